@@ -1,0 +1,7 @@
+//! The coordinator: scene loader, pool link, recorder, run loop.
+
+pub mod link;
+pub mod preview;
+pub mod record;
+pub mod run;
+pub mod scene;

@@ -1,0 +1,1 @@
+//! The pool as a state machine: events in, effects out; time is an argument.

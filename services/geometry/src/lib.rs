@@ -1,0 +1,16 @@
+//! Exact shapes: meshes, repair, sampling, Voronoi cells, cuts. Knows no mechanics.
+//!
+//! Absent on purpose: files, clocks, threads, randomness other than a seed given as an argument, physics.
+
+pub mod boolean;
+pub mod door;
+pub mod hull;
+pub mod inside;
+pub mod math;
+pub mod mesh;
+pub mod sample;
+pub mod shapes;
+pub mod voronoi;
+
+pub use math::{Mat3, Pose, Quat, Vec3};
+pub use mesh::{MassProperties, Solid, Surface, TriMesh};

@@ -1,0 +1,1 @@
+//! The worker: asks for jobs, hosts a solver in slices, hands results back.

@@ -1,0 +1,1 @@
+//! The suites that hold the whole to its word.
