@@ -1,6 +1,7 @@
 //! Exact shapes: meshes, repair, sampling, Voronoi cells, cuts. Knows no mechanics.
 //!
-//! Absent on purpose: files, clocks, threads, randomness other than a seed given as an argument, physics.
+//! Absent on purpose: files, clocks, threads, randomness other than a seed given as an argument,
+//! physics.
 
 pub mod boolean;
 pub mod door;

@@ -18,7 +18,8 @@ pub fn scramble(key: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The number in `[0, 1)` that belongs to `(seed, stream, index)`: counter-based, so order never matters.
+/// The number in `[0, 1)` that belongs to `(seed, stream, index)`: counter-based, so order never
+/// matters.
 #[must_use]
 pub fn unit(seed: u64, stream: u64, index: u64) -> f64 {
     let bits = scramble(scramble(scramble(seed) ^ stream) ^ index);

@@ -1,0 +1,102 @@
+//! Closed shells and how they lie in each other.
+
+use super::{DoorError, RepairReport};
+use crate::inside::Inside;
+use crate::mesh::TriMesh;
+
+/// A shell whose volume is under this share of its box's cube is flat.
+const FLAT: f64 = 1e-9;
+/// Vertices of a shell that are tested for lying in another.
+const SAMPLES: usize = 64;
+/// Shells beyond which nesting is not looked at: the search is quadratic.
+const MAX_SHELLS: usize = 2_000;
+
+/// What becomes of a shell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fate {
+    Keep,
+    Flip,
+    Drop,
+}
+
+/// Refuses a closed mesh with a shell that is flat, inside out, or inside another without being its
+/// cavity.
+pub(super) fn check(mesh: &TriMesh) -> Result<(), DoorError> {
+    let shells = shells(mesh);
+    let fates = fates(&shells);
+    match fates.iter().position(|f| *f != Fate::Keep) {
+        None => Ok(()),
+        Some(shell) => {
+            let volume = shells[shell].signed_volume();
+            Err(DoorError::Inverted { shell, shells: shells.len(), volume })
+        }
+    }
+}
+
+/// The mesh with outer shells facing outward and cavities inward, without flat or swallowed shells.
+pub(super) fn ordered(mesh: &TriMesh, report: &mut RepairReport) -> TriMesh {
+    let shells = shells(mesh);
+    let fates = fates(&shells);
+    if fates.iter().all(|f| *f == Fate::Keep) {
+        return mesh.clone();
+    }
+    let mut out = TriMesh::default();
+    for (shell, fate) in shells.iter().zip(fates) {
+        match fate {
+            Fate::Keep => out.append(shell),
+            Fate::Flip => {
+                report.flipped += shell.triangles.len();
+                out.append(&shell.flipped());
+            }
+            Fate::Drop => report.dropped_shells += 1,
+        }
+    }
+    out
+}
+
+fn shells(mesh: &TriMesh) -> Vec<TriMesh> {
+    mesh.components().iter().map(|c| mesh.submesh(c)).collect()
+}
+
+/// Decides from the largest shell to the smallest. A shell in empty space is made to face outward;
+/// one in material is its cavity if it faces inward, and swallowed by it if it faces outward. Only
+/// a shell that lies wholly in another counts as inside it; those that cross are left to the
+/// rebuild.
+fn fates(shells: &[TriMesh]) -> Vec<Fate> {
+    let volumes: Vec<f64> = shells.iter().map(TriMesh::signed_volume).collect();
+    let mut order: Vec<usize> = (0..shells.len()).collect();
+    order.sort_by(|&a, &b| volumes[b].abs().total_cmp(&volumes[a].abs()).then(a.cmp(&b)));
+    let mut fates = vec![Fate::Keep; shells.len()];
+    let mut placed: Vec<(Inside, i32)> = Vec::new();
+    for &s in &order {
+        let diagonal = shells[s].diagonal();
+        if volumes[s].abs() <= FLAT * diagonal * diagonal * diagonal {
+            fates[s] = Fate::Drop;
+            continue;
+        }
+        let around = placed.iter().filter(|(inside, _)| lies_in(&shells[s], inside));
+        let winding: i32 = around.map(|(_, sign)| sign).sum();
+        let outward = volumes[s] > 0.0;
+        let sign = match (winding > 0, outward) {
+            (true, true) => {
+                fates[s] = Fate::Drop;
+                continue;
+            }
+            (true, false) => -1,
+            (false, true) => 1,
+            (false, false) => {
+                fates[s] = Fate::Flip;
+                1
+            }
+        };
+        if shells.len() > 1 && shells.len() <= MAX_SHELLS {
+            placed.push((Inside::new(&shells[s]), sign));
+        }
+    }
+    fates
+}
+
+fn lies_in(shell: &TriMesh, inside: &Inside) -> bool {
+    let step = shell.vertices.len().div_ceil(SAMPLES).max(1);
+    shell.vertices.iter().step_by(step).all(|&p| inside.contains(p))
+}

@@ -1,0 +1,99 @@
+//! Division of long edges without moving the surface.
+
+use super::{ShapeError, check_count};
+use crate::mesh::TriMesh;
+use std::collections::BTreeMap;
+
+/// Passes after which division stops; each halves the longest edges, so this spans a factor of 2⁴⁰.
+const MAX_PASSES: usize = 40;
+
+/// Divides every edge longer than `edge` \[m\] at its middle, longest edges first, until none is
+/// left. Neighbours share each middle, so a closed mesh stays closed; the surface does not move.
+///
+/// # Errors
+/// [`ShapeError::TooFine`].
+pub fn refine(mesh: &TriMesh, edge: f64) -> Result<TriMesh, ShapeError> {
+    let mut mesh = mesh.clone();
+    for _ in 0..MAX_PASSES {
+        let middles = divide_edges(&mut mesh, edge);
+        if middles.is_empty() {
+            break;
+        }
+        let mut triangles = Vec::with_capacity(2 * mesh.triangles.len());
+        for &corners in &mesh.triangles {
+            divide_triangle(&mesh, corners, &middles, &mut triangles);
+        }
+        mesh.triangles = triangles;
+        check_count(mesh.triangles.len())?;
+    }
+    Ok(mesh)
+}
+
+/// Adds the middle of each edge that is too long and the longest of one of its triangles.
+fn divide_edges(mesh: &mut TriMesh, edge: f64) -> BTreeMap<[u32; 2], u32> {
+    let mut middles = BTreeMap::new();
+    let limit = edge * edge;
+    for t in 0..mesh.triangles.len() {
+        let corners = mesh.triangles[t];
+        let length = |i: usize| {
+            let [a, b] = key(corners[i], corners[(i + 1) % 3]).map(|v| mesh.vertices[v as usize]);
+            (b - a).norm_squared()
+        };
+        let lengths = [length(0), length(1), length(2)];
+        let longest = (1..3).fold(0, |best, i| if lengths[i] > lengths[best] { i } else { best });
+        if lengths[longest] > limit {
+            let [a, b] = key(corners[longest], corners[(longest + 1) % 3]);
+            let middle = 0.5 * (mesh.vertices[a as usize] + mesh.vertices[b as usize]);
+            let next = mesh.vertices.len() as u32;
+            if *middles.entry([a, b]).or_insert(next) == next {
+                mesh.vertices.push(middle);
+            }
+        }
+    }
+    middles
+}
+
+/// Replaces one triangle by one to four, according to which of its edges were divided.
+fn divide_triangle(
+    mesh: &TriMesh,
+    [a, b, c]: [u32; 3],
+    middles: &BTreeMap<[u32; 2], u32>,
+    out: &mut Vec<[u32; 3]>,
+) {
+    let middle = |i, j| middles.get(&key(i, j)).copied();
+    let squared =
+        |i: u32, j: u32| (mesh.vertices[i as usize] - mesh.vertices[j as usize]).norm_squared();
+    let corners = [a, b, c];
+    let cut = [middle(a, b), middle(b, c), middle(c, a)];
+    let turned = |first: usize| [0, 1, 2].map(|i| (corners[(first + i) % 3], cut[(first + i) % 3]));
+    match cut.iter().flatten().count() {
+        0 => out.push(corners),
+        1 => {
+            let first = cut.iter().position(Option::is_some).unwrap_or(0);
+            if let [(p, Some(m)), (q, _), (r, _)] = turned(first) {
+                out.extend([[p, m, r], [m, q, r]]);
+            }
+        }
+        2 => {
+            let whole = cut.iter().position(Option::is_none).unwrap_or(0);
+            // p–q is whole; m divides q–r, n divides r–p. The shorter diagonal closes the quad.
+            if let [(p, _), (q, Some(m)), (r, Some(n))] = turned(whole) {
+                out.push([m, r, n]);
+                if squared(p, m) <= squared(q, n) {
+                    out.extend([[p, q, m], [p, m, n]]);
+                } else {
+                    out.extend([[p, q, n], [q, m, n]]);
+                }
+            }
+        }
+        _ => {
+            if let [Some(l), Some(m), Some(n)] = cut {
+                out.extend([[a, l, n], [l, b, m], [n, m, c], [l, m, n]]);
+            }
+        }
+    }
+}
+
+fn key(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
