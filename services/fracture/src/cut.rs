@@ -1,1 +1,302 @@
-//! cut
+//! Cuts a body along the faces between Voronoi cells of different labels, exactly.
+//!
+//! [`extract`] makes the labels from damage, [`by_sites`] takes them from the caller, [`Cutting`]
+//! does the work in steps. Regions (unions of cells of one label) are intersected with the body; a
+//! region may leave several pieces. Pieces that are too small, too many, or cut off by a crack
+//! without damage behind it go to the neighbour with which they share the largest area: their
+//! cells change label and the regions concerned are cut again. Every part is closed, and the
+//! volumes of the parts sum to the body's within [`VOLUME_TOLERANCE`], or there is an error.
+
+mod cutting;
+#[cfg(test)]
+mod tests;
+
+pub use cutting::Cutting;
+
+use crate::crack::{Nodes, Sites};
+use crate::region::{Mosaic, agglomerate};
+use cullet_geometry::boolean::{BooleanError, Exact};
+use cullet_geometry::math::{scramble, unit};
+use cullet_geometry::voronoi::{Cells, VoronoiError};
+use cullet_geometry::{Solid, Vec3};
+use rayon::prelude::*;
+
+/// The parts' volumes sum to the body's within this share of it.
+pub const VOLUME_TOLERANCE: f64 = 1e-9;
+/// Diagrams tried, each with sites shaken anew, before a cut is given up.
+const ATTEMPTS: u64 = 3;
+/// A part holds at least this many particles: one grid cell's worth at the usual density. Fewer do
+/// not resolve the crack that cut it off (F32).
+const FEWEST_PARTICLES: f64 = 8.0;
+/// Shift of a site when a cut is tried again, in typical distances between sites.
+const SHAKE: f64 = 1e-3;
+/// The box of [`by_sites`] reaches this share of the body's diagonal beyond it.
+const BOX_MARGIN: f64 = 0.0317;
+
+/// What a solver knows of the damage when it stops, in the reference configuration (body frame).
+#[derive(Clone, Copy, Debug)]
+pub struct DamageField<'a> {
+    /// Grid spacing h \[m\].
+    pub spacing: f64,
+    /// Where each particle sat before the hit \[m\].
+    pub positions: &'a [Vec3],
+    /// Damage of each particle, in `[0, 1]`.
+    pub damage: &'a [f64],
+    /// When damage reached 1 \[s\]; infinite where it has not.
+    pub damage_time: &'a [f64],
+}
+
+/// How fine a cut may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutSettings {
+    /// Parts below this share of the body's volume join a neighbour \[1\].
+    pub min_volume_ratio: f64,
+    /// At most this many parts; the smallest join a neighbour first. Separate shells always stay.
+    pub max_fragments: u32,
+    /// The only source of randomness.
+    pub seed: u64,
+}
+
+/// One part of a body that was cut.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// Its closed boundary \[m\].
+    pub solid: Solid,
+    /// Convex parts that stand in for it in collisions: corner sets \[m\].
+    pub hulls: Vec<Vec<Vec3>>,
+    /// Its volume \[m³\].
+    pub volume: f64,
+}
+
+/// A body taken apart.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Partition {
+    /// By falling volume, then by centroid.
+    pub parts: Vec<Part>,
+    /// For each particle, the part it lies in: an index into `parts`.
+    pub particle_part: Vec<u32>,
+    /// Area of the new cracks \[m²\], counted once, not per side.
+    pub crack_area: f64,
+    /// What was noticed and let pass, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Why there is no cut.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CutError {
+    /// The arrays differ in length or are empty.
+    #[error("arrays of {counts:?} entries; all must have the same number, at least one")]
+    Lengths {
+        /// Entries in each, in the order of the arguments.
+        counts: [usize; 3],
+    },
+    /// A number is not finite or out of range.
+    #[error("{what} number {index} is not finite or out of range")]
+    NotFinite {
+        /// Which array.
+        what: &'static str,
+        /// Which entry.
+        index: usize,
+    },
+    /// A limit would be exceeded.
+    #[error("too large: {value:.3e} {what}, the limit is {limit:.3e}")]
+    TooLarge {
+        /// What there would be.
+        what: &'static str,
+        /// How many.
+        value: f64,
+        /// The limit.
+        limit: f64,
+    },
+    /// The sites have no diagram.
+    #[error(transparent)]
+    Voronoi(#[from] VoronoiError),
+    /// The boolean kernel refused.
+    #[error(transparent)]
+    Boolean(#[from] BooleanError),
+    /// The parts do not add up.
+    #[error(
+        "{parts} parts enclose {sum:.12e} m³, the body {whole:.12e} m³; \
+         at most {VOLUME_TOLERANCE:.0e} of it may be missing"
+    )]
+    Volume {
+        /// How many parts.
+        parts: usize,
+        /// Their volume \[m³\].
+        sum: f64,
+        /// The body's \[m³\].
+        whole: f64,
+    },
+}
+
+impl CutError {
+    /// Whether other jitter could help.
+    fn is_accident(&self) -> bool {
+        match self {
+            Self::Voronoi(VoronoiError::Degenerate { .. })
+            | Self::Boolean(_)
+            | Self::Volume { .. } => true,
+            Self::Voronoi(_)
+            | Self::Lengths { .. }
+            | Self::NotFinite { .. }
+            | Self::TooLarge { .. } => false,
+        }
+    }
+}
+
+/// Cuts a body along its damage. One part, the body untouched, if the damage does not go through.
+///
+/// # Errors
+/// A field that is empty, uneven, not finite or too large; a solid that is not closed; a cut that
+/// did not close or add up, three times over.
+pub fn extract(
+    solid: &Solid,
+    field: &DamageField<'_>,
+    settings: &CutSettings,
+) -> Result<Partition, CutError> {
+    let body = Body::new(solid, settings)?;
+    let mut nodes = Nodes::new(&solid.mesh, field)?;
+    if nodes.labels() <= 1 {
+        let mut whole = body.untouched(field.positions.len());
+        if nodes.is_crushed() {
+            whole.warnings.push("every lattice node is damaged: left whole".to_owned());
+        }
+        return Ok(whole);
+    }
+    nodes.spread_outward();
+    let evidence = nodes.evidence();
+    let share = FEWEST_PARTICLES / field.positions.len() as f64;
+    let floor = settings.min_volume_ratio.max(share) * body.volume;
+    attempts(|attempt| {
+        let mut sites = nodes.sites(scramble(settings.seed).wrapping_add(attempt));
+        let cells = Cells::new(std::mem::take(&mut sites.places), sites.low, sites.high)?;
+        let mosaic = Mosaic::new(&cells)?;
+        let owner: Vec<u32> = field.positions.par_iter().map(|&p| cells.nearest(p)).collect();
+        merge_labels(&mut sites, &mosaic, &owner, nodes.labels(), body.volume, floor, settings);
+        let most = settings.max_fragments;
+        let mut cutting = Cutting::assemble(body.clone(), cells, mosaic, sites, floor, most)?;
+        cutting.evidence = Some(evidence.clone());
+        let mut partition = cutting.run()?;
+        partition.particle_part = cutting.locate(field.positions, &partition.parts);
+        Ok(partition)
+    })
+}
+
+/// Cuts a body along the faces between the Voronoi cells of `sites` \[m\] that have different
+/// `labels`; `times` \[s\] is when the crack passed each site. The caller brings the sites into
+/// general position.
+///
+/// # Errors
+/// As [`extract`].
+pub fn by_sites(
+    solid: &Solid,
+    sites: &[Vec3],
+    labels: &[u32],
+    times: &[f64],
+    settings: &CutSettings,
+) -> Result<Partition, CutError> {
+    attempts(|attempt| Cutting::begin(solid, sites, labels, times, settings, attempt)?.run())
+}
+
+/// Tries again with another jitter where that may help.
+fn attempts<T>(mut cut: impl FnMut(u64) -> Result<T, CutError>) -> Result<T, CutError> {
+    let mut attempt = 0;
+    loop {
+        attempt += 1;
+        match cut(attempt - 1) {
+            Err(error) if error.is_accident() && attempt < ATTEMPTS => {}
+            other => return other,
+        }
+    }
+}
+
+/// The body that is cut.
+#[derive(Clone, Debug)]
+struct Body {
+    solid: Solid,
+    exact: Exact,
+    volume: f64,
+    area: f64,
+    low: Vec3,
+    high: Vec3,
+}
+
+impl Body {
+    fn new(solid: &Solid, settings: &CutSettings) -> Result<Self, CutError> {
+        if !(0.0..=1.0).contains(&settings.min_volume_ratio) {
+            return Err(CutError::NotFinite { what: "least volume ratio in [0, 1]", index: 0 });
+        }
+        let exact = Exact::new(solid)?;
+        if let Some(index) = cutting::reserved(solid) {
+            return Err(CutError::NotFinite { what: "damage time of face", index });
+        }
+        let (low, high) = solid.mesh.bounds().unwrap_or_default();
+        let (volume, area) = (solid.mesh.signed_volume(), solid.mesh.area());
+        Ok(Self { solid: solid.clone(), exact, volume, area, low, high })
+    }
+
+    fn untouched(self, particles: usize) -> Partition {
+        let hulls = cutting::hulls(&self.solid);
+        let part = Part { solid: self.solid, hulls, volume: self.volume };
+        Partition { parts: vec![part], particle_part: vec![0; particles], ..Default::default() }
+    }
+}
+
+/// Gives small labels to their neighbours before anything is cut: cheap here, dear later. Volumes
+/// are estimated by counting particles.
+fn merge_labels(
+    sites: &mut Sites,
+    mosaic: &Mosaic,
+    owner: &[u32],
+    labels: u32,
+    volume: f64,
+    floor: f64,
+    settings: &CutSettings,
+) {
+    let each = volume / owner.len() as f64;
+    let mut volumes = vec![0.0; labels as usize];
+    for &site in owner {
+        volumes[sites.labels[site as usize] as usize] += each;
+    }
+    let forced = vec![false; volumes.len()];
+    let max = settings.max_fragments.max(1) as usize;
+    let groups = agglomerate(&volumes, &forced, &mosaic.shared(&sites.labels), floor, max);
+    for label in &mut sites.labels {
+        *label = groups[*label as usize];
+    }
+}
+
+/// The sites of [`by_sites`] in a box around the body and them, shaken from the second attempt on.
+fn boxed(
+    body: &Body,
+    places: &[Vec3],
+    labels: &[u32],
+    times: &[f64],
+    seed: u64,
+    attempt: u64,
+) -> Result<Sites, CutError> {
+    let counts = [places.len(), labels.len(), times.len()];
+    if counts.contains(&0) || counts[0] != counts[1] || counts[0] != counts[2] {
+        return Err(CutError::Lengths { counts });
+    }
+    if let Some(index) = places.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
+        return Err(CutError::NotFinite { what: "site", index });
+    }
+    if let Some(index) = times.iter().position(|t| t.is_nan() || *t < 0.0) {
+        return Err(CutError::NotFinite { what: "damage time of site", index });
+    }
+    let low = places.iter().fold(body.low, |a, p| a.inf(p));
+    let high = places.iter().fold(body.high, |a, p| a.sup(p));
+    let margin = Vec3::repeat(BOX_MARGIN * (high - low).norm());
+    let (low, high) = (low - margin, high + margin);
+    let extent = high - low;
+    let width = libm::cbrt(extent.x * extent.y * extent.z / places.len() as f64);
+    let shake = if attempt == 0 { 0.0 } else { SHAKE * width.min(margin.x) };
+    let shaken = places.iter().enumerate().map(|(i, p)| {
+        let key = scramble(seed).wrapping_add(attempt);
+        let at = |k| shake * (2.0 * unit(key, k, i as u64) - 1.0);
+        p + Vec3::new(at(0), at(1), at(2))
+    });
+    let places = shaken.collect();
+    Ok(Sites { places, labels: labels.to_vec(), times: times.to_vec(), low, high })
+}

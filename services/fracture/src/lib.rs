@@ -1,6 +1,7 @@
 //! Ways to break a body. Read [`solver`] first.
 //!
-//! Absent on purpose: files, clocks, wires, log lines, rigid bodies. A solver is a pure function of its problem.
+//! Absent on purpose: files, clocks, wires, log lines, rigid bodies. A solver is a pure function of
+//! its problem.
 
 pub mod crack;
 pub mod cut;

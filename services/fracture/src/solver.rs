@@ -70,7 +70,8 @@ pub struct Fragment {
     pub solid: Solid,
     /// Convex parts that stand in for it in collisions: corner sets \[m\].
     pub hulls: Vec<Vec<Vec3>>,
-    /// Velocity of its centroid that the hit gave it, beside the body's motion before the hit \[m/s\].
+    /// Velocity of its centroid that the hit gave it, beside the body's motion before the hit
+    /// \[m/s\].
     pub velocity: Vec3,
     /// Angular velocity that the hit gave it, likewise \[rad/s\].
     pub spin: Vec3,
@@ -95,7 +96,8 @@ pub struct Report {
     pub fracture_energy: f64,
     /// Energy the damage law dissipated \[J\].
     pub dissipated_energy: f64,
-    /// Strength used over strength asked for \[1\]; below 1 the solve was toughness-controlled (F01).
+    /// Strength used over strength asked for \[1\]; below 1 the solve was toughness-controlled
+    /// (F01).
     pub strength_ratio: f64,
     /// Share of particles with damage above one half \[1\].
     pub damaged_fraction: f64,
@@ -119,7 +121,8 @@ pub struct Fracture {
 pub enum Refusal {
     /// A section is thinner than the grid can bend (F14).
     #[error(
-        "too thin: the body is {thickness:.3e} m thick, {cells:.1} cells; at least {minimum} are needed"
+        "too thin: the body is {thickness:.3e} m thick, {cells:.2} cells; \
+         at least {minimum} are needed"
     )]
     TooThin {
         /// Typical thickness \[m\].
@@ -205,7 +208,8 @@ pub enum Progress {
     Failed(Failure),
 }
 
-/// One way to break a body. Implement this in one module, add one line to [`crate::solvers::SOLVERS`].
+/// One way to break a body. Implement this in one module, add one line to
+/// [`crate::solvers::SOLVERS`].
 pub trait Solver: Sized + 'static {
     /// Name on the wire, in charts, in recordings. Never reused for another method.
     const NAME: &'static str;

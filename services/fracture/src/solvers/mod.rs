@@ -1,5 +1,8 @@
 //! The families, one file each, and the table of them.
 
+pub mod brittle;
+pub mod geometric;
+
 use crate::solver::{Problem, Progress, Refusal, Solver};
 
 /// A solve in progress, whatever its family.
@@ -22,7 +25,6 @@ pub struct Entry {
     pub begin: fn(Problem) -> Result<Box<dyn Run>, Refusal>,
 }
 
-#[allow(dead_code)]
 const fn entry<S: Solver>() -> Entry {
     Entry {
         name: S::NAME,
@@ -34,7 +36,7 @@ const fn entry<S: Solver>() -> Entry {
 }
 
 /// Every family.
-pub const SOLVERS: &[Entry] = &[];
+pub const SOLVERS: &[Entry] = &[entry::<brittle::Brittle>(), entry::<geometric::Geometric>()];
 
 /// The family of that name.
 #[must_use]

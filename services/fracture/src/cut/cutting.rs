@@ -1,0 +1,342 @@
+//! One cut, in steps: regions, pieces, second thoughts, parts.
+
+mod amend;
+
+use super::{Body, CutError, CutSettings, Part, Partition, VOLUME_TOLERANCE, boxed};
+use crate::crack::{Evidence, Sites};
+use crate::region::{Mosaic, Side, agglomerate, triangle_area};
+use amend::Homes;
+use cullet_geometry::boolean::Exact;
+use cullet_geometry::hull::{HullSettings, convex_parts};
+use cullet_geometry::voronoi::Cells;
+use cullet_geometry::{Solid, Surface, Vec3};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Pieces are looked over at most this often. A second round is rare; after the last, pieces that
+/// are still to join a neighbour do so solid to solid.
+const ROUNDS: u32 = 4;
+/// Regions cut in one step: large enough to feed every core, small enough to cancel between steps.
+const BATCH: usize = 64;
+/// Damage times with these bits or more (1.6e29 s) name facets while a cut is under way: the face
+/// id that the boolean kernel carries from a region to its pieces is the damage time's bits.
+const FACET: u32 = 0x7000_0000;
+/// Most facets that can be named: up to the bits of the largest finite number.
+const MAX_FACETS: usize = (0x7f7f_ffff - FACET) as usize;
+
+/// A piece of the body: a connected part of one region's share.
+#[derive(Debug)]
+struct Piece {
+    label: u32,
+    /// Labels of pieces that joined it.
+    also: Vec<u32>,
+    /// With faces named by facet.
+    exact: Exact,
+    /// With the true damage times.
+    solid: Solid,
+    volume: f64,
+    /// The facets it ends at, and the area \[m²\] of each that is inside the body.
+    contacts: Vec<(u32, f64)>,
+    /// Area of those \[m²\], and of those with damage near by.
+    crack: f64,
+    damaged: f64,
+}
+
+/// A cut under way. [`Cutting::step`] until it is done, or [`Cutting::run`].
+#[derive(Debug)]
+pub struct Cutting {
+    body: Body,
+    cells: Cells,
+    mosaic: Mosaic,
+    labels: Vec<u32>,
+    times: Vec<f64>,
+    floor: f64,
+    max: usize,
+    pub(super) evidence: Option<Evidence>,
+    pieces: Vec<Piece>,
+    /// Facets around each label of the current round, and the labels still to cut.
+    sides: Vec<Vec<Side>>,
+    todo: Vec<u32>,
+    cut: usize,
+    round: u32,
+    warnings: Vec<String>,
+    /// Labels of the cells that each part of the result comes from.
+    part_labels: Vec<Vec<u32>>,
+}
+
+impl Cutting {
+    /// Makes the diagram. `attempt` > 0 shakes the sites: for a second try after an accident.
+    ///
+    /// # Errors
+    /// As [`super::by_sites`].
+    pub fn begin(
+        solid: &Solid,
+        sites: &[Vec3],
+        labels: &[u32],
+        times: &[f64],
+        settings: &CutSettings,
+        attempt: u64,
+    ) -> Result<Self, CutError> {
+        let body = Body::new(solid, settings)?;
+        let mut sites = boxed(&body, sites, labels, times, settings.seed, attempt)?;
+        let cells = Cells::new(std::mem::take(&mut sites.places), sites.low, sites.high)?;
+        let mosaic = Mosaic::new(&cells)?;
+        let floor = settings.min_volume_ratio * body.volume;
+        Self::assemble(body, cells, mosaic, sites, floor, settings.max_fragments)
+    }
+
+    pub(super) fn assemble(
+        body: Body,
+        cells: Cells,
+        mosaic: Mosaic,
+        sites: Sites,
+        floor: f64,
+        max_fragments: u32,
+    ) -> Result<Self, CutError> {
+        if mosaic.facets.len() > MAX_FACETS {
+            let (value, limit) = (mosaic.facets.len() as f64, MAX_FACETS as f64);
+            return Err(CutError::TooLarge { what: "facets", value, limit });
+        }
+        // Labels become 0, 1, 2, … in ascending order.
+        let mut names = sites.labels.clone();
+        names.sort_unstable();
+        names.dedup();
+        let rank = |label: &u32| names.partition_point(|other| other < label) as u32;
+        let labels: Vec<u32> = sites.labels.iter().map(rank).collect();
+        let sides = mosaic.sides(&labels, names.len());
+        Ok(Self {
+            body,
+            cells,
+            mosaic,
+            labels,
+            times: sites.times,
+            floor,
+            max: max_fragments.max(1) as usize,
+            evidence: None,
+            pieces: Vec::new(),
+            sides,
+            todo: (0..names.len() as u32).collect(),
+            cut: 0,
+            round: 0,
+            warnings: Vec::new(),
+            part_labels: Vec::new(),
+        })
+    }
+
+    /// Does it all.
+    ///
+    /// # Errors
+    /// The kernel's refusal, or [`CutError::Volume`].
+    pub fn run(&mut self) -> Result<Partition, CutError> {
+        loop {
+            if let Some(partition) = self.step()? {
+                return Ok(partition);
+            }
+        }
+    }
+
+    /// The share of the known work that is done, in `[0, 1]`.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        self.cut as f64 / self.todo.len().max(1) as f64
+    }
+
+    /// Does a bounded piece of work; the result once there is nothing left to do.
+    ///
+    /// # Errors
+    /// As [`Cutting::run`].
+    pub fn step(&mut self) -> Result<Option<Partition>, CutError> {
+        if self.sides.len() == 1 {
+            let mut whole = self.body.clone().untouched(0);
+            whole.warnings.append(&mut self.warnings);
+            return Ok(Some(whole));
+        }
+        if self.cut < self.todo.len() {
+            let batch = &self.todo[self.cut..(self.cut + BATCH).min(self.todo.len())];
+            let cut: Vec<Vec<Piece>> = batch
+                .par_iter()
+                .map(|&label| self.pieces_of(label))
+                .collect::<Result<_, CutError>>()?;
+            self.cut += batch.len();
+            self.pieces.extend(cut.into_iter().flatten());
+            return Ok(None);
+        }
+        self.pieces.sort_by_key(|piece| piece.label);
+        let groups = self.groups();
+        self.round += 1;
+        if self.round < ROUNDS && self.relabel(&groups) {
+            return Ok(None);
+        }
+        self.join(&groups);
+        self.finish().map(Some)
+    }
+
+    fn pieces_of(&self, label: u32) -> Result<Vec<Piece>, CutError> {
+        let sides = &self.sides[label as usize];
+        if sides.is_empty() {
+            return Ok(Vec::new());
+        }
+        let region = self
+            .mosaic
+            .solid(sides, |facet| Surface::Crack { damage_time: f32::from_bits(FACET + facet) });
+        let share = self.body.exact.intersect(&Exact::new(&region)?)?;
+        let parts = share.components()?;
+        parts.into_iter().map(|part| self.piece(label, part)).collect()
+    }
+
+    /// Reads which facets a piece ends at, and gives its crack faces their times.
+    fn piece(&self, label: u32, exact: Exact) -> Result<Piece, CutError> {
+        let mut solid = exact.to_solid()?;
+        let mut contacts: BTreeMap<u32, f64> = BTreeMap::new();
+        let (mut crack, mut damaged) = (0.0, 0.0);
+        for t in 0..solid.surface.len() {
+            let Some(facet) = facet_of(solid.surface[t]) else {
+                continue;
+            };
+            let area = triangle_area(&solid.mesh, t);
+            *contacts.entry(facet).or_insert(0.0) += area;
+            crack += area;
+            let [a, b, c] = solid.mesh.corners(t);
+            if self.evidence.as_ref().is_none_or(|e| e.holds((a + b + c) / 3.0)) {
+                damaged += area;
+            }
+            let (i, j) = self.mosaic.facets[facet as usize].sites;
+            let times = [self.times[i as usize], self.times[j as usize]];
+            let known = times.iter().filter(|t| t.is_finite());
+            let time = known.clone().sum::<f64>() / known.count().max(1) as f64;
+            solid.surface[t] = Surface::Crack { damage_time: time as f32 };
+        }
+        let volume = solid.mesh.signed_volume();
+        let contacts = contacts.into_iter().collect();
+        Ok(Piece { label, also: Vec::new(), exact, solid, volume, contacts, crack, damaged })
+    }
+
+    /// Which pieces belong together, each group named by its largest.
+    fn groups(&self) -> Vec<u32> {
+        let mut ends: Vec<(u32, u32, f64)> = Vec::new();
+        for (p, piece) in self.pieces.iter().enumerate() {
+            ends.extend(piece.contacts.iter().map(|&(facet, area)| (facet, p as u32, area)));
+        }
+        ends.sort_unstable_by_key(|&(facet, piece, _)| (facet, piece));
+        let mut shared: BTreeMap<(u32, u32), f64> = BTreeMap::new();
+        for group in ends.chunk_by(|a, b| a.0 == b.0) {
+            for (k, &(_, p, mine)) in group.iter().enumerate() {
+                for &(_, q, other) in &group[k + 1..] {
+                    if self.pieces[p as usize].label != self.pieces[q as usize].label {
+                        *shared.entry((p, q)).or_insert(0.0) += mine.min(other);
+                    }
+                }
+            }
+        }
+        let volumes: Vec<f64> = self.pieces.iter().map(|piece| piece.volume).collect();
+        // A crack of which less than half has damage behind it is an artefact (F27).
+        let forced: Vec<bool> =
+            self.pieces.iter().map(|piece| piece.damaged < 0.5 * piece.crack).collect();
+        agglomerate(&volumes, &forced, &shared, self.floor, self.max)
+    }
+
+    fn finish(&mut self) -> Result<Partition, CutError> {
+        let mut parts: Vec<(Part, Vec3, Vec<u32>)> = Vec::new();
+        let mut area = 0.0;
+        for mut piece in std::mem::take(&mut self.pieces) {
+            piece.also.push(piece.label);
+            piece.also.sort_unstable();
+            piece.also.dedup();
+            area += piece.solid.mesh.area();
+            let centroid = piece.solid.mesh.mass_properties().centroid;
+            let part = Part { hulls: Vec::new(), solid: piece.solid, volume: piece.volume };
+            parts.push((part, centroid, piece.also));
+        }
+        parts.sort_by(|(p, a, _), (q, b, _)| {
+            let by_place = || a.iter().zip(b.iter()).map(|(x, y)| x.total_cmp(y));
+            q.volume.total_cmp(&p.volume).then_with(|| {
+                by_place().find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+            })
+        });
+        self.part_labels = parts.iter_mut().map(|part| std::mem::take(&mut part.2)).collect();
+        let mut parts: Vec<Part> = parts.into_iter().map(|part| part.0).collect();
+        let (sum, whole) = (parts.iter().map(|part| part.volume).sum::<f64>(), self.body.volume);
+        let closes = (sum - whole).abs() <= VOLUME_TOLERANCE * whole;
+        if parts.is_empty() || !closes || parts.iter().any(|part| part.volume <= 0.0) {
+            return Err(CutError::Volume { parts: parts.len(), sum, whole });
+        }
+        if parts.len() == 1 {
+            return Ok(self.body.clone().untouched(0));
+        }
+        self.note(&parts);
+        parts.par_iter_mut().for_each(|part| part.hulls = hulls(&part.solid));
+        Ok(Partition {
+            parts,
+            particle_part: Vec::new(),
+            // Both sides of a crack are new surface, and nothing else is.
+            crack_area: (0.5 * (area - self.body.area)).max(0.0),
+            warnings: std::mem::take(&mut self.warnings),
+        })
+    }
+
+    /// Says what the settings asked for and the parts do not keep.
+    fn note(&mut self, parts: &[Part]) {
+        let small = parts.iter().filter(|part| part.volume < self.floor).count();
+        if small > 0 {
+            self.warnings.push(format!(
+                "{small} separate parts are below the least volume of {:.3e} m³",
+                self.floor
+            ));
+        }
+        if parts.len() > self.max {
+            self.warnings.push(format!("{} parts, {} were wanted at most", parts.len(), self.max));
+        }
+    }
+
+    /// The part that each particle lies in, for the parts of the last [`Cutting::finish`].
+    pub(super) fn locate(&self, positions: &[Vec3], parts: &[Part]) -> Vec<u32> {
+        if parts.len() == 1 {
+            return vec![0; positions.len()];
+        }
+        let owner: Vec<u32> = positions.par_iter().map(|&p| self.cells.nearest(p)).collect();
+        let mut of_label: Vec<Vec<u32>> = vec![Vec::new(); self.sides.len()];
+        for (p, labels) in self.part_labels.iter().enumerate() {
+            for &label in labels {
+                of_label[label as usize].push(p as u32);
+            }
+        }
+        let all: Vec<u32> = (0..parts.len() as u32).collect();
+        let choices = |site: u32| match of_label[self.labels[site as usize] as usize].as_slice() {
+            [] => all.as_slice(),
+            some => some,
+        };
+        let mut doubtful: Vec<u32> = owner
+            .iter()
+            .map(|&site| choices(site))
+            .filter(|c| c.len() > 1)
+            .flatten()
+            .copied()
+            .collect();
+        doubtful.sort_unstable();
+        doubtful.dedup();
+        let homes = Homes::new(doubtful.iter().map(|&p| (p, &parts[p as usize].solid)));
+        let home = |(&p, &site): (&Vec3, &u32)| match choices(site) {
+            &[only] => only,
+            several => homes.of(p, several),
+        };
+        positions.par_iter().zip(&owner).map(home).collect()
+    }
+}
+
+/// Convex stand-ins for a solid.
+pub(super) fn hulls(solid: &Solid) -> Vec<Vec<Vec3>> {
+    convex_parts(solid, HullSettings::default())
+}
+
+/// The facet that a face names while a cut is under way.
+fn facet_of(surface: Surface) -> Option<u32> {
+    match surface {
+        Surface::Outer => None,
+        Surface::Crack { damage_time } => damage_time.to_bits().checked_sub(FACET),
+    }
+}
+
+/// The first face of a body whose damage time would be taken for a facet's name.
+pub(super) fn reserved(solid: &Solid) -> Option<usize> {
+    solid.surface.iter().position(|&surface| facet_of(surface).is_some())
+}

@@ -1,0 +1,93 @@
+//! What a problem must be like for this method, and the grid that its budget allows.
+
+use crate::solver::{Impact, Problem, Refusal};
+use cullet_geometry::Vec3;
+use cullet_geometry::inside::{Inside, Nearest};
+use cullet_geometry::sample::{self, SampleError};
+
+/// Points a cell: fewer widen the band and make numerical gaps, more only cost (F-B, F15).
+pub(crate) const PER_CELL: f64 = 8.0;
+
+/// Fewest cells across a section: bending needs a gradient (F14).
+const LEAST_CELLS: f64 = 3.0;
+
+/// Strength over stiffness that the method holds for \[1\].
+const STRENGTH_RANGE: (f64, f64) = (1e-5, 1e-1);
+
+/// Poisson's ratio: at the ends a wave speed vanishes or has no bound \[1\].
+const POISSON_RANGE: (f64, f64) = (-0.99, 0.49);
+
+/// The spacing asked for, or the finest that the particle budget allows: N = 8V/h³ \[m\].
+pub(crate) fn spacing(problem: &Problem) -> Result<f64, Refusal> {
+    let volume = problem.solid.mesh.signed_volume();
+    within("the body's volume [m^3]", volume, 1e-18, 1e12)?;
+    let finest = libm::cbrt(PER_CELL * volume / f64::from(problem.settings.max_particles.max(1)));
+    let spacing = problem.settings.spacing.unwrap_or(finest);
+    within("the spacing [m]", spacing, 1e-9, 1e6)?;
+    Ok(spacing)
+}
+
+pub(crate) fn sample_points(problem: &Problem, spacing: f64) -> Result<Vec<Vec3>, Refusal> {
+    // Eight points a cell: each stands for (h/2)³.
+    let inside = Inside::new(&problem.solid.mesh);
+    sample::poisson(&inside, 0.5 * spacing, problem.seed).map_err(|error| {
+        let value = match error {
+            SampleError::TooMany { candidates, .. } => candidates,
+            SampleError::Spacing { spacing } => spacing,
+        };
+        let limit = sample::MAX_CANDIDATES;
+        Refusal::TooLarge { what: "the number of points in the body's box", value, limit }
+    })
+}
+
+/// Refuses what is not a number from `low` to `high`.
+pub(crate) fn within(what: &'static str, value: f64, low: f64, high: f64) -> Result<(), Refusal> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(Refusal::OutOfRange { what, value, low, high })
+}
+
+pub(crate) fn check_material(problem: &Problem) -> Result<(), Refusal> {
+    let m = &problem.material;
+    within("density [kg/m^3]", m.density, 1e-3, 1e6)?;
+    within("Young's modulus [Pa]", m.young, 1.0, 1e14)?;
+    within("Poisson's ratio", m.poisson, POISSON_RANGE.0, POISSON_RANGE.1)?;
+    within("fracture energy [J/m^2]", m.fracture_energy, 1e-9, 1e9)?;
+    let ratio = m.failure_stress / m.young;
+    within("failure stress over Young's modulus", ratio, STRENGTH_RANGE.0, STRENGTH_RANGE.1)
+}
+
+pub(crate) fn check_impacts(impacts: &[Impact]) -> Result<(), Refusal> {
+    within("the number of impacts", impacts.len() as f64, 1.0, 1e4)?;
+    for impact in impacts {
+        within("impulse [N s]", impact.impulse, f64::MIN_POSITIVE, 1e12)?;
+        within("contact duration [s]", impact.duration, f64::MIN_POSITIVE, 1e6)?;
+        within("contact radius [m]", impact.radius, f64::MIN_POSITIVE, 1e6)?;
+        within("length of the impact's normal", impact.normal.norm(), 1.0 - 1e-6, 1.0 + 1e-6)?;
+        within("distance of the impact [m]", impact.point.norm(), 0.0, 1e6)?;
+        within("impact energy [J]", impact.energy, 0.0, 1e18)?;
+    }
+    Ok(())
+}
+
+/// The section in which four fifths of the body lie is at least three cells thick.
+pub(crate) fn check_thickness(
+    problem: &Problem,
+    points: &[Vec3],
+    spacing: f64,
+) -> Result<(), Refusal> {
+    let nearest = Nearest::new(&problem.solid.mesh);
+    // A sample of the depths is enough for a percentile.
+    let stride = points.len().div_ceil(1000);
+    let mut depths: Vec<f64> =
+        points.iter().step_by(stride).map(|&p| nearest.distance(p)).collect();
+    depths.sort_unstable_by(f64::total_cmp);
+    // In a plate of thickness t four fifths of the points lie less than 0.4 t deep.
+    let thickness = depths.get(depths.len() * 4 / 5).copied().unwrap_or(0.0) / 0.4;
+    let cells = thickness / spacing;
+    if cells < LEAST_CELLS {
+        return Err(Refusal::TooThin { thickness, cells, minimum: LEAST_CELLS });
+    }
+    Ok(())
+}

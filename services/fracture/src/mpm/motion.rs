@@ -1,0 +1,90 @@
+//! The rigid motion that carries a part's momentum and angular momentum.
+
+use crate::particles::{Particles, twist};
+use cullet_geometry::{Mat3, Vec3};
+
+/// Mass, momentum and angular momentum of a set of points about their own centroid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Velocity of the centroid \[m/s\].
+    pub velocity: Vec3,
+    /// Angular velocity \[rad/s\].
+    pub spin: Vec3,
+    /// Points.
+    pub points: usize,
+}
+
+impl Default for Motion {
+    fn default() -> Self {
+        Self { velocity: Vec3::zeros(), spin: Vec3::zeros(), points: 0 }
+    }
+}
+
+/// Points below which a part is given no spin: its inertia is a guess.
+const LEAST_POINTS: usize = 4;
+
+/// The motion of each of `parts` parts; `part` tells the part of each point by id.
+#[must_use]
+pub fn of_parts(particles: &Particles, part: &[u32], parts: usize, spacing: f64) -> Vec<Motion> {
+    let mut motions = vec![Motion::default(); parts];
+    let mut centroids = vec![Vec3::zeros(); parts];
+    let place = |p: usize| part[particles.id[p] as usize] as usize;
+    for p in 0..particles.len() {
+        let at = place(p);
+        if at < parts {
+            motions[at].points += 1;
+            motions[at].velocity += particles.velocity[p];
+            centroids[at] += particles.position[p];
+        }
+    }
+    for (motion, centroid) in motions.iter_mut().zip(&mut centroids) {
+        let share = 1.0 / motion.points.max(1) as f64;
+        motion.velocity *= share;
+        *centroid *= share;
+    }
+    // A point is a cloud of second moment h²/4 per axis, so it has inertia and spin of its own.
+    let own = 0.25 * spacing * spacing;
+    let mut momenta = vec![Vec3::zeros(); parts];
+    let mut inertias = vec![Mat3::zeros(); parts];
+    for p in 0..particles.len() {
+        let at = place(p);
+        if at < parts {
+            let r = particles.position[p] - centroids[at];
+            momenta[at] += r.cross(&(particles.velocity[p] - motions[at].velocity))
+                + twist(&particles.affine[p]) * own;
+            inertias[at] += Mat3::identity() * (r.norm_squared() + 2.0 * own) - r * r.transpose();
+        }
+    }
+    for (at, motion) in motions.iter_mut().enumerate() {
+        let inverse = inertias[at].try_inverse().filter(|_| motion.points >= LEAST_POINTS);
+        motion.spin = inverse.map_or(Vec3::zeros(), |inverse| inverse * momenta[at]);
+    }
+    motions
+}
+
+#[cfg(test)]
+mod tests {
+    use super::of_parts;
+    use crate::particles::Particles;
+    use cullet_geometry::{Mat3, Vec3, math::unit};
+
+    #[test]
+    fn a_rigid_motion_is_found_again() {
+        let points: Vec<Vec3> = (0..200)
+            .map(|i| Vec3::new(unit(3, 0, i), 2.0 * unit(3, 1, i), 0.5 * unit(3, 2, i)))
+            .collect();
+        let mut particles = Particles::at_rest(&points, 1.0, 1000.0);
+        let (v, w) = (Vec3::new(1.0, -2.0, 0.5), Vec3::new(0.3, 0.7, -1.1));
+        let cross = Mat3::new(0.0, -w.z, w.y, w.z, 0.0, -w.x, -w.y, w.x, 0.0);
+        for (p, x) in points.iter().enumerate() {
+            particles.velocity[p] = v + w.cross(x);
+            particles.affine[p] = cross;
+        }
+        let part: Vec<u32> = (0..200).map(|i| u32::from(i >= 197)).collect();
+        let motions = of_parts(&particles, &part, 2, 0.1);
+        let centroid = points[..197].iter().sum::<Vec3>() / 197.0;
+        assert!((motions[0].spin - w).norm() < 1e-12);
+        assert!((motions[0].velocity - (v + w.cross(&centroid))).norm() < 1e-12);
+        assert_eq!(motions[1].spin, Vec3::zeros());
+    }
+}

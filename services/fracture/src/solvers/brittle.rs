@@ -1,0 +1,407 @@
+//! Brittle solids: particles, MLS-MPM under the Hertz push, Rankine damage, then the exact cut.
+
+use crate::cut::{self, CutSettings, DamageField};
+use crate::damage::{BAND_WIDTH, Softening};
+use crate::mpm::door::{
+    PER_CELL, check_impacts, check_material, check_thickness, sample_points, spacing, within,
+};
+use crate::mpm::load::{LEAST_RADIUS, Load};
+use crate::mpm::{Domain, Tally, basin, motion, variation};
+use crate::particles::Particles;
+use crate::solver::{
+    Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
+};
+use cullet_geometry::Vec3;
+
+/// Most points a solve may ask for: 8 million take about 3 GB.
+const MOST_PARTICLES: f64 = 8e6;
+
+/// Fewest points worth solving: below, no section has three cells.
+const LEAST_PARTICLES: usize = 200;
+
+/// Bytes a point needs, with its share of arenas and nodes.
+const BYTES: f64 = 800.0;
+
+/// The push is shortened to this many transits L/c_s: beyond about six the stress follows the
+/// force and the body's own motion has died out of the ratio (`a_long_push_is_quasi_static`).
+const PUSH_TRANSITS: f64 = 6.0;
+
+/// Transits after the push until the solve ends even where damage still grows (F12).
+const AFTER_TRANSITS: f64 = 4.0;
+
+/// Transits without growth, after the push, that end the solve (F24).
+const QUIET_TRANSITS: f64 = 2.5;
+
+/// Share of the points that must break to count as growth: less is the opening of old cracks.
+const GROWTH_SHARE: f64 = 2e-3;
+
+/// Speed of the loaded points along the push, in E/J of the impact, at which the striker has lost
+/// touch (F12): the striker comes at 2E/J · (1+e), so 3 is that speed at a restitution e = ½.
+/// Without this a corner that breaks off takes the whole impulse. What is left stays with the
+/// striker: the rigid world lets it meet the fragments.
+const RELEASE: f64 = 3.0;
+
+/// Steps between looks at energy and finiteness (F04, F76).
+const LOOK: u64 = 64;
+
+/// Energy over work done that counts as instability (F04).
+const GROWTH: f64 = 1.1;
+
+/// Share of points that may be crushed before the numbers mean nothing (F07).
+const CRUSHED_SHARE: f64 = 0.02;
+
+/// Particle-steps of a slice: some tens of milliseconds.
+const SLICE: u64 = 200_000;
+
+/// A brittle solve in progress.
+#[derive(Debug)]
+pub struct Brittle {
+    problem: Problem,
+    domain: Domain,
+    loads: Vec<Load>,
+    strength_ratio: f64,
+    clock: Clock,
+    total: Tally,
+    work: f64,
+    push_over: Option<f64>,
+    last_growth: f64,
+    broken_then: u32,
+    fastest: f64,
+    warnings: Vec<String>,
+}
+
+/// When the push ends and when the solve does \[s\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Clock {
+    transit: f64,
+    push: f64,
+    end: f64,
+}
+
+impl Clock {
+    fn new(problem: &Problem) -> Self {
+        let transit = problem.solid.mesh.diagonal() / problem.material.shear_speed();
+        let longest = problem.impacts.iter().fold(0.0_f64, |m, i| m.max(i.duration));
+        let push = longest.min(PUSH_TRANSITS * transit);
+        Self { transit, push, end: push + AFTER_TRANSITS * transit }
+    }
+}
+
+impl Solver for Brittle {
+    const NAME: &'static str = "brittle";
+
+    fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
+        check_material(problem)?;
+        check_impacts(&problem.impacts)?;
+        let spacing = spacing(problem)?;
+        let volume = problem.solid.mesh.signed_volume();
+        let particles = PER_CELL * volume / (spacing * spacing * spacing);
+        within("the number of particles", particles, LEAST_PARTICLES as f64, f64::INFINITY)?;
+        let most = f64::from(problem.settings.max_particles).min(MOST_PARTICLES);
+        // A spacing that was asked for may overshoot by what rounding and sampling do.
+        if particles > 1.05 * most {
+            return Err(Refusal::TooLarge {
+                what: "the number of particles",
+                value: particles,
+                limit: most,
+            });
+        }
+        let step = crate::mpm::domain::COURANT * spacing / problem.material.pressure_speed();
+        let steps = Clock::new(problem).end / step;
+        let limit = f64::from(problem.settings.max_steps);
+        if steps > limit {
+            return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });
+        }
+        Ok(Cost { particles, steps, bytes: particles * BYTES })
+    }
+
+    fn begin(problem: Problem) -> Result<Self, Refusal> {
+        Self::accepts(&problem)?;
+        let spacing = spacing(&problem)?;
+        let mesh = &problem.solid.mesh;
+        let points = sample_points(&problem, spacing)?;
+        within("the number of particles", points.len() as f64, LEAST_PARTICLES as f64, 1e9)?;
+        check_thickness(&problem, &points, spacing)?;
+        let material = &problem.material;
+        let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
+        for (strength, x) in particles.strength.iter_mut().zip(&points) {
+            *strength = variation::strength(x, spacing, problem.seed);
+        }
+        let softening = Softening::new(material, BAND_WIDTH * spacing);
+        let mut domain = Domain::new(particles, material, softening, spacing);
+        let clock = Clock::new(&problem);
+        let loads: Vec<Load> =
+            problem.impacts.iter().map(|impact| load(impact, &domain, &clock)).collect();
+        for &(id, _) in loads.iter().flat_map(|load| &load.shares) {
+            let slot = domain.slot(id);
+            domain.particles.shielded[slot] = true;
+        }
+        let warnings = first_warnings(&problem, &softening, &clock, spacing);
+        Ok(Self {
+            problem,
+            domain,
+            loads,
+            strength_ratio: softening.strength_ratio,
+            clock,
+            total: Tally::default(),
+            work: 0.0,
+            push_over: None,
+            last_growth: 0.0,
+            broken_then: 0,
+            fastest: 0.0,
+            warnings,
+        })
+    }
+
+    fn advance(&mut self) -> Progress {
+        let slice = (SLICE / self.domain.particles.len().max(1) as u64).max(1);
+        for _ in 0..slice {
+            if let Err(failure) = self.step() {
+                return Progress::Failed(failure);
+            }
+            if self.over() {
+                return match self.finish() {
+                    Ok(fracture) => Progress::Done(Box::new(fracture)),
+                    Err(failure) => Progress::Failed(failure),
+                };
+            }
+        }
+        Progress::Running((self.domain.time / self.clock.end).min(1.0))
+    }
+}
+
+impl Brittle {
+    fn step(&mut self) -> Result<(), Failure> {
+        for load in &mut self.loads {
+            self.work += load.push(&mut self.domain);
+        }
+        let tally = self.domain.advance();
+        self.total.dissipated += tally.dissipated;
+        self.total.crushed += tally.crushed;
+        self.total.broken += tally.broken;
+        self.fastest = self.fastest.max(tally.fastest);
+        let points = self.domain.particles.len() as f64;
+        if f64::from(self.total.broken - self.broken_then) > GROWTH_SHARE * points {
+            self.last_growth = self.domain.time;
+            self.broken_then = self.total.broken;
+        }
+        let share = f64::from(self.total.crushed) / points;
+        if share > CRUSHED_SHARE {
+            return Err(Failure::Unstable { ratio: share, step: self.domain.steps });
+        }
+        let step = self.domain.steps;
+        if step.is_multiple_of(LOOK) {
+            self.look(step)?;
+        }
+        Ok(())
+    }
+
+    fn look(&self, step: u64) -> Result<(), Failure> {
+        if !self.domain.is_finite() {
+            return Err(Failure::NotFinite { what: "position or velocity", step });
+        }
+        let kinetic = self.domain.particles.kinetic_energy(self.domain.spacing);
+        let energy = kinetic + self.domain.elastic_energy();
+        if !energy.is_finite() {
+            return Err(Failure::NotFinite { what: "energy", step });
+        }
+        if energy > GROWTH * self.work {
+            return Err(Failure::Unstable { ratio: energy / self.work - 1.0, step });
+        }
+        Ok(())
+    }
+
+    fn over(&mut self) -> bool {
+        let time = self.domain.time;
+        if self.loads.iter().any(|load| !load.is_over(time)) {
+            return false;
+        }
+        let push = *self.push_over.get_or_insert(time);
+        let quiet = time - self.last_growth.max(push);
+        let transit = self.clock.transit;
+        quiet > QUIET_TRANSITS * transit || time > push + AFTER_TRANSITS * transit
+    }
+
+    fn finish(&mut self) -> Result<Fracture, Failure> {
+        self.look(self.domain.steps)?;
+        let (positions, damage, damage_time) = self.field();
+        let cracks = basin::cracks(&self.domain.particles, &self.rules());
+        let field = DamageField {
+            spacing: self.domain.spacing,
+            positions: &positions,
+            damage: &cracks.membership,
+            damage_time: &damage_time,
+        };
+        let settings = CutSettings {
+            min_volume_ratio: self.problem.settings.min_volume_ratio,
+            max_fragments: self.problem.settings.max_fragments,
+            seed: self.problem.seed,
+        };
+        let partition = cut::extract(&self.problem.solid, &field, &settings)
+            .map_err(|error| Failure::Cut(error.to_string()))?;
+        let mut report = self.report(&damage);
+        report.crack_area = partition.crack_area;
+        report.fracture_energy = self.problem.material.fracture_energy * partition.crack_area;
+        report.warnings.extend(partition.warnings);
+        if cracks.drawn > 0 {
+            report.warnings.push(format!(
+                "crushed: {:.3} of the body is finer than the grid can tell; {} pieces drawn there",
+                cracks.crushed, cracks.drawn
+            ));
+        }
+        let motions = motion::of_parts(
+            &self.domain.particles,
+            &partition.particle_part,
+            partition.parts.len(),
+            self.domain.spacing,
+        );
+        let mut fragments: Vec<Fragment> = partition
+            .parts
+            .into_iter()
+            .zip(motions)
+            .map(|(part, motion)| Fragment {
+                solid: part.solid,
+                hulls: part.hulls,
+                velocity: motion.velocity,
+                spin: motion.spin,
+            })
+            .collect();
+        self.balance(&mut fragments);
+        Ok(Fracture { fragments, report })
+    }
+
+    fn rules(&self) -> basin::Rules {
+        let material = &self.problem.material;
+        basin::Rules {
+            spacing: self.domain.spacing,
+            shear_speed: material.shear_speed(),
+            toughness: material.fracture_energy / material.density,
+            seed: self.problem.seed,
+        }
+    }
+
+    /// Damage in the order in which the points were sampled.
+    fn field(&self) -> (Vec<Vec3>, Vec<f64>, Vec<f64>) {
+        let particles = &self.domain.particles;
+        let slots = (0..particles.len() as u32).map(|id| self.domain.slot(id));
+        let slots: Vec<usize> = slots.collect();
+        (
+            slots.iter().map(|&p| particles.reference[p]).collect(),
+            slots.iter().map(|&p| particles.damage[p]).collect(),
+            slots.iter().map(|&p| particles.damage_time[p]).collect(),
+        )
+    }
+
+    /// A fragment's mesh holds a little more or less mass than its points: one shift of all
+    /// velocities makes the fragments carry exactly the impulse of the pushes.
+    fn balance(&self, fragments: &mut [Fragment]) {
+        let pushes = self.loads.iter().map(|load| load.direction * load.delivered);
+        let delivered: Vec3 = pushes.sum();
+        let density = self.problem.material.density;
+        let masses: Vec<f64> =
+            fragments.iter().map(|f| density * f.solid.mesh.signed_volume()).collect();
+        let carried: Vec3 = fragments.iter().zip(&masses).map(|(f, m)| f.velocity * *m).sum();
+        let shift = (delivered - carried) / masses.iter().sum::<f64>();
+        for fragment in fragments {
+            fragment.velocity += shift;
+        }
+    }
+
+    fn report(&self, damage: &[f64]) -> Report {
+        let particles = self.domain.particles.len();
+        let damaged = damage.iter().filter(|&&c| c > 0.5).count();
+        let mut report = Report {
+            solver: Self::NAME.to_owned(),
+            spacing: self.domain.spacing,
+            particles: particles as u64,
+            steps: self.domain.steps,
+            simulated: self.domain.time,
+            dissipated_energy: self.total.dissipated,
+            strength_ratio: self.strength_ratio,
+            damaged_fraction: damaged as f64 / particles as f64,
+            delivered_impulse: self.loads.iter().map(|load| load.delivered).sum(),
+            warnings: self.warnings.clone(),
+            ..Report::default()
+        };
+        self.last_warnings(&mut report);
+        report
+    }
+
+    fn last_warnings(&self, report: &mut Report) {
+        let warnings = &mut report.warnings;
+        let impulse: f64 = self.problem.impacts.iter().map(|hit| hit.impulse).sum();
+        let share = report.delivered_impulse / impulse;
+        if share < 1.0 - 1e-9 {
+            warnings
+                .push(format!("{share:.3} of the impulse was taken; the striker keeps the rest"));
+        }
+        let crushed = self.total.crushed;
+        if crushed > 0 {
+            warnings.push(format!("crushed: {crushed} times a point reached J = 0.2 (F07)"));
+        }
+        let quiet = self.domain.time - self.last_growth;
+        if quiet < self.clock.transit {
+            warnings.push(format!(
+                "still breaking: damage grew {quiet:.2e} s before the end, a transit is {:.2e} s \
+                 (F12)",
+                self.clock.transit
+            ));
+        }
+        let drift = self.fastest.sqrt() * self.domain.step / self.domain.spacing;
+        if drift > 0.2 {
+            warnings.push(format!("fast: a point moved {drift:.2} cells in a step (F04)"));
+        }
+        let energy: f64 = self.problem.impacts.iter().map(|impact| impact.energy).sum();
+        if self.total.dissipated > energy {
+            warnings.push(format!(
+                "damage cost {:.3e} J, the approach had {energy:.3e} J",
+                self.total.dissipated
+            ));
+        }
+    }
+}
+
+/// The push of an impact: a longer one than the clock's has the same peak force and delivers less;
+/// the striker keeps the rest.
+fn load(impact: &Impact, domain: &Domain, clock: &Clock) -> Load {
+    let duration = impact.duration.min(clock.push);
+    let share = duration / impact.duration;
+    let mut load = Load::new(impact, domain, duration);
+    load.impulse = share * impact.impulse;
+    if impact.energy > 0.0 {
+        load.release = RELEASE * impact.energy / impact.impulse;
+    }
+    load
+}
+
+fn first_warnings(
+    problem: &Problem,
+    softening: &Softening,
+    clock: &Clock,
+    spacing: f64,
+) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if softening.strength_ratio < 1.0 {
+        warnings.push(format!(
+            "toughness-controlled: strength used is {:.3} of the material's at this spacing (F01)",
+            softening.strength_ratio
+        ));
+    }
+    for impact in &problem.impacts {
+        if impact.duration > clock.push {
+            warnings.push(format!(
+                "push of {:.3e} s shortened to {:.3e} s, {PUSH_TRANSITS} transits, at the same \
+                 peak force (F12)",
+                impact.duration, clock.push
+            ));
+        }
+        if impact.radius < LEAST_RADIUS * spacing {
+            warnings.push(format!(
+                "contact radius {:.3e} m widened to {:.3e} m, {LEAST_RADIUS} cells (F11)",
+                impact.radius,
+                LEAST_RADIUS * spacing
+            ));
+        }
+    }
+    warnings
+}

@@ -1,0 +1,239 @@
+//! The brittle solver from problem to fragments.
+
+use cullet_fracture::mpm::load::Load;
+use cullet_fracture::mpm::{Domain, symmetric};
+use cullet_fracture::particles::Particles;
+use cullet_fracture::solvers::{brittle::Brittle, by_name};
+use cullet_fracture::{
+    Fracture, Impact, Material, Problem, Progress, Refusal, Settings, Solver, damage::Softening,
+};
+use cullet_geometry::inside::Inside;
+use cullet_geometry::{Solid, Vec3, sample, shapes};
+use std::sync::Arc;
+
+const PLASTER: Material = Material {
+    density: 1150.0,
+    young: 3e9,
+    poisson: 0.2,
+    failure_stress: 3e6,
+    fracture_energy: 5.0,
+};
+const TOUGH: Material = Material { failure_stress: 2e8, fracture_energy: 1e9, ..PLASTER };
+
+fn block(size: Vec3, material: Material, impacts: Vec<Impact>) -> Problem {
+    let mesh = shapes::cuboid(size, shapes::Detail::default()).expect("a box");
+    Problem {
+        solid: Arc::new(Solid::outer(mesh)),
+        material,
+        impacts,
+        settings: Settings { max_particles: 4000, ..Settings::default() },
+        seed: 7,
+    }
+}
+
+fn hit(point: Vec3, normal: Vec3, impulse: f64) -> Impact {
+    Impact { point, normal, impulse, duration: 1.2e-4, radius: 6e-3, energy: 0.0 }
+}
+
+fn side_hit(impulse: f64) -> Impact {
+    hit(Vec3::new(-0.1, 0.02, 0.03), Vec3::x(), impulse)
+}
+
+fn cube(material: Material, impacts: Vec<Impact>) -> Problem {
+    block(Vec3::repeat(0.2), material, impacts)
+}
+
+fn solve(problem: &Problem) -> Fracture {
+    let entry = by_name(Brittle::NAME).expect("in the table");
+    let mut run = (entry.begin)(problem.clone()).expect("accepted");
+    let mut share = 0.0;
+    loop {
+        match run.advance() {
+            Progress::Running(now) => {
+                assert!((share..=1.0).contains(&now), "{now} after {share}");
+                share = now;
+            }
+            Progress::Done(fracture) => return *fracture,
+            Progress::Failed(failure) => panic!("{failure}"),
+        }
+    }
+}
+
+fn momentum(fracture: &Fracture, density: f64) -> Vec3 {
+    let carried =
+        |f: &cullet_fracture::Fragment| f.velocity * (density * f.solid.mesh.signed_volume());
+    fracture.fragments.iter().map(carried).sum()
+}
+
+/// H1(ii): the body takes exactly the impulses, and turns as a rigid body would.
+#[test]
+fn an_unbroken_body_takes_the_impulses() {
+    let second = hit(Vec3::new(0.03, 0.1, -0.04), -Vec3::y(), 1.5);
+    let problem = cube(TOUGH, vec![side_hit(4.0), second]);
+    let fracture = solve(&problem);
+    assert_eq!(fracture.fragments.len(), 1);
+    assert!((fracture.report.delivered_impulse - 5.5).abs() < 1e-9);
+    let wanted: Vec3 = problem.impacts.iter().map(|i| i.normal * i.impulse).sum();
+    let got = momentum(&fracture, TOUGH.density);
+    assert!((got - wanted).norm() < 1e-9 * wanted.norm(), "{got} of {wanted}");
+    let inertia = TOUGH.density * 0.2_f64.powi(5) / 6.0;
+    let torque: Vec3 = problem.impacts.iter().map(|i| i.point.cross(&i.normal) * i.impulse).sum();
+    let spin = torque / inertia;
+    let error = (fracture.fragments[0].spin - spin).norm() / spin.norm();
+    assert!(error < 0.1, "spin {} of {spin}", fracture.fragments[0].spin);
+    assert_eq!(fracture.report.damaged_fraction, 0.0);
+    assert_eq!(fracture.report.dissipated_energy, 0.0);
+}
+
+#[test]
+fn a_hard_hit_breaks_a_cube() {
+    let problem = cube(PLASTER, vec![side_hit(4.5)]);
+    let fracture = solve(&problem);
+    let report = &fracture.report;
+    assert!(fracture.fragments.len() >= 2, "{report:?}");
+    let volume: f64 = fracture.fragments.iter().map(|f| f.solid.mesh.signed_volume()).sum();
+    assert!((volume / 0.008 - 1.0).abs() < 1e-9, "volume {volume}");
+    assert!(fracture.fragments.iter().all(|f| f.solid.mesh.is_closed()));
+    let error = (momentum(&fracture, PLASTER.density) - Vec3::x() * 4.5).norm() / 4.5;
+    assert!(error < 1e-9, "momentum {error}");
+    // The piece under the striker flies ahead of the rest.
+    let speeds: Vec<f64> = fracture.fragments.iter().map(|f| f.velocity.x).collect();
+    let fastest = speeds.iter().fold(0.0_f64, |m, &v| m.max(v));
+    assert!(fastest > 4.5 / (0.008 * PLASTER.density), "{speeds:?}");
+    assert!(report.strength_ratio < 1.0 && report.crack_area > 0.0);
+    assert!(report.dissipated_energy > 0.0 && report.damaged_fraction > 0.0);
+    assert!(report.warnings.iter().any(|w| w.contains("toughness-controlled")));
+}
+
+/// F24: a tap that breaks nothing ends as soon as it is quiet.
+#[test]
+fn a_tap_breaks_nothing_and_ends_early() {
+    let problem = cube(PLASTER, vec![side_hit(1e-3)]);
+    let fracture = solve(&problem);
+    assert_eq!(fracture.fragments.len(), 1);
+    let cost = Brittle::accepts(&problem).expect("accepted");
+    assert!((fracture.report.steps as f64) < 0.7 * cost.steps, "{:?}", fracture.report);
+}
+
+/// F75: the same bits on one, two and three threads, and again.
+#[test]
+fn threads_do_not_change_a_bit() {
+    let mut problem = cube(PLASTER, vec![side_hit(4.5)]);
+    problem.settings.max_particles = 2000;
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| solve(&problem))
+    };
+    let one = run(1);
+    assert!(one.report.damaged_fraction > 0.01);
+    assert_eq!(one, run(2));
+    assert_eq!(one, run(3));
+    assert_eq!(one, run(1));
+    let other = Problem { seed: 8, ..problem.clone() };
+    assert_ne!(one, solve(&other));
+}
+
+/// F14: a plate of two cells is refused, and says how thin it is.
+#[test]
+fn a_thin_plate_is_refused() {
+    let impact = hit(Vec3::new(0.0, 0.0, 0.005), -Vec3::z(), 1.0);
+    let mut problem = block(Vec3::new(0.2, 0.2, 0.01), PLASTER, vec![impact]);
+    problem.settings =
+        Settings { spacing: Some(0.005), max_particles: 200_000, ..Settings::default() };
+    match Brittle::begin(problem.clone()) {
+        Err(Refusal::TooThin { thickness, cells, .. }) => {
+            assert!((thickness - 0.01).abs() < 1e-3, "{thickness}");
+            assert!((cells - 2.0).abs() < 0.2, "{cells}");
+        }
+        other => panic!("{:?}", other.map(|_| ())),
+    }
+    problem.settings =
+        Settings { spacing: Some(0.003), max_particles: 200_000, ..Settings::default() };
+    assert!(Brittle::begin(problem).is_ok());
+}
+
+#[test]
+fn bad_problems_are_refused_by_name() {
+    let good = cube(PLASTER, vec![side_hit(1.0)]);
+    let names = |problem: &Problem| match Brittle::accepts(problem) {
+        Err(Refusal::OutOfRange { what, .. } | Refusal::TooLarge { what, .. }) => what,
+        other => panic!("{other:?}"),
+    };
+    let material = |material| names(&Problem { material, ..good.clone() });
+    assert!(material(Material { poisson: 0.5, ..PLASTER }).contains("Poisson"));
+    assert!(material(Material { density: -1.0, ..PLASTER }).contains("density"));
+    assert!(material(Material { young: f64::NAN, ..PLASTER }).contains("Young"));
+    assert!(material(Material { failure_stress: 1e9, ..PLASTER }).contains("failure stress"));
+    assert!(material(Material { fracture_energy: 0.0, ..PLASTER }).contains("energy"));
+    let impact = |impact| names(&Problem { impacts: vec![impact], ..good.clone() });
+    assert!(impact(side_hit(0.0)).contains("impulse"));
+    assert!(impact(Impact { duration: 0.0, ..side_hit(1.0) }).contains("duration"));
+    assert!(impact(Impact { radius: f64::NAN, ..side_hit(1.0) }).contains("radius"));
+    assert!(impact(Impact { normal: Vec3::zeros(), ..side_hit(1.0) }).contains("normal"));
+    assert!(names(&Problem { impacts: vec![], ..good.clone() }).contains("impacts"));
+    let settings = |settings| names(&Problem { settings, ..good.clone() });
+    let fine = Settings { spacing: Some(1e-3), ..Settings::default() };
+    assert!(settings(fine).contains("particles"));
+    assert!(settings(Settings { max_steps: 10, ..Settings::default() }).contains("steps"));
+    assert!(settings(Settings { spacing: Some(-1.0), ..Settings::default() }).contains("spacing"));
+    assert!(settings(Settings { max_particles: 20, ..Settings::default() }).contains("particles"));
+}
+
+/// Why a long push may be shortened to six transits at the same peak force: the greatest tension
+/// inside is the same.
+#[test]
+fn a_long_push_is_quasi_static() {
+    let size = Vec3::repeat(0.2);
+    let mesh = shapes::cuboid(size, shapes::Detail::default()).expect("a box");
+    let spacing = 0.025;
+    let points = sample::poisson(&Inside::new(&mesh), 0.5 * spacing, 3).expect("points");
+    let transit = mesh.diagonal() / TOUGH.shear_speed();
+    let peak = |transits: f64| {
+        let particles = Particles::at_rest(&points, 0.008, TOUGH.density);
+        let law = Softening::new(&TOUGH, spacing);
+        let mut domain = Domain::new(particles, &TOUGH, law, spacing);
+        let impact = side_hit(0.05 * transits);
+        let mut load = Load::new(&impact, &domain, transits * transit);
+        let mut most: f64 = 0.0;
+        while domain.time < load.duration {
+            load.push(&mut domain);
+            domain.advance();
+            if domain.steps.is_multiple_of(4) {
+                let tension = |s: &symmetric::Sym3| {
+                    let (values, _) = symmetric::eigen(s);
+                    values[0].max(values[1]).max(values[2])
+                };
+                let all: Vec<f64> = domain.particles.stress.iter().map(tension).collect();
+                let mut sorted = all;
+                sorted.sort_unstable_by(f64::total_cmp);
+                most = most.max(sorted[sorted.len() * 98 / 100]);
+            }
+        }
+        most
+    };
+    let (short, long) = (peak(6.0), peak(18.0));
+    assert!((short / long - 1.0).abs() < 0.15, "{short} and {long}");
+    let sudden = peak(0.5);
+    assert!((sudden / long - 1.0).abs() > 0.15, "{sudden} and {long}");
+}
+
+/// The half-sine delivers its impulse, and its peak force is (π/2) I/t_c.
+#[test]
+fn the_push_is_half_a_sine() {
+    let mesh = shapes::cuboid(Vec3::repeat(0.2), shapes::Detail::default()).expect("a box");
+    let points = sample::poisson(&Inside::new(&mesh), 0.01, 3).expect("points");
+    let particles = Particles::at_rest(&points, 0.008, TOUGH.density);
+    let domain = Domain::new(particles, &TOUGH, Softening::new(&TOUGH, 0.02), 0.02);
+    let load = Load::new(&side_hit(2.0), &domain, 1e-3);
+    assert!((load.shares.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
+    for &(id, _) in &load.shares {
+        let x = domain.particles.reference[domain.slot(id)];
+        let aside = ((x.y - 0.02).powi(2) + (x.z - 0.03).powi(2)).sqrt();
+        assert!(aside < 0.04 && x.x < -0.1 + 0.03, "{x}");
+    }
+    assert_eq!(load.by(0.0), 0.0);
+    assert_eq!(load.by(1e-3), 2.0);
+    let force = (load.by(0.5e-3 + 1e-8) - load.by(0.5e-3 - 1e-8)) / 2e-8;
+    let peak = 0.5 * std::f64::consts::PI * 2.0 / 1e-3;
+    assert!((force / peak - 1.0).abs() < 1e-6, "{force} of {peak}");
+}
