@@ -1,1 +1,38 @@
 //! The rigid world: bodies, impacts, the gate, the replacement of a body by its fragments.
+//!
+//! Read `world.rs` first: [`World::step`] turns contacts into [`Hit`]s, [`gate`] asks whether a hit
+//! can crack anything, [`World::replace`] puts the fragments where the body was and keeps the
+//! books.
+//!
+//! Absent on purpose: files, clocks, threads, randomness, and any word about how a body breaks.
+//! Only `rigid/` names the engine; everything public speaks `cullet_geometry`.
+
+mod body;
+mod cluster;
+mod curvature;
+mod episode;
+mod error;
+mod exchange;
+mod gate;
+mod hertz;
+mod impact;
+mod ledger;
+mod mass;
+mod material;
+mod replace;
+mod rigid;
+mod settings;
+mod settle;
+mod world;
+
+pub use body::{BodyId, BodySpec, BodyView, Tier};
+pub use error::{ReplaceError, WorldError};
+pub use exchange::Exchange;
+pub use gate::{Gate, GateBody, GateLimits, Reason, gate};
+pub use hertz::{Elastic, Hertz, effective_modulus, hertz};
+pub use impact::{Hit, Impact};
+pub use ledger::Totals;
+pub use material::Material;
+pub use replace::{Piece, Replacement};
+pub use settings::{Tiers, WorldSettings};
+pub use world::World;

@@ -1,0 +1,297 @@
+//! A body: what one is made from, what the world keeps of it, what others may see of it.
+
+use crate::error::WorldError;
+use crate::mass::{extents, lever, reach};
+use crate::material::{Bound, Material};
+use crate::settings::Tiers;
+use cullet_geometry::{Mat3, Pose, Solid, Vec3};
+use std::sync::Arc;
+
+/// The name of a body in a run: increasing, never reused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BodyId(pub u32);
+
+impl std::fmt::Display for BodyId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "#{}", self.0)
+    }
+}
+
+/// Size class of a body by its volume ratio to the original body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Tier {
+    /// Unbreakable; collides as one hull of few corners.
+    Tiny,
+    /// Unbreakable.
+    Small,
+    /// Breakable.
+    Large,
+    /// (Nearly) the original body.
+    Whole,
+}
+
+impl Tier {
+    pub(crate) fn of(ratio: f64, tiers: &Tiers) -> Self {
+        if ratio < tiers.tiny {
+            Self::Tiny
+        } else if ratio < tiers.small {
+            Self::Small
+        } else if ratio < tiers.large {
+            Self::Large
+        } else {
+            Self::Whole
+        }
+    }
+
+    /// May a body of this class break?
+    #[must_use]
+    pub fn breakable(self) -> bool {
+        matches!(self, Self::Large | Self::Whole)
+    }
+}
+
+/// A body to be put into the world.
+#[derive(Clone, Debug)]
+pub struct BodySpec {
+    /// The scene's name for it.
+    pub name: String,
+    /// Exact shape in the body frame, whose origin is the centre of mass within 1e-9 of the size
+    /// \[m\].
+    pub solid: Arc<Solid>,
+    /// Convex parts that stand in for it in collisions, same frame: corner sets \[m\].
+    pub hulls: Vec<Vec<Vec3>>,
+    /// What it is made of.
+    pub material: Material,
+    /// Body frame to world frame \[m\].
+    pub pose: Pose,
+    /// Velocity of the centre of mass \[m/s\].
+    pub velocity: Vec3,
+    /// Angular velocity, world frame \[rad/s\].
+    pub spin: Vec3,
+    /// Never moves.
+    pub fixed: bool,
+    /// May hits break it?
+    pub breakable: bool,
+    /// Least impulse of a hit \[N·s\]; `None` takes the world's.
+    pub threshold: Option<f64>,
+    /// The body it broke off from.
+    pub parent: Option<BodyId>,
+    /// How many fractures it has behind it.
+    pub generation: u32,
+    /// Volume of the body of the scene that it comes from \[m³\]; `None` for such a body itself.
+    pub original_volume: Option<f64>,
+}
+
+/// A body as the recorder and the run loop see it.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyView<'a> {
+    /// Its name in this run.
+    pub id: BodyId,
+    /// The scene's name for it; fragments get their parent's with a number.
+    pub name: &'a str,
+    /// Exact shape, body frame \[m\].
+    pub solid: &'a Arc<Solid>,
+    /// What it is made of.
+    pub material: &'a Material,
+    /// Body frame to world frame \[m\].
+    pub pose: Pose,
+    /// Velocity of the centre of mass \[m/s\].
+    pub velocity: Vec3,
+    /// Angular velocity, world frame \[rad/s\].
+    pub spin: Vec3,
+    /// Mass \[kg\].
+    pub mass: f64,
+    /// Volume \[m³\].
+    pub volume: f64,
+    /// Volume over the original body's \[1\].
+    pub volume_ratio: f64,
+    /// Size class.
+    pub tier: Tier,
+    /// Never moves.
+    pub fixed: bool,
+    /// May it break (its tier and generation allow it, and its scene does)?
+    pub breakable: bool,
+    /// Is it at rest and out of the engine's sight?
+    pub sleeping: bool,
+    /// The body it broke off from.
+    pub parent: Option<BodyId>,
+    /// How many fractures it has behind it.
+    pub generation: u32,
+}
+
+/// Where a body is and how it moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Motion {
+    pub(crate) pose: Pose,
+    pub(crate) velocity: Vec3,
+    pub(crate) spin: Vec3,
+}
+
+impl Motion {
+    pub(crate) fn centre(&self) -> Vec3 {
+        self.pose.translation.vector
+    }
+
+    pub(crate) fn velocity_at(&self, point: &Vec3) -> Vec3 {
+        self.velocity + self.spin.cross(&(point - self.centre()))
+    }
+
+    pub(crate) fn finite(&self) -> bool {
+        let q = self.pose.rotation.coords;
+        q.iter().chain(self.centre().iter()).all(|x| x.is_finite())
+            && self.velocity.iter().chain(self.spin.iter()).all(|x| x.is_finite())
+    }
+}
+
+/// What the world keeps of a body beside its motion, which the engine holds.
+#[derive(Clone, Debug)]
+pub(crate) struct Body {
+    pub(crate) name: String,
+    pub(crate) solid: Arc<Solid>,
+    pub(crate) material: Material,
+    pub(crate) volume: f64,
+    pub(crate) original_volume: f64,
+    pub(crate) mass: f64,
+    /// About the centre of mass, body frame \[kg·m²\].
+    pub(crate) inertia: Mat3,
+    /// Greatest distance of a corner from the centre \[m\].
+    pub(crate) reach: f64,
+    /// Least extent of the box \[m\].
+    pub(crate) thickness: f64,
+    pub(crate) fixed: bool,
+    pub(crate) breakable: bool,
+    pub(crate) threshold: Option<f64>,
+    pub(crate) parent: Option<BodyId>,
+    pub(crate) generation: u32,
+    pub(crate) tier: Tier,
+    /// When it came into the world \[s\]; bodies of the scene are as old as time.
+    pub(crate) birth: f64,
+}
+
+/// Farthest place a body may be put at \[m\]: f64 still resolves 1e-7 m there.
+const FARTHEST: f64 = 1e9;
+/// Fastest a body may be \[m/s\]: contact mechanics ends well below.
+const FASTEST: f64 = 1e6;
+/// How far the centre of mass may be from the origin, in sizes \[1\].
+const CENTRE_TOLERANCE: f64 = 1e-9;
+/// Convex parts of one body; more makes the pair search crawl.
+const MOST_HULLS: usize = 4096;
+
+impl Body {
+    /// Checks a spec and takes its measure. `birth` in \[s\].
+    pub(crate) fn new(
+        spec: &BodySpec,
+        tiers: &Tiers,
+        limit: u32,
+        birth: f64,
+    ) -> Result<Self, WorldError> {
+        spec.check()?;
+        let m = spec.solid.mesh.mass_properties();
+        let reach = reach(&spec.solid.mesh);
+        spec.within("volume [m³]", m.volume, f64::MIN_POSITIVE, 1e12)?;
+        let (offset, bound) = (m.centroid.norm(), CENTRE_TOLERANCE * reach);
+        if offset > bound {
+            return Err(WorldError::OffCentre { name: spec.name.clone(), offset, bound });
+        }
+        let eigen = m.inertia.symmetric_eigenvalues();
+        // F32: slivers whose inertia is not positive would spin up for nothing.
+        spec.within("smallest inertia [m⁵]", eigen.min(), f64::MIN_POSITIVE, f64::MAX)?;
+        let original_volume = spec.original_volume.unwrap_or(m.volume);
+        spec.within("original_volume [m³]", original_volume, f64::MIN_POSITIVE, 1e12)?;
+        let tier = Tier::of(m.volume / original_volume, tiers);
+        Ok(Self {
+            name: spec.name.clone(),
+            solid: Arc::clone(&spec.solid),
+            material: spec.material,
+            volume: m.volume,
+            original_volume,
+            mass: m.volume * spec.material.density,
+            inertia: m.inertia * spec.material.density,
+            reach,
+            thickness: extents(spec.solid.mesh.vertices.iter()).min(),
+            fixed: spec.fixed,
+            breakable: spec.breakable && tier.breakable() && spec.generation < limit,
+            threshold: spec.threshold,
+            parent: spec.parent,
+            generation: spec.generation,
+            tier,
+            birth,
+        })
+    }
+
+    /// Inertia about the centre of mass in the world frame \[kg·m²\].
+    pub(crate) fn world_inertia(&self, pose: &Pose) -> Mat3 {
+        let r = pose.rotation.to_rotation_matrix();
+        r.matrix() * self.inertia * r.matrix().transpose()
+    }
+
+    /// How much a unit impulse along `n` at `point` speeds up that point [1/kg]:
+    /// 1/m + n·[I⁻¹(r×n)]×r  [Gate 0].
+    pub(crate) fn mobility(&self, motion: &Motion, point: &Vec3, n: &Vec3) -> f64 {
+        if self.fixed {
+            return 0.0;
+        }
+        let arm = (point - motion.centre()).cross(n);
+        let turn = invert(&self.world_inertia(&motion.pose)) * arm;
+        1.0 / self.mass + turn.dot(&arm)
+    }
+}
+
+/// The inverse of an inertia tensor; the zero matrix where there is none.
+pub(crate) fn invert(inertia: &Mat3) -> Mat3 {
+    inertia.try_inverse().unwrap_or_else(Mat3::zeros)
+}
+
+/// Inertia about a point `r` away from the centre \[kg·m²\].
+pub(crate) fn shifted(inertia: &Mat3, mass: f64, r: &Vec3) -> Mat3 {
+    inertia + lever(r) * mass
+}
+
+impl BodySpec {
+    fn within(
+        &self,
+        what: &'static str,
+        value: f64,
+        low: f64,
+        high: f64,
+    ) -> Result<(), WorldError> {
+        if (low..=high).contains(&value) {
+            return Ok(());
+        }
+        Err(WorldError::OutOfRange { name: self.name.clone(), what, value, low, high })
+    }
+
+    fn check(&self) -> Result<(), WorldError> {
+        if let Some(Bound { what, value, low, high }) = self.material.fault() {
+            return Err(WorldError::OutOfRange { name: self.name.clone(), what, value, low, high });
+        }
+        let mesh = &self.solid.mesh;
+        let corners = mesh.vertices.len();
+        let widest = mesh.vertices.iter().map(Vec3::norm).fold(0.0, worse);
+        let highest = mesh.triangles.iter().flatten().copied().max().unwrap_or(0);
+        self.within("triangles", mesh.triangles.len() as f64, 4.0, 1e8)?;
+        self.within("highest corner index", f64::from(highest), 0.0, corners as f64 - 1.0)?;
+        self.within("greatest corner distance [m]", widest, f64::MIN_POSITIVE, FARTHEST)?;
+        self.within("convex parts", self.hulls.len() as f64, 1.0, MOST_HULLS as f64)?;
+        let q = self.pose.rotation.coords.norm();
+        self.within(
+            "distance from the world's origin [m]",
+            norm(&self.pose.translation.vector),
+            0.0,
+            FARTHEST,
+        )?;
+        self.within("norm of the orientation quaternion [1]", q, 1.0 - 1e-9, 1.0 + 1e-9)?;
+        self.within("speed [m/s]", norm(&self.velocity), 0.0, FASTEST)?;
+        self.within("spin [rad/s]", norm(&self.spin), 0.0, FASTEST)?;
+        self.within("threshold [N·s]", self.threshold.unwrap_or(0.0), 0.0, f64::MAX)
+    }
+}
+
+/// The greater of two, and NaN where one of them is NaN (`f64::max` would lose it).
+fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+fn norm(v: &Vec3) -> f64 {
+    v.norm()
+}

@@ -1,0 +1,141 @@
+//! What can go wrong, with the place, the value and the bound.
+
+use crate::body::BodyId;
+
+/// A body or a setting that the world does not take, or a world that came to grief.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WorldError {
+    /// A setting lies outside its range.
+    #[error("world setting {what} is {value:.6e}; it must lie in [{low:.3e}, {high:.3e}]")]
+    Setting {
+        /// Which.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Least accepted.
+        low: f64,
+        /// Greatest accepted.
+        high: f64,
+    },
+    /// A property of a body lies outside its range (or is not a number).
+    #[error("body {name:?}: {what} is {value:.6e}; it must lie in [{low:.3e}, {high:.3e}]")]
+    OutOfRange {
+        /// The body's name.
+        name: String,
+        /// Which property.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Least accepted.
+        low: f64,
+        /// Greatest accepted.
+        high: f64,
+    },
+    /// The origin of the body frame is not the centre of mass.
+    #[error(
+        "body {name:?}: the centre of mass is {offset:.3e} m from the origin; at most {bound:.3e} m"
+    )]
+    OffCentre {
+        /// The body's name.
+        name: String,
+        /// Distance from the origin \[m\].
+        offset: f64,
+        /// Greatest accepted \[m\].
+        bound: f64,
+    },
+    /// A convex part has no volume, too few corners, or corners that are not numbers.
+    #[error("body {name:?}: convex part {index} of {count} {why}")]
+    Hull {
+        /// The body's name.
+        name: String,
+        /// Which part.
+        index: usize,
+        /// How many there are.
+        count: usize,
+        /// What is wrong with it.
+        why: &'static str,
+    },
+    /// The budget of bodies is spent.
+    #[error("there would be {count} bodies; the limit max_bodies is {limit}")]
+    TooManyBodies {
+        /// How many there would be.
+        count: usize,
+        /// The budget.
+        limit: usize,
+    },
+    /// No such body (any more).
+    #[error("there is no body {0}")]
+    Unknown(BodyId),
+    /// A body's pose or velocity stopped being a number (F76).
+    #[error("the motion of body {name:?} is not finite at step {step}")]
+    NotFinite {
+        /// The body's name.
+        name: String,
+        /// When.
+        step: u64,
+    },
+    /// The rigid-body engine panicked; the world must not be used further.
+    #[error("the rigid-body engine failed at step {step}")]
+    Engine {
+        /// When.
+        step: u64,
+    },
+}
+
+/// Why a body was not replaced. The body stays whole, as the engine left it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReplaceError {
+    /// No such body (any more).
+    #[error("there is no body {0}")]
+    Unknown(BodyId),
+    /// Fewer than two pieces: nothing separated.
+    #[error("{0} pieces are no fracture; at least two are needed")]
+    TooFew(usize),
+    /// The pieces do not fill the body.
+    #[error(
+        "the pieces fill {ratio:.12} of the body's volume; \
+         the difference may be at most {bound:.1e}"
+    )]
+    Volume {
+        /// Σ volumes over the body's volume \[1\].
+        ratio: f64,
+        /// Greatest accepted difference from one.
+        bound: f64,
+    },
+    /// A piece has no volume, is inside out, or has numbers that are none.
+    #[error("piece {index}: {what} is {value:.6e}")]
+    Piece {
+        /// Which piece.
+        index: usize,
+        /// What about it.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// The budget of bodies is spent.
+    #[error("{pieces} pieces would make {count} bodies; the limit max_bodies is {limit}")]
+    Budget {
+        /// How many pieces.
+        pieces: usize,
+        /// How many bodies there would be.
+        count: usize,
+        /// The budget.
+        limit: usize,
+    },
+    /// The motion of the pair cannot pay for the crack (F41).
+    #[error(
+        "unaffordable: the crack costs {fracture_energy:.6e} J; \
+         of {available:.6e} J in the pair's motion at most {payable:.6e} J can be freed"
+    )]
+    Unaffordable {
+        /// G_f times the crack area \[J\].
+        fracture_energy: f64,
+        /// Kinetic energy of the pair before the hit \[J\].
+        available: f64,
+        /// The most that the delivered impulse can free \[J\].
+        payable: f64,
+    },
+    /// A fragment was refused as a body.
+    #[error("a fragment was refused: {0}")]
+    Fragment(#[from] WorldError),
+}

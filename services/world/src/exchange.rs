@@ -1,0 +1,77 @@
+//! What one body of a pair received over a contact episode.
+
+use crate::body::Motion;
+use crate::rigid::Contact;
+use cullet_geometry::{Mat3, Vec3};
+use std::collections::BTreeMap;
+
+/// What the engine has put into a body on behalf of one contact partner: normal impulses and the
+/// pair's share of friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exchange {
+    /// Impulse \[N·s\].
+    pub linear: Vec3,
+    /// Torque impulse about the body's centre of mass \[N·m·s\].
+    pub torque: Vec3,
+}
+
+impl Exchange {
+    /// Nothing.
+    pub(crate) fn zero() -> Self {
+        Self { linear: Vec3::zeros(), torque: Vec3::zeros() }
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.linear += other.linear;
+        self.torque += other.torque;
+    }
+}
+
+/// Friction and all else that the contacts of a body did beside their normal impulses, to be shared
+/// out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rest {
+    rest: Exchange,
+    impulse: f64,
+}
+
+impl Rest {
+    /// The part that belongs to a contact of that many \[N·s\].
+    pub(crate) fn share(&self, impulse: f64) -> Exchange {
+        let part = impulse / self.impulse;
+        Exchange { linear: self.rest.linear * part, torque: self.rest.torque * part }
+    }
+}
+
+/// A body's mass, inertia in the world frame, and motion before and after a step.
+pub(crate) struct Stepped {
+    pub(crate) mass: f64,
+    pub(crate) inertia: Mat3,
+    pub(crate) before: Motion,
+    pub(crate) after: Motion,
+}
+
+/// What each body's contacts did in sum: lower and higher side of each pair.
+pub(crate) fn sums(contacts: &[Contact]) -> BTreeMap<u32, (Exchange, f64)> {
+    let mut sums: BTreeMap<u32, (Exchange, f64)> = BTreeMap::new();
+    for c in contacts {
+        for (id, sign, torque) in [(c.a, -1.0, c.torque_a), (c.b, 1.0, c.torque_b)] {
+            let entry = sums.entry(id).or_insert((Exchange::zero(), 0.0));
+            entry.0.add(&Exchange { linear: c.on_b * sign, torque });
+            entry.1 += c.impulse;
+        }
+    }
+    sums
+}
+
+/// The balance of a body over a step: change of motion − gravity − free turning − normal impulses.
+pub(crate) fn rest(body: &Stepped, gravity: &Vec3, dt: f64, normal: &(Exchange, f64)) -> Rest {
+    let spin = body.before.spin;
+    let free = -spin.cross(&(body.inertia * spin)) * dt;
+    let linear = (body.after.velocity - body.before.velocity - gravity * dt) * body.mass;
+    let torque = body.inertia * (body.after.spin - spin) - free;
+    Rest {
+        rest: Exchange { linear: linear - normal.0.linear, torque: torque - normal.0.torque },
+        impulse: normal.1,
+    }
+}

@@ -1,0 +1,235 @@
+//! Model no more than a scene needs: can this hit crack anything, and does it need a solver?
+//!
+//! Gate 1 asks energy, gate 2 asks stress. Both err on the side of solving: only what cannot crack
+//! is `Rigid`.
+
+use crate::body::Body;
+use crate::hertz::DURATION_OVER_APPROACH;
+use crate::impact::Hit;
+use crate::mass::{extents, reach, section};
+use crate::material::Material;
+use crate::world::World;
+use cullet_geometry::{Solid, TriMesh, Vec3};
+
+/// What to do about a hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Gate {
+    /// Nothing can crack: leave the body whole.
+    Rigid(Reason),
+    /// It may crack, but does not deserve a solver: geometric pieces will do.
+    Geometric(Reason),
+    /// Solve it.
+    Solve,
+}
+
+/// Why not to solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reason {
+    /// Gate 1: the energy of the hit opens less crack than any way through the body needs.
+    Energy {
+        /// A_max = η E_n / G_f \[m²\].
+        affordable: f64,
+        /// Smallest section \[m²\].
+        section: f64,
+    },
+    /// Gate 2: no estimate of the stress comes near the strength.
+    Stress {
+        /// Greatest estimate \[Pa\].
+        stress: f64,
+        /// σ_f \[Pa\].
+        strength: f64,
+        /// Share of σ_f below which nothing cracks \[1\].
+        safety: f64,
+    },
+    /// The body has too many fractures behind it for a solver.
+    Generation {
+        /// Its generation.
+        generation: u32,
+        /// Up to and including this one a solver is asked.
+        limit: u32,
+    },
+    /// The body is too small a part of the original for a solver.
+    Size {
+        /// Volume over the original body's \[1\].
+        ratio: f64,
+        /// Least share that is solved \[1\].
+        limit: f64,
+    },
+}
+
+impl std::fmt::Display for Reason {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match *self {
+            Self::Energy { affordable, section } => write!(
+                f,
+                "the energy opens at most {affordable:.3e} m² of crack; \
+                 the smallest section is {section:.3e} m²"
+            ),
+            Self::Stress { stress, strength, safety } => write!(
+                f,
+                "the stress reaches {stress:.3e} Pa, \
+                 below {safety} of the strength {strength:.3e} Pa"
+            ),
+            Self::Generation { generation, limit } => {
+                write!(f, "generation {generation} is beyond {limit}, the last that is solved")
+            }
+            Self::Size { ratio, limit } => {
+                write!(f, "the body is {ratio:.3e} of the original, below {limit:.3e}")
+            }
+        }
+    }
+}
+
+/// Where the gates stand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GateLimits {
+    /// η: share of the approach energy that may become crack \[1\]; one is the hard upper bound.
+    pub efficiency: f64,
+    /// Below this share of σ_f nothing cracks \[1\]: a half, because radii and contact sizes are
+    /// estimates.
+    pub safety: f64,
+    /// Bodies of a later generation get geometric pieces.
+    pub solve_generation: u32,
+    /// Bodies of a smaller share of the original get geometric pieces \[1\].
+    pub solve_volume_ratio: f64,
+}
+
+impl Default for GateLimits {
+    fn default() -> Self {
+        Self { efficiency: 1.0, safety: 0.5, solve_generation: 1, solve_volume_ratio: 0.05 }
+    }
+}
+
+/// What the gates know of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GateBody {
+    /// Greatest extent L \[m\].
+    pub length: f64,
+    /// Typical wall thickness t = 2V/A \[m\], at most the least extent.
+    pub thickness: f64,
+    /// Smallest section of several through the body \[m²\].
+    pub section: f64,
+    /// Volume over the original body's \[1\].
+    pub volume_ratio: f64,
+    /// How many fractures it has behind it.
+    pub generation: u32,
+}
+
+/// Places along each axis at which the section is taken, as shares of the extent.
+const STATIONS: [f64; 5] = [0.2, 0.35, 0.5, 0.65, 0.8];
+
+impl GateBody {
+    /// Takes the measure of a solid of `volume` \[m³\].
+    #[must_use]
+    pub fn of(solid: &Solid, volume: f64, volume_ratio: f64, generation: u32) -> Self {
+        let mesh = &solid.mesh;
+        let size = extents(mesh.vertices.iter());
+        Self {
+            length: size.max(),
+            thickness: (2.0 * volume / surface(mesh)).min(size.min()),
+            section: smallest_section(mesh, &size),
+            volume_ratio,
+            generation,
+        }
+    }
+
+    fn of_body(body: &Body) -> Self {
+        let ratio = body.volume / body.original_volume;
+        Self::of(&body.solid, body.volume, ratio, body.generation)
+    }
+}
+
+fn surface(mesh: &TriMesh) -> f64 {
+    let twice = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        (b - a).cross(&(c - a)).norm()
+    };
+    (0..mesh.triangles.len()).map(twice).sum::<f64>() / 2.0
+}
+
+fn smallest_section(mesh: &TriMesh, size: &Vec3) -> f64 {
+    let far = reach(mesh);
+    let mut least = f64::INFINITY;
+    for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
+        let low = mesh.vertices.iter().map(|p| axis.dot(p)).fold(far, f64::min);
+        for station in STATIONS {
+            let area = section(mesh, &axis, low + station * size.dot(&axis));
+            if area > 0.0 {
+                least = least.min(area);
+            }
+        }
+    }
+    least
+}
+
+/// Estimates of the greatest tension that a hit makes \[Pa\].
+struct Stress {
+    contact: f64,
+    bending: f64,
+    wave: f64,
+}
+
+fn stress(hit: &Hit, material: &Material, body: &GateBody) -> Stress {
+    let (radius, speed) = (hit.impact.radius, hit.closing_speed);
+    let poisson = material.poisson;
+    // δ = v t_c / 2.943; ½ m* v² = (2/5) F δ
+    let approach = speed * hit.impact.duration / DURATION_OVER_APPROACH;
+    let force = 2.5 * hit.impact.energy / approach;
+    let pi = std::f64::consts::PI;
+    // σ_r = (1 − 2ν) p₀ / 3, p₀ = 3F / 2πa²  [accuracy H1]
+    let rim = (1.0 - 2.0 * poisson) * force / (2.0 * pi * radius * radius);
+    // The field is only about a/10 deep: σ √(a/10) cannot beat √(E G_f), so a shallow one counts
+    // for less [Gate 2].
+    let depth = 0.1 * radius;
+    let process = material.young * material.fracture_energy
+        / (material.failure_stress * material.failure_stress);
+    let contact = rim * (depth / process.max(depth)).sqrt();
+    let t = body.thickness;
+    // Small loads act over r₀' = √(1.6 r² + t²) − 0.675 t on a plate  [Roark]
+    let spread =
+        if radius < 0.5 * t { (1.6 * radius * radius + t * t).sqrt() - 0.675 * t } else { radius };
+    let reach = libm::log((body.length / spread).max(1.0));
+    // σ = (3F / 2πt²) [(1 + ν) ln(2b/πr₀') + β], with L for 2b and 1 for β
+    let plate = 1.5 * force / (pi * t * t) * ((1.0 + poisson) * reach + 1.0);
+    // σ = F L c / 4 I → 6 F L / 4 b t² for a beam of section b t
+    let beam = 1.5 * force * body.length / (body.section.max(t * t) * t);
+    Stress {
+        contact,
+        bending: plate.max(beam),
+        // σ = ρ c v with a rigid striker, the upper bound of ρ c v / (1 + Z₁/Z₂)
+        wave: (material.young * material.density).sqrt() * speed,
+    }
+}
+
+/// Can the hit crack the body, and does it need a solver?
+#[must_use]
+pub fn gate(hit: &Hit, material: &Material, body: &GateBody, limits: &GateLimits) -> Gate {
+    // A_max = η E_n / G_f  [Gate 1]
+    let affordable = limits.efficiency * hit.impact.energy / material.fracture_energy;
+    if affordable < body.section {
+        return Gate::Rigid(Reason::Energy { affordable, section: body.section });
+    }
+    let Stress { contact, bending, wave } = stress(hit, material, body);
+    let (greatest, strength) = (contact.max(bending).max(wave), material.failure_stress);
+    if greatest < limits.safety * strength {
+        return Gate::Rigid(Reason::Stress { stress: greatest, strength, safety: limits.safety });
+    }
+    if body.generation > limits.solve_generation {
+        let (generation, limit) = (body.generation, limits.solve_generation);
+        return Gate::Geometric(Reason::Generation { generation, limit });
+    }
+    if body.volume_ratio < limits.solve_volume_ratio {
+        let (ratio, limit) = (body.volume_ratio, limits.solve_volume_ratio);
+        return Gate::Geometric(Reason::Size { ratio, limit });
+    }
+    Gate::Solve
+}
+
+impl World {
+    /// [`gate`] for a hit of this world; `None` when the body is gone.
+    #[must_use]
+    pub fn gate(&self, hit: &Hit, limits: &GateLimits) -> Option<Gate> {
+        let body = self.bodies.get(&hit.body.0)?;
+        Some(gate(hit, &body.material, &GateBody::of_body(body), limits))
+    }
+}

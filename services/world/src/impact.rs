@@ -1,0 +1,133 @@
+//! From a finished contact episode to an impact that a solver understands.
+
+use crate::body::{Body, BodyId, Motion};
+use crate::curvature::{nearest, radius};
+use crate::exchange::Exchange;
+use crate::hertz::{Elastic, effective_modulus, hertz};
+use cullet_geometry::Vec3;
+
+/// One hit, in the body's own frame (origin at the centre of mass).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impact {
+    /// Where the striker touched, on the surface \[m\].
+    pub point: Vec3,
+    /// Unit direction of the push, *into* the body.
+    pub normal: Vec3,
+    /// Impulse along `normal` over the contact episode \[N·s\].
+    pub impulse: f64,
+    /// Hertz contact duration t_c \[s\].
+    pub duration: f64,
+    /// Greatest Hertz contact radius a \[m\].
+    pub radius: f64,
+    /// Kinetic energy of the approach, ½ m* v² \[J\]: no crack can cost more.
+    pub energy: f64,
+}
+
+/// A contact episode that reached a body's threshold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hit {
+    /// Number of the episode: both bodies of a pair get a hit of the same episode.
+    pub episode: u64,
+    /// The body that was hit.
+    pub body: BodyId,
+    /// The body that it met.
+    pub other: BodyId,
+    /// When the episode began \[s\].
+    pub time: f64,
+    /// Where they touched, world frame \[m\].
+    pub point: Vec3,
+    /// The same in the frame of `other`, to be found again later \[m\].
+    pub other_point: Vec3,
+    /// What a solver needs.
+    pub impact: Impact,
+    /// How fast the surfaces closed before they touched \[m/s\].
+    pub closing_speed: f64,
+    /// Effective mass m* of the pair at the contact \[kg\].
+    pub effective_mass: f64,
+    /// Greatest Hertz force \[N\].
+    pub peak_force: f64,
+    /// What the engine has put into `body` over the episode.
+    pub exchanged: Exchange,
+    /// What it has put into `other`.
+    pub exchanged_other: Exchange,
+    /// `other` never moves.
+    pub fixed_other: bool,
+}
+
+/// A body in an episode: what it is, where it was at the first touch, what it received.
+pub(crate) struct Party<'a> {
+    pub(crate) id: BodyId,
+    pub(crate) body: &'a Body,
+    pub(crate) motion: &'a Motion,
+    pub(crate) exchanged: Exchange,
+}
+
+/// What an episode came to.
+pub(crate) struct Outcome {
+    pub(crate) episode: u64,
+    pub(crate) time: f64,
+    pub(crate) point: Vec3,
+    /// Unit, into the first party.
+    pub(crate) normal: Vec3,
+    pub(crate) impulse: f64,
+    pub(crate) closing_speed: f64,
+}
+
+/// Contact radius at most this share of the smaller body: beyond, Hertz's half-spaces are none.
+const WIDEST_CONTACT: f64 = 0.5;
+
+fn elastic(body: &Body) -> Elastic {
+    Elastic { young: body.material.young, poisson: body.material.poisson }
+}
+
+fn surface_radius(party: &Party<'_>, point: &Vec3, into: &Vec3) -> (Vec3, f64) {
+    let back = party.motion.pose.inverse();
+    let mesh = &party.body.solid.mesh;
+    let local = nearest(mesh, &(back * nalgebra::Point3::from(*point)).coords);
+    (local, radius(mesh, &local, &-(back * into), party.body.reach))
+}
+
+/// m* of a pair along `n` at `point` \[kg\]: m*⁻¹ = Σ (1/m + n·[I⁻¹(r×n)]×r)  [Gate 0].
+pub(crate) fn effective_mass(
+    one: (&Body, &Motion),
+    two: (&Body, &Motion),
+    point: &Vec3,
+    n: &Vec3,
+) -> f64 {
+    1.0 / (one.0.mobility(one.1, point, n) + two.0.mobility(two.1, point, n))
+}
+
+/// The hits on both parties, the first party's first.
+pub(crate) fn hits(outcome: &Outcome, one: &Party<'_>, two: &Party<'_>) -> [Hit; 2] {
+    let (point, into) = (&outcome.point, &outcome.normal);
+    let mass = effective_mass((one.body, one.motion), (two.body, two.motion), point, into);
+    let (local_one, r1) = surface_radius(one, point, into);
+    let (local_two, r2) = surface_radius(two, point, &-into);
+    let curvature = 1.0 / r1 + 1.0 / r2;
+    let modulus = effective_modulus(elastic(one.body), elastic(two.body));
+    let h = hertz(mass, modulus, 1.0 / curvature, outcome.closing_speed);
+    let widest = WIDEST_CONTACT * one.body.reach.min(two.body.reach);
+    let make = |me: &Party<'_>, you: &Party<'_>, local: Vec3, yours: Vec3, into: Vec3| Hit {
+        episode: outcome.episode,
+        body: me.id,
+        other: you.id,
+        time: outcome.time,
+        point: *point,
+        other_point: yours,
+        impact: Impact {
+            point: local,
+            normal: me.motion.pose.rotation.inverse() * into,
+            impulse: outcome.impulse,
+            duration: h.duration,
+            radius: h.radius.min(widest),
+            energy: 0.5 * mass * outcome.closing_speed * outcome.closing_speed,
+        },
+        closing_speed: outcome.closing_speed,
+        effective_mass: mass,
+        peak_force: h.force,
+        exchanged: me.exchanged,
+        exchanged_other: you.exchanged,
+        fixed_other: you.body.fixed,
+    };
+    [make(one, two, local_one, local_two, *into), make(two, one, local_two, local_one, -into)]
+}

@@ -1,0 +1,381 @@
+//! A body goes, its fragments come: same mass, same momentum, no energy from nowhere (F41, R1–R3).
+
+use crate::body::{Body, BodyId, BodySpec, Motion, Tier};
+use crate::cluster::{Part, Parts, Sum, sum};
+use crate::error::ReplaceError;
+use crate::exchange::Exchange;
+use crate::impact::Hit;
+use crate::rigid::{BadPart, Fit, Shape};
+use crate::settle::{Scene, Settled, Striker, TooDear, settle};
+use crate::world::World;
+use crate::{WorldError, ledger::Sink};
+use cullet_geometry::{Pose, Solid, Vec3};
+use std::sync::Arc;
+
+/// One part of a broken body, in the body's frame before it broke.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Piece {
+    /// Its closed boundary \[m\].
+    pub solid: Solid,
+    /// Convex parts that stand in for it in collisions: corner sets \[m\].
+    pub hulls: Vec<Vec<Vec3>>,
+    /// Velocity of its centroid that the hit gave it, beside the body's motion before the hit
+    /// \[m/s\].
+    pub velocity: Vec3,
+    /// Angular velocity that the hit gave it, likewise \[rad/s\].
+    pub spin: Vec3,
+}
+
+/// What a replacement came to. Errors are measured on the state that the engine holds afterwards.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Replacement {
+    /// The fragments in the order of the pieces.
+    pub fragments: Vec<BodyId>,
+    /// The size class of each.
+    pub tiers: Vec<Tier>,
+    /// α: share of the solver's impulse that was handed over \[1\]; one unless energy forbade it.
+    pub momentum_scale: f64,
+    /// β: share of the speed at which the pieces move apart \[1\]; one unless energy forbade it.
+    pub spread_scale: f64,
+    /// |Σ m − m| / m \[1\].
+    pub mass_rel_error: f64,
+    /// |Σ V − V| / V \[1\].
+    pub volume_rel_error: f64,
+    /// Change of the pair's momentum, fixed bodies included, over the momenta in it \[1\].
+    pub momentum_rel_error: f64,
+    /// The same for angular momentum about the world's origin \[1\].
+    pub angular_momentum_rel_error: f64,
+    /// Kinetic energy of the pair before the hit \[J\].
+    pub energy_before: f64,
+    /// Kinetic energy of the pair with the fragments \[J\].
+    pub energy_after: f64,
+    /// G_f times the crack area, paid from the motion \[J\].
+    pub fracture_energy: f64,
+    /// max(0, after + paid − before) / before \[1\].
+    pub energy_gain_rel: f64,
+}
+
+/// What a replacement settled for the other body of an episode, should that break too.
+#[derive(Clone, Debug)]
+pub(crate) struct Debt {
+    /// What the other body holds from the episode, all told.
+    mine: Exchange,
+    /// What the fragments hold from it.
+    theirs: Exchange,
+    /// The fragments.
+    others: Vec<u32>,
+}
+
+/// The pieces must fill the body to this share.
+const VOLUME_TOLERANCE: f64 = 1e-9;
+
+/// Fragments as bodies, before they are put in.
+struct Draft {
+    bodies: Vec<Body>,
+    shapes: Vec<Shape>,
+    poses: Vec<Pose>,
+}
+
+impl World {
+    /// Replaces a body by its pieces.
+    ///
+    /// The hits are those that broke it, as [`World::step`] returned them (the fragments may be
+    /// late). With none, the pieces keep the body's motion and only move apart. `fracture_energy`
+    /// is G_f times the crack area \[J\]. On any error nothing has changed.
+    ///
+    /// # Errors
+    /// See [`ReplaceError`].
+    pub fn replace(
+        &mut self,
+        body: BodyId,
+        hits: &[Hit],
+        pieces: Vec<Piece>,
+        fracture_energy: f64,
+    ) -> Result<Replacement, ReplaceError> {
+        let unknown = ReplaceError::Unknown(body);
+        let parent = self.bodies.get(&body.0).cloned().ok_or_else(|| unknown.clone())?;
+        let motion = self.rigid.motion(body.0).ok_or(unknown)?;
+        self.check(&parent, &pieces, fracture_energy)?;
+        let given =
+            pieces.iter().map(|p| (turn(&motion, &p.velocity), turn(&motion, &p.spin))).collect();
+        let draft = self.draft(body, &parent, &motion, pieces)?;
+        let still = |(child, pose): (&Body, &Pose)| {
+            let at_rest = Motion { pose: *pose, velocity: Vec3::zeros(), spin: Vec3::zeros() };
+            Part::new(child, &at_rest)
+        };
+        let (strikers, parts) = self.strikers(body.0, hits);
+        let scene = Scene {
+            body: Part::new(&parent, &motion),
+            fixed: parent.fixed,
+            fragments: draft.bodies.iter().zip(&draft.poses).map(still).collect(),
+            given,
+            strikers,
+            parts,
+            fracture_energy,
+        };
+        let settled = settle(&scene).map_err(|TooDear { available, payable }| {
+            ReplaceError::Unaffordable { fracture_energy, available, payable }
+        })?;
+        let tiers = draft.bodies.iter().map(|child| child.tier).collect();
+        let volume: f64 = draft.bodies.iter().map(|child| child.volume).sum();
+        let fragments = self.commit(body.0, draft, &settled);
+        self.remember(&scene, hits, &settled, &fragments);
+        let mut report = self.audit(&scene, &settled, &fragments);
+        report.tiers = tiers;
+        report.volume_rel_error = (volume / parent.volume - 1.0).abs();
+        Ok(report)
+    }
+
+    fn check(&self, parent: &Body, pieces: &[Piece], cost: f64) -> Result<(), ReplaceError> {
+        if pieces.len() < 2 {
+            return Err(ReplaceError::TooFew(pieces.len()));
+        }
+        let (count, limit) = (self.bodies.len() - 1 + pieces.len(), self.settings.max_bodies);
+        if count > limit {
+            return Err(ReplaceError::Budget { pieces: pieces.len(), count, limit });
+        }
+        let mut volume = 0.0;
+        for (index, piece) in pieces.iter().enumerate() {
+            let corners = piece.solid.mesh.vertices.len() as u32;
+            let highest = piece.solid.mesh.triangles.iter().flatten().copied().max();
+            let bad = |what, value| Err(ReplaceError::Piece { index, what, value });
+            if highest.is_none_or(|i| i >= corners) {
+                return bad("the highest corner index", f64::from(highest.unwrap_or(0)));
+            }
+            let own = piece.solid.mesh.mass_properties().volume;
+            if !(own.is_finite() && own > 0.0) {
+                return bad("the volume [m³]", own);
+            }
+            let speed = piece.velocity.norm() + piece.spin.norm();
+            if !speed.is_finite() {
+                return bad("the speed [m/s]", speed);
+            }
+            volume += own;
+        }
+        let ratio = volume / parent.volume;
+        if (ratio - 1.0).abs() > VOLUME_TOLERANCE {
+            return Err(ReplaceError::Volume { ratio, bound: VOLUME_TOLERANCE });
+        }
+        if !(cost.is_finite() && cost >= 0.0) {
+            return Err(ReplaceError::Piece {
+                index: 0,
+                what: "the fracture energy [J]",
+                value: cost,
+            });
+        }
+        Ok(())
+    }
+
+    /// Makes bodies of the pieces: each re-centred on its own centre of mass.
+    fn draft(
+        &self,
+        id: BodyId,
+        parent: &Body,
+        motion: &Motion,
+        pieces: Vec<Piece>,
+    ) -> Result<Draft, ReplaceError> {
+        let settings = &self.settings;
+        let birth = self.time();
+        let mut draft = Draft { bodies: Vec::new(), shapes: Vec::new(), poses: Vec::new() };
+        for (k, mut piece) in pieces.into_iter().enumerate() {
+            let centre = piece.solid.mesh.mass_properties().centroid;
+            piece.solid.mesh.vertices.iter_mut().for_each(|p| *p -= centre);
+            piece.hulls.iter_mut().flatten().for_each(|p| *p -= centre);
+            if piece.hulls.is_empty() {
+                piece.hulls.push(piece.solid.mesh.vertices.clone());
+            }
+            let spec = BodySpec {
+                name: format!("{}.{k}", parent.name),
+                solid: Arc::new(piece.solid),
+                hulls: piece.hulls,
+                material: parent.material,
+                pose: motion.pose * nalgebra::Translation3::from(centre),
+                velocity: Vec3::zeros(),
+                spin: Vec3::zeros(),
+                fixed: false,
+                breakable: parent.breakable,
+                threshold: parent.threshold,
+                parent: Some(id),
+                generation: parent.generation + 1,
+                original_volume: Some(parent.original_volume),
+            };
+            let body = Body::new(&spec, &settings.tiers, settings.max_generation, birth)?;
+            let fit = if body.tier == Tier::Tiny { Fit::Tiny } else { Fit::Fragment };
+            let shape = Shape::new(&body, &spec.hulls, fit).map_err(|BadPart { index, why }| {
+                WorldError::Hull { name: spec.name.clone(), index, count: spec.hulls.len(), why }
+            })?;
+            draft.bodies.push(body);
+            draft.shapes.push(shape);
+            draft.poses.push(spec.pose);
+        }
+        Ok(draft)
+    }
+
+    /// Who hit the body, one entry a partner, and the moving ones among them.
+    fn strikers(&self, body: u32, hits: &[Hit]) -> (Vec<Striker>, Parts) {
+        let mut strikers: Vec<(u32, Striker)> = Vec::new();
+        let mut parts = Parts::new();
+        let whole: f64 = hits.iter().map(|hit| hit.impact.impulse).sum();
+        for hit in hits {
+            let weight =
+                if whole > 0.0 { hit.impact.impulse / whole } else { 1.0 / hits.len() as f64 };
+            let striker = self.striker(body, hit, weight);
+            for &id in &striker.ids {
+                if let (Some(other), Some(motion)) = (self.bodies.get(&id), self.rigid.motion(id)) {
+                    parts.insert(id, Part::new(other, &motion));
+                }
+            }
+            match strikers.iter_mut().find(|(other, _)| *other == hit.other.0) {
+                Some((_, known)) => known.merge(&striker),
+                None => strikers.push((hit.other.0, striker)),
+            }
+        }
+        (strikers.into_iter().map(|(_, striker)| striker).collect(), parts)
+    }
+
+    fn striker(&self, body: u32, hit: &Hit, weight: f64) -> Striker {
+        let debt = self.debts.get(&(hit.episode, body));
+        let (mine, theirs) =
+            debt.map_or((hit.exchanged, hit.exchanged_other), |d| (d.mine, d.theirs));
+        let first = debt.map_or_else(|| vec![hit.other.0], |d| d.others.clone());
+        let mut ids = Vec::new();
+        first.iter().for_each(|&id| self.alive(id, &mut ids));
+        let point = match (ids.as_slice(), debt) {
+            (&[id], None) if id == hit.other.0 => self.carried(id, &hit.other_point),
+            _ => None,
+        };
+        Striker { ids, mine, theirs, weight, point: point.unwrap_or(hit.point) }
+    }
+
+    /// A point of a body's frame where it is now \[m\].
+    fn carried(&self, id: u32, local: &Vec3) -> Option<Vec3> {
+        self.rigid.motion(id).map(|m| (m.pose * nalgebra::Point3::from(*local)).coords)
+    }
+
+    /// The moving bodies that a body has become by now.
+    fn alive(&self, id: u32, into: &mut Vec<u32>) {
+        match self.bodies.get(&id) {
+            Some(body) if !body.fixed => into.push(id),
+            Some(_) => {}
+            None => {
+                for &child in self.children.get(&id).into_iter().flatten() {
+                    self.alive(child, into);
+                }
+            }
+        }
+    }
+
+    fn commit(&mut self, body: u32, draft: Draft, settled: &Settled) -> Vec<BodyId> {
+        self.rigid.remove(body);
+        self.bodies.remove(&body);
+        self.episodes.forget(body);
+        self.debts.retain(|&(_, id), _| id != body);
+        let mut ids = Vec::with_capacity(draft.bodies.len());
+        let placed = draft.bodies.into_iter().zip(draft.shapes).zip(draft.poses);
+        for (((child, shape), pose), part) in placed.zip(&settled.fragments) {
+            let id = self.next_id;
+            self.next_id += 1;
+            let motion = Motion { pose, velocity: part.velocity, spin: part.spin };
+            let damping =
+                if child.tier == Tier::Whole { 0.0 } else { self.settings.debris_damping };
+            self.rigid.insert(id, &child, shape, &motion, damping);
+            self.bodies.insert(id, child);
+            ids.push(id);
+        }
+        for (&id, part) in &settled.parts {
+            self.rigid.set_velocity(id, &part.velocity, &part.spin);
+        }
+        let others: Vec<u32> = settled.parts.keys().copied().collect();
+        self.rigid.hush(&ids, &others);
+        self.sink.linear += settled.sink.linear;
+        self.sink.angular += settled.sink.angular;
+        self.children.insert(body, ids.clone());
+        ids.into_iter().map(BodyId).collect()
+    }
+
+    /// Notes for each striker that may itself be waiting to break what it holds from the episode by
+    /// now.
+    fn remember(&mut self, scene: &Scene, hits: &[Hit], settled: &Settled, fragments: &[BodyId]) {
+        let others: Vec<u32> = fragments.iter().map(|id| id.0).collect();
+        for (striker, (mine, theirs)) in scene.strikers.iter().zip(&settled.nets) {
+            let &[id] = striker.ids.as_slice() else {
+                continue;
+            };
+            if !self.bodies.get(&id).is_some_and(|body| body.breakable) {
+                continue;
+            }
+            let episodes = hits.iter().filter(|hit| hit.other.0 == id).map(|hit| hit.episode);
+            for (k, episode) in episodes.enumerate() {
+                // The first episode of a pair carries the whole exchange; none is settled twice.
+                let (held, given) =
+                    if k == 0 { (*theirs, *mine) } else { (Exchange::zero(), Exchange::zero()) };
+                self.debts.insert(
+                    (episode, id),
+                    Debt { mine: held, theirs: given, others: others.clone() },
+                );
+            }
+        }
+    }
+
+    /// Compares what the engine holds now with what it held before.
+    fn audit(&self, scene: &Scene, settled: &Settled, fragments: &[BodyId]) -> Replacement {
+        let now = |id: u32| {
+            let (body, motion) = (self.bodies.get(&id)?, self.rigid.motion(id)?);
+            Some(Part::new(body, &motion))
+        };
+        let pieces: Vec<Part> = fragments.iter().filter_map(|id| now(id.0)).collect();
+        let others: Vec<Part> = settled.parts.keys().filter_map(|&id| now(id)).collect();
+        let old: Vec<Part> = scene.parts.values().copied().collect();
+        let own = if scene.fixed { &[][..] } else { std::slice::from_ref(&scene.body) };
+        let before = sum(old.iter().chain(own));
+        let after = sum(pieces.iter().chain(&others));
+        let all: Vec<Part> = old.iter().chain(own).chain(&pieces).chain(&others).copied().collect();
+        let (linear, angular) = drift(&before, &after, &settled.sink, &all);
+        let (paid, start) = (scene.fracture_energy, settled.energy_before);
+        let gain = (after.kinetic + paid - start).max(0.0);
+        let mass: f64 = pieces.iter().map(|p| p.mass).sum();
+        Replacement {
+            fragments: fragments.to_vec(),
+            tiers: Vec::new(),
+            momentum_scale: settled.alpha,
+            spread_scale: settled.beta,
+            mass_rel_error: (mass / scene.body.mass - 1.0).abs(),
+            volume_rel_error: 0.0,
+            momentum_rel_error: linear,
+            angular_momentum_rel_error: angular,
+            energy_before: start,
+            energy_after: after.kinetic,
+            fracture_energy: paid,
+            energy_gain_rel: ratio(gain, start),
+        }
+    }
+}
+
+impl Striker {
+    /// A second hit by the same partner.
+    fn merge(&mut self, other: &Self) {
+        let weight = self.weight + other.weight;
+        self.point = (self.point * self.weight + other.point * other.weight) / weight;
+        self.weight = weight;
+        self.mine.add(&other.mine);
+        self.theirs.add(&other.theirs);
+    }
+}
+
+/// How far momentum and angular momentum moved, over the sizes of the momenta involved.
+fn drift(before: &Sum, after: &Sum, sink: &Sink, parts: &[Part]) -> (f64, f64) {
+    let linear: f64 = parts.iter().map(|p| p.momentum().norm()).sum();
+    let angular: f64 = parts.iter().map(|p| p.angular().norm()).sum();
+    (
+        ratio((after.linear + sink.linear - before.linear).norm(), linear),
+        ratio((after.angular + sink.angular - before.angular).norm(), angular),
+    )
+}
+
+fn ratio(part: f64, whole: f64) -> f64 {
+    if part == 0.0 { 0.0 } else { part / whole }
+}
+
+fn turn(motion: &Motion, v: &Vec3) -> Vec3 {
+    motion.pose.rotation * v
+}

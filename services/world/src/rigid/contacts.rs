@@ -1,0 +1,144 @@
+//! What the contacts of the last step did to each pair of bodies.
+
+use super::Rigid;
+use super::convert::vec3;
+use crate::body::Motion;
+use cullet_geometry::Vec3;
+use rapier3d_f64::prelude::{ColliderHandle, ContactManifold, ContactPair, SolverContact};
+use std::collections::BTreeMap;
+
+/// All contact points of one pair of bodies over one step, taken together (F39).
+#[derive(Clone, Debug)]
+pub(crate) struct Contact {
+    /// Lower id of the pair.
+    pub(crate) a: u32,
+    /// Higher id.
+    pub(crate) b: u32,
+    /// Σ of the normal impulses' sizes \[N·s\].
+    pub(crate) impulse: f64,
+    /// Σ of the normal impulses on `b`; `a` got the opposite \[N·s\].
+    pub(crate) on_b: Vec3,
+    /// Torque impulse of the same on `a` about its centre \[N·m·s\].
+    pub(crate) torque_a: Vec3,
+    /// Torque impulse on `b` about its centre \[N·m·s\].
+    pub(crate) torque_b: Vec3,
+    /// Σ impulse · point \[N·s·m\].
+    pub(crate) moment: Vec3,
+    /// Σ impulse · closing speed before the step \[N·m\].
+    pub(crate) closing: f64,
+    /// Σ impulse · closing speed after the step \[N·m\].
+    pub(crate) closing_after: f64,
+}
+
+impl Contact {
+    fn new(a: u32, b: u32) -> Self {
+        let zero = Vec3::zeros();
+        Self {
+            a,
+            b,
+            impulse: 0.0,
+            on_b: zero,
+            torque_a: zero,
+            torque_b: zero,
+            moment: zero,
+            closing: 0.0,
+            closing_after: 0.0,
+        }
+    }
+
+    /// Closing speed before the step \[m/s\].
+    pub(crate) fn closing_speed(&self) -> f64 {
+        self.closing / self.impulse
+    }
+
+    /// Closing speed after the step \[m/s\].
+    pub(crate) fn closing_speed_after(&self) -> f64 {
+        self.closing_after / self.impulse
+    }
+}
+
+/// A body on one side of a contact, before and after the step.
+struct Side {
+    id: u32,
+    before: Motion,
+    after: Motion,
+}
+
+impl Rigid {
+    /// What the last step's contacts did, in the order of the pairs' ids.
+    pub(crate) fn contacts(&self) -> Vec<Contact> {
+        let mut pairs: Vec<&ContactPair> =
+            self.world.contact_pairs().filter(|pair| pair.has_any_active_contact()).collect();
+        let key = |c: ColliderHandle| c.into_raw_parts();
+        pairs.sort_unstable_by_key(|pair| (key(pair.collider1), key(pair.collider2)));
+        let mut sums: BTreeMap<(u32, u32), Contact> = BTreeMap::new();
+        for pair in pairs {
+            let (Some(one), Some(two)) = (self.side(pair.collider1), self.side(pair.collider2))
+            else {
+                continue;
+            };
+            if one.id == two.id {
+                continue;
+            }
+            let ids = (one.id.min(two.id), one.id.max(two.id));
+            let sum = sums.entry(ids).or_insert_with(|| Contact::new(ids.0, ids.1));
+            for manifold in pair.solver_manifolds() {
+                add(sum, manifold, &one, &two);
+            }
+        }
+        sums.into_values().filter(|sum| sum.impulse > 0.0).collect()
+    }
+
+    /// The body of a collider; none where it sleeps (its contacts are then those of long ago).
+    fn side(&self, collider: ColliderHandle) -> Option<Side> {
+        let parent = self.world.colliders.get(collider)?.parent()?;
+        let body = self.world.bodies.get(parent)?;
+        if body.is_sleeping() {
+            return None;
+        }
+        let id = body.user_data as u32;
+        Some(Side { id, before: *self.before(id)?, after: self.read(parent)? })
+    }
+}
+
+fn add(sum: &mut Contact, manifold: &ContactManifold, one: &Side, two: &Side) {
+    // Points from the first body to the second.
+    let normal = vec3(manifold.data.normal);
+    for contact in &manifold.data.solver_contacts {
+        let index = contact.contact_indices()[0] as usize;
+        let Some(impulse) = manifold.points.get(index).map(|point| point.data.impulse) else {
+            continue;
+        };
+        if impulse <= 0.0 {
+            continue;
+        }
+        let point = world_point(contact, manifold, one, two);
+        let push = normal * impulse;
+        let (a, b, on_b) = if one.id < two.id { (one, two, push) } else { (two, one, -push) };
+        let closing =
+            |x: &Motion, y: &Motion| (x.velocity_at(&point) - y.velocity_at(&point)).dot(&normal);
+        sum.impulse += impulse;
+        sum.on_b += on_b;
+        sum.torque_a -= (point - a.before.centre()).cross(&on_b);
+        sum.torque_b += (point - b.before.centre()).cross(&on_b);
+        sum.moment += point * impulse;
+        sum.closing += impulse * closing(&one.before, &two.before);
+        sum.closing_after += impulse * closing(&one.after, &two.after);
+    }
+}
+
+/// The middle between the two surfaces at a contact, where the bodies were before the step \[m\].
+fn world_point(
+    contact: &SolverContact,
+    manifold: &ContactManifold,
+    one: &Side,
+    two: &Side,
+) -> Vec3 {
+    let place = |anchor: Vec3, side: &Side, fixed: bool| {
+        if fixed { anchor } else { side.before.centre() + side.before.pose.rotation * anchor }
+    };
+    let dominance = manifold.data.relative_dominance;
+    let first = place(vec3(contact.anchor1), one, dominance > 0);
+    let second = place(vec3(contact.anchor2), two, dominance < 0);
+    (first + second) / 2.0
+}

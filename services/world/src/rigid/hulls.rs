@@ -1,0 +1,134 @@
+//! Convex stand-ins: checked, simplified, shrunk, and made into engine shapes.
+
+use super::convert::vector;
+use cullet_geometry::Vec3;
+use rapier3d_f64::math::Vector;
+use rapier3d_f64::parry::transformation::try_convex_hull;
+use rapier3d_f64::prelude::SharedShape;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// One convex part in the body frame.
+#[derive(Clone)]
+pub(super) struct Part {
+    pub(super) shape: SharedShape,
+    /// Middle of its corners \[m\].
+    pub(super) centre: Vector,
+    /// Greatest distance of a corner from the middle \[m\].
+    pub(super) reach: f64,
+}
+
+/// Share by which a fragment's parts shrink towards their middle: 0.1 % already makes all contact
+/// normals of touching cells right; the rest is room for rounding (F34).
+const FRAGMENT_SHRINK: f64 = 3e-3;
+/// The same for bodies of the scene, so that stacked boxes do not start at distance zero …
+const BODY_SHRINK: f64 = 2e-4;
+/// … but never by more than this, so that stacks do not sag and a large floor stays where it is
+/// \[m\].
+const BODY_SHRINK_MOST: f64 = 2e-5;
+/// Corners of a tiny fragment's only hull; piles of such hulls settle (measured), richer ones
+/// creep.
+const TINY_CORNERS: usize = 14;
+/// Corners of a fragment's hull: more only slows the contact search.
+const FRAGMENT_CORNERS: usize = 32;
+/// Corners of a hull of the scene: enough for a ball to roll.
+const BODY_CORNERS: usize = 256;
+/// A part flatter than this share of its size has no volume worth colliding with.
+const FLATTEST: f64 = 1e-6;
+
+/// How the corners of a part are treated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fit {
+    /// A body of the scene.
+    Body,
+    /// A fragment.
+    Fragment,
+    /// A tiny fragment: one hull of few corners.
+    Tiny,
+}
+
+/// Makes the engine shape of one convex part, or says what is wrong with it.
+pub(super) fn part(corners: &[Vec3], fit: Fit) -> Result<Part, &'static str> {
+    if corners.len() < 4 {
+        return Err("has fewer than 4 corners");
+    }
+    if corners.iter().any(|p| !p.iter().all(|x| x.is_finite())) {
+        return Err("has a corner that is not finite");
+    }
+    let limit = match fit {
+        Fit::Body => BODY_CORNERS,
+        Fit::Fragment => FRAGMENT_CORNERS,
+        Fit::Tiny => TINY_CORNERS,
+    };
+    let kept = extreme(corners, limit);
+    let middle = kept.iter().sum::<Vec3>() / kept.len() as f64;
+    let reach = kept.iter().map(|p| (p - middle).norm()).fold(0.0, f64::max);
+    if flat(&kept, reach) {
+        return Err("is flat");
+    }
+    let share = match fit {
+        Fit::Body => BODY_SHRINK.min(BODY_SHRINK_MOST / reach),
+        Fit::Fragment | Fit::Tiny => FRAGMENT_SHRINK,
+    };
+    let points: Vec<Vector> =
+        kept.iter().map(|p| vector(&(middle + (p - middle) * (1.0 - share)))).collect();
+    // The hull code has panicked on degenerate input before; a panic there is a refusal here.
+    let shape = catch_unwind(AssertUnwindSafe(|| {
+        try_convex_hull(&points).ok().and_then(|(v, t)| SharedShape::convex_mesh(v, &t))
+    }));
+    match shape {
+        Ok(Some(shape)) => Ok(Part { shape, centre: vector(&middle), reach }),
+        _ => Err("has no convex hull"),
+    }
+}
+
+/// At most `limit` corners: all, or those farthest along evenly spread directions, in their given
+/// order.
+fn extreme(corners: &[Vec3], limit: usize) -> Vec<Vec3> {
+    if corners.len() <= limit {
+        return corners.to_vec();
+    }
+    let mut keep = vec![false; corners.len()];
+    for k in 0..limit {
+        let n = spiral(k, limit);
+        let far = |best: usize, i: usize| {
+            if n.dot(&corners[i]) > n.dot(&corners[best]) { i } else { best }
+        };
+        keep[(0..corners.len()).fold(0, far)] = true;
+    }
+    corners.iter().zip(keep).filter(|(_, keep)| *keep).map(|(p, _)| *p).collect()
+}
+
+/// Direction `k` of `n` on the Fibonacci sphere.
+fn spiral(k: usize, n: usize) -> Vec3 {
+    const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+    let z = 1.0 - (2 * k + 1) as f64 / n as f64;
+    let (s, c) = libm::sincos(GOLDEN_ANGLE * k as f64);
+    let r = (1.0 - z * z).sqrt();
+    Vec3::new(r * c, r * s, z)
+}
+
+/// Do the corners lie (nearly) in one plane?
+fn flat(corners: &[Vec3], reach: f64) -> bool {
+    let mid = corners.iter().sum::<Vec3>() / corners.len() as f64;
+    let spread = corners.iter().fold(cullet_geometry::Mat3::zeros(), |sum, p| {
+        let r = (p - mid) / reach;
+        sum + r * r.transpose()
+    });
+    let least = spread.symmetric_eigenvalues().min();
+    least.is_nan() || least <= FLATTEST * FLATTEST
+}
+
+/// The corners of the box around a point set: what a part becomes when its own corners will not do.
+pub(super) fn boxed(corners: impl Iterator<Item = Vec3> + Clone) -> Vec<Vec3> {
+    let far = f64::INFINITY;
+    let low = corners.clone().fold(Vec3::repeat(far), |a, p| a.inf(&p));
+    let high = corners.fold(Vec3::repeat(-far), |a, p| a.sup(&p));
+    (0..8u8)
+        .map(|i| {
+            let pick = |axis: usize| {
+                if i >> axis & 1 == 1 { high[axis] } else { low[axis] }
+            };
+            Vec3::new(pick(0), pick(1), pick(2))
+        })
+        .collect()
+}

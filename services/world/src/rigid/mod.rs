@@ -1,0 +1,408 @@
+//! The rigid-body engine behind our own words: the only folder that names rapier, parry or glam.
+
+mod contacts;
+mod convert;
+mod hulls;
+mod quiet;
+
+pub(crate) use contacts::Contact;
+pub(crate) use hulls::Fit;
+
+use crate::body::{Body, Motion};
+use crate::settings::WorldSettings;
+use convert::{engine_pose, mass_properties, pose, vec3, vector};
+use cullet_geometry::Vec3;
+use hulls::{Part, boxed, part};
+use quiet::{Placed, Quiet, depth};
+use rapier3d_f64::prelude::{
+    ActiveHooks, Collider, ColliderBuilder, IntegrationParameters, InteractionGroups, PhysicsWorld,
+    RigidBody, RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
+};
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Contact stiffness between moving bodies \[Hz\]: at 240 steps of 8 iterations a stack of 10 sags
+/// by 0.6 mm and a slice under 100 times its mass by 0.9 mm; at half the stiffness by 1.8 mm and
+/// 3.6 mm.
+const CONTACT_HZ: f64 = 240.0;
+/// Contact stiffness against fixed bodies \[Hz\].
+const STATIC_CONTACT_HZ: f64 = 480.0;
+/// Stiffness times the solver's substep must stay below this, or contacts ring and stacks topple.
+const STIFFEST: f64 = 0.25;
+/// Damping ratio of contacts: the engine's own.
+const CONTACT_DAMPING: f64 = 10.0;
+/// Overlaps are pushed apart no faster than this (F34) \[m/s\].
+const DEPENETRATION_SPEED: f64 = 0.2;
+/// Speed at which the engine would cap a body \[m/s\]: beyond anything a scene may ask for.
+const SPEED_CAP: f64 = 2e6;
+/// A body that moves more than this share of its thickness in a step is swept (F42).
+const SWEEP_SHARE: f64 = 0.25;
+/// A body of the scene that moves more than this share of its thickness in a step is stopped where
+/// it touches, not where the step ends.
+const LANDING_SHARE: f64 = 0.02;
+/// Fragments slower than this are damped; above twice of it they no longer are \[m/s\].
+const DAMPED_SPEED: f64 = 0.2;
+/// Quiet pairs are looked at every so many steps.
+const QUIET_EVERY: u64 = 4;
+/// Fragments within this share of their size are looked at for overlap at birth.
+const NEAR: f64 = 1.01;
+
+struct Slot {
+    handle: RigidBodyHandle,
+    parts: Vec<Part>,
+    reach: f64,
+    thickness: f64,
+    fixed: bool,
+    fit: Fit,
+    /// Is swept against moving bodies too.
+    swept: bool,
+    /// Damping when slow \[1/s\]; zero for bodies that keep what they have.
+    damping: f64,
+    damped: bool,
+}
+
+/// The engine failed (it panicked); nothing in it is to be trusted.
+pub(crate) struct Broken;
+
+/// A convex part that is none: its place and what is wrong with it.
+pub(crate) struct BadPart {
+    pub(crate) index: usize,
+    pub(crate) why: &'static str,
+}
+
+/// The engine and the bodies in it, by our ids.
+pub(crate) struct Rigid {
+    world: PhysicsWorld,
+    slots: BTreeMap<u32, Slot>,
+    quiet: Quiet,
+    /// Motions before the last step, in id order.
+    before: Vec<(u32, Motion)>,
+    sleep_speed: f64,
+    steps: u64,
+}
+
+impl Rigid {
+    pub(crate) fn new(settings: &WorldSettings) -> Self {
+        let most = STIFFEST * settings.iterations as f64 / settings.step;
+        let stiff = |hz: f64| SpringCoefficients::new(hz.min(most), CONTACT_DAMPING);
+        let unit = settings.length_unit;
+        let world = PhysicsWorld {
+            gravity: vector(&settings.gravity),
+            integration_parameters: IntegrationParameters {
+                dt: settings.step,
+                length_unit: unit,
+                num_solver_iterations: settings.iterations,
+                contact_softness: stiff(CONTACT_HZ),
+                static_contact_softness: stiff(STATIC_CONTACT_HZ),
+                normalized_max_corrective_velocity: DEPENETRATION_SPEED / unit,
+                normalized_max_linear_velocity: SPEED_CAP / unit,
+                ..IntegrationParameters::default()
+            },
+            ..PhysicsWorld::default()
+        };
+        Self {
+            world,
+            slots: BTreeMap::new(),
+            quiet: Quiet::default(),
+            before: Vec::new(),
+            sleep_speed: settings.sleep_speed / unit,
+            steps: 0,
+        }
+    }
+
+    /// Puts a body in; `damping` \[1/s\] acts on it only when it is slow.
+    pub(crate) fn insert(
+        &mut self,
+        id: u32,
+        body: &Body,
+        shape: Shape,
+        motion: &Motion,
+        damping: f64,
+    ) {
+        let Shape { parts, fit } = shape;
+        let builder =
+            if body.fixed { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
+        let mut rigid = builder
+            .pose(engine_pose(&motion.pose))
+            .linvel(vector(&motion.velocity))
+            .angvel(vector(&motion.spin))
+            .additional_mass_properties(mass_properties(body.mass, &body.inertia))
+            .allow_fast_rotation(true)
+            .gyroscopic_forces_enabled(true)
+            .user_data(u128::from(id))
+            .build();
+        rigid.activation_mut().normalized_linear_threshold = self.sleep_speed;
+        let handle = self.world.insert_body(rigid);
+        for part in &parts {
+            let collider = ColliderBuilder::new(part.shape.clone())
+                .density(0.0)
+                .friction(body.material.friction)
+                .restitution(body.material.restitution)
+                .active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS);
+            self.world.insert_collider(collider, Some(handle));
+        }
+        if fit == Fit::Body && !body.fixed {
+            // The engine sweeps a body that moves half its thinnest collider: this one touches
+            // nothing and makes it do so early, so that a hard landing does not sink in.
+            let probe = ColliderBuilder::ball(2.0 * LANDING_SHARE * body.thickness)
+                .density(0.0)
+                .collision_groups(InteractionGroups::none());
+            self.world.insert_collider(probe, Some(handle));
+        }
+        let slot = Slot {
+            handle,
+            parts,
+            reach: body.reach,
+            thickness: body.thickness,
+            fixed: body.fixed,
+            fit,
+            swept: false,
+            damping,
+            damped: false,
+        };
+        self.slots.insert(id, slot);
+        // New mass properties reach the engine's solver at the next step; make them known at once.
+        if let Some(rigid) = self.world.bodies.get_mut(handle) {
+            rigid.recompute_mass_properties_from_colliders(&self.world.colliders);
+        }
+    }
+
+    pub(crate) fn remove(&mut self, id: u32) {
+        if let Some(slot) = self.slots.remove(&id) {
+            self.world.remove_body(slot.handle);
+        }
+        self.quiet.forget(id);
+    }
+
+    /// Where a body is and how it moves, as the engine has it.
+    pub(crate) fn motion(&self, id: u32) -> Option<Motion> {
+        self.slots.get(&id).and_then(|slot| self.read(slot.handle))
+    }
+
+    fn read(&self, handle: RigidBodyHandle) -> Option<Motion> {
+        self.world.bodies.get(handle).map(|body| Motion {
+            pose: pose(body.position()),
+            velocity: vec3(body.linvel()),
+            spin: vec3(body.angvel()),
+        })
+    }
+
+    pub(crate) fn sleeping(&self, id: u32) -> bool {
+        let body = self.slots.get(&id).and_then(|slot| self.world.bodies.get(slot.handle));
+        body.is_some_and(RigidBody::is_sleeping)
+    }
+
+    /// Gives a body a velocity \[m/s\] and a spin \[rad/s\], and wakes it.
+    pub(crate) fn set_velocity(&mut self, id: u32, velocity: &Vec3, spin: &Vec3) {
+        let handle = self.slots.get(&id).map(|slot| slot.handle);
+        if let Some(body) = handle.and_then(|h| self.world.bodies.get_mut(h)) {
+            body.set_linvel(vector(velocity), true);
+            body.set_angvel(vector(spin), true);
+        }
+    }
+
+    /// One step of the engine.
+    pub(crate) fn step(&mut self) -> Result<(), Broken> {
+        self.before.clear();
+        for (&id, slot) in &self.slots {
+            if let Some(motion) = self.read(slot.handle) {
+                self.before.push((id, motion));
+            }
+        }
+        self.choose_swept();
+        self.choose_damped();
+        let (world, quiet) = (&mut self.world, &self.quiet);
+        let done = catch_unwind(AssertUnwindSafe(|| world.step_with_events(quiet, &())));
+        self.steps += 1;
+        if self.steps.is_multiple_of(QUIET_EVERY) {
+            self.review_quiet();
+        }
+        done.map_err(|_| Broken)
+    }
+
+    /// Motion before the last step.
+    pub(crate) fn before(&self, id: u32) -> Option<&Motion> {
+        let place = self.before.binary_search_by_key(&id, |(id, _)| *id).ok()?;
+        Some(&self.before[place].1)
+    }
+
+    /// The first body that the engine took out because its motion is not finite.
+    pub(crate) fn quarantined(&self) -> Option<u32> {
+        let quarantine = self.world.quarantine();
+        let bodies = quarantine.bodies().iter().copied();
+        let parents = quarantine
+            .colliders()
+            .iter()
+            .filter_map(|c| self.world.colliders.get(*c).and_then(Collider::parent));
+        bodies
+            .chain(parents)
+            .filter_map(|handle| self.world.bodies.get(handle))
+            .map(|body| body.user_data as u32)
+            .min()
+    }
+
+    /// Fast bodies are swept against moving ones too (F42). The engine never sweeps one swept body
+    /// against another: of the bodies of the scene that are only fast enough to sink in, the faster
+    /// half is chosen. The flag changes only when it must.
+    fn choose_swept(&mut self) {
+        let dt = self.world.integration_parameters.dt;
+        let path = |motion: &Motion, slot: &Slot| {
+            (motion.velocity.norm() + motion.spin.norm() * slot.reach) * dt / slot.thickness
+        };
+        let moving = self.before.iter().zip(self.slots.values());
+        let mut landing: Vec<(f64, u32)> = moving
+            .filter(|(_, slot)| !slot.fixed && slot.fit == Fit::Body)
+            .map(|((id, motion), slot)| (path(motion, slot), *id))
+            .filter(|(path, _)| *path > LANDING_SHARE)
+            .collect();
+        landing.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+        landing.truncate(landing.len().div_ceil(2));
+        let mut landing: Vec<u32> = landing.into_iter().map(|(_, id)| id).collect();
+        landing.sort_unstable();
+        for ((id, motion), slot) in self.before.iter().zip(self.slots.values_mut()) {
+            if slot.fixed || slot.fit == Fit::Tiny {
+                continue;
+            }
+            let fast = path(motion, slot) > SWEEP_SHARE;
+            let swept = fast || landing.binary_search(id).is_ok();
+            if swept != slot.swept {
+                slot.swept = swept;
+                if let Some(body) = self.world.bodies.get_mut(slot.handle) {
+                    body.enable_ccd(swept);
+                }
+            }
+        }
+    }
+
+    /// Slow fragments are damped, so that heaps come to rest; those that fly are not.
+    fn choose_damped(&mut self) {
+        for ((_, motion), slot) in self.before.iter().zip(self.slots.values_mut()) {
+            if slot.damping == 0.0 {
+                continue;
+            }
+            let speed = motion.velocity.norm() + motion.spin.norm() * slot.reach;
+            let damped = speed < if slot.damped { 2.0 * DAMPED_SPEED } else { DAMPED_SPEED };
+            if damped != slot.damped {
+                slot.damped = damped;
+                let damping = if damped { slot.damping } else { 0.0 };
+                if let Some(body) = self.world.bodies.get_mut(slot.handle) {
+                    body.set_linear_damping(damping);
+                    body.set_angular_damping(damping);
+                }
+            }
+        }
+    }
+
+    fn placed(&self, id: u32) -> Option<Placed<'_>> {
+        let slot = self.slots.get(&id)?;
+        let pose = self.read(slot.handle)?.pose;
+        Some(Placed { parts: &slot.parts, pose })
+    }
+
+    /// Marks the newborn that overlap each other or those that broke their parent (ids in rising
+    /// order, the newborn last).
+    pub(crate) fn hush(&mut self, newborn: &[u32], strikers: &[u32]) {
+        let mut quiet = std::mem::take(&mut self.quiet);
+        for (k, &b) in newborn.iter().enumerate() {
+            for &a in strikers.iter().chain(&newborn[..k]) {
+                if !self.near(a, b) {
+                    continue;
+                }
+                if let (Some(pa), Some(pb)) = (self.placed(a), self.placed(b)) {
+                    quiet.admit((a, b), &pa, &pb);
+                }
+            }
+        }
+        self.quiet = quiet;
+    }
+
+    /// Do the balls around two bodies meet?
+    fn near(&self, a: u32, b: u32) -> bool {
+        let ball = |id: u32| {
+            let slot = self.slots.get(&id)?;
+            Some((self.read(slot.handle)?.centre(), slot.reach))
+        };
+        match (ball(a), ball(b)) {
+            (Some((ca, ra)), Some((cb, rb))) => (ca - cb).norm() < NEAR * (ra + rb),
+            _ => false,
+        }
+    }
+
+    fn review_quiet(&mut self) {
+        let mut pairs = std::mem::take(&mut self.quiet.pairs);
+        pairs.retain(|&(a, b), limit| {
+            if self.sleeping(a) && self.sleeping(b) {
+                return true;
+            }
+            match (self.placed(a), self.placed(b)) {
+                (Some(pa), Some(pb)) => Quiet::keeps(*limit, &pa, &pb),
+                _ => false,
+            }
+        });
+        self.quiet.pairs = pairs;
+    }
+
+    /// Bodies that overlap where they are, and how deep \[m\]; at least one of each pair can move.
+    pub(crate) fn overlaps(&self) -> Vec<(u32, u32, f64)> {
+        let ids: Vec<u32> = self.slots.keys().copied().collect();
+        let mut found = Vec::new();
+        for (k, &a) in ids.iter().enumerate() {
+            for &b in &ids[k + 1..] {
+                let fixed = |id| self.slots.get(&id).is_none_or(|slot| slot.fixed);
+                if (fixed(a) && fixed(b)) || !self.near(a, b) {
+                    continue;
+                }
+                if let (Some(pa), Some(pb)) = (self.placed(a), self.placed(b)) {
+                    let depth = depth(&pa, &pb);
+                    if depth > 0.0 {
+                        found.push((a, b, depth));
+                    }
+                }
+            }
+        }
+        found
+    }
+}
+
+/// The convex parts of a body, ready for the engine.
+pub(crate) struct Shape {
+    parts: Vec<Part>,
+    fit: Fit,
+}
+
+impl Shape {
+    /// Makes them. A fragment's bad part is left out, or becomes the box around it; a scene's is
+    /// refused.
+    pub(crate) fn new(body: &Body, corners: &[Vec<Vec3>], fit: Fit) -> Result<Self, BadPart> {
+        let parts = match fit {
+            Fit::Tiny => vec![only(body, corners)?],
+            Fit::Body | Fit::Fragment => several(body, corners, fit)?,
+        };
+        Ok(Self { parts, fit })
+    }
+}
+
+fn only(body: &Body, corners: &[Vec<Vec3>]) -> Result<Part, BadPart> {
+    let given: Vec<Vec3> = corners.iter().flatten().copied().collect();
+    let all = if given.is_empty() { body.solid.mesh.vertices.clone() } else { given };
+    part(&all, Fit::Tiny)
+        .or_else(|_| part(&boxed(all.iter().copied()), Fit::Tiny))
+        .map_err(|why| BadPart { index: 0, why })
+}
+
+fn several(body: &Body, corners: &[Vec<Vec3>], fit: Fit) -> Result<Vec<Part>, BadPart> {
+    let mut parts = Vec::with_capacity(corners.len());
+    for (index, corners) in corners.iter().enumerate() {
+        match part(corners, fit) {
+            Ok(made) => parts.push(made),
+            Err(why) if fit == Fit::Body => return Err(BadPart { index, why }),
+            // One bad part of a fragment is not worth a fracture: the others stand in for it.
+            Err(_) => {}
+        }
+    }
+    if parts.is_empty() {
+        let whole = boxed(body.solid.mesh.vertices.iter().copied());
+        parts.push(part(&whole, fit).map_err(|why| BadPart { index: 0, why })?);
+    }
+    Ok(parts)
+}

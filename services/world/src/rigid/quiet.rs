@@ -1,0 +1,81 @@
+//! Quiet birth (F34): siblings whose convex stand-ins overlap when they are born do not push each
+//! other apart.
+//!
+//! A pair stays quiet until it separates; should it sink deeper than it was born, contact begins
+//! after all.
+
+use super::convert::engine_pose;
+use super::hulls::Part;
+use cullet_geometry::Pose;
+use rapier3d_f64::parry::query;
+use rapier3d_f64::prelude::{PairFilterContext, PhysicsHooks, RigidBodyHandle, SolverFlags};
+use std::collections::BTreeMap;
+
+/// A body's convex parts and where they are.
+pub(super) struct Placed<'a> {
+    pub(super) parts: &'a [Part],
+    pub(super) pose: Pose,
+}
+
+/// The quiet pairs (lower id first) and how deep each may sink before contact begins \[m\].
+#[derive(Default)]
+pub(super) struct Quiet {
+    pub(super) pairs: BTreeMap<(u32, u32), f64>,
+}
+
+/// A quiet pair may sink this share of its smaller part deeper than it was born.
+const SINK: f64 = 0.05;
+
+impl Quiet {
+    /// Marks the pair if its stand-ins overlap where they are.
+    pub(super) fn admit(&mut self, key: (u32, u32), a: &Placed<'_>, b: &Placed<'_>) {
+        let depth = depth(a, b);
+        if depth > 0.0 {
+            let size = |p: &Placed<'_>| p.parts.iter().map(|part| part.reach).fold(0.0, f64::max);
+            self.pairs.insert(key, depth + SINK * size(a).min(size(b)));
+        }
+    }
+
+    /// Should the pair stay quiet where it is now?
+    pub(super) fn keeps(limit: f64, a: &Placed<'_>, b: &Placed<'_>) -> bool {
+        let depth = depth(a, b);
+        depth > 0.0 && depth <= limit
+    }
+
+    pub(super) fn forget(&mut self, id: u32) {
+        self.pairs.retain(|&(a, b), _| a != id && b != id);
+    }
+}
+
+/// Greatest overlap of two sets of convex parts \[m\]; zero where they are apart.
+pub(super) fn depth(a: &Placed<'_>, b: &Placed<'_>) -> f64 {
+    let (pa, pb) = (engine_pose(&a.pose), engine_pose(&b.pose));
+    let mut deepest = 0.0f64;
+    for x in a.parts {
+        let at = pa * x.centre;
+        for y in b.parts {
+            let gap = (at - pb * y.centre).length();
+            if gap > x.reach + y.reach {
+                continue;
+            }
+            let touch = query::contact(&pa, x.shape.as_ref(), &pb, y.shape.as_ref(), 0.0);
+            if let Ok(Some(contact)) = touch {
+                deepest = deepest.max(-contact.dist);
+            }
+        }
+    }
+    deepest
+}
+
+impl PhysicsHooks for Quiet {
+    fn filter_contact_pair(&self, context: &PairFilterContext<'_>) -> Option<SolverFlags> {
+        let id = |handle: Option<RigidBodyHandle>| {
+            handle.and_then(|h| context.bodies.get(h)).map(|body| body.user_data as u32)
+        };
+        let quiet = match (id(context.rigid_body1), id(context.rigid_body2)) {
+            (Some(a), Some(b)) => self.pairs.contains_key(&(a.min(b), a.max(b))),
+            _ => false,
+        };
+        (!quiet).then_some(SolverFlags::COMPUTE_RIGID_IMPULSES)
+    }
+}

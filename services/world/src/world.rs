@@ -1,0 +1,405 @@
+//! The world: bodies in, steps, hits out.
+
+use crate::body::{Body, BodyId, BodySpec, BodyView, Motion};
+use crate::cluster::{Part, sum};
+use crate::episode::{Episode, Episodes};
+use crate::error::WorldError;
+use crate::exchange::{Exchange, Rest, Stepped, rest, sums};
+use crate::impact::{Hit, Outcome, Party, effective_mass, hits};
+use crate::ledger::{Sink, Totals};
+use crate::replace::Debt;
+use crate::rigid::{BadPart, Contact, Fit, Rigid, Shape};
+use crate::settings::WorldSettings;
+use cullet_geometry::Vec3;
+use std::collections::BTreeMap;
+
+/// Rigid bodies, their contacts, and the books.
+pub struct World {
+    pub(crate) settings: WorldSettings,
+    pub(crate) rigid: Rigid,
+    pub(crate) bodies: BTreeMap<u32, Body>,
+    /// What became of bodies that broke.
+    pub(crate) children: BTreeMap<u32, Vec<u32>>,
+    /// What a replacement already settled for the other body of an episode.
+    pub(crate) debts: BTreeMap<(u64, u32), Debt>,
+    pub(crate) sink: Sink,
+    pub(crate) episodes: Episodes,
+    pub(crate) next_id: u32,
+    steps: u64,
+}
+
+impl World {
+    /// An empty world.
+    ///
+    /// # Errors
+    /// A setting outside its range.
+    pub fn new(settings: WorldSettings) -> Result<Self, WorldError> {
+        settings.check()?;
+        Ok(Self {
+            rigid: Rigid::new(&settings),
+            settings,
+            bodies: BTreeMap::new(),
+            children: BTreeMap::new(),
+            debts: BTreeMap::new(),
+            sink: Sink::default(),
+            episodes: Episodes::default(),
+            next_id: 0,
+            steps: 0,
+        })
+    }
+
+    /// Puts a body in.
+    ///
+    /// # Errors
+    /// What is wrong with it, with value and bound; or the budget of bodies is spent.
+    pub fn insert(&mut self, spec: BodySpec) -> Result<BodyId, WorldError> {
+        let count = self.bodies.len() + 1;
+        if count > self.settings.max_bodies {
+            return Err(WorldError::TooManyBodies { count, limit: self.settings.max_bodies });
+        }
+        let settings = &self.settings;
+        let body = Body::new(&spec, &settings.tiers, settings.max_generation, f64::NEG_INFINITY)?;
+        let shape =
+            Shape::new(&body, &spec.hulls, Fit::Body).map_err(|BadPart { index, why }| {
+                WorldError::Hull { name: spec.name.clone(), index, count: spec.hulls.len(), why }
+            })?;
+        let still = Vec3::zeros();
+        let (velocity, spin) = if spec.fixed { (still, still) } else { (spec.velocity, spec.spin) };
+        let motion = Motion { pose: spec.pose, velocity, spin };
+        let id = self.next_id;
+        self.next_id += 1;
+        self.rigid.insert(id, &body, shape, &motion, 0.0);
+        self.bodies.insert(id, body);
+        Ok(BodyId(id))
+    }
+
+    /// Pairs of bodies that overlap where they are, with an estimate of the depth \[m\]; at least
+    /// one of each can move.
+    #[must_use]
+    pub fn overlaps(&self) -> Vec<(BodyId, BodyId, f64)> {
+        let found = self.rigid.overlaps();
+        found.into_iter().map(|(a, b, depth)| (BodyId(a), BodyId(b), depth)).collect()
+    }
+
+    /// Simulated time \[s\].
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.steps as f64 * self.settings.step
+    }
+
+    /// Steps taken.
+    #[must_use]
+    pub fn step_count(&self) -> u64 {
+        self.steps
+    }
+
+    /// The settings.
+    #[must_use]
+    pub fn settings(&self) -> &WorldSettings {
+        &self.settings
+    }
+
+    /// How many bodies there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Is the world empty?
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    /// All bodies in id order.
+    pub fn bodies(&self) -> impl Iterator<Item = BodyView<'_>> {
+        self.bodies.iter().filter_map(|(&id, body)| self.view(id, body))
+    }
+
+    /// One body, if it is (still) there.
+    #[must_use]
+    pub fn body(&self, id: BodyId) -> Option<BodyView<'_>> {
+        self.bodies.get(&id.0).and_then(|body| self.view(id.0, body))
+    }
+
+    fn view<'a>(&'a self, id: u32, body: &'a Body) -> Option<BodyView<'a>> {
+        let motion = self.rigid.motion(id)?;
+        Some(BodyView {
+            id: BodyId(id),
+            name: &body.name,
+            solid: &body.solid,
+            material: &body.material,
+            pose: motion.pose,
+            velocity: motion.velocity,
+            spin: motion.spin,
+            mass: body.mass,
+            volume: body.volume,
+            volume_ratio: body.volume / body.original_volume,
+            tier: body.tier,
+            fixed: body.fixed,
+            breakable: body.breakable,
+            sleeping: self.rigid.sleeping(id),
+            parent: body.parent,
+            generation: body.generation,
+        })
+    }
+
+    /// Are all moving bodies asleep?
+    #[must_use]
+    pub fn at_rest(&self) -> bool {
+        self.bodies.iter().all(|(&id, body)| body.fixed || self.rigid.sleeping(id))
+    }
+
+    /// The sums that physics keeps.
+    #[must_use]
+    pub fn totals(&self) -> Totals {
+        let moving = self.bodies.iter().filter(|(_, body)| !body.fixed);
+        let parts: Vec<Part> = moving
+            .filter_map(|(&id, body)| Some(Part::new(body, &self.rigid.motion(id)?)))
+            .collect();
+        let total = sum(parts.iter());
+        let weigh = |p: &Part| -p.mass * self.settings.gravity.dot(&p.centre);
+        Totals {
+            mass: parts.iter().map(|p| p.mass).sum(),
+            momentum: total.linear,
+            angular_momentum: total.angular,
+            kinetic_energy: total.kinetic,
+            potential_energy: parts.iter().map(weigh).sum(),
+            given_to_fixed: self.sink.linear,
+            angular_given_to_fixed: self.sink.angular,
+        }
+    }
+
+    /// Feeds all that decides the run to `feed`, in id order, bit for bit: the step, then for each
+    /// body its id, position, orientation, velocity and spin.
+    pub fn digest(&self, feed: &mut dyn FnMut(&[u8])) {
+        feed(&self.steps.to_le_bytes());
+        for &id in self.bodies.keys() {
+            feed(&id.to_le_bytes());
+            let Some(m) = self.rigid.motion(id) else {
+                continue;
+            };
+            let (x, q) = (m.centre(), m.pose.rotation.coords);
+            for value in x.iter().chain(q.iter()).chain(m.velocity.iter()).chain(m.spin.iter()) {
+                feed(&value.to_bits().to_le_bytes());
+            }
+        }
+    }
+
+    /// One step. Returns the hits whose contact episode ended in it, in the order of the bodies
+    /// hit.
+    ///
+    /// # Errors
+    /// A motion that is not finite, or a panic of the engine; the world must not be used after
+    /// either.
+    pub fn step(&mut self) -> Result<Vec<Hit>, WorldError> {
+        let start = self.time();
+        self.steps += 1;
+        self.rigid.step().map_err(|_| WorldError::Engine { step: self.steps })?;
+        self.check_finite()?;
+        let contacts = self.rigid.contacts();
+        self.follow(&contacts, start);
+        let settings = &self.settings;
+        let over = self.episodes.take_over(self.time(), settings.resting_speed, settings.episode);
+        let judged = over.iter().flat_map(|(pair, episode)| self.judge(*pair, episode));
+        let mut hits: Vec<Hit> = judged.collect();
+        hits.sort_by_key(|hit| (hit.body, hit.episode));
+        Ok(hits)
+    }
+
+    fn check_finite(&self) -> Result<(), WorldError> {
+        let lost = self.rigid.quarantined().or_else(|| {
+            let finite = |id: u32| self.rigid.motion(id).is_none_or(|m| m.finite());
+            self.bodies.keys().copied().find(|&id| !finite(id))
+        });
+        let name =
+            |id: u32| self.bodies.get(&id).map_or_else(String::new, |body| body.name.clone());
+        match lost {
+            Some(id) => Err(WorldError::NotFinite { name: name(id), step: self.steps }),
+            None => Ok(()),
+        }
+    }
+
+    /// Opens episodes and takes in one step of those that are open.
+    fn follow(&mut self, contacts: &[Contact], start: f64) {
+        self.episodes.begin_step();
+        let normal = sums(contacts);
+        let (dt, gravity) = (self.settings.step, self.settings.gravity);
+        for contact in contacts {
+            let pair = (contact.a, contact.b);
+            let (Some(a), Some(b)) = (self.bodies.get(&pair.0), self.bodies.get(&pair.1)) else {
+                continue;
+            };
+            let before = [self.rigid.before(pair.0).copied(), self.rigid.before(pair.1).copied()];
+            let [Some(before_a), Some(before_b)] = before else {
+                continue;
+            };
+            let Some(n) = contact.on_b.try_normalize(0.0) else {
+                continue;
+            };
+            let fall = |body: &Body| if body.fixed { 0.0 } else { gravity.dot(&n) };
+            let closing_gain = (fall(a) - fall(b)).max(0.0) * dt;
+            let speed = contact.closing_speed();
+            let fresh = !self.episodes.open.contains_key(&pair);
+            if fresh {
+                let young = a.birth.max(b.birth) + self.settings.birth_grace > start;
+                let pause = self.settings.episode;
+                let slow = speed <= self.settings.resting_speed;
+                if slow || young || !self.episodes.ready(pair, start, pause, speed) {
+                    continue;
+                }
+                // On the mean they touch in the middle of the step: gravity worked for half of it.
+                let touch = speed + 0.5 * closing_gain;
+                self.episodes.open(contact, start, [before_a, before_b], touch);
+            }
+            let point = contact.moment / contact.impulse;
+            let mass = effective_mass((a, &before_a), (b, &before_b), &point, &n);
+            let weight = mass * closing_gain * if fresh { 0.5 } else { 1.0 };
+            let exchanged = [
+                self.received(
+                    contact.a,
+                    a,
+                    -contact.on_b,
+                    contact.torque_a,
+                    contact.impulse,
+                    &normal,
+                ),
+                self.received(
+                    contact.b,
+                    b,
+                    contact.on_b,
+                    contact.torque_b,
+                    contact.impulse,
+                    &normal,
+                ),
+            ];
+            if let Some(episode) = self.episodes.open.get_mut(&pair) {
+                episode.add(contact, weight, &exchanged);
+            }
+        }
+    }
+
+    /// What a body received from one contact over the last step: normal impulse and its share of
+    /// the rest.
+    fn received(
+        &self,
+        id: u32,
+        body: &Body,
+        linear: Vec3,
+        torque: Vec3,
+        impulse: f64,
+        normal: &BTreeMap<u32, (Exchange, f64)>,
+    ) -> Exchange {
+        let mut exchange = Exchange { linear, torque };
+        if body.fixed {
+            return exchange;
+        }
+        let (before, after) = (self.rigid.before(id), self.rigid.motion(id));
+        if let (Some(&before), Some(after), Some(sum)) = (before, after, normal.get(&id)) {
+            let inertia = body.world_inertia(&before.pose);
+            let stepped = Stepped { mass: body.mass, inertia, before, after };
+            let all: Rest = rest(&stepped, &self.settings.gravity, self.settings.step, sum);
+            exchange.add(&all.share(impulse));
+        }
+        exchange
+    }
+
+    /// The hits of a finished episode: none, or one a body that may break and whose threshold it
+    /// reached.
+    fn judge(&self, (a, b): (u32, u32), episode: &Episode) -> Vec<Hit> {
+        let (Some(one), Some(two)) = (self.bodies.get(&b), self.bodies.get(&a)) else {
+            return Vec::new();
+        };
+        let impulse = episode.net_impulse();
+        let over = |body: &Body| {
+            body.breakable
+                && impulse > 0.0
+                && impulse >= body.threshold.unwrap_or(self.settings.impulse_threshold)
+        };
+        let Some(normal) = episode.normal().filter(|_| over(one) || over(two)) else {
+            return Vec::new();
+        };
+        let outcome = Outcome {
+            episode: episode.number,
+            time: episode.opened,
+            point: episode.point(),
+            normal,
+            impulse,
+            closing_speed: episode.closing_speed,
+        };
+        let party = |id: u32, body, side: usize| Party {
+            id: BodyId(id),
+            body,
+            motion: &episode.first[side],
+            exchanged: episode.exchanged[side],
+        };
+        let [first, second] = hits(&outcome, &party(b, one, 1), &party(a, two, 0));
+        let each = [(over(one), first), (over(two), second)];
+        each.into_iter().filter(|(over, _)| *over).map(|(_, hit)| hit).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Material;
+    use cullet_geometry::{Pose, Solid, TriMesh};
+    use std::sync::Arc;
+
+    /// A tetrahedron around the origin.
+    fn spec() -> BodySpec {
+        let corner = |x, y, z| Vec3::new(x, y, z) * 0.1;
+        let vertices = vec![
+            corner(1.0, 1.0, 1.0),
+            corner(1.0, -1.0, -1.0),
+            corner(-1.0, 1.0, -1.0),
+            corner(-1.0, -1.0, 1.0),
+        ];
+        let triangles = vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]];
+        BodySpec {
+            name: "tetrahedron".into(),
+            hulls: vec![vertices.clone()],
+            solid: Arc::new(Solid::outer(TriMesh { vertices, triangles })),
+            material: Material {
+                density: 1000.0,
+                young: 1e9,
+                poisson: 0.2,
+                failure_stress: 1e6,
+                fracture_energy: 10.0,
+                restitution: 0.2,
+                friction: 0.5,
+            },
+            pose: Pose::identity(),
+            velocity: Vec3::zeros(),
+            spin: Vec3::zeros(),
+            fixed: false,
+            breakable: true,
+            threshold: None,
+            parent: None,
+            generation: 0,
+            original_volume: None,
+        }
+    }
+
+    #[test]
+    fn a_motion_that_is_no_number_ends_the_run_by_name() {
+        let mut world = World::new(WorldSettings::default()).unwrap();
+        let id = world.insert(spec()).unwrap();
+        world.step().unwrap();
+        world.rigid.set_velocity(id.0, &Vec3::new(f64::NAN, 0.0, 0.0), &Vec3::zeros());
+        let error = world.step().unwrap_err();
+        assert_eq!(error, WorldError::NotFinite { name: "tetrahedron".into(), step: 2 });
+    }
+
+    #[test]
+    fn a_free_fall_is_a_free_fall() {
+        let mut world = World::new(WorldSettings::default()).unwrap();
+        let id = world.insert(spec()).unwrap();
+        (0..240).for_each(|_| assert!(world.step().unwrap().is_empty()));
+        let body = world.body(id).unwrap();
+        assert!((body.velocity.z + 9.81).abs() < 1e-9, "{}", body.velocity);
+        // Semi-implicit Euler with 8 substeps falls too far by g t dt / 2 / 8.
+        assert!((body.pose.translation.z + 4.905).abs() < 5e-3, "{}", body.pose.translation);
+        assert!((world.time() - 1.0).abs() < 1e-12 && world.step_count() == 240);
+    }
+}
