@@ -1,1 +1,24 @@
 //! Everything that crosses a process boundary.
+//!
+//! Types here are twins of the core types that cross. Doors ([`FractureJob::decode`],
+//! [`Verdict::decode`], [`envelope::open`]) check what comes in; nothing is allocated before the
+//! counts that ask for it are checked against the bytes that are there.
+//!
+//! Absent on purpose: mechanics, sockets, files, clocks.
+
+pub mod chunks;
+pub mod codec;
+pub mod envelope;
+pub mod ids;
+pub mod job;
+pub mod keys;
+pub mod mesh;
+pub mod pool;
+pub mod recording;
+pub mod transport;
+pub mod verdict;
+
+pub use codec::WireError;
+pub use ids::{Epoch, JobId, SessionId, WorkerId};
+pub use job::{FractureJob, Impact, Material, Settings};
+pub use verdict::{BrokenBody, Fragment, Report, Verdict};

@@ -1,0 +1,186 @@
+//! Headers to bytes and back. The only file that names bincode.
+//!
+//! bincode 2.0.1 is the last that works and is no longer maintained; its legacy layout is what
+//! `wincode` writes too (a test holds us to it), so leaving is a change of this file.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// Most bytes of a header. Bulk travels as slabs behind it; a larger header is a mistake or an
+/// attack, and without the limit a length field alone could make the decoder take all memory.
+pub const MAX_HEADER: usize = 65_536;
+
+/// Why bytes were not taken, with the bound they broke.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WireError {
+    /// Not one of our messages.
+    #[error("this is not a cullet message")]
+    Magic,
+    /// Another generation of the wire.
+    #[error("wire version {theirs} is not spoken here; this is version {ours}")]
+    Version {
+        /// The version given.
+        theirs: u16,
+        /// The version spoken.
+        ours: u16,
+    },
+    /// A message of another kind.
+    #[error("message kind {given} where kind {wanted} belongs")]
+    Kind {
+        /// The kind given.
+        given: u16,
+        /// The kind that belongs there.
+        wanted: u16,
+    },
+    /// Fewer bytes than announced.
+    #[error("{what}: {have} bytes of {need}")]
+    Short {
+        /// Of what.
+        what: &'static str,
+        /// Bytes there.
+        have: usize,
+        /// Bytes announced.
+        need: usize,
+    },
+    /// Bytes that nothing announced.
+    #[error("{what}: {extra} bytes too many")]
+    Trailing {
+        /// Behind what.
+        what: &'static str,
+        /// How many.
+        extra: usize,
+    },
+    /// The header was damaged on the way.
+    #[error("header checksum {found:08x}, announced {announced:08x}")]
+    Checksum {
+        /// Of the bytes there.
+        found: u32,
+        /// As announced.
+        announced: u32,
+    },
+    /// The header does not decode.
+    #[error("the header does not decode: {0}")]
+    Header(String),
+    /// A count or length over its limit.
+    #[error("{what} is {value}; the limit is {limit}")]
+    Limit {
+        /// Of what.
+        what: &'static str,
+        /// The count.
+        value: u64,
+        /// The bound.
+        limit: u64,
+    },
+    /// A number that is none.
+    #[error("{what} is not finite")]
+    NotFinite {
+        /// Which.
+        what: &'static str,
+    },
+    /// An index beyond the vertices.
+    #[error("triangle {triangle} names vertex {index} of {vertices}")]
+    Index {
+        /// Which triangle.
+        triangle: usize,
+        /// Which vertex it names.
+        index: u32,
+        /// How many there are.
+        vertices: usize,
+    },
+    /// A surface tag that is none.
+    #[error("triangle {triangle} has the surface tag {tag:08x}, which is none")]
+    Tag {
+        /// Which triangle.
+        triangle: usize,
+        /// Its tag.
+        tag: u32,
+    },
+    /// A name that cannot be part of a key.
+    #[error("{name:?} is no name: 1 to 40 of a-z, 0-9 and - are")]
+    Name {
+        /// As given.
+        name: String,
+    },
+}
+
+fn settings() -> impl bincode::config::Config {
+    bincode::config::legacy().with_limit::<MAX_HEADER>()
+}
+
+/// The bytes of a header.
+///
+/// # Errors
+/// [`WireError::Header`] if it is larger than [`MAX_HEADER`].
+pub fn encode<T: Serialize>(header: &T) -> Result<Vec<u8>, WireError> {
+    let bytes = bincode::serde::encode_to_vec(header, bincode::config::legacy())
+        .map_err(|e| WireError::Header(e.to_string()))?;
+    limit("a header's length", bytes.len() as u64, MAX_HEADER as u64)?;
+    Ok(bytes)
+}
+
+/// The header in these bytes, all of them.
+///
+/// # Errors
+/// [`WireError::Header`] if they do not decode within [`MAX_HEADER`], [`WireError::Trailing`] if
+/// some are left over.
+pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
+    limit("a header's length", bytes.len() as u64, MAX_HEADER as u64)?;
+    let (header, used) = bincode::serde::decode_from_slice(bytes, settings())
+        .map_err(|e| WireError::Header(e.to_string()))?;
+    if used != bytes.len() {
+        return Err(WireError::Trailing { what: "a header", extra: bytes.len() - used });
+    }
+    Ok(header)
+}
+
+/// Holds a count to its limit.
+///
+/// # Errors
+/// [`WireError::Limit`].
+pub fn limit(what: &'static str, value: u64, limit: u64) -> Result<(), WireError> {
+    if value > limit { Err(WireError::Limit { what, value, limit }) } else { Ok(()) }
+}
+
+/// Holds numbers to being numbers.
+///
+/// # Errors
+/// [`WireError::NotFinite`].
+pub fn finite(what: &'static str, values: &[f64]) -> Result<(), WireError> {
+    let all = values.iter().all(|v| v.is_finite());
+    if all { Ok(()) } else { Err(WireError::NotFinite { what }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::{Deserialize, Serialize};
+
+    #[derive(Debug, PartialEq, Serialize, Deserialize)]
+    enum Sample {
+        Nothing,
+        Pair { a: u16, b: Option<f64> },
+        List(Vec<(u32, String)>, [u8; 4]),
+    }
+
+    #[test]
+    fn the_layout_is_fixed_and_wincode_agrees() -> Result<(), Box<dyn std::error::Error>> {
+        assert_eq!(encode(&Sample::Nothing)?, [0, 0, 0, 0]);
+        let pair = encode(&Sample::Pair { a: 7, b: Some(1.0) })?;
+        assert_eq!(pair, [1, 0, 0, 0, 7, 0, 1, 0, 0, 0, 0, 0, 0, 0xf0, 0x3f]);
+        assert_eq!(pair, wincode::serialize(&(1u32, 7u16, Some(1.0f64)))?);
+        let list = vec![(3u32, "ab".to_owned()), (9, String::new())];
+        let ours = encode(&Sample::List(list.clone(), [1, 2, 3, 4]))?;
+        assert_eq!(ours, wincode::serialize(&(2u32, list, [1u8, 2, 3, 4]))?);
+        assert_eq!(decode::<(u32, u16, Option<f64>)>(&pair)?, (1, 7, Some(1.0)));
+        Ok(())
+    }
+
+    #[test]
+    fn a_length_bomb_is_refused_before_it_is_allocated() {
+        let bomb = u64::MAX.to_le_bytes();
+        assert!(matches!(decode::<Vec<u64>>(&bomb), Err(WireError::Header(_))));
+        assert!(matches!(decode::<String>(&bomb), Err(WireError::Header(_))));
+        assert_eq!(decode::<u8>(&[1, 2]), Err(WireError::Trailing { what: "a header", extra: 1 }));
+        assert!(matches!(encode(&vec![0u8; MAX_HEADER]), Err(WireError::Limit { .. })));
+    }
+}

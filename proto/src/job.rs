@@ -1,0 +1,277 @@
+//! A fracture problem on its way to a worker.
+
+use crate::codec::{self, WireError};
+use crate::envelope::{self, Kind};
+use crate::ids::JobId;
+use crate::mesh::{self, Slabs};
+use cullet_geometry::{Solid, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// Most hits in one job: they travel in the header.
+pub const MAX_IMPACTS: usize = 256;
+/// Longest solver name \[bytes\].
+pub const MAX_SOLVER: usize = 64;
+
+/// A brittle, isotropic solid.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Material {
+    /// Mass density ρ \[kg/m³\].
+    pub density: f64,
+    /// Young's modulus E \[Pa\].
+    pub young: f64,
+    /// Poisson's ratio ν \[1\].
+    pub poisson: f64,
+    /// Rankine threshold σ_f \[Pa\].
+    pub failure_stress: f64,
+    /// Mode I fracture energy G_f \[J/m²\].
+    pub fracture_energy: f64,
+}
+
+/// One hit, in the body's own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impact {
+    /// Where the striker touched \[m\].
+    pub point: Vec3,
+    /// Unit direction of the push, into the body.
+    pub normal: Vec3,
+    /// Impulse along `normal` over the contact episode \[N·s\].
+    pub impulse: f64,
+    /// Hertz contact duration \[s\].
+    pub duration: f64,
+    /// Greatest Hertz contact radius \[m\].
+    pub radius: f64,
+    /// Kinetic energy of the approach \[J\].
+    pub energy: f64,
+}
+
+/// What the scene decides about a solve. `None` means "let the solver choose".
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Grid spacing h \[m\].
+    pub spacing: Option<f64>,
+    /// Particle budget.
+    pub max_particles: u32,
+    /// Budget of time steps.
+    pub max_steps: u32,
+    /// Fragments below this share of the body's volume are merged \[1\].
+    pub min_volume_ratio: f64,
+    /// At most this many fragments.
+    pub max_fragments: u32,
+}
+
+/// A problem, who is to solve it, and who if that one refuses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FractureJob {
+    /// Name of the family asked first.
+    pub solver: String,
+    /// Name of the family asked if the first refuses.
+    pub fallback: Option<String>,
+    /// The body in its own frame, origin at the centre of mass \[m\].
+    pub solid: Solid,
+    /// Its material.
+    pub material: Material,
+    /// At least one hit.
+    pub impacts: Vec<Impact>,
+    /// How it may be solved.
+    pub settings: Settings,
+    /// The only source of randomness.
+    pub seed: u64,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    solver: String,
+    fallback: Option<String>,
+    material: Material,
+    impacts: Vec<[f64; 10]>,
+    settings: Settings,
+    seed: u64,
+    vertices: u32,
+    triangles: u32,
+}
+
+impl Impact {
+    fn row(&self) -> [f64; 10] {
+        let (p, n) = (self.point, self.normal);
+        let (t, a, e) = (self.duration, self.radius, self.energy);
+        [p.x, p.y, p.z, n.x, n.y, n.z, self.impulse, t, a, e]
+    }
+
+    fn from_row(row: [f64; 10]) -> Self {
+        let [px, py, pz, nx, ny, nz, impulse, duration, radius, energy] = row;
+        let (point, normal) = (Vec3::new(px, py, pz), Vec3::new(nx, ny, nz));
+        Self { point, normal, impulse, duration, radius, energy }
+    }
+}
+
+impl FractureJob {
+    /// The canonical bytes: equal problems give equal bytes.
+    ///
+    /// # Errors
+    /// The limit of the wire that the job breaks.
+    pub fn encode(&self) -> Result<Vec<u8>, WireError> {
+        let (vertices, triangles) = mesh::counts(&self.solid)?;
+        let header = Header {
+            solver: self.solver.clone(),
+            fallback: self.fallback.clone(),
+            material: self.material,
+            impacts: self.impacts.iter().map(Impact::row).collect(),
+            settings: self.settings,
+            seed: self.seed,
+            vertices,
+            triangles,
+        };
+        header.check()?;
+        let mut slabs = Vec::new();
+        mesh::put_solid(&mut slabs, &self.solid);
+        envelope::seal(Kind::Job, &header, &slabs)
+    }
+
+    /// The job in these bytes.
+    ///
+    /// # Errors
+    /// The first thing wrong with them, with the bound.
+    pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
+        let (header, slabs) = envelope::open::<Header>(Kind::Job, bytes)?;
+        header.check()?;
+        let mut slabs = Slabs::new(slabs);
+        let solid = slabs.solid(header.vertices, header.triangles)?;
+        slabs.end("a job")?;
+        Ok(Self {
+            solver: header.solver,
+            fallback: header.fallback,
+            solid,
+            material: header.material,
+            impacts: header.impacts.into_iter().map(Impact::from_row).collect(),
+            settings: header.settings,
+            seed: header.seed,
+        })
+    }
+
+    /// The digest of [`FractureJob::encode`].
+    ///
+    /// # Errors
+    /// As [`FractureJob::encode`].
+    pub fn id(&self) -> Result<JobId, WireError> {
+        Ok(JobId::of(&self.encode()?))
+    }
+}
+
+impl Header {
+    fn check(&self) -> Result<(), WireError> {
+        let names = [Some(&self.solver), self.fallback.as_ref()];
+        for name in names.into_iter().flatten() {
+            codec::limit("a solver name's length", name.len() as u64, MAX_SOLVER as u64)?;
+        }
+        codec::limit("a job's impacts", self.impacts.len() as u64, MAX_IMPACTS as u64)?;
+        if self.impacts.is_empty() {
+            return Err(WireError::Short { what: "a job's impacts", have: 0, need: 1 });
+        }
+        let Material { density, young, poisson, failure_stress, fracture_energy } = self.material;
+        let material = [density, young, poisson, failure_stress, fracture_energy];
+        codec::finite("a job's material", &material)?;
+        codec::finite("a job's impacts", self.impacts.as_flattened())?;
+        codec::finite("a job's spacing", self.settings.spacing.as_slice())?;
+        codec::finite("a job's least volume ratio", &[self.settings.min_volume_ratio])
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use cullet_geometry::{Surface, TriMesh};
+
+    pub(crate) fn tetrahedron() -> Solid {
+        let vertices = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+        let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        let mut solid = Solid::outer(TriMesh { vertices, triangles });
+        solid.surface[3] = Surface::Crack { damage_time: 1.5e-5 };
+        solid
+    }
+
+    pub(crate) fn sample() -> FractureJob {
+        FractureJob {
+            solver: "brittle".into(),
+            fallback: Some("geometric".into()),
+            solid: tetrahedron(),
+            material: Material {
+                density: 2500.0,
+                young: 7e10,
+                poisson: 0.22,
+                failure_stress: 4e7,
+                fracture_energy: 8.0,
+            },
+            impacts: vec![Impact {
+                point: Vec3::new(0.1, 0.2, 0.3),
+                normal: -Vec3::z(),
+                impulse: 0.5,
+                duration: 1e-4,
+                radius: 1e-3,
+                energy: 2.0,
+            }],
+            settings: Settings {
+                spacing: None,
+                max_particles: 16_000,
+                max_steps: 20_000,
+                min_volume_ratio: 1e-4,
+                max_fragments: 400,
+            },
+            seed: 7,
+        }
+    }
+
+    #[test]
+    fn a_job_comes_back_and_its_id_is_fixed() -> Result<(), WireError> {
+        let job = sample();
+        let bytes = job.encode()?;
+        assert_eq!(FractureJob::decode(&bytes)?, job);
+        assert_eq!(job.id()?, JobId::of(&bytes));
+        assert_eq!(job.id()?.short(), "8dcc97b6");
+        Ok(())
+    }
+
+    #[test]
+    fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
+        let change: [fn(&mut FractureJob); 8] = [
+            |j| j.seed += 1,
+            |j| j.solver.push('x'),
+            |j| j.fallback = None,
+            |j| j.material.young *= 1.0 + f64::EPSILON,
+            |j| j.impacts[0].energy += 1.0,
+            |j| j.settings.spacing = Some(0.1),
+            |j| j.solid.mesh.vertices[0].x = 1e-300,
+            |j| j.solid.surface[0] = Surface::Crack { damage_time: 0.0 },
+        ];
+        for (index, change) in change.iter().enumerate() {
+            let mut other = sample();
+            change(&mut other);
+            assert_ne!(other.id()?, sample().id()?, "change {index}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn nonsense_is_refused_with_its_bound() {
+        let refused = |change: fn(&mut FractureJob)| {
+            let mut job = sample();
+            change(&mut job);
+            job.encode().err()
+        };
+        let nan = refused(|j| j.material.young = f64::NAN);
+        assert_eq!(nan, Some(WireError::NotFinite { what: "a job's material" }));
+        let none = refused(|j| j.impacts.clear());
+        assert!(matches!(none, Some(WireError::Short { .. })));
+        let many = refused(|j| j.impacts = vec![j.impacts[0]; MAX_IMPACTS + 1]);
+        assert!(matches!(many, Some(WireError::Limit { limit: 256, .. })));
+        let tags = refused(|j| j.solid.surface.clear());
+        assert!(matches!(tags, Some(WireError::Short { .. })));
+        let mut far = sample();
+        far.solid.mesh.triangles[2][1] = 4;
+        let far = far.encode().and_then(|bytes| FractureJob::decode(&bytes));
+        assert_eq!(far, Err(WireError::Index { triangle: 2, index: 4, vertices: 4 }));
+        let mut lost = sample();
+        lost.solid.mesh.vertices[1].y = f64::INFINITY;
+        let lost = lost.encode().and_then(|bytes| FractureJob::decode(&bytes));
+        assert_eq!(lost, Err(WireError::NotFinite { what: "a mesh's vertices" }));
+    }
+}

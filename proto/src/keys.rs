@@ -1,0 +1,170 @@
+//! Key expressions. `v1` is the wire's major version; names are [`WorkerId`]s.
+
+use crate::ids::{SessionId, WorkerId};
+
+/// The root of everything.
+pub const ROOT: &str = "cullet/v1";
+/// The name of a coordinator that was given none.
+pub const DEFAULT_COORDINATOR: &str = "main";
+
+/// What a worker may ask.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WorkerVerb {
+    /// For a job.
+    Poll,
+    /// To go on.
+    Renew,
+    /// For a piece of the job.
+    Fetch,
+    /// To take a piece of the result.
+    Chunk,
+    /// To count the result.
+    Commit,
+    /// To take a job back.
+    Fail,
+    /// To leave.
+    Bye,
+}
+
+/// What a client may ask.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UserVerb {
+    /// To take a piece of a bundle.
+    Chunk,
+    /// To run a bundle.
+    Submit,
+    /// How it goes.
+    Status,
+    /// For a piece of a result.
+    Fetch,
+}
+
+/// A question, by its key.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Verb {
+    /// Of a worker.
+    Worker(WorkerId, WorkerVerb),
+    /// Of a client.
+    User(WorkerId, UserVerb),
+}
+
+const WORKER_VERBS: [(&str, WorkerVerb); 7] = [
+    ("poll", WorkerVerb::Poll),
+    ("renew", WorkerVerb::Renew),
+    ("fetch", WorkerVerb::Fetch),
+    ("chunk", WorkerVerb::Chunk),
+    ("commit", WorkerVerb::Commit),
+    ("fail", WorkerVerb::Fail),
+    ("bye", WorkerVerb::Bye),
+];
+
+const USER_VERBS: [(&str, UserVerb); 4] = [
+    ("chunk", UserVerb::Chunk),
+    ("submit", UserVerb::Submit),
+    ("status", UserVerb::Status),
+    ("fetch", UserVerb::Fetch),
+];
+
+impl WorkerVerb {
+    /// Its word in a key.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        WORKER_VERBS.iter().find(|(_, verb)| *verb == self).map_or("", |(word, _)| word)
+    }
+}
+
+impl UserVerb {
+    /// Its word in a key.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        USER_VERBS.iter().find(|(_, verb)| *verb == self).map_or("", |(word, _)| word)
+    }
+}
+
+/// All questions to a coordinator.
+#[must_use]
+pub fn rpc(coordinator: &WorkerId) -> String {
+    format!("{ROOT}/c/{coordinator}/rpc/**")
+}
+
+/// One question of a worker.
+#[must_use]
+pub fn worker_rpc(coordinator: &WorkerId, worker: &WorkerId, verb: WorkerVerb) -> String {
+    format!("{ROOT}/c/{coordinator}/rpc/w/{worker}/{}", verb.word())
+}
+
+/// One question of a client.
+#[must_use]
+pub fn user_rpc(coordinator: &WorkerId, user: &WorkerId, verb: UserVerb) -> String {
+    format!("{ROOT}/c/{coordinator}/rpc/u/{user}/{}", verb.word())
+}
+
+/// The sign of life of a worker for a coordinator.
+#[must_use]
+pub fn worker_live(coordinator: &WorkerId, worker: &WorkerId, session: SessionId) -> String {
+    format!("{ROOT}/live/w/{coordinator}/{worker}/{session}")
+}
+
+/// The signs of life of all workers for a coordinator.
+#[must_use]
+pub fn workers_live(coordinator: &WorkerId) -> String {
+    format!("{ROOT}/live/w/{coordinator}/*/*")
+}
+
+/// The worker and its life that a sign of life speaks of.
+#[must_use]
+pub fn parse_live(key: &str) -> Option<(WorkerId, SessionId)> {
+    let mut parts = key.strip_prefix(ROOT)?.strip_prefix("/live/w/")?.split('/');
+    let (_, worker, session) = (parts.next()?, parts.next()?, parts.next()?);
+    let session = u64::from_str_radix(session, 16).ok()?;
+    let end = parts.next().is_none();
+    end.then_some((WorkerId::new(worker).ok()?, SessionId(session)))
+}
+
+/// The question that a key asks.
+#[must_use]
+pub fn parse_rpc(key: &str) -> Option<Verb> {
+    let mut parts = key.strip_prefix(ROOT)?.strip_prefix("/c/")?.split('/');
+    let (_, rpc, side) = (parts.next()?, parts.next()?, parts.next()?);
+    let (name, word) = (WorkerId::new(parts.next()?).ok()?, parts.next()?);
+    if rpc != "rpc" || parts.next().is_some() {
+        return None;
+    }
+    match side {
+        "w" => {
+            let (_, verb) = WORKER_VERBS.iter().find(|(known, _)| *known == word)?;
+            Some(Verb::Worker(name, *verb))
+        }
+        "u" => {
+            let (_, verb) = USER_VERBS.iter().find(|(known, _)| *known == word)?;
+            Some(Verb::User(name, *verb))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_come_back_from_their_text() -> Result<(), crate::WireError> {
+        let (main, w) = (WorkerId::new("main")?, WorkerId::new("w-1")?);
+        for (_, verb) in WORKER_VERBS {
+            let key = worker_rpc(&main, &w, verb);
+            assert_eq!(parse_rpc(&key), Some(Verb::Worker(w.clone(), verb)));
+        }
+        for (_, verb) in USER_VERBS {
+            let key = user_rpc(&main, &w, verb);
+            assert_eq!(parse_rpc(&key), Some(Verb::User(w.clone(), verb)));
+        }
+        let live = worker_live(&main, &w, SessionId(0xfe));
+        assert_eq!(parse_live(&live), Some((w, SessionId(0xfe))));
+        for bad in ["", "cullet/v1/c/main/rpc/w/w-1", "cullet/v2/c/main/rpc/w/w-1/poll"] {
+            assert_eq!(parse_rpc(bad), None, "{bad}");
+        }
+        assert_eq!(parse_rpc("cullet/v1/c/main/rpc/w/W/poll"), None);
+        assert_eq!(parse_rpc("cullet/v1/c/main/rpc/w/w/poll/more"), None);
+        Ok(())
+    }
+}

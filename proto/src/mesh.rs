@@ -1,0 +1,147 @@
+//! Meshes as little-endian slabs: vertices (3 × f64 \[m\]), triangles (3 × u32), and a u32 surface
+//! tag for each triangle: all ones for the outer surface, else the bits of the crack's damage time
+//! (f32 \[s\], finite, not negative).
+
+use crate::codec::{self, WireError};
+use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
+
+/// Most vertices of one mesh. Ten times the largest scan that a solver here can take up.
+pub const MAX_VERTICES: u64 = 4 << 20;
+/// Most triangles of one mesh.
+pub const MAX_TRIANGLES: u64 = 8 << 20;
+
+const OUTER: u32 = u32::MAX;
+
+/// Reads slabs off the front of some bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Slabs<'a>(&'a [u8]);
+
+impl<'a> Slabs<'a> {
+    /// Starts at the front.
+    #[must_use]
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self(bytes)
+    }
+
+    /// The next `count` items of `size` bytes each.
+    ///
+    /// # Errors
+    /// [`WireError::Short`].
+    pub fn take(
+        &mut self,
+        what: &'static str,
+        count: usize,
+        size: usize,
+    ) -> Result<&'a [u8], WireError> {
+        let have = self.0.len();
+        let need = count.saturating_mul(size);
+        let Some((front, rest)) = self.0.split_at_checked(need) else {
+            return Err(WireError::Short { what, have, need });
+        };
+        self.0 = rest;
+        Ok(front)
+    }
+
+    /// The next `count` unsigned numbers.
+    ///
+    /// # Errors
+    /// [`WireError::Short`].
+    pub fn u32s(&mut self, what: &'static str, count: usize) -> Result<Vec<u32>, WireError> {
+        let bytes = self.take(what, count, 4)?;
+        Ok(bytes.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect())
+    }
+
+    /// The next `count` points.
+    ///
+    /// # Errors
+    /// [`WireError::Short`], [`WireError::NotFinite`].
+    pub fn points(&mut self, what: &'static str, count: usize) -> Result<Vec<Vec3>, WireError> {
+        let bytes = self.take(what, count, 24)?;
+        let numbers: Vec<f64> =
+            bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+        codec::finite(what, &numbers)?;
+        Ok(numbers.as_chunks().0.iter().map(|&[x, y, z]| Vec3::new(x, y, z)).collect())
+    }
+
+    /// The next solid.
+    ///
+    /// # Errors
+    /// What is wrong with it: too short, not finite, an index out of range, a tag that is none.
+    pub fn solid(&mut self, vertices: u32, triangles: u32) -> Result<Solid, WireError> {
+        codec::limit("a mesh's vertices", u64::from(vertices), MAX_VERTICES)?;
+        codec::limit("a mesh's triangles", u64::from(triangles), MAX_TRIANGLES)?;
+        let (nv, nt) = (vertices as usize, triangles as usize);
+        let vertices = self.points("a mesh's vertices", nv)?;
+        let flat = self.u32s("a mesh's triangles", 3 * nt)?;
+        let triangles = flat.as_chunks::<3>().0.to_vec();
+        for (triangle, corners) in triangles.iter().enumerate() {
+            if let Some(&index) = corners.iter().find(|i| **i as usize >= nv) {
+                return Err(WireError::Index { triangle, index, vertices: nv });
+            }
+        }
+        let tags = self.u32s("a mesh's surface tags", nt)?;
+        let surface = tags.iter().enumerate().map(|(t, tag)| surface(t, *tag));
+        let surface = surface.collect::<Result<_, _>>()?;
+        Ok(Solid { mesh: TriMesh { vertices, triangles }, surface })
+    }
+
+    /// Nothing may be left.
+    ///
+    /// # Errors
+    /// [`WireError::Trailing`].
+    pub fn end(self, what: &'static str) -> Result<(), WireError> {
+        let extra = self.0.len();
+        if extra == 0 { Ok(()) } else { Err(WireError::Trailing { what, extra }) }
+    }
+}
+
+fn surface(triangle: usize, tag: u32) -> Result<Surface, WireError> {
+    let damage_time = f32::from_bits(tag);
+    if tag == OUTER {
+        Ok(Surface::Outer)
+    } else if damage_time.is_finite() && damage_time.is_sign_positive() {
+        Ok(Surface::Crack { damage_time })
+    } else {
+        Err(WireError::Tag { triangle, tag })
+    }
+}
+
+/// Appends numbers.
+pub fn put_u32s(out: &mut Vec<u8>, numbers: impl IntoIterator<Item = u32>) {
+    numbers.into_iter().for_each(|n| out.extend_from_slice(&n.to_le_bytes()));
+}
+
+/// Appends points.
+pub fn put_points(out: &mut Vec<u8>, points: &[Vec3]) {
+    out.reserve(24 * points.len());
+    for point in points {
+        point.iter().for_each(|x| out.extend_from_slice(&x.to_le_bytes()));
+    }
+}
+
+/// Appends a solid.
+pub fn put_solid(out: &mut Vec<u8>, solid: &Solid) {
+    put_points(out, &solid.mesh.vertices);
+    put_u32s(out, solid.mesh.triangles.iter().flatten().copied());
+    let tag = |surface: &Surface| match surface {
+        Surface::Outer => OUTER,
+        // Adding zero turns −0 into +0: one time, one encoding.
+        Surface::Crack { damage_time } => (damage_time + 0.0).to_bits(),
+    };
+    put_u32s(out, solid.surface.iter().map(tag));
+}
+
+/// A solid's counts, held to their limits, with one tag a triangle.
+///
+/// # Errors
+/// [`WireError::Limit`], [`WireError::Short`].
+pub fn counts(solid: &Solid) -> Result<(u32, u32), WireError> {
+    let (nv, nt) = (solid.mesh.vertices.len(), solid.mesh.triangles.len());
+    codec::limit("a mesh's vertices", nv as u64, MAX_VERTICES)?;
+    codec::limit("a mesh's triangles", nt as u64, MAX_TRIANGLES)?;
+    if solid.surface.len() != nt {
+        let have = solid.surface.len();
+        return Err(WireError::Short { what: "a mesh's surface tags", have, need: nt });
+    }
+    Ok((nv as u32, nt as u32))
+}

@@ -1,0 +1,406 @@
+//! Questions and answers between the coordinator, its workers and its clients.
+//!
+//! The header of each travels in an [`envelope`]; a chunk's bytes are the bulk behind it. Order of
+//! fields and variants is the wire: never reorder; a new field is a new variant.
+
+use crate::codec::WireError;
+use crate::envelope::{self, Kind};
+use crate::ids::{Epoch, JobId, SessionId};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// Most chunk numbers in one list of missing chunks; the rest is asked for next time.
+pub const MAX_MISSING: usize = 1_024;
+/// Most files in a bundle or a result.
+pub const MAX_FILES: usize = 512;
+/// Longest path in a bundle \[bytes\].
+pub const MAX_PATH: usize = 200;
+/// Most progress lines in one answer.
+pub const MAX_LINES: usize = 64;
+
+/// A worker asks for a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Poll {
+    /// Its life.
+    pub session: SessionId,
+    /// Its question's number; a repeat has the same.
+    pub seq: u64,
+    /// Jobs that it could take now.
+    pub slots: u32,
+    /// Threads that it gives a job.
+    pub threads: u32,
+}
+
+/// A job to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Grant {
+    /// Which: the digest of the bytes to fetch.
+    pub job: JobId,
+    /// The number of this grant.
+    pub epoch: Epoch,
+    /// Bytes to fetch.
+    pub length: u64,
+    /// The grant is good for this long without renewal \[ms\].
+    pub lease_ms: u64,
+    /// Renew this often \[ms\].
+    pub renew_ms: u64,
+    /// Give up after this long \[ms\].
+    pub hard_ms: u64,
+}
+
+/// The answer to a [`Poll`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum PollAnswer {
+    /// Do this.
+    Grant(Grant),
+    /// Nothing to do; ask again.
+    Idle,
+    /// Nothing more to do; leave.
+    Drain,
+}
+
+/// A worker asks for a piece of a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fetch {
+    /// Of which.
+    pub job: JobId,
+    /// Which chunk.
+    pub index: u32,
+}
+
+/// The answer to a [`Fetch`] or a [`FetchFile`]; the chunk is the bulk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum FetchAnswer {
+    /// Here it is.
+    Chunk {
+        /// Its checksum.
+        sum: u32,
+    },
+    /// No such thing here.
+    Gone,
+}
+
+/// A worker is still at it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Renew {
+    /// Its life.
+    pub session: SessionId,
+    /// At what.
+    pub job: JobId,
+    /// By which grant.
+    pub epoch: Epoch,
+    /// How far it is \[1/1000\].
+    pub permille: u16,
+}
+
+/// The answer to a [`Renew`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum RenewAnswer {
+    /// Go on.
+    Go {
+        /// For this long without renewal \[ms\].
+        lease_ms: u64,
+    },
+    /// The result is not wanted.
+    Stop,
+}
+
+/// A worker or client hands over a piece of a blob; the piece is the bulk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Chunk {
+    /// The digest of the whole blob.
+    pub digest: [u8; 32],
+    /// Bytes of the whole blob.
+    pub length: u64,
+    /// Which piece.
+    pub index: u32,
+    /// Its checksum.
+    pub sum: u32,
+}
+
+/// The answer to a [`Chunk`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ChunkAnswer {
+    /// It is here.
+    Have,
+    /// It was damaged on the way: send it again.
+    Damaged,
+    /// There is no room now: try later.
+    Busy,
+}
+
+/// A worker says that its result is complete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Commit {
+    /// Its life.
+    pub session: SessionId,
+    /// Of which job.
+    pub job: JobId,
+    /// By which grant.
+    pub epoch: Epoch,
+    /// The digest of the result.
+    pub digest: [u8; 32],
+    /// Its bytes.
+    pub length: u64,
+    /// Its next question, to save a round.
+    pub next: Option<Poll>,
+}
+
+/// What became of a result.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum CommitAnswer {
+    /// It counts, or is no longer needed: forget it. With an answer to `next`, if there is a job.
+    Done(Option<Grant>),
+    /// These chunks are not here (perhaps more).
+    Missing(Vec<u32>),
+    /// It does not match its digest: send all of it again.
+    Damaged,
+    /// It cannot be read: give the job back.
+    Unreadable(String),
+}
+
+/// Why a job is given back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Trouble {
+    /// The attempt died or hung.
+    Crashed,
+    /// The worker could not take it up.
+    Dropped,
+    /// The job cannot be read.
+    Invalid,
+}
+
+/// A worker gives a job back.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fail {
+    /// Its life.
+    pub session: SessionId,
+    /// Which job.
+    pub job: JobId,
+    /// By which grant.
+    pub epoch: Epoch,
+    /// Why.
+    pub trouble: Trouble,
+    /// In words.
+    pub text: String,
+}
+
+/// A worker leaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Bye {
+    /// Its life.
+    pub session: SessionId,
+}
+
+/// The answer to [`Fail`] and [`Bye`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Noted;
+
+/// A client wants a bundle run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Submit {
+    /// The client's own number for it: the same number is the same submission.
+    pub ticket: u64,
+    /// The digest of the bundle.
+    pub digest: [u8; 32],
+    /// Its bytes.
+    pub length: u64,
+    /// `path=value` over the scene's own.
+    pub overrides: Vec<String>,
+}
+
+/// The answer to a [`Submit`].
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SubmitAnswer {
+    /// In the queue, under this number.
+    Accepted {
+        /// The number.
+        id: u64,
+    },
+    /// These chunks are not here (perhaps more).
+    Missing(Vec<u32>),
+    /// The bundle does not match its digest: send all of it again.
+    Damaged,
+    /// The queue is full: try later.
+    Busy,
+    /// The bundle is not one that can be run, and why.
+    Invalid(String),
+}
+
+/// A client asks how it goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Status {
+    /// Which submission.
+    pub id: u64,
+    /// The first progress line not yet seen.
+    pub from: u64,
+}
+
+/// How it goes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StatusAnswer {
+    /// Whether it is over, and how.
+    pub state: State,
+    /// Progress lines from the one asked for on.
+    pub lines: Vec<String>,
+}
+
+/// Where a submission stands.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum State {
+    /// No such submission here.
+    Unknown,
+    /// Waiting or running.
+    Running,
+    /// Over: exit code, and the files to fetch.
+    Over {
+        /// As the process would have returned it.
+        code: u8,
+        /// What can be fetched.
+        files: Vec<FileEntry>,
+    },
+}
+
+/// A file of a result or bundle.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FileEntry {
+    /// Its path, relative, with forward slashes.
+    pub path: String,
+    /// Its bytes.
+    pub length: u64,
+    /// Their digest.
+    pub digest: [u8; 32],
+}
+
+/// A client asks for a piece of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FetchFile {
+    /// Of which submission.
+    pub id: u64,
+    /// Which file, by its place in the list.
+    pub file: u32,
+    /// Which chunk.
+    pub index: u32,
+}
+
+/// Why a question was not answered.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+pub enum Refusal {
+    /// Another generation of the wire.
+    #[error("the coordinator speaks wire version {ours}")]
+    Unsupported {
+        /// The version spoken.
+        ours: u16,
+    },
+    /// More bytes than a message may have.
+    #[error("the message has {bytes} bytes; the limit is {limit}")]
+    TooLarge {
+        /// Bytes given.
+        bytes: u64,
+        /// The bound.
+        limit: u64,
+    },
+    /// Something else is wrong with it.
+    #[error("the message was not understood: {0}")]
+    Malformed(String),
+}
+
+impl From<WireError> for Refusal {
+    fn from(error: WireError) -> Self {
+        match error {
+            WireError::Version { ours, .. } => Self::Unsupported { ours },
+            other => Self::Malformed(other.to_string()),
+        }
+    }
+}
+
+/// The bytes of a question.
+///
+/// # Errors
+/// [`WireError::Limit`] if its header is too large.
+pub fn ask<T: Serialize>(question: &T, bulk: &[u8]) -> Result<Vec<u8>, WireError> {
+    envelope::seal(Kind::Ask, question, bulk)
+}
+
+/// The bytes of an answer.
+///
+/// # Errors
+/// [`WireError::Limit`] if its header is too large.
+pub fn answer<T: Serialize>(answer: &T, bulk: &[u8]) -> Result<Vec<u8>, WireError> {
+    envelope::seal(Kind::Answer, answer, bulk)
+}
+
+/// The question in these bytes, and its bulk.
+///
+/// # Errors
+/// What is to be answered instead.
+pub fn read_ask<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, &[u8]), Refusal> {
+    Ok(envelope::open(Kind::Ask, bytes)?)
+}
+
+/// The answer in these bytes, and its bulk.
+///
+/// # Errors
+/// What is wrong with them.
+pub fn read_answer<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, &[u8]), WireError> {
+    envelope::open(Kind::Answer, bytes)
+}
+
+/// The bytes of a refusal.
+#[must_use]
+pub fn refuse(refusal: &Refusal) -> Vec<u8> {
+    envelope::seal(Kind::Refusal, refusal, &[]).unwrap_or_default()
+}
+
+/// The refusal in these bytes.
+///
+/// # Errors
+/// What is wrong with them.
+pub fn read_refusal(bytes: &[u8]) -> Result<Refusal, WireError> {
+    Ok(envelope::open(Kind::Refusal, bytes)?.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_have_the_bytes_they_always_had() -> Result<(), WireError> {
+        let golden = |bytes: Vec<u8>, text: &str| {
+            // Behind the envelope, field by field.
+            let hex: String = bytes[20..].iter().map(|b| format!("{b:02x}")).collect();
+            assert_eq!(hex, text.replace('-', ""));
+        };
+        let z = "00000000000000";
+        let (session, epoch, job) = (SessionId(1), Epoch(2), JobId([3; 32]));
+        golden(
+            ask(&Poll { session, seq: 5, slots: 1, threads: 2 }, &[])?,
+            "0100000000000000-0500000000000000-01000000-02000000",
+        );
+        let grant = Grant { job, epoch, length: 4, lease_ms: 5, renew_ms: 6, hard_ms: 7 };
+        golden(
+            answer(&PollAnswer::Grant(grant), &[])?,
+            &format!("00000000-{}-02{z}-04{z}-05{z}-06{z}-07{z}", "03".repeat(32)),
+        );
+        golden(
+            ask(&Renew { session, job, epoch, permille: 500 }, &[])?,
+            &format!("01{z}-{}-02{z}-f401", "03".repeat(32)),
+        );
+        golden(
+            answer(&CommitAnswer::Missing(vec![7, 9]), &[])?,
+            "01000000-0200000000000000-07000000-09000000",
+        );
+        golden(refuse(&Refusal::Unsupported { ours: 1 }), "00000000-0100");
+        Ok(())
+    }
+
+    #[test]
+    fn another_generation_is_told_which_one_is_spoken() -> Result<(), WireError> {
+        let mut old = ask(&Bye { session: SessionId(1) }, &[])?;
+        old[4] = 0;
+        assert_eq!(read_ask::<Bye>(&old), Err(Refusal::Unsupported { ours: 1 }));
+        let bytes = refuse(&Refusal::Unsupported { ours: 1 });
+        assert_eq!(read_refusal(&bytes)?, Refusal::Unsupported { ours: 1 });
+        Ok(())
+    }
+}

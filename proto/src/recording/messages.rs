@@ -1,0 +1,318 @@
+//! The messages of a recording that are ours. Tags are never reused; fields are only added.
+
+use super::schema::{self, enumeration, message};
+
+enumeration! {
+    /// How much of the original body a fragment is, and what may still happen to it.
+    Tier {
+        /// An original body.
+        Whole = 0,
+        /// May break again.
+        Large = 1,
+        /// Breaks no more.
+        Small = 2,
+        /// Breaks no more and collides as one convex part.
+        Tiny = 3,
+    }
+}
+
+enumeration! {
+    /// How a fracture job ended.
+    Verdict {
+        /// Not said.
+        Unspecified = 0,
+        /// Taken apart.
+        Broken = 1,
+        /// Nothing separated.
+        Kept = 2,
+        /// No solver took the problem.
+        Refused = 3,
+        /// Numerics went wrong.
+        Failed = 4,
+        /// The pool lost it for good.
+        Abandoned = 5,
+    }
+}
+
+enumeration! {
+    /// What a run event tells.
+    EventKind {
+        /// Not said.
+        Unspecified = 0,
+        /// A contact episode over the threshold.
+        Impact = 1,
+        /// The gate kept an impact from a solver.
+        Gate = 2,
+        /// A fracture job was handed to the pool.
+        JobOpened = 3,
+        /// A fracture job has its verdict.
+        JobSettled = 4,
+        /// A body was replaced by fragments.
+        Fractured = 5,
+        /// A body stayed whole after a job.
+        KeptWhole = 6,
+        /// A body left the world.
+        Removed = 7,
+        /// What the scene expected, and whether it held.
+        Expectation = 8,
+        /// The last step was taken.
+        Finished = 9,
+    }
+}
+
+message! {
+    /// A point or vector.
+    #[derive(Copy)]
+    Vector3 {
+        /// First component.
+        "1" [double] x: f64,
+        /// Second component.
+        "2" [double] y: f64,
+        /// Third component.
+        "3" [double] z: f64,
+    }
+}
+
+message! {
+    /// One solid, recorded once and named by the digest of its content. Nothing is rounded.
+    Geometry {
+        /// BLAKE3 of the content, 32 bytes: see [`super::geometry_hash`].
+        "1" [bytes = "vec"] hash: Vec<u8>,
+        /// x, y, z of each vertex in the body's frame \[m\].
+        "2" [double, repeated] vertices: Vec<f64>,
+        /// Three vertex indices a triangle, counter-clockwise seen from outside.
+        "3" [uint32, repeated] triangles: Vec<u32>,
+        /// One byte a triangle: 0 the surface the object was made with, 1 a crack face.
+        "4" [bytes = "vec"] crack: Vec<u8>,
+        /// For each crack triangle in order: time from the impact to full damage \[s\].
+        "5" [float, repeated] damage_time: Vec<f32>,
+    }
+}
+
+message! {
+    /// A body or fragment at its birth.
+    Body {
+        /// Its number, never reused in a run.
+        "1" [uint64] id: u64,
+        /// Its own name.
+        "2" [string] name: String,
+        /// Name of the object of the scene that it is, or is a part of.
+        "3" [string] object: String,
+        /// The body that it broke from.
+        "4" [uint64, optional] parent: Option<u64>,
+        /// How many fractures lie between it and the object.
+        "5" [uint32] generation: u32,
+        /// What may still happen to it.
+        "6" [enumeration = "Tier"] tier: i32,
+        /// Name of its material.
+        "7" [string] material: String,
+        /// Digest of its [`Geometry`].
+        "8" [bytes = "vec"] geometry: Vec<u8>,
+        /// Mass \[kg\].
+        "9" [double] mass: f64,
+        /// Volume \[m³\].
+        "10" [double] volume: f64,
+        /// True if nothing moves it.
+        "11" [bool] fixed: bool,
+        /// The step at which it appeared.
+        "12" [uint64] birth_step: u64,
+    }
+}
+
+message! {
+    /// Where bodies are after a step: one row a body whose state changed since its last row.
+    BodyPoses {
+        /// Steps taken.
+        "1" [uint64] step: u64,
+        /// Simulated time \[s\].
+        "2" [double] time: f64,
+        /// The bodies of the rows.
+        "3" [uint64, repeated] ids: Vec<u64>,
+        /// x, y, z of each centre of mass \[m\].
+        "4" [double, repeated] positions: Vec<f64>,
+        /// x, y, z, w of each unit quaternion, body frame to world frame.
+        "5" [double, repeated] rotations: Vec<f64>,
+        /// x, y, z of each velocity of the centre of mass \[m/s\].
+        "6" [double, repeated] velocities: Vec<f64>,
+        /// x, y, z of each angular velocity \[rad/s\].
+        "7" [double, repeated] spins: Vec<f64>,
+    }
+}
+
+message! {
+    /// One hit that a job was asked about, in the body's own frame.
+    Hit {
+        /// Where \[m\].
+        "1" [message, optional] point: Option<Vector3>,
+        /// Unit direction of the push, into the body.
+        "2" [message, optional] normal: Option<Vector3>,
+        /// Impulse over the contact episode \[N·s\].
+        "3" [double] impulse: f64,
+        /// Hertz contact duration \[s\].
+        "4" [double] duration: f64,
+        /// Hertz contact radius \[m\].
+        "5" [double] radius: f64,
+        /// Kinetic energy of the approach \[J\].
+        "6" [double] energy: f64,
+    }
+}
+
+message! {
+    /// How a fracture job came out: the same bytes whoever computed it, and how often.
+    JobReport {
+        /// Digest of the problem.
+        "1" [bytes = "vec"] job: Vec<u8>,
+        /// The body in question.
+        "2" [uint64] body: u64,
+        /// The hits.
+        "3" [message, repeated] hits: Vec<Hit>,
+        /// The family that was asked first.
+        "4" [string] asked: String,
+        /// The family that gave the answer.
+        "5" [string] solver: String,
+        /// How it ended.
+        "6" [enumeration = "Verdict"] verdict: i32,
+        /// What a solver that declined or failed had to say; empty otherwise.
+        "7" [string] refusal: String,
+        /// Fragments delivered.
+        "8" [uint32] fragments: u32,
+        /// Grid spacing h \[m\]; zero where a method has none.
+        "9" [double] spacing: f64,
+        /// Material points.
+        "10" [uint64] particles: u64,
+        /// Time steps.
+        "11" [uint64] steps: u64,
+        /// Time simulated by the solver \[s\].
+        "12" [double] simulated: f64,
+        /// Area of the crack between fragments \[m²\], counted once.
+        "13" [double] crack_area: f64,
+        /// G_f times that area \[J\].
+        "14" [double] fracture_energy: f64,
+        /// Energy the damage law dissipated \[J\].
+        "15" [double] dissipated_energy: f64,
+        /// Strength used over strength asked for \[1\].
+        "16" [double] strength_ratio: f64,
+        /// Share of particles with damage above one half \[1\].
+        "17" [double] damaged_fraction: f64,
+        /// Impulse that the solve put into the body \[N·s\].
+        "18" [double] delivered_impulse: f64,
+        /// What the detectors noticed and let pass.
+        "19" [string, repeated] warnings: Vec<String>,
+    }
+}
+
+message! {
+    /// Who computed a job and for how long. Decides nothing and is left out of the digest.
+    PoolReport {
+        /// Digest of the problem.
+        "1" [bytes = "vec"] job: Vec<u8>,
+        /// The worker whose result counted.
+        "2" [string] worker: String,
+        /// Wall time from opening to result \[s\].
+        "3" [double] wall_seconds: f64,
+        /// How often the job was handed out again.
+        "4" [uint32] resent: u32,
+        /// True if a kept result was used.
+        "5" [bool] cached: bool,
+    }
+}
+
+message! {
+    /// What a replacement kept and what it cost.
+    #[derive(Copy)]
+    Ledger {
+        /// |Σ mass − mass| over mass \[1\].
+        "1" [double] mass_rel_error: f64,
+        /// |Σ volume − volume| over volume \[1\].
+        "2" [double] volume_rel_error: f64,
+        /// Change of the linear momentum of the pair, relative \[1\].
+        "3" [double] momentum_rel_error: f64,
+        /// Change of the angular momentum of the pair, relative \[1\].
+        "4" [double] angular_momentum_rel_error: f64,
+        /// Kinetic energy of the pair before \[J\].
+        "5" [double] energy_before: f64,
+        /// Kinetic energy of the pair and fragments after \[J\].
+        "6" [double] energy_after: f64,
+        /// G_f·A debited \[J\].
+        "7" [double] fracture_energy: f64,
+        /// (after + fracture energy − before) over before where positive, else 0 \[1\].
+        "8" [double] energy_gain_rel: f64,
+    }
+}
+
+message! {
+    /// Something that happened in the run. Which fields are set depends on `kind`.
+    RunEvent {
+        /// What happened.
+        "1" [enumeration = "EventKind"] kind: i32,
+        /// Steps taken.
+        "2" [uint64] step: u64,
+        /// Simulated time \[s\].
+        "3" [double] time: f64,
+        /// The body that it happened to.
+        "4" [uint64, optional] body: Option<u64>,
+        /// The other body of an impact.
+        "5" [uint64, optional] striker: Option<u64>,
+        /// Digest of the problem; empty where there is none.
+        "6" [bytes = "vec"] job: Vec<u8>,
+        /// A reason, a refusal or an expectation, in words.
+        "7" [string] text: String,
+        /// Where, in the world \[m\].
+        "8" [message, optional] point: Option<Vector3>,
+        /// Impulse of an impact \[N·s\].
+        "9" [double] impulse: f64,
+        /// Closing speed of an impact \[m/s\].
+        "10" [double] closing_speed: f64,
+        /// Kinetic energy of the approach \[J\].
+        "11" [double] energy: f64,
+        /// The fragments of a fracture.
+        "12" [uint64, repeated] fragments: Vec<u64>,
+        /// Factor α applied to the fragments' own velocities so that energy does not grow \[1\].
+        "13" [double] alpha: f64,
+        /// What a fracture kept and cost.
+        "14" [message, optional] ledger: Option<Ledger>,
+        /// How a job ended.
+        "15" [enumeration = "Verdict"] verdict: i32,
+        /// Whether an expectation held.
+        "16" [bool] held: bool,
+    }
+}
+
+message! {
+    /// Numbers worth a plot.
+    RunStats {
+        /// Steps taken.
+        "1" [uint64] step: u64,
+        /// Simulated time \[s\].
+        "2" [double] time: f64,
+        /// Bodies in the world.
+        "3" [uint64] bodies: u64,
+        /// Fragments made so far.
+        "4" [uint64] fragments: u64,
+        /// Fractures so far.
+        "5" [uint64] fractures: u64,
+        /// Jobs opened and not settled.
+        "6" [uint64] jobs_open: u64,
+        /// Σ ½ m v² of the moving bodies, rotation left out \[J\].
+        "7" [double] translational_energy: f64,
+    }
+}
+
+/// The schema that every message of ours is recorded with: a `FileDescriptorSet`.
+#[must_use]
+pub fn schema_bytes() -> Vec<u8> {
+    let messages = vec![
+        Vector3::descriptor(),
+        Geometry::descriptor(),
+        Body::descriptor(),
+        BodyPoses::descriptor(),
+        Hit::descriptor(),
+        JobReport::descriptor(),
+        PoolReport::descriptor(),
+        Ledger::descriptor(),
+        RunEvent::descriptor(),
+        RunStats::descriptor(),
+    ];
+    let enums = vec![Tier::descriptor(), Verdict::descriptor(), EventKind::descriptor()];
+    schema::file(messages, enums)
+}
