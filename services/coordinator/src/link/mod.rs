@@ -1,1 +1,299 @@
-//! link
+//! The pool of workers: a Zenoh shell around `dispatch`.
+//!
+//! One thread owns the state machine and everything beside it; Zenoh's callbacks, the run and the
+//! clock only put inputs into its queue. Nothing waits inside a callback.
+
+mod bulk;
+mod bundle;
+mod children;
+pub mod client;
+mod inbox;
+mod net;
+mod questions;
+mod shell;
+mod submissions;
+
+use crate::link::shell::{Input, Shell};
+use cullet_proto::transport::Patience;
+use cullet_proto::{FractureJob, JobId, Verdict, WireError, WorkerId, keys};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+pub use bundle::{MAX_BUNDLE, check_path};
+pub use children::SpawnConfig;
+pub use cullet_dispatch::Timing;
+pub use submissions::{Content, Submission, Submissions};
+
+/// How long [`Pool::clear`] waits for a settlement; they come at once.
+const FAREWELL: Duration = Duration::from_secs(5);
+
+/// What went wrong with the link.
+#[derive(Debug, thiserror::Error)]
+pub enum LinkError {
+    /// The transport does not open.
+    #[error("cannot listen on {endpoint}: {text}")]
+    Listen {
+        /// Where.
+        endpoint: String,
+        /// Why.
+        text: String,
+    },
+    /// The transport does not connect.
+    #[error("cannot connect to {endpoint}: {text}")]
+    Connect {
+        /// Where.
+        endpoint: String,
+        /// Why.
+        text: String,
+    },
+    /// A worker process does not start.
+    #[error("cannot start the worker {exe}: {source}")]
+    Spawn {
+        /// Which program.
+        exe: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A thread does not start.
+    #[error("cannot start a thread: {0}")]
+    Thread(std::io::Error),
+    /// Bytes that break the wire's rules.
+    #[error(transparent)]
+    Wire(#[from] WireError),
+    /// The coordinator does not answer.
+    #[error("the coordinator at {endpoint} has not answered {what} for {seconds} s")]
+    Silent {
+        /// Where.
+        endpoint: String,
+        /// What was asked.
+        what: &'static str,
+        /// For how long \[s\].
+        seconds: u64,
+    },
+    /// The coordinator refuses.
+    #[error("the coordinator refuses: {0}")]
+    Refused(String),
+    /// A path that must not be in a bundle.
+    #[error("{path:?} may not be in a bundle: {reason}")]
+    Path {
+        /// Which.
+        path: String,
+        /// Why.
+        reason: &'static str,
+    },
+    /// The disk does not give or take a file.
+    #[error("{path}: {source}")]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+/// How a pool is set up.
+#[derive(Clone, Debug)]
+pub struct PoolConfig {
+    /// Where to listen; `None` is loopback. Port 0 means a free one.
+    pub listen: Option<String>,
+    /// The coordinator's name; `None` is [`keys::DEFAULT_COORDINATOR`].
+    pub name: Option<String>,
+    /// Worker processes to keep; `None`: they come by themselves.
+    pub spawn: Option<SpawnConfig>,
+    /// How patient the pool is.
+    pub timing: Timing,
+    /// How patient its transport is.
+    pub patience: Patience,
+}
+
+impl Default for PoolConfig {
+    fn default() -> Self {
+        Self {
+            listen: None,
+            name: None,
+            spawn: None,
+            timing: Timing::production(),
+            patience: Patience::production(),
+        }
+    }
+}
+
+/// How a job ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ending {
+    /// With a verdict, which is final.
+    Verdict(Verdict),
+    /// With no attempt left, and why. Never physics: the run has to stop aloud.
+    Abandoned(String),
+    /// The run did not want it any more.
+    Cancelled,
+}
+
+/// The end of one opening of a job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settlement {
+    /// How it ended.
+    pub ending: Ending,
+    /// Attempts made.
+    pub attempts: u32,
+    /// Name of the worker whose result counts; empty without one.
+    pub worker: String,
+    /// Wall time since the opening.
+    pub wall: Duration,
+}
+
+/// What a pool has done and is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PoolStats {
+    /// Jobs opened.
+    pub opened: u64,
+    /// Jobs settled.
+    pub settled: u64,
+    /// Of these, refused by the solvers.
+    pub refused: u64,
+    /// Of these, failed in the solver.
+    pub failed: u64,
+    /// Of these, abandoned.
+    pub abandoned: u64,
+    /// Attempts beyond a job's first.
+    pub resent: u64,
+    /// Jobs waiting for a worker now.
+    pub waiting: u64,
+    /// Jobs at workers now.
+    pub running: u64,
+    /// Workers whose link is up now.
+    pub workers: u64,
+    /// Worker processes started again after they ended.
+    pub respawned: u64,
+    /// Results of a pure job that contradicted an earlier one: must be zero.
+    pub alarms: u64,
+    /// Chunks that came damaged and were sent again.
+    pub damaged: u64,
+    /// Messages refused at the door.
+    pub refusals: u64,
+    /// Worker processes kept here now; their numbers are [`Pool::pids`].
+    pub children: u64,
+}
+
+/// A pool of workers. Dropping it ends its worker processes.
+#[derive(Debug)]
+pub struct Pool {
+    endpoint: String,
+    inputs: SyncSender<Input>,
+    owed: AtomicU64,
+    settlements: Mutex<Receiver<(JobId, Settlement)>>,
+    stats: Arc<Mutex<PoolStats>>,
+    pids: Arc<Mutex<Vec<u32>>>,
+    submissions: Submissions,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Pool {
+    /// Opens the transport, takes questions, starts the worker processes.
+    ///
+    /// # Errors
+    /// [`LinkError::Listen`], [`LinkError::Spawn`], [`LinkError::Thread`], or a name that is none.
+    pub fn start(config: PoolConfig) -> Result<Self, LinkError> {
+        let name = config.name.as_deref().unwrap_or(keys::DEFAULT_COORDINATOR);
+        let coordinator = WorkerId::new(name)?;
+        let (inputs, queue) = std::sync::mpsc::sync_channel(shell::QUEUE);
+        let net = net::Net::listen(&config, &coordinator, &inputs)?;
+        let endpoint = net.endpoint().to_owned();
+        let (settle, settlements) = std::sync::mpsc::channel();
+        let submissions = Submissions::new(inputs.clone());
+        let shell = Shell::new(&config, net, settle, submissions.clone())?;
+        let (stats, pids) = (shell.stats_handle(), shell.pids_handle());
+        let thread = std::thread::Builder::new()
+            .name("cullet-pool".into())
+            .spawn(move || shell.run(&queue))
+            .map_err(LinkError::Thread)?;
+        let (settlements, thread) = (Mutex::new(settlements), Some(thread));
+        let owed = AtomicU64::new(0);
+        Ok(Self { endpoint, inputs, owed, settlements, stats, pids, submissions, thread })
+    }
+
+    /// Where workers and clients connect.
+    #[must_use]
+    pub fn endpoint(&self) -> &str {
+        &self.endpoint
+    }
+
+    /// Wants a job done; it settles through [`Pool::settled`]. A job over a limit of the wire
+    /// settles as abandoned.
+    pub fn open(&self, job: &FractureJob) -> JobId {
+        let (id, bytes) = match job.encode() {
+            Ok(bytes) => (JobId::of(&bytes), Ok(bytes)),
+            Err(error) => {
+                // It has no encoding to be named by; its debug text is as good.
+                (JobId::of(format!("{job:?}").as_bytes()), Err(error.to_string()))
+            }
+        };
+        self.owed.fetch_add(1, Ordering::Relaxed);
+        let _closed = self.inputs.send(Input::Open(id, bytes));
+        id
+    }
+
+    /// The next job to settle, in opening order; `None` if none does within `timeout`.
+    #[must_use]
+    pub fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
+        let settlements = self.settlements.lock().unwrap_or_else(PoisonError::into_inner);
+        let settled = settlements.recv_timeout(timeout).ok()?;
+        self.owed.fetch_sub(1, Ordering::Relaxed);
+        Some(settled)
+    }
+
+    /// What the pool has done and is doing.
+    #[must_use]
+    pub fn stats(&self) -> PoolStats {
+        *self.stats.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Process numbers of the worker processes kept here.
+    #[must_use]
+    pub fn pids(&self) -> Vec<u32> {
+        self.pids.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The desk where clients hand in scenes.
+    #[must_use]
+    pub fn submissions(&self) -> Submissions {
+        self.submissions.clone()
+    }
+
+    /// Wants nothing any more: every job that is not over settles as cancelled.
+    pub fn cancel_all(&self) {
+        let _closed = self.inputs.send(Input::CancelAll);
+    }
+
+    /// Cancels every job that is not over and takes in every settlement still owed, so that the
+    /// next run hears of its own jobs alone.
+    pub fn clear(&self) {
+        if self.owed.load(Ordering::Relaxed) == 0 {
+            return;
+        }
+        self.cancel_all();
+        while self.owed.load(Ordering::Relaxed) > 0 && self.settled(FAREWELL).is_some() {}
+    }
+
+    /// Ends the worker processes and the transport; leaves nothing behind.
+    pub fn shutdown(mut self) {
+        self.close();
+    }
+
+    fn close(&mut self) {
+        let _closed = self.inputs.send(Input::Quit);
+        if let Some(thread) = self.thread.take() {
+            let _panicked = thread.join();
+        }
+    }
+}
+
+impl Drop for Pool {
+    fn drop(&mut self) {
+        self.close();
+    }
+}

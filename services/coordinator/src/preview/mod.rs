@@ -1,1 +1,129 @@
-//! preview
+//! Pictures of a run, drawn from its recording without a GPU: a contact sheet of eight moments and
+//! a short film. Equal recordings give equal bytes.
+
+mod camera;
+mod direct;
+mod film;
+mod font;
+pub(crate) mod palette;
+mod picture;
+mod raster;
+mod shade;
+mod stage;
+#[cfg(test)]
+mod tests;
+mod track;
+
+pub use picture::Picture;
+
+use crate::record::{RecordError, Recording};
+use stage::Focus;
+use std::path::{Path, PathBuf};
+use track::Track;
+
+/// Pixels of one moment of the contact sheet, and of a frame of the film.
+const SIZE: (usize, usize) = (480, 320);
+/// Moments in a row of the contact sheet.
+const COLUMNS: usize = 4;
+/// Pixels between moments.
+const GAP: usize = 6;
+/// Frames a second.
+const FPS: f64 = 12.5;
+/// Longest film \[s\]; a longer run plays faster.
+const LONGEST: f64 = 4.8;
+/// Slowest play \[1\]: a short break is stretched up to this, no further.
+const SLOWEST: f64 = 0.25;
+/// Most threads that draw frames: the run's own workers may still be about.
+const THREADS: usize = 4;
+
+/// The pictures of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pictures {
+    /// `preview.png`.
+    pub sheet: PathBuf,
+    /// `preview.gif`.
+    pub film: PathBuf,
+}
+
+/// Draws `preview.png` and `preview.gif` of a recording into a folder.
+///
+/// # Errors
+/// The recording cannot be read or a picture not written.
+pub fn from_recording(recording: &Path, folder: &Path) -> Result<Pictures, RecordError> {
+    draw(&Recording::open(recording)?, folder, SIZE)
+}
+
+fn draw(
+    recording: &Recording,
+    folder: &Path,
+    size: (usize, usize),
+) -> Result<Pictures, RecordError> {
+    let track = Track::of(recording);
+    let pictures = Pictures { sheet: folder.join("preview.png"), film: folder.join("preview.gif") };
+    let focus = direct::focus(&track, &recording.meta, size);
+    let moments = direct::moments(&track);
+    contact_sheet(&draw_all(&track, &focus, &moments, size, 2)).save(&pictures.sheet)?;
+    let frames = draw_all(&track, &focus, &film_times(&track), size, 1);
+    film::gif(&frames, FPS, &pictures.film)?;
+    Ok(pictures)
+}
+
+/// Puts pictures of one size side by side, four in a row.
+#[must_use]
+pub fn contact_sheet(pictures: &[Picture]) -> Picture {
+    let (width, height) = pictures.first().map_or(SIZE, |p| (p.width, p.height));
+    let rows = pictures.len().div_ceil(COLUMNS).max(1);
+    let across = COLUMNS * (width + GAP) + GAP;
+    let mut sheet = Picture::filled(across, rows * (height + GAP) + GAP, [28, 30, 34]);
+    for (k, picture) in pictures.iter().enumerate() {
+        let (column, row) = (k % COLUMNS, k / COLUMNS);
+        sheet.paste(picture, GAP + column * (width + GAP), GAP + row * (height + GAP));
+    }
+    sheet
+}
+
+/// When the frames of the film are.
+fn film_times(track: &Track) -> Vec<f64> {
+    let (start, end) = direct::window(track);
+    let shown = (end - start).max(0.0);
+    let play = (shown / SLOWEST).clamp(0.1, LONGEST);
+    let count = (play * FPS).round().max(2.0) as u32;
+    let time = |k: u32| start + shown * f64::from(k) / f64::from(count - 1);
+    (0..count).map(time).collect()
+}
+
+/// Draws moments, each on whatever thread is free: none depends on another.
+fn draw_all(
+    track: &Track,
+    focus: &Focus,
+    times: &[f64],
+    size: (usize, usize),
+    zoom: usize,
+) -> Vec<Picture> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from).min(THREADS);
+    let one = |&time: &f64| {
+        let mut picture = stage::draw(track, focus, time, size);
+        picture.caption(&caption(track, time), zoom);
+        picture
+    };
+    let batch = times.len().div_ceil(cores).max(1);
+    std::thread::scope(|scope| {
+        let batches: Vec<_> = times
+            .chunks(batch)
+            .map(|batch| scope.spawn(move || batch.iter().map(one).collect::<Vec<_>>()))
+            .collect();
+        let drawn = batches.into_iter().map(|batch| match batch.join() {
+            Ok(pictures) => pictures,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        drawn.flatten().collect()
+    })
+}
+
+fn caption(track: &Track, time: f64) -> String {
+    let fragments = track.present(time).filter(|(_, actor, _)| actor.fragment).count();
+    match fragments {
+        0 => format!("{time:.3} s"),
+        n => format!("{time:.3} s  {n} fragments"),
+    }
+}

@@ -1,0 +1,112 @@
+//! The coordinator's end of the transport.
+
+use super::shell::Input;
+use super::{LinkError, PoolConfig};
+use cullet_proto::{WorkerId, keys, transport};
+use std::net::TcpListener;
+use std::sync::mpsc::{SyncSender, TrySendError};
+use zenoh::Wait;
+use zenoh::sample::SampleKind;
+
+/// Where a pool listens if it is not told.
+const LOOPBACK: &str = "tcp/127.0.0.1:0";
+/// Free ports tried: one that is free when asked for may be gone when it is wanted.
+const MAX_PORTS: usize = 8;
+
+/// An open transport. Dropping it closes it.
+pub(super) struct Net {
+    session: zenoh::Session,
+    endpoint: String,
+}
+
+impl Net {
+    pub(super) fn listen(
+        config: &PoolConfig,
+        coordinator: &WorkerId,
+        inputs: &SyncSender<Input>,
+    ) -> Result<Self, LinkError> {
+        let asked = config.listen.as_deref().unwrap_or(LOOPBACK);
+        let tries = if asked.ends_with(":0") { MAX_PORTS } else { 1 };
+        let mut last = None;
+        for _ in 0..tries {
+            let endpoint = concrete(asked)?;
+            match open(&transport::coordinator(&endpoint, config.patience)) {
+                Ok(session) => {
+                    let failed =
+                        |text: String| LinkError::Listen { endpoint: endpoint.clone(), text };
+                    declare(&session, coordinator, inputs).map_err(failed)?;
+                    return Ok(Self { session, endpoint });
+                }
+                Err(text) => last = Some(LinkError::Listen { endpoint, text }),
+            }
+        }
+        let text = "no free port".to_owned();
+        Err(last.unwrap_or(LinkError::Listen { endpoint: asked.to_owned(), text }))
+    }
+
+    pub(super) fn endpoint(&self) -> &str {
+        &self.endpoint
+    }
+
+    pub(super) fn close(self) {
+        if let Err(error) = self.session.close().wait() {
+            tracing::warn!("closing the link: {error}");
+        }
+    }
+}
+
+/// Opens a session with these settings.
+pub(super) fn open(settings: &[(&'static str, String)]) -> Result<zenoh::Session, String> {
+    let mut config = zenoh::Config::default();
+    for (path, value) in settings {
+        config.insert_json5(path, value).map_err(|e| format!("{path} = {value}: {e}"))?;
+    }
+    zenoh::open(config).wait().map_err(|e| e.to_string())
+}
+
+/// A port 0 becomes a free one.
+fn concrete(asked: &str) -> Result<String, LinkError> {
+    let Some(host) = asked.strip_suffix(":0") else {
+        return Ok(asked.to_owned());
+    };
+    let failed =
+        |e: std::io::Error| LinkError::Listen { endpoint: asked.to_owned(), text: e.to_string() };
+    let address = host.split_once('/').map_or(host, |(_, address)| address);
+    let probe = TcpListener::bind(format!("{address}:0")).map_err(failed)?;
+    Ok(format!("{host}:{}", probe.local_addr().map_err(failed)?.port()))
+}
+
+/// Questions and signs of life go into the queue, or, if it is full, are dropped: the asker asks
+/// again. A callback that waits would stop the whole link.
+fn declare(
+    session: &zenoh::Session,
+    coordinator: &WorkerId,
+    inputs: &SyncSender<Input>,
+) -> Result<(), String> {
+    let queue = inputs.clone();
+    session
+        .declare_queryable(keys::rpc(coordinator))
+        .callback(move |query| match queue.try_send(Input::Question(query)) {
+            Ok(()) | Err(TrySendError::Disconnected(_)) => {}
+            Err(TrySendError::Full(_)) => tracing::warn!("the queue is full: question dropped"),
+        })
+        .background()
+        .wait()
+        .map_err(|e| e.to_string())?;
+    let queue = inputs.clone();
+    session
+        .liveliness()
+        .declare_subscriber(keys::workers_live(coordinator))
+        .history(true)
+        .callback(move |sample| {
+            let Some((_, session)) = keys::parse_live(sample.key_expr().as_str()) else {
+                return;
+            };
+            let up = sample.kind() == SampleKind::Put;
+            // A lost sign of life costs time, never a result: the lease runs out instead.
+            let _full = queue.try_send(Input::Link { session, up });
+        })
+        .background()
+        .wait()
+        .map_err(|e| e.to_string())
+}

@@ -1,0 +1,380 @@
+//! The thread that owns the pool: hears, steps the machine, does what it says.
+
+use super::bulk::{Bulk, reply};
+use super::children::Children;
+use super::inbox::Inbox;
+use super::net::Net;
+use super::submissions::Submissions;
+use super::{Ending, LinkError, PoolConfig, PoolStats, Settlement};
+use cullet_dispatch::{Digest, Dispatch, Effect, Event, Job, Millis, Reason, Receipt};
+use cullet_dispatch::{Timing, Verdict as Decision, Worker};
+use cullet_proto::pool::{self, Grant, PollAnswer, RenewAnswer};
+use cullet_proto::{Epoch, JobId, SessionId, Verdict, WorkerId};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+use zenoh::query::Query;
+
+/// Inputs that may wait. Each is a message of at most 1 MiB and a bit; beyond it questions are
+/// dropped, and asked again.
+pub(super) const QUEUE: usize = 512;
+/// Inputs taken in one go before the clock is looked at.
+const BATCH: usize = 256;
+/// Names of workers kept; beyond it those whose link is down are forgotten.
+const MAX_NAMES: usize = 4_096;
+/// How often the clock is looked at: a small part of the shortest time in a test's profile.
+const TICK: Duration = Duration::from_millis(25);
+
+/// Something for the thread to take in.
+#[derive(Debug)]
+pub(super) enum Input {
+    /// A question from a worker or client.
+    Question(Query),
+    /// A sign of life came or went.
+    Link { session: SessionId, up: bool },
+    /// The run wants a job: its encoding, or why it has none.
+    Open(JobId, Result<Vec<u8>, String>),
+    /// The run wants nothing any more.
+    CancelAll,
+    /// A submission has news.
+    News,
+    /// The end.
+    Quit,
+}
+
+/// What is known of a job that has openings to settle.
+#[derive(Debug)]
+struct Wanted {
+    openings: u32,
+    bytes: Arc<Vec<u8>>,
+    opened: Instant,
+    trouble: String,
+    result: Option<Verdict>,
+}
+
+/// What a step of the machine said to whom it listened to.
+#[derive(Debug, Default)]
+pub(super) struct Said {
+    pub(super) renew: Option<RenewAnswer>,
+    pub(super) receipt: Option<Receipt>,
+    pub(super) grant: Option<Grant>,
+}
+
+pub(super) struct Shell {
+    pub(super) dispatch: Dispatch,
+    pub(super) timing: Timing,
+    pub(super) inbox: Inbox,
+    pub(super) bulk: Bulk,
+    pub(super) submissions: Submissions,
+    pub(super) polls: BTreeMap<Worker, (u64, Query)>,
+    pub(super) watchers: Vec<super::questions::Watcher>,
+    pub(super) refusals: u64,
+    names: BTreeMap<Worker, WorkerId>,
+    up: BTreeSet<SessionId>,
+    wanted: BTreeMap<Job, Wanted>,
+    children: Option<Children>,
+    net: Net,
+    settle: Sender<(JobId, Settlement)>,
+    settled: Vec<(JobId, Settlement)>,
+    stats: Arc<Mutex<PoolStats>>,
+    pids: Arc<Mutex<Vec<u32>>>,
+    start: Instant,
+}
+
+impl Shell {
+    pub(super) fn new(
+        config: &PoolConfig,
+        net: Net,
+        settle: Sender<(JobId, Settlement)>,
+        submissions: Submissions,
+    ) -> Result<Self, LinkError> {
+        let spawn = config.spawn.clone();
+        let children = spawn.map(|spawn| Children::start(spawn, net.endpoint())).transpose()?;
+        let pids = children.as_ref().map(Children::pids).unwrap_or_default();
+        Ok(Self {
+            dispatch: Dispatch::new(config.timing, incarnation()),
+            timing: config.timing,
+            inbox: Inbox::default(),
+            bulk: Bulk::start()?,
+            submissions,
+            polls: BTreeMap::new(),
+            watchers: Vec::new(),
+            refusals: 0,
+            names: BTreeMap::new(),
+            up: BTreeSet::new(),
+            wanted: BTreeMap::new(),
+            children,
+            net,
+            settle,
+            settled: Vec::new(),
+            stats: Arc::default(),
+            pids: Arc::new(Mutex::new(pids)),
+            start: Instant::now(),
+        })
+    }
+
+    pub(super) fn stats_handle(&self) -> Arc<Mutex<PoolStats>> {
+        Arc::clone(&self.stats)
+    }
+
+    pub(super) fn pids_handle(&self) -> Arc<Mutex<Vec<u32>>> {
+        Arc::clone(&self.pids)
+    }
+
+    /// Until told to quit.
+    pub(super) fn run(mut self, queue: &Receiver<Input>) {
+        let mut ticked = Instant::now();
+        'life: loop {
+            match queue.recv_timeout(TICK) {
+                Ok(Input::Quit) | Err(RecvTimeoutError::Disconnected) => break,
+                Ok(input) => self.take(input),
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            for input in queue.try_iter().take(BATCH) {
+                if let Input::Quit = input {
+                    break 'life;
+                }
+                self.take(input);
+            }
+            if ticked.elapsed() >= TICK {
+                ticked = Instant::now();
+                self.tick();
+            }
+            self.publish();
+            for settlement in self.settled.drain(..) {
+                // Nobody listens any more only while the pool is being dropped.
+                let _closed = self.settle.send(settlement);
+            }
+        }
+        self.children = None;
+        self.polls.clear();
+        self.watchers.clear();
+        drop(self.bulk);
+        self.net.close();
+    }
+
+    fn take(&mut self, input: Input) {
+        match input {
+            Input::Question(query) => self.question(query),
+            Input::Link { session, up: true } => {
+                self.up.insert(session);
+            }
+            Input::Link { session, up: false } => {
+                self.up.remove(&session);
+                let worker = Worker(session.0);
+                self.polls.remove(&worker);
+                self.step(Event::Suspect(worker));
+            }
+            Input::Open(id, bytes) => self.open(id, bytes),
+            Input::CancelAll => {
+                self.step(Event::CancelAll);
+            }
+            Input::News => self.news(),
+            Input::Quit => {}
+        }
+    }
+
+    fn tick(&mut self) {
+        for name in self.children.as_mut().map(Children::tend).unwrap_or_default() {
+            let ended = self.names.iter().filter(|(_, known)| known.as_str() == name);
+            for worker in ended.map(|(worker, _)| *worker).collect::<Vec<_>>() {
+                self.polls.remove(&worker);
+                self.names.remove(&worker);
+                self.step(Event::Down(worker));
+            }
+        }
+        self.step(Event::Tick);
+        self.inbox.sweep();
+        self.news();
+    }
+
+    fn publish(&self) {
+        let counts = self.dispatch.counts();
+        let children = self.children.as_ref();
+        let pids = children.map(Children::pids).unwrap_or_default();
+        let stats = PoolStats {
+            opened: counts.opened,
+            settled: counts.settled,
+            refused: counts.refused,
+            failed: counts.failed,
+            abandoned: counts.abandoned,
+            resent: counts.resent,
+            waiting: counts.waiting,
+            running: counts.running,
+            workers: self.up.len() as u64,
+            respawned: children.map_or(0, |c| c.respawned),
+            alarms: counts.alarms,
+            damaged: self.inbox.damaged,
+            refusals: self.refusals,
+            children: pids.len() as u64,
+        };
+        *self.stats.lock().unwrap_or_else(PoisonError::into_inner) = stats;
+        *self.pids.lock().unwrap_or_else(PoisonError::into_inner) = pids;
+    }
+
+    fn open(&mut self, id: JobId, bytes: Result<Vec<u8>, String>) {
+        let job = Job(id.0);
+        let (bytes, trouble) = match bytes {
+            Ok(bytes) => (bytes, None),
+            Err(text) => (Vec::new(), Some(text)),
+        };
+        let invalid = trouble.is_some();
+        let wanted = self.wanted.entry(job).or_insert_with(|| Wanted {
+            openings: 0,
+            bytes: Arc::new(bytes),
+            opened: Instant::now(),
+            trouble: trouble.unwrap_or_default(),
+            result: None,
+        });
+        wanted.openings += 1;
+        if invalid {
+            // Nobody may be granted it in between: it is turned down in the same breath.
+            self.dispatch_all([Event::Open(job), Event::Reject(job)]);
+        } else {
+            self.step(Event::Open(job));
+        }
+    }
+
+    /// The encoding of a job that is wanted.
+    pub(super) fn bytes_of(&self, id: JobId) -> Option<Arc<Vec<u8>>> {
+        self.wanted.get(&Job(id.0)).map(|wanted| Arc::clone(&wanted.bytes))
+    }
+
+    /// Keeps words about a job's last trouble, for the message if it is abandoned.
+    pub(super) fn note_trouble(&mut self, id: JobId, text: &str) {
+        if let Some(wanted) = self.wanted.get_mut(&Job(id.0)) {
+            wanted.trouble = cullet_proto::verdict::cut(text);
+        }
+    }
+
+    /// Keeps a verdict whose bytes were checked, for when the machine settles the job.
+    pub(super) fn keep(&mut self, id: JobId, verdict: Verdict) {
+        if let Some(wanted) = self.wanted.get_mut(&Job(id.0)) {
+            wanted.result.get_or_insert(verdict);
+        }
+    }
+
+    pub(super) fn know(&mut self, worker: Worker, name: &WorkerId) {
+        self.names.entry(worker).or_insert_with(|| name.clone());
+        if self.names.len() > MAX_NAMES {
+            self.names.retain(|known, _| *known == worker || self.up.contains(&SessionId(known.0)));
+        }
+    }
+
+    fn now(&self) -> Millis {
+        self.start.elapsed().as_millis() as Millis
+    }
+
+    fn dispatch_all<const N: usize>(&mut self, events: [Event; N]) -> Said {
+        let now = self.now();
+        let stepped: Vec<_> = events.iter().flat_map(|e| self.dispatch.step(now, *e)).collect();
+        let mut said = Said::default();
+        for effect in stepped {
+            self.act(effect, &mut said);
+        }
+        said
+    }
+
+    pub(super) fn step(&mut self, event: Event) -> Said {
+        self.dispatch_all([event])
+    }
+
+    fn act(&mut self, effect: Effect, said: &mut Said) {
+        match effect {
+            Effect::Grant { worker, seq, job, epoch, lease, hard } => {
+                let length = self.wanted.get(&job).map_or(0, |w| w.bytes.len() as u64);
+                let grant = Grant {
+                    job: JobId(job.0),
+                    epoch: Epoch(epoch.0),
+                    length,
+                    lease_ms: lease,
+                    renew_ms: self.timing.renew,
+                    hard_ms: hard,
+                };
+                if !self.answer_poll(worker, seq, PollAnswer::Grant(grant)) {
+                    said.grant = Some(grant);
+                }
+            }
+            Effect::Idle { worker, seq } => {
+                self.answer_poll(worker, seq, PollAnswer::Idle);
+            }
+            Effect::Park { .. } => {}
+            Effect::Renewed { lease, .. } => said.renew = Some(RenewAnswer::Go { lease_ms: lease }),
+            Effect::Stop { .. } => said.renew = Some(RenewAnswer::Stop),
+            Effect::Taken { receipt, .. } => said.receipt = Some(receipt),
+            Effect::Requeue { job, loss } => {
+                tracing::warn!("job {} goes back to the queue: {loss:?}", JobId(job.0).short());
+            }
+            Effect::Stall { job, reason, attempts } => {
+                let id = JobId(job.0).short();
+                tracing::error!("job {id} is abandoned after {attempts} attempts: {reason:?}");
+            }
+            Effect::Alarm { job, kept, other } => alarm(job, kept, other),
+            Effect::Settle { job, verdict, attempts, .. } => self.settle(job, verdict, attempts),
+        }
+    }
+
+    fn answer_poll(&mut self, worker: Worker, seq: u64, answer: PollAnswer) -> bool {
+        if self.polls.get(&worker).is_none_or(|(asked, _)| *asked != seq) {
+            return false;
+        }
+        if let Some((_, query)) = self.polls.remove(&worker)
+            && let Ok(bytes) = pool::answer(&answer, &[])
+        {
+            reply(&query, bytes);
+        }
+        true
+    }
+
+    fn settle(&mut self, job: Job, decision: Decision, attempts: u32) {
+        let Some(wanted) = self.wanted.get_mut(&job) else {
+            return;
+        };
+        wanted.openings -= 1;
+        let last = wanted.openings == 0;
+        let result = if last { wanted.result.take() } else { wanted.result.clone() };
+        let (ending, worker) = match (decision, result) {
+            (Decision::Done { worker, .. }, Some(verdict)) => {
+                let name = self.names.get(&worker).map(WorkerId::to_string);
+                (Ending::Verdict(verdict), name.unwrap_or_default())
+            }
+            (Decision::Done { .. }, None) => {
+                (Ending::Abandoned("its result was lost here".into()), String::new())
+            }
+            (Decision::Abandoned(reason), _) => {
+                (Ending::Abandoned(words(reason, attempts, &wanted.trouble)), String::new())
+            }
+            (Decision::Cancelled, _) => (Ending::Cancelled, String::new()),
+        };
+        let wall = wanted.opened.elapsed();
+        if last {
+            self.wanted.remove(&job);
+        }
+        let settlement = Settlement { ending, attempts, worker, wall };
+        // Sent once the counts that go with it can be read.
+        self.settled.push((JobId(job.0), settlement));
+    }
+}
+
+fn alarm(job: Job, kept: Digest, other: Digest) {
+    let (job, kept, other) = (JobId(job.0).short(), JobId(kept.0), JobId(other.0));
+    tracing::error!("job {job} is not deterministic: results {kept} and {other}");
+}
+
+fn words(reason: Reason, attempts: u32, trouble: &str) -> String {
+    let what = match reason {
+        Reason::Crashes => "too many workers ended under it",
+        Reason::Attempts => "too many attempts",
+        Reason::Invalid => "it cannot be read",
+    };
+    let colon = if trouble.is_empty() { "" } else { ": " };
+    format!("{what} ({attempts} attempts){colon}{trouble}")
+}
+
+/// Differs between lives of one coordinator, so that grants of an earlier life are told apart.
+fn incarnation() -> u32 {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    let seconds = since.map_or(0, |since| since.as_millis() as u64);
+    cullet_geometry::math::scramble(seconds ^ u64::from(std::process::id()) << 40) as u32
+}

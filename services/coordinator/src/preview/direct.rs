@@ -1,0 +1,169 @@
+//! Where to look and when: found from what breaks.
+
+use super::camera::Camera;
+use super::stage::Focus;
+use super::track::{Actor, Track, vector};
+use cullet_geometry::Vec3;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Simulated time shown before the first break \[s\].
+const LEAD: f64 = 0.25;
+/// Simulated time shown after the last break \[s\].
+const TAIL: f64 = 1.6;
+/// Exponent of the moments after the break: most happens early.
+const CROWDING: f64 = 2.1;
+/// Bodies larger than this many times the action are a stage, not actors.
+const STAGE: f64 = 4.0;
+
+/// When the first thing breaks, or what comes closest to it \[s\].
+pub(super) fn climax(track: &Track) -> Option<f64> {
+    track.breaks.first().map(|b| b.0).or_else(|| track.strikes.first().map(|s| s.0))
+}
+
+/// Share of the debris, along each axis, that may be out of the picture.
+const OUTLIERS: f64 = 0.1;
+/// How far from the middle of the action, in its sizes, a bystander may be and still be shown.
+const NEIGHBOURS: f64 = 0.9;
+
+/// The part of the run worth showing \[s\].
+pub(super) fn window(track: &Track) -> (f64, f64) {
+    let Some(first) = climax(track) else {
+        return (0.0, track.end);
+    };
+    let last = track.breaks.last().map_or(first, |b| b.0);
+    ((first - LEAD).max(0.0), (last + TAIL).min(track.end))
+}
+
+/// Eight moments: before, the last step before the break, and six after it.
+pub(super) fn moments(track: &Track) -> Vec<f64> {
+    let (start, end) = window(track);
+    let Some(first) = climax(track) else {
+        return (0..8).map(|k| end * f64::from(k) / 7.0).collect();
+    };
+    let mut moments = vec![start.max(first - 0.12), (first - 0.51 * track.step).max(0.0)];
+    for k in 1..=6 {
+        let share = libm::pow(f64::from(k) / 6.0, CROWDING);
+        // The first picture after the break shows at least one step of it.
+        moments.push((first + (end - first) * share).max(first + 1.01 * track.step).min(track.end));
+    }
+    moments
+}
+
+/// The objects that break, or all that move where none does.
+fn heroes(track: &Track) -> BTreeSet<&str> {
+    let broken: BTreeSet<&str> =
+        track.actors.iter().filter(|a| a.fragment).map(|a| a.object.as_str()).collect();
+    if !broken.is_empty() {
+        return broken;
+    }
+    track.actors.iter().filter(|a| !a.fixed).map(|a| a.object.as_str()).collect()
+}
+
+/// One camera for all pictures of a run of `size` pixels.
+pub(super) fn focus(track: &Track, meta: &BTreeMap<String, String>, size: (usize, usize)) -> Focus {
+    let points = action(track);
+    let (low, high) = extent(&points);
+    let target = (low + high) / 2.0;
+    let reach = ((high - low).norm() / 2.0).max(1e-3);
+    let view = (vector(meta.get("view.eye")), vector(meta.get("view.target")));
+    let camera = if let (Some(eye), Some(target)) = view {
+        let fov = meta.get("view.fov").and_then(|s| s.parse().ok()).unwrap_or(40.0);
+        Camera::look((eye, target), track.up, fov, size)
+    } else {
+        Camera::fit(&points, direction(track), track.up, size)
+    };
+    Focus { camera, target, reach, floor: own_floor(track, &points) }
+}
+
+/// Corners of the boxes of what matters, at the moments shown.
+fn action(track: &Track) -> Vec<Vec3> {
+    let heroes = heroes(track);
+    let (mut whole, mut debris) = (Vec::new(), Vec::new());
+    let moments = moments(track);
+    for &time in &moments {
+        for (_, actor, pose) in track.present(time) {
+            if heroes.contains(actor.object.as_str()) && !actor.fixed {
+                let points = if actor.fragment { &mut debris } else { &mut whole };
+                points.extend(actor.corners(pose));
+            }
+        }
+    }
+    whole.extend(gathered(&debris));
+    let (low, high) = extent(&whole);
+    let (middle, size) = ((low + high) / 2.0, (high - low).norm());
+    for (_, actor, pose) in track.present(moments[1]) {
+        let near = (pose.translation.vector - middle).norm() < NEIGHBOURS * size;
+        if near && !actor.fixed && size_of(actor) < STAGE * size {
+            whole.extend(actor.corners(pose));
+        }
+    }
+    if whole.is_empty() {
+        whole.extend(track.present(0.0).flat_map(|(_, actor, pose)| actor.corners(pose)));
+    }
+    whole
+}
+
+/// Debris without what flew far: it must not shrink the rest.
+fn gathered(debris: &[Vec3]) -> Vec<Vec3> {
+    let mut kept = debris.to_vec();
+    for axis in 0..3 {
+        let mut along: Vec<f64> = debris.iter().map(|p| p[axis]).collect();
+        along.retain(|c| c.is_finite());
+        along.sort_by(f64::total_cmp);
+        let skip = (along.len() as f64 * OUTLIERS / 2.0) as usize;
+        if let (Some(&low), Some(&high)) = (along.get(skip), along.iter().rev().nth(skip)) {
+            kept.retain(|p| (low..=high).contains(&p[axis]));
+        }
+    }
+    kept
+}
+
+fn size_of(actor: &Actor) -> f64 {
+    (actor.mesh.bounds[1] - actor.mesh.bounds[0]).norm()
+}
+
+fn extent(points: &[Vec3]) -> (Vec3, Vec3) {
+    let none = (Vec3::repeat(-0.5), Vec3::repeat(0.5));
+    let mut both = points.iter().filter(|p| p.iter().all(|c| c.is_finite()));
+    let Some(&first) = both.next() else {
+        return none;
+    };
+    both.fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)))
+}
+
+fn by_id(track: &Track, id: u64) -> Option<&Actor> {
+    track.actors.iter().find(|a| a.id == id)
+}
+
+/// What hit the first body to break.
+fn striker(track: &Track) -> Option<&Actor> {
+    let &(time, broken) = track.breaks.first()?;
+    let mut before = track.strikes.iter().filter(|s| s.0 <= time);
+    let (_, a, b) = before.rfind(|s| s.1 == broken || s.2 == broken)?;
+    by_id(track, if *a == broken { *b } else { *a })
+}
+
+/// Where to look: across the way of the striker and a little along it, from above.
+fn direction(track: &Track) -> Vec3 {
+    let up = track.up;
+    let time = climax(track).unwrap_or(0.0) - 1.5 * track.step;
+    let velocity =
+        striker(track).filter(|s| !s.fixed).map_or_else(Vec3::zeros, |s| s.velocity(time));
+    let level = velocity - up * velocity.dot(&up);
+    let way = level.try_normalize(0.3).unwrap_or_else(|| {
+        let side = if up.x.abs() > 0.5 { Vec3::y() } else { Vec3::x() };
+        (side - up * side.dot(&up)).try_normalize(1e-9).unwrap_or_else(Vec3::y)
+    });
+    let across = up.cross(&way);
+    way * 0.62 + across * 0.78 - up * 0.42
+}
+
+/// A scene without anything fixed gets a floor below all that is looked at.
+fn own_floor(track: &Track, points: &[Vec3]) -> Option<f64> {
+    if track.actors.iter().any(|a| a.fixed) {
+        return None;
+    }
+    let heights = points.iter().map(|p| p.dot(&track.up)).filter(|h| h.is_finite());
+    let lowest = heights.fold(f64::INFINITY, f64::min);
+    lowest.is_finite().then_some(lowest)
+}

@@ -1,0 +1,113 @@
+//! A picture, its captions, and PNG files of it.
+
+use super::font;
+use super::shade::Colour;
+use crate::record::RecordError;
+use std::io::BufWriter;
+use std::path::Path;
+
+/// Red, green and blue bytes, rows from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Three bytes a pixel.
+    pub rgb: Vec<u8>,
+}
+
+impl Picture {
+    /// A picture of one colour.
+    #[must_use]
+    pub fn filled(width: usize, height: usize, colour: [u8; 3]) -> Self {
+        Self { width, height, rgb: colour.repeat(width * height) }
+    }
+
+    /// The means of `samples`×`samples` blocks of linear colours.
+    pub(super) fn averaged(
+        colours: &[Colour],
+        (width, height): (usize, usize),
+        samples: usize,
+    ) -> Self {
+        let mut rgb = Vec::with_capacity(3 * width * height);
+        for y in 0..height {
+            for x in 0..width {
+                let mut sum = [0.0_f32; 3];
+                for k in 0..samples * samples {
+                    let (u, v) = (x * samples + k % samples, y * samples + k / samples);
+                    let colour = colours[v * width * samples + u];
+                    sum = std::array::from_fn(|i| sum[i] + colour[i].clamp(0.0, 4.0));
+                }
+                let mean = sum.map(|c| c / (samples * samples) as f32);
+                rgb.extend(mean.map(screen));
+            }
+        }
+        Self { width, height, rgb }
+    }
+
+    /// Sets a pixel; one outside is left alone.
+    pub(super) fn set(&mut self, x: usize, y: usize, colour: [u8; 3]) {
+        if x < self.width && y < self.height {
+            let at = 3 * (y * self.width + x);
+            self.rgb[at..at + 3].copy_from_slice(&colour);
+        }
+    }
+
+    /// Copies another picture into this one.
+    pub(super) fn paste(&mut self, other: &Self, left: usize, top: usize) {
+        for y in 0..other.height.min(self.height.saturating_sub(top)) {
+            let n = other.width.min(self.width.saturating_sub(left));
+            let from = 3 * y * other.width;
+            let to = 3 * ((y + top) * self.width + left);
+            self.rgb[to..to + 3 * n].copy_from_slice(&other.rgb[from..from + 3 * n]);
+        }
+    }
+
+    /// Writes a line in the lower left corner on a darkened strip.
+    pub(super) fn caption(&mut self, text: &str, zoom: usize) {
+        let strip = font::HEIGHT * zoom + 3 * zoom;
+        let top = self.height.saturating_sub(strip);
+        let end = (font::width(text) + 4) * zoom;
+        for y in top..self.height {
+            for x in 0..end.min(self.width) {
+                let at = 3 * (y * self.width + x);
+                self.rgb[at..at + 3].iter_mut().for_each(|c| *c = (u16::from(*c) * 2 / 5) as u8);
+            }
+        }
+        font::dots(text, |x, y| {
+            for k in 0..zoom * zoom {
+                let (u, v) = ((x + 2) * zoom + k % zoom, y * zoom + k / zoom + 3 * zoom / 2);
+                self.set(u, top + v, [245, 245, 240]);
+            }
+        });
+    }
+
+    /// Writes a PNG file: first beside its name, then under it.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), RecordError> {
+        let fail = |error: png::EncodingError| RecordError::Picture {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        };
+        let unfinished = path.with_extension("png.partial");
+        let file = std::fs::File::create(&unfinished).map_err(RecordError::io(&unfinished))?;
+        let size = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        let mut encoder =
+            png::Encoder::new(BufWriter::new(file), size(self.width), size(self.height));
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header().map_err(fail)?;
+        writer.write_image_data(&self.rgb).map_err(fail)?;
+        writer.finish().map_err(fail)?;
+        std::fs::rename(&unfinished, path).map_err(RecordError::io(path))
+    }
+}
+
+/// Light to a byte of the screen: bright parts roll off instead of burning out.
+fn screen(light: f32) -> u8 {
+    let soft = if light > 0.7 { 0.7 + 0.3 * (light - 0.7) / (light - 0.4) } else { light };
+    (soft.max(0.0).sqrt() * 255.0 + 0.5) as u8
+}

@@ -1,0 +1,137 @@
+//! Pictures of a run made by hand.
+
+use super::*;
+use crate::record::synthetic;
+
+/// Small pictures: the tests ask what is in them, not how they look.
+const SMALL: (usize, usize) = (120, 80);
+
+fn recorded(dir: &Path) -> Recording {
+    let path = dir.join("run.mcap");
+    synthetic::run(&path, &synthetic::meta()).expect("records");
+    Recording::open(&path).expect("opens")
+}
+
+fn pictures(dir: &Path) -> (Vec<u8>, Vec<u8>) {
+    let Pictures { sheet, film } = draw(&recorded(dir), dir, SMALL).expect("draws");
+    (std::fs::read(sheet).expect("reads"), std::fs::read(film).expect("reads"))
+}
+
+#[test]
+fn equal_recordings_give_equal_pictures() {
+    let (a, b) = (tempfile::tempdir().expect("folder"), tempfile::tempdir().expect("folder"));
+    assert!(pictures(a.path()) == pictures(b.path()));
+}
+
+#[test]
+fn sheet_and_film_are_what_they_claim() {
+    let dir = tempfile::tempdir().expect("folder");
+    let (sheet, film) = pictures(dir.path());
+    let mut reader = png::Decoder::new(std::io::Cursor::new(sheet)).read_info().expect("is PNG");
+    let mut rgb = vec![0; reader.output_buffer_size().expect("has a size")];
+    let info = reader.next_frame(&mut rgb).expect("is whole");
+    assert_eq!((info.width, info.height), (4 * 126 + 6, 2 * 86 + 6));
+    let mut decoder = gif::DecodeOptions::new().read_info(&film[..]).expect("is GIF");
+    let (mut frames, mut hundredths) = (0, 0);
+    while let Some(frame) = decoder.read_next_frame().expect("is whole") {
+        frames += 1;
+        hundredths += u32::from(frame.delay);
+    }
+    assert!((20..=65).contains(&frames), "{frames}");
+    assert!(hundredths <= 500, "{hundredths}");
+}
+
+/// A moment of the run as bytes, without a caption.
+fn moment(track: &Track, time: f64) -> Picture {
+    let focus = direct::focus(track, &std::collections::BTreeMap::new(), SMALL);
+    stage::draw(track, &focus, time, SMALL)
+}
+
+/// Share of the pixels near a colour of the screen in hue: red over blue by that much at least.
+fn warm(picture: &Picture, red_over_blue: f64) -> f64 {
+    let is_warm = |rgb: &&[u8]| f64::from(rgb[0]) > red_over_blue * f64::from(rgb[2]).max(1.0);
+    let pixels = picture.rgb.chunks_exact(3);
+    let all = pixels.len() as f64;
+    pixels.filter(is_warm).count() as f64 / all
+}
+
+#[test]
+fn the_cube_is_seen_and_casts_a_shadow() {
+    let dir = tempfile::tempdir().expect("folder");
+    let track = Track::of(&recorded(dir.path()));
+    let falling = moment(&track, 0.3);
+    assert!(warm(&falling, 1.6) > 0.02, "{}", warm(&falling, 1.6));
+    // The cube is in the air: what is dark and not warm is its shadow on the floor.
+    let dark = |rgb: &&[u8]| rgb.iter().all(|&c| c < 150) && rgb[0] < rgb[2].saturating_add(20);
+    let shadow = falling.rgb.chunks_exact(3).filter(dark).count();
+    assert!(shadow > 50, "{shadow}");
+}
+
+#[test]
+fn pictures_change_when_the_cube_breaks_and_not_while_all_rests() {
+    let dir = tempfile::tempdir().expect("folder");
+    let track = Track::of(&recorded(dir.path()));
+    assert_ne!(moment(&track, 0.39), moment(&track, 0.5));
+    assert_eq!(moment(&track, 0.9), moment(&track, 0.95));
+}
+
+#[test]
+fn a_film_plays_back_as_it_was_drawn() {
+    let mut frames = vec![Picture::filled(32, 16, [200, 210, 220]); 5];
+    for (k, frame) in frames.iter_mut().enumerate() {
+        for i in 0..6 {
+            frame.set(4 * k + i, 3 + k, [180, 40, 30]);
+        }
+    }
+    frames.push(frames[4].clone());
+    let dir = tempfile::tempdir().expect("folder");
+    let path = dir.path().join("film.gif");
+    film::gif(&frames, 10.0, &path).expect("writes");
+    let file = std::fs::File::open(&path).expect("opens");
+    let mut decoder = gif::DecodeOptions::new().read_info(file).expect("is GIF");
+    let colours = decoder.global_palette().expect("has one").to_vec();
+    let mut screen = vec![0_u8; 32 * 16];
+    for frame in &frames {
+        let drawn = decoder.read_next_frame().expect("is whole").expect("is there");
+        for (i, &pixel) in drawn.buffer.iter().enumerate() {
+            let (x, y) = (i % usize::from(drawn.width), i / usize::from(drawn.width));
+            let at = (y + usize::from(drawn.top)) * 32 + x + usize::from(drawn.left);
+            if drawn.transparent != Some(pixel) {
+                screen[at] = pixel;
+            }
+        }
+        let shown = screen.iter().flat_map(|&p| &colours[3 * usize::from(p)..][..3]).copied();
+        assert_eq!(shown.collect::<Vec<u8>>(), frame.rgb);
+    }
+    assert!(film::gif(&[], 10.0, &path).is_err());
+}
+
+#[test]
+fn the_moments_show_the_break_and_the_end() {
+    let dir = tempfile::tempdir().expect("folder");
+    let track = Track::of(&recorded(dir.path()));
+    let moments = direct::moments(&track);
+    let counts: Vec<usize> = moments
+        .iter()
+        .map(|&t| track.present(t).filter(|(_, actor, _)| actor.fragment).count())
+        .collect();
+    assert_eq!(counts, [0, 0, 2, 2, 2, 2, 2, 2]);
+    assert!(moments.windows(2).all(|m| m[0] <= m[1]), "{moments:?}");
+    assert!((moments[7] - track.end).abs() < 1e-9);
+}
+
+#[test]
+fn crack_faces_and_surfaces_are_seen_in_their_own_colours() {
+    let (outer, inner) = palette::colours("clay_brick", "cube", 1);
+    let apart = (0..3).map(|i| (outer[i] - inner[i]).abs()).sum::<f32>();
+    assert!(apart > 0.4, "{outer:?} {inner:?}");
+}
+
+#[test]
+fn a_recording_without_anything_still_gives_pictures() {
+    let dir = tempfile::tempdir().expect("folder");
+    let path = dir.path().join("run.mcap");
+    let recorder = crate::record::Recorder::create(&path, &synthetic::meta()).expect("begins");
+    recorder.finish(0, 0.0).expect("finishes");
+    draw(&Recording::open(&path).expect("opens"), dir.path(), SMALL).expect("draws");
+}

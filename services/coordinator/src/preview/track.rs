@@ -1,0 +1,225 @@
+//! The bodies of a recording over time.
+
+use super::palette::{self, Rgb};
+use crate::record::Recording;
+use cullet_geometry::{Pose, Quat, Solid, Surface, Vec3};
+use cullet_proto::recording::EventKind;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Faces that meet at less than this are shaded as one curved surface: cosine of 40°.
+const CREASE: f64 = 0.766;
+
+/// A mesh ready to be drawn, in the body's frame.
+#[derive(Debug)]
+pub(super) struct Mesh {
+    pub(super) vertices: Vec<Vec3>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// The normal at each corner of each triangle.
+    pub(super) normals: Vec<[Vec3; 3]>,
+    pub(super) crack: Vec<bool>,
+    /// Corners of the bounding box.
+    pub(super) bounds: [Vec3; 2],
+}
+
+/// A body from birth to end.
+#[derive(Debug)]
+pub(super) struct Actor {
+    pub(super) id: u64,
+    pub(super) object: String,
+    pub(super) fragment: bool,
+    pub(super) fixed: bool,
+    pub(super) outer: Rgb,
+    pub(super) inner: Rgb,
+    pub(super) mesh: Arc<Mesh>,
+    /// When it was where, by time; a body rests between rows.
+    pub(super) rows: Vec<(f64, Pose)>,
+    /// Velocity of each row \[m/s\].
+    pub(super) velocities: Vec<Vec3>,
+    /// When it left or broke \[s\].
+    pub(super) end: f64,
+}
+
+/// A run to be looked at.
+#[derive(Debug)]
+pub(super) struct Track {
+    pub(super) actors: Vec<Actor>,
+    /// When something broke \[s\], in order, and what.
+    pub(super) breaks: Vec<(f64, u64)>,
+    /// What was struck by what, in order.
+    pub(super) strikes: Vec<(f64, u64, u64)>,
+    /// Time step \[s\].
+    pub(super) step: f64,
+    /// Last recorded time \[s\].
+    pub(super) end: f64,
+    pub(super) up: Vec3,
+}
+
+impl Actor {
+    /// Where it is, if it is there.
+    pub(super) fn at(&self, time: f64) -> Option<&Pose> {
+        if time >= self.end {
+            return None;
+        }
+        let next = self.rows.partition_point(|(t, _)| *t <= time);
+        self.rows.get(next.checked_sub(1)?).map(|(_, pose)| pose)
+    }
+
+    /// The corners of its bounding box in the world.
+    pub(super) fn corners(&self, pose: &Pose) -> [Vec3; 8] {
+        let [low, high] = self.mesh.bounds;
+        std::array::from_fn(|i| {
+            let pick = |bit: usize, axis: usize| if i & bit == 0 { low[axis] } else { high[axis] };
+            pose.transform_point(&Vec3::new(pick(1, 0), pick(2, 1), pick(4, 2)).into()).coords
+        })
+    }
+
+    /// Velocity at the last row not after `time` \[m/s\].
+    pub(super) fn velocity(&self, time: f64) -> Vec3 {
+        let next = self.rows.partition_point(|(t, _)| *t <= time);
+        next.checked_sub(1).map_or_else(Vec3::zeros, |i| self.velocities[i])
+    }
+}
+
+impl Mesh {
+    pub(super) fn of(solid: &Solid) -> Self {
+        let mesh = &solid.mesh;
+        let crack: Vec<bool> =
+            solid.surface.iter().map(|s| matches!(s, Surface::Crack { .. })).collect();
+        let area_normals: Vec<Vec3> = (0..mesh.triangles.len())
+            .map(|t| {
+                let [a, b, c] = mesh.corners(t);
+                (b - a).cross(&(c - a))
+            })
+            .collect();
+        let mut around: Vec<Vec<u32>> = vec![Vec::new(); mesh.vertices.len()];
+        for (t, corners) in (0u32..).zip(&mesh.triangles) {
+            corners.iter().for_each(|&v| around[v as usize].push(t));
+        }
+        let unit = |n: &Vec3| n.try_normalize(1e-300).unwrap_or_else(Vec3::zeros);
+        let normal = |t: usize, v: u32| {
+            let own = unit(&area_normals[t]);
+            if crack[t] {
+                return own;
+            }
+            let alike = around[v as usize].iter().filter(|&&other| {
+                let other = other as usize;
+                !crack[other] && unit(&area_normals[other]).dot(&own) > CREASE
+            });
+            unit(&alike.map(|&other| area_normals[other as usize]).sum::<Vec3>())
+        };
+        let normals = mesh.triangles.iter().enumerate().map(|(t, c)| c.map(|v| normal(t, v)));
+        let mut bounds = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
+        for vertex in &mesh.vertices {
+            bounds = [bounds[0].inf(vertex), bounds[1].sup(vertex)];
+        }
+        Self {
+            normals: normals.collect(),
+            vertices: mesh.vertices.clone(),
+            triangles: mesh.triangles.clone(),
+            crack,
+            bounds,
+        }
+    }
+}
+
+/// Three numbers of a metadata value.
+pub(super) fn vector(text: Option<&String>) -> Option<Vec3> {
+    let mut numbers = text?.split_whitespace().map(str::parse::<f64>);
+    let mut next = || numbers.next()?.ok().filter(|x| x.is_finite());
+    Some(Vec3::new(next()?, next()?, next()?))
+}
+
+impl Track {
+    /// Puts a recording together again. What does not fit (a geometry that is no solid, a row of
+    /// an unknown body) is left out: a damaged recording still gives a picture.
+    pub(super) fn of(recording: &Recording) -> Self {
+        let gravity = vector(recording.meta.get("gravity")).unwrap_or_else(Vec3::zeros);
+        let mut track = Self {
+            actors: Vec::new(),
+            breaks: Vec::new(),
+            strikes: Vec::new(),
+            step: recording.meta.get("step").and_then(|s| s.parse().ok()).unwrap_or(0.01),
+            end: 0.0,
+            up: (-gravity).try_normalize(1e-12).unwrap_or_else(Vec3::z),
+        };
+        let mut meshes: BTreeMap<&[u8], Arc<Mesh>> = BTreeMap::new();
+        for (hash, geometry) in &recording.geometries {
+            if let Ok(solid) = Solid::try_from(geometry) {
+                meshes.insert(hash, Arc::new(Mesh::of(&solid)));
+            }
+        }
+        let mut index: BTreeMap<u64, usize> = BTreeMap::new();
+        for body in &recording.bodies {
+            let Some(mesh) = meshes.get(&body.geometry[..]) else {
+                continue;
+            };
+            let (outer, inner) = palette::colours(&body.material, &body.object, body.id);
+            index.insert(body.id, track.actors.len());
+            track.actors.push(Actor {
+                id: body.id,
+                object: body.object.clone(),
+                fragment: body.parent.is_some(),
+                fixed: body.fixed,
+                outer,
+                inner,
+                mesh: mesh.clone(),
+                rows: Vec::new(),
+                velocities: Vec::new(),
+                end: f64::INFINITY,
+            });
+        }
+        track.place(recording, &index);
+        track.happen(recording, &index);
+        track
+    }
+
+    fn place(&mut self, recording: &Recording, index: &BTreeMap<u64, usize>) {
+        for poses in &recording.poses {
+            self.end = self.end.max(poses.time);
+            let triple = |column: &[f64], i: usize| match column.get(3 * i..3 * i + 3) {
+                Some(c) => Vec3::new(c[0], c[1], c[2]),
+                None => Vec3::zeros(),
+            };
+            for (i, id) in poses.ids.iter().enumerate() {
+                let Some(&actor) = index.get(id) else {
+                    continue;
+                };
+                let Some(q) = poses.rotations.get(4 * i..4 * i + 4) else {
+                    continue;
+                };
+                let turn = Quat::new_normalize(nalgebra::Quaternion::new(q[3], q[0], q[1], q[2]));
+                let pose = Pose::from_parts(triple(&poses.positions, i).into(), turn);
+                self.actors[actor].rows.push((poses.time, pose));
+                self.actors[actor].velocities.push(triple(&poses.velocities, i));
+            }
+        }
+    }
+
+    fn happen(&mut self, recording: &Recording, index: &BTreeMap<u64, usize>) {
+        for event in &recording.events {
+            self.end = self.end.max(event.time);
+            let Some(&actor) = event.body.and_then(|id| index.get(&id)) else {
+                continue;
+            };
+            match event.kind() {
+                EventKind::Fractured => {
+                    self.actors[actor].end = event.time;
+                    self.breaks.push((event.time, self.actors[actor].id));
+                }
+                EventKind::Removed => self.actors[actor].end = event.time,
+                EventKind::Impact => {
+                    let pair = (self.actors[actor].id, event.striker.unwrap_or(u64::MAX));
+                    self.strikes.push((event.time, pair.0, pair.1));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The bodies there at a time, and where.
+    pub(super) fn present(&self, time: f64) -> impl Iterator<Item = (u32, &Actor, &Pose)> {
+        let numbered = (0u32..).zip(&self.actors);
+        numbered.filter_map(move |(i, actor)| Some((i, actor, actor.at(time)?)))
+    }
+}

@@ -1,0 +1,29 @@
+//! The digest of a run.
+
+use super::{BODIES, BODY, EVENTS, GEOMETRY, JOBS};
+
+/// BLAKE3 over everything that decided a run, in recorded order: geometry, bodies, poses, events
+/// and job reports. Wall times and worker names are on other topics and never reach it.
+#[derive(Clone, Debug, Default)]
+pub struct RunDigest {
+    hasher: blake3::Hasher,
+}
+
+impl RunDigest {
+    /// Takes in one message if its topic decides; others are passed over.
+    pub fn update(&mut self, topic: &str, payload: &[u8]) {
+        if ![GEOMETRY, BODY, BODIES, EVENTS, JOBS].contains(&topic) {
+            return;
+        }
+        self.hasher.update(&(topic.len() as u64).to_le_bytes());
+        self.hasher.update(topic.as_bytes());
+        self.hasher.update(&(payload.len() as u64).to_le_bytes());
+        self.hasher.update(payload);
+    }
+
+    /// The digest so far, in hexadecimal.
+    #[must_use]
+    pub fn hex(&self) -> String {
+        self.hasher.finalize().to_hex().to_string()
+    }
+}

@@ -1,0 +1,203 @@
+//! What happened in a run, as the run loop tells it and as a line for people.
+
+use cullet_geometry::Vec3;
+use cullet_proto::recording::{EventKind, Ledger, RunEvent, Vector3, Verdict};
+use std::fmt;
+
+/// Something that happened. Bodies are named by id, jobs by the digest of their problem.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// A contact episode over the threshold.
+    Impact {
+        /// The body that was hit.
+        body: u64,
+        /// What hit it.
+        striker: u64,
+        /// Where, in the world \[m\].
+        point: Vec3,
+        /// Impulse over the episode \[N·s\].
+        impulse: f64,
+        /// Closing speed before the contact \[m/s\].
+        closing_speed: f64,
+        /// Kinetic energy of the approach \[J\].
+        energy: f64,
+    },
+    /// The gate kept an impact from a solver.
+    Gate {
+        /// The body.
+        body: u64,
+        /// Why no crack can open.
+        reason: String,
+    },
+    /// A fracture job was handed to the pool.
+    JobOpened {
+        /// The body.
+        body: u64,
+        /// Digest of the problem.
+        job: [u8; 32],
+        /// The family asked first.
+        solver: String,
+    },
+    /// A fracture job has its verdict.
+    JobSettled {
+        /// The body.
+        body: u64,
+        /// Digest of the problem.
+        job: [u8; 32],
+        /// How it ended.
+        verdict: Verdict,
+        /// What was said about it; may be empty.
+        reason: String,
+    },
+    /// A body was replaced by fragments.
+    Fractured {
+        /// The body that is no more.
+        parent: u64,
+        /// Digest of the problem.
+        job: [u8; 32],
+        /// The bodies that take its place.
+        fragments: Vec<u64>,
+        /// Factor on the fragments' own velocities \[1\].
+        alpha: f64,
+        /// What the replacement kept and cost.
+        ledger: Ledger,
+    },
+    /// A body stayed whole after a job.
+    KeptWhole {
+        /// The body.
+        body: u64,
+        /// Digest of the problem.
+        job: [u8; 32],
+        /// Why.
+        reason: String,
+    },
+    /// A body left the world.
+    Removed {
+        /// The body.
+        body: u64,
+        /// Why.
+        reason: String,
+    },
+    /// What the scene expected.
+    Expectation {
+        /// In words.
+        text: String,
+        /// Whether it held.
+        held: bool,
+    },
+    /// The last step was taken.
+    Finished,
+}
+
+impl Event {
+    /// The message that records it.
+    #[must_use]
+    pub fn to_message(&self, step: u64, time: f64) -> RunEvent {
+        let base = RunEvent { step, time, ..Default::default() };
+        let of = |kind: EventKind, body: u64| RunEvent {
+            kind: kind as i32,
+            body: Some(body),
+            ..base.clone()
+        };
+        match self {
+            Self::Impact { body, striker, point, impulse, closing_speed, energy } => RunEvent {
+                striker: Some(*striker),
+                point: Some(Vector3 { x: point.x, y: point.y, z: point.z }),
+                impulse: *impulse,
+                closing_speed: *closing_speed,
+                energy: *energy,
+                ..of(EventKind::Impact, *body)
+            },
+            Self::Gate { body, reason } => {
+                RunEvent { text: reason.clone(), ..of(EventKind::Gate, *body) }
+            }
+            Self::JobOpened { body, job, solver } => RunEvent {
+                job: job.to_vec(),
+                text: solver.clone(),
+                ..of(EventKind::JobOpened, *body)
+            },
+            Self::JobSettled { body, job, verdict, reason } => RunEvent {
+                job: job.to_vec(),
+                verdict: *verdict as i32,
+                text: reason.clone(),
+                ..of(EventKind::JobSettled, *body)
+            },
+            Self::Fractured { parent, job, fragments, alpha, ledger } => RunEvent {
+                job: job.to_vec(),
+                fragments: fragments.clone(),
+                alpha: *alpha,
+                ledger: Some(*ledger),
+                ..of(EventKind::Fractured, *parent)
+            },
+            Self::KeptWhole { body, job, reason } => RunEvent {
+                job: job.to_vec(),
+                text: reason.clone(),
+                ..of(EventKind::KeptWhole, *body)
+            },
+            Self::Removed { body, reason } => {
+                RunEvent { text: reason.clone(), ..of(EventKind::Removed, *body) }
+            }
+            Self::Expectation { text, held } => RunEvent {
+                kind: EventKind::Expectation as i32,
+                text: text.clone(),
+                held: *held,
+                ..base
+            },
+            Self::Finished => RunEvent { kind: EventKind::Finished as i32, ..base },
+        }
+    }
+}
+
+/// One line for a person. `name` turns a body's id into its name.
+pub(super) fn line(event: &RunEvent, name: &dyn Fn(u64) -> String) -> String {
+    let body = event.body.map_or_else(String::new, name);
+    let what = match event.kind() {
+        EventKind::Unspecified => "an event of a kind that this version does not know".to_owned(),
+        EventKind::Impact => format!(
+            "{} hits {body}: {:.4} N·s at {:.3} m/s, {:.4} J",
+            event.striker.map_or_else(String::new, name),
+            event.impulse,
+            event.closing_speed,
+            event.energy
+        ),
+        EventKind::Gate => format!("{body} cannot break: {}", event.text),
+        EventKind::JobOpened => {
+            format!("job {} opened for {body}, asks {}", Short(&event.job), event.text)
+        }
+        EventKind::JobSettled => {
+            let verdict = format!("{:?}", event.verdict()).to_lowercase();
+            format!("job {} for {body} {verdict}{}", Short(&event.job), after_colon(&event.text))
+        }
+        EventKind::Fractured => {
+            let ledger = event.ledger.unwrap_or_default();
+            format!(
+                "{body} breaks into {}: crack {:.4} J, α {:.3}, mass error {:.1e}, momentum {:.1e}",
+                event.fragments.len(),
+                ledger.fracture_energy,
+                event.alpha,
+                ledger.mass_rel_error,
+                ledger.momentum_rel_error
+            )
+        }
+        EventKind::KeptWhole => format!("{body} stays whole{}", after_colon(&event.text)),
+        EventKind::Removed => format!("{body} leaves the world{}", after_colon(&event.text)),
+        EventKind::Expectation => {
+            format!("expected {}: {}", event.text, if event.held { "held" } else { "NOT HELD" })
+        }
+        EventKind::Finished => format!("finished after {} steps", event.step),
+    };
+    format!("{:9.4} s  {what}", event.time)
+}
+
+fn after_colon(text: &str) -> String {
+    if text.is_empty() { String::new() } else { format!(": {text}") }
+}
+
+/// The first four bytes of a digest in hexadecimal.
+struct Short<'a>(&'a [u8]);
+
+impl fmt::Display for Short<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().take(4).try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}

@@ -1,0 +1,348 @@
+//! The recorder: the run loop tells it what happens, it writes the file and keeps the tally.
+
+use super::canvas::Object;
+use super::display::{self, Live, Shape};
+use super::meta::{RunMeta, meta_map, up};
+use super::sink::{Sink, Stamp};
+use super::{
+    BODIES, BODY, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, Summary, Tally, canvas, event,
+};
+use cullet_geometry::{Pose, Solid, Vec3};
+use cullet_proto::recording::{Body, BodyPoses, Geometry, JobReport, PoolReport, geometry_hash};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+pub use foxglove::messages::log::Level;
+
+/// Wall time between two flushes \[s\]: what a killed run can lose at most.
+const FLUSH_WALL: f64 = 1.0;
+/// Simulated time between two flushes of a deterministic recording \[s\].
+const FLUSH_SIMULATED: f64 = 0.25;
+/// The same after a fracture: soon, but a wall of bricks that breaks at once is one flush.
+const FLUSH_FRACTURE_WALL: f64 = 0.1;
+/// The same in a deterministic recording \[s\].
+const FLUSH_FRACTURE_SIMULATED: f64 = 0.02;
+/// Where one body is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseRow {
+    /// The body.
+    pub id: u64,
+    /// Body frame to world; the origin of the body frame is the centre of mass.
+    pub pose: Pose,
+    /// Velocity of the centre of mass \[m/s\].
+    pub velocity: Vec3,
+    /// Angular velocity \[rad/s\].
+    pub spin: Vec3,
+}
+
+/// A recording that is complete.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finished {
+    /// The file.
+    pub path: PathBuf,
+    /// What it says, as [`super::inspect`] will read it.
+    pub summary: Summary,
+}
+
+/// Writes one run. It writes `<path>.partial` and gives it its name when the run is over.
+pub struct Recorder {
+    pub(super) sink: Sink,
+    path: PathBuf,
+    partial: PathBuf,
+    pub(super) meta: BTreeMap<String, String>,
+    deterministic: bool,
+    up: Vec3,
+    pub(super) tally: Tally,
+    solids: BTreeMap<[u8; 32], Arc<Shape>>,
+    pub(super) bodies: BTreeMap<u64, Live>,
+    names: BTreeMap<u64, String>,
+    pub(super) objects: BTreeMap<String, Object>,
+    pub(super) draw_rate: f64,
+    pub(super) draw_left: f64,
+    pub(super) drawn_at: f64,
+    pub(super) overview_at: f64,
+    told_layout: bool,
+    started: Instant,
+    flushed_wall: f64,
+    flushed_time: f64,
+    flush_wanted: bool,
+    now: u64,
+    pub(super) step: u64,
+    pub(super) time: f64,
+}
+
+fn partial_path(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".partial");
+    path.with_file_name(name)
+}
+
+impl Recorder {
+    /// Starts a recording that will be `path`, such as `runs/pot-1/run.mcap`.
+    ///
+    /// # Errors
+    /// The file cannot be created or written.
+    pub fn create(path: &Path, meta: &RunMeta) -> Result<Self, RecordError> {
+        let partial = partial_path(path);
+        let mut sink = Sink::create(&partial)?;
+        let map = meta_map(meta);
+        sink.metadata("run", &map)?;
+        sink.metadata("materials", &meta.materials)?;
+        sink.attach("scene.toml", "application/toml", meta.scene_text.as_bytes())?;
+        for (name, data) in &meta.files {
+            sink.attach(name, "application/octet-stream", data)?;
+        }
+        sink.known("/tf", Stamp::default(), &display::frames(0, up(meta.gravity)))?;
+        let rate = canvas::rate(meta.duration);
+        Ok(Self {
+            sink,
+            path: path.to_owned(),
+            partial,
+            meta: map,
+            deterministic: meta.deterministic,
+            up: up(meta.gravity),
+            tally: Tally::default(),
+            solids: BTreeMap::new(),
+            bodies: BTreeMap::new(),
+            names: BTreeMap::new(),
+            objects: BTreeMap::new(),
+            draw_rate: rate,
+            draw_left: 0.0,
+            drawn_at: 0.0,
+            overview_at: f64::NEG_INFINITY,
+            told_layout: false,
+            started: Instant::now(),
+            flushed_wall: 0.0,
+            flushed_time: 0.0,
+            flush_wanted: false,
+            now: 0,
+            step: 0,
+            time: 0.0,
+        })
+    }
+
+    fn wall(&self) -> f64 {
+        if self.deterministic { 0.0 } else { self.started.elapsed().as_secs_f64() }
+    }
+
+    pub(super) fn stamp(&self) -> Stamp {
+        let publish = if self.deterministic { self.now } else { (self.wall() * 1e9) as u64 };
+        Stamp { log: self.now, publish }
+    }
+
+    fn at(&mut self, step: u64, time: f64) -> Result<(), RecordError> {
+        if !time.is_finite() {
+            return Err(RecordError::NotFinite { what: "simulated time", value: time });
+        }
+        (self.step, self.time) = (step, time);
+        self.now = self.now.max((time.max(0.0) * 1e9).round() as u64);
+        Ok(())
+    }
+
+    fn deciding<M: cullet_proto::recording::Recorded>(
+        &mut self,
+        topic: &str,
+        message: &M,
+    ) -> Result<(), RecordError> {
+        let stamp = self.stamp();
+        let payload = self.sink.own(topic, stamp, message)?;
+        self.tally.message(topic, stamp.log, &payload)
+    }
+
+    /// Records a solid unless it is there already; hands back its digest.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn geometry(&mut self, solid: &Solid) -> Result<[u8; 32], RecordError> {
+        let hash = geometry_hash(solid);
+        if !self.solids.contains_key(&hash) {
+            self.deciding(GEOMETRY, &Geometry::from(solid))?;
+            self.solids.insert(hash, Arc::new(Shape::of(solid)));
+        }
+        Ok(hash)
+    }
+
+    /// Records a body at its birth. Its geometry comes first, its first pose after.
+    ///
+    /// # Errors
+    /// Its geometry is not recorded, or the file cannot be written.
+    pub fn body(&mut self, body: &Body) -> Result<(), RecordError> {
+        let hash = <[u8; 32]>::try_from(&body.geometry[..]).ok();
+        let Some(shape) = hash.and_then(|hash| self.solids.get(&hash)).cloned() else {
+            return Err(RecordError::UnknownGeometry { body: body.id });
+        };
+        self.deciding(BODY, body)?;
+        self.names.insert(body.id, body.name.clone());
+        let object = self.objects.entry(body.object.clone()).or_default();
+        object.parts.insert(body.id);
+        object.changed = true;
+        self.bodies.insert(body.id, Live { body: body.clone(), shape, row: None });
+        Ok(())
+    }
+
+    /// Records where bodies are after `step`: rows whose bits did not change are left out.
+    /// Then draws what is due and flushes what is due.
+    ///
+    /// # Errors
+    /// A body that is not recorded or is no more, a time that is not finite, or a file that cannot
+    /// be written.
+    pub fn poses(&mut self, step: u64, time: f64, rows: &[PoseRow]) -> Result<(), RecordError> {
+        self.at(step, time)?;
+        let mut message = BodyPoses { step, time, ..Default::default() };
+        for row in rows {
+            let Some(live) = self.bodies.get_mut(&row.id) else {
+                return Err(RecordError::UnknownBody { body: row.id, what: "pose" });
+            };
+            if live.row.is_some_and(|last| bits(&last) == bits(row)) {
+                continue;
+            }
+            live.row = Some(*row);
+            if let Some(object) = self.objects.get_mut(&live.body.object) {
+                object.moved = true;
+            }
+            push_row(&mut message, row);
+        }
+        if !message.ids.is_empty() {
+            self.deciding(BODIES, &message)?;
+        }
+        if !self.told_layout {
+            self.told_layout = true;
+            let (centre, radius) = display::surroundings(self.bodies.values(), self.up);
+            let objects = self.objects.keys().map(String::as_str);
+            let layout = super::layout::layout(objects, centre, radius);
+            self.sink.attach("layout.json", "application/json", layout.as_bytes())?;
+        }
+        self.draw(false)?;
+        self.flush_if_due()
+    }
+
+    /// Records an event, and a line of it in the viewers' log.
+    ///
+    /// # Errors
+    /// A time that is not finite, or a file that cannot be written.
+    pub fn event(&mut self, step: u64, time: f64, event: &Event) -> Result<(), RecordError> {
+        self.at(step, time)?;
+        let message = event.to_message(step, time);
+        self.deciding(EVENTS, &message)?;
+        let names = &self.names;
+        let name = |id: u64| names.get(&id).cloned().unwrap_or_else(|| format!("body {id}"));
+        let line = event::line(&message, &name);
+        self.log(level_of(event), line)?;
+        match event {
+            Event::Fractured { parent, .. } => {
+                self.bury(*parent);
+                self.flush_wanted = true;
+            }
+            Event::Removed { body, .. } => self.bury(*body),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn bury(&mut self, id: u64) {
+        if let Some(live) = self.bodies.remove(&id)
+            && let Some(object) = self.objects.get_mut(&live.body.object)
+        {
+            object.parts.remove(&id);
+            object.changed = true;
+        }
+    }
+
+    /// Records how a job came out: the part that decides.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn report(&mut self, report: &JobReport) -> Result<(), RecordError> {
+        self.deciding(JOBS, report)
+    }
+
+    /// Records who computed a job, and for how long. A deterministic recording leaves it out.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn pool(&mut self, report: &PoolReport) -> Result<(), RecordError> {
+        if self.deterministic { Ok(()) } else { self.deciding(POOL, report) }
+    }
+
+    /// Writes a line to the viewers' log.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn log(&mut self, level: Level, text: String) -> Result<(), RecordError> {
+        let stamp = self.stamp();
+        self.sink.known("/log", stamp, &display::log_line(stamp.log, level, text)).map(|_| ())
+    }
+
+    /// Brings the recording onto the disk if a second has passed or something broke.
+    /// [`Recorder::poses`] does so too; call this where the run waits for its workers.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn flush_if_due(&mut self) -> Result<(), RecordError> {
+        let wall = self.wall();
+        let (passed, calm, broken) = if self.deterministic {
+            (self.time - self.flushed_time, FLUSH_SIMULATED, FLUSH_FRACTURE_SIMULATED)
+        } else {
+            (wall - self.flushed_wall, FLUSH_WALL, FLUSH_FRACTURE_WALL)
+        };
+        if passed >= if self.flush_wanted { broken } else { calm } {
+            (self.flushed_wall, self.flushed_time) = (wall, self.time);
+            self.flush_wanted = false;
+            self.sink.flush()?;
+        }
+        Ok(())
+    }
+
+    /// The summary so far.
+    #[must_use]
+    pub fn summary(&self) -> Summary {
+        let end = BTreeMap::from([("wall_seconds".to_owned(), self.wall().to_string())]);
+        self.tally.summary(&self.meta, &end)
+    }
+
+    /// Ends the recording after `steps` steps and `time` \[s\] and gives the file its name.
+    ///
+    /// # Errors
+    /// The file cannot be written or renamed; what was flushed stays in the partial file.
+    pub fn finish(mut self, steps: u64, time: f64) -> Result<Finished, RecordError> {
+        self.at(steps, time)?;
+        self.draw(true)?;
+        self.event(steps, time, &Event::Finished)?;
+        let end = BTreeMap::from([("wall_seconds".to_owned(), self.wall().to_string())]);
+        self.sink.metadata("end", &end)?;
+        self.sink.finish()?;
+        std::fs::rename(&self.partial, &self.path).map_err(RecordError::io(&self.path))?;
+        let summary = self.tally.summary(&self.meta, &end);
+        Ok(Finished { path: self.path, summary })
+    }
+}
+
+fn level_of(event: &Event) -> Level {
+    match event {
+        Event::Expectation { held: false, .. } => Level::Error,
+        Event::Fractured { .. } | Event::JobSettled { .. } => Level::Warning,
+        _ => Level::Info,
+    }
+}
+
+/// The numbers of a row in the order of the columns of [`BodyPoses`].
+fn numbers(row: &PoseRow) -> [f64; 13] {
+    let (p, q) = (row.pose.translation.vector, row.pose.rotation);
+    let (v, w) = (row.velocity, row.spin);
+    [p.x, p.y, p.z, q.i, q.j, q.k, q.w, v.x, v.y, v.z, w.x, w.y, w.z]
+}
+
+fn bits(row: &PoseRow) -> [u64; 13] {
+    numbers(row).map(f64::to_bits)
+}
+
+fn push_row(message: &mut BodyPoses, row: &PoseRow) {
+    let n = numbers(row);
+    message.ids.push(row.id);
+    message.positions.extend(&n[0..3]);
+    message.rotations.extend(&n[3..7]);
+    message.velocities.extend(&n[7..10]);
+    message.spins.extend(&n[10..13]);
+}

@@ -1,0 +1,169 @@
+//! Making a readable file of one that was cut off.
+
+use super::RecordError;
+use super::read::{Found, load, walk};
+use mcap::write::NoSeek;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+/// What was saved.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Recovery {
+    /// The file that was read.
+    pub from: PathBuf,
+    /// The readable file.
+    pub to: PathBuf,
+    /// True if nothing was missing.
+    pub complete: bool,
+    /// Whole, intact chunks.
+    pub chunks: u64,
+    /// Chunks and records that were there but damaged, and left out.
+    pub damaged: u64,
+    /// Messages copied.
+    pub messages: u64,
+    /// Attachments copied.
+    pub attachments: u64,
+    /// Bytes at the end that were part of no whole record.
+    pub lost_bytes: u64,
+}
+
+impl fmt::Display for Recovery {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { chunks, messages, attachments, damaged, lost_bytes, .. } = self;
+        write!(
+            f,
+            "{}: {messages} messages of {chunks} chunks, {attachments} attachments; ",
+            self.to.display()
+        )?;
+        match (self.complete, damaged) {
+            (true, _) => write!(f, "nothing was missing"),
+            (false, 0) => write!(f, "{lost_bytes} bytes at the end were not whole"),
+            _ => write!(f, "{damaged} damaged records left out, {lost_bytes} bytes not whole"),
+        }
+    }
+}
+
+/// Copies every intact chunk, attachment and metadata record of `from` into `to`, with indexes.
+/// `to` appears only when it is whole.
+///
+/// # Errors
+/// `from` cannot be read or is no MCAP file; `to` cannot be written.
+pub fn recover(from: &Path, to: &Path) -> Result<Recovery, RecordError> {
+    let (from, bytes) = load(from)?;
+    let mut unfinished = to.file_name().unwrap_or_default().to_owned();
+    unfinished.push(".recovering");
+    let unfinished = to.with_file_name(unfinished);
+    let mut copy = Copy::create(&unfinished)?;
+    let walk = walk(&from, &bytes, &mut |found| copy.take(found));
+    let walk = match walk {
+        Ok(walk) => walk,
+        Err(error) => {
+            drop(copy);
+            std::fs::remove_file(&unfinished).map_err(RecordError::io(&unfinished))?;
+            return Err(error);
+        }
+    };
+    let (messages, attachments) = (copy.messages, copy.attachments);
+    copy.finish()?;
+    std::fs::rename(&unfinished, to).map_err(RecordError::io(to))?;
+    Ok(Recovery {
+        from,
+        to: to.to_owned(),
+        complete: walk.ended && walk.damaged == 0,
+        chunks: walk.chunks,
+        damaged: walk.damaged,
+        messages,
+        attachments,
+        lost_bytes: walk.lost_bytes,
+    })
+}
+
+/// The file being made.
+struct Copy {
+    path: PathBuf,
+    file: File,
+    writer: mcap::Writer<NoSeek<BufWriter<File>>>,
+    /// The writer's numbers for the numbers in the file.
+    schemas: BTreeMap<u16, u16>,
+    channels: BTreeMap<u16, u16>,
+    messages: u64,
+    attachments: u64,
+}
+
+impl Copy {
+    fn create(path: &Path) -> Result<Self, RecordError> {
+        let file = File::create(path).map_err(RecordError::io(path))?;
+        let buffer = BufWriter::new(file.try_clone().map_err(RecordError::io(path))?);
+        let writer = mcap::WriteOptions::new()
+            .library(concat!("cullet ", env!("CARGO_PKG_VERSION"), " recover"))
+            .chunk_size(None)
+            .compression_threads(0)
+            .disable_seeking(true)
+            .create(NoSeek::new(buffer))
+            .map_err(|source| RecordError::Mcap { path: path.to_owned(), source })?;
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            writer,
+            schemas: BTreeMap::from([(0, 0)]),
+            channels: BTreeMap::new(),
+            messages: 0,
+            attachments: 0,
+        })
+    }
+
+    fn take(&mut self, found: Found) -> Result<(), RecordError> {
+        let path = self.path.clone();
+        self.copy(found).map_err(|source| RecordError::Mcap { path, source })
+    }
+
+    fn copy(&mut self, found: Found) -> Result<(), mcap::McapError> {
+        match found {
+            Found::Schema(header, data) => {
+                let id = self.writer.add_schema(&header.name, &header.encoding, &data)?;
+                self.schemas.insert(header.id, id);
+            }
+            Found::Channel(channel) => {
+                let Some(&schema) = self.schemas.get(&channel.schema_id) else {
+                    return Ok(());
+                };
+                let (topic, encoding) = (&channel.topic, &channel.message_encoding);
+                let id = self.writer.add_channel(schema, topic, encoding, &channel.metadata)?;
+                self.channels.insert(channel.id, id);
+            }
+            Found::Message(mut header, data) => {
+                let Some(&id) = self.channels.get(&header.channel_id) else {
+                    return Ok(());
+                };
+                header.channel_id = id;
+                self.writer.write_to_known_channel(&header, &data)?;
+                self.messages += 1;
+            }
+            Found::Attachment(header, data) => {
+                self.writer.attach(&mcap::Attachment {
+                    log_time: header.log_time,
+                    create_time: header.create_time,
+                    name: header.name,
+                    media_type: header.media_type,
+                    data: data.into(),
+                })?;
+                self.attachments += 1;
+            }
+            Found::Metadata(metadata) => self.writer.write_metadata(&metadata)?,
+            Found::ChunkEnd => self.writer.flush()?,
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<(), RecordError> {
+        let path = self.path.clone();
+        let fail = |source| RecordError::Mcap { path: path.clone(), source };
+        self.writer.finish().map_err(fail)?;
+        let mut inner = self.writer.into_inner().into_inner();
+        std::io::Write::flush(&mut inner).map_err(RecordError::io(&path))?;
+        self.file.sync_all().map_err(RecordError::io(&path))
+    }
+}

@@ -1,0 +1,198 @@
+//! A run made by hand: a cube falls onto a slab and splits in two.
+
+use super::{Event, Finished, PoseRow, RecordError, Recorder, RunMeta};
+use cullet_geometry::{Pose, Quat, Solid, Surface, TriMesh, Vec3};
+use cullet_proto::recording::{Body, Hit, JobReport, Ledger, PoolReport, Tier, Vector3, Verdict};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Time step of the run \[s\].
+pub(crate) const STEP: f64 = 1.0 / 120.0;
+/// Steps of the run.
+pub(crate) const STEPS: u64 = 120;
+/// The step at which the cube breaks.
+pub(crate) const BREAK: u64 = 48;
+/// Half the edge of the cube \[m\].
+const HALF: f64 = 0.1;
+
+/// A box about the origin. Its face towards +x (`split > 0`) or −x (`split < 0`) is a crack.
+pub(crate) fn block(half: Vec3, split: f64) -> Solid {
+    let corner = |i: usize| {
+        let sign = |bit: usize| if i & bit == 0 { -1.0 } else { 1.0 };
+        Vec3::new(sign(1) * half.x, sign(2) * half.y, sign(4) * half.z)
+    };
+    let vertices = (0..8).map(corner).collect();
+    let triangles = vec![
+        [0, 4, 6],
+        [0, 6, 2],
+        [1, 3, 7],
+        [1, 7, 5],
+        [0, 1, 5],
+        [0, 5, 4],
+        [2, 6, 7],
+        [2, 7, 3],
+        [0, 2, 3],
+        [0, 3, 1],
+        [4, 5, 7],
+        [4, 7, 6],
+    ];
+    let mut solid = Solid::outer(TriMesh { vertices, triangles });
+    let face = if split > 0.0 { 2..4 } else { 0..2 };
+    if split != 0.0 {
+        solid.surface[face].fill(Surface::Crack { damage_time: 2e-5 });
+    }
+    solid
+}
+
+pub(crate) fn meta() -> RunMeta {
+    RunMeta {
+        scene: "split".to_owned(),
+        seed: 7,
+        version: "0.1.0".to_owned(),
+        scene_text: "[world]\nduration = 1.0\n".to_owned(),
+        files: vec![("note.txt".to_owned(), b"by hand".to_vec())],
+        step: STEP,
+        duration: STEPS as f64 * STEP,
+        gravity: Vec3::new(0.0, 0.0, -9.81),
+        materials: BTreeMap::from([("brick".to_owned(), "E 15 GPa".to_owned())]),
+        view: None,
+        deterministic: true,
+    }
+}
+
+fn body(id: u64, parent: Option<u64>, geometry: [u8; 32], half: Vec3) -> Body {
+    let volume = 8.0 * half.x * half.y * half.z;
+    Body {
+        id,
+        name: if id == 1 { "cube".to_owned() } else { format!("cube.{id}") },
+        object: "cube".to_owned(),
+        parent,
+        generation: u32::from(parent.is_some()),
+        tier: if parent.is_some() { Tier::Large } else { Tier::Whole } as i32,
+        material: "brick".to_owned(),
+        geometry: geometry.to_vec(),
+        mass: 1900.0 * volume,
+        volume,
+        fixed: false,
+        birth_step: if parent.is_some() { BREAK } else { 0 },
+    }
+}
+
+/// Height of the cube's centre while it falls \[m\].
+fn height(time: f64) -> f64 {
+    0.9 - 0.5 * 9.81 * time * time
+}
+
+/// Where everything is after a step.
+fn rows(step: u64) -> Vec<PoseRow> {
+    let time = step as f64 * STEP;
+    let row = |id, at: Vec3, turn: Vec3, velocity: Vec3| PoseRow {
+        id,
+        pose: Pose::from_parts(at.into(), Quat::from_scaled_axis(turn)),
+        velocity,
+        spin: Vec3::zeros(),
+    };
+    let slab = row(0, Vec3::new(0.0, 0.0, -0.05), Vec3::zeros(), Vec3::zeros());
+    if step < BREAK {
+        let fall = Vec3::new(0.0, 0.0, -9.81 * time);
+        return vec![slab, row(1, Vec3::new(0.0, 0.0, height(time)), Vec3::zeros(), fall)];
+    }
+    let since = time - BREAK as f64 * STEP;
+    let part = |id: u64, side: f64| {
+        let away = side * (HALF / 2.0 + 0.8 * since.min(0.3));
+        let tilt = Vec3::new(0.0, side * 3.0 * since.min(0.3), 0.0);
+        row(id, Vec3::new(away, 0.0, HALF), tilt, Vec3::new(0.8 * side, 0.0, 0.0))
+    };
+    vec![slab, part(2, -1.0), part(3, 1.0)]
+}
+
+/// Starts the recording: slab and cube.
+pub(crate) fn begin(path: &Path, meta: &RunMeta) -> Result<Recorder, RecordError> {
+    let mut recorder = Recorder::create(path, meta)?;
+    let floor = Vec3::new(1.5, 1.5, 0.05);
+    let slab = recorder.geometry(&block(floor, 0.0))?;
+    let mut ground = body(0, None, slab, floor);
+    (ground.name, ground.object, ground.fixed) = ("slab".to_owned(), "slab".to_owned(), true);
+    ground.material = "concrete".to_owned();
+    recorder.body(&ground)?;
+    let half = Vec3::repeat(HALF);
+    let cube = recorder.geometry(&block(half, 0.0))?;
+    recorder.body(&body(1, None, cube, half))?;
+    Ok(recorder)
+}
+
+/// What happens at one step, poses included.
+pub(crate) fn step(recorder: &mut Recorder, step: u64) -> Result<(), RecordError> {
+    let time = step as f64 * STEP;
+    if step == BREAK {
+        break_cube(recorder, time)?;
+    }
+    recorder.poses(step, time, &rows(step))
+}
+
+fn break_cube(recorder: &mut Recorder, time: f64) -> Result<(), RecordError> {
+    let job = *blake3::hash(b"the cube").as_bytes();
+    let point = Vec3::new(0.0, 0.0, 0.0);
+    let (impulse, closing_speed, energy) = (59.6, 3.92, 116.8);
+    let solver = "geometric".to_owned();
+    let impact = Event::Impact { body: 1, striker: 0, point, impulse, closing_speed, energy };
+    recorder.event(BREAK, time, &impact)?;
+    recorder.event(BREAK, time, &Event::JobOpened { body: 1, job, solver: solver.clone() })?;
+    let hit = Hit {
+        point: Some(Vector3 { x: 0.0, y: 0.0, z: -HALF }),
+        normal: Some(Vector3 { x: 0.0, y: 0.0, z: 1.0 }),
+        impulse,
+        duration: 1e-4,
+        radius: 0.003,
+        energy,
+    };
+    recorder.report(&JobReport {
+        job: job.to_vec(),
+        body: 1,
+        hits: vec![hit],
+        asked: "brittle".to_owned(),
+        solver,
+        verdict: Verdict::Broken as i32,
+        refusal: "too thin: 2.0 cells".to_owned(),
+        fragments: 2,
+        crack_area: 4.0 * HALF * HALF,
+        fracture_energy: 80.0 * 4.0 * HALF * HALF,
+        strength_ratio: 1.0,
+        ..Default::default()
+    })?;
+    recorder.pool(&PoolReport {
+        job: job.to_vec(),
+        worker: "w-1".to_owned(),
+        wall_seconds: 0.25,
+        resent: 1,
+        cached: false,
+    })?;
+    let (verdict, reason) = (Verdict::Broken, String::new());
+    recorder.event(BREAK, time, &Event::JobSettled { body: 1, job, verdict, reason })?;
+    let half = Vec3::new(HALF / 2.0, HALF, HALF);
+    for (id, side) in [(2, 1.0), (3, -1.0)] {
+        let geometry = recorder.geometry(&block(half, side))?;
+        recorder.body(&body(id, Some(1), geometry, half))?;
+    }
+    let ledger = Ledger {
+        mass_rel_error: 1e-16,
+        energy_before: 116.8,
+        energy_after: 9.7,
+        fracture_energy: 3.2,
+        ..Default::default()
+    };
+    let fractured = Event::Fractured { parent: 1, job, fragments: vec![2, 3], alpha: 1.0, ledger };
+    recorder.event(BREAK, time, &fractured)
+}
+
+/// Records the whole run.
+pub(crate) fn run(path: &Path, meta: &RunMeta) -> Result<Finished, RecordError> {
+    let mut recorder = begin(path, meta)?;
+    for k in 0..=STEPS {
+        step(&mut recorder, k)?;
+    }
+    let held = Event::Expectation { text: "fragments >= 2".to_owned(), held: true };
+    let time = STEPS as f64 * STEP;
+    recorder.event(STEPS, time, &held)?;
+    recorder.finish(STEPS, time)
+}

@@ -1,0 +1,136 @@
+//! From a scene to the world's and the recorder's terms.
+
+use crate::record::{RunMeta, Summary, View};
+use crate::scene::{Observed, Scene, SceneBody, SceneMaterial};
+use cullet_geometry::Vec3;
+use cullet_world::{BodySpec, Material, Replacement, Tiers, WorldSettings};
+use std::collections::BTreeMap;
+
+/// The engine's tolerances scale with this share of the typical size of a moving body: the size of
+/// its fragments.
+const LENGTH_SHARE: f64 = 0.2;
+/// Name of the attachment that holds the `path=value` arguments of the run.
+const OVERRIDES: &str = "overrides.txt";
+/// Bounds of that length \[m\]: outside, the engine's slop is a grain of dust or a house.
+const LENGTH_BOUNDS: (f64, f64) = (0.01, 10.0);
+
+pub(super) fn world_settings(scene: &Scene) -> WorldSettings {
+    let defaults = WorldSettings::default();
+    WorldSettings {
+        gravity: Vec3::from(scene.world.gravity),
+        step: scene.world.step,
+        impulse_threshold: scene.world.impulse_threshold,
+        tiers: Tiers {
+            tiny: scene.world.tiers.tiny,
+            small: scene.world.tiers.small,
+            ..defaults.tiers
+        },
+        max_bodies: scene.world.max_bodies as usize,
+        max_generation: scene.world.max_generation,
+        length_unit: length_unit(scene),
+        ..defaults
+    }
+}
+
+fn length_unit(scene: &Scene) -> f64 {
+    let moving = scene.bodies.iter().filter(|body| !body.fixed);
+    let mut sizes: Vec<f64> = moving.map(|body| libm::cbrt(body.volume)).collect();
+    sizes.sort_by(f64::total_cmp);
+    let typical = sizes.get(sizes.len() / 2).copied().unwrap_or(1.0);
+    (LENGTH_SHARE * typical).clamp(LENGTH_BOUNDS.0, LENGTH_BOUNDS.1)
+}
+
+pub(super) fn spec(body: &SceneBody) -> BodySpec {
+    BodySpec {
+        name: body.name.clone(),
+        solid: body.solid.clone(),
+        hulls: (*body.hulls).clone(),
+        material: material(&body.material),
+        pose: body.pose,
+        velocity: body.velocity,
+        spin: body.spin,
+        fixed: body.fixed,
+        breakable: body.breakable,
+        threshold: body.impulse_threshold,
+        parent: None,
+        generation: 0,
+        original_volume: None,
+    }
+}
+
+fn material(material: &SceneMaterial) -> Material {
+    Material {
+        density: material.density,
+        young: material.young,
+        poisson: material.poisson,
+        failure_stress: material.strength,
+        fracture_energy: material.fracture_energy,
+        restitution: material.restitution,
+        friction: material.friction,
+    }
+}
+
+pub(super) fn meta(scene: &Scene) -> RunMeta {
+    let described = |m: &SceneMaterial| {
+        let SceneMaterial { density, young, poisson, strength, fracture_energy, .. } = m;
+        format!(
+            "ρ {density} kg/m³, E {young} Pa, ν {poisson}, σ_f {strength} Pa, \
+             G_f {fracture_energy} J/m²"
+        )
+    };
+    let materials = scene.bodies.iter().map(|b| (b.material.name.clone(), described(&b.material)));
+    RunMeta {
+        scene: scene.name.clone(),
+        seed: scene.world.seed,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        scene_text: scene.source_text.clone(),
+        files: files(scene),
+        step: scene.world.step,
+        duration: scene.world.duration,
+        gravity: Vec3::from(scene.world.gravity),
+        materials: materials.collect::<BTreeMap<_, _>>(),
+        view: scene.view.as_ref().map(|view| View {
+            eye: Vec3::from(view.eye),
+            target: Vec3::from(view.target),
+            fov: view.field.to_degrees(),
+        }),
+        deterministic: false,
+    }
+}
+
+/// The files of the scene, and the overrides it was run with.
+fn files(scene: &Scene) -> Vec<(String, Vec<u8>)> {
+    let files = scene.files.iter().map(|file| (file.key.clone(), file.bytes.to_vec()));
+    let overrides = (OVERRIDES.to_owned(), scene.overrides.join("\n").into_bytes());
+    let some = !scene.overrides.is_empty();
+    files.chain(some.then_some(overrides)).collect()
+}
+
+/// What a replacement kept and cost, for the recording.
+pub(super) fn ledger(done: &Replacement) -> cullet_proto::recording::Ledger {
+    cullet_proto::recording::Ledger {
+        mass_rel_error: done.mass_rel_error,
+        volume_rel_error: done.volume_rel_error,
+        momentum_rel_error: done.momentum_rel_error,
+        angular_momentum_rel_error: done.angular_momentum_rel_error,
+        energy_before: done.energy_before,
+        energy_after: done.energy_after,
+        fracture_energy: done.fracture_energy,
+        energy_gain_rel: done.energy_gain_rel,
+    }
+}
+
+/// What a run showed, for the scene's expectations.
+pub(super) fn observed(summary: &Summary, broken: &BTreeMap<String, u64>) -> Observed {
+    Observed {
+        fractures: summary.fractures,
+        fragments: summary.fragments,
+        bodies_final: summary.bodies_final,
+        failed: summary.jobs.failed,
+        open_fragments: summary.open_fragments,
+        mass_rel_error: summary.ledger.mass_rel_error,
+        momentum_rel_error: summary.ledger.momentum_rel_error,
+        energy_gain_rel: summary.ledger.energy_gain_rel,
+        broken: broken.clone(),
+    }
+}

@@ -1,0 +1,334 @@
+//! One run, from a scene to its recording: steps the world, sends hits to the pool, puts fragments
+//! back, writes it all down. Everything that decides happens here in one thread and in one order.
+
+mod convert;
+mod job;
+mod output;
+mod settle;
+
+pub use output::{next_folder, write_file};
+
+use crate::link::Pool;
+use crate::record::{Event, Level, PoseRow, RecordError, Recorder, Summary};
+use crate::scene::Scene;
+use cullet_proto::JobId;
+use cullet_world::{BodyId, Gate, GateLimits, Hit, World, WorldError};
+use std::collections::{BTreeMap, VecDeque};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// How long the run waits for the pool before it looks at whether it was told to stop.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// What a run needs beside its scene and its pool.
+#[derive(Clone, Copy, Debug)]
+pub struct RunOptions<'a> {
+    /// Folder for `run.mcap`, `summary.json` and the pictures; it exists.
+    pub out: &'a Path,
+    /// Set by another thread: finish the recording and return.
+    pub stop: &'a AtomicBool,
+}
+
+/// News for whoever watches a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum News {
+    /// How far it is.
+    At(Position),
+    /// A line worth a log.
+    Line(String),
+}
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Position {
+    /// Simulated time \[s\].
+    pub time: f64,
+    /// Simulated time at which the run ends \[s\].
+    pub end: f64,
+    /// Bodies in the world.
+    pub bodies: u64,
+    /// Fractures so far.
+    pub fractures: u64,
+    /// Fracture jobs that wait for a worker.
+    pub waiting: u64,
+    /// Fracture jobs that a worker holds.
+    pub running: u64,
+}
+
+/// A run that came to its end, or was told to stop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// What the recording says.
+    pub summary: Summary,
+    /// Expectations of the scene that do not hold, a sentence each.
+    pub unmet: Vec<String>,
+    /// Whether it was told to stop before its end.
+    pub interrupted: bool,
+    /// The recording.
+    pub recording: PathBuf,
+}
+
+/// Why a run could not go on.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The world broke down or refused a body.
+    #[error("the rigid world: {0}")]
+    World(#[from] WorldError),
+    /// The recording could not be written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The world lost a body that it had.
+    #[error("there is no body {0}")]
+    Lost(BodyId),
+    /// The pool gave a job up after its last attempt.
+    #[error("job {job} of `{body}` was abandoned: {reason}")]
+    Abandoned {
+        /// Digest of the problem.
+        job: String,
+        /// Whose.
+        body: String,
+        /// What the pool says.
+        reason: String,
+    },
+    /// The pool answered with a job that is not the next one.
+    #[error("the pool settled job {got} where job {due} was due")]
+    OutOfOrder {
+        /// What came.
+        got: String,
+        /// What was due.
+        due: String,
+    },
+    /// A file could not be written.
+    #[error("{path}: {source}")]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+/// A job in the pool and what it is about.
+struct Pending {
+    id: JobId,
+    asked: String,
+    body: BodyId,
+    hits: Vec<Hit>,
+    due: u64,
+}
+
+/// What the scene says of an object, kept for all its fragments.
+#[derive(Clone)]
+struct Origin {
+    object: String,
+    material: String,
+    choice: job::Choice,
+}
+
+struct Run<'a> {
+    scene: &'a Scene,
+    pool: &'a Pool,
+    options: &'a RunOptions<'a>,
+    news: &'a mut dyn FnMut(&News),
+    world: World,
+    recorder: Recorder,
+    origins: BTreeMap<BodyId, Origin>,
+    pending: VecDeque<Pending>,
+    fractures: u64,
+    broken: BTreeMap<String, u64>,
+}
+
+/// Runs a scene to its end and writes `run.mcap` and `summary.json` into the folder.
+///
+/// # Errors
+/// The world breaks down, the pool abandons a job, or a file cannot be written. The recording then
+/// keeps its `.partial` name.
+pub fn run(
+    scene: &Scene,
+    pool: &Pool,
+    options: &RunOptions<'_>,
+    news: &mut dyn FnMut(&News),
+) -> Result<Outcome, RunError> {
+    let world = World::new(convert::world_settings(scene))?;
+    let recorder = Recorder::create(&options.out.join("run.mcap"), &convert::meta(scene))?;
+    let mut run = Run {
+        scene,
+        pool,
+        options,
+        news,
+        world,
+        recorder,
+        origins: BTreeMap::new(),
+        pending: VecDeque::new(),
+        fractures: 0,
+        broken: BTreeMap::new(),
+    };
+    run.populate()?;
+    let interrupted = run.steps()?;
+    run.finish(interrupted)
+}
+
+impl Run<'_> {
+    fn say(&mut self, line: impl Into<String>) {
+        (self.news)(&News::Line(line.into()));
+    }
+
+    /// Puts the scene's bodies into the world and into the recording.
+    fn populate(&mut self) -> Result<(), RunError> {
+        let scene = self.scene;
+        for line in &scene.warnings {
+            self.recorder.log(Level::Warning, line.clone())?;
+            self.say(line);
+        }
+        for body in &scene.bodies {
+            let id = self.world.insert(convert::spec(body))?;
+            let origin = Origin {
+                object: body.name.clone(),
+                material: body.material.name.clone(),
+                choice: job::Choice::of(body, &scene.fracture),
+            };
+            self.origins.insert(id, origin);
+            self.record_birth(id)?;
+        }
+        self.record_poses()
+    }
+
+    fn steps(&mut self) -> Result<bool, RunError> {
+        let last = self.scene.steps();
+        while self.world.step_count() < last {
+            if self.options.stop.load(Ordering::Relaxed) {
+                return Ok(true);
+            }
+            let hits = self.world.step()?;
+            self.judge(hits)?;
+            if !self.replace_due()? {
+                return Ok(true);
+            }
+            self.record_poses()?;
+            self.tell_position();
+        }
+        Ok(false)
+    }
+
+    /// Records the hits of a step, asks the gate about them, and opens a job for each body that may
+    /// break.
+    fn judge(&mut self, hits: Vec<Hit>) -> Result<(), RunError> {
+        let mut by_body: BTreeMap<BodyId, Vec<Hit>> = BTreeMap::new();
+        for hit in hits {
+            self.event(&Event::Impact {
+                body: number(hit.body),
+                striker: number(hit.other),
+                point: hit.point,
+                impulse: hit.impact.impulse,
+                closing_speed: hit.closing_speed,
+                energy: hit.impact.energy,
+            })?;
+            by_body.entry(hit.body).or_default().push(hit);
+        }
+        for (body, hits) in by_body {
+            if self.pending.iter().any(|pending| pending.body == body) {
+                let reason = "it is being solved for an earlier hit".to_owned();
+                self.event(&Event::Gate { body: number(body), reason })?;
+                continue;
+            }
+            self.ask_gate(body, hits)?;
+        }
+        Ok(())
+    }
+
+    fn ask_gate(&mut self, body: BodyId, hits: Vec<Hit>) -> Result<(), RunError> {
+        let limits = GateLimits::default();
+        let answers: Vec<Gate> =
+            hits.iter().filter_map(|hit| self.world.gate(hit, &limits)).collect();
+        let solve = answers.iter().any(|gate| matches!(gate, Gate::Solve));
+        let geometric = answers.iter().find_map(|gate| match gate {
+            Gate::Geometric(reason) => Some(reason.to_string()),
+            _ => None,
+        });
+        if !solve && geometric.is_none() {
+            for gate in answers {
+                if let Gate::Rigid(reason) = gate {
+                    self.event(&Event::Gate { body: number(body), reason: reason.to_string() })?;
+                }
+            }
+            return Ok(());
+        }
+        self.open(body, hits, !solve)
+    }
+
+    fn open(&mut self, body: BodyId, hits: Vec<Hit>, geometric: bool) -> Result<(), RunError> {
+        let lost = RunError::Lost(body);
+        let (Some(view), Some(origin)) = (self.world.body(body), self.origins.get(&body)) else {
+            return Err(lost);
+        };
+        let job = job::problem(&view, &hits, &origin.choice, geometric, self.scene.world.seed);
+        let asked = job.solver.clone();
+        let id = self.pool.open(&job);
+        self.event(&Event::JobOpened { body: number(body), job: id.0, solver: asked.clone() })?;
+        let due = self.world.step_count() + u64::from(self.scene.world.latency_steps);
+        self.pending.push_back(Pending { id, asked, body, hits, due });
+        Ok(())
+    }
+
+    /// Waits for the jobs that are due at this step and puts their fragments into the world. False:
+    /// told to stop.
+    fn replace_due(&mut self) -> Result<bool, RunError> {
+        while self.pending.front().is_some_and(|p| p.due <= self.world.step_count()) {
+            let settled = loop {
+                if self.options.stop.load(Ordering::Relaxed) {
+                    return Ok(false);
+                }
+                if let Some(settled) = self.pool.settled(PATIENCE) {
+                    break settled;
+                }
+                self.recorder.flush_if_due()?;
+                self.tell_position();
+            };
+            let Some(pending) = self.pending.pop_front() else {
+                break;
+            };
+            let (id, settlement) = settled;
+            if id != pending.id {
+                return Err(RunError::OutOfOrder { got: id.short(), due: pending.id.short() });
+            }
+            self.settle(pending, settlement)?;
+        }
+        Ok(true)
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), RunError> {
+        let (step, time) = (self.world.step_count(), self.world.time());
+        Ok(self.recorder.event(step, time, event)?)
+    }
+
+    fn record_poses(&mut self) -> Result<(), RunError> {
+        let rows: Vec<PoseRow> = self
+            .world
+            .bodies()
+            .map(|view| PoseRow {
+                id: number(view.id),
+                pose: view.pose,
+                velocity: view.velocity,
+                spin: view.spin,
+            })
+            .collect();
+        Ok(self.recorder.poses(self.world.step_count(), self.world.time(), &rows)?)
+    }
+
+    fn tell_position(&mut self) {
+        let stats = self.pool.stats();
+        (self.news)(&News::At(Position {
+            time: self.world.time(),
+            end: self.scene.world.duration,
+            bodies: self.world.len() as u64,
+            fractures: self.fractures,
+            waiting: stats.waiting,
+            running: stats.running,
+        }));
+    }
+}
+
+fn number(id: BodyId) -> u64 {
+    u64::from(id.0)
+}

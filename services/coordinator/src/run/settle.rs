@@ -1,0 +1,219 @@
+//! What a verdict does to the world and to the recording.
+
+use super::{Outcome, Pending, Run, RunError, convert, number};
+use crate::link::{Ending, Settlement};
+use crate::record::Event;
+use cullet_proto::recording::{self, JobReport, PoolReport, Vector3};
+use cullet_proto::{BrokenBody, Report, Verdict};
+use cullet_world::{BodyId, Hit, Piece, Replacement};
+
+impl Run<'_> {
+    /// Records a job's verdict and, if the body broke, puts its fragments into the world.
+    pub(super) fn settle(&mut self, job: Pending, settled: Settlement) -> Result<(), RunError> {
+        let name = self.world.body(job.body).map_or_else(String::new, |view| view.name.to_owned());
+        self.recorder.pool(&PoolReport {
+            job: job.id.0.to_vec(),
+            worker: settled.worker,
+            wall_seconds: settled.wall.as_secs_f64(),
+            resent: settled.attempts.saturating_sub(1),
+            cached: false,
+        })?;
+        let verdict = match settled.ending {
+            Ending::Verdict(verdict) => verdict,
+            Ending::Abandoned(reason) => return self.abandoned(&job, name, reason),
+            Ending::Cancelled => {
+                return self.abandoned(&job, name, "it was cancelled".to_owned());
+            }
+        };
+        match verdict {
+            Verdict::Broken(broken) => self.broken(job, *broken),
+            Verdict::Refused { solver, text } => {
+                let report = JobReport { refusal: text.clone(), ..about(&job, &solver) };
+                let verdict = recording::Verdict::Refused;
+                self.recorder.report(&JobReport { verdict: verdict as i32, ..report })?;
+                self.settled(&job, verdict, format!("{solver}: {text}"))
+            }
+            Verdict::Failed { solver, text } => {
+                let report = JobReport { refusal: text.clone(), ..about(&job, &solver) };
+                let verdict = recording::Verdict::Failed;
+                self.recorder.report(&JobReport { verdict: verdict as i32, ..report })?;
+                self.settled(&job, verdict, format!("{solver}: {text}"))
+            }
+        }
+    }
+
+    fn abandoned(&mut self, job: &Pending, body: String, reason: String) -> Result<(), RunError> {
+        self.settled(job, recording::Verdict::Abandoned, reason.clone())?;
+        Err(RunError::Abandoned { job: job.id.short(), body, reason })
+    }
+
+    fn settled(
+        &mut self,
+        job: &Pending,
+        verdict: recording::Verdict,
+        reason: String,
+    ) -> Result<(), RunError> {
+        self.event(&Event::JobSettled { body: number(job.body), job: job.id.0, verdict, reason })
+    }
+
+    fn broken(&mut self, job: Pending, broken: BrokenBody) -> Result<(), RunError> {
+        let intact = broken.is_intact();
+        let verdict = if intact { recording::Verdict::Kept } else { recording::Verdict::Broken };
+        self.recorder.report(&JobReport {
+            verdict: verdict as i32,
+            fragments: broken.fragments.len() as u32,
+            ..reported(&job, &broken.report)
+        })?;
+        self.settled(&job, verdict, told(&broken.report))?;
+        if intact {
+            let reason = "no crack separated it".to_owned();
+            return self.kept(&job, reason);
+        }
+        let pieces = broken.fragments.into_iter().map(piece).collect();
+        match self.world.replace(job.body, &job.hits, pieces, broken.report.fracture_energy) {
+            Ok(done) => self.replaced(&job, &done, broken.report.spacing),
+            Err(error) => self.kept(&job, error.to_string()),
+        }
+    }
+
+    fn kept(&mut self, job: &Pending, reason: String) -> Result<(), RunError> {
+        self.event(&Event::KeptWhole { body: number(job.body), job: job.id.0, reason })
+    }
+
+    /// `spacing`: of the solve that made the fragments; they are solved no finer than that \[m\].
+    fn replaced(
+        &mut self,
+        job: &Pending,
+        done: &Replacement,
+        spacing: f64,
+    ) -> Result<(), RunError> {
+        let mut origin = self.origins.remove(&job.body).ok_or(RunError::Lost(job.body))?;
+        origin.choice.no_finer_than(spacing);
+        for &id in &done.fragments {
+            self.origins.insert(id, origin.clone());
+            self.record_birth(id)?;
+        }
+        self.fractures += 1;
+        *self.broken.entry(origin.object.clone()).or_default() += done.fragments.len() as u64;
+        self.event(&Event::Fractured {
+            parent: number(job.body),
+            job: job.id.0,
+            fragments: done.fragments.iter().copied().map(number).collect(),
+            alpha: done.momentum_scale,
+            ledger: convert::ledger(done),
+        })?;
+        self.say(format!("{} breaks into {}", origin.object, done.fragments.len()));
+        Ok(())
+    }
+
+    pub(super) fn record_birth(&mut self, id: BodyId) -> Result<(), RunError> {
+        let (Some(view), Some(origin)) = (self.world.body(id), self.origins.get(&id)) else {
+            return Err(RunError::Lost(id));
+        };
+        let geometry = self.recorder.geometry(view.solid)?;
+        let body = recording::Body {
+            id: number(id),
+            name: view.name.to_owned(),
+            object: origin.object.clone(),
+            parent: view.parent.map(number),
+            generation: view.generation,
+            tier: tier(view.tier) as i32,
+            material: origin.material.clone(),
+            geometry: geometry.to_vec(),
+            mass: view.mass,
+            volume: view.volume,
+            fixed: view.fixed,
+            birth_step: self.world.step_count(),
+        };
+        Ok(self.recorder.body(&body)?)
+    }
+
+    pub(super) fn finish(mut self, interrupted: bool) -> Result<Outcome, RunError> {
+        let (step, time) = (self.world.step_count(), self.world.time());
+        let mut unmet = Vec::new();
+        if !interrupted {
+            let seen = convert::observed(&self.recorder.summary(), &self.broken);
+            unmet = self.scene.expect.check(&seen);
+            for text in &unmet {
+                self.event(&Event::Expectation { text: text.clone(), held: false })?;
+            }
+            if unmet.is_empty() {
+                let text = "everything the scene expects".to_owned();
+                self.event(&Event::Expectation { text, held: true })?;
+            }
+        }
+        let finished = self.recorder.finish(step, time)?;
+        let path = self.options.out.join("summary.json");
+        super::write_file(&path, finished.summary.to_json().as_bytes())
+            .map_err(|source| RunError::File { path, source })?;
+        Ok(Outcome { summary: finished.summary, unmet, interrupted, recording: finished.path })
+    }
+}
+
+fn tier(tier: cullet_world::Tier) -> recording::Tier {
+    match tier {
+        cullet_world::Tier::Tiny => recording::Tier::Tiny,
+        cullet_world::Tier::Small => recording::Tier::Small,
+        cullet_world::Tier::Large => recording::Tier::Large,
+        cullet_world::Tier::Whole => recording::Tier::Whole,
+    }
+}
+
+fn piece(fragment: cullet_proto::Fragment) -> Piece {
+    Piece {
+        solid: fragment.solid,
+        hulls: fragment.hulls,
+        velocity: fragment.velocity,
+        spin: fragment.spin,
+    }
+}
+
+/// What a report says in one line: which family, why not the one asked, what was noticed.
+fn told(report: &Report) -> String {
+    let mut parts = vec![report.solver.clone()];
+    parts.extend(report.refusal.iter().map(|why| format!("in place of the one asked: {why}")));
+    parts.extend(report.warnings.iter().cloned());
+    parts.join("; ")
+}
+
+fn about(job: &Pending, solver: &str) -> JobReport {
+    JobReport {
+        job: job.id.0.to_vec(),
+        body: number(job.body),
+        hits: job.hits.iter().map(hit).collect(),
+        asked: job.asked.clone(),
+        solver: solver.to_owned(),
+        ..Default::default()
+    }
+}
+
+fn reported(job: &Pending, report: &Report) -> JobReport {
+    JobReport {
+        refusal: report.refusal.clone().unwrap_or_default(),
+        spacing: report.spacing,
+        particles: report.particles,
+        steps: report.steps,
+        simulated: report.simulated,
+        crack_area: report.crack_area,
+        fracture_energy: report.fracture_energy,
+        dissipated_energy: report.dissipated_energy,
+        strength_ratio: report.strength_ratio,
+        damaged_fraction: report.damaged_fraction,
+        delivered_impulse: report.delivered_impulse,
+        warnings: report.warnings.clone(),
+        ..about(job, &report.solver)
+    }
+}
+
+fn hit(hit: &Hit) -> recording::Hit {
+    let vector = |v: cullet_geometry::Vec3| Some(Vector3 { x: v.x, y: v.y, z: v.z });
+    let i = &hit.impact;
+    recording::Hit {
+        point: vector(i.point),
+        normal: vector(i.normal),
+        impulse: i.impulse,
+        duration: i.duration,
+        radius: i.radius,
+        energy: i.energy,
+    }
+}

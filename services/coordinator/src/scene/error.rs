@@ -1,0 +1,197 @@
+//! Errors of a scene: all of them at once, each with its place, its value and its bound.
+
+use super::tree::Origin;
+use std::fmt;
+use std::ops::Range;
+
+/// Most errors shown by `Display`; the rest are counted. More lines than this help nobody.
+const MAX_SHOWN: usize = 40;
+
+/// Longest source line shown \[characters\]; longer ones are cut so that a minified file stays
+/// readable.
+const MAX_LINE: usize = 160;
+
+/// A place in a text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file, or the `--set` argument.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+    /// Length in characters on that line, at least 1.
+    pub width: usize,
+    /// Byte range in the whole text.
+    pub range: Range<usize>,
+    /// That line of the text.
+    pub text: String,
+}
+
+impl Place {
+    fn of(origin: &Origin) -> Self {
+        let content = &origin.text.content;
+        let start = floor_boundary(content, origin.range.start);
+        let end = floor_boundary(content, origin.range.end).max(start);
+        let line_start = content[..start].rfind('\n').map_or(0, |at| at + 1);
+        let line_end = content[start..].find('\n').map_or(content.len(), |at| start + at);
+        let shown_end = end.min(line_end);
+        Self {
+            file: origin.text.label.clone(),
+            line: content[..start].matches('\n').count() + 1,
+            column: content[line_start..start].chars().count() + 1,
+            width: content[start..shown_end.max(start)].chars().count().max(1),
+            range: start..end,
+            text: content[line_start..line_end].trim_end_matches('\r').to_owned(),
+        }
+    }
+}
+
+fn floor_boundary(text: &str, index: usize) -> usize {
+    let mut index = index.min(text.len());
+    while !text.is_char_boundary(index) {
+        index -= 1;
+    }
+    index
+}
+
+/// One thing that is wrong with a scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneError {
+    /// Where, if it has a place in a text.
+    pub place: Option<Place>,
+    /// Path of the value, as `--set` takes it; may be empty.
+    pub path: String,
+    /// What is wrong: the value and the bound.
+    pub message: String,
+    /// What could be meant instead.
+    pub help: Option<String>,
+}
+
+impl SceneError {
+    /// An error at a place.
+    #[must_use]
+    pub fn at(origin: &Origin, path: impl Into<String>, message: impl Into<String>) -> Self {
+        Self {
+            place: Some(Place::of(origin)),
+            path: path.into(),
+            message: message.into(),
+            help: None,
+        }
+    }
+
+    /// An error that has no place in a text: a file that cannot be read.
+    #[must_use]
+    pub fn without_place(message: impl Into<String>) -> Self {
+        Self { place: None, path: String::new(), message: message.into(), help: None }
+    }
+
+    /// The same, with advice.
+    #[must_use]
+    pub fn help(mut self, help: Option<impl Into<String>>) -> Self {
+        self.help = help.map(Into::into);
+        self
+    }
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(place) = &self.place else {
+            write!(out, "{}", self.message)?;
+            return match &self.help {
+                Some(help) => write!(out, "\n  help: {help}"),
+                None => Ok(()),
+            };
+        };
+        write!(out, "{}:{}:{}: ", place.file, place.line, place.column)?;
+        if !self.path.is_empty() {
+            write!(out, "{}: ", self.path)?;
+        }
+        writeln!(out, "{}", self.message)?;
+        let shown: String = place.text.chars().take(MAX_LINE).collect();
+        let margin = place.line.to_string().len();
+        write!(out, "  {} | {shown}", place.line)?;
+        if place.column <= MAX_LINE {
+            let pad: String = shown
+                .chars()
+                .take(place.column - 1)
+                .map(|c| if c == '\t' { '\t' } else { ' ' })
+                .collect();
+            let marks = "^".repeat(place.width.min(MAX_LINE + 1 - place.column));
+            write!(out, "\n  {:margin$} | {pad}{marks}", "")?;
+        }
+        match &self.help {
+            Some(help) => write!(out, "\n  help: {help}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Everything that is wrong with a scene, in the order of the text.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SceneErrors {
+    /// At least one, when returned as an error.
+    pub errors: Vec<SceneError>,
+}
+
+impl SceneErrors {
+    /// Sorts by place, so that a reader meets them in the order of the file.
+    #[must_use]
+    pub(super) fn sorted(mut errors: Vec<SceneError>) -> Self {
+        errors.sort_by_key(|error| {
+            error.place.as_ref().map(|place| (place.file.clone(), place.range.start))
+        });
+        errors.dedup();
+        Self { errors }
+    }
+}
+
+impl fmt::Display for SceneErrors {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, error) in self.errors.iter().take(MAX_SHOWN).enumerate() {
+            if index > 0 {
+                writeln!(out)?;
+            }
+            write!(out, "{error}")?;
+        }
+        let hidden = self.errors.len().saturating_sub(MAX_SHOWN);
+        if hidden > 0 {
+            write!(out, "\nand {hidden} more")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for SceneErrors {}
+
+/// The name nearest to `word`, if it is near enough to be meant.
+#[must_use]
+pub(super) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = word.to_lowercase();
+    let mut best: Option<(f64, &str)> = None;
+    for name in known {
+        let name_lower = name.to_lowercase();
+        // One slip of the finger is near enough in any word, however short.
+        let slip = strsim::osa_distance(&lower, &name_lower) == 1;
+        let floor = if slip { 0.75 } else { 0.0 };
+        let likeness = strsim::jaro_winkler(&lower, &name_lower).max(floor);
+        if likeness >= 0.75 && best.is_none_or(|(most, _)| likeness > most) {
+            best = Some((likeness, name));
+        }
+    }
+    best.map(|(_, name)| name)
+}
+
+/// Advice for an unknown name: the nearest one, or all of a short list.
+#[must_use]
+pub(super) fn suggest(word: &str, known: &[&str]) -> Option<String> {
+    if let Some(name) = nearest(word, known.iter().copied()) {
+        return Some(format!("did you mean `{name}`?"));
+    }
+    if known.is_empty() {
+        return None;
+    }
+    let shown: Vec<&str> = known.iter().take(20).copied().collect();
+    let more = if known.len() > 20 { ", …" } else { "" };
+    Some(format!("known: {}{more}", shown.join(", ")))
+}

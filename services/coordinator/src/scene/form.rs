@@ -1,0 +1,207 @@
+//! A body's form: its solid about its own centroid and what stands in for it in collisions.
+//!
+//! A form is made once for all bodies that share it: 200 bricks cost one mesh and one hull.
+
+use super::check::tell;
+use super::files::Files;
+use super::format::{Axis, RepairChoice, Shape};
+use super::meshes;
+use super::shape;
+use cullet_geometry::door::{self, Repair};
+use cullet_geometry::hull::{self, HullSettings};
+use cullet_geometry::{MassProperties, Solid, TriMesh, Vec3};
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+/// Longest side of a body \[m\]: larger ones are a mistaken unit.
+const MAX_SIZE: f64 = 1e4;
+
+/// Shortest longest side of a body \[m\]: smaller ones are a mistaken unit.
+const MIN_SIZE: f64 = 1e-4;
+
+/// Whole bodies are few and seen from near: more parts than fragments get, so that vessels stay
+/// hollow.
+const HULLS: HullSettings =
+    HullSettings { max_parts: 32, max_vertices: 32, slack: 1.2, shrink: 0.0 };
+
+/// What a form is made from.
+#[derive(Clone, Debug)]
+pub(super) enum Recipe {
+    /// By measures.
+    Shape(Shape),
+    /// From a file.
+    Mesh {
+        /// Its key.
+        key: String,
+        /// Longest side \[m\].
+        fit: Option<f64>,
+        /// Factor \[1\].
+        scale: Option<f64>,
+        /// The file's axis that points up.
+        up: Option<Axis>,
+        /// What happens to faults.
+        repair: RepairChoice,
+    },
+}
+
+/// A solid about its centroid, and what goes with it.
+#[derive(Clone, Debug)]
+pub(super) struct Form {
+    /// The solid; its centroid is the origin \[m\].
+    pub(super) solid: Arc<Solid>,
+    /// Convex parts for collisions, in the same frame \[m\].
+    pub(super) hulls: Arc<Vec<Vec<Vec3>>>,
+    /// At unit density; the centroid is zero.
+    pub(super) mass: MassProperties,
+    /// Where the origin of the shape or file is in this frame \[m\].
+    pub(super) origin: Vec3,
+    /// Corners of the box around the solid, in this frame \[m\].
+    pub(super) bounds: (Vec3, Vec3),
+    /// What was repaired, a line each.
+    pub(super) repairs: Vec<String>,
+}
+
+impl Form {
+    /// Greatest distance of a corner from the centroid \[m\].
+    pub(super) fn radius(&self) -> f64 {
+        self.solid.mesh.vertices.iter().map(Vec3::norm).fold(0.0, f64::max)
+    }
+}
+
+/// Forms already made.
+#[derive(Default)]
+pub(super) struct Forms {
+    made: BTreeMap<String, Result<Arc<Form>, String>>,
+}
+
+impl Forms {
+    /// The form of a recipe; the second call for an equal recipe costs nothing.
+    pub(super) fn get(&mut self, recipe: &Recipe, files: &mut Files) -> Result<Arc<Form>, String> {
+        // The derived text of a recipe has every number in full, so it is as good as the recipe.
+        let key = format!("{recipe:?}");
+        if let Some(form) = self.made.get(&key) {
+            return form.clone();
+        }
+        let made = catch_unwind(AssertUnwindSafe(|| make(recipe, files)))
+            .unwrap_or_else(|_| Err("the form could not be made of these numbers".to_owned()))
+            .map(Arc::new);
+        self.made.insert(key, made.clone());
+        made
+    }
+}
+
+fn make(recipe: &Recipe, files: &mut Files) -> Result<Form, String> {
+    match recipe {
+        Recipe::Shape(shape) => {
+            let mesh = shape::mesh(shape)?;
+            let hulls = shape::convex(shape).then(|| vec![mesh.vertices.clone()]);
+            finish(mesh, hulls, Vec::new())
+        }
+        Recipe::Mesh { key, fit, scale, up, repair } => {
+            let bytes = files.get(key).map_err(|error| error.to_string())?;
+            let mesh = meshes::read(key, &bytes).map_err(|error| error.to_string())?;
+            let default = if key.to_lowercase().ends_with(".glb") { Axis::Y } else { Axis::Z };
+            let mesh = upright(mesh, up.unwrap_or(default));
+            let mesh = sized(mesh, *fit, *scale)?;
+            let repair = match repair {
+                RepairChoice::Auto => Repair::Auto,
+                RepairChoice::Refuse => Repair::Refuse,
+            };
+            let (mesh, report) = door::admit(&mesh, repair).map_err(|error| error.to_string())?;
+            let repairs = if report.is_clean() { Vec::new() } else { vec![report.to_string()] };
+            finish(mesh, None, repairs)
+        }
+    }
+}
+
+/// The mesh turned so that `up` becomes z.
+fn upright(mut mesh: TriMesh, up: Axis) -> TriMesh {
+    for v in &mut mesh.vertices {
+        *v = match up {
+            Axis::X => Vec3::new(-v.z, v.y, v.x),
+            Axis::Y => Vec3::new(v.x, -v.z, v.y),
+            Axis::Z => *v,
+        };
+    }
+    mesh
+}
+
+fn sized(mut mesh: TriMesh, fit: Option<f64>, scale: Option<f64>) -> Result<TriMesh, String> {
+    let longest = longest_side(&mesh);
+    if longest <= 0.0 {
+        return Err("the mesh has no extent".to_owned());
+    }
+    let factor = match (fit, scale) {
+        (Some(fit), _) => fit / longest,
+        (None, Some(scale)) => scale,
+        (None, None) => 1.0,
+    };
+    let size = longest * factor;
+    if !(MIN_SIZE..=MAX_SIZE).contains(&size) {
+        return Err(format!(
+            "the longest side is {} m; it must lie in [{}, {}] m: `fit` sets it",
+            tell(size),
+            tell(MIN_SIZE),
+            tell(MAX_SIZE)
+        ));
+    }
+    for v in &mut mesh.vertices {
+        *v *= factor;
+    }
+    Ok(mesh)
+}
+
+fn longest_side(mesh: &TriMesh) -> f64 {
+    let (low, high) = bounds(&mesh.vertices);
+    (high - low).max()
+}
+
+/// Corners of the box around points; zero for none \[m\].
+pub(super) fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
+    let Some(first) = points.first() else {
+        return (Vec3::zeros(), Vec3::zeros());
+    };
+    points.iter().fold((*first, *first), |(low, high), v| (low.inf(v), high.sup(v)))
+}
+
+fn finish(
+    mut mesh: TriMesh,
+    hulls: Option<Vec<Vec<Vec3>>>,
+    repairs: Vec<String>,
+) -> Result<Form, String> {
+    let longest = longest_side(&mesh);
+    if !(MIN_SIZE..=MAX_SIZE).contains(&longest) {
+        return Err(format!(
+            "the longest side must lie in [{}, {}] m; it is {}",
+            tell(MIN_SIZE),
+            tell(MAX_SIZE),
+            tell(longest)
+        ));
+    }
+    let mut mass = mesh.mass_properties();
+    if mass.volume.is_nan() || mass.volume <= 0.0 {
+        return Err(format!("the volume must be above 0 m³; it is {}", tell(mass.volume)));
+    }
+    let shift = mass.centroid;
+    mesh.vertices.iter_mut().for_each(|v| *v -= shift);
+    mass.centroid = Vec3::zeros();
+    let hulls = match hulls {
+        Some(mut hulls) => {
+            hulls.iter_mut().flatten().for_each(|v| *v -= shift);
+            hulls
+        }
+        None => Vec::new(),
+    };
+    let bounds = bounds(&mesh.vertices);
+    let solid = Solid::outer(mesh);
+    let hulls = if hulls.is_empty() { hull::convex_parts(&solid, HULLS) } else { hulls };
+    Ok(Form {
+        solid: Arc::new(solid),
+        hulls: Arc::new(hulls),
+        mass,
+        origin: -shift,
+        bounds,
+        repairs,
+    })
+}

@@ -1,0 +1,196 @@
+//! Whether bodies stand in one another at the start.
+//!
+//! Judged by the convex parts that collide, because those are what would push bodies apart.
+
+use super::form::bounds;
+use cullet_geometry::{Pose, Vec3};
+
+/// Parts are shrunk by this share about their middle first, so that touching is not overlapping
+/// \[1\].
+const SHRINK: f64 = 2e-3;
+
+/// Parts overlap when their difference holds the origin this near, as a share of the smaller part
+/// \[1\].
+const NEAR: f64 = 1e-4;
+
+/// Steps of the search; what is undecided after them is let pass: such overlaps are shallow.
+const MAX_STEPS: usize = 400;
+
+/// A body's convex parts in the world, shrunk.
+pub(super) struct Placed {
+    low: Vec3,
+    high: Vec3,
+    parts: Vec<Part>,
+}
+
+struct Part {
+    low: Vec3,
+    high: Vec3,
+    points: Vec<Vec3>,
+}
+
+/// Puts a body's convex parts into the world.
+pub(super) fn place(hulls: &[Vec<Vec3>], pose: &Pose) -> Placed {
+    let parts: Vec<Part> =
+        hulls.iter().filter(|hull| !hull.is_empty()).map(|h| part(h, pose)).collect();
+    let corners: Vec<Vec3> = parts.iter().flat_map(|part| [part.low, part.high]).collect();
+    let (low, high) = bounds(&corners);
+    Placed { low, high, parts }
+}
+
+fn part(hull: &[Vec3], pose: &Pose) -> Part {
+    let middle: Vec3 = hull.iter().sum::<Vec3>() / hull.len() as f64;
+    let points: Vec<Vec3> = hull
+        .iter()
+        .map(|v| {
+            let shrunk = middle + (v - middle) * (1.0 - SHRINK);
+            pose.rotation * shrunk + pose.translation.vector
+        })
+        .collect();
+    let (low, high) = bounds(&points);
+    Part { low, high, points }
+}
+
+/// The first pairs of overlapping bodies, at most `most`; `skip` lets pairs stand in one another.
+pub(super) fn overlaps(
+    placed: &[Placed],
+    most: usize,
+    skip: impl Fn(usize, usize) -> bool,
+) -> Vec<(usize, usize)> {
+    let mut order: Vec<usize> = (0..placed.len()).collect();
+    order.sort_by(|&a, &b| placed[a].low.x.total_cmp(&placed[b].low.x).then(a.cmp(&b)));
+    let mut found = Vec::new();
+    for (rank, &a) in order.iter().enumerate() {
+        for &b in &order[rank + 1..] {
+            if placed[b].low.x >= placed[a].high.x {
+                break;
+            }
+            let (first, second) = (a.min(b), a.max(b));
+            if !skip(first, second) && overlap(&placed[a], &placed[b]) {
+                found.push((first, second));
+                if found.len() >= most {
+                    found.sort_unstable();
+                    return found;
+                }
+            }
+        }
+    }
+    found.sort_unstable();
+    found
+}
+
+fn boxes_meet(a: (&Vec3, &Vec3), b: (&Vec3, &Vec3)) -> bool {
+    (0..3).all(|i| a.0[i] < b.1[i] && b.0[i] < a.1[i])
+}
+
+fn overlap(a: &Placed, b: &Placed) -> bool {
+    boxes_meet((&a.low, &a.high), (&b.low, &b.high))
+        && a.parts.iter().any(|one| {
+            b.parts.iter().any(|two| {
+                boxes_meet((&one.low, &one.high), (&two.low, &two.high)) && convex_overlap(one, two)
+            })
+        })
+}
+
+/// Walks to the point nearest the origin in the difference of two convex parts, moving weight from
+/// the farthest corner in use to the nearest one (Mitchell, Demyanov and Malozemov 1974): a
+/// separating plane found on the way decides "no", an origin reached decides "yes".
+fn convex_overlap(a: &Part, b: &Part) -> bool {
+    let size = (a.high - a.low).max().min((b.high - b.low).max());
+    let near = NEAR * size;
+    let support = |direction: &Vec3| lowest(&a.points, direction) - lowest(&b.points, &-direction);
+    let mut nearest = support(&((a.low + a.high) / 2.0 - (b.low + b.high) / 2.0));
+    let mut used = vec![(nearest, 1.0)];
+    for _ in 0..MAX_STEPS {
+        if nearest.norm() <= near {
+            return true;
+        }
+        let corner = support(&nearest);
+        if nearest.dot(&corner) > 0.0 {
+            return false;
+        }
+        let mut farthest = 0;
+        for (index, (point, _)) in used.iter().enumerate() {
+            if nearest.dot(point) > nearest.dot(&used[farthest].0) {
+                farthest = index;
+            }
+        }
+        let (away, weight) = used[farthest];
+        let step = corner - away;
+        let length = step.norm_squared();
+        if length <= 0.0 {
+            return false;
+        }
+        let share = (-nearest.dot(&step) / length).clamp(0.0, weight);
+        nearest += share * step;
+        used[farthest].1 -= share;
+        match used.iter_mut().find(|(point, _)| *point == corner) {
+            Some((_, weight)) => *weight += share,
+            None => used.push((corner, share)),
+        }
+        used.retain(|(_, weight)| *weight > 0.0);
+    }
+    false
+}
+
+fn lowest(points: &[Vec3], direction: &Vec3) -> Vec3 {
+    let mut best = (f64::INFINITY, Vec3::zeros());
+    for point in points {
+        let height = direction.dot(point);
+        if height < best.0 {
+            best = (height, *point);
+        }
+    }
+    best.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{overlaps, place};
+    use cullet_geometry::{Pose, Quat, Vec3};
+
+    fn cube(edge: f64) -> Vec<Vec<Vec3>> {
+        let half = edge / 2.0;
+        let corner = |i: usize| {
+            let sign = |bit: usize| if i & bit == 0 { -half } else { half };
+            Vec3::new(sign(1), sign(2), sign(4))
+        };
+        vec![(0..8).map(corner).collect()]
+    }
+
+    fn at(x: f64, y: f64, z: f64, turn: f64) -> Pose {
+        let rotation = Quat::from_axis_angle(&Vec3::z_axis(), turn);
+        Pose::from_parts(nalgebra::Translation3::new(x, y, z), rotation)
+    }
+
+    fn meet(first: Pose, second: Pose) -> bool {
+        let bodies = [place(&cube(1.0), &first), place(&cube(1.0), &second)];
+        !overlaps(&bodies, 10, |_, _| false).is_empty()
+    }
+
+    #[test]
+    fn cubes_meet_when_they_do() {
+        let eighth = std::f64::consts::FRAC_PI_4;
+        let still = at(0.0, 0.0, 0.0, 0.0);
+        assert!(meet(still, at(0.9, 0.9, 0.9, 0.0)));
+        assert!(!meet(still, at(1.0, 0.0, 0.0, 0.0)), "touching is not overlapping");
+        assert!(!meet(still, at(1.001, 0.3, 0.2, 0.0)));
+        // Turned by 45° a corner reaches (1 + √2)/2 = 1.207 along x.
+        assert!(meet(still, at(1.19, 0.0, 0.0, eighth)));
+        assert!(!meet(still, at(1.21, 0.0, 0.0, eighth)));
+        // The boxes around them meet here, they themselves do not: 1/√2 + 1/2 = 1.207 along the
+        // diagonal.
+        assert!(!meet(still, at(0.9, 0.9, 0.0, eighth)));
+        assert!(meet(still, at(0.84, 0.84, 0.0, eighth)));
+    }
+
+    #[test]
+    fn a_small_body_inside_a_large_one_is_found() {
+        let bodies = [
+            place(&cube(4.0), &at(0.0, 0.0, 0.0, 0.3)),
+            place(&cube(0.1), &at(1.0, 0.5, -0.7, 0.0)),
+        ];
+        assert_eq!(overlaps(&bodies, 10, |_, _| false), [(0, 1)]);
+        assert!(overlaps(&bodies, 10, |_, _| true).is_empty());
+    }
+}

@@ -1,0 +1,424 @@
+//! From the tree to a scene that runs: every section read, every body made and placed.
+
+use super::body::{Mould, Workshop};
+use super::check::Findings;
+use super::error::{SceneError, nearest, suggest};
+use super::files::Files;
+use super::format::{self, Body, Document, Grid, Scatter, Stack};
+use super::generate::{self, Instance};
+use super::material::{self, SceneMaterial};
+use super::overlap;
+use super::tree::{Node, Path, Step, join, show};
+use super::{Scene, SceneBody};
+use cullet_geometry::{Pose, Vec3};
+use serde::de::DeserializeOwned;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// Most overlapping pairs reported: the others follow from the first.
+const MAX_OVERLAPS: usize = 10;
+
+/// Longest name of a body, material or generator \[bytes\]: it becomes a topic of the recording.
+const MAX_NAME: usize = 80;
+
+/// What was made of a tree.
+pub(super) struct Resolved {
+    /// The scene; only meaningful without errors.
+    pub(super) scene: Scene,
+    /// What is wrong.
+    pub(super) errors: Vec<SceneError>,
+}
+
+/// Makes a scene of a tree that was held against the schema.
+pub(super) fn resolve(root: &Node, findings: &Findings, files: &mut Files) -> Resolved {
+    let mut workshop = Workshop {
+        root,
+        files,
+        forms: super::form::Forms::default(),
+        materials: BTreeMap::new(),
+        spoiled_materials: BTreeSet::new(),
+        errors: Vec::new(),
+        warnings: Vec::new(),
+    };
+    let document = read_sections(&mut workshop, findings);
+    materials(&mut workshop, findings);
+    let mut builder = Builder { workshop, document, bodies: Vec::new(), paths: Vec::new() };
+    builder.bodies(findings);
+    builder.names(findings);
+    builder.world();
+    builder.overlaps(findings);
+    builder.finish()
+}
+
+/// A part of the document by itself, where nothing in it is wrong already.
+fn take<T: DeserializeOwned>(
+    workshop: &mut Workshop<'_>,
+    findings: &Findings,
+    node: &Node,
+    path: &[Step],
+) -> Option<T> {
+    if findings.spoils(path) {
+        return None;
+    }
+    match T::deserialize(node.to_toml()) {
+        Ok(value) => Some(value),
+        Err(error) => {
+            workshop.wrong(path, error.message().trim());
+            None
+        }
+    }
+}
+
+fn read_sections(workshop: &mut Workshop<'_>, findings: &Findings) -> Document {
+    let mut document = Document::default();
+    let root = workshop.root;
+    let section = |key: &str| root.get(key).map(|node| (node, vec![Step::from(key)]));
+    if let Some((node, path)) = section("description") {
+        document.description = take(workshop, findings, node, &path).unwrap_or_default();
+    }
+    if let Some((node, path)) = section("world") {
+        document.world = take(workshop, findings, node, &path).unwrap_or_default();
+    }
+    if let Some((node, path)) = section("fracture") {
+        document.fracture = take(workshop, findings, node, &path).unwrap_or_default();
+    }
+    if let Some((node, path)) = section("expect") {
+        document.expect = take(workshop, findings, node, &path).unwrap_or_default();
+    }
+    if let Some((node, path)) = section("view") {
+        document.view = take(workshop, findings, node, &path);
+    }
+    document
+}
+
+fn materials(workshop: &mut Workshop<'_>, findings: &Findings) {
+    for preset in material::presets() {
+        workshop.materials.insert(preset.name.to_owned(), Arc::new(SceneMaterial::from(preset)));
+    }
+    let mut own: BTreeSet<&str> = BTreeSet::new();
+    for (index, node) in workshop.root.items("material").iter().enumerate() {
+        let path: Path = vec!["material".into(), index.into()];
+        let name = node.get("name").and_then(Node::text).unwrap_or("");
+        if !own.insert(name) {
+            workshop.wrong(&join(&path, "name"), format!("a second material is called \"{name}\""));
+        }
+        let written: Option<format::Material> = take(workshop, findings, node, &path);
+        let made = written.and_then(|written| own_material(workshop, &written, &path));
+        match made {
+            Some(made) => {
+                workshop.materials.insert(name.to_owned(), Arc::new(made));
+            }
+            None => {
+                workshop.materials.remove(name);
+                workshop.spoiled_materials.insert(name.to_owned());
+            }
+        }
+    }
+}
+
+fn own_material(
+    workshop: &mut Workshop<'_>,
+    written: &format::Material,
+    path: &Path,
+) -> Option<SceneMaterial> {
+    let base = match &written.preset {
+        None => None,
+        Some(name) => match material::preset(name) {
+            Some(preset) => Some(preset),
+            None => {
+                let known: Vec<&str> = material::presets().iter().map(|p| p.name).collect();
+                let message = format!("there is no preset \"{name}\"");
+                workshop.wrong_with(&join(path, "preset"), message, suggest(name, &known));
+                return None;
+            }
+        },
+    };
+    let made = match SceneMaterial::from_written(written, base) {
+        Ok(made) => made,
+        Err(missing) => {
+            for key in missing {
+                workshop.wrong(path, format!("`{key}` is missing: give it, or a `preset`"));
+            }
+            return None;
+        }
+    };
+    for (key, doubt) in made.doubts() {
+        workshop.warnings.push(format!("{}: {}", show(&join(path, key)), doubt));
+    }
+    let faults = if made.breakable { made.faults() } else { Vec::new() };
+    let sound = faults.is_empty();
+    for (key, fault) in faults {
+        workshop.wrong(&join(path, key), fault);
+    }
+    sound.then_some(made)
+}
+
+struct Builder<'a> {
+    workshop: Workshop<'a>,
+    document: Document,
+    bodies: Vec<SceneBody>,
+    /// Where each body was written.
+    paths: Vec<Path>,
+}
+
+impl Builder<'_> {
+    fn bodies(&mut self, findings: &Findings) {
+        let root = self.workshop.root;
+        for (index, node) in root.items("body").iter().enumerate() {
+            let path: Path = vec!["body".into(), index.into()];
+            let Some(body) = take::<Body>(&mut self.workshop, findings, node, &path) else {
+                continue;
+            };
+            let Some(name) = body.name.clone() else {
+                self.workshop.wrong(&path, "`name` is missing");
+                continue;
+            };
+            if let Some(mould) = self.mould(&body, &path) {
+                let instance = Instance {
+                    name,
+                    position: mould.position,
+                    rotation: mould.rotation,
+                    by_centroid: false,
+                };
+                self.place(&mould, vec![instance], None, &path);
+            }
+        }
+        self.grids(findings);
+        self.stacks(findings);
+        self.scatters(findings);
+    }
+
+    fn mould(&mut self, body: &Body, path: &Path) -> Option<Mould> {
+        let defaults = self.document.fracture;
+        self.workshop.mould(body, path, &defaults)
+    }
+
+    fn grids(&mut self, findings: &Findings) {
+        let root = self.workshop.root;
+        for (index, node) in root.items("grid").iter().enumerate() {
+            let path: Path = vec!["grid".into(), index.into()];
+            let Some(grid) = take::<Grid>(&mut self.workshop, findings, node, &path) else {
+                continue;
+            };
+            let template = join(&path, "body");
+            self.workshop.template(&grid.body, &template, true);
+            if !self.fits(generate::grid_count(&grid), &join(&path, "count")) {
+                continue;
+            }
+            if let Some(mould) = self.mould(&grid.body, &template) {
+                let instances = generate::grid(&grid, &mould);
+                self.place(&mould, instances, Some(&grid.name), &path);
+            }
+        }
+    }
+
+    fn stacks(&mut self, findings: &Findings) {
+        let root = self.workshop.root;
+        for (index, node) in root.items("stack").iter().enumerate() {
+            let path: Path = vec!["stack".into(), index.into()];
+            let Some(stack) = take::<Stack>(&mut self.workshop, findings, node, &path) else {
+                continue;
+            };
+            let template = join(&path, "body");
+            self.workshop.template(&stack.body, &template, true);
+            if !self.fits(stack.count.into(), &join(&path, "count")) {
+                continue;
+            }
+            if let Some(mould) = self.mould(&stack.body, &template) {
+                let instances = generate::stack(&stack, &mould);
+                self.place(&mould, instances, Some(&stack.name), &path);
+            }
+        }
+    }
+
+    fn scatters(&mut self, findings: &Findings) {
+        let root = self.workshop.root;
+        for (index, node) in root.items("scatter").iter().enumerate() {
+            let path: Path = vec!["scatter".into(), index.into()];
+            let Some(scatter) = take::<Scatter>(&mut self.workshop, findings, node, &path) else {
+                continue;
+            };
+            let template = join(&path, "body");
+            self.workshop.template(&scatter.body, &template, false);
+            if !self.fits(scatter.count.into(), &join(&path, "count")) {
+                continue;
+            }
+            if let Some(mould) = self.mould(&scatter.body, &template) {
+                let seed = self.document.world.seed;
+                let instances = self.workshop.scatter(&scatter, &path, &mould, seed);
+                self.place(&mould, instances, Some(&scatter.name), &path);
+            }
+        }
+    }
+
+    /// Whether so many more bodies are allowed.
+    fn fits(&mut self, more: u64, path: &Path) -> bool {
+        let most = u64::from(self.document.world.max_bodies);
+        let count = more.saturating_add(self.bodies.len() as u64);
+        if more == 0 {
+            self.workshop.wrong(path, "must be at least 1 in each direction");
+        } else if count > most {
+            let message =
+                format!("the scene would have {count} bodies; world.max_bodies is {most}");
+            self.workshop.wrong(path, message);
+        }
+        more > 0 && count <= most
+    }
+
+    fn place(
+        &mut self,
+        mould: &Mould,
+        instances: Vec<Instance>,
+        generator: Option<&str>,
+        path: &Path,
+    ) {
+        for instance in instances {
+            let anchor = if instance.by_centroid { Vec3::zeros() } else { mould.anchor };
+            let centre = instance.position - instance.rotation * anchor;
+            self.bodies.push(SceneBody {
+                name: instance.name,
+                generator: generator.map(str::to_owned),
+                solid: Arc::clone(&mould.form.solid),
+                hulls: Arc::clone(&mould.form.hulls),
+                volume: mould.form.mass.volume,
+                inertia: mould.form.mass.inertia,
+                pose: Pose::from_parts(centre.into(), instance.rotation),
+                velocity: mould.velocity,
+                spin: mould.spin,
+                material: Arc::clone(&mould.material),
+                fixed: mould.fixed,
+                breakable: mould.breakable,
+                spacing: mould.spacing,
+                particles: mould.particles,
+                impulse_threshold: mould.impulse_threshold,
+                solver: mould.solver,
+                repairs: mould.form.repairs.clone(),
+            });
+            self.paths.push(path.clone());
+        }
+    }
+
+    /// Names are unique, not too long, and expectations name what is there.
+    fn names(&mut self, findings: &Findings) {
+        let mut known: BTreeSet<String> = BTreeSet::new();
+        for list in ["body", "grid", "stack", "scatter"] {
+            for (index, node) in self.workshop.root.items(list).iter().enumerate() {
+                let path: Path = vec![list.into(), index.into(), "name".into()];
+                let Some(name) = node.get("name").and_then(Node::text) else {
+                    continue;
+                };
+                if name.trim().is_empty() || name.len() > MAX_NAME || name.contains('/') {
+                    let message = format!("a name has 1 to {MAX_NAME} bytes and no slash");
+                    self.workshop.wrong(&path, message);
+                } else if !known.insert(name.to_owned()) {
+                    self.workshop.wrong(&path, format!("a second one is called \"{name}\""));
+                }
+            }
+        }
+        let written = known.clone();
+        for (body, path) in self.bodies.iter().zip(&self.paths) {
+            if body.generator.is_some() && !known.insert(body.name.clone()) {
+                let message = format!("makes a second body called \"{}\"", body.name);
+                self.workshop.wrong(path, message);
+                break;
+            }
+        }
+        if findings.bad.is_empty() {
+            self.expected_names(&known, &written);
+        }
+    }
+
+    fn expected_names(&mut self, known: &BTreeSet<String>, written: &BTreeSet<String>) {
+        let expect = self.document.expect.clone();
+        let lists = [("broken", &expect.broken), ("unbroken", &expect.unbroken)];
+        let mut named: Vec<(Path, &String)> = Vec::new();
+        for (key, list) in lists {
+            for (index, name) in list.iter().enumerate() {
+                named.push((vec!["expect".into(), key.into(), index.into()], name));
+            }
+        }
+        for name in expect.min_fragments_of.keys() {
+            let path = vec!["expect".into(), "min_fragments_of".into(), name.as_str().into()];
+            named.push((path, name));
+        }
+        for (path, name) in named {
+            if !known.contains(name) {
+                let help = nearest(name, written.iter().map(String::as_str))
+                    .map(|near| format!("did you mean `{near}`?"));
+                let message = format!("there is no body \"{name}\"");
+                self.workshop.wrong_with(&path, message, help);
+            }
+        }
+    }
+
+    fn world(&mut self) {
+        let world = &self.document.world;
+        let (tiers, step, duration) = (world.tiers, world.step, world.duration);
+        if tiers.tiny > tiers.small {
+            let path: Path = vec!["world".into(), "tiers".into()];
+            let message = format!(
+                "`tiny` must be at most `small`; they are {} and {}",
+                tiers.tiny, tiers.small
+            );
+            self.workshop.wrong(&path, message);
+        }
+        if duration < step {
+            let path: Path = vec!["world".into(), "duration".into()];
+            let message = format!("must be at least one step, {step} s; it is {duration} s");
+            self.workshop.wrong(&path, message);
+        }
+        if let Some(view) = &self.document.view
+            && view.eye == view.target
+        {
+            self.workshop.wrong(&["view".into(), "eye".into()], "must differ from `target`");
+        }
+        let nothing = ["body", "grid", "stack", "scatter"]
+            .iter()
+            .all(|list| self.workshop.root.items(list).is_empty());
+        if nothing {
+            self.workshop.wrong(&[], "the scene has no body");
+        }
+    }
+
+    fn overlaps(&mut self, findings: &Findings) {
+        if !self.workshop.errors.is_empty() || !findings.errors.is_empty() {
+            return;
+        }
+        let placed: Vec<overlap::Placed> =
+            self.bodies.iter().map(|body| overlap::place(&body.hulls, &body.pose)).collect();
+        let both_fixed = |a: usize, b: usize| self.bodies[a].fixed && self.bodies[b].fixed;
+        let pairs = overlap::overlaps(&placed, MAX_OVERLAPS, both_fixed);
+        for (first, second) in pairs {
+            let (one, two) = (&self.bodies[first].name, &self.bodies[second].name);
+            let message = format!("\"{two}\" overlaps \"{one}\" at the start");
+            let help = "bodies may touch; move one of them, or make it smaller".to_owned();
+            let path = self.paths[second].clone();
+            self.workshop.wrong_with(&join(&path, "position"), message, Some(help));
+        }
+    }
+
+    fn finish(mut self) -> Resolved {
+        for body in &self.bodies {
+            let first = body.generator.is_none() || body.name.ends_with("-0");
+            for line in body.repairs.iter().filter(|_| first) {
+                self.workshop.warnings.push(format!("{}: {line}", body.name));
+            }
+        }
+        let document = self.document;
+        let scene = Scene {
+            name: String::new(),
+            description: document.description,
+            world: document.world,
+            fracture: document.fracture,
+            bodies: self.bodies,
+            expect: document.expect,
+            view: document.view,
+            warnings: self.workshop.warnings,
+            source_text: String::new(),
+            overrides: Vec::new(),
+            main: String::new(),
+            files: Vec::new(),
+        };
+        Resolved { scene, errors: self.workshop.errors }
+    }
+}

@@ -1,0 +1,278 @@
+//! A scene document as a tree in which every key and value knows where it was written.
+
+use super::error::SceneError;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Most errors of grammar reported for one file: the rest follow from the first ones.
+const MAX_SYNTAX_ERRORS: usize = 20;
+
+/// A text that values came from: a file, or one `--set` argument.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Text {
+    /// How the text is called in messages.
+    pub label: String,
+    /// Prefix of file names that are relative to this text: its folder's key (see `files`).
+    pub base: String,
+    /// Its characters.
+    pub content: String,
+}
+
+/// Where something was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// Which text.
+    pub text: Arc<Text>,
+    /// Byte range in it.
+    pub range: Range<usize>,
+}
+
+/// A table entry.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Entry {
+    /// Where the key stands.
+    pub key: Origin,
+    /// What it holds.
+    pub node: Node,
+}
+
+/// A value and where it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Node {
+    /// Where.
+    pub origin: Origin,
+    /// What.
+    pub value: Value,
+}
+
+/// What a node holds.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Value {
+    /// Text in quotes.
+    String(String),
+    /// A whole number.
+    Integer(i64),
+    /// A number; may be infinite or not a number until it is checked.
+    Float(f64),
+    /// `true` or `false`.
+    Boolean(bool),
+    /// A date or time: no scene value is one, kept to be refused with its place.
+    Date(String),
+    /// A list.
+    Array(Vec<Node>),
+    /// Keys and values, sorted by key.
+    Table(BTreeMap<String, Entry>),
+}
+
+impl Value {
+    /// The word for this kind of value in messages.
+    #[must_use]
+    pub(super) fn kind(&self) -> &'static str {
+        match self {
+            Self::String(_) => "text",
+            Self::Integer(_) => "an integer",
+            Self::Float(_) => "a number",
+            Self::Boolean(_) => "true or false",
+            Self::Date(_) => "a date",
+            Self::Array(_) => "a list",
+            Self::Table(_) => "a table",
+        }
+    }
+}
+
+/// One step of a path into the tree.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Step {
+    /// Into a table.
+    Key(String),
+    /// Into a list.
+    Index(usize),
+}
+
+impl From<&str> for Step {
+    fn from(key: &str) -> Self {
+        Self::Key(key.to_owned())
+    }
+}
+
+impl From<usize> for Step {
+    fn from(index: usize) -> Self {
+        Self::Index(index)
+    }
+}
+
+/// A path from the root.
+pub(super) type Path = Vec<Step>;
+
+/// `path` and one more step.
+#[must_use]
+pub(super) fn join(path: &[Step], step: impl Into<Step>) -> Path {
+    let mut longer = path.to_vec();
+    longer.push(step.into());
+    longer
+}
+
+/// A path as people write it: `body[2].shape.size`.
+#[must_use]
+pub(super) fn show(path: &[Step]) -> String {
+    let mut text = String::new();
+    for step in path {
+        match step {
+            Step::Key(key) if text.is_empty() => text.push_str(key),
+            Step::Key(key) => {
+                text.push('.');
+                text.push_str(key);
+            }
+            Step::Index(index) => text.push_str(&format!("[{index}]")),
+        }
+    }
+    text
+}
+
+impl Node {
+    /// An empty table that stands nowhere in particular in `text`.
+    #[must_use]
+    pub(super) fn empty_table(text: &Arc<Text>) -> Self {
+        let origin = Origin { text: Arc::clone(text), range: 0..0 };
+        Self { origin, value: Value::Table(BTreeMap::new()) }
+    }
+
+    /// The entries, where this is a table.
+    #[must_use]
+    pub(super) fn table(&self) -> Option<&BTreeMap<String, Entry>> {
+        match &self.value {
+            Value::Table(table) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// The items, where this is a list.
+    #[must_use]
+    pub(super) fn array(&self) -> Option<&[Node]> {
+        match &self.value {
+            Value::Array(items) => Some(items),
+            _ => None,
+        }
+    }
+
+    /// The text, where this is text.
+    #[must_use]
+    pub(super) fn text(&self) -> Option<&str> {
+        match &self.value {
+            Value::String(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// The value under `key`, where this is a table that has it.
+    #[must_use]
+    pub(super) fn get(&self, key: &str) -> Option<&Node> {
+        self.table()?.get(key).map(|entry| &entry.node)
+    }
+
+    /// The items of the list under `key`; none where there is no list.
+    #[must_use]
+    pub(super) fn items(&self, key: &str) -> &[Node] {
+        self.get(key).and_then(Node::array).unwrap_or(&[])
+    }
+
+    /// The place of the deepest step of `path` that exists.
+    #[must_use]
+    pub(super) fn nearest(&self, path: &[Step]) -> &Origin {
+        let mut node = self;
+        for step in path {
+            let next = match step {
+                Step::Key(key) => node.get(key),
+                Step::Index(index) => node.array().and_then(|items| items.get(*index)),
+            };
+            match next {
+                Some(next) => node = next,
+                None => break,
+            }
+        }
+        &node.origin
+    }
+
+    /// The same data for serde, places dropped.
+    #[must_use]
+    pub(super) fn to_toml(&self) -> toml::Value {
+        match &self.value {
+            Value::String(text) | Value::Date(text) => toml::Value::String(text.clone()),
+            Value::Integer(number) => toml::Value::Integer(*number),
+            Value::Float(number) => toml::Value::Float(*number),
+            Value::Boolean(flag) => toml::Value::Boolean(*flag),
+            Value::Array(items) => toml::Value::Array(items.iter().map(Node::to_toml).collect()),
+            Value::Table(table) => toml::Value::Table(
+                table.iter().map(|(key, entry)| (key.clone(), entry.node.to_toml())).collect(),
+            ),
+        }
+    }
+}
+
+/// Reads TOML into a tree, going on after errors of grammar.
+#[must_use]
+pub(super) fn parse(text: &Arc<Text>) -> (Node, Vec<SceneError>) {
+    let (table, faults) = toml::de::DeTable::parse_recoverable(&text.content);
+    let mut errors = Vec::new();
+    for fault in faults.into_iter().take(MAX_SYNTAX_ERRORS) {
+        let range = fault.span().unwrap_or(0..0);
+        let origin = Origin { text: Arc::clone(text), range };
+        errors.push(SceneError::at(&origin, "", fault.message().trim().to_owned()));
+    }
+    let span = table.span();
+    let node = convert_table(text, span, table.into_inner(), &mut errors);
+    (node, errors)
+}
+
+fn convert_table(
+    text: &Arc<Text>,
+    range: Range<usize>,
+    table: toml::de::DeTable<'_>,
+    errors: &mut Vec<SceneError>,
+) -> Node {
+    let mut entries = BTreeMap::new();
+    for (key, value) in table {
+        let key_origin = Origin { text: Arc::clone(text), range: key.span() };
+        let node = convert(text, value, errors);
+        entries.insert(key.into_inner().into_owned(), Entry { key: key_origin, node });
+    }
+    Node { origin: Origin { text: Arc::clone(text), range }, value: Value::Table(entries) }
+}
+
+fn convert(
+    text: &Arc<Text>,
+    value: toml::Spanned<toml::de::DeValue<'_>>,
+    errors: &mut Vec<SceneError>,
+) -> Node {
+    use toml::de::DeValue;
+    let range = value.span();
+    let origin = Origin { text: Arc::clone(text), range: range.clone() };
+    let value = match value.into_inner() {
+        DeValue::String(string) => Value::String(string.into_owned()),
+        DeValue::Boolean(flag) => Value::Boolean(flag),
+        DeValue::Datetime(date) => Value::Date(date.to_string()),
+        DeValue::Integer(number) => {
+            let parsed = i64::from_str_radix(number.as_str(), number.radix());
+            let message = || format!("{} does not fit 64 bits", number.as_str());
+            Value::Integer(parsed.unwrap_or_else(|_| {
+                errors.push(SceneError::at(&origin, "", message()));
+                0
+            }))
+        }
+        DeValue::Float(number) => {
+            let parsed = number.as_str().parse::<f64>();
+            Value::Float(parsed.unwrap_or_else(|_| {
+                let message = format!("{} is not a number", number.as_str());
+                errors.push(SceneError::at(&origin, "", message));
+                0.0
+            }))
+        }
+        DeValue::Array(items) => {
+            let items = items.into_iter().map(|item| convert(text, item, errors));
+            Value::Array(items.collect())
+        }
+        DeValue::Table(table) => return convert_table(text, range, table, errors),
+    };
+    Node { origin, value }
+}
