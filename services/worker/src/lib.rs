@@ -1,1 +1,129 @@
 //! The worker: asks for jobs, hosts a solver in slices, hands results back.
+//!
+//! Two halves. The *supervisor* ([`run`]) talks: it polls, fetches, renews and hands in. The *job*
+//! runs on threads of its own and only ever sees a [`Watch`]. A panic in a solver is a verdict; a
+//! solver that hangs past the hard limit ends the process, and the pool tries elsewhere.
+//!
+//! Absent on purpose: rigid bodies, scenes, recordings, decisions about who does what.
+
+mod convert;
+mod link;
+pub mod solve;
+mod supervisor;
+
+use cullet_proto::transport::Patience;
+use cullet_proto::{WireError, keys};
+use std::io::Read;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+pub use convert::{fracture_of, problem_of};
+pub use solve::{SolveFn, Watch};
+
+/// Exit code of a worker whose solver hung past the hard limit.
+pub const EXIT_WEDGED: i32 = 71;
+
+/// What went wrong with a worker as a whole.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkerError {
+    /// The transport does not open.
+    #[error("cannot open the link to {endpoints}: {text}")]
+    Connect {
+        /// Where.
+        endpoints: String,
+        /// Why.
+        text: String,
+    },
+    /// No endpoint was given.
+    #[error("no coordinator to connect to was given")]
+    NoEndpoint,
+    /// Threads do not start.
+    #[error("cannot start {threads} threads: {text}")]
+    Threads {
+        /// How many.
+        threads: usize,
+        /// Why.
+        text: String,
+    },
+    /// A name that is none.
+    #[error(transparent)]
+    Wire(#[from] WireError),
+}
+
+/// How a worker is set up.
+#[derive(Clone, Debug)]
+pub struct WorkerConfig {
+    /// Endpoints of the coordinator, as `tcp/127.0.0.1:7447`.
+    pub connect: Vec<String>,
+    /// The worker's name: 1 to 40 of `a-z`, `0-9`, `-`.
+    pub name: String,
+    /// The coordinator's name.
+    pub coordinator: String,
+    /// Threads that a job gets.
+    pub threads: usize,
+    /// End the process when its standard input ends: the parent is gone, however it ended.
+    pub parent_watch: bool,
+    /// End the process with [`EXIT_WEDGED`] when a solver hangs past the hard limit. Only that ends
+    /// such a thread; without this it is left behind.
+    pub exit_when_wedged: bool,
+    /// How patient the transport is.
+    pub patience: Patience,
+    /// Set to make [`run`] return: the job at hand is given back.
+    pub stop: Arc<AtomicBool>,
+}
+
+impl Default for WorkerConfig {
+    fn default() -> Self {
+        Self {
+            connect: Vec::new(),
+            name: format!("w-{}", std::process::id()),
+            coordinator: keys::DEFAULT_COORDINATOR.into(),
+            threads: 1,
+            parent_watch: false,
+            exit_when_wedged: true,
+            patience: Patience::production(),
+            stop: Arc::default(),
+        }
+    }
+}
+
+impl WorkerConfig {
+    /// A worker of that name for the coordinator at these endpoints, the rest by default.
+    #[must_use]
+    pub fn new(connect: Vec<String>, name: String) -> Self {
+        Self { connect, name, ..Self::default() }
+    }
+}
+
+/// Works for a coordinator with the families of `cullet-fracture` until told to stop or drained.
+/// A coordinator that is not there yet, or is gone for a while, is waited for.
+///
+/// # Errors
+/// What keeps it from starting. Nothing that happens later ends it.
+pub fn run(config: WorkerConfig) -> Result<(), WorkerError> {
+    run_with(config, Arc::new(solve::by_table))
+}
+
+/// As [`run`], with another way to solve.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with(config: WorkerConfig, solve: SolveFn) -> Result<(), WorkerError> {
+    if config.parent_watch {
+        watch_parent(Arc::clone(&config.stop));
+    }
+    supervisor::Supervisor::open(config, solve)?.work();
+    Ok(())
+}
+
+/// The parent holds the other end of our standard input and never writes: reading ends when the
+/// parent does. First a wish to stop, then, as a job may be anywhere, the end.
+fn watch_parent(stop: Arc<AtomicBool>) {
+    std::thread::spawn(move || {
+        let mut sink = [0; 64];
+        let mut input = std::io::stdin().lock();
+        while input.read(&mut sink).is_ok_and(|count| count > 0) {}
+        stop.store(true, Ordering::Relaxed);
+        std::process::exit(0);
+    });
+}

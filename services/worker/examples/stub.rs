@@ -1,0 +1,49 @@
+//! A worker process with a stand-in solver, for tests: what a job costs and gives is written in its
+//! settings, so that no physics is needed to try the pool.
+
+use cullet_proto::transport::Patience;
+use cullet_proto::{BrokenBody, FractureJob, Fragment, Report, Verdict};
+use cullet_worker::{Watch, WorkerConfig, run_with};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+fn main() {
+    let mut config = WorkerConfig { patience: Patience::test(), ..WorkerConfig::default() };
+    let mut args = std::env::args().skip(1);
+    while let Some(arg) = args.next() {
+        match arg.as_str() {
+            "--connect" => config.connect.extend(args.next()),
+            "--name" => config.name = args.next().unwrap_or_default(),
+            "--threads" => config.threads = args.next().and_then(|n| n.parse().ok()).unwrap_or(1),
+            "--parent-watch" => config.parent_watch = true,
+            other => assert_eq!(other, "worker", "unknown argument"),
+        }
+    }
+    if let Err(error) = run_with(config, Arc::new(solve)) {
+        eprintln!("{error}");
+        std::process::exit(1);
+    }
+}
+
+/// Takes `max_steps` ms; gives `seed % 7` fragments, each the body itself.
+fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
+    if job.solver == "die" {
+        std::process::abort();
+    }
+    let until = Instant::now() + Duration::from_millis(u64::from(job.settings.max_steps));
+    while Instant::now() < until {
+        if watch.cancelled() && job.solver != "hang" {
+            return None;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let fragment = |k: u64| Fragment {
+        solid: job.solid.clone(),
+        hulls: Vec::new(),
+        velocity: job.impacts[0].normal * k as f64,
+        spin: job.impacts[0].point,
+    };
+    let fragments = (0..job.seed % 7).map(fragment).collect();
+    let report = Report { solver: job.solver.clone(), steps: job.seed, ..Report::default() };
+    Some(Verdict::Broken(Box::new(BrokenBody { fragments, report })))
+}

@@ -1,0 +1,109 @@
+//! The worker's end of the transport.
+
+use crate::{WorkerConfig, WorkerError};
+use cullet_proto::keys::{self, WorkerVerb};
+use cullet_proto::pool::{self, Refusal};
+use cullet_proto::{SessionId, WorkerId, transport};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::time::Duration;
+use zenoh::Wait;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::query::ConsolidationMode;
+
+/// A poll may be held this long by the coordinator and still be answered.
+const POLL: Duration = Duration::from_secs(30);
+/// A chunk on the slowest link served.
+const BULK: Duration = Duration::from_secs(30);
+/// Anything small.
+const CONTROL: Duration = Duration::from_secs(5);
+
+/// Why there is no answer.
+#[derive(Debug)]
+pub(crate) enum NoAnswer {
+    /// Silence: a dead coordinator, a link just gone or just back, a full queue all look the same.
+    /// Ask again.
+    Silence,
+    /// The coordinator refuses the question as it is.
+    Refused(Refusal),
+    /// The answer cannot be read.
+    Unreadable(String),
+}
+
+/// An open link, and the sign of life on it.
+pub(crate) struct Line {
+    link: zenoh::Session,
+    coordinator: WorkerId,
+    worker: WorkerId,
+    pub(crate) session: SessionId,
+    _alive: LivelinessToken,
+}
+
+impl Line {
+    pub(crate) fn open(config: &WorkerConfig, session: SessionId) -> Result<Self, WorkerError> {
+        if config.connect.is_empty() {
+            return Err(WorkerError::NoEndpoint);
+        }
+        let (coordinator, worker) =
+            (WorkerId::new(&config.coordinator)?, WorkerId::new(&config.name)?);
+        let failed =
+            |text: String| WorkerError::Connect { endpoints: config.connect.join(", "), text };
+        let mut settings = zenoh::Config::default();
+        for (path, value) in transport::worker(&config.connect, config.patience) {
+            settings.insert_json5(path, &value).map_err(|e| failed(format!("{path}: {e}")))?;
+        }
+        let link = zenoh::open(settings).wait().map_err(|e| failed(e.to_string()))?;
+        let key = keys::worker_live(&coordinator, &worker, session);
+        let alive = link.liveliness().declare_token(key).wait();
+        let _alive = alive.map_err(|e| failed(e.to_string()))?;
+        Ok(Self { link, coordinator, worker, session, _alive })
+    }
+
+    /// Asks once. Blocks while the link is congested.
+    pub(crate) fn ask<Q: Serialize, A: DeserializeOwned>(
+        &self,
+        verb: WorkerVerb,
+        question: &Q,
+        bulk: &[u8],
+    ) -> Result<(A, Vec<u8>), NoAnswer> {
+        let unreadable = |e: cullet_proto::WireError| NoAnswer::Unreadable(e.to_string());
+        let bytes = pool::ask(question, bulk).map_err(unreadable)?;
+        // Bulk must not hold up renewals behind it; an answer inherits its question's priority.
+        let (priority, patience) = match verb {
+            WorkerVerb::Chunk | WorkerVerb::Fetch => (Priority::DataLow, BULK),
+            WorkerVerb::Commit => (Priority::InteractiveHigh, BULK),
+            WorkerVerb::Poll => (Priority::InteractiveHigh, POLL),
+            WorkerVerb::Renew | WorkerVerb::Fail | WorkerVerb::Bye => {
+                (Priority::InteractiveHigh, CONTROL)
+            }
+        };
+        let replies = self
+            .link
+            .get(keys::worker_rpc(&self.coordinator, &self.worker, verb))
+            .payload(bytes)
+            .consolidation(ConsolidationMode::None)
+            .congestion_control(CongestionControl::Block)
+            .priority(priority)
+            .timeout(patience)
+            .wait()
+            .map_err(|_| NoAnswer::Silence)?;
+        let reply = replies.recv().map_err(|_| NoAnswer::Silence)?;
+        match reply.into_result() {
+            Ok(sample) => {
+                let bytes = sample.payload().to_bytes();
+                let (answer, bulk) = pool::read_answer(&bytes).map_err(unreadable)?;
+                Ok((answer, bulk.to_vec()))
+            }
+            // A refusal that is none of ours is Zenoh's own: a timeout.
+            Err(error) => Err(pool::read_refusal(&error.payload().to_bytes())
+                .map_or(NoAnswer::Silence, NoAnswer::Refused)),
+        }
+    }
+
+    pub(crate) fn close(self) {
+        if let Err(error) = self.link.close().wait() {
+            tracing::debug!("closing the link: {error}");
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! A job, from the problem to the verdict.
+
+use crate::convert::{fracture_of, problem_of};
+use cullet_fracture::solvers::{Entry, Run, by_name};
+use cullet_fracture::{Failure, Fracture, Progress, Refusal};
+use cullet_proto::{FractureJob, Verdict};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
+
+/// A way to solve: a verdict, or `None` if it was cancelled.
+pub type SolveFn = Arc<dyn Fn(&FractureJob, &Watch) -> Option<Verdict> + Send + Sync>;
+
+/// What a job sees of the world: whether it is still wanted, and where to say how far it is.
+#[derive(Clone, Debug, Default)]
+pub struct Watch {
+    cancelled: Arc<AtomicBool>,
+    permille: Arc<AtomicU16>,
+}
+
+impl Watch {
+    /// Whether the result is not wanted any more.
+    #[must_use]
+    pub fn cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Says that the result is not wanted any more.
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Says how far the job is, a share in `[0, 1]`.
+    pub fn progress(&self, share: f64) {
+        self.permille.store((share.clamp(0.0, 1.0) * 1000.0) as u16, Ordering::Relaxed);
+    }
+
+    /// How far the job is \[1/1000\].
+    #[must_use]
+    pub fn permille(&self) -> u16 {
+        self.permille.load(Ordering::Relaxed)
+    }
+}
+
+enum Solved {
+    Done(Box<Fracture>),
+    Refused(String),
+    Failed(Failure),
+    Cancelled,
+}
+
+/// Solves with the family that the job names; if that refuses, with its fallback. The report says
+/// which ran and why another did not.
+#[must_use]
+pub fn by_table(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
+    with_lookup(job, watch, by_name)
+}
+
+fn with_lookup(
+    job: &FractureJob,
+    watch: &Watch,
+    lookup: impl Fn(&str) -> Option<&'static Entry>,
+) -> Option<Verdict> {
+    let named = job.solver.clone();
+    let refusal = match slices(job, &named, watch, &lookup) {
+        Solved::Refused(text) => text,
+        Solved::Done(fracture) => return Some(broken(*fracture, None)),
+        Solved::Failed(failure) => return Some(failed(named, &failure.to_string())),
+        Solved::Cancelled => return None,
+    };
+    let other = job.fallback.as_ref().filter(|other| **other != named);
+    let Some(other) = other else {
+        return Some(Verdict::Refused { solver: named, text: refusal });
+    };
+    match slices(job, other, watch, &lookup) {
+        Solved::Refused(text) => {
+            let text = format!("{refusal}; {other}: {text}");
+            Some(Verdict::Refused { solver: named, text })
+        }
+        Solved::Done(fracture) => Some(broken(*fracture, Some(refusal))),
+        Solved::Failed(failure) => Some(failed(other.clone(), &failure.to_string())),
+        Solved::Cancelled => None,
+    }
+}
+
+fn broken(fracture: Fracture, refusal: Option<String>) -> Verdict {
+    Verdict::Broken(Box::new(fracture_of(fracture, refusal)))
+}
+
+fn failed(solver: String, text: &str) -> Verdict {
+    Verdict::Failed { solver, text: text.to_owned() }
+}
+
+fn slices(
+    job: &FractureJob,
+    name: &str,
+    watch: &Watch,
+    lookup: &impl Fn(&str) -> Option<&'static Entry>,
+) -> Solved {
+    let Some(entry) = lookup(name) else {
+        return Solved::Refused(format!("no solver is named {name:?} here"));
+    };
+    let begun: Result<Box<dyn Run>, Refusal> = (entry.begin)(problem_of(job));
+    let mut run = match begun {
+        Ok(run) => run,
+        Err(refusal) => return Solved::Refused(refusal.to_string()),
+    };
+    while !watch.cancelled() {
+        match run.advance() {
+            Progress::Running(share) => watch.progress(share),
+            Progress::Done(fracture) => return Solved::Done(fracture),
+            Progress::Failed(failure) => return Solved::Failed(failure),
+        }
+    }
+    Solved::Cancelled
+}
+
+/// Solves, and makes a verdict of a panic too: a job is pure, so it would panic anywhere.
+pub(crate) fn guarded(solve: &SolveFn, job: &FractureJob, watch: &Watch) -> Option<Verdict> {
+    let caught = catch_unwind(AssertUnwindSafe(|| solve(job, watch)));
+    caught.unwrap_or_else(|panic| {
+        Some(failed(job.solver.clone(), &format!("the solver panicked: {}", words(&*panic))))
+    })
+}
+
+fn words(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cullet_fracture::{Cost, Problem, Report, Solver};
+    use cullet_geometry::{Solid, TriMesh, Vec3};
+    use cullet_proto::{Impact, Material, Settings};
+
+    struct Slow(u32);
+
+    impl Run for Slow {
+        fn advance(&mut self) -> Progress {
+            self.0 += 1;
+            match self.0 {
+                0..=3 => Progress::Running(f64::from(self.0) / 4.0),
+                _ => {
+                    let solver = "slow".to_owned();
+                    let report = Report { solver, ..Report::default() };
+                    Progress::Done(Box::new(Fracture { fragments: Vec::new(), report }))
+                }
+            }
+        }
+    }
+
+    struct Picky;
+
+    impl Solver for Picky {
+        const NAME: &'static str = "picky";
+        fn accepts(_: &Problem) -> Result<Cost, Refusal> {
+            Err(Refusal::TooThin { thickness: 1e-3, cells: 1.0, minimum: 3.0 })
+        }
+        fn begin(_: Problem) -> Result<Self, Refusal> {
+            Ok(Self)
+        }
+        fn advance(&mut self) -> Progress {
+            Progress::Failed(Failure::OutOfSteps { steps: 0 })
+        }
+    }
+
+    fn refuse(problem: Problem) -> Result<Box<dyn Run>, Refusal> {
+        Picky::accepts(&problem)?;
+        Ok(Box::new(Picky::begin(problem)?))
+    }
+
+    const TABLE: [Entry; 3] = [
+        Entry { name: "slow", begin: |_| Ok(Box::new(Slow(0))) },
+        Entry { name: "picky", begin: refuse },
+        Entry { name: "sick", begin: |_| Ok(Box::new(Picky)) },
+    ];
+    static ENTRIES: [Entry; 3] = TABLE;
+
+    fn lookup(name: &str) -> Option<&'static Entry> {
+        ENTRIES.iter().find(|entry| entry.name == name)
+    }
+
+    fn job(solver: &str, fallback: Option<&str>) -> FractureJob {
+        let (point, normal) = (Vec3::zeros(), Vec3::x());
+        FractureJob {
+            solver: solver.into(),
+            fallback: fallback.map(Into::into),
+            solid: Solid::outer(TriMesh::default()),
+            material: Material {
+                density: 1.0,
+                young: 1.0,
+                poisson: 0.2,
+                failure_stress: 1.0,
+                fracture_energy: 1.0,
+            },
+            impacts: vec![Impact {
+                point,
+                normal,
+                impulse: 1.0,
+                duration: 1.0,
+                radius: 1.0,
+                energy: 1.0,
+            }],
+            settings: Settings {
+                spacing: None,
+                max_particles: 1,
+                max_steps: 1,
+                min_volume_ratio: 0.0,
+                max_fragments: 1,
+            },
+            seed: 0,
+        }
+    }
+
+    #[test]
+    fn a_refusal_falls_back_and_the_report_says_so() {
+        let solved = with_lookup(&job("picky", Some("slow")), &Watch::default(), lookup);
+        let Some(Verdict::Broken(body)) = solved else { panic!("{solved:?}") };
+        assert_eq!(body.report.solver, "slow");
+        assert!(body.report.refusal.is_some_and(|text| text.starts_with("too thin")));
+    }
+
+    #[test]
+    fn what_nobody_takes_is_refused_and_what_goes_wrong_is_failed() {
+        let ask = |a: &str, b: Option<&str>| with_lookup(&job(a, b), &Watch::default(), lookup);
+        for (first, second) in [("picky", None), ("picky", Some("picky")), ("none", Some("nor"))] {
+            let solved = ask(first, second);
+            assert!(matches!(&solved, Some(Verdict::Refused { solver, .. }) if solver == first));
+        }
+        assert!(matches!(ask("sick", Some("slow")), Some(Verdict::Failed { .. })));
+        assert!(
+            matches!(ask("slow", None), Some(Verdict::Broken(b)) if b.report.refusal.is_none())
+        );
+    }
+
+    #[test]
+    fn cancel_is_seen_between_slices_and_progress_is_told() {
+        let watch = Watch::default();
+        with_lookup(&job("slow", None), &watch, lookup);
+        assert_eq!(watch.permille(), 750);
+        watch.cancel();
+        assert_eq!(with_lookup(&job("slow", None), &watch, lookup), None);
+    }
+
+    #[test]
+    fn a_panic_is_a_verdict() {
+        let solve: SolveFn = Arc::new(|_, _| panic!("index out of range"));
+        let verdict = guarded(&solve, &job("slow", None), &Watch::default());
+        let Some(Verdict::Failed { text, .. }) = verdict else { panic!("{verdict:?}") };
+        assert_eq!(text, "the solver panicked: index out of range");
+    }
+}

@@ -1,0 +1,137 @@
+//! Bytes that are not as they should be get an answer that says so.
+
+use crate::kit::{Hand, answer, config, job, next, solve, verdict};
+use cullet_coordinator::link::Pool;
+use cullet_proto::ids::digest;
+use cullet_proto::keys::{self, WorkerVerb};
+use cullet_proto::pool::{
+    self, Chunk, ChunkAnswer, Commit, CommitAnswer, Poll, PollAnswer, Refusal,
+};
+use cullet_proto::transport::{self, Patience};
+use cullet_proto::{SessionId, WorkerId, chunks};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::sync::Arc;
+use std::time::Duration;
+use zenoh::Wait;
+
+/// A worker that says what a test wants it to say.
+struct Forger(zenoh::Session);
+
+impl Forger {
+    fn of(pool: &Pool) -> Self {
+        let mut settings = zenoh::Config::default();
+        for (path, value) in transport::worker(&[pool.endpoint().to_owned()], Patience::test()) {
+            settings.insert_json5(path, &value).expect("a setting");
+        }
+        let session = zenoh::open(settings).wait().expect("a session");
+        Self(session)
+    }
+
+    fn raw(&self, verb: WorkerVerb, bytes: &[u8]) -> Result<Vec<u8>, Refusal> {
+        let name = |text| WorkerId::new(text).expect("a name");
+        let key = keys::worker_rpc(&name("main"), &name("forger"), verb);
+        for _ in 0..50 {
+            let get = self.0.get(&key).payload(bytes).timeout(Duration::from_secs(5));
+            match get.wait().ok().and_then(|replies| replies.recv().ok()) {
+                Some(reply) => {
+                    return match reply.into_result() {
+                        Ok(sample) => Ok(sample.payload().to_bytes().into_owned()),
+                        Err(error) => {
+                            let bytes = error.payload().to_bytes().into_owned();
+                            Err(pool::read_refusal(&bytes).expect("a typed refusal"))
+                        }
+                    };
+                }
+                None => std::thread::sleep(Duration::from_millis(50)),
+            }
+        }
+        panic!("no answer");
+    }
+
+    fn ask<Q: Serialize, A: DeserializeOwned>(&self, verb: WorkerVerb, ask: &Q, bulk: &[u8]) -> A {
+        let bytes = pool::ask(ask, bulk).expect("a question");
+        let bytes = self.raw(verb, &bytes).expect("an answer");
+        pool::read_answer(&bytes).expect("a readable answer").0
+    }
+}
+
+#[test]
+fn old_oversized_and_garbled_questions_are_refused_by_type() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let forger = Forger::of(&pool);
+    let poll = Poll { session: SessionId(9), seq: 1, slots: 1, threads: 1 };
+    let good = pool::ask(&poll, &[]).expect("a question");
+    let mut old = good.clone();
+    old[4] = 0;
+    assert_eq!(forger.raw(WorkerVerb::Poll, &old), Err(Refusal::Unsupported { ours: 1 }));
+    let large = pool::ask(&poll, &vec![0; 2 * chunks::CHUNK]).expect("a question");
+    assert!(matches!(
+        forger.raw(WorkerVerb::Poll, &large),
+        Err(Refusal::TooLarge { limit, .. }) if limit < 2 << 20
+    ));
+    let mut garbled = good;
+    garbled[22] ^= 1;
+    let refusal = forger.raw(WorkerVerb::Renew, &garbled);
+    assert!(matches!(&refusal, Err(Refusal::Malformed(text)) if text.contains("checksum")));
+    crate::kit::wait_for("they are counted", || pool.stats().refusals == 3);
+}
+
+#[test]
+fn a_damaged_chunk_is_sent_again_and_a_false_digest_never_settles() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let forger = Forger::of(&pool);
+    let session = SessionId(9);
+    let problem = job("echo", 3, 0);
+    let id = pool.open(&problem);
+    let poll = Poll { session, seq: 1, slots: 1, threads: 1 };
+    let PollAnswer::Grant(grant) = forger.ask(WorkerVerb::Poll, &poll, &[]) else {
+        panic!("no grant")
+    };
+    // The same question again gets the same grant.
+    let again: PollAnswer = forger.ask(WorkerVerb::Poll, &poll, &[]);
+    assert!(matches!(again, PollAnswer::Grant(g) if g.epoch == grant.epoch));
+    let blob = answer(&problem).encode().expect("a verdict");
+    let (name, length, sum) = (digest(&blob), blob.len() as u64, chunks::sum(&blob));
+    let chunk = Chunk { digest: name, length, index: 0, sum };
+    let mut damaged = blob.clone();
+    damaged[30] ^= 4;
+    let said: ChunkAnswer = forger.ask(WorkerVerb::Chunk, &chunk, &damaged);
+    assert_eq!(said, ChunkAnswer::Damaged);
+    let (job, epoch) = (grant.job, grant.epoch);
+    let commit = Commit { session, job, epoch, digest: name, length, next: None };
+    let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
+    assert_eq!(said, CommitAnswer::Missing(vec![0]));
+    // A false checksum gets past the first test, and is caught by the digest.
+    let forged = Chunk { sum: chunks::sum(&damaged), ..chunk };
+    let said: ChunkAnswer = forger.ask(WorkerVerb::Chunk, &forged, &damaged);
+    assert_eq!(said, ChunkAnswer::Have);
+    let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
+    assert_eq!(said, CommitAnswer::Damaged);
+    assert!(pool.settled(Duration::from_millis(50)).is_none());
+    let said: ChunkAnswer = forger.ask(WorkerVerb::Chunk, &chunk, &blob);
+    assert_eq!(said, ChunkAnswer::Have);
+    for _ in 0..2 {
+        let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
+        assert_eq!(said, CommitAnswer::Done(None));
+    }
+    assert_eq!(verdict(next(&pool, id)), answer(&problem));
+    // Another result of the same job is not taken, and not kept quiet.
+    let other = Commit { digest: [7; 32], ..commit };
+    let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &other, &[]);
+    assert_eq!(said, CommitAnswer::Done(None));
+    crate::kit::wait_for("the alarm", || pool.stats().alarms == 1);
+}
+
+#[test]
+fn a_worker_that_takes_a_job_and_falls_silent_loses_it_to_another() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let forger = Forger::of(&pool);
+    let poll = Poll { session: SessionId(9), seq: 1, slots: 1, threads: 1 };
+    let id = pool.open(&job("echo", 3, 0));
+    let said: PollAnswer = forger.ask(WorkerVerb::Poll, &poll, &[]);
+    assert!(matches!(said, PollAnswer::Grant(_)));
+    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let settlement = next(&pool, id);
+    assert_eq!((settlement.attempts, settlement.worker.as_str()), (2, "w"));
+}

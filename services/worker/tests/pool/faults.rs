@@ -1,0 +1,122 @@
+//! Workers that die, hang or stop.
+
+use crate::kit::{Hand, config, job, next, solve, verdict, wait_for, with_processes};
+use cullet_coordinator::link::{Ending, Pool, PoolConfig, Timing};
+use cullet_proto::{FractureJob, Verdict};
+use cullet_worker::Watch;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::time::Duration;
+
+fn alive(pid: u32) -> bool {
+    Path::new("/proc").join(pid.to_string()).exists()
+}
+
+fn kill(pid: u32) {
+    let status = Command::new("kill").args(["-9", &pid.to_string()]).status();
+    assert!(status.is_ok_and(|s| s.success()), "kill {pid}");
+}
+
+#[test]
+fn a_worker_killed_in_the_middle_of_a_job_costs_a_repeat_and_no_result() {
+    let pool = with_processes(2);
+    wait_for("two workers", || pool.stats().workers == 2);
+    let jobs: Vec<_> = (0..6).map(|k| job("echo", k, 400)).collect();
+    let ids: Vec<_> = jobs.iter().map(|job| pool.open(job)).collect();
+    wait_for("both are at work", || pool.stats().running == 2);
+    let first = pool.pids()[0];
+    kill(first);
+    for (id, job) in ids.iter().zip(&jobs) {
+        let Verdict::Broken(body) = verdict(next(&pool, *id)) else { panic!("not broken") };
+        assert_eq!(body.fragments.len() as u64, job.seed % 7);
+    }
+    wait_for("another in its place", || pool.stats().respawned == 1);
+    assert_eq!(pool.stats().resent, 1);
+    let last = pool.pids();
+    assert!(!last.contains(&first));
+    pool.shutdown();
+    assert!(last.into_iter().all(|pid| !alive(pid)), "a process was left behind");
+}
+
+#[test]
+fn a_job_that_kills_its_workers_is_abandoned_and_the_others_settle() {
+    let pool = with_processes(2);
+    let (poison, good) = (pool.open(&job("die", 1, 0)), pool.open(&job("echo", 2, 0)));
+    let settlement = next(&pool, poison);
+    assert_eq!(settlement.attempts, 3);
+    assert!(matches!(settlement.ending, Ending::Abandoned(_)), "{settlement:?}");
+    verdict(next(&pool, good));
+}
+
+#[test]
+fn a_worker_ends_with_the_parent_that_held_its_input() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let exe = std::env::current_exe().expect("this test has a path");
+    let exe = exe.parent().and_then(Path::parent).expect("a folder").join("examples/stub");
+    let mut child = Command::new(exe)
+        .args(["--connect", pool.endpoint(), "--name", "orphan", "--parent-watch"])
+        .stdin(Stdio::piped())
+        .spawn()
+        .expect("a worker process");
+    wait_for("it is there", || pool.stats().workers == 1);
+    drop(child.stdin.take());
+    wait_for("it ends", || child.try_wait().is_ok_and(|status| status.is_some()));
+    wait_for("it is missed", || pool.stats().workers == 0);
+}
+
+#[test]
+fn a_job_given_back_by_a_worker_that_stops_goes_to_another() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let leaving = Hand::hire(&pool, "a", Arc::new(solve));
+    let id = pool.open(&job("echo", 1, 300));
+    wait_for("it runs", || pool.stats().running == 1);
+    leaving.tell();
+    let _staying = Hand::hire(&pool, "b", Arc::new(solve));
+    let settlement = next(&pool, id);
+    assert_eq!((settlement.attempts, settlement.worker.as_str()), (2, "b"));
+}
+
+#[test]
+fn a_solver_over_the_hard_limit_is_stopped_and_in_the_end_abandoned() {
+    let timing = Timing { hard: 300, ..Timing::test() };
+    let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
+    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let id = pool.open(&job("echo", 1, 60_000));
+    let settlement = next(&pool, id);
+    assert_eq!(settlement.attempts, 3);
+    assert!(matches!(settlement.ending, Ending::Abandoned(_)), "{settlement:?}");
+}
+
+#[test]
+fn a_worker_may_come_before_its_coordinator_and_outlive_it() {
+    let first = Pool::start(config()).expect("a pool on loopback");
+    let endpoint = first.endpoint().to_owned();
+    let hand = Hand::hire(&first, "w", Arc::new(solve));
+    let id = first.open(&job("echo", 1, 0));
+    verdict(next(&first, id));
+    first.shutdown();
+    std::thread::sleep(Duration::from_millis(300));
+    let listen = Some(endpoint);
+    let second = Pool::start(PoolConfig { listen, ..config() }).expect("a pool on loopback");
+    let id = second.open(&job("echo", 2, 0));
+    assert_eq!(next(&second, id).worker, "w");
+    drop(hand);
+}
+
+#[test]
+fn a_result_that_cannot_be_sent_is_no_result() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let nonsense = |job: &FractureJob, watch: &Watch| {
+        let Some(Verdict::Broken(mut body)) = solve(job, watch) else {
+            return None;
+        };
+        body.fragments[0].velocity.x = f64::NAN;
+        Some(Verdict::Broken(body))
+    };
+    let _hand = Hand::hire(&pool, "w", Arc::new(nonsense));
+    let id = pool.open(&job("echo", 1, 0));
+    let settlement = next(&pool, id);
+    let Ending::Abandoned(text) = settlement.ending else { panic!("{settlement:?}") };
+    assert!(text.contains("motion is not finite"), "{text}");
+}

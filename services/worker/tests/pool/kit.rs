@@ -1,0 +1,152 @@
+//! What the tests share.
+
+use cullet_coordinator::link::{Ending, Pool, PoolConfig, Settlement, SpawnConfig, Timing};
+use cullet_proto::transport::Patience;
+use cullet_proto::{BrokenBody, FractureJob, Fragment, Impact, JobId, Material, Report};
+use cullet_proto::{Settings, Verdict};
+use cullet_worker::{SolveFn, Watch, WorkerConfig, run_with};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use cullet_geometry::{Solid, TriMesh, Vec3};
+
+/// Longest a test waits for anything.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
+
+pub(crate) fn config() -> PoolConfig {
+    let (timing, patience) = (Timing::test(), Patience::test());
+    PoolConfig { timing, patience, ..PoolConfig::default() }
+}
+
+/// A pool that keeps worker processes of the example `stub`.
+pub(crate) fn with_processes(workers: usize) -> Pool {
+    let exe = std::env::current_exe().expect("this test has a path");
+    let folder = exe.parent().and_then(|deps| deps.parent()).map(PathBuf::from);
+    let exe = folder.expect("a target folder").join("examples/stub");
+    let spawn = Some(SpawnConfig::new(exe, workers, 1));
+    Pool::start(PoolConfig { spawn, ..config() }).expect("a pool on loopback")
+}
+
+/// A job that takes so long \[ms\] and tells itself from others by its seed.
+pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
+    let vertices = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+    let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    let material = Material {
+        density: 2500.0,
+        young: 7e10,
+        poisson: 0.2,
+        failure_stress: 5e7,
+        fracture_energy: 8.0,
+    };
+    let impact = Impact {
+        point: Vec3::new(0.1, 0.2, 0.3),
+        normal: Vec3::x(),
+        impulse: 1.0,
+        duration: 1e-4,
+        radius: 1e-3,
+        energy: 1.0,
+    };
+    let settings = Settings {
+        spacing: None,
+        max_particles: 1,
+        max_steps: millis,
+        min_volume_ratio: 0.0,
+        max_fragments: 9,
+    };
+    FractureJob {
+        solver: solver.into(),
+        fallback: None,
+        solid: Solid::outer(TriMesh { vertices, triangles }),
+        material,
+        impacts: vec![impact],
+        settings,
+        seed,
+    }
+}
+
+/// What [`solve`] makes of a job: a pure function of it.
+pub(crate) fn answer(job: &FractureJob) -> Verdict {
+    let fragment = |k: u64| Fragment {
+        solid: job.solid.clone(),
+        hulls: vec![job.solid.mesh.vertices.clone()],
+        velocity: Vec3::repeat(k as f64),
+        spin: Vec3::zeros(),
+    };
+    let fragments = (0..job.seed % 5).map(fragment).collect();
+    let report = Report { solver: job.solver.clone(), steps: job.seed, ..Report::default() };
+    Verdict::Broken(Box::new(BrokenBody { fragments, report }))
+}
+
+pub(crate) fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
+    let until = Instant::now() + Duration::from_millis(u64::from(job.settings.max_steps));
+    while Instant::now() < until {
+        if watch.cancelled() {
+            return None;
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    Some(answer(job))
+}
+
+/// A worker on a thread of this process.
+pub(crate) struct Hand {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Hand {
+    pub(crate) fn hire(pool: &Pool, name: &str, solve: SolveFn) -> Self {
+        let stop = Arc::<AtomicBool>::default();
+        let config = WorkerConfig {
+            connect: vec![pool.endpoint().to_owned()],
+            name: name.into(),
+            patience: Patience::test(),
+            exit_when_wedged: false,
+            stop: Arc::clone(&stop),
+            ..WorkerConfig::default()
+        };
+        let thread = std::thread::spawn(move || run_with(config, solve).expect("a worker"));
+        Self { stop, thread: Some(thread) }
+    }
+
+    /// Tells it to stop; dropping waits until it has.
+    pub(crate) fn tell(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Drop for Hand {
+    fn drop(&mut self) {
+        self.tell();
+        if let Some(thread) = self.thread.take() {
+            let _panicked = thread.join();
+        }
+    }
+}
+
+/// The next settlement, which must be of this job.
+pub(crate) fn next(pool: &Pool, id: JobId) -> Settlement {
+    let (settled, settlement) = pool.settled(PATIENCE).expect("a settlement in time");
+    assert_eq!(settled, id, "settled out of order");
+    settlement
+}
+
+/// The verdict of a settlement that must have one.
+pub(crate) fn verdict(settlement: Settlement) -> Verdict {
+    match settlement.ending {
+        Ending::Verdict(verdict) => verdict,
+        other => panic!("no verdict: {other:?}"),
+    }
+}
+
+/// Waits until something holds.
+pub(crate) fn wait_for(what: &str, mut holds: impl FnMut() -> bool) {
+    let since = Instant::now();
+    while !holds() {
+        assert!(since.elapsed() < PATIENCE, "still waiting: {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
