@@ -1,2 +1,47 @@
-//! The one binary.
-fn main() {}
+//! The one binary: reads what a person typed, lets the shells do it, says how it went.
+
+mod args;
+mod exit;
+mod inspect;
+mod progress;
+mod run;
+mod serve;
+
+use args::{Cli, Command};
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            let asked = !error.use_stderr();
+            return match error.print() {
+                Ok(()) if asked => ExitCode::SUCCESS,
+                _ => exit::Exit::Usage.into(),
+            };
+        }
+    };
+    match obey(&cli.command) {
+        Ok(exit) => exit.into(),
+        Err(trouble) => {
+            eprintln!("error: {trouble}");
+            trouble.exit.into()
+        }
+    }
+}
+
+fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
+    match command {
+        Command::Run(args) => run::run(args),
+        Command::Coordinator(args) => serve::coordinator(args),
+        Command::Worker(args) => serve::worker(args),
+        Command::Submit(args) => serve::submit(args),
+        Command::Inspect(args) => inspect::inspect(args),
+        Command::Recover(args) => inspect::recover(args),
+        Command::Preview(args) => inspect::preview(args),
+        Command::Check(args) => run::check(args),
+        Command::Materials(args) => inspect::materials(args),
+        Command::Schema => inspect::schema(),
+    }
+}

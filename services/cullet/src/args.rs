@@ -1,0 +1,175 @@
+//! What a person types.
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Cullet breaks things, truthfully and at scale.
+#[derive(Debug, Parser)]
+#[command(version, about, max_term_width = 100, after_help = EXIT_CODES)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done · 2 the run failed · 3 an expectation of the scene \
+does not hold · 64 bad input · 69 no coordinator there · 74 a file could not be read or written · \
+130 interrupted (the recording is finished)";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run a scene here: a coordinator and worker processes on this machine
+    Run(Run),
+    /// Wait for submitted scenes and for workers from other terminals or machines
+    Coordinator(Coordinator),
+    /// Work for a coordinator
+    Worker(Worker),
+    /// Send a scene to a coordinator, follow it, fetch what it recorded
+    Submit(Submit),
+    /// Say what a recording holds, from the recording alone
+    Inspect(Inspect),
+    /// Make a readable recording of one whose writer was killed
+    Recover(Recover),
+    /// Draw preview.png and preview.gif of a recording
+    Preview(Preview),
+    /// Check a scene and say what is in it, without running it
+    Check(Check),
+    /// List the material presets with the source of each value
+    Materials(Materials),
+    /// Print the JSON schema of scene files
+    Schema,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Voice {
+    /// Say nothing but errors
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+    /// Say more; twice: what the libraries say too
+    #[arg(short, long, action = clap::ArgAction::Count)]
+    pub(crate) verbose: u8,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SceneArgs {
+    /// A scene file, or the folder that holds scene.toml
+    pub(crate) scene: PathBuf,
+    /// Override a value of the scene, such as world.duration=2 or body.target.mesh="bunny.obj"
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Run {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Worker processes [default: cores − 1, at least 1]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) workers: Option<u16>,
+    /// Threads a worker solves with
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: u16,
+    /// Where to put run.mcap, summary.json and the previews [default: runs/SCENE-N]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print the summary as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Coordinator {
+    /// Zenoh endpoint to listen on
+    #[arg(long, default_value = "tcp/127.0.0.1:7447")]
+    pub(crate) listen: String,
+    /// Worker processes to start here
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=256))]
+    pub(crate) workers: u16,
+    /// Threads each of them solves with
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: u16,
+    /// Folder for the runs
+    #[arg(long, default_value = "runs", value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Stop after this many runs [default: run until interrupted]
+    #[arg(long, value_name = "N")]
+    pub(crate) runs: Option<u32>,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Worker {
+    /// Zenoh endpoint of the coordinator; may be given more than once
+    #[arg(long, required = true, value_name = "ENDPOINT")]
+    pub(crate) connect: Vec<String>,
+    /// Name in logs and recordings [default: from the process id]
+    #[arg(long)]
+    pub(crate) name: Option<String>,
+    /// Threads to solve with
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: u16,
+    /// Leave when standard input closes, as it does when the parent process ends
+    #[arg(long, hide = true)]
+    pub(crate) parent_watch: bool,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Submit {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Zenoh endpoint of the coordinator
+    #[arg(long, value_name = "ENDPOINT")]
+    pub(crate) connect: String,
+    /// Where to put what the run produced [default: runs/SCENE-N]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print the summary as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Inspect {
+    /// The recording
+    pub(crate) recording: PathBuf,
+    /// Print the summary as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Recover {
+    /// The recording, usually run.mcap.partial
+    pub(crate) recording: PathBuf,
+    /// The file to write [default: the name without .partial, or with .recovered.mcap]
+    #[arg(short, long)]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Preview {
+    /// The recording
+    pub(crate) recording: PathBuf,
+    /// Folder for the pictures [default: beside the recording]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Check {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Materials {
+    /// Print as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}

@@ -1,0 +1,89 @@
+//! How the process ends.
+
+use std::fmt;
+use std::io::Write;
+use std::process::ExitCode;
+
+/// Every way to end, with its exit code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Exit {
+    /// Done.
+    Done,
+    /// The run failed: the pool lost a job for good, or the world broke down.
+    Failed,
+    /// The run is complete, and an expectation of the scene does not hold.
+    Unmet,
+    /// The user's fault: arguments, scene, meshes.
+    Usage,
+    /// No coordinator answers.
+    Unreachable,
+    /// A file could not be read or written.
+    File,
+    /// Interrupted; the recording is finished.
+    Interrupted,
+}
+
+const CODES: [(Exit, u8); 7] = [
+    (Exit::Done, 0),
+    (Exit::Failed, 2),
+    (Exit::Unmet, 3),
+    (Exit::Usage, 64),
+    (Exit::Unreachable, 69),
+    (Exit::File, 74),
+    (Exit::Interrupted, 130),
+];
+
+impl Exit {
+    /// Its exit code.
+    pub(crate) fn code(self) -> u8 {
+        CODES.iter().find(|(exit, _)| *exit == self).map_or(2, |(_, code)| *code)
+    }
+
+    /// The way to end that has this code; an unknown code is a failure.
+    pub(crate) fn of_code(code: u8) -> Self {
+        CODES.iter().find(|(_, known)| *known == code).map_or(Self::Failed, |(exit, _)| *exit)
+    }
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit.code())
+    }
+}
+
+/// Why a command could not do its work.
+#[derive(Debug)]
+pub(crate) struct Trouble {
+    /// How the process ends because of it.
+    pub(crate) exit: Exit,
+    text: String,
+}
+
+impl Trouble {
+    /// Trouble of that kind, in words.
+    pub(crate) fn new(exit: Exit, text: impl fmt::Display) -> Self {
+        Self { exit, text: text.to_string() }
+    }
+
+    /// A file or folder that could not be read or written.
+    pub(crate) fn file(path: &std::path::Path, error: impl fmt::Display) -> Self {
+        Self::new(Exit::File, format!("{}: {error}", path.display()))
+    }
+}
+
+impl fmt::Display for Trouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+/// Writes to standard output. A reader that has seen enough, as `head` has, is no trouble.
+pub(crate) fn print(text: impl fmt::Display) -> Result<(), Trouble> {
+    let mut out = std::io::stdout().lock();
+    match write!(out, "{text}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Trouble::new(Exit::File, format!("standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,69 @@
+//! Commands that look: at recordings, materials, the schema of scenes.
+
+use crate::args;
+use crate::exit::{Exit, Trouble, print};
+use crate::run::draw;
+use cullet_coordinator::{record, scene};
+use std::path::{Path, PathBuf};
+
+pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
+    let told = record::inspect(&args.recording).map_err(|error| unreadable(&error))?;
+    if !told.complete {
+        eprintln!("{}: cut off; what could be saved follows", args.recording.display());
+    }
+    if args.json {
+        print(told.summary.to_json())?;
+        return Ok(Exit::Done);
+    }
+    print(told.events.join("\n") + "\n")?;
+    print(told.summary.to_json())?;
+    Ok(Exit::Done)
+}
+
+pub(crate) fn recover(args: &args::Recover) -> Result<Exit, Trouble> {
+    let output = args.output.clone().unwrap_or_else(|| default_output(&args.recording));
+    if output.exists() {
+        let text = format!("{} is there already; name another with -o", output.display());
+        return Err(Trouble::new(Exit::Usage, text));
+    }
+    let saved = record::recover(&args.recording, &output).map_err(|error| unreadable(&error))?;
+    eprintln!("{saved}");
+    Ok(Exit::Done)
+}
+
+/// `run.mcap.partial` becomes `run.mcap`; anything else gets `.recovered.mcap`.
+fn default_output(recording: &Path) -> PathBuf {
+    let is_partial = recording.extension().is_some_and(|end| end == "partial");
+    let plain = recording.with_extension("");
+    if is_partial && !plain.exists() { plain } else { recording.with_extension("recovered.mcap") }
+}
+
+pub(crate) fn preview(args: &args::Preview) -> Result<Exit, Trouble> {
+    let beside = args.recording.parent().unwrap_or(Path::new("")).to_owned();
+    let out = args.out.clone().unwrap_or(beside);
+    std::fs::create_dir_all(&out).map_err(|error| Trouble::file(&out, error))?;
+    draw(&args.recording, &out)?;
+    Ok(Exit::Done)
+}
+
+pub(crate) fn materials(args: &args::Materials) -> Result<Exit, Trouble> {
+    if args.json {
+        print(format!("{:#}\n", scene::presets_json()))?;
+    } else {
+        print(scene::presets_text())?;
+    }
+    Ok(Exit::Done)
+}
+
+pub(crate) fn schema() -> Result<Exit, Trouble> {
+    print(scene::schema())?;
+    Ok(Exit::Done)
+}
+
+fn unreadable(error: &record::RecordError) -> Trouble {
+    let exit = match error {
+        record::RecordError::NotMcap { .. } => Exit::Usage,
+        _ => Exit::File,
+    };
+    Trouble::new(exit, error)
+}

@@ -1,0 +1,76 @@
+//! How a run looks while it goes: a bar on a terminal, plain lines elsewhere.
+
+use cullet_coordinator::run::{News, Position};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{IsTerminal, stderr};
+use std::time::{Duration, Instant};
+
+/// Where there is no terminal, say where the run is this often.
+const PLAIN_PERIOD: Duration = Duration::from_secs(5);
+/// Parts of the bar; finer than any terminal is wide.
+const PARTS: u64 = 1000;
+
+/// Shows news of a run on standard error.
+pub(crate) struct Progress {
+    bar: Option<ProgressBar>,
+    quiet: bool,
+    started: Instant,
+    told: Instant,
+}
+
+impl Progress {
+    pub(crate) fn new(quiet: bool) -> Self {
+        let bar = (!quiet && stderr().is_terminal()).then(|| {
+            let bar = ProgressBar::new(PARTS);
+            let style = ProgressStyle::with_template("{bar:24} {msg}  {elapsed} + {eta}");
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.enable_steady_tick(Duration::from_millis(250));
+            bar
+        });
+        let now = Instant::now();
+        Self { bar, quiet, started: now, told: now }
+    }
+
+    pub(crate) fn show(&mut self, news: &News) {
+        if self.quiet {
+            return;
+        }
+        match (news, &self.bar) {
+            (News::Line(line), Some(bar)) => bar.println(line),
+            (News::Line(line), None) => eprintln!("{line}"),
+            (News::At(position), Some(bar)) => {
+                bar.set_position((share(position) * PARTS as f64) as u64);
+                bar.set_message(text(position));
+            }
+            (News::At(position), None) => self.plain(position),
+        }
+    }
+
+    fn plain(&mut self, position: &Position) {
+        if self.told.elapsed() < PLAIN_PERIOD {
+            return;
+        }
+        self.told = Instant::now();
+        let (share, spent) = (share(position), self.started.elapsed().as_secs_f64());
+        let left = if share > 0.0 { spent * (1.0 - share) / share } else { f64::NAN };
+        let left = if left.is_finite() { format!("{left:.0} s left") } else { "?".to_owned() };
+        eprintln!("{}, {left}", text(position));
+    }
+
+    pub(crate) fn done(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn share(position: &Position) -> f64 {
+    if position.end > 0.0 { (position.time / position.end).clamp(0.0, 1.0) } else { 1.0 }
+}
+
+fn text(p: &Position) -> String {
+    format!(
+        "{:.3} of {:.3} s, {} bodies, {} fractures, jobs: {} waiting, {} running",
+        p.time, p.end, p.bodies, p.fractures, p.waiting, p.running
+    )
+}

@@ -1,0 +1,178 @@
+#!/usr/bin/env python3
+"""Reads a run with a reader that this project did not write, and checks what it finds.
+
+    pip install mcap==1.6.0 mcap-protobuf-support==0.6.0 rerun-sdk==0.41.0
+    python tests/python/read_run.py runs/pot-1/run.mcap [--summary runs/pot-1/summary.json]
+    rerun mcap check runs/pot-1/run.mcap
+
+Every message is decoded by the schema embedded in the file. Exit code 0: all checks hold; 1: some
+do not, each named on stderr. `rerun mcap check` exits with 0 if the structure of the file is sound.
+"""
+
+import argparse
+import collections
+import hashlib
+import json
+import sys
+
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+ALWAYS = ("/tf", "/log", "/geometry", "/body", "/bodies", "/events", "/stats", "/fragments")
+SCHEMAS = {
+    "/tf": "foxglove.FrameTransforms",
+    "/log": "foxglove.Log",
+    "/fragments": "foxglove.PointCloud",
+    "/geometry": "cullet.Geometry",
+    "/body": "cullet.Body",
+    "/bodies": "cullet.BodyPoses",
+    "/events": "cullet.RunEvent",
+    "/jobs": "cullet.JobReport",
+    "/pool": "cullet.PoolReport",
+    "/stats": "cullet.RunStats",
+}
+FRACTURED = 5
+REMOVED = 7
+
+
+class Run:
+    """What a pass over the messages gathers and complains about."""
+
+    def __init__(self):
+        self.complaints = []
+        self.counts = collections.Counter()
+        self.solids = set()
+        self.bodies = {}
+        self.alive = set()
+        self.posed = set()
+        self.fractures = 0
+        self.drawn = collections.Counter()
+
+    def want(self, holds, text):
+        if not holds:
+            self.complaints.append(text)
+
+    def take(self, schema, channel, message, decoded):
+        topic = channel.topic
+        wanted = "foxglove.SceneUpdate" if topic.startswith("/scene/") else SCHEMAS.get(topic)
+        self.want(schema.name == wanted, f"{topic} carries {schema.name}, not {wanted}")
+        self.want(message.sequence == self.counts[topic], f"{topic}: sequence {message.sequence}")
+        self.counts[topic] += 1
+        if topic.startswith("/scene/"):
+            self.scene(topic, decoded)
+        elif handler := getattr(self, f"on_{topic[1:]}", None):
+            handler(decoded)
+
+    def on_geometry(self, solid):
+        self.want(solid.hash not in self.solids, "a geometry is recorded twice")
+        self.solids.add(solid.hash)
+        self.want(len(solid.hash) == 32, "a digest is not 32 bytes")
+        self.want(len(solid.triangles) == 3 * len(solid.crack), "one tag a triangle")
+        self.want(len(solid.damage_time) == sum(solid.crack), "one time a crack triangle")
+        self.want(max(solid.triangles) < len(solid.vertices) // 3, "a triangle without a corner")
+
+    def on_body(self, body):
+        self.want(body.geometry in self.solids, f"body {body.id} comes before its geometry")
+        self.want(body.id not in self.bodies, f"body {body.id} is born twice")
+        self.bodies[body.id] = body
+        self.alive.add(body.id)
+
+    def on_bodies(self, poses):
+        n = len(poses.ids)
+        columns = [poses.positions, poses.rotations, poses.velocities, poses.spins]
+        widths = [len(column) for column in columns]
+        self.want(widths == [3 * n, 4 * n, 3 * n, 3 * n], f"step {poses.step}: odd columns")
+        self.want(set(poses.ids) <= self.alive, f"step {poses.step}: a pose of a body not alive")
+        self.posed.update(poses.ids)
+        for i in range(n):
+            q = poses.rotations[4 * i : 4 * i + 4]
+            self.want(abs(sum(c * c for c in q) - 1) < 1e-9, f"step {poses.step}: not a rotation")
+
+    def on_events(self, event):
+        if event.kind == FRACTURED:
+            self.fractures += 1
+            self.want(event.HasField("ledger"), "a fracture without a ledger")
+            self.want(set(event.fragments) <= self.alive, "a fragment that was never born")
+        if event.kind in (FRACTURED, REMOVED):
+            self.want(event.body in self.alive, f"body {event.body} ends twice")
+            self.alive.discard(event.body)
+
+    def scene(self, topic, update):
+        self.want(len(update.deletions) == 1 and update.deletions[0].type == 1,
+                  f"{topic}: an update that is not the whole state")
+        for entity in update.entities:
+            self.want(entity.frame_id == "world", f"{topic}: frame {entity.frame_id}")
+            for part in entity.triangles:
+                self.want(len(part.indices) % 3 == 0 and max(part.indices) < len(part.points),
+                          f"{topic}: a triangle without a corner")
+                self.drawn[topic] += len(part.indices) // 3
+
+    def on_fragments(self, cloud):
+        self.want(len(cloud.data) % cloud.point_stride == 0, "a point cloud with a part of a point")
+
+
+def read(path, run):
+    with open(path, "rb") as stream:
+        reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        last = collections.defaultdict(int)
+        for schema, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
+            run.want(message.log_time >= last[channel.topic], f"{channel.topic}: time runs back")
+            last[channel.topic] = message.log_time
+            run.take(schema, channel, message, decoded)
+        statistics = reader.get_summary().statistics
+        run.want(statistics.message_count == sum(run.counts.values()), "statistics do not add up")
+        attachments = {a.name: a.data for a in reader.iter_attachments()}
+        metadata = {m.name: m.metadata for m in reader.iter_metadata()}
+    run.want("scene.toml" in attachments, "no scene attached")
+    run.want("run" in metadata, "no metadata of the run")
+    shown = json.loads(attachments["layout.json"])["configById"]["3D!scene"]["topics"]
+    for topic in run.drawn:
+        run.want(shown.get(topic, {}).get("visible"), f"the layout hides {topic}")
+    return attachments, metadata
+
+
+def compare(run, path):
+    """The summary beside the recording says what the messages say."""
+    with open(path, encoding="utf-8") as stream:
+        summary = json.load(stream)
+    born = [body for body in run.bodies.values() if body.HasField("parent")]
+    found = {
+        "bodies_initial": len(run.bodies) - len(born),
+        "bodies_final": len(run.alive),
+        "fragments": len(born),
+        "fractures": run.fractures,
+    }
+    for key, value in found.items():
+        run.want(summary[key] == value, f"summary: {key} is {summary[key]}, messages say {value}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("recording")
+    parser.add_argument("--summary", help="summary.json to compare with")
+    parser.add_argument("--cut", action="store_true", help="a recovered run may lack its end")
+    arguments = parser.parse_args()
+    run = Run()
+    attachments, metadata = read(arguments.recording, run)
+    for topic in ALWAYS:
+        run.want(run.counts[topic], f"nothing on {topic}")
+    if not arguments.cut:
+        run.want("end" in metadata, "the run has no end")
+        run.want(run.alive <= run.posed, "a body at the end without a pose")
+    if arguments.summary:
+        compare(run, arguments.summary)
+    print(f"scene {metadata['run']['scene']}, seed {metadata['run']['seed']}")
+    for topic, count in sorted(run.counts.items()):
+        if not topic.startswith("/scene/"):
+            print(f"{count:8} {topic}")
+    scenes = [topic for topic in run.counts if topic.startswith("/scene/")]
+    print(f"{sum(run.counts[t] for t in scenes):8} /scene/* on {len(scenes)} topics")
+    for name, data in sorted(attachments.items()):
+        print(f"attachment {name}: {len(data)} bytes, {hashlib.sha256(data).hexdigest()[:12]}")
+    for complaint in run.complaints[:50]:
+        print(complaint, file=sys.stderr)
+    sys.exit(1 if run.complaints else 0)
+
+
+if __name__ == "__main__":
+    main()

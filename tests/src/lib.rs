@@ -1,1 +1,0 @@
-//! The suites that hold the whole to its word.

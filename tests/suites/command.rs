@@ -1,0 +1,181 @@
+//! The binary as a person or a script meets it: outcomes, exit codes, what is left behind.
+
+mod common;
+
+use common::{Cullet, children_of, corpus, is_alive, summary, unique};
+use std::collections::BTreeSet;
+use std::fs;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+#[test]
+fn a_run_leaves_a_recording_that_says_the_same_as_its_summary() {
+    let out = unique("run");
+    let run = Cullet::new(&["run", &corpus("drop.toml"), "--json", "--out"]).path(&out).output();
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let names: Vec<_> = ["run.mcap", "summary.json", "preview.png", "preview.gif"]
+        .iter()
+        .filter(|name| !out.join(name).is_file())
+        .collect();
+    assert!(names.is_empty(), "missing {names:?}");
+    let partial = fs::read_dir(&out).expect("the folder is there").flatten().any(|entry| {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        name.ends_with(".partial") || name.starts_with('.')
+    });
+    assert!(!partial, "something unfinished was left");
+
+    let printed: serde_json::Value = serde_json::from_str(&run.stdout).expect("JSON on stdout");
+    assert_eq!(printed, summary(&out));
+    let inspect = Cullet::new(&["inspect", "--json"]).path(&out.join("run.mcap")).output();
+    assert_eq!(inspect.code, 0, "{}", inspect.stderr);
+    let inspected: serde_json::Value = serde_json::from_str(&inspect.stdout).expect("JSON");
+    assert_eq!(inspected, printed, "the recording alone tells the same");
+
+    assert!(printed["fractures"].as_u64() >= Some(2), "{printed:#}");
+    assert_eq!(printed["open_fragments"], 0);
+    let ledger = &printed["ledger"];
+    for (key, bound) in [
+        ("mass_rel_error", 1e-9),
+        ("volume_rel_error", 1e-9),
+        ("momentum_rel_error", 1e-9),
+        ("angular_momentum_rel_error", 1e-9),
+        ("energy_gain_rel", 1e-9),
+    ] {
+        let value = ledger[key].as_f64().expect("a number");
+        assert!(value.abs() <= bound, "{key} is {value}");
+    }
+}
+
+#[test]
+fn the_digest_is_the_same_for_any_number_of_workers_and_threads() {
+    let mut digests = Vec::new();
+    for (workers, threads) in [("1", "1"), ("2", "1"), ("4", "1"), ("1", "2"), ("2", "2")] {
+        let out = unique("digest");
+        let run = Cullet::new(&["run", &corpus("drop.toml"), "-q"])
+            .args(&["--workers", workers, "--threads", threads, "--out"])
+            .path(&out)
+            .output();
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        digests.push(summary(&out)["digest"].clone());
+    }
+    assert!(digests.iter().all(|digest| *digest == digests[0]), "{digests:?}");
+}
+
+#[test]
+fn another_seed_is_another_run() {
+    let digest = |seed: &str| {
+        let out = unique("seed");
+        let set = format!("world.seed={seed}");
+        let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--set", &set, "--out"])
+            .path(&out)
+            .output();
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        summary(&out)["digest"].clone()
+    };
+    assert_ne!(digest("5"), digest("6"));
+}
+
+/// R4: whether a body breaks, and into how many, does not hang on the time step of the world.
+#[test]
+fn the_world_step_decides_nothing() {
+    let count = |step: &str| {
+        let out = unique("step");
+        let set = format!("world.step=\"{step} s\"");
+        let run = Cullet::new(&["run", &corpus("ball.toml"), "-q", "--set", &set, "--out"])
+            .path(&out)
+            .output();
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let told = summary(&out);
+        assert_eq!(told["fractures"], 1, "{told:#}");
+        told["fragments"].as_f64().expect("a number")
+    };
+    let reference = count("1/480");
+    for step in ["1/60", "1/120", "1/960"] {
+        let ratio = count(step) / reference;
+        assert!((ratio - 1.0).abs() <= 0.1, "{step} s: {ratio} of the fragments at 1/480 s");
+    }
+}
+
+/// A reader that has seen enough is no reason to fail.
+#[test]
+fn a_closed_pipe_is_no_trouble() {
+    let cullet = env!("CARGO_BIN_EXE_cullet");
+    let shell = format!("'{cullet}' schema | head -c 1 > /dev/null; echo ${{PIPESTATUS[0]}}");
+    let said = std::process::Command::new("bash").args(["-c", &shell]).output().expect("bash");
+    assert_eq!(String::from_utf8_lossy(&said.stdout).trim(), "0");
+}
+
+#[test]
+fn bad_input_is_the_users_fault_and_leaves_nothing() {
+    let cases: &[(&[&str], &str)] = &[
+        (&["--set", "world.duraton=2"], "duration"),
+        (&["--set", "body.lefft.fit=0.2"], "left"),
+        (&["--set", "body.left.mesh=\"missing.obj\""], "missing.obj"),
+        (&["--set", "world.step=nan"], "world.step"),
+        (&["--set", "body.left.position=[0.2, 0.0, 0.15]"], "overlap"),
+        (&["--workers", "0"], "--workers"),
+    ];
+    for (arguments, must_say) in cases {
+        let out = unique("bad");
+        let run = Cullet::new(&["run", &corpus("drop.toml"), "--out"])
+            .path(&out)
+            .args(arguments)
+            .output();
+        assert_eq!(run.code, 64, "{arguments:?}: {}", run.stderr);
+        assert!(run.stderr.contains(must_say), "{arguments:?}: {}", run.stderr);
+        assert!(!run.stderr.contains("panicked"), "{arguments:?}: {}", run.stderr);
+        assert!(!out.exists(), "{arguments:?} left {}", out.display());
+    }
+    let missing = Cullet::new(&["run", "no-such-scene"]).output();
+    assert_eq!(missing.code, 64, "{}", missing.stderr);
+    assert!(missing.stderr.contains("no-such-scene"), "{}", missing.stderr);
+}
+
+#[test]
+fn a_scene_goes_through_a_coordinator_to_workers_elsewhere() {
+    let runs = unique("served");
+    let endpoint = common::free_endpoint();
+    let mut coordinator = Cullet::new(&["coordinator", "--runs", "1", "--listen", &endpoint])
+        .args(&["--out"])
+        .path(&runs)
+        .spawn();
+    let mut worker = Cullet::new(&["worker", "--connect", &endpoint]).spawn();
+    let out = unique("fetched");
+    let submit = Cullet::new(&["submit", &corpus("drop.toml"), "--connect", &endpoint, "--out"])
+        .path(&out)
+        .output();
+    assert_eq!(submit.code, 0, "{}", submit.stderr);
+    let local = unique("local");
+    let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--out"]).path(&local).output();
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert_eq!(summary(&out)["digest"], summary(&local)["digest"]);
+    assert!(out.join("run.mcap").is_file());
+    let stopped = coordinator.wait(Duration::from_secs(20));
+    worker.kill();
+    assert_eq!(stopped, Some(0), "the coordinator stops after its one run");
+}
+
+#[test]
+fn submitting_to_nobody_says_so() {
+    let endpoint = common::free_endpoint();
+    let submit = Cullet::new(&["submit", &corpus("drop.toml"), "--connect", &endpoint]).output();
+    assert_eq!(submit.code, 69, "{}", submit.stderr);
+}
+
+#[test]
+fn no_worker_is_left_behind() {
+    let out = unique("left");
+    let mut run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--workers", "3", "--out"])
+        .path(&out)
+        .spawn();
+    let mut seen = BTreeSet::new();
+    let until = Instant::now() + Duration::from_secs(60);
+    while is_alive(run.id()) && Instant::now() < until {
+        seen.extend(children_of(run.id()));
+        sleep(Duration::from_millis(10));
+    }
+    assert_eq!(run.wait(Duration::from_secs(1)), Some(0), "{}", run.stderr());
+    assert_eq!(seen.len(), 3, "three workers were started");
+    let left: Vec<_> = seen.into_iter().filter(|id| is_alive(*id)).collect();
+    assert!(left.is_empty(), "{left:?} are left");
+}

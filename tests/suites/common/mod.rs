@@ -1,0 +1,145 @@
+//! What the suites over the binary share.
+#![allow(dead_code, reason = "each suite uses its own part")]
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// A call of the binary under test.
+pub(crate) struct Cullet(Command);
+
+/// What a finished call said.
+pub(crate) struct Said {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+/// A call that goes on; it is killed when dropped.
+pub(crate) struct Going(Child);
+
+impl Cullet {
+    pub(crate) fn new(args: &[&str]) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cullet"));
+        command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self(command)
+    }
+
+    pub(crate) fn args(mut self, args: &[&str]) -> Self {
+        self.0.args(args);
+        self
+    }
+
+    pub(crate) fn path(mut self, path: &Path) -> Self {
+        self.0.arg(path);
+        self
+    }
+
+    pub(crate) fn output(mut self) -> Said {
+        let output = self.0.output().expect("the binary starts");
+        Said {
+            code: output.status.code().unwrap_or(-1),
+            stdout: String::from_utf8_lossy(&output.stdout).into_owned(),
+            stderr: String::from_utf8_lossy(&output.stderr).into_owned(),
+        }
+    }
+
+    pub(crate) fn spawn(mut self) -> Going {
+        Going(self.0.spawn().expect("the binary starts"))
+    }
+}
+
+impl Going {
+    pub(crate) fn id(&self) -> u32 {
+        self.0.id()
+    }
+
+    /// The exit code, or nothing if it still runs after `limit` or was killed by a signal.
+    pub(crate) fn wait(&mut self, limit: Duration) -> Option<i32> {
+        let until = Instant::now() + limit;
+        while Instant::now() < until {
+            if let Some(status) = self.0.try_wait().expect("a child can be asked") {
+                return status.code();
+            }
+            sleep(Duration::from_millis(20));
+        }
+        None
+    }
+
+    pub(crate) fn stderr(&mut self) -> String {
+        let mut text = String::new();
+        if let Some(pipe) = self.0.stderr.as_mut() {
+            let _read = pipe.read_to_string(&mut text);
+        }
+        text
+    }
+
+    pub(crate) fn kill(&mut self) {
+        self.0.kill().ok();
+        self.0.wait().ok();
+    }
+}
+
+impl Drop for Going {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+/// A scene of the test corpus.
+pub(crate) fn corpus(name: &str) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/corpus");
+    root.join(name).to_string_lossy().into_owned()
+}
+
+/// A path in the build's scratch folder that is not there yet.
+pub(crate) fn unique(name: &str) -> PathBuf {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let path = folder.join(format!("{name}-{}-{number}", std::process::id()));
+    std::fs::remove_dir_all(&path).ok();
+    path
+}
+
+/// The summary that a run left.
+pub(crate) fn summary(out: &Path) -> serde_json::Value {
+    let text = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
+    serde_json::from_str(&text).expect("the summary is JSON")
+}
+
+/// A loopback endpoint that was free a moment ago.
+pub(crate) fn free_endpoint() -> String {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
+    format!("tcp/{}", listener.local_addr().expect("an address"))
+}
+
+pub(crate) fn signal(id: u32, name: &str) {
+    let status = Command::new("kill").arg(format!("-{name}")).arg(id.to_string()).status();
+    assert!(status.is_ok_and(|status| status.success()), "kill -{name} {id}");
+}
+
+fn processes() -> impl Iterator<Item = u32> {
+    let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+    entries.filter_map(|entry| entry.file_name().to_str()?.parse().ok())
+}
+
+/// The fields of `/proc/ID/stat` after the name: state, parent, …
+fn stat(id: u32) -> Option<Vec<String>> {
+    let text = std::fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
+    let rest = &text[text.rfind(')')? + 1..];
+    Some(rest.split_whitespace().map(str::to_owned).collect())
+}
+
+pub(crate) fn is_alive(id: u32) -> bool {
+    stat(id).is_some_and(|fields| fields[0] != "Z")
+}
+
+pub(crate) fn children_of(parent: u32) -> Vec<u32> {
+    let wanted = parent.to_string();
+    let is_child = |id: &u32| stat(*id).is_some_and(|f| f[1] == wanted && f[0] != "Z");
+    processes().filter(is_child).collect()
+}

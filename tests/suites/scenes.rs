@@ -1,0 +1,65 @@
+//! Every shipped scene runs and shows what it says it shows.
+
+mod common;
+
+use common::{Cullet, summary, unique};
+use std::path::Path;
+
+/// Runs a shipped scene; its own expectations decide the exit code, the ledger is looked at here.
+fn holds(name: &str) {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
+    let out = unique(name);
+    let run = Cullet::new(&["run", "-q", "--out"]).path(&out).path(&scene).output();
+    assert_eq!(run.code, 0, "{name}: {}", run.stderr);
+    let told = summary(&out);
+    assert_eq!(told["open_fragments"], 0, "{told:#}");
+    assert_eq!(told["jobs"]["opened"], told["jobs"]["settled"], "{told:#}");
+    assert_eq!(told["jobs"]["failed"], 0, "{told:#}");
+    let bounds = [
+        ("mass_rel_error", 1e-9),
+        ("volume_rel_error", 1e-9),
+        ("momentum_rel_error", 1e-9),
+        ("angular_momentum_rel_error", 1e-9),
+        ("energy_gain_rel", 1e-9),
+    ];
+    for (key, bound) in bounds {
+        let value = told["ledger"][key].as_f64().expect("a number");
+        assert!(value <= bound, "{name}: {key} is {value}");
+    }
+    std::fs::remove_dir_all(&out).ok();
+}
+
+#[test]
+fn pot() {
+    holds("pot");
+}
+
+#[test]
+fn four_shapes() {
+    holds("four-shapes");
+}
+
+#[test]
+fn bullet() {
+    holds("bullet");
+}
+
+#[test]
+fn pair() {
+    holds("pair");
+}
+
+#[test]
+fn threshold() {
+    holds("threshold");
+}
+
+#[test]
+fn column() {
+    holds("column");
+}
+
+#[test]
+fn wall() {
+    holds("wall");
+}
