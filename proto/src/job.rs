@@ -42,6 +42,8 @@ pub struct Impact {
     pub radius: f64,
     /// Kinetic energy of the approach \[J\].
     pub energy: f64,
+    /// How fast the surfaces closed before they touched \[m/s\].
+    pub closing_speed: f64,
 }
 
 /// What the scene decides about a solve. `None` means "let the solver choose".
@@ -83,7 +85,7 @@ struct Header {
     solver: String,
     fallback: Option<String>,
     material: Material,
-    impacts: Vec<[f64; 10]>,
+    impacts: Vec<[f64; 11]>,
     settings: Settings,
     seed: u64,
     vertices: u32,
@@ -91,16 +93,16 @@ struct Header {
 }
 
 impl Impact {
-    fn row(&self) -> [f64; 10] {
+    fn row(&self) -> [f64; 11] {
         let (p, n) = (self.point, self.normal);
         let (t, a, e) = (self.duration, self.radius, self.energy);
-        [p.x, p.y, p.z, n.x, n.y, n.z, self.impulse, t, a, e]
+        [p.x, p.y, p.z, n.x, n.y, n.z, self.impulse, t, a, e, self.closing_speed]
     }
 
-    fn from_row(row: [f64; 10]) -> Self {
-        let [px, py, pz, nx, ny, nz, impulse, duration, radius, energy] = row;
+    fn from_row(row: [f64; 11]) -> Self {
+        let [px, py, pz, nx, ny, nz, impulse, duration, radius, energy, closing_speed] = row;
         let (point, normal) = (Vec3::new(px, py, pz), Vec3::new(nx, ny, nz));
-        Self { point, normal, impulse, duration, radius, energy }
+        Self { point, normal, impulse, duration, radius, energy, closing_speed }
     }
 }
 
@@ -208,6 +210,7 @@ pub(crate) mod tests {
                 duration: 1e-4,
                 radius: 1e-3,
                 energy: 2.0,
+                closing_speed: 3.0,
             }],
             settings: Settings {
                 spacing: None,
@@ -232,12 +235,13 @@ pub(crate) mod tests {
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 8] = [
+        let change: [fn(&mut FractureJob); 9] = [
             |j| j.seed += 1,
             |j| j.solver.push('x'),
             |j| j.fallback = None,
             |j| j.material.young *= 1.0 + f64::EPSILON,
             |j| j.impacts[0].energy += 1.0,
+            |j| j.impacts[0].closing_speed += 1.0,
             |j| j.settings.spacing = Some(0.1),
             |j| j.solid.mesh.vertices[0].x = 1e-300,
             |j| j.solid.surface[0] = Surface::Crack { damage_time: 0.0 },

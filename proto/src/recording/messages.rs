@@ -154,6 +154,8 @@ message! {
         "5" [double] radius: f64,
         /// Kinetic energy of the approach \[J\].
         "6" [double] energy: f64,
+        /// How fast the surfaces closed before they touched \[m/s\].
+        "7" [double] closing_speed: f64,
     }
 }
 

@@ -1,4 +1,4 @@
-//! Material points as a structure of arrays, all of one mass and one volume.
+//! Material points as a structure of arrays.
 
 use crate::mpm::symmetric::Sym3;
 use cullet_geometry::{Mat3, Vec3};
@@ -6,12 +6,12 @@ use cullet_geometry::{Mat3, Vec3};
 /// The points of a body. Arrays are parallel; their order changes when the grid re-bins them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Particles {
-    /// Mass of each point, ρV/N \[kg\].
-    pub mass: f64,
-    /// Reference volume of each point, V/N \[m³\].
-    pub volume: f64,
+    /// Mass of a point over its reference volume \[kg/m³\].
+    pub density: f64,
     /// Place in the order in which the points were given.
     pub id: Vec<u32>,
+    /// Reference volume \[m³\]: the weight of the point in every integral over the body.
+    pub volume: Vec<f64>,
     /// Position \[m\]; f64 in the body's own frame, so that a strain of 1e-12 still moves it.
     pub position: Vec<Vec3>,
     /// Position before the hit \[m\].
@@ -38,6 +38,7 @@ pub struct Particles {
 
 /// The points of one block, to be changed apart from the others.
 pub(crate) struct View<'a> {
+    pub(crate) volume: &'a [f64],
     pub(crate) position: &'a mut [Vec3],
     pub(crate) velocity: &'a mut [Vec3],
     pub(crate) affine: &'a mut [Mat3],
@@ -57,9 +58,9 @@ impl Particles {
         let n = positions.len();
         let volume = body_volume / n.max(1) as f64;
         Self {
-            mass: density * volume,
-            volume,
+            density,
             id: (0..n as u32).collect(),
+            volume: vec![volume; n],
             position: positions.to_vec(),
             reference: positions.to_vec(),
             velocity: vec![Vec3::zeros(); n],
@@ -89,6 +90,7 @@ impl Particles {
     /// Puts the points in the order `order[new] = old`.
     pub(crate) fn reorder(&mut self, order: &[u32]) {
         pick(&mut self.id, order);
+        pick(&mut self.volume, order);
         pick(&mut self.position, order);
         pick(&mut self.reference, order);
         pick(&mut self.velocity, order);
@@ -126,6 +128,7 @@ impl Particles {
                     damage: take(&mut damage, n),
                     damage_time: take(&mut damage_time, n),
                     onset_rate: take(&mut onset_rate, n),
+                    volume: &self.volume[range.clone()],
                     strength: &self.strength[range.clone()],
                     shielded: &self.shielded[range],
                 }
@@ -136,7 +139,8 @@ impl Particles {
     /// Linear momentum \[kg·m/s\].
     #[must_use]
     pub fn momentum(&self) -> Vec3 {
-        self.velocity.iter().fold(Vec3::zeros(), |sum, v| sum + v) * self.mass
+        let pairs = self.velocity.iter().zip(&self.volume);
+        pairs.fold(Vec3::zeros(), |sum, (v, volume)| sum + v * *volume) * self.density
     }
 
     /// Angular momentum about the origin \[kg·m²/s\], with the part that APIC keeps in C:
@@ -146,18 +150,27 @@ impl Particles {
         let own = 0.25 * spacing * spacing;
         let mut sum = Vec3::zeros();
         for (p, (x, v)) in self.position.iter().zip(&self.velocity).enumerate() {
-            sum += x.cross(v) + twist(&self.affine[p]) * own;
+            sum += (x.cross(v) + twist(&self.affine[p]) * own) * self.volume[p];
         }
-        sum * self.mass
+        sum * self.density
     }
 
     /// Kinetic energy \[J\], with the part in C.
     #[must_use]
     pub fn kinetic_energy(&self, spacing: f64) -> f64 {
         let own = 0.25 * spacing * spacing;
-        let square = |(v, c): (&Vec3, &Mat3)| v.norm_squared() + own * c.norm_squared();
-        let sum: f64 = self.velocity.iter().zip(&self.affine).map(square).sum();
-        0.5 * self.mass * sum
+        let pairs = self.velocity.iter().zip(&self.affine).zip(&self.volume);
+        let sum: f64 = pairs
+            .map(|((v, c), volume)| volume * (v.norm_squared() + own * c.norm_squared()))
+            .sum();
+        0.5 * self.density * sum
+    }
+
+    /// Mass of a point \[kg\].
+    #[must_use]
+    #[inline]
+    pub fn mass(&self, p: usize) -> f64 {
+        self.density * self.volume[p]
     }
 }
 

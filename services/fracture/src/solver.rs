@@ -19,6 +19,8 @@ pub struct Impact {
     pub radius: f64,
     /// Kinetic energy of the approach, ½ m* v² \[J\]: no crack can cost more.
     pub energy: f64,
+    /// How fast the surfaces closed before they touched \[m/s\].
+    pub closing_speed: f64,
 }
 
 /// What the scene decides about a solve. `None` means "let the solver choose".

@@ -32,7 +32,9 @@ fn block(size: Vec3, material: Material, impacts: Vec<Impact>) -> Problem {
 }
 
 fn hit(point: Vec3, normal: Vec3, impulse: f64) -> Impact {
-    Impact { point, normal, impulse, duration: 1.2e-4, radius: 6e-3, energy: 0.0 }
+    // A striker that keeps no speed: I = m* v, E = ½ m* v².
+    let (closing_speed, energy) = (20.0, 10.0 * impulse);
+    Impact { point, normal, impulse, duration: 1.2e-4, radius: 6e-3, energy, closing_speed }
 }
 
 fn side_hit(impulse: f64) -> Impact {
@@ -168,6 +170,8 @@ fn bad_problems_are_refused_by_name() {
     let impact = |impact| names(&Problem { impacts: vec![impact], ..good.clone() });
     assert!(impact(side_hit(0.0)).contains("impulse"));
     assert!(impact(Impact { duration: 0.0, ..side_hit(1.0) }).contains("duration"));
+    assert!(impact(Impact { closing_speed: 0.0, ..side_hit(1.0) }).contains("closing speed"));
+    assert!(impact(Impact { energy: 0.0, ..side_hit(1.0) }).contains("energy"));
     assert!(impact(Impact { radius: f64::NAN, ..side_hit(1.0) }).contains("radius"));
     assert!(impact(Impact { normal: Vec3::zeros(), ..side_hit(1.0) }).contains("normal"));
     assert!(names(&Problem { impacts: vec![], ..good.clone() }).contains("impacts"));
@@ -193,7 +197,7 @@ fn a_long_push_is_quasi_static() {
         let law = Softening::new(&TOUGH, spacing);
         let mut domain = Domain::new(particles, &TOUGH, law, spacing);
         let impact = side_hit(0.05 * transits);
-        let mut load = Load::new(&impact, &domain, transits * transit);
+        let mut load = Load::new(&impact, &domain, transits * transit, 0.0);
         let mut most: f64 = 0.0;
         while domain.time < load.duration {
             load.push(&mut domain);
@@ -224,7 +228,7 @@ fn the_push_is_half_a_sine() {
     let points = sample::poisson(&Inside::new(&mesh), 0.01, 3).expect("points");
     let particles = Particles::at_rest(&points, 0.008, TOUGH.density);
     let domain = Domain::new(particles, &TOUGH, Softening::new(&TOUGH, 0.02), 0.02);
-    let load = Load::new(&side_hit(2.0), &domain, 1e-3);
+    let load = Load::new(&side_hit(2.0), &domain, 1e-3, 0.0);
     assert!((load.shares.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
     for &(id, _) in &load.shares {
         let x = domain.particles.reference[domain.slot(id)];

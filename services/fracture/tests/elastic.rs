@@ -135,7 +135,7 @@ fn a_stretched_body_has_no_net_torque() {
     }
     let particles = &domain.particles;
     let speed: f64 = particles.velocity.iter().map(Vec3::norm).sum();
-    let scale = particles.mass * speed;
+    let scale = particles.mass(0) * speed;
     assert!(scale > 0.0);
     assert!(particles.momentum().norm() < 1e-12 * scale);
     assert!(particles.angular_momentum(SPACING).norm() < 1e-12 * scale * 8.0 * SPACING);

@@ -15,6 +15,7 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
         duration: i.duration,
         radius: i.radius,
         energy: i.energy,
+        closing_speed: i.closing_speed,
     };
     let wire::Settings { spacing, max_particles, max_steps, min_volume_ratio, max_fragments } =
         job.settings;

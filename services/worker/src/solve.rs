@@ -203,6 +203,7 @@ mod tests {
                 duration: 1.0,
                 radius: 1.0,
                 energy: 1.0,
+                closing_speed: 1.0,
             }],
             settings: Settings {
                 spacing: None,

@@ -170,7 +170,7 @@ struct Stress {
 }
 
 fn stress(hit: &Hit, material: &Material, body: &GateBody) -> Stress {
-    let (radius, speed) = (hit.impact.radius, hit.closing_speed);
+    let (radius, speed) = (hit.impact.radius, hit.impact.closing_speed);
     let poisson = material.poisson;
     // δ = v t_c / 2.943; ½ m* v² = (2/5) F δ
     let approach = speed * hit.impact.duration / DURATION_OVER_APPROACH;

@@ -21,6 +21,8 @@ pub struct Impact {
     pub radius: f64,
     /// Kinetic energy of the approach, ½ m* v² \[J\]: no crack can cost more.
     pub energy: f64,
+    /// How fast the surfaces closed before they touched \[m/s\].
+    pub closing_speed: f64,
 }
 
 /// A contact episode that reached a body's threshold.
@@ -40,8 +42,6 @@ pub struct Hit {
     pub other_point: Vec3,
     /// What a solver needs.
     pub impact: Impact,
-    /// How fast the surfaces closed before they touched \[m/s\].
-    pub closing_speed: f64,
     /// Effective mass m* of the pair at the contact \[kg\].
     pub effective_mass: f64,
     /// Greatest Hertz force \[N\].
@@ -121,8 +121,8 @@ pub(crate) fn hits(outcome: &Outcome, one: &Party<'_>, two: &Party<'_>) -> [Hit;
             duration: h.duration,
             radius: h.radius.min(widest),
             energy: 0.5 * mass * outcome.closing_speed * outcome.closing_speed,
+            closing_speed: outcome.closing_speed,
         },
-        closing_speed: outcome.closing_speed,
         effective_mass: mass,
         peak_force: h.force,
         exchanged: me.exchanged,

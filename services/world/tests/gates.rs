@@ -17,7 +17,7 @@ fn marble(speed: f64) -> (Hit, GateBody) {
     let h = hertz(mass, effective_modulus(glass, glass), 4e-3, speed);
     let (_, hits) = any_hit();
     let mut hit = hits[0].clone();
-    hit.closing_speed = speed;
+    hit.impact.closing_speed = speed;
     hit.effective_mass = mass;
     hit.impact.energy = 0.5 * mass * speed * speed;
     hit.impact.duration = h.duration;

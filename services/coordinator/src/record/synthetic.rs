@@ -145,6 +145,7 @@ fn break_cube(recorder: &mut Recorder, time: f64) -> Result<(), RecordError> {
         duration: 1e-4,
         radius: 0.003,
         energy,
+        closing_speed,
     };
     recorder.report(&JobReport {
         job: job.to_vec(),

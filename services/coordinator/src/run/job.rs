@@ -76,5 +76,6 @@ fn impact(hit: &Hit) -> Impact {
         duration: i.duration,
         radius: i.radius,
         energy: i.energy,
+        closing_speed: i.closing_speed,
     }
 }

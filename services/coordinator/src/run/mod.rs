@@ -221,7 +221,7 @@ impl Run<'_> {
                 striker: number(hit.other),
                 point: hit.point,
                 impulse: hit.impact.impulse,
-                closing_speed: hit.closing_speed,
+                closing_speed: hit.impact.closing_speed,
                 energy: hit.impact.energy,
             })?;
             by_body.entry(hit.body).or_default().push(hit);

@@ -215,5 +215,6 @@ fn hit(hit: &Hit) -> recording::Hit {
         duration: i.duration,
         radius: i.radius,
         energy: i.energy,
+        closing_speed: i.closing_speed,
     }
 }

@@ -43,6 +43,7 @@ pub struct Domain {
     arenas: Vec<f64x4>,
     nodes: Vec<f64x4>,
     slot: Vec<u32>,
+    lightest: f64,
 }
 
 /// What a step noticed.
@@ -96,7 +97,10 @@ impl Domain {
             arenas: Vec::new(),
             nodes: Vec::new(),
             slot: Vec::new(),
+            lightest: 0.0,
         };
+        let lightest = domain.particles.volume.iter().fold(f64::INFINITY, |m, v| m.min(*v));
+        domain.lightest = material.density * lightest;
         domain.allocate();
         domain
     }
@@ -121,9 +125,11 @@ impl Domain {
 
     /// Pushes one point with `impulse` \[N·s\]; returns the work done \[J\].
     pub fn push(&mut self, id: u32, impulse: Vec3) -> f64 {
-        let velocity = &mut self.particles.velocity[self.slot[id as usize] as usize];
-        let work = impulse.dot(velocity) + 0.5 * impulse.norm_squared() / self.particles.mass;
-        *velocity += impulse / self.particles.mass;
+        let p = self.slot(id);
+        let mass = self.particles.mass(p);
+        let velocity = &mut self.particles.velocity[p];
+        let work = impulse.dot(velocity) + 0.5 * impulse.norm_squared() / mass;
+        *velocity += impulse / mass;
         work
     }
 
@@ -143,7 +149,7 @@ impl Domain {
 
     fn scatter(&mut self) {
         let (h, inverse) = (self.spacing, 1.0 / self.spacing);
-        let impulse = self.step * self.particles.volume * 4.0 / (h * h);
+        let impulse = self.step * 4.0 / (h * h);
         let (particles, blocks) = (&self.particles, &self.blocks);
         self.arenas.par_chunks_mut(ARENA).enumerate().for_each(|(b, arena)| {
             arena.fill(f64x4::splat(0.0));
@@ -156,7 +162,7 @@ impl Domain {
     }
 
     fn sum(&mut self) {
-        let light = LIGHT_NODE * self.particles.mass;
+        let light = LIGHT_NODE * self.lightest;
         let (blocks, arenas, grip, h) = (&self.blocks, &self.arenas, self.grip, self.spacing);
         self.nodes.par_chunks_mut(NODES).enumerate().for_each(|(n, nodes)| {
             nodes.fill(f64x4::splat(0.0));
@@ -187,7 +193,6 @@ impl Domain {
             inverse: 1.0 / self.spacing,
             step: self.step,
             time: self.time + self.step,
-            volume: self.particles.volume,
         };
         let (blocks, nodes) = (&self.blocks, &self.nodes);
         let mut views = self.particles.views(&blocks.starts);
@@ -212,16 +217,17 @@ impl Domain {
     /// Elastic energy \[J\], to second order in the strain.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
-        let pairs = self.particles.stress.iter().zip(&self.particles.displacement_gradient);
-        let sum: f64 = pairs
-            .map(|(s, h)| {
+        let particles = &self.particles;
+        let pairs = particles.stress.iter().zip(&particles.displacement_gradient);
+        pairs
+            .zip(&particles.volume)
+            .map(|((s, h), volume)| {
                 // ½ τ : ½(b − I)
                 let b = left_strain(h);
                 let normal = s[0] * b[0] + s[1] * b[1] + s[2] * b[2];
-                0.25 * (normal + 2.0 * (s[3] * b[3] + s[4] * b[4] + s[5] * b[5]))
+                0.25 * volume * (normal + 2.0 * (s[3] * b[3] + s[4] * b[4] + s[5] * b[5]))
             })
-            .sum();
-        sum * self.particles.volume
+            .sum()
     }
 
     /// Whether every position and velocity is a number (F76).
@@ -255,10 +261,11 @@ fn overlap(o: usize, mut visit: impl FnMut(usize, usize)) {
     }
 }
 
-/// [m, mv] and the columns of [0, mC − Δt V (4/h²) τ]; `impulse` is Δt V 4/h².
+/// [m, mv] and the columns of [0, mC − Δt V (4/h²) τ]; `impulse` is Δt 4/h².
 #[inline]
 fn share(particles: &Particles, p: usize, impulse: f64) -> Share {
-    let (m, v, c) = (particles.mass, &particles.velocity[p], &particles.affine[p]);
+    let (m, v, c) = (particles.mass(p), &particles.velocity[p], &particles.affine[p]);
+    let impulse = impulse * particles.volume[p];
     let s = &particles.stress[p];
     let column = |a: f64, b: f64, c: f64| f64x4::new([0.0, a, b, c]);
     let f = |c: f64, s: f64| m * c - impulse * s;
@@ -290,7 +297,6 @@ struct Law {
     inverse: f64,
     step: f64,
     time: f64,
-    volume: f64,
 }
 
 impl Law {
@@ -336,7 +342,7 @@ impl Law {
                 view.onset_rate[p] = 0.5 * (c + c.transpose()).norm();
             }
             tally.grown += 1;
-            tally.dissipated += response.dissipated * self.volume;
+            tally.dissipated += response.dissipated * view.volume[p];
             if response.damage >= 1.0 {
                 view.damage_time[p] = self.time;
                 tally.broken += 1;

@@ -66,7 +66,8 @@ pub(crate) fn check_impacts(impacts: &[Impact]) -> Result<(), Refusal> {
         within("contact radius [m]", impact.radius, f64::MIN_POSITIVE, 1e6)?;
         within("length of the impact's normal", impact.normal.norm(), 1.0 - 1e-6, 1.0 + 1e-6)?;
         within("distance of the impact [m]", impact.point.norm(), 0.0, 1e6)?;
-        within("impact energy [J]", impact.energy, 0.0, 1e18)?;
+        within("impact energy [J]", impact.energy, f64::MIN_POSITIVE, 1e18)?;
+        within("closing speed [m/s]", impact.closing_speed, f64::MIN_POSITIVE, 1e5)?;
     }
     Ok(())
 }

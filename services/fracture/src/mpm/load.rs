@@ -14,6 +14,10 @@ pub const DEPTH: f64 = 1.5;
 /// Fewest points that may carry a load; the nearest ones are taken where the disc holds fewer.
 pub const LEAST_POINTS: usize = 8;
 
+/// Share of the striker's lost energy still in the contact below which the force fades to nothing:
+/// a cut at zero would switch on and off from step to step.
+const FADING: f64 = 0.1;
+
 /// One impact, spread over points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
@@ -27,16 +31,20 @@ pub struct Load {
     pub duration: f64,
     /// How far it has come \[N·s\].
     pub delivered: f64,
-    /// Speed of the loaded points along the push at which the striker loses touch \[m/s\].
-    pub release: f64,
-    /// Whether it has.
-    pub released: bool,
+    /// Work done on the body so far \[J\].
+    pub work: f64,
+    closing_speed: f64,
+    /// Of the striker along the push \[1/kg\].
+    striker_mobility: f64,
 }
 
 impl Load {
     /// Spreads `impact` over the points of `domain` near it, over `duration` \[s\].
+    ///
+    /// `mobility` is the body's at the contact, 1/m + n·[I⁻¹(r×n)]×r \[1/kg\]; the striker's
+    /// follows from ½ m* v² = E.
     #[must_use]
-    pub fn new(impact: &Impact, domain: &Domain, duration: f64) -> Self {
+    pub fn new(impact: &Impact, domain: &Domain, duration: f64, mobility: f64) -> Self {
         let radius = impact.radius.max(LEAST_RADIUS * domain.spacing);
         let depth = DEPTH * domain.spacing;
         let particles = &domain.particles;
@@ -68,15 +76,35 @@ impl Load {
             impulse: impact.impulse,
             duration,
             delivered: 0.0,
-            release: f64::INFINITY,
-            released: false,
+            work: 0.0,
+            closing_speed: impact.closing_speed,
+            // 1/m* = v²/2E is the sum of the two mobilities [Gate 0]
+            striker_mobility: (impact.closing_speed * impact.closing_speed / (2.0 * impact.energy)
+                - mobility)
+                .max(0.0),
         }
     }
 
-    /// Mean speed of the loaded points along the push \[m/s\].
-    fn speed(&self, domain: &Domain) -> f64 {
-        let along = |id| domain.particles.velocity[domain.slot(id)].dot(&self.direction);
-        self.shares.iter().map(|&(id, share)| share * along(id)).sum()
+    /// Energy that the striker has lost by giving `impulse` \[N·s\], seen from the body at rest
+    /// \[J\].
+    fn lost(&self, impulse: f64) -> f64 {
+        impulse * (self.closing_speed - 0.5 * self.striker_mobility * impulse)
+    }
+
+    /// Share of the force that the contact can still exert \[1\].
+    ///
+    /// What the striker has lost and the body has not received is stored in the contact; without
+    /// it the two part, however much of the half-sine is to come (F12). So a corner that breaks off
+    /// does not take the whole impulse, and no push does more work than the striker can pay.
+    fn grip(&self) -> f64 {
+        if self.delivered == 0.0 {
+            return 1.0;
+        }
+        let lost = self.lost(self.delivered);
+        if lost <= self.work {
+            return 0.0;
+        }
+        ((1.0 - self.work / lost) / FADING).min(1.0)
     }
 
     /// Impulse delivered by time `t` \[N·s\]: the integral of F = (π/2)(I/t_c) sin(πt/t_c).
@@ -93,21 +121,21 @@ impl Load {
     /// Whether nothing more is to come at time `t` \[s\].
     #[must_use]
     pub fn is_over(&self, t: f64) -> bool {
-        self.released || t >= self.duration
+        t >= self.duration
     }
 
     /// Pushes the body by what falls into the domain's next step; returns the work done \[J\].
     pub fn push(&mut self, domain: &mut Domain) -> f64 {
-        self.released |= self.speed(domain) > self.release;
-        if self.released {
+        let now = domain.time;
+        let size = (self.by(now + domain.step) - self.by(now)) * self.grip();
+        if size <= 0.0 {
             return 0.0;
         }
-        let until = self.by(domain.time + domain.step);
-        let impulse = self.direction * (until - self.delivered);
-        self.delivered = until;
-        if impulse == Vec3::zeros() {
-            return 0.0;
-        }
-        self.shares.iter().map(|&(id, share)| domain.push(id, impulse * share)).sum()
+        self.delivered += size;
+        let impulse = self.direction * size;
+        let work: f64 =
+            self.shares.iter().map(|&(id, share)| domain.push(id, impulse * share)).sum();
+        self.work += work;
+        work
     }
 }

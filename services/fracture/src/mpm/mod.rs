@@ -10,8 +10,10 @@ pub mod domain;
 pub(crate) mod door;
 pub mod elastic;
 pub mod kernel;
+mod lattice;
 pub mod load;
 pub mod motion;
+pub mod quadrature;
 pub mod symmetric;
 pub mod variation;
 

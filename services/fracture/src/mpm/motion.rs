@@ -1,6 +1,7 @@
 //! The rigid motion that carries a part's momentum and angular momentum.
 
 use crate::particles::{Particles, twist};
+use crate::solver::Problem;
 use cullet_geometry::{Mat3, Vec3};
 
 /// Mass, momentum and angular momentum of a set of points about their own centroid.
@@ -12,12 +13,24 @@ pub struct Motion {
     pub spin: Vec3,
     /// Points.
     pub points: usize,
+    volume: f64,
 }
 
 impl Default for Motion {
     fn default() -> Self {
-        Self { velocity: Vec3::zeros(), spin: Vec3::zeros(), points: 0 }
+        Self { velocity: Vec3::zeros(), spin: Vec3::zeros(), points: 0, volume: 0.0 }
     }
+}
+
+/// Velocity along `n` that a unit impulse along `n` at `point` gives the whole body there:
+/// 1/m + n·[I⁻¹(r×n)]×r \[1/kg\]  [Gate 0].
+#[must_use]
+pub fn mobility(problem: &Problem, point: &Vec3, n: &Vec3) -> f64 {
+    let whole = problem.solid.mesh.mass_properties();
+    let density = problem.material.density;
+    let arm = (point - whole.centroid).cross(n);
+    let turned = whole.inertia.try_inverse().map_or(Vec3::zeros(), |inverse| inverse * arm);
+    (1.0 / whole.volume + turned.dot(&arm)) / density
 }
 
 /// Points below which a part is given no spin: its inertia is a guess.
@@ -33,12 +46,13 @@ pub fn of_parts(particles: &Particles, part: &[u32], parts: usize, spacing: f64)
         let at = place(p);
         if at < parts {
             motions[at].points += 1;
-            motions[at].velocity += particles.velocity[p];
-            centroids[at] += particles.position[p];
+            motions[at].volume += particles.volume[p];
+            motions[at].velocity += particles.velocity[p] * particles.volume[p];
+            centroids[at] += particles.position[p] * particles.volume[p];
         }
     }
     for (motion, centroid) in motions.iter_mut().zip(&mut centroids) {
-        let share = 1.0 / motion.points.max(1) as f64;
+        let share = if motion.points > 0 { 1.0 / motion.volume } else { 0.0 };
         motion.velocity *= share;
         *centroid *= share;
     }
@@ -50,9 +64,11 @@ pub fn of_parts(particles: &Particles, part: &[u32], parts: usize, spacing: f64)
         let at = place(p);
         if at < parts {
             let r = particles.position[p] - centroids[at];
-            momenta[at] += r.cross(&(particles.velocity[p] - motions[at].velocity))
-                + twist(&particles.affine[p]) * own;
-            inertias[at] += Mat3::identity() * (r.norm_squared() + 2.0 * own) - r * r.transpose();
+            let volume = particles.volume[p];
+            let slip = particles.velocity[p] - motions[at].velocity;
+            momenta[at] += (r.cross(&slip) + twist(&particles.affine[p]) * own) * volume;
+            let square = r.norm_squared() + 2.0 * own;
+            inertias[at] += (Mat3::identity() * square - r * r.transpose()) * volume;
         }
     }
     for (at, motion) in motions.iter_mut().enumerate() {

@@ -35,12 +35,6 @@ const QUIET_TRANSITS: f64 = 2.5;
 /// Share of the points that must break to count as growth: less is the opening of old cracks.
 const GROWTH_SHARE: f64 = 2e-3;
 
-/// Speed of the loaded points along the push, in E/J of the impact, at which the striker has lost
-/// touch (F12): the striker comes at 2E/J · (1+e), so 3 is that speed at a restitution e = ½.
-/// Without this a corner that breaks off takes the whole impulse. What is left stays with the
-/// striker: the rigid world lets it meet the fragments.
-const RELEASE: f64 = 3.0;
-
 /// Steps between looks at energy and finiteness (F04, F76).
 const LOOK: u64 = 64;
 
@@ -131,7 +125,7 @@ impl Solver for Brittle {
         let mut domain = Domain::new(particles, material, softening, spacing);
         let clock = Clock::new(&problem);
         let loads: Vec<Load> =
-            problem.impacts.iter().map(|impact| load(impact, &domain, &clock)).collect();
+            problem.impacts.iter().map(|impact| load(impact, &problem, &domain, &clock)).collect();
         for &(id, _) in loads.iter().flat_map(|load| &load.shares) {
             let slot = domain.slot(id);
             domain.particles.shielded[slot] = true;
@@ -363,14 +357,12 @@ impl Brittle {
 
 /// The push of an impact: a longer one than the clock's has the same peak force and delivers less;
 /// the striker keeps the rest.
-fn load(impact: &Impact, domain: &Domain, clock: &Clock) -> Load {
+fn load(impact: &Impact, problem: &Problem, domain: &Domain, clock: &Clock) -> Load {
     let duration = impact.duration.min(clock.push);
     let share = duration / impact.duration;
-    let mut load = Load::new(impact, domain, duration);
+    let mobility = motion::mobility(problem, &impact.point, &impact.normal);
+    let mut load = Load::new(impact, domain, duration, mobility);
     load.impulse = share * impact.impulse;
-    if impact.energy > 0.0 {
-        load.release = RELEASE * impact.energy / impact.impulse;
-    }
     load
 }
 

@@ -48,6 +48,7 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         duration: 1e-4,
         radius: 1e-3,
         energy: 1.0,
+        closing_speed: 1.0,
     };
     let settings = Settings {
         spacing: None,

@@ -27,7 +27,8 @@ fn block(size: Vec3) -> Solid {
 fn problem(size: Vec3, energy: f64) -> Problem {
     let point = Vec3::new(-0.5 * size.x, 0.2 * size.y, 0.1 * size.z);
     let normal = Vec3::new(1.0, 0.1, 0.0).normalize();
-    let hit = Impact { point, normal, impulse: 0.4, duration: 1e-4, radius: 1e-3, energy };
+    let (impulse, closing_speed) = (0.4, 5.0);
+    let hit = Impact { point, normal, impulse, duration: 1e-4, radius: 1e-3, energy, closing_speed };
     let other = Impact { point: -point, impulse: 0.1, energy: 0.0, ..hit };
     Problem {
         solid: Arc::new(block(size)),
