@@ -229,7 +229,7 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "8dcc97b6");
+        assert_eq!(job.id()?.short(), "9f5c210f");
         Ok(())
     }
 

@@ -81,7 +81,7 @@ pub struct Report {
     pub fracture_energy: f64,
     /// Energy the damage law dissipated \[J\].
     pub dissipated_energy: f64,
-    /// Strength used over strength asked for \[1\].
+    /// Stress at which cracks grow over σ_f \[1\].
     pub strength_ratio: f64,
     /// Share of particles with damage above one half \[1\].
     pub damaged_fraction: f64,

@@ -192,7 +192,7 @@ message! {
         "14" [double] fracture_energy: f64,
         /// Energy the damage law dissipated \[J\].
         "15" [double] dissipated_energy: f64,
-        /// Strength used over strength asked for \[1\].
+        /// Stress at which cracks grow over σ_f \[1\].
         "16" [double] strength_ratio: f64,
         /// Share of particles with damage above one half \[1\].
         "17" [double] damaged_fraction: f64,

@@ -32,6 +32,8 @@ pub struct Particles {
     pub onset_rate: Vec<f64>,
     /// Local strength over the body's \[1\].
     pub strength: Vec<f64>,
+    /// From when on a crack may be near \[s\]; infinite where none has come yet.
+    pub front_time: Vec<f64>,
     /// Under a striker: undamaged while in compression (F11).
     pub shielded: Vec<bool>,
 }
@@ -48,6 +50,7 @@ pub(crate) struct View<'a> {
     pub(crate) damage_time: &'a mut [f64],
     pub(crate) onset_rate: &'a mut [f64],
     pub(crate) strength: &'a [f64],
+    pub(crate) front_time: &'a [f64],
     pub(crate) shielded: &'a [bool],
 }
 
@@ -71,6 +74,7 @@ impl Particles {
             damage_time: vec![f64::INFINITY; n],
             onset_rate: vec![0.0; n],
             strength: vec![1.0; n],
+            front_time: vec![0.0; n],
             shielded: vec![false; n],
         }
     }
@@ -101,6 +105,7 @@ impl Particles {
         pick(&mut self.damage_time, order);
         pick(&mut self.onset_rate, order);
         pick(&mut self.strength, order);
+        pick(&mut self.front_time, order);
         pick(&mut self.shielded, order);
     }
 
@@ -130,6 +135,7 @@ impl Particles {
                     onset_rate: take(&mut onset_rate, n),
                     volume: &self.volume[range.clone()],
                     strength: &self.strength[range.clone()],
+                    front_time: &self.front_time[range.clone()],
                     shielded: &self.shielded[range],
                 }
             })

@@ -98,7 +98,7 @@ pub struct Report {
     pub fracture_energy: f64,
     /// Energy the damage law dissipated \[J\].
     pub dissipated_energy: f64,
-    /// Strength used over strength asked for \[1\]; below 1 the solve was toughness-controlled
+    /// Stress at which cracks grow over σ_f \[1\]; below 1 the solve was toughness-controlled
     /// (F01).
     pub strength_ratio: f64,
     /// Share of particles with damage above one half \[1\].

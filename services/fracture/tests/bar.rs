@@ -2,9 +2,12 @@
 
 use cullet_fracture::Material;
 use cullet_fracture::damage::{BAND_WIDTH, Softening};
-use cullet_fracture::mpm::Domain;
+use cullet_fracture::mpm::domain::Grip;
+use cullet_fracture::mpm::{Domain, quadrature, variation};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, inside::Inside, sample, shapes};
+use rayon::prelude::*;
+use std::sync::Arc;
 
 const STONE: Material = Material {
     density: 2450.0,
@@ -13,59 +16,163 @@ const STONE: Material = Material {
     failure_stress: 3e6,
     fracture_energy: 3.0,
 };
-/// Half the length of the bar \[m\].
-const HALF: f64 = 0.05;
-/// Speed of each end \[m/s\].
-const SPEED: f64 = 0.01;
-/// Long enough to reach the strength, break, and come to rest \[s\].
-const DURATION: f64 = 5e-4;
 
-/// The ends move apart.
-fn pull(at: Vec3) -> Option<Vec3> {
-    (at.x.abs() > 0.9 * HALF).then(|| Vec3::new(SPEED * at.x.signum(), 0.0, 0.0))
+/// A bar along x, pulled at both ends.
+#[derive(Clone, Copy)]
+struct Bar {
+    material: Material,
+    /// Grid spacing \[m\].
+    spacing: f64,
+    /// Size \[m\].
+    size: Vec3,
+    /// Depth of a notch of one spacing from the side \[m\].
+    notch: f64,
+    /// Speed of each end \[m/s\].
+    speed: f64,
+    seed: u64,
 }
 
-/// A bar four spacings wide that is already moving as it will.
-fn bar(spacing: f64, seed: u64) -> Domain {
-    let size = Vec3::new(2.0 * HALF, 4.0 * spacing, 4.0 * spacing);
-    let mesh = shapes::cuboid(size, shapes::Detail::default()).expect("a box");
-    let points = sample::poisson(&Inside::new(&mesh), 0.5 * spacing, seed).expect("points");
-    let mut particles = Particles::at_rest(&points, mesh.signed_volume(), STONE.density);
-    for (p, x) in points.iter().enumerate() {
-        // Two percent weaker in the middle; the grips hold.
-        particles.strength[p] = match x.x.abs() {
-            far if far > 0.8 * HALF => 10.0,
-            near if near < 0.25 * spacing => 0.98,
-            _ => 1.0,
+/// What a pull came to.
+struct Broken {
+    /// Dissipated energy over G_f times the section \[1\].
+    energy: f64,
+    /// Greatest mean stress over σ_f \[1\].
+    peak: f64,
+}
+
+impl Bar {
+    /// The bar, already moving as it will; `strength` at a point over σ_f.
+    fn domain(&self, strength: impl Fn(&Vec3) -> f64) -> Domain {
+        let (h, half) = (self.spacing, 0.5 * self.size.x);
+        let mesh = shapes::cuboid(self.size, shapes::Detail::default()).expect("a box");
+        let inside = Inside::new(&mesh);
+        let points = sample::poisson(&inside, 0.5 * h, self.seed).expect("points");
+        let mut particles =
+            Particles::at_rest(&points, mesh.signed_volume(), self.material.density);
+        particles.volume = quadrature::volumes(&points, &inside, h, mesh.signed_volume());
+        for (p, x) in points.iter().enumerate() {
+            // The grips hold.
+            particles.strength[p] = if x.x.abs() > 0.7 * half { 10.0 } else { strength(x) };
+            particles.velocity[p].x = self.speed * (x.x / (0.9 * half)).clamp(-1.0, 1.0);
+            if x.y + 0.5 * self.size.y < self.notch && x.x.abs() < 0.5 * h {
+                particles.damage[p] = 1.0;
+            }
+        }
+        let law = Softening::new(&self.material, BAND_WIDTH * h);
+        let mut domain = Domain::new(particles, &self.material, law, h);
+        let speed = self.speed;
+        let grip = move |at: Vec3| {
+            (at.x.abs() > 0.9 * half).then(|| Vec3::new(speed * at.x.signum(), 0.0, 0.0))
         };
-        particles.velocity[p].x = SPEED * (x.x / (0.9 * HALF)).clamp(-1.0, 1.0);
+        domain.grip = Some(Grip(Arc::new(grip)));
+        domain
     }
-    let law = Softening::new(&STONE, BAND_WIDTH * spacing);
-    assert_eq!(law.strength_ratio, 1.0, "the grid resolves the material");
-    let mut domain = Domain::new(particles, &STONE, law, spacing);
-    domain.grip = Some(pull);
-    domain
+
+    /// Pulls until the bar has parted and for a good while after.
+    fn pull(&self, strength: impl Fn(&Vec3) -> f64) -> Broken {
+        let mut domain = self.domain(strength);
+        let (mut energy, mut peak, mut parted) = (0.0, 0.0_f64, f64::INFINITY);
+        while domain.time < 1.7 * parted {
+            energy += domain.advance().dissipated;
+            let now = mean_stress(&domain, 0.35 * self.size.x);
+            peak = peak.max(now);
+            if peak > 0.2 * self.cap() && now < 0.15 * peak {
+                parted = parted.min(domain.time);
+            }
+        }
+        let area = (self.size.y - self.notch) * self.size.z;
+        Broken {
+            energy: energy / (area * self.material.fracture_energy),
+            peak: peak / self.material.failure_stress,
+        }
+    }
+
+    /// Strength at which cracks grow on this grid \[Pa\].
+    fn cap(&self) -> f64 {
+        Softening::new(&self.material, BAND_WIDTH * self.spacing).strength
+    }
 }
 
-/// Dissipated energy per area over G_f.
-fn spent(spacing: f64, seed: u64) -> f64 {
-    let mut domain = bar(spacing, seed);
-    let mut energy = 0.0;
-    while domain.time < DURATION {
-        energy += domain.advance().dissipated;
+/// Mean σ_xx within `reach` of the middle \[Pa\].
+fn mean_stress(domain: &Domain, reach: f64) -> f64 {
+    let particles = &domain.particles;
+    let (mut sum, mut volume) = (0.0, 0.0);
+    for (p, x) in particles.reference.iter().enumerate() {
+        if x.x.abs() < reach {
+            sum += particles.stress[p][0] * particles.volume[p];
+            volume += particles.volume[p];
+        }
     }
-    energy / (16.0 * spacing * spacing) / STONE.fracture_energy
+    sum / volume
 }
 
-/// A single bar dissipates 0.75 to 1.6 G_f: the points lie at random, and a second crack may start
-/// before the first has relieved the bar. The calibration is of the mean.
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// F-B, the calibration: one crack from a notch through a bar 14 spacings wide.
 #[test]
-fn a_bar_spends_the_fracture_energy_on_two_grids() {
-    let mean = |spacing: f64, seeds: u64| {
-        (0..seeds).map(|seed| spent(spacing, seed)).sum::<f64>() / seeds as f64
-    };
-    let coarse = mean(0.008, 8);
-    assert!((coarse - 1.0).abs() < 0.05, "h = 8 mm: {coarse} G_f");
-    let fine = mean(0.004, 12);
-    assert!((fine - 1.0).abs() < 0.05, "h = 4 mm: {fine} G_f");
+fn a_crack_spends_the_fracture_energy_on_three_grids() {
+    for spacing in [0.008, 0.004, 0.002] {
+        let size = Vec3::new(30.0, 14.0, 3.0) * spacing;
+        let bar =
+            Bar { material: STONE, spacing, size, notch: 4.0 * spacing, speed: 0.02, seed: 0 };
+        assert_eq!(bar.cap(), STONE.failure_stress, "the grid resolves the material");
+        let all: Vec<f64> = (0..6_u64)
+            .into_par_iter()
+            .map(|seed| Bar { seed, ..bar }.pull(|_| 1.0).energy)
+            .collect();
+        let spent = mean(&all);
+        assert!((spent - 1.0).abs() < 0.05, "h = {spacing} m: {spent} G_f of {all:?}");
+        assert!(all.iter().all(|g| (g - 1.0).abs() < 0.15), "h = {spacing} m: {all:?}");
+    }
+}
+
+/// F-B without a notch, of the strength that a body has: it varies by a tenth. The bar holds five
+/// times the energy of a crack when it starts to break, so that a second crack may follow the
+/// first before the relief arrives; most bars get one.
+#[test]
+fn a_bar_without_a_notch_breaks_near_its_strength() {
+    let spacing = 0.004;
+    let size = Vec3::new(0.1, 4.0 * spacing, 4.0 * spacing);
+    let bar = Bar { material: STONE, spacing, size, notch: 0.0, speed: 0.01, seed: 0 };
+    let all: Vec<Broken> = (0..8_u64)
+        .into_par_iter()
+        .map(|seed| Bar { seed, ..bar }.pull(|x| variation::strength(x, spacing, seed)))
+        .collect();
+    let spent: Vec<f64> = all.iter().map(|b| b.energy).collect();
+    assert!((mean(&spent) - 1.0).abs() < 0.15, "{spent:?} G_f");
+    let peak: Vec<f64> = all.iter().map(|b| b.peak).collect();
+    assert!((mean(&peak) - 0.9).abs() < 0.05, "{peak:?} of the strength");
+}
+
+/// Points of equal volume break at 0.8 of the strength; those of the quadrature come close to it.
+#[test]
+fn a_thick_bar_reaches_its_strength() {
+    let spacing = 0.004;
+    let size = Vec3::new(0.1, 8.0 * spacing, 8.0 * spacing);
+    let bar = Bar { material: STONE, spacing, size, notch: 0.0, speed: 0.01, seed: 1 };
+    let weak = |x: &Vec3| if x.x.abs() < 0.25 * spacing { 0.98 } else { 1.0 };
+    let peak = bar.pull(weak).peak;
+    assert!((peak - 0.95).abs() < 0.03, "{peak}");
+}
+
+/// F01: on a grid too coarse for the material a crack that is there grows for G_f an area, and where
+/// there is none the material holds to its own strength.
+#[test]
+fn a_coarse_grid_keeps_toughness_and_strength() {
+    let spacing = 0.004;
+    let material = Material { failure_stress: 6.0 * STONE.failure_stress, ..STONE };
+    let size = Vec3::new(30.0, 14.0, 3.0) * spacing;
+    let bar = Bar { material, spacing, size, notch: 4.0 * spacing, speed: 0.02, seed: 0 };
+    assert!(bar.cap() < 0.3 * material.failure_stress);
+    let notched: Vec<Broken> =
+        (0..4_u64).into_par_iter().map(|seed| Bar { seed, ..bar }.pull(|_| 1.0)).collect();
+    let spent: Vec<f64> = notched.iter().map(|b| b.energy).collect();
+    assert!((mean(&spent) - 1.0).abs() < 0.08, "{spent:?} G_f");
+    assert!(notched.iter().all(|b| b.peak * material.failure_stress < bar.cap()));
+
+    let whole = Bar { notch: 0.0, speed: 0.06, ..bar }.pull(|_| 1.0);
+    // The first point to break decides: stress scatters by a tenth and more at the surface.
+    assert!((0.7..1.0).contains(&whole.peak), "{} of the strength", whole.peak);
 }

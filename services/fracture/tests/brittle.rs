@@ -241,3 +241,33 @@ fn the_push_is_half_a_sine() {
     let peak = 0.5 * std::f64::consts::PI * 2.0 / 1e-3;
     assert!((force / peak - 1.0).abs() < 1e-6, "{force} of {peak}");
 }
+
+/// However great the impulse asked for, the body gets no more than the striker can pay: at most
+/// 2 m* v, as from an elastic blow, and the work that this is.
+#[test]
+fn a_push_ends_when_the_striker_has_nothing_left() {
+    let mesh = shapes::cuboid(Vec3::repeat(0.2), shapes::Detail::default()).expect("a box");
+    let points = sample::poisson(&Inside::new(&mesh), 0.01, 3).expect("points");
+    let mass = 0.008 * TOUGH.density;
+    let (striker, speed) = (3.0, 5.0);
+    let reduced = 1.0 / (1.0 / mass + 1.0 / striker);
+    let impact = Impact {
+        impulse: 3.0 * reduced * speed,
+        energy: 0.5 * reduced * speed * speed,
+        closing_speed: speed,
+        ..hit(Vec3::new(-0.1, 0.0, 0.0), Vec3::x(), 1.0)
+    };
+    let particles = Particles::at_rest(&points, 0.008, TOUGH.density);
+    let mut domain = Domain::new(particles, &TOUGH, Softening::new(&TOUGH, 0.02), 0.02);
+    let mut load = Load::new(&impact, &domain, 2e-3, 1.0 / mass);
+    while !load.is_over(domain.time) {
+        load.push(&mut domain);
+        domain.advance();
+    }
+    let given = load.delivered / (2.0 * reduced * speed);
+    assert!((0.85..=1.0).contains(&given), "{given} of an elastic blow");
+    let lost = load.delivered * speed - 0.5 * load.delivered * load.delivered / striker;
+    assert!(load.work <= lost * (1.0 + 1e-3), "{} of {lost} J", load.work);
+    let carried = domain.particles.momentum().x;
+    assert!((carried / load.delivered - 1.0).abs() < 1e-9, "{carried} of {}", load.delivered);
+}

@@ -10,7 +10,7 @@
 //! there closer than the grid can tell. That zone is divided at random into pieces of the size that
 //! the strain rate at the onset of damage asks for (gate 5). Nothing parts that did not break.
 
-use super::kernel::Stencil;
+use super::lattice::Lattice;
 use crate::particles::Particles;
 use cullet_geometry::Vec3;
 use cullet_geometry::math::{scramble, unit};
@@ -74,7 +74,7 @@ pub struct Cracks {
 /// Finds the cracks.
 #[must_use]
 pub fn cracks(particles: &Particles, rules: &Rules) -> Cracks {
-    let lattice = Lattice::new(particles, rules.spacing);
+    let lattice = Lattice::new(&particles.reference, rules.spacing);
     let (weights, times) = lattice.times(particles);
     let pause = LEAST_STANDING * rules.spacing / rules.shear_speed;
     let mut labels = lattice.labels(&weights, &times, pause);
@@ -82,7 +82,7 @@ pub fn cracks(particles: &Particles, rules: &Rules) -> Cracks {
     let mut membership = vec![0.0; particles.len()];
     for (p, x) in particles.reference.iter().enumerate() {
         let mut near: Vec<(u32, f64)> = Vec::new();
-        lattice.visit(x, |node, weight| match near.iter_mut().find(|l| l.0 == labels[node]) {
+        lattice.visit(x, |node, weight, _| match near.iter_mut().find(|l| l.0 == labels[node]) {
             Some(entry) => entry.1 += weight,
             None if labels[node] != NONE => near.push((labels[node], weight)),
             None => {}
@@ -95,44 +95,7 @@ pub fn cracks(particles: &Particles, rules: &Rules) -> Cracks {
     Cracks { membership, drawn, crushed }
 }
 
-/// The nodes around the points before the hit.
-struct Lattice {
-    origin: [i32; 3],
-    size: [usize; 3],
-    spacing: f64,
-}
-
 impl Lattice {
-    fn new(particles: &Particles, spacing: f64) -> Self {
-        let mut low = [i32::MAX; 3];
-        let mut high = [i32::MIN; 3];
-        for x in &particles.reference {
-            let cell = super::blocks::base_cell(x, 1.0 / spacing);
-            for a in 0..3 {
-                low[a] = low[a].min(cell[a]);
-                high[a] = high[a].max(cell[a]);
-            }
-        }
-        let size = std::array::from_fn(|a| (high[a] - low[a]).max(0) as usize + 3);
-        Self { origin: low, size, spacing }
-    }
-
-    fn len(&self) -> usize {
-        self.size.iter().product()
-    }
-
-    fn visit(&self, x: &Vec3, mut visit: impl FnMut(usize, f64)) {
-        let inverse = 1.0 / self.spacing;
-        let cell = super::blocks::base_cell(x, inverse);
-        let weight = Stencil::new(x, [0, 0, 0], self.spacing, inverse).weight;
-        let at = |a: usize, k: usize| (cell[a] - self.origin[a]) as usize + k;
-        for n in 0..27 {
-            let (i, j, k) = (n / 9, n / 3 % 3, n % 3);
-            let node = (at(0, i) * self.size[1] + at(1, j)) * self.size[2] + at(2, k);
-            visit(node, weight[0][i] * weight[1][j] * weight[2][k]);
-        }
-    }
-
     /// The weight of each node, and when `BROKEN_SHARE` of it was broken.
     fn times(&self, particles: &Particles) -> (Vec<f64>, Vec<f64>) {
         let mut weights = vec![0.0; self.len()];
@@ -141,7 +104,7 @@ impl Lattice {
         order
             .sort_unstable_by(|&a, &b| key(a).0.total_cmp(&key(b).0).then(key(a).1.cmp(&key(b).1)));
         for &p in &order {
-            self.visit(&particles.reference[p], |node, weight| {
+            self.visit(&particles.reference[p], |node, weight, _| {
                 weights[node] += weight;
             });
         }
@@ -152,7 +115,7 @@ impl Lattice {
             if time.is_infinite() {
                 break;
             }
-            self.visit(&particles.reference[p], |node, weight| {
+            self.visit(&particles.reference[p], |node, weight, _| {
                 broken[node] += weight;
                 if broken[node] >= BROKEN_SHARE * weights[node] {
                     times[node] = times[node].min(time);
@@ -195,7 +158,7 @@ impl Lattice {
         let all = weights.iter().filter(|&&w| w >= LEAST_WEIGHT).count();
         let mut rates = vec![0.0; self.len()];
         for (x, rate) in particles.reference.iter().zip(&particles.onset_rate) {
-            self.visit(x, |node, weight| rates[node] += weight * rate);
+            self.visit(x, |node, weight, _| rates[node] += weight * rate);
         }
         // Grady: s = (24 G_f / (ρ ε̇²))^⅓  [gate 5]
         let size = |n: usize| {

@@ -3,12 +3,14 @@
 use super::blocks::{ARENA, ARENA_EDGE, Blocks, EDGE, LAST_CELL, NODES, NONE};
 use super::blocks::{arena_origin, base_cell, offset};
 use super::elastic::{CRUSHED, Elastic, left_strain, volume_change};
+use super::front::Front;
 use super::kernel::{Share, Stencil, gather, scatter};
 use crate::damage::{Softening, State};
 use crate::material::Material;
 use crate::particles::{Particles, View};
 use cullet_geometry::{Mat3, Vec3};
 use rayon::prelude::*;
+use std::sync::Arc;
 use wide::f64x4;
 
 /// Step over h/c_d. The 1-D limits are 1.00 to 1.26 (1 to 3 points a cell, free ends); damage,
@@ -20,7 +22,14 @@ pub const COURANT: f64 = 0.45;
 const LIGHT_NODE: f64 = 1e-15;
 
 /// Velocity that holds at some nodes, for verification: position \[m\] to velocity \[m/s\].
-pub type Grip = fn(Vec3) -> Option<Vec3>;
+#[derive(Clone)]
+pub struct Grip(pub Arc<dyn Fn(Vec3) -> Option<Vec3> + Send + Sync>);
+
+impl std::fmt::Debug for Grip {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Grip")
+    }
+}
 
 /// A body on its grid.
 #[derive(Clone, Debug)]
@@ -39,6 +48,7 @@ pub struct Domain {
     pub grip: Option<Grip>,
     elastic: Elastic,
     softening: Softening,
+    front: Option<Front>,
     blocks: Blocks,
     arenas: Vec<f64x4>,
     nodes: Vec<f64x4>,
@@ -93,6 +103,7 @@ impl Domain {
             grip: None,
             elastic: Elastic::new(material),
             softening,
+            front: None,
             blocks,
             arenas: Vec::new(),
             nodes: Vec::new(),
@@ -102,7 +113,33 @@ impl Domain {
         let lightest = domain.particles.volume.iter().fold(f64::INFINITY, |m, v| m.min(*v));
         domain.lightest = material.density * lightest;
         domain.allocate();
+        domain.watch(material);
         domain
+    }
+
+    /// Where the cap on strength is for cracks that grow, keeps track of where those are.
+    fn watch(&mut self, material: &Material) {
+        if self.softening.strength_ratio >= 1.0 {
+            return;
+        }
+        let ids = 0..self.particles.len() as u32;
+        let places = ids.clone().map(|id| self.particles.reference[self.slot(id)]).collect();
+        self.front = Some(Front::new(places, self.spacing, material.rayleigh_speed()));
+        self.particles.front_time.fill(f64::INFINITY);
+        let broken: Vec<u32> =
+            ids.filter(|&id| self.particles.damage[self.slot(id)] >= 1.0).collect();
+        broken.iter().for_each(|&id| self.open(id, 0.0));
+    }
+
+    /// Lets a crack that is at the point `id` at `time` \[s\] grow from there.
+    pub fn open(&mut self, id: u32, time: f64) {
+        let (slots, times) = (&self.slot, &mut self.particles.front_time);
+        if let Some(front) = &self.front {
+            front.around(id, |other, delay| {
+                let known = &mut times[slots[other as usize] as usize];
+                *known = known.min(time + delay);
+            });
+        }
     }
 
     fn allocate(&mut self) {
@@ -140,11 +177,22 @@ impl Domain {
         let tally = self.update();
         self.time += self.step;
         self.steps += 1;
+        if tally.broken > 0 && self.front.is_some() {
+            self.grow();
+        }
         if tally.strayed > 0 {
             self.blocks = Blocks::bin(&mut self.particles, self.spacing);
             self.allocate();
         }
         tally
+    }
+
+    /// Opens the way for cracks at the points that broke in this step.
+    fn grow(&mut self) {
+        let pairs = self.particles.damage_time.iter().zip(&self.particles.id);
+        let broken: Vec<u32> =
+            pairs.filter(|(time, _)| **time == self.time).map(|(_, &id)| id).collect();
+        broken.iter().for_each(|&id| self.open(id, self.time));
     }
 
     fn scatter(&mut self) {
@@ -163,7 +211,7 @@ impl Domain {
 
     fn sum(&mut self) {
         let light = LIGHT_NODE * self.lightest;
-        let (blocks, arenas, grip, h) = (&self.blocks, &self.arenas, self.grip, self.spacing);
+        let (blocks, arenas, grip, h) = (&self.blocks, &self.arenas, &self.grip, self.spacing);
         self.nodes.par_chunks_mut(NODES).enumerate().for_each(|(n, nodes)| {
             nodes.fill(f64x4::splat(0.0));
             for (o, &b) in blocks.filled_around[n].iter().enumerate() {
@@ -193,6 +241,7 @@ impl Domain {
             inverse: 1.0 / self.spacing,
             step: self.step,
             time: self.time + self.step,
+            lone: 1.0 / self.softening.strength_ratio,
         };
         let (blocks, nodes) = (&self.blocks, &self.nodes);
         let mut views = self.particles.views(&blocks.starts);
@@ -279,11 +328,11 @@ fn share(particles: &Particles, p: usize, impulse: f64) -> Share {
     }
 }
 
-fn hold(nodes: &mut [f64x4], block: [i32; 3], h: f64, grip: Grip) {
+fn hold(nodes: &mut [f64x4], block: [i32; 3], h: f64, grip: &Grip) {
     for (n, value) in nodes.iter_mut().enumerate() {
         let local = [n / (EDGE * EDGE), n / EDGE % EDGE, n % EDGE];
         let at = |axis: usize| (block[axis] * EDGE as i32 + local[axis] as i32) as f64 * h;
-        if let Some(v) = grip(Vec3::new(at(0), at(1), at(2))) {
+        if let Some(v) = grip.0(Vec3::new(at(0), at(1), at(2))) {
             *value = f64x4::new([1.0, v.x, v.y, v.z]);
         }
     }
@@ -297,6 +346,8 @@ struct Law {
     inverse: f64,
     step: f64,
     time: f64,
+    /// Strength away from cracks over strength at them \[1\].
+    lone: f64,
 }
 
 impl Law {
@@ -328,10 +379,12 @@ impl Law {
     #[inline]
     fn damage(&self, view: &mut View<'_>, p: usize, tally: &mut Tally) {
         let effective = self.elastic.kirchhoff(&view.displacement_gradient[p]);
+        let lone = if self.time < view.front_time[p] { self.lone } else { 1.0 };
         let state = State {
             damage: view.damage[p],
-            strength: view.strength[p],
+            strength: view.strength[p] * lone,
             shielded: view.shielded[p],
+            sudden: lone > 1.0,
         };
         let response = self.softening.respond(&effective, state);
         view.stress[p] = response.stress;

@@ -27,10 +27,13 @@ pub(crate) fn spacing(problem: &Problem) -> Result<f64, Refusal> {
     Ok(spacing)
 }
 
-pub(crate) fn sample_points(problem: &Problem, spacing: f64) -> Result<Vec<Vec3>, Refusal> {
+pub(crate) fn sample_points(
+    problem: &Problem,
+    inside: &Inside,
+    spacing: f64,
+) -> Result<Vec<Vec3>, Refusal> {
     // Eight points a cell: each stands for (h/2)³.
-    let inside = Inside::new(&problem.solid.mesh);
-    sample::poisson(&inside, 0.5 * spacing, problem.seed).map_err(|error| {
+    sample::poisson(inside, 0.5 * spacing, problem.seed).map_err(|error| {
         let value = match error {
             SampleError::TooMany { candidates, .. } => candidates,
             SampleError::Spacing { spacing } => spacing,

@@ -4,11 +4,11 @@ use super::blocks::base_cell;
 use super::kernel::Stencil;
 use cullet_geometry::Vec3;
 
-/// The nodes that the quadratic kernels of some points reach.
+/// The nodes that the kernels of some points reach, z fastest.
 pub(crate) struct Lattice {
-    pub(crate) origin: [i32; 3],
     pub(crate) size: [usize; 3],
     pub(crate) spacing: f64,
+    origin: [i32; 3],
 }
 
 impl Lattice {
@@ -22,47 +22,50 @@ impl Lattice {
                 high[a] = high[a].max(cell[a]);
             }
         }
-        let size = std::array::from_fn(|a| (high[a] - low[a]).max(0) as usize + 3);
-        Self { origin: low, size, spacing }
+        if points.is_empty() {
+            (low, high) = ([0; 3], [0; 3]);
+        }
+        let size = std::array::from_fn(|a| (high[a] - low[a]) as usize + 3);
+        Self { size, spacing, origin: low }
     }
 
     pub(crate) fn len(&self) -> usize {
         self.size.iter().product()
     }
 
-    /// Calls `visit(node, weight, distance)` for the 27 nodes around `x` that are in the array; the
-    /// distance is node less point, in spacings.
-    pub(crate) fn visit(&self, x: &Vec3, mut visit: impl FnMut(usize, f64, [f64; 3])) {
-        let inverse = 1.0 / self.spacing;
-        let cell = base_cell(x, inverse);
-        let stencil = Stencil::new(x, cell, 1.0, 1.0);
-        let _ = stencil;
-        let s = Stencil::new(&(x * inverse), cell, 1.0, 1.0);
-        let at = |a: usize, k: usize| (cell[a] - self.origin[a]) + k as i32;
-        for n in 0..27 {
-            let k = [n / 9, n / 3 % 3, n % 3];
-            let place: [i32; 3] = std::array::from_fn(|a| at(a, k[a]));
-            if (0..3).any(|a| place[a] < 0 || place[a] >= self.size[a] as i32) {
-                continue;
+    /// Calls `visit(node, weight, distance)` for the nodes of the array among the 27 around `x`;
+    /// the distance is node less point, in spacings.
+    #[inline]
+    pub(crate) fn visit(&self, x: &Vec3, mut visit: impl FnMut(usize, f64, Vec3)) {
+        let scaled = x * (1.0 / self.spacing);
+        let cell = base_cell(&scaled, 1.0);
+        let Stencil { weight, distance, .. } = Stencil::new(&scaled, cell, 1.0, 1.0);
+        let first: [i32; 3] = std::array::from_fn(|a| cell[a] - self.origin[a]);
+        let within = |a: usize, k: usize| {
+            let place = first[a] + k as i32;
+            (place >= 0 && (place as usize) < self.size[a]).then_some(place as usize)
+        };
+        for i in 0..3 {
+            let Some(x) = within(0, i) else { continue };
+            for j in 0..3 {
+                let Some(y) = within(1, j) else { continue };
+                for k in 0..3 {
+                    let Some(z) = within(2, k) else { continue };
+                    let node = (x * self.size[1] + y) * self.size[2] + z;
+                    let away = Vec3::new(distance[0][i], distance[1][j], distance[2][k]);
+                    visit(node, weight[0][i] * weight[1][j] * weight[2][k], away);
+                }
             }
-            let node =
-                (place[0] as usize * self.size[1] + place[1] as usize) * self.size[2] + place[2] as usize;
-            let weight = s.weight[0][k[0]] * s.weight[1][k[1]] * s.weight[2][k[2]];
-            visit(node, weight, std::array::from_fn(|a| s.distance[a][k[a]]));
         }
     }
 
-    /// Calls `visit` with the low corner \[m\] of each cell between nodes of the array.
-    pub(crate) fn cells(&self, mut visit: impl FnMut(Vec3)) {
-        for i in 0..self.size[0] {
-            for j in 0..self.size[1] {
-                for k in 0..self.size[2] {
-                    let at = [i, j, k];
-                    let low: [f64; 3] =
-                        std::array::from_fn(|a| f64::from(self.origin[a] + at[a] as i32) * self.spacing);
-                    visit(Vec3::from(low));
-                }
-            }
+    /// Calls `visit(node, place)` for each node, in order; the place is in metres.
+    pub(crate) fn nodes(&self, mut visit: impl FnMut(usize, Vec3)) {
+        let [_, y, z] = self.size;
+        for node in 0..self.len() {
+            let at = [node / (y * z), node / z % y, node % z];
+            let place = |a: usize| f64::from(self.origin[a] + at[a] as i32) * self.spacing;
+            visit(node, Vec3::new(place(0), place(1), place(2)));
         }
     }
 }

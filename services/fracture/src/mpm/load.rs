@@ -1,6 +1,7 @@
 //! The striker's push: Hertz pressure on the contact disc, half a sine in time.
 
 use super::domain::Domain;
+use crate::material::Material;
 use crate::solver::Impact;
 use cullet_geometry::Vec3;
 
@@ -116,6 +117,24 @@ impl Load {
         // sin² keeps the small start exact: (1 − cos πt/t_c)/2 = sin²(πt/2t_c)
         let s = libm::sin(0.5 * core::f64::consts::PI * t / self.duration);
         self.impulse * s * s
+    }
+
+    /// When the tension at the rim of the contact, too narrow for the grid, reaches `strength`
+    /// \[Pa\], if it does \[s\].
+    ///
+    /// σ_r = (1 − 2ν) p₀/3 with p₀ = 3F/2πa² grows with F^⅓ [H1]; a field only a/10 deep counts in
+    /// proportion to √(a/10) where that is less than the material's EG_f/σ_f² [Gate 2].
+    #[must_use]
+    pub fn cracks_at(&self, radius: f64, material: &Material) -> Option<f64> {
+        let pi = core::f64::consts::PI;
+        let force = 0.5 * pi * self.impulse / self.duration;
+        let rim = (1.0 - 2.0 * material.poisson) * force / (2.0 * pi * radius * radius);
+        let strength = material.failure_stress;
+        let process = material.young * material.fracture_energy / (strength * strength);
+        let depth = 0.1 * radius;
+        let tension = rim * (depth / process.max(depth)).sqrt();
+        let ratio = strength / tension;
+        (ratio <= 1.0).then(|| self.duration / pi * libm::asin(ratio * ratio * ratio))
     }
 
     /// Whether nothing more is to come at time `t` \[s\].

@@ -9,6 +9,7 @@ pub mod blocks;
 pub mod domain;
 pub(crate) mod door;
 pub mod elastic;
+mod front;
 pub mod kernel;
 mod lattice;
 pub mod load;

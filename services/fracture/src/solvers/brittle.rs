@@ -6,12 +6,13 @@ use crate::mpm::door::{
     PER_CELL, check_impacts, check_material, check_thickness, sample_points, spacing, within,
 };
 use crate::mpm::load::{LEAST_RADIUS, Load};
-use crate::mpm::{Domain, Tally, basin, motion, variation};
+use crate::mpm::{Domain, Tally, basin, motion, quadrature, variation};
 use crate::particles::Particles;
 use crate::solver::{
     Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
 };
 use cullet_geometry::Vec3;
+use cullet_geometry::inside::Inside;
 
 /// Most points a solve may ask for: 8 million take about 3 GB.
 const MOST_PARTICLES: f64 = 8e6;
@@ -113,11 +114,13 @@ impl Solver for Brittle {
         Self::accepts(&problem)?;
         let spacing = spacing(&problem)?;
         let mesh = &problem.solid.mesh;
-        let points = sample_points(&problem, spacing)?;
+        let inside = Inside::new(mesh);
+        let points = sample_points(&problem, &inside, spacing)?;
         within("the number of particles", points.len() as f64, LEAST_PARTICLES as f64, 1e9)?;
         check_thickness(&problem, &points, spacing)?;
         let material = &problem.material;
         let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
+        particles.volume = quadrature::volumes(&points, &inside, spacing, mesh.signed_volume());
         for (strength, x) in particles.strength.iter_mut().zip(&points) {
             *strength = variation::strength(x, spacing, problem.seed);
         }
@@ -129,6 +132,11 @@ impl Solver for Brittle {
         for &(id, _) in loads.iter().flat_map(|load| &load.shares) {
             let slot = domain.slot(id);
             domain.particles.shielded[slot] = true;
+        }
+        for (load, impact) in loads.iter().zip(&problem.impacts) {
+            if let Some(time) = load.cracks_at(impact.radius, material) {
+                load.shares.iter().for_each(|&(id, _)| domain.open(id, time));
+            }
         }
         let warnings = first_warnings(&problem, &softening, &clock, spacing);
         Ok(Self {
@@ -375,7 +383,8 @@ fn first_warnings(
     let mut warnings = Vec::new();
     if softening.strength_ratio < 1.0 {
         warnings.push(format!(
-            "toughness-controlled: strength used is {:.3} of the material's at this spacing (F01)",
+            "toughness-controlled: cracks grow at {:.3} of the material's strength at this spacing \
+             (F01)",
             softening.strength_ratio
         ));
     }

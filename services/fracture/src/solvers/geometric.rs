@@ -151,9 +151,7 @@ impl Geometric {
 fn dynamic_count(problem: &Problem, body: &MassProperties) -> usize {
     let material = &problem.material;
     let length = libm::cbrt(body.volume);
-    // v = 2 E / I for E = ½ m* v² and I = m* v
-    let speeds = problem.impacts.iter().filter(|i| i.impulse > 0.0);
-    let speed = speeds.map(|i| 2.0 * i.energy / i.impulse).fold(0.0, f64::max);
+    let speed = problem.impacts.iter().map(|i| i.closing_speed).fold(0.0, f64::max);
     let rate = speed / length;
     // s = (24 G_f / ρ ε̇²)^⅓  [Grady 1982]
     let size = libm::cbrt(24.0 * material.fracture_energy / (material.density * rate * rate));
