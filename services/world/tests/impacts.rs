@@ -34,7 +34,11 @@ fn an_impulse_is_mass_times_change_of_speed() {
         assert!((got / want - 1.0).abs() < 2e-3, "e = {restitution}: {got} N·s, not {want}");
         let change = mass * (world.body(id).unwrap().velocity.z + 3.0);
         assert!((got / change - 1.0).abs() < 1e-3, "{got} N·s, but m Δv is {change}");
-        assert!((hit.impact.closing_speed - 3.0).abs() < 1e-9, "closing at {}", hit.impact.closing_speed);
+        assert!(
+            (hit.impact.closing_speed - 3.0).abs() < 1e-9,
+            "closing at {}",
+            hit.impact.closing_speed
+        );
         let energy = hit.impact.energy / (0.5 * mass * 9.0);
         assert!((energy - 1.0).abs() < 3e-2, "{energy} of the energy");
     }
@@ -172,7 +176,11 @@ fn both_bodies_of_a_pair_get_their_hit() {
     assert_eq!(hits.iter().map(|h| h.body).collect::<Vec<_>>(), [left, right]);
     assert_eq!(hits[0].impact.impulse, hits[1].impact.impulse);
     assert_eq!(hits[0].episode, hits[1].episode);
-    assert!((hits[0].impact.closing_speed - 5.0).abs() < 0.02, "closing at {}", hits[0].impact.closing_speed);
+    assert!(
+        (hits[0].impact.closing_speed - 5.0).abs() < 0.02,
+        "closing at {}",
+        hits[0].impact.closing_speed
+    );
     let (a, b) = (hits[0].impact.normal, turned.rotation * hits[1].impact.normal);
     assert!((a + b).norm() < 1e-9 && (a + Vec3::x()).norm() < 0.1, "{a} {b}");
     let sum = hits[0].exchanged.linear + hits[1].exchanged.linear;
