@@ -61,6 +61,49 @@ fn the_digest_is_the_same_for_any_number_of_workers_and_threads() {
     assert!(digests.iter().all(|digest| *digest == digests[0]), "{digests:?}");
 }
 
+/// Runs the drop scene with that latency, and says what it came to.
+fn late(steps: u32, workers: &str) -> (i32, serde_json::Value, std::path::PathBuf) {
+    let out = unique("late");
+    let set = format!("world.latency_steps={steps}");
+    let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--set", &set])
+        .args(&["--workers", workers, "--out"])
+        .path(&out)
+        .output();
+    assert!([0, 3].contains(&run.code), "{}", run.stderr);
+    (run.code, summary(&out), out)
+}
+
+#[test]
+fn late_fragments_break_the_same_bodies_and_keep_the_ledger() {
+    for steps in [5, 20] {
+        // Exit code 0: both bodies broke, as the scene expects.
+        let (code, told, _) = late(steps, "1");
+        assert_eq!(code, 0, "{steps} steps late: {told:#}");
+        assert_eq!(told["jobs"]["opened"], told["jobs"]["settled"], "{told:#}");
+        for key in ["mass_rel_error", "momentum_rel_error", "energy_gain_rel"] {
+            let value = told["ledger"][key].as_f64().expect("a number");
+            assert!(value <= 1e-9, "{steps} steps late: {key} is {value}");
+        }
+        let sum = |key: &str| told["ledger"][key].as_f64().expect("a number");
+        let spent = sum("energy_after") + sum("fracture_energy");
+        assert!(sum("fracture_energy") > 0.0 && spent <= sum("energy_before"), "{told:#}");
+        let (_, again, _) = late(steps, "2");
+        assert_eq!(told["digest"], again["digest"], "{steps} steps late");
+    }
+}
+
+#[test]
+fn a_job_that_the_end_of_the_run_overtakes_settles_too() {
+    let (code, told, out) = late(1000, "1");
+    assert_eq!((code, &told["fractures"]), (3, &0.into()), "{told:#}");
+    assert_eq!(told["jobs"]["opened"], 2, "{told:#}");
+    assert_eq!(told["jobs"]["settled"], 2, "{told:#}");
+    let inspect = Cullet::new(&["inspect"]).path(&out.join("run.mcap")).output();
+    let told_so = inspect.stdout.matches("before its fragments were due").count();
+    assert_eq!(told_so, 2, "{}", inspect.stdout);
+    assert_eq!(told["digest"], late(1000, "2").1["digest"]);
+}
+
 #[test]
 fn another_seed_is_another_run() {
     let digest = |seed: &str| {

@@ -4,7 +4,7 @@
 //! that four contact points are one hit and the step does not decide.
 
 use crate::body::Motion;
-use crate::exchange::Exchange;
+use crate::exchange::{Exchange, Received};
 use crate::rigid::Contact;
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
@@ -29,6 +29,8 @@ pub(crate) struct Episode {
     pub(crate) weight: f64,
     /// What the lower and the higher id received.
     pub(crate) exchanged: [Exchange; 2],
+    /// Kinetic energy that the contact took out of the pair \[J\].
+    pub(crate) dissipated: f64,
     /// Was the pair in contact in the last step, and how fast did it close after it \[m/s\]?
     pub(crate) closing_after: Option<f64>,
 }
@@ -50,13 +52,15 @@ impl Episode {
     }
 
     /// Takes in one more step of the pair's contact.
-    pub(crate) fn add(&mut self, contact: &Contact, weight: f64, exchanged: &[Exchange; 2]) {
+    pub(crate) fn add(&mut self, contact: &Contact, weight: f64, received: &[Received; 2]) {
         self.impulse += contact.impulse;
         self.on_b += contact.on_b;
         self.moment += contact.moment;
         self.weight += weight;
-        self.exchanged[0].add(&exchanged[0]);
-        self.exchanged[1].add(&exchanged[1]);
+        for (sum, side) in self.exchanged.iter_mut().zip(received) {
+            sum.add(&side.exchange);
+            self.dissipated += side.taken;
+        }
         self.closing_after = Some(contact.closing_speed_after());
     }
 
@@ -107,6 +111,7 @@ impl Episodes {
             moment: Vec3::zeros(),
             weight: 0.0,
             exchanged: [Exchange::zero(); 2],
+            dissipated: 0.0,
             closing_after: None,
         };
         self.next += 1;

@@ -25,6 +25,23 @@ impl Exchange {
         self.linear += other.linear;
         self.torque += other.torque;
     }
+
+    pub(crate) fn scaled(&self, share: f64) -> Self {
+        Self { linear: self.linear * share, torque: self.torque * share }
+    }
+
+    /// What it does to the kinetic energy of a body of that mean velocity and spin \[J\].
+    fn work(&self, velocity: &Vec3, spin: &Vec3) -> f64 {
+        self.linear.dot(velocity) + self.torque.dot(spin)
+    }
+}
+
+/// What one contact did to one body in one step.
+#[derive(Clone, Copy)]
+pub(crate) struct Received {
+    pub(crate) exchange: Exchange,
+    /// Kinetic energy that it took out of the body \[J\].
+    pub(crate) taken: f64,
 }
 
 /// Friction and all else that the contacts of a body did beside their normal impulses, to be shared
@@ -32,14 +49,22 @@ impl Exchange {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rest {
     rest: Exchange,
+    /// Kinetic energy gained beside the work of gravity and of all exchanges \[J\]: the turning of
+    /// the inertia.
+    energy: f64,
     impulse: f64,
+    velocity: Vec3,
+    spin: Vec3,
 }
 
 impl Rest {
-    /// The part that belongs to a contact of that many \[N·s\].
-    pub(crate) fn share(&self, impulse: f64) -> Exchange {
+    /// All that belongs to a contact of that many \[N·s\] and of that normal exchange.
+    pub(crate) fn share(&self, impulse: f64, normal: Exchange) -> Received {
         let part = impulse / self.impulse;
-        Exchange { linear: self.rest.linear * part, torque: self.rest.torque * part }
+        let mut exchange = normal;
+        exchange.add(&self.rest.scaled(part));
+        let taken = -exchange.work(&self.velocity, &self.spin) - self.energy * part;
+        Received { exchange, taken }
     }
 }
 
@@ -47,8 +72,20 @@ impl Rest {
 pub(crate) struct Stepped {
     pub(crate) mass: f64,
     pub(crate) inertia: Mat3,
+    pub(crate) inertia_after: Mat3,
     pub(crate) before: Motion,
     pub(crate) after: Motion,
+}
+
+impl Stepped {
+    /// Kinetic energy gained over the step \[J\].
+    fn gained(&self) -> f64 {
+        let energy = |motion: &Motion, inertia: &Mat3| {
+            let (v, w) = (motion.velocity, motion.spin);
+            0.5 * (self.mass * v.norm_squared() + w.dot(&(inertia * w)))
+        };
+        energy(&self.after, &self.inertia_after) - energy(&self.before, &self.inertia)
+    }
 }
 
 /// What each body's contacts did in sum: lower and higher side of each pair.
@@ -70,8 +107,16 @@ pub(crate) fn rest(body: &Stepped, gravity: &Vec3, dt: f64, normal: &(Exchange, 
     let free = -spin.cross(&(body.inertia * spin)) * dt;
     let linear = (body.after.velocity - body.before.velocity - gravity * dt) * body.mass;
     let torque = body.inertia * (body.after.spin - spin) - free;
+    let velocity = (body.before.velocity + body.after.velocity) / 2.0;
+    let mean_spin = (spin + body.after.spin) / 2.0;
+    let weight = Exchange { linear: gravity * (dt * body.mass), torque: Vec3::zeros() };
+    let done = weight.work(&velocity, &mean_spin)
+        + Exchange { linear, torque }.work(&velocity, &mean_spin);
     Rest {
         rest: Exchange { linear: linear - normal.0.linear, torque: torque - normal.0.torque },
+        energy: body.gained() - done,
         impulse: normal.1,
+        velocity,
+        spin: mean_spin,
     }
 }

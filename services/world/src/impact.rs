@@ -4,7 +4,7 @@ use crate::body::{Body, BodyId, Motion};
 use crate::curvature::{nearest, radius};
 use crate::exchange::Exchange;
 use crate::hertz::{Elastic, effective_modulus, hertz};
-use cullet_geometry::Vec3;
+use cullet_geometry::{Quat, Vec3};
 
 /// One hit, in the body's own frame (origin at the centre of mass).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +52,14 @@ pub struct Hit {
     pub exchanged_other: Exchange,
     /// `other` never moves.
     pub fixed_other: bool,
+    /// Orientation of `body` at the first touch.
+    pub orientation: Quat,
+    /// From the centre of `other` to where it was touched, then, world frame \[m\].
+    pub lever: Vec3,
+    /// Kinetic energy that the contact took out of the pair \[J\].
+    pub dissipated: f64,
+    /// Steps that the world had taken when the episode ended.
+    pub step: u64,
 }
 
 /// A body in an episode: what it is, where it was at the first touch, what it received.
@@ -71,6 +79,9 @@ pub(crate) struct Outcome {
     pub(crate) normal: Vec3,
     pub(crate) impulse: f64,
     pub(crate) closing_speed: f64,
+    /// When it ended, in steps of the world.
+    pub(crate) step: u64,
+    pub(crate) dissipated: f64,
 }
 
 /// Contact radius at most this share of the smaller body: beyond, Hertz's half-spaces are none.
@@ -128,6 +139,10 @@ pub(crate) fn hits(outcome: &Outcome, one: &Party<'_>, two: &Party<'_>) -> [Hit;
         exchanged: me.exchanged,
         exchanged_other: you.exchanged,
         fixed_other: you.body.fixed,
+        orientation: me.motion.pose.rotation,
+        lever: you.motion.pose.rotation * yours,
+        dissipated: outcome.dissipated,
+        step: outcome.step,
     };
     [make(one, two, local_one, local_two, *into), make(two, one, local_two, local_one, -into)]
 }

@@ -34,6 +34,7 @@ pub struct Replacement {
     /// The size class of each.
     pub tiers: Vec<Tier>,
     /// α: share of the solver's impulse that was handed over \[1\]; one unless energy forbade it.
+    /// Of late fragments: the share by which it took the place of the engine's.
     pub momentum_scale: f64,
     /// β: share of the speed at which the pieces move apart \[1\]; one unless energy forbade it.
     pub spread_scale: f64,
@@ -45,7 +46,8 @@ pub struct Replacement {
     pub momentum_rel_error: f64,
     /// The same for angular momentum about the world's origin \[1\].
     pub angular_momentum_rel_error: f64,
-    /// Kinetic energy of the pair before the hit \[J\].
+    /// Kinetic energy of the pair before the hit \[J\]. Of late fragments: what it is now, and what
+    /// the contact took out of it and no other replacement has spent.
     pub energy_before: f64,
     /// Kinetic energy of the pair with the fragments \[J\].
     pub energy_after: f64,
@@ -64,6 +66,8 @@ pub(crate) struct Debt {
     theirs: Exchange,
     /// The fragments.
     others: Vec<u32>,
+    /// What is left of the energy that the contact took \[J\].
+    purse: f64,
 }
 
 /// The pieces must fill the body to this share.
@@ -79,7 +83,7 @@ struct Draft {
 impl World {
     /// Replaces a body by its pieces.
     ///
-    /// The hits are those that broke it, as [`World::step`] returned them (the fragments may be
+    /// The hits are those that broke it, as one [`World::step`] returned them (the fragments may be
     /// late). With none, the pieces keep the body's motion and only move apart. `fracture_energy`
     /// is G_f times the crack area \[J\]. On any error nothing has changed.
     ///
@@ -104,6 +108,8 @@ impl World {
             Part::new(child, &at_rest)
         };
         let (strikers, parts) = self.strikers(body.0, hits);
+        let purses = self.purses(body.0, hits);
+        let late = hits.first().filter(|hit| hit.step < self.step_count());
         let scene = Scene {
             body: Part::new(&parent, &motion),
             fixed: parent.fixed,
@@ -112,6 +118,8 @@ impl World {
             strikers,
             parts,
             fracture_energy,
+            purse: purses.iter().sum(),
+            late: late.map(|hit| hit.orientation * motion.pose.rotation.inverse()),
         };
         let settled = settle(&scene).map_err(|TooDear { available, payable }| {
             ReplaceError::Unaffordable { fracture_energy, available, payable }
@@ -119,7 +127,7 @@ impl World {
         let tiers = draft.bodies.iter().map(|child| child.tier).collect();
         let volume: f64 = draft.bodies.iter().map(|child| child.volume).sum();
         let fragments = self.commit(body.0, draft, &settled);
-        self.remember(&scene, hits, &settled, &fragments);
+        self.remember(&scene, hits, &purses, &settled, &fragments);
         let mut report = self.audit(&scene, &settled, &fragments);
         report.tiers = tiers;
         report.volume_rel_error = (volume / parent.volume - 1.0).abs();
@@ -244,7 +252,17 @@ impl World {
             (&[id], None) if id == hit.other.0 => self.carried(id, &hit.other_point),
             _ => None,
         };
-        Striker { ids, mine, theirs, weight, point: point.unwrap_or(hit.point) }
+        let point = point.unwrap_or(hit.point);
+        Striker { ids, mine, theirs, weight, point, lever: hit.lever }
+    }
+
+    /// What is left of the energy that each hit's contact took \[J\].
+    fn purses(&self, body: u32, hits: &[Hit]) -> Vec<f64> {
+        let left = |hit: &Hit| {
+            let debt = self.debts.get(&(hit.episode, body));
+            debt.map_or(hit.dissipated, |debt| debt.purse)
+        };
+        hits.iter().map(left).collect()
     }
 
     /// A point of a body's frame where it is now \[m\].
@@ -295,8 +313,16 @@ impl World {
 
     /// Notes for each striker that may itself be waiting to break what it holds from the episode by
     /// now.
-    fn remember(&mut self, scene: &Scene, hits: &[Hit], settled: &Settled, fragments: &[BodyId]) {
+    fn remember(
+        &mut self,
+        scene: &Scene,
+        hits: &[Hit],
+        purses: &[f64],
+        settled: &Settled,
+        fragments: &[BodyId],
+    ) {
         let others: Vec<u32> = fragments.iter().map(|id| id.0).collect();
+        let left = if scene.purse > 0.0 { settled.purse / scene.purse } else { 0.0 };
         for (striker, (mine, theirs)) in scene.strikers.iter().zip(&settled.nets) {
             let &[id] = striker.ids.as_slice() else {
                 continue;
@@ -304,15 +330,14 @@ impl World {
             if !self.bodies.get(&id).is_some_and(|body| body.breakable) {
                 continue;
             }
-            let episodes = hits.iter().filter(|hit| hit.other.0 == id).map(|hit| hit.episode);
-            for (k, episode) in episodes.enumerate() {
+            let own = hits.iter().zip(purses).filter(|(hit, _)| hit.other.0 == id);
+            for (k, (hit, purse)) in own.enumerate() {
                 // The first episode of a pair carries the whole exchange; none is settled twice.
                 let (held, given) =
                     if k == 0 { (*theirs, *mine) } else { (Exchange::zero(), Exchange::zero()) };
-                self.debts.insert(
-                    (episode, id),
-                    Debt { mine: held, theirs: given, others: others.clone() },
-                );
+                let others = others.clone();
+                let debt = Debt { mine: held, theirs: given, others, purse: purse * left };
+                self.debts.insert((hit.episode, id), debt);
             }
         }
     }
@@ -356,6 +381,7 @@ impl Striker {
     fn merge(&mut self, other: &Self) {
         let weight = self.weight + other.weight;
         self.point = (self.point * self.weight + other.point * other.weight) / weight;
+        self.lever = (self.lever * self.weight + other.lever * other.weight) / weight;
         self.weight = weight;
         self.mine.add(&other.mine);
         self.theirs.add(&other.theirs);

@@ -5,11 +5,17 @@
 //! exchange undone); `push` is the rigid part of what the solver gave the pieces, and its exact
 //! opposite on the strikers; `spread` is the rest, which carries no momentum. Kinetic energy is
 //! quadratic in α and, without a cross term, in β.
+//!
+//! Late fragments find the exchange in motions that have gone on since. Theirs are
+//! `now + α·(base + push − now) + β·spread`: by the share α the engine's exchange gives way to the
+//! solver's, so that the striker gets back what the solver did not deliver. Momentum keeps the
+//! direction it had in the world at the hit; the spread turns with the body. What all of it
+//! may cost is what the contact took out of the motion: at α = β = 0 that pays for the crack.
 
 use crate::cluster::{Field, Joint, Part, Parts, joint, sum};
 use crate::exchange::Exchange;
 use crate::ledger::Sink;
-use cullet_geometry::Vec3;
+use cullet_geometry::{Quat, Vec3};
 
 /// Change of velocity and spin.
 type Change = (Vec3, Vec3);
@@ -26,6 +32,8 @@ pub(crate) struct Striker {
     pub(crate) weight: f64,
     /// Where it touched, now \[m\].
     pub(crate) point: Vec3,
+    /// Late fragments: from its centre to that point when they met \[m\].
+    pub(crate) lever: Vec3,
 }
 
 impl Striker {
@@ -49,6 +57,10 @@ pub(crate) struct Scene {
     pub(crate) parts: Parts,
     /// G_f times the crack area \[J\].
     pub(crate) fracture_energy: f64,
+    /// What the contacts took out of the motion and nobody has spent yet \[J\].
+    pub(crate) purse: f64,
+    /// Late fragments: the turn that leads back to how the body lay when it was hit.
+    pub(crate) late: Option<Quat>,
 }
 
 /// Motion after, and what it cost.
@@ -61,6 +73,8 @@ pub(crate) struct Settled {
     pub(crate) energy_before: f64,
     /// Net exchange of each striker over hit and replacement: what the fragments got, what it got.
     pub(crate) nets: Vec<(Exchange, Exchange)>,
+    /// What is left of the purse \[J\].
+    pub(crate) purse: f64,
 }
 
 /// The motion cannot pay.
@@ -91,36 +105,51 @@ const ROUNDING: f64 = 1e-12;
 pub(crate) fn settle(scene: &Scene) -> Result<Settled, TooDear> {
     let base = undo(scene);
     let (push, spread) = push(scene, &base);
-    let compose = |alpha: f64, beta: f64| compose(&base, &push, &spread, alpha, beta);
-    let energy = |alpha: f64, beta: f64| {
-        let state = compose(alpha, beta);
-        sum(state.fragments.iter().chain(state.parts.values())).kinetic
+    let now = present(scene);
+    let late = scene.late.is_some();
+    let compose = |alpha: f64, beta: f64| {
+        if late {
+            let full = compose(&base, &push, &spread, 1.0, 0.0);
+            return between(&now, &full, &spread, alpha, beta);
+        }
+        compose(&base, &push, &spread, alpha, beta)
     };
+    let energy = |alpha: f64, beta: f64| kinetic(&compose(alpha, beta));
     let strikers = !scene.strikers.is_empty();
-    let before = energy(0.0, 0.0);
-    let (alpha, beta) = affordable(&energy, before, scene.fracture_energy, strikers)?;
+    let purse = if late { scene.purse } else { 0.0 };
+    let (alpha, beta) = affordable(&energy, purse, scene.fracture_energy, strikers)?;
     let state = compose(alpha, beta);
-    let scaled = |e: &Exchange| Exchange { linear: e.linear * alpha, torque: e.torque * alpha };
-    let nets = push.nets.iter().map(|(mine, theirs)| (scaled(mine), scaled(theirs))).collect();
+    let left = kinetic(&now) + scene.purse - scene.fracture_energy - kinetic(&state);
+    let net = |held: &Exchange, pushed: &Exchange| {
+        let mut net = held.scaled(if late { 1.0 - alpha } else { 0.0 });
+        net.add(&pushed.scaled(alpha));
+        net
+    };
+    let held = scene.strikers.iter().zip(&push.nets);
     Ok(Settled {
+        nets: held.map(|(s, p)| (net(&s.mine, &p.0), net(&s.theirs, &p.1))).collect(),
         fragments: state.fragments,
         parts: state.parts,
         sink: state.sink,
         alpha,
         beta,
-        energy_before: before,
-        nets,
+        energy_before: energy(0.0, 0.0) + purse,
+        purse: left.max(0.0),
     })
 }
 
-/// The largest β at α = 1, else the largest α at β = 0, with K(α, β) + G_f A ≤ K(0, 0)  [F41].
+/// The largest β at α = 1, else the largest α at β = 0, with K(α, β) + G_f A ≤ K(0, 0) + purse
+/// [F41]. Where the purse more than pays for the crack, the largest α = β: the pieces part as far
+/// as the exchange gives way.
 fn affordable(
     energy: &dyn Fn(f64, f64) -> f64,
-    before: f64,
+    purse: f64,
     cost: f64,
     pushed: bool,
 ) -> Result<(f64, f64), TooDear> {
     let full = if pushed { 1.0 } else { 0.0 };
+    let start = energy(0.0, 0.0);
+    let before = start + purse;
     let (budget, slack) = (before - cost, ROUNDING * before);
     let (all, rigid) = (energy(full, 1.0), energy(full, 0.0));
     // Motion that a solver gave to a body that nothing hit is its own affair: it has no one to
@@ -128,25 +157,48 @@ fn affordable(
     if all <= budget + slack {
         return Ok((full, 1.0));
     }
-    if rigid <= budget + slack {
+    let room = purse - cost;
+    let together = room > 0.0;
+    if rigid <= budget + slack && !together {
         // K(α, β) = K(α, 0) + β² (K(α, 1) − K(α, 0))
         let beta = ((budget - rigid).max(0.0) / (all - rigid)).sqrt();
         return Ok((full, beta.min(1.0)));
     }
-    // K(α, 0) = before + c₁ α + c₂ α²
-    let half = energy(0.5, 0.0);
-    let c2 = 2.0 * (rigid + before - 2.0 * half);
-    let c1 = rigid - before - c2;
+    // K(α, β) = start + c₁ α + c₂ α²
+    let (half, whole) = if together { (energy(0.5, 0.5), all) } else { (energy(0.5, 0.0), rigid) };
+    let c2 = 2.0 * (whole + start - 2.0 * half);
+    let c1 = whole - start - c2;
     let refuse = |payable: f64| TooDear { available: before, payable };
-    if !pushed || c2.is_nan() || c2 <= 0.0 || c1 >= 0.0 {
-        return Err(refuse(0.0));
+    if !pushed || c2.is_nan() || c2 <= 0.0 || (c1 >= 0.0 && room < 0.0) {
+        return Err(refuse(purse));
     }
-    let root = c1 * c1 - 4.0 * c2 * cost;
+    let root = c1 * c1 + 4.0 * c2 * room;
     if root < 0.0 {
-        return Err(refuse(c1 * c1 / (4.0 * c2)));
+        return Err(refuse(purse + c1 * c1 / (4.0 * c2)));
     }
     let alpha = ((-c1 + root.sqrt()) / (2.0 * c2)).clamp(0.0, 1.0);
-    Ok((alpha, 0.0))
+    Ok((alpha, if together { alpha } else { 0.0 }))
+}
+
+/// The motion as the engine left it: the fragments move as the body does.
+fn present(scene: &Scene) -> State {
+    let body = &scene.body;
+    let field = Field { velocity: body.velocity, spin: body.spin, centre: body.centre };
+    State {
+        fragments: moved(&scene.fragments, &field),
+        parts: scene.parts.clone(),
+        sink: Sink::default(),
+    }
+}
+
+/// The parts, moving as one.
+fn moved(parts: &[Part], field: &Field) -> Vec<Part> {
+    let moved = |part: &Part| Part { velocity: field.at(&part.centre), spin: field.spin, ..*part };
+    parts.iter().map(moved).collect()
+}
+
+fn kinetic(state: &State) -> f64 {
+    sum(state.fragments.iter().chain(state.parts.values())).kinetic
 }
 
 /// The motion before the hit: each striker's exchange taken back on both sides, equal and opposite.
@@ -161,11 +213,11 @@ fn undo(scene: &Scene) -> State {
             field.spin += back.spin;
         }
     }
-    let mut fragments = scene.fragments.clone();
-    for part in &mut fragments {
-        (part.velocity, part.spin) = (field.at(&part.centre), field.spin);
-    }
-    let mut state = State { fragments, parts: scene.parts.clone(), sink: Sink::default() };
+    let mut state = State {
+        fragments: moved(&scene.fragments, &field),
+        parts: scene.parts.clone(),
+        sink: Sink::default(),
+    };
     for striker in &scene.strikers {
         let lost = Exchange { linear: -striker.mine.linear, torque: -striker.mine.torque };
         let gained = Exchange { linear: striker.mine.linear, torque: -striker.theirs.torque };
@@ -199,12 +251,10 @@ fn give_back(
         state.sink.angular -= angular;
         return;
     }
-    // Both moved on since the hit: the couple that is left goes to both, by their inertia.
-    let (mine, theirs) = split(&-angular, &scene.fragments, &state.parts, striker);
-    let field = joint(scene.fragments.iter()).field(&Vec3::zeros(), &mine);
-    state.fragments.iter_mut().for_each(|part| field.apply(part, 1.0));
-    let field = group(&state.parts, &striker.ids).field(&Vec3::zeros(), &theirs);
-    apply(&mut state.parts, &striker.ids, &field);
+    // Both moved on since the hit: the couple that is left goes to both.
+    let [mine, theirs] = close(scene, striker, &state.parts, &-angular);
+    state.fragments.iter_mut().for_each(|part| mine.field.apply(part, 1.0));
+    apply(&mut state.parts, &striker.ids, &theirs.field);
 }
 
 /// What the solver gave, in its rigid and its spreading part, and the strikers' answer to the rigid
@@ -222,6 +272,9 @@ fn push(scene: &Scene, base: &State) -> (Push, Vec<Change>) {
     let rigid = whole.field(&total.linear, &torque);
     let spread =
         moved.iter().map(|p| (p.velocity - rigid.at(&p.centre), p.spin - rigid.spin)).collect();
+    let then = |v: Vec3| scene.late.map_or(v, |turn| turn * v);
+    let (linear, torque) = (then(total.linear), then(torque));
+    let rigid = whole.field(&linear, &torque);
     let mut push = Push {
         fragments: scene.fragments.iter().map(|p| (rigid.at(&p.centre), rigid.spin)).collect(),
         parts: Vec::new(),
@@ -229,7 +282,7 @@ fn push(scene: &Scene, base: &State) -> (Push, Vec<Change>) {
         nets: Vec::new(),
     };
     for striker in &scene.strikers {
-        answer(scene, striker, base, &mut push, &total.linear, &torque, &whole);
+        answer(scene, striker, base, &mut push, &linear, &torque, &whole);
     }
     (push, spread)
 }
@@ -252,37 +305,62 @@ fn answer(
         return;
     }
     let group = group(&base.parts, &striker.ids);
-    let own = (striker.point - group.centre).cross(&-linear);
+    let lever = if scene.late.is_some() { striker.lever } else { striker.point - group.centre };
+    let own = lever.cross(&-linear);
     let angular = gained + group.centre.cross(&-linear) + own;
-    let (mine, theirs) = split(&-angular, &scene.fragments, &base.parts, striker);
-    let field = whole.field(&Vec3::zeros(), &mine);
+    let [mine, theirs] = close(scene, striker, &base.parts, &-angular);
     for (part, change) in scene.fragments.iter().zip(&mut push.fragments) {
-        change.0 += field.at(&part.centre);
-        change.1 += field.spin;
+        change.0 += mine.field.at(&part.centre);
+        change.1 += mine.field.spin;
     }
-    let field = group.field(&-linear, &(own + theirs));
+    let linear = linear + mine.gained.linear;
+    let (mine, theirs) = (torque + mine.gained.torque, own + theirs.gained.torque);
+    let field = group.field(&-linear, &theirs);
     for id in &striker.ids {
         if let Some(part) = base.parts.get(id) {
             push.parts.push((*id, (field.at(&part.centre), field.spin)));
         }
     }
-    let (mine, theirs) = (torque + mine, own + theirs);
     push.nets
         .push((Exchange { linear, torque: mine }, Exchange { linear: -linear, torque: theirs }));
 }
 
-/// A couple shared between the fragments and a striker by their inertia: the lighter would spin up
-/// for nothing.
-fn split(couple: &Vec3, fragments: &[Part], parts: &Parts, striker: &Striker) -> (Vec3, Vec3) {
-    let mine = joint(fragments.iter()).inertia.trace();
-    let theirs = group(parts, &striker.ids).inertia.trace();
-    let share = mine / (mine + theirs);
-    (couple * share, couple * (1.0 - share))
+/// What one side of a pair gets to close the balance.
+struct Share {
+    field: Field,
+    gained: Exchange,
+}
+
+/// A couple shared between the fragments and a striker. At once by their inertia: the lighter would
+/// spin up for nothing. Late they may be far apart: then as if they were one body, which takes the
+/// least energy.
+fn close(scene: &Scene, striker: &Striker, parts: &Parts, couple: &Vec3) -> [Share; 2] {
+    let (mine, theirs) = (joint(scene.fragments.iter()), group(parts, &striker.ids));
+    if scene.late.is_some() {
+        let all = joint(scene.fragments.iter().chain(&members(parts, &striker.ids)));
+        let side = |part: &Joint| {
+            let field = all.field(&Vec3::zeros(), couple);
+            let linear = field.at(&part.centre) * part.mass;
+            let torque = part.inertia * field.spin;
+            Share { field, gained: Exchange { linear, torque } }
+        };
+        return [side(&mine), side(&theirs)];
+    }
+    let (one, two) = (mine.inertia.trace(), theirs.inertia.trace());
+    let share = one / (one + two);
+    let side = |part: &Joint, torque: Vec3| {
+        let linear = Vec3::zeros();
+        Share { field: part.field(&linear, &torque), gained: Exchange { linear, torque } }
+    };
+    [side(&mine, couple * share), side(&theirs, couple * (1.0 - share))]
+}
+
+fn members(parts: &Parts, ids: &[u32]) -> Vec<Part> {
+    ids.iter().filter_map(|id| parts.get(id)).copied().collect()
 }
 
 fn group(parts: &Parts, ids: &[u32]) -> Joint {
-    let members: Vec<Part> = ids.iter().filter_map(|id| parts.get(id)).copied().collect();
-    joint(members.iter())
+    joint(members(parts, ids).iter())
 }
 
 fn apply(parts: &mut Parts, ids: &[u32], field: &Field) {
@@ -307,5 +385,22 @@ fn compose(base: &State, push: &Push, spread: &[Change], alpha: f64, beta: f64) 
     }
     state.sink.linear += push.sink.linear * alpha;
     state.sink.angular += push.sink.angular * alpha;
+    state
+}
+
+/// From the motion now by α towards the whole change, and β of the spread.
+fn between(now: &State, full: &State, spread: &[Change], alpha: f64, beta: f64) -> State {
+    let step = |from: Vec3, to: Vec3| from + (to - from) * alpha;
+    let mut state = now.clone();
+    for ((part, to), s) in state.fragments.iter_mut().zip(&full.fragments).zip(spread) {
+        part.velocity = step(part.velocity, to.velocity) + s.0 * beta;
+        part.spin = step(part.spin, to.spin) + s.1 * beta;
+    }
+    for (part, to) in state.parts.values_mut().zip(full.parts.values()) {
+        part.velocity = step(part.velocity, to.velocity);
+        part.spin = step(part.spin, to.spin);
+    }
+    state.sink.linear = full.sink.linear * alpha;
+    state.sink.angular = full.sink.angular * alpha;
     state
 }

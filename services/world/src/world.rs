@@ -4,7 +4,7 @@ use crate::body::{Body, BodyId, BodySpec, BodyView, Motion};
 use crate::cluster::{Part, sum};
 use crate::episode::{Episode, Episodes};
 use crate::error::WorldError;
-use crate::exchange::{Exchange, Rest, Stepped, rest, sums};
+use crate::exchange::{Exchange, Received, Stepped, rest, sums};
 use crate::impact::{Hit, Outcome, Party, effective_mass, hits};
 use crate::ledger::{Sink, Totals};
 use crate::replace::Debt;
@@ -255,26 +255,14 @@ impl World {
             let point = contact.moment / contact.impulse;
             let mass = effective_mass((a, &before_a), (b, &before_b), &point, &n);
             let weight = mass * closing_gain * if fresh { 0.5 } else { 1.0 };
-            let exchanged = [
-                self.received(
-                    contact.a,
-                    a,
-                    -contact.on_b,
-                    contact.torque_a,
-                    contact.impulse,
-                    &normal,
-                ),
-                self.received(
-                    contact.b,
-                    b,
-                    contact.on_b,
-                    contact.torque_b,
-                    contact.impulse,
-                    &normal,
-                ),
+            let on_a = Exchange { linear: -contact.on_b, torque: contact.torque_a };
+            let on_b = Exchange { linear: contact.on_b, torque: contact.torque_b };
+            let received = [
+                self.received(contact.a, a, on_a, contact.impulse, &normal),
+                self.received(contact.b, b, on_b, contact.impulse, &normal),
             ];
             if let Some(episode) = self.episodes.open.get_mut(&pair) {
-                episode.add(contact, weight, &exchanged);
+                episode.add(contact, weight, &received);
             }
         }
     }
@@ -285,23 +273,25 @@ impl World {
         &self,
         id: u32,
         body: &Body,
-        linear: Vec3,
-        torque: Vec3,
+        exchange: Exchange,
         impulse: f64,
         normal: &BTreeMap<u32, (Exchange, f64)>,
-    ) -> Exchange {
-        let mut exchange = Exchange { linear, torque };
-        if body.fixed {
-            return exchange;
-        }
+    ) -> Received {
         let (before, after) = (self.rigid.before(id), self.rigid.motion(id));
-        if let (Some(&before), Some(after), Some(sum)) = (before, after, normal.get(&id)) {
-            let inertia = body.world_inertia(&before.pose);
-            let stepped = Stepped { mass: body.mass, inertia, before, after };
-            let all: Rest = rest(&stepped, &self.settings.gravity, self.settings.step, sum);
-            exchange.add(&all.share(impulse));
+        match (before, after, normal.get(&id)) {
+            (Some(&before), Some(after), Some(sum)) if !body.fixed => {
+                let stepped = Stepped {
+                    mass: body.mass,
+                    inertia: body.world_inertia(&before.pose),
+                    inertia_after: body.world_inertia(&after.pose),
+                    before,
+                    after,
+                };
+                let all = rest(&stepped, &self.settings.gravity, self.settings.step, sum);
+                all.share(impulse, exchange)
+            }
+            _ => Received { exchange, taken: 0.0 },
         }
-        exchange
     }
 
     /// The hits of a finished episode: none, or one a body that may break and whose threshold it
@@ -326,6 +316,8 @@ impl World {
             normal,
             impulse,
             closing_speed: episode.closing_speed,
+            step: self.steps,
+            dissipated: episode.dissipated.max(0.0),
         };
         let party = |id: u32, body, side: usize| Party {
             id: BodyId(id),

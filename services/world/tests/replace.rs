@@ -3,36 +3,9 @@
 mod common;
 
 use common::*;
+use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
-use cullet_geometry::{Pose, Quat, Vec3};
-use cullet_world::{BodyId, BodySpec, Hit, ReplaceError, Tier, World, WorldSettings};
-
-fn strike(case: u64) -> (World, BodyId, BodyId, Vec<Hit>) {
-    let mut world = World::new(weightless()).unwrap();
-    let turn = Quat::from_scaled_axis(any3(case, 0));
-    let at = any3(case, 3) * 3.0;
-    let cube = body("cube", cuboid(CUBE), GLASS, Vec3::zeros());
-    let cube = BodySpec {
-        pose: Pose::from_parts(nalgebra::Translation3::from(at), turn),
-        velocity: any3(case, 6),
-        spin: any3(case, 9) * 3.0,
-        ..cube
-    };
-    let drift = cube.velocity;
-    let cube = put(&mut world, cube);
-    let aim = Vec3::new(any(case, 12), any(case, 13), 0.3).normalize();
-    let ball = body("ball", sphere(0.03, 6), STEEL, at + aim * 0.5);
-    let ball = BodySpec {
-        velocity: drift - aim * 12.0 + any3(case, 20),
-        spin: any3(case, 15) * 9.0,
-        ..ball
-    };
-    let ball = put(&mut world, ball);
-    let hits: Vec<Hit> =
-        until_hit(&mut world, 60).into_iter().filter(|hit| hit.body == cube).collect();
-    assert_eq!(hits.len(), 1);
-    (world, cube, ball, hits)
-}
+use cullet_world::{BodySpec, ReplaceError, Tier, World, WorldSettings};
 
 #[test]
 fn pieces_that_get_nothing_keep_everything() {
@@ -153,10 +126,6 @@ fn a_weak_push_is_handed_over_whole_and_the_motion_before_the_hit_comes_back() {
     let ball = world.body(ball).unwrap();
     let lost = (ball.velocity - (any3(5, 6) - aim(5) * 12.0 + any3(5, 20))) * ball.mass;
     assert!((lost + gained).norm() < 1e-6 * impulse, "lost {lost}, gained {gained}");
-}
-
-fn aim(case: u64) -> Vec3 {
-    Vec3::new(any(case, 12), any(case, 13), 0.3).normalize()
 }
 
 #[test]

@@ -202,13 +202,14 @@ impl Run<'_> {
             }
             let hits = self.world.step()?;
             self.judge(hits)?;
-            if !self.replace_due()? {
+            if !self.settle_until(self.world.step_count())? {
                 return Ok(true);
             }
             self.record_poses()?;
             self.tell_position();
         }
-        Ok(false)
+        // What the end of the run overtook settles too, and breaks nothing.
+        Ok(!self.settle_until(u64::MAX)?)
     }
 
     /// Records the hits of a step, asks the gate about them, and opens a job for each body that may
@@ -271,10 +272,9 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Waits for the jobs that are due at this step and puts their fragments into the world. False:
-    /// told to stop.
-    fn replace_due(&mut self) -> Result<bool, RunError> {
-        while self.pending.front().is_some_and(|p| p.due <= self.world.step_count()) {
+    /// Waits for the jobs that are due by a step and settles them. False: told to stop.
+    fn settle_until(&mut self, step: u64) -> Result<bool, RunError> {
+        while self.pending.front().is_some_and(|p| p.due <= step) {
             let settled = loop {
                 if self.options.stop.load(Ordering::Relaxed) {
                     return Ok(false);

@@ -69,6 +69,12 @@ impl Run<'_> {
             let reason = "no crack separated it".to_owned();
             return self.kept(&job, reason);
         }
+        let early = job.due.saturating_sub(self.world.step_count());
+        if early > 0 {
+            let steps = if early == 1 { "step" } else { "steps" };
+            let reason = format!("the run ended {early} {steps} before its fragments were due");
+            return self.kept(&job, reason);
+        }
         let pieces = broken.fragments.into_iter().map(piece).collect();
         match self.world.replace(job.body, &job.hits, pieces, broken.report.fracture_energy) {
             Ok(done) => self.replaced(&job, &done, broken.report.spacing),

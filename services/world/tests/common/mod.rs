@@ -2,7 +2,7 @@
 #![allow(dead_code, unreachable_pub)]
 
 use cullet_geometry::math::unit;
-use cullet_geometry::{Pose, Solid, TriMesh, Vec3};
+use cullet_geometry::{Pose, Quat, Solid, TriMesh, Vec3};
 use cullet_world::{BodyId, BodySpec, Hit, Material, Piece, World, WorldSettings};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -217,5 +217,55 @@ pub fn shove(pieces: &mut [Piece], case: u64, n: &Vec3, impulse: f64, mass: f64,
         let k = 100 + 10 * k as u64;
         piece.velocity = n * (impulse / mass) + any3(case, k) * wild;
         piece.spin = any3(case, k + 3) * wild * 5.0;
+    }
+}
+
+/// A glass cube and a steel ball that flies at it, both turning, without gravity.
+pub fn approach(case: u64) -> (World, BodyId, BodyId) {
+    let mut world = World::new(weightless()).unwrap();
+    let turn = Quat::from_scaled_axis(any3(case, 0));
+    let at = any3(case, 3) * 3.0;
+    let cube = body("cube", cuboid(CUBE), GLASS, Vec3::zeros());
+    let cube = BodySpec {
+        pose: Pose::from_parts(nalgebra::Translation3::from(at), turn),
+        velocity: any3(case, 6),
+        spin: any3(case, 9) * 3.0,
+        ..cube
+    };
+    let drift = cube.velocity;
+    let cube = put(&mut world, cube);
+    let aim = aim(case);
+    let ball = body("ball", sphere(0.03, 6), STEEL, at + aim * 0.5);
+    let ball = BodySpec {
+        velocity: drift - aim * 12.0 + any3(case, 20),
+        spin: any3(case, 15) * 9.0,
+        ..ball
+    };
+    let ball = put(&mut world, ball);
+    (world, cube, ball)
+}
+
+/// The same when the ball has hit the cube, and the hit on the cube.
+pub fn strike(case: u64) -> (World, BodyId, BodyId, Vec<Hit>) {
+    let (mut world, cube, ball) = approach(case);
+    let hits: Vec<Hit> =
+        until_hit(&mut world, 60).into_iter().filter(|hit| hit.body == cube).collect();
+    assert_eq!(hits.len(), 1);
+    (world, cube, ball, hits)
+}
+
+/// From the cube of [`approach`] to where the ball comes from.
+pub fn aim(case: u64) -> Vec3 {
+    Vec3::new(any(case, 12), any(case, 13), 0.3).normalize()
+}
+
+/// Gives the pieces of a cube of that side and mass the motion of one body that an impulse moved,
+/// in full agreement with where it acts.
+pub fn push_at(pieces: &mut [Piece], side: f64, mass: f64, point: &Vec3, impulse: &Vec3) {
+    let spin = point.cross(impulse) / (mass * side * side / 6.0);
+    for piece in pieces {
+        let centre = piece.solid.mesh.mass_properties().centroid;
+        piece.velocity += impulse / mass + spin.cross(&centre);
+        piece.spin += spin;
     }
 }
