@@ -118,13 +118,15 @@ fn another_seed_is_another_run() {
     assert_ne!(digest("5"), digest("6"));
 }
 
-/// R4: whether a body breaks, and into how many, does not hang on the time step of the world.
+/// R4: whether a body breaks, and into how many, does not hang on the time step of the world. One
+/// break is a matter of chance within a fragment or two (F78), so the counts of three are summed.
 #[test]
 fn the_world_step_decides_nothing() {
-    let count = |step: &str| {
+    let count = |step: &str, seed: u32| {
         let out = unique("step");
-        let set = format!("world.step=\"{step} s\"");
-        let run = Cullet::new(&["run", &corpus("ball.toml"), "-q", "--set", &set, "--out"])
+        let set = [format!("world.step=\"{step} s\""), format!("world.seed={seed}")];
+        let run = Cullet::new(&["run", &corpus("ball.toml"), "-q"])
+            .args(&["--set", &set[0], "--set", &set[1], "--out"])
             .path(&out)
             .output();
         assert_eq!(run.code, 0, "{}", run.stderr);
@@ -132,9 +134,10 @@ fn the_world_step_decides_nothing() {
         assert_eq!(told["fractures"], 1, "{told:#}");
         told["fragments"].as_f64().expect("a number")
     };
-    let reference = count("1/480");
+    let total = |step: &str| (3..6).map(|seed| count(step, seed)).sum::<f64>();
+    let reference = total("1/480");
     for step in ["1/60", "1/120", "1/960"] {
-        let ratio = count(step) / reference;
+        let ratio = total(step) / reference;
         assert!((ratio - 1.0).abs() <= 0.1, "{step} s: {ratio} of the fragments at 1/480 s");
     }
 }

@@ -248,8 +248,11 @@ impl World {
                 if slow || young || !self.episodes.ready(pair, start, pause, speed) {
                     continue;
                 }
-                // On the mean they touch in the middle of the step: gravity worked for half of it.
-                let touch = speed + 0.5 * closing_gain;
+                // Gravity works until they touch: for the time that the gap takes in this step, and
+                // in the last one for as long as they moved.
+                let late = |id: u32, body: &Body| fall(body) * dt * (1.0 - self.rigid.moved(id));
+                let early = (contact.gap() / (speed * dt)).min(1.0);
+                let touch = speed + early * closing_gain - late(pair.0, a) + late(pair.1, b);
                 self.episodes.open(contact, start, [before_a, before_b], touch);
             }
             let point = contact.moment / contact.impulse;

@@ -187,6 +187,23 @@ fn both_bodies_of_a_pair_get_their_hit() {
     assert!(sum.norm() < 1e-9 * hits[0].impact.impulse, "{sum}");
 }
 
+/// R4: a ball that falls 1 m after a throw of 5 m/s arrives with √(v² + 2gd), whatever the step; a
+/// step that ends at the touch, or after it, has given it more of gravity's pull.
+#[test]
+fn the_closing_speed_is_that_of_the_touch_whatever_the_step() {
+    let (start, drop): (f64, f64) = (5.0, 1.0);
+    let wanted = (start * start + 2.0 * 9.81 * drop).sqrt();
+    for rate in [30.0, 47.0, 60.0, 120.0, 240.0, 1000.0] {
+        let mut world = World::new(WorldSettings { step: 1.0 / rate, ..settings() }).unwrap();
+        put(&mut world, floor());
+        let ball = body("ball", sphere(0.05, 8), GLASS, Vec3::new(0.0, 0.0, 0.05 + drop));
+        put(&mut world, BodySpec { velocity: Vec3::new(0.0, 0.0, -start), ..ball });
+        let hits = until_hit(&mut world, 2000);
+        let speed = hits[0].impact.closing_speed;
+        assert!((speed / wanted - 1.0).abs() < 0.005, "1/{rate} s: {speed} of {wanted} m/s");
+    }
+}
+
 #[test]
 fn a_fast_ball_does_not_pass_through_a_thin_wall() {
     for speed in [50.0, 100.0, 200.0] {

@@ -28,6 +28,8 @@ pub(crate) struct Contact {
     pub(crate) closing: f64,
     /// Σ impulse · closing speed after the step \[N·m\].
     pub(crate) closing_after: f64,
+    /// Impulse times the gap before the step.
+    gap: f64,
 }
 
 impl Contact {
@@ -43,12 +45,18 @@ impl Contact {
             moment: zero,
             closing: 0.0,
             closing_after: 0.0,
+            gap: 0.0,
         }
     }
 
     /// Closing speed before the step \[m/s\].
     pub(crate) fn closing_speed(&self) -> f64 {
         self.closing / self.impulse
+    }
+
+    /// Gap between the surfaces before the step \[m\].
+    pub(crate) fn gap(&self) -> f64 {
+        (self.gap / self.impulse).max(0.0)
     }
 
     /// Closing speed after the step \[m/s\].
@@ -122,6 +130,7 @@ fn add(sum: &mut Contact, manifold: &ContactManifold, one: &Side, two: &Side) {
         sum.torque_a -= (point - a.before.centre()).cross(&on_b);
         sum.torque_b += (point - b.before.centre()).cross(&on_b);
         sum.moment += point * impulse;
+        sum.gap += impulse * contact.dist;
         sum.closing += impulse * closing(&one.before, &two.before);
         sum.closing_after += impulse * closing(&one.after, &two.after);
     }

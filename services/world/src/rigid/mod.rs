@@ -77,6 +77,7 @@ pub(crate) struct Rigid {
     quiet: Quiet,
     /// Motions before the last step, in id order.
     before: Vec<(u32, Motion)>,
+    prior: Vec<(u32, Motion)>,
     sleep_speed: f64,
     steps: u64,
 }
@@ -105,6 +106,7 @@ impl Rigid {
             slots: BTreeMap::new(),
             quiet: Quiet::default(),
             before: Vec::new(),
+            prior: Vec::new(),
             sleep_speed: settings.sleep_speed / unit,
             steps: 0,
         }
@@ -203,6 +205,7 @@ impl Rigid {
 
     /// One step of the engine.
     pub(crate) fn step(&mut self) -> Result<(), Broken> {
+        std::mem::swap(&mut self.prior, &mut self.before);
         self.before.clear();
         for (&id, slot) in &self.slots {
             if let Some(motion) = self.read(slot.handle) {
@@ -224,6 +227,20 @@ impl Rigid {
     pub(crate) fn before(&self, id: u32) -> Option<&Motion> {
         let place = self.before.binary_search_by_key(&id, |(id, _)| *id).ok()?;
         Some(&self.before[place].1)
+    }
+
+    /// Share of the step before the last that a body moved for \[1\]: one that is swept stops where
+    /// it touches, and has the gravity of the whole step.
+    pub(crate) fn moved(&self, id: u32) -> f64 {
+        let Ok(place) = self.prior.binary_search_by_key(&id, |(id, _)| *id) else {
+            return 1.0;
+        };
+        let (prior, Some(now)) = (&self.prior[place].1, self.before(id)) else {
+            return 1.0;
+        };
+        let path = (now.centre() - prior.centre()).dot(&now.velocity);
+        let whole = now.velocity.norm_squared() * self.world.integration_parameters.dt;
+        if whole > 0.0 { (path / whole).clamp(0.0, 1.0) } else { 1.0 }
     }
 
     /// The first body that the engine took out because its motion is not finite.
