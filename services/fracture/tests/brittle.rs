@@ -61,6 +61,15 @@ fn solve(problem: &Problem) -> Fracture {
     }
 }
 
+/// About the origin.
+fn angular_momentum(fracture: &Fracture, density: f64) -> Vec3 {
+    let own = |f: &cullet_fracture::Fragment| {
+        let p = f.solid.mesh.mass_properties();
+        p.centroid.cross(&f.velocity) * p.volume + p.inertia * f.spin
+    };
+    fracture.fragments.iter().map(own).sum::<Vec3>() * density
+}
+
 fn momentum(fracture: &Fracture, density: f64) -> Vec3 {
     let carried =
         |f: &cullet_fracture::Fragment| f.velocity * (density * f.solid.mesh.signed_volume());
@@ -98,6 +107,9 @@ fn a_hard_hit_breaks_a_cube() {
     assert!(fracture.fragments.iter().all(|f| f.solid.mesh.is_closed()));
     let error = (momentum(&fracture, PLASTER.density) - Vec3::x() * 4.5).norm() / 4.5;
     assert!(error < 1e-9, "momentum {error}");
+    let pushed = Vec3::new(-0.1, 0.02, 0.03).cross(&(Vec3::x() * 4.5));
+    let error = (angular_momentum(&fracture, PLASTER.density) - pushed).norm() / pushed.norm();
+    assert!(error < 1e-9, "angular momentum {error}");
     // The piece under the striker flies ahead of the rest.
     let speeds: Vec<f64> = fracture.fragments.iter().map(|f| f.velocity.x).collect();
     let fastest = speeds.iter().fold(0.0_f64, |m, &v| m.max(v));

@@ -268,7 +268,10 @@ impl Brittle {
                 spin: motion.spin,
             })
             .collect();
-        self.balance(&mut fragments);
+        let pushes = self.loads.iter().zip(&self.problem.impacts);
+        let pushes: Vec<(Vec3, Vec3)> =
+            pushes.map(|(load, hit)| (hit.point, load.direction * load.delivered)).collect();
+        motion::balance(&mut fragments, &pushes, self.problem.material.density);
         Ok(Fracture { fragments, report })
     }
 
@@ -292,21 +295,6 @@ impl Brittle {
             slots.iter().map(|&p| particles.damage[p]).collect(),
             slots.iter().map(|&p| particles.damage_time[p]).collect(),
         )
-    }
-
-    /// A fragment's mesh holds a little more or less mass than its points: one shift of all
-    /// velocities makes the fragments carry exactly the impulse of the pushes.
-    fn balance(&self, fragments: &mut [Fragment]) {
-        let pushes = self.loads.iter().map(|load| load.direction * load.delivered);
-        let delivered: Vec3 = pushes.sum();
-        let density = self.problem.material.density;
-        let masses: Vec<f64> =
-            fragments.iter().map(|f| density * f.solid.mesh.signed_volume()).collect();
-        let carried: Vec3 = fragments.iter().zip(&masses).map(|(f, m)| f.velocity * *m).sum();
-        let shift = (delivered - carried) / masses.iter().sum::<f64>();
-        for fragment in fragments {
-            fragment.velocity += shift;
-        }
     }
 
     fn report(&self, damage: &[f64]) -> Report {
