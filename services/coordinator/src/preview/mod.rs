@@ -1,7 +1,9 @@
 //! Pictures of a run, drawn from its recording without a GPU: a contact sheet of eight moments and
 //! a short film. Equal recordings give equal bytes.
 
+mod around;
 mod camera;
+mod change;
 mod direct;
 mod film;
 mod font;
@@ -17,7 +19,7 @@ mod track;
 pub use picture::Picture;
 
 use crate::record::{RecordError, Recording};
-use stage::Focus;
+use stage::{Focus, Reel};
 use std::path::{Path, PathBuf};
 use track::Track;
 
@@ -101,17 +103,19 @@ fn draw_all(
     zoom: usize,
 ) -> Vec<Picture> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from).min(THREADS);
-    let one = |&time: &f64| {
-        let mut picture = stage::draw(track, focus, time, size);
-        picture.caption(&caption(track, time), zoom);
-        picture
+    let some = |times: &[f64]| {
+        let mut reel = Reel::new(track, focus, size);
+        let one = |&time: &f64| {
+            let mut picture = reel.draw(time);
+            picture.caption(&caption(track, time), zoom);
+            picture
+        };
+        times.iter().map(one).collect::<Vec<_>>()
     };
     let batch = times.len().div_ceil(cores).max(1);
     std::thread::scope(|scope| {
-        let batches: Vec<_> = times
-            .chunks(batch)
-            .map(|batch| scope.spawn(move || batch.iter().map(one).collect::<Vec<_>>()))
-            .collect();
+        let batches: Vec<_> =
+            times.chunks(batch).map(|batch| scope.spawn(move || some(batch))).collect();
         let drawn = batches.into_iter().map(|batch| match batch.join() {
             Ok(pictures) => pictures,
             Err(panic) => std::panic::resume_unwind(panic),

@@ -1,7 +1,6 @@
 //! A picture, its captions, and PNG files of it.
 
 use super::font;
-use super::shade::Colour;
 use crate::record::RecordError;
 use std::io::BufWriter;
 use std::path::Path;
@@ -22,28 +21,6 @@ impl Picture {
     #[must_use]
     pub fn filled(width: usize, height: usize, colour: [u8; 3]) -> Self {
         Self { width, height, rgb: colour.repeat(width * height) }
-    }
-
-    /// The means of `samples`×`samples` blocks of linear colours.
-    pub(super) fn averaged(
-        colours: &[Colour],
-        (width, height): (usize, usize),
-        samples: usize,
-    ) -> Self {
-        let mut rgb = Vec::with_capacity(3 * width * height);
-        for y in 0..height {
-            for x in 0..width {
-                let mut sum = [0.0_f32; 3];
-                for k in 0..samples * samples {
-                    let (u, v) = (x * samples + k % samples, y * samples + k / samples);
-                    let colour = colours[v * width * samples + u];
-                    sum = std::array::from_fn(|i| sum[i] + colour[i].clamp(0.0, 4.0));
-                }
-                let mean = sum.map(|c| c / (samples * samples) as f32);
-                rgb.extend(mean.map(screen));
-            }
-        }
-        Self { width, height, rgb }
     }
 
     /// Sets a pixel; one outside is left alone.
@@ -104,10 +81,4 @@ impl Picture {
         writer.finish().map_err(fail)?;
         std::fs::rename(&unfinished, path).map_err(RecordError::io(path))
     }
-}
-
-/// Light to a byte of the screen: bright parts roll off instead of burning out.
-fn screen(light: f32) -> u8 {
-    let soft = if light > 0.7 { 0.7 + 0.3 * (light - 0.7) / (light - 0.4) } else { light };
-    (soft.max(0.0).sqrt() * 255.0 + 0.5) as u8
 }
