@@ -96,6 +96,23 @@ fn the_world_step_decides_nothing() {
     }
 }
 
+#[test]
+fn a_run_whose_picture_cannot_be_drawn_is_kept_and_told() {
+    let out = unique("unpictured");
+    fs::create_dir_all(out.join("preview.png/taken")).expect("a folder in the picture's place");
+    let run = Cullet::new(&["run", &corpus("drop.toml"), "--json", "--out"]).path(&out).output();
+    assert_eq!(run.code, 4, "{}", run.stderr);
+    let warning = run.stderr.lines().find(|line| line.starts_with("warning: "));
+    assert!(warning.is_some_and(|line| line.contains("preview.png: ")), "{}", run.stderr);
+    assert!(run.stderr.contains("fractures"), "the run is reported: {}", run.stderr);
+    let printed: serde_json::Value = serde_json::from_str(&run.stdout).expect("JSON on stdout");
+    assert_eq!(printed, summary(&out));
+    let inspect = Cullet::new(&["inspect", "--json"]).path(&out.join("run.mcap")).output();
+    assert_eq!((inspect.code, inspect.stdout), (0, run.stdout), "{}", inspect.stderr);
+    assert!(out.join("preview.gif").is_file(), "the other picture is drawn");
+    assert!(!out.join("preview.png.partial").exists(), "something unfinished was left");
+}
+
 /// A reader that has seen enough is no reason to fail.
 #[test]
 fn a_closed_pipe_is_no_trouble() {

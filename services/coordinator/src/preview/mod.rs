@@ -50,7 +50,7 @@ pub struct Pictures {
 /// Draws `preview.png` and `preview.gif` of a recording into a folder.
 ///
 /// # Errors
-/// The recording cannot be read or a picture not written.
+/// The recording cannot be read or a picture not written; the other one is written all the same.
 pub fn from_recording(recording: &Path, folder: &Path) -> Result<Pictures, RecordError> {
     draw(&Recording::open(recording)?, folder, SIZE)
 }
@@ -64,10 +64,10 @@ fn draw(
     let pictures = Pictures { sheet: folder.join("preview.png"), film: folder.join("preview.gif") };
     let focus = direct::focus(&track, &recording.meta, size);
     let moments = direct::moments(&track);
-    contact_sheet(&draw_all(&track, &focus, &moments, size, 2)).save(&pictures.sheet)?;
+    let sheet = contact_sheet(&draw_all(&track, &focus, &moments, size, 2)).save(&pictures.sheet);
     let frames = draw_all(&track, &focus, &film_times(&track), size, 1);
     film::gif(&frames, FPS, &pictures.film)?;
-    Ok(pictures)
+    sheet.map(|()| pictures)
 }
 
 /// Puts pictures of one size side by side, four in a row.

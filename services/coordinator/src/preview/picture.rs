@@ -2,8 +2,7 @@
 
 use super::font;
 use crate::record::RecordError;
-use std::io::BufWriter;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Red, green and blue bytes, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,22 +62,33 @@ impl Picture {
     /// Writes a PNG file: first beside its name, then under it.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// The file cannot be written; nothing is left of it then.
     pub fn save(&self, path: &Path) -> Result<(), RecordError> {
         let fail = |error: png::EncodingError| RecordError::Picture {
             path: path.to_owned(),
             reason: error.to_string(),
         };
-        let unfinished = path.with_extension("png.partial");
-        let file = std::fs::File::create(&unfinished).map_err(RecordError::io(&unfinished))?;
+        let mut bytes = Vec::new();
         let size = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-        let mut encoder =
-            png::Encoder::new(BufWriter::new(file), size(self.width), size(self.height));
+        let mut encoder = png::Encoder::new(&mut bytes, size(self.width), size(self.height));
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         let mut writer = encoder.write_header().map_err(fail)?;
         writer.write_image_data(&self.rgb).map_err(fail)?;
         writer.finish().map_err(fail)?;
-        std::fs::rename(&unfinished, path).map_err(RecordError::io(path))
+        place(path, &bytes)
     }
+}
+
+/// Writes a file first beside its name, then under it, and leaves nothing of one that fails.
+pub(super) fn place(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".partial");
+    let unfinished = PathBuf::from(name);
+    let written =
+        std::fs::write(&unfinished, bytes).and_then(|()| std::fs::rename(&unfinished, path));
+    written.map_err(|error| {
+        let _never_there = std::fs::remove_file(&unfinished);
+        RecordError::io(path)(error)
+    })
 }
