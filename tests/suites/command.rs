@@ -5,6 +5,7 @@ mod common;
 use common::{Cullet, children_of, corpus, is_alive, summary, unique};
 use std::collections::BTreeSet;
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -18,6 +19,8 @@ fn a_run_leaves_a_recording_that_says_the_same_as_its_summary() {
         .filter(|name| !out.join(name).is_file())
         .collect();
     assert!(names.is_empty(), "missing {names:?}");
+    let mode = |name| fs::metadata(out.join(name)).expect("a file").permissions().mode();
+    assert_eq!(mode("summary.json"), mode("run.mcap"), "who may read one may read the other");
     let partial = fs::read_dir(&out).expect("the folder is there").flatten().any(|entry| {
         let name = entry.file_name().to_string_lossy().into_owned();
         name.ends_with(".partial") || name.starts_with('.')
