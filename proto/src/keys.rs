@@ -37,6 +37,8 @@ pub enum UserVerb {
     Status,
     /// For a piece of a result.
     Fetch,
+    /// To leave.
+    Bye,
 }
 
 /// A question, by its key.
@@ -58,11 +60,12 @@ const WORKER_VERBS: [(&str, WorkerVerb); 7] = [
     ("bye", WorkerVerb::Bye),
 ];
 
-const USER_VERBS: [(&str, UserVerb); 4] = [
+const USER_VERBS: [(&str, UserVerb); 5] = [
     ("chunk", UserVerb::Chunk),
     ("submit", UserVerb::Submit),
     ("status", UserVerb::Status),
     ("fetch", UserVerb::Fetch),
+    ("bye", UserVerb::Bye),
 ];
 
 impl WorkerVerb {

@@ -192,7 +192,7 @@ pub struct Bye {
     pub session: SessionId,
 }
 
-/// The answer to [`Fail`] and [`Bye`].
+/// The answer to [`Fail`], [`Bye`] and [`Enough`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Noted;
 
@@ -281,6 +281,13 @@ pub struct FetchFile {
     pub file: u32,
     /// Which chunk.
     pub index: u32,
+}
+
+/// A client has all that it wants of a submission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Enough {
+    /// Which.
+    pub id: u64,
 }
 
 /// Why a question was not answered.

@@ -5,6 +5,7 @@ mod common;
 use common::{Cullet, children_of, corpus, is_alive, summary, unique};
 use std::collections::BTreeSet;
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -18,6 +19,8 @@ fn a_run_leaves_a_recording_that_says_the_same_as_its_summary() {
         .filter(|name| !out.join(name).is_file())
         .collect();
     assert!(names.is_empty(), "missing {names:?}");
+    let mode = |name| fs::metadata(out.join(name)).expect("a file").permissions().mode();
+    assert_eq!(mode("summary.json"), mode("run.mcap"), "who may read one may read the other");
     let partial = fs::read_dir(&out).expect("the folder is there").flatten().any(|entry| {
         let name = entry.file_name().to_string_lossy().into_owned();
         name.ends_with(".partial") || name.starts_with('.')
@@ -140,6 +143,23 @@ fn the_world_step_decides_nothing() {
         let ratio = total(step) / reference;
         assert!((ratio - 1.0).abs() <= 0.1, "{step} s: {ratio} of the fragments at 1/480 s");
     }
+}
+
+#[test]
+fn a_run_whose_picture_cannot_be_drawn_is_kept_and_told() {
+    let out = unique("unpictured");
+    fs::create_dir_all(out.join("preview.png/taken")).expect("a folder in the picture's place");
+    let run = Cullet::new(&["run", &corpus("drop.toml"), "--json", "--out"]).path(&out).output();
+    assert_eq!(run.code, 4, "{}", run.stderr);
+    let warning = run.stderr.lines().find(|line| line.starts_with("warning: "));
+    assert!(warning.is_some_and(|line| line.contains("preview.png: ")), "{}", run.stderr);
+    assert!(run.stderr.contains("fractures"), "the run is reported: {}", run.stderr);
+    let printed: serde_json::Value = serde_json::from_str(&run.stdout).expect("JSON on stdout");
+    assert_eq!(printed, summary(&out));
+    let inspect = Cullet::new(&["inspect", "--json"]).path(&out.join("run.mcap")).output();
+    assert_eq!((inspect.code, inspect.stdout), (0, run.stdout), "{}", inspect.stderr);
+    assert!(out.join("preview.gif").is_file(), "the other picture is drawn");
+    assert!(!out.join("preview.png.partial").exists(), "something unfinished was left");
 }
 
 /// A reader that has seen enough is no reason to fail.

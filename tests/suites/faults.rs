@@ -3,8 +3,10 @@
 
 mod common;
 
-use common::{Cullet, children_of, corpus, signal, summary, unique};
+use common::{Cullet, Going, children_of, corpus, signal, summary, unique};
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -56,22 +58,180 @@ fn a_worker_killed_in_the_middle_of_a_job_costs_time_and_no_result() {
     assert_eq!(summary["digest"], quiet_digest());
 }
 
+/// Waits until a file is there.
+fn wait_for(path: &Path) {
+    let until = Instant::now() + Duration::from_secs(60);
+    while !path.exists() {
+        assert!(Instant::now() < until, "{} does not appear", path.display());
+        sleep(Duration::from_millis(20));
+    }
+}
+
+/// Waits until processes have ended.
+fn all_end(processes: &[u32]) {
+    let until = Instant::now() + Duration::from_secs(10);
+    while processes.iter().any(|id| common::is_alive(*id)) {
+        assert!(Instant::now() < until, "of {processes:?} some are left behind");
+        sleep(Duration::from_millis(50));
+    }
+}
+
+/// Makes a named pipe: who opens it to read or write waits for the other.
+fn make_pipe(path: &Path) {
+    let made = std::process::Command::new("mkfifo").arg(path).status();
+    assert!(made.is_ok_and(|status| status.success()), "mkfifo {}", path.display());
+}
+
 #[test]
-fn an_interrupted_run_finishes_its_recording() {
-    let out = unique("interrupted");
+fn a_run_told_to_stop_finishes_its_recording_and_leaves_no_process() {
+    for name in ["INT", "TERM"] {
+        let out = unique("interrupted");
+        let mut run = Cullet::new(&["run", &corpus("drop.toml"), "--out"])
+            .path(&out)
+            .args(&LONGER)
+            .args(&["--set", "world.duration=600"])
+            .spawn();
+        let workers = workers_of(run.id());
+        wait_for(&out.join("run.mcap.partial"));
+        signal(run.id(), name);
+        assert_eq!(run.wait(Duration::from_secs(30)), Some(130), "{name}: {}", run.stderr());
+        all_end(&workers);
+        let inspect = Cullet::new(&["inspect", "--json"]).path(&out.join("run.mcap")).output();
+        assert_eq!(inspect.code, 0, "{}", inspect.stderr);
+        let told: serde_json::Value = serde_json::from_str(&inspect.stdout).expect("JSON");
+        assert_eq!(told, summary(&out));
+    }
+}
+
+/// A picture that waits for a reader holds the run up after its first signal for as long as it
+/// takes.
+#[test]
+fn a_second_interrupt_quits_at_once_and_a_second_termination_does_not() {
+    let out = unique("twice");
+    fs::create_dir_all(&out).expect("a folder");
+    make_pipe(&out.join("preview.png.partial"));
     let mut run = Cullet::new(&["run", &corpus("drop.toml"), "--out"])
         .path(&out)
-        .args(&LONGER)
-        .args(&["--set", "world.duration=30"])
+        .args(&["--set", "world.duration=600"])
         .spawn();
-    workers_of(run.id());
-    sleep(Duration::from_millis(500));
+    let workers = workers_of(run.id());
+    wait_for(&out.join("run.mcap.partial"));
+    signal(run.id(), "TERM");
+    wait_for(&out.join("summary.json"));
+    signal(run.id(), "TERM");
+    assert_eq!(run.wait(Duration::from_secs(1)), None, "it still has a picture to draw");
+    assert!(common::is_alive(run.id()), "a second SIGTERM ended it");
     signal(run.id(), "INT");
-    assert_eq!(run.wait(Duration::from_secs(30)), Some(130), "{}", run.stderr());
+    assert_eq!(run.wait(Duration::from_secs(10)), Some(130), "a second SIGINT did not end it");
+    all_end(&workers);
+}
+
+#[test]
+fn a_worker_told_to_stop_leaves_with_or_without_a_coordinator() {
+    let endpoint = common::free_endpoint();
+    for name in ["INT", "TERM"] {
+        let mut worker = Cullet::new(&["worker", "--connect", &endpoint]).spawn();
+        sleep(Duration::from_secs(1));
+        signal(worker.id(), name);
+        assert_eq!(worker.wait(Duration::from_secs(10)), Some(0), "{name}, alone");
+    }
+    let mut coordinator = Cullet::new(&["coordinator", "--listen", &endpoint]).spawn();
+    for name in ["INT", "TERM"] {
+        let mut worker = Cullet::new(&["worker", "--connect", &endpoint]).spawn();
+        sleep(Duration::from_secs(2));
+        signal(worker.id(), name);
+        assert_eq!(worker.wait(Duration::from_secs(10)), Some(0), "{name}, while it waits");
+    }
+    signal(coordinator.id(), "TERM");
+    assert_eq!(coordinator.wait(Duration::from_secs(10)), Some(0));
+}
+
+/// A coordinator with a worker of its own, and a client whose long scene it runs.
+fn served(runs: &Path) -> (Going, Going, String, PathBuf) {
+    let endpoint = common::free_endpoint();
+    let coordinator = Cullet::new(&["coordinator", "--workers", "1", "--listen", &endpoint])
+        .args(&["--out"])
+        .path(runs)
+        .spawn();
+    let out = unique("followed");
+    let client = follow(&endpoint, &out);
+    wait_for(&runs.join("drop-1/run.mcap.partial"));
+    (coordinator, client, endpoint, out)
+}
+
+fn follow(endpoint: &str, out: &Path) -> Going {
+    let submit = ["submit", &corpus("drop.toml"), "--set", "world.duration=600"];
+    Cullet::new(&submit).args(&["--connect", endpoint, "--out"]).path(out).spawn()
+}
+
+#[test]
+fn a_coordinator_told_to_stop_tells_its_clients_first() {
+    let (mut coordinator, mut first, endpoint, out) = served(&unique("told"));
+    let workers = workers_of(coordinator.id());
+    // While the first one cannot ask, the coordinator stays and the second one comes.
+    signal(first.id(), "STOP");
+    signal(coordinator.id(), "TERM");
+    let never = unique("never-begun");
+    let mut second = follow(&endpoint, &never);
+    assert_eq!(second.wait(Duration::from_secs(30)), Some(69), "{}", second.stderr());
+    assert!(second.stderr().contains("left before the run began"), "{}", second.stderr());
+    assert!(!never.exists(), "a run that never began has no folder");
+    signal(first.id(), "CONT");
+    assert_eq!(first.wait(Duration::from_secs(30)), Some(130), "{}", first.stderr());
+    assert_eq!(coordinator.wait(Duration::from_secs(30)), Some(0), "{}", coordinator.stderr());
+    all_end(&workers);
     let inspect = Cullet::new(&["inspect", "--json"]).path(&out.join("run.mcap")).output();
     assert_eq!(inspect.code, 0, "{}", inspect.stderr);
-    let told: serde_json::Value = serde_json::from_str(&inspect.stdout).expect("JSON");
-    assert_eq!(told, summary(&out));
+}
+
+/// A client that hears nothing keeps the coordinator waiting.
+#[test]
+fn a_coordinator_interrupted_twice_quits_at_once() {
+    let runs = unique("leaving");
+    let (mut coordinator, client, _, _) = served(&runs);
+    let workers = workers_of(coordinator.id());
+    signal(client.id(), "STOP");
+    signal(coordinator.id(), "INT");
+    wait_for(&runs.join("drop-1/preview.gif"));
+    signal(coordinator.id(), "INT");
+    assert_eq!(coordinator.wait(Duration::from_secs(5)), Some(130), "it still waits");
+    all_end(&workers);
+}
+
+/// The scene is a named pipe: once the process has opened it, what it starts as workers can be put
+/// in the place of its own program.
+#[test]
+fn a_pool_whose_workers_cannot_live_ends_aloud() {
+    let folder = unique("dying");
+    fs::create_dir_all(folder.join("own")).expect("a folder");
+    let (program, scene) = (folder.join("cullet"), folder.join("scene.toml"));
+    make_pipe(&scene);
+    let text = fs::read(corpus("drop.toml")).expect("a scene");
+    let run = |worker: Option<&str>| {
+        fs::copy(env!("CARGO_BIN_EXE_cullet"), &program).expect("a copy of the program");
+        let mut run = Cullet::of(&program, &["run", "-q", "--out"])
+            .path(&folder.join("own"))
+            .path(&scene)
+            .spawn();
+        // Opening waits until the process reads.
+        let mut pipe = fs::OpenOptions::new().write(true).open(&scene).expect("it reads");
+        fs::remove_file(&program).expect("the copy goes");
+        if let Some(worker) = worker {
+            let place = folder.join("cullet (deleted)");
+            fs::write(&place, worker).expect("a program");
+            fs::set_permissions(&place, fs::Permissions::from_mode(0o755)).expect("it may run");
+        }
+        std::io::Write::write_all(&mut pipe, &text).expect("a scene");
+        drop(pipe);
+        (run.wait(Duration::from_secs(60)), run.stderr())
+    };
+    let (code, stderr) = run(None);
+    assert_eq!(code, Some(2), "{stderr}");
+    assert!(stderr.contains("cannot start the worker"), "{stderr}");
+    assert!(folder.join("own").is_dir(), "a folder of the user's is gone");
+    let (code, stderr) = run(Some("#!/bin/sh\nexit 7\n"));
+    assert_eq!(code, Some(2), "{stderr}");
+    assert!(stderr.contains("before it asked for work, last with exit status: 7"), "{stderr}");
 }
 
 #[test]
@@ -80,7 +240,7 @@ fn a_killed_parent_leaves_no_worker_and_a_recording_that_can_be_recovered() {
     let mut run = Cullet::new(&["run", &corpus("drop.toml"), "--workers", "2", "--out"])
         .path(&out)
         .args(&LONGER)
-        .args(&["--set", "world.duration=30"])
+        .args(&["--set", "world.duration=600"])
         .spawn();
     let workers = workers_of(run.id());
     sleep(Duration::from_secs(3));

@@ -6,7 +6,8 @@ use common::{Cullet, summary, unique};
 use std::path::Path;
 
 /// Runs a shipped scene; its own expectations decide the exit code, the ledger is looked at here.
-fn holds(name: &str) {
+/// Returns what happened, a line an event.
+fn holds(name: &str) -> String {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
     let out = unique(name);
     let run = Cullet::new(&["run", "-q", "--out"]).path(&out).path(&scene).output();
@@ -26,7 +27,10 @@ fn holds(name: &str) {
         let value = told["ledger"][key].as_f64().expect("a number");
         assert!(value <= bound, "{name}: {key} is {value}");
     }
+    let inspect = Cullet::new(&["inspect"]).path(&out.join("run.mcap")).output();
+    assert_eq!(inspect.code, 0, "{name}: {}", inspect.stderr);
     std::fs::remove_dir_all(&out).ok();
+    inspect.stdout
 }
 
 #[test]
@@ -61,5 +65,8 @@ fn column() {
 
 #[test]
 fn wall() {
-    holds("wall");
+    let told = holds("wall");
+    let mut asked = told.lines().filter_map(|line| line.split_once(", asks geometric"));
+    let why = asked.next().map(|(_, why)| why);
+    assert!(why.is_some_and(|why| why.starts_with(": ")), "why no solver was asked: {why:?}");
 }

@@ -13,9 +13,11 @@ pub(crate) enum Exit {
     Failed,
     /// The run is complete, and an expectation of the scene does not hold.
     Unmet,
+    /// The run is complete, and a picture of it could not be drawn.
+    Unpictured,
     /// The user's fault: arguments, scene, meshes.
     Usage,
-    /// No coordinator answers.
+    /// No coordinator answers, or it left before the run began.
     Unreachable,
     /// A file could not be read or written.
     File,
@@ -23,10 +25,11 @@ pub(crate) enum Exit {
     Interrupted,
 }
 
-const CODES: [(Exit, u8); 7] = [
+const CODES: [(Exit, u8); 8] = [
     (Exit::Done, 0),
     (Exit::Failed, 2),
     (Exit::Unmet, 3),
+    (Exit::Unpictured, 4),
     (Exit::Usage, 64),
     (Exit::Unreachable, 69),
     (Exit::File, 74),

@@ -2,10 +2,12 @@
 
 mod args;
 mod exit;
+mod folder;
 mod inspect;
 mod progress;
 mod run;
 mod serve;
+mod signals;
 
 use args::{Cli, Command};
 use clap::Parser;

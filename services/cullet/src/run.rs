@@ -2,33 +2,35 @@
 
 use crate::args;
 use crate::exit::{Exit, Trouble, print};
+use crate::folder::Folder;
 use crate::progress::Progress;
+use crate::signals::stop_when_told;
 use cullet_coordinator::link::{LinkError, Pool, PoolConfig, SpawnConfig};
 use cullet_coordinator::preview;
-use cullet_coordinator::run::{Outcome, RunError, RunOptions, next_folder, run as run_scene};
+use cullet_coordinator::run::{Outcome, RunError, RunOptions, run as run_scene};
 use cullet_coordinator::scene::{Scene, load};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Where runs go when no folder is named.
-const RUNS: &str = "runs";
+use std::path::Path;
 
 pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
     say_logs(&args.voice);
     let scene = read_scene(&args.scene)?;
-    let out = folder(args.out.as_deref(), &scene.name)?;
-    let stop = stop_on_interrupt()?;
-    let pool = start_pool(args).inspect_err(|_| forget_empty(&out))?;
+    let stop = stop_when_told("the recording is finished first")?;
+    let folder = Folder::of(args.out.as_deref(), &scene.name)?;
+    let out = &folder.path;
+    let pool = start_pool(args).inspect_err(|_| folder.forget())?;
     let mut progress = Progress::new(args.voice.quiet);
-    let options = RunOptions { out: &out, stop: &stop };
+    let options = RunOptions { out, stop: &stop };
     let outcome = run_scene(&scene, &pool, &options, &mut |news| progress.show(news));
     progress.done();
     pool.shutdown();
     let outcome = outcome.map_err(|error| trouble(&error))?;
-    draw(&outcome.recording, &out)?;
-    report(&outcome, &out, args.json, args.voice.quiet)?;
-    Ok(exit_of(&outcome))
+    // A run without its pictures is still a run.
+    let drawn = draw(&outcome.recording, out);
+    if let Err(trouble) = &drawn {
+        eprintln!("warning: {trouble}");
+    }
+    report(&outcome, out, args.json, args.voice.quiet)?;
+    Ok(exit_of(&outcome, drawn.is_ok()))
 }
 
 pub(crate) fn check(args: &args::Check) -> Result<Exit, Trouble> {
@@ -54,26 +56,6 @@ pub(crate) fn read_scene(args: &args::SceneArgs) -> Result<Scene, Trouble> {
     load(&args.scene, &args.set).map_err(|errors| Trouble::new(Exit::Usage, errors))
 }
 
-/// The folder that was asked for, made if it is not there, or a new one.
-pub(crate) fn folder(asked: Option<&Path>, scene: &str) -> Result<PathBuf, Trouble> {
-    let Some(folder) = asked else {
-        let base = Path::new(RUNS);
-        return next_folder(base, scene).map_err(|error| Trouble::file(base, error));
-    };
-    refuse_taken(folder)?;
-    std::fs::create_dir_all(folder).map_err(|error| Trouble::file(folder, error))?;
-    Ok(folder.to_owned())
-}
-
-/// A folder that holds a run is not written into.
-pub(crate) fn refuse_taken(folder: &Path) -> Result<(), Trouble> {
-    if folder.join("run.mcap").exists() || folder.join("run.mcap.partial").exists() {
-        let text = format!("{}: there is a run in this folder; name another", folder.display());
-        return Err(Trouble::new(Exit::Usage, text));
-    }
-    Ok(())
-}
-
 fn start_pool(args: &args::Run) -> Result<Pool, Trouble> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let workers = args.workers.map_or((cores - 1).max(1), usize::from);
@@ -84,33 +66,11 @@ fn start_pool(args: &args::Run) -> Result<Pool, Trouble> {
 }
 
 pub(crate) fn no_link(error: &LinkError) -> Trouble {
-    Trouble::new(Exit::Unreachable, error)
-}
-
-/// Removes a folder that was made for a run which never began.
-fn forget_empty(folder: &Path) {
-    std::fs::remove_dir(folder).ok();
-}
-
-/// A flag that the first interrupt sets; the second one ends the process.
-pub(crate) fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Trouble> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()
-        .map_err(|error| Trouble::new(Exit::File, error))?;
-    std::thread::spawn(move || {
-        runtime.block_on(async {
-            while tokio::signal::ctrl_c().await.is_ok() {
-                if flag.swap(true, Ordering::Relaxed) {
-                    std::process::exit(130);
-                }
-                eprintln!("interrupted: finishing the recording; once more to quit at once");
-            }
-        });
-    });
-    Ok(stop)
+    let exit = match error {
+        LinkError::Spawn { .. } | LinkError::Thread(_) => Exit::Failed,
+        _ => Exit::Unreachable,
+    };
+    Trouble::new(exit, error)
 }
 
 pub(crate) fn trouble(error: &RunError) -> Trouble {
@@ -124,15 +84,17 @@ pub(crate) fn trouble(error: &RunError) -> Trouble {
 
 /// Draws the pictures of a recording into a folder.
 pub(crate) fn draw(recording: &Path, out: &Path) -> Result<(), Trouble> {
-    preview::from_recording(recording, out).map_err(|error| Trouble::new(Exit::File, error))?;
-    Ok(())
+    let failed = |error| Trouble::new(Exit::File, format!("the run has no picture: {error}"));
+    preview::from_recording(recording, out).map(|_| ()).map_err(failed)
 }
 
-pub(crate) fn exit_of(outcome: &Outcome) -> Exit {
-    match (outcome.interrupted, outcome.unmet.is_empty()) {
-        (true, _) => Exit::Interrupted,
-        (false, true) => Exit::Done,
-        (false, false) => Exit::Unmet,
+/// How a run ended; `pictured`: whether its pictures were drawn.
+pub(crate) fn exit_of(outcome: &Outcome, pictured: bool) -> Exit {
+    match (outcome.interrupted, outcome.unmet.is_empty(), pictured) {
+        (true, _, _) => Exit::Interrupted,
+        (false, false, _) => Exit::Unmet,
+        (false, true, false) => Exit::Unpictured,
+        (false, true, true) => Exit::Done,
     }
 }
 

@@ -3,12 +3,12 @@
 
 use crate::args;
 use crate::exit::{Exit, Trouble, print};
-use crate::run::{
-    draw, exit_of, folder, no_link, read_scene, refuse_taken, say_logs, stop_on_interrupt, trouble,
-};
-use cullet_coordinator::link::client::Client;
+use crate::folder::{Folder, refuse_taken};
+use crate::run::{draw, exit_of, no_link, read_scene, say_logs, trouble};
+use crate::signals::stop_when_told;
+use cullet_coordinator::link::client::{Client, Handle, Outcome};
 use cullet_coordinator::link::{
-    Content, LinkError, Pool, PoolConfig, SpawnConfig, Submission, check_path,
+    Content, LinkError, Pool, PoolConfig, SpawnConfig, Submission, Submissions, check_path,
 };
 use cullet_coordinator::run::{News, RunOptions, next_folder, run as run_scene};
 use cullet_coordinator::scene::{Bundle, Scene, SceneFile, load_bundle};
@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 const PERIOD: Duration = Duration::from_millis(100);
 /// Between two lines of a run's position for the client that follows.
 const NEWS_PERIOD: Duration = Duration::from_secs(2);
-/// How long a coordinator stays after its last run so that the client can fetch what it made.
+/// A client that has not asked for this long is gone: a coordinator that leaves does not wait for it.
 const LINGER: Duration = Duration::from_secs(10);
 /// How long to look for a coordinator.
 const SEARCH: Duration = Duration::from_secs(10);
@@ -32,7 +32,7 @@ const PRODUCTS: [&str; 4] = ["run.mcap", "summary.json", "preview.png", "preview
 
 pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     say_logs(&args.voice);
-    let stop = stop_on_interrupt()?;
+    let stop = stop_when_told("clients are told first")?;
     let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
     let spawn = (args.workers > 0)
         .then(|| SpawnConfig::new(exe, usize::from(args.workers), usize::from(args.threads)));
@@ -52,12 +52,24 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
         serve(&pool, submission, args, &stop);
         done += 1;
     }
-    let until = Instant::now() + LINGER;
-    while done > 0 && !stop.load(Ordering::Relaxed) && Instant::now() < until {
-        std::thread::sleep(PERIOD);
-    }
+    take_leave(&desk);
     pool.shutdown();
     Ok(Exit::Done)
+}
+
+/// Tells the clients that still wait that their scenes will not be run, and stays until every
+/// client has heard the end of its own and fetched what there is.
+fn take_leave(desk: &Submissions) {
+    loop {
+        while let Some(submission) = desk.next() {
+            desk.progress(submission.id, "error: the coordinator left before the run began");
+            desk.finish(submission.id, Vec::new(), Exit::Unreachable.code());
+        }
+        if !desk.awaited(LINGER) {
+            return;
+        }
+        std::thread::sleep(PERIOD);
+    }
 }
 
 /// Runs one submission and leaves its files for the client.
@@ -105,11 +117,17 @@ fn serve_scene(
     // A run may end with jobs open: the next one must not hear of them.
     pool.clear();
     let outcome = outcome.map_err(|error| trouble(&error))?;
-    draw(&outcome.recording, &out)?;
+    let drawn = draw(&outcome.recording, &out);
+    if let Err(trouble) = &drawn {
+        desk.progress(id, &format!("warning: {trouble}"));
+    }
+    if outcome.interrupted {
+        desk.progress(id, "the coordinator was told to stop: the recording ends here");
+    }
     for text in &outcome.unmet {
         desk.progress(id, &format!("expected, and does not hold: {text}"));
     }
-    Ok((out, exit_of(&outcome)))
+    Ok((out, exit_of(&outcome, drawn.is_ok())))
 }
 
 fn products(out: &Path) -> Vec<(String, Content)> {
@@ -167,6 +185,7 @@ pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
         name,
         threads: usize::from(args.threads),
         parent_watch: args.parent_watch,
+        stop: stop_when_told("the job at hand is given back")?,
         ..WorkerConfig::default()
     };
     cullet_worker::run(config).map_err(|error| Trouble::new(Exit::Failed, error))?;
@@ -192,11 +211,10 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
             }
         })
         .map_err(|error| refused(&error))?;
-    if outcome.files.is_empty() {
-        return Ok(Exit::of_code(outcome.code));
-    }
-    let out = folder(args.out.as_deref(), &scene.name)?;
-    client.fetch(handle, &outcome, &out).map_err(|error| refused(&error))?;
+    let out = match fetch(&client, handle, &outcome, args.out.as_deref(), &scene.name) {
+        Ok(Some(out)) => out,
+        other => return other.map(|_| Exit::of_code(outcome.code)),
+    };
     if args.json {
         let path = out.join("summary.json");
         let text = std::fs::read_to_string(&path).map_err(|error| Trouble::file(&path, error))?;
@@ -208,9 +226,30 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     Ok(Exit::of_code(outcome.code))
 }
 
+/// Fetches what there is, if anything, and says where it went.
+fn fetch(
+    client: &Client,
+    handle: Handle,
+    outcome: &Outcome,
+    asked: Option<&Path>,
+    scene: &str,
+) -> Result<Option<PathBuf>, Trouble> {
+    let fetched = match outcome.files.is_empty() {
+        true => Ok(None),
+        false => Folder::of(asked, scene).and_then(|out| {
+            let done = client.fetch(handle, outcome, &out.path).map_err(|error| refused(&error));
+            done.map(|_| Some(out.path.clone())).inspect_err(|_| out.forget())
+        }),
+    };
+    client.enough(handle);
+    fetched
+}
+
 fn refused(error: &LinkError) -> Trouble {
     let exit = match error {
-        LinkError::Silent { .. } | LinkError::Connect { .. } => Exit::Unreachable,
+        LinkError::Silent { .. } | LinkError::Connect { .. } | LinkError::Forgotten { .. } => {
+            Exit::Unreachable
+        }
         LinkError::File { .. } => Exit::File,
         LinkError::Refused(_) | LinkError::Path { .. } => Exit::Usage,
         LinkError::Listen { .. }

@@ -29,6 +29,8 @@ pub enum Reason {
     Attempts,
     /// It cannot be read.
     Invalid,
+    /// Nobody is left to work on it.
+    Forsaken,
 }
 
 /// Why a job goes back to the queue.

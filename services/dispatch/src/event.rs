@@ -102,6 +102,8 @@ pub enum Event {
     CancelAll,
     /// Nobody can take this job (it is over a limit of the wire).
     Reject(Job),
+    /// Nobody is left to work, and nobody will come.
+    Forsaken,
     /// Time has passed. Leases run out only here, after everything that was heard before.
     Tick,
 }

@@ -160,6 +160,11 @@ impl Dispatch {
                     self.end(job, Verdict::Cancelled);
                 }
             }
+            Event::Forsaken => {
+                for job in self.jobs.keys().copied().collect::<Vec<_>>() {
+                    self.abandon(job, Reason::Forsaken, &mut out);
+                }
+            }
             Event::Reject(job) => self.abandon(job, Reason::Invalid, &mut out),
             Event::Tick => self.tick(now, &mut out),
         }

@@ -112,7 +112,9 @@ pub fn run_with(config: WorkerConfig, solve: SolveFn) -> Result<(), WorkerError>
     if config.parent_watch {
         watch_parent(Arc::clone(&config.stop));
     }
-    supervisor::Supervisor::open(config, solve)?.work();
+    if let Some(supervisor) = supervisor::Supervisor::open(config, solve)? {
+        supervisor.work();
+    }
     Ok(())
 }
 

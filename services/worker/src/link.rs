@@ -6,6 +6,8 @@ use cullet_proto::pool::{self, Refusal};
 use cullet_proto::{SessionId, WorkerId, transport};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
@@ -18,6 +20,9 @@ const POLL: Duration = Duration::from_secs(30);
 const BULK: Duration = Duration::from_secs(30);
 /// Anything small.
 const CONTROL: Duration = Duration::from_secs(5);
+
+/// How often one that waits looks whether it is to stop.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// Why there is no answer.
 #[derive(Debug)]
@@ -41,7 +46,11 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    pub(crate) fn open(config: &WorkerConfig, session: SessionId) -> Result<Self, WorkerError> {
+    /// Opens the link, for as long as it takes; nothing if it is to stop before.
+    pub(crate) fn open(
+        config: &WorkerConfig,
+        session: SessionId,
+    ) -> Result<Option<Self>, WorkerError> {
         if config.connect.is_empty() {
             return Err(WorkerError::NoEndpoint);
         }
@@ -53,16 +62,37 @@ impl Line {
         for (path, value) in transport::worker(&config.connect, config.patience) {
             settings.insert_json5(path, &value).map_err(|e| failed(format!("{path}: {e}")))?;
         }
-        let link = zenoh::open(settings).wait().map_err(|e| failed(e.to_string()))?;
+        // Opening waits for the coordinator; a thread that still does so ends with the process.
+        let (send, opened) = channel();
+        std::thread::spawn(move || send.send(zenoh::open(settings).wait()));
+        let link = loop {
+            match opened.recv_timeout(LOOK) {
+                Ok(link) => break link.map_err(|e| failed(e.to_string()))?,
+                Err(RecvTimeoutError::Timeout) if !config.stop.load(Ordering::Relaxed) => {}
+                Err(RecvTimeoutError::Timeout) => return Ok(None),
+                Err(RecvTimeoutError::Disconnected) => return Err(failed("it broke off".into())),
+            }
+        };
         let key = keys::worker_live(&coordinator, &worker, session);
         let alive = link.liveliness().declare_token(key).wait();
         let _alive = alive.map_err(|e| failed(e.to_string()))?;
-        Ok(Self { link, coordinator, worker, session, _alive })
+        Ok(Some(Self { link, coordinator, worker, session, _alive }))
     }
 
     /// Asks once. Blocks while the link is congested.
     pub(crate) fn ask<Q: Serialize, A: DeserializeOwned>(
         &self,
+        verb: WorkerVerb,
+        question: &Q,
+        bulk: &[u8],
+    ) -> Result<(A, Vec<u8>), NoAnswer> {
+        self.ask_unless(&AtomicBool::new(false), verb, question, bulk)
+    }
+
+    /// Asks once. Once `stop` is set the answer is not waited for any more.
+    pub(crate) fn ask_unless<Q: Serialize, A: DeserializeOwned>(
+        &self,
+        stop: &AtomicBool,
         verb: WorkerVerb,
         question: &Q,
         bulk: &[u8],
@@ -88,7 +118,13 @@ impl Line {
             .timeout(patience)
             .wait()
             .map_err(|_| NoAnswer::Silence)?;
-        let reply = replies.recv().map_err(|_| NoAnswer::Silence)?;
+        let reply = loop {
+            match replies.recv_timeout(LOOK) {
+                Ok(Some(reply)) => break reply,
+                Ok(None) if !stop.load(Ordering::Relaxed) => {}
+                Ok(None) | Err(_) => return Err(NoAnswer::Silence),
+            }
+        };
         match reply.into_result() {
             Ok(sample) => {
                 let bytes = sample.payload().to_bytes();

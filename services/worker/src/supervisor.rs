@@ -12,7 +12,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -51,10 +51,11 @@ pub(crate) struct Supervisor {
 }
 
 impl Supervisor {
-    pub(crate) fn open(config: WorkerConfig, solve: SolveFn) -> Result<Self, WorkerError> {
+    /// Waits for the coordinator; nothing if it is to stop before.
+    pub(crate) fn open(config: WorkerConfig, solve: SolveFn) -> Result<Option<Self>, WorkerError> {
         let threads = Arc::new(start_threads(config.threads)?);
         let line = Line::open(&config, draw_session())?;
-        Ok(Self { config, solve, line, threads, seq: 0 })
+        Ok(line.map(|line| Self { config, solve, line, threads, seq: 0 }))
     }
 
     /// Asks for jobs and does them until told to stop or drained.
@@ -111,8 +112,12 @@ impl Supervisor {
         bulk: &[u8],
     ) -> Option<(A, Vec<u8>)> {
         let (mut pause, mut refused) = (FIRST_PAUSE, 0);
-        while !self.stopped() && (refused < MAX_REFUSALS || verb == WorkerVerb::Poll) {
-            match self.line.ask(verb, question, bulk) {
+        let poll = verb == WorkerVerb::Poll;
+        // A question for work may be held for long and is nothing to wait for when leaving.
+        let go_on = AtomicBool::new(false);
+        let stop = if poll { &*self.config.stop } else { &go_on };
+        while !self.stopped() && (refused < MAX_REFUSALS || poll) {
+            match self.line.ask_unless(stop, verb, question, bulk) {
                 Ok(answer) => return Some(answer),
                 Err(NoAnswer::Silence) => {}
                 Err(NoAnswer::Refused(refusal)) => {
@@ -189,9 +194,6 @@ impl Supervisor {
         loop {
             match job.recv_timeout(LOOK) {
                 Ok(Some(verdict)) => return Ended::Solved(verdict),
-                Ok(None) if self.stopped() => {
-                    return Ended::Trouble(Trouble::Dropped, "the worker stops".into());
-                }
                 Ok(None) if Instant::now() < deadline => return Ended::Unwanted,
                 Ok(None) => {
                     return Ended::Trouble(Trouble::Crashed, "over the hard limit".into());
@@ -202,7 +204,12 @@ impl Supervisor {
                 Err(RecvTimeoutError::Timeout) => {}
             }
             let now = Instant::now();
-            if self.stopped() || now >= deadline {
+            if self.stopped() {
+                // The slice at hand may take long; it ends with the process.
+                watch.cancel();
+                return Ended::Trouble(Trouble::Dropped, "the worker stops".into());
+            }
+            if now >= deadline {
                 watch.cancel();
             }
             if now >= deadline + GRACE {

@@ -23,7 +23,12 @@ pub(crate) struct Going(Child);
 
 impl Cullet {
     pub(crate) fn new(args: &[&str]) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_cullet"));
+        Self::of(Path::new(env!("CARGO_BIN_EXE_cullet")), args)
+    }
+
+    /// A call of a copy of the binary.
+    pub(crate) fn of(program: &Path, args: &[&str]) -> Self {
+        let mut command = Command::new(program);
         command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         Self(command)
     }
@@ -69,7 +74,9 @@ impl Going {
         None
     }
 
+    /// What it said that was not read yet. It is ended first if it still runs.
     pub(crate) fn stderr(&mut self) -> String {
+        self.kill();
         let mut text = String::new();
         if let Some(pipe) = self.0.stderr.as_mut() {
             let _read = pipe.read_to_string(&mut text);

@@ -12,6 +12,10 @@ const LAST_PAUSE: Duration = Duration::from_secs(5);
 /// A process that lived this long has not ended early.
 const EARLY: Duration = Duration::from_secs(10);
 
+/// Processes in a row that may end before they ask for work: after them a place stays empty, for
+/// the next one would end too.
+const MAX_STILLBORN: u32 = 6;
+
 /// Worker processes to keep.
 #[derive(Clone, Debug)]
 pub struct SpawnConfig {
@@ -41,6 +45,11 @@ struct Slot {
     born: Instant,
     pause: Duration,
     next: Instant,
+    /// Whether the process has asked for work.
+    alive: bool,
+    /// Processes in a row that ended before that, and how the last one did.
+    stillborn: u32,
+    ending: String,
 }
 
 #[derive(Debug)]
@@ -60,7 +69,16 @@ impl Children {
             let (name, now) = (all.name(), Instant::now());
             // Stopping here drops `all`, which ends those that did start.
             let child = Some(all.spawn(&name)?);
-            all.slots.push(Slot { child, name, born: now, pause: FIRST_PAUSE, next: now });
+            all.slots.push(Slot {
+                child,
+                name,
+                born: now,
+                pause: FIRST_PAUSE,
+                next: now,
+                alive: false,
+                stillborn: 0,
+                ending: String::new(),
+            });
         }
         Ok(all)
     }
@@ -91,6 +109,25 @@ impl Children {
         self.slots.iter().filter_map(|slot| slot.child.as_ref().map(Child::id)).collect()
     }
 
+    /// The process of that name asks for work.
+    pub(super) fn alive(&mut self, name: &str) {
+        if let Some(slot) = self.slots.iter_mut().find(|slot| slot.name == name) {
+            (slot.alive, slot.stillborn) = (true, 0);
+        }
+    }
+
+    /// Why no process will ever ask for work, if so.
+    pub(super) fn hopeless(&self) -> Option<String> {
+        let last = self.slots.last()?;
+        self.slots.iter().all(Slot::given_up).then(|| {
+            let exe = self.config.exe.display();
+            let ending = &last.ending;
+            format!(
+                "{exe} ended {MAX_STILLBORN} times before it asked for work, last with {ending}"
+            )
+        })
+    }
+
     /// Names of the processes that ended since the last call; starts others in their place.
     pub(super) fn tend(&mut self) -> Vec<String> {
         let now = Instant::now();
@@ -105,12 +142,11 @@ impl Children {
             tracing::warn!("worker {} ended: {status}", slot.name);
             ended.push(slot.name.clone());
             slot.child = None;
-            slot.next = now + slot.pause;
-            let early = slot.born.elapsed() < EARLY;
-            slot.pause = if early { (slot.pause * 2).min(LAST_PAUSE) } else { FIRST_PAUSE };
+            slot.ended(status.to_string(), now);
         }
         for index in 0..self.slots.len() {
-            if self.slots[index].child.is_none() && self.slots[index].next <= now {
+            let slot = &self.slots[index];
+            if slot.child.is_none() && slot.next <= now && !slot.given_up() {
                 self.replace(index, now);
             }
         }
@@ -123,13 +159,35 @@ impl Children {
             Ok(child) => {
                 self.respawned += 1;
                 let slot = &mut self.slots[index];
-                (slot.child, slot.name, slot.born) = (Some(child), name, now);
+                (slot.child, slot.name) = (Some(child), name);
+                (slot.born, slot.alive) = (now, false);
             }
             Err(error) => {
                 tracing::error!("{error}");
-                self.slots[index].next = now + LAST_PAUSE;
+                let slot = &mut self.slots[index];
+                (slot.born, slot.alive) = (now, false);
+                slot.ended(error.to_string(), now);
             }
         }
+    }
+}
+
+impl Slot {
+    /// Its process ended, and the next one has to wait.
+    fn ended(&mut self, how: String, now: Instant) {
+        self.next = now + self.pause;
+        let early = self.born.elapsed() < EARLY;
+        self.pause = if early { (self.pause * 2).min(LAST_PAUSE) } else { FIRST_PAUSE };
+        self.stillborn = if self.alive { 0 } else { self.stillborn + 1 };
+        self.ending = how;
+        if self.given_up() {
+            let (name, ending) = (&self.name, &self.ending);
+            tracing::error!("worker {name} is not started again: {ending}");
+        }
+    }
+
+    fn given_up(&self) -> bool {
+        self.child.is_none() && self.stillborn >= MAX_STILLBORN
     }
 }
 

@@ -140,7 +140,8 @@ impl Client {
                 State::Running => {}
                 State::Over { code, files } => return Ok(Outcome { code, files }),
                 State::Unknown => {
-                    return Err(LinkError::Refused(format!("no submission {}", handle.id)));
+                    let (endpoint, id) = (self.endpoint.clone(), handle.id);
+                    return Err(LinkError::Forgotten { endpoint, id });
                 }
             }
         }
@@ -165,6 +166,14 @@ impl Client {
             written.push(path);
         }
         Ok(written)
+    }
+
+    /// Says that nothing more of a submission is wanted, so that a coordinator that is about to
+    /// leave need not wait. If that is not heard, it waits a little longer.
+    pub fn enough(&self, handle: Handle) {
+        if let Ok(bytes) = pool::ask(&pool::Enough { id: handle.id }, &[]) {
+            let _heard = self.ask_once(UserVerb::Bye, bytes, false);
+        }
     }
 
     fn fetch_file(

@@ -74,6 +74,14 @@ pub enum LinkError {
         /// For how long \[s\].
         seconds: u64,
     },
+    /// The coordinator does not know a submission that it took.
+    #[error("the coordinator at {endpoint} does not know submission {id}: it began anew since")]
+    Forgotten {
+        /// Where.
+        endpoint: String,
+        /// Which.
+        id: u64,
+    },
     /// The coordinator refuses.
     #[error("the coordinator refuses: {0}")]
     Refused(String),

@@ -91,7 +91,9 @@ impl Shell {
             }
             WorkerVerb::Bye => {
                 let (bye, _) = pool::read_ask::<pool::Bye>(bytes)?;
-                self.step(Event::Bye(Worker(bye.session.0)));
+                let worker = Worker(bye.session.0);
+                self.polls.remove(&worker);
+                self.step(Event::Bye(worker));
                 answer(&query, &Noted)
             }
         }
@@ -183,6 +185,7 @@ impl Shell {
             }
             UserVerb::Status => {
                 let (status, _) = pool::read_ask::<pool::Status>(bytes)?;
+                self.submissions.asked(status.id);
                 self.watchers.truncate(MAX_WATCHERS);
                 self.watchers.push(Watcher { query, status, since: Instant::now() });
                 self.news();
@@ -190,8 +193,14 @@ impl Shell {
             }
             UserVerb::Fetch => {
                 let (fetch, _) = pool::read_ask::<pool::FetchFile>(bytes)?;
+                self.submissions.asked(fetch.id);
                 let piece = self.submissions.piece(&fetch);
                 self.send_piece(query, piece.as_deref())
+            }
+            UserVerb::Bye => {
+                let (enough, _) = pool::read_ask::<pool::Enough>(bytes)?;
+                self.submissions.enough(enough.id);
+                answer(&query, &Noted)
             }
         }
     }

@@ -184,9 +184,21 @@ impl Shell {
                 self.step(Event::Down(worker));
             }
         }
+        self.forsake();
         self.step(Event::Tick);
         self.inbox.sweep();
         self.news();
+    }
+
+    /// Gives every job up if no worker of ours comes to life and nobody else is there.
+    fn forsake(&mut self) {
+        let Some(text) = self.children.as_ref().and_then(Children::hopeless) else {
+            return;
+        };
+        if self.up.is_empty() && !self.wanted.is_empty() {
+            self.wanted.values_mut().for_each(|wanted| wanted.trouble.clone_from(&text));
+            self.step(Event::Forsaken);
+        }
     }
 
     fn publish(&self) {
@@ -257,6 +269,9 @@ impl Shell {
 
     pub(super) fn know(&mut self, worker: Worker, name: &WorkerId) {
         self.names.entry(worker).or_insert_with(|| name.clone());
+        if let Some(children) = &mut self.children {
+            children.alive(name.as_str());
+        }
         if self.names.len() > MAX_NAMES {
             self.names.retain(|known, _| *known == worker || self.up.contains(&SessionId(known.0)));
         }
@@ -367,6 +382,7 @@ fn words(reason: Reason, attempts: u32, trouble: &str) -> String {
         Reason::Crashes => "too many workers ended under it",
         Reason::Attempts => "too many attempts",
         Reason::Invalid => "it cannot be read",
+        Reason::Forsaken => "no worker is left",
     };
     let colon = if trouble.is_empty() { "" } else { ": " };
     format!("{what} ({attempts} attempts){colon}{trouble}")

@@ -12,6 +12,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::PathBuf;
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Submissions that may wait; a further one is told to come again.
 const MAX_WAITING: usize = 16;
@@ -49,6 +50,8 @@ struct Entry {
     lines: VecDeque<String>,
     dropped: u64,
     over: Option<(u8, Vec<(FileEntry, Content)>)>,
+    /// When its client last asked about it; nothing once the client has all that it wants.
+    asked: Option<Instant>,
 }
 
 #[derive(Debug, Default)]
@@ -111,6 +114,27 @@ impl Submissions {
         let _full = self.inputs.try_send(Input::News);
     }
 
+    /// Whether a client that asked within that time has not yet got all that it wants.
+    #[must_use]
+    pub fn awaited(&self, within: Duration) -> bool {
+        let lately = |entry: &Entry| entry.asked.is_some_and(|asked| asked.elapsed() < within);
+        self.board().entries.values().any(lately)
+    }
+
+    /// A client asks about its submission.
+    pub(super) fn asked(&self, id: u64) {
+        if let Some(entry) = self.board().entries.get_mut(&id) {
+            entry.asked = Some(Instant::now());
+        }
+    }
+
+    /// A client has all that it wants.
+    pub(super) fn enough(&self, id: u64) {
+        if let Some(entry) = self.board().entries.get_mut(&id) {
+            entry.asked = None;
+        }
+    }
+
     /// The number of a submission that was handed in before.
     pub(super) fn known(&self, ticket: u64, digest: &[u8; 32]) -> Option<u64> {
         let board = self.board();
@@ -132,7 +156,8 @@ impl Submissions {
         let id = board.next;
         board.waiting.push_back(Submission { id, bundle, overrides: submit.overrides });
         let (ticket, digest) = (submit.ticket, submit.digest);
-        board.entries.insert(id, Entry { ticket, digest, ..Entry::default() });
+        let asked = Some(Instant::now());
+        board.entries.insert(id, Entry { ticket, digest, asked, ..Entry::default() });
         while board.entries.len() > MAX_KEPT {
             let oldest = board.entries.iter().find(|(_, entry)| entry.over.is_some());
             let Some(oldest) = oldest.map(|(id, _)| *id) else {

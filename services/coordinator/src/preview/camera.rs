@@ -100,6 +100,12 @@ impl Camera {
         Self { focal: self.focal * by, centre: self.centre.map(|c| c * by), ..*self }
     }
 
+    /// Half the diagonal of what fills the picture at a distance \[m\].
+    pub(super) fn reach(&self, distance: f64, (width, height): (usize, usize)) -> f64 {
+        let half = libm::hypot(width as f64, height as f64) / 2.0;
+        half / self.focal * distance
+    }
+
     /// A point in the axes of the eye: right, above, forward \[m\].
     pub(super) fn local(&self, point: Vec3) -> Vec3 {
         let d = point - self.eye;
@@ -116,10 +122,15 @@ impl Camera {
         }
     }
 
-    /// The direction seen at a pixel, of unit length along `forward`.
+    /// The direction seen at the middle of a pixel, of unit length along `forward`.
     pub(super) fn ray(&self, x: usize, y: usize) -> Vec3 {
-        let right = (x as f64 + 0.5 - self.centre[0]) / self.focal;
-        let above = (self.centre[1] - y as f64 - 0.5) / self.focal;
+        self.ray_at((x as f64 + 0.5, y as f64 + 0.5))
+    }
+
+    /// The direction seen at a place of the screen, of unit length along `forward`.
+    pub(super) fn ray_at(&self, (x, y): (f64, f64)) -> Vec3 {
+        let right = (x - self.centre[0]) / self.focal;
+        let above = (self.centre[1] - y) / self.focal;
         self.forward + self.right * right + self.above * above
     }
 }

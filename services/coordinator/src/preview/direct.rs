@@ -65,14 +65,20 @@ pub(super) fn focus(track: &Track, meta: &BTreeMap<String, String>, size: (usize
     let (low, high) = extent(&points);
     let target = (low + high) / 2.0;
     let reach = ((high - low).norm() / 2.0).max(1e-3);
+    let floor = own_floor(track, &points);
     let view = (vector(meta.get("view.eye")), vector(meta.get("view.target")));
-    let camera = if let (Some(eye), Some(target)) = view {
-        let fov = meta.get("view.fov").and_then(|s| s.parse().ok()).unwrap_or(40.0);
-        Camera::look((eye, target), track.up, fov, size)
-    } else {
-        Camera::fit(&points, direction(track), track.up, size)
+    let (Some(eye), Some(wanted)) = view else {
+        let camera = Camera::fit(&points, direction(track), track.up, size);
+        return Focus { camera, target, reach, floor };
     };
-    Focus { camera, target, reach, floor: own_floor(track, &points) }
+    let fov = meta.get("view.fov").and_then(|s| s.parse().ok()).unwrap_or(40.0);
+    let camera = Camera::look((eye, wanted), track.up, fov, size);
+    // What flies out of the picture must not coarsen the shadows in it.
+    let shown = camera.reach((wanted - eye).norm(), size).max(1e-3);
+    if shown < reach {
+        return Focus { camera, target: wanted, reach: shown, floor };
+    }
+    Focus { camera, target, reach, floor }
 }
 
 /// Corners of the boxes of what matters, at the moments shown.

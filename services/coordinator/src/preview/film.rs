@@ -1,10 +1,9 @@
 //! Animated GIF with one palette for all frames, so that a still background does not flicker, and
 //! only the changed rectangle of each frame.
 
-use super::Picture;
+use super::picture::{Picture, place};
 use crate::record::RecordError;
 use std::borrow::Cow;
-use std::io::BufWriter;
 use std::path::Path;
 
 /// Colours of the palette; one more stands for "as before".
@@ -97,17 +96,17 @@ fn halved(share: Share, counts: &[u64]) -> (Share, Share) {
 /// Writes frames of one size as a GIF that repeats: first beside its name, then under it.
 ///
 /// # Errors
-/// The file cannot be written, or there is no frame, or a frame is too large.
+/// The file cannot be written, or there is no frame, or a frame is too large; nothing is left of it
+/// then.
 pub(super) fn gif(frames: &[Picture], fps: f64, path: &Path) -> Result<(), RecordError> {
     let fail = |reason: String| RecordError::Picture { path: path.to_owned(), reason };
     let first = frames.first().ok_or_else(|| fail("no frames".to_owned()))?;
     let size = |n: usize| u16::try_from(n).map_err(|_| fail(format!("{n} pixels are too many")));
     let (width, height) = (size(first.width)?, size(first.height)?);
     let (colours, lookup) = palette(frames);
-    let unfinished = path.with_extension("gif.partial");
-    let file = std::fs::File::create(&unfinished).map_err(RecordError::io(&unfinished))?;
-    let mut encoder = gif::Encoder::new(BufWriter::new(file), width, height, &colours)
-        .map_err(|e| fail(e.to_string()))?;
+    let mut bytes = Vec::new();
+    let mut encoder =
+        gif::Encoder::new(&mut bytes, width, height, &colours).map_err(|e| fail(e.to_string()))?;
     encoder.set_repeat(gif::Repeat::Infinite).map_err(|e| fail(e.to_string()))?;
     let delay = (100.0 / fps).round() as u16;
     let mut shown: Option<Vec<u8>> = None;
@@ -118,7 +117,7 @@ pub(super) fn gif(frames: &[Picture], fps: f64, path: &Path) -> Result<(), Recor
         shown = Some(pixels);
     }
     drop(encoder);
-    std::fs::rename(&unfinished, path).map_err(RecordError::io(path))
+    place(path, &bytes)
 }
 
 /// The rectangle in which a frame differs from the one shown.

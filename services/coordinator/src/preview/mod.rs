@@ -1,7 +1,9 @@
 //! Pictures of a run, drawn from its recording without a GPU: a contact sheet of eight moments and
 //! a short film. Equal recordings give equal bytes.
 
+mod around;
 mod camera;
+mod change;
 mod direct;
 mod film;
 mod font;
@@ -17,7 +19,7 @@ mod track;
 pub use picture::Picture;
 
 use crate::record::{RecordError, Recording};
-use stage::Focus;
+use stage::{Focus, Reel};
 use std::path::{Path, PathBuf};
 use track::Track;
 
@@ -48,7 +50,7 @@ pub struct Pictures {
 /// Draws `preview.png` and `preview.gif` of a recording into a folder.
 ///
 /// # Errors
-/// The recording cannot be read or a picture not written.
+/// The recording cannot be read or a picture not written; the other one is written all the same.
 pub fn from_recording(recording: &Path, folder: &Path) -> Result<Pictures, RecordError> {
     draw(&Recording::open(recording)?, folder, SIZE)
 }
@@ -62,10 +64,10 @@ fn draw(
     let pictures = Pictures { sheet: folder.join("preview.png"), film: folder.join("preview.gif") };
     let focus = direct::focus(&track, &recording.meta, size);
     let moments = direct::moments(&track);
-    contact_sheet(&draw_all(&track, &focus, &moments, size, 2)).save(&pictures.sheet)?;
+    let sheet = contact_sheet(&draw_all(&track, &focus, &moments, size, 2)).save(&pictures.sheet);
     let frames = draw_all(&track, &focus, &film_times(&track), size, 1);
     film::gif(&frames, FPS, &pictures.film)?;
-    Ok(pictures)
+    sheet.map(|()| pictures)
 }
 
 /// Puts pictures of one size side by side, four in a row.
@@ -101,17 +103,19 @@ fn draw_all(
     zoom: usize,
 ) -> Vec<Picture> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from).min(THREADS);
-    let one = |&time: &f64| {
-        let mut picture = stage::draw(track, focus, time, size);
-        picture.caption(&caption(track, time), zoom);
-        picture
+    let some = |times: &[f64]| {
+        let mut reel = Reel::new(track, focus, size);
+        let one = |&time: &f64| {
+            let mut picture = reel.draw(time);
+            picture.caption(&caption(track, time), zoom);
+            picture
+        };
+        times.iter().map(one).collect::<Vec<_>>()
     };
     let batch = times.len().div_ceil(cores).max(1);
     std::thread::scope(|scope| {
-        let batches: Vec<_> = times
-            .chunks(batch)
-            .map(|batch| scope.spawn(move || batch.iter().map(one).collect::<Vec<_>>()))
-            .collect();
+        let batches: Vec<_> =
+            times.chunks(batch).map(|batch| scope.spawn(move || some(batch))).collect();
         let drawn = batches.into_iter().map(|batch| match batch.join() {
             Ok(pictures) => pictures,
             Err(panic) => std::panic::resume_unwind(panic),

@@ -1,10 +1,8 @@
 //! A picture, its captions, and PNG files of it.
 
 use super::font;
-use super::shade::Colour;
 use crate::record::RecordError;
-use std::io::BufWriter;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Red, green and blue bytes, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,28 +20,6 @@ impl Picture {
     #[must_use]
     pub fn filled(width: usize, height: usize, colour: [u8; 3]) -> Self {
         Self { width, height, rgb: colour.repeat(width * height) }
-    }
-
-    /// The means of `samples`×`samples` blocks of linear colours.
-    pub(super) fn averaged(
-        colours: &[Colour],
-        (width, height): (usize, usize),
-        samples: usize,
-    ) -> Self {
-        let mut rgb = Vec::with_capacity(3 * width * height);
-        for y in 0..height {
-            for x in 0..width {
-                let mut sum = [0.0_f32; 3];
-                for k in 0..samples * samples {
-                    let (u, v) = (x * samples + k % samples, y * samples + k / samples);
-                    let colour = colours[v * width * samples + u];
-                    sum = std::array::from_fn(|i| sum[i] + colour[i].clamp(0.0, 4.0));
-                }
-                let mean = sum.map(|c| c / (samples * samples) as f32);
-                rgb.extend(mean.map(screen));
-            }
-        }
-        Self { width, height, rgb }
     }
 
     /// Sets a pixel; one outside is left alone.
@@ -86,28 +62,33 @@ impl Picture {
     /// Writes a PNG file: first beside its name, then under it.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// The file cannot be written; nothing is left of it then.
     pub fn save(&self, path: &Path) -> Result<(), RecordError> {
         let fail = |error: png::EncodingError| RecordError::Picture {
             path: path.to_owned(),
             reason: error.to_string(),
         };
-        let unfinished = path.with_extension("png.partial");
-        let file = std::fs::File::create(&unfinished).map_err(RecordError::io(&unfinished))?;
+        let mut bytes = Vec::new();
         let size = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-        let mut encoder =
-            png::Encoder::new(BufWriter::new(file), size(self.width), size(self.height));
+        let mut encoder = png::Encoder::new(&mut bytes, size(self.width), size(self.height));
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         let mut writer = encoder.write_header().map_err(fail)?;
         writer.write_image_data(&self.rgb).map_err(fail)?;
         writer.finish().map_err(fail)?;
-        std::fs::rename(&unfinished, path).map_err(RecordError::io(path))
+        place(path, &bytes)
     }
 }
 
-/// Light to a byte of the screen: bright parts roll off instead of burning out.
-fn screen(light: f32) -> u8 {
-    let soft = if light > 0.7 { 0.7 + 0.3 * (light - 0.7) / (light - 0.4) } else { light };
-    (soft.max(0.0).sqrt() * 255.0 + 0.5) as u8
+/// Writes a file first beside its name, then under it, and leaves nothing of one that fails.
+pub(super) fn place(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".partial");
+    let unfinished = PathBuf::from(name);
+    let written =
+        std::fs::write(&unfinished, bytes).and_then(|()| std::fs::rename(&unfinished, path));
+    written.map_err(|error| {
+        let _never_there = std::fs::remove_file(&unfinished);
+        RecordError::io(path)(error)
+    })
 }

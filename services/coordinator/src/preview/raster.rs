@@ -39,6 +39,20 @@ impl Edge {
     fn between(p: Corner, q: Corner) -> Self {
         Self { a: p.y - q.y, b: q.x - p.x, c: p.x * q.y - p.y * q.x }
     }
+
+    fn at(&self, x: f64, y: f64) -> f64 {
+        self.a * x + self.b * y + self.c
+    }
+}
+
+/// A triangle on the screen.
+struct Facet {
+    edges: [Edge; 3],
+    /// Turns edge functions into the shares of the corners \[1\].
+    scale: f64,
+    /// [`Corner::near`] as a function of the place.
+    near: Edge,
+    who: u32,
 }
 
 impl Buffers {
@@ -76,9 +90,14 @@ impl Buffers {
         // Turned over so that all edge functions are positive inside.
         let edges = [Edge::between(r, q), Edge::between(p, r), Edge::between(q, p)];
         let scale = 1.0 / -area;
+        let weigh = |part: fn(&Edge) -> f64| {
+            scale * edges.iter().zip(&corners).map(|(e, c)| part(e) * c.near).sum::<f64>()
+        };
+        let near = Edge { a: weigh(|e| e.a), b: weigh(|e| e.b), c: weigh(|e| e.c) };
+        let facet = Facet { edges, scale, near, who };
         let wanted = (!self.who.is_empty()).then(normals);
         for y in rows {
-            self.row(y, &columns, (&edges, scale), &corners, who, wanted.as_ref());
+            self.row(y, &columns, &facet, wanted.as_ref());
         }
     }
 
@@ -86,14 +105,12 @@ impl Buffers {
         &mut self,
         y: usize,
         columns: &std::ops::Range<usize>,
-        (edges, scale): (&[Edge; 3], f64),
-        corners: &[Corner; 3],
-        who: u32,
+        facet: &Facet,
         normals: Option<&[Vec3; 3]>,
     ) {
         let yc = y as f64 + 0.5;
         let (mut from, mut to) = (columns.start as f64 + 0.5, columns.end as f64 - 0.5);
-        for edge in edges {
+        for edge in &facet.edges {
             let rest = edge.b * yc + edge.c;
             if edge.a > 0.0 {
                 from = from.max(-rest / edge.a);
@@ -108,19 +125,43 @@ impl Buffers {
         if last < first as f64 {
             return;
         }
-        for x in first..=(last as usize).min(self.width - 1) {
-            let xc = x as f64 + 0.5;
-            let share =
-                [0, 1, 2].map(|i: usize| (edges[i].a * xc + edges[i].b * yc + edges[i].c) * scale);
-            let near = share.iter().zip(corners).map(|(s, c)| s * c.near).sum::<f64>() as f32;
-            let index = y * self.width + x;
-            if near > self.near[index] {
-                self.near[index] = near;
-                if let Some([a, b, c]) = normals {
-                    let n = a * share[0] + b * share[1] + c * share[2];
-                    self.who[index] = who;
-                    self.normal[index] = [n.x as f32, n.y as f32, n.z as f32];
-                }
+        let end = (last as usize + 1).min(self.width);
+        self.span(y, first..end, facet, normals);
+    }
+
+    /// Draws what of a row lies inside.
+    fn span(
+        &mut self,
+        y: usize,
+        columns: std::ops::Range<usize>,
+        facet: &Facet,
+        normals: Option<&[Vec3; 3]>,
+    ) {
+        let yc = y as f64 + 0.5;
+        let along = facet.near.b * yc + facet.near.c;
+        let near = |x: i32| (facet.near.a * (f64::from(x) + 0.5) + along) as f32;
+        let from = columns.start as i32;
+        let line = y * self.width + columns.start..y * self.width + columns.end;
+        let depth = &mut self.near[line.clone()];
+        let Some([a, b, c]) = normals else {
+            for (x, old) in (from..).zip(depth) {
+                let near = near(x);
+                *old = if near > *old { near } else { *old };
+            }
+            return;
+        };
+        let bytes = |n: Vec3| [n.x as f32, n.y as f32, n.z as f32];
+        let flat = (a == b && b == c).then(|| bytes(*a));
+        let seen = self.who[line.clone()].iter_mut().zip(&mut self.normal[line]);
+        for ((x, old), (who, normal)) in (from..).zip(depth).zip(seen) {
+            let near = near(x);
+            if near > *old {
+                (*old, *who) = (near, facet.who);
+                *normal = flat.unwrap_or_else(|| {
+                    let xc = f64::from(x) + 0.5;
+                    let share = facet.edges.each_ref().map(|e| e.at(xc, yc) * facet.scale);
+                    bytes(a * share[0] + b * share[1] + c * share[2])
+                });
             }
         }
     }

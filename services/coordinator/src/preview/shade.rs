@@ -1,10 +1,14 @@
 //! Pixels to colours: one key light with a soft shadow, sky and floor as ambient light, darkening
 //! where surfaces meet, thin lines around bodies, a checkered floor that fades into the sky.
 
+use super::around;
 use super::camera::Camera;
+use super::change::Changes;
+use super::picture::Picture;
 use super::raster::{Buffers, NOBODY};
-use super::stage::Stage;
+use super::stage::{self, SAMPLES, Stage};
 use cullet_geometry::Vec3;
+use std::ops::Range;
 
 /// Linear light, red, green, blue.
 pub(super) type Colour = [f32; 3];
@@ -19,82 +23,266 @@ const FLOOR: [Colour; 2] = [[0.50, 0.49, 0.47], [0.44, 0.43, 0.415]];
 pub(super) const CRACK: u32 = 1 << 31;
 /// How much of its light a pixel keeps beside another body, and beside what stands behind it.
 const LINE: f32 = 0.52;
-/// Pixels that darkening by nearby surfaces looks at, in eighths of the reach.
-const AROUND: [(f32, f32); 6] =
-    [(8.0, 1.0), (-3.0, 2.0), (1.0, -7.0), (2.0, 4.0), (-6.0, -4.0), (4.0, -3.0)];
+/// A pixel's samples are shaded as one if their normals differ by no more than this \[1\] …
+const ALIKE: f32 = 0.05;
+/// … and their distances by no more than this share \[1\].
+const LEVEL: f32 = 0.02;
 
 /// Who is seen there, without the mark of a crack face.
 fn body(who: u32) -> u32 {
     if who == NOBODY { NOBODY } else { who & !CRACK }
 }
 
-/// The picture as rows of linear colours.
-pub(super) fn shade(stage: &Stage<'_>, camera: &Camera, seen: &Buffers) -> Vec<Colour> {
-    let mut out = Vec::with_capacity(seen.width * seen.height);
-    for y in 0..seen.height {
-        for x in 0..seen.width {
-            out.push(pixel(stage, camera, seen, x, y));
+/// Samples of a pixel.
+const COUNT: usize = SAMPLES * SAMPLES;
+/// Where they are.
+type Samples = [(usize, usize); COUNT];
+/// The tile of the light's picture that each of them asked, or [`UNASKED`].
+type Asked = [u32; COUNT];
+
+/// Marks a sample that asks nothing of the light's picture.
+const UNASKED: u32 = u32::MAX;
+
+/// What changed since a picture was shaded, on the screen and in the light's picture.
+pub(super) struct Changed {
+    screen: Changes,
+    light: Changes,
+}
+
+impl Changed {
+    pub(super) fn between(old: (&Buffers, &Buffers), new: (&Buffers, &Buffers)) -> Self {
+        Self {
+            screen: Changes::between(old.0, new.0).spread(around::FARTHEST),
+            light: Changes::between(old.1, new.1).spread(stage::TAP_REACH),
         }
     }
-    out
-}
 
-fn pixel(stage: &Stage<'_>, camera: &Camera, seen: &Buffers, x: usize, y: usize) -> Colour {
-    let index = y * seen.width + x;
-    let ray = camera.ray(x, y);
-    let who = seen.who[index];
-    if who == NOBODY {
-        return background(stage, camera, ray, (x, y));
+    fn touches(&self, tile: usize, asked: &Asked) -> bool {
+        let touched = |tile: &u32| *tile != UNASKED && self.light.touched(*tile as usize);
+        self.screen.touched(tile) || asked.iter().any(touched)
     }
-    let distance = 1.0 / f64::from(seen.near[index]);
-    let point = camera.eye + ray * distance;
-    let n = seen.normal[index].map(f64::from);
-    let normal = Vec3::from(n).try_normalize(1e-12).unwrap_or(stage.up);
-    let at = Surface { point, normal, pixel: (x, y) };
-    let actor = &stage.track.actors[body(who) as usize];
-    let lit = if actor.fixed {
-        let floor = normal.dot(&stage.up) > 0.9;
-        let base = if floor { checker(stage, point) } else { FLOOR[0] };
-        let lit = light(stage, &at, base, open(seen, stage, x, y));
-        if floor { fade(stage, camera, ray, point, lit) } else { lit }
-    } else {
-        let base = if who & CRACK == 0 { actor.outer } else { actor.inner };
-        // Screen colours to light.
-        let base = base.map(|c| c * c);
-        light(stage, &at, base, open(seen, stage, x, y))
-    };
-    let line = outline(stage, seen, x, y);
-    lit.map(|c| c * line)
 }
 
-/// A point of a surface, and where it is seen.
+/// A shaded picture.
+pub(super) struct Shaded {
+    pub(super) picture: Picture,
+    asked: Vec<Asked>,
+}
+
+impl Shaded {
+    pub(super) fn nothing((width, height): (usize, usize)) -> Self {
+        let asked = vec![[UNASKED; COUNT]; width * height];
+        Self { picture: Picture::filled(width, height, [0; 3]), asked }
+    }
+
+    /// Shades every pixel, or those that `changed` may have touched.
+    pub(super) fn shade(&mut self, shot: &Shot<'_>, changed: Option<&Changed>) {
+        let (width, height) = (self.picture.width, self.picture.height);
+        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+            let asked = &mut self.asked[y * width + x];
+            let tile = Changes::tile(shot.seen.width, x * SAMPLES, y * SAMPLES);
+            if changed.is_none_or(|changed| changed.touches(tile, asked)) {
+                let (colour, tiles) = shot.pixel((x * SAMPLES, y * SAMPLES));
+                *asked = tiles;
+                self.picture.set(x, y, colour.map(screen));
+            }
+        }
+    }
+}
+
+/// Light to a byte of the screen: bright parts roll off instead of burning out.
+fn screen(light: f32) -> u8 {
+    let soft = if light > 0.7 { 0.7 + 0.3 * (light - 0.7) / (light - 0.4) } else { light };
+    (soft.max(0.0).sqrt() * 255.0 + 0.5) as u8
+}
+
+/// All that a pixel's colour depends on.
+pub(super) struct Shot<'a> {
+    pub(super) stage: &'a Stage<'a>,
+    pub(super) camera: &'a Camera,
+    pub(super) seen: &'a Buffers,
+}
+
+/// A colour, and the tile of the light's picture that decided it.
+type Lit = (Colour, u32);
+
+/// A point of a surface, and the quarter turns of the patterns that it is looked at with.
 struct Surface {
     point: Vec3,
     normal: Vec3,
-    pixel: (usize, usize),
+    turns: Range<usize>,
 }
 
-fn light(stage: &Stage<'_>, at: &Surface, base: Colour, open: f32) -> Colour {
+impl Shot<'_> {
+    /// A pixel, from its samples together if they are alike; `corner` is the first of them.
+    fn pixel(&self, corner: (usize, usize)) -> (Colour, Asked) {
+        let samples = samples(corner);
+        if !self.alike(&samples) {
+            return self.mean(&samples);
+        }
+        let (colour, tile) = self.together(&samples);
+        let mut asked = [UNASKED; COUNT];
+        asked[0] = tile;
+        (colour.map(|c| c.clamp(0.0, 4.0)), asked)
+    }
+
+    /// The mean of samples, each shaded for itself.
+    fn mean(&self, samples: &Samples) -> (Colour, Asked) {
+        let mut asked = [UNASKED; COUNT];
+        let mut sum = [0.0_f32; 3];
+        for (k, &(x, y)) in samples.iter().enumerate() {
+            let (colour, tile) = self.sample(x, y);
+            sum = std::array::from_fn(|i| sum[i] + colour[i].clamp(0.0, 4.0));
+            asked[k] = tile;
+        }
+        (sum.map(|c| c / COUNT as f32), asked)
+    }
+
+    /// Whether a pixel's samples show one smooth piece of a surface.
+    fn alike(&self, samples: &Samples) -> bool {
+        let index = samples.map(|(x, y)| y * self.seen.width + x);
+        let (who, near) = (self.seen.who[index[0]], self.seen.near[index[0]]);
+        if index.iter().any(|&i| self.seen.who[i] != who) {
+            return false;
+        }
+        if who == NOBODY {
+            // A floor of our own has tiles, whose edges need every sample.
+            return self.stage.floor.is_none();
+        }
+        let normal = self.seen.normal[index[0]];
+        index[1..].iter().all(|&i| {
+            let apart = (0..3).map(|k| (self.seen.normal[i][k] - normal[k]).abs());
+            (self.seen.near[i] - near).abs() < LEVEL * near && apart.sum::<f32>() < ALIKE
+        })
+    }
+
+    /// The colour of samples that are alike: lit once, with the patterns of all of them.
+    fn together(&self, samples: &Samples) -> Lit {
+        let (x, y) = samples[0];
+        let middle = (x as f64 + SAMPLES as f64 / 2.0, y as f64 + SAMPLES as f64 / 2.0);
+        let ray = self.camera.ray_at(middle);
+        let first = y * self.seen.width + x;
+        let who = self.seen.who[first];
+        if who == NOBODY {
+            return self.background(ray, 0..COUNT);
+        }
+        let index = samples.map(|(x, y)| y * self.seen.width + x);
+        let near = index.iter().map(|&i| f64::from(self.seen.near[i])).sum::<f64>() / COUNT as f64;
+        let floor = |_: Vec3| {
+            let spots = samples.iter().zip(index).map(|(&(x, y), i)| {
+                self.camera.eye + self.camera.ray(x, y) / f64::from(self.seen.near[i])
+            });
+            let mean = spots.map(|spot| checker(self.stage, spot));
+            mean.fold([0.0; 3], |sum, c| std::array::from_fn(|i| sum[i] + c[i] / COUNT as f32))
+        };
+        let (lit, asked) = self.surface(who, ray, near, first, 0..COUNT, floor);
+        let line = samples.iter().map(|&(x, y)| outline(self.stage, self.seen, x, y)).sum::<f32>()
+            / COUNT as f32;
+        (lit.map(|c| c * line), asked)
+    }
+
+    fn sample(&self, x: usize, y: usize) -> Lit {
+        let index = y * self.seen.width + x;
+        let ray = self.camera.ray(x, y);
+        let who = self.seen.who[index];
+        let turn = x % SAMPLES + y % SAMPLES * SAMPLES;
+        if who == NOBODY {
+            return self.background(ray, turn..turn + 1);
+        }
+        let near = f64::from(self.seen.near[index]);
+        let floor = |point| checker(self.stage, point);
+        let (lit, asked) = self.surface(who, ray, near, index, turn..turn + 1, floor);
+        let line = outline(self.stage, self.seen, x, y);
+        (lit.map(|c| c * line), asked)
+    }
+
+    /// What `ray` meets at 1/`near`; `index` is the sample whose neighbours may darken it.
+    fn surface(
+        &self,
+        who: u32,
+        ray: Vec3,
+        near: f64,
+        index: usize,
+        turns: Range<usize>,
+        floor: impl Fn(Vec3) -> Colour,
+    ) -> Lit {
+        let stage = self.stage;
+        let point = self.camera.eye + ray / near;
+        let n = self.seen.normal[index].map(f64::from);
+        let normal = Vec3::from(n).try_normalize(1e-12).unwrap_or(stage.up);
+        let open = stage.around.open(stage, self.seen, index, turns.clone());
+        let at = Surface { point, normal, turns };
+        let actor = &stage.track.actors[body(who) as usize];
+        if !actor.fixed {
+            let base = if who & CRACK == 0 { actor.outer } else { actor.inner };
+            // Screen colours to light.
+            return light(stage, &at, base.map(|c| c * c), open);
+        }
+        if at.normal.dot(&stage.up) <= 0.9 {
+            return light(stage, &at, FLOOR[0], open);
+        }
+        let (lit, asked) = light(stage, &at, floor(point), open);
+        (fade(stage, self.camera, ray, point, lit), asked)
+    }
+
+    /// The sky, or a floor of our own in a scene without one.
+    fn background(&self, ray: Vec3, turns: Range<usize>) -> Lit {
+        let (stage, camera) = (self.stage, self.camera);
+        let down = ray.dot(&stage.up);
+        let Some(level) = stage.floor.filter(|_| down < -1e-6) else {
+            return (sky(stage, ray), UNASKED);
+        };
+        let along = (level - camera.eye.dot(&stage.up)) / down;
+        if along <= 0.0 {
+            return (sky(stage, ray), UNASKED);
+        }
+        let point = camera.eye + ray * along;
+        let at = Surface { point, normal: stage.up, turns };
+        let (lit, asked) = light(stage, &at, checker(stage, point), 1.0);
+        (fade(stage, camera, ray, point, lit), asked)
+    }
+}
+
+/// The samples of a pixel, from the first one.
+fn samples((x, y): (usize, usize)) -> Samples {
+    std::array::from_fn(|k| (x + k % SAMPLES, y + k / SAMPLES))
+}
+
+fn light(stage: &Stage<'_>, at: &Surface, base: Colour, open: f32) -> Lit {
     let (key, up, normal) = (&stage.light, stage.up, at.normal);
     let facing = normal.dot(&key.towards).max(0.0) as f32;
-    let lit = if facing > 0.0 { facing * key.reaches(at.point, normal, at.pixel) } else { 0.0 };
+    let (mut lit, mut asked) = (0.0, UNASKED);
+    if facing > 0.0 {
+        let (share, tile) = key.reaches(at.point, normal, at.turns.clone());
+        (lit, asked) = (facing * share, tile.unwrap_or(UNASKED));
+    }
     let upward = 0.5 + 0.5 * normal.dot(&up) as f32;
-    std::array::from_fn(|i| {
+    let colour = std::array::from_fn(|i| {
         let ambient = SKY_LIGHT[i] * upward + FLOOR_LIGHT[i] * (1.0 - upward);
         base[i] * (KEY[i] * lit + ambient * open)
-    })
+    });
+    (colour, asked)
 }
 
 fn checker(stage: &Stage<'_>, point: Vec3) -> Colour {
     let (u, v) = stage.floor_axes;
-    let cell = |axis: Vec3| (point.dot(&axis) / stage.tile).floor() as i64;
+    let cell = |axis: Vec3| whole(point.dot(&axis) / stage.tile);
     FLOOR[(cell(u) + cell(v)).rem_euclid(2) as usize]
+}
+
+/// The greatest whole number not above `x`; without the call that `floor` is on old machines.
+fn whole(x: f64) -> i64 {
+    let cut = x as i64;
+    cut - i64::from(x < cut as f64)
 }
 
 /// The floor far away goes over into the horizon.
 fn fade(stage: &Stage<'_>, camera: &Camera, ray: Vec3, point: Vec3, colour: Colour) -> Colour {
     let far = (point - camera.eye).norm() / stage.reach;
     let share = ((far - 2.5) / 9.0).clamp(0.0, 1.0) as f32;
+    if share == 0.0 {
+        return colour;
+    }
     let share = share * share * (3.0 - 2.0 * share);
     let sky = sky(stage, ray);
     std::array::from_fn(|i| colour[i] + (sky[i] - colour[i]) * share)
@@ -104,67 +292,6 @@ fn sky(stage: &Stage<'_>, ray: Vec3) -> Colour {
     let height = (ray.dot(&stage.up) / ray.norm()).clamp(0.0, 1.0) as f32;
     let share = (height * 2.2).min(1.0);
     std::array::from_fn(|i| HORIZON[i] + (ZENITH[i] - HORIZON[i]) * share)
-}
-
-/// The sky, or a floor of our own in a scene without one.
-fn background(stage: &Stage<'_>, camera: &Camera, ray: Vec3, pixel: (usize, usize)) -> Colour {
-    let down = ray.dot(&stage.up);
-    let Some(level) = stage.floor.filter(|_| down < -1e-6) else {
-        return sky(stage, ray);
-    };
-    let along = (level - camera.eye.dot(&stage.up)) / down;
-    if along <= 0.0 {
-        return sky(stage, ray);
-    }
-    let point = camera.eye + ray * along;
-    let at = Surface { point, normal: stage.up, pixel };
-    let lit = light(stage, &at, checker(stage, point), 1.0);
-    fade(stage, camera, ray, point, lit)
-}
-
-/// Share of the ambient light that surfaces close by let through.
-fn open(seen: &Buffers, stage: &Stage<'_>, x: usize, y: usize) -> f32 {
-    let index = y * seen.width + x;
-    let here = 1.0 / seen.near[index];
-    let reach = stage.contact as f32;
-    let focal = stage.focal as f32;
-    let radius = (focal * reach / here).clamp(2.0, 40.0) / 8.0;
-    // How much nearer the plane of this surface comes with each pixel to the right and down [m].
-    let [nx, ny, nz] = stage.to_eye(seen.normal[index]);
-    // Seen edge-on, any neighbour may be nearer without standing over it.
-    let steep = here / focal / (-nz).max(0.15);
-    let (right, down) = (-nx * steep, ny * steep);
-    let mut shut = 0.0;
-    for (dx, dy) in AROUND {
-        // The pattern turns from pixel to pixel; averaging the samples of a pixel smooths it.
-        let (dx, dy) = turned(dx, dy, x, y);
-        let (du, dv) = ((dx * radius) as i64, (dy * radius) as i64);
-        let (u, v) = (x as i64 + du, y as i64 + dv);
-        if u < 0 || v < 0 || u >= seen.width as i64 || v >= seen.height as i64 {
-            continue;
-        }
-        let near = seen.near[v as usize * seen.width + u as usize];
-        if near <= 0.0 {
-            continue;
-        }
-        // A surface that stands well before this one hides it without touching it.
-        let nearer = here - 1.0 / near;
-        let over = nearer - (right * du as f32 + down * dv as f32);
-        if over > 0.02 * reach && nearer < 3.0 * reach {
-            shut += (over / reach).min(1.0);
-        }
-    }
-    1.0 - 0.85 * (shut / AROUND.len() as f32).min(1.0)
-}
-
-/// Turns a pattern by quarters, another one at each pixel of a block of four.
-pub(super) fn turned(dx: f32, dy: f32, x: usize, y: usize) -> (f32, f32) {
-    match (x & 1, y & 1) {
-        (0, 0) => (dx, dy),
-        (1, 0) => (-dy, dx),
-        (0, _) => (dy, -dx),
-        _ => (-dx, -dy),
-    }
 }
 
 /// Darkens a pixel whose right or lower neighbour belongs to someone else.
@@ -184,4 +311,15 @@ fn outline(stage: &Stage<'_>, seen: &Buffers, x: usize, y: usize) -> f32 {
         kept = kept.min(if other_body { LINE } else { 0.85 });
     }
     kept
+}
+
+/// The slow twin: every sample shaded for itself.
+#[cfg(test)]
+pub(super) fn slow(shot: &Shot<'_>, (width, height): (usize, usize)) -> Picture {
+    let mut picture = Picture::filled(width, height, [0; 3]);
+    for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+        let (colour, _) = shot.mean(&samples((x * SAMPLES, y * SAMPLES)));
+        picture.set(x, y, colour.map(screen));
+    }
+    picture
 }

@@ -1,14 +1,17 @@
 //! A moment of a run, drawn: who is where, what the light reaches, what the eye sees.
 
+use super::around::{Around, turned};
 use super::camera::Camera;
+use super::change::Changes;
 use super::picture::Picture;
 use super::raster::{Buffers, Corner};
-use super::shade::{self, CRACK};
+use super::shade::{CRACK, Changed, Shaded, Shot};
 use super::track::{Actor, Track};
 use cullet_geometry::{Pose, Vec3};
+use std::ops::Range;
 
 /// Samples along each side of a pixel of the picture.
-const SAMPLES: usize = 2;
+pub(super) const SAMPLES: usize = 2;
 /// Pixels along each side of the light's own picture of the scene.
 const SHADOW_SIZE: usize = 1024;
 /// Half side of what the light sees, in reaches of the action.
@@ -42,6 +45,7 @@ pub(super) struct Stage<'a> {
     /// How far a surface darkens its neighbours \[m\].
     pub(super) contact: f64,
     pub(super) focal: f64,
+    pub(super) around: &'a Around,
     eye_axes: [Vec3; 3],
 }
 
@@ -75,30 +79,68 @@ impl Light {
         }
     }
 
-    /// Share of the light that reaches a point with that normal \[1\].
-    pub(super) fn reaches(&self, point: Vec3, normal: Vec3, (x, y): (usize, usize)) -> f32 {
+    /// Share of the light that reaches a point with that normal \[1\], and the tile of the light's
+    /// picture that decided it, if one did. `turns`: of the disc that is asked, by quarters.
+    pub(super) fn reaches(
+        &self,
+        point: Vec3,
+        normal: Vec3,
+        turns: Range<usize>,
+    ) -> (f32, Option<u32>) {
         let texel = 2.0 * self.half / SHADOW_SIZE as f64;
         let at = self.project(point + normal * (1.6 * texel));
-        let mut lit = 0;
-        for (dx, dy) in TAPS {
-            let (dx, dy) = shade::turned(dx, dy, x, y);
-            let (x, y) = ((at.x + f64::from(dx)).floor(), (at.y + f64::from(dy)).floor());
-            let inside = x >= 0.0 && y >= 0.0 && x < SHADOW_SIZE as f64 && y < SHADOW_SIZE as f64;
-            let open = !inside || {
+        let (size, reach) = (SHADOW_SIZE as f64, TAP_REACH as f64);
+        let near = |c: f64| c > -reach && c < size + reach;
+        if !(near(at.x) && near(at.y)) {
+            return (1.0, None);
+        }
+        let open = |(dx, dy): (f64, f64)| {
+            let (x, y) = (at.x + dx, at.y + dy);
+            let inside = x >= 0.0 && y >= 0.0 && x < size && y < size;
+            !inside || {
                 let near = self.seen.near[y as usize * SHADOW_SIZE + x as usize];
                 f64::from(near) <= at.near + 0.6 * texel
-            };
-            lit += u8::from(open);
-        }
-        f32::from(lit) / TAPS.len() as f32
+            }
+        };
+        let lit = |ring: &[[(f64, f64); 2]]| {
+            let mut lit = 0;
+            for &[one, two] in ring {
+                lit += u16::from(open(one)) + u16::from(open(two));
+            }
+            lit
+        };
+        let outer = lit(&OUTER[turns.clone()]);
+        let count = 2 * turns.len() as u16;
+        // Where a whole ring is of one mind, what lies inside it is too.
+        let agreed = turns.len() > 1 && (outer == 0 || outer == count);
+        let inner = if agreed { outer } else { lit(&INNER[turns]) };
+        // A cast takes what is below zero to zero.
+        let (x, y) = ((at.x as usize).min(SHADOW_SIZE - 1), (at.y as usize).min(SHADOW_SIZE - 1));
+        let tile = Changes::tile(SHADOW_SIZE, x, y) as u32;
+        (f32::from(outer + inner) / f32::from(2 * count), Some(tile))
     }
 }
 
-/// Where the light's picture is asked, in its pixels: a small disc.
-const TAPS: [(f32, f32); 4] = [(0.5, 0.3), (-1.3, 0.9), (0.7, -2.0), (2.3, 1.4)];
+/// Where the light's picture is asked, in its pixels: a small disc, in its four turns.
+const INNER: [[(f64, f64); 2]; 4] = in_turns([(0.5, 0.3), (-1.3, 0.9)]);
+const OUTER: [[(f64, f64); 2]; 4] = in_turns([(0.7, -2.0), (2.3, 1.4)]);
+
+const fn in_turns(taps: [(f32, f32); 2]) -> [[(f64, f64); 2]; 4] {
+    let mut all = [[(0.0, 0.0); 2]; 4];
+    let mut k = 0;
+    while k < 8 {
+        let (dx, dy) = turned(taps[k % 2].0, taps[k % 2].1, k / 2);
+        all[k / 2][k % 2] = (dx as f64, dy as f64);
+        k += 1;
+    }
+    all
+}
+
+/// How far that is from the middle, at most \[pixels\].
+pub(super) const TAP_REACH: usize = 3;
 
 impl<'a> Stage<'a> {
-    fn set(track: &'a Track, focus: &Focus, camera: &Camera) -> Self {
+    fn set(track: &'a Track, focus: &Focus, camera: &Camera, around: &'a Around) -> Self {
         let up = track.up;
         let towards = up * 1.0 - camera.right * 0.55 - camera.forward * 0.5;
         let towards = towards.try_normalize(1e-9).unwrap_or(up);
@@ -114,6 +156,7 @@ impl<'a> Stage<'a> {
             reach: focus.reach,
             contact: 0.12 * focus.reach,
             focal: camera.focal,
+            around,
             eye_axes: [camera.right, camera.above, camera.forward],
         }
     }
@@ -143,19 +186,66 @@ fn tile(reach: f64) -> f64 {
     size
 }
 
-/// Draws one moment.
-pub(super) fn draw(track: &Track, focus: &Focus, time: f64, size: (usize, usize)) -> Picture {
-    let (width, height) = (size.0 * SAMPLES, size.1 * SAMPLES);
-    let camera = focus.camera.scaled(SAMPLES as f64);
-    let mut stage = Stage::set(track, focus, &camera);
-    let mut seen = Buffers::new(width, height);
-    let nearest = NEAREST * focus.reach;
-    for (who, actor, pose) in track.present(time) {
-        draw_actor(&mut seen, &camera, who, actor, pose, nearest);
-        shadow_actor(&mut stage.light, actor, pose);
+/// Draws moments of a run, one after another. Of the last one it keeps what did not change; what
+/// is drawn does not depend on that.
+pub(super) struct Reel<'a> {
+    track: &'a Track,
+    focus: &'a Focus,
+    size: (usize, usize),
+    around: Around,
+    last: Option<Moment>,
+}
+
+/// A moment as it was drawn.
+struct Moment {
+    seen: Buffers,
+    light: Buffers,
+    shaded: Shaded,
+}
+
+impl<'a> Reel<'a> {
+    pub(super) fn new(track: &'a Track, focus: &'a Focus, size: (usize, usize)) -> Self {
+        Self { track, focus, size, around: Around::default(), last: None }
     }
-    let colours = shade::shade(&stage, &camera, &seen);
-    Picture::averaged(&colours, size, SAMPLES)
+
+    /// Draws one moment.
+    pub(super) fn draw(&mut self, time: f64) -> Picture {
+        let last = self.last.take();
+        let (stage, camera, seen) = self.set(time);
+        let (mut shaded, changed) = match last {
+            None => (Shaded::nothing(self.size), None),
+            Some(last) => {
+                let (old, new) = ((&last.seen, &last.light), (&seen, &stage.light.seen));
+                let changed = Changed::between(old, new);
+                (last.shaded, Some(changed))
+            }
+        };
+        shaded.shade(&Shot { stage: &stage, camera: &camera, seen: &seen }, changed.as_ref());
+        let picture = shaded.picture.clone();
+        let light = stage.light.seen;
+        self.last = Some(Moment { seen, light, shaded });
+        picture
+    }
+
+    /// Puts everything where it is at that time, before the eye and before the light.
+    fn set(&self, time: f64) -> (Stage<'_>, Camera, Buffers) {
+        let camera = self.focus.camera.scaled(SAMPLES as f64);
+        let mut stage = Stage::set(self.track, self.focus, &camera, &self.around);
+        let mut seen = Buffers::new(self.size.0 * SAMPLES, self.size.1 * SAMPLES);
+        let nearest = NEAREST * self.focus.reach;
+        for (who, actor, pose) in self.track.present(time) {
+            draw_actor(&mut seen, &camera, who, actor, pose, nearest);
+            shadow_actor(&mut stage.light, actor, pose);
+        }
+        (stage, camera, seen)
+    }
+
+    /// The moment with every sample shaded for itself.
+    #[cfg(test)]
+    pub(super) fn slow(&self, time: f64) -> Picture {
+        let (stage, camera, seen) = self.set(time);
+        super::shade::slow(&Shot { stage: &stage, camera: &camera, seen: &seen }, self.size)
+    }
 }
 
 fn draw_actor(
@@ -167,21 +257,25 @@ fn draw_actor(
     nearest: f64,
 ) {
     let mesh = &actor.mesh;
-    let locals: Vec<Vec3> = mesh
-        .vertices
-        .iter()
-        .map(|v| camera.local(pose.transform_point(&(*v).into()).coords))
-        .collect();
-    for (t, triangle) in mesh.triangles.iter().enumerate() {
-        let corners = triangle.map(|i| locals[i as usize]);
+    let locals: Vec<Vec3> = placed(actor, pose).map(|v| camera.local(v)).collect();
+    let corners: Vec<Corner> = locals.iter().map(|local| camera.project(*local)).collect();
+    for (t, &[a, b, c]) in mesh.triangles.iter().enumerate() {
         let who = if mesh.crack[t] { who | CRACK } else { who };
         let normals = || mesh.normals[t].map(|n| pose.rotation * n);
-        if corners.iter().all(|c| c.z > nearest) {
-            seen.triangle(corners.map(|c| camera.project(c)), who, normals);
+        let [a, b, c] = [a as usize, b as usize, c as usize];
+        if locals[a].z > nearest && locals[b].z > nearest && locals[c].z > nearest {
+            seen.triangle([corners[a], corners[b], corners[c]], who, normals);
         } else {
+            let corners = [locals[a], locals[b], locals[c]];
             clipped(seen, camera, &corners, nearest, who, &normals()[0]);
         }
     }
+}
+
+/// An actor's corners in the world.
+fn placed<'a>(actor: &'a Actor, pose: &Pose) -> impl Iterator<Item = Vec3> + 'a {
+    let (turn, way) = (pose.rotation.to_rotation_matrix(), pose.translation.vector);
+    actor.mesh.vertices.iter().map(move |v| turn * v + way)
 }
 
 /// A triangle that reaches behind the eye, cut off before it.
@@ -210,14 +304,9 @@ fn clipped(
 }
 
 fn shadow_actor(light: &mut Light, actor: &Actor, pose: &Pose) {
-    let mesh = &actor.mesh;
-    let corners: Vec<Corner> = mesh
-        .vertices
-        .iter()
-        .map(|v| light.project(pose.transform_point(&(*v).into()).coords))
-        .collect();
-    for triangle in &mesh.triangles {
-        let [a, b, c] = triangle.map(|i| corners[i as usize]);
-        light.seen.triangle([a, b, c], 0, || [Vec3::zeros(); 3]);
+    let corners: Vec<Corner> = placed(actor, pose).map(|v| light.project(v)).collect();
+    for &[a, b, c] in &actor.mesh.triangles {
+        let corners = [corners[a as usize], corners[b as usize], corners[c as usize]];
+        light.seen.triangle(corners, 0, || [Vec3::zeros(); 3]);
     }
 }

@@ -44,7 +44,7 @@ fn sheet_and_film_are_what_they_claim() {
 /// A moment of the run as bytes, without a caption.
 fn moment(track: &Track, time: f64) -> Picture {
     let focus = direct::focus(track, &std::collections::BTreeMap::new(), SMALL);
-    stage::draw(track, &focus, time, SMALL)
+    stage::Reel::new(track, &focus, SMALL).draw(time)
 }
 
 /// Share of the pixels near a colour of the screen in hue: red over blue by that much at least.
@@ -73,6 +73,50 @@ fn pictures_change_when_the_cube_breaks_and_not_while_all_rests() {
     let track = Track::of(&recorded(dir.path()));
     assert_ne!(moment(&track, 0.39), moment(&track, 0.5));
     assert_eq!(moment(&track, 0.9), moment(&track, 0.95));
+}
+
+/// Large enough for parts of it to stay as they were.
+const LARGER: (usize, usize) = (240, 160);
+
+#[test]
+fn what_is_kept_of_the_last_moment_is_what_would_be_drawn_anew() {
+    let dir = tempfile::tempdir().expect("folder");
+    let track = Track::of(&recorded(dir.path()));
+    let focus = direct::focus(&track, &std::collections::BTreeMap::new(), LARGER);
+    let mut reel = stage::Reel::new(&track, &focus, LARGER);
+    for time in [0.0, 0.05, 0.3, 0.39, 0.43, 0.5, 0.6, 0.9, 0.95, 0.1] {
+        let anew = stage::Reel::new(&track, &focus, LARGER).draw(time);
+        assert!(reel.draw(time) == anew, "the moment at {time} s hangs on the one before it");
+    }
+}
+
+#[test]
+fn samples_shaded_together_look_as_if_each_was_shaded_for_itself() {
+    let dir = tempfile::tempdir().expect("folder");
+    let track = Track::of(&recorded(dir.path()));
+    let focus = direct::focus(&track, &std::collections::BTreeMap::new(), LARGER);
+    let mut reel = stage::Reel::new(&track, &focus, LARGER);
+    for time in [0.2, 0.39, 0.5, 0.9] {
+        let (fast, slow) = (reel.draw(time), reel.slow(time));
+        let apart = fast.rgb.iter().zip(&slow.rgb).map(|(a, b)| a.abs_diff(*b));
+        let (sum, most) = apart.fold((0, 0), |(sum, most), d| (sum + u64::from(d), d.max(most)));
+        let mean = sum as f64 / fast.rgb.len() as f64;
+        assert!(mean < 0.2 && most < 40, "{time} s: mean {mean}, most {most}");
+    }
+}
+
+#[test]
+fn what_flies_out_of_a_chosen_view_does_not_coarsen_its_shadows() {
+    let dir = tempfile::tempdir().expect("folder");
+    let track = Track::of(&recorded(dir.path()));
+    let view = |eye: &str| {
+        let pairs = [("view.eye", eye), ("view.target", "0 0 0.1"), ("view.fov", "40")];
+        let meta = pairs.map(|(key, value)| (key.to_owned(), value.to_owned())).into();
+        direct::focus(&track, &meta, LARGER).reach
+    };
+    let (near, far) = (view("0 -0.2 0.1"), view("0 -50 0.1"));
+    assert!((near - 0.2 * 20_f64.to_radians().tan() * 13_f64.sqrt() / 2.0).abs() < 1e-9, "{near}");
+    assert!(far < 2.0, "what happens decides in a wide view: {far}");
 }
 
 #[test]

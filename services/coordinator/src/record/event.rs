@@ -37,6 +37,8 @@ pub enum Event {
         job: [u8; 32],
         /// The family asked first.
         solver: String,
+        /// Why the gate chose it; empty where it left the choice to the scene.
+        reason: String,
     },
     /// A fracture job has its verdict.
     JobSettled {
@@ -111,9 +113,9 @@ impl Event {
             Self::Gate { body, reason } => {
                 RunEvent { text: reason.clone(), ..of(EventKind::Gate, *body) }
             }
-            Self::JobOpened { body, job, solver } => RunEvent {
+            Self::JobOpened { body, job, solver, reason } => RunEvent {
                 job: job.to_vec(),
-                text: solver.clone(),
+                text: format!("{solver}{}", after_colon(reason)),
                 ..of(EventKind::JobOpened, *body)
             },
             Self::JobSettled { body, job, verdict, reason } => RunEvent {

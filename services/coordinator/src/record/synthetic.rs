@@ -137,7 +137,8 @@ fn break_cube(recorder: &mut Recorder, time: f64) -> Result<(), RecordError> {
     let solver = "geometric".to_owned();
     let impact = Event::Impact { body: 1, striker: 0, point, impulse, closing_speed, energy };
     recorder.event(BREAK, time, &impact)?;
-    recorder.event(BREAK, time, &Event::JobOpened { body: 1, job, solver: solver.clone() })?;
+    let (asked, reason) = (solver.clone(), "generation 2 is beyond 1".to_owned());
+    recorder.event(BREAK, time, &Event::JobOpened { body: 1, job, solver: asked, reason })?;
     let hit = Hit {
         point: Some(Vector3 { x: 0.0, y: 0.0, z: -HALF }),
         normal: Some(Vector3 { x: 0.0, y: 0.0, z: 1.0 }),

@@ -45,6 +45,8 @@ fn inspect_reads_the_same_summary_from_the_messages_alone() {
     assert_eq!(back, read.summary);
     assert_eq!(read.events.len(), 6);
     assert!(read.events[0].contains("slab hits cube"), "{}", read.events[0]);
+    let opened = "opened for cube, asks geometric: generation 2 is beyond 1";
+    assert!(read.events[1].ends_with(opened), "{}", read.events[1]);
     assert!(read.events[3].contains("cube breaks into 2"), "{}", read.events[3]);
 }
 

@@ -255,18 +255,26 @@ impl Run<'_> {
             }
             return Ok(());
         }
-        self.open(body, hits, !solve)
+        self.open(body, hits, geometric.filter(|_| !solve))
     }
 
-    fn open(&mut self, body: BodyId, hits: Vec<Hit>, geometric: bool) -> Result<(), RunError> {
+    /// `geometric`: why no stress needs to be solved for, if none does.
+    fn open(
+        &mut self,
+        body: BodyId,
+        hits: Vec<Hit>,
+        geometric: Option<String>,
+    ) -> Result<(), RunError> {
         let lost = RunError::Lost(body);
         let (Some(view), Some(origin)) = (self.world.body(body), self.origins.get(&body)) else {
             return Err(lost);
         };
-        let job = job::problem(&view, &hits, &origin.choice, geometric, self.scene.world.seed);
+        let (seed, unsolved) = (self.scene.world.seed, geometric.is_some());
+        let job = job::problem(&view, &hits, &origin.choice, unsolved, seed);
         let asked = job.solver.clone();
         let id = self.pool.open(&job);
-        self.event(&Event::JobOpened { body: number(body), job: id.0, solver: asked.clone() })?;
+        let (solver, reason) = (asked.clone(), geometric.unwrap_or_default());
+        self.event(&Event::JobOpened { body: number(body), job: id.0, solver, reason })?;
         let due = self.world.step_count() + u64::from(self.scene.world.latency_steps);
         self.pending.push_back(Pending { id, asked, body, hits, due });
         Ok(())

@@ -65,7 +65,8 @@ fn paths_out_of_the_folder_and_unknown_numbers_are_refused() {
     let evil = vec![("../evil".to_owned(), Vec::new())];
     assert!(matches!(client.submit(&evil, &[], 1), Err(LinkError::Path { .. })));
     let handle = cullet_coordinator::link::client::Handle { id: 99 };
-    assert!(matches!(client.follow(handle, |_| {}), Err(LinkError::Refused(_))));
+    let unknown = client.follow(handle, |_| {});
+    assert!(matches!(unknown, Err(LinkError::Forgotten { id: 99, .. })), "{unknown:?}");
 }
 
 #[test]

@@ -1,10 +1,10 @@
 //! Workers that die, hang or stop.
 
 use crate::kit::{Hand, config, job, next, solve, verdict, wait_for, with_processes};
-use cullet_coordinator::link::{Ending, Pool, PoolConfig, Timing};
+use cullet_coordinator::link::{Ending, Pool, PoolConfig, SpawnConfig, Timing};
 use cullet_proto::{FractureJob, Verdict};
 use cullet_worker::Watch;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
@@ -75,6 +75,38 @@ fn a_job_given_back_by_a_worker_that_stops_goes_to_another() {
     let _staying = Hand::hire(&pool, "b", Arc::new(solve));
     let settlement = next(&pool, id);
     assert_eq!((settlement.attempts, settlement.worker.as_str()), (2, "b"));
+}
+
+#[test]
+fn processes_that_never_ask_for_work_are_given_up() {
+    let exe = PathBuf::from("false");
+    let spawn = SpawnConfig { args: Vec::new(), ..SpawnConfig::new(exe, 2, 1) };
+    let pool = Pool::start(PoolConfig { spawn: Some(spawn), ..config() }).expect("a pool");
+    let id = pool.open(&job("echo", 1, 0));
+    let Ending::Abandoned(text) = next(&pool, id).ending else { panic!("it has a verdict") };
+    assert!(text.contains("no worker is left") && text.contains("false ended 6 times"), "{text}");
+    let stats = pool.stats();
+    assert_eq!((stats.children, stats.respawned), (0, 2 * 5), "it was tried no more and no less");
+    // Somebody from elsewhere is as good.
+    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    wait_for("a worker", || pool.stats().workers == 1);
+    let id = pool.open(&job("echo", 2, 0));
+    verdict(next(&pool, id));
+}
+
+#[test]
+fn a_worker_told_to_stop_leaves_though_its_question_is_held() {
+    let timing = Timing { park: 600_000, ..Timing::test() };
+    let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
+    let hand = Hand::hire(&pool, "w", Arc::new(solve));
+    // A job done: the next question finds none and is held.
+    let id = pool.open(&job("echo", 1, 0));
+    verdict(next(&pool, id));
+    hand.tell();
+    wait_for("it is gone", || pool.stats().workers == 0);
+    let id = pool.open(&job("echo", 2, 0));
+    let _other = Hand::hire(&pool, "x", Arc::new(solve));
+    assert_eq!(next(&pool, id).worker, "x");
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! index are gone, but nothing is closed, turned or moved. `geometry::door` judges it afterwards.
 
 mod glb;
+mod hush;
 mod obj;
 mod ply;
 mod stl;
@@ -13,7 +14,6 @@ mod tests;
 
 use cullet_geometry::{TriMesh, Vec3};
 use std::collections::BTreeMap;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Most triangles of one mesh: a solve needs some ten thousand; ten million would take minutes to
 /// check.
@@ -111,7 +111,7 @@ pub fn read(name: &str, bytes: &[u8]) -> Result<TriMesh, MeshFileError> {
     };
     // The readers are others' code, and files are anybody's: a panic of theirs is an error of the
     // file.
-    let raw = catch_unwind(AssertUnwindSafe(|| read(bytes))).unwrap_or_else(|_| {
+    let raw = hush::hushed(|| read(bytes)).unwrap_or_else(|_| {
         let reason = "the reader gave up on these bytes".to_owned();
         Err(MeshFileError::Malformed { line: None, reason })
     })?;

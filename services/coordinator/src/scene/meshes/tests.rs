@@ -155,3 +155,37 @@ fn cut_or_changed_bytes_never_panic() {
         }
     }
 }
+
+/// A GLB file whose indices are said to be floating-point numbers.
+fn hostile() -> Vec<u8> {
+    let (mut bytes, integer) = (glb([1.0; 3]), br#""componentType":5125"#);
+    let at = bytes.windows(integer.len()).position(|window| window == integer);
+    let end = at.expect("a kind of index") + integer.len();
+    bytes[end - 1] = b'6';
+    bytes
+}
+
+#[test]
+fn a_reader_that_gives_up_is_not_heard_and_everything_else_is() {
+    let exe = std::env::current_exe().expect("this test has a path");
+    let helper = "scene::meshes::tests::gives_up_and_panics_elsewhere";
+    let args = ["--exact", helper, "--ignored", "--nocapture"];
+    let said = std::process::Command::new(exe).args(args).output().expect("it starts");
+    let stderr = String::from_utf8_lossy(&said.stderr);
+    assert!(said.status.success(), "{stderr}");
+    assert_eq!(stderr.matches("panicked at").count(), 2, "{stderr}");
+    assert!(stderr.contains("beside it") && stderr.contains("after it"), "{stderr}");
+}
+
+#[test]
+#[ignore = "the test above runs it, in a process of its own"]
+fn gives_up_and_panics_elsewhere() {
+    let bytes = hostile();
+    let read = super::hush::hushed(|| {
+        assert!(std::thread::spawn(|| panic!("beside it")).join().is_err());
+        read("t.glb", &bytes)
+    });
+    let Ok(Err(MeshFileError::Malformed { reason, .. })) = read else { panic!("{read:?}") };
+    assert!(reason.contains("gave up"), "{reason}");
+    assert!(std::panic::catch_unwind(|| panic!("after it")).is_err());
+}

@@ -1,0 +1,81 @@
+//! Where a run puts its files.
+
+use crate::exit::{Exit, Trouble};
+use cullet_coordinator::run::next_folder;
+use std::path::{Path, PathBuf};
+
+/// Where runs go when no folder is named.
+const RUNS: &str = "runs";
+
+/// A folder for one run.
+#[derive(Debug)]
+pub(crate) struct Folder {
+    pub(crate) path: PathBuf,
+    /// What was not there before, the innermost first.
+    made: Vec<PathBuf>,
+}
+
+impl Folder {
+    /// The folder that was asked for, made if it is not there, or a new one.
+    pub(crate) fn of(asked: Option<&Path>, scene: &str) -> Result<Self, Trouble> {
+        let target = asked.unwrap_or(Path::new(RUNS));
+        let mut made: Vec<PathBuf> = missing(target);
+        if asked.is_none() {
+            let path = next_folder(target, scene).map_err(|error| Trouble::file(target, error))?;
+            made.insert(0, path.clone());
+            return Ok(Self { path, made });
+        }
+        refuse_taken(target)?;
+        std::fs::create_dir_all(target).map_err(|error| Trouble::file(target, error))?;
+        Ok(Self { path: target.to_owned(), made })
+    }
+
+    /// Takes back what was made for a run that never began. A folder that was there before stays,
+    /// as does one that is not empty.
+    pub(crate) fn forget(&self) {
+        for folder in &self.made {
+            if std::fs::remove_dir(folder).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// The folders on the way to `path` that are not there, the innermost first.
+fn missing(path: &Path) -> Vec<PathBuf> {
+    let named = path.ancestors().filter(|folder| !folder.as_os_str().is_empty());
+    named.take_while(|folder| !folder.exists()).map(Path::to_owned).collect()
+}
+
+/// A folder that holds a run is not written into.
+pub(crate) fn refuse_taken(folder: &Path) -> Result<(), Trouble> {
+    if folder.join("run.mcap").exists() || folder.join("run.mcap.partial").exists() {
+        let text = format!("{}: there is a run in this folder; name another", folder.display());
+        return Err(Trouble::new(Exit::Usage, text));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Folder;
+    use std::fs;
+
+    #[test]
+    fn only_what_was_made_for_a_run_is_taken_back() {
+        let base = std::env::temp_dir().join(format!("cullet-folder-{}", std::process::id()));
+        let (own, new) = (base.join("own"), base.join("own/a/b"));
+        fs::create_dir_all(&own).expect("a folder");
+        let of = |path| Folder::of(Some(path), "pot").unwrap_or_else(|why| panic!("{why}"));
+        of(&own).forget();
+        assert!(own.is_dir(), "an empty folder of the user's is gone");
+        of(&new).forget();
+        assert!(own.is_dir() && !own.join("a").exists(), "what was made is left");
+        let used = of(&new);
+        fs::write(own.join("a/note"), "").expect("a file");
+        used.forget();
+        let (inner, outer) = (new.exists(), own.join("a/note").exists());
+        fs::remove_dir_all(&base).expect("it goes");
+        assert_eq!((inner, outer), (false, true));
+    }
+}

@@ -1,0 +1,75 @@
+//! How the process is told to stop.
+
+use crate::exit::{Exit, Trouble};
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tokio::runtime::{Builder, Runtime};
+
+/// A flag that the first SIGINT or SIGTERM sets, with a line that says what is `left` to do.
+///
+/// A second SIGINT ends the process at once. A second SIGTERM does not: supervisors send one to the
+/// process and one to its group.
+pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, Trouble> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    let listen = || -> io::Result<(Runtime, Signals)> {
+        let runtime = Builder::new_current_thread().enable_all().build()?;
+        let signals = runtime.block_on(async { Signals::listen() })?;
+        Ok((runtime, signals))
+    };
+    let (runtime, mut signals) = listen().map_err(|error| Trouble::new(Exit::File, error))?;
+    std::thread::spawn(move || {
+        runtime.block_on(async {
+            loop {
+                let interrupt = signals.next().await;
+                if !flag.swap(true, Ordering::Relaxed) {
+                    eprintln!("told to stop: {left}; interrupt once more to quit at once");
+                } else if interrupt {
+                    std::process::exit(i32::from(Exit::Interrupted.code()));
+                }
+            }
+        });
+    });
+    Ok(stop)
+}
+
+#[cfg(unix)]
+struct Signals {
+    interrupt: tokio::signal::unix::Signal,
+    terminate: tokio::signal::unix::Signal,
+}
+
+#[cfg(unix)]
+impl Signals {
+    fn listen() -> io::Result<Self> {
+        use tokio::signal::unix::{SignalKind, signal};
+        let (interrupt, terminate) = (SignalKind::interrupt(), SignalKind::terminate());
+        Ok(Self { interrupt: signal(interrupt)?, terminate: signal(terminate)? })
+    }
+
+    /// Whether the next signal is an interrupt.
+    async fn next(&mut self) -> bool {
+        tokio::select! {
+            _ = self.interrupt.recv() => true,
+            _ = self.terminate.recv() => false,
+        }
+    }
+}
+
+#[cfg(not(unix))]
+struct Signals;
+
+#[cfg(not(unix))]
+impl Signals {
+    fn listen() -> io::Result<Self> {
+        Ok(Self)
+    }
+
+    async fn next(&mut self) -> bool {
+        if tokio::signal::ctrl_c().await.is_err() {
+            std::future::pending::<()>().await;
+        }
+        true
+    }
+}
