@@ -27,18 +27,21 @@ const NEIGHBOURS: f64 = 0.9;
 
 /// The part of the run worth showing \[s\].
 pub(super) fn window(track: &Track) -> (f64, f64) {
-    let Some(first) = climax(track) else {
-        return (0.0, track.end);
-    };
-    let last = track.breaks.last().map_or(first, |b| b.0);
-    ((first - LEAD).max(0.0), (last + TAIL).min(track.end))
+    let (mut start, mut end) = (0.0, track.end);
+    if let Some(first) = climax(track) {
+        let last = track.breaks.last().map_or(first, |b| b.0);
+        (start, end) = ((first - LEAD).max(0.0), (last + TAIL).min(track.end));
+    }
+    let [first, last] = track.wanted;
+    let end = last.unwrap_or(end).min(track.end);
+    (first.unwrap_or(start).clamp(0.0, end), end)
 }
 
 /// Eight moments: before, the last step before the break, and six after it.
 pub(super) fn moments(track: &Track) -> Vec<f64> {
     let (start, end) = window(track);
-    let Some(first) = climax(track) else {
-        return (0..8).map(|k| end * f64::from(k) / 7.0).collect();
+    let Some(first) = climax(track).filter(|first| (start..end).contains(first)) else {
+        return (0..8).map(|k| start + (end - start) * f64::from(k) / 7.0).collect();
     };
     let mut moments = vec![start.max(first - 0.12), (first - 0.51 * track.step).max(0.0)];
     for k in 1..=6 {

@@ -165,6 +165,21 @@ fn the_moments_show_the_break_and_the_end() {
 }
 
 #[test]
+fn the_scene_says_what_time_the_pictures_show() {
+    let dir = tempfile::tempdir().expect("folder");
+    let mut track = Track::of(&recorded(dir.path()));
+    let first = direct::climax(&track).expect("something breaks");
+    let (start, end) = (first - 2.0 * track.step, first + 10.0 * track.step);
+    track.wanted = [Some(start), Some(end)];
+    let moments = direct::moments(&track);
+    assert!(moments[0] >= start && moments[1] < first, "{moments:?} from {start}");
+    assert!((moments[7] - end).abs() < 1e-9, "{moments:?} to {end}");
+    assert_eq!(direct::window(&track), (start, end));
+    track.wanted = [Some(first + track.step), None];
+    assert!(direct::moments(&track).iter().all(|&t| t > first), "after the break");
+}
+
+#[test]
 fn crack_faces_and_surfaces_are_seen_in_their_own_colours() {
     let (outer, inner) = palette::colours("clay_brick", "cube", 1);
     let apart = (0..3).map(|i| (outer[i] - inner[i]).abs()).sum::<f32>();

@@ -52,6 +52,8 @@ pub(super) struct Track {
     pub(super) step: f64,
     /// Last recorded time \[s\].
     pub(super) end: f64,
+    /// Where the scene wants the pictures to start and to end \[s\].
+    pub(super) wanted: [Option<f64>; 2],
     pub(super) up: Vec3,
 }
 
@@ -135,12 +137,14 @@ impl Track {
     /// an unknown body) is left out: a damaged recording still gives a picture.
     pub(super) fn of(recording: &Recording) -> Self {
         let gravity = vector(recording.meta.get("gravity")).unwrap_or_else(Vec3::zeros);
+        let time = |key: &str| recording.meta.get(key).and_then(|s| s.parse().ok());
         let mut track = Self {
             actors: Vec::new(),
             breaks: Vec::new(),
             strikes: Vec::new(),
-            step: recording.meta.get("step").and_then(|s| s.parse().ok()).unwrap_or(0.01),
+            step: time("step").unwrap_or(0.01),
             end: 0.0,
+            wanted: [time("view.start"), time("view.end")],
             up: (-gravity).try_normalize(1e-12).unwrap_or_else(Vec3::z),
         };
         let mut meshes: BTreeMap<&[u8], Arc<Mesh>> = BTreeMap::new();

@@ -12,6 +12,10 @@ pub struct View {
     pub target: Vec3,
     /// Vertical field of view \[degrees\].
     pub fov: f64,
+    /// When the preview starts \[s\].
+    pub start: Option<f64>,
+    /// When it ends \[s\].
+    pub end: Option<f64>,
 }
 
 /// What a recording says about its run as a whole.
@@ -65,6 +69,11 @@ pub(super) fn meta_map(meta: &RunMeta) -> BTreeMap<String, String> {
         map.insert("view.eye", list(view.eye));
         map.insert("view.target", list(view.target));
         map.insert("view.fov", view.fov.to_string());
+        for (key, time) in [("view.start", view.start), ("view.end", view.end)] {
+            if let Some(time) = time {
+                map.insert(key, time.to_string());
+            }
+        }
     }
     map.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }

@@ -93,6 +93,8 @@ pub(super) fn meta(scene: &Scene) -> RunMeta {
             eye: Vec3::from(view.eye),
             target: Vec3::from(view.target),
             fov: view.field.to_degrees(),
+            start: view.start,
+            end: view.end,
         }),
         deterministic: false,
     }

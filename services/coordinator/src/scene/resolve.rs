@@ -372,6 +372,13 @@ impl Builder<'_> {
         {
             self.workshop.wrong(&["view".into(), "eye".into()], "must differ from `target`");
         }
+        if let Some(view) = &self.document.view
+            && let (Some(start), Some(end)) = (view.start, view.end)
+            && end <= start
+        {
+            let message = format!("must be after `start`, {start} s; it is {end} s");
+            self.workshop.wrong(&["view".into(), "end".into()], message);
+        }
         let nothing = ["body", "grid", "stack", "scatter"]
             .iter()
             .all(|list| self.workshop.root.items(list).is_empty());

@@ -60,15 +60,11 @@ pub struct View {
     #[serde(default = "default_field")]
     #[schemars(schema_with = "unit::angle", extend("minimum" = 0.01, "maximum" = 3))]
     pub field: f64,
-    /// Height of a drawn ground plane; none is drawn without it \[m\].
-    #[serde(default)]
-    #[schemars(schema_with = "unit::length")]
-    pub ground: Option<f64>,
-    /// When the preview starts \[s\].
+    /// When the preview starts; shortly before the first break without it \[s\].
     #[serde(default)]
     #[schemars(schema_with = "unit::time", extend("minimum" = 0))]
-    pub start: f64,
-    /// When it ends; at the end of the run without it \[s\].
+    pub start: Option<f64>,
+    /// When it ends; a while after the last break without it \[s\].
     #[serde(default)]
     #[schemars(schema_with = "unit::time", extend("exclusiveMinimum" = 0))]
     pub end: Option<f64>,
