@@ -3,6 +3,7 @@
 mod common;
 
 use common::{Cullet, children_of, corpus, is_alive, summary, unique};
+use cullet_coordinator::record::Recording;
 use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -105,6 +106,31 @@ fn a_job_that_the_end_of_the_run_overtakes_settles_too() {
     let told_so = inspect.stdout.matches("before its fragments were due").count();
     assert_eq!(told_so, 2, "{}", inspect.stdout);
     assert_eq!(told["digest"], late(1000, "2").1["digest"]);
+}
+
+/// What fragments are made of was not known more finely than the solve that made them.
+#[test]
+fn fragments_keep_the_spacing_of_the_solve_that_made_them() {
+    let out = unique("spacing");
+    let finer = ["--set", "fracture.max_particles=8000", "--set", "world.duration=0.08"];
+    let run =
+        Cullet::new(&["run", &corpus("drop.toml"), "-q"]).args(&finer).args(&["--out"]).path(&out);
+    let run = run.output();
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    let parent = |body: u64| recording.bodies.iter().find(|b| b.id == body)?.parent;
+    let spacing = |body: u64| {
+        let solved = recording.reports.iter().find(|r| r.body == body && r.spacing > 0.0)?;
+        Some(solved.spacing)
+    };
+    let pairs: Vec<(f64, f64)> = recording
+        .reports
+        .iter()
+        .filter(|report| report.spacing > 0.0)
+        .filter_map(|report| Some((report.spacing, spacing(parent(report.body)?)?)))
+        .collect();
+    assert!(!pairs.is_empty(), "no fragment was solved on a grid");
+    assert!(pairs.iter().all(|(own, from)| own == from), "{pairs:?}");
 }
 
 #[test]

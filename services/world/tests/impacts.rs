@@ -140,24 +140,29 @@ fn a_stack_stands_still_and_silent() {
     }
 }
 
-#[test]
-fn a_light_slice_survives_under_a_heavy_block() {
+/// How far a block of 0.2 m that weighs so many times the slice beneath it sinks in 2 s.
+fn sink_of_block_on_slice(ratio: f64) -> f64 {
     let mut world = World::new(settings()).unwrap();
     put(&mut world, floor());
-    let slice = Material { density: 100.0, ..GLASS };
-    let thin = put(
-        &mut world,
-        body("thin", cuboid(Vec3::new(0.2, 0.2, 0.05)), slice, Vec3::new(0.0, 0.0, 0.025)),
-    );
-    let heavy = Material { density: 1e4 / 4.0, ..GLASS };
+    let slice = Material { density: 1e4 / ratio, ..GLASS };
+    let thin = cuboid(Vec3::new(0.2, 0.2, 0.05));
+    let thin = put(&mut world, body("thin", thin, slice, Vec3::new(0.0, 0.0, 0.025)));
     let block = cuboid(Vec3::new(0.2, 0.2, 0.2));
-    let top = put(&mut world, body("block", block, heavy, Vec3::new(0.0, 0.0, 0.15)));
-    let ratio = world.body(top).unwrap().mass / world.body(thin).unwrap().mass;
-    assert!((ratio / 100.0 - 1.0).abs() < 1e-9, "mass ratio {ratio}");
+    let top = put(&mut world, body("block", block, GLASS, Vec3::new(0.0, 0.0, 0.15)));
+    let got = world.body(top).unwrap().mass / world.body(thin).unwrap().mass;
+    assert!((got / ratio - 1.0).abs() < 1e-9, "mass ratio {got}");
     steps(&mut world, 480);
-    let sink = 0.15 - world.body(top).unwrap().pose.translation.vector.z;
-    // 1 % of the block's size
-    assert!(sink.abs() < 0.01 * 0.2, "sank by {sink}");
+    0.15 - world.body(top).unwrap().pose.translation.vector.z
+}
+
+/// R6 asks for 1:10⁴; the engine carries 1:200 (F36).
+#[test]
+fn a_light_slice_survives_under_a_heavy_block() {
+    for ratio in [1.0, 100.0, 200.0] {
+        let sink = sink_of_block_on_slice(ratio);
+        // 1 % of the block's size
+        assert!(sink.abs() < 0.01 * 0.2, "1:{ratio} sank by {sink}");
+    }
 }
 
 #[test]

@@ -79,3 +79,26 @@ fn impact(hit: &Hit) -> Impact {
         closing_speed: i.closing_speed,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Choice;
+    use cullet_proto::Settings;
+
+    #[test]
+    fn a_solve_without_a_grid_leaves_the_spacing_as_it_was() {
+        let settings = Settings {
+            spacing: None,
+            max_particles: 1000,
+            max_steps: 100,
+            min_volume_ratio: 0.0,
+            max_fragments: 10,
+        };
+        let mut choice = Choice { solver: None, settings };
+        choice.no_finer_than(0.0);
+        assert_eq!(choice.settings.spacing, None);
+        choice.no_finer_than(0.01);
+        choice.no_finer_than(0.0);
+        assert_eq!(choice.settings.spacing, Some(0.01));
+    }
+}

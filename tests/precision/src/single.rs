@@ -1,0 +1,6 @@
+//! The scenes in f32.
+
+use rapier3d as rapier;
+
+#[path = "scenes.rs"]
+pub(crate) mod scenes;
