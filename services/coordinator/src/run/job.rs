@@ -7,7 +7,7 @@ use cullet_proto::{FractureJob, Impact, Material, Settings};
 use cullet_world::{BodyView, Hit};
 
 /// The family asked when the scene leaves it open.
-const FIRST: &str = "brittle";
+pub(super) const FIRST: &str = "brittle";
 /// The family that takes what the first one declines.
 const FALLBACK: &str = "geometric";
 

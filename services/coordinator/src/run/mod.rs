@@ -273,7 +273,9 @@ impl Run<'_> {
         let job = job::problem(&view, &hits, &origin.choice, unsolved, seed);
         let asked = job.solver.clone();
         let id = self.pool.open(&job);
-        let (solver, reason) = (asked.clone(), geometric.unwrap_or_default());
+        // Without the gate's reason, another family than the first is the scene's choice.
+        let chosen = (asked != job::FIRST).then(|| "the scene's choice".to_owned());
+        let (solver, reason) = (asked.clone(), geometric.or(chosen).unwrap_or_default());
         self.event(&Event::JobOpened { body: number(body), job: id.0, solver, reason })?;
         let due = self.world.step_count() + u64::from(self.scene.world.latency_steps);
         self.pending.push_back(Pending { id, asked, body, hits, due });
