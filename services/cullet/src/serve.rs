@@ -21,7 +21,8 @@ use std::time::{Duration, Instant};
 const PERIOD: Duration = Duration::from_millis(100);
 /// Between two lines of a run's position for the client that follows.
 const NEWS_PERIOD: Duration = Duration::from_secs(2);
-/// A client that has not asked for this long is gone: a coordinator that leaves does not wait for it.
+/// A client that has not asked for this long is gone: a coordinator that leaves does not wait
+/// for it.
 const LINGER: Duration = Duration::from_secs(10);
 /// How long to look for a coordinator.
 const SEARCH: Duration = Duration::from_secs(10);

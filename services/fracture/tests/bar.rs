@@ -157,8 +157,8 @@ fn a_thick_bar_reaches_its_strength() {
     assert!((peak - 0.95).abs() < 0.03, "{peak}");
 }
 
-/// F01: on a grid too coarse for the material a crack that is there grows for G_f an area, and where
-/// there is none the material holds to its own strength.
+/// F01: on a grid too coarse for the material a crack that is there grows for G_f an area, and
+/// where there is none the material holds to its own strength.
 #[test]
 fn a_coarse_grid_keeps_toughness_and_strength() {
     let spacing = 0.004;

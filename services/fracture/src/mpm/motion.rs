@@ -78,8 +78,8 @@ pub fn of_parts(particles: &Particles, part: &[u32], parts: usize, spacing: f64)
     motions
 }
 
-/// Makes fragments carry exactly the momentum and the angular momentum of `pushes`: points \[m\] and
-/// impulses \[N·s\].
+/// Makes fragments carry exactly the momentum and the angular momentum of `pushes`: points \[m\]
+/// and impulses \[N·s\].
 ///
 /// A fragment's mesh holds a little more or less mass than its points, and its velocity was taken
 /// where it had come to, not where it was before the hit: one rigid motion of all makes up for
