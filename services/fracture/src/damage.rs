@@ -8,9 +8,9 @@ use crate::mpm::symmetric::{Sym3, below, eigen};
 /// Spreading G_f over any other length dissipates the wrong energy (F03). The value is the one for
 /// which a crack that runs through the notched bar of `services/fracture/tests/bar.rs` (F-B)
 /// dissipates G_f per area in the mean over six seeds: 1.03, 1.01, 0.97 G_f at h = 8, 4, 2 mm. A
-/// bar that is equally strong everywhere breaks in 3.9 h at once, as the 1-D prototype of the failure
-/// atlas does, and dissipates up to twice as much. Measure again when the kernel, the sampling or
-/// the damage law changes.
+/// bar that is equally strong everywhere breaks in 3.9 h at once, as the 1-D prototype of the
+/// failure atlas does, and dissipates up to twice as much. Measure again when the kernel, the
+/// sampling or the damage law changes.
 pub const BAND_WIDTH: f64 = 1.97;
 
 /// Share of the snap-back stress √(2EG_f/l) to which the strength is capped (F01).
