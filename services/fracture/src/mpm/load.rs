@@ -122,7 +122,7 @@ impl Load {
     /// When the tension at the rim of the contact, too narrow for the grid, reaches `strength`
     /// \[Pa\], if it does \[s\].
     ///
-    /// σ_r = (1 − 2ν) p₀/3 with p₀ = 3F/2πa² grows with F^⅓ [H1]; a field only a/10 deep counts in
+    /// σ_r = (1 − 2ν) p₀/3 with p₀ = 3F/2πa² grows with F^⅓ (H1); a field only a/10 deep counts in
     /// proportion to √(a/10) where that is less than the material's EG_f/σ_f² [Gate 2].
     #[must_use]
     pub fn cracks_at(&self, radius: f64, material: &Material) -> Option<f64> {
