@@ -93,6 +93,21 @@ fn common(patience: Patience) -> Vec<(&'static str, String)> {
     ]
 }
 
+/// What a transport says is wrong, without the places in its own source.
+#[must_use]
+pub fn plain(error: &str) -> String {
+    let mut text = error.to_owned();
+    while let Some(start) = text.find(" at /") {
+        let Some(end) = text[start..].find(".rs:").map(|at| start + at + 4) else {
+            break;
+        };
+        let digits = text[end..].bytes().take_while(u8::is_ascii_digit).count();
+        let dot = usize::from(text[end + digits..].starts_with('.'));
+        text.replace_range(start..end + digits + dot, "");
+    }
+    text
+}
+
 fn list(endpoints: &[String]) -> String {
     let quoted: Vec<_> = endpoints.iter().map(|e| format!("{e:?}")).collect();
     format!("[{}]", quoted.join(","))
@@ -101,6 +116,14 @@ fn list(endpoints: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn errors_are_told_without_places_in_others_source() {
+        let said = "no listener: [127.0.0.1:1: in use (os error 98) at /a/b-1.0/src/tcp.rs:61.] \
+                    at /c/unicast.rs:338.";
+        assert_eq!(plain(said), "no listener: [127.0.0.1:1: in use (os error 98)]");
+        assert_eq!(plain("nobody is at /home"), "nobody is at /home");
+    }
 
     #[test]
     fn endpoints_are_quoted() {

@@ -205,6 +205,15 @@ fn bad_input_is_the_users_fault_and_leaves_nothing() {
         (&["--set", "body.left.mesh=\"missing.obj\""], "missing.obj"),
         (&["--set", "world.step=nan"], "world.step"),
         (&["--set", "body.left.position=[0.2, 0.0, 0.15]"], "overlap"),
+        (&["--set", "body.left.velocity=[1e300, 0, 0]"], "it is 1e300 m/s"),
+        (&["--set", "body.left.shape.size=[1e300, 1, 1]"], "1e300; it must lie in"),
+        (&["--set", "world.gravity=[0, 0, -20000]"], "world.gravity"),
+        (&["--set", "world.tiers.small=1"], "world.tiers.small: must be at most 0.98"),
+        (&["--set", "world.max_bodies=2"], "must be at least 3"),
+        (&["--set", "world.duration=1e30"], "must be at most 600 s"),
+        (&["--set", "world.step=1e-30"], "must be at least 1e-6 s"),
+        (&["--set", "world.step=1e-6", "--set", "world.duration=60"], "6e7 steps"),
+        (&["--set", "expect.fragments.min=5", "--set", "expect.fragments.max=2"], "5 and 2"),
         (&["--workers", "0"], "--workers"),
     ];
     for (arguments, must_say) in cases {
@@ -218,9 +227,59 @@ fn bad_input_is_the_users_fault_and_leaves_nothing() {
         assert!(!run.stderr.contains("panicked"), "{arguments:?}: {}", run.stderr);
         assert!(!out.exists(), "{arguments:?} left {}", out.display());
     }
+    let fine = Cullet::new(&["check", &corpus("drop.toml")]).output();
+    assert_eq!(fine.code, 0, "{}", fine.stderr);
     let missing = Cullet::new(&["run", "no-such-scene"]).output();
     assert_eq!(missing.code, 64, "{}", missing.stderr);
     assert!(missing.stderr.contains("no-such-scene"), "{}", missing.stderr);
+}
+
+#[test]
+fn what_is_no_place_no_recording_and_no_endpoint_is_told() {
+    let folder = unique("told");
+    fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join("file");
+    fs::write(&file, "not a recording").expect("a file");
+    let (below, new) = (file.join("below"), folder.join("new"));
+    let drop = corpus("drop.toml");
+    let says = |call: Cullet, code: i32, must_say: &str| {
+        let said = call.output();
+        assert_eq!(said.code, code, "{must_say}: {}", said.stderr);
+        assert!(said.stderr.contains(must_say), "{must_say}: {}", said.stderr);
+    };
+    for out in [&file, &below] {
+        let run = Cullet::new(&["run", &drop, "--out"]).path(out);
+        says(run, 64, "file: it is a file, not a folder");
+    }
+    says(Cullet::new(&["inspect"]).path(&file), 64, "is not an MCAP file");
+    says(Cullet::new(&["inspect"]).path(&new), 74, "new: ");
+    says(Cullet::new(&["recover"]).path(&file), 64, "is not an MCAP file");
+    says(Cullet::new(&["recover"]).path(&folder), 74, "it is a folder");
+    let preview = Cullet::new(&["preview"]).path(&file).args(&["--out"]).path(&new);
+    says(preview, 64, "is not an MCAP file");
+    for endpoint in ["7447", "udp/127.0.0.1:7447", "tcp/:7447", "tcp/localhost", "tcp/a:70000"] {
+        let ways: [&[&str]; 3] = [
+            &["submit", &drop, "--connect", endpoint],
+            &["worker", "--connect", endpoint],
+            &["coordinator", "--listen", endpoint],
+        ];
+        for way in ways {
+            says(Cullet::new(way), 64, "an endpoint is tcp/HOST:PORT");
+        }
+    }
+    let worker = ["worker", "--connect", "tcp/127.0.0.1:1", "--name", "A B"];
+    says(Cullet::new(&worker), 64, "is no name");
+    let left: Vec<_> = fs::read_dir(&folder).expect("a folder").flatten().collect();
+    assert!(left.len() == 1, "beside the file there are {left:?}");
+}
+
+#[test]
+fn a_taken_port_is_told_without_places_in_others_source() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let endpoint = format!("tcp/{}", taken.local_addr().expect("an address"));
+    let said = Cullet::new(&["coordinator", "--listen", &endpoint]).output();
+    assert_eq!(said.code, 69, "{}", said.stderr);
+    assert!(said.stderr.contains("in use") && !said.stderr.contains(".rs"), "{}", said.stderr);
 }
 
 #[test]

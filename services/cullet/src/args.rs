@@ -1,6 +1,7 @@
 //! What a person types.
 
 use clap::{Args, Parser, Subcommand};
+use cullet_proto::WorkerId;
 use std::path::PathBuf;
 
 /// Cullet breaks things, truthfully and at scale.
@@ -13,9 +14,9 @@ pub(crate) struct Cli {
 
 const EXIT_CODES: &str = "Exit codes: 0 done · 2 the run failed · 3 an expectation of the scene \
 does not hold · 4 a picture could not be drawn (the recording is complete) · 64 bad input · \
-69 no coordinator there, or it left before the run began · 74 a file could not be read or written \
-· 130 interrupted (the recording is finished). SIGINT and SIGTERM end a run early but in order, a \
-coordinator or a worker with code 0; a second SIGINT quits at once.";
+69 no coordinator there, or it left before the run began · 74 a file could not be read or \
+written · 130 interrupted (the recording is finished). SIGINT and SIGTERM end a run early but in \
+order, a coordinator or a worker with code 0; a second SIGINT quits at once.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -83,7 +84,7 @@ pub(crate) struct Run {
 #[derive(Debug, Args)]
 pub(crate) struct Coordinator {
     /// Zenoh endpoint to listen on
-    #[arg(long, default_value = "tcp/127.0.0.1:7447")]
+    #[arg(long, default_value = "tcp/127.0.0.1:7447", value_parser = endpoint)]
     pub(crate) listen: String,
     /// Worker processes to start here
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=256))]
@@ -104,10 +105,10 @@ pub(crate) struct Coordinator {
 #[derive(Debug, Args)]
 pub(crate) struct Worker {
     /// Zenoh endpoint of the coordinator; may be given more than once
-    #[arg(long, required = true, value_name = "ENDPOINT")]
+    #[arg(long, required = true, value_name = "ENDPOINT", value_parser = endpoint)]
     pub(crate) connect: Vec<String>,
     /// Name in logs and recordings [default: from the process id]
-    #[arg(long)]
+    #[arg(long, value_parser = name)]
     pub(crate) name: Option<String>,
     /// Threads to solve with
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
@@ -124,7 +125,7 @@ pub(crate) struct Submit {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// Zenoh endpoint of the coordinator
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
     pub(crate) connect: String,
     /// Where to put what the run produced [default: runs/SCENE-N]
     #[arg(long, value_name = "DIR")]
@@ -174,4 +175,20 @@ pub(crate) struct Materials {
     /// Print as JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// An endpoint as the transport takes it: `tcp/HOST:PORT`, and what Zenoh may be told after it.
+fn endpoint(text: &str) -> Result<String, String> {
+    let place = text.split(['?', '#']).next().unwrap_or_default();
+    let parts = place.strip_prefix("tcp/").and_then(|place| place.rsplit_once(':'));
+    match parts {
+        Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
+            Ok(text.to_owned())
+        }
+        _ => Err("an endpoint is tcp/HOST:PORT, such as tcp/127.0.0.1:7447".to_owned()),
+    }
+}
+
+fn name(text: &str) -> Result<String, String> {
+    WorkerId::new(text).map(|name| name.to_string()).map_err(|error| error.to_string())
 }

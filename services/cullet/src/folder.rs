@@ -19,13 +19,24 @@ impl Folder {
     /// The folder that was asked for, made if it is not there, or a new one.
     pub(crate) fn of(asked: Option<&Path>, scene: &str) -> Result<Self, Trouble> {
         let target = asked.unwrap_or(Path::new(RUNS));
-        let mut made: Vec<PathBuf> = missing(target);
         if asked.is_none() {
+            let mut made = missing(target);
             let path = next_folder(target, scene).map_err(|error| Trouble::file(target, error))?;
             made.insert(0, path.clone());
             return Ok(Self { path, made });
         }
         refuse_taken(target)?;
+        Self::at(target)
+    }
+
+    /// That folder, made if it is not there.
+    pub(crate) fn at(target: &Path) -> Result<Self, Trouble> {
+        let made = missing(target);
+        let there = made.last().map_or(Some(target), |outermost| outermost.parent());
+        if let Some(file) = there.filter(|there| there.is_file()) {
+            let text = format!("{}: it is a file, not a folder", file.display());
+            return Err(Trouble::new(Exit::Usage, text));
+        }
         std::fs::create_dir_all(target).map_err(|error| Trouble::file(target, error))?;
         Ok(Self { path: target.to_owned(), made })
     }

@@ -2,14 +2,15 @@
 
 use crate::args;
 use crate::exit::{Exit, Trouble, print};
-use crate::run::draw;
+use crate::folder::Folder;
+use cullet_coordinator::preview::from_recording;
 use cullet_coordinator::{record, scene};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
     let told = record::inspect(&args.recording).map_err(|error| unreadable(&error))?;
     if !told.complete {
-        eprintln!("{}: cut off; what could be saved follows", args.recording.display());
+        eprintln!("{}: cut off or damaged; what could be saved follows", args.recording.display());
     }
     if args.json {
         print(told.summary.to_json())?;
@@ -21,6 +22,9 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn recover(args: &args::Recover) -> Result<Exit, Trouble> {
+    if args.recording.is_dir() {
+        return Err(Trouble::file(&args.recording, "it is a folder; name the recording in it"));
+    }
     let output = args.output.clone().unwrap_or_else(|| default_output(&args.recording));
     if output.exists() {
         let text = format!("{} is there already; name another with -o", output.display());
@@ -41,9 +45,12 @@ fn default_output(recording: &Path) -> PathBuf {
 pub(crate) fn preview(args: &args::Preview) -> Result<Exit, Trouble> {
     let beside = args.recording.parent().unwrap_or(Path::new("")).to_owned();
     let out = args.out.clone().unwrap_or(beside);
-    std::fs::create_dir_all(&out).map_err(|error| Trouble::file(&out, error))?;
-    draw(&args.recording, &out)?;
-    Ok(Exit::Done)
+    let folder = Folder::at(&out)?;
+    let drawn = from_recording(&args.recording, &folder.path);
+    drawn.map(|_| Exit::Done).map_err(|error| {
+        folder.forget();
+        unreadable(&error)
+    })
 }
 
 pub(crate) fn materials(args: &args::Materials) -> Result<Exit, Trouble> {

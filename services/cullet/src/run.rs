@@ -23,7 +23,10 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
     let outcome = run_scene(&scene, &pool, &options, &mut |news| progress.show(news));
     progress.done();
     pool.shutdown();
-    let outcome = outcome.map_err(|error| trouble(&error))?;
+    let outcome = outcome.map_err(|error| {
+        folder.forget();
+        trouble(&error)
+    })?;
     // A run without its pictures is still a run.
     let drawn = draw(&outcome.recording, out);
     if let Err(trouble) = &drawn {

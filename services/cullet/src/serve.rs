@@ -12,7 +12,7 @@ use cullet_coordinator::link::{
 };
 use cullet_coordinator::run::{News, RunOptions, next_folder, run as run_scene};
 use cullet_coordinator::scene::{Bundle, Scene, SceneFile, load_bundle};
-use cullet_worker::WorkerConfig;
+use cullet_worker::{WorkerConfig, WorkerError};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -21,8 +21,7 @@ use std::time::{Duration, Instant};
 const PERIOD: Duration = Duration::from_millis(100);
 /// Between two lines of a run's position for the client that follows.
 const NEWS_PERIOD: Duration = Duration::from_secs(2);
-/// A client that has not asked for this long is gone: a coordinator that leaves does not wait
-/// for it.
+/// A client that has not asked for this long is gone: nobody waits for it before leaving.
 const LINGER: Duration = Duration::from_secs(10);
 /// How long to look for a coordinator.
 const SEARCH: Duration = Duration::from_secs(10);
@@ -181,6 +180,9 @@ fn bundle(files: Vec<(String, Vec<u8>)>, overrides: Vec<String>) -> Result<Bundl
 pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
     say_logs(&args.voice);
     let name = args.name.clone().unwrap_or_else(|| format!("worker-{}", std::process::id()));
+    if !args.voice.quiet && !args.parent_watch {
+        eprintln!("{name} asks {} for jobs, as soon as it is there", args.connect.join(", "));
+    }
     let config = WorkerConfig {
         connect: args.connect.clone(),
         name,
@@ -189,7 +191,12 @@ pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
         stop: stop_when_told("the job at hand is given back")?,
         ..WorkerConfig::default()
     };
-    cullet_worker::run(config).map_err(|error| Trouble::new(Exit::Failed, error))?;
+    let exit = |error: &WorkerError| match error {
+        WorkerError::Connect { .. } => Exit::Unreachable,
+        WorkerError::Threads { .. } => Exit::Failed,
+        WorkerError::NoEndpoint | WorkerError::Wire(_) => Exit::Usage,
+    };
+    cullet_worker::run(config).map_err(|error| Trouble::new(exit(&error), error))?;
     Ok(Exit::Done)
 }
 

@@ -47,7 +47,7 @@ impl Default for Detail {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
     /// A parameter is outside its bounds, or not a number.
-    #[error("{what} is {value}; it must lie in [{low:e}, {high:e}]")]
+    #[error("{what} is {value:e}; it must lie in [{low:e}, {high:e}]")]
     OutOfRange {
         /// Which parameter.
         what: &'static str,

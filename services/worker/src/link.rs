@@ -56,8 +56,10 @@ impl Line {
         }
         let (coordinator, worker) =
             (WorkerId::new(&config.coordinator)?, WorkerId::new(&config.name)?);
-        let failed =
-            |text: String| WorkerError::Connect { endpoints: config.connect.join(", "), text };
+        let failed = |text: String| WorkerError::Connect {
+            endpoints: config.connect.join(", "),
+            text: transport::plain(&text),
+        };
         let mut settings = zenoh::Config::default();
         for (path, value) in transport::worker(&config.connect, config.patience) {
             settings.insert_json5(path, &value).map_err(|e| failed(format!("{path}: {e}")))?;

@@ -59,9 +59,11 @@ impl Net {
 pub(super) fn open(settings: &[(&'static str, String)]) -> Result<zenoh::Session, String> {
     let mut config = zenoh::Config::default();
     for (path, value) in settings {
-        config.insert_json5(path, value).map_err(|e| format!("{path} = {value}: {e}"))?;
+        config
+            .insert_json5(path, value)
+            .map_err(|e| transport::plain(&format!("{path} = {value}: {e}")))?;
     }
-    zenoh::open(config).wait().map_err(|e| e.to_string())
+    zenoh::open(config).wait().map_err(|e| transport::plain(&e.to_string()))
 }
 
 /// A port 0 becomes a free one.

@@ -149,7 +149,9 @@ impl Workshop<'_> {
             ("spin", body.spin, MAX_SPIN, "rad/s"),
         ];
         for (key, value, limit, unit) in limits {
-            let size = Vec3::from(value).norm();
+            let value = Vec3::from(value);
+            // What is too large to be squared is told by its greatest component.
+            let size = if value.norm().is_finite() { value.norm() } else { value.amax() };
             if size > limit {
                 let message = format!(
                     "must be at most {} {unit} long; it is {} {unit}",
@@ -251,7 +253,7 @@ impl Workshop<'_> {
 const MIN_LENGTH: f64 = 1e-6;
 
 /// Farthest place from the world's origin \[m\]: farther, contacts lose their digits.
-const MAX_DISTANCE: f64 = 1e5;
+pub(super) const MAX_DISTANCE: f64 = 1e5;
 
 /// Fastest body \[m/s\]: faster than that nothing here is brittle fracture any more.
 const MAX_SPEED: f64 = 1e4;

@@ -98,7 +98,7 @@ pub struct Tiers {
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 1))]
     pub tiny: f64,
     /// Below this share a fragment is unbreakable \[1\].
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 1))]
+    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.98))]
     pub small: f64,
 }
 
@@ -176,7 +176,7 @@ pub struct Material {
     pub preset: Option<String>,
     /// Mass density \[kg/m³\].
     #[serde(default)]
-    #[schemars(schema_with = "unit::density", extend("exclusiveMinimum" = 0, "maximum" = 30000))]
+    #[schemars(schema_with = "unit::density", extend("minimum" = 0.01, "maximum" = 30000))]
     pub density: Option<f64>,
     /// Young's modulus E \[Pa\].
     #[serde(default)]
@@ -186,7 +186,7 @@ pub struct Material {
     #[serde(default)]
     #[schemars(
         schema_with = "unit::ratio",
-        extend("exclusiveMinimum" = -1, "exclusiveMaximum" = 0.5)
+        extend("minimum" = -0.99, "maximum" = 0.4999)
     )]
     pub poisson: Option<f64>,
     /// Tensile strength σ_f \[Pa\].

@@ -18,6 +18,7 @@ mod files;
 mod form;
 pub mod format;
 mod generate;
+mod limits;
 mod material;
 pub mod meshes;
 mod overlap;

@@ -1,11 +1,12 @@
 //! From the tree to a scene that runs: every section read, every body made and placed.
 
-use super::body::{Mould, Workshop};
-use super::check::Findings;
+use super::body::{MAX_DISTANCE, Mould, Workshop};
+use super::check::{Findings, tell};
 use super::error::{SceneError, nearest, suggest};
 use super::files::Files;
 use super::format::{self, Body, Document, Grid, Scatter, Stack};
 use super::generate::{self, Instance};
+use super::limits;
 use super::material::{self, SceneMaterial};
 use super::overlap;
 use super::tree::{Node, Path, Step, join, show};
@@ -45,7 +46,7 @@ pub(super) fn resolve(root: &Node, findings: &Findings, files: &mut Files) -> Re
     let mut builder = Builder { workshop, document, bodies: Vec::new(), paths: Vec::new() };
     builder.bodies(findings);
     builder.names(findings);
-    builder.world();
+    limits::check(&mut builder.workshop, &builder.document, builder.bodies.len());
     builder.overlaps(findings);
     builder.finish()
 }
@@ -272,6 +273,14 @@ impl Builder<'_> {
         generator: Option<&str>,
         path: &Path,
     ) {
+        let farthest = instances.iter().map(|i| i.position.norm()).fold(0.0, f64::max);
+        if generator.is_some() && farthest > MAX_DISTANCE {
+            let (most, farthest) = (tell(MAX_DISTANCE), tell(farthest));
+            let message = format!(
+                "its bodies must lie within {most} m of the origin; one lies at {farthest} m"
+            );
+            return self.workshop.wrong(path, message);
+        }
         for instance in instances {
             let anchor = if instance.by_centroid { Vec3::zeros() } else { mould.anchor };
             let centre = instance.position - instance.rotation * anchor;
@@ -348,42 +357,6 @@ impl Builder<'_> {
                 let message = format!("there is no body \"{name}\"");
                 self.workshop.wrong_with(&path, message, help);
             }
-        }
-    }
-
-    fn world(&mut self) {
-        let world = &self.document.world;
-        let (tiers, step, duration) = (world.tiers, world.step, world.duration);
-        if tiers.tiny > tiers.small {
-            let path: Path = vec!["world".into(), "tiers".into()];
-            let message = format!(
-                "`tiny` must be at most `small`; they are {} and {}",
-                tiers.tiny, tiers.small
-            );
-            self.workshop.wrong(&path, message);
-        }
-        if duration < step {
-            let path: Path = vec!["world".into(), "duration".into()];
-            let message = format!("must be at least one step, {step} s; it is {duration} s");
-            self.workshop.wrong(&path, message);
-        }
-        if let Some(view) = &self.document.view
-            && view.eye == view.target
-        {
-            self.workshop.wrong(&["view".into(), "eye".into()], "must differ from `target`");
-        }
-        if let Some(view) = &self.document.view
-            && let (Some(start), Some(end)) = (view.start, view.end)
-            && end <= start
-        {
-            let message = format!("must be after `start`, {start} s; it is {end} s");
-            self.workshop.wrong(&["view".into(), "end".into()], message);
-        }
-        let nothing = ["body", "grid", "stack", "scatter"]
-            .iter()
-            .all(|list| self.workshop.root.items(list).is_empty());
-        if nothing {
-            self.workshop.wrong(&[], "the scene has no body");
         }
     }
 

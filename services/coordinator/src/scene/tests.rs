@@ -204,7 +204,7 @@ scene.toml:8:10: material[0].preset: there is no preset \"stonewear\"
   8 | preset = \"stonewear\"
     |          ^^^^^^^^^^^
   help: did you mean `stoneware`?
-scene.toml:12:11: material[1].density: must be above 0 kg/m3; it is -3 kg/m3
+scene.toml:12:11: material[1].density: must be at least 0.01 kg/m3; it is -3 kg/m3
   12 | density = -3
      |           ^^
 scene.toml:16:18: body[0].shape.kind: \"bx\" is not one of box, sphere, \
@@ -239,7 +239,7 @@ const BAD: [(&str, &str); 14] = [
     ("body.cube.fit=1", "is for a `mesh`"),
     ("body.cube.shape.size=[1,2]", "must have 3 items; it has 2"),
     ("material.granite.strength=1 kPa", "strength over Young's modulus must lie in [1e-5, 0.1]"),
-    ("material.granite.poisson=0.5", "must be below 0.5"),
+    ("material.granite.poisson=0.5", "must be at most 0.4999"),
     ("body.cube.velocity=[inf,0,0]", "must be a finite number"),
     ("body.cube.rotation={axis=[0,0,0],degrees=3}", "must have a length above 1e-6"),
     ("expect.broken=[\"cubes\"]", "there is no body \"cubes\""),
@@ -255,6 +255,27 @@ fn bad_values_are_refused_in_words() {
         }
         let errors = errors_of(SMALL, &[set]);
         assert!(errors.contains(words), "{set} gave:\n{errors}");
+    }
+}
+
+#[test]
+fn what_does_not_fit_together_is_refused_in_words() {
+    let grid = "[[grid]]\nname = \"g\"\ncount = [2, 1, 1]\nspacing = [1e6, 0, 0]\n\
+                body = { shape = { kind = \"sphere\", radius = 0.1 }, material = \"ice\" }\n";
+    let wide = errors_of(&format!("{SMALL}{grid}"), &[]);
+    assert!(wide.contains("must lie within 100000 m of the origin; one lies at 1e6 m"), "{wide}");
+    let cases: [(&[&str], &str); 7] = [
+        (&["world.max_bodies=1"], "must be at least 2, the bodies of the scene; it is 1"),
+        (&["world.gravity=[0, 0, 1e300]"], "at most 10000 m/s2 long; a component is 1e300 m/s2"),
+        (&["world.step=1e-6", "world.duration=600"], "600 s would take 6e8 steps; at most 1e7"),
+        (&["world.duration=0.001"], "must be at least one step"),
+        (&["expect.failed={ min = 1, max = 0 }"], "they are 1 and 0"),
+        (&["world.tiers={ tiny = 0.5, small = 0.2 }"], "they are 0.5 and 0.2"),
+        (&["view={ eye = [1, 2, 3], target = [1, 2, 3] }"], "must differ from `target`"),
+    ];
+    for (set, must_say) in cases {
+        let said = errors_of(SMALL, set);
+        assert!(said.contains(must_say), "{set:?}: {said}");
     }
 }
 

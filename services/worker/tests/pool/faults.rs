@@ -90,7 +90,7 @@ fn processes_that_never_ask_for_work_are_given_up() {
     // Somebody from elsewhere is as good.
     let _hand = Hand::hire(&pool, "w", Arc::new(solve));
     wait_for("a worker", || pool.stats().workers == 1);
-    let id = pool.open(&job("echo", 2, 0));
+    let id = pool.open(&job("echo", 2, 300));
     verdict(next(&pool, id));
 }
 
@@ -102,6 +102,7 @@ fn a_worker_told_to_stop_leaves_though_its_question_is_held() {
     // A job done: the next question finds none and is held.
     let id = pool.open(&job("echo", 1, 0));
     verdict(next(&pool, id));
+    std::thread::sleep(Duration::from_millis(500));
     hand.tell();
     wait_for("it is gone", || pool.stats().workers == 0);
     let id = pool.open(&job("echo", 2, 0));
