@@ -36,12 +36,12 @@ fn cube(count: usize, broken: bool) -> Domain {
     }
     let mut particles = Particles::at_rest(&points, 0.008, stone.density);
     for (p, x) in points.iter().enumerate() {
-        let spin = Vec3::new(3.0, -2.0, 4.0).cross(x);
-        particles.velocity[p] = spin + Vec3::new(0.3 * x.x, -0.1 * x.y, 0.2 * x.z);
         particles.damage[p] = f64::from(u8::from(broken && (x.x / spacing).rem_euclid(6.0) < 1.0));
     }
     let law = Softening::new(&stone, BAND_WIDTH * spacing);
-    let mut domain = Domain::new(particles, &stone, law, spacing);
+    let mut domain = Domain::new(particles, &stone, law, Vec3::repeat(spacing));
+    let spin = Vec3::new(3.0, -2.0, 4.0);
+    domain.launch(|x| spin.cross(x) + Vec3::new(0.3 * x.x, -0.1 * x.y, 0.2 * x.z));
     domain.advance();
     domain
 }

@@ -40,6 +40,8 @@ pub struct Response {
     pub damage: f64,
     /// Energy lost to new damage per volume \[J/m³\].
     pub dissipated: f64,
+    /// Unit direction of the greatest principal stress where damage grew; else zero.
+    pub normal: [f64; 3],
 }
 
 /// State of a point before the law is asked.
@@ -94,13 +96,13 @@ impl Softening {
     pub fn respond(&self, effective: &Sym3, state: State) -> Response {
         let strength = self.strength * state.strength;
         if state.damage <= 0.0 && below(effective, strength) {
-            return Response { stress: *effective, damage: state.damage, dissipated: 0.0 };
+            return Response::held(effective, state.damage);
         }
         self.respond_damaged(effective, state, strength)
     }
 
     fn respond_damaged(&self, effective: &Sym3, state: State, strength: f64) -> Response {
-        let held = Response { stress: *effective, damage: state.damage, dissipated: 0.0 };
+        let held = Response::held(effective, state.damage);
         let reached = self.threshold(state.damage);
         let trace = effective[0] + effective[1] + effective[2];
         let fixed = state.damage >= 1.0 || (state.shielded && trace < 0.0);
@@ -112,7 +114,8 @@ impl Softening {
             return Response { stress: effective.map(|s| s * (1.0 - state.damage)), ..held };
         }
         let (values, vectors) = eigen(effective);
-        let largest = values[0].max(values[1]).max(values[2]);
+        let first = (0..3).fold(0, |m, k| if values[k] > values[m] { k } else { m });
+        let largest = values[first];
         let asked = match (grows, state.sudden) {
             (true, true) => 1.0,
             (true, false) => self.damage(largest / strength),
@@ -136,7 +139,17 @@ impl Softening {
         }
         // ∫ ½σ̄²/E dc from threshold κ₀ to κ₁ is ½σ̄₁²/E (c₁−c₀) κ₀/κ₁ in uniaxial tension.
         let mean = if grows { reached * strength / largest } else { 0.0 };
-        Response { stress, damage, dissipated: energy.max(0.0) * (damage - state.damage) * mean }
+        let dissipated = energy.max(0.0) * (damage - state.damage) * mean;
+        let normal = if grows { vectors[first] } else { [0.0; 3] };
+        Response { stress, damage, dissipated, normal }
+    }
+}
+
+impl Response {
+    /// Nothing changes.
+    #[inline]
+    fn held(stress: &Sym3, damage: f64) -> Self {
+        Self { stress: *stress, damage, dissipated: 0.0, normal: [0.0; 3] }
     }
 }
 

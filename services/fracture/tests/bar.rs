@@ -49,18 +49,19 @@ impl Bar {
         let points = sample::poisson(&inside, 0.5 * h, self.seed).expect("points");
         let mut particles =
             Particles::at_rest(&points, mesh.signed_volume(), self.material.density);
-        particles.volume = quadrature::volumes(&points, &inside, h, mesh.signed_volume());
+        particles.volume =
+            quadrature::volumes(&points, &inside, Vec3::repeat(h), mesh.signed_volume());
         for (p, x) in points.iter().enumerate() {
             // The grips hold.
             particles.strength[p] = if x.x.abs() > 0.7 * half { 10.0 } else { strength(x) };
-            particles.velocity[p].x = self.speed * (x.x / (0.9 * half)).clamp(-1.0, 1.0);
             if x.y + 0.5 * self.size.y < self.notch && x.x.abs() < 0.5 * h {
                 particles.damage[p] = 1.0;
             }
         }
         let law = Softening::new(&self.material, BAND_WIDTH * h);
-        let mut domain = Domain::new(particles, &self.material, law, h);
+        let mut domain = Domain::new(particles, &self.material, law, Vec3::repeat(h));
         let speed = self.speed;
+        domain.launch(|x| Vec3::x() * (speed * (x.x / (0.9 * half)).clamp(-1.0, 1.0)));
         let grip = move |at: Vec3| {
             (at.x.abs() > 0.9 * half).then(|| Vec3::new(speed * at.x.signum(), 0.0, 0.0))
         };
@@ -95,11 +96,11 @@ impl Bar {
 
 /// Mean σ_xx within `reach` of the middle \[Pa\].
 fn mean_stress(domain: &Domain, reach: f64) -> f64 {
-    let particles = &domain.particles;
+    let (particles, stresses) = (&domain.particles, domain.stresses());
     let (mut sum, mut volume) = (0.0, 0.0);
     for (p, x) in particles.reference.iter().enumerate() {
         if x.x.abs() < reach {
-            sum += particles.stress[p][0] * particles.volume[p];
+            sum += stresses[p][0] * particles.volume[p];
             volume += particles.volume[p];
         }
     }

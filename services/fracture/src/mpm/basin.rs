@@ -50,8 +50,8 @@ const PER_CELL: f64 = 8.0;
 /// What the extraction needs to know of a material and a solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {
-    /// Grid spacing h \[m\].
-    pub spacing: f64,
+    /// Size of a cell along each axis \[m\].
+    pub spacing: Vec3,
     /// Speed of shear waves \[m/s\].
     pub shear_speed: f64,
     /// G_f/ρ \[J·m/kg\].
@@ -76,7 +76,7 @@ pub struct Cracks {
 pub fn cracks(particles: &Particles, rules: &Rules) -> Cracks {
     let lattice = Lattice::new(&particles.reference, rules.spacing);
     let (weights, times) = lattice.times(particles);
-    let pause = LEAST_STANDING * rules.spacing / rules.shear_speed;
+    let pause = LEAST_STANDING * rules.spacing.max() / rules.shear_speed;
     let mut labels = lattice.labels(&weights, &times, pause);
     let (drawn, crushed) = lattice.divide(&mut labels, &weights, &times, particles, rules);
     let mut membership = vec![0.0; particles.len()];
@@ -164,7 +164,7 @@ impl Lattice {
         let size = |n: usize| {
             let rate = rates[n] / weights[n];
             let grady = libm::cbrt(24.0 * rules.toughness / (rate * rate).max(f64::MIN_POSITIVE));
-            (grady / self.spacing).max(LEAST_SIZE)
+            (grady / self.spacing.max()).max(LEAST_SIZE)
         };
         let mut order = zone.clone();
         order.sort_unstable_by_key(|&n| (scramble(scramble(rules.seed ^ STREAM) ^ n as u64), n));
@@ -292,7 +292,8 @@ mod tests {
     use crate::particles::Particles;
     use cullet_geometry::Vec3;
 
-    const RULES: Rules = Rules { spacing: 1.0, shear_speed: 1.0, toughness: 1.0, seed: 5 };
+    const RULES: Rules =
+        Rules { spacing: Vec3::new(1.0, 1.0, 1.0), shear_speed: 1.0, toughness: 1.0, seed: 5 };
 
     /// A bar of 20 × 6 × 6 cells, eight points a cell; `time` says when a point broke.
     fn bar(time: impl Fn(&Vec3) -> Option<f64>) -> (Particles, Cracks) {

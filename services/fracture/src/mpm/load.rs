@@ -46,8 +46,9 @@ impl Load {
     /// follows from ½ m* v² = E.
     #[must_use]
     pub fn new(impact: &Impact, domain: &Domain, duration: f64, mobility: f64) -> Self {
-        let radius = impact.radius.max(LEAST_RADIUS * domain.spacing);
-        let depth = DEPTH * domain.spacing;
+        let spacing = &domain.grid.spacing;
+        let radius = impact.radius.max(LEAST_RADIUS * spacing.max());
+        let depth = DEPTH * spacing.component_mul(&impact.normal).norm();
         let particles = &domain.particles;
         let mut shares: Vec<(u32, f64)> = Vec::new();
         let mut near: Vec<(f64, u32)> = Vec::new();

@@ -2,6 +2,7 @@
 
 use crate::cut::{self, CutSettings, DamageField};
 use crate::damage::{BAND_WIDTH, Softening};
+use crate::mpm::domain::{SAFETY, stable_step};
 use crate::mpm::door::{
     PER_CELL, check_impacts, check_material, check_thickness, sample_points, spacing, within,
 };
@@ -101,7 +102,7 @@ impl Solver for Brittle {
                 limit: most,
             });
         }
-        let step = crate::mpm::domain::COURANT * spacing / problem.material.pressure_speed();
+        let step = SAFETY * stable_step(&problem.material, spacing);
         let steps = Clock::new(problem).end / step;
         let limit = f64::from(problem.settings.max_steps);
         if steps > limit {
@@ -119,13 +120,14 @@ impl Solver for Brittle {
         within("the number of particles", points.len() as f64, LEAST_PARTICLES as f64, 1e9)?;
         check_thickness(&problem, &points, spacing)?;
         let material = &problem.material;
+        let cell = Vec3::repeat(spacing);
         let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
-        particles.volume = quadrature::volumes(&points, &inside, spacing, mesh.signed_volume());
+        particles.volume = quadrature::volumes(&points, &inside, cell, mesh.signed_volume());
         for (strength, x) in particles.strength.iter_mut().zip(&points) {
             *strength = variation::strength(x, spacing, problem.seed);
         }
         let softening = Softening::new(material, BAND_WIDTH * spacing);
-        let mut domain = Domain::new(particles, material, softening, spacing);
+        let mut domain = Domain::new(particles, material, softening, cell);
         let clock = Clock::new(&problem);
         let loads: Vec<Load> =
             problem.impacts.iter().map(|impact| load(impact, &problem, &domain, &clock)).collect();
@@ -179,7 +181,7 @@ impl Brittle {
         }
         let tally = self.domain.advance();
         self.total.dissipated += tally.dissipated;
-        self.total.crushed += tally.crushed;
+        self.total.crushed = self.total.crushed.max(tally.crushed);
         self.total.broken += tally.broken;
         self.fastest = self.fastest.max(tally.fastest);
         let points = self.domain.particles.len() as f64;
@@ -202,7 +204,7 @@ impl Brittle {
         if !self.domain.is_finite() {
             return Err(Failure::NotFinite { what: "position or velocity", step });
         }
-        let kinetic = self.domain.particles.kinetic_energy(self.domain.spacing);
+        let kinetic = self.domain.kinetic_energy();
         let energy = kinetic + self.domain.elastic_energy();
         if !energy.is_finite() {
             return Err(Failure::NotFinite { what: "energy", step });
@@ -229,7 +231,7 @@ impl Brittle {
         let (positions, damage, damage_time) = self.field();
         let cracks = basin::cracks(&self.domain.particles, &self.rules());
         let field = DamageField {
-            spacing: self.domain.spacing,
+            spacing: self.domain.grid.spacing.x,
             positions: &positions,
             damage: &cracks.membership,
             damage_time: &damage_time,
@@ -251,12 +253,8 @@ impl Brittle {
                 cracks.crushed, cracks.drawn
             ));
         }
-        let motions = motion::of_parts(
-            &self.domain.particles,
-            &partition.particle_part,
-            partition.parts.len(),
-            self.domain.spacing,
-        );
+        let motions =
+            motion::of_parts(&self.domain, &partition.particle_part, partition.parts.len());
         let mut fragments: Vec<Fragment> = partition
             .parts
             .into_iter()
@@ -278,7 +276,7 @@ impl Brittle {
     fn rules(&self) -> basin::Rules {
         let material = &self.problem.material;
         basin::Rules {
-            spacing: self.domain.spacing,
+            spacing: self.domain.grid.spacing,
             shear_speed: material.shear_speed(),
             toughness: material.fracture_energy / material.density,
             seed: self.problem.seed,
@@ -302,7 +300,7 @@ impl Brittle {
         let damaged = damage.iter().filter(|&&c| c > 0.5).count();
         let mut report = Report {
             solver: Self::NAME.to_owned(),
-            spacing: self.domain.spacing,
+            spacing: self.domain.grid.spacing.x,
             particles: particles as u64,
             steps: self.domain.steps,
             simulated: self.domain.time,
@@ -327,7 +325,7 @@ impl Brittle {
         }
         let crushed = self.total.crushed;
         if crushed > 0 {
-            warnings.push(format!("crushed: {crushed} times a point reached J = 0.2 (F07)"));
+            warnings.push(format!("crushed: {crushed} points were at J = 0.2 at one time (F07)"));
         }
         let quiet = self.domain.time - self.last_growth;
         if quiet < self.clock.transit {
@@ -337,7 +335,7 @@ impl Brittle {
                 self.clock.transit
             ));
         }
-        let drift = self.fastest.sqrt() * self.domain.step / self.domain.spacing;
+        let drift = self.fastest.sqrt() * self.domain.step / self.domain.grid.spacing.min();
         if drift > 0.2 {
             warnings.push(format!("fast: a point moved {drift:.2} cells in a step (F04)"));
         }
