@@ -9,6 +9,7 @@ mod lanes;
 mod law;
 mod pass;
 mod spline;
+mod tension;
 
 pub use pass::{Path, Precision};
 pub(crate) use {law::Law, pass::Kernel};

@@ -1,15 +1,16 @@
 //! A block of elements: their points, sixteen elements side by side, and the nodes they share.
 
 use super::lanes::{Field, LANES, Lanes, Real, V, load, store};
-use super::law::{Law, NEVER, Stiffness, idle, second_piola};
+use super::law::{Law, Stiffness, WATCH, idle, second_piola};
 use super::spline::{basis, fall, gather, rise, scatter};
+use super::tension::pulled;
 use super::{Stencil, gather as gather_one};
 use crate::mpm::domain::Tally;
 use crate::mpm::elastic::CRUSHED;
 use crate::mpm::grid::{AROUND, Element, Nodes};
 use crate::particles::{Particles, View};
 use cullet_geometry::Vec3;
-use fearless_simd::{Simd, SimdBase, SimdMask};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask};
 use std::cmp::Reverse;
 
 /// A displacement \[m\] that is none: less would be subnormal in f32.
@@ -28,8 +29,12 @@ struct Slot<R> {
     at: [Lanes<R>; 3],
     /// Minus the volume \[m³\]; none where there is no point.
     weight: Lanes<R>,
-    /// Stress that the point bears for certain \[Pa\].
+    /// Principal stress below which damage does not grow \[Pa\].
     limit: Lanes<R>,
+    /// Damage \[1\].
+    damage: Lanes<R>,
+    /// Whether there is any.
+    damaged: bool,
     /// The point, counted from the block's first, or [`NONE`].
     point: [u32; LANES],
 }
@@ -50,7 +55,7 @@ pub(super) struct Block<R> {
     /// The nodes, ascending.
     pub(super) nodes: Vec<u32>,
     tiles: Vec<Tile<R>>,
-    /// The limits are not those of the points.
+    /// The limits and the damage are not those of the points.
     pub(super) stale: bool,
 }
 
@@ -129,12 +134,12 @@ impl<R: Real> Block<R> {
         cold.tallies.into_iter().fold(Tally::default(), Tally::add)
     }
 
-    /// Takes the limits from the points.
+    /// Takes limits and damage from the points.
     fn watch(&mut self, law: &Law, view: &View<'_>) {
         for slot in self.tiles.iter_mut().flat_map(|tile| &mut tile.slots) {
             for lane in 0..LANES {
                 if slot.point[lane] != NONE {
-                    slot.limit.0[lane] = R::of(law.limit(view, slot.point[lane] as usize));
+                    slot.watch(lane, law, view);
                 }
             }
         }
@@ -145,8 +150,16 @@ impl<R: Real> Block<R> {
 impl<R: Real> Slot<R> {
     fn empty() -> Self {
         let zero = Lanes([R::of(0.0); LANES]);
-        let limit = Lanes([R::of(-NEVER); LANES]);
-        Self { at: [zero; 3], weight: zero, limit, point: [NONE; LANES] }
+        let limit = Lanes([R::of(WATCH); LANES]);
+        let (weight, damage, point) = (zero, zero, [NONE; LANES]);
+        Self { at: [zero; 3], weight, limit, damage, damaged: false, point }
+    }
+
+    fn watch(&mut self, lane: usize, law: &Law, view: &View<'_>) {
+        let p = self.point[lane] as usize;
+        self.limit.0[lane] = R::of(law.limit(view, p));
+        self.damage.0[lane] = R::of(view.damage[p]);
+        self.damaged |= view.damage[p] > 0.0;
     }
 
     fn put(&mut self, lane: usize, x: &Vec3, spacing: &Vec3, volume: f64) {
@@ -227,10 +240,18 @@ fn column<S: Simd, R: Real>(
             let [x, y, z] = gather(simd, &b, field, c, lane);
             h[c] = [x * hx, y * hy, z * hz];
         }
-        let (mut s, square) = second_piola(simd, &h, &stiffness);
-        let idle = idle::<S, R>(simd, &s, square, load(simd, &slot.limit, lane));
+        let (effective, square) = second_piola(simd, &h, &stiffness);
+        let idle = idle::<S, R>(simd, &effective, square, load(simd, &slot.limit, lane));
+        let mut s = effective;
+        if slot.damaged {
+            let damage = load(simd, &slot.damage, lane);
+            let taken = pulled::<S, R>(simd, &effective);
+            for k in 0..6 {
+                s[k] = damage.simd_gt(zero).select(s[k] - damage * taken[k], s[k]);
+            }
+        }
         if !idle.all_true() {
-            cold.weaken::<S, R>(slot, &tile.nodes, lane, idle, &mut s, square);
+            cold.weaken::<S, R>(slot, &tile.nodes, lane, idle, (&effective, &mut s), square);
         }
         let v = load(simd, &slot.weight, lane);
         let s = [s[0] * v, s[1] * v, s[2] * v, s[3] * v, s[4] * v, s[5] * v];
@@ -245,7 +266,7 @@ fn column<S: Simd, R: Real>(
     }
 }
 
-/// What the few points need that damage has to do with.
+/// What the few points need whose damage may grow.
 struct Cold<'a, 'b> {
     law: &'a Law,
     nodes: &'a Nodes,
@@ -256,7 +277,7 @@ struct Cold<'a, 'b> {
 }
 
 impl Cold<'_, '_> {
-    /// Damage of those lanes that are not idle, point by point in f64.
+    /// Damage of those lanes where it may grow, point by point in f64.
     #[inline(never)]
     fn weaken<S: Simd, R: Real>(
         &mut self,
@@ -264,7 +285,7 @@ impl Cold<'_, '_> {
         nodes: &[[u16; AROUND]; LANES],
         first: usize,
         idle: <V<S, R> as SimdBase<S>>::Mask,
-        stress: &mut [V<S, R>; 6],
+        (effective, stress): (&[V<S, R>; 6], &mut [V<S, R>; 6]),
         square: V<S, R>,
     ) {
         for k in 0..V::<S, R>::LEN {
@@ -276,7 +297,7 @@ impl Cold<'_, '_> {
             let crushed = square[k].wide() <= CRUSHED * CRUSHED;
             let tally = &mut self.tallies[lane];
             tally.crushed += u32::from(crushed);
-            let effective = [0, 1, 2, 3, 4, 5].map(|i| stress[i][k].wide());
+            let effective = [0, 1, 2, 3, 4, 5].map(|i| effective[i][k].wide());
             let x = self.view.reference[p];
             let rate = || {
                 let velocity = |node: u16| self.nodes.velocity[self.ids[node as usize] as usize];
@@ -289,9 +310,7 @@ impl Cold<'_, '_> {
             for i in 0..6 {
                 stress[i][k] = R::of(weakened[i]);
             }
-            if self.view.damage[p] > 0.0 {
-                slot.limit.0[lane] = R::of(NEVER);
-            }
+            slot.watch(lane, self.law, self.view);
         }
     }
 }

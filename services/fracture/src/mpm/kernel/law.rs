@@ -1,6 +1,7 @@
 //! What strain makes of a point: stress of many at once, damage of the few that have any.
 
 use super::lanes::{Real, V};
+use super::tension::adjugate;
 use crate::damage::{Softening, State};
 use crate::mpm::domain::Tally;
 use crate::mpm::elastic::{CRUSHED, Elastic};
@@ -12,10 +13,7 @@ use std::ops::{Add, Mul};
 
 /// Stress, in Pa, above any that is looked at without the law: three of them multiply to a number
 /// that f32 still has.
-const WATCH: f64 = 1e12;
-
-/// A limit that no stress is below.
-pub(super) const NEVER: f64 = -1e12;
+pub(super) const WATCH: f64 = 1e12;
 
 /// What a point needs to know.
 #[derive(Clone, Copy, Debug)]
@@ -77,14 +75,7 @@ pub(super) fn second_piola<S: Simd, R: Real>(
     let (two, four, eight) = (R::of(2.0), R::of(4.0), R::of(8.0));
     let one = V::<S, R>::splat(simd, R::of(1.0));
     let e = green_strain::<S, R>(h);
-    let adjoint = [
-        e[1] * e[2] - e[4] * e[4],
-        e[2] * e[0] - e[5] * e[5],
-        e[0] * e[1] - e[3] * e[3],
-        e[4] * e[5] - e[2] * e[3],
-        e[5] * e[3] - e[0] * e[4],
-        e[3] * e[4] - e[1] * e[5],
-    ];
+    let adjoint = adjugate::<S, R>(&e);
     let trace = e[0] + e[1] + e[2];
     let minors = adjoint[0] + adjoint[1] + adjoint[2];
     let det = e[0] * adjoint[0] + e[3] * adjoint[3] + e[5] * adjoint[5];
@@ -106,7 +97,7 @@ pub(super) fn second_piola<S: Simd, R: Real>(
     (stress, square)
 }
 
-/// Which points the law has nothing to do with: every principal stress lies below `limit` and the
+/// Which points change nothing: no principal stress reaches `limit`, where damage grows, and the
 /// point is not crushed.
 #[inline(always)]
 pub(super) fn idle<S: Simd, R: Real>(
@@ -132,13 +123,14 @@ impl Law {
         (view.strength[p] * lone, lone)
     }
 
-    /// Stress \[Pa\] below which the law has nothing to do with a point, until a crack comes near.
+    /// Principal stress \[Pa\] below which damage does not grow, until a crack comes near.
     pub(super) fn limit(&self, view: &View<'_>, p: usize) -> f64 {
-        if view.damage[p] > 0.0 {
-            return NEVER;
+        if view.damage[p] >= 1.0 {
+            return WATCH;
         }
         let time = if view.front_time[p] < f64::INFINITY { f64::INFINITY } else { self.time };
-        (self.softening.strength * self.strength(view, p, time).0).min(WATCH)
+        let reached = self.softening.threshold(view.damage[p]);
+        (self.softening.strength * self.strength(view, p, time).0 * reached).min(WATCH)
     }
 
     /// Damages a point of `effective` stress \[Pa\] and returns what is left of that; `rate` is

@@ -54,6 +54,13 @@ impl Path {
     }
 }
 
+impl std::fmt::Display for Path {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = format!("{:?}", self.0);
+        f.write_str(name.split('(').next().unwrap_or_default())
+    }
+}
+
 /// The blocks of a body in one precision.
 #[derive(Clone, Debug)]
 struct Pass<R> {
