@@ -11,7 +11,7 @@ use crate::mpm::symmetric::{Sym3, below, eigen};
 /// bar that is equally strong everywhere breaks in 3.9 h at once, as the 1-D prototype of the
 /// failure atlas does, and dissipates up to twice as much. Measure again when the kernel, the
 /// sampling or the damage law changes.
-pub const BAND_WIDTH: f64 = 1.97;
+pub const BAND_WIDTH: f64 = 2.05;
 
 /// Share of the snap-back stress √(2EG_f/l) to which the strength is capped (F01).
 ///

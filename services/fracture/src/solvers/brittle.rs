@@ -175,6 +175,12 @@ impl Solver for Brittle {
 }
 
 impl Brittle {
+    /// The body on its grid as it is now.
+    #[must_use]
+    pub fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
     fn step(&mut self) -> Result<(), Failure> {
         for load in &mut self.loads {
             self.work += load.push(&mut self.domain);
