@@ -1,14 +1,14 @@
 //! The time step: nodes to points, stress and damage, points to nodes.
 
 use super::contact::Contact;
-use super::elastic::{CRUSHED, Elastic, green_strain, matrix};
+use super::elastic::{Elastic, green_strain};
 use super::front::Front;
-use super::grid::{AROUND, Element, Grid};
-use super::kernel::{Stencil, gather, packed, scatter, vector};
+use super::grid::{Element, Grid};
+use super::kernel::{Kernel, Law, Path, Precision, Stencil, gather, packed, vector};
 use super::separation::Separation;
 use crate::damage::{Softening, State};
 use crate::material::Material;
-use crate::particles::{Particles, View};
+use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -24,9 +24,6 @@ const UNBREAKABLE: f64 = 1e12;
 /// Steps between looks at what has parted: a crack at Rayleigh's speed comes less than two cells
 /// far (F21).
 const REFRESH: u64 = 4;
-
-/// Elements of a piece of work.
-const CHUNK: usize = 16;
 
 /// Nodes of a piece of work.
 const NODES: usize = 512;
@@ -74,7 +71,7 @@ pub struct Domain {
     front: Option<Front>,
     separation: Separation,
     contact: Contact,
-    forces: Vec<[f64x4; AROUND]>,
+    kernel: Kernel,
     slot: Vec<u32>,
     /// Points that broke since nodes were last parted, by id.
     broken: Vec<u32>,
@@ -96,7 +93,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    fn add(mut self, other: Self) -> Self {
+    pub(super) fn add(mut self, other: Self) -> Self {
         self.dissipated += other.dissipated;
         self.grown += other.grown;
         self.broken += other.broken;
@@ -142,6 +139,7 @@ impl Domain {
     ) -> Self {
         let grid = Grid::new(&mut particles, spacing);
         let separation = Separation::new(&particles, &spacing);
+        let kernel = Kernel::new(&grid, &particles, Precision::default(), Path::best());
         let mut domain = Self {
             step: SAFETY * stable_step(material, spacing.min()),
             particles,
@@ -155,13 +153,18 @@ impl Domain {
             front: None,
             separation,
             contact: Contact::default(),
-            forces: Vec::new(),
+            kernel,
             slot: Vec::new(),
             broken: Vec::new(),
         };
         domain.locate();
         domain.watch(material);
         domain
+    }
+
+    /// Does the points' pass in another precision and on another path of the processor.
+    pub fn select(&mut self, precision: Precision, path: Path) {
+        self.kernel = Kernel::new(&self.grid, &self.particles, precision, path);
     }
 
     /// Where the cap on strength is for cracks that grow, keeps track of where those are.
@@ -182,10 +185,13 @@ impl Domain {
     /// Lets a crack that is at the point `id` at `time` \[s\] grow from there.
     pub fn open(&mut self, id: u32, time: f64) {
         let (slots, times) = (&self.slot, &mut self.particles.front_time);
+        let kernel = &mut self.kernel;
         if let Some(front) = &self.front {
             front.around(id, |other, delay| {
-                let known = &mut times[slots[other as usize] as usize];
+                let slot = slots[other as usize];
+                let known = &mut times[slot as usize];
                 *known = known.min(time + delay);
+                kernel.touch(slot);
             });
         }
     }
@@ -195,7 +201,6 @@ impl Domain {
         for (p, &id) in self.particles.id.iter().enumerate() {
             self.slot[id as usize] = p as u32;
         }
-        self.forces.resize(self.grid.elements.len(), [f64x4::splat(0.0); AROUND]);
     }
 
     /// Where the point that was given as number `id` is now.
@@ -253,6 +258,7 @@ impl Domain {
 
     fn parted(&mut self) {
         self.locate();
+        self.kernel.refresh(&self.grid, &self.particles);
         self.contact = Contact::new(&self.grid.nodes, &self.grid.spacing);
     }
 
@@ -315,42 +321,15 @@ impl Domain {
             elastic: self.elastic,
             softening: self.softening,
             spacing: self.grid.spacing,
-            gain: self.grid.spacing.map(|h| 4.0 / h),
             time: self.time + self.step,
-            lone: 1.0 / self.softening.strength_ratio,
         };
-        let (elements, nodes) = (&self.grid.elements, &self.grid.nodes);
-        let starts = elements.iter().step_by(CHUNK).map(|e| e.first);
-        let starts: Vec<u32> = starts.chain([self.particles.len() as u32]).collect();
-        let mut views = self.particles.views(&starts);
-        let tallies: Vec<Tally> = views
-            .par_iter_mut()
-            .zip(elements.par_chunks(CHUNK))
-            .zip(self.forces.par_chunks_mut(CHUNK))
-            .map(|((view, elements), forces)| {
-                let first = elements[0].first as usize;
-                let mut tally = Tally::default();
-                for (element, forces) in elements.iter().zip(forces) {
-                    let range = element.points();
-                    let nodes = Local {
-                        displacement: element.nodes.map(|n| nodes.displacement[n as usize]),
-                        velocity: element.nodes.map(|n| &nodes.velocity[n as usize]),
-                    };
-                    *forces = [f64x4::splat(0.0); AROUND];
-                    for p in range.start - first..range.end - first {
-                        law.point(view, p, &nodes, forces, &mut tally);
-                    }
-                }
-                tally
-            })
-            .collect();
-        tallies.into_iter().fold(Tally::default(), Tally::add)
+        self.kernel.strain(&law, &self.grid, &mut self.particles)
     }
 
     /// Velocities after the step; the greatest |v|².
     fn accelerate(&mut self) -> f64 {
-        let (grid, step, forces) = (&mut self.grid, self.step, &self.forces);
-        let (rows, spacing, grip) = (&grid.rows, grid.spacing, self.grip.as_ref());
+        let (grid, step, kernel) = (&mut self.grid, self.step, &self.kernel);
+        let (spacing, grip) = (grid.spacing, self.grip.as_ref());
         let (mass, place) = (&grid.nodes.mass, &grid.nodes.place);
         let fastest: Vec<f64> = grid
             .nodes
@@ -361,11 +340,7 @@ impl Domain {
                 let mut fastest = 0.0_f64;
                 for (i, v) in velocities.iter_mut().enumerate() {
                     let n = chunk * NODES + i;
-                    let mut sum = f64x4::splat(0.0);
-                    for &row in rows.of(n) {
-                        sum += forces[row as usize / AROUND][row as usize % AROUND];
-                    }
-                    *v += sum * f64x4::splat(step * inverse(mass[n]));
+                    *v += kernel.force(n) * f64x4::splat(step * inverse(mass[n]));
                     if let Some(grip) = grip {
                         let x = Vec3::from(place[n].map(f64::from)).component_mul(&spacing);
                         if let Some(held) = grip.0(x) {
@@ -485,63 +460,4 @@ impl Domain {
 
 fn inverse(mass: f64) -> f64 {
     if mass > 0.0 { 1.0 / mass } else { 0.0 }
-}
-
-/// What an element knows of its nodes.
-struct Local<'a> {
-    displacement: [f64x4; AROUND],
-    velocity: [&'a f64x4; AROUND],
-}
-
-/// What a point needs to know.
-struct Law {
-    elastic: Elastic,
-    softening: Softening,
-    spacing: Vec3,
-    gain: Vec3,
-    time: f64,
-    /// Strength away from cracks over strength at them \[1\].
-    lone: f64,
-}
-
-impl Law {
-    #[inline]
-    fn point(
-        &self,
-        view: &mut View<'_>,
-        p: usize,
-        nodes: &Local<'_>,
-        forces: &mut [f64x4; AROUND],
-        tally: &mut Tally,
-    ) {
-        let stencil = Stencil::new(&view.reference[p], &self.spacing);
-        let (_, h) = gather(&nodes.displacement, &stencil, &self.gain);
-        let (effective, d) = self.elastic.second_piola(&h);
-        tally.crushed += u32::from(1.0 + d <= CRUSHED * CRUSHED);
-        let lone = if self.time < view.front_time[p] { self.lone } else { 1.0 };
-        let state = State {
-            damage: view.damage[p],
-            strength: view.strength[p] * lone,
-            shielded: view.shielded[p],
-            sudden: lone > 1.0,
-        };
-        let response = self.softening.respond(&effective, state);
-        if response.damage > state.damage {
-            tally.grown += 1;
-            tally.dissipated += response.dissipated * view.volume[p];
-            view.damage[p] = response.damage;
-            view.normal[p] = Vec3::from(response.normal);
-            if state.damage <= 0.0 {
-                let (_, c) = gather(&nodes.velocity.map(|v| *v), &stencil, &self.gain);
-                view.onset_rate[p] = 0.5 * (c + c.transpose()).norm();
-            }
-            if response.damage >= 1.0 {
-                view.damage_time[p] = self.time;
-                tally.broken += 1;
-            }
-        }
-        let stress = (h + Mat3::identity()) * matrix(&response.stress) * -view.volume[p];
-        let column = |axis: usize| packed(stress.column(axis) * self.gain[axis]);
-        scatter(forces, &stencil, &[column(0), column(1), column(2)]);
-    }
 }

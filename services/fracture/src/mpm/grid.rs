@@ -91,27 +91,30 @@ impl Nodes {
     }
 }
 
-/// For each node the rows of the elements' forces that add up to its own, in order.
+/// For each node the rows of a list that are its own, in order.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
     /// First entry of each node, then their number.
     pub starts: Vec<u32>,
-    /// Element times 27 plus the node's number in it.
+    /// Rows.
     pub entries: Vec<u32>,
 }
 
 impl Rows {
-    pub(super) fn new(elements: &[Element], nodes: usize) -> Self {
+    /// For the node of each row in turn.
+    pub(super) fn new(ids: impl Iterator<Item = u32> + Clone, nodes: usize) -> Self {
         let mut starts = vec![0u32; nodes + 1];
-        for &node in elements.iter().flat_map(|e| &e.nodes) {
+        let mut rows = 0;
+        for node in ids.clone() {
             starts[node as usize + 1] += 1;
+            rows += 1;
         }
         for n in 0..nodes {
             starts[n + 1] += starts[n];
         }
         let mut next = starts.clone();
-        let mut entries = vec![0; elements.len() * AROUND];
-        for (row, &node) in elements.iter().flat_map(|e| &e.nodes).enumerate() {
+        let mut entries = vec![0; rows];
+        for (row, node) in ids.enumerate() {
             entries[next[node as usize] as usize] = row as u32;
             next[node as usize] += 1;
         }
@@ -132,26 +135,32 @@ pub struct Grid {
     pub spacing: Vec3,
     /// The nodes.
     pub nodes: Nodes,
-    /// The elements, by cell.
+    /// The elements, by cell along a Z-order curve.
     pub elements: Vec<Element>,
-    /// Where each node's forces are.
+    /// Where each node is: element times 27 plus the node's number in it.
     pub rows: Rows,
 }
 
 impl Grid {
-    /// Sorts the points by cell, ties by id, and makes the nodes they reach.
+    /// Sorts the points by cell, ties by id, and makes the nodes they reach. Cells follow a Z-order
+    /// curve, so that elements that follow each other share most of their nodes.
     #[must_use]
     pub fn new(particles: &mut Particles, spacing: Vec3) -> Self {
         let cell_of = |x: &Vec3| Stencil::new(x, &spacing).cell;
-        let mut keys: Vec<([i32; 3], u32, u32)> = (0..particles.len())
-            .map(|p| (cell_of(&particles.reference[p]), particles.id[p], p as u32))
+        let cells: Vec<[i32; 3]> = particles.reference.iter().map(cell_of).collect();
+        let low = cells.iter().fold([i32::MAX; 3], |m, c| [0, 1, 2].map(|a| m[a].min(c[a])));
+        let mut keys: Vec<(u64, u32, u32)> = cells
+            .iter()
+            .enumerate()
+            .map(|(p, cell)| (z_order(cell, &low), particles.id[p], p as u32))
             .collect();
         keys.sort_unstable();
         let order: Vec<u32> = keys.iter().map(|key| key.2).collect();
+        let sorted: Vec<[i32; 3]> = order.iter().map(|&p| cells[p as usize]).collect();
         particles.reorder(&order);
         let mut places: Vec<[i32; 3]> = Vec::new();
         let mut cells: Vec<([i32; 3], u32, u32)> = Vec::new();
-        for (p, &(cell, _, _)) in keys.iter().enumerate() {
+        for (p, &cell) in sorted.iter().enumerate() {
             match cells.last_mut() {
                 Some(last) if last.0 == cell => last.2 += 1,
                 _ => cells.push((cell, p as u32, 1)),
@@ -173,7 +182,7 @@ impl Grid {
             })
             .collect();
         let nodes = Nodes::at(places);
-        let rows = Rows::new(&elements, nodes.len());
+        let rows = Rows::new(elements.iter().flat_map(|e| e.nodes), nodes.len());
         let mut grid = Self { spacing, nodes, elements, rows };
         grid.weigh(particles);
         grid
@@ -203,6 +212,16 @@ impl Grid {
 /// The `k`-th of the 27 nodes of a cell, z fastest.
 fn shifted(cell: [i32; 3], k: usize) -> [i32; 3] {
     [cell[0] + (k / 9) as i32, cell[1] + (k / 3 % 3) as i32, cell[2] + (k % 3) as i32]
+}
+
+/// The bits of a cell's place from `low`, interleaved.
+fn z_order(cell: &[i32; 3], low: &[i32; 3]) -> u64 {
+    let mut key = 0;
+    for (axis, (c, l)) in cell.iter().zip(low).enumerate() {
+        let from_low = (c - l) as u64;
+        key |= (0..21).fold(0, |bits, b| bits | (from_low >> b & 1) << (3 * b + 2 - axis));
+    }
+    key
 }
 
 #[cfg(test)]

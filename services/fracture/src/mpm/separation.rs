@@ -415,5 +415,5 @@ fn regroup(grid: &mut Grid, particles: &mut Particles, moves: &[(u32, u32, u32)]
     }
     particles.reorder(&order);
     grid.elements = elements;
-    grid.rows = Rows::new(&grid.elements, grid.nodes.len());
+    grid.rows = Rows::new(grid.elements.iter().flat_map(|e| e.nodes), grid.nodes.len());
 }
