@@ -1,7 +1,7 @@
 //! Particle-steps a second of the full step, damage on: items are particle-steps.
 
 use cullet_fracture::Material;
-use cullet_fracture::damage::{BAND_WIDTH, Softening};
+use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, math::unit};
@@ -38,7 +38,7 @@ fn cube(count: usize, broken: bool) -> Domain {
     for (p, x) in points.iter().enumerate() {
         particles.damage[p] = f64::from(u8::from(broken && (x.x / spacing).rem_euclid(6.0) < 1.0));
     }
-    let law = Softening::new(&stone, BAND_WIDTH * spacing);
+    let law = Softening::on_grid(&stone, spacing);
     let mut domain = Domain::new(particles, &stone, law, Vec3::repeat(spacing));
     let spin = Vec3::new(3.0, -2.0, 4.0);
     domain.launch(|x| spin.cross(x) + Vec3::new(0.3 * x.x, -0.1 * x.y, 0.2 * x.z));

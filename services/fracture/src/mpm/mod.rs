@@ -18,6 +18,5 @@ pub mod motion;
 pub mod quadrature;
 mod separation;
 pub mod symmetric;
-pub mod variation;
 
 pub use domain::{Domain, Tally};

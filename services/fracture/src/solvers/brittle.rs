@@ -1,17 +1,18 @@
 //! Brittle solids: particles, MLS-MPM under the Hertz push, Rankine damage, then the exact cut.
 
 use crate::cut::{self, CutSettings, DamageField};
-use crate::damage::{BAND_WIDTH, Softening};
+use crate::damage::{Softening, WeakPlane};
 use crate::mpm::domain::{SAFETY, stable_step};
 use crate::mpm::door::{
     PER_CELL, check_impacts, check_material, check_thickness, sample_points, spacing, within,
 };
 use crate::mpm::load::{LEAST_RADIUS, Load};
-use crate::mpm::{Domain, Tally, basin, motion, quadrature, variation};
+use crate::mpm::{Domain, Tally, basin, motion, quadrature};
 use crate::particles::Particles;
 use crate::solver::{
     Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
 };
+use crate::strength::Strength;
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 
@@ -123,10 +124,13 @@ impl Solver for Brittle {
         let cell = Vec3::repeat(spacing);
         let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
         particles.volume = quadrature::volumes(&points, &inside, cell, mesh.signed_volume());
-        for (strength, x) in particles.strength.iter_mut().zip(&points) {
-            *strength = variation::strength(x, spacing, problem.seed);
+        let strength = Strength::new(&problem.strength, spacing);
+        for (factor, x) in particles.strength.iter_mut().zip(&points) {
+            *factor = strength.factor(x);
         }
-        let softening = Softening::new(material, BAND_WIDTH * spacing);
+        let mut softening = Softening::on_grid(material, spacing);
+        softening.weak_plane =
+            strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
         let mut domain = Domain::new(particles, material, softening, cell);
         let clock = Clock::new(&problem);
         let loads: Vec<Load> =

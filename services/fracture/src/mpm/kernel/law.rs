@@ -138,7 +138,8 @@ impl Law {
             return NEVER;
         }
         let time = if view.front_time[p] < f64::INFINITY { f64::INFINITY } else { self.time };
-        (self.softening.strength * self.strength(view, p, time).0).min(WATCH)
+        let strength = self.softening.strength * self.softening.weakest();
+        (strength * self.strength(view, p, time).0).min(WATCH)
     }
 
     /// Damages a point of `effective` stress \[Pa\] and returns what is left of that; `rate` is
