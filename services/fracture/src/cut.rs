@@ -45,6 +45,9 @@ pub struct DamageField<'a> {
     pub damage: &'a [f64],
     /// When damage reached 1 \[s\]; infinite where it has not.
     pub damage_time: &'a [f64],
+    /// The piece that each particle belongs to, `None` in the band of a crack; without it, pieces
+    /// are what the damage leaves connected on the lattice.
+    pub pieces: Option<&'a [Option<u32>]>,
 }
 
 /// How fine a cut may be.

@@ -24,6 +24,7 @@ fn mosaic(damaged: impl Fn(Vec3) -> bool) -> (Nodes, Mosaic) {
         positions: &positions,
         damage: &damage,
         damage_time: &damage_time,
+        pieces: None,
     };
     let mut nodes = Nodes::new(&body, &field).unwrap();
     nodes.fill();

@@ -64,6 +64,7 @@ impl Cloud {
             positions: &self.positions,
             damage: &self.damage,
             damage_time: &self.time,
+            pieces: None,
         }
     }
 }
@@ -362,8 +363,13 @@ fn a_band_on_the_lattice_leaves_no_degenerate_faces() {
     let damage: Vec<f64> =
         positions.iter().map(|p| f64::from(u8::from((p.x - 0.5).abs() < h))).collect();
     let time = vec![1e-5; positions.len()];
-    let field =
-        DamageField { spacing: h, positions: &positions, damage: &damage, damage_time: &time };
+    let field = DamageField {
+        spacing: h,
+        positions: &positions,
+        damage: &damage,
+        damage_time: &time,
+        pieces: None,
+    };
     let partition = extract(&cube(), &field, &SETTINGS).unwrap();
     assert_lawful(&partition, 1.0, positions.len());
     assert_eq!(partition.parts.len(), 2);

@@ -7,7 +7,7 @@ use crate::mpm::door::{
     PER_CELL, check_impacts, check_material, check_thickness, sample_points, spacing, within,
 };
 use crate::mpm::load::{LEAST_RADIUS, Load};
-use crate::mpm::{Domain, Tally, basin, motion, quadrature};
+use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
 use crate::particles::Particles;
 use crate::solver::{
     Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
@@ -239,12 +239,14 @@ impl Brittle {
     fn finish(&mut self) -> Result<Fracture, Failure> {
         self.look(self.domain.steps)?;
         let (positions, damage, damage_time) = self.field();
-        let cracks = basin::cracks(&self.domain.particles, &self.rules());
+        let pieces = self.domain.pieces();
+        let pieces = crushed::pieces(&self.domain.particles, pieces, &self.rules());
         let field = DamageField {
             spacing: self.domain.grid.spacing.x,
             positions: &positions,
-            damage: &cracks.membership,
+            damage: &damage,
             damage_time: &damage_time,
+            pieces: Some(&pieces.of),
         };
         let settings = CutSettings {
             min_volume_ratio: self.problem.settings.min_volume_ratio,
@@ -257,10 +259,10 @@ impl Brittle {
         report.crack_area = partition.crack_area;
         report.fracture_energy = self.problem.material.fracture_energy * partition.crack_area;
         report.warnings.extend(partition.warnings);
-        if cracks.drawn > 0 {
+        if pieces.drawn > 0 {
             report.warnings.push(format!(
                 "crushed: {:.3} of the body is finer than the grid can tell; {} pieces drawn there",
-                cracks.crushed, cracks.drawn
+                pieces.crushed, pieces.drawn
             ));
         }
         let motions =
@@ -283,11 +285,10 @@ impl Brittle {
         Ok(Fracture { fragments, report })
     }
 
-    fn rules(&self) -> basin::Rules {
+    fn rules(&self) -> crushed::Rules {
         let material = &self.problem.material;
-        basin::Rules {
+        crushed::Rules {
             spacing: self.domain.grid.spacing,
-            shear_speed: material.shear_speed(),
             toughness: material.fracture_energy / material.density,
             seed: self.problem.seed,
         }
