@@ -4,6 +4,7 @@ use crate::codec::{self, WireError};
 use crate::envelope::{self, Kind};
 use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
+use crate::strength::Strength;
 use cullet_geometry::{Solid, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -72,6 +73,8 @@ pub struct FractureJob {
     pub solid: Solid,
     /// Its material.
     pub material: Material,
+    /// How its strength varies.
+    pub strength: Strength,
     /// At least one hit.
     pub impacts: Vec<Impact>,
     /// How it may be solved.
@@ -85,6 +88,8 @@ struct Header {
     solver: String,
     fallback: Option<String>,
     material: Material,
+    strength: Strength,
+    painted: Option<(u32, f64)>,
     impacts: Vec<[f64; 11]>,
     settings: Settings,
     seed: u64,
@@ -117,6 +122,8 @@ impl FractureJob {
             solver: self.solver.clone(),
             fallback: self.fallback.clone(),
             material: self.material,
+            strength: Strength { vertices: None, ..self.strength.clone() },
+            painted: self.strength.announced()?,
             impacts: self.impacts.iter().map(Impact::row).collect(),
             settings: self.settings,
             seed: self.seed,
@@ -126,6 +133,7 @@ impl FractureJob {
         header.check()?;
         let mut slabs = Vec::new();
         mesh::put_solid(&mut slabs, &self.solid);
+        self.strength.put(&mut slabs);
         envelope::seal(Kind::Job, &header, &slabs)
     }
 
@@ -134,16 +142,18 @@ impl FractureJob {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
-        let (header, slabs) = envelope::open::<Header>(Kind::Job, bytes)?;
+        let (mut header, slabs) = envelope::open::<Header>(Kind::Job, bytes)?;
         header.check()?;
         let mut slabs = Slabs::new(slabs);
         let solid = slabs.solid(header.vertices, header.triangles)?;
+        header.strength.take(header.painted, &mut slabs)?;
         slabs.end("a job")?;
         Ok(Self {
             solver: header.solver,
             fallback: header.fallback,
             solid,
             material: header.material,
+            strength: header.strength,
             impacts: header.impacts.into_iter().map(Impact::from_row).collect(),
             settings: header.settings,
             seed: header.seed,
@@ -172,6 +182,7 @@ impl Header {
         let Material { density, young, poisson, failure_stress, fracture_energy } = self.material;
         let material = [density, young, poisson, failure_stress, fracture_energy];
         codec::finite("a job's material", &material)?;
+        self.strength.check()?;
         codec::finite("a job's impacts", self.impacts.as_flattened())?;
         codec::finite("a job's spacing", self.settings.spacing.as_slice())?;
         codec::finite("a job's least volume ratio", &[self.settings.min_volume_ratio])
@@ -181,6 +192,7 @@ impl Header {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::strength::{Layers, Region, Stroke, VertexPaint, WeakPlane};
     use cullet_geometry::{Surface, TriMesh};
 
     pub(crate) fn tetrahedron() -> Solid {
@@ -189,6 +201,36 @@ pub(crate) mod tests {
         let mut solid = Solid::outer(TriMesh { vertices, triangles });
         solid.surface[3] = Surface::Crack { damage_time: 1.5e-5 };
         solid
+    }
+
+    fn strength() -> Strength {
+        Strength {
+            seed: 3,
+            correlation: Some(0.02),
+            weak_plane: Some(WeakPlane { normal: [0.0, 0.0, 1.0], ratio: 0.3 }),
+            layers: Some(Layers {
+                normal: [0.0, 1.0, 0.0],
+                thickness: 0.1,
+                ratio: 0.5,
+                jitter: 0.2,
+            }),
+            strokes: vec![
+                Stroke { region: Region::Box([0.0; 3], [1.0; 3]), factor: 0.5, edge: 0.01 },
+                Stroke { region: Region::Sphere([0.0; 3], 1.0), factor: 0.5, edge: 0.0 },
+                Stroke { region: Region::HalfSpace([0.0; 3], [1.0; 3]), factor: 2.0, edge: 0.0 },
+                Stroke {
+                    region: Region::Cylinder([0.0; 3], [1.0; 3], 0.2),
+                    factor: 2.0,
+                    edge: 0.0,
+                },
+            ],
+            vertices: Some(VertexPaint {
+                points: vec![Vec3::x(), Vec3::y()],
+                factors: vec![0.5, 1.0],
+                reach: 0.1,
+            }),
+            ..Strength::default()
+        }
     }
 
     pub(crate) fn sample() -> FractureJob {
@@ -203,6 +245,7 @@ pub(crate) mod tests {
                 failure_stress: 4e7,
                 fracture_energy: 8.0,
             },
+            strength: strength(),
             impacts: vec![Impact {
                 point: Vec3::new(0.1, 0.2, 0.3),
                 normal: -Vec3::z(),
@@ -229,17 +272,21 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "9f5c210f");
+        assert_eq!(job.id()?.short(), "acd6aa4e");
         Ok(())
     }
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 9] = [
+        let change: [fn(&mut FractureJob); 13] = [
             |j| j.seed += 1,
             |j| j.solver.push('x'),
             |j| j.fallback = None,
             |j| j.material.young *= 1.0 + f64::EPSILON,
+            |j| j.strength.seed += 1,
+            |j| j.strength.offset[0] = 1e-9,
+            |j| j.strength.strokes[3].edge = 1e-9,
+            |j| j.strength.vertices.iter_mut().for_each(|paint| paint.factors[1] = 0.9),
             |j| j.impacts[0].energy += 1.0,
             |j| j.impacts[0].closing_speed += 1.0,
             |j| j.settings.spacing = Some(0.1),
@@ -263,6 +310,10 @@ pub(crate) mod tests {
         };
         let nan = refused(|j| j.material.young = f64::NAN);
         assert_eq!(nan, Some(WireError::NotFinite { what: "a job's material" }));
+        let strength = refused(|j| j.strength.strokes[1].factor = f64::NAN);
+        assert_eq!(strength, Some(WireError::NotFinite { what: "a job's strength" }));
+        let short = refused(|j| j.strength.vertices.iter_mut().for_each(|p| p.factors.clear()));
+        assert!(matches!(short, Some(WireError::Short { have: 0, need: 2, .. })));
         let none = refused(|j| j.impacts.clear());
         assert!(matches!(none, Some(WireError::Short { .. })));
         let many = refused(|j| j.impacts = vec![j.impacts[0]; MAX_IMPACTS + 1]);

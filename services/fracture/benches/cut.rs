@@ -41,8 +41,13 @@ fn extract_from_150k_particles(bencher: divan::Bencher<'_, '_>) {
     let time: Vec<f64> =
         damage.iter().map(|&d| if d > 0.5 { 1e-5 } else { f64::INFINITY }).collect();
     let plate = Solid::outer(shapes::cuboid(size, Default::default()).expect("a plate"));
-    let field =
-        DamageField { spacing: h, positions: &positions, damage: &damage, damage_time: &time };
+    let field = DamageField {
+        spacing: h,
+        positions: &positions,
+        damage: &damage,
+        damage_time: &time,
+        pieces: None,
+    };
     let settings = CutSettings { min_volume_ratio: 1e-4, max_fragments: 400, seed: 1 };
     bencher.bench(|| {
         let parts = extract(&plate, &field, &settings).expect("a cut").parts.len();

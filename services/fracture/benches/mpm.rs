@@ -4,7 +4,7 @@
 //! row with the calibration loops of the same moment.
 
 use cullet_fracture::Material;
-use cullet_fracture::damage::{BAND_WIDTH, Softening};
+use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
 use cullet_fracture::mpm::kernel::{Path, Precision};
 use cullet_fracture::particles::Particles;
@@ -93,7 +93,7 @@ fn cube(case: &Case) -> Domain {
     for (p, x) in points.iter().enumerate() {
         particles.damage[p] = f64::from(u8::from(case.cracked && layer(x) < 1.0));
     }
-    let law = Softening::new(&stone, BAND_WIDTH * spacing);
+    let law = Softening::on_grid(&stone, spacing);
     let mut domain = Domain::new(particles, &stone, law, Vec3::repeat(spacing));
     domain.select(case.precision, Path::all()[case.path]);
     let spin = Vec3::new(3.0, -2.0, 4.0);

@@ -1,14 +1,17 @@
-//! From damaged particles to labelled Voronoi sites: the faces between different labels are the
-//! crack, the medial surface of the damaged set.
+//! From damaged particles to a box divided among labels: the faces between different labels are
+//! the crack, a smooth medial surface of the damaged set.
 //!
 //! Damage is spread to the nodes of a lattice. Undamaged nodes inside the body that connect along
 //! lattice edges carry one label; an edge whose middle is outside the body connects nothing, so
-//! legs half a spacing apart stay apart. Their Voronoi cells fill the damaged band from both sides
-//! and meet in its middle, and they reach outward to the box, so the crack crosses the body's
-//! surface by itself. A band that ends inside leaves one label around its tip: nothing separates
-//! there.
+//! legs half a spacing apart stay apart. The other nodes take the label that a random walk from
+//! them most likely meets first, so labels fill the damaged band from both sides, meet in its
+//! middle, and reach outward to the box: the crack crosses the body's surface by itself. A band
+//! that ends inside leaves one label around its tip: nothing separates there. Faces between labels
+//! have one corner in each cube of eight nodes (surface nets), smoothed inside its cube.
 
-mod sites;
+mod net;
+mod smooth;
+mod walk;
 
 use crate::cut::{CutError, DamageField};
 use cullet_geometry::inside::Inside;
@@ -22,24 +25,19 @@ const BROKEN: f64 = 0.9;
 /// thick gives its worst-placed node 0.479: all such bands are seen, and unbroken bridges of more
 /// than 1.3 spacings (where the broken share falls below 0.4 wherever they lie) still hold.
 const DAMAGED: f64 = 0.4;
+/// Share of its particles, by weight, that gives a node their piece.
+const HALF: f64 = 0.5;
 /// Most lattice nodes; beyond, memory (about 30 bytes each) would exceed a worker's share.
 const MAX_NODES: f64 = 5e7;
 /// The lattice reaches this many nodes beyond the body on every side.
 const MARGIN: f64 = 2.0;
+/// ... and begins at a place that faces of bodies and their halves and quarters keep clear of, or
+/// corners of cracks would lie in them (F25).
+const OFFSET: [f64; 3] = [2.0371, 2.0813, 2.1237];
 /// The bit of `Nodes::inside` for the node itself.
 const NODE: u8 = 8;
 /// No label.
 const NONE: u32 = u32::MAX;
-
-/// Labelled sites of a diagram, in the box from `low` to `high`.
-#[derive(Clone, Debug)]
-pub(crate) struct Sites {
-    pub(crate) places: Vec<Vec3>,
-    pub(crate) labels: Vec<u32>,
-    pub(crate) times: Vec<f64>,
-    pub(crate) low: Vec3,
-    pub(crate) high: Vec3,
-}
 
 /// A box of lattice nodes.
 #[derive(Clone, Copy, Debug)]
@@ -65,6 +63,16 @@ impl Lattice {
 
     fn place(&self, node: [usize; 3]) -> Vec3 {
         self.low + Vec3::new(node[0] as f64, node[1] as f64, node[2] as f64) * self.spacing
+    }
+
+    /// The node nearest to a point \[m\].
+    fn nearest(&self, place: Vec3) -> usize {
+        let steps = (place - self.low) / self.spacing;
+        let node = [0, 1, 2].map(|k| {
+            let n = (steps[k] + 0.5).max(0.0) as usize;
+            n.min(self.dims[k] - 1)
+        });
+        self.index(node)
     }
 
     /// The up to six nodes one edge away.
@@ -106,20 +114,28 @@ impl Lattice {
     }
 }
 
-/// Which parts of space are close to damage: a crack elsewhere is an artefact (F27).
+/// What the lattice tells of any place: its cell, and whether there is damage near by.
 #[derive(Clone, Debug)]
-pub(crate) struct Evidence {
+pub(crate) struct Ground {
     lattice: Lattice,
     near: Vec<bool>,
+    cell: Vec<u32>,
 }
 
-impl Evidence {
-    /// Whether a damaged node lies within two spacings of the point, along every axis.
+impl Ground {
+    /// Whether a damaged node lies within two spacings of the point, along every axis: a crack
+    /// elsewhere is an artefact (F27).
     pub(crate) fn holds(&self, point: Vec3) -> bool {
         let steps = (point - self.lattice.low) / self.lattice.spacing;
         let node = [0, 1, 2].map(|k| (steps[k] + 0.5).max(0.0) as usize);
         let within = (0..3).all(|k| node[k] < self.lattice.dims[k]);
         within && self.near[self.lattice.index(node)]
+    }
+
+    /// The cells that the point may lie in: those of the nodes around it.
+    pub(crate) fn around(&self, point: Vec3) -> impl Iterator<Item = u32> + use<'_> {
+        let node = self.lattice.node(self.lattice.nearest(point));
+        self.lattice.around(node, 1).map(|i| self.cell[i])
     }
 }
 
@@ -137,11 +153,11 @@ pub(crate) struct Nodes {
     /// Component of undamaged material nodes, or `NONE`.
     label: Vec<u32>,
     labels: u32,
-    /// Label of a nearest labelled node.
+    /// The label of every node, once they are filled.
     reach: Vec<u32>,
-    /// Bounds of the body \[m\].
-    low: Vec3,
-    high: Vec3,
+    /// Where a node's odds lie in `odds`, or `NONE`: it is sure of its label.
+    slot: Vec<u32>,
+    odds: Vec<walk::Odds>,
 }
 
 impl Nodes {
@@ -149,12 +165,11 @@ impl Nodes {
     pub(crate) fn new(body: &TriMesh, field: &DamageField<'_>) -> Result<Self, CutError> {
         check(field)?;
         let h = field.spacing;
-        let bounds = body.bounds().unwrap_or_default();
-        let mut reach = bounds;
+        let mut reach = body.bounds().unwrap_or_default();
         for p in field.positions {
             reach = (reach.0.inf(p), reach.1.sup(p));
         }
-        let low = reach.0 - Vec3::repeat(MARGIN * h);
+        let low = reach.0 - Vec3::from(OFFSET) * h;
         let steps = (reach.1 - low) / h + Vec3::repeat(MARGIN + 1.0);
         let count = steps.x * steps.y * steps.z;
         if count > MAX_NODES {
@@ -167,12 +182,42 @@ impl Nodes {
         let dims = [0, 1, 2].map(|k| steps[k].ceil() as usize);
         let lattice = Lattice { low, spacing: h, dims };
         let mut nodes = Self::spread(lattice, field);
-        (nodes.low, nodes.high) = bounds;
         nodes.inside = lattice.inside(&Inside::new(body));
-        if (0..lattice.len()).any(|i| nodes.is_damaged(i)) {
-            nodes.fill_labels();
+        match field.pieces {
+            Some(pieces) => nodes.take_labels(field.positions, pieces),
+            None if (0..lattice.len()).any(|i| nodes.is_damaged(i)) => nodes.fill_labels(),
+            None => {}
         }
         Ok(nodes)
+    }
+
+    /// Gives each node inside the body the piece that holds most of its particles by weight, where
+    /// that is at least half of them; labels are numbered by their first nodes.
+    fn take_labels(&mut self, positions: &[Vec3], pieces: &[Option<u32>]) {
+        let mut shares: Vec<Vec<(Option<u32>, f64)>> = vec![Vec::new(); self.lattice.len()];
+        for (&p, &piece) in positions.iter().zip(pieces) {
+            let (base, w) = weights((p - self.lattice.low) / self.lattice.spacing);
+            for k in 0..27 {
+                let [x, y, z] = [k % 3, k / 3 % 3, k / 9];
+                let node = self.lattice.index([base[0] + x, base[1] + y, base[2] + z]);
+                let share = w[0][x] * w[1][y] * w[2][z];
+                match shares[node].iter_mut().find(|entry| entry.0 == piece) {
+                    Some(entry) => entry.1 += share,
+                    None => shares[node].push((piece, share)),
+                }
+            }
+        }
+        let mut names = std::collections::BTreeMap::new();
+        for (i, shares) in shares.iter().enumerate().filter(|&(i, _)| self.inside[i] & NODE != 0) {
+            let all: f64 = shares.iter().map(|entry| entry.1).sum();
+            let most = shares.iter().filter(|entry| entry.0.is_some());
+            let most = most.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+            if let Some(&(piece, _)) = most.filter(|entry| entry.1 >= HALF * all) {
+                let next = names.len() as u32;
+                self.label[i] = *names.entry(piece).or_insert(next);
+            }
+        }
+        self.labels = names.len() as u32;
     }
 
     fn spread(lattice: Lattice, field: &DamageField<'_>) -> Self {
@@ -212,8 +257,8 @@ impl Nodes {
             label: vec![NONE; n],
             labels: 0,
             reach: Vec::new(),
-            low: Vec3::zeros(),
-            high: Vec3::zeros(),
+            slot: vec![NONE; n],
+            odds: Vec::new(),
         }
     }
 
@@ -266,47 +311,24 @@ impl Nodes {
         inside.peek().is_some() && inside.all(|i| self.is_damaged(i))
     }
 
-    /// Carries labels, and the times of complete damage, outward from the nodes that have them to
-    /// all others, each from the first that reaches it.
-    pub(crate) fn spread_outward(&mut self) {
-        self.reach.clone_from(&self.label);
-        let mut queue: Vec<usize> =
-            (0..self.lattice.len()).filter(|&i| self.label[i] != NONE).collect();
-        let mut head = 0;
-        while head < queue.len() {
-            let i = queue[head];
-            head += 1;
-            for j in self.lattice.beside(i) {
-                if self.reach[j] == NONE {
-                    self.reach[j] = self.reach[i];
-                    queue.push(j);
-                }
-            }
-        }
-        let mut queue: Vec<usize> =
-            (0..self.lattice.len()).filter(|&i| self.time[i].is_finite()).collect();
-        let mut head = 0;
-        while head < queue.len() {
-            let i = queue[head];
-            head += 1;
-            for j in self.lattice.beside(i) {
-                if !self.time[j].is_finite() {
-                    self.time[j] = self.time[i];
-                    queue.push(j);
-                }
-            }
-        }
+    /// The label of the node nearest to a point.
+    pub(crate) fn label_at(&self, point: Vec3) -> u32 {
+        self.reach[self.lattice.nearest(point)]
     }
 
-    /// Where a crack has damage to show for itself.
-    pub(crate) fn evidence(&self) -> Evidence {
+    /// Nodes with damage within two spacings along every axis.
+    fn near(&self) -> Vec<bool> {
         let mut near = vec![false; self.lattice.len()];
         for i in (0..near.len()).filter(|&i| self.is_damaged(i)) {
             for j in self.lattice.around(self.lattice.node(i), 2) {
                 near[j] = true;
             }
         }
-        Evidence { lattice: self.lattice, near }
+        near
+    }
+
+    pub(crate) fn ground(&self) -> Ground {
+        Ground { lattice: self.lattice, near: self.near(), cell: self.reach.clone() }
     }
 }
 
@@ -323,7 +345,8 @@ fn weights(at: Vec3) -> ([usize; 3], [[f64; 3]; 3]) {
 
 fn check(field: &DamageField<'_>) -> Result<(), CutError> {
     let n = field.positions.len();
-    if n == 0 || field.damage.len() != n || field.damage_time.len() != n {
+    let uneven = field.pieces.is_some_and(|pieces| pieces.len() != n);
+    if n == 0 || uneven || field.damage.len() != n || field.damage_time.len() != n {
         let counts = [n, field.damage.len(), field.damage_time.len()];
         return Err(CutError::Lengths { counts });
     }
@@ -342,3 +365,6 @@ fn check(field: &DamageField<'_>) -> Result<(), CutError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,7 @@
 //! Cuts a body along the faces between Voronoi cells of different labels, exactly.
 //!
-//! [`extract`] makes the labels from damage, [`by_sites`] takes them from the caller, [`Cutting`]
-//! does the work in steps. Regions (unions of cells of one label) are intersected with the body; a
+//! [`extract`] makes cells and labels from damage, [`by_sites`] takes them from the caller,
+//! [`Cutting`] does the work in steps. Regions (unions of cells of one label) are intersected with the body; a
 //! region may leave several pieces. Pieces that are too small, too many, or cut off by a crack
 //! without damage behind it go to the neighbour with which they share the largest area: their
 //! cells change label and the regions concerned are cut again. Every part is closed, and the
@@ -13,13 +13,12 @@ mod tests;
 
 pub use cutting::Cutting;
 
-use crate::crack::{Nodes, Sites};
-use crate::region::{Mosaic, agglomerate};
-use cullet_geometry::boolean::{BooleanError, Exact};
+use crate::crack::Nodes;
+use crate::region::agglomerate;
+use cullet_geometry::boolean::{BooleanError, Exact, MAX_TAG};
 use cullet_geometry::math::{scramble, unit};
 use cullet_geometry::voronoi::{Cells, VoronoiError};
-use cullet_geometry::{Solid, Vec3};
-use rayon::prelude::*;
+use cullet_geometry::{Solid, Surface, Vec3};
 
 /// The parts' volumes sum to the body's within this share of it.
 pub const VOLUME_TOLERANCE: f64 = 1e-9;
@@ -30,6 +29,8 @@ const ATTEMPTS: u64 = 3;
 const FEWEST_PARTICLES: f64 = 8.0;
 /// Shift of a site when a cut is tried again, in typical distances between sites.
 const SHAKE: f64 = 1e-3;
+/// The tag of a face that was there before any crack.
+const OUTER: u32 = MAX_TAG;
 /// The box of [`by_sites`] reaches this share of the body's diagonal beyond it.
 const BOX_MARGIN: f64 = 0.0317;
 
@@ -44,6 +45,9 @@ pub struct DamageField<'a> {
     pub damage: &'a [f64],
     /// When damage reached 1 \[s\]; infinite where it has not.
     pub damage_time: &'a [f64],
+    /// The piece that each particle belongs to, `None` in the band of a crack; without it, pieces
+    /// are what the damage leaves connected on the lattice.
+    pub pieces: Option<&'a [Option<u32>]>,
 }
 
 /// How fine a cut may be.
@@ -163,19 +167,17 @@ pub fn extract(
         }
         return Ok(whole);
     }
-    nodes.spread_outward();
-    let evidence = nodes.evidence();
     let share = FEWEST_PARTICLES / field.positions.len() as f64;
     let floor = settings.min_volume_ratio.max(share) * body.volume;
+    nodes.fill();
+    merge_labels(&mut nodes, field, body.volume, floor, settings);
     attempts(|attempt| {
-        let mut sites = nodes.sites(scramble(settings.seed).wrapping_add(attempt));
-        let cells = Cells::new(std::mem::take(&mut sites.places), sites.low, sites.high)?;
-        let mosaic = Mosaic::new(&cells)?;
-        let owner: Vec<u32> = field.positions.par_iter().map(|&p| cells.nearest(p)).collect();
-        merge_labels(&mut sites, &mosaic, &owner, nodes.labels(), body.volume, floor, settings);
+        let mosaic = nodes.mosaic(attempt);
+        let ground = nodes.ground();
+        let labels = (0..nodes.labels()).collect();
         let most = settings.max_fragments;
-        let mut cutting = Cutting::assemble(body.clone(), cells, mosaic, sites, floor, most)?;
-        cutting.evidence = Some(evidence.clone());
+        let mut cutting = Cutting::assemble(body.clone(), mosaic, labels, floor, most)?;
+        cutting.ground = Some(ground);
         let mut partition = cutting.run()?;
         partition.particle_part = cutting.locate(field.positions, &partition.parts);
         Ok(partition)
@@ -226,13 +228,19 @@ impl Body {
         if !(0.0..=1.0).contains(&settings.min_volume_ratio) {
             return Err(CutError::NotFinite { what: "least volume ratio in [0, 1]", index: 0 });
         }
-        let exact = Exact::new(solid)?;
-        if let Some(index) = cutting::reserved(solid) {
-            return Err(CutError::NotFinite { what: "damage time of face", index });
-        }
+        solid.validate().map_err(BooleanError::Mesh)?;
+        let tag =
+            |(t, surface): (usize, &Surface)| if surface.is_crack() { t as u32 } else { OUTER };
+        let tags: Vec<u32> = solid.surface.iter().enumerate().map(tag).collect();
+        let exact = Exact::tagged(&solid.mesh, &tags)?;
         let (low, high) = solid.mesh.bounds().unwrap_or_default();
         let (volume, area) = (solid.mesh.signed_volume(), solid.mesh.area());
         Ok(Self { solid: solid.clone(), exact, volume, area, low, high })
+    }
+
+    /// What a face with this tag was before the cut.
+    fn surface_of(&self, tag: u32) -> Surface {
+        self.solid.surface.get(tag as usize).copied().unwrap_or(Surface::Outer)
     }
 
     fn untouched(self, particles: usize) -> Partition {
@@ -245,25 +253,20 @@ impl Body {
 /// Gives small labels to their neighbours before anything is cut: cheap here, dear later. Volumes
 /// are estimated by counting particles.
 fn merge_labels(
-    sites: &mut Sites,
-    mosaic: &Mosaic,
-    owner: &[u32],
-    labels: u32,
+    nodes: &mut Nodes,
+    field: &DamageField<'_>,
     volume: f64,
     floor: f64,
     settings: &CutSettings,
 ) {
-    let each = volume / owner.len() as f64;
-    let mut volumes = vec![0.0; labels as usize];
-    for &site in owner {
-        volumes[sites.labels[site as usize] as usize] += each;
+    let each = volume / field.positions.len() as f64;
+    let mut volumes = vec![0.0; nodes.labels() as usize];
+    for &place in field.positions {
+        volumes[nodes.label_at(place) as usize] += each;
     }
     let forced = vec![false; volumes.len()];
     let max = settings.max_fragments.max(1) as usize;
-    let groups = agglomerate(&volumes, &forced, &mosaic.shared(&sites.labels), floor, max);
-    for label in &mut sites.labels {
-        *label = groups[*label as usize];
-    }
+    nodes.rename(&agglomerate(&volumes, &forced, &nodes.shared(), floor, max));
 }
 
 /// The sites of [`by_sites`] in a box around the body and them, shaken from the second attempt on.
@@ -274,7 +277,7 @@ fn boxed(
     times: &[f64],
     seed: u64,
     attempt: u64,
-) -> Result<Sites, CutError> {
+) -> Result<Cells, CutError> {
     let counts = [places.len(), labels.len(), times.len()];
     if counts.contains(&0) || counts[0] != counts[1] || counts[0] != counts[2] {
         return Err(CutError::Lengths { counts });
@@ -297,6 +300,5 @@ fn boxed(
         let at = |k| shake * (2.0 * unit(key, k, i as u64) - 1.0);
         p + Vec3::new(at(0), at(1), at(2))
     });
-    let places = shaken.collect();
-    Ok(Sites { places, labels: labels.to_vec(), times: times.to_vec(), low, high })
+    Ok(Cells::new(shaken.collect(), low, high)?)
 }

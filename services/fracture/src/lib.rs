@@ -12,8 +12,10 @@ pub mod particles;
 pub mod region;
 pub mod solver;
 pub mod solvers;
+pub mod strength;
 
 pub use material::Material;
 pub use solver::{
     Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Settings, Solver,
 };
+pub use strength::{Strength, StrengthField};

@@ -1,42 +1,41 @@
-//! Regions: unions of Voronoi cells of one label, and which of them are too small to stand alone.
+//! Regions: unions of cells of one label, and which of them are too small to stand alone.
+
+pub(crate) mod overlap;
 
 use cullet_geometry::voronoi::{Cells, Face, Key, VoronoiError, WALL};
-use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
+use cullet_geometry::{TriMesh, Vec3};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Faces of less area than this share of a typical cell's squared width join nothing: cells that
-/// touch along an edge only would otherwise count as neighbours (F25).
-const SLIVER: f64 = 1e-6;
-
-/// One face of the diagram, between a site and a later site or a wall.
+/// One face between two cells, or between a cell and a wall.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Facet {
-    /// The site it is counter-clockwise from outside of, and what lies behind it.
-    pub(crate) sites: (u32, u32),
-    /// Its area \[m²\], outside the body included.
-    pub(crate) area: f64,
-    /// Where its corners lie in `Mosaic::corners`.
-    start: u32,
-    end: u32,
+    /// The cell it is counter-clockwise from outside of, and the cell or wall behind it.
+    pub(crate) cells: (u32, u32),
+    /// When the crack passed here \[s\]; infinite where nobody knows.
+    pub(crate) time: f64,
+    /// Where its triangles lie in `Mosaic::triangles`.
+    pub(crate) start: u32,
+    pub(crate) end: u32,
 }
 
-/// All cells of a diagram with shared corners: every face once, every corner once.
-#[derive(Debug)]
+/// A box divided into cells with shared corners: every face once, every corner once. Moving a
+/// corner moves it for all cells that meet there, so they go on filling the box.
+#[derive(Debug, Default)]
 pub(crate) struct Mosaic {
-    /// Every face once, by first site.
     pub(crate) facets: Vec<Facet>,
-    corners: Vec<u32>,
-    places: Vec<Vec3>,
-    sliver: f64,
+    /// Counter-clockwise seen from outside the first cell of their facet.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    pub(crate) places: Vec<Vec3>,
 }
 
-/// A facet, and whether it is seen from its second site.
+/// A facet, and whether it is seen from its second cell.
 pub(crate) type Side = (u32, bool);
 
 impl Mosaic {
-    /// Computes every cell, on the current pool; the result does not depend on its size.
-    pub(crate) fn new(cells: &Cells) -> Result<Self, VoronoiError> {
+    /// Every Voronoi cell, on the current pool; the result does not depend on its size. `times`
+    /// \[s\] is when the crack passed each site.
+    pub(crate) fn of_cells(cells: &Cells, times: &[f64]) -> Result<Self, VoronoiError> {
         let count = cells.sites().len();
         let own = |i: u32| -> Result<Vec<Face>, VoronoiError> {
             let mut faces = cells.cell(i)?;
@@ -50,61 +49,47 @@ impl Mosaic {
         keys.par_sort_unstable();
         keys.dedup();
         let places: Vec<Vec3> = keys.par_iter().map(|key| cells.position(key)).collect();
-        let ids: Vec<Vec<u32>> = per_site
-            .par_iter()
-            .map(|faces| {
-                let corners = faces.iter().flat_map(|face| face.corners.iter());
-                corners.map(|key| keys.partition_point(|other| other < key) as u32).collect()
-            })
-            .collect();
-        let extent = cells.high() - cells.low();
-        let width = libm::cbrt(extent.x * extent.y * extent.z / count as f64);
-        let mut mosaic = Self {
-            facets: Vec::new(),
-            corners: Vec::new(),
-            places,
-            sliver: SLIVER * width * width,
-        };
-        for (site, (faces, ids)) in per_site.iter().zip(ids).enumerate() {
-            let mut start = mosaic.corners.len();
-            mosaic.corners.extend(ids);
+        let mut mosaic = Self { places, ..Self::default() };
+        for (site, faces) in per_site.iter().enumerate() {
             for face in faces {
-                let end = start + face.corners.len();
-                let area = mosaic.area(start, end);
-                let sites = (site as u32, face.neighbour);
-                mosaic.facets.push(Facet { sites, area, start: start as u32, end: end as u32 });
-                start = end;
+                let id = |key: &Key| keys.partition_point(|other| other < key) as u32;
+                let ids: Vec<u32> = face.corners.iter().map(id).collect();
+                let known =
+                    [Some(site), (face.neighbour < WALL).then_some(face.neighbour as usize)];
+                let known: Vec<f64> =
+                    known.iter().flatten().map(|&s| times[s]).filter(|t| t.is_finite()).collect();
+                let time = known.iter().sum::<f64>() / known.len().max(1) as f64;
+                // Both sides of a facet are fanned from the same corner: one triangulation.
+                let fan = (2..ids.len()).map(|k| [ids[0], ids[k - 1], ids[k]]);
+                mosaic.push((site as u32, face.neighbour), time, fan);
             }
         }
         Ok(mosaic)
     }
 
-    fn area(&self, start: usize, end: usize) -> f64 {
-        let at = |k: usize| self.places[self.corners[k] as usize];
-        let fan = (start + 2..end).map(|k| (at(k - 1) - at(start)).cross(&(at(k) - at(start))));
-        0.5 * fan.sum::<Vec3>().norm()
+    /// Adds a facet.
+    pub(crate) fn push(
+        &mut self,
+        cells: (u32, u32),
+        time: f64,
+        triangles: impl Iterator<Item = [u32; 3]>,
+    ) {
+        let start = self.triangles.len() as u32;
+        self.triangles.extend(triangles);
+        let end = self.triangles.len() as u32;
+        self.facets.push(Facet { cells, time, start, end });
     }
 
-    /// The area \[m²\] that each two labels share, slivers left out.
-    pub(crate) fn shared(&self, labels: &[u32]) -> BTreeMap<(u32, u32), f64> {
-        let mut shared = BTreeMap::new();
-        for facet in &self.facets {
-            let (i, j) = facet.sites;
-            if j < WALL && facet.area > self.sliver {
-                let (a, b) = (labels[i as usize], labels[j as usize]);
-                if a != b {
-                    *shared.entry((a.min(b), a.max(b))).or_insert(0.0) += facet.area;
-                }
-            }
-        }
-        shared
+    /// The triangles of a facet.
+    pub(crate) fn of(&self, facet: &Facet) -> &[[u32; 3]] {
+        &self.triangles[facet.start as usize..facet.end as usize]
     }
 
     /// The facets that bound each of the labels `0..count`.
     pub(crate) fn sides(&self, labels: &[u32], count: usize) -> Vec<Vec<Side>> {
         let mut sides = vec![Vec::new(); count];
         for (k, facet) in self.facets.iter().enumerate() {
-            let (i, j) = facet.sites;
+            let (i, j) = facet.cells;
             let a = labels[i as usize];
             let b = (j < WALL).then(|| labels[j as usize]);
             if b != Some(a) {
@@ -117,28 +102,25 @@ impl Mosaic {
         sides
     }
 
-    /// The closed boundary of a region; `tag` names the facet that a triangle belongs to.
-    pub(crate) fn solid(&self, sides: &[Side], tag: impl Fn(u32) -> Surface) -> Solid {
-        let ids = |side: &Side| {
-            let facet = &self.facets[side.0 as usize];
-            &self.corners[facet.start as usize..facet.end as usize]
-        };
-        let mut used: Vec<u32> = sides.iter().flat_map(|side| ids(side).iter().copied()).collect();
+    /// The closed boundary of a region, and the facet that each of its triangles belongs to.
+    pub(crate) fn region(&self, sides: &[Side]) -> (TriMesh, Vec<u32>) {
+        let mut mesh = TriMesh::default();
+        let mut names = Vec::new();
+        for &(name, behind) in sides {
+            for &[a, b, c] in self.of(&self.facets[name as usize]) {
+                mesh.triangles.push(if behind { [a, c, b] } else { [a, b, c] });
+                names.push(name);
+            }
+        }
+        let mut used: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
         used.sort_unstable();
         used.dedup();
         let local = |id: u32| used.partition_point(|&other| other < id) as u32;
-        let mut solid = Solid::default();
-        solid.mesh.vertices = used.iter().map(|&id| self.places[id as usize]).collect();
-        for side in sides {
-            let loop_: Vec<u32> = ids(side).iter().map(|&id| local(id)).collect();
-            for k in 2..loop_.len() {
-                // Both sides of a facet are fanned from the same corner: one triangulation.
-                let [a, b, c] = [loop_[0], loop_[k - 1], loop_[k]];
-                solid.mesh.triangles.push(if side.1 { [a, c, b] } else { [a, b, c] });
-                solid.surface.push(tag(side.0));
-            }
+        for triangle in &mut mesh.triangles {
+            *triangle = triangle.map(local);
         }
-        solid
+        mesh.vertices = used.iter().map(|&id| self.places[id as usize]).collect();
+        (mesh, names)
     }
 }
 
@@ -211,45 +193,31 @@ fn name_by_largest(volumes: &[f64], host: &[u32]) -> Vec<u32> {
 }
 
 /// The area of one triangle \[m²\].
-pub(crate) fn triangle_area(mesh: &TriMesh, t: usize) -> f64 {
-    let [a, b, c] = mesh.corners(t);
+pub(crate) fn triangle_area(places: &[Vec3], triangle: [u32; 3]) -> f64 {
+    let [a, b, c] = triangle.map(|i| places[i as usize]);
     0.5 * (b - a).cross(&(c - a)).norm()
 }
 
 #[cfg(test)]
 mod tests {
     use super::{Mosaic, agglomerate};
+    use cullet_geometry::Vec3;
     use cullet_geometry::math::unit;
     use cullet_geometry::voronoi::Cells;
-    use cullet_geometry::{Solid, Surface, Vec3};
     use std::collections::BTreeMap;
-
-    fn volume(solid: &Solid) -> f64 {
-        let six = |t| {
-            let [a, b, c] = solid.mesh.corners(t);
-            a.dot(&b.cross(&c))
-        };
-        (0..solid.mesh.triangles.len()).map(six).sum::<f64>() / 6.0
-    }
 
     #[test]
     fn regions_are_closed_manifolds_that_fill_the_box() {
         let at = |i, k| 0.01 + 0.98 * unit(4, k, i);
         let sites = (0..500).map(|i| Vec3::new(at(i, 0), at(i, 1), at(i, 2))).collect();
         let cells = Cells::new(sites, Vec3::zeros(), Vec3::repeat(1.0)).unwrap();
-        let mosaic = Mosaic::new(&cells).unwrap();
+        let mosaic = Mosaic::of_cells(&cells, &[0.0; 500]).unwrap();
         let labels: Vec<u32> = (0..500).map(|i| (unit(9, 0, i) * 7.0) as u32).collect();
         let mut sum = 0.0;
         for sides in mosaic.sides(&labels, 7) {
-            let solid = mosaic.solid(&sides, |_| Surface::Outer);
-            let mut edges: BTreeMap<(u32, u32), i32> = BTreeMap::new();
-            for &[a, b, c] in &solid.mesh.triangles {
-                for (p, q) in [(a, b), (b, c), (c, a)] {
-                    *edges.entry((p, q)).or_default() += 1;
-                }
-            }
-            assert!(edges.iter().all(|(&(p, q), &n)| n == 1 && edges.get(&(q, p)) == Some(&1)));
-            sum += volume(&solid);
+            let (mesh, names) = mosaic.region(&sides);
+            assert!(mesh.is_closed() && names.len() == mesh.triangles.len());
+            sum += mesh.signed_volume();
         }
         assert!((sum - 1.0).abs() < 1e-12, "regions sum to {sum}");
     }

@@ -1,6 +1,7 @@
 //! The contract between a fracture problem and the ways to solve it.
 
 use crate::material::Material;
+use crate::strength::StrengthField;
 use cullet_geometry::{Solid, Vec3};
 use std::sync::Arc;
 
@@ -57,6 +58,8 @@ pub struct Problem {
     pub solid: Arc<Solid>,
     /// Its material.
     pub material: Material,
+    /// How its strength varies.
+    pub strength: StrengthField,
     /// At least one hit.
     pub impacts: Vec<Impact>,
     /// How it may be solved.

@@ -1,10 +1,11 @@
 //! F-B: a pulled bar breaks in a band that dissipates G_f per area, whatever the grid.
 
 use cullet_fracture::Material;
-use cullet_fracture::damage::{BAND_WIDTH, Softening};
+use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::domain::Grip;
-use cullet_fracture::mpm::{Domain, quadrature, variation};
+use cullet_fracture::mpm::{Domain, quadrature};
 use cullet_fracture::particles::Particles;
+use cullet_fracture::strength::{Strength, StrengthField};
 use cullet_geometry::{Vec3, inside::Inside, sample, shapes};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -58,7 +59,7 @@ impl Bar {
                 particles.damage[p] = 1.0;
             }
         }
-        let law = Softening::new(&self.material, BAND_WIDTH * h);
+        let law = Softening::on_grid(&self.material, h);
         let mut domain = Domain::new(particles, &self.material, law, Vec3::repeat(h));
         let speed = self.speed;
         domain.launch(|x| Vec3::x() * (speed * (x.x / (0.9 * half)).clamp(-1.0, 1.0)));
@@ -90,7 +91,7 @@ impl Bar {
 
     /// Strength at which cracks grow on this grid \[Pa\].
     fn cap(&self) -> f64 {
-        Softening::new(&self.material, BAND_WIDTH * self.spacing).strength
+        Softening::on_grid(&self.material, self.spacing).strength
     }
 }
 
@@ -139,7 +140,11 @@ fn a_bar_without_a_notch_breaks_near_its_strength() {
     let bar = Bar { material: STONE, spacing, size, notch: 0.0, speed: 0.01, seed: 0 };
     let all: Vec<Broken> = (0..8_u64)
         .into_par_iter()
-        .map(|seed| Bar { seed, ..bar }.pull(|x| variation::strength(x, spacing, seed)))
+        .map(|seed| {
+            let field = StrengthField { seed, weibull: 20.0, ..StrengthField::default() };
+            let strength = Strength::new(&field, spacing);
+            Bar { seed, ..bar }.pull(|x| strength.factor(x))
+        })
         .collect();
     let spent: Vec<f64> = all.iter().map(|b| b.energy).collect();
     assert!((mean(&spent) - 1.0).abs() < 0.15, "{spent:?} G_f");

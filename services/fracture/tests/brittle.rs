@@ -5,7 +5,8 @@ use cullet_fracture::mpm::{Domain, symmetric};
 use cullet_fracture::particles::Particles;
 use cullet_fracture::solvers::{brittle::Brittle, by_name};
 use cullet_fracture::{
-    Fracture, Impact, Material, Problem, Progress, Refusal, Settings, Solver, damage::Softening,
+    Fracture, Impact, Material, Problem, Progress, Refusal, Settings, Solver, StrengthField,
+    damage::Softening,
 };
 use cullet_geometry::inside::Inside;
 use cullet_geometry::{Solid, Vec3, sample, shapes};
@@ -25,6 +26,7 @@ fn block(size: Vec3, material: Material, impacts: Vec<Impact>) -> Problem {
     Problem {
         solid: Arc::new(Solid::outer(mesh)),
         material,
+        strength: StrengthField { seed: 7, ..StrengthField::default() },
         impacts,
         settings: Settings { max_particles: 4000, ..Settings::default() },
         seed: 7,

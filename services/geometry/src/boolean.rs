@@ -18,7 +18,10 @@ use manifold_rust::types::{Box as KernelBox, Error as KernelError, MeshGLP, OpTy
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Face id of [`Surface::Outer`]; the bits of a NaN, so never those of a damage time.
-const OUTER_ID: u32 = i32::MAX as u32;
+const OUTER_ID: u32 = MAX_TAG;
+
+/// The greatest tag of a triangle: the kernel reads one with a sign bit as absent.
+pub const MAX_TAG: u32 = i32::MAX as u32;
 
 /// Why the kernel did not take a solid or give one back.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -92,15 +95,30 @@ impl Exact {
     /// kernel's own refusal.
     pub fn new(solid: &Solid) -> Result<Self, BooleanError> {
         solid.validate()?;
-        if solid.mesh.triangles.is_empty() {
-            return Err(MeshError::Empty { vertices: solid.mesh.vertices.len() }.into());
+        let tags: Vec<u32> = solid.surface.iter().map(|&s| id_of(s)).collect();
+        Self::tagged(&solid.mesh, &tags)
+    }
+
+    /// As [`Exact::new`], with a tag of the caller's for each triangle in place of its surface; a
+    /// triangle made from it, by any operation, has the same tag. Tags are at most [`MAX_TAG`].
+    ///
+    /// # Errors
+    /// As [`Exact::new`]; a mesh without one tag a triangle, or with a greater one.
+    pub fn tagged(mesh: &TriMesh, tags: &[u32]) -> Result<Self, BooleanError> {
+        mesh.validate()?;
+        let (surfaces, triangles) = (tags.len(), mesh.triangles.len());
+        if surfaces != triangles || tags.iter().any(|&tag| tag > MAX_TAG) {
+            return Err(MeshError::SurfaceLength { surfaces, triangles }.into());
         }
-        closed(&solid.mesh, |forward, backward| forward == backward)?;
-        let volume = solid.volume();
+        if mesh.triangles.is_empty() {
+            return Err(MeshError::Empty { vertices: mesh.vertices.len() }.into());
+        }
+        closed(mesh, |forward, backward| forward == backward)?;
+        let volume = mesh.signed_volume();
         if volume.is_nan() || volume <= 0.0 {
             return Err(BooleanError::NotSolid { volume });
         }
-        let accepted = run("import", || Manifold::from_mesh_glp(&to_kernel(solid)))?;
+        let accepted = run("import", || Manifold::from_mesh_glp(&to_kernel(mesh, tags)))?;
         if accepted.0.is_empty() {
             return Err(BooleanError::NotSolid { volume });
         }
@@ -228,11 +246,20 @@ impl Exact {
     /// # Errors
     /// [`BooleanError::NotClosed`] if the kernel broke its promise.
     pub fn to_solid(&self) -> Result<Solid, BooleanError> {
-        let solid = self.export();
-        if !solid.mesh.triangles.is_empty() {
-            closed(&solid.mesh, |forward, backward| forward == 1 && backward == 1)?;
+        let (mesh, tags) = self.to_tagged()?;
+        Ok(Solid { mesh, surface: tags.into_iter().map(surface_of).collect() })
+    }
+
+    /// As [`Exact::to_solid`], with the tag of each triangle.
+    ///
+    /// # Errors
+    /// [`BooleanError::NotClosed`] if the kernel broke its promise.
+    pub fn to_tagged(&self) -> Result<(TriMesh, Vec<u32>), BooleanError> {
+        let (mesh, tags) = self.export();
+        if !mesh.triangles.is_empty() {
+            closed(&mesh, |forward, backward| forward == 1 && backward == 1)?;
         }
-        Ok(solid)
+        Ok((mesh, tags))
     }
 
     /// Whether two of its triangles cross or lie on each other, which the exact operations assume
@@ -256,7 +283,7 @@ impl Exact {
         self.bounds().map_or(0.0, |(low, _)| low.x + 1.618 * low.y + 2.236 * low.z)
     }
 
-    fn export(&self) -> Solid {
+    fn export(&self) -> (TriMesh, Vec<u32>) {
         let out: MeshGLP<f64, u32> = self.0.get_mesh_glp(-1);
         let vertices = out.vert_properties.chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2]));
         let mut faces: Vec<([u32; 3], u32)> = out
@@ -266,8 +293,8 @@ impl Exact {
             .map(|(t, &id)| (from_smallest([t[0], t[1], t[2]]), id))
             .collect();
         faces.sort_unstable();
-        let (triangles, surface) = faces.into_iter().map(|(t, id)| (t, surface_of(id))).unzip();
-        Solid { mesh: TriMesh { vertices: vertices.collect(), triangles }, surface }
+        let (triangles, tags) = faces.into_iter().unzip();
+        (TriMesh { vertices: vertices.collect(), triangles }, tags)
     }
 }
 
@@ -279,7 +306,7 @@ impl Exact {
 pub fn rebuild(mesh: &TriMesh) -> Result<Exact, BooleanError> {
     mesh.validate()?;
     run("rebuild", || {
-        let soup = Manifold::from_mesh_glp_robust(&to_kernel(&Solid::outer(mesh.clone())));
+        let soup = Manifold::from_mesh_glp_robust(&outer(mesh));
         if soup.status() == KernelError::NoError {
             soup.rebuild_solid(WindingRule::Nonzero)
         } else {
@@ -305,9 +332,7 @@ pub fn level_set(
         if raw.status() != KernelError::NoError {
             return raw;
         }
-        let mut solid = Exact(raw).export();
-        solid.surface.fill(Surface::Outer);
-        Manifold::from_mesh_glp(&to_kernel(&solid))
+        Manifold::from_mesh_glp(&outer(&Exact(raw).export().0))
     })
 }
 
@@ -364,12 +389,16 @@ fn closed(mesh: &TriMesh, right: impl Fn(u32, u32) -> bool) -> Result<(), Boolea
     Err(BooleanError::NotClosed { open, crowded: bad.len() - open, first })
 }
 
-fn to_kernel(solid: &Solid) -> MeshGLP<f64, u32> {
+fn outer(mesh: &TriMesh) -> MeshGLP<f64, u32> {
+    to_kernel(mesh, &vec![OUTER_ID; mesh.triangles.len()])
+}
+
+fn to_kernel(mesh: &TriMesh, tags: &[u32]) -> MeshGLP<f64, u32> {
     MeshGLP {
         num_prop: 3,
-        vert_properties: solid.mesh.vertices.iter().flat_map(|p| [p.x, p.y, p.z]).collect(),
-        tri_verts: solid.mesh.triangles.iter().flatten().copied().collect(),
-        face_id: solid.surface.iter().map(|&s| id_of(s)).collect(),
+        vert_properties: mesh.vertices.iter().flat_map(|p| [p.x, p.y, p.z]).collect(),
+        tri_verts: mesh.triangles.iter().flatten().copied().collect(),
+        face_id: tags.to_vec(),
         run_original_id: vec![0],
         ..Default::default()
     }

@@ -1,7 +1,10 @@
 //! The wire's twins to the core's types and back.
 
 use cullet_fracture as core;
+use cullet_fracture::strength as field;
+use cullet_geometry::Vec3;
 use cullet_proto as wire;
+use cullet_proto::strength as twin;
 use std::sync::Arc;
 
 /// The problem of a job.
@@ -22,6 +25,7 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
     core::Problem {
         solid: Arc::new(job.solid.clone()),
         material: core::Material { density, young, poisson, failure_stress, fracture_energy },
+        strength: strength_of(&job.strength),
         impacts: job.impacts.iter().map(impact).collect(),
         settings: core::Settings {
             spacing,
@@ -32,6 +36,48 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
         },
         seed: job.seed,
     }
+}
+
+/// The strength field of a job.
+fn strength_of(wire: &twin::Strength) -> core::StrengthField {
+    let vertices = wire.vertices.as_ref().map(|paint| field::VertexPaint {
+        points: paint.points.clone(),
+        factors: paint.factors.clone(),
+        reach: paint.reach,
+    });
+    core::StrengthField {
+        seed: wire.seed,
+        weibull: wire.weibull,
+        correlation: wire.correlation,
+        offset: Vec3::from(wire.offset),
+        weak_plane: wire.weak_plane.map(|weak| (Vec3::from(weak.normal), weak.ratio)),
+        layers: wire.layers.map(|layers| field::Layers {
+            normal: Vec3::from(layers.normal),
+            thickness: layers.thickness,
+            ratio: layers.ratio,
+            jitter: layers.jitter,
+        }),
+        strokes: wire.strokes.iter().map(stroke_of).collect(),
+        vertices: vertices.map(Arc::new),
+    }
+}
+
+fn stroke_of(wire: &twin::Stroke) -> field::Stroke {
+    let region = match wire.region {
+        twin::Region::Box(low, high) => {
+            field::Region::Box { low: Vec3::from(low), high: Vec3::from(high) }
+        }
+        twin::Region::Sphere(centre, radius) => {
+            field::Region::Sphere { centre: Vec3::from(centre), radius }
+        }
+        twin::Region::HalfSpace(point, normal) => {
+            field::Region::HalfSpace { point: Vec3::from(point), normal: Vec3::from(normal) }
+        }
+        twin::Region::Cylinder(from, to, radius) => {
+            field::Region::Cylinder { from: Vec3::from(from), to: Vec3::from(to), radius }
+        }
+    };
+    field::Stroke { region, factor: wire.factor, edge: wire.edge }
 }
 
 /// The body that a solve took apart, with the reason why another family did not.

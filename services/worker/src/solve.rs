@@ -134,6 +134,7 @@ mod tests {
     use super::*;
     use cullet_fracture::{Cost, Problem, Report, Solver};
     use cullet_geometry::{Solid, TriMesh, Vec3};
+    use cullet_proto::strength::Strength;
     use cullet_proto::{Impact, Material, Settings};
 
     struct Slow(u32);
@@ -196,6 +197,7 @@ mod tests {
                 failure_stress: 1.0,
                 fracture_energy: 1.0,
             },
+            strength: Strength::default(),
             impacts: vec![Impact {
                 point,
                 normal,

@@ -202,6 +202,7 @@ impl World {
                 spin: Vec3::zeros(),
                 fixed: false,
                 breakable: parent.breakable,
+                weakest: parent.weakest,
                 threshold: parent.threshold,
                 parent: Some(id),
                 generation: parent.generation + 1,

@@ -369,6 +369,7 @@ mod tests {
             spin: Vec3::zeros(),
             fixed: false,
             breakable: true,
+            weakest: 1.0,
             threshold: None,
             parent: None,
             generation: 0,

@@ -186,7 +186,7 @@ impl Run<'_> {
             let origin = Origin {
                 object: body.name.clone(),
                 material: body.material.name.clone(),
-                choice: job::Choice::of(body, &scene.fracture),
+                choice: job::Choice::of(body, &scene.fracture, job::seed_of(id, scene.world.seed)),
             };
             self.origins.insert(id, origin);
             self.record_birth(id)?;

@@ -1,8 +1,9 @@
 //! What a verdict does to the world and to the recording.
 
-use super::{Outcome, Pending, Run, RunError, convert, number};
+use super::{Origin, Outcome, Pending, Run, RunError, convert, number};
 use crate::link::{Ending, Settlement};
 use crate::record::Event;
+use cullet_geometry::Vec3;
 use cullet_proto::recording::{self, JobReport, PoolReport, Vector3};
 use cullet_proto::{BrokenBody, Report, Verdict};
 use cullet_world::{BodyId, Hit, Piece, Replacement};
@@ -75,9 +76,12 @@ impl Run<'_> {
             let reason = format!("the run ended {early} {steps} before its fragments were due");
             return self.kept(&job, reason);
         }
+        let middle =
+            |fragment: &cullet_proto::Fragment| fragment.solid.mesh.mass_properties().centroid;
+        let centres: Vec<Vec3> = broken.fragments.iter().map(middle).collect();
         let pieces = broken.fragments.into_iter().map(piece).collect();
         match self.world.replace(job.body, &job.hits, pieces, broken.report.fracture_energy) {
-            Ok(done) => self.replaced(&job, &done, broken.report.spacing),
+            Ok(done) => self.replaced(&job, &done, &centres, broken.report.spacing),
             Err(error) => self.kept(&job, error.to_string()),
         }
     }
@@ -86,17 +90,19 @@ impl Run<'_> {
         self.event(&Event::KeptWhole { body: number(job.body), job: job.id.0, reason })
     }
 
-    /// `spacing`: of the solve that made the fragments; they are solved no finer than that \[m\].
+    /// `centres`: of the fragments, in the body's frame \[m\]. `spacing`: of the solve that made the fragments; they are solved no finer than that \[m\].
     fn replaced(
         &mut self,
         job: &Pending,
         done: &Replacement,
+        centres: &[Vec3],
         spacing: f64,
     ) -> Result<(), RunError> {
         let mut origin = self.origins.remove(&job.body).ok_or(RunError::Lost(job.body))?;
         origin.choice.no_finer_than(spacing);
-        for &id in &done.fragments {
-            self.origins.insert(id, origin.clone());
+        for (&id, centre) in done.fragments.iter().zip(centres) {
+            let choice = origin.choice.of_fragment(centre);
+            self.origins.insert(id, Origin { choice, ..origin.clone() });
             self.record_birth(id)?;
         }
         self.fractures += 1;
@@ -212,7 +218,7 @@ fn reported(job: &Pending, report: &Report) -> JobReport {
 }
 
 fn hit(hit: &Hit) -> recording::Hit {
-    let vector = |v: cullet_geometry::Vec3| Some(Vector3 { x: v.x, y: v.y, z: v.z });
+    let vector = |v: Vec3| Some(Vector3 { x: v.x, y: v.y, z: v.z });
     let i = &hit.impact;
     recording::Hit {
         point: vector(i.point),

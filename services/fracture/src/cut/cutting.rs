@@ -2,13 +2,12 @@
 
 mod amend;
 
-use super::{Body, CutError, CutSettings, Part, Partition, VOLUME_TOLERANCE, boxed};
-use crate::crack::{Evidence, Sites};
+use super::{Body, CutError, CutSettings, OUTER, Part, Partition, VOLUME_TOLERANCE, boxed};
+use crate::crack::Ground;
 use crate::region::{Mosaic, Side, agglomerate, triangle_area};
 use amend::Homes;
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::hull::{HullSettings, convex_parts};
-use cullet_geometry::voronoi::Cells;
 use cullet_geometry::{Solid, Surface, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -18,11 +17,11 @@ use std::collections::BTreeMap;
 const ROUNDS: u32 = 4;
 /// Regions cut in one step: large enough to feed every core, small enough to cancel between steps.
 const BATCH: usize = 64;
-/// Damage times with these bits or more (1.6e29 s) name facets while a cut is under way: the face
-/// id that the boolean kernel carries from a region to its pieces is the damage time's bits.
-const FACET: u32 = 0x7000_0000;
-/// Most facets that can be named: up to the bits of the largest finite number.
-const MAX_FACETS: usize = (0x7f7f_ffff - FACET) as usize;
+/// Tags that the boolean kernel carries from a face to what is cut from it: below, a triangle of
+/// the body; from here on, a facet of the mosaic.
+const FACET: u32 = 1 << 30;
+/// Most facets, and triangles of a body, that can be named.
+const MOST: usize = 1 << 30;
 
 /// A piece of the body: a connected part of one region's share.
 #[derive(Debug)]
@@ -46,13 +45,12 @@ struct Piece {
 #[derive(Debug)]
 pub struct Cutting {
     body: Body,
-    cells: Cells,
     mosaic: Mosaic,
+    /// The label of each cell.
     labels: Vec<u32>,
-    times: Vec<f64>,
     floor: f64,
     max: usize,
-    pub(super) evidence: Option<Evidence>,
+    pub(super) ground: Option<Ground>,
     pieces: Vec<Piece>,
     /// Facets around each label of the current round, and the labels still to cut.
     sides: Vec<Vec<Side>>,
@@ -78,44 +76,43 @@ impl Cutting {
         attempt: u64,
     ) -> Result<Self, CutError> {
         let body = Body::new(solid, settings)?;
-        let mut sites = boxed(&body, sites, labels, times, settings.seed, attempt)?;
-        let cells = Cells::new(std::mem::take(&mut sites.places), sites.low, sites.high)?;
-        let mosaic = Mosaic::new(&cells)?;
-        let floor = settings.min_volume_ratio * body.volume;
-        Self::assemble(body, cells, mosaic, sites, floor, settings.max_fragments)
-    }
-
-    pub(super) fn assemble(
-        body: Body,
-        cells: Cells,
-        mosaic: Mosaic,
-        sites: Sites,
-        floor: f64,
-        max_fragments: u32,
-    ) -> Result<Self, CutError> {
-        if mosaic.facets.len() > MAX_FACETS {
-            let (value, limit) = (mosaic.facets.len() as f64, MAX_FACETS as f64);
-            return Err(CutError::TooLarge { what: "facets", value, limit });
-        }
+        let cells = boxed(&body, sites, labels, times, settings.seed, attempt)?;
+        let mosaic = Mosaic::of_cells(&cells, times)?;
         // Labels become 0, 1, 2, … in ascending order.
-        let mut names = sites.labels.clone();
+        let mut names = labels.to_vec();
         names.sort_unstable();
         names.dedup();
         let rank = |label: &u32| names.partition_point(|other| other < label) as u32;
-        let labels: Vec<u32> = sites.labels.iter().map(rank).collect();
-        let sides = mosaic.sides(&labels, names.len());
+        let labels = labels.iter().map(rank).collect();
+        let floor = settings.min_volume_ratio * body.volume;
+        Self::assemble(body, mosaic, labels, floor, settings.max_fragments)
+    }
+
+    /// `labels`: of each cell, all of 0, 1, 2, … in use.
+    pub(super) fn assemble(
+        body: Body,
+        mosaic: Mosaic,
+        labels: Vec<u32>,
+        floor: f64,
+        max_fragments: u32,
+    ) -> Result<Self, CutError> {
+        let most = mosaic.facets.len().max(body.solid.mesh.triangles.len());
+        if most >= MOST {
+            let (value, limit) = (most as f64, MOST as f64);
+            return Err(CutError::TooLarge { what: "facets", value, limit });
+        }
+        let count = labels.iter().max().map_or(0, |&most| most as usize + 1);
+        let sides = mosaic.sides(&labels, count);
         Ok(Self {
             body,
-            cells,
             mosaic,
             labels,
-            times: sites.times,
             floor,
             max: max_fragments.max(1) as usize,
-            evidence: None,
+            ground: None,
             pieces: Vec::new(),
             sides,
-            todo: (0..names.len() as u32).collect(),
+            todo: (0..count as u32).collect(),
             cut: 0,
             round: 0,
             warnings: Vec::new(),
@@ -176,35 +173,33 @@ impl Cutting {
         if sides.is_empty() {
             return Ok(Vec::new());
         }
-        let region = self
-            .mosaic
-            .solid(sides, |facet| Surface::Crack { damage_time: f32::from_bits(FACET + facet) });
-        let share = self.body.exact.intersect(&Exact::new(&region)?)?;
+        let (mesh, names) = self.mosaic.region(sides);
+        let tags: Vec<u32> = names.iter().map(|name| FACET + name).collect();
+        let share = self.body.exact.intersect(&Exact::tagged(&mesh, &tags)?)?;
         let parts = share.components()?;
         parts.into_iter().map(|part| self.piece(label, part)).collect()
     }
 
     /// Reads which facets a piece ends at, and gives its crack faces their times.
     fn piece(&self, label: u32, exact: Exact) -> Result<Piece, CutError> {
-        let mut solid = exact.to_solid()?;
+        let (mesh, tags) = exact.to_tagged()?;
+        let mut solid = Solid { surface: Vec::with_capacity(tags.len()), mesh };
         let mut contacts: BTreeMap<u32, f64> = BTreeMap::new();
         let (mut crack, mut damaged) = (0.0, 0.0);
-        for t in 0..solid.surface.len() {
-            let Some(facet) = facet_of(solid.surface[t]) else {
+        for (t, &tag) in tags.iter().enumerate() {
+            let Some(name) = facet_of(tag) else {
+                solid.surface.push(self.body.surface_of(tag));
                 continue;
             };
-            let area = triangle_area(&solid.mesh, t);
-            *contacts.entry(facet).or_insert(0.0) += area;
+            let area = triangle_area(&solid.mesh.vertices, solid.mesh.triangles[t]);
+            *contacts.entry(name).or_insert(0.0) += area;
             crack += area;
             let [a, b, c] = solid.mesh.corners(t);
-            if self.evidence.as_ref().is_none_or(|e| e.holds((a + b + c) / 3.0)) {
+            if self.ground.as_ref().is_none_or(|ground| ground.holds((a + b + c) / 3.0)) {
                 damaged += area;
             }
-            let (i, j) = self.mosaic.facets[facet as usize].sites;
-            let times = [self.times[i as usize], self.times[j as usize]];
-            let known = times.iter().filter(|t| t.is_finite());
-            let time = known.clone().sum::<f64>() / known.count().max(1) as f64;
-            solid.surface[t] = Surface::Crack { damage_time: time as f32 };
+            let time = self.mosaic.facets[name as usize].time;
+            solid.surface.push(Surface::Crack { damage_time: time as f32 });
         }
         let volume = solid.mesh.signed_volume();
         let contacts = contacts.into_iter().collect();
@@ -290,10 +285,9 @@ impl Cutting {
 
     /// The part that each particle lies in, for the parts of the last [`Cutting::finish`].
     pub(super) fn locate(&self, positions: &[Vec3], parts: &[Part]) -> Vec<u32> {
-        if parts.len() == 1 {
+        let (Some(ground), true) = (&self.ground, parts.len() > 1) else {
             return vec![0; positions.len()];
-        }
-        let owner: Vec<u32> = positions.par_iter().map(|&p| self.cells.nearest(p)).collect();
+        };
         let mut of_label: Vec<Vec<u32>> = vec![Vec::new(); self.sides.len()];
         for (p, labels) in self.part_labels.iter().enumerate() {
             for &label in labels {
@@ -301,25 +295,25 @@ impl Cutting {
             }
         }
         let all: Vec<u32> = (0..parts.len() as u32).collect();
-        let choices = |site: u32| match of_label[self.labels[site as usize] as usize].as_slice() {
-            [] => all.as_slice(),
-            some => some,
+        let choices = |&place: &Vec3| -> Vec<u32> {
+            let near = ground.around(place).map(|cell| self.labels[cell as usize]);
+            let mut parts: Vec<u32> =
+                near.flat_map(|label| of_label[label as usize].iter().copied()).collect();
+            parts.sort_unstable();
+            parts.dedup();
+            if parts.is_empty() { all.clone() } else { parts }
         };
-        let mut doubtful: Vec<u32> = owner
-            .iter()
-            .map(|&site| choices(site))
-            .filter(|c| c.len() > 1)
-            .flatten()
-            .copied()
-            .collect();
+        let choices: Vec<Vec<u32>> = positions.par_iter().map(choices).collect();
+        let mut doubtful: Vec<u32> =
+            choices.iter().filter(|c| c.len() > 1).flatten().copied().collect();
         doubtful.sort_unstable();
         doubtful.dedup();
         let homes = Homes::new(doubtful.iter().map(|&p| (p, &parts[p as usize].solid)));
-        let home = |(&p, &site): (&Vec3, &u32)| match choices(site) {
+        let home = |(&p, choice): (&Vec3, &Vec<u32>)| match choice.as_slice() {
             &[only] => only,
             several => homes.of(p, several),
         };
-        positions.par_iter().zip(&owner).map(home).collect()
+        positions.par_iter().zip(&choices).map(home).collect()
     }
 }
 
@@ -328,15 +322,7 @@ pub(super) fn hulls(solid: &Solid) -> Vec<Vec<Vec3>> {
     convex_parts(solid, HullSettings::default())
 }
 
-/// The facet that a face names while a cut is under way.
-fn facet_of(surface: Surface) -> Option<u32> {
-    match surface {
-        Surface::Outer => None,
-        Surface::Crack { damage_time } => damage_time.to_bits().checked_sub(FACET),
-    }
-}
-
-/// The first face of a body whose damage time would be taken for a facet's name.
-pub(super) fn reserved(solid: &Solid) -> Option<usize> {
-    solid.surface.iter().position(|&surface| facet_of(surface).is_some())
+/// The facet that a tag names.
+fn facet_of(tag: u32) -> Option<u32> {
+    (tag < OUTER).then(|| tag.checked_sub(FACET)).flatten()
 }

@@ -64,6 +64,7 @@ impl Cloud {
             positions: &self.positions,
             damage: &self.damage,
             damage_time: &self.time,
+            pieces: None,
         }
     }
 }
@@ -349,4 +350,52 @@ fn bad_fields_are_refused() {
     assert!(matches!(extract(&cube(), &good, &greedy), Err(CutError::NotFinite { .. })));
     let uneven = by_sites(&cube(), &[Vec3::repeat(0.5)], &[0, 1], &[0.0], &SETTINGS);
     assert!(matches!(uneven, Err(CutError::Lengths { counts: [1, 2, 1] })));
+}
+
+#[test]
+fn a_band_on_the_lattice_leaves_no_degenerate_faces() {
+    // F25: particles and damage exactly on lattice planes, nothing jittered.
+    let h = 0.125;
+    let step = 0.5 * h;
+    let at = |i: usize| step * (i as f64 + 0.5);
+    let grid = (0..16 * 16 * 16).map(|i| Vec3::new(at(i % 16), at(i / 16 % 16), at(i / 256)));
+    let positions: Vec<Vec3> = grid.collect();
+    let damage: Vec<f64> =
+        positions.iter().map(|p| f64::from(u8::from((p.x - 0.5).abs() < h))).collect();
+    let time = vec![1e-5; positions.len()];
+    let field = DamageField {
+        spacing: h,
+        positions: &positions,
+        damage: &damage,
+        damage_time: &time,
+        pieces: None,
+    };
+    let partition = extract(&cube(), &field, &SETTINGS).unwrap();
+    assert_lawful(&partition, 1.0, positions.len());
+    assert_eq!(partition.parts.len(), 2);
+    assert!((partition.crack_area - 1.0).abs() < 2e-3, "area {}", partition.crack_area);
+    assert!((partition.parts[0].volume - 0.5).abs() < 0.1 * h, "{}", partition.parts[0].volume);
+    for part in &partition.parts {
+        for t in 0..part.solid.mesh.triangles.len() {
+            let [a, b, c] = part.solid.mesh.corners(t);
+            assert!((b - a).cross(&(c - a)).norm() > 1e-10 * h * h, "a face without area");
+        }
+    }
+}
+
+#[test]
+fn parts_are_large_enough_to_have_an_inertia() {
+    // F32: a lattice of bands that asks for pieces of a cell and less.
+    let h = 0.08;
+    let cloud = Cloud::in_cube(h, |p| p.iter().any(|x| (x / (2.9 * h)).fract() < 0.4));
+    let settings = CutSettings { min_volume_ratio: 0.0, max_fragments: 10_000, seed: 1 };
+    let partition = extract(&cube(), &cloud.field(), &settings).unwrap();
+    assert_lawful(&partition, 1.0, cloud.positions.len());
+    assert!(partition.parts.len() > 20, "{}", partition.parts.len());
+    for part in &partition.parts {
+        assert!(part.volume > 0.9 * h * h * h, "{} cells", part.volume / (h * h * h));
+        let i = part.solid.mesh.mass_properties().inertia.symmetric_eigenvalues();
+        let (least, sum) = (i.min(), i.sum());
+        assert!(least > 0.0 && sum - i.max() >= i.max() * (1.0 - 1e-9), "{i:?}");
+    }
 }

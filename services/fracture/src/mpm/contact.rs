@@ -8,6 +8,9 @@ use cullet_geometry::Vec3;
 /// Least distance between the centres of two sides, in cells, that tells where they lie.
 const LEAST: f64 = 1e-9;
 
+/// Each copy meets so many of the heaviest at its node, not the crumbs between them.
+const HEAVY: usize = 3;
+
 /// Two copies of a node and the unit normal out of the first, into the second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pair {
@@ -32,8 +35,11 @@ impl Contact {
         order.dedup();
         let mut pairs = Vec::new();
         for copies in order.chunk_by(|a, b| a.0 == b.0) {
-            for (i, &(_, first)) in copies.iter().enumerate() {
-                for &(_, second) in &copies[i + 1..] {
+            let mut copies: Vec<u32> = copies.iter().map(|&(_, n)| n).collect();
+            let mass = |n: &u32| nodes.mass[*n as usize];
+            copies.sort_by(|a, b| mass(b).total_cmp(&mass(a)));
+            for (i, &first) in copies.iter().enumerate().take(HEAVY) {
+                for &second in &copies[i + 1..] {
                     let across = nodes.lean[second as usize] - nodes.lean[first as usize];
                     if across.norm() > LEAST {
                         // The normal of a plane, given in cells, in metres.

@@ -21,6 +21,10 @@ pub const SAFETY: f64 = 0.8;
 /// A strength, in those of the law, that no stress reaches.
 const UNBREAKABLE: f64 = 1e12;
 
+/// Steps between looks at what has parted: a crack at Rayleigh's speed comes less than two cells
+/// far (F21).
+const REFRESH: u64 = 4;
+
 /// Nodes of a piece of work.
 const NODES: usize = 512;
 
@@ -69,6 +73,8 @@ pub struct Domain {
     contact: Contact,
     kernel: Kernel,
     slot: Vec<u32>,
+    /// Points that broke since nodes were last parted, by id.
+    broken: Vec<u32>,
 }
 
 /// What a step noticed.
@@ -149,6 +155,7 @@ impl Domain {
             contact: Contact::default(),
             kernel,
             slot: Vec::new(),
+            broken: Vec::new(),
         };
         domain.locate();
         domain.watch(material);
@@ -234,6 +241,13 @@ impl Domain {
         }
     }
 
+    /// The piece of each whole point by id: points that no crack has parted have the same number;
+    /// `None` for broken points.
+    #[must_use]
+    pub fn pieces(&self) -> Vec<Option<u32>> {
+        self.separation.pieces()
+    }
+
     /// Cuts the bonds between points for which `apart` holds, either way round: a crack that is
     /// there from the start, given by the places of two points \[m\].
     pub fn sever(&mut self, apart: impl Fn(&Vec3, &Vec3) -> bool) {
@@ -275,21 +289,29 @@ impl Domain {
         if tally.broken > 0 {
             self.grow();
         }
+        if self.fields == Fields::Split
+            && self.steps.is_multiple_of(REFRESH)
+            && !self.broken.is_empty()
+        {
+            self.separate();
+        }
         Tally { fastest, ..tally }
     }
 
-    /// Opens the way for cracks at the points that broke in this step, and parts nodes.
+    /// Opens the way for cracks at the points that broke in this step.
     fn grow(&mut self) {
         let pairs = self.particles.damage_time.iter().zip(&self.particles.id);
         let broken: Vec<u32> =
             pairs.filter(|(time, _)| **time == self.time).map(|(_, &id)| id).collect();
         broken.iter().for_each(|&id| self.open(id, self.time));
-        if self.fields == Fields::Split {
-            let parted =
-                self.separation.grow(&broken, &mut self.grid, &mut self.particles, &self.slot);
-            if parted {
-                self.parted();
-            }
+        self.broken.extend(broken);
+    }
+
+    /// Parts the nodes that the cracks since the last time have passed.
+    fn separate(&mut self) {
+        let broken = std::mem::take(&mut self.broken);
+        if self.separation.grow(&broken, &mut self.grid, &mut self.particles, &self.slot) {
+            self.parted();
         }
     }
 

@@ -4,8 +4,8 @@
 //! A step takes strain and stress at the points, sums their forces at the nodes, moves the nodes.
 //! Every sum has a fixed order, so the bits do not depend on the number of threads (F75).
 
-pub mod basin;
 mod contact;
+pub mod crushed;
 pub mod domain;
 pub(crate) mod door;
 pub mod elastic;
@@ -18,6 +18,5 @@ pub mod motion;
 pub mod quadrature;
 mod separation;
 pub mod symmetric;
-pub mod variation;
 
 pub use domain::{Domain, Tally};

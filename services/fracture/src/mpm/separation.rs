@@ -1,8 +1,8 @@
 //! Which points a crack has parted, and at which nodes that parts the velocity field.
 //!
 //! Points are joined by bonds to their neighbours. A point that breaks is a small piece of crack:
-//! a disc through it, across the direction of the pull that broke it. The disc cuts the bonds that
-//! cross it, and the point stays with the side where its whole neighbours are. A node whose points
+//! a disc through it, across the direction of the pull that broke it. The disc cuts the bonds between
+//! whole points that cross it; the point itself stays with the side where its whole neighbours are. A node whose points
 //! are no longer connected among themselves becomes one node for each connected set of them: so a
 //! crack that ends inside a node's reach parts nothing there, and where three fragments meet there
 //! are three fields (F17, F19). What has parted stays parted (F21).
@@ -39,6 +39,7 @@ pub(super) struct Separation {
 }
 
 /// A set of connected points at a node.
+#[derive(Default)]
 struct Part {
     /// Points by place in the arrays, with the node's number among the 27 of their element.
     points: Vec<(u32, u32)>,
@@ -48,6 +49,19 @@ struct Part {
 }
 
 impl Part {
+    /// Adds up what the node carries of it.
+    fn measure(&mut self, grid: &Grid, particles: &Particles) {
+        for &(p, k) in &self.points {
+            let stencil = Stencil::new(&particles.reference[p as usize], &grid.spacing);
+            let [x, y, z] = [k / 9, k / 3 % 3, k % 3].map(|i| i as usize);
+            let weight = stencil.weight[0][x] * stencil.weight[1][y] * stencil.weight[2][z];
+            let mass = weight * particles.mass(p as usize);
+            let away = Vec3::new(stencil.away[0][x], stencil.away[1][y], stencil.away[2][z]);
+            self.mass += mass;
+            self.moment -= away * mass;
+        }
+    }
+
     fn weigh(&self, nodes: &mut Nodes, node: u32) {
         nodes.mass[node as usize] = self.mass;
         nodes.lean[node as usize] = self.moment / self.mass;
@@ -96,6 +110,20 @@ impl Separation {
                 }
             }
         }
+    }
+
+    /// The connected set of each whole point by id, numbered by their first points; `None` for
+    /// broken ones.
+    pub(super) fn pieces(&self) -> Vec<Option<u32>> {
+        let mut piece = vec![OPEN; self.places.len()];
+        let (mut pieces, mut stack) = (0, Vec::new());
+        for start in 0..self.places.len() as u32 {
+            if piece[start as usize] == OPEN && self.is_whole(start) {
+                self.flood(start, pieces, &mut piece, &mut stack);
+                pieces += 1;
+            }
+        }
+        piece.into_iter().map(|number| (number < OPEN).then_some(number)).collect()
     }
 
     /// Cuts the bonds for which `apart` holds, either way round, and parts all nodes that are not
@@ -155,22 +183,29 @@ impl Separation {
         self.part(&nodes, grid, particles, slots)
     }
 
-    /// Cuts the bonds of one broken point and those that cross its disc.
+    /// Cuts the bonds of one broken point and those between whole points that cross its disc.
     fn cut_around(&mut self, id: u32, touched: &mut Vec<u32>) {
         let (centre, stays) = (self.places[id as usize], self.stays[id as usize]);
-        let height = |s: &Self, other: u32| stays.dot(&(s.places[other as usize] - centre));
         for q in self.bonds(id) {
             let near = self.others[q];
-            let side = height(self, near);
-            let apart = side < 0.0 || self.stays[near as usize].dot(&stays) < 0.0;
+            let side = stays.dot(&(self.places[near as usize] - centre));
+            let apart = if self.is_whole(near) {
+                side < 0.0
+            } else {
+                // Two of one layer hold together; those that stay with opposite sides do not.
+                self.stays[near as usize].dot(&stays) < 0.0
+            };
             if apart && self.holds[q] {
                 self.cut(id, near);
                 touched.extend([id, near]);
             }
+            if !self.is_whole(near) {
+                continue;
+            }
             for r in self.bonds(near) {
                 let far = self.others[r];
-                let other = height(self, far);
-                if far == id || !self.holds[r] || side * other >= 0.0 {
+                let other = stays.dot(&(self.places[far as usize] - centre));
+                if !self.holds[r] || !self.is_whole(far) || side * other >= 0.0 {
                     continue;
                 }
                 let (a, b) = (self.places[near as usize], self.places[far as usize]);
@@ -183,6 +218,10 @@ impl Separation {
         }
     }
 
+    fn is_whole(&self, id: u32) -> bool {
+        self.stays[id as usize] == Vec3::zeros()
+    }
+
     /// Parts those of `nodes` whose points are not connected; whether there were any.
     fn part(
         &self,
@@ -191,7 +230,7 @@ impl Separation {
         particles: &mut Particles,
         slots: &[u32],
     ) -> bool {
-        let mut marks = Marks { member: vec![0; particles.len()], now: 0 };
+        let mut marks = Marks::new(particles.len());
         // Point, number of the node among its 27, new node.
         let mut moves: Vec<(u32, u32, u32)> = Vec::new();
         for &node in nodes {
@@ -199,6 +238,7 @@ impl Separation {
             if parts.len() < 2 {
                 continue;
             }
+            parts.iter_mut().for_each(|part| part.measure(grid, particles));
             // The heaviest keeps the node; the first of equal ones.
             let heaviest =
                 (0..parts.len()).fold(0, |m, k| if parts[k].mass > parts[m].mass { k } else { m });
@@ -218,7 +258,9 @@ impl Separation {
         true
     }
 
-    /// The connected sets of a node's points, in the order of their first points.
+    /// The connected sets of a node's whole points, in the order of their first points. Broken
+    /// points join nothing: each goes with the set that it has most bonds with, or where it is
+    /// surrounded by broken ones, with its neighbour.
     fn parts(
         &self,
         node: u32,
@@ -227,58 +269,118 @@ impl Separation {
         slots: &[u32],
         marks: &mut Marks,
     ) -> Vec<Part> {
-        let rows = grid.rows.of(node as usize);
-        marks.now += 2;
-        let (member, seen) = (marks.now - 1, marks.now);
-        let mut points = Vec::new();
-        for &row in rows {
-            let element = &grid.elements[row as usize / AROUND];
-            for p in element.points() {
-                marks.member[particles.id[p] as usize] = member;
-                points.push((p as u32, row % AROUND as u32));
+        marks.gather(node, grid, particles);
+        let mut count = 0;
+        for at in 0..marks.points.len() {
+            let start = marks.points[at];
+            if marks.part[start as usize] == OPEN && self.is_whole(start) {
+                self.flood(start, count, &mut marks.part, &mut marks.stack);
+                count += 1;
             }
         }
-        let mut number: Vec<(u32, u32)> = points.clone();
-        number.sort_unstable();
         let mut parts = Vec::new();
-        for &(first, _) in &points {
-            let start = particles.id[first as usize];
-            if marks.member[start as usize] != member {
-                continue;
+        if count > 1 {
+            self.share_broken(marks);
+            parts.resize_with(count as usize, Part::default);
+            for &id in &marks.points {
+                let part = &mut parts[marks.part[id as usize] as usize];
+                part.points.push((slots[id as usize], marks.number[id as usize]));
             }
-            marks.member[start as usize] = seen;
-            let mut part = Part { points: Vec::new(), mass: 0.0, moment: Vec3::zeros() };
-            let mut stack = vec![start];
-            while let Some(id) = stack.pop() {
-                let p = slots[id as usize];
-                let at = number.partition_point(|entry| entry.0 < p);
-                let k = number[at].1;
-                part.points.push((p, k));
-                let stencil = Stencil::new(&particles.reference[p as usize], &grid.spacing);
-                let [x, y, z] = [k / 9, k / 3 % 3, k % 3].map(|i| i as usize);
-                let weight = stencil.weight[0][x] * stencil.weight[1][y] * stencil.weight[2][z];
-                let mass = weight * particles.mass(p as usize);
-                part.mass += mass;
-                let away = Vec3::new(stencil.away[0][x], stencil.away[1][y], stencil.away[2][z]);
-                part.moment -= away * mass;
-                for bond in self.bonds(id).filter(|&bond| self.holds[bond]) {
-                    let other = self.others[bond] as usize;
-                    if marks.member[other] == member {
-                        marks.member[other] = seen;
-                        stack.push(other as u32);
-                    }
+        }
+        marks.clear();
+        parts
+    }
+
+    /// Numbers the whole points connected to `start` among those that are open.
+    fn flood(&self, start: u32, number: u32, part: &mut [u32], stack: &mut Vec<u32>) {
+        part[start as usize] = number;
+        stack.push(start);
+        while let Some(id) = stack.pop() {
+            for bond in self.bonds(id).filter(|&bond| self.holds[bond]) {
+                let other = self.others[bond];
+                if part[other as usize] == OPEN && self.is_whole(other) {
+                    part[other as usize] = number;
+                    stack.push(other);
                 }
             }
-            parts.push(part);
         }
-        parts
+    }
+
+    /// Gives the broken points of the node at hand to sets.
+    fn share_broken(&self, marks: &mut Marks) {
+        let mut left: Vec<u32> =
+            marks.points.iter().copied().filter(|&id| marks.part[id as usize] == OPEN).collect();
+        while !left.is_empty() {
+            let found: Vec<(u32, u32)> = left
+                .iter()
+                .filter_map(|&id| Some((id, self.favourite(id, &marks.part)?)))
+                .collect();
+            if found.is_empty() {
+                left.iter().for_each(|&id| marks.part[id as usize] = 0);
+                return;
+            }
+            found.iter().for_each(|&(id, part)| marks.part[id as usize] = part);
+            left.retain(|&id| marks.part[id as usize] == OPEN);
+        }
+    }
+
+    /// The set that a point has most bonds with; those that hold count more.
+    fn favourite(&self, id: u32, part: &[u32]) -> Option<u32> {
+        let mut votes: Vec<(u32, u32)> = Vec::new();
+        for bond in self.bonds(id) {
+            let number = part[self.others[bond] as usize];
+            if number < OPEN {
+                let weight = if self.holds[bond] { 100 } else { 1 };
+                match votes.iter_mut().find(|vote| vote.0 == number) {
+                    Some(vote) => vote.1 += weight,
+                    None => votes.push((number, weight)),
+                }
+            }
+        }
+        votes.into_iter().max_by_key(|&(number, votes)| (votes, OPEN - number)).map(|vote| vote.0)
     }
 }
 
-/// Which points belong to the node at hand, by id.
+/// Belongs to no set of the node at hand.
+const AWAY: u32 = u32::MAX;
+/// Belongs to the node at hand, to no set yet.
+const OPEN: u32 = u32::MAX - 1;
+
+/// The points of the node at hand, by id.
 struct Marks {
-    member: Vec<u32>,
-    now: u32,
+    points: Vec<u32>,
+    part: Vec<u32>,
+    number: Vec<u32>,
+    stack: Vec<u32>,
+}
+
+impl Marks {
+    fn new(points: usize) -> Self {
+        Self {
+            points: Vec::new(),
+            part: vec![AWAY; points],
+            number: vec![0; points],
+            stack: Vec::new(),
+        }
+    }
+
+    fn gather(&mut self, node: u32, grid: &Grid, particles: &Particles) {
+        for &row in grid.rows.of(node as usize) {
+            for p in grid.elements[row as usize / AROUND].points() {
+                let id = particles.id[p];
+                self.points.push(id);
+                self.part[id as usize] = OPEN;
+                self.number[id as usize] = row % AROUND as u32;
+            }
+        }
+    }
+
+    fn clear(&mut self) {
+        for &id in &self.points {
+            self.part[id as usize] = AWAY;
+        }
+        self.points.clear();
+    }
 }
 
 /// Gives points their new nodes and makes elements of those that still see the same ones.

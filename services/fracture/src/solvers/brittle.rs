@@ -1,17 +1,18 @@
 //! Brittle solids: particles, MLS-MPM under the Hertz push, Rankine damage, then the exact cut.
 
 use crate::cut::{self, CutSettings, DamageField};
-use crate::damage::{BAND_WIDTH, Softening};
+use crate::damage::{Softening, WeakPlane};
 use crate::mpm::domain::{SAFETY, stable_step};
 use crate::mpm::door::{
     PER_CELL, check_impacts, check_material, check_thickness, sample_points, spacing, within,
 };
 use crate::mpm::load::{LEAST_RADIUS, Load};
-use crate::mpm::{Domain, Tally, basin, motion, quadrature, variation};
+use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
 use crate::particles::Particles;
 use crate::solver::{
     Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
 };
+use crate::strength::Strength;
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 
@@ -123,10 +124,13 @@ impl Solver for Brittle {
         let cell = Vec3::repeat(spacing);
         let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
         particles.volume = quadrature::volumes(&points, &inside, cell, mesh.signed_volume());
-        for (strength, x) in particles.strength.iter_mut().zip(&points) {
-            *strength = variation::strength(x, spacing, problem.seed);
+        let strength = Strength::new(&problem.strength, spacing);
+        for (factor, x) in particles.strength.iter_mut().zip(&points) {
+            *factor = strength.factor(x);
         }
-        let softening = Softening::new(material, BAND_WIDTH * spacing);
+        let mut softening = Softening::on_grid(material, spacing);
+        softening.weak_plane =
+            strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
         let mut domain = Domain::new(particles, material, softening, cell);
         let clock = Clock::new(&problem);
         let loads: Vec<Load> =
@@ -175,6 +179,12 @@ impl Solver for Brittle {
 }
 
 impl Brittle {
+    /// The body on its grid as it is now.
+    #[must_use]
+    pub fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
     fn step(&mut self) -> Result<(), Failure> {
         for load in &mut self.loads {
             self.work += load.push(&mut self.domain);
@@ -229,12 +239,14 @@ impl Brittle {
     fn finish(&mut self) -> Result<Fracture, Failure> {
         self.look(self.domain.steps)?;
         let (positions, damage, damage_time) = self.field();
-        let cracks = basin::cracks(&self.domain.particles, &self.rules());
+        let pieces = self.domain.pieces();
+        let pieces = crushed::pieces(&self.domain.particles, pieces, &self.rules());
         let field = DamageField {
             spacing: self.domain.grid.spacing.x,
             positions: &positions,
-            damage: &cracks.membership,
+            damage: &damage,
             damage_time: &damage_time,
+            pieces: Some(&pieces.of),
         };
         let settings = CutSettings {
             min_volume_ratio: self.problem.settings.min_volume_ratio,
@@ -247,10 +259,10 @@ impl Brittle {
         report.crack_area = partition.crack_area;
         report.fracture_energy = self.problem.material.fracture_energy * partition.crack_area;
         report.warnings.extend(partition.warnings);
-        if cracks.drawn > 0 {
+        if pieces.drawn > 0 {
             report.warnings.push(format!(
                 "crushed: {:.3} of the body is finer than the grid can tell; {} pieces drawn there",
-                cracks.crushed, cracks.drawn
+                pieces.crushed, pieces.drawn
             ));
         }
         let motions =
@@ -273,11 +285,10 @@ impl Brittle {
         Ok(Fracture { fragments, report })
     }
 
-    fn rules(&self) -> basin::Rules {
+    fn rules(&self) -> crushed::Rules {
         let material = &self.problem.material;
-        basin::Rules {
+        crushed::Rules {
             spacing: self.domain.grid.spacing,
-            shear_speed: material.shear_speed(),
             toughness: material.fracture_energy / material.density,
             seed: self.problem.seed,
         }

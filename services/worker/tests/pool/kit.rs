@@ -1,6 +1,7 @@
 //! What the tests share.
 
 use cullet_coordinator::link::{Ending, Pool, PoolConfig, Settlement, SpawnConfig, Timing};
+use cullet_proto::strength::Strength;
 use cullet_proto::transport::Patience;
 use cullet_proto::{BrokenBody, FractureJob, Fragment, Impact, JobId, Material, Report};
 use cullet_proto::{Settings, Verdict};
@@ -62,6 +63,7 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         fallback: None,
         solid: Solid::outer(TriMesh { vertices, triangles }),
         material,
+        strength: Strength::default(),
         impacts: vec![impact],
         settings,
         seed,

@@ -129,7 +129,7 @@ impl Law {
             return WATCH;
         }
         let time = if view.front_time[p] < f64::INFINITY { f64::INFINITY } else { self.time };
-        let reached = self.softening.threshold(view.damage[p]);
+        let reached = self.softening.threshold(view.damage[p]) * self.softening.weakest();
         (self.softening.strength * self.strength(view, p, time).0 * reached).min(WATCH)
     }
 

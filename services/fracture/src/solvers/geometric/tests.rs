@@ -1,6 +1,7 @@
 use super::Geometric;
 use crate::material::Material;
 use crate::solver::{Fracture, Impact, Problem, Progress, Refusal, Settings, Solver};
+use crate::strength::StrengthField;
 use cullet_geometry::{Solid, TriMesh, Vec3};
 use std::sync::Arc;
 
@@ -35,6 +36,7 @@ fn problem(size: Vec3, energy: f64) -> Problem {
     Problem {
         solid: Arc::new(block(size)),
         material: GLASS,
+        strength: StrengthField::default(),
         impacts: vec![hit, other],
         settings: Settings::default(),
         seed: 5,

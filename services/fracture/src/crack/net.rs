@@ -1,0 +1,184 @@
+//! Surface nets: a corner in each cube of eight nodes where labels differ, a quad across each edge
+//! of the lattice between different labels. Corners in the middle of their cubes make voxels, which
+//! fill the box without overlap; each then moves, for all cells at once, but never out of its cube.
+
+use super::smooth::{Net, shape};
+use super::{NONE, Nodes};
+use crate::region::{Mosaic, overlap};
+use cullet_geometry::Vec3;
+use cullet_geometry::voronoi::WALL;
+
+/// Rounds in which corners whose faces cross are drawn half-way back to the middle of their cubes.
+const RETREATS: usize = 8;
+
+impl Nodes {
+    /// The box divided among the labels. `attempt` > 0 smooths less: for a second try after an
+    /// accident.
+    pub(crate) fn mosaic(&self, attempt: u64) -> Mosaic {
+        let (mut mosaic, mut net) = self.net();
+        shape(&mut net, &mosaic);
+        let share = [1.0, 0.5].get(attempt as usize).copied().unwrap_or(0.0);
+        net.retreat(0..net.middle.len(), share);
+        for round in 0..=RETREATS {
+            mosaic.places.clone_from(&net.place);
+            fold(&mut mosaic);
+            let crossing = overlap::crossing(&mosaic.places, &mosaic.triangles);
+            if crossing.is_empty() {
+                break;
+            }
+            let corners = crossing.iter().flat_map(|&t| mosaic.triangles[t as usize]);
+            let mut corners: Vec<usize> = corners.map(|v| v as usize).collect();
+            corners.sort_unstable();
+            corners.dedup();
+            net.retreat(corners, if round + 1 < RETREATS { 0.5 } else { 0.0 });
+        }
+        mosaic
+    }
+
+    /// The net before it is smoothed.
+    pub(super) fn net(&self) -> (Mosaic, Net) {
+        let mut builder = Builder::new(self);
+        for axis in 0..3 {
+            builder.across(axis);
+        }
+        let Builder { mut mosaic, mut net, .. } = builder;
+        net.settle();
+        mosaic.places.clone_from(&net.place);
+        (mosaic, net)
+    }
+}
+
+/// Divides each quad along its shorter diagonal.
+fn fold(mosaic: &mut Mosaic) {
+    let Mosaic { facets, triangles, places, .. } = mosaic;
+    for facet in facets {
+        let pair = &mut triangles[facet.start as usize..facet.end as usize];
+        let quad = corners_of(pair);
+        let length = |p: usize, q: usize| {
+            (places[quad[p] as usize] - places[quad[q] as usize]).norm_squared()
+        };
+        let [a, b, c, d] = quad;
+        let halves = if length(0, 2) <= length(1, 3) {
+            [[a, b, c], [a, c, d]]
+        } else {
+            [[b, c, d], [b, d, a]]
+        };
+        pair.copy_from_slice(&halves);
+    }
+}
+
+/// The quad that two triangles `[a, b, c], [a, c, d]` make.
+fn corners_of(pair: &[[u32; 3]]) -> [u32; 4] {
+    let [a, b, c] = pair[0];
+    [a, b, c, pair[1][2]]
+}
+
+struct Builder<'a> {
+    nodes: &'a Nodes,
+    near: Vec<bool>,
+    /// The corner in each cube of nodes, or `NONE`.
+    corner: Vec<u32>,
+    mosaic: Mosaic,
+    net: Net,
+}
+
+impl<'a> Builder<'a> {
+    fn new(nodes: &'a Nodes) -> Self {
+        let h = nodes.lattice.spacing;
+        let cubes = nodes.lattice.dims.iter().map(|d| d + 1).product();
+        Self {
+            nodes,
+            near: nodes.near(),
+            corner: vec![NONE; cubes],
+            mosaic: Mosaic::default(),
+            net: Net::new(h),
+        }
+    }
+
+    /// The quads across all edges along one axis, those to the walls included.
+    fn across(&mut self, axis: usize) {
+        let lattice = self.nodes.lattice;
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+        let mut node = [0; 3];
+        for z in 0..lattice.dims[v] {
+            for y in 0..lattice.dims[u] {
+                for x in 0..=lattice.dims[axis] {
+                    (node[axis], node[u], node[v]) = (x, y, z);
+                    self.between(axis, node);
+                }
+            }
+        }
+    }
+
+    /// The quad between a node and the one before it along `axis`, if their labels differ.
+    fn between(&mut self, axis: usize, node: [usize; 3]) {
+        let lattice = self.nodes.lattice;
+        let above = (node[axis] < lattice.dims[axis]).then(|| lattice.index(node));
+        let below = (node[axis] > 0).then(|| {
+            let mut before = node;
+            before[axis] -= 1;
+            lattice.index(before)
+        });
+        let label = |i: usize| self.nodes.reach[i];
+        let walls = WALL + 2 * axis as u32;
+        let (first, behind, forward) = match (below.map(label), above.map(label)) {
+            (Some(a), Some(b)) if a == b => return,
+            (Some(a), Some(b)) => (a, b, true),
+            (Some(a), None) => (a, walls + 1, true),
+            (None, Some(b)) => (b, walls, false),
+            (None, None) => return,
+        };
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+        let mut quad = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[y, z]| {
+            let mut cube = node;
+            cube[u] += y;
+            cube[v] += z;
+            self.corner(cube)
+        });
+        if !forward {
+            quad.reverse();
+        }
+        let [a, b, c, d] = quad;
+        let mut time = f64::INFINITY;
+        if let (Some(i), Some(j)) = (below, above) {
+            time = self.cross(i, j, axis, quad);
+        } else {
+            quad.iter().for_each(|&corner| self.net.lock(corner));
+        }
+        self.mosaic.push((first, behind), time, [[a, b, c], [a, c, d]].into_iter());
+    }
+
+    /// Tells the corners of a quad where its edge is crossed; returns when.
+    fn cross(&mut self, i: usize, j: usize, axis: usize, quad: [u32; 4]) -> f64 {
+        let nodes = self.nodes;
+        let mut place = nodes.lattice.place(nodes.lattice.node(i));
+        place[axis] += nodes.crossing(i, j) * nodes.lattice.spacing;
+        let gap = nodes.is_inside(i) && nodes.is_inside(j) && !nodes.connects(i, j);
+        let free = !gap && (self.near[i] || self.near[j]);
+        for corner in quad {
+            self.net.pull(corner, place, free);
+            if gap {
+                self.net.lock(corner);
+            }
+        }
+        match (nodes.time[i].is_finite(), nodes.time[j].is_finite()) {
+            (true, true) => 0.5 * (nodes.time[i] + nodes.time[j]),
+            (true, false) => nodes.time[i],
+            (false, true) => nodes.time[j],
+            // Damage without a time: none is known anywhere.
+            (false, false) => 0.0,
+        }
+    }
+
+    /// The corner in a cube: the one between node `cube` and those before it.
+    fn corner(&mut self, cube: [usize; 3]) -> u32 {
+        let lattice = self.nodes.lattice;
+        let row = cube[2] * (lattice.dims[1] + 1) + cube[1];
+        let slot = &mut self.corner[row * (lattice.dims[0] + 1) + cube[0]];
+        if *slot == NONE {
+            let at = Vec3::from(cube.map(|c| c as f64 - 0.5));
+            *slot = self.net.add(lattice.low + at * lattice.spacing);
+        }
+        *slot
+    }
+}

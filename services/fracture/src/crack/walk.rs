@@ -1,0 +1,235 @@
+//! Labels for the nodes that have none: the likeliest end of a random walk (L. Grady, Random Walks
+//! for Image Segmentation, 2006), so the border between two labels is a smooth surface where both
+//! are equally likely.
+
+use super::{DAMAGED, NONE, Nodes};
+use std::collections::BTreeMap;
+
+/// Labels that a node weighs; the least likely beyond are dropped.
+const KEPT: usize = 4;
+/// Walks are followed this many edges around the first guess of the border; farther off, the guess
+/// stands.
+const REACH: usize = 5;
+/// Gauss-Seidel sweeps, to and fro: enough for bands of six nodes, a start in wider ones.
+const SWEEPS: usize = 24;
+/// The nearest that the edge of damage may lie to a damaged node \[spacings\].
+const CLOSEST: f64 = 0.2;
+
+/// Of labels whose odds differ by less, a node takes the first. Taking the likelier, nodes in the
+/// border itself would take one or the other as chance has it, and the faces would zigzag.
+const TIE: f64 = 0.2;
+/// A border may be crossed this far beyond the ends of an edge \[spacings\].
+const BEYOND: f64 = 0.3;
+
+/// How likely a walk from a node ends at each label: at most `KEPT`, likeliest first.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Odds(Vec<(u32, f64)>);
+
+impl Odds {
+    fn of(&self, label: u32) -> f64 {
+        self.0.iter().find(|(other, _)| *other == label).map_or(0.0, |&(_, odds)| odds)
+    }
+
+    fn label(&self) -> u32 {
+        let close = |&&(_, odds): &&(u32, f64)| odds > self.0[0].1 - TIE;
+        self.0.iter().filter(close).map(|entry| entry.0).min().unwrap_or(NONE)
+    }
+
+    fn tidy(&mut self) {
+        self.0.sort_unstable_by(|x, y| y.1.total_cmp(&x.1).then(x.0.cmp(&y.0)));
+        self.0.truncate(KEPT);
+        let sum: f64 = self.0.iter().map(|entry| entry.1).sum();
+        for entry in &mut self.0 {
+            entry.1 /= sum;
+        }
+    }
+
+    fn add(&mut self, label: u32, odds: f64) {
+        match self.0.iter_mut().find(|(other, _)| *other == label) {
+            Some(entry) => entry.1 += odds,
+            None => self.0.push((label, odds)),
+        }
+    }
+}
+
+impl Nodes {
+    /// Gives every node a label, and a time of damage.
+    pub(crate) fn fill(&mut self) {
+        self.reach.clone_from(&self.label);
+        // Labels must not leap across gaps between legs while there is a way through the body.
+        self.carry(|nodes, i, j| nodes.is_inside(i) && nodes.is_inside(j) && nodes.connects(i, j));
+        self.carry(|nodes, i, j| !(nodes.is_inside(i) && nodes.is_inside(j)));
+        self.carry(|_, _, _| true);
+        self.carry_times();
+        self.walk();
+    }
+
+    /// Carries labels outward along the edges that `passes`, each node taking the first to come.
+    fn carry(&mut self, passes: impl Fn(&Self, usize, usize) -> bool) {
+        let mut queue: Vec<usize> =
+            (0..self.lattice.len()).filter(|&i| self.reach[i] != NONE).collect();
+        let mut head = 0;
+        while head < queue.len() {
+            let i = queue[head];
+            head += 1;
+            for j in self.lattice.beside(i) {
+                if self.reach[j] == NONE && passes(self, i, j) {
+                    self.reach[j] = self.reach[i];
+                    queue.push(j);
+                }
+            }
+        }
+    }
+
+    fn carry_times(&mut self) {
+        let mut queue: Vec<usize> =
+            (0..self.lattice.len()).filter(|&i| self.time[i].is_finite()).collect();
+        let mut head = 0;
+        while head < queue.len() {
+            let i = queue[head];
+            head += 1;
+            for j in self.lattice.beside(i) {
+                if !self.time[j].is_finite() {
+                    self.time[j] = self.time[i];
+                    queue.push(j);
+                }
+            }
+        }
+    }
+
+    fn walk(&mut self) {
+        let unsure: Vec<usize> =
+            self.border().into_iter().filter(|&i| self.label[i] == NONE).collect();
+        for (slot, &i) in unsure.iter().enumerate() {
+            self.slot[i] = slot as u32;
+        }
+        self.odds = unsure.iter().map(|&i| Odds(vec![(self.reach[i], 1.0)])).collect();
+        for sweep in 0..SWEEPS {
+            for k in 0..unsure.len() {
+                let slot = if sweep % 2 == 0 { k } else { unsure.len() - 1 - k };
+                if let Some(odds) = self.step(unsure[slot]) {
+                    self.odds[slot] = odds;
+                }
+            }
+        }
+        for (&i, odds) in unsure.iter().zip(&self.odds) {
+            self.reach[i] = odds.label();
+        }
+    }
+
+    /// Nodes within `REACH` edges of one where labels change, in order.
+    fn border(&self) -> Vec<usize> {
+        let n = self.lattice.len();
+        let mut distance = vec![usize::MAX; n];
+        let mixed = |i: usize| self.lattice.beside(i).any(|j| self.reach[j] != self.reach[i]);
+        let mut queue: Vec<usize> = (0..n).filter(|&i| mixed(i)).collect();
+        queue.iter().for_each(|&i| distance[i] = 0);
+        let mut head = 0;
+        while head < queue.len() {
+            let i = queue[head];
+            head += 1;
+            for j in self.lattice.beside(i) {
+                if distance[j] == usize::MAX && distance[i] < REACH {
+                    distance[j] = distance[i] + 1;
+                    queue.push(j);
+                }
+            }
+        }
+        queue.sort_unstable();
+        queue
+    }
+
+    /// The mean of what the neighbours expect. Walks stay inside the body, where they start there,
+    /// and end at the edge of the damage, which lies between nodes.
+    fn step(&self, i: usize) -> Option<Odds> {
+        let mut mean = Odds::default();
+        for j in self.lattice.beside(i) {
+            if self.is_inside(i) && !(self.is_inside(j) && self.connects(i, j)) {
+                continue;
+            }
+            let weight = 1.0 / self.gap(i, j);
+            match self.slot[j] {
+                NONE => mean.add(self.reach[j], weight),
+                slot => {
+                    for &(label, odds) in &self.odds[slot as usize].0 {
+                        mean.add(label, weight * odds);
+                    }
+                }
+            }
+        }
+        if mean.0.is_empty() {
+            return None;
+        }
+        mean.tidy();
+        Some(mean)
+    }
+
+    /// Where the edge of the damage lies on the way from `i` to `j` \[spacings\]; 1 if it does not.
+    fn gap(&self, i: usize, j: usize) -> f64 {
+        if !(self.is_damaged(i) && self.is_sound(j)) {
+            return 1.0;
+        }
+        let (here, there) = (self.broken[i], self.broken[j]);
+        ((here - DAMAGED) / (here - there)).clamp(CLOSEST, 1.0)
+    }
+
+    fn odds_of(&self, i: usize, label: u32) -> f64 {
+        match self.slot[i] {
+            NONE => f64::from(u8::from(self.reach[i] == label)),
+            slot => self.odds[slot as usize].of(label),
+        }
+    }
+
+    /// Where on the edge from `i` to `j`, of different labels, both are equally likely: 0 at `i`.
+    pub(super) fn crossing(&self, i: usize, j: usize) -> f64 {
+        let (a, b) = (self.reach[i], self.reach[j]);
+        let here = self.odds_of(i, a) - self.odds_of(i, b);
+        let there = self.odds_of(j, b) - self.odds_of(j, a);
+        let middle = if here + there > TIE { here / (here + there) } else { 0.5 };
+        let middle = middle.clamp(-BEYOND, 1.0 + BEYOND);
+        if self.is_damaged(i) && self.is_sound(j) {
+            middle * self.gap(i, j)
+        } else if self.is_damaged(j) && self.is_sound(i) {
+            1.0 - (1.0 - middle) * self.gap(j, i)
+        } else {
+            middle
+        }
+    }
+
+    /// The area \[m²\] that each two labels share inside the body, in whole squares of the lattice.
+    pub(crate) fn shared(&self) -> BTreeMap<(u32, u32), f64> {
+        let square = self.lattice.spacing * self.lattice.spacing;
+        let mut shared = BTreeMap::new();
+        for i in (0..self.lattice.len()).filter(|&i| self.is_inside(i)) {
+            for j in self.lattice.beside(i).filter(|&j| j > i) {
+                let (a, b) = (self.reach[i], self.reach[j]);
+                if a != b && self.is_inside(j) && self.connects(i, j) {
+                    *shared.entry((a.min(b), a.max(b))).or_insert(0.0) += square;
+                }
+            }
+        }
+        shared
+    }
+
+    /// Gives label `l` the name `groups[l]`, then numbers the names that are left 0, 1, 2, ….
+    pub(crate) fn rename(&mut self, groups: &[u32]) {
+        let mut names = groups.to_vec();
+        names.sort_unstable();
+        names.dedup();
+        let rank = |l: u32| names.partition_point(|&other| other < groups[l as usize]) as u32;
+        for label in self.label.iter_mut().chain(&mut self.reach).filter(|l| **l != NONE) {
+            *label = rank(*label);
+        }
+        for odds in &mut self.odds {
+            for (label, share) in std::mem::take(odds).0 {
+                odds.add(rank(label), share);
+            }
+            odds.tidy();
+        }
+        let slots = self.slot.iter().zip(&mut self.reach).filter(|(slot, _)| **slot != NONE);
+        for (&slot, reach) in slots {
+            *reach = self.odds[slot as usize].label();
+        }
+        self.labels = names.len() as u32;
+    }
+}
