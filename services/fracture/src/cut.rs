@@ -8,10 +8,12 @@
 //! volumes of the parts sum to the body's within [`VOLUME_TOLERANCE`], or there is an error.
 
 mod cutting;
+mod stretched;
 #[cfg(test)]
 mod tests;
 
 pub use cutting::Cutting;
+pub use stretched::extract_stretched;
 
 use crate::crack::Nodes;
 use crate::region::agglomerate;

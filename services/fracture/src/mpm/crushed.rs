@@ -81,7 +81,7 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Rules
     for (x, &id) in particles.reference.iter().zip(&particles.id) {
         let mut most = (0.0, 0);
         lattice.visit(x, |node, weight, _| {
-            if weight > most.0 {
+            if weights[node] >= LEAST_WEIGHT && weight > most.0 {
                 most = (weight, node);
             }
         });

@@ -262,6 +262,18 @@ impl Domain {
         self.contact = Contact::new(&self.grid.nodes, &self.grid.spacing);
     }
 
+    /// Velocity of one point \[m/s\].
+    #[must_use]
+    pub fn velocity(&self, id: u32) -> Vec3 {
+        let p = self.slot(id);
+        let nodes = &self.element(p).nodes;
+        let mut sum = Vec3::zeros();
+        Stencil::new(&self.particles.reference[p], &self.grid.spacing).visit(|k, weight, _| {
+            sum += vector(self.grid.nodes.velocity[nodes[k] as usize]) * weight;
+        });
+        sum
+    }
+
     /// Pushes one point with `impulse` \[N·s\]; returns the work done \[J\].
     pub fn push(&mut self, id: u32, impulse: Vec3) -> f64 {
         let p = self.slot(id);

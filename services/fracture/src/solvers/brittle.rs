@@ -4,7 +4,8 @@ use crate::cut::{self, CutSettings, DamageField};
 use crate::damage::{Softening, WeakPlane};
 use crate::mpm::domain::{SAFETY, stable_step};
 use crate::mpm::door::{
-    PER_CELL, check_impacts, check_material, check_thickness, sample_points, spacing, within,
+    PER_CELL, check_impacts, check_material, check_thickness, sample_points, spacing, stretch,
+    within,
 };
 use crate::mpm::load::{LEAST_RADIUS, Load};
 use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
@@ -56,6 +57,8 @@ pub struct Brittle {
     problem: Problem,
     domain: Domain,
     loads: Vec<Load>,
+    /// Whether cracks may start at each contact.
+    torn: Vec<bool>,
     strength_ratio: f64,
     clock: Clock,
     total: Tally,
@@ -92,7 +95,7 @@ impl Solver for Brittle {
         check_impacts(&problem.impacts)?;
         let spacing = spacing(problem)?;
         let volume = problem.solid.mesh.signed_volume();
-        let particles = PER_CELL * volume / (spacing * spacing * spacing);
+        let particles = PER_CELL * volume / spacing.product();
         within("the number of particles", particles, LEAST_PARTICLES as f64, f64::INFINITY)?;
         let most = f64::from(problem.settings.max_particles).min(MOST_PARTICLES);
         // A spacing that was asked for may overshoot by what rounding and sampling do.
@@ -103,7 +106,7 @@ impl Solver for Brittle {
                 limit: most,
             });
         }
-        let step = SAFETY * stable_step(&problem.material, spacing);
+        let step = SAFETY * stable_step(&problem.material, spacing.min());
         let steps = Clock::new(problem).end / step;
         let limit = f64::from(problem.settings.max_steps);
         if steps > limit {
@@ -117,21 +120,20 @@ impl Solver for Brittle {
         let spacing = spacing(&problem)?;
         let mesh = &problem.solid.mesh;
         let inside = Inside::new(mesh);
-        let points = sample_points(&problem, &inside, spacing)?;
+        let points = sample_points(&problem, &spacing)?;
         within("the number of particles", points.len() as f64, LEAST_PARTICLES as f64, 1e9)?;
-        check_thickness(&problem, &points, spacing)?;
+        check_thickness(&problem, &points, &spacing)?;
         let material = &problem.material;
-        let cell = Vec3::repeat(spacing);
         let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
-        particles.volume = quadrature::volumes(&points, &inside, cell, mesh.signed_volume());
-        let strength = Strength::new(&problem.strength, spacing);
+        particles.volume = quadrature::volumes(&points, &inside, spacing, mesh.signed_volume());
+        let strength = Strength::new(&problem.strength, spacing.max());
         for (factor, x) in particles.strength.iter_mut().zip(&points) {
             *factor = strength.factor(x);
         }
-        let mut softening = Softening::on_grid(material, spacing);
+        let mut softening = Softening::on_grid(material, spacing.max());
         softening.weak_plane =
             strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
-        let mut domain = Domain::new(particles, material, softening, cell);
+        let mut domain = Domain::new(particles, material, softening, spacing);
         let clock = Clock::new(&problem);
         let loads: Vec<Load> =
             problem.impacts.iter().map(|impact| load(impact, &problem, &domain, &clock)).collect();
@@ -139,15 +141,11 @@ impl Solver for Brittle {
             let slot = domain.slot(id);
             domain.particles.shielded[slot] = true;
         }
-        for (load, impact) in loads.iter().zip(&problem.impacts) {
-            if let Some(time) = load.cracks_at(impact.radius, material) {
-                load.shares.iter().for_each(|&(id, _)| domain.open(id, time));
-            }
-        }
-        let warnings = first_warnings(&problem, &softening, &clock, spacing);
+        let warnings = first_warnings(&problem, &softening, &clock, &spacing);
         Ok(Self {
             problem,
             domain,
+            torn: vec![false; loads.len()],
             loads,
             strength_ratio: softening.strength_ratio,
             clock,
@@ -189,6 +187,7 @@ impl Brittle {
         for load in &mut self.loads {
             self.work += load.push(&mut self.domain);
         }
+        self.open_contacts();
         let tally = self.domain.advance();
         self.total.dissipated += tally.dissipated;
         self.total.crushed = self.total.crushed.max(tally.crushed);
@@ -210,6 +209,22 @@ impl Brittle {
         Ok(())
     }
 
+    /// Lets cracks start where the rim of a contact that is too narrow for the grid tears. On a
+    /// plate they lie in the face that bending presses together, and start nothing.
+    fn open_contacts(&mut self) {
+        if self.domain.grid.spacing.min() < self.domain.grid.spacing.max() {
+            return;
+        }
+        let pairs = self.loads.iter().zip(&self.problem.impacts).zip(&mut self.torn);
+        for ((load, impact), torn) in pairs.filter(|(_, torn)| !**torn) {
+            if load.cracks(impact.radius, &self.problem.material) {
+                *torn = true;
+                let time = self.domain.time;
+                load.shares.iter().for_each(|&(id, _)| self.domain.open(id, time));
+            }
+        }
+    }
+
     fn look(&self, step: u64) -> Result<(), Failure> {
         if !self.domain.is_finite() {
             return Err(Failure::NotFinite { what: "position or velocity", step });
@@ -227,7 +242,7 @@ impl Brittle {
 
     fn over(&mut self) -> bool {
         let time = self.domain.time;
-        if self.loads.iter().any(|load| !load.is_over(time)) {
+        if self.loads.iter().any(|load| !load.is_over()) {
             return false;
         }
         let push = *self.push_over.get_or_insert(time);
@@ -242,7 +257,7 @@ impl Brittle {
         let pieces = self.domain.pieces();
         let pieces = crushed::pieces(&self.domain.particles, pieces, &self.rules());
         let field = DamageField {
-            spacing: self.domain.grid.spacing.x,
+            spacing: self.domain.grid.spacing.max(),
             positions: &positions,
             damage: &damage,
             damage_time: &damage_time,
@@ -253,7 +268,8 @@ impl Brittle {
             max_fragments: self.problem.settings.max_fragments,
             seed: self.problem.seed,
         };
-        let partition = cut::extract(&self.problem.solid, &field, &settings)
+        let stretch = stretch(&self.domain.grid.spacing);
+        let partition = cut::extract_stretched(&self.problem.solid, &field, &settings, &stretch)
             .map_err(|error| Failure::Cut(error.to_string()))?;
         let mut report = self.report(&damage);
         report.crack_area = partition.crack_area;
@@ -311,7 +327,7 @@ impl Brittle {
         let damaged = damage.iter().filter(|&&c| c > 0.5).count();
         let mut report = Report {
             solver: Self::NAME.to_owned(),
-            spacing: self.domain.grid.spacing.x,
+            spacing: self.domain.grid.spacing.max(),
             particles: particles as u64,
             steps: self.domain.steps,
             simulated: self.domain.time,
@@ -364,20 +380,24 @@ impl Brittle {
 /// the striker keeps the rest.
 fn load(impact: &Impact, problem: &Problem, domain: &Domain, clock: &Clock) -> Load {
     let duration = impact.duration.min(clock.push);
-    let share = duration / impact.duration;
     let mobility = motion::mobility(problem, &impact.point, &impact.normal);
-    let mut load = Load::new(impact, domain, duration, mobility);
-    load.impulse = share * impact.impulse;
-    load
+    Load::new(impact, domain, duration, mobility)
 }
 
 fn first_warnings(
     problem: &Problem,
     softening: &Softening,
     clock: &Clock,
-    spacing: f64,
+    spacing: &Vec3,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
+    if spacing.min() < spacing.max() {
+        warnings.push(format!(
+            "flat: cells of {:.3e} m in the plane and {:.3e} m across (F14)",
+            spacing.max(),
+            spacing.min()
+        ));
+    }
     if softening.strength_ratio < 1.0 {
         warnings.push(format!(
             "toughness-controlled: cracks grow at {:.3} of the material's strength at this spacing \
@@ -393,11 +413,11 @@ fn first_warnings(
                 impact.duration, clock.push
             ));
         }
-        if impact.radius < LEAST_RADIUS * spacing {
+        let least = LEAST_RADIUS * spacing.max();
+        if impact.radius < least {
             warnings.push(format!(
-                "contact radius {:.3e} m widened to {:.3e} m, {LEAST_RADIUS} cells (F11)",
+                "contact radius {:.3e} m widened to {least:.3e} m, {LEAST_RADIUS} cells (F11)",
                 impact.radius,
-                LEAST_RADIUS * spacing
             ));
         }
     }
