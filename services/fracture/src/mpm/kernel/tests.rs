@@ -85,7 +85,8 @@ fn forces_agree_with_the_textbook() {
     let wanted = naive_forces(&grid, &particles, &law);
     let size = wanted.iter().fold(0.0_f64, |m, f| m.max(f.norm()));
     for path in Path::all() {
-        for (precision, bound) in [(Precision::Single, 2e-6), (Precision::Double, 1e-12)] {
+        // The twin takes no differences: in f64 its own rounding is what is seen.
+        for (precision, bound) in [(Precision::Single, 2e-6), (Precision::Double, 1e-11)] {
             let mut kernel = Kernel::new(&grid, &particles, precision, path);
             let mut particles = particles.clone();
             let tally = kernel.strain(&law, &grid, &mut particles);
