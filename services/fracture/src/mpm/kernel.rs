@@ -107,3 +107,5 @@ pub fn vector(a: f64x4) -> Vec3 {
 pub fn packed(a: Vec3) -> f64x4 {
     f64x4::new([a.x, a.y, a.z, 0.0])
 }
+#[cfg(test)]
+mod tests;
