@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 
 /// Most hits in one job: they travel in the header.
 pub const MAX_IMPACTS: usize = 256;
+/// Most supports in one job: they travel in the header too.
+pub const MAX_SUPPORTS: usize = 256;
 /// Longest solver name \[bytes\].
 pub const MAX_SOLVER: usize = 64;
 
@@ -47,6 +49,17 @@ pub struct Impact {
     pub closing_speed: f64,
 }
 
+/// Where a body rests on something that does not move, in the body's own frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Support {
+    /// Middle of the disc, on the surface \[m\].
+    pub point: [f64; 3],
+    /// Unit direction in which it can push, into the body.
+    pub normal: [f64; 3],
+    /// Radius of the disc \[m\].
+    pub radius: f64,
+}
+
 /// What the scene decides about a solve. `None` means "let the solver choose".
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
@@ -60,6 +73,10 @@ pub struct Settings {
     pub min_volume_ratio: f64,
     /// At most this many fragments.
     pub max_fragments: u32,
+    /// Parts below this share of the body's volume become debris \[1\].
+    pub debris: f64,
+    /// Size of a grain of it \[m\].
+    pub grain: Option<f64>,
 }
 
 /// A problem, who is to solve it, and who if that one refuses.
@@ -77,6 +94,8 @@ pub struct FractureJob {
     pub strength: Strength,
     /// At least one hit.
     pub impacts: Vec<Impact>,
+    /// What it rests on.
+    pub supports: Vec<Support>,
     /// How it may be solved.
     pub settings: Settings,
     /// The only source of randomness.
@@ -91,6 +110,7 @@ struct Header {
     strength: Strength,
     painted: Option<(u32, f64)>,
     impacts: Vec<[f64; 11]>,
+    supports: Vec<Support>,
     settings: Settings,
     seed: u64,
     vertices: u32,
@@ -125,6 +145,7 @@ impl FractureJob {
             strength: Strength { vertices: None, ..self.strength.clone() },
             painted: self.strength.announced()?,
             impacts: self.impacts.iter().map(Impact::row).collect(),
+            supports: self.supports.clone(),
             settings: self.settings,
             seed: self.seed,
             vertices,
@@ -155,6 +176,7 @@ impl FractureJob {
             material: header.material,
             strength: header.strength,
             impacts: header.impacts.into_iter().map(Impact::from_row).collect(),
+            supports: header.supports,
             settings: header.settings,
             seed: header.seed,
         })
@@ -176,6 +198,7 @@ impl Header {
             codec::limit("a solver name's length", name.len() as u64, MAX_SOLVER as u64)?;
         }
         codec::limit("a job's impacts", self.impacts.len() as u64, MAX_IMPACTS as u64)?;
+        codec::limit("a job's supports", self.supports.len() as u64, MAX_SUPPORTS as u64)?;
         if self.impacts.is_empty() {
             return Err(WireError::Short { what: "a job's impacts", have: 0, need: 1 });
         }
@@ -184,8 +207,13 @@ impl Header {
         codec::finite("a job's material", &material)?;
         self.strength.check()?;
         codec::finite("a job's impacts", self.impacts.as_flattened())?;
+        for Support { point, normal, radius } in &self.supports {
+            codec::finite("a job's supports", &[point.as_slice(), normal, &[*radius]].concat())?;
+        }
         codec::finite("a job's spacing", self.settings.spacing.as_slice())?;
-        codec::finite("a job's least volume ratio", &[self.settings.min_volume_ratio])
+        codec::finite("a job's grain", self.settings.grain.as_slice())?;
+        let Settings { min_volume_ratio, debris, .. } = self.settings;
+        codec::finite("a job's least volume ratios", &[min_volume_ratio, debris])
     }
 }
 
@@ -255,12 +283,15 @@ pub(crate) mod tests {
                 energy: 2.0,
                 closing_speed: 3.0,
             }],
+            supports: vec![Support { point: [0.0; 3], normal: [0.0, 0.0, 1.0], radius: 0.02 }],
             settings: Settings {
                 spacing: None,
                 max_particles: 16_000,
                 max_steps: 20_000,
                 min_volume_ratio: 1e-4,
                 max_fragments: 400,
+                debris: 5e-4,
+                grain: Some(1e-3),
             },
             seed: 7,
         }
@@ -272,13 +303,13 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "acd6aa4e");
+        assert_eq!(job.id()?.short(), "c8eb9b09");
         Ok(())
     }
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 13] = [
+        let change: [fn(&mut FractureJob); 15] = [
             |j| j.seed += 1,
             |j| j.solver.push('x'),
             |j| j.fallback = None,
@@ -290,6 +321,8 @@ pub(crate) mod tests {
             |j| j.impacts[0].energy += 1.0,
             |j| j.impacts[0].closing_speed += 1.0,
             |j| j.settings.spacing = Some(0.1),
+            |j| j.settings.grain = None,
+            |j| j.supports[0].radius = 0.03,
             |j| j.solid.mesh.vertices[0].x = 1e-300,
             |j| j.solid.surface[0] = Surface::Crack { damage_time: 0.0 },
         ];
@@ -316,6 +349,10 @@ pub(crate) mod tests {
         assert!(matches!(short, Some(WireError::Short { have: 0, need: 2, .. })));
         let none = refused(|j| j.impacts.clear());
         assert!(matches!(none, Some(WireError::Short { .. })));
+        let support = refused(|j| j.supports[0].point[2] = f64::NAN);
+        assert_eq!(support, Some(WireError::NotFinite { what: "a job's supports" }));
+        let many = refused(|j| j.supports = vec![j.supports[0]; MAX_SUPPORTS + 1]);
+        assert!(matches!(many, Some(WireError::Limit { limit: 256, .. })));
         let many = refused(|j| j.impacts = vec![j.impacts[0]; MAX_IMPACTS + 1]);
         assert!(matches!(many, Some(WireError::Limit { limit: 256, .. })));
         let tags = refused(|j| j.solid.surface.clear());

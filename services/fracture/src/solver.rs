@@ -1,5 +1,6 @@
 //! The contract between a fracture problem and the ways to solve it.
 
+use crate::debris::Grain;
 use crate::material::Material;
 use crate::strength::StrengthField;
 use cullet_geometry::{Solid, Vec3};
@@ -24,6 +25,18 @@ pub struct Impact {
     pub closing_speed: f64,
 }
 
+/// Where a body rests on something that does not move: a disc that holds the surface under it
+/// against moving into it, and lets it leave. In the body's own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Support {
+    /// Middle of the disc, on the surface \[m\].
+    pub point: Vec3,
+    /// Unit direction in which it can push, *into* the body.
+    pub normal: Vec3,
+    /// Radius of the disc \[m\].
+    pub radius: f64,
+}
+
 /// What the scene decides about a solve. `None` means "let the solver choose".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -37,6 +50,10 @@ pub struct Settings {
     pub min_volume_ratio: f64,
     /// At most this many fragments; the smallest are merged first.
     pub max_fragments: u32,
+    /// Parts below this share of the body's volume become debris \[1\]; 0 makes none.
+    pub debris: f64,
+    /// Size of a grain of it, half the mass being in larger ones \[m\]; `None`: half the spacing.
+    pub grain: Option<f64>,
 }
 
 impl Default for Settings {
@@ -47,6 +64,8 @@ impl Default for Settings {
             max_steps: 20_000,
             min_volume_ratio: 1e-4,
             max_fragments: 400,
+            debris: 5e-4,
+            grain: None,
         }
     }
 }
@@ -62,6 +81,8 @@ pub struct Problem {
     pub strength: StrengthField,
     /// At least one hit.
     pub impacts: Vec<Impact>,
+    /// What it rests on.
+    pub supports: Vec<Support>,
     /// How it may be solved.
     pub settings: Settings,
     /// The only source of randomness.
@@ -115,8 +136,13 @@ pub struct Report {
 /// A body taken apart. One fragment means that nothing separated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fracture {
-    /// Closed parts whose volumes sum to the body's within 1e-9 of it.
+    /// Closed parts whose volumes, with those of the debris, sum to the body's within 1e-9 of it.
     pub fragments: Vec<Fragment>,
+    /// Parts too small to be fragments.
+    pub debris: Vec<Grain>,
+    /// Impulse that each support of the problem gave along its normal \[N·s\], not negative; empty
+    /// where the method knows no supports.
+    pub reactions: Vec<f64>,
     /// What it cost.
     pub report: Report,
 }

@@ -28,6 +28,7 @@ fn block(size: Vec3, material: Material, impacts: Vec<Impact>) -> Problem {
         material,
         strength: StrengthField { seed: 7, ..StrengthField::default() },
         impacts,
+        supports: Vec::new(),
         settings: Settings { max_particles: 4000, ..Settings::default() },
         seed: 7,
     }

@@ -20,19 +20,26 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
         energy: i.energy,
         closing_speed: i.closing_speed,
     };
-    let wire::Settings { spacing, max_particles, max_steps, min_volume_ratio, max_fragments } =
-        job.settings;
+    let support = |s: &wire::Support| core::Support {
+        point: Vec3::from(s.point),
+        normal: Vec3::from(s.normal),
+        radius: s.radius,
+    };
+    let settings = job.settings;
     core::Problem {
         solid: Arc::new(job.solid.clone()),
         material: core::Material { density, young, poisson, failure_stress, fracture_energy },
         strength: strength_of(&job.strength),
         impacts: job.impacts.iter().map(impact).collect(),
+        supports: job.supports.iter().map(support).collect(),
         settings: core::Settings {
-            spacing,
-            max_particles,
-            max_steps,
-            min_volume_ratio,
-            max_fragments,
+            spacing: settings.spacing,
+            max_particles: settings.max_particles,
+            max_steps: settings.max_steps,
+            min_volume_ratio: settings.min_volume_ratio,
+            max_fragments: settings.max_fragments,
+            debris: settings.debris,
+            grain: settings.grain,
         },
         seed: job.seed,
     }
@@ -89,9 +96,17 @@ pub fn fracture_of(fracture: core::Fracture, refusal: Option<String>) -> wire::B
         velocity: f.velocity,
         spin: f.spin,
     };
+    let grain = |g: core::Grain| wire::Grain {
+        position: g.position,
+        velocity: g.velocity,
+        volume: g.volume,
+        size: g.size,
+    };
     let report = fracture.report;
     wire::BrokenBody {
         fragments: fracture.fragments.into_iter().map(fragment).collect(),
+        debris: fracture.debris.into_iter().map(grain).collect(),
+        reactions: fracture.reactions,
         report: wire::Report {
             solver: report.solver,
             refusal,

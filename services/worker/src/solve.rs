@@ -147,7 +147,7 @@ mod tests {
                 _ => {
                     let solver = "slow".to_owned();
                     let report = Report { solver, ..Report::default() };
-                    Progress::Done(Box::new(Fracture { fragments: Vec::new(), report }))
+                    Progress::Done(Box::new(Fracture { report, ..Fracture::default() }))
                 }
             }
         }
@@ -207,12 +207,15 @@ mod tests {
                 energy: 1.0,
                 closing_speed: 1.0,
             }],
+            supports: Vec::new(),
             settings: Settings {
                 spacing: None,
                 max_particles: 1,
                 max_steps: 1,
                 min_volume_ratio: 0.0,
                 max_fragments: 1,
+                debris: 0.0,
+                grain: None,
             },
             seed: 0,
         }

@@ -91,7 +91,7 @@ fn action(track: &Track) -> Vec<Vec3> {
     let moments = moments(track);
     for &time in &moments {
         for (_, actor, pose) in track.present(time) {
-            if heroes.contains(actor.object.as_str()) && !actor.fixed {
+            if heroes.contains(actor.object.as_str()) && !actor.fixed && !actor.is_grain() {
                 let points = if actor.fragment { &mut debris } else { &mut whole };
                 points.extend(actor.corners(pose));
             }
@@ -102,7 +102,7 @@ fn action(track: &Track) -> Vec<Vec3> {
     let (middle, size) = ((low + high) / 2.0, (high - low).norm());
     for (_, actor, pose) in track.present(moments[1]) {
         let near = (pose.translation.vector - middle).norm() < NEIGHBOURS * size;
-        if near && !actor.fixed && size_of(actor) < STAGE * size {
+        if near && !actor.fixed && !actor.is_grain() && size_of(actor) < STAGE * size {
             whole.extend(actor.corners(pose));
         }
     }

@@ -4,9 +4,10 @@ use crate::scene::SceneBody;
 use crate::scene::format::Fracture;
 use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
+use cullet_proto::job::MAX_IMPACTS;
 use cullet_proto::strength::Strength;
 use cullet_proto::{FractureJob, Impact, Material, Settings};
-use cullet_world::{BodyId, BodyView, Hit};
+use cullet_world::{BodyId, BodyView, Hit, Support};
 
 /// The family asked when the scene leaves it open.
 pub(super) const FIRST: &str = "brittle";
@@ -30,6 +31,8 @@ impl Choice {
             max_steps: defaults.max_steps,
             min_volume_ratio: defaults.min_volume_ratio,
             max_fragments: defaults.max_fragments,
+            debris: defaults.debris,
+            grain: defaults.grain,
         };
         let strength = Strength { seed, ..(*body.strength).clone() };
         Self { solver: body.solver.solver(), settings, strength }
@@ -57,7 +60,7 @@ impl Choice {
 /// solved for.
 pub(super) fn problem(
     body: &BodyView<'_>,
-    hits: &[Hit],
+    (hits, supports): (&[Hit], &[Support]),
     choice: &Choice,
     geometric: bool,
     seed: u64,
@@ -76,7 +79,8 @@ pub(super) fn problem(
             fracture_energy: material.fracture_energy,
         },
         strength: choice.strength.clone(),
-        impacts: hits.iter().map(impact).collect(),
+        impacts: strongest(hits).into_iter().map(impact).collect(),
+        supports: supports.iter().map(support).collect(),
         settings: choice.settings,
         seed: seed_of(body.id, seed),
     }
@@ -85,6 +89,20 @@ pub(super) fn problem(
 /// The seed of a body's own randomness.
 pub(super) fn seed_of(body: BodyId, seed: u64) -> u64 {
     scramble(seed ^ scramble(u64::from(body.0)))
+}
+
+/// The hits, or the strongest where there are more than a job takes, in their order.
+fn strongest(hits: &[Hit]) -> Vec<&Hit> {
+    let mut ranked: Vec<&Hit> = hits.iter().collect();
+    ranked.sort_by(|a, b| b.impact.impulse.total_cmp(&a.impact.impulse));
+    ranked.truncate(MAX_IMPACTS);
+    ranked.sort_by_key(|hit| hit.episode);
+    ranked
+}
+
+fn support(support: &Support) -> cullet_proto::Support {
+    let Support { point, normal, radius, .. } = support;
+    cullet_proto::Support { point: (*point).into(), normal: (*normal).into(), radius: *radius }
 }
 
 fn impact(hit: &Hit) -> Impact {
@@ -115,6 +133,8 @@ mod tests {
             max_steps: 100,
             min_volume_ratio: 0.0,
             max_fragments: 10,
+            debris: 0.0,
+            grain: None,
         };
         let strength = Strength::default();
         let mut choice = Choice { solver: None, settings, strength };

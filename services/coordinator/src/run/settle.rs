@@ -6,7 +6,7 @@ use crate::record::Event;
 use cullet_geometry::Vec3;
 use cullet_proto::recording::{self, JobReport, PoolReport, Vector3};
 use cullet_proto::{BrokenBody, Report, Verdict};
-use cullet_world::{BodyId, Hit, Piece, Replacement};
+use cullet_world::{BodyId, Breakage, Grain, Hit, Piece, Reaction, Replacement};
 
 impl Run<'_> {
     /// Records a job's verdict and, if the body broke, puts its fragments into the world.
@@ -79,8 +79,18 @@ impl Run<'_> {
         let middle =
             |fragment: &cullet_proto::Fragment| fragment.solid.mesh.mass_properties().centroid;
         let centres: Vec<Vec3> = broken.fragments.iter().map(middle).collect();
-        let pieces = broken.fragments.into_iter().map(piece).collect();
-        match self.world.replace(job.body, &job.hits, pieces, broken.report.fracture_energy) {
+        let told = broken.reactions.len() == job.supports.len();
+        let held = job.supports.iter().cloned().zip(broken.reactions);
+        let breakage = Breakage {
+            pieces: broken.fragments.into_iter().map(piece).collect(),
+            grains: broken.debris.iter().map(grain).collect(),
+            reactions: held
+                .filter(|_| told)
+                .map(|(support, impulse)| Reaction { support, impulse })
+                .collect(),
+            fracture_energy: broken.report.fracture_energy,
+        };
+        match self.world.break_up(job.body, &job.hits, breakage) {
             Ok(done) => self.replaced(&job, &done, &centres, broken.report.spacing),
             Err(error) => self.kept(&job, error.to_string()),
         }
@@ -112,9 +122,13 @@ impl Run<'_> {
             job: job.id.0,
             fragments: done.fragments.iter().copied().map(number).collect(),
             alpha: done.momentum_scale,
+            grains: done.grains.len() as u64,
+            grain_mass: done.grain_mass,
             ledger: convert::ledger(done),
         })?;
-        self.say(format!("{} breaks into {}", origin.object, done.fragments.len()));
+        let grains = done.grains.len();
+        let debris = if grains > 0 { format!(" and {grains} grains") } else { String::new() };
+        self.say(format!("{} breaks into {}{debris}", origin.object, done.fragments.len()));
         Ok(())
     }
 
@@ -169,6 +183,11 @@ fn tier(tier: cullet_world::Tier) -> recording::Tier {
         cullet_world::Tier::Large => recording::Tier::Large,
         cullet_world::Tier::Whole => recording::Tier::Whole,
     }
+}
+
+fn grain(grain: &cullet_proto::Grain) -> Grain {
+    let cullet_proto::Grain { position, velocity, volume, size } = *grain;
+    Grain { position, velocity, volume, size }
 }
 
 fn piece(fragment: cullet_proto::Fragment) -> Piece {

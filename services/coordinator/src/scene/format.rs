@@ -153,6 +153,14 @@ pub struct Fracture {
     /// Smaller shares of the body's volume are merged into a neighbour \[1\].
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.5))]
     pub min_volume_ratio: f64,
+    /// Parts below this share of the body's volume become debris: grains that fly, are recorded and
+    /// drawn, and hit nothing; 0 makes none \[1\].
+    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.1))]
+    pub debris: f64,
+    /// Size of its grains, half the mass being in larger ones; half a grid spacing without it
+    /// \[m\].
+    #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
+    pub grain: Option<f64>,
 }
 
 impl Default for Fracture {
@@ -163,6 +171,8 @@ impl Default for Fracture {
             max_steps: 20_000,
             max_fragments: 400,
             min_volume_ratio: 1e-4,
+            debris: 5e-4,
+            grain: None,
         }
     }
 }

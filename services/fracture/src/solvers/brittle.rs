@@ -298,7 +298,7 @@ impl Brittle {
         let pushes: Vec<(Vec3, Vec3)> =
             pushes.map(|(load, hit)| (hit.point, load.direction * load.delivered)).collect();
         motion::balance(&mut fragments, &pushes, self.problem.material.density);
-        Ok(Fracture { fragments, report })
+        Ok(Fracture { fragments, report, ..Fracture::default() })
     }
 
     fn rules(&self) -> crushed::Rules {

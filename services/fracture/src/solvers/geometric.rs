@@ -141,7 +141,7 @@ impl Geometric {
             ..Default::default()
         };
         let fragments = partition.parts.into_iter().map(|part| motion.carry(part)).collect();
-        Fracture { fragments, report }
+        Fracture { fragments, report, ..Fracture::default() }
     }
 }
 

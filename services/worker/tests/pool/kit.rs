@@ -57,6 +57,8 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         max_steps: millis,
         min_volume_ratio: 0.0,
         max_fragments: 9,
+        debris: 0.0,
+        grain: None,
     };
     FractureJob {
         solver: solver.into(),
@@ -65,6 +67,7 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         material,
         strength: Strength::default(),
         impacts: vec![impact],
+        supports: Vec::new(),
         settings,
         seed,
     }
@@ -80,7 +83,7 @@ pub(crate) fn answer(job: &FractureJob) -> Verdict {
     };
     let fragments = (0..job.seed % 5).map(fragment).collect();
     let report = Report { solver: job.solver.clone(), steps: job.seed, ..Report::default() };
-    Verdict::Broken(Box::new(BrokenBody { fragments, report }))
+    Verdict::Broken(Box::new(BrokenBody { fragments, report, ..BrokenBody::default() }))
 }
 
 pub(crate) fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {

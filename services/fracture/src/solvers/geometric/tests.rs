@@ -38,6 +38,7 @@ fn problem(size: Vec3, energy: f64) -> Problem {
         material: GLASS,
         strength: StrengthField::default(),
         impacts: vec![hit, other],
+        supports: Vec::new(),
         settings: Settings::default(),
         seed: 5,
     }
