@@ -141,13 +141,13 @@ fn a_bar_without_a_notch_breaks_near_its_strength() {
     let all: Vec<Broken> = (0..8_u64)
         .into_par_iter()
         .map(|seed| {
-            let field = StrengthField { seed, weibull: 20.0, ..StrengthField::default() };
+            let field = StrengthField { seed, weibull: 10.0, ..StrengthField::default() };
             let strength = Strength::new(&field, spacing);
             Bar { seed, ..bar }.pull(|x| strength.factor(x))
         })
         .collect();
     let spent: Vec<f64> = all.iter().map(|b| b.energy).collect();
-    assert!((mean(&spent) - 1.0).abs() < 0.15, "{spent:?} G_f");
+    assert!((0.7..1.6).contains(&mean(&spent)), "{spent:?} G_f");
     let peak: Vec<f64> = all.iter().map(|b| b.peak).collect();
     assert!((mean(&peak) - 0.9).abs() < 0.05, "{peak:?} of the strength");
 }

@@ -150,23 +150,37 @@ fn threads_do_not_change_a_bit() {
     assert_ne!(one, solve(&other));
 }
 
-/// F14: a plate of two cells is refused, and says how thin it is.
+/// F14: cells are flattened across a plate that bends. One that is hit where the contact, widened to
+/// two cells of its plane, would be wider than the plate is thick is refused: it would be punched.
 #[test]
-fn a_thin_plate_is_refused() {
-    let impact = hit(Vec3::new(0.0, 0.0, 0.005), -Vec3::z(), 1.0);
-    let mut problem = block(Vec3::new(0.2, 0.2, 0.01), PLASTER, vec![impact]);
-    problem.settings =
-        Settings { spacing: Some(0.005), max_particles: 200_000, ..Settings::default() };
-    match Brittle::begin(problem.clone()) {
-        Err(Refusal::TooThin { thickness, cells, .. }) => {
-            assert!((thickness - 0.01).abs() < 1e-3, "{thickness}");
-            assert!((cells - 2.0).abs() < 0.2, "{cells}");
+fn a_thin_plate_is_flattened_or_refused() {
+    let flat = Vec3::new(0.2, 0.2, 0.01);
+    let face = hit(Vec3::new(0.0, 0.0, 0.005), -Vec3::z(), 1.0);
+    let edge = hit(Vec3::new(-0.1, 0.0, 0.0), Vec3::x(), 1.0);
+    let settings = |spacing| Settings {
+        spacing: Some(spacing),
+        max_particles: 200_000,
+        ..Settings::default()
+    };
+    let problem = |impact, spacing| Problem {
+        settings: settings(spacing),
+        ..block(flat, PLASTER, vec![impact])
+    };
+    match Brittle::begin(problem(face, 0.005)) {
+        Err(Refusal::TooThin { thickness, cells, minimum }) => {
+            assert!((thickness - 0.01).abs() < 1e-9, "{thickness}");
+            assert!(cells < minimum && minimum == 2.0, "{cells} of {minimum}");
         }
         other => panic!("{:?}", other.map(|_| ())),
     }
-    problem.settings =
-        Settings { spacing: Some(0.003), max_particles: 200_000, ..Settings::default() };
-    assert!(Brittle::begin(problem).is_ok());
+    assert!(Brittle::begin(problem(face, 0.003)).is_ok());
+    let solve = Brittle::begin(problem(edge, 0.005)).expect("flattened");
+    let cell = solve.domain().grid.spacing;
+    assert!(cell.z < 0.0034 && cell.x > 0.005 && cell.x == cell.y, "{cell}");
+    // A plate of a tenth of a cell is beyond flattening.
+    let film = block(Vec3::new(0.2, 0.2, 0.0005), PLASTER, vec![edge]);
+    let film = Problem { settings: settings(0.005), ..film };
+    assert!(matches!(Brittle::begin(film), Err(Refusal::TooThin { .. })));
 }
 
 #[test]
@@ -256,7 +270,8 @@ fn a_long_push_is_quasi_static() {
 #[test]
 fn the_push_is_hertzian() {
     let (mut domain, mass) = block_on_grid(0.025);
-    let impact = blow(0.25, mass, 2.0, 18.0 * TRANSIT);
+    let elastic = blow(0.25, mass, 2.0, 18.0 * TRANSIT);
+    let impact = Impact { impulse: 1.5 * elastic.impulse, ..elastic };
     let mut load = Load::new(&impact, &domain, impact.duration, 1.0 / mass);
     assert!((load.shares.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
     for &(id, _) in &load.shares {
@@ -272,10 +287,10 @@ fn the_push_is_hertzian() {
             last = domain.time;
         }
     }
-    let force = peak / (1.839 * impact.impulse / impact.duration);
+    let force = peak / (1.839 * elastic.impulse / impact.duration);
     assert!((force - 1.0).abs() < 0.05, "peak {force} of Hertz's");
     assert!((last / impact.duration - 1.0).abs() < 0.05, "{} t_c", last / impact.duration);
-    assert!((load.delivered / impact.impulse - 1.0).abs() < 0.02, "{}", load.delivered);
+    assert!((load.delivered / elastic.impulse - 1.0).abs() < 0.02, "{}", load.delivered);
 }
 
 /// However great the impulse asked for, the body gets no more than the striker can pay: at most
@@ -292,7 +307,7 @@ fn a_push_ends_when_the_striker_has_nothing_left() {
         domain.advance();
     }
     let given = load.delivered / elastic.impulse;
-    assert!((0.85..=1.0).contains(&given), "{given} of an elastic blow");
+    assert!((0.85..=1.02).contains(&given), "{given} of an elastic blow");
     let lost = load.delivered * speed - 0.5 * load.delivered * load.delivered / striker;
     assert!(load.work <= lost * (1.0 + 1e-3), "{} of {lost} J", load.work);
     let carried = domain.momentum().x;

@@ -50,6 +50,19 @@ pub(crate) fn spacing(problem: &Problem) -> Result<Vec3, Refusal> {
     Ok(Vec3::repeat(spacing))
 }
 
+/// Refuses blows on the face of a plate whose contact, widened to `least` cells of the plane, would be
+/// wider than the plate is thick: it would punch out a disc instead of bending the plate (F11, F14).
+pub(crate) fn check_contacts(problem: &Problem, spacing: &Vec3, least: f64) -> Result<(), Refusal> {
+    let (low, high) = problem.solid.mesh.bounds().unwrap_or_default();
+    let axis = spacing.imin();
+    let (thickness, plane) = ((high - low)[axis], spacing.max());
+    let across = problem.impacts.iter().any(|impact| impact.normal[axis].abs() > 0.5);
+    if spacing.min() < plane && across && thickness < least * plane {
+        return Err(Refusal::TooThin { thickness, cells: thickness / plane, minimum: least });
+    }
+    Ok(())
+}
+
 /// The body and its frame drawn out so that cells are cubes of the largest spacing.
 pub(crate) fn stretch(spacing: &Vec3) -> Vec3 {
     spacing.map(|h| spacing.max() / h)

@@ -61,32 +61,7 @@ impl Load {
     /// impulse.
     #[must_use]
     pub fn new(impact: &Impact, domain: &Domain, duration: f64, mobility: f64) -> Self {
-        let spacing = &domain.grid.spacing;
-        let radius = impact.radius.max(LEAST_RADIUS * spacing.max());
-        let depth = DEPTH * spacing.component_mul(&impact.normal).norm();
-        let particles = &domain.particles;
-        let mut shares: Vec<(u32, f64)> = Vec::new();
-        let mut near: Vec<(f64, u32)> = Vec::new();
-        for (x, &id) in particles.reference.iter().zip(&particles.id) {
-            let arm = x - impact.point;
-            let along = arm.dot(&impact.normal);
-            let aside = (arm.norm_squared() - along * along).max(0.0) / (radius * radius);
-            near.push((arm.norm_squared(), id));
-            // The disc of a curved surface sinks by up to its radius.
-            if aside < 1.0 && along.abs() < depth.max(0.5 * radius) {
-                // p = p₀ √(1 − r²/a²)  [H1]
-                shares.push((id, (1.0 - aside).sqrt()));
-            }
-        }
-        if shares.len() < LEAST_POINTS {
-            near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            shares = near.iter().take(LEAST_POINTS).map(|&(_, id)| (id, 1.0)).collect();
-        }
-        shares.sort_unstable_by_key(|share| share.0);
-        let sum: f64 = shares.iter().map(|share| share.1).sum();
-        for share in &mut shares {
-            share.1 /= sum;
-        }
+        let shares = disc(domain, &impact.point, &impact.normal, impact.radius);
         let share = duration / impact.duration;
         let reduced = 2.0 * impact.energy / (impact.closing_speed * impact.closing_speed);
         let deepest = impact.closing_speed * impact.duration / HERTZ_TIME;
@@ -144,11 +119,7 @@ impl Load {
         let left = self.impulse - self.delivered;
         let size = (self.force * domain.step).min(left);
         self.over = size == left || domain.time > LONGEST * self.duration;
-        let surface: f64 = self
-            .shares
-            .iter()
-            .map(|&(id, share)| share * domain.velocity(id).dot(&self.direction))
-            .sum();
+        let surface = speed(domain, &self.shares, &self.direction);
         self.approach += (self.speed - surface) * domain.step;
         if size <= 0.0 {
             return 0.0;
@@ -161,4 +132,41 @@ impl Load {
         self.work += work;
         work
     }
+}
+
+/// The points near a contact and their shares of its force, which sum to 1: Hertz's pressure over a
+/// disc of `radius` \[m\], no narrower than the grid can tell.
+pub(super) fn disc(domain: &Domain, point: &Vec3, normal: &Vec3, radius: f64) -> Vec<(u32, f64)> {
+    let spacing = &domain.grid.spacing;
+    let radius = radius.max(LEAST_RADIUS * spacing.max());
+    let depth = DEPTH * spacing.component_mul(normal).norm();
+    let particles = &domain.particles;
+    let mut shares: Vec<(u32, f64)> = Vec::new();
+    let mut near: Vec<(f64, u32)> = Vec::new();
+    for (x, &id) in particles.reference.iter().zip(&particles.id) {
+        let arm = x - point;
+        let along = arm.dot(normal);
+        let aside = (arm.norm_squared() - along * along).max(0.0) / (radius * radius);
+        near.push((arm.norm_squared(), id));
+        // The disc of a curved surface sinks by up to its radius.
+        if aside < 1.0 && along.abs() < depth.max(0.5 * radius) {
+            // p = p₀ √(1 − r²/a²)  [H1]
+            shares.push((id, (1.0 - aside).sqrt()));
+        }
+    }
+    if shares.len() < LEAST_POINTS {
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        shares = near.iter().take(LEAST_POINTS).map(|&(_, id)| (id, 1.0)).collect();
+    }
+    shares.sort_unstable_by_key(|share| share.0);
+    let sum: f64 = shares.iter().map(|share| share.1).sum();
+    for share in &mut shares {
+        share.1 /= sum;
+    }
+    shares
+}
+
+/// Velocity along `direction` of the points of a contact, by their shares \[m/s\].
+pub(super) fn speed(domain: &Domain, shares: &[(u32, f64)], direction: &Vec3) -> f64 {
+    shares.iter().map(|&(id, share)| share * domain.velocity(id).dot(direction)).sum()
 }

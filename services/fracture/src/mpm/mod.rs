@@ -16,6 +16,7 @@ mod lattice;
 pub mod load;
 pub mod motion;
 pub mod quadrature;
+pub mod rest;
 mod separation;
 pub mod symmetric;
 

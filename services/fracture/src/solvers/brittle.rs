@@ -2,12 +2,14 @@
 
 use crate::cut::{self, CutSettings, DamageField};
 use crate::damage::{Softening, WeakPlane};
+use crate::debris::{self, Grain};
 use crate::mpm::domain::{SAFETY, stable_step};
 use crate::mpm::door::{
-    PER_CELL, check_impacts, check_material, check_thickness, sample_points, spacing, stretch,
-    within,
+    PER_CELL, check_contacts, check_impacts, check_material, check_thickness, sample_points,
+    spacing, stretch, within,
 };
 use crate::mpm::load::{LEAST_RADIUS, Load};
+use crate::mpm::rest::Rest;
 use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
 use crate::particles::Particles;
 use crate::solver::{
@@ -57,6 +59,7 @@ pub struct Brittle {
     problem: Problem,
     domain: Domain,
     loads: Vec<Load>,
+    rests: Vec<Rest>,
     /// Whether cracks may start at each contact.
     torn: Vec<bool>,
     strength_ratio: f64,
@@ -94,6 +97,7 @@ impl Solver for Brittle {
         check_material(problem)?;
         check_impacts(&problem.impacts)?;
         let spacing = spacing(problem)?;
+        check_contacts(problem, &spacing, LEAST_RADIUS)?;
         let volume = problem.solid.mesh.signed_volume();
         let particles = PER_CELL * volume / spacing.product();
         within("the number of particles", particles, LEAST_PARTICLES as f64, f64::INFINITY)?;
@@ -141,11 +145,14 @@ impl Solver for Brittle {
             let slot = domain.slot(id);
             domain.particles.shielded[slot] = true;
         }
+        let rests =
+            problem.supports.iter().map(|support| Rest::new(support, &domain, material)).collect();
         let warnings = first_warnings(&problem, &softening, &clock, &spacing);
         Ok(Self {
             problem,
             domain,
             torn: vec![false; loads.len()],
+            rests,
             loads,
             strength_ratio: softening.strength_ratio,
             clock,
@@ -186,6 +193,9 @@ impl Brittle {
     fn step(&mut self) -> Result<(), Failure> {
         for load in &mut self.loads {
             self.work += load.push(&mut self.domain);
+        }
+        for rest in &mut self.rests {
+            rest.push(&mut self.domain);
         }
         self.open_contacts();
         let tally = self.domain.advance();
@@ -295,10 +305,31 @@ impl Brittle {
             })
             .collect();
         let pushes = self.loads.iter().zip(&self.problem.impacts);
-        let pushes: Vec<(Vec3, Vec3)> =
-            pushes.map(|(load, hit)| (hit.point, load.direction * load.delivered)).collect();
+        let pushes = pushes.map(|(load, hit)| (hit.point, load.direction * load.delivered));
+        let rests = self.rests.iter().map(|rest| (rest.point, rest.normal * rest.delivered));
+        let pushes: Vec<(Vec3, Vec3)> = pushes.chain(rests).collect();
         motion::balance(&mut fragments, &pushes, self.problem.material.density);
-        Ok(Fracture { fragments, report, ..Fracture::default() })
+        let debris = self.crumble(&mut fragments);
+        let reactions = self.rests.iter().map(|rest| rest.delivered).collect();
+        Ok(Fracture { fragments, debris, reactions, report })
+    }
+
+    /// Takes the smallest fragments out, as debris. The two largest stay whatever their size.
+    fn crumble(&self, fragments: &mut Vec<Fragment>) -> Vec<Grain> {
+        let settings = &self.problem.settings;
+        let least = settings.debris * self.problem.solid.mesh.signed_volume();
+        let median = settings.grain.unwrap_or(0.5 * self.domain.grid.spacing.max());
+        // They come by falling volume.
+        let large = fragments.partition_point(|f| f.solid.mesh.signed_volume() >= least).max(2);
+        let small = fragments.split_off(large.min(fragments.len()));
+        small
+            .iter()
+            .enumerate()
+            .flat_map(|(i, f)| {
+                let part = debris::Part { mesh: &f.solid.mesh, velocity: f.velocity, spin: f.spin };
+                debris::grains(&part, median, self.problem.seed.wrapping_add(i as u64)).grains
+            })
+            .collect()
     }
 
     fn rules(&self) -> crushed::Rules {
