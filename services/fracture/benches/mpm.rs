@@ -1,7 +1,7 @@
 //! Particle-steps a second of the full step, damage on: items are particle-steps.
 //!
 //! `cargo bench -p cullet-fracture --bench mpm` runs divan; with `-- --csv` it writes a table, each
-//! row with the calibration loops of the same moment.
+//! row with the calibration loops of the same moment; `=WORDS` keeps the rows that have them.
 
 use cullet_fracture::Material;
 use cullet_fracture::damage::Softening;
@@ -18,11 +18,22 @@ use std::time::Instant;
 /// Numbers of points.
 const COUNTS: [usize; 3] = [17_576, 140_608, 1_061_208];
 
+/// What a cube goes through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    /// It turns and stretches, and nothing breaks.
+    Intact,
+    /// Likewise, with a parted layer of broken points in every sixth cell.
+    Cracked,
+    /// It is pulled until cracks run everywhere.
+    Breaking,
+}
+
 /// What is timed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Case {
     count: usize,
-    cracked: bool,
+    state: State,
     precision: Precision,
     path: usize,
     threads: usize,
@@ -30,9 +41,8 @@ struct Case {
 
 impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let state = if self.cracked { "cracked" } else { "intact" };
-        let Self { count, precision, threads, .. } = self;
-        write!(f, "{count} {state} {precision:?} {} {threads}", Path::all()[self.path])
+        let Self { count, state, precision, threads, .. } = self;
+        write!(f, "{count} {state:?} {precision:?} {} {threads}", Path::all()[self.path])
     }
 }
 
@@ -40,15 +50,15 @@ impl fmt::Display for Case {
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for count in COUNTS {
-        for cracked in [false, true] {
+        for state in [State::Intact, State::Cracked, State::Breaking] {
             for precision in [Precision::Single, Precision::Double] {
                 for threads in [1, 2] {
-                    cases.push(Case { count, cracked, precision, path: 0, threads });
+                    cases.push(Case { count, state, precision, path: 0, threads });
                 }
             }
         }
     }
-    let base = Case { path: 0, threads: 1, ..cases[8] };
+    let base = Case { path: 0, threads: 1, ..cases[12] };
     for path in 1..Path::all().len() {
         for precision in [Precision::Single, Precision::Double] {
             cases.push(Case { path, precision, ..base });
@@ -65,8 +75,7 @@ fn main() {
     }
 }
 
-/// A turning, stretching cube of about `count` points, 8 to a cell in the mean; if `cracked`, with
-/// a parted layer of broken points in every sixth cell.
+/// A cube of about `count` points, 8 to a cell in the mean.
 fn cube(case: &Case) -> Domain {
     let side = (1..).find(|n| n * n * n >= case.count).unwrap_or(1);
     let pitch = 0.2 / side as f64;
@@ -89,18 +98,25 @@ fn cube(case: &Case) -> Domain {
         })
         .collect();
     let mut particles = Particles::at_rest(&points, 0.008, stone.density);
+    let cracked = case.state == State::Cracked;
     let layer = |x: &Vec3| (x.x / spacing).rem_euclid(6.0);
     for (p, x) in points.iter().enumerate() {
-        particles.damage[p] = f64::from(u8::from(case.cracked && layer(x) < 1.0));
+        particles.strength[p] = 0.8 + 0.4 * unit(2, 0, p as u64);
+        particles.damage[p] = f64::from(u8::from(cracked && layer(x) < 1.0));
     }
     let law = Softening::on_grid(&stone, spacing);
     let mut domain = Domain::new(particles, &stone, law, Vec3::repeat(spacing));
     domain.select(case.precision, Path::all()[case.path]);
     let spin = Vec3::new(3.0, -2.0, 4.0);
     domain.launch(|x| spin.cross(x) + Vec3::new(0.3 * x.x, -0.1 * x.y, 0.2 * x.z));
-    if case.cracked {
+    if cracked {
         let side = |x: &Vec3| (x.x / spacing - 0.5).div_euclid(6.0);
         domain.sever(|a, b| side(a) != side(b));
+    }
+    if case.state == State::Breaking {
+        // To break within thirty steps.
+        let rate = stone.failure_stress / stone.young / (30.0 * domain.step);
+        domain.launch(|x| Vec3::new(x.x, 0.5 * x.y, 0.2 * x.z) * rate);
     }
     domain.advance();
     domain
@@ -112,20 +128,23 @@ fn pool(threads: usize) -> rayon::ThreadPool {
 
 /// Seconds of each of `rounds` calls.
 fn times(rounds: usize, mut call: impl FnMut()) -> Vec<f64> {
-    let mut times: Vec<f64> = (0..rounds)
+    (0..rounds)
         .map(|_| {
             let start = Instant::now();
             call();
             start.elapsed().as_secs_f64()
         })
-        .collect();
+        .collect()
+}
+
+fn median(times: &mut [f64]) -> f64 {
     times.sort_by(f64::total_cmp);
-    times
+    times[times.len() / 2]
 }
 
 /// Sixteen million multiplications and additions, in registers; returns GFLOP/s.
 fn calibrate_flops() -> f64 {
-    let time = times(9, || {
+    let mut time = times(9, || {
         let mut lanes = [[1.0_f32; 16]; 8];
         for _ in 0..62_500 {
             for lane in lanes.as_flattened_mut() {
@@ -134,49 +153,47 @@ fn calibrate_flops() -> f64 {
         }
         black_box(lanes);
     });
-    16e6 / time[4] * 1e-9
+    16e6 / median(&mut time) * 1e-9
 }
 
 /// a = b + s c over 96 MB; returns GB/s.
 fn calibrate_triad(arrays: &mut [Vec<f64>; 3]) -> f64 {
     let [a, b, c] = arrays;
-    let time = times(5, || {
+    let mut time = times(5, || {
         for ((a, b), c) in a.iter_mut().zip(&*b).zip(&*c) {
             *a = b + 3.0 * c;
         }
         black_box(&a);
     });
-    24.0 * a.len() as f64 / time[2] * 1e-9
+    24.0 * a.len() as f64 / median(&mut time) * 1e-9
 }
 
 fn table() {
     let mut arrays = [vec![0.0; 4_000_000], vec![1.0; 4_000_000], vec![2.0; 4_000_000]];
     println!(
-        "points,state,precision,path,threads,median_ns,least_ns,median_million_per_s,\
+        "points,state,precision,path,threads,median_ns,least_ns,mean_ns,median_million_per_s,\
          calibration_gflops,calibration_gb_per_s"
     );
-    let only: Vec<String> = std::env::args().filter(|arg| arg.contains('=')).collect();
-    let only = |case: &Case| only.iter().all(|o| case.to_string().contains(&o[1..]));
-    for case in cases().iter().filter(|case| only(case)) {
+    let only: Vec<String> = std::env::args().filter(|arg| arg.starts_with('=')).collect();
+    let asked = |case: &Case| only.iter().all(|o| case.to_string().contains(&o[1..]));
+    for case in cases().iter().filter(|case| asked(case)) {
         let mut domain = cube(case);
         let n = domain.particles.len() as f64;
-        eprintln!(
-            "elements {} nodes {} entries {}",
-            domain.grid.elements.len(),
-            domain.grid.nodes.len(),
-            domain.grid.rows.entries.len()
-        );
-        let rounds = (80_000_000 / domain.particles.len()).clamp(15, 1001);
-        let time = pool(case.threads).install(|| {
+        let rounds = (12_000_000 / domain.particles.len()).clamp(15, 101);
+        let mut time = pool(case.threads).install(|| {
             times(rounds, || {
                 black_box(domain.advance());
             })
         });
-        let (median, least) = (time[rounds / 2] / n * 1e9, time[0] / n * 1e9);
+        let mean = time.iter().sum::<f64>() / rounds as f64;
+        let median = median(&mut time);
         println!(
-            "{},{median:.1},{least:.1},{:.1},{:.1},{:.1}",
+            "{},{:.1},{:.1},{:.1},{:.1},{:.1},{:.1}",
             case.to_string().replace(' ', ","),
-            1e3 / median,
+            median / n * 1e9,
+            time[0] / n * 1e9,
+            mean / n * 1e9,
+            n / median * 1e-6,
             calibrate_flops(),
             calibrate_triad(&mut arrays)
         );
