@@ -124,7 +124,7 @@ impl Strength {
                     numbers.extend(one.into_iter().chain(two));
                 }
                 Region::Sphere(centre, radius) => {
-                    numbers.extend(centre.into_iter().chain([radius]))
+                    numbers.extend(centre.into_iter().chain([radius]));
                 }
                 Region::Cylinder(from, to, radius) => {
                     numbers.extend(from.into_iter().chain(to).chain([radius]));

@@ -179,6 +179,9 @@ pub(crate) struct Still {
     /// Pixels across and down
     #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = size)]
     pub(crate) size: (usize, usize),
+    /// Let what breaks fill the picture
+    #[arg(long)]
+    pub(crate) close: bool,
     /// The file to write [default: still.png beside the recording]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,

@@ -61,7 +61,7 @@ pub(crate) fn preview(args: &args::Preview) -> Result<Exit, Trouble> {
 pub(crate) fn still(args: &args::Still) -> Result<Exit, Trouble> {
     let beside = || args.recording.with_file_name("still.png");
     let file = args.output.clone().unwrap_or_else(beside);
-    let wanted = Still { time: args.at, size: args.size };
+    let wanted = Still { time: args.at, size: args.size, close: args.close };
     let time =
         preview::still(&args.recording, &wanted, &file).map_err(|error| unreadable(&error))?;
     eprintln!("{}: the run at {time:.4} s", file.display());

@@ -119,8 +119,8 @@ impl World {
     /// Replaces a body by its pieces.
     ///
     /// The hits are those that broke it, as one [`World::step`] returned them (the fragments may be
-    /// late). With none, the pieces keep the body's motion and only move apart. On any error nothing
-    /// has changed.
+    /// late). With none, the pieces keep the body's motion and only move apart. On any error
+    /// nothing has changed.
     ///
     /// # Errors
     /// See [`ReplaceError`].

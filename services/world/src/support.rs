@@ -51,11 +51,13 @@ const MOST_DISCS: usize = 16;
 /// Least radius of a disc, as a share of the body's reach: a corner carries too.
 const LEAST_RADIUS: f64 = 0.02;
 
+/// A step, and what the lower and the higher id of a pair received in it.
+type Carried = (u64, [Exchange; 2]);
+
 /// Pairs that rest, and what each of their last steps did.
 #[derive(Default)]
 pub(crate) struct Resting {
-    /// By pair: step, and what the lower and the higher id received in it.
-    pairs: BTreeMap<(u32, u32), Vec<(u64, [Exchange; 2])>>,
+    pairs: BTreeMap<(u32, u32), Vec<Carried>>,
 }
 
 impl Resting {

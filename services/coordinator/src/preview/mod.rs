@@ -29,8 +29,8 @@ const SIZE: (usize, usize) = (480, 320);
 const COLUMNS: usize = 4;
 /// Pixels between moments.
 const GAP: usize = 6;
-/// The moment of the sheet that a still shows unless it is told otherwise: well after the break.
-const SHOWN: usize = 4;
+/// The moment of the sheet that a still shows unless it is told otherwise: soon after the break.
+const SHOWN: usize = 2;
 /// Frames a second.
 const FPS: f64 = 12.5;
 /// Longest film \[s\]; a longer run plays faster.
@@ -79,6 +79,9 @@ pub struct Still {
     pub time: Option<f64>,
     /// Pixels across and down.
     pub size: (usize, usize),
+    /// Whether what breaks fills the picture, as it is at that moment, in place of the view of the
+    /// other pictures.
+    pub close: bool,
 }
 
 /// Draws a still of a recording into a file; hands back the moment that it shows \[s\].
@@ -88,8 +91,11 @@ pub struct Still {
 pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, RecordError> {
     let recording = Recording::open(recording)?;
     let track = Track::of(&recording);
-    let focus = direct::focus(&track, &recording.meta, wanted.size);
+    let mut focus = direct::focus(&track, &recording.meta, wanted.size);
     let time = wanted.time.unwrap_or_else(|| direct::moments(&track)[SHOWN]).clamp(0.0, track.end);
+    if wanted.close {
+        focus = direct::close(&track, &focus, time, wanted.size);
+    }
     Reel::fine(&track, &focus, wanted.size).draw(time).save(file)?;
     Ok(time)
 }

@@ -95,17 +95,22 @@ fn a_still_is_a_picture_of_its_size() {
     let dir = tempfile::tempdir().expect("folder");
     let recording = recorded(dir.path());
     let file = dir.path().join("still.png");
-    let wanted = Still { time: None, size: (192, 108) };
+    let wanted = Still { time: None, size: (192, 108), close: false };
     let time = still(&recording.path, &wanted, &file).expect("draws");
     assert!(time > 0.4, "after the break: {time}");
     let bytes = std::fs::read(&file).expect("reads");
     let reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("is PNG");
     assert_eq!((reader.info().width, reader.info().height), (192, 108));
     assert_eq!(
-        still(&recording.path, &Still { time: Some(9.0), ..wanted }, &file).expect("draws"),
+        still(&recording.path, &Still { time: Some(9.0), ..wanted.clone() }, &file).expect("draws"),
         1.0
     );
     assert_ne!(std::fs::read(&file).expect("reads"), bytes);
+    let track = Track::of(&recording);
+    let focus = direct::focus(&track, &recording.meta, SMALL);
+    let near = direct::close(&track, &focus, time, SMALL);
+    assert!(near.reach < focus.reach, "{} of {}", near.reach, focus.reach);
+    assert!((near.camera.forward - focus.camera.forward).norm() < 1e-12);
 }
 
 /// Large enough for parts of it to stay as they were.

@@ -185,7 +185,8 @@ pub(super) fn line(event: &RunEvent, name: &dyn Fn(u64) -> String) -> String {
                 n => format!(" and {n} grains of {:.3e} kg", event.grain_mass),
             };
             format!(
-                "{body} breaks into {}{debris}: crack {:.4} J, α {:.3}, mass error {:.1e}, momentum {:.1e}",
+                "{body} breaks into {}{debris}: crack {:.4} J, α {:.3}, mass error {:.1e}, \
+                 momentum {:.1e}",
                 event.fragments.len(),
                 ledger.fracture_energy,
                 event.alpha,

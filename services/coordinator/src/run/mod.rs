@@ -279,7 +279,12 @@ impl Run<'_> {
         let id = self.pool.open(&job);
         // Without the gate's reason, another family than the first is the scene's choice.
         let chosen = (asked != job::FIRST).then(|| "the scene's choice".to_owned());
-        let (solver, reason) = (asked.clone(), geometric.or(chosen).unwrap_or_default());
+        let held = match supports.len() {
+            0 => None,
+            count => Some(format!("held at {count} places")),
+        };
+        let reasons: Vec<String> = geometric.or(chosen).into_iter().chain(held).collect();
+        let (solver, reason) = (asked.clone(), reasons.join("; "));
         self.event(&Event::JobOpened { body: number(body), job: id.0, solver, reason })?;
         let due = self.world.step_count() + u64::from(self.scene.world.latency_steps);
         self.pending.push_back(Pending { id, asked, body, hits, supports, due });

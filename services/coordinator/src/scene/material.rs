@@ -272,7 +272,8 @@ const PRESETS: &[Preset] = &[
 #[must_use]
 pub fn presets_text() -> String {
     let mut text = String::from(
-        "name             density    E      ν     strength   G_f    weibull restitution friction  breaks\n\
+        "name             density    E      ν     strength   G_f    weibull restitution friction  \
+         breaks\n\
          \x20                [kg/m³]   [GPa]  [1]     [MPa]   [J/m²]    [1]       [1]       [1]\n",
     );
     let mark = |value: &Sourced| {

@@ -112,7 +112,7 @@ impl Workshop<'_> {
                 corners.colours.iter().map(mixed).collect()
             }
             None => {
-                self.wrong(path, format!("{} has no colours: name a `file` of factors", mesh));
+                self.wrong(path, format!("{mesh} has no colours: name a `file` of factors"));
                 return None;
             }
         };
