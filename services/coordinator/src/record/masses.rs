@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Fragments of fewer cells than this are the grid's, not the material's [G2].
+/// Fragments of fewer cells than this are the grid's, not the material's (G2).
 const LEAST_CELLS: f64 = 27.0;
 
 /// A fragment that broke no further.
