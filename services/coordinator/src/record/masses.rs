@@ -22,7 +22,7 @@ pub struct FragmentMass {
     pub mass: f64,
     /// Volume over the object's \[1\].
     pub ratio: f64,
-    /// Mass of [`LEAST_CELLS`] cells of the solve that made it \[kg\]; zero where it had no grid.
+    /// Mass of 27 cells of the solve that made it \[kg\]; zero where it had no grid.
     pub least: f64,
 }
 
