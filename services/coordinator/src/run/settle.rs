@@ -100,8 +100,8 @@ impl Run<'_> {
         self.event(&Event::KeptWhole { body: number(job.body), job: job.id.0, reason })
     }
 
-    /// `centres`: of the fragments, in the body's frame \[m\]. `spacing`: of the solve that made the
-    /// fragments; they are solved no finer than that \[m\].
+    /// `centres`: of the fragments, in the body's frame \[m\]. `spacing`: of the solve that made
+    /// the fragments; they are solved no finer than that \[m\].
     fn replaced(
         &mut self,
         job: &Pending,
