@@ -1,4 +1,4 @@
-//! The points' pass: the same bits on every path and with any number of threads, and f32 beside f64.
+//! The points' pass: the same bits on every path and with any number of threads; f32 beside f64.
 
 use cullet_fracture::Material;
 use cullet_fracture::damage::Softening;

@@ -1,7 +1,7 @@
 //! A block of elements: their points, sixteen elements side by side, and the nodes they share.
 
 use super::lanes::{Field, LANES, Lanes, Real, V, load, store};
-use super::law::{Law, Stiffness, WATCH, idle, second_piola};
+use super::law::{Effective, Law, Stiffness, WATCH, idle, second_piola};
 use super::spline::{basis, fall, gather, rise, scatter};
 use super::tension::pulled;
 use super::{Stencil, gather as gather_one};
@@ -209,7 +209,7 @@ fn drain<R: Real>(nodes: &[[u16; AROUND]; LANES], field: &Field<R>, forces: &mut
         for (k, &node) in around.iter().enumerate() {
             let force = &mut forces[node as usize];
             for axis in 0..3 {
-                force[axis] = force[axis] + field[k * 3 + axis].0[lane];
+                force[axis] += field[k * 3 + axis].0[lane];
             }
         }
     }
@@ -236,22 +236,22 @@ fn column<S: Simd, R: Real>(
         let at = [load(simd, x, lane), load(simd, y, lane), load(simd, z, lane)];
         let b = basis::<S, R>(at);
         let mut h = [[zero; 3]; 3];
-        for c in 0..3 {
+        for (c, row) in h.iter_mut().enumerate() {
             let [x, y, z] = gather(simd, &b, field, c, lane);
-            h[c] = [x * hx, y * hy, z * hz];
+            *row = [x * hx, y * hy, z * hz];
         }
-        let (effective, square) = second_piola(simd, &h, &stiffness);
-        let idle = idle::<S, R>(simd, &effective, square, load(simd, &slot.limit, lane));
-        let mut s = effective;
+        let effective = second_piola(simd, &h, &stiffness);
+        let idle = idle::<S, R>(simd, &effective, load(simd, &slot.limit, lane));
+        let mut s = effective.stress;
         if slot.damaged {
             let damage = load(simd, &slot.damage, lane);
-            let taken = pulled::<S, R>(simd, &effective);
+            let taken = pulled::<S, R>(simd, &effective.stress);
             for k in 0..6 {
                 s[k] = damage.simd_gt(zero).select(s[k] - damage * taken[k], s[k]);
             }
         }
         if !idle.all_true() {
-            cold.weaken::<S, R>(slot, &tile.nodes, lane, idle, (&effective, &mut s), square);
+            cold.weaken::<S, R>(slot, &tile.nodes, lane, idle, &effective, &mut s);
         }
         let v = load(simd, &slot.weight, lane);
         let s = [s[0] * v, s[1] * v, s[2] * v, s[3] * v, s[4] * v, s[5] * v];
@@ -285,25 +285,25 @@ impl Cold<'_, '_> {
         nodes: &[[u16; AROUND]; LANES],
         first: usize,
         idle: <V<S, R> as SimdBase<S>>::Mask,
-        (effective, stress): (&[V<S, R>; 6], &mut [V<S, R>; 6]),
-        square: V<S, R>,
+        effective: &Effective<V<S, R>>,
+        stress: &mut [V<S, R>; 6],
     ) {
-        for k in 0..V::<S, R>::LEN {
-            let lane = first + k;
+        for (lane, around) in nodes.iter().enumerate().skip(first).take(V::<S, R>::LEN) {
+            let k = lane - first;
             if idle.test(k) || slot.point[lane] == NONE {
                 continue;
             }
             let p = slot.point[lane] as usize;
-            let crushed = square[k].wide() <= CRUSHED * CRUSHED;
+            let crushed = effective.square[k].wide() <= CRUSHED * CRUSHED;
             let tally = &mut self.tallies[lane];
             tally.crushed += u32::from(crushed);
-            let effective = [0, 1, 2, 3, 4, 5].map(|i| effective[i][k].wide());
+            let effective = [0, 1, 2, 3, 4, 5].map(|i| effective.stress[i][k].wide());
             let x = self.view.reference[p];
             let rate = || {
                 let velocity = |node: u16| self.nodes.velocity[self.ids[node as usize] as usize];
                 let stencil = Stencil::new(&x, &self.law.spacing);
                 let gain = self.law.spacing.map(|h| 4.0 / h);
-                let (_, c) = gather_one(&nodes[lane].map(velocity), &stencil, &gain);
+                let (_, c) = gather_one(&around.map(velocity), &stencil, &gain);
                 0.5 * (c + c.transpose()).norm()
             };
             let weakened = self.law.weaken(self.view, p, &effective, tally, rate);

@@ -65,13 +65,21 @@ fn green_strain<S: Simd, R: Real>(h: &[[V<S, R>; 3]; 3]) -> [V<S, R>; 6] {
     ]
 }
 
-/// Second Piola–Kirchhoff stress \[Pa\] as in [`Elastic::second_piola`], and J² = det C \[1\].
+/// What the undamaged solid would bear.
+pub(super) struct Effective<V> {
+    /// Second Piola–Kirchhoff stress \[Pa\].
+    pub(super) stress: [V; 6],
+    /// J² = det C \[1\].
+    pub(super) square: V,
+}
+
+/// As [`Elastic::second_piola`].
 #[inline(always)]
 pub(super) fn second_piola<S: Simd, R: Real>(
     simd: S,
     h: &[[V<S, R>; 3]; 3],
     law: &Stiffness<R>,
-) -> ([V<S, R>; 6], V<S, R>) {
+) -> Effective<V<S, R>> {
     let (two, four, eight) = (R::of(2.0), R::of(4.0), R::of(8.0));
     let one = V::<S, R>::splat(simd, R::of(1.0));
     let e = green_strain::<S, R>(h);
@@ -94,7 +102,7 @@ pub(super) fn second_piola<S: Simd, R: Real>(
         rest * (adjoint[4] * four - e[4] * two),
         rest * (adjoint[5] * four - e[5] * two),
     ];
-    (stress, square)
+    Effective { stress, square }
 }
 
 /// Which points change nothing: no principal stress reaches `limit`, where damage grows, and the
@@ -102,17 +110,17 @@ pub(super) fn second_piola<S: Simd, R: Real>(
 #[inline(always)]
 pub(super) fn idle<S: Simd, R: Real>(
     simd: S,
-    s: &[V<S, R>; 6],
-    square: V<S, R>,
+    effective: &Effective<V<S, R>>,
     limit: V<S, R>,
 ) -> <V<S, R> as SimdBase<S>>::Mask {
     let zero = V::<S, R>::splat(simd, R::of(0.0));
+    let s = &effective.stress;
     let (a, b, c) = (limit - s[0], limit - s[1], limit - s[2]);
     let (d, e, f) = (s[3], s[4], s[5]);
     let minor = a * b - d * d;
     let det = c * minor - d * e * f * R::of(2.0) - a * e * e - b * f * f;
     let floor = V::<S, R>::splat(simd, R::of(CRUSHED * CRUSHED));
-    a.simd_gt(zero) & minor.simd_gt(zero) & det.simd_gt(zero) & square.simd_gt(floor)
+    a.simd_gt(zero) & minor.simd_gt(zero) & det.simd_gt(zero) & effective.square.simd_gt(floor)
 }
 
 impl Law {
