@@ -20,5 +20,5 @@ pub mod verdict;
 
 pub use codec::WireError;
 pub use ids::{Epoch, JobId, SessionId, WorkerId};
-pub use job::{FractureJob, Impact, Material, Settings};
+pub use job::{Detail, FractureJob, Impact, Material, Settings};
 pub use verdict::{BrokenBody, Fragment, Report, Verdict};

@@ -12,13 +12,17 @@ mod cutting;
 mod tests;
 
 pub use cutting::Cutting;
+use cutting::Ground;
 
 use crate::crack::Nodes;
+use crate::detail::Detail;
 use crate::region::agglomerate;
+use crate::region::relief::Terms;
 use cullet_geometry::boolean::{BooleanError, Exact, MAX_TAG};
 use cullet_geometry::math::{scramble, unit};
 use cullet_geometry::voronoi::{Cells, VoronoiError};
 use cullet_geometry::{Solid, Surface, Vec3};
+use std::sync::Arc;
 
 /// The parts' volumes sum to the body's within this share of it.
 pub const VOLUME_TOLERANCE: f64 = 1e-9;
@@ -45,6 +49,12 @@ pub struct DamageField<'a> {
     pub damage: &'a [f64],
     /// When damage reached 1 \[s\]; infinite where it has not.
     pub damage_time: &'a [f64],
+    /// Step of time in which it was found \[s\]; differences below it mean nothing (F35).
+    pub time_step: f64,
+    /// No front is faster \[m/s\].
+    pub top_speed: f64,
+    /// True length of a unit of this frame along each axis: 1, unless the frame is stretched.
+    pub scale: Vec3,
 }
 
 /// How fine a cut may be.
@@ -56,6 +66,8 @@ pub struct CutSettings {
     pub max_fragments: u32,
     /// The only source of randomness.
     pub seed: u64,
+    /// How crack faces look closer up.
+    pub detail: Detail,
 }
 
 /// One part of a body that was cut.
@@ -168,13 +180,20 @@ pub fn extract(
     let floor = settings.min_volume_ratio.max(share) * body.volume;
     nodes.fill();
     merge_labels(&mut nodes, field, body.volume, floor, settings);
+    let terms = Terms {
+        detail: settings.detail,
+        spacing: field.spacing,
+        time_step: field.time_step,
+        seed: scramble(settings.seed),
+    };
+    let nodes = Arc::new(nodes);
     attempts(|attempt| {
-        let mosaic = nodes.mosaic(attempt);
-        let ground = nodes.ground();
+        let mosaic = nodes.mosaic(attempt, &terms);
         let labels = (0..nodes.labels()).collect();
         let most = settings.max_fragments;
         let mut cutting = Cutting::assemble(body.clone(), mosaic, labels, floor, most)?;
-        cutting.ground = Some(ground);
+        let (scale, top_speed) = (field.scale, field.top_speed);
+        cutting.ground = Some(Ground { nodes: nodes.clone(), scale, top_speed });
         let mut partition = cutting.run()?;
         partition.particle_part = cutting.locate(field.positions, &partition.parts);
         Ok(partition)
@@ -224,6 +243,9 @@ impl Body {
     fn new(solid: &Solid, settings: &CutSettings) -> Result<Self, CutError> {
         if !(0.0..=1.0).contains(&settings.min_volume_ratio) {
             return Err(CutError::NotFinite { what: "least volume ratio in [0, 1]", index: 0 });
+        }
+        if let Some((what, ..)) = settings.detail.wrong() {
+            return Err(CutError::NotFinite { what, index: 0 });
         }
         solid.validate().map_err(BooleanError::Mesh)?;
         let tag =

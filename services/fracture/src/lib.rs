@@ -6,6 +6,7 @@
 pub mod crack;
 pub mod cut;
 pub mod damage;
+pub mod detail;
 pub mod material;
 pub mod mpm;
 pub mod particles;

@@ -1,5 +1,6 @@
 //! The contract between a fracture problem and the ways to solve it.
 
+use crate::detail::Detail;
 use crate::material::Material;
 use cullet_geometry::{Solid, Vec3};
 use std::sync::Arc;
@@ -36,6 +37,8 @@ pub struct Settings {
     pub min_volume_ratio: f64,
     /// At most this many fragments; the smallest are merged first.
     pub max_fragments: u32,
+    /// How crack faces look closer than the grid resolves.
+    pub detail: Detail,
 }
 
 impl Default for Settings {
@@ -46,6 +49,7 @@ impl Default for Settings {
             max_steps: 20_000,
             min_volume_ratio: 1e-4,
             max_fragments: 400,
+            detail: Detail::default(),
         }
     }
 }

@@ -17,8 +17,9 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
         energy: i.energy,
         closing_speed: i.closing_speed,
     };
-    let wire::Settings { spacing, max_particles, max_steps, min_volume_ratio, max_fragments } =
-        job.settings;
+    let wire::Settings {
+        spacing, max_particles, max_steps, min_volume_ratio, max_fragments, ..
+    } = job.settings;
     core::Problem {
         solid: Arc::new(job.solid.clone()),
         material: core::Material { density, young, poisson, failure_stress, fracture_energy },
@@ -29,8 +30,24 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
             max_steps,
             min_volume_ratio,
             max_fragments,
+            detail: detail_of(job.settings.detail),
         },
         seed: job.seed,
+    }
+}
+
+fn detail_of(detail: wire::Detail) -> core::detail::Detail {
+    core::detail::Detail {
+        edge: detail.edge,
+        length: detail.length,
+        influence: detail.influence,
+        grid: detail.grid,
+        height: detail.height,
+        share: detail.share,
+        ribs: detail.ribs,
+        rib_spacing: detail.rib_spacing,
+        grain: detail.grain,
+        grain_size: detail.grain_size,
     }
 }
 

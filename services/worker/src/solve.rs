@@ -211,6 +211,7 @@ mod tests {
                 max_steps: 1,
                 min_volume_ratio: 0.0,
                 max_fragments: 1,
+                detail: cullet_proto::Detail::default(),
             },
             seed: 0,
         }

@@ -75,7 +75,7 @@ impl Run<'_> {
             let reason = format!("the run ended {early} {steps} before its fragments were due");
             return self.kept(&job, reason);
         }
-        let pieces = broken.fragments.into_iter().map(piece).collect();
+        let pieces = broken.fragments.into_iter().map(|f| piece(f, job.body)).collect();
         match self.world.replace(job.body, &job.hits, pieces, broken.report.fracture_energy) {
             Ok(done) => self.replaced(&job, &done, broken.report.spacing),
             Err(error) => self.kept(&job, error.to_string()),
@@ -165,13 +165,11 @@ fn tier(tier: cullet_world::Tier) -> recording::Tier {
     }
 }
 
-fn piece(fragment: cullet_proto::Fragment) -> Piece {
-    Piece {
-        solid: fragment.solid,
-        hulls: fragment.hulls,
-        velocity: fragment.velocity,
-        spin: fragment.spin,
-    }
+fn piece(fragment: cullet_proto::Fragment, body: BodyId) -> Piece {
+    // Crack faces without a parent are those of this fracture.
+    let mut solid = fragment.solid;
+    solid.name_parent(body.0);
+    Piece { solid, hulls: fragment.hulls, velocity: fragment.velocity, spin: fragment.spin }
 }
 
 /// What a report says in one line: which family, why not the one asked, what was noticed.

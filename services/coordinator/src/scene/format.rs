@@ -1,14 +1,12 @@
-//! The scene file as it is written: plain data, the one source of the reader and of the JSON
-//! schema.
+//! The scene file as it is written: plain data, the one source of the reader and of the schema.
 //!
-//! Numbers are SI when they arrive here: `check` has turned "6 mm" into 0.006 by the units in the
-//! schema.
+//! Numbers are SI when they arrive here: `check` has turned "6 mm" into 0.006 by the schema's units.
 
 mod show;
 
 pub use show::{Bounds, Expect, View};
 
-use super::unit;
+use super::{look::Detail, unit};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -151,6 +149,8 @@ pub struct Fracture {
     /// Smaller shares of the body's volume are merged into a neighbour \[1\].
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.5))]
     pub min_volume_ratio: f64,
+    /// How crack faces look closer than the grid resolves.
+    pub detail: Detail,
 }
 
 impl Default for Fracture {
@@ -161,6 +161,7 @@ impl Default for Fracture {
             max_steps: 20_000,
             max_fragments: 400,
             min_volume_ratio: 1e-4,
+            detail: Detail::default(),
         }
     }
 }

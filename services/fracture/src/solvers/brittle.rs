@@ -233,11 +233,15 @@ impl Brittle {
             positions: &positions,
             damage: &cracks.membership,
             damage_time: &damage_time,
+            time_step: self.domain.step,
+            top_speed: self.problem.material.shear_speed(),
+            scale: Vec3::repeat(1.0),
         };
         let settings = CutSettings {
             min_volume_ratio: self.problem.settings.min_volume_ratio,
             max_fragments: self.problem.settings.max_fragments,
             seed: self.problem.seed,
+            detail: self.problem.settings.detail,
         };
         let partition = cut::extract(&self.problem.solid, &field, &settings)
             .map_err(|error| Failure::Cut(error.to_string()))?;
