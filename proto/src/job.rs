@@ -4,11 +4,14 @@ use crate::codec::{self, WireError};
 use crate::envelope::{self, Kind};
 use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
+use crate::strength::Strength;
 use cullet_geometry::{Solid, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Most hits in one job: they travel in the header.
 pub const MAX_IMPACTS: usize = 256;
+/// Most supports in one job: they travel in the header too.
+pub const MAX_SUPPORTS: usize = 256;
 /// Longest solver name \[bytes\].
 pub const MAX_SOLVER: usize = 64;
 
@@ -98,6 +101,17 @@ impl Detail {
     }
 }
 
+/// Where a body rests on something that does not move, in the body's own frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Support {
+    /// Middle of the disc, on the surface \[m\].
+    pub point: [f64; 3],
+    /// Unit direction in which it can push, into the body.
+    pub normal: [f64; 3],
+    /// Radius of the disc \[m\].
+    pub radius: f64,
+}
+
 /// What the scene decides about a solve. `None` means "let the solver choose".
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
@@ -113,6 +127,10 @@ pub struct Settings {
     pub max_fragments: u32,
     /// How crack faces look.
     pub detail: Detail,
+    /// Parts below this share of the body's volume become debris \[1\].
+    pub debris: f64,
+    /// Size of a grain of it \[m\].
+    pub grain: Option<f64>,
 }
 
 /// A problem, who is to solve it, and who if that one refuses.
@@ -126,8 +144,12 @@ pub struct FractureJob {
     pub solid: Solid,
     /// Its material.
     pub material: Material,
+    /// How its strength varies.
+    pub strength: Strength,
     /// At least one hit.
     pub impacts: Vec<Impact>,
+    /// What it rests on.
+    pub supports: Vec<Support>,
     /// How it may be solved.
     pub settings: Settings,
     /// The only source of randomness.
@@ -139,7 +161,10 @@ struct Header {
     solver: String,
     fallback: Option<String>,
     material: Material,
+    strength: Strength,
+    painted: Option<(u32, f64)>,
     impacts: Vec<[f64; 11]>,
+    supports: Vec<Support>,
     settings: Settings,
     seed: u64,
     vertices: u32,
@@ -171,7 +196,10 @@ impl FractureJob {
             solver: self.solver.clone(),
             fallback: self.fallback.clone(),
             material: self.material,
+            strength: Strength { vertices: None, ..self.strength.clone() },
+            painted: self.strength.announced()?,
             impacts: self.impacts.iter().map(Impact::row).collect(),
+            supports: self.supports.clone(),
             settings: self.settings,
             seed: self.seed,
             vertices,
@@ -180,6 +208,7 @@ impl FractureJob {
         header.check()?;
         let mut slabs = Vec::new();
         mesh::put_solid(&mut slabs, &self.solid);
+        self.strength.put(&mut slabs);
         envelope::seal(Kind::Job, &header, &slabs)
     }
 
@@ -188,17 +217,20 @@ impl FractureJob {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
-        let (header, slabs) = envelope::open::<Header>(Kind::Job, bytes)?;
+        let (mut header, slabs) = envelope::open::<Header>(Kind::Job, bytes)?;
         header.check()?;
         let mut slabs = Slabs::new(slabs);
         let solid = slabs.solid(header.vertices, header.triangles)?;
+        header.strength.take(header.painted, &mut slabs)?;
         slabs.end("a job")?;
         Ok(Self {
             solver: header.solver,
             fallback: header.fallback,
             solid,
             material: header.material,
+            strength: header.strength,
             impacts: header.impacts.into_iter().map(Impact::from_row).collect(),
+            supports: header.supports,
             settings: header.settings,
             seed: header.seed,
         })
@@ -220,22 +252,30 @@ impl Header {
             codec::limit("a solver name's length", name.len() as u64, MAX_SOLVER as u64)?;
         }
         codec::limit("a job's impacts", self.impacts.len() as u64, MAX_IMPACTS as u64)?;
+        codec::limit("a job's supports", self.supports.len() as u64, MAX_SUPPORTS as u64)?;
         if self.impacts.is_empty() {
             return Err(WireError::Short { what: "a job's impacts", have: 0, need: 1 });
         }
         let Material { density, young, poisson, failure_stress, fracture_energy } = self.material;
         let material = [density, young, poisson, failure_stress, fracture_energy];
         codec::finite("a job's material", &material)?;
+        self.strength.check()?;
         codec::finite("a job's impacts", self.impacts.as_flattened())?;
+        for Support { point, normal, radius } in &self.supports {
+            codec::finite("a job's supports", &[point.as_slice(), normal, &[*radius]].concat())?;
+        }
         codec::finite("a job's spacing", self.settings.spacing.as_slice())?;
         codec::finite("a job's detail", &self.settings.detail.numbers())?;
-        codec::finite("a job's least volume ratio", &[self.settings.min_volume_ratio])
+        codec::finite("a job's grain", self.settings.grain.as_slice())?;
+        let Settings { min_volume_ratio, debris, .. } = self.settings;
+        codec::finite("a job's least volume ratios", &[min_volume_ratio, debris])
     }
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::strength::{Layers, Region, Stroke, VertexPaint, WeakPlane};
     use cullet_geometry::{Surface, TriMesh};
 
     pub(crate) fn tetrahedron() -> Solid {
@@ -244,6 +284,36 @@ pub(crate) mod tests {
         let mut solid = Solid::outer(TriMesh { vertices, triangles });
         solid.surface[3] = Surface::crack(1.5e-5);
         solid
+    }
+
+    fn strength() -> Strength {
+        Strength {
+            seed: 3,
+            correlation: Some(0.02),
+            weak_plane: Some(WeakPlane { normal: [0.0, 0.0, 1.0], ratio: 0.3 }),
+            layers: Some(Layers {
+                normal: [0.0, 1.0, 0.0],
+                thickness: 0.1,
+                ratio: 0.5,
+                jitter: 0.2,
+            }),
+            strokes: vec![
+                Stroke { region: Region::Box([0.0; 3], [1.0; 3]), factor: 0.5, edge: 0.01 },
+                Stroke { region: Region::Sphere([0.0; 3], 1.0), factor: 0.5, edge: 0.0 },
+                Stroke { region: Region::HalfSpace([0.0; 3], [1.0; 3]), factor: 2.0, edge: 0.0 },
+                Stroke {
+                    region: Region::Cylinder([0.0; 3], [1.0; 3], 0.2),
+                    factor: 2.0,
+                    edge: 0.0,
+                },
+            ],
+            vertices: Some(VertexPaint {
+                points: vec![Vec3::x(), Vec3::y()],
+                factors: vec![0.5, 1.0],
+                reach: 0.1,
+            }),
+            ..Strength::default()
+        }
     }
 
     pub(crate) fn sample() -> FractureJob {
@@ -258,6 +328,7 @@ pub(crate) mod tests {
                 failure_stress: 4e7,
                 fracture_energy: 8.0,
             },
+            strength: strength(),
             impacts: vec![Impact {
                 point: Vec3::new(0.1, 0.2, 0.3),
                 normal: -Vec3::z(),
@@ -267,6 +338,7 @@ pub(crate) mod tests {
                 energy: 2.0,
                 closing_speed: 3.0,
             }],
+            supports: vec![Support { point: [0.0; 3], normal: [0.0, 0.0, 1.0], radius: 0.02 }],
             settings: Settings {
                 spacing: None,
                 max_particles: 16_000,
@@ -274,6 +346,8 @@ pub(crate) mod tests {
                 min_volume_ratio: 1e-4,
                 max_fragments: 400,
                 detail: Detail { height: 0.1, ..Detail::default() },
+                debris: 5e-4,
+                grain: Some(1e-3),
             },
             seed: 7,
         }
@@ -285,21 +359,27 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "c9c523f5");
+        assert_eq!(job.id()?.short(), "cbfaef74");
         Ok(())
     }
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 10] = [
+        let change: [fn(&mut FractureJob); 16] = [
             |j| j.settings.detail.height = 0.2,
             |j| j.seed += 1,
             |j| j.solver.push('x'),
             |j| j.fallback = None,
             |j| j.material.young *= 1.0 + f64::EPSILON,
+            |j| j.strength.seed += 1,
+            |j| j.strength.offset[0] = 1e-9,
+            |j| j.strength.strokes[3].edge = 1e-9,
+            |j| j.strength.vertices.iter_mut().for_each(|paint| paint.factors[1] = 0.9),
             |j| j.impacts[0].energy += 1.0,
             |j| j.impacts[0].closing_speed += 1.0,
             |j| j.settings.spacing = Some(0.1),
+            |j| j.settings.grain = None,
+            |j| j.supports[0].radius = 0.03,
             |j| j.solid.mesh.vertices[0].x = 1e-300,
             |j| j.solid.surface[0] = Surface::crack(0.0),
         ];
@@ -320,8 +400,16 @@ pub(crate) mod tests {
         };
         let nan = refused(|j| j.material.young = f64::NAN);
         assert_eq!(nan, Some(WireError::NotFinite { what: "a job's material" }));
+        let strength = refused(|j| j.strength.strokes[1].factor = f64::NAN);
+        assert_eq!(strength, Some(WireError::NotFinite { what: "a job's strength" }));
+        let short = refused(|j| j.strength.vertices.iter_mut().for_each(|p| p.factors.clear()));
+        assert!(matches!(short, Some(WireError::Short { have: 0, need: 2, .. })));
         let none = refused(|j| j.impacts.clear());
         assert!(matches!(none, Some(WireError::Short { .. })));
+        let support = refused(|j| j.supports[0].point[2] = f64::NAN);
+        assert_eq!(support, Some(WireError::NotFinite { what: "a job's supports" }));
+        let many = refused(|j| j.supports = vec![j.supports[0]; MAX_SUPPORTS + 1]);
+        assert!(matches!(many, Some(WireError::Limit { limit: 256, .. })));
         let many = refused(|j| j.impacts = vec![j.impacts[0]; MAX_IMPACTS + 1]);
         assert!(matches!(many, Some(WireError::Limit { limit: 256, .. })));
         let tags = refused(|j| j.solid.surface.clear());

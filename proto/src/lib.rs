@@ -15,10 +15,11 @@ pub mod keys;
 pub mod mesh;
 pub mod pool;
 pub mod recording;
+pub mod strength;
 pub mod transport;
 pub mod verdict;
 
 pub use codec::WireError;
 pub use ids::{Epoch, JobId, SessionId, WorkerId};
-pub use job::{Detail, FractureJob, Impact, Material, Settings};
-pub use verdict::{BrokenBody, Fragment, Report, Verdict};
+pub use job::{Detail, FractureJob, Impact, Material, Settings, Support};
+pub use verdict::{BrokenBody, Fragment, Grain, Report, Verdict};

@@ -10,10 +10,14 @@ use serde::{Deserialize, Serialize};
 pub const MAX_FRAGMENTS: usize = 16_384;
 /// Most convex parts of one fragment.
 pub const MAX_HULLS: usize = 4_096;
+/// Most grains of debris of one body.
+pub const MAX_GRAINS: usize = 65_536;
 /// Most warnings in a report; further ones are counted in the last.
 pub const MAX_WARNINGS: usize = 32;
 /// Longest text \[bytes\]; the rest is cut off.
 pub const MAX_TEXT: usize = 1_024;
+/// Bytes of a grain: position, velocity, volume, size.
+const GRAIN: usize = 64;
 /// Numbers (u32) and points that describe one fragment ahead of its slabs.
 const ROW: usize = 3;
 
@@ -43,6 +47,10 @@ pub enum Verdict {
 pub struct BrokenBody {
     /// Closed parts.
     pub fragments: Vec<Fragment>,
+    /// Parts too small to be fragments.
+    pub debris: Vec<Grain>,
+    /// Impulse that each support of the job gave \[N·s\]; empty where the method knows none.
+    pub reactions: Vec<f64>,
     /// What the solve cost and found out.
     pub report: Report,
 }
@@ -58,6 +66,19 @@ pub struct Fragment {
     pub velocity: Vec3,
     /// Angular velocity that the hit gave it \[rad/s\].
     pub spin: Vec3,
+}
+
+/// A point with a mass, in the body's frame before it broke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grain {
+    /// Where \[m\].
+    pub position: Vec3,
+    /// Velocity that the hit gave it \[m/s\].
+    pub velocity: Vec3,
+    /// Volume \[m³\].
+    pub volume: f64,
+    /// Diameter \[m\].
+    pub size: f64,
 }
 
 /// What a solve cost and what it found out about itself.
@@ -93,7 +114,7 @@ pub struct Report {
 
 #[derive(Serialize, Deserialize)]
 enum Header {
-    Broken { fragments: u32, hulls: u32, report: Report },
+    Broken { fragments: u32, hulls: u32, grains: u32, reactions: Vec<f64>, report: Report },
     Refused { solver: String, text: String },
     Failed { solver: String, text: String },
 }
@@ -125,8 +146,9 @@ impl Verdict {
         let (header, slabs) = envelope::open::<Header>(Kind::Verdict, bytes)?;
         let slabs = Slabs::new(slabs);
         match header {
-            Header::Broken { fragments, hulls, report } => {
-                let body = BrokenBody::decode(fragments, hulls, report, slabs)?;
+            Header::Broken { fragments, hulls, grains, reactions, report } => {
+                let counts = [fragments, hulls, grains];
+                let body = BrokenBody::decode(counts, reactions, report, slabs)?;
                 Ok(Self::Broken(Box::new(body)))
             }
             Header::Refused { solver, text } => {
@@ -145,7 +167,15 @@ impl BrokenBody {
     /// Whether nothing separated.
     #[must_use]
     pub fn is_intact(&self) -> bool {
-        self.fragments.len() <= 1
+        self.fragments.len() <= 1 && self.debris.is_empty()
+    }
+
+    /// Holds what is beside the fragments to its limits.
+    fn check_rest(grains: usize, reactions: &[f64]) -> Result<(), WireError> {
+        codec::limit("a body's grains", grains as u64, MAX_GRAINS as u64)?;
+        let most = crate::job::MAX_SUPPORTS as u64;
+        codec::limit("a body's reactions", reactions.len() as u64, most)?;
+        codec::finite("a body's reactions", reactions)
     }
 
     fn encode(&self) -> Result<Vec<u8>, WireError> {
@@ -153,7 +183,15 @@ impl BrokenBody {
         codec::limit("a body's fragments", count as u64, MAX_FRAGMENTS as u64)?;
         let hulls = self.fragments.iter().map(|f| f.hulls.len()).sum::<usize>();
         let report = self.report.cut();
-        let head = Header::Broken { fragments: count as u32, hulls: hulls as u32, report };
+        let (grains, reactions) = (self.debris.len(), self.reactions.clone());
+        Self::check_rest(grains, &reactions)?;
+        let head = Header::Broken {
+            fragments: count as u32,
+            hulls: hulls as u32,
+            grains: grains as u32,
+            reactions,
+            report,
+        };
         let mut slabs = Vec::new();
         for fragment in &self.fragments {
             let (nv, nt) = mesh::counts(&fragment.solid)?;
@@ -171,16 +209,22 @@ impl BrokenBody {
             mesh::put_solid(&mut slabs, &fragment.solid);
             fragment.hulls.iter().for_each(|hull| mesh::put_points(&mut slabs, hull));
         }
+        for grain in &self.debris {
+            mesh::put_points(&mut slabs, &[grain.position, grain.velocity]);
+            slabs.extend_from_slice(&grain.volume.to_le_bytes());
+            slabs.extend_from_slice(&grain.size.to_le_bytes());
+        }
         envelope::seal(Kind::Verdict, &head, &slabs)
     }
 
     fn decode(
-        fragments: u32,
-        hulls: u32,
+        [fragments, hulls, grains]: [u32; 3],
+        reactions: Vec<f64>,
         report: Report,
         mut slabs: Slabs<'_>,
     ) -> Result<Self, WireError> {
         codec::limit("a body's fragments", u64::from(fragments), MAX_FRAGMENTS as u64)?;
+        Self::check_rest(grains as usize, &reactions)?;
         report.check()?;
         let rows = slabs.u32s("a body's fragments", ROW * fragments as usize)?;
         let rows = rows.as_chunks::<ROW>().0;
@@ -201,8 +245,22 @@ impl BrokenBody {
             Ok(Fragment { solid, hulls, velocity: motion[0], spin: motion[1] })
         });
         let fragments = fragments.collect::<Result<_, WireError>>()?;
+        let bytes = slabs.take("a body's grains", grains as usize, GRAIN)?;
+        let debris = bytes.as_chunks::<GRAIN>().0.iter().map(Grain::from_row);
+        let debris = debris.collect::<Result<_, _>>()?;
         slabs.end("a verdict")?;
-        Ok(Self { fragments, report })
+        Ok(Self { fragments, debris, reactions, report })
+    }
+}
+
+impl Grain {
+    fn from_row(row: &[u8; GRAIN]) -> Result<Self, WireError> {
+        let number = |k: usize| f64::from_le_bytes(row.as_chunks::<8>().0[k]);
+        let numbers: [f64; 8] = std::array::from_fn(number);
+        codec::finite("a body's grains", &numbers)?;
+        let [x, y, z, u, v, w, volume, size] = numbers;
+        let (position, velocity) = (Vec3::new(x, y, z), Vec3::new(u, v, w));
+        Ok(Self { position, velocity, volume, size })
     }
 }
 
@@ -263,7 +321,10 @@ mod tests {
             ..Report::default()
         };
         let fragments = vec![fragment(1), fragment(0), fragment(3)];
-        Verdict::Broken(Box::new(BrokenBody { fragments, report }))
+        let grain = Grain { position: Vec3::x(), velocity: Vec3::y(), volume: 1e-9, size: 1e-3 };
+        let debris = vec![grain, Grain { size: 2e-3, ..grain }];
+        let reactions = vec![0.5, 0.0];
+        Verdict::Broken(Box::new(BrokenBody { fragments, debris, reactions, report }))
     }
 
     #[test]
@@ -290,13 +351,25 @@ mod tests {
 
     #[test]
     fn counts_that_promise_too_much_allocate_nothing() -> Result<(), WireError> {
-        let report = Report::default();
-        let head = Header::Broken { fragments: 16_000, hulls: 0, report };
+        let header = |fragments, grains| Header::Broken {
+            fragments,
+            hulls: 0,
+            grains,
+            reactions: Vec::new(),
+            report: Report::default(),
+        };
+        let head = header(16_000, 0);
         let bytes = envelope::seal(Kind::Verdict, &head, &[1, 2, 3])?;
         assert!(matches!(Verdict::decode(&bytes), Err(WireError::Short { have: 3, .. })));
-        let head = Header::Broken { fragments: u32::MAX, hulls: 0, report: Report::default() };
-        let bytes = envelope::seal(Kind::Verdict, &head, &[])?;
-        assert!(matches!(Verdict::decode(&bytes), Err(WireError::Limit { .. })));
+        for head in [header(u32::MAX, 0), header(0, u32::MAX)] {
+            let bytes = envelope::seal(Kind::Verdict, &head, &[])?;
+            assert!(matches!(Verdict::decode(&bytes), Err(WireError::Limit { .. })));
+        }
+        let bytes = envelope::seal(Kind::Verdict, &header(0, 2), &[0; 64])?;
+        assert!(matches!(
+            Verdict::decode(&bytes),
+            Err(WireError::Short { have: 64, need: 128, .. })
+        ));
         Ok(())
     }
 
@@ -338,6 +411,7 @@ mod tests {
                     assert!(fragment.solid.mesh.triangles.iter().flatten().all(|i| *i < n));
                     assert!(fragment.velocity.iter().all(|x| x.is_finite()));
                 }
+                assert!(body.debris.iter().all(|grain| grain.volume.is_finite()));
             }
             if let Ok(job) = FractureJob::decode(&damaged(&job, round)) {
                 assert!(job.material.young.is_finite() && !job.impacts.is_empty());

@@ -64,6 +64,13 @@ fn column() {
 }
 
 #[test]
+fn pane() {
+    let told = holds("pane");
+    let opened = told.lines().find(|line| line.contains("opened for pane"));
+    assert!(opened.is_some_and(|line| line.contains("held at ")), "{opened:?}");
+}
+
+#[test]
 fn wall() {
     let told = holds("wall");
     let mut asked = told.lines().filter_map(|line| line.split_once(", asks geometric"));

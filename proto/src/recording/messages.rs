@@ -149,6 +149,28 @@ message! {
 }
 
 message! {
+    /// Grains of debris after a step: those that are new, or those that fly. One row a grain.
+    Grains {
+        /// Steps taken.
+        "1" [uint64] step: u64,
+        /// Simulated time \[s\].
+        "2" [double] time: f64,
+        /// The grains of the rows; numbers of their own, never reused in a run.
+        "3" [uint64, repeated] ids: Vec<u64>,
+        /// x, y, z of each \[m\].
+        "4" [double, repeated] positions: Vec<f64>,
+        /// x, y, z of each velocity \[m/s\].
+        "5" [double, repeated] velocities: Vec<f64>,
+        /// Of new ones only: the mass of each \[kg\].
+        "6" [double, repeated] masses: Vec<f64>,
+        /// Of new ones only: the diameter of each \[m\].
+        "7" [double, repeated] sizes: Vec<f64>,
+        /// Of new ones only: the body that each broke from.
+        "8" [uint64, repeated] parents: Vec<u64>,
+    }
+}
+
+message! {
     /// One hit that a job was asked about, in the body's own frame.
     Hit {
         /// Where \[m\].
@@ -286,6 +308,10 @@ message! {
         "15" [enumeration = "Verdict"] verdict: i32,
         /// Whether an expectation held.
         "16" [bool] held: bool,
+        /// Grains of debris of a fracture.
+        "17" [uint64] grains: u64,
+        /// Their mass \[kg\].
+        "18" [double] grain_mass: f64,
     }
 }
 
@@ -317,6 +343,7 @@ pub fn schema_bytes() -> Vec<u8> {
         Geometry::descriptor(),
         Body::descriptor(),
         BodyPoses::descriptor(),
+        Grains::descriptor(),
         Hit::descriptor(),
         JobReport::descriptor(),
         PoolReport::descriptor(),

@@ -34,6 +34,8 @@ pub(crate) enum Command {
     Recover(Recover),
     /// Draw preview.png and preview.gif of a recording
     Preview(Preview),
+    /// Draw one moment of a recording as a large picture
+    Still(Still),
     /// Check a scene and say what is in it, without running it
     Check(Check),
     /// List the material presets with the source of each value
@@ -144,6 +146,9 @@ pub(crate) struct Inspect {
     /// Print the summary as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
+    /// Print the fragments' masses as CSV, and the laws fitted to them
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) masses: bool,
 }
 
 #[derive(Debug, Args)]
@@ -162,6 +167,24 @@ pub(crate) struct Preview {
     /// Folder for the pictures [default: beside the recording]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Still {
+    /// The recording
+    pub(crate) recording: PathBuf,
+    /// When, in seconds of the run [default: a moment after the first break]
+    #[arg(long, value_name = "SECONDS", value_parser = moment)]
+    pub(crate) at: Option<f64>,
+    /// Pixels across and down
+    #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = size)]
+    pub(crate) size: (usize, usize),
+    /// Let what breaks fill the picture
+    #[arg(long)]
+    pub(crate) close: bool,
+    /// The file to write [default: still.png beside the recording]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -187,6 +210,22 @@ fn endpoint(text: &str) -> Result<String, String> {
         }
         _ => Err("an endpoint is tcp/HOST:PORT, such as tcp/127.0.0.1:7447".to_owned()),
     }
+}
+
+fn moment(text: &str) -> Result<f64, String> {
+    let time: Option<f64> = text.parse().ok().filter(|time: &f64| time.is_finite() && *time >= 0.0);
+    time.ok_or_else(|| "a moment is a number of seconds from 0 on".to_owned())
+}
+
+/// Least and most pixels of a side of a still.
+const PIXELS: std::ops::RangeInclusive<usize> = 16..=7680;
+
+fn size(text: &str) -> Result<(usize, usize), String> {
+    let sides = text.split_once(['x', 'X']);
+    let number = |text: &str| text.trim().parse().ok().filter(|n| PIXELS.contains(n));
+    let read = sides.and_then(|(across, down)| Some((number(across)?, number(down)?)));
+    let (least, most) = (PIXELS.start(), PIXELS.end());
+    read.ok_or_else(|| format!("a size is WIDTHxHEIGHT, each {least} to {most}, such as 1920x1080"))
 }
 
 fn name(text: &str) -> Result<String, String> {

@@ -3,11 +3,16 @@
 use crate::args;
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
-use cullet_coordinator::preview::from_recording;
+use cullet_coordinator::preview::{self, Still, from_recording};
 use cullet_coordinator::{record, scene};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
+    if args.masses {
+        let masses = record::masses(&args.recording).map_err(|error| unreadable(&error))?;
+        print(record::table(&masses))?;
+        return Ok(Exit::Done);
+    }
     let told = record::inspect(&args.recording).map_err(|error| unreadable(&error))?;
     if !told.complete {
         eprintln!("{}: cut off or damaged; what could be saved follows", args.recording.display());
@@ -51,6 +56,16 @@ pub(crate) fn preview(args: &args::Preview) -> Result<Exit, Trouble> {
         folder.forget();
         unreadable(&error)
     })
+}
+
+pub(crate) fn still(args: &args::Still) -> Result<Exit, Trouble> {
+    let beside = || args.recording.with_file_name("still.png");
+    let file = args.output.clone().unwrap_or_else(beside);
+    let wanted = Still { time: args.at, size: args.size, close: args.close };
+    let time =
+        preview::still(&args.recording, &wanted, &file).map_err(|error| unreadable(&error))?;
+    eprintln!("{}: the run at {time:.4} s", file.display());
+    Ok(Exit::Done)
 }
 
 pub(crate) fn materials(args: &args::Materials) -> Result<Exit, Trouble> {

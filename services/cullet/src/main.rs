@@ -42,6 +42,7 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Inspect(args) => inspect::inspect(args),
         Command::Recover(args) => inspect::recover(args),
         Command::Preview(args) => inspect::preview(args),
+        Command::Still(args) => inspect::still(args),
         Command::Check(args) => run::check(args),
         Command::Materials(args) => inspect::materials(args),
         Command::Schema => inspect::schema(),

@@ -1,23 +1,85 @@
 //! Particle-steps a second of the full step, damage on: items are particle-steps.
+//!
+//! `cargo bench -p cullet-fracture --bench mpm` runs divan; with `-- --csv` it writes a table, each
+//! row with the calibration loops of the same moment; `=WORDS` keeps the rows that have them.
 
 use cullet_fracture::Material;
-use cullet_fracture::damage::{BAND_WIDTH, Softening};
+use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
+use cullet_fracture::mpm::kernel::{Path, Precision};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, math::unit};
 use divan::Bencher;
 use divan::counter::ItemsCount;
+use std::fmt;
+use std::hint::black_box;
+use std::time::Instant;
 
-const STEPS: usize = 10;
+/// Numbers of points.
+const COUNTS: [usize; 3] = [17_576, 140_608, 1_061_208];
 
-fn main() {
-    divan::main();
+/// What a cube goes through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    /// It turns and stretches, and nothing breaks.
+    Intact,
+    /// Likewise, with a parted layer of broken points in every sixth cell.
+    Cracked,
+    /// It is pulled until cracks run everywhere.
+    Breaking,
 }
 
-/// A turning, stretching cube of about `count` points, eight a cell; `broken` slabs a cell thick.
-fn cube(count: usize, broken: bool) -> Domain {
-    let side = (1..).find(|n| n * n * n >= count).unwrap_or(1);
-    let spacing = 0.2 / (0.5 * side as f64);
+/// What is timed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Case {
+    count: usize,
+    state: State,
+    precision: Precision,
+    path: usize,
+    threads: usize,
+}
+
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { count, state, precision, threads, .. } = self;
+        write!(f, "{count} {state:?} {precision:?} {} {threads}", Path::all()[self.path])
+    }
+}
+
+/// Every precision and number of threads on the best path, and the other paths at one size.
+fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for count in COUNTS {
+        for state in [State::Intact, State::Cracked, State::Breaking] {
+            for precision in [Precision::Single, Precision::Double] {
+                for threads in [1, 2] {
+                    cases.push(Case { count, state, precision, path: 0, threads });
+                }
+            }
+        }
+    }
+    let base = Case { path: 0, threads: 1, ..cases[12] };
+    for path in 1..Path::all().len() {
+        for precision in [Precision::Single, Precision::Double] {
+            cases.push(Case { path, precision, ..base });
+        }
+    }
+    cases
+}
+
+fn main() {
+    if std::env::args().any(|arg| arg == "--csv") {
+        table();
+    } else {
+        divan::main();
+    }
+}
+
+/// A cube of about `count` points, 8 to a cell in the mean.
+fn cube(case: &Case) -> Domain {
+    let side = (1..).find(|n| n * n * n >= case.count).unwrap_or(1);
+    let pitch = 0.2 / side as f64;
+    let spacing = 2.0 * pitch;
     let stone = Material {
         density: 2300.0,
         young: 40e9,
@@ -25,51 +87,134 @@ fn cube(count: usize, broken: bool) -> Domain {
         failure_stress: 30e6,
         fracture_energy: 25.0,
     };
-    let mut points = Vec::new();
-    for i in 0..side * side * side {
-        let cell = [i / (side * side), i / side % side, i % side];
-        let at = |a: usize| {
-            let jitter = 0.5 + 0.5 * (unit(1, a as u64, i as u64) - 0.5);
-            (cell[a] as f64 + jitter) * 0.5 * spacing - 0.1
-        };
-        points.push(Vec3::new(at(0), at(1), at(2)));
-    }
+    let points: Vec<Vec3> = (0..side * side * side)
+        .map(|i| {
+            let cell = [i / (side * side), i / side % side, i % side];
+            // Off the cells' own faces, so that 1 to 20 points share a cell.
+            Vec3::from([0, 1, 2].map(|a| {
+                let jitter = unit(1, a as u64, i as u64);
+                (cell[a] as f64 + jitter - 0.5 * side as f64 + 0.35) * pitch
+            }))
+        })
+        .collect();
     let mut particles = Particles::at_rest(&points, 0.008, stone.density);
+    let cracked = case.state == State::Cracked;
+    let layer = |x: &Vec3| (x.x / spacing).rem_euclid(6.0);
     for (p, x) in points.iter().enumerate() {
-        let spin = Vec3::new(3.0, -2.0, 4.0).cross(x);
-        particles.velocity[p] = spin + Vec3::new(0.3 * x.x, -0.1 * x.y, 0.2 * x.z);
-        particles.damage[p] = f64::from(u8::from(broken && (x.x / spacing).rem_euclid(6.0) < 1.0));
+        particles.strength[p] = 0.8 + 0.4 * unit(2, 0, p as u64);
+        particles.damage[p] = f64::from(u8::from(cracked && layer(x) < 1.0));
     }
-    let law = Softening::new(&stone, BAND_WIDTH * spacing);
-    let mut domain = Domain::new(particles, &stone, law, spacing);
+    let law = Softening::on_grid(&stone, spacing);
+    let mut domain = Domain::new(particles, &stone, law, Vec3::repeat(spacing));
+    domain.select(case.precision, Path::all()[case.path]);
+    let spin = Vec3::new(3.0, -2.0, 4.0);
+    domain.launch(|x| spin.cross(x) + Vec3::new(0.3 * x.x, -0.1 * x.y, 0.2 * x.z));
+    if cracked {
+        let side = |x: &Vec3| (x.x / spacing - 0.5).div_euclid(6.0);
+        domain.sever(|a, b| side(a) != side(b));
+    }
+    if case.state == State::Breaking {
+        // To break within thirty steps.
+        let rate = stone.failure_stress / stone.young / (30.0 * domain.step);
+        domain.launch(|x| Vec3::new(x.x, 0.5 * x.y, 0.2 * x.z) * rate);
+    }
     domain.advance();
     domain
 }
 
-fn steps(bencher: Bencher<'_, '_>, threads: usize, count: usize, broken: bool) {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-    let mut domain = cube(count, broken);
-    let items = domain.particles.len() * STEPS;
+fn pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool")
+}
+
+/// Seconds of each of `rounds` calls.
+fn times(rounds: usize, mut call: impl FnMut()) -> Vec<f64> {
+    (0..rounds)
+        .map(|_| {
+            let start = Instant::now();
+            call();
+            start.elapsed().as_secs_f64()
+        })
+        .collect()
+}
+
+fn median(times: &mut [f64]) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+/// Sixteen million multiplications and additions, in registers; returns GFLOP/s.
+fn calibrate_flops() -> f64 {
+    let mut time = times(9, || {
+        let mut lanes = [[1.0_f32; 16]; 8];
+        for _ in 0..62_500 {
+            for lane in lanes.as_flattened_mut() {
+                *lane = *lane * 0.999 + 0.001;
+            }
+        }
+        black_box(lanes);
+    });
+    16e6 / median(&mut time) * 1e-9
+}
+
+/// a = b + s c over 96 MB; returns GB/s.
+fn calibrate_triad(arrays: &mut [Vec<f64>; 3]) -> f64 {
+    let [a, b, c] = arrays;
+    let mut time = times(5, || {
+        for ((a, b), c) in a.iter_mut().zip(&*b).zip(&*c) {
+            *a = b + 3.0 * c;
+        }
+        black_box(&a);
+    });
+    24.0 * a.len() as f64 / median(&mut time) * 1e-9
+}
+
+fn table() {
+    let mut arrays = [vec![0.0; 4_000_000], vec![1.0; 4_000_000], vec![2.0; 4_000_000]];
+    println!(
+        "points,state,precision,path,threads,median_ns,least_ns,mean_ns,median_million_per_s,\
+         calibration_gflops,calibration_gb_per_s"
+    );
+    let only: Vec<String> = std::env::args().filter(|arg| arg.starts_with('=')).collect();
+    let asked = |case: &Case| only.iter().all(|o| case.to_string().contains(&o[1..]));
+    for case in cases().iter().filter(|case| asked(case)) {
+        let mut domain = cube(case);
+        let n = domain.particles.len() as f64;
+        let rounds = (12_000_000 / domain.particles.len()).clamp(15, 101);
+        let mut time = pool(case.threads).install(|| {
+            times(rounds, || {
+                black_box(domain.advance());
+            })
+        });
+        let mean = time.iter().sum::<f64>() / rounds as f64;
+        let median = median(&mut time);
+        println!(
+            "{},{:.1},{:.1},{:.1},{:.1},{:.1},{:.1}",
+            case.to_string().replace(' ', ","),
+            median / n * 1e9,
+            time[0] / n * 1e9,
+            mean / n * 1e9,
+            n / median * 1e-6,
+            calibrate_flops(),
+            calibrate_triad(&mut arrays)
+        );
+    }
+}
+
+#[divan::bench(args = cases(), sample_count = 10, sample_size = 1)]
+fn ten_steps(bencher: Bencher<'_, '_>, case: &Case) {
+    let mut domain = cube(case);
+    let pool = pool(case.threads);
+    let items = domain.particles.len() * 10;
     bencher.counter(ItemsCount::new(items)).bench_local(|| {
         pool.install(|| {
-            for _ in 0..STEPS {
-                divan::black_box(domain.advance());
-            }
+            (0..10).for_each(|_| {
+                black_box(domain.advance());
+            })
         });
     });
 }
 
-#[divan::bench(args = [17_576, 140_608], sample_count = 10, sample_size = 1)]
-fn intact_one_thread(bencher: Bencher<'_, '_>, count: usize) {
-    steps(bencher, 1, count, false);
-}
-
-#[divan::bench(args = [17_576, 140_608], sample_count = 10, sample_size = 1)]
-fn cracked_one_thread(bencher: Bencher<'_, '_>, count: usize) {
-    steps(bencher, 1, count, true);
-}
-
-#[divan::bench(args = [17_576, 140_608], sample_count = 10, sample_size = 1)]
-fn cracked_two_threads(bencher: Bencher<'_, '_>, count: usize) {
-    steps(bencher, 2, count, true);
+#[divan::bench]
+fn calibration_flops() -> f64 {
+    calibrate_flops()
 }

@@ -26,6 +26,8 @@ const BROKEN: f64 = 0.9;
 /// thick gives its worst-placed node 0.479: all such bands are seen, and unbroken bridges of more
 /// than 1.3 spacings (where the broken share falls below 0.4 wherever they lie) still hold.
 const DAMAGED: f64 = 0.4;
+/// Share of its particles, by weight, that gives a node their piece.
+const HALF: f64 = 0.5;
 /// Most lattice nodes; beyond, memory (about 30 bytes each) would exceed a worker's share.
 const MAX_NODES: f64 = 5e7;
 /// The lattice reaches this many nodes beyond the body on every side.
@@ -181,10 +183,41 @@ impl Nodes {
         let mut nodes = Self::spread(lattice, field);
         nodes.inside = lattice.inside(&Inside::new(body));
         nodes.look_around();
-        if (0..lattice.len()).any(|i| nodes.is_damaged(i)) {
-            nodes.fill_labels();
+        match field.pieces {
+            Some(pieces) => nodes.take_labels(field.positions, pieces),
+            None if (0..lattice.len()).any(|i| nodes.is_damaged(i)) => nodes.fill_labels(),
+            None => {}
         }
         Ok(nodes)
+    }
+
+    /// Gives each node inside the body the piece that holds most of its particles by weight, where
+    /// that is at least half of them; labels are numbered by their first nodes.
+    fn take_labels(&mut self, positions: &[Vec3], pieces: &[Option<u32>]) {
+        let mut shares: Vec<Vec<(Option<u32>, f64)>> = vec![Vec::new(); self.lattice.len()];
+        for (&p, &piece) in positions.iter().zip(pieces) {
+            let (base, w) = weights((p - self.lattice.low) / self.lattice.spacing);
+            for k in 0..27 {
+                let [x, y, z] = [k % 3, k / 3 % 3, k / 9];
+                let node = self.lattice.index([base[0] + x, base[1] + y, base[2] + z]);
+                let share = w[0][x] * w[1][y] * w[2][z];
+                match shares[node].iter_mut().find(|entry| entry.0 == piece) {
+                    Some(entry) => entry.1 += share,
+                    None => shares[node].push((piece, share)),
+                }
+            }
+        }
+        let mut names = std::collections::BTreeMap::new();
+        for (i, shares) in shares.iter().enumerate().filter(|&(i, _)| self.inside[i] & NODE != 0) {
+            let all: f64 = shares.iter().map(|entry| entry.1).sum();
+            let most = shares.iter().filter(|entry| entry.0.is_some());
+            let most = most.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+            if let Some(&(piece, _)) = most.filter(|entry| entry.1 >= HALF * all) {
+                let next = names.len() as u32;
+                self.label[i] = *names.entry(piece).or_insert(next);
+            }
+        }
+        self.labels = names.len() as u32;
     }
 
     fn spread(lattice: Lattice, field: &DamageField<'_>) -> Self {
@@ -314,7 +347,8 @@ fn weights(at: Vec3) -> ([usize; 3], [[f64; 3]; 3]) {
 
 fn check(field: &DamageField<'_>) -> Result<(), CutError> {
     let n = field.positions.len();
-    if n == 0 || field.damage.len() != n || field.damage_time.len() != n {
+    let uneven = field.pieces.is_some_and(|pieces| pieces.len() != n);
+    if n == 0 || uneven || field.damage.len() != n || field.damage_time.len() != n {
         let counts = [n, field.damage.len(), field.damage_time.len()];
         return Err(CutError::Lengths { counts });
     }

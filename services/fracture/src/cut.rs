@@ -8,11 +8,13 @@
 //! volumes of the parts sum to the body's within [`VOLUME_TOLERANCE`], or there is an error.
 
 mod cutting;
+mod stretched;
 #[cfg(test)]
 mod tests;
 
 pub use cutting::Cutting;
 use cutting::Ground;
+pub use stretched::extract_stretched;
 
 use crate::crack::Nodes;
 use crate::detail::Detail;
@@ -55,6 +57,9 @@ pub struct DamageField<'a> {
     pub top_speed: f64,
     /// True length of a unit of this frame along each axis: 1, unless the frame is stretched.
     pub scale: Vec3,
+    /// The piece that each particle belongs to, `None` in the band of a crack; without it, pieces
+    /// are what the damage leaves connected on the lattice.
+    pub pieces: Option<&'a [Option<u32>]>,
 }
 
 /// How fine a cut may be.

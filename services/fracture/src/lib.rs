@@ -6,6 +6,7 @@
 pub mod crack;
 pub mod cut;
 pub mod damage;
+pub mod debris;
 pub mod detail;
 pub mod material;
 pub mod mpm;
@@ -13,8 +14,12 @@ pub mod particles;
 pub mod region;
 pub mod solver;
 pub mod solvers;
+pub mod strength;
 
+pub use debris::Grain;
 pub use material::Material;
 pub use solver::{
-    Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Settings, Solver,
+    Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Settings,
+    Solver, Support,
 };
+pub use strength::{Strength, StrengthField};

@@ -1,7 +1,9 @@
 //! The contract between a fracture problem and the ways to solve it.
 
+use crate::debris::Grain;
 use crate::detail::Detail;
 use crate::material::Material;
+use crate::strength::StrengthField;
 use cullet_geometry::{Solid, Vec3};
 use std::sync::Arc;
 
@@ -24,6 +26,18 @@ pub struct Impact {
     pub closing_speed: f64,
 }
 
+/// Where a body rests on something that does not move: a disc that holds the surface under it
+/// against moving into it, and lets it leave. In the body's own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Support {
+    /// Middle of the disc, on the surface \[m\].
+    pub point: Vec3,
+    /// Unit direction in which it can push, *into* the body.
+    pub normal: Vec3,
+    /// Radius of the disc \[m\].
+    pub radius: f64,
+}
+
 /// What the scene decides about a solve. `None` means "let the solver choose".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -39,6 +53,10 @@ pub struct Settings {
     pub max_fragments: u32,
     /// How crack faces look closer than the grid resolves.
     pub detail: Detail,
+    /// Parts below this share of the body's volume become debris \[1\]; 0 makes none.
+    pub debris: f64,
+    /// Size of a grain of it, half the mass being in larger ones \[m\]; `None`: half the spacing.
+    pub grain: Option<f64>,
 }
 
 impl Default for Settings {
@@ -50,6 +68,8 @@ impl Default for Settings {
             min_volume_ratio: 1e-4,
             max_fragments: 400,
             detail: Detail::default(),
+            debris: 5e-4,
+            grain: None,
         }
     }
 }
@@ -61,8 +81,12 @@ pub struct Problem {
     pub solid: Arc<Solid>,
     /// Its material.
     pub material: Material,
+    /// How its strength varies.
+    pub strength: StrengthField,
     /// At least one hit.
     pub impacts: Vec<Impact>,
+    /// What it rests on.
+    pub supports: Vec<Support>,
     /// How it may be solved.
     pub settings: Settings,
     /// The only source of randomness.
@@ -116,8 +140,13 @@ pub struct Report {
 /// A body taken apart. One fragment means that nothing separated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fracture {
-    /// Closed parts whose volumes sum to the body's within 1e-9 of it.
+    /// Closed parts whose volumes, with those of the debris, sum to the body's within 1e-9 of it.
     pub fragments: Vec<Fragment>,
+    /// Parts too small to be fragments.
+    pub debris: Vec<Grain>,
+    /// Impulse that each support of the problem gave along its normal \[N·s\], not negative; empty
+    /// where the method knows no supports.
+    pub reactions: Vec<f64>,
     /// What it cost.
     pub report: Report,
 }

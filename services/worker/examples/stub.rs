@@ -45,5 +45,5 @@ fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
     };
     let fragments = (0..job.seed % 7).map(fragment).collect();
     let report = Report { solver: job.solver.clone(), steps: job.seed, ..Report::default() };
-    Some(Verdict::Broken(Box::new(BrokenBody { fragments, report })))
+    Some(Verdict::Broken(Box::new(BrokenBody { fragments, report, ..BrokenBody::default() })))
 }

@@ -1,7 +1,10 @@
 //! The wire's twins to the core's types and back.
 
 use cullet_fracture as core;
+use cullet_fracture::strength as field;
+use cullet_geometry::Vec3;
 use cullet_proto as wire;
+use cullet_proto::strength as twin;
 use std::sync::Arc;
 
 /// The problem of a job.
@@ -17,20 +20,27 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
         energy: i.energy,
         closing_speed: i.closing_speed,
     };
-    let wire::Settings {
-        spacing, max_particles, max_steps, min_volume_ratio, max_fragments, ..
-    } = job.settings;
+    let support = |s: &wire::Support| core::Support {
+        point: Vec3::from(s.point),
+        normal: Vec3::from(s.normal),
+        radius: s.radius,
+    };
+    let settings = job.settings;
     core::Problem {
         solid: Arc::new(job.solid.clone()),
         material: core::Material { density, young, poisson, failure_stress, fracture_energy },
+        strength: strength_of(&job.strength),
         impacts: job.impacts.iter().map(impact).collect(),
+        supports: job.supports.iter().map(support).collect(),
         settings: core::Settings {
-            spacing,
-            max_particles,
-            max_steps,
-            min_volume_ratio,
-            max_fragments,
-            detail: detail_of(job.settings.detail),
+            spacing: settings.spacing,
+            max_particles: settings.max_particles,
+            max_steps: settings.max_steps,
+            min_volume_ratio: settings.min_volume_ratio,
+            max_fragments: settings.max_fragments,
+            debris: settings.debris,
+            grain: settings.grain,
+            detail: detail_of(settings.detail),
         },
         seed: job.seed,
     }
@@ -51,6 +61,48 @@ fn detail_of(detail: wire::Detail) -> core::detail::Detail {
     }
 }
 
+/// The strength field of a job.
+fn strength_of(wire: &twin::Strength) -> core::StrengthField {
+    let vertices = wire.vertices.as_ref().map(|paint| field::VertexPaint {
+        points: paint.points.clone(),
+        factors: paint.factors.clone(),
+        reach: paint.reach,
+    });
+    core::StrengthField {
+        seed: wire.seed,
+        weibull: wire.weibull,
+        correlation: wire.correlation,
+        offset: Vec3::from(wire.offset),
+        weak_plane: wire.weak_plane.map(|weak| (Vec3::from(weak.normal), weak.ratio)),
+        layers: wire.layers.map(|layers| field::Layers {
+            normal: Vec3::from(layers.normal),
+            thickness: layers.thickness,
+            ratio: layers.ratio,
+            jitter: layers.jitter,
+        }),
+        strokes: wire.strokes.iter().map(stroke_of).collect(),
+        vertices: vertices.map(Arc::new),
+    }
+}
+
+fn stroke_of(wire: &twin::Stroke) -> field::Stroke {
+    let region = match wire.region {
+        twin::Region::Box(low, high) => {
+            field::Region::Box { low: Vec3::from(low), high: Vec3::from(high) }
+        }
+        twin::Region::Sphere(centre, radius) => {
+            field::Region::Sphere { centre: Vec3::from(centre), radius }
+        }
+        twin::Region::HalfSpace(point, normal) => {
+            field::Region::HalfSpace { point: Vec3::from(point), normal: Vec3::from(normal) }
+        }
+        twin::Region::Cylinder(from, to, radius) => {
+            field::Region::Cylinder { from: Vec3::from(from), to: Vec3::from(to), radius }
+        }
+    };
+    field::Stroke { region, factor: wire.factor, edge: wire.edge }
+}
+
 /// The body that a solve took apart, with the reason why another family did not.
 #[must_use]
 pub fn fracture_of(fracture: core::Fracture, refusal: Option<String>) -> wire::BrokenBody {
@@ -60,9 +112,17 @@ pub fn fracture_of(fracture: core::Fracture, refusal: Option<String>) -> wire::B
         velocity: f.velocity,
         spin: f.spin,
     };
+    let grain = |g: core::Grain| wire::Grain {
+        position: g.position,
+        velocity: g.velocity,
+        volume: g.volume,
+        size: g.size,
+    };
     let report = fracture.report;
     wire::BrokenBody {
         fragments: fracture.fragments.into_iter().map(fragment).collect(),
+        debris: fracture.debris.into_iter().map(grain).collect(),
+        reactions: fracture.reactions,
         report: wire::Report {
             solver: report.solver,
             refusal,

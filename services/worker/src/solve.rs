@@ -134,6 +134,7 @@ mod tests {
     use super::*;
     use cullet_fracture::{Cost, Problem, Report, Solver};
     use cullet_geometry::{Solid, TriMesh, Vec3};
+    use cullet_proto::strength::Strength;
     use cullet_proto::{Impact, Material, Settings};
 
     struct Slow(u32);
@@ -146,7 +147,7 @@ mod tests {
                 _ => {
                     let solver = "slow".to_owned();
                     let report = Report { solver, ..Report::default() };
-                    Progress::Done(Box::new(Fracture { fragments: Vec::new(), report }))
+                    Progress::Done(Box::new(Fracture { report, ..Fracture::default() }))
                 }
             }
         }
@@ -196,6 +197,7 @@ mod tests {
                 failure_stress: 1.0,
                 fracture_energy: 1.0,
             },
+            strength: Strength::default(),
             impacts: vec![Impact {
                 point,
                 normal,
@@ -205,6 +207,7 @@ mod tests {
                 energy: 1.0,
                 closing_speed: 1.0,
             }],
+            supports: Vec::new(),
             settings: Settings {
                 spacing: None,
                 max_particles: 1,
@@ -212,6 +215,8 @@ mod tests {
                 min_volume_ratio: 0.0,
                 max_fragments: 1,
                 detail: cullet_proto::Detail::default(),
+                debris: 0.0,
+                grain: None,
             },
             seed: 0,
         }

@@ -72,6 +72,8 @@ pub struct BodySpec {
     pub fixed: bool,
     /// May hits break it?
     pub breakable: bool,
+    /// Least strength anywhere in it over its material's \[1\], flaws apart.
+    pub weakest: f64,
     /// Least impulse of a hit \[N·s\]; `None` takes the world's.
     pub threshold: Option<f64>,
     /// The body it broke off from.
@@ -160,6 +162,7 @@ pub(crate) struct Body {
     pub(crate) thickness: f64,
     pub(crate) fixed: bool,
     pub(crate) breakable: bool,
+    pub(crate) weakest: f64,
     pub(crate) threshold: Option<f64>,
     pub(crate) parent: Option<BodyId>,
     pub(crate) generation: u32,
@@ -211,6 +214,7 @@ impl Body {
             thickness: extents(spec.solid.mesh.vertices.iter()).min(),
             fixed: spec.fixed,
             breakable: spec.breakable && tier.breakable() && spec.generation < limit,
+            weakest: spec.weakest,
             threshold: spec.threshold,
             parent: spec.parent,
             generation: spec.generation,
@@ -283,6 +287,7 @@ impl BodySpec {
         self.within("norm of the orientation quaternion [1]", q, 1.0 - 1e-9, 1.0 + 1e-9)?;
         self.within("speed [m/s]", norm(&self.velocity), 0.0, FASTEST)?;
         self.within("spin [rad/s]", norm(&self.spin), 0.0, FASTEST)?;
+        self.within("weakest [1]", self.weakest, f64::MIN_POSITIVE, 1.0)?;
         self.within("threshold [N·s]", self.threshold.unwrap_or(0.0), 0.0, f64::MAX)
     }
 }

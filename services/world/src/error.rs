@@ -112,6 +112,22 @@ pub enum ReplaceError {
         /// Its value.
         value: f64,
     },
+    /// A grain of debris has no volume, or numbers that are none.
+    #[error("grain {index} of debris, of {value:.6e} m³, has no volume, size, place or speed")]
+    Grain {
+        /// Which grain.
+        index: usize,
+        /// Its volume \[m³\].
+        value: f64,
+    },
+    /// A support that pulls, or gave no number.
+    #[error("support {index} gave an impulse of {value:.6e} N s; it must not be negative")]
+    Reaction {
+        /// Which support.
+        index: usize,
+        /// Its impulse \[N·s\].
+        value: f64,
+    },
     /// The budget of bodies is spent.
     #[error("{pieces} pieces would make {count} bodies; the limit max_bodies is {limit}")]
     Budget {

@@ -113,6 +113,8 @@ pub struct GateBody {
     pub volume_ratio: f64,
     /// How many fractures it has behind it.
     pub generation: u32,
+    /// Least strength anywhere in it over its material's \[1\].
+    pub weakest: f64,
 }
 
 /// Places along each axis at which the section is taken, as shares of the extent.
@@ -130,12 +132,14 @@ impl GateBody {
             section: smallest_section(mesh, &size),
             volume_ratio,
             generation,
+            weakest: 1.0,
         }
     }
 
     fn of_body(body: &Body) -> Self {
         let ratio = body.volume / body.original_volume;
-        Self::of(&body.solid, body.volume, ratio, body.generation)
+        let gate = Self::of(&body.solid, body.volume, ratio, body.generation);
+        Self { weakest: body.weakest, ..gate }
     }
 }
 
@@ -210,7 +214,8 @@ pub fn gate(hit: &Hit, material: &Material, body: &GateBody, limits: &GateLimits
         return Gate::Rigid(Reason::Energy { affordable, section: body.section });
     }
     let Stress { contact, bending, wave } = stress(hit, material, body);
-    let (greatest, strength) = (contact.max(bending).max(wave), material.failure_stress);
+    let greatest = contact.max(bending).max(wave);
+    let strength = body.weakest * material.failure_stress;
     if greatest < limits.safety * strength {
         return Gate::Rigid(Reason::Stress { stress: greatest, strength, safety: limits.safety });
     }

@@ -4,12 +4,14 @@ use crate::body::{Body, BodyId, BodySpec, Motion, Tier};
 use crate::cluster::{Part, Parts, Sum, sum};
 use crate::error::ReplaceError;
 use crate::exchange::Exchange;
+use crate::grains::Grain;
 use crate::impact::Hit;
 use crate::rigid::{BadPart, Fit, Shape};
 use crate::settle::{Scene, Settled, Striker, TooDear, settle};
+use crate::support::Reaction;
 use crate::world::World;
 use crate::{WorldError, ledger::Sink};
-use cullet_geometry::{Pose, Solid, Vec3};
+use cullet_geometry::{Mat3, Pose, Solid, Vec3};
 use std::sync::Arc;
 
 /// One part of a broken body, in the body's frame before it broke.
@@ -26,6 +28,20 @@ pub struct Piece {
     pub spin: Vec3,
 }
 
+/// What a solver made of a body.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Breakage {
+    /// Its parts.
+    pub pieces: Vec<Piece>,
+    /// Parts too small to be bodies.
+    pub grains: Vec<Grain>,
+    /// What held it meanwhile, as [`World::supports`] told; none where the solver knows no
+    /// supports.
+    pub reactions: Vec<Reaction>,
+    /// G_f times the crack area \[J\].
+    pub fracture_energy: f64,
+}
+
 /// What a replacement came to. Errors are measured on the state that the engine holds afterwards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replacement {
@@ -33,6 +49,10 @@ pub struct Replacement {
     pub fragments: Vec<BodyId>,
     /// The size class of each.
     pub tiers: Vec<Tier>,
+    /// The numbers of the grains of debris, in their order.
+    pub grains: Vec<u64>,
+    /// Their mass \[kg\].
+    pub grain_mass: f64,
     /// α: share of the solver's impulse that was handed over \[1\]; one unless energy forbade it.
     /// Of late fragments: the share by which it took the place of the engine's.
     pub momentum_scale: f64,
@@ -81,11 +101,7 @@ struct Draft {
 }
 
 impl World {
-    /// Replaces a body by its pieces.
-    ///
-    /// The hits are those that broke it, as one [`World::step`] returned them (the fragments may be
-    /// late). With none, the pieces keep the body's motion and only move apart. `fracture_energy`
-    /// is G_f times the crack area \[J\]. On any error nothing has changed.
+    /// [`World::break_up`] into pieces only.
     ///
     /// # Errors
     /// See [`ReplaceError`].
@@ -96,24 +112,48 @@ impl World {
         pieces: Vec<Piece>,
         fracture_energy: f64,
     ) -> Result<Replacement, ReplaceError> {
+        let breakage = Breakage { pieces, fracture_energy, ..Breakage::default() };
+        self.break_up(body, hits, breakage)
+    }
+
+    /// Replaces a body by its pieces.
+    ///
+    /// The hits are those that broke it, as one [`World::step`] returned them (the fragments may be
+    /// late). With none, the pieces keep the body's motion and only move apart. On any error
+    /// nothing has changed.
+    ///
+    /// # Errors
+    /// See [`ReplaceError`].
+    pub fn break_up(
+        &mut self,
+        body: BodyId,
+        hits: &[Hit],
+        breakage: Breakage,
+    ) -> Result<Replacement, ReplaceError> {
         let unknown = ReplaceError::Unknown(body);
         let parent = self.bodies.get(&body.0).cloned().ok_or_else(|| unknown.clone())?;
         let motion = self.rigid.motion(body.0).ok_or(unknown)?;
-        self.check(&parent, &pieces, fracture_energy)?;
-        let given =
-            pieces.iter().map(|p| (turn(&motion, &p.velocity), turn(&motion, &p.spin))).collect();
+        self.check(&parent, &breakage)?;
+        let Breakage { pieces, grains, reactions, fracture_energy } = breakage;
+        let own = pieces.iter().map(|p| (p.velocity, p.spin));
+        let own = own.chain(grains.iter().map(|g| (g.velocity, Vec3::zeros())));
+        let given = own.map(|(v, w)| (turn(&motion, &v), turn(&motion, &w))).collect();
         let draft = self.draft(body, &parent, &motion, pieces)?;
         let still = |(child, pose): (&Body, &Pose)| {
             let at_rest = Motion { pose: *pose, velocity: Vec3::zeros(), spin: Vec3::zeros() };
             Part::new(child, &at_rest)
         };
-        let (strikers, parts) = self.strikers(body.0, hits);
+        let (mut strikers, parts) = self.strikers(body.0, hits);
+        strikers.extend(reactions.iter().map(|reaction| holder(reaction, &motion)));
+        let specks = grains.iter().map(|grain| speck(grain, &parent, &motion));
+        let placed = draft.bodies.iter().zip(&draft.poses).map(still);
         let purses = self.purses(body.0, hits);
         let late = hits.first().filter(|hit| hit.step < self.step_count());
         let scene = Scene {
             body: Part::new(&parent, &motion),
             fixed: parent.fixed,
-            fragments: draft.bodies.iter().zip(&draft.poses).map(still).collect(),
+            fragments: placed.chain(specks).collect(),
+            loose: !grains.is_empty(),
             given,
             strikers,
             parts,
@@ -125,18 +165,24 @@ impl World {
             ReplaceError::Unaffordable { fracture_energy, available, payable }
         })?;
         let tiers = draft.bodies.iter().map(|child| child.tier).collect();
-        let volume: f64 = draft.bodies.iter().map(|child| child.volume).sum();
+        let volumes = draft.bodies.iter().map(|child| child.volume);
+        let volume: f64 = volumes.chain(grains.iter().map(|grain| grain.volume)).sum();
         let fragments = self.commit(body.0, draft, &settled);
         self.remember(&scene, hits, &purses, &settled, &fragments);
+        let specks = &settled.fragments[fragments.len()..];
+        let ids = self.scatter(body.0, &grains, specks);
         let mut report = self.audit(&scene, &settled, &fragments);
+        report.grains = ids;
+        report.grain_mass = specks.iter().map(|part| part.mass).sum();
         report.tiers = tiers;
         report.volume_rel_error = (volume / parent.volume - 1.0).abs();
         Ok(report)
     }
 
-    fn check(&self, parent: &Body, pieces: &[Piece], cost: f64) -> Result<(), ReplaceError> {
-        if pieces.len() < 2 {
-            return Err(ReplaceError::TooFew(pieces.len()));
+    fn check(&self, parent: &Body, breakage: &Breakage) -> Result<(), ReplaceError> {
+        let Breakage { pieces, grains, reactions, fracture_energy: cost } = breakage;
+        if pieces.len() + grains.len() < 2 {
+            return Err(ReplaceError::TooFew(pieces.len() + grains.len()));
         }
         let (count, limit) = (self.bodies.len() - 1 + pieces.len(), self.settings.max_bodies);
         if count > limit {
@@ -160,15 +206,30 @@ impl World {
             }
             volume += own;
         }
+        for (index, grain) in grains.iter().enumerate() {
+            let motion = grain.velocity.norm() + grain.position.norm();
+            let sound = grain.volume > 0.0 && grain.size > 0.0 && motion.is_finite();
+            if !(sound && grain.volume.is_finite() && grain.size.is_finite()) {
+                let value = grain.volume;
+                return Err(ReplaceError::Grain { index, value });
+            }
+            volume += grain.volume;
+        }
+        for (index, reaction) in reactions.iter().enumerate() {
+            let value = reaction.impulse;
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(ReplaceError::Reaction { index, value });
+            }
+        }
         let ratio = volume / parent.volume;
         if (ratio - 1.0).abs() > VOLUME_TOLERANCE {
             return Err(ReplaceError::Volume { ratio, bound: VOLUME_TOLERANCE });
         }
-        if !(cost.is_finite() && cost >= 0.0) {
+        if !(cost.is_finite() && *cost >= 0.0) {
             return Err(ReplaceError::Piece {
                 index: 0,
                 what: "the fracture energy [J]",
-                value: cost,
+                value: *cost,
             });
         }
         Ok(())
@@ -202,6 +263,7 @@ impl World {
                 spin: Vec3::zeros(),
                 fixed: false,
                 breakable: parent.breakable,
+                weakest: parent.weakest,
                 threshold: parent.threshold,
                 parent: Some(id),
                 generation: parent.generation + 1,
@@ -253,7 +315,7 @@ impl World {
             _ => None,
         };
         let point = point.unwrap_or(hit.point);
-        Striker { ids, mine, theirs, weight, point, lever: hit.lever }
+        Striker { ids, mine, theirs, weight, point, lever: hit.lever, reaction: None }
     }
 
     /// What is left of the energy that each hit's contact took \[J\].
@@ -353,6 +415,8 @@ impl World {
         let old: Vec<Part> = scene.parts.values().copied().collect();
         let own = if scene.fixed { &[][..] } else { std::slice::from_ref(&scene.body) };
         let before = sum(old.iter().chain(own));
+        let specks = &settled.fragments[fragments.len()..];
+        let pieces: Vec<Part> = pieces.iter().chain(specks).copied().collect();
         let after = sum(pieces.iter().chain(&others));
         let all: Vec<Part> = old.iter().chain(own).chain(&pieces).chain(&others).copied().collect();
         let (linear, angular) = drift(&before, &after, &settled.sink, &all);
@@ -362,6 +426,8 @@ impl World {
         Replacement {
             fragments: fragments.to_vec(),
             tiers: Vec::new(),
+            grains: Vec::new(),
+            grain_mass: 0.0,
             momentum_scale: settled.alpha,
             spread_scale: settled.beta,
             mass_rel_error: (mass / scene.body.mass - 1.0).abs(),
@@ -400,6 +466,31 @@ fn drift(before: &Sum, after: &Sum, sink: &Sink, parts: &[Part]) -> (f64, f64) {
 
 fn ratio(part: f64, whole: f64) -> f64 {
     if part == 0.0 { 0.0 } else { part / whole }
+}
+
+/// A support as one more that met the body.
+fn holder(reaction: &Reaction, motion: &Motion) -> Striker {
+    let support = &reaction.support;
+    Striker {
+        ids: Vec::new(),
+        mine: support.exchanged,
+        theirs: Exchange::zero(),
+        weight: 0.0,
+        point: (motion.pose * nalgebra::Point3::from(support.point)).coords,
+        lever: Vec3::zeros(),
+        reaction: Some(turn(motion, &support.normal) * reaction.impulse),
+    }
+}
+
+/// A grain, at rest beside the others.
+fn speck(grain: &Grain, parent: &Body, motion: &Motion) -> Part {
+    Part {
+        mass: grain.volume * parent.material.density,
+        inertia: Mat3::zeros(),
+        centre: (motion.pose * nalgebra::Point3::from(grain.position)).coords,
+        velocity: Vec3::zeros(),
+        spin: Vec3::zeros(),
+    }
 }
 
 fn turn(motion: &Motion, v: &Vec3) -> Vec3 {

@@ -34,6 +34,9 @@ pub(crate) struct Striker {
     pub(crate) point: Vec3,
     /// Late fragments: from its centre to that point when they met \[m\].
     pub(crate) lever: Vec3,
+    /// Of a support: the impulse that the solver had it give the pieces at `point`, as the body
+    /// lies now \[N·s\].
+    pub(crate) reaction: Option<Vec3>,
 }
 
 impl Striker {
@@ -48,8 +51,11 @@ pub(crate) struct Scene {
     pub(crate) body: Part,
     /// It never moved before it broke.
     pub(crate) fixed: bool,
-    /// Where the fragments are and what they weigh; their motion is filled in here.
+    /// Where the fragments are and what they weigh, then the grains of debris; their motion is
+    /// filled in here.
     pub(crate) fragments: Vec<Part>,
+    /// There are grains: points do not turn as the body did.
+    pub(crate) loose: bool,
     /// What the solver gave each, world frame: velocity \[m/s\] and spin \[rad/s\].
     pub(crate) given: Vec<Change>,
     pub(crate) strikers: Vec<Striker>,
@@ -103,10 +109,13 @@ struct Push {
 const ROUNDING: f64 = 1e-12;
 
 pub(crate) fn settle(scene: &Scene) -> Result<Settled, TooDear> {
-    let base = undo(scene);
+    let (base, surplus) = undo(scene);
     let (push, spread) = push(scene, &base);
-    let now = present(scene);
+    let (now, present) = present(scene);
     let late = scene.late.is_some();
+    // What the grains have more than the body had is paid like the crack.
+    let surplus = if late { present } else { surplus };
+    let cost = (scene.fracture_energy + surplus).max(0.0);
     let compose = |alpha: f64, beta: f64| {
         if late {
             let full = compose(&base, &push, &spread, 1.0, 0.0);
@@ -117,9 +126,10 @@ pub(crate) fn settle(scene: &Scene) -> Result<Settled, TooDear> {
     let energy = |alpha: f64, beta: f64| kinetic(&compose(alpha, beta));
     let strikers = !scene.strikers.is_empty();
     let purse = if late { scene.purse } else { 0.0 };
-    let (alpha, beta) = affordable(&energy, purse, scene.fracture_energy, strikers)?;
+    let (alpha, beta) = affordable(&energy, purse, cost, strikers)?;
     let state = compose(alpha, beta);
-    let left = kinetic(&now) + scene.purse - scene.fracture_energy - kinetic(&state);
+    let held = kinetic(&now) - present + scene.purse;
+    let left = held - scene.fracture_energy - kinetic(&state);
     let net = |held: &Exchange, pushed: &Exchange| {
         let mut net = held.scaled(if late { 1.0 - alpha } else { 0.0 });
         net.add(&pushed.scaled(alpha));
@@ -133,7 +143,7 @@ pub(crate) fn settle(scene: &Scene) -> Result<Settled, TooDear> {
         sink: state.sink,
         alpha,
         beta,
-        energy_before: energy(0.0, 0.0) + purse,
+        energy_before: energy(0.0, 0.0) - surplus + purse,
         purse: left.max(0.0),
     })
 }
@@ -180,15 +190,27 @@ fn affordable(
     Ok((alpha, if together { alpha } else { 0.0 }))
 }
 
-/// The motion as the engine left it: the fragments move as the body does.
-fn present(scene: &Scene) -> State {
+/// The motion as the engine left it: the fragments move as the body does; and their surplus.
+fn present(scene: &Scene) -> (State, f64) {
     let body = &scene.body;
-    let field = Field { velocity: body.velocity, spin: body.spin, centre: body.centre };
-    State {
-        fragments: moved(&scene.fragments, &field),
-        parts: scene.parts.clone(),
-        sink: Sink::default(),
+    let (fragments, surplus) = carried(scene, &body.velocity, &body.spin);
+    (State { fragments, parts: scene.parts.clone(), sink: Sink::default() }, surplus)
+}
+
+/// The fragments with the momentum and the angular momentum that the body has at a velocity and
+/// spin, and how much more energy they have than it \[J\].
+fn carried(scene: &Scene, velocity: &Vec3, spin: &Vec3) -> (Vec<Part>, f64) {
+    let body = Part { velocity: *velocity, spin: *spin, ..scene.body };
+    if !scene.loose {
+        let field = Field { velocity: *velocity, spin: *spin, centre: body.centre };
+        return (moved(&scene.fragments, &field), 0.0);
     }
+    let whole = joint(scene.fragments.iter());
+    let linear = body.momentum();
+    let torque = body.angular() - whole.centre.cross(&linear);
+    let parts = moved(&scene.fragments, &whole.field(&linear, &torque));
+    let surplus = sum(parts.iter()).kinetic - body.kinetic();
+    (parts, surplus)
 }
 
 /// The parts, moving as one.
@@ -202,7 +224,7 @@ fn kinetic(state: &State) -> f64 {
 }
 
 /// The motion before the hit: each striker's exchange taken back on both sides, equal and opposite.
-fn undo(scene: &Scene) -> State {
+fn undo(scene: &Scene) -> (State, f64) {
     let body = &scene.body;
     let mut field = Field { velocity: body.velocity, spin: body.spin, centre: body.centre };
     let own = joint([*body].iter());
@@ -213,17 +235,14 @@ fn undo(scene: &Scene) -> State {
             field.spin += back.spin;
         }
     }
-    let mut state = State {
-        fragments: moved(&scene.fragments, &field),
-        parts: scene.parts.clone(),
-        sink: Sink::default(),
-    };
+    let (fragments, surplus) = carried(scene, &field.velocity, &field.spin);
+    let mut state = State { fragments, parts: scene.parts.clone(), sink: Sink::default() };
     for striker in &scene.strikers {
         let lost = Exchange { linear: -striker.mine.linear, torque: -striker.mine.torque };
         let gained = Exchange { linear: striker.mine.linear, torque: -striker.theirs.torque };
         give_back(scene, striker, &mut state, &lost, &gained);
     }
-    state
+    (state, surplus)
 }
 
 /// Lets a striker have what it had before, and closes the balance of the pair.
@@ -281,7 +300,21 @@ fn push(scene: &Scene, base: &State) -> (Push, Vec<Change>) {
         sink: Sink::default(),
         nets: Vec::new(),
     };
+    // What supports gave is theirs to answer; the strikers share the rest.
+    let held = |striker: &Striker| {
+        let linear = striker.reaction.unwrap_or_else(Vec3::zeros);
+        (then(linear), then((striker.point - whole.centre).cross(&linear)))
+    };
+    let (mut left, mut couple) = (linear, torque);
+    for (linear, torque) in scene.strikers.iter().map(held) {
+        left -= linear;
+        couple -= torque;
+    }
     for striker in &scene.strikers {
+        let (linear, torque) = match striker.reaction {
+            Some(_) => held(striker),
+            None => (left * striker.weight, couple * striker.weight),
+        };
         answer(scene, striker, base, &mut push, &linear, &torque, &whole);
     }
     (push, spread)
@@ -296,12 +329,12 @@ fn answer(
     torque: &Vec3,
     whole: &Joint,
 ) {
-    let (linear, torque) = (linear * striker.weight, torque * striker.weight);
-    let gained = whole.centre.cross(&linear) + torque;
+    let gained = whole.centre.cross(linear) + torque;
     if striker.fixed() {
         push.sink.linear -= linear;
         push.sink.angular -= gained;
-        push.nets.push((Exchange { linear, torque }, Exchange::zero()));
+        let net = Exchange { linear: *linear, torque: *torque };
+        push.nets.push((net, Exchange::zero()));
         return;
     }
     let group = group(&base.parts, &striker.ids);

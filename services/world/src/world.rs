@@ -5,11 +5,13 @@ use crate::cluster::{Part, sum};
 use crate::episode::{Episode, Episodes};
 use crate::error::WorldError;
 use crate::exchange::{Exchange, Received, Stepped, rest, sums};
+use crate::grains::Speck;
 use crate::impact::{Hit, Outcome, Party, effective_mass, hits};
 use crate::ledger::{Sink, Totals};
 use crate::replace::Debt;
 use crate::rigid::{BadPart, Contact, Fit, Rigid, Shape};
 use crate::settings::WorldSettings;
+use crate::support::Resting;
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
 
@@ -24,6 +26,10 @@ pub struct World {
     pub(crate) debts: BTreeMap<(u64, u32), Debt>,
     pub(crate) sink: Sink,
     pub(crate) episodes: Episodes,
+    /// What the pairs that rest did lately.
+    pub(crate) resting: Resting,
+    /// Debris.
+    pub(crate) grains: Vec<Speck>,
     pub(crate) next_id: u32,
     steps: u64,
 }
@@ -43,6 +49,8 @@ impl World {
             debts: BTreeMap::new(),
             sink: Sink::default(),
             episodes: Episodes::default(),
+            resting: Resting::default(),
+            grains: Vec::new(),
             next_id: 0,
             steps: 0,
         })
@@ -150,13 +158,13 @@ impl World {
         self.bodies.iter().all(|(&id, body)| body.fixed || self.rigid.sleeping(id))
     }
 
-    /// The sums that physics keeps.
+    /// The sums that physics keeps: bodies that move, and debris.
     #[must_use]
     pub fn totals(&self) -> Totals {
         let moving = self.bodies.iter().filter(|(_, body)| !body.fixed);
-        let parts: Vec<Part> = moving
-            .filter_map(|(&id, body)| Some(Part::new(body, &self.rigid.motion(id)?)))
-            .collect();
+        let bodies =
+            moving.filter_map(|(&id, body)| Some(Part::new(body, &self.rigid.motion(id)?)));
+        let parts: Vec<Part> = bodies.chain(self.grains.iter().map(Speck::part)).collect();
         let total = sum(parts.iter());
         let weigh = |p: &Part| -p.mass * self.settings.gravity.dot(&p.centre);
         Totals {
@@ -171,7 +179,8 @@ impl World {
     }
 
     /// Feeds all that decides the run to `feed`, in id order, bit for bit: the step, then for each
-    /// body its id, position, orientation, velocity and spin.
+    /// body its id, position, orientation, velocity and spin, and for each grain of debris its id,
+    /// position and velocity.
     pub fn digest(&self, feed: &mut dyn FnMut(&[u8])) {
         feed(&self.steps.to_le_bytes());
         for &id in self.bodies.keys() {
@@ -181,6 +190,12 @@ impl World {
             };
             let (x, q) = (m.centre(), m.pose.rotation.coords);
             for value in x.iter().chain(q.iter()).chain(m.velocity.iter()).chain(m.spin.iter()) {
+                feed(&value.to_bits().to_le_bytes());
+            }
+        }
+        for grain in &self.grains {
+            feed(&grain.id.to_le_bytes());
+            for value in grain.position.iter().chain(grain.velocity.iter()) {
                 feed(&value.to_bits().to_le_bytes());
             }
         }
@@ -197,6 +212,7 @@ impl World {
         self.steps += 1;
         self.rigid.step().map_err(|_| WorldError::Engine { step: self.steps })?;
         self.check_finite()?;
+        self.fly();
         let contacts = self.rigid.contacts();
         self.follow(&contacts, start);
         let settings = &self.settings;
@@ -223,6 +239,8 @@ impl World {
     /// Opens episodes and takes in one step of those that are open.
     fn follow(&mut self, contacts: &[Contact], start: f64) {
         self.episodes.begin_step();
+        let longest = (self.settings.episode / self.settings.step).ceil() as u64 + 2;
+        self.resting.forget(self.steps.saturating_sub(longest));
         let normal = sums(contacts);
         let (dt, gravity) = (self.settings.step, self.settings.gravity);
         for contact in contacts {
@@ -245,6 +263,11 @@ impl World {
                 let young = a.birth.max(b.birth) + self.settings.birth_grace > start;
                 let pause = self.settings.episode;
                 let slow = speed <= self.settings.resting_speed;
+                if slow && (a.fixed || b.fixed) {
+                    let received = self.both(contact, (a, b), &normal).map(|side| side.exchange);
+                    self.resting.add(contact, self.steps, received);
+                    continue;
+                }
                 if slow || young || !self.episodes.ready(pair, start, pause, speed) {
                     continue;
                 }
@@ -258,16 +281,26 @@ impl World {
             let point = contact.moment / contact.impulse;
             let mass = effective_mass((a, &before_a), (b, &before_b), &point, &n);
             let weight = mass * closing_gain * if fresh { 0.5 } else { 1.0 };
-            let on_a = Exchange { linear: -contact.on_b, torque: contact.torque_a };
-            let on_b = Exchange { linear: contact.on_b, torque: contact.torque_b };
-            let received = [
-                self.received(contact.a, a, on_a, contact.impulse, &normal),
-                self.received(contact.b, b, on_b, contact.impulse, &normal),
-            ];
+            let received = self.both(contact, (a, b), &normal);
             if let Some(episode) = self.episodes.open.get_mut(&pair) {
                 episode.add(contact, weight, &received);
             }
         }
+    }
+
+    /// What both bodies of a pair received from their contact over the last step.
+    fn both(
+        &self,
+        contact: &Contact,
+        (a, b): (&Body, &Body),
+        normal: &BTreeMap<u32, (Exchange, f64)>,
+    ) -> [Received; 2] {
+        let on_a = Exchange { linear: -contact.on_b, torque: contact.torque_a };
+        let on_b = Exchange { linear: contact.on_b, torque: contact.torque_b };
+        [
+            self.received(contact.a, a, on_a, contact.impulse, normal),
+            self.received(contact.b, b, on_b, contact.impulse, normal),
+        ]
     }
 
     /// What a body received from one contact over the last step: normal impulse and its share of
@@ -369,6 +402,7 @@ mod tests {
             spin: Vec3::zeros(),
             fixed: false,
             breakable: true,
+            weakest: 1.0,
             threshold: None,
             parent: None,
             generation: 0,

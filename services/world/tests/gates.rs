@@ -62,6 +62,9 @@ fn a_strong_material_is_left_whole_and_the_reason_has_numbers() {
     assert!(stress < safety * strength && stress > 1e8, "{stress}");
     let text = reason.to_string();
     assert!(text.contains("5.000e10 Pa") && text.contains(&format!("{stress:.3e}")), "{text}");
+    // Where it was made weaker than its material it may crack.
+    let painted = GateBody { weakest: 1e-3, ..body };
+    assert_ne!(gate(&hit, &strong, &painted, &GateLimits::default()), verdict);
     // Twice the stress needs at least the speed^(2/5): monotone in speed.
     let (fast, body) = marble(100.0);
     assert_ne!(gate(&fast, &GLASS, &body, &GateLimits::default()), verdict);

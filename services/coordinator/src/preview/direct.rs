@@ -84,6 +84,26 @@ pub(super) fn focus(track: &Track, meta: &BTreeMap<String, String>, size: (usize
     Focus { camera, target, reach, floor }
 }
 
+/// The same view from where what breaks fills the picture at a moment.
+pub(super) fn close(track: &Track, focus: &Focus, time: f64, size: (usize, usize)) -> Focus {
+    let heroes = heroes(track);
+    let present = track.present(time).filter(|(_, actor, _)| {
+        heroes.contains(actor.object.as_str()) && !actor.fixed && !actor.is_grain()
+    });
+    let points = gathered(&present.flat_map(|(_, a, pose)| a.corners(pose)).collect::<Vec<_>>());
+    let (low, high) = extent(&points);
+    if points.is_empty() {
+        return *focus;
+    }
+    let camera = Camera::fit(&points, focus.camera.forward, track.up, size);
+    Focus {
+        camera,
+        target: (low + high) / 2.0,
+        reach: ((high - low).norm() / 2.0).max(1e-3),
+        ..*focus
+    }
+}
+
 /// Corners of the boxes of what matters, at the moments shown.
 fn action(track: &Track) -> Vec<Vec3> {
     let heroes = heroes(track);
@@ -91,7 +111,7 @@ fn action(track: &Track) -> Vec<Vec3> {
     let moments = moments(track);
     for &time in &moments {
         for (_, actor, pose) in track.present(time) {
-            if heroes.contains(actor.object.as_str()) && !actor.fixed {
+            if heroes.contains(actor.object.as_str()) && !actor.fixed && !actor.is_grain() {
                 let points = if actor.fragment { &mut debris } else { &mut whole };
                 points.extend(actor.corners(pose));
             }
@@ -102,7 +122,7 @@ fn action(track: &Track) -> Vec<Vec3> {
     let (middle, size) = ((low + high) / 2.0, (high - low).norm());
     for (_, actor, pose) in track.present(moments[1]) {
         let near = (pose.translation.vector - middle).norm() < NEIGHBOURS * size;
-        if near && !actor.fixed && size_of(actor) < STAGE * size {
+        if near && !actor.fixed && !actor.is_grain() && size_of(actor) < STAGE * size {
             whole.extend(actor.corners(pose));
         }
     }

@@ -35,6 +35,7 @@ pub fn exhibit(
         actors: (0..).zip(pieces).map(actor).collect(),
         breaks: Vec::new(),
         strikes: Vec::new(),
+        specks: Vec::new(),
         step: 1.0,
         end: 0.0,
         wanted: [None; 2],

@@ -1,5 +1,5 @@
-//! Pictures of a run, drawn from its recording without a GPU: a contact sheet of eight moments and
-//! a short film. Equal recordings give equal bytes.
+//! Pictures of a run, drawn from its recording without a GPU: a contact sheet of eight moments, a
+//! short film, and large stills. Equal recordings give equal bytes.
 
 mod around;
 mod camera;
@@ -31,6 +31,8 @@ const SIZE: (usize, usize) = (480, 320);
 const COLUMNS: usize = 4;
 /// Pixels between moments.
 const GAP: usize = 6;
+/// The moment of the sheet that a still shows unless it is told otherwise: soon after the break.
+const SHOWN: usize = 2;
 /// Frames a second.
 const FPS: f64 = 12.5;
 /// Longest film \[s\]; a longer run plays faster.
@@ -70,6 +72,34 @@ fn draw(
     let frames = draw_all(&track, &focus, &film_times(&track), size, 1);
     film::gif(&frames, FPS, &pictures.film)?;
     sheet.map(|()| pictures)
+}
+
+/// What a still shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Still {
+    /// When \[s\]; a moment after the first break without it.
+    pub time: Option<f64>,
+    /// Pixels across and down.
+    pub size: (usize, usize),
+    /// Whether what breaks fills the picture, as it is at that moment, in place of the view of the
+    /// other pictures.
+    pub close: bool,
+}
+
+/// Draws a still of a recording into a file; hands back the moment that it shows \[s\].
+///
+/// # Errors
+/// The recording cannot be read or the picture not written.
+pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, RecordError> {
+    let recording = Recording::open(recording)?;
+    let track = Track::of(&recording);
+    let mut focus = direct::focus(&track, &recording.meta, wanted.size);
+    let time = wanted.time.unwrap_or_else(|| direct::moments(&track)[SHOWN]).clamp(0.0, track.end);
+    if wanted.close {
+        focus = direct::close(&track, &focus, time, wanted.size);
+    }
+    Reel::fine(&track, &focus, wanted.size).draw(time).save(file)?;
+    Ok(time)
 }
 
 /// Puts pictures of one size side by side, four in a row.

@@ -212,7 +212,7 @@ impl Shot<'_> {
         let normal = Vec3::from(n).try_normalize(1e-12).unwrap_or(stage.up);
         let open = stage.around.open(stage, self.seen, index, turns.clone());
         let at = Surface { point, normal, turns };
-        let actor = &stage.track.actors[body(who) as usize];
+        let actor = stage.track.actor(body(who));
         if !actor.fixed {
             let base = if who & CRACK == 0 { actor.outer } else { actor.inner };
             // Screen colours to light.
@@ -298,7 +298,7 @@ fn sky(stage: &Stage<'_>, ray: Vec3) -> Colour {
 fn outline(stage: &Stage<'_>, seen: &Buffers, x: usize, y: usize) -> f32 {
     let index = y * seen.width + x;
     let here = seen.who[index];
-    let moves = |who: u32| who != NOBODY && !stage.track.actors[body(who) as usize].fixed;
+    let moves = |who: u32| who != NOBODY && !stage.track.actor(body(who)).fixed;
     let mut kept = 1.0_f32;
     let right = (x + 1 < seen.width).then_some(index + 1);
     let below = (y + 1 < seen.height).then_some(index + seen.width);

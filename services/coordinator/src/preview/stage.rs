@@ -14,6 +14,8 @@ use std::ops::Range;
 pub(super) const SAMPLES: usize = 2;
 /// Pixels along each side of the light's own picture of the scene.
 const SHADOW_SIZE: usize = 1024;
+/// The same for a still.
+const FINE_SHADOW_SIZE: usize = 2048;
 /// Half side of what the light sees, in reaches of the action.
 const SHADOW_REACH: f64 = 2.2;
 /// Nothing nearer to the eye than this share of the action's size is drawn.
@@ -27,6 +29,8 @@ pub(super) struct Light {
     above: Vec3,
     target: Vec3,
     half: f64,
+    /// Pixels along each side of its picture.
+    side: usize,
     seen: Buffers,
 }
 
@@ -62,19 +66,19 @@ pub(super) struct Focus {
 }
 
 impl Light {
-    fn new(towards: Vec3, up: Vec3, target: Vec3, half: f64) -> Self {
+    fn new(towards: Vec3, up: Vec3, target: Vec3, half: f64, side: usize) -> Self {
         let right = towards.cross(&up).try_normalize(1e-9).unwrap_or_else(Vec3::x);
-        let seen = Buffers::depth(SHADOW_SIZE, SHADOW_SIZE);
-        Self { towards, right, above: towards.cross(&right), target, half, seen }
+        let seen = Buffers::depth(side, side);
+        Self { towards, right, above: towards.cross(&right), target, half, side, seen }
     }
 
     /// A point in the light's picture; `near` is the way towards the light \[m\].
     fn project(&self, point: Vec3) -> Corner {
         let d = point - self.target;
-        let scale = SHADOW_SIZE as f64 / 2.0 / self.half;
+        let scale = self.side as f64 / 2.0 / self.half;
         Corner {
-            x: SHADOW_SIZE as f64 / 2.0 + d.dot(&self.right) * scale,
-            y: SHADOW_SIZE as f64 / 2.0 - d.dot(&self.above) * scale,
+            x: self.side as f64 / 2.0 + d.dot(&self.right) * scale,
+            y: self.side as f64 / 2.0 - d.dot(&self.above) * scale,
             near: d.dot(&self.towards),
         }
     }
@@ -87,9 +91,9 @@ impl Light {
         normal: Vec3,
         turns: Range<usize>,
     ) -> (f32, Option<u32>) {
-        let texel = 2.0 * self.half / SHADOW_SIZE as f64;
+        let texel = 2.0 * self.half / self.side as f64;
         let at = self.project(point + normal * (1.6 * texel));
-        let (size, reach) = (SHADOW_SIZE as f64, TAP_REACH as f64);
+        let (size, reach) = (self.side as f64, TAP_REACH as f64);
         let near = |c: f64| c > -reach && c < size + reach;
         if !(near(at.x) && near(at.y)) {
             return (1.0, None);
@@ -98,7 +102,7 @@ impl Light {
             let (x, y) = (at.x + dx, at.y + dy);
             let inside = x >= 0.0 && y >= 0.0 && x < size && y < size;
             !inside || {
-                let near = self.seen.near[y as usize * SHADOW_SIZE + x as usize];
+                let near = self.seen.near[y as usize * self.side + x as usize];
                 f64::from(near) <= at.near + 0.6 * texel
             }
         };
@@ -115,8 +119,8 @@ impl Light {
         let agreed = turns.len() > 1 && (outer == 0 || outer == count);
         let inner = if agreed { outer } else { lit(&INNER[turns]) };
         // A cast takes what is below zero to zero.
-        let (x, y) = ((at.x as usize).min(SHADOW_SIZE - 1), (at.y as usize).min(SHADOW_SIZE - 1));
-        let tile = Changes::tile(SHADOW_SIZE, x, y) as u32;
+        let (x, y) = ((at.x as usize).min(self.side - 1), (at.y as usize).min(self.side - 1));
+        let tile = Changes::tile(self.side, x, y) as u32;
         (f32::from(outer + inner) / f32::from(2 * count), Some(tile))
     }
 }
@@ -140,7 +144,13 @@ const fn in_turns(taps: [(f32, f32); 2]) -> [[(f64, f64); 2]; 4] {
 pub(super) const TAP_REACH: usize = 3;
 
 impl<'a> Stage<'a> {
-    fn set(track: &'a Track, focus: &Focus, camera: &Camera, around: &'a Around) -> Self {
+    fn set(
+        track: &'a Track,
+        focus: &Focus,
+        camera: &Camera,
+        around: &'a Around,
+        shadow: usize,
+    ) -> Self {
         let up = track.up;
         let towards = up * 1.0 - camera.right * 0.55 - camera.forward * 0.5;
         let towards = towards.try_normalize(1e-9).unwrap_or(up);
@@ -149,7 +159,7 @@ impl<'a> Stage<'a> {
         Self {
             track,
             up,
-            light: Light::new(towards, up, focus.target, SHADOW_REACH * focus.reach),
+            light: Light::new(towards, up, focus.target, SHADOW_REACH * focus.reach, shadow),
             floor: focus.floor,
             floor_axes: tile_axes(up, u),
             tile: tile(focus.reach),
@@ -193,6 +203,8 @@ pub(super) struct Reel<'a> {
     focus: &'a Focus,
     size: (usize, usize),
     around: Around,
+    /// Pixels along each side of the light's picture.
+    shadow: usize,
     last: Option<Moment>,
 }
 
@@ -205,7 +217,13 @@ struct Moment {
 
 impl<'a> Reel<'a> {
     pub(super) fn new(track: &'a Track, focus: &'a Focus, size: (usize, usize)) -> Self {
-        Self { track, focus, size, around: Around::default(), last: None }
+        let shadow = SHADOW_SIZE;
+        Self { track, focus, size, around: Around::default(), shadow, last: None }
+    }
+
+    /// For one large picture: with finer shadows.
+    pub(super) fn fine(track: &'a Track, focus: &'a Focus, size: (usize, usize)) -> Self {
+        Self { shadow: FINE_SHADOW_SIZE, ..Self::new(track, focus, size) }
     }
 
     /// Draws one moment.
@@ -230,7 +248,7 @@ impl<'a> Reel<'a> {
     /// Puts everything where it is at that time, before the eye and before the light.
     fn set(&self, time: f64) -> (Stage<'_>, Camera, Buffers) {
         let camera = self.focus.camera.scaled(SAMPLES as f64);
-        let mut stage = Stage::set(self.track, self.focus, &camera, &self.around);
+        let mut stage = Stage::set(self.track, self.focus, &camera, &self.around, self.shadow);
         let mut seen = Buffers::new(self.size.0 * SAMPLES, self.size.1 * SAMPLES);
         let nearest = NEAREST * self.focus.reach;
         for (who, actor, pose) in self.track.present(time) {

@@ -75,6 +75,44 @@ fn pictures_change_when_the_cube_breaks_and_not_while_all_rests() {
     assert_eq!(moment(&track, 0.9), moment(&track, 0.95));
 }
 
+#[test]
+fn grains_are_drawn_and_do_not_move_the_camera() {
+    let dir = tempfile::tempdir().expect("folder");
+    let mut recording = recorded(dir.path());
+    let track = Track::of(&recording);
+    recording.debris.clear();
+    let bare = Track::of(&recording);
+    assert_eq!((track.specks.len(), bare.specks.len()), (2, 0));
+    let none = std::collections::BTreeMap::new();
+    let (one, two) = (direct::focus(&track, &none, SMALL), direct::focus(&bare, &none, SMALL));
+    assert_eq!(one.camera, two.camera);
+    assert_eq!(moment(&track, 0.3), moment(&bare, 0.3));
+    assert_ne!(moment(&track, 0.5), moment(&bare, 0.5));
+}
+
+#[test]
+fn a_still_is_a_picture_of_its_size() {
+    let dir = tempfile::tempdir().expect("folder");
+    let recording = recorded(dir.path());
+    let file = dir.path().join("still.png");
+    let wanted = Still { time: None, size: (192, 108), close: false };
+    let time = still(&recording.path, &wanted, &file).expect("draws");
+    assert!(time > 0.4, "after the break: {time}");
+    let bytes = std::fs::read(&file).expect("reads");
+    let reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("is PNG");
+    assert_eq!((reader.info().width, reader.info().height), (192, 108));
+    assert_eq!(
+        still(&recording.path, &Still { time: Some(9.0), ..wanted.clone() }, &file).expect("draws"),
+        1.0
+    );
+    assert_ne!(std::fs::read(&file).expect("reads"), bytes);
+    let track = Track::of(&recording);
+    let focus = direct::focus(&track, &recording.meta, SMALL);
+    let near = direct::close(&track, &focus, time, SMALL);
+    assert!(near.reach < focus.reach, "{} of {}", near.reach, focus.reach);
+    assert!((near.camera.forward - focus.camera.forward).norm() < 1e-12);
+}
+
 /// Large enough for parts of it to stay as they were.
 const LARGER: (usize, usize) = (240, 160);
 

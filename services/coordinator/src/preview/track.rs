@@ -2,13 +2,20 @@
 
 use super::palette::{self, Rgb};
 use crate::record::Recording;
-use cullet_geometry::{Pose, Quat, Solid, Surface, Vec3};
+use cullet_geometry::math::unit;
+use cullet_geometry::{Pose, Quat, Solid, Surface, TriMesh, Vec3};
 use cullet_proto::recording::EventKind;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Faces that meet at less than this are shaded as one curved surface: cosine of 40°.
 const CREASE: f64 = 0.766;
+
+/// Stands for the number of any grain.
+const GRAIN: u64 = u64::MAX;
+
+/// Least size at which a grain is drawn, as a share of what it broke from \[1\].
+const LEAST_SPECK: f64 = 0.006;
 
 /// A mesh ready to be drawn, in the body's frame.
 #[derive(Debug)]
@@ -44,6 +51,8 @@ pub(super) struct Actor {
 #[derive(Debug)]
 pub(super) struct Track {
     pub(super) actors: Vec<Actor>,
+    /// Grains of debris, as actors that nothing looks after.
+    pub(super) specks: Vec<Actor>,
     /// When something broke \[s\], in order, and what.
     pub(super) breaks: Vec<(f64, u64)>,
     /// What was struck by what, in order.
@@ -74,6 +83,36 @@ impl Actor {
             let pick = |bit: usize, axis: usize| if i & bit == 0 { low[axis] } else { high[axis] };
             pose.transform_point(&Vec3::new(pick(1, 0), pick(2, 1), pick(4, 2)).into()).coords
         })
+    }
+
+    /// Whether it is a grain of debris.
+    pub(super) fn is_grain(&self) -> bool {
+        self.id == GRAIN
+    }
+
+    /// A grain of it: an octahedron of that diameter, turned at random, large enough to be seen.
+    fn speck(&self, size: f64, id: u64) -> Self {
+        let [low, high] = self.mesh.bounds;
+        let half = 0.5 * size.max(LEAST_SPECK * (high - low).norm());
+        let draw = |stream: u64| unit(id, stream, 0) - 0.5;
+        let turn = Quat::from_scaled_axis(Vec3::new(draw(0), draw(1), draw(2)) * 6.0);
+        let ends = [Vec3::x(), -Vec3::x(), Vec3::y(), -Vec3::y(), Vec3::z(), -Vec3::z()];
+        let vertices = ends.map(|end| turn * end * half).to_vec();
+        let sides = [[0, 2], [2, 1], [1, 3], [3, 0]];
+        let triangles = sides.iter().flat_map(|&[a, b]| [[a, b, 4], [b, a, 5]]).collect();
+        let solid = Solid::outer(TriMesh { vertices, triangles });
+        Self {
+            id: GRAIN,
+            object: self.object.clone(),
+            fragment: false,
+            fixed: false,
+            outer: self.inner,
+            inner: self.inner,
+            mesh: Arc::new(Mesh::of(&solid)),
+            rows: Vec::new(),
+            velocities: Vec::new(),
+            end: f64::INFINITY,
+        }
     }
 
     /// Velocity at the last row not after `time` \[m/s\].
@@ -137,6 +176,7 @@ impl Track {
         let time = |key: &str| recording.meta.get(key).and_then(|s| s.parse().ok());
         let mut track = Self {
             actors: Vec::new(),
+            specks: Vec::new(),
             breaks: Vec::new(),
             strikes: Vec::new(),
             step: time("step").unwrap_or(0.01),
@@ -172,6 +212,7 @@ impl Track {
         }
         track.place(recording, &index);
         track.happen(recording, &index);
+        track.crumble(recording, &index);
         track
     }
 
@@ -218,9 +259,38 @@ impl Track {
         }
     }
 
-    /// The bodies there at a time, and where.
+    /// Grains, each as a small solid in the colour of the crack faces of what it broke from.
+    fn crumble(&mut self, recording: &Recording, index: &BTreeMap<u64, usize>) {
+        let mut known: BTreeMap<u64, usize> = BTreeMap::new();
+        for grains in &recording.debris {
+            for (i, &id) in grains.ids.iter().enumerate() {
+                let Some(&[x, y, z]) = grains.positions.as_chunks::<3>().0.get(i) else {
+                    continue;
+                };
+                let born = grains.sizes.get(i).zip(grains.parents.get(i));
+                if let Some((size, parent)) = born.filter(|_| !known.contains_key(&id))
+                    && let Some(parent) = index.get(parent).map(|&parent| &self.actors[parent])
+                {
+                    known.insert(id, self.specks.len());
+                    let speck = parent.speck(*size, id);
+                    self.specks.push(speck);
+                }
+                if let Some(speck) = known.get(&id).map(|&k| &mut self.specks[k]) {
+                    speck.rows.push((grains.time, Pose::translation(x, y, z)));
+                }
+            }
+        }
+    }
+
+    /// The bodies there at a time, and where; then the grains.
     pub(super) fn present(&self, time: f64) -> impl Iterator<Item = (u32, &Actor, &Pose)> {
-        let numbered = (0u32..).zip(&self.actors);
+        let numbered = (0u32..).zip(self.actors.iter().chain(&self.specks));
         numbered.filter_map(move |(i, actor)| Some((i, actor, actor.at(time)?)))
+    }
+
+    /// Whom [`Track::present`] gives that number.
+    pub(super) fn actor(&self, who: u32) -> &Actor {
+        let who = who as usize;
+        self.actors.get(who).unwrap_or_else(|| &self.specks[who - self.actors.len()])
     }
 }

@@ -61,6 +61,10 @@ pub enum Event {
         fragments: Vec<u64>,
         /// Factor on the fragments' own velocities \[1\].
         alpha: f64,
+        /// Grains of debris beside them.
+        grains: u64,
+        /// Their mass \[kg\].
+        grain_mass: f64,
         /// What the replacement kept and cost.
         ledger: Ledger,
     },
@@ -124,13 +128,17 @@ impl Event {
                 text: reason.clone(),
                 ..of(EventKind::JobSettled, *body)
             },
-            Self::Fractured { parent, job, fragments, alpha, ledger } => RunEvent {
-                job: job.to_vec(),
-                fragments: fragments.clone(),
-                alpha: *alpha,
-                ledger: Some(*ledger),
-                ..of(EventKind::Fractured, *parent)
-            },
+            Self::Fractured { parent, job, fragments, alpha, grains, grain_mass, ledger } => {
+                RunEvent {
+                    job: job.to_vec(),
+                    fragments: fragments.clone(),
+                    alpha: *alpha,
+                    grains: *grains,
+                    grain_mass: *grain_mass,
+                    ledger: Some(*ledger),
+                    ..of(EventKind::Fractured, *parent)
+                }
+            }
             Self::KeptWhole { body, job, reason } => RunEvent {
                 job: job.to_vec(),
                 text: reason.clone(),
@@ -172,8 +180,13 @@ pub(super) fn line(event: &RunEvent, name: &dyn Fn(u64) -> String) -> String {
         }
         EventKind::Fractured => {
             let ledger = event.ledger.unwrap_or_default();
+            let debris = match event.grains {
+                0 => String::new(),
+                n => format!(" and {n} grains of {:.3e} kg", event.grain_mass),
+            };
             format!(
-                "{body} breaks into {}: crack {:.4} J, α {:.3}, mass error {:.1e}, momentum {:.1e}",
+                "{body} breaks into {}{debris}: crack {:.4} J, α {:.3}, mass error {:.1e}, \
+                 momentum {:.1e}",
                 event.fragments.len(),
                 ledger.fracture_energy,
                 event.alpha,

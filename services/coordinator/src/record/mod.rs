@@ -11,13 +11,14 @@
 //! | `/geometry` | `cullet.Geometry` | each solid once, lossless, by digest |
 //! | `/body` | `cullet.Body` | each body at its birth |
 //! | `/bodies` | `cullet.BodyPoses` | the lossless pose track |
+//! | `/debris` | `cullet.Grains` | grains of debris: what is born, what flies |
 //! | `/events` | `cullet.RunEvent` | what happened |
 //! | `/jobs` | `cullet.JobReport` | how jobs came out |
 //! | `/pool` | `cullet.PoolReport` | who computed them, and for how long |
 //!
-//! The digest of a run covers `/geometry`, `/body`, `/bodies`, `/events` and `/jobs`: no wall time
-//! and no worker name is in them. Log time is simulated time; publish time is wall time since the
-//! start of the run.
+//! The digest of a run covers `/geometry`, `/body`, `/bodies`, `/debris`, `/events` and `/jobs`: no
+//! wall time and no worker name is in them. Log time is simulated time; publish time is wall time
+//! since the start of the run.
 
 mod canvas;
 mod digest;
@@ -25,6 +26,7 @@ mod display;
 mod event;
 mod inspect;
 mod layout;
+mod masses;
 mod meta;
 mod read;
 mod recorder;
@@ -39,6 +41,7 @@ mod tests;
 pub use digest::RunDigest;
 pub use event::Event;
 pub use inspect::{Inspection, inspect};
+pub use masses::{Fit, Fits, FragmentMass, fit, masses, table};
 pub use meta::{RunMeta, View};
 pub use read::Recording;
 pub use recorder::{Finished, Level, PoseRow, Recorder};
@@ -53,6 +56,8 @@ pub const GEOMETRY: &str = "/geometry";
 pub const BODY: &str = "/body";
 /// Topic of [`cullet_proto::recording::BodyPoses`].
 pub const BODIES: &str = "/bodies";
+/// Topic of [`cullet_proto::recording::Grains`].
+pub const DEBRIS: &str = "/debris";
 /// Topic of [`cullet_proto::recording::RunEvent`].
 pub const EVENTS: &str = "/events";
 /// Topic of [`cullet_proto::recording::JobReport`].

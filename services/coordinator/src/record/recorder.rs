@@ -5,10 +5,14 @@ use super::display::{self, Live, Shape};
 use super::meta::{RunMeta, meta_map, up};
 use super::sink::{Sink, Stamp};
 use super::{
-    BODIES, BODY, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, Summary, Tally, canvas, event,
+    BODIES, BODY, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, Summary, Tally, canvas,
+    event,
 };
 use cullet_geometry::{Pose, Solid, Vec3};
-use cullet_proto::recording::{Body, BodyPoses, Geometry, JobReport, PoolReport, geometry_hash};
+use cullet_proto::recording::{
+    Body, BodyPoses, Geometry, Grains, JobReport, PoolReport, geometry_hash,
+};
+use cullet_world::Speck;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -58,6 +62,8 @@ pub struct Recorder {
     solids: BTreeMap<[u8; 32], Arc<Shape>>,
     pub(super) bodies: BTreeMap<u64, Live>,
     names: BTreeMap<u64, String>,
+    /// Grains told of, and how many from the oldest on lie for good.
+    specks: (usize, usize),
     pub(super) objects: BTreeMap<String, Object>,
     pub(super) draw_rate: f64,
     pub(super) draw_left: f64,
@@ -107,6 +113,7 @@ impl Recorder {
             solids: BTreeMap::new(),
             bodies: BTreeMap::new(),
             names: BTreeMap::new(),
+            specks: (0, 0),
             objects: BTreeMap::new(),
             draw_rate: rate,
             draw_left: 0.0,
@@ -218,6 +225,35 @@ impl Recorder {
         self.flush_if_due()
     }
 
+    /// Records grains of debris: all of a new one, and where those that fly are. `grains`: all that
+    /// there are, as the world keeps them.
+    ///
+    /// # Errors
+    /// A time that is not finite, or a file that cannot be written.
+    pub fn grains(&mut self, step: u64, time: f64, grains: &[Speck]) -> Result<(), RecordError> {
+        let (known, lying) = self.specks;
+        if grains.len() == lying {
+            return Ok(());
+        }
+        self.at(step, time)?;
+        let mut born = Grains { step, time, ..Default::default() };
+        for grain in &grains[known..] {
+            born.masses.push(grain.mass);
+            born.sizes.push(grain.size);
+            born.parents.push(u64::from(grain.parent.0));
+            put_grain(&mut born, grain);
+        }
+        let mut moved = Grains { step, time, ..Default::default() };
+        // The last row of a grain is that of the step in which it came to rest.
+        grains[lying..known].iter().for_each(|grain| put_grain(&mut moved, grain));
+        for message in [born, moved].iter().filter(|message| !message.ids.is_empty()) {
+            self.deciding(DEBRIS, message)?;
+        }
+        let down = grains[lying..].iter().take_while(|grain| grain.resting).count();
+        self.specks = (grains.len(), lying + down);
+        Ok(())
+    }
+
     /// Records an event, and a line of it in the viewers' log.
     ///
     /// # Errors
@@ -317,6 +353,12 @@ impl Recorder {
         let summary = self.tally.summary(&self.meta, &end);
         Ok(Finished { path: self.path, summary })
     }
+}
+
+fn put_grain(message: &mut Grains, grain: &Speck) {
+    message.ids.push(grain.id);
+    message.positions.extend(grain.position.iter());
+    message.velocities.extend(grain.velocity.iter());
 }
 
 fn level_of(event: &Event) -> Level {

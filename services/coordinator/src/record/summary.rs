@@ -1,11 +1,11 @@
 //! The summary of a run, and the tally that makes it from messages alone: while recording and,
 //! with the same code, from a finished file.
 
-use super::{BODIES, BODY, EVENTS, GEOMETRY, JOBS, POOL, RecordError, RunDigest};
+use super::{BODIES, BODY, DEBRIS, EVENTS, GEOMETRY, JOBS, POOL, RecordError, RunDigest};
 use cullet_geometry::Solid;
 use cullet_proto::recording::{
-    Body, BodyPoses, EventKind, Geometry, JobReport, Ledger, PoolReport, Recorded, RunEvent,
-    Verdict,
+    Body, BodyPoses, EventKind, Geometry, Grains, JobReport, Ledger, PoolReport, Recorded,
+    RunEvent, Verdict,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -88,6 +88,12 @@ pub struct Summary {
     pub fractures: u64,
     /// Fragments made.
     pub fragments: u64,
+    /// Grains of debris made.
+    #[serde(default)]
+    pub grains: u64,
+    /// Their mass \[kg\].
+    #[serde(default)]
+    pub grain_mass: f64,
     /// Fracture jobs.
     pub jobs: Jobs,
     /// How many jobs each solver answered.
@@ -142,6 +148,12 @@ impl Tally {
             BODIES => {
                 let poses: BodyPoses = decode(topic, log_time, payload)?;
                 self.at(poses.step, poses.time);
+            }
+            DEBRIS => {
+                let grains: Grains = decode(topic, log_time, payload)?;
+                self.at(grains.step, grains.time);
+                self.summary.grains += grains.masses.len() as u64;
+                self.summary.grain_mass += grains.masses.iter().sum::<f64>();
             }
             EVENTS => self.event(&decode(topic, log_time, payload)?),
             JOBS => {

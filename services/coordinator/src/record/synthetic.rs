@@ -3,6 +3,7 @@
 use super::{Event, Finished, PoseRow, RecordError, Recorder, RunMeta};
 use cullet_geometry::{Pose, Quat, Solid, Surface, TriMesh, Vec3};
 use cullet_proto::recording::{Body, Hit, JobReport, Ledger, PoolReport, Tier, Vector3, Verdict};
+use cullet_world::{BodyId, Speck};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -106,6 +107,25 @@ fn rows(step: u64) -> Vec<PoseRow> {
     vec![slab, part(2, -1.0), part(3, 1.0)]
 }
 
+/// Two grains that fly apart and lie down at the end.
+fn grains(step: u64) -> Vec<Speck> {
+    let since = step.checked_sub(BREAK).map(|steps| steps as f64 * STEP);
+    let grain = |since: f64, id: u64, side: f64| {
+        let flown = since.min(0.3);
+        let resting = since > 0.3;
+        Speck {
+            id,
+            parent: BodyId(1),
+            mass: 0.015,
+            size: 0.02,
+            position: Vec3::new(side * (HALF + flown), 0.1, HALF * (1.0 - flown / 0.3)),
+            velocity: if resting { Vec3::zeros() } else { Vec3::x() * side },
+            resting,
+        }
+    };
+    since.into_iter().flat_map(|since| [grain(since, 0, 1.0), grain(since, 1, -1.0)]).collect()
+}
+
 /// Starts the recording: slab and cube.
 pub(crate) fn begin(path: &Path, meta: &RunMeta) -> Result<Recorder, RecordError> {
     let mut recorder = Recorder::create(path, meta)?;
@@ -127,6 +147,7 @@ pub(crate) fn step(recorder: &mut Recorder, step: u64) -> Result<(), RecordError
     if step == BREAK {
         break_cube(recorder, time)?;
     }
+    recorder.grains(step, time, &grains(step))?;
     recorder.poses(step, time, &rows(step))
 }
 
@@ -183,7 +204,10 @@ fn break_cube(recorder: &mut Recorder, time: f64) -> Result<(), RecordError> {
         fracture_energy: 3.2,
         ..Default::default()
     };
-    let fractured = Event::Fractured { parent: 1, job, fragments: vec![2, 3], alpha: 1.0, ledger };
+    let (grains, grain_mass) = (2, 0.03);
+    let fragments = vec![2, 3];
+    let fractured =
+        Event::Fractured { parent: 1, job, fragments, alpha: 1.0, grains, grain_mass, ledger };
     recorder.event(BREAK, time, &fractured)
 }
 

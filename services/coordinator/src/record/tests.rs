@@ -29,6 +29,7 @@ fn the_summary_says_what_happened() {
     assert_eq!(summary.solvers, BTreeMap::from([("geometric".to_owned(), 1)]));
     assert_eq!(summary.ledger.fracture_energy, 3.2);
     assert_eq!(summary.open_fragments, 0);
+    assert_eq!((summary.grains, summary.grain_mass), (2, 0.03));
     assert!((summary.smallest_volume_ratio - 0.5).abs() < 1e-12);
     assert_eq!(summary.digest.len(), 64);
 }
@@ -47,7 +48,11 @@ fn inspect_reads_the_same_summary_from_the_messages_alone() {
     assert!(read.events[0].contains("slab hits cube"), "{}", read.events[0]);
     let opened = "opened for cube, asks geometric: generation 2 is beyond 1";
     assert!(read.events[1].ends_with(opened), "{}", read.events[1]);
-    assert!(read.events[3].contains("cube breaks into 2"), "{}", read.events[3]);
+    assert!(
+        read.events[3].contains("cube breaks into 2 and 2 grains of 3.000e-2 kg"),
+        "{}",
+        read.events[3]
+    );
 }
 
 #[test]
@@ -64,6 +69,21 @@ fn equal_runs_give_equal_bytes_and_wall_time_never_reaches_the_digest() {
     assert_eq!(third.summary.jobs.resent, 1);
     assert!(third.summary.wall_seconds > 0.0);
     assert_eq!(inspect(&third.path).expect("reads").summary, third.summary);
+}
+
+#[test]
+fn grains_are_told_while_they_fly_and_never_lost() {
+    let dir = folder();
+    let recording = Recording::open(&recorded(dir.path()).path).expect("reads");
+    let births: Vec<_> = recording.debris.iter().filter(|d| !d.masses.is_empty()).collect();
+    assert_eq!(births.len(), 1);
+    assert_eq!((births[0].step, births[0].ids.as_slice()), (BREAK, &[0, 1][..]));
+    assert_eq!((births[0].parents.as_slice(), births[0].sizes[0]), (&[1, 1][..], 0.02));
+    let last = recording.debris.last().expect("grains");
+    let rested = BREAK + (0.3 / STEP) as u64 + 1;
+    assert_eq!(last.step, rested, "the row in which they came to rest is the last");
+    assert_eq!(recording.debris.len() as u64, rested - BREAK + 1, "a row a step");
+    assert!(last.positions[2].abs() < 0.011 && last.velocities.iter().all(|v| *v == 0.0));
 }
 
 #[test]

@@ -50,6 +50,7 @@ pub(super) fn spec(body: &SceneBody) -> BodySpec {
         velocity: body.velocity,
         spin: body.spin,
         fixed: body.fixed,
+        weakest: body.weakest,
         breakable: body.breakable,
         threshold: body.impulse_threshold,
         parent: None,

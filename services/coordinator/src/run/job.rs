@@ -2,9 +2,12 @@
 
 use crate::scene::SceneBody;
 use crate::scene::format::Fracture;
+use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
+use cullet_proto::job::MAX_IMPACTS;
+use cullet_proto::strength::Strength;
 use cullet_proto::{FractureJob, Impact, Material, Settings};
-use cullet_world::{BodyView, Hit};
+use cullet_world::{BodyId, BodyView, Hit, Support};
 
 /// The family asked when the scene leaves it open.
 pub(super) const FIRST: &str = "brittle";
@@ -16,10 +19,12 @@ const FALLBACK: &str = "geometric";
 pub(super) struct Choice {
     solver: Option<&'static str>,
     settings: Settings,
+    strength: Strength,
 }
 
 impl Choice {
-    pub(super) fn of(body: &SceneBody, defaults: &Fracture) -> Self {
+    /// `seed`: of the flaws, this body's own.
+    pub(super) fn of(body: &SceneBody, defaults: &Fracture, seed: u64) -> Self {
         let settings = Settings {
             spacing: body.spacing,
             max_particles: body.particles.unwrap_or(defaults.max_particles),
@@ -27,8 +32,11 @@ impl Choice {
             min_volume_ratio: defaults.min_volume_ratio,
             detail: defaults.detail.values(),
             max_fragments: defaults.max_fragments,
+            debris: defaults.debris,
+            grain: defaults.grain,
         };
-        Self { solver: body.solver.solver(), settings }
+        let strength = Strength { seed, ..(*body.strength).clone() };
+        Self { solver: body.solver.solver(), settings, strength }
     }
 
     /// Fragments keep the grid spacing \[m\] of the solve that made them: what they were made of
@@ -38,13 +46,22 @@ impl Choice {
             self.settings.spacing = Some(spacing);
         }
     }
+
+    /// A fragment keeps the flaws and the paint of the body it comes from; `centre`: where its own
+    /// origin was in that body's frame \[m\].
+    pub(super) fn of_fragment(&self, centre: &Vec3) -> Self {
+        let mut choice = self.clone();
+        let offset = Vec3::from(self.strength.offset) + centre;
+        choice.strength.offset = offset.into();
+        choice
+    }
 }
 
 /// The problem of a body that was hit. `geometric`: the gate found that no stress needs to be
 /// solved for.
 pub(super) fn problem(
     body: &BodyView<'_>,
-    hits: &[Hit],
+    (hits, supports): (&[Hit], &[Support]),
     choice: &Choice,
     geometric: bool,
     seed: u64,
@@ -62,10 +79,31 @@ pub(super) fn problem(
             failure_stress: material.failure_stress,
             fracture_energy: material.fracture_energy,
         },
-        impacts: hits.iter().map(impact).collect(),
+        strength: choice.strength.clone(),
+        impacts: strongest(hits).into_iter().map(impact).collect(),
+        supports: supports.iter().map(support).collect(),
         settings: choice.settings,
-        seed: scramble(seed ^ scramble(u64::from(body.id.0))),
+        seed: seed_of(body.id, seed),
     }
+}
+
+/// The seed of a body's own randomness.
+pub(super) fn seed_of(body: BodyId, seed: u64) -> u64 {
+    scramble(seed ^ scramble(u64::from(body.0)))
+}
+
+/// The hits, or the strongest where there are more than a job takes, in their order.
+fn strongest(hits: &[Hit]) -> Vec<&Hit> {
+    let mut ranked: Vec<&Hit> = hits.iter().collect();
+    ranked.sort_by(|a, b| b.impact.impulse.total_cmp(&a.impact.impulse));
+    ranked.truncate(MAX_IMPACTS);
+    ranked.sort_by_key(|hit| hit.episode);
+    ranked
+}
+
+fn support(support: &Support) -> cullet_proto::Support {
+    let Support { point, normal, radius, .. } = support;
+    cullet_proto::Support { point: (*point).into(), normal: (*normal).into(), radius: *radius }
 }
 
 fn impact(hit: &Hit) -> Impact {
@@ -84,7 +122,9 @@ fn impact(hit: &Hit) -> Impact {
 #[cfg(test)]
 mod tests {
     use super::Choice;
+    use cullet_geometry::Vec3;
     use cullet_proto::Settings;
+    use cullet_proto::strength::Strength;
 
     #[test]
     fn a_solve_without_a_grid_leaves_the_spacing_as_it_was() {
@@ -95,12 +135,18 @@ mod tests {
             min_volume_ratio: 0.0,
             max_fragments: 10,
             detail: cullet_proto::Detail::default(),
+            debris: 0.0,
+            grain: None,
         };
-        let mut choice = Choice { solver: None, settings };
+        let strength = Strength::default();
+        let mut choice = Choice { solver: None, settings, strength };
         choice.no_finer_than(0.0);
         assert_eq!(choice.settings.spacing, None);
         choice.no_finer_than(0.01);
         choice.no_finer_than(0.0);
         assert_eq!(choice.settings.spacing, Some(0.01));
+        let part = choice.of_fragment(&Vec3::x()).of_fragment(&Vec3::new(1.0, 0.0, -0.5));
+        assert_eq!(part.strength.offset, [2.0, 0.0, -0.5]);
+        assert_eq!(part.settings.spacing, Some(0.01));
     }
 }

@@ -12,7 +12,8 @@ use crate::link::Pool;
 use crate::record::{Event, Level, PoseRow, RecordError, Recorder, Summary};
 use crate::scene::Scene;
 use cullet_proto::JobId;
-use cullet_world::{BodyId, Gate, GateLimits, Hit, World, WorldError};
+use cullet_proto::job::MAX_SUPPORTS;
+use cullet_world::{BodyId, Gate, GateLimits, Hit, Support, World, WorldError};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -115,6 +116,7 @@ struct Pending {
     asked: String,
     body: BodyId,
     hits: Vec<Hit>,
+    supports: Vec<Support>,
     due: u64,
 }
 
@@ -186,7 +188,7 @@ impl Run<'_> {
             let origin = Origin {
                 object: body.name.clone(),
                 material: body.material.name.clone(),
-                choice: job::Choice::of(body, &scene.fracture),
+                choice: job::Choice::of(body, &scene.fracture, job::seed_of(id, scene.world.seed)),
             };
             self.origins.insert(id, origin);
             self.record_birth(id)?;
@@ -270,15 +272,22 @@ impl Run<'_> {
             return Err(lost);
         };
         let (seed, unsolved) = (self.scene.world.seed, geometric.is_some());
-        let job = job::problem(&view, &hits, &origin.choice, unsolved, seed);
+        let mut supports = self.world.supports(body, &hits);
+        supports.truncate(MAX_SUPPORTS);
+        let job = job::problem(&view, (&hits, &supports), &origin.choice, unsolved, seed);
         let asked = job.solver.clone();
         let id = self.pool.open(&job);
         // Without the gate's reason, another family than the first is the scene's choice.
         let chosen = (asked != job::FIRST).then(|| "the scene's choice".to_owned());
-        let (solver, reason) = (asked.clone(), geometric.or(chosen).unwrap_or_default());
+        let held = match supports.len() {
+            0 => None,
+            count => Some(format!("held at {count} places")),
+        };
+        let reasons: Vec<String> = geometric.or(chosen).into_iter().chain(held).collect();
+        let (solver, reason) = (asked.clone(), reasons.join("; "));
         self.event(&Event::JobOpened { body: number(body), job: id.0, solver, reason })?;
         let due = self.world.step_count() + u64::from(self.scene.world.latency_steps);
-        self.pending.push_back(Pending { id, asked, body, hits, due });
+        self.pending.push_back(Pending { id, asked, body, hits, supports, due });
         Ok(())
     }
 
@@ -323,7 +332,9 @@ impl Run<'_> {
                 spin: view.spin,
             })
             .collect();
-        Ok(self.recorder.poses(self.world.step_count(), self.world.time(), &rows)?)
+        let (step, time) = (self.world.step_count(), self.world.time());
+        self.recorder.grains(step, time, self.world.grains())?;
+        Ok(self.recorder.poses(step, time, &rows)?)
     }
 
     fn tell_position(&mut self) {

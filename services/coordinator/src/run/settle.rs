@@ -1,11 +1,12 @@
 //! What a verdict does to the world and to the recording.
 
-use super::{Outcome, Pending, Run, RunError, convert, number};
+use super::{Origin, Outcome, Pending, Run, RunError, convert, number};
 use crate::link::{Ending, Settlement};
 use crate::record::Event;
+use cullet_geometry::Vec3;
 use cullet_proto::recording::{self, JobReport, PoolReport, Vector3};
 use cullet_proto::{BrokenBody, Report, Verdict};
-use cullet_world::{BodyId, Hit, Piece, Replacement};
+use cullet_world::{BodyId, Breakage, Grain, Hit, Piece, Reaction, Replacement};
 
 impl Run<'_> {
     /// Records a job's verdict and, if the body broke, puts its fragments into the world.
@@ -75,9 +76,22 @@ impl Run<'_> {
             let reason = format!("the run ended {early} {steps} before its fragments were due");
             return self.kept(&job, reason);
         }
-        let pieces = broken.fragments.into_iter().map(|f| piece(f, job.body)).collect();
-        match self.world.replace(job.body, &job.hits, pieces, broken.report.fracture_energy) {
-            Ok(done) => self.replaced(&job, &done, broken.report.spacing),
+        let middle =
+            |fragment: &cullet_proto::Fragment| fragment.solid.mesh.mass_properties().centroid;
+        let centres: Vec<Vec3> = broken.fragments.iter().map(middle).collect();
+        let told = broken.reactions.len() == job.supports.len();
+        let held = job.supports.iter().cloned().zip(broken.reactions);
+        let breakage = Breakage {
+            pieces: broken.fragments.into_iter().map(|f| piece(f, job.body)).collect(),
+            grains: broken.debris.iter().map(grain).collect(),
+            reactions: held
+                .filter(|_| told)
+                .map(|(support, impulse)| Reaction { support, impulse })
+                .collect(),
+            fracture_energy: broken.report.fracture_energy,
+        };
+        match self.world.break_up(job.body, &job.hits, breakage) {
+            Ok(done) => self.replaced(&job, &done, &centres, broken.report.spacing),
             Err(error) => self.kept(&job, error.to_string()),
         }
     }
@@ -86,17 +100,20 @@ impl Run<'_> {
         self.event(&Event::KeptWhole { body: number(job.body), job: job.id.0, reason })
     }
 
-    /// `spacing`: of the solve that made the fragments; they are solved no finer than that \[m\].
+    /// `centres`: of the fragments, in the body's frame \[m\]. `spacing`: of the solve that made
+    /// them; they are solved no finer than that \[m\].
     fn replaced(
         &mut self,
         job: &Pending,
         done: &Replacement,
+        centres: &[Vec3],
         spacing: f64,
     ) -> Result<(), RunError> {
         let mut origin = self.origins.remove(&job.body).ok_or(RunError::Lost(job.body))?;
         origin.choice.no_finer_than(spacing);
-        for &id in &done.fragments {
-            self.origins.insert(id, origin.clone());
+        for (&id, centre) in done.fragments.iter().zip(centres) {
+            let choice = origin.choice.of_fragment(centre);
+            self.origins.insert(id, Origin { choice, ..origin.clone() });
             self.record_birth(id)?;
         }
         self.fractures += 1;
@@ -106,9 +123,13 @@ impl Run<'_> {
             job: job.id.0,
             fragments: done.fragments.iter().copied().map(number).collect(),
             alpha: done.momentum_scale,
+            grains: done.grains.len() as u64,
+            grain_mass: done.grain_mass,
             ledger: convert::ledger(done),
         })?;
-        self.say(format!("{} breaks into {}", origin.object, done.fragments.len()));
+        let grains = done.grains.len();
+        let debris = if grains > 0 { format!(" and {grains} grains") } else { String::new() };
+        self.say(format!("{} breaks into {}{debris}", origin.object, done.fragments.len()));
         Ok(())
     }
 
@@ -165,6 +186,11 @@ fn tier(tier: cullet_world::Tier) -> recording::Tier {
     }
 }
 
+fn grain(grain: &cullet_proto::Grain) -> Grain {
+    let cullet_proto::Grain { position, velocity, volume, size } = *grain;
+    Grain { position, velocity, volume, size }
+}
+
 fn piece(fragment: cullet_proto::Fragment, body: BodyId) -> Piece {
     // Crack faces without a parent are those of this fracture.
     let mut solid = fragment.solid;
@@ -210,7 +236,7 @@ fn reported(job: &Pending, report: &Report) -> JobReport {
 }
 
 fn hit(hit: &Hit) -> recording::Hit {
-    let vector = |v: cullet_geometry::Vec3| Some(Vector3 { x: v.x, y: v.y, z: v.z });
+    let vector = |v: Vec3| Some(Vector3 { x: v.x, y: v.y, z: v.z });
     let i = &hit.impact;
     recording::Hit {
         point: vector(i.point),

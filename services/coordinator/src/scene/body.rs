@@ -8,6 +8,7 @@ use super::format::{Anchor, Body, Fracture, Rotation, SolverChoice};
 use super::material::SceneMaterial;
 use super::tree::{Node, Path, Step, join, show};
 use cullet_geometry::{Quat, Vec3};
+use cullet_proto::strength::Strength;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -34,6 +35,7 @@ pub(super) struct Workshop<'a> {
 pub(super) struct Mould {
     pub(super) form: Arc<Form>,
     pub(super) material: Arc<SceneMaterial>,
+    pub(super) strength: Arc<Strength>,
     pub(super) rotation: Quat,
     pub(super) position: Vec3,
     /// From the centroid to the point that `position` places, in the body's frame \[m\].
@@ -88,6 +90,7 @@ impl Workshop<'_> {
                 self.wrong(&join(path, "material"), message);
             }
         }
+        let strength = Arc::new(self.strength(body, path, &material, &form));
         if self.errors.len() > before {
             return None;
         }
@@ -100,6 +103,7 @@ impl Workshop<'_> {
         Some(Mould {
             form,
             material,
+            strength,
             rotation,
             position: Vec3::from(body.position),
             anchor,

@@ -60,9 +60,17 @@ pub(super) struct Form {
     pub(super) bounds: (Vec3, Vec3),
     /// What was repaired, a line each.
     pub(super) repairs: Vec<String>,
+    /// The axis of the mesh file that became z, and what the file was scaled by \[1\].
+    pub(super) placement: (Axis, f64),
 }
 
 impl Form {
+    /// A point of the mesh file in the frame that the scene speaks of \[m\].
+    pub(super) fn placed(&self, point: &Vec3) -> Vec3 {
+        let (up, factor) = self.placement;
+        upright(point, up) * factor
+    }
+
     /// Greatest distance of a corner from the centroid \[m\].
     pub(super) fn radius(&self) -> f64 {
         self.solid.mesh.vertices.iter().map(Vec3::norm).fold(0.0, f64::max)
@@ -102,32 +110,36 @@ fn make(recipe: &Recipe, files: &mut Files) -> Result<Form, String> {
             let bytes = files.get(key).map_err(|error| error.to_string())?;
             let mesh = meshes::read(key, &bytes).map_err(|error| error.to_string())?;
             let default = if key.to_lowercase().ends_with(".glb") { Axis::Y } else { Axis::Z };
-            let mesh = upright(mesh, up.unwrap_or(default));
-            let mesh = sized(mesh, *fit, *scale)?;
+            let up = up.unwrap_or(default);
+            let mut mesh = mesh;
+            mesh.vertices.iter_mut().for_each(|v| *v = upright(v, up));
+            let (mesh, factor) = sized(mesh, *fit, *scale)?;
             let repair = match repair {
                 RepairChoice::Auto => Repair::Auto,
                 RepairChoice::Refuse => Repair::Refuse,
             };
             let (mesh, report) = door::admit(&mesh, repair).map_err(|error| error.to_string())?;
             let repairs = if report.is_clean() { Vec::new() } else { vec![report.to_string()] };
-            finish(mesh, None, repairs)
+            Ok(Form { placement: (up, factor), ..finish(mesh, None, repairs)? })
         }
     }
 }
 
-/// The mesh turned so that `up` becomes z.
-fn upright(mut mesh: TriMesh, up: Axis) -> TriMesh {
-    for v in &mut mesh.vertices {
-        *v = match up {
-            Axis::X => Vec3::new(-v.z, v.y, v.x),
-            Axis::Y => Vec3::new(v.x, -v.z, v.y),
-            Axis::Z => *v,
-        };
+/// The point turned so that `up` becomes z.
+fn upright(v: &Vec3, up: Axis) -> Vec3 {
+    match up {
+        Axis::X => Vec3::new(-v.z, v.y, v.x),
+        Axis::Y => Vec3::new(v.x, -v.z, v.y),
+        Axis::Z => *v,
     }
-    mesh
 }
 
-fn sized(mut mesh: TriMesh, fit: Option<f64>, scale: Option<f64>) -> Result<TriMesh, String> {
+/// The mesh at its size, and what it was scaled by.
+fn sized(
+    mut mesh: TriMesh,
+    fit: Option<f64>,
+    scale: Option<f64>,
+) -> Result<(TriMesh, f64), String> {
     let longest = longest_side(&mesh);
     if longest <= 0.0 {
         return Err("the mesh has no extent".to_owned());
@@ -149,7 +161,7 @@ fn sized(mut mesh: TriMesh, fit: Option<f64>, scale: Option<f64>) -> Result<TriM
     for v in &mut mesh.vertices {
         *v *= factor;
     }
-    Ok(mesh)
+    Ok((mesh, factor))
 }
 
 fn longest_side(mesh: &TriMesh) -> f64 {
@@ -203,5 +215,6 @@ fn finish(
         origin: -shift,
         bounds,
         repairs,
+        placement: (Axis::Z, 1.0),
     })
 }

@@ -2,8 +2,10 @@
 //!
 //! Numbers are SI when they arrive here: `check` has turned "6 mm" into 0.006 by the schema's units.
 
+mod material;
 mod show;
 
+pub use material::{Channel, Layers, Material, Paint, WeakPlane};
 pub use show::{Bounds, Expect, View};
 
 use super::{look::Detail, unit};
@@ -151,6 +153,14 @@ pub struct Fracture {
     pub min_volume_ratio: f64,
     /// How crack faces look closer than the grid resolves.
     pub detail: Detail,
+    /// Parts below this share of the body's volume become debris: grains that fly, are recorded and
+    /// drawn, and hit nothing; 0 makes none \[1\].
+    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.1))]
+    pub debris: f64,
+    /// Size of its grains, half the mass being in larger ones; half a grid spacing without it
+    /// \[m\].
+    #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
+    pub grain: Option<f64>,
 }
 
 impl Default for Fracture {
@@ -162,56 +172,10 @@ impl Default for Fracture {
             max_fragments: 400,
             min_volume_ratio: 1e-4,
             detail: Detail::default(),
+            debris: 5e-4,
+            grain: None,
         }
     }
-}
-
-/// A material: all its values, or a preset and what differs.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Material {
-    /// What bodies call it.
-    pub name: String,
-    /// The preset that gives what is not said here.
-    #[serde(default)]
-    pub preset: Option<String>,
-    /// Mass density \[kg/m³\].
-    #[serde(default)]
-    #[schemars(schema_with = "unit::density", extend("minimum" = 0.01, "maximum" = 30000))]
-    pub density: Option<f64>,
-    /// Young's modulus E \[Pa\].
-    #[serde(default)]
-    #[schemars(schema_with = "unit::pressure", extend("minimum" = 1e3, "maximum" = 2e12))]
-    pub young: Option<f64>,
-    /// Poisson's ratio ν \[1\].
-    #[serde(default)]
-    #[schemars(
-        schema_with = "unit::ratio",
-        extend("minimum" = -0.99, "maximum" = 0.4999)
-    )]
-    pub poisson: Option<f64>,
-    /// Tensile strength σ_f \[Pa\].
-    #[serde(default)]
-    #[schemars(schema_with = "unit::pressure", extend("exclusiveMinimum" = 0, "maximum" = 1e11))]
-    pub strength: Option<f64>,
-    /// Fracture energy G_f \[J/m²\].
-    #[serde(default)]
-    #[schemars(
-        schema_with = "unit::energy_per_area",
-        extend("exclusiveMinimum" = 0, "maximum" = 1e7)
-    )]
-    pub fracture_energy: Option<f64>,
-    /// Speed after over speed before a bounce \[1\].
-    #[serde(default)]
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 1))]
-    pub restitution: Option<f64>,
-    /// Coulomb friction \[1\].
-    #[serde(default)]
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 10))]
-    pub friction: Option<f64>,
-    /// Whether bodies of it break unless they say otherwise.
-    #[serde(default)]
-    pub breakable: Option<bool>,
 }
 
 /// A shape by its measures. z is up; see each kind for its origin.
@@ -428,6 +392,8 @@ pub struct Body {
     pub impulse_threshold: Option<f64>,
     /// In place of the scene's solver.
     pub solver: Option<SolverChoice>,
+    /// Where it is weaker or stronger than its material.
+    pub paint: Vec<Paint>,
 }
 
 /// Bodies in rows, columns and layers, called `name-i-j-k`.

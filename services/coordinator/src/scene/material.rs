@@ -1,7 +1,8 @@
 //! Materials: the presets with a source for every value, and what a scene makes of them.
 
 use super::check::tell;
-use super::format;
+use super::format::{self, Layers, WeakPlane};
+use super::paint::direction;
 
 /// How a value was come by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -41,6 +42,8 @@ pub struct Preset {
     pub strength: Sourced,
     /// Mode I fracture energy G_f \[J/m²\].
     pub fracture_energy: Sourced,
+    /// Weibull modulus m of the flaws \[1\].
+    pub weibull: Sourced,
     /// Speed after over speed before a bounce \[1\].
     pub restitution: Sourced,
     /// Coulomb friction \[1\].
@@ -57,6 +60,12 @@ const PETROVIC_K: &str = "G = K²(1-ν²)/E with K_Ic 0.1 MPa√m of Petrovic 20
 const TEXTBOOK: &str = "usual textbook value";
 const STRIKER: &str = "usual textbook value; a striker, not meant to break";
 const SCENES: &str = "chosen for scenes; depends on shape, finish and speed";
+
+const CERAMIC: &str = "ceramics scatter with 5 to 20; no measurement of this one was read";
+const GLASS: &str = "annealed glass scatters with 5 to 10, by its surface; no measurement was read";
+const ROCK: &str = "rocks scatter with 10 to 20; no measurement of this one was read";
+const TOUGH: &str = "tough solids scatter little, above 20; no measurement of this one was read";
+const WIDE: &str = "scatters widely with grain and bubbles; no measurement was read";
 
 const fn measured(value: f64, source: &'static str) -> Sourced {
     Sourced { value, kind: Kind::Measured, source }
@@ -87,6 +96,7 @@ const PRESETS: &[Preset] = &[
         poisson: typical(0.22, TEXTBOOK),
         strength: measured(262e6, DOWLING),
         fracture_energy: measured(40.9, DOWLING_K),
+        weibull: typical(10.0, CERAMIC),
         restitution: typical(0.5, SCENES),
         friction: typical(0.4, SCENES),
         breakable: true,
@@ -99,6 +109,7 @@ const PRESETS: &[Preset] = &[
         poisson: typical(0.15, TEXTBOOK),
         strength: typical(2.4e6, TEXTBOOK),
         fracture_energy: typical(80.0, "van der Pluijm: 60 to 130 J/m²; not read here"),
+        weibull: typical(8.0, CERAMIC),
         restitution: typical(0.2, SCENES),
         friction: typical(0.65, SCENES),
         breakable: true,
@@ -111,6 +122,7 @@ const PRESETS: &[Preset] = &[
         poisson: typical(0.2, TEXTBOOK),
         strength: typical(2.9e6, MODEL_CODE),
         fracture_energy: typical(76.0, MODEL_CODE),
+        weibull: typical(12.0, ROCK),
         restitution: typical(0.2, SCENES),
         friction: typical(0.65, SCENES),
         breakable: true,
@@ -123,6 +135,7 @@ const PRESETS: &[Preset] = &[
         poisson: typical(0.23, TEXTBOOK),
         strength: measured(9.6e6, DOWLING),
         fracture_energy: measured(15.1, DOWLING_K),
+        weibull: typical(18.0, ROCK),
         restitution: typical(0.3, SCENES),
         friction: typical(0.6, SCENES),
         breakable: true,
@@ -135,6 +148,7 @@ const PRESETS: &[Preset] = &[
         poisson: typical(0.33, TEXTBOOK),
         strength: measured(1.0e6, PETROVIC),
         fracture_energy: measured(0.96, PETROVIC_K),
+        weibull: typical(5.0, WIDE),
         restitution: typical(0.3, SCENES),
         friction: typical(0.05, SCENES),
         breakable: true,
@@ -147,6 +161,7 @@ const PRESETS: &[Preset] = &[
         poisson: typical(0.29, TEXTBOOK),
         strength: measured(19.2e6, DOWLING),
         fracture_energy: measured(22.4, DOWLING_K),
+        weibull: typical(16.0, ROCK),
         restitution: typical(0.3, SCENES),
         friction: typical(0.6, SCENES),
         breakable: true,
@@ -168,6 +183,7 @@ const PRESETS: &[Preset] = &[
             4.1,
             "depends on porosity: Vekinis, Ashby and Beaumont 1993, not read here",
         ),
+        weibull: typical(8.0, CERAMIC),
         restitution: typical(0.2, SCENES),
         friction: typical(0.6, SCENES),
         breakable: true,
@@ -180,6 +196,7 @@ const PRESETS: &[Preset] = &[
         poisson: typical(0.37, TEXTBOOK),
         strength: typical(70e6, TEXTBOOK),
         fracture_energy: measured(932.0, DOWLING_K),
+        weibull: typical(20.0, TOUGH),
         restitution: typical(0.5, SCENES),
         friction: typical(0.4, SCENES),
         breakable: true,
@@ -192,6 +209,7 @@ const PRESETS: &[Preset] = &[
         poisson: typical(0.2, TEXTBOOK),
         strength: measured(56e6, DOWLING),
         fracture_energy: typical(11.0, "G = K²(1-ν²)/E with a typical K_Ic of 1.3 MPa√m"),
+        weibull: typical(12.0, CERAMIC),
         restitution: typical(0.4, SCENES),
         friction: typical(0.4, SCENES),
         breakable: true,
@@ -204,6 +222,7 @@ const PRESETS: &[Preset] = &[
         poisson: typical(0.49, STRIKER),
         strength: typical(15e6, STRIKER),
         fracture_energy: typical(1e4, STRIKER),
+        weibull: typical(20.0, TOUGH),
         restitution: typical(0.8, SCENES),
         friction: typical(0.9, SCENES),
         breakable: false,
@@ -216,6 +235,7 @@ const PRESETS: &[Preset] = &[
         poisson: typical(0.23, TEXTBOOK),
         strength: measured(50e6, DOWLING),
         fracture_energy: measured(7.4, DOWLING_K),
+        weibull: typical(7.0, GLASS),
         restitution: typical(0.5, SCENES),
         friction: typical(0.3, SCENES),
         breakable: true,
@@ -228,6 +248,7 @@ const PRESETS: &[Preset] = &[
         poisson: typical(0.29, STRIKER),
         strength: typical(450e6, STRIKER),
         fracture_energy: typical(2e4, STRIKER),
+        weibull: typical(40.0, TOUGH),
         restitution: typical(0.4, SCENES),
         friction: typical(0.4, SCENES),
         breakable: false,
@@ -240,6 +261,7 @@ const PRESETS: &[Preset] = &[
         poisson: typical(0.2, TEXTBOOK),
         strength: typical(45e6, TEXTBOOK),
         fracture_energy: typical(17.9, "G = K²(1-ν²)/E with a typical K_Ic of 1.1 MPa√m"),
+        weibull: typical(9.0, CERAMIC),
         restitution: typical(0.3, SCENES),
         friction: typical(0.5, SCENES),
         breakable: true,
@@ -250,15 +272,16 @@ const PRESETS: &[Preset] = &[
 #[must_use]
 pub fn presets_text() -> String {
     let mut text = String::from(
-        "name             density    E      ν     strength   G_f    restitution friction  breaks\n\
-         \x20                [kg/m³]   [GPa]  [1]     [MPa]   [J/m²]     [1]       [1]\n",
+        "name             density    E      ν     strength   G_f    weibull restitution friction  \
+         breaks\n\
+         \x20                [kg/m³]   [GPa]  [1]     [MPa]   [J/m²]    [1]       [1]       [1]\n",
     );
     let mark = |value: &Sourced| {
         if value.kind == Kind::Measured { ' ' } else { '~' }
     };
     for p in PRESETS {
         text.push_str(&format!(
-            "{:16} {:>6}{} {:>7}{} {:>5}{} {:>7}{} {:>7}{} {:>7}{} {:>9}{}   {}\n",
+            "{:16} {:>6}{} {:>7}{} {:>5}{} {:>7}{} {:>7}{} {:>5}{} {:>9}{} {:>9}{}   {}\n",
             p.name,
             tell(p.density.value),
             mark(&p.density),
@@ -270,6 +293,8 @@ pub fn presets_text() -> String {
             mark(&p.strength),
             tell(p.fracture_energy.value),
             mark(&p.fracture_energy),
+            tell(p.weibull.value),
+            mark(&p.weibull),
             tell(p.restitution.value),
             mark(&p.restitution),
             tell(p.friction.value),
@@ -304,6 +329,14 @@ pub struct SceneMaterial {
     pub strength: f64,
     /// Mode I fracture energy G_f \[J/m²\].
     pub fracture_energy: f64,
+    /// Weibull modulus m of the flaws \[1\].
+    pub weibull: f64,
+    /// Correlation length of the flaws \[m\]; four spacings of the solve without it.
+    pub correlation: Option<f64>,
+    /// A weak plane, in the body's own frame.
+    pub weak_plane: Option<WeakPlane>,
+    /// Layers, in the body's own frame.
+    pub layers: Option<Layers>,
     /// Speed after over speed before a bounce \[1\].
     pub restitution: f64,
     /// Coulomb friction \[1\].
@@ -321,12 +354,19 @@ impl From<&Preset> for SceneMaterial {
             poisson: preset.poisson.value,
             strength: preset.strength.value,
             fracture_energy: preset.fracture_energy.value,
+            weibull: preset.weibull.value,
+            correlation: None,
+            weak_plane: None,
+            layers: None,
             restitution: preset.restitution.value,
             friction: preset.friction.value,
             breakable: preset.breakable,
         }
     }
 }
+
+/// Weibull modulus of a material that does not say \[1\].
+const DEFAULT_WEIBULL: f64 = 10.0;
 
 /// Restitution of a material that does not say \[1\].
 const DEFAULT_RESTITUTION: f64 = 0.3;
@@ -373,6 +413,10 @@ impl SceneMaterial {
                 written.fracture_energy,
                 of(|m| m.fracture_energy),
             ),
+            weibull: written.weibull.or(of(|m| m.weibull)).unwrap_or(DEFAULT_WEIBULL),
+            correlation: written.correlation,
+            weak_plane: written.weak_plane,
+            layers: written.layers,
             restitution: written
                 .restitution
                 .or(of(|m| m.restitution))
@@ -398,6 +442,14 @@ impl SceneMaterial {
             tell(self.young)
         );
         vec![("strength", message)]
+    }
+
+    /// Normals that have no direction.
+    pub(super) fn directions(&self) -> Vec<Fault> {
+        let weak = self.weak_plane.map(|weak| ("weak_plane", weak.normal));
+        let layers = self.layers.map(|layers| ("layers", layers.normal));
+        let bad = |(key, normal)| direction(normal).err().map(|why| (key, why.to_owned()));
+        weak.into_iter().chain(layers).filter_map(bad).collect()
     }
 
     /// What is unusual about it.

@@ -24,6 +24,7 @@ mod material;
 pub mod meshes;
 mod overlap;
 mod overrides;
+mod paint;
 mod resolve;
 mod schema;
 mod shape;
@@ -42,6 +43,7 @@ pub use material::{
 pub use schema::schema;
 
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
+use cullet_proto::strength::Strength;
 use files::{Files, SCENE_BASE, Source};
 use std::path::Path;
 use std::sync::Arc;
@@ -72,6 +74,10 @@ pub struct SceneBody {
     pub spin: Vec3,
     /// What it is made of. Shared by bodies of one material.
     pub material: Arc<SceneMaterial>,
+    /// How its strength varies; the seed is the run's affair. Shared by bodies of one mould.
+    pub strength: Arc<Strength>,
+    /// The least share of its material's strength that the scene gave a part of it \[1\].
+    pub weakest: f64,
     /// Whether it never moves.
     pub fixed: bool,
     /// Whether it can break.

@@ -9,6 +9,7 @@ use super::generate::{self, Instance};
 use super::limits;
 use super::material::{self, SceneMaterial};
 use super::overlap;
+use super::paint;
 use super::tree::{Node, Path, Step, join, show};
 use super::{Scene, SceneBody};
 use cullet_geometry::{Pose, Vec3};
@@ -143,6 +144,9 @@ fn own_material(
             return None;
         }
     };
+    for (key, fault) in made.directions() {
+        workshop.wrong(&join(&join(path, key), "normal"), fault);
+    }
     for (key, doubt) in made.doubts() {
         workshop.warnings.push(format!("{}: {}", show(&join(path, key)), doubt));
     }
@@ -295,6 +299,8 @@ impl Builder<'_> {
                 velocity: mould.velocity,
                 spin: mould.spin,
                 material: Arc::clone(&mould.material),
+                strength: Arc::clone(&mould.strength),
+                weakest: paint::weakest(&mould.strength),
                 fixed: mould.fixed,
                 breakable: mould.breakable,
                 spacing: mould.spacing,

@@ -4,7 +4,8 @@ use super::{Bundle, Scene, SceneErrors, SceneFile, load, load_bundle, schema};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 7] = ["pot", "four-shapes", "bullet", "pair", "threshold", "column", "wall"];
+const SHIPPED: [&str; 8] =
+    ["pot", "four-shapes", "bullet", "pair", "threshold", "column", "wall", "pane"];
 
 fn scenes() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")

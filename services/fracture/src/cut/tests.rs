@@ -71,6 +71,7 @@ impl Cloud {
             time_step: 1e-9,
             top_speed: 3000.0,
             scale: Vec3::repeat(1.0),
+            pieces: None,
         }
     }
 }
@@ -379,6 +380,7 @@ fn a_band_on_the_lattice_leaves_no_degenerate_faces() {
         time_step: 1e-9,
         top_speed: 3000.0,
         scale: Vec3::repeat(1.0),
+        pieces: None,
     };
     let partition = extract(&cube(), &field, &SETTINGS).unwrap();
     assert_lawful(&partition, 1.0, positions.len());

@@ -1,27 +1,35 @@
-//! The time step: points, blocks, arenas, nodes.
+//! The time step: nodes to points, stress and damage, points to nodes.
 
-use super::blocks::{ARENA, ARENA_EDGE, Blocks, EDGE, LAST_CELL, NODES, NONE};
-use super::blocks::{arena_origin, base_cell, offset};
-use super::elastic::{CRUSHED, Elastic, left_strain, volume_change};
+use super::contact::Contact;
+use super::elastic::{Elastic, green_strain};
 use super::front::Front;
-use super::kernel::{Share, Stencil, gather, scatter};
+use super::grid::{Element, Grid};
+use super::kernel::{Kernel, Law, Path, Precision, Stencil, gather, packed, vector};
+use super::separation::Separation;
 use crate::damage::{Softening, State};
 use crate::material::Material;
-use crate::particles::{Particles, View};
+use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 use wide::f64x4;
 
-/// Step over h/c_d. The 1-D limits are 1.00 to 1.26 (1 to 3 points a cell, free ends); damage,
-/// jitter and three dimensions ask for a margin, and a much smaller step damps waves (F05, F06).
-pub const COURANT: f64 = 0.45;
+/// Step over the bound of [`stable_step`]: the bound holds for any sampling and any crack, but for
+/// small strain; a tenth of compression makes waves faster by as much (F04).
+pub const SAFETY: f64 = 0.8;
 
-/// Node mass, in particle masses, below which a node carries no velocity (F04): the weight of a
-/// point that touches a node by a hundred-millionth of a cell. Larger values lose momentum.
-const LIGHT_NODE: f64 = 1e-15;
+/// A strength, in those of the law, that no stress reaches.
+const UNBREAKABLE: f64 = 1e12;
 
-/// Velocity that holds at some nodes, for verification: position \[m\] to velocity \[m/s\].
+/// Steps between looks at what has parted: a crack at Rayleigh's speed comes less than two cells
+/// far (F21).
+const REFRESH: u64 = 4;
+
+/// Nodes of a piece of work.
+const NODES: usize = 512;
+
+/// Velocity that holds at some nodes, for verification: place before the hit \[m\] to velocity
+/// \[m/s\].
 #[derive(Clone)]
 pub struct Grip(pub Arc<dyn Fn(Vec3) -> Option<Vec3> + Send + Sync>);
 
@@ -31,13 +39,23 @@ impl std::fmt::Debug for Grip {
     }
 }
 
+/// What becomes of the velocity field where a crack has passed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fields {
+    /// One field: the sides of a crack stay welded at the nodes between them (F17).
+    Single,
+    /// As many fields at a node as sides that its points no longer connect.
+    #[default]
+    Split,
+}
+
 /// A body on its grid.
 #[derive(Clone, Debug)]
 pub struct Domain {
     /// The points.
     pub particles: Particles,
-    /// Grid spacing h \[m\].
-    pub spacing: f64,
+    /// Nodes and elements.
+    pub grid: Grid,
     /// Time step \[s\].
     pub step: f64,
     /// Simulated time \[s\].
@@ -46,14 +64,17 @@ pub struct Domain {
     pub steps: u64,
     /// Prescribed node velocities; `None` for a free body.
     pub grip: Option<Grip>,
+    /// What becomes of the velocity field at cracks.
+    pub fields: Fields,
     elastic: Elastic,
     softening: Softening,
     front: Option<Front>,
-    blocks: Blocks,
-    arenas: Vec<f64x4>,
-    nodes: Vec<f64x4>,
+    separation: Separation,
+    contact: Contact,
+    kernel: Kernel,
     slot: Vec<u32>,
-    lightest: f64,
+    /// Points that broke since nodes were last parted, by id.
+    broken: Vec<u32>,
 }
 
 /// What a step noticed.
@@ -65,56 +86,85 @@ pub struct Tally {
     pub grown: u32,
     /// Points that reached full damage.
     pub broken: u32,
-    /// Points with J ≤ 0.2, set back to 0.2 (F07).
+    /// Points with J ≤ 0.2 now (F07).
     pub crushed: u32,
-    /// Points that left their block's slack: the blocks are made anew.
-    pub strayed: u32,
-    /// Greatest |v|² \[m²/s²\].
+    /// Greatest |v|² of a node \[m²/s²\].
     pub fastest: f64,
 }
 
 impl Tally {
-    fn add(&mut self, other: &Self) {
+    pub(super) fn add(mut self, other: Self) -> Self {
         self.dissipated += other.dissipated;
         self.grown += other.grown;
         self.broken += other.broken;
         self.crushed += other.crushed;
-        self.strayed += other.strayed;
         self.fastest = self.fastest.max(other.fastest);
+        self
     }
 }
 
+/// The motion of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Displacement \[m\].
+    pub displacement: Vec3,
+    /// H = F − I \[1\].
+    pub displacement_gradient: Mat3,
+    /// Velocity \[m/s\].
+    pub velocity: Vec3,
+    /// Its gradient by the place before the hit \[1/s\].
+    pub velocity_gradient: Mat3,
+}
+
+/// Greatest stable step on a grid whose finest spacing is `spacing` \[m\], in \[s\]:
+/// Δt ≤ 2/ω with ω² ≤ (4/h²)(3λ + 2μ)/ρ.
+///
+/// A point sees its nodes' mass shares m w and the gradients (4/h²) w d, and Σ w d dᵀ = h²/4 I: so
+/// the greatest eigenvalue of each point alone is that of the elasticity tensor times 4/h²ρ, and no
+/// assembly of points exceeds the greatest of its parts. Light nodes and copies do not lower it.
+#[must_use]
+pub fn stable_step(material: &Material, spacing: f64) -> f64 {
+    let stiffness = (3.0 * material.lame() + 2.0 * material.shear()).max(2.0 * material.shear());
+    spacing * (material.density / stiffness).sqrt()
+}
+
 impl Domain {
-    /// Puts `particles` on a grid of `spacing` \[m\].
+    /// Puts `particles` on a grid of `spacing` \[m\] along each axis.
     #[must_use]
     pub fn new(
         mut particles: Particles,
         material: &Material,
         softening: Softening,
-        spacing: f64,
+        spacing: Vec3,
     ) -> Self {
-        let blocks = Blocks::bin(&mut particles, spacing);
+        let grid = Grid::new(&mut particles, spacing);
+        let separation = Separation::new(&particles, &spacing);
+        let kernel = Kernel::new(&grid, &particles, Precision::default(), Path::best());
         let mut domain = Self {
+            step: SAFETY * stable_step(material, spacing.min()),
             particles,
-            spacing,
-            step: COURANT * spacing / material.pressure_speed(),
+            grid,
             time: 0.0,
             steps: 0,
             grip: None,
+            fields: Fields::default(),
             elastic: Elastic::new(material),
             softening,
             front: None,
-            blocks,
-            arenas: Vec::new(),
-            nodes: Vec::new(),
+            separation,
+            contact: Contact::default(),
+            kernel,
             slot: Vec::new(),
-            lightest: 0.0,
+            broken: Vec::new(),
         };
-        let lightest = domain.particles.volume.iter().fold(f64::INFINITY, |m, v| m.min(*v));
-        domain.lightest = material.density * lightest;
-        domain.allocate();
+        domain.locate();
         domain.watch(material);
         domain
+    }
+
+    /// Does the points' pass in another precision and on another path of the processor.
+    pub fn select(&mut self, precision: Precision, path: Path) {
+        self.kernel = Kernel::new(&self.grid, &self.particles, precision, path);
     }
 
     /// Where the cap on strength is for cracks that grow, keeps track of where those are.
@@ -124,7 +174,8 @@ impl Domain {
         }
         let ids = 0..self.particles.len() as u32;
         let places = ids.clone().map(|id| self.particles.reference[self.slot(id)]).collect();
-        self.front = Some(Front::new(places, self.spacing, material.rayleigh_speed()));
+        let speed = material.rayleigh_speed();
+        self.front = Some(Front::new(places, self.grid.spacing.max(), speed));
         self.particles.front_time.fill(f64::INFINITY);
         let broken: Vec<u32> =
             ids.filter(|&id| self.particles.damage[self.slot(id)] >= 1.0).collect();
@@ -134,20 +185,18 @@ impl Domain {
     /// Lets a crack that is at the point `id` at `time` \[s\] grow from there.
     pub fn open(&mut self, id: u32, time: f64) {
         let (slots, times) = (&self.slot, &mut self.particles.front_time);
+        let kernel = &mut self.kernel;
         if let Some(front) = &self.front {
             front.around(id, |other, delay| {
-                let known = &mut times[slots[other as usize] as usize];
+                let slot = slots[other as usize];
+                let known = &mut times[slot as usize];
                 *known = known.min(time + delay);
+                kernel.touch(slot);
             });
         }
     }
 
-    fn allocate(&mut self) {
-        let zero = f64x4::splat(0.0);
-        self.arenas.clear();
-        self.arenas.resize(self.blocks.filled.len() * ARENA, zero);
-        self.nodes.clear();
-        self.nodes.resize(self.blocks.nodes.len() * NODES, zero);
+    fn locate(&mut self) {
         self.slot.resize(self.particles.len(), 0);
         for (p, &id) in self.particles.id.iter().enumerate() {
             self.slot[id as usize] = p as u32;
@@ -160,31 +209,105 @@ impl Domain {
         self.slot[id as usize] as usize
     }
 
+    /// The element of a point.
+    #[must_use]
+    fn element(&self, p: usize) -> &Element {
+        let after = self.grid.elements.partition_point(|e| e.first as usize <= p);
+        &self.grid.elements[after - 1]
+    }
+
+    /// Gives every node the velocity \[m/s\] that `velocity` has at its points, by mass.
+    pub fn launch(&mut self, velocity: impl Fn(&Vec3) -> Vec3) {
+        let nodes = &mut self.grid.nodes;
+        nodes.velocity.fill(f64x4::splat(0.0));
+        for element in &self.grid.elements {
+            for p in element.points() {
+                let x = &self.particles.reference[p];
+                let momentum = velocity(x) * self.particles.mass(p);
+                Stencil::new(x, &self.grid.spacing).visit(|k, weight, _| {
+                    nodes.velocity[element.nodes[k] as usize] += packed(momentum * weight);
+                });
+            }
+        }
+        for (v, &mass) in nodes.velocity.iter_mut().zip(&nodes.mass) {
+            *v *= f64x4::splat(inverse(mass));
+        }
+    }
+
+    /// Moves every node by `displacement` \[m\] of its place before the hit.
+    pub fn displace(&mut self, displacement: impl Fn(&Vec3) -> Vec3) {
+        for n in 0..self.grid.nodes.len() {
+            self.grid.nodes.displacement[n] = packed(displacement(&self.grid.place(n)));
+        }
+    }
+
+    /// The piece of each whole point by id: points that no crack has parted have the same number;
+    /// `None` for broken points.
+    #[must_use]
+    pub fn pieces(&self) -> Vec<Option<u32>> {
+        self.separation.pieces()
+    }
+
+    /// Cuts the bonds between points for which `apart` holds, either way round: a crack that is
+    /// there from the start, given by the places of two points \[m\].
+    pub fn sever(&mut self, apart: impl Fn(&Vec3, &Vec3) -> bool) {
+        if self.separation.sever(apart, &mut self.grid, &mut self.particles, &self.slot) {
+            self.parted();
+        }
+    }
+
+    fn parted(&mut self) {
+        self.locate();
+        self.kernel.refresh(&self.grid, &self.particles);
+        self.contact = Contact::new(&self.grid.nodes, &self.grid.spacing);
+    }
+
+    /// Velocity of one point \[m/s\].
+    #[must_use]
+    pub fn velocity(&self, id: u32) -> Vec3 {
+        let p = self.slot(id);
+        let nodes = &self.element(p).nodes;
+        let mut sum = Vec3::zeros();
+        Stencil::new(&self.particles.reference[p], &self.grid.spacing).visit(|k, weight, _| {
+            sum += vector(self.grid.nodes.velocity[nodes[k] as usize]) * weight;
+        });
+        sum
+    }
+
     /// Pushes one point with `impulse` \[N·s\]; returns the work done \[J\].
     pub fn push(&mut self, id: u32, impulse: Vec3) -> f64 {
         let p = self.slot(id);
-        let mass = self.particles.mass(p);
-        let velocity = &mut self.particles.velocity[p];
-        let work = impulse.dot(velocity) + 0.5 * impulse.norm_squared() / mass;
-        *velocity += impulse / mass;
+        let element = self.element(p).clone();
+        let stencil = Stencil::new(&self.particles.reference[p], &self.grid.spacing);
+        let nodes = &mut self.grid.nodes;
+        let mut work = 0.0;
+        stencil.visit(|k, weight, _| {
+            let n = element.nodes[k] as usize;
+            let (part, mass) = (impulse * weight, nodes.mass[n]);
+            work += part.dot(&vector(nodes.velocity[n])) + 0.5 * part.norm_squared() / mass;
+            nodes.velocity[n] += packed(part / mass);
+        });
         work
     }
 
     /// Takes one step.
     pub fn advance(&mut self) -> Tally {
-        self.scatter();
-        self.sum();
-        let tally = self.update();
+        let tally = self.strain();
+        let fastest = self.accelerate();
+        self.contact.resolve(&mut self.grid.nodes, self.step);
+        self.displacement_step();
         self.time += self.step;
         self.steps += 1;
-        if tally.broken > 0 && self.front.is_some() {
+        if tally.broken > 0 {
             self.grow();
         }
-        if tally.strayed > 0 {
-            self.blocks = Blocks::bin(&mut self.particles, self.spacing);
-            self.allocate();
+        if self.fields == Fields::Split
+            && self.steps.is_multiple_of(REFRESH)
+            && !self.broken.is_empty()
+        {
+            self.separate();
         }
-        tally
+        Tally { fastest, ..tally }
     }
 
     /// Opens the way for cracks at the points that broke in this step.
@@ -193,213 +316,160 @@ impl Domain {
         let broken: Vec<u32> =
             pairs.filter(|(time, _)| **time == self.time).map(|(_, &id)| id).collect();
         broken.iter().for_each(|&id| self.open(id, self.time));
+        self.broken.extend(broken);
     }
 
-    fn scatter(&mut self) {
-        let (h, inverse) = (self.spacing, 1.0 / self.spacing);
-        let impulse = self.step * 4.0 / (h * h);
-        let (particles, blocks) = (&self.particles, &self.blocks);
-        self.arenas.par_chunks_mut(ARENA).enumerate().for_each(|(b, arena)| {
-            arena.fill(f64x4::splat(0.0));
-            let origin = arena_origin(blocks.filled[b]);
-            for p in blocks.starts[b] as usize..blocks.starts[b + 1] as usize {
-                let stencil = Stencil::new(&particles.position[p], origin, h, inverse);
-                scatter(arena, &stencil, &share(particles, p, impulse));
-            }
-        });
+    /// Parts the nodes that the cracks since the last time have passed.
+    fn separate(&mut self) {
+        let broken = std::mem::take(&mut self.broken);
+        if self.separation.grow(&broken, &mut self.grid, &mut self.particles, &self.slot) {
+            self.parted();
+        }
     }
 
-    fn sum(&mut self) {
-        let light = LIGHT_NODE * self.lightest;
-        let (blocks, arenas, grip, h) = (&self.blocks, &self.arenas, &self.grip, self.spacing);
-        self.nodes.par_chunks_mut(NODES).enumerate().for_each(|(n, nodes)| {
-            nodes.fill(f64x4::splat(0.0));
-            for (o, &b) in blocks.filled_around[n].iter().enumerate() {
-                if b != NONE {
-                    let arena = &arenas[b as usize * ARENA..(b as usize + 1) * ARENA];
-                    // The filled block lies at +offset from the nodes: the nodes at −offset
-                    // from it.
-                    overlap(26 - o, |node, slot| nodes[node] += arena[slot]);
-                }
-            }
-            for value in nodes.iter_mut() {
-                let mass = value.to_array()[0];
-                let inverse = if mass > light { 1.0 / mass } else { 0.0 };
-                *value *= f64x4::splat(inverse);
-            }
-            if let Some(grip) = grip {
-                hold(nodes, blocks.nodes[n], h, grip);
-            }
-        });
-    }
-
-    fn update(&mut self) -> Tally {
+    /// Stress, damage and the forces of each element.
+    fn strain(&mut self) -> Tally {
         let law = Law {
             elastic: self.elastic,
             softening: self.softening,
-            spacing: self.spacing,
-            inverse: 1.0 / self.spacing,
-            step: self.step,
+            spacing: self.grid.spacing,
             time: self.time + self.step,
-            lone: 1.0 / self.softening.strength_ratio,
         };
-        let (blocks, nodes) = (&self.blocks, &self.nodes);
-        let mut views = self.particles.views(&blocks.starts);
-        let tallies: Vec<Tally> = views
-            .par_iter_mut()
-            .zip(self.arenas.par_chunks_mut(ARENA))
+        self.kernel.strain(&law, &self.grid, &mut self.particles)
+    }
+
+    /// Velocities after the step; the greatest |v|².
+    fn accelerate(&mut self) -> f64 {
+        let (grid, step, kernel) = (&mut self.grid, self.step, &self.kernel);
+        let (spacing, grip) = (grid.spacing, self.grip.as_ref());
+        let (mass, place) = (&grid.nodes.mass, &grid.nodes.place);
+        let fastest: Vec<f64> = grid
+            .nodes
+            .velocity
+            .par_chunks_mut(NODES)
             .enumerate()
-            .map(|(b, (view, arena))| {
-                for (o, &n) in blocks.nodes_of[b].iter().enumerate() {
-                    let from = &nodes[n as usize * NODES..(n as usize + 1) * NODES];
-                    overlap(o, |node, slot| arena[slot] = from[node]);
+            .map(|(chunk, velocities)| {
+                let mut fastest = 0.0_f64;
+                for (i, v) in velocities.iter_mut().enumerate() {
+                    let n = chunk * NODES + i;
+                    *v += kernel.force(n) * f64x4::splat(step * inverse(mass[n]));
+                    if let Some(grip) = grip {
+                        let x = Vec3::from(place[n].map(f64::from)).component_mul(&spacing);
+                        if let Some(held) = grip.0(x) {
+                            *v = packed(held);
+                        }
+                    }
+                    fastest = fastest.max((*v * *v).reduce_add());
                 }
-                law.block(view, arena, arena_origin(blocks.filled[b]))
+                fastest
             })
             .collect();
-        tallies.iter().fold(Tally::default(), |mut sum, tally| {
-            sum.add(tally);
-            sum
-        })
+        fastest.into_iter().fold(0.0, f64::max)
+    }
+
+    fn displacement_step(&mut self) {
+        let step = f64x4::splat(self.step);
+        let nodes = &mut self.grid.nodes;
+        for (u, v) in nodes.displacement.iter_mut().zip(&nodes.velocity) {
+            *u += *v * step;
+        }
+    }
+
+    /// The motion of each point, in the order of the arrays.
+    #[must_use]
+    pub fn motions(&self) -> Vec<Motion> {
+        let (nodes, gain) = (&self.grid.nodes, self.grid.spacing.map(|h| 4.0 / h));
+        let mut motions = Vec::with_capacity(self.particles.len());
+        for element in &self.grid.elements {
+            let u = element.nodes.map(|n| nodes.displacement[n as usize]);
+            let v = element.nodes.map(|n| nodes.velocity[n as usize]);
+            for p in element.points() {
+                let stencil = Stencil::new(&self.particles.reference[p], &self.grid.spacing);
+                let (displacement, displacement_gradient) = gather(&u, &stencil, &gain);
+                let (velocity, velocity_gradient) = gather(&v, &stencil, &gain);
+                motions.push(Motion {
+                    displacement,
+                    displacement_gradient,
+                    velocity,
+                    velocity_gradient,
+                });
+            }
+        }
+        motions
+    }
+
+    /// The second Piola–Kirchhoff stress of each point as it is weakened now \[Pa\].
+    #[must_use]
+    pub fn stresses(&self) -> Vec<[f64; 6]> {
+        let motions = self.motions();
+        let points = motions.iter().enumerate();
+        points.map(|(p, motion)| self.stress(p, &motion.displacement_gradient)).collect()
+    }
+
+    fn stress(&self, p: usize, h: &Mat3) -> [f64; 6] {
+        let effective = self.elastic.second_piola(h).0;
+        let state = State {
+            damage: self.particles.damage[p],
+            strength: UNBREAKABLE,
+            shielded: self.particles.shielded[p],
+            sudden: false,
+        };
+        self.softening.respond(&effective, state).stress
     }
 
     /// Elastic energy \[J\], to second order in the strain.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
-        let particles = &self.particles;
-        let pairs = particles.stress.iter().zip(&particles.displacement_gradient);
-        pairs
-            .zip(&particles.volume)
-            .map(|((s, h), volume)| {
-                // ½ τ : ½(b − I)
-                let b = left_strain(h);
-                let normal = s[0] * b[0] + s[1] * b[1] + s[2] * b[2];
-                0.25 * volume * (normal + 2.0 * (s[3] * b[3] + s[4] * b[4] + s[5] * b[5]))
+        let motions = self.motions();
+        let points = motions.iter().enumerate();
+        points
+            .map(|(p, motion)| {
+                let (s, e) = (
+                    self.stress(p, &motion.displacement_gradient),
+                    green_strain(&motion.displacement_gradient),
+                );
+                let normal = s[0] * e[0] + s[1] * e[1] + s[2] * e[2];
+                let shear = s[3] * e[3] + s[4] * e[4] + s[5] * e[5];
+                0.5 * self.particles.volume[p] * (normal + 2.0 * shear)
             })
             .sum()
     }
 
-    /// Whether every position and velocity is a number (F76).
+    /// Kinetic energy \[J\].
+    #[must_use]
+    pub fn kinetic_energy(&self) -> f64 {
+        let nodes = &self.grid.nodes;
+        let pairs = nodes.velocity.iter().zip(&nodes.mass);
+        0.5 * pairs.map(|(v, mass)| (*v * *v).reduce_add() * mass).sum::<f64>()
+    }
+
+    /// Linear momentum \[kg·m/s\].
+    #[must_use]
+    pub fn momentum(&self) -> Vec3 {
+        let nodes = &self.grid.nodes;
+        let pairs = nodes.velocity.iter().zip(&nodes.mass);
+        pairs.fold(Vec3::zeros(), |sum, (v, mass)| sum + vector(*v) * *mass)
+    }
+
+    /// Angular momentum about the origin \[kg·m²/s\].
+    #[must_use]
+    pub fn angular_momentum(&self) -> Vec3 {
+        let nodes = &self.grid.nodes;
+        (0..nodes.len()).fold(Vec3::zeros(), |sum, n| {
+            let x = self.grid.place(n) + vector(nodes.displacement[n]);
+            sum + x.cross(&vector(nodes.velocity[n])) * nodes.mass[n]
+        })
+    }
+
+    /// Whether every displacement and velocity is a number (F76).
     #[must_use]
     pub fn is_finite(&self) -> bool {
-        let sum = |list: &[Vec3]| list.iter().fold(0.0, |s, v| s + v.x + v.y + v.z);
-        (sum(&self.particles.position) + sum(&self.particles.velocity)).is_finite()
+        let sum = |list: &[f64x4]| list.iter().fold(0.0, |s, v| s + v.reduce_add());
+        let nodes = &self.grid.nodes;
+        (sum(&nodes.displacement) + sum(&nodes.velocity)).is_finite()
     }
 }
 
-/// Calls `visit(node, slot)` for each node of a block of nodes that lies in the arena of a filled
-/// block, the nodes at the `o`-th offset from the filled block; a node is given by its place in its
-/// block and its place in the arena.
-#[inline]
-fn overlap(o: usize, mut visit: impl FnMut(usize, usize)) {
-    let range = |d: i32| match d {
-        -1 => (EDGE - 1..EDGE, 0),
-        0 => (0..EDGE, 1),
-        _ => (0..EDGE - 1, EDGE + 1),
-    };
-    let [x, y, z] = offset(o).map(range);
-    for i in x.0.clone() {
-        for j in y.0.clone() {
-            for k in z.0.clone() {
-                let slot =
-                    |at: usize, axis: &(std::ops::Range<usize>, usize)| at - axis.0.start + axis.1;
-                let (a, b, c) = (slot(i, &x), slot(j, &y), slot(k, &z));
-                visit((i * EDGE + j) * EDGE + k, (a * ARENA_EDGE + b) * ARENA_EDGE + c);
-            }
-        }
-    }
-}
-
-/// [m, mv] and the columns of [0, mC − Δt V (4/h²) τ]; `impulse` is Δt 4/h².
-#[inline]
-fn share(particles: &Particles, p: usize, impulse: f64) -> Share {
-    let (m, v, c) = (particles.mass(p), &particles.velocity[p], &particles.affine[p]);
-    let impulse = impulse * particles.volume[p];
-    let s = &particles.stress[p];
-    let column = |a: f64, b: f64, c: f64| f64x4::new([0.0, a, b, c]);
-    let f = |c: f64, s: f64| m * c - impulse * s;
-    Share {
-        constant: f64x4::new([m, m * v.x, m * v.y, m * v.z]),
-        slope: [
-            column(f(c[(0, 0)], s[0]), f(c[(1, 0)], s[3]), f(c[(2, 0)], s[5])),
-            column(f(c[(0, 1)], s[3]), f(c[(1, 1)], s[1]), f(c[(2, 1)], s[4])),
-            column(f(c[(0, 2)], s[5]), f(c[(1, 2)], s[4]), f(c[(2, 2)], s[2])),
-        ],
-    }
-}
-
-fn hold(nodes: &mut [f64x4], block: [i32; 3], h: f64, grip: &Grip) {
-    for (n, value) in nodes.iter_mut().enumerate() {
-        let local = [n / (EDGE * EDGE), n / EDGE % EDGE, n % EDGE];
-        let at = |axis: usize| (block[axis] * EDGE as i32 + local[axis] as i32) as f64 * h;
-        if let Some(v) = grip.0(Vec3::new(at(0), at(1), at(2))) {
-            *value = f64x4::new([1.0, v.x, v.y, v.z]);
-        }
-    }
-}
-
-/// What the update of a block needs to know.
-struct Law {
-    elastic: Elastic,
-    softening: Softening,
-    spacing: f64,
-    inverse: f64,
-    step: f64,
-    time: f64,
-    /// Strength away from cracks over strength at them \[1\].
-    lone: f64,
-}
-
-impl Law {
-    fn block(&self, view: &mut View<'_>, arena: &[f64x4], origin: [i32; 3]) -> Tally {
-        let gain = 4.0 * self.inverse * self.inverse;
-        let mut tally = Tally::default();
-        for p in 0..view.position.len() {
-            let stencil = Stencil::new(&view.position[p], origin, self.spacing, self.inverse);
-            let (v, c) = gather(arena, &stencil, gain);
-            view.velocity[p] = v;
-            view.affine[p] = c;
-            view.position[p] += v * self.step;
-            let h = &mut view.displacement_gradient[p];
-            // F ← (I + Δt C) F, so H ← H + Δt C (I + H)
-            *h += (c + c * *h) * self.step;
-            if volume_change(h) <= CRUSHED - 1.0 {
-                *h = Mat3::identity() * (libm::cbrt(CRUSHED) - 1.0);
-                tally.crushed += 1;
-            }
-            self.damage(view, p, &mut tally);
-            tally.fastest = tally.fastest.max(v.norm_squared());
-            let cell = base_cell(&view.position[p], self.inverse);
-            let inside = (0..3).all(|a| (0..=LAST_CELL).contains(&(cell[a] - origin[a])));
-            tally.strayed += u32::from(!inside);
-        }
-        tally
-    }
-
-    #[inline]
-    fn damage(&self, view: &mut View<'_>, p: usize, tally: &mut Tally) {
-        let effective = self.elastic.kirchhoff(&view.displacement_gradient[p]);
-        let lone = if self.time < view.front_time[p] { self.lone } else { 1.0 };
-        let state = State {
-            damage: view.damage[p],
-            strength: view.strength[p] * lone,
-            shielded: view.shielded[p],
-            sudden: lone > 1.0,
-        };
-        let response = self.softening.respond(&effective, state);
-        view.stress[p] = response.stress;
-        if response.damage > state.damage {
-            view.damage[p] = response.damage;
-            if state.damage <= 0.0 {
-                let c = view.affine[p];
-                view.onset_rate[p] = 0.5 * (c + c.transpose()).norm();
-            }
-            tally.grown += 1;
-            tally.dissipated += response.dissipated * view.volume[p];
-            if response.damage >= 1.0 {
-                view.damage_time[p] = self.time;
-                tally.broken += 1;
-            }
-        }
-    }
+fn inverse(mass: f64) -> f64 {
+    if mass > 0.0 { 1.0 / mass } else { 0.0 }
 }

@@ -17,30 +17,72 @@ const STRENGTH_RANGE: (f64, f64) = (1e-5, 1e-1);
 /// Poisson's ratio: at the ends a wave speed vanishes or has no bound \[1\].
 const POISSON_RANGE: (f64, f64) = (-0.99, 0.49);
 
-/// The spacing asked for, or the finest that the particle budget allows: N = 8V/h³ \[m\].
-pub(crate) fn spacing(problem: &Problem) -> Result<f64, Refusal> {
+/// Cells that a flat body gets across its thickness: three, and a margin for how that is measured.
+const FLAT_CELLS: f64 = 3.3;
+
+/// A body whose least extent is at most this share of the next is flat.
+const FLAT: f64 = 0.25;
+
+/// Greatest ratio of a flat body's cells in its plane to those across it: a crack needs the plane
+/// as much as bending needs the thickness.
+const FLATTEST: f64 = 3.0;
+
+/// The spacing asked for, or the finest that the particle budget allows: N = 8V/h³ \[m\]. Where that
+/// leaves a flat body along an axis with fewer than three cells across, cells are flattened: as many
+/// points, finer across and coarser in the plane (F14).
+pub(crate) fn spacing(problem: &Problem) -> Result<Vec3, Refusal> {
     let volume = problem.solid.mesh.signed_volume();
     within("the body's volume [m^3]", volume, 1e-18, 1e12)?;
     let finest = libm::cbrt(PER_CELL * volume / f64::from(problem.settings.max_particles.max(1)));
     let spacing = problem.settings.spacing.unwrap_or(finest);
     within("the spacing [m]", spacing, 1e-9, 1e6)?;
-    Ok(spacing)
+    let (low, high) = problem.solid.mesh.bounds().unwrap_or_default();
+    let extent = high - low;
+    let (axis, thickness) = extent.argmin();
+    let next = (0..3).filter(|&a| a != axis).fold(f64::INFINITY, |m, a| m.min(extent[a]));
+    let across = thickness / FLAT_CELLS;
+    let plane = (spacing * spacing * spacing / across).sqrt();
+    if across < spacing && thickness <= FLAT * next && plane <= FLATTEST * across {
+        let mut cell = Vec3::repeat(plane);
+        cell[axis] = across;
+        return Ok(cell);
+    }
+    Ok(Vec3::repeat(spacing))
 }
 
-pub(crate) fn sample_points(
-    problem: &Problem,
-    inside: &Inside,
-    spacing: f64,
-) -> Result<Vec<Vec3>, Refusal> {
+/// Refuses blows on the face of a plate whose contact, widened to `least` cells of the plane, would be
+/// wider than the plate is thick: it would punch out a disc instead of bending the plate (F11, F14).
+pub(crate) fn check_contacts(problem: &Problem, spacing: &Vec3, least: f64) -> Result<(), Refusal> {
+    let (low, high) = problem.solid.mesh.bounds().unwrap_or_default();
+    let axis = spacing.imin();
+    let (thickness, plane) = ((high - low)[axis], spacing.max());
+    let across = problem.impacts.iter().any(|impact| impact.normal[axis].abs() > 0.5);
+    if spacing.min() < plane && across && thickness < least * plane {
+        return Err(Refusal::TooThin { thickness, cells: thickness / plane, minimum: least });
+    }
+    Ok(())
+}
+
+/// The body and its frame drawn out so that cells are cubes of the largest spacing.
+pub(crate) fn stretch(spacing: &Vec3) -> Vec3 {
+    spacing.map(|h| spacing.max() / h)
+}
+
+pub(crate) fn sample_points(problem: &Problem, spacing: &Vec3) -> Result<Vec<Vec3>, Refusal> {
+    let stretch = stretch(spacing);
+    let mut mesh = problem.solid.mesh.clone();
+    mesh.vertices.iter_mut().for_each(|x| x.component_mul_assign(&stretch));
+    let inside = Inside::new(&mesh);
     // Eight points a cell: each stands for (h/2)³.
-    sample::poisson(inside, 0.5 * spacing, problem.seed).map_err(|error| {
+    let points = sample::poisson(&inside, 0.5 * spacing.max(), problem.seed).map_err(|error| {
         let value = match error {
             SampleError::TooMany { candidates, .. } => candidates,
             SampleError::Spacing { spacing } => spacing,
         };
         let limit = sample::MAX_CANDIDATES;
         Refusal::TooLarge { what: "the number of points in the body's box", value, limit }
-    })
+    })?;
+    Ok(points.into_iter().map(|x| x.component_div(&stretch)).collect())
 }
 
 /// Refuses what is not a number from `low` to `high`.
@@ -79,7 +121,7 @@ pub(crate) fn check_impacts(impacts: &[Impact]) -> Result<(), Refusal> {
 pub(crate) fn check_thickness(
     problem: &Problem,
     points: &[Vec3],
-    spacing: f64,
+    spacing: &Vec3,
 ) -> Result<(), Refusal> {
     let nearest = Nearest::new(&problem.solid.mesh);
     // A sample of the depths is enough for a percentile.
@@ -89,7 +131,8 @@ pub(crate) fn check_thickness(
     depths.sort_unstable_by(f64::total_cmp);
     // In a plate of thickness t four fifths of the points lie less than 0.4 t deep.
     let thickness = depths.get(depths.len() * 4 / 5).copied().unwrap_or(0.0) / 0.4;
-    let cells = thickness / spacing;
+    // Cells are flattened only across a flat body.
+    let cells = thickness / spacing.min();
     if cells < LEAST_CELLS {
         return Err(Refusal::TooThin { thickness, cells, minimum: LEAST_CELLS });
     }

@@ -1,22 +1,22 @@
 //! The nodes around a set of points, as one dense array.
 
-use super::blocks::base_cell;
 use super::kernel::Stencil;
 use cullet_geometry::Vec3;
 
 /// The nodes that the kernels of some points reach, z fastest.
 pub(crate) struct Lattice {
     pub(crate) size: [usize; 3],
-    pub(crate) spacing: f64,
+    /// Size of a cell by axis \[m\].
+    pub(crate) spacing: Vec3,
     origin: [i32; 3],
 }
 
 impl Lattice {
-    pub(crate) fn new(points: &[Vec3], spacing: f64) -> Self {
+    pub(crate) fn new(points: &[Vec3], spacing: Vec3) -> Self {
         let mut low = [i32::MAX; 3];
         let mut high = [i32::MIN; 3];
         for x in points {
-            let cell = base_cell(x, 1.0 / spacing);
+            let cell = Stencil::new(x, &spacing).cell;
             for a in 0..3 {
                 low[a] = low[a].min(cell[a]);
                 high[a] = high[a].max(cell[a]);
@@ -34,12 +34,10 @@ impl Lattice {
     }
 
     /// Calls `visit(node, weight, distance)` for the nodes of the array among the 27 around `x`;
-    /// the distance is node less point, in spacings.
+    /// the distance is node less point, in cells.
     #[inline]
     pub(crate) fn visit(&self, x: &Vec3, mut visit: impl FnMut(usize, f64, Vec3)) {
-        let scaled = x * (1.0 / self.spacing);
-        let cell = base_cell(&scaled, 1.0);
-        let Stencil { weight, distance, .. } = Stencil::new(&scaled, cell, 1.0, 1.0);
+        let Stencil { cell, weight, away } = Stencil::new(x, &self.spacing);
         let first: [i32; 3] = std::array::from_fn(|a| cell[a] - self.origin[a]);
         let within = |a: usize, k: usize| {
             let place = first[a] + k as i32;
@@ -52,8 +50,8 @@ impl Lattice {
                 for k in 0..3 {
                     let Some(z) = within(2, k) else { continue };
                     let node = (x * self.size[1] + y) * self.size[2] + z;
-                    let away = Vec3::new(distance[0][i], distance[1][j], distance[2][k]);
-                    visit(node, weight[0][i] * weight[1][j] * weight[2][k], away);
+                    let apart = Vec3::new(away[0][i], away[1][j], away[2][k]);
+                    visit(node, weight[0][i] * weight[1][j] * weight[2][k], apart);
                 }
             }
         }
@@ -64,7 +62,7 @@ impl Lattice {
         let [_, y, z] = self.size;
         for node in 0..self.len() {
             let at = [node / (y * z), node / z % y, node % z];
-            let place = |a: usize| f64::from(self.origin[a] + at[a] as i32) * self.spacing;
+            let place = |a: usize| f64::from(self.origin[a] + at[a] as i32) * self.spacing[a];
             visit(node, Vec3::new(place(0), place(1), place(2)));
         }
     }

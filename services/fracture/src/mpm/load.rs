@@ -1,4 +1,4 @@
-//! The striker's push: Hertz pressure on the contact disc, half a sine in time.
+//! The striker's push: Hertz pressure on the contact disc, through a Hertz spring.
 
 use super::domain::Domain;
 use crate::material::Material;
@@ -15,146 +15,158 @@ pub const DEPTH: f64 = 1.5;
 /// Fewest points that may carry a load; the nearest ones are taken where the disc holds fewer.
 pub const LEAST_POINTS: usize = 8;
 
-/// Share of the striker's lost energy still in the contact below which the force fades to nothing:
-/// a cut at zero would switch on and off from step to step.
-const FADING: f64 = 0.1;
+/// Duration of a Hertz contact over δ_max/v.
+const HERTZ_TIME: f64 = 2.943;
 
-/// One impact, spread over points.
+/// Durations of the contact after which the two have parted for good.
+const LONGEST: f64 = 3.0;
+
+/// One impact: a striker that presses on points near the contact through a Hertz spring.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
     /// Point ids and their shares, which sum to 1.
     pub shares: Vec<(u32, f64)>,
     /// Direction of the push.
     pub direction: Vec3,
-    /// ∫F dt \[N·s\].
+    /// Most that the striker gives \[N·s\].
     pub impulse: f64,
-    /// How long it takes \[s\].
+    /// How long the contact of a rigid body would take \[s\].
     pub duration: f64,
     /// How far it has come \[N·s\].
     pub delivered: f64,
     /// Work done on the body so far \[J\].
     pub work: f64,
-    closing_speed: f64,
+    /// Force now \[N\].
+    pub force: f64,
+    /// Of F = k δ^{3/2} \[N/m^{3/2}\].
+    stiffness: f64,
+    /// Greatest force on a rigid body \[N\].
+    peak: f64,
+    /// Speed of the striker along the push, seen from the body at rest \[m/s\].
+    speed: f64,
     /// Of the striker along the push \[1/kg\].
-    striker_mobility: f64,
+    mobility: f64,
+    /// Approach of striker and body since they touched, δ \[m\].
+    approach: f64,
+    over: bool,
 }
 
 impl Load {
-    /// Spreads `impact` over the points of `domain` near it, over `duration` \[s\].
+    /// Spreads `impact` over the points of `domain` near it, for a contact of `duration` \[s\].
     ///
     /// `mobility` is the body's at the contact, 1/m + n·[I⁻¹(r×n)]×r \[1/kg\]; the striker's
-    /// follows from ½ m* v² = E.
+    /// follows from ½ m* v² = E. The spring is the one whose contact takes the impact's duration:
+    /// δ_max = v t_c/2.943 and ½ m* v² = ⅖ k δ_max^{5/2}  [H1]. A `duration` shorter by s is that of
+    /// a striker of the same energy with m* s² and v/s: same spring, same peak force, s times the
+    /// impulse.
     #[must_use]
     pub fn new(impact: &Impact, domain: &Domain, duration: f64, mobility: f64) -> Self {
-        let radius = impact.radius.max(LEAST_RADIUS * domain.spacing);
-        let depth = DEPTH * domain.spacing;
-        let particles = &domain.particles;
-        let mut shares: Vec<(u32, f64)> = Vec::new();
-        let mut near: Vec<(f64, u32)> = Vec::new();
-        for (x, &id) in particles.reference.iter().zip(&particles.id) {
-            let arm = x - impact.point;
-            let along = arm.dot(&impact.normal);
-            let aside = (arm.norm_squared() - along * along).max(0.0) / (radius * radius);
-            near.push((arm.norm_squared(), id));
-            // The disc of a curved surface sinks by up to its radius.
-            if aside < 1.0 && along.abs() < depth.max(0.5 * radius) {
-                // p = p₀ √(1 − r²/a²)  [H1]
-                shares.push((id, (1.0 - aside).sqrt()));
-            }
-        }
-        if shares.len() < LEAST_POINTS {
-            near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            shares = near.iter().take(LEAST_POINTS).map(|&(_, id)| (id, 1.0)).collect();
-        }
-        shares.sort_unstable_by_key(|share| share.0);
-        let sum: f64 = shares.iter().map(|share| share.1).sum();
-        for share in &mut shares {
-            share.1 /= sum;
-        }
+        let shares = disc(domain, &impact.point, &impact.normal, impact.radius);
+        let share = duration / impact.duration;
+        let reduced = 2.0 * impact.energy / (impact.closing_speed * impact.closing_speed);
+        let deepest = impact.closing_speed * impact.duration / HERTZ_TIME;
+        let stiffness = 2.5 * impact.energy / (deepest * deepest * deepest.sqrt());
         Self {
             shares,
             direction: impact.normal,
-            impulse: impact.impulse,
+            impulse: share * impact.impulse,
             duration,
             delivered: 0.0,
             work: 0.0,
-            closing_speed: impact.closing_speed,
-            // 1/m* = v²/2E is the sum of the two mobilities [Gate 0]
-            striker_mobility: (impact.closing_speed * impact.closing_speed / (2.0 * impact.energy)
-                - mobility)
-                .max(0.0),
+            force: 0.0,
+            stiffness,
+            peak: stiffness * deepest * deepest.sqrt(),
+            speed: impact.closing_speed / share,
+            // 1/m* is the sum of the two mobilities [Gate 0]
+            mobility: (1.0 / (reduced * share * share) - mobility).max(0.0),
+            approach: 0.0,
+            over: false,
         }
     }
 
-    /// Energy that the striker has lost by giving `impulse` \[N·s\], seen from the body at rest
-    /// \[J\].
-    fn lost(&self, impulse: f64) -> f64 {
-        impulse * (self.closing_speed - 0.5 * self.striker_mobility * impulse)
-    }
-
-    /// Share of the force that the contact can still exert \[1\].
+    /// Whether the tension at the rim of a contact whose greatest `radius` \[m\] is too narrow for
+    /// the grid has reached the strength.
     ///
-    /// What the striker has lost and the body has not received is stored in the contact; without
-    /// it the two part, however much of the half-sine is to come (F12). So a corner that breaks off
-    /// does not take the whole impulse, and no push does more work than the striker can pay.
-    fn grip(&self) -> f64 {
-        if self.delivered == 0.0 {
-            return 1.0;
-        }
-        let lost = self.lost(self.delivered);
-        if lost <= self.work {
-            return 0.0;
-        }
-        ((1.0 - self.work / lost) / FADING).min(1.0)
-    }
-
-    /// Impulse delivered by time `t` \[N·s\]: the integral of F = (π/2)(I/t_c) sin(πt/t_c).
-    #[must_use]
-    pub fn by(&self, t: f64) -> f64 {
-        if t >= self.duration {
-            return self.impulse;
-        }
-        // sin² keeps the small start exact: (1 − cos πt/t_c)/2 = sin²(πt/2t_c)
-        let s = libm::sin(0.5 * core::f64::consts::PI * t / self.duration);
-        self.impulse * s * s
-    }
-
-    /// When the tension at the rim of the contact, too narrow for the grid, reaches `strength`
-    /// \[Pa\], if it does \[s\].
-    ///
-    /// σ_r = (1 − 2ν) p₀/3 with p₀ = 3F/2πa² grows with F^⅓ (H1); a field only a/10 deep counts in
+    /// σ_r = (1 − 2ν) p₀/3 with p₀ = 3F/2πa² and a³ ∝ F (H1); a field only a/10 deep counts in
     /// proportion to √(a/10) where that is less than the material's EG_f/σ_f² [Gate 2].
     #[must_use]
-    pub fn cracks_at(&self, radius: f64, material: &Material) -> Option<f64> {
-        let pi = core::f64::consts::PI;
-        let force = 0.5 * pi * self.impulse / self.duration;
-        let rim = (1.0 - 2.0 * material.poisson) * force / (2.0 * pi * radius * radius);
+    pub fn cracks(&self, radius: f64, material: &Material) -> bool {
+        let radius = radius * libm::cbrt((self.force / self.peak).min(1.0));
+        let area = 2.0 * core::f64::consts::PI * radius * radius;
+        let rim = (1.0 - 2.0 * material.poisson) * self.force / area;
         let strength = material.failure_stress;
         let process = material.young * material.fracture_energy / (strength * strength);
         let depth = 0.1 * radius;
-        let tension = rim * (depth / process.max(depth)).sqrt();
-        let ratio = strength / tension;
-        (ratio <= 1.0).then(|| self.duration / pi * libm::asin(ratio * ratio * ratio))
+        self.force > 0.0 && rim * (depth / process.max(depth)).sqrt() >= strength
     }
 
-    /// Whether nothing more is to come at time `t` \[s\].
+    /// Whether nothing more is to come.
     #[must_use]
-    pub fn is_over(&self, t: f64) -> bool {
-        t >= self.duration
+    pub fn is_over(&self) -> bool {
+        self.over
     }
 
     /// Pushes the body by what falls into the domain's next step; returns the work done \[J\].
+    ///
+    /// The force is the spring's: it ends when the body gives way or the two part, so no push does
+    /// more work than the striker loses (F12), nor gives more than `impulse`.
     pub fn push(&mut self, domain: &mut Domain) -> f64 {
-        let now = domain.time;
-        let size = (self.by(now + domain.step) - self.by(now)) * self.grip();
+        if self.over {
+            return 0.0;
+        }
+        let depth = self.approach.max(0.0);
+        self.force = self.stiffness * depth * depth.sqrt();
+        let left = self.impulse - self.delivered;
+        let size = (self.force * domain.step).min(left);
+        self.over = size == left || domain.time > LONGEST * self.duration;
+        let surface = speed(domain, &self.shares, &self.direction);
+        self.approach += (self.speed - surface) * domain.step;
         if size <= 0.0 {
             return 0.0;
         }
         self.delivered += size;
+        self.speed -= size * self.mobility;
         let impulse = self.direction * size;
         let work: f64 =
             self.shares.iter().map(|&(id, share)| domain.push(id, impulse * share)).sum();
         self.work += work;
         work
     }
+}
+
+/// The points near a contact and their shares of its force, which sum to 1: Hertz's pressure over a
+/// disc of `radius` \[m\], no narrower than the grid can tell.
+pub(super) fn disc(domain: &Domain, point: &Vec3, normal: &Vec3, radius: f64) -> Vec<(u32, f64)> {
+    let spacing = &domain.grid.spacing;
+    let radius = radius.max(LEAST_RADIUS * spacing.max());
+    let depth = DEPTH * spacing.component_mul(normal).norm();
+    let particles = &domain.particles;
+    let mut shares: Vec<(u32, f64)> = Vec::new();
+    let mut near: Vec<(f64, u32)> = Vec::new();
+    for (x, &id) in particles.reference.iter().zip(&particles.id) {
+        let arm = x - point;
+        let along = arm.dot(normal);
+        let aside = (arm.norm_squared() - along * along).max(0.0) / (radius * radius);
+        near.push((arm.norm_squared(), id));
+        // The disc of a curved surface sinks by up to its radius.
+        if aside < 1.0 && along.abs() < depth.max(0.5 * radius) {
+            // p = p₀ √(1 − r²/a²)  [H1]
+            shares.push((id, (1.0 - aside).sqrt()));
+        }
+    }
+    if shares.len() < LEAST_POINTS {
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        shares = near.iter().take(LEAST_POINTS).map(|&(_, id)| (id, 1.0)).collect();
+    }
+    shares.sort_unstable_by_key(|share| share.0);
+    let sum: f64 = shares.iter().map(|share| share.1).sum();
+    for share in &mut shares {
+        share.1 /= sum;
+    }
+    shares
+}
+
+/// Velocity along `direction` of the points of a contact, by their shares \[m/s\].
+pub(super) fn speed(domain: &Domain, shares: &[(u32, f64)], direction: &Vec3) -> f64 {
+    shares.iter().map(|&(id, share)| share * domain.velocity(id).dot(direction)).sum()
 }

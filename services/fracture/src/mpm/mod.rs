@@ -1,21 +1,23 @@
-//! Updated-Lagrangian MLS-MPM: quadratic B-splines, APIC, f64, blocks with private arenas.
+//! Total-Lagrangian MLS-MPM: quadratic B-splines in the frame before the hit, nodes that carry the
+//! state, a velocity field for each side of a crack.
 //!
-//! A step is scatter (points to arenas), gather of arenas to nodes, and update (nodes to points).
+//! A step takes strain and stress at the points, sums their forces at the nodes, moves the nodes.
 //! Every sum has a fixed order, so the bits do not depend on the number of threads (F75).
-//! Absent on purpose: contact, gravity, walls, more than one velocity field.
 
-pub mod basin;
-pub mod blocks;
+mod contact;
+pub mod crushed;
 pub mod domain;
 pub(crate) mod door;
 pub mod elastic;
 mod front;
+pub mod grid;
 pub mod kernel;
 mod lattice;
 pub mod load;
 pub mod motion;
 pub mod quadrature;
+pub mod rest;
+mod separation;
 pub mod symmetric;
-pub mod variation;
 
 pub use domain::{Domain, Tally};

@@ -1,6 +1,6 @@
 //! The rigid motion that carries a part's momentum and angular momentum.
 
-use crate::particles::{Particles, twist};
+use super::domain::Domain;
 use crate::solver::{Fragment, Problem};
 use cullet_geometry::{Mat3, Vec3};
 
@@ -38,18 +38,19 @@ const LEAST_POINTS: usize = 4;
 
 /// The motion of each of `parts` parts; `part` tells the part of each point by id.
 #[must_use]
-pub fn of_parts(particles: &Particles, part: &[u32], parts: usize, spacing: f64) -> Vec<Motion> {
+pub fn of_parts(domain: &Domain, part: &[u32], parts: usize) -> Vec<Motion> {
+    let particles = &domain.particles;
+    let points = domain.motions();
+    let position = |p: usize| particles.reference[p] + points[p].displacement;
     let mut motions = vec![Motion::default(); parts];
     let mut centroids = vec![Vec3::zeros(); parts];
     let place = |p: usize| part[particles.id[p] as usize] as usize;
-    for p in 0..particles.len() {
+    for (p, point) in points.iter().enumerate().filter(|&(p, _)| place(p) < parts) {
         let at = place(p);
-        if at < parts {
-            motions[at].points += 1;
-            motions[at].volume += particles.volume[p];
-            motions[at].velocity += particles.velocity[p] * particles.volume[p];
-            centroids[at] += particles.position[p] * particles.volume[p];
-        }
+        motions[at].points += 1;
+        motions[at].volume += particles.volume[p];
+        motions[at].velocity += point.velocity * particles.volume[p];
+        centroids[at] += position(p) * particles.volume[p];
     }
     for (motion, centroid) in motions.iter_mut().zip(&mut centroids) {
         let share = if motion.points > 0 { 1.0 / motion.volume } else { 0.0 };
@@ -57,19 +58,20 @@ pub fn of_parts(particles: &Particles, part: &[u32], parts: usize, spacing: f64)
         *centroid *= share;
     }
     // A point is a cloud of second moment h²/4 per axis, so it has inertia and spin of its own.
-    let own = 0.25 * spacing * spacing;
+    let own = domain.grid.spacing.map(|h| 0.25 * h * h);
     let mut momenta = vec![Vec3::zeros(); parts];
     let mut inertias = vec![Mat3::zeros(); parts];
-    for p in 0..particles.len() {
+    for (p, point) in points.iter().enumerate().filter(|&(p, _)| place(p) < parts) {
         let at = place(p);
-        if at < parts {
-            let r = particles.position[p] - centroids[at];
-            let volume = particles.volume[p];
-            let slip = particles.velocity[p] - motions[at].velocity;
-            momenta[at] += (r.cross(&slip) + twist(&particles.affine[p]) * own) * volume;
-            let square = r.norm_squared() + 2.0 * own;
-            inertias[at] += (Mat3::identity() * square - r * r.transpose()) * volume;
-        }
+        let r = position(p) - centroids[at];
+        let volume = particles.volume[p];
+        let slip = point.velocity - motions[at].velocity;
+        let twist = (0..3).fold(Vec3::zeros(), |sum, a| {
+            sum + Vec3::ith(a, own[a]).cross(&point.velocity_gradient.column(a))
+        });
+        momenta[at] += (r.cross(&slip) + twist) * volume;
+        let square = Mat3::identity() * (r.norm_squared() + own.sum());
+        inertias[at] += (square - r * r.transpose() - Mat3::from_diagonal(&own)) * volume;
     }
     for (at, motion) in motions.iter_mut().enumerate() {
         let inverse = inertias[at].try_inverse().filter(|_| motion.points >= LEAST_POINTS);
@@ -111,24 +113,36 @@ pub(crate) fn balance(fragments: &mut [Fragment], pushes: &[(Vec3, Vec3)], densi
 #[cfg(test)]
 mod tests {
     use super::of_parts;
+    use crate::damage::Softening;
+    use crate::material::Material;
+    use crate::mpm::Domain;
+    use crate::mpm::kernel::packed;
     use crate::particles::Particles;
-    use cullet_geometry::{Mat3, Vec3, math::unit};
+    use cullet_geometry::{Vec3, math::unit};
+
+    const STONE: Material = Material {
+        density: 2450.0,
+        young: 32e9,
+        poisson: 0.2,
+        failure_stress: 3e6,
+        fracture_energy: 3.0,
+    };
 
     #[test]
     fn a_rigid_motion_is_found_again() {
-        let points: Vec<Vec3> = (0..200)
+        let points: Vec<Vec3> = (0..2000)
             .map(|i| Vec3::new(unit(3, 0, i), 2.0 * unit(3, 1, i), 0.5 * unit(3, 2, i)))
             .collect();
-        let mut particles = Particles::at_rest(&points, 1.0, 1000.0);
+        let particles = Particles::at_rest(&points, 1.0, STONE.density);
+        let law = Softening::new(&STONE, 0.1);
+        let mut domain = Domain::new(particles, &STONE, law, Vec3::new(0.1, 0.1, 0.05));
         let (v, w) = (Vec3::new(1.0, -2.0, 0.5), Vec3::new(0.3, 0.7, -1.1));
-        let cross = Mat3::new(0.0, -w.z, w.y, w.z, 0.0, -w.x, -w.y, w.x, 0.0);
-        for (p, x) in points.iter().enumerate() {
-            particles.velocity[p] = v + w.cross(x);
-            particles.affine[p] = cross;
+        for n in 0..domain.grid.nodes.len() {
+            domain.grid.nodes.velocity[n] = packed(v + w.cross(&domain.grid.place(n)));
         }
-        let part: Vec<u32> = (0..200).map(|i| u32::from(i >= 197)).collect();
-        let motions = of_parts(&particles, &part, 2, 0.1);
-        let centroid = points[..197].iter().sum::<Vec3>() / 197.0;
+        let part: Vec<u32> = (0..2000).map(|i| u32::from(i >= 1997)).collect();
+        let motions = of_parts(&domain, &part, 2);
+        let centroid = points[..1997].iter().sum::<Vec3>() / 1997.0;
         assert!((motions[0].spin - w).norm() < 1e-12);
         assert!((motions[0].velocity - (v + w.cross(&centroid))).norm() < 1e-12);
         assert_eq!(motions[1].spin, Vec3::zeros());

@@ -30,10 +30,10 @@ const BOUNDS: (f64, f64) = (0.25, 4.0);
 
 /// The volume of each point, of `body_volume` \[m³\] in all.
 #[must_use]
-pub fn volumes(points: &[Vec3], inside: &Inside, spacing: f64, body_volume: f64) -> Vec<f64> {
+pub fn volumes(points: &[Vec3], inside: &Inside, spacing: Vec3, body_volume: f64) -> Vec<f64> {
     let lattice = Lattice::new(points, spacing);
     let even = body_volume / points.len().max(1) as f64;
-    let share = even / (spacing * spacing * spacing);
+    let share = even / spacing.product();
     let mut residual = integral(&lattice, inside, points);
     let have = moments(&lattice, points, |_| share);
     residual.iter_mut().zip(&have).for_each(|(wanted, have)| *wanted -= have);
@@ -60,7 +60,7 @@ fn integral(lattice: &Lattice, inside: &Inside, points: &[Vec3]) -> Vec<Vec3> {
         if near[node] {
             for s in 0..SAMPLES * SAMPLES * SAMPLES {
                 let place = [s / (SAMPLES * SAMPLES), s / SAMPLES % SAMPLES, s % SAMPLES];
-                let x = corner + Vec3::from(place.map(|k| (k as f64 + 0.5) * step));
+                let x = corner + Vec3::from(place.map(|k| k as f64 + 0.5)).component_mul(&step);
                 if inside.contains(x) {
                     samples.push(x);
                 }
@@ -122,7 +122,7 @@ mod tests {
 
     /// Root mean square of the moments that a uniform stress leaves, in h⁴.
     fn noise(points: &[Vec3], inside: &Inside, spacing: f64, volumes: &[f64]) -> f64 {
-        let lattice = Lattice::new(points, spacing);
+        let lattice = Lattice::new(points, Vec3::repeat(spacing));
         let cell = spacing * spacing * spacing;
         let wanted = integral(&lattice, inside, points);
         let have = moments(&lattice, points, |p| volumes[p] / cell);
@@ -141,18 +141,18 @@ mod tests {
             let body = mesh.signed_volume();
             let even = body / points.len() as f64;
             let before = noise(&points, &inside, spacing, &vec![even; points.len()]);
-            let fitted = volumes(&points, &inside, spacing, body);
+            let fitted = volumes(&points, &inside, Vec3::repeat(spacing), body);
             let after = noise(&points, &inside, spacing, &fitted);
             assert!(after < 0.35 * before, "{after} of {before}");
             assert!((fitted.iter().sum::<f64>() / body - 1.0).abs() < 1e-12);
             assert!(fitted.iter().all(|v| (0.2 * even..4.5 * even).contains(v)));
-            assert_eq!(fitted, volumes(&points, &inside, spacing, body));
+            assert_eq!(fitted, volumes(&points, &inside, Vec3::repeat(spacing), body));
         }
     }
 
     #[test]
     fn no_points_have_no_volumes() {
         let mesh = shapes::sphere(0.1, shapes::Detail::default()).expect("a ball");
-        assert!(volumes(&[], &Inside::new(&mesh), 0.02, 1.0).is_empty());
+        assert!(volumes(&[], &Inside::new(&mesh), Vec3::repeat(0.02), 1.0).is_empty());
     }
 }

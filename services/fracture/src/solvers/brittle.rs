@@ -1,16 +1,21 @@
 //! Brittle solids: particles, MLS-MPM under the Hertz push, Rankine damage, then the exact cut.
 
 use crate::cut::{self, CutSettings, DamageField};
-use crate::damage::{BAND_WIDTH, Softening};
+use crate::damage::{Softening, WeakPlane};
+use crate::debris::{self, Grain};
+use crate::mpm::domain::{SAFETY, stable_step};
 use crate::mpm::door::{
-    PER_CELL, check_impacts, check_material, check_thickness, sample_points, spacing, within,
+    PER_CELL, check_contacts, check_impacts, check_material, check_thickness, sample_points,
+    spacing, stretch, within,
 };
 use crate::mpm::load::{LEAST_RADIUS, Load};
-use crate::mpm::{Domain, Tally, basin, motion, quadrature, variation};
+use crate::mpm::rest::Rest;
+use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
 use crate::particles::Particles;
 use crate::solver::{
     Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
 };
+use crate::strength::Strength;
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 
@@ -54,6 +59,9 @@ pub struct Brittle {
     problem: Problem,
     domain: Domain,
     loads: Vec<Load>,
+    rests: Vec<Rest>,
+    /// Whether cracks may start at each contact.
+    torn: Vec<bool>,
     strength_ratio: f64,
     clock: Clock,
     total: Tally,
@@ -89,8 +97,9 @@ impl Solver for Brittle {
         check_material(problem)?;
         check_impacts(&problem.impacts)?;
         let spacing = spacing(problem)?;
+        check_contacts(problem, &spacing, LEAST_RADIUS)?;
         let volume = problem.solid.mesh.signed_volume();
-        let particles = PER_CELL * volume / (spacing * spacing * spacing);
+        let particles = PER_CELL * volume / spacing.product();
         within("the number of particles", particles, LEAST_PARTICLES as f64, f64::INFINITY)?;
         let most = f64::from(problem.settings.max_particles).min(MOST_PARTICLES);
         // A spacing that was asked for may overshoot by what rounding and sampling do.
@@ -101,7 +110,7 @@ impl Solver for Brittle {
                 limit: most,
             });
         }
-        let step = crate::mpm::domain::COURANT * spacing / problem.material.pressure_speed();
+        let step = SAFETY * stable_step(&problem.material, spacing.min());
         let steps = Clock::new(problem).end / step;
         let limit = f64::from(problem.settings.max_steps);
         if steps > limit {
@@ -115,16 +124,19 @@ impl Solver for Brittle {
         let spacing = spacing(&problem)?;
         let mesh = &problem.solid.mesh;
         let inside = Inside::new(mesh);
-        let points = sample_points(&problem, &inside, spacing)?;
+        let points = sample_points(&problem, &spacing)?;
         within("the number of particles", points.len() as f64, LEAST_PARTICLES as f64, 1e9)?;
-        check_thickness(&problem, &points, spacing)?;
+        check_thickness(&problem, &points, &spacing)?;
         let material = &problem.material;
         let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
         particles.volume = quadrature::volumes(&points, &inside, spacing, mesh.signed_volume());
-        for (strength, x) in particles.strength.iter_mut().zip(&points) {
-            *strength = variation::strength(x, spacing, problem.seed);
+        let strength = Strength::new(&problem.strength, spacing.max());
+        for (factor, x) in particles.strength.iter_mut().zip(&points) {
+            *factor = strength.factor(x);
         }
-        let softening = Softening::new(material, BAND_WIDTH * spacing);
+        let mut softening = Softening::on_grid(material, spacing.max());
+        softening.weak_plane =
+            strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
         let mut domain = Domain::new(particles, material, softening, spacing);
         let clock = Clock::new(&problem);
         let loads: Vec<Load> =
@@ -133,15 +145,14 @@ impl Solver for Brittle {
             let slot = domain.slot(id);
             domain.particles.shielded[slot] = true;
         }
-        for (load, impact) in loads.iter().zip(&problem.impacts) {
-            if let Some(time) = load.cracks_at(impact.radius, material) {
-                load.shares.iter().for_each(|&(id, _)| domain.open(id, time));
-            }
-        }
-        let warnings = first_warnings(&problem, &softening, &clock, spacing);
+        let rests =
+            problem.supports.iter().map(|support| Rest::new(support, &domain, material)).collect();
+        let warnings = first_warnings(&problem, &softening, &clock, &spacing);
         Ok(Self {
             problem,
             domain,
+            torn: vec![false; loads.len()],
+            rests,
             loads,
             strength_ratio: softening.strength_ratio,
             clock,
@@ -173,13 +184,23 @@ impl Solver for Brittle {
 }
 
 impl Brittle {
+    /// The body on its grid as it is now.
+    #[must_use]
+    pub fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
     fn step(&mut self) -> Result<(), Failure> {
         for load in &mut self.loads {
             self.work += load.push(&mut self.domain);
         }
+        for rest in &mut self.rests {
+            rest.push(&mut self.domain);
+        }
+        self.open_contacts();
         let tally = self.domain.advance();
         self.total.dissipated += tally.dissipated;
-        self.total.crushed += tally.crushed;
+        self.total.crushed = self.total.crushed.max(tally.crushed);
         self.total.broken += tally.broken;
         self.fastest = self.fastest.max(tally.fastest);
         let points = self.domain.particles.len() as f64;
@@ -198,11 +219,27 @@ impl Brittle {
         Ok(())
     }
 
+    /// Lets cracks start where the rim of a contact that is too narrow for the grid tears. On a
+    /// plate they lie in the face that bending presses together, and start nothing.
+    fn open_contacts(&mut self) {
+        if self.domain.grid.spacing.min() < self.domain.grid.spacing.max() {
+            return;
+        }
+        let pairs = self.loads.iter().zip(&self.problem.impacts).zip(&mut self.torn);
+        for ((load, impact), torn) in pairs.filter(|(_, torn)| !**torn) {
+            if load.cracks(impact.radius, &self.problem.material) {
+                *torn = true;
+                let time = self.domain.time;
+                load.shares.iter().for_each(|&(id, _)| self.domain.open(id, time));
+            }
+        }
+    }
+
     fn look(&self, step: u64) -> Result<(), Failure> {
         if !self.domain.is_finite() {
             return Err(Failure::NotFinite { what: "position or velocity", step });
         }
-        let kinetic = self.domain.particles.kinetic_energy(self.domain.spacing);
+        let kinetic = self.domain.kinetic_energy();
         let energy = kinetic + self.domain.elastic_energy();
         if !energy.is_finite() {
             return Err(Failure::NotFinite { what: "energy", step });
@@ -215,7 +252,7 @@ impl Brittle {
 
     fn over(&mut self) -> bool {
         let time = self.domain.time;
-        if self.loads.iter().any(|load| !load.is_over(time)) {
+        if self.loads.iter().any(|load| !load.is_over()) {
             return false;
         }
         let push = *self.push_over.get_or_insert(time);
@@ -227,15 +264,17 @@ impl Brittle {
     fn finish(&mut self) -> Result<Fracture, Failure> {
         self.look(self.domain.steps)?;
         let (positions, damage, damage_time) = self.field();
-        let cracks = basin::cracks(&self.domain.particles, &self.rules());
+        let pieces = self.domain.pieces();
+        let pieces = crushed::pieces(&self.domain.particles, pieces, &self.rules());
         let field = DamageField {
-            spacing: self.domain.spacing,
+            spacing: self.domain.grid.spacing.max(),
             positions: &positions,
-            damage: &cracks.membership,
+            damage: &damage,
             damage_time: &damage_time,
             time_step: self.domain.step,
             top_speed: self.problem.material.shear_speed(),
             scale: Vec3::repeat(1.0),
+            pieces: Some(&pieces.of),
         };
         let settings = CutSettings {
             min_volume_ratio: self.problem.settings.min_volume_ratio,
@@ -243,24 +282,21 @@ impl Brittle {
             seed: self.problem.seed,
             detail: self.problem.settings.detail,
         };
-        let partition = cut::extract(&self.problem.solid, &field, &settings)
+        let stretch = stretch(&self.domain.grid.spacing);
+        let partition = cut::extract_stretched(&self.problem.solid, &field, &settings, &stretch)
             .map_err(|error| Failure::Cut(error.to_string()))?;
         let mut report = self.report(&damage);
         report.crack_area = partition.crack_area;
         report.fracture_energy = self.problem.material.fracture_energy * partition.crack_area;
         report.warnings.extend(partition.warnings);
-        if cracks.drawn > 0 {
+        if pieces.drawn > 0 {
             report.warnings.push(format!(
                 "crushed: {:.3} of the body is finer than the grid can tell; {} pieces drawn there",
-                cracks.crushed, cracks.drawn
+                pieces.crushed, pieces.drawn
             ));
         }
-        let motions = motion::of_parts(
-            &self.domain.particles,
-            &partition.particle_part,
-            partition.parts.len(),
-            self.domain.spacing,
-        );
+        let motions =
+            motion::of_parts(&self.domain, &partition.particle_part, partition.parts.len());
         let mut fragments: Vec<Fragment> = partition
             .parts
             .into_iter()
@@ -273,17 +309,37 @@ impl Brittle {
             })
             .collect();
         let pushes = self.loads.iter().zip(&self.problem.impacts);
-        let pushes: Vec<(Vec3, Vec3)> =
-            pushes.map(|(load, hit)| (hit.point, load.direction * load.delivered)).collect();
+        let pushes = pushes.map(|(load, hit)| (hit.point, load.direction * load.delivered));
+        let rests = self.rests.iter().map(|rest| (rest.point, rest.normal * rest.delivered));
+        let pushes: Vec<(Vec3, Vec3)> = pushes.chain(rests).collect();
         motion::balance(&mut fragments, &pushes, self.problem.material.density);
-        Ok(Fracture { fragments, report })
+        let debris = self.crumble(&mut fragments);
+        let reactions = self.rests.iter().map(|rest| rest.delivered).collect();
+        Ok(Fracture { fragments, debris, reactions, report })
     }
 
-    fn rules(&self) -> basin::Rules {
+    /// Takes the smallest fragments out, as debris. The two largest stay whatever their size.
+    fn crumble(&self, fragments: &mut Vec<Fragment>) -> Vec<Grain> {
+        let settings = &self.problem.settings;
+        let least = settings.debris * self.problem.solid.mesh.signed_volume();
+        let median = settings.grain.unwrap_or(0.5 * self.domain.grid.spacing.max());
+        // They come by falling volume.
+        let large = fragments.partition_point(|f| f.solid.mesh.signed_volume() >= least).max(2);
+        let small = fragments.split_off(large.min(fragments.len()));
+        small
+            .iter()
+            .enumerate()
+            .flat_map(|(i, f)| {
+                let part = debris::Part { mesh: &f.solid.mesh, velocity: f.velocity, spin: f.spin };
+                debris::grains(&part, median, self.problem.seed.wrapping_add(i as u64)).grains
+            })
+            .collect()
+    }
+
+    fn rules(&self) -> crushed::Rules {
         let material = &self.problem.material;
-        basin::Rules {
-            spacing: self.domain.spacing,
-            shear_speed: material.shear_speed(),
+        crushed::Rules {
+            spacing: self.domain.grid.spacing,
             toughness: material.fracture_energy / material.density,
             seed: self.problem.seed,
         }
@@ -306,7 +362,7 @@ impl Brittle {
         let damaged = damage.iter().filter(|&&c| c > 0.5).count();
         let mut report = Report {
             solver: Self::NAME.to_owned(),
-            spacing: self.domain.spacing,
+            spacing: self.domain.grid.spacing.max(),
             particles: particles as u64,
             steps: self.domain.steps,
             simulated: self.domain.time,
@@ -331,7 +387,7 @@ impl Brittle {
         }
         let crushed = self.total.crushed;
         if crushed > 0 {
-            warnings.push(format!("crushed: {crushed} times a point reached J = 0.2 (F07)"));
+            warnings.push(format!("crushed: {crushed} points were at J = 0.2 at one time (F07)"));
         }
         let quiet = self.domain.time - self.last_growth;
         if quiet < self.clock.transit {
@@ -341,7 +397,7 @@ impl Brittle {
                 self.clock.transit
             ));
         }
-        let drift = self.fastest.sqrt() * self.domain.step / self.domain.spacing;
+        let drift = self.fastest.sqrt() * self.domain.step / self.domain.grid.spacing.min();
         if drift > 0.2 {
             warnings.push(format!("fast: a point moved {drift:.2} cells in a step (F04)"));
         }
@@ -359,20 +415,24 @@ impl Brittle {
 /// the striker keeps the rest.
 fn load(impact: &Impact, problem: &Problem, domain: &Domain, clock: &Clock) -> Load {
     let duration = impact.duration.min(clock.push);
-    let share = duration / impact.duration;
     let mobility = motion::mobility(problem, &impact.point, &impact.normal);
-    let mut load = Load::new(impact, domain, duration, mobility);
-    load.impulse = share * impact.impulse;
-    load
+    Load::new(impact, domain, duration, mobility)
 }
 
 fn first_warnings(
     problem: &Problem,
     softening: &Softening,
     clock: &Clock,
-    spacing: f64,
+    spacing: &Vec3,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
+    if spacing.min() < spacing.max() {
+        warnings.push(format!(
+            "flat: cells of {:.3e} m in the plane and {:.3e} m across (F14)",
+            spacing.max(),
+            spacing.min()
+        ));
+    }
     if softening.strength_ratio < 1.0 {
         warnings.push(format!(
             "toughness-controlled: cracks grow at {:.3} of the material's strength at this spacing \
@@ -388,11 +448,11 @@ fn first_warnings(
                 impact.duration, clock.push
             ));
         }
-        if impact.radius < LEAST_RADIUS * spacing {
+        let least = LEAST_RADIUS * spacing.max();
+        if impact.radius < least {
             warnings.push(format!(
-                "contact radius {:.3e} m widened to {:.3e} m, {LEAST_RADIUS} cells (F11)",
+                "contact radius {:.3e} m widened to {least:.3e} m, {LEAST_RADIUS} cells (F11)",
                 impact.radius,
-                LEAST_RADIUS * spacing
             ));
         }
     }

@@ -1,10 +1,11 @@
 //! A broken look at the price of a diagram: Voronoi cells around the impact, as many as the energy
-//! can pay for and the rate of strain asks for. The pattern is not caused by stress; volume, mass,
+//! can pay for and the rate of strain asks for; radials and rings where a plate is hit on its face. The pattern is not caused by stress; volume, mass,
 //! momentum and the energy bound are kept.
 
 mod probes;
 #[cfg(test)]
 mod tests;
+mod web;
 
 use crate::cut::{CutError, CutSettings, Cutting, Part, Partition};
 use crate::solver::{
@@ -61,6 +62,10 @@ impl Solver for Geometric {
         let affordable = SURFACE_SHARE * energy / problem.material.fracture_energy;
         let most = sites.len().min(problem.settings.max_fragments as usize);
         let most = most.min(dynamic_count(&problem, &body));
+        if let Some(web) = web::sites(&problem, most) {
+            sites = web;
+        }
+        let most = most.min(sites.len());
         let mut count = probes.most_sites(&sites[..most], affordable);
         if count < 2
             && most >= 2
@@ -142,7 +147,7 @@ impl Geometric {
             ..Default::default()
         };
         let fragments = partition.parts.into_iter().map(|part| motion.carry(part)).collect();
-        Fracture { fragments, report }
+        Fracture { fragments, report, ..Fracture::default() }
     }
 }
 

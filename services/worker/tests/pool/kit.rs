@@ -1,6 +1,7 @@
 //! What the tests share.
 
 use cullet_coordinator::link::{Ending, Pool, PoolConfig, Settlement, SpawnConfig, Timing};
+use cullet_proto::strength::Strength;
 use cullet_proto::transport::Patience;
 use cullet_proto::{BrokenBody, FractureJob, Fragment, Impact, JobId, Material, Report};
 use cullet_proto::{Settings, Verdict};
@@ -57,13 +58,17 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         min_volume_ratio: 0.0,
         max_fragments: 9,
         detail: cullet_proto::Detail::default(),
+        debris: 0.0,
+        grain: None,
     };
     FractureJob {
         solver: solver.into(),
         fallback: None,
         solid: Solid::outer(TriMesh { vertices, triangles }),
         material,
+        strength: Strength::default(),
         impacts: vec![impact],
+        supports: Vec::new(),
         settings,
         seed,
     }
@@ -79,7 +84,7 @@ pub(crate) fn answer(job: &FractureJob) -> Verdict {
     };
     let fragments = (0..job.seed % 5).map(fragment).collect();
     let report = Report { solver: job.solver.clone(), steps: job.seed, ..Report::default() };
-    Verdict::Broken(Box::new(BrokenBody { fragments, report }))
+    Verdict::Broken(Box::new(BrokenBody { fragments, report, ..BrokenBody::default() }))
 }
 
 pub(crate) fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {

@@ -55,7 +55,7 @@ fn a_job_and_a_result_of_twenty_megabytes_go_over_in_chunks() {
         let (velocity, spin) = (Vec3::x(), Vec3::y());
         let fragments = vec![Fragment { solid, hulls: Vec::new(), velocity, spin }];
         let report = Report::default();
-        Some(Verdict::Broken(Box::new(BrokenBody { fragments, report })))
+        Some(Verdict::Broken(Box::new(BrokenBody { fragments, report, ..BrokenBody::default() })))
     };
     let _hand = Hand::hire(&pool, "w", Arc::new(back));
     let id = pool.open(&large);

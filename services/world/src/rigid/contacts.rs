@@ -3,6 +3,7 @@
 use super::Rigid;
 use super::convert::vec3;
 use crate::body::Motion;
+use crate::support::Patch;
 use cullet_geometry::Vec3;
 use rapier3d_f64::prelude::{ColliderHandle, ContactManifold, ContactPair, SolverContact};
 use std::collections::BTreeMap;
@@ -62,6 +63,39 @@ impl Contact {
     /// Closing speed after the step \[m/s\].
     pub(crate) fn closing_speed_after(&self) -> f64 {
         self.closing_after / self.impulse
+    }
+}
+
+impl Rigid {
+    /// Where a body touches others, a patch each normal, also where nothing pushes.
+    pub(crate) fn patches(&self, id: u32) -> Vec<Patch> {
+        let mut pairs: Vec<&ContactPair> =
+            self.world.contact_pairs().filter(|pair| pair.has_any_active_contact()).collect();
+        let key = |c: ColliderHandle| c.into_raw_parts();
+        pairs.sort_unstable_by_key(|pair| (key(pair.collider1), key(pair.collider2)));
+        let mut patches = Vec::new();
+        for pair in pairs {
+            let (Some(one), Some(two)) = (self.side(pair.collider1), self.side(pair.collider2))
+            else {
+                continue;
+            };
+            if (one.id == id) == (two.id == id) {
+                continue;
+            }
+            for manifold in pair.solver_manifolds() {
+                let normal = vec3(manifold.data.normal);
+                let contacts = manifold.data.solver_contacts.iter();
+                let points: Vec<Vec3> =
+                    contacts.map(|contact| world_point(contact, manifold, &one, &two)).collect();
+                if points.is_empty() {
+                    continue;
+                }
+                let (other, normal) =
+                    if one.id == id { (two.id, -normal) } else { (one.id, normal) };
+                patches.push(Patch { other, points, normal });
+            }
+        }
+        patches
     }
 }
 

@@ -16,7 +16,8 @@ use hulls::{Part, boxed, part};
 use quiet::{Placed, Quiet, depth};
 use rapier3d_f64::prelude::{
     ActiveHooks, Collider, ColliderBuilder, IntegrationParameters, InteractionGroups, PhysicsWorld,
-    RigidBody, RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
+    QueryFilter, QueryFilterFlags, Ray, RigidBody, RigidBodyBuilder, RigidBodyHandle,
+    SpringCoefficients,
 };
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -179,6 +180,13 @@ impl Rigid {
     /// Where a body is and how it moves, as the engine has it.
     pub(crate) fn motion(&self, id: u32) -> Option<Motion> {
         self.slots.get(&id).and_then(|slot| self.read(slot.handle))
+    }
+
+    /// Share of a way \[1\] after which something that never moves is met, if it is.
+    pub(crate) fn fixed_on_the_way(&self, from: &Vec3, way: &Vec3) -> Option<f64> {
+        let ray = Ray::new(vector(from), vector(way));
+        let filter = QueryFilter { flags: QueryFilterFlags::ONLY_FIXED, ..QueryFilter::default() };
+        self.world.cast_ray(&ray, 1.0, true, filter).map(|(_, share)| share)
     }
 
     fn read(&self, handle: RigidBodyHandle) -> Option<Motion> {

@@ -161,6 +161,7 @@ pub fn body(
         spin: Vec3::zeros(),
         fixed: false,
         breakable: true,
+        weakest: 1.0,
         threshold: None,
         parent: None,
         generation: 0,

@@ -34,8 +34,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
         }
     }
     let blob = file.blob.as_deref().unwrap_or(&[]);
-    let mut walk =
-        Walk { blob, nodes: 0, raw: Raw { vertices: Vec::new(), triangles: Vec::new() } };
+    let mut walk = Walk {
+        blob,
+        nodes: 0,
+        raw: Raw { vertices: Vec::new(), triangles: Vec::new(), colours: Vec::new() },
+    };
     match file.default_scene().or_else(|| file.scenes().next()) {
         Some(scene) => {
             for node in scene.nodes() {
@@ -100,6 +103,10 @@ impl Walk<'_> {
                 moved
             }));
             let count = self.raw.vertices.len() as u32 - base;
+            if let Some(colours) = reader.read_colors(0) {
+                let wide = |c: [f32; 3]| c.map(|value| f64::from(value).clamp(0.0, 1.0));
+                self.raw.colours.extend(colours.into_rgb_f32().map(wide));
+            }
             let indices: Vec<u32> = match reader.read_indices() {
                 Some(indices) => indices.into_u32().collect(),
                 None if primitive.indices().is_some() => {

@@ -94,6 +94,16 @@ pub enum MeshFileError {
 pub(crate) struct Raw {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
+    /// Red, green and blue of each corner in [0, 1]; empty where the file has none.
+    colours: Vec<[f64; 3]>,
+}
+
+/// The corners that a file lists, in its order, used or not.
+pub(crate) struct Corners {
+    /// Where \[file units\].
+    pub(crate) points: Vec<Vec3>,
+    /// Red, green and blue of each in [0, 1]; empty where the file has none.
+    pub(crate) colours: Vec<[f64; 3]>,
 }
 
 /// Reads a mesh; the format is known by `name`'s end.
@@ -101,7 +111,28 @@ pub(crate) struct Raw {
 /// # Errors
 /// Where and why the bytes are no mesh of that format.
 pub fn read(name: &str, bytes: &[u8]) -> Result<TriMesh, MeshFileError> {
-    let extension = name.rsplit_once('.').map_or("", |(_, end)| end).to_lowercase();
+    tidy(raw(name, bytes)?)
+}
+
+/// Reads the corners of a mesh, with their colours.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn corners(name: &str, bytes: &[u8]) -> Result<Corners, MeshFileError> {
+    let Raw { vertices, colours, .. } = match extension(name).as_str() {
+        // The reader of triangles takes corners in the order of their use.
+        "obj" => obj::corners(bytes),
+        _ => raw(name, bytes)?,
+    };
+    Ok(Corners { points: vertices, colours })
+}
+
+fn extension(name: &str) -> String {
+    name.rsplit_once('.').map_or("", |(_, end)| end).to_lowercase()
+}
+
+fn raw(name: &str, bytes: &[u8]) -> Result<Raw, MeshFileError> {
+    let extension = extension(name);
     let read: fn(&[u8]) -> Result<Raw, MeshFileError> = match extension.as_str() {
         "obj" => obj::read,
         "stl" => stl::read,
@@ -111,11 +142,10 @@ pub fn read(name: &str, bytes: &[u8]) -> Result<TriMesh, MeshFileError> {
     };
     // The readers are others' code, and files are anybody's: a panic of theirs is an error of the
     // file.
-    let raw = hush::hushed(|| read(bytes)).unwrap_or_else(|_| {
+    hush::hushed(|| read(bytes)).unwrap_or_else(|_| {
         let reason = "the reader gave up on these bytes".to_owned();
         Err(MeshFileError::Malformed { line: None, reason })
-    })?;
-    tidy(raw)
+    })
 }
 
 /// Checks coordinates and limits, makes equal corners one, and drops triangles with two equal

@@ -37,7 +37,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
         let taken = bytes[..lines.at].iter().filter(|&&byte| byte == b'\n').count();
         MeshFileError::Malformed { line: Some(taken.max(1)), reason: error.to_string() }
     })?;
-    let mut raw = Raw { vertices: Vec::new(), triangles: Vec::new() };
+    let mut raw = Raw { vertices: Vec::new(), triangles: Vec::new(), colours: Vec::new() };
     for model in models {
         let base = raw.vertices.len() as u32;
         let points = model.mesh.positions.chunks_exact(3);
@@ -46,4 +46,26 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
         raw.triangles.extend(corners.map(|t| [base + t[0], base + t[1], base + t[2]]));
     }
     Ok(raw)
+}
+
+/// The corners in the order of their lines: `v x y z`, or with `r g b` behind.
+pub(super) fn corners(bytes: &[u8]) -> Raw {
+    let mut raw = Raw { vertices: Vec::new(), triangles: Vec::new(), colours: Vec::new() };
+    for line in bytes.split(|&byte| byte == b'\n') {
+        let words = String::from_utf8_lossy(line);
+        let mut words = words.split_whitespace();
+        if words.next() != Some("v") {
+            continue;
+        }
+        let numbers: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
+        if let [x, y, z, ..] = numbers[..] {
+            raw.vertices.push(Vec3::new(x, y, z));
+        }
+        if let [.., r, g, b] = numbers[..]
+            && numbers.len() >= 6
+        {
+            raw.colours.push([r, g, b].map(|value| value.clamp(0.0, 1.0)));
+        }
+    }
+    raw
 }

@@ -12,6 +12,7 @@ const MAX_CORNERS: usize = 1024;
 #[derive(Default)]
 struct Element {
     point: [Option<f64>; 3],
+    colour: [Option<f64>; 3],
     corners: Option<Vec<i64>>,
 }
 
@@ -25,11 +26,24 @@ impl PropertyAccess for Element {
             "x" => self.point[0] = number(&property),
             "y" => self.point[1] = number(&property),
             "z" => self.point[2] = number(&property),
+            "red" => self.colour[0] = shade(&property),
+            "green" => self.colour[1] = shade(&property),
+            "blue" => self.colour[2] = shade(&property),
             "vertex_indices" | "vertex_index" => self.corners = indices(&property),
             _ => return PropertyAccessResult::Ignored,
         }
         PropertyAccessResult::Set
     }
+}
+
+/// A colour: whole numbers are of their type's greatest.
+fn shade(property: &Property) -> Option<f64> {
+    let full = match property {
+        Property::UChar(_) => f64::from(u8::MAX),
+        Property::UShort(_) => f64::from(u16::MAX),
+        _ => 1.0,
+    };
+    number(property).map(|value| (value / full).clamp(0.0, 1.0))
 }
 
 fn number(property: &Property) -> Option<f64> {
@@ -72,13 +86,16 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
         }
     }
     let file = parser.read_ply(&mut &bytes[..]).map_err(|error| malformed(&error))?;
-    let mut raw = Raw { vertices: Vec::new(), triangles: Vec::new() };
+    let mut raw = Raw { vertices: Vec::new(), triangles: Vec::new(), colours: Vec::new() };
     for (vertex, element) in file.payload.get("vertex").into_iter().flatten().enumerate() {
         let [Some(x), Some(y), Some(z)] = element.point else {
             let reason = format!("corner {vertex} has no x, y, z");
             return Err(MeshFileError::Malformed { line: None, reason });
         };
         raw.vertices.push(Vec3::new(x, y, z));
+        if let [Some(red), Some(green), Some(blue)] = element.colour {
+            raw.colours.push([red, green, blue]);
+        }
     }
     for (face, element) in file.payload.get("face").into_iter().flatten().enumerate() {
         let corners = element.corners.as_deref().unwrap_or(&[]);

@@ -26,7 +26,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
     let malformed =
         |error: std::io::Error| MeshFileError::Malformed { line: None, reason: error.to_string() };
     let reader = stl_io::create_stl_reader(&mut cursor).map_err(malformed)?;
-    let mut raw = Raw { vertices: Vec::new(), triangles: Vec::new() };
+    let mut raw = Raw { vertices: Vec::new(), triangles: Vec::new(), colours: Vec::new() };
     for triangle in reader {
         let triangle = triangle.map_err(malformed)?;
         if raw.triangles.len() >= MAX_TRIANGLES {

@@ -1,6 +1,6 @@
 //! Each format gives the same solid, and no bytes make a reader panic.
 
-use super::{MeshFileError, read};
+use super::{MeshFileError, corners, read};
 use cullet_geometry::TriMesh;
 
 const CORNERS: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -114,6 +114,22 @@ fn places_of_nodes_are_applied_and_mirrors_stay_outward() {
     assert!(mesh.vertices.iter().all(|v| v.x >= 5.0));
     let mirrored = read("t.glb", &glb([-1.0, 1.0, 1.0])).expect("reads");
     assert!((volume(&mirrored) - 1.0 / 6.0).abs() < 1e-12, "outward after a mirror");
+}
+
+#[test]
+fn colours_of_corners_are_read() {
+    let text = String::from_utf8(ply()).expect("text");
+    let shade = "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n";
+    let text = text.replace("property float z\n", shade);
+    let text = text.replace("1 0 0\n", "1 0 0 255 51 0\n").replace("0 0 0\n", "0 0 0 0 0 0\n");
+    let text = text.replace("\n0 1 0\n", "\n0 1 0 0 0 0\n").replace("\n0 0 1\n", "\n0 0 1 0 0 0\n");
+    let read = corners("t.ply", text.as_bytes()).unwrap_or_else(|error| panic!("{error}:\n{text}"));
+    assert_eq!((read.points.len(), read.colours.len()), (4, 4));
+    assert_eq!(read.colours[1], [1.0, 0.2, 0.0]);
+    // A corner that no face uses is still one of the file's.
+    let lone = corners("t.obj", b"v 9 9 9 0 0 1\nv 0 0 0 1 0 0\n").expect("reads");
+    assert_eq!((lone.points[0].x, lone.colours[0]), (9.0, [0.0, 0.0, 1.0]));
+    assert!(corners("t.glb", &glb([1.0; 3])).expect("reads").colours.is_empty());
 }
 
 #[test]

@@ -1,6 +1,7 @@
 use super::Geometric;
 use crate::material::Material;
 use crate::solver::{Fracture, Impact, Problem, Progress, Refusal, Settings, Solver};
+use crate::strength::StrengthField;
 use cullet_geometry::{Solid, TriMesh, Vec3};
 use std::sync::Arc;
 
@@ -35,7 +36,9 @@ fn problem(size: Vec3, energy: f64) -> Problem {
     Problem {
         solid: Arc::new(block(size)),
         material: GLASS,
+        strength: StrengthField::default(),
         impacts: vec![hit, other],
+        supports: Vec::new(),
         settings: Settings::default(),
         seed: 5,
     }
@@ -154,4 +157,29 @@ fn what_is_not_a_body_or_a_hit_is_refused() {
     let mut none = good;
     none.impacts.clear();
     assert!(matches!(refused(none), Some(Refusal::OutOfRange { .. })));
+}
+
+/// Thesis Fig. 3.23: radials and rings about the point of impact, growing outward.
+#[test]
+fn a_plate_breaks_into_a_web() {
+    let mut problem = problem(Vec3::new(0.4, 0.3, 0.006), 20.0);
+    let point = Vec3::new(0.03, -0.02, 0.003);
+    problem.impacts.truncate(1);
+    let hit = &mut problem.impacts[0];
+    (hit.point, hit.normal, hit.closing_speed) = (point, -Vec3::z(), 10.0);
+    problem.settings.max_fragments = 150;
+    let web = super::web::sites(&problem, 150).expect("a plate");
+    assert!((60..=150).contains(&web.len()), "{}", web.len());
+    let fracture = solve(problem.clone());
+    assert!((40..=150).contains(&fracture.fragments.len()), "{}", fracture.fragments.len());
+    let mean = |near: bool| {
+        let of = fracture.fragments.iter().map(|f| f.solid.mesh.mass_properties());
+        let side: Vec<f64> =
+            of.filter(|p| ((p.centroid - point).norm() < 0.06) == near).map(|p| p.volume).collect();
+        side.iter().sum::<f64>() / side.len() as f64
+    };
+    assert!(mean(false) > 4.0 * mean(true), "{} and {}", mean(false), mean(true));
+    // A blow on the edge makes no web.
+    problem.impacts[0].normal = Vec3::x();
+    assert!(super::web::sites(&problem, 150).is_none());
 }

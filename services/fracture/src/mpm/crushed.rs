@@ -1,0 +1,228 @@
+//! What becomes of zones where cracks ran closer than the grid can tell.
+//!
+//! Farther from any whole piece than half a crack's band no single crack explains the damage. Such a
+//! zone is divided at random into pieces of the size that the strain rate at the onset of damage
+//! asks for (gate 5). Nothing parts that did not break.
+
+use super::lattice::Lattice;
+use crate::particles::Particles;
+use cullet_geometry::Vec3;
+use cullet_geometry::math::{scramble, unit};
+
+/// Points by weight that make a node part of the body; a full one has 8.
+const LEAST_WEIGHT: f64 = 2.0;
+
+/// Fewest points of a piece that the solve resolves: those of a cell (F32).
+pub const LEAST_POINTS: usize = 8;
+
+/// Share of a node's points, by weight, in pieces that makes it whole.
+const WHOLE_SHARE: f64 = 0.5;
+
+/// Half the width of a crack's band, in cells; a broken node beyond belongs to a crushed zone.
+const HALF_BAND: f64 = 2.1;
+
+/// Least size of a piece drawn in a crushed zone, in cells: finer is not in the solve (gate 5).
+const LEAST_SIZE: f64 = 2.5;
+
+/// Stream of the seed's numbers.
+const STREAM: u64 = 0xf1e5;
+
+/// What the division needs to know of a material and a solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rules {
+    /// Size of a cell along each axis \[m\].
+    pub spacing: Vec3,
+    /// G_f/ρ \[J·m/kg\].
+    pub toughness: f64,
+    /// The only source of randomness.
+    pub seed: u64,
+}
+
+/// The pieces of a broken body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pieces {
+    /// The piece of each point by id; `None` where a crack ran, to be shared between its sides.
+    pub of: Vec<Option<u32>>,
+    /// Pieces drawn at random in crushed zones.
+    pub drawn: usize,
+    /// Share of the body in crushed zones \[1\].
+    pub crushed: f64,
+}
+
+/// Drops from `pieces` (by id) those too small to be resolved, and divides crushed zones.
+#[must_use]
+pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Rules) -> Pieces {
+    let count = pieces.iter().flatten().max().map_or(0, |&last| last as usize + 1);
+    let mut sizes = vec![0; count];
+    pieces.iter().flatten().for_each(|&piece| sizes[piece as usize] += 1);
+    for piece in &mut pieces {
+        *piece = piece.filter(|&piece| sizes[piece as usize] >= LEAST_POINTS);
+    }
+    let lattice = Lattice::new(&particles.reference, rules.spacing);
+    let (mut weights, mut held) = (vec![0.0; lattice.len()], vec![0.0; lattice.len()]);
+    for (x, &id) in particles.reference.iter().zip(&particles.id) {
+        let share = f64::from(u8::from(pieces[id as usize].is_some()));
+        lattice.visit(x, |node, weight, _| {
+            weights[node] += weight;
+            held[node] += weight * share;
+        });
+    }
+    let whole: Vec<bool> = weights
+        .iter()
+        .zip(&held)
+        .map(|(w, h)| *w >= LEAST_WEIGHT && *h >= WHOLE_SHARE * w)
+        .collect();
+    let zone = lattice.crushed(&weights, &whole);
+    let mut drawn = vec![None; lattice.len()];
+    let sites = lattice.divide(&mut drawn, &zone, &weights, particles, rules);
+    if sites < 2 && count > 0 {
+        return Pieces { of: pieces, drawn: 0, crushed: 0.0 };
+    }
+    for (x, &id) in particles.reference.iter().zip(&particles.id) {
+        let mut most = (0.0, 0);
+        lattice.visit(x, |node, weight, _| {
+            if weights[node] >= LEAST_WEIGHT && weight > most.0 {
+                most = (weight, node);
+            }
+        });
+        if let (None, Some(site)) = (pieces[id as usize], drawn[most.1]) {
+            pieces[id as usize] = Some(count as u32 + site);
+        }
+    }
+    let all = weights.iter().filter(|&&w| w >= LEAST_WEIGHT).count();
+    let crushed = zone.len() as f64 / all.max(1) as f64;
+    Pieces { of: pieces, drawn: sites, crushed }
+}
+
+impl Lattice {
+    /// Gives the nodes of crushed zones to pieces drawn at random; how many.
+    fn divide(
+        &self,
+        labels: &mut [Option<u32>],
+        zone: &[usize],
+        weights: &[f64],
+        particles: &Particles,
+        rules: &Rules,
+    ) -> usize {
+        let mut rates = vec![0.0; self.len()];
+        for (x, rate) in particles.reference.iter().zip(&particles.onset_rate) {
+            self.visit(x, |node, weight, _| rates[node] += weight * rate);
+        }
+        // Grady: s = (24 G_f / (ρ ε̇²))^⅓  [gate 5]
+        let size = |n: usize| {
+            let rate = rates[n] / weights[n];
+            let grady = libm::cbrt(24.0 * rules.toughness / (rate * rate).max(f64::MIN_POSITIVE));
+            (grady / self.spacing.max()).max(LEAST_SIZE)
+        };
+        let mut order = zone.to_vec();
+        order.sort_unstable_by_key(|&n| (scramble(scramble(rules.seed ^ STREAM) ^ n as u64), n));
+        let mut sites: Vec<(Vec3, f64)> = Vec::new();
+        for &n in &order {
+            let (x, s) = (self.place(n, rules.seed), size(n));
+            if sites.iter().all(|(y, t)| (x - y).norm() >= 0.5 * (s + t)) {
+                sites.push((x, s));
+            }
+        }
+        for &n in zone {
+            let x = self.place(n, rules.seed);
+            let far = |(y, s): &(Vec3, f64)| (x - y).norm() / s;
+            let nearest =
+                (0..sites.len()).min_by(|&a, &b| far(&sites[a]).total_cmp(&far(&sites[b])));
+            labels[n] = nearest.map(|site| site as u32);
+        }
+        sites.len()
+    }
+
+    /// Nodes of the body farther than half a band from any whole node.
+    fn crushed(&self, weights: &[f64], whole: &[bool]) -> Vec<usize> {
+        let reach = HALF_BAND.floor() as i32 + 1;
+        let [_, y, z] = self.size;
+        let near: Vec<[i32; 3]> = (0..(2 * reach + 1).pow(3))
+            .map(|o| {
+                let side = 2 * reach + 1;
+                [o / (side * side) - reach, o / side % side - reach, o % side - reach]
+            })
+            .filter(|d| f64::from(d.iter().map(|c| c * c).sum::<i32>()) <= HALF_BAND * HALF_BAND)
+            .collect();
+        let holds = |n: usize, d: &[i32; 3]| {
+            let place = [n / (y * z), n / z % y, n % z];
+            let at: [i32; 3] = std::array::from_fn(|a| place[a] as i32 + d[a]);
+            if (0..3).any(|a| at[a] < 0 || at[a] >= self.size[a] as i32) {
+                return false;
+            }
+            let other = (at[0] as usize * y + at[1] as usize) * z + at[2] as usize;
+            whole[other]
+        };
+        (0..self.len())
+            .filter(|&n| weights[n] >= LEAST_WEIGHT && !whole[n])
+            .filter(|&n| !near.iter().any(|d| holds(n, d)))
+            .collect()
+    }
+
+    /// Where a node is, in cells, moved a little so that no two distances are equal.
+    fn place(&self, n: usize, seed: u64) -> Vec3 {
+        let [_, y, z] = self.size;
+        let off = |axis: u64| unit(seed, STREAM + axis, n as u64) - 0.5;
+        let at = Vec3::new((n / (y * z)) as f64, (n / z % y) as f64, (n % z) as f64);
+        at + Vec3::new(off(0), off(1), off(2)) * 0.5
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Pieces, Rules, pieces};
+    use crate::particles::Particles;
+    use cullet_geometry::Vec3;
+
+    const RULES: Rules = Rules { spacing: Vec3::new(1.0, 1.0, 1.0), toughness: 1.0, seed: 5 };
+
+    /// A bar of 20 × 6 × 6 cells, eight points a cell; `piece` says what a point belongs to.
+    fn bar(piece: impl Fn(&Vec3) -> Option<u32>) -> (Vec<Vec3>, Pieces) {
+        let point = |i: usize| {
+            let at = Vec3::new((i / 144) as f64, (i / 12 % 12) as f64, (i % 12) as f64);
+            (at + Vec3::repeat(0.5)) * 0.5 - Vec3::new(10.0, 3.0, 3.0)
+        };
+        let points: Vec<Vec3> = (0..40 * 144).map(point).collect();
+        let mut particles = Particles::at_rest(&points, 720.0, 1.0);
+        particles.onset_rate.fill(10.0);
+        let found = pieces(&particles, points.iter().map(&piece).collect(), &RULES);
+        (points, found)
+    }
+
+    #[test]
+    fn the_band_of_a_crack_is_not_a_crushed_zone() {
+        let sides = |x: &Vec3| (x.x.abs() > 1.6).then(|| u32::from(x.x > 0.0));
+        let (points, found) = bar(sides);
+        assert_eq!((found.drawn, found.crushed), (0, 0.0));
+        assert!(points.iter().zip(&found.of).all(|(x, piece)| *piece == sides(x)));
+    }
+
+    #[test]
+    fn crumbs_are_no_pieces() {
+        let crumb = |x: &Vec3| Some(u32::from((x - Vec3::repeat(0.5)).amax() < 0.6));
+        let (_, found) = bar(|x| crumb(x).filter(|&p| p == 0 || x.z > 0.4));
+        assert!(found.of.iter().flatten().all(|&piece| piece == 0));
+    }
+
+    #[test]
+    fn a_crushed_end_is_divided() {
+        let (points, found) = bar(|x| (x.x > 0.0).then_some(0));
+        assert!(found.drawn > 4, "{found:?}");
+        assert!((found.crushed - 0.42).abs() < 0.15, "{}", found.crushed);
+        for (x, piece) in points.iter().zip(&found.of) {
+            match piece {
+                Some(0) => assert!(x.x > 0.0),
+                Some(_) => assert!(x.x < -1.0, "{x}"),
+                None => assert!((-3.5..0.0).contains(&x.x), "{x}"),
+            }
+        }
+        assert_eq!(found, bar(|x| (x.x > 0.0).then_some(0)).1);
+    }
+
+    #[test]
+    fn a_body_that_is_crushed_whole_is_divided_whole() {
+        let (_, found) = bar(|_| None);
+        assert!(found.drawn > 10 && found.of.iter().all(Option::is_some));
+        assert_eq!(found.crushed, 1.0);
+    }
+}

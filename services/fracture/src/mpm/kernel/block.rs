@@ -1,0 +1,316 @@
+//! A block of elements: their points, sixteen elements side by side, and the nodes they share.
+
+use super::lanes::{Field, LANES, Lanes, Real, V, load, store};
+use super::law::{Law, Stiffness, WATCH, idle, second_piola};
+use super::spline::{basis, fall, gather, rise, scatter};
+use super::tension::pulled;
+use super::{Stencil, gather as gather_one};
+use crate::mpm::domain::Tally;
+use crate::mpm::elastic::CRUSHED;
+use crate::mpm::grid::{AROUND, Element, Nodes};
+use crate::particles::{Particles, View};
+use cullet_geometry::Vec3;
+use fearless_simd::{Select, Simd, SimdBase, SimdMask};
+use std::cmp::Reverse;
+
+/// A displacement \[m\] that is none: less would be subnormal in f32.
+const STILL: f64 = 1e-24;
+
+/// No point.
+const NONE: u32 = u32::MAX;
+
+/// A vector at a node; the fourth is nothing.
+pub(super) type Four<R> = [R; 4];
+
+/// One point of each of sixteen elements.
+#[derive(Clone, Debug)]
+struct Slot<R> {
+    /// Place in the cell from the middle node, by axis, in cells.
+    at: [Lanes<R>; 3],
+    /// Minus the volume \[m³\]; none where there is no point.
+    weight: Lanes<R>,
+    /// Principal stress below which damage does not grow \[Pa\].
+    limit: Lanes<R>,
+    /// Damage \[1\].
+    damage: Lanes<R>,
+    /// Whether there is any.
+    damaged: bool,
+    /// The point, counted from the block's first, or [`NONE`].
+    point: [u32; LANES],
+}
+
+/// Sixteen elements side by side.
+#[derive(Clone, Debug)]
+struct Tile<R> {
+    /// The nodes of each, by place in the block's list.
+    nodes: [[u16; AROUND]; LANES],
+    slots: Vec<Slot<R>>,
+}
+
+/// Neighbouring elements, their points, and the nodes that these see.
+#[derive(Clone, Debug)]
+pub(super) struct Block<R> {
+    /// What it was made from.
+    pub(super) elements: Vec<Element>,
+    /// The nodes, ascending.
+    pub(super) nodes: Vec<u32>,
+    tiles: Vec<Tile<R>>,
+    /// The limits and the damage are not those of the points.
+    pub(super) stale: bool,
+}
+
+/// What a thread needs beside a block.
+pub(super) struct Scratch<R> {
+    nodes: Vec<Four<R>>,
+    field: Box<Field<R>>,
+    forces: Box<Field<R>>,
+}
+
+impl<R: Real> Scratch<R> {
+    pub(super) fn new() -> Self {
+        let zero = [Lanes([R::of(0.0); LANES]); 81];
+        Self { nodes: Vec::new(), field: Box::new(zero), forces: Box::new(zero) }
+    }
+}
+
+impl<R: Real> Block<R> {
+    /// Puts elements side by side, those with most points first, so that few lanes lie idle.
+    pub(super) fn new(elements: &[Element], particles: &Particles, spacing: &Vec3) -> Self {
+        let mut nodes: Vec<u32> = elements.iter().flat_map(|e| e.nodes).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let first = elements[0].first;
+        let mut order: Vec<&Element> = elements.iter().collect();
+        order.sort_by_key(|element| Reverse(element.count));
+        let tile = |elements: &[&Element]| {
+            let mut tile = Tile { nodes: [[0; AROUND]; LANES], slots: Vec::new() };
+            for (lane, element) in elements.iter().enumerate() {
+                let local = |node| nodes.binary_search(&node).map_or(0, |k| k as u16);
+                tile.nodes[lane] = element.nodes.map(local);
+                for (slot, p) in element.points().enumerate() {
+                    if slot == tile.slots.len() {
+                        tile.slots.push(Slot::empty());
+                    }
+                    let x = &particles.reference[p];
+                    tile.slots[slot].put(lane, x, spacing, particles.volume[p]);
+                    tile.slots[slot].point[lane] = p as u32 - first;
+                }
+            }
+            tile
+        };
+        let tiles = order.chunks(LANES).map(tile).collect();
+        Self { elements: elements.to_vec(), nodes, tiles, stale: true }
+    }
+
+    /// Forces \[N\] of the points on the block's nodes, and what damage does to the points.
+    #[inline(always)]
+    pub(super) fn strain<S: Simd>(
+        &mut self,
+        simd: S,
+        law: &Law,
+        nodes: &Nodes,
+        view: &mut View<'_>,
+        forces: &mut [Four<R>],
+        scratch: &mut Scratch<R>,
+    ) -> Tally {
+        if self.stale {
+            self.watch(law, view);
+        }
+        let tallies = [Tally::default(); LANES];
+        let mut cold = Cold { law, nodes, ids: &self.nodes, view, tallies };
+        take(&self.nodes, nodes, &mut scratch.nodes);
+        forces.fill([R::of(0.0); 4]);
+        for tile in &mut self.tiles {
+            fill(&tile.nodes, &scratch.nodes, &mut scratch.field);
+            let mut lane = 0;
+            while lane < LANES {
+                rise(simd, &mut scratch.field, lane);
+                column(simd, tile, lane, &scratch.field, &mut scratch.forces, &mut cold);
+                fall(simd, &mut scratch.forces, lane);
+                lane += V::<S, R>::LEN;
+            }
+            drain(&tile.nodes, &scratch.forces, forces);
+        }
+        cold.tallies.into_iter().fold(Tally::default(), Tally::add)
+    }
+
+    /// Takes limits and damage from the points.
+    fn watch(&mut self, law: &Law, view: &View<'_>) {
+        for slot in self.tiles.iter_mut().flat_map(|tile| &mut tile.slots) {
+            for lane in 0..LANES {
+                if slot.point[lane] != NONE {
+                    slot.watch(lane, law, view);
+                }
+            }
+        }
+        self.stale = false;
+    }
+}
+
+impl<R: Real> Slot<R> {
+    fn empty() -> Self {
+        let zero = Lanes([R::of(0.0); LANES]);
+        let limit = Lanes([R::of(WATCH); LANES]);
+        let (weight, damage, point) = (zero, zero, [NONE; LANES]);
+        Self { at: [zero; 3], weight, limit, damage, damaged: false, point }
+    }
+
+    fn watch(&mut self, lane: usize, law: &Law, view: &View<'_>) {
+        let p = self.point[lane] as usize;
+        self.limit.0[lane] = R::of(law.limit(view, p));
+        self.damage.0[lane] = R::of(view.damage[p]);
+        self.damaged |= view.damage[p] > 0.0;
+    }
+
+    fn put(&mut self, lane: usize, x: &Vec3, spacing: &Vec3, volume: f64) {
+        let stencil = Stencil::new(x, spacing);
+        for axis in 0..3 {
+            self.at[axis].0[lane] = R::of(-stencil.away[axis][1]);
+        }
+        self.weight.0[lane] = R::of(-volume);
+    }
+}
+
+/// Displacements of the block's nodes from that of the first: rounding then goes by the strain of
+/// the block, not by how far the body has moved.
+#[inline(always)]
+fn take<R: Real>(ids: &[u32], nodes: &Nodes, local: &mut Vec<Four<R>>) {
+    let base = nodes.displacement[ids[0] as usize].to_array();
+    local.clear();
+    local.extend(ids.iter().map(|&id| {
+        let u = nodes.displacement[id as usize].to_array();
+        let mut from_base = [R::of(0.0); 4];
+        for axis in 0..3 {
+            let d = u[axis] - base[axis];
+            from_base[axis] = R::of(if d.abs() < STILL { 0.0 } else { d });
+        }
+        from_base
+    }));
+}
+
+/// Puts the nodes of elements side by side, less the first of each.
+#[inline(always)]
+fn fill<R: Real>(nodes: &[[u16; AROUND]; LANES], local: &[Four<R>], field: &mut Field<R>) {
+    for (lane, around) in nodes.iter().enumerate() {
+        let first = local[around[0] as usize];
+        for (k, &node) in around.iter().enumerate() {
+            let u = local[node as usize];
+            for axis in 0..3 {
+                field[k * 3 + axis].0[lane] = u[axis] - first[axis];
+            }
+        }
+    }
+}
+
+/// Adds the forces of elements side by side to the nodes'.
+#[inline(always)]
+fn drain<R: Real>(nodes: &[[u16; AROUND]; LANES], field: &Field<R>, forces: &mut [Four<R>]) {
+    for (lane, around) in nodes.iter().enumerate() {
+        for (k, &node) in around.iter().enumerate() {
+            let force = &mut forces[node as usize];
+            for axis in 0..3 {
+                force[axis] = force[axis] + field[k * 3 + axis].0[lane];
+            }
+        }
+    }
+}
+
+/// The elements of one register of a tile.
+#[inline(always)]
+fn column<S: Simd, R: Real>(
+    simd: S,
+    tile: &mut Tile<R>,
+    lane: usize,
+    field: &Field<R>,
+    forces: &mut Field<R>,
+    cold: &mut Cold<'_, '_>,
+) {
+    let zero = V::<S, R>::splat(simd, R::of(0.0));
+    for force in forces.iter_mut() {
+        store(simd, zero, force, lane);
+    }
+    let stiffness: Stiffness<R> = Stiffness::new(&cold.law.elastic);
+    let [hx, hy, hz] = [0, 1, 2].map(|axis| R::of(1.0 / cold.law.spacing[axis]));
+    for slot in &mut tile.slots {
+        let [x, y, z] = &slot.at;
+        let at = [load(simd, x, lane), load(simd, y, lane), load(simd, z, lane)];
+        let b = basis::<S, R>(at);
+        let mut h = [[zero; 3]; 3];
+        for c in 0..3 {
+            let [x, y, z] = gather(simd, &b, field, c, lane);
+            h[c] = [x * hx, y * hy, z * hz];
+        }
+        let (effective, square) = second_piola(simd, &h, &stiffness);
+        let idle = idle::<S, R>(simd, &effective, square, load(simd, &slot.limit, lane));
+        let mut s = effective;
+        if slot.damaged {
+            let damage = load(simd, &slot.damage, lane);
+            let taken = pulled::<S, R>(simd, &effective);
+            for k in 0..6 {
+                s[k] = damage.simd_gt(zero).select(s[k] - damage * taken[k], s[k]);
+            }
+        }
+        if !idle.all_true() {
+            cold.weaken::<S, R>(slot, &tile.nodes, lane, idle, (&effective, &mut s), square);
+        }
+        let v = load(simd, &slot.weight, lane);
+        let s = [s[0] * v, s[1] * v, s[2] * v, s[3] * v, s[4] * v, s[5] * v];
+        let s = [[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]];
+        for c in 0..3 {
+            // A row of −V (I + H) S
+            let x = s[c][0] + (h[c][0] * s[0][0] + h[c][1] * s[1][0] + h[c][2] * s[2][0]);
+            let y = s[c][1] + (h[c][0] * s[0][1] + h[c][1] * s[1][1] + h[c][2] * s[2][1]);
+            let z = s[c][2] + (h[c][0] * s[0][2] + h[c][1] * s[1][2] + h[c][2] * s[2][2]);
+            scatter(simd, &b, [x * hx, y * hy, z * hz], forces, [c, lane]);
+        }
+    }
+}
+
+/// What the few points need whose damage may grow.
+struct Cold<'a, 'b> {
+    law: &'a Law,
+    nodes: &'a Nodes,
+    ids: &'a [u32],
+    view: &'a mut View<'b>,
+    /// By lane, since registers of other widths take the lanes in another order.
+    tallies: [Tally; LANES],
+}
+
+impl Cold<'_, '_> {
+    /// Damage of those lanes where it may grow, point by point in f64.
+    #[inline(never)]
+    fn weaken<S: Simd, R: Real>(
+        &mut self,
+        slot: &mut Slot<R>,
+        nodes: &[[u16; AROUND]; LANES],
+        first: usize,
+        idle: <V<S, R> as SimdBase<S>>::Mask,
+        (effective, stress): (&[V<S, R>; 6], &mut [V<S, R>; 6]),
+        square: V<S, R>,
+    ) {
+        for k in 0..V::<S, R>::LEN {
+            let lane = first + k;
+            if idle.test(k) || slot.point[lane] == NONE {
+                continue;
+            }
+            let p = slot.point[lane] as usize;
+            let crushed = square[k].wide() <= CRUSHED * CRUSHED;
+            let tally = &mut self.tallies[lane];
+            tally.crushed += u32::from(crushed);
+            let effective = [0, 1, 2, 3, 4, 5].map(|i| effective[i][k].wide());
+            let x = self.view.reference[p];
+            let rate = || {
+                let velocity = |node: u16| self.nodes.velocity[self.ids[node as usize] as usize];
+                let stencil = Stencil::new(&x, &self.law.spacing);
+                let gain = self.law.spacing.map(|h| 4.0 / h);
+                let (_, c) = gather_one(&nodes[lane].map(velocity), &stencil, &gain);
+                0.5 * (c + c.transpose()).norm()
+            };
+            let weakened = self.law.weaken(self.view, p, &effective, tally, rate);
+            for i in 0..6 {
+                stress[i][k] = R::of(weakened[i]);
+            }
+            slot.watch(lane, self.law, self.view);
+        }
+    }
+}

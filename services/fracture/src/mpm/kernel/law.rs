@@ -1,0 +1,169 @@
+//! What strain makes of a point: stress of many at once, damage of the few that have any.
+
+use super::lanes::{Real, V};
+use super::tension::adjugate;
+use crate::damage::{Softening, State};
+use crate::mpm::domain::Tally;
+use crate::mpm::elastic::{CRUSHED, Elastic};
+use crate::mpm::symmetric::Sym3;
+use crate::particles::View;
+use cullet_geometry::Vec3;
+use fearless_simd::{Select, Simd, SimdBase};
+use std::ops::{Add, Mul};
+
+/// Stress, in Pa, above any that is looked at without the law: three of them multiply to a number
+/// that f32 still has.
+pub(super) const WATCH: f64 = 1e12;
+
+/// What a point needs to know.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Law {
+    pub(crate) elastic: Elastic,
+    pub(crate) softening: Softening,
+    /// Spacing of the grid \[m\].
+    pub(crate) spacing: Vec3,
+    /// At the end of the step \[s\].
+    pub(crate) time: f64,
+}
+
+/// The law's numbers in the precision of the pass.
+#[derive(Clone, Copy)]
+pub(super) struct Stiffness<R> {
+    shear: R,
+    half_lame: R,
+    sum: R,
+}
+
+impl<R: Real> Stiffness<R> {
+    pub(super) fn new(elastic: &Elastic) -> Self {
+        let half = 0.5 * elastic.lame;
+        Self {
+            shear: R::of(elastic.shear),
+            half_lame: R::of(half),
+            sum: R::of(elastic.shear + half),
+        }
+    }
+}
+
+/// Dot product of two columns.
+#[inline(always)]
+fn dot<T: Copy + Mul<Output = T> + Add<Output = T>>(h: &[[T; 3]; 3], i: usize, j: usize) -> T {
+    h[0][i] * h[0][j] + h[1][i] * h[1][j] + h[2][i] * h[2][j]
+}
+
+/// E = (H + Hᵀ + HᵀH)/2 \[1\].
+#[inline(always)]
+fn green_strain<S: Simd, R: Real>(h: &[[V<S, R>; 3]; 3]) -> [V<S, R>; 6] {
+    let half = R::of(0.5);
+    [
+        h[0][0] + dot(h, 0, 0) * half + R::FAINT,
+        h[1][1] + dot(h, 1, 1) * half + R::FAINT,
+        h[2][2] + dot(h, 2, 2) * half + R::FAINT,
+        (h[0][1] + h[1][0] + dot(h, 0, 1)) * half + R::FAINT,
+        (h[1][2] + h[2][1] + dot(h, 1, 2)) * half + R::FAINT,
+        (h[2][0] + h[0][2] + dot(h, 2, 0)) * half + R::FAINT,
+    ]
+}
+
+/// Second Piola–Kirchhoff stress \[Pa\] as in [`Elastic::second_piola`], and J² = det C \[1\].
+#[inline(always)]
+pub(super) fn second_piola<S: Simd, R: Real>(
+    simd: S,
+    h: &[[V<S, R>; 3]; 3],
+    law: &Stiffness<R>,
+) -> ([V<S, R>; 6], V<S, R>) {
+    let (two, four, eight) = (R::of(2.0), R::of(4.0), R::of(8.0));
+    let one = V::<S, R>::splat(simd, R::of(1.0));
+    let e = green_strain::<S, R>(h);
+    let adjoint = adjugate::<S, R>(&e);
+    let trace = e[0] + e[1] + e[2];
+    let minors = adjoint[0] + adjoint[1] + adjoint[2];
+    let det = e[0] * adjoint[0] + e[3] * adjoint[3] + e[5] * adjoint[5];
+    let d = trace * two + minors * four + det * eight;
+    let floor = V::<S, R>::splat(simd, R::of(CRUSHED * CRUSHED));
+    let square = one + d;
+    let share = one / square.simd_gt(floor).select(square, floor);
+    // S = ((μ + λ/2) d I + (λ/2 d − μ) M)/J² with M = adj C − I
+    let whole = d * law.sum * share;
+    let rest = (d * law.half_lame - law.shear) * share;
+    let stress = [
+        whole + rest * ((trace - e[0]) * two + adjoint[0] * four),
+        whole + rest * ((trace - e[1]) * two + adjoint[1] * four),
+        whole + rest * ((trace - e[2]) * two + adjoint[2] * four),
+        rest * (adjoint[3] * four - e[3] * two),
+        rest * (adjoint[4] * four - e[4] * two),
+        rest * (adjoint[5] * four - e[5] * two),
+    ];
+    (stress, square)
+}
+
+/// Which points change nothing: no principal stress reaches `limit`, where damage grows, and the
+/// point is not crushed.
+#[inline(always)]
+pub(super) fn idle<S: Simd, R: Real>(
+    simd: S,
+    s: &[V<S, R>; 6],
+    square: V<S, R>,
+    limit: V<S, R>,
+) -> <V<S, R> as SimdBase<S>>::Mask {
+    let zero = V::<S, R>::splat(simd, R::of(0.0));
+    let (a, b, c) = (limit - s[0], limit - s[1], limit - s[2]);
+    let (d, e, f) = (s[3], s[4], s[5]);
+    let minor = a * b - d * d;
+    let det = c * minor - d * e * f * R::of(2.0) - a * e * e - b * f * f;
+    let floor = V::<S, R>::splat(simd, R::of(CRUSHED * CRUSHED));
+    a.simd_gt(zero) & minor.simd_gt(zero) & det.simd_gt(zero) & square.simd_gt(floor)
+}
+
+impl Law {
+    /// Strength of a point now over the law's \[1\], and over what it is at cracks.
+    fn strength(&self, view: &View<'_>, p: usize, time: f64) -> (f64, f64) {
+        let lone = 1.0 / self.softening.strength_ratio;
+        let lone = if time < view.front_time[p] { lone } else { 1.0 };
+        (view.strength[p] * lone, lone)
+    }
+
+    /// Principal stress \[Pa\] below which damage does not grow, until a crack comes near.
+    pub(super) fn limit(&self, view: &View<'_>, p: usize) -> f64 {
+        if view.damage[p] >= 1.0 {
+            return WATCH;
+        }
+        let time = if view.front_time[p] < f64::INFINITY { f64::INFINITY } else { self.time };
+        let reached = self.softening.threshold(view.damage[p]) * self.softening.weakest();
+        (self.softening.strength * self.strength(view, p, time).0 * reached).min(WATCH)
+    }
+
+    /// Damages a point of `effective` stress \[Pa\] and returns what is left of that; `rate` is
+    /// asked for the strain rate \[1/s\] where damage begins.
+    pub(super) fn weaken(
+        &self,
+        view: &mut View<'_>,
+        p: usize,
+        effective: &Sym3,
+        tally: &mut Tally,
+        rate: impl FnOnce() -> f64,
+    ) -> Sym3 {
+        let (strength, lone) = self.strength(view, p, self.time);
+        let state = State {
+            damage: view.damage[p],
+            strength,
+            shielded: view.shielded[p],
+            sudden: lone > 1.0,
+        };
+        let response = self.softening.respond(effective, state);
+        if response.damage > state.damage {
+            tally.grown += 1;
+            tally.dissipated += response.dissipated * view.volume[p];
+            view.damage[p] = response.damage;
+            view.normal[p] = Vec3::from(response.normal);
+            if state.damage <= 0.0 {
+                view.onset_rate[p] = rate();
+            }
+            if response.damage >= 1.0 {
+                view.damage_time[p] = self.time;
+                tally.broken += 1;
+            }
+        }
+        response.stress
+    }
+}

@@ -1,0 +1,200 @@
+//! The points' pass over all blocks, in either precision and on any path of the processor.
+
+use super::block::{Block, Four, Scratch};
+use super::lanes::Real;
+use super::law::Law;
+use crate::mpm::domain::Tally;
+use crate::mpm::grid::{Grid, Rows};
+use crate::particles::Particles;
+use fearless_simd::{Level, dispatch};
+use rayon::prelude::*;
+use wide::f64x4;
+
+/// Elements of a block at the start: about 500 points, so that a block fits the first cache, shares
+/// most of its nodes, and fills four tiles.
+const ELEMENTS: usize = 64;
+
+/// What the points' pass is done in. Nodes keep their state in f64 either way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// f32.
+    Single,
+    /// f64.
+    #[default]
+    Double,
+}
+
+/// Instructions of the processor; all give the same bits.
+#[derive(Clone, Copy, Debug)]
+pub struct Path(Level);
+
+impl Path {
+    /// The widest that this processor has.
+    #[must_use]
+    pub fn best() -> Self {
+        Self(Level::new())
+    }
+
+    /// What every processor of this architecture has.
+    #[must_use]
+    pub fn portable() -> Self {
+        Self(Level::baseline())
+    }
+
+    /// All that this processor has, the widest first.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let mut all = vec![Level::new()];
+        #[cfg(target_arch = "x86_64")]
+        if let (Some(_), Some(narrower)) = (Level::new().as_avx512(), Level::new().as_avx2()) {
+            all.push(Level::Avx2(narrower));
+        }
+        all.push(Level::baseline());
+        all.into_iter().map(Self).collect()
+    }
+}
+
+impl std::fmt::Display for Path {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = format!("{:?}", self.0);
+        f.write_str(name.split('(').next().unwrap_or_default())
+    }
+}
+
+/// The blocks of a body in one precision.
+#[derive(Clone, Debug)]
+struct Pass<R> {
+    blocks: Vec<Block<R>>,
+    /// First point of each block, then the number of points.
+    starts: Vec<u32>,
+    /// Forces \[N\] on the nodes of each block in turn.
+    forces: Vec<Four<R>>,
+    /// For each node its places in `forces`.
+    rows: Rows,
+}
+
+impl<R: Real> Pass<R> {
+    fn new(grid: &Grid, particles: &Particles) -> Self {
+        let starts = grid.elements.iter().step_by(ELEMENTS).map(|e| e.first);
+        let starts = starts.chain([particles.len() as u32]).collect();
+        let (blocks, forces, rows) = (Vec::new(), Vec::new(), Rows::default());
+        let mut pass = Self { blocks, starts, forces, rows };
+        pass.refresh(grid, particles);
+        pass
+    }
+
+    /// Makes anew the blocks whose elements have changed. Points must have stayed in their block.
+    fn refresh(&mut self, grid: &Grid, particles: &Particles) {
+        let mut rest = grid.elements.as_slice();
+        for (b, &end) in self.starts[1..].iter().enumerate() {
+            let (own, after) = rest.split_at(rest.partition_point(|e| e.first < end));
+            rest = after;
+            if self.blocks.get(b).is_none_or(|block| block.elements != own) {
+                let block = Block::new(own, particles, &grid.spacing);
+                if b < self.blocks.len() {
+                    self.blocks[b] = block;
+                } else {
+                    self.blocks.push(block);
+                }
+            }
+        }
+        let ids = self.blocks.iter().flat_map(|block| block.nodes.iter().copied());
+        self.rows = Rows::new(ids, grid.nodes.len());
+        self.forces.resize(self.rows.entries.len(), [R::of(0.0); 4]);
+    }
+
+    /// Takes the state of point `p` anew.
+    fn touch(&mut self, p: u32) {
+        let after = self.starts.partition_point(|&start| start <= p);
+        self.blocks[after - 1].stale = true;
+    }
+
+    fn strain(&mut self, law: &Law, grid: &Grid, particles: &mut Particles, path: Path) -> Tally {
+        let mut rest = self.forces.as_mut_slice();
+        let mut views = particles.views(&self.starts);
+        let mut work: Vec<_> = self
+            .blocks
+            .iter_mut()
+            .zip(&mut views)
+            .map(|(block, view)| {
+                let (forces, after) = std::mem::take(&mut rest).split_at_mut(block.nodes.len());
+                rest = after;
+                (block, view, forces)
+            })
+            .collect();
+        let (nodes, level) = (&grid.nodes, path.0);
+        let tallies: Vec<Tally> = work
+            .par_iter_mut()
+            .map_init(Scratch::new, |scratch, (block, view, forces)| {
+                dispatch!(level, simd => block.strain(simd, law, nodes, view, forces, scratch))
+            })
+            .collect();
+        tallies.into_iter().fold(Tally::default(), Tally::add)
+    }
+
+    /// Sum of the forces on a node \[N\].
+    #[inline]
+    fn force(&self, node: usize) -> f64x4 {
+        let mut sum = f64x4::splat(0.0);
+        for &row in self.rows.of(node) {
+            sum += f64x4::new(self.forces[row as usize].map(R::wide));
+        }
+        sum
+    }
+}
+
+#[derive(Clone, Debug)]
+enum Either {
+    Single(Pass<f32>),
+    Double(Pass<f64>),
+}
+
+/// Strain, stress, damage and forces of all points.
+#[derive(Clone, Debug)]
+pub(crate) struct Kernel {
+    pass: Either,
+    path: Path,
+}
+
+impl Kernel {
+    pub(crate) fn new(grid: &Grid, particles: &Particles, as_is: Precision, path: Path) -> Self {
+        let pass = match as_is {
+            Precision::Single => Either::Single(Pass::new(grid, particles)),
+            Precision::Double => Either::Double(Pass::new(grid, particles)),
+        };
+        Self { pass, path }
+    }
+
+    /// After elements have changed; points may only have moved within their cell.
+    pub(crate) fn refresh(&mut self, grid: &Grid, particles: &Particles) {
+        match &mut self.pass {
+            Either::Single(pass) => pass.refresh(grid, particles),
+            Either::Double(pass) => pass.refresh(grid, particles),
+        }
+    }
+
+    /// After the strength of a point has changed, or when a crack may come near it.
+    pub(crate) fn touch(&mut self, p: u32) {
+        match &mut self.pass {
+            Either::Single(pass) => pass.touch(p),
+            Either::Double(pass) => pass.touch(p),
+        }
+    }
+
+    /// Damages the points and takes the forces.
+    pub(crate) fn strain(&mut self, law: &Law, grid: &Grid, particles: &mut Particles) -> Tally {
+        match &mut self.pass {
+            Either::Single(pass) => pass.strain(law, grid, particles, self.path),
+            Either::Double(pass) => pass.strain(law, grid, particles, self.path),
+        }
+    }
+
+    /// Sum of the forces on a node \[N\].
+    #[inline]
+    pub(crate) fn force(&self, node: usize) -> f64x4 {
+        match &self.pass {
+            Either::Single(pass) => pass.force(node),
+            Either::Double(pass) => pass.force(node),
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! The points' pass: the same bits on every path and with any number of threads, and f32 beside f64.
+
+use cullet_fracture::Material;
+use cullet_fracture::damage::Softening;
+use cullet_fracture::mpm::Domain;
+use cullet_fracture::mpm::kernel::{Path, Precision, vector};
+use cullet_fracture::particles::Particles;
+use cullet_geometry::{Vec3, math::unit};
+
+const SPACING: f64 = 0.01;
+
+const STONE: Material = Material {
+    density: 2450.0,
+    young: 32e9,
+    poisson: 0.2,
+    failure_stress: 3e6,
+    fracture_energy: 10.0,
+};
+
+/// A block with a notch, pulled apart and sheared so `fiercely` that cracks run and part it.
+fn block(precision: Precision, path: Path, fiercely: f64) -> Domain {
+    let cells = [12, 10, 6];
+    let points: Vec<Vec3> = (0..8 * cells[0] * cells[1] * cells[2])
+        .map(|i| {
+            let half = [i / (4 * cells[1] * cells[2]), i / (2 * cells[2]) % (2 * cells[1])];
+            let half = [half[0], half[1], i % (2 * cells[2])];
+            Vec3::from([0, 1, 2].map(|a| {
+                let jitter = unit(3, a as u64, i as u64);
+                0.5 * SPACING * (half[a] as f64 - cells[a] as f64 + jitter)
+            }))
+        })
+        .collect();
+    let volume = 1e-6 * (cells[0] * cells[1] * cells[2]) as f64;
+    let mut particles = Particles::at_rest(&points, volume, STONE.density);
+    for (p, strength) in particles.strength.iter_mut().enumerate() {
+        *strength = 0.8 + 0.4 * unit(9, 0, p as u64);
+    }
+    let law = Softening::on_grid(&STONE, SPACING);
+    let mut domain = Domain::new(particles, &STONE, law, Vec3::repeat(SPACING));
+    domain.select(precision, path);
+    domain.sever(|a, b| a.y < -0.03 && b.y < -0.03 && a.x < 0.0 && b.x >= 0.0);
+    domain.launch(|x| Vec3::new(8.0 * x.x, -2.0 * x.z, 2.0 * x.x + x.y) * fiercely);
+    domain
+}
+
+/// Damage and displacement by id.
+fn state(domain: &Domain) -> Vec<(f64, Vec3)> {
+    let motions = domain.motions();
+    let slots = (0..domain.particles.len() as u32).map(|id| domain.slot(id));
+    slots.map(|p| (domain.particles.damage[p], motions[p].displacement)).collect()
+}
+
+#[test]
+fn the_bits_depend_neither_on_the_path_nor_on_the_threads() {
+    for precision in [Precision::Single, Precision::Double] {
+        let run = |path: Path, threads: usize| {
+            let mut domain = block(precision, path, 3.0);
+            let whole = domain.grid.nodes.len();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let lost: f64 = pool
+                .expect("a pool")
+                .install(|| (0..150).map(|_| domain.advance().dissipated).sum());
+            assert!(domain.grid.nodes.len() > whole + 100, "cracks part nodes");
+            let nodes = domain.grid.nodes.velocity.iter().map(|v| vector(*v).map(f64::to_bits));
+            let damage: Vec<u64> = domain.particles.damage.iter().map(|c| c.to_bits()).collect();
+            (nodes.collect::<Vec<_>>(), damage, lost.to_bits())
+        };
+        let wanted = run(Path::portable(), 1);
+        for path in Path::all() {
+            for threads in [1, 3] {
+                assert!(wanted == run(path, threads), "{precision:?} on {path}, {threads} threads");
+            }
+        }
+    }
+}
+
+/// Displacements within a thousandth of the greatest, damage within a hundredth, energy to 1e-5.
+#[test]
+fn single_stays_near_double() {
+    let path = Path::best();
+    let (mut single, mut double) =
+        (block(Precision::Single, path, 1.0), block(Precision::Double, path, 1.0));
+    let (mut lost, mut broken) = ([0.0; 2], [0; 2]);
+    for _ in 0..200 {
+        for (k, domain) in [&mut single, &mut double].into_iter().enumerate() {
+            let tally = domain.advance();
+            lost[k] += tally.dissipated;
+            broken[k] += tally.broken;
+        }
+    }
+    let (a, b) = (state(&single), state(&double));
+    let size = b.iter().map(|(_, u)| u.norm()).fold(0.0, f64::max);
+    let far = a.iter().zip(&b).map(|(a, b)| (a.1 - b.1).norm()).fold(0.0, f64::max) / size;
+    let damage = a.iter().zip(&b).map(|(a, b)| (a.0 - b.0).abs()).fold(0.0, f64::max);
+    let energy = (lost[0] / lost[1] - 1.0).abs();
+    eprintln!("u {far:e} damage {damage:e} lost {lost:?} broken {broken:?}");
+    assert!((200..3000).contains(&broken[1]), "{} of {} broken", broken[1], b.len());
+    assert!(far > 0.0 && far < 1e-3, "displacements apart by {far}");
+    assert!(damage < 1e-2, "damage apart by {damage}");
+    assert!(energy < 1e-5, "energy apart by {energy}");
+    assert_eq!(broken[0], broken[1]);
+}

@@ -1,0 +1,154 @@
+//! What a body rests on when it is hit: fixed bodies hold it while the solver breaks it, and what
+//! the engine let them do meanwhile is taken back.
+//!
+//! Only supports that never move are told. To take back what a movable one received would mean to
+//! take back what it passed on in turn, through the whole pile.
+
+use crate::body::BodyId;
+use crate::exchange::Exchange;
+use crate::impact::Hit;
+use crate::rigid::Contact;
+use crate::world::World;
+use cullet_geometry::Vec3;
+use std::collections::BTreeMap;
+
+/// Where a body rests on one that never moves: a disc in the body's own frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Support {
+    /// The body that supports it.
+    pub other: BodyId,
+    /// Middle of the disc, on the surface \[m\].
+    pub point: Vec3,
+    /// Unit direction in which it can push, *into* the body.
+    pub normal: Vec3,
+    /// Radius of the disc \[m\].
+    pub radius: f64,
+    /// What the engine put into the body on behalf of `other` since the hit began, beside what it
+    /// carries at rest; in the first support by that body, zero in the others.
+    pub exchanged: Exchange,
+}
+
+/// A support, and the impulse that the solver says it gave along its normal \[N·s\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reaction {
+    /// Which.
+    pub support: Support,
+    /// How much.
+    pub impulse: f64,
+}
+
+/// Points where two bodies touch with one normal.
+pub(crate) struct Patch {
+    pub(crate) other: u32,
+    /// World frame, before the last step \[m\].
+    pub(crate) points: Vec<Vec3>,
+    /// Unit, into the body asked about.
+    pub(crate) normal: Vec3,
+}
+
+/// Most discs of one patch.
+const MOST_DISCS: usize = 16;
+/// Least radius of a disc, as a share of the body's reach: a corner carries too.
+const LEAST_RADIUS: f64 = 0.02;
+
+/// A step, and what the lower and the higher id of a pair received in it.
+type Carried = (u64, [Exchange; 2]);
+
+/// Pairs that rest, and what each of their last steps did.
+#[derive(Default)]
+pub(crate) struct Resting {
+    pairs: BTreeMap<(u32, u32), Vec<Carried>>,
+}
+
+impl Resting {
+    pub(crate) fn add(&mut self, contact: &Contact, step: u64, received: [Exchange; 2]) {
+        self.pairs.entry((contact.a, contact.b)).or_default().push((step, received));
+    }
+
+    /// Forgets steps before `first`.
+    pub(crate) fn forget(&mut self, first: u64) {
+        self.pairs.retain(|_, steps| {
+            steps.retain(|(step, _)| *step >= first);
+            !steps.is_empty()
+        });
+    }
+
+    /// Did the pair touch after `step`, and what did its body get beyond what it got at `step`?
+    fn since(&self, body: u32, other: u32, step: u64) -> Option<Exchange> {
+        let side = usize::from(body > other);
+        let steps = self.pairs.get(&(body.min(other), body.max(other)))?;
+        let steady = steps.iter().rev().find(|(at, _)| *at <= step);
+        let back = steady.map_or_else(Exchange::zero, |(_, got)| got[side].scaled(-1.0));
+        let mut later = steps.iter().filter(|(at, _)| *at > step).peekable();
+        later.peek()?;
+        Some(later.fold(Exchange::zero(), |mut sum, (_, got)| {
+            sum.add(&got[side]);
+            sum.add(&back);
+            sum
+        }))
+    }
+}
+
+impl World {
+    /// What a body rested on when these hits, of the step just taken, struck it: fixed bodies that
+    /// it touched more slowly than a hit, each as discs that cover where they touch.
+    #[must_use]
+    pub fn supports(&self, body: BodyId, hits: &[Hit]) -> Vec<Support> {
+        let (Some(own), Some(motion)) = (self.bodies.get(&body.0), self.rigid.before(body.0))
+        else {
+            return Vec::new();
+        };
+        let began = hits.iter().map(|hit| hit.time).fold(f64::INFINITY, f64::min);
+        let step = (began / self.settings.step).round().min(self.step_count() as f64) as u64;
+        let back = motion.pose.inverse();
+        let mut supports: Vec<Support> = Vec::new();
+        for patch in self.rigid.patches(body.0) {
+            let fixed = self.bodies.get(&patch.other).is_some_and(|other| other.fixed);
+            let other = BodyId(patch.other);
+            if !fixed || hits.iter().any(|hit| hit.other == other) {
+                continue;
+            }
+            let Some(exchanged) = self.resting.since(body.0, patch.other, step) else {
+                continue;
+            };
+            for (point, radius) in discs(&patch, LEAST_RADIUS * own.reach) {
+                let known = supports.iter().any(|support| support.other == other);
+                supports.push(Support {
+                    other,
+                    point: (back * nalgebra::Point3::from(point)).coords,
+                    normal: back.rotation * patch.normal,
+                    radius,
+                    exchanged: if known { Exchange::zero() } else { exchanged },
+                });
+            }
+        }
+        supports
+    }
+}
+
+/// Discs in a row along the longer side of the patch, as wide as its shorter one: middle and radius
+/// \[m\].
+fn discs(patch: &Patch, least: f64) -> Vec<(Vec3, f64)> {
+    let points = &patch.points;
+    let pairs = points.iter().flat_map(|a| points.iter().map(move |b| b - a));
+    let longest = pairs.fold(Vec3::zeros(), |longest, d| {
+        if d.norm_squared() > longest.norm_squared() { d } else { longest }
+    });
+    let level = longest - patch.normal * longest.dot(&patch.normal);
+    let along = level.try_normalize(1e-9).unwrap_or_else(|| patch.normal.yzx());
+    let across = patch.normal.cross(&along);
+    let range = |axis: Vec3| {
+        let values = points.iter().map(|p| p.dot(&axis));
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+    };
+    let ((low, high), (near, far)) = (range(along), range(across));
+    let half = ((far - near) / 2.0).max(least);
+    let count = ((high - low) / (2.0 * half)).ceil().clamp(1.0, MOST_DISCS as f64);
+    let step = (high - low) / count;
+    let radius = (half * half + step * step / 4.0).sqrt();
+    let height = points.iter().map(|p| p.dot(&patch.normal)).sum::<f64>() / points.len() as f64;
+    let middle = patch.normal * height + across * ((near + far) / 2.0);
+    (0..count as u32)
+        .map(|k| (middle + along * (low + step * (f64::from(k) + 0.5)), radius))
+        .collect()
+}
