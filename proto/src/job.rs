@@ -402,6 +402,8 @@ pub(crate) mod tests {
         assert_eq!(nan, Some(WireError::NotFinite { what: "a job's material" }));
         let strength = refused(|j| j.strength.strokes[1].factor = f64::NAN);
         assert_eq!(strength, Some(WireError::NotFinite { what: "a job's strength" }));
+        let strength = refused(|j| j.strength.offset[1] = f64::NAN);
+        assert_eq!(strength, Some(WireError::NotFinite { what: "a job's strength" }));
         let short = refused(|j| j.strength.vertices.iter_mut().for_each(|p| p.factors.clear()));
         assert!(matches!(short, Some(WireError::Short { have: 0, need: 2, .. })));
         let none = refused(|j| j.impacts.clear());

@@ -1,7 +1,8 @@
 //! Meshes as little-endian slabs: vertices (3 × f64 \[m\]), triangles (3 × u32), and a u32 surface
 //! tag for each triangle: all ones for the outer surface, else the bits of the crack's damage time
-//! (f32 \[s\], finite, not negative). Then for each crack triangle in order: the bits of the front's
-//! speed (f32 \[m/s\], likewise), and the number of the body that broke plus one (u32, 0: not named).
+//! (f32 \[s\], finite, not negative). Then for each crack triangle in order: the bits of the
+//! front's speed (f32 \[m/s\], likewise), and the number of the body that broke plus one (u32, 0:
+//! not named).
 
 use crate::codec::{self, WireError};
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};

@@ -1,10 +1,10 @@
 //! Cuts a body along the faces between Voronoi cells of different labels, exactly.
 //!
 //! [`extract`] makes cells and labels from damage, [`by_sites`] takes them from the caller,
-//! [`Cutting`] does the work in steps. Regions (unions of cells of one label) are intersected with the body; a
-//! region may leave several pieces. Pieces that are too small, too many, or cut off by a crack
-//! without damage behind it go to the neighbour with which they share the largest area: their
-//! cells change label and the regions concerned are cut again. Every part is closed, and the
+//! [`Cutting`] does the work in steps. Regions (unions of cells of one label) are intersected with
+//! the body; a region may leave several pieces. Pieces that are too small, too many, or cut off by
+//! a crack without damage behind it go to the neighbour with which they share the largest area:
+//! their cells change label and the regions concerned are cut again. Every part is closed, and the
 //! volumes of the parts sum to the body's within [`VOLUME_TOLERANCE`], or there is an error.
 
 mod cutting;

@@ -41,7 +41,7 @@ pub struct Fines {
 /// Most grains of one part.
 pub const MOST: usize = 64;
 
-/// Exponent D of the sizes, N(>d) ∝ d^−D: 2.5 is usual for crushed rock, and n(m) ∝ m^−1.83 [G2].
+/// Exponent D of the sizes, N(>d) ∝ d^−D: 2.5 is usual for crushed rock, and n(m) ∝ m^−1.83 (G2).
 pub const EXPONENT: f64 = 2.5;
 
 /// How far a rank is moved at random: less than half, so that sizes stay in order.

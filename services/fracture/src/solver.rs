@@ -203,9 +203,9 @@ pub enum Failure {
         step: u64,
     },
     /// Energy appeared from nowhere (F04).
-    #[error("energy grew by {ratio:.3} of the work done at step {step}")]
+    #[error("there is {ratio:.3} more energy than the strikers have lost at step {step}")]
     Unstable {
-        /// Excess over work done \[1\].
+        /// Excess over what the strikers have lost \[1\].
         ratio: f64,
         /// When.
         step: u64,

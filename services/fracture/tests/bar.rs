@@ -76,6 +76,9 @@ impl Bar {
         let (mut energy, mut peak, mut parted) = (0.0, 0.0_f64, f64::INFINITY);
         while domain.time < 1.7 * parted {
             energy += domain.advance().dissipated;
+            if !domain.steps.is_multiple_of(4) {
+                continue;
+            }
             let now = mean_stress(&domain, 0.35 * self.size.x);
             peak = peak.max(now);
             if peak > 0.2 * self.cap() && now < 0.15 * peak {
@@ -114,8 +117,8 @@ fn mean(values: &[f64]) -> f64 {
 
 /// F-B, the calibration: one crack from a notch through a bar 14 spacings wide.
 #[test]
-fn a_crack_spends_the_fracture_energy_on_three_grids() {
-    for spacing in [0.008, 0.004, 0.002] {
+fn a_crack_spends_the_fracture_energy_on_four_grids() {
+    for spacing in [0.008, 0.004, 0.002, 0.001] {
         let size = Vec3::new(30.0, 14.0, 3.0) * spacing;
         let bar =
             Bar { material: STONE, spacing, size, notch: 4.0 * spacing, speed: 0.02, seed: 0 };
@@ -125,12 +128,12 @@ fn a_crack_spends_the_fracture_energy_on_three_grids() {
             .map(|seed| Bar { seed, ..bar }.pull(|_| 1.0).energy)
             .collect();
         let spent = mean(&all);
-        assert!((spent - 1.0).abs() < 0.05, "h = {spacing} m: {spent} G_f of {all:?}");
+        assert!((spent - 1.0).abs() < 0.04, "h = {spacing} m: {spent} G_f of {all:?}");
         assert!(all.iter().all(|g| (g - 1.0).abs() < 0.15), "h = {spacing} m: {all:?}");
     }
 }
 
-/// F-B without a notch, of the strength that a body has: it varies by a tenth. The bar holds five
+/// F-B without a notch, of the strength that a ceramic has: Weibull modulus 10. The bar holds five
 /// times the energy of a crack when it starts to break, so that a second crack may follow the
 /// first before the relief arrives; most bars get one.
 #[test]
@@ -149,7 +152,8 @@ fn a_bar_without_a_notch_breaks_near_its_strength() {
     let spent: Vec<f64> = all.iter().map(|b| b.energy).collect();
     assert!((0.7..1.6).contains(&mean(&spent)), "{spent:?} G_f");
     let peak: Vec<f64> = all.iter().map(|b| b.peak).collect();
-    assert!((mean(&peak) - 0.9).abs() < 0.05, "{peak:?} of the strength");
+    // Where flaws scatter by an eighth, the weakest place of the bar decides.
+    assert!((mean(&peak) - 0.8).abs() < 0.1, "{peak:?} of the strength");
 }
 
 /// Points of equal volume break at 0.8 of the strength; those of the quadrature come close to it.

@@ -50,6 +50,11 @@ fn a_body_that_lies_is_held_from_below_where_it_touches() {
     let engine: Vec3 = supports.iter().map(|s| s.exchanged.linear).sum();
     let hit = hits[0].impact.impulse;
     assert!(engine.z > 0.3 * hit, "the floor answered {} of {hit}", engine.z);
+    // Beside its weight, the cube got what the ball and the floor gave it.
+    let view = world.body(cube).unwrap();
+    let gained = view.velocity * view.mass - hits[0].exchanged.linear - engine;
+    let weight = 9.81 * view.mass / 240.0;
+    assert!(gained.norm() < 0.05 * weight, "{gained} of {weight}");
     // A body in the air rests on nothing.
     let (world, cube, _, hits) = strike(3);
     assert!(world.supports(cube, &hits).is_empty());

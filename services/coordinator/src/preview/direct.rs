@@ -22,6 +22,8 @@ pub(super) fn climax(track: &Track) -> Option<f64> {
 
 /// Share of the debris, along each axis, that may be out of the picture.
 const OUTLIERS: f64 = 0.1;
+/// The same of a close view.
+const CLOSE_OUTLIERS: f64 = 0.02;
 /// How far from the middle of the action, in its sizes, a bystander may be and still be shown.
 const NEIGHBOURS: f64 = 0.9;
 
@@ -90,7 +92,8 @@ pub(super) fn close(track: &Track, focus: &Focus, time: f64, size: (usize, usize
     let present = track.present(time).filter(|(_, actor, _)| {
         heroes.contains(actor.object.as_str()) && !actor.fixed && !actor.is_grain()
     });
-    let points = gathered(&present.flat_map(|(_, a, pose)| a.corners(pose)).collect::<Vec<_>>());
+    let corners: Vec<Vec3> = present.flat_map(|(_, a, pose)| a.corners(pose)).collect();
+    let points = gathered(&corners, CLOSE_OUTLIERS);
     let (low, high) = extent(&points);
     if points.is_empty() {
         return *focus;
@@ -117,7 +120,7 @@ fn action(track: &Track) -> Vec<Vec3> {
             }
         }
     }
-    whole.extend(gathered(&debris));
+    whole.extend(gathered(&debris, OUTLIERS));
     let (low, high) = extent(&whole);
     let (middle, size) = ((low + high) / 2.0, (high - low).norm());
     for (_, actor, pose) in track.present(moments[1]) {
@@ -133,13 +136,13 @@ fn action(track: &Track) -> Vec<Vec3> {
 }
 
 /// Debris without what flew far: it must not shrink the rest.
-fn gathered(debris: &[Vec3]) -> Vec<Vec3> {
+fn gathered(debris: &[Vec3], outliers: f64) -> Vec<Vec3> {
     let mut kept = debris.to_vec();
     for axis in 0..3 {
         let mut along: Vec<f64> = debris.iter().map(|p| p[axis]).collect();
         along.retain(|c| c.is_finite());
         along.sort_by(f64::total_cmp);
-        let skip = (along.len() as f64 * OUTLIERS / 2.0) as usize;
+        let skip = (along.len() as f64 * outliers / 2.0) as usize;
         if let (Some(&low), Some(&high)) = (along.get(skip), along.iter().rev().nth(skip)) {
             kept.retain(|p| (low..=high).contains(&p[axis]));
         }

@@ -93,6 +93,10 @@ impl Light {
     ) -> (f32, Option<u32>) {
         let texel = 2.0 * self.half / self.side as f64;
         let at = self.project(point + normal * (1.6 * texel));
+        // What leans away from the light must not shade itself where the disc asks beside it.
+        let facing = normal.dot(&self.towards).max(0.05);
+        let lean = (1.0 - facing * facing).max(0.0).sqrt() / facing;
+        let slack = (0.6 + DISC * lean).min(MOST_SLACK) * texel;
         let (size, reach) = (self.side as f64, TAP_REACH as f64);
         let near = |c: f64| c > -reach && c < size + reach;
         if !(near(at.x) && near(at.y)) {
@@ -103,7 +107,7 @@ impl Light {
             let inside = x >= 0.0 && y >= 0.0 && x < size && y < size;
             !inside || {
                 let near = self.seen.near[y as usize * self.side + x as usize];
-                f64::from(near) <= at.near + 0.6 * texel
+                f64::from(near) <= at.near + slack
             }
         };
         let lit = |ring: &[[(f64, f64); 2]]| {
@@ -139,6 +143,11 @@ const fn in_turns(taps: [(f32, f32); 2]) -> [[(f64, f64); 2]; 4] {
     }
     all
 }
+
+/// Radius of the disc \[pixels\].
+const DISC: f64 = 2.4;
+/// How far what casts a shadow must be before a surface at most, in the light's pixels.
+const MOST_SLACK: f64 = 10.0;
 
 /// How far that is from the middle, at most \[pixels\].
 pub(super) const TAP_REACH: usize = 3;

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Fragments of fewer cells than this are the grid's, not the material's [G2].
+/// Fragments of fewer cells than this are the grid's, not the material's (G2).
 const LEAST_CELLS: f64 = 27.0;
 
 /// A fragment that broke no further.
@@ -22,7 +22,7 @@ pub struct FragmentMass {
     pub mass: f64,
     /// Volume over the object's \[1\].
     pub ratio: f64,
-    /// Mass of [`LEAST_CELLS`] cells of the solve that made it \[kg\]; zero where it had no grid.
+    /// Mass of 27 cells of the solve that made it \[kg\]; zero where it had no grid.
     pub least: f64,
 }
 

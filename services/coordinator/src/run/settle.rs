@@ -101,7 +101,7 @@ impl Run<'_> {
     }
 
     /// `centres`: of the fragments, in the body's frame \[m\]. `spacing`: of the solve that made
-    /// them; they are solved no finer than that \[m\].
+    /// the fragments; they are solved no finer than that \[m\].
     fn replaced(
         &mut self,
         job: &Pending,

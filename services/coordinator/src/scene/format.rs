@@ -1,6 +1,6 @@
 //! The scene file as it is written: plain data, the one source of the reader and of the schema.
 //!
-//! Numbers are SI when they arrive here: `check` has turned "6 mm" into 0.006 by the schema's units.
+//! Numbers are SI when they arrive here: `check` has turned "6 mm" into 0.006 by the units in it.
 
 mod material;
 mod show;

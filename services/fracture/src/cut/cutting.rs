@@ -337,6 +337,12 @@ impl Cutting {
                 self.floor
             ));
         }
+        // F33: a part without outer surface touches others only.
+        let buried = parts.iter().filter(|part| part.solid.surface.iter().all(Surface::is_crack));
+        let buried = buried.count();
+        if buried > 0 {
+            self.warnings.push(format!("{buried} of the parts enclosed by others"));
+        }
         if parts.len() > self.max {
             self.warnings.push(format!("{} parts, {} were wanted at most", parts.len(), self.max));
         }

@@ -1,3 +1,4 @@
+mod inner;
 mod legs;
 
 use super::{CutError, CutSettings, DamageField, Partition, by_sites, extract};
@@ -476,7 +477,10 @@ fn crack_faces_know_how_fast_the_front_was_and_whose_they_are() {
     let again = by_sites(&half, &sites, &[0, 1], &[0.0; 2], &SETTINGS).unwrap();
     for part in &again.parts {
         let area = |wanted: u32| -> f64 {
-            let own = |&(_, s): &(usize, &Surface)| matches!(*s, Surface::Crack { parent, .. } if parent == wanted);
+            let own = |&(_, s): &(usize, &Surface)| match *s {
+                Surface::Outer => false,
+                Surface::Crack { parent, .. } => parent == wanted,
+            };
             let corners = |(t, _)| part.solid.mesh.corners(t);
             let faces = part.solid.surface.iter().enumerate().filter(own).map(corners);
             faces.map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum()

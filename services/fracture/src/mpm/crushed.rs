@@ -22,7 +22,7 @@ const WHOLE_SHARE: f64 = 0.5;
 const HALF_BAND: f64 = 2.1;
 
 /// Least size of a piece drawn in a crushed zone, in cells: finer is not in the solve (gate 5).
-const LEAST_SIZE: f64 = 2.5;
+const LEAST_SIZE: f64 = 2.0;
 
 /// Stream of the seed's numbers.
 const STREAM: u64 = 0xf1e5;

@@ -274,20 +274,16 @@ impl Domain {
         sum
     }
 
-    /// Pushes one point with `impulse` \[N·s\]; returns the work done \[J\].
-    pub fn push(&mut self, id: u32, impulse: Vec3) -> f64 {
+    /// Pushes one point with `impulse` \[N·s\].
+    pub fn push(&mut self, id: u32, impulse: Vec3) {
         let p = self.slot(id);
-        let element = self.element(p).clone();
+        let nodes = self.element(p).nodes;
         let stencil = Stencil::new(&self.particles.reference[p], &self.grid.spacing);
-        let nodes = &mut self.grid.nodes;
-        let mut work = 0.0;
         stencil.visit(|k, weight, _| {
-            let n = element.nodes[k] as usize;
-            let (part, mass) = (impulse * weight, nodes.mass[n]);
-            work += part.dot(&vector(nodes.velocity[n])) + 0.5 * part.norm_squared() / mass;
-            nodes.velocity[n] += packed(part / mass);
+            let n = nodes[k] as usize;
+            let push = impulse * (weight / self.grid.nodes.mass[n]);
+            self.grid.nodes.velocity[n] += packed(push);
         });
-        work
     }
 
     /// Takes one step.

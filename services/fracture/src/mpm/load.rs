@@ -18,8 +18,11 @@ pub const LEAST_POINTS: usize = 8;
 /// Duration of a Hertz contact over δ_max/v.
 const HERTZ_TIME: f64 = 2.943;
 
-/// Durations of the contact after which the two have parted for good.
+/// Durations of the contact after which it is over in any case.
 const LONGEST: f64 = 3.0;
+
+/// Durations apart after which the two have parted for good.
+const APART: f64 = 0.5;
 
 /// One impact: a striker that presses on points near the contact through a Hertz spring.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,12 +45,18 @@ pub struct Load {
     stiffness: f64,
     /// Greatest force on a rigid body \[N\].
     peak: f64,
-    /// Speed of the striker along the push, seen from the body at rest \[m/s\].
+    /// Speed of the striker along the push at first, seen from the body at rest \[m/s\].
+    closing_speed: f64,
+    /// The same now \[m/s\].
     speed: f64,
     /// Of the striker along the push \[1/kg\].
     mobility: f64,
     /// Approach of striker and body since they touched, δ \[m\].
     approach: f64,
+    /// Given in the last step \[N·s\].
+    last: f64,
+    /// When they last touched \[s\].
+    touched: f64,
     over: bool,
 }
 
@@ -76,10 +85,13 @@ impl Load {
             force: 0.0,
             stiffness,
             peak: stiffness * deepest * deepest.sqrt(),
+            closing_speed: impact.closing_speed / share,
             speed: impact.closing_speed / share,
             // 1/m* is the sum of the two mobilities [Gate 0]
             mobility: (1.0 / (reduced * share * share) - mobility).max(0.0),
             approach: 0.0,
+            last: 0.0,
+            touched: 0.0,
             over: false,
         }
     }
@@ -100,37 +112,47 @@ impl Load {
         self.force > 0.0 && rim * (depth / process.max(depth)).sqrt() >= strength
     }
 
+    /// Energy that the striker has lost \[J\]: what the body has got, and what the spring holds.
+    #[must_use]
+    pub fn lost(&self) -> f64 {
+        0.5 * self.delivered * (self.closing_speed + self.speed)
+    }
+
     /// Whether nothing more is to come.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.over
     }
 
-    /// Pushes the body by what falls into the domain's next step; returns the work done \[J\].
+    /// Pushes the body by what falls into the domain's next step.
     ///
     /// The force is the spring's: it ends when the body gives way or the two part, so no push does
     /// more work than the striker loses (F12), nor gives more than `impulse`.
-    pub fn push(&mut self, domain: &mut Domain) -> f64 {
+    pub fn push(&mut self, domain: &mut Domain) {
         if self.over {
-            return 0.0;
+            return;
         }
+        // What the force of the last step did, and how near that brought the two.
+        let surface = speed(domain, &self.shares, &self.direction);
+        self.work += self.last * surface;
+        self.approach += (self.speed - surface) * domain.step;
         let depth = self.approach.max(0.0);
         self.force = self.stiffness * depth * depth.sqrt();
         let left = self.impulse - self.delivered;
         let size = (self.force * domain.step).min(left);
-        self.over = size == left || domain.time > LONGEST * self.duration;
-        let surface = speed(domain, &self.shares, &self.direction);
-        self.approach += (self.speed - surface) * domain.step;
-        if size <= 0.0 {
-            return 0.0;
+        if size > 0.0 {
+            self.touched = domain.time;
         }
-        self.delivered += size;
-        self.speed -= size * self.mobility;
-        let impulse = self.direction * size;
-        let work: f64 =
-            self.shares.iter().map(|&(id, share)| domain.push(id, impulse * share)).sum();
-        self.work += work;
-        work
+        self.over = size == left
+            || domain.time > LONGEST * self.duration
+            || domain.time - self.touched > APART * self.duration;
+        self.last = size;
+        if size > 0.0 {
+            self.delivered += size;
+            self.speed -= size * self.mobility;
+            let impulse = self.direction * size;
+            self.shares.iter().for_each(|&(id, share)| domain.push(id, impulse * share));
+        }
     }
 }
 

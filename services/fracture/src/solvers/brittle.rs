@@ -44,7 +44,7 @@ const GROWTH_SHARE: f64 = 2e-3;
 /// Steps between looks at energy and finiteness (F04, F76).
 const LOOK: u64 = 64;
 
-/// Energy over work done that counts as instability (F04).
+/// Energy over what the strikers have lost that counts as instability (F04).
 const GROWTH: f64 = 1.1;
 
 /// Share of points that may be crushed before the numbers mean nothing (F07).
@@ -65,7 +65,6 @@ pub struct Brittle {
     strength_ratio: f64,
     clock: Clock,
     total: Tally,
-    work: f64,
     push_over: Option<f64>,
     last_growth: f64,
     broken_then: u32,
@@ -157,7 +156,6 @@ impl Solver for Brittle {
             strength_ratio: softening.strength_ratio,
             clock,
             total: Tally::default(),
-            work: 0.0,
             push_over: None,
             last_growth: 0.0,
             broken_then: 0,
@@ -192,7 +190,7 @@ impl Brittle {
 
     fn step(&mut self) -> Result<(), Failure> {
         for load in &mut self.loads {
-            self.work += load.push(&mut self.domain);
+            load.push(&mut self.domain);
         }
         for rest in &mut self.rests {
             rest.push(&mut self.domain);
@@ -244,8 +242,9 @@ impl Brittle {
         if !energy.is_finite() {
             return Err(Failure::NotFinite { what: "energy", step });
         }
-        if energy > GROWTH * self.work {
-            return Err(Failure::Unstable { ratio: energy / self.work - 1.0, step });
+        let lost: f64 = self.loads.iter().map(Load::lost).sum();
+        if energy > GROWTH * lost {
+            return Err(Failure::Unstable { ratio: energy / lost - 1.0, step });
         }
         Ok(())
     }

@@ -142,7 +142,7 @@ impl Geometric {
             fracture_energy,
             dissipated_energy: fracture_energy,
             strength_ratio: 1.0,
-            delivered_impulse: self.problem.impacts.iter().map(|impact| impact.impulse).sum(),
+            delivered_impulse: self.problem.impacts.iter().map(delivered).sum(),
             warnings,
             ..Default::default()
         };
@@ -167,6 +167,12 @@ fn dynamic_count(problem: &Problem, body: &MassProperties) -> usize {
     if count >= 1.0 { count.ceil().max(2.0) as usize } else { 1 }
 }
 
+/// What a hit gives to a body that breaks \[N·s\]: no more than ends the approach, m* v = 2E/v. The
+/// pieces do not throw the striker back.
+fn delivered(impact: &Impact) -> f64 {
+    impact.impulse.min(2.0 * impact.energy / impact.closing_speed)
+}
+
 /// The rigid motion that the hits give to the whole body.
 struct Motion {
     centroid: Vec3,
@@ -178,7 +184,7 @@ impl Motion {
     fn new(impacts: &[Impact], body: &MassProperties, density: f64) -> Self {
         let (mut push, mut turn) = (Vec3::zeros(), Vec3::zeros());
         for impact in impacts {
-            let impulse = impact.normal * impact.impulse;
+            let impulse = impact.normal * delivered(impact);
             push += impulse;
             turn += (impact.point - body.centroid).cross(&impulse);
         }
