@@ -49,6 +49,58 @@ pub struct Impact {
     pub closing_speed: f64,
 }
 
+/// How crack faces look closer than the grid resolves. Lengths in grid spacings h; zero `height`,
+/// `ribs` and `grain` are no detail.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Detail {
+    /// Longest edge of a crack face \[h\].
+    pub edge: f64,
+    /// Longest chevron line \[h\].
+    pub length: f64,
+    /// How far a chevron line keeps others away \[h\].
+    pub influence: f64,
+    /// Over what heights and damage times are smoothed \[h\].
+    pub grid: f64,
+    /// Height of chevrons \[h\].
+    pub height: f64,
+    /// Share of the chevron lines that grow along their way.
+    pub share: f64,
+    /// Height of ribs \[h\].
+    pub ribs: f64,
+    /// Distance between ribs \[h\].
+    pub rib_spacing: f64,
+    /// Height of grain \[h\].
+    pub grain: f64,
+    /// Size of the coarsest grain \[h\].
+    pub grain_size: f64,
+}
+
+/// No detail, and the edges at which some begins.
+impl Default for Detail {
+    fn default() -> Self {
+        Self {
+            edge: 0.4,
+            length: 10.0,
+            influence: 0.5,
+            grid: 0.8,
+            height: 0.0,
+            share: 0.5,
+            ribs: 0.0,
+            rib_spacing: 3.0,
+            grain: 0.0,
+            grain_size: 2.0,
+        }
+    }
+}
+
+impl Detail {
+    fn numbers(&self) -> [f64; 10] {
+        let Self { edge, length, influence, grid, height, share, ribs, rib_spacing, .. } = *self;
+        let (grain, size) = (self.grain, self.grain_size);
+        [edge, length, influence, grid, height, share, ribs, rib_spacing, grain, size]
+    }
+}
+
 /// Where a body rests on something that does not move, in the body's own frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Support {
@@ -73,6 +125,8 @@ pub struct Settings {
     pub min_volume_ratio: f64,
     /// At most this many fragments.
     pub max_fragments: u32,
+    /// How crack faces look.
+    pub detail: Detail,
     /// Parts below this share of the body's volume become debris \[1\].
     pub debris: f64,
     /// Size of a grain of it \[m\].
@@ -211,6 +265,7 @@ impl Header {
             codec::finite("a job's supports", &[point.as_slice(), normal, &[*radius]].concat())?;
         }
         codec::finite("a job's spacing", self.settings.spacing.as_slice())?;
+        codec::finite("a job's detail", &self.settings.detail.numbers())?;
         codec::finite("a job's grain", self.settings.grain.as_slice())?;
         let Settings { min_volume_ratio, debris, .. } = self.settings;
         codec::finite("a job's least volume ratios", &[min_volume_ratio, debris])
@@ -227,7 +282,7 @@ pub(crate) mod tests {
         let vertices = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
         let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
         let mut solid = Solid::outer(TriMesh { vertices, triangles });
-        solid.surface[3] = Surface::Crack { damage_time: 1.5e-5 };
+        solid.surface[3] = Surface::crack(1.5e-5);
         solid
     }
 
@@ -290,6 +345,7 @@ pub(crate) mod tests {
                 max_steps: 20_000,
                 min_volume_ratio: 1e-4,
                 max_fragments: 400,
+                detail: Detail { height: 0.1, ..Detail::default() },
                 debris: 5e-4,
                 grain: Some(1e-3),
             },
@@ -303,13 +359,14 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "c8eb9b09");
+        assert_eq!(job.id()?.short(), "cbfaef74");
         Ok(())
     }
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 15] = [
+        let change: [fn(&mut FractureJob); 16] = [
+            |j| j.settings.detail.height = 0.2,
             |j| j.seed += 1,
             |j| j.solver.push('x'),
             |j| j.fallback = None,
@@ -324,7 +381,7 @@ pub(crate) mod tests {
             |j| j.settings.grain = None,
             |j| j.supports[0].radius = 0.03,
             |j| j.solid.mesh.vertices[0].x = 1e-300,
-            |j| j.solid.surface[0] = Surface::Crack { damage_time: 0.0 },
+            |j| j.solid.surface[0] = Surface::crack(0.0),
         ];
         for (index, change) in change.iter().enumerate() {
             let mut other = sample();

@@ -1,6 +1,8 @@
 //! Meshes as little-endian slabs: vertices (3 × f64 \[m\]), triangles (3 × u32), and a u32 surface
 //! tag for each triangle: all ones for the outer surface, else the bits of the crack's damage time
-//! (f32 \[s\], finite, not negative).
+//! (f32 \[s\], finite, not negative). Then for each crack triangle in order: the bits of the
+//! front's speed (f32 \[m/s\], likewise), and the number of the body that broke plus one (u32, 0:
+//! not named).
 
 use crate::codec::{self, WireError};
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
@@ -80,8 +82,16 @@ impl<'a> Slabs<'a> {
             }
         }
         let tags = self.u32s("a mesh's surface tags", nt)?;
-        let surface = tags.iter().enumerate().map(|(t, tag)| surface(t, *tag));
-        let surface = surface.collect::<Result<_, _>>()?;
+        let cracks = tags.iter().filter(|&&tag| tag != OUTER).count();
+        let speeds = self.u32s("a mesh's front speeds", cracks)?;
+        let parents = self.u32s("a mesh's crack parents", cracks)?;
+        let mut more = speeds.into_iter().zip(parents);
+        let mut surfaces = Vec::with_capacity(nt);
+        for (triangle, tag) in tags.into_iter().enumerate() {
+            let crack = if tag == OUTER { None } else { more.next() };
+            surfaces.push(crack.map_or(Ok(Surface::Outer), |more| surface(triangle, tag, more))?);
+        }
+        let surface = surfaces;
         Ok(Solid { mesh: TriMesh { vertices, triangles }, surface })
     }
 
@@ -95,15 +105,13 @@ impl<'a> Slabs<'a> {
     }
 }
 
-fn surface(triangle: usize, tag: u32) -> Result<Surface, WireError> {
-    let damage_time = f32::from_bits(tag);
-    if tag == OUTER {
-        Ok(Surface::Outer)
-    } else if damage_time.is_finite() && damage_time.is_sign_positive() {
-        Ok(Surface::Crack { damage_time })
-    } else {
-        Err(WireError::Tag { triangle, tag })
-    }
+fn surface(triangle: usize, time: u32, (speed, parent): (u32, u32)) -> Result<Surface, WireError> {
+    let number = |tag: u32| {
+        let value = f32::from_bits(tag);
+        let good = value.is_finite() && value.is_sign_positive();
+        if good { Ok(value) } else { Err(WireError::Tag { triangle, tag }) }
+    };
+    Ok(Surface::Crack { damage_time: number(time)?, front_speed: number(speed)?, parent })
 }
 
 /// Appends numbers.
@@ -126,9 +134,15 @@ pub fn put_solid(out: &mut Vec<u8>, solid: &Solid) {
     let tag = |surface: &Surface| match surface {
         Surface::Outer => OUTER,
         // Adding zero turns −0 into +0: one time, one encoding.
-        Surface::Crack { damage_time } => (damage_time + 0.0).to_bits(),
+        Surface::Crack { damage_time, .. } => (damage_time + 0.0).to_bits(),
     };
     put_u32s(out, solid.surface.iter().map(tag));
+    let more = |surface: &Surface| match *surface {
+        Surface::Outer => None,
+        Surface::Crack { front_speed, parent, .. } => Some(((front_speed + 0.0).to_bits(), parent)),
+    };
+    put_u32s(out, solid.surface.iter().filter_map(more).map(|more| more.0));
+    put_u32s(out, solid.surface.iter().filter_map(more).map(|more| more.1));
 }
 
 /// A solid's counts, held to their limits, with one tag a triangle.

@@ -86,6 +86,15 @@ message! {
         "4" [bytes = "vec"] crack: Vec<u8>,
         /// For each crack triangle in order: time from the impact to full damage \[s\].
         "5" [float, repeated] damage_time: Vec<f32>,
+        /// For each crack triangle: speed of the crack front, 1/|∇τ| \[m/s\]; 0 where not known.
+        "6" [float, repeated] front_speed: Vec<f32>,
+        /// For each crack triangle: the body that broke there plus one, that is `Body.id` + 1; 0
+        /// where not known.
+        "7" [uint32, repeated] parent: Vec<u32>,
+        /// For each crack triangle: its chart, for texture coordinates.
+        "8" [uint32, repeated] chart: Vec<u32>,
+        /// Six numbers a chart, its unit axes U and V: a corner p has u = p·U, v = p·V \[m\].
+        "9" [double, repeated] chart_axes: Vec<f64>,
     }
 }
 

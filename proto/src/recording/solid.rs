@@ -1,6 +1,7 @@
 //! Solids in and out of recordings, to the last bit, and the digest that names them.
 
 use super::Geometry;
+use cullet_geometry::charts::charts;
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
 
 /// Why a recorded geometry is not a solid.
@@ -49,9 +50,11 @@ pub fn geometry_hash(solid: &Solid) -> [u8; 32] {
     for surface in &solid.surface {
         match surface {
             Surface::Outer => bytes.push(0),
-            Surface::Crack { damage_time } => {
+            Surface::Crack { damage_time, front_speed, parent } => {
                 bytes.push(1);
                 bytes.extend(damage_time.to_bits().to_le_bytes());
+                bytes.extend(front_speed.to_bits().to_le_bytes());
+                bytes.extend(parent.to_le_bytes());
             }
         }
     }
@@ -62,22 +65,31 @@ pub fn geometry_hash(solid: &Solid) -> [u8; 32] {
 impl From<&Solid> for Geometry {
     fn from(solid: &Solid) -> Self {
         let mut crack = Vec::with_capacity(solid.surface.len());
-        let mut times = Vec::new();
+        let (mut times, mut speeds, mut parents) = (Vec::new(), Vec::new(), Vec::new());
         for surface in &solid.surface {
             match surface {
                 Surface::Outer => crack.push(0),
-                Surface::Crack { damage_time } => {
+                Surface::Crack { damage_time, front_speed, parent } => {
                     crack.push(1);
                     times.push(*damage_time);
+                    speeds.push(*front_speed);
+                    parents.push(*parent);
                 }
             }
         }
+        let (chart, charts) = charts(solid);
+        let axes = charts.iter().flat_map(|chart| [chart.u, chart.v]);
+        let chart_axes = axes.flat_map(|axis| [axis.x, axis.y, axis.z]).collect();
         Self {
             hash: geometry_hash(solid).to_vec(),
             vertices: solid.mesh.vertices.iter().flat_map(|v| [v.x, v.y, v.z]).collect(),
             triangles: solid.mesh.triangles.iter().flatten().copied().collect(),
             crack,
             damage_time: times,
+            front_speed: speeds,
+            parent: parents,
+            chart,
+            chart_axes,
         }
     }
 }
@@ -101,15 +113,24 @@ fn columns(geometry: &Geometry) -> Result<Solid, GeometryError> {
     length("crack", geometry.crack.len(), triangles.len())?;
     let cracks = geometry.crack.iter().filter(|&&c| c != 0).count();
     length("damage_time", geometry.damage_time.len(), cracks)?;
+    length("front_speed", geometry.front_speed.len(), cracks)?;
+    length("parent", geometry.parent.len(), cracks)?;
     for (triangle, corners) in triangles.iter().enumerate() {
         if let Some(&vertex) = corners.iter().find(|&&i| i as usize >= vertices.len()) {
             return Err(GeometryError::Index { triangle, vertex, vertices: vertices.len() });
         }
     }
-    let mut times = geometry.damage_time.iter();
-    let surface = geometry.crack.iter().map(|&crack| match crack {
-        0 => Surface::Outer,
-        _ => Surface::Crack { damage_time: times.next().copied().unwrap_or_default() },
+    let mut crack = 0;
+    let surface = geometry.crack.iter().map(|&kind| {
+        if kind == 0 {
+            return Surface::Outer;
+        }
+        crack += 1;
+        Surface::Crack {
+            damage_time: geometry.damage_time[crack - 1],
+            front_speed: geometry.front_speed[crack - 1],
+            parent: geometry.parent[crack - 1],
+        }
     });
     let surface = surface.collect();
     Ok(Solid { mesh: TriMesh { vertices, triangles }, surface })
@@ -135,8 +156,8 @@ mod tests {
         ];
         let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
         let mut solid = Solid::outer(TriMesh { vertices, triangles });
-        solid.surface[1] = Surface::Crack { damage_time: 1.5e-5 };
-        solid.surface[3] = Surface::Crack { damage_time: 0.0 };
+        solid.surface[1] = Surface::Crack { damage_time: 1.5e-5, front_speed: 900.0, parent: 4 };
+        solid.surface[3] = Surface::crack(0.0);
         solid
     }
 
@@ -162,9 +183,9 @@ mod tests {
         let mut turned = tetrahedron();
         turned.mesh.triangles[0] = [2, 1, 0];
         let mut tagged = tetrahedron();
-        tagged.surface[0] = Surface::Crack { damage_time: 0.0 };
+        tagged.surface[0] = Surface::crack(0.0);
         let mut later = tetrahedron();
-        later.surface[1] = Surface::Crack { damage_time: 1.6e-5 };
+        later.surface[1] = Surface::crack(1.6e-5);
         for (what, other) in
             [("vertex", moved), ("triangle", turned), ("tag", tagged), ("time", later)]
         {

@@ -4,6 +4,7 @@
 //! 20 000 triangles stands in for what is not there.
 
 use cullet_fracture::cut::{CutSettings, DamageField, by_sites, extract};
+use cullet_fracture::detail::Detail;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::shapes;
@@ -46,9 +47,13 @@ fn extract_from_150k_particles(bencher: divan::Bencher<'_, '_>) {
         positions: &positions,
         damage: &damage,
         damage_time: &time,
+        time_step: 1e-9,
+        top_speed: 3000.0,
+        scale: Vec3::repeat(1.0),
         pieces: None,
     };
-    let settings = CutSettings { min_volume_ratio: 1e-4, max_fragments: 400, seed: 1 };
+    let settings =
+        CutSettings { min_volume_ratio: 1e-4, max_fragments: 400, seed: 1, detail: Detail::NONE };
     bencher.bench(|| {
         let parts = extract(&plate, &field, &settings).expect("a cut").parts.len();
         assert_eq!(parts, 5);
@@ -56,7 +61,7 @@ fn extract_from_150k_particles(bencher: divan::Bencher<'_, '_>) {
 }
 
 /// A body cut by uniformly random cells.
-fn cut(bencher: divan::Bencher<'_, '_>, mesh: &str, count: usize) {
+fn cut(bencher: divan::Bencher<'_, '_>, mesh: &str, count: usize, detail: Detail) {
     let solid = Solid::outer(load(mesh).unwrap_or_else(noisy_sphere));
     let (low, high) = solid.mesh.bounds().expect("a body");
     let inside = Inside::new(&solid.mesh);
@@ -67,19 +72,26 @@ fn cut(bencher: divan::Bencher<'_, '_>, mesh: &str, count: usize) {
         .take(count)
         .collect();
     let labels: Vec<u32> = (0..count as u32).collect();
-    let settings = CutSettings { min_volume_ratio: 1e-6, max_fragments: 5000, seed: 1 };
+    let settings = CutSettings { min_volume_ratio: 1e-6, max_fragments: 5000, seed: 1, detail };
     let times = vec![0.0; count];
     bencher.bench(|| by_sites(&solid, &sites, &labels, &times, &settings).expect("a cut"));
 }
 
 #[divan::bench(sample_count = 3)]
 fn rocker_arm_into_50(bencher: divan::Bencher<'_, '_>) {
-    cut(bencher, "rocker-arm.obj", 50);
+    cut(bencher, "rocker-arm.obj", 50, Detail::NONE);
 }
 
 #[divan::bench(sample_count = 3)]
 fn spot_into_1000(bencher: divan::Bencher<'_, '_>) {
-    cut(bencher, "spot.obj", 1000);
+    cut(bencher, "spot.obj", 1000, Detail::NONE);
+}
+
+/// Faces with noise, of the body and the number of cells at which other tools were timed.
+#[divan::bench(sample_count = 3)]
+fn rocker_arm_into_27_with_noisy_faces(bencher: divan::Bencher<'_, '_>) {
+    let noise = Detail { edge: 0.5, grain: 0.15, grain_size: 2.0, ..Detail::NONE };
+    cut(bencher, "rocker-arm.obj", 27, noise);
 }
 
 /// The triangles of an OBJ file in the folder that `CULLET_MESHES` names.

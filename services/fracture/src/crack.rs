@@ -9,6 +9,7 @@
 //! that ends inside leaves one label around its tip: nothing separates there. Faces between labels
 //! have one corner in each cube of eight nodes (surface nets), smoothed inside its cube.
 
+mod front;
 mod net;
 mod smooth;
 mod walk;
@@ -114,15 +115,7 @@ impl Lattice {
     }
 }
 
-/// What the lattice tells of any place: its cell, and whether there is damage near by.
-#[derive(Clone, Debug)]
-pub(crate) struct Ground {
-    lattice: Lattice,
-    near: Vec<bool>,
-    cell: Vec<u32>,
-}
-
-impl Ground {
+impl Nodes {
     /// Whether a damaged node lies within two spacings of the point, along every axis: a crack
     /// elsewhere is an artefact (F27).
     pub(crate) fn holds(&self, point: Vec3) -> bool {
@@ -133,9 +126,9 @@ impl Ground {
     }
 
     /// The cells that the point may lie in: those of the nodes around it.
-    pub(crate) fn around(&self, point: Vec3) -> impl Iterator<Item = u32> + use<'_> {
+    pub(crate) fn cells_at(&self, point: Vec3) -> impl Iterator<Item = u32> + use<'_> {
         let node = self.lattice.node(self.lattice.nearest(point));
-        self.lattice.around(node, 1).map(|i| self.cell[i])
+        self.lattice.around(node, 1).map(|i| self.reach[i])
     }
 }
 
@@ -150,6 +143,12 @@ pub(crate) struct Nodes {
     broken: Vec<f64>,
     /// When the nearest damage was complete \[s\].
     time: Vec<f64>,
+    /// Whether that was at the node itself.
+    known: Vec<bool>,
+    /// The mean place of the damage that the time is the mean of \[m\].
+    heart: Vec<Vec3>,
+    /// Whether there is damage within two spacings along every axis.
+    near: Vec<bool>,
     /// Component of undamaged material nodes, or `NONE`.
     label: Vec<u32>,
     labels: u32,
@@ -183,6 +182,7 @@ impl Nodes {
         let lattice = Lattice { low, spacing: h, dims };
         let mut nodes = Self::spread(lattice, field);
         nodes.inside = lattice.inside(&Inside::new(body));
+        nodes.look_around();
         match field.pieces {
             Some(pieces) => nodes.take_labels(field.positions, pieces),
             None if (0..lattice.len()).any(|i| nodes.is_damaged(i)) => nodes.fill_labels(),
@@ -224,6 +224,7 @@ impl Nodes {
         let n = lattice.len();
         let (mut weight, mut broken) = (vec![0.0; n], vec![0.0; n]);
         let (mut timed, mut time) = (vec![0.0; n], vec![0.0; n]);
+        let mut heart = vec![Vec3::zeros(); n];
         for ((&p, &damage), &when) in
             field.positions.iter().zip(field.damage).zip(field.damage_time)
         {
@@ -239,6 +240,7 @@ impl Nodes {
                             if when.is_finite() {
                                 timed[row + x] += share;
                                 time[row + x] += share * when;
+                                heart[row + x] += share * p;
                             }
                         }
                     }
@@ -247,12 +249,16 @@ impl Nodes {
         }
         for i in 0..n {
             broken[i] = if weight[i] > 0.0 { broken[i] / weight[i] } else { 0.0 };
+            heart[i] /= timed[i];
             time[i] = if timed[i] > 0.0 { time[i] / timed[i] } else { f64::INFINITY };
         }
         Self {
             lattice,
             inside: Vec::new(),
             broken,
+            near: Vec::new(),
+            heart,
+            known: time.iter().map(|t| t.is_finite()).collect(),
             time,
             label: vec![NONE; n],
             labels: 0,
@@ -316,19 +322,15 @@ impl Nodes {
         self.reach[self.lattice.nearest(point)]
     }
 
-    /// Nodes with damage within two spacings along every axis.
-    fn near(&self) -> Vec<bool> {
+    /// Finds the nodes with damage within two spacings along every axis.
+    fn look_around(&mut self) {
         let mut near = vec![false; self.lattice.len()];
         for i in (0..near.len()).filter(|&i| self.is_damaged(i)) {
             for j in self.lattice.around(self.lattice.node(i), 2) {
                 near[j] = true;
             }
         }
-        near
-    }
-
-    pub(crate) fn ground(&self) -> Ground {
-        Ground { lattice: self.lattice, near: self.near(), cell: self.reach.clone() }
+        self.near = near;
     }
 }
 

@@ -1,10 +1,10 @@
 //! Cuts a body along the faces between Voronoi cells of different labels, exactly.
 //!
 //! [`extract`] makes cells and labels from damage, [`by_sites`] takes them from the caller,
-//! [`Cutting`] does the work in steps. Regions (unions of cells of one label) are intersected with the body; a
-//! region may leave several pieces. Pieces that are too small, too many, or cut off by a crack
-//! without damage behind it go to the neighbour with which they share the largest area: their
-//! cells change label and the regions concerned are cut again. Every part is closed, and the
+//! [`Cutting`] does the work in steps. Regions (unions of cells of one label) are intersected with
+//! the body; a region may leave several pieces. Pieces that are too small, too many, or cut off by
+//! a crack without damage behind it go to the neighbour with which they share the largest area:
+//! their cells change label and the regions concerned are cut again. Every part is closed, and the
 //! volumes of the parts sum to the body's within [`VOLUME_TOLERANCE`], or there is an error.
 
 mod cutting;
@@ -13,14 +13,18 @@ mod stretched;
 mod tests;
 
 pub use cutting::Cutting;
+use cutting::Ground;
 pub use stretched::extract_stretched;
 
 use crate::crack::Nodes;
+use crate::detail::Detail;
 use crate::region::agglomerate;
+use crate::region::relief::Terms;
 use cullet_geometry::boolean::{BooleanError, Exact, MAX_TAG};
 use cullet_geometry::math::{scramble, unit};
 use cullet_geometry::voronoi::{Cells, VoronoiError};
 use cullet_geometry::{Solid, Surface, Vec3};
+use std::sync::Arc;
 
 /// The parts' volumes sum to the body's within this share of it.
 pub const VOLUME_TOLERANCE: f64 = 1e-9;
@@ -47,6 +51,12 @@ pub struct DamageField<'a> {
     pub damage: &'a [f64],
     /// When damage reached 1 \[s\]; infinite where it has not.
     pub damage_time: &'a [f64],
+    /// Step of time in which it was found \[s\]; differences below it mean nothing (F35).
+    pub time_step: f64,
+    /// No front is faster \[m/s\].
+    pub top_speed: f64,
+    /// True length of a unit of this frame along each axis: 1, unless the frame is stretched.
+    pub scale: Vec3,
     /// The piece that each particle belongs to, `None` in the band of a crack; without it, pieces
     /// are what the damage leaves connected on the lattice.
     pub pieces: Option<&'a [Option<u32>]>,
@@ -61,6 +71,8 @@ pub struct CutSettings {
     pub max_fragments: u32,
     /// The only source of randomness.
     pub seed: u64,
+    /// How crack faces look closer up.
+    pub detail: Detail,
 }
 
 /// One part of a body that was cut.
@@ -173,13 +185,20 @@ pub fn extract(
     let floor = settings.min_volume_ratio.max(share) * body.volume;
     nodes.fill();
     merge_labels(&mut nodes, field, body.volume, floor, settings);
+    let terms = Terms {
+        detail: settings.detail,
+        spacing: field.spacing,
+        time_step: field.time_step,
+        seed: scramble(settings.seed),
+    };
+    let nodes = Arc::new(nodes);
     attempts(|attempt| {
-        let mosaic = nodes.mosaic(attempt);
-        let ground = nodes.ground();
+        let mosaic = nodes.mosaic(attempt, &terms);
         let labels = (0..nodes.labels()).collect();
         let most = settings.max_fragments;
         let mut cutting = Cutting::assemble(body.clone(), mosaic, labels, floor, most)?;
-        cutting.ground = Some(ground);
+        let (scale, top_speed) = (field.scale, field.top_speed);
+        cutting.ground = Some(Ground { nodes: nodes.clone(), scale, top_speed });
         let mut partition = cutting.run()?;
         partition.particle_part = cutting.locate(field.positions, &partition.parts);
         Ok(partition)
@@ -229,6 +248,9 @@ impl Body {
     fn new(solid: &Solid, settings: &CutSettings) -> Result<Self, CutError> {
         if !(0.0..=1.0).contains(&settings.min_volume_ratio) {
             return Err(CutError::NotFinite { what: "least volume ratio in [0, 1]", index: 0 });
+        }
+        if let Some((what, ..)) = settings.detail.wrong() {
+            return Err(CutError::NotFinite { what, index: 0 });
         }
         solid.validate().map_err(BooleanError::Mesh)?;
         let tag =

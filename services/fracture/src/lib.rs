@@ -7,6 +7,7 @@ pub mod crack;
 pub mod cut;
 pub mod damage;
 pub mod debris;
+pub mod detail;
 pub mod material;
 pub mod mpm;
 pub mod particles;

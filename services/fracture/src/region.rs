@@ -1,6 +1,10 @@
 //! Regions: unions of cells of one label, and which of them are too small to stand alone.
 
+mod flow;
 pub(crate) mod overlap;
+mod refine;
+pub(crate) mod relief;
+mod sheet;
 
 use cullet_geometry::voronoi::{Cells, Face, Key, VoronoiError, WALL};
 use cullet_geometry::{TriMesh, Vec3};

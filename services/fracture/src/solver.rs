@@ -1,6 +1,7 @@
 //! The contract between a fracture problem and the ways to solve it.
 
 use crate::debris::Grain;
+use crate::detail::Detail;
 use crate::material::Material;
 use crate::strength::StrengthField;
 use cullet_geometry::{Solid, Vec3};
@@ -50,6 +51,8 @@ pub struct Settings {
     pub min_volume_ratio: f64,
     /// At most this many fragments; the smallest are merged first.
     pub max_fragments: u32,
+    /// How crack faces look closer than the grid resolves.
+    pub detail: Detail,
     /// Parts below this share of the body's volume become debris \[1\]; 0 makes none.
     pub debris: f64,
     /// Size of a grain of it, half the mass being in larger ones \[m\]; `None`: half the spacing.
@@ -64,6 +67,7 @@ impl Default for Settings {
             max_steps: 20_000,
             min_volume_ratio: 1e-4,
             max_fragments: 400,
+            detail: Detail::default(),
             debris: 5e-4,
             grain: None,
         }

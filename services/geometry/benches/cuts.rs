@@ -85,7 +85,7 @@ fn solid_of(cells: &Cells, site: u32) -> Solid {
         let fan = (1..rim.len() - 1).map(|i| [rim[0], rim[i], rim[i + 1]]);
         mesh.triangles.extend(fan);
     }
-    let surface = vec![Surface::Crack { damage_time: 0.0 }; mesh.triangles.len()];
+    let surface = vec![Surface::crack(0.0); mesh.triangles.len()];
     Solid { mesh, surface }
 }
 

@@ -416,12 +416,12 @@ fn from_kernel(p: KernelVec) -> Vec3 {
 fn id_of(surface: Surface) -> u32 {
     match surface {
         Surface::Outer => OUTER_ID,
-        Surface::Crack { damage_time } => damage_time.abs().to_bits(),
+        Surface::Crack { damage_time, .. } => damage_time.abs().to_bits(),
     }
 }
 
 fn surface_of(id: u32) -> Surface {
-    if id == OUTER_ID { Surface::Outer } else { Surface::Crack { damage_time: f32::from_bits(id) } }
+    if id == OUTER_ID { Surface::Outer } else { Surface::crack(f32::from_bits(id)) }
 }
 
 /// The same triangle, starting from its smallest index.

@@ -4,6 +4,7 @@
 //! physics.
 
 pub mod boolean;
+pub mod charts;
 pub mod door;
 pub mod hull;
 pub mod inside;

@@ -20,6 +20,10 @@ pub enum Surface {
     Crack {
         /// Time from the impact to full damage \[s\]; zero where a method has no time.
         damage_time: f32,
+        /// How fast the front passed, 1/|∇τ| \[m/s\]; zero where it is not known.
+        front_speed: f32,
+        /// The number of the body that broke here, plus one; zero until it is named.
+        parent: u32,
     },
 }
 
@@ -73,12 +77,12 @@ pub enum MeshError {
         /// Triangles given.
         triangles: usize,
     },
-    /// A damage time is negative, NaN or infinite.
-    #[error("the damage time of triangle {triangle} is {value} s; it must be finite and >= 0")]
+    /// A damage time or front speed is negative, NaN or infinite.
+    #[error("the damage time or front speed of triangle {triangle} is {value}; it must be >= 0")]
     DamageTime {
         /// Which triangle.
         triangle: usize,
-        /// Its damage time \[s\].
+        /// The time \[s\] or speed \[m/s\].
         value: f32,
     },
 }
@@ -349,6 +353,12 @@ pub(crate) fn join(root: &mut [u32], a: u32, b: u32) {
 }
 
 impl Surface {
+    /// A crack face of which no more is known than when it opened \[s\].
+    #[must_use]
+    pub fn crack(damage_time: f32) -> Self {
+        Self::Crack { damage_time, front_speed: 0.0, parent: 0 }
+    }
+
     /// Whether this is a crack face.
     #[must_use]
     pub fn is_crack(&self) -> bool {
@@ -385,10 +395,11 @@ impl Solid {
             return Err(MeshError::SurfaceLength { surfaces, triangles });
         }
         for (triangle, surface) in self.surface.iter().enumerate() {
-            if let Surface::Crack { damage_time: value } = *surface
-                && !(value.is_finite() && value >= 0.0)
-            {
-                return Err(MeshError::DamageTime { triangle, value });
+            if let Surface::Crack { damage_time, front_speed, .. } = *surface {
+                let bad = |value: &f32| !(value.is_finite() && *value >= 0.0);
+                if let Some(value) = [damage_time, front_speed].into_iter().find(bad) {
+                    return Err(MeshError::DamageTime { triangle, value });
+                }
             }
         }
         Ok(())
@@ -404,6 +415,17 @@ impl Solid {
     #[must_use]
     pub fn transformed(&self, pose: &Pose) -> Self {
         Self { mesh: self.mesh.transformed(pose), surface: self.surface.clone() }
+    }
+
+    /// Names the body that broke for all crack faces that have no name yet.
+    pub fn name_parent(&mut self, body: u32) {
+        for surface in &mut self.surface {
+            if let Surface::Crack { parent, .. } = surface
+                && *parent == 0
+            {
+                *parent = body.saturating_add(1);
+            }
+        }
     }
 
     /// Enclosed volume \[m³\].

@@ -40,8 +40,24 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
             max_fragments: settings.max_fragments,
             debris: settings.debris,
             grain: settings.grain,
+            detail: detail_of(settings.detail),
         },
         seed: job.seed,
+    }
+}
+
+fn detail_of(detail: wire::Detail) -> core::detail::Detail {
+    core::detail::Detail {
+        edge: detail.edge,
+        length: detail.length,
+        influence: detail.influence,
+        grid: detail.grid,
+        height: detail.height,
+        share: detail.share,
+        ribs: detail.ribs,
+        rib_spacing: detail.rib_spacing,
+        grain: detail.grain,
+        grain_size: detail.grain_size,
     }
 }
 

@@ -214,6 +214,7 @@ mod tests {
                 max_steps: 1,
                 min_volume_ratio: 0.0,
                 max_fragments: 1,
+                detail: cullet_proto::Detail::default(),
                 debris: 0.0,
                 grain: None,
             },

@@ -5,6 +5,7 @@ mod around;
 mod camera;
 mod change;
 mod direct;
+mod exhibit;
 mod film;
 mod font;
 pub(crate) mod palette;
@@ -16,6 +17,7 @@ mod stage;
 mod tests;
 mod track;
 
+pub use exhibit::exhibit;
 pub use picture::Picture;
 
 use crate::record::{RecordError, Recording};

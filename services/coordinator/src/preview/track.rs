@@ -140,12 +140,9 @@ impl Mesh {
         let unit = |n: &Vec3| n.try_normalize(1e-300).unwrap_or_else(Vec3::zeros);
         let normal = |t: usize, v: u32| {
             let own = unit(&area_normals[t]);
-            if crack[t] {
-                return own;
-            }
             let alike = around[v as usize].iter().filter(|&&other| {
                 let other = other as usize;
-                !crack[other] && unit(&area_normals[other]).dot(&own) > CREASE
+                crack[other] == crack[t] && unit(&area_normals[other]).dot(&own) > CREASE
             });
             unit(&alike.map(|&other| area_normals[other as usize]).sum::<Vec3>())
         };

@@ -327,7 +327,7 @@ pub(super) mod tests {
     #[test]
     fn crack_faces_are_a_part_of_their_own() {
         let mut solid = ring(8);
-        solid.surface[..10].fill(Surface::Crack { damage_time: 0.0 });
+        solid.surface[..10].fill(Surface::crack(0.0));
         let shape = Shape::of(&solid);
         assert_eq!((shape.crack.indices.len(), shape.outer.indices.len()), (30, 3 * 118));
         assert!(shape.crack.points.len() < 20);

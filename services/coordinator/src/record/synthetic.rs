@@ -40,7 +40,7 @@ pub(crate) fn block(half: Vec3, split: f64) -> Solid {
     let mut solid = Solid::outer(TriMesh { vertices, triangles });
     let face = if split > 0.0 { 2..4 } else { 0..2 };
     if split != 0.0 {
-        solid.surface[face].fill(Surface::Crack { damage_time: 2e-5 });
+        solid.surface[face].fill(Surface::crack(2e-5));
     }
     solid
 }

@@ -30,6 +30,7 @@ impl Choice {
             max_particles: body.particles.unwrap_or(defaults.max_particles),
             max_steps: defaults.max_steps,
             min_volume_ratio: defaults.min_volume_ratio,
+            detail: defaults.detail.values(),
             max_fragments: defaults.max_fragments,
             debris: defaults.debris,
             grain: defaults.grain,
@@ -133,6 +134,7 @@ mod tests {
             max_steps: 100,
             min_volume_ratio: 0.0,
             max_fragments: 10,
+            detail: cullet_proto::Detail::default(),
             debris: 0.0,
             grain: None,
         };

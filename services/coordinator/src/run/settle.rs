@@ -82,7 +82,7 @@ impl Run<'_> {
         let told = broken.reactions.len() == job.supports.len();
         let held = job.supports.iter().cloned().zip(broken.reactions);
         let breakage = Breakage {
-            pieces: broken.fragments.into_iter().map(piece).collect(),
+            pieces: broken.fragments.into_iter().map(|f| piece(f, job.body)).collect(),
             grains: broken.debris.iter().map(grain).collect(),
             reactions: held
                 .filter(|_| told)
@@ -191,13 +191,11 @@ fn grain(grain: &cullet_proto::Grain) -> Grain {
     Grain { position, velocity, volume, size }
 }
 
-fn piece(fragment: cullet_proto::Fragment) -> Piece {
-    Piece {
-        solid: fragment.solid,
-        hulls: fragment.hulls,
-        velocity: fragment.velocity,
-        spin: fragment.spin,
-    }
+fn piece(fragment: cullet_proto::Fragment, body: BodyId) -> Piece {
+    // Crack faces without a parent are those of this fracture.
+    let mut solid = fragment.solid;
+    solid.name_parent(body.0);
+    Piece { solid, hulls: fragment.hulls, velocity: fragment.velocity, spin: fragment.spin }
 }
 
 /// What a report says in one line: which family, why not the one asked, what was noticed.

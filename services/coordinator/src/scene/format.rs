@@ -1,8 +1,6 @@
-//! The scene file as it is written: plain data, the one source of the reader and of the JSON
-//! schema.
+//! The scene file as it is written: plain data, the one source of the reader and of the schema.
 //!
-//! Numbers are SI when they arrive here: `check` has turned "6 mm" into 0.006 by the units in the
-//! schema.
+//! Numbers are SI when they arrive here: `check` has turned "6 mm" into 0.006 by the units in it.
 
 mod material;
 mod show;
@@ -10,7 +8,7 @@ mod show;
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};
 pub use show::{Bounds, Expect, View};
 
-use super::unit;
+use super::{look::Detail, unit};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -153,6 +151,8 @@ pub struct Fracture {
     /// Smaller shares of the body's volume are merged into a neighbour \[1\].
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.5))]
     pub min_volume_ratio: f64,
+    /// How crack faces look closer than the grid resolves.
+    pub detail: Detail,
     /// Parts below this share of the body's volume become debris: grains that fly, are recorded and
     /// drawn, and hit nothing; 0 makes none \[1\].
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.1))]
@@ -171,6 +171,7 @@ impl Default for Fracture {
             max_steps: 20_000,
             max_fragments: 400,
             min_volume_ratio: 1e-4,
+            detail: Detail::default(),
             debris: 5e-4,
             grain: None,
         }

@@ -19,6 +19,7 @@ mod form;
 pub mod format;
 mod generate;
 mod limits;
+pub mod look;
 mod material;
 pub mod meshes;
 mod overlap;

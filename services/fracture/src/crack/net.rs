@@ -4,6 +4,7 @@
 
 use super::smooth::{Net, shape};
 use super::{NONE, Nodes};
+use crate::region::relief::Terms;
 use crate::region::{Mosaic, overlap};
 use cullet_geometry::Vec3;
 use cullet_geometry::voronoi::WALL;
@@ -12,9 +13,9 @@ use cullet_geometry::voronoi::WALL;
 const RETREATS: usize = 8;
 
 impl Nodes {
-    /// The box divided among the labels. `attempt` > 0 smooths less: for a second try after an
-    /// accident.
-    pub(crate) fn mosaic(&self, attempt: u64) -> Mosaic {
+    /// The box divided among the labels. `attempt` > 0 smooths less and gives no relief:
+    /// for a second try after an accident.
+    pub(crate) fn mosaic(&self, attempt: u64, terms: &Terms) -> Mosaic {
         let (mut mosaic, mut net) = self.net();
         shape(&mut net, &mosaic);
         let share = [1.0, 0.5].get(attempt as usize).copied().unwrap_or(0.0);
@@ -31,6 +32,11 @@ impl Nodes {
             corners.sort_unstable();
             corners.dedup();
             net.retreat(corners, if round + 1 < RETREATS { 0.5 } else { 0.0 });
+        }
+        if attempt == 0 {
+            let reach = 2.0 * terms.detail.grid;
+            let wanted = |ends: [Vec3; 3]| ends.iter().any(|&p| self.is_near_body(p));
+            mosaic.engrave(terms, |p| self.front(p, reach), wanted);
         }
         mosaic
     }
@@ -75,7 +81,6 @@ fn corners_of(pair: &[[u32; 3]]) -> [u32; 4] {
 
 struct Builder<'a> {
     nodes: &'a Nodes,
-    near: Vec<bool>,
     /// The corner in each cube of nodes, or `NONE`.
     corner: Vec<u32>,
     mosaic: Mosaic,
@@ -86,13 +91,7 @@ impl<'a> Builder<'a> {
     fn new(nodes: &'a Nodes) -> Self {
         let h = nodes.lattice.spacing;
         let cubes = nodes.lattice.dims.iter().map(|d| d + 1).product();
-        Self {
-            nodes,
-            near: nodes.near(),
-            corner: vec![NONE; cubes],
-            mosaic: Mosaic::default(),
-            net: Net::new(h),
-        }
+        Self { nodes, corner: vec![NONE; cubes], mosaic: Mosaic::default(), net: Net::new(h) }
     }
 
     /// The quads across all edges along one axis, those to the walls included.
@@ -154,7 +153,7 @@ impl<'a> Builder<'a> {
         let mut place = nodes.lattice.place(nodes.lattice.node(i));
         place[axis] += nodes.crossing(i, j) * nodes.lattice.spacing;
         let gap = nodes.is_inside(i) && nodes.is_inside(j) && !nodes.connects(i, j);
-        let free = !gap && (self.near[i] || self.near[j]);
+        let free = !gap && (nodes.near[i] || nodes.near[j]);
         for corner in quad {
             self.net.pull(corner, place, free);
             if gap {

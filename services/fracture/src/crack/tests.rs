@@ -1,5 +1,7 @@
 use super::Nodes;
 use crate::cut::DamageField;
+use crate::detail::Detail;
+use crate::region::relief::Terms;
 use crate::region::{Mosaic, overlap};
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::math::unit;
@@ -24,12 +26,19 @@ fn mosaic(damaged: impl Fn(Vec3) -> bool) -> (Nodes, Mosaic) {
         positions: &positions,
         damage: &damage,
         damage_time: &damage_time,
+        time_step: 1e-9,
+        top_speed: 3000.0,
+        scale: Vec3::repeat(1.0),
         pieces: None,
     };
     let mut nodes = Nodes::new(&body, &field).unwrap();
     nodes.fill();
-    let mosaic = nodes.mosaic(0);
+    let mosaic = nodes.mosaic(0, &terms(Detail::NONE));
     (nodes, mosaic)
+}
+
+fn terms(detail: Detail) -> Terms {
+    Terms { detail, spacing: H, time_step: 1e-9, seed: 7 }
 }
 
 /// Unit normals and areas of the faces between labels that lie inside the cube.
@@ -129,4 +138,77 @@ fn smoothing_moves_corners_by_no_more_than_half_a_spacing() {
     let moves = smooth.places.iter().zip(&raw.places).map(|(p, q)| (p - q).norm());
     let most = moves.fold(0.0, f64::max);
     assert!(most > 0.05 * H && most <= 0.5 * H, "{}", most / H);
+}
+
+const STRONG: Detail =
+    Detail { height: 0.5, ribs: 0.3, grain: 0.4, grain_size: 1.0, ..Detail::NONE };
+
+#[test]
+fn relief_is_the_same_on_both_sides_and_nothing_overlaps() {
+    // F34: one surface, moved once. Bands that meet, with as much relief as a look may ask for.
+    let (nodes, flat) = mosaic(|p| p.iter().any(|x| (x - 0.2 * p.sum()).abs() < 0.8 * H));
+    let relief = nodes.mosaic(0, &terms(STRONG));
+    let moved = |places: &[Vec3]| places.iter().filter(|p| !flat.places.contains(p)).count();
+    assert!(moved(&relief.places[..flat.places.len()]) > 100);
+    assert!(overlap::crossing(&relief.places, &relief.triangles).is_empty());
+    let labels: Vec<u32> = (0..nodes.labels()).collect();
+    let mut sum = 0.0;
+    for side in relief.sides(&labels, labels.len()) {
+        let (mesh, names) = relief.region(&side);
+        assert!(mesh.signed_volume() > 0.0);
+        assert!(!Exact::tagged(&mesh, &names).unwrap().crosses_itself().unwrap());
+        sum += mesh.signed_volume();
+    }
+    let (low, high) = cullet_geometry::mesh::bounds(&flat.places).unwrap();
+    let whole = (high - low).product();
+    assert!((sum - whole).abs() < 1e-12 * whole, "{sum} of {whole}");
+}
+
+#[test]
+fn the_front_is_known_beside_the_band_too() {
+    // F35: τ = (x + 1) · 1e-5 on a band about z = 0 only; unmasked means pull it to zero off it.
+    let (nodes, _) = mosaic(|p| p.z.abs() < 0.8 * H);
+    for (x, z) in [(0.0, 0.0), (0.2, 0.3 * H), (-0.3, H)] {
+        let front = nodes.front(Vec3::new(x, 0.1, z), 1.0).unwrap();
+        let expected = 1e-5 * (x + 1.0);
+        assert!((front.time - expected).abs() < 0.01 * H * 1e-5, "{} for {expected}", front.time);
+        assert!((front.slope - Vec3::x() * 1e-5).norm() < 0.01e-5, "{:?}", front.slope);
+    }
+    assert_eq!(nodes.front(Vec3::new(0.0, 0.0, 0.4), 1.0), None);
+}
+
+/// Mean steps of height over edges along and across the way the crack ran, on a flat crack.
+fn steps(time_step: f64) -> (f64, f64) {
+    let (nodes, _) = mosaic(|p| p.z.abs() < 0.8 * H);
+    let detail = Detail { height: 0.4, ..Detail::NONE };
+    let flat = nodes.mosaic(0, &terms(Detail { height: 1e-9, ..Detail::NONE }));
+    let relief = nodes.mosaic(0, &Terms { time_step, ..terms(detail) });
+    let height = |v: u32| (relief.places[v as usize] - flat.places[v as usize]).z;
+    let (mut along, mut across) = ((0.0, 0.0), (0.0, 0.0));
+    for &[a, b, c] in &relief.triangles {
+        for (v, w) in [(a, b), (b, c), (c, a)] {
+            let way = flat.places[w as usize] - flat.places[v as usize];
+            if flat.places[v as usize].amax() < 0.4 {
+                let sum = if way.x.abs() > 3.0 * way.y.abs() {
+                    &mut along
+                } else if way.y.abs() > 3.0 * way.x.abs() {
+                    &mut across
+                } else {
+                    continue;
+                };
+                *sum = (sum.0 + (height(v) - height(w)).abs() / way.norm(), sum.1 + 1.0);
+            }
+        }
+    }
+    (along.0 / along.1, across.0 / across.1)
+}
+
+#[test]
+fn chevrons_run_along_the_way_of_the_crack() {
+    // F35: the gradient of the damage time is 1e-5 s/m; taken as it is, no line would get anywhere.
+    let (along, across) = steps(1e-9);
+    assert!(across > 0.1 && across > 2.0 * along, "along {along}, across {across}");
+    // Where τ changes by less than a time step over h, it tells no direction.
+    let (along, across) = steps(1.1e-5 * H);
+    assert!(along < 1e-6 && across < 1e-6, "along {along}, across {across}");
 }

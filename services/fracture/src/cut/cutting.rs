@@ -3,25 +3,60 @@
 mod amend;
 
 use super::{Body, CutError, CutSettings, OUTER, Part, Partition, VOLUME_TOLERANCE, boxed};
-use crate::crack::Ground;
+use crate::crack::Nodes;
+use crate::region::relief::Terms;
 use crate::region::{Mosaic, Side, agglomerate, triangle_area};
 use amend::Homes;
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::hull::{HullSettings, convex_parts};
+use cullet_geometry::inside::Inside;
+use cullet_geometry::math::scramble;
 use cullet_geometry::{Solid, Surface, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Pieces are looked over at most this often. A second round is rare; after the last, pieces that
 /// are still to join a neighbour do so solid to solid.
 const ROUNDS: u32 = 4;
 /// Regions cut in one step: large enough to feed every core, small enough to cancel between steps.
 const BATCH: usize = 64;
+/// Times and speeds of a front are fitted over this many spacings.
+const FRONT: f64 = 1.5;
+/// A cell is this many spacings wide, where a look is given in spacings.
+const CELL: f64 = 6.0;
+/// Edges outside the body may be this long \[spacings\] before it is asked whether they matter.
+const COARSE: f64 = 3.0;
 /// Tags that the boolean kernel carries from a face to what is cut from it: below, a triangle of
 /// the body; from here on, a facet of the mosaic.
 const FACET: u32 = 1 << 30;
 /// Most facets, and triangles of a body, that can be named.
 const MOST: usize = 1 << 30;
+
+/// The lattice that a cut was found on, and how its fronts are measured.
+#[derive(Clone, Debug)]
+pub(super) struct Ground {
+    pub(super) nodes: Arc<Nodes>,
+    /// As in [`super::DamageField`].
+    pub(super) scale: Vec3,
+    pub(super) top_speed: f64,
+}
+
+impl Ground {
+    /// When the front passed a place, and how fast; `time` where the lattice does not tell.
+    fn crack(&self, place: Vec3, time: f64) -> Surface {
+        let Some(front) = self.nodes.front(place, FRONT) else {
+            return Surface::crack(time as f32);
+        };
+        let slope = front.slope.component_div(&self.scale).norm();
+        let speed = if slope * self.top_speed > 1.0 { 1.0 / slope } else { self.top_speed };
+        Surface::Crack {
+            damage_time: front.time.max(0.0) as f32,
+            front_speed: speed as f32,
+            parent: 0,
+        }
+    }
+}
 
 /// A piece of the body: a connected part of one region's share.
 #[derive(Debug)]
@@ -77,7 +112,26 @@ impl Cutting {
     ) -> Result<Self, CutError> {
         let body = Body::new(solid, settings)?;
         let cells = boxed(&body, sites, labels, times, settings.seed, attempt)?;
-        let mosaic = Mosaic::of_cells(&cells, times)?;
+        let mut mosaic = Mosaic::of_cells(&cells, times)?;
+        if attempt == 0 && !settings.detail.is_none() {
+            let spacing = libm::cbrt(body.volume / labels.len() as f64) / CELL;
+            let terms = Terms {
+                detail: settings.detail,
+                spacing,
+                time_step: f64::INFINITY,
+                seed: scramble(settings.seed),
+            };
+            let inside = Inside::new(&solid.mesh);
+            let coarse = COARSE * spacing;
+            mosaic.engrave(
+                &terms,
+                |_| None,
+                |ends| {
+                    let [a, b, _] = ends;
+                    (b - a).norm() > coarse || ends.iter().any(|&p| inside.contains(p))
+                },
+            );
+        }
         // Labels become 0, 1, 2, … in ascending order.
         let mut names = labels.to_vec();
         names.sort_unstable();
@@ -195,11 +249,16 @@ impl Cutting {
             *contacts.entry(name).or_insert(0.0) += area;
             crack += area;
             let [a, b, c] = solid.mesh.corners(t);
-            if self.ground.as_ref().is_none_or(|ground| ground.holds((a + b + c) / 3.0)) {
+            let middle = (a + b + c) / 3.0;
+            if self.ground.as_ref().is_none_or(|ground| ground.nodes.holds(middle)) {
                 damaged += area;
             }
             let time = self.mosaic.facets[name as usize].time;
-            solid.surface.push(Surface::Crack { damage_time: time as f32 });
+            let surface = match &self.ground {
+                Some(ground) => ground.crack(middle, time),
+                None => Surface::crack(time as f32),
+            };
+            solid.surface.push(surface);
         }
         let volume = solid.mesh.signed_volume();
         let contacts = contacts.into_iter().collect();
@@ -278,6 +337,12 @@ impl Cutting {
                 self.floor
             ));
         }
+        // F33: a part without outer surface touches others only.
+        let buried = parts.iter().filter(|part| part.solid.surface.iter().all(Surface::is_crack));
+        let buried = buried.count();
+        if buried > 0 {
+            self.warnings.push(format!("{buried} of the parts enclosed by others"));
+        }
         if parts.len() > self.max {
             self.warnings.push(format!("{} parts, {} were wanted at most", parts.len(), self.max));
         }
@@ -296,7 +361,7 @@ impl Cutting {
         }
         let all: Vec<u32> = (0..parts.len() as u32).collect();
         let choices = |&place: &Vec3| -> Vec<u32> {
-            let near = ground.around(place).map(|cell| self.labels[cell as usize]);
+            let near = ground.nodes.cells_at(place).map(|cell| self.labels[cell as usize]);
             let mut parts: Vec<u32> =
                 near.flat_map(|label| of_label[label as usize].iter().copied()).collect();
             parts.sort_unstable();

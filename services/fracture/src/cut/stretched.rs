@@ -21,9 +21,10 @@ pub fn extract_stretched(
     let mut drawn = solid.clone();
     scale(&mut drawn.mesh, stretch);
     let positions: Vec<Vec3> = field.positions.iter().map(|x| x.component_mul(stretch)).collect();
-    let mut partition =
-        extract(&drawn, &DamageField { positions: &positions, ..*field }, settings)?;
     let back = stretch.map(|s| 1.0 / s);
+    let drawn_field =
+        DamageField { positions: &positions, scale: field.scale.component_mul(&back), ..*field };
+    let mut partition = extract(&drawn, &drawn_field, settings)?;
     let mut area = -crack_area(solid);
     for part in &mut partition.parts {
         scale(&mut part.solid.mesh, &back);

@@ -1,10 +1,15 @@
+mod inner;
 mod legs;
 
 use super::{CutError, CutSettings, DamageField, Partition, by_sites, extract};
+use crate::detail::Detail;
+use cullet_geometry::inside::Nearest;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
 
-const SETTINGS: CutSettings = CutSettings { min_volume_ratio: 1e-4, max_fragments: 100, seed: 1 };
+const NO_DETAIL: Detail = Detail::NONE;
+const SETTINGS: CutSettings =
+    CutSettings { min_volume_ratio: 1e-4, max_fragments: 100, seed: 1, detail: NO_DETAIL };
 
 /// A box from `low` to `high`.
 fn block(low: Vec3, high: Vec3) -> TriMesh {
@@ -64,6 +69,9 @@ impl Cloud {
             positions: &self.positions,
             damage: &self.damage,
             damage_time: &self.time,
+            time_step: 1e-9,
+            top_speed: 3000.0,
+            scale: Vec3::repeat(1.0),
             pieces: None,
         }
     }
@@ -193,11 +201,13 @@ fn crack_faces_carry_the_time_of_the_damage() {
             let on_wall = middle.iter().any(|x| x.abs() < 1e-9 || (x - 1.0).abs() < 1e-9);
             match surface {
                 Surface::Outer => assert!(on_wall),
-                Surface::Crack { damage_time } => {
+                Surface::Crack { damage_time, front_speed, .. } => {
                     assert!(!on_wall);
                     let expected = 1e-6 + 1e-5 * middle.x;
                     let error = (f64::from(*damage_time) - expected).abs();
                     assert!(error < 1.5e-5 * h, "{damage_time} at {middle:?}");
+                    // |∇τ| = 1e-5 s/m would be 1e5 m/s: faster than waves, so held to the top.
+                    assert_eq!(*front_speed, 3000.0);
                 }
             }
         }
@@ -220,7 +230,7 @@ fn small_and_many_parts_are_merged() {
     let h = 0.08;
     let cloud = Cloud::in_cube(h, |p| p.iter().any(|x| (x - 0.3).abs() < 0.8 * h));
     let cut = |min_volume_ratio, max_fragments| {
-        let settings = CutSettings { min_volume_ratio, max_fragments, seed: 1 };
+        let settings = CutSettings { min_volume_ratio, max_fragments, ..SETTINGS };
         let partition = extract(&cube(), &cloud.field(), &settings).unwrap();
         assert_lawful(&partition, 1.0, cloud.positions.len());
         partition.parts.len()
@@ -245,7 +255,7 @@ fn five_generations_stay_closed_and_add_up() {
             };
             let sites: Vec<Vec3> =
                 (0..4).map(|i| Vec3::new(at(i, 0), at(i, 1), at(i, 2))).collect();
-            let settings = CutSettings { min_volume_ratio: 0.0, max_fragments: 100, seed: 3 };
+            let settings = CutSettings { min_volume_ratio: 0.0, seed: 3, ..SETTINGS };
             let cut = by_sites(solid, &sites, &[0, 1, 2, 3], &[1e-6; 4], &settings).unwrap();
             assert_lawful(&cut, solid.mesh.signed_volume(), 0);
             next.extend(cut.parts.into_iter().map(|part| part.solid));
@@ -368,6 +378,9 @@ fn a_band_on_the_lattice_leaves_no_degenerate_faces() {
         positions: &positions,
         damage: &damage,
         damage_time: &time,
+        time_step: 1e-9,
+        top_speed: 3000.0,
+        scale: Vec3::repeat(1.0),
         pieces: None,
     };
     let partition = extract(&cube(), &field, &SETTINGS).unwrap();
@@ -388,7 +401,7 @@ fn parts_are_large_enough_to_have_an_inertia() {
     // F32: a lattice of bands that asks for pieces of a cell and less.
     let h = 0.08;
     let cloud = Cloud::in_cube(h, |p| p.iter().any(|x| (x / (2.9 * h)).fract() < 0.4));
-    let settings = CutSettings { min_volume_ratio: 0.0, max_fragments: 10_000, seed: 1 };
+    let settings = CutSettings { min_volume_ratio: 0.0, max_fragments: 10_000, ..SETTINGS };
     let partition = extract(&cube(), &cloud.field(), &settings).unwrap();
     assert_lawful(&partition, 1.0, cloud.positions.len());
     assert!(partition.parts.len() > 20, "{}", partition.parts.len());
@@ -397,5 +410,81 @@ fn parts_are_large_enough_to_have_an_inertia() {
         let i = part.solid.mesh.mass_properties().inertia.symmetric_eigenvalues();
         let (least, sum) = (i.min(), i.sum());
         assert!(least > 0.0 && sum - i.max() >= i.max() * (1.0 - 1e-9), "{i:?}");
+    }
+}
+
+#[test]
+fn parts_with_relief_fit_and_add_up() {
+    // F34: every corner of a crack face lies on a face of another part, to rounding.
+    let h = 0.08;
+    let detail = Detail { height: 0.4, ribs: 0.1, grain: 0.3, grain_size: 1.5, ..Detail::NONE };
+    let cloud = Cloud::in_cube(h, |p| p.iter().any(|x| (x - 0.45 - 0.1 * p.z).abs() < 0.8 * h));
+    let settings = CutSettings { detail, ..SETTINGS };
+    let partition = extract(&cube(), &cloud.field(), &settings).unwrap();
+    assert_lawful(&partition, 1.0, cloud.positions.len());
+    assert!(partition.parts.len() >= 6);
+    let faces: Vec<Nearest> =
+        partition.parts.iter().map(|part| Nearest::new(&part.solid.mesh)).collect();
+    for (p, part) in partition.parts.iter().enumerate() {
+        for (t, _) in part.solid.surface.iter().enumerate().filter(|(_, s)| s.is_crack()) {
+            for corner in part.solid.mesh.corners(t) {
+                let others = (0..faces.len()).filter(|&q| q != p);
+                let gap = others.map(|q| faces[q].distance(corner)).fold(1.0, f64::min);
+                assert!(gap < 1e-9, "a gap of {gap} at {corner:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn noisy_faces_of_cells_add_up() {
+    let at = |i, axis| unit(8, axis, i);
+    let sites: Vec<Vec3> = (0..27).map(|i| Vec3::new(at(i, 0), at(i, 1), at(i, 2))).collect();
+    let labels: Vec<u32> = (0..27).collect();
+    let detail = Detail { edge: 0.6, grain: 0.5, grain_size: 2.0, ..Detail::NONE };
+    let settings = CutSettings { min_volume_ratio: 0.0, detail, ..SETTINGS };
+    let cut = by_sites(&cube(), &sites, &labels, &[0.0; 27], &settings).unwrap();
+    assert_lawful(&cut, 1.0, 0);
+    assert_eq!(cut.parts.len(), 27);
+    let flat = by_sites(&cube(), &sites, &labels, &[0.0; 27], &SETTINGS).unwrap();
+    assert!(cut.crack_area > 1.03 * flat.crack_area, "{} {}", cut.crack_area, flat.crack_area);
+}
+
+#[test]
+fn crack_faces_know_how_fast_the_front_was_and_whose_they_are() {
+    let h = 0.08;
+    let mut cloud = Cloud::in_cube(h, |p| (p.y - 0.5).abs() < 0.8 * h);
+    for (time, p) in cloud.time.iter_mut().zip(&cloud.positions) {
+        *time = p.x / 800.0;
+    }
+    let speeds = |scale: Vec3| {
+        let partition =
+            extract(&cube(), &DamageField { scale, ..cloud.field() }, &SETTINGS).unwrap();
+        let cracks = partition.parts.iter().flat_map(|part| part.solid.surface.clone());
+        cracks
+            .filter_map(|s| match s {
+                Surface::Crack { front_speed, parent: 0, .. } => Some(f64::from(front_speed)),
+                _ => None,
+            })
+            .collect::<Vec<f64>>()
+    };
+    assert!(speeds(Vec3::repeat(1.0)).iter().all(|v| (v / 800.0 - 1.0).abs() < 0.04));
+    // A frame squeezed along x: the front ran twice as far in the same time.
+    assert!(speeds(Vec3::new(2.0, 1.0, 1.0)).iter().all(|v| (v / 1600.0 - 1.0).abs() < 0.04));
+    let mut half = extract(&cube(), &cloud.field(), &SETTINGS).unwrap().parts.swap_remove(0).solid;
+    half.name_parent(4);
+    let sites = [Vec3::new(0.3, 0.2, 0.5), Vec3::new(0.7, 0.2, 0.5)];
+    let again = by_sites(&half, &sites, &[0, 1], &[0.0; 2], &SETTINGS).unwrap();
+    for part in &again.parts {
+        let area = |wanted: u32| -> f64 {
+            let own = |&(_, s): &(usize, &Surface)| match *s {
+                Surface::Outer => false,
+                Surface::Crack { parent, .. } => parent == wanted,
+            };
+            let corners = |(t, _)| part.solid.mesh.corners(t);
+            let faces = part.solid.surface.iter().enumerate().filter(own).map(corners);
+            faces.map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum()
+        };
+        assert!((area(5) - 0.5).abs() < 0.05 && (area(0) - 0.5).abs() < 0.05);
     }
 }

@@ -9,6 +9,16 @@ const FOLDED: f64 = 0.99985;
 
 /// The triangles that cross another or are folded onto a neighbour, in order.
 pub(crate) fn crossing(places: &[Vec3], triangles: &[[u32; 3]]) -> Vec<u32> {
+    crossing_of(places, triangles, |_| true)
+}
+
+/// As [`crossing`], of pairs of which one has a corner that is `moved`.
+pub(crate) fn crossing_of(
+    places: &[Vec3],
+    triangles: &[[u32; 3]],
+    moved: impl Fn(u32) -> bool + Sync,
+) -> Vec<u32> {
+    let moved: Vec<bool> = triangles.par_iter().map(|t| t.iter().any(|&v| moved(v))).collect();
     let boxes: Vec<(Vec3, Vec3)> = triangles
         .par_iter()
         .map(|t| {
@@ -23,6 +33,9 @@ pub(crate) fn crossing(places: &[Vec3], triangles: &[[u32; 3]]) -> Vec<u32> {
     let cells: Vec<&[(u64, u32)]> = entries.chunk_by(|a, b| a.0 == b.0).collect();
     let test = |cell: &[(u64, u32)]| {
         let mut found = Vec::new();
+        if !cell.iter().any(|entry| moved[entry.1 as usize]) {
+            return found;
+        }
         for (k, &(key, s)) in cell.iter().enumerate() {
             let (low, high) = boxes[s as usize];
             for &(_, t) in &cell[k + 1..] {
@@ -30,6 +43,7 @@ pub(crate) fn crossing(places: &[Vec3], triangles: &[[u32; 3]]) -> Vec<u32> {
                 let apart = (0..3).any(|k| from[k] > high[k] || to[k] < low[k]);
                 // A pair is looked at in one cell only: that of the lower corner of the overlap.
                 if !apart
+                    && (moved[s as usize] || moved[t as usize])
                     && grid.key(grid.cell(low.sup(&from))) == key
                     && cross(places, triangles[s as usize], triangles[t as usize])
                 {

@@ -270,12 +270,16 @@ impl Brittle {
             positions: &positions,
             damage: &damage,
             damage_time: &damage_time,
+            time_step: self.domain.step,
+            top_speed: self.problem.material.shear_speed(),
+            scale: Vec3::repeat(1.0),
             pieces: Some(&pieces.of),
         };
         let settings = CutSettings {
             min_volume_ratio: self.problem.settings.min_volume_ratio,
             max_fragments: self.problem.settings.max_fragments,
             seed: self.problem.seed,
+            detail: self.problem.settings.detail,
         };
         let stretch = stretch(&self.domain.grid.spacing);
         let partition = cut::extract_stretched(&self.problem.solid, &field, &settings, &stretch)

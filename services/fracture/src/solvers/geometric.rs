@@ -120,6 +120,7 @@ impl Geometric {
             min_volume_ratio: self.problem.settings.min_volume_ratio,
             max_fragments: self.problem.settings.max_fragments,
             seed: self.problem.seed,
+            detail: self.problem.settings.detail,
         };
         // One cell is the whole body, wherever its site is.
         let whole = [self.body.centroid];

@@ -19,6 +19,6 @@ pub(super) fn half_space(normal: Vec3, at: Vec3, reach: f64) -> Solid {
         [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles: Vec<[u32; 3]> =
         quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    let surface = vec![Surface::Crack { damage_time: 0.0 }; triangles.len()];
+    let surface = vec![Surface::crack(0.0); triangles.len()];
     Solid { mesh: TriMesh { vertices: (0..8).map(corner).collect(), triangles }, surface }
 }

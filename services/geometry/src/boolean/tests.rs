@@ -78,7 +78,7 @@ fn faces_remember_where_they_came_from_for_two_generations() {
     let timed = |part: &Exact, time: f32| {
         let mut solid = part.to_solid().unwrap();
         for s in solid.surface.iter_mut().filter(|s| s.is_crack()) {
-            *s = Surface::Crack { damage_time: time };
+            *s = Surface::crack(time);
         }
         solid
     };
@@ -96,8 +96,8 @@ fn faces_remember_where_they_came_from_for_two_generations() {
         (0..solid.surface.len()).filter(|&t| solid.surface[t] == wanted).map(of).sum()
     };
     let [left, right] = [left.to_solid().unwrap(), right.to_solid().unwrap()];
-    let old = Surface::Crack { damage_time: 1.25e-5 };
-    let new = Surface::Crack { damage_time: 0.0 };
+    let old = Surface::crack(1.25e-5);
+    let new = Surface::crack(0.0);
     assert!((area(&left, old) + area(&right, old) - caps[0]).abs() < 1e-11);
     assert!((area(&left, new) - area(&right, new)).abs() < 1e-11 && area(&left, new) > 0.5);
     let outer = area(&left, Surface::Outer) + area(&right, Surface::Outer);

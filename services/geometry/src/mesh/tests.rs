@@ -81,7 +81,7 @@ fn edge_tables_tell_open_from_crowded_from_closed() {
 fn validation_names_the_place() {
     let mut solid = Solid::outer(cuboid(Vec3::zeros(), Vec3::repeat(1.0)));
     assert_eq!(solid.validate(), Ok(()));
-    solid.surface[3] = Surface::Crack { damage_time: -1.0 };
+    solid.surface[3] = Surface::crack(-1.0);
     assert!(solid.validate().unwrap_err().to_string().contains("triangle 3"));
     solid.surface.pop();
     assert!(solid.validate().unwrap_err().to_string().contains("11 surface entries"));

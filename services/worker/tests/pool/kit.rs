@@ -57,6 +57,7 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         max_steps: millis,
         min_volume_ratio: 0.0,
         max_fragments: 9,
+        detail: cullet_proto::Detail::default(),
         debris: 0.0,
         grain: None,
     };

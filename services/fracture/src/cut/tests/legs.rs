@@ -57,7 +57,7 @@ fn a_sliver_of_the_other_leg_goes_to_its_neighbour() {
         [Vec3::new(0.15, 0.15, 0.3), Vec3::new(0.66, 0.15, 0.3), Vec3::new(0.35, 0.15, 1.3)];
     let whole = solid.mesh.signed_volume();
     let cut = |min_volume_ratio| {
-        let settings = CutSettings { min_volume_ratio, max_fragments: 100, seed: 1 };
+        let settings = CutSettings { min_volume_ratio, max_fragments: 100, ..SETTINGS };
         let partition = by_sites(&solid, &sites, &[0, 1, 2], &[0.0; 3], &settings).unwrap();
         assert_lawful(&partition, whole, 0);
         partition
