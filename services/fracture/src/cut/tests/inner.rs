@@ -18,7 +18,7 @@ fn an_enclosed_part_is_kept_and_told_of() {
         assert_eq!(volumes.len(), 2);
         assert!((volumes[1] - 4.0 / 3.0 * std::f64::consts::PI * 0.021952).abs() < 0.02);
         assert_eq!(partition.parts[0].solid.mesh.components().len(), 2, "a cavity");
-        assert_eq!(partition.warnings, ["1 of the parts enclosed by others"]);
+        assert_eq!(partition.warnings, ["1 of the parts are enclosed by others"]);
         let inner = partition.particle_part.iter().filter(|&&part| part == 1).count();
         assert!(inner > 0);
     }
