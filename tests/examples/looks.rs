@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let pieces: Vec<(Solid, Pose)> =
             parts.parts.iter().map(|part| (part.solid.clone(), place(&part.solid))).collect();
         let forward = Vec3::new(-0.85, 1.0, -0.75);
-        pictures.push(exhibit(&pieces, name, forward, (600, 500), name));
+        pictures.push(exhibit(&pieces, material(name), forward, (600, 500), name));
     }
     contact_sheet(&pictures).save(&file)?;
     Ok(())
@@ -44,6 +44,15 @@ fn detail_of(d: cullet_proto::Detail) -> Detail {
         rib_spacing: d.rib_spacing,
         grain: d.grain,
         grain_size: d.grain_size,
+    }
+}
+
+/// Whose colours go with a look.
+fn material(look: &str) -> &str {
+    match look {
+        "stone" => "granite",
+        "clay" => "stoneware",
+        same => same,
     }
 }
 

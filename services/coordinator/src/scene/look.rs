@@ -88,15 +88,15 @@ impl Look {
         match self {
             Self::Plain => {}
             Self::Glass => {
-                (d.edge, d.length, d.height) = (0.35, 14.0, 0.06);
-                (d.ribs, d.rib_spacing) = (0.12, 4.0);
+                (d.edge, d.length, d.height) = (0.35, 14.0, 0.1);
+                (d.ribs, d.rib_spacing) = (0.2, 3.0);
             }
             Self::Ice => {
                 (d.length, d.influence, d.height, d.share) = (20.0, 1.2, 0.45, 1.0);
                 (d.ribs, d.rib_spacing) = (0.05, 3.0);
             }
             Self::Porcelain => {
-                (d.length, d.influence, d.height) = (14.0, 0.8, 0.15);
+                (d.length, d.influence, d.height) = (14.0, 0.8, 0.22);
                 (d.grain, d.grain_size) = (0.04, 1.2);
             }
             Self::Marble => {
@@ -104,11 +104,11 @@ impl Look {
                 (d.grain, d.grain_size) = (0.15, 1.5);
             }
             Self::Stone => {
-                (d.influence, d.grid, d.height, d.share) = (0.9, 1.0, 0.4, 0.6);
+                (d.influence, d.grid, d.height, d.share) = (0.9, 0.8, 0.5, 0.8);
                 (d.grain, d.grain_size) = (0.25, 3.0);
             }
             Self::Clay => {
-                (d.influence, d.grid, d.height) = (1.5, 1.6, 0.3);
+                (d.influence, d.grid, d.height) = (1.5, 1.2, 0.5);
                 (d.grain, d.grain_size) = (0.12, 4.0);
             }
             Self::Concrete => {

@@ -74,6 +74,8 @@ struct Piece {
     /// Area of those \[m²\], and of those with damage near by.
     crack: f64,
     damaged: f64,
+    /// Whether all its faces are new.
+    buried: bool,
 }
 
 /// A cut under way. [`Cutting::step`] until it is done, or [`Cutting::run`].
@@ -262,7 +264,9 @@ impl Cutting {
         }
         let volume = solid.mesh.signed_volume();
         let contacts = contacts.into_iter().collect();
-        Ok(Piece { label, also: Vec::new(), exact, solid, volume, contacts, crack, damaged })
+        let buried = tags.iter().all(|&tag| facet_of(tag).is_some());
+        let also = Vec::new();
+        Ok(Piece { label, also, exact, solid, volume, contacts, crack, damaged, buried })
     }
 
     /// Which pieces belong together, each group named by its largest.
@@ -292,6 +296,8 @@ impl Cutting {
     fn finish(&mut self) -> Result<Partition, CutError> {
         let mut parts: Vec<(Part, Vec3, Vec<u32>)> = Vec::new();
         let mut area = 0.0;
+        // F33: what has no face of the body's own touches other parts only.
+        let buried = self.pieces.iter().filter(|piece| piece.buried).count();
         for mut piece in std::mem::take(&mut self.pieces) {
             piece.also.push(piece.label);
             piece.also.sort_unstable();
@@ -317,7 +323,7 @@ impl Cutting {
         if parts.len() == 1 {
             return Ok(self.body.clone().untouched(0));
         }
-        self.note(&parts);
+        self.note(&parts, buried);
         parts.par_iter_mut().for_each(|part| part.hulls = hulls(&part.solid));
         Ok(Partition {
             parts,
@@ -329,7 +335,7 @@ impl Cutting {
     }
 
     /// Says what the settings asked for and the parts do not keep.
-    fn note(&mut self, parts: &[Part]) {
+    fn note(&mut self, parts: &[Part], buried: usize) {
         let small = parts.iter().filter(|part| part.volume < self.floor).count();
         if small > 0 {
             self.warnings.push(format!(
@@ -337,11 +343,8 @@ impl Cutting {
                 self.floor
             ));
         }
-        // F33: a part without outer surface touches others only.
-        let buried = parts.iter().filter(|part| part.solid.surface.iter().all(Surface::is_crack));
-        let buried = buried.count();
         if buried > 0 {
-            self.warnings.push(format!("{buried} of the parts enclosed by others"));
+            self.warnings.push(format!("{buried} of the parts are enclosed by others"));
         }
         if parts.len() > self.max {
             self.warnings.push(format!("{} parts, {} were wanted at most", parts.len(), self.max));
