@@ -28,6 +28,8 @@ pub struct Particles {
     pub front_time: Vec<f64>,
     /// Under a striker: undamaged while in compression (F11).
     pub shielded: Vec<bool>,
+    /// Broken and torn apart: bears nothing any more, whatever its nodes do.
+    pub gone: Vec<bool>,
 }
 
 /// Some of the points, to be changed apart from the others.
@@ -41,6 +43,7 @@ pub(crate) struct View<'a> {
     pub(crate) strength: &'a [f64],
     pub(crate) front_time: &'a [f64],
     pub(crate) shielded: &'a [bool],
+    pub(crate) gone: &'a mut [bool],
 }
 
 impl Particles {
@@ -61,6 +64,7 @@ impl Particles {
             strength: vec![1.0; n],
             front_time: vec![0.0; n],
             shielded: vec![false; n],
+            gone: vec![false; n],
         }
     }
 
@@ -88,6 +92,7 @@ impl Particles {
         pick(&mut self.strength, order);
         pick(&mut self.front_time, order);
         pick(&mut self.shielded, order);
+        pick(&mut self.gone, order);
     }
 
     /// Cuts the arrays at `starts` (first point of each piece, then the number of points).
@@ -96,6 +101,7 @@ impl Particles {
         let mut damage_time = self.damage_time.as_mut_slice();
         let mut onset_rate = self.onset_rate.as_mut_slice();
         let mut normal = self.normal.as_mut_slice();
+        let mut gone = self.gone.as_mut_slice();
         starts
             .windows(2)
             .map(|pair| {
@@ -106,6 +112,7 @@ impl Particles {
                     damage_time: take(&mut damage_time, n),
                     onset_rate: take(&mut onset_rate, n),
                     normal: take(&mut normal, n),
+                    gone: take(&mut gone, n),
                     reference: &self.reference[range.clone()],
                     volume: &self.volume[range.clone()],
                     strength: &self.strength[range.clone()],

@@ -403,6 +403,9 @@ impl Domain {
     }
 
     fn stress(&self, p: usize, h: &Mat3) -> [f64; 6] {
+        if self.particles.gone[p] {
+            return [0.0; 6];
+        }
         let effective = self.elastic.second_piola(h).0;
         let state = State {
             damage: self.particles.damage[p],

@@ -7,6 +7,11 @@ use cullet_geometry::Mat3;
 /// Volume ratio J below which a point counts as crushed (F07).
 pub const CRUSHED: f64 = 0.2;
 
+/// J² at which a broken point bears nothing from then on: its crack is as wide as half the point, and
+/// what its nodes do on either side is no strain. It would be pressed in one direction for being torn
+/// in the others, and make energy.
+pub const LOOSE: f64 = 2.25;
+
 /// Lamé parameters \[Pa\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elastic {

@@ -6,7 +6,7 @@ use super::spline::{basis, fall, gather, rise, scatter};
 use super::tension::pulled;
 use super::{Stencil, gather as gather_one};
 use crate::mpm::domain::Tally;
-use crate::mpm::elastic::CRUSHED;
+use crate::mpm::elastic::{CRUSHED, LOOSE};
 use crate::mpm::grid::{AROUND, Element, Nodes};
 use crate::particles::{Particles, View};
 use cullet_geometry::Vec3;
@@ -160,6 +160,9 @@ impl<R: Real> Slot<R> {
         self.limit.0[lane] = R::of(law.limit(view, p));
         self.damage.0[lane] = R::of(view.damage[p]);
         self.damaged |= view.damage[p] > 0.0;
+        if view.gone[p] {
+            self.weight.0[lane] = R::of(0.0);
+        }
     }
 
     fn put(&mut self, lane: usize, x: &Vec3, spacing: &Vec3, volume: f64) {
@@ -241,10 +244,15 @@ fn column<S: Simd, R: Real>(
             *row = [x * hx, y * hy, z * hz];
         }
         let effective = second_piola(simd, &h, &stiffness);
-        let idle = idle::<S, R>(simd, &effective, load(simd, &slot.limit, lane));
+        let mut idle = idle::<S, R>(simd, &effective, load(simd, &slot.limit, lane));
         let mut s = effective.stress;
         if slot.damaged {
             let damage = load(simd, &slot.damage, lane);
+            let whole = V::<S, R>::splat(simd, R::of(1.0));
+            let loose = V::<S, R>::splat(simd, R::of(LOOSE));
+            let there = load(simd, &slot.weight, lane).simd_lt(zero);
+            let away = damage.simd_ge(whole) & effective.square.simd_gt(loose) & there;
+            idle = idle & away.select(zero, whole).simd_gt(zero);
             let taken = pulled::<S, R>(simd, &effective.stress);
             for k in 0..6 {
                 s[k] = damage.simd_gt(zero).select(s[k] - damage * taken[k], s[k]);
@@ -294,7 +302,8 @@ impl Cold<'_, '_> {
                 continue;
             }
             let p = slot.point[lane] as usize;
-            let crushed = effective.square[k].wide() <= CRUSHED * CRUSHED;
+            let square = effective.square[k].wide();
+            let crushed = square <= CRUSHED * CRUSHED;
             let tally = &mut self.tallies[lane];
             tally.crushed += u32::from(crushed);
             let effective = [0, 1, 2, 3, 4, 5].map(|i| effective.stress[i][k].wide());
@@ -306,7 +315,12 @@ impl Cold<'_, '_> {
                 let (_, c) = gather_one(&around.map(velocity), &stencil, &gain);
                 0.5 * (c + c.transpose()).norm()
             };
-            let weakened = self.law.weaken(self.view, p, &effective, tally, rate);
+            let weakened = if self.view.damage[p] >= 1.0 && square > LOOSE {
+                self.view.gone[p] = true;
+                [0.0; 6]
+            } else {
+                self.law.weaken(self.view, p, &effective, tally, rate)
+            };
             for i in 0..6 {
                 stress[i][k] = R::of(weakened[i]);
             }
