@@ -150,8 +150,9 @@ fn threads_do_not_change_a_bit() {
     assert_ne!(one, solve(&other));
 }
 
-/// F14: cells are flattened across a plate that bends. One that is hit where the contact, widened to
-/// two cells of its plane, would be wider than the plate is thick is refused: it would be punched.
+/// F14: cells are flattened across a plate that bends. One that is hit where the contact, widened
+/// to two cells of its plane, would be wider than the plate is thick is refused: it would be
+/// punched.
 #[test]
 fn a_thin_plate_is_flattened_or_refused() {
     let flat = Vec3::new(0.2, 0.2, 0.01);

@@ -1,7 +1,7 @@
 //! What becomes of zones where cracks ran closer than the grid can tell.
 //!
-//! Farther from any whole piece than half a crack's band no single crack explains the damage. Such a
-//! zone is divided at random into pieces of the size that the strain rate at the onset of damage
+//! Farther from any whole piece than half a crack's band no single crack explains the damage. Such
+//! a zone is divided at random into pieces of the size that the strain rate at the onset of damage
 //! asks for (gate 5). Nothing parts that did not break.
 
 use super::lattice::Lattice;

@@ -27,9 +27,9 @@ const FLAT: f64 = 0.25;
 /// as much as bending needs the thickness.
 const FLATTEST: f64 = 3.0;
 
-/// The spacing asked for, or the finest that the particle budget allows: N = 8V/h³ \[m\]. Where that
-/// leaves a flat body along an axis with fewer than three cells across, cells are flattened: as many
-/// points, finer across and coarser in the plane (F14).
+/// The spacing asked for, or the finest that the particle budget allows: N = 8V/h³ \[m\]. Where
+/// that leaves a flat body along an axis with fewer than three cells across, cells are flattened:
+/// as many points, finer across and coarser in the plane (F14).
 pub(crate) fn spacing(problem: &Problem) -> Result<Vec3, Refusal> {
     let volume = problem.solid.mesh.signed_volume();
     within("the body's volume [m^3]", volume, 1e-18, 1e12)?;
@@ -50,8 +50,9 @@ pub(crate) fn spacing(problem: &Problem) -> Result<Vec3, Refusal> {
     Ok(Vec3::repeat(spacing))
 }
 
-/// Refuses blows on the face of a plate whose contact, widened to `least` cells of the plane, would be
-/// wider than the plate is thick: it would punch out a disc instead of bending the plate (F11, F14).
+/// Refuses blows on the face of a plate whose contact, widened to `least` cells of the plane, would
+/// be wider than the plate is thick: it would punch out a disc instead of bending the plate (F11,
+/// F14).
 pub(crate) fn check_contacts(problem: &Problem, spacing: &Vec3, least: f64) -> Result<(), Refusal> {
     let (low, high) = problem.solid.mesh.bounds().unwrap_or_default();
     let axis = spacing.imin();

@@ -1,4 +1,5 @@
-//! Compressible neo-Hookean solid in the displacement gradient H = F − I, in the frame before the hit.
+//! Compressible neo-Hookean solid in the displacement gradient H = F − I, in the frame before the
+//! hit.
 
 use super::symmetric::Sym3;
 use crate::material::Material;
@@ -7,9 +8,9 @@ use cullet_geometry::Mat3;
 /// Volume ratio J below which a point counts as crushed (F07).
 pub const CRUSHED: f64 = 0.2;
 
-/// J² at which a broken point bears nothing from then on: its crack is as wide as half the point, and
-/// what its nodes do on either side is no strain. It would be pressed in one direction for being torn
-/// in the others, and make energy.
+/// J² at which a broken point bears nothing from then on: its crack is as wide as half the point,
+/// and what its nodes do on either side is no strain. It would be pressed in one direction for
+/// being torn in the others, and make energy.
 pub const LOOSE: f64 = 2.25;
 
 /// Lamé parameters \[Pa\].
@@ -28,8 +29,8 @@ impl Elastic {
         Self { lame: material.lame(), shear: material.shear() }
     }
 
-    /// Second Piola–Kirchhoff stress S \[Pa\] and J² − 1 \[1\]; exact for small strain, objective for
-    /// any. P = (I + H) S.
+    /// Second Piola–Kirchhoff stress S \[Pa\] and J² − 1 \[1\]; exact for small strain, objective
+    /// for any. P = (I + H) S.
     ///
     /// Ψ = μ/2 (tr C − 3) − μ ln J + λ/4 (J² − 1 − 2 ln J), so S = μ(I − C⁻¹) + λ/2 (J² − 1) C⁻¹,
     /// with C⁻¹ = adj C/J² and J² − 1 from the minors of E: no logarithm, no cancellation at small

@@ -1,11 +1,12 @@
 //! Which points a crack has parted, and at which nodes that parts the velocity field.
 //!
 //! Points are joined by bonds to their neighbours. A point that breaks is a small piece of crack:
-//! a disc through it, across the direction of the pull that broke it. The disc cuts the bonds between
-//! whole points that cross it; the point itself stays with the side where its whole neighbours are. A node whose points
-//! are no longer connected among themselves becomes one node for each connected set of them: so a
-//! crack that ends inside a node's reach parts nothing there, and where three fragments meet there
-//! are three fields (F17, F19). What has parted stays parted (F21).
+//! a disc through it, across the direction of the pull that broke it. The disc cuts the bonds
+//! between whole points that cross it; the point itself stays with the side where its whole
+//! neighbours are. A node whose points are no longer connected among themselves becomes one node
+//! for each connected set of them: so a crack that ends inside a node's reach parts nothing there,
+//! and where three fragments meet there are three fields (F17, F19). What has parted stays parted
+//! (F21).
 //!
 //! Connection is asked for among a node's own points, so that parts of a body that come close to
 //! each other, and touch nowhere, are not welded by the grid either.

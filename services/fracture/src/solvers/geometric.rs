@@ -1,6 +1,6 @@
 //! A broken look at the price of a diagram: Voronoi cells around the impact, as many as the energy
-//! can pay for and the rate of strain asks for; radials and rings where a plate is hit on its face. The pattern is not caused by stress; volume, mass,
-//! momentum and the energy bound are kept.
+//! can pay for and the rate of strain asks for; radials and rings where a plate is hit on its face.
+//! The pattern is not caused by stress; volume, mass, momentum and the energy bound are kept.
 
 mod probes;
 #[cfg(test)]

@@ -252,7 +252,7 @@ fn column<S: Simd, R: Real>(
             let loose = V::<S, R>::splat(simd, R::of(LOOSE));
             let there = load(simd, &slot.weight, lane).simd_lt(zero);
             let away = damage.simd_ge(whole) & effective.square.simd_gt(loose) & there;
-            idle = idle & away.select(zero, whole).simd_gt(zero);
+            idle &= away.select(zero, whole).simd_gt(zero);
             let taken = pulled::<S, R>(simd, &effective.stress);
             for k in 0..6 {
                 s[k] = damage.simd_gt(zero).select(s[k] - damage * taken[k], s[k]);

@@ -9,9 +9,10 @@ const LEAST: f64 = 1e-20;
 /// Σ ⟨σ_i⟩ n_i ⊗ n_i of the principal stresses σ_i: what damage takes from.
 ///
 /// With σ = m I + B and p² = B:B/6 the principal value farthest from the others is m ± 2py, where
-/// 4y³ − 3y = |det B|/2p³ and y ∈ \[½√3, 1\]; Newton's method finds it. It lies apart from the others
-/// by √3 p at least, so that its projector N is well conditioned, and what is left in the plane
-/// across it is a problem of two values a ≥ b: S⁺ = a (S − b (I − N))/(a − b) where a > 0 > b.
+/// 4y³ − 3y = |det B|/2p³ and y ∈ \[½√3, 1\]; Newton's method finds it. It lies apart from the
+/// others by √3 p at least, so that its projector N is well conditioned, and what is left in the
+/// plane across it is a problem of two values a ≥ b: S⁺ = a (S − b (I − N))/(a − b) where a > 0 >
+/// b.
 #[inline(always)]
 pub(super) fn pulled<S: Simd, R: Real>(simd: S, s: &[V<S, R>; 6]) -> [V<S, R>; 6] {
     let (half, two, three) = (R::of(0.5), R::of(2.0), R::of(3.0));

@@ -1,8 +1,8 @@
 //! The pattern of a plate that is hit on its face: radial cracks and rings around the impact.
 //!
 //! Bending opens radial cracks first; the sectors between them then bend outward and break along
-//! rings, farther apart the farther out (thesis Fig. 3.23, and D9 for the radials). Cells keep their
-//! shape from ring to ring, so rings grow in proportion to their radius.
+//! rings, farther apart the farther out (thesis Fig. 3.23, and D9 for the radials). Cells keep
+//! their shape from ring to ring, so rings grow in proportion to their radius.
 
 use crate::solver::{Impact, Problem};
 use cullet_geometry::Vec3;
