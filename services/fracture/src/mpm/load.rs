@@ -65,7 +65,7 @@ impl Load {
     ///
     /// `mobility` is the body's at the contact, 1/m + n·[I⁻¹(r×n)]×r \[1/kg\]; the striker's
     /// follows from ½ m* v² = E. The spring is the one whose contact takes the impact's duration:
-    /// δ_max = v t_c/2.943 and ½ m* v² = ⅖ k δ_max^{5/2}  [H1]. A `duration` shorter by s is that
+    /// δ_max = v t_c/2.943 and ½ m* v² = ⅖ k δ_max^{5/2}  (H1). A `duration` shorter by s is that
     /// of a striker of the same energy with m* s² and v/s: same spring, same peak force, s times
     /// the impulse.
     #[must_use]
