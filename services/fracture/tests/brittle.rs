@@ -122,6 +122,27 @@ fn a_hard_hit_breaks_a_cube() {
     assert!(report.warnings.iter().any(|w| w.contains("toughness-controlled")));
 }
 
+/// F04: points that are torn apart between sides bear nothing any more. Where they went on bearing
+/// what presses them in one direction while they are torn in the others, they made energy, and
+/// this hit on a corner ended as unstable.
+#[test]
+fn torn_points_make_no_energy() {
+    let normal = Vec3::new(-0.9, -0.25, -0.35).normalize();
+    let impact = Impact {
+        point: Vec3::repeat(0.07),
+        normal,
+        impulse: 24.29,
+        duration: 6e-4,
+        radius: 0.00735,
+        energy: 47.2,
+        closing_speed: 8.0,
+    };
+    let mut problem = block(Vec3::repeat(0.14), PLASTER, vec![impact]);
+    problem.settings.max_particles = 16_000;
+    (problem.seed, problem.strength.seed) = (27, 27);
+    assert!(solve(&problem).fragments.len() > 10);
+}
+
 /// F24: a tap that breaks nothing ends as soon as it is quiet.
 #[test]
 fn a_tap_breaks_nothing_and_ends_early() {
