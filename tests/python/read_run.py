@@ -26,6 +26,7 @@ SCHEMAS = {
     "/geometry": "cullet.Geometry",
     "/body": "cullet.Body",
     "/bodies": "cullet.BodyPoses",
+    "/debris": "cullet.Grains",
     "/events": "cullet.RunEvent",
     "/jobs": "cullet.JobReport",
     "/pool": "cullet.PoolReport",
