@@ -185,7 +185,7 @@ fn hostile() -> Vec<u8> {
 fn a_reader_that_gives_up_is_not_heard_and_everything_else_is() {
     let exe = std::env::current_exe().expect("this test has a path");
     let helper = "scene::meshes::tests::gives_up_and_panics_elsewhere";
-    let args = ["--exact", helper, "--ignored", "--nocapture"];
+    let args = ["--exact", helper, "--nocapture"];
     let said = std::process::Command::new(exe).args(args).output().expect("it starts");
     let stderr = String::from_utf8_lossy(&said.stderr);
     assert!(said.status.success(), "{stderr}");
@@ -193,8 +193,8 @@ fn a_reader_that_gives_up_is_not_heard_and_everything_else_is() {
     assert!(stderr.contains("beside it") && stderr.contains("after it"), "{stderr}");
 }
 
+/// Runs with the others, and once more in a process of its own for the test above.
 #[test]
-#[ignore = "the test above runs it, in a process of its own"]
 fn gives_up_and_panics_elsewhere() {
     let bytes = hostile();
     let read = super::hush::hushed(|| {
