@@ -150,6 +150,8 @@ pub struct FractureJob {
     pub impacts: Vec<Impact>,
     /// What it rests on.
     pub supports: Vec<Support>,
+    /// Angular velocity before the hits \[rad/s\]; zero where its stress does not matter.
+    pub spin: Vec3,
     /// How it may be solved.
     pub settings: Settings,
     /// The only source of randomness.
@@ -165,6 +167,7 @@ struct Header {
     painted: Option<(u32, f64)>,
     impacts: Vec<[f64; 11]>,
     supports: Vec<Support>,
+    spin: [f64; 3],
     settings: Settings,
     seed: u64,
     vertices: u32,
@@ -200,6 +203,7 @@ impl FractureJob {
             painted: self.strength.announced()?,
             impacts: self.impacts.iter().map(Impact::row).collect(),
             supports: self.supports.clone(),
+            spin: self.spin.into(),
             settings: self.settings,
             seed: self.seed,
             vertices,
@@ -231,6 +235,7 @@ impl FractureJob {
             strength: header.strength,
             impacts: header.impacts.into_iter().map(Impact::from_row).collect(),
             supports: header.supports,
+            spin: header.spin.into(),
             settings: header.settings,
             seed: header.seed,
         })
@@ -264,6 +269,7 @@ impl Header {
         for Support { point, normal, radius } in &self.supports {
             codec::finite("a job's supports", &[point.as_slice(), normal, &[*radius]].concat())?;
         }
+        codec::finite("a job's spin", &self.spin)?;
         codec::finite("a job's spacing", self.settings.spacing.as_slice())?;
         codec::finite("a job's detail", &self.settings.detail.numbers())?;
         codec::finite("a job's grain", self.settings.grain.as_slice())?;
@@ -339,6 +345,7 @@ pub(crate) mod tests {
                 closing_speed: 3.0,
             }],
             supports: vec![Support { point: [0.0; 3], normal: [0.0, 0.0, 1.0], radius: 0.02 }],
+            spin: Vec3::new(0.0, 0.0, 100.0),
             settings: Settings {
                 spacing: None,
                 max_particles: 16_000,
@@ -359,13 +366,13 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "cbfaef74");
+        assert_eq!(job.id()?.short(), "c798f1bb");
         Ok(())
     }
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 16] = [
+        let change: [fn(&mut FractureJob); 17] = [
             |j| j.settings.detail.height = 0.2,
             |j| j.seed += 1,
             |j| j.solver.push('x'),
@@ -380,6 +387,7 @@ pub(crate) mod tests {
             |j| j.settings.spacing = Some(0.1),
             |j| j.settings.grain = None,
             |j| j.supports[0].radius = 0.03,
+            |j| j.spin.x = 1.0,
             |j| j.solid.mesh.vertices[0].x = 1e-300,
             |j| j.solid.surface[0] = Surface::crack(0.0),
         ];

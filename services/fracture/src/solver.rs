@@ -87,6 +87,8 @@ pub struct Problem {
     pub impacts: Vec<Impact>,
     /// What it rests on.
     pub supports: Vec<Support>,
+    /// Angular velocity before the hits \[rad/s\]: zero where its stress does not matter.
+    pub spin: Vec3,
     /// How it may be solved.
     pub settings: Settings,
     /// The only source of randomness.

@@ -32,6 +32,7 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
         strength: strength_of(&job.strength),
         impacts: job.impacts.iter().map(impact).collect(),
         supports: job.supports.iter().map(support).collect(),
+        spin: job.spin,
         settings: core::Settings {
             spacing: settings.spacing,
             max_particles: settings.max_particles,

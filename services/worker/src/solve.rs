@@ -208,6 +208,7 @@ mod tests {
                 closing_speed: 1.0,
             }],
             supports: Vec::new(),
+            spin: Vec3::zeros(),
             settings: Settings {
                 spacing: None,
                 max_particles: 1,

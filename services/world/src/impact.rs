@@ -54,6 +54,8 @@ pub struct Hit {
     pub fixed_other: bool,
     /// Orientation of `body` at the first touch.
     pub orientation: Quat,
+    /// Angular velocity of `body` then, in its own frame \[rad/s\].
+    pub spin: Vec3,
     /// From the centre of `other` to where it was touched, then, world frame \[m\].
     pub lever: Vec3,
     /// Kinetic energy that the contact took out of the pair \[J\].
@@ -140,6 +142,7 @@ pub(crate) fn hits(outcome: &Outcome, one: &Party<'_>, two: &Party<'_>) -> [Hit;
         exchanged_other: you.exchanged,
         fixed_other: you.body.fixed,
         orientation: me.motion.pose.rotation,
+        spin: me.motion.pose.rotation.inverse() * me.motion.spin,
         lever: you.motion.pose.rotation * yours,
         dissipated: outcome.dissipated,
         step: outcome.step,

@@ -61,7 +61,7 @@ impl Choice {
 /// solved for.
 pub(super) fn problem(
     body: &BodyView<'_>,
-    (hits, supports): (&[Hit], &[Support]),
+    (hits, supports, spin): (&[Hit], &[Support], Vec3),
     choice: &Choice,
     geometric: bool,
     seed: u64,
@@ -82,6 +82,7 @@ pub(super) fn problem(
         strength: choice.strength.clone(),
         impacts: strongest(hits).into_iter().map(impact).collect(),
         supports: supports.iter().map(support).collect(),
+        spin,
         settings: choice.settings,
         seed: seed_of(body.id, seed),
     }

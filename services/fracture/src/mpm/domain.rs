@@ -6,6 +6,7 @@ use super::front::Front;
 use super::grid::{Element, Grid};
 use super::kernel::{Kernel, Law, Path, Precision, Stencil, gather, packed, vector};
 use super::separation::Separation;
+use super::spin::Spin;
 use crate::damage::{Softening, State};
 use crate::material::Material;
 use crate::particles::Particles;
@@ -66,6 +67,8 @@ pub struct Domain {
     pub grip: Option<Grip>,
     /// What becomes of the velocity field at cracks.
     pub fields: Fields,
+    /// The frame's turning; `None` for one at rest.
+    pub spin: Option<Spin>,
     elastic: Elastic,
     softening: Softening,
     front: Option<Front>,
@@ -148,6 +151,7 @@ impl Domain {
             steps: 0,
             grip: None,
             fields: Fields::default(),
+            spin: None,
             elastic: Elastic::new(material),
             softening,
             front: None,
@@ -290,6 +294,9 @@ impl Domain {
     pub fn advance(&mut self) -> Tally {
         let tally = self.strain();
         let fastest = self.accelerate();
+        if let Some(spin) = self.spin {
+            spin.push(&mut self.grid, self.step);
+        }
         self.contact.resolve(&mut self.grid.nodes, self.step);
         self.displacement_step();
         self.time += self.step;

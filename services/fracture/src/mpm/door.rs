@@ -118,6 +118,17 @@ pub(crate) fn check_impacts(impacts: &[Impact]) -> Result<(), Refusal> {
     Ok(())
 }
 
+/// Refuses a spin whose rim outruns the sound: the stress would be beyond any strength.
+pub(crate) fn check_spin(problem: &Problem) -> Result<(), Refusal> {
+    let rim = problem.solid.mesh.vertices.iter().map(|x| problem.spin.cross(x).norm());
+    within(
+        "rim speed of the spin [m/s]",
+        rim.fold(0.0, f64::max),
+        0.0,
+        problem.material.shear_speed(),
+    )
+}
+
 /// The section in which four fifths of the body lie is at least three cells thick.
 pub(crate) fn check_thickness(
     problem: &Problem,

@@ -18,6 +18,7 @@ pub mod motion;
 pub mod quadrature;
 pub mod rest;
 mod separation;
+pub mod spin;
 pub mod symmetric;
 
 pub use domain::{Domain, Tally};

@@ -5,11 +5,12 @@ use crate::damage::{Softening, WeakPlane};
 use crate::debris::{self, Grain};
 use crate::mpm::domain::{SAFETY, stable_step};
 use crate::mpm::door::{
-    PER_CELL, check_contacts, check_impacts, check_material, check_thickness, sample_points,
-    spacing, stretch, within,
+    PER_CELL, check_contacts, check_impacts, check_material, check_spin, check_thickness,
+    sample_points, spacing, stretch, within,
 };
 use crate::mpm::load::{LEAST_RADIUS, Load};
 use crate::mpm::rest::Rest;
+use crate::mpm::spin::Spin;
 use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
 use crate::particles::Particles;
 use crate::solver::{
@@ -37,6 +38,10 @@ const AFTER_TRANSITS: f64 = 4.0;
 
 /// Transits without growth, after the push, that end the solve (F24).
 const QUIET_TRANSITS: f64 = 2.5;
+
+/// Transits over which the stress of a body's spin is put on, smoothly: two or three periods of its
+/// slowest stretching, so that it does not swing (`spin_pulls_a_bar_apart_in_the_middle`).
+const SPIN_TRANSITS: f64 = 4.0;
 
 /// Share of the points that must break to count as growth: less is the opening of old cracks.
 const GROWTH_SHARE: f64 = 2e-3;
@@ -72,10 +77,12 @@ pub struct Brittle {
     warnings: Vec<String>,
 }
 
-/// When the push ends and when the solve does \[s\].
+/// When the push ends and when the solve does \[s\]; the push begins at 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Clock {
     transit: f64,
+    /// How long the stress of the spin is put on before the push.
+    spin_up: f64,
     push: f64,
     end: f64,
 }
@@ -85,7 +92,17 @@ impl Clock {
         let transit = problem.solid.mesh.diagonal() / problem.material.shear_speed();
         let longest = problem.impacts.iter().fold(0.0_f64, |m, i| m.max(i.duration));
         let push = longest.min(PUSH_TRANSITS * transit);
-        Self { transit, push, end: push + AFTER_TRANSITS * transit }
+        let spins = problem.spin != Vec3::zeros();
+        let spin_up = if spins { SPIN_TRANSITS * transit } else { 0.0 };
+        Self { transit, spin_up, push, end: push + AFTER_TRANSITS * transit }
+    }
+
+    /// The turning frame at `time` \[s\]: before the push its forces grow as 3s² − 2s³, and motion
+    /// is damped within a transit.
+    fn spin(&self, rate: Vec3, time: f64) -> Spin {
+        let s = 1.0 + time / self.spin_up;
+        let onset = (time < 0.0).then(|| (s * s * (3.0 - 2.0 * s), 1.0 / self.transit));
+        Spin { rate, onset }
     }
 }
 
@@ -95,6 +112,7 @@ impl Solver for Brittle {
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
         check_material(problem)?;
         check_impacts(&problem.impacts)?;
+        check_spin(problem)?;
         let spacing = spacing(problem)?;
         check_contacts(problem, &spacing, LEAST_RADIUS)?;
         let volume = problem.solid.mesh.signed_volume();
@@ -110,7 +128,8 @@ impl Solver for Brittle {
             });
         }
         let step = SAFETY * stable_step(&problem.material, spacing.min());
-        let steps = Clock::new(problem).end / step;
+        let clock = Clock::new(problem);
+        let steps = (clock.spin_up + clock.end) / step;
         let limit = f64::from(problem.settings.max_steps);
         if steps > limit {
             return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });
@@ -138,6 +157,7 @@ impl Solver for Brittle {
             strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
         let mut domain = Domain::new(particles, material, softening, spacing);
         let clock = Clock::new(&problem);
+        domain.time = -clock.spin_up;
         let loads: Vec<Load> =
             problem.impacts.iter().map(|impact| load(impact, &problem, &domain, &clock)).collect();
         for &(id, _) in loads.iter().flat_map(|load| &load.shares) {
@@ -177,7 +197,8 @@ impl Solver for Brittle {
                 };
             }
         }
-        Progress::Running((self.domain.time / self.clock.end).min(1.0))
+        let Clock { spin_up, end, .. } = self.clock;
+        Progress::Running(((spin_up + self.domain.time) / (spin_up + end)).min(1.0))
     }
 }
 
@@ -189,13 +210,18 @@ impl Brittle {
     }
 
     fn step(&mut self) -> Result<(), Failure> {
-        for load in &mut self.loads {
-            load.push(&mut self.domain);
+        if self.clock.spin_up > 0.0 {
+            self.domain.spin = Some(self.clock.spin(self.problem.spin, self.domain.time));
         }
-        for rest in &mut self.rests {
-            rest.push(&mut self.domain);
+        if self.domain.time >= 0.0 {
+            for load in &mut self.loads {
+                load.push(&mut self.domain);
+            }
+            for rest in &mut self.rests {
+                rest.push(&mut self.domain);
+            }
+            self.open_contacts();
         }
-        self.open_contacts();
         let tally = self.domain.advance();
         self.total.dissipated += tally.dissipated;
         self.total.crushed = self.total.crushed.max(tally.crushed);
@@ -243,8 +269,9 @@ impl Brittle {
             return Err(Failure::NotFinite { what: "energy", step });
         }
         let lost: f64 = self.loads.iter().map(Load::lost).sum();
-        if energy > GROWTH * lost {
-            return Err(Failure::Unstable { ratio: energy / lost - 1.0, step });
+        let given = lost + self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
+        if energy > GROWTH * given {
+            return Err(Failure::Unstable { ratio: energy / given - 1.0, step });
         }
         Ok(())
     }
@@ -352,7 +379,7 @@ impl Brittle {
         (
             slots.iter().map(|&p| particles.reference[p]).collect(),
             slots.iter().map(|&p| particles.damage[p]).collect(),
-            slots.iter().map(|&p| particles.damage_time[p]).collect(),
+            slots.iter().map(|&p| particles.damage_time[p].max(0.0)).collect(),
         )
     }
 
@@ -400,10 +427,11 @@ impl Brittle {
         if drift > 0.2 {
             warnings.push(format!("fast: a point moved {drift:.2} cells in a step (F04)"));
         }
-        let energy: f64 = self.problem.impacts.iter().map(|impact| impact.energy).sum();
+        let energy = self.problem.impacts.iter().map(|impact| impact.energy).sum::<f64>()
+            + self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
         if self.total.dissipated > energy {
             warnings.push(format!(
-                "damage cost {:.3e} J, the approach had {energy:.3e} J",
+                "damage cost {:.3e} J, approach and spin had {energy:.3e} J",
                 self.total.dissipated
             ));
         }

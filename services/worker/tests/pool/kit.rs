@@ -69,6 +69,7 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         strength: Strength::default(),
         impacts: vec![impact],
         supports: Vec::new(),
+        spin: Vec3::zeros(),
         settings,
         seed,
     }

@@ -39,6 +39,7 @@ fn problem(size: Vec3, energy: f64) -> Problem {
         strength: StrengthField::default(),
         impacts: vec![hit, other],
         supports: Vec::new(),
+        spin: Vec3::zeros(),
         settings: Settings::default(),
         seed: 5,
     }
