@@ -47,6 +47,8 @@ pub struct Impact {
     pub energy: f64,
     /// How fast the surfaces closed before they touched \[m/s\].
     pub closing_speed: f64,
+    /// Pressure in the middle of the contact at which it crushes, body or striker \[Pa\].
+    pub crushing_pressure: f64,
 }
 
 /// How crack faces look closer than the grid resolves. Lengths in grid spacings h; zero `height`,
@@ -165,7 +167,7 @@ struct Header {
     material: Material,
     strength: Strength,
     painted: Option<(u32, f64)>,
-    impacts: Vec<[f64; 11]>,
+    impacts: Vec<[f64; 12]>,
     supports: Vec<Support>,
     spin: [f64; 3],
     settings: Settings,
@@ -175,16 +177,26 @@ struct Header {
 }
 
 impl Impact {
-    fn row(&self) -> [f64; 11] {
+    fn row(&self) -> [f64; 12] {
         let (p, n) = (self.point, self.normal);
         let (t, a, e) = (self.duration, self.radius, self.energy);
-        [p.x, p.y, p.z, n.x, n.y, n.z, self.impulse, t, a, e, self.closing_speed]
+        let (v, c) = (self.closing_speed, self.crushing_pressure);
+        [p.x, p.y, p.z, n.x, n.y, n.z, self.impulse, t, a, e, v, c]
     }
 
-    fn from_row(row: [f64; 11]) -> Self {
-        let [px, py, pz, nx, ny, nz, impulse, duration, radius, energy, closing_speed] = row;
+    fn from_row(row: [f64; 12]) -> Self {
+        let [px, py, pz, nx, ny, nz, impulse, duration, radius, energy, closing_speed, c] = row;
         let (point, normal) = (Vec3::new(px, py, pz), Vec3::new(nx, ny, nz));
-        Self { point, normal, impulse, duration, radius, energy, closing_speed }
+        Self {
+            point,
+            normal,
+            impulse,
+            duration,
+            radius,
+            energy,
+            closing_speed,
+            crushing_pressure: c,
+        }
     }
 }
 
@@ -343,6 +355,7 @@ pub(crate) mod tests {
                 radius: 1e-3,
                 energy: 2.0,
                 closing_speed: 3.0,
+                crushing_pressure: 1e9,
             }],
             supports: vec![Support { point: [0.0; 3], normal: [0.0, 0.0, 1.0], radius: 0.02 }],
             spin: Vec3::new(0.0, 0.0, 100.0),
@@ -366,13 +379,13 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "c798f1bb");
+        assert_eq!(job.id()?.short(), "4120ea3c");
         Ok(())
     }
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 17] = [
+        let change: [fn(&mut FractureJob); 18] = [
             |j| j.settings.detail.height = 0.2,
             |j| j.seed += 1,
             |j| j.solver.push('x'),
@@ -384,6 +397,7 @@ pub(crate) mod tests {
             |j| j.strength.vertices.iter_mut().for_each(|paint| paint.factors[1] = 0.9),
             |j| j.impacts[0].energy += 1.0,
             |j| j.impacts[0].closing_speed += 1.0,
+            |j| j.impacts[0].crushing_pressure += 1.0,
             |j| j.settings.spacing = Some(0.1),
             |j| j.settings.grain = None,
             |j| j.supports[0].radius = 0.03,

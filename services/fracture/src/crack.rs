@@ -28,6 +28,9 @@ const BROKEN: f64 = 0.9;
 const DAMAGED: f64 = 0.4;
 /// Share of its particles, by weight, that gives a node their piece.
 const HALF: f64 = 0.5;
+/// Share of its particles in no piece up to which a node takes the piece that holds most of them,
+/// be that half or not: three small pieces may meet there, but no crack's band.
+const FEW: f64 = 0.1;
 /// Most lattice nodes; beyond, memory (about 30 bytes each) would exceed a worker's share.
 const MAX_NODES: f64 = 5e7;
 /// The lattice reaches this many nodes beyond the body on every side.
@@ -192,7 +195,8 @@ impl Nodes {
     }
 
     /// Gives each node inside the body the piece that holds most of its particles by weight, where
-    /// that is at least half of them; labels are numbered by their first nodes.
+    /// that is at least half of them or nearly all are in some piece; labels are numbered by their
+    /// first nodes.
     fn take_labels(&mut self, positions: &[Vec3], pieces: &[Option<u32>]) {
         let mut shares: Vec<Vec<(Option<u32>, f64)>> = vec![Vec::new(); self.lattice.len()];
         for (&p, &piece) in positions.iter().zip(pieces) {
@@ -210,9 +214,11 @@ impl Nodes {
         let mut names = std::collections::BTreeMap::new();
         for (i, shares) in shares.iter().enumerate().filter(|&(i, _)| self.inside[i] & NODE != 0) {
             let all: f64 = shares.iter().map(|entry| entry.1).sum();
-            let most = shares.iter().filter(|entry| entry.0.is_some());
-            let most = most.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-            if let Some(&(piece, _)) = most.filter(|entry| entry.1 >= HALF * all) {
+            let pieces = shares.iter().filter(|entry| entry.0.is_some());
+            let free = all - pieces.clone().map(|entry| entry.1).sum::<f64>();
+            let least = if free <= FEW * all { 0.0 } else { HALF * all };
+            let most = pieces.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+            if let Some(&(piece, _)) = most.filter(|entry| entry.1 >= least) {
                 let next = names.len() as u32;
                 self.label[i] = *names.entry(piece).or_insert(next);
             }

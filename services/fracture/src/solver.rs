@@ -24,6 +24,8 @@ pub struct Impact {
     pub energy: f64,
     /// How fast the surfaces closed before they touched \[m/s\].
     pub closing_speed: f64,
+    /// Pressure in the middle of the contact at which it crushes, body or striker \[Pa\].
+    pub crushing_pressure: f64,
 }
 
 /// Where a body rests on something that does not move: a disc that holds the surface under it

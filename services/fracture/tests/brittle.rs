@@ -38,7 +38,8 @@ fn block(size: Vec3, material: Material, impacts: Vec<Impact>) -> Problem {
 fn hit(point: Vec3, normal: Vec3, impulse: f64) -> Impact {
     // A striker that keeps no speed: I = m* v, E = ½ m* v².
     let (closing_speed, energy) = (20.0, 10.0 * impulse);
-    Impact { point, normal, impulse, duration: 1.2e-4, radius: 6e-3, energy, closing_speed }
+    let (duration, radius, crushing_pressure) = (1.2e-4, 6e-3, 1e12);
+    Impact { point, normal, impulse, duration, radius, energy, closing_speed, crushing_pressure }
 }
 
 fn side_hit(impulse: f64) -> Impact {
@@ -137,6 +138,7 @@ fn torn_points_make_no_energy() {
         radius: 0.00735,
         energy: 47.2,
         closing_speed: 8.0,
+        crushing_pressure: 1e12,
     };
     let mut problem = block(Vec3::repeat(0.14), PLASTER, vec![impact]);
     problem.settings.max_particles = 16_000;
@@ -251,6 +253,7 @@ fn blow(mass: f64, target: f64, speed: f64, duration: f64) -> Impact {
         impulse: 2.0 * reduced * speed,
         energy: 0.5 * reduced * speed * speed,
         closing_speed: speed,
+        crushing_pressure: 1e12,
         duration,
         ..hit(Vec3::new(-0.1, 0.0, 0.0), Vec3::x(), 1.0)
     }

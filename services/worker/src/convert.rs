@@ -19,6 +19,7 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
         radius: i.radius,
         energy: i.energy,
         closing_speed: i.closing_speed,
+        crushing_pressure: i.crushing_pressure,
     };
     let support = |s: &wire::Support| core::Support {
         point: Vec3::from(s.point),

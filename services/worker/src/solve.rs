@@ -206,6 +206,7 @@ mod tests {
                 radius: 1.0,
                 energy: 1.0,
                 closing_speed: 1.0,
+                crushing_pressure: 1e12,
             }],
             supports: Vec::new(),
             spin: Vec3::zeros(),

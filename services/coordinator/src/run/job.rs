@@ -117,6 +117,7 @@ fn impact(hit: &Hit) -> Impact {
         radius: i.radius,
         energy: i.energy,
         closing_speed: i.closing_speed,
+        crushing_pressure: i.crushing_pressure,
     }
 }
 

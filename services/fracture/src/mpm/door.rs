@@ -114,6 +114,7 @@ pub(crate) fn check_impacts(impacts: &[Impact]) -> Result<(), Refusal> {
         within("distance of the impact [m]", impact.point.norm(), 0.0, 1e6)?;
         within("impact energy [J]", impact.energy, f64::MIN_POSITIVE, 1e18)?;
         within("closing speed [m/s]", impact.closing_speed, f64::MIN_POSITIVE, 1e5)?;
+        within("crushing pressure [Pa]", impact.crushing_pressure, 1.0, 1e30)?;
     }
     Ok(())
 }

@@ -19,6 +19,7 @@ pub mod quadrature;
 pub mod rest;
 mod separation;
 pub mod spin;
+pub mod spring;
 pub mod symmetric;
 
 pub use domain::{Domain, Tally};

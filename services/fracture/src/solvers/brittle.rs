@@ -11,6 +11,7 @@ use crate::mpm::door::{
 use crate::mpm::load::{LEAST_RADIUS, Load};
 use crate::mpm::rest::Rest;
 use crate::mpm::spin::Spin;
+use crate::mpm::spring::{self, Spring};
 use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
 use crate::particles::Particles;
 use crate::solver::{
@@ -90,7 +91,7 @@ struct Clock {
 impl Clock {
     fn new(problem: &Problem) -> Self {
         let transit = problem.solid.mesh.diagonal() / problem.material.shear_speed();
-        let longest = problem.impacts.iter().fold(0.0_f64, |m, i| m.max(i.duration));
+        let longest = problem.impacts.iter().fold(0.0_f64, |m, i| m.max(spring::duration(i)));
         let push = longest.min(PUSH_TRANSITS * transit);
         let spins = problem.spin != Vec3::zeros();
         let spin_up = if spins { SPIN_TRANSITS * transit } else { 0.0 };
@@ -249,9 +250,9 @@ impl Brittle {
         if self.domain.grid.spacing.min() < self.domain.grid.spacing.max() {
             return;
         }
-        let pairs = self.loads.iter().zip(&self.problem.impacts).zip(&mut self.torn);
-        for ((load, impact), torn) in pairs.filter(|(_, torn)| !**torn) {
-            if load.cracks(impact.radius, &self.problem.material) {
+        let pairs = self.loads.iter().zip(&mut self.torn);
+        for (load, torn) in pairs.filter(|(_, torn)| !**torn) {
+            if load.cracks(&self.problem.material) {
                 *torn = true;
                 let time = self.domain.time;
                 load.shares.iter().for_each(|&(id, _)| self.domain.open(id, time));
@@ -363,10 +364,9 @@ impl Brittle {
     }
 
     fn rules(&self) -> crushed::Rules {
-        let material = &self.problem.material;
         crushed::Rules {
             spacing: self.domain.grid.spacing,
-            toughness: material.fracture_energy / material.density,
+            material: self.problem.material,
             seed: self.problem.seed,
         }
     }
@@ -441,7 +441,7 @@ impl Brittle {
 /// The push of an impact: a longer one than the clock's has the same peak force and delivers less;
 /// the striker keeps the rest.
 fn load(impact: &Impact, problem: &Problem, domain: &Domain, clock: &Clock) -> Load {
-    let duration = impact.duration.min(clock.push);
+    let duration = spring::duration(impact).min(clock.push);
     let mobility = motion::mobility(problem, &impact.point, &impact.normal);
     Load::new(impact, domain, duration, mobility)
 }
@@ -468,18 +468,26 @@ fn first_warnings(
         ));
     }
     for impact in &problem.impacts {
-        if impact.duration > clock.push {
+        let (duration, spring) = (spring::duration(impact), Spring::new(impact));
+        if duration > clock.push {
             warnings.push(format!(
                 "push of {:.3e} s shortened to {:.3e} s, {PUSH_TRANSITS} transits, at the same \
                  peak force (F12)",
-                impact.duration, clock.push
+                duration, clock.push
             ));
         }
         let least = LEAST_RADIUS * spacing.max();
-        if impact.radius < least {
+        let radius = spring.contact(spring.depth(impact.energy));
+        if radius < least {
             warnings.push(format!(
-                "contact radius {:.3e} m widened to {least:.3e} m, {LEAST_RADIUS} cells (F11)",
-                impact.radius,
+                "contact radius {radius:.3e} m widened to {least:.3e} m, {LEAST_RADIUS} cells (F11)"
+            ));
+        }
+        if spring.crushes(impact.energy) {
+            warnings.push(format!(
+                "the contact crushes at {:.3e} Pa: {:.3} of the Hertz force (F13)",
+                impact.crushing_pressure,
+                spring.peak(impact.energy) / spring.elastic_peak(impact.energy)
             ));
         }
     }

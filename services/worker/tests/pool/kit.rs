@@ -50,6 +50,7 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         radius: 1e-3,
         energy: 1.0,
         closing_speed: 1.0,
+        crushing_pressure: 1e12,
     };
     let settings = Settings {
         spacing: None,
