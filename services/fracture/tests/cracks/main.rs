@@ -1,0 +1,7 @@
+//! Cracks that separate: Irwin's modes, one field, CPIC and ours, the grid's bias, thick bands.
+
+mod bias;
+mod compare;
+mod modes;
+mod specimen;
+mod twin;
