@@ -150,10 +150,8 @@ type Make = fn(Specimen) -> Box<dyn Body>;
 
 /// The courses of a method over seeds; prints a row of the table.
 fn method(name: &str, seeds: &[u64], make: Make) -> Vec<Course> {
-    let courses: Vec<Course> = seeds
-        .par_iter()
-        .map(|&seed| run(&specimen(seed), &mut *make(specimen(seed))))
-        .collect();
+    let courses: Vec<Course> =
+        seeds.par_iter().map(|&seed| run(&specimen(seed), &mut *make(specimen(seed)))).collect();
     let cells: Vec<String> = (0..8)
         .map(|k| {
             let all: Vec<f64> = courses.iter().map(|c| c.values()[k]).collect();
@@ -175,8 +173,7 @@ fn two_fields_let_go_of_what_others_hold() {
     let seeds = [3, 4, 5];
     let one = method("one field", &seeds, |s| Box::new(s.domain(WAY, Fields::Single)));
     let ours = method("ours", &seeds, |s| Box::new(s.domain(WAY, Fields::Split)));
-    let cpic =
-        method("CPIC", &seeds, |s| Box::new(Twin::new(s, WAY, Some(Coupling::Compatible))));
+    let cpic = method("CPIC", &seeds, |s| Box::new(Twin::new(s, WAY, Some(Coupling::Compatible))));
     let leaky = |s| -> Box<dyn Body> { Box::new(Twin::new(s, WAY, Some(Coupling::Leaky))) };
     method("CPIC, thesis (A.4)", &seeds[..1], leaky);
     let whole = |s| -> Box<dyn Body> { Box::new(Twin::new(s, WAY, Some(Coupling::Whole))) };

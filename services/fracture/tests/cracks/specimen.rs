@@ -39,14 +39,14 @@ impl Points {
     }
 }
 
-/// A cube whose crack lies in y = 0 for x < 0, its front along z, in a frame of its own.
+/// A block whose crack lies in y = 0 for x < 0, its front along z, in a frame of its own.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Specimen {
-    /// Half the edge, in spacings.
-    pub(crate) half: f64,
-    /// From the cube's directions to the grid's.
+    /// Half the edges, in spacings.
+    pub(crate) half: Vec3,
+    /// From the block's directions to the grid's.
     pub(crate) turn: Quat,
-    /// Where the cube's middle is on the grid, in spacings.
+    /// Where the block's middle is on the grid, in spacings.
     pub(crate) middle: Vec3,
     pub(crate) points: Points,
 }
@@ -55,17 +55,17 @@ impl Specimen {
     /// A cube along the grid.
     pub(crate) fn straight(half: f64, seed: u64) -> Self {
         let points = Points::Poisson(seed);
-        Self { half, turn: Quat::identity(), middle: Vec3::zeros(), points }
+        Self { half: Vec3::repeat(half), turn: Quat::identity(), middle: Vec3::zeros(), points }
     }
 
-    /// A place on the grid \[m\], as the cube sees it, in spacings.
+    /// A place on the grid \[m\], as the block sees it, in spacings.
     pub(crate) fn local(&self, x: &Vec3) -> Vec3 {
         self.turn.inverse_transform_vector(&(x / H - self.middle))
     }
 
     fn mesh(&self) -> TriMesh {
-        let edge = 2.0 * self.half * H;
-        let mut mesh = shapes::cuboid(Vec3::repeat(edge), shapes::Detail::default()).expect("box");
+        let edges = self.half * (2.0 * H);
+        let mut mesh = shapes::cuboid(edges, shapes::Detail::default()).expect("a box");
         mesh.vertices.iter_mut().for_each(|x| *x = self.turn * *x + self.middle * H);
         mesh
     }
@@ -73,7 +73,7 @@ impl Specimen {
     fn sample(&self, inside: &Inside) -> Vec<Vec3> {
         match self.points {
             Points::Poisson(seed) => sample::poisson(inside, 0.5 * H, seed).expect("points"),
-            Points::Lattice => Points::lattice(inside, (4.0 * self.half) as i32 + 4),
+            Points::Lattice => Points::lattice(inside, (4.0 * self.half.max()) as i32 + 4),
         }
     }
 
@@ -85,7 +85,7 @@ impl Specimen {
         let mut particles = Particles::at_rest(&points, volume, STONE.density);
         particles.volume = quadrature::volumes(&points, &inside, Vec3::repeat(H), volume);
         for (strength, x) in particles.strength.iter_mut().zip(&points) {
-            *strength = if self.local(x).y.abs() > 0.7 * self.half { 100.0 } else { 1.0 };
+            *strength = if self.local(x).y.abs() > 0.7 * self.half.y { 100.0 } else { 1.0 };
         }
         particles
     }
@@ -94,18 +94,18 @@ impl Specimen {
         Softening::on_grid(&STONE, H)
     }
 
-    /// Velocity of the upper grip `way` \[m/s\], in the cube's directions, and against it below;
+    /// Velocity of the upper grip `way` \[m/s\], in the block's directions, and against it below;
     /// between them it rises evenly at first.
     pub(crate) fn launch(&self, way: Vec3) -> impl Fn(&Vec3) -> Vec3 + use<> {
         let own = *self;
-        move |x| own.turn * way * (own.local(x).y / own.half).clamp(-1.0, 1.0)
+        move |x| own.turn * way * (own.local(x).y / own.half.y).clamp(-1.0, 1.0)
     }
 
     pub(crate) fn grip(&self, way: Vec3) -> Grip {
         let own = *self;
         Grip(Arc::new(move |x| {
             let y = own.local(&x).y;
-            (y.abs() > 0.8 * own.half).then(|| own.turn * way * y.signum())
+            (y.abs() > 0.8 * own.half.y).then(|| own.turn * way * y.signum())
         }))
     }
 
@@ -135,10 +135,10 @@ impl Specimen {
 
     /// Section ahead of the front \[m²\].
     pub(crate) fn section(&self) -> f64 {
-        2.0 * self.half * self.half * H * H
+        2.0 * self.half.x * self.half.z * H * H
     }
 
-    /// Places of the broken points, as the cube sees them, in spacings.
+    /// Places of the broken points, as the block sees them, in spacings.
     pub(crate) fn broken(&self, particles: &Particles) -> Vec<Vec3> {
         let pairs = particles.reference.iter().zip(&particles.damage);
         pairs.filter(|(_, damage)| **damage >= 1.0).map(|(x, _)| self.local(x)).collect()
@@ -147,15 +147,15 @@ impl Specimen {
     /// Layers of broken points, half a spacing each, across the section ahead of the front.
     pub(crate) fn layers(&self, broken: &[Vec3]) -> f64 {
         let ahead = broken.iter().filter(|x| x.x > 1.0).count() as f64;
-        ahead / (4.0 * 2.0 * self.half * (self.half - 1.0))
+        ahead / (4.0 * 2.0 * self.half.z * (self.half.x - 1.0))
     }
 
     /// Whether a point broke in every column, a spacing wide, of the section ahead of the front.
     pub(crate) fn is_cut(&self, broken: &[Vec3]) -> bool {
-        let (wide, long) = (self.half as usize, 2 * self.half as usize);
+        let (wide, long) = (self.half.x as usize, 2 * self.half.z as usize);
         let mut columns = vec![false; wide * long];
         for x in broken.iter().filter(|x| x.x >= 0.0) {
-            let (i, k) = (x.x as usize, (x.z + self.half) as usize);
+            let (i, k) = (x.x as usize, (x.z + self.half.z) as usize);
             columns[i.min(wide - 1) * long + k.min(long - 1)] = true;
         }
         columns.iter().all(|&cut| cut)
@@ -206,7 +206,7 @@ impl Specimen {
             let own_spin = 0.25 * H * H * motion.velocity_gradient.norm_squared();
             found.kinetic += 0.5 * mass * (motion.velocity.norm_squared() + own_spin);
             let y = self.local(&particles.reference[p]).y.abs();
-            if y > 2.5 && y < 0.7 * self.half {
+            if y > 2.5 && y < 0.7 * self.half.y {
                 let pulled = cullet_fracture::mpm::elastic::matrix(&s) * across;
                 found.pull += own * pulled.dot(&across);
                 volume += own;

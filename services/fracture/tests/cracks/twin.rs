@@ -32,6 +32,7 @@ const REACH: f64 = 1.5;
 /// Steps between looks at what has broken, as in the solver.
 const REFRESH: u64 = 4;
 
+/// For cubes along the grid.
 pub(crate) struct Twin {
     pub(crate) particles: Particles,
     pub(crate) grip: Option<Grip>,
@@ -71,11 +72,12 @@ impl Twin {
     pub(crate) fn new(specimen: Specimen, way: Vec3, coupling: Option<Coupling>) -> Self {
         let particles = specimen.particles();
         let n = particles.len();
-        let size = (2.0 * specimen.half) as usize + 8;
-        let low = specimen.middle - Vec3::repeat(specimen.half + 4.0);
-        let tiles = (2.0 * specimen.half * FINE) as usize;
+        let half = specimen.half.x;
+        let size = (2.0 * half) as usize + 8;
+        let low = specimen.middle - Vec3::repeat(half + 4.0);
+        let tiles = (2.0 * half * FINE) as usize;
         let launch = specimen.launch(way);
-        let rise = Mat3::from_columns(&[Vec3::zeros(), way / (specimen.half * H), Vec3::zeros()]);
+        let rise = Mat3::from_columns(&[Vec3::zeros(), way / (half * H), Vec3::zeros()]);
         let start = |x: &Vec3| Motion {
             displacement: Vec3::zeros(),
             displacement_gradient: Mat3::zeros(),
@@ -186,7 +188,8 @@ impl Twin {
             self.velocity[n] /= self.mass[n];
             let at = [n / (self.size * self.size), n / self.size % self.size, n % self.size];
             let place = |a: usize| f64::from(self.origin[a] + at[a] as i32) * H;
-            let held = self.grip.as_ref().and_then(|g| g.0(Vec3::new(place(0), place(1), place(2))));
+            let held =
+                self.grip.as_ref().and_then(|g| g.0(Vec3::new(place(0), place(1), place(2))));
             self.velocity[n] = held.unwrap_or(self.velocity[n]);
         }
     }
@@ -213,8 +216,8 @@ impl Twin {
 
     /// The tile of the plane at x and z, in spacings.
     fn tile(&self, x: f64, z: f64) -> Option<usize> {
-        let tiles = (2.0 * self.specimen.half * FINE) as usize;
-        let place = |a: f64| (a + self.specimen.half) * FINE;
+        let tiles = (2.0 * self.specimen.half.x * FINE) as usize;
+        let place = |a: f64| (a + self.specimen.half.x) * FINE;
         let within = |a: f64| (0.0..tiles as f64).contains(&place(a));
         (within(x) && within(z)).then(|| place(x) as usize * tiles + place(z) as usize)
     }
