@@ -4,5 +4,6 @@ mod band;
 mod bias;
 mod compare;
 mod modes;
+mod press;
 mod specimen;
 mod twin;
