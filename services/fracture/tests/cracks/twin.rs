@@ -131,9 +131,9 @@ impl Twin {
 
     /// Takes one step; the energy that went into damage \[J\].
     pub(crate) fn advance(&mut self) -> f64 {
-        let dissipated = self.to_nodes();
+        let dissipated = self.scatter();
         self.move_nodes();
-        self.to_points();
+        self.gather();
         self.steps += 1;
         let grows = self.coupling != Coupling::Whole && self.steps.is_multiple_of(REFRESH);
         if grows && self.tear() {
@@ -142,7 +142,7 @@ impl Twin {
         dissipated
     }
 
-    fn to_nodes(&mut self) -> f64 {
+    fn scatter(&mut self) -> f64 {
         self.mass.fill(0.0);
         self.velocity.fill(Vec3::zeros());
         let mut dissipated = 0.0;
@@ -194,7 +194,7 @@ impl Twin {
         }
     }
 
-    fn to_points(&mut self) {
+    fn gather(&mut self) {
         for p in 0..self.particles.len() {
             let (away, own) = (self.stencils[p].away, self.motions[p].velocity);
             let (mut velocity, mut gradient) = (Vec3::zeros(), Mat3::zeros());
