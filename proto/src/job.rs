@@ -420,6 +420,10 @@ pub(crate) mod tests {
         far.solid.mesh.triangles[2][1] = 4;
         let far = far.encode().and_then(|bytes| FractureJob::decode(&bytes));
         assert_eq!(far, Err(WireError::Index { triangle: 2, index: 4, vertices: 4 }));
+        let mut early = sample();
+        early.solid.surface[3] = Surface::crack(f32::NAN);
+        let early = early.encode().and_then(|bytes| FractureJob::decode(&bytes));
+        assert!(matches!(early, Err(WireError::Mark { index: 0, .. })));
         let mut lost = sample();
         lost.solid.mesh.vertices[1].y = f64::INFINITY;
         let lost = lost.encode().and_then(|bytes| FractureJob::decode(&bytes));

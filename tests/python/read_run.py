@@ -69,7 +69,13 @@ class Run:
         self.solids.add(solid.hash)
         self.want(len(solid.hash) == 32, "a digest is not 32 bytes")
         self.want(len(solid.triangles) == 3 * len(solid.crack), "one tag a triangle")
-        self.want(len(solid.damage_time) == sum(solid.crack), "one time a crack triangle")
+        interior = len(solid.interior_vertex)
+        self.want(len(solid.corner) == 3 * sum(solid.crack), "three corners a crack triangle")
+        self.want(not solid.corner or max(solid.corner) < interior, "a corner without a vertex")
+        columns = (solid.damage_time, solid.front_speed, solid.parent, solid.material)
+        self.want(all(len(c) == interior for c in columns), "one value an interior vertex")
+        self.want(len(solid.uv) == 2 * interior, "two coordinates an interior vertex")
+        self.want(all(solid.material), "an interior vertex without a material")
         self.want(max(solid.triangles) < len(solid.vertices) // 3, "a triangle without a corner")
 
     def on_body(self, body):

@@ -195,10 +195,10 @@ pub fn extract(
     attempts(|attempt| {
         let mosaic = nodes.mosaic(attempt, &terms);
         let labels = (0..nodes.labels()).collect();
-        let most = settings.max_fragments;
-        let mut cutting = Cutting::assemble(body.clone(), mosaic, labels, floor, most)?;
         let (scale, top_speed) = (field.scale, field.top_speed);
-        cutting.ground = Some(Ground { nodes: nodes.clone(), scale, top_speed });
+        let ground = Some(Ground { nodes: nodes.clone(), scale, top_speed });
+        let bounds = (floor, settings.max_fragments);
+        let mut cutting = Cutting::assemble(body.clone(), mosaic, labels, bounds, ground)?;
         let mut partition = cutting.run()?;
         partition.particle_part = cutting.locate(field.positions, &partition.parts);
         Ok(partition)
@@ -262,9 +262,12 @@ impl Body {
         Ok(Self { solid: solid.clone(), exact, volume, area, low, high })
     }
 
-    /// What a face with this tag was before the cut.
-    fn surface_of(&self, tag: u32) -> Surface {
-        self.solid.surface.get(tag as usize).copied().unwrap_or(Surface::Outer)
+    /// What a face with this tag and these corners was before the cut.
+    fn surface_of(&self, tag: u32, corners: [Vec3; 3]) -> Surface {
+        let Some(old) = self.solid.surface.get(tag as usize) else {
+            return Surface::Outer;
+        };
+        old.within(self.solid.mesh.corners(tag as usize), corners)
     }
 
     fn untouched(self, particles: usize) -> Partition {

@@ -5,6 +5,7 @@
 
 pub mod boolean;
 pub mod charts;
+pub mod divide;
 pub mod door;
 pub mod hull;
 pub mod inside;

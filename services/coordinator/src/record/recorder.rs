@@ -62,6 +62,8 @@ pub struct Recorder {
     solids: BTreeMap<[u8; 32], Arc<Shape>>,
     pub(super) bodies: BTreeMap<u64, Live>,
     names: BTreeMap<u64, String>,
+    /// The number of each material: its place among their names, from 1 on; and of each body's.
+    materials: (Vec<String>, BTreeMap<u64, u32>),
     /// Grains told of, and how many from the oldest on lie for good.
     specks: (usize, usize),
     pub(super) objects: BTreeMap<String, Object>,
@@ -113,6 +115,7 @@ impl Recorder {
             solids: BTreeMap::new(),
             bodies: BTreeMap::new(),
             names: BTreeMap::new(),
+            materials: (meta.materials.keys().cloned().collect(), BTreeMap::new()),
             specks: (0, 0),
             objects: BTreeMap::new(),
             draw_rate: rate,
@@ -165,7 +168,13 @@ impl Recorder {
     pub fn geometry(&mut self, solid: &Solid) -> Result<[u8; 32], RecordError> {
         let hash = geometry_hash(solid);
         if !self.solids.contains_key(&hash) {
-            self.deciding(GEOMETRY, &Geometry::from(solid))?;
+            // A crack face names the body that broke there plus one.
+            let number = |parent: u32| {
+                let body = u64::from(parent).checked_sub(1);
+                body.and_then(|body| self.materials.1.get(&body)).copied().unwrap_or(0)
+            };
+            let geometry = Geometry::with_materials(solid, number);
+            self.deciding(GEOMETRY, &geometry)?;
             self.solids.insert(hash, Arc::new(Shape::of(solid)));
         }
         Ok(hash)
@@ -182,6 +191,9 @@ impl Recorder {
         };
         self.deciding(BODY, body)?;
         self.names.insert(body.id, body.name.clone());
+        if let Ok(place) = self.materials.0.binary_search(&body.material) {
+            self.materials.1.insert(body.id, place as u32 + 1);
+        }
         let object = self.objects.entry(body.object.clone()).or_default();
         object.parts.insert(body.id);
         object.changed = true;
