@@ -2,7 +2,7 @@
 
 mod amend;
 
-use super::{Body, CutError, CutSettings, OUTER, Part, Partition, VOLUME_TOLERANCE, boxed};
+use super::{Body, CutError, CutSettings, FACET, OUTER, Part, Partition, VOLUME_TOLERANCE, boxed, unrelieved};
 use crate::crack::Nodes;
 use crate::region::relief::Terms;
 use crate::region::{Mosaic, Side, agglomerate, triangle_area};
@@ -11,7 +11,7 @@ use cullet_geometry::boolean::Exact;
 use cullet_geometry::hull::{HullSettings, convex_parts};
 use cullet_geometry::inside::{Inside, closest_on_triangle};
 use cullet_geometry::math::scramble;
-use cullet_geometry::mesh::{barycentric, interpolate};
+use cullet_geometry::surface::{barycentric, interpolate};
 use cullet_geometry::voronoi::WALL;
 use cullet_geometry::{Solid, Surface, Vec3};
 use rayon::prelude::*;
@@ -29,9 +29,6 @@ const FRONT: f64 = 1.5;
 const CELL: f64 = 6.0;
 /// Edges outside the body may be this long \[spacings\] before it is asked whether they matter.
 const COARSE: f64 = 3.0;
-/// Tags that the boolean kernel carries from a face to what is cut from it: below, a triangle of
-/// the body; from here on, a facet of the mosaic.
-const FACET: u32 = 1 << 30;
 /// Most facets, and triangles of a body, that can be named.
 const MOST: usize = 1 << 30;
 
@@ -117,9 +114,9 @@ pub struct Cutting {
     todo: Vec<u32>,
     cut: usize,
     round: u32,
-    warnings: Vec<String>,
+    pub(super) warnings: Vec<String>,
     /// Labels of the cells that each part of the result comes from.
-    part_labels: Vec<Vec<u32>>,
+    pub(super) part_labels: Vec<Vec<u32>>,
 }
 
 impl Cutting {
@@ -164,7 +161,10 @@ impl Cutting {
         let rank = |label: &u32| names.partition_point(|other| other < label) as u32;
         let labels = labels.iter().map(rank).collect();
         let floor = settings.min_volume_ratio * body.volume;
-        Self::assemble(body, mosaic, labels, (floor, settings.max_fragments), None)
+        let mut cutting =
+            Self::assemble(body, mosaic, labels, (floor, settings.max_fragments), None)?;
+        cutting.warnings.extend(unrelieved(settings, attempt));
+        Ok(cutting)
     }
 
     /// `labels`: of each cell, all of 0, 1, 2, … in use. Parts are at least `floor` \[m³\], and at
@@ -225,6 +225,7 @@ impl Cutting {
     /// As [`Cutting::run`].
     pub fn step(&mut self) -> Result<Option<Partition>, CutError> {
         if self.sides.len() == 1 {
+            self.part_labels = vec![vec![0]];
             let mut whole = self.body.clone().untouched(0);
             whole.warnings.append(&mut self.warnings);
             return Ok(Some(whole));
@@ -347,7 +348,8 @@ impl Cutting {
             piece.also.dedup();
             area += piece.solid.mesh.area();
             let centroid = piece.solid.mesh.mass_properties().centroid;
-            let part = Part { hulls: Vec::new(), solid: piece.solid, volume: piece.volume };
+            let (solid, volume) = (piece.solid, piece.volume);
+            let part = Part { hulls: Vec::new(), solid, volume, cracks: Vec::new() };
             parts.push((part, centroid, piece.also));
         }
         parts.sort_by(|(p, a, _), (q, b, _)| {
@@ -364,6 +366,7 @@ impl Cutting {
             return Err(CutError::Volume { parts: parts.len(), sum, whole });
         }
         if parts.len() == 1 {
+            self.part_labels = vec![(0..self.sides.len() as u32).collect()];
             return Ok(self.body.clone().untouched(0));
         }
         self.note(&parts, buried);

@@ -1,6 +1,7 @@
 mod inner;
 mod legs;
 mod marks;
+mod open;
 
 use super::{CutError, CutSettings, DamageField, Partition, by_sites, extract};
 use crate::detail::Detail;
@@ -73,6 +74,7 @@ impl Cloud {
             time_step: 1e-9,
             top_speed: 3000.0,
             scale: Vec3::repeat(1.0),
+            normals: None,
             pieces: None,
         }
     }
@@ -384,6 +386,7 @@ fn a_band_on_the_lattice_leaves_no_degenerate_faces() {
         time_step: 1e-9,
         top_speed: 3000.0,
         scale: Vec3::repeat(1.0),
+        normals: None,
         pieces: None,
     };
     let partition = extract(&cube(), &field, &SETTINGS).unwrap();
