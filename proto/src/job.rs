@@ -131,6 +131,8 @@ pub struct Settings {
     pub debris: f64,
     /// Size of a grain of it \[m\].
     pub grain: Option<f64>,
+    /// Width of the slits cut along cracks that end inside a fragment \[m\]; `None` cuts none.
+    pub hairline: Option<f64>,
 }
 
 /// A problem, who is to solve it, and who if that one refuses.
@@ -267,6 +269,7 @@ impl Header {
         codec::finite("a job's spacing", self.settings.spacing.as_slice())?;
         codec::finite("a job's detail", &self.settings.detail.numbers())?;
         codec::finite("a job's grain", self.settings.grain.as_slice())?;
+        codec::finite("a job's hairline", self.settings.hairline.as_slice())?;
         let Settings { min_volume_ratio, debris, .. } = self.settings;
         codec::finite("a job's least volume ratios", &[min_volume_ratio, debris])
     }
@@ -348,6 +351,7 @@ pub(crate) mod tests {
                 detail: Detail { height: 0.1, ..Detail::default() },
                 debris: 5e-4,
                 grain: Some(1e-3),
+                hairline: Some(1e-4),
             },
             seed: 7,
         }
@@ -359,13 +363,14 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "cbfaef74");
+        assert_eq!(job.id()?.short(), "d54cb1e6");
         Ok(())
     }
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 16] = [
+        let change: [fn(&mut FractureJob); 17] = [
+            |j| j.settings.hairline = None,
             |j| j.settings.detail.height = 0.2,
             |j| j.seed += 1,
             |j| j.solver.push('x'),

@@ -2,10 +2,11 @@
 //! tag for each triangle: all ones for the outer surface, else the number of the body that broke
 //! plus one (0: not named). Then for each crack triangle in order, at its three corners: the damage
 //! times (3 × f32 \[s\]), and after those of all of them the front speeds (3 × f32 \[m/s\]), finite
-//! and not negative.
+//! and not negative. A sheet is vertices and triangles, then the damage time of each vertex, then its
+//! front speed.
 
 use crate::codec::{self, WireError};
-use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
+use cullet_geometry::{Sheet, Solid, Surface, TriMesh, Vec3};
 
 /// Most vertices of one mesh. Ten times the largest scan that a solver here can take up.
 pub const MAX_VERTICES: u64 = 4 << 20;
@@ -70,18 +71,8 @@ impl<'a> Slabs<'a> {
     /// # Errors
     /// What is wrong with it: too short, not finite, an index out of range, a tag that is none.
     pub fn solid(&mut self, vertices: u32, triangles: u32) -> Result<Solid, WireError> {
-        codec::limit("a mesh's vertices", u64::from(vertices), MAX_VERTICES)?;
-        codec::limit("a mesh's triangles", u64::from(triangles), MAX_TRIANGLES)?;
-        let (nv, nt) = (vertices as usize, triangles as usize);
-        let vertices = self.points("a mesh's vertices", nv)?;
-        let flat = self.u32s("a mesh's triangles", 3 * nt)?;
-        let triangles = flat.as_chunks::<3>().0.to_vec();
-        for (triangle, corners) in triangles.iter().enumerate() {
-            if let Some(&index) = corners.iter().find(|i| **i as usize >= nv) {
-                return Err(WireError::Index { triangle, index, vertices: nv });
-            }
-        }
-        let tags = self.u32s("a mesh's surface tags", nt)?;
+        let mesh = self.mesh(vertices, triangles)?;
+        let tags = self.u32s("a mesh's surface tags", mesh.triangles.len())?;
         let cracks = tags.iter().filter(|&&tag| tag != OUTER).count();
         let times = self.marks("a mesh's damage times", 3 * cracks)?;
         let speeds = self.marks("a mesh's front speeds", 3 * cracks)?;
@@ -95,7 +86,34 @@ impl<'a> Slabs<'a> {
             })
         };
         let surface = tags.into_iter().map(surface).collect();
-        Ok(Solid { mesh: TriMesh { vertices, triangles }, surface })
+        Ok(Solid { mesh, surface })
+    }
+
+    /// The next sheet.
+    ///
+    /// # Errors
+    /// As [`Slabs::solid`].
+    pub fn sheet(&mut self, vertices: u32, triangles: u32) -> Result<Sheet, WireError> {
+        let mesh = self.mesh(vertices, triangles)?;
+        let count = mesh.vertices.len();
+        let damage_time = self.marks("a sheet's damage times", count)?;
+        let front_speed = self.marks("a sheet's front speeds", count)?;
+        Ok(Sheet { mesh, damage_time, front_speed })
+    }
+
+    fn mesh(&mut self, vertices: u32, triangles: u32) -> Result<TriMesh, WireError> {
+        codec::limit("a mesh's vertices", u64::from(vertices), MAX_VERTICES)?;
+        codec::limit("a mesh's triangles", u64::from(triangles), MAX_TRIANGLES)?;
+        let (nv, nt) = (vertices as usize, triangles as usize);
+        let vertices = self.points("a mesh's vertices", nv)?;
+        let flat = self.u32s("a mesh's triangles", 3 * nt)?;
+        let triangles = flat.as_chunks::<3>().0.to_vec();
+        for (triangle, corners) in triangles.iter().enumerate() {
+            if let Some(&index) = corners.iter().find(|i| **i as usize >= nv) {
+                return Err(WireError::Index { triangle, index, vertices: nv });
+            }
+        }
+        Ok(TriMesh { vertices, triangles })
     }
 
     /// The next `count` times or speeds: finite, not negative, and no negative zero.
@@ -133,10 +151,21 @@ pub fn put_points(out: &mut Vec<u8>, points: &[Vec3]) {
     }
 }
 
+fn put_mesh(out: &mut Vec<u8>, mesh: &TriMesh) {
+    put_points(out, &mesh.vertices);
+    put_u32s(out, mesh.triangles.iter().flatten().copied());
+}
+
+/// Appends a sheet.
+pub fn put_sheet(out: &mut Vec<u8>, sheet: &Sheet) {
+    put_mesh(out, &sheet.mesh);
+    put_marks(out, &sheet.damage_time);
+    put_marks(out, &sheet.front_speed);
+}
+
 /// Appends a solid.
 pub fn put_solid(out: &mut Vec<u8>, solid: &Solid) {
-    put_points(out, &solid.mesh.vertices);
-    put_u32s(out, solid.mesh.triangles.iter().flatten().copied());
+    put_mesh(out, &solid.mesh);
     let tag = |surface: &Surface| match *surface {
         Surface::Outer => OUTER,
         // The last name is never given: it would take more bodies than there are numbers.
@@ -163,12 +192,29 @@ pub fn put_marks(out: &mut Vec<u8>, marks: &[f32]) {
 /// # Errors
 /// [`WireError::Limit`], [`WireError::Short`].
 pub fn counts(solid: &Solid) -> Result<(u32, u32), WireError> {
-    let (nv, nt) = (solid.mesh.vertices.len(), solid.mesh.triangles.len());
+    let counts = mesh_counts(&solid.mesh)?;
+    short("a mesh's surface tags", solid.surface.len(), solid.mesh.triangles.len())?;
+    Ok(counts)
+}
+
+/// A sheet's counts, held to their limits, with one time and one speed a vertex.
+///
+/// # Errors
+/// [`WireError::Limit`], [`WireError::Short`].
+pub fn sheet_counts(sheet: &Sheet) -> Result<(u32, u32), WireError> {
+    let counts = mesh_counts(&sheet.mesh)?;
+    short("a sheet's damage times", sheet.damage_time.len(), sheet.mesh.vertices.len())?;
+    short("a sheet's front speeds", sheet.front_speed.len(), sheet.mesh.vertices.len())?;
+    Ok(counts)
+}
+
+fn mesh_counts(mesh: &TriMesh) -> Result<(u32, u32), WireError> {
+    let (nv, nt) = (mesh.vertices.len(), mesh.triangles.len());
     codec::limit("a mesh's vertices", nv as u64, MAX_VERTICES)?;
     codec::limit("a mesh's triangles", nt as u64, MAX_TRIANGLES)?;
-    if solid.surface.len() != nt {
-        let have = solid.surface.len();
-        return Err(WireError::Short { what: "a mesh's surface tags", have, need: nt });
-    }
     Ok((nv as u32, nt as u32))
+}
+
+fn short(what: &'static str, have: usize, need: usize) -> Result<(), WireError> {
+    if have == need { Ok(()) } else { Err(WireError::Short { what, have, need }) }
 }

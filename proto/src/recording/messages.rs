@@ -177,6 +177,27 @@ message! {
 }
 
 message! {
+    /// Cracks that end inside a body, as an open surface: with its birth, or after a job that left
+    /// it whole; several messages of one body add up.
+    Cracks {
+        /// The body.
+        "1" [uint64] body: u64,
+        /// Steps taken.
+        "2" [uint64] step: u64,
+        /// Simulated time \[s\].
+        "3" [double] time: f64,
+        /// x, y, z of each vertex in the body's frame \[m\].
+        "4" [double, repeated] vertices: Vec<f64>,
+        /// Three vertex indices a triangle; which side is seen means nothing.
+        "5" [uint32, repeated] triangles: Vec<u32>,
+        /// Of each vertex: time from the impact to full damage \[s\].
+        "6" [float, repeated] damage_time: Vec<f32>,
+        /// Of each vertex: speed of the crack front \[m/s\]; 0 where not known.
+        "7" [float, repeated] front_speed: Vec<f32>,
+    }
+}
+
+message! {
     /// One hit that a job was asked about, in the body's own frame.
     Hit {
         /// Where \[m\].
@@ -350,6 +371,7 @@ pub fn schema_bytes() -> Vec<u8> {
         Body::descriptor(),
         BodyPoses::descriptor(),
         Grains::descriptor(),
+        Cracks::descriptor(),
         Hit::descriptor(),
         JobReport::descriptor(),
         PoolReport::descriptor(),

@@ -1,8 +1,9 @@
 //! Solids in and out of recordings, to the last bit, and the digest that names them.
 
-use super::Geometry;
+use super::{Cracks, Geometry};
 use cullet_geometry::charts::charts;
-use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
+use cullet_geometry::mesh::MeshError;
+use cullet_geometry::{Sheet, Solid, Surface, TriMesh, Vec3};
 use std::collections::BTreeMap;
 
 /// Why a recorded geometry is not a solid.
@@ -156,6 +157,37 @@ fn columns(geometry: &Geometry) -> Result<Solid, GeometryError> {
     Ok(Solid { mesh: TriMesh { vertices, triangles }, surface })
 }
 
+impl Cracks {
+    /// The columns of a sheet of a body.
+    #[must_use]
+    pub fn of(body: u64, step: u64, time: f64, sheet: &Sheet) -> Self {
+        Self {
+            body,
+            step,
+            time,
+            vertices: sheet.mesh.vertices.iter().flat_map(|v| [v.x, v.y, v.z]).collect(),
+            triangles: sheet.mesh.triangles.iter().flatten().copied().collect(),
+            damage_time: sheet.damage_time.clone(),
+            front_speed: sheet.front_speed.clone(),
+        }
+    }
+}
+
+impl TryFrom<&Cracks> for Sheet {
+    type Error = MeshError;
+
+    fn try_from(cracks: &Cracks) -> Result<Self, MeshError> {
+        let vertices = cracks.vertices.as_chunks::<3>().0;
+        let mesh = TriMesh {
+            vertices: vertices.iter().map(|&[x, y, z]| Vec3::new(x, y, z)).collect(),
+            triangles: cracks.triangles.as_chunks::<3>().0.to_vec(),
+        };
+        let (damage_time, front_speed) = (cracks.damage_time.clone(), cracks.front_speed.clone());
+        let sheet = Self { mesh, damage_time, front_speed };
+        sheet.validate().map(|()| sheet)
+    }
+}
+
 /// The crack face with these corners, from its interior vertices.
 fn face(
     geometry: &Geometry,
@@ -214,6 +246,25 @@ mod tests {
         };
         let (a, b): (Vec<u64>, Vec<u64>) = (bits(&solid), bits(&back));
         assert_eq!(a, b, "the sign of zero counts");
+    }
+
+    #[test]
+    fn a_sheet_survives_and_a_damaged_one_is_refused() {
+        let mesh = TriMesh {
+            vertices: vec![Vec3::zeros(), Vec3::x(), Vec3::y()],
+            triangles: vec![[0, 1, 2]],
+        };
+        let sheet = Sheet { mesh, damage_time: vec![1e-5; 3], front_speed: vec![0.0, 9.0, 8.0] };
+        let cracks = Cracks::of(3, 4, 0.5, &sheet);
+        let read = Cracks::from_bytes(&cracks.to_bytes()).expect("decodes");
+        assert_eq!(Sheet::try_from(&read), Ok(sheet));
+        let mut short = read.clone();
+        short.damage_time.pop();
+        let refused = Err(MeshError::Marks { marks: 2, vertices: 3 });
+        assert_eq!(Sheet::try_from(&short), refused);
+        let mut wild = read;
+        wild.triangles[1] = 7;
+        assert!(Sheet::try_from(&wild).is_err());
     }
 
     #[test]

@@ -5,12 +5,12 @@ use super::display::{self, Live, Shape};
 use super::meta::{RunMeta, meta_map, up};
 use super::sink::{Sink, Stamp};
 use super::{
-    BODIES, BODY, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, Summary, Tally, canvas,
+    BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, Summary, Tally, canvas,
     event,
 };
-use cullet_geometry::{Pose, Solid, Vec3};
+use cullet_geometry::{Pose, Sheet, Solid, Vec3};
 use cullet_proto::recording::{
-    Body, BodyPoses, Geometry, Grains, JobReport, PoolReport, geometry_hash,
+    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, PoolReport, geometry_hash,
 };
 use cullet_world::Speck;
 use std::collections::BTreeMap;
@@ -197,8 +197,33 @@ impl Recorder {
         let object = self.objects.entry(body.object.clone()).or_default();
         object.parts.insert(body.id);
         object.changed = true;
-        self.bodies.insert(body.id, Live { body: body.clone(), shape, row: None });
+        self.bodies.insert(body.id, Live { body: body.clone(), shape, row: None, traces: Vec::new() });
         Ok(())
+    }
+
+    /// Records the cracks that end inside a body, which is of this solid; nothing if there are none.
+    ///
+    /// # Errors
+    /// A body that is not recorded, a time that is not finite, or a file that cannot be written.
+    pub fn cracks(
+        &mut self,
+        (step, time): (u64, f64),
+        body: u64,
+        solid: &Solid,
+        sheet: &Sheet,
+    ) -> Result<(), RecordError> {
+        if sheet.is_empty() {
+            return Ok(());
+        }
+        self.at(step, time)?;
+        let Some(live) = self.bodies.get_mut(&body) else {
+            return Err(RecordError::UnknownBody { body, what: "cracks" });
+        };
+        live.traces.extend(super::traces(&solid.mesh, sheet));
+        if let Some(object) = self.objects.get_mut(&live.body.object) {
+            object.changed = true;
+        }
+        self.deciding(CRACKS, &Cracks::of(body, step, time, sheet))
     }
 
     /// Records where bodies are after `step`: rows whose bits did not change are left out.
