@@ -133,6 +133,8 @@ pub struct Settings {
     pub debris: f64,
     /// Size of a grain of it \[m\].
     pub grain: Option<f64>,
+    /// Width of the slits cut along cracks that end inside a fragment \[m\]; `None` cuts none.
+    pub hairline: Option<f64>,
 }
 
 /// A problem, who is to solve it, and who if that one refuses.
@@ -285,6 +287,7 @@ impl Header {
         codec::finite("a job's spacing", self.settings.spacing.as_slice())?;
         codec::finite("a job's detail", &self.settings.detail.numbers())?;
         codec::finite("a job's grain", self.settings.grain.as_slice())?;
+        codec::finite("a job's hairline", self.settings.hairline.as_slice())?;
         let Settings { min_volume_ratio, debris, .. } = self.settings;
         codec::finite("a job's least volume ratios", &[min_volume_ratio, debris])
     }
@@ -368,6 +371,7 @@ pub(crate) mod tests {
                 detail: Detail { height: 0.1, ..Detail::default() },
                 debris: 5e-4,
                 grain: Some(1e-3),
+                hairline: Some(1e-4),
             },
             seed: 7,
         }
@@ -379,13 +383,14 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "4120ea3c");
+        assert_eq!(job.id()?.short(), "490e0418");
         Ok(())
     }
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 18] = [
+        let change: [fn(&mut FractureJob); 19] = [
+            |j| j.settings.hairline = None,
             |j| j.settings.detail.height = 0.2,
             |j| j.seed += 1,
             |j| j.solver.push('x'),
@@ -442,6 +447,10 @@ pub(crate) mod tests {
         far.solid.mesh.triangles[2][1] = 4;
         let far = far.encode().and_then(|bytes| FractureJob::decode(&bytes));
         assert_eq!(far, Err(WireError::Index { triangle: 2, index: 4, vertices: 4 }));
+        let mut early = sample();
+        early.solid.surface[3] = Surface::crack(f32::NAN);
+        let early = early.encode().and_then(|bytes| FractureJob::decode(&bytes));
+        assert!(matches!(early, Err(WireError::Mark { index: 0, .. })));
         let mut lost = sample();
         lost.solid.mesh.vertices[1].y = f64::INFINITY;
         let lost = lost.encode().and_then(|bytes| FractureJob::decode(&bytes));

@@ -11,6 +11,7 @@
 
 mod front;
 mod net;
+mod partial;
 mod smooth;
 mod walk;
 
@@ -31,7 +32,7 @@ const HALF: f64 = 0.5;
 /// Share of its particles in no piece up to which a node takes the piece that holds most of them,
 /// be that half or not: three small pieces may meet there, but no crack's band.
 const FEW: f64 = 0.1;
-/// Most lattice nodes; beyond, memory (about 30 bytes each) would exceed a worker's share.
+/// Most lattice nodes; beyond, memory (about 40 bytes each) would exceed a worker's share.
 const MAX_NODES: f64 = 5e7;
 /// The lattice reaches this many nodes beyond the body on every side.
 const MARGIN: f64 = 2.0;
@@ -142,6 +143,8 @@ pub(crate) struct Nodes {
     /// Bit 3: inside the body. Bits 0, 1, 2: so is the middle of the edge to the next node along
     /// x, y, z.
     inside: Vec<u8>,
+    /// Weight of the particles around.
+    weight: Vec<f64>,
     /// Share of broken weight, where there is any weight.
     broken: Vec<f64>,
     /// When the nearest damage was complete \[s\].
@@ -261,6 +264,7 @@ impl Nodes {
         Self {
             lattice,
             inside: Vec::new(),
+            weight,
             broken,
             near: Vec::new(),
             heart,
@@ -353,7 +357,8 @@ fn weights(at: Vec3) -> ([usize; 3], [[f64; 3]; 3]) {
 
 fn check(field: &DamageField<'_>) -> Result<(), CutError> {
     let n = field.positions.len();
-    let uneven = field.pieces.is_some_and(|pieces| pieces.len() != n);
+    let uneven = field.pieces.is_some_and(|pieces| pieces.len() != n)
+        || field.normals.is_some_and(|normals| normals.len() != n);
     if n == 0 || uneven || field.damage.len() != n || field.damage_time.len() != n {
         let counts = [n, field.damage.len(), field.damage_time.len()];
         return Err(CutError::Lengths { counts });
@@ -362,6 +367,9 @@ fn check(field: &DamageField<'_>) -> Result<(), CutError> {
         return Err(CutError::NotFinite { what: "spacing", index: 0 });
     }
     let bad = |p: &Vec3| !p.iter().all(|x| x.is_finite());
+    if let Some(index) = field.normals.and_then(|normals| normals.iter().position(bad)) {
+        return Err(CutError::NotFinite { what: "normal", index });
+    }
     if let Some(index) = field.positions.iter().position(bad) {
         return Err(CutError::NotFinite { what: "position", index });
     }

@@ -42,6 +42,7 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
             max_fragments: settings.max_fragments,
             debris: settings.debris,
             grain: settings.grain,
+            hairline: settings.hairline,
             detail: detail_of(settings.detail),
         },
         seed: job.seed,
@@ -113,6 +114,7 @@ pub fn fracture_of(fracture: core::Fracture, refusal: Option<String>) -> wire::B
         hulls: f.hulls,
         velocity: f.velocity,
         spin: f.spin,
+        sheet: f.sheet,
     };
     let grain = |g: core::Grain| wire::Grain {
         position: g.position,

@@ -219,6 +219,7 @@ mod tests {
                 detail: cullet_proto::Detail::default(),
                 debris: 0.0,
                 grain: None,
+                hairline: None,
             },
             seed: 0,
         }

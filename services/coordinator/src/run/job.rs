@@ -34,6 +34,7 @@ impl Choice {
             max_fragments: defaults.max_fragments,
             debris: defaults.debris,
             grain: defaults.grain,
+            hairline: defaults.detail.hairline,
         };
         let strength = Strength { seed, ..(*body.strength).clone() };
         Self { solver: body.solver.solver(), settings, strength }
@@ -139,6 +140,7 @@ mod tests {
             detail: cullet_proto::Detail::default(),
             debris: 0.0,
             grain: None,
+            hairline: None,
         };
         let strength = Strength::default();
         let mut choice = Choice { solver: None, settings, strength };

@@ -1,6 +1,6 @@
 //! Brittle solids: particles, MLS-MPM under the Hertz push, Rankine damage, then the exact cut.
 
-use crate::cut::{self, CutSettings, DamageField};
+use crate::cut::{self, CutSettings, DamageField, slit};
 use crate::damage::{Softening, WeakPlane};
 use crate::debris::{self, Grain};
 use crate::mpm::domain::{SAFETY, stable_step};
@@ -290,7 +290,7 @@ impl Brittle {
 
     fn finish(&mut self) -> Result<Fracture, Failure> {
         self.look(self.domain.steps)?;
-        let (positions, damage, damage_time) = self.field();
+        let (positions, damage, damage_time, normals) = self.field();
         let pieces = self.domain.pieces();
         let pieces = crushed::pieces(&self.domain.particles, pieces, &self.rules());
         let field = DamageField {
@@ -301,6 +301,7 @@ impl Brittle {
             time_step: self.domain.step,
             top_speed: self.problem.material.shear_speed(),
             scale: Vec3::repeat(1.0),
+            normals: Some(&normals),
             pieces: Some(&pieces.of),
         };
         let settings = CutSettings {
@@ -324,23 +325,31 @@ impl Brittle {
         }
         let motions =
             motion::of_parts(&self.domain, &partition.particle_part, partition.parts.len());
-        let mut fragments: Vec<Fragment> = partition
-            .parts
-            .into_iter()
-            .zip(motions)
-            .map(|(part, motion)| Fragment {
+        let (mut fragments, mut cracks) = (Vec::new(), Vec::new());
+        for (part, motion) in partition.parts.into_iter().zip(motions) {
+            fragments.push(Fragment {
                 solid: part.solid,
                 hulls: part.hulls,
                 velocity: motion.velocity,
                 spin: motion.spin,
-            })
-            .collect();
+                sheet: slit::joined(&part.cracks),
+            });
+            cracks.push(part.cracks);
+        }
         let pushes = self.loads.iter().zip(&self.problem.impacts);
         let pushes = pushes.map(|(load, hit)| (hit.point, load.direction * load.delivered));
         let rests = self.rests.iter().map(|rest| (rest.point, rest.normal * rest.delivered));
         let pushes: Vec<(Vec3, Vec3)> = pushes.chain(rests).collect();
         motion::balance(&mut fragments, &pushes, self.problem.material.density);
-        let debris = self.crumble(&mut fragments);
+        let mut debris = self.crumble(&mut fragments);
+        if let Some(width) = self.problem.settings.hairline {
+            let spacing = self.domain.grid.spacing.min();
+            let terms =
+                slit::Terms { width, spacing, grain: self.grain(), seed: self.problem.seed };
+            let (dust, warnings) = slit::hairlines(&mut fragments, &cracks, &terms);
+            debris.extend(dust);
+            report.warnings.extend(warnings);
+        }
         let reactions = self.rests.iter().map(|rest| rest.delivered).collect();
         Ok(Fracture { fragments, debris, reactions, report })
     }
@@ -349,7 +358,6 @@ impl Brittle {
     fn crumble(&self, fragments: &mut Vec<Fragment>) -> Vec<Grain> {
         let settings = &self.problem.settings;
         let least = settings.debris * self.problem.solid.mesh.signed_volume();
-        let median = settings.grain.unwrap_or(0.5 * self.domain.grid.spacing.max());
         // They come by falling volume.
         let large = fragments.partition_point(|f| f.solid.mesh.signed_volume() >= least).max(2);
         let small = fragments.split_off(large.min(fragments.len()));
@@ -358,9 +366,14 @@ impl Brittle {
             .enumerate()
             .flat_map(|(i, f)| {
                 let part = debris::Part { mesh: &f.solid.mesh, velocity: f.velocity, spin: f.spin };
-                debris::grains(&part, median, self.problem.seed.wrapping_add(i as u64)).grains
+                debris::grains(&part, self.grain(), self.problem.seed.wrapping_add(i as u64)).grains
             })
             .collect()
+    }
+
+    /// Median size of debris \[m\].
+    fn grain(&self) -> f64 {
+        self.problem.settings.grain.unwrap_or(0.5 * self.domain.grid.spacing.max())
     }
 
     fn rules(&self) -> crushed::Rules {
@@ -372,7 +385,7 @@ impl Brittle {
     }
 
     /// Damage in the order in which the points were sampled.
-    fn field(&self) -> (Vec<Vec3>, Vec<f64>, Vec<f64>) {
+    fn field(&self) -> (Vec<Vec3>, Vec<f64>, Vec<f64>, Vec<Vec3>) {
         let particles = &self.domain.particles;
         let slots = (0..particles.len() as u32).map(|id| self.domain.slot(id));
         let slots: Vec<usize> = slots.collect();
@@ -380,6 +393,7 @@ impl Brittle {
             slots.iter().map(|&p| particles.reference[p]).collect(),
             slots.iter().map(|&p| particles.damage[p]).collect(),
             slots.iter().map(|&p| particles.damage_time[p].max(0.0)).collect(),
+            slots.iter().map(|&p| particles.normal[p]).collect(),
         )
     }
 
