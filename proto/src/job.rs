@@ -112,6 +112,16 @@ pub struct Support {
     pub radius: f64,
 }
 
+/// Numbers that a solve's points are worked out in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Precision {
+    /// f32.
+    Single,
+    /// f64.
+    #[default]
+    Double,
+}
+
 /// What the scene decides about a solve. `None` means "let the solver choose".
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
@@ -131,6 +141,8 @@ pub struct Settings {
     pub debris: f64,
     /// Size of a grain of it \[m\].
     pub grain: Option<f64>,
+    /// What points are worked out in.
+    pub precision: Precision,
 }
 
 /// A problem, who is to solve it, and who if that one refuses.
@@ -348,6 +360,7 @@ pub(crate) mod tests {
                 detail: Detail { height: 0.1, ..Detail::default() },
                 debris: 5e-4,
                 grain: Some(1e-3),
+                precision: Precision::Double,
             },
             seed: 7,
         }
@@ -359,13 +372,13 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "cbfaef74");
+        assert_eq!(job.id()?.short(), "424593da");
         Ok(())
     }
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 16] = [
+        let change: [fn(&mut FractureJob); 17] = [
             |j| j.settings.detail.height = 0.2,
             |j| j.seed += 1,
             |j| j.solver.push('x'),
@@ -379,6 +392,7 @@ pub(crate) mod tests {
             |j| j.impacts[0].closing_speed += 1.0,
             |j| j.settings.spacing = Some(0.1),
             |j| j.settings.grain = None,
+            |j| j.settings.precision = Precision::Single,
             |j| j.supports[0].radius = 0.03,
             |j| j.solid.mesh.vertices[0].x = 1e-300,
             |j| j.solid.surface[0] = Surface::crack(0.0),

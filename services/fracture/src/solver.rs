@@ -3,6 +3,7 @@
 use crate::debris::Grain;
 use crate::detail::Detail;
 use crate::material::Material;
+use crate::mpm::kernel::Precision;
 use crate::strength::StrengthField;
 use cullet_geometry::{Solid, Vec3};
 use std::sync::Arc;
@@ -57,6 +58,8 @@ pub struct Settings {
     pub debris: f64,
     /// Size of a grain of it, half the mass being in larger ones \[m\]; `None`: half the spacing.
     pub grain: Option<f64>,
+    /// What points are worked out in.
+    pub precision: Precision,
 }
 
 impl Default for Settings {
@@ -70,6 +73,7 @@ impl Default for Settings {
             detail: Detail::default(),
             debris: 5e-4,
             grain: None,
+            precision: Precision::Single,
         }
     }
 }

@@ -41,6 +41,10 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
             debris: settings.debris,
             grain: settings.grain,
             detail: detail_of(settings.detail),
+            precision: match settings.precision {
+                wire::Precision::Single => core::mpm::kernel::Precision::Single,
+                wire::Precision::Double => core::mpm::kernel::Precision::Double,
+            },
         },
         seed: job.seed,
     }

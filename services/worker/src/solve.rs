@@ -217,6 +217,7 @@ mod tests {
                 detail: cullet_proto::Detail::default(),
                 debris: 0.0,
                 grain: None,
+                precision: cullet_proto::Precision::Double,
             },
             seed: 0,
         }

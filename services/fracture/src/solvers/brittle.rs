@@ -8,6 +8,7 @@ use crate::mpm::door::{
     PER_CELL, check_contacts, check_impacts, check_material, check_thickness, sample_points,
     spacing, stretch, within,
 };
+use crate::mpm::kernel::Path;
 use crate::mpm::load::{LEAST_RADIUS, Load};
 use crate::mpm::rest::Rest;
 use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
@@ -38,6 +39,23 @@ const AFTER_TRANSITS: f64 = 4.0;
 /// Transits without growth, after the push, that end the solve (F24).
 const QUIET_TRANSITS: f64 = 2.5;
 
+/// How long a solve goes on, in transits L/c_s \[1\]: the levers that `benches/levers.rs` measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// A longer push is shortened to this.
+    pub push: f64,
+    /// Without growth after the push, until the end.
+    pub quiet: f64,
+    /// After the push, until the end in any case.
+    pub after: f64,
+}
+
+impl Default for Pace {
+    fn default() -> Self {
+        Self { push: PUSH_TRANSITS, quiet: QUIET_TRANSITS, after: AFTER_TRANSITS }
+    }
+}
+
 /// Share of the points that must break to count as growth: less is the opening of old cracks.
 const GROWTH_SHARE: f64 = 2e-3;
 
@@ -63,6 +81,7 @@ pub struct Brittle {
     /// Whether cracks may start at each contact.
     torn: Vec<bool>,
     strength_ratio: f64,
+    pace: Pace,
     clock: Clock,
     total: Tally,
     push_over: Option<f64>,
@@ -81,11 +100,11 @@ struct Clock {
 }
 
 impl Clock {
-    fn new(problem: &Problem) -> Self {
+    fn new(problem: &Problem, pace: &Pace) -> Self {
         let transit = problem.solid.mesh.diagonal() / problem.material.shear_speed();
         let longest = problem.impacts.iter().fold(0.0_f64, |m, i| m.max(i.duration));
-        let push = longest.min(PUSH_TRANSITS * transit);
-        Self { transit, push, end: push + AFTER_TRANSITS * transit }
+        let push = longest.min(pace.push * transit);
+        Self { transit, push, end: push + pace.after * transit }
     }
 }
 
@@ -110,7 +129,7 @@ impl Solver for Brittle {
             });
         }
         let step = SAFETY * stable_step(&problem.material, spacing.min());
-        let steps = Clock::new(problem).end / step;
+        let steps = Clock::new(problem, &Pace::default()).end / step;
         let limit = f64::from(problem.settings.max_steps);
         if steps > limit {
             return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });
@@ -119,49 +138,7 @@ impl Solver for Brittle {
     }
 
     fn begin(problem: Problem) -> Result<Self, Refusal> {
-        Self::accepts(&problem)?;
-        let spacing = spacing(&problem)?;
-        let mesh = &problem.solid.mesh;
-        let inside = Inside::new(mesh);
-        let points = sample_points(&problem, &spacing)?;
-        within("the number of particles", points.len() as f64, LEAST_PARTICLES as f64, 1e9)?;
-        check_thickness(&problem, &points, &spacing)?;
-        let material = &problem.material;
-        let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
-        particles.volume = quadrature::volumes(&points, &inside, spacing, mesh.signed_volume());
-        let strength = Strength::new(&problem.strength, spacing.max());
-        for (factor, x) in particles.strength.iter_mut().zip(&points) {
-            *factor = strength.factor(x);
-        }
-        let mut softening = Softening::on_grid(material, spacing.max());
-        softening.weak_plane =
-            strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
-        let mut domain = Domain::new(particles, material, softening, spacing);
-        let clock = Clock::new(&problem);
-        let loads: Vec<Load> =
-            problem.impacts.iter().map(|impact| load(impact, &problem, &domain, &clock)).collect();
-        for &(id, _) in loads.iter().flat_map(|load| &load.shares) {
-            let slot = domain.slot(id);
-            domain.particles.shielded[slot] = true;
-        }
-        let rests =
-            problem.supports.iter().map(|support| Rest::new(support, &domain, material)).collect();
-        let warnings = first_warnings(&problem, &softening, &clock, &spacing);
-        Ok(Self {
-            problem,
-            domain,
-            torn: vec![false; loads.len()],
-            rests,
-            loads,
-            strength_ratio: softening.strength_ratio,
-            clock,
-            total: Tally::default(),
-            push_over: None,
-            last_growth: 0.0,
-            broken_then: 0,
-            fastest: 0.0,
-            warnings,
-        })
+        Self::paced(problem, Pace::default(), Path::best())
     }
 
     fn advance(&mut self) -> Progress {
@@ -182,6 +159,58 @@ impl Solver for Brittle {
 }
 
 impl Brittle {
+    /// Like `begin`, at another pace and on another path of the processor.
+    ///
+    /// # Errors
+    /// If the problem is not for this solver.
+    pub fn paced(problem: Problem, pace: Pace, path: Path) -> Result<Self, Refusal> {
+        Self::accepts(&problem)?;
+        let spacing = spacing(&problem)?;
+        let mesh = &problem.solid.mesh;
+        let inside = Inside::new(mesh);
+        let points = sample_points(&problem, &spacing)?;
+        within("the number of particles", points.len() as f64, LEAST_PARTICLES as f64, 1e9)?;
+        check_thickness(&problem, &points, &spacing)?;
+        let material = &problem.material;
+        let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
+        particles.volume = quadrature::volumes(&points, &inside, spacing, mesh.signed_volume());
+        let strength = Strength::new(&problem.strength, spacing.max());
+        for (factor, x) in particles.strength.iter_mut().zip(&points) {
+            *factor = strength.factor(x);
+        }
+        let mut softening = Softening::on_grid(material, spacing.max());
+        softening.weak_plane =
+            strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
+        let mut domain = Domain::new(particles, material, softening, spacing);
+        domain.select(problem.settings.precision, path);
+        let clock = Clock::new(&problem, &pace);
+        let loads: Vec<Load> =
+            problem.impacts.iter().map(|impact| load(impact, &problem, &domain, &clock)).collect();
+        for &(id, _) in loads.iter().flat_map(|load| &load.shares) {
+            let slot = domain.slot(id);
+            domain.particles.shielded[slot] = true;
+        }
+        let rests =
+            problem.supports.iter().map(|support| Rest::new(support, &domain, material)).collect();
+        let warnings = first_warnings(&problem, &softening, &clock, &spacing);
+        Ok(Self {
+            problem,
+            domain,
+            torn: vec![false; loads.len()],
+            rests,
+            loads,
+            strength_ratio: softening.strength_ratio,
+            pace,
+            clock,
+            total: Tally::default(),
+            push_over: None,
+            last_growth: 0.0,
+            broken_then: 0,
+            fastest: 0.0,
+            warnings,
+        })
+    }
+
     /// The body on its grid as it is now.
     #[must_use]
     pub fn domain(&self) -> &Domain {
@@ -257,7 +286,7 @@ impl Brittle {
         let push = *self.push_over.get_or_insert(time);
         let quiet = time - self.last_growth.max(push);
         let transit = self.clock.transit;
-        quiet > QUIET_TRANSITS * transit || time > push + AFTER_TRANSITS * transit
+        quiet > self.pace.quiet * transit || time > push + self.pace.after * transit
     }
 
     fn finish(&mut self) -> Result<Fracture, Failure> {

@@ -60,6 +60,7 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         detail: cullet_proto::Detail::default(),
         debris: 0.0,
         grain: None,
+        precision: cullet_proto::Precision::Double,
     };
     FractureJob {
         solver: solver.into(),
