@@ -1,8 +1,8 @@
 //! What makes a solve shorter, and what that does to the outcome, as a table.
 //!
 //! `cargo bench -p cullet-fracture --bench levers > docs/bench/levers.csv` solves the first hits of
-//! `scenes/column` and `scenes/threshold` for some seeds, as usual and with one lever
-//! changed each. `far` is how far the fragments' sizes are from those of the usual solve of
+//! `scenes/column` and `scenes/threshold` for some seeds, in f64 and with one lever changed
+//! each. `far` is how far the fragments' sizes are from those of the usual solve of
 //! the same seed: the area between the two shares of mass below a size, sizes as powers of two;
 //! in `seed` rows it is between one seed and the next.
 
@@ -84,7 +84,7 @@ fn problem(mesh: cullet_geometry::TriMesh, material: Material, impact: Impact) -
         strength: StrengthField::default(),
         impacts: vec![impact],
         supports: Vec::new(),
-        settings: Settings::default(),
+        settings: Settings { precision: Precision::Double, ..Settings::default() },
         seed: 0,
     }
 }
@@ -182,7 +182,7 @@ fn levers() -> Vec<Lever> {
     let usual = Pace::default();
     let none = |_: &mut Problem| ();
     vec![
-        ("f64", usual, |problem| problem.settings.precision = Precision::Double),
+        ("f32", usual, |problem| problem.settings.precision = Precision::Single),
         ("no stop", Pace { quiet: f64::INFINITY, ..usual }, none),
         ("quiet 1.5", Pace { quiet: 1.5, ..usual }, none),
         ("push 1.5", Pace { push: 1.5, ..usual }, none),

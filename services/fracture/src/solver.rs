@@ -73,7 +73,7 @@ impl Default for Settings {
             detail: Detail::default(),
             debris: 5e-4,
             grain: None,
-            precision: Precision::Single,
+            precision: Precision::Double,
         }
     }
 }

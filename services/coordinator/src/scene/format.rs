@@ -138,9 +138,9 @@ impl SolverChoice {
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {
     /// Single precision.
-    #[default]
     F32,
     /// Double precision.
+    #[default]
     F64,
 }
 
