@@ -293,9 +293,8 @@ mod tests {
         // Texture coordinates measure in metres along every edge of a flat chart.
         for corners in geometry.corner.as_chunks::<3>().0 {
             for (p, q) in [(0, 1), (1, 2), (2, 0)].map(|(p, q)| (corners[p], corners[q])) {
-                let place = |i: u32| {
-                    solid.mesh.vertices[geometry.interior_vertex[i as usize] as usize]
-                };
+                let place =
+                    |i: u32| solid.mesh.vertices[geometry.interior_vertex[i as usize] as usize];
                 let uv = |i: u32| geometry.uv.as_chunks::<2>().0[i as usize];
                 let ([a, b], [c, d]) = (uv(p), uv(q));
                 let flat = f64::from((a - c).hypot(b - d));

@@ -84,7 +84,8 @@ impl Sheet {
     /// Adds the last point inside on the way from a vertex inside to one outside.
     fn exit(&mut self, [from, to]: [u32; 2], body: &Inside) -> u32 {
         let (from, to) = (from as usize, to as usize);
-        let (p, way) = (self.mesh.vertices[from], self.mesh.vertices[to] - self.mesh.vertices[from]);
+        let (p, way) =
+            (self.mesh.vertices[from], self.mesh.vertices[to] - self.mesh.vertices[from]);
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);

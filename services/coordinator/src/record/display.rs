@@ -8,8 +8,8 @@ use cullet_proto::recording::{Body, Tier};
 use foxglove::bytes::{BufMut, Bytes, BytesMut};
 use foxglove::messages::packed_element_field::NumericType;
 use foxglove::messages::{
-    Color, FrameTransform, FrameTransforms, KeyValuePair, LinePrimitive, PackedElementField, Point3, PointCloud,
-    Pose, Quaternion, SceneEntity, SceneEntityDeletion, SceneUpdate, Timestamp,
+    Color, FrameTransform, FrameTransforms, KeyValuePair, LinePrimitive, PackedElementField,
+    Point3, PointCloud, Pose, Quaternion, SceneEntity, SceneEntityDeletion, SceneUpdate, Timestamp,
     TriangleListPrimitive, Vector3, line_primitive, scene_entity_deletion,
 };
 use std::collections::BTreeMap;

@@ -34,11 +34,11 @@ mod recorder;
 mod recover;
 mod sink;
 mod summary;
-mod trace;
 #[cfg(test)]
 pub(crate) mod synthetic;
 #[cfg(test)]
 mod tests;
+mod trace;
 
 pub use digest::RunDigest;
 pub use event::Event;

@@ -5,8 +5,8 @@ use super::display::{self, Live, Shape};
 use super::meta::{RunMeta, meta_map, up};
 use super::sink::{Sink, Stamp};
 use super::{
-    BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, Summary, Tally, canvas,
-    event,
+    BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, Summary, Tally,
+    canvas, event,
 };
 use cullet_geometry::{Pose, Sheet, Solid, Vec3};
 use cullet_proto::recording::{
@@ -197,7 +197,8 @@ impl Recorder {
         let object = self.objects.entry(body.object.clone()).or_default();
         object.parts.insert(body.id);
         object.changed = true;
-        self.bodies.insert(body.id, Live { body: body.clone(), shape, row: None, traces: Vec::new() });
+        self.bodies
+            .insert(body.id, Live { body: body.clone(), shape, row: None, traces: Vec::new() });
         Ok(())
     }
 

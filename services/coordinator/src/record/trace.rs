@@ -22,8 +22,7 @@ pub(crate) fn traces(body: &TriMesh, sheet: &Sheet) -> Vec<Trace> {
     }
     let surface = Nearest::new(body);
     let near = ON * body.diagonal();
-    let on: Vec<bool> =
-        sheet.mesh.vertices.iter().map(|&p| surface.distance(p) <= near).collect();
+    let on: Vec<bool> = sheet.mesh.vertices.iter().map(|&p| surface.distance(p) <= near).collect();
     let border = sheet.mesh.open_edges().into_iter();
     let trace = |edge: [u32; 2]| {
         let ends = edge.map(|v| sheet.mesh.vertices[v as usize]);
@@ -46,12 +45,15 @@ mod tests {
         let body = shapes::cuboid(Vec3::repeat(2.0), shapes::Detail::default()).expect("a box");
         // The plane x = 0.1, from beyond y = −1 to y = 0.2.
         let n = 20;
-        let at = |i: u32| Vec3::new(0.1, -1.3 + 1.5 * f64::from(i % n) / 19.0, {
-            -1.3 + 2.6 * f64::from(i / n) / 19.0
-        });
+        let at = |i: u32| {
+            Vec3::new(0.1, -1.3 + 1.5 * f64::from(i % n) / 19.0, {
+                -1.3 + 2.6 * f64::from(i / n) / 19.0
+            })
+        };
         let quad = |k: u32| {
             let (i, j) = (k % (n - 1), k / (n - 1));
-            let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| j * n + i);
+            let [a, b, c, d] =
+                [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| j * n + i);
             [[a, b, c], [a, c, d]]
         };
         let triangles = (0..(n - 1) * (n - 1)).flat_map(quad).collect();

@@ -2,7 +2,9 @@
 
 mod amend;
 
-use super::{Body, CutError, CutSettings, FACET, OUTER, Part, Partition, VOLUME_TOLERANCE, boxed, unrelieved};
+use super::{
+    Body, CutError, CutSettings, FACET, OUTER, Part, Partition, VOLUME_TOLERANCE, boxed, unrelieved,
+};
 use crate::crack::Nodes;
 use crate::region::relief::Terms;
 use crate::region::{Mosaic, Side, agglomerate, triangle_area};

@@ -26,7 +26,9 @@ pub(super) fn attach(
         labels.iter().for_each(|&label| homes.entry(label).or_default().push(part));
     }
     let name = |label: u32| match homes.get(&label).map(Vec::as_slice) {
-        Some(&[part]) => labels[part].iter().copied().find(|l| homes[l].len() == 1).unwrap_or(label),
+        Some(&[part]) => {
+            labels[part].iter().copied().find(|l| homes[l].len() == 1).unwrap_or(label)
+        }
         _ => label,
     };
     let nets = ground.nodes.partial(field, name);

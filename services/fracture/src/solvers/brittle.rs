@@ -316,7 +316,8 @@ impl Brittle {
         let mut debris = self.crumble(&mut fragments);
         if let Some(width) = self.problem.settings.hairline {
             let spacing = self.domain.grid.spacing.min();
-            let terms = slit::Terms { width, spacing, grain: self.grain(), seed: self.problem.seed };
+            let terms =
+                slit::Terms { width, spacing, grain: self.grain(), seed: self.problem.seed };
             let (dust, warnings) = slit::hairlines(&mut fragments, &cracks, &terms);
             debris.extend(dust);
             report.warnings.extend(warnings);

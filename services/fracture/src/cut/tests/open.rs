@@ -15,9 +15,7 @@ fn broken(cloud: &Cloud, normals: Option<&[Vec3]>) -> Partition {
 /// A cube with a crack from y = 0 to `tip`, tilted about y.
 fn notched(tip: f64) -> (Cloud, Vec3) {
     let across = Vec3::new(1.0, 0.0, 0.2).normalize();
-    let damaged = move |p: Vec3| {
-        (p - Vec3::repeat(0.5)).dot(&across).abs() < 0.8 * H && p.y < tip
-    };
+    let damaged = move |p: Vec3| (p - Vec3::repeat(0.5)).dot(&across).abs() < 0.8 * H && p.y < tip;
     (Cloud::in_cube(H, damaged), across)
 }
 
@@ -77,7 +75,9 @@ fn a_crack_that_parts_is_no_sheet_and_its_branch_is_one() {
     let partition = broken(&both, Some(&normals));
     assert_eq!(partition.parts.len(), 2);
     let [large, small] = &partition.parts[..] else { panic!() };
-    for crack in &small.cracks { eprintln!("{} {:?}", crack.inside.mesh.area()/H/H, crack.inside.mesh.bounds()); }
+    for crack in &small.cracks {
+        eprintln!("{} {:?}", crack.inside.mesh.area() / H / H, crack.inside.mesh.bounds());
+    }
     assert!(small.cracks.is_empty());
     let [OpenCrack { inside, .. }] = &large.cracks[..] else { panic!("{}", large.cracks.len()) };
     let body = Inside::new(&large.solid.mesh);
@@ -152,7 +152,8 @@ fn a_slit_that_cannot_be_is_refused_with_the_reason() {
     }
     // A sheet through the whole body would part it.
     let plane = block(Vec3::new(0.5, -1.0, -1.0), Vec3::new(0.6, 2.0, 2.0));
-    let left: Vec<usize> = (0..12).filter(|&t| plane.corners(t).iter().all(|p| p.x < 0.55)).collect();
+    let left: Vec<usize> =
+        (0..12).filter(|&t| plane.corners(t).iter().all(|p| p.x < 0.55)).collect();
     let mesh = plane.submesh(&left);
     let marks = vec![0.0; mesh.vertices.len()];
     let through = Sheet { mesh, damage_time: marks.clone(), front_speed: marks };
@@ -166,6 +167,11 @@ fn a_slit_that_cannot_be_is_refused_with_the_reason() {
     }
     let folded = slit::open(&cube(), &folded, 0.05 * H, H);
     assert!(matches!(folded, Err(slit::SlitError::Crossing { .. })), "{folded:?}");
-    let away = slit::open(&Solid::outer(cube().mesh.translated(Vec3::repeat(5.0))), &crack.beyond, 0.001, H);
+    let away = slit::open(
+        &Solid::outer(cube().mesh.translated(Vec3::repeat(5.0))),
+        &crack.beyond,
+        0.001,
+        H,
+    );
     assert_eq!(away, Err(slit::SlitError::Nothing));
 }
