@@ -27,8 +27,8 @@ const AGREED: f64 = 0.6;
 const THICK: f64 = 0.33;
 /// How much flatness counts against the directions in which points broke.
 const FLATNESS: f64 = 1.0;
-/// Least share of broken weight, of such points only, at one end of an edge that a crack crosses: a layer of points half
-/// a spacing thick has 0.24 in the worst place.
+/// Least share of broken weight, of such points only, at one end of an edge that a crack
+/// crosses: a layer of points half a spacing thick has 0.24 in the worst place.
 const SHARE: f64 = 0.2;
 /// Neighbours whose planes stand at more than this angle see different cracks: cosine of 60°.
 const ALIKE: f64 = 0.5;
