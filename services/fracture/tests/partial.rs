@@ -38,6 +38,7 @@ fn bar(impulse: f64, material: Material) -> Problem {
         radius: 1e-2,
         energy,
         closing_speed,
+        crushing_pressure: 1e12,
     };
     Problem {
         solid: Arc::new(Solid::outer(mesh)),
@@ -45,6 +46,7 @@ fn bar(impulse: f64, material: Material) -> Problem {
         strength: StrengthField { seed: 7, ..StrengthField::default() },
         impacts: vec![hit],
         supports: Vec::new(),
+        spin: Vec3::zeros(),
         settings: Settings { max_particles: 12000, ..Settings::default() },
         seed: 7,
     }
