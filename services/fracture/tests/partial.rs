@@ -59,8 +59,10 @@ fn a_bent_bar_has_a_crack_that_stops_inside() {
     let problem = bar(0.4, PLASTER);
     let fracture = solve(&problem);
     let h = fracture.report.spacing;
-    let [whole] = &fracture.fragments[..] else { panic!("{} parts", fracture.fragments.len()) };
-    let sheet = &whole.sheet;
+    // A chip may come off under the contact.
+    let volumes = fracture.fragments.iter().map(|f| f.solid.mesh.signed_volume());
+    assert!(volumes.skip(1).sum::<f64>() < 0.01 * problem.solid.mesh.signed_volume());
+    let sheet = &fracture.fragments[0].sheet;
     sheet.validate().expect("sound");
     assert!(sheet.mesh.area() > 20.0 * h * h, "{} cells²", sheet.mesh.area() / (h * h));
     // It stands across the bar, in its middle, from the pulled side up into it.
@@ -103,7 +105,8 @@ fn a_hairline_keeps_mass_and_momentum() {
     let wanted = 0.1 * h * before.fragments[0].sheet.mesh.area();
     assert!((dust / wanted - 1.0).abs() < 0.15, "{dust} of {wanted}");
     let whole = problem.solid.mesh.signed_volume();
-    let volume = slit.solid.mesh.signed_volume() + dust;
+    let parts = after.fragments.iter().map(|f| f.solid.mesh.signed_volume());
+    let volume = parts.sum::<f64>() + dust;
     assert!((volume / whole - 1.0).abs() < 1e-12, "{volume} of {whole}");
     let momentum = |fracture: &Fracture| -> Vec3 {
         let parts = fracture.fragments.iter();
