@@ -1,0 +1,119 @@
+//! Supports and planes of symmetry: what some nodes may not do.
+
+use super::build::Frame;
+use super::{Specimen, within};
+use crate::mpm::grid::Grid;
+use crate::mpm::kernel::{packed, vector};
+use crate::solver::Refusal;
+use cullet_geometry::Vec3;
+
+/// Distance of a plane of symmetry from the next nodes that counts as none, in spacings.
+const ON_NODES: f64 = 1e-6;
+
+/// The nodes of a support.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Held {
+    /// Each once.
+    pub(super) nodes: Vec<u32>,
+    /// Force on the body in the last step, in the specimen's frame \[N\].
+    pub(super) force: Vec3,
+}
+
+/// A plane of symmetry: nodes on it, and pairs to both sides of it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Mirror {
+    axis: usize,
+    on: Vec<u32>,
+    pairs: Vec<(u32, u32)>,
+}
+
+/// The nodes that each support holds. Nodes outside the box around the specimen count by the
+/// nearest point of that.
+pub(super) fn held(specimen: &Specimen, frame: &Frame, grid: &Grid) -> Vec<Held> {
+    let (low, high) = specimen.mesh.bounds().unwrap_or_default();
+    let slack = 1e-6 * specimen.settings.spacing;
+    let places: Vec<Vec3> =
+        (0..grid.nodes.len()).map(|n| frame.back(&grid.place(n)).sup(&low).inf(&high)).collect();
+    let nodes = |part| {
+        let all = 0..grid.nodes.len() as u32;
+        all.filter(|&n| within(part, &places[n as usize], slack)).collect()
+    };
+    specimen.holds.iter().map(|hold| Held { nodes: nodes(&hold.part), ..Held::default() }).collect()
+}
+
+/// Pairs the nodes about each plane of symmetry.
+pub(super) fn mirrors(
+    specimen: &Specimen,
+    frame: &Frame,
+    grid: &Grid,
+) -> Result<Vec<Mirror>, Refusal> {
+    if !specimen.symmetries.is_empty() && !frame.is_straight() {
+        let (what, value) = ("the specimen's turn beside a plane of symmetry [rad]", 1.0);
+        let value = specimen.turn.angle().max(value * f64::MIN_POSITIVE);
+        return Err(Refusal::OutOfRange { what, value, low: 0.0, high: 0.0 });
+    }
+    specimen.symmetries.iter().map(|&(axis, at)| mirror(specimen, grid, axis, at)).collect()
+}
+
+fn mirror(specimen: &Specimen, grid: &Grid, axis: usize, at: f64) -> Result<Mirror, Refusal> {
+    let place = (at + specimen.shift[axis]) / specimen.settings.spacing;
+    let plane = place.round();
+    let off = (place - plane).abs();
+    if off > ON_NODES {
+        let what = "distance of a plane of symmetry from the grid's nodes, in spacings,";
+        return Err(Refusal::OutOfRange { what, value: off, low: 0.0, high: ON_NODES });
+    }
+    let plane = plane as i32;
+    let mut order: Vec<([i32; 3], u32)> =
+        grid.nodes.place.iter().enumerate().map(|(n, &place)| (place, n as u32)).collect();
+    order.sort_unstable();
+    let at_place = |place: [i32; 3]| {
+        let first = order.partition_point(|row| row.0 < place);
+        order[first..].iter().take_while(move |row| row.0 == place).map(|row| row.1)
+    };
+    let mut mirror = Mirror { axis, ..Mirror::default() };
+    for &(place, node) in &order {
+        if place[axis] == plane {
+            mirror.on.push(node);
+        } else if place[axis] < plane {
+            let mut opposite = place;
+            opposite[axis] = 2 * plane - place[axis];
+            // Sides of a crack are paired one by one only where both places have one node.
+            let (own, other) = (at_place(place).count(), at_place(opposite).count());
+            if (own, other) == (1, 1) {
+                mirror.pairs.extend(at_place(opposite).map(|other| (node, other)));
+            }
+        }
+    }
+    Ok(mirror)
+}
+
+impl Mirror {
+    /// Makes the velocities of the step that was just taken symmetric, and the places with them.
+    pub(super) fn apply(&self, grid: &mut Grid, step: f64) {
+        let axis = self.axis;
+        for &n in &self.on {
+            let mut v = vector(grid.nodes.velocity[n as usize]);
+            v[axis] = 0.0;
+            set(grid, n, &v, step);
+        }
+        for &(a, b) in &self.pairs {
+            let (first, second) = (grid.nodes.mass[a as usize], grid.nodes.mass[b as usize]);
+            let (mut v, w) =
+                (vector(grid.nodes.velocity[a as usize]), vector(grid.nodes.velocity[b as usize]));
+            v[axis] = -v[axis];
+            let mut both = (v * first + w * second) / (first + second);
+            set(grid, b, &both, step);
+            both[axis] = -both[axis];
+            set(grid, a, &both, step);
+        }
+    }
+}
+
+/// Gives a node another velocity at the end of the step that was just taken.
+pub(super) fn set(grid: &mut Grid, node: u32, velocity: &Vec3, step: f64) {
+    let n = node as usize;
+    let change = packed(*velocity) - grid.nodes.velocity[n];
+    grid.nodes.velocity[n] += change;
+    grid.nodes.displacement[n] += change * wide::f64x4::splat(step);
+}
