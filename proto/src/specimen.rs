@@ -61,6 +61,10 @@ pub struct Hold {
     pub axes: [bool; 3],
     /// Velocity \[m/s\].
     pub velocity: [f64; 3],
+    /// Rows of its gradient \[1/s\].
+    pub gradient: [[f64; 3]; 3],
+    /// Where it is `velocity` \[m\].
+    pub centre: [f64; 3],
     /// Its course.
     pub course: Course,
     /// When it lets go \[s\].
@@ -193,6 +197,8 @@ pub enum Probe {
     CrackArea(Where, [f64; 3]),
     /// Which points, along what, share behind, before there are any \[m\].
     CrackTip(Where, [f64; 3], f64, f64),
+    /// Which points, about what \[m\], from one unit direction towards another \[rad\].
+    CrackAngle(Where, [f64; 3], [[f64; 3]; 2]),
     /// Of at least a share \[1\].
     Pieces(f64),
     /// \[1\]

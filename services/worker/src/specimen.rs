@@ -154,6 +154,8 @@ fn hold_of(hold: &wire::Hold) -> bench::Hold {
         part: where_of(&hold.part),
         axes: hold.axes,
         velocity: Vec3::from(hold.velocity),
+        gradient: matrix(&hold.gradient),
+        centre: Vec3::from(hold.centre),
         course: course_of(&hold.course),
         until: hold.until.unwrap_or(f64::INFINITY),
     }
@@ -233,6 +235,9 @@ fn probe_of(probe: &wire::Probe) -> bench::Probe {
             share: *share,
             otherwise: *otherwise,
         },
+        wire::Probe::CrackAngle(part, about, directions) => {
+            bench::Probe::CrackAngle(where_of(part), Vec3::from(*about), directions.map(Vec3::from))
+        }
         wire::Probe::Pieces(share) => bench::Probe::Pieces(*share),
         wire::Probe::Largest => bench::Probe::Largest,
     }

@@ -15,7 +15,7 @@ pub use sweep::{Sweep, plan};
 pub use table::{COLUMNS, csv, history, json, text};
 
 use crate::record::{RecordError, points};
-use crate::scene::specimen::{Specimen, Verdict, Weighed, reduce, weigh};
+use crate::scene::specimen::{Ends, Specimen, Verdict, Weighed, reduce, weigh};
 use cullet_proto::specimen::{Ending, SpecimenResult};
 use std::path::Path;
 
@@ -131,11 +131,18 @@ impl Measured {
         Self { point, result, rows }
     }
 
-    /// Whether anything that was expected does not hold, or the run came to nothing.
+    /// Whether anything that was expected does not hold, or the run ended otherwise than it must.
     #[must_use]
     pub fn fails(&self) -> bool {
+        let ends = match self.point.specimen.ends {
+            Ends::Ok => "ok",
+            Ends::Unstable => "unstable",
+            Ends::Nan => "nan",
+            Ends::Refused => "refused",
+        };
         let ended = self.result.ending == Ending::Ok;
-        !ended || self.rows.iter().any(|row| row.weighed.verdict == Verdict::Fails)
+        let missed = |row: &Row| row.weighed.verdict == Verdict::Fails;
+        status(&self.result.ending) != ends || ended && self.rows.iter().any(missed)
     }
 
     /// Writes the samples as CSV, the frames as MCAP and the last of them as PNG into a folder.

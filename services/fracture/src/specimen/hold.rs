@@ -1,7 +1,7 @@
 //! Supports and planes of symmetry: what some nodes may not do.
 
 use super::build::Frame;
-use super::{Specimen, within};
+use super::{Hold, Specimen, within};
 use crate::mpm::grid::Grid;
 use crate::mpm::kernel::{packed, vector};
 use crate::solver::Refusal;
@@ -13,8 +13,8 @@ const ON_NODES: f64 = 1e-6;
 /// The nodes of a support.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Held {
-    /// Each once.
-    pub(super) nodes: Vec<u32>,
+    /// Each once, with its velocity at 1 of the course in the specimen's frame \[m/s\].
+    pub(super) nodes: Vec<(u32, Vec3)>,
     /// Force on the body in the last step, in the specimen's frame \[N\].
     pub(super) force: Vec3,
 }
@@ -32,13 +32,13 @@ pub(super) struct Mirror {
 pub(super) fn held(specimen: &Specimen, frame: &Frame, grid: &Grid) -> Vec<Held> {
     let (low, high) = specimen.mesh.bounds().unwrap_or_default();
     let slack = 1e-6 * specimen.settings.spacing;
-    let places: Vec<Vec3> =
-        (0..grid.nodes.len()).map(|n| frame.back(&grid.place(n)).sup(&low).inf(&high)).collect();
-    let nodes = |part| {
-        let all = 0..grid.nodes.len() as u32;
-        all.filter(|&n| within(part, &places[n as usize], slack)).collect()
+    let places: Vec<Vec3> = (0..grid.nodes.len()).map(|n| frame.back(&grid.place(n))).collect();
+    let nodes = |hold: &Hold| {
+        let inside = |x: &Vec3| within(&hold.part, &x.sup(&low).inf(&high), slack);
+        let all = (0_u32..).zip(&places).filter(|(_, x)| inside(x));
+        all.map(|(n, x)| (n, hold.velocity + hold.gradient * (x - hold.centre))).collect()
     };
-    specimen.holds.iter().map(|hold| Held { nodes: nodes(&hold.part), ..Held::default() }).collect()
+    specimen.holds.iter().map(|hold| Held { nodes: nodes(hold), ..Held::default() }).collect()
 }
 
 /// Pairs the nodes about each plane of symmetry.

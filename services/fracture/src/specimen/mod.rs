@@ -63,6 +63,10 @@ pub struct Hold {
     pub axes: [bool; 3],
     /// Velocity at 1 of the course \[m/s\].
     pub velocity: Vec3,
+    /// Its gradient by place \[1/s\].
+    pub gradient: Mat3,
+    /// Place where the velocity is `velocity` \[m\].
+    pub centre: Vec3,
     /// Of the velocity.
     pub course: Course,
     /// When it lets go \[s\].

@@ -110,6 +110,9 @@ pub enum Probe {
         /// Before there are any \[m\].
         otherwise: f64,
     },
+    /// Angle of the mean of a part's broken points about a place, from a first direction towards a
+    /// second \[rad\]; not a number without any.
+    CrackAngle(Where, Vec3, [Vec3; 2]),
     /// Pieces of at least a share of the body \[1\].
     Pieces(f64),
     /// The largest piece's share of the body \[1\].
@@ -163,6 +166,12 @@ impl<'a> Reading<'a> {
             Probe::CrackArea(part, normal) => self.crack_area(part, normal),
             Probe::CrackTip { part, along, share, otherwise } => {
                 self.tip(part, along, *share).unwrap_or(*otherwise)
+            }
+            Probe::CrackAngle(part, about, [first, second]) => {
+                let sum: Vec3 = self.broken(part).map(|p| self.places[p] - about).sum();
+                let some = sum.norm_squared() > 0.0;
+                let angle = libm::atan2(sum.dot(second), sum.dot(first));
+                if some { angle } else { f64::NAN }
             }
             Probe::Pieces(share) => {
                 self.pieces().iter().filter(|&&piece| piece >= *share).count() as f64

@@ -293,12 +293,13 @@ impl SpecimenRun {
         for ((held, hold), impulse) in rows.filter(|((_, hold), _)| time <= hold.until) {
             let factor = hold.course.at(time);
             let mut sum = Vec3::zeros();
-            for &node in &held.nodes {
+            for (node, velocity) in &held.nodes {
+                let node = *node;
                 let n = node as usize;
                 let free = vector(self.domain.grid.nodes.velocity[n]);
                 let mut local = self.frame.unturned(&free);
                 for axis in (0..3).filter(|&a| hold.axes[a]) {
-                    local[axis] = factor * hold.velocity[axis];
+                    local[axis] = factor * velocity[axis];
                 }
                 let now = self.frame.turned(&local);
                 let push = (now - free) * self.domain.grid.nodes.mass[n];

@@ -1,5 +1,6 @@
 use super::*;
 use crate::mpm::domain::stable_step;
+use crate::solver::Refusal;
 use cullet_geometry::shapes;
 
 const STONE: Material = Material {
@@ -81,6 +82,8 @@ fn a_driven_bar_agrees_with_one_written_by_hand() {
         part: face(0, 0.0, false),
         axes: [true; 3],
         velocity: Vec3::x(),
+        gradient: Mat3::zeros(),
+        centre: Vec3::zeros(),
         course: Course::constant(),
         until: f64::INFINITY,
     };
@@ -218,4 +221,35 @@ fn what_cannot_be_solved_is_refused_with_its_bound() {
     assert!(what(Specimen { symmetries, ..good }).contains("symmetry"));
 }
 
-use crate::solver::Refusal;
+/// Where every node is told to move as the stretch asks, each point spends its own energy: that of
+/// F-U, G_f over the length.
+#[test]
+fn an_even_stretch_spends_the_energy_of_the_law_everywhere() {
+    let (length, rate) = (0.008, 200.0);
+    let hold = Hold {
+        part: Vec::new(),
+        axes: [true; 3],
+        velocity: Vec3::zeros(),
+        gradient: Mat3::from_diagonal(&Vec3::new(rate, 0.0, 0.0)),
+        centre: Vec3::zeros(),
+        course: Course::constant(),
+        until: f64::INFINITY,
+    };
+    let probes = vec![
+        Probe::Dissipated,
+        Probe::Points(Field::Stress, Part::Pair(0), Spot::Over(Vec::new(), Reduce::Max)),
+    ];
+    let mut specimen = Specimen { holds: vec![hold], probes, ..bar(0.04, 0.04, 0.01) };
+    specimen.settings.breaks = true;
+    specimen.settings.softening_length = Some(length);
+    specimen.settings.step_factor = 0.1;
+    specimen.samples = 1000;
+    // The strain at which a point is fully broken is 2 G_f/(σ_f l).
+    specimen.end = 1.2 * 2.0 * STONE.fracture_energy / (STONE.failure_stress * length) / rate;
+    let outcome = run(specimen);
+    let last = |row: usize| *outcome.rows[row].last().expect("a sample");
+    let wanted = STONE.fracture_energy / length * libm::pow(0.04, 3.0);
+    assert!((last(0) / wanted - 1.0).abs() < 0.02, "{} of {wanted} J", last(0));
+    let peak = outcome.rows[1].iter().fold(0.0_f64, |m, &s| m.max(s));
+    assert!((peak / STONE.failure_stress - 1.0).abs() < 0.02, "{peak}");
+}

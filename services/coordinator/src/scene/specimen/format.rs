@@ -209,11 +209,28 @@ pub struct Run {
     pub frames: u32,
     /// What colours the points there.
     pub colour: Colour,
+    /// How it must end.
+    pub ends: Ends,
+}
+
+/// How a run ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ends {
+    /// At its end.
+    #[default]
+    Ok,
+    /// Energy appears from nowhere.
+    Unstable,
+    /// A number stops being one.
+    Nan,
+    /// It is not for the solver.
+    Refused,
 }
 
 impl Default for Run {
     fn default() -> Self {
-        Self { end: None, samples: 200, frames: 20, colour: Colour::Damage }
+        Self { end: None, samples: 200, frames: 20, colour: Colour::Damage, ends: Ends::Ok }
     }
 }
 
@@ -486,6 +503,13 @@ pub struct Support {
     #[serde(default)]
     #[schemars(schema_with = "unit::velocity3")]
     pub velocity: [f64; 3],
+    /// Rows of its gradient by place \[1/s\].
+    #[serde(default)]
+    pub gradient: [[f64; 3]; 3],
+    /// Where the gradient gives nothing \[m\].
+    #[serde(default)]
+    #[schemars(schema_with = "unit::length3")]
+    pub centre: [f64; 3],
     /// Its course.
     #[serde(default)]
     pub time: Course,

@@ -10,7 +10,7 @@ mod resolve;
 mod tests;
 mod watch;
 
-pub use format::{Expected, Metric, Reduction};
+pub use format::{Ends, Expected, Metric, Reduction};
 pub use metric::{Verdict, Weighed, reduce, weigh};
 
 use super::check;
@@ -41,6 +41,8 @@ pub struct Specimen {
     pub metrics: Vec<(Metric, usize)>,
     /// What they must come to, beside each metric.
     pub expected: Vec<Option<Expected>>,
+    /// How it must end.
+    pub ends: Ends,
     /// What is unusual, a line each.
     pub warnings: Vec<String>,
 }

@@ -139,6 +139,7 @@ impl Desk<'_> {
             probes: watched.names,
             metrics: watched.metrics,
             expected: watched.expected,
+            ends: run.ends,
             warnings: std::mem::take(&mut self.shop.warnings),
         })
     }
@@ -344,6 +345,8 @@ impl Desk<'_> {
                 part: self.region(&support.region, &at, Use::Surface),
                 axes,
                 velocity: support.velocity,
+                gradient: support.gradient,
+                centre: support.centre,
                 course: self.course(&support.time, &at),
                 until: support.until,
             }

@@ -123,6 +123,7 @@ const fn unit(kind: ProbeKind) -> &'static str {
         | ProbeKind::Broken
         | ProbeKind::Pieces
         | ProbeKind::Largest => "1",
+        ProbeKind::CrackAngle => "rad",
         ProbeKind::Reaction | ProbeKind::Applied => "N",
         ProbeKind::Kinetic
         | ProbeKind::Elastic
@@ -151,6 +152,7 @@ const fn takes(kind: ProbeKind) -> &'static [&'static str] {
         ProbeKind::DamagedVolume => &["region", "threshold"],
         ProbeKind::CrackArea => &["region", "direction*"],
         ProbeKind::CrackTip => &["region", "direction*", "share", "otherwise"],
+        ProbeKind::CrackAngle => &["region", "at*", "direction*", "towards*"],
         ProbeKind::Pieces => &["share"],
         ProbeKind::Kinetic
         | ProbeKind::Elastic
@@ -172,6 +174,7 @@ fn keys(desk: &mut Desk<'_>, probe: &Probe, at: &[Step]) {
         ("load", probe.load.is_some()),
         ("threshold", probe.threshold.is_some()),
         ("direction", probe.direction.is_some()),
+        ("towards", probe.towards.is_some()),
         ("share", probe.share.is_some()),
         ("otherwise", probe.otherwise.is_some()),
     ];
@@ -190,7 +193,10 @@ fn keys(desk: &mut Desk<'_>, probe: &Probe, at: &[Step]) {
             desk.wrong(at, format!("`{name}` is missing for this kind of probe"));
         }
     }
-    if probe.at.is_some() && (probe.region.is_some() || probe.reduce.is_some()) {
+    if taken.contains(&"at")
+        && probe.at.is_some()
+        && (probe.region.is_some() || probe.reduce.is_some())
+    {
         desk.wrong(&below(at, "at"), "takes `at`, or `region` and `reduce`");
     }
 }
@@ -239,6 +245,11 @@ fn one(
             let behind = 1.0 - probe.share.unwrap_or(AHEAD);
             let otherwise = probe.otherwise.unwrap_or(0.0);
             wire::Probe::CrackTip(area(desk, probe, at), along, behind, otherwise)
+        }
+        ProbeKind::CrackAngle => {
+            let first = desk.unit(probe.direction?, &below(at, "direction"));
+            let second = desk.unit(probe.towards?, &below(at, "towards"));
+            wire::Probe::CrackAngle(area(desk, probe, at), probe.at?, [first, second])
         }
         ProbeKind::Pieces => wire::Probe::Pieces(probe.share.unwrap_or(PIECE)),
         ProbeKind::Largest => wire::Probe::Largest,

@@ -48,6 +48,9 @@ pub enum ProbeKind {
     /// How far broken points of `region` reach along `direction`, all but a `share` of them \[m\];
     /// `otherwise` before there are any.
     CrackTip,
+    /// Angle of the mean of the broken points of `region` about the place `at`, from `direction`
+    /// towards `towards` \[rad\].
+    CrackAngle,
     /// Pieces of at least `share` of the body \[1\].
     Pieces,
     /// Share of the body that the largest piece has \[1\].
@@ -135,6 +138,9 @@ pub struct Probe {
     /// A direction; need not have length 1.
     #[serde(default)]
     pub direction: Option<[f64; 3]>,
+    /// The direction of a quarter of a turn; need not have length 1.
+    #[serde(default)]
+    pub towards: Option<[f64; 3]>,
     /// Of broken points that may lie ahead of the tip, 0.02 without it; of a body that is a piece,
     /// 0.01 without it \[1\].
     #[serde(default)]
