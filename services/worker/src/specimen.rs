@@ -29,18 +29,15 @@ pub fn solve(job: &wire::SpecimenJob) -> wire::SpecimenResult {
 }
 
 fn advance(specimen: bench::Specimen) -> wire::SpecimenResult {
-    let refused = |refusal: core::Refusal| {
-        wire::SpecimenResult::ended(wire::Ending::Refused(refusal.to_string()))
-    };
     let mut run = match bench::SpecimenRun::begin(specimen) {
         Ok(run) => run,
-        Err(refusal) => return refused(refusal),
+        Err(refusal) => {
+            return wire::SpecimenResult::ended(wire::Ending::Refused(refusal.to_string()));
+        }
     };
     loop {
-        match run.advance() {
-            Ok(bench::Step::Running(_)) => {}
-            Ok(bench::Step::Done(outcome)) => return result_of(*outcome),
-            Err(refusal) => return refused(refusal),
+        if let bench::Step::Done(outcome) = run.advance() {
+            return result_of(*outcome);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::build::Frame;
 use super::{Hold, Specimen, within};
-use crate::mpm::grid::Grid;
+use crate::mpm::grid::{Grid, Nodes};
 use crate::mpm::kernel::{packed, vector};
 use crate::solver::Refusal;
 use cullet_geometry::Vec3;
@@ -25,6 +25,18 @@ pub(super) struct Mirror {
     axis: usize,
     on: Vec<u32>,
     pairs: Vec<(u32, u32)>,
+}
+
+impl Held {
+    /// Holds the nodes from `first` on that were made of held ones.
+    pub(super) fn follow(&mut self, nodes: &Nodes, first: u32) {
+        for n in first..nodes.len() as u32 {
+            let origin = nodes.origin[n as usize];
+            if let Ok(at) = self.nodes.binary_search_by_key(&origin, |held| held.0) {
+                self.nodes.push((n, self.nodes[at].1));
+            }
+        }
+    }
 }
 
 /// The nodes that each support holds. Nodes outside the box around the specimen count by the
@@ -89,6 +101,17 @@ fn mirror(specimen: &Specimen, grid: &Grid, axis: usize, at: f64) -> Result<Mirr
 }
 
 impl Mirror {
+    /// Takes in the nodes from `first` on, and pairs no more those that they were made of.
+    pub(super) fn follow(&mut self, nodes: &Nodes, first: u32) {
+        for n in first..nodes.len() as u32 {
+            let origin = nodes.origin[n as usize];
+            if self.on.contains(&origin) {
+                self.on.push(n);
+            }
+            self.pairs.retain(|pair| pair.0 != origin && pair.1 != origin);
+        }
+    }
+
     /// Makes the velocities of the step that was just taken symmetric, and the places with them.
     pub(super) fn apply(&self, grid: &mut Grid, step: f64) {
         let axis = self.axis;

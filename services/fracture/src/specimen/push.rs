@@ -3,7 +3,7 @@
 use super::build::Frame;
 use super::{Load, Push, Specimen, within};
 use crate::mpm::Domain;
-use crate::mpm::grid::Grid;
+use crate::mpm::grid::{Grid, Nodes};
 use crate::mpm::kernel::Stencil;
 use cullet_geometry::{TriMesh, Vec3};
 
@@ -16,6 +16,39 @@ pub(super) struct Pushed {
     pub(super) nodes: Vec<(u32, Vec3)>,
     /// Their sum in the specimen's frame \[N\].
     pub(super) total: Vec3,
+}
+
+/// Each node that the nodes from `first` on were made of, with all that were made of it.
+pub(super) fn groups(nodes: &Nodes, first: u32) -> Vec<Vec<u32>> {
+    let origin = |n: u32| nodes.origin[n as usize];
+    let mut origins: Vec<u32> = (first..nodes.len() as u32).map(origin).collect();
+    origins.sort_unstable();
+    origins.dedup();
+    let mut groups: Vec<Vec<u32>> = origins.iter().map(|&n| vec![n]).collect();
+    for n in (0..nodes.len() as u32).filter(|&n| origin(n) != n) {
+        if let Ok(at) = origins.binary_search(&origin(n)) {
+            groups[at].push(n);
+        }
+    }
+    groups
+}
+
+impl Pushed {
+    /// Shares out the force of each group anew, by mass.
+    pub(super) fn follow(&mut self, nodes: &Nodes, groups: &[Vec<u32>]) {
+        for group in groups {
+            let own = |n: &u32| self.nodes.binary_search_by_key(n, |row| row.0).ok();
+            let sum: Vec3 = group.iter().filter_map(own).map(|at| self.nodes[at].1).sum();
+            if sum.norm_squared() == 0.0 {
+                continue;
+            }
+            let mass: f64 = group.iter().map(|&n| nodes.mass[n as usize]).sum();
+            self.nodes.retain(|row| !group.contains(&row.0));
+            let share = |&n: &u32| (n, sum * (nodes.mass[n as usize] / mass));
+            self.nodes.extend(group.iter().map(share));
+            self.nodes.sort_unstable_by_key(|row| row.0);
+        }
+    }
 }
 
 /// The nodes of each load.

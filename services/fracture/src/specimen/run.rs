@@ -181,21 +181,18 @@ impl SpecimenRun {
     }
 
     /// Takes some tens of milliseconds of steps.
-    ///
-    /// # Errors
-    /// As [`SpecimenRun::begin`], where a crack changes the grid: never, for what began.
-    pub fn advance(&mut self) -> Result<Step, Refusal> {
+    pub fn advance(&mut self) -> Step {
         let slice = (SLICE / self.domain.particles.len().max(1) as u64).max(1);
         for _ in 0..slice {
             if self.ending.is_none() && self.domain.steps >= self.total {
                 self.ending = Some(Ending::Done);
             }
             if let Some(ending) = self.ending.take() {
-                return Ok(Step::Done(Box::new(self.finish(ending))));
+                return Step::Done(Box::new(self.finish(ending)));
             }
-            self.step()?;
+            self.step();
         }
-        Ok(Step::Running(self.domain.steps as f64 / self.total as f64))
+        Step::Running(self.domain.steps as f64 / self.total as f64)
     }
 
     /// Finds the nodes of supports, loads and planes of symmetry.
@@ -203,16 +200,29 @@ impl SpecimenRun {
         self.held = hold::held(&self.specimen, &self.frame, &self.domain.grid);
         self.mirrors = hold::mirrors(&self.specimen, &self.frame, &self.domain.grid)?;
         self.pushed = push::pushed(&self.specimen, &self.frame, &self.domain);
+        self.note_pushed();
+        Ok(())
+    }
+
+    /// Hands supports, loads and planes of symmetry on to the nodes from `first` on, which a crack
+    /// has just made of others.
+    fn follow(&mut self, first: u32) {
+        let nodes = &self.domain.grid.nodes;
+        self.held.iter_mut().for_each(|held| held.follow(nodes, first));
+        self.mirrors.iter_mut().for_each(|mirror| mirror.follow(nodes, first));
+        let groups = push::groups(nodes, first);
+        self.pushed.iter_mut().for_each(|pushed| pushed.follow(nodes, &groups));
+        self.note_pushed();
+    }
+
+    fn note_pushed(&mut self) {
         let all = self.pushed.iter().flat_map(|pushed| pushed.nodes.iter().map(|node| node.0));
         self.pushed_nodes = all.collect();
         self.pushed_nodes.sort_unstable();
         self.pushed_nodes.dedup();
-        let reference = &self.domain.particles.reference;
-        self.places = reference.iter().map(|x| self.frame.back(x)).collect();
-        Ok(())
     }
 
-    fn step(&mut self) -> Result<(), Refusal> {
+    fn step(&mut self) {
         let (time, step) = (self.domain.time, self.domain.step);
         self.damp(time, step);
         let velocity = |domain: &Domain, n: u32| vector(domain.grid.nodes.velocity[n as usize]);
@@ -230,7 +240,7 @@ impl SpecimenRun {
                 let more: Vec<Vec3> = origins.iter().map(|&n| self.before[n as usize]).collect();
                 self.before.extend(more);
             }
-            self.attach()?;
+            self.follow(nodes as u32);
             // What a node took its copies now carry; its own share is all that is accounted for.
             forces.retain(|(n, _)| self.pushed_nodes.binary_search(n).is_ok());
         }
@@ -247,7 +257,6 @@ impl SpecimenRun {
         self.books.traffic += pushed.abs() + worked.abs();
         self.look();
         self.record();
-        Ok(())
     }
 
     fn damp(&mut self, time: f64, step: f64) {
@@ -364,10 +373,8 @@ impl SpecimenRun {
             .iter()
             .any(|probe| matches!(probe, Probe::Points(Field::Stress, _, _)));
         // Cracks put points in another order.
-        if self.domain.grid.nodes.len() > 0 {
-            let reference = &self.domain.particles.reference;
-            self.places = reference.iter().map(|x| self.frame.back(x)).collect();
-        }
+        let reference = &self.domain.particles.reference;
+        self.places = reference.iter().map(|x| self.frame.back(x)).collect();
         let reading = Reading::new(&self.domain, &self.frame, &self.books, &self.places, stress);
         for (row, probe) in self.rows.iter_mut().zip(&self.specimen.probes) {
             row.push(reading.value(probe));
