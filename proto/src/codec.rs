@@ -87,13 +87,15 @@ pub enum WireError {
         /// How many there are.
         vertices: usize,
     },
-    /// A surface tag that is none.
-    #[error("triangle {triangle} has the surface tag {tag:08x}, which is none")]
-    Tag {
-        /// Which triangle.
-        triangle: usize,
-        /// Its tag.
-        tag: u32,
+    /// A time or speed that is none.
+    #[error("number {index} of {what} is {value}; it must be finite and not negative")]
+    Mark {
+        /// Which list.
+        what: &'static str,
+        /// Which entry.
+        index: usize,
+        /// What it says.
+        value: f32,
     },
     /// A name that cannot be part of a key.
     #[error("{name:?} is no name: 1 to 40 of a-z, 0-9 and - are")]

@@ -47,6 +47,8 @@ pub struct Impact {
     pub energy: f64,
     /// How fast the surfaces closed before they touched \[m/s\].
     pub closing_speed: f64,
+    /// Pressure in the middle of the contact at which it crushes, body or striker \[Pa\].
+    pub crushing_pressure: f64,
 }
 
 /// How crack faces look closer than the grid resolves. Lengths in grid spacings h; zero `height`,
@@ -131,6 +133,8 @@ pub struct Settings {
     pub debris: f64,
     /// Size of a grain of it \[m\].
     pub grain: Option<f64>,
+    /// Width of the slits cut along cracks that end inside a fragment \[m\]; `None` cuts none.
+    pub hairline: Option<f64>,
 }
 
 /// A problem, who is to solve it, and who if that one refuses.
@@ -150,6 +154,8 @@ pub struct FractureJob {
     pub impacts: Vec<Impact>,
     /// What it rests on.
     pub supports: Vec<Support>,
+    /// Angular velocity before the hits \[rad/s\]; zero where its stress does not matter.
+    pub spin: Vec3,
     /// How it may be solved.
     pub settings: Settings,
     /// The only source of randomness.
@@ -163,8 +169,9 @@ struct Header {
     material: Material,
     strength: Strength,
     painted: Option<(u32, f64)>,
-    impacts: Vec<[f64; 11]>,
+    impacts: Vec<[f64; 12]>,
     supports: Vec<Support>,
+    spin: [f64; 3],
     settings: Settings,
     seed: u64,
     vertices: u32,
@@ -172,16 +179,26 @@ struct Header {
 }
 
 impl Impact {
-    fn row(&self) -> [f64; 11] {
+    fn row(&self) -> [f64; 12] {
         let (p, n) = (self.point, self.normal);
         let (t, a, e) = (self.duration, self.radius, self.energy);
-        [p.x, p.y, p.z, n.x, n.y, n.z, self.impulse, t, a, e, self.closing_speed]
+        let (v, c) = (self.closing_speed, self.crushing_pressure);
+        [p.x, p.y, p.z, n.x, n.y, n.z, self.impulse, t, a, e, v, c]
     }
 
-    fn from_row(row: [f64; 11]) -> Self {
-        let [px, py, pz, nx, ny, nz, impulse, duration, radius, energy, closing_speed] = row;
+    fn from_row(row: [f64; 12]) -> Self {
+        let [px, py, pz, nx, ny, nz, impulse, duration, radius, energy, closing_speed, c] = row;
         let (point, normal) = (Vec3::new(px, py, pz), Vec3::new(nx, ny, nz));
-        Self { point, normal, impulse, duration, radius, energy, closing_speed }
+        Self {
+            point,
+            normal,
+            impulse,
+            duration,
+            radius,
+            energy,
+            closing_speed,
+            crushing_pressure: c,
+        }
     }
 }
 
@@ -200,6 +217,7 @@ impl FractureJob {
             painted: self.strength.announced()?,
             impacts: self.impacts.iter().map(Impact::row).collect(),
             supports: self.supports.clone(),
+            spin: self.spin.into(),
             settings: self.settings,
             seed: self.seed,
             vertices,
@@ -231,6 +249,7 @@ impl FractureJob {
             strength: header.strength,
             impacts: header.impacts.into_iter().map(Impact::from_row).collect(),
             supports: header.supports,
+            spin: header.spin.into(),
             settings: header.settings,
             seed: header.seed,
         })
@@ -264,9 +283,11 @@ impl Header {
         for Support { point, normal, radius } in &self.supports {
             codec::finite("a job's supports", &[point.as_slice(), normal, &[*radius]].concat())?;
         }
+        codec::finite("a job's spin", &self.spin)?;
         codec::finite("a job's spacing", self.settings.spacing.as_slice())?;
         codec::finite("a job's detail", &self.settings.detail.numbers())?;
         codec::finite("a job's grain", self.settings.grain.as_slice())?;
+        codec::finite("a job's hairline", self.settings.hairline.as_slice())?;
         let Settings { min_volume_ratio, debris, .. } = self.settings;
         codec::finite("a job's least volume ratios", &[min_volume_ratio, debris])
     }
@@ -337,8 +358,10 @@ pub(crate) mod tests {
                 radius: 1e-3,
                 energy: 2.0,
                 closing_speed: 3.0,
+                crushing_pressure: 1e9,
             }],
             supports: vec![Support { point: [0.0; 3], normal: [0.0, 0.0, 1.0], radius: 0.02 }],
+            spin: Vec3::new(0.0, 0.0, 100.0),
             settings: Settings {
                 spacing: None,
                 max_particles: 16_000,
@@ -348,6 +371,7 @@ pub(crate) mod tests {
                 detail: Detail { height: 0.1, ..Detail::default() },
                 debris: 5e-4,
                 grain: Some(1e-3),
+                hairline: Some(1e-4),
             },
             seed: 7,
         }
@@ -359,13 +383,14 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "cbfaef74");
+        assert_eq!(job.id()?.short(), "490e0418");
         Ok(())
     }
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 16] = [
+        let change: [fn(&mut FractureJob); 19] = [
+            |j| j.settings.hairline = None,
             |j| j.settings.detail.height = 0.2,
             |j| j.seed += 1,
             |j| j.solver.push('x'),
@@ -377,9 +402,11 @@ pub(crate) mod tests {
             |j| j.strength.vertices.iter_mut().for_each(|paint| paint.factors[1] = 0.9),
             |j| j.impacts[0].energy += 1.0,
             |j| j.impacts[0].closing_speed += 1.0,
+            |j| j.impacts[0].crushing_pressure += 1.0,
             |j| j.settings.spacing = Some(0.1),
             |j| j.settings.grain = None,
             |j| j.supports[0].radius = 0.03,
+            |j| j.spin.x = 1.0,
             |j| j.solid.mesh.vertices[0].x = 1e-300,
             |j| j.solid.surface[0] = Surface::crack(0.0),
         ];
@@ -420,6 +447,10 @@ pub(crate) mod tests {
         far.solid.mesh.triangles[2][1] = 4;
         let far = far.encode().and_then(|bytes| FractureJob::decode(&bytes));
         assert_eq!(far, Err(WireError::Index { triangle: 2, index: 4, vertices: 4 }));
+        let mut early = sample();
+        early.solid.surface[3] = Surface::crack(f32::NAN);
+        let early = early.encode().and_then(|bytes| FractureJob::decode(&bytes));
+        assert!(matches!(early, Err(WireError::Mark { index: 0, .. })));
         let mut lost = sample();
         lost.solid.mesh.vertices[1].y = f64::INFINITY;
         let lost = lost.encode().and_then(|bytes| FractureJob::decode(&bytes));

@@ -1,11 +1,12 @@
 //! Meshes as little-endian slabs: vertices (3 × f64 \[m\]), triangles (3 × u32), and a u32 surface
-//! tag for each triangle: all ones for the outer surface, else the bits of the crack's damage time
-//! (f32 \[s\], finite, not negative). Then for each crack triangle in order: the bits of the
-//! front's speed (f32 \[m/s\], likewise), and the number of the body that broke plus one (u32, 0:
-//! not named).
+//! tag for each triangle: all ones for the outer surface, else the number of the body that broke
+//! plus one (0: not named). Then for each crack triangle in order, at its three corners: the damage
+//! times (3 × f32 \[s\]), and after those of all of them the front speeds (3 × f32 \[m/s\]), finite
+//! and not negative. A sheet is vertices and triangles, then the damage time of each vertex, then its
+//! front speed.
 
 use crate::codec::{self, WireError};
-use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
+use cullet_geometry::{Sheet, Solid, Surface, TriMesh, Vec3};
 
 /// Most vertices of one mesh. Ten times the largest scan that a solver here can take up.
 pub const MAX_VERTICES: u64 = 4 << 20;
@@ -70,6 +71,37 @@ impl<'a> Slabs<'a> {
     /// # Errors
     /// What is wrong with it: too short, not finite, an index out of range, a tag that is none.
     pub fn solid(&mut self, vertices: u32, triangles: u32) -> Result<Solid, WireError> {
+        let mesh = self.mesh(vertices, triangles)?;
+        let tags = self.u32s("a mesh's surface tags", mesh.triangles.len())?;
+        let cracks = tags.iter().filter(|&&tag| tag != OUTER).count();
+        let times = self.marks("a mesh's damage times", 3 * cracks)?;
+        let speeds = self.marks("a mesh's front speeds", 3 * cracks)?;
+        let mut marks = times.as_chunks().0.iter().zip(speeds.as_chunks().0);
+        let surface = |parent: u32| {
+            let marks = if parent == OUTER { None } else { marks.next() };
+            marks.map_or(Surface::Outer, |(&damage_time, &front_speed)| Surface::Crack {
+                damage_time,
+                front_speed,
+                parent,
+            })
+        };
+        let surface = tags.into_iter().map(surface).collect();
+        Ok(Solid { mesh, surface })
+    }
+
+    /// The next sheet.
+    ///
+    /// # Errors
+    /// As [`Slabs::solid`].
+    pub fn sheet(&mut self, vertices: u32, triangles: u32) -> Result<Sheet, WireError> {
+        let mesh = self.mesh(vertices, triangles)?;
+        let count = mesh.vertices.len();
+        let damage_time = self.marks("a sheet's damage times", count)?;
+        let front_speed = self.marks("a sheet's front speeds", count)?;
+        Ok(Sheet { mesh, damage_time, front_speed })
+    }
+
+    fn mesh(&mut self, vertices: u32, triangles: u32) -> Result<TriMesh, WireError> {
         codec::limit("a mesh's vertices", u64::from(vertices), MAX_VERTICES)?;
         codec::limit("a mesh's triangles", u64::from(triangles), MAX_TRIANGLES)?;
         let (nv, nt) = (vertices as usize, triangles as usize);
@@ -81,18 +113,19 @@ impl<'a> Slabs<'a> {
                 return Err(WireError::Index { triangle, index, vertices: nv });
             }
         }
-        let tags = self.u32s("a mesh's surface tags", nt)?;
-        let cracks = tags.iter().filter(|&&tag| tag != OUTER).count();
-        let speeds = self.u32s("a mesh's front speeds", cracks)?;
-        let parents = self.u32s("a mesh's crack parents", cracks)?;
-        let mut more = speeds.into_iter().zip(parents);
-        let mut surfaces = Vec::with_capacity(nt);
-        for (triangle, tag) in tags.into_iter().enumerate() {
-            let crack = if tag == OUTER { None } else { more.next() };
-            surfaces.push(crack.map_or(Ok(Surface::Outer), |more| surface(triangle, tag, more))?);
+        Ok(TriMesh { vertices, triangles })
+    }
+
+    /// The next `count` times or speeds: finite, not negative, and no negative zero.
+    ///
+    /// # Errors
+    /// [`WireError::Short`], [`WireError::Mark`].
+    pub fn marks(&mut self, what: &'static str, count: usize) -> Result<Vec<f32>, WireError> {
+        let marks: Vec<f32> = self.u32s(what, count)?.into_iter().map(f32::from_bits).collect();
+        match marks.iter().position(|x| !(x.is_finite() && x.is_sign_positive())) {
+            Some(index) => Err(WireError::Mark { what, index, value: marks[index] }),
+            None => Ok(marks),
         }
-        let surface = surfaces;
-        Ok(Solid { mesh: TriMesh { vertices, triangles }, surface })
     }
 
     /// Nothing may be left.
@@ -103,15 +136,6 @@ impl<'a> Slabs<'a> {
         let extra = self.0.len();
         if extra == 0 { Ok(()) } else { Err(WireError::Trailing { what, extra }) }
     }
-}
-
-fn surface(triangle: usize, time: u32, (speed, parent): (u32, u32)) -> Result<Surface, WireError> {
-    let number = |tag: u32| {
-        let value = f32::from_bits(tag);
-        let good = value.is_finite() && value.is_sign_positive();
-        if good { Ok(value) } else { Err(WireError::Tag { triangle, tag }) }
-    };
-    Ok(Surface::Crack { damage_time: number(time)?, front_speed: number(speed)?, parent })
 }
 
 /// Appends numbers.
@@ -127,22 +151,40 @@ pub fn put_points(out: &mut Vec<u8>, points: &[Vec3]) {
     }
 }
 
+fn put_mesh(out: &mut Vec<u8>, mesh: &TriMesh) {
+    put_points(out, &mesh.vertices);
+    put_u32s(out, mesh.triangles.iter().flatten().copied());
+}
+
+/// Appends a sheet.
+pub fn put_sheet(out: &mut Vec<u8>, sheet: &Sheet) {
+    put_mesh(out, &sheet.mesh);
+    put_marks(out, &sheet.damage_time);
+    put_marks(out, &sheet.front_speed);
+}
+
 /// Appends a solid.
 pub fn put_solid(out: &mut Vec<u8>, solid: &Solid) {
-    put_points(out, &solid.mesh.vertices);
-    put_u32s(out, solid.mesh.triangles.iter().flatten().copied());
-    let tag = |surface: &Surface| match surface {
+    put_mesh(out, &solid.mesh);
+    let tag = |surface: &Surface| match *surface {
         Surface::Outer => OUTER,
-        // Adding zero turns −0 into +0: one time, one encoding.
-        Surface::Crack { damage_time, .. } => (damage_time + 0.0).to_bits(),
+        // The last name is never given: it would take more bodies than there are numbers.
+        Surface::Crack { parent, .. } => parent.min(OUTER - 1),
     };
     put_u32s(out, solid.surface.iter().map(tag));
-    let more = |surface: &Surface| match *surface {
+    let cracks = solid.surface.iter().filter_map(|surface| match *surface {
         Surface::Outer => None,
-        Surface::Crack { front_speed, parent, .. } => Some(((front_speed + 0.0).to_bits(), parent)),
-    };
-    put_u32s(out, solid.surface.iter().filter_map(more).map(|more| more.0));
-    put_u32s(out, solid.surface.iter().filter_map(more).map(|more| more.1));
+        Surface::Crack { damage_time, front_speed, .. } => Some([damage_time, front_speed]),
+    });
+    for which in [0, 1] {
+        cracks.clone().for_each(|marks| put_marks(out, &marks[which]));
+    }
+}
+
+/// Appends times or speeds.
+pub fn put_marks(out: &mut Vec<u8>, marks: &[f32]) {
+    // Adding zero turns −0 into +0: one time, one encoding.
+    put_u32s(out, marks.iter().map(|mark| (mark + 0.0).to_bits()));
 }
 
 /// A solid's counts, held to their limits, with one tag a triangle.
@@ -150,12 +192,29 @@ pub fn put_solid(out: &mut Vec<u8>, solid: &Solid) {
 /// # Errors
 /// [`WireError::Limit`], [`WireError::Short`].
 pub fn counts(solid: &Solid) -> Result<(u32, u32), WireError> {
-    let (nv, nt) = (solid.mesh.vertices.len(), solid.mesh.triangles.len());
+    let counts = mesh_counts(&solid.mesh)?;
+    short("a mesh's surface tags", solid.surface.len(), solid.mesh.triangles.len())?;
+    Ok(counts)
+}
+
+/// A sheet's counts, held to their limits, with one time and one speed a vertex.
+///
+/// # Errors
+/// [`WireError::Limit`], [`WireError::Short`].
+pub fn sheet_counts(sheet: &Sheet) -> Result<(u32, u32), WireError> {
+    let counts = mesh_counts(&sheet.mesh)?;
+    short("a sheet's damage times", sheet.damage_time.len(), sheet.mesh.vertices.len())?;
+    short("a sheet's front speeds", sheet.front_speed.len(), sheet.mesh.vertices.len())?;
+    Ok(counts)
+}
+
+fn mesh_counts(mesh: &TriMesh) -> Result<(u32, u32), WireError> {
+    let (nv, nt) = (mesh.vertices.len(), mesh.triangles.len());
     codec::limit("a mesh's vertices", nv as u64, MAX_VERTICES)?;
     codec::limit("a mesh's triangles", nt as u64, MAX_TRIANGLES)?;
-    if solid.surface.len() != nt {
-        let have = solid.surface.len();
-        return Err(WireError::Short { what: "a mesh's surface tags", have, need: nt });
-    }
     Ok((nv as u32, nt as u32))
+}
+
+fn short(what: &'static str, have: usize, need: usize) -> Result<(), WireError> {
+    if have == need { Ok(()) } else { Err(WireError::Short { what, have, need }) }
 }

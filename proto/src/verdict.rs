@@ -3,7 +3,7 @@
 use crate::codec::{self, WireError};
 use crate::envelope::{self, Kind};
 use crate::mesh::{self, Slabs};
-use cullet_geometry::{Solid, Vec3};
+use cullet_geometry::{Sheet, Solid, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Most fragments of one body: an order above what a scene may ask for.
@@ -19,7 +19,7 @@ pub const MAX_TEXT: usize = 1_024;
 /// Bytes of a grain: position, velocity, volume, size.
 const GRAIN: usize = 64;
 /// Numbers (u32) and points that describe one fragment ahead of its slabs.
-const ROW: usize = 3;
+const ROW: usize = 5;
 
 /// The final word on a job.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +66,8 @@ pub struct Fragment {
     pub velocity: Vec3,
     /// Angular velocity that the hit gave it \[rad/s\].
     pub spin: Vec3,
+    /// Cracks that end inside it.
+    pub sheet: Sheet,
 }
 
 /// A point with a mass, in the body's frame before it broke.
@@ -197,7 +199,8 @@ impl BrokenBody {
             let (nv, nt) = mesh::counts(&fragment.solid)?;
             let nh = fragment.hulls.len();
             codec::limit("a fragment's convex parts", nh as u64, MAX_HULLS as u64)?;
-            mesh::put_u32s(&mut slabs, [nv, nt, nh as u32]);
+            let (sv, st) = mesh::sheet_counts(&fragment.sheet)?;
+            mesh::put_u32s(&mut slabs, [nv, nt, sv, st, nh as u32]);
         }
         for hull in self.fragments.iter().flat_map(|f| &f.hulls) {
             let corners = hull.len() as u64;
@@ -207,6 +210,7 @@ impl BrokenBody {
         for fragment in &self.fragments {
             mesh::put_points(&mut slabs, &[fragment.velocity, fragment.spin]);
             mesh::put_solid(&mut slabs, &fragment.solid);
+            mesh::put_sheet(&mut slabs, &fragment.sheet);
             fragment.hulls.iter().for_each(|hull| mesh::put_points(&mut slabs, hull));
         }
         for grain in &self.debris {
@@ -235,14 +239,15 @@ impl BrokenBody {
         }
         let sizes = slabs.u32s("a body's convex parts", hulls as usize)?;
         let mut sizes = sizes.into_iter();
-        let fragments = rows.iter().map(|[nv, nt, nh]| {
+        let fragments = rows.iter().map(|[nv, nt, sv, st, nh]| {
             codec::limit("a fragment's convex parts", u64::from(*nh), MAX_HULLS as u64)?;
             let motion = slabs.points("a fragment's motion", 2)?;
             let solid = slabs.solid(*nv, *nt)?;
+            let sheet = slabs.sheet(*sv, *st)?;
             let sizes = sizes.by_ref().take(*nh as usize);
             let hulls = sizes.map(|n| slabs.points("a convex part's corners", n as usize));
             let hulls = hulls.collect::<Result<_, _>>()?;
-            Ok(Fragment { solid, hulls, velocity: motion[0], spin: motion[1] })
+            Ok(Fragment { solid, hulls, velocity: motion[0], spin: motion[1], sheet })
         });
         let fragments = fragments.collect::<Result<_, WireError>>()?;
         let bytes = slabs.take("a body's grains", grains as usize, GRAIN)?;
@@ -304,7 +309,16 @@ mod tests {
     use super::*;
     use crate::FractureJob;
     use crate::job::tests::{sample as job, tetrahedron};
+    use cullet_geometry::TriMesh;
     use cullet_geometry::math::unit;
+
+    fn fin() -> Sheet {
+        let mesh = TriMesh {
+            vertices: vec![Vec3::zeros(), Vec3::x(), Vec3::y()],
+            triangles: vec![[0, 1, 2]],
+        };
+        Sheet { mesh, damage_time: vec![1e-5, 2e-5, 0.0], front_speed: vec![0.0, 9.0, 8.0] }
+    }
 
     fn sample() -> Verdict {
         let fragment = |k: usize| Fragment {
@@ -312,6 +326,7 @@ mod tests {
             hulls: (0..k).map(|h| vec![Vec3::repeat(h as f64); 4 + h]).collect(),
             velocity: Vec3::new(k as f64, 0.0, -1.0),
             spin: Vec3::y(),
+            sheet: if k == 1 { fin() } else { Sheet::default() },
         };
         let report = Report {
             solver: "geometric".into(),
@@ -410,6 +425,7 @@ mod tests {
                     let n = fragment.solid.mesh.vertices.len() as u32;
                     assert!(fragment.solid.mesh.triangles.iter().flatten().all(|i| *i < n));
                     assert!(fragment.velocity.iter().all(|x| x.is_finite()));
+                    assert_eq!(fragment.sheet.validate(), Ok(()));
                 }
                 assert!(body.debris.iter().all(|grain| grain.volume.is_finite()));
             }

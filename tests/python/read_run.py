@@ -27,6 +27,7 @@ SCHEMAS = {
     "/body": "cullet.Body",
     "/bodies": "cullet.BodyPoses",
     "/debris": "cullet.Grains",
+    "/cracks": "cullet.Cracks",
     "/events": "cullet.RunEvent",
     "/jobs": "cullet.JobReport",
     "/pool": "cullet.PoolReport",
@@ -69,8 +70,23 @@ class Run:
         self.solids.add(solid.hash)
         self.want(len(solid.hash) == 32, "a digest is not 32 bytes")
         self.want(len(solid.triangles) == 3 * len(solid.crack), "one tag a triangle")
-        self.want(len(solid.damage_time) == sum(solid.crack), "one time a crack triangle")
+        interior = len(solid.interior_vertex)
+        self.want(len(solid.corner) == 3 * sum(solid.crack), "three corners a crack triangle")
+        self.want(not solid.corner or max(solid.corner) < interior, "a corner without a vertex")
+        columns = (solid.damage_time, solid.front_speed, solid.parent, solid.material)
+        self.want(all(len(c) == interior for c in columns), "one value an interior vertex")
+        self.want(len(solid.uv) == 2 * interior, "two coordinates an interior vertex")
+        self.want(all(solid.material), "an interior vertex without a material")
         self.want(max(solid.triangles) < len(solid.vertices) // 3, "a triangle without a corner")
+
+    def on_cracks(self, cracks):
+        count = len(cracks.vertices) // 3
+        self.want(cracks.body in self.alive, f"cracks of body {cracks.body}, which is not there")
+        self.want(len(cracks.vertices) == 3 * count, "a crack with a part of a vertex")
+        self.want(len(cracks.triangles) % 3 == 0, "a crack with a part of a triangle")
+        self.want(max(cracks.triangles) < count, "a crack triangle without a corner")
+        columns = (cracks.damage_time, cracks.front_speed)
+        self.want(all(len(c) == count for c in columns), "one value a vertex of a crack")
 
     def on_body(self, body):
         self.want(body.geometry in self.solids, f"body {body.id} comes before its geometry")

@@ -84,17 +84,23 @@ message! {
         "3" [uint32, repeated] triangles: Vec<u32>,
         /// One byte a triangle: 0 the surface the object was made with, 1 a crack face.
         "4" [bytes = "vec"] crack: Vec<u8>,
-        /// For each crack triangle in order: time from the impact to full damage \[s\].
-        "5" [float, repeated] damage_time: Vec<f32>,
-        /// For each crack triangle: speed of the crack front, 1/|∇τ| \[m/s\]; 0 where not known.
-        "6" [float, repeated] front_speed: Vec<f32>,
-        /// For each crack triangle: the body that broke there plus one, that is `Body.id` + 1; 0
+        /// For each crack triangle in order: the interior vertices at its three corners. An interior
+        /// vertex is a vertex as crack faces see it: there are several of it where charts meet.
+        "10" [uint32, repeated] corner: Vec<u32>,
+        /// Of each interior vertex: the vertex that it lies at.
+        "11" [uint32, repeated] interior_vertex: Vec<u32>,
+        /// Of each interior vertex: its two texture coordinates \[m\].
+        "12" [float, repeated] uv: Vec<f32>,
+        /// Of each interior vertex: time from the impact to full damage \[s\].
+        "13" [float, repeated] damage_time: Vec<f32>,
+        /// Of each interior vertex: speed of the crack front, 1/|∇τ| \[m/s\]; 0 where not known.
+        "14" [float, repeated] front_speed: Vec<f32>,
+        /// Of each interior vertex: the body that broke there plus one, that is `Body.id` + 1; 0
         /// where not known.
-        "7" [uint32, repeated] parent: Vec<u32>,
-        /// For each crack triangle: its chart, for texture coordinates.
-        "8" [uint32, repeated] chart: Vec<u32>,
-        /// Six numbers a chart, its unit axes U and V: a corner p has u = p·U, v = p·V \[m\].
-        "9" [double, repeated] chart_axes: Vec<f64>,
+        "15" [uint32, repeated] parent: Vec<u32>,
+        /// Of each interior vertex: the material inside, as its place among the keys of the metadata
+        /// record `materials` in order, from 1 on; 0 where not known.
+        "16" [uint32, repeated] material: Vec<u32>,
     }
 }
 
@@ -167,6 +173,27 @@ message! {
         "7" [double, repeated] sizes: Vec<f64>,
         /// Of new ones only: the body that each broke from.
         "8" [uint64, repeated] parents: Vec<u64>,
+    }
+}
+
+message! {
+    /// Cracks that end inside a body, as an open surface: with its birth, or after a job that left
+    /// it whole; several messages of one body add up.
+    Cracks {
+        /// The body.
+        "1" [uint64] body: u64,
+        /// Steps taken.
+        "2" [uint64] step: u64,
+        /// Simulated time \[s\].
+        "3" [double] time: f64,
+        /// x, y, z of each vertex in the body's frame \[m\].
+        "4" [double, repeated] vertices: Vec<f64>,
+        /// Three vertex indices a triangle; which side is seen means nothing.
+        "5" [uint32, repeated] triangles: Vec<u32>,
+        /// Of each vertex: time from the impact to full damage \[s\].
+        "6" [float, repeated] damage_time: Vec<f32>,
+        /// Of each vertex: speed of the crack front \[m/s\]; 0 where not known.
+        "7" [float, repeated] front_speed: Vec<f32>,
     }
 }
 
@@ -344,6 +371,7 @@ pub fn schema_bytes() -> Vec<u8> {
         Body::descriptor(),
         BodyPoses::descriptor(),
         Grains::descriptor(),
+        Cracks::descriptor(),
         Hit::descriptor(),
         JobReport::descriptor(),
         PoolReport::descriptor(),

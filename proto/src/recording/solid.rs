@@ -1,8 +1,10 @@
 //! Solids in and out of recordings, to the last bit, and the digest that names them.
 
-use super::Geometry;
+use super::{Cracks, Geometry};
 use cullet_geometry::charts::charts;
-use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
+use cullet_geometry::mesh::MeshError;
+use cullet_geometry::{Sheet, Solid, Surface, TriMesh, Vec3};
+use std::collections::BTreeMap;
 
 /// Why a recorded geometry is not a solid.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -32,7 +34,7 @@ pub enum GeometryError {
     Digest,
 }
 
-/// BLAKE3 over counts, coordinate bits, indices, tags and damage times, little-endian.
+/// BLAKE3 over counts, coordinate bits, indices and what each face is, little-endian.
 #[must_use]
 pub fn geometry_hash(solid: &Solid) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
@@ -52,8 +54,9 @@ pub fn geometry_hash(solid: &Solid) -> [u8; 32] {
             Surface::Outer => bytes.push(0),
             Surface::Crack { damage_time, front_speed, parent } => {
                 bytes.push(1);
-                bytes.extend(damage_time.to_bits().to_le_bytes());
-                bytes.extend(front_speed.to_bits().to_le_bytes());
+                for mark in damage_time.iter().chain(front_speed) {
+                    bytes.extend(mark.to_bits().to_le_bytes());
+                }
                 bytes.extend(parent.to_le_bytes());
             }
         }
@@ -64,33 +67,51 @@ pub fn geometry_hash(solid: &Solid) -> [u8; 32] {
 
 impl From<&Solid> for Geometry {
     fn from(solid: &Solid) -> Self {
-        let mut crack = Vec::with_capacity(solid.surface.len());
-        let (mut times, mut speeds, mut parents) = (Vec::new(), Vec::new(), Vec::new());
-        for surface in &solid.surface {
-            match surface {
-                Surface::Outer => crack.push(0),
-                Surface::Crack { damage_time, front_speed, parent } => {
-                    crack.push(1);
-                    times.push(*damage_time);
-                    speeds.push(*front_speed);
-                    parents.push(*parent);
-                }
-            }
-        }
-        let (chart, charts) = charts(solid);
-        let axes = charts.iter().flat_map(|chart| [chart.u, chart.v]);
-        let chart_axes = axes.flat_map(|axis| [axis.x, axis.y, axis.z]).collect();
-        Self {
+        Self::with_materials(solid, |_| 0)
+    }
+}
+
+/// What tells interior vertices apart: vertex, chart, bits of time and speed. A chart has one
+/// parent.
+type Interior = (u32, u32, u32, u32);
+
+impl Geometry {
+    /// The columns of a solid. `material`: the number of the material that a `parent` was of.
+    #[must_use]
+    pub fn with_materials(solid: &Solid, material: impl Fn(u32) -> u32) -> Self {
+        let crack = solid.surface.iter().map(|surface| u8::from(surface.is_crack()));
+        let mut geometry = Self {
             hash: geometry_hash(solid).to_vec(),
             vertices: solid.mesh.vertices.iter().flat_map(|v| [v.x, v.y, v.z]).collect(),
             triangles: solid.mesh.triangles.iter().flatten().copied().collect(),
-            crack,
-            damage_time: times,
-            front_speed: speeds,
-            parent: parents,
-            chart,
-            chart_axes,
+            crack: crack.collect(),
+            ..Self::default()
+        };
+        let (chart, charts) = charts(solid);
+        let faces = solid.mesh.triangles.iter().zip(&solid.surface);
+        let cracks = faces.filter(|(_, surface)| surface.is_crack());
+        let mut known: BTreeMap<Interior, u32> = BTreeMap::new();
+        for ((corners, surface), &chart) in cracks.zip(&chart) {
+            let Surface::Crack { damage_time, front_speed, parent } = *surface else { continue };
+            for ((&vertex, time), speed) in corners.iter().zip(damage_time).zip(front_speed) {
+                let next = geometry.interior_vertex.len() as u32;
+                let key = (vertex, chart, time.to_bits(), speed.to_bits());
+                let name = *known.entry(key).or_insert(next);
+                geometry.corner.push(name);
+                if name < next {
+                    continue;
+                }
+                let place = solid.mesh.vertices[vertex as usize];
+                let axes = &charts[chart as usize];
+                geometry.uv.extend([axes.u, axes.v].map(|axis| axis.dot(&place) as f32));
+                geometry.interior_vertex.push(vertex);
+                geometry.damage_time.push(time);
+                geometry.front_speed.push(speed);
+                geometry.parent.push(parent);
+                geometry.material.push(material(parent));
+            }
         }
+        geometry
     }
 }
 
@@ -112,28 +133,79 @@ fn columns(geometry: &Geometry) -> Result<Solid, GeometryError> {
     length("triangles", geometry.triangles.len(), 3 * triangles.len())?;
     length("crack", geometry.crack.len(), triangles.len())?;
     let cracks = geometry.crack.iter().filter(|&&c| c != 0).count();
-    length("damage_time", geometry.damage_time.len(), cracks)?;
-    length("front_speed", geometry.front_speed.len(), cracks)?;
-    length("parent", geometry.parent.len(), cracks)?;
+    let interior = geometry.interior_vertex.len();
+    length("corner", geometry.corner.len(), 3 * cracks)?;
+    length("uv", geometry.uv.len(), 2 * interior)?;
+    length("damage_time", geometry.damage_time.len(), interior)?;
+    length("front_speed", geometry.front_speed.len(), interior)?;
+    length("parent", geometry.parent.len(), interior)?;
+    length("material", geometry.material.len(), interior)?;
     for (triangle, corners) in triangles.iter().enumerate() {
         if let Some(&vertex) = corners.iter().find(|&&i| i as usize >= vertices.len()) {
             return Err(GeometryError::Index { triangle, vertex, vertices: vertices.len() });
         }
     }
-    let mut crack = 0;
-    let surface = geometry.crack.iter().map(|&kind| {
-        if kind == 0 {
-            return Surface::Outer;
-        }
-        crack += 1;
-        Surface::Crack {
-            damage_time: geometry.damage_time[crack - 1],
-            front_speed: geometry.front_speed[crack - 1],
-            parent: geometry.parent[crack - 1],
-        }
-    });
-    let surface = surface.collect();
+    let mut own = geometry.corner.as_chunks::<3>().0.iter();
+    let mut surface = Vec::with_capacity(triangles.len());
+    for (triangle, corners) in triangles.iter().enumerate() {
+        let interior = if geometry.crack[triangle] == 0 { None } else { own.next() };
+        surface.push(match interior {
+            None => Surface::Outer,
+            Some(interior) => face(geometry, triangle, corners, interior)?,
+        });
+    }
     Ok(Solid { mesh: TriMesh { vertices, triangles }, surface })
+}
+
+impl Cracks {
+    /// The columns of a sheet of a body.
+    #[must_use]
+    pub fn of(body: u64, step: u64, time: f64, sheet: &Sheet) -> Self {
+        Self {
+            body,
+            step,
+            time,
+            vertices: sheet.mesh.vertices.iter().flat_map(|v| [v.x, v.y, v.z]).collect(),
+            triangles: sheet.mesh.triangles.iter().flatten().copied().collect(),
+            damage_time: sheet.damage_time.clone(),
+            front_speed: sheet.front_speed.clone(),
+        }
+    }
+}
+
+impl TryFrom<&Cracks> for Sheet {
+    type Error = MeshError;
+
+    fn try_from(cracks: &Cracks) -> Result<Self, MeshError> {
+        let vertices = cracks.vertices.as_chunks::<3>().0;
+        let mesh = TriMesh {
+            vertices: vertices.iter().map(|&[x, y, z]| Vec3::new(x, y, z)).collect(),
+            triangles: cracks.triangles.as_chunks::<3>().0.to_vec(),
+        };
+        let (damage_time, front_speed) = (cracks.damage_time.clone(), cracks.front_speed.clone());
+        let sheet = Self { mesh, damage_time, front_speed };
+        sheet.validate().map(|()| sheet)
+    }
+}
+
+/// The crack face with these corners, from its interior vertices.
+fn face(
+    geometry: &Geometry,
+    triangle: usize,
+    corners: &[u32; 3],
+    interior: &[u32; 3],
+) -> Result<Surface, GeometryError> {
+    let vertices = geometry.interior_vertex.len();
+    for (&name, corner) in interior.iter().zip(corners) {
+        let at = geometry.interior_vertex.get(name as usize);
+        if at != Some(corner) {
+            return Err(GeometryError::Index { triangle, vertex: name, vertices });
+        }
+    }
+    let [a, b, c] = interior.map(|name| name as usize);
+    let of = |column: &[f32]| [column[a], column[b], column[c]];
+    let (damage_time, front_speed) = (of(&geometry.damage_time), of(&geometry.front_speed));
+    Ok(Surface::Crack { damage_time, front_speed, parent: geometry.parent[a] })
 }
 
 fn length(column: &'static str, length: usize, wanted: usize) -> Result<(), GeometryError> {
@@ -156,7 +228,8 @@ mod tests {
         ];
         let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
         let mut solid = Solid::outer(TriMesh { vertices, triangles });
-        solid.surface[1] = Surface::Crack { damage_time: 1.5e-5, front_speed: 900.0, parent: 4 };
+        let (damage_time, front_speed) = ([1.5e-5, 1.6e-5, 1.7e-5], [900.0, 0.0, 800.0]);
+        solid.surface[1] = Surface::Crack { damage_time, front_speed, parent: 4 };
         solid.surface[3] = Surface::crack(0.0);
         solid
     }
@@ -176,6 +249,62 @@ mod tests {
     }
 
     #[test]
+    fn a_sheet_survives_and_a_damaged_one_is_refused() {
+        let mesh = TriMesh {
+            vertices: vec![Vec3::zeros(), Vec3::x(), Vec3::y()],
+            triangles: vec![[0, 1, 2]],
+        };
+        let sheet = Sheet { mesh, damage_time: vec![1e-5; 3], front_speed: vec![0.0, 9.0, 8.0] };
+        let cracks = Cracks::of(3, 4, 0.5, &sheet);
+        let read = Cracks::from_bytes(&cracks.to_bytes()).expect("decodes");
+        assert_eq!(Sheet::try_from(&read), Ok(sheet));
+        let mut short = read.clone();
+        short.damage_time.pop();
+        let refused = Err(MeshError::Marks { marks: 2, vertices: 3 });
+        assert_eq!(Sheet::try_from(&short), refused);
+        let mut wild = read;
+        wild.triangles[1] = 7;
+        assert!(Sheet::try_from(&wild).is_err());
+    }
+
+    #[test]
+    fn interior_vertices_are_doubled_only_where_they_differ() {
+        // A cube cracked on two sides that meet at a right angle: two charts, one edge in common.
+        let size = Vec3::new(1.0, 2.0, 3.0);
+        let mesh = cullet_geometry::shapes::cuboid(size, Default::default()).expect("a box");
+        let mut solid = Solid::outer(mesh);
+        let height = |p: Vec3| (p.z + 1.5) as f32;
+        for t in 0..solid.mesh.triangles.len() {
+            let [a, b, c] = solid.mesh.corners(t);
+            let normal = (b - a).cross(&(c - a)).normalize();
+            if normal.z > 0.5 || normal.x > 0.5 {
+                let damage_time = [a, b, c].map(height);
+                let parent = 8;
+                solid.surface[t] = Surface::Crack { damage_time, front_speed: [0.0; 3], parent };
+            }
+        }
+        let geometry = Geometry::with_materials(&solid, |parent| 10 * parent);
+        assert_eq!((geometry.corner.len(), geometry.interior_vertex.len()), (12, 8));
+        assert_eq!((&geometry.parent[..], &geometry.material[..]), (&[8; 8][..], &[80; 8][..]));
+        for (interior, &vertex) in geometry.interior_vertex.iter().enumerate() {
+            let place = solid.mesh.vertices[vertex as usize];
+            assert_eq!(geometry.damage_time[interior], height(place));
+        }
+        // Texture coordinates measure in metres along every edge of a flat chart.
+        for corners in geometry.corner.as_chunks::<3>().0 {
+            for (p, q) in [(0, 1), (1, 2), (2, 0)].map(|(p, q)| (corners[p], corners[q])) {
+                let place =
+                    |i: u32| solid.mesh.vertices[geometry.interior_vertex[i as usize] as usize];
+                let uv = |i: u32| geometry.uv.as_chunks::<2>().0[i as usize];
+                let ([a, b], [c, d]) = (uv(p), uv(q));
+                let flat = f64::from((a - c).hypot(b - d));
+                assert!((flat - (place(p) - place(q)).norm()).abs() < 1e-6);
+            }
+        }
+        assert_eq!(Solid::try_from(&geometry), Ok(solid));
+    }
+
+    #[test]
     fn the_digest_sees_every_part_of_the_content() {
         let base = geometry_hash(&tetrahedron());
         let mut moved = tetrahedron();
@@ -185,7 +314,9 @@ mod tests {
         let mut tagged = tetrahedron();
         tagged.surface[0] = Surface::crack(0.0);
         let mut later = tetrahedron();
-        later.surface[1] = Surface::crack(1.6e-5);
+        if let Surface::Crack { damage_time, .. } = &mut later.surface[1] {
+            damage_time[2] *= 2.0;
+        }
         for (what, other) in
             [("vertex", moved), ("triangle", turned), ("tag", tagged), ("time", later)]
         {

@@ -50,6 +50,7 @@ fn extract_from_150k_particles(bencher: divan::Bencher<'_, '_>) {
         time_step: 1e-9,
         top_speed: 3000.0,
         scale: Vec3::repeat(1.0),
+        normals: None,
         pieces: None,
     };
     let settings =

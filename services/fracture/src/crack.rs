@@ -11,6 +11,7 @@
 
 mod front;
 mod net;
+mod partial;
 mod smooth;
 mod walk;
 
@@ -28,7 +29,10 @@ const BROKEN: f64 = 0.9;
 const DAMAGED: f64 = 0.4;
 /// Share of its particles, by weight, that gives a node their piece.
 const HALF: f64 = 0.5;
-/// Most lattice nodes; beyond, memory (about 30 bytes each) would exceed a worker's share.
+/// Share of its particles in no piece up to which a node takes the piece that holds most of them,
+/// be that half or not: three small pieces may meet there, but no crack's band.
+const FEW: f64 = 0.1;
+/// Most lattice nodes; beyond, memory (about 40 bytes each) would exceed a worker's share.
 const MAX_NODES: f64 = 5e7;
 /// The lattice reaches this many nodes beyond the body on every side.
 const MARGIN: f64 = 2.0;
@@ -139,6 +143,8 @@ pub(crate) struct Nodes {
     /// Bit 3: inside the body. Bits 0, 1, 2: so is the middle of the edge to the next node along
     /// x, y, z.
     inside: Vec<u8>,
+    /// Weight of the particles around.
+    weight: Vec<f64>,
     /// Share of broken weight, where there is any weight.
     broken: Vec<f64>,
     /// When the nearest damage was complete \[s\].
@@ -192,7 +198,8 @@ impl Nodes {
     }
 
     /// Gives each node inside the body the piece that holds most of its particles by weight, where
-    /// that is at least half of them; labels are numbered by their first nodes.
+    /// that is at least half of them or nearly all are in some piece; labels are numbered by their
+    /// first nodes.
     fn take_labels(&mut self, positions: &[Vec3], pieces: &[Option<u32>]) {
         let mut shares: Vec<Vec<(Option<u32>, f64)>> = vec![Vec::new(); self.lattice.len()];
         for (&p, &piece) in positions.iter().zip(pieces) {
@@ -210,9 +217,11 @@ impl Nodes {
         let mut names = std::collections::BTreeMap::new();
         for (i, shares) in shares.iter().enumerate().filter(|&(i, _)| self.inside[i] & NODE != 0) {
             let all: f64 = shares.iter().map(|entry| entry.1).sum();
-            let most = shares.iter().filter(|entry| entry.0.is_some());
-            let most = most.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-            if let Some(&(piece, _)) = most.filter(|entry| entry.1 >= HALF * all) {
+            let pieces = shares.iter().filter(|entry| entry.0.is_some());
+            let free = all - pieces.clone().map(|entry| entry.1).sum::<f64>();
+            let least = if free <= FEW * all { 0.0 } else { HALF * all };
+            let most = pieces.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+            if let Some(&(piece, _)) = most.filter(|entry| entry.1 >= least) {
                 let next = names.len() as u32;
                 self.label[i] = *names.entry(piece).or_insert(next);
             }
@@ -255,6 +264,7 @@ impl Nodes {
         Self {
             lattice,
             inside: Vec::new(),
+            weight,
             broken,
             near: Vec::new(),
             heart,
@@ -347,7 +357,8 @@ fn weights(at: Vec3) -> ([usize; 3], [[f64; 3]; 3]) {
 
 fn check(field: &DamageField<'_>) -> Result<(), CutError> {
     let n = field.positions.len();
-    let uneven = field.pieces.is_some_and(|pieces| pieces.len() != n);
+    let uneven = field.pieces.is_some_and(|pieces| pieces.len() != n)
+        || field.normals.is_some_and(|normals| normals.len() != n);
     if n == 0 || uneven || field.damage.len() != n || field.damage_time.len() != n {
         let counts = [n, field.damage.len(), field.damage_time.len()];
         return Err(CutError::Lengths { counts });
@@ -356,6 +367,9 @@ fn check(field: &DamageField<'_>) -> Result<(), CutError> {
         return Err(CutError::NotFinite { what: "spacing", index: 0 });
     }
     let bad = |p: &Vec3| !p.iter().all(|x| x.is_finite());
+    if let Some(index) = field.normals.and_then(|normals| normals.iter().position(bad)) {
+        return Err(CutError::NotFinite { what: "normal", index });
+    }
     if let Some(index) = field.positions.iter().position(bad) {
         return Err(CutError::NotFinite { what: "position", index });
     }

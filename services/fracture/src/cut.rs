@@ -8,6 +8,8 @@
 //! volumes of the parts sum to the body's within [`VOLUME_TOLERANCE`], or there is an error.
 
 mod cutting;
+mod partial;
+pub mod slit;
 mod stretched;
 #[cfg(test)]
 mod tests;
@@ -23,7 +25,7 @@ use crate::region::relief::Terms;
 use cullet_geometry::boolean::{BooleanError, Exact, MAX_TAG};
 use cullet_geometry::math::{scramble, unit};
 use cullet_geometry::voronoi::{Cells, VoronoiError};
-use cullet_geometry::{Solid, Surface, Vec3};
+use cullet_geometry::{Sheet, Solid, Surface, Vec3};
 use std::sync::Arc;
 
 /// The parts' volumes sum to the body's within this share of it.
@@ -37,6 +39,9 @@ const FEWEST_PARTICLES: f64 = 8.0;
 const SHAKE: f64 = 1e-3;
 /// The tag of a face that was there before any crack.
 const OUTER: u32 = MAX_TAG;
+/// Tags that the boolean kernel carries from a face to what is cut from it: below, a triangle of
+/// the body; from here on, a facet of what cuts it.
+const FACET: u32 = 1 << 30;
 /// The box of [`by_sites`] reaches this share of the body's diagonal beyond it.
 const BOX_MARGIN: f64 = 0.0317;
 
@@ -57,6 +62,9 @@ pub struct DamageField<'a> {
     pub top_speed: f64,
     /// True length of a unit of this frame along each axis: 1, unless the frame is stretched.
     pub scale: Vec3,
+    /// Unit normal of the crack at each broken particle, zero where it is not known; without it,
+    /// cracks that end inside a part are not looked for.
+    pub normals: Option<&'a [Vec3]>,
     /// The piece that each particle belongs to, `None` in the band of a crack; without it, pieces
     /// are what the damage leaves connected on the lattice.
     pub pieces: Option<&'a [Option<u32>]>,
@@ -84,6 +92,17 @@ pub struct Part {
     pub hulls: Vec<Vec<Vec3>>,
     /// Its volume \[m³\].
     pub volume: f64,
+    /// Cracks that end inside it.
+    pub cracks: Vec<OpenCrack>,
+}
+
+/// A crack that ends inside a part, without junctions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OpenCrack {
+    /// What of it lies inside the part \[m\].
+    pub inside: Sheet,
+    /// The same before it was clipped: it reaches out of the part where it meets its surface.
+    pub beyond: Sheet,
 }
 
 /// A body taken apart.
@@ -174,10 +193,14 @@ pub fn extract(
 ) -> Result<Partition, CutError> {
     let body = Body::new(solid, settings)?;
     let mut nodes = Nodes::new(&solid.mesh, field)?;
+    let (scale, top_speed) = (field.scale, field.top_speed);
     if nodes.labels() <= 1 {
         let mut whole = body.untouched(field.positions.len());
         if nodes.is_crushed() {
             whole.warnings.push("every lattice node is damaged: left whole".to_owned());
+        } else {
+            let ground = Ground { nodes: Arc::new(nodes), scale, top_speed };
+            partial::attach(&mut whole.parts, field, &ground, &[vec![0]]);
         }
         return Ok(whole);
     }
@@ -192,15 +215,17 @@ pub fn extract(
         seed: scramble(settings.seed),
     };
     let nodes = Arc::new(nodes);
+    let ground = Ground { nodes, scale, top_speed };
     attempts(|attempt| {
-        let mosaic = nodes.mosaic(attempt, &terms);
-        let labels = (0..nodes.labels()).collect();
-        let most = settings.max_fragments;
-        let mut cutting = Cutting::assemble(body.clone(), mosaic, labels, floor, most)?;
-        let (scale, top_speed) = (field.scale, field.top_speed);
-        cutting.ground = Some(Ground { nodes: nodes.clone(), scale, top_speed });
+        let mosaic = ground.nodes.mosaic(attempt, &terms);
+        let labels = (0..ground.nodes.labels()).collect();
+        let bounds = (floor, settings.max_fragments);
+        let rough = Some(ground.clone());
+        let mut cutting = Cutting::assemble(body.clone(), mosaic, labels, bounds, rough)?;
+        cutting.warnings.extend(unrelieved(settings, attempt));
         let mut partition = cutting.run()?;
         partition.particle_part = cutting.locate(field.positions, &partition.parts);
+        partial::attach(&mut partition.parts, field, &ground, &cutting.part_labels);
         Ok(partition)
     })
 }
@@ -219,6 +244,14 @@ pub fn by_sites(
     settings: &CutSettings,
 ) -> Result<Partition, CutError> {
     attempts(|attempt| Cutting::begin(solid, sites, labels, times, settings, attempt)?.run())
+}
+
+/// What is said of a cut that was wanted with relief and came out without, at a later attempt.
+fn unrelieved(settings: &CutSettings, attempt: u64) -> Option<String> {
+    let lost = attempt > 0 && !settings.detail.is_none();
+    lost.then(|| {
+        format!("crack faces have no relief: only attempt {} at the cut closed", attempt + 1)
+    })
 }
 
 /// Tries again with another jitter where that may help.
@@ -262,14 +295,18 @@ impl Body {
         Ok(Self { solid: solid.clone(), exact, volume, area, low, high })
     }
 
-    /// What a face with this tag was before the cut.
-    fn surface_of(&self, tag: u32) -> Surface {
-        self.solid.surface.get(tag as usize).copied().unwrap_or(Surface::Outer)
+    /// What a face with this tag and these corners was before the cut.
+    fn surface_of(&self, tag: u32, corners: [Vec3; 3]) -> Surface {
+        let Some(old) = self.solid.surface.get(tag as usize) else {
+            return Surface::Outer;
+        };
+        old.within(self.solid.mesh.corners(tag as usize), corners)
     }
 
     fn untouched(self, particles: usize) -> Partition {
         let hulls = cutting::hulls(&self.solid);
-        let part = Part { solid: self.solid, hulls, volume: self.volume };
+        let (solid, volume) = (self.solid, self.volume);
+        let part = Part { solid, hulls, volume, cracks: Vec::new() };
         Partition { parts: vec![part], particle_part: vec![0; particles], ..Default::default() }
     }
 }

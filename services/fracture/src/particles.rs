@@ -95,6 +95,21 @@ impl Particles {
         pick(&mut self.gone, order);
     }
 
+    /// Takes the points at `olds` to `news`, which are the same places in another order.
+    pub(crate) fn shift(&mut self, olds: &[u32], news: &[u32]) {
+        carry(&mut self.id, olds, news);
+        carry(&mut self.volume, olds, news);
+        carry(&mut self.reference, olds, news);
+        carry(&mut self.damage, olds, news);
+        carry(&mut self.damage_time, olds, news);
+        carry(&mut self.onset_rate, olds, news);
+        carry(&mut self.normal, olds, news);
+        carry(&mut self.strength, olds, news);
+        carry(&mut self.front_time, olds, news);
+        carry(&mut self.shielded, olds, news);
+        carry(&mut self.gone, olds, news);
+    }
+
     /// Cuts the arrays at `starts` (first point of each piece, then the number of points).
     pub(crate) fn views(&mut self, starts: &[u32]) -> Vec<View<'_>> {
         let mut damage = self.damage.as_mut_slice();
@@ -133,6 +148,11 @@ impl Particles {
 
 fn pick<T: Copy>(array: &mut Vec<T>, order: &[u32]) {
     *array = order.iter().map(|&old| array[old as usize]).collect();
+}
+
+fn carry<T: Copy>(array: &mut [T], olds: &[u32], news: &[u32]) {
+    let carried: Vec<T> = olds.iter().map(|&old| array[old as usize]).collect();
+    news.iter().zip(carried).for_each(|(&new, value)| array[new as usize] = value);
 }
 
 fn take<'a, T>(rest: &mut &'a mut [T], n: usize) -> &'a mut [T] {

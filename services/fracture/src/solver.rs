@@ -4,7 +4,7 @@ use crate::debris::Grain;
 use crate::detail::Detail;
 use crate::material::Material;
 use crate::strength::StrengthField;
-use cullet_geometry::{Solid, Vec3};
+use cullet_geometry::{Sheet, Solid, Vec3};
 use std::sync::Arc;
 
 /// One hit, in the body's own frame (origin at the centre of mass).
@@ -24,6 +24,8 @@ pub struct Impact {
     pub energy: f64,
     /// How fast the surfaces closed before they touched \[m/s\].
     pub closing_speed: f64,
+    /// Pressure in the middle of the contact at which it crushes, body or striker \[Pa\].
+    pub crushing_pressure: f64,
 }
 
 /// Where a body rests on something that does not move: a disc that holds the surface under it
@@ -57,6 +59,9 @@ pub struct Settings {
     pub debris: f64,
     /// Size of a grain of it, half the mass being in larger ones \[m\]; `None`: half the spacing.
     pub grain: Option<f64>,
+    /// Width of the slits that are cut along cracks which end inside a fragment \[m\], at most
+    /// [`crate::cut::slit::WIDEST`] of the spacing; `None` cuts none.
+    pub hairline: Option<f64>,
 }
 
 impl Default for Settings {
@@ -70,6 +75,7 @@ impl Default for Settings {
             detail: Detail::default(),
             debris: 5e-4,
             grain: None,
+            hairline: None,
         }
     }
 }
@@ -87,6 +93,8 @@ pub struct Problem {
     pub impacts: Vec<Impact>,
     /// What it rests on.
     pub supports: Vec<Support>,
+    /// Angular velocity before the hits \[rad/s\]: zero where its stress does not matter.
+    pub spin: Vec3,
     /// How it may be solved.
     pub settings: Settings,
     /// The only source of randomness.
@@ -105,6 +113,8 @@ pub struct Fragment {
     pub velocity: Vec3,
     /// Angular velocity that the hit gave it, likewise \[rad/s\].
     pub spin: Vec3,
+    /// Cracks that end inside it; empty where there are none, or the method knows none.
+    pub sheet: Sheet,
 }
 
 /// What a solve cost and what it found out about itself.

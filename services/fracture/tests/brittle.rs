@@ -29,6 +29,7 @@ fn block(size: Vec3, material: Material, impacts: Vec<Impact>) -> Problem {
         strength: StrengthField { seed: 7, ..StrengthField::default() },
         impacts,
         supports: Vec::new(),
+        spin: Vec3::zeros(),
         settings: Settings { max_particles: 4000, ..Settings::default() },
         seed: 7,
     }
@@ -37,7 +38,8 @@ fn block(size: Vec3, material: Material, impacts: Vec<Impact>) -> Problem {
 fn hit(point: Vec3, normal: Vec3, impulse: f64) -> Impact {
     // A striker that keeps no speed: I = m* v, E = ½ m* v².
     let (closing_speed, energy) = (20.0, 10.0 * impulse);
-    Impact { point, normal, impulse, duration: 1.2e-4, radius: 6e-3, energy, closing_speed }
+    let (duration, radius, crushing_pressure) = (1.2e-4, 6e-3, 1e12);
+    Impact { point, normal, impulse, duration, radius, energy, closing_speed, crushing_pressure }
 }
 
 fn side_hit(impulse: f64) -> Impact {
@@ -136,6 +138,7 @@ fn torn_points_make_no_energy() {
         radius: 0.00735,
         energy: 47.2,
         closing_speed: 8.0,
+        crushing_pressure: 1e12,
     };
     let mut problem = block(Vec3::repeat(0.14), PLASTER, vec![impact]);
     problem.settings.max_particles = 16_000;
@@ -250,6 +253,7 @@ fn blow(mass: f64, target: f64, speed: f64, duration: f64) -> Impact {
         impulse: 2.0 * reduced * speed,
         energy: 0.5 * reduced * speed * speed,
         closing_speed: speed,
+        crushing_pressure: 1e12,
         duration,
         ..hit(Vec3::new(-0.1, 0.0, 0.0), Vec3::x(), 1.0)
     }
@@ -349,4 +353,32 @@ fn a_push_shortened_in_time_gives_its_share() {
         domain.advance();
     }
     assert!((load.delivered / load.impulse - 1.0).abs() < 0.05, "{}", load.delivered);
+}
+
+/// F12: a bar that spins as fast as it can bear breaks across its middle where a tap starts it; at
+/// rest the tap does nothing.
+#[test]
+fn spin_pulls_a_bar_apart_in_the_middle() {
+    let tap = hit(Vec3::new(0.0, 0.04, 0.0), -Vec3::y(), 0.02);
+    let gypsum = Material { fracture_energy: 200.0, ..PLASTER };
+    let mut problem = block(Vec3::new(0.4, 0.08, 0.08), gypsum, vec![tap]);
+    assert_eq!(solve(&problem).fragments.len(), 1);
+    // σ = ½ρω²L² in the middle, L = 0.2 m.
+    let stress = 1.1 * PLASTER.failure_stress;
+    problem.spin = Vec3::z() * (2.0 * stress / (PLASTER.density * 0.04)).sqrt();
+    let fracture = solve(&problem);
+    let whole: f64 = fracture.fragments.iter().map(|f| f.solid.mesh.signed_volume()).sum();
+    let large: Vec<f64> = fracture
+        .fragments
+        .iter()
+        .filter(|f| f.solid.mesh.signed_volume() > 0.1 * whole)
+        .map(|f| f.velocity.x * f.solid.mesh.mass_properties().centroid.x.signum())
+        .collect();
+    assert_eq!(large.len(), 2, "{:?}", fracture.report);
+    assert!(large.iter().all(|&outward| outward > 0.0), "{large:?}");
+    let error = (momentum(&fracture, PLASTER.density) + Vec3::y() * 0.02).norm() / 0.02;
+    assert!(error < 1e-6, "momentum {error}");
+    problem.spin *= 100.0;
+    let refusal = Brittle::accepts(&problem).expect_err("too fast");
+    assert!(refusal.to_string().contains("rim speed"), "{refusal}");
 }

@@ -1,8 +1,8 @@
 //! Exact boolean operations on closed bodies: the one file that names the boolean kernel.
 //!
 //! The kernel works to 1e-12 of a body's size and keeps, for each face it makes, the face it was
-//! cut from. That is where a face's [`Surface`] travels: its bits *are* the kernel's face id, so no
-//! table has to follow, however many cuts come after. The kernel answers bad input with silence (an
+//! cut from. That is where a face's tag travels, or the bits of its damage time *as* the kernel's
+//! face id, so no table has to follow, however many cuts come after. The kernel answers bad input with silence (an
 //! open mesh becomes an empty one), so every import and every operation here is followed by a
 //! question about its status.
 
@@ -75,8 +75,8 @@ pub enum BooleanError {
     },
 }
 
-/// A solid that the exact boolean kernel has accepted. Keeps each face's [`Surface`] through every
-/// operation.
+/// A solid that the exact boolean kernel has accepted. Keeps each face's tag, or whether it is a
+/// crack and when it opened, through every operation.
 #[derive(Clone)]
 pub struct Exact(Manifold);
 
@@ -87,7 +87,8 @@ impl std::fmt::Debug for Exact {
 }
 
 impl Exact {
-    /// Hands a closed, outward-oriented solid to the kernel. Edges with four or more triangles are
+    /// Hands a closed, outward-oriented solid to the kernel, of a crack face only the damage time at
+    /// its first corner: for more, see [`Exact::tagged`]. Edges with four or more triangles are
     /// taken apart, as long as they are used as often one way as the other.
     ///
     /// # Errors
@@ -416,7 +417,7 @@ fn from_kernel(p: KernelVec) -> Vec3 {
 fn id_of(surface: Surface) -> u32 {
     match surface {
         Surface::Outer => OUTER_ID,
-        Surface::Crack { damage_time, .. } => damage_time.abs().to_bits(),
+        Surface::Crack { damage_time, .. } => damage_time[0].abs().to_bits(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 mod nearest;
 
-pub use nearest::Nearest;
+pub use nearest::{Nearest, closest_on_triangle};
 
 use crate::math::Vec3;
 use crate::mesh::TriMesh;

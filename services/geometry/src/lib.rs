@@ -5,6 +5,7 @@
 
 pub mod boolean;
 pub mod charts;
+pub mod divide;
 pub mod door;
 pub mod hull;
 pub mod inside;
@@ -12,7 +13,10 @@ pub mod math;
 pub mod mesh;
 pub mod sample;
 pub mod shapes;
+pub mod sheet;
+pub mod surface;
 pub mod voronoi;
 
 pub use math::{Mat3, Pose, Quat, Vec3};
 pub use mesh::{MassProperties, Solid, Surface, TriMesh};
+pub use sheet::Sheet;

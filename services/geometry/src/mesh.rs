@@ -1,6 +1,7 @@
 //! Triangle meshes, solids with the origin of each face, and their exact mass properties.
 
 use crate::math::{Mat3, Pose, Vec3};
+pub use crate::surface::Surface;
 
 /// Vertices \[m\] and counter-clockwise triangles (normals point outward).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -9,22 +10,6 @@ pub struct TriMesh {
     pub vertices: Vec<Vec3>,
     /// Three vertex indices each.
     pub triangles: Vec<[u32; 3]>,
-}
-
-/// Where a face of a solid came from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Surface {
-    /// The surface the object was made with.
-    Outer,
-    /// A crack face: interior material, opened `damage_time` \[s\] after the impact that made it.
-    Crack {
-        /// Time from the impact to full damage \[s\]; zero where a method has no time.
-        damage_time: f32,
-        /// How fast the front passed, 1/|∇τ| \[m/s\]; zero where it is not known.
-        front_speed: f32,
-        /// The number of the body that broke here, plus one; zero until it is named.
-        parent: u32,
-    },
 }
 
 /// Volume integrals of a closed mesh at unit density.
@@ -76,6 +61,22 @@ pub enum MeshError {
         surfaces: usize,
         /// Triangles given.
         triangles: usize,
+    },
+    /// A sheet does not have one damage time and one front speed a vertex.
+    #[error("{marks} times or speeds for {vertices} vertices; there must be one a vertex")]
+    Marks {
+        /// Times or speeds given.
+        marks: usize,
+        /// Vertices given.
+        vertices: usize,
+    },
+    /// A damage time or front speed of a sheet is negative, NaN or infinite.
+    #[error("the damage time or front speed of vertex {vertex} is {value}; it must be >= 0")]
+    Mark {
+        /// Which vertex.
+        vertex: usize,
+        /// The time \[s\] or speed \[m/s\].
+        value: f32,
     },
     /// A damage time or front speed is negative, NaN or infinite.
     #[error("the damage time or front speed of triangle {triangle} is {value}; it must be >= 0")]
@@ -352,20 +353,6 @@ pub(crate) fn join(root: &mut [u32], a: u32, b: u32) {
     root[a.max(b) as usize] = a.min(b);
 }
 
-impl Surface {
-    /// A crack face of which no more is known than when it opened \[s\].
-    #[must_use]
-    pub fn crack(damage_time: f32) -> Self {
-        Self::Crack { damage_time, front_speed: 0.0, parent: 0 }
-    }
-
-    /// Whether this is a crack face.
-    #[must_use]
-    pub fn is_crack(&self) -> bool {
-        matches!(self, Self::Crack { .. })
-    }
-}
-
 /// A closed mesh and the origin of each of its triangles (`surface.len() == mesh.triangles.len()`).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Solid {
@@ -397,7 +384,8 @@ impl Solid {
         for (triangle, surface) in self.surface.iter().enumerate() {
             if let Surface::Crack { damage_time, front_speed, .. } = *surface {
                 let bad = |value: &f32| !(value.is_finite() && *value >= 0.0);
-                if let Some(value) = [damage_time, front_speed].into_iter().find(bad) {
+                let mut values = damage_time.into_iter().chain(front_speed);
+                if let Some(value) = values.find(bad) {
                     return Err(MeshError::DamageTime { triangle, value });
                 }
             }

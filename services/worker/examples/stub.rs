@@ -1,6 +1,7 @@
 //! A worker process with a stand-in solver, for tests: what a job costs and gives is written in its
 //! settings, so that no physics is needed to try the pool.
 
+use cullet_geometry::Sheet;
 use cullet_proto::transport::Patience;
 use cullet_proto::{BrokenBody, FractureJob, Fragment, Report, Verdict};
 use cullet_worker::{Watch, WorkerConfig, run_with};
@@ -42,6 +43,7 @@ fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
         hulls: Vec::new(),
         velocity: job.impacts[0].normal * k as f64,
         spin: job.impacts[0].point,
+        sheet: Sheet::default(),
     };
     let fragments = (0..job.seed % 7).map(fragment).collect();
     let report = Report { solver: job.solver.clone(), steps: job.seed, ..Report::default() };

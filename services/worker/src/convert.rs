@@ -19,6 +19,7 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
         radius: i.radius,
         energy: i.energy,
         closing_speed: i.closing_speed,
+        crushing_pressure: i.crushing_pressure,
     };
     let support = |s: &wire::Support| core::Support {
         point: Vec3::from(s.point),
@@ -32,6 +33,7 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
         strength: strength_of(&job.strength),
         impacts: job.impacts.iter().map(impact).collect(),
         supports: job.supports.iter().map(support).collect(),
+        spin: job.spin,
         settings: core::Settings {
             spacing: settings.spacing,
             max_particles: settings.max_particles,
@@ -40,6 +42,7 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
             max_fragments: settings.max_fragments,
             debris: settings.debris,
             grain: settings.grain,
+            hairline: settings.hairline,
             detail: detail_of(settings.detail),
         },
         seed: job.seed,
@@ -114,6 +117,7 @@ pub fn fracture_of(fracture: core::Fracture, refusal: Option<String>) -> wire::B
         hulls: f.hulls,
         velocity: f.velocity,
         spin: f.spin,
+        sheet: f.sheet,
     };
     let grain = |g: core::Grain| wire::Grain {
         position: g.position,

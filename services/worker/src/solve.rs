@@ -206,8 +206,10 @@ mod tests {
                 radius: 1.0,
                 energy: 1.0,
                 closing_speed: 1.0,
+                crushing_pressure: 1e12,
             }],
             supports: Vec::new(),
+            spin: Vec3::zeros(),
             settings: Settings {
                 spacing: None,
                 max_particles: 1,
@@ -217,6 +219,7 @@ mod tests {
                 detail: cullet_proto::Detail::default(),
                 debris: 0.0,
                 grain: None,
+                hairline: None,
             },
             seed: 0,
         }

@@ -3,7 +3,7 @@
 //! Gate 1 asks energy, gate 2 asks stress. Both err on the side of solving: only what cannot crack
 //! is `Rigid`.
 
-use crate::body::Body;
+use crate::body::{Body, BodyId};
 use crate::hertz::DURATION_OVER_APPROACH;
 use crate::impact::Hit;
 use crate::mass::{extents, reach, section};
@@ -117,6 +117,9 @@ pub struct GateBody {
     pub weakest: f64,
 }
 
+/// Share of the strength below which the stress of a spin does not matter \[1\] (F12).
+const STRESSING_SPIN: f64 = 0.05;
+
 /// Places along each axis at which the section is taken, as shares of the extent.
 const STATIONS: [f64; 5] = [0.2, 0.35, 0.5, 0.65, 0.8];
 
@@ -171,6 +174,7 @@ struct Stress {
     contact: f64,
     bending: f64,
     wave: f64,
+    spin: f64,
 }
 
 fn stress(hit: &Hit, material: &Material, body: &GateBody) -> Stress {
@@ -202,21 +206,27 @@ fn stress(hit: &Hit, material: &Material, body: &GateBody) -> Stress {
         bending: plate.max(beam),
         // σ = ρ c v with a rigid striker, the upper bound of ρ c v / (1 + Z₁/Z₂)
         wave: (material.young * material.density).sqrt() * speed,
+        // σ = (3 + ν)/8 ρω²R² in the middle of a disc
+        spin: 0.125
+            * (3.0 + poisson)
+            * material.density
+            * (0.5 * hit.spin * body.length).norm_squared(),
     }
 }
 
 /// Can the hit crack the body, and does it need a solver?
 #[must_use]
 pub fn gate(hit: &Hit, material: &Material, body: &GateBody, limits: &GateLimits) -> Gate {
-    // A_max = η E_n / G_f  [Gate 1]
+    let Stress { contact, bending, wave, spin } = stress(hit, material, body);
+    let strength = body.weakest * material.failure_stress;
+    let least = limits.safety * strength;
+    // A_max = η E_n / G_f  [Gate 1]; what a spin has stored comes on top.
     let affordable = limits.efficiency * hit.impact.energy / material.fracture_energy;
-    if affordable < body.section {
+    if affordable < body.section && spin < least {
         return Gate::Rigid(Reason::Energy { affordable, section: body.section });
     }
-    let Stress { contact, bending, wave } = stress(hit, material, body);
-    let greatest = contact.max(bending).max(wave);
-    let strength = body.weakest * material.failure_stress;
-    if greatest < limits.safety * strength {
+    let greatest = contact.max(bending).max(wave) + spin;
+    if greatest < least {
         return Gate::Rigid(Reason::Stress { stress: greatest, strength, safety: limits.safety });
     }
     if body.generation > limits.solve_generation {
@@ -231,6 +241,20 @@ pub fn gate(hit: &Hit, material: &Material, body: &GateBody, limits: &GateLimits
 }
 
 impl World {
+    /// The spin \[rad/s\] of a body when these hits began, in its own frame, if its stress ρω²R² is
+    /// more than a twentieth of the strength (F12); else zero.
+    #[must_use]
+    pub fn stressing_spin(&self, body: BodyId, hits: &[Hit]) -> Vec3 {
+        let first = hits.iter().min_by(|a, b| a.time.total_cmp(&b.time));
+        let (Some(body), Some(hit)) = (self.bodies.get(&body.0), first) else {
+            return Vec3::zeros();
+        };
+        let speeds = body.solid.mesh.vertices.iter().map(|x| hit.spin.cross(x).norm_squared());
+        let stress = body.material.density * speeds.fold(0.0, f64::max);
+        let strength = body.weakest * body.material.failure_stress;
+        if stress > STRESSING_SPIN * strength { hit.spin } else { Vec3::zeros() }
+    }
+
     /// [`gate`] for a hit of this world; `None` when the body is gone.
     #[must_use]
     pub fn gate(&self, hit: &Hit, limits: &GateLimits) -> Option<Gate> {

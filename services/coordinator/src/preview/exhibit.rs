@@ -36,6 +36,7 @@ pub fn exhibit(
         breaks: Vec::new(),
         strikes: Vec::new(),
         specks: Vec::new(),
+        lines: Vec::new(),
         step: 1.0,
         end: 0.0,
         wanted: [None; 2],

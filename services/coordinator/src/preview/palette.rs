@@ -51,6 +51,11 @@ pub(crate) fn colours(material: &str, object: &str, id: u64) -> (Rgb, Rgb) {
     (scale(outer, shade), scale(inner, shade))
 }
 
+/// The colour of a thin crack in a surface of that colour.
+pub(crate) fn dark(outer: Rgb) -> Rgb {
+    scale(outer, 0.22)
+}
+
 /// The colour of what nothing moves.
 pub(crate) const FIXED: Rgb = [0.74, 0.73, 0.70];
 

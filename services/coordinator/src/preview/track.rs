@@ -1,9 +1,9 @@
 //! The bodies of a recording over time.
 
 use super::palette::{self, Rgb};
-use crate::record::Recording;
+use crate::record::{Recording, Trace, traces};
 use cullet_geometry::math::unit;
-use cullet_geometry::{Pose, Quat, Solid, Surface, TriMesh, Vec3};
+use cullet_geometry::{Pose, Quat, Sheet, Solid, Surface, TriMesh, Vec3};
 use cullet_proto::recording::EventKind;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,6 +16,11 @@ const GRAIN: u64 = u64::MAX;
 
 /// Least size at which a grain is drawn, as a share of what it broke from \[1\].
 const LEAST_SPECK: f64 = 0.006;
+
+/// Width of the line of a crack \[diagonals of its body\], and how far it is above the surface
+/// \[half widths\].
+const RIBBON: f64 = 0.005;
+const RAISED: f64 = 0.4;
 
 /// A mesh ready to be drawn, in the body's frame.
 #[derive(Debug)]
@@ -53,6 +58,8 @@ pub(super) struct Track {
     pub(super) actors: Vec<Actor>,
     /// Grains of debris, as actors that nothing looks after.
     pub(super) specks: Vec<Actor>,
+    /// Lines of cracks that end inside bodies, as actors that move with them.
+    pub(super) lines: Vec<Actor>,
     /// When something broke \[s\], in order, and what.
     pub(super) breaks: Vec<(f64, u64)>,
     /// What was struck by what, in order.
@@ -112,6 +119,39 @@ impl Actor {
             rows: Vec::new(),
             velocities: Vec::new(),
             end: f64::INFINITY,
+        }
+    }
+
+    /// Lines on its surface from some time on, as ribbons just above it.
+    fn ribbon(&self, traces: &[Trace], since: f64) -> Self {
+        let [low, high] = self.mesh.bounds;
+        let half = 0.5 * RIBBON * (high - low).norm();
+        let mut mesh = TriMesh::default();
+        for &Trace { ends: [p, q], normal } in traces {
+            let along = (q - p).try_normalize(0.0).unwrap_or_default() * half;
+            let (side, lift) = (normal.cross(&along), normal * (RAISED * half));
+            let first = mesh.vertices.len() as u32;
+            let (p, q) = (p + lift - 0.5 * along, q + lift + 0.5 * along);
+            mesh.vertices.extend([p - side, q - side, q + side, p + side]);
+            mesh.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|i| first + i)));
+        }
+        let from = self.rows.partition_point(|(time, _)| *time < since);
+        // A body that rests has no row at that time: the last one before still holds.
+        let held = from.checked_sub(1).map(|last| (since, self.rows[last].1));
+        let held = held.filter(|_| self.rows.get(from).is_none_or(|row| row.0 > since));
+        let rows: Vec<(f64, Pose)> =
+            held.into_iter().chain(self.rows[from..].iter().copied()).collect();
+        Self {
+            id: GRAIN,
+            object: self.object.clone(),
+            fragment: false,
+            fixed: self.fixed,
+            outer: palette::dark(self.outer),
+            inner: palette::dark(self.inner),
+            mesh: Arc::new(Mesh::of(&Solid::outer(mesh))),
+            velocities: vec![Vec3::zeros(); rows.len()],
+            rows,
+            end: self.end,
         }
     }
 
@@ -177,6 +217,7 @@ impl Track {
         let mut track = Self {
             actors: Vec::new(),
             specks: Vec::new(),
+            lines: Vec::new(),
             breaks: Vec::new(),
             strikes: Vec::new(),
             step: time("step").unwrap_or(0.01),
@@ -213,6 +254,7 @@ impl Track {
         track.place(recording, &index);
         track.happen(recording, &index);
         track.crumble(recording, &index);
+        track.open(recording, &index);
         track
     }
 
@@ -282,15 +324,38 @@ impl Track {
         }
     }
 
-    /// The bodies there at a time, and where; then the grains.
+    /// Cracks that end inside bodies, each as a ribbon on the surface of its body.
+    fn open(&mut self, recording: &Recording, index: &BTreeMap<u64, usize>) {
+        let geometry: BTreeMap<u64, &[u8]> =
+            recording.bodies.iter().map(|body| (body.id, &body.geometry[..])).collect();
+        for cracks in &recording.cracks {
+            let solid = geometry.get(&cracks.body).and_then(|hash| recording.geometries.get(*hash));
+            let solid = solid.and_then(|geometry| Solid::try_from(geometry).ok());
+            let (Some(&actor), Some(solid)) = (index.get(&cracks.body), solid) else {
+                continue;
+            };
+            let Ok(sheet) = Sheet::try_from(cracks) else {
+                continue;
+            };
+            let traces = traces(&solid.mesh, &sheet);
+            if !traces.is_empty() {
+                self.lines.push(self.actors[actor].ribbon(&traces, cracks.time));
+            }
+        }
+    }
+
+    /// The bodies there at a time, and where; then the grains and the lines.
     pub(super) fn present(&self, time: f64) -> impl Iterator<Item = (u32, &Actor, &Pose)> {
-        let numbered = (0u32..).zip(self.actors.iter().chain(&self.specks));
+        let all = self.actors.iter().chain(&self.specks).chain(&self.lines);
+        let numbered = (0u32..).zip(all);
         numbered.filter_map(move |(i, actor)| Some((i, actor, actor.at(time)?)))
     }
 
     /// Whom [`Track::present`] gives that number.
     pub(super) fn actor(&self, who: u32) -> &Actor {
-        let who = who as usize;
-        self.actors.get(who).unwrap_or_else(|| &self.specks[who - self.actors.len()])
+        let (who, bodies, specks) = (who as usize, self.actors.len(), self.specks.len());
+        let speck = |who: usize| self.specks.get(who - bodies);
+        let actor = self.actors.get(who).or_else(|| speck(who));
+        actor.unwrap_or_else(|| &self.lines[who - bodies - specks])
     }
 }

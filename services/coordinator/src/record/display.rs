@@ -1,15 +1,16 @@
 //! What viewers draw: an object's whole state a message, so that jumping in time loses nothing.
 
 use super::recorder::PoseRow;
+use super::trace::Trace;
 use crate::preview::palette::{self, Rgb};
 use cullet_geometry::{Quat, Solid, Surface, Vec3};
 use cullet_proto::recording::{Body, Tier};
 use foxglove::bytes::{BufMut, Bytes, BytesMut};
 use foxglove::messages::packed_element_field::NumericType;
 use foxglove::messages::{
-    Color, FrameTransform, FrameTransforms, KeyValuePair, PackedElementField, Point3, PointCloud,
-    Pose, Quaternion, SceneEntity, SceneEntityDeletion, SceneUpdate, Timestamp,
-    TriangleListPrimitive, Vector3, scene_entity_deletion,
+    Color, FrameTransform, FrameTransforms, KeyValuePair, LinePrimitive, PackedElementField,
+    Point3, PointCloud, Pose, Quaternion, SceneEntity, SceneEntityDeletion, SceneUpdate, Timestamp,
+    TriangleListPrimitive, Vector3, line_primitive, scene_entity_deletion,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -46,6 +47,8 @@ pub(super) struct Live {
     pub(super) body: Body,
     pub(super) shape: Arc<Shape>,
     pub(super) row: Option<PoseRow>,
+    /// Where cracks that end inside it meet its surface.
+    pub(super) traces: Vec<Trace>,
 }
 
 impl Shape {
@@ -162,11 +165,7 @@ fn entity(object: &str, time: Timestamp, group: &[&Live]) -> SceneEntity {
     };
     for live in group {
         let Some(row) = &live.row else { continue };
-        let p = row.pose.translation.vector;
-        let pose = Pose {
-            position: Some(Vector3 { x: p.x, y: p.y, z: p.z }),
-            orientation: Some(quaternion(&row.pose.rotation)),
-        };
+        let pose = pose(row);
         let (outer, crack) = colours(&live.body);
         for (part, rgb) in [(&live.shape.outer, outer), (&live.shape.crack, crack)] {
             if !part.indices.is_empty() {
@@ -180,10 +179,35 @@ fn entity(object: &str, time: Timestamp, group: &[&Live]) -> SceneEntity {
             }
         }
     }
+    entity.lines = group.iter().filter_map(|live| lines(live)).collect();
     if let [one] = group {
         entity.metadata = facts(&one.body);
     }
     entity
+}
+
+/// The lines of a body's cracks, a pixel wide or two.
+fn lines(live: &Live) -> Option<LinePrimitive> {
+    let row = live.row.as_ref().filter(|_| !live.traces.is_empty())?;
+    let ends = live.traces.iter().flat_map(|trace| trace.ends);
+    Some(LinePrimitive {
+        r#type: line_primitive::Type::LineList as i32,
+        pose: Some(pose(row)),
+        thickness: 2.0,
+        scale_invariant: true,
+        points: ends.map(|p| Point3 { x: p.x, y: p.y, z: p.z }).collect(),
+        color: Some(colour(palette::dark(colours(&live.body).0))),
+        colors: Vec::new(),
+        indices: Vec::new(),
+    })
+}
+
+fn pose(row: &PoseRow) -> Pose {
+    let p = row.pose.translation.vector;
+    Pose {
+        position: Some(Vector3 { x: p.x, y: p.y, z: p.z }),
+        orientation: Some(quaternion(&row.pose.rotation)),
+    }
 }
 
 /// What a viewer shows of a body that was clicked.

@@ -12,12 +12,13 @@
 //! | `/body` | `cullet.Body` | each body at its birth |
 //! | `/bodies` | `cullet.BodyPoses` | the lossless pose track |
 //! | `/debris` | `cullet.Grains` | grains of debris: what is born, what flies |
+//! | `/cracks` | `cullet.Cracks` | cracks that end inside a body, as open surfaces |
 //! | `/events` | `cullet.RunEvent` | what happened |
 //! | `/jobs` | `cullet.JobReport` | how jobs came out |
 //! | `/pool` | `cullet.PoolReport` | who computed them, and for how long |
 //!
-//! The digest of a run covers `/geometry`, `/body`, `/bodies`, `/debris`, `/events` and `/jobs`: no
-//! wall time and no worker name is in them. Log time is simulated time; publish time is wall time
+//! The digest of a run covers `/geometry`, `/body`, `/bodies`, `/debris`, `/cracks`, `/events` and
+//! `/jobs`: no wall time and no worker name is in them. Log time is simulated time; publish time is wall time
 //! since the start of the run.
 
 mod canvas;
@@ -38,6 +39,7 @@ mod summary;
 pub(crate) mod synthetic;
 #[cfg(test)]
 mod tests;
+mod trace;
 
 pub use digest::RunDigest;
 pub use event::Event;
@@ -48,6 +50,7 @@ pub use read::Recording;
 pub use recorder::{Finished, Level, PoseRow, Recorder};
 pub use recover::{Recovery, recover};
 pub use summary::{Jobs, LedgerTotals, SCHEMA_VERSION, Summary, Tally};
+pub(crate) use trace::{Trace, traces};
 
 use std::path::{Path, PathBuf};
 
@@ -59,6 +62,8 @@ pub const BODY: &str = "/body";
 pub const BODIES: &str = "/bodies";
 /// Topic of [`cullet_proto::recording::Grains`].
 pub const DEBRIS: &str = "/debris";
+/// Topic of [`cullet_proto::recording::Cracks`].
+pub const CRACKS: &str = "/cracks";
 /// Topic of [`cullet_proto::recording::RunEvent`].
 pub const EVENTS: &str = "/events";
 /// Topic of [`cullet_proto::recording::JobReport`].

@@ -2,8 +2,8 @@
 
 use super::RecordError;
 use super::summary::decode;
-use super::{BODIES, BODY, DEBRIS, EVENTS, GEOMETRY, JOBS, Summary, Tally};
-use cullet_proto::recording::{Body, BodyPoses, Geometry, Grains, JobReport, RunEvent};
+use super::{BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, Summary, Tally};
+use cullet_proto::recording::{Body, BodyPoses, Cracks, Geometry, Grains, JobReport, RunEvent};
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::BTreeMap;
@@ -157,6 +157,8 @@ pub struct Recording {
     pub poses: Vec<BodyPoses>,
     /// Grains of debris.
     pub debris: Vec<Grains>,
+    /// Cracks that end inside bodies.
+    pub cracks: Vec<Cracks>,
     /// What happened.
     pub events: Vec<RunEvent>,
     /// How jobs came out.
@@ -217,6 +219,7 @@ impl Recording {
             BODY => self.bodies.push(decode(topic, time, data)?),
             BODIES => self.poses.push(decode(topic, time, data)?),
             DEBRIS => self.debris.push(decode(topic, time, data)?),
+            CRACKS => self.cracks.push(decode(topic, time, data)?),
             EVENTS => self.events.push(decode(topic, time, data)?),
             JOBS => self.reports.push(decode(topic, time, data)?),
             _ => {}

@@ -5,12 +5,12 @@ use super::display::{self, Live, Shape};
 use super::meta::{RunMeta, meta_map, up};
 use super::sink::{Sink, Stamp};
 use super::{
-    BODIES, BODY, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, Summary, Tally, canvas,
-    event,
+    BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, Summary, Tally,
+    canvas, event,
 };
-use cullet_geometry::{Pose, Solid, Vec3};
+use cullet_geometry::{Pose, Sheet, Solid, Vec3};
 use cullet_proto::recording::{
-    Body, BodyPoses, Geometry, Grains, JobReport, PoolReport, geometry_hash,
+    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, PoolReport, geometry_hash,
 };
 use cullet_world::Speck;
 use std::collections::BTreeMap;
@@ -62,6 +62,8 @@ pub struct Recorder {
     solids: BTreeMap<[u8; 32], Arc<Shape>>,
     pub(super) bodies: BTreeMap<u64, Live>,
     names: BTreeMap<u64, String>,
+    /// The number of each material: its place among their names, from 1 on; and of each body's.
+    materials: (Vec<String>, BTreeMap<u64, u32>),
     /// Grains told of, and how many from the oldest on lie for good.
     specks: (usize, usize),
     pub(super) objects: BTreeMap<String, Object>,
@@ -113,6 +115,7 @@ impl Recorder {
             solids: BTreeMap::new(),
             bodies: BTreeMap::new(),
             names: BTreeMap::new(),
+            materials: (meta.materials.keys().cloned().collect(), BTreeMap::new()),
             specks: (0, 0),
             objects: BTreeMap::new(),
             draw_rate: rate,
@@ -165,7 +168,13 @@ impl Recorder {
     pub fn geometry(&mut self, solid: &Solid) -> Result<[u8; 32], RecordError> {
         let hash = geometry_hash(solid);
         if !self.solids.contains_key(&hash) {
-            self.deciding(GEOMETRY, &Geometry::from(solid))?;
+            // A crack face names the body that broke there plus one.
+            let number = |parent: u32| {
+                let body = u64::from(parent).checked_sub(1);
+                body.and_then(|body| self.materials.1.get(&body)).copied().unwrap_or(0)
+            };
+            let geometry = Geometry::with_materials(solid, number);
+            self.deciding(GEOMETRY, &geometry)?;
             self.solids.insert(hash, Arc::new(Shape::of(solid)));
         }
         Ok(hash)
@@ -182,11 +191,40 @@ impl Recorder {
         };
         self.deciding(BODY, body)?;
         self.names.insert(body.id, body.name.clone());
+        if let Ok(place) = self.materials.0.binary_search(&body.material) {
+            self.materials.1.insert(body.id, place as u32 + 1);
+        }
         let object = self.objects.entry(body.object.clone()).or_default();
         object.parts.insert(body.id);
         object.changed = true;
-        self.bodies.insert(body.id, Live { body: body.clone(), shape, row: None });
+        self.bodies
+            .insert(body.id, Live { body: body.clone(), shape, row: None, traces: Vec::new() });
         Ok(())
+    }
+
+    /// Records the cracks that end inside a body, which is of this solid; nothing if there are none.
+    ///
+    /// # Errors
+    /// A body that is not recorded, a time that is not finite, or a file that cannot be written.
+    pub fn cracks(
+        &mut self,
+        (step, time): (u64, f64),
+        body: u64,
+        solid: &Solid,
+        sheet: &Sheet,
+    ) -> Result<(), RecordError> {
+        if sheet.is_empty() {
+            return Ok(());
+        }
+        self.at(step, time)?;
+        let Some(live) = self.bodies.get_mut(&body) else {
+            return Err(RecordError::UnknownBody { body, what: "cracks" });
+        };
+        live.traces.extend(super::traces(&solid.mesh, sheet));
+        if let Some(object) = self.objects.get_mut(&live.body.object) {
+            object.changed = true;
+        }
+        self.deciding(CRACKS, &Cracks::of(body, step, time, sheet))
     }
 
     /// Records where bodies are after `step`: rows whose bits did not change are left out.

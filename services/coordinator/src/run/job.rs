@@ -34,6 +34,7 @@ impl Choice {
             max_fragments: defaults.max_fragments,
             debris: defaults.debris,
             grain: defaults.grain,
+            hairline: defaults.detail.hairline,
         };
         let strength = Strength { seed, ..(*body.strength).clone() };
         Self { solver: body.solver.solver(), settings, strength }
@@ -61,7 +62,7 @@ impl Choice {
 /// solved for.
 pub(super) fn problem(
     body: &BodyView<'_>,
-    (hits, supports): (&[Hit], &[Support]),
+    (hits, supports, spin): (&[Hit], &[Support], Vec3),
     choice: &Choice,
     geometric: bool,
     seed: u64,
@@ -82,6 +83,7 @@ pub(super) fn problem(
         strength: choice.strength.clone(),
         impacts: strongest(hits).into_iter().map(impact).collect(),
         supports: supports.iter().map(support).collect(),
+        spin,
         settings: choice.settings,
         seed: seed_of(body.id, seed),
     }
@@ -116,6 +118,7 @@ fn impact(hit: &Hit) -> Impact {
         radius: i.radius,
         energy: i.energy,
         closing_speed: i.closing_speed,
+        crushing_pressure: i.crushing_pressure,
     }
 }
 
@@ -137,6 +140,7 @@ mod tests {
             detail: cullet_proto::Detail::default(),
             debris: 0.0,
             grain: None,
+            hairline: None,
         };
         let strength = Strength::default();
         let mut choice = Choice { solver: None, settings, strength };

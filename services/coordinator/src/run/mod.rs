@@ -11,6 +11,7 @@ pub use output::{next_folder, write_file};
 use crate::link::Pool;
 use crate::record::{Event, Level, PoseRow, RecordError, Recorder, Summary};
 use crate::scene::Scene;
+use cullet_geometry::Vec3;
 use cullet_proto::JobId;
 use cullet_proto::job::MAX_SUPPORTS;
 use cullet_world::{BodyId, Gate, GateLimits, Hit, Support, World, WorldError};
@@ -274,7 +275,8 @@ impl Run<'_> {
         let (seed, unsolved) = (self.scene.world.seed, geometric.is_some());
         let mut supports = self.world.supports(body, &hits);
         supports.truncate(MAX_SUPPORTS);
-        let job = job::problem(&view, (&hits, &supports), &origin.choice, unsolved, seed);
+        let spin = self.world.stressing_spin(body, &hits);
+        let job = job::problem(&view, (&hits, &supports, spin), &origin.choice, unsolved, seed);
         let asked = job.solver.clone();
         let id = self.pool.open(&job);
         // Without the gate's reason, another family than the first is the scene's choice.
@@ -283,7 +285,9 @@ impl Run<'_> {
             0 => None,
             count => Some(format!("held at {count} places")),
         };
-        let reasons: Vec<String> = geometric.or(chosen).into_iter().chain(held).collect();
+        let spins = (spin != Vec3::zeros()).then(|| format!("spins at {:.3e} rad/s", spin.norm()));
+        let reasons: Vec<String> =
+            geometric.or(chosen).into_iter().chain(held).chain(spins).collect();
         let (solver, reason) = (asked.clone(), reasons.join("; "));
         self.event(&Event::JobOpened { body: number(body), job: id.0, solver, reason })?;
         let due = self.world.step_count() + u64::from(self.scene.world.latency_steps);

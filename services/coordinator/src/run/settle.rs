@@ -3,7 +3,7 @@
 use super::{Origin, Outcome, Pending, Run, RunError, convert, number};
 use crate::link::{Ending, Settlement};
 use crate::record::Event;
-use cullet_geometry::Vec3;
+use cullet_geometry::{Sheet, Vec3};
 use cullet_proto::recording::{self, JobReport, PoolReport, Vector3};
 use cullet_proto::{BrokenBody, Report, Verdict};
 use cullet_world::{BodyId, Breakage, Grain, Hit, Piece, Reaction, Replacement};
@@ -57,7 +57,7 @@ impl Run<'_> {
         self.event(&Event::JobSettled { body: number(job.body), job: job.id.0, verdict, reason })
     }
 
-    fn broken(&mut self, job: Pending, broken: BrokenBody) -> Result<(), RunError> {
+    fn broken(&mut self, job: Pending, mut broken: BrokenBody) -> Result<(), RunError> {
         let intact = broken.is_intact();
         let verdict = if intact { recording::Verdict::Kept } else { recording::Verdict::Broken };
         self.recorder.report(&JobReport {
@@ -66,7 +66,12 @@ impl Run<'_> {
             ..reported(&job, &broken.report)
         })?;
         self.settled(&job, verdict, told(&broken.report))?;
+        let sheets: Vec<Sheet> =
+            broken.fragments.iter_mut().map(|f| std::mem::take(&mut f.sheet)).collect();
         if intact {
+            if let Some(sheet) = sheets.first() {
+                self.record_cracks(job.body, sheet)?;
+            }
             let reason = "no crack separated it".to_owned();
             return self.kept(&job, reason);
         }
@@ -79,6 +84,8 @@ impl Run<'_> {
         let middle =
             |fragment: &cullet_proto::Fragment| fragment.solid.mesh.mass_properties().centroid;
         let centres: Vec<Vec3> = broken.fragments.iter().map(middle).collect();
+        let moved = sheets.iter().zip(&centres).map(|(sheet, centre)| sheet.translated(-centre));
+        let parts: Vec<(Vec3, Sheet)> = centres.iter().copied().zip(moved).collect();
         let told = broken.reactions.len() == job.supports.len();
         let held = job.supports.iter().cloned().zip(broken.reactions);
         let breakage = Breakage {
@@ -91,7 +98,7 @@ impl Run<'_> {
             fracture_energy: broken.report.fracture_energy,
         };
         match self.world.break_up(job.body, &job.hits, breakage) {
-            Ok(done) => self.replaced(&job, &done, &centres, broken.report.spacing),
+            Ok(done) => self.replaced(&job, &done, &parts, broken.report.spacing),
             Err(error) => self.kept(&job, error.to_string()),
         }
     }
@@ -100,21 +107,23 @@ impl Run<'_> {
         self.event(&Event::KeptWhole { body: number(job.body), job: job.id.0, reason })
     }
 
-    /// `centres`: of the fragments, in the body's frame \[m\]. `spacing`: of the solve that made
+    /// `parts`: centres of the fragments, in the body's frame \[m\], and the cracks that end inside
+    /// them, in their own. `spacing`: of the solve that made
     /// the fragments; they are solved no finer than that \[m\].
     fn replaced(
         &mut self,
         job: &Pending,
         done: &Replacement,
-        centres: &[Vec3],
+        parts: &[(Vec3, Sheet)],
         spacing: f64,
     ) -> Result<(), RunError> {
         let mut origin = self.origins.remove(&job.body).ok_or(RunError::Lost(job.body))?;
         origin.choice.no_finer_than(spacing);
-        for (&id, centre) in done.fragments.iter().zip(centres) {
+        for (&id, (centre, sheet)) in done.fragments.iter().zip(parts) {
             let choice = origin.choice.of_fragment(centre);
             self.origins.insert(id, Origin { choice, ..origin.clone() });
             self.record_birth(id)?;
+            self.record_cracks(id, sheet)?;
         }
         self.fractures += 1;
         *self.broken.entry(origin.object.clone()).or_default() += done.fragments.len() as u64;
@@ -131,6 +140,12 @@ impl Run<'_> {
         let debris = if grains > 0 { format!(" and {grains} grains") } else { String::new() };
         self.say(format!("{} breaks into {}{debris}", origin.object, done.fragments.len()));
         Ok(())
+    }
+
+    fn record_cracks(&mut self, id: BodyId, sheet: &Sheet) -> Result<(), RunError> {
+        let view = self.world.body(id).ok_or(RunError::Lost(id))?;
+        let now = (self.world.step_count(), self.world.time());
+        Ok(self.recorder.cracks(now, number(id), view.solid, sheet)?)
     }
 
     pub(super) fn record_birth(&mut self, id: BodyId) -> Result<(), RunError> {

@@ -29,7 +29,7 @@ pub enum Look {
     Brick,
 }
 
-/// Detail of crack faces. Lengths are in grid spacings: a look is as fine as the solve. Zero
+/// Detail of crack faces. Lengths are in grid spacings unless they have a unit: a look is as fine as the solve. Zero
 /// `height`, `ribs` and `grain` are no detail.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -66,6 +66,10 @@ pub struct Detail {
     /// Size of the coarsest grain.
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.2, "maximum" = 20))]
     pub grain_size: Option<f64>,
+    /// Cuts cracks that end inside a fragment as slits of this width, at most a fifth of a grid
+    /// spacing; what is cut away becomes debris. Without it they are lines \[m\].
+    #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
+    pub hairline: Option<f64>,
 }
 
 impl Look {

@@ -49,6 +49,12 @@ impl Nodes {
         Some(Front { time: time - slope.dot(&mean), slope: slope / lattice.spacing })
     }
 
+    /// The damage time of the node nearest to a place \[s\]; zero where it has none.
+    pub(crate) fn time_at(&self, place: Vec3) -> f64 {
+        let time = self.time[self.lattice.nearest(place)];
+        if time.is_finite() { time } else { 0.0 }
+    }
+
     /// Whether material is at hand: a node inside the body within one spacing along every axis.
     pub(super) fn is_near_body(&self, place: Vec3) -> bool {
         let node = self.lattice.node(self.lattice.nearest(place));

@@ -47,15 +47,12 @@ impl Nodes {
         for axis in 0..3 {
             builder.across(axis);
         }
-        let Builder { mut mosaic, mut net, .. } = builder;
-        net.settle();
-        mosaic.places.clone_from(&net.place);
-        (mosaic, net)
+        builder.settled()
     }
 }
 
 /// Divides each quad along its shorter diagonal.
-fn fold(mosaic: &mut Mosaic) {
+pub(super) fn fold(mosaic: &mut Mosaic) {
     let Mosaic { facets, triangles, places, .. } = mosaic;
     for facet in facets {
         let pair = &mut triangles[facet.start as usize..facet.end as usize];
@@ -79,7 +76,7 @@ fn corners_of(pair: &[[u32; 3]]) -> [u32; 4] {
     [a, b, c, pair[1][2]]
 }
 
-struct Builder<'a> {
+pub(super) struct Builder<'a> {
     nodes: &'a Nodes,
     /// The corner in each cube of nodes, or `NONE`.
     corner: Vec<u32>,
@@ -88,10 +85,43 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(nodes: &'a Nodes) -> Self {
+    pub(super) fn new(nodes: &'a Nodes) -> Self {
         let h = nodes.lattice.spacing;
         let cubes = nodes.lattice.dims.iter().map(|d| d + 1).product();
         Self { nodes, corner: vec![NONE; cubes], mosaic: Mosaic::default(), net: Net::new(h) }
+    }
+
+    /// The net and its corners, each at the mean of its pulls.
+    pub(super) fn settled(self) -> (Mosaic, Net) {
+        let Self { mut mosaic, mut net, .. } = self;
+        net.settle();
+        mosaic.places.clone_from(&net.place);
+        (mosaic, net)
+    }
+
+    /// A quad across the edge from a node along an axis, crossed at `share` of it, that parts no
+    /// labels.
+    pub(super) fn open(&mut self, from: usize, axis: usize, share: f64) {
+        let lattice = self.nodes.lattice;
+        let mut node = lattice.node(from);
+        let mut place = lattice.place(node);
+        place[axis] += share * lattice.spacing;
+        node[axis] += 1;
+        let quad = self.quad(axis, node);
+        quad.iter().for_each(|&corner| self.net.pull(corner, place, true));
+        let [a, b, c, d] = quad;
+        self.mosaic.push((0, 1), f64::INFINITY, [[a, b, c], [a, c, d]].into_iter());
+    }
+
+    /// The corners around the edge that ends at a node, along `axis`.
+    fn quad(&mut self, axis: usize, node: [usize; 3]) -> [u32; 4] {
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+        [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[y, z]| {
+            let mut cube = node;
+            cube[u] += y;
+            cube[v] += z;
+            self.corner(cube)
+        })
     }
 
     /// The quads across all edges along one axis, those to the walls included.
@@ -127,13 +157,7 @@ impl<'a> Builder<'a> {
             (None, Some(b)) => (b, walls, false),
             (None, None) => return,
         };
-        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
-        let mut quad = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[y, z]| {
-            let mut cube = node;
-            cube[u] += y;
-            cube[v] += z;
-            self.corner(cube)
-        });
+        let mut quad = self.quad(axis, node);
         if !forward {
             quad.reverse();
         }

@@ -85,8 +85,8 @@ impl Net {
     }
 }
 
-/// Smooths the faces between labels. Corners where three or more faces meet move along the lines
-/// where they meet; those on walls and far from damage stay.
+/// Smooths the faces between labels. Corners where three or more faces meet, or a face ends, move
+/// along those lines; those on walls and far from damage stay.
 pub(super) fn shape(net: &mut Net, mosaic: &Mosaic) {
     let threads = threads(net, mosaic);
     let from = net.place.clone();
@@ -109,7 +109,7 @@ fn threads(net: &Net, mosaic: &Mosaic) -> Vec<Vec<u32>> {
     let mut seams = vec![Vec::new(); net.place.len()];
     for group in edges.chunk_by(|a, b| a == b) {
         let (p, q) = group[0];
-        let lists = if group.len() > 2 { &mut seams } else { &mut plain };
+        let lists = if group.len() != 2 { &mut seams } else { &mut plain };
         lists[p as usize].push(q);
         lists[q as usize].push(p);
     }

@@ -29,6 +29,7 @@ fn mosaic(damaged: impl Fn(Vec3) -> bool) -> (Nodes, Mosaic) {
         time_step: 1e-9,
         top_speed: 3000.0,
         scale: Vec3::repeat(1.0),
+        normals: None,
         pieces: None,
     };
     let mut nodes = Nodes::new(&body, &field).unwrap();

@@ -2,15 +2,19 @@
 
 mod amend;
 
-use super::{Body, CutError, CutSettings, OUTER, Part, Partition, VOLUME_TOLERANCE, boxed};
+use super::{
+    Body, CutError, CutSettings, FACET, OUTER, Part, Partition, VOLUME_TOLERANCE, boxed, unrelieved,
+};
 use crate::crack::Nodes;
 use crate::region::relief::Terms;
 use crate::region::{Mosaic, Side, agglomerate, triangle_area};
 use amend::Homes;
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::hull::{HullSettings, convex_parts};
-use cullet_geometry::inside::Inside;
+use cullet_geometry::inside::{Inside, closest_on_triangle};
 use cullet_geometry::math::scramble;
+use cullet_geometry::surface::{barycentric, interpolate};
+use cullet_geometry::voronoi::WALL;
 use cullet_geometry::{Solid, Surface, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -27,9 +31,6 @@ const FRONT: f64 = 1.5;
 const CELL: f64 = 6.0;
 /// Edges outside the body may be this long \[spacings\] before it is asked whether they matter.
 const COARSE: f64 = 3.0;
-/// Tags that the boolean kernel carries from a face to what is cut from it: below, a triangle of
-/// the body; from here on, a facet of the mosaic.
-const FACET: u32 = 1 << 30;
 /// Most facets, and triangles of a body, that can be named.
 const MOST: usize = 1 << 30;
 
@@ -42,20 +43,39 @@ pub(super) struct Ground {
     pub(super) top_speed: f64,
 }
 
+/// When the front passed \[s\], and how fast \[m/s\].
+type Mark = [f32; 2];
+
 impl Ground {
-    /// When the front passed a place, and how fast; `time` where the lattice does not tell.
-    fn crack(&self, place: Vec3, time: f64) -> Surface {
+    /// When and how fast the front passed a place; `time` where the lattice does not tell.
+    pub(super) fn mark(&self, place: Vec3, time: f64) -> Mark {
         let Some(front) = self.nodes.front(place, FRONT) else {
-            return Surface::crack(time as f32);
+            return [time as f32, 0.0];
         };
         let slope = front.slope.component_div(&self.scale).norm();
         let speed = if slope * self.top_speed > 1.0 { 1.0 / slope } else { self.top_speed };
-        Surface::Crack {
-            damage_time: front.time.max(0.0) as f32,
-            front_speed: speed as f32,
-            parent: 0,
+        [front.time.max(0.0) as f32, speed as f32]
+    }
+}
+
+/// The mark of each corner of a mosaic that lies on a face between cells: where there is no ground,
+/// or it does not tell, the mean time of the facets there. Both sides of a crack read them.
+fn marks(mosaic: &Mosaic, ground: Option<&Ground>) -> Vec<Mark> {
+    let mut sums = vec![(0.0, 0u32); mosaic.places.len()];
+    for facet in mosaic.facets.iter().filter(|facet| facet.cells.1 < WALL) {
+        for &corner in mosaic.of(facet).as_flattened() {
+            sums[corner as usize].0 += facet.time;
+            sums[corner as usize].1 += 1;
         }
     }
+    let mark = |(&place, (sum, count)): (&Vec3, (f64, u32))| {
+        let time = sum / f64::from(count.max(1));
+        match ground {
+            Some(ground) if count > 0 => ground.mark(place, time),
+            _ => [time as f32, 0.0],
+        }
+    };
+    mosaic.places.par_iter().zip(sums).map(mark).collect()
 }
 
 /// A piece of the body: a connected part of one region's share.
@@ -87,16 +107,18 @@ pub struct Cutting {
     labels: Vec<u32>,
     floor: f64,
     max: usize,
-    pub(super) ground: Option<Ground>,
+    ground: Option<Ground>,
+    /// Of each corner of the mosaic.
+    marks: Vec<Mark>,
     pieces: Vec<Piece>,
     /// Facets around each label of the current round, and the labels still to cut.
     sides: Vec<Vec<Side>>,
     todo: Vec<u32>,
     cut: usize,
     round: u32,
-    warnings: Vec<String>,
+    pub(super) warnings: Vec<String>,
     /// Labels of the cells that each part of the result comes from.
-    part_labels: Vec<Vec<u32>>,
+    pub(super) part_labels: Vec<Vec<u32>>,
 }
 
 impl Cutting {
@@ -141,16 +163,20 @@ impl Cutting {
         let rank = |label: &u32| names.partition_point(|other| other < label) as u32;
         let labels = labels.iter().map(rank).collect();
         let floor = settings.min_volume_ratio * body.volume;
-        Self::assemble(body, mosaic, labels, floor, settings.max_fragments)
+        let mut cutting =
+            Self::assemble(body, mosaic, labels, (floor, settings.max_fragments), None)?;
+        cutting.warnings.extend(unrelieved(settings, attempt));
+        Ok(cutting)
     }
 
-    /// `labels`: of each cell, all of 0, 1, 2, … in use.
+    /// `labels`: of each cell, all of 0, 1, 2, … in use. Parts are at least `floor` \[m³\], and at
+    /// most `most`.
     pub(super) fn assemble(
         body: Body,
         mosaic: Mosaic,
         labels: Vec<u32>,
-        floor: f64,
-        max_fragments: u32,
+        (floor, max_fragments): (f64, u32),
+        ground: Option<Ground>,
     ) -> Result<Self, CutError> {
         let most = mosaic.facets.len().max(body.solid.mesh.triangles.len());
         if most >= MOST {
@@ -160,12 +186,13 @@ impl Cutting {
         let count = labels.iter().max().map_or(0, |&most| most as usize + 1);
         let sides = mosaic.sides(&labels, count);
         Ok(Self {
+            marks: marks(&mosaic, ground.as_ref()),
             body,
             mosaic,
             labels,
             floor,
             max: max_fragments.max(1) as usize,
-            ground: None,
+            ground,
             pieces: Vec::new(),
             sides,
             todo: (0..count as u32).collect(),
@@ -200,6 +227,7 @@ impl Cutting {
     /// As [`Cutting::run`].
     pub fn step(&mut self) -> Result<Option<Partition>, CutError> {
         if self.sides.len() == 1 {
+            self.part_labels = vec![vec![0]];
             let mut whole = self.body.clone().untouched(0);
             whole.warnings.append(&mut self.warnings);
             return Ok(Some(whole));
@@ -243,30 +271,48 @@ impl Cutting {
         let mut contacts: BTreeMap<u32, f64> = BTreeMap::new();
         let (mut crack, mut damaged) = (0.0, 0.0);
         for (t, &tag) in tags.iter().enumerate() {
+            let corners = solid.mesh.corners(t);
             let Some(name) = facet_of(tag) else {
-                solid.surface.push(self.body.surface_of(tag));
+                solid.surface.push(self.body.surface_of(tag, corners));
                 continue;
             };
             let area = triangle_area(&solid.mesh.vertices, solid.mesh.triangles[t]);
             *contacts.entry(name).or_insert(0.0) += area;
             crack += area;
-            let [a, b, c] = solid.mesh.corners(t);
-            let middle = (a + b + c) / 3.0;
+            let middle = corners.iter().sum::<Vec3>() / 3.0;
             if self.ground.as_ref().is_none_or(|ground| ground.nodes.holds(middle)) {
                 damaged += area;
             }
-            let time = self.mosaic.facets[name as usize].time;
-            let surface = match &self.ground {
-                Some(ground) => ground.crack(middle, time),
-                None => Surface::crack(time as f32),
-            };
-            solid.surface.push(surface);
+            let [damage_time, front_speed] = self.marks_in(name, corners);
+            solid.surface.push(Surface::Crack { damage_time, front_speed, parent: 0 });
         }
         let volume = solid.mesh.signed_volume();
         let contacts = contacts.into_iter().collect();
         let buried = tags.iter().all(|&tag| facet_of(tag).is_some());
         let also = Vec::new();
         Ok(Piece { label, also, exact, solid, volume, contacts, crack, damaged, buried })
+    }
+
+    /// Times and speeds at the corners of a triangle that lies in a facet.
+    fn marks_in(&self, facet: u32, corners: [Vec3; 3]) -> [[f32; 3]; 2] {
+        let Mosaic { facets, places, .. } = &self.mosaic;
+        let own = self.mosaic.of(&facets[facet as usize]);
+        let at = |p: Vec3| -> Mark {
+            if let Some(&v) = own.as_flattened().iter().find(|&&v| places[v as usize] == p) {
+                return self.marks[v as usize];
+            }
+            let near = own.iter().map(|t| {
+                let q = closest_on_triangle(p, t.map(|v| places[v as usize]));
+                ((q - p).norm_squared(), t, q)
+            });
+            let Some((_, t, q)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+                return [0.0; 2];
+            };
+            let weights = barycentric(q, t.map(|v| places[v as usize]));
+            [0, 1].map(|k| interpolate(t.map(|v| self.marks[v as usize][k]), weights))
+        };
+        let marks = corners.map(at);
+        [0, 1].map(|k| marks.map(|mark| mark[k]))
     }
 
     /// Which pieces belong together, each group named by its largest.
@@ -304,7 +350,8 @@ impl Cutting {
             piece.also.dedup();
             area += piece.solid.mesh.area();
             let centroid = piece.solid.mesh.mass_properties().centroid;
-            let part = Part { hulls: Vec::new(), solid: piece.solid, volume: piece.volume };
+            let (solid, volume) = (piece.solid, piece.volume);
+            let part = Part { hulls: Vec::new(), solid, volume, cracks: Vec::new() };
             parts.push((part, centroid, piece.also));
         }
         parts.sort_by(|(p, a, _), (q, b, _)| {
@@ -321,6 +368,7 @@ impl Cutting {
             return Err(CutError::Volume { parts: parts.len(), sum, whole });
         }
         if parts.len() == 1 {
+            self.part_labels = vec![(0..self.sides.len() as u32).collect()];
             return Ok(self.body.clone().untouched(0));
         }
         self.note(&parts, buried);

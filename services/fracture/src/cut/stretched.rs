@@ -22,12 +22,22 @@ pub fn extract_stretched(
     scale(&mut drawn.mesh, stretch);
     let positions: Vec<Vec3> = field.positions.iter().map(|x| x.component_mul(stretch)).collect();
     let back = stretch.map(|s| 1.0 / s);
-    let drawn_field =
-        DamageField { positions: &positions, scale: field.scale.component_mul(&back), ..*field };
+    let across = |n: &Vec3| n.component_mul(&back).try_normalize(0.0).unwrap_or_default();
+    let normals: Option<Vec<Vec3>> = field.normals.map(|all| all.iter().map(across).collect());
+    let drawn_field = DamageField {
+        positions: &positions,
+        normals: normals.as_deref(),
+        scale: field.scale.component_mul(&back),
+        ..*field
+    };
     let mut partition = extract(&drawn, &drawn_field, settings)?;
     let mut area = -crack_area(solid);
     for part in &mut partition.parts {
         scale(&mut part.solid.mesh, &back);
+        for crack in &mut part.cracks {
+            scale(&mut crack.inside.mesh, &back);
+            scale(&mut crack.beyond.mesh, &back);
+        }
         part.hulls.iter_mut().flatten().for_each(|x| x.component_mul_assign(&back));
         part.volume = part.solid.mesh.signed_volume();
         area += crack_area(&part.solid);

@@ -1,7 +1,7 @@
 //! Contact between the sides of a crack: copies of a node may part and slide, not pass through each
 //! other (F18).
 
-use super::grid::Nodes;
+use super::grid::{Nodes, Rows};
 use super::kernel::{packed, vector};
 use cullet_geometry::Vec3;
 
@@ -28,14 +28,14 @@ pub(super) struct Contact {
 impl Contact {
     /// The pairs of copies, and the normals between them from where their points lie.
     pub(super) fn new(nodes: &Nodes, spacing: &Vec3) -> Self {
-        let copies = (0..nodes.len() as u32).filter(|&n| nodes.origin[n as usize] != n);
-        let mut order: Vec<(u32, u32)> =
-            copies.map(|n| (nodes.origin[n as usize], n)).flat_map(|c| [c, (c.0, c.0)]).collect();
-        order.sort_unstable();
-        order.dedup();
-        let mut pairs = Vec::new();
-        for copies in order.chunk_by(|a, b| a.0 == b.0) {
-            let mut copies: Vec<u32> = copies.iter().map(|&(_, n)| n).collect();
+        let places = Rows::new(nodes.origin.iter().copied(), nodes.len());
+        let (mut pairs, mut copies) = (Vec::new(), Vec::new());
+        for node in 0..nodes.len() {
+            if places.of(node).len() < 2 {
+                continue;
+            }
+            copies.clear();
+            copies.extend_from_slice(places.of(node));
             let mass = |n: &u32| nodes.mass[*n as usize];
             copies.sort_by(|a, b| mass(b).total_cmp(&mass(a)));
             for (i, &first) in copies.iter().enumerate().take(HEAVY) {

@@ -5,6 +5,7 @@
 //! asks for (gate 5). Nothing parts that did not break.
 
 use super::lattice::Lattice;
+use crate::material::Material;
 use crate::particles::Particles;
 use cullet_geometry::Vec3;
 use cullet_geometry::math::{scramble, unit};
@@ -21,8 +22,9 @@ const WHOLE_SHARE: f64 = 0.5;
 /// Half the width of a crack's band, in cells; a broken node beyond belongs to a crushed zone.
 const HALF_BAND: f64 = 2.1;
 
-/// Least size of a piece drawn in a crushed zone, in cells: finer is not in the solve (gate 5).
-const LEAST_SIZE: f64 = 2.0;
+/// Least size of a piece drawn in a crushed zone, in cells: finer is not in the solve (gate 5). At
+/// this distance between their middles pieces have three cells in the mean.
+const LEAST_SIZE: f64 = 1.25;
 
 /// Stream of the seed's numbers.
 const STREAM: u64 = 0xf1e5;
@@ -32,8 +34,8 @@ const STREAM: u64 = 0xf1e5;
 pub struct Rules {
     /// Size of a cell along each axis \[m\].
     pub spacing: Vec3,
-    /// G_f/ρ \[J·m/kg\].
-    pub toughness: f64,
+    /// What it is made of.
+    pub material: Material,
     /// The only source of randomness.
     pub seed: u64,
 }
@@ -108,11 +110,9 @@ impl Lattice {
         for (x, rate) in particles.reference.iter().zip(&particles.onset_rate) {
             self.visit(x, |node, weight, _| rates[node] += weight * rate);
         }
-        // Grady: s = (24 G_f / (ρ ε̇²))^⅓  [gate 5]
         let size = |n: usize| {
-            let rate = rates[n] / weights[n];
-            let grady = libm::cbrt(24.0 * rules.toughness / (rate * rate).max(f64::MIN_POSITIVE));
-            (grady / self.spacing.max()).max(LEAST_SIZE)
+            let size = rules.material.fragment_size(rates[n] / weights[n]);
+            (size / self.spacing.max()).max(LEAST_SIZE)
         };
         let mut order = zone.to_vec();
         order.sort_unstable_by_key(|&n| (scramble(scramble(rules.seed ^ STREAM) ^ n as u64), n));
@@ -171,10 +171,19 @@ impl Lattice {
 #[cfg(test)]
 mod tests {
     use super::{Pieces, Rules, pieces};
+    use crate::material::Material;
     use crate::particles::Particles;
     use cullet_geometry::Vec3;
 
-    const RULES: Rules = Rules { spacing: Vec3::new(1.0, 1.0, 1.0), toughness: 1.0, seed: 5 };
+    /// Fragments are finer than a cell at any rate.
+    const CHALK: Material = Material {
+        density: 1000.0,
+        young: 1e9,
+        poisson: 0.2,
+        failure_stress: 1e6,
+        fracture_energy: 1.0,
+    };
+    const RULES: Rules = Rules { spacing: Vec3::new(1.0, 1.0, 1.0), material: CHALK, seed: 5 };
 
     /// A bar of 20 × 6 × 6 cells, eight points a cell; `piece` says what a point belongs to.
     fn bar(piece: impl Fn(&Vec3) -> Option<u32>) -> (Vec<Vec3>, Pieces) {

@@ -5,7 +5,9 @@ use super::elastic::{Elastic, green_strain};
 use super::front::Front;
 use super::grid::{Element, Grid};
 use super::kernel::{Kernel, Law, Path, Precision, Stencil, gather, packed, vector};
+use super::parting::Changes;
 use super::separation::Separation;
+use super::spin::Spin;
 use crate::damage::{Softening, State};
 use crate::material::Material;
 use crate::particles::Particles;
@@ -66,6 +68,8 @@ pub struct Domain {
     pub grip: Option<Grip>,
     /// What becomes of the velocity field at cracks.
     pub fields: Fields,
+    /// The frame's turning; `None` for one at rest.
+    pub spin: Option<Spin>,
     elastic: Elastic,
     softening: Softening,
     front: Option<Front>,
@@ -148,6 +152,7 @@ impl Domain {
             steps: 0,
             grip: None,
             fields: Fields::default(),
+            spin: None,
             elastic: Elastic::new(material),
             softening,
             front: None,
@@ -190,8 +195,10 @@ impl Domain {
             front.around(id, |other, delay| {
                 let slot = slots[other as usize];
                 let known = &mut times[slot as usize];
+                if *known == f64::INFINITY {
+                    kernel.touch(slot);
+                }
                 *known = known.min(time + delay);
-                kernel.touch(slot);
             });
         }
     }
@@ -251,14 +258,19 @@ impl Domain {
     /// Cuts the bonds between points for which `apart` holds, either way round: a crack that is
     /// there from the start, given by the places of two points \[m\].
     pub fn sever(&mut self, apart: impl Fn(&Vec3, &Vec3) -> bool) {
-        if self.separation.sever(apart, &mut self.grid, &mut self.particles, &self.slot) {
-            self.parted();
-        }
+        let (grid, particles) = (&mut self.grid, &mut self.particles);
+        let changes = self.separation.sever(apart, grid, particles, &self.slot);
+        self.parted(&changes);
     }
 
-    fn parted(&mut self) {
-        self.locate();
-        self.kernel.refresh(&self.grid, &self.particles);
+    fn parted(&mut self, changes: &Changes) {
+        if changes.elements.is_empty() {
+            return;
+        }
+        for &p in &changes.moved {
+            self.slot[self.particles.id[p as usize] as usize] = p;
+        }
+        self.kernel.refresh(&self.grid, &self.particles, &changes.elements);
         self.contact = Contact::new(&self.grid.nodes, &self.grid.spacing);
     }
 
@@ -290,6 +302,9 @@ impl Domain {
     pub fn advance(&mut self) -> Tally {
         let tally = self.strain();
         let fastest = self.accelerate();
+        if let Some(spin) = self.spin {
+            spin.push(&mut self.grid, self.step);
+        }
         self.contact.resolve(&mut self.grid.nodes, self.step);
         self.displacement_step();
         self.time += self.step;
@@ -318,9 +333,9 @@ impl Domain {
     /// Parts the nodes that the cracks since the last time have passed.
     fn separate(&mut self) {
         let broken = std::mem::take(&mut self.broken);
-        if self.separation.grow(&broken, &mut self.grid, &mut self.particles, &self.slot) {
-            self.parted();
-        }
+        let (grid, particles) = (&mut self.grid, &mut self.particles);
+        let changes = self.separation.grow(&broken, grid, particles, &self.slot);
+        self.parted(&changes);
     }
 
     /// Stress, damage and the forces of each element.

@@ -114,8 +114,20 @@ pub(crate) fn check_impacts(impacts: &[Impact]) -> Result<(), Refusal> {
         within("distance of the impact [m]", impact.point.norm(), 0.0, 1e6)?;
         within("impact energy [J]", impact.energy, f64::MIN_POSITIVE, 1e18)?;
         within("closing speed [m/s]", impact.closing_speed, f64::MIN_POSITIVE, 1e5)?;
+        within("crushing pressure [Pa]", impact.crushing_pressure, 1.0, 1e30)?;
     }
     Ok(())
+}
+
+/// Refuses a spin whose rim outruns the sound: the stress would be beyond any strength.
+pub(crate) fn check_spin(problem: &Problem) -> Result<(), Refusal> {
+    let rim = problem.solid.mesh.vertices.iter().map(|x| problem.spin.cross(x).norm());
+    within(
+        "rim speed of the spin [m/s]",
+        rim.fold(0.0, f64::max),
+        0.0,
+        problem.material.shear_speed(),
+    )
 }
 
 /// The section in which four fifths of the body lie is at least three cells thick.

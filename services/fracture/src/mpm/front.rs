@@ -14,8 +14,8 @@ const REACH: f64 = 1.5;
 /// The points before the hit, by place.
 #[derive(Clone, Debug)]
 pub(crate) struct Front {
-    /// Cells of the size of the reach, ascending, with the points in them.
-    cells: Vec<([i32; 3], u32)>,
+    /// Cells of the size of the reach, ascending, with the points in them by id and place \[m\].
+    cells: Vec<([i32; 3], u32, Vec3)>,
     /// Place of each point by id \[m\].
     places: Vec<Vec3>,
     reach: f64,
@@ -26,9 +26,9 @@ impl Front {
     /// For points at `places` \[m\], by id; `speed` is that of Rayleigh waves \[m/s\].
     pub(crate) fn new(places: Vec<Vec3>, spacing: f64, speed: f64) -> Self {
         let reach = REACH * spacing;
-        let mut cells: Vec<([i32; 3], u32)> =
-            places.iter().enumerate().map(|(id, x)| (cell(x, reach), id as u32)).collect();
-        cells.sort_unstable();
+        let entries = places.iter().enumerate().map(|(id, x)| (cell(x, reach), id as u32, *x));
+        let mut cells: Vec<([i32; 3], u32, Vec3)> = entries.collect();
+        cells.sort_unstable_by_key(|&(cell, id, _)| (cell, id));
         Self { cells, places, reach, speed }
     }
 
@@ -38,10 +38,10 @@ impl Front {
         let centre = self.places[id as usize];
         let [i, j, k] = cell(&centre, self.reach);
         for (x, y) in (i - 1..=i + 1).flat_map(|x| (j - 1..=j + 1).map(move |y| (x, y))) {
-            let first = self.cells.partition_point(|(cell, _)| *cell < [x, y, k - 1]);
+            let first = self.cells.partition_point(|(cell, ..)| *cell < [x, y, k - 1]);
             let rest = self.cells[first..].iter();
-            for &(_, other) in rest.take_while(|(cell, _)| *cell <= [x, y, k + 1]) {
-                let distance = (self.places[other as usize] - centre).norm();
+            for &(_, other, place) in rest.take_while(|(cell, ..)| *cell <= [x, y, k + 1]) {
+                let distance = (place - centre).norm();
                 if distance <= self.reach {
                     visit(other, distance / self.speed);
                 }

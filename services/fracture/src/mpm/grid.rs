@@ -137,8 +137,6 @@ pub struct Grid {
     pub nodes: Nodes,
     /// The elements, by cell along a Z-order curve.
     pub elements: Vec<Element>,
-    /// Where each node is: element times 27 plus the node's number in it.
-    pub rows: Rows,
 }
 
 impl Grid {
@@ -182,10 +180,24 @@ impl Grid {
             })
             .collect();
         let nodes = Nodes::at(places);
-        let rows = Rows::new(elements.iter().flat_map(|e| e.nodes), nodes.len());
-        let mut grid = Self { spacing, nodes, elements, rows };
+        let mut grid = Self { spacing, nodes, elements };
         grid.weigh(particles);
         grid
+    }
+
+    /// Where each of `nodes` is: element times 27 plus the node's number in it; no rows for others.
+    pub(super) fn rows_of(&self, nodes: &[u32]) -> Rows {
+        let mut asked = vec![false; self.nodes.len()];
+        nodes.iter().for_each(|&node| asked[node as usize] = true);
+        let mut found: Vec<(u32, u32)> = Vec::new();
+        for (row, &node) in self.elements.iter().flat_map(|e| &e.nodes).enumerate() {
+            if asked[node as usize] {
+                found.push((node, row as u32));
+            }
+        }
+        let mut rows = Rows::new(found.iter().map(|&(node, _)| node), self.nodes.len());
+        rows.entries.iter_mut().for_each(|entry| *entry = found[*entry as usize].1);
+        rows
     }
 
     /// Gives each node the mass of its points.
@@ -248,8 +260,11 @@ mod tests {
             assert_eq!(particles.reference[p], points[id as usize]);
         }
         assert!((grid.nodes.mass.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        let all: Vec<u32> = (0..grid.nodes.len() as u32).collect();
+        let rows = grid.rows_of(&all);
+        assert_eq!(rows.entries.len(), super::AROUND * grid.elements.len());
         for n in 0..grid.nodes.len() {
-            for &row in grid.rows.of(n) {
+            for &row in rows.of(n) {
                 let element = &grid.elements[row as usize / super::AROUND];
                 assert_eq!(element.nodes[row as usize % super::AROUND] as usize, n);
             }

@@ -57,6 +57,26 @@ impl Stencil {
     }
 }
 
+/// Weight \[1\] of a point at `x` \[m\] at the `k`-th of its 27 nodes, and node less point, in
+/// cells: as [`Stencil`] has them.
+#[must_use]
+#[inline]
+pub fn share(x: &Vec3, spacing: &Vec3, k: usize) -> (f64, Vec3) {
+    let numbers = [k / 9, k / 3 % 3, k % 3];
+    let (mut weight, mut away) = ([0.0; 3], [0.0; 3]);
+    for axis in 0..3 {
+        let place = x[axis] / spacing[axis];
+        let f = place - f64::from(floor(place - 0.5));
+        let (low, high, mid) = (1.5 - f, f - 0.5, f - 1.0);
+        (weight[axis], away[axis]) = match numbers[axis] {
+            0 => (0.5 * low * low, -f),
+            1 => (0.75 - mid * mid, -mid),
+            _ => (0.5 * high * high, 2.0 - f),
+        };
+    }
+    (weight[0] * weight[1] * weight[2], Vec3::from(away))
+}
+
 /// floor without a library call, which plain x86-64 would make.
 #[inline]
 fn floor(x: f64) -> i32 {

@@ -1,6 +1,7 @@
-//! The striker's push: Hertz pressure on the contact disc, through a Hertz spring.
+//! The striker's push: Hertz pressure on the contact disc, through the contact's spring.
 
 use super::domain::Domain;
+use super::spring::{self, Spring};
 use crate::material::Material;
 use crate::solver::Impact;
 use cullet_geometry::Vec3;
@@ -15,16 +16,13 @@ pub const DEPTH: f64 = 1.5;
 /// Fewest points that may carry a load; the nearest ones are taken where the disc holds fewer.
 pub const LEAST_POINTS: usize = 8;
 
-/// Duration of a Hertz contact over δ_max/v.
-const HERTZ_TIME: f64 = 2.943;
-
 /// Durations of the contact after which it is over in any case.
 const LONGEST: f64 = 3.0;
 
 /// Durations apart after which the two have parted for good.
 const APART: f64 = 0.5;
 
-/// One impact: a striker that presses on points near the contact through a Hertz spring.
+/// One impact: a striker that presses on points near the contact through a [`Spring`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
     /// Point ids and their shares, which sum to 1.
@@ -41,10 +39,7 @@ pub struct Load {
     pub work: f64,
     /// Force now \[N\].
     pub force: f64,
-    /// Of F = k δ^{3/2} \[N/m^{3/2}\].
-    stiffness: f64,
-    /// Greatest force on a rigid body \[N\].
-    peak: f64,
+    spring: Spring,
     /// Speed of the striker along the push at first, seen from the body at rest \[m/s\].
     closing_speed: f64,
     /// The same now \[m/s\].
@@ -64,17 +59,15 @@ impl Load {
     /// Spreads `impact` over the points of `domain` near it, for a contact of `duration` \[s\].
     ///
     /// `mobility` is the body's at the contact, 1/m + n·[I⁻¹(r×n)]×r \[1/kg\]; the striker's
-    /// follows from ½ m* v² = E. The spring is the one whose contact takes the impact's duration:
-    /// δ_max = v t_c/2.943 and ½ m* v² = ⅖ k δ_max^{5/2}  (H1). A `duration` shorter by s is that
-    /// of a striker of the same energy with m* s² and v/s: same spring, same peak force, s times
-    /// the impulse.
+    /// follows from ½ m* v² = E. A `duration` shorter by s is that of a striker of the same energy
+    /// with m* s² and v/s: same spring, same peak force, s times the impulse.
     #[must_use]
     pub fn new(impact: &Impact, domain: &Domain, duration: f64, mobility: f64) -> Self {
-        let shares = disc(domain, &impact.point, &impact.normal, impact.radius);
-        let share = duration / impact.duration;
+        let spring = Spring::new(impact);
+        let radius = spring.contact(spring.depth(impact.energy));
+        let shares = disc(domain, &impact.point, &impact.normal, radius);
+        let share = duration / spring::duration(impact);
         let reduced = 2.0 * impact.energy / (impact.closing_speed * impact.closing_speed);
-        let deepest = impact.closing_speed * impact.duration / HERTZ_TIME;
-        let stiffness = 2.5 * impact.energy / (deepest * deepest * deepest.sqrt());
         Self {
             shares,
             direction: impact.normal,
@@ -83,8 +76,7 @@ impl Load {
             delivered: 0.0,
             work: 0.0,
             force: 0.0,
-            stiffness,
-            peak: stiffness * deepest * deepest.sqrt(),
+            spring,
             closing_speed: impact.closing_speed / share,
             speed: impact.closing_speed / share,
             // 1/m* is the sum of the two mobilities [Gate 0]
@@ -96,14 +88,14 @@ impl Load {
         }
     }
 
-    /// Whether the tension at the rim of a contact whose greatest `radius` \[m\] is too narrow for
-    /// the grid has reached the strength.
+    /// Whether the tension at the rim of a contact that is too narrow for the grid has reached the
+    /// strength.
     ///
-    /// σ_r = (1 − 2ν) p₀/3 with p₀ = 3F/2πa² and a³ ∝ F (H1); a field only a/10 deep counts in
-    /// proportion to √(a/10) where that is less than the material's EG_f/σ_f² [Gate 2].
+    /// σ_r = (1 − 2ν) p₀/3 with p₀ = 3F/2πa² (H1); a field only a/10 deep counts in proportion to
+    /// √(a/10) where that is less than the material's EG_f/σ_f² [Gate 2].
     #[must_use]
-    pub fn cracks(&self, radius: f64, material: &Material) -> bool {
-        let radius = radius * libm::cbrt((self.force / self.peak).min(1.0));
+    pub fn cracks(&self, material: &Material) -> bool {
+        let radius = self.spring.widest();
         let area = 2.0 * core::f64::consts::PI * radius * radius;
         let rim = (1.0 - 2.0 * material.poisson) * self.force / area;
         let strength = material.failure_stress;
@@ -136,8 +128,7 @@ impl Load {
         let surface = speed(domain, &self.shares, &self.direction);
         self.work += self.last * surface;
         self.approach += (self.speed - surface) * domain.step;
-        let depth = self.approach.max(0.0);
-        self.force = self.stiffness * depth * depth.sqrt();
+        self.force = self.spring.force(self.approach.max(0.0));
         let left = self.impulse - self.delivered;
         let size = (self.force * domain.step).min(left);
         if size > 0.0 {

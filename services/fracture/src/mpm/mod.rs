@@ -12,12 +12,16 @@ pub mod elastic;
 mod front;
 pub mod grid;
 pub mod kernel;
+mod knots;
 mod lattice;
 pub mod load;
 pub mod motion;
+mod parting;
 pub mod quadrature;
 pub mod rest;
 mod separation;
+pub mod spin;
+pub mod spring;
 pub mod symmetric;
 
 pub use domain::{Domain, Tally};

@@ -2,6 +2,7 @@
 
 use super::Mosaic;
 use cullet_geometry::Vec3;
+use cullet_geometry::divide::{divide_triangle, key};
 
 /// Passes after which division stops; each halves the longest edges.
 const PASSES: usize = 12;
@@ -63,60 +64,17 @@ impl Mosaic {
     fn divide(&mut self, middles: &[Middle]) {
         let old = std::mem::take(&mut self.triangles);
         let mut new = Vec::with_capacity(old.len() + 2 * middles.len());
+        let middle = |edge: [u32; 2]| {
+            let found = middles.binary_search_by_key(&edge, |entry| entry.0);
+            found.ok().map(|k| middles[k].1)
+        };
         for facet in &mut self.facets {
             let from = new.len() as u32;
             for &corners in &old[facet.start as usize..facet.end as usize] {
-                divide_triangle(&self.places, corners, middles, &mut new);
+                divide_triangle(&self.places, corners, middle, &mut new);
             }
             (facet.start, facet.end) = (from, new.len() as u32);
         }
         self.triangles = new;
     }
-}
-
-/// Replaces one triangle by one to four, according to which of its edges were divided.
-fn divide_triangle(
-    places: &[Vec3],
-    [a, b, c]: [u32; 3],
-    middles: &[Middle],
-    out: &mut Vec<[u32; 3]>,
-) {
-    let middle = |i, j| {
-        let found = middles.binary_search_by_key(&key(i, j), |entry| entry.0);
-        found.ok().map(|k| middles[k].1)
-    };
-    let squared = |i: u32, j: u32| (places[i as usize] - places[j as usize]).norm_squared();
-    let corners = [a, b, c];
-    let cut = [middle(a, b), middle(b, c), middle(c, a)];
-    let turned = |first: usize| [0, 1, 2].map(|i| (corners[(first + i) % 3], cut[(first + i) % 3]));
-    match cut.iter().flatten().count() {
-        0 => out.push(corners),
-        1 => {
-            let first = cut.iter().position(Option::is_some).unwrap_or(0);
-            if let [(p, Some(m)), (q, _), (r, _)] = turned(first) {
-                out.extend([[p, m, r], [m, q, r]]);
-            }
-        }
-        2 => {
-            let whole = cut.iter().position(Option::is_none).unwrap_or(0);
-            // p–q is whole; m divides q–r, n divides r–p. The shorter diagonal closes the quad.
-            if let [(p, _), (q, Some(m)), (r, Some(n))] = turned(whole) {
-                out.push([m, r, n]);
-                if squared(p, m) <= squared(q, n) {
-                    out.extend([[p, q, m], [p, m, n]]);
-                } else {
-                    out.extend([[p, q, n], [q, m, n]]);
-                }
-            }
-        }
-        _ => {
-            if let [Some(l), Some(m), Some(n)] = cut {
-                out.extend([[a, l, n], [l, b, m], [n, m, c], [l, m, n]]);
-            }
-        }
-    }
-}
-
-fn key(a: u32, b: u32) -> [u32; 2] {
-    [a.min(b), a.max(b)]
 }

@@ -1,15 +1,17 @@
 //! Brittle solids: particles, MLS-MPM under the Hertz push, Rankine damage, then the exact cut.
 
-use crate::cut::{self, CutSettings, DamageField};
+use crate::cut::{self, CutSettings, DamageField, slit};
 use crate::damage::{Softening, WeakPlane};
 use crate::debris::{self, Grain};
 use crate::mpm::domain::{SAFETY, stable_step};
 use crate::mpm::door::{
-    PER_CELL, check_contacts, check_impacts, check_material, check_thickness, sample_points,
-    spacing, stretch, within,
+    PER_CELL, check_contacts, check_impacts, check_material, check_spin, check_thickness,
+    sample_points, spacing, stretch, within,
 };
 use crate::mpm::load::{LEAST_RADIUS, Load};
 use crate::mpm::rest::Rest;
+use crate::mpm::spin::Spin;
+use crate::mpm::spring::{self, Spring};
 use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
 use crate::particles::Particles;
 use crate::solver::{
@@ -37,6 +39,10 @@ const AFTER_TRANSITS: f64 = 4.0;
 
 /// Transits without growth, after the push, that end the solve (F24).
 const QUIET_TRANSITS: f64 = 2.5;
+
+/// Transits over which the stress of a body's spin is put on, smoothly: two or three periods of its
+/// slowest stretching, so that it does not swing (`spin_pulls_a_bar_apart_in_the_middle`).
+const SPIN_TRANSITS: f64 = 4.0;
 
 /// Share of the points that must break to count as growth: less is the opening of old cracks.
 const GROWTH_SHARE: f64 = 2e-3;
@@ -72,10 +78,12 @@ pub struct Brittle {
     warnings: Vec<String>,
 }
 
-/// When the push ends and when the solve does \[s\].
+/// When the push ends and when the solve does \[s\]; the push begins at 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Clock {
     transit: f64,
+    /// How long the stress of the spin is put on before the push.
+    spin_up: f64,
     push: f64,
     end: f64,
 }
@@ -83,9 +91,19 @@ struct Clock {
 impl Clock {
     fn new(problem: &Problem) -> Self {
         let transit = problem.solid.mesh.diagonal() / problem.material.shear_speed();
-        let longest = problem.impacts.iter().fold(0.0_f64, |m, i| m.max(i.duration));
+        let longest = problem.impacts.iter().fold(0.0_f64, |m, i| m.max(spring::duration(i)));
         let push = longest.min(PUSH_TRANSITS * transit);
-        Self { transit, push, end: push + AFTER_TRANSITS * transit }
+        let spins = problem.spin != Vec3::zeros();
+        let spin_up = if spins { SPIN_TRANSITS * transit } else { 0.0 };
+        Self { transit, spin_up, push, end: push + AFTER_TRANSITS * transit }
+    }
+
+    /// The turning frame at `time` \[s\]: before the push its forces grow as 3s² − 2s³, and motion
+    /// is damped within a transit.
+    fn spin(&self, rate: Vec3, time: f64) -> Spin {
+        let s = 1.0 + time / self.spin_up;
+        let onset = (time < 0.0).then(|| (s * s * (3.0 - 2.0 * s), 1.0 / self.transit));
+        Spin { rate, onset }
     }
 }
 
@@ -95,6 +113,7 @@ impl Solver for Brittle {
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
         check_material(problem)?;
         check_impacts(&problem.impacts)?;
+        check_spin(problem)?;
         let spacing = spacing(problem)?;
         check_contacts(problem, &spacing, LEAST_RADIUS)?;
         let volume = problem.solid.mesh.signed_volume();
@@ -110,7 +129,8 @@ impl Solver for Brittle {
             });
         }
         let step = SAFETY * stable_step(&problem.material, spacing.min());
-        let steps = Clock::new(problem).end / step;
+        let clock = Clock::new(problem);
+        let steps = (clock.spin_up + clock.end) / step;
         let limit = f64::from(problem.settings.max_steps);
         if steps > limit {
             return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });
@@ -138,6 +158,7 @@ impl Solver for Brittle {
             strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
         let mut domain = Domain::new(particles, material, softening, spacing);
         let clock = Clock::new(&problem);
+        domain.time = -clock.spin_up;
         let loads: Vec<Load> =
             problem.impacts.iter().map(|impact| load(impact, &problem, &domain, &clock)).collect();
         for &(id, _) in loads.iter().flat_map(|load| &load.shares) {
@@ -177,7 +198,8 @@ impl Solver for Brittle {
                 };
             }
         }
-        Progress::Running((self.domain.time / self.clock.end).min(1.0))
+        let Clock { spin_up, end, .. } = self.clock;
+        Progress::Running(((spin_up + self.domain.time) / (spin_up + end)).min(1.0))
     }
 }
 
@@ -189,13 +211,18 @@ impl Brittle {
     }
 
     fn step(&mut self) -> Result<(), Failure> {
-        for load in &mut self.loads {
-            load.push(&mut self.domain);
+        if self.clock.spin_up > 0.0 {
+            self.domain.spin = Some(self.clock.spin(self.problem.spin, self.domain.time));
         }
-        for rest in &mut self.rests {
-            rest.push(&mut self.domain);
+        if self.domain.time >= 0.0 {
+            for load in &mut self.loads {
+                load.push(&mut self.domain);
+            }
+            for rest in &mut self.rests {
+                rest.push(&mut self.domain);
+            }
+            self.open_contacts();
         }
-        self.open_contacts();
         let tally = self.domain.advance();
         self.total.dissipated += tally.dissipated;
         self.total.crushed = self.total.crushed.max(tally.crushed);
@@ -223,9 +250,9 @@ impl Brittle {
         if self.domain.grid.spacing.min() < self.domain.grid.spacing.max() {
             return;
         }
-        let pairs = self.loads.iter().zip(&self.problem.impacts).zip(&mut self.torn);
-        for ((load, impact), torn) in pairs.filter(|(_, torn)| !**torn) {
-            if load.cracks(impact.radius, &self.problem.material) {
+        let pairs = self.loads.iter().zip(&mut self.torn);
+        for (load, torn) in pairs.filter(|(_, torn)| !**torn) {
+            if load.cracks(&self.problem.material) {
                 *torn = true;
                 let time = self.domain.time;
                 load.shares.iter().for_each(|&(id, _)| self.domain.open(id, time));
@@ -243,8 +270,9 @@ impl Brittle {
             return Err(Failure::NotFinite { what: "energy", step });
         }
         let lost: f64 = self.loads.iter().map(Load::lost).sum();
-        if energy > GROWTH * lost {
-            return Err(Failure::Unstable { ratio: energy / lost - 1.0, step });
+        let given = lost + self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
+        if energy > GROWTH * given {
+            return Err(Failure::Unstable { ratio: energy / given - 1.0, step });
         }
         Ok(())
     }
@@ -262,7 +290,7 @@ impl Brittle {
 
     fn finish(&mut self) -> Result<Fracture, Failure> {
         self.look(self.domain.steps)?;
-        let (positions, damage, damage_time) = self.field();
+        let (positions, damage, damage_time, normals) = self.field();
         let pieces = self.domain.pieces();
         let pieces = crushed::pieces(&self.domain.particles, pieces, &self.rules());
         let field = DamageField {
@@ -273,6 +301,7 @@ impl Brittle {
             time_step: self.domain.step,
             top_speed: self.problem.material.shear_speed(),
             scale: Vec3::repeat(1.0),
+            normals: Some(&normals),
             pieces: Some(&pieces.of),
         };
         let settings = CutSettings {
@@ -296,23 +325,31 @@ impl Brittle {
         }
         let motions =
             motion::of_parts(&self.domain, &partition.particle_part, partition.parts.len());
-        let mut fragments: Vec<Fragment> = partition
-            .parts
-            .into_iter()
-            .zip(motions)
-            .map(|(part, motion)| Fragment {
+        let (mut fragments, mut cracks) = (Vec::new(), Vec::new());
+        for (part, motion) in partition.parts.into_iter().zip(motions) {
+            fragments.push(Fragment {
                 solid: part.solid,
                 hulls: part.hulls,
                 velocity: motion.velocity,
                 spin: motion.spin,
-            })
-            .collect();
+                sheet: slit::joined(&part.cracks),
+            });
+            cracks.push(part.cracks);
+        }
         let pushes = self.loads.iter().zip(&self.problem.impacts);
         let pushes = pushes.map(|(load, hit)| (hit.point, load.direction * load.delivered));
         let rests = self.rests.iter().map(|rest| (rest.point, rest.normal * rest.delivered));
         let pushes: Vec<(Vec3, Vec3)> = pushes.chain(rests).collect();
         motion::balance(&mut fragments, &pushes, self.problem.material.density);
-        let debris = self.crumble(&mut fragments);
+        let mut debris = self.crumble(&mut fragments);
+        if let Some(width) = self.problem.settings.hairline {
+            let spacing = self.domain.grid.spacing.min();
+            let terms =
+                slit::Terms { width, spacing, grain: self.grain(), seed: self.problem.seed };
+            let (dust, warnings) = slit::hairlines(&mut fragments, &cracks, &terms);
+            debris.extend(dust);
+            report.warnings.extend(warnings);
+        }
         let reactions = self.rests.iter().map(|rest| rest.delivered).collect();
         Ok(Fracture { fragments, debris, reactions, report })
     }
@@ -321,7 +358,6 @@ impl Brittle {
     fn crumble(&self, fragments: &mut Vec<Fragment>) -> Vec<Grain> {
         let settings = &self.problem.settings;
         let least = settings.debris * self.problem.solid.mesh.signed_volume();
-        let median = settings.grain.unwrap_or(0.5 * self.domain.grid.spacing.max());
         // They come by falling volume.
         let large = fragments.partition_point(|f| f.solid.mesh.signed_volume() >= least).max(2);
         let small = fragments.split_off(large.min(fragments.len()));
@@ -330,29 +366,34 @@ impl Brittle {
             .enumerate()
             .flat_map(|(i, f)| {
                 let part = debris::Part { mesh: &f.solid.mesh, velocity: f.velocity, spin: f.spin };
-                debris::grains(&part, median, self.problem.seed.wrapping_add(i as u64)).grains
+                debris::grains(&part, self.grain(), self.problem.seed.wrapping_add(i as u64)).grains
             })
             .collect()
     }
 
+    /// Median size of debris \[m\].
+    fn grain(&self) -> f64 {
+        self.problem.settings.grain.unwrap_or(0.5 * self.domain.grid.spacing.max())
+    }
+
     fn rules(&self) -> crushed::Rules {
-        let material = &self.problem.material;
         crushed::Rules {
             spacing: self.domain.grid.spacing,
-            toughness: material.fracture_energy / material.density,
+            material: self.problem.material,
             seed: self.problem.seed,
         }
     }
 
     /// Damage in the order in which the points were sampled.
-    fn field(&self) -> (Vec<Vec3>, Vec<f64>, Vec<f64>) {
+    fn field(&self) -> (Vec<Vec3>, Vec<f64>, Vec<f64>, Vec<Vec3>) {
         let particles = &self.domain.particles;
         let slots = (0..particles.len() as u32).map(|id| self.domain.slot(id));
         let slots: Vec<usize> = slots.collect();
         (
             slots.iter().map(|&p| particles.reference[p]).collect(),
             slots.iter().map(|&p| particles.damage[p]).collect(),
-            slots.iter().map(|&p| particles.damage_time[p]).collect(),
+            slots.iter().map(|&p| particles.damage_time[p].max(0.0)).collect(),
+            slots.iter().map(|&p| particles.normal[p]).collect(),
         )
     }
 
@@ -400,10 +441,11 @@ impl Brittle {
         if drift > 0.2 {
             warnings.push(format!("fast: a point moved {drift:.2} cells in a step (F04)"));
         }
-        let energy: f64 = self.problem.impacts.iter().map(|impact| impact.energy).sum();
+        let energy = self.problem.impacts.iter().map(|impact| impact.energy).sum::<f64>()
+            + self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
         if self.total.dissipated > energy {
             warnings.push(format!(
-                "damage cost {:.3e} J, the approach had {energy:.3e} J",
+                "damage cost {:.3e} J, approach and spin had {energy:.3e} J",
                 self.total.dissipated
             ));
         }
@@ -413,7 +455,7 @@ impl Brittle {
 /// The push of an impact: a longer one than the clock's has the same peak force and delivers less;
 /// the striker keeps the rest.
 fn load(impact: &Impact, problem: &Problem, domain: &Domain, clock: &Clock) -> Load {
-    let duration = impact.duration.min(clock.push);
+    let duration = spring::duration(impact).min(clock.push);
     let mobility = motion::mobility(problem, &impact.point, &impact.normal);
     Load::new(impact, domain, duration, mobility)
 }
@@ -440,18 +482,26 @@ fn first_warnings(
         ));
     }
     for impact in &problem.impacts {
-        if impact.duration > clock.push {
+        let (duration, spring) = (spring::duration(impact), Spring::new(impact));
+        if duration > clock.push {
             warnings.push(format!(
                 "push of {:.3e} s shortened to {:.3e} s, {PUSH_TRANSITS} transits, at the same \
                  peak force (F12)",
-                impact.duration, clock.push
+                duration, clock.push
             ));
         }
         let least = LEAST_RADIUS * spacing.max();
-        if impact.radius < least {
+        let radius = spring.contact(spring.depth(impact.energy));
+        if radius < least {
             warnings.push(format!(
-                "contact radius {:.3e} m widened to {least:.3e} m, {LEAST_RADIUS} cells (F11)",
-                impact.radius,
+                "contact radius {radius:.3e} m widened to {least:.3e} m, {LEAST_RADIUS} cells (F11)"
+            ));
+        }
+        if spring.crushes(impact.energy) {
+            warnings.push(format!(
+                "the contact crushes at {:.3e} Pa: {:.3} of the Hertz force (F13)",
+                impact.crushing_pressure,
+                spring.peak(impact.energy) / spring.elastic_peak(impact.energy)
             ));
         }
     }

@@ -11,7 +11,7 @@ use crate::cut::{CutError, CutSettings, Cutting, Part, Partition};
 use crate::solver::{
     Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
 };
-use cullet_geometry::{MassProperties, Vec3};
+use cullet_geometry::{MassProperties, Sheet, Vec3};
 use probes::{PROBES, Probes};
 
 /// Share of the approach energy that goes into new surface. Ladder runs give 0.05 to 0.3; the rest
@@ -204,6 +204,7 @@ impl Motion {
             hulls: part.hulls,
             velocity: self.velocity + self.spin.cross(&arm),
             spin: self.spin,
+            sheet: Sheet::default(),
         }
     }
 }

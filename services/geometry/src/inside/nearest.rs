@@ -140,7 +140,7 @@ fn box_of([a, b, c]: &[Vec3; 3]) -> (Vec3, Vec3) {
 /// The point of a triangle nearest to `p`, by the region of its plane that `p` projects into
 /// \[Ericson, Real-Time Collision Detection, §5.1.5\].
 #[must_use]
-pub(crate) fn closest_on_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
+pub fn closest_on_triangle(p: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
     if d1 <= 0.0 && d2 <= 0.0 {

@@ -1,6 +1,7 @@
 //! Division of long edges without moving the surface.
 
 use super::{ShapeError, check_count};
+use crate::divide::{divide_triangle, key};
 use crate::mesh::TriMesh;
 use std::collections::BTreeMap;
 
@@ -21,7 +22,8 @@ pub fn refine(mesh: &TriMesh, edge: f64) -> Result<TriMesh, ShapeError> {
         }
         let mut triangles = Vec::with_capacity(2 * mesh.triangles.len());
         for &corners in &mesh.triangles {
-            divide_triangle(&mesh, corners, &middles, &mut triangles);
+            let middle = |edge: [u32; 2]| middles.get(&edge).copied();
+            divide_triangle(&mesh.vertices, corners, middle, &mut triangles);
         }
         mesh.triangles = triangles;
         check_count(mesh.triangles.len())?;
@@ -51,49 +53,4 @@ fn divide_edges(mesh: &mut TriMesh, edge: f64) -> BTreeMap<[u32; 2], u32> {
         }
     }
     middles
-}
-
-/// Replaces one triangle by one to four, according to which of its edges were divided.
-fn divide_triangle(
-    mesh: &TriMesh,
-    [a, b, c]: [u32; 3],
-    middles: &BTreeMap<[u32; 2], u32>,
-    out: &mut Vec<[u32; 3]>,
-) {
-    let middle = |i, j| middles.get(&key(i, j)).copied();
-    let squared =
-        |i: u32, j: u32| (mesh.vertices[i as usize] - mesh.vertices[j as usize]).norm_squared();
-    let corners = [a, b, c];
-    let cut = [middle(a, b), middle(b, c), middle(c, a)];
-    let turned = |first: usize| [0, 1, 2].map(|i| (corners[(first + i) % 3], cut[(first + i) % 3]));
-    match cut.iter().flatten().count() {
-        0 => out.push(corners),
-        1 => {
-            let first = cut.iter().position(Option::is_some).unwrap_or(0);
-            if let [(p, Some(m)), (q, _), (r, _)] = turned(first) {
-                out.extend([[p, m, r], [m, q, r]]);
-            }
-        }
-        2 => {
-            let whole = cut.iter().position(Option::is_none).unwrap_or(0);
-            // p–q is whole; m divides q–r, n divides r–p. The shorter diagonal closes the quad.
-            if let [(p, _), (q, Some(m)), (r, Some(n))] = turned(whole) {
-                out.push([m, r, n]);
-                if squared(p, m) <= squared(q, n) {
-                    out.extend([[p, q, m], [p, m, n]]);
-                } else {
-                    out.extend([[p, q, n], [q, m, n]]);
-                }
-            }
-        }
-        _ => {
-            if let [Some(l), Some(m), Some(n)] = cut {
-                out.extend([[a, l, n], [l, b, m], [n, m, c], [l, m, n]]);
-            }
-        }
-    }
-}
-
-fn key(a: u32, b: u32) -> [u32; 2] {
-    [a.min(b), a.max(b)]
 }

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use cullet_geometry::{Solid, TriMesh, Vec3};
+use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
 
 /// Longest a test waits for anything.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
@@ -50,6 +50,7 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         radius: 1e-3,
         energy: 1.0,
         closing_speed: 1.0,
+        crushing_pressure: 1e12,
     };
     let settings = Settings {
         spacing: None,
@@ -60,6 +61,7 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         detail: cullet_proto::Detail::default(),
         debris: 0.0,
         grain: None,
+        hairline: None,
     };
     FractureJob {
         solver: solver.into(),
@@ -69,6 +71,7 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         strength: Strength::default(),
         impacts: vec![impact],
         supports: Vec::new(),
+        spin: Vec3::zeros(),
         settings,
         seed,
     }
@@ -81,6 +84,7 @@ pub(crate) fn answer(job: &FractureJob) -> Verdict {
         hulls: vec![job.solid.mesh.vertices.clone()],
         velocity: Vec3::repeat(k as f64),
         spin: Vec3::zeros(),
+        sheet: Sheet::default(),
     };
     let fragments = (0..job.seed % 5).map(fragment).collect();
     let report = Report { solver: job.solver.clone(), steps: job.seed, ..Report::default() };

@@ -2,7 +2,7 @@
 
 use crate::kit::{Hand, answer, config, job, next, solve, verdict};
 use cullet_coordinator::link::{Ending, Pool};
-use cullet_geometry::{Solid, TriMesh, Vec3};
+use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
 use cullet_proto::{BrokenBody, FractureJob, Fragment, Report, Verdict};
 use cullet_worker::Watch;
 use std::sync::Arc;
@@ -53,7 +53,8 @@ fn a_job_and_a_result_of_twenty_megabytes_go_over_in_chunks() {
     let back = |job: &FractureJob, _: &Watch| {
         let solid = job.solid.clone();
         let (velocity, spin) = (Vec3::x(), Vec3::y());
-        let fragments = vec![Fragment { solid, hulls: Vec::new(), velocity, spin }];
+        let (hulls, sheet) = (Vec::new(), Sheet::default());
+        let fragments = vec![Fragment { solid, hulls, velocity, spin, sheet }];
         let report = Report::default();
         Some(Verdict::Broken(Box::new(BrokenBody { fragments, report, ..BrokenBody::default() })))
     };

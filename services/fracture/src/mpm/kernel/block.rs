@@ -50,8 +50,6 @@ struct Tile<R> {
 /// Neighbouring elements, their points, and the nodes that these see.
 #[derive(Clone, Debug)]
 pub(super) struct Block<R> {
-    /// What it was made from.
-    pub(super) elements: Vec<Element>,
     /// The nodes, ascending.
     pub(super) nodes: Vec<u32>,
     tiles: Vec<Tile<R>>,
@@ -74,19 +72,32 @@ impl<R: Real> Scratch<R> {
 }
 
 impl<R: Real> Block<R> {
-    /// Puts elements side by side, those with most points first, so that few lanes lie idle.
-    pub(super) fn new(elements: &[Element], particles: &Particles, spacing: &Vec3) -> Self {
-        let mut nodes: Vec<u32> = elements.iter().flat_map(|e| e.nodes).collect();
+    /// Puts elements side by side, those with most points first, so that few lanes lie idle;
+    /// `places` is zero for every node, before and after.
+    pub(super) fn new(
+        elements: &[Element],
+        particles: &Particles,
+        spacing: &Vec3,
+        places: &mut [u16],
+    ) -> Self {
+        let mut nodes: Vec<u32> = Vec::new();
+        for &node in elements.iter().flat_map(|e| &e.nodes) {
+            if places[node as usize] == 0 {
+                places[node as usize] = 1;
+                nodes.push(node);
+            }
+        }
         nodes.sort_unstable();
-        nodes.dedup();
+        for (place, &node) in nodes.iter().enumerate() {
+            places[node as usize] = place as u16;
+        }
         let first = elements[0].first;
         let mut order: Vec<&Element> = elements.iter().collect();
         order.sort_by_key(|element| Reverse(element.count));
         let tile = |elements: &[&Element]| {
             let mut tile = Tile { nodes: [[0; AROUND]; LANES], slots: Vec::new() };
             for (lane, element) in elements.iter().enumerate() {
-                let local = |node| nodes.binary_search(&node).map_or(0, |k| k as u16);
-                tile.nodes[lane] = element.nodes.map(local);
+                tile.nodes[lane] = element.nodes.map(|node| places[node as usize]);
                 for (slot, p) in element.points().enumerate() {
                     if slot == tile.slots.len() {
                         tile.slots.push(Slot::empty());
@@ -99,7 +110,8 @@ impl<R: Real> Block<R> {
             tile
         };
         let tiles = order.chunks(LANES).map(tile).collect();
-        Self { elements: elements.to_vec(), nodes, tiles, stale: true }
+        nodes.iter().for_each(|&node| places[node as usize] = 0);
+        Self { nodes, tiles, stale: true }
     }
 
     /// Forces \[N\] of the points on the block's nodes, and what damage does to the points.

@@ -4,7 +4,7 @@ use super::block::{Block, Four, Scratch};
 use super::lanes::Real;
 use super::law::Law;
 use crate::mpm::domain::Tally;
-use crate::mpm::grid::{Grid, Rows};
+use crate::mpm::grid::{Element, Grid, Rows};
 use crate::particles::Particles;
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
@@ -79,25 +79,29 @@ impl<R: Real> Pass<R> {
         let starts = starts.chain([particles.len() as u32]).collect();
         let (blocks, forces, rows) = (Vec::new(), Vec::new(), Rows::default());
         let mut pass = Self { blocks, starts, forces, rows };
-        pass.refresh(grid, particles);
+        pass.refresh(grid, particles, None);
         pass
     }
 
-    /// Makes anew the blocks whose elements have changed. Points must have stayed in their block.
-    fn refresh(&mut self, grid: &Grid, particles: &Particles) {
-        let mut rest = grid.elements.as_slice();
-        for (b, &end) in self.starts[1..].iter().enumerate() {
-            let (own, after) = rest.split_at(rest.partition_point(|e| e.first < end));
+    /// Makes anew the blocks of the elements that begin at the points `changed`, ascending, or all
+    /// of them. Points must have stayed in their block.
+    fn refresh(&mut self, grid: &Grid, particles: &Particles, changed: Option<&[u32]>) {
+        let mut old = std::mem::take(&mut self.blocks).into_iter();
+        let (mut rest, mut work) = (grid.elements.as_slice(), Vec::new());
+        for pair in self.starts.windows(2) {
+            let (own, after) = rest.split_at(rest.partition_point(|e| e.first < pair[1]));
             rest = after;
-            if self.blocks.get(b).is_none_or(|block| block.elements != own) {
-                let block = Block::new(own, particles, &grid.spacing);
-                if b < self.blocks.len() {
-                    self.blocks[b] = block;
-                } else {
-                    self.blocks.push(block);
-                }
-            }
+            let is_new = changed.is_none_or(|changed| {
+                let next = changed.partition_point(|&first| first < pair[0]);
+                changed.get(next).is_some_and(|&first| first < pair[1])
+            });
+            work.push((own, old.next().filter(|_| !is_new)));
         }
+        let make = |places: &mut Vec<u16>, (own, old): (&[Element], Option<Block<R>>)| {
+            old.unwrap_or_else(|| Block::new(own, particles, &grid.spacing, places))
+        };
+        let places = || vec![0; grid.nodes.len()];
+        self.blocks = work.into_par_iter().map_init(places, make).collect();
         let ids = self.blocks.iter().flat_map(|block| block.nodes.iter().copied());
         self.rows = Rows::new(ids, grid.nodes.len());
         self.forces.resize(self.rows.entries.len(), [R::of(0.0); 4]);
@@ -165,11 +169,12 @@ impl Kernel {
         Self { pass, path }
     }
 
-    /// After elements have changed; points may only have moved within their cell.
-    pub(crate) fn refresh(&mut self, grid: &Grid, particles: &Particles) {
+    /// After the elements that began at the points `changed` have; points may only have moved
+    /// within their cell.
+    pub(crate) fn refresh(&mut self, grid: &Grid, particles: &Particles, changed: &[u32]) {
         match &mut self.pass {
-            Either::Single(pass) => pass.refresh(grid, particles),
-            Either::Double(pass) => pass.refresh(grid, particles),
+            Either::Single(pass) => pass.refresh(grid, particles, Some(changed)),
+            Either::Double(pass) => pass.refresh(grid, particles, Some(changed)),
         }
     }
 

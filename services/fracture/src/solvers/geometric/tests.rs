@@ -30,8 +30,16 @@ fn problem(size: Vec3, energy: f64) -> Problem {
     let normal = Vec3::new(1.0, 0.1, 0.0).normalize();
     // I = m* v, E = ½ m* v²
     let (impulse, closing_speed) = (0.4, 5.0 * energy);
-    let hit =
-        Impact { point, normal, impulse, duration: 1e-4, radius: 1e-3, energy, closing_speed };
+    let hit = Impact {
+        point,
+        normal,
+        impulse,
+        duration: 1e-4,
+        radius: 1e-3,
+        energy,
+        closing_speed,
+        crushing_pressure: 1e12,
+    };
     let other = Impact { point: -point, impulse: 0.1, energy: 1e-12, closing_speed: 2e-11, ..hit };
     Problem {
         solid: Arc::new(block(size)),
@@ -39,6 +47,7 @@ fn problem(size: Vec3, energy: f64) -> Problem {
         strength: StrengthField::default(),
         impacts: vec![hit, other],
         supports: Vec::new(),
+        spin: Vec3::zeros(),
         settings: Settings::default(),
         seed: 5,
     }
