@@ -119,5 +119,6 @@ fn bad_input_is_told_with_its_place() {
 fn the_schema_is_the_readers() {
     let said = Cullet::new(&["schema", "--specimen"]).output();
     let file = std::fs::read_to_string(specimens().join("specimen.schema.json")).expect("a file");
-    assert_eq!(said.stdout, file, "cullet schema --specimen > tests/specimens/specimen.schema.json");
+    let how = "cullet schema --specimen > tests/specimens/specimen.schema.json";
+    assert_eq!(said.stdout, file, "{how}");
 }

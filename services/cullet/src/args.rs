@@ -14,10 +14,10 @@ pub(crate) struct Cli {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done · 2 the run failed · 3 an expectation of the scene \
-or specimen does not hold · 4 a picture could not be drawn (the recording is complete) · 64 bad input · \
-69 no coordinator there, or it left before the run began · 74 a file could not be read or \
-written · 130 interrupted (the recording is finished). SIGINT and SIGTERM end a run early but in \
-order, a coordinator or a worker with code 0; a second SIGINT quits at once.";
+or specimen does not hold · 4 a picture could not be drawn (the recording is complete) · 64 bad \
+input · 69 no coordinator there, or it left before the run began · 74 a file could not be read \
+or written · 130 interrupted (the recording is finished). SIGINT and SIGTERM end a run early but \
+in order, a coordinator or a worker with code 0; a second SIGINT quits at once.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {

@@ -1,8 +1,8 @@
 //! The bench: specimens run over sweeps of their settings, each in a process of its own.
 //!
 //! A run is a pure job: its id is the digest of what is solved. A process that hangs is ended at
-//! the time limit; one that crashes has a status like any other: a failed run is a point of a chart,
-//! never a missing row. Several run at once, and results come in the order of the plan.
+//! the time limit; one that crashes has a status like any other: a failed run is a point of a
+//! chart, never a missing row. Several run at once, and results come in the order of the plan.
 
 mod pool;
 mod sweep;

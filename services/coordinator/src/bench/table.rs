@@ -80,7 +80,8 @@ fn short(value: f64) -> String {
     } else if size != 0.0 && !(1e-3..1e5).contains(&size) {
         format!("{value:.4e}")
     } else {
-        let digits = if size > 0.0 { (4.0 - size.log10().floor()).clamp(0.0, 7.0) } else { 1.0 };
+        let digits =
+            if size > 0.0 { (4.0 - libm::log10(size).floor()).clamp(0.0, 7.0) } else { 1.0 };
         format!("{value:.0$}", digits as usize)
     }
 }

@@ -47,8 +47,8 @@ pub struct Specimen {
     pub warnings: Vec<String>,
 }
 
-/// Loads a specimen. `overrides` are `path=value` arguments, applied in order; a path of one name is
-/// one of `[solver]` or `[run]`.
+/// Loads a specimen. `overrides` are `path=value` arguments, applied in order; a path of one name
+/// is one of `[solver]` or `[run]`.
 ///
 /// # Errors
 /// Everything that is wrong with it, in the order of the text.
