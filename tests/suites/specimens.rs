@@ -39,6 +39,11 @@ fn the_damage_law_spends_its_energy() {
     hold(&["f-u-point-law", "f-b-notched-bar", "d8-spall"]);
 }
 
+#[test]
+fn cracks_go_where_and_as_far_as_they_must() {
+    hold(&["k4-kink", "k5-cantilevers"]);
+}
+
 /// Every file of the catalogue is read, whatever it costs to run.
 #[test]
 fn every_specimen_is_read() {

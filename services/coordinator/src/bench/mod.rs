@@ -58,13 +58,20 @@ impl Point {
     /// What it is called in tables: the specimen, and what was swept beside what has a column.
     #[must_use]
     pub fn label(&self) -> String {
-        let own = ["spacing", "step_factor", "points_per_cell", "precision", "threads"];
-        let more: Vec<&str> = self
-            .swept
-            .iter()
-            .filter(|text| !own.iter().any(|key| text.split('=').next() == Some(key)))
-            .map(String::as_str)
-            .collect();
+        self.titled(&["spacing", "step_factor", "points_per_cell", "precision", "threads"])
+    }
+
+    /// What it is called for people, who see its spacing beside it.
+    #[must_use]
+    pub fn title(&self) -> String {
+        self.titled(&["spacing"])
+    }
+
+    /// The specimen, and what was swept beside those keys.
+    fn titled(&self, own: &[&str]) -> String {
+        let key = |text: &str| text.split('=').next().unwrap_or_default().to_owned();
+        let more = self.swept.iter().filter(|text| !own.contains(&key(text).as_str()));
+        let more: Vec<&str> = more.map(String::as_str).collect();
         if more.is_empty() {
             return self.specimen.name.clone();
         }

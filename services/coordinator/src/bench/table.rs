@@ -94,7 +94,7 @@ pub fn text(all: &[Measured]) -> String {
     let mut notes = Vec::new();
     for measured in all {
         let result = &measured.result;
-        let name = measured.point.label();
+        let name = measured.point.title();
         let spacing = short(1e3 * measured.point.specimen.job.setup.settings.spacing);
         let cost = format!("{:.2} s", result.price.wall);
         if let Some(why) = trouble(&result.ending) {
