@@ -48,7 +48,7 @@ pub fn sheet(frames: &[Frame]) -> Picture {
     let all: Vec<Vec3> =
         frames.iter().flat_map(|f| f.points.iter().map(place)).filter(is_finite).collect();
     let camera = view(&all);
-    let size = frames.first().map_or(1.0, |frame| distance(frame));
+    let size = frames.first().map_or(1.0, distance);
     let pictures: Vec<Picture> = shown
         .flatten()
         .map(|frame| {

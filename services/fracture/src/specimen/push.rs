@@ -53,7 +53,7 @@ impl Pushed {
 
 /// The nodes of each load.
 pub(super) fn pushed(specimen: &Specimen, frame: &Frame, domain: &Domain) -> Vec<Pushed> {
-    let facets = specimen.loads.iter().any(|load| is_surface(load)).then(|| facets(specimen));
+    let facets = specimen.loads.iter().any(is_surface).then(|| facets(specimen));
     let order = by_place(&domain.grid);
     let one = |load: &Load| {
         let mut forces = vec![Vec3::zeros(); domain.grid.nodes.len()];
