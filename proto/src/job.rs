@@ -114,6 +114,16 @@ pub struct Support {
     pub radius: f64,
 }
 
+/// Numbers that a solve's points are worked out in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Precision {
+    /// f32.
+    Single,
+    /// f64.
+    #[default]
+    Double,
+}
+
 /// What the scene decides about a solve. `None` means "let the solver choose".
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
@@ -135,6 +145,8 @@ pub struct Settings {
     pub grain: Option<f64>,
     /// Width of the slits cut along cracks that end inside a fragment \[m\]; `None` cuts none.
     pub hairline: Option<f64>,
+    /// What points are worked out in.
+    pub precision: Precision,
 }
 
 /// A problem, who is to solve it, and who if that one refuses.
@@ -372,6 +384,7 @@ pub(crate) mod tests {
                 debris: 5e-4,
                 grain: Some(1e-3),
                 hairline: Some(1e-4),
+                precision: Precision::Double,
             },
             seed: 7,
         }
@@ -383,13 +396,13 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "490e0418");
+        assert_eq!(job.id()?.short(), "68d87d3e");
         Ok(())
     }
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 19] = [
+        let change: [fn(&mut FractureJob); 20] = [
             |j| j.settings.hairline = None,
             |j| j.settings.detail.height = 0.2,
             |j| j.seed += 1,
@@ -405,6 +418,7 @@ pub(crate) mod tests {
             |j| j.impacts[0].crushing_pressure += 1.0,
             |j| j.settings.spacing = Some(0.1),
             |j| j.settings.grain = None,
+            |j| j.settings.precision = Precision::Single,
             |j| j.supports[0].radius = 0.03,
             |j| j.spin.x = 1.0,
             |j| j.solid.mesh.vertices[0].x = 1e-300,

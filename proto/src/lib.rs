@@ -22,5 +22,5 @@ pub mod verdict;
 
 pub use codec::WireError;
 pub use ids::{Epoch, JobId, SessionId, WorkerId};
-pub use job::{Detail, FractureJob, Impact, Material, Settings, Support};
+pub use job::{Detail, FractureJob, Impact, Material, Precision, Settings, Support};
 pub use verdict::{BrokenBody, Fragment, Grain, Report, Verdict};

@@ -2,8 +2,8 @@
 //! tag for each triangle: all ones for the outer surface, else the number of the body that broke
 //! plus one (0: not named). Then for each crack triangle in order, at its three corners: the damage
 //! times (3 × f32 \[s\]), and after those of all of them the front speeds (3 × f32 \[m/s\]), finite
-//! and not negative. A sheet is vertices and triangles, then the damage time of each vertex, then its
-//! front speed.
+//! and not negative. A sheet is vertices and triangles, then the damage time of each vertex, then
+//! its front speed.
 
 use crate::codec::{self, WireError};
 use cullet_geometry::{Sheet, Solid, Surface, TriMesh, Vec3};

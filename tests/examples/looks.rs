@@ -94,6 +94,7 @@ fn broken(detail: Detail) -> Result<Partition, Box<dyn std::error::Error>> {
         positions: &positions,
         damage: &damage,
         damage_time: &damage_time,
+        normals: None,
         pieces: None,
         time_step: 1e-8,
         top_speed: 3000.0,

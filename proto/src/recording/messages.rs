@@ -84,8 +84,8 @@ message! {
         "3" [uint32, repeated] triangles: Vec<u32>,
         /// One byte a triangle: 0 the surface the object was made with, 1 a crack face.
         "4" [bytes = "vec"] crack: Vec<u8>,
-        /// For each crack triangle in order: the interior vertices at its three corners. An interior
-        /// vertex is a vertex as crack faces see it: there are several of it where charts meet.
+        /// For each crack triangle in order: the interior vertices at its three corners. An
+        /// interior vertex is a vertex as crack faces see it, doubled where charts meet.
         "10" [uint32, repeated] corner: Vec<u32>,
         /// Of each interior vertex: the vertex that it lies at.
         "11" [uint32, repeated] interior_vertex: Vec<u32>,
@@ -98,8 +98,8 @@ message! {
         /// Of each interior vertex: the body that broke there plus one, that is `Body.id` + 1; 0
         /// where not known.
         "15" [uint32, repeated] parent: Vec<u32>,
-        /// Of each interior vertex: the material inside, as its place among the keys of the metadata
-        /// record `materials` in order, from 1 on; 0 where not known.
+        /// Of each interior vertex: the material inside, as its place among the keys of the
+        /// metadata record `materials` in order, from 1 on; 0 where not known.
         "16" [uint32, repeated] material: Vec<u32>,
     }
 }

@@ -32,6 +32,9 @@ const HALF: f64 = 0.5;
 /// Share of its particles in no piece up to which a node takes the piece that holds most of them,
 /// be that half or not: three small pieces may meet there, but no crack's band.
 const FEW: f64 = 0.1;
+/// Distance of lattice nodes over the spacing where the pieces are known point by point: small ones
+/// keep their shape, and faces lean less to the axes (F22). Points are half a spacing apart.
+const FINER: f64 = 0.7;
 /// Most lattice nodes; beyond, memory (about 40 bytes each) would exceed a worker's share.
 const MAX_NODES: f64 = 5e7;
 /// The lattice reaches this many nodes beyond the body on every side.
@@ -169,7 +172,7 @@ impl Nodes {
     /// Spreads the field to the nodes in and around `body` and labels the undamaged ones inside.
     pub(crate) fn new(body: &TriMesh, field: &DamageField<'_>) -> Result<Self, CutError> {
         check(field)?;
-        let h = field.spacing;
+        let h = if field.pieces.is_some() { FINER * field.spacing } else { field.spacing };
         let mut reach = body.bounds().unwrap_or_default();
         for p in field.positions {
             reach = (reach.0.inf(p), reach.1.sup(p));
@@ -215,6 +218,7 @@ impl Nodes {
             }
         }
         let mut names = std::collections::BTreeMap::new();
+        let mut shared = Vec::new();
         for (i, shares) in shares.iter().enumerate().filter(|&(i, _)| self.inside[i] & NODE != 0) {
             let all: f64 = shares.iter().map(|entry| entry.1).sum();
             let pieces = shares.iter().filter(|entry| entry.0.is_some());
@@ -224,9 +228,17 @@ impl Nodes {
             if let Some(&(piece, _)) = most.filter(|entry| entry.1 >= least) {
                 let next = names.len() as u32;
                 self.label[i] = *names.entry(piece).or_insert(next);
+                if free <= FEW * all {
+                    shared.push(i);
+                }
             }
         }
         self.labels = names.len() as u32;
+        for i in shared {
+            let own =
+                shares[i].iter().filter_map(|(piece, share)| Some((names.get(piece)?, share)));
+            self.expect(i, own.map(|(&label, &share)| (label, share)));
+        }
     }
 
     fn spread(lattice: Lattice, field: &DamageField<'_>) -> Self {

@@ -3,6 +3,7 @@
 use crate::debris::Grain;
 use crate::detail::Detail;
 use crate::material::Material;
+use crate::mpm::kernel::Precision;
 use crate::strength::StrengthField;
 use cullet_geometry::{Sheet, Solid, Vec3};
 use std::sync::Arc;
@@ -62,6 +63,8 @@ pub struct Settings {
     /// Width of the slits that are cut along cracks which end inside a fragment \[m\], at most
     /// [`crate::cut::slit::WIDEST`] of the spacing; `None` cuts none.
     pub hairline: Option<f64>,
+    /// What points are worked out in.
+    pub precision: Precision,
 }
 
 impl Default for Settings {
@@ -76,6 +79,7 @@ impl Default for Settings {
             debris: 5e-4,
             grain: None,
             hairline: None,
+            precision: Precision::Double,
         }
     }
 }

@@ -1,11 +1,15 @@
 //! The points' pass: the same bits on every path and with any number of threads; f32 beside f64.
 
-use cullet_fracture::Material;
 use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
 use cullet_fracture::mpm::kernel::{Path, Precision, vector};
 use cullet_fracture::particles::Particles;
-use cullet_geometry::{Vec3, math::unit};
+use cullet_fracture::solvers::brittle::{Brittle, Pace};
+use cullet_fracture::{
+    Fracture, Impact, Material, Problem, Progress, Settings, Solver, StrengthField,
+};
+use cullet_geometry::{Solid, Vec3, math::unit, shapes};
+use std::sync::Arc;
 
 const SPACING: f64 = 0.01;
 
@@ -72,6 +76,63 @@ fn the_bits_depend_neither_on_the_path_nor_on_the_threads() {
             }
         }
     }
+}
+
+/// A whole solve of a plaster block: fragments, their motion and the report.
+fn solve(precision: Precision, path: Path, threads: usize) -> Fracture {
+    let plaster = Material {
+        density: 1150.0,
+        young: 3e9,
+        poisson: 0.2,
+        failure_stress: 3e6,
+        fracture_energy: 5.0,
+    };
+    let impact = Impact {
+        point: Vec3::new(-0.1, 0.02, 0.03),
+        normal: Vec3::x(),
+        impulse: 12.0,
+        duration: 1.2e-4,
+        radius: 6e-3,
+        energy: 120.0,
+        closing_speed: 20.0,
+        crushing_pressure: 1e12,
+    };
+    let mesh = shapes::cuboid(Vec3::repeat(0.2), shapes::Detail::default()).expect("a block");
+    let problem = Problem {
+        solid: Arc::new(Solid::outer(mesh)),
+        material: plaster,
+        strength: StrengthField { seed: 7, ..StrengthField::default() },
+        impacts: vec![impact],
+        supports: Vec::new(),
+        spin: Vec3::zeros(),
+        settings: Settings { max_particles: 2500, precision, ..Settings::default() },
+        seed: 7,
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+    pool.install(|| {
+        let mut run = Brittle::paced(problem, Pace::default(), path).expect("accepted");
+        loop {
+            match run.advance() {
+                Progress::Running(_) => {}
+                Progress::Done(fracture) => return *fracture,
+                Progress::Failed(failure) => panic!("{failure}"),
+            }
+        }
+    })
+}
+
+#[test]
+fn a_solve_has_the_same_bits_on_every_path_and_with_any_number_of_threads() {
+    let [single, double] = [Precision::Single, Precision::Double].map(|precision| {
+        let wanted = solve(precision, Path::portable(), 1);
+        assert!(wanted.fragments.len() > 3, "{} fragments", wanted.fragments.len());
+        for path in Path::all() {
+            let found = solve(precision, path, 3);
+            assert!(wanted == found, "{precision:?} on {path}");
+        }
+        wanted
+    });
+    assert!(single != double, "the setting is heard");
 }
 
 /// Displacements within a thousandth of the greatest, damage within a hundredth, energy to 1e-5.

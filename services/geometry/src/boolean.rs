@@ -2,9 +2,9 @@
 //!
 //! The kernel works to 1e-12 of a body's size and keeps, for each face it makes, the face it was
 //! cut from. That is where a face's tag travels, or the bits of its damage time *as* the kernel's
-//! face id, so no table has to follow, however many cuts come after. The kernel answers bad input with silence (an
-//! open mesh becomes an empty one), so every import and every operation here is followed by a
-//! question about its status.
+//! face id, so no table has to follow, however many cuts come after. The kernel
+//! answers bad input with silence (an open mesh becomes an empty one), so every import and every
+//! operation here is followed by a question about its status.
 
 mod half_space;
 
@@ -87,8 +87,8 @@ impl std::fmt::Debug for Exact {
 }
 
 impl Exact {
-    /// Hands a closed, outward-oriented solid to the kernel, of a crack face only the damage time at
-    /// its first corner: for more, see [`Exact::tagged`]. Edges with four or more triangles are
+    /// Hands a closed, outward-oriented solid to the kernel, of a crack face only the damage time
+    /// at its first corner: for more, see [`Exact::tagged`]. Edges with four or more triangles are
     /// taken apart, as long as they are used as often one way as the other.
     ///
     /// # Errors

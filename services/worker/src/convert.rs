@@ -44,6 +44,10 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
             grain: settings.grain,
             hairline: settings.hairline,
             detail: detail_of(settings.detail),
+            precision: match settings.precision {
+                wire::Precision::Single => core::mpm::kernel::Precision::Single,
+                wire::Precision::Double => core::mpm::kernel::Precision::Double,
+            },
         },
         seed: job.seed,
     }

@@ -220,6 +220,7 @@ mod tests {
                 debris: 0.0,
                 grain: None,
                 hairline: None,
+                precision: cullet_proto::Precision::Double,
             },
             seed: 0,
         }

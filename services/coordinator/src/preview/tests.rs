@@ -91,6 +91,27 @@ fn grains_are_drawn_and_do_not_move_the_camera() {
 }
 
 #[test]
+fn cracks_that_end_inside_are_lines_that_move_with_their_body() {
+    let dir = tempfile::tempdir().expect("folder");
+    let mut recording = recorded(dir.path());
+    let track = Track::of(&recording);
+    recording.cracks.clear();
+    let bare = Track::of(&recording);
+    assert_eq!((track.lines.len(), bare.lines.len()), (1, 0));
+    let body = track.actors.iter().find(|actor| actor.id == 2).expect("a part");
+    let line = &track.lines[0];
+    assert!(line.at(0.3).is_none(), "not before it broke");
+    for time in [0.45, 0.6, 0.9] {
+        assert_eq!(line.at(time), body.at(time));
+    }
+    let none = std::collections::BTreeMap::new();
+    let (one, two) = (direct::focus(&track, &none, SMALL), direct::focus(&bare, &none, SMALL));
+    assert_eq!(one.camera, two.camera);
+    assert_eq!(moment(&track, 0.3), moment(&bare, 0.3));
+    assert_ne!(moment(&track, 0.6), moment(&bare, 0.6));
+}
+
+#[test]
 fn a_still_is_a_picture_of_its_size() {
     let dir = tempfile::tempdir().expect("folder");
     let recording = recorded(dir.path());

@@ -19,7 +19,7 @@ const LEAST_SPECK: f64 = 0.006;
 
 /// Width of the line of a crack \[diagonals of its body\], and how far it is above the surface
 /// \[half widths\].
-const RIBBON: f64 = 0.005;
+const RIBBON: f64 = 0.004;
 const RAISED: f64 = 0.4;
 
 /// A mesh ready to be drawn, in the body's frame.

@@ -18,8 +18,8 @@
 //! | `/pool` | `cullet.PoolReport` | who computed them, and for how long |
 //!
 //! The digest of a run covers `/geometry`, `/body`, `/bodies`, `/debris`, `/cracks`, `/events` and
-//! `/jobs`: no wall time and no worker name is in them. Log time is simulated time; publish time is wall time
-//! since the start of the run.
+//! `/jobs`: no wall time and no worker name is in them. Log time is simulated time; publish time is
+//! wall time since the start of the run.
 
 mod canvas;
 mod digest;

@@ -202,7 +202,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Records the cracks that end inside a body, which is of this solid; nothing if there are none.
+    /// Records the cracks that end inside a body of this solid; nothing if there are none.
     ///
     /// # Errors
     /// A body that is not recorded, a time that is not finite, or a file that cannot be written.

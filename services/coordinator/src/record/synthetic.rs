@@ -1,7 +1,7 @@
 //! A run made by hand: a cube falls onto a slab and splits in two.
 
 use super::{Event, Finished, PoseRow, RecordError, Recorder, RunMeta};
-use cullet_geometry::{Pose, Quat, Solid, Surface, TriMesh, Vec3};
+use cullet_geometry::{Pose, Quat, Sheet, Solid, Surface, TriMesh, Vec3};
 use cullet_proto::recording::{Body, Hit, JobReport, Ledger, PoolReport, Tier, Vector3, Verdict};
 use cullet_world::{BodyId, Speck};
 use std::collections::BTreeMap;
@@ -43,6 +43,21 @@ pub(crate) fn block(half: Vec3, split: f64) -> Solid {
         solid.surface[face].fill(Surface::crack(2e-5));
     }
     solid
+}
+
+/// Half the edges of each part.
+pub(crate) fn half() -> Vec3 {
+    Vec3::new(HALF / 2.0, HALF, HALF)
+}
+
+/// A crack across a block, from its upper half to beyond its top, cut off there.
+pub(crate) fn fin(half: Vec3) -> Sheet {
+    let corner = |[y, z]: [f64; 2]| Vec3::new(0.0, 0.8 * y * half.y, z * half.z);
+    let mesh = TriMesh {
+        vertices: [[-1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [-1.0, 1.0]].map(corner).to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    };
+    Sheet { mesh, damage_time: vec![1e-5; 4], front_speed: vec![900.0; 4] }
 }
 
 pub(crate) fn meta() -> RunMeta {
@@ -192,10 +207,14 @@ fn break_cube(recorder: &mut Recorder, time: f64) -> Result<(), RecordError> {
     })?;
     let (verdict, reason) = (Verdict::Broken, String::new());
     recorder.event(BREAK, time, &Event::JobSettled { body: 1, job, verdict, reason })?;
-    let half = Vec3::new(HALF / 2.0, HALF, HALF);
+    let half = half();
     for (id, side) in [(2, 1.0), (3, -1.0)] {
-        let geometry = recorder.geometry(&block(half, side))?;
+        let solid = block(half, side);
+        let geometry = recorder.geometry(&solid)?;
         recorder.body(&body(id, Some(1), geometry, half))?;
+        if id == 2 {
+            recorder.cracks((BREAK, time), id, &solid, &fin(half))?;
+        }
     }
     let ledger = Ledger {
         mass_rel_error: 1e-16,

@@ -2,6 +2,7 @@
 
 use super::synthetic::{self, BREAK, STEP, STEPS};
 use super::*;
+use cullet_geometry::{Sheet, Vec3};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -84,6 +85,25 @@ fn grains_are_told_while_they_fly_and_never_lost() {
     assert_eq!(last.step, rested, "the row in which they came to rest is the last");
     assert_eq!(recording.debris.len() as u64, rested - BREAK + 1, "a row a step");
     assert!(last.positions[2].abs() < 0.011 && last.velocities.iter().all(|v| *v == 0.0));
+}
+
+#[test]
+fn cracks_that_end_inside_are_told_with_their_body_and_drawn_as_lines() {
+    let dir = folder();
+    let recording = Recording::open(&recorded(dir.path()).path).expect("reads");
+    let [cracks] = &recording.cracks[..] else { panic!("{}", recording.cracks.len()) };
+    assert_eq!((cracks.body, cracks.step), (2, BREAK));
+    let half = synthetic::half();
+    assert_eq!(Sheet::try_from(cracks), Ok(synthetic::fin(half)));
+    // Only the edge at the top is seen.
+    let traces = super::traces(&synthetic::block(half, 1.0).mesh, &synthetic::fin(half));
+    let [trace] = &traces[..] else { panic!("{traces:?}") };
+    assert_eq!(trace.normal, Vec3::z());
+    assert!(trace.ends.iter().all(|p| p.z == half.z));
+    let mut recorder =
+        synthetic::begin(&dir.path().join("b.mcap"), &synthetic::meta()).expect("begins");
+    let nobody = recorder.cracks((1, 0.1), 9, &synthetic::block(half, 1.0), &synthetic::fin(half));
+    assert!(matches!(nobody, Err(RecordError::UnknownBody { body: 9, .. })));
 }
 
 #[test]

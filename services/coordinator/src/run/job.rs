@@ -1,12 +1,12 @@
 //! From a body and its hits to a fracture problem for the wire.
 
 use crate::scene::SceneBody;
-use crate::scene::format::Fracture;
+use crate::scene::format::{self, Fracture};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
 use cullet_proto::job::MAX_IMPACTS;
 use cullet_proto::strength::Strength;
-use cullet_proto::{FractureJob, Impact, Material, Settings};
+use cullet_proto::{FractureJob, Impact, Material, Precision, Settings};
 use cullet_world::{BodyId, BodyView, Hit, Support};
 
 /// The family asked when the scene leaves it open.
@@ -35,6 +35,10 @@ impl Choice {
             debris: defaults.debris,
             grain: defaults.grain,
             hairline: defaults.detail.hairline,
+            precision: match defaults.precision {
+                format::Precision::F32 => Precision::Single,
+                format::Precision::F64 => Precision::Double,
+            },
         };
         let strength = Strength { seed, ..(*body.strength).clone() };
         Self { solver: body.solver.solver(), settings, strength }
@@ -141,6 +145,7 @@ mod tests {
             debris: 0.0,
             grain: None,
             hairline: None,
+            precision: cullet_proto::Precision::Double,
         };
         let strength = Strength::default();
         let mut choice = Choice { solver: None, settings, strength };

@@ -133,6 +133,17 @@ impl SolverChoice {
     }
 }
 
+/// Numbers that the points of a solve are worked out in; its nodes keep f64.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Precision {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    #[default]
+    F64,
+}
+
 /// How bodies are broken, unless a body says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -161,6 +172,8 @@ pub struct Fracture {
     /// \[m\].
     #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
     pub grain: Option<f64>,
+    /// What points are worked out in.
+    pub precision: Precision,
 }
 
 impl Default for Fracture {
@@ -174,6 +187,7 @@ impl Default for Fracture {
             detail: Detail::default(),
             debris: 5e-4,
             grain: None,
+            precision: Precision::default(),
         }
     }
 }

@@ -29,8 +29,8 @@ pub enum Look {
     Brick,
 }
 
-/// Detail of crack faces. Lengths are in grid spacings unless they have a unit: a look is as fine as the solve. Zero
-/// `height`, `ribs` and `grain` are no detail.
+/// Detail of crack faces. Lengths are in grid spacings unless they have a unit: a look is as fine
+/// as the solve. Zero `height`, `ribs` and `grain` are no detail.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Detail {

@@ -27,15 +27,17 @@ const AGREED: f64 = 0.6;
 const THICK: f64 = 0.33;
 /// How much flatness counts against the directions in which points broke.
 const FLATNESS: f64 = 1.0;
-/// Least share of broken weight, of such points only, at one end of an edge that a crack crosses: a layer of points half
-/// a spacing thick has 0.24 in the worst place.
+/// Least share of broken weight, of such points only, at one end of an edge that a crack
+/// crosses: a layer of points half a spacing thick has 0.24 in the worst place.
 const SHARE: f64 = 0.2;
 /// Neighbours whose planes stand at more than this angle see different cracks: cosine of 60°.
 const ALIKE: f64 = 0.5;
 /// Nodes farther than this from their plane tell nothing \[spacings\].
 const FAR: f64 = 1.5;
-/// Nets of less area than this away from cracks between pieces are dropped \[spacings²\].
+/// Nets of less area are dropped \[spacings²\], ...
 const LEAST: f64 = 4.0;
+/// ... and those of which less is away from cracks between pieces.
+const AWAY: f64 = 1.0;
 
 /// The plane of the broken points around a node.
 #[derive(Clone, Copy, Debug)]
@@ -83,17 +85,18 @@ impl Nodes {
     fn point(&self, place: Vec3, normal: Vec3, own: &impl Fn(usize) -> u32) -> Option<Point> {
         let home = self.lattice.nearest(place);
         let (mut away, mut count) = (Vec3::zeros(), 0.0);
-        for j in self.lattice.around(self.lattice.node(home), BESIDE) {
-            if self.is_inside(j) && own(j) != own(home) {
-                let arm = self.lattice.place(self.lattice.node(j)) - place;
-                away += arm.try_normalize(0.0).unwrap_or_default();
-                count += 1.0;
-            }
+        let node = self.lattice.node(home);
+        let other = |&j: &usize| self.is_inside(j) && own(j) != own(home);
+        for j in self.lattice.around(node, BESIDE).filter(other) {
+            let arm = self.lattice.place(self.lattice.node(j)) - place;
+            away += arm.try_normalize(0.0).unwrap_or_default();
+            count += 1.0;
         }
         let clear = away.norm() > 0.2 * count;
         let across = normal.dot(&away).abs() < ALONG * away.norm();
         let partial = count == 0.0 || (clear && across && normal != Vec3::zeros());
-        partial.then_some(Point { place, normal, away: count == 0.0 })
+        let alone = !self.lattice.around(node, 1).any(|j| other(&j));
+        partial.then_some(Point { place, normal, away: alone })
     }
 
     fn planes(&self, field: &DamageField<'_>, own: &(impl Fn(usize) -> u32 + Sync)) -> Vec<Plane> {
@@ -148,14 +151,14 @@ impl Nodes {
         let unknown = vec![0.0; mosaic.places.len()];
         let mesh = TriMesh { vertices: mosaic.places, triangles: mosaic.triangles };
         let all = Sheet { mesh, damage_time: unknown.clone(), front_speed: unknown };
-        let least = LEAST * lattice.spacing * lattice.spacing;
+        let square = lattice.spacing * lattice.spacing;
         let mut kept = Vec::new();
         for part in all.mesh.components() {
             // Two triangles a quad, in order.
-            let sure = part.iter().filter(|&&t| away[t / 2]);
-            let corners = sure.map(|&t| all.mesh.triangles[t]);
-            let area: f64 = corners.map(|t| triangle_area(&all.mesh.vertices, t)).sum();
-            if area >= least {
+            let area = |t: &usize| triangle_area(&all.mesh.vertices, all.mesh.triangles[*t]);
+            let whole: f64 = part.iter().map(area).sum();
+            let clear: f64 = part.iter().filter(|&&t| away[t / 2]).map(area).sum();
+            if whole >= LEAST * square && clear >= AWAY * square {
                 kept.extend(part);
             }
         }

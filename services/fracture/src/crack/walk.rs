@@ -97,22 +97,33 @@ impl Nodes {
         }
     }
 
+    /// Where pieces meet without a crack between, the shares of a node tell how near the border is.
+    pub(super) fn expect(&mut self, i: usize, shares: impl Iterator<Item = (u32, f64)>) {
+        let mut odds = Odds(shares.collect());
+        if odds.0.len() > 1 {
+            odds.tidy();
+            self.slot[i] = self.odds.len() as u32;
+            self.odds.push(odds);
+        }
+    }
+
     fn walk(&mut self) {
         let unsure: Vec<usize> =
             self.border().into_iter().filter(|&i| self.label[i] == NONE).collect();
+        let first = self.odds.len();
         for (slot, &i) in unsure.iter().enumerate() {
-            self.slot[i] = slot as u32;
+            self.slot[i] = (first + slot) as u32;
+            self.odds.push(Odds(vec![(self.reach[i], 1.0)]));
         }
-        self.odds = unsure.iter().map(|&i| Odds(vec![(self.reach[i], 1.0)])).collect();
         for sweep in 0..SWEEPS {
             for k in 0..unsure.len() {
                 let slot = if sweep % 2 == 0 { k } else { unsure.len() - 1 - k };
                 if let Some(odds) = self.step(unsure[slot]) {
-                    self.odds[slot] = odds;
+                    self.odds[first + slot] = odds;
                 }
             }
         }
-        for (&i, odds) in unsure.iter().zip(&self.odds) {
+        for (&i, odds) in unsure.iter().zip(&self.odds[first..]) {
             self.reach[i] = odds.label();
         }
     }

@@ -77,27 +77,46 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Rules
     let zone = lattice.crushed(&weights, &whole);
     let mut drawn = vec![None; lattice.len()];
     let sites = lattice.divide(&mut drawn, &zone, &weights, particles, rules);
-    if sites < 2 && count > 0 {
+    if sites.len() < 2 && count > 0 {
         return Pieces { of: pieces, drawn: 0, crushed: 0.0 };
     }
     for (x, &id) in particles.reference.iter().zip(&particles.id) {
-        let mut most = (0.0, 0);
+        let (mut most, mut near) = ((0.0, 0), Vec::new());
         lattice.visit(x, |node, weight, _| {
             if weights[node] >= LEAST_WEIGHT && weight > most.0 {
                 most = (weight, node);
             }
+            near.extend(drawn[node]);
         });
-        if let (None, Some(site)) = (pieces[id as usize], drawn[most.1]) {
-            pieces[id as usize] = Some(count as u32 + site);
+        if pieces[id as usize].is_none() && drawn[most.1].is_some() {
+            // Borders between drawn pieces are planes, not steps from node to node.
+            let at = lattice.cells(x);
+            let nearest = near.into_iter().min_by(|&a, &b| {
+                let far = |site: u32| sites[site as usize].far(&at);
+                far(a).total_cmp(&far(b)).then(a.cmp(&b))
+            });
+            pieces[id as usize] = nearest.map(|site| count as u32 + site);
         }
     }
     let all = weights.iter().filter(|&&w| w >= LEAST_WEIGHT).count();
     let crushed = zone.len() as f64 / all.max(1) as f64;
-    Pieces { of: pieces, drawn: sites, crushed }
+    Pieces { of: pieces, drawn: sites.len(), crushed }
+}
+
+/// The middle of a drawn piece and its size, in cells.
+struct Site {
+    place: Vec3,
+    size: f64,
+}
+
+impl Site {
+    fn far(&self, x: &Vec3) -> f64 {
+        (x - self.place).norm() / self.size
+    }
 }
 
 impl Lattice {
-    /// Gives the nodes of crushed zones to pieces drawn at random; how many.
+    /// Gives the nodes of crushed zones to pieces drawn at random, which are told.
     fn divide(
         &self,
         labels: &mut [Option<u32>],
@@ -105,7 +124,7 @@ impl Lattice {
         weights: &[f64],
         particles: &Particles,
         rules: &Rules,
-    ) -> usize {
+    ) -> Vec<Site> {
         let mut rates = vec![0.0; self.len()];
         for (x, rate) in particles.reference.iter().zip(&particles.onset_rate) {
             self.visit(x, |node, weight, _| rates[node] += weight * rate);
@@ -116,21 +135,21 @@ impl Lattice {
         };
         let mut order = zone.to_vec();
         order.sort_unstable_by_key(|&n| (scramble(scramble(rules.seed ^ STREAM) ^ n as u64), n));
-        let mut sites: Vec<(Vec3, f64)> = Vec::new();
+        let mut sites: Vec<Site> = Vec::new();
         for &n in &order {
-            let (x, s) = (self.place(n, rules.seed), size(n));
-            if sites.iter().all(|(y, t)| (x - y).norm() >= 0.5 * (s + t)) {
-                sites.push((x, s));
+            let (place, size) = (self.place(n, rules.seed), size(n));
+            let free = |site: &Site| (site.place - place).norm() >= 0.5 * (site.size + size);
+            if sites.iter().all(free) {
+                sites.push(Site { place, size });
             }
         }
         for &n in zone {
             let x = self.place(n, rules.seed);
-            let far = |(y, s): &(Vec3, f64)| (x - y).norm() / s;
-            let nearest =
-                (0..sites.len()).min_by(|&a, &b| far(&sites[a]).total_cmp(&far(&sites[b])));
+            let far = |site: usize| sites[site].far(&x);
+            let nearest = (0..sites.len()).min_by(|&a, &b| far(a).total_cmp(&far(b)));
             labels[n] = nearest.map(|site| site as u32);
         }
-        sites.len()
+        sites
     }
 
     /// Nodes of the body farther than half a band from any whole node.

@@ -57,6 +57,11 @@ impl Lattice {
         }
     }
 
+    /// A place \[m\] in cells from the first node.
+    pub(crate) fn cells(&self, x: &Vec3) -> Vec3 {
+        x.component_div(&self.spacing) - Vec3::from(self.origin.map(f64::from))
+    }
+
     /// Calls `visit(node, place)` for each node, in order; the place is in metres.
     pub(crate) fn nodes(&self, mut visit: impl FnMut(usize, Vec3)) {
         let [_, y, z] = self.size;

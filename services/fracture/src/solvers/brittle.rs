@@ -1,5 +1,8 @@
 //! Brittle solids: particles, MLS-MPM under the Hertz push, Rankine damage, then the exact cut.
 
+mod clock;
+mod warnings;
+
 use crate::cut::{self, CutSettings, DamageField, slit};
 use crate::damage::{Softening, WeakPlane};
 use crate::debris::{self, Grain};
@@ -8,16 +11,18 @@ use crate::mpm::door::{
     PER_CELL, check_contacts, check_impacts, check_material, check_spin, check_thickness,
     sample_points, spacing, stretch, within,
 };
+use crate::mpm::kernel::Path;
 use crate::mpm::load::{LEAST_RADIUS, Load};
 use crate::mpm::rest::Rest;
-use crate::mpm::spin::Spin;
-use crate::mpm::spring::{self, Spring};
+use crate::mpm::spring;
 use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
 use crate::particles::Particles;
 use crate::solver::{
     Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
 };
 use crate::strength::Strength;
+use clock::Clock;
+pub use clock::Pace;
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 
@@ -29,20 +34,6 @@ const LEAST_PARTICLES: usize = 200;
 
 /// Bytes a point needs, with its share of arenas and nodes.
 const BYTES: f64 = 800.0;
-
-/// The push is shortened to this many transits L/c_s: beyond about six the stress follows the
-/// force and the body's own motion has died out of the ratio (`a_long_push_is_quasi_static`).
-const PUSH_TRANSITS: f64 = 6.0;
-
-/// Transits after the push until the solve ends even where damage still grows (F12).
-const AFTER_TRANSITS: f64 = 4.0;
-
-/// Transits without growth, after the push, that end the solve (F24).
-const QUIET_TRANSITS: f64 = 2.5;
-
-/// Transits over which the stress of a body's spin is put on, smoothly: two or three periods of its
-/// slowest stretching, so that it does not swing (`spin_pulls_a_bar_apart_in_the_middle`).
-const SPIN_TRANSITS: f64 = 4.0;
 
 /// Share of the points that must break to count as growth: less is the opening of old cracks.
 const GROWTH_SHARE: f64 = 2e-3;
@@ -69,6 +60,7 @@ pub struct Brittle {
     /// Whether cracks may start at each contact.
     torn: Vec<bool>,
     strength_ratio: f64,
+    pace: Pace,
     clock: Clock,
     total: Tally,
     push_over: Option<f64>,
@@ -76,35 +68,6 @@ pub struct Brittle {
     broken_then: u32,
     fastest: f64,
     warnings: Vec<String>,
-}
-
-/// When the push ends and when the solve does \[s\]; the push begins at 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Clock {
-    transit: f64,
-    /// How long the stress of the spin is put on before the push.
-    spin_up: f64,
-    push: f64,
-    end: f64,
-}
-
-impl Clock {
-    fn new(problem: &Problem) -> Self {
-        let transit = problem.solid.mesh.diagonal() / problem.material.shear_speed();
-        let longest = problem.impacts.iter().fold(0.0_f64, |m, i| m.max(spring::duration(i)));
-        let push = longest.min(PUSH_TRANSITS * transit);
-        let spins = problem.spin != Vec3::zeros();
-        let spin_up = if spins { SPIN_TRANSITS * transit } else { 0.0 };
-        Self { transit, spin_up, push, end: push + AFTER_TRANSITS * transit }
-    }
-
-    /// The turning frame at `time` \[s\]: before the push its forces grow as 3s² − 2s³, and motion
-    /// is damped within a transit.
-    fn spin(&self, rate: Vec3, time: f64) -> Spin {
-        let s = 1.0 + time / self.spin_up;
-        let onset = (time < 0.0).then(|| (s * s * (3.0 - 2.0 * s), 1.0 / self.transit));
-        Spin { rate, onset }
-    }
 }
 
 impl Solver for Brittle {
@@ -129,7 +92,7 @@ impl Solver for Brittle {
             });
         }
         let step = SAFETY * stable_step(&problem.material, spacing.min());
-        let clock = Clock::new(problem);
+        let clock = Clock::new(problem, &Pace::default());
         let steps = (clock.spin_up + clock.end) / step;
         let limit = f64::from(problem.settings.max_steps);
         if steps > limit {
@@ -139,50 +102,7 @@ impl Solver for Brittle {
     }
 
     fn begin(problem: Problem) -> Result<Self, Refusal> {
-        Self::accepts(&problem)?;
-        let spacing = spacing(&problem)?;
-        let mesh = &problem.solid.mesh;
-        let inside = Inside::new(mesh);
-        let points = sample_points(&problem, &spacing)?;
-        within("the number of particles", points.len() as f64, LEAST_PARTICLES as f64, 1e9)?;
-        check_thickness(&problem, &points, &spacing)?;
-        let material = &problem.material;
-        let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
-        particles.volume = quadrature::volumes(&points, &inside, spacing, mesh.signed_volume());
-        let strength = Strength::new(&problem.strength, spacing.max());
-        for (factor, x) in particles.strength.iter_mut().zip(&points) {
-            *factor = strength.factor(x);
-        }
-        let mut softening = Softening::on_grid(material, spacing.max());
-        softening.weak_plane =
-            strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
-        let mut domain = Domain::new(particles, material, softening, spacing);
-        let clock = Clock::new(&problem);
-        domain.time = -clock.spin_up;
-        let loads: Vec<Load> =
-            problem.impacts.iter().map(|impact| load(impact, &problem, &domain, &clock)).collect();
-        for &(id, _) in loads.iter().flat_map(|load| &load.shares) {
-            let slot = domain.slot(id);
-            domain.particles.shielded[slot] = true;
-        }
-        let rests =
-            problem.supports.iter().map(|support| Rest::new(support, &domain, material)).collect();
-        let warnings = first_warnings(&problem, &softening, &clock, &spacing);
-        Ok(Self {
-            problem,
-            domain,
-            torn: vec![false; loads.len()],
-            rests,
-            loads,
-            strength_ratio: softening.strength_ratio,
-            clock,
-            total: Tally::default(),
-            push_over: None,
-            last_growth: 0.0,
-            broken_then: 0,
-            fastest: 0.0,
-            warnings,
-        })
+        Self::paced(problem, Pace::default(), Path::best())
     }
 
     fn advance(&mut self) -> Progress {
@@ -204,6 +124,59 @@ impl Solver for Brittle {
 }
 
 impl Brittle {
+    /// Like `begin`, at another pace and on another path of the processor.
+    ///
+    /// # Errors
+    /// If the problem is not for this solver.
+    pub fn paced(problem: Problem, pace: Pace, path: Path) -> Result<Self, Refusal> {
+        Self::accepts(&problem)?;
+        let spacing = spacing(&problem)?;
+        let mesh = &problem.solid.mesh;
+        let inside = Inside::new(mesh);
+        let points = sample_points(&problem, &spacing)?;
+        within("the number of particles", points.len() as f64, LEAST_PARTICLES as f64, 1e9)?;
+        check_thickness(&problem, &points, &spacing)?;
+        let material = &problem.material;
+        let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
+        particles.volume = quadrature::volumes(&points, &inside, spacing, mesh.signed_volume());
+        let strength = Strength::new(&problem.strength, spacing.max());
+        for (factor, x) in particles.strength.iter_mut().zip(&points) {
+            *factor = strength.factor(x);
+        }
+        let mut softening = Softening::on_grid(material, spacing.max());
+        softening.weak_plane =
+            strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
+        let mut domain = Domain::new(particles, material, softening, spacing);
+        domain.select(problem.settings.precision, path);
+        let clock = Clock::new(&problem, &pace);
+        domain.time = -clock.spin_up;
+        let loads: Vec<Load> =
+            problem.impacts.iter().map(|impact| load(impact, &problem, &domain, &clock)).collect();
+        for &(id, _) in loads.iter().flat_map(|load| &load.shares) {
+            let slot = domain.slot(id);
+            domain.particles.shielded[slot] = true;
+        }
+        let rests =
+            problem.supports.iter().map(|support| Rest::new(support, &domain, material)).collect();
+        let warnings = warnings::first(&problem, &softening, &clock, &spacing);
+        Ok(Self {
+            problem,
+            domain,
+            torn: vec![false; loads.len()],
+            rests,
+            loads,
+            strength_ratio: softening.strength_ratio,
+            pace,
+            clock,
+            total: Tally::default(),
+            push_over: None,
+            last_growth: 0.0,
+            broken_then: 0,
+            fastest: 0.0,
+            warnings,
+        })
+    }
+
     /// The body on its grid as it is now.
     #[must_use]
     pub fn domain(&self) -> &Domain {
@@ -285,7 +258,7 @@ impl Brittle {
         let push = *self.push_over.get_or_insert(time);
         let quiet = time - self.last_growth.max(push);
         let transit = self.clock.transit;
-        quiet > QUIET_TRANSITS * transit || time > push + AFTER_TRANSITS * transit
+        quiet > self.pace.quiet * transit || time > push + self.pace.after * transit
     }
 
     fn finish(&mut self) -> Result<Fracture, Failure> {
@@ -458,52 +431,4 @@ fn load(impact: &Impact, problem: &Problem, domain: &Domain, clock: &Clock) -> L
     let duration = spring::duration(impact).min(clock.push);
     let mobility = motion::mobility(problem, &impact.point, &impact.normal);
     Load::new(impact, domain, duration, mobility)
-}
-
-fn first_warnings(
-    problem: &Problem,
-    softening: &Softening,
-    clock: &Clock,
-    spacing: &Vec3,
-) -> Vec<String> {
-    let mut warnings = Vec::new();
-    if spacing.min() < spacing.max() {
-        warnings.push(format!(
-            "flat: cells of {:.3e} m in the plane and {:.3e} m across (F14)",
-            spacing.max(),
-            spacing.min()
-        ));
-    }
-    if softening.strength_ratio < 1.0 {
-        warnings.push(format!(
-            "toughness-controlled: cracks grow at {:.3} of the material's strength at this spacing \
-             (F01)",
-            softening.strength_ratio
-        ));
-    }
-    for impact in &problem.impacts {
-        let (duration, spring) = (spring::duration(impact), Spring::new(impact));
-        if duration > clock.push {
-            warnings.push(format!(
-                "push of {:.3e} s shortened to {:.3e} s, {PUSH_TRANSITS} transits, at the same \
-                 peak force (F12)",
-                duration, clock.push
-            ));
-        }
-        let least = LEAST_RADIUS * spacing.max();
-        let radius = spring.contact(spring.depth(impact.energy));
-        if radius < least {
-            warnings.push(format!(
-                "contact radius {radius:.3e} m widened to {least:.3e} m, {LEAST_RADIUS} cells (F11)"
-            ));
-        }
-        if spring.crushes(impact.energy) {
-            warnings.push(format!(
-                "the contact crushes at {:.3e} Pa: {:.3} of the Hertz force (F13)",
-                impact.crushing_pressure,
-                spring.peak(impact.energy) / spring.elastic_peak(impact.energy)
-            ));
-        }
-    }
-    warnings
 }

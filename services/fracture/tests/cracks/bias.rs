@@ -174,6 +174,7 @@ fn faces(way: Vec3, seed: u64) -> [Vec<(Vec3, f64)>; 2] {
         radius: 6e-3,
         energy: 60.0,
         closing_speed: 20.0,
+        crushing_pressure: 1e12,
     };
     let problem = Problem {
         solid: Arc::new(Solid::outer(mesh)),
@@ -181,6 +182,7 @@ fn faces(way: Vec3, seed: u64) -> [Vec<(Vec3, f64)>; 2] {
         strength: StrengthField { seed, ..StrengthField::default() },
         impacts: vec![impact],
         supports: Vec::new(),
+        spin: Vec3::zeros(),
         settings: Settings { max_particles: 6000, ..Settings::default() },
         seed,
     };

@@ -47,6 +47,7 @@ fn hit(radius: f64, spacing: f64) -> (Impact, Problem) {
         radius: (radius * depth).sqrt(),
         energy,
         closing_speed: speed,
+        crushing_pressure: 1e12,
     };
     let mesh = shapes::cuboid(Vec3::repeat(EDGE), shapes::Detail::default()).expect("a box");
     let settings =
@@ -57,6 +58,7 @@ fn hit(radius: f64, spacing: f64) -> (Impact, Problem) {
         strength: StrengthField { seed: 7, ..StrengthField::default() },
         impacts: vec![impact],
         supports: Vec::new(),
+        spin: Vec3::zeros(),
         settings,
         seed: 7,
     };

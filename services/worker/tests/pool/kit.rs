@@ -62,6 +62,7 @@ pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
         debris: 0.0,
         grain: None,
         hairline: None,
+        precision: cullet_proto::Precision::Double,
     };
     FractureJob {
         solver: solver.into(),

@@ -2,6 +2,7 @@
 
 use super::{Cloud, SETTINGS, block, cube, extract, is_closed};
 use crate::cut::{DamageField, OpenCrack, Partition, slit};
+use crate::solver::Fragment;
 use cullet_geometry::inside::{Inside, Nearest};
 use cullet_geometry::math::unit;
 use cullet_geometry::{Sheet, Solid, Surface, Vec3};
@@ -174,4 +175,21 @@ fn a_slit_that_cannot_be_is_refused_with_the_reason() {
         H,
     );
     assert_eq!(away, Err(slit::SlitError::Nothing));
+}
+
+#[test]
+fn a_slit_and_its_dust_move_as_the_fragment_did() {
+    let (cloud, across) = notched(0.6);
+    let normals = vec![across; cloud.positions.len()];
+    let crack = only(&broken(&cloud, Some(&normals))).clone();
+    let (velocity, spin) = (Vec3::new(1.0, -2.0, 0.5), Vec3::new(30.0, -10.0, 20.0));
+    let (solid, hulls, sheet) = (cube(), Vec::new(), crack.inside.clone());
+    let mut fragments = [Fragment { solid, hulls, velocity, spin, sheet }];
+    let terms = slit::Terms { width: 0.1 * H, spacing: H, grain: 0.5 * H, seed: 3 };
+    let (dust, warnings) = slit::hairlines(&mut fragments, &[vec![crack]], &terms);
+    assert!(warnings.is_empty() && fragments[0].sheet.is_empty() && !dust.is_empty());
+    let own = fragments[0].velocity * fragments[0].solid.volume();
+    let momentum: Vec3 = dust.iter().map(|grain| grain.velocity * grain.volume).sum();
+    assert!((own + momentum - velocity).norm() < 1e-12, "{own} {momentum}");
+    assert!((fragments[0].velocity - velocity).norm() > 1e-3, "its centre has moved");
 }
