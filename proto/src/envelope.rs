@@ -32,6 +32,10 @@ pub enum Kind {
     Refusal = 5,
     /// A file bundle's table.
     Bundle = 6,
+    /// A specimen with its mesh.
+    Specimen = 7,
+    /// What came out of one.
+    SpecimenResult = 8,
 }
 
 /// A message: header and bulk in an envelope.

@@ -1,5 +1,6 @@
 //! The coordinator: scene loader, pool link, recorder, run loop.
 
+pub mod bench;
 pub mod link;
 pub mod preview;
 pub mod record;

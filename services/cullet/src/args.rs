@@ -1,6 +1,7 @@
 //! What a person types.
 
 use clap::{Args, Parser, Subcommand};
+use cullet_coordinator::bench::Sweep;
 use cullet_proto::WorkerId;
 use std::path::PathBuf;
 
@@ -13,10 +14,10 @@ pub(crate) struct Cli {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done · 2 the run failed · 3 an expectation of the scene \
-does not hold · 4 a picture could not be drawn (the recording is complete) · 64 bad input · \
-69 no coordinator there, or it left before the run began · 74 a file could not be read or \
-written · 130 interrupted (the recording is finished). SIGINT and SIGTERM end a run early but in \
-order, a coordinator or a worker with code 0; a second SIGINT quits at once.";
+or specimen does not hold · 4 a picture could not be drawn (the recording is complete) · 64 bad \
+input · 69 no coordinator there, or it left before the run began · 74 a file could not be read \
+or written · 130 interrupted (the recording is finished). SIGINT and SIGTERM end a run early but \
+in order, a coordinator or a worker with code 0; a second SIGINT quits at once.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -40,8 +41,51 @@ pub(crate) enum Command {
     Check(Check),
     /// List the material presets with the source of each value
     Materials(Materials),
-    /// Print the JSON schema of scene files
-    Schema,
+    /// Print the JSON schema of scene files, or of specimen files
+    Schema(Schema),
+    /// Run specimens and hold their numbers against what is expected
+    Bench(Bench),
+    /// Solve one specimen: a job on standard input, its result on standard output
+    #[command(hide = true)]
+    SolveSpecimen,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Schema {
+    /// That of specimen files
+    #[arg(long)]
+    pub(crate) specimen: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Bench {
+    /// Specimen files, or folders of them
+    #[arg(required = true, value_name = "SPECIMEN|DIR")]
+    pub(crate) specimens: Vec<PathBuf>,
+    /// Run with each of these values, such as spacing=2mm,1mm,0.5mm; given more than once: with
+    /// every combination
+    #[arg(long, value_name = "KEY=A,B,C")]
+    pub(crate) sweep: Vec<Sweep>,
+    /// Override a value of every specimen, such as solver.precision=single
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Write a line for each metric of each run into this file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Write samples as CSV, points as MCAP and pictures of them as PNG into this folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print results as JSON on standard output, a line a run
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Runs at once [default: cores − 1, at least 1]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) workers: Option<u16>,
+    /// Longest wall time of a run in seconds; after it the run has the status `timeout`
+    #[arg(long, value_name = "SECONDS", default_value_t = 3600.0, value_parser = moment)]
+    pub(crate) limit: f64,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
 }
 
 #[derive(Debug, Args)]

@@ -77,8 +77,8 @@ pub(crate) fn materials(args: &args::Materials) -> Result<Exit, Trouble> {
     Ok(Exit::Done)
 }
 
-pub(crate) fn schema() -> Result<Exit, Trouble> {
-    print(scene::schema())?;
+pub(crate) fn schema(args: &args::Schema) -> Result<Exit, Trouble> {
+    print(if args.specimen { scene::specimen::schema() } else { scene::schema() })?;
     Ok(Exit::Done)
 }
 

@@ -1,6 +1,7 @@
 //! The one binary: reads what a person typed, lets the shells do it, says how it went.
 
 mod args;
+mod bench;
 mod exit;
 mod folder;
 mod inspect;
@@ -45,6 +46,8 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Still(args) => inspect::still(args),
         Command::Check(args) => run::check(args),
         Command::Materials(args) => inspect::materials(args),
-        Command::Schema => inspect::schema(),
+        Command::Schema(args) => inspect::schema(args),
+        Command::Bench(args) => bench::bench(args),
+        Command::SolveSpecimen => bench::solve(),
     }
 }

@@ -14,6 +14,7 @@ pub mod particles;
 pub mod region;
 pub mod solver;
 pub mod solvers;
+pub mod specimen;
 pub mod strength;
 
 pub use debris::Grain;

@@ -69,7 +69,7 @@ fn detail_of(detail: wire::Detail) -> core::detail::Detail {
 }
 
 /// The strength field of a job.
-fn strength_of(wire: &twin::Strength) -> core::StrengthField {
+pub(crate) fn strength_of(wire: &twin::Strength) -> core::StrengthField {
     let vertices = wire.vertices.as_ref().map(|paint| field::VertexPaint {
         points: paint.points.clone(),
         factors: paint.factors.clone(),
@@ -93,7 +93,11 @@ fn strength_of(wire: &twin::Strength) -> core::StrengthField {
 }
 
 fn stroke_of(wire: &twin::Stroke) -> field::Stroke {
-    let region = match wire.region {
+    field::Stroke { region: region_of(&wire.region), factor: wire.factor, edge: wire.edge }
+}
+
+pub(crate) fn region_of(wire: &twin::Region) -> field::Region {
+    match *wire {
         twin::Region::Box(low, high) => {
             field::Region::Box { low: Vec3::from(low), high: Vec3::from(high) }
         }
@@ -106,8 +110,7 @@ fn stroke_of(wire: &twin::Stroke) -> field::Stroke {
         twin::Region::Cylinder(from, to, radius) => {
             field::Region::Cylinder { from: Vec3::from(from), to: Vec3::from(to), radius }
         }
-    };
-    field::Stroke { region, factor: wire.factor, edge: wire.edge }
+    }
 }
 
 /// The body that a solve took apart, with the reason why another family did not.

@@ -9,6 +9,7 @@
 mod convert;
 mod link;
 pub mod solve;
+pub mod specimen;
 mod supervisor;
 
 use cullet_proto::transport::Patience;

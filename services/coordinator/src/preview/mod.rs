@@ -10,6 +10,7 @@ mod film;
 mod font;
 pub(crate) mod palette;
 mod picture;
+pub mod points;
 mod raster;
 mod shade;
 mod stage;

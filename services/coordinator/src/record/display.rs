@@ -118,7 +118,7 @@ fn thinned(solid: &Solid) -> Vec<([u32; 3], bool)> {
     }
 }
 
-fn timestamp(log_time: u64) -> Timestamp {
+pub(super) fn timestamp(log_time: u64) -> Timestamp {
     let seconds = u32::try_from(log_time / 1_000_000_000).unwrap_or(u32::MAX);
     Timestamp::new(seconds, (log_time % 1_000_000_000) as u32)
 }

@@ -29,6 +29,7 @@ mod inspect;
 mod layout;
 mod masses;
 mod meta;
+pub mod points;
 mod read;
 mod recorder;
 mod recover;

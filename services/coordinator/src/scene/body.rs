@@ -208,7 +208,7 @@ impl Workshop<'_> {
         }
     }
 
-    fn rotation(&mut self, rotation: &Rotation, path: &Path) -> Quat {
+    pub(super) fn rotation(&mut self, rotation: &Rotation, path: &Path) -> Quat {
         let ways = [
             rotation.axis.is_some() || rotation.degrees.is_some(),
             rotation.euler_degrees.is_some(),

@@ -28,6 +28,7 @@ mod paint;
 mod resolve;
 mod schema;
 mod shape;
+pub mod specimen;
 #[cfg(test)]
 mod tests;
 mod tree;

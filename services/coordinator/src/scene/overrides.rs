@@ -63,9 +63,10 @@ fn apply(root: &mut Node, known: &[&str], argument: &str) -> Result<(), Box<Scen
         let error = SceneError::at(&origin, "", format!("a scene has no `{}`", first.name));
         return Err(Box::new(error.help(suggest(&first.name, known))));
     }
-    let mut node = root;
     let mut rest = &parts[..];
-    if NAMED_LISTS.contains(&first.name.as_str()) {
+    let is_table = root.get(&first.name).is_some_and(|node| node.table().is_some());
+    let mut node = root;
+    if NAMED_LISTS.contains(&first.name.as_str()) && !is_table {
         node = find_named(node, &text, &parts)?;
         rest = &parts[2..];
         if rest.is_empty() {
@@ -254,12 +255,15 @@ fn put(
         }
         Value::Array(items) => {
             let count = items.len();
-            let index = part.name.parse::<usize>().ok();
+            let name = |item: &Node| item.get("name").and_then(Node::text).map(str::to_owned);
+            let named = items.iter().position(|item| name(item).as_ref() == Some(&part.name));
+            let index = named.or(part.name.parse::<usize>().ok());
             match index.and_then(|index| items.get_mut(index)) {
                 Some(item) => put(item, text, rest, value),
                 None => {
                     let message = format!(
-                        "\"{}\" is not an index of this list of {count} (0 is the first)",
+                        "\"{}\" is no name in this list and no index of its {count} (0 is the \
+                         first)",
                         part.name
                     );
                     Err(SceneError::at(&origin, "", message).into())

@@ -118,7 +118,7 @@ fn materials(workshop: &mut Workshop<'_>, findings: &Findings) {
     }
 }
 
-fn own_material(
+pub(super) fn own_material(
     workshop: &mut Workshop<'_>,
     written: &format::Material,
     path: &Path,

@@ -18,13 +18,18 @@ pub(super) fn schema_json() -> &'static Json {
 /// The schema that editors take: `cullet schema` prints it, `scenes/scene.schema.json` is it.
 #[must_use]
 pub fn schema() -> String {
-    let mut text = serde_json::to_string_pretty(schema_json()).unwrap_or_default();
+    printed(schema_json())
+}
+
+/// A schema as a file has it.
+pub(super) fn printed(schema: &Json) -> String {
+    let mut text = serde_json::to_string_pretty(schema).unwrap_or_default();
     text.push('\n');
     text
 }
 
 /// Brackets in descriptions stand escaped for rustdoc; people read them plain. TOML knows no null.
-fn plain_brackets(node: &mut Json) {
+pub(super) fn plain_brackets(node: &mut Json) {
     match node {
         Json::Object(table) => {
             table.retain(|key, value| key != "default" || !value.is_null());

@@ -26,6 +26,10 @@ pub(super) enum Dimension {
     EnergyPerArea,
     /// \[N·s\]
     Impulse,
+    /// \[N\]
+    Force,
+    /// \[1/s\]
+    Rate,
     /// \[1\]
     Ratio,
 }
@@ -34,7 +38,7 @@ const PI: f64 = std::f64::consts::PI;
 
 impl Dimension {
     /// Every dimension.
-    pub(super) const ALL: [Self; 11] = [
+    pub(super) const ALL: [Self; 13] = [
         Self::Length,
         Self::Time,
         Self::Velocity,
@@ -45,6 +49,8 @@ impl Dimension {
         Self::Pressure,
         Self::EnergyPerArea,
         Self::Impulse,
+        Self::Force,
+        Self::Rate,
         Self::Ratio,
     ];
 
@@ -99,6 +105,8 @@ impl Dimension {
             Self::Impulse => {
                 &[("N s", 1.0), ("Ns", 1.0), ("mN s", 1e-3), ("kN s", 1e3), ("kg m/s", 1.0)]
             }
+            Self::Force => &[("N", 1.0), ("mN", 1e-3), ("kN", 1e3), ("MN", 1e6)],
+            Self::Rate => &[("1/s", 1.0), ("1/ms", 1e3), ("1/us", 1e6), ("Hz", 1.0)],
             Self::Ratio => &[("", 1.0), ("%", 1e-2)],
         }
     }
@@ -117,6 +125,8 @@ impl Dimension {
             Self::Pressure => "pressure",
             Self::EnergyPerArea => "energy per area",
             Self::Impulse => "impulse",
+            Self::Force => "force",
+            Self::Rate => "rate",
             Self::Ratio => "ratio",
         }
     }
@@ -250,6 +260,8 @@ schemas! {
     impulse: Impulse,
     ratio: Ratio,
     angle: Angle,
+    rate: Rate,
+    velocity: Velocity,
 }
 
 vector_schemas! {
@@ -257,6 +269,13 @@ vector_schemas! {
     velocity3: Velocity,
     acceleration3: Acceleration,
     angular_velocity3: AngularVelocity,
+    pressure3: Pressure,
+    force3: Force,
+}
+
+/// A list of times.
+pub(super) fn times(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "type": "array", "items": scalar(Dimension::Time), "minItems": 1 })
 }
 
 /// Three lengths above zero.

@@ -61,6 +61,12 @@ pub struct VertexPaint {
 }
 
 impl Region {
+    /// Whether a point lies within, or no farther outside than `slack` \[m\].
+    #[must_use]
+    pub fn contains(&self, x: &Vec3, slack: f64) -> bool {
+        self.distance(x) <= slack
+    }
+
     /// Distance to the boundary, negative within \[m\].
     fn distance(&self, x: &Vec3) -> f64 {
         let corner = |out: &[f64]| {

@@ -207,7 +207,8 @@ fn faces(way: Vec3, seed: u64) -> [Vec<(Vec3, f64)>; 2] {
     [found, points]
 }
 
-/// F22: how much more often than in other directions crack faces lie along the grid: twice, more than the points that broke. The bound only keeps it from growing.
+/// F22: how much more often than in other directions crack faces lie along the grid: twice, more
+/// than the points that broke. The bound only keeps it from growing.
 #[test]
 fn crack_faces_follow_the_grid_no_more_than_they_do() {
     let hits: Vec<u64> = (0..6).collect();

@@ -1,0 +1,169 @@
+//! The bench: specimens run over sweeps of their settings, each in a process of its own.
+//!
+//! A run is a pure job: its id is the digest of what is solved. A process that hangs is ended at
+//! the time limit; one that crashes has a status like any other: a failed run is a point of a
+//! chart, never a missing row. Several run at once, and results come in the order of the plan.
+
+mod pool;
+mod sweep;
+mod table;
+#[cfg(test)]
+mod tests;
+
+pub use pool::{Limits, answer, run_all};
+pub use sweep::{Sweep, plan};
+pub use table::{COLUMNS, csv, history, json, text};
+
+use crate::record::{RecordError, points};
+use crate::scene::specimen::{Ends, Specimen, Verdict, Weighed, reduce, weigh};
+use cullet_proto::specimen::{Ending, SpecimenResult};
+use std::path::Path;
+
+/// One run of the plan.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// The specimen, with its overrides.
+    pub specimen: Specimen,
+    /// What was swept, `key=value` each.
+    pub swept: Vec<String>,
+}
+
+/// One number of one run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The metric.
+    pub metric: String,
+    /// Its value; not a number where the run came to none.
+    pub value: f64,
+    /// Held against what is expected.
+    pub weighed: Weighed,
+    /// Where the reference comes from.
+    pub source: String,
+    /// Why it is known not to hold.
+    pub gap: Option<String>,
+}
+
+/// A run and what came out.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// What was run.
+    pub point: Point,
+    /// What came back.
+    pub result: SpecimenResult,
+    /// Its numbers.
+    pub rows: Vec<Row>,
+}
+
+impl Point {
+    /// What it is called in tables: the specimen, and what was swept beside what has a column.
+    #[must_use]
+    pub fn label(&self) -> String {
+        self.titled(&["spacing", "step_factor", "points_per_cell", "precision", "threads"])
+    }
+
+    /// What it is called for people, who see its spacing beside it.
+    #[must_use]
+    pub fn title(&self) -> String {
+        self.titled(&["spacing"])
+    }
+
+    /// The specimen, and what was swept beside those keys.
+    fn titled(&self, own: &[&str]) -> String {
+        let key = |text: &str| text.split('=').next().unwrap_or_default().to_owned();
+        let more = self.swept.iter().filter(|text| !own.contains(&key(text).as_str()));
+        let more: Vec<&str> = more.map(String::as_str).collect();
+        if more.is_empty() {
+            return self.specimen.name.clone();
+        }
+        format!("{}[{}]", self.specimen.name, more.join(";"))
+    }
+
+    /// A name for its files.
+    #[must_use]
+    pub fn file_name(&self) -> String {
+        let keep = |c: char| c.is_ascii_alphanumeric() || "-._".contains(c);
+        let plain = |text: &str| -> String {
+            text.replace('=', "-").chars().map(|c| if keep(c) { c } else { '_' }).collect()
+        };
+        let parts =
+            [self.specimen.name.as_str()].into_iter().chain(self.swept.iter().map(|s| &**s));
+        parts.map(plain).collect::<Vec<_>>().join(".")
+    }
+}
+
+/// One word for how a run ended.
+#[must_use]
+pub const fn status(ending: &Ending) -> &'static str {
+    match ending {
+        Ending::Ok => "ok",
+        Ending::Unstable(_) => "unstable",
+        Ending::NotFinite(_) => "nan",
+        Ending::Refused(_) => "refused",
+        Ending::Geometry(_) => "geometry",
+        Ending::Timeout(_) => "timeout",
+    }
+}
+
+/// Why a run did not end at its end, if so.
+#[must_use]
+pub fn trouble(ending: &Ending) -> Option<&str> {
+    match ending {
+        Ending::Ok => None,
+        Ending::Unstable(why)
+        | Ending::NotFinite(why)
+        | Ending::Refused(why)
+        | Ending::Geometry(why)
+        | Ending::Timeout(why) => Some(why),
+    }
+}
+
+impl Measured {
+    /// Makes the numbers of a run.
+    #[must_use]
+    pub fn new(point: Point, result: SpecimenResult) -> Self {
+        let ended = result.ending == Ending::Ok;
+        let pairs = point.specimen.metrics.iter().zip(&point.specimen.expected);
+        let rows = pairs.map(|((metric, probe), expected)| {
+            let samples = result.rows.get(*probe).filter(|_| ended);
+            let value = samples.map_or(f64::NAN, |row| reduce(metric, &result.times, row));
+            Row {
+                metric: metric.name.clone(),
+                value,
+                weighed: weigh(expected.as_ref(), value),
+                source: expected.as_ref().map(|e| e.source.clone()).unwrap_or_default(),
+                gap: expected.as_ref().and_then(|e| e.gap.clone()),
+            }
+        });
+        let rows = rows.collect();
+        Self { point, result, rows }
+    }
+
+    /// Whether anything that was expected does not hold, or the run ended otherwise than it must.
+    #[must_use]
+    pub fn fails(&self) -> bool {
+        let ends = match self.point.specimen.ends {
+            Ends::Ok => "ok",
+            Ends::Unstable => "unstable",
+            Ends::Nan => "nan",
+            Ends::Refused => "refused",
+        };
+        let ended = self.result.ending == Ending::Ok;
+        let missed = |row: &Row| row.weighed.verdict == Verdict::Fails;
+        status(&self.result.ending) != ends || ended && self.rows.iter().any(missed)
+    }
+
+    /// Writes the samples as CSV, the frames as MCAP and the last of them as PNG into a folder.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn save(&self, folder: &Path) -> Result<(), RecordError> {
+        let name = self.point.file_name();
+        let path = folder.join(format!("{name}.csv"));
+        std::fs::write(&path, history(self)).map_err(RecordError::io(&path))?;
+        if self.result.frames.is_empty() {
+            return Ok(());
+        }
+        points::record(&folder.join(format!("{name}.mcap")), &name, &self.result.frames)?;
+        crate::preview::points::sheet(&self.result.frames).save(&folder.join(format!("{name}.png")))
+    }
+}

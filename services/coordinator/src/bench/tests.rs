@@ -1,0 +1,129 @@
+use super::*;
+use crate::scene::specimen::load;
+use cullet_proto::specimen::Frame;
+
+const BAR: &str = r#"
+[geometry]
+shape = { kind = "box", size = ["10 cm", "2 cm", "2 cm"] }
+[material]
+name = "stone"
+density = 2450
+young = "32 GPa"
+poisson = 0.2
+[solver]
+spacing = "1 cm"
+breaks = false
+[run]
+end = "1 ms"
+[[probe]]
+name = "energy"
+kind = "kinetic"
+[[metric]]
+name = "most"
+probe = "energy"
+reduce = "max"
+[expect.most]
+value = 2.0
+tolerance = "10 %"
+source = "made up"
+"#;
+
+fn folder(name: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join(format!("{name}.toml")), BAR).expect("a file");
+    folder
+}
+
+fn measured(values: Vec<f64>) -> Measured {
+    let folder = folder("bar");
+    let specimen = load(&folder.path().join("bar.toml"), &[]).expect("it loads");
+    let point = Point { specimen, swept: vec!["seed=3".to_owned()] };
+    let mut result = SpecimenResult::ended(Ending::Ok);
+    result.times = (0..values.len()).map(|k| k as f64).collect();
+    result.rows = vec![values];
+    Measured::new(point, result)
+}
+
+#[test]
+fn a_plan_is_every_specimen_with_every_combination() {
+    let folder = folder("bar");
+    std::fs::write(folder.path().join("other.toml"), BAR).expect("a file");
+    let sweeps = ["spacing=1cm,5 mm", "geometry.shift=[0,0,0],[0,0,\"1 mm\"]"];
+    let sweeps: Vec<Sweep> = sweeps.iter().map(|s| s.parse().expect("a sweep")).collect();
+    let points = plan(&[folder.path().to_owned()], &[], &sweeps).expect("a plan");
+    assert_eq!(points.len(), 8);
+    let last = &points[7];
+    assert_eq!(last.specimen.name, "other");
+    assert_eq!(last.specimen.job.setup.settings.spacing, 0.005);
+    assert_eq!(last.specimen.job.setup.shift, [0.0, 0.0, 0.001]);
+    assert_eq!(last.label(), "other[geometry.shift=[0,0,\"1 mm\"]]");
+    for bad in ["spacing", "=1", "spacing=1,,2"] {
+        assert!(bad.parse::<Sweep>().is_err(), "{bad}");
+    }
+    let empty = tempfile::tempdir().expect("a folder");
+    assert!(plan(&[empty.path().to_owned()], &[], &[]).is_err());
+}
+
+#[test]
+fn a_number_that_is_off_fails_and_one_that_is_near_does_not() {
+    let near = measured(vec![0.0, 1.9, 1.0]);
+    assert!(!near.fails() && (near.rows[0].value - 1.9).abs() < 1e-15);
+    assert!((near.rows[0].weighed.error.expect("an error") + 0.05).abs() < 1e-12);
+    assert!(measured(vec![0.0, 1.7]).fails());
+    let line = csv(&near);
+    assert_eq!(line.trim_end().split(',').count(), COLUMNS.split(',').count());
+    assert!(line.starts_with("bar[seed=3],brittle,0.01,"), "{line}");
+    assert!(line.contains(",most,1.9,2,-0.05"), "{line}");
+    assert!(text(&[near]).contains("-5.00 %"));
+}
+
+/// A run that crashed is a line with its status, not a line that is missing.
+#[test]
+fn a_failed_run_is_a_row() {
+    let mut crashed = measured(vec![]);
+    crashed =
+        Measured::new(crashed.point, SpecimenResult::ended(Ending::Unstable("too hot".to_owned())));
+    assert!(crashed.fails());
+    assert!(csv(&crashed).ends_with(",most,,2,,unstable\n"), "{}", csv(&crashed));
+    assert!(text(&[crashed]).contains("unstable: too hot"));
+}
+
+/// Processes that do not answer, answer nonsense, or take too long are statuses in their place.
+#[test]
+fn a_process_that_fails_is_a_status() {
+    let point = measured(vec![]).point;
+    let run = |script: &str, time: f64| {
+        let program = ("sh".into(), vec!["-c".to_owned(), script.to_owned()]);
+        let time = std::time::Duration::from_secs_f64(time);
+        let limits = Limits { program, workers: 2, time };
+        let mut endings = Vec::new();
+        let points = vec![point.clone(); 3];
+        run_all(&points, &limits, &mut |index, result| endings.push((index, result.ending)));
+        assert_eq!(endings.iter().map(|e| e.0).collect::<Vec<_>>(), [0, 1, 2]);
+        endings.remove(0).1
+    };
+    let told = |ending: &Ending| trouble(ending).unwrap_or_default().to_owned();
+    let crash = run("echo no memory >&2; exit 3", 60.0);
+    assert!(told(&crash).contains("no memory"), "{crash:?}");
+    let nonsense = run("echo nonsense", 60.0);
+    assert!(told(&nonsense).contains("ended early"), "{nonsense:?}");
+    let slow = run("exec sleep 60", 0.2);
+    assert_eq!(status(&slow), "timeout");
+    assert!(told(&slow).contains("limit"), "{slow:?}");
+}
+
+#[test]
+fn a_run_leaves_its_samples_its_points_and_their_picture() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut run = measured(vec![1.0, 2.0]);
+    let point = |k: u32| [k as f32 * 0.01, (k % 7) as f32 * 0.01, 0.0, k as f32];
+    let frame = |time| Frame { time, points: (0..50).map(point).collect() };
+    run.result.frames = [0.0, 0.5, 1.0].map(frame).to_vec();
+    run.save(folder.path()).expect("it is written");
+    let text = |name: &str| std::fs::read(folder.path().join(name)).expect("a file");
+    let csv = String::from_utf8(text("bar.seed-3.csv")).expect("text");
+    assert_eq!(csv.lines().collect::<Vec<_>>(), ["time [s],energy [J]", "0,1", "1,2"]);
+    assert!(text("bar.seed-3.png").starts_with(b"\x89PNG"));
+    let bytes = text("bar.seed-3.mcap");
+    assert!(bytes.starts_with(b"\x89MCAP") && bytes.ends_with(b"MCAP0\r\n"));
+}

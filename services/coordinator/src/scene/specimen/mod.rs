@@ -1,0 +1,121 @@
+//! The specimen loader: a TOML file to a job that any process can solve, or every error at once.
+//!
+//! Units, overrides, materials and errors are those of scenes; `format` is the one source of the
+//! schema and of the reader; `metric` makes numbers of what comes back.
+
+pub mod format;
+mod metric;
+mod resolve;
+#[cfg(test)]
+mod tests;
+mod watch;
+
+pub use format::{Ends, Expected, Metric, Reduction};
+pub use metric::{Verdict, Weighed, reduce, weigh};
+
+use super::check;
+use super::document;
+use super::error::{SceneError, SceneErrors};
+use super::files::{Files, SCENE_BASE, Source};
+use super::overrides;
+use super::schema::{plain_brackets, printed};
+use cullet_proto::specimen::SpecimenJob;
+use serde_json::Value as Json;
+use std::path::Path;
+use std::sync::OnceLock;
+
+/// A specimen, checked and complete.
+#[derive(Clone, Debug)]
+pub struct Specimen {
+    /// The name of its file.
+    pub name: String,
+    /// What it shows, in a line.
+    pub description: String,
+    /// Which solver.
+    pub solver: &'static str,
+    /// What is to be solved.
+    pub job: SpecimenJob,
+    /// Names of the probes, with their units.
+    pub probes: Vec<(String, &'static str)>,
+    /// What is made of the samples, each with the number of its probe.
+    pub metrics: Vec<(Metric, usize)>,
+    /// What they must come to, beside each metric.
+    pub expected: Vec<Option<Expected>>,
+    /// How it must end.
+    pub ends: Ends,
+    /// What is unusual, a line each.
+    pub warnings: Vec<String>,
+}
+
+/// Loads a specimen. `overrides` are `path=value` arguments, applied in order; a path of one name
+/// is one of `[solver]` or `[run]`.
+///
+/// # Errors
+/// Everything that is wrong with it, in the order of the text.
+pub fn load(path: &Path, overrides: &[String]) -> Result<Specimen, SceneErrors> {
+    let folder = path.parent().map(Path::to_owned).unwrap_or_default();
+    let Some(base) = path.file_name().map(|name| name.to_string_lossy().into_owned()) else {
+        let message = format!("{} is no file", path.display());
+        return Err(SceneErrors { errors: vec![SceneError::without_place(message)] });
+    };
+    let name = path.file_stem().map_or_else(|| base.clone(), |s| s.to_string_lossy().into_owned());
+    build(name, Files::new(Source::Disk { folder }), &format!("{SCENE_BASE}{base}"), overrides)
+}
+
+fn build(
+    name: String,
+    mut files: Files,
+    main: &str,
+    overrides: &[String],
+) -> Result<Specimen, SceneErrors> {
+    let (mut root, text, mut errors) = document::read(&mut files, main);
+    if text.is_none() {
+        return Err(SceneErrors { errors });
+    }
+    let schema = schema_json();
+    let sections: Vec<&str> = schema["properties"]
+        .as_object()
+        .map(|sections| sections.keys().map(String::as_str).collect())
+        .unwrap_or_default();
+    let full: Vec<String> = overrides.iter().map(|text| spelled_out(schema, text)).collect();
+    errors.extend(overrides::apply_overrides(&mut root, &sections, &full));
+    let findings = check::check(schema, &mut root);
+    errors.extend(findings.errors.iter().cloned());
+    if !errors.is_empty() {
+        return Err(SceneErrors::sorted(errors));
+    }
+    let resolved = resolve::resolve(&root, &mut files);
+    match resolved {
+        Ok(specimen) => Ok(Specimen { name, ..specimen }),
+        Err(errors) => Err(SceneErrors::sorted(errors)),
+    }
+}
+
+/// `spacing=…` for `solver.spacing=…`.
+fn spelled_out(schema: &Json, argument: &str) -> String {
+    let name = argument.split('=').next().unwrap_or_default().trim();
+    let has = |section: &str| {
+        let section = check::resolve(schema, &schema["properties"][section]);
+        section["properties"].get(name).is_some()
+    };
+    match ["solver", "run"].into_iter().find(|section| has(section)) {
+        Some(section) => format!("{section}.{argument}"),
+        None => argument.to_owned(),
+    }
+}
+
+fn schema_json() -> &'static Json {
+    static SCHEMA: OnceLock<Json> = OnceLock::new();
+    SCHEMA.get_or_init(|| {
+        let mut schema = schemars::schema_for!(format::Document).to_value();
+        schema["title"] = Json::String("A Cullet specimen".to_owned());
+        plain_brackets(&mut schema);
+        schema
+    })
+}
+
+/// The schema that editors take: `cullet schema --specimen` prints it.
+#[must_use]
+pub fn schema() -> String {
+    printed(schema_json())
+}

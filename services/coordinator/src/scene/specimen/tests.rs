@@ -1,0 +1,182 @@
+use super::format::{Expected, Metric, Reduction};
+use super::metric::{Verdict, reduce, weigh};
+use super::{Specimen, load};
+use cullet_proto::specimen::{Course, Probe, Push};
+use cullet_proto::strength::Region;
+
+const HEAD: &str = r#"
+[geometry]
+shape = { kind = "box", size = ["10 cm", "4 cm", "2 cm"] }
+[material]
+name = "stone"
+density = 2450
+young = "32 GPa"
+poisson = 0.2
+strength = "3 MPa"
+fracture_energy = 3
+[solver]
+spacing = "1 cm"
+[run]
+end = "1 ms"
+"#;
+
+fn read(text: &str, overrides: &[&str]) -> Result<Specimen, String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("thing.toml");
+    std::fs::write(&file, text).expect("a file");
+    let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
+    load(&file, &overrides).map_err(|errors| errors.to_string())
+}
+
+fn good(tail: &str) -> Specimen {
+    read(&format!("{HEAD}{tail}"), &[]).unwrap_or_else(|why| panic!("{why}"))
+}
+
+/// Each error names the line of its value and the bound.
+#[test]
+fn errors_name_their_place_and_bound() {
+    let cases = [
+        ("[solver2]\nx = 1", "15:2", "unknown key `solver2`"),
+        ("[[load]]\nname = \"a\"\nregion = \"+x\"", "", "one of them; it has 0"),
+        ("[[load]]\nname = \"a\"\nregion = \"+w\"\npressure = 1", "17:10", "no region \"+w\""),
+        ("[[load]]\nname = \"a\"\nregion = \"+x\"\npressure = \"1 m\"", "18:12", "not a unit"),
+        ("[[probe]]\nname = \"a\"\nkind = \"kinetik\"", "17:8", "did you mean `kinetic`"),
+        ("[[probe]]\nname = \"a\"\nkind = \"stress\"", "", "`component` is missing"),
+        (
+            "[[probe]]\nname = \"a\"\nkind = \"stress\"\ncomponent = \"x\"",
+            "18:13",
+            "a tensor has xx",
+        ),
+        ("[[probe]]\nname = \"a\"\nkind = \"kinetic\"\nat = [0, 0, 0]", "18:6", "takes no `at`"),
+        (
+            "[[probe]]\nname = \"a\"\nkind = \"reaction\"\nsupport = \"s\"\ncomponent = \"x\"",
+            "18:11",
+            "no support \"s\"",
+        ),
+        ("[[metric]]\nname = \"m\"\nprobe = \"p\"\nreduce = \"max\"", "17:9", "no probe \"p\""),
+        ("[expect.m]\nvalue = 1", "15:1", "no metric \"m\""),
+        ("[[symmetry]]\naxis = \"q\"", "16:8", "not one of x, y, z"),
+        ("[[notch]]\npoint = [0, 0, 0]\nnormal = [0, 0, 0]", "17:10", "a length above"),
+        ("[[support]]\nname = \"s\"\nregion = \"-x\"\naxes = \"xw\"", "18:8", "`w` is no axis"),
+        (
+            "[[load]]\nname = \"a\"\nregion = \"+x\"\npressure = 1\n\
+             time = { kind = \"table\", times = [0, 2, 1], factors = [0, 1, 1] }",
+            "19:8",
+            "must ascend",
+        ),
+    ];
+    for (tail, place, words) in cases {
+        let told = read(&format!("{HEAD}{tail}\n"), &[]).expect_err(tail);
+        assert!(told.contains(words), "{tail}\n{told}");
+        assert!(told.contains(&format!("toml:{place}")), "{tail}\n{told}");
+    }
+    let spacing = read(HEAD, &["spacing=0"]).expect_err("a bound");
+    assert!(spacing.contains("must be above 0 m; it is 0 m"), "{spacing}");
+    let missing = read(&HEAD.replace("spacing = \"1 cm\"", ""), &[]).expect_err("no spacing");
+    assert!(missing.contains("`spacing` is missing"), "{missing}");
+}
+
+/// Sides are planes for what acts on them, and one spacing deep for what is read off points.
+#[test]
+fn a_side_has_the_depth_of_its_use() {
+    let specimen = good(
+        "[[load]]\nname = \"pull\"\nregion = \"+x\"\ntraction = [\"1 MPa\", 0, 0]\n\
+         time = { kind = \"ramp\", rise = \"1 us\" }\n\
+         [[probe]]\nname = \"end\"\nkind = \"broken\"\nregion = \"+x\"",
+    );
+    let setup = &specimen.job.setup;
+    let load = &setup.loads[0];
+    assert_eq!(load.push, Push::Traction([1e6, 0.0, 0.0]));
+    assert_eq!(load.course, Course::Table(vec![(0.0, 0.0), (1e-6, 1.0)]));
+    assert_eq!(load.part, [Region::HalfSpace([0.05, 0.0, 0.0], [-1.0, 0.0, 0.0])]);
+    let Probe::Broken(part) = &setup.probes[0] else { panic!("{:?}", setup.probes) };
+    assert_eq!(part, &[Region::HalfSpace([0.05 - 0.01, 0.0, 0.0], [-1.0, 0.0, 0.0])]);
+}
+
+#[test]
+fn overrides_reach_tables_lists_by_name_and_the_solver_by_one_name() {
+    let tail = "[[load]]\nname = \"pull\"\nregion = \"+x\"\npressure = \"1 MPa\"";
+    let set = ["spacing=5mm", "material.young=1 GPa", "load.pull.pressure=2 MPa", "samples=7"];
+    let specimen = read(&format!("{HEAD}{tail}"), &set).unwrap_or_else(|why| panic!("{why}"));
+    let setup = &specimen.job.setup;
+    assert_eq!((setup.settings.spacing, setup.material.young), (0.005, 1e9));
+    assert_eq!((setup.loads[0].push, setup.samples), (Push::Pressure(2e6), 7));
+}
+
+/// A slot takes its volume out of the body.
+#[test]
+fn a_slot_is_cut_out() {
+    let slot = "[[slot]]\nshape = { kind = \"box\", size = [\"2 cm\", \"8 cm\", \"1 cm\"] }\n\
+                position = [0, 0, \"1 cm\"]";
+    let volume = good(slot).job.solid.volume();
+    let wanted = 0.1 * 0.04 * 0.02 - 0.02 * 0.04 * 0.005;
+    assert!((volume / wanted - 1.0).abs() < 1e-9, "{volume} of {wanted}");
+}
+
+fn metric(reduce: Reduction) -> Metric {
+    Metric {
+        name: "m".into(),
+        probe: "p".into(),
+        reduce,
+        from: None,
+        until: None,
+        time: None,
+        threshold: None,
+        window: None,
+        scale: 1.0,
+    }
+}
+
+/// A damped wave has the period, the decrement and the crossings that it was made with.
+#[test]
+fn metrics_find_what_a_wave_was_made_with() {
+    let (period, decay) = (0.25, 0.4);
+    let times: Vec<f64> = (0..=4000).map(|k| f64::from(k) * 1e-3).collect();
+    let wave = |t: f64| {
+        let turn = 2.0 * std::f64::consts::PI * t / period;
+        0.001 + libm::exp(-decay * t) * libm::sin(turn)
+    };
+    let values: Vec<f64> = times.iter().map(|&t| wave(t)).collect();
+    let is = |metric: Metric, wanted: f64, most: f64| {
+        let value = reduce(&metric, &times, &values);
+        assert!((value - wanted).abs() <= most, "{metric:?}: {value} of {wanted}");
+    };
+    is(metric(Reduction::Period), period, 1e-3);
+    is(metric(Reduction::Decrement), decay * period, 2e-3);
+    is(metric(Reduction::First), 0.001, 0.0);
+    is(metric(Reduction::TimeOfMax), period / 4.0, 2e-3);
+    is(Metric { time: Some(0.12345), ..metric(Reduction::At) }, wave(0.12345), 1e-4);
+    let half = Metric { threshold: Some(0.5), ..metric(Reduction::TimeReached) };
+    is(half, period / 12.0, 2e-4);
+    is(Metric { scale: -2.0, ..metric(Reduction::First) }, -0.002, 1e-15);
+}
+
+#[test]
+fn metrics_of_a_straight_line_are_its_own() {
+    let times: Vec<f64> = (0..=10).map(f64::from).collect();
+    let values: Vec<f64> = times.iter().map(|t| 3.0 * t - 6.0).collect();
+    let value = |metric: Metric| reduce(&metric, &times, &values);
+    assert!((value(metric(Reduction::Slope)) - 3.0).abs() < 1e-12);
+    let steep = Metric { window: Some(4.0), ..metric(Reduction::MaxSlope) };
+    assert!((value(steep) - 3.0).abs() < 1e-12);
+    assert!((value(metric(Reduction::Mean)) - 9.0).abs() < 1e-12);
+    assert!((value(metric(Reduction::Range)) - 30.0).abs() < 1e-12);
+    let above = Metric { threshold: Some(0.0), ..metric(Reduction::TimeAbove) };
+    assert!((value(above) - 8.0).abs() < 1e-12);
+    let window = Metric { from: Some(2.0), until: Some(4.0), ..metric(Reduction::Integral) };
+    assert!((value(window) - 6.0).abs() < 1e-12);
+    assert!(value(metric(Reduction::Period)).is_nan());
+}
+
+#[test]
+fn a_gap_is_no_failure_and_what_is_no_number_never_holds() {
+    let expected = Expected { value: Some(2.0), tolerance: Some(0.1), ..Expected::default() };
+    let verdict = |expected: &Expected, value| weigh(Some(expected), value).verdict;
+    assert_eq!(verdict(&expected, 2.19), Verdict::Holds);
+    assert_eq!(verdict(&expected, 2.21), Verdict::Fails);
+    assert_eq!(verdict(&expected, f64::NAN), Verdict::Fails);
+    let gap = Expected { gap: Some("why".into()), ..expected };
+    assert_eq!(verdict(&gap, 2.21), Verdict::Gap);
+    assert_eq!(verdict(&gap, 2.1), Verdict::Holds);
+    assert_eq!(weigh(None, 1.0).verdict, Verdict::Free);
+}

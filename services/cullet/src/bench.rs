@@ -1,0 +1,106 @@
+//! `cullet bench`, and the process that solves one specimen.
+
+use crate::args;
+use crate::exit::{Exit, Trouble, print};
+use crate::folder::Folder;
+use cullet_coordinator::bench::{
+    COLUMNS, Limits, Measured, Point, answer, csv, json, plan, run_all, status, text,
+};
+use std::io::Write;
+use std::time::Duration;
+
+pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
+    let usage = |error: String| Trouble::new(Exit::Usage, error);
+    let points = plan(&args.specimens, &args.set, &args.sweep).map_err(usage)?;
+    if !args.voice.quiet {
+        for warning in warnings(&points) {
+            eprintln!("warning: {warning}");
+        }
+    }
+    if let Some(folder) = &args.out {
+        Folder::at(folder)?;
+    }
+    let mut table = match &args.csv {
+        Some(path) => {
+            let file = std::fs::File::create(path).map_err(|error| Trouble::file(path, error))?;
+            Some((path, file))
+        }
+        None => None,
+    };
+    let mut write = |line: &str| match &mut table {
+        Some((path, file)) => {
+            let done = file.write_all(line.as_bytes()).and_then(|()| file.flush());
+            done.map_err(|error| Trouble::file(path, error))
+        }
+        None => Ok(()),
+    };
+    write(&format!("{COLUMNS}\n"))?;
+    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
+    let limits = Limits {
+        program: (exe, vec!["solve-specimen".to_owned()]),
+        workers: args.workers.map_or_else(spare_cores, usize::from),
+        time: Duration::from_secs_f64(args.limit.clamp(1e-3, 1e9)),
+    };
+    let (mut all, mut trouble) = (Vec::new(), None);
+    run_all(&points, &limits, &mut |index, result| {
+        let measured = Measured::new(points[index].clone(), result);
+        let written = write(&csv(&measured)).and_then(|()| keep(args, &measured));
+        trouble = trouble.take().or(written.err());
+        if !args.voice.quiet {
+            eprintln!("{}/{} {}", index + 1, points.len(), told(&measured));
+        }
+        all.push(measured);
+    });
+    if let Some(trouble) = trouble {
+        return Err(trouble);
+    }
+    if !args.json {
+        print(text(&all))?;
+    }
+    Ok(if all.iter().any(Measured::fails) { Exit::Unmet } else { Exit::Done })
+}
+
+fn warnings(points: &[Point]) -> Vec<String> {
+    let all = points.iter().flat_map(|point| {
+        point.specimen.warnings.iter().map(|line| format!("{}: {line}", point.specimen.name))
+    });
+    let mut all: Vec<String> = all.collect();
+    all.dedup();
+    all
+}
+
+/// Files and JSON of one run.
+fn keep(args: &args::Bench, measured: &Measured) -> Result<(), Trouble> {
+    if args.json {
+        print(format!("{}\n", json(measured)))?;
+    }
+    match &args.out {
+        Some(folder) => measured.save(folder).map_err(|error| Trouble::new(Exit::File, error)),
+        None => Ok(()),
+    }
+}
+
+fn told(measured: &Measured) -> String {
+    let (result, point) = (&measured.result, &measured.point);
+    let swept = point.swept.join(" ");
+    format!(
+        "{} {swept}: {}, {} points, {} steps, {:.2} s",
+        point.specimen.name,
+        status(&result.ending),
+        result.points,
+        result.steps,
+        result.price.wall
+    )
+}
+
+fn spare_cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from).saturating_sub(1).max(1)
+}
+
+/// Solves the specimen on standard input.
+pub(crate) fn solve() -> Result<Exit, Trouble> {
+    let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
+    answer(input, output, cullet_worker::specimen::solve)
+        .map_err(|error| Trouble::new(Exit::Usage, error))?;
+    Ok(Exit::Done)
+}

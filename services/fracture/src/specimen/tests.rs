@@ -1,0 +1,255 @@
+use super::*;
+use crate::mpm::domain::stable_step;
+use crate::solver::Refusal;
+use cullet_geometry::shapes;
+
+const STONE: Material = Material {
+    density: 2450.0,
+    young: 32e9,
+    poisson: 0.0,
+    failure_stress: 3e6,
+    fracture_energy: 3.0,
+};
+
+/// A bar along x from 0, free, that cannot break.
+fn bar(length: f64, side: f64, spacing: f64) -> Specimen {
+    let size = Vec3::new(length, side, side);
+    let mesh = shapes::cuboid(size, shapes::Detail::default()).expect("a box");
+    Specimen {
+        mesh: mesh.translated(size / 2.0),
+        turn: Quat::identity(),
+        shift: Vec3::zeros(),
+        material: STONE,
+        strength: StrengthField { weibull: f64::INFINITY, ..StrengthField::default() },
+        patches: Vec::new(),
+        notches: Vec::new(),
+        symmetries: Vec::new(),
+        stretch: Mat3::zeros(),
+        starts: Vec::new(),
+        holds: Vec::new(),
+        loads: Vec::new(),
+        probes: Vec::new(),
+        settings: Settings {
+            spacing,
+            step_factor: 0.8,
+            per_cell: 8.0,
+            points: Points::Rows,
+            precision: Precision::Double,
+            fields: Fields::Split,
+            breaks: false,
+            softening_length: None,
+            damping: 0.0,
+            damped_until: f64::INFINITY,
+            max_points: 1e6,
+            max_steps: 1e6,
+            seed: 1,
+        },
+        end: 1e-4,
+        samples: 100,
+        frames: 0,
+        colour: (Field::Damage, Part::Size),
+    }
+}
+
+fn run(specimen: Specimen) -> Outcome {
+    let mut run = SpecimenRun::begin(specimen).expect("taken");
+    loop {
+        if let Step::Done(outcome) = run.advance() {
+            return *outcome;
+        }
+    }
+}
+
+fn face(axis: usize, place: f64, up: bool) -> Where {
+    let sign = if up { -1.0 } else { 1.0 };
+    let normal = Vec3::ith(axis, sign);
+    vec![Region::HalfSpace { point: Vec3::ith(axis, place), normal }]
+}
+
+fn everywhere(field: Field, part: Part) -> Probe {
+    Probe::Points(field, part, Spot::Over(Vec::new(), Reduce::Mean))
+}
+
+/// The same bar driven by hand, without any of this module: the mean velocity is the same number.
+#[test]
+fn a_driven_bar_agrees_with_one_written_by_hand() {
+    use crate::damage::Softening;
+    use crate::mpm::Domain;
+    use crate::mpm::domain::Grip;
+    use crate::particles::Particles;
+    let (h, length) = (0.01, 0.2);
+    let hold = Hold {
+        part: face(0, 0.0, false),
+        axes: [true; 3],
+        velocity: Vec3::x(),
+        gradient: Mat3::zeros(),
+        centre: Vec3::zeros(),
+        course: Course::constant(),
+        until: f64::INFINITY,
+    };
+    let probes = vec![everywhere(Field::Velocity, Part::Axis(0)), Probe::Elastic];
+    let specimen = Specimen { holds: vec![hold], probes, ..bar(length, 2.0 * h, h) };
+    let step = 0.8 * stable_step(&STONE, h);
+    let steps = (specimen.end / step).ceil();
+    let outcome = run(specimen);
+    assert_eq!((outcome.ending, outcome.steps), (Ending::Done, steps as u64));
+
+    let mut points = Vec::new();
+    for (i, j, k) in (0..40).flat_map(|i| (0..16).map(move |n| (i, n / 4, n % 4))) {
+        points
+            .push(Vec3::new(f64::from(i) + 0.5, f64::from(j) + 0.5, f64::from(k) + 0.5) * h / 2.0);
+    }
+    let volume = length * 4.0 * h * h;
+    let strong = Material { failure_stress: 1e20, fracture_energy: 1e40, ..STONE };
+    let particles = Particles::at_rest(&points, volume, STONE.density);
+    let mut domain = Domain::new(particles, &STONE, Softening::new(&strong, h), Vec3::repeat(h));
+    domain.step = 1e-4 / steps;
+    let grip = |x: Vec3| (x.x < 1e-9).then(Vec3::x);
+    domain.grip = Some(Grip(std::sync::Arc::new(grip)));
+    (0..steps as u64).for_each(|_| _ = domain.advance());
+    let mean = domain.motions().iter().map(|m| m.velocity.x).sum::<f64>() / 640.0;
+    let sampled = outcome.rows[0].last().expect("a sample");
+    assert!((mean / sampled - 1.0).abs() < 1e-9, "{mean} and {sampled}");
+    let (elastic, sampled) = (domain.elastic_energy(), outcome.rows[1].last().expect("a sample"));
+    assert!((elastic / sampled - 1.0).abs() < 1e-9, "{elastic} and {sampled}");
+}
+
+/// A free bar under a steady pull at one end: its momentum is the force times the time, and the
+/// work done is the energy that it has.
+#[test]
+fn loads_give_their_impulse_and_their_work() {
+    let pull = |push| Load { part: face(0, 0.2, true), push, course: Course::constant() };
+    let traction = Push::Traction(Vec3::new(1e5, 2e4, 0.0));
+    for push in [traction, Push::Pressure(-1e5)] {
+        let probes = vec![
+            Probe::Momentum(Part::Axis(0)),
+            Probe::Applied(0, Part::Axis(0)),
+            Probe::Work,
+            Probe::Balance,
+        ];
+        let outcome = run(Specimen { loads: vec![pull(push)], probes, ..bar(0.2, 0.02, 0.01) });
+        let last = |row: usize| *outcome.rows[row].last().expect("a sample");
+        let force = 1e5 * 0.02 * 0.02;
+        assert!((last(1) / force - 1.0).abs() < 1e-9, "{} of {force} N", last(1));
+        assert!((last(0) / (force * 1e-4) - 1.0).abs() < 1e-9, "{}", last(0));
+        assert!(last(2) > 0.0 && last(3).abs() < 0.02 * last(2), "{} of {}", last(3), last(2));
+    }
+}
+
+/// Half a bar with a plane of symmetry moves as the whole one does.
+#[test]
+fn a_plane_of_symmetry_stands_for_the_other_half() {
+    let ends = |x: f64, up| Load {
+        part: face(0, x, up),
+        push: Push::Pressure(-1e6),
+        course: Course::constant(),
+    };
+    let at = |x: f64| {
+        let at = Spot::At(Vec3::new(x, 0.012, 0.013));
+        Probe::Points(Field::Displacement, Part::Axis(0), at)
+    };
+    let material = Material { poisson: 0.2, ..STONE };
+    let probes = vec![at(0.195), at(0.111)];
+    let loads = vec![ends(0.0, false), ends(0.2, true)];
+    let whole = run(Specimen { material, loads, probes: probes.clone(), ..bar(0.2, 0.04, 0.01) });
+    let mut half = bar(0.1, 0.04, 0.01);
+    half.mesh = half.mesh.translated(Vec3::x() * 0.1);
+    let (loads, symmetries) = (vec![ends(0.2, true)], vec![(0, 0.1)]);
+    let half = run(Specimen { material, loads, probes, symmetries, ..half });
+    for (a, b) in whole.rows.iter().zip(&half.rows) {
+        let scale = a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        for (x, y) in a.iter().zip(b) {
+            assert!((x - y).abs() < 1e-9 * scale, "{x} and {y}, of {scale}");
+        }
+    }
+}
+
+/// A turned specimen gives the same numbers in its own frame where the grid does not matter: a
+/// stretched one has the stress of the stretch.
+#[test]
+fn a_turned_specimen_speaks_in_its_own_frame() {
+    let stretch = Mat3::new(1e-4, 2e-5, 0.0, 2e-5, -3e-5, 0.0, 0.0, 0.0, 0.0);
+    let material = Material { poisson: 0.25, ..STONE };
+    let parts = [Part::Pair(0), Part::Pair(1), Part::Pair(3), Part::Greatest, Part::Mises];
+    let probes: Vec<Probe> = parts.iter().map(|&part| everywhere(Field::Stress, part)).collect();
+    let first = |turn| {
+        let specimen = Specimen { material, stretch, turn, ..bar(0.08, 0.04, 0.01) };
+        let mut specimen = Specimen { probes: probes.clone(), ..specimen };
+        specimen.end = 1e-6;
+        run(specimen).rows.iter().map(|row| row[0]).collect::<Vec<_>>()
+    };
+    let straight = first(Quat::identity());
+    let turned = first(Quat::from_euler_angles(0.3, -0.5, 0.9));
+    for (a, b) in straight.iter().zip(&turned) {
+        assert!((a - b).abs() < 1e-6 * straight[0], "{straight:?} and {turned:?}");
+    }
+    let (lame, shear) = (material.lame(), material.shear());
+    let wanted = lame * (1e-4 - 3e-5) + 2.0 * shear * 1e-4;
+    assert!((straight[0] / wanted - 1.0).abs() < 1e-3, "{} and {wanted}", straight[0]);
+}
+
+/// A step far over its bound is told as an instability, not as numbers.
+#[test]
+fn a_step_over_its_bound_ends_as_unstable() {
+    let start = Start {
+        part: Vec::new(),
+        velocity: Vec3::zeros(),
+        gradient: Mat3::zeros(),
+        centre: Vec3::zeros(),
+        noise: 1.0,
+    };
+    let mut specimen = Specimen { starts: vec![start], end: 1e-2, ..bar(0.1, 0.04, 0.01) };
+    specimen.settings.step_factor = 2.5;
+    let ending = run(specimen).ending;
+    assert!(matches!(ending, Ending::Unstable { .. } | Ending::NotFinite { .. }), "{ending:?}");
+}
+
+#[test]
+fn what_cannot_be_solved_is_refused_with_its_bound() {
+    let what = |specimen: Specimen| match SpecimenRun::begin(specimen).map(|_| ()) {
+        Err(Refusal::OutOfRange { what, .. } | Refusal::TooLarge { what, .. }) => what,
+        other => panic!("{other:?}"),
+    };
+    let good = bar(0.1, 0.02, 0.01);
+    let settings = |settings| what(Specimen { settings, ..good.clone() });
+    assert!(settings(Settings { max_points: 10.0, ..good.settings }).contains("points"));
+    assert!(settings(Settings { max_steps: 10.0, ..good.settings }).contains("steps"));
+    assert!(settings(Settings { spacing: 0.0, ..good.settings }).contains("spacing"));
+    let material = Material { poisson: 0.5, ..STONE };
+    assert!(what(Specimen { material, ..good.clone() }).contains("Poisson"));
+    let symmetries = vec![(0, 0.0033)];
+    assert!(what(Specimen { symmetries, ..good }).contains("symmetry"));
+}
+
+/// Where every node is told to move as the stretch asks, each point spends its own energy: that of
+/// F-U, G_f over the length.
+#[test]
+fn an_even_stretch_spends_the_energy_of_the_law_everywhere() {
+    let (length, rate) = (0.008, 2.0);
+    let hold = Hold {
+        part: Vec::new(),
+        axes: [true; 3],
+        velocity: Vec3::zeros(),
+        gradient: Mat3::from_diagonal(&Vec3::new(rate, 0.0, 0.0)),
+        centre: Vec3::zeros(),
+        course: Course::constant(),
+        until: f64::INFINITY,
+    };
+    let probes = vec![
+        Probe::Dissipated,
+        Probe::Points(Field::Stress, Part::Pair(0), Spot::Over(Vec::new(), Reduce::Max)),
+    ];
+    let mut specimen = Specimen { holds: vec![hold], probes, ..bar(0.04, 0.04, 0.01) };
+    specimen.settings.breaks = true;
+    specimen.settings.softening_length = Some(length);
+    specimen.settings.step_factor = 0.1;
+    specimen.samples = 1000;
+    // The strain at which a point is fully broken is 2 G_f/(σ_f l).
+    specimen.end = 1.2 * 2.0 * STONE.fracture_energy / (STONE.failure_stress * length) / rate;
+    let outcome = run(specimen);
+    let last = |row: usize| *outcome.rows[row].last().expect("a sample");
+    let wanted = STONE.fracture_energy / length * libm::pow(0.04, 3.0);
+    assert!((last(0) / wanted - 1.0).abs() < 0.02, "{} of {wanted} J", last(0));
+    let peak = outcome.rows[1].iter().fold(0.0_f64, |m, &s| m.max(s));
+    assert!((peak / STONE.failure_stress - 1.0).abs() < 0.02, "{peak}");
+}

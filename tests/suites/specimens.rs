@@ -1,0 +1,129 @@
+//! The catalogue of specimens in its small form: what each must come to, and how `cullet bench`
+//! tells it.
+
+mod common;
+
+use common::{Cullet, Said, unique};
+use std::path::{Path, PathBuf};
+
+fn specimens() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/specimens")
+}
+
+fn bench(name: &str, more: &[&str]) -> Said {
+    let file = specimens().join(format!("{name}.toml"));
+    Cullet::new(&["bench", "-q"]).path(&file).args(more).output()
+}
+
+/// Runs specimens whose own expectations decide the exit code.
+fn hold(names: &[&str]) {
+    for name in names {
+        let said = bench(name, &[]);
+        assert_eq!(said.code, 0, "{name}\n{}{}", said.stdout, said.stderr);
+        assert!(said.stdout.contains(name), "{}", said.stdout);
+    }
+}
+
+#[test]
+fn elasticity_is_true() {
+    hold(&["e1-patch", "e2-turn", "e7-cantilever", "e8-vibration", "e11-conservation"]);
+}
+
+#[test]
+fn waves_are_true() {
+    hold(&["e3-bar-wave", "e4-lateral", "e4-slender", "e5-two-bars"]);
+}
+
+#[test]
+fn the_damage_law_spends_its_energy() {
+    hold(&["f-u-point-law", "f-b-notched-bar", "d8-spall"]);
+}
+
+#[test]
+fn cracks_go_where_and_as_far_as_they_must() {
+    hold(&["k4-kink", "k5-cantilevers"]);
+}
+
+/// Every file of the catalogue is read, whatever it costs to run.
+#[test]
+fn every_specimen_is_read() {
+    let mut count = 0;
+    for entry in std::fs::read_dir(specimens()).expect("the catalogue") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_some_and(|end| end == "toml") {
+            count += 1;
+            // Refused at once: no specimen has so few points.
+            let said = Cullet::new(&["bench", "-q", "--set", "max_points=8"]).path(&path).output();
+            assert_eq!(said.code, 3, "{}\n{}", path.display(), said.stderr);
+            assert!(said.stdout.contains("the number of points"), "{}", said.stdout);
+        }
+    }
+    assert!(count >= 15, "{count}");
+}
+
+/// The document's examples are read and hold.
+#[test]
+fn the_examples_of_the_document_hold() {
+    let text = include_str!("../../docs/specimens.md");
+    let examples: Vec<&str> =
+        text.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+    assert_eq!(examples.len(), 2);
+    for (k, example) in examples.iter().enumerate() {
+        let folder = unique(&format!("example-{k}"));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let file = folder.join("example.toml");
+        std::fs::write(&file, example).expect("a file");
+        let said = Cullet::new(&["bench", "-q"]).path(&file).output();
+        assert_eq!(said.code, 0, "{}{}", said.stdout, said.stderr);
+        std::fs::remove_dir_all(&folder).ok();
+    }
+}
+
+/// A sweep over a spacing, a bad step and a limit of time: every run is a line, whatever became of
+/// it, and the files are there.
+#[test]
+fn a_sweep_is_a_line_a_run_and_failures_are_told() {
+    let out = unique("bench");
+    std::fs::create_dir_all(&out).expect("a folder");
+    let csv = out.join("all.csv");
+    let (table, folder) = (csv.to_string_lossy(), out.to_string_lossy());
+    let more = ["--sweep", "step_factor=0.8,3", "--sweep", "spacing=2cm,1cm"];
+    let said = bench("e4-slender", &[&more[..], &["--csv", &table, "--out", &folder]].concat());
+    assert_eq!(said.code, 3, "{}", said.stderr);
+    let text = std::fs::read_to_string(&csv).expect("a table");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 5, "{text}");
+    let words: Vec<&str> = lines[1..].iter().filter_map(|line| line.rsplit(',').next()).collect();
+    assert_eq!(words[..2], ["ok", "ok"], "{text}");
+    assert!(words[2..].iter().all(|w| ["unstable", "nan"].contains(w)), "{text}");
+    let name = "e4-slender.step_factor-0.8.spacing-1cm";
+    for end in ["csv", "mcap", "png"] {
+        let file = out.join(format!("{name}.{end}"));
+        assert!(file.metadata().is_ok_and(|data| data.len() > 1000), "{}", file.display());
+    }
+    std::fs::remove_dir_all(&out).ok();
+    let slow = bench("e8-vibration", &["--limit", "0.1", "--json"]);
+    let told: serde_json::Value = serde_json::from_str(&slow.stdout).expect("JSON");
+    assert_eq!((slow.code, told["status"].as_str()), (3, Some("timeout")));
+    assert_eq!(told["metrics"].as_array().map(Vec::len), Some(2));
+}
+
+/// Bad input is told with its place, before anything runs.
+#[test]
+fn bad_input_is_told_with_its_place() {
+    let said = bench("e4-slender", &["--sweep", "spacing=1cm,-1cm"]);
+    assert_eq!(said.code, 64);
+    assert!(said.stderr.contains("solver.spacing") && said.stderr.contains("above 0 m"));
+    let none = Cullet::new(&["bench", "no-such-file.toml"]).output();
+    assert_eq!(none.code, 64);
+    assert!(none.stderr.contains("no such file"), "{}", none.stderr);
+}
+
+/// The schema beside the catalogue is that of the reader.
+#[test]
+fn the_schema_is_the_readers() {
+    let said = Cullet::new(&["schema", "--specimen"]).output();
+    let file = std::fs::read_to_string(specimens().join("specimen.schema.json")).expect("a file");
+    let how = "cullet schema --specimen > tests/specimens/specimen.schema.json";
+    assert_eq!(said.stdout, file, "{how}");
+}
