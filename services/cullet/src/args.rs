@@ -187,6 +187,9 @@ pub(crate) struct Submit {
 pub(crate) struct Inspect {
     /// The recording
     pub(crate) recording: PathBuf,
+    /// More recordings, of other seeds, whose masses are fitted together with the first one's
+    #[arg(requires = "masses")]
+    pub(crate) more: Vec<PathBuf>,
     /// Print the summary as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,

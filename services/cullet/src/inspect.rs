@@ -9,7 +9,10 @@ use std::path::{Path, PathBuf};
 
 pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
     if args.masses {
-        let masses = record::masses(&args.recording).map_err(|error| unreadable(&error))?;
+        let mut masses = Vec::new();
+        for recording in std::iter::once(&args.recording).chain(&args.more) {
+            masses.extend(record::masses(recording).map_err(|error| unreadable(&error))?);
+        }
         print(record::table(&masses))?;
         return Ok(Exit::Done);
     }
