@@ -144,8 +144,8 @@ fn told(object: &str, all: &[f64], least: f64) -> String {
     };
     let Fits { count, least, mott, whole, power } = fits;
     format!(
-        "# {object}: {count} of {} fragments have at least {least:.3e} kg; of samples of a law 95 % \
-         have KS below {:.3}\n\
+        "# {object}: {count} of {} fragments have at least {least:.3e} kg; \
+         of samples of a law 95 % have KS below {:.3}\n\
          # {object}: Mott N(>m) = {whole:.1} exp(-sqrt(m/{:.3e} kg)), KS {:.3}\n\
          # {object}: power law n(m) ~ m^-{:.3}, KS {:.3}\n",
         all.len(),
