@@ -273,6 +273,11 @@ fn column<S: Simd, R: Real>(
         if !idle.all_true() {
             cold.weaken::<S, R>(slot, &tile.nodes, lane, idle, &effective, &mut s);
         }
+        if slot.damaged {
+            // The strain of a point that bears nothing any more may be too much for a number.
+            let there = load(simd, &slot.weight, lane).simd_lt(zero);
+            s = s.map(|stress| there.select(stress, zero));
+        }
         let v = load(simd, &slot.weight, lane);
         let s = [s[0] * v, s[1] * v, s[2] * v, s[3] * v, s[4] * v, s[5] * v];
         let s = [[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]];
