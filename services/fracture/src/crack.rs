@@ -35,7 +35,7 @@ const FEW: f64 = 0.1;
 /// Distance of lattice nodes over the spacing where the pieces are known point by point: small ones
 /// keep their shape, and faces lean less to the axes (F22). Points are half a spacing apart.
 const FINER: f64 = 0.7;
-/// Most lattice nodes; beyond, memory (about 40 bytes each) would exceed a worker's share.
+/// Most lattice nodes; beyond, memory (some 100 bytes each) would exceed a worker's share.
 const MAX_NODES: f64 = 5e7;
 /// The lattice reaches this many nodes beyond the body on every side.
 const MARGIN: f64 = 2.0;

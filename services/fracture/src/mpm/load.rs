@@ -16,6 +16,10 @@ pub const DEPTH: f64 = 1.5;
 /// Fewest points that may carry a load; the nearest ones are taken where the disc holds fewer.
 pub const LEAST_POINTS: usize = 8;
 
+/// Radius of the widest contact over the reach of the body from its centre: beyond, what is pressed
+/// is no half-space.
+const WIDEST: f64 = 0.5;
+
 /// Durations of the contact after which it is over in any case.
 const LONGEST: f64 = 3.0;
 
@@ -64,7 +68,9 @@ impl Load {
     #[must_use]
     pub fn new(impact: &Impact, domain: &Domain, duration: f64, mobility: f64) -> Self {
         let spring = Spring::new(impact);
-        let radius = spring.contact(spring.depth(impact.energy));
+        let reach = domain.particles.reference.iter().map(Vec3::norm).fold(0.0, f64::max);
+        let widest = impact.radius.max(WIDEST * reach);
+        let radius = spring.contact(spring.depth(impact.energy)).min(widest);
         let shares = disc(domain, &impact.point, &impact.normal, radius);
         let share = duration / spring::duration(impact);
         let reduced = 2.0 * impact.energy / (impact.closing_speed * impact.closing_speed);

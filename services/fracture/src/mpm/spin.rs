@@ -48,14 +48,15 @@ impl Spin {
         -self.rate.cross(&self.rate.cross(x))
     }
 
-    /// Work of the centrifugal forces since the nodes were in place: ½ Σ m (|ω×x|² − |ω×X|²) \[J\].
+    /// Work of the centrifugal forces since the nodes were in place: ½ Σ m (|ω×x|² − |ω×X|²), which
+    /// is ½ Σ m (ω×u)·(ω×(2X + u)) \[J\].
     #[must_use]
     pub fn work(&self, grid: &Grid) -> f64 {
-        let square = |x: &Vec3| self.rate.cross(x).norm_squared();
         (0..grid.nodes.len())
             .map(|n| {
                 let (x, u) = (grid.place(n), vector(grid.nodes.displacement[n]));
-                0.5 * grid.nodes.mass[n] * (square(&(x + u)) - square(&x))
+                let twice = self.rate.cross(&u).dot(&self.rate.cross(&(x * 2.0 + u)));
+                0.5 * grid.nodes.mass[n] * twice
             })
             .sum()
     }

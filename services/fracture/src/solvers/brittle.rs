@@ -378,7 +378,7 @@ impl Brittle {
             spacing: self.domain.grid.spacing.max(),
             particles: particles as u64,
             steps: self.domain.steps,
-            simulated: self.domain.time,
+            simulated: self.clock.spin_up + self.domain.time,
             dissipated_energy: self.total.dissipated,
             strength_ratio: self.strength_ratio,
             damaged_fraction: damaged as f64 / particles as f64,
