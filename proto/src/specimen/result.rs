@@ -20,9 +20,9 @@ pub enum Ending {
     NotFinite(String),
     /// It was not for this solver.
     Refused(String),
-    /// The body cannot be filled or cut.
-    Geometry(String),
-    /// It took too long, or its process ended.
+    /// The program failed, not the physics: it did not start, panicked or died.
+    Crashed(String),
+    /// It took too long.
     Timeout(String),
 }
 

@@ -19,9 +19,9 @@ pub fn solve(job: &wire::SpecimenJob) -> wire::SpecimenResult {
     let mut result = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
         Ok(pool) => pool.install(work).unwrap_or_else(|_| {
             let text = "the solver panicked".to_owned();
-            wire::SpecimenResult::ended(wire::Ending::NotFinite(text))
+            wire::SpecimenResult::ended(wire::Ending::Crashed(text))
         }),
-        Err(error) => wire::SpecimenResult::ended(wire::Ending::Refused(error.to_string())),
+        Err(error) => wire::SpecimenResult::ended(wire::Ending::Crashed(error.to_string())),
     };
     result.price =
         wire::Price { wall: start.elapsed().as_secs_f64(), cpu: cpu_time(), peak: peak_memory() };

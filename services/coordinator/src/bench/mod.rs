@@ -99,7 +99,7 @@ pub const fn status(ending: &Ending) -> &'static str {
         Ending::Unstable(_) => "unstable",
         Ending::NotFinite(_) => "nan",
         Ending::Refused(_) => "refused",
-        Ending::Geometry(_) => "geometry",
+        Ending::Crashed(_) => "crashed",
         Ending::Timeout(_) => "timeout",
     }
 }
@@ -112,7 +112,7 @@ pub fn trouble(ending: &Ending) -> Option<&str> {
         Ending::Unstable(why)
         | Ending::NotFinite(why)
         | Ending::Refused(why)
-        | Ending::Geometry(why)
+        | Ending::Crashed(why)
         | Ending::Timeout(why) => Some(why),
     }
 }

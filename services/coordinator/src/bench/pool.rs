@@ -59,10 +59,9 @@ pub fn run_all(points: &[Point], limits: &Limits, done: &mut dyn FnMut(usize, Sp
 
 /// Solves one job in a process of its own.
 fn one(job: &SpecimenJob, limits: &Limits) -> SpecimenResult {
-    let ended = |text: String| SpecimenResult::ended(Ending::Refused(text));
     let bytes = match job.encode() {
         Ok(bytes) => bytes,
-        Err(error) => return ended(error.to_string()),
+        Err(error) => return SpecimenResult::ended(Ending::Refused(error.to_string())),
     };
     let (program, arguments) = &limits.program;
     let spawned = Command::new(program)
@@ -73,7 +72,9 @@ fn one(job: &SpecimenJob, limits: &Limits) -> SpecimenResult {
         .spawn();
     match spawned {
         Ok(child) => talk(child, &bytes, limits.time),
-        Err(error) => ended(format!("{}: {error}", program.display())),
+        Err(error) => {
+            SpecimenResult::ended(Ending::Crashed(format!("{}: {error}", program.display())))
+        }
     }
 }
 
@@ -107,7 +108,7 @@ fn talk(mut child: Child, bytes: &[u8], limit: Duration) -> SpecimenResult {
         let words = String::from_utf8_lossy(&words);
         let last: String = words.trim().chars().take(WORDS).collect();
         let text = if last.is_empty() { error.to_string() } else { last };
-        SpecimenResult::ended(Ending::Timeout(format!("the process ended early: {text}")))
+        SpecimenResult::ended(Ending::Crashed(format!("the process ended early: {text}")))
     })
 }
 

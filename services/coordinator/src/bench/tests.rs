@@ -104,11 +104,17 @@ fn a_process_that_fails_is_a_status() {
     };
     let told = |ending: &Ending| trouble(ending).unwrap_or_default().to_owned();
     let crash = run("echo no memory >&2; exit 3", 60.0);
+    assert_eq!(status(&crash), "crashed");
     assert!(told(&crash).contains("no memory"), "{crash:?}");
     let nonsense = run("echo nonsense", 60.0);
     assert!(told(&nonsense).contains("ended early"), "{nonsense:?}");
     let slow = run("exec sleep 60", 0.2);
     assert_eq!(status(&slow), "timeout");
+    let missing = ("no such program".into(), Vec::new());
+    let limits = Limits { program: missing, workers: 1, time: std::time::Duration::from_secs(60) };
+    run_all(std::slice::from_ref(&point), &limits, &mut |_, result| {
+        assert_eq!(status(&result.ending), "crashed", "{:?}", result.ending);
+    });
     assert!(told(&slow).contains("limit"), "{slow:?}");
 }
 
