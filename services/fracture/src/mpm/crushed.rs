@@ -1,8 +1,9 @@
 //! What becomes of zones where cracks ran closer than the grid can tell.
 //!
 //! Farther from any whole piece than half a crack's band no single crack explains the damage. Such
-//! a zone is divided at random into pieces of the size that the strain rate at the onset of damage
-//! asks for (gate 5). Nothing parts that did not break.
+//! a zone is divided at random: the strain rate at the onset of damage asks for the mean size
+//! (gate 5), around it masses follow Mott's law, N(>m) = N₀ exp(−√(m/μ)) (G2). Nothing parts that
+//! did not break.
 
 use super::lattice::Lattice;
 use crate::material::Material;
@@ -22,9 +23,15 @@ const WHOLE_SHARE: f64 = 0.5;
 /// Half the width of a crack's band, in cells; a broken node beyond belongs to a crushed zone.
 const HALF_BAND: f64 = 2.1;
 
-/// Least size of a piece drawn in a crushed zone, in cells: finer is not in the solve (gate 5). At
-/// this distance between their middles pieces have three cells in the mean.
-const LEAST_SIZE: f64 = 1.25;
+/// Least mean size of pieces drawn in a crushed zone, in cells: finer is not in the solve (gate 5).
+const LEAST_MEAN: f64 = 1.25;
+
+/// Least size of a drawn piece, in cells: what the cut's lattice can still give a shape.
+const LEAST_SIZE: f64 = 0.85;
+
+/// Volume of the cubes of the sizes of drawn pieces over that of their zone: balls of these
+/// diameters still find room, put down one by one.
+const FILLING: f64 = 0.65;
 
 /// Stream of the seed's numbers.
 const STREAM: u64 = 0xf1e5;
@@ -110,13 +117,27 @@ struct Site {
 }
 
 impl Site {
+    /// Power distance: cells of equal ones have plane borders, farther from the larger.
     fn far(&self, x: &Vec3) -> f64 {
-        (x - self.place).norm() / self.size
+        (x - self.place).norm_squared() - 0.25 * self.size * self.size
     }
 }
 
+/// Sizes over the mean whose cubes follow Mott's law, N(>m) = N₀ exp(−√(m/μ)) with a mean of 2μ,
+/// the largest first.
+fn mott(count: usize, seed: u64) -> Vec<f64> {
+    let size = |k: usize| {
+        let log = libm::log(1.0 - unit(seed, STREAM + 3, k as u64));
+        libm::cbrt(0.5 * log * log)
+    };
+    let mut sizes: Vec<f64> = (0..count).map(size).collect();
+    sizes.sort_unstable_by(|a, b| b.total_cmp(a));
+    sizes
+}
+
 impl Lattice {
-    /// Gives the nodes of crushed zones to pieces drawn at random, which are told.
+    /// Gives the nodes of crushed zones to pieces drawn at random, which are told: balls of their
+    /// sizes, the largest first, each where there is room.
     fn divide(
         &self,
         labels: &mut [Option<u32>],
@@ -129,26 +150,35 @@ impl Lattice {
         for (x, rate) in particles.reference.iter().zip(&particles.onset_rate) {
             self.visit(x, |node, weight, _| rates[node] += weight * rate);
         }
-        let size = |n: usize| {
+        let mean = |n: usize| {
             let size = rules.material.fragment_size(rates[n] / weights[n]);
-            (size / self.spacing.max()).max(LEAST_SIZE)
+            (size / self.spacing.max()).max(LEAST_MEAN)
         };
         let mut order = zone.to_vec();
         order.sort_unstable_by_key(|&n| (scramble(scramble(rules.seed ^ STREAM) ^ n as u64), n));
+        let means: Vec<f64> = order.iter().map(|&n| mean(n)).collect();
+        let places: Vec<Vec3> = order.iter().map(|&n| self.place(n, rules.seed)).collect();
+        let count = FILLING * means.iter().map(|mean| 1.0 / (mean * mean * mean)).sum::<f64>();
+        // How large a ball has room around each node.
+        let mut room = vec![f64::INFINITY; order.len()];
+        let mut nearest = vec![(f64::INFINITY, None); order.len()];
         let mut sites: Vec<Site> = Vec::new();
-        for &n in &order {
-            let (place, size) = (self.place(n, rules.seed), size(n));
-            let free = |site: &Site| (site.place - place).norm() >= 0.5 * (site.size + size);
-            if sites.iter().all(free) {
-                sites.push(Site { place, size });
+        for factor in mott((count as usize).max(1), rules.seed) {
+            let size = |k: usize| (means[k] * factor).max(LEAST_SIZE);
+            let Some(k) = (0..order.len()).find(|&k| room[k] >= size(k)) else {
+                continue;
+            };
+            let site = Site { place: places[k], size: size(k) };
+            for (j, place) in places.iter().enumerate() {
+                room[j] = room[j].min(2.0 * (site.place - place).norm() - site.size);
+                let far = site.far(place);
+                if far < nearest[j].0 {
+                    nearest[j] = (far, Some(sites.len() as u32));
+                }
             }
+            sites.push(site);
         }
-        for &n in zone {
-            let x = self.place(n, rules.seed);
-            let far = |site: usize| sites[site].far(&x);
-            let nearest = (0..sites.len()).min_by(|&a, &b| far(a).total_cmp(&far(b)));
-            labels[n] = nearest.map(|site| site as u32);
-        }
+        order.iter().zip(nearest).for_each(|(&n, (_, site))| labels[n] = site);
         sites
     }
 
@@ -189,7 +219,7 @@ impl Lattice {
 
 #[cfg(test)]
 mod tests {
-    use super::{Pieces, Rules, pieces};
+    use super::{Pieces, Rules, mott, pieces};
     use crate::material::Material;
     use crate::particles::Particles;
     use cullet_geometry::Vec3;
@@ -252,5 +282,31 @@ mod tests {
         let (_, found) = bar(|_| None);
         assert!(found.drawn > 10 && found.of.iter().all(Option::is_some));
         assert_eq!(found.crushed, 1.0);
+    }
+
+    /// G2: Mott's law has a share of 1 − e^(−√2) of its pieces below the mean mass, and half of
+    /// all mass in the heaviest 1 − (1 + x + x²/2) e^(−x) = ½ at x = √(m/μ) = 2.674.
+    #[test]
+    fn drawn_sizes_follow_mott() {
+        let masses: Vec<f64> = mott(40_000, 3).iter().map(|size| size * size * size).collect();
+        let mean = masses.iter().sum::<f64>() / masses.len() as f64;
+        assert!((mean - 1.0).abs() < 0.03, "{mean}");
+        let below = masses.iter().filter(|&&m| m < 1.0).count() as f64 / masses.len() as f64;
+        assert!((below - 0.7569).abs() < 0.01, "{below}");
+        let half = 0.5 * 2.674 * 2.674;
+        let heavy: f64 = masses.iter().filter(|&&m| m > half).sum();
+        assert!((heavy / masses.iter().sum::<f64>() - 0.5).abs() < 0.02, "{heavy}");
+    }
+
+    /// Pieces drawn in a crushed zone are of many sizes, as those of real rubble are.
+    #[test]
+    fn drawn_pieces_are_large_and_small() {
+        let (_, found) = bar(|_| None);
+        let mut points = vec![0.0; found.drawn];
+        found.of.iter().flatten().for_each(|&piece| points[piece as usize] += 1.0);
+        let mean = points.iter().sum::<f64>() / points.len() as f64;
+        let variance = points.iter().map(|n| (n - mean).powi(2)).sum::<f64>() / points.len() as f64;
+        assert!(variance.sqrt() > 0.6 * mean, "{} around {mean}", variance.sqrt());
+        assert!(points.iter().all(|&n| n > 0.0), "a piece without a point");
     }
 }
