@@ -24,7 +24,7 @@ const WHOLE_SHARE: f64 = 0.5;
 const HALF_BAND: f64 = 2.1;
 
 /// Least mean size of pieces drawn in a crushed zone, in cells: finer is not in the solve (gate 5).
-const LEAST_MEAN: f64 = 1.25;
+const LEAST_MEAN: f64 = 1.2;
 
 /// Least size of a drawn piece, in cells: what the cut's lattice can still give a shape.
 const LEAST_SIZE: f64 = 0.85;
@@ -135,6 +135,73 @@ fn mott(count: usize, seed: u64) -> Vec<f64> {
     sizes
 }
 
+/// A zone that is being divided.
+struct Division<'a> {
+    lattice: &'a Lattice,
+    seed: u64,
+    /// Its nodes, in the order in which they are tried.
+    order: Vec<usize>,
+    /// Mean size asked for at each of them, in cells.
+    means: Vec<f64>,
+    /// Where in `order` each node of the lattice stands.
+    rank: Vec<Option<u32>>,
+    /// Diameter of the largest ball that has room around each.
+    room: Vec<f64>,
+    /// Power distance and number of the nearest site of each.
+    nearest: Vec<(f64, Option<u32>)>,
+    sites: Vec<Site>,
+}
+
+impl<'a> Division<'a> {
+    fn new(lattice: &'a Lattice, order: Vec<usize>, means: Vec<f64>, seed: u64) -> Self {
+        let mut rank = vec![None; lattice.len()];
+        order.iter().zip(0..).for_each(|(&n, k)| rank[n] = Some(k));
+        let count = order.len();
+        let (room, nearest) = (vec![f64::INFINITY; count], vec![(f64::INFINITY, None); count]);
+        Self { lattice, seed, order, means, rank, room, nearest, sites: Vec::new() }
+    }
+
+    /// Puts a ball at the first node that has room for one of its mean size times `factor`.
+    fn put(&mut self, factor: f64, reach: f64) {
+        let size = |k: usize| (self.means[k] * factor).max(LEAST_SIZE);
+        let Some(first) = (0..self.order.len()).find(|&k| self.room[k] >= size(k)) else {
+            return;
+        };
+        let (node, size) = (self.order[first], size(first));
+        let site = Site { place: self.lattice.place(node, self.seed), size };
+        let number = self.sites.len() as u32;
+        let (lattice, seed) = (self.lattice, self.seed);
+        lattice.around(node, reach, |near| {
+            let Some(k) = self.rank[near].map(|k| k as usize) else {
+                return;
+            };
+            let place = lattice.place(near, seed);
+            self.room[k] = self.room[k].min(2.0 * (site.place - place).norm() - size);
+            let far = site.far(&place);
+            if far < self.nearest[k].0 {
+                self.nearest[k] = (far, Some(number));
+            }
+        });
+        self.sites.push(site);
+    }
+
+    /// The nearest site of each node. A site that did not look as far as a node is at least
+    /// `reach` less half a cell's jitter away.
+    fn labels(&self, reach: f64, labels: &mut [Option<u32>]) {
+        let largest = self.sites.iter().map(|site| site.size).fold(0.0, f64::max);
+        let sure = (reach - 1.0).powi(2) - 0.25 * largest * largest;
+        for (&n, &(far, site)) in self.order.iter().zip(&self.nearest) {
+            labels[n] = if far <= sure { site } else { self.search(n) };
+        }
+    }
+
+    fn search(&self, node: usize) -> Option<u32> {
+        let x = self.lattice.place(node, self.seed);
+        let far = |site: u32| self.sites[site as usize].far(&x);
+        (0..self.sites.len() as u32).min_by(|&a, &b| far(a).total_cmp(&far(b)))
+    }
+}
+
 impl Lattice {
     /// Gives the nodes of crushed zones to pieces drawn at random, which are told: balls of their
     /// sizes, the largest first, each where there is room.
@@ -150,36 +217,37 @@ impl Lattice {
         for (x, rate) in particles.reference.iter().zip(&particles.onset_rate) {
             self.visit(x, |node, weight, _| rates[node] += weight * rate);
         }
-        let mean = |n: usize| {
-            let size = rules.material.fragment_size(rates[n] / weights[n]);
+        let mean = |n: &usize| {
+            let size = rules.material.fragment_size(rates[*n] / weights[*n]);
             (size / self.spacing.max()).max(LEAST_MEAN)
         };
         let mut order = zone.to_vec();
         order.sort_unstable_by_key(|&n| (scramble(scramble(rules.seed ^ STREAM) ^ n as u64), n));
-        let means: Vec<f64> = order.iter().map(|&n| mean(n)).collect();
-        let places: Vec<Vec3> = order.iter().map(|&n| self.place(n, rules.seed)).collect();
+        let means: Vec<f64> = order.iter().map(mean).collect();
         let count = FILLING * means.iter().map(|mean| 1.0 / (mean * mean * mean)).sum::<f64>();
-        // How large a ball has room around each node.
-        let mut room = vec![f64::INFINITY; order.len()];
-        let mut nearest = vec![(f64::INFINITY, None); order.len()];
-        let mut sites: Vec<Site> = Vec::new();
-        for factor in mott((count as usize).max(1), rules.seed) {
-            let size = |k: usize| (means[k] * factor).max(LEAST_SIZE);
-            let Some(k) = (0..order.len()).find(|&k| room[k] >= size(k)) else {
-                continue;
-            };
-            let site = Site { place: places[k], size: size(k) };
-            for (j, place) in places.iter().enumerate() {
-                room[j] = room[j].min(2.0 * (site.place - place).norm() - site.size);
-                let far = site.far(place);
-                if far < nearest[j].0 {
-                    nearest[j] = (far, Some(sites.len() as u32));
+        let factors = mott((count as usize).max(1), rules.seed);
+        let largest = means.iter().copied().fold(0.0, f64::max) * factors[0];
+        let reach = largest.max(LEAST_SIZE) + 2.0;
+        let mut division = Division::new(self, order, means, rules.seed);
+        for factor in factors {
+            division.put(factor, reach);
+        }
+        division.labels(reach, labels);
+        division.sites
+    }
+
+    /// Calls `visit(node)` for the nodes at most `reach` cells from one, along each axis.
+    fn around(&self, node: usize, reach: f64, mut visit: impl FnMut(usize)) {
+        let [sx, y, z] = self.size;
+        let reach = reach.ceil() as usize;
+        let range = |at: usize, size: usize| at.saturating_sub(reach)..size.min(at + reach + 1);
+        for i in range(node / (y * z), sx) {
+            for j in range(node / z % y, y) {
+                for k in range(node % z, z) {
+                    visit((i * y + j) * z + k);
                 }
             }
-            sites.push(site);
         }
-        order.iter().zip(nearest).for_each(|(&n, (_, site))| labels[n] = site);
-        sites
     }
 
     /// Nodes of the body farther than half a band from any whole node.
@@ -219,7 +287,7 @@ impl Lattice {
 
 #[cfg(test)]
 mod tests {
-    use super::{Pieces, Rules, mott, pieces};
+    use super::{Lattice, Pieces, Rules, mott, pieces};
     use crate::material::Material;
     use crate::particles::Particles;
     use cullet_geometry::Vec3;
@@ -308,5 +376,35 @@ mod tests {
         let variance = points.iter().map(|n| (n - mean).powi(2)).sum::<f64>() / points.len() as f64;
         assert!(variance.sqrt() > 0.6 * mean, "{} around {mean}", variance.sqrt());
         assert!(points.iter().all(|&n| n > 0.0), "a piece without a point");
+    }
+
+    /// The pieces are those of all sites, though each looks at the nodes around it only.
+    #[test]
+    fn every_node_goes_to_the_nearest_of_all_sites() {
+        let points: Vec<Vec3> = (0..30 * 30 * 30)
+            .map(|i| Vec3::new((i / 900) as f64, (i / 30 % 30) as f64, (i % 30) as f64) * 0.5)
+            .collect();
+        let mut particles = Particles::at_rest(&points, 3375.0, 1.0);
+        // One corner asks for pieces of many cells.
+        for (rate, x) in particles.onset_rate.iter_mut().zip(&points) {
+            *rate = if x.amax() < 5.0 { 1e-2 } else { 10.0 };
+        }
+        let lattice = Lattice::new(&points, RULES.spacing);
+        let (weights, zone) = (vec![8.0; lattice.len()], (0..lattice.len()).collect::<Vec<_>>());
+        let mut labels = vec![None; lattice.len()];
+        let sites = lattice.divide(&mut labels, &zone, &weights, &particles, &RULES);
+        assert!(sites.len() > 100 && sites[0].size > 3.0 * sites[sites.len() / 2].size);
+        for (n, label) in labels.iter().enumerate() {
+            let x = lattice.place(n, RULES.seed);
+            let far = |site: u32| sites[site as usize].far(&x);
+            let nearest = (0..sites.len() as u32).min_by(|&a, &b| far(a).total_cmp(&far(b)));
+            assert_eq!(*label, nearest);
+        }
+        for (k, one) in sites.iter().enumerate() {
+            for two in &sites[..k] {
+                let room = (one.place - two.place).norm() - 0.5 * (one.size + two.size);
+                assert!(room > -1e-9, "two balls overlap by {}", -room);
+            }
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! What a problem must be like for this method, and the grid that its budget allows.
 
+use crate::cut::slit::WIDEST;
 use crate::solver::{Impact, Problem, Refusal, Support};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::{Inside, Nearest};
@@ -117,6 +118,14 @@ pub(crate) fn check_impacts(impacts: &[Impact]) -> Result<(), Refusal> {
         within("crushing pressure [Pa]", impact.crushing_pressure, 1.0, 1e30)?;
     }
     Ok(())
+}
+
+/// Refuses hairlines wider than what is thin beside the grid.
+pub(crate) fn check_hairline(problem: &Problem, spacing: &Vec3) -> Result<(), Refusal> {
+    let Some(width) = problem.settings.hairline else {
+        return Ok(());
+    };
+    within("width of hairlines [m]", width, f64::MIN_POSITIVE, WIDEST * spacing.min())
 }
 
 pub(crate) fn check_supports(supports: &[Support]) -> Result<(), Refusal> {
