@@ -55,6 +55,24 @@ pub enum Reason {
         /// Least share that is solved \[1\].
         limit: f64,
     },
+    /// The body has too few cells for a solver at the spacing that the scene asks for.
+    Cells {
+        /// How many it has \[1\].
+        cells: f64,
+        /// Fewest that are solved \[1\].
+        limit: f64,
+        /// The spacing \[m\].
+        spacing: f64,
+    },
+    /// Too few cells lie across the body's thickness at the spacing that the scene allows (F14).
+    Thin {
+        /// How many do \[1\].
+        cells: f64,
+        /// Fewest that bending needs \[1\].
+        limit: f64,
+        /// The spacing \[m\].
+        spacing: f64,
+    },
 }
 
 impl std::fmt::Display for Reason {
@@ -76,6 +94,13 @@ impl std::fmt::Display for Reason {
             Self::Size { ratio, limit } => {
                 write!(f, "the body is {ratio:.3e} of the original, below {limit:.3e}")
             }
+            Self::Cells { cells, limit, spacing } => {
+                write!(f, "the body has {cells:.1} cells of {spacing:.3e} m, below {limit}")
+            }
+            Self::Thin { cells, limit, spacing } => write!(
+                f,
+                "{cells:.2} cells of {spacing:.3e} m lie across the thickness, below {limit}"
+            ),
         }
     }
 }
@@ -103,6 +128,8 @@ impl Default for GateLimits {
 /// What the gates know of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GateBody {
+    /// Volume \[m³\].
+    pub volume: f64,
     /// Greatest extent L \[m\].
     pub length: f64,
     /// Typical wall thickness t = 2V/A \[m\], at most the least extent.
@@ -130,6 +157,7 @@ impl GateBody {
         let mesh = &solid.mesh;
         let size = extents(mesh.vertices.iter());
         Self {
+            volume,
             length: size.max(),
             thickness: (2.0 * volume / surface(mesh)).min(size.min()),
             section: smallest_section(mesh, &size),
@@ -139,7 +167,7 @@ impl GateBody {
         }
     }
 
-    fn of_body(body: &Body) -> Self {
+    pub(crate) fn of_body(body: &Body) -> Self {
         let ratio = body.volume / body.original_volume;
         let gate = Self::of(&body.solid, body.volume, ratio, body.generation);
         Self { weakest: body.weakest, ..gate }

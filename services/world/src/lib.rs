@@ -13,6 +13,7 @@ mod curvature;
 mod episode;
 mod error;
 mod exchange;
+pub mod fidelity;
 mod gate;
 mod grains;
 mod hertz;

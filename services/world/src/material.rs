@@ -28,6 +28,19 @@ pub(crate) struct Bound {
 }
 
 impl Material {
+    /// Speed of pressure waves in the bulk \[m/s\].
+    #[must_use]
+    pub fn pressure_speed(&self) -> f64 {
+        let (young, poisson) = (self.young, self.poisson);
+        (young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson) * self.density)).sqrt()
+    }
+
+    /// Speed of shear waves \[m/s\].
+    #[must_use]
+    pub fn shear_speed(&self) -> f64 {
+        (self.young / (2.0 * (1.0 + self.poisson) * self.density)).sqrt()
+    }
+
     /// The first field outside the range in which the contact formulas hold.
     pub(crate) fn fault(&self) -> Option<Bound> {
         let rows = [

@@ -1,8 +1,10 @@
 //! From a scene to the world's and the recorder's terms.
 
 use crate::record::{RunMeta, Summary, View};
+use crate::scene::format::Fidelity;
 use crate::scene::{Observed, Scene, SceneBody, SceneMaterial};
 use cullet_geometry::Vec3;
+use cullet_world::fidelity::Need;
 use cullet_world::{BodySpec, Material, Replacement, Tiers, WorldSettings};
 use std::collections::BTreeMap;
 
@@ -136,4 +138,10 @@ pub(super) fn observed(summary: &Summary, broken: &BTreeMap<String, u64>) -> Obs
         energy_gain_rel: summary.ledger.energy_gain_rel,
         broken: broken.clone(),
     }
+}
+
+/// What the scene asks of its solves; nothing where it asks nothing.
+pub(super) fn need(fidelity: &Fidelity) -> Option<Need> {
+    let Fidelity { error, budget, smallest } = *fidelity;
+    fidelity.is_asked().then_some(Need { error, budget, smallest })
 }

@@ -7,6 +7,7 @@ use cullet_geometry::math::scramble;
 use cullet_proto::job::MAX_IMPACTS;
 use cullet_proto::strength::Strength;
 use cullet_proto::{FractureJob, Impact, Material, Precision, Settings};
+use cullet_world::fidelity::Frame;
 use cullet_world::{BodyId, BodyView, Hit, Support};
 
 /// The family asked when the scene leaves it open.
@@ -52,6 +53,22 @@ impl Choice {
         }
     }
 
+    /// The same on a grid of that spacing \[m\].
+    pub(super) fn on_grid(&self, spacing: f64) -> Self {
+        let mut choice = self.clone();
+        choice.settings.spacing = Some(spacing);
+        choice
+    }
+
+    /// What is settled of a solve before anything is known of the hit; nothing where no stress is
+    /// solved for.
+    pub(super) fn frame(&self) -> Option<Frame> {
+        (self.solver != Some(FALLBACK)).then(|| Frame {
+            most_points: f64::from(self.settings.max_particles),
+            finest: self.settings.spacing.unwrap_or(0.0),
+        })
+    }
+
     /// A fragment keeps the flaws and the paint of the body it comes from; `centre`: where its own
     /// origin was in that body's frame \[m\].
     pub(super) fn of_fragment(&self, centre: &Vec3) -> Self {
@@ -63,19 +80,19 @@ impl Choice {
 }
 
 /// The problem of a body that was hit. `geometric`: the gate found that no stress needs to be
-/// solved for.
+/// solved for. `fallback`: whether the family that takes anything may take it.
 pub(super) fn problem(
     body: &BodyView<'_>,
     (hits, supports, spin): (&[Hit], &[Support], Vec3),
     choice: &Choice,
-    geometric: bool,
+    (geometric, fallback): (bool, bool),
     seed: u64,
 ) -> FractureJob {
     let wanted = if geometric { FALLBACK } else { choice.solver.unwrap_or(FIRST) };
     let material = body.material;
     FractureJob {
         solver: wanted.to_owned(),
-        fallback: (wanted != FALLBACK).then(|| FALLBACK.to_owned()),
+        fallback: (fallback && wanted != FALLBACK).then(|| FALLBACK.to_owned()),
         solid: (**body.solid).clone(),
         material: Material {
             density: material.density,

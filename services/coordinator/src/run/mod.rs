@@ -3,6 +3,7 @@
 
 mod convert;
 mod job;
+mod ladder;
 mod output;
 mod settle;
 
@@ -15,6 +16,7 @@ use cullet_geometry::Vec3;
 use cullet_proto::JobId;
 use cullet_proto::job::MAX_SUPPORTS;
 use cullet_world::{BodyId, Gate, GateLimits, Hit, Support, World, WorldError};
+use ladder::Ladder;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -118,6 +120,7 @@ struct Pending {
     body: BodyId,
     hits: Vec<Hit>,
     supports: Vec<Support>,
+    ladder: Ladder,
     due: u64,
 }
 
@@ -266,32 +269,63 @@ impl Run<'_> {
         &mut self,
         body: BodyId,
         hits: Vec<Hit>,
-        geometric: Option<String>,
+        mut geometric: Option<String>,
     ) -> Result<(), RunError> {
+        let origin = self.origins.get(&body).ok_or(RunError::Lost(body))?;
+        let mut reasons = Vec::new();
+        let mut ladder = Ladder::default();
+        let need = convert::need(&self.scene.fidelity);
+        let frame = origin.choice.frame().filter(|_| geometric.is_none());
+        if let (Some(need), Some(frame)) = (need, frame) {
+            match self.world.plan(&hits, &need, &frame) {
+                Some(Ok(plan)) => {
+                    ladder = Ladder::new(&plan, need.error);
+                    reasons.push(plan.to_string());
+                }
+                Some(Err(reason)) => geometric = Some(reason.to_string()),
+                None => {}
+            }
+        }
+        let mut supports = self.world.supports(body, &hits);
+        supports.truncate(MAX_SUPPORTS);
+        if !supports.is_empty() {
+            reasons.push(format!("held at {} places", supports.len()));
+        }
+        let due = self.world.step_count() + u64::from(self.scene.world.latency_steps);
+        let (id, asked) = (JobId::of(&[]), String::new());
+        let pending = Pending { id, asked, body, hits, supports, ladder, due };
+        self.dispatch(pending, geometric, reasons)
+    }
+
+    /// Opens the next job of a hit.
+    fn dispatch(
+        &mut self,
+        mut pending: Pending,
+        geometric: Option<String>,
+        mut reasons: Vec<String>,
+    ) -> Result<(), RunError> {
+        let body = pending.body;
         let lost = RunError::Lost(body);
         let (Some(view), Some(origin)) = (self.world.body(body), self.origins.get(&body)) else {
             return Err(lost);
         };
-        let (seed, unsolved) = (self.scene.world.seed, geometric.is_some());
-        let mut supports = self.world.supports(body, &hits);
-        supports.truncate(MAX_SUPPORTS);
-        let spin = self.world.stressing_spin(body, &hits);
-        let job = job::problem(&view, (&hits, &supports, spin), &origin.choice, unsolved, seed);
-        let asked = job.solver.clone();
-        let id = self.pool.open(&job);
+        let choice = pending.ladder.climb().map(|spacing| origin.choice.on_grid(spacing));
+        let choice = choice.as_ref().unwrap_or(&origin.choice);
+        let spin = self.world.stressing_spin(body, &pending.hits);
+        if spin != Vec3::zeros() {
+            reasons.push(format!("spins at {:.3e} rad/s", spin.norm()));
+        }
+        let load = (pending.hits.as_slice(), pending.supports.as_slice(), spin);
+        let family = (geometric.is_some(), !pending.ladder.goes_on());
+        let job = job::problem(&view, load, choice, family, self.scene.world.seed);
+        pending.asked = job.solver.clone();
+        pending.id = self.pool.open(&job);
         // Without the gate's reason, another family than the first is the scene's choice.
-        let chosen = (asked != job::FIRST).then(|| "the scene's choice".to_owned());
-        let held = match supports.len() {
-            0 => None,
-            count => Some(format!("held at {count} places")),
-        };
-        let spins = (spin != Vec3::zeros()).then(|| format!("spins at {:.3e} rad/s", spin.norm()));
-        let reasons: Vec<String> =
-            geometric.or(chosen).into_iter().chain(held).chain(spins).collect();
-        let (solver, reason) = (asked.clone(), reasons.join("; "));
-        self.event(&Event::JobOpened { body: number(body), job: id.0, solver, reason })?;
-        let due = self.world.step_count() + u64::from(self.scene.world.latency_steps);
-        self.pending.push_back(Pending { id, asked, body, hits, supports, due });
+        let chosen = (pending.asked != job::FIRST).then(|| "the scene's choice".to_owned());
+        let reasons: Vec<String> = geometric.or(chosen).into_iter().chain(reasons).collect();
+        let (solver, reason) = (pending.asked.clone(), reasons.join("; "));
+        self.event(&Event::JobOpened { body: number(body), job: pending.id.0, solver, reason })?;
+        self.pending.push_back(pending);
         Ok(())
     }
 

@@ -10,7 +10,7 @@ use cullet_world::{BodyId, Breakage, Grain, Hit, Piece, Reaction, Replacement};
 
 impl Run<'_> {
     /// Records a job's verdict and, if the body broke, puts its fragments into the world.
-    pub(super) fn settle(&mut self, job: Pending, settled: Settlement) -> Result<(), RunError> {
+    pub(super) fn settle(&mut self, mut job: Pending, settled: Settlement) -> Result<(), RunError> {
         let name = self.world.body(job.body).map_or_else(String::new, |view| view.name.to_owned());
         self.recorder.pool(&PoolReport {
             job: job.id.0.to_vec(),
@@ -26,21 +26,66 @@ impl Run<'_> {
                 return self.abandoned(&job, name, "it was cancelled".to_owned());
             }
         };
+        let outcome = match &verdict {
+            Verdict::Broken(broken) => Some(&**broken),
+            Verdict::Refused { .. } | Verdict::Failed { .. } => None,
+        };
+        if let Some(why) = job.ladder.wants_more(outcome) {
+            return self.solve_finer(job, &verdict, why);
+        }
         match verdict {
             Verdict::Broken(broken) => self.broken(job, *broken),
             Verdict::Refused { solver, text } => {
-                let report = JobReport { refusal: text.clone(), ..about(&job, &solver) };
-                let verdict = recording::Verdict::Refused;
-                self.recorder.report(&JobReport { verdict: verdict as i32, ..report })?;
-                self.settled(&job, verdict, format!("{solver}: {text}"))
+                self.declined(&job, recording::Verdict::Refused, &solver, text)
             }
             Verdict::Failed { solver, text } => {
-                let report = JobReport { refusal: text.clone(), ..about(&job, &solver) };
-                let verdict = recording::Verdict::Failed;
-                self.recorder.report(&JobReport { verdict: verdict as i32, ..report })?;
-                self.settled(&job, verdict, format!("{solver}: {text}"))
+                self.declined(&job, recording::Verdict::Failed, &solver, text)
             }
         }
+    }
+
+    /// Records a verdict without fragments.
+    fn declined(
+        &mut self,
+        job: &Pending,
+        verdict: recording::Verdict,
+        solver: &str,
+        text: String,
+    ) -> Result<(), RunError> {
+        let told = format!("{solver}: {text}");
+        let verdict_number = verdict as i32;
+        let report = JobReport { refusal: text, verdict: verdict_number, ..about(job, solver) };
+        self.recorder.report(&report)?;
+        self.settled(job, verdict, told)
+    }
+
+    /// Records a solve whose fragments are not used, because a finer one follows, and opens that.
+    fn solve_finer(
+        &mut self,
+        job: Pending,
+        verdict: &Verdict,
+        why: String,
+    ) -> Result<(), RunError> {
+        match verdict {
+            Verdict::Broken(broken) => {
+                let verdict = recording::Verdict::Kept;
+                self.recorder.report(&JobReport {
+                    verdict: verdict as i32,
+                    fragments: broken.fragments.len() as u32,
+                    ..reported(&job, &broken.report)
+                })?;
+                let found = broken.fragments.len();
+                let told = format!("{found} fragments, a trial; {}", told(&broken.report));
+                self.settled(&job, verdict, told)?;
+            }
+            Verdict::Refused { solver, text } => {
+                self.declined(&job, recording::Verdict::Refused, solver, text.clone())?;
+            }
+            Verdict::Failed { solver, text } => {
+                self.declined(&job, recording::Verdict::Failed, solver, text.clone())?;
+            }
+        }
+        self.dispatch(job, None, vec![format!("finer than before: {why}")])
     }
 
     fn abandoned(&mut self, job: &Pending, body: String, reason: String) -> Result<(), RunError> {

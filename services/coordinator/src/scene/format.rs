@@ -2,9 +2,11 @@
 //!
 //! Numbers are SI when they arrive here: `check` has turned "6 mm" into 0.006 by the units in it.
 
+mod fidelity;
 mod material;
 mod show;
 
+pub use fidelity::Fidelity;
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};
 pub use show::{Bounds, Expect, View};
 
@@ -26,6 +28,8 @@ pub struct Document {
     pub world: World,
     /// How bodies are broken, unless a body says otherwise.
     pub fracture: Fracture,
+    /// How true and how dear solves should be.
+    pub fidelity: Fidelity,
     /// Materials beside the presets.
     pub material: Vec<Material>,
     /// Bodies, one each.

@@ -106,6 +106,8 @@ pub struct Scene {
     pub world: format::World,
     /// How bodies are broken.
     pub fracture: format::Fracture,
+    /// How true and how dear solves should be.
+    pub fidelity: format::Fidelity,
     /// The bodies, in the order of the file, then grids, stacks and scatters.
     pub bodies: Vec<SceneBody>,
     /// What the scene must show.

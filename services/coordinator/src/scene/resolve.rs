@@ -84,6 +84,9 @@ fn read_sections(workshop: &mut Workshop<'_>, findings: &Findings) -> Document {
     if let Some((node, path)) = section("fracture") {
         document.fracture = take(workshop, findings, node, &path).unwrap_or_default();
     }
+    if let Some((node, path)) = section("fidelity") {
+        document.fidelity = take(workshop, findings, node, &path).unwrap_or_default();
+    }
     if let Some((node, path)) = section("expect") {
         document.expect = take(workshop, findings, node, &path).unwrap_or_default();
     }
@@ -396,6 +399,7 @@ impl Builder<'_> {
             description: document.description,
             world: document.world,
             fracture: document.fracture,
+            fidelity: document.fidelity,
             bodies: self.bodies,
             expect: document.expect,
             view: document.view,

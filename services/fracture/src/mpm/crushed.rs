@@ -24,7 +24,7 @@ const WHOLE_SHARE: f64 = 0.5;
 const HALF_BAND: f64 = 2.1;
 
 /// Least mean size of pieces drawn in a crushed zone, in cells: finer is not in the solve (gate 5).
-const LEAST_MEAN: f64 = 1.2;
+const LEAST_MEAN: f64 = 1.15;
 
 /// Least size of a drawn piece, in cells: what the cut's lattice can still give a shape.
 const LEAST_SIZE: f64 = 0.85;

@@ -1,0 +1,31 @@
+//! What a scene asks of its solves.
+
+use super::unit;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// How true and how dear solves should be: each hit then gets the spacing that this needs, and no
+/// finer. Without any of these values `fracture.max_particles` decides.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Fidelity {
+    /// Relative error of crack area and largest fragment that is good enough \[1\]. Coarser
+    /// solves come first, and finer ones while they still differ by more.
+    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.01, "maximum" = 1))]
+    pub error: Option<f64>,
+    /// Processor time that the solves of one hit may take, as reckoned for a common machine
+    /// \[s\].
+    #[schemars(schema_with = "unit::time", extend("minimum" = 0.001, "maximum" = 1e6))]
+    pub budget: Option<f64>,
+    /// The smallest fragment wanted: four cells across it \[m\].
+    #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
+    pub smallest: Option<f64>,
+}
+
+impl Fidelity {
+    /// Whether the scene asks for anything.
+    #[must_use]
+    pub fn is_asked(&self) -> bool {
+        *self != Self::default()
+    }
+}

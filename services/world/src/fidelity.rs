@@ -1,0 +1,309 @@
+//! How finely a hit is worth solving: gates 3 to 6 and the ladder of the catalogue's part 3.
+//!
+//! [`plan`] turns what a scene asks for (an error, a budget, a smallest fragment) and what a hit is
+//! (how long, how fast, on how thick a body) into a spacing, and says in numbers which of them
+//! decided. Nothing here looks at a clock: costs are reckoned, so that a plan is the same anywhere.
+
+use crate::gate::{GateBody, Reason};
+use crate::impact::Hit;
+use crate::material::Material;
+use crate::world::World;
+
+/// What a scene asks of a solve.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Need {
+    /// Relative error of what breaks how that is good enough \[1\].
+    pub error: Option<f64>,
+    /// Processor time that the solves of one impact may take \[s\].
+    pub budget: Option<f64>,
+    /// The smallest fragment wanted \[m\].
+    pub smallest: Option<f64>,
+}
+
+/// What of a solve the scene has already fixed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Most points \[1\].
+    pub most_points: f64,
+    /// No finer than this, which the body was last solved with \[m\].
+    pub finest: f64,
+}
+
+/// How long a hit lasts beside the body's own time [Gate 3].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Regime {
+    /// Π > 5: the stress follows the force.
+    Static,
+    /// Waves and force are of one length in time.
+    Dynamic,
+    /// Π < 0.3: a wave runs through, and spalls.
+    Wave,
+}
+
+/// What decided a spacing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bound {
+    /// The scene's error.
+    Error,
+    /// Four cells of the smallest fragment wanted.
+    Smallest,
+    /// Three cells through the thickness (F14).
+    Thickness,
+    /// The scene's most points.
+    Points,
+    /// The scene's budget.
+    Budget,
+    /// The solve that made the body.
+    Parent,
+}
+
+/// A solve as it is meant to be, and what it is reckoned to cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// Statics or dynamics.
+    pub regime: Regime,
+    /// Π = t_c c_d / 2L \[1\].
+    pub ratio: f64,
+    /// Time that the solve takes in the body \[s\].
+    pub duration: f64,
+    /// Strain rate of the hit \[1/s\].
+    pub rate: f64,
+    /// Size of fragments at that rate \[m\].
+    pub size: f64,
+    /// How many of them the body holds \[1\].
+    pub count: f64,
+    /// Grid spacing \[m\].
+    pub spacing: f64,
+    /// The coarsest that the body can be solved at all \[m\].
+    pub coarsest: f64,
+    /// What decided the spacing.
+    pub bound: Bound,
+    /// Material points \[1\].
+    pub points: f64,
+    /// Time steps \[1\].
+    pub steps: f64,
+    /// Processor time \[s\].
+    pub cost: f64,
+    /// Relative error that the ladder reckons with \[1\].
+    pub error: f64,
+}
+
+/// Points of a cell.
+const PER_CELL: f64 = 8.0;
+/// Processor time of a point's step, all in, of small solves in f64 \[s\]: docs/performance.md.
+const POINT_STEP: f64 = 2e-7;
+/// Time step over h/c_d.
+const STEP: f64 = 0.4;
+/// The error at twelve cells across, 30 % [ladder, L3], falls as the spacing does: 10 % at 36 [L4].
+const ERROR_OF_TWELVE: f64 = 0.3;
+/// Cells of the smallest fragment wanted [Gate 6].
+const FRAGMENT_CELLS: f64 = 4.0;
+/// Cells through the thickness (F14), and a margin for how that is measured.
+const THICKNESS_CELLS: f64 = 3.3;
+/// A body of fewer cells gets geometric pieces [ladder].
+const LEAST_CELLS: f64 = 27.0;
+/// Transits of a shear wave that a push is followed for at most, and those after it.
+const PUSH_TRANSITS: f64 = 6.0;
+const AFTER_TRANSITS: f64 = 4.0;
+/// Fragments that broke from a fragment are solved this much more coarsely [ladder].
+const LATER: f64 = 2.0;
+
+/// Π = t_c/(2L/c_d) and what it means [Gate 3].
+#[must_use]
+pub fn regime(duration: f64, length: f64, pressure_speed: f64) -> (f64, Regime) {
+    let ratio = duration * pressure_speed / (2.0 * length);
+    let regime = match ratio {
+        r if r > 5.0 => Regime::Static,
+        r if r < 0.3 => Regime::Wave,
+        _ => Regime::Dynamic,
+    };
+    (ratio, regime)
+}
+
+/// Points of a solid plate with three cells through a thickness of `length / slenderness`:
+/// 216 (L/t)² [Gate 4].
+#[must_use]
+pub fn plate_points(slenderness: f64) -> f64 {
+    PER_CELL * 3.0 * 9.0 * slenderness * slenderness
+}
+
+/// Grady's size of fragments at a strain rate \[m\], s = (24 G_f/ρε̇²)^⅓ [Gate 5].
+#[must_use]
+pub fn grady_size(material: &Material, rate: f64) -> f64 {
+    libm::cbrt(24.0 * material.fracture_energy / (material.density * rate * rate))
+}
+
+/// Greatest spacing at which a crack can start at the material's strength \[m\]: a fifth of
+/// l_max = 2EG_f/σ_f² [Gate 6, F01].
+#[must_use]
+pub fn softening_spacing(material: &Material) -> f64 {
+    let strength = material.failure_stress;
+    0.4 * material.young * material.fracture_energy / (strength * strength)
+}
+
+/// What a solve of `volume` \[m³\] over `duration` \[s\] takes at a spacing: points, steps, and
+/// processor time \[s\], as h⁻⁴ [Gate 6].
+#[must_use]
+pub fn cost(volume: f64, duration: f64, pressure_speed: f64, spacing: f64) -> (f64, f64, f64) {
+    let points = PER_CELL * volume / (spacing * spacing * spacing);
+    let steps = duration * pressure_speed / (STEP * spacing);
+    (points, steps, POINT_STEP * points * steps)
+}
+
+/// Relative error of what breaks how, `across` cells through the smallest section [ladder].
+#[must_use]
+pub fn ladder_error(across: f64) -> f64 {
+    ERROR_OF_TWELVE * 12.0 / across
+}
+
+/// The solve that a hit needs, or why geometric pieces are all that it is worth.
+///
+/// # Errors
+/// The reason, with its bound.
+pub fn plan(
+    hit: &Hit,
+    material: &Material,
+    body: &GateBody,
+    need: &Need,
+    frame: &Frame,
+) -> Result<Plan, Reason> {
+    let (pressure, shear) = (material.pressure_speed(), material.shear_speed());
+    let (ratio, regime) = regime(hit.impact.duration, body.length, pressure);
+    let transit = body.length / shear;
+    let duration = hit.impact.duration.min(PUSH_TRANSITS * transit) + AFTER_TRANSITS * transit;
+    // ε̇ ≈ v/max(a, L_c)  [Gate 5]
+    let rate = hit.impact.closing_speed / hit.impact.radius.max(body.thickness);
+    let size = grady_size(material, rate);
+    let count = body.volume / (size * size * size);
+    let across = body.section.sqrt();
+    let mut wanted: Vec<(f64, Bound)> = Vec::new();
+    let later = if body.generation > 0 { LATER } else { 1.0 };
+    wanted.extend(need.error.map(|error| {
+        let cells = 12.0 * ERROR_OF_TWELVE / error;
+        (later * across / cells, Bound::Error)
+    }));
+    wanted.extend(need.smallest.map(|d| (later * d / FRAGMENT_CELLS, Bound::Smallest)));
+    let most = libm::cbrt(PER_CELL * body.volume / frame.most_points);
+    if wanted.is_empty() {
+        wanted.push((later * most, Bound::Points));
+    }
+    let bending = body.thickness / THICKNESS_CELLS;
+    wanted.push((bending, Bound::Thickness));
+    // The finest that anything needs, then the coarsest that anything imposes.
+    let finest = |a: (f64, Bound), b: (f64, Bound)| if b.0 < a.0 { b } else { a };
+    let spacing = wanted.into_iter().fold((f64::INFINITY, Bound::Points), finest);
+    let budget = need.budget.map(|budget| {
+        let (.., unit) = cost(body.volume, duration, pressure, 1.0);
+        ((unit / budget).sqrt().sqrt(), Bound::Budget)
+    });
+    let imposed = [Some((most, Bound::Points)), budget, Some((frame.finest, Bound::Parent))];
+    let coarsest = |a: (f64, Bound), b: (f64, Bound)| if b.0 > a.0 { b } else { a };
+    let (spacing, bound) = imposed.into_iter().flatten().fold(spacing, coarsest);
+    let cells = body.volume / (spacing * spacing * spacing);
+    if cells < LEAST_CELLS {
+        return Err(Reason::Cells { cells, limit: LEAST_CELLS, spacing });
+    }
+    if spacing > bending * (1.0 + 1e-9) {
+        let cells = body.thickness / spacing;
+        return Err(Reason::Thin { cells, limit: THICKNESS_CELLS, spacing });
+    }
+    let (points, steps, cost) = cost(body.volume, duration, pressure, spacing);
+    let error = ladder_error(across / spacing);
+    Ok(Plan {
+        regime,
+        ratio,
+        duration,
+        rate,
+        size,
+        count,
+        spacing,
+        coarsest: bending.min(libm::cbrt(body.volume / LEAST_CELLS)),
+        bound,
+        points,
+        steps,
+        cost,
+        error,
+    })
+}
+
+impl std::fmt::Display for Bound {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Error => "the error asked for",
+            Self::Smallest => "the smallest fragment wanted",
+            Self::Thickness => "the thickness",
+            Self::Points => "the most points",
+            Self::Budget => "the budget",
+            Self::Parent => "the solve that made it",
+        })
+    }
+}
+
+impl std::fmt::Display for Plan {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let regime = match self.regime {
+            Regime::Static => "static",
+            Regime::Dynamic => "dynamic",
+            Regime::Wave => "a wave",
+        };
+        write!(
+            f,
+            "{regime}, the push takes {:.2} of a wave's way there and back; \
+             {:.2e} /s ask for {:.1} pieces of {:.2e} m; spacing {:.3e} m by {}: \
+             {:.0} points, {:.0} steps, {:.2} s, error {:.2}",
+            self.ratio,
+            self.rate,
+            self.count,
+            self.size,
+            self.spacing,
+            self.bound,
+            self.points,
+            self.steps,
+            self.cost,
+            self.error,
+        )
+    }
+}
+
+/// How far two solves of one hit differ, the finer one's figures as the measure: crack area and the
+/// share of the largest fragment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figures {
+    /// Spacing \[m\].
+    pub spacing: f64,
+    /// Crack area \[m²\].
+    pub crack_area: f64,
+    /// Share of the volume in the largest fragment \[1\].
+    pub largest: f64,
+}
+
+/// Estimate of the finer solve's relative error from a coarser one, at first order:
+/// GCI = 1.25 |q₁ − q₂| / (r − 1) |q₁| of the figure that differs most.
+#[must_use]
+pub fn estimate(coarse: &Figures, fine: &Figures) -> f64 {
+    let refined = coarse.spacing / fine.spacing - 1.0;
+    let gci = |one: f64, two: f64| {
+        let scale = two.abs().max(one.abs());
+        if scale > 0.0 {
+            1.25 * (one - two).abs() / (refined * two.abs().max(1e-3 * scale))
+        } else {
+            0.0
+        }
+    };
+    gci(coarse.crack_area, fine.crack_area).max(gci(coarse.largest, fine.largest))
+}
+
+impl World {
+    /// [`plan`] for the hits of one body: the finest that any of them needs; `None` when the body is
+    /// gone.
+    #[must_use]
+    pub fn plan(&self, hits: &[Hit], need: &Need, frame: &Frame) -> Option<Result<Plan, Reason>> {
+        let body = self.bodies.get(&hits.first()?.body.0)?;
+        let gate = GateBody::of_body(body);
+        let plans = hits.iter().map(|hit| plan(hit, &body.material, &gate, need, frame));
+        plans.reduce(|one, two| match (one, two) {
+            (Ok(one), Ok(two)) => Ok(if two.spacing < one.spacing { two } else { one }),
+            (Err(_), other) | (other, Err(_)) => other,
+        })
+    }
+}

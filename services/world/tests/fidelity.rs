@@ -1,0 +1,150 @@
+//! Gates 3 to 6: the worked examples of the catalogue, and what a plan does with them.
+
+mod common;
+
+use common::*;
+use cullet_geometry::Vec3;
+use cullet_world::fidelity::{
+    Bound, Figures, Frame, Need, Plan, Regime, cost, estimate, grady_size, ladder_error, plan,
+    plate_points, regime, softening_spacing,
+};
+use cullet_world::{GateBody, Hit, Material, Reason, World};
+
+fn near(found: f64, wanted: f64, tolerance: f64) {
+    assert!((found / wanted - 1.0).abs() < tolerance, "{found}, not {wanted}");
+}
+
+const CONCRETE: Material =
+    Material { density: 2400.0, young: 32e9, failure_stress: 3e6, fracture_energy: 100.0, ..GLASS };
+
+/// Gate 3: a steel ball on 10 mm of glass, 92 µs against 3.6 µs there and back.
+#[test]
+fn a_ball_on_a_plate_is_static_through_its_thickness() {
+    let speed = 0.02 / 3.6e-6;
+    let (ratio, found) = regime(92e-6, 0.01, speed);
+    near(ratio, 92.0 / 3.6, 1e-9);
+    assert_eq!(found, Regime::Static);
+    assert_eq!(regime(92e-6, 0.1, speed).1, Regime::Dynamic);
+    assert_eq!(regime(92e-6, 1.0, speed).1, Regime::Wave);
+}
+
+/// Gate 4: 86 thousand points at L/t = 20, half a million at 50, the thesis' glass at 70.
+#[test]
+fn thin_plates_cost_points_by_the_square() {
+    for (slenderness, points) in [(20.0, 86.4e3), (50.0, 0.54e6), (70.0, 1.06e6), (100.0, 2.16e6)] {
+        near(plate_points(slenderness), points, 0.01);
+    }
+}
+
+/// Gate 5: glass at 10³ and 10⁴ /s, concrete at 10² and 10³ /s.
+#[test]
+fn gradys_sizes_are_those_of_the_catalogue() {
+    let glass = Material { fracture_energy: 8.0, density: 2440.0, ..GLASS };
+    for (material, rate, size) in [
+        (glass, 1e3, 4.3e-3),
+        (glass, 1e4, 0.92e-3),
+        (CONCRETE, 1e2, 46e-3),
+        (CONCRETE, 1e3, 10e-3),
+    ] {
+        near(grady_size(&material, rate), size, 0.02);
+    }
+}
+
+/// Gate 6: l_max = 711 mm of concrete and 0.448 mm of glass, a fifth of it; and h⁻⁴.
+#[test]
+fn the_spacing_that_keeps_the_strength_and_what_it_costs() {
+    near(softening_spacing(&CONCRETE), 0.2 * 0.711, 0.01);
+    let glass = Material { young: 70e9, failure_stress: 50e6, fracture_energy: 8.0, ..GLASS };
+    near(softening_spacing(&glass), 0.2 * 0.448e-3, 0.01);
+    let (points, steps, coarse) = cost(1e-3, 1e-4, 5000.0, 2e-3);
+    near(points, 8e-3 / 8e-9, 1e-12);
+    near(steps, 0.5 / 0.8e-3, 1e-12);
+    near(cost(1e-3, 1e-4, 5000.0, 1e-3).2 / coarse, 16.0, 1e-12);
+    near(ladder_error(12.0), 0.3, 1e-12);
+    near(ladder_error(36.0), 0.1, 1e-12);
+}
+
+/// A cube of glass of 10 cm, hit on its face by a ball of steel at 20 m/s.
+fn struck() -> (Hit, GateBody) {
+    let mut world = World::new(weightless()).unwrap();
+    let size = Vec3::repeat(0.1);
+    let cube = put(&mut world, body("cube", cuboid(size), GLASS, Vec3::zeros()));
+    let ball = body("ball", sphere(0.01, 6), STEEL, Vec3::new(0.0, 0.0, 0.1));
+    put(&mut world, cullet_world::BodySpec { velocity: -Vec3::z() * 20.0, ..ball });
+    let hits = until_hit(&mut world, 60);
+    let hit = hits.into_iter().find(|hit| hit.body == cube).unwrap();
+    let (solid, _) = cuboid(size);
+    (hit, GateBody::of(&solid, 1e-3, 1.0, 0))
+}
+
+const FREE: Frame = Frame { most_points: 1e9, finest: 0.0 };
+
+fn planned(need: &Need, frame: &Frame, change: impl Fn(&mut GateBody)) -> Result<Plan, Reason> {
+    let (hit, mut body) = struck();
+    change(&mut body);
+    plan(&hit, &GLASS, &body, need, frame)
+}
+
+#[test]
+fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
+    let same = |_: &mut GateBody| {};
+    let of = |need: Need| planned(&need, &FREE, same).unwrap();
+    // A section of 10 cm across: 36 cells for 10 %, 12 for 30 %.
+    let tenth = of(Need { error: Some(0.1), ..Need::default() });
+    near(tenth.spacing, 0.1 / 36.0, 1e-9);
+    assert_eq!(tenth.bound, Bound::Error);
+    near(tenth.error, 0.1, 1e-9);
+    near(of(Need { error: Some(0.3), ..Need::default() }).spacing, 0.1 / 12.0, 1e-9);
+    let small = of(Need { smallest: Some(8e-3), ..Need::default() });
+    near(small.spacing, 2e-3, 1e-9);
+    assert_eq!(small.bound, Bound::Smallest);
+    // Both: the finer.
+    let both = of(Need { error: Some(0.1), smallest: Some(8e-3), ..Need::default() });
+    assert_eq!(both, small);
+    // The thickness 2V/A of a cube is a third of its edge: three cells and a margin across it.
+    let rough = of(Need { error: Some(1.0), ..Need::default() });
+    near(rough.spacing, 0.1 / 3.0 / 3.3, 1e-9);
+    assert_eq!(rough.bound, Bound::Thickness);
+    // A budget coarsens: the cost comes out at it.
+    let budget = of(Need { error: Some(0.1), budget: Some(0.5), ..Need::default() });
+    assert_eq!(budget.bound, Bound::Budget);
+    near(budget.cost, 0.5, 1e-9);
+    assert!(budget.spacing > tenth.spacing && budget.error > 0.1);
+    let text = budget.to_string();
+    assert!(text.contains("by the budget") && text.contains("0.50 s"), "{text}");
+    // So do the scene's most points, and the solve that the body comes from.
+    let frame = Frame { most_points: 1000.0, finest: 0.0 };
+    let few = planned(&Need { error: Some(0.3), ..Need::default() }, &frame, same);
+    assert!(matches!(few, Err(Reason::Thin { .. })), "{few:?}");
+    let frame = Frame { finest: 5e-3, ..FREE };
+    let parent = planned(&Need { error: Some(0.1), ..Need::default() }, &frame, same).unwrap();
+    assert_eq!((parent.spacing, parent.bound), (5e-3, Bound::Parent));
+}
+
+#[test]
+fn a_fragment_is_solved_a_level_lower_and_a_crumb_not_at_all() {
+    let need = Need { error: Some(0.1), ..Need::default() };
+    let first = planned(&need, &FREE, |_| {}).unwrap();
+    let later = planned(&need, &FREE, |body| body.generation = 1).unwrap();
+    near(later.spacing / first.spacing, 2.0, 1e-9);
+    near(first.cost / later.cost, 16.0, 1e-9);
+    let frame = Frame { finest: 0.04, ..FREE };
+    let crumb = planned(&need, &frame, |_| {});
+    assert!(matches!(crumb, Err(Reason::Cells { cells, .. }) if cells < 27.0), "{crumb:?}");
+    let text = crumb.unwrap_err().to_string();
+    assert!(text.contains("15.6 cells of 4.000e-2 m, below 27"), "{text}");
+}
+
+#[test]
+fn the_estimate_is_the_grid_convergence_index_at_first_order() {
+    let figures =
+        |spacing: f64, crack_area: f64, largest: f64| Figures { spacing, crack_area, largest };
+    // 1.25 · 0.2 / (2 − 1) / 1.0 of the area, 1.25 · 0.1 / 0.5 of the largest.
+    let found = estimate(&figures(2e-3, 1.2, 0.4), &figures(1e-3, 1.0, 0.5));
+    near(found, 0.25, 1e-9);
+    let found = estimate(&figures(2e-3, 1.0, 0.4), &figures(1e-3, 1.0, 0.5));
+    near(found, 0.25, 1e-9);
+    let whole = figures(1e-3, 0.0, 1.0);
+    assert_eq!(estimate(&figures(2e-3, 0.0, 1.0), &whole), 0.0);
+    assert!(estimate(&figures(2e-3, 0.0, 1.0), &figures(1e-3, 1.0, 0.5)) > 1.0);
+}
