@@ -187,7 +187,7 @@ pub fn plan(
     if wanted.is_empty() {
         wanted.push((later * most, Bound::Points));
     }
-    let bending = body.thickness / THICKNESS_CELLS;
+    let bending = body.depth / THICKNESS_CELLS;
     wanted.push((bending, Bound::Thickness));
     // The finest that anything needs, then the coarsest that anything imposes.
     let finest = |a: (f64, Bound), b: (f64, Bound)| if b.0 < a.0 { b } else { a };
@@ -204,7 +204,7 @@ pub fn plan(
         return Err(Reason::Cells { cells, limit: LEAST_CELLS, spacing });
     }
     if spacing > bending * (1.0 + 1e-9) {
-        let cells = body.thickness / spacing;
+        let cells = body.depth / spacing;
         return Err(Reason::Thin { cells, limit: THICKNESS_CELLS, spacing });
     }
     let (points, steps, cost) = cost(body.volume, duration, pressure, spacing);

@@ -101,9 +101,9 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
     // Both: the finer.
     let both = of(Need { error: Some(0.1), smallest: Some(8e-3), ..Need::default() });
     assert_eq!(both, small);
-    // The thickness 2V/A of a cube is a third of its edge: three cells and a margin across it.
+    // Four fifths of a cube lie less than 0.207 of its edge deep: three cells and a margin.
     let rough = of(Need { error: Some(1.0), ..Need::default() });
-    near(rough.spacing, 0.1 / 3.0 / 3.3, 1e-9);
+    near(rough.spacing, 2.5 * 0.207 * 0.1 / 3.3, 0.02);
     assert_eq!(rough.bound, Bound::Thickness);
     // A budget coarsens: the cost comes out at it.
     let budget = of(Need { error: Some(0.1), budget: Some(0.5), ..Need::default() });
@@ -119,6 +119,18 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
     let frame = Frame { finest: 5e-3, ..FREE };
     let parent = planned(&Need { error: Some(0.1), ..Need::default() }, &frame, same).unwrap();
     assert_eq!((parent.spacing, parent.bound), (5e-3, Bound::Parent));
+}
+
+/// The depth of plate, bar, cube and ball against what the points of a solve would say.
+#[test]
+fn thickness_is_what_a_solver_sees() {
+    let of = |size: Vec3| GateBody::of(&cuboid(size).0, size.product(), 1.0, 0).depth;
+    near(of(Vec3::new(1.0, 1.0, 0.01)), 0.01, 0.03);
+    // 1 − (1 − 2d/t)² = 0.8 and 1 − (1 − 2d/t)³ = 0.8.
+    near(of(Vec3::new(0.02, 0.02, 1.0)), 2.5 * 0.2764 * 0.02, 0.05);
+    near(of(Vec3::repeat(0.1)), 2.5 * 0.2076 * 0.1, 0.02);
+    let ball = GateBody::of(&sphere(0.1, 16).0, 4.0 / 3.0 * std::f64::consts::PI * 1e-3, 1.0, 0);
+    near(ball.depth, 2.5 * 0.4152 * 0.1, 0.03);
 }
 
 #[test]

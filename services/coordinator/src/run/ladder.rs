@@ -5,8 +5,11 @@ use cullet_proto::BrokenBody;
 use cullet_world::fidelity::{Figures, Plan, estimate};
 use std::collections::VecDeque;
 
-/// Spacings over the plan's of the two solves that come before it.
-const COARSER: [f64; 2] = [4.0, 2.0];
+/// Spacings fall by this from one solve to the next: each costs sixteen times the one before.
+const STEP: f64 = 2.0;
+
+/// Spacings over the plan's below which a coarser solve is not worth its while.
+const NEAR: f64 = 1.5;
 
 /// What is left to solve of a hit, and what the last solve came to.
 #[derive(Clone, Debug, Default)]
@@ -17,12 +20,16 @@ pub(super) struct Ladder {
 }
 
 impl Ladder {
-    /// Without an error that is good enough, or where the coarsest is too coarse for the body, the
-    /// plan's spacing alone.
+    /// From the coarsest that the body bears to the plan's spacing; without an error that is good
+    /// enough the plan's alone. A single coarser one would have nothing to be compared with.
     pub(super) fn new(plan: &Plan, error: Option<f64>) -> Self {
-        let climbs = error.is_some() && COARSER[0] * plan.spacing <= plan.coarsest;
-        let coarser = COARSER.iter().filter(|_| climbs).map(|factor| factor * plan.spacing);
-        let left = coarser.chain([plan.spacing]).collect();
+        let coarser = std::iter::successors(Some(plan.coarsest), |h| Some(h / STEP));
+        let coarser = coarser.take_while(|&h| error.is_some() && h > NEAR * plan.spacing);
+        let mut left: VecDeque<f64> = coarser.collect();
+        if left.len() < 2 {
+            left.clear();
+        }
+        left.push_back(plan.spacing);
         Self { left, last: None, error: error.unwrap_or(0.0) }
     }
 
@@ -93,15 +100,16 @@ mod tests {
             }
             spacings
         };
-        assert_eq!(all(Ladder::new(&plan(4e-3), Some(0.1))), [4e-3, 2e-3, 1e-3]);
-        assert_eq!(all(Ladder::new(&plan(3.9e-3), Some(0.1))), [1e-3]);
+        assert_eq!(all(Ladder::new(&plan(8e-3), Some(0.1))), [8e-3, 4e-3, 2e-3, 1e-3]);
+        assert_eq!(all(Ladder::new(&plan(5e-3), Some(0.1))), [5e-3, 2.5e-3, 1e-3]);
+        assert_eq!(all(Ladder::new(&plan(2.9e-3), Some(0.1))), [1e-3]);
         assert_eq!(all(Ladder::new(&plan(1.0), None)), [1e-3]);
         assert!(all(Ladder::default()).is_empty());
     }
 
     #[test]
     fn a_solve_that_failed_is_followed_by_a_finer_one_and_the_last_is_final() {
-        let mut ladder = Ladder::new(&plan(1.0), Some(0.1));
+        let mut ladder = Ladder::new(&plan(5e-3), Some(0.1));
         ladder.climb();
         assert!(ladder.wants_more(None).is_some_and(|why| why.contains("did not come to an end")));
         ladder.climb();

@@ -1,0 +1,81 @@
+//! What a scene asks of its solves: planned in numbers, refined while it must be, the same anywhere.
+
+mod common;
+
+use common::{Cullet, corpus, summary, unique};
+use cullet_coordinator::record::Recording;
+use std::path::PathBuf;
+
+/// Runs the drop scene with these values and one body that may break, and hands back the folder.
+fn run(values: &[&str], workers: &str) -> PathBuf {
+    let out = unique("fidelity");
+    let fixed = ["body.right.breakable=false", "fracture.max_particles=60000"];
+    let values = fixed.iter().chain(values);
+    let sets: Vec<&str> = values.flat_map(|value| ["--set", value]).collect();
+    let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--workers", workers])
+        .args(&sets)
+        .args(&["--out"])
+        .path(&out)
+        .output();
+    // The scene expects both to break.
+    assert_eq!(run.code, 3, "{}", run.stderr);
+    out
+}
+
+/// The jobs of a run: body, spacing \[m\], whether its fragments were used.
+fn jobs(out: &std::path::Path) -> Vec<(u64, f64, bool)> {
+    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    let broken = cullet_proto::recording::Verdict::Broken as i32;
+    recording.reports.iter().map(|job| (job.body, job.spacing, job.verdict == broken)).collect()
+}
+
+fn lines(out: &std::path::Path) -> String {
+    let told = Cullet::new(&["inspect"]).path(&out.join("run.mcap")).output();
+    assert_eq!(told.code, 0, "{}", told.stderr);
+    told.stdout
+}
+
+#[test]
+fn a_smallest_fragment_and_a_budget_decide_the_spacing_and_it_is_told() {
+    let out = run(&["fidelity.smallest=0.048"], "1");
+    let first = jobs(&out);
+    assert!(first.iter().any(|job| (job.1 - 0.012).abs() < 1e-12), "{first:?}");
+    let told = lines(&out);
+    assert!(told.contains("by the smallest fragment wanted"), "{told}");
+    let out = run(&["fidelity.smallest=0.02", "fidelity.budget=0.3"], "1");
+    let dear = jobs(&out);
+    assert!(dear[0].1 > 0.006 && dear[0].1 < 0.0157, "{dear:?}");
+    assert!(lines(&out).contains("by the budget"));
+}
+
+#[test]
+fn coarse_solves_come_first_and_only_the_last_is_used() {
+    let values = ["fidelity.error=0.14", "world.duration=0.02"];
+    let out = run(&values, "1");
+    let found = jobs(&out);
+    let body = found[0].0;
+    let own: Vec<_> = found.iter().filter(|job| job.0 == body).take(3).collect();
+    assert!(own.len() >= 2 && own[0].1 > 1.9 * own[1].1, "{found:?}");
+    assert!(!own[0].2, "the coarsest is a trial: {found:?}");
+    let used = found.iter().filter(|job| job.2).count() as u64;
+    assert_eq!(summary(&out)["fractures"].as_u64(), Some(used), "{found:?}");
+    let told = lines(&out);
+    assert!(told.contains("a trial") && told.contains("finer than before"), "{told}");
+    // The same bits with two workers.
+    let other = run(&values, "2");
+    assert_eq!(summary(&out)["digest"], summary(&other)["digest"]);
+}
+
+#[test]
+fn a_wrong_wish_is_told_with_its_bound() {
+    for (value, wanted) in [
+        ("fidelity.error=0", "at least 0.01"),
+        ("fidelity.budget=-1", "at least 0.001"),
+        ("fidelity.smallest=0", "must be above 0 m"),
+        ("fidelity.eror=0.1", "error"),
+    ] {
+        let run = Cullet::new(&["check", &corpus("drop.toml"), "--set", value]).output();
+        assert_eq!(run.code, 64, "{value}: {}", run.stderr);
+        assert!(run.stderr.contains(wanted), "{value}: {}", run.stderr);
+    }
+}
