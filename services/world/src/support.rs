@@ -28,7 +28,8 @@ pub struct Support {
     /// Velocity against `normal` that an impulse spread over all discs of `other` gives it there,
     /// over that on this disc \[1/kg\]; 0 where it does not move.
     pub mobility: f64,
-    /// Share of what `other` gets that it keeps as its own motion \[1\]; the rest goes to the ground.
+    /// Share of what `other` gets that it keeps as its own motion \[1\]; the rest goes to the
+    /// ground.
     pub kept: f64,
     /// From the centre of `other` to the disc when it held, world frame \[m\].
     pub lever: Vec3,
