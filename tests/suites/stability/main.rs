@@ -1,0 +1,7 @@
+//! Where methods fail: a minimal reproduction of each failure mode that no other test holds, bad
+//! input of every kind, and bounded fuzzing of everything that reads bytes. `docs/failures.md` is
+//! the table of modes.
+
+mod corpus;
+mod fuzz;
+mod kit;
