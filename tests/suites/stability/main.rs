@@ -3,5 +3,10 @@
 //! the table of modes.
 
 mod corpus;
+mod crack;
+mod cut;
 mod fuzz;
 mod kit;
+mod law;
+mod system;
+mod world;

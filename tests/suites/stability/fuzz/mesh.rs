@@ -100,7 +100,7 @@ fn read(name: &str, bytes: &[u8], repair: bool) {
             if !repair || mesh.triangles.len() > REPAIRED {
                 return;
             }
-            match timed("the door", || admit(&mesh, Repair::Auto)) {
+            match timed(&format!("the door, with {mesh:?},"), || admit(&mesh, Repair::Auto)) {
                 Ok((solid, report)) => {
                     is_solid(&solid);
                     assert!(report.volume > 0.0 && !report.to_string().is_empty());
