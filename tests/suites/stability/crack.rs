@@ -1,6 +1,6 @@
 //! Points, grid and cracks: F15, F19.
 
-use crate::kit::{STRONG, body, rows};
+use crate::kit::{H, STRONG, body, rows};
 use cullet_fracture::mpm::Domain;
 use cullet_fracture::mpm::domain::Fields;
 use cullet_geometry::Vec3;
@@ -19,6 +19,10 @@ fn a_threefold_stretch_parts_nothing() {
         assert!((stress[0] / wanted - 1.0).abs() < 1e-9, "{stress:?} of {wanted}");
     }
     (0..8).for_each(|_| _ = domain.advance());
+    let inner = domain.particles.reference.iter().zip(domain.stresses());
+    for (x, stress) in inner.filter(|(x, _)| x.amax() < H) {
+        assert!(stress[0] > 0.5 * wanted, "{stress:?} at {x}");
+    }
     assert_eq!(domain.grid.nodes.len(), nodes);
     assert!(domain.pieces().iter().all(|piece| *piece == Some(0)), "one piece");
 }
