@@ -18,11 +18,12 @@ fn a_threefold_stretch_parts_nothing() {
     for stress in &stresses {
         assert!((stress[0] / wanted - 1.0).abs() < 1e-9, "{stress:?} of {wanted}");
     }
-    (0..8).for_each(|_| _ = domain.advance());
+    domain.advance();
     let inner = domain.particles.reference.iter().zip(domain.stresses());
     for (x, stress) in inner.filter(|(x, _)| x.amax() < H) {
         assert!(stress[0] > 0.5 * wanted, "{stress:?} at {x}");
     }
+    (0..7).for_each(|_| _ = domain.advance());
     assert_eq!(domain.grid.nodes.len(), nodes);
     assert!(domain.pieces().iter().all(|piece| *piece == Some(0)), "one piece");
 }

@@ -1,6 +1,6 @@
 //! Fuzz targets over everything that reads bytes from elsewhere. In a test run each takes a fixed
-//! number of random inputs; `cargo bolero test -p cullet-tests --test stability fuzz::NAME` goes
-//! on for as long as one likes, guided by coverage. Inputs are lists of edits of valid files.
+//! number of random inputs; `docs/failures.md` says how to go on for longer. Inputs are lists of
+//! edits of valid files.
 //!
 //! What holds: no panic, no more than [`LIMIT`] of time, and an error that says what and where.
 

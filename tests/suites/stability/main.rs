@@ -2,6 +2,7 @@
 //! input of every kind, and bounded fuzzing of everything that reads bytes. `docs/failures.md` is
 //! the table of modes.
 
+mod atlas;
 mod corpus;
 mod crack;
 mod cut;

@@ -113,10 +113,10 @@ fn read(name: &str, bytes: &[u8], repair: bool) {
 }
 
 /// Holds the readers of one format to edits of valid files.
-fn hold(name: &str, seeds: &[Vec<u8>]) {
+fn hold(name: &str, seeds: &[Vec<u8>], iterations: usize) {
     let readable = seeds.iter().filter(|seed| meshes::read(name, seed).is_ok()).count();
     assert!(2 * readable >= seeds.len(), "{readable} of {} seeds are read", seeds.len());
-    bolero::check!().with_iterations(1000).with_max_len(INPUT).for_each(|input: &[u8]| {
+    bolero::check!().with_iterations(iterations).with_max_len(INPUT).for_each(|input: &[u8]| {
         read(name, &damaged(input, seeds).1, input.len() % STRIDE == 1);
     });
 }
@@ -132,22 +132,22 @@ fn corpus(ending: &str) -> Vec<Vec<u8>> {
 
 #[test]
 fn obj() {
-    hold("fuzz.obj", &corpus(".obj"));
+    hold("fuzz.obj", &corpus(".obj"), 600);
 }
 
 #[test]
 fn ply() {
     let mut seeds = corpus(".ply");
     seeds.push(ply_binary(&cube()));
-    hold("fuzz.ply", &seeds);
+    hold("fuzz.ply", &seeds, 600);
 }
 
 #[test]
 fn stl_files() {
-    hold("fuzz.stl", &[stl(&cube()), stl_text(&cube())]);
+    hold("fuzz.stl", &[stl(&cube()), stl_text(&cube())], 1500);
 }
 
 #[test]
 fn glb_files() {
-    hold("fuzz.glb", &[glb(&cube())]);
+    hold("fuzz.glb", &[glb(&cube())], 10_000);
 }

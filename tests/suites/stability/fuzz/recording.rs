@@ -130,7 +130,7 @@ fn solids() {
                 &mut bad.parent,
                 &mut bad.material,
             ];
-            let which = usize::from(edit[0]) % 8;
+            let which = usize::from(edit[0]) % 10;
             match columns.into_iter().nth(which) {
                 Some(column) if value % 3 == 0 => column.truncate(at % (column.len() + 1)),
                 Some(column) if value % 3 == 1 => column.push(value),
@@ -141,7 +141,9 @@ fn solids() {
                 Some(_) => {}
                 None if which == 5 => bad.vertices.truncate(at % 25),
                 None if which == 6 => bad.crack.iter_mut().for_each(|c| *c ^= edit[2]),
-                None => bad.uv.truncate(at % 9),
+                None if which == 7 => bad.uv.truncate(at % 9),
+                None if which == 8 => bad.damage_time.truncate(at % 7),
+                None => bad.front_speed.truncate(at % 7),
             }
         }
         match Solid::try_from(&bad) {
