@@ -52,7 +52,7 @@ fn apply([what, low, high, with]: [u8; EDIT], bytes: &mut Vec<u8>) {
         return;
     }
     // Large files are reached too: a place is a share of the length there.
-    let at = if bytes.len() > 1 << 16 { spot * bytes.len() >> 16 } else { spot % bytes.len() };
+    let at = if bytes.len() > 1 << 16 { (spot * bytes.len()) >> 16 } else { spot % bytes.len() };
     let run = at..bytes.len().min(at + usize::from(with) + 1);
     let word = WORDS[usize::from(with) % WORDS.len()].bytes();
     match what % 10 {

@@ -106,7 +106,7 @@ fn hold(seeds: &[Vec<u8>], read: impl Fn(usize, &[u8]) + RefUnwindSafe) {
     let check = bolero::check!().with_iterations(20_000).with_max_len(INPUT);
     check.for_each(|input: &[u8]| {
         let (which, mut bytes) = damaged(input, seeds);
-        if input.len() % 2 == 0 && bytes.len() > PREFIX {
+        if input.len().is_multiple_of(2) && bytes.len() > PREFIX {
             bytes[..12].copy_from_slice(&seeds[which][..12]);
             let length = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]);
             let end = bytes.len().min(PREFIX.saturating_add(length as usize));
