@@ -36,6 +36,7 @@ fn job() -> FractureJob {
         closing_speed: 3.0,
         crushing_pressure: 1e9,
     };
+    let support = Support { point: [0.0; 3], normal: [0.0, 0.0, 1.0], radius: 0.02, mobility: 0.1 };
     let stroke = Stroke { region: Region::Sphere([0.0; 3], 1.0), factor: 0.5, edge: 0.0 };
     FractureJob {
         solver: "brittle".into(),
@@ -50,7 +51,7 @@ fn job() -> FractureJob {
         },
         strength: Strength { strokes: vec![stroke], ..Strength::default() },
         impacts: vec![impact],
-        supports: vec![Support { point: [0.0; 3], normal: [0.0, 0.0, 1.0], radius: 0.02 }],
+        supports: vec![support],
         spin: Vec3::z(),
         settings: Settings {
             spacing: None,
