@@ -94,7 +94,7 @@ fn recovery() {
     let whole = recorded();
     let seeds = [whole.clone(), unchecked(whole)];
     let (from, to) = (place("damaged.mcap"), place("recovered.mcap"));
-    bolero::check!().with_iterations(1500).with_max_len(INPUT).for_each(|input: &[u8]| {
+    bolero::check!().with_iterations(600).with_max_len(INPUT).for_each(|input: &[u8]| {
         let (_, bytes) = damaged(input, &seeds);
         std::fs::write(&from, &bytes).expect("a file");
         match timed("a recovery", || recover(&from, &to)) {

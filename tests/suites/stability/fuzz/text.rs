@@ -40,7 +40,7 @@ material = "soda-lime-glass"
 name = "g"
 count = [2, 2, 1]
 spacing = [0.3, 0.3, 0]
-body = { position = [3, 0, 0], shape = { kind = "sphere", radius = 0.1, segments = 8 }, material = "ice" }
+body = { position = [3, 0, 0], shape = { kind = "sphere", radius = 0.1 }, material = "ice" }
 [[scatter]]
 name = "s"
 count = 3
