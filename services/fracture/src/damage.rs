@@ -102,6 +102,12 @@ impl Softening {
         }
     }
 
+    /// Strain at which a point in tension is broken through, σ_eff/E (1 + 1/H) \[1\].
+    #[must_use]
+    pub fn breaking_strain(&self) -> f64 {
+        self.strength / self.young * (1.0 + 1.0 / self.brittleness)
+    }
+
     /// Damage that a greatest principal stress of `ratio` strengths asks for \[1\].
     #[must_use]
     pub fn damage(&self, ratio: f64) -> f64 {

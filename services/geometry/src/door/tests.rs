@@ -174,6 +174,18 @@ fn shells_that_cross_are_merged() {
     assert_volume(&merged, 2.0 - 0.5 * 0.75 * 0.875, 1e-12);
 }
 
+/// Two boxes whose faces lie in each other cross nowhere; the place that was told was the first
+/// vertex of the file.
+#[test]
+fn shells_that_touch_are_told_where_they_touch() {
+    let mut two = unit_box();
+    two.append(&unit_box().translated(Vec3::new(1.0, 0.3, 0.3)));
+    let DoorError::SelfIntersecting { first, .. } = refused(&two) else {
+        panic!("{}", refused(&two));
+    };
+    assert!((first - Vec3::new(0.5, 0.15, 0.15)).amax() < 0.51 && first.x == 0.5, "{first}");
+}
+
 #[test]
 fn boxes_that_share_an_edge_or_a_face_become_solids() {
     let mut edge = unit_box();

@@ -111,7 +111,20 @@ pub(crate) struct Corners {
 /// # Errors
 /// Where and why the bytes are no mesh of that format.
 pub fn read(name: &str, bytes: &[u8]) -> Result<TriMesh, MeshFileError> {
-    tidy(raw(name, bytes)?)
+    let mesh = tidy(raw(name, bytes)?);
+    match mesh {
+        // The reader numbered the corners anew.
+        Err(MeshFileError::BadCoordinate { value, limit, .. }) if extension(name) == "obj" => {
+            let corners = obj::corners(bytes).vertices;
+            let vertex = corners.iter().position(|p| p.iter().any(is_bad)).unwrap_or(0);
+            Err(MeshFileError::BadCoordinate { vertex, value, limit })
+        }
+        mesh => mesh,
+    }
+}
+
+fn is_bad(coordinate: &f64) -> bool {
+    coordinate.is_nan() || coordinate.abs() > MAX_COORDINATE
 }
 
 /// Reads the corners of a mesh, with their colours.
@@ -164,7 +177,7 @@ fn tidy(raw: Raw) -> Result<TriMesh, MeshFileError> {
             let Some(point) = raw.vertices.get(index as usize) else {
                 return Err(MeshFileError::IndexOutOfRange { face, index: index.into(), count });
             };
-            if let Some(&value) = point.iter().find(|x| x.is_nan() || x.abs() > MAX_COORDINATE) {
+            if let Some(&value) = point.iter().find(|x| is_bad(x)) {
                 let (vertex, limit) = (index as usize, MAX_COORDINATE);
                 return Err(MeshFileError::BadCoordinate { vertex, value, limit });
             }

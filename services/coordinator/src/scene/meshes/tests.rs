@@ -152,6 +152,9 @@ fn faults_have_a_place() {
     assert_eq!(bad, MeshFileError::IndexOutOfRange { face: 0, index: 9, count: 4 });
     let bad = read("t.obj", b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect_err("not a number");
     assert!(matches!(bad, MeshFileError::BadCoordinate { vertex: 0, .. }), "{bad}");
+    // Faces that use corners in another order do not change which one it is.
+    let bad = read("t.obj", b"v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 3 2\n").expect_err("not a number");
+    assert!(matches!(bad, MeshFileError::BadCoordinate { vertex: 1, .. }), "{bad}");
     let lie = "ply\nformat binary_little_endian 1.0\nelement vertex 900000000000\nend_header\n";
     assert!(read("t.ply", lie.as_bytes()).is_err());
 }

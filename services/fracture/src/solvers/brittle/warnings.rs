@@ -7,6 +7,9 @@ use crate::mpm::spring::{self, Spring};
 use crate::solver::Problem;
 use cullet_geometry::Vec3;
 
+/// Strain at which a point is broken through above which the solid is not brittle on this grid.
+const DUCTILE: f64 = 0.05;
+
 /// What is known before the first step.
 pub(super) fn first(
     problem: &Problem,
@@ -27,6 +30,13 @@ pub(super) fn first(
             "toughness-controlled: cracks grow at {:.3} of the material's strength at this spacing \
              (F01)",
             softening.strength_ratio
+        ));
+    }
+    let strain = softening.breaking_strain();
+    if strain > DUCTILE {
+        warnings.push(format!(
+            "ductile: points are broken through at a strain of {strain:.3} at this spacing; the \
+             strength is low for the fracture energy (F02)"
         ));
     }
     for impact in &problem.impacts {

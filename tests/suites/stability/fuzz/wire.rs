@@ -1,0 +1,285 @@
+//! Everything that crosses a process boundary: envelopes, messages of the pool, jobs, verdicts,
+//! specimens and what came of them, and blobs in pieces.
+
+use super::bytes::{INPUT, damaged};
+use super::timed;
+use cullet_coordinator::scene::specimen;
+use cullet_geometry::{Sheet, Solid, TriMesh, Vec3, shapes};
+use cullet_proto::chunks::{self, Assembly, CHUNK};
+use cullet_proto::envelope::{self, PREFIX};
+use cullet_proto::ids::digest;
+use cullet_proto::keys::{parse_live, parse_rpc};
+use cullet_proto::pool::{self, FileEntry, State};
+use cullet_proto::specimen::{Ending, Frame, SpecimenJob, SpecimenResult};
+use cullet_proto::strength::{Region, Strength, Stroke};
+use cullet_proto::{
+    BrokenBody, Detail, Epoch, FractureJob, Fragment, Grain, Impact, JobId, Material, Precision,
+    Report, SessionId, Settings, Support, Verdict, WireError, WorkerId,
+};
+use cullet_tests::root;
+use serde::de::DeserializeOwned;
+use std::panic::RefUnwindSafe;
+
+fn cube() -> Solid {
+    let mesh = shapes::cuboid(Vec3::repeat(0.1), shapes::Detail::default()).expect("a box");
+    Solid::outer(mesh)
+}
+
+fn job() -> FractureJob {
+    let impact = Impact {
+        point: Vec3::new(0.05, 0.0, 0.0),
+        normal: -Vec3::x(),
+        impulse: 0.5,
+        duration: 1e-4,
+        radius: 1e-3,
+        energy: 2.0,
+        closing_speed: 3.0,
+        crushing_pressure: 1e9,
+    };
+    let support = Support { point: [0.0; 3], normal: [0.0, 0.0, 1.0], radius: 0.02, mobility: 0.1 };
+    let stroke = Stroke { region: Region::Sphere([0.0; 3], 1.0), factor: 0.5, edge: 0.0 };
+    FractureJob {
+        solver: "brittle".into(),
+        fallback: Some("geometric".into()),
+        solid: cube(),
+        material: Material {
+            density: 2500.0,
+            young: 7e10,
+            poisson: 0.22,
+            failure_stress: 4e7,
+            fracture_energy: 8.0,
+        },
+        strength: Strength { strokes: vec![stroke], ..Strength::default() },
+        impacts: vec![impact],
+        supports: vec![support],
+        spin: Vec3::z(),
+        settings: Settings {
+            spacing: None,
+            max_particles: 16_000,
+            max_steps: 20_000,
+            min_volume_ratio: 1e-4,
+            max_fragments: 400,
+            detail: Detail::default(),
+            debris: 5e-4,
+            grain: Some(1e-3),
+            hairline: None,
+            precision: Precision::Double,
+        },
+        seed: 7,
+    }
+}
+
+fn verdict() -> Verdict {
+    let mesh =
+        TriMesh { vertices: vec![Vec3::zeros(), Vec3::x(), Vec3::y()], triangles: vec![[0, 1, 2]] };
+    let sheet = Sheet { mesh, damage_time: vec![1e-5, 2e-5, 0.0], front_speed: vec![9.0; 3] };
+    let fragment = Fragment {
+        solid: cube(),
+        hulls: vec![vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()]],
+        velocity: Vec3::x(),
+        spin: Vec3::y(),
+        sheet,
+    };
+    let other = Fragment { hulls: Vec::new(), sheet: Sheet::default(), ..fragment.clone() };
+    let grain = Grain { position: Vec3::x(), velocity: Vec3::y(), volume: 1e-9, size: 1e-3 };
+    Verdict::Broken(Box::new(BrokenBody {
+        fragments: vec![fragment, other],
+        debris: vec![grain],
+        reactions: vec![0.5],
+        report: Report { warnings: vec!["a word".into()], ..Report::default() },
+    }))
+}
+
+/// What a body must be once it is past the door.
+fn is_sound(solid: &Solid) {
+    let vertices = solid.mesh.vertices.len() as u32;
+    assert!(solid.mesh.triangles.iter().flatten().all(|i| *i < vertices));
+    assert!(solid.mesh.vertices.iter().flatten().all(|x| x.is_finite()));
+    assert_eq!(solid.surface.len(), solid.mesh.triangles.len());
+}
+
+/// Damages messages, in every other case with the header's checksum made right again: the damage
+/// gets past it.
+fn hold(seeds: &[Vec<u8>], read: impl Fn(usize, &[u8]) + RefUnwindSafe) {
+    for (which, seed) in seeds.iter().enumerate() {
+        read(which, seed);
+    }
+    let check = bolero::check!().with_iterations(20_000).with_max_len(INPUT);
+    check.for_each(|input: &[u8]| {
+        let (which, mut bytes) = damaged(input, seeds);
+        if input.len().is_multiple_of(2) && bytes.len() > PREFIX {
+            bytes[..12].copy_from_slice(&seeds[which][..12]);
+            let length = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]);
+            let end = bytes.len().min(PREFIX.saturating_add(length as usize));
+            let sum = chunks::sum(&bytes[PREFIX..end]);
+            bytes[16..20].copy_from_slice(&sum.to_le_bytes());
+        }
+        timed("a message", || read(which, &bytes));
+    });
+}
+
+fn in_words<T>(result: Result<T, WireError>) -> Option<T> {
+    result.map_err(|error| assert!(!error.to_string().is_empty())).ok()
+}
+
+#[test]
+fn jobs_and_verdicts() {
+    let seeds = [job().encode().expect("a job"), verdict().encode().expect("a verdict")];
+    hold(&seeds, |which, bytes| {
+        if which == 0 {
+            let Some(job) = in_words(FractureJob::decode(bytes)) else { return };
+            is_sound(&job.solid);
+            assert!(job.material.young.is_finite() && !job.impacts.is_empty());
+            assert!(job.id().is_ok(), "what was read can be written");
+        } else if let Some(Verdict::Broken(body)) = in_words(Verdict::decode(bytes)) {
+            body.fragments.iter().for_each(|fragment| is_sound(&fragment.solid));
+            let moves = body.fragments.iter().flat_map(|f| f.velocity.iter().chain(f.spin.iter()));
+            assert!(moves.copied().all(f64::is_finite));
+        }
+    });
+}
+
+#[test]
+fn specimens_and_results() {
+    let file = root().join("tests/specimens/d2-branching.toml");
+    let specimen = specimen::load(&file, &[]).expect("a specimen").job;
+    let result = SpecimenResult {
+        pieces: vec![0.5, 0.25],
+        times: vec![0.0, 1.0],
+        rows: vec![vec![1.0, 2.0], vec![3.0, 4.0]],
+        frames: vec![Frame { time: 0.5, points: vec![[1.0, 2.0, 3.0, 4.0]; 3] }],
+        ..SpecimenResult::ended(Ending::Refused("too thin".into()))
+    };
+    let seeds = [specimen.encode().expect("a job"), result.encode().expect("a result")];
+    hold(&seeds, |which, bytes| {
+        if which == 0 {
+            let Some(job) = in_words(SpecimenJob::decode(bytes)) else { return };
+            is_sound(&job.solid);
+            assert!(job.id().is_ok(), "what was read can be written");
+        } else if let Some(result) = in_words(SpecimenResult::decode(bytes)) {
+            assert!(result.rows.iter().all(|row| row.len() == result.times.len()));
+        }
+    });
+}
+
+/// Reads a message as every kind of question and answer there is.
+fn read_all(bytes: &[u8]) {
+    fn ask<T: DeserializeOwned>(bytes: &[u8]) {
+        if let Err(refusal) = pool::read_ask::<T>(bytes) {
+            assert!(!refusal.to_string().is_empty() && !pool::refuse(&refusal).is_empty());
+        }
+    }
+    fn answer<T: DeserializeOwned>(bytes: &[u8]) {
+        let _read = in_words(pool::read_answer::<T>(bytes).map(|_| ()));
+    }
+    ask::<pool::Poll>(bytes);
+    ask::<pool::Fetch>(bytes);
+    ask::<pool::Renew>(bytes);
+    ask::<pool::Chunk>(bytes);
+    ask::<pool::Commit>(bytes);
+    ask::<pool::Fail>(bytes);
+    ask::<pool::Bye>(bytes);
+    ask::<pool::Submit>(bytes);
+    ask::<pool::Status>(bytes);
+    ask::<pool::FetchFile>(bytes);
+    ask::<pool::Enough>(bytes);
+    answer::<pool::PollAnswer>(bytes);
+    answer::<pool::FetchAnswer>(bytes);
+    answer::<pool::RenewAnswer>(bytes);
+    answer::<pool::ChunkAnswer>(bytes);
+    answer::<pool::CommitAnswer>(bytes);
+    answer::<pool::SubmitAnswer>(bytes);
+    answer::<pool::StatusAnswer>(bytes);
+    answer::<pool::Noted>(bytes);
+    let _refusal = in_words(pool::read_refusal(bytes));
+    let _table = in_words(envelope::open::<Vec<FileEntry>>(envelope::Kind::Bundle, bytes));
+}
+
+#[test]
+fn messages() {
+    let (session, epoch, job) = (SessionId(1), Epoch(2), JobId([3; 32]));
+    let poll = pool::Poll { session, seq: 5, slots: 1, threads: 2 };
+    let commit =
+        pool::Commit { session, job, epoch, digest: [9; 32], length: 77, next: Some(poll) };
+    let trouble = pool::Trouble::Crashed;
+    let fail = pool::Fail { session, job, epoch, trouble, text: "it died".into() };
+    let overrides = vec!["world.seed=1".into(), "a=b".into()];
+    let submit = pool::Submit { ticket: 7, digest: [4; 32], length: 100, overrides };
+    let entry = FileEntry { path: "a/b.toml".into(), length: 5, digest: digest(b"hello") };
+    let state = State::Over { code: 0, files: vec![entry.clone(), entry.clone()] };
+    let status = pool::StatusAnswer { state, lines: vec!["a line".into(); 3] };
+    let missing = pool::CommitAnswer::Missing(vec![1, 2, 3]);
+    let refusal = pool::Refusal::TooLarge { bytes: 9, limit: 8 };
+    let bundle = envelope::seal(envelope::Kind::Bundle, &vec![entry], b"hello");
+    let sealed = [
+        pool::ask(&poll, &[]),
+        pool::ask(&commit, &[]),
+        pool::ask(&fail, &[]),
+        pool::ask(&submit, &[]),
+        pool::answer(&status, &[]),
+        pool::answer(&missing, &[]),
+        Ok(pool::refuse(&refusal)),
+        bundle,
+    ];
+    let seeds = sealed.map(|bytes| bytes.expect("it fits"));
+    hold(&seeds, |_, bytes| read_all(bytes));
+}
+
+/// Keys and names from the network: what is taken for one can be written as one.
+#[test]
+fn keys() {
+    let coordinator = WorkerId::new("hub").expect("a name");
+    let worker = WorkerId::new("w-1").expect("a name");
+    let live = cullet_proto::keys::worker_live(&coordinator, &worker, SessionId(7));
+    let verb = cullet_proto::keys::WorkerVerb::Poll;
+    let rpc = cullet_proto::keys::worker_rpc(&coordinator, &worker, verb);
+    let seeds = [live.into_bytes(), rpc.into_bytes(), b"w-1".to_vec()];
+    bolero::check!().with_iterations(20_000).with_max_len(INPUT).for_each(|input: &[u8]| {
+        let text = String::from_utf8_lossy(&damaged(input, &seeds).1).into_owned();
+        if let Some((worker, _)) = parse_live(&text) {
+            assert!(WorkerId::new(worker.as_str()).is_ok(), "{text}");
+        }
+        let _verb = parse_rpc(&text);
+        if let Ok(name) = WorkerId::new(&text) {
+            assert!(!name.as_str().contains(['*', '/', '$', '?', '#']), "{text}");
+        }
+    });
+}
+
+/// Pieces come damaged, twice, in any order, or not: the whole is the original or nothing, and
+/// memory is taken for what has come.
+#[test]
+fn assembly() {
+    let original: Vec<u8> = (0..2 * CHUNK + 5).map(|i| (i * 7 + i / 251) as u8).collect();
+    bolero::check!().with_iterations(60).with_max_len(48).for_each(|input: &[u8]| {
+        let mut blob = Assembly::new(original.len() as u64).expect("it fits");
+        let mut most = 0;
+        for piece in input.chunks_exact(3) {
+            let index = u32::from(piece[0] % 5);
+            let mut chunk = chunks::slice(&original, index).unwrap_or_default().to_vec();
+            let sum = chunks::sum(&chunk);
+            match piece[1] % 4 {
+                0 if !chunk.is_empty() => {
+                    let at = usize::from(piece[2]) * 4096 % chunk.len();
+                    chunk[at] ^= 1;
+                    assert!(blob.put(index, sum, &chunk).is_err(), "a damaged piece");
+                }
+                1 => {
+                    chunk.push(0);
+                    assert!(blob.put(index, sum, &chunk).is_err(), "a longer piece");
+                }
+                _ => {
+                    let taken = blob.put(index, sum, &chunk).is_ok();
+                    assert_eq!(taken, index < 3, "piece {index}");
+                    most = most.max(if taken { (index as usize + 1) * CHUNK } else { 0 });
+                }
+            }
+            assert!(blob.held() <= most);
+        }
+        assert_eq!(blob.whole().is_some(), blob.missing(9).is_empty());
+        assert!(blob.whole().is_none_or(|whole| whole == original));
+    });
+    for length in [chunks::MAX_BLOB + 1, u64::MAX] {
+        assert!(matches!(Assembly::new(length), Err(WireError::Limit { .. })));
+    }
+}
