@@ -4,7 +4,7 @@ use super::super::check::tell;
 use super::format::{Expected, Metric, Reduction};
 
 /// The number that a metric makes of the samples of its probe; not a number where there are too few
-/// of them for it, where what it asks for never happens, or where a sample that it looks at is none.
+/// of them for it, where what it asks for never happens, or where a sample it looks at is none.
 #[must_use]
 pub fn reduce(metric: &Metric, times: &[f64], values: &[f64]) -> f64 {
     let (from, until) =

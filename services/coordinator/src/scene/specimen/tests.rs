@@ -147,6 +147,7 @@ fn metric(reduce: Reduction) -> Metric {
         threshold: None,
         window: None,
         scale: 1.0,
+        minus: None,
     }
 }
 
