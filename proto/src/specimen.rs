@@ -416,6 +416,9 @@ mod tests {
         envelope::seal(Kind::Specimen, &(&job.setup, vertices, triangles), &slabs).expect("sealed")
     }
 
+    /// Words of an error, and what brings it about.
+    type Spoiled<'a> = (&'a str, &'a dyn Fn(&mut Setup));
+
     /// What is wrong is told at the door, before anything is solved.
     #[test]
     fn bad_numbers_and_indices_are_told_at_the_door() {
@@ -424,7 +427,7 @@ mod tests {
             push: Push::Pressure(1.0),
             course: Course::Table(rows.to_vec()),
         };
-        let cases: [(&str, &dyn Fn(&mut Setup)); 16] = [
+        let cases: [Spoiled<'_>; 16] = [
             ("support of a probe is 1", &|s| s.probes = vec![Probe::Reaction(0, Part::Size)]),
             ("load of a probe is 4", &|s| s.probes = vec![Probe::Applied(3, Part::Size)]),
             ("axis of a probe is 3", &|s| s.probes = vec![Probe::Momentum(Part::Axis(3))]),
