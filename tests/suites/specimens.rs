@@ -41,7 +41,16 @@ fn the_damage_law_spends_its_energy() {
 
 #[test]
 fn cracks_go_where_and_as_far_as_they_must() {
-    hold(&["k4-kink", "k5-cantilevers"]);
+    hold(&["k4-kink", "k5-cantilevers", "k7-disc"]);
+}
+
+/// K2 on half the grid, where the kink's direction is too coarse to ask for.
+#[test]
+fn a_sheared_crack_kinks_when_it_must() {
+    let said = bench("k2-shear", &["--set", "spacing=5mm", "--json"]);
+    let told: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+    assert_eq!(told["metrics"][0]["metric"], "critical shear");
+    assert_eq!(told["metrics"][0]["verdict"], "holds", "{told:#}");
 }
 
 /// H1 on a coarse grid, a/h = 1.4: within the same bounds.
