@@ -103,7 +103,7 @@ impl Detail {
     }
 }
 
-/// Where a body rests on something that does not move, in the body's own frame.
+/// Where a body rests on another, in the body's own frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Support {
     /// Middle of the disc, on the surface \[m\].
@@ -112,6 +112,8 @@ pub struct Support {
     pub normal: [f64; 3],
     /// Radius of the disc \[m\].
     pub radius: f64,
+    /// Velocity against `normal` that it takes up over the impulse it has given \[1/kg\].
+    pub mobility: f64,
 }
 
 /// Numbers that a solve's points are worked out in.
@@ -292,8 +294,9 @@ impl Header {
         codec::finite("a job's material", &material)?;
         self.strength.check()?;
         codec::finite("a job's impacts", self.impacts.as_flattened())?;
-        for Support { point, normal, radius } in &self.supports {
-            codec::finite("a job's supports", &[point.as_slice(), normal, &[*radius]].concat())?;
+        for Support { point, normal, radius, mobility } in &self.supports {
+            let numbers = [point.as_slice(), normal, &[*radius, *mobility]].concat();
+            codec::finite("a job's supports", &numbers)?;
         }
         codec::finite("a job's spin", &self.spin)?;
         codec::finite("a job's spacing", self.settings.spacing.as_slice())?;
@@ -372,7 +375,12 @@ pub(crate) mod tests {
                 closing_speed: 3.0,
                 crushing_pressure: 1e9,
             }],
-            supports: vec![Support { point: [0.0; 3], normal: [0.0, 0.0, 1.0], radius: 0.02 }],
+            supports: vec![Support {
+                point: [0.0; 3],
+                normal: [0.0, 0.0, 1.0],
+                radius: 0.02,
+                mobility: 0.5,
+            }],
             spin: Vec3::new(0.0, 0.0, 100.0),
             settings: Settings {
                 spacing: None,
@@ -396,7 +404,7 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "68d87d3e");
+        assert_eq!(job.id()?.short(), "92af644c");
         Ok(())
     }
 

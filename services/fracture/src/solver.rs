@@ -29,8 +29,8 @@ pub struct Impact {
     pub crushing_pressure: f64,
 }
 
-/// Where a body rests on something that does not move: a disc that holds the surface under it
-/// against moving into it, and lets it leave. In the body's own frame.
+/// Where a body rests on another: a disc that holds the surface under it against moving into it,
+/// and lets it leave. In the body's own frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Support {
     /// Middle of the disc, on the surface \[m\].
@@ -39,6 +39,9 @@ pub struct Support {
     pub normal: Vec3,
     /// Radius of the disc \[m\].
     pub radius: f64,
+    /// Velocity against `normal` that it takes up over the impulse it has given \[1/kg\]; 0 if it
+    /// does not move.
+    pub mobility: f64,
 }
 
 /// What the scene decides about a solve. `None` means "let the solver choose".

@@ -7,7 +7,7 @@ use cullet_fracture::particles::Particles;
 use cullet_fracture::solvers::{brittle::Brittle, by_name};
 use cullet_fracture::{
     Fracture, Impact, Material, Problem, Progress, Refusal, Settings, Solver, StrengthField,
-    damage::Softening,
+    Support, damage::Softening,
 };
 use cullet_geometry::inside::Inside;
 use cullet_geometry::{Solid, Vec3, sample, shapes};
@@ -385,4 +385,33 @@ fn spin_pulls_a_bar_apart_in_the_middle() {
     problem.spin *= 100.0;
     let refusal = Brittle::accepts(&problem).expect_err("too fast");
     assert!(refusal.to_string().contains("rim speed"), "{refusal}");
+}
+
+/// A support that moves off takes less, down to nothing where it has no mass.
+#[test]
+fn a_support_that_can_move_gives_less() {
+    let push = hit(Vec3::new(-0.1, 0.0, 0.0), Vec3::x(), 0.2);
+    let mut problem = cube(TOUGH, vec![push]);
+    let mass = 0.008 * TOUGH.density;
+    let mut given = |mobility: f64| {
+        let normal = -Vec3::x();
+        problem.supports =
+            vec![Support { point: Vec3::new(0.1, 0.0, 0.0), normal, radius: 0.08, mobility }];
+        let fracture = solve(&problem);
+        let left = 0.2 - fracture.reactions[0];
+        let error = (momentum(&fracture, TOUGH.density).x - left).abs() / 0.2;
+        assert!(error < 1e-6, "momentum {error}");
+        fracture.reactions[0]
+    };
+    let held = given(0.0);
+    assert!(held > 0.1, "the ground gave {held}");
+    let free: Vec<f64> = [3.0, 0.3, 0.03, 0.003].map(|share| given(1.0 / (share * mass))).into();
+    assert!(free[0] > 0.7 * held && free[0] < held, "{free:?} and {held}");
+    assert!(free.windows(2).all(|pair| pair[1] < 0.6 * pair[0]), "{free:?}");
+    // The lightest only follows the face: what it takes is as its mass.
+    let light = free[3] / free[2];
+    assert!((0.03..=0.2).contains(&light), "{free:?}");
+    problem.supports[0].mobility = -1.0;
+    let refusal = Brittle::accepts(&problem).expect_err("below nought");
+    assert!(refusal.to_string().contains("mobility of a support"), "{refusal}");
 }

@@ -126,11 +126,7 @@ fn a_hairline_keeps_mass_and_momentum() {
     };
     let (a, b) = (momentum(&before), momentum(&after));
     assert!((a - b).norm() < 1e-9 * a.norm(), "{a} {b}");
-    // Wider than the grid resolves: told, and not cut.
     problem.settings.hairline = Some(0.5 * h);
-    let refused = solve(&problem);
-    assert_eq!(refused.fragments, before.fragments);
-    assert!(refused.debris.is_empty());
-    let told = refused.report.warnings.iter().filter(|w| w.contains("is not cut: it would be"));
-    assert!(told.count() > 0, "{:?}", refused.report.warnings);
+    let refusal = Brittle::accepts(&problem).expect_err("wider than the grid resolves");
+    assert!(refusal.to_string().contains("width of hairlines"), "{refusal}");
 }

@@ -25,6 +25,7 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
         point: Vec3::from(s.point),
         normal: Vec3::from(s.normal),
         radius: s.radius,
+        mobility: s.mobility,
     };
     let settings = job.settings;
     core::Problem {

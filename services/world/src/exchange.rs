@@ -3,7 +3,7 @@
 use crate::body::Motion;
 use crate::rigid::Contact;
 use cullet_geometry::{Mat3, Vec3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What the engine has put into a body on behalf of one contact partner: normal impulses and the
 /// pair's share of friction.
@@ -37,7 +37,7 @@ impl Exchange {
 }
 
 /// What one contact did to one body in one step.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Received {
     pub(crate) exchange: Exchange,
     /// Kinetic energy that it took out of the body \[J\].
@@ -52,20 +52,90 @@ pub(crate) struct Rest {
     /// Kinetic energy gained beside the work of gravity and of all exchanges \[J\]: the turning of
     /// the inertia.
     energy: f64,
+    /// Normal impulses of the contacts that it is still to be shared out to \[N·s\].
     impulse: f64,
+    /// How many they are.
+    contacts: u32,
+    centre: Vec3,
     velocity: Vec3,
     spin: Vec3,
 }
 
 impl Rest {
-    /// All that belongs to a contact of that many \[N·s\] and of that normal exchange.
-    pub(crate) fn share(&self, impulse: f64, normal: Exchange) -> Received {
-        let part = impulse / self.impulse;
+    /// What belongs to a contact of that many \[N·s\] by its share of the impulse.
+    fn part(&self, impulse: f64) -> Exchange {
+        self.rest.scaled(impulse / self.impulse)
+    }
+
+    /// Hands `rest` to a contact of that many \[N·s\] and of that normal exchange.
+    fn hand(&mut self, impulse: f64, rest: Exchange, normal: Exchange) -> Received {
+        let energy = self.energy * (impulse / self.impulse);
+        self.rest.add(&rest.scaled(-1.0));
+        self.energy -= energy;
+        self.impulse -= impulse;
+        self.contacts -= 1;
         let mut exchange = normal;
-        exchange.add(&self.rest.scaled(part));
-        let taken = -exchange.work(&self.velocity, &self.spin) - self.energy * part;
+        exchange.add(&rest);
+        let taken = -exchange.work(&self.velocity, &self.spin) - energy;
         Received { exchange, taken }
     }
+}
+
+/// What each contact did to both of its bodies over a step; `rests` has the bodies that move.
+///
+/// A body with one contact got all its friction there, and its partner the opposite at the contact
+/// point, so the tree of contacts is peeled from its leaves; what is left over goes to the last
+/// contact of a body. Around a ring each body's friction is shared out by the normal impulses.
+pub(crate) fn received(contacts: &[Contact], mut rests: BTreeMap<u32, Rest>) -> Vec<[Received; 2]> {
+    let normal = |c: &Contact, side: usize| match side {
+        0 => Exchange { linear: -c.on_b, torque: c.torque_a },
+        _ => Exchange { linear: c.on_b, torque: c.torque_b },
+    };
+    let mut sides: Vec<[Option<Received>; 2]> = vec![[None; 2]; contacts.len()];
+    let mut of: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (k, c) in contacts.iter().enumerate() {
+        [c.a, c.b].into_iter().for_each(|id| of.entry(id).or_default().push(k));
+    }
+    let mut leaves: BTreeSet<u32> =
+        rests.iter().filter(|(_, rest)| rest.contacts == 1).map(|(&id, _)| id).collect();
+    while let Some(id) = leaves.pop_first() {
+        let open = of.get(&id).into_iter().flatten().copied();
+        let Some(k) = open.into_iter().find(|&k| sides[k] == [None; 2]) else {
+            continue;
+        };
+        let c = &contacts[k];
+        let (side, partner) = if c.a == id { (0, c.b) } else { (1, c.a) };
+        let Some(own) = rests.get_mut(&id) else {
+            continue;
+        };
+        let all = own.rest;
+        sides[k][side] = Some(own.hand(c.impulse, all, normal(c, side)));
+        let linear = -all.linear;
+        sides[k][1 - side] = Some(match rests.get_mut(&partner) {
+            Some(rest) => {
+                let torque = (c.moment / c.impulse - rest.centre).cross(&linear);
+                let last = rest.contacts == 1;
+                let all = if last { rest.rest } else { Exchange { linear, torque } };
+                let got = rest.hand(c.impulse, all, normal(c, 1 - side));
+                if rest.contacts == 1 {
+                    leaves.insert(partner);
+                }
+                got
+            }
+            None => Received { exchange: normal(c, 1 - side), taken: 0.0 },
+        });
+    }
+    let shared = |rests: &BTreeMap<u32, Rest>, c: &Contact, side: usize| {
+        let mut rest = rests.get([&c.a, &c.b][side]).copied();
+        let got =
+            rest.as_mut().map(|rest| rest.hand(c.impulse, rest.part(c.impulse), normal(c, side)));
+        got.unwrap_or(Received { exchange: normal(c, side), taken: 0.0 })
+    };
+    let both = contacts.iter().zip(sides);
+    both.map(|(c, [one, two])| {
+        [one.unwrap_or_else(|| shared(&rests, c, 0)), two.unwrap_or_else(|| shared(&rests, c, 1))]
+    })
+    .collect()
 }
 
 /// A body's mass, inertia in the world frame, and motion before and after a step.
@@ -88,21 +158,31 @@ impl Stepped {
     }
 }
 
+/// The normal impulses on one body in sum.
+#[derive(Clone, Copy)]
+pub(crate) struct Normals {
+    exchange: Exchange,
+    impulse: f64,
+    contacts: u32,
+}
+
 /// What each body's contacts did in sum: lower and higher side of each pair.
-pub(crate) fn sums(contacts: &[Contact]) -> BTreeMap<u32, (Exchange, f64)> {
-    let mut sums: BTreeMap<u32, (Exchange, f64)> = BTreeMap::new();
+pub(crate) fn sums(contacts: &[Contact]) -> BTreeMap<u32, Normals> {
+    let none = Normals { exchange: Exchange::zero(), impulse: 0.0, contacts: 0 };
+    let mut sums: BTreeMap<u32, Normals> = BTreeMap::new();
     for c in contacts {
         for (id, sign, torque) in [(c.a, -1.0, c.torque_a), (c.b, 1.0, c.torque_b)] {
-            let entry = sums.entry(id).or_insert((Exchange::zero(), 0.0));
-            entry.0.add(&Exchange { linear: c.on_b * sign, torque });
-            entry.1 += c.impulse;
+            let entry = sums.entry(id).or_insert(none);
+            entry.exchange.add(&Exchange { linear: c.on_b * sign, torque });
+            entry.impulse += c.impulse;
+            entry.contacts += 1;
         }
     }
     sums
 }
 
 /// The balance of a body over a step: change of motion − gravity − free turning − normal impulses.
-pub(crate) fn rest(body: &Stepped, gravity: &Vec3, dt: f64, normal: &(Exchange, f64)) -> Rest {
+pub(crate) fn rest(body: &Stepped, gravity: &Vec3, dt: f64, normal: &Normals) -> Rest {
     let spin = body.before.spin;
     let free = -spin.cross(&(body.inertia * spin)) * dt;
     let linear = (body.after.velocity - body.before.velocity - gravity * dt) * body.mass;
@@ -113,9 +193,14 @@ pub(crate) fn rest(body: &Stepped, gravity: &Vec3, dt: f64, normal: &(Exchange, 
     let done = weight.work(&velocity, &mean_spin)
         + Exchange { linear, torque }.work(&velocity, &mean_spin);
     Rest {
-        rest: Exchange { linear: linear - normal.0.linear, torque: torque - normal.0.torque },
+        rest: Exchange {
+            linear: linear - normal.exchange.linear,
+            torque: torque - normal.exchange.torque,
+        },
         energy: body.gained() - done,
-        impulse: normal.1,
+        impulse: normal.impulse,
+        contacts: normal.contacts,
+        centre: body.before.centre(),
         velocity,
         spin: mean_spin,
     }

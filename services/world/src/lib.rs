@@ -24,6 +24,7 @@ mod replace;
 mod rigid;
 mod settings;
 mod settle;
+mod strikers;
 mod support;
 mod world;
 

@@ -1,7 +1,7 @@
 //! A body goes, its fragments come: same mass, same momentum, no energy from nowhere (F41, R1–R3).
 
 use crate::body::{Body, BodyId, BodySpec, Motion, Tier};
-use crate::cluster::{Part, Parts, Sum, sum};
+use crate::cluster::{Part, Sum, sum};
 use crate::error::ReplaceError;
 use crate::exchange::Exchange;
 use crate::grains::Grain;
@@ -12,6 +12,7 @@ use crate::support::Reaction;
 use crate::world::World;
 use crate::{WorldError, ledger::Sink};
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// One part of a broken body, in the body's frame before it broke.
@@ -81,13 +82,13 @@ pub struct Replacement {
 #[derive(Clone, Debug)]
 pub(crate) struct Debt {
     /// What the other body holds from the episode, all told.
-    mine: Exchange,
+    pub(crate) mine: Exchange,
     /// What the fragments hold from it.
-    theirs: Exchange,
+    pub(crate) theirs: Exchange,
     /// The fragments.
-    others: Vec<u32>,
+    pub(crate) others: Vec<u32>,
     /// What is left of the energy that the contact took \[J\].
-    purse: f64,
+    pub(crate) purse: f64,
 }
 
 /// The pieces must fill the body to this share.
@@ -143,8 +144,9 @@ impl World {
             let at_rest = Motion { pose: *pose, velocity: Vec3::zeros(), spin: Vec3::zeros() };
             Part::new(child, &at_rest)
         };
-        let (mut strikers, parts) = self.strikers(body.0, hits);
-        strikers.extend(reactions.iter().map(|reaction| holder(reaction, &motion)));
+        let mut strikers = self.strikers(body.0, hits);
+        strikers.extend(reactions.iter().flat_map(|reaction| self.holders(reaction, &motion)));
+        let parts = self.movers(&strikers);
         let specks = grains.iter().map(|grain| speck(grain, &parent, &motion));
         let placed = draft.bodies.iter().zip(&draft.poses).map(still);
         let purses = self.purses(body.0, hits);
@@ -167,7 +169,7 @@ impl World {
         let tiers = draft.bodies.iter().map(|child| child.tier).collect();
         let volumes = draft.bodies.iter().map(|child| child.volume);
         let volume: f64 = volumes.chain(grains.iter().map(|grain| grain.volume)).sum();
-        let fragments = self.commit(body.0, draft, &settled);
+        let fragments = self.commit(body.0, draft, &settled, &scene.strikers);
         self.remember(&scene, hits, &purses, &settled, &fragments);
         let specks = &settled.fragments[fragments.len()..];
         let ids = self.scatter(body.0, &grains, specks);
@@ -281,71 +283,13 @@ impl World {
         Ok(draft)
     }
 
-    /// Who hit the body, one entry a partner, and the moving ones among them.
-    fn strikers(&self, body: u32, hits: &[Hit]) -> (Vec<Striker>, Parts) {
-        let mut strikers: Vec<(u32, Striker)> = Vec::new();
-        let mut parts = Parts::new();
-        let whole: f64 = hits.iter().map(|hit| hit.impact.impulse).sum();
-        for hit in hits {
-            let weight =
-                if whole > 0.0 { hit.impact.impulse / whole } else { 1.0 / hits.len() as f64 };
-            let striker = self.striker(body, hit, weight);
-            for &id in &striker.ids {
-                if let (Some(other), Some(motion)) = (self.bodies.get(&id), self.rigid.motion(id)) {
-                    parts.insert(id, Part::new(other, &motion));
-                }
-            }
-            match strikers.iter_mut().find(|(other, _)| *other == hit.other.0) {
-                Some((_, known)) => known.merge(&striker),
-                None => strikers.push((hit.other.0, striker)),
-            }
-        }
-        (strikers.into_iter().map(|(_, striker)| striker).collect(), parts)
-    }
-
-    fn striker(&self, body: u32, hit: &Hit, weight: f64) -> Striker {
-        let debt = self.debts.get(&(hit.episode, body));
-        let (mine, theirs) =
-            debt.map_or((hit.exchanged, hit.exchanged_other), |d| (d.mine, d.theirs));
-        let first = debt.map_or_else(|| vec![hit.other.0], |d| d.others.clone());
-        let mut ids = Vec::new();
-        first.iter().for_each(|&id| self.alive(id, &mut ids));
-        let point = match (ids.as_slice(), debt) {
-            (&[id], None) if id == hit.other.0 => self.carried(id, &hit.other_point),
-            _ => None,
-        };
-        let point = point.unwrap_or(hit.point);
-        Striker { ids, mine, theirs, weight, point, lever: hit.lever, reaction: None }
-    }
-
-    /// What is left of the energy that each hit's contact took \[J\].
-    fn purses(&self, body: u32, hits: &[Hit]) -> Vec<f64> {
-        let left = |hit: &Hit| {
-            let debt = self.debts.get(&(hit.episode, body));
-            debt.map_or(hit.dissipated, |debt| debt.purse)
-        };
-        hits.iter().map(left).collect()
-    }
-
-    /// A point of a body's frame where it is now \[m\].
-    fn carried(&self, id: u32, local: &Vec3) -> Option<Vec3> {
-        self.rigid.motion(id).map(|m| (m.pose * nalgebra::Point3::from(*local)).coords)
-    }
-
-    /// The moving bodies that a body has become by now.
-    fn alive(&self, id: u32, into: &mut Vec<u32>) {
-        match self.bodies.get(&id) {
-            Some(body) if !body.fixed => into.push(id),
-            Some(_) => {}
-            None => {
-                for &child in self.children.get(&id).into_iter().flatten() {
-                    self.alive(child, into);
-                }
-            }
-        }
-    }
-
-    fn commit(&mut self, body: u32, draft: Draft, settled: &Settled) -> Vec<BodyId> {
+    fn commit(
+        &mut self,
+        body: u32,
+        draft: Draft,
+        settled: &Settled,
+        strikers: &[Striker],
+    ) -> Vec<BodyId> {
         self.rigid.remove(body);
         self.bodies.remove(&body);
         self.episodes.forget(body);
@@ -365,7 +309,10 @@ impl World {
         for (&id, part) in &settled.parts {
             self.rigid.set_velocity(id, &part.velocity, &part.spin);
         }
-        let others: Vec<u32> = settled.parts.keys().copied().collect();
+        // A support goes on to hold the fragments.
+        let others = strikers.iter().filter(|striker| striker.reaction.is_none());
+        let others: BTreeSet<u32> = others.flat_map(|striker| striker.ids.clone()).collect();
+        let others: Vec<u32> = others.into_iter().collect();
         self.rigid.hush(&ids, &others);
         self.sink.linear += settled.sink.linear;
         self.sink.angular += settled.sink.angular;
@@ -442,18 +389,6 @@ impl World {
     }
 }
 
-impl Striker {
-    /// A second hit by the same partner.
-    fn merge(&mut self, other: &Self) {
-        let weight = self.weight + other.weight;
-        self.point = (self.point * self.weight + other.point * other.weight) / weight;
-        self.lever = (self.lever * self.weight + other.lever * other.weight) / weight;
-        self.weight = weight;
-        self.mine.add(&other.mine);
-        self.theirs.add(&other.theirs);
-    }
-}
-
 /// How far momentum and angular momentum moved, over the sizes of the momenta involved.
 fn drift(before: &Sum, after: &Sum, sink: &Sink, parts: &[Part]) -> (f64, f64) {
     let linear: f64 = parts.iter().map(|p| p.momentum().norm()).sum();
@@ -468,20 +403,6 @@ fn ratio(part: f64, whole: f64) -> f64 {
     if part == 0.0 { 0.0 } else { part / whole }
 }
 
-/// A support as one more that met the body.
-fn holder(reaction: &Reaction, motion: &Motion) -> Striker {
-    let support = &reaction.support;
-    Striker {
-        ids: Vec::new(),
-        mine: support.exchanged,
-        theirs: Exchange::zero(),
-        weight: 0.0,
-        point: (motion.pose * nalgebra::Point3::from(support.point)).coords,
-        lever: Vec3::zeros(),
-        reaction: Some(turn(motion, &support.normal) * reaction.impulse),
-    }
-}
-
 /// A grain, at rest beside the others.
 fn speck(grain: &Grain, parent: &Body, motion: &Motion) -> Part {
     Part {
@@ -493,6 +414,6 @@ fn speck(grain: &Grain, parent: &Body, motion: &Motion) -> Part {
     }
 }
 
-fn turn(motion: &Motion, v: &Vec3) -> Vec3 {
+pub(crate) fn turn(motion: &Motion, v: &Vec3) -> Vec3 {
     motion.pose.rotation * v
 }

@@ -1,18 +1,20 @@
-//! What a body rests on when it is hit: fixed bodies hold it while the solver breaks it, and what
-//! the engine let them do meanwhile is taken back.
+//! What a body rests on when it is hit: what is under it holds it while the solver breaks it, and
+//! what the engine let that do meanwhile is taken back.
 //!
-//! Only supports that never move are told. To take back what a movable one received would mean to
-//! take back what it passed on in turn, through the whole pile.
+//! A support that can move keeps a share of what it gets as motion of its own, and passes the rest
+//! on. The engine has already worked out how much that is, with everything behind it: the share is
+//! read off its exchanges. What went on to the ground is taken back from the ground; where nothing
+//! under the support is fixed, the support is taken to keep all of it.
 
-use crate::body::BodyId;
+use crate::body::{Body, BodyId, Motion};
 use crate::exchange::Exchange;
 use crate::impact::Hit;
 use crate::rigid::Contact;
 use crate::world::World;
 use cullet_geometry::Vec3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Where a body rests on one that never moves: a disc in the body's own frame.
+/// Where a body rests on another: a disc in the body's own frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Support {
     /// The body that supports it.
@@ -23,9 +25,18 @@ pub struct Support {
     pub normal: Vec3,
     /// Radius of the disc \[m\].
     pub radius: f64,
+    /// Velocity against `normal` that an impulse spread over all discs of `other` gives it there,
+    /// over that on this disc \[1/kg\]; 0 where it does not move.
+    pub mobility: f64,
+    /// Share of what `other` gets that it keeps as its own motion \[1\]; the rest goes to the ground.
+    pub kept: f64,
+    /// From the centre of `other` to the disc when it held, world frame \[m\].
+    pub lever: Vec3,
     /// What the engine put into the body on behalf of `other` since the hit began, beside what it
     /// carries at rest; in the first support by that body, zero in the others.
     pub exchanged: Exchange,
+    /// What it put into `other` on behalf of the body; likewise.
+    pub exchanged_other: Exchange,
 }
 
 /// A support, and the impulse that the solver says it gave along its normal \[N·s\].
@@ -89,9 +100,21 @@ impl Resting {
     }
 }
 
+impl Resting {
+    /// Who touches a body.
+    fn partners(&self, body: u32) -> impl Iterator<Item = u32> + '_ {
+        let other = move |&(a, b): &(u32, u32)| match body {
+            id if id == a => Some(b),
+            id if id == b => Some(a),
+            _ => None,
+        };
+        self.pairs.keys().filter_map(other)
+    }
+}
+
 impl World {
-    /// What a body rested on when these hits, of the step just taken, struck it: fixed bodies that
-    /// it touched more slowly than a hit, each as discs that cover where they touch.
+    /// What a body rested on when these hits, of the step just taken, struck it: bodies that it
+    /// touched more slowly than a hit, each as discs that cover where they touch.
     #[must_use]
     pub fn supports(&self, body: BodyId, hits: &[Hit]) -> Vec<Support> {
         let (Some(own), Some(motion)) = (self.bodies.get(&body.0), self.rigid.before(body.0))
@@ -103,27 +126,83 @@ impl World {
         let back = motion.pose.inverse();
         let mut supports: Vec<Support> = Vec::new();
         for patch in self.rigid.patches(body.0) {
-            let fixed = self.bodies.get(&patch.other).is_some_and(|other| other.fixed);
             let other = BodyId(patch.other);
-            if !fixed || hits.iter().any(|hit| hit.other == other) {
-                continue;
-            }
-            let Some(exchanged) = self.resting.since(body.0, patch.other, step) else {
+            let (Some(under), Some(its)) =
+                (self.bodies.get(&patch.other), self.rigid.before(patch.other))
+            else {
                 continue;
             };
+            let (Some(exchanged), Some(exchanged_other)) = (
+                self.resting.since(body.0, patch.other, step),
+                self.resting.since(patch.other, body.0, step),
+            ) else {
+                continue;
+            };
+            if hits.iter().any(|hit| hit.other == other) {
+                continue;
+            }
+            let kept = self.kept(patch.other, body.0, &patch.normal, step);
             for (point, radius) in discs(&patch, LEAST_RADIUS * own.reach) {
                 let known = supports.iter().any(|support| support.other == other);
+                let first = |exchange| if known { Exchange::zero() } else { exchange };
                 supports.push(Support {
                     other,
                     point: (back * nalgebra::Point3::from(point)).coords,
                     normal: back.rotation * patch.normal,
                     radius,
-                    exchanged: if known { Exchange::zero() } else { exchanged },
+                    mobility: kept * mobility(under, its, &point, &patch.normal),
+                    kept,
+                    lever: if under.fixed { Vec3::zeros() } else { point - its.centre() },
+                    exchanged: first(exchanged),
+                    exchanged_other: first(exchanged_other),
                 });
             }
         }
+        // Discs of one body yield together.
+        let count = |other| supports.iter().filter(|s| s.other == other).count() as f64;
+        let counts: Vec<f64> = supports.iter().map(|support| count(support.other)).collect();
+        supports.iter_mut().zip(counts).for_each(|(support, count)| support.mobility *= count);
         supports
     }
+
+    /// Share of what `support` got from `body` since `step`, against `normal`, that it did not pass
+    /// on to the ground \[1\].
+    fn kept(&self, support: u32, body: u32, normal: &Vec3, step: u64) -> f64 {
+        if self.bodies.get(&support).is_none_or(|under| under.fixed) {
+            return 0.0;
+        }
+        let got = |from: u32| {
+            let exchange = self.resting.since(support, from, step);
+            exchange.map_or(0.0, |exchange| -exchange.linear.dot(normal))
+        };
+        let (own, whole) = (got(body), self.resting.partners(support).map(got).sum::<f64>());
+        if own <= 0.0 || !self.is_grounded(support, body) {
+            return 1.0;
+        }
+        (whole / own).clamp(0.0, 1.0)
+    }
+
+    /// Does a body rest on something fixed, directly or through others, but for `body`?
+    fn is_grounded(&self, support: u32, body: u32) -> bool {
+        let mut seen = BTreeSet::from([support, body]);
+        let mut open = vec![support];
+        while let Some(id) = open.pop() {
+            for other in self.resting.partners(id) {
+                if seen.insert(other) {
+                    if self.bodies.get(&other).is_some_and(|it| it.fixed) {
+                        return true;
+                    }
+                    open.push(other);
+                }
+            }
+        }
+        false
+    }
+}
+
+/// Velocity along `normal` that a unit impulse along it gives a free body at a point \[1/kg\].
+fn mobility(body: &Body, motion: &Motion, point: &Vec3, normal: &Vec3) -> f64 {
+    if body.fixed { 0.0 } else { body.mobility(motion, point, normal) }
 }
 
 /// Discs in a row along the longer side of the patch, as wide as its shorter one: middle and radius

@@ -4,7 +4,7 @@ use crate::body::{Body, BodyId, BodySpec, BodyView, Motion};
 use crate::cluster::{Part, sum};
 use crate::episode::{Episode, Episodes};
 use crate::error::WorldError;
-use crate::exchange::{Exchange, Received, Stepped, rest, sums};
+use crate::exchange::{Received, Stepped, received, rest, sums};
 use crate::grains::Speck;
 use crate::impact::{Hit, Outcome, Party, effective_mass, hits};
 use crate::ledger::{Sink, Totals};
@@ -241,9 +241,9 @@ impl World {
         self.episodes.begin_step();
         let longest = (self.settings.episode / self.settings.step).ceil() as u64 + 2;
         self.resting.forget(self.steps.saturating_sub(longest));
-        let normal = sums(contacts);
+        let received = self.received(contacts);
         let (dt, gravity) = (self.settings.step, self.settings.gravity);
-        for contact in contacts {
+        for (contact, received) in contacts.iter().zip(&received) {
             let pair = (contact.a, contact.b);
             let (Some(a), Some(b)) = (self.bodies.get(&pair.0), self.bodies.get(&pair.1)) else {
                 continue;
@@ -262,13 +262,11 @@ impl World {
             if fresh {
                 let young = a.birth.max(b.birth) + self.settings.birth_grace > start;
                 let pause = self.settings.episode;
-                let slow = speed <= self.settings.resting_speed;
-                if slow && (a.fixed || b.fixed) {
-                    let received = self.both(contact, (a, b), &normal).map(|side| side.exchange);
-                    self.resting.add(contact, self.steps, received);
+                if speed <= self.settings.resting_speed {
+                    self.resting.add(contact, self.steps, received.map(|side| side.exchange));
                     continue;
                 }
-                if slow || young || !self.episodes.ready(pair, start, pause, speed) {
+                if young || !self.episodes.ready(pair, start, pause, speed) {
                     continue;
                 }
                 // Gravity works until they touch: for the time that the gap takes in this step, and
@@ -281,53 +279,27 @@ impl World {
             let point = contact.moment / contact.impulse;
             let mass = effective_mass((a, &before_a), (b, &before_b), &point, &n);
             let weight = mass * closing_gain * if fresh { 0.5 } else { 1.0 };
-            let received = self.both(contact, (a, b), &normal);
             if let Some(episode) = self.episodes.open.get_mut(&pair) {
-                episode.add(contact, weight, &received);
+                episode.add(contact, weight, received);
             }
         }
     }
 
-    /// What both bodies of a pair received from their contact over the last step.
-    fn both(
-        &self,
-        contact: &Contact,
-        (a, b): (&Body, &Body),
-        normal: &BTreeMap<u32, (Exchange, f64)>,
-    ) -> [Received; 2] {
-        let on_a = Exchange { linear: -contact.on_b, torque: contact.torque_a };
-        let on_b = Exchange { linear: contact.on_b, torque: contact.torque_b };
-        [
-            self.received(contact.a, a, on_a, contact.impulse, normal),
-            self.received(contact.b, b, on_b, contact.impulse, normal),
-        ]
-    }
-
-    /// What a body received from one contact over the last step: normal impulse and its share of
-    /// the rest.
-    fn received(
-        &self,
-        id: u32,
-        body: &Body,
-        exchange: Exchange,
-        impulse: f64,
-        normal: &BTreeMap<u32, (Exchange, f64)>,
-    ) -> Received {
-        let (before, after) = (self.rigid.before(id), self.rigid.motion(id));
-        match (before, after, normal.get(&id)) {
-            (Some(&before), Some(after), Some(sum)) if !body.fixed => {
-                let stepped = Stepped {
-                    mass: body.mass,
-                    inertia: body.world_inertia(&before.pose),
-                    inertia_after: body.world_inertia(&after.pose),
-                    before,
-                    after,
-                };
-                let all = rest(&stepped, &self.settings.gravity, self.settings.step, sum);
-                all.share(impulse, exchange)
-            }
-            _ => Received { exchange, taken: 0.0 },
-        }
+    /// What both bodies of each pair received from their contact over the last step.
+    fn received(&self, contacts: &[Contact]) -> Vec<[Received; 2]> {
+        let moving = |(id, normals)| {
+            let body = self.bodies.get(&id).filter(|body| !body.fixed)?;
+            let (&before, after) = (self.rigid.before(id)?, self.rigid.motion(id)?);
+            let stepped = Stepped {
+                mass: body.mass,
+                inertia: body.world_inertia(&before.pose),
+                inertia_after: body.world_inertia(&after.pose),
+                before,
+                after,
+            };
+            Some((id, rest(&stepped, &self.settings.gravity, self.settings.step, &normals)))
+        };
+        received(contacts, sums(contacts).into_iter().filter_map(moving).collect())
     }
 
     /// The hits of a finished episode: none, or one a body that may break and whose threshold it

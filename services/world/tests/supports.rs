@@ -3,18 +3,44 @@
 mod common;
 
 use common::*;
-use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
+use cullet_geometry::{Pose, Vec3};
 use cullet_world::{BodyId, BodySpec, Breakage, Hit, Reaction, ReplaceError, Support, World};
 
 fn ball(at: Vec3, velocity: Vec3) -> BodySpec {
     BodySpec { velocity, breakable: false, ..body("ball", sphere(0.03, 6), STEEL, at) }
 }
 
+/// What a cube stands on.
+#[derive(Clone, Copy)]
+enum Under {
+    Floor,
+    /// A slab that lies on the floor.
+    Slab,
+    /// A slab that nothing holds, where nothing weighs.
+    Nothing,
+}
+
 /// A cube that lies on the floor, hit from above by balls at these places, all at once.
 fn lying(places: &[(f64, f64)]) -> (World, BodyId, Vec<Hit>) {
-    let mut world = World::new(settings()).unwrap();
-    put(&mut world, floor());
+    standing(Under::Floor, places)
+}
+
+/// A cube, its bottom at a height of zero, hit from above by balls at these places, all at once.
+fn standing(under: Under, places: &[(f64, f64)]) -> (World, BodyId, Vec<Hit>) {
+    let loose = matches!(under, Under::Nothing);
+    let mut world = World::new(if loose { weightless() } else { settings() }).unwrap();
+    let slab = body("slab", cuboid(Vec3::new(0.4, 0.4, 0.1)), GLASS, Vec3::new(0.0, 0.0, -0.05));
+    let spec = floor();
+    match under {
+        Under::Floor => drop(put(&mut world, spec)),
+        Under::Slab => {
+            let pose = Pose::translation(0.0, 0.0, -1.1);
+            put(&mut world, BodySpec { pose, ..spec });
+            put(&mut world, slab);
+        }
+        Under::Nothing => drop(put(&mut world, slab)),
+    }
     let cube = put(&mut world, body("cube", cuboid(CUBE), GLASS, Vec3::new(0.0, 0.0, 0.1)));
     steps(&mut world, 40);
     for (k, &(x, y)) in places.iter().enumerate() {
@@ -84,9 +110,10 @@ fn ledges_hold_only_where_they_are() {
 
 #[test]
 fn what_supports_give_is_in_the_books_and_energy_never_grows() {
-    for case in 0..24 {
+    for case in 0..60 {
+        let under = [Under::Floor, Under::Slab, Under::Nothing][case as usize / 20];
         let place = (0.08 * any(case, 1), 0.08 * any(case, 2));
-        let (mut world, cube, hits) = lying(&[place]);
+        let (mut world, cube, hits) = standing(under, &[place]);
         let supports = world.supports(cube, &hits);
         for _ in 0..case % 3 {
             world.step().unwrap();
@@ -158,4 +185,51 @@ fn a_support_does_not_pull() {
         world.break_up(cube, &hits, Breakage { pieces, reactions, ..Breakage::default() });
     assert!(matches!(refused, Err(ReplaceError::Reaction { index: 0, value }) if value < 0.0));
     assert!(world.body(cube).is_some());
+}
+
+#[test]
+fn a_slab_on_the_floor_passes_on_what_it_gets_and_a_loose_one_keeps_it() {
+    let (world, cube, hits) = standing(Under::Slab, &[(0.0, 0.0)]);
+    let slab = world.bodies().find(|view| view.name == "slab").unwrap();
+    let mass = slab.mass;
+    let supports = world.supports(cube, &hits);
+    assert!(supports.iter().all(|s| s.other == slab.id));
+    let engine: Vec3 = supports.iter().map(|s| s.exchanged.linear).sum();
+    assert!(engine.z > 0.3 * hits[0].impact.impulse, "the slab answered {engine}");
+    let opposite: Vec3 = supports.iter().map(|s| s.exchanged_other.linear).sum();
+    assert!((engine + opposite).z.abs() < 1e-3 * engine.norm(), "{engine} {opposite}");
+    assert!(supports.iter().all(|s| s.kept < 0.2 && s.mobility < 0.25 / mass), "{supports:?}");
+
+    let (world, cube, hits) = standing(Under::Nothing, &[(0.0, 0.0)]);
+    let supports = world.supports(cube, &hits);
+    assert!(!supports.is_empty());
+    let count = supports.len() as f64;
+    for s in &supports {
+        assert_eq!(s.kept, 1.0);
+        // 1/m in the middle, at a corner with the arm's (r×n)·I⁻¹(r×n) on top.
+        let least = 0.999 * count / mass;
+        assert!(s.mobility > least && s.mobility < 8.0 * least, "{} of {least}", s.mobility);
+    }
+}
+
+/// The pieces of a cube that nothing pushes through leave no motion behind in what it stood on,
+/// however much of the blow the engine had let through.
+#[test]
+fn a_slab_that_was_not_pushed_does_not_move() {
+    for under in [Under::Slab, Under::Nothing] {
+        let (mut world, cube, hits) = standing(under, &[(0.0, 0.0)]);
+        let reactions = reactions(world.supports(cube, &hits), 0.0);
+        let pieces = cells(CUBE, 2, 0.0);
+        let breakage = Breakage { pieces, reactions, ..Breakage::default() };
+        let r = world.break_up(cube, &hits, breakage).unwrap();
+        assert!(r.momentum_rel_error < 1e-9 && r.energy_gain_rel < 1e-9, "{r:?}");
+        let slab = world.bodies().find(|view| view.name == "slab").unwrap();
+        let bound = 0.02 * hits[0].impact.impulse / slab.mass;
+        assert!(slab.velocity.norm() < bound, "{} of {bound}", slab.velocity);
+        // Nor do they stay up on an answer of the ground that there was no call for.
+        for &id in &r.fragments {
+            let speed = world.body(id).unwrap().velocity.norm();
+            assert!(speed < 0.1, "a piece moves at {speed} m/s");
+        }
+    }
 }

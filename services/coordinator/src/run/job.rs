@@ -108,8 +108,12 @@ fn strongest(hits: &[Hit]) -> Vec<&Hit> {
 }
 
 fn support(support: &Support) -> cullet_proto::Support {
-    let Support { point, normal, radius, .. } = support;
-    cullet_proto::Support { point: (*point).into(), normal: (*normal).into(), radius: *radius }
+    cullet_proto::Support {
+        point: support.point.into(),
+        normal: support.normal.into(),
+        radius: support.radius,
+        mobility: support.mobility,
+    }
 }
 
 fn impact(hit: &Hit) -> Impact {

@@ -11,9 +11,12 @@ use cullet_geometry::boolean::{BooleanError, Exact, MAX_TAG};
 use cullet_geometry::inside::closest_on_triangle;
 use cullet_geometry::surface::{barycentric, interpolate};
 use cullet_geometry::{Sheet, Solid, Surface, TriMesh, Vec3};
+use std::collections::BTreeSet;
 
 /// Widest slit \[spacings\]: what is wider is not thin beside what the grid resolves.
 pub const WIDEST: f64 = 0.2;
+/// How often a slit may be halved where its faces cross.
+const MOST_HALVINGS: u32 = 8;
 /// Share of the volume that may be missing once a slit is cut.
 const TOLERANCE: f64 = 1e-12;
 
@@ -75,11 +78,7 @@ pub fn open(solid: &Solid, sheet: &Sheet, width: f64, spacing: f64) -> Result<Sl
     if !(width > 0.0 && width <= limit) {
         return Err(SlitError::Width { width, limit });
     }
-    let (slab, owner) = thickened(sheet, width);
-    let crossed = crossing(&slab.vertices, &slab.triangles).len();
-    if crossed > 0 {
-        return Err(SlitError::Crossing { count: crossed });
-    }
+    let (slab, owner) = slab(sheet, width)?;
     let own = |(t, s): (usize, &Surface)| if s.is_crack() { t as u32 } else { MAX_TAG };
     let tags: Vec<u32> = solid.surface.iter().enumerate().map(own).collect();
     let body = Exact::tagged(&solid.mesh, &tags)?;
@@ -126,9 +125,29 @@ fn side(sheet: &Sheet, triangle: u32, corners: [Vec3; 3]) -> Surface {
     Surface::Crack { damage_time, front_speed, parent: 0 }
 }
 
-/// A closed slab of that width about a sheet, and the sheet's triangle that each of its faces
-/// belongs to.
-fn thickened(sheet: &Sheet, width: f64) -> (TriMesh, Vec<u32>) {
+/// A closed slab about a sheet, of that width but where the sheet folds too sharply for it: there
+/// it is halved until no faces cross.
+fn slab(sheet: &Sheet, width: f64) -> Result<(TriMesh, Vec<u32>), SlitError> {
+    let count = sheet.mesh.vertices.len();
+    let mut widths = vec![width; count];
+    for _ in 0..MOST_HALVINGS {
+        let (slab, owner) = thickened(sheet, &widths);
+        let crossed = crossing(&slab.vertices, &slab.triangles);
+        if crossed.is_empty() {
+            return Ok((slab, owner));
+        }
+        let faces = crossed.iter();
+        let corners = faces.flat_map(|&t| slab.triangles[t as usize]);
+        let corners: BTreeSet<usize> = corners.map(|v| v as usize % count).collect();
+        corners.into_iter().for_each(|v| widths[v] *= 0.5);
+    }
+    let (slab, _) = thickened(sheet, &widths);
+    Err(SlitError::Crossing { count: crossing(&slab.vertices, &slab.triangles).len() })
+}
+
+/// A closed slab about a sheet, of the width \[m\] told for each of its corners, and the sheet's
+/// triangle that each of its faces belongs to.
+fn thickened(sheet: &Sheet, widths: &[f64]) -> (TriMesh, Vec<u32>) {
     let mesh = &sheet.mesh;
     let count = mesh.vertices.len() as u32;
     let mut normals = vec![Vec3::zeros(); mesh.vertices.len()];
@@ -137,8 +156,10 @@ fn thickened(sheet: &Sheet, width: f64) -> (TriMesh, Vec<u32>) {
         corners.iter().for_each(|&v| normals[v as usize] += (b - a).cross(&(c - a)));
     }
     let moved = |side: f64| {
-        let pairs = mesh.vertices.iter().zip(&normals);
-        pairs.map(move |(p, n)| p + n.try_normalize(0.0).unwrap_or_default() * (0.5 * side * width))
+        let pairs = mesh.vertices.iter().zip(&normals).zip(widths);
+        pairs.map(move |((p, n), width)| {
+            p + n.try_normalize(0.0).unwrap_or_default() * (0.5 * side * width)
+        })
     };
     let vertices = moved(1.0).chain(moved(-1.0)).collect();
     let mut triangles: Vec<[u32; 3]> = mesh.triangles.clone();
@@ -192,7 +213,7 @@ pub(crate) fn hairlines(
         for (n, crack) in cracks.iter().enumerate() {
             match open(&fragment.solid, &crack.beyond, terms.width, terms.spacing) {
                 Ok(slit) => {
-                    let seed = terms.seed.wrapping_add((n << 32 | k) as u64);
+                    let seed = terms.seed.wrapping_add(((n + 1) << 32 | k) as u64);
                     dust.extend(taken(fragment, &slit, terms.grain, seed));
                     fragment.solid = slit.solid;
                 }

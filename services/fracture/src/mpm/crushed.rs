@@ -1,8 +1,9 @@
 //! What becomes of zones where cracks ran closer than the grid can tell.
 //!
 //! Farther from any whole piece than half a crack's band no single crack explains the damage. Such
-//! a zone is divided at random into pieces of the size that the strain rate at the onset of damage
-//! asks for (gate 5). Nothing parts that did not break.
+//! a zone is divided at random: the strain rate at the onset of damage asks for the mean size
+//! (gate 5), around it masses follow Mott's law, N(>m) = N₀ exp(−√(m/μ)) (G2). Nothing parts that
+//! did not break.
 
 use super::lattice::Lattice;
 use crate::material::Material;
@@ -22,9 +23,15 @@ const WHOLE_SHARE: f64 = 0.5;
 /// Half the width of a crack's band, in cells; a broken node beyond belongs to a crushed zone.
 const HALF_BAND: f64 = 2.1;
 
-/// Least size of a piece drawn in a crushed zone, in cells: finer is not in the solve (gate 5). At
-/// this distance between their middles pieces have three cells in the mean.
-const LEAST_SIZE: f64 = 1.25;
+/// Least mean size of pieces drawn in a crushed zone, in cells: finer is not in the solve (gate 5).
+const LEAST_MEAN: f64 = 1.2;
+
+/// Least size of a drawn piece, in cells: what the cut's lattice can still give a shape.
+const LEAST_SIZE: f64 = 0.85;
+
+/// Volume of the cubes of the sizes of drawn pieces over that of their zone: balls of these
+/// diameters still find room, put down one by one.
+const FILLING: f64 = 0.65;
 
 /// Stream of the seed's numbers.
 const STREAM: u64 = 0xf1e5;
@@ -110,13 +117,94 @@ struct Site {
 }
 
 impl Site {
+    /// Power distance: cells of equal ones have plane borders, farther from the larger.
     fn far(&self, x: &Vec3) -> f64 {
-        (x - self.place).norm() / self.size
+        (x - self.place).norm_squared() - 0.25 * self.size * self.size
+    }
+}
+
+/// Sizes over the mean whose cubes follow Mott's law, N(>m) = N₀ exp(−√(m/μ)) with a mean of 2μ,
+/// the largest first.
+fn mott(count: usize, seed: u64) -> Vec<f64> {
+    let size = |k: usize| {
+        let log = libm::log(1.0 - unit(seed, STREAM + 3, k as u64));
+        libm::cbrt(0.5 * log * log)
+    };
+    let mut sizes: Vec<f64> = (0..count).map(size).collect();
+    sizes.sort_unstable_by(|a, b| b.total_cmp(a));
+    sizes
+}
+
+/// A zone that is being divided.
+struct Division<'a> {
+    lattice: &'a Lattice,
+    seed: u64,
+    /// Its nodes, in the order in which they are tried.
+    order: Vec<usize>,
+    /// Mean size asked for at each of them, in cells.
+    means: Vec<f64>,
+    /// Where in `order` each node of the lattice stands.
+    rank: Vec<Option<u32>>,
+    /// Diameter of the largest ball that has room around each.
+    room: Vec<f64>,
+    /// Power distance and number of the nearest site of each.
+    nearest: Vec<(f64, Option<u32>)>,
+    sites: Vec<Site>,
+}
+
+impl<'a> Division<'a> {
+    fn new(lattice: &'a Lattice, order: Vec<usize>, means: Vec<f64>, seed: u64) -> Self {
+        let mut rank = vec![None; lattice.len()];
+        order.iter().zip(0..).for_each(|(&n, k)| rank[n] = Some(k));
+        let count = order.len();
+        let (room, nearest) = (vec![f64::INFINITY; count], vec![(f64::INFINITY, None); count]);
+        Self { lattice, seed, order, means, rank, room, nearest, sites: Vec::new() }
+    }
+
+    /// Puts a ball at the first node that has room for one of its mean size times `factor`.
+    fn put(&mut self, factor: f64, reach: f64) {
+        let size = |k: usize| (self.means[k] * factor).max(LEAST_SIZE);
+        let Some(first) = (0..self.order.len()).find(|&k| self.room[k] >= size(k)) else {
+            return;
+        };
+        let (node, size) = (self.order[first], size(first));
+        let site = Site { place: self.lattice.place(node, self.seed), size };
+        let number = self.sites.len() as u32;
+        let (lattice, seed) = (self.lattice, self.seed);
+        lattice.around(node, reach, |near| {
+            let Some(k) = self.rank[near].map(|k| k as usize) else {
+                return;
+            };
+            let place = lattice.place(near, seed);
+            self.room[k] = self.room[k].min(2.0 * (site.place - place).norm() - size);
+            let far = site.far(&place);
+            if far < self.nearest[k].0 {
+                self.nearest[k] = (far, Some(number));
+            }
+        });
+        self.sites.push(site);
+    }
+
+    /// The nearest site of each node. A site that did not look as far as a node is at least
+    /// `reach` less half a cell's jitter away.
+    fn labels(&self, reach: f64, labels: &mut [Option<u32>]) {
+        let largest = self.sites.iter().map(|site| site.size).fold(0.0, f64::max);
+        let sure = (reach - 1.0).powi(2) - 0.25 * largest * largest;
+        for (&n, &(far, site)) in self.order.iter().zip(&self.nearest) {
+            labels[n] = if far <= sure { site } else { self.search(n) };
+        }
+    }
+
+    fn search(&self, node: usize) -> Option<u32> {
+        let x = self.lattice.place(node, self.seed);
+        let far = |site: u32| self.sites[site as usize].far(&x);
+        (0..self.sites.len() as u32).min_by(|&a, &b| far(a).total_cmp(&far(b)))
     }
 }
 
 impl Lattice {
-    /// Gives the nodes of crushed zones to pieces drawn at random, which are told.
+    /// Gives the nodes of crushed zones to pieces drawn at random, which are told: balls of their
+    /// sizes, the largest first, each where there is room.
     fn divide(
         &self,
         labels: &mut [Option<u32>],
@@ -129,27 +217,37 @@ impl Lattice {
         for (x, rate) in particles.reference.iter().zip(&particles.onset_rate) {
             self.visit(x, |node, weight, _| rates[node] += weight * rate);
         }
-        let size = |n: usize| {
-            let size = rules.material.fragment_size(rates[n] / weights[n]);
-            (size / self.spacing.max()).max(LEAST_SIZE)
+        let mean = |n: &usize| {
+            let size = rules.material.fragment_size(rates[*n] / weights[*n]);
+            (size / self.spacing.max()).max(LEAST_MEAN)
         };
         let mut order = zone.to_vec();
         order.sort_unstable_by_key(|&n| (scramble(scramble(rules.seed ^ STREAM) ^ n as u64), n));
-        let mut sites: Vec<Site> = Vec::new();
-        for &n in &order {
-            let (place, size) = (self.place(n, rules.seed), size(n));
-            let free = |site: &Site| (site.place - place).norm() >= 0.5 * (site.size + size);
-            if sites.iter().all(free) {
-                sites.push(Site { place, size });
+        let means: Vec<f64> = order.iter().map(mean).collect();
+        let count = FILLING * means.iter().map(|mean| 1.0 / (mean * mean * mean)).sum::<f64>();
+        let factors = mott((count as usize).max(1), rules.seed);
+        let largest = means.iter().copied().fold(0.0, f64::max) * factors[0];
+        let reach = largest.max(LEAST_SIZE) + 2.0;
+        let mut division = Division::new(self, order, means, rules.seed);
+        for factor in factors {
+            division.put(factor, reach);
+        }
+        division.labels(reach, labels);
+        division.sites
+    }
+
+    /// Calls `visit(node)` for the nodes at most `reach` cells from one, along each axis.
+    fn around(&self, node: usize, reach: f64, mut visit: impl FnMut(usize)) {
+        let [sx, y, z] = self.size;
+        let reach = reach.ceil() as usize;
+        let range = |at: usize, size: usize| at.saturating_sub(reach)..size.min(at + reach + 1);
+        for i in range(node / (y * z), sx) {
+            for j in range(node / z % y, y) {
+                for k in range(node % z, z) {
+                    visit((i * y + j) * z + k);
+                }
             }
         }
-        for &n in zone {
-            let x = self.place(n, rules.seed);
-            let far = |site: usize| sites[site].far(&x);
-            let nearest = (0..sites.len()).min_by(|&a, &b| far(a).total_cmp(&far(b)));
-            labels[n] = nearest.map(|site| site as u32);
-        }
-        sites
     }
 
     /// Nodes of the body farther than half a band from any whole node.
@@ -189,7 +287,7 @@ impl Lattice {
 
 #[cfg(test)]
 mod tests {
-    use super::{Pieces, Rules, pieces};
+    use super::{Lattice, Pieces, Rules, mott, pieces};
     use crate::material::Material;
     use crate::particles::Particles;
     use cullet_geometry::Vec3;
@@ -252,5 +350,61 @@ mod tests {
         let (_, found) = bar(|_| None);
         assert!(found.drawn > 10 && found.of.iter().all(Option::is_some));
         assert_eq!(found.crushed, 1.0);
+    }
+
+    /// G2: Mott's law has a share of 1 − e^(−√2) of its pieces below the mean mass, and half of
+    /// all mass in the heaviest 1 − (1 + x + x²/2) e^(−x) = ½ at x = √(m/μ) = 2.674.
+    #[test]
+    fn drawn_sizes_follow_mott() {
+        let masses: Vec<f64> = mott(40_000, 3).iter().map(|size| size * size * size).collect();
+        let mean = masses.iter().sum::<f64>() / masses.len() as f64;
+        assert!((mean - 1.0).abs() < 0.03, "{mean}");
+        let below = masses.iter().filter(|&&m| m < 1.0).count() as f64 / masses.len() as f64;
+        assert!((below - 0.7569).abs() < 0.01, "{below}");
+        let half = 0.5 * 2.674 * 2.674;
+        let heavy: f64 = masses.iter().filter(|&&m| m > half).sum();
+        assert!((heavy / masses.iter().sum::<f64>() - 0.5).abs() < 0.02, "{heavy}");
+    }
+
+    /// Pieces drawn in a crushed zone are of many sizes, as those of real rubble are.
+    #[test]
+    fn drawn_pieces_are_large_and_small() {
+        let (_, found) = bar(|_| None);
+        let mut points = vec![0.0; found.drawn];
+        found.of.iter().flatten().for_each(|&piece| points[piece as usize] += 1.0);
+        let mean = points.iter().sum::<f64>() / points.len() as f64;
+        let variance = points.iter().map(|n| (n - mean).powi(2)).sum::<f64>() / points.len() as f64;
+        assert!(variance.sqrt() > 0.6 * mean, "{} around {mean}", variance.sqrt());
+        assert!(points.iter().all(|&n| n > 0.0), "a piece without a point");
+    }
+
+    /// The pieces are those of all sites, though each looks at the nodes around it only.
+    #[test]
+    fn every_node_goes_to_the_nearest_of_all_sites() {
+        let points: Vec<Vec3> = (0..30 * 30 * 30)
+            .map(|i| Vec3::new((i / 900) as f64, (i / 30 % 30) as f64, (i % 30) as f64) * 0.5)
+            .collect();
+        let mut particles = Particles::at_rest(&points, 3375.0, 1.0);
+        // One corner asks for pieces of many cells.
+        for (rate, x) in particles.onset_rate.iter_mut().zip(&points) {
+            *rate = if x.amax() < 5.0 { 1e-2 } else { 10.0 };
+        }
+        let lattice = Lattice::new(&points, RULES.spacing);
+        let (weights, zone) = (vec![8.0; lattice.len()], (0..lattice.len()).collect::<Vec<_>>());
+        let mut labels = vec![None; lattice.len()];
+        let sites = lattice.divide(&mut labels, &zone, &weights, &particles, &RULES);
+        assert!(sites.len() > 100 && sites[0].size > 3.0 * sites[sites.len() / 2].size);
+        for (n, label) in labels.iter().enumerate() {
+            let x = lattice.place(n, RULES.seed);
+            let far = |site: u32| sites[site as usize].far(&x);
+            let nearest = (0..sites.len() as u32).min_by(|&a, &b| far(a).total_cmp(&far(b)));
+            assert_eq!(*label, nearest);
+        }
+        for (k, one) in sites.iter().enumerate() {
+            for two in &sites[..k] {
+                let room = (one.place - two.place).norm() - 0.5 * (one.size + two.size);
+                assert!(room > -1e-9, "two balls overlap by {}", -room);
+            }
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! What a problem must be like for this method, and the grid that its budget allows.
 
-use crate::solver::{Impact, Problem, Refusal};
+use crate::cut::slit::WIDEST;
+use crate::solver::{Impact, Problem, Refusal, Support};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::{Inside, Nearest};
 use cullet_geometry::sample::{self, SampleError};
@@ -115,6 +116,25 @@ pub(crate) fn check_impacts(impacts: &[Impact]) -> Result<(), Refusal> {
         within("impact energy [J]", impact.energy, f64::MIN_POSITIVE, 1e18)?;
         within("closing speed [m/s]", impact.closing_speed, f64::MIN_POSITIVE, 1e5)?;
         within("crushing pressure [Pa]", impact.crushing_pressure, 1.0, 1e30)?;
+    }
+    Ok(())
+}
+
+/// Refuses hairlines wider than what is thin beside the grid.
+pub(crate) fn check_hairline(problem: &Problem, spacing: &Vec3) -> Result<(), Refusal> {
+    let Some(width) = problem.settings.hairline else {
+        return Ok(());
+    };
+    within("width of hairlines [m]", width, f64::MIN_POSITIVE, WIDEST * spacing.min())
+}
+
+pub(crate) fn check_supports(supports: &[Support]) -> Result<(), Refusal> {
+    within("the number of supports", supports.len() as f64, 0.0, 1e4)?;
+    for support in supports {
+        within("radius of a support [m]", support.radius, f64::MIN_POSITIVE, 1e6)?;
+        within("length of a support's normal", support.normal.norm(), 1.0 - 1e-6, 1.0 + 1e-6)?;
+        within("distance of a support [m]", support.point.norm(), 0.0, 1e6)?;
+        within("mobility of a support [1/kg]", support.mobility, 0.0, 1e12)?;
     }
     Ok(())
 }

@@ -1,4 +1,5 @@
-//! What a body rests on: a disc that gives way as an elastic half-space and does not pull.
+//! What a body rests on: a disc that gives way as an elastic half-space, moves off as what it
+//! belongs to does, and does not pull.
 
 use super::domain::Domain;
 use super::load::{LEAST_RADIUS, disc, speed};
@@ -17,6 +18,8 @@ pub struct Rest {
     pub point: Vec3,
     /// Force over depth \[N/m\].
     stiffness: f64,
+    /// How fast it gives way over what it has given \[1/kg\].
+    mobility: f64,
     /// How far the body has sunk into it \[m\].
     depth: f64,
     /// Impulse given to the body \[N·s\].
@@ -36,6 +39,7 @@ impl Rest {
             normal: support.normal,
             point: support.point,
             stiffness: 2.0 * radius * modulus,
+            mobility: support.mobility,
             depth: 0.0,
             delivered: 0.0,
         }
@@ -44,7 +48,8 @@ impl Rest {
     /// Pushes the body by what falls into the domain's next step.
     pub fn push(&mut self, domain: &mut Domain) {
         let impulse = self.stiffness * self.depth.max(0.0) * domain.step;
-        self.depth -= speed(domain, &self.shares, &self.normal) * domain.step;
+        let own = -self.mobility * self.delivered;
+        self.depth -= (speed(domain, &self.shares, &self.normal) - own) * domain.step;
         if impulse > 0.0 {
             self.delivered += impulse;
             for &(id, share) in &self.shares {

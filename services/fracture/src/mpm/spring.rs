@@ -4,7 +4,7 @@
 use crate::solver::Impact;
 
 /// Duration of a Hertz contact over δ_max/v.
-const HERTZ_TIME: f64 = 2.943;
+const HERTZ_TIME: f64 = 2.943_3;
 
 /// Force over approach δ of two round bodies.
 ///
@@ -154,7 +154,7 @@ mod tests {
             point: Vec3::zeros(),
             normal: Vec3::x(),
             impulse: 2.0 * mass * closing_speed,
-            duration: 2.943 * deepest / closing_speed,
+            duration: super::HERTZ_TIME * deepest / closing_speed,
             radius: (radius * deepest).sqrt(),
             energy,
             closing_speed,

@@ -8,8 +8,8 @@ use crate::damage::{Softening, WeakPlane};
 use crate::debris::{self, Grain};
 use crate::mpm::domain::{SAFETY, stable_step};
 use crate::mpm::door::{
-    PER_CELL, check_contacts, check_impacts, check_material, check_spin, check_thickness,
-    sample_points, spacing, stretch, within,
+    PER_CELL, check_contacts, check_hairline, check_impacts, check_material, check_spin,
+    check_supports, check_thickness, sample_points, spacing, stretch, within,
 };
 use crate::mpm::kernel::Path;
 use crate::mpm::load::{LEAST_RADIUS, Load};
@@ -76,9 +76,11 @@ impl Solver for Brittle {
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
         check_material(problem)?;
         check_impacts(&problem.impacts)?;
+        check_supports(&problem.supports)?;
         check_spin(problem)?;
         let spacing = spacing(problem)?;
         check_contacts(problem, &spacing, LEAST_RADIUS)?;
+        check_hairline(problem, &spacing)?;
         let volume = problem.solid.mesh.signed_volume();
         let particles = PER_CELL * volume / spacing.product();
         within("the number of particles", particles, LEAST_PARTICLES as f64, f64::INFINITY)?;
