@@ -75,7 +75,9 @@ fn keep(args: &args::Bench, measured: &Measured, name: &str) -> Result<(), Troub
         print(format!("{}\n", json(measured)))?;
     }
     match &args.out {
-        Some(folder) => measured.save(folder, name).map_err(|error| Trouble::new(Exit::File, error)),
+        Some(folder) => {
+            measured.save(folder, name).map_err(|error| Trouble::new(Exit::File, error))
+        }
         None => Ok(()),
     }
 }

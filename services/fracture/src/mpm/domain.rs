@@ -360,11 +360,8 @@ impl Domain {
 
     /// Stress, damage and the forces of each element.
     fn strain(&mut self) -> Tally {
-        let law = Law {
-            kinds: &self.kinds,
-            spacing: self.grid.spacing,
-            time: self.time + self.step,
-        };
+        let law =
+            Law { kinds: &self.kinds, spacing: self.grid.spacing, time: self.time + self.step };
         self.kernel.strain(&law, &self.grid, &mut self.particles)
     }
 

@@ -159,8 +159,7 @@ pub(super) fn domain(specimen: &Specimen) -> Result<Domain, Refusal> {
     }
     let Filling { points, volumes, bodies } = filling;
     let several = meshes.len() > 1;
-    let surfaces: Vec<Surface> =
-        meshes.iter().filter(|_| several).map(Surface::new).collect();
+    let surfaces: Vec<Surface> = meshes.iter().filter(|_| several).map(Surface::new).collect();
     clear(&points, &bodies, &surfaces)?;
     let volume = volumes.iter().sum();
     let mut particles = Particles::at_rest(&points, volume, specimen.material.density);

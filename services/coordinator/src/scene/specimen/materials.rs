@@ -24,12 +24,7 @@ fn below(path: &[Step], name: &str) -> Path {
 
 impl Desk<'_> {
     /// A material, without strength where nothing can break.
-    fn material(
-        &mut self,
-        written: &Written,
-        breaks: bool,
-        at: &Path,
-    ) -> Option<SceneMaterial> {
+    fn material(&mut self, written: &Written, breaks: bool, at: &Path) -> Option<SceneMaterial> {
         let mut written = written.clone();
         if !breaks {
             written.breakable = Some(false);
