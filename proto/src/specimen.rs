@@ -2,11 +2,12 @@
 //!
 //! Twins of the types of `services/fracture/src/specimen`; see there for what they mean.
 
+mod check;
 mod result;
 
 pub use result::{Ending, Frame, Price, SpecimenResult};
 
-use crate::codec::{self, WireError};
+use crate::codec::WireError;
 use crate::envelope::{self, Kind};
 use crate::ids::JobId;
 use crate::job::Material;
@@ -19,6 +20,8 @@ use serde::{Deserialize, Serialize};
 pub const MAX_SAMPLES: u64 = 1 << 20;
 /// Most probes.
 pub const MAX_PROBES: u64 = 1024;
+/// Most frames.
+pub const MAX_FRAMES: u64 = 10_000;
 
 /// The points in all of these; none means everywhere.
 pub type Where = Vec<Region>;
@@ -30,6 +33,15 @@ pub enum Course {
     Table(Vec<(f64, f64)>),
     /// Start and duration \[s\].
     HalfSine(f64, f64),
+}
+
+/// A part of another material.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Zone {
+    /// Where.
+    pub part: Where,
+    /// What it is made of.
+    pub material: Material,
 }
 
 /// Strength and damage of a part.
@@ -247,8 +259,12 @@ pub struct Setup {
     pub turn: [f64; 4],
     /// Where the origin lies on the grid \[m\].
     pub shift: [f64; 3],
+    /// The first triangle of each body but the first, ascending.
+    pub bodies: Vec<u32>,
     /// Its material.
     pub material: Material,
+    /// Parts of other materials; the last of several holds.
+    pub zones: Vec<Zone>,
     /// How strength varies; nothing painted on the surface.
     pub strength: Strength,
     /// Parts that differ.
@@ -295,8 +311,7 @@ impl SpecimenJob {
     /// The limit of the wire that it breaks.
     pub fn encode(&self) -> Result<Vec<u8>, WireError> {
         let (vertices, triangles) = mesh::counts(&self.solid)?;
-        codec::limit("a specimen's probes", self.setup.probes.len() as u64, MAX_PROBES)?;
-        codec::limit("a specimen's samples", u64::from(self.setup.samples), MAX_SAMPLES)?;
+        check::check(&self.setup, triangles)?;
         let mut slabs = Vec::new();
         mesh::put_solid(&mut slabs, &self.solid);
         envelope::seal(Kind::Specimen, &(&self.setup, vertices, triangles), &slabs)
@@ -309,9 +324,7 @@ impl SpecimenJob {
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
         let (header, slabs) = envelope::open::<(Setup, u32, u32)>(Kind::Specimen, bytes)?;
         let (setup, vertices, triangles) = header;
-        codec::limit("a specimen's probes", setup.probes.len() as u64, MAX_PROBES)?;
-        codec::limit("a specimen's samples", u64::from(setup.samples), MAX_SAMPLES)?;
-        setup.strength.check()?;
+        check::check(&setup, triangles)?;
         let mut slabs = Slabs::new(slabs);
         let solid = slabs.solid(vertices, triangles)?;
         slabs.end("a specimen")?;
@@ -362,6 +375,8 @@ mod tests {
         let setup = Setup {
             turn: [1.0, 0.0, 0.0, 0.0],
             shift: [0.0; 3],
+            bodies: vec![2],
+            zones: vec![Zone { part: part.clone(), material }],
             material,
             strength: Strength::default(),
             patches: vec![Patch { part: part.clone(), strength: 2.0, damage: 0.0 }],
@@ -391,5 +406,58 @@ mod tests {
         other.setup.settings.seed = 4;
         assert_ne!(first.id()?, other.id()?);
         Ok(())
+    }
+
+    /// A job as bytes whose setup nothing was held to.
+    fn bytes(job: &SpecimenJob) -> Vec<u8> {
+        let (vertices, triangles) = mesh::counts(&job.solid).expect("a mesh");
+        let mut slabs = Vec::new();
+        mesh::put_solid(&mut slabs, &job.solid);
+        envelope::seal(Kind::Specimen, &(&job.setup, vertices, triangles), &slabs).expect("sealed")
+    }
+
+    /// Words of an error, and what brings it about.
+    type Spoiled<'a> = (&'a str, &'a dyn Fn(&mut Setup));
+
+    /// What is wrong is told at the door, before anything is solved.
+    #[test]
+    fn bad_numbers_and_indices_are_told_at_the_door() {
+        let line = |rows: &[(f64, f64)]| Load {
+            part: Vec::new(),
+            push: Push::Pressure(1.0),
+            course: Course::Table(rows.to_vec()),
+        };
+        let cases: [Spoiled<'_>; 16] = [
+            ("support of a probe is 1", &|s| s.probes = vec![Probe::Reaction(0, Part::Size)]),
+            ("load of a probe is 4", &|s| s.probes = vec![Probe::Applied(3, Part::Size)]),
+            ("axis of a probe is 3", &|s| s.probes = vec![Probe::Momentum(Part::Axis(3))]),
+            ("share of a probe is 1.5", &|s| {
+                s.probes = vec![Probe::CrackTip(Vec::new(), [1.0, 0.0, 0.0], 1.5, 0.0)];
+            }),
+            ("share of a probe is NaN", &|s| s.probes = vec![Probe::Pieces(f64::NAN)]),
+            ("direction of a probe is not finite", &|s| {
+                s.probes = vec![Probe::CrackArea(Vec::new(), [0.0; 3])];
+            }),
+            ("frames is 10001", &|s| s.frames = 10_001),
+            ("material is not finite", &|s| s.material.young = f64::NAN),
+            ("material is not finite", &|s| s.zones[0].material.density = f64::INFINITY),
+            ("turn is not finite", &|s| s.turn = [0.0; 4]),
+            ("settings is not finite", &|s| s.settings.damped_until = Some(f64::NAN)),
+            ("region of a specimen is not finite", &|s| {
+                s.patches[0].part = vec![Region::Sphere([0.0, f64::NAN, 0.0], 1.0)];
+            }),
+            ("first triangle of a body is 5", &|s| s.bodies = vec![4]),
+            ("behind 2", &|s| s.bodies = vec![2, 2]),
+            ("plane of symmetry is 3", &|s| s.symmetries = vec![(3, 0.0)]),
+            ("1 s follows 2 s", &|s| s.loads = vec![line(&[(2.0, 0.0), (1.0, 1.0)])]),
+        ];
+        assert_eq!(SpecimenJob::decode(&bytes(&job())), Ok(job()));
+        for (words, spoil) in cases {
+            let mut job = job();
+            spoil(&mut job.setup);
+            let told = SpecimenJob::decode(&bytes(&job)).expect_err(words).to_string();
+            assert!(told.contains(words), "{words}: {told}");
+            assert!(job.encode().is_err(), "{words}");
+        }
     }
 }

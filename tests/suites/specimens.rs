@@ -31,17 +31,33 @@ fn elasticity_is_true() {
 
 #[test]
 fn waves_are_true() {
-    hold(&["e3-bar-wave", "e4-lateral", "e4-slender", "e5-two-bars"]);
+    hold(&["e3-bar-wave", "e4-lateral", "e4-slender", "e5-two-bars", "e6-two-stones"]);
 }
 
 #[test]
 fn the_damage_law_spends_its_energy() {
-    hold(&["f-u-point-law", "f-b-notched-bar", "d8-spall"]);
+    hold(&["f-u-point-law", "f-b-notched-bar", "f-s-fine", "f-s-capped", "d8-spall"]);
 }
 
 #[test]
 fn cracks_go_where_and_as_far_as_they_must() {
-    hold(&["k4-kink", "k5-cantilevers"]);
+    hold(&["k4-kink", "k5-cantilevers", "k7-disc"]);
+}
+
+/// K2 on half the grid, where the kink's direction is too coarse to ask for.
+#[test]
+fn a_sheared_crack_kinks_when_it_must() {
+    let said = bench("k2-shear", &["--set", "spacing=5mm", "--json"]);
+    let told: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+    assert_eq!(told["metrics"][0]["metric"], "critical shear");
+    assert_eq!(told["metrics"][0]["verdict"], "holds", "{told:#}");
+}
+
+/// H1 on a coarse grid, a/h = 1.4: within the same bounds.
+#[test]
+fn two_spheres_meet_as_hertz_says() {
+    let said = bench("h1-spheres", &["--set", "spacing=7mm"]);
+    assert_eq!(said.code, 0, "{}{}", said.stdout, said.stderr);
 }
 
 /// Every file of the catalogue is read, whatever it costs to run.
@@ -126,4 +142,47 @@ fn the_schema_is_the_readers() {
     let file = std::fs::read_to_string(specimens().join("specimen.schema.json")).expect("a file");
     let how = "cullet schema --specimen > tests/specimens/specimen.schema.json";
     assert_eq!(said.stdout, file, "{how}");
+}
+
+/// The materials of the table of F-S: E \[GPa\], σ_f \[MPa\], G_f \[J/m²\].
+const TABLE: [(&str, [f64; 3]); 7] = [
+    ("soda-lime", [70.0, 50.0, 8.0]),
+    ("porcelain", [70.0, 60.0, 20.0]),
+    ("alumina", [300.0, 300.0, 40.0]),
+    ("PMMA", [3.2, 60.0, 400.0]),
+    ("plaster", [3.0, 3.0, 5.0]),
+    ("granite", [60.0, 10.0, 100.0]),
+    ("concrete", [32.0, 3.0, 100.0]),
+];
+
+/// F-S: on a grid finer than h_max = 0.375 · 2EG_f/σ_f² cracks grow at the strength, on a coarser
+/// one at the share of it that keeps G_f, and the share is told.
+#[test]
+fn the_snap_back_map_is_that_of_the_table() {
+    for (name, [young, strength, energy]) in TABLE {
+        let longest = 2.0 * young * 1e9 * energy / (strength * strength * 1e12);
+        for share in [0.3, 0.37, 0.38, 1.5] {
+            let h = share * longest;
+            let body = format!("geometry.shape.size=[{0},{0},{0}]", 4.0 * h);
+            let sets = [
+                format!("material.young={young} GPa"),
+                format!("material.strength={strength} MPa"),
+                format!("material.fracture_energy={energy} J/m2"),
+                format!("spacing={h}"),
+                body,
+                "end=1e-9".to_owned(),
+            ];
+            let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+            let said = bench("f-s-fine", &[&sets[..], &["--json"]].concat());
+            let told: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
+            assert_eq!(told["status"], "ok", "{name}: {told:#}");
+            let ratio = told["strength_ratio"].as_f64().expect("a number");
+            // l = 2.3 k/(k + 0.0245) h, but k no more than 0.37.
+            let k = share.min(0.37);
+            let length = 2.3 * k / (k + 0.0245) * h;
+            let cap = 0.9 * (longest / length).sqrt();
+            assert!((ratio - cap.min(1.0)).abs() < 1e-9, "{name} at {share}: {ratio}, {cap}");
+            assert_eq!(ratio < 1.0, share > 0.375, "{name} at {share}: {ratio}");
+        }
+    }
 }

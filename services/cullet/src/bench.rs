@@ -4,7 +4,7 @@ use crate::args;
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
 use cullet_coordinator::bench::{
-    COLUMNS, Limits, Measured, Point, answer, csv, json, plan, run_all, status, text,
+    COLUMNS, Limits, Measured, Point, answer, csv, file_names, json, plan, run_all, status, text,
 };
 use std::io::Write;
 use std::time::Duration;
@@ -41,10 +41,10 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
         workers: args.workers.map_or_else(spare_cores, usize::from),
         time: Duration::from_secs_f64(args.limit.clamp(1e-3, 1e9)),
     };
-    let (mut all, mut trouble) = (Vec::new(), None);
+    let (mut all, mut trouble, names) = (Vec::new(), None, file_names(&points));
     run_all(&points, &limits, &mut |index, result| {
         let measured = Measured::new(points[index].clone(), result);
-        let written = write(&csv(&measured)).and_then(|()| keep(args, &measured));
+        let written = write(&csv(&measured)).and_then(|()| keep(args, &measured, &names[index]));
         trouble = trouble.take().or(written.err());
         if !args.voice.quiet {
             eprintln!("{}/{} {}", index + 1, points.len(), told(&measured));
@@ -70,12 +70,14 @@ fn warnings(points: &[Point]) -> Vec<String> {
 }
 
 /// Files and JSON of one run.
-fn keep(args: &args::Bench, measured: &Measured) -> Result<(), Trouble> {
+fn keep(args: &args::Bench, measured: &Measured, name: &str) -> Result<(), Trouble> {
     if args.json {
         print(format!("{}\n", json(measured)))?;
     }
     match &args.out {
-        Some(folder) => measured.save(folder).map_err(|error| Trouble::new(Exit::File, error)),
+        Some(folder) => {
+            measured.save(folder, name).map_err(|error| Trouble::new(Exit::File, error))
+        }
         None => Ok(()),
     }
 }

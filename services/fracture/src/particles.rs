@@ -6,8 +6,10 @@ use cullet_geometry::Vec3;
 /// elements.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Particles {
-    /// Mass of a point over its reference volume \[kg/m³\].
-    pub density: f64,
+    /// Mass of a point over its reference volume, by kind of material \[kg/m³\].
+    pub density: Vec<f64>,
+    /// Which material each point is of.
+    pub kind: Vec<u8>,
     /// Place in the order in which the points were given.
     pub id: Vec<u32>,
     /// Reference volume \[m³\]: the weight of the point in every integral over the body.
@@ -34,6 +36,7 @@ pub struct Particles {
 
 /// Some of the points, to be changed apart from the others.
 pub(crate) struct View<'a> {
+    pub(crate) kind: &'a [u8],
     pub(crate) volume: &'a [f64],
     pub(crate) reference: &'a [Vec3],
     pub(crate) damage: &'a mut [f64],
@@ -53,7 +56,8 @@ impl Particles {
         let n = positions.len();
         let volume = body_volume / n.max(1) as f64;
         Self {
-            density,
+            density: vec![density],
+            kind: vec![0; n],
             id: (0..n as u32).collect(),
             volume: vec![volume; n],
             reference: positions.to_vec(),
@@ -83,6 +87,7 @@ impl Particles {
     /// Puts the points in the order `order[new] = old`.
     pub(crate) fn reorder(&mut self, order: &[u32]) {
         pick(&mut self.id, order);
+        pick(&mut self.kind, order);
         pick(&mut self.volume, order);
         pick(&mut self.reference, order);
         pick(&mut self.damage, order);
@@ -98,6 +103,7 @@ impl Particles {
     /// Takes the points at `olds` to `news`, which are the same places in another order.
     pub(crate) fn shift(&mut self, olds: &[u32], news: &[u32]) {
         carry(&mut self.id, olds, news);
+        carry(&mut self.kind, olds, news);
         carry(&mut self.volume, olds, news);
         carry(&mut self.reference, olds, news);
         carry(&mut self.damage, olds, news);
@@ -128,6 +134,7 @@ impl Particles {
                     onset_rate: take(&mut onset_rate, n),
                     normal: take(&mut normal, n),
                     gone: take(&mut gone, n),
+                    kind: &self.kind[range.clone()],
                     reference: &self.reference[range.clone()],
                     volume: &self.volume[range.clone()],
                     strength: &self.strength[range.clone()],
@@ -142,7 +149,7 @@ impl Particles {
     #[must_use]
     #[inline]
     pub fn mass(&self, p: usize) -> f64 {
-        self.density * self.volume[p]
+        self.density[self.kind[p] as usize] * self.volume[p]
     }
 }
 

@@ -69,20 +69,18 @@ fn result_of(outcome: bench::Outcome) -> wire::SpecimenResult {
 
 fn specimen_of(job: &wire::SpecimenJob) -> bench::Specimen {
     let s = &job.setup;
-    let wire::Setup { material: m, .. } = s;
-    let material = core::Material {
-        density: m.density,
-        young: m.young,
-        poisson: m.poisson,
-        failure_stress: m.failure_stress,
-        fracture_energy: m.fracture_energy,
+    let zone = |zone: &wire::Zone| bench::Zone {
+        part: where_of(&zone.part),
+        material: material_of(&zone.material),
     };
     let [w, i, j, k] = s.turn;
     bench::Specimen {
         mesh: job.solid.mesh.clone(),
         turn: Quat::new_normalize([i, j, k, w].into()),
         shift: Vec3::from(s.shift),
-        material,
+        bodies: s.bodies.clone(),
+        material: material_of(&s.material),
+        zones: s.zones.iter().map(zone).collect(),
         strength: even(strength_of(&s.strength)),
         patches: s.patches.iter().map(patch_of).collect(),
         notches: s.notches.iter().map(notch_of).collect(),
@@ -106,6 +104,16 @@ const EVEN: f64 = 1e3;
 fn even(field: core::StrengthField) -> core::StrengthField {
     let weibull = if field.weibull < EVEN { field.weibull } else { f64::INFINITY };
     core::StrengthField { weibull, ..field }
+}
+
+fn material_of(m: &cullet_proto::Material) -> core::Material {
+    core::Material {
+        density: m.density,
+        young: m.young,
+        poisson: m.poisson,
+        failure_stress: m.failure_stress,
+        fracture_energy: m.fracture_energy,
+    }
 }
 
 fn where_of(part: &wire::Where) -> bench::Where {

@@ -12,7 +12,7 @@ mod tests;
 
 pub use pool::{Limits, answer, run_all};
 pub use sweep::{Sweep, plan};
-pub use table::{COLUMNS, csv, history, json, text};
+pub use table::{COLUMNS, csv, file_names, history, json, text};
 
 use crate::record::{RecordError, points};
 use crate::scene::specimen::{Ends, Specimen, Verdict, Weighed, reduce, weigh};
@@ -35,6 +35,8 @@ pub struct Row {
     pub metric: String,
     /// Its value; not a number where the run came to none.
     pub value: f64,
+    /// Whether it is no number because a sample is none.
+    pub spoiled: bool,
     /// Held against what is expected.
     pub weighed: Weighed,
     /// Where the reference comes from.
@@ -78,9 +80,8 @@ impl Point {
         format!("{}[{}]", self.specimen.name, more.join(";"))
     }
 
-    /// A name for its files.
-    #[must_use]
-    pub fn file_name(&self) -> String {
+    /// A name for its files, which another run may have too.
+    fn file_name(&self) -> String {
         let keep = |c: char| c.is_ascii_alphanumeric() || "-._".contains(c);
         let plain = |text: &str| -> String {
             text.replace('=', "-").chars().map(|c| if keep(c) { c } else { '_' }).collect()
@@ -123,18 +124,23 @@ impl Measured {
     pub fn new(point: Point, result: SpecimenResult) -> Self {
         let ended = result.ending == Ending::Ok;
         let pairs = point.specimen.metrics.iter().zip(&point.specimen.expected);
-        let rows = pairs.map(|((metric, probe), expected)| {
+        let mut rows: Vec<Row> = Vec::new();
+        for ((metric, probe), expected) in pairs {
             let samples = result.rows.get(*probe).filter(|_| ended);
-            let value = samples.map_or(f64::NAN, |row| reduce(metric, &result.times, row));
-            Row {
+            let own = samples.map_or(f64::NAN, |row| reduce(metric, &result.times, row));
+            let name = metric.minus.as_ref();
+            let other = name.and_then(|name| rows.iter().find(|row| row.metric == *name));
+            let value = own - other.map_or(0.0, |row| row.value);
+            let none = samples.is_some_and(|row| row.iter().any(|sample| sample.is_nan()));
+            rows.push(Row {
                 metric: metric.name.clone(),
                 value,
+                spoiled: value.is_nan() && (none || other.is_some_and(|row| row.spoiled)),
                 weighed: weigh(expected.as_ref(), value),
                 source: expected.as_ref().map(|e| e.source.clone()).unwrap_or_default(),
                 gap: expected.as_ref().and_then(|e| e.gap.clone()),
-            }
-        });
-        let rows = rows.collect();
+            });
+        }
         Self { point, result, rows }
     }
 
@@ -152,18 +158,18 @@ impl Measured {
         status(&self.result.ending) != ends || ended && self.rows.iter().any(missed)
     }
 
-    /// Writes the samples as CSV, the frames as MCAP and the last of them as PNG into a folder.
+    /// Writes the samples as CSV, the frames as MCAP and the last of them as PNG into a folder,
+    /// under a name of [`file_names`].
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn save(&self, folder: &Path) -> Result<(), RecordError> {
-        let name = self.point.file_name();
+    pub fn save(&self, folder: &Path, name: &str) -> Result<(), RecordError> {
         let path = folder.join(format!("{name}.csv"));
         std::fs::write(&path, history(self)).map_err(RecordError::io(&path))?;
         if self.result.frames.is_empty() {
             return Ok(());
         }
-        points::record(&folder.join(format!("{name}.mcap")), &name, &self.result.frames)?;
+        points::record(&folder.join(format!("{name}.mcap")), name, &self.result.frames)?;
         crate::preview::points::sheet(&self.result.frames).save(&folder.join(format!("{name}.png")))
     }
 }

@@ -1,12 +1,24 @@
 //! Results as a table for people, as CSV, and as JSON.
 
-use super::{Measured, Row, status, trouble};
+use super::{Measured, Point, Row, status, trouble};
 use crate::scene::specimen::Verdict;
 use serde_json::json;
 
 /// Columns of the CSV.
 pub const COLUMNS: &str = "bench,solver,h,dt,ppc,precision,threads,wall_s,cpu_s,steps,\
     particle_steps,peak_bytes,metric,value,ref,err,status";
+
+/// A name for the files of each run, none twice, whatever the case of its letters.
+#[must_use]
+pub fn file_names(points: &[Point]) -> Vec<String> {
+    let mut taken = std::collections::BTreeSet::new();
+    let mut free = |name: String| {
+        let more = (2..).map(|k| format!("{name}.{k}"));
+        let mut names = [name.clone()].into_iter().chain(more);
+        names.find(|name| taken.insert(name.to_lowercase())).unwrap_or(name)
+    };
+    points.iter().map(|point| free(point.file_name())).collect()
+}
 
 /// The rows of one run as CSV, a line a metric; a run without metrics has one line.
 #[must_use]
@@ -34,11 +46,12 @@ pub fn csv(measured: &Measured) -> String {
             value.filter(|v| v.is_finite()).map(|v| v.to_string()).unwrap_or_default()
         };
         format!(
-            "{head},{},{},{},{},{word}\n",
+            "{head},{},{},{},{},{}\n",
             quoted(&row.metric),
             number(Some(row.value)),
             number(row.weighed.reference),
             number(row.weighed.error),
+            if row.spoiled { "nan" } else { word },
         )
     };
     if measured.rows.is_empty() {
@@ -109,6 +122,7 @@ pub fn text(all: &[Measured]) -> String {
             };
             let word = match (ended, row.weighed.verdict) {
                 (false, _) => status(&result.ending),
+                _ if row.spoiled => "nan",
                 (_, Verdict::Free) => "",
                 (_, Verdict::Holds) => "ok",
                 (_, Verdict::Fails) => "FAILS",
@@ -168,6 +182,7 @@ pub fn json(measured: &Measured) -> serde_json::Value {
         .map(|row| {
             json!({
                 "metric": row.metric,
+                "spoiled": row.spoiled,
                 "value": number(row.value),
                 "reference": row.weighed.reference,
                 "error": row.weighed.error.map(number),

@@ -118,6 +118,28 @@ fn a_process_that_fails_is_a_status() {
     assert!(told(&slow).contains("limit"), "{slow:?}");
 }
 
+/// A sample that is no number is not passed over: what is made of it is none, and is told so.
+#[test]
+fn a_sample_that_is_no_number_makes_the_metric_none() {
+    let spoiled = measured(vec![0.0, f64::NAN, 2.0]);
+    assert!(spoiled.rows[0].value.is_nan() && spoiled.rows[0].spoiled && spoiled.fails());
+    assert!(csv(&spoiled).ends_with(",most,,2,,nan\n"), "{}", csv(&spoiled));
+    assert!(text(&[spoiled]).contains("nan"));
+    let whole = measured(vec![0.0, 1.0, 2.0]);
+    assert!(!whole.rows[0].spoiled && csv(&whole).ends_with(",ok\n"));
+}
+
+/// Runs whose names are the same, or become so as files, keep their files apart.
+#[test]
+fn no_two_runs_write_the_same_files() {
+    let mut points: Vec<Point> = (0..5).map(|_| measured(vec![]).point).collect();
+    let swept = ["a=1 mm", "a=1_mm", "a=1_MM", "a=2", "a=1_mm.2"];
+    points.iter_mut().zip(swept).for_each(|(point, text)| point.swept = vec![text.to_owned()]);
+    let names = file_names(&points);
+    let wanted = ["bar.a-1_mm", "bar.a-1_mm.2", "bar.a-1_MM.3", "bar.a-2", "bar.a-1_mm.2.2"];
+    assert_eq!(names, wanted);
+}
+
 #[test]
 fn a_run_leaves_its_samples_its_points_and_their_picture() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -125,7 +147,8 @@ fn a_run_leaves_its_samples_its_points_and_their_picture() {
     let point = |k: u32| [k as f32 * 0.01, (k % 7) as f32 * 0.01, 0.0, k as f32];
     let frame = |time| Frame { time, points: (0..50).map(point).collect() };
     run.result.frames = [0.0, 0.5, 1.0].map(frame).to_vec();
-    run.save(folder.path()).expect("it is written");
+    let name = file_names(std::slice::from_ref(&run.point)).remove(0);
+    run.save(folder.path(), &name).expect("it is written");
     let text = |name: &str| std::fs::read(folder.path().join(name)).expect("a file");
     let csv = String::from_utf8(text("bar.seed-3.csv")).expect("text");
     assert_eq!(csv.lines().collect::<Vec<_>>(), ["time [s],energy [J]", "0,1", "1,2"]);

@@ -1,5 +1,5 @@
-//! Contact between the sides of a crack: copies of a node may part and slide, not pass through each
-//! other (F18).
+//! Contact between the sides of a crack, and between bodies that lie on the grid together: copies
+//! of a node may part and slide, not pass through each other (F18).
 
 use super::grid::{Nodes, Rows};
 use super::kernel::{packed, vector};
@@ -17,6 +17,21 @@ struct Pair {
     first: u32,
     second: u32,
     normal: Vec3,
+    /// Distance between the two before anything moved \[m\]: none between the sides of a crack.
+    apart: f64,
+}
+
+/// How two bodies lie at a node that both reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Facing {
+    /// The node that its copies were made of.
+    pub node: u32,
+    /// The bodies, the lesser number first.
+    pub bodies: [u8; 2],
+    /// Unit normal out of the first, into the second.
+    pub normal: Vec3,
+    /// Distance between their surfaces along it \[m\].
+    pub apart: f64,
 }
 
 /// The pairs of copies of a body's nodes.
@@ -26,8 +41,9 @@ pub(super) struct Contact {
 }
 
 impl Contact {
-    /// The pairs of copies, and the normals between them from where their points lie.
-    pub(super) fn new(nodes: &Nodes, spacing: &Vec3) -> Self {
+    /// The pairs of copies, and the normals between them from where their points lie; those of two
+    /// bodies from `facings`, by node and bodies ascending.
+    pub(super) fn new(nodes: &Nodes, spacing: &Vec3, facings: &[Facing]) -> Self {
         let places = Rows::new(nodes.origin.iter().copied(), nodes.len());
         let (mut pairs, mut copies) = (Vec::new(), Vec::new());
         for node in 0..nodes.len() {
@@ -40,11 +56,15 @@ impl Contact {
             copies.sort_by(|a, b| mass(b).total_cmp(&mass(a)));
             for (i, &first) in copies.iter().enumerate().take(HEAVY) {
                 for &second in &copies[i + 1..] {
+                    if let Some(facing) = facing(nodes, facings, [first, second]) {
+                        pairs.extend(facing);
+                        continue;
+                    }
                     let across = nodes.lean[second as usize] - nodes.lean[first as usize];
                     if across.norm() > LEAST {
                         // The normal of a plane, given in cells, in metres.
                         let normal = across.component_div(spacing).normalize();
-                        pairs.push(Pair { first, second, normal });
+                        pairs.push(Pair { first, second, normal, apart: 0.0 });
                     }
                 }
             }
@@ -57,7 +77,8 @@ impl Contact {
     pub(super) fn resolve(&self, nodes: &mut Nodes, step: f64) {
         for pair in &self.pairs {
             let (a, b) = (pair.first as usize, pair.second as usize);
-            let gap = vector(nodes.displacement[b] - nodes.displacement[a]).dot(&pair.normal);
+            let opened = vector(nodes.displacement[b] - nodes.displacement[a]).dot(&pair.normal);
+            let gap = opened + pair.apart;
             let rate = vector(nodes.velocity[b] - nodes.velocity[a]).dot(&pair.normal);
             let overlap = -(gap.max(0.0) + step * rate);
             if overlap <= 0.0 {
@@ -69,4 +90,21 @@ impl Contact {
             nodes.velocity[b] += packed(pair.normal * (impulse / second));
         }
     }
+}
+
+/// The pair of two bodies' copies, if they are of two: none where they do not face each other.
+fn facing(nodes: &Nodes, facings: &[Facing], [first, second]: [u32; 2]) -> Option<Option<Pair>> {
+    let [a, b] = [first, second].map(|n| nodes.body[n as usize]);
+    if a == b {
+        return None;
+    }
+    let bodies = [a.min(b), a.max(b)];
+    let key = (nodes.origin[first as usize], bodies);
+    let found = facings.binary_search_by_key(&key, |facing| (facing.node, facing.bodies)).ok();
+    let [first, second] = if a < b { [first, second] } else { [second, first] };
+    let pair = |at: usize| {
+        let Facing { normal, apart, .. } = facings[at];
+        Pair { first, second, normal, apart }
+    };
+    Some(found.map(pair))
 }

@@ -1,10 +1,15 @@
 //! The time step: nodes to points, stress and damage, points to nodes.
 
-use super::contact::Contact;
-use super::elastic::{Elastic, green_strain};
+mod bodies;
+mod sums;
+
+pub(crate) use bodies::Surface;
+
+use super::contact::{Contact, Facing};
+use super::elastic::Elastic;
 use super::front::Front;
 use super::grid::{Element, Grid};
-use super::kernel::{Kernel, Law, Path, Precision, Stencil, gather, packed, vector};
+use super::kernel::{Kernel, Kind, Law, Path, Precision, Stencil, gather, packed, vector};
 use super::parting::Changes;
 use super::separation::Separation;
 use super::spin::Spin;
@@ -70,8 +75,8 @@ pub struct Domain {
     pub fields: Fields,
     /// The frame's turning; `None` for one at rest.
     pub spin: Option<Spin>,
-    elastic: Elastic,
-    softening: Softening,
+    kinds: Vec<Kind>,
+    facings: Vec<Facing>,
     front: Option<Front>,
     separation: Separation,
     contact: Contact,
@@ -136,16 +141,26 @@ impl Domain {
     /// Puts `particles` on a grid of `spacing` \[m\] along each axis.
     #[must_use]
     pub fn new(
-        mut particles: Particles,
+        particles: Particles,
         material: &Material,
         softening: Softening,
+        spacing: Vec3,
+    ) -> Self {
+        Self::mixed(particles, &[(*material, softening)], spacing)
+    }
+
+    /// Likewise, for points of several materials, each with its law: at least one.
+    #[must_use]
+    pub fn mixed(
+        mut particles: Particles,
+        materials: &[(Material, Softening)],
         spacing: Vec3,
     ) -> Self {
         let grid = Grid::new(&mut particles, spacing);
         let separation = Separation::new(&particles, &spacing);
         let kernel = Kernel::new(&grid, &particles, Precision::default(), Path::best());
         let mut domain = Self {
-            step: SAFETY * stable_step(material, spacing.min()),
+            step: SAFETY * least_step(materials, spacing.min()),
             particles,
             grid,
             time: 0.0,
@@ -153,8 +168,8 @@ impl Domain {
             grip: None,
             fields: Fields::default(),
             spin: None,
-            elastic: Elastic::new(material),
-            softening,
+            kinds: materials.iter().map(kind).collect(),
+            facings: Vec::new(),
             front: None,
             separation,
             contact: Contact::default(),
@@ -163,7 +178,7 @@ impl Domain {
             broken: Vec::new(),
         };
         domain.locate();
-        domain.watch(material);
+        domain.watch(materials);
         domain
     }
 
@@ -173,13 +188,13 @@ impl Domain {
     }
 
     /// Where the cap on strength is for cracks that grow, keeps track of where those are.
-    fn watch(&mut self, material: &Material) {
-        if self.softening.strength_ratio >= 1.0 {
+    fn watch(&mut self, materials: &[(Material, Softening)]) {
+        if materials.iter().all(|(_, softening)| softening.strength_ratio >= 1.0) {
             return;
         }
         let ids = 0..self.particles.len() as u32;
         let places = ids.clone().map(|id| self.particles.reference[self.slot(id)]).collect();
-        let speed = material.rayleigh_speed();
+        let speed = materials.iter().map(|row| row.0.rayleigh_speed()).fold(0.0, f64::max);
         self.front = Some(Front::new(places, self.grid.spacing.max(), speed));
         self.particles.front_time.fill(f64::INFINITY);
         let broken: Vec<u32> =
@@ -271,7 +286,12 @@ impl Domain {
             self.slot[self.particles.id[p as usize] as usize] = p;
         }
         self.kernel.refresh(&self.grid, &self.particles, &changes.elements);
-        self.contact = Contact::new(&self.grid.nodes, &self.grid.spacing);
+        self.touch();
+    }
+
+    /// Finds what may touch.
+    fn touch(&mut self) {
+        self.contact = Contact::new(&self.grid.nodes, &self.grid.spacing, &self.facings);
     }
 
     /// Velocity of one point \[m/s\].
@@ -340,12 +360,8 @@ impl Domain {
 
     /// Stress, damage and the forces of each element.
     fn strain(&mut self) -> Tally {
-        let law = Law {
-            elastic: self.elastic,
-            softening: self.softening,
-            spacing: self.grid.spacing,
-            time: self.time + self.step,
-        };
+        let law =
+            Law { kinds: &self.kinds, spacing: self.grid.spacing, time: self.time + self.step };
         self.kernel.strain(&law, &self.grid, &mut self.particles)
     }
 
@@ -421,58 +437,15 @@ impl Domain {
         if self.particles.gone[p] {
             return [0.0; 6];
         }
-        let effective = self.elastic.second_piola(h).0;
+        let kind = &self.kinds[self.particles.kind[p] as usize];
+        let effective = kind.elastic.second_piola(h).0;
         let state = State {
             damage: self.particles.damage[p],
             strength: UNBREAKABLE,
             shielded: self.particles.shielded[p],
             sudden: false,
         };
-        self.softening.respond(&effective, state).stress
-    }
-
-    /// Elastic energy \[J\], to second order in the strain.
-    #[must_use]
-    pub fn elastic_energy(&self) -> f64 {
-        let motions = self.motions();
-        let points = motions.iter().enumerate();
-        points
-            .map(|(p, motion)| {
-                let (s, e) = (
-                    self.stress(p, &motion.displacement_gradient),
-                    green_strain(&motion.displacement_gradient),
-                );
-                let normal = s[0] * e[0] + s[1] * e[1] + s[2] * e[2];
-                let shear = s[3] * e[3] + s[4] * e[4] + s[5] * e[5];
-                0.5 * self.particles.volume[p] * (normal + 2.0 * shear)
-            })
-            .sum()
-    }
-
-    /// Kinetic energy \[J\].
-    #[must_use]
-    pub fn kinetic_energy(&self) -> f64 {
-        let nodes = &self.grid.nodes;
-        let pairs = nodes.velocity.iter().zip(&nodes.mass);
-        0.5 * pairs.map(|(v, mass)| (*v * *v).reduce_add() * mass).sum::<f64>()
-    }
-
-    /// Linear momentum \[kg·m/s\].
-    #[must_use]
-    pub fn momentum(&self) -> Vec3 {
-        let nodes = &self.grid.nodes;
-        let pairs = nodes.velocity.iter().zip(&nodes.mass);
-        pairs.fold(Vec3::zeros(), |sum, (v, mass)| sum + vector(*v) * *mass)
-    }
-
-    /// Angular momentum about the origin \[kg·m²/s\].
-    #[must_use]
-    pub fn angular_momentum(&self) -> Vec3 {
-        let nodes = &self.grid.nodes;
-        (0..nodes.len()).fold(Vec3::zeros(), |sum, n| {
-            let x = self.grid.place(n) + vector(nodes.displacement[n]);
-            sum + x.cross(&vector(nodes.velocity[n])) * nodes.mass[n]
-        })
+        kind.softening.respond(&effective, state).stress
     }
 
     /// Whether every displacement and velocity is a number (F76).
@@ -482,6 +455,15 @@ impl Domain {
         let nodes = &self.grid.nodes;
         (sum(&nodes.displacement) + sum(&nodes.velocity)).is_finite()
     }
+}
+
+fn kind((material, softening): &(Material, Softening)) -> Kind {
+    Kind { elastic: Elastic::new(material), softening: *softening }
+}
+
+fn least_step(materials: &[(Material, Softening)], spacing: f64) -> f64 {
+    let steps = materials.iter().map(|row| stable_step(&row.0, spacing));
+    steps.fold(f64::INFINITY, f64::min)
 }
 
 fn inverse(mass: f64) -> f64 {

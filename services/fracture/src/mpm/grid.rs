@@ -47,6 +47,8 @@ pub struct Nodes {
     pub velocity: Vec<f64x4>,
     /// The node that each was copied from, at the start; itself for those of the start.
     pub origin: Vec<u32>,
+    /// Which of several bodies each carries.
+    pub body: Vec<u8>,
     /// Where the points of a node with copies lie about it, by weight, in cells.
     pub(super) lean: Vec<Vec3>,
 }
@@ -74,6 +76,7 @@ impl Nodes {
             displacement: zero.clone(),
             velocity: zero,
             origin: (0..n as u32).collect(),
+            body: vec![0; n],
             lean: vec![Vec3::zeros(); n],
         }
     }
@@ -86,6 +89,7 @@ impl Nodes {
         self.displacement.push(self.displacement[n]);
         self.velocity.push(self.velocity[n]);
         self.origin.push(self.origin[n]);
+        self.body.push(self.body[n]);
         self.lean.push(Vec3::zeros());
         (self.place.len() - 1) as u32
     }

@@ -12,7 +12,7 @@ mod spline;
 mod tension;
 
 pub use pass::{Path, Precision};
-pub(crate) use {law::Law, pass::Kernel};
+pub(crate) use {law::Kind, law::Law, pass::Kernel};
 
 use super::grid::AROUND;
 use cullet_geometry::{Mat3, Vec3};

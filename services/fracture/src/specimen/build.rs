@@ -1,9 +1,9 @@
 //! From a specimen to a body on its grid.
 
-use super::{Points, Settings, Specimen, Start, within};
+use super::{Points, Settings, Specimen, Start, Zone, within};
 use crate::damage::Softening;
 use crate::material::Material;
-use crate::mpm::domain::stable_step;
+use crate::mpm::domain::{Surface, stable_step};
 use crate::mpm::door;
 use crate::mpm::kernel::Path;
 use crate::mpm::{Domain, quadrature};
@@ -13,10 +13,13 @@ use crate::strength::Strength;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::sample::{self, SampleError};
-use cullet_geometry::{Pose, Quat, Vec3};
+use cullet_geometry::{Pose, Quat, TriMesh, Vec3};
 
 /// Stress that no specimen reaches \[Pa\], and the energy it would take \[J/m²\].
 const UNBREAKABLE: (f64, f64) = (1e20, 1e40);
+
+/// Most materials of a specimen: their numbers are a byte.
+const MOST_MATERIALS: f64 = 256.0;
 
 /// Spacings from a notch within which cracks may grow from it.
 const TIP: f64 = 0.75;
@@ -61,61 +64,124 @@ impl Frame {
 
 /// Refuses what cannot be solved, with the bound.
 pub(super) fn check(specimen: &Specimen) -> Result<(), Refusal> {
-    let (m, s) = (&specimen.material, &specimen.settings);
-    door::within("density [kg/m^3]", m.density, 1e-3, 1e6)?;
-    door::within("Young's modulus [Pa]", m.young, 1.0, 1e14)?;
-    door::within("Poisson's ratio", m.poisson, -0.99, 0.49)?;
+    let s = &specimen.settings;
+    let several = specimen.zones.len() as f64 + 1.0;
+    door::within("the number of materials", several, 1.0, MOST_MATERIALS)?;
+    for m in materials(specimen) {
+        door::within("density [kg/m^3]", m.density, 1e-3, 1e6)?;
+        door::within("Young's modulus [Pa]", m.young, 1.0, 1e14)?;
+        door::within("Poisson's ratio", m.poisson, -0.99, 0.49)?;
+        if s.breaks {
+            let ratio = m.failure_stress / m.young;
+            door::within("fracture energy [J/m^2]", m.fracture_energy, 1e-9, 1e12)?;
+            door::within("failure stress over Young's modulus", ratio, 1e-9, 1.0)?;
+        }
+    }
     door::within("the spacing [m]", s.spacing, 1e-9, 1e6)?;
     door::within("the step over its bound", s.step_factor, 1e-6, 100.0)?;
     door::within("points a cell", s.per_cell, 0.5, 1000.0)?;
     door::within("the end [s]", specimen.end, f64::MIN_POSITIVE, 1e9)?;
-    if s.breaks {
-        door::within("fracture energy [J/m^2]", m.fracture_energy, 1e-9, 1e12)?;
-        door::within("failure stress over Young's modulus", m.failure_stress / m.young, 1e-9, 1.0)?;
-    }
     let volume = specimen.mesh.signed_volume();
     door::within("the body's volume [m^3]", volume, 1e-18, 1e12)?;
     let points = s.per_cell * volume / (s.spacing * s.spacing * s.spacing);
     at_most("the number of points", points, s.max_points)?;
-    at_most("the number of steps", specimen.end / step(m, s), s.max_steps)
+    at_most("the number of steps", specimen.end / step(specimen), s.max_steps)
 }
 
 fn at_most(what: &'static str, value: f64, limit: f64) -> Result<(), Refusal> {
     if value <= limit { Ok(()) } else { Err(Refusal::TooLarge { what, value, limit }) }
 }
 
+/// Its materials, that of each zone after that of the whole.
+fn materials(specimen: &Specimen) -> impl Iterator<Item = &Material> {
+    [&specimen.material].into_iter().chain(specimen.zones.iter().map(|zone| &zone.material))
+}
+
 /// The time step \[s\].
-pub(super) fn step(material: &Material, settings: &Settings) -> f64 {
-    settings.step_factor * stable_step(material, settings.spacing)
+pub(super) fn step(specimen: &Specimen) -> f64 {
+    let settings = &specimen.settings;
+    let steps = materials(specimen).map(|m| stable_step(m, settings.spacing));
+    settings.step_factor * steps.fold(f64::INFINITY, f64::min)
+}
+
+/// Points of all bodies, with their volumes \[m³\] and bodies.
+#[derive(Default)]
+struct Filling {
+    points: Vec<Vec3>,
+    volumes: Vec<f64>,
+    bodies: Vec<u8>,
+}
+
+impl Filling {
+    fn add(&mut self, mesh: &TriMesh, body: u8, s: &Settings) -> Result<(), Refusal> {
+        let (inside, volume) = (Inside::new(mesh), mesh.signed_volume());
+        let points = points(&inside, s)?;
+        let count = points.len() as f64;
+        door::within("the number of points in the body", count, 8.0, s.max_points * 1.2)?;
+        self.bodies.extend(points.iter().map(|_| body));
+        self.volumes.extend(match s.points {
+            Points::Scattered => {
+                quadrature::volumes(&points, &inside, Vec3::repeat(s.spacing), volume)
+            }
+            Points::Rows => vec![volume / count; points.len()],
+        });
+        self.points.extend(points);
+        Ok(())
+    }
+}
+
+/// The bodies one by one, on the grid.
+fn bodies(specimen: &Specimen) -> Vec<TriMesh> {
+    let pose = Pose::from_parts(specimen.shift.into(), specimen.turn);
+    let mesh = specimen.mesh.transformed(&pose);
+    if specimen.bodies.is_empty() {
+        return vec![mesh];
+    }
+    let end = mesh.triangles.len();
+    let starts: Vec<usize> = specimen.bodies.iter().map(|&first| first as usize).collect();
+    let bounds: Vec<usize> = [0].into_iter().chain(starts).chain([end]).collect();
+    let part = |w: &[usize]| mesh.submesh(&(w[0]..w[1]).collect::<Vec<_>>());
+    bounds.windows(2).map(part).collect()
+}
+
+/// The number of the material at a place: 0 outside of all zones.
+fn kind(zones: &[Zone], x: &Vec3) -> u8 {
+    zones.iter().rposition(|zone| within(&zone.part, x, 0.0)).map_or(0, |k| k as u8 + 1)
 }
 
 /// The body on its grid, moving as it starts.
 pub(super) fn domain(specimen: &Specimen) -> Result<Domain, Refusal> {
     let (s, frame) = (&specimen.settings, Frame::new(specimen));
-    let pose = Pose::from_parts(specimen.shift.into(), specimen.turn);
-    let mesh = specimen.mesh.transformed(&pose);
-    let (inside, volume) = (Inside::new(&mesh), mesh.signed_volume());
-    let points = points(&inside, s)?;
-    let count = points.len() as f64;
-    door::within("the number of points in the body", count, 8.0, s.max_points * 1.2)?;
-    let mut particles = Particles::at_rest(&points, volume, specimen.material.density);
-    if s.points == Points::Scattered {
-        let spacing = Vec3::repeat(s.spacing);
-        particles.volume = quadrature::volumes(&points, &inside, spacing, volume);
+    let meshes = bodies(specimen);
+    let mut filling = Filling::default();
+    for (body, mesh) in meshes.iter().enumerate() {
+        filling.add(mesh, body as u8, s)?;
     }
+    let Filling { points, volumes, bodies } = filling;
+    let several = meshes.len() > 1;
+    let surfaces: Vec<Surface> = meshes.iter().filter(|_| several).map(Surface::new).collect();
+    clear(&points, &bodies, &surfaces)?;
+    let volume = volumes.iter().sum();
+    let mut particles = Particles::at_rest(&points, volume, specimen.material.density);
+    particles.volume = volumes;
+    particles.density = materials(specimen).map(|m| m.density).collect();
     let strength = Strength::new(&specimen.strength, s.spacing);
     for (p, x) in points.iter().map(|x| frame.back(x)).enumerate() {
+        particles.kind[p] = kind(&specimen.zones, &x);
         particles.strength[p] = strength.factor(&x);
         for patch in specimen.patches.iter().filter(|patch| within(&patch.part, &x, 0.0)) {
             particles.strength[p] *= patch.strength;
             particles.damage[p] = particles.damage[p].max(patch.damage);
         }
     }
-    let mut domain =
-        Domain::new(particles, &specimen.material, softening(specimen), Vec3::repeat(s.spacing));
+    let laws: Vec<_> = materials(specimen).map(|m| (*m, softening(m, s))).collect();
+    let mut domain = Domain::mixed(particles, &laws, Vec3::repeat(s.spacing));
     domain.select(s.precision, Path::best());
     domain.fields = s.fields;
-    domain.step = step(&specimen.material, s);
+    domain.step = step(specimen);
+    if several {
+        domain.part_bodies(&bodies, &surfaces);
+    }
     notch(specimen, &frame, &mut domain);
     if specimen.stretch.norm() > 0.0 {
         domain.displace(|x| frame.turned(&(specimen.stretch * frame.back(x))));
@@ -155,13 +221,26 @@ fn points(inside: &Inside, s: &Settings) -> Result<Vec<Vec3>, Refusal> {
     Ok(points)
 }
 
-/// Stress at which cracks grow over σ_f \[1\].
-pub(super) fn strength_ratio(specimen: &Specimen) -> f64 {
-    softening(specimen).strength_ratio
+/// Refuses bodies that overlap.
+fn clear(points: &[Vec3], bodies: &[u8], surfaces: &[Surface]) -> Result<(), Refusal> {
+    if surfaces.len() < 2 {
+        return Ok(());
+    }
+    let shared = points.iter().zip(bodies).filter(|&(x, &own)| {
+        let mut others = (0_u8..).zip(surfaces).filter(|(body, _)| *body != own);
+        others.any(|(_, other)| other.contains(x))
+    });
+    let what = "points of a body that lie in another: bodies may touch, not overlap; their number";
+    door::within(what, shared.count() as f64, 0.0, 0.0)
 }
 
-fn softening(specimen: &Specimen) -> Softening {
-    let (material, s) = (&specimen.material, &specimen.settings);
+/// The least stress at which cracks grow over σ_f of its material \[1\].
+pub(super) fn strength_ratio(specimen: &Specimen) -> f64 {
+    let ratio = |m: &Material| softening(m, &specimen.settings).strength_ratio;
+    materials(specimen).map(ratio).fold(1.0, f64::min)
+}
+
+fn softening(material: &Material, s: &Settings) -> Softening {
     if !s.breaks {
         let (failure_stress, fracture_energy) = UNBREAKABLE;
         let strong = Material { failure_stress, fracture_energy, ..*material };

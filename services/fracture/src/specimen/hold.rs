@@ -76,24 +76,24 @@ fn mirror(specimen: &Specimen, grid: &Grid, axis: usize, at: f64) -> Result<Mirr
         return Err(Refusal::OutOfRange { what, value: off, low: 0.0, high: ON_NODES });
     }
     let plane = plane as i32;
-    let mut order: Vec<([i32; 3], u32)> =
-        grid.nodes.place.iter().enumerate().map(|(n, &place)| (place, n as u32)).collect();
+    let keys = grid.nodes.place.iter().copied().zip(grid.nodes.body.iter().copied());
+    let mut order: Vec<(([i32; 3], u8), u32)> = keys.zip(0_u32..).collect();
     order.sort_unstable();
-    let at_place = |place: [i32; 3]| {
-        let first = order.partition_point(|row| row.0 < place);
-        order[first..].iter().take_while(move |row| row.0 == place).map(|row| row.1)
+    let at_place = |key: ([i32; 3], u8)| {
+        let first = order.partition_point(|row| row.0 < key);
+        order[first..].iter().take_while(move |row| row.0 == key).map(|row| row.1)
     };
     let mut mirror = Mirror { axis, ..Mirror::default() };
-    for &(place, node) in &order {
+    for &((place, body), node) in &order {
         if place[axis] == plane {
             mirror.on.push(node);
         } else if place[axis] < plane {
             let mut opposite = place;
             opposite[axis] = 2 * plane - place[axis];
             // Sides of a crack are paired one by one only where both places have one node.
-            let (own, other) = (at_place(place).count(), at_place(opposite).count());
-            if (own, other) == (1, 1) {
-                mirror.pairs.extend(at_place(opposite).map(|other| (node, other)));
+            let (own, across) = ((place, body), (opposite, body));
+            if (at_place(own).count(), at_place(across).count()) == (1, 1) {
+                mirror.pairs.extend(at_place(across).map(|other| (node, other)));
             }
         }
     }

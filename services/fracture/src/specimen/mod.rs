@@ -32,6 +32,15 @@ pub fn within(part: &Where, x: &Vec3, slack: f64) -> bool {
     part.iter().all(|region| region.contains(x, slack))
 }
 
+/// A part of the specimen that is of another material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Zone {
+    /// Where.
+    pub part: Where,
+    /// What it is made of.
+    pub material: Material,
+}
+
 /// Strength and damage of a part of the specimen at the start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patch {
@@ -155,14 +164,18 @@ pub struct Settings {
 /// All that decides a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Specimen {
-    /// The body in its own frame \[m\].
+    /// The body in its own frame, or several one after the other \[m\].
     pub mesh: TriMesh,
+    /// The first triangle of each body but the first, ascending.
+    pub bodies: Vec<u32>,
     /// From its own frame to the grid's.
     pub turn: Quat,
     /// Where its origin lies on the grid \[m\].
     pub shift: Vec3,
     /// What it is made of.
     pub material: Material,
+    /// Parts of other materials; of several at a place, the last.
+    pub zones: Vec<Zone>,
     /// How strength varies.
     pub strength: StrengthField,
     /// Parts that are stronger, weaker or damaged.

@@ -216,9 +216,10 @@ impl<'a> Reading<'a> {
                     (0..self.places.len()).filter(|&p| within(region, &self.places[p], 0.0));
                 let none = Vec3::zeros();
                 let values = taken.map(|p| (self.at(p, field, part, &none), p));
+                // No number among them, or no point: no number.
                 match reduce {
-                    Reduce::Max => values.map(|v| v.0).fold(f64::NEG_INFINITY, f64::max),
-                    Reduce::Min => values.map(|v| v.0).fold(f64::INFINITY, f64::min),
+                    Reduce::Max => most(values.map(|v| v.0)),
+                    Reduce::Min => -most(values.map(|v| -v.0)),
                     Reduce::Mean => {
                         let volume = &self.domain.particles.volume;
                         let add = |(sum, all): (f64, f64), (value, p): (f64, usize)| {
@@ -294,6 +295,12 @@ impl<'a> Reading<'a> {
     pub(super) fn pieces(&self) -> Vec<f64> {
         shares(self.domain)
     }
+}
+
+/// The greatest; no number if one of them is none, or there are none.
+fn most(values: impl Iterator<Item = f64>) -> f64 {
+    let greater = |m: f64, v: f64| if m.is_nan() || v <= m { m } else { v };
+    values.reduce(greater).unwrap_or(f64::NAN)
 }
 
 /// Shares of the body's whole points that its pieces have, the largest first.

@@ -19,8 +19,8 @@ const LOOK: u64 = 64;
 /// Energy over what was there and was put in that counts as instability (F04).
 const GROWTH: f64 = 1.5;
 
-/// Most points of a frame; of more, every second, third … is taken.
-const MOST_POINTS: usize = 60_000;
+/// Most points of a frame, and of all frames together; of more, every second, third … is taken.
+const MOST_POINTS: (usize, usize) = (60_000, 1 << 26);
 
 /// What has gone in and out.
 #[derive(Clone, Debug, Default)]
@@ -390,7 +390,8 @@ impl SpecimenRun {
         let stress = field == Field::Stress;
         let reading = Reading::new(&self.domain, &self.frame, &self.books, &self.places, stress);
         let count = self.domain.particles.len();
-        let stride = count.div_ceil(MOST_POINTS).max(1);
+        let most = MOST_POINTS.0.min(MOST_POINTS.1 / (self.specimen.frames as usize + 1)).max(1);
+        let stride = count.div_ceil(most).max(1);
         let none = Vec3::zeros();
         let points = (0..count as u32).step_by(stride).map(|id| {
             let p = self.domain.slot(id);

@@ -17,9 +17,11 @@ fn bar(length: f64, side: f64, spacing: f64) -> Specimen {
     let mesh = shapes::cuboid(size, shapes::Detail::default()).expect("a box");
     Specimen {
         mesh: mesh.translated(size / 2.0),
+        bodies: Vec::new(),
         turn: Quat::identity(),
         shift: Vec3::zeros(),
         material: STONE,
+        zones: Vec::new(),
         strength: StrengthField { weibull: f64::INFINITY, ..StrengthField::default() },
         patches: Vec::new(),
         notches: Vec::new(),
@@ -252,4 +254,51 @@ fn an_even_stretch_spends_the_energy_of_the_law_everywhere() {
     assert!((last(0) / wanted - 1.0).abs() < 0.02, "{} of {wanted} J", last(0));
     let peak = outcome.rows[1].iter().fold(0.0_f64, |m, &s| m.max(s));
     assert!((peak / STONE.failure_stress - 1.0).abs() < 0.02, "{peak}");
+}
+
+/// Two bars that touch end to end, the second of another material: one body's motion, the other's
+/// rest, and none of the books lost. At the end they part.
+#[test]
+fn two_bodies_of_two_materials_meet_and_part() {
+    let h = 0.01;
+    let mut specimen = bar(0.2, 2.0 * h, h);
+    let other = specimen.mesh.translated(Vec3::x() * 0.2);
+    specimen.bodies = vec![specimen.mesh.triangles.len() as u32];
+    specimen.mesh.append(&other);
+    let right = vec![Region::HalfSpace { point: Vec3::x() * 0.2, normal: -Vec3::x() }];
+    let left = vec![Region::HalfSpace { point: Vec3::x() * 0.2, normal: Vec3::x() }];
+    // The same impedance at half the speed of waves: all the momentum goes over.
+    let soft = Material { density: 2.0 * STONE.density, young: 0.5 * STONE.young, ..STONE };
+    specimen.zones = vec![Zone { part: right.clone(), material: soft }];
+    specimen.starts = vec![Start {
+        part: left.clone(),
+        velocity: Vec3::x(),
+        gradient: Mat3::zeros(),
+        centre: Vec3::zeros(),
+        noise: 0.0,
+    }];
+    let mean = |part: &Where| {
+        let spot = Spot::Over(part.clone(), Reduce::Mean);
+        Probe::Points(Field::Velocity, Part::Axis(0), spot)
+    };
+    specimen.probes = vec![mean(&left), mean(&right), Probe::Momentum(Part::Axis(0))];
+    specimen.end = 2.0 * 0.2 / 3614.0 * 1.6;
+    let outcome = run(specimen);
+    assert_eq!(outcome.ending, Ending::Done);
+    let last = |row: usize| *outcome.rows[row].last().expect("a sample");
+    // Masses 1 : 2; twenty spacings of a sharp front leave some ringing.
+    assert!(last(0).abs() < 0.1, "the first stands: {}", last(0));
+    assert!((last(1) - 0.5).abs() < 0.05, "the second flies: {}", last(1));
+    let (first, end) = (outcome.rows[2][0], last(2));
+    assert!((end / first - 1.0).abs() < 1e-12, "{first} {end}");
+}
+
+#[test]
+fn bodies_that_overlap_are_refused() {
+    let mut specimen = bar(0.2, 0.02, 0.01);
+    let other = specimen.mesh.translated(Vec3::x() * 0.19);
+    specimen.bodies = vec![specimen.mesh.triangles.len() as u32];
+    specimen.mesh.append(&other);
+    let refusal = SpecimenRun::begin(specimen).expect_err("they overlap");
+    assert!(refusal.to_string().contains("bodies may touch, not overlap"), "{refusal}");
 }

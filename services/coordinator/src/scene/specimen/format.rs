@@ -31,6 +31,12 @@ pub struct Document {
     pub run: Run,
     /// Parts of it that supports, loads and probes name.
     pub region: Vec<Region>,
+    /// Other bodies beside it on the same grid, which touch it and each other, and do not stick.
+    #[schemars(length(max = 15))]
+    pub body: Vec<Body>,
+    /// Parts of other materials; of several at a place, the last.
+    #[schemars(length(max = 31))]
+    pub zone: Vec<Zone>,
     /// Parts that are stronger, weaker or damaged.
     pub patch: Vec<Patch>,
     /// Cracks without width that are there from the start.
@@ -234,6 +240,30 @@ impl Default for Run {
     fn default() -> Self {
         Self { end: None, samples: 200, frames: 20, colour: Colour::Damage, ends: Ends::Ok }
     }
+}
+
+/// Another body. It may touch the others where it starts, not overlap them.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Its shape.
+    pub shape: Shape,
+    /// Where the origin of the shape lies in the specimen's frame \[m\].
+    #[schemars(schema_with = "unit::length3")]
+    pub position: [f64; 3],
+    /// How it is turned there.
+    #[serde(default)]
+    pub rotation: Rotation,
+}
+
+/// A part of another material. Scatter, weak planes and layers are those of the whole.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Zone {
+    /// Where.
+    pub region: String,
+    /// What it is made of.
+    pub material: Material,
 }
 
 /// A part that is stronger, weaker or damaged.

@@ -4,7 +4,7 @@ use super::super::check::tell;
 use super::format::{Expected, Metric, Reduction};
 
 /// The number that a metric makes of the samples of its probe; not a number where there are too few
-/// of them for it, or where what it asks for never happens.
+/// of them for it, where what it asks for never happens, or where a sample it looks at is none.
 #[must_use]
 pub fn reduce(metric: &Metric, times: &[f64], values: &[f64]) -> f64 {
     let (from, until) =
@@ -26,6 +26,10 @@ fn number(metric: &Metric, rows: &[(f64, f64)]) -> f64 {
     let (Some(&first), Some(&last)) = (rows.first(), rows.last()) else {
         return f64::NAN;
     };
+    let one = matches!(metric.reduce, Reduction::First | Reduction::Final | Reduction::At);
+    if !one && rows.iter().any(|row| row.1.is_nan()) {
+        return f64::NAN;
+    }
     let greatest = || rows.iter().fold(first, |m, &r| if r.1 > m.1 { r } else { m });
     let least = || rows.iter().fold(first, |m, &r| if r.1 < m.1 { r } else { m });
     let size = || rows.iter().map(|r| r.1.abs()).fold(0.0, f64::max);

@@ -4,6 +4,7 @@
 //! schema and of the reader; `metric` makes numbers of what comes back.
 
 pub mod format;
+mod materials;
 mod metric;
 mod resolve;
 #[cfg(test)]

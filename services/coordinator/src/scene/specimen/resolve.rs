@@ -5,8 +5,6 @@ use super::super::error::{SceneError, suggest};
 use super::super::files::{Files, key};
 use super::super::form::{Forms, Recipe};
 use super::super::format::Axis;
-use super::super::material::SceneMaterial;
-use super::super::resolve::own_material;
 use super::super::tree::{Node, Path, Step};
 use super::super::{paint, shape};
 use super::Specimen;
@@ -14,17 +12,10 @@ use super::format::{self, Document, Family, Fields, Points, Precision, Side};
 use super::watch;
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Pose, Quat, Solid, TriMesh, Vec3};
-use cullet_proto::Material;
 use cullet_proto::specimen as wire;
-use cullet_proto::strength::{Region, Strength};
+use cullet_proto::strength::Region;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Strength and fracture energy of a material that cannot break and gives none.
-const UNBREAKABLE: (f64, f64) = (1e-3, 1e3);
-
-/// Weibull modulus of a material without flaws \[1\].
-const EVEN: f64 = 1e3;
 
 /// What a name of a region is used for: a side of the specimen has no depth for what acts on it,
 /// and one spacing for what is read off points.
@@ -95,10 +86,11 @@ impl Desk<'_> {
             self.wrong(&path(&["run"]), "`end` is missing");
         }
         self.spacing = solver.spacing.unwrap_or(1.0);
-        let mesh = self.mesh(document)?;
+        let (mesh, bodies) = self.bodies(document)?;
         self.bounds = mesh.bounds().unwrap_or_default();
         self.name_regions(document);
-        let material = self.material(document);
+        let material = self.whole(document);
+        let zones = self.zones(document);
         let turn =
             self.shop.rotation(&document.geometry.rotation, &path(&["geometry", "rotation"]));
         let holds = self.holds(document);
@@ -113,7 +105,9 @@ impl Desk<'_> {
         let setup = wire::Setup {
             turn: [turn.w, turn.i, turn.j, turn.k],
             shift: document.geometry.shift,
+            bodies,
             material,
+            zones,
             strength,
             patches: self.patches(document),
             notches: self.notches(document),
@@ -142,6 +136,25 @@ impl Desk<'_> {
             ends: run.ends,
             warnings: std::mem::take(&mut self.shop.warnings),
         })
+    }
+
+    /// All bodies in the specimen's frame, and the first triangle of each but the first.
+    fn bodies(&mut self, document: &Document) -> Option<(TriMesh, Vec<u32>)> {
+        let mut mesh = self.mesh(document)?;
+        let mut starts = Vec::new();
+        for (index, body) in document.body.iter().enumerate() {
+            let at = item("body", index);
+            let turn = self.shop.rotation(&body.rotation, &below(&at, "rotation"));
+            let pose = Pose::from_parts(Vec3::from(body.position).into(), turn);
+            match shape::mesh(&body.shape) {
+                Ok(other) => {
+                    starts.push(mesh.triangles.len() as u32);
+                    mesh.append(&other.transformed(&pose));
+                }
+                Err(why) => self.wrong(&below(&at, "shape"), why),
+            }
+        }
+        Some((mesh, starts))
     }
 
     /// The body with its slots cut out, in the specimen's frame.
@@ -244,50 +257,6 @@ impl Desk<'_> {
             self.wrong(at, why);
             [1.0, 0.0, 0.0]
         })
-    }
-
-    fn material(&mut self, document: &Document) -> Option<(Material, Strength)> {
-        let at = path(&["material"]);
-        let Some(written) = &document.material else {
-            self.wrong(&[], "`material` is missing");
-            return None;
-        };
-        let mut written = written.clone();
-        if !document.solver.breaks {
-            written.breakable = Some(false);
-            if written.preset.is_none() {
-                let young = written.young.unwrap_or(1.0);
-                written.strength.get_or_insert(UNBREAKABLE.0 * young);
-                written.fracture_energy.get_or_insert(UNBREAKABLE.1);
-            }
-        }
-        let made: SceneMaterial = own_material(&mut self.shop, &written, &at)?;
-        let weak = made.weak_plane.map(|plane| (plane.normal, plane.ratio));
-        let layers = made.layers;
-        let strength = Strength {
-            seed: document.solver.seed,
-            weibull: if document.solver.flaws { made.weibull } else { EVEN },
-            correlation: made.correlation,
-            weak_plane: weak.map(|(normal, ratio)| cullet_proto::strength::WeakPlane {
-                normal: self.unit(normal, &at),
-                ratio,
-            }),
-            layers: layers.map(|layers| cullet_proto::strength::Layers {
-                normal: self.unit(layers.normal, &at),
-                thickness: layers.thickness,
-                ratio: layers.ratio,
-                jitter: layers.jitter,
-            }),
-            ..Strength::default()
-        };
-        let material = Material {
-            density: made.density,
-            young: made.young,
-            poisson: made.poisson,
-            failure_stress: made.strength,
-            fracture_energy: made.fracture_energy,
-        };
-        Some((material, strength))
     }
 
     fn patches(&mut self, document: &Document) -> Vec<wire::Patch> {

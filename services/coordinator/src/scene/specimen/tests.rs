@@ -59,6 +59,29 @@ fn errors_name_their_place_and_bound() {
         ("[[notch]]\npoint = [0, 0, 0]\nnormal = [0, 0, 0]", "17:10", "a length above"),
         ("[[support]]\nname = \"s\"\nregion = \"-x\"\naxes = \"xw\"", "18:8", "`w` is no axis"),
         (
+            "[[zone]]\nregion = \"+w\"\nmaterial = { name = \"m\", preset = \"glass\" }",
+            "16:10",
+            "no region \"+w\"",
+        ),
+        (
+            "[[zone]]\nregion = \"+x\"\n[zone.material]\nname = \"m\"\npreset = \"glass\"\n\
+             weibull = 5",
+            "20:11",
+            "a zone takes no `weibull`",
+        ),
+        (
+            "[[zone]]\nregion = \"+x\"\nmaterial = { name = \"m\", young = \"1 GPa\" }",
+            "",
+            "`density` is missing",
+        ),
+        ("[[body]]\nshape = { kind = \"box\", size = [1, 1, 1] }", "", "`position`"),
+        (
+            "[[probe]]\nname = \"k\"\nkind = \"kinetic\"\n[[metric]]\nname = \"m\"\n\
+             probe = \"k\"\nreduce = \"max\"\nminus = \"m\"",
+            "22:9",
+            "no metric \"m\" before this one",
+        ),
+        (
             "[[load]]\nname = \"a\"\nregion = \"+x\"\npressure = 1\n\
              time = { kind = \"table\", times = [0, 2, 1], factors = [0, 1, 1] }",
             "19:8",
@@ -124,6 +147,7 @@ fn metric(reduce: Reduction) -> Metric {
         threshold: None,
         window: None,
         scale: 1.0,
+        minus: None,
     }
 }
 
@@ -179,4 +203,38 @@ fn a_gap_is_no_failure_and_what_is_no_number_never_holds() {
     assert_eq!(verdict(&gap, 2.21), Verdict::Gap);
     assert_eq!(verdict(&gap, 2.1), Verdict::Holds);
     assert_eq!(weigh(None, 1.0).verdict, Verdict::Free);
+}
+
+/// Zones and further bodies arrive in the order of the file, each body where its triangles begin.
+#[test]
+fn zones_and_bodies_arrive() {
+    let specimen = good(
+        "[[zone]]\nregion = \"+x\"\nmaterial = { name = \"m\", preset = \"steel\", density = 5 }\n\
+         [[body]]\nshape = { kind = \"sphere\", radius = \"1 cm\" }\nposition = [\"6 cm\", 0, 0]\n\
+         [[body]]\nshape = { kind = \"box\", size = [1, 1, 1] }\nposition = [2, 0, 0]\n",
+    );
+    let setup = &specimen.job.setup;
+    assert_eq!(setup.zones.len(), 1);
+    assert_eq!(setup.zones[0].material.density, 5.0);
+    assert!(setup.zones[0].material.young > 1e11);
+    let all = specimen.job.solid.mesh.triangles.len() as u32;
+    let [first, second] = setup.bodies[..] else { panic!("{:?}", setup.bodies) };
+    assert!(first == 12 && second == all - 12, "{first} {second} of {all}");
+    let (low, high) = specimen.job.solid.mesh.bounds().expect("bounds");
+    assert!((low.x + 0.05).abs() < 1e-12 && (high.x - 2.5).abs() < 1e-12);
+}
+
+/// Only what looks at one sample is not spoiled by another.
+#[test]
+fn a_sample_that_is_no_number_is_not_passed_over() {
+    let metric = |reduce: &str| -> Metric {
+        let text = format!("name = \"m\"\nprobe = \"p\"\nreduce = \"{reduce}\"\ntime = 2.5");
+        toml::from_str(&text).expect("a metric")
+    };
+    let (times, values) = ([0.0, 1.0, 2.0, 3.0], [f64::NAN, 1.0, 5.0, 3.0]);
+    for name in ["max", "min", "mean", "range", "max-size", "slope", "drift", "first"] {
+        assert!(reduce(&metric(name), &times, &values).is_nan(), "{name}");
+    }
+    assert_eq!(reduce(&metric("final"), &times, &values), 3.0);
+    assert_eq!(reduce(&metric("at"), &times, &values), 4.0);
 }

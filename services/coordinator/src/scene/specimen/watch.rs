@@ -51,6 +51,11 @@ pub(super) fn read(desk: &mut Desk<'_>, document: &Document) -> Watched {
             desk.wrong(&below(&at, "name"), format!("a second metric is called {}", metric.name));
         }
         numbers(desk, metric, &at);
+        let before: Vec<&str> = document.metric[..index].iter().map(|m| &*m.name).collect();
+        if let Some(name) = metric.minus.as_deref().filter(|name| !before.contains(name)) {
+            let message = format!("there is no metric \"{name}\" before this one");
+            desk.shop.wrong_with(&below(&at, "minus"), message, suggest(name, &before));
+        }
         match names.iter().position(|name| *name == metric.probe) {
             Some(probe) => {
                 watched.metrics.push((metric.clone(), probe));

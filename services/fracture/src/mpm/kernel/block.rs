@@ -1,7 +1,7 @@
 //! A block of elements: their points, sixteen elements side by side, and the nodes they share.
 
 use super::lanes::{Field, LANES, Lanes, Real, V, load, store};
-use super::law::{Effective, Law, Stiffness, WATCH, idle, second_piola};
+use super::law::{Effective, Law, WATCH, idle, second_piola, stiffness};
 use super::spline::{basis, fall, gather, rise, scatter};
 use super::tension::pulled;
 use super::{Stencil, gather as gather_one};
@@ -35,6 +35,8 @@ struct Slot<R> {
     damage: Lanes<R>,
     /// Whether there is any.
     damaged: bool,
+    /// μ, λ/2 and μ + λ/2 \[Pa\] where not all are those of the first material.
+    own: Option<Box<[Lanes<R>; 3]>>,
     /// The point, counted from the block's first, or [`NONE`].
     point: [u32; LANES],
 }
@@ -119,7 +121,7 @@ impl<R: Real> Block<R> {
     pub(super) fn strain<S: Simd>(
         &mut self,
         simd: S,
-        law: &Law,
+        law: &Law<'_>,
         nodes: &Nodes,
         view: &mut View<'_>,
         forces: &mut [Four<R>],
@@ -147,7 +149,7 @@ impl<R: Real> Block<R> {
     }
 
     /// Takes limits and damage from the points.
-    fn watch(&mut self, law: &Law, view: &View<'_>) {
+    fn watch(&mut self, law: &Law<'_>, view: &View<'_>) {
         for slot in self.tiles.iter_mut().flat_map(|tile| &mut tile.slots) {
             for lane in 0..LANES {
                 if slot.point[lane] != NONE {
@@ -164,11 +166,19 @@ impl<R: Real> Slot<R> {
         let zero = Lanes([R::of(0.0); LANES]);
         let limit = Lanes([R::of(WATCH); LANES]);
         let (weight, damage, point) = (zero, zero, [NONE; LANES]);
-        Self { at: [zero; 3], weight, limit, damage, damaged: false, point }
+        Self { at: [zero; 3], weight, limit, damage, damaged: false, own: None, point }
     }
 
-    fn watch(&mut self, lane: usize, law: &Law, view: &View<'_>) {
+    fn watch(&mut self, lane: usize, law: &Law<'_>, view: &View<'_>) {
         let p = self.point[lane] as usize;
+        let kind = view.kind[p] as usize;
+        if kind > 0 {
+            let first = || stiffness(&law.kinds[0].elastic).map(|x| Lanes([x; LANES]));
+            let own = self.own.get_or_insert_with(|| Box::new(first()));
+            for (lanes, x) in own.iter_mut().zip(stiffness(&law.kinds[kind].elastic)) {
+                lanes.0[lane] = x;
+            }
+        }
         self.limit.0[lane] = R::of(law.limit(view, p));
         self.damage.0[lane] = R::of(view.damage[p]);
         self.damaged |= view.damage[p] > 0.0;
@@ -244,7 +254,7 @@ fn column<S: Simd, R: Real>(
     for force in forces.iter_mut() {
         store(simd, zero, force, lane);
     }
-    let stiffness: Stiffness<R> = Stiffness::new(&cold.law.elastic);
+    let first = stiffness(&cold.law.kinds[0].elastic).map(|x: R| V::<S, R>::splat(simd, x));
     let [hx, hy, hz] = [0, 1, 2].map(|axis| R::of(1.0 / cold.law.spacing[axis]));
     for slot in &mut tile.slots {
         let [x, y, z] = &slot.at;
@@ -255,7 +265,13 @@ fn column<S: Simd, R: Real>(
             let [x, y, z] = gather(simd, &b, field, c, lane);
             *row = [x * hx, y * hy, z * hz];
         }
-        let effective = second_piola(simd, &h, &stiffness);
+        let effective = match &slot.own {
+            None => second_piola::<S, R>(simd, &h, &first),
+            Some(own) => {
+                let own = [0, 1, 2].map(|k| load(simd, &own[k], lane));
+                second_piola::<S, R>(simd, &h, &own)
+            }
+        };
         let mut idle = idle::<S, R>(simd, &effective, load(simd, &slot.limit, lane));
         let mut s = effective.stress;
         if slot.damaged {
@@ -293,7 +309,7 @@ fn column<S: Simd, R: Real>(
 
 /// What the few points need whose damage may grow.
 struct Cold<'a, 'b> {
-    law: &'a Law,
+    law: &'a Law<'a>,
     nodes: &'a Nodes,
     ids: &'a [u32],
     view: &'a mut View<'b>,

@@ -15,34 +15,28 @@ use std::ops::{Add, Mul};
 /// that f32 still has.
 pub(super) const WATCH: f64 = 1e12;
 
-/// What a point needs to know.
+/// What a kind of material does.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Law {
+pub(crate) struct Kind {
     pub(crate) elastic: Elastic,
     pub(crate) softening: Softening,
+}
+
+/// What a point needs to know.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Law<'a> {
+    /// At least one.
+    pub(crate) kinds: &'a [Kind],
     /// Spacing of the grid \[m\].
     pub(crate) spacing: Vec3,
     /// At the end of the step \[s\].
     pub(crate) time: f64,
 }
 
-/// The law's numbers in the precision of the pass.
-#[derive(Clone, Copy)]
-pub(super) struct Stiffness<R> {
-    shear: R,
-    half_lame: R,
-    sum: R,
-}
-
-impl<R: Real> Stiffness<R> {
-    pub(super) fn new(elastic: &Elastic) -> Self {
-        let half = 0.5 * elastic.lame;
-        Self {
-            shear: R::of(elastic.shear),
-            half_lame: R::of(half),
-            sum: R::of(elastic.shear + half),
-        }
-    }
+/// μ, λ/2 and μ + λ/2 in the precision of the pass.
+pub(super) fn stiffness<R: Real>(elastic: &Elastic) -> [R; 3] {
+    let half = 0.5 * elastic.lame;
+    [elastic.shear, half, elastic.shear + half].map(R::of)
 }
 
 /// Dot product of two columns.
@@ -78,7 +72,7 @@ pub(super) struct Effective<V> {
 pub(super) fn second_piola<S: Simd, R: Real>(
     simd: S,
     h: &[[V<S, R>; 3]; 3],
-    law: &Stiffness<R>,
+    [shear, half_lame, sum]: &[V<S, R>; 3],
 ) -> Effective<V<S, R>> {
     let (two, four, eight) = (R::of(2.0), R::of(4.0), R::of(8.0));
     let one = V::<S, R>::splat(simd, R::of(1.0));
@@ -92,8 +86,8 @@ pub(super) fn second_piola<S: Simd, R: Real>(
     let square = one + d;
     let share = one / square.simd_gt(floor).select(square, floor);
     // S = ((μ + λ/2) d I + (λ/2 d − μ) M)/J² with M = adj C − I
-    let whole = d * law.sum * share;
-    let rest = (d * law.half_lame - law.shear) * share;
+    let whole = d * *sum * share;
+    let rest = (d * *half_lame - *shear) * share;
     let stress = [
         whole + rest * ((trace - e[0]) * two + adjoint[0] * four),
         whole + rest * ((trace - e[1]) * two + adjoint[1] * four),
@@ -123,10 +117,14 @@ pub(super) fn idle<S: Simd, R: Real>(
     a.simd_gt(zero) & minor.simd_gt(zero) & det.simd_gt(zero) & effective.square.simd_gt(floor)
 }
 
-impl Law {
+impl Law<'_> {
+    fn softening(&self, view: &View<'_>, p: usize) -> &Softening {
+        &self.kinds[view.kind[p] as usize].softening
+    }
+
     /// Strength of a point now over the law's \[1\], and over what it is at cracks.
     fn strength(&self, view: &View<'_>, p: usize, time: f64) -> (f64, f64) {
-        let lone = 1.0 / self.softening.strength_ratio;
+        let lone = 1.0 / self.softening(view, p).strength_ratio;
         let lone = if time < view.front_time[p] { lone } else { 1.0 };
         (view.strength[p] * lone, lone)
     }
@@ -137,8 +135,9 @@ impl Law {
             return WATCH;
         }
         let time = if view.front_time[p] < f64::INFINITY { f64::INFINITY } else { self.time };
-        let reached = self.softening.threshold(view.damage[p]) * self.softening.weakest();
-        (self.softening.strength * self.strength(view, p, time).0 * reached).min(WATCH)
+        let softening = self.softening(view, p);
+        let reached = softening.threshold(view.damage[p]) * softening.weakest();
+        (softening.strength * self.strength(view, p, time).0 * reached).min(WATCH)
     }
 
     /// Damages a point of `effective` stress \[Pa\] and returns what is left of that; `rate` is
@@ -158,7 +157,7 @@ impl Law {
             shielded: view.shielded[p],
             sudden: lone > 1.0,
         };
-        let response = self.softening.respond(effective, state);
+        let response = self.softening(view, p).respond(effective, state);
         if response.damage > state.damage {
             tally.grown += 1;
             tally.dissipated += response.dissipated * view.volume[p];

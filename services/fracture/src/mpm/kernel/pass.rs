@@ -113,7 +113,13 @@ impl<R: Real> Pass<R> {
         self.blocks[after - 1].stale = true;
     }
 
-    fn strain(&mut self, law: &Law, grid: &Grid, particles: &mut Particles, path: Path) -> Tally {
+    fn strain(
+        &mut self,
+        law: &Law<'_>,
+        grid: &Grid,
+        particles: &mut Particles,
+        path: Path,
+    ) -> Tally {
         let mut rest = self.forces.as_mut_slice();
         let mut views = particles.views(&self.starts);
         let mut work: Vec<_> = self
@@ -187,7 +193,12 @@ impl Kernel {
     }
 
     /// Damages the points and takes the forces.
-    pub(crate) fn strain(&mut self, law: &Law, grid: &Grid, particles: &mut Particles) -> Tally {
+    pub(crate) fn strain(
+        &mut self,
+        law: &Law<'_>,
+        grid: &Grid,
+        particles: &mut Particles,
+    ) -> Tally {
         match &mut self.pass {
             Either::Single(pass) => pass.strain(law, grid, particles, self.path),
             Either::Double(pass) => pass.strain(law, grid, particles, self.path),

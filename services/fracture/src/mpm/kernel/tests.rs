@@ -1,6 +1,6 @@
 //! The slow twin of the points' pass, straight from the textbook.
 
-use super::{AROUND, Kernel, Law, Path, Precision, Stencil, gather, packed, vector};
+use super::{AROUND, Kernel, Kind, Law, Path, Precision, Stencil, gather, packed, vector};
 use crate::damage::{Softening, State};
 use crate::material::Material;
 use crate::mpm::elastic::{Elastic, matrix};
@@ -17,7 +17,7 @@ const STONE: Material = Material {
 };
 
 /// A cloud of points, some of them damaged, on nodes moved at random.
-fn cloud() -> (Grid, Particles, Law) {
+fn cloud() -> (Grid, Particles, Vec3, Vec<Kind>) {
     let spacing = Vec3::new(0.1, 0.08, 0.13);
     let random = |stream, i| Vec3::from([0, 1, 2].map(|a| unit(stream, a, i) - 0.5));
     let points: Vec<Vec3> = (0..3000).map(|i| random(5, i)).collect();
@@ -25,14 +25,20 @@ fn cloud() -> (Grid, Particles, Law) {
     for (p, damage) in particles.damage.iter_mut().enumerate() {
         *damage = [0.0, 0.0, 0.0, 0.4, 1.0][p % 5];
     }
+    // Three materials, side by side in every cell.
+    particles.kind.iter_mut().enumerate().for_each(|(p, kind)| *kind = (p % 3) as u8);
+    particles.density = vec![STONE.density; 3];
     let mut grid = Grid::new(&mut particles, spacing);
     for (n, u) in grid.nodes.displacement.iter_mut().enumerate() {
         *u = packed(Vec3::new(3.0, -1.0, 2.0) + random(6, n as u64) * 1e-3);
     }
     let mut softening = Softening::new(&STONE, 0.2);
     softening.strength = 1e10;
-    let law = Law { elastic: Elastic::new(&STONE), softening, spacing, time: 1.0 };
-    (grid, particles, law)
+    let kinds = [(1.0, 0.2), (0.1, 0.2), (3.0, -0.3)].map(|(share, poisson)| {
+        let material = Material { young: share * STONE.young, poisson, ..STONE };
+        Kind { elastic: Elastic::new(&material), softening }
+    });
+    (grid, particles, spacing, kinds.to_vec())
 }
 
 /// Weight and MLS gradient 4 w (x_i − x_p)/h² of node `k` of an element for a point at `x`.
@@ -51,7 +57,7 @@ fn naive_weight(element: &Element, k: usize, x: &Vec3, spacing: &Vec3) -> (f64, 
 }
 
 /// Forces \[N\] on the nodes, point by point, node by node.
-fn naive_forces(grid: &Grid, particles: &Particles, law: &Law) -> Vec<Vec3> {
+fn naive_forces(grid: &Grid, particles: &Particles, law: &Law<'_>) -> Vec<Vec3> {
     let mut forces = vec![Vec3::zeros(); grid.nodes.len()];
     for element in &grid.elements {
         for p in element.points() {
@@ -61,14 +67,15 @@ fn naive_forces(grid: &Grid, particles: &Particles, law: &Law) -> Vec<Vec3> {
                 let u = vector(grid.nodes.displacement[element.nodes[k] as usize]);
                 h += u * naive_weight(element, k, x, &law.spacing).1.transpose();
             }
-            let effective = law.elastic.second_piola(&h).0;
+            let kind = &law.kinds[particles.kind[p] as usize];
+            let effective = kind.elastic.second_piola(&h).0;
             let state = State {
                 damage: particles.damage[p],
                 strength: 1e6,
                 shielded: false,
                 sudden: false,
             };
-            let s = law.softening.respond(&effective, state).stress;
+            let s = kind.softening.respond(&effective, state).stress;
             let first = (Mat3::identity() + h) * matrix(&s) * particles.volume[p];
             for (k, &node) in element.nodes.iter().enumerate() {
                 let (_, gradient) = naive_weight(element, k, x, &law.spacing);
@@ -81,7 +88,8 @@ fn naive_forces(grid: &Grid, particles: &Particles, law: &Law) -> Vec<Vec3> {
 
 #[test]
 fn forces_agree_with_the_textbook() {
-    let (grid, particles, law) = cloud();
+    let (grid, particles, spacing, kinds) = cloud();
+    let law = Law { kinds: &kinds, spacing, time: 1.0 };
     let wanted = naive_forces(&grid, &particles, &law);
     let size = wanted.iter().fold(0.0_f64, |m, f| m.max(f.norm()));
     for path in Path::all() {
@@ -101,18 +109,18 @@ fn forces_agree_with_the_textbook() {
 
 #[test]
 fn values_and_gradients_agree_with_the_textbook() {
-    let (grid, particles, law) = cloud();
-    let gain = law.spacing.map(|h| 4.0 / h);
+    let (grid, particles, spacing, _) = cloud();
+    let gain = spacing.map(|h| 4.0 / h);
     for element in &grid.elements {
         let nodes = element.nodes.map(|n| grid.nodes.displacement[n as usize]);
         for x in &particles.reference[element.points()] {
             let (mut sum, mut gradient) = (Vec3::zeros(), Mat3::zeros());
             for (k, node) in nodes.iter().enumerate() {
-                let (w, g) = naive_weight(element, k, x, &law.spacing);
+                let (w, g) = naive_weight(element, k, x, &spacing);
                 sum += vector(*node) * w;
                 gradient += vector(*node) * g.transpose();
             }
-            let stencil = Stencil::new(x, &law.spacing);
+            let stencil = Stencil::new(x, &spacing);
             assert_eq!(stencil.cell, element.cell);
             let (value, slope) = gather(&nodes, &stencil, &gain);
             assert!((value - sum).norm() < 1e-14);

@@ -226,6 +226,9 @@ pub struct Metric {
     /// What comes out is multiplied by this.
     #[serde(default = "one")]
     pub scale: f64,
+    /// The value of this metric, which stands before, is then taken off.
+    #[serde(default)]
+    pub minus: Option<String>,
 }
 
 const fn one() -> f64 {
