@@ -1,7 +1,7 @@
 //! An axis of logarithms.
 
 /// Decades from which on only powers of ten have labels \[1\].
-const MANY: f64 = 1.7;
+const MANY: f64 = 2.4;
 
 /// From values to pixels, evenly in the logarithm.
 #[derive(Clone, Copy, Debug)]

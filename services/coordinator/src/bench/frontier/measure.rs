@@ -4,7 +4,8 @@ use super::super::{Limits, Measured, Point, run_all, status};
 use super::row::Row;
 use super::set::{Chart, FINEST, MASSES, Planned, Work};
 use super::stats::mass_distance;
-use crate::record::{Recording, masses};
+use crate::record::Recording;
+use cullet_proto::recording::EventKind;
 use cullet_proto::specimen::{Ending, SpecimenResult};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -128,7 +129,7 @@ fn row_of(
 /// What a run of a scene left.
 struct Broken {
     row: Row,
-    /// Each fragment's object, whether it is broken off it, and its mass \[kg\].
+    /// Of what broke no further: its object, whether it is broken off it, its mass \[kg\].
     parts: Vec<(String, bool, f64)>,
 }
 
@@ -204,20 +205,31 @@ fn scene(chart: &Chart, run: &Planned, limits: &Limits) -> Broken {
     let mut parts = Vec::new();
     let recording = out.join("run.mcap");
     if row.status == "ok" {
-        match (Recording::open(&recording), masses(&recording)) {
-            (Ok(opened), Ok(list)) => {
+        match Recording::open(&recording) {
+            Ok(opened) => {
                 let report = opened.reports.first();
                 row.spacing = report.map_or(0.0, |report| report.spacing);
                 row.solver = report.map(|report| report.solver.clone()).unwrap_or_default();
                 row.steps = opened.reports.iter().map(|r| r.steps).sum();
                 row.particle_steps = opened.reports.iter().map(|r| r.steps * r.particles).sum();
-                let part = |m: crate::record::FragmentMass| (m.object, m.generation > 0, m.mass);
-                parts = list.into_iter().map(part).collect();
+                parts = parts_of(&opened);
             }
-            _ => row.status = "crashed".to_owned(),
+            Err(_) => row.status = "crashed".to_owned(),
         }
     }
     Broken { row, parts }
+}
+
+/// What broke no further, whole bodies with it.
+fn parts_of(recording: &Recording) -> Vec<(String, bool, f64)> {
+    let broken: BTreeSet<u64> = recording
+        .events
+        .iter()
+        .filter(|event| event.kind() == EventKind::Fractured)
+        .filter_map(|event| event.body)
+        .collect();
+    let left = recording.bodies.iter().filter(|body| !broken.contains(&body.id));
+    left.map(|body| (body.object.clone(), body.generation > 0, body.mass)).collect()
 }
 
 /// One word for how a run of a scene ended.
