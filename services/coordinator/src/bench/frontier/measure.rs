@@ -102,7 +102,7 @@ fn row_of(
     let settings = &point.specimen.job.setup.settings;
     let (spacing, per_cell, threads) = (settings.spacing, settings.per_cell, settings.threads);
     let precision = if settings.single { "single" } else { "double" }.to_owned();
-    let (step, steps, price) = (result.step, result.steps, result.price.clone());
+    let (step, steps, price) = (result.step, result.steps, result.price);
     let particle_steps = steps.saturating_mul(result.points);
     let word = status(&result.ending).to_owned();
     let measured = Measured::new(point.clone(), result);

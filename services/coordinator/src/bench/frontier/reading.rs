@@ -14,7 +14,7 @@ pub const TARGETS: [f64; 2] = [0.1, 0.03];
 const TICK: f64 = 0.01;
 
 /// How far ratios of spacings may differ and still be one \[1\].
-const EVEN: f64 = 0.01;
+const EVEN: f64 = 0.03;
 
 /// A point of a chart: one setting, with all its seeds.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,6 +37,15 @@ pub struct Spot {
     pub failed: Option<String>,
 }
 
+/// What the finest points of a curve say about its limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// By Richardson.
+    pub estimate: Richardson,
+    /// Whether the last step is within the confidence bands: then it says nothing.
+    pub lost: bool,
+}
+
 /// A chart with all that is to be read off it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
@@ -51,7 +60,7 @@ pub struct Reading {
     /// The cheapest points within [`TARGETS`].
     pub cheapest: [Option<usize>; 2],
     /// What the three finest spacings of each curve say.
-    pub limits: Vec<Option<Richardson>>,
+    pub limits: Vec<Option<Limit>>,
     /// How many seeds a point has.
     pub seeds: usize,
 }
@@ -131,25 +140,31 @@ fn spot(chart: &Chart, curve: usize, rows: &[&Row]) -> Spot {
 }
 
 /// Richardson's estimate of the three finest points of a curve that lie at one ratio.
-fn limit(curve: &[&Spot]) -> Option<Richardson> {
+fn limit(curve: &[&Spot]) -> Option<Limit> {
     [0, 1].into_iter().find_map(|by| {
-        let mut points: Vec<(f64, f64)> =
-            curve.iter().filter_map(|s| Some((s.fine[by], s.value?.mean))).collect();
+        let mut points: Vec<(f64, Ensemble)> =
+            curve.iter().filter_map(|s| Some((s.fine[by], s.value?))).collect();
         points.retain(|point| point.0 > 0.0);
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points.dedup_by(|a, b| (a.0 / b.0 - 1.0).abs() < EVEN);
         for (k, fine) in points.iter().enumerate() {
             for (m, middle) in points.iter().enumerate().skip(k + 1) {
                 let ratio = middle.0 / fine.0;
-                let coarse =
-                    points[m..].iter().find(|c| (c.0 / middle.0 / ratio - 1.0).abs() < EVEN);
-                if let Some(coarse) = coarse {
-                    return Some(richardson([coarse.1, middle.1, fine.1], ratio));
+                let even = |c: &&(f64, Ensemble)| (c.0 / middle.0 / ratio - 1.0).abs() < EVEN;
+                if let Some(coarse) = points[m..].iter().find(even) {
+                    return Some(extrapolated([coarse, middle, fine]));
                 }
             }
         }
         None
     })
+}
+
+fn extrapolated([coarse, middle, fine]: [&(f64, Ensemble); 3]) -> Limit {
+    let values = [coarse, middle, fine].map(|point| point.1.mean);
+    let half = |point: &(f64, Ensemble)| point.1.half.unwrap_or(0.0);
+    let lost = (values[1] - values[2]).abs() < half(middle) + half(fine);
+    Limit { estimate: richardson(values, (coarse.0 / fine.0).sqrt()), lost }
 }
 
 /// A number with three digits.
@@ -249,8 +264,11 @@ pub fn text(chart: &Chart, reading: &Reading) -> String {
 }
 
 /// What three refinements say, in words.
-fn converges(limit: &Richardson) -> String {
-    let Richardson { seen, order, value, index, trend } = limit;
+fn converges(limit: &Limit) -> String {
+    if limit.lost {
+        return "the last refinement is within the scatter of seeds".to_owned();
+    }
+    let Richardson { seen, order, value, index, trend } = &limit.estimate;
     let (seen, value, index) = (short(*seen), short(*value), percent(*index));
     match trend {
         Trend::Asymptotic => format!("order {order:.2}, limit {value}, GCI {index}"),

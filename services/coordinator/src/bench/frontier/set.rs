@@ -254,10 +254,9 @@ impl Desk<'_> {
                 return None;
             }
         };
-        if let Some(object) = &form.object {
-            if !scene.bodies.iter().any(|body| &body.name == object) {
-                self.wrong(&format!("{at}.object"), format!("the scene has no body \"{object}\""));
-            }
+        let there = |name: &&String| scene.bodies.iter().any(|body| body.name == **name);
+        if let Some(object) = form.object.as_ref().filter(|name| !there(name)) {
+            self.wrong(&format!("{at}.object"), format!("the scene has no body \"{object}\""));
         }
         let source = form.source.clone();
         let source =

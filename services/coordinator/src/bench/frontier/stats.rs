@@ -1,4 +1,4 @@
-//! What charts are read by: Pareto sets, costs to an error, extrapolation, ensembles. Pure functions.
+//! What charts are read by: Pareto sets, costs to an error, extrapolation, ensembles.
 
 /// Student's t for 95 % of both sides, from one degree of freedom on \[1\].
 const STUDENT: [f64; 30] = [

@@ -198,7 +198,7 @@ fn a_chart_is_read_off_its_rows() {
     assert_eq!((reading.costs[0][1], reading.costs[1]), (None, [None, None]));
     assert_eq!(reading.cheapest.map(|k| k.map(|k| reading.spots[k].cost)), [Some(16.0), None]);
     assert_eq!(reading.spots[4].failed.as_deref(), Some("refused"));
-    let limit = reading.limits[0].expect("4h, 2h, h");
+    let limit = reading.limits[0].filter(|limit| !limit.lost).expect("4h, 2h, h").estimate;
     assert!((limit.value - 2.0).abs() < 1e-9 && (limit.order - 1.0).abs() < 1e-9, "{limit:?}");
     assert_eq!(reading.limits[1], None);
     let text = text(&set.charts[0], &reading);
@@ -218,7 +218,7 @@ fn a_chart_is_read_off_its_rows() {
 #[test]
 fn an_ensemble_is_a_point_with_a_band() {
     let set = loaded(SET, false);
-    let value = |k: u64| 2.4 + if k % 2 == 0 { 0.1 } else { -0.1 };
+    let value = |k: u64| 2.4 + if k.is_multiple_of(2) { 0.1 } else { -0.1 };
     let mut all: Vec<Row> =
         (1..=8).map(|k| row("double", 0.01, k, k as f64, Some(value(k)))).collect();
     let reading = read(&set.charts[0], &all);
@@ -227,6 +227,12 @@ fn an_ensemble_is_a_point_with_a_band() {
     let half = 2.365 * (0.01_f64 / 7.0).sqrt() / 2.0;
     let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
     assert!(near(size, 0.2) && near(high - size, half) && near(size - low, half), "{size} {half}");
+    // Three such points at 4h, 2h, h, a hundredth apart: within their bands.
+    let points = [(0.04, 0.03), (0.02, 0.01), (0.01, 0.0)].map(|(h, more)| {
+        (1..=8).map(move |k| row("double", h, k, k as f64, Some(value(k) + more)))
+    });
+    let three: Vec<Row> = points.into_iter().flatten().collect();
+    assert!(read(&set.charts[0], &three).limits[0].expect("a limit").lost);
     all[3].value = None;
     all[3].status = "nan".to_owned();
     let reading = read(&set.charts[0], &all);
