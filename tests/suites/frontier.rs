@@ -114,3 +114,22 @@ fn the_standing_set_is_read() {
     assert_eq!(said.code, 74, "{}", said.stderr);
     assert!(said.stderr.contains(".csv"), "{}", said.stderr);
 }
+
+/// The document's example is a set that runs.
+#[test]
+fn the_example_of_the_document_runs() {
+    let text = include_str!("../../docs/frontier.md");
+    let example = text.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next());
+    let specimens = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/specimens");
+    let example =
+        example.expect("an example").replace("../specimens", &specimens.to_string_lossy());
+    let out = unique("frontier-example");
+    std::fs::create_dir_all(&out).expect("a folder");
+    let set = out.join("set.toml");
+    std::fs::write(&set, example).expect("a file");
+    let said = Cullet::new(&["frontier", "--quick", "--machine", "m", "--out"]).path(&out);
+    let said = said.path(&set).output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    assert!(said.stdout.contains("unstable") && said.stdout.contains("single precision"));
+    std::fs::remove_dir_all(&out).ok();
+}

@@ -4,7 +4,7 @@ mod axis;
 mod canvas;
 
 use super::frontier::{
-    Chart, FINEST, Reading, Spot, TARGETS, measured, percent, short, shown, told,
+    Chart, FINEST, Reading, Spot, TARGETS, doubt, measured, percent, short, shown, told,
 };
 use crate::preview::Picture;
 use axis::Axis;
@@ -305,7 +305,8 @@ impl<D: DrawingBackend> Pen<'_, D> {
             y += 32;
             let spot = best.map(|k| &self.reading.spots[k]);
             let head = format!("cheapest within {}: ", percent(*target));
-            let cost = spot.map_or("none".to_owned(), |s| format!("{} s", short(s.cost)));
+            let cost = spot
+                .map_or("none".to_owned(), |s| format!("{} s{}", short(s.cost), doubt(s, *target)));
             self.text(&format!("{head}{cost}"), ((left, y), NOTE, INK, HPos::Left))?;
             if let Some(spot) = spot {
                 y += 20;

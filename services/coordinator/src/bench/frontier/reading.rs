@@ -246,7 +246,8 @@ pub fn text(chart: &Chart, reading: &Reading) -> String {
         let best = reading.cheapest[k].map(|index| &reading.spots[index]);
         let best = best.map_or("no point".to_owned(), |spot| {
             let name = &reading.curves[spot.curve];
-            format!("{name} at {}, {} s", shown(&spot.along), short(spot.cost))
+            let doubt = doubt(spot, *target);
+            format!("{name} at {}, {} s{doubt}", shown(&spot.along), short(spot.cost))
         });
         let each =
             |(name, costs): (&String, &[Option<Reach>; 2])| format!("{name} {}", told(costs[k]));
@@ -261,6 +262,13 @@ pub fn text(chart: &Chart, reading: &Reading) -> String {
         }
     }
     text
+}
+
+/// A word of doubt, where the band of a point's mean goes beyond an error that it is within.
+#[must_use]
+pub fn doubt(spot: &Spot, target: f64) -> String {
+    let high = spot.error.map_or(0.0, |error| error.2);
+    if high > target { format!(" (band to {})", percent(high)) } else { String::new() }
 }
 
 /// What three refinements say, in words.

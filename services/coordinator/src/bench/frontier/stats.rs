@@ -170,8 +170,8 @@ fn student(freedom: usize) -> f64 {
     listed.copied().unwrap_or(1.96 + 2.46 / freedom as f64)
 }
 
-/// Wasserstein's distance of two distributions of mass over the size of its pieces, in shares of the
-/// second one's mean: ∫|F − G| dm / ∫m dG, where F(m) is the share of the mass that lies in pieces
+/// Wasserstein's distance of two distributions of mass over the size of its pieces, in shares of
+/// the second one's mean: ∫|F − G| dm / ∫m dG, where F(m) is the share of the mass that lies in pieces
 /// lighter than m. Of even pieces it is |m − m₀|/m₀. Not a number where a side has no mass.
 #[must_use]
 pub fn mass_distance(masses: &[f64], reference: &[f64]) -> f64 {
@@ -292,8 +292,8 @@ mod tests {
         close(mass_distance(&[1.0], &[0.5, 0.5]), 1.0);
         close(mass_distance(&[0.25; 4], &[0.5, 0.5]), 0.5);
         assert_eq!(mass_distance(&[0.5, 0.5], &[0.5, 0.5]), 0.0);
-        // ¾ of the mass in a piece of 3, ¼ in one of 1, against a piece of 4: F is ¼ from 1 to 3 and
-        // 1 from 3 to 4, so 2 · ¼ + 1 = 1.5, of 4.
+        // ¾ of the mass in a piece of 3, ¼ in one of 1, against a piece of 4: F is ¼ from 1 to 3
+        // and 1 from 3 to 4, so 2 · ¼ + 1 = 1.5, of 4.
         close(mass_distance(&[1.0, 3.0], &[4.0]), 0.375);
         // How much there is in all is nobody's distance; nor is who comes first.
         assert_eq!(mass_distance(&[1.0; 4], &[1.0; 7]), 0.0);

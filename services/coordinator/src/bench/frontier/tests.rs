@@ -227,6 +227,9 @@ fn an_ensemble_is_a_point_with_a_band() {
     let half = 2.365 * (0.01_f64 / 7.0).sqrt() / 2.0;
     let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
     assert!(near(size, 0.2) && near(high - size, half) && near(size - low, half), "{size} {half}");
+    // 20 % are within 21 %; its band, half of it 4.5 %, is not.
+    assert_eq!(doubt(&reading.spots[0], 0.21), " (band to 24 %)");
+    assert_eq!(doubt(&reading.spots[0], 0.3), "");
     // Three such points at 4h, 2h, h, a hundredth apart: within their bands.
     let points = [(0.04, 0.03), (0.02, 0.01), (0.01, 0.0)].map(|(h, more)| {
         (1..=8).map(move |k| row("double", h, k, k as f64, Some(value(k) + more)))
