@@ -130,6 +130,7 @@ fn the_example_of_the_document_runs() {
     let said = Cullet::new(&["frontier", "--quick", "--machine", "m", "--out"]).path(&out);
     let said = said.path(&set).output();
     assert_eq!(said.code, 0, "{}", said.stderr);
-    assert!(said.stdout.contains("unstable") && said.stdout.contains("single precision"));
+    let failed = ["unstable", "nan"].iter().any(|word| said.stdout.contains(word));
+    assert!(failed && said.stdout.contains("single precision"), "{}", said.stdout);
     std::fs::remove_dir_all(&out).ok();
 }

@@ -243,6 +243,9 @@ impl<D: DrawingBackend> Pen<'_, D> {
             let at = self.place(spot);
             let Some((_, low, high)) = spot.error else {
                 self.cross(at, colour)?;
+                if spot.standard {
+                    self.diamond(at)?;
+                }
                 continue;
             };
             if high > low {

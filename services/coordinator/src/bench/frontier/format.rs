@@ -42,7 +42,8 @@ pub struct ChartForm {
     pub scale: Option<f64>,
     /// Whose fragments of the scene; else those of everything that breaks.
     pub object: Option<String>,
-    /// Overrides of the run of the scene that the others are held against.
+    /// Overrides of the run of the scene that the others are held against; without any it is the
+    /// scene as its file has it, and the default.
     #[serde(default)]
     #[schemars(length(max = 64))]
     pub finest: Vec<String>,

@@ -267,8 +267,8 @@ pub fn text(chart: &Chart, reading: &Reading) -> String {
 /// A word of doubt, where the band of a point's mean goes beyond an error that it is within.
 #[must_use]
 pub fn doubt(spot: &Spot, target: f64) -> String {
-    let high = spot.error.map_or(0.0, |error| error.2);
-    if high > target { format!(" (band to {})", percent(high)) } else { String::new() }
+    let beyond = spot.error.filter(|(size, _, high)| high > size && *high > target);
+    beyond.map(|(_, _, high)| format!(" (band to {})", percent(high))).unwrap_or_default()
 }
 
 /// What three refinements say, in words.

@@ -176,11 +176,12 @@ impl Desk<'_> {
         }
         if form.scene.is_some() {
             let set = [&form.set[..], &form.finest[..]].concat();
+            let standard = form.finest.is_empty() && form.default.is_none();
             for seed in 1..=self.seeds(form) {
                 let mut overrides = set.clone();
                 overrides.push(format!("world.seed={seed}"));
                 let work = Work::Scene(file.clone(), overrides);
-                chart.runs.push(planned(FINEST, FINEST, (seed, false), work));
+                chart.runs.push(planned(FINEST, FINEST, (seed, standard), work));
             }
         }
         let marked = chart.runs.iter().any(|run| run.standard);
@@ -258,9 +259,11 @@ impl Desk<'_> {
         if let Some(object) = form.object.as_ref().filter(|name| !there(name)) {
             self.wrong(&format!("{at}.object"), format!("the scene has no body \"{object}\""));
         }
-        let source = form.source.clone();
-        let source =
-            source.unwrap_or_else(|| format!("its own run with {}", form.finest.join(" ")));
+        let own = match form.finest.is_empty() {
+            true => "its own run as it is".to_owned(),
+            false => format!("its own run with {}", form.finest.join(" ")),
+        };
+        let source = form.source.clone().unwrap_or(own);
         let (metric, scale) = (MASSES.to_owned(), 1.0);
         let chart = Chart { bench: scene.name, metric, source, scale, ..empty(form) };
         Some((chart, file.to_owned()))
