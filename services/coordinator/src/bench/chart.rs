@@ -234,9 +234,10 @@ impl<D: DrawingBackend> Pen<'_, D> {
     fn curve(&self, curve: usize) -> Result<(), String> {
         let colour = self.colour(curve);
         let own = || self.reading.spots.iter().enumerate().filter(|(_, s)| s.curve == curve);
-        let line: Vec<(i32, i32)> =
-            own().filter(|(_, s)| s.error.is_some()).map(|(_, s)| self.place(s)).collect();
-        if line.len() > 1 {
+        // A failed point parts the line.
+        let all: Vec<&Spot> = own().map(|(_, spot)| spot).collect();
+        for line in all.split(|spot| spot.error.is_none()).filter(|line| line.len() > 1) {
+            let line: Vec<(i32, i32)> = line.iter().map(|spot| self.place(spot)).collect();
             self.path(&line, colour, 2)?;
         }
         for (k, spot) in own() {

@@ -171,8 +171,8 @@ fn student(freedom: usize) -> f64 {
 }
 
 /// Wasserstein's distance of two distributions of mass over the size of its pieces, in shares of
-/// the second one's mean: ∫|F − G| dm / ∫m dG, where F(m) is the share of the mass that lies in pieces
-/// lighter than m. Of even pieces it is |m − m₀|/m₀. Not a number where a side has no mass.
+/// the second one's mean: ∫|F − G| dm / ∫m dG, where F(m) is the share of the mass that lies in
+/// pieces lighter than m. Of even pieces it is |m − m₀|/m₀. Not a number where a side has no mass.
 #[must_use]
 pub fn mass_distance(masses: &[f64], reference: &[f64]) -> f64 {
     let (whole, full) = (masses.iter().sum::<f64>(), reference.iter().sum::<f64>());

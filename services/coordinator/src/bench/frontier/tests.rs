@@ -266,6 +266,11 @@ fn a_chart_shows_every_point() {
     for text in ["bar: a bar", "16.0 s", "not reached", "made up", "here", "10 %", "0.5 s"] {
         assert!(svg.contains(text), "{text}\n{svg}");
     }
+    // A failed point parts the line: what is left of the second colour's is in the legend.
+    let mut parted = sample();
+    parted.push(row("single", 0.005, 1, 8.0, Some(2.3)));
+    let svg = chart::svg(chart, &read(chart, &parted), "here").expect("a chart");
+    assert_eq!(svg.matches("stroke=\"#D55E00\" stroke-width=\"2\"").count(), 1, "{svg}");
     let picture = chart::picture(chart, &reading, "here").expect("a chart");
     let blue = picture.rgb.chunks(3).filter(|c| *c == [0, 114, 178]).count();
     assert!(blue > 500, "{blue} pixels of the first curve");
