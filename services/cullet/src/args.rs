@@ -41,10 +41,12 @@ pub(crate) enum Command {
     Check(Check),
     /// List the material presets with the source of each value
     Materials(Materials),
-    /// Print the JSON schema of scene files, or of specimen files
+    /// Print the JSON schema of scene files, of specimen files or of standing sets
     Schema(Schema),
     /// Run specimens and hold their numbers against what is expected
     Bench(Bench),
+    /// Run a standing set of specimens and scenes and draw error over cost
+    Frontier(Frontier),
     /// Solve one specimen: a job on standard input, its result on standard output
     #[command(hide = true)]
     SolveSpecimen,
@@ -53,8 +55,41 @@ pub(crate) enum Command {
 #[derive(Debug, Args)]
 pub(crate) struct Schema {
     /// That of specimen files
-    #[arg(long)]
+    #[arg(long, conflicts_with = "frontier")]
     pub(crate) specimen: bool,
+    /// That of standing sets for `cullet frontier`
+    #[arg(long)]
+    pub(crate) frontier: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Frontier {
+    /// The standing set
+    #[arg(default_value = "tests/frontier/standing.toml", value_name = "SET")]
+    pub(crate) set: PathBuf,
+    /// Only the chart of this name; may be given more than once. Rows of others stay as they are
+    #[arg(long, value_name = "NAME")]
+    pub(crate) only: Vec<String>,
+    /// Folder for MACHINE.csv and the charts in MACHINE/
+    #[arg(long, default_value = "docs/frontier", value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// What this machine is called [default: its processor's name]
+    #[arg(long, value_parser = machine)]
+    pub(crate) machine: Option<String>,
+    /// Longest wall time of a run in seconds; after it the run has the status `timeout`
+    #[arg(long, value_name = "SECONDS", default_value_t = 600.0, value_parser = moment)]
+    pub(crate) limit: f64,
+    /// Only the two coarsest points of each curve, with two seeds at most, as machine MACHINE-quick
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Run nothing: read MACHINE.csv, print and draw
+    #[arg(long)]
+    pub(crate) redraw: bool,
+    /// Specimens solved at once; more than 1 disturb each other's costs
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) workers: u16,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
 }
 
 #[derive(Debug, Args)]
@@ -123,6 +158,9 @@ pub(crate) struct Run {
     /// Print the summary as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
+    /// Draw no preview
+    #[arg(long)]
+    pub(crate) no_pictures: bool,
     #[command(flatten)]
     pub(crate) voice: Voice,
 }
@@ -257,6 +295,15 @@ fn endpoint(text: &str) -> Result<String, String> {
         }
         _ => Err("an endpoint is tcp/HOST:PORT, such as tcp/127.0.0.1:7447".to_owned()),
     }
+}
+
+/// A name that is a file's and a folder's.
+fn machine(text: &str) -> Result<String, String> {
+    let fits = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    let named = !text.is_empty() && text.len() <= 64 && !text.starts_with('.');
+    let good = named && text.chars().all(fits);
+    let bad = "a machine's name is 1 to 64 letters, digits, `-`, `_` or `.`, no `.` first";
+    if good { Ok(text.to_owned()) } else { Err(bad.to_owned()) }
 }
 
 fn moment(text: &str) -> Result<f64, String> {

@@ -81,7 +81,11 @@ pub(crate) fn materials(args: &args::Materials) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn schema(args: &args::Schema) -> Result<Exit, Trouble> {
-    print(if args.specimen { scene::specimen::schema() } else { scene::schema() })?;
+    print(match (args.specimen, args.frontier) {
+        (true, _) => scene::specimen::schema(),
+        (_, true) => cullet_coordinator::bench::frontier::schema(),
+        _ => scene::schema(),
+    })?;
     Ok(Exit::Done)
 }
 

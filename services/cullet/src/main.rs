@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod exit;
 mod folder;
+mod frontier;
 mod inspect;
 mod progress;
 mod run;
@@ -48,6 +49,7 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Materials(args) => inspect::materials(args),
         Command::Schema(args) => inspect::schema(args),
         Command::Bench(args) => bench::bench(args),
+        Command::Frontier(args) => frontier::frontier(args),
         Command::SolveSpecimen => bench::solve(),
     }
 }

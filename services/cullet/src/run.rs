@@ -28,7 +28,7 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
         trouble(&error)
     })?;
     // A run without its pictures is still a run.
-    let drawn = draw(&outcome.recording, out);
+    let drawn = if args.no_pictures { Ok(()) } else { draw(&outcome.recording, out) };
     if let Err(trouble) = &drawn {
         eprintln!("warning: {trouble}");
     }

@@ -4,6 +4,8 @@
 //! the time limit; one that crashes has a status like any other: a failed run is a point of a
 //! chart, never a missing row. Several run at once, and results come in the order of the plan.
 
+pub mod chart;
+pub mod frontier;
 mod pool;
 mod sweep;
 mod table;

@@ -60,7 +60,7 @@ pub fn csv(measured: &Measured) -> String {
     measured.rows.iter().map(line).collect()
 }
 
-fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

@@ -28,6 +28,7 @@ mod paint;
 mod resolve;
 mod schema;
 mod shape;
+pub(crate) mod sheet;
 pub mod specimen;
 #[cfg(test)]
 mod tests;
@@ -41,6 +42,7 @@ pub use format::{Expect, SolverChoice, View};
 pub use material::{
     Kind, Preset, SceneMaterial, Sourced, preset, presets, presets_json, presets_text,
 };
+pub(crate) use schema::printed;
 pub use schema::schema;
 
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};

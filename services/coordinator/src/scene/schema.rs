@@ -22,7 +22,7 @@ pub fn schema() -> String {
 }
 
 /// A schema as a file has it.
-pub(super) fn printed(schema: &Json) -> String {
+pub(crate) fn printed(schema: &Json) -> String {
     let mut text = serde_json::to_string_pretty(schema).unwrap_or_default();
     text.push('\n');
     text
