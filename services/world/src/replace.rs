@@ -11,7 +11,7 @@ use crate::settle::{Scene, Settled, Striker, TooDear, settle};
 use crate::support::Reaction;
 use crate::world::World;
 use crate::{WorldError, ledger::Sink};
-use cullet_geometry::{Mat3, Pose, Solid, Vec3};
+use cullet_geometry::{Mat3, Pose, Quat, Solid, Vec3};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -150,7 +150,8 @@ impl World {
         let specks = grains.iter().map(|grain| speck(grain, &parent, &motion));
         let placed = draft.bodies.iter().zip(&draft.poses).map(still);
         let purses = self.purses(body.0, hits);
-        let late = hits.first().filter(|hit| hit.step < self.step_count());
+        let first = hits.first();
+        let turned = |hit: &Hit| hit.orientation * motion.pose.rotation.inverse();
         let scene = Scene {
             body: Part::new(&parent, &motion),
             fixed: parent.fixed,
@@ -161,7 +162,8 @@ impl World {
             parts,
             fracture_energy,
             purse: purses.iter().sum(),
-            late: late.map(|hit| hit.orientation * motion.pose.rotation.inverse()),
+            back: first.map_or_else(Quat::identity, turned),
+            late: first.is_some_and(|hit| hit.step < self.step_count()),
         };
         let settled = settle(&scene).map_err(|TooDear { available, payable }| {
             ReplaceError::Unaffordable { fracture_energy, available, payable }

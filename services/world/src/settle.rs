@@ -6,11 +6,12 @@
 //! opposite on the strikers; `spread` is the rest, which carries no momentum. Kinetic energy is
 //! quadratic in α and, without a cross term, in β.
 //!
+//! The momentum of the push keeps the direction that it had in the world at the hit, though the body
+//! has turned since; the spread turns with it.
+//!
 //! Late fragments find the exchange in motions that have gone on since. Theirs are
 //! `now + α·(base + push − now) + β·spread`: by the share α the engine's exchange gives way to the
-//! solver's, so that the striker gets back what the solver did not deliver. Momentum keeps the
-//! direction it had in the world at the hit; the spread turns with the body. What all of it
-//! may cost is what the contact took out of the motion: at α = β = 0 that pays for the crack.
+//! solver's, so that the striker gets back what the solver did not deliver. What all of it may cost is what the contact took out of the motion: at α = β = 0 that pays for the crack.
 
 use crate::cluster::{Field, Joint, Part, Parts, joint, sum};
 use crate::exchange::Exchange;
@@ -65,8 +66,11 @@ pub(crate) struct Scene {
     pub(crate) fracture_energy: f64,
     /// What the contacts took out of the motion and nobody has spent yet \[J\].
     pub(crate) purse: f64,
-    /// Late fragments: the turn that leads back to how the body lay when it was hit.
-    pub(crate) late: Option<Quat>,
+    /// The turn that leads back to how the body lay when it was hit: the engine lets it spin on
+    /// within the step of the hit, and beyond.
+    pub(crate) back: Quat,
+    /// The fragments come in a later step than the hit's.
+    pub(crate) late: bool,
 }
 
 /// Motion after, and what it cost.
@@ -112,7 +116,7 @@ pub(crate) fn settle(scene: &Scene) -> Result<Settled, TooDear> {
     let (base, surplus) = undo(scene);
     let (push, spread) = push(scene, &base);
     let (now, present) = present(scene);
-    let late = scene.late.is_some();
+    let late = scene.late;
     // What the grains have more than the body had is paid like the crack.
     let surplus = if late { present } else { surplus };
     let cost = (scene.fracture_energy + surplus).max(0.0);
@@ -291,7 +295,7 @@ fn push(scene: &Scene, base: &State) -> (Push, Vec<Change>) {
     let rigid = whole.field(&total.linear, &torque);
     let spread =
         moved.iter().map(|p| (p.velocity - rigid.at(&p.centre), p.spin - rigid.spin)).collect();
-    let then = |v: Vec3| scene.late.map_or(v, |turn| turn * v);
+    let then = |v: Vec3| scene.back * v;
     let (linear, torque) = (then(total.linear), then(torque));
     let rigid = whole.field(&linear, &torque);
     let mut push = Push {
@@ -338,7 +342,7 @@ fn answer(
         return;
     }
     let group = group(&base.parts, &striker.ids);
-    let lever = if scene.late.is_some() { striker.lever } else { striker.point - group.centre };
+    let lever = if scene.late { striker.lever } else { striker.point - group.centre };
     let own = lever.cross(&-linear);
     let angular = gained + group.centre.cross(&-linear) + own;
     let [mine, theirs] = close(scene, striker, &base.parts, &-angular);
@@ -369,7 +373,7 @@ struct Share {
 /// least energy.
 fn close(scene: &Scene, striker: &Striker, parts: &Parts, couple: &Vec3) -> [Share; 2] {
     let (mine, theirs) = (joint(scene.fragments.iter()), group(parts, &striker.ids));
-    if scene.late.is_some() {
+    if scene.late {
         let all = joint(scene.fragments.iter().chain(&members(parts, &striker.ids)));
         let side = |part: &Joint| {
             let field = all.field(&Vec3::zeros(), couple);
