@@ -1,4 +1,5 @@
-//! What a scene asks of its solves: planned in numbers, refined while it must be, the same anywhere.
+//! What a scene asks of its solves: planned in numbers, refined while it must be, the same bits
+//! anywhere.
 
 mod common;
 

@@ -294,8 +294,8 @@ pub fn estimate(coarse: &Figures, fine: &Figures) -> f64 {
 }
 
 impl World {
-    /// [`plan`] for the hits of one body: the finest that any of them needs; `None` when the body is
-    /// gone.
+    /// [`plan`] for the hits of one body: the finest that any of them needs; `None` when the body
+    /// is gone.
     #[must_use]
     pub fn plan(&self, hits: &[Hit], need: &Need, frame: &Frame) -> Option<Result<Plan, Reason>> {
         let body = self.bodies.get(&hits.first()?.body.0)?;

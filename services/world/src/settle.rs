@@ -6,12 +6,13 @@
 //! opposite on the strikers; `spread` is the rest, which carries no momentum. Kinetic energy is
 //! quadratic in α and, without a cross term, in β.
 //!
-//! The momentum of the push keeps the direction that it had in the world at the hit, though the body
-//! has turned since; the spread turns with it.
+//! The momentum of the push keeps the direction that it had in the world at the hit, though the
+//! body has turned since; the spread turns with it.
 //!
 //! Late fragments find the exchange in motions that have gone on since. Theirs are
 //! `now + α·(base + push − now) + β·spread`: by the share α the engine's exchange gives way to the
-//! solver's, so that the striker gets back what the solver did not deliver. What all of it may cost is what the contact took out of the motion: at α = β = 0 that pays for the crack.
+//! solver's, so that the striker gets back what the solver did not deliver. What all of it may cost
+//! is what the contact took out of the motion: at α = β = 0 that pays for the crack.
 
 use crate::cluster::{Field, Joint, Part, Parts, joint, sum};
 use crate::exchange::Exchange;
