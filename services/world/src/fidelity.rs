@@ -94,18 +94,18 @@ const PER_CELL: f64 = 8.0;
 const POINT_STEP: f64 = 2e-7;
 /// Time step over h/c_d.
 const STEP: f64 = 0.4;
-/// The error at twelve cells across, 30 % [ladder, L3], falls as the spacing does: 10 % at 36 [L4].
+/// The error at twelve cells across, 30 % (ladder, L3), falls as the spacing does: 10 % at 36 (L4).
 const ERROR_OF_TWELVE: f64 = 0.3;
 /// Cells of the smallest fragment wanted [Gate 6].
 const FRAGMENT_CELLS: f64 = 4.0;
 /// Cells through the thickness (F14), and a margin for how that is measured.
 const THICKNESS_CELLS: f64 = 3.3;
-/// A body of fewer cells gets geometric pieces [ladder].
+/// A body of fewer cells gets geometric pieces (ladder).
 const LEAST_CELLS: f64 = 27.0;
 /// Transits of a shear wave that a push is followed for at most, and those after it.
 const PUSH_TRANSITS: f64 = 6.0;
 const AFTER_TRANSITS: f64 = 4.0;
-/// Fragments that broke from a fragment are solved this much more coarsely [ladder].
+/// Fragments that broke from a fragment are solved this much more coarsely (ladder).
 const LATER: f64 = 2.0;
 
 /// Π = t_c/(2L/c_d) and what it means [Gate 3].
@@ -150,7 +150,7 @@ pub fn cost(volume: f64, duration: f64, pressure_speed: f64, spacing: f64) -> (f
     (points, steps, POINT_STEP * points * steps)
 }
 
-/// Relative error of what breaks how, `across` cells through the smallest section [ladder].
+/// Relative error of what breaks how, `across` cells through the smallest section (ladder).
 #[must_use]
 pub fn ladder_error(across: f64) -> f64 {
     ERROR_OF_TWELVE * 12.0 / across
