@@ -2,6 +2,7 @@
 
 use clap::{Args, Parser, Subcommand};
 use cullet_coordinator::bench::Sweep;
+use cullet_coordinator::record;
 use cullet_proto::WorkerId;
 use std::path::PathBuf;
 
@@ -234,6 +235,9 @@ pub(crate) struct Inspect {
     /// Print the fragments' masses as CSV, and the laws fitted to them
     #[arg(long, conflicts_with = "json")]
     pub(crate) masses: bool,
+    /// Fit fragments of at least so many cells of the grid that made them
+    #[arg(long, value_name = "N", requires = "masses", default_value_t = record::RESOLVED_CELLS)]
+    pub(crate) cells: f64,
 }
 
 #[derive(Debug, Args)]

@@ -13,7 +13,7 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
         for recording in std::iter::once(&args.recording).chain(&args.more) {
             masses.extend(record::masses(recording).map_err(|error| unreadable(&error))?);
         }
-        print(record::table(&masses))?;
+        print(record::table(&masses, args.cells))?;
         return Ok(Exit::Done);
     }
     let told = record::inspect(&args.recording).map_err(|error| unreadable(&error))?;

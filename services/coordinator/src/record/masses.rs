@@ -6,8 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Fragments of fewer cells than this are the grid's, not the material's (G2).
-const LEAST_CELLS: f64 = 27.0;
+/// Cells from which on a fragment is one that the solve resolved \[1\]: pieces that are drawn in
+/// crushed zones, by a law and not by a solve, stay below.
+pub const RESOLVED_CELLS: f64 = 64.0;
 
 /// A fragment that broke no further.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,8 +23,8 @@ pub struct FragmentMass {
     pub mass: f64,
     /// Volume over the object's \[1\].
     pub ratio: f64,
-    /// Mass of 27 cells of the solve that made it \[kg\]; zero where it had no grid.
-    pub least: f64,
+    /// Mass of a cell of the solve that made it \[kg\]; zero where it had no grid.
+    pub cell: f64,
 }
 
 /// A law fitted by maximum likelihood.
@@ -112,26 +113,27 @@ fn of(recording: &Recording) -> Vec<FragmentMass> {
                 generation: body.generation,
                 mass: body.mass,
                 ratio: body.volume / volumes.get(body.object.as_str()).copied()?,
-                least: LEAST_CELLS * h * h * h * body.mass / body.volume,
+                cell: h * h * h * body.mass / body.volume,
             })
         })
         .collect()
 }
 
-/// The list as CSV, then for each object its fits as lines that begin with `#`.
+/// The list as CSV, then for each object its fits as lines that begin with `#`, to fragments of at
+/// least that many cells.
 #[must_use]
-pub fn table(masses: &[FragmentMass]) -> String {
+pub fn table(masses: &[FragmentMass], cells: f64) -> String {
     let mut text = String::from("name,object,generation,mass_kg,volume_ratio,resolved\n");
     let mut objects: BTreeMap<&str, Vec<&FragmentMass>> = BTreeMap::new();
     for part in masses {
-        let FragmentMass { name, object, generation, mass, ratio, least } = part;
-        let resolved = mass >= least;
+        let FragmentMass { name, object, generation, mass, ratio, cell } = part;
+        let resolved = *mass >= cells * cell;
         let row = [quoted(name), quoted(object)].join(",");
         let _never = writeln!(text, "{row},{generation},{mass:e},{ratio:e},{resolved}");
         objects.entry(object).or_default().push(part);
     }
     for (object, parts) in objects {
-        let least = parts.iter().map(|part| part.least).fold(0.0, f64::max);
+        let least = cells * parts.iter().map(|part| part.cell).fold(0.0, f64::max);
         let all: Vec<f64> = parts.iter().map(|part| part.mass).collect();
         text.push_str(&told(object, &all, least));
     }
@@ -210,8 +212,8 @@ mod tests {
         let list = masses(&path).expect("reads");
         let names: Vec<&str> = list.iter().map(|part| part.object.as_str()).collect();
         assert_eq!(names, ["cube", "cube"]);
-        assert!(list.iter().all(|part| (part.ratio - 0.5).abs() < 1e-12 && part.least == 0.0));
-        let text = table(&list);
+        assert!(list.iter().all(|part| (part.ratio - 0.5).abs() < 1e-12 && part.cell == 0.0));
+        let text = table(&list, RESOLVED_CELLS);
         assert_eq!(text.lines().count(), 4, "{text}");
         assert!(text.ends_with("# cube: 2 fragments, too few to fit\n"), "{text}");
         assert_eq!(quoted("a,\"b\""), "\"a,\"\"b\"\"\"");

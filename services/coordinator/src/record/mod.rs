@@ -44,7 +44,7 @@ mod trace;
 pub use digest::RunDigest;
 pub use event::Event;
 pub use inspect::{Inspection, inspect};
-pub use masses::{Fit, Fits, FragmentMass, fit, masses, table};
+pub use masses::{Fit, Fits, FragmentMass, RESOLVED_CELLS, fit, masses, table};
 pub use meta::{RunMeta, View};
 pub use read::Recording;
 pub use recorder::{Finished, Level, PoseRow, Recorder};
