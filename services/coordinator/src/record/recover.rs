@@ -97,8 +97,8 @@ impl Copy {
     fn create(path: &Path) -> Result<Self, RecordError> {
         let file = File::create(path).map_err(RecordError::io(path))?;
         let buffer = BufWriter::new(file.try_clone().map_err(RecordError::io(path))?);
-        let writer = mcap::WriteOptions::new()
-            .library(concat!("cullet ", env!("CARGO_PKG_VERSION"), " recover"))
+        let name = concat!("cullet ", env!("CARGO_PKG_VERSION"), " recover");
+        let writer = mcap::WriteOptions::library(mcap::WriteOptions::new(), name)
             .chunk_size(None)
             .compression_threads(0)
             .disable_seeking(true)

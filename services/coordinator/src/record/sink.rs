@@ -33,8 +33,8 @@ impl Sink {
     pub(super) fn create(path: &Path) -> Result<Self, RecordError> {
         let file = File::create(path).map_err(RecordError::io(path))?;
         let copy = file.try_clone().map_err(RecordError::io(path))?;
-        let writer = mcap::WriteOptions::new()
-            .library(concat!("cullet ", env!("CARGO_PKG_VERSION")))
+        let name = concat!("cullet ", env!("CARGO_PKG_VERSION"));
+        let writer = mcap::WriteOptions::library(mcap::WriteOptions::new(), name)
             .chunk_size(Some(CHUNK_BYTES))
             .compression_threads(0)
             .disable_seeking(true)
