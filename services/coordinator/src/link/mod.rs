@@ -10,15 +10,17 @@ pub mod client;
 mod inbox;
 mod net;
 mod questions;
+mod run;
 mod shell;
 mod submissions;
 
 use crate::link::shell::{Input, Shell};
+use cullet_dispatch::{Event, Job, Run};
 use cullet_proto::transport::Patience;
-use cullet_proto::{FractureJob, JobId, Verdict, WireError, WorkerId, keys};
+use cullet_proto::{JobId, Verdict, WireError, WorkerId, keys};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -26,10 +28,9 @@ use std::time::Duration;
 pub use bundle::{MAX_BUNDLE, check_path};
 pub use children::SpawnConfig;
 pub use cullet_dispatch::Timing;
+pub use cullet_dispatch::{Share, Tenant};
+pub use run::{RunHandle, RunStats};
 pub use submissions::{Content, Submission, Submissions};
-
-/// How long [`Pool::clear`] waits for a settlement; they come at once.
-const FAREWELL: Duration = Duration::from_secs(5);
 
 /// What went wrong with the link.
 #[derive(Debug, thiserror::Error)]
@@ -192,8 +193,7 @@ pub struct PoolStats {
 pub struct Pool {
     endpoint: String,
     inputs: SyncSender<Input>,
-    owed: AtomicU64,
-    settlements: Mutex<Receiver<(JobId, Settlement)>>,
+    runs: AtomicU64,
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
     submissions: Submissions,
@@ -211,17 +211,15 @@ impl Pool {
         let (inputs, queue) = std::sync::mpsc::sync_channel(shell::QUEUE);
         let net = net::Net::listen(&config, &coordinator, &inputs)?;
         let endpoint = net.endpoint().to_owned();
-        let (settle, settlements) = std::sync::mpsc::channel();
         let submissions = Submissions::new(inputs.clone());
-        let shell = Shell::new(&config, net, settle, submissions.clone())?;
+        let shell = Shell::new(&config, net, submissions.clone())?;
         let (stats, pids) = (shell.stats_handle(), shell.pids_handle());
         let thread = std::thread::Builder::new()
             .name("cullet-pool".into())
             .spawn(move || shell.run(&queue))
             .map_err(LinkError::Thread)?;
-        let (settlements, thread) = (Mutex::new(settlements), Some(thread));
-        let owed = AtomicU64::new(0);
-        Ok(Self { endpoint, inputs, owed, settlements, stats, pids, submissions, thread })
+        let (runs, thread) = (AtomicU64::new(0), Some(thread));
+        Ok(Self { endpoint, inputs, runs, stats, pids, submissions, thread })
     }
 
     /// Where workers and clients connect.
@@ -230,28 +228,12 @@ impl Pool {
         &self.endpoint
     }
 
-    /// Wants a job done; it settles through [`Pool::settled`]. A job over a limit of the wire
-    /// settles as abandoned.
-    pub fn open(&self, job: &FractureJob) -> JobId {
-        let (id, bytes) = match job.encode() {
-            Ok(bytes) => (JobId::of(&bytes), Ok(bytes)),
-            Err(error) => {
-                // It has no encoding to be named by; its debug text is as good.
-                (JobId::of(format!("{job:?}").as_bytes()), Err(error.to_string()))
-            }
-        };
-        self.owed.fetch_add(1, Ordering::Relaxed);
-        let _closed = self.inputs.send(Input::Open(id, bytes));
-        id
-    }
-
-    /// The next job to settle, in opening order; `None` if none does within `timeout`.
+    /// Begins a run: a stream of jobs that settles in its own order, beside other runs, with this
+    /// share of the workers.
     #[must_use]
-    pub fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
-        let settlements = self.settlements.lock().unwrap_or_else(PoisonError::into_inner);
-        let settled = settlements.recv_timeout(timeout).ok()?;
-        self.owed.fetch_sub(1, Ordering::Relaxed);
-        Some(settled)
+    pub fn run(&self, share: Share) -> RunHandle {
+        let run = Run(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
+        RunHandle::begin(run, share, self.inputs.clone())
     }
 
     /// What the pool has done and is doing.
@@ -272,19 +254,14 @@ impl Pool {
         self.submissions.clone()
     }
 
-    /// Wants nothing any more: every job that is not over settles as cancelled.
-    pub fn cancel_all(&self) {
-        let _closed = self.inputs.send(Input::CancelAll);
+    /// The worker of that name finishes what it has and gets no further job. No worker: no effect.
+    pub fn drain(&self, worker: WorkerId) {
+        let _closed = self.inputs.send(Input::Drain(worker));
     }
 
-    /// Cancels every job that is not over and takes in every settlement still owed, so that the
-    /// next run hears of its own jobs alone.
-    pub fn clear(&self) {
-        if self.owed.load(Ordering::Relaxed) == 0 {
-            return;
-        }
-        self.cancel_all();
-        while self.owed.load(Ordering::Relaxed) > 0 && self.settled(FAREWELL).is_some() {}
+    /// A job in quarantine may be tried again.
+    pub fn pardon(&self, job: JobId) {
+        let _closed = self.inputs.send(Input::Say(Event::Pardon(Job(job.0))));
     }
 
     /// Ends the worker processes and the transport; leaves nothing behind.
