@@ -8,7 +8,7 @@ use crate::run::{draw, exit_of, no_link, read_scene, say_logs, trouble};
 use crate::signals::stop_when_told;
 use cullet_coordinator::link::client::{Client, Handle, Outcome};
 use cullet_coordinator::link::{
-    Content, LinkError, Pool, PoolConfig, SpawnConfig, Submission, Submissions, check_path,
+    Content, LinkError, Pool, PoolConfig, Share, SpawnConfig, Submission, Submissions, check_path,
 };
 use cullet_coordinator::run::{News, RunOptions, next_folder, run as run_scene};
 use cullet_coordinator::scene::{Bundle, Scene, SceneFile, load_bundle};
@@ -105,17 +105,16 @@ fn serve_scene(
     let desk = pool.submissions();
     let mut told = Instant::now();
     let options = RunOptions { out: &out, stop };
-    let outcome = run_scene(&scene, pool, &options, &mut |news| match news {
-        News::Line(line) => desk.progress(id, line),
-        News::At(p) if told.elapsed() >= NEWS_PERIOD => {
-            told = Instant::now();
-            let text = format!("{:.3} of {:.3} s, {} bodies", p.time, p.end, p.bodies);
-            desk.progress(id, &text);
-        }
-        News::At(_) => {}
-    });
-    // A run may end with jobs open: the next one must not hear of them.
-    pool.clear();
+    let outcome =
+        run_scene(&scene, &pool.run(Share::default()), &options, &mut |news| match news {
+            News::Line(line) => desk.progress(id, line),
+            News::At(p) if told.elapsed() >= NEWS_PERIOD => {
+                told = Instant::now();
+                let text = format!("{:.3} of {:.3} s, {} bodies", p.time, p.end, p.bodies);
+                desk.progress(id, &text);
+            }
+            News::At(_) => {}
+        });
     let outcome = outcome.map_err(|error| trouble(&error))?;
     let drawn = draw(&outcome.recording, &out);
     if let Err(trouble) = &drawn {

@@ -4,8 +4,15 @@
 pub type Millis = u64;
 
 /// A job, named by the digest of its problem: same problem, same job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Job(pub [u8; 32]);
+
+impl std::fmt::Debug for Job {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [a, b, c, d, ..] = self.0;
+        write!(f, "Job({a:02x}{b:02x}{c:02x}{d:02x})")
+    }
+}
 
 /// The digest of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -14,6 +21,38 @@ pub struct Digest(pub [u8; 32]);
 /// A worker process, by the number it drew at its start: it lasts one process lifetime.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Worker(pub u64);
+
+/// A run: one stream of openings, settled in its own order. The shell gives numbers and never
+/// reuses one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Run(pub u64);
+
+/// On whose behalf runs are made: the pool is shared evenly between tenants first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Tenant(pub u64);
+
+/// A run's claim on the pool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    /// On whose behalf.
+    pub tenant: Tenant,
+    /// Each step up doubles the run's share among the runs of its tenant; at most
+    /// [`Share::HIGHEST`].
+    pub priority: u8,
+}
+
+impl Share {
+    /// Highest priority.
+    pub const HIGHEST: u8 = 9;
+    /// Priority of a run that asks for none.
+    pub const NORMAL: u8 = 4;
+}
+
+impl Default for Share {
+    fn default() -> Self {
+        Self { tenant: Tenant::default(), priority: Self::NORMAL }
+    }
+}
 
 /// The number of one grant. Never reused, so an old holder is told from the present one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -41,11 +80,46 @@ pub enum Trouble {
     Invalid,
 }
 
+/// What is known of a job when it is opened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Prior {
+    /// Nothing.
+    Nothing,
+    /// Its result, from the cache: no worker is asked.
+    Result {
+        /// Of the result's bytes.
+        digest: Digest,
+        /// What it came to.
+        outcome: Outcome,
+    },
+    /// Nobody can take it: it is over a limit of the wire.
+    Unfit,
+}
+
 /// Something that happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// The run needs this job done. Opening the same job again is allowed: each opening settles.
-    Open(Job),
+    /// A run begins, or changes its share.
+    Begin {
+        /// Which.
+        run: Run,
+        /// Its claim.
+        share: Share,
+    },
+    /// The run needs this job done. Opening the same job again, also by another run, is allowed:
+    /// each opening settles, and the job is computed once.
+    Open {
+        /// Which run.
+        run: Run,
+        /// What.
+        job: Job,
+        /// What is known of it before anybody is asked.
+        prior: Prior,
+    },
+    /// No job of this run is granted until it is resumed; what is under way goes on.
+    Pause(Run),
+    /// The run goes on.
+    Resume(Run),
     /// A worker asks for one job.
     Poll {
         /// Who asks.
@@ -96,12 +170,14 @@ pub enum Event {
     Down(Worker),
     /// A worker takes its leave.
     Bye(Worker),
-    /// The run no longer needs this job.
-    Cancel(Job),
-    /// The run no longer needs anything.
-    CancelAll,
-    /// Nobody can take this job (it is over a limit of the wire).
-    Reject(Job),
+    /// The run no longer needs anything: every opening of it settles now.
+    Cancel(Run),
+    /// The run is over: as [`Event::Cancel`], and it is forgotten.
+    End(Run),
+    /// This worker gets no further job: told to leave when it asks next.
+    Drain(Worker),
+    /// A quarantined job may be tried again.
+    Pardon(Job),
     /// Nobody is left to work, and nobody will come.
     Forsaken,
     /// Time has passed. Leases run out only here, after everything that was heard before.

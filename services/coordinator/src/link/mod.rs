@@ -5,31 +5,36 @@
 
 mod bulk;
 mod bundle;
+mod cache;
 mod children;
 pub mod client;
 mod inbox;
+mod ledger;
 mod net;
+mod quarantine;
 mod questions;
+mod run;
 mod shell;
 mod submissions;
 
 use crate::link::shell::{Input, Shell};
+use cullet_dispatch::{Event, Job, Run};
 use cullet_proto::transport::Patience;
-use cullet_proto::{FractureJob, JobId, Verdict, WireError, WorkerId, keys};
+use cullet_proto::{JobId, Verdict, WireError, WorkerId, keys};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 pub use bundle::{MAX_BUNDLE, check_path};
+pub use cache::CacheConfig;
 pub use children::SpawnConfig;
 pub use cullet_dispatch::Timing;
+pub use cullet_dispatch::{Share, Tenant};
+pub use run::{RunHandle, RunStats};
 pub use submissions::{Content, Submission, Submissions};
-
-/// How long [`Pool::clear`] waits for a settlement; they come at once.
-const FAREWELL: Duration = Duration::from_secs(5);
 
 /// What went wrong with the link.
 #[derive(Debug, thiserror::Error)]
@@ -116,6 +121,14 @@ pub struct PoolConfig {
     pub timing: Timing,
     /// How patient its transport is.
     pub patience: Patience,
+    /// Which life of the coordinator this is: more than any before, and on disk before the start.
+    /// Grants carry it, so that none of an earlier life is taken for one of this. `None`: drawn by
+    /// chance, for a coordinator without a journal.
+    pub incarnation: Option<u32>,
+    /// What is kept of finished jobs, to answer repeats.
+    pub cache: CacheConfig,
+    /// Folder for what reproduces jobs that killed their workers; `None`: it is not kept.
+    pub quarantine: Option<PathBuf>,
 }
 
 impl Default for PoolConfig {
@@ -126,6 +139,9 @@ impl Default for PoolConfig {
             spawn: None,
             timing: Timing::production(),
             patience: Patience::production(),
+            incarnation: None,
+            cache: CacheConfig::default(),
+            quarantine: None,
         }
     }
 }
@@ -150,6 +166,8 @@ pub struct Settlement {
     pub attempts: u32,
     /// Name of the worker whose result counts; empty without one.
     pub worker: String,
+    /// Whether its result was known before.
+    pub cached: bool,
     /// Wall time since the opening.
     pub wall: Duration,
 }
@@ -179,6 +197,12 @@ pub struct PoolStats {
     pub respawned: u64,
     /// Results of a pure job that contradicted an earlier one: must be zero.
     pub alarms: u64,
+    /// Jobs in quarantine.
+    pub quarantined: u64,
+    /// Second attempts at jobs that took long.
+    pub hedged: u64,
+    /// Openings answered from the cache.
+    pub cached: u64,
     /// Chunks that came damaged and were sent again.
     pub damaged: u64,
     /// Messages refused at the door.
@@ -192,8 +216,7 @@ pub struct PoolStats {
 pub struct Pool {
     endpoint: String,
     inputs: SyncSender<Input>,
-    owed: AtomicU64,
-    settlements: Mutex<Receiver<(JobId, Settlement)>>,
+    runs: AtomicU64,
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
     submissions: Submissions,
@@ -211,17 +234,15 @@ impl Pool {
         let (inputs, queue) = std::sync::mpsc::sync_channel(shell::QUEUE);
         let net = net::Net::listen(&config, &coordinator, &inputs)?;
         let endpoint = net.endpoint().to_owned();
-        let (settle, settlements) = std::sync::mpsc::channel();
         let submissions = Submissions::new(inputs.clone());
-        let shell = Shell::new(&config, net, settle, submissions.clone())?;
+        let shell = Shell::new(&config, net, submissions.clone())?;
         let (stats, pids) = (shell.stats_handle(), shell.pids_handle());
         let thread = std::thread::Builder::new()
             .name("cullet-pool".into())
             .spawn(move || shell.run(&queue))
             .map_err(LinkError::Thread)?;
-        let (settlements, thread) = (Mutex::new(settlements), Some(thread));
-        let owed = AtomicU64::new(0);
-        Ok(Self { endpoint, inputs, owed, settlements, stats, pids, submissions, thread })
+        let (runs, thread) = (AtomicU64::new(0), Some(thread));
+        Ok(Self { endpoint, inputs, runs, stats, pids, submissions, thread })
     }
 
     /// Where workers and clients connect.
@@ -230,28 +251,12 @@ impl Pool {
         &self.endpoint
     }
 
-    /// Wants a job done; it settles through [`Pool::settled`]. A job over a limit of the wire
-    /// settles as abandoned.
-    pub fn open(&self, job: &FractureJob) -> JobId {
-        let (id, bytes) = match job.encode() {
-            Ok(bytes) => (JobId::of(&bytes), Ok(bytes)),
-            Err(error) => {
-                // It has no encoding to be named by; its debug text is as good.
-                (JobId::of(format!("{job:?}").as_bytes()), Err(error.to_string()))
-            }
-        };
-        self.owed.fetch_add(1, Ordering::Relaxed);
-        let _closed = self.inputs.send(Input::Open(id, bytes));
-        id
-    }
-
-    /// The next job to settle, in opening order; `None` if none does within `timeout`.
+    /// Begins a run: a stream of jobs that settles in its own order, beside other runs, with this
+    /// share of the workers.
     #[must_use]
-    pub fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
-        let settlements = self.settlements.lock().unwrap_or_else(PoisonError::into_inner);
-        let settled = settlements.recv_timeout(timeout).ok()?;
-        self.owed.fetch_sub(1, Ordering::Relaxed);
-        Some(settled)
+    pub fn run(&self, share: Share) -> RunHandle {
+        let run = Run(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
+        RunHandle::begin(run, share, self.inputs.clone())
     }
 
     /// What the pool has done and is doing.
@@ -272,19 +277,14 @@ impl Pool {
         self.submissions.clone()
     }
 
-    /// Wants nothing any more: every job that is not over settles as cancelled.
-    pub fn cancel_all(&self) {
-        let _closed = self.inputs.send(Input::CancelAll);
+    /// The worker of that name finishes what it has and gets no further job. No worker: no effect.
+    pub fn drain(&self, worker: WorkerId) {
+        let _closed = self.inputs.send(Input::Drain(worker));
     }
 
-    /// Cancels every job that is not over and takes in every settlement still owed, so that the
-    /// next run hears of its own jobs alone.
-    pub fn clear(&self) {
-        if self.owed.load(Ordering::Relaxed) == 0 {
-            return;
-        }
-        self.cancel_all();
-        while self.owed.load(Ordering::Relaxed) > 0 && self.settled(FAREWELL).is_some() {}
+    /// A job in quarantine may be tried again.
+    pub fn pardon(&self, job: JobId) {
+        let _closed = self.inputs.send(Input::Say(Event::Pardon(Job(job.0))));
     }
 
     /// Ends the worker processes and the transport; leaves nothing behind.

@@ -1,16 +1,20 @@
 //! The thread that owns the pool: hears, steps the machine, does what it says.
 
 use super::bulk::{Bulk, reply};
+use super::cache::Cache;
 use super::children::Children;
 use super::inbox::Inbox;
+use super::ledger::{Ledger, Wanted};
 use super::net::Net;
+use super::quarantine;
 use super::submissions::Submissions;
-use super::{Ending, LinkError, PoolConfig, PoolStats, Settlement};
-use cullet_dispatch::{Digest, Dispatch, Effect, Event, Job, Millis, Reason, Receipt};
-use cullet_dispatch::{Timing, Verdict as Decision, Worker};
+use super::{Ending, LinkError, PoolConfig, PoolStats, RunStats, Settlement};
+use cullet_dispatch::{Bound, Digest, Dispatch, Effect, Event, Job, Loss, Millis, Outcome, Prior};
+use cullet_dispatch::{Reason, Receipt, Run, Share, Timing, Verdict as Decision, Worker};
 use cullet_proto::pool::{self, Grant, PollAnswer, RenewAnswer};
 use cullet_proto::{Epoch, JobId, SessionId, Verdict, WorkerId};
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -33,24 +37,28 @@ pub(super) enum Input {
     Question(Query),
     /// A sign of life came or went.
     Link { session: SessionId, up: bool },
-    /// The run wants a job: its encoding, or why it has none.
-    Open(JobId, Result<Vec<u8>, String>),
-    /// The run wants nothing any more.
-    CancelAll,
+    /// A run begins: its settlements go there.
+    Begin(Run, Share, Listener),
+    /// A run wants a job: its encoding, or why it has none.
+    Open(Run, JobId, Result<Vec<u8>, String>),
+    /// Something about a run, or a wish about a worker.
+    Say(Event),
+    /// The worker of that name gets no further job.
+    Drain(WorkerId),
     /// A submission has news.
     News,
     /// The end.
     Quit,
 }
 
-/// What is known of a job that has openings to settle.
+/// Who hears of a run.
 #[derive(Debug)]
-struct Wanted {
-    openings: u32,
-    bytes: Arc<Vec<u8>>,
-    opened: Instant,
-    trouble: String,
-    result: Option<Verdict>,
+pub(super) struct Listener {
+    pub(super) settle: Sender<(JobId, Settlement)>,
+    pub(super) stats: Arc<Mutex<RunStats>>,
+    pub(super) over: bool,
+    /// Sum of how far the jobs at work are \[1/1000\].
+    pub(super) permille: i64,
 }
 
 /// What a step of the machine said to whom it listened to.
@@ -72,11 +80,13 @@ pub(super) struct Shell {
     pub(super) refusals: u64,
     names: BTreeMap<Worker, WorkerId>,
     up: BTreeSet<SessionId>,
-    wanted: BTreeMap<Job, Wanted>,
+    pub(super) ledger: Ledger,
+    pub(super) cache: Cache,
+    quarantine: Option<PathBuf>,
     children: Option<Children>,
     net: Net,
-    settle: Sender<(JobId, Settlement)>,
-    settled: Vec<(JobId, Settlement)>,
+    runs: BTreeMap<Run, Listener>,
+    settled: Vec<(Run, JobId, Settlement)>,
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
     start: Instant,
@@ -86,14 +96,13 @@ impl Shell {
     pub(super) fn new(
         config: &PoolConfig,
         net: Net,
-        settle: Sender<(JobId, Settlement)>,
         submissions: Submissions,
     ) -> Result<Self, LinkError> {
         let spawn = config.spawn.clone();
         let children = spawn.map(|spawn| Children::start(spawn, net.endpoint())).transpose()?;
         let pids = children.as_ref().map(Children::pids).unwrap_or_default();
         Ok(Self {
-            dispatch: Dispatch::new(config.timing, incarnation()),
+            dispatch: Dispatch::new(config.timing, config.incarnation.unwrap_or_else(drawn)),
             timing: config.timing,
             inbox: Inbox::default(),
             bulk: Bulk::start()?,
@@ -103,10 +112,12 @@ impl Shell {
             refusals: 0,
             names: BTreeMap::new(),
             up: BTreeSet::new(),
-            wanted: BTreeMap::new(),
+            ledger: Ledger::default(),
+            cache: Cache::open(&config.cache),
+            quarantine: config.quarantine.clone(),
             children,
             net,
-            settle,
+            runs: BTreeMap::new(),
             settled: Vec::new(),
             stats: Arc::default(),
             pids: Arc::new(Mutex::new(pids)),
@@ -142,10 +153,13 @@ impl Shell {
                 self.tick();
             }
             self.publish();
-            for settlement in self.settled.drain(..) {
-                // Nobody listens any more only while the pool is being dropped.
-                let _closed = self.settle.send(settlement);
+            for (run, id, settlement) in self.settled.drain(..) {
+                // One that nobody listens for is of a run whose handle is gone.
+                if let Some(listener) = self.runs.get(&run) {
+                    let _closed = listener.settle.send((id, settlement));
+                }
             }
+            self.runs.retain(|_, listener| !listener.over);
         }
         self.children = None;
         self.polls.clear();
@@ -166,9 +180,16 @@ impl Shell {
                 self.polls.remove(&worker);
                 self.step(Event::Suspect(worker));
             }
-            Input::Open(id, bytes) => self.open(id, bytes),
-            Input::CancelAll => {
-                self.step(Event::CancelAll);
+            Input::Begin(run, share, listener) => {
+                self.runs.insert(run, listener);
+                self.step(Event::Begin { run, share });
+            }
+            Input::Open(run, id, bytes) => self.open(run, id, bytes),
+            Input::Say(event) => self.say(event),
+            Input::Drain(name) => {
+                for worker in self.named(name.as_str()) {
+                    self.step(Event::Drain(worker));
+                }
             }
             Input::News => self.news(),
             Input::Quit => {}
@@ -177,8 +198,7 @@ impl Shell {
 
     fn tick(&mut self) {
         for name in self.children.as_mut().map(Children::tend).unwrap_or_default() {
-            let ended = self.names.iter().filter(|(_, known)| known.as_str() == name);
-            for worker in ended.map(|(worker, _)| *worker).collect::<Vec<_>>() {
+            for worker in self.named(&name) {
                 self.polls.remove(&worker);
                 self.names.remove(&worker);
                 self.step(Event::Down(worker));
@@ -190,13 +210,28 @@ impl Shell {
         self.news();
     }
 
+    /// The lives of workers of that name.
+    fn named(&self, name: &str) -> Vec<Worker> {
+        let known = self.names.iter().filter(|(_, known)| known.as_str() == name);
+        known.map(|(worker, _)| *worker).collect()
+    }
+
+    fn say(&mut self, event: Event) {
+        self.step(event);
+        if let Event::End(run) = event
+            && let Some(listener) = self.runs.get_mut(&run)
+        {
+            listener.over = true;
+        }
+    }
+
     /// Gives every job up if no worker of ours comes to life and nobody else is there.
     fn forsake(&mut self) {
         let Some(text) = self.children.as_ref().and_then(Children::hopeless) else {
             return;
         };
-        if self.up.is_empty() && !self.wanted.is_empty() {
-            self.wanted.values_mut().for_each(|wanted| wanted.trouble.clone_from(&text));
+        if self.up.is_empty() && !self.ledger.is_empty() {
+            self.ledger.trouble_all(&text);
             self.step(Event::Forsaken);
         }
     }
@@ -205,6 +240,12 @@ impl Shell {
         let counts = self.dispatch.counts();
         let children = self.children.as_ref();
         let pids = children.map(Children::pids).unwrap_or_default();
+        for (run, listener) in &self.runs {
+            if let Some(counts) = self.dispatch.counts_of(*run) {
+                *listener.stats.lock().unwrap_or_else(PoisonError::into_inner) =
+                    RunStats::of(&counts, listener.permille);
+            }
+        }
         let stats = PoolStats {
             opened: counts.opened,
             settled: counts.settled,
@@ -217,6 +258,9 @@ impl Shell {
             workers: self.up.len() as u64,
             respawned: children.map_or(0, |c| c.respawned),
             alarms: counts.alarms,
+            quarantined: counts.quarantined,
+            hedged: counts.hedged,
+            cached: self.cache.hits,
             damaged: self.inbox.damaged,
             refusals: self.refusals,
             children: pids.len() as u64,
@@ -225,45 +269,37 @@ impl Shell {
         *self.pids.lock().unwrap_or_else(PoisonError::into_inner) = pids;
     }
 
-    fn open(&mut self, id: JobId, bytes: Result<Vec<u8>, String>) {
+    fn open(&mut self, run: Run, id: JobId, bytes: Result<Vec<u8>, String>) {
         let job = Job(id.0);
-        let (bytes, trouble) = match bytes {
-            Ok(bytes) => (bytes, None),
-            Err(text) => (Vec::new(), Some(text)),
+        let prior = match bytes {
+            Ok(bytes) => {
+                self.ledger.open(run, id, bytes, String::new());
+                self.known(id).unwrap_or(Prior::Nothing)
+            }
+            Err(text) => {
+                self.ledger.open(run, id, Vec::new(), text);
+                Prior::Unfit
+            }
         };
-        let invalid = trouble.is_some();
-        let wanted = self.wanted.entry(job).or_insert_with(|| Wanted {
-            openings: 0,
-            bytes: Arc::new(bytes),
-            opened: Instant::now(),
-            trouble: trouble.unwrap_or_default(),
-            result: None,
-        });
-        wanted.openings += 1;
-        if invalid {
-            // Nobody may be granted it in between: it is turned down in the same breath.
-            self.dispatch_all([Event::Open(job), Event::Reject(job)]);
-        } else {
-            self.step(Event::Open(job));
-        }
+        self.step(Event::Open { run, job, prior });
     }
 
-    /// The encoding of a job that is wanted.
-    pub(super) fn bytes_of(&self, id: JobId) -> Option<Arc<Vec<u8>>> {
-        self.wanted.get(&Job(id.0)).map(|wanted| Arc::clone(&wanted.bytes))
+    /// What the cache says of a job that is opened.
+    fn known(&mut self, id: JobId) -> Option<Prior> {
+        let bytes = self.cache.get(id)?;
+        let verdict = Verdict::decode(&bytes).ok()?;
+        let outcome = outcome_of(&verdict);
+        self.ledger.keep(id, verdict);
+        let digest = Digest(cullet_proto::ids::digest(&bytes));
+        Some(Prior::Result { digest, outcome })
     }
 
-    /// Keeps words about a job's last trouble, for the message if it is abandoned.
-    pub(super) fn note_trouble(&mut self, id: JobId, text: &str) {
-        if let Some(wanted) = self.wanted.get_mut(&Job(id.0)) {
-            wanted.trouble = cullet_proto::verdict::cut(text);
-        }
-    }
-
-    /// Keeps a verdict whose bytes were checked, for when the machine settles the job.
-    pub(super) fn keep(&mut self, id: JobId, verdict: Verdict) {
-        if let Some(wanted) = self.wanted.get_mut(&Job(id.0)) {
-            wanted.result.get_or_insert(verdict);
+    /// A worker says how far it is.
+    pub(super) fn progress(&mut self, id: JobId, permille: u16) {
+        for (run, gain) in self.ledger.progress(id, permille.min(1000)) {
+            if let Some(listener) = self.runs.get_mut(&run) {
+                listener.permille += gain;
+            }
         }
     }
 
@@ -281,24 +317,19 @@ impl Shell {
         self.start.elapsed().as_millis() as Millis
     }
 
-    fn dispatch_all<const N: usize>(&mut self, events: [Event; N]) -> Said {
+    pub(super) fn step(&mut self, event: Event) -> Said {
         let now = self.now();
-        let stepped: Vec<_> = events.iter().flat_map(|e| self.dispatch.step(now, *e)).collect();
         let mut said = Said::default();
-        for effect in stepped {
+        for effect in self.dispatch.step(now, event) {
             self.act(effect, &mut said);
         }
         said
     }
 
-    pub(super) fn step(&mut self, event: Event) -> Said {
-        self.dispatch_all([event])
-    }
-
     fn act(&mut self, effect: Effect, said: &mut Said) {
         match effect {
             Effect::Grant { worker, seq, job, epoch, lease, hard } => {
-                let length = self.wanted.get(&job).map_or(0, |w| w.bytes.len() as u64);
+                let length = self.ledger.get(job).map_or(0, |w| w.bytes.len() as u64);
                 let grant = Grant {
                     job: JobId(job.0),
                     epoch: Epoch(epoch.0),
@@ -318,15 +349,24 @@ impl Shell {
             Effect::Renewed { lease, .. } => said.renew = Some(RenewAnswer::Go { lease_ms: lease }),
             Effect::Stop { .. } => said.renew = Some(RenewAnswer::Stop),
             Effect::Taken { receipt, .. } => said.receipt = Some(receipt),
-            Effect::Requeue { job, loss } => {
-                tracing::warn!("job {} goes back to the queue: {loss:?}", JobId(job.0).short());
+            Effect::Dismiss { worker, seq } => {
+                self.answer_poll(worker, seq, PollAnswer::Drain);
             }
+            Effect::Drained { worker } => {
+                let name = self.names.get(&worker).map_or_else(String::new, WorkerId::to_string);
+                tracing::warn!("worker {name} gets no further job");
+            }
+            Effect::Lost { job, worker, loss, .. } => self.lost(job, worker, loss),
+            Effect::Busy { run, job, bound } => self.turn_down(run, job, bound),
+            Effect::Quarantine { job, crashes } => self.isolate(job, crashes),
             Effect::Stall { job, reason, attempts } => {
                 let id = JobId(job.0).short();
                 tracing::error!("job {id} is abandoned after {attempts} attempts: {reason:?}");
             }
             Effect::Alarm { job, kept, other } => alarm(job, kept, other),
-            Effect::Settle { job, verdict, attempts, .. } => self.settle(job, verdict, attempts),
+            Effect::Settle { run, job, verdict, attempts, .. } => {
+                self.settle(run, job, verdict, attempts);
+            }
         }
     }
 
@@ -342,17 +382,35 @@ impl Shell {
         true
     }
 
-    fn settle(&mut self, job: Job, decision: Decision, attempts: u32) {
-        let Some(wanted) = self.wanted.get_mut(&job) else {
+    fn lost(&mut self, job: Job, worker: Worker, loss: Loss) {
+        let name = self.names.get(&worker).map_or("of unknown name", WorkerId::as_str);
+        let line = format!("worker {name}: {loss:?}");
+        tracing::warn!("an attempt at job {} is lost: {line}", JobId(job.0).short());
+        self.ledger.note_attempt(job, &line);
+    }
+
+    /// Keeps what reproduces a job that killed its workers.
+    fn isolate(&self, job: Job, crashes: u32) {
+        let id = JobId(job.0);
+        tracing::error!("job {} is put in quarantine: {crashes} attempts died", id.short());
+        let (Some(folder), Some(wanted)) = (&self.quarantine, self.ledger.get(job)) else {
             return;
         };
-        wanted.openings -= 1;
-        let last = wanted.openings == 0;
-        let result = if last { wanted.result.take() } else { wanted.result.clone() };
-        let (ending, worker) = match (decision, result) {
+        match quarantine::write(folder, id, &wanted.bytes, &wanted.attempts) {
+            Ok(bundle) => tracing::error!("what reproduces it is in {}", bundle.display()),
+            Err(error) => tracing::error!("what reproduces it is not kept: {error}"),
+        }
+    }
+
+    fn settle(&mut self, run: Run, job: Job, decision: Decision, attempts: u32) {
+        let Some((wanted, opened)) = self.close(run, job) else {
+            return;
+        };
+        let cached = matches!(decision, Decision::Done { worker: None, .. });
+        let (ending, worker) = match (decision, wanted.result) {
             (Decision::Done { worker, .. }, Some(verdict)) => {
-                let name = self.names.get(&worker).map(WorkerId::to_string);
-                (Ending::Verdict(verdict), name.unwrap_or_default())
+                let name = worker.and_then(|worker| self.names.get(&worker));
+                (Ending::Verdict(verdict), name.map(WorkerId::to_string).unwrap_or_default())
             }
             (Decision::Done { .. }, None) => {
                 (Ending::Abandoned("its result was lost here".into()), String::new())
@@ -362,13 +420,42 @@ impl Shell {
             }
             (Decision::Cancelled, _) => (Ending::Cancelled, String::new()),
         };
-        let wall = wanted.opened.elapsed();
-        if last {
-            self.wanted.remove(&job);
-        }
-        let settlement = Settlement { ending, attempts, worker, wall };
+        let settlement = Settlement { ending, attempts, worker, cached, wall: opened.elapsed() };
         // Sent once the counts that go with it can be read.
-        self.settled.push((JobId(job.0), settlement));
+        self.settled.push((run, JobId(job.0), settlement));
+    }
+
+    fn close(&mut self, run: Run, job: Job) -> Option<(Wanted, Instant)> {
+        let (wanted, opened) = self.ledger.close(run, job)?;
+        if let Some(listener) = self.runs.get_mut(&run)
+            && !wanted.openings.contains_key(&run)
+        {
+            listener.permille -= i64::from(wanted.permille);
+        }
+        Some((wanted, opened))
+    }
+
+    /// An opening that the machine did not take ends here.
+    fn turn_down(&mut self, run: Run, job: Job, bound: Bound) {
+        let text = match bound {
+            Bound::Run => "the run has too many jobs open",
+            Bound::Pool => "the pool has too many jobs open",
+            Bound::NoRun => "the run is over",
+        };
+        if let Some((_, opened)) = self.close(run, job) {
+            let (ending, worker) = (Ending::Abandoned(text.into()), String::new());
+            let wall = opened.elapsed();
+            let settlement = Settlement { ending, attempts: 0, worker, cached: false, wall };
+            self.settled.push((run, JobId(job.0), settlement));
+        }
+    }
+}
+
+pub(super) fn outcome_of(verdict: &Verdict) -> Outcome {
+    match verdict {
+        Verdict::Broken(_) => Outcome::Broken,
+        Verdict::Refused { .. } => Outcome::Refused,
+        Verdict::Failed { .. } => Outcome::Failed,
     }
 }
 
@@ -388,8 +475,8 @@ fn words(reason: Reason, attempts: u32, trouble: &str) -> String {
     format!("{what} ({attempts} attempts){colon}{trouble}")
 }
 
-/// Differs between lives of one coordinator, so that grants of an earlier life are told apart.
-fn incarnation() -> u32 {
+/// For a coordinator without a journal: differs between its lives, but for one chance in 2³².
+fn drawn() -> u32 {
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     let seconds = since.map_or(0, |since| since.as_millis() as u64);
     cullet_geometry::math::scramble(seconds ^ u64::from(std::process::id()) << 40) as u32

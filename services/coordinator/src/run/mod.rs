@@ -9,7 +9,7 @@ mod settle;
 
 pub use output::{next_folder, write_file};
 
-use crate::link::Pool;
+use crate::link::RunHandle;
 use crate::record::{Event, Level, PoseRow, RecordError, Recorder, Summary};
 use crate::scene::Scene;
 use cullet_geometry::Vec3;
@@ -134,7 +134,7 @@ struct Origin {
 
 struct Run<'a> {
     scene: &'a Scene,
-    pool: &'a Pool,
+    pool: &'a RunHandle,
     options: &'a RunOptions<'a>,
     news: &'a mut dyn FnMut(&News),
     world: World,
@@ -152,7 +152,7 @@ struct Run<'a> {
 /// keeps its `.partial` name.
 pub fn run(
     scene: &Scene,
-    pool: &Pool,
+    pool: &RunHandle,
     options: &RunOptions<'_>,
     news: &mut dyn FnMut(&News),
 ) -> Result<Outcome, RunError> {
