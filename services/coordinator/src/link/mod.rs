@@ -4,14 +4,14 @@
 //! clock only put inputs into its queue. Nothing waits inside a callback.
 
 mod bulk;
-mod bundle;
+pub(crate) mod bundle;
 mod children;
 pub mod client;
 mod inbox;
 mod net;
 mod questions;
 mod shell;
-mod submissions;
+pub mod users;
 
 use crate::link::shell::{Input, Shell};
 use cullet_proto::transport::Patience;
@@ -26,7 +26,6 @@ use std::time::Duration;
 pub use bundle::{MAX_BUNDLE, check_path};
 pub use children::SpawnConfig;
 pub use cullet_dispatch::Timing;
-pub use submissions::{Content, Submission, Submissions};
 
 /// How long [`Pool::clear`] waits for a settlement; they come at once.
 const FAREWELL: Duration = Duration::from_secs(5);
@@ -74,13 +73,16 @@ pub enum LinkError {
         /// For how long \[s\].
         seconds: u64,
     },
-    /// The coordinator does not know a submission that it took.
-    #[error("the coordinator at {endpoint} does not know submission {id}: it began anew since")]
-    Forgotten {
+    /// The coordinator does not know what was named.
+    #[error("the coordinator says: {0}")]
+    Unknown(String),
+    /// The coordinator is about to end.
+    #[error("the coordinator at {endpoint} leaves; run {run} goes on when it is back")]
+    Left {
         /// Where.
         endpoint: String,
-        /// Which.
-        id: u64,
+        /// Which run was followed.
+        run: u64,
     },
     /// The coordinator refuses.
     #[error("the coordinator refuses: {0}")]
@@ -152,6 +154,8 @@ pub struct Settlement {
     pub worker: String,
     /// Wall time since the opening.
     pub wall: Duration,
+    /// Whether the verdict was there before the opening.
+    pub cached: bool,
 }
 
 /// What a pool has done and is doing.
@@ -191,12 +195,13 @@ pub struct PoolStats {
 #[derive(Debug)]
 pub struct Pool {
     endpoint: String,
+    name: WorkerId,
+    session: zenoh::Session,
     inputs: SyncSender<Input>,
     owed: AtomicU64,
     settlements: Mutex<Receiver<(JobId, Settlement)>>,
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
-    submissions: Submissions,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -212,8 +217,8 @@ impl Pool {
         let net = net::Net::listen(&config, &coordinator, &inputs)?;
         let endpoint = net.endpoint().to_owned();
         let (settle, settlements) = std::sync::mpsc::channel();
-        let submissions = Submissions::new(inputs.clone());
-        let shell = Shell::new(&config, net, settle, submissions.clone())?;
+        let session = net.session().clone();
+        let shell = Shell::new(&config, net, settle)?;
         let (stats, pids) = (shell.stats_handle(), shell.pids_handle());
         let thread = std::thread::Builder::new()
             .name("cullet-pool".into())
@@ -221,7 +226,8 @@ impl Pool {
             .map_err(LinkError::Thread)?;
         let (settlements, thread) = (Mutex::new(settlements), Some(thread));
         let owed = AtomicU64::new(0);
-        Ok(Self { endpoint, inputs, owed, settlements, stats, pids, submissions, thread })
+        let name = coordinator;
+        Ok(Self { endpoint, name, session, inputs, owed, settlements, stats, pids, thread })
     }
 
     /// Where workers and clients connect.
@@ -266,10 +272,15 @@ impl Pool {
         self.pids.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The desk where clients hand in scenes.
+    /// The coordinator's name.
     #[must_use]
-    pub fn submissions(&self) -> Submissions {
-        self.submissions.clone()
+    pub fn name(&self) -> &WorkerId {
+        &self.name
+    }
+
+    /// The transport, for others who answer questions over it.
+    pub(super) fn session(&self) -> &zenoh::Session {
+        &self.session
     }
 
     /// Wants nothing any more: every job that is not over settles as cancelled.

@@ -4,7 +4,6 @@ use super::bulk::{Bulk, reply};
 use super::children::Children;
 use super::inbox::Inbox;
 use super::net::Net;
-use super::submissions::Submissions;
 use super::{Ending, LinkError, PoolConfig, PoolStats, Settlement};
 use cullet_dispatch::{Digest, Dispatch, Effect, Event, Job, Millis, Reason, Receipt};
 use cullet_dispatch::{Timing, Verdict as Decision, Worker};
@@ -37,8 +36,6 @@ pub(super) enum Input {
     Open(JobId, Result<Vec<u8>, String>),
     /// The run wants nothing any more.
     CancelAll,
-    /// A submission has news.
-    News,
     /// The end.
     Quit,
 }
@@ -66,9 +63,7 @@ pub(super) struct Shell {
     pub(super) timing: Timing,
     pub(super) inbox: Inbox,
     pub(super) bulk: Bulk,
-    pub(super) submissions: Submissions,
     pub(super) polls: BTreeMap<Worker, (u64, Query)>,
-    pub(super) watchers: Vec<super::questions::Watcher>,
     pub(super) refusals: u64,
     names: BTreeMap<Worker, WorkerId>,
     up: BTreeSet<SessionId>,
@@ -87,7 +82,6 @@ impl Shell {
         config: &PoolConfig,
         net: Net,
         settle: Sender<(JobId, Settlement)>,
-        submissions: Submissions,
     ) -> Result<Self, LinkError> {
         let spawn = config.spawn.clone();
         let children = spawn.map(|spawn| Children::start(spawn, net.endpoint())).transpose()?;
@@ -97,9 +91,7 @@ impl Shell {
             timing: config.timing,
             inbox: Inbox::default(),
             bulk: Bulk::start()?,
-            submissions,
             polls: BTreeMap::new(),
-            watchers: Vec::new(),
             refusals: 0,
             names: BTreeMap::new(),
             up: BTreeSet::new(),
@@ -149,7 +141,6 @@ impl Shell {
         }
         self.children = None;
         self.polls.clear();
-        self.watchers.clear();
         drop(self.bulk);
         self.net.close();
     }
@@ -170,7 +161,6 @@ impl Shell {
             Input::CancelAll => {
                 self.step(Event::CancelAll);
             }
-            Input::News => self.news(),
             Input::Quit => {}
         }
     }
@@ -187,7 +177,6 @@ impl Shell {
         self.forsake();
         self.step(Event::Tick);
         self.inbox.sweep();
-        self.news();
     }
 
     /// Gives every job up if no worker of ours comes to life and nobody else is there.
@@ -366,7 +355,7 @@ impl Shell {
         if last {
             self.wanted.remove(&job);
         }
-        let settlement = Settlement { ending, attempts, worker, wall };
+        let settlement = Settlement { ending, attempts, worker, wall, cached: false };
         // Sent once the counts that go with it can be read.
         self.settled.push((JobId(job.0), settlement));
     }
