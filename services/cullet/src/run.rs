@@ -6,7 +6,7 @@ use crate::folder::Folder;
 use crate::progress::Progress;
 use crate::signals::stop_when_told;
 use crate::sweep;
-use cullet_coordinator::link::{LinkError, Pool, PoolConfig, SpawnConfig};
+use cullet_coordinator::link::{LinkError, Pool, PoolConfig, Share, SpawnConfig};
 use cullet_coordinator::preview;
 use cullet_coordinator::run::{Outcome, RunError, RunOptions, run as run_scene};
 use cullet_coordinator::scene::{Scene, load};
@@ -25,7 +25,8 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
     let mut progress = Progress::new(args.voice.quiet);
     let options = RunOptions { out, stop: &stop };
-    let outcome = run_scene(&scene, &pool, &options, &mut |news| progress.show(news));
+    let outcome =
+        run_scene(&scene, &pool.run(Share::default()), &options, &mut |news| progress.show(news));
     progress.done();
     pool.shutdown();
     let outcome = outcome.map_err(|error| {

@@ -6,6 +6,7 @@ use crate::client::{bring, connect, exit_of, follow, hand_in, print_json};
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::{Folder, refuse_taken};
 use crate::run::{draw, exit_of as exit_of_run, read_scene, start_pool, trouble};
+use cullet_coordinator::link::Share;
 use cullet_coordinator::preview;
 use cullet_coordinator::record::Summary;
 use cullet_coordinator::run::{News, RunOptions, run as run_scene, write_file};
@@ -69,10 +70,11 @@ pub(crate) fn run(args: &args::Run, stop: &Arc<AtomicBool>) -> Result<Exit, Trou
             eprintln!("{}: {}", index + 1, plan.sweep.label(&plan.sweep.rows[index]));
         }
         let options = RunOptions { out: &out, stop };
-        let outcome = run_scene(scene, &pool, &options, &mut |news| match news {
-            News::Line(line) if args.voice.verbose > 0 => eprintln!("{line}"),
-            News::Line(_) | News::At(_) => {}
-        });
+        let outcome =
+            run_scene(scene, &pool.run(Share::default()), &options, &mut |news| match news {
+                News::Line(line) if args.voice.verbose > 0 => eprintln!("{line}"),
+                News::Line(_) | News::At(_) => {}
+            });
         let exit = match &outcome {
             Ok(outcome) => {
                 let drawn = args.no_pictures || draw(&outcome.recording, &out).is_ok();

@@ -1,5 +1,9 @@
 //! How much there is of everything.
 
+use crate::effect::Verdict;
+use crate::event::Outcome;
+use crate::machine::Phase;
+
 /// How many of each there are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
@@ -15,10 +19,44 @@ pub struct Counts {
     pub abandoned: u64,
     /// Attempts beyond the first.
     pub resent: u64,
+    /// Of these, duplicates of attempts that took long.
+    pub hedged: u64,
     /// Jobs in the queue now.
     pub waiting: u64,
     /// Jobs under lease now.
     pub running: u64,
     /// Results that contradicted an earlier one.
     pub alarms: u64,
+    /// Jobs in quarantine.
+    pub quarantined: u64,
+}
+
+impl Counts {
+    /// A job goes from one phase into another.
+    pub(crate) fn moved(&mut self, old: Phase, new: Phase) {
+        self.stands(old, -1);
+        self.stands(new, 1);
+    }
+
+    /// One job more (`1`) or less (`-1`) is in this phase.
+    pub(crate) fn stands(&mut self, phase: Phase, sign: i64) {
+        match phase {
+            Phase::Waiting(_) | Phase::Ready => {
+                self.waiting = self.waiting.saturating_add_signed(sign);
+            }
+            Phase::Held => self.running = self.running.saturating_add_signed(sign),
+            Phase::Over(_) => {}
+        }
+    }
+
+    /// An opening settles.
+    pub(crate) fn settle(&mut self, verdict: Verdict) {
+        self.settled += 1;
+        match verdict {
+            Verdict::Done { outcome: Outcome::Refused, .. } => self.refused += 1,
+            Verdict::Done { outcome: Outcome::Failed, .. } => self.failed += 1,
+            Verdict::Abandoned(_) => self.abandoned += 1,
+            Verdict::Done { outcome: Outcome::Broken, .. } | Verdict::Cancelled => {}
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! What the machine asks its shell to do.
 
-use crate::event::{Digest, Epoch, Job, Millis, Outcome, Worker};
+use crate::event::{Digest, Epoch, Job, Millis, Outcome, Run, Worker};
 
 /// How a job ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,8 +11,8 @@ pub enum Verdict {
         digest: Digest,
         /// What it came to.
         outcome: Outcome,
-        /// Who handed it in.
-        worker: Worker,
+        /// Who handed it in; nobody: it was known.
+        worker: Option<Worker>,
     },
     /// No attempt is left. Never physics: the run has to stop aloud.
     Abandoned(Reason),
@@ -23,7 +23,7 @@ pub enum Verdict {
 /// Why a job was abandoned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// Too many workers died or hung under it.
+    /// Too many workers died or hung under it: it is in quarantine.
     Crashes,
     /// Too many attempts, for whatever cause.
     Attempts,
@@ -33,7 +33,7 @@ pub enum Reason {
     Forsaken,
 }
 
-/// Why a job goes back to the queue.
+/// Why an attempt ended without a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
     /// The worker's process ended.
@@ -76,6 +76,17 @@ pub enum Receipt {
     Noted,
 }
 
+/// Why an opening is not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bound {
+    /// The run has as many unsettled openings as it may have.
+    Run,
+    /// The pool has.
+    Pool,
+    /// There is no such run.
+    NoRun,
+}
+
 /// Something to do, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
@@ -108,6 +119,18 @@ pub enum Effect {
         /// Which poll.
         seq: u64,
     },
+    /// Answer the poll `seq` of `worker`: leave.
+    Dismiss {
+        /// Who.
+        worker: Worker,
+        /// Which poll.
+        seq: u64,
+    },
+    /// Jobs that others finished had died under this worker: it gets no more. Say so aloud.
+    Drained {
+        /// Who.
+        worker: Worker,
+    },
     /// Answer a renewal: go on.
     Renewed {
         /// Who.
@@ -133,14 +156,27 @@ pub enum Effect {
         /// What became of it.
         receipt: Receipt,
     },
-    /// A job goes back to the queue.
-    Requeue {
-        /// Which.
+    /// An attempt is over without a result.
+    Lost {
+        /// At what.
         job: Job,
+        /// Whose.
+        worker: Worker,
+        /// By which grant.
+        epoch: Epoch,
         /// Why.
         loss: Loss,
     },
-    /// A job has no attempt left: say so aloud.
+    /// An opening is not taken: the queue is full. It does not settle.
+    Busy {
+        /// Which run's.
+        run: Run,
+        /// Of what.
+        job: Job,
+        /// Which bound is reached.
+        bound: Bound,
+    },
+    /// A job has no attempt left: say so aloud. Its runs hear of it by [`Effect::Settle`].
     Stall {
         /// Which.
         job: Job,
@@ -148,6 +184,13 @@ pub enum Effect {
         reason: Reason,
         /// Attempts made.
         attempts: u32,
+    },
+    /// A job killed its workers: keep what reproduces it. [`Effect::Stall`] follows.
+    Quarantine {
+        /// Which.
+        job: Job,
+        /// Attempts that died.
+        crashes: u32,
     },
     /// Two results of one pure job differ: say so aloud.
     Alarm {
@@ -158,9 +201,11 @@ pub enum Effect {
         /// The other one.
         other: Digest,
     },
-    /// Hand the verdict to the run. One for each opening, in opening order.
+    /// Hand the verdict to the run. One for each opening, in the run's opening order.
     Settle {
-        /// Which opening, counted from zero.
+        /// Which run.
+        run: Run,
+        /// Which opening of it, counted from zero.
         opening: u64,
         /// Of which job.
         job: Job,

@@ -15,6 +15,38 @@ pub struct Digest(pub [u8; 32]);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Worker(pub u64);
 
+/// A run: one stream of openings, settled in its own order. The shell gives numbers and never
+/// reuses one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Run(pub u64);
+
+/// On whose behalf runs are made: the pool is shared evenly between tenants first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Tenant(pub u64);
+
+/// A run's claim on the pool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    /// On whose behalf.
+    pub tenant: Tenant,
+    /// Each step up doubles the run's share among the runs of its tenant; at most
+    /// [`Share::HIGHEST`].
+    pub priority: u8,
+}
+
+impl Share {
+    /// Highest priority.
+    pub const HIGHEST: u8 = 9;
+    /// Priority of a run that asks for none.
+    pub const NORMAL: u8 = 4;
+}
+
+impl Default for Share {
+    fn default() -> Self {
+        Self { tenant: Tenant::default(), priority: Self::NORMAL }
+    }
+}
+
 /// The number of one grant. Never reused, so an old holder is told from the present one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Epoch(pub u64);
@@ -44,8 +76,34 @@ pub enum Trouble {
 /// Something that happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// The run needs this job done. Opening the same job again is allowed: each opening settles.
-    Open(Job),
+    /// A run begins, or changes its share.
+    Begin {
+        /// Which.
+        run: Run,
+        /// Its claim.
+        share: Share,
+    },
+    /// The run needs this job done. Opening the same job again, also by another run, is allowed:
+    /// each opening settles, and the job is computed once.
+    Open {
+        /// Which run.
+        run: Run,
+        /// What.
+        job: Job,
+    },
+    /// The result of a job is known without a worker: from the cache.
+    Known {
+        /// Of what.
+        job: Job,
+        /// Of the result's bytes.
+        digest: Digest,
+        /// What it came to.
+        outcome: Outcome,
+    },
+    /// No job of this run is granted until it is resumed; what is under way goes on.
+    Pause(Run),
+    /// The run goes on.
+    Resume(Run),
     /// A worker asks for one job.
     Poll {
         /// Who asks.
@@ -96,10 +154,14 @@ pub enum Event {
     Down(Worker),
     /// A worker takes its leave.
     Bye(Worker),
-    /// The run no longer needs this job.
-    Cancel(Job),
-    /// The run no longer needs anything.
-    CancelAll,
+    /// The run no longer needs anything: every opening of it settles now.
+    Cancel(Run),
+    /// The run is over: as [`Event::Cancel`], and it is forgotten.
+    End(Run),
+    /// This worker gets no further job: told to leave when it asks next.
+    Drain(Worker),
+    /// A quarantined job may be tried again.
+    Pardon(Job),
     /// Nobody can take this job (it is over a limit of the wire).
     Reject(Job),
     /// Nobody is left to work, and nobody will come.

@@ -1,10 +1,10 @@
 //! Leases: renewed, given back, run out.
 
-use crate::effect::{Effect, Loss, Reason, Receipt, StopReason};
+use crate::effect::{Effect, Loss, Reason, Receipt, StopReason, Verdict};
 use crate::event::{Epoch, Job, Millis, Trouble, Worker};
-#[cfg(test)]
-use crate::machine::Mutant;
 use crate::machine::{Dispatch, Lease, MAX_GONE, Phase, Record};
+#[cfg(test)]
+use crate::mutant::Mutant;
 
 impl Dispatch {
     pub(crate) fn renew(
@@ -16,47 +16,93 @@ impl Dispatch {
         out: &mut Vec<Effect>,
     ) {
         let lease = self.timing.lease;
-        let answer = match self.jobs.get_mut(&job) {
-            None if self.past.contains_key(&job) => Err(StopReason::Over),
-            None => Err(StopReason::Unknown),
-            Some(record) => match &mut record.phase {
-                Phase::Over(_) => Err(StopReason::Over),
-                Phase::Leased(held) if held.epoch == epoch => {
-                    held.expires = now + lease;
-                    held.suspect = false;
-                    Ok(())
-                }
-                Phase::Leased(_) => Err(StopReason::Superseded),
-                Phase::Queued { last: Some(last), .. } if last.epoch == epoch => {
-                    let back = Lease { expires: now + lease, suspect: false, ..*last };
-                    self.queue.remove(&(record.opening, job));
-                    record.phase = Phase::Leased(back);
-                    Ok(())
-                }
-                Phase::Queued { .. } => Err(StopReason::Superseded),
-            },
-        };
-        out.push(match answer {
+        out.push(match self.prolong(now, job, epoch) {
             Ok(()) => Effect::Renewed { worker, job, lease },
             Err(reason) => Effect::Stop { worker, job, reason },
         });
     }
 
+    fn prolong(&mut self, now: Millis, job: Job, epoch: Epoch) -> Result<(), StopReason> {
+        let expires = now + self.timing.lease;
+        let Some(record) = self.jobs.get_mut(&job) else {
+            let known = self.past.contains_key(&job);
+            return Err(if known { StopReason::Over } else { StopReason::Unknown });
+        };
+        if let Phase::Over(_) = record.phase {
+            return Err(StopReason::Over);
+        }
+        if let Some(held) = record.leases.iter_mut().find(|lease| lease.epoch == epoch) {
+            (held.expires, held.suspect) = (expires, false);
+            self.set_timer(job);
+            return Ok(());
+        }
+        let back = record.lapsed.filter(|last| last.epoch == epoch && record.phase != Phase::Held);
+        let Some(back) = back else {
+            return Err(StopReason::Superseded);
+        };
+        record.lapsed = None;
+        let charged = self.shares.charge(now, back.run);
+        self.hold(now, job, Lease { expires, suspect: false, charged, ..back });
+        Ok(())
+    }
+
+    /// A job comes under a lease.
+    pub(crate) fn hold(&mut self, now: Millis, job: Job, lease: Lease) {
+        let Some(record) = self.jobs.get_mut(&job) else {
+            return;
+        };
+        record.leases.push(lease);
+        let alone = record.leases.len() == 1;
+        for held in &record.leases {
+            if alone {
+                self.single.insert((held.granted, job));
+            } else {
+                self.single.remove(&(held.granted, job));
+            }
+        }
+        if let Some(peer) = self.peers.get_mut(&lease.worker) {
+            peer.held.push((job, lease.epoch));
+        }
+        self.turn(now, job, Phase::Held);
+    }
+
+    /// A lease is over, however: it is charged what it took.
+    fn drop_lease(&mut self, now: Millis, job: Job, lease: &Lease, whole: bool) {
+        let took = now.saturating_sub(lease.granted);
+        self.shares.took(lease.run, lease.charged, took, whole);
+        self.single.remove(&(lease.granted, job));
+        if let Some(peer) = self.peers.get_mut(&lease.worker) {
+            peer.held.retain(|held| *held != (job, lease.epoch));
+        }
+    }
+
+    /// All leases of a job are over, with this verdict.
+    pub(crate) fn release(&mut self, now: Millis, job: Job, verdict: Verdict) {
+        let Some(record) = self.jobs.get_mut(&job) else {
+            return;
+        };
+        let by = match verdict {
+            Verdict::Done { worker, .. } => worker,
+            Verdict::Abandoned(_) | Verdict::Cancelled => None,
+        };
+        for lease in std::mem::take(&mut record.leases) {
+            self.drop_lease(now, job, &lease, by == Some(lease.worker));
+        }
+    }
+
     pub(crate) fn fail(
         &mut self,
         now: Millis,
-        worker: Worker,
-        job: Job,
-        epoch: Epoch,
+        (worker, job, epoch): (Worker, Job, Epoch),
         trouble: Trouble,
         out: &mut Vec<Effect>,
     ) {
-        let current = self.lease_mut(job).is_some_and(|lease| lease.epoch == epoch);
-        if current {
+        let held = |r: &Record| r.leases.iter().any(|lease| lease.epoch == epoch);
+        if self.jobs.get(&job).is_some_and(held) {
             match trouble {
-                Trouble::Crashed => self.lose(now, job, Loss::Crashed, out),
-                Trouble::Dropped => self.lose(now, job, Loss::Dropped, out),
-                Trouble::Invalid => self.abandon(job, Reason::Invalid, out),
+                Trouble::Crashed => self.lose(now, job, epoch, Loss::Crashed, out),
+                Trouble::Dropped => self.lose(now, job, epoch, Loss::Dropped, out),
+                Trouble::Invalid => self.abandon(now, job, Reason::Invalid, out),
             }
         }
         out.push(Effect::Taken { worker, receipt: Receipt::Noted });
@@ -65,113 +111,157 @@ impl Dispatch {
     pub(crate) fn suspect(&mut self, now: Millis, worker: Worker) {
         let until = now + self.timing.suspect;
         self.part(worker);
-        for record in self.jobs.values_mut() {
-            if let Phase::Leased(lease) = &mut record.phase
-                && lease.worker == worker
-            {
+        for (job, epoch) in self.held_by(worker) {
+            let leases = self.jobs.get_mut(&job).map(|record| &mut record.leases);
+            for lease in leases.into_iter().flatten().filter(|lease| lease.epoch == epoch) {
                 lease.expires = lease.expires.min(until);
                 lease.suspect = true;
             }
+            self.set_timer(job);
         }
     }
 
     pub(crate) fn leave(&mut self, now: Millis, worker: Worker, loss: Loss, out: &mut Vec<Effect>) {
         self.part(worker);
-        for job in self.held_by(worker) {
-            self.lose(now, job, loss, out);
+        for (job, epoch) in self.held_by(worker) {
+            self.lose(now, job, epoch, loss, out);
         }
     }
 
     /// Remembers one that is gone, for a while; a new question of its own brings it back.
     fn part(&mut self, worker: Worker) {
-        self.parked.retain(|p| p.worker != worker);
-        if let Some(peer) = self.peers.get_mut(&worker)
-            && !peer.gone
-        {
+        let Some(peer) = self.peers.get_mut(&worker) else {
+            return;
+        };
+        if let Some(ticket) = peer.parked.take() {
+            self.parked.remove(&ticket);
+        }
+        if !peer.gone {
             peer.gone = true;
+            self.live -= 1;
             self.gone.push_back(worker);
         }
         while self.gone.len() > MAX_GONE {
             let Some(oldest) = self.gone.pop_front() else {
                 break;
             };
-            if self.peers.get(&oldest).is_some_and(|peer| peer.gone) {
+            if self.peers.get(&oldest).is_some_and(|peer| peer.gone && peer.held.is_empty()) {
                 self.peers.remove(&oldest);
             }
         }
     }
 
-    fn held_by(&self, worker: Worker) -> Vec<Job> {
+    fn held_by(&self, worker: Worker) -> Vec<(Job, Epoch)> {
         #[cfg(test)]
-        let all = self.mutant == Some(Mutant::DownTakesAll);
-        #[cfg(not(test))]
-        let all = false;
-        let held = |record: &Record| match record.phase {
-            Phase::Leased(lease) => lease.worker == worker || all,
-            Phase::Queued { .. } | Phase::Over(_) => false,
-        };
-        self.jobs.iter().filter(|(_, r)| held(r)).map(|(job, _)| *job).collect()
+        if self.is(Mutant::DownTakesAll) {
+            return self.peers.values().flat_map(|peer| peer.held.iter().copied()).collect();
+        }
+        self.peers.get(&worker).map(|peer| peer.held.clone()).unwrap_or_default()
     }
 
     pub(crate) fn tick(&mut self, now: Millis, out: &mut Vec<Effect>) {
-        #[cfg(test)]
-        if self.mutant == Some(Mutant::NoExpiry) {
-            return;
+        while let Some((_, job)) = self.timers.first().copied().filter(|(at, _)| *at <= now) {
+            self.look_at(now, job, out);
         }
-        let lost = |record: &Record| match record.phase {
-            Phase::Leased(lease) if lease.hard <= now => Some(Loss::TooLong),
-            Phase::Leased(lease) if lease.expires <= now && lease.suspect => Some(Loss::Down),
-            Phase::Leased(lease) if lease.expires <= now => Some(Loss::Silent),
-            Phase::Leased(_) | Phase::Queued { .. } | Phase::Over(_) => None,
+        while let Some((ticket, asker)) = self.parked.first_key_value().map(|(t, p)| (*t, *p)) {
+            if asker.until > now {
+                break;
+            }
+            self.parked.remove(&ticket);
+            if let Some(peer) = self.peers.get_mut(&asker.worker) {
+                peer.parked = None;
+            }
+            out.push(Effect::Idle { worker: asker.worker, seq: asker.seq });
+        }
+        self.hedge(now, out);
+    }
+
+    /// A job whose time has come: its pause is over, or a lease of it.
+    fn look_at(&mut self, now: Millis, job: Job, out: &mut Vec<Effect>) {
+        let Some(record) = self.jobs.get(&job) else {
+            return;
+        };
+        if let Phase::Waiting(_) = record.phase {
+            return self.turn(now, job, Phase::Ready);
+        }
+        #[cfg(test)]
+        if self.is(Mutant::NoExpiry) {
+            return self.never_expire(job);
+        }
+        let lost = |lease: &Lease| match (lease.hard <= now, lease.expires <= now, lease.suspect) {
+            (true, _, _) => Some(Loss::TooLong),
+            (false, true, true) => Some(Loss::Down),
+            (false, true, false) => Some(Loss::Silent),
+            (false, false, _) => None,
         };
         let ended: Vec<_> =
-            self.jobs.iter().filter_map(|(job, r)| lost(r).map(|loss| (*job, loss))).collect();
-        for (job, loss) in ended {
-            self.lose(now, job, loss, out);
-        }
-        while let Some(index) = self.parked.iter().position(|p| p.until <= now) {
-            if let Some(p) = self.parked.remove(index) {
-                out.push(Effect::Idle { worker: p.worker, seq: p.seq });
-            }
+            record.leases.iter().filter_map(|l| lost(l).map(|loss| (l.epoch, loss))).collect();
+        for (epoch, loss) in ended {
+            self.lose(now, job, epoch, loss, out);
         }
     }
 
-    /// The present lease is over without a result.
-    fn lose(&mut self, now: Millis, job: Job, loss: Loss, out: &mut Vec<Effect>) {
+    /// A lease is over without a result.
+    fn lose(&mut self, now: Millis, job: Job, epoch: Epoch, loss: Loss, out: &mut Vec<Effect>) {
         let timing = self.timing;
         let Some(record) = self.jobs.get_mut(&job) else {
             return;
         };
-        let Phase::Leased(lease) = record.phase else {
+        let Some(at) = record.leases.iter().position(|lease| lease.epoch == epoch) else {
             return;
         };
-        let (crash, last) = match loss {
-            Loss::Down | Loss::Crashed | Loss::TooLong => (1, None),
-            Loss::Dropped => (0, None),
-            Loss::Silent => (0, Some(lease)),
-        };
-        record.crashes += crash;
+        let lease = record.leases.swap_remove(at);
+        let worker = lease.worker;
+        match loss {
+            Loss::Down | Loss::Crashed | Loss::TooLong => {
+                record.crashes += 1;
+                if !record.killers.contains(&worker) {
+                    record.killers.push(worker);
+                }
+            }
+            Loss::Dropped => {}
+            Loss::Silent => record.lapsed = Some(lease),
+        }
         #[cfg(test)]
         if self.mutant == Some(Mutant::NoLimit) {
             (record.crashes, record.attempts) = (0, 1);
         }
-        if record.crashes >= timing.max_crashes {
-            self.abandon(job, Reason::Crashes, out);
-        } else if record.attempts >= timing.max_attempts {
-            self.abandon(job, Reason::Attempts, out);
+        let (crashes, attempts) = (record.crashes, record.attempts);
+        let killers = record.killers.len();
+        let alone = record.leases.is_empty();
+        if let Some(other) = record.leases.first() {
+            self.single.insert((other.granted, job));
+        }
+        self.drop_lease(now, job, &lease, false);
+        out.push(Effect::Lost { job, worker, epoch, loss });
+        // Where there is one worker only, no second one can clear it.
+        let enough = killers >= timing.min_killers as usize || self.live <= 1;
+        if crashes >= timing.max_crashes && enough {
+            self.abandon(now, job, Reason::Crashes, out);
+        } else if !alone {
+            self.set_timer(job);
+        } else if attempts >= timing.max_attempts {
+            let died = crashes >= timing.max_crashes;
+            let reason = if died { Reason::Crashes } else { Reason::Attempts };
+            self.abandon(now, job, reason, out);
         } else {
-            let doublings = record.attempts.saturating_sub(1).min(16);
+            let doublings = attempts.saturating_sub(1).min(16);
             let pause = (timing.backoff << doublings).min(timing.lease);
-            record.phase = Phase::Queued { not_before: now + pause, last };
-            self.queue.insert((record.opening, job));
-            out.push(Effect::Requeue { job, loss });
+            self.turn(now, job, Phase::Waiting(now + pause));
         }
     }
 
-    pub(crate) fn lease_mut(&mut self, job: Job) -> Option<&mut Lease> {
-        match &mut self.jobs.get_mut(&job)?.phase {
-            Phase::Leased(lease) => Some(lease),
-            Phase::Queued { .. } | Phase::Over(_) => None,
+    /// A job that is done here had died elsewhere: there, it was not the job's fault.
+    pub(crate) fn blame(&mut self, worker: Worker, job: Job, out: &mut Vec<Effect>) {
+        let killers = self.jobs.get(&job).map(|r| r.killers.clone()).unwrap_or_default();
+        for killer in killers.into_iter().filter(|killer| *killer != worker) {
+            let Some(peer) = self.peers.get_mut(&killer) else {
+                continue;
+            };
+            peer.blame += 1;
+            if peer.blame >= self.timing.max_blame {
+                self.drain(killer, out);
+            }
         }
     }
 }

@@ -18,13 +18,18 @@ pub mod effect;
 pub mod event;
 mod lease;
 pub mod machine;
+#[cfg(test)]
+mod mutant;
+mod poll;
+mod share;
 pub mod timing;
 
 #[cfg(test)]
 mod sim;
 
 pub use counts::Counts;
-pub use effect::{Effect, Loss, Reason, Receipt, StopReason, Verdict};
-pub use event::{Digest, Epoch, Event, Job, Millis, Outcome, Trouble, Worker};
+pub use effect::{Bound, Effect, Loss, Reason, Receipt, StopReason, Verdict};
+pub use event::{Digest, Epoch, Event, Job, Millis, Outcome, Run, Share, Tenant};
+pub use event::{Trouble, Worker};
 pub use machine::Dispatch;
 pub use timing::Timing;

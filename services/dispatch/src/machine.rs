@@ -1,8 +1,9 @@
-//! The state machine.
+//! The state machine: what it knows, and how jobs open and end.
 
 use crate::counts::Counts;
-use crate::effect::{Effect, Loss, Reason, Receipt, Verdict};
-use crate::event::{Digest, Epoch, Event, Job, Millis, Outcome, Worker};
+use crate::effect::{Bound, Effect, Loss, Reason, Receipt, Verdict};
+use crate::event::{Digest, Epoch, Event, Job, Millis, Outcome, Run, Worker};
+use crate::share::Shares;
 use crate::timing::Timing;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -11,44 +12,70 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 const MAX_PAST: usize = 65_536;
 /// Workers remembered after their end, so that a late copy of their polls mints no grant.
 pub(crate) const MAX_GONE: usize = 4_096;
+/// Jobs kept in quarantine; beyond it the oldest are let out.
+const MAX_QUARANTINE: usize = 1_024;
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lease {
     pub(crate) worker: Worker,
     pub(crate) epoch: Epoch,
+    pub(crate) granted: Millis,
     pub(crate) expires: Millis,
     pub(crate) hard: Millis,
     pub(crate) suspect: bool,
+    /// To whom and how much it is charged.
+    pub(crate) run: Run,
+    pub(crate) charged: Millis,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {
-    /// Waits; `last` is the grant that ran silent, which a late renewal may take up again.
-    Queued {
-        not_before: Millis,
-        last: Option<Lease>,
-    },
-    Leased(Lease),
+    /// Not before then.
+    Waiting(Millis),
+    /// In the lines of its runs.
+    Ready,
+    /// Under one lease, or two.
+    Held,
     Over(Verdict),
+}
+
+/// What a run wants of a job.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Want {
+    pub(crate) run: Run,
+    /// The run's first opening of it.
+    pub(crate) opening: u64,
+    /// Unsettled openings.
+    pub(crate) count: u32,
 }
 
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
-    /// Its first unsettled opening: the queue is in this order.
-    pub(crate) opening: u64,
-    /// Unsettled openings.
-    pub(crate) wanted: u32,
+    pub(crate) wants: Vec<Want>,
     pub(crate) phase: Phase,
+    pub(crate) leases: Vec<Lease>,
+    /// The grant that ran silent last, which a late renewal may take up again.
+    pub(crate) lapsed: Option<Lease>,
     pub(crate) attempts: u32,
     pub(crate) crashes: u32,
+    /// Under whom it died.
+    pub(crate) killers: Vec<Worker>,
+    /// When it is looked at next, as in [`Dispatch::timers`].
+    pub(crate) timer: Option<Millis>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Peer {
     pub(crate) last_seq: u64,
     /// What the last poll was answered with, for its repeats.
     pub(crate) granted: Option<(Job, Epoch)>,
+    /// Its place among the parked.
+    pub(crate) parked: Option<u64>,
+    pub(crate) held: Vec<(Job, Epoch)>,
+    /// Jobs that died here and that others finished.
+    pub(crate) blame: u32,
     pub(crate) gone: bool,
+    pub(crate) drained: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -58,59 +85,57 @@ pub(crate) struct Parked {
     pub(crate) until: Millis,
 }
 
-/// Bugs planted on purpose: the simulation must find each of them.
-#[cfg(test)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Mutant {
-    /// Results settle as they come.
-    SettleAsTheyCome,
-    /// A repeated poll gets a second job.
-    PollMintsTwice,
-    /// Leases never run out.
-    NoExpiry,
-    /// A second result settles again.
-    NoDedupe,
-    /// The end of a worker takes everybody's leases.
-    DownTakesAll,
-    /// Crashes are not counted.
-    NoLimit,
-}
-
 /// The pool.
 #[derive(Debug)]
 pub struct Dispatch {
     pub(crate) timing: Timing,
     pub(crate) jobs: BTreeMap<Job, Record>,
-    openings: VecDeque<(u64, Job)>,
-    pub(crate) queue: BTreeSet<(u64, Job)>,
-    pub(crate) parked: VecDeque<Parked>,
+    pub(crate) shares: Shares,
+    /// When to look at which job: its pause is over, or a lease of it.
+    pub(crate) timers: BTreeSet<(Millis, Job)>,
+    /// Attempts without a duplicate, oldest first.
+    pub(crate) single: BTreeSet<(Millis, Job)>,
+    /// In the order in which they came.
+    pub(crate) parked: BTreeMap<u64, Parked>,
+    pub(crate) tickets: u64,
     pub(crate) peers: BTreeMap<Worker, Peer>,
+    pub(crate) live: usize,
     pub(crate) gone: VecDeque<Worker>,
     pub(crate) past: BTreeMap<Job, Verdict>,
     past_order: VecDeque<Job>,
-    next_epoch: u64,
-    counts: Counts,
+    quarantine: VecDeque<Job>,
+    unsettled: u64,
+    pub(crate) next_epoch: u64,
+    pub(crate) counts: Counts,
+    /// Runs whose first opening may be over.
+    dirty: Vec<Run>,
     #[cfg(test)]
-    pub(crate) mutant: Option<Mutant>,
+    pub(crate) mutant: Option<crate::mutant::Mutant>,
 }
 
 impl Dispatch {
-    /// An empty pool. `incarnation` differs between lives of one coordinator, so that no grant
-    /// number of an earlier life comes again.
+    /// An empty pool. `incarnation` grows with each life of one coordinator, and whoever keeps it
+    /// has it on disk before the first grant: then no grant number of an earlier life comes again.
     #[must_use]
     pub fn new(timing: Timing, incarnation: u32) -> Self {
         Self {
             timing,
             jobs: BTreeMap::new(),
-            openings: VecDeque::new(),
-            queue: BTreeSet::new(),
-            parked: VecDeque::new(),
+            shares: Shares::default(),
+            timers: BTreeSet::new(),
+            single: BTreeSet::new(),
+            parked: BTreeMap::new(),
+            tickets: 0,
             peers: BTreeMap::new(),
+            live: 0,
             gone: VecDeque::new(),
             past: BTreeMap::new(),
             past_order: VecDeque::new(),
+            quarantine: VecDeque::new(),
+            unsettled: 0,
             next_epoch: u64::from(incarnation) << 32,
             counts: Counts::default(),
+            dirty: Vec::new(),
             #[cfg(test)]
             mutant: None,
         }
@@ -119,12 +144,13 @@ impl Dispatch {
     /// How many of each there are now.
     #[must_use]
     pub fn counts(&self) -> Counts {
-        let running = |r: &&Record| matches!(r.phase, Phase::Leased(_));
-        Counts {
-            waiting: self.queue.len() as u64,
-            running: self.jobs.values().filter(running).count() as u64,
-            ..self.counts
-        }
+        Counts { quarantined: self.quarantine.len() as u64, ..self.counts }
+    }
+
+    /// The same of one run; nothing if there is no such run.
+    #[must_use]
+    pub fn counts_of(&self, run: Run) -> Option<Counts> {
+        self.shares.get(run).map(|account| account.counts)
     }
 
     /// Whether this job is open and its verdict still out.
@@ -137,16 +163,22 @@ impl Dispatch {
     pub fn step(&mut self, now: Millis, event: Event) -> Vec<Effect> {
         let mut out = Vec::new();
         match event {
-            Event::Open(job) => self.open(now, job),
+            Event::Begin { run, share } => self.shares.begin(now, run, share),
+            Event::Open { run, job } => self.open(now, run, job, &mut out),
+            Event::Known { job, digest, outcome } => {
+                self.end(now, job, Verdict::Done { digest, outcome, worker: None });
+            }
+            Event::Pause(run) => self.shares.pause(now, run, true),
+            Event::Resume(run) => self.shares.pause(now, run, false),
             Event::Poll { worker, seq, slots, park } => {
                 self.poll(now, worker, seq, slots > 0, park, &mut out);
             }
             Event::Renew { worker, job, epoch } => self.renew(now, worker, job, epoch, &mut out),
             Event::Commit { worker, job, digest, outcome, epoch: _ } => {
-                self.commit(worker, job, digest, outcome, &mut out);
+                self.commit(now, (worker, job), digest, outcome, &mut out);
             }
             Event::Fail { worker, job, epoch, trouble } => {
-                self.fail(now, worker, job, epoch, trouble, &mut out);
+                self.fail(now, (worker, job, epoch), trouble, &mut out);
             }
             Event::Suspect(worker) => self.suspect(now, worker),
             Event::Down(worker) => self.leave(now, worker, Loss::Down, &mut out),
@@ -154,117 +186,150 @@ impl Dispatch {
                 self.leave(now, worker, Loss::Dropped, &mut out);
                 out.push(Effect::Taken { worker, receipt: Receipt::Noted });
             }
-            Event::Cancel(job) => self.end(job, Verdict::Cancelled),
-            Event::CancelAll => {
-                for job in self.jobs.keys().copied().collect::<Vec<_>>() {
-                    self.end(job, Verdict::Cancelled);
-                }
+            Event::Cancel(run) => self.cancel(now, run, &mut out),
+            Event::End(run) => {
+                self.cancel(now, run, &mut out);
+                self.shares.end(run);
             }
+            Event::Drain(worker) => self.drain(worker, &mut out),
+            Event::Pardon(job) => self.quarantine.retain(|held| *held != job),
             Event::Forsaken => {
                 for job in self.jobs.keys().copied().collect::<Vec<_>>() {
-                    self.abandon(job, Reason::Forsaken, &mut out);
+                    self.abandon(now, job, Reason::Forsaken, &mut out);
                 }
             }
-            Event::Reject(job) => self.abandon(job, Reason::Invalid, &mut out),
+            Event::Reject(job) => self.abandon(now, job, Reason::Invalid, &mut out),
             Event::Tick => self.tick(now, &mut out),
         }
         self.grant(now, &mut out);
-        self.settle(&mut out);
+        while let Some(run) = self.dirty.pop() {
+            self.settle(run, &mut out);
+        }
         out
     }
 
-    fn open(&mut self, now: Millis, job: Job) {
-        let opening = self.counts.opened;
+    fn open(&mut self, now: Millis, run: Run, job: Job, out: &mut Vec<Effect>) {
+        let (most, full) = (self.timing.max_open, self.unsettled >= self.timing.max_pool);
+        let Some(account) = self.shares.get_mut(run) else {
+            out.push(Effect::Busy { run, job, bound: Bound::NoRun });
+            return;
+        };
+        let here = account.openings.len() as u64 >= most;
+        if here || full {
+            let bound = if here { Bound::Run } else { Bound::Pool };
+            out.push(Effect::Busy { run, job, bound });
+            return;
+        }
+        let opening = account.counts.opened;
+        account.counts.opened += 1;
+        account.openings.push_back(job);
         self.counts.opened += 1;
-        self.openings.push_back((opening, job));
-        if let Some(record) = self.jobs.get_mut(&job) {
-            record.wanted += 1;
-            return;
+        self.unsettled += 1;
+        let want = Want { run, opening, count: 1 };
+        let Some(record) = self.jobs.get_mut(&job) else {
+            return self.admit(now, job, want, out);
+        };
+        match record.wants.iter_mut().find(|want| want.run == run) {
+            Some(want) => want.count += 1,
+            None => {
+                record.wants.push(want);
+                self.tally(job, 1);
+                if self.jobs.get(&job).is_some_and(|r| r.phase == Phase::Ready) {
+                    self.shares.ready(now, run, opening, job);
+                }
+            }
         }
-        let phase = Phase::Queued { not_before: now, last: None };
-        let record = Record { opening, wanted: 1, phase, attempts: 0, crashes: 0 };
+        self.dirty.push(run);
+    }
+
+    fn admit(&mut self, now: Millis, job: Job, want: Want, out: &mut Vec<Effect>) {
+        let record = Record {
+            wants: vec![want],
+            phase: Phase::Waiting(now),
+            leases: Vec::new(),
+            lapsed: None,
+            attempts: 0,
+            crashes: 0,
+            killers: Vec::new(),
+            timer: None,
+        };
         self.jobs.insert(job, record);
-        self.queue.insert((opening, job));
-    }
-
-    fn poll(
-        &mut self,
-        now: Millis,
-        worker: Worker,
-        seq: u64,
-        free: bool,
-        park: bool,
-        out: &mut Vec<Effect>,
-    ) {
-        let fresh = Peer { last_seq: 0, granted: None, gone: false };
-        let peer = self.peers.entry(worker).or_insert(fresh);
-        #[cfg(test)]
-        if self.mutant == Some(Mutant::PollMintsTwice) {
-            peer.granted = None;
-            peer.last_seq = seq.saturating_sub(1);
-        }
-        if seq < peer.last_seq {
-            out.push(Effect::Idle { worker, seq });
-            return;
-        }
-        if seq == peer.last_seq {
-            let granted = peer.granted;
-            self.repeat(now, worker, seq, granted, out);
-            return;
-        }
-        *peer = Peer { last_seq: seq, granted: None, gone: false };
-        self.parked.retain(|p| p.worker != worker);
-        if !free {
-            out.push(Effect::Idle { worker, seq });
-            return;
-        }
-        self.parked.push_back(Parked { worker, seq, until: now + self.timing.park });
-        self.grant(now, out);
-        if self.parked.iter().all(|p| p.worker != worker) {
-            return;
-        }
-        if park {
-            out.push(Effect::Park { worker, seq });
-        } else {
-            self.parked.retain(|p| p.worker != worker);
-            out.push(Effect::Idle { worker, seq });
+        self.counts.waiting += 1;
+        self.tally(job, 1);
+        self.turn(now, job, Phase::Ready);
+        if self.quarantine.contains(&job) {
+            self.abandon(now, job, Reason::Crashes, out);
         }
     }
 
-    /// Answers a poll that was asked before as it was answered then.
-    fn repeat(
-        &mut self,
-        now: Millis,
-        worker: Worker,
-        seq: u64,
-        granted: Option<(Job, Epoch)>,
-        out: &mut Vec<Effect>,
-    ) {
-        let held = granted.and_then(|(job, epoch)| {
-            let lease = self.lease_mut(job).filter(|l| l.epoch == epoch)?;
-            Some((job, epoch, lease.hard.saturating_sub(now)))
-        });
-        if let Some((job, epoch, hard)) = held {
-            let lease = self.timing.lease;
-            out.push(Effect::Grant { worker, seq, job, epoch, lease, hard });
-        } else if self.parked.iter().any(|p| p.worker == worker) {
-            out.push(Effect::Park { worker, seq });
-        } else {
-            out.push(Effect::Idle { worker, seq });
+    /// A job changes its phase: everything that follows from the phase alone is done here.
+    pub(crate) fn turn(&mut self, now: Millis, job: Job, phase: Phase) {
+        let Some(record) = self.jobs.get_mut(&job) else {
+            return;
+        };
+        let old = std::mem::replace(&mut record.phase, phase);
+        for want in &record.wants {
+            match (old, phase) {
+                (Phase::Ready, Phase::Ready) => {}
+                (Phase::Ready, _) => self.shares.unready(want.run, want.opening, job),
+                (_, Phase::Ready) => self.shares.ready(now, want.run, want.opening, job),
+                (Phase::Waiting(_) | Phase::Held | Phase::Over(_), _) => {}
+            }
+            if let Some(account) = self.shares.get_mut(want.run) {
+                account.counts.moved(old, phase);
+            }
+            if let Phase::Over(_) = phase {
+                self.dirty.push(want.run);
+            }
+        }
+        self.counts.moved(old, phase);
+        self.set_timer(job);
+    }
+
+    /// Books a job that a run begins (`1`) or ceases (`-1`) to want.
+    fn tally(&mut self, job: Job, sign: i64) {
+        let Some(record) = self.jobs.get(&job) else {
+            return;
+        };
+        let Some(want) = record.wants.last() else {
+            return;
+        };
+        if let Some(account) = self.shares.get_mut(want.run) {
+            account.counts.stands(record.phase, sign);
+        }
+    }
+
+    pub(crate) fn set_timer(&mut self, job: Job) {
+        let Some(record) = self.jobs.get_mut(&job) else {
+            return;
+        };
+        let next = match record.phase {
+            Phase::Waiting(until) => Some(until),
+            Phase::Held => record.leases.iter().map(|lease| lease.expires.min(lease.hard)).min(),
+            Phase::Ready | Phase::Over(_) => None,
+        };
+        if record.timer == next {
+            return;
+        }
+        if let Some(old) = std::mem::replace(&mut record.timer, next) {
+            self.timers.remove(&(old, job));
+        }
+        if let Some(next) = next {
+            self.timers.insert((next, job));
         }
     }
 
     fn commit(
         &mut self,
-        worker: Worker,
-        job: Job,
+        now: Millis,
+        (worker, job): (Worker, Job),
         digest: Digest,
         outcome: Outcome,
         out: &mut Vec<Effect>,
     ) {
         let over = match self.jobs.get(&job).map(|r| r.phase) {
             Some(Phase::Over(verdict)) => Some(verdict),
-            Some(Phase::Queued { .. } | Phase::Leased(_)) => None,
+            Some(Phase::Waiting(_) | Phase::Ready | Phase::Held) => None,
             None => match self.past.get(&job) {
                 Some(verdict) => Some(*verdict),
                 None => {
@@ -274,10 +339,11 @@ impl Dispatch {
             },
         };
         #[cfg(test)]
-        let over = over.filter(|_| self.mutant != Some(Mutant::NoDedupe));
+        let over = over.filter(|_| !self.is(crate::mutant::Mutant::NoDedupe));
         let receipt = match over {
             None => {
-                self.end(job, Verdict::Done { digest, outcome, worker });
+                self.blame(worker, job, out);
+                self.end(now, job, Verdict::Done { digest, outcome, worker: Some(worker) });
                 Receipt::Accepted
             }
             Some(Verdict::Done { digest: kept, .. }) if kept == digest => Receipt::Duplicate,
@@ -291,99 +357,125 @@ impl Dispatch {
         out.push(Effect::Taken { worker, receipt });
     }
 
-    pub(crate) fn abandon(&mut self, job: Job, reason: Reason, out: &mut Vec<Effect>) {
+    /// Gives a job up: its runs hear of it, and only they.
+    pub(crate) fn abandon(&mut self, now: Millis, job: Job, reason: Reason, out: &mut Vec<Effect>) {
         let Some(record) = self.jobs.get(&job) else {
             return;
         };
         if let Phase::Over(_) = record.phase {
             return;
         }
-        out.push(Effect::Stall { job, reason, attempts: record.attempts });
-        self.end(job, Verdict::Abandoned(reason));
+        let (attempts, crashes) = (record.attempts, record.crashes);
+        if reason == Reason::Crashes && !self.quarantine.contains(&job) {
+            self.quarantine.push_back(job);
+            if self.quarantine.len() > MAX_QUARANTINE {
+                self.quarantine.pop_front();
+            }
+            out.push(Effect::Quarantine { job, crashes });
+        }
+        out.push(Effect::Stall { job, reason, attempts });
+        self.end(now, job, Verdict::Abandoned(reason));
     }
 
     /// The first end counts; terminal is final.
-    fn end(&mut self, job: Job, verdict: Verdict) {
+    pub(crate) fn end(&mut self, now: Millis, job: Job, verdict: Verdict) {
+        let Some(record) = self.jobs.get(&job) else {
+            return;
+        };
+        if let Phase::Over(_) = record.phase {
+            return;
+        }
+        self.release(now, job, verdict);
+        self.turn(now, job, Phase::Over(verdict));
+    }
+
+    /// Nobody wants the job any more.
+    fn withdraw(&mut self, now: Millis, job: Job) {
+        self.release(now, job, Verdict::Cancelled);
+        if let Some(record) = self.jobs.remove(&job) {
+            if let Some(timer) = record.timer {
+                self.timers.remove(&(timer, job));
+            }
+            self.counts.stands(record.phase, -1);
+            self.remember(job, Verdict::Cancelled);
+        }
+    }
+
+    /// Settles the openings of a run that are over, up to the first that is not.
+    fn settle(&mut self, run: Run, out: &mut Vec<Effect>) {
+        #[cfg(test)]
+        self.settle_as_they_come(run);
+        while let Some(&job) = self.shares.get(run).and_then(|account| account.openings.front()) {
+            let Some(Record { phase: Phase::Over(verdict), .. }) = self.jobs.get(&job) else {
+                return;
+            };
+            let verdict = *verdict;
+            self.settle_first(run, job, verdict, out);
+        }
+    }
+
+    /// Every opening of the run settles now, in order: those that are over as they are.
+    fn cancel(&mut self, now: Millis, run: Run, out: &mut Vec<Effect>) {
+        while let Some(&job) = self.shares.get(run).and_then(|account| account.openings.front()) {
+            let verdict = match self.jobs.get(&job).map(|record| record.phase) {
+                Some(Phase::Over(verdict)) => verdict,
+                Some(Phase::Waiting(_) | Phase::Ready | Phase::Held) | None => Verdict::Cancelled,
+            };
+            self.settle_first(run, job, verdict, out);
+            if self.jobs.get(&job).is_some_and(|record| record.wants.is_empty()) {
+                self.withdraw(now, job);
+            }
+        }
+    }
+
+    /// The run's first opening settles.
+    fn settle_first(&mut self, run: Run, job: Job, verdict: Verdict, out: &mut Vec<Effect>) {
+        let Some(account) = self.shares.get_mut(run) else {
+            return;
+        };
+        account.openings.pop_front();
+        let opening = account.counts.settled;
+        account.counts.settle(verdict);
+        self.counts.settle(verdict);
+        self.unsettled -= 1;
+        let attempts = self.jobs.get(&job).map_or(0, |record| record.attempts);
+        out.push(Effect::Settle { run, opening, job, verdict, attempts });
+        self.unwant(run, job);
+        let spent = |r: &Record| r.wants.is_empty() && matches!(r.phase, Phase::Over(_));
+        if self.jobs.get(&job).is_some_and(spent) {
+            self.jobs.remove(&job);
+            self.remember(job, verdict);
+        }
+    }
+
+    /// The run wants the job once less.
+    fn unwant(&mut self, run: Run, job: Job) {
         let Some(record) = self.jobs.get_mut(&job) else {
             return;
         };
-        match record.phase {
-            Phase::Over(_) => {}
-            Phase::Queued { .. } => {
-                self.queue.remove(&(record.opening, job));
-                record.phase = Phase::Over(verdict);
-            }
-            Phase::Leased(_) => record.phase = Phase::Over(verdict),
+        let Some(at) = record.wants.iter().position(|want| want.run == run) else {
+            return;
+        };
+        record.wants[at].count -= 1;
+        if record.wants[at].count > 0 {
+            return;
         }
-    }
-
-    /// Gives the oldest jobs that are due to the workers that have waited longest.
-    fn grant(&mut self, now: Millis, out: &mut Vec<Effect>) {
-        while let Some(asker) = self.parked.front().copied() {
-            let due = |(_, job): &&(u64, Job)| match self.jobs.get(job).map(|r| r.phase) {
-                Some(Phase::Queued { not_before, .. }) => not_before <= now,
-                Some(Phase::Leased(_) | Phase::Over(_)) | None => false,
-            };
-            let Some(&(opening, job)) = self.queue.iter().find(due) else {
-                return;
-            };
-            self.parked.pop_front();
-            self.queue.remove(&(opening, job));
-            self.next_epoch += 1;
-            let (worker, seq, epoch) = (asker.worker, asker.seq, Epoch(self.next_epoch));
-            let (lease, hard) = (self.timing.lease, self.timing.hard);
-            if let Some(record) = self.jobs.get_mut(&job) {
-                record.attempts += 1;
-                self.counts.resent += u64::from(record.attempts > 1);
-                let (expires, hard) = (now + lease, now + hard);
-                let held = Lease { worker, epoch, expires, hard, suspect: false };
-                record.phase = Phase::Leased(held);
-            }
-            if let Some(peer) = self.peers.get_mut(&worker) {
-                peer.granted = Some((job, epoch));
-            }
-            out.push(Effect::Grant { worker, seq, job, epoch, lease, hard });
+        let last = record.wants.len() - 1;
+        record.wants.swap(at, last);
+        let (phase, opening) = (record.phase, record.wants[last].opening);
+        self.tally(job, -1);
+        if phase == Phase::Ready {
+            self.shares.unready(run, opening, job);
         }
-    }
-
-    /// Settles the openings at the front whose jobs are over.
-    fn settle(&mut self, out: &mut Vec<Effect>) {
-        #[cfg(test)]
-        if self.mutant == Some(Mutant::SettleAsTheyCome) {
-            let jobs = &self.jobs;
-            let open = |job: &Job| !matches!(jobs.get(job).map(|r| r.phase), Some(Phase::Over(_)));
-            self.openings.make_contiguous().sort_by_key(|(_, job)| open(job));
-        }
-        while let Some(&(opening, job)) = self.openings.front() {
-            let Some(record) = self.jobs.get_mut(&job) else {
-                return;
-            };
-            let Phase::Over(verdict) = record.phase else {
-                return;
-            };
-            self.openings.pop_front();
-            record.wanted -= 1;
-            let (attempts, spent) = (record.attempts, record.wanted == 0);
-            self.count(verdict);
-            out.push(Effect::Settle { opening, job, verdict, attempts });
-            if spent {
-                self.jobs.remove(&job);
-                self.remember(job, verdict);
-            }
-        }
-    }
-
-    fn count(&mut self, verdict: Verdict) {
-        self.counts.settled += 1;
-        match verdict {
-            Verdict::Done { outcome: Outcome::Refused, .. } => self.counts.refused += 1,
-            Verdict::Done { outcome: Outcome::Failed, .. } => self.counts.failed += 1,
-            Verdict::Abandoned(_) => self.counts.abandoned += 1,
-            Verdict::Done { outcome: Outcome::Broken, .. } | Verdict::Cancelled => {}
+        if let Some(record) = self.jobs.get_mut(&job) {
+            record.wants.pop();
         }
     }
 
     fn remember(&mut self, job: Job, verdict: Verdict) {
+        if verdict == Verdict::Cancelled && self.past.contains_key(&job) {
+            return;
+        }
         if self.past.insert(job, verdict).is_none() {
             self.past_order.push_back(job);
         }

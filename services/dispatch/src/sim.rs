@@ -2,7 +2,7 @@
 
 mod oracle;
 
-use crate::machine::Mutant;
+use crate::mutant::Mutant;
 use crate::*;
 use oracle::{Oracle, result_of};
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,6 +17,8 @@ const HEAL: Millis = 15_000;
 const END: Millis = 400_000;
 /// A worker repeats an unanswered question after this \[ms\].
 const RETRY: Millis = 250;
+
+const RUN: Run = Run(1);
 
 struct Rng(u64);
 
@@ -104,6 +106,7 @@ impl Sim {
         let timing = Timing::test();
         let mut machine = Dispatch::new(timing, 1);
         machine.mutant = mutant;
+        machine.step(0, Event::Begin { run: RUN, share: Share::default() });
         let mut sim = Self {
             rng,
             chaos,
@@ -127,10 +130,10 @@ impl Sim {
                 sim.poison.insert(job);
             }
             let at = sim.rng.below(4_000);
-            sim.post(at, Note::Heard(Event::Open(job)));
+            sim.post(at, Note::Heard(Event::Open { run: RUN, job }));
             if sim.rng.chance(10) {
                 let again = at + sim.rng.below(4_000);
-                sim.post(again, Note::Heard(Event::Open(job)));
+                sim.post(again, Note::Heard(Event::Open { run: RUN, job }));
             }
         }
         sim.post(0, Note::Tick);
@@ -202,7 +205,7 @@ impl Sim {
     }
 
     fn hear(&mut self, event: Event) -> Result<(), String> {
-        if let Event::Open(job) = event {
+        if let Event::Open { job, .. } = event {
             self.oracle.open(job);
         }
         for effect in self.machine.step(self.now, event) {
@@ -306,7 +309,11 @@ impl Sim {
             Effect::Taken { .. }
             | Effect::Park { .. }
             | Effect::Renewed { .. }
-            | Effect::Requeue { .. }
+            | Effect::Lost { .. }
+            | Effect::Dismiss { .. }
+            | Effect::Drained { .. }
+            | Effect::Busy { .. }
+            | Effect::Quarantine { .. }
             | Effect::Stall { .. }
             | Effect::Alarm { .. }
             | Effect::Settle { .. } => return,

@@ -19,6 +19,18 @@ pub struct Timing {
     pub backoff: Millis,
     /// Crashes of workers under one job before it is abandoned: more would poison the whole pool.
     pub max_crashes: u32,
+    /// Distinct workers under which they must have been, while there is more than one.
+    pub min_killers: u32,
+    /// Jobs that died under a worker and were finished by another, after which it is drained.
+    pub max_blame: u32,
+    /// A run with work that got no grant for this long goes first, every other time \[ms\].
+    pub age: Millis,
+    /// An attempt that takes longer than this many times its run's median may be duplicated.
+    pub hedge_factor: u64,
+    /// Unsettled openings that a run may have.
+    pub max_open: u64,
+    /// Unsettled openings of all runs together.
+    pub max_pool: u64,
     /// Attempts of one job, for whatever cause, before it is abandoned.
     pub max_attempts: u32,
 }
@@ -35,6 +47,12 @@ impl Timing {
             hard: 600_000,
             backoff: 200,
             max_crashes: 3,
+            min_killers: 2,
+            max_blame: 3,
+            age: 60_000,
+            hedge_factor: 3,
+            max_open: 65_536,
+            max_pool: 2_000_000,
             max_attempts: 8,
         }
     }
@@ -50,6 +68,12 @@ impl Timing {
             hard: 20_000,
             backoff: 50,
             max_crashes: 3,
+            min_killers: 2,
+            max_blame: 3,
+            age: 6_000,
+            hedge_factor: 3,
+            max_open: 65_536,
+            max_pool: 2_000_000,
             max_attempts: 8,
         }
     }

@@ -10,15 +10,19 @@ pub mod client;
 mod inbox;
 mod net;
 mod questions;
+mod roster;
+mod run;
 mod shell;
 pub mod users;
 
 use crate::link::shell::{Input, Shell};
+use cullet_dispatch::{Event, Job, Run};
+use cullet_proto::service::WorkerInfo;
 use cullet_proto::transport::Patience;
-use cullet_proto::{FractureJob, JobId, Verdict, WireError, WorkerId, keys};
+use cullet_proto::{JobId, Verdict, WireError, WorkerId, keys};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -26,9 +30,8 @@ use std::time::Duration;
 pub use bundle::{MAX_BUNDLE, check_path};
 pub use children::SpawnConfig;
 pub use cullet_dispatch::Timing;
-
-/// How long [`Pool::clear`] waits for a settlement; they come at once.
-const FAREWELL: Duration = Duration::from_secs(5);
+pub use cullet_dispatch::{Share, Tenant};
+pub use run::{RunHandle, RunStats};
 
 /// What went wrong with the link.
 #[derive(Debug, thiserror::Error)]
@@ -198,10 +201,10 @@ pub struct Pool {
     name: WorkerId,
     session: zenoh::Session,
     inputs: SyncSender<Input>,
-    owed: AtomicU64,
-    settlements: Mutex<Receiver<(JobId, Settlement)>>,
+    runs: AtomicU64,
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
+    workers: Arc<Mutex<Vec<WorkerInfo>>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -216,18 +219,17 @@ impl Pool {
         let (inputs, queue) = std::sync::mpsc::sync_channel(shell::QUEUE);
         let net = net::Net::listen(&config, &coordinator, &inputs)?;
         let endpoint = net.endpoint().to_owned();
-        let (settle, settlements) = std::sync::mpsc::channel();
         let session = net.session().clone();
-        let shell = Shell::new(&config, net, settle)?;
+        let shell = Shell::new(&config, net)?;
         let (stats, pids) = (shell.stats_handle(), shell.pids_handle());
+        let workers = shell.roster.handle();
         let thread = std::thread::Builder::new()
             .name("cullet-pool".into())
             .spawn(move || shell.run(&queue))
             .map_err(LinkError::Thread)?;
-        let (settlements, thread) = (Mutex::new(settlements), Some(thread));
-        let owed = AtomicU64::new(0);
+        let (runs, thread) = (AtomicU64::new(0), Some(thread));
         let name = coordinator;
-        Ok(Self { endpoint, name, session, inputs, owed, settlements, stats, pids, thread })
+        Ok(Self { endpoint, name, session, inputs, runs, stats, pids, workers, thread })
     }
 
     /// Where workers and clients connect.
@@ -236,28 +238,12 @@ impl Pool {
         &self.endpoint
     }
 
-    /// Wants a job done; it settles through [`Pool::settled`]. A job over a limit of the wire
-    /// settles as abandoned.
-    pub fn open(&self, job: &FractureJob) -> JobId {
-        let (id, bytes) = match job.encode() {
-            Ok(bytes) => (JobId::of(&bytes), Ok(bytes)),
-            Err(error) => {
-                // It has no encoding to be named by; its debug text is as good.
-                (JobId::of(format!("{job:?}").as_bytes()), Err(error.to_string()))
-            }
-        };
-        self.owed.fetch_add(1, Ordering::Relaxed);
-        let _closed = self.inputs.send(Input::Open(id, bytes));
-        id
-    }
-
-    /// The next job to settle, in opening order; `None` if none does within `timeout`.
+    /// Begins a run: a stream of jobs that settles in its own order, beside other runs, with this
+    /// share of the workers.
     #[must_use]
-    pub fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
-        let settlements = self.settlements.lock().unwrap_or_else(PoisonError::into_inner);
-        let settled = settlements.recv_timeout(timeout).ok()?;
-        self.owed.fetch_sub(1, Ordering::Relaxed);
-        Some(settled)
+    pub fn run(&self, share: Share) -> RunHandle {
+        let run = Run(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
+        RunHandle::begin(run, share, self.inputs.clone())
     }
 
     /// What the pool has done and is doing.
@@ -272,6 +258,12 @@ impl Pool {
         self.pids.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
+    /// The workers that are known, by name.
+    #[must_use]
+    pub fn workers(&self) -> Vec<WorkerInfo> {
+        self.workers.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
     /// The coordinator's name.
     #[must_use]
     pub fn name(&self) -> &WorkerId {
@@ -283,19 +275,14 @@ impl Pool {
         &self.session
     }
 
-    /// Wants nothing any more: every job that is not over settles as cancelled.
-    pub fn cancel_all(&self) {
-        let _closed = self.inputs.send(Input::CancelAll);
+    /// The worker of that name finishes what it has and gets no further job. No worker: no effect.
+    pub fn drain(&self, worker: WorkerId) {
+        let _closed = self.inputs.send(Input::Drain(worker));
     }
 
-    /// Cancels every job that is not over and takes in every settlement still owed, so that the
-    /// next run hears of its own jobs alone.
-    pub fn clear(&self) {
-        if self.owed.load(Ordering::Relaxed) == 0 {
-            return;
-        }
-        self.cancel_all();
-        while self.owed.load(Ordering::Relaxed) > 0 && self.settled(FAREWELL).is_some() {}
+    /// A job in quarantine may be tried again.
+    pub fn pardon(&self, job: JobId) {
+        let _closed = self.inputs.send(Input::Say(Event::Pardon(Job(job.0))));
     }
 
     /// Ends the worker processes and the transport; leaves nothing behind.

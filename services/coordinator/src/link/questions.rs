@@ -87,6 +87,7 @@ impl Shell {
     fn poll(&mut self, query: Query, name: &WorkerId, poll: &pool::Poll) {
         let worker = Worker(poll.session.0);
         self.know(worker, name);
+        self.roster.polled(worker, name, poll.threads);
         // One that asks again has given up the question it asked before.
         if self.polls.get(&worker).is_none_or(|(asked, _)| *asked <= poll.seq) {
             self.polls.insert(worker, (poll.seq, query));
@@ -134,6 +135,7 @@ impl Shell {
             digest: Digest(commit.digest),
             outcome,
         };
+        self.roster.left(Worker(commit.session.0), commit.job);
         let receipt = self.step(event).receipt;
         let short = commit.job.short();
         match receipt {
@@ -157,6 +159,7 @@ impl Shell {
         tracing::warn!("worker {name} gives job {} back: {}", fail.job.short(), fail.text);
         self.note_trouble(fail.job, &fail.text);
         let (worker, job) = (Worker(fail.session.0), Job(fail.job.0));
+        self.roster.left(worker, fail.job);
         self.step(Event::Fail { worker, job, epoch: Epoch(fail.epoch.0), trouble });
     }
 

@@ -4,12 +4,13 @@ use super::bulk::{Bulk, reply};
 use super::children::Children;
 use super::inbox::Inbox;
 use super::net::Net;
-use super::{Ending, LinkError, PoolConfig, PoolStats, Settlement};
-use cullet_dispatch::{Digest, Dispatch, Effect, Event, Job, Millis, Reason, Receipt};
-use cullet_dispatch::{Timing, Verdict as Decision, Worker};
+use super::roster::Roster;
+use super::{Ending, LinkError, PoolConfig, PoolStats, RunStats, Settlement};
+use cullet_dispatch::{Bound, Digest, Dispatch, Effect, Event, Job, Millis, Reason, Receipt};
+use cullet_dispatch::{Run, Share, Timing, Verdict as Decision, Worker};
 use cullet_proto::pool::{self, Grant, PollAnswer, RenewAnswer};
 use cullet_proto::{Epoch, JobId, SessionId, Verdict, WorkerId};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -32,22 +33,33 @@ pub(super) enum Input {
     Question(Query),
     /// A sign of life came or went.
     Link { session: SessionId, up: bool },
-    /// The run wants a job: its encoding, or why it has none.
-    Open(JobId, Result<Vec<u8>, String>),
-    /// The run wants nothing any more.
-    CancelAll,
+    /// A run begins: its settlements go there.
+    Begin(Run, Share, Listener),
+    /// A run wants a job: its encoding, or why it has none.
+    Open(Run, JobId, Result<Vec<u8>, String>),
+    /// Something about a run, or a wish about a worker.
+    Say(Event),
+    /// The worker of that name gets no further job.
+    Drain(WorkerId),
     /// The end.
     Quit,
 }
 
 /// What is known of a job that has openings to settle.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Wanted {
-    openings: u32,
+    openings: BTreeMap<Run, VecDeque<Instant>>,
     bytes: Arc<Vec<u8>>,
-    opened: Instant,
     trouble: String,
     result: Option<Verdict>,
+}
+
+/// Who hears of a run.
+#[derive(Debug)]
+pub(super) struct Listener {
+    pub(super) settle: Sender<(JobId, Settlement)>,
+    pub(super) stats: Arc<Mutex<RunStats>>,
+    pub(super) over: bool,
 }
 
 /// What a step of the machine said to whom it listened to.
@@ -65,24 +77,21 @@ pub(super) struct Shell {
     pub(super) bulk: Bulk,
     pub(super) polls: BTreeMap<Worker, (u64, Query)>,
     pub(super) refusals: u64,
+    pub(super) roster: Roster,
     names: BTreeMap<Worker, WorkerId>,
     up: BTreeSet<SessionId>,
     wanted: BTreeMap<Job, Wanted>,
     children: Option<Children>,
     net: Net,
-    settle: Sender<(JobId, Settlement)>,
-    settled: Vec<(JobId, Settlement)>,
+    runs: BTreeMap<Run, Listener>,
+    settled: Vec<(Run, JobId, Settlement)>,
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
     start: Instant,
 }
 
 impl Shell {
-    pub(super) fn new(
-        config: &PoolConfig,
-        net: Net,
-        settle: Sender<(JobId, Settlement)>,
-    ) -> Result<Self, LinkError> {
+    pub(super) fn new(config: &PoolConfig, net: Net) -> Result<Self, LinkError> {
         let spawn = config.spawn.clone();
         let children = spawn.map(|spawn| Children::start(spawn, net.endpoint())).transpose()?;
         let pids = children.as_ref().map(Children::pids).unwrap_or_default();
@@ -93,12 +102,13 @@ impl Shell {
             bulk: Bulk::start()?,
             polls: BTreeMap::new(),
             refusals: 0,
+            roster: Roster::default(),
             names: BTreeMap::new(),
             up: BTreeSet::new(),
             wanted: BTreeMap::new(),
             children,
             net,
-            settle,
+            runs: BTreeMap::new(),
             settled: Vec::new(),
             stats: Arc::default(),
             pids: Arc::new(Mutex::new(pids)),
@@ -134,10 +144,12 @@ impl Shell {
                 self.tick();
             }
             self.publish();
-            for settlement in self.settled.drain(..) {
-                // Nobody listens any more only while the pool is being dropped.
-                let _closed = self.settle.send(settlement);
+            self.roster.publish(&self.up);
+            for (run, id, settlement) in self.settled.drain(..) {
+                // One that nobody listens for is of a run whose handle is gone.
+                let _closed = self.runs.get(&run).map(|r| r.settle.send((id, settlement)));
             }
+            self.runs.retain(|_, listener| !listener.over);
         }
         self.children = None;
         self.polls.clear();
@@ -150,16 +162,25 @@ impl Shell {
             Input::Question(query) => self.question(query),
             Input::Link { session, up: true } => {
                 self.up.insert(session);
+                self.roster.changed();
             }
             Input::Link { session, up: false } => {
                 self.up.remove(&session);
+                self.roster.changed();
                 let worker = Worker(session.0);
                 self.polls.remove(&worker);
                 self.step(Event::Suspect(worker));
             }
-            Input::Open(id, bytes) => self.open(id, bytes),
-            Input::CancelAll => {
-                self.step(Event::CancelAll);
+            Input::Begin(run, share, listener) => {
+                self.runs.insert(run, listener);
+                self.step(Event::Begin { run, share });
+            }
+            Input::Open(run, id, bytes) => self.open(run, id, bytes),
+            Input::Say(event) => self.say(event),
+            Input::Drain(name) => {
+                for worker in self.named(name.as_str()) {
+                    self.step(Event::Drain(worker));
+                }
             }
             Input::Quit => {}
         }
@@ -167,16 +188,31 @@ impl Shell {
 
     fn tick(&mut self) {
         for name in self.children.as_mut().map(Children::tend).unwrap_or_default() {
-            let ended = self.names.iter().filter(|(_, known)| known.as_str() == name);
-            for worker in ended.map(|(worker, _)| *worker).collect::<Vec<_>>() {
+            for worker in self.named(&name) {
                 self.polls.remove(&worker);
                 self.names.remove(&worker);
+                self.roster.gone(worker);
                 self.step(Event::Down(worker));
             }
         }
         self.forsake();
         self.step(Event::Tick);
         self.inbox.sweep();
+    }
+
+    /// The lives of workers of that name.
+    fn named(&self, name: &str) -> Vec<Worker> {
+        let known = self.names.iter().filter(|(_, known)| known.as_str() == name);
+        known.map(|(worker, _)| *worker).collect()
+    }
+
+    fn say(&mut self, event: Event) {
+        self.step(event);
+        if let Event::End(run) = event
+            && let Some(listener) = self.runs.get_mut(&run)
+        {
+            listener.over = true;
+        }
     }
 
     /// Gives every job up if no worker of ours comes to life and nobody else is there.
@@ -194,6 +230,12 @@ impl Shell {
         let counts = self.dispatch.counts();
         let children = self.children.as_ref();
         let pids = children.map(Children::pids).unwrap_or_default();
+        for (run, listener) in &self.runs {
+            if let Some(counts) = self.dispatch.counts_of(*run) {
+                *listener.stats.lock().unwrap_or_else(PoisonError::into_inner) =
+                    RunStats::of(&counts);
+            }
+        }
         let stats = PoolStats {
             opened: counts.opened,
             settled: counts.settled,
@@ -214,7 +256,7 @@ impl Shell {
         *self.pids.lock().unwrap_or_else(PoisonError::into_inner) = pids;
     }
 
-    fn open(&mut self, id: JobId, bytes: Result<Vec<u8>, String>) {
+    fn open(&mut self, run: Run, id: JobId, bytes: Result<Vec<u8>, String>) {
         let job = Job(id.0);
         let (bytes, trouble) = match bytes {
             Ok(bytes) => (bytes, None),
@@ -222,18 +264,17 @@ impl Shell {
         };
         let invalid = trouble.is_some();
         let wanted = self.wanted.entry(job).or_insert_with(|| Wanted {
-            openings: 0,
+            openings: BTreeMap::new(),
             bytes: Arc::new(bytes),
-            opened: Instant::now(),
             trouble: trouble.unwrap_or_default(),
             result: None,
         });
-        wanted.openings += 1;
+        wanted.openings.entry(run).or_default().push_back(Instant::now());
         if invalid {
             // Nobody may be granted it in between: it is turned down in the same breath.
-            self.dispatch_all([Event::Open(job), Event::Reject(job)]);
+            self.dispatch_all([Event::Open { run, job }, Event::Reject(job)]);
         } else {
-            self.step(Event::Open(job));
+            self.step(Event::Open { run, job });
         }
     }
 
@@ -296,6 +337,7 @@ impl Shell {
                     renew_ms: self.timing.renew,
                     hard_ms: hard,
                 };
+                self.roster.took(worker, JobId(job.0));
                 if !self.answer_poll(worker, seq, PollAnswer::Grant(grant)) {
                     said.grant = Some(grant);
                 }
@@ -307,15 +349,31 @@ impl Shell {
             Effect::Renewed { lease, .. } => said.renew = Some(RenewAnswer::Go { lease_ms: lease }),
             Effect::Stop { .. } => said.renew = Some(RenewAnswer::Stop),
             Effect::Taken { receipt, .. } => said.receipt = Some(receipt),
-            Effect::Requeue { job, loss } => {
-                tracing::warn!("job {} goes back to the queue: {loss:?}", JobId(job.0).short());
+            Effect::Dismiss { worker, seq } => {
+                self.answer_poll(worker, seq, PollAnswer::Drain);
+            }
+            Effect::Drained { worker } => {
+                let name = self.names.get(&worker).map_or_else(String::new, WorkerId::to_string);
+                self.roster.drained(worker);
+                tracing::warn!("worker {name} gets no further job");
+            }
+            Effect::Lost { job, worker, loss, .. } => {
+                self.roster.left(worker, JobId(job.0));
+                tracing::warn!("an attempt at job {} is lost: {loss:?}", JobId(job.0).short());
+            }
+            Effect::Busy { run, job, bound } => self.turn_down(run, job, bound),
+            Effect::Quarantine { job, crashes } => {
+                let id = JobId(job.0).short();
+                tracing::error!("job {id} is put in quarantine: {crashes} attempts died");
             }
             Effect::Stall { job, reason, attempts } => {
                 let id = JobId(job.0).short();
                 tracing::error!("job {id} is abandoned after {attempts} attempts: {reason:?}");
             }
             Effect::Alarm { job, kept, other } => alarm(job, kept, other),
-            Effect::Settle { job, verdict, attempts, .. } => self.settle(job, verdict, attempts),
+            Effect::Settle { run, job, verdict, attempts, .. } => {
+                self.settle(run, job, verdict, attempts);
+            }
         }
     }
 
@@ -331,17 +389,15 @@ impl Shell {
         true
     }
 
-    fn settle(&mut self, job: Job, decision: Decision, attempts: u32) {
-        let Some(wanted) = self.wanted.get_mut(&job) else {
+    fn settle(&mut self, run: Run, job: Job, decision: Decision, attempts: u32) {
+        let Some((wanted, opened)) = self.close(run, job) else {
             return;
         };
-        wanted.openings -= 1;
-        let last = wanted.openings == 0;
-        let result = if last { wanted.result.take() } else { wanted.result.clone() };
-        let (ending, worker) = match (decision, result) {
+        let (ending, worker) = match (decision, wanted.result) {
             (Decision::Done { worker, .. }, Some(verdict)) => {
-                let name = self.names.get(&worker).map(WorkerId::to_string);
-                (Ending::Verdict(verdict), name.unwrap_or_default())
+                worker.into_iter().for_each(|worker| self.roster.done(worker));
+                let name = worker.and_then(|worker| self.names.get(&worker));
+                (Ending::Verdict(verdict), name.map(WorkerId::to_string).unwrap_or_default())
             }
             (Decision::Done { .. }, None) => {
                 (Ending::Abandoned("its result was lost here".into()), String::new())
@@ -351,13 +407,38 @@ impl Shell {
             }
             (Decision::Cancelled, _) => (Ending::Cancelled, String::new()),
         };
-        let wall = wanted.opened.elapsed();
-        if last {
-            self.wanted.remove(&job);
-        }
-        let settlement = Settlement { ending, attempts, worker, wall, cached: false };
+        let settlement =
+            Settlement { ending, attempts, worker, wall: opened.elapsed(), cached: false };
         // Sent once the counts that go with it can be read.
-        self.settled.push((JobId(job.0), settlement));
+        self.settled.push((run, JobId(job.0), settlement));
+    }
+
+    /// One opening of a job is over: what is known of the job, which is forgotten with the last.
+    fn close(&mut self, run: Run, job: Job) -> Option<(Wanted, Instant)> {
+        let wanted = self.wanted.get_mut(&job)?;
+        let openings = wanted.openings.get_mut(&run)?;
+        let opened = openings.pop_front()?;
+        if openings.is_empty() {
+            wanted.openings.remove(&run);
+        }
+        let last = wanted.openings.is_empty();
+        let kept = if last { self.wanted.remove(&job)? } else { wanted.clone() };
+        Some((kept, opened))
+    }
+
+    /// An opening that the machine did not take ends here.
+    fn turn_down(&mut self, run: Run, job: Job, bound: Bound) {
+        let text = match bound {
+            Bound::Run => "the run has too many jobs open",
+            Bound::Pool => "the pool has too many jobs open",
+            Bound::NoRun => "the run is over",
+        };
+        if let Some((_, opened)) = self.close(run, job) {
+            let (ending, worker) = (Ending::Abandoned(text.into()), String::new());
+            let wall = opened.elapsed();
+            let settlement = Settlement { ending, attempts: 0, worker, wall, cached: false };
+            self.settled.push((run, JobId(job.0), settlement));
+        }
     }
 }
 

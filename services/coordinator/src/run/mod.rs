@@ -9,7 +9,7 @@ mod settle;
 
 pub use output::{next_folder, write_file};
 
-use crate::link::{Pool, Settlement};
+use crate::link::{RunHandle, Settlement};
 use crate::record::{Event, Level, PoseRow, RecordError, Recorder, Summary};
 use crate::scene::Scene;
 use cullet_geometry::Vec3;
@@ -44,13 +44,13 @@ pub struct Load {
     pub running: u64,
 }
 
-impl Jobs for Pool {
+impl Jobs for RunHandle {
     fn open(&self, job: &FractureJob) -> JobId {
-        Pool::open(self, job)
+        RunHandle::open(self, job)
     }
 
     fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
-        Pool::settled(self, timeout)
+        RunHandle::settled(self, timeout)
     }
 
     fn load(&self) -> Load {

@@ -4,13 +4,13 @@ use super::board::{End, Entry, Event, No, Order};
 use super::{Service, ServiceError, unix_ms};
 use crate::link::bundle;
 use crate::link::users::{Asked, Parcel};
-use cullet_proto::chunks;
 use cullet_proto::codec::WireError;
 use cullet_proto::envelope;
 use cullet_proto::keys::UserVerb;
 use cullet_proto::service::{About, Drain, Fetch, Fetched, Follow, MAX_TICKET, MAX_WAIT_MS};
 use cullet_proto::service::{News, Noted, RunInfo, Runs, State, Submit, SubmitAnswer, Which};
 use cullet_proto::service::{WorkerInfo, Workers, codes, digest_of};
+use cullet_proto::{WorkerId, chunks};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -254,11 +254,15 @@ impl Service<'_> {
     }
 
     fn workers(&self) -> Vec<WorkerInfo> {
-        Vec::new()
+        self.pool.workers()
     }
 
-    fn drain(&self, _: &str) -> bool {
-        false
+    fn drain(&self, name: &str) -> bool {
+        let known = self.workers().iter().any(|worker| worker.name == name);
+        if let (true, Ok(worker)) = (known, WorkerId::new(name)) {
+            self.pool.drain(worker);
+        }
+        known
     }
 
     fn about(&self) -> About {

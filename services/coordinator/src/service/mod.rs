@@ -19,7 +19,7 @@ mod timeline;
 pub use store::free;
 
 use crate::link::users::Door;
-use crate::link::{LinkError, Pool};
+use crate::link::{LinkError, Pool, Share, Tenant};
 use crate::run::next_folder;
 use answer::Watcher;
 use attempt::{Attempt, Ended};
@@ -297,6 +297,7 @@ impl<'a> Service<'a> {
         (self.say)(&format!("run {run}: {} into {}", entry.order.name, out.display()));
         let stop = Arc::new(AtomicBool::new(false));
         let (pool, kept) = (Arc::clone(self.pool), self.store.kept(run));
+        let share = share(&entry.order.user, entry.order.priority);
         let entry = self.board.get(run).map_or(entry, Entry::clone);
         let bundle = self.store.bundle(run);
         let attempt_stop = Arc::clone(&stop);
@@ -306,7 +307,7 @@ impl<'a> Service<'a> {
                 Err(error) => return Ended::failed(codes::FILE, error.to_string()),
             };
             let attempt = Attempt { entry, bundle, folder: out, kept, live, stop: attempt_stop };
-            attempt.run(&*pool)
+            attempt.run(&pool.run(share))
         };
         let thread = std::thread::Builder::new().name(format!("cullet-run-{run}")).spawn(work);
         match thread {
@@ -397,6 +398,15 @@ impl<'a> Service<'a> {
             self.admit(Event::Cancelled { run, end, at: unix_ms() });
         }
     }
+}
+
+/// What a run may claim of the pool: users share it evenly; priorities beyond what the pool tells
+/// apart decide in the queue alone.
+fn share(user: &str, priority: i32) -> Share {
+    let name = cullet_proto::ids::digest(user.as_bytes());
+    let tenant = Tenant(u64::from_le_bytes([0, 1, 2, 3, 4, 5, 6, 7].map(|at| name[at])));
+    let priority = i32::from(Share::NORMAL).saturating_add(priority);
+    Share { tenant, priority: priority.clamp(0, i32::from(Share::HIGHEST)) as u8 }
 }
 
 /// Now \[ms since 1970\].

@@ -11,7 +11,7 @@ pub(super) struct Oracle {
     grants: BTreeMap<Job, u32>,
     by_seq: BTreeMap<(Worker, u64), (Job, Epoch)>,
     by_epoch: BTreeMap<Epoch, (Worker, Job)>,
-    holder: BTreeMap<Job, Worker>,
+    holders: BTreeSet<(Job, Worker)>,
     crashes: BTreeMap<Job, u32>,
     pub(super) requeued: u64,
 }
@@ -49,11 +49,11 @@ impl Oracle {
                     return Err("one job accepted twice".into());
                 }
             }
-            Effect::Requeue { job, loss } => {
+            Effect::Lost { job, loss, .. } => {
                 self.requeued += 1;
                 self.crash(job, loss);
                 if let Event::Down(worker) = event
-                    && self.holder.get(&job) != Some(&worker)
+                    && !self.holders.contains(&(job, worker))
                 {
                     return Err("the end of one worker took another's lease".into());
                 }
@@ -71,6 +71,10 @@ impl Oracle {
             | Effect::Idle { .. }
             | Effect::Renewed { .. }
             | Effect::Stop { .. }
+            | Effect::Dismiss { .. }
+            | Effect::Drained { .. }
+            | Effect::Busy { .. }
+            | Effect::Quarantine { .. }
             | Effect::Taken { .. } => {}
         }
         Ok(())
@@ -97,7 +101,7 @@ impl Oracle {
         if *self.crashes.get(&job).unwrap_or(&0) >= timing.max_crashes {
             return Err("granted after its last crash".into());
         }
-        self.holder.insert(job, worker);
+        self.holders.insert((job, worker));
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 //! Bytes that are not as they should be get an answer that says so.
 
 use crate::kit::{Hand, answer, config, job, next, solve, verdict};
-use cullet_coordinator::link::Pool;
+use cullet_coordinator::link::{Pool, Share};
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, WorkerVerb};
 use cullet_proto::pool::{
@@ -80,10 +80,11 @@ fn old_oversized_and_garbled_questions_are_refused_by_type() {
 #[test]
 fn a_damaged_chunk_is_sent_again_and_a_false_digest_never_settles() {
     let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
     let forger = Forger::of(&pool);
     let session = SessionId(9);
     let problem = job("echo", 3, 0);
-    let id = pool.open(&problem);
+    let id = run.open(&problem);
     let poll = Poll { session, seq: 1, slots: 1, threads: 1 };
     let PollAnswer::Grant(grant) = forger.ask(WorkerVerb::Poll, &poll, &[]) else {
         panic!("no grant")
@@ -108,14 +109,14 @@ fn a_damaged_chunk_is_sent_again_and_a_false_digest_never_settles() {
     assert_eq!(said, ChunkAnswer::Have);
     let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
     assert_eq!(said, CommitAnswer::Damaged);
-    assert!(pool.settled(Duration::from_millis(50)).is_none());
+    assert!(run.settled(Duration::from_millis(50)).is_none());
     let said: ChunkAnswer = forger.ask(WorkerVerb::Chunk, &chunk, &blob);
     assert_eq!(said, ChunkAnswer::Have);
     for _ in 0..2 {
         let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
         assert_eq!(said, CommitAnswer::Done(None));
     }
-    assert_eq!(verdict(next(&pool, id)), answer(&problem));
+    assert_eq!(verdict(next(&run, id)), answer(&problem));
     // Another result of the same job is not taken, and not kept quiet.
     let other = Commit { digest: [7; 32], ..commit };
     let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &other, &[]);
@@ -126,12 +127,13 @@ fn a_damaged_chunk_is_sent_again_and_a_false_digest_never_settles() {
 #[test]
 fn a_worker_that_takes_a_job_and_falls_silent_loses_it_to_another() {
     let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
     let forger = Forger::of(&pool);
     let poll = Poll { session: SessionId(9), seq: 1, slots: 1, threads: 1 };
-    let id = pool.open(&job("echo", 3, 0));
+    let id = run.open(&job("echo", 3, 0));
     let said: PollAnswer = forger.ask(WorkerVerb::Poll, &poll, &[]);
     assert!(matches!(said, PollAnswer::Grant(_)));
     let _hand = Hand::hire(&pool, "w", Arc::new(solve));
-    let settlement = next(&pool, id);
+    let settlement = next(&run, id);
     assert_eq!((settlement.attempts, settlement.worker.as_str()), (2, "w"));
 }

@@ -1,7 +1,7 @@
 //! Workers that die, hang or stop.
 
 use crate::kit::{Hand, config, job, next, solve, verdict, wait_for, with_processes};
-use cullet_coordinator::link::{Ending, Pool, PoolConfig, SpawnConfig, Timing};
+use cullet_coordinator::link::{Ending, Pool, PoolConfig, Share, SpawnConfig, Timing};
 use cullet_proto::{FractureJob, Verdict};
 use cullet_worker::Watch;
 use std::path::{Path, PathBuf};
@@ -21,14 +21,15 @@ fn kill(pid: u32) {
 #[test]
 fn a_worker_killed_in_the_middle_of_a_job_costs_a_repeat_and_no_result() {
     let pool = with_processes(2);
+    let run = pool.run(Share::default());
     wait_for("two workers", || pool.stats().workers == 2);
     let jobs: Vec<_> = (0..6).map(|k| job("echo", k, 400)).collect();
-    let ids: Vec<_> = jobs.iter().map(|job| pool.open(job)).collect();
+    let ids: Vec<_> = jobs.iter().map(|job| run.open(job)).collect();
     wait_for("both are at work", || pool.stats().running == 2);
     let first = pool.pids()[0];
     kill(first);
     for (id, job) in ids.iter().zip(&jobs) {
-        let Verdict::Broken(body) = verdict(next(&pool, *id)) else { panic!("not broken") };
+        let Verdict::Broken(body) = verdict(next(&run, *id)) else { panic!("not broken") };
         assert_eq!(body.fragments.len() as u64, job.seed % 7);
     }
     wait_for("another in its place", || pool.stats().respawned == 1);
@@ -42,11 +43,12 @@ fn a_worker_killed_in_the_middle_of_a_job_costs_a_repeat_and_no_result() {
 #[test]
 fn a_job_that_kills_its_workers_is_abandoned_and_the_others_settle() {
     let pool = with_processes(2);
-    let (poison, good) = (pool.open(&job("die", 1, 0)), pool.open(&job("echo", 2, 0)));
-    let settlement = next(&pool, poison);
+    let run = pool.run(Share::default());
+    let (poison, good) = (run.open(&job("die", 1, 0)), run.open(&job("echo", 2, 0)));
+    let settlement = next(&run, poison);
     assert_eq!(settlement.attempts, 3);
     assert!(matches!(settlement.ending, Ending::Abandoned(_)), "{settlement:?}");
-    verdict(next(&pool, good));
+    verdict(next(&run, good));
 }
 
 #[test]
@@ -68,12 +70,13 @@ fn a_worker_ends_with_the_parent_that_held_its_input() {
 #[test]
 fn a_job_given_back_by_a_worker_that_stops_goes_to_another() {
     let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
     let leaving = Hand::hire(&pool, "a", Arc::new(solve));
-    let id = pool.open(&job("echo", 1, 300));
+    let id = run.open(&job("echo", 1, 300));
     wait_for("it runs", || pool.stats().running == 1);
     leaving.tell();
     let _staying = Hand::hire(&pool, "b", Arc::new(solve));
-    let settlement = next(&pool, id);
+    let settlement = next(&run, id);
     assert_eq!((settlement.attempts, settlement.worker.as_str()), (2, "b"));
 }
 
@@ -82,41 +85,44 @@ fn processes_that_never_ask_for_work_are_given_up() {
     let exe = PathBuf::from("false");
     let spawn = SpawnConfig { args: Vec::new(), ..SpawnConfig::new(exe, 2, 1) };
     let pool = Pool::start(PoolConfig { spawn: Some(spawn), ..config() }).expect("a pool");
-    let id = pool.open(&job("echo", 1, 0));
-    let Ending::Abandoned(text) = next(&pool, id).ending else { panic!("it has a verdict") };
+    let run = pool.run(Share::default());
+    let id = run.open(&job("echo", 1, 0));
+    let Ending::Abandoned(text) = next(&run, id).ending else { panic!("it has a verdict") };
     assert!(text.contains("no worker is left") && text.contains("false ended 6 times"), "{text}");
     let stats = pool.stats();
     assert_eq!((stats.children, stats.respawned), (0, 2 * 5), "it was tried no more and no less");
     // Somebody from elsewhere is as good.
     let _hand = Hand::hire(&pool, "w", Arc::new(solve));
     wait_for("a worker", || pool.stats().workers == 1);
-    let id = pool.open(&job("echo", 2, 300));
-    verdict(next(&pool, id));
+    let id = run.open(&job("echo", 2, 300));
+    verdict(next(&run, id));
 }
 
 #[test]
 fn a_worker_told_to_stop_leaves_though_its_question_is_held() {
     let timing = Timing { park: 600_000, ..Timing::test() };
     let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
+    let run = pool.run(Share::default());
     let hand = Hand::hire(&pool, "w", Arc::new(solve));
     // A job done: the next question finds none and is held.
-    let id = pool.open(&job("echo", 1, 0));
-    verdict(next(&pool, id));
+    let id = run.open(&job("echo", 1, 0));
+    verdict(next(&run, id));
     std::thread::sleep(Duration::from_millis(500));
     hand.tell();
     wait_for("it is gone", || pool.stats().workers == 0);
-    let id = pool.open(&job("echo", 2, 0));
+    let id = run.open(&job("echo", 2, 0));
     let _other = Hand::hire(&pool, "x", Arc::new(solve));
-    assert_eq!(next(&pool, id).worker, "x");
+    assert_eq!(next(&run, id).worker, "x");
 }
 
 #[test]
 fn a_solver_over_the_hard_limit_is_stopped_and_in_the_end_abandoned() {
     let timing = Timing { hard: 300, ..Timing::test() };
     let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
+    let run = pool.run(Share::default());
     let _hand = Hand::hire(&pool, "w", Arc::new(solve));
-    let id = pool.open(&job("echo", 1, 60_000));
-    let settlement = next(&pool, id);
+    let id = run.open(&job("echo", 1, 60_000));
+    let settlement = next(&run, id);
     assert_eq!(settlement.attempts, 3);
     assert!(matches!(settlement.ending, Ending::Abandoned(_)), "{settlement:?}");
 }
@@ -126,20 +132,23 @@ fn a_worker_may_come_before_its_coordinator_and_outlive_it() {
     let first = Pool::start(config()).expect("a pool on loopback");
     let endpoint = first.endpoint().to_owned();
     let hand = Hand::hire(&first, "w", Arc::new(solve));
-    let id = first.open(&job("echo", 1, 0));
-    verdict(next(&first, id));
+    let run = first.run(Share::default());
+    let id = run.open(&job("echo", 1, 0));
+    verdict(next(&run, id));
     first.shutdown();
     std::thread::sleep(Duration::from_millis(300));
     let listen = Some(endpoint);
     let second = Pool::start(PoolConfig { listen, ..config() }).expect("a pool on loopback");
-    let id = second.open(&job("echo", 2, 0));
-    assert_eq!(next(&second, id).worker, "w");
+    let run = second.run(Share::default());
+    let id = run.open(&job("echo", 2, 0));
+    assert_eq!(next(&run, id).worker, "w");
     drop(hand);
 }
 
 #[test]
 fn a_result_that_cannot_be_sent_is_no_result() {
     let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
     let nonsense = |job: &FractureJob, watch: &Watch| {
         let Some(Verdict::Broken(mut body)) = solve(job, watch) else {
             return None;
@@ -148,8 +157,8 @@ fn a_result_that_cannot_be_sent_is_no_result() {
         Some(Verdict::Broken(body))
     };
     let _hand = Hand::hire(&pool, "w", Arc::new(nonsense));
-    let id = pool.open(&job("echo", 1, 0));
-    let settlement = next(&pool, id);
+    let id = run.open(&job("echo", 1, 0));
+    let settlement = next(&run, id);
     let Ending::Abandoned(text) = settlement.ending else { panic!("{settlement:?}") };
     assert!(text.contains("motion is not finite"), "{text}");
 }

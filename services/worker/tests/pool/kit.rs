@@ -1,6 +1,7 @@
 //! What the tests share.
 
-use cullet_coordinator::link::{Ending, Pool, PoolConfig, Settlement, SpawnConfig, Timing};
+use cullet_coordinator::link::{Ending, Pool, PoolConfig, RunHandle, Settlement};
+use cullet_coordinator::link::{SpawnConfig, Timing};
 use cullet_proto::strength::Strength;
 use cullet_proto::transport::Patience;
 use cullet_proto::{BrokenBody, FractureJob, Fragment, Impact, JobId, Material, Report};
@@ -140,8 +141,8 @@ impl Drop for Hand {
 }
 
 /// The next settlement, which must be of this job.
-pub(crate) fn next(pool: &Pool, id: JobId) -> Settlement {
-    let (settled, settlement) = pool.settled(PATIENCE).expect("a settlement in time");
+pub(crate) fn next(run: &RunHandle, id: JobId) -> Settlement {
+    let (settled, settlement) = run.settled(PATIENCE).expect("a settlement in time");
     assert_eq!(settled, id, "settled out of order");
     settlement
 }

@@ -1,7 +1,7 @@
 //! The number of workers and their haste do not show in the results.
 
 use crate::kit::{Hand, answer, config, job, next, solve, verdict};
-use cullet_coordinator::link::{Ending, Pool};
+use cullet_coordinator::link::{Ending, Pool, Share};
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
 use cullet_proto::{BrokenBody, FractureJob, Fragment, Report, Verdict};
 use cullet_worker::Watch;
@@ -15,12 +15,13 @@ fn thirty_jobs_settle_in_order_with_the_same_results_on_one_two_and_three_worker
     let truth: Vec<_> = jobs.iter().map(answer).collect();
     for workers in 1..=3 {
         let pool = Pool::start(config()).expect("a pool on loopback");
+        let run = pool.run(Share::default());
         let names: Vec<_> = (0..workers).map(|k| format!("w{k}")).collect();
         let _hands: Vec<_> =
             names.iter().map(|name| Hand::hire(&pool, name, Arc::new(solve))).collect();
-        let ids: Vec<_> = jobs.iter().map(|job| pool.open(job)).collect();
+        let ids: Vec<_> = jobs.iter().map(|job| run.open(job)).collect();
         for (id, truth) in ids.iter().zip(&truth) {
-            let settlement = next(&pool, *id);
+            let settlement = next(&run, *id);
             assert_eq!(settlement.attempts, 1);
             assert!(names.contains(&settlement.worker), "{}", settlement.worker);
             assert_eq!(&verdict(settlement), truth);
@@ -33,18 +34,20 @@ fn thirty_jobs_settle_in_order_with_the_same_results_on_one_two_and_three_worker
 #[test]
 fn one_problem_opened_twice_is_settled_twice() {
     let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
     let job = job("echo", 3, 20);
-    let (first, second) = (pool.open(&job), pool.open(&job));
+    let (first, second) = (run.open(&job), run.open(&job));
     assert_eq!(first, second);
     let _hand = Hand::hire(&pool, "w", Arc::new(solve));
     for _ in 0..2 {
-        assert_eq!(verdict(next(&pool, first)), answer(&job));
+        assert_eq!(verdict(next(&run, first)), answer(&job));
     }
 }
 
 #[test]
 fn a_job_and_a_result_of_twenty_megabytes_go_over_in_chunks() {
     let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
     let grid: Vec<_> = (0..700_000).map(|k| Vec3::new(f64::from(k), 0.5, -1.0)).collect();
     let triangles = (0..200_000).map(|k| [k, k + 1, k + 2]).collect();
     let solid = Solid::outer(TriMesh { vertices: grid, triangles });
@@ -59,14 +62,15 @@ fn a_job_and_a_result_of_twenty_megabytes_go_over_in_chunks() {
         Some(Verdict::Broken(Box::new(BrokenBody { fragments, report, ..BrokenBody::default() })))
     };
     let _hand = Hand::hire(&pool, "w", Arc::new(back));
-    let id = pool.open(&large);
-    let Verdict::Broken(body) = verdict(next(&pool, id)) else { panic!("another verdict") };
+    let id = run.open(&large);
+    let Verdict::Broken(body) = verdict(next(&run, id)) else { panic!("another verdict") };
     assert_eq!(body.fragments[0].solid, large.solid);
 }
 
 #[test]
 fn refusals_failures_and_panics_are_verdicts() {
     let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
     let say = |job: &FractureJob, _: &Watch| {
         let (solver, text) = (job.solver.clone(), "so".to_owned());
         match job.solver.as_str() {
@@ -76,10 +80,10 @@ fn refusals_failures_and_panics_are_verdicts() {
         }
     };
     let _hand = Hand::hire(&pool, "w", Arc::new(say));
-    let ids = ["no", "bad", "bug"].map(|solver| pool.open(&job(solver, 0, 0)));
-    assert!(matches!(verdict(next(&pool, ids[0])), Verdict::Refused { .. }));
-    assert!(matches!(verdict(next(&pool, ids[1])), Verdict::Failed { .. }));
-    let Verdict::Failed { text, .. } = verdict(next(&pool, ids[2])) else { panic!("not failed") };
+    let ids = ["no", "bad", "bug"].map(|solver| run.open(&job(solver, 0, 0)));
+    assert!(matches!(verdict(next(&run, ids[0])), Verdict::Refused { .. }));
+    assert!(matches!(verdict(next(&run, ids[1])), Verdict::Failed { .. }));
+    let Verdict::Failed { text, .. } = verdict(next(&run, ids[2])) else { panic!("not failed") };
     assert_eq!(text, "the solver panicked: a bug");
     let stats = pool.stats();
     assert_eq!((stats.refused, stats.failed, stats.resent), (1, 2, 0));
@@ -88,38 +92,72 @@ fn refusals_failures_and_panics_are_verdicts() {
 #[test]
 fn a_job_over_a_limit_is_abandoned_with_the_bound_and_holds_up_nothing() {
     let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
     let mut bad = job("echo", 1, 0);
     bad.material.young = f64::NAN;
-    let (bad, good) = (pool.open(&bad), pool.open(&job("echo", 2, 0)));
+    let (bad, good) = (run.open(&bad), run.open(&job("echo", 2, 0)));
     let _hand = Hand::hire(&pool, "w", Arc::new(solve));
-    let Ending::Abandoned(text) = next(&pool, bad).ending else { panic!("not abandoned") };
+    let Ending::Abandoned(text) = next(&run, bad).ending else { panic!("not abandoned") };
     assert!(text.contains("material is not finite"), "{text}");
-    verdict(next(&pool, good));
+    verdict(next(&run, good));
 }
 
 #[test]
 fn what_is_cancelled_settles_so_and_the_worker_is_free_again() {
     let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
     let _hand = Hand::hire(&pool, "w", Arc::new(solve));
-    let long = pool.open(&job("echo", 1, 60_000));
+    let long = run.open(&job("echo", 1, 60_000));
     crate::kit::wait_for("the job runs", || pool.stats().running == 1);
-    pool.cancel_all();
-    assert_eq!(next(&pool, long).ending, Ending::Cancelled);
-    let short = pool.open(&job("echo", 2, 0));
-    verdict(next(&pool, short));
-    assert!(pool.settled(Duration::from_millis(50)).is_none());
+    run.cancel();
+    assert_eq!(next(&run, long).ending, Ending::Cancelled);
+    let short = run.open(&job("echo", 2, 0));
+    verdict(next(&run, short));
+    assert!(run.settled(Duration::from_millis(50)).is_none());
 }
 
 #[test]
-fn a_cleared_pool_owes_nothing_to_the_next_run() {
+fn runs_share_a_pool_and_settle_each_in_its_own_order() {
     let pool = Pool::start(config()).expect("a pool on loopback");
-    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
-    for seed in 1..=3 {
-        pool.open(&job("echo", seed, 60_000));
+    let _hands = ["a", "b"].map(|name| Hand::hire(&pool, name, Arc::new(solve)));
+    let (one, two) = (pool.run(Share::default()), pool.run(Share::default()));
+    let common = job("echo", 99, 20);
+    let of = |run: u64| (0..10).map(move |k| job("echo", 100 * run + k, 10 - k as u32));
+    let mut ids = Vec::new();
+    for (a, b) in of(1).zip(of(2)) {
+        ids.push((one.open(&a), two.open(&b)));
     }
-    pool.clear();
-    let mine = pool.open(&job("echo", 4, 0));
-    verdict(next(&pool, mine));
-    pool.clear();
-    assert!(pool.settled(Duration::from_millis(50)).is_none());
+    // One problem of both is computed once.
+    assert_eq!(one.open(&common), two.open(&common));
+    for (a, b) in &ids {
+        verdict(next(&one, *a));
+        verdict(next(&two, *b));
+    }
+    let last = [&one, &two].map(|run| run.settled(crate::kit::PATIENCE).expect("the common one"));
+    assert_eq!(last[0].0, last[1].0);
+    for (_, settlement) in last {
+        assert_eq!(verdict(settlement), answer(&common));
+    }
+    let stats = pool.stats();
+    assert_eq!((stats.opened, stats.settled, stats.resent), (22, 22, 0));
+    assert_eq!(one.stats().settled, 11);
+}
+
+#[test]
+fn one_run_is_paused_or_dropped_and_the_others_go_on() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let (idle, busy) = (pool.run(Share::default()), pool.run(Share::default()));
+    idle.pause();
+    let waiting = idle.open(&job("echo", 1, 0));
+    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let id = busy.open(&job("echo", 2, 0));
+    verdict(next(&busy, id));
+    assert!(idle.settled(Duration::from_millis(100)).is_none());
+    let long = busy.open(&job("echo", 3, 60_000));
+    crate::kit::wait_for("the job runs", || busy.stats().running == 1);
+    drop(busy);
+    idle.resume();
+    verdict(next(&idle, waiting));
+    assert_ne!(long, waiting);
+    assert_eq!(pool.stats().running, 0);
 }

@@ -1,0 +1,128 @@
+//! One run's end of the pool.
+
+use super::Settlement;
+use super::shell::{Input, Listener};
+use cullet_dispatch::{Counts, Event, Run, Share};
+use cullet_proto::{FractureJob, JobId};
+use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// What the pool has done and is doing for one run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RunStats {
+    /// Jobs opened.
+    pub opened: u64,
+    /// Jobs settled.
+    pub settled: u64,
+    /// Of these, refused by the solvers.
+    pub refused: u64,
+    /// Of these, failed in the solver.
+    pub failed: u64,
+    /// Of these, abandoned.
+    pub abandoned: u64,
+    /// Attempts beyond a job's first.
+    pub resent: u64,
+    /// Jobs waiting for a worker now.
+    pub waiting: u64,
+    /// Jobs at workers now.
+    pub running: u64,
+}
+
+impl RunStats {
+    pub(super) fn of(counts: &Counts) -> Self {
+        Self {
+            opened: counts.opened,
+            settled: counts.settled,
+            refused: counts.refused,
+            failed: counts.failed,
+            abandoned: counts.abandoned,
+            resent: counts.resent,
+            waiting: counts.waiting,
+            running: counts.running,
+        }
+    }
+}
+
+/// A run in the pool: opens jobs and hears of their ends, in opening order. Dropping it cancels
+/// what is open.
+#[derive(Debug)]
+pub struct RunHandle {
+    run: Run,
+    inputs: SyncSender<Input>,
+    settlements: Mutex<Receiver<(JobId, Settlement)>>,
+    stats: Arc<Mutex<RunStats>>,
+}
+
+impl RunHandle {
+    pub(super) fn begin(run: Run, share: Share, inputs: SyncSender<Input>) -> Self {
+        let (settle, settlements) = std::sync::mpsc::channel();
+        let stats = Arc::<Mutex<RunStats>>::default();
+        let listener = Listener { settle, stats: Arc::clone(&stats), over: false };
+        let _closed = inputs.send(Input::Begin(run, share, listener));
+        Self { run, inputs, settlements: Mutex::new(settlements), stats }
+    }
+
+    /// The run's number in the pool.
+    #[must_use]
+    pub fn number(&self) -> u64 {
+        self.run.0
+    }
+
+    /// Wants a job done; it settles through [`RunHandle::settled`]. A job over a limit of the wire
+    /// settles as abandoned.
+    pub fn open(&self, job: &FractureJob) -> JobId {
+        let (id, bytes) = match job.encode() {
+            Ok(bytes) => (JobId::of(&bytes), Ok(bytes)),
+            Err(error) => {
+                // It has no encoding to be named by; its debug text is as good.
+                (JobId::of(format!("{job:?}").as_bytes()), Err(error.to_string()))
+            }
+        };
+        let _closed = self.inputs.send(Input::Open(self.run, id, bytes));
+        id
+    }
+
+    /// The next job to settle, in opening order; `None` if none does within `timeout`.
+    #[must_use]
+    pub fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
+        let settlements = self.settlements.lock().unwrap_or_else(PoisonError::into_inner);
+        settlements.recv_timeout(timeout).ok()
+    }
+
+    /// What the pool has done and is doing for this run.
+    #[must_use]
+    pub fn stats(&self) -> RunStats {
+        *self.stats.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Wants nothing any more: every job that is not over settles as cancelled.
+    pub fn cancel(&self) {
+        self.say(Event::Cancel(self.run));
+    }
+
+    /// No further job of this run goes to a worker until it is resumed; those at work go on.
+    pub fn pause(&self) {
+        self.say(Event::Pause(self.run));
+    }
+
+    /// The run goes on.
+    pub fn resume(&self) {
+        self.say(Event::Resume(self.run));
+    }
+
+    /// Changes the run's share of the workers.
+    pub fn share(&self, share: Share) {
+        self.say(Event::Begin { run: self.run, share });
+    }
+
+    fn say(&self, event: Event) {
+        let _closed = self.inputs.send(Input::Say(event));
+    }
+}
+
+impl Drop for RunHandle {
+    fn drop(&mut self) {
+        self.say(Event::End(self.run));
+    }
+}

@@ -1,0 +1,46 @@
+//! Bugs planted on purpose: the simulation must find each of them.
+
+use crate::event::{Job, Run};
+use crate::machine::{Dispatch, Phase};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Mutant {
+    /// Results settle as they come.
+    SettleAsTheyCome,
+    /// A repeated poll gets a second job.
+    PollMintsTwice,
+    /// Leases never run out.
+    NoExpiry,
+    /// A second result settles again.
+    NoDedupe,
+    /// The end of a worker takes everybody's leases.
+    DownTakesAll,
+    /// Crashes are not counted.
+    NoLimit,
+}
+
+impl Dispatch {
+    pub(crate) fn is(&self, mutant: Mutant) -> bool {
+        self.mutant == Some(mutant)
+    }
+
+    pub(crate) fn settle_as_they_come(&mut self, run: Run) {
+        if !self.is(Mutant::SettleAsTheyCome) {
+            return;
+        }
+        let jobs = &self.jobs;
+        let open = |job: &Job| !matches!(jobs.get(job).map(|r| r.phase), Some(Phase::Over(_)));
+        if let Some(account) = self.shares.get_mut(run) {
+            account.openings.make_contiguous().sort_by_key(open);
+        }
+    }
+
+    /// Leaves the lease as it is, and looks no more.
+    pub(crate) fn never_expire(&mut self, job: Job) {
+        if let Some(record) = self.jobs.get_mut(&job)
+            && let Some(timer) = record.timer.take()
+        {
+            self.timers.remove(&(timer, job));
+        }
+    }
+}

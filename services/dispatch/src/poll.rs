@@ -1,0 +1,195 @@
+//! Questions for work: answered once each, parked, granted, hedged, dismissed.
+
+use crate::effect::Effect;
+use crate::event::{Epoch, Job, Millis, Run, Worker};
+use crate::machine::{Dispatch, Lease, Parked, Phase};
+#[cfg(test)]
+use crate::mutant::Mutant;
+
+/// Parked workers looked at for one under whom a job has not died yet.
+const MAX_LOOK: usize = 8;
+/// Attempts looked at for one that takes long.
+const MAX_SLOW: usize = 8;
+
+impl Dispatch {
+    pub(crate) fn poll(
+        &mut self,
+        now: Millis,
+        worker: Worker,
+        seq: u64,
+        free: bool,
+        park: bool,
+        out: &mut Vec<Effect>,
+    ) {
+        let peer = self.peers.entry(worker).or_insert_with(|| {
+            self.live += 1;
+            crate::machine::Peer::default()
+        });
+        #[cfg(test)]
+        if self.mutant == Some(Mutant::PollMintsTwice) {
+            peer.granted = None;
+            peer.last_seq = seq.saturating_sub(1);
+        }
+        if seq < peer.last_seq {
+            out.push(Effect::Idle { worker, seq });
+            return;
+        }
+        if seq == peer.last_seq {
+            return self.repeat(now, worker, seq, out);
+        }
+        (peer.last_seq, peer.granted) = (seq, None);
+        if peer.gone {
+            peer.gone = false;
+            self.live += 1;
+            self.gone.retain(|gone| *gone != worker);
+        }
+        if let Some(ticket) = peer.parked.take() {
+            self.parked.remove(&ticket);
+        }
+        if peer.drained {
+            out.push(Effect::Dismiss { worker, seq });
+            return;
+        }
+        if !free {
+            out.push(Effect::Idle { worker, seq });
+            return;
+        }
+        self.tickets += 1;
+        peer.parked = Some(self.tickets);
+        let until = now + self.timing.park;
+        self.parked.insert(self.tickets, Parked { worker, seq, until });
+        self.grant(now, out);
+        let Some(peer) = self.peers.get_mut(&worker).filter(|peer| peer.parked.is_some()) else {
+            return;
+        };
+        if park {
+            out.push(Effect::Park { worker, seq });
+        } else {
+            if let Some(ticket) = peer.parked.take() {
+                self.parked.remove(&ticket);
+            }
+            out.push(Effect::Idle { worker, seq });
+        }
+    }
+
+    /// Answers a poll that was asked before as it was answered then.
+    fn repeat(&mut self, now: Millis, worker: Worker, seq: u64, out: &mut Vec<Effect>) {
+        let Some(peer) = self.peers.get(&worker) else {
+            return;
+        };
+        let held = peer.granted.and_then(|(job, epoch)| {
+            let leases = &self.jobs.get(&job)?.leases;
+            let lease = leases.iter().find(|lease| lease.epoch == epoch)?;
+            Some((job, epoch, lease.hard.saturating_sub(now)))
+        });
+        out.push(if let Some((job, epoch, hard)) = held {
+            let lease = self.timing.lease;
+            Effect::Grant { worker, seq, job, epoch, lease, hard }
+        } else if peer.parked.is_some() {
+            Effect::Park { worker, seq }
+        } else if peer.drained {
+            Effect::Dismiss { worker, seq }
+        } else {
+            Effect::Idle { worker, seq }
+        });
+    }
+
+    /// Gives the jobs whose turn it is to the workers that have waited longest.
+    pub(crate) fn grant(&mut self, now: Millis, out: &mut Vec<Effect>) {
+        while !self.parked.is_empty() {
+            let Some((run, job)) = self.shares.pick(now, self.timing.age) else {
+                return;
+            };
+            let Some(ticket) = self.asker_for(job) else {
+                return;
+            };
+            self.lend(now, ticket, run, job, out);
+        }
+    }
+
+    /// The worker that has waited longest, or one of the next under whom the job has not died.
+    fn asker_for(&self, job: Job) -> Option<u64> {
+        let killers = self.jobs.get(&job).map_or(&[][..], |record| &record.killers);
+        let mut first = self.parked.iter().take(MAX_LOOK);
+        let clean = first.find(|(_, asker)| !killers.contains(&asker.worker));
+        clean.or_else(|| self.parked.first_key_value()).map(|(ticket, _)| *ticket)
+    }
+
+    /// Answers a parked worker's poll with a job.
+    fn lend(&mut self, now: Millis, ticket: u64, run: Run, job: Job, out: &mut Vec<Effect>) {
+        let Some(Parked { worker, seq, .. }) = self.parked.remove(&ticket) else {
+            return;
+        };
+        self.next_epoch += 1;
+        let epoch = Epoch(self.next_epoch);
+        if let Some(peer) = self.peers.get_mut(&worker) {
+            peer.parked = None;
+            peer.granted = Some((job, epoch));
+        }
+        let resent = self.jobs.get_mut(&job).is_some_and(|record| {
+            record.attempts += 1;
+            record.attempts > 1
+        });
+        let charged = self.shares.charge(now, run);
+        self.counts.resent += u64::from(resent);
+        if let Some(account) = self.shares.get_mut(run) {
+            account.counts.resent += u64::from(resent);
+        }
+        let (expires, hard) = (now + self.timing.lease, now + self.timing.hard);
+        let lease =
+            Lease { worker, epoch, granted: now, expires, hard, suspect: false, run, charged };
+        self.hold(now, job, lease);
+        let (lease, hard) = (self.timing.lease, self.timing.hard);
+        out.push(Effect::Grant { worker, seq, job, epoch, lease, hard });
+    }
+
+    /// Gives a second worker a job that takes much longer than its run's jobs do, while workers
+    /// have nothing else to do. The first result counts.
+    pub(crate) fn hedge(&mut self, now: Millis, out: &mut Vec<Effect>) {
+        self.grant(now, out);
+        if self.parked.is_empty() {
+            return;
+        }
+        let oldest: Vec<_> = self.single.iter().take(MAX_SLOW).copied().collect();
+        for (granted, job) in oldest {
+            let Some(record) = self.jobs.get(&job).filter(|r| r.phase == Phase::Held) else {
+                continue;
+            };
+            let Some(lease) = record.leases.first().copied() else {
+                continue;
+            };
+            let spent = record.attempts >= self.timing.max_attempts || record.crashes > 0;
+            let usual = self.shares.median(lease.run);
+            let long = usual.is_some_and(|usual| {
+                now - granted > (usual * self.timing.hedge_factor).max(self.timing.lease)
+            });
+            let other = self.parked.iter().find(|(_, asker)| asker.worker != lease.worker);
+            let Some(ticket) = other.map(|(ticket, _)| *ticket) else {
+                return;
+            };
+            if long && !spent {
+                self.counts.hedged += 1;
+                self.lend(now, ticket, lease.run, job, out);
+            }
+        }
+    }
+
+    /// No further job for this worker.
+    pub(crate) fn drain(&mut self, worker: Worker, out: &mut Vec<Effect>) {
+        let Some(peer) = self.peers.get_mut(&worker).filter(|peer| !peer.drained) else {
+            return;
+        };
+        peer.drained = true;
+        let ticket = peer.parked.take();
+        out.push(Effect::Drained { worker });
+        if let Some(Parked { worker, seq, .. }) = ticket.and_then(|t| self.parked.remove(&t)) {
+            out.push(Effect::Dismiss { worker, seq });
+        }
+    }
+
+    /// Whether this is the last poll that was answered with this grant.
+    #[must_use]
+    pub fn holds(&self, worker: Worker, job: Job, epoch: Epoch) -> bool {
+        self.peers.get(&worker).is_some_and(|peer| peer.held.contains(&(job, epoch)))
+    }
+}
