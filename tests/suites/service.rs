@@ -105,14 +105,15 @@ fn quiet_digest(args: &[&str]) -> Value {
 
 #[test]
 fn a_killed_coordinator_goes_on_to_the_same_digest_and_solves_nothing_twice() {
-    let mut farm = Farm::start("killed", &[]);
+    // Without the cache, which might answer too.
+    let mut farm = Farm::start("killed", &["--cache", "0"]);
     let run = farm.submit(&LONGER);
     // While nothing is solved, and with one of two jobs settled.
     farm.until(&run, is("running"));
-    farm.crash(&[]);
+    farm.crash(&["--cache", "0"]);
     let before = farm.until(&run, settled(1));
     assert_eq!(before["state"], "running", "it was too quick for this test: {before:#}");
-    farm.crash(&[]);
+    farm.crash(&["--cache", "0"]);
     let wait = farm.ask(&["wait", &run]);
     assert_eq!(wait.code, 0, "{}", wait.stderr);
     let shown = farm.json(&["show", &run]);
@@ -120,7 +121,7 @@ fn a_killed_coordinator_goes_on_to_the_same_digest_and_solves_nothing_twice() {
     assert!(shown["jobs"]["kept"].as_u64() >= Some(1), "solved again: {shown:#}");
     assert_eq!(farm.fetch(&run), quiet_digest(&LONGER));
     // What is over stays over, with its files.
-    farm.crash(&[]);
+    farm.crash(&["--cache", "0"]);
     assert_eq!(farm.json(&["show", &run])["files"], shown["files"]);
     assert_eq!(farm.fetch(&run), quiet_digest(&LONGER));
     let logs = farm.ask(&["logs", &run]);

@@ -212,6 +212,9 @@ pub(crate) struct Coordinator {
     /// Folder that keeps the runs, so that they go on after a crash [default: they are forgotten]
     #[arg(long, value_name = "DIR")]
     pub(crate) state: Option<PathBuf>,
+    /// Most GB of finished jobs kept in the state folder for any later run; 0: none
+    #[arg(long, value_name = "GB", default_value_t = 4.0, value_parser = moment)]
+    pub(crate) cache: f64,
     /// Runs at once; the others wait
     #[arg(long, default_value_t = 2, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
     pub(crate) runs: u16,

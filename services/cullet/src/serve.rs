@@ -5,7 +5,7 @@ use crate::exit::{Exit, Trouble};
 use crate::run::{no_link, say_logs};
 use crate::signals::stop_when_told;
 use cullet_coordinator::link::{LinkError, Pool, PoolConfig, SpawnConfig};
-use cullet_coordinator::service::{ServiceConfig, ServiceError, serve};
+use cullet_coordinator::service::{ServiceConfig, ServiceError, Store, serve};
 use cullet_worker::{WorkerConfig, WorkerError};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,21 +20,22 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     let spawn = (args.workers > 0)
         .then(|| SpawnConfig::new(exe, usize::from(args.workers), usize::from(args.threads)));
     let listen = Some(args.listen.clone());
-    let pool = Pool::start(PoolConfig { listen, spawn, ..PoolConfig::default() })
+    let store = Store::open(args.state.as_deref()).map_err(|error| trouble(&error))?;
+    let settings = PoolConfig { listen, spawn, ..PoolConfig::default() };
+    let pool = Pool::start(store.pool(settings, (args.cache * 1e9) as u64))
         .map_err(|error| no_link(&error))?;
     if !args.voice.quiet {
         eprintln!("listening on {}", pool.endpoint());
     }
     let ephemeral = args.state.is_none().then(|| PathBuf::from(RUNS));
     let config = ServiceConfig {
-        state: args.state.clone(),
         out: args.out.clone().or(ephemeral),
         runs: usize::from(args.runs),
         stop_after: args.stop_after,
         metrics: args.metrics,
     };
     let quiet = args.voice.quiet;
-    let served = serve(&Arc::new(pool), &config, &stop, &mut |line| {
+    let served = serve(store, &Arc::new(pool), &config, &stop, &mut |line| {
         if !quiet {
             eprintln!("{line}");
         }

@@ -159,7 +159,13 @@ impl Service<'_> {
         let event = match verb {
             UserVerb::Pause => self.board.pause(run)?,
             UserVerb::Resume => self.board.resume(run)?,
-            UserVerb::Retry => self.board.retry(run)?,
+            UserVerb::Retry => {
+                let event = self.board.retry(run)?;
+                // The pool would turn the job down that it has in quarantine.
+                let given_up = self.lives.get(&run).and_then(|live| live.given_up());
+                given_up.into_iter().for_each(|job| self.pool.pardon(job));
+                event
+            }
             _ => {
                 let text = "cancelled before it began".to_owned();
                 let end = End { code: Some(codes::CANCELLED), text, files: Vec::new() };
@@ -216,7 +222,7 @@ impl Service<'_> {
             };
             let (lines, next, all) = self.live(follow.run).lines(follow.from);
             let end = all && entry.state.is_over();
-            let leaving = self.leaving && self.config.state.is_some() && !entry.state.is_over();
+            let leaving = self.leaving && self.store.named().is_some() && !entry.state.is_over();
             if lines.is_empty() && !end && !leaving && Instant::now() < until {
                 self.watchers.push(Watcher { asked, follow, until });
                 continue;
@@ -266,7 +272,7 @@ impl Service<'_> {
     }
 
     fn about(&self) -> About {
-        let state = self.config.state.as_ref();
+        let state = self.store.named();
         About {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             wire: envelope::MAJOR,

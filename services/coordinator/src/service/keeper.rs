@@ -51,6 +51,9 @@ impl<'a> Keeper<'a> {
             kept: due.kept.is_some() || settlement.cached,
             ending,
         });
+        if let Ending::Abandoned(_) = settlement.ending {
+            self.live.give_up(due.job);
+        }
         let (job, worker) = (due.job.short(), &settlement.worker);
         let (attempts, kept) = (settlement.attempts, due.kept.is_some() || settlement.cached);
         tracing::info!(%job, worker, attempts, kept, ending, "job settled");

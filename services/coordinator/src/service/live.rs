@@ -1,6 +1,7 @@
 //! What a run says while it goes on: lines, kept in a file too, how far it is, and its jobs.
 
 use super::timeline::Job;
+use cullet_proto::JobId;
 use cullet_proto::service::{JobCounts, MAX_LINES, Position};
 use std::collections::VecDeque;
 use std::fs::{File, OpenOptions};
@@ -29,6 +30,7 @@ struct Inner {
     position: Option<Position>,
     jobs: JobCounts,
     timeline: Vec<Job>,
+    given_up: Option<JobId>,
     file: Option<File>,
     written: u64,
 }
@@ -94,6 +96,16 @@ impl Live {
         inner.jobs.kept += u64::from(job.kept);
         inner.jobs.resent += u64::from(job.attempts.saturating_sub(1));
         inner.timeline.push(job);
+    }
+
+    /// The pool gave a job up.
+    pub(super) fn give_up(&self, job: JobId) {
+        self.inner().given_up = Some(job);
+    }
+
+    /// The job that the pool gave up, if it did.
+    pub(super) fn given_up(&self) -> Option<JobId> {
+        self.inner().given_up
     }
 
     pub(super) fn jobs(&self) -> JobCounts {

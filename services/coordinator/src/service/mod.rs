@@ -16,7 +16,7 @@ mod store;
 pub mod sweep;
 mod timeline;
 
-pub use store::free;
+pub use store::{Store, free};
 
 use crate::link::users::Door;
 use crate::link::{LinkError, Pool, Share, Tenant};
@@ -35,7 +35,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use store::Store;
 
 /// Between looks at the runs, where no question comes.
 const PERIOD: Duration = Duration::from_millis(20);
@@ -110,8 +109,6 @@ impl ServiceError {
 /// How the service is set up.
 #[derive(Clone, Debug)]
 pub struct ServiceConfig {
-    /// Where runs are kept, so that they go on after a crash; without one they are forgotten.
-    pub state: Option<PathBuf>,
     /// Folder for recordings; without one it is `recordings` in the state folder.
     pub out: Option<PathBuf>,
     /// Runs at once.
@@ -153,14 +150,15 @@ struct Service<'a> {
 /// when it is back; without one they end with the recording so far, and those that wait are told.
 ///
 /// # Errors
-/// The state folder or the door does not open.
+/// The journal or the door does not open.
 pub fn serve(
+    store: Store,
     pool: &Arc<Pool>,
     config: &ServiceConfig,
     stop: &AtomicBool,
     say: &mut dyn FnMut(&str),
 ) -> Result<(), ServiceError> {
-    let mut service = Service::open(pool, config, say)?;
+    let mut service = Service::open(store, pool, config, say)?;
     let enough = |ended| config.stop_after.is_some_and(|most| ended >= most);
     while !stop.load(Ordering::Relaxed) && !enough(service.ended) {
         service.begin();
@@ -172,11 +170,11 @@ pub fn serve(
 
 impl<'a> Service<'a> {
     fn open(
+        store: Store,
         pool: &'a Arc<Pool>,
         config: &'a ServiceConfig,
         say: &'a mut dyn FnMut(&str),
     ) -> Result<Self, ServiceError> {
-        let store = Store::open(config.state.as_deref())?;
         let (mut journal, mut board, torn) = Journal::open(&store.folder().join("journal"))?;
         if let Some(torn) = torn {
             say(&format!("{torn}: a crash tore it, nobody was told of it, it is dropped"));
@@ -188,7 +186,7 @@ impl<'a> Service<'a> {
             // It fits any board.
             let _fits = board.apply(&returned);
         }
-        if let Some(folder) = &config.state {
+        if let Some(folder) = store.named() {
             let (runs, folder) = (board.entries().count(), folder.display());
             say(&format!("{folder}: {runs} runs, {back} of them go on from where they were"));
         }
@@ -368,7 +366,7 @@ impl<'a> Service<'a> {
 
     fn leave(&mut self) {
         self.leaving = true;
-        let keeps = self.config.state.is_some();
+        let keeps = self.store.named().is_some();
         for run in self.going.keys().copied().collect::<Vec<_>>() {
             if !keeps {
                 self.admit(Event::Wished { run, wish: Wish::Cancel });

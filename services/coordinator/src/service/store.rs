@@ -3,16 +3,20 @@
 //! ```text
 //! DIR/cullet-state          what this folder is, and its generation
 //! DIR/lock                  held by the coordinator that uses it
+//! DIR/incarnation           how often it was opened: grants of an earlier life are told apart by it
 //! DIR/journal               what happened
 //! DIR/runs/7/bundle         the scene with its files
 //! DIR/runs/7/log            what it said
 //! DIR/runs/7/kept/<job>     verdicts of settled jobs, until the run is done
+//! DIR/cache/                results of finished jobs, for any run, bounded
+//! DIR/quarantine/           what reproduces a job that killed its workers
 //! DIR/recordings/pot-1/     what it recorded, unless --out says elsewhere
 //! ```
 //!
 //! A file is whole or not there: it is written beside its place, written through, and renamed.
 
 use super::ServiceError;
+use crate::link::PoolConfig;
 use crate::run::write_file;
 use cullet_proto::ids::digest;
 use cullet_proto::{JobId, Verdict};
@@ -25,16 +29,20 @@ const TITLE: &str = "cullet state 1\n";
 
 /// The state folder of one coordinator.
 #[derive(Debug)]
-pub(super) struct Store {
+pub struct Store {
     folder: PathBuf,
+    incarnation: Option<u32>,
     _lock: File,
     /// Gone with the store, where nobody named a folder.
-    _own: Option<tempfile::TempDir>,
+    own: Option<tempfile::TempDir>,
 }
 
 impl Store {
     /// Opens or begins a state folder; `None` is one that is gone in the end.
-    pub(super) fn open(asked: Option<&Path>) -> Result<Self, ServiceError> {
+    ///
+    /// # Errors
+    /// The disk says no, it is no such folder, or another coordinator uses it.
+    pub fn open(asked: Option<&Path>) -> Result<Self, ServiceError> {
         let own = match asked {
             Some(_) => None,
             None => Some(tempfile::tempdir().map_err(ServiceError::file(&std::env::temp_dir()))?),
@@ -64,7 +72,45 @@ impl Store {
         let path = folder.join("lock");
         let lock = File::create(&path).map_err(ServiceError::file(&path))?;
         lock.try_lock().map_err(|_| ServiceError::Taken { folder: folder.clone() })?;
-        Ok(Self { folder, _lock: lock, _own: own })
+        let mut store = Self { folder, incarnation: None, _lock: lock, own: own };
+        if asked.is_some() {
+            store.incarnation = Some(store.next_life()?);
+        }
+        Ok(store)
+    }
+
+    /// Counts the lives of this folder, before anything is done in this one.
+    fn next_life(&self) -> Result<u32, ServiceError> {
+        let path = self.folder.join("incarnation");
+        let last = match fs::read_to_string(&path) {
+            Ok(text) => text.trim().parse::<u32>().map_err(|_| ServiceError::Foreign {
+                folder: self.folder.clone(),
+                text: format!("incarnation {}", text.chars().take(40).collect::<String>()),
+            })?,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => 0,
+            Err(error) => return Err(ServiceError::file(&path)(error)),
+        };
+        let next = last.wrapping_add(1);
+        put(&path, format!("{next}\n").as_bytes()).map_err(ServiceError::file(&path))?;
+        Ok(next)
+    }
+
+    /// Where it is, if somebody named it.
+    #[must_use]
+    pub fn named(&self) -> Option<&Path> {
+        self.own.is_none().then_some(&self.folder)
+    }
+
+    /// The settings of a pool whose results and epochs outlive it, as far as this folder does.
+    /// `cache`: most bytes of results kept on disk; 0 is none.
+    #[must_use]
+    pub fn pool(&self, mut config: PoolConfig, cache: u64) -> PoolConfig {
+        if self.named().is_some() {
+            config.incarnation = self.incarnation;
+            config.quarantine = Some(self.folder.join("quarantine"));
+            config.cache.disk = (cache > 0).then(|| (self.folder.join("cache"), cache));
+        }
+        config
     }
 
     pub(super) fn folder(&self) -> &Path {

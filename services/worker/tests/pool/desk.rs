@@ -4,7 +4,7 @@ use crate::kit::config;
 use cullet_coordinator::link::client::{Client, Terms};
 use cullet_coordinator::link::{LinkError, Pool};
 use cullet_coordinator::scene::{Bundle, SceneFile};
-use cullet_coordinator::service::{ServiceConfig, serve};
+use cullet_coordinator::service::{ServiceConfig, Store, serve};
 use cullet_proto::keys::UserVerb;
 use cullet_proto::service::{MAX_INLINE, Nothing, RunInfo, Runs, State, Which, codes};
 use std::path::Path;
@@ -44,17 +44,12 @@ struct Desk {
 
 impl Desk {
     fn open(state: &Path) -> Self {
-        let pool = Arc::new(Pool::start(config()).expect("a pool on loopback"));
+        let store = Store::open(Some(state)).expect("a state folder");
+        let pool = Arc::new(Pool::start(store.pool(config(), 0)).expect("a pool on loopback"));
         let (endpoint, stop) = (pool.endpoint().to_owned(), Arc::new(AtomicBool::new(false)));
-        let config = ServiceConfig {
-            state: Some(state.to_owned()),
-            out: None,
-            runs: 2,
-            stop_after: None,
-            metrics: None,
-        };
+        let config = ServiceConfig { out: None, runs: 2, stop_after: None, metrics: None };
         let told = Arc::clone(&stop);
-        let work = move || serve(&pool, &config, &told, &mut |_| {}).expect("it serves");
+        let work = move || serve(store, &pool, &config, &told, &mut |_| {}).expect("it serves");
         Self { endpoint, stop, thread: Some(std::thread::spawn(work)) }
     }
 
