@@ -26,19 +26,37 @@ pub enum WorkerVerb {
     Bye,
 }
 
-/// What a client may ask.
+/// What a person or a program may ask; [`crate::service`] has the questions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UserVerb {
+    /// What the coordinator is and has.
+    About,
     /// To take a piece of a bundle.
-    Chunk,
+    Piece,
     /// To run a bundle.
     Submit,
-    /// How it goes.
-    Status,
-    /// For a piece of a result.
+    /// For all runs.
+    Runs,
+    /// For one run.
+    Run,
+    /// How it goes on.
+    Follow,
+    /// To end it.
+    Cancel,
+    /// To lay it aside.
+    Pause,
+    /// To take it up again.
+    Resume,
+    /// To put one that is over back into the queue.
+    Retry,
+    /// For a piece of a file of it.
     Fetch,
-    /// To leave.
+    /// To expect no more questions about it.
     Bye,
+    /// For all workers.
+    Workers,
+    /// To give a worker no more jobs.
+    Drain,
 }
 
 /// A question, by its key.
@@ -60,12 +78,21 @@ const WORKER_VERBS: [(&str, WorkerVerb); 7] = [
     ("bye", WorkerVerb::Bye),
 ];
 
-const USER_VERBS: [(&str, UserVerb); 5] = [
-    ("chunk", UserVerb::Chunk),
+const USER_VERBS: [(&str, UserVerb); 14] = [
+    ("about", UserVerb::About),
+    ("piece", UserVerb::Piece),
     ("submit", UserVerb::Submit),
-    ("status", UserVerb::Status),
+    ("runs", UserVerb::Runs),
+    ("run", UserVerb::Run),
+    ("follow", UserVerb::Follow),
+    ("cancel", UserVerb::Cancel),
+    ("pause", UserVerb::Pause),
+    ("resume", UserVerb::Resume),
+    ("retry", UserVerb::Retry),
     ("fetch", UserVerb::Fetch),
     ("bye", UserVerb::Bye),
+    ("workers", UserVerb::Workers),
+    ("drain", UserVerb::Drain),
 ];
 
 impl WorkerVerb {
@@ -84,10 +111,16 @@ impl UserVerb {
     }
 }
 
-/// All questions to a coordinator.
+/// All questions of workers to a coordinator.
 #[must_use]
-pub fn rpc(coordinator: &WorkerId) -> String {
-    format!("{ROOT}/c/{coordinator}/rpc/**")
+pub fn worker_rpcs(coordinator: &WorkerId) -> String {
+    format!("{ROOT}/c/{coordinator}/rpc/w/**")
+}
+
+/// All questions of clients to a coordinator.
+#[must_use]
+pub fn user_rpcs(coordinator: &WorkerId) -> String {
+    format!("{ROOT}/c/{coordinator}/rpc/u/**")
 }
 
 /// One question of a worker.

@@ -1,4 +1,5 @@
-//! Questions and answers between the coordinator, its workers and its clients.
+//! Questions and answers between the coordinator and its workers; [`crate::service`] has those of
+//! clients.
 //!
 //! The header of each travels in an [`envelope`]; a chunk's bytes are the bulk behind it. Order of
 //! fields and variants is the wire: never reorder; a new field is a new variant.
@@ -11,12 +12,6 @@ use serde::{Deserialize, Serialize};
 
 /// Most chunk numbers in one list of missing chunks; the rest is asked for next time.
 pub const MAX_MISSING: usize = 1_024;
-/// Most files in a bundle or a result.
-pub const MAX_FILES: usize = 512;
-/// Longest path in a bundle \[bytes\].
-pub const MAX_PATH: usize = 200;
-/// Most progress lines in one answer.
-pub const MAX_LINES: usize = 64;
 
 /// A worker asks for a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -68,7 +63,7 @@ pub struct Fetch {
     pub index: u32,
 }
 
-/// The answer to a [`Fetch`] or a [`FetchFile`]; the chunk is the bulk.
+/// The answer to a [`Fetch`]; the chunk is the bulk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FetchAnswer {
     /// Here it is.
@@ -105,7 +100,7 @@ pub enum RenewAnswer {
     Stop,
 }
 
-/// A worker or client hands over a piece of a blob; the piece is the bulk.
+/// A worker hands over a piece of a blob; the piece is the bulk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Chunk {
     /// The digest of the whole blob.
@@ -192,103 +187,9 @@ pub struct Bye {
     pub session: SessionId,
 }
 
-/// The answer to [`Fail`], [`Bye`] and [`Enough`].
+/// The answer to [`Fail`] and [`Bye`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Noted;
-
-/// A client wants a bundle run.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Submit {
-    /// The client's own number for it: the same number is the same submission.
-    pub ticket: u64,
-    /// The digest of the bundle.
-    pub digest: [u8; 32],
-    /// Its bytes.
-    pub length: u64,
-    /// `path=value` over the scene's own.
-    pub overrides: Vec<String>,
-}
-
-/// The answer to a [`Submit`].
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum SubmitAnswer {
-    /// In the queue, under this number.
-    Accepted {
-        /// The number.
-        id: u64,
-    },
-    /// These chunks are not here (perhaps more).
-    Missing(Vec<u32>),
-    /// The bundle does not match its digest: send all of it again.
-    Damaged,
-    /// The queue is full: try later.
-    Busy,
-    /// The bundle is not one that can be run, and why.
-    Invalid(String),
-}
-
-/// A client asks how it goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Status {
-    /// Which submission.
-    pub id: u64,
-    /// The first progress line not yet seen.
-    pub from: u64,
-}
-
-/// How it goes.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct StatusAnswer {
-    /// Whether it is over, and how.
-    pub state: State,
-    /// Progress lines from the one asked for on.
-    pub lines: Vec<String>,
-}
-
-/// Where a submission stands.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum State {
-    /// No such submission here.
-    Unknown,
-    /// Waiting or running.
-    Running,
-    /// Over: exit code, and the files to fetch.
-    Over {
-        /// As the process would have returned it.
-        code: u8,
-        /// What can be fetched.
-        files: Vec<FileEntry>,
-    },
-}
-
-/// A file of a result or bundle.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FileEntry {
-    /// Its path, relative, with forward slashes.
-    pub path: String,
-    /// Its bytes.
-    pub length: u64,
-    /// Their digest.
-    pub digest: [u8; 32],
-}
-
-/// A client asks for a piece of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FetchFile {
-    /// Of which submission.
-    pub id: u64,
-    /// Which file, by its place in the list.
-    pub file: u32,
-    /// Which chunk.
-    pub index: u32,
-}
-
-/// A client has all that it wants of a submission.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Enough {
-    /// Which.
-    pub id: u64,
-}
 
 /// Why a question was not answered.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]

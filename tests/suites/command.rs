@@ -287,7 +287,7 @@ fn a_taken_port_is_told_without_places_in_others_source() {
 fn a_scene_goes_through_a_coordinator_to_workers_elsewhere() {
     let runs = unique("served");
     let endpoint = common::free_endpoint();
-    let mut coordinator = Cullet::new(&["coordinator", "--runs", "1", "--listen", &endpoint])
+    let mut coordinator = Cullet::new(&["coordinator", "--stop-after", "1", "--listen", &endpoint])
         .args(&["--out"])
         .path(&runs)
         .spawn();

@@ -6,3 +6,4 @@ pub mod preview;
 pub mod record;
 pub mod run;
 pub mod scene;
+pub mod service;

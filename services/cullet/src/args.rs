@@ -15,8 +15,8 @@ pub(crate) struct Cli {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done · 2 the run failed · 3 an expectation of the scene \
-or specimen does not hold · 4 a picture could not be drawn (the recording is complete) · 64 bad \
-input · 69 no coordinator there, or it left before the run began · 74 a file could not be read \
+or specimen does not hold · 4 a picture could not be drawn (the recording is complete) · 5 the run \
+was cancelled · 6 the run stalled: the pool gave up a job of it (cullet retry) · 64 bad input · 69 no coordinator there, or it left before the run ended · 74 a file could not be read \
 or written · 130 interrupted (the recording is finished). SIGINT and SIGTERM end a run early but \
 in order, a coordinator or a worker with code 0; a second SIGINT quits at once.";
 
@@ -28,8 +28,34 @@ pub(crate) enum Command {
     Coordinator(Coordinator),
     /// Work for a coordinator
     Worker(Worker),
-    /// Send a scene to a coordinator, follow it, fetch what it recorded
+    /// Send a scene or a sweep to a coordinator, follow it, fetch what it recorded
     Submit(Submit),
+    /// List the runs of a coordinator
+    Ps(Ps),
+    /// Say what is known of a run
+    Show(OfRun),
+    /// Print what a run has said
+    Logs(OfRun),
+    /// Watch a run until it is over
+    Watch(OfRun),
+    /// Wait for the end of a run; the exit code says which
+    Wait(OfRun),
+    /// End a run; its recording so far is kept
+    Cancel(OfRun),
+    /// Lay a run aside
+    Pause(OfRun),
+    /// Take up a run that was laid aside
+    Resume(OfRun),
+    /// Put a run that failed, stalled or was cancelled back into the queue
+    Retry(OfRun),
+    /// Fetch what a run recorded
+    Fetch(Fetch),
+    /// List the workers of a coordinator
+    Workers(Ps),
+    /// Give a worker no more jobs: it finishes the one at hand and leaves
+    Drain(Drain),
+    /// Look at a coordinator and at this machine: who is there, versions, clocks, disk, cores
+    Doctor(Doctor),
     /// Say what a recording holds, from the recording alone
     Inspect(Inspect),
     /// Make a readable recording of one whose writer was killed
@@ -132,6 +158,18 @@ pub(crate) struct Voice {
     /// Say more; twice: what the libraries say too
     #[arg(short, long, action = clap::ArgAction::Count)]
     pub(crate) verbose: u8,
+    /// How log lines on standard error look
+    #[arg(long, value_enum, default_value_t = Log::Text)]
+    pub(crate) log: Log,
+}
+
+/// How log lines look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Log {
+    /// For people
+    Text,
+    /// A JSON object a line
+    Json,
 }
 
 #[derive(Debug, Args)]
@@ -171,18 +209,30 @@ pub(crate) struct Coordinator {
     /// Zenoh endpoint to listen on
     #[arg(long, default_value = "tcp/127.0.0.1:7447", value_parser = endpoint)]
     pub(crate) listen: String,
+    /// Folder that keeps the runs, so that they go on after a crash [default: they are forgotten]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) state: Option<PathBuf>,
+    /// Most GB of finished jobs kept in the state folder for any later run; 0: none
+    #[arg(long, value_name = "GB", default_value_t = 4.0, value_parser = moment)]
+    pub(crate) cache: f64,
+    /// Runs at once; the others wait
+    #[arg(long, default_value_t = 2, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub(crate) runs: u16,
     /// Worker processes to start here
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=256))]
     pub(crate) workers: u16,
     /// Threads each of them solves with
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) threads: u16,
-    /// Folder for the runs
-    #[arg(long, default_value = "runs", value_name = "DIR")]
-    pub(crate) out: PathBuf,
-    /// Stop after this many runs [default: run until interrupted]
+    /// Folder for recordings [default: recordings in the state folder, or runs without one]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Leave after this many runs [default: stay until told to stop]
     #[arg(long, value_name = "N")]
-    pub(crate) runs: Option<u32>,
+    pub(crate) stop_after: Option<u32>,
+    /// Answer /metrics (Prometheus), /healthz and /readyz over HTTP here, such as 127.0.0.1:9464
+    #[arg(long, value_name = "ADDRESS")]
+    pub(crate) metrics: Option<std::net::SocketAddr>,
     #[command(flatten)]
     pub(crate) voice: Voice,
 }
@@ -205,21 +255,94 @@ pub(crate) struct Worker {
     pub(crate) voice: Voice,
 }
 
+/// Where the coordinator is, and who asks.
 #[derive(Debug, Args)]
-pub(crate) struct Submit {
-    #[command(flatten)]
-    pub(crate) scene: SceneArgs,
+pub(crate) struct Place {
     /// Zenoh endpoint of the coordinator
-    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
+    #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", value_parser = endpoint)]
     pub(crate) connect: String,
-    /// Where to put what the run produced [default: runs/SCENE-N]
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-    /// Print the summary as JSON on standard output
+    /// Name of who asks: runs of different users share the workers evenly
+    #[arg(long, value_name = "NAME", default_value = "user", value_parser = name)]
+    pub(crate) user: String,
+    /// How long to look for the coordinator, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = moment)]
+    pub(crate) patience: f64,
+    /// Print as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) voice: Voice,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Submit {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) place: Place,
+    /// Higher ones go first, -100 to 100
+    #[arg(long, default_value_t = 0, allow_hyphen_values = true)]
+    pub(crate) priority: i32,
+    /// Print the run's number and leave; see `watch`, `wait` and `fetch`
+    #[arg(long, conflicts_with_all = ["watch", "out"])]
+    pub(crate) detach: bool,
+    /// Show how far it is while it runs, as `watch` does
+    #[arg(long)]
+    pub(crate) watch: bool,
+    /// Where to put what the run produced [default: runs/SCENE-N]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// A run at a coordinator.
+#[derive(Debug, Args)]
+pub(crate) struct OfRun {
+    /// Its number, as `submit` and `ps` tell it
+    #[arg(value_name = "RUN")]
+    pub(crate) run: u64,
+    #[command(flatten)]
+    pub(crate) place: Place,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Ps {
+    #[command(flatten)]
+    pub(crate) place: Place,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Fetch {
+    #[command(flatten)]
+    pub(crate) of: OfRun,
+    /// Follow it to its end first
+    #[arg(long)]
+    pub(crate) follow: bool,
+    /// Where to put what the run produced [default: runs/SCENE-N]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Doctor {
+    /// Zenoh endpoint of a coordinator; without one only this machine is looked at
+    #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", value_parser = endpoint)]
+    pub(crate) connect: Option<String>,
+    /// Folder whose disk is looked at
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub(crate) disk: PathBuf,
+    /// Print as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Drain {
+    /// The worker's name, as `workers` tells it
+    pub(crate) worker: String,
+    #[command(flatten)]
+    pub(crate) place: Place,
 }
 
 #[derive(Debug, Args)]

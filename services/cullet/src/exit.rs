@@ -1,5 +1,6 @@
 //! How the process ends.
 
+use cullet_proto::service::codes;
 use std::fmt;
 use std::io::Write;
 use std::process::ExitCode;
@@ -15,6 +16,10 @@ pub(crate) enum Exit {
     Unmet,
     /// The run is complete, and a picture of it could not be drawn.
     Unpictured,
+    /// The run was cancelled.
+    Cancelled,
+    /// The run stalled: the pool gave up a job of it.
+    Stalled,
     /// The user's fault: arguments, scene, meshes.
     Usage,
     /// No coordinator answers, or it left before the run began.
@@ -25,15 +30,17 @@ pub(crate) enum Exit {
     Interrupted,
 }
 
-const CODES: [(Exit, u8); 8] = [
-    (Exit::Done, 0),
-    (Exit::Failed, 2),
-    (Exit::Unmet, 3),
-    (Exit::Unpictured, 4),
-    (Exit::Usage, 64),
-    (Exit::Unreachable, 69),
-    (Exit::File, 74),
-    (Exit::Interrupted, 130),
+const CODES: [(Exit, u8); 10] = [
+    (Exit::Done, codes::DONE),
+    (Exit::Failed, codes::FAILED),
+    (Exit::Unmet, codes::UNMET),
+    (Exit::Unpictured, codes::UNPICTURED),
+    (Exit::Cancelled, codes::CANCELLED),
+    (Exit::Stalled, codes::STALLED),
+    (Exit::Usage, codes::USAGE),
+    (Exit::Unreachable, codes::UNREACHABLE),
+    (Exit::File, codes::FILE),
+    (Exit::Interrupted, codes::INTERRUPTED),
 ];
 
 impl Exit {

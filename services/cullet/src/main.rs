@@ -2,6 +2,8 @@
 
 mod args;
 mod bench;
+mod client;
+mod doctor;
 mod exit;
 mod folder;
 mod frontier;
@@ -10,9 +12,11 @@ mod progress;
 mod run;
 mod serve;
 mod signals;
+mod sweep;
 
 use args::{Cli, Command};
 use clap::Parser;
+use cullet_proto::keys::UserVerb;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -40,7 +44,20 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Run(args) => run::run(args),
         Command::Coordinator(args) => serve::coordinator(args),
         Command::Worker(args) => serve::worker(args),
-        Command::Submit(args) => serve::submit(args),
+        Command::Submit(args) => client::submit(args),
+        Command::Ps(args) => client::ps(args),
+        Command::Show(args) => client::show(args),
+        Command::Logs(args) => client::logs(args),
+        Command::Watch(args) => client::watch(args),
+        Command::Wait(args) => client::wait(args),
+        Command::Cancel(args) => client::control(args, UserVerb::Cancel),
+        Command::Pause(args) => client::control(args, UserVerb::Pause),
+        Command::Resume(args) => client::control(args, UserVerb::Resume),
+        Command::Retry(args) => client::control(args, UserVerb::Retry),
+        Command::Fetch(args) => client::fetch(args),
+        Command::Workers(args) => client::workers(args),
+        Command::Drain(args) => client::drain(args),
+        Command::Doctor(args) => doctor::doctor(args),
         Command::Inspect(args) => inspect::inspect(args),
         Command::Recover(args) => inspect::recover(args),
         Command::Preview(args) => inspect::preview(args),

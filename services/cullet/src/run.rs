@@ -5,6 +5,7 @@ use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
 use crate::progress::Progress;
 use crate::signals::stop_when_told;
+use crate::sweep;
 use cullet_coordinator::link::{LinkError, Pool, PoolConfig, Share, SpawnConfig};
 use cullet_coordinator::preview;
 use cullet_coordinator::run::{Outcome, RunError, RunOptions, run as run_scene};
@@ -13,6 +14,10 @@ use std::path::Path;
 
 pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
     say_logs(&args.voice);
+    if sweep::is_one(&args.scene.scene) {
+        let stop = stop_when_told("the recording is finished first")?;
+        return sweep::run(args, &stop);
+    }
     let scene = read_scene(&args.scene)?;
     let stop = stop_when_told("the recording is finished first")?;
     let folder = Folder::of(args.out.as_deref(), &scene.name)?;
@@ -60,7 +65,7 @@ pub(crate) fn read_scene(args: &args::SceneArgs) -> Result<Scene, Trouble> {
     load(&args.scene, &args.set).map_err(|errors| Trouble::new(Exit::Usage, errors))
 }
 
-fn start_pool(args: &args::Run) -> Result<Pool, Trouble> {
+pub(crate) fn start_pool(args: &args::Run) -> Result<Pool, Trouble> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let workers = args.workers.map_or((cores - 1).max(1), usize::from);
     let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
@@ -135,5 +140,9 @@ pub(crate) fn say_logs(voice: &args::Voice) {
     };
     let filter = tracing_subscriber::EnvFilter::try_from_env("CULLET_LOG")
         .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(level));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let logs = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    match voice.log {
+        args::Log::Text => logs.init(),
+        args::Log::Json => logs.json().flatten_event(true).init(),
+    }
 }

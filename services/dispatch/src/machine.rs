@@ -129,7 +129,7 @@ impl Dispatch {
             live: 0,
             gone: VecDeque::new(),
             past: BTreeMap::new(),
-            pub(crate) past_order: VecDeque::new(),
+            past_order: VecDeque::new(),
             quarantine: VecDeque::new(),
             unsettled: 0,
             next_epoch: u64::from(incarnation) << 32,

@@ -7,6 +7,12 @@ use cullet_proto as wire;
 use cullet_proto::strength as twin;
 use std::sync::Arc;
 
+/// Names of the families that a worker of this program solves.
+#[must_use]
+pub fn solvers() -> Vec<&'static str> {
+    cullet_fracture::solvers::SOLVERS.iter().map(|entry| entry.name).collect()
+}
+
 /// The problem of a job.
 #[must_use]
 pub fn problem_of(job: &wire::FractureJob) -> core::Problem {

@@ -18,7 +18,7 @@ use std::io::Read;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-pub use convert::{fracture_of, problem_of};
+pub use convert::{fracture_of, problem_of, solvers};
 pub use solve::{SolveFn, Watch};
 
 /// Exit code of a worker whose solver hung past the hard limit.

@@ -1,16 +1,20 @@
-//! A scene and its files as one blob, and which paths may be in it.
+//! A scene and its files as one blob: a line of JSON that names them, then their bytes.
 
 use super::LinkError;
-use cullet_proto::envelope::{self, Kind};
-use cullet_proto::ids::digest;
-use cullet_proto::mesh::Slabs;
-use cullet_proto::pool::{FileEntry, MAX_FILES, MAX_PATH};
-use cullet_proto::{WireError, codec};
+use crate::scene::{Bundle, SceneFile};
+use cullet_proto::codec::{self, WireError};
+use cullet_proto::service::{self, BundleFile, BundleTable};
 
 /// Most bytes of all files of a bundle.
 pub const MAX_BUNDLE: u64 = 256 << 20;
+/// Most files of a bundle.
+const MAX_FILES: u64 = 512;
+/// Longest path \[bytes\].
+const MAX_PATH: usize = 200;
+/// Longest key of a file \[bytes\].
+const MAX_KEY: u64 = 4_096;
 
-/// Holds a path to being a plain one below the bundle's folder.
+/// Holds a path to being a plain one below a folder.
 ///
 /// # Errors
 /// [`LinkError::Path`] with the reason.
@@ -32,46 +36,65 @@ pub fn check_path(path: &str) -> Result<(), LinkError> {
     Ok(())
 }
 
-/// The files as one blob.
-pub(super) fn encode(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>, LinkError> {
-    let mut table = Vec::new();
-    let mut bulk = Vec::new();
-    for (path, bytes) in files {
-        check_path(path)?;
-        let length = bytes.len() as u64;
-        table.push(FileEntry { path: path.clone(), length, digest: digest(bytes) });
-        bulk.extend_from_slice(bytes);
-    }
-    check_table(&table)?;
-    Ok(envelope::seal(Kind::Bundle, &table, &bulk)?)
+/// A bundle as a blob; its overrides travel beside it.
+///
+/// # Errors
+/// A name, size or count that may not be.
+pub(crate) fn encode(bundle: &Bundle) -> Result<Vec<u8>, LinkError> {
+    let row =
+        |file: &SceneFile| BundleFile { key: file.key.clone(), length: file.bytes.len() as u64 };
+    let files: Vec<BundleFile> = bundle.files.iter().map(row).collect();
+    let table = BundleTable { name: bundle.name.clone(), main: bundle.main.clone(), files };
+    check(&table)?;
+    let bulk: Vec<u8> = bundle.files.iter().flat_map(|file| file.bytes.iter().copied()).collect();
+    Ok(service::seal(&table, &bulk)?)
 }
 
-/// The files in a blob.
-pub(super) fn decode(bytes: &[u8]) -> Result<Vec<(String, Vec<u8>)>, LinkError> {
-    let (table, bulk) = envelope::open::<Vec<FileEntry>>(Kind::Bundle, bytes)?;
-    check_table(&table)?;
-    let mut slabs = Slabs::new(bulk);
+/// The bundle in a blob.
+///
+/// # Errors
+/// As [`encode`], or bytes that are not those that the table names.
+pub(crate) fn decode(bytes: &[u8], overrides: &[String]) -> Result<Bundle, LinkError> {
+    let (table, mut bulk) = service::open::<BundleTable>(bytes)?;
+    check(&table)?;
     let mut files = Vec::new();
-    for FileEntry { path, length, .. } in table {
-        check_path(&path)?;
-        files.push((path, slabs.take("a bundle", length as usize, 1)?.to_vec()));
+    for BundleFile { key, length } in table.files {
+        let what = "a bundle's files";
+        let (file, rest) = bulk.split_at_checked(length as usize).ok_or(WireError::Short {
+            what,
+            have: bulk.len(),
+            need: length as usize,
+        })?;
+        files.push(SceneFile { key, bytes: file.to_vec().into() });
+        bulk = rest;
     }
-    slabs.end("a bundle")?;
-    Ok(files)
+    if !bulk.is_empty() {
+        return Err(WireError::Trailing { what: "a bundle's files", extra: bulk.len() }.into());
+    }
+    let overrides = overrides.to_vec();
+    Ok(Bundle { name: table.name, main: table.main, overrides, files })
 }
 
-fn check_table(table: &[FileEntry]) -> Result<(), LinkError> {
-    codec::limit("a bundle's files", table.len() as u64, MAX_FILES as u64)?;
-    let total = table.iter().fold(0u64, |sum, file| sum.saturating_add(file.length));
-    codec::limit("a bundle's bytes", total, MAX_BUNDLE)?;
-    if table.is_empty() {
-        return Err(WireError::Short { what: "a bundle's files", have: 0, need: 1 }.into());
+fn check(table: &BundleTable) -> Result<(), LinkError> {
+    // The name becomes part of a folder's name: it must not lead anywhere else.
+    check_path(&table.name)?;
+    let refused = |path: &str, reason| {
+        Err(LinkError::Path { path: path.chars().take(MAX_PATH).collect(), reason })
+    };
+    if table.name.contains('/') {
+        return refused(&table.name, "a scene's name has no slash");
     }
-    for (index, file) in table.iter().enumerate() {
-        if table[..index].iter().any(|other| other.path == file.path) {
-            let (path, reason) = (file.path.clone(), "it is there twice");
-            return Err(LinkError::Path { path, reason });
+    codec::limit("a bundle's files", table.files.len() as u64, MAX_FILES)?;
+    let total = table.files.iter().fold(0u64, |sum, file| sum.saturating_add(file.length));
+    codec::limit("a bundle's bytes", total, MAX_BUNDLE)?;
+    for (index, file) in table.files.iter().enumerate() {
+        codec::limit("a key's length", file.key.len() as u64, MAX_KEY)?;
+        if table.files[..index].iter().any(|other| other.key == file.key) {
+            return refused(&file.key, "it is there twice");
         }
+    }
+    if !table.files.iter().any(|file| file.key == table.main) {
+        return refused(&table.main, "the bundle does not have its scene file");
     }
     Ok(())
 }
@@ -79,6 +102,15 @@ fn check_table(table: &[FileEntry]) -> Result<(), LinkError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn bundle(name: &str, keys: &[&str]) -> Bundle {
+        let file = |key: &&str| SceneFile {
+            key: (*key).to_owned(),
+            bytes: key.as_bytes().repeat(2).into(),
+        };
+        let (name, main) = (name.to_owned(), "scene/a.toml".to_owned());
+        Bundle { name, main, overrides: vec!["a=1".into()], files: keys.iter().map(file).collect() }
+    }
 
     #[test]
     fn paths_that_would_leave_the_folder_are_refused() {
@@ -94,17 +126,20 @@ mod tests {
 
     #[test]
     fn a_bundle_comes_back_and_a_forged_one_does_not() -> Result<(), LinkError> {
-        let files = vec![("scene.toml".into(), b"x = 1".to_vec()), ("m/a.obj".into(), vec![])];
-        let bytes = encode(&files)?;
-        assert_eq!(decode(&bytes)?, files);
-        assert!(decode(&bytes[..bytes.len() - 1]).is_err());
-        let (path, length) = ("../x".to_owned(), 0);
-        let table = vec![FileEntry { path, length, digest: [0; 32] }];
-        let forged = envelope::seal(Kind::Bundle, &table, &[])?;
-        assert!(matches!(decode(&forged), Err(LinkError::Path { .. })));
-        let twice = vec![files[0].clone(), files[0].clone()];
-        assert!(matches!(encode(&twice), Err(LinkError::Path { .. })));
-        assert!(encode(&[]).is_err());
+        // A scene may use files outside its folder: keys are names, and no path on any disk.
+        let good = bundle("pot", &["scene/a.toml", "scene/../b.obj"]);
+        let bytes = encode(&good)?;
+        assert_eq!(decode(&bytes, &good.overrides)?, good);
+        assert!(decode(&bytes[..bytes.len() - 1], &[]).is_err(), "short");
+        assert!(decode(&[&bytes[..], b"x"].concat(), &[]).is_err(), "long");
+        for name in ["", "..", "../pot", "/tmp/pot", "a/b"] {
+            let bad = encode(&bundle(name, &["scene/a.toml"]));
+            assert!(matches!(bad, Err(LinkError::Path { .. })), "{name}");
+        }
+        assert!(encode(&bundle("pot", &["scene/b.toml"])).is_err(), "no main file");
+        assert!(encode(&bundle("pot", &["scene/a.toml", "scene/a.toml"])).is_err(), "twice");
+        let bomb = br#"{"name":"a","main":"b","files":[{"key":"b","length":99999999999999}]}"#;
+        assert!(matches!(decode(bomb, &[]), Err(LinkError::Wire(WireError::Limit { .. }))));
         Ok(())
     }
 }

@@ -1,10 +1,11 @@
 //! The client's end: hand a scene in, follow it, fetch what came of it.
 
 use super::{LinkError, bundle, net};
+use crate::scene::Bundle;
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, UserVerb};
-use cullet_proto::pool::{self, ChunkAnswer, FetchAnswer, FileEntry, State, Status, StatusAnswer};
-use cullet_proto::pool::{Submit, SubmitAnswer};
+use cullet_proto::service::{self, Fetch, Fetched, FileInfo, Follow, MAX_INLINE, News};
+use cullet_proto::service::{Piece, PieceAnswer, Refused, RunInfo, Submit, SubmitAnswer, Which};
 use cullet_proto::transport::{self, Patience};
 use cullet_proto::{WorkerId, chunks};
 use serde::Serialize;
@@ -24,6 +25,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const CONNECT: Duration = Duration::from_secs(5);
 /// Pause before a question is asked again.
 const PAUSE: Duration = Duration::from_millis(200);
+/// Longest wait for news of a run \[ms\].
+const NEWS_MS: u64 = 1_000;
 
 /// A client of a coordinator.
 pub struct Client {
@@ -34,20 +37,15 @@ pub struct Client {
     patience: Duration,
 }
 
-/// A submission at a coordinator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Handle {
-    /// Its number there.
-    pub id: u64,
-}
-
-/// How a submission ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Outcome {
-    /// As the process would have returned it.
-    pub code: u8,
-    /// What can be fetched.
-    pub files: Vec<FileEntry>,
+/// What a submission is beside its bundle.
+#[derive(Clone, Debug, Default)]
+pub struct Terms {
+    /// The sender's own name for it: the same ticket is the same run.
+    pub ticket: String,
+    /// Higher ones go first.
+    pub priority: i32,
+    /// The sweep that it belongs to.
+    pub sweep: String,
 }
 
 impl Client {
@@ -69,120 +67,146 @@ impl Client {
         })
     }
 
-    /// Asks for another coordinator, or for more or less patience than a minute.
+    /// Asks another coordinator, under another name, or with more or less patience than a minute.
     ///
     /// # Errors
     /// A name that is none.
-    pub fn with(mut self, coordinator: &str, patience: Duration) -> Result<Self, LinkError> {
+    pub fn with(
+        mut self,
+        coordinator: &str,
+        user: &str,
+        patience: Duration,
+    ) -> Result<Self, LinkError> {
         self.coordinator = WorkerId::new(coordinator)?;
+        self.user = WorkerId::new(user)?;
         self.patience = patience;
         Ok(self)
     }
 
-    /// Hands in a bundle of files (relative paths, forward slashes). `ticket` names the submission:
-    /// handing it in again with the same ticket gives the same submission.
+    /// Hands in a scene with its files. Handed in again with the same ticket, it is the same run.
     ///
     /// # Errors
     /// A path or size that may not be, a refusal, or silence.
-    pub fn submit(
-        &self,
-        files: &[(String, Vec<u8>)],
-        overrides: &[String],
-        ticket: u64,
-    ) -> Result<Handle, LinkError> {
-        let blob = bundle::encode(files)?;
-        let (digest, length) = (digest(&blob), blob.len() as u64);
-        let overrides = overrides.to_vec();
-        let submit = Submit { ticket, digest, length, overrides };
+    pub fn submit(&self, bundle: &Bundle, terms: &Terms) -> Result<u64, LinkError> {
+        let blob = bundle::encode(bundle)?;
+        let name = (blob.len() > MAX_INLINE).then(|| digest(&blob));
+        let Terms { ticket, priority, sweep } = terms.clone();
+        let submit = Submit {
+            ticket,
+            priority,
+            overrides: bundle.overrides.clone(),
+            sweep,
+            digest: name.as_ref().map(service::hex_of),
+            length: blob.len() as u64,
+        };
+        let inline = if name.is_none() { &blob[..] } else { &[] };
         let since = Instant::now();
         loop {
-            let said: SubmitAnswer = self.ask(UserVerb::Submit, "a submission", &submit, &[])?.0;
-            match said {
-                SubmitAnswer::Accepted { id } => return Ok(Handle { id }),
-                SubmitAnswer::Missing(missing) => self.upload(&blob, digest, &missing)?,
+            match self.ask(UserVerb::Submit, "a submission", &submit, inline)?.0 {
+                SubmitAnswer::Accepted { run } => return Ok(run),
+                SubmitAnswer::Missing { pieces } => {
+                    for index in pieces {
+                        self.upload(&blob, submit.digest.as_deref().unwrap_or_default(), index)?;
+                    }
+                }
                 SubmitAnswer::Damaged => {}
                 SubmitAnswer::Busy if since.elapsed() > self.patience => {
                     return Err(LinkError::Refused("its queue is full".into()));
                 }
                 SubmitAnswer::Busy => std::thread::sleep(PAUSE),
-                SubmitAnswer::Invalid(text) => return Err(LinkError::Refused(text)),
             }
         }
     }
 
-    fn upload(&self, blob: &[u8], digest: [u8; 32], missing: &[u32]) -> Result<(), LinkError> {
-        for &index in missing {
-            let Some(piece) = chunks::slice(blob, index) else {
-                continue;
-            };
-            let (length, sum) = (blob.len() as u64, chunks::sum(piece));
-            let chunk = pool::Chunk { digest, length, index, sum };
-            let said: ChunkAnswer =
-                self.ask(UserVerb::Chunk, "a piece of a bundle", &chunk, piece)?.0;
-            if said == ChunkAnswer::Busy {
-                std::thread::sleep(PAUSE);
-            }
+    fn upload(&self, blob: &[u8], digest: &str, index: u32) -> Result<(), LinkError> {
+        let Some(bytes) = chunks::slice(blob, index) else {
+            return Ok(());
+        };
+        let (digest, length) = (digest.to_owned(), blob.len() as u64);
+        let piece = Piece { digest, length, index, sum: Some(chunks::sum(bytes)) };
+        let said: PieceAnswer = self.ask(UserVerb::Piece, "a piece of a bundle", &piece, bytes)?.0;
+        if said == PieceAnswer::Busy {
+            std::thread::sleep(PAUSE);
         }
         Ok(())
     }
 
-    /// Follows a submission to its end, a call for each progress line.
+    /// Asks something that has no bulk.
     ///
     /// # Errors
-    /// A refusal, silence, or a submission that is not known there.
-    pub fn follow(&self, handle: Handle, mut line: impl FnMut(&str)) -> Result<Outcome, LinkError> {
-        let mut status = Status { id: handle.id, from: 0 };
+    /// A refusal or silence.
+    pub fn question<Q: Serialize, A: DeserializeOwned>(
+        &self,
+        verb: UserVerb,
+        question: &Q,
+    ) -> Result<A, LinkError> {
+        Ok(self.ask(verb, verb.word(), question, &[])?.0)
+    }
+
+    /// What is known of a run.
+    ///
+    /// # Errors
+    /// A refusal or silence.
+    pub fn run(&self, run: u64) -> Result<RunInfo, LinkError> {
+        self.question(UserVerb::Run, &Which { run })
+    }
+
+    /// News of a run from a line on; waits a second for them.
+    ///
+    /// # Errors
+    /// A refusal, silence, or a run that is not known there.
+    pub fn news(&self, run: u64, from: u64) -> Result<News, LinkError> {
+        self.question(UserVerb::Follow, &Follow { run, from, wait_ms: NEWS_MS })
+    }
+
+    /// Follows a run from a line on until it is over or laid aside, a call for each piece of news.
+    ///
+    /// # Errors
+    /// As [`Client::news`]; [`LinkError::Left`] if the coordinator is about to end.
+    pub fn follow(
+        &self,
+        run: u64,
+        mut from: u64,
+        mut tell: impl FnMut(&News),
+    ) -> Result<RunInfo, LinkError> {
         loop {
-            let answer: StatusAnswer = self.ask(UserVerb::Status, "a status", &status, &[])?.0;
-            answer.lines.iter().for_each(|text| line(text));
-            status.from += answer.lines.len() as u64;
-            match answer.state {
-                State::Running => {}
-                State::Over { code, files } => return Ok(Outcome { code, files }),
-                State::Unknown => {
-                    let (endpoint, id) = (self.endpoint.clone(), handle.id);
-                    return Err(LinkError::Forgotten { endpoint, id });
-                }
+            let news = self.news(run, from)?;
+            tell(&news);
+            from = news.next;
+            if news.end {
+                return Ok(news.run);
+            }
+            if news.leaving {
+                return Err(LinkError::Left { endpoint: self.endpoint.clone(), run });
             }
         }
     }
 
-    /// Fetches the files of a finished submission into `folder`. A file appears under its name only
+    /// Fetches the files of a run that is over into `folder`. A file appears under its name only
     /// once it is whole and matches its digest.
     ///
     /// # Errors
     /// A path that may not be, a disk that does not take it, a file that does not match, silence.
-    pub fn fetch(
-        &self,
-        handle: Handle,
-        outcome: &Outcome,
-        folder: &Path,
-    ) -> Result<Vec<PathBuf>, LinkError> {
+    pub fn fetch(&self, run: &RunInfo, folder: &Path) -> Result<Vec<PathBuf>, LinkError> {
         let mut written = Vec::new();
-        for (index, entry) in outcome.files.iter().enumerate() {
-            bundle::check_path(&entry.path)?;
-            let path = folder.join(&entry.path);
-            self.fetch_file(handle, index as u32, entry, &path)?;
+        for file in &run.files {
+            bundle::check_path(&file.name)?;
+            let path = folder.join(&file.name);
+            self.fetch_file(run.run, file, &path)?;
             written.push(path);
         }
         Ok(written)
     }
 
-    /// Says that nothing more of a submission is wanted, so that a coordinator that is about to
-    /// leave need not wait. If that is not heard, it waits a little longer.
-    pub fn enough(&self, handle: Handle) {
-        if let Ok(bytes) = pool::ask(&pool::Enough { id: handle.id }, &[]) {
+    /// Says that nothing more of a run is wanted, so that a coordinator that is about to leave need
+    /// not wait. If that is not heard, it waits a little longer.
+    pub fn enough(&self, run: u64) {
+        if let Ok(bytes) = service::seal(&Which { run }, &[]) {
             let _heard = self.ask_once(UserVerb::Bye, bytes, false);
         }
     }
 
-    fn fetch_file(
-        &self,
-        handle: Handle,
-        file: u32,
-        entry: &FileEntry,
-        path: &Path,
-    ) -> Result<(), LinkError> {
+    fn fetch_file(&self, run: u64, file: &FileInfo, path: &Path) -> Result<(), LinkError> {
         let failed = |source| LinkError::File { path: path.to_owned(), source };
         if let Some(parent) = path.parent() {
             std::fs::create_dir_all(parent).map_err(failed)?;
@@ -192,42 +216,29 @@ impl Client {
         let partial = PathBuf::from(name);
         let mut out = std::fs::File::create(&partial).map_err(failed)?;
         let mut hasher = blake3::Hasher::new();
-        for index in 0..chunks::count(entry.length) {
-            let piece = self.fetch_piece(handle.id, file, index, &entry.path)?;
+        for index in 0..chunks::count(file.length) {
+            let piece = self.fetch_piece(run, file, index)?;
             hasher.update(&piece);
             out.write_all(&piece).map_err(failed)?;
         }
-        if *hasher.finalize().as_bytes() != entry.digest {
+        if service::digest_of(&file.digest)? != *hasher.finalize().as_bytes() {
             let _gone_already = std::fs::remove_file(&partial);
-            return Err(LinkError::Refused(format!("{} does not match its digest", entry.path)));
+            return Err(LinkError::Refused(format!("{} does not match its digest", file.name)));
         }
         out.sync_all().map_err(failed)?;
         std::fs::rename(&partial, path).map_err(failed)
     }
 
-    fn fetch_piece(
-        &self,
-        id: u64,
-        file: u32,
-        index: u32,
-        path: &str,
-    ) -> Result<Vec<u8>, LinkError> {
-        let fetch = pool::FetchFile { id, file, index };
+    fn fetch_piece(&self, run: u64, file: &FileInfo, index: u32) -> Result<Vec<u8>, LinkError> {
+        let fetch = Fetch { run, file: file.name.clone(), index };
         let since = Instant::now();
-        loop {
-            let (said, piece) =
-                self.ask::<_, FetchAnswer>(UserVerb::Fetch, "a file", &fetch, &[])?;
-            match said {
-                FetchAnswer::Chunk { sum } if sum == chunks::sum(&piece) => return Ok(piece),
-                FetchAnswer::Chunk { .. } if since.elapsed() < self.patience => {}
-                FetchAnswer::Chunk { .. } => {
-                    return Err(LinkError::Refused(format!("{path} only comes damaged")));
-                }
-                FetchAnswer::Gone => {
-                    return Err(LinkError::Refused(format!("{path} is gone there")));
-                }
+        while since.elapsed() < self.patience {
+            let (said, piece) = self.ask::<_, Fetched>(UserVerb::Fetch, "a file", &fetch, &[])?;
+            if said.sum == chunks::sum(&piece) {
+                return Ok(piece);
             }
         }
+        Err(LinkError::Refused(format!("{} only comes damaged", file.name)))
     }
 
     /// Asks until there is an answer: silence means anything, also "not connected yet".
@@ -238,18 +249,21 @@ impl Client {
         question: &Q,
         bulk: &[u8],
     ) -> Result<(A, Vec<u8>), LinkError> {
-        let bytes = pool::ask(question, bulk)?;
+        let bytes = service::seal(question, bulk)?;
         let since = Instant::now();
         while since.elapsed() < self.patience {
             match self.ask_once(verb, bytes.clone(), !bulk.is_empty()) {
                 Some(Ok(bytes)) => {
-                    let (answer, bulk) = pool::read_answer::<A>(&bytes)?;
+                    let (answer, bulk) = service::open::<A>(&bytes)?;
                     return Ok((answer, bulk.to_vec()));
                 }
                 Some(Err(bytes)) => {
                     // A refusal that is none of ours is Zenoh's own: a timeout.
-                    if let Ok(refusal) = pool::read_refusal(&bytes) {
-                        return Err(LinkError::Refused(refusal.to_string()));
+                    if let Ok((Refused { error, unknown }, _)) = service::open(&bytes) {
+                        return Err(match unknown {
+                            true => LinkError::Unknown(error),
+                            false => LinkError::Refused(error),
+                        });
                     }
                 }
                 None => {}
@@ -285,19 +299,4 @@ impl Client {
             Err(error) => Err(error.payload().to_bytes().into_owned()),
         })
     }
-}
-
-/// Connects and hands in a bundle; see [`Client::submit`].
-///
-/// # Errors
-/// As [`Client::connect`] and [`Client::submit`].
-pub fn submit(
-    endpoint: &str,
-    files: &[(String, Vec<u8>)],
-    overrides: &[String],
-    ticket: u64,
-) -> Result<(Client, Handle), LinkError> {
-    let client = Client::connect(endpoint)?;
-    let handle = client.submit(files, overrides, ticket)?;
-    Ok((client, handle))
 }

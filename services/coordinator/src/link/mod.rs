@@ -4,7 +4,7 @@
 //! clock only put inputs into its queue. Nothing waits inside a callback.
 
 mod bulk;
-mod bundle;
+pub(crate) mod bundle;
 mod cache;
 mod children;
 pub mod client;
@@ -13,12 +13,14 @@ mod ledger;
 mod net;
 mod quarantine;
 mod questions;
+mod roster;
 mod run;
 mod shell;
-mod submissions;
+pub mod users;
 
 use crate::link::shell::{Input, Shell};
 use cullet_dispatch::{Event, Job, Run};
+use cullet_proto::service::WorkerInfo;
 use cullet_proto::transport::Patience;
 use cullet_proto::{JobId, Verdict, WireError, WorkerId, keys};
 use std::path::PathBuf;
@@ -34,7 +36,6 @@ pub use children::SpawnConfig;
 pub use cullet_dispatch::Timing;
 pub use cullet_dispatch::{Share, Tenant};
 pub use run::{RunHandle, RunStats};
-pub use submissions::{Content, Submission, Submissions};
 
 /// What went wrong with the link.
 #[derive(Debug, thiserror::Error)]
@@ -79,13 +80,16 @@ pub enum LinkError {
         /// For how long \[s\].
         seconds: u64,
     },
-    /// The coordinator does not know a submission that it took.
-    #[error("the coordinator at {endpoint} does not know submission {id}: it began anew since")]
-    Forgotten {
+    /// The coordinator does not know what was named.
+    #[error("the coordinator says: {0}")]
+    Unknown(String),
+    /// The coordinator is about to end.
+    #[error("the coordinator at {endpoint} leaves; run {run} goes on when it is back")]
+    Left {
         /// Where.
         endpoint: String,
-        /// Which.
-        id: u64,
+        /// Which run was followed.
+        run: u64,
     },
     /// The coordinator refuses.
     #[error("the coordinator refuses: {0}")]
@@ -215,11 +219,13 @@ pub struct PoolStats {
 #[derive(Debug)]
 pub struct Pool {
     endpoint: String,
+    name: WorkerId,
+    session: zenoh::Session,
     inputs: SyncSender<Input>,
     runs: AtomicU64,
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
-    submissions: Submissions,
+    workers: Arc<Mutex<Vec<WorkerInfo>>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -234,15 +240,17 @@ impl Pool {
         let (inputs, queue) = std::sync::mpsc::sync_channel(shell::QUEUE);
         let net = net::Net::listen(&config, &coordinator, &inputs)?;
         let endpoint = net.endpoint().to_owned();
-        let submissions = Submissions::new(inputs.clone());
-        let shell = Shell::new(&config, net, submissions.clone())?;
+        let session = net.session().clone();
+        let shell = Shell::new(&config, net)?;
         let (stats, pids) = (shell.stats_handle(), shell.pids_handle());
+        let workers = shell.roster.handle();
         let thread = std::thread::Builder::new()
             .name("cullet-pool".into())
             .spawn(move || shell.run(&queue))
             .map_err(LinkError::Thread)?;
         let (runs, thread) = (AtomicU64::new(0), Some(thread));
-        Ok(Self { endpoint, inputs, runs, stats, pids, submissions, thread })
+        let name = coordinator;
+        Ok(Self { endpoint, name, session, inputs, runs, stats, pids, workers, thread })
     }
 
     /// Where workers and clients connect.
@@ -271,10 +279,21 @@ impl Pool {
         self.pids.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The desk where clients hand in scenes.
+    /// The workers that are known, by name.
     #[must_use]
-    pub fn submissions(&self) -> Submissions {
-        self.submissions.clone()
+    pub fn workers(&self) -> Vec<WorkerInfo> {
+        self.workers.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The coordinator's name.
+    #[must_use]
+    pub fn name(&self) -> &WorkerId {
+        &self.name
+    }
+
+    /// The transport, for others who answer questions over it.
+    pub(super) fn session(&self) -> &zenoh::Session {
+        &self.session
     }
 
     /// The worker of that name finishes what it has and gets no further job. No worker: no effect.

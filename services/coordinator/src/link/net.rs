@@ -48,6 +48,10 @@ impl Net {
         &self.endpoint
     }
 
+    pub(super) fn session(&self) -> &zenoh::Session {
+        &self.session
+    }
+
     pub(super) fn close(self) {
         if let Err(error) = self.session.close().wait() {
             tracing::warn!("closing the link: {error}");
@@ -87,7 +91,7 @@ fn declare(
 ) -> Result<(), String> {
     let queue = inputs.clone();
     session
-        .declare_queryable(keys::rpc(coordinator))
+        .declare_queryable(keys::worker_rpcs(coordinator))
         .callback(move |query| match queue.try_send(Input::Question(query)) {
             Ok(()) | Err(TrySendError::Disconnected(_)) => {}
             Err(TrySendError::Full(_)) => tracing::warn!("the queue is full: question dropped"),

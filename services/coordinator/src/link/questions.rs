@@ -6,30 +6,16 @@ use super::shell::{Shell, outcome_of};
 use cullet_dispatch::{Digest, Epoch, Event, Job, Outcome, Receipt, Trouble, Worker};
 use cullet_proto::codec::MAX_HEADER;
 use cullet_proto::envelope::PREFIX;
-use cullet_proto::keys::{UserVerb, Verb, WorkerVerb, parse_rpc};
+use cullet_proto::keys::{Verb, WorkerVerb, parse_rpc};
 use cullet_proto::pool::{self, CommitAnswer, FetchAnswer, Noted, PollAnswer};
 use cullet_proto::pool::{Refusal, RenewAnswer};
-use cullet_proto::{Verdict, WireError, WorkerId, chunks};
+use cullet_proto::{Verdict, WorkerId, chunks};
 use serde::Serialize;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 use zenoh::query::Query;
 
 /// Largest question \[bytes\]: a chunk and its header.
 const MAX_QUESTION: usize = chunks::CHUNK + MAX_HEADER + PREFIX;
-/// A client that asks how it goes is answered within this even if there is no news.
-const WATCH: Duration = Duration::from_secs(2);
-/// Clients that may wait for news at one time.
-const MAX_WATCHERS: usize = 256;
-
-/// A client that waits for news.
-#[derive(Debug)]
-pub(super) struct Watcher {
-    query: Query,
-    status: pool::Status,
-    since: Instant,
-}
-
 impl Shell {
     /// Answers, refuses or parks a question.
     pub(super) fn question(&mut self, query: Query) {
@@ -43,8 +29,7 @@ impl Shell {
         } else {
             match verb {
                 Some(Verb::Worker(name, verb)) => self.worker(query, &name, verb, &bytes),
-                Some(Verb::User(_, verb)) => self.user(query, verb, &bytes),
-                None => Err(Refusal::Malformed("no such question".into())),
+                Some(Verb::User(..)) | None => Err(Refusal::Malformed("no such question".into())),
             }
         };
         if let Err(refusal) = done {
@@ -108,6 +93,7 @@ impl Shell {
     fn poll(&mut self, query: Query, name: &WorkerId, poll: &pool::Poll) {
         let worker = Worker(poll.session.0);
         self.know(worker, name);
+        self.roster.polled(worker, name, poll.threads);
         // One that asks again has given up the question it asked before.
         if self.polls.get(&worker).is_none_or(|(asked, _)| *asked <= poll.seq) {
             self.polls.insert(worker, (poll.seq, query));
@@ -152,6 +138,7 @@ impl Shell {
             digest: Digest(commit.digest),
             outcome,
         };
+        self.roster.left(Worker(commit.session.0), commit.job);
         let receipt = self.step(event).receipt;
         let short = commit.job.short();
         match receipt {
@@ -175,62 +162,8 @@ impl Shell {
         tracing::warn!("worker {name} gives job {} back: {}", fail.job.short(), fail.text);
         self.ledger.note_trouble(fail.job, &fail.text);
         let (worker, job) = (Worker(fail.session.0), Job(fail.job.0));
+        self.roster.left(worker, fail.job);
         self.step(Event::Fail { worker, job, epoch: Epoch(fail.epoch.0), trouble });
-    }
-
-    fn user(&mut self, query: Query, verb: UserVerb, bytes: &[u8]) -> Result<(), Refusal> {
-        match verb {
-            UserVerb::Chunk => self.chunk(&query, bytes),
-            UserVerb::Submit => {
-                let (submit, _) = pool::read_ask::<pool::Submit>(bytes)?;
-                let said = self.submit(submit)?;
-                answer(&query, &said)
-            }
-            UserVerb::Status => {
-                let (status, _) = pool::read_ask::<pool::Status>(bytes)?;
-                self.submissions.asked(status.id);
-                self.watchers.truncate(MAX_WATCHERS);
-                self.watchers.push(Watcher { query, status, since: Instant::now() });
-                self.news();
-                Ok(())
-            }
-            UserVerb::Fetch => {
-                let (fetch, _) = pool::read_ask::<pool::FetchFile>(bytes)?;
-                self.submissions.asked(fetch.id);
-                let piece = self.submissions.piece(&fetch);
-                self.send_piece(query, piece.as_deref())
-            }
-            UserVerb::Bye => {
-                let (enough, _) = pool::read_ask::<pool::Enough>(bytes)?;
-                self.submissions.enough(enough.id);
-                answer(&query, &Noted)
-            }
-        }
-    }
-
-    fn submit(&mut self, submit: pool::Submit) -> Result<pool::SubmitAnswer, WireError> {
-        if let Some(known) = self.submissions.known(submit.ticket, &submit.digest) {
-            return Ok(pool::SubmitAnswer::Accepted { id: known });
-        }
-        let bytes = match self.inbox.take(&submit.digest, submit.length)? {
-            Blob::Whole(bytes) => bytes,
-            Blob::Missing(missing) => return Ok(pool::SubmitAnswer::Missing(missing)),
-            Blob::Damaged => return Ok(pool::SubmitAnswer::Damaged),
-        };
-        Ok(self.submissions.submit(submit, &bytes))
-    }
-
-    /// Answers the clients whose submission has news, and those that have waited long.
-    pub(super) fn news(&mut self) {
-        for watcher in std::mem::take(&mut self.watchers) {
-            let late = watcher.since.elapsed() >= WATCH;
-            match self.submissions.status(&watcher.status, late) {
-                Some(status) => {
-                    let _too_large = answer(&watcher.query, &status);
-                }
-                None => self.watchers.push(watcher),
-            }
-        }
     }
 
     fn send_piece(&self, query: Query, piece: Option<&[u8]>) -> Result<(), Refusal> {

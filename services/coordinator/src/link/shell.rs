@@ -7,7 +7,7 @@ use super::inbox::Inbox;
 use super::ledger::{Ledger, Wanted};
 use super::net::Net;
 use super::quarantine;
-use super::submissions::Submissions;
+use super::roster::Roster;
 use super::{Ending, LinkError, PoolConfig, PoolStats, RunStats, Settlement};
 use cullet_dispatch::{Bound, Digest, Dispatch, Effect, Event, Job, Loss, Millis, Outcome, Prior};
 use cullet_dispatch::{Reason, Receipt, Run, Share, Timing, Verdict as Decision, Worker};
@@ -45,8 +45,6 @@ pub(super) enum Input {
     Say(Event),
     /// The worker of that name gets no further job.
     Drain(WorkerId),
-    /// A submission has news.
-    News,
     /// The end.
     Quit,
 }
@@ -74,10 +72,9 @@ pub(super) struct Shell {
     pub(super) timing: Timing,
     pub(super) inbox: Inbox,
     pub(super) bulk: Bulk,
-    pub(super) submissions: Submissions,
     pub(super) polls: BTreeMap<Worker, (u64, Query)>,
-    pub(super) watchers: Vec<super::questions::Watcher>,
     pub(super) refusals: u64,
+    pub(super) roster: Roster,
     names: BTreeMap<Worker, WorkerId>,
     up: BTreeSet<SessionId>,
     pub(super) ledger: Ledger,
@@ -93,11 +90,7 @@ pub(super) struct Shell {
 }
 
 impl Shell {
-    pub(super) fn new(
-        config: &PoolConfig,
-        net: Net,
-        submissions: Submissions,
-    ) -> Result<Self, LinkError> {
+    pub(super) fn new(config: &PoolConfig, net: Net) -> Result<Self, LinkError> {
         let spawn = config.spawn.clone();
         let children = spawn.map(|spawn| Children::start(spawn, net.endpoint())).transpose()?;
         let pids = children.as_ref().map(Children::pids).unwrap_or_default();
@@ -106,10 +99,9 @@ impl Shell {
             timing: config.timing,
             inbox: Inbox::default(),
             bulk: Bulk::start()?,
-            submissions,
             polls: BTreeMap::new(),
-            watchers: Vec::new(),
             refusals: 0,
+            roster: Roster::default(),
             names: BTreeMap::new(),
             up: BTreeSet::new(),
             ledger: Ledger::default(),
@@ -153,6 +145,7 @@ impl Shell {
                 self.tick();
             }
             self.publish();
+            self.roster.publish(&self.up);
             for (run, id, settlement) in self.settled.drain(..) {
                 // One that nobody listens for is of a run whose handle is gone.
                 if let Some(listener) = self.runs.get(&run) {
@@ -163,7 +156,6 @@ impl Shell {
         }
         self.children = None;
         self.polls.clear();
-        self.watchers.clear();
         drop(self.bulk);
         self.net.close();
     }
@@ -173,9 +165,11 @@ impl Shell {
             Input::Question(query) => self.question(query),
             Input::Link { session, up: true } => {
                 self.up.insert(session);
+                self.roster.changed();
             }
             Input::Link { session, up: false } => {
                 self.up.remove(&session);
+                self.roster.changed();
                 let worker = Worker(session.0);
                 self.polls.remove(&worker);
                 self.step(Event::Suspect(worker));
@@ -191,7 +185,6 @@ impl Shell {
                     self.step(Event::Drain(worker));
                 }
             }
-            Input::News => self.news(),
             Input::Quit => {}
         }
     }
@@ -201,13 +194,13 @@ impl Shell {
             for worker in self.named(&name) {
                 self.polls.remove(&worker);
                 self.names.remove(&worker);
+                self.roster.gone(worker);
                 self.step(Event::Down(worker));
             }
         }
         self.forsake();
         self.step(Event::Tick);
         self.inbox.sweep();
-        self.news();
     }
 
     /// The lives of workers of that name.
@@ -338,6 +331,7 @@ impl Shell {
                     renew_ms: self.timing.renew,
                     hard_ms: hard,
                 };
+                self.roster.took(worker, JobId(job.0));
                 if !self.answer_poll(worker, seq, PollAnswer::Grant(grant)) {
                     said.grant = Some(grant);
                 }
@@ -354,6 +348,7 @@ impl Shell {
             }
             Effect::Drained { worker } => {
                 let name = self.names.get(&worker).map_or_else(String::new, WorkerId::to_string);
+                self.roster.drained(worker);
                 tracing::warn!("worker {name} gets no further job");
             }
             Effect::Lost { job, worker, loss, .. } => self.lost(job, worker, loss),
@@ -383,6 +378,7 @@ impl Shell {
     }
 
     fn lost(&mut self, job: Job, worker: Worker, loss: Loss) {
+        self.roster.left(worker, JobId(job.0));
         let name = self.names.get(&worker).map_or("of unknown name", WorkerId::as_str);
         let line = format!("worker {name}: {loss:?}");
         tracing::warn!("an attempt at job {} is lost: {line}", JobId(job.0).short());
@@ -409,6 +405,7 @@ impl Shell {
         let cached = matches!(decision, Decision::Done { worker: None, .. });
         let (ending, worker) = match (decision, wanted.result) {
             (Decision::Done { worker, .. }, Some(verdict)) => {
+                worker.into_iter().for_each(|worker| self.roster.done(worker));
                 let name = worker.and_then(|worker| self.names.get(&worker));
                 (Ending::Verdict(verdict), name.map(WorkerId::to_string).unwrap_or_default())
             }

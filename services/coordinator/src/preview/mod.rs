@@ -103,6 +103,23 @@ pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, Recor
     Ok(time)
 }
 
+/// Draws the end of each of several recordings, with its caption, side by side into a file.
+///
+/// # Errors
+/// A recording cannot be read or the picture not written.
+pub fn side_by_side(runs: &[(PathBuf, String)], file: &Path) -> Result<(), RecordError> {
+    let one = |(recording, text): &(PathBuf, String)| {
+        let recording = Recording::open(recording)?;
+        let track = Track::of(&recording);
+        let focus = direct::focus(&track, &recording.meta, SIZE);
+        let mut picture = Reel::new(&track, &focus, SIZE).draw(track.end);
+        picture.caption(text, 1);
+        Ok(picture)
+    };
+    let pictures: Result<Vec<Picture>, RecordError> = runs.iter().map(one).collect();
+    contact_sheet(&pictures?).save(file)
+}
+
 /// Puts pictures of one size side by side, four in a row.
 #[must_use]
 pub fn contact_sheet(pictures: &[Picture]) -> Picture {

@@ -9,12 +9,12 @@ mod settle;
 
 pub use output::{next_folder, write_file};
 
-use crate::link::RunHandle;
+use crate::link::{RunHandle, Settlement};
 use crate::record::{Event, Level, PoseRow, RecordError, Recorder, Summary};
 use crate::scene::Scene;
 use cullet_geometry::Vec3;
-use cullet_proto::JobId;
 use cullet_proto::job::MAX_SUPPORTS;
+use cullet_proto::{FractureJob, JobId};
 use cullet_world::{BodyId, Gate, GateLimits, Hit, Support, World, WorldError};
 use ladder::Ladder;
 use std::collections::{BTreeMap, VecDeque};
@@ -24,6 +24,40 @@ use std::time::Duration;
 
 /// How long the run waits for the pool before it looks at whether it was told to stop.
 const PATIENCE: Duration = Duration::from_millis(50);
+
+/// Where a run has its fracture jobs done.
+pub trait Jobs {
+    /// Wants a job done.
+    fn open(&self, job: &FractureJob) -> JobId;
+    /// The next job to settle, in opening order; `None` if none does within `timeout`.
+    fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)>;
+    /// Jobs that wait and that are worked on.
+    fn load(&self) -> Load;
+}
+
+/// How much a pool has to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Load {
+    /// Jobs that wait for a worker.
+    pub waiting: u64,
+    /// Jobs that a worker holds.
+    pub running: u64,
+}
+
+impl Jobs for RunHandle {
+    fn open(&self, job: &FractureJob) -> JobId {
+        RunHandle::open(self, job)
+    }
+
+    fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
+        RunHandle::settled(self, timeout)
+    }
+
+    fn load(&self) -> Load {
+        let stats = self.stats();
+        Load { waiting: stats.waiting, running: stats.running }
+    }
+}
 
 /// What a run needs beside its scene and its pool.
 #[derive(Clone, Copy, Debug)]
@@ -134,7 +168,7 @@ struct Origin {
 
 struct Run<'a> {
     scene: &'a Scene,
-    pool: &'a RunHandle,
+    pool: &'a dyn Jobs,
     options: &'a RunOptions<'a>,
     news: &'a mut dyn FnMut(&News),
     world: World,
@@ -152,7 +186,7 @@ struct Run<'a> {
 /// keeps its `.partial` name.
 pub fn run(
     scene: &Scene,
-    pool: &RunHandle,
+    pool: &dyn Jobs,
     options: &RunOptions<'_>,
     news: &mut dyn FnMut(&News),
 ) -> Result<Outcome, RunError> {
@@ -376,14 +410,14 @@ impl Run<'_> {
     }
 
     fn tell_position(&mut self) {
-        let stats = self.pool.stats();
+        let load = self.pool.load();
         (self.news)(&News::At(Position {
             time: self.world.time(),
             end: self.scene.world.duration,
             bodies: self.world.len() as u64,
             fractures: self.fractures,
-            waiting: stats.waiting,
-            running: stats.running,
+            waiting: load.waiting,
+            running: load.running,
         }));
     }
 }

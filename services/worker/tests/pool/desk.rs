@@ -1,72 +1,133 @@
-//! A client hands a scene in, follows it and fetches what came of it.
+//! A client hands a scene in, follows it and fetches what came of it, over a real link.
 
-use crate::kit::{config, wait_for};
-use cullet_coordinator::link::client::{Client, submit};
-use cullet_coordinator::link::{Content, LinkError, Pool};
+use crate::kit::config;
+use cullet_coordinator::link::client::{Client, Terms};
+use cullet_coordinator::link::{LinkError, Pool};
+use cullet_coordinator::scene::{Bundle, SceneFile};
+use cullet_coordinator::service::{ServiceConfig, Store, serve};
+use cullet_proto::keys::UserVerb;
+use cullet_proto::service::{MAX_INLINE, Nothing, RunInfo, Runs, State, Which, codes};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
-#[test]
-fn a_scene_goes_in_lines_come_back_and_files_are_fetched() {
-    let pool = Pool::start(config()).expect("a pool on loopback");
-    let desk = pool.submissions();
-    let endpoint = pool.endpoint().to_owned();
-    let mesh: Vec<u8> = (0..3_000_000u32).map(|k| (k * 7 + k / 255) as u8).collect();
-    let files = vec![("scene.toml".into(), b"[world]".to_vec()), ("m/a.obj".into(), mesh)];
-    let sent = files.clone();
-    let overrides = vec!["world.seed=2".to_owned()];
-    let folder = std::env::temp_dir().join(format!("cullet-desk-{}", std::process::id()));
-    let target = folder.clone();
-    let client = std::thread::spawn(move || -> Result<_, LinkError> {
-        let (client, handle) = submit(&endpoint, &sent, &overrides, 7)?;
-        // Handed in again, it is the same one.
-        assert_eq!(client.submit(&sent, &overrides, 7)?, handle);
-        let mut lines = Vec::new();
-        let outcome = client.follow(handle, |line| lines.push(line.to_owned()))?;
-        let written = client.fetch(handle, &outcome, &target)?;
-        Ok((lines, outcome.code, written))
-    });
-    let mut submission = None;
-    wait_for("a submission", || {
-        submission = submission.take().or_else(|| desk.next());
-        submission.is_some()
-    });
-    let submission = submission.expect("a submission");
-    assert_eq!(submission.bundle, files);
-    assert_eq!(submission.overrides, ["world.seed=2"]);
-    let lines: Vec<_> = (0..200).map(|k| format!("line {k}")).collect();
-    for (index, line) in lines.iter().enumerate() {
-        desk.progress(submission.id, line);
-        if index % 50 == 0 {
-            std::thread::sleep(Duration::from_millis(20));
+const SCENE: &str = r#"
+[world]
+duration = 0.02
+[[body]]
+name = "ball"
+shape = { kind = "sphere", radius = 0.1 }
+position = [0.0, 0.0, 1.0]
+material = "glass"
+"#;
+
+fn bundle(extra: usize) -> Bundle {
+    let file = |key: &str, bytes: Vec<u8>| SceneFile { key: key.into(), bytes: bytes.into() };
+    let ballast = (0..extra).map(|k| (k * 7 + k / 255) as u8).collect();
+    let files = vec![file("scene/a.toml", SCENE.into()), file("scene/ballast", ballast)];
+    let (name, main) = ("a".to_owned(), "scene/a.toml".to_owned());
+    Bundle { name, main, overrides: vec!["world.seed=2".to_owned()], files }
+}
+
+fn terms(ticket: &str) -> Terms {
+    Terms { ticket: ticket.into(), ..Terms::default() }
+}
+
+/// A coordinator on a thread of this process; it is told to stop when dropped.
+struct Desk {
+    endpoint: String,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Desk {
+    fn open(state: &Path) -> Self {
+        let store = Store::open(Some(state)).expect("a state folder");
+        let pool = Arc::new(Pool::start(store.pool(config(), 0)).expect("a pool on loopback"));
+        let (endpoint, stop) = (pool.endpoint().to_owned(), Arc::new(AtomicBool::new(false)));
+        let config = ServiceConfig { out: None, runs: 2, stop_after: None, metrics: None };
+        let told = Arc::clone(&stop);
+        let work = move || serve(store, &pool, &config, &told, &mut |_| {}).expect("it serves");
+        Self { endpoint, stop, thread: Some(std::thread::spawn(work)) }
+    }
+
+    fn client(&self) -> Client {
+        Client::connect(&self.endpoint).expect("a client")
+    }
+}
+
+impl Drop for Desk {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let ended = thread.join();
+            assert!(ended.is_ok() || std::thread::panicking(), "the service panicked");
         }
     }
-    let source = std::env::temp_dir().join(format!("cullet-desk-{}.mcap", std::process::id()));
-    let recording: Vec<u8> = (0..2_500_000u32).map(|k| (k ^ (k >> 9)) as u8).collect();
-    std::fs::write(&source, &recording).expect("a file to serve");
-    let result = vec![
-        ("run.mcap".to_owned(), Content::Path(source.clone())),
-        ("summary.json".to_owned(), Content::Bytes(b"{}".to_vec())),
-        ("empty".to_owned(), Content::Bytes(Vec::new())),
-    ];
-    desk.finish(submission.id, result, 3);
-    let (seen, code, written) = client.join().expect("no panic").expect("a whole exchange");
-    assert_eq!((seen, code, written.len()), (lines, 3, 3));
-    assert_eq!(std::fs::read(folder.join("run.mcap")).expect("fetched"), recording);
-    assert_eq!(std::fs::read(folder.join("summary.json")).expect("fetched"), b"{}");
-    assert!(desk.next().is_none());
-    std::fs::remove_dir_all(folder).expect("our own folder");
-    std::fs::remove_file(source).expect("our own file");
 }
 
 #[test]
-fn paths_out_of_the_folder_and_unknown_numbers_are_refused() {
-    let pool = Pool::start(config()).expect("a pool on loopback");
-    let client = Client::connect(pool.endpoint()).expect("a client");
-    let evil = vec![("../evil".to_owned(), Vec::new())];
-    assert!(matches!(client.submit(&evil, &[], 1), Err(LinkError::Path { .. })));
-    let handle = cullet_coordinator::link::client::Handle { id: 99 };
-    let unknown = client.follow(handle, |_| {});
-    assert!(matches!(unknown, Err(LinkError::Forgotten { id: 99, .. })), "{unknown:?}");
+fn a_scene_goes_in_lines_come_back_files_are_fetched_and_a_restart_forgets_nothing() {
+    let state = tempfile::tempdir().expect("a folder");
+    let desk = Desk::open(state.path());
+    let client = desk.client();
+    // In one message, and in pieces.
+    for (ticket, extra) in [("small", 10), ("large", 3 * MAX_INLINE)] {
+        let run = client.submit(&bundle(extra), &terms(ticket)).expect("it is taken");
+        let again = client.submit(&bundle(extra), &terms(ticket)).expect("it is taken");
+        assert_eq!(again, run, "handed in again, it is the same one");
+        let mut from = 0;
+        let info = client.follow(run, 0, |news| from = news.next).expect("it ends");
+        assert_eq!((info.state, info.code), (State::Done, Some(codes::DONE)), "{info:?}");
+        assert_eq!((info.name.as_str(), info.overrides.len()), ("a", 1));
+        let target = state.path().join(format!("fetched-{ticket}"));
+        let written = client.fetch(&info, &target).expect("it is fetched");
+        assert!(written.contains(&target.join("run.mcap")), "{written:?}");
+        client.enough(run);
+    }
+    let before: Runs = client.question(UserVerb::Runs, &Nothing {}).expect("an answer");
+    assert_eq!(before.runs.len(), 2);
+    drop(client);
+    drop(desk);
+    let desk = Desk::open(state.path());
+    let client = desk.client();
+    let after: Runs = client.question(UserVerb::Runs, &Nothing {}).expect("an answer");
+    let plain = |runs: &Runs| -> Vec<_> {
+        let row = |run: &RunInfo| (run.run, run.state, run.files.clone(), run.ended_ms);
+        runs.runs.iter().map(row).collect()
+    };
+    assert_eq!(plain(&after), plain(&before));
+    let again = client.submit(&bundle(10), &terms("small")).expect("it is taken");
+    assert_eq!(again, 1, "the same ticket is the same run after a restart too");
+    client.enough(again);
+}
+
+#[test]
+fn what_may_not_be_and_what_is_not_there_is_refused() {
+    let state = tempfile::tempdir().expect("a folder");
+    let desk = Desk::open(state.path());
+    let client = desk.client();
+    let evil = Bundle { name: "../evil".into(), ..bundle(1) };
+    let said = client.submit(&evil, &terms("e"));
+    assert!(matches!(said, Err(LinkError::Path { .. })), "{said:?}");
+    let rude = Terms { priority: 1000, ..terms("p") };
+    let said = client.submit(&bundle(1), &rude);
+    assert!(matches!(&said, Err(LinkError::Refused(why)) if why.contains("priority")), "{said:?}");
+    assert!(matches!(client.follow(99, 0, |_| {}), Err(LinkError::Unknown(_))));
+    for verb in [UserVerb::Cancel, UserVerb::Pause, UserVerb::Resume, UserVerb::Retry] {
+        let said = client.question::<_, RunInfo>(verb, &Which { run: 99 });
+        assert!(matches!(&said, Err(LinkError::Unknown(why)) if why.contains("99")), "{said:?}");
+    }
+    // A scene that does not load fails, and says why; the next one runs.
+    let mut bad = bundle(1);
+    bad.overrides = vec!["world.seeed=2".into()];
+    let run = client.submit(&bad, &terms("bad")).expect("it is taken");
+    let info = client.follow(run, 0, |_| {}).expect("it ends");
+    assert_eq!((info.state, info.code), (State::Failed, Some(codes::USAGE)), "{info:?}");
+    assert!(info.text.contains("seeed"), "{info:?}");
+    client.enough(run);
 }
 
 #[test]
@@ -74,8 +135,9 @@ fn a_client_of_nobody_is_told_so() {
     let probe = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let endpoint = format!("tcp/{}", probe.local_addr().expect("an address"));
     drop(probe);
-    let client = Client::connect(&endpoint).and_then(|c| c.with("main", Duration::from_secs(1)));
-    let said = client.and_then(|c| c.submit(&[("a".into(), vec![1])], &[], 1));
+    let patient = |client: Client| client.with("main", "user", Duration::from_secs(1));
+    let client = Client::connect(&endpoint).and_then(patient);
+    let said = client.and_then(|client| client.submit(&bundle(1), &terms("t")));
     let silent = matches!(&said, Err(LinkError::Silent { .. } | LinkError::Connect { .. }));
     assert!(silent, "{said:?}");
 }

@@ -7,9 +7,9 @@ use cullet_coordinator::scene::specimen;
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3, shapes};
 use cullet_proto::chunks::{self, Assembly, CHUNK};
 use cullet_proto::envelope::{self, PREFIX};
-use cullet_proto::ids::digest;
 use cullet_proto::keys::{parse_live, parse_rpc};
-use cullet_proto::pool::{self, FileEntry, State};
+use cullet_proto::pool;
+use cullet_proto::service::{self, BundleFile, BundleTable};
 use cullet_proto::specimen::{Ending, Frame, SpecimenJob, SpecimenResult};
 use cullet_proto::strength::{Region, Strength, Stroke};
 use cullet_proto::{
@@ -179,20 +179,50 @@ fn read_all(bytes: &[u8]) {
     ask::<pool::Commit>(bytes);
     ask::<pool::Fail>(bytes);
     ask::<pool::Bye>(bytes);
-    ask::<pool::Submit>(bytes);
-    ask::<pool::Status>(bytes);
-    ask::<pool::FetchFile>(bytes);
-    ask::<pool::Enough>(bytes);
     answer::<pool::PollAnswer>(bytes);
     answer::<pool::FetchAnswer>(bytes);
     answer::<pool::RenewAnswer>(bytes);
     answer::<pool::ChunkAnswer>(bytes);
     answer::<pool::CommitAnswer>(bytes);
-    answer::<pool::SubmitAnswer>(bytes);
-    answer::<pool::StatusAnswer>(bytes);
     answer::<pool::Noted>(bytes);
     let _refusal = in_words(pool::read_refusal(bytes));
-    let _table = in_words(envelope::open::<Vec<FileEntry>>(envelope::Kind::Bundle, bytes));
+}
+
+/// Reads a message as every kind of question of people and programs, and as a bundle's table.
+fn read_json(bytes: &[u8]) {
+    fn json<T: DeserializeOwned>(bytes: &[u8]) {
+        let _read = in_words(service::open::<T>(bytes).map(|_| ()));
+    }
+    json::<service::Submit>(bytes);
+    json::<service::Piece>(bytes);
+    json::<service::Which>(bytes);
+    json::<service::Follow>(bytes);
+    json::<service::Fetch>(bytes);
+    json::<service::Drain>(bytes);
+    json::<service::News>(bytes);
+    json::<service::Runs>(bytes);
+    json::<BundleTable>(bytes);
+}
+
+#[test]
+fn questions_in_json() {
+    let submit = service::Submit {
+        ticket: "t".into(),
+        overrides: vec!["world.seed=1".into()],
+        digest: Some(service::hex_of(&[7; 32])),
+        ..service::Submit::default()
+    };
+    let file = BundleFile { key: "scene/a.toml".into(), length: 5 };
+    let (name, main) = ("a".into(), "scene/a.toml".into());
+    let table = BundleTable { name, main, files: vec![file] };
+    let follow = service::Follow { run: 7, from: 3, wait_ms: 100 };
+    let samples: Vec<Vec<u8>> =
+        [service::seal(&submit, b""), service::seal(&table, b"hello"), service::seal(&follow, b"")]
+            .into_iter()
+            .flatten()
+            .collect();
+    assert_eq!(samples.len(), 3);
+    hold(&samples, |_, bytes| read_json(bytes));
 }
 
 #[test]
@@ -203,23 +233,14 @@ fn messages() {
         pool::Commit { session, job, epoch, digest: [9; 32], length: 77, next: Some(poll) };
     let trouble = pool::Trouble::Crashed;
     let fail = pool::Fail { session, job, epoch, trouble, text: "it died".into() };
-    let overrides = vec!["world.seed=1".into(), "a=b".into()];
-    let submit = pool::Submit { ticket: 7, digest: [4; 32], length: 100, overrides };
-    let entry = FileEntry { path: "a/b.toml".into(), length: 5, digest: digest(b"hello") };
-    let state = State::Over { code: 0, files: vec![entry.clone(), entry.clone()] };
-    let status = pool::StatusAnswer { state, lines: vec!["a line".into(); 3] };
     let missing = pool::CommitAnswer::Missing(vec![1, 2, 3]);
     let refusal = pool::Refusal::TooLarge { bytes: 9, limit: 8 };
-    let bundle = envelope::seal(envelope::Kind::Bundle, &vec![entry], b"hello");
     let sealed = [
         pool::ask(&poll, &[]),
         pool::ask(&commit, &[]),
         pool::ask(&fail, &[]),
-        pool::ask(&submit, &[]),
-        pool::answer(&status, &[]),
         pool::answer(&missing, &[]),
         Ok(pool::refuse(&refusal)),
-        bundle,
     ];
     let seeds = sealed.map(|bytes| bytes.expect("it fits"));
     hold(&seeds, |_, bytes| read_all(bytes));

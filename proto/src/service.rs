@@ -1,0 +1,501 @@
+//! Questions of people and programs to a coordinator, and its answers: JSON, so that any language
+//! can ask them. `docs/protocol.md` says it for those who do not read Rust.
+//!
+//! A message is one line of JSON; behind the line's end come bulk bytes, if there are any.
+
+use crate::codec::{WireError, limit};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// Most bytes of the line of JSON of one message.
+pub const MAX_LINE: usize = 4 << 20;
+/// Most bytes of a bundle that may come with its [`Submit`]; a larger one is sent in pieces first.
+pub const MAX_INLINE: usize = 1 << 20;
+/// Longest time that a [`Follow`] waits for news \[ms\].
+pub const MAX_WAIT_MS: u64 = 5_000;
+/// Most lines in one answer to a [`Follow`].
+pub const MAX_LINES: usize = 256;
+/// Longest ticket, and longest name of a sweep \[bytes\].
+pub const MAX_TICKET: usize = 64;
+/// Priorities are from minus this to this.
+pub const MAX_PRIORITY: i32 = 100;
+
+/// How a run ends, as the exit code of `cullet run` and of `cullet wait`.
+pub mod codes {
+    /// It is done.
+    pub const DONE: u8 = 0;
+    /// It could not go on.
+    pub const FAILED: u8 = 2;
+    /// It is done, and an expectation of the scene does not hold.
+    pub const UNMET: u8 = 3;
+    /// It is done, and a picture could not be drawn.
+    pub const UNPICTURED: u8 = 4;
+    /// Somebody did not want it any more.
+    pub const CANCELLED: u8 = 5;
+    /// A job of it was given up by the pool.
+    pub const STALLED: u8 = 6;
+    /// The scene, the arguments or the meshes are wrong.
+    pub const USAGE: u8 = 64;
+    /// No coordinator answers.
+    pub const UNREACHABLE: u8 = 69;
+    /// A file could not be read or written.
+    pub const FILE: u8 = 74;
+    /// It was interrupted.
+    pub const INTERRUPTED: u8 = 130;
+}
+
+/// Where a run stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// It waits for its turn.
+    Queued,
+    /// It goes on.
+    Running,
+    /// It waits until somebody says `resume`.
+    Paused,
+    /// It came to its end.
+    Done,
+    /// It could not go on.
+    Failed,
+    /// A job of it was given up by the pool; `retry` puts it back into the queue.
+    Stalled,
+    /// Somebody did not want it any more.
+    Cancelled,
+}
+
+impl State {
+    /// Whether nothing more happens to it by itself, nor after `resume`.
+    #[must_use]
+    pub fn is_over(self) -> bool {
+        match self {
+            Self::Done | Self::Failed | Self::Stalled | Self::Cancelled => true,
+            Self::Queued | Self::Running | Self::Paused => false,
+        }
+    }
+
+    /// Its word, as in JSON.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Queued => "queued",
+            Self::Running => "running",
+            Self::Paused => "paused",
+            Self::Done => "done",
+            Self::Failed => "failed",
+            Self::Stalled => "stalled",
+            Self::Cancelled => "cancelled",
+        }
+    }
+}
+
+/// A piece of a bundle that is too large for its [`Submit`]; the piece is the bulk.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Piece {
+    /// The blake3 digest of the whole bundle, in hex.
+    pub digest: String,
+    /// Bytes of the whole bundle.
+    pub length: u64,
+    /// Which piece: bytes from `index` MiB on.
+    pub index: u32,
+    /// The piece's CRC-32C; without one only the whole is checked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sum: Option<u32>,
+}
+
+/// The answer to a [`Piece`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "piece", rename_all = "lowercase")]
+pub enum PieceAnswer {
+    /// It is here.
+    Have,
+    /// It was damaged on the way: send it again.
+    Damaged,
+    /// There is no room now: try later.
+    Busy,
+}
+
+/// A scene to run. Without `digest` the bundle is the bulk.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Submit {
+    /// The sender's own name for it: the same ticket of the same user is the same run.
+    pub ticket: String,
+    /// Higher ones go first.
+    #[serde(default)]
+    pub priority: i32,
+    /// `path=value` over the scene's own.
+    #[serde(default)]
+    pub overrides: Vec<String>,
+    /// The sweep that it belongs to.
+    #[serde(default)]
+    pub sweep: String,
+    /// The blake3 digest, in hex, of a bundle that came in pieces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub digest: Option<String>,
+    /// Its bytes.
+    #[serde(default)]
+    pub length: u64,
+}
+
+/// The answer to a [`Submit`].
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "submit", rename_all = "lowercase")]
+pub enum SubmitAnswer {
+    /// It is kept, under this number.
+    Accepted {
+        /// The number.
+        run: u64,
+    },
+    /// These pieces are not here (perhaps more).
+    Missing {
+        /// Which.
+        pieces: Vec<u32>,
+    },
+    /// The bundle does not match its digest: send all of it again.
+    Damaged,
+    /// The queue is full: try later.
+    Busy,
+}
+
+/// What is in a bundle: the line of JSON in front of the bytes of its files, one after another.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BundleTable {
+    /// What the scene is called: part of a folder's name.
+    pub name: String,
+    /// The key of the scene file.
+    pub main: String,
+    /// Every file.
+    pub files: Vec<BundleFile>,
+}
+
+/// A file of a bundle.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BundleFile {
+    /// What the scene calls it.
+    pub key: String,
+    /// Its bytes.
+    pub length: u64,
+}
+
+/// Which run. Asked with `run`, `cancel`, `pause`, `resume`, `retry` and `bye`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Which {
+    /// Its number.
+    pub run: u64,
+}
+
+/// How a run goes on: answered as soon as there is news, or after `wait_ms`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Follow {
+    /// Its number.
+    pub run: u64,
+    /// The first line not yet seen.
+    #[serde(default)]
+    pub from: u64,
+    /// Longest wait \[ms\], at most [`MAX_WAIT_MS`].
+    #[serde(default)]
+    pub wait_ms: u64,
+}
+
+/// The answer to a [`Follow`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct News {
+    /// The run.
+    pub run: RunInfo,
+    /// Lines from the one asked for on.
+    pub lines: Vec<String>,
+    /// What to ask for next.
+    pub next: u64,
+    /// There is nothing after `next`, and nothing more will come unless the run is taken up again.
+    pub end: bool,
+    /// The coordinator is about to end; a run that is not over goes on when it is back.
+    pub leaving: bool,
+}
+
+/// A run, as its coordinator knows it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunInfo {
+    /// Its number.
+    pub run: u64,
+    /// The scene's name.
+    pub name: String,
+    /// Whose it is.
+    pub user: String,
+    /// The sweep that it belongs to; empty without one.
+    pub sweep: String,
+    /// `path=value` over the scene's own.
+    pub overrides: Vec<String>,
+    /// Where it stands.
+    pub state: State,
+    /// Its priority.
+    pub priority: i32,
+    /// How often it was started.
+    pub attempt: u32,
+    /// As `cullet run` would have ended, once it is over.
+    pub code: Option<u8>,
+    /// Why it is not done, if it is over and is not.
+    pub text: String,
+    /// When it was handed in \[ms since 1970\].
+    pub submitted_ms: u64,
+    /// When it was last started \[ms since 1970\].
+    pub started_ms: Option<u64>,
+    /// When it ended \[ms since 1970\].
+    pub ended_ms: Option<u64>,
+    /// What can be fetched, once it is over.
+    pub files: Vec<FileInfo>,
+    /// How far it is, while it runs.
+    pub position: Option<Position>,
+    /// Its fracture jobs, of the attempt at hand.
+    pub jobs: JobCounts,
+}
+
+/// A file to fetch.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FileInfo {
+    /// Its name.
+    pub name: String,
+    /// Its bytes.
+    pub length: u64,
+    /// Their blake3 digest, in hex.
+    pub digest: String,
+}
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Position {
+    /// Simulated time \[s\].
+    pub time: f64,
+    /// Simulated time at which it ends \[s\].
+    pub end: f64,
+    /// Bodies in the world.
+    pub bodies: u64,
+    /// Fractures so far.
+    pub fractures: u64,
+}
+
+/// Fracture jobs of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct JobCounts {
+    /// Wanted so far.
+    pub opened: u64,
+    /// Of these, over.
+    pub settled: u64,
+    /// Of these, answered from what an earlier attempt had kept, or from the pool's cache.
+    pub kept: u64,
+    /// Attempts beyond a job's first.
+    pub resent: u64,
+}
+
+/// A question that needs no words: `about`, `runs` and `workers`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Nothing {}
+
+/// The answer to `runs`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Runs {
+    /// Every run that is remembered, by number.
+    pub runs: Vec<RunInfo>,
+}
+
+/// A piece of a file of a run that is over.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fetch {
+    /// Of which run.
+    pub run: u64,
+    /// Which file.
+    pub file: String,
+    /// Which piece: bytes from `index` MiB on.
+    pub index: u32,
+}
+
+/// The answer to a [`Fetch`]; the piece is the bulk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fetched {
+    /// The piece's CRC-32C.
+    pub sum: u32,
+}
+
+/// The answer to `workers`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Workers {
+    /// Every worker that is known, by name.
+    pub workers: Vec<WorkerInfo>,
+}
+
+/// A worker.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WorkerInfo {
+    /// Its name.
+    pub name: String,
+    /// One life of its process, in hex.
+    pub session: String,
+    /// Whether its link is up.
+    pub up: bool,
+    /// Whether it gets no more jobs.
+    pub drained: bool,
+    /// Threads that it gives a job.
+    pub threads: u32,
+    /// Jobs that it holds, in hex.
+    pub jobs: Vec<String>,
+    /// Results of it that count.
+    pub done: u64,
+}
+
+/// Which worker gets no more jobs.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Drain {
+    /// Its name.
+    pub worker: String,
+}
+
+/// The answer to a [`Drain`] and to `bye`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Noted {
+    /// Always true.
+    pub noted: bool,
+}
+
+/// The answer to `about`: what a coordinator is and has.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct About {
+    /// Its version.
+    pub version: String,
+    /// The generation of the wire that it speaks.
+    pub wire: u16,
+    /// Its clock \[ms since 1970\].
+    pub now_ms: u64,
+    /// How long it has been there \[ms\].
+    pub up_ms: u64,
+    /// Its cores.
+    pub cores: u32,
+    /// Runs that it runs at once.
+    pub runs_at_once: u32,
+    /// Where it keeps its state; empty if it forgets everything when it ends.
+    pub state: String,
+    /// Bytes that may still be written there, if it can tell.
+    pub free_bytes: Option<u64>,
+    /// Workers whose link is up.
+    pub workers: u64,
+    /// Runs that wait.
+    pub queued: u64,
+    /// Runs that go on.
+    pub running: u64,
+}
+
+/// Why a question was not answered: the error reply's line.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Refused {
+    /// In words.
+    pub error: String,
+    /// Whether what was named is not there.
+    #[serde(default)]
+    pub unknown: bool,
+}
+
+/// The bytes of a message.
+///
+/// # Errors
+/// [`WireError::Header`] if it cannot be written, [`WireError::Limit`] over [`MAX_LINE`].
+pub fn seal<T: Serialize>(head: &T, bulk: &[u8]) -> Result<Vec<u8>, WireError> {
+    let mut out = serde_json::to_vec(head).map_err(|e| WireError::Header(e.to_string()))?;
+    limit("a line of JSON", out.len() as u64, MAX_LINE as u64)?;
+    out.reserve_exact(bulk.len() + 1);
+    if !bulk.is_empty() {
+        out.push(b'\n');
+        out.extend_from_slice(bulk);
+    }
+    Ok(out)
+}
+
+/// The head and the bulk of a message; no bytes at all are an empty head.
+///
+/// # Errors
+/// [`WireError::Limit`] over [`MAX_LINE`], [`WireError::Header`] with what is wrong with the line.
+pub fn open<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, &[u8]), WireError> {
+    let end = bytes.iter().position(|byte| *byte == b'\n').unwrap_or(bytes.len());
+    limit("a line of JSON", end as u64, MAX_LINE as u64)?;
+    let line = if end == 0 { b"{}" } else { &bytes[..end] };
+    let head = serde_json::from_slice(line).map_err(|e| WireError::Header(e.to_string()))?;
+    Ok((head, bytes.get(end + 1..).unwrap_or_default()))
+}
+
+/// The digest in this text.
+///
+/// # Errors
+/// [`WireError::Header`] where there are not 64 hex digits.
+pub fn digest_of(hex: &str) -> Result<[u8; 32], WireError> {
+    let wrong = || WireError::Header("a digest is 64 hex digits".to_owned());
+    let mut out = [0; 32];
+    if hex.len() != 64 || !hex.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+        return Err(wrong());
+    }
+    for (index, byte) in out.iter_mut().enumerate() {
+        *byte = u8::from_str_radix(&hex[2 * index..2 * index + 2], 16).map_err(|_| wrong())?;
+    }
+    Ok(out)
+}
+
+/// The text of a digest.
+#[must_use]
+pub fn hex_of(digest: &[u8; 32]) -> String {
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_are_the_text_that_the_protocol_page_shows() -> Result<(), WireError> {
+        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+        let piece = Piece { digest: "00".repeat(32), length: 5, index: 0, sum: None };
+        let zeros = "00".repeat(32);
+        let line = format!(r#"{{"digest":"{zeros}","length":5,"index":0}}"#);
+        assert_eq!(text(seal(&piece, b"a\nbcd")?), format!("{line}\na\nbcd"));
+        assert_eq!(text(seal(&PieceAnswer::Have, b"")?), r#"{"piece":"have"}"#);
+        let missing = SubmitAnswer::Missing { pieces: vec![1, 2] };
+        assert_eq!(text(seal(&missing, b"")?), r#"{"submit":"missing","pieces":[1,2]}"#);
+        let accepted = SubmitAnswer::Accepted { run: 7 };
+        assert_eq!(text(seal(&accepted, b"")?), r#"{"submit":"accepted","run":7}"#);
+        assert_eq!(text(seal(&State::Stalled, b"")?), r#""stalled""#);
+        let submit: Submit = open(br#"{"ticket":"a"}"#)?.0;
+        assert_eq!(submit, Submit { ticket: "a".into(), ..Submit::default() });
+        Ok(())
+    }
+
+    #[test]
+    fn bulk_comes_back_and_what_is_not_understood_is_refused() -> Result<(), WireError> {
+        let which = Which { run: 3 };
+        for bulk in [&b""[..], b"\n", b"x\ny"] {
+            assert_eq!(open::<Which>(&seal(&which, bulk)?)?, (which, bulk));
+        }
+        assert!(matches!(open::<Which>(b"{"), Err(WireError::Header(_))));
+        assert!(matches!(open::<Which>(b""), Err(WireError::Header(_))));
+        assert!(matches!(open::<Which>(br#"{"run":1,"x":2}"#), Err(WireError::Header(_))));
+        let long = vec![b' '; MAX_LINE + 1];
+        assert!(matches!(open::<Which>(&long), Err(WireError::Limit { .. })));
+        let digest = [0xab; 32];
+        assert_eq!(digest_of(&hex_of(&digest))?, digest);
+        for bad in ["", "ab", &"g".repeat(64), &"é".repeat(32)] {
+            assert!(digest_of(bad).is_err(), "{bad}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn words_are_those_of_json() -> Result<(), Box<dyn std::error::Error>> {
+        use State::{Cancelled, Done, Failed, Paused, Queued, Running, Stalled};
+        for state in [Queued, Running, Paused, Done, Failed, Stalled, Cancelled] {
+            assert_eq!(serde_json::to_string(&state)?, format!("{:?}", state.word()));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,97 @@
+//! The workers that are known, for whoever asks about them. Decides nothing.
+
+use cullet_dispatch::Worker;
+use cullet_proto::service::WorkerInfo;
+use cullet_proto::{JobId, SessionId, WorkerId};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Lives of workers remembered; beyond it those whose link is down are forgotten.
+const MAX_KNOWN: usize = 4_096;
+
+#[derive(Debug, Default)]
+struct Row {
+    name: String,
+    threads: u32,
+    drained: bool,
+    jobs: BTreeSet<JobId>,
+    done: u64,
+}
+
+/// What has been seen of each life of each worker.
+#[derive(Debug, Default)]
+pub(super) struct Roster {
+    rows: BTreeMap<Worker, Row>,
+    shown: Arc<Mutex<Vec<WorkerInfo>>>,
+    stale: bool,
+}
+
+impl Roster {
+    /// What was published last.
+    pub(super) fn handle(&self) -> Arc<Mutex<Vec<WorkerInfo>>> {
+        Arc::clone(&self.shown)
+    }
+
+    fn row(&mut self, worker: Worker) -> &mut Row {
+        self.stale = true;
+        self.rows.entry(worker).or_default()
+    }
+
+    pub(super) fn polled(&mut self, worker: Worker, name: &WorkerId, threads: u32) {
+        if self.rows.get(&worker).is_none_or(|row| row.threads != threads) {
+            let row = self.row(worker);
+            row.name = name.to_string();
+            row.threads = threads;
+        }
+    }
+
+    pub(super) fn took(&mut self, worker: Worker, job: JobId) {
+        self.row(worker).jobs.insert(job);
+    }
+
+    pub(super) fn left(&mut self, worker: Worker, job: JobId) {
+        if let Some(row) = self.rows.get_mut(&worker) {
+            self.stale |= row.jobs.remove(&job);
+        }
+    }
+
+    pub(super) fn done(&mut self, worker: Worker) {
+        self.row(worker).done += 1;
+    }
+
+    pub(super) fn drained(&mut self, worker: Worker) {
+        self.row(worker).drained = true;
+    }
+
+    /// Its process has ended.
+    pub(super) fn gone(&mut self, worker: Worker) {
+        self.stale |= self.rows.remove(&worker).is_some();
+    }
+
+    /// A link came or went.
+    pub(super) fn changed(&mut self) {
+        self.stale = true;
+    }
+
+    /// Shows what has changed; `up`: lives whose link is up.
+    pub(super) fn publish(&mut self, up: &BTreeSet<SessionId>) {
+        if !std::mem::take(&mut self.stale) {
+            return;
+        }
+        if self.rows.len() > MAX_KNOWN {
+            self.rows.retain(|worker, _| up.contains(&SessionId(worker.0)));
+        }
+        let info = |(worker, row): (&Worker, &Row)| WorkerInfo {
+            name: row.name.clone(),
+            session: SessionId(worker.0).to_string(),
+            up: up.contains(&SessionId(worker.0)),
+            drained: row.drained,
+            threads: row.threads,
+            jobs: row.jobs.iter().map(ToString::to_string).collect(),
+            done: row.done,
+        };
+        let mut infos: Vec<WorkerInfo> = self.rows.iter().map(info).collect();
+        infos.sort_by(|a, b| (&a.name, &a.session).cmp(&(&b.name, &b.session)));
+        *self.shown.lock().unwrap_or_else(PoisonError::into_inner) = infos;
+    }
+}

@@ -1,0 +1,185 @@
+//! The door for people and programs: their questions wait here for whoever answers them.
+
+use super::bulk::{Bulk, refuse, reply};
+use super::inbox::{Blob, Inbox};
+use super::{LinkError, Pool};
+use cullet_proto::keys::{self, UserVerb, Verb, parse_rpc};
+use cullet_proto::pool::{Chunk, ChunkAnswer};
+use cullet_proto::service::{self, MAX_LINE, Piece, PieceAnswer, Refused};
+use cullet_proto::{WireError, WorkerId, chunks};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::time::Duration;
+use zenoh::Wait;
+use zenoh::query::Query;
+
+/// Questions that may wait; beyond it they are dropped, and asked again.
+const QUEUE: usize = 512;
+/// Largest question \[bytes\]: a piece and its line.
+const MAX_QUESTION: usize = chunks::CHUNK + MAX_LINE + 1;
+
+/// The door of one coordinator.
+pub struct Door {
+    queue: Receiver<Query>,
+    inbox: Inbox,
+    bulk: Arc<Bulk>,
+    queryable: Option<zenoh::query::Queryable<()>>,
+}
+
+/// A question that waits for its answer.
+pub struct Asked {
+    query: Query,
+    bulk: Arc<Bulk>,
+    bytes: Vec<u8>,
+    /// Who asks.
+    pub user: WorkerId,
+    /// What for.
+    pub verb: UserVerb,
+}
+
+/// What there is of a bundle that came in pieces.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Parcel {
+    /// All of it.
+    Whole(Vec<u8>),
+    /// Not these pieces (perhaps more).
+    Missing(Vec<u32>),
+    /// All of it, but it does not match its digest: thrown away.
+    Damaged,
+}
+
+impl Door {
+    /// Opens the door of this pool's coordinator.
+    ///
+    /// # Errors
+    /// [`LinkError::Listen`] if the transport does not take it, [`LinkError::Thread`].
+    pub fn open(pool: &Pool) -> Result<Self, LinkError> {
+        let (inputs, queue) = sync_channel(QUEUE);
+        let failed = |e: zenoh::Error| LinkError::Listen {
+            endpoint: pool.endpoint().to_owned(),
+            text: cullet_proto::transport::plain(&e.to_string()),
+        };
+        let queryable = pool
+            .session()
+            .declare_queryable(keys::user_rpcs(pool.name()))
+            .callback(move |query| {
+                if inputs.try_send(query).is_err() {
+                    tracing::warn!("too many questions wait: one dropped");
+                }
+            })
+            .wait()
+            .map_err(failed)?;
+        let bulk = Arc::new(Bulk::start()?);
+        Ok(Self { queue, inbox: Inbox::default(), bulk, queryable: Some(queryable) })
+    }
+
+    /// The next question that can be read, within `timeout`. What cannot be read is refused here,
+    /// and pieces of bundles are put aside.
+    pub fn next(&mut self, timeout: Duration) -> Option<Asked> {
+        let query = self.queue.recv_timeout(timeout).ok()?;
+        let bytes = query.payload().map(|payload| payload.to_bytes().into_owned());
+        let bytes = bytes.unwrap_or_default();
+        let bulk = Arc::clone(&self.bulk);
+        let key = query.key_expr().as_str().to_owned();
+        let Some(Verb::User(user, verb)) = parse_rpc(&key) else {
+            deny(&query, "no such question", false);
+            return None;
+        };
+        if bytes.len() > MAX_QUESTION {
+            let text = format!("a question of {} bytes; the limit is {MAX_QUESTION}", bytes.len());
+            deny(&query, &text, false);
+            return None;
+        }
+        let asked = Asked { query, bulk, bytes, user, verb };
+        if verb != UserVerb::Piece {
+            return Some(asked);
+        }
+        match asked.read::<Piece>().and_then(|(piece, bytes)| self.piece(&piece, bytes)) {
+            Ok(said) => asked.answer(&said),
+            Err(error) => asked.refuse(error),
+        }
+        None
+    }
+
+    fn piece(&mut self, piece: &Piece, bytes: &[u8]) -> Result<PieceAnswer, WireError> {
+        let sum = piece.sum.unwrap_or_else(|| chunks::sum(bytes));
+        let digest = service::digest_of(&piece.digest)?;
+        let chunk = Chunk { digest, length: piece.length, index: piece.index, sum };
+        Ok(match self.inbox.put(&chunk, bytes)? {
+            ChunkAnswer::Have => PieceAnswer::Have,
+            ChunkAnswer::Damaged => PieceAnswer::Damaged,
+            ChunkAnswer::Busy => PieceAnswer::Busy,
+        })
+    }
+
+    /// Takes a bundle out that came in pieces.
+    ///
+    /// # Errors
+    /// A length over the limit.
+    pub fn take(&mut self, digest: &[u8; 32], length: u64) -> Result<Parcel, WireError> {
+        Ok(match self.inbox.take(digest, length)? {
+            Blob::Whole(bytes) => Parcel::Whole(bytes),
+            Blob::Missing(pieces) => Parcel::Missing(pieces),
+            Blob::Damaged => Parcel::Damaged,
+        })
+    }
+
+    /// Forgets bundles that nobody adds to.
+    pub fn sweep(&mut self) {
+        self.inbox.sweep();
+    }
+}
+
+impl Drop for Door {
+    fn drop(&mut self) {
+        if let Some(queryable) = self.queryable.take()
+            && let Err(error) = queryable.undeclare().wait()
+        {
+            tracing::debug!("closing the door: {error}");
+        }
+    }
+}
+
+impl Asked {
+    /// The question and its bulk.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read<T: DeserializeOwned>(&self) -> Result<(T, &[u8]), WireError> {
+        service::open(&self.bytes)
+    }
+
+    /// Answers.
+    pub fn answer<T: Serialize>(&self, said: &T) {
+        match service::seal(said, &[]) {
+            Ok(bytes) => reply(&self.query, bytes),
+            Err(error) => self.refuse(error),
+        }
+    }
+
+    /// Answers with bulk.
+    pub fn answer_bulk<T: Serialize>(&self, said: &T, bulk: &[u8]) {
+        match service::seal(said, bulk) {
+            Ok(bytes) => self.bulk.send(self.query.clone(), bytes),
+            Err(error) => self.refuse(error),
+        }
+    }
+
+    /// Says why there is no answer.
+    pub fn refuse(&self, why: impl std::fmt::Display) {
+        deny(&self.query, &why.to_string(), false);
+    }
+
+    /// Says that what was named is not there.
+    pub fn unknown(&self, what: impl std::fmt::Display) {
+        deny(&self.query, &what.to_string(), true);
+    }
+}
+
+fn deny(query: &Query, why: &str, unknown: bool) {
+    tracing::info!("{}: {why}", query.key_expr());
+    let error = cullet_proto::verdict::cut(why);
+    refuse(query, service::seal(&Refused { error, unknown }, &[]).unwrap_or_default());
+}

@@ -1,0 +1,311 @@
+//! Questions of people and programs, and what they are told.
+
+use super::board::{End, Entry, Event, No, Order};
+use super::{Service, ServiceError, unix_ms};
+use crate::link::bundle;
+use crate::link::users::{Asked, Parcel};
+use cullet_proto::codec::WireError;
+use cullet_proto::envelope;
+use cullet_proto::keys::UserVerb;
+use cullet_proto::service::{About, Drain, Fetch, Fetched, Follow, MAX_TICKET, MAX_WAIT_MS};
+use cullet_proto::service::{News, Noted, RunInfo, Runs, State, Submit, SubmitAnswer, Which};
+use cullet_proto::service::{WorkerInfo, Workers, codes, digest_of};
+use cullet_proto::{WorkerId, chunks};
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Clients that may wait for news at one time; the oldest is answered at once beyond it.
+const MAX_WATCHERS: usize = 1_024;
+/// Most `path=value` arguments, and most bytes of one.
+const MAX_OVERRIDES: usize = 1_024;
+const MAX_OVERRIDE: usize = 4_096;
+
+/// A client that waits for news.
+pub(super) struct Watcher {
+    asked: Asked,
+    follow: Follow,
+    until: Instant,
+}
+
+/// Why a question has no answer.
+enum Trouble {
+    Unknown(String),
+    Wrong(String),
+}
+
+impl From<No> for Trouble {
+    fn from(no: No) -> Self {
+        match no {
+            No::Unknown(_) => Self::Unknown(no.to_string()),
+            No::State { .. } | No::Full | No::Priority => Self::Wrong(no.to_string()),
+        }
+    }
+}
+
+impl From<WireError> for Trouble {
+    fn from(error: WireError) -> Self {
+        Self::Wrong(error.to_string())
+    }
+}
+
+impl From<ServiceError> for Trouble {
+    fn from(error: ServiceError) -> Self {
+        Self::Wrong(error.to_string())
+    }
+}
+
+impl Service<'_> {
+    /// Answers a question, or keeps it until there is news.
+    pub(super) fn answer(&mut self, asked: Asked) {
+        if asked.verb == UserVerb::Follow {
+            self.follow(asked);
+            return;
+        }
+        match self.try_answer(&asked) {
+            Ok(()) => {}
+            Err(Trouble::Unknown(what)) => asked.unknown(what),
+            Err(Trouble::Wrong(why)) => asked.refuse(why),
+        }
+    }
+
+    fn try_answer(&mut self, asked: &Asked) -> Result<(), Trouble> {
+        match asked.verb {
+            UserVerb::About => asked.answer(&self.about()),
+            UserVerb::Submit => {
+                let said = self.submit(asked)?;
+                asked.answer(&said);
+            }
+            UserVerb::Runs => {
+                let entries: Vec<Entry> = self.board.entries().cloned().collect();
+                let runs = entries.iter().map(|entry| self.info(entry)).collect();
+                asked.answer(&Runs { runs });
+            }
+            UserVerb::Run => {
+                let Which { run } = asked.read()?.0;
+                let entry = self.board.get(run)?.clone();
+                asked.answer(&self.info(&entry));
+            }
+            UserVerb::Cancel | UserVerb::Pause | UserVerb::Resume | UserVerb::Retry => {
+                let Which { run } = asked.read()?.0;
+                let said = self.control(asked.verb, run)?;
+                asked.answer(&said);
+            }
+            UserVerb::Fetch => self.fetch(asked)?,
+            UserVerb::Bye => {
+                let Which { run } = asked.read()?.0;
+                self.awaited.remove(&run);
+                asked.answer(&Noted { noted: true });
+            }
+            UserVerb::Workers => asked.answer(&Workers { workers: self.workers() }),
+            UserVerb::Drain => {
+                let Drain { worker } = asked.read()?.0;
+                if !self.drain(&worker) {
+                    return Err(Trouble::Unknown(format!("there is no worker {worker:?}")));
+                }
+                asked.answer(&Noted { noted: true });
+            }
+            // The door takes the one, and [`Service::answer`] the other.
+            UserVerb::Piece | UserVerb::Follow => {}
+        }
+        Ok(())
+    }
+
+    fn submit(&mut self, asked: &Asked) -> Result<SubmitAnswer, Trouble> {
+        let (submit, inline) = asked.read::<Submit>()?;
+        check(&submit)?;
+        let user = asked.user.to_string();
+        if let Some(run) = self.board.known(&user, &submit.ticket) {
+            self.awaited.insert(run, Instant::now());
+            return Ok(SubmitAnswer::Accepted { run });
+        }
+        let bytes = match &submit.digest {
+            None => inline.to_vec(),
+            Some(digest) => match self.door.take(&digest_of(digest)?, submit.length)? {
+                Parcel::Whole(bytes) => bytes,
+                Parcel::Missing(pieces) => return Ok(SubmitAnswer::Missing { pieces }),
+                Parcel::Damaged => return Ok(SubmitAnswer::Damaged),
+            },
+        };
+        let wrong = |error: &dyn std::fmt::Display| Trouble::Wrong(error.to_string());
+        let bundle = bundle::decode(&bytes, &submit.overrides).map_err(|error| wrong(&error))?;
+        let Submit { ticket, priority, overrides, sweep, .. } = submit;
+        let (name, at) = (bundle.name, unix_ms());
+        let order = Order { ticket, user, name, sweep, priority, overrides, at };
+        let events = match self.board.submit(order) {
+            Err(No::Full) => return Ok(SubmitAnswer::Busy),
+            other => other?,
+        };
+        let Some(Event::Submitted { run, .. }) = events.first() else {
+            return Err(Trouble::Wrong("the board took nothing".to_owned()));
+        };
+        let run = *run;
+        self.store.keep_bundle(run, &bytes)?;
+        self.record(&events)?;
+        for event in &events {
+            if let Event::Forgotten { run } = event {
+                self.lives.remove(run);
+                self.store.forget(*run);
+            }
+        }
+        tracing::info!(run, user = %asked.user, bytes = bytes.len(), "run handed in");
+        self.awaited.insert(run, Instant::now());
+        Ok(SubmitAnswer::Accepted { run })
+    }
+
+    fn control(&mut self, verb: UserVerb, run: u64) -> Result<RunInfo, Trouble> {
+        let at = unix_ms();
+        let event = match verb {
+            UserVerb::Pause => self.board.pause(run)?,
+            UserVerb::Resume => self.board.resume(run)?,
+            UserVerb::Retry => {
+                let event = self.board.retry(run)?;
+                // The pool would turn the job down that it has in quarantine.
+                let given_up = self.lives.get(&run).and_then(|live| live.given_up());
+                given_up.into_iter().for_each(|job| self.pool.pardon(job));
+                event
+            }
+            _ => {
+                let text = "cancelled before it began".to_owned();
+                let end = End { code: Some(codes::CANCELLED), text, files: Vec::new() };
+                self.board.cancel(run, end, at)?
+            }
+        };
+        if let Some(event) = event {
+            self.record(std::slice::from_ref(&event))?;
+            if let Event::Wished { .. } = event {
+                self.stop_run(run);
+            }
+        }
+        let entry = self.board.get(run)?.clone();
+        Ok(self.info(&entry))
+    }
+
+    fn fetch(&mut self, asked: &Asked) -> Result<(), Trouble> {
+        let Fetch { run, file, index } = asked.read()?.0;
+        self.awaited.insert(run, Instant::now());
+        let entry = self.board.get(run)?;
+        let listed = entry.end.files.iter().any(|known| known.name == file);
+        let Some(folder) = entry.folder.as_ref().filter(|_| listed) else {
+            return Err(Trouble::Unknown(format!("run {run} has no file {file:?}")));
+        };
+        let path = self.out.join(folder).join(&file);
+        let piece = piece(&path, index)
+            .map_err(|error| Trouble::Unknown(format!("{file} is gone: {error}")))?;
+        asked.answer_bulk(&Fetched { sum: chunks::sum(&piece) }, &piece);
+        Ok(())
+    }
+
+    fn follow(&mut self, asked: Asked) {
+        match asked.read::<Follow>() {
+            Ok((follow, _)) => {
+                self.awaited.insert(follow.run, Instant::now());
+                let wait = Duration::from_millis(follow.wait_ms.min(MAX_WAIT_MS));
+                if self.watchers.len() >= MAX_WATCHERS {
+                    self.watchers[0].until = Instant::now();
+                }
+                self.watchers.push(Watcher { asked, follow, until: Instant::now() + wait });
+            }
+            Err(error) => asked.refuse(error),
+        }
+    }
+
+    /// Answers those whose run has news, and those that have waited long enough.
+    pub(super) fn news(&mut self) {
+        for watcher in std::mem::take(&mut self.watchers) {
+            let Watcher { asked, follow, until } = watcher;
+            let Ok(entry) = self.board.get(follow.run).cloned() else {
+                self.awaited.remove(&follow.run);
+                asked.unknown(No::Unknown(follow.run));
+                continue;
+            };
+            let (lines, next, all) = self.live(follow.run).lines(follow.from);
+            let end = all && entry.state.is_over();
+            let leaving = self.leaving && self.store.named().is_some() && !entry.state.is_over();
+            if lines.is_empty() && !end && !leaving && Instant::now() < until {
+                self.watchers.push(Watcher { asked, follow, until });
+                continue;
+            }
+            if leaving {
+                self.awaited.remove(&follow.run);
+            }
+            let run = self.info(&entry);
+            asked.answer(&News { run, lines, next, end, leaving });
+        }
+    }
+
+    fn info(&self, entry: &Entry) -> RunInfo {
+        let running = entry.state == State::Running;
+        let live = self.lives.get(&entry.run);
+        let order = &entry.order;
+        RunInfo {
+            run: entry.run,
+            name: order.name.clone(),
+            user: order.user.clone(),
+            sweep: order.sweep.clone(),
+            overrides: order.overrides.clone(),
+            state: entry.state,
+            priority: order.priority,
+            attempt: entry.attempt,
+            code: entry.end.code,
+            text: entry.end.text.clone(),
+            submitted_ms: order.at,
+            started_ms: entry.started,
+            ended_ms: entry.ended,
+            files: entry.end.files.clone(),
+            position: live.filter(|_| running).and_then(|live| live.position()),
+            jobs: live.map(|live| live.jobs()).unwrap_or_default(),
+        }
+    }
+
+    fn workers(&self) -> Vec<WorkerInfo> {
+        self.pool.workers()
+    }
+
+    fn drain(&self, name: &str) -> bool {
+        let known = self.workers().iter().any(|worker| worker.name == name);
+        if let (true, Ok(worker)) = (known, WorkerId::new(name)) {
+            self.pool.drain(worker);
+        }
+        known
+    }
+
+    fn about(&self) -> About {
+        let state = self.store.named();
+        About {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            wire: envelope::MAJOR,
+            now_ms: unix_ms(),
+            up_ms: self.since.elapsed().as_millis() as u64,
+            cores: std::thread::available_parallelism().map_or(1, |n| n.get() as u32),
+            runs_at_once: self.config.runs as u32,
+            state: state.map(|folder| folder.display().to_string()).unwrap_or_default(),
+            free_bytes: self.store.free_bytes(),
+            workers: self.pool.stats().workers,
+            queued: self.board.count(State::Queued) as u64,
+            running: self.going.len() as u64,
+        }
+    }
+}
+
+fn check(submit: &Submit) -> Result<(), WireError> {
+    use cullet_proto::codec::limit;
+    let longest = submit.overrides.iter().map(String::len).max().unwrap_or(0);
+    limit("a ticket's length", submit.ticket.len() as u64, MAX_TICKET as u64)?;
+    limit("a sweep's name", submit.sweep.len() as u64, MAX_TICKET as u64)?;
+    limit("overrides", submit.overrides.len() as u64, MAX_OVERRIDES as u64)?;
+    limit("an override's length", longest as u64, MAX_OVERRIDE as u64)?;
+    match submit.ticket.is_empty() {
+        true => Err(WireError::Short { what: "a ticket", have: 0, need: 1 }),
+        false => Ok(()),
+    }
+}
+
+fn piece(path: &Path, index: u32) -> io::Result<Vec<u8>> {
+    let mut file = File::open(path)?;
+    file.seek(SeekFrom::Start(u64::from(index) * chunks::CHUNK as u64))?;
+    let mut piece = Vec::new();
+    file.take(chunks::CHUNK as u64).read_to_end(&mut piece)?;
+    Ok(piece)
+}

@@ -1,0 +1,190 @@
+//! One attempt at a run: from its bundle to its files.
+
+use super::board::{End, Entry, How};
+use super::keeper::Keeper;
+use super::live::Live;
+use super::store::Kept;
+use super::{timeline, unix_ms};
+use crate::link::bundle;
+use crate::preview;
+use crate::run::{Jobs, News, Outcome, RunError, RunOptions, run, write_file};
+use crate::scene::load_bundle;
+use cullet_proto::service::{FileInfo, Position, codes, hex_of};
+use std::fs::{self, File};
+use std::io::{self, BufReader};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+/// What a run leaves to be fetched.
+const PRODUCTS: [&str; 6] = [
+    "run.mcap",
+    "summary.json",
+    "preview.png",
+    "preview.gif",
+    "timeline.svg",
+    "timeline.trace.json",
+];
+/// Between two lines of a run's position.
+const NEWS_PERIOD: Duration = Duration::from_secs(2);
+
+/// What an attempt needs.
+pub(super) struct Attempt {
+    pub(super) entry: Entry,
+    pub(super) bundle: Vec<u8>,
+    pub(super) folder: PathBuf,
+    pub(super) kept: Kept,
+    pub(super) live: Arc<Live>,
+    pub(super) stop: Arc<AtomicBool>,
+}
+
+/// How an attempt ended, and when.
+#[derive(Debug)]
+pub(super) struct Ended {
+    pub(super) how: How,
+    pub(super) end: End,
+    pub(super) at: u64,
+}
+
+impl Ended {
+    pub(super) fn failed(code: u8, text: String) -> Self {
+        let end = End { code: Some(code), text, files: Vec::new() };
+        Self { how: How::Failed, end, at: unix_ms() }
+    }
+}
+
+impl Attempt {
+    /// Runs the scene to its end, to trouble, or until it is told to stop.
+    pub(super) fn run(&self, pool: &dyn Jobs) -> Ended {
+        let _span = tracing::info_span!("run", run = self.entry.run).entered();
+        let scene = match self.scene() {
+            Ok(scene) => scene,
+            Err(text) => return self.ended(Ended::failed(codes::USAGE, text)),
+        };
+        if let Err(error) = empty(&self.folder) {
+            let text = format!("{}: {error}", self.folder.display());
+            return self.ended(Ended::failed(codes::FILE, text));
+        }
+        tracing::info!(scene = scene.name, attempt = self.entry.attempt, "run started");
+        let keeper = Keeper::new(pool, self.kept.clone(), &self.live);
+        let mut told = Instant::now();
+        let options = RunOptions { out: &self.folder, stop: &self.stop };
+        let outcome = run(&scene, &keeper, &options, &mut |news| match news {
+            News::Line(line) => self.live.say(line),
+            News::At(p) => {
+                let (bodies, fractures) = (p.bodies, p.fractures);
+                let position = Position { time: p.time, end: p.end, bodies, fractures };
+                self.live.at(Some(position));
+                if told.elapsed() >= NEWS_PERIOD {
+                    told = Instant::now();
+                    let text = format!("{:.3} of {:.3} s, {} bodies", p.time, p.end, p.bodies);
+                    self.live.say(&text);
+                }
+            }
+        });
+        self.live.at(None);
+        let ended = match outcome {
+            Ok(outcome) => self.over(&outcome),
+            Err(error) => {
+                let (how, code) = kind(&error);
+                let ended = Ended::failed(code, error.to_string());
+                Ended { how, ..ended }
+            }
+        };
+        self.ended(ended)
+    }
+
+    fn scene(&self) -> Result<crate::scene::Scene, String> {
+        let overrides = &self.entry.order.overrides;
+        let bundle = bundle::decode(&self.bundle, overrides).map_err(|e| e.to_string())?;
+        load_bundle(&bundle).map_err(|e| e.to_string())
+    }
+
+    fn ended(&self, ended: Ended) -> Ended {
+        if !ended.end.text.is_empty() {
+            self.live.say(&format!("error: {}", ended.end.text));
+        }
+        let (how, code) = (ended.how, ended.end.code);
+        tracing::info!(?how, code, text = ended.end.text, "run ended");
+        ended
+    }
+
+    fn over(&self, outcome: &Outcome) -> Ended {
+        let drawn = preview::from_recording(&outcome.recording, &self.folder);
+        if let Err(error) = &drawn {
+            self.live.say(&format!("warning: the run has no picture: {error}"));
+        }
+        for text in &outcome.unmet {
+            self.live.say(&format!("expected, and does not hold: {text}"));
+        }
+        self.draw_timeline();
+        let files = match products(&self.folder) {
+            Ok(files) => files,
+            Err(text) => return Ended::failed(codes::FILE, text),
+        };
+        let (how, code) = match (outcome.interrupted, outcome.unmet.is_empty(), drawn.is_ok()) {
+            (true, _, _) => (How::Stopped, codes::INTERRUPTED),
+            (false, false, _) => (How::Done, codes::UNMET),
+            (false, true, false) => (How::Done, codes::UNPICTURED),
+            (false, true, true) => (How::Done, codes::DONE),
+        };
+        let end = End { code: Some(code), text: String::new(), files };
+        Ended { how, end, at: unix_ms() }
+    }
+
+    fn draw_timeline(&self) {
+        let (name, jobs) = (&self.entry.order.name, self.live.timeline());
+        let files = [
+            ("timeline.svg", timeline::svg(name, &jobs)),
+            ("timeline.trace.json", timeline::trace(name, &jobs)),
+        ];
+        for (file, text) in files {
+            if let Err(error) = write_file(&self.folder.join(file), text.as_bytes()) {
+                self.live.say(&format!("warning: {file}: {error}"));
+            }
+        }
+    }
+}
+
+fn kind(error: &RunError) -> (How, u8) {
+    match error {
+        RunError::Abandoned { .. } => (How::Stalled, codes::STALLED),
+        RunError::Record(_) | RunError::File { .. } => (How::Failed, codes::FILE),
+        RunError::World(_) | RunError::Lost(_) | RunError::OutOfOrder { .. } => {
+            (How::Failed, codes::FAILED)
+        }
+    }
+}
+
+/// A folder with nothing of an earlier attempt in it.
+fn empty(folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder)?;
+    for file in fs::read_dir(folder)? {
+        let path = file?.path();
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        let ours = PRODUCTS.iter().any(|product| {
+            name.strip_prefix(product).is_some_and(|rest| rest.is_empty() || rest == ".partial")
+        });
+        if ours {
+            fs::remove_file(path)?;
+        }
+    }
+    Ok(())
+}
+
+fn products(folder: &Path) -> Result<Vec<FileInfo>, String> {
+    let there = PRODUCTS.iter().filter(|name| folder.join(name).is_file());
+    let row = |name: &&str| {
+        let path = folder.join(name);
+        let (length, digest) = sum(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        Ok(FileInfo { name: (*name).to_owned(), length, digest: hex_of(&digest) })
+    };
+    there.map(row).collect()
+}
+
+fn sum(path: &Path) -> io::Result<(u64, [u8; 32])> {
+    let mut hasher = blake3::Hasher::new();
+    let length = io::copy(&mut BufReader::new(File::open(path)?), &mut hasher)?;
+    Ok((length, *hasher.finalize().as_bytes()))
+}

@@ -1,0 +1,348 @@
+//! The queue of runs as a state machine: what somebody wants becomes an event or a refusal, an
+//! event changes the board. It has no clock and no files; events are what the journal keeps, and
+//! the same events in the same order make the same board.
+//!
+//! Invariants: a ticket of a user is one run for ever; a run that is over changes by `retry` alone;
+//! no two runs write into one folder; what was wished of a run while it ran is done when it ends,
+//! also across a crash.
+
+use cullet_proto::service::{FileInfo, MAX_PRIORITY, State};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Runs that may wait; a further one is told to come again.
+pub(super) const MAX_WAITING: usize = 1_024;
+/// Runs remembered; the oldest one that is over is forgotten first.
+pub(super) const MAX_KEPT: usize = 4_096;
+/// Waiting this long counts as much as one step of priority \[ms\], so that nobody waits for ever.
+const AGEING_MS: u64 = 600_000;
+
+/// A run, as the journal tells it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Entry {
+    pub(super) run: u64,
+    pub(super) order: Order,
+    pub(super) state: State,
+    pub(super) wish: Option<Wish>,
+    pub(super) attempt: u32,
+    pub(super) folder: Option<String>,
+    pub(super) started: Option<u64>,
+    pub(super) ended: Option<u64>,
+    pub(super) end: End,
+}
+
+/// What was handed in.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Order {
+    pub(super) ticket: String,
+    pub(super) user: String,
+    pub(super) name: String,
+    pub(super) sweep: String,
+    pub(super) priority: i32,
+    pub(super) overrides: Vec<String>,
+    pub(super) at: u64,
+}
+
+/// What somebody wants of a run that goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Wish {
+    Cancel,
+    Pause,
+}
+
+/// How an attempt came to its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum How {
+    /// At the end of the scene.
+    Done,
+    /// It could not go on.
+    Failed,
+    /// The pool gave a job up.
+    Stalled,
+    /// It was told to stop: by a wish, or because the coordinator leaves.
+    Stopped,
+}
+
+/// What is left of a run that is over.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct End {
+    pub(super) code: Option<u8>,
+    pub(super) text: String,
+    pub(super) files: Vec<FileInfo>,
+}
+
+/// What happened; what the journal keeps.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "event", rename_all = "lowercase")]
+pub(super) enum Event {
+    /// Somebody handed a run in.
+    Submitted { run: u64, order: Order },
+    /// An attempt began, in that folder.
+    Started { run: u64, folder: String, at: u64 },
+    /// It ended.
+    Ended { run: u64, how: How, end: End, at: u64 },
+    /// Somebody wants something of a run that goes on.
+    Wished { run: u64, wish: Wish },
+    /// A run that waited was laid aside.
+    Paused { run: u64 },
+    /// A run that was laid aside or over is back in the queue.
+    Queued { run: u64 },
+    /// A run that did not go on is not wanted any more.
+    Cancelled { run: u64, end: End, at: u64 },
+    /// A run that is over is not remembered any more.
+    Forgotten { run: u64 },
+    /// The coordinator came back: what went on then does not now.
+    Returned { at: u64 },
+    /// All there is to know of a run: what a journal that was written anew begins with.
+    Kept { entry: Box<Entry> },
+}
+
+/// Why something is not done.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(super) enum No {
+    #[error("there is no run {0}")]
+    Unknown(u64),
+    #[error("run {run} is {state}: it cannot be {verb}")]
+    State { run: u64, state: &'static str, verb: &'static str },
+    #[error("{MAX_WAITING} runs wait already")]
+    Full,
+    #[error("a priority is from -{MAX_PRIORITY} to {MAX_PRIORITY}")]
+    Priority,
+}
+
+/// All runs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Board {
+    entries: BTreeMap<u64, Entry>,
+    last: u64,
+}
+
+impl Board {
+    pub(super) fn get(&self, run: u64) -> Result<&Entry, No> {
+        self.entries.get(&run).ok_or(No::Unknown(run))
+    }
+
+    pub(super) fn entries(&self) -> impl Iterator<Item = &Entry> {
+        self.entries.values()
+    }
+
+    pub(super) fn count(&self, state: State) -> usize {
+        self.entries().filter(|entry| entry.state == state).count()
+    }
+
+    /// The run of that ticket.
+    pub(super) fn known(&self, user: &str, ticket: &str) -> Option<u64> {
+        let same = |e: &&Entry| e.order.user == user && e.order.ticket == ticket;
+        self.entries().find(same).map(|entry| entry.run)
+    }
+
+    /// What handing that in comes to; forgets the oldest where too many are remembered.
+    pub(super) fn submit(&self, order: Order) -> Result<Vec<Event>, No> {
+        if order.priority.abs() > MAX_PRIORITY {
+            return Err(No::Priority);
+        }
+        if self.count(State::Queued) >= MAX_WAITING {
+            return Err(No::Full);
+        }
+        let mut events = vec![Event::Submitted { run: self.last + 1, order }];
+        let over = self.entries().filter(|entry| entry.state.is_over());
+        let extra = (self.entries.len() + 1).saturating_sub(MAX_KEPT);
+        events.extend(over.take(extra).map(|entry| Event::Forgotten { run: entry.run }));
+        Ok(events)
+    }
+
+    /// `end`: what is left of it if it does not go on.
+    pub(super) fn cancel(&self, run: u64, end: End, at: u64) -> Result<Option<Event>, No> {
+        match self.get(run)? {
+            Entry { wish: Some(Wish::Cancel), .. } => Ok(None),
+            Entry { state: State::Running, .. } => {
+                Ok(Some(Event::Wished { run, wish: Wish::Cancel }))
+            }
+            Entry { state: State::Queued | State::Paused, .. } => {
+                Ok(Some(Event::Cancelled { run, end, at }))
+            }
+            Entry { state: State::Cancelled, .. } => Ok(None),
+            entry => Err(entry.refuse("cancelled")),
+        }
+    }
+
+    pub(super) fn pause(&self, run: u64) -> Result<Option<Event>, No> {
+        match self.get(run)? {
+            Entry { wish: Some(Wish::Pause), .. } => Ok(None),
+            Entry { state: State::Running, wish: None, .. } => {
+                Ok(Some(Event::Wished { run, wish: Wish::Pause }))
+            }
+            Entry { state: State::Queued, .. } => Ok(Some(Event::Paused { run })),
+            Entry { state: State::Paused, .. } => Ok(None),
+            entry => Err(entry.refuse("paused")),
+        }
+    }
+
+    pub(super) fn resume(&self, run: u64) -> Result<Option<Event>, No> {
+        match self.get(run)? {
+            Entry { state: State::Paused, .. } => Ok(Some(Event::Queued { run })),
+            Entry { state: State::Queued, .. } => Ok(None),
+            entry => Err(entry.refuse("resumed")),
+        }
+    }
+
+    pub(super) fn retry(&self, run: u64) -> Result<Option<Event>, No> {
+        match self.get(run)? {
+            Entry { state: State::Failed | State::Stalled | State::Cancelled, .. } => {
+                Ok(Some(Event::Queued { run }))
+            }
+            Entry { state: State::Queued, .. } => Ok(None),
+            entry => Err(entry.refuse("tried again")),
+        }
+    }
+
+    /// The run whose turn it is: the highest priority, with what waiting adds to it; then whose
+    /// user has the fewest going on; then the oldest.
+    pub(super) fn next(&self, now: u64) -> Option<&Entry> {
+        let busy = |user: &str| {
+            let going = |e: &&Entry| e.state == State::Running && e.order.user == user;
+            self.entries().filter(going).count()
+        };
+        let queued = self.entries().filter(|entry| entry.state == State::Queued);
+        queued.min_by_key(|entry| {
+            let waited = now.saturating_sub(entry.order.at) / AGEING_MS;
+            let rank = i64::from(entry.order.priority).saturating_add_unsigned(waited);
+            (-rank, busy(&entry.order.user), entry.run)
+        })
+    }
+
+    /// Takes an event in.
+    ///
+    /// # Errors
+    /// It does not fit what is there: the journal is not one of this board.
+    pub(super) fn apply(&mut self, event: &Event) -> Result<(), No> {
+        match event {
+            Event::Submitted { run, order } => self.insert(*run, Entry::new(*run, order)),
+            Event::Kept { entry } => self.insert(entry.run, (**entry).clone()),
+            Event::Returned { at } => {
+                for entry in self.entries.values_mut() {
+                    if entry.state == State::Running {
+                        entry.stopped(End::default(), *at);
+                    }
+                }
+                Ok(())
+            }
+            Event::Forgotten { run } => {
+                let entry = self.get(*run)?;
+                if !entry.state.is_over() {
+                    return Err(entry.refuse("forgotten"));
+                }
+                self.entries.remove(run);
+                Ok(())
+            }
+            Event::Started { run, folder, at } => {
+                self.change(*run, &[State::Queued], "started", |entry| {
+                    entry.state = State::Running;
+                    entry.attempt += 1;
+                    entry.folder = Some(folder.clone());
+                    entry.started = Some(*at);
+                })
+            }
+            Event::Ended { run, how, end, at } => {
+                self.change(*run, &[State::Running], "ended", |entry| match how {
+                    How::Done => entry.over(State::Done, end, *at),
+                    How::Failed => entry.over(State::Failed, end, *at),
+                    How::Stalled => entry.over(State::Stalled, end, *at),
+                    How::Stopped => entry.stopped(end.clone(), *at),
+                })
+            }
+            Event::Wished { run, wish } => {
+                self.change(*run, &[State::Running], "stopped", |entry| entry.wish = Some(*wish))
+            }
+            Event::Paused { run } => self.change(*run, &[State::Queued], "paused", |entry| {
+                entry.state = State::Paused;
+            }),
+            Event::Cancelled { run, end, at } => {
+                let from = [State::Queued, State::Paused];
+                self.change(*run, &from, "cancelled", |entry| {
+                    entry.over(State::Cancelled, end, *at);
+                })
+            }
+            Event::Queued { run } => {
+                let from = [State::Paused, State::Failed, State::Stalled, State::Cancelled];
+                self.change(*run, &from, "queued", Entry::requeue)
+            }
+        }
+    }
+
+    fn insert(&mut self, run: u64, entry: Entry) -> Result<(), No> {
+        if run <= self.last {
+            let state = self.get(run).map_or("forgotten", |entry| entry.state.word());
+            return Err(No::State { run, state, verb: "handed in" });
+        }
+        self.last = run;
+        self.entries.insert(run, entry);
+        Ok(())
+    }
+
+    fn change(
+        &mut self,
+        run: u64,
+        from: &[State],
+        verb: &'static str,
+        change: impl FnOnce(&mut Entry),
+    ) -> Result<(), No> {
+        let entry = self.entries.get_mut(&run).ok_or(No::Unknown(run))?;
+        if !from.contains(&entry.state) {
+            return Err(entry.refuse(verb));
+        }
+        change(entry);
+        Ok(())
+    }
+}
+
+impl Entry {
+    fn new(run: u64, order: &Order) -> Self {
+        Self {
+            run,
+            order: order.clone(),
+            state: State::Queued,
+            wish: None,
+            attempt: 0,
+            folder: None,
+            started: None,
+            ended: None,
+            end: End::default(),
+        }
+    }
+
+    fn refuse(&self, verb: &'static str) -> No {
+        No::State { run: self.run, state: self.state.word(), verb }
+    }
+
+    fn over(&mut self, state: State, end: &End, at: u64) {
+        self.state = state;
+        self.wish = None;
+        self.ended = Some(at);
+        self.end = end.clone();
+    }
+
+    fn requeue(&mut self) {
+        self.state = State::Queued;
+        self.wish = None;
+        self.ended = None;
+        self.end = End::default();
+    }
+
+    /// An attempt that was stopped, or that a crash stopped.
+    fn stopped(&mut self, end: End, at: u64) {
+        match self.wish {
+            Some(Wish::Cancel) => self.over(State::Cancelled, &end, at),
+            Some(Wish::Pause) => {
+                self.requeue();
+                self.state = State::Paused;
+            }
+            None => self.requeue(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

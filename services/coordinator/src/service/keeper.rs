@@ -1,0 +1,115 @@
+//! Between a run and the pool: a job that an earlier attempt of the run had settled is answered
+//! from what was kept, and every verdict is kept before the run acts on it. A run is deterministic,
+//! so that an attempt that begins anew asks for the same jobs in the same order.
+
+use super::live::{Clock, Live};
+use super::store::Kept;
+use super::timeline::Job;
+use crate::link::{Ending, Settlement};
+use crate::run::{Jobs, Load};
+use cullet_proto::{FractureJob, JobId, Verdict};
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// A job that is wanted and has not settled.
+struct Due {
+    job: JobId,
+    opened: f64,
+    kept: Option<Verdict>,
+}
+
+/// The desk of one attempt.
+pub(super) struct Keeper<'a> {
+    pool: &'a dyn Jobs,
+    kept: Kept,
+    live: &'a Live,
+    clock: Clock,
+    due: RefCell<VecDeque<Due>>,
+}
+
+impl<'a> Keeper<'a> {
+    pub(super) fn new(pool: &'a dyn Jobs, kept: Kept, live: &'a Live) -> Self {
+        live.begin();
+        Self { pool, kept, live, clock: Clock::start(), due: RefCell::default() }
+    }
+
+    fn note(&self, due: &Due, settlement: &Settlement) {
+        let ending = match &settlement.ending {
+            Ending::Verdict(Verdict::Broken(_)) => "solved",
+            Ending::Verdict(Verdict::Refused { .. }) => "refused",
+            Ending::Verdict(Verdict::Failed { .. }) => "failed",
+            Ending::Abandoned(_) => "abandoned",
+            Ending::Cancelled => "cancelled",
+        };
+        self.live.settled(Job {
+            job: due.job.short(),
+            worker: settlement.worker.clone(),
+            opened: due.opened,
+            settled: self.clock.now(),
+            attempts: settlement.attempts,
+            kept: due.kept.is_some() || settlement.cached,
+            ending,
+        });
+        if let Ending::Abandoned(_) = settlement.ending {
+            self.live.give_up(due.job);
+        }
+        let (job, worker) = (due.job.short(), &settlement.worker);
+        let (attempts, kept) = (settlement.attempts, due.kept.is_some() || settlement.cached);
+        tracing::info!(%job, worker, attempts, kept, ending, "job settled");
+    }
+}
+
+impl Jobs for Keeper<'_> {
+    fn open(&self, job: &FractureJob) -> JobId {
+        let known = job.encode().ok().map(|bytes| JobId::of(&bytes));
+        let kept = known.and_then(|job| Some((job, self.kept.get(job)?)));
+        let (job, kept) = match kept {
+            Some((job, verdict)) => (job, Some(verdict)),
+            None => (self.pool.open(job), None),
+        };
+        self.live.opened();
+        tracing::info!(job = %job.short(), kept = kept.is_some(), "job opened");
+        self.due.borrow_mut().push_back(Due { job, opened: self.clock.now(), kept });
+        job
+    }
+
+    fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
+        let first = self.due.borrow_mut().pop_front();
+        let Some(due) = first else {
+            return self.pool.settled(timeout);
+        };
+        let settlement = match &due.kept {
+            Some(verdict) => Settlement {
+                ending: Ending::Verdict(verdict.clone()),
+                attempts: 0,
+                worker: String::new(),
+                wall: Duration::ZERO,
+                cached: true,
+            },
+            None => match self.pool.settled(timeout) {
+                Some((job, settlement)) if job == due.job => settlement,
+                // Not the next one: the run finds out.
+                Some(other) => return Some(other),
+                None => {
+                    self.due.borrow_mut().push_front(due);
+                    return None;
+                }
+            },
+        };
+        if let (None, Ending::Verdict(verdict)) = (&due.kept, &settlement.ending)
+            && let Err(error) = self.kept.put(due.job, verdict)
+        {
+            tracing::warn!(job = %due.job.short(), "a verdict is not kept: {error}");
+        }
+        self.note(&due, &settlement);
+        Some((due.job, settlement))
+    }
+
+    fn load(&self) -> Load {
+        self.pool.load()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,102 @@
+use super::Keeper;
+use crate::link::{Ending, Settlement};
+use crate::run::{Jobs, Load};
+use crate::service::live::Live;
+use crate::service::store::Store;
+use cullet_geometry::{Solid, Vec3, shapes};
+use cullet_proto::strength::Strength;
+use cullet_proto::{FractureJob, Impact, JobId, Material, Precision, Settings, Verdict};
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// A pool that answers at once and counts what it was asked.
+#[derive(Default)]
+struct Stub {
+    open: RefCell<VecDeque<JobId>>,
+    asked: RefCell<Vec<JobId>>,
+}
+
+impl Jobs for Stub {
+    fn open(&self, job: &FractureJob) -> JobId {
+        let id = JobId::of(&job.encode().expect("a job"));
+        self.open.borrow_mut().push_back(id);
+        self.asked.borrow_mut().push(id);
+        id
+    }
+
+    fn settled(&self, _: Duration) -> Option<(JobId, Settlement)> {
+        let id = self.open.borrow_mut().pop_front()?;
+        let verdict = Verdict::Refused { solver: "stub".into(), text: id.short() };
+        let (ending, worker) = (Ending::Verdict(verdict), "w".to_owned());
+        Some((id, Settlement { ending, attempts: 1, worker, wall: Duration::ZERO, cached: false }))
+    }
+
+    fn load(&self) -> Load {
+        Load::default()
+    }
+}
+
+fn job(seed: u64) -> FractureJob {
+    let solid = shapes::cuboid(Vec3::repeat(0.1), shapes::Detail::default()).expect("a box");
+    FractureJob {
+        solver: "stub".into(),
+        fallback: None,
+        solid: Solid::outer(solid),
+        material: Material {
+            density: 2500.0,
+            young: 7e10,
+            poisson: 0.2,
+            failure_stress: 5e7,
+            fracture_energy: 8.0,
+        },
+        strength: Strength::default(),
+        impacts: vec![Impact {
+            point: Vec3::new(0.05, 0.0, 0.0),
+            normal: -Vec3::x(),
+            impulse: 1.0,
+            duration: 1e-4,
+            radius: 1e-3,
+            energy: 1.0,
+            closing_speed: 1.0,
+            crushing_pressure: 1e9,
+        }],
+        supports: Vec::new(),
+        spin: Vec3::zeros(),
+        settings: Settings {
+            spacing: None,
+            max_particles: 1000,
+            max_steps: 100,
+            min_volume_ratio: 0.0,
+            max_fragments: 10,
+            detail: cullet_proto::Detail::default(),
+            debris: 0.0,
+            grain: None,
+            hairline: None,
+            precision: Precision::Double,
+        },
+        seed,
+    }
+}
+
+#[test]
+fn a_second_attempt_asks_the_pool_for_what_is_new_alone_and_hears_the_same_in_order() {
+    let (store, pool) = (Store::open(None).expect("a folder"), Stub::default());
+    let live = Live::default();
+    let attempt = |wanted: &[u64], settle: usize| {
+        let keeper = Keeper::new(&pool, store.kept(1), &live);
+        let ids: Vec<JobId> = wanted.iter().map(|seed| keeper.open(&job(*seed))).collect();
+        let heard: Vec<_> = (0..settle).filter_map(|_| keeper.settled(Duration::ZERO)).collect();
+        assert!(heard.iter().map(|(id, _)| *id).eq(ids[..settle].iter().copied()));
+        heard.into_iter().map(|(_, settled)| settled.ending).collect::<Vec<_>>()
+    };
+    let first = attempt(&[1, 2, 3], 2);
+    assert_eq!(pool.asked.borrow().len(), 3);
+    pool.open.borrow_mut().clear();
+    let second = attempt(&[1, 2, 3, 4], 4);
+    assert_eq!(second[..2], first);
+    let asked = pool.asked.borrow()[3..].to_vec();
+    assert_eq!(asked.len(), 2, "jobs 1 and 2 were settled before");
+    assert_eq!(live.jobs().kept, 2);
+    assert_eq!((live.jobs().opened, live.jobs().settled), (4, 4));
+}

@@ -1,0 +1,115 @@
+//! Metrics in Prometheus' text format at `/metrics`, and health at `/healthz` and `/readyz`.
+
+use super::ServiceError;
+use super::board::Board;
+use crate::link::PoolStats;
+use cullet_proto::service::State;
+use std::fmt::Write;
+use std::net::SocketAddr;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tiny_http::{Header, Method, Response, Server};
+
+/// A service that has not published for this long hangs, or its disk does.
+const HEALTHY: Duration = Duration::from_secs(10);
+
+/// What was published last, and when.
+type Last = Arc<Mutex<(String, Instant)>>;
+
+/// The HTTP server; it ends when dropped.
+pub(super) struct Metrics {
+    last: Last,
+    server: Arc<Server>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Metrics {
+    pub(super) fn serve(address: SocketAddr) -> Result<Self, ServiceError> {
+        let failed = |text: String| ServiceError::Metrics { address, text };
+        let server = Arc::new(Server::http(address).map_err(|e| failed(e.to_string()))?);
+        let last: Last = Arc::new(Mutex::new((String::new(), Instant::now())));
+        let (shared, served) = (Arc::clone(&last), Arc::clone(&server));
+        let work = move || {
+            for request in served.incoming_requests() {
+                let (text, at) = shared.lock().unwrap_or_else(PoisonError::into_inner).clone();
+                let (code, body) = match (request.method(), request.url()) {
+                    (Method::Get, "/metrics") => (200, text),
+                    (Method::Get, "/healthz" | "/readyz") if at.elapsed() < HEALTHY => {
+                        (200, "ok\n".to_owned())
+                    }
+                    (Method::Get, "/healthz" | "/readyz") => (503, "it hangs\n".to_owned()),
+                    _ => (404, "there are /metrics, /healthz and /readyz\n".to_owned()),
+                };
+                let mut response = Response::from_string(body).with_status_code(code);
+                let kind = "text/plain; version=0.0.4; charset=utf-8";
+                if let Ok(header) = Header::from_bytes("Content-Type", kind) {
+                    response.add_header(header);
+                }
+                if let Err(error) = request.respond(response) {
+                    tracing::debug!("metrics: {error}");
+                }
+            }
+        };
+        let thread = std::thread::Builder::new().name("cullet-metrics".into()).spawn(work);
+        let thread = Some(thread.map_err(|error| failed(error.to_string()))?);
+        Ok(Self { last, server, thread })
+    }
+
+    pub(super) fn publish(&self, text: String) {
+        *self.last.lock().unwrap_or_else(PoisonError::into_inner) = (text, Instant::now());
+    }
+}
+
+impl Drop for Metrics {
+    fn drop(&mut self) {
+        self.server.unblock();
+        if let Some(thread) = self.thread.take() {
+            let _panicked = thread.join();
+        }
+    }
+}
+
+/// What there is to measure.
+pub(super) fn text(board: &Board, stats: &PoolStats, since: Instant) -> String {
+    let mut out = String::new();
+    let head = |out: &mut String, name: &str, kind: &str, help: &str| {
+        let _ = writeln!(out, "# HELP cullet_{name} {help}\n# TYPE cullet_{name} {kind}");
+    };
+    head(&mut out, "runs", "gauge", "Runs by state.");
+    let states = [
+        State::Queued,
+        State::Running,
+        State::Paused,
+        State::Done,
+        State::Failed,
+        State::Stalled,
+        State::Cancelled,
+    ];
+    for state in states {
+        let (word, count) = (state.word(), board.count(state));
+        let _ = writeln!(out, "cullet_runs{{state=\"{word}\"}} {count}");
+    }
+    let rows = [
+        ("jobs_opened_total", "counter", "Fracture jobs wanted.", stats.opened),
+        ("jobs_settled_total", "counter", "Fracture jobs that ended.", stats.settled),
+        ("jobs_refused_total", "counter", "Of these, refused by the solvers.", stats.refused),
+        ("jobs_failed_total", "counter", "Of these, failed in the solver.", stats.failed),
+        ("jobs_abandoned_total", "counter", "Of these, given up.", stats.abandoned),
+        ("jobs_resent_total", "counter", "Attempts beyond a job's first.", stats.resent),
+        ("jobs_waiting", "gauge", "Jobs that wait for a worker.", stats.waiting),
+        ("jobs_running", "gauge", "Jobs at workers.", stats.running),
+        ("workers", "gauge", "Workers whose link is up.", stats.workers),
+        ("workers_respawned_total", "counter", "Own workers started again.", stats.respawned),
+        ("alarms_total", "counter", "Results that contradicted an earlier one.", stats.alarms),
+        ("pieces_damaged_total", "counter", "Pieces that came damaged.", stats.damaged),
+        ("messages_refused_total", "counter", "Messages refused at the door.", stats.refusals),
+    ];
+    for (name, kind, help, value) in rows {
+        head(&mut out, name, kind, help);
+        let _ = writeln!(out, "cullet_{name} {value}");
+    }
+    head(&mut out, "up_seconds", "gauge", "How long the coordinator has been there.");
+    let _ = writeln!(out, "cullet_up_seconds {:.1}", since.elapsed().as_secs_f64());
+    out
+}

@@ -1,0 +1,414 @@
+//! The service: runs that anybody may hand in, watch and fetch, several at once on one pool, and
+//! a state folder from which they all go on after the coordinator was killed.
+//!
+//! [`serve`] is one thread that owns the board, the journal and the door; each run has a thread of
+//! its own. A run that was cut off begins anew from its scene, which is deterministic, and gets the
+//! verdicts that were kept: nothing that had settled is computed again, and the digest is the same.
+
+mod answer;
+mod attempt;
+mod board;
+mod journal;
+mod keeper;
+mod live;
+pub mod metrics;
+mod store;
+pub mod sweep;
+mod timeline;
+
+pub use store::{Store, free};
+
+use crate::link::users::Door;
+use crate::link::{LinkError, Pool, Share, Tenant};
+use crate::run::next_folder;
+use answer::Watcher;
+use attempt::{Attempt, Ended};
+use board::{Board, End, Entry, Event, How, Wish};
+use cullet_proto::service::{State, codes};
+use journal::Journal;
+use live::Live;
+use metrics::Metrics;
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Between looks at the runs, where no question comes.
+const PERIOD: Duration = Duration::from_millis(20);
+/// Questions answered between looks at the runs.
+const BATCH: usize = 64;
+/// Between looks at what is old.
+const SWEEP: Duration = Duration::from_secs(1);
+/// A client that has not asked for this long is gone: nobody waits for it before leaving.
+const LINGER: Duration = Duration::from_secs(10);
+
+/// Why the service does not start or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum ServiceError {
+    /// The disk does not give or take a file.
+    #[error("{path}: {source}")]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A folder that is not a state folder of this generation.
+    #[error(
+        "{folder}: this is no state folder that is read here (it has {text:?}); name another \
+         folder, or move what is there away"
+    )]
+    Foreign {
+        /// Which.
+        folder: PathBuf,
+        /// What is there.
+        text: String,
+    },
+    /// A state folder in use.
+    #[error("{folder}: another coordinator uses this state folder")]
+    Taken {
+        /// Which.
+        folder: PathBuf,
+    },
+    /// A journal that cannot be read.
+    #[error(
+        "{path}, line {line}: {why}; the runs before it are sound: cut the file off there to go \
+         on with them, or move the state folder away"
+    )]
+    Journal {
+        /// Which.
+        path: PathBuf,
+        /// Where, from 1.
+        line: usize,
+        /// What is wrong.
+        why: String,
+    },
+    /// The door does not open.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// Nobody can ask for metrics.
+    #[error("cannot listen on {address}: {text}")]
+    Metrics {
+        /// Where.
+        address: SocketAddr,
+        /// Why.
+        text: String,
+    },
+}
+
+impl ServiceError {
+    fn file(path: &Path) -> impl Fn(std::io::Error) -> Self + use<> {
+        let path = path.to_owned();
+        move |source| Self::File { path: path.clone(), source }
+    }
+}
+
+/// How the service is set up.
+#[derive(Clone, Debug)]
+pub struct ServiceConfig {
+    /// Folder for recordings; without one it is `recordings` in the state folder.
+    pub out: Option<PathBuf>,
+    /// Runs at once.
+    pub runs: usize,
+    /// Leave after so many runs.
+    pub stop_after: Option<u32>,
+    /// Where metrics and health can be asked for.
+    pub metrics: Option<SocketAddr>,
+}
+
+/// A run that goes on.
+struct Going {
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<Ended>,
+}
+
+struct Service<'a> {
+    pool: &'a Arc<Pool>,
+    config: &'a ServiceConfig,
+    out: PathBuf,
+    store: Store,
+    journal: Journal,
+    board: Board,
+    door: Door,
+    lives: BTreeMap<u64, Arc<Live>>,
+    going: BTreeMap<u64, Going>,
+    watchers: Vec<Watcher>,
+    awaited: BTreeMap<u64, Instant>,
+    metrics: Option<Metrics>,
+    since: Instant,
+    begin_at: Instant,
+    swept: Instant,
+    ended: u32,
+    leaving: bool,
+    say: &'a mut dyn FnMut(&str),
+}
+
+/// Serves until told to stop, and then leaves in order: with a state folder the runs at hand go on
+/// when it is back; without one they end with the recording so far, and those that wait are told.
+///
+/// # Errors
+/// The journal or the door does not open.
+pub fn serve(
+    store: Store,
+    pool: &Arc<Pool>,
+    config: &ServiceConfig,
+    stop: &AtomicBool,
+    say: &mut dyn FnMut(&str),
+) -> Result<(), ServiceError> {
+    let mut service = Service::open(store, pool, config, say)?;
+    let enough = |ended| config.stop_after.is_some_and(|most| ended >= most);
+    while !stop.load(Ordering::Relaxed) && !enough(service.ended) {
+        service.begin();
+        service.turn();
+    }
+    service.leave();
+    Ok(())
+}
+
+impl<'a> Service<'a> {
+    fn open(
+        store: Store,
+        pool: &'a Arc<Pool>,
+        config: &'a ServiceConfig,
+        say: &'a mut dyn FnMut(&str),
+    ) -> Result<Self, ServiceError> {
+        let (mut journal, mut board, torn) = Journal::open(&store.folder().join("journal"))?;
+        if let Some(torn) = torn {
+            say(&format!("{torn}: a crash tore it, nobody was told of it, it is dropped"));
+        }
+        let back = board.count(State::Running);
+        if back > 0 {
+            let returned = Event::Returned { at: unix_ms() };
+            journal.append(std::slice::from_ref(&returned))?;
+            // It fits any board.
+            let _fits = board.apply(&returned);
+        }
+        if let Some(folder) = store.named() {
+            let (runs, folder) = (board.entries().count(), folder.display());
+            say(&format!("{folder}: {runs} runs, {back} of them go on from where they were"));
+        }
+        store.sweep(&|run| board.get(run).is_ok());
+        let out = config.out.clone().unwrap_or_else(|| store.folder().join("recordings"));
+        let metrics = config.metrics.map(Metrics::serve).transpose()?;
+        Ok(Self {
+            pool,
+            config,
+            out,
+            store,
+            journal,
+            board,
+            door: Door::open(pool)?,
+            lives: BTreeMap::new(),
+            going: BTreeMap::new(),
+            watchers: Vec::new(),
+            awaited: BTreeMap::new(),
+            metrics,
+            since: Instant::now(),
+            begin_at: Instant::now(),
+            swept: Instant::now(),
+            ended: 0,
+            leaving: false,
+            say,
+        })
+    }
+
+    /// Answers what was asked, and takes in what ended.
+    fn turn(&mut self) {
+        let mut wait = PERIOD;
+        for _ in 0..BATCH {
+            let Some(asked) = self.door.next(wait) else { break };
+            wait = Duration::ZERO;
+            self.answer(asked);
+        }
+        self.reap();
+        self.news();
+        if self.swept.elapsed() >= SWEEP {
+            self.swept = Instant::now();
+            self.door.sweep();
+            if let Some(metrics) = &self.metrics {
+                metrics.publish(metrics::text(&self.board, &self.pool.stats(), self.since));
+            }
+        }
+    }
+
+    /// Keeps what happened, then lets it happen.
+    fn record(&mut self, events: &[Event]) -> Result<(), ServiceError> {
+        self.journal.append(events)?;
+        for event in events {
+            if let Err(no) = self.board.apply(event) {
+                tracing::error!("an event does not fit: {no}");
+            }
+        }
+        Ok(())
+    }
+
+    /// What happened happened, even if it cannot be kept.
+    fn admit(&mut self, event: Event) {
+        if let Err(error) = self.journal.append(std::slice::from_ref(&event)) {
+            tracing::error!("not kept, and done again after a restart: {error}");
+        }
+        if let Err(no) = self.board.apply(&event) {
+            tracing::error!("an event does not fit: {no}");
+        }
+    }
+
+    fn live(&mut self, run: u64) -> Arc<Live> {
+        let path = self.store.run(run).join("log");
+        let live = self.lives.entry(run).or_insert_with(|| Arc::new(Live::open(&path)));
+        Arc::clone(live)
+    }
+
+    /// Starts runs while there is room.
+    fn begin(&mut self) {
+        while self.going.len() < self.config.runs && Instant::now() >= self.begin_at {
+            let Some(entry) = self.board.next(unix_ms()).cloned() else { return };
+            if let Err(error) = self.start(entry) {
+                tracing::error!("a run does not start, and is tried again: {error}");
+                self.begin_at = Instant::now() + SWEEP;
+                return;
+            }
+        }
+    }
+
+    fn start(&mut self, entry: Entry) -> Result<(), ServiceError> {
+        let run = entry.run;
+        let folder = match &entry.folder {
+            Some(name) => name.clone(),
+            None => {
+                let made = next_folder(&self.out, &entry.order.name);
+                let made = made.map_err(ServiceError::file(&self.out))?;
+                made.file_name().unwrap_or_default().to_string_lossy().into_owned()
+            }
+        };
+        let out = self.out.join(&folder);
+        self.record(&[Event::Started { run, folder, at: unix_ms() }])?;
+        let live = self.live(run);
+        if entry.attempt > 0 {
+            live.say(&format!(
+                "begins anew, attempt {}; what was settled is kept",
+                entry.attempt + 1
+            ));
+        }
+        (self.say)(&format!("run {run}: {} into {}", entry.order.name, out.display()));
+        let stop = Arc::new(AtomicBool::new(false));
+        let (pool, kept) = (Arc::clone(self.pool), self.store.kept(run));
+        let share = share(&entry.order.user, entry.order.priority);
+        let entry = self.board.get(run).map_or(entry, Entry::clone);
+        let bundle = self.store.bundle(run);
+        let attempt_stop = Arc::clone(&stop);
+        let work = move || {
+            let bundle = match bundle {
+                Ok(bundle) => bundle,
+                Err(error) => return Ended::failed(codes::FILE, error.to_string()),
+            };
+            let attempt = Attempt { entry, bundle, folder: out, kept, live, stop: attempt_stop };
+            attempt.run(&pool.run(share))
+        };
+        let thread = std::thread::Builder::new().name(format!("cullet-run-{run}")).spawn(work);
+        match thread {
+            Ok(thread) => {
+                self.going.insert(run, Going { stop, thread });
+            }
+            Err(error) => self.end(run, Ended::failed(codes::FAILED, error.to_string())),
+        }
+        Ok(())
+    }
+
+    /// Takes in the runs that ended.
+    fn reap(&mut self) {
+        let over = |going: &Going| going.thread.is_finished();
+        let ended: Vec<u64> =
+            self.going.iter().filter(|(_, going)| over(going)).map(|(run, _)| *run).collect();
+        for run in ended {
+            let Some(going) = self.going.remove(&run) else { continue };
+            let ended = going.thread.join().unwrap_or_else(|_| {
+                Ended::failed(codes::FAILED, "its thread panicked: a defect here".to_owned())
+            });
+            self.end(run, ended);
+        }
+    }
+
+    fn end(&mut self, run: u64, ended: Ended) {
+        let Ended { how, mut end, at } = ended;
+        let wish = self.board.get(run).ok().and_then(|entry| entry.wish);
+        let live = self.live(run);
+        match (how, wish) {
+            (How::Stopped, Some(Wish::Cancel)) if self.leaving => {
+                live.say("the coordinator was told to stop: the recording ends here");
+            }
+            (How::Stopped, Some(Wish::Cancel)) => {
+                end.code = Some(codes::CANCELLED);
+                live.say("cancelled: the recording ends here");
+            }
+            (How::Stopped, Some(Wish::Pause)) => live.say("paused"),
+            (How::Stopped, None) => live.say("the coordinator leaves; the run goes on later"),
+            (How::Done | How::Failed | How::Stalled, _) => {}
+        }
+        if !end.text.is_empty() {
+            (self.say)(&format!("run {run}: {}", end.text));
+        }
+        self.ended += 1;
+        self.admit(Event::Ended { run, how, end, at });
+        if self.board.get(run).is_ok_and(|entry| entry.state == State::Done) {
+            self.store.kept(run).forget();
+        }
+    }
+
+    /// Makes the runs at hand do what somebody wishes of them.
+    fn stop_run(&self, run: u64) {
+        if let Some(going) = self.going.get(&run) {
+            going.stop.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn leave(&mut self) {
+        self.leaving = true;
+        let keeps = self.store.named().is_some();
+        for run in self.going.keys().copied().collect::<Vec<_>>() {
+            if !keeps {
+                self.admit(Event::Wished { run, wish: Wish::Cancel });
+            }
+            self.stop_run(run);
+        }
+        loop {
+            if !keeps {
+                self.dismiss();
+            }
+            self.turn();
+            let lately = |asked: &Instant| asked.elapsed() < LINGER;
+            if self.going.is_empty() && !self.awaited.values().any(lately) {
+                return;
+            }
+        }
+    }
+
+    /// Tells the runs that wait that they will not be run.
+    fn dismiss(&mut self) {
+        let waits = |entry: &&Entry| matches!(entry.state, State::Queued | State::Paused);
+        let waiting: Vec<u64> = self.board.entries().filter(waits).map(|e| e.run).collect();
+        for run in waiting {
+            let text = "the coordinator left before the run began".to_owned();
+            self.live(run).say(&format!("error: {text}"));
+            let end = End { code: Some(codes::UNREACHABLE), text, files: Vec::new() };
+            self.admit(Event::Cancelled { run, end, at: unix_ms() });
+        }
+    }
+}
+
+/// What a run may claim of the pool: users share it evenly; priorities beyond what the pool tells
+/// apart decide in the queue alone.
+fn share(user: &str, priority: i32) -> Share {
+    let name = cullet_proto::ids::digest(user.as_bytes());
+    let tenant = Tenant(u64::from_le_bytes([0, 1, 2, 3, 4, 5, 6, 7].map(|at| name[at])));
+    let priority = i32::from(Share::NORMAL).saturating_add(priority);
+    Share { tenant, priority: priority.clamp(0, i32::from(Share::HIGHEST)) as u8 }
+}
+
+/// Now \[ms since 1970\].
+pub(crate) fn unix_ms() -> u64 {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    since.map_or(0, |since| since.as_millis() as u64)
+}

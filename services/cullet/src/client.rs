@@ -1,0 +1,390 @@
+//! Commands about the runs of a coordinator.
+
+use crate::args::{self, Place};
+use crate::exit::{Exit, Trouble, print};
+use crate::folder::{Folder, refuse_taken};
+use crate::progress::Progress;
+use crate::run::{no_link, read_scene, say_logs};
+use crate::sweep;
+use cullet_coordinator::link::LinkError;
+use cullet_coordinator::link::client::{Client, Terms};
+use cullet_coordinator::run::{News, Position};
+use cullet_coordinator::scene::Bundle;
+use cullet_proto::keys::{DEFAULT_COORDINATOR, UserVerb};
+use cullet_proto::service::{self, Drain, Noted, RunInfo, Runs, State, Which, Workers};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
+    let place = &args.place;
+    say_logs(&place.voice);
+    if sweep::is_one(&args.scene.scene) {
+        return sweep::submit(args);
+    }
+    let scene = read_scene(&args.scene)?;
+    // Said before the run and not after it.
+    args.out.as_deref().map_or(Ok(()), refuse_taken)?;
+    let client = connect(place)?;
+    let run = hand_in(&client, &scene.bundle(), args.priority, "")?;
+    if args.detach {
+        return tell_number(&client, run, place);
+    }
+    if !place.voice.quiet {
+        eprintln!("run {run}");
+    }
+    let info = follow(&client, run, 0, place, args.watch)?;
+    let out = match bring(&client, &info, args.out.as_deref()) {
+        Ok(Some(out)) => out,
+        other => return other.map(|_| exit_of(&info)),
+    };
+    if place.json {
+        print_summary(&out)?;
+    }
+    if !place.voice.quiet {
+        eprintln!("{}", out.display());
+    }
+    Ok(exit_of(&info))
+}
+
+pub(crate) fn hand_in(
+    client: &Client,
+    bundle: &Bundle,
+    priority: i32,
+    sweep: &str,
+) -> Result<u64, Trouble> {
+    let terms = Terms { ticket: ticket(), priority, sweep: sweep.to_owned() };
+    client.submit(bundle, &terms).map_err(|error| refused(&error))
+}
+
+fn tell_number(client: &Client, run: u64, place: &Place) -> Result<Exit, Trouble> {
+    client.enough(run);
+    match place.json {
+        true => print_json(&Which { run })?,
+        false => print(format!("{run}\n"))?,
+    }
+    Ok(Exit::Done)
+}
+
+fn print_summary(out: &Path) -> Result<(), Trouble> {
+    let path = out.join("summary.json");
+    let text = std::fs::read_to_string(&path).map_err(|error| Trouble::file(&path, error))?;
+    print(text)
+}
+
+pub(crate) fn ps(args: &args::Ps) -> Result<Exit, Trouble> {
+    say_logs(&args.place.voice);
+    let Runs { runs } = ask(&connect(&args.place)?, UserVerb::Runs, &service::Nothing {})?;
+    if args.place.json {
+        print_json(&Runs { runs })?;
+        return Ok(Exit::Done);
+    }
+    let mut text = format!(
+        "{:>6}  {:<20} {:<12} {:<9} {:>4}  {:<22} {}\n",
+        "RUN", "SCENE", "USER", "STATE", "PRIO", "AT", "SWEEP"
+    );
+    for run in &runs {
+        text += format!(
+            "{:>6}  {:<20} {:<12} {:<9} {:>4}  {:<22} {}",
+            run.run,
+            run.name,
+            run.user,
+            run.state.word(),
+            run.priority,
+            place_of(run),
+            run.sweep
+        )
+        .trim_end();
+        text.push('\n');
+    }
+    print(text)?;
+    Ok(Exit::Done)
+}
+
+/// Where a run is, in a few words.
+fn place_of(run: &RunInfo) -> String {
+    match (&run.position, run.code) {
+        (Some(p), _) => format!("{:.2} of {:.2} s", p.time, p.end),
+        (None, Some(code)) => format!("code {code}"),
+        (None, None) => String::new(),
+    }
+}
+
+pub(crate) fn show(args: &args::OfRun) -> Result<Exit, Trouble> {
+    say_logs(&args.place.voice);
+    let info = known(&connect(&args.place)?, args.run)?;
+    match args.place.json {
+        true => print_json(&info)?,
+        false => print(told(&info))?,
+    }
+    Ok(Exit::Done)
+}
+
+fn told(run: &RunInfo) -> String {
+    let mut lines = vec![
+        format!("run {}: {}, {}", run.run, run.name, run.state.word()),
+        format!("  user {}, priority {}, attempt {}", run.user, run.priority, run.attempt),
+    ];
+    lines.extend(run.overrides.iter().map(|set| format!("  --set {set}")));
+    if !run.sweep.is_empty() {
+        lines.push(format!("  of the sweep {}", run.sweep));
+    }
+    let jobs = run.jobs;
+    lines.push(format!(
+        "  jobs: {} opened, {} settled, {} of them kept from before, {} sent again",
+        jobs.opened, jobs.settled, jobs.kept, jobs.resent
+    ));
+    if let Some(p) = run.position {
+        let (bodies, fractures) = (p.bodies, p.fractures);
+        let at =
+            format!("  {:.3} of {:.3} s, {bodies} bodies, {fractures} fractures", p.time, p.end);
+        lines.push(at);
+    }
+    if let (Some(from), Some(to)) = (run.started_ms, run.ended_ms) {
+        lines.push(format!("  took {:.1} s", to.saturating_sub(from) as f64 / 1e3));
+    }
+    lines.extend(run.code.map(|code| format!("  exit code {code}")));
+    if !run.text.is_empty() {
+        lines.push(format!("  {}", run.text));
+    }
+    lines.extend(run.files.iter().map(|file| format!("  {}: {} bytes", file.name, file.length)));
+    lines.join("\n") + "\n"
+}
+
+pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, Trouble> {
+    say_logs(&args.place.voice);
+    let client = connect(&args.place)?;
+    let mut from = 0;
+    loop {
+        let question = service::Follow { run: args.run, from, wait_ms: 0 };
+        let news: service::News = ask(&client, UserVerb::Follow, &question)?;
+        if news.lines.is_empty() {
+            client.enough(args.run);
+            return Ok(Exit::Done);
+        }
+        from = news.next;
+        for line in &news.lines {
+            match args.place.json {
+                true => print_json(line)?,
+                false => print(format!("{line}\n"))?,
+            }
+        }
+    }
+}
+
+pub(crate) fn watch(args: &args::OfRun) -> Result<Exit, Trouble> {
+    say_logs(&args.place.voice);
+    let client = connect(&args.place)?;
+    if args.place.json {
+        let mut trouble = Ok(());
+        let info = client.follow(args.run, 0, |news| {
+            if trouble.is_ok() {
+                trouble = print_json(news);
+            }
+        });
+        trouble?;
+        return Ok(exit_of(&info.map_err(|error| refused(&error))?));
+    }
+    let info = follow(&client, args.run, 0, &args.place, true)?;
+    client.enough(args.run);
+    Ok(exit_of(&info))
+}
+
+pub(crate) fn wait(args: &args::OfRun) -> Result<Exit, Trouble> {
+    say_logs(&args.place.voice);
+    let client = connect(&args.place)?;
+    // The lines are of no interest: from beyond the last.
+    let info = client.follow(args.run, u64::MAX, |_| {}).map_err(|error| refused(&error))?;
+    client.enough(args.run);
+    if args.place.json {
+        print_json(&info)?;
+    } else if !args.place.voice.quiet {
+        let why = if info.text.is_empty() { String::new() } else { format!(": {}", info.text) };
+        eprintln!("run {} is {}{why}", info.run, info.state.word());
+    }
+    Ok(exit_of(&info))
+}
+
+pub(crate) fn control(args: &args::OfRun, verb: UserVerb) -> Result<Exit, Trouble> {
+    say_logs(&args.place.voice);
+    let client = connect(&args.place)?;
+    let info: RunInfo = ask(&client, verb, &Which { run: args.run })?;
+    match args.place.json {
+        true => print_json(&info)?,
+        false => print(format!("run {} is {}\n", info.run, doing(&info, verb)))?,
+    }
+    Ok(Exit::Done)
+}
+
+/// A run that goes on is stopped at its next step: until then its state is what it was.
+fn doing(info: &RunInfo, verb: UserVerb) -> String {
+    let word = info.state.word();
+    match (info.state, verb) {
+        (State::Running, UserVerb::Cancel) => format!("{word}, and is being cancelled"),
+        (State::Running, UserVerb::Pause) => format!("{word}, and is being laid aside"),
+        _ => word.to_owned(),
+    }
+}
+
+pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
+    let place = &args.of.place;
+    say_logs(&place.voice);
+    args.out.as_deref().map_or(Ok(()), refuse_taken)?;
+    let client = connect(place)?;
+    let info = match args.follow {
+        true => follow(&client, args.of.run, 0, place, true)?,
+        false => known(&client, args.of.run)?,
+    };
+    let Some(out) = bring(&client, &info, args.out.as_deref())? else {
+        let text = format!("run {} is {}: there is nothing to fetch", info.run, info.state.word());
+        return Err(Trouble::new(Exit::Usage, text));
+    };
+    match place.json {
+        true => print_json(&info)?,
+        false => print(format!("{}\n", out.display()))?,
+    }
+    Ok(exit_of(&info))
+}
+
+pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
+    say_logs(&args.place.voice);
+    let said: Workers = ask(&connect(&args.place)?, UserVerb::Workers, &service::Nothing {})?;
+    if args.place.json {
+        print_json(&said)?;
+        return Ok(Exit::Done);
+    }
+    let mut text =
+        format!("{:<24} {:<8} {:>7} {:>6}  {}\n", "WORKER", "STATE", "THREADS", "DONE", "JOB");
+    for w in &said.workers {
+        let state = match (w.up, w.drained) {
+            (false, _) => "away",
+            (true, true) => "drained",
+            (true, false) if w.jobs.is_empty() => "idle",
+            (true, false) => "busy",
+        };
+        let jobs: Vec<&str> = w.jobs.iter().map(|job| &job[..job.len().min(8)]).collect();
+        let row =
+            format!("{:<24} {state:<8} {:>7} {:>6}  {}", w.name, w.threads, w.done, jobs.join(" "));
+        text += row.trim_end();
+        text.push('\n');
+    }
+    print(text)?;
+    Ok(Exit::Done)
+}
+
+pub(crate) fn drain(args: &args::Drain) -> Result<Exit, Trouble> {
+    say_logs(&args.place.voice);
+    let question = Drain { worker: args.worker.clone() };
+    let said: Noted = ask(&connect(&args.place)?, UserVerb::Drain, &question)?;
+    match args.place.json {
+        true => print_json(&said)?,
+        false => print(format!("{} gets no more jobs\n", args.worker))?,
+    }
+    Ok(Exit::Done)
+}
+
+pub(crate) fn connect(place: &Place) -> Result<Client, Trouble> {
+    let patience = Duration::from_secs_f64(place.patience.clamp(0.1, 86_400.0));
+    Client::connect(&place.connect)
+        .and_then(|client| client.with(DEFAULT_COORDINATOR, &place.user, patience))
+        .map_err(|error| no_link(&error))
+}
+
+fn ask<Q: Serialize, A: serde::de::DeserializeOwned>(
+    client: &Client,
+    verb: UserVerb,
+    question: &Q,
+) -> Result<A, Trouble> {
+    client.question(verb, question).map_err(|error| refused(&error))
+}
+
+fn known(client: &Client, run: u64) -> Result<RunInfo, Trouble> {
+    ask(client, UserVerb::Run, &Which { run })
+}
+
+/// Follows a run; `bar`: shows how far it is, where there is a terminal.
+pub(crate) fn follow(
+    client: &Client,
+    run: u64,
+    from: u64,
+    place: &Place,
+    bar: bool,
+) -> Result<RunInfo, Trouble> {
+    let quiet = place.voice.quiet;
+    let mut progress = Progress::new(quiet || !bar);
+    let info = client.follow(run, from, |news| {
+        for line in &news.lines {
+            match bar || quiet {
+                true => progress.show(&News::Line(line.clone())),
+                false => eprintln!("{line}"),
+            }
+        }
+        if let (true, Some(p)) = (bar, news.run.position) {
+            let jobs = news.run.jobs;
+            let (bodies, fractures) = (p.bodies, p.fractures);
+            let (waiting, running) = (jobs.opened.saturating_sub(jobs.settled), 0);
+            let (time, end) = (p.time, p.end);
+            progress.show(&News::At(Position { time, end, bodies, fractures, waiting, running }));
+        }
+    });
+    progress.done();
+    info.map_err(|error| refused(&error))
+}
+
+/// Fetches what there is, if anything, and says where it went.
+pub(crate) fn bring(
+    client: &Client,
+    info: &RunInfo,
+    asked: Option<&Path>,
+) -> Result<Option<PathBuf>, Trouble> {
+    let fetched = match info.files.is_empty() {
+        true => Ok(None),
+        false => Folder::of(asked, &info.name).and_then(|out| {
+            let done = client.fetch(info, &out.path).map_err(|error| refused(&error));
+            done.map(|_| Some(out.path.clone())).inspect_err(|_| out.forget())
+        }),
+    };
+    client.enough(info.run);
+    fetched
+}
+
+/// How the process ends because a run ended so.
+pub(crate) fn exit_of(info: &RunInfo) -> Exit {
+    let by_state = match info.state {
+        State::Done => Exit::Done,
+        State::Failed => Exit::Failed,
+        State::Stalled => Exit::Stalled,
+        State::Cancelled => Exit::Cancelled,
+        State::Queued | State::Running | State::Paused => Exit::Done,
+    };
+    info.code.map_or(by_state, Exit::of_code)
+}
+
+pub(crate) fn print_json<T: Serialize>(said: &T) -> Result<(), Trouble> {
+    let text = serde_json::to_string(said);
+    print(text.map_err(|error| Trouble::new(Exit::Failed, error))? + "\n")
+}
+
+pub(crate) fn refused(error: &LinkError) -> Trouble {
+    let exit = match error {
+        LinkError::Silent { .. } | LinkError::Connect { .. } | LinkError::Left { .. } => {
+            Exit::Unreachable
+        }
+        LinkError::File { .. } => Exit::File,
+        LinkError::Refused(_) | LinkError::Unknown(_) | LinkError::Path { .. } => Exit::Usage,
+        LinkError::Listen { .. }
+        | LinkError::Spawn { .. }
+        | LinkError::Thread(_)
+        | LinkError::Wire(_) => Exit::Failed,
+    };
+    Trouble::new(exit, error)
+}
+
+/// A name that no other submission has: the process and the moment.
+pub(crate) fn ticket() -> String {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    let nanoseconds = since.map_or(0, |since| since.as_nanos() as u64);
+    let mixed =
+        cullet_geometry::math::scramble(nanoseconds ^ (u64::from(std::process::id()) << 32));
+    format!("{mixed:016x}")
+}

@@ -1,0 +1,152 @@
+//! `cullet doctor`: is this machine, and is that coordinator, fit for work.
+
+use crate::args;
+use crate::client::print_json;
+use crate::exit::{Exit, Trouble, print};
+use crate::run::say_logs;
+use cullet_coordinator::link::client::Client;
+use cullet_coordinator::service::free;
+use cullet_proto::keys::{DEFAULT_COORDINATOR, UserVerb};
+use cullet_proto::service::{About, Nothing, Workers};
+use cullet_proto::{envelope, service};
+use serde::Serialize;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// Less room than this is worth a word: a long run's recording has some hundred MB.
+const LITTLE: u64 = 2 << 30;
+/// Clocks that differ by more make logs of two machines hard to read together \[s\].
+const SKEW: f64 = 2.0;
+/// How long a coordinator may take to answer.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// One thing that was looked at.
+#[derive(Debug, Serialize)]
+struct Finding {
+    what: &'static str,
+    good: bool,
+    text: String,
+}
+
+fn finding(what: &'static str, good: bool, text: impl Into<String>) -> Finding {
+    Finding { what, good, text: text.into() }
+}
+
+pub(crate) fn doctor(args: &args::Doctor) -> Result<Exit, Trouble> {
+    say_logs(&args.voice);
+    let mut found = here(args);
+    if let Some(endpoint) = &args.connect {
+        there(endpoint, &mut found);
+    }
+    if args.json {
+        print_json(&found)?;
+    } else {
+        let mark = |good| if good { "ok " } else { "BAD" };
+        let line = |f: &Finding| format!("{} {:<12} {}\n", mark(f.good), f.what, f.text);
+        print(found.iter().map(line).collect::<String>())?;
+    }
+    let reached = found.iter().all(|f| f.good || f.what != "coordinator");
+    match (found.iter().all(|f| f.good), reached) {
+        (true, _) => Ok(Exit::Done),
+        (false, false) => Ok(Exit::Unreachable),
+        (false, true) => Ok(Exit::Failed),
+    }
+}
+
+fn here(args: &args::Doctor) -> Vec<Finding> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let version = env!("CARGO_PKG_VERSION");
+    let mut found = vec![
+        finding("version", true, format!("cullet {version}, wire {}", envelope::MAJOR)),
+        finding("cores", true, format!("{cores} here")),
+    ];
+    let folder = args.disk.display();
+    found.push(match free(&args.disk) {
+        Some(bytes) => {
+            let room = format!("{:.1} GB free in {folder}", bytes as f64 / 1e9);
+            finding("disk", bytes >= LITTLE, room)
+        }
+        None => finding("disk", false, format!("{folder}: how full it is cannot be told")),
+    });
+    let probe = tempfile_in(&args.disk);
+    found.push(match probe {
+        Ok(()) => finding("write", true, format!("files can be written in {folder}")),
+        Err(error) => finding("write", false, format!("{folder}: {error}")),
+    });
+    let solvers = cullet_worker::solvers().join(", ");
+    found.push(finding("solvers", true, format!("a worker of this version solves: {solvers}")));
+    found
+}
+
+fn tempfile_in(folder: &std::path::Path) -> std::io::Result<()> {
+    let path = folder.join(format!(".cullet-doctor-{}", std::process::id()));
+    std::fs::write(&path, b"x")?;
+    std::fs::remove_file(&path)
+}
+
+fn there(endpoint: &str, found: &mut Vec<Finding>) {
+    let asked = Instant::now();
+    let client = Client::connect(endpoint)
+        .and_then(|client| client.with(DEFAULT_COORDINATOR, "doctor", PATIENCE));
+    let client = match client {
+        Ok(client) => client,
+        Err(error) => {
+            found.push(finding("coordinator", false, error.to_string()));
+            return;
+        }
+    };
+    // The first answer waits for the link; the second one is the way there and back.
+    let about = client.question::<_, About>(UserVerb::About, &Nothing {});
+    let connected = asked.elapsed();
+    let asked = Instant::now();
+    let about = about.and_then(|_| client.question::<_, About>(UserVerb::About, &Nothing {}));
+    let about = match about {
+        Ok(about) => about,
+        Err(error) => {
+            found.push(finding("coordinator", false, error.to_string()));
+            return;
+        }
+    };
+    let (way, first) = (asked.elapsed().as_secs_f64() * 1e3, connected.as_secs_f64());
+    let text = format!("{endpoint} answers in {way:.1} ms, {first:.2} s with the connection");
+    found.push(finding("coordinator", true, text));
+    about_it(&about, found);
+    match client.question::<_, Workers>(UserVerb::Workers, &Nothing {}) {
+        Ok(said) => about_workers(&said.workers, found),
+        Err(error) => found.push(finding("workers", false, error.to_string())),
+    }
+}
+
+fn about_it(about: &About, found: &mut Vec<Finding>) {
+    let same = about.version == env!("CARGO_PKG_VERSION") && about.wire == envelope::MAJOR;
+    let text = format!("the coordinator is cullet {}, wire {}", about.version, about.wire);
+    found.push(finding("versions", same, text));
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |now| now.as_secs_f64());
+    let skew = about.now_ms as f64 / 1e3 - now;
+    found.push(finding("clocks", skew.abs() <= SKEW, format!("they differ by {skew:.3} s")));
+    let (up, cores) = (about.up_ms as f64 / 1e3, about.cores);
+    let (at_once, queued, running) = (about.runs_at_once, about.queued, about.running);
+    let text = format!(
+        "up {up:.0} s, {cores} cores, {running} runs go on of {at_once} at once, {queued} wait"
+    );
+    found.push(finding("runs", true, text));
+    let room = about.free_bytes.map(|bytes| format!("{:.1} GB free", bytes as f64 / 1e9));
+    let kept = match about.state.as_str() {
+        "" => "no state folder: runs are forgotten when it ends".to_owned(),
+        folder => format!("state in {folder}"),
+    };
+    let good = about.free_bytes.is_none_or(|bytes| bytes >= LITTLE);
+    let text = format!("{kept}, {}", room.unwrap_or_else(|| "room unknown".to_owned()));
+    found.push(finding("state", good, text));
+}
+
+fn about_workers(workers: &[service::WorkerInfo], found: &mut Vec<Finding>) {
+    let up: Vec<_> = workers.iter().filter(|worker| worker.up && !worker.drained).collect();
+    if up.is_empty() {
+        found.push(finding("workers", false, "there is none: jobs wait until one comes"));
+    }
+    for worker in up {
+        let (name, threads, done) = (&worker.name, worker.threads, worker.done);
+        let text = format!("{name}: {threads} threads, {done} jobs done");
+        found.push(finding("worker", true, text));
+    }
+}

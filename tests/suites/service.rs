@@ -1,0 +1,308 @@
+//! The service as people use it: processes on loopback, killed and told things in the middle.
+
+mod common;
+
+use common::{Cullet, Going, children_of, corpus, signal, summary, unique};
+use serde_json::Value;
+use std::fs;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// The drop scene, finer, so that a job lasts long enough to be hit.
+const LONGER: [&str; 2] = ["--set", "fracture.max_particles=12000"];
+const LONG: Duration = Duration::from_secs(120);
+
+/// A coordinator with workers of its own.
+struct Farm {
+    endpoint: String,
+    state: PathBuf,
+    process: Going,
+}
+
+impl Farm {
+    fn start(name: &str, args: &[&str]) -> Self {
+        let (endpoint, state) = (common::free_endpoint(), unique(name));
+        let process = Self::process(&endpoint, &state, args);
+        Self { endpoint, state, process }
+    }
+
+    fn process(endpoint: &str, state: &Path, args: &[&str]) -> Going {
+        let call = ["coordinator", "--listen", endpoint, "--workers", "1"];
+        Cullet::new(&call).args(args).args(&["--state"]).path(state).spawn()
+    }
+
+    /// Kills it as a crash of the machine would, and starts it again.
+    fn crash(&mut self, args: &[&str]) {
+        let workers = children_of(self.process.id());
+        signal(self.process.id(), "KILL");
+        self.process.wait(Duration::from_secs(5));
+        let until = Instant::now() + Duration::from_secs(10);
+        while workers.iter().any(|id| common::is_alive(*id)) && Instant::now() < until {
+            sleep(Duration::from_millis(20));
+        }
+        self.process = Self::process(&self.endpoint, &self.state, args);
+    }
+
+    fn ask(&self, args: &[&str]) -> common::Said {
+        Cullet::new(args).args(&["--connect", &self.endpoint]).output()
+    }
+
+    fn json(&self, args: &[&str]) -> Value {
+        let said = self.ask(&[args, &["--json"]].concat());
+        assert_eq!(said.code, 0, "{args:?}: {}", said.stderr);
+        serde_json::from_str(&said.stdout).unwrap_or_else(|why| panic!("{why}: {}", said.stdout))
+    }
+
+    fn submit(&self, args: &[&str]) -> String {
+        let call = ["submit", &corpus("drop.toml"), "--detach"];
+        let said = self.ask(&[&call[..], args].concat());
+        assert_eq!(said.code, 0, "{}", said.stderr);
+        said.stdout.trim().to_owned()
+    }
+
+    /// Asks about a run until it is as wanted.
+    fn until(&self, run: &str, wanted: impl Fn(&Value) -> bool) -> Value {
+        let until = Instant::now() + LONG;
+        loop {
+            let shown = self.json(&["show", run]);
+            if wanted(&shown) {
+                return shown;
+            }
+            assert!(Instant::now() < until, "never: {shown:#}");
+            sleep(Duration::from_millis(30));
+        }
+    }
+
+    fn fetch(&self, run: &str) -> Value {
+        let out = unique("fetched");
+        let call = Cullet::new(&["fetch", run, "--connect", &self.endpoint, "--out"]).path(&out);
+        let said = call.output();
+        assert_eq!(said.code, 0, "{}", said.stderr);
+        summary(&out)["digest"].clone()
+    }
+}
+
+fn is(state: &'static str) -> impl Fn(&Value) -> bool {
+    move |shown| shown["state"] == state
+}
+
+fn settled(count: u64) -> impl Fn(&Value) -> bool {
+    move |shown| shown["jobs"]["settled"].as_u64() >= Some(count)
+}
+
+/// The digest of a run on its own.
+fn quiet_digest(args: &[&str]) -> Value {
+    let out = unique("quiet");
+    let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--no-pictures", "--out"])
+        .path(&out)
+        .args(args)
+        .output();
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    summary(&out)["digest"].clone()
+}
+
+#[test]
+fn a_killed_coordinator_goes_on_to_the_same_digest_and_solves_nothing_twice() {
+    // Without the cache, which might answer too.
+    let mut farm = Farm::start("killed", &["--cache", "0"]);
+    let run = farm.submit(&LONGER);
+    // While nothing is solved, and with one of two jobs settled.
+    farm.until(&run, is("running"));
+    farm.crash(&["--cache", "0"]);
+    let before = farm.until(&run, settled(1));
+    assert_eq!(before["state"], "running", "it was too quick for this test: {before:#}");
+    farm.crash(&["--cache", "0"]);
+    let wait = farm.ask(&["wait", &run]);
+    assert_eq!(wait.code, 0, "{}", wait.stderr);
+    let shown = farm.json(&["show", &run]);
+    assert_eq!(shown["attempt"], 3, "{shown:#}");
+    assert!(shown["jobs"]["kept"].as_u64() >= Some(1), "solved again: {shown:#}");
+    assert_eq!(farm.fetch(&run), quiet_digest(&LONGER));
+    // What is over stays over, with its files.
+    farm.crash(&["--cache", "0"]);
+    assert_eq!(farm.json(&["show", &run])["files"], shown["files"]);
+    assert_eq!(farm.fetch(&run), quiet_digest(&LONGER));
+    let logs = farm.ask(&["logs", &run]);
+    assert!(logs.stdout.contains("begins anew, attempt 3"), "{}", logs.stdout);
+}
+
+#[test]
+fn two_runs_at_once_have_the_digests_that_they_have_alone() {
+    let farm = Farm::start("together", &["--runs", "2"]);
+    let seeds = [["--set", "world.seed=7"], ["--set", "world.seed=8"]];
+    let runs: Vec<String> =
+        seeds.iter().map(|seed| farm.submit(&[&LONGER[..], seed].concat())).collect();
+    let both = |run: &Value| run["state"] == "running";
+    let until = Instant::now() + LONG;
+    while !farm.json(&["ps"])["runs"].as_array().is_some_and(|all| all.iter().all(both)) {
+        assert!(Instant::now() < until, "they never go on together");
+        sleep(Duration::from_millis(20));
+    }
+    for (run, seed) in runs.iter().zip(seeds) {
+        assert_eq!(farm.ask(&["wait", run]).code, 0);
+        assert_eq!(farm.fetch(run), quiet_digest(&[&LONGER[..], &seed].concat()));
+    }
+}
+
+#[test]
+fn runs_are_laid_aside_taken_up_cancelled_and_waited_for() {
+    let farm = Farm::start("told", &["--runs", "1"]);
+    let endless = farm.submit(&["--set", "world.duration=600"]);
+    let next = farm.submit(&["--priority", "-1"]);
+    let urgent = farm.submit(&["--priority", "1"]);
+    farm.until(&endless, settled(1));
+    assert_eq!(farm.json(&["show", &next])["state"], "queued");
+    assert_eq!(farm.ask(&["pause", &endless]).code, 0);
+    farm.until(&endless, is("paused"));
+    // The urgent one goes first.
+    let shown = farm.until(&urgent, is("done"));
+    assert_ne!(farm.json(&["show", &next])["state"], "done", "{shown:#}");
+    assert_eq!(farm.ask(&["wait", &next]).code, 0);
+    assert_eq!(farm.ask(&["resume", &endless]).code, 0);
+    let shown = farm.until(&endless, settled(1));
+    assert!(shown["jobs"]["kept"].as_u64() >= Some(1), "solved again: {shown:#}");
+    let mut waiting =
+        Cullet::new(&["wait", &endless, "--connect", &farm.endpoint, "--json"]).spawn();
+    assert_eq!(waiting.wait(Duration::from_secs(1)), None, "it is not over");
+    assert_eq!(farm.ask(&["cancel", &endless]).code, 0);
+    assert_eq!(waiting.wait(Duration::from_secs(20)), Some(5), "{}", waiting.stderr());
+    // Its recording so far can be fetched; a finished run can be neither cancelled nor retried.
+    let out = unique("cancelled");
+    let fetch = Cullet::new(&["fetch", &endless, "--connect", &farm.endpoint, "--out"]).path(&out);
+    assert_eq!(fetch.output().code, 5);
+    assert!(out.join("run.mcap").is_file());
+    for verb in ["cancel", "retry", "pause", "resume"] {
+        let said = farm.ask(&[verb, &next]);
+        assert_eq!(said.code, 64, "{verb}: {}", said.stderr);
+        assert!(said.stderr.contains("is done"), "{verb}: {}", said.stderr);
+    }
+    assert_eq!(farm.ask(&["show", "99"]).code, 64);
+    let wait = ["wait", "1", "--connect", &common::free_endpoint(), "--patience", "1"];
+    assert_eq!(Cullet::new(&wait).output().code, 69);
+}
+
+#[test]
+fn a_run_that_failed_says_so_and_is_tried_again() {
+    let farm = Farm::start("failing", &[]);
+    let recordings = farm.state.join("recordings");
+    let taken = recordings.join("drop-1");
+    let run = farm.submit(&["--set", "world.duration=600"]);
+    farm.until(&run, is("running"));
+    assert_eq!(farm.ask(&["pause", &run]).code, 0);
+    farm.until(&run, is("paused"));
+    // A file stands where its folder was.
+    fs::remove_dir_all(&taken).expect("its folder");
+    fs::write(&taken, "").expect("a file");
+    assert_eq!(farm.ask(&["resume", &run]).code, 0);
+    assert_eq!(farm.ask(&["wait", &run]).code, 74);
+    assert_eq!(farm.json(&["show", &run])["state"], "failed");
+    fs::remove_file(&taken).expect("it goes");
+    assert_eq!(farm.ask(&["retry", &run]).code, 0);
+    farm.until(&run, settled(1));
+    assert_eq!(farm.ask(&["cancel", &run]).code, 0);
+    assert_eq!(farm.ask(&["wait", &run]).code, 5);
+}
+
+#[test]
+fn a_sweep_makes_a_table_and_a_sheet_here_and_at_a_coordinator() {
+    let folder = unique("sweep");
+    fs::create_dir_all(&folder).expect("a folder");
+    fs::copy(corpus("drop.toml"), folder.join("drop.toml")).expect("a scene");
+    let text =
+        "scene = \"drop.toml\"\n[product]\n\"world.seed\" = { from = 5, to = 6, step = 1 }\n";
+    let file = folder.join("seeds.toml");
+    fs::write(&file, text).expect("a sweep");
+    let local = folder.join("local");
+    let run = Cullet::new(&["run", "-q", "--no-pictures", "--out"]).path(&local).path(&file);
+    let said = run.output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    let farm = Farm::start("sweeping", &[]);
+    let far = folder.join("far");
+    let submit = Cullet::new(&["submit", "-q", "--connect", &farm.endpoint, "--out"]);
+    let said = submit.path(&far).path(&file).output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    let table = |out: &Path| -> Vec<Vec<String>> {
+        let text = fs::read_to_string(out.join("table.csv")).expect("a table");
+        text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
+    };
+    let (here, there) = (table(&local), table(&far));
+    assert_eq!(here.len(), 3, "{here:?}");
+    assert_eq!(here[0][..3], ["run", "world.seed", "code"]);
+    assert_eq!((here[1][1].as_str(), here[2][1].as_str()), ("5", "6"));
+    let digests = |rows: &[Vec<String>]| -> Vec<Option<String>> {
+        rows[1..].iter().map(|row| row.last().cloned()).collect()
+    };
+    assert_eq!(digests(&here), digests(&there));
+    assert_ne!(here[1].last(), here[2].last(), "another seed is another run");
+    for out in [&local, &far] {
+        let sheet = fs::read(out.join("sheet.png")).expect("a sheet");
+        assert!(sheet.starts_with(b"\x89PNG"));
+    }
+    assert_eq!(farm.json(&["ps"])["runs"][1]["sweep"], "seeds");
+    let bad = folder.join("bad.toml");
+    fs::write(&bad, "scene = \"drop.toml\"\n[product]\n\"world.sed\" = [1]\n").expect("a sweep");
+    let said = Cullet::new(&["run"]).path(&bad).output();
+    assert_eq!(said.code, 64);
+    assert!(said.stderr.contains("sed=1") && said.stderr.contains("seed"), "{}", said.stderr);
+}
+
+#[test]
+fn a_state_folder_that_is_none_or_in_use_is_refused() {
+    let folder = unique("foreign");
+    fs::create_dir_all(&folder).expect("a folder");
+    fs::write(folder.join("thesis.tex"), "x").expect("a file");
+    let start = |folder: &Path| {
+        let call = ["coordinator", "--listen", &common::free_endpoint(), "--state"];
+        Cullet::new(&call).path(folder).output()
+    };
+    let said = start(&folder);
+    assert_eq!(said.code, 64, "{}", said.stderr);
+    assert!(said.stderr.contains("thesis.tex"), "{}", said.stderr);
+    let mut farm = Farm::start("in-use", &[]);
+    farm.submit(&[]);
+    let said = start(&farm.state);
+    assert_eq!(said.code, 74, "{}", said.stderr);
+    assert!(said.stderr.contains("another coordinator"), "{}", said.stderr);
+    signal(farm.process.id(), "TERM");
+    assert_eq!(farm.process.wait(Duration::from_secs(20)), Some(0));
+    let journal = farm.state.join("journal");
+    let mut bytes = fs::read(&journal).expect("a journal");
+    bytes[30] ^= 1;
+    fs::write(&journal, bytes).expect("it is damaged");
+    let said = start(&farm.state);
+    assert_eq!(said.code, 64, "{}", said.stderr);
+    assert!(said.stderr.contains("line 2") && said.stderr.contains("checksum"), "{}", said.stderr);
+}
+
+fn get(address: &str, path: &str) -> String {
+    let mut stream = std::net::TcpStream::connect(address).expect("somebody listens");
+    write!(stream, "GET {path} HTTP/1.0\r\n\r\n").expect("it is sent");
+    let mut text = String::new();
+    stream.read_to_string(&mut text).expect("an answer");
+    text
+}
+
+#[test]
+fn a_doctor_metrics_and_health_tell_of_a_coordinator() {
+    let address = common::free_endpoint().replace("tcp/", "");
+    let farm = Farm::start("watched", &["--metrics", &address]);
+    let run = farm.submit(&[]);
+    assert_eq!(farm.ask(&["wait", &run]).code, 0);
+    sleep(Duration::from_millis(1500));
+    let metrics = get(&address, "/metrics");
+    assert!(metrics.contains("cullet_runs{state=\"done\"} 1"), "{metrics}");
+    assert!(metrics.contains("# TYPE cullet_jobs_settled_total counter"), "{metrics}");
+    assert!(get(&address, "/healthz").starts_with("HTTP/1.0 200"));
+    assert!(get(&address, "/else").starts_with("HTTP/1.0 404"));
+    let said = farm.ask(&["doctor", "--disk", "/"]);
+    for word in ["coordinator", "clocks", "versions", "solvers", "brittle"] {
+        assert!(said.stdout.contains(word), "{word}: {}", said.stdout);
+    }
+    let nobody = Cullet::new(&["doctor", "--connect", &common::free_endpoint()]).output();
+    assert_eq!(nobody.code, 69, "{}", nobody.stdout);
+    // The timeline is among what can be fetched.
+    let names = farm.json(&["show", &run])["files"].to_string();
+    assert!(names.contains("timeline.svg") && names.contains("timeline.trace.json"), "{names}");
+}
