@@ -4,8 +4,15 @@
 pub type Millis = u64;
 
 /// A job, named by the digest of its problem: same problem, same job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Job(pub [u8; 32]);
+
+impl std::fmt::Debug for Job {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [a, b, c, d, ..] = self.0;
+        write!(f, "Job({a:02x}{b:02x}{c:02x}{d:02x})")
+    }
+}
 
 /// The digest of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -73,6 +80,22 @@ pub enum Trouble {
     Invalid,
 }
 
+/// What is known of a job when it is opened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Prior {
+    /// Nothing.
+    Nothing,
+    /// Its result, from the cache: no worker is asked.
+    Result {
+        /// Of the result's bytes.
+        digest: Digest,
+        /// What it came to.
+        outcome: Outcome,
+    },
+    /// Nobody can take it: it is over a limit of the wire.
+    Unfit,
+}
+
 /// Something that happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
@@ -90,15 +113,8 @@ pub enum Event {
         run: Run,
         /// What.
         job: Job,
-    },
-    /// The result of a job is known without a worker: from the cache.
-    Known {
-        /// Of what.
-        job: Job,
-        /// Of the result's bytes.
-        digest: Digest,
-        /// What it came to.
-        outcome: Outcome,
+        /// What is known of it before anybody is asked.
+        prior: Prior,
     },
     /// No job of this run is granted until it is resumed; what is under way goes on.
     Pause(Run),
@@ -162,8 +178,6 @@ pub enum Event {
     Drain(Worker),
     /// A quarantined job may be tried again.
     Pardon(Job),
-    /// Nobody can take this job (it is over a limit of the wire).
-    Reject(Job),
     /// Nobody is left to work, and nobody will come.
     Forsaken,
     /// Time has passed. Leases run out only here, after everything that was heard before.

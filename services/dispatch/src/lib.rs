@@ -16,12 +16,15 @@
 pub mod counts;
 pub mod effect;
 pub mod event;
+pub mod hand;
 mod lease;
 pub mod machine;
 #[cfg(test)]
 mod mutant;
 mod poll;
+mod settle;
 mod share;
+mod shelf;
 pub mod timing;
 
 #[cfg(test)]
@@ -29,7 +32,9 @@ mod sim;
 
 pub use counts::Counts;
 pub use effect::{Bound, Effect, Loss, Reason, Receipt, StopReason, Verdict};
-pub use event::{Digest, Epoch, Event, Job, Millis, Outcome, Run, Share, Tenant};
+pub use event::{Digest, Epoch, Event, Job, Millis, Outcome, Prior, Run, Share, Tenant};
 pub use event::{Trouble, Worker};
+pub use hand::{Act, Hand, Heard, Question, Work};
 pub use machine::Dispatch;
+pub use shelf::Shelf;
 pub use timing::Timing;

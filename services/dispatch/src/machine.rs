@@ -2,14 +2,13 @@
 
 use crate::counts::Counts;
 use crate::effect::{Bound, Effect, Loss, Reason, Receipt, Verdict};
-use crate::event::{Digest, Epoch, Event, Job, Millis, Outcome, Run, Worker};
+use crate::event::{Digest, Epoch, Event, Job, Millis, Outcome, Prior, Run, Worker};
+#[cfg(test)]
+use crate::mutant::Mutant;
 use crate::share::Shares;
 use crate::timing::Timing;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-/// Settled jobs whose results are remembered, to tell a duplicate from a stranger. Beyond it the
-/// oldest are forgotten, and a result that comes that late is answered "unknown".
-const MAX_PAST: usize = 65_536;
 /// Workers remembered after their end, so that a late copy of their polls mints no grant.
 pub(crate) const MAX_GONE: usize = 4_096;
 /// Jobs kept in quarantine; beyond it the oldest are let out.
@@ -102,15 +101,15 @@ pub struct Dispatch {
     pub(crate) live: usize,
     pub(crate) gone: VecDeque<Worker>,
     pub(crate) past: BTreeMap<Job, Verdict>,
-    past_order: VecDeque<Job>,
+    pub(crate) past_order: VecDeque<Job>,
     quarantine: VecDeque<Job>,
-    unsettled: u64,
+    pub(crate) unsettled: u64,
     pub(crate) next_epoch: u64,
     pub(crate) counts: Counts,
     /// Runs whose first opening may be over.
     dirty: Vec<Run>,
     #[cfg(test)]
-    pub(crate) mutant: Option<crate::mutant::Mutant>,
+    pub(crate) mutant: Option<Mutant>,
 }
 
 impl Dispatch {
@@ -164,10 +163,12 @@ impl Dispatch {
         let mut out = Vec::new();
         match event {
             Event::Begin { run, share } => self.shares.begin(now, run, share),
-            Event::Open { run, job } => self.open(now, run, job, &mut out),
-            Event::Known { job, digest, outcome } => {
-                self.end(now, job, Verdict::Done { digest, outcome, worker: None });
+            Event::Open { run, job, prior } => {
+                self.open(now, run, job, &mut out);
+                self.weigh(now, job, prior, &mut out);
             }
+            #[cfg(test)]
+            Event::Pause(_) if self.is(Mutant::PauseIgnored) => {}
             Event::Pause(run) => self.shares.pause(now, run, true),
             Event::Resume(run) => self.shares.pause(now, run, false),
             Event::Poll { worker, seq, slots, park } => {
@@ -198,7 +199,6 @@ impl Dispatch {
                     self.abandon(now, job, Reason::Forsaken, &mut out);
                 }
             }
-            Event::Reject(job) => self.abandon(now, job, Reason::Invalid, &mut out),
             Event::Tick => self.tick(now, &mut out),
         }
         self.grant(now, &mut out);
@@ -215,6 +215,9 @@ impl Dispatch {
             return;
         };
         let here = account.openings.len() as u64 >= most;
+        #[cfg(test)]
+        let (here, full) =
+            if self.mutant == Some(Mutant::NoBound) { (false, false) } else { (here, full) };
         if here || full {
             let bound = if here { Bound::Run } else { Bound::Pool };
             out.push(Effect::Busy { run, job, bound });
@@ -240,6 +243,17 @@ impl Dispatch {
             }
         }
         self.dirty.push(run);
+    }
+
+    /// Acts on what is known of a job before anybody is asked.
+    fn weigh(&mut self, now: Millis, job: Job, prior: Prior, out: &mut Vec<Effect>) {
+        match prior {
+            Prior::Nothing => {}
+            Prior::Result { digest, outcome } => {
+                self.end(now, job, Verdict::Done { digest, outcome, worker: None });
+            }
+            Prior::Unfit => self.abandon(now, job, Reason::Invalid, out),
+        }
     }
 
     fn admit(&mut self, now: Millis, job: Job, want: Want, out: &mut Vec<Effect>) {
@@ -287,7 +301,7 @@ impl Dispatch {
     }
 
     /// Books a job that a run begins (`1`) or ceases (`-1`) to want.
-    fn tally(&mut self, job: Job, sign: i64) {
+    pub(crate) fn tally(&mut self, job: Job, sign: i64) {
         let Some(record) = self.jobs.get(&job) else {
             return;
         };
@@ -339,7 +353,7 @@ impl Dispatch {
             },
         };
         #[cfg(test)]
-        let over = over.filter(|_| !self.is(crate::mutant::Mutant::NoDedupe));
+        let over = over.filter(|_| !self.is(Mutant::NoDedupe));
         let receipt = match over {
             None => {
                 self.blame(worker, job, out);
@@ -387,102 +401,5 @@ impl Dispatch {
         }
         self.release(now, job, verdict);
         self.turn(now, job, Phase::Over(verdict));
-    }
-
-    /// Nobody wants the job any more.
-    fn withdraw(&mut self, now: Millis, job: Job) {
-        self.release(now, job, Verdict::Cancelled);
-        if let Some(record) = self.jobs.remove(&job) {
-            if let Some(timer) = record.timer {
-                self.timers.remove(&(timer, job));
-            }
-            self.counts.stands(record.phase, -1);
-            self.remember(job, Verdict::Cancelled);
-        }
-    }
-
-    /// Settles the openings of a run that are over, up to the first that is not.
-    fn settle(&mut self, run: Run, out: &mut Vec<Effect>) {
-        #[cfg(test)]
-        self.settle_as_they_come(run);
-        while let Some(&job) = self.shares.get(run).and_then(|account| account.openings.front()) {
-            let Some(Record { phase: Phase::Over(verdict), .. }) = self.jobs.get(&job) else {
-                return;
-            };
-            let verdict = *verdict;
-            self.settle_first(run, job, verdict, out);
-        }
-    }
-
-    /// Every opening of the run settles now, in order: those that are over as they are.
-    fn cancel(&mut self, now: Millis, run: Run, out: &mut Vec<Effect>) {
-        while let Some(&job) = self.shares.get(run).and_then(|account| account.openings.front()) {
-            let verdict = match self.jobs.get(&job).map(|record| record.phase) {
-                Some(Phase::Over(verdict)) => verdict,
-                Some(Phase::Waiting(_) | Phase::Ready | Phase::Held) | None => Verdict::Cancelled,
-            };
-            self.settle_first(run, job, verdict, out);
-            if self.jobs.get(&job).is_some_and(|record| record.wants.is_empty()) {
-                self.withdraw(now, job);
-            }
-        }
-    }
-
-    /// The run's first opening settles.
-    fn settle_first(&mut self, run: Run, job: Job, verdict: Verdict, out: &mut Vec<Effect>) {
-        let Some(account) = self.shares.get_mut(run) else {
-            return;
-        };
-        account.openings.pop_front();
-        let opening = account.counts.settled;
-        account.counts.settle(verdict);
-        self.counts.settle(verdict);
-        self.unsettled -= 1;
-        let attempts = self.jobs.get(&job).map_or(0, |record| record.attempts);
-        out.push(Effect::Settle { run, opening, job, verdict, attempts });
-        self.unwant(run, job);
-        let spent = |r: &Record| r.wants.is_empty() && matches!(r.phase, Phase::Over(_));
-        if self.jobs.get(&job).is_some_and(spent) {
-            self.jobs.remove(&job);
-            self.remember(job, verdict);
-        }
-    }
-
-    /// The run wants the job once less.
-    fn unwant(&mut self, run: Run, job: Job) {
-        let Some(record) = self.jobs.get_mut(&job) else {
-            return;
-        };
-        let Some(at) = record.wants.iter().position(|want| want.run == run) else {
-            return;
-        };
-        record.wants[at].count -= 1;
-        if record.wants[at].count > 0 {
-            return;
-        }
-        let last = record.wants.len() - 1;
-        record.wants.swap(at, last);
-        let (phase, opening) = (record.phase, record.wants[last].opening);
-        self.tally(job, -1);
-        if phase == Phase::Ready {
-            self.shares.unready(run, opening, job);
-        }
-        if let Some(record) = self.jobs.get_mut(&job) {
-            record.wants.pop();
-        }
-    }
-
-    fn remember(&mut self, job: Job, verdict: Verdict) {
-        if verdict == Verdict::Cancelled && self.past.contains_key(&job) {
-            return;
-        }
-        if self.past.insert(job, verdict).is_none() {
-            self.past_order.push_back(job);
-        }
-        while self.past_order.len() > MAX_PAST {
-            if let Some(oldest) = self.past_order.pop_front() {
-                self.past.remove(&oldest);
-            }
-        }
     }
 }

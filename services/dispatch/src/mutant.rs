@@ -1,4 +1,4 @@
-//! Bugs planted on purpose: the simulation must find each of them.
+//! Bugs planted on purpose: the simulation must find each of them (`docs/pool.md`).
 
 use crate::event::{Job, Run};
 use crate::machine::{Dispatch, Phase};
@@ -17,6 +17,26 @@ pub(crate) enum Mutant {
     DownTakesAll,
     /// Crashes are not counted.
     NoLimit,
+    /// A new life of the coordinator takes itself for the last one.
+    IncarnationForgotten,
+    /// A result is on the disk only after its receipt has gone.
+    AckedBeforeKept,
+    /// What one run cancels is cancelled for all.
+    CancelSpreads,
+    /// A paused run goes on.
+    PauseIgnored,
+    /// A slow job is duplicated again and again.
+    HedgedAgain,
+    /// A run's waiting counts for nothing.
+    NoAgeing,
+    /// A full queue takes more.
+    NoBound,
+    /// A renewal of what is over is granted.
+    DeafToStop,
+    /// A worker leaves a hanging solve alone.
+    NoWatchdog,
+    /// A worker that gets no receipt forgets its result.
+    ResultForgotten,
 }
 
 impl Dispatch {

@@ -96,8 +96,11 @@ impl Dispatch {
 
     /// Gives the jobs whose turn it is to the workers that have waited longest.
     pub(crate) fn grant(&mut self, now: Millis, out: &mut Vec<Effect>) {
+        let age = self.timing.age;
+        #[cfg(test)]
+        let age = if self.is(Mutant::NoAgeing) { Millis::MAX } else { age };
         while !self.parked.is_empty() {
-            let Some((run, job)) = self.shares.pick(now, self.timing.age) else {
+            let Some((run, job)) = self.shares.pick(now, age) else {
                 return;
             };
             let Some(ticket) = self.asker_for(job) else {
@@ -130,7 +133,8 @@ impl Dispatch {
             record.attempts += 1;
             record.attempts > 1
         });
-        let charged = self.shares.charge(now, run);
+        let fresh = self.jobs.get(&job).is_some_and(|record| record.leases.is_empty());
+        let charged = self.shares.charge(now, run, fresh);
         self.counts.resent += u64::from(resent);
         if let Some(account) = self.shares.get_mut(run) {
             account.counts.resent += u64::from(resent);

@@ -144,7 +144,7 @@ impl Shares {
     pub(crate) fn pick(&mut self, now: Millis, age: Millis) -> Option<(Run, Job)> {
         let (_, tenant) = *self.line.first()?;
         let (pass, mut run) = *self.houses.get(&tenant)?.line.first()?;
-        let oldest = self.waiting.first().filter(|(since, _)| since + age <= now);
+        let oldest = self.waiting.first().filter(|(since, _)| since.saturating_add(age) <= now);
         match oldest {
             Some((_, starved)) if !self.aged_last => {
                 self.aged_last = true;
@@ -162,14 +162,15 @@ impl Shares {
         Some((run, job))
     }
 
-    /// Charges a grant: returns what was charged \[ms\].
-    pub(crate) fn charge(&mut self, now: Millis, run: Run) -> Millis {
+    /// Charges an attempt: returns what was charged \[ms\]. With a grant the run's waiting begins
+    /// anew; with a duplicate, or a lease taken up again, it goes on.
+    pub(crate) fn charge(&mut self, now: Millis, run: Run, grant: bool) -> Millis {
         let Some(guess) = self.accounts.get(&run).map(|account| account.guess.max(1)) else {
             return 0;
         };
-        self.delist(run);
+        let since = self.delist(run);
         self.book(run, |pass, shift| pass + ((guess << SCALE) >> shift));
-        self.put(now, run);
+        self.put(since.filter(|_| !grant).unwrap_or(now), run);
         guess
     }
 

@@ -5,10 +5,13 @@
 
 mod bulk;
 mod bundle;
+mod cache;
 mod children;
 pub mod client;
 mod inbox;
+mod ledger;
 mod net;
+mod quarantine;
 mod questions;
 mod run;
 mod shell;
@@ -26,6 +29,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 pub use bundle::{MAX_BUNDLE, check_path};
+pub use cache::CacheConfig;
 pub use children::SpawnConfig;
 pub use cullet_dispatch::Timing;
 pub use cullet_dispatch::{Share, Tenant};
@@ -117,6 +121,14 @@ pub struct PoolConfig {
     pub timing: Timing,
     /// How patient its transport is.
     pub patience: Patience,
+    /// Which life of the coordinator this is: more than any before, and on disk before the start.
+    /// Grants carry it, so that none of an earlier life is taken for one of this. `None`: drawn by
+    /// chance, for a coordinator without a journal.
+    pub incarnation: Option<u32>,
+    /// What is kept of finished jobs, to answer repeats.
+    pub cache: CacheConfig,
+    /// Folder for what reproduces jobs that killed their workers; `None`: it is not kept.
+    pub quarantine: Option<PathBuf>,
 }
 
 impl Default for PoolConfig {
@@ -127,6 +139,9 @@ impl Default for PoolConfig {
             spawn: None,
             timing: Timing::production(),
             patience: Patience::production(),
+            incarnation: None,
+            cache: CacheConfig::default(),
+            quarantine: None,
         }
     }
 }
@@ -151,6 +166,8 @@ pub struct Settlement {
     pub attempts: u32,
     /// Name of the worker whose result counts; empty without one.
     pub worker: String,
+    /// Whether its result was known before.
+    pub cached: bool,
     /// Wall time since the opening.
     pub wall: Duration,
 }
@@ -180,6 +197,12 @@ pub struct PoolStats {
     pub respawned: u64,
     /// Results of a pure job that contradicted an earlier one: must be zero.
     pub alarms: u64,
+    /// Jobs in quarantine.
+    pub quarantined: u64,
+    /// Second attempts at jobs that took long.
+    pub hedged: u64,
+    /// Openings answered from the cache.
+    pub cached: u64,
     /// Chunks that came damaged and were sent again.
     pub damaged: u64,
     /// Messages refused at the door.

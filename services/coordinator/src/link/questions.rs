@@ -2,7 +2,7 @@
 
 use super::bulk::{refuse, reply};
 use super::inbox::Blob;
-use super::shell::Shell;
+use super::shell::{Shell, outcome_of};
 use cullet_dispatch::{Digest, Epoch, Event, Job, Outcome, Receipt, Trouble, Worker};
 use cullet_proto::codec::MAX_HEADER;
 use cullet_proto::envelope::PREFIX;
@@ -11,6 +11,7 @@ use cullet_proto::pool::{self, CommitAnswer, FetchAnswer, Noted, PollAnswer};
 use cullet_proto::pool::{Refusal, RenewAnswer};
 use cullet_proto::{Verdict, WireError, WorkerId, chunks};
 use serde::Serialize;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use zenoh::query::Query;
 
@@ -70,11 +71,16 @@ impl Shell {
                 let (renew, _) = pool::read_ask::<pool::Renew>(bytes)?;
                 let (worker, job) = (Worker(renew.session.0), Job(renew.job.0));
                 let said = self.step(Event::Renew { worker, job, epoch: Epoch(renew.epoch.0) });
-                answer(&query, &said.renew.unwrap_or(RenewAnswer::Stop))
+                let said = said.renew.unwrap_or(RenewAnswer::Stop);
+                if said != RenewAnswer::Stop {
+                    self.progress(renew.job, renew.permille);
+                }
+                answer(&query, &said)
             }
             WorkerVerb::Fetch => {
                 let (fetch, _) = pool::read_ask::<pool::Fetch>(bytes)?;
-                let whole = self.bytes_of(fetch.job);
+                let whole =
+                    self.ledger.get(Job(fetch.job.0)).map(|wanted| Arc::clone(&wanted.bytes));
                 let piece = whole.as_ref().and_then(|bytes| chunks::slice(bytes, fetch.index));
                 self.send_piece(query, piece)
             }
@@ -132,12 +138,9 @@ impl Shell {
             Ok(verdict) => verdict,
             Err(error) => return Ok(CommitAnswer::Unreadable(error.to_string())),
         };
-        let outcome = match &verdict {
-            Verdict::Broken(_) => Outcome::Broken,
-            Verdict::Refused { .. } => Outcome::Refused,
-            Verdict::Failed { .. } => Outcome::Failed,
-        };
-        self.keep(commit.job, verdict);
+        let outcome = outcome_of(&verdict);
+        self.ledger.keep(commit.job, verdict);
+        self.cache.put(commit.job, bytes);
         Ok(self.count(commit, outcome))
     }
 
@@ -170,7 +173,7 @@ impl Shell {
             pool::Trouble::Invalid => Trouble::Invalid,
         };
         tracing::warn!("worker {name} gives job {} back: {}", fail.job.short(), fail.text);
-        self.note_trouble(fail.job, &fail.text);
+        self.ledger.note_trouble(fail.job, &fail.text);
         let (worker, job) = (Worker(fail.session.0), Job(fail.job.0));
         self.step(Event::Fail { worker, job, epoch: Epoch(fail.epoch.0), trouble });
     }

@@ -27,10 +27,12 @@ pub struct RunStats {
     pub waiting: u64,
     /// Jobs at workers now.
     pub running: u64,
+    /// How far those are, summed \[1/1000\].
+    pub permille: u64,
 }
 
 impl RunStats {
-    pub(super) fn of(counts: &Counts) -> Self {
+    pub(super) fn of(counts: &Counts, permille: i64) -> Self {
         Self {
             opened: counts.opened,
             settled: counts.settled,
@@ -40,6 +42,7 @@ impl RunStats {
             resent: counts.resent,
             waiting: counts.waiting,
             running: counts.running,
+            permille: permille.max(0) as u64,
         }
     }
 }
@@ -58,7 +61,7 @@ impl RunHandle {
     pub(super) fn begin(run: Run, share: Share, inputs: SyncSender<Input>) -> Self {
         let (settle, settlements) = std::sync::mpsc::channel();
         let stats = Arc::<Mutex<RunStats>>::default();
-        let listener = Listener { settle, stats: Arc::clone(&stats), over: false };
+        let listener = Listener { settle, stats: Arc::clone(&stats), over: false, permille: 0 };
         let _closed = inputs.send(Input::Begin(run, share, listener));
         Self { run, inputs, settlements: Mutex::new(settlements), stats }
     }

@@ -1,16 +1,20 @@
 //! The thread that owns the pool: hears, steps the machine, does what it says.
 
 use super::bulk::{Bulk, reply};
+use super::cache::Cache;
 use super::children::Children;
 use super::inbox::Inbox;
+use super::ledger::{Ledger, Wanted};
 use super::net::Net;
+use super::quarantine;
 use super::submissions::Submissions;
 use super::{Ending, LinkError, PoolConfig, PoolStats, RunStats, Settlement};
-use cullet_dispatch::{Bound, Digest, Dispatch, Effect, Event, Job, Millis, Reason, Receipt};
-use cullet_dispatch::{Run, Share, Timing, Verdict as Decision, Worker};
+use cullet_dispatch::{Bound, Digest, Dispatch, Effect, Event, Job, Loss, Millis, Outcome, Prior};
+use cullet_dispatch::{Reason, Receipt, Run, Share, Timing, Verdict as Decision, Worker};
 use cullet_proto::pool::{self, Grant, PollAnswer, RenewAnswer};
 use cullet_proto::{Epoch, JobId, SessionId, Verdict, WorkerId};
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -47,21 +51,14 @@ pub(super) enum Input {
     Quit,
 }
 
-/// What is known of a job that has openings to settle.
-#[derive(Clone, Debug)]
-struct Wanted {
-    openings: BTreeMap<Run, VecDeque<Instant>>,
-    bytes: Arc<Vec<u8>>,
-    trouble: String,
-    result: Option<Verdict>,
-}
-
 /// Who hears of a run.
 #[derive(Debug)]
 pub(super) struct Listener {
     pub(super) settle: Sender<(JobId, Settlement)>,
     pub(super) stats: Arc<Mutex<RunStats>>,
     pub(super) over: bool,
+    /// Sum of how far the jobs at work are \[1/1000\].
+    pub(super) permille: i64,
 }
 
 /// What a step of the machine said to whom it listened to.
@@ -83,7 +80,9 @@ pub(super) struct Shell {
     pub(super) refusals: u64,
     names: BTreeMap<Worker, WorkerId>,
     up: BTreeSet<SessionId>,
-    wanted: BTreeMap<Job, Wanted>,
+    pub(super) ledger: Ledger,
+    pub(super) cache: Cache,
+    quarantine: Option<PathBuf>,
     children: Option<Children>,
     net: Net,
     runs: BTreeMap<Run, Listener>,
@@ -103,7 +102,7 @@ impl Shell {
         let children = spawn.map(|spawn| Children::start(spawn, net.endpoint())).transpose()?;
         let pids = children.as_ref().map(Children::pids).unwrap_or_default();
         Ok(Self {
-            dispatch: Dispatch::new(config.timing, incarnation()),
+            dispatch: Dispatch::new(config.timing, config.incarnation.unwrap_or_else(drawn)),
             timing: config.timing,
             inbox: Inbox::default(),
             bulk: Bulk::start()?,
@@ -113,7 +112,9 @@ impl Shell {
             refusals: 0,
             names: BTreeMap::new(),
             up: BTreeSet::new(),
-            wanted: BTreeMap::new(),
+            ledger: Ledger::default(),
+            cache: Cache::open(&config.cache),
+            quarantine: config.quarantine.clone(),
             children,
             net,
             runs: BTreeMap::new(),
@@ -154,7 +155,9 @@ impl Shell {
             self.publish();
             for (run, id, settlement) in self.settled.drain(..) {
                 // One that nobody listens for is of a run whose handle is gone.
-                let _closed = self.runs.get(&run).map(|r| r.settle.send((id, settlement)));
+                if let Some(listener) = self.runs.get(&run) {
+                    let _closed = listener.settle.send((id, settlement));
+                }
             }
             self.runs.retain(|_, listener| !listener.over);
         }
@@ -227,8 +230,8 @@ impl Shell {
         let Some(text) = self.children.as_ref().and_then(Children::hopeless) else {
             return;
         };
-        if self.up.is_empty() && !self.wanted.is_empty() {
-            self.wanted.values_mut().for_each(|wanted| wanted.trouble.clone_from(&text));
+        if self.up.is_empty() && !self.ledger.is_empty() {
+            self.ledger.trouble_all(&text);
             self.step(Event::Forsaken);
         }
     }
@@ -240,7 +243,7 @@ impl Shell {
         for (run, listener) in &self.runs {
             if let Some(counts) = self.dispatch.counts_of(*run) {
                 *listener.stats.lock().unwrap_or_else(PoisonError::into_inner) =
-                    RunStats::of(&counts);
+                    RunStats::of(&counts, listener.permille);
             }
         }
         let stats = PoolStats {
@@ -255,6 +258,9 @@ impl Shell {
             workers: self.up.len() as u64,
             respawned: children.map_or(0, |c| c.respawned),
             alarms: counts.alarms,
+            quarantined: counts.quarantined,
+            hedged: counts.hedged,
+            cached: self.cache.hits,
             damaged: self.inbox.damaged,
             refusals: self.refusals,
             children: pids.len() as u64,
@@ -265,42 +271,35 @@ impl Shell {
 
     fn open(&mut self, run: Run, id: JobId, bytes: Result<Vec<u8>, String>) {
         let job = Job(id.0);
-        let (bytes, trouble) = match bytes {
-            Ok(bytes) => (bytes, None),
-            Err(text) => (Vec::new(), Some(text)),
+        let prior = match bytes {
+            Ok(bytes) => {
+                self.ledger.open(run, id, bytes, String::new());
+                self.known(id).unwrap_or(Prior::Nothing)
+            }
+            Err(text) => {
+                self.ledger.open(run, id, Vec::new(), text);
+                Prior::Unfit
+            }
         };
-        let invalid = trouble.is_some();
-        let wanted = self.wanted.entry(job).or_insert_with(|| Wanted {
-            openings: BTreeMap::new(),
-            bytes: Arc::new(bytes),
-            trouble: trouble.unwrap_or_default(),
-            result: None,
-        });
-        wanted.openings.entry(run).or_default().push_back(Instant::now());
-        if invalid {
-            // Nobody may be granted it in between: it is turned down in the same breath.
-            self.dispatch_all([Event::Open { run, job }, Event::Reject(job)]);
-        } else {
-            self.step(Event::Open { run, job });
-        }
+        self.step(Event::Open { run, job, prior });
     }
 
-    /// The encoding of a job that is wanted.
-    pub(super) fn bytes_of(&self, id: JobId) -> Option<Arc<Vec<u8>>> {
-        self.wanted.get(&Job(id.0)).map(|wanted| Arc::clone(&wanted.bytes))
+    /// What the cache says of a job that is opened.
+    fn known(&mut self, id: JobId) -> Option<Prior> {
+        let bytes = self.cache.get(id)?;
+        let verdict = Verdict::decode(&bytes).ok()?;
+        let outcome = outcome_of(&verdict);
+        self.ledger.keep(id, verdict);
+        let digest = Digest(cullet_proto::ids::digest(&bytes));
+        Some(Prior::Result { digest, outcome })
     }
 
-    /// Keeps words about a job's last trouble, for the message if it is abandoned.
-    pub(super) fn note_trouble(&mut self, id: JobId, text: &str) {
-        if let Some(wanted) = self.wanted.get_mut(&Job(id.0)) {
-            wanted.trouble = cullet_proto::verdict::cut(text);
-        }
-    }
-
-    /// Keeps a verdict whose bytes were checked, for when the machine settles the job.
-    pub(super) fn keep(&mut self, id: JobId, verdict: Verdict) {
-        if let Some(wanted) = self.wanted.get_mut(&Job(id.0)) {
-            wanted.result.get_or_insert(verdict);
+    /// A worker says how far it is.
+    pub(super) fn progress(&mut self, id: JobId, permille: u16) {
+        for (run, gain) in self.ledger.progress(id, permille.min(1000)) {
+            if let Some(listener) = self.runs.get_mut(&run) {
+                listener.permille += gain;
+            }
         }
     }
 
@@ -318,24 +317,19 @@ impl Shell {
         self.start.elapsed().as_millis() as Millis
     }
 
-    fn dispatch_all<const N: usize>(&mut self, events: [Event; N]) -> Said {
+    pub(super) fn step(&mut self, event: Event) -> Said {
         let now = self.now();
-        let stepped: Vec<_> = events.iter().flat_map(|e| self.dispatch.step(now, *e)).collect();
         let mut said = Said::default();
-        for effect in stepped {
+        for effect in self.dispatch.step(now, event) {
             self.act(effect, &mut said);
         }
         said
     }
 
-    pub(super) fn step(&mut self, event: Event) -> Said {
-        self.dispatch_all([event])
-    }
-
     fn act(&mut self, effect: Effect, said: &mut Said) {
         match effect {
             Effect::Grant { worker, seq, job, epoch, lease, hard } => {
-                let length = self.wanted.get(&job).map_or(0, |w| w.bytes.len() as u64);
+                let length = self.ledger.get(job).map_or(0, |w| w.bytes.len() as u64);
                 let grant = Grant {
                     job: JobId(job.0),
                     epoch: Epoch(epoch.0),
@@ -362,14 +356,9 @@ impl Shell {
                 let name = self.names.get(&worker).map_or_else(String::new, WorkerId::to_string);
                 tracing::warn!("worker {name} gets no further job");
             }
-            Effect::Lost { job, loss, .. } => {
-                tracing::warn!("an attempt at job {} is lost: {loss:?}", JobId(job.0).short());
-            }
+            Effect::Lost { job, worker, loss, .. } => self.lost(job, worker, loss),
             Effect::Busy { run, job, bound } => self.turn_down(run, job, bound),
-            Effect::Quarantine { job, crashes } => {
-                let id = JobId(job.0).short();
-                tracing::error!("job {id} is put in quarantine: {crashes} attempts died");
-            }
+            Effect::Quarantine { job, crashes } => self.isolate(job, crashes),
             Effect::Stall { job, reason, attempts } => {
                 let id = JobId(job.0).short();
                 tracing::error!("job {id} is abandoned after {attempts} attempts: {reason:?}");
@@ -393,10 +382,31 @@ impl Shell {
         true
     }
 
+    fn lost(&mut self, job: Job, worker: Worker, loss: Loss) {
+        let name = self.names.get(&worker).map_or("of unknown name", WorkerId::as_str);
+        let line = format!("worker {name}: {loss:?}");
+        tracing::warn!("an attempt at job {} is lost: {line}", JobId(job.0).short());
+        self.ledger.note_attempt(job, &line);
+    }
+
+    /// Keeps what reproduces a job that killed its workers.
+    fn isolate(&self, job: Job, crashes: u32) {
+        let id = JobId(job.0);
+        tracing::error!("job {} is put in quarantine: {crashes} attempts died", id.short());
+        let (Some(folder), Some(wanted)) = (&self.quarantine, self.ledger.get(job)) else {
+            return;
+        };
+        match quarantine::write(folder, id, &wanted.bytes, &wanted.attempts) {
+            Ok(bundle) => tracing::error!("what reproduces it is in {}", bundle.display()),
+            Err(error) => tracing::error!("what reproduces it is not kept: {error}"),
+        }
+    }
+
     fn settle(&mut self, run: Run, job: Job, decision: Decision, attempts: u32) {
         let Some((wanted, opened)) = self.close(run, job) else {
             return;
         };
+        let cached = matches!(decision, Decision::Done { worker: None, .. });
         let (ending, worker) = match (decision, wanted.result) {
             (Decision::Done { worker, .. }, Some(verdict)) => {
                 let name = worker.and_then(|worker| self.names.get(&worker));
@@ -410,22 +420,19 @@ impl Shell {
             }
             (Decision::Cancelled, _) => (Ending::Cancelled, String::new()),
         };
-        let settlement = Settlement { ending, attempts, worker, wall: opened.elapsed() };
+        let settlement = Settlement { ending, attempts, worker, cached, wall: opened.elapsed() };
         // Sent once the counts that go with it can be read.
         self.settled.push((run, JobId(job.0), settlement));
     }
 
-    /// One opening of a job is over: what is known of the job, which is forgotten with the last.
     fn close(&mut self, run: Run, job: Job) -> Option<(Wanted, Instant)> {
-        let wanted = self.wanted.get_mut(&job)?;
-        let openings = wanted.openings.get_mut(&run)?;
-        let opened = openings.pop_front()?;
-        if openings.is_empty() {
-            wanted.openings.remove(&run);
+        let (wanted, opened) = self.ledger.close(run, job)?;
+        if let Some(listener) = self.runs.get_mut(&run)
+            && !wanted.openings.contains_key(&run)
+        {
+            listener.permille -= i64::from(wanted.permille);
         }
-        let last = wanted.openings.is_empty();
-        let kept = if last { self.wanted.remove(&job)? } else { wanted.clone() };
-        Some((kept, opened))
+        Some((wanted, opened))
     }
 
     /// An opening that the machine did not take ends here.
@@ -437,9 +444,18 @@ impl Shell {
         };
         if let Some((_, opened)) = self.close(run, job) {
             let (ending, worker) = (Ending::Abandoned(text.into()), String::new());
-            let settlement = Settlement { ending, attempts: 0, worker, wall: opened.elapsed() };
+            let wall = opened.elapsed();
+            let settlement = Settlement { ending, attempts: 0, worker, cached: false, wall };
             self.settled.push((run, JobId(job.0), settlement));
         }
+    }
+}
+
+pub(super) fn outcome_of(verdict: &Verdict) -> Outcome {
+    match verdict {
+        Verdict::Broken(_) => Outcome::Broken,
+        Verdict::Refused { .. } => Outcome::Refused,
+        Verdict::Failed { .. } => Outcome::Failed,
     }
 }
 
@@ -459,8 +475,8 @@ fn words(reason: Reason, attempts: u32, trouble: &str) -> String {
     format!("{what} ({attempts} attempts){colon}{trouble}")
 }
 
-/// Differs between lives of one coordinator, so that grants of an earlier life are told apart.
-fn incarnation() -> u32 {
+/// For a coordinator without a journal: differs between its lives, but for one chance in 2³².
+fn drawn() -> u32 {
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     let seconds = since.map_or(0, |since| since.as_millis() as u64);
     cullet_geometry::math::scramble(seconds ^ u64::from(std::process::id()) << 40) as u32

@@ -17,7 +17,7 @@ impl Run<'_> {
             worker: settled.worker,
             wall_seconds: settled.wall.as_secs_f64(),
             resent: settled.attempts.saturating_sub(1),
-            cached: false,
+            cached: settled.cached,
         })?;
         let verdict = match settled.ending {
             Ending::Verdict(verdict) => verdict,

@@ -3,5 +3,6 @@
 mod desk;
 mod door;
 mod faults;
+mod keep;
 mod kit;
 mod order;

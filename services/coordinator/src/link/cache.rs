@@ -1,0 +1,197 @@
+//! Results of finished jobs, by the digest of the problem: a repeat is answered without a worker.
+//!
+//! In memory and, if there is a folder, on disk; both bounded, the least recently used goes first
+//! (`services/dispatch/src/shelf.rs`). A file holds the digest of the result and the result; it is
+//! read only if both fit, so a damaged one is as good as none.
+
+use cullet_dispatch::{Job, Shelf};
+use cullet_proto::JobId;
+use cullet_proto::ids::digest;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Ending of a file that holds a result.
+const ENDING: &str = "verdict";
+
+/// Where finished jobs are kept, and how much of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CacheConfig {
+    /// Most bytes in memory.
+    pub memory: u64,
+    /// Folder and most bytes in it; `None`: nothing on disk.
+    pub disk: Option<(PathBuf, u64)>,
+}
+
+impl Default for CacheConfig {
+    fn default() -> Self {
+        Self { memory: 256 << 20, disk: None }
+    }
+}
+
+pub(super) struct Cache {
+    memory: Shelf,
+    results: BTreeMap<Job, Arc<Vec<u8>>>,
+    disk: Option<(PathBuf, Shelf)>,
+    pub(super) hits: u64,
+}
+
+impl Cache {
+    /// Takes in what a folder holds, the oldest file first.
+    pub(super) fn open(config: &CacheConfig) -> Self {
+        let disk = config.disk.as_ref().and_then(|(folder, bound)| {
+            let found = listed(folder)
+                .map_err(|error| {
+                    tracing::warn!("no cache on disk: {}: {error}", folder.display());
+                })
+                .ok()?;
+            let mut shelf = Shelf::new(*bound);
+            for (job, bytes) in found {
+                for gone in shelf.put(job, bytes) {
+                    discard(folder, gone);
+                }
+            }
+            Some((folder.clone(), shelf))
+        });
+        let (memory, results) = (Shelf::new(config.memory), BTreeMap::new());
+        Self { memory, results, disk, hits: 0 }
+    }
+
+    /// The bytes of a job's result.
+    pub(super) fn get(&mut self, id: JobId) -> Option<Arc<Vec<u8>>> {
+        let job = Job(id.0);
+        let found = if self.memory.touch(job) {
+            self.results.get(&job).map(Arc::clone)
+        } else {
+            self.read(job)
+        };
+        self.hits += u64::from(found.is_some());
+        found
+    }
+
+    fn read(&mut self, job: Job) -> Option<Arc<Vec<u8>>> {
+        let (folder, shelf) = self.disk.as_mut()?;
+        if !shelf.touch(job) {
+            return None;
+        }
+        let bytes = fs::read(file(folder, job)).ok().filter(|bytes| bytes.len() >= 32);
+        let sound = bytes.filter(|bytes| digest(&bytes[32..]) == bytes[..32]);
+        let Some(mut bytes) = sound else {
+            tracing::warn!("the cached result of job {} is damaged", JobId(job.0).short());
+            shelf.remove(job);
+            discard(folder, job);
+            return None;
+        };
+        bytes.drain(..32);
+        let bytes = Arc::new(bytes);
+        self.hold(job, &bytes);
+        Some(bytes)
+    }
+
+    /// Keeps the bytes of a job's result.
+    pub(super) fn put(&mut self, id: JobId, bytes: Vec<u8>) {
+        let (job, bytes) = (Job(id.0), Arc::new(bytes));
+        self.hold(job, &bytes);
+        let Some((folder, shelf)) = self.disk.as_mut() else {
+            return;
+        };
+        if let Err(error) = write(folder, job, &bytes) {
+            tracing::warn!("a result is not cached on disk: {error}");
+            return;
+        }
+        for gone in shelf.put(job, bytes.len() as u64 + 32) {
+            discard(folder, gone);
+        }
+    }
+
+    fn hold(&mut self, job: Job, bytes: &Arc<Vec<u8>>) {
+        self.results.insert(job, Arc::clone(bytes));
+        for gone in self.memory.put(job, bytes.len() as u64) {
+            self.results.remove(&gone);
+        }
+    }
+}
+
+fn file(folder: &Path, job: Job) -> PathBuf {
+    folder.join(JobId(job.0).to_string()).with_extension(ENDING)
+}
+
+/// Whole or not at all: written beside and renamed.
+fn write(folder: &Path, job: Job, bytes: &[u8]) -> std::io::Result<()> {
+    let mut beside = tempfile::NamedTempFile::new_in(folder)?;
+    beside.write_all(&digest(bytes))?;
+    beside.write_all(bytes)?;
+    beside.persist(file(folder, job)).map_err(|error| error.error)?;
+    Ok(())
+}
+
+fn discard(folder: &Path, job: Job) {
+    if let Err(error) = fs::remove_file(file(folder, job)) {
+        tracing::warn!("a cached result stays on disk: {error}");
+    }
+}
+
+/// What a folder holds, the oldest file first.
+fn listed(folder: &Path) -> std::io::Result<Vec<(Job, u64)>> {
+    fs::create_dir_all(folder)?;
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let path = entry.path();
+        let name = path.file_stem().and_then(|name| name.to_str()).and_then(job_of);
+        if let (Some(job), true) = (name, path.extension().is_some_and(|e| e == ENDING)) {
+            let about = entry.metadata()?;
+            found.push((about.modified()?, job, about.len()));
+        }
+    }
+    found.sort();
+    Ok(found.into_iter().map(|(_, job, bytes)| (job, bytes)).collect())
+}
+
+fn job_of(hex: &str) -> Option<Job> {
+    let mut bytes = [0; 32];
+    if hex.len() != 64 || !hex.is_ascii() {
+        return None;
+    }
+    for (byte, at) in bytes.iter_mut().zip((0..64).step_by(2)) {
+        *byte = u8::from_str_radix(&hex[at..at + 2], 16).ok()?;
+    }
+    Some(Job(bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_come_back_from_disk_and_damaged_ones_do_not() -> std::io::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let disk = Some((folder.path().to_owned(), 100));
+        let config = CacheConfig { memory: 100, disk };
+        let [a, b, c] = [1, 2, 3].map(|k| JobId([k; 32]));
+        let mut cache = Cache::open(&config);
+        cache.put(a, vec![7; 10]);
+        cache.put(b, vec![8; 10]);
+        // A new life, which remembers only what is on disk.
+        let mut cache = Cache::open(&config);
+        assert_eq!(cache.get(a).as_deref(), Some(&vec![7; 10]));
+        let path = file(folder.path(), Job(b.0));
+        let mut bytes = fs::read(&path)?;
+        bytes[40] ^= 1;
+        fs::write(&path, bytes)?;
+        assert_eq!(cache.get(b), None);
+        assert!(!path.exists());
+        // No room for all: the least recently used goes, in memory and on disk.
+        cache.put(c, vec![9; 40]);
+        assert!(cache.get(c).is_some() && cache.get(a).is_some());
+        let mut small = Cache::open(&CacheConfig { memory: 100, ..CacheConfig::default() });
+        for k in 0..20 {
+            small.put(JobId([k; 32]), vec![k; 10]);
+        }
+        assert!(small.get(JobId([0; 32])).is_none() && small.get(JobId([19; 32])).is_some());
+        assert_eq!((small.memory.held(), small.results.len()), (100, 10));
+        Ok(())
+    }
+}

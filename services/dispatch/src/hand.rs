@@ -1,0 +1,408 @@
+//! A worker's side of the pool as a state machine: what it asks, repeats, renews, stops, gives back.
+//!
+//! The shell in `services/worker` feeds [`Hand::step`] what it heard and does what comes back; the
+//! simulation runs the same machine. What it keeps to:
+//! - one question for work at a time; a repeat of it has the same number;
+//! - a result is handed in until there is a receipt, however long the coordinator is away;
+//! - a solve that outlasts the hard limit is killed here, whoever else may have forgotten it;
+//! - a job that nobody wants any more is killed at the next renewal.
+
+use crate::event::{Digest, Epoch, Job, Millis, Outcome, Trouble};
+#[cfg(test)]
+use crate::mutant::Mutant;
+
+/// First pause after silence \[ms\]; doubles up to [`LAST_PAUSE`].
+const FIRST_PAUSE: Millis = 20;
+/// Longest pause after silence, and the pause after a refusal \[ms\].
+const LAST_PAUSE: Millis = 1_000;
+/// Refusals of one question after which it is given up: the next would be refused too. A question
+/// for work is never given up: the coordinator behind the name may change.
+const MAX_REFUSALS: u32 = 5;
+
+/// A job to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Work {
+    /// Which.
+    pub job: Job,
+    /// By which grant.
+    pub epoch: Epoch,
+    /// Renew this often \[ms\].
+    pub renew: Millis,
+    /// Kill it after this long \[ms\].
+    pub hard: Millis,
+}
+
+/// A question to the coordinator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Question {
+    /// For work.
+    Poll {
+        /// Its number.
+        seq: u64,
+    },
+    /// To go on.
+    Renew {
+        /// At what.
+        job: Job,
+        /// By which grant.
+        epoch: Epoch,
+    },
+    /// To count a result.
+    Commit {
+        /// Of what.
+        job: Job,
+        /// By which grant.
+        epoch: Epoch,
+        /// Of the result's bytes.
+        digest: Digest,
+        /// What it came to.
+        outcome: Outcome,
+        /// The number of the question for work that goes with it.
+        next: u64,
+    },
+    /// To take a job back.
+    Fail {
+        /// Which.
+        job: Job,
+        /// By which grant.
+        epoch: Epoch,
+        /// Why.
+        trouble: Trouble,
+    },
+    /// To leave.
+    Bye,
+}
+
+/// Something that a worker hears, from the coordinator or from its own job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// It has begun.
+    Begin,
+    /// The answer to a question for work: this.
+    Grant {
+        /// To which.
+        seq: u64,
+        /// What.
+        work: Work,
+    },
+    /// The answer to a question for work: nothing now.
+    Idle {
+        /// To which.
+        seq: u64,
+    },
+    /// The answer to a question for work: leave.
+    Dismiss {
+        /// To which.
+        seq: u64,
+    },
+    /// The answer to a renewal: nobody wants the job.
+    Stop {
+        /// By which grant.
+        epoch: Epoch,
+    },
+    /// The job's bytes are here.
+    Fetched {
+        /// By which grant.
+        epoch: Epoch,
+    },
+    /// The job has a verdict.
+    Solved {
+        /// By which grant.
+        epoch: Epoch,
+        /// Of the verdict's bytes.
+        digest: Digest,
+        /// What it came to.
+        outcome: Outcome,
+    },
+    /// The job died, its bytes did not come, or its result was not understood.
+    Trouble {
+        /// By which grant.
+        epoch: Epoch,
+        /// Which kind.
+        trouble: Trouble,
+    },
+    /// A result needs no further keeping; perhaps the next job comes along.
+    Receipt {
+        /// By which grant.
+        epoch: Epoch,
+        /// The next job.
+        next: Option<Work>,
+    },
+    /// A job given back, or a leave, was noted.
+    Noted,
+    /// A question stayed without an answer.
+    Silence(Question),
+    /// A question was refused as it is.
+    Refused(Question),
+    /// It is to stop.
+    Quit,
+    /// Time has passed.
+    Tick,
+}
+
+/// Something for the worker to do, in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Act {
+    /// Ask.
+    Ask(Question),
+    /// Get the job's bytes.
+    Fetch(Work),
+    /// Solve it.
+    Solve(Work),
+    /// End the fetch or the solve, whatever it does.
+    Kill(Epoch),
+    /// The end.
+    Leave,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Born,
+    Asking,
+    Fetching(Work),
+    Solving(Work),
+    Handing(Work),
+    Returning(Work),
+    Leaving,
+    Left,
+}
+
+/// A worker.
+#[derive(Debug)]
+pub struct Hand {
+    state: State,
+    seq: u64,
+    /// The question that waits for an answer, or for its repeat.
+    asked: Option<Question>,
+    repeat: Option<Millis>,
+    pause: Millis,
+    refused: u32,
+    renewal: Millis,
+    deadline: Millis,
+    quit: bool,
+    #[cfg(test)]
+    pub(crate) mutant: Option<Mutant>,
+}
+
+impl Default for Hand {
+    fn default() -> Self {
+        Self {
+            state: State::Born,
+            seq: 0,
+            asked: None,
+            repeat: None,
+            pause: FIRST_PAUSE,
+            refused: 0,
+            renewal: 0,
+            deadline: 0,
+            quit: false,
+            #[cfg(test)]
+            mutant: None,
+        }
+    }
+}
+
+impl Hand {
+    /// When it wants to hear [`Heard::Tick`] at the latest.
+    #[must_use]
+    pub fn wake(&self) -> Option<Millis> {
+        let busy = match self.state {
+            State::Fetching(_) | State::Solving(_) => Some(self.renewal.min(self.deadline)),
+            State::Handing(_) | State::Returning(_) => Some(self.renewal),
+            State::Born | State::Asking | State::Leaving | State::Left => None,
+        };
+        busy.into_iter().chain(self.repeat).min()
+    }
+
+    /// The job at hand.
+    #[must_use]
+    pub fn at(&self) -> Option<Work> {
+        match self.state {
+            State::Fetching(work)
+            | State::Solving(work)
+            | State::Handing(work)
+            | State::Returning(work) => Some(work),
+            State::Born | State::Asking | State::Leaving | State::Left => None,
+        }
+    }
+
+    /// Whether it has left.
+    #[must_use]
+    pub fn left(&self) -> bool {
+        self.state == State::Left
+    }
+
+    /// Takes in what was heard at `now` \[ms\] and says what to do about it.
+    pub fn step(&mut self, now: Millis, heard: Heard) -> Vec<Act> {
+        let mut out = Vec::new();
+        match (heard, self.state) {
+            (Heard::Begin, State::Born) => self.next(&mut out),
+            (Heard::Grant { seq, work }, State::Asking) if seq == self.seq => {
+                self.begin(now, work, &mut out);
+            }
+            (Heard::Idle { seq }, State::Asking) if seq == self.seq => self.next(&mut out),
+            (Heard::Dismiss { seq }, State::Asking) if seq == self.seq => self.leave(&mut out),
+            (Heard::Stop { epoch }, State::Fetching(work) | State::Solving(work))
+                if epoch == work.epoch =>
+            {
+                out.push(Act::Kill(epoch));
+                self.next(&mut out);
+            }
+            (Heard::Fetched { epoch }, State::Fetching(work)) if epoch == work.epoch => {
+                self.state = State::Solving(work);
+                out.push(Act::Solve(work));
+            }
+            (Heard::Solved { epoch, digest, outcome }, State::Solving(work))
+                if epoch == work.epoch =>
+            {
+                self.state = State::Handing(work);
+                self.seq += 1;
+                let (job, next) = (work.job, self.seq);
+                self.ask(Question::Commit { job, epoch, digest, outcome, next }, &mut out);
+            }
+            (
+                Heard::Trouble { epoch, trouble },
+                State::Fetching(work) | State::Solving(work) | State::Handing(work),
+            ) if epoch == work.epoch => self.give_back(work, trouble, &mut out),
+            (Heard::Receipt { epoch, next }, State::Handing(work)) if epoch == work.epoch => {
+                match next.filter(|_| !self.quit) {
+                    Some(next) => self.begin(now, next, &mut out),
+                    None => self.next(&mut out),
+                }
+            }
+            (Heard::Noted, State::Returning(_)) => self.next(&mut out),
+            (Heard::Noted, State::Leaving) => self.end(&mut out),
+            (Heard::Silence(question), _) if self.asked == Some(question) => {
+                self.unanswered(now, &mut out);
+            }
+            (Heard::Refused(question), _) if self.asked == Some(question) => {
+                self.refuse(now, question, &mut out);
+            }
+            (Heard::Quit, _) => self.stop(&mut out),
+            (Heard::Tick, _) => self.tick(now, &mut out),
+            // Late, twice, or of another job: nothing to do with what is at hand.
+            (
+                Heard::Begin
+                | Heard::Grant { .. }
+                | Heard::Idle { .. }
+                | Heard::Dismiss { .. }
+                | Heard::Stop { .. }
+                | Heard::Fetched { .. }
+                | Heard::Solved { .. }
+                | Heard::Trouble { .. }
+                | Heard::Receipt { .. }
+                | Heard::Noted
+                | Heard::Silence(_)
+                | Heard::Refused(_),
+                _,
+            ) => {}
+        }
+        out
+    }
+
+    fn ask(&mut self, question: Question, out: &mut Vec<Act>) {
+        (self.asked, self.repeat) = (Some(question), None);
+        (self.pause, self.refused) = (FIRST_PAUSE, 0);
+        out.push(Act::Ask(question));
+    }
+
+    /// Asks for work, or leaves if it is to stop.
+    fn next(&mut self, out: &mut Vec<Act>) {
+        if self.quit {
+            return self.leave(out);
+        }
+        self.seq += 1;
+        self.state = State::Asking;
+        self.ask(Question::Poll { seq: self.seq }, out);
+    }
+
+    fn begin(&mut self, now: Millis, work: Work, out: &mut Vec<Act>) {
+        self.state = State::Fetching(work);
+        (self.asked, self.repeat) = (None, None);
+        (self.renewal, self.deadline) = (now + work.renew, now + work.hard);
+        out.push(Act::Fetch(work));
+    }
+
+    fn give_back(&mut self, work: Work, trouble: Trouble, out: &mut Vec<Act>) {
+        self.state = State::Returning(work);
+        self.ask(Question::Fail { job: work.job, epoch: work.epoch, trouble }, out);
+    }
+
+    fn leave(&mut self, out: &mut Vec<Act>) {
+        self.state = State::Leaving;
+        self.ask(Question::Bye, out);
+    }
+
+    fn end(&mut self, out: &mut Vec<Act>) {
+        self.state = State::Left;
+        (self.asked, self.repeat) = (None, None);
+        out.push(Act::Leave);
+    }
+
+    fn stop(&mut self, out: &mut Vec<Act>) {
+        self.quit = true;
+        match self.state {
+            State::Born => self.end(out),
+            State::Asking => self.leave(out),
+            State::Fetching(work) | State::Solving(work) => {
+                out.push(Act::Kill(work.epoch));
+                self.leave(out);
+            }
+            // What is being asked gets one more chance.
+            State::Handing(_) | State::Returning(_) | State::Leaving | State::Left => {}
+        }
+    }
+
+    fn unanswered(&mut self, now: Millis, out: &mut Vec<Act>) {
+        if self.quit {
+            return match self.state {
+                State::Leaving => self.end(out),
+                _ => self.leave(out),
+            };
+        }
+        #[cfg(test)]
+        if self.mutant == Some(Mutant::ResultForgotten)
+            && let State::Handing(_) = self.state
+        {
+            return self.next(out);
+        }
+        self.repeat = Some(now + self.pause);
+        self.pause = (self.pause * 2).min(LAST_PAUSE);
+    }
+
+    fn refuse(&mut self, now: Millis, question: Question, out: &mut Vec<Act>) {
+        self.refused += 1;
+        let poll = matches!(question, Question::Poll { .. });
+        if self.quit || (self.refused >= MAX_REFUSALS && !poll) {
+            return match self.state {
+                State::Leaving => self.end(out),
+                _ => self.next(out),
+            };
+        }
+        self.repeat = Some(now + LAST_PAUSE);
+    }
+
+    fn tick(&mut self, now: Millis, out: &mut Vec<Act>) {
+        if let (Some(at), Some(question)) = (self.repeat, self.asked)
+            && at <= now
+        {
+            self.repeat = None;
+            out.push(Act::Ask(question));
+        }
+        let Some(work) = self.at() else {
+            return;
+        };
+        #[cfg(test)]
+        let late = self.deadline <= now && self.mutant != Some(Mutant::NoWatchdog);
+        #[cfg(not(test))]
+        let late = self.deadline <= now;
+        if late && let State::Fetching(_) | State::Solving(_) = self.state {
+            out.push(Act::Kill(work.epoch));
+            return self.give_back(work, Trouble::Crashed, out);
+        }
+        if self.renewal <= now {
+            self.renewal = now + work.renew;
+            out.push(Act::Ask(Question::Renew { job: work.job, epoch: work.epoch }));
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! The ends of openings: in the order of their run, once.
+
+use crate::effect::{Effect, Verdict};
+use crate::event::{Job, Millis, Run};
+use crate::machine::{Dispatch, Phase, Record};
+#[cfg(test)]
+use crate::mutant::Mutant;
+
+/// Settled jobs whose results are remembered, to tell a duplicate from a stranger. Beyond it the
+/// oldest are forgotten, and a result that comes that late is answered "unknown".
+const MAX_PAST: usize = 65_536;
+impl Dispatch {
+    /// Nobody wants the job any more.
+    fn withdraw(&mut self, now: Millis, job: Job) {
+        self.release(now, job, Verdict::Cancelled);
+        if let Some(record) = self.jobs.remove(&job) {
+            if let Some(timer) = record.timer {
+                self.timers.remove(&(timer, job));
+            }
+            self.counts.stands(record.phase, -1);
+            self.remember(job, Verdict::Cancelled);
+        }
+    }
+
+    /// Settles the openings of a run that are over, up to the first that is not.
+    pub(crate) fn settle(&mut self, run: Run, out: &mut Vec<Effect>) {
+        #[cfg(test)]
+        self.settle_as_they_come(run);
+        while let Some(&job) = self.shares.get(run).and_then(|account| account.openings.front()) {
+            let Some(Record { phase: Phase::Over(verdict), .. }) = self.jobs.get(&job) else {
+                return;
+            };
+            let verdict = *verdict;
+            self.settle_first(run, job, verdict, out);
+        }
+    }
+
+    /// Every opening of the run settles now, in order: those that are over as they are.
+    pub(crate) fn cancel(&mut self, now: Millis, run: Run, out: &mut Vec<Effect>) {
+        while let Some(&job) = self.shares.get(run).and_then(|account| account.openings.front()) {
+            let verdict = match self.jobs.get(&job).map(|record| record.phase) {
+                Some(Phase::Over(verdict)) => verdict,
+                Some(Phase::Waiting(_) | Phase::Ready | Phase::Held) | None => Verdict::Cancelled,
+            };
+            self.settle_first(run, job, verdict, out);
+            #[cfg(test)]
+            if self.is(Mutant::CancelSpreads) {
+                self.end(now, job, Verdict::Cancelled);
+            }
+            if self.jobs.get(&job).is_some_and(|record| record.wants.is_empty()) {
+                self.withdraw(now, job);
+            }
+        }
+    }
+
+    /// The run's first opening settles.
+    fn settle_first(&mut self, run: Run, job: Job, verdict: Verdict, out: &mut Vec<Effect>) {
+        let Some(account) = self.shares.get_mut(run) else {
+            return;
+        };
+        account.openings.pop_front();
+        let opening = account.counts.settled;
+        account.counts.settle(verdict);
+        self.counts.settle(verdict);
+        self.unsettled -= 1;
+        let attempts = self.jobs.get(&job).map_or(0, |record| record.attempts);
+        out.push(Effect::Settle { run, opening, job, verdict, attempts });
+        self.unwant(run, job);
+        let spent = |r: &Record| r.wants.is_empty() && matches!(r.phase, Phase::Over(_));
+        if self.jobs.get(&job).is_some_and(spent) {
+            self.jobs.remove(&job);
+            self.remember(job, verdict);
+        }
+    }
+
+    /// The run wants the job once less.
+    fn unwant(&mut self, run: Run, job: Job) {
+        let Some(record) = self.jobs.get_mut(&job) else {
+            return;
+        };
+        let Some(at) = record.wants.iter().position(|want| want.run == run) else {
+            return;
+        };
+        record.wants[at].count -= 1;
+        if record.wants[at].count > 0 {
+            return;
+        }
+        let last = record.wants.len() - 1;
+        record.wants.swap(at, last);
+        let (phase, opening) = (record.phase, record.wants[last].opening);
+        self.tally(job, -1);
+        if phase == Phase::Ready {
+            self.shares.unready(run, opening, job);
+        }
+        if let Some(record) = self.jobs.get_mut(&job) {
+            record.wants.pop();
+        }
+    }
+
+    fn remember(&mut self, job: Job, verdict: Verdict) {
+        if verdict == Verdict::Cancelled && self.past.contains_key(&job) {
+            return;
+        }
+        if self.past.insert(job, verdict).is_none() {
+            self.past_order.push_back(job);
+        }
+        while self.past_order.len() > MAX_PAST {
+            if let Some(oldest) = self.past_order.pop_front() {
+                self.past.remove(&oldest);
+            }
+        }
+    }
+}

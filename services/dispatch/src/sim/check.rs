@@ -1,0 +1,492 @@
+//! What must hold, whatever the schedule: an account of its own, kept from what the machines hear
+//! and say.
+
+mod hands;
+
+use super::farm::number;
+use super::plan::Plan;
+use crate::*;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Which law is broken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Oracle {
+    /// Each run's openings settle once, in order.
+    Order,
+    /// What settles is the job's own result; nobody's wish or trouble becomes a verdict of others.
+    Truth,
+    /// One result of a job counts.
+    Once,
+    /// A poll has one answer.
+    Poll,
+    /// No grant's number comes again.
+    Epoch,
+    /// A job that kills is stopped.
+    Poison,
+    /// A lease ends for a reason that there is.
+    Healthy,
+    /// What was acknowledged is not computed again.
+    Kept,
+    /// A paused run gets nothing.
+    Pause,
+    /// At most one duplicate, and late.
+    Hedge,
+    /// No run with work waits for ever.
+    Starved,
+    /// Queues are as long as they may be.
+    Bound,
+    /// Nobody goes on with what nobody wants.
+    Stop,
+    /// A worker ends a solve that takes too long.
+    Watchdog,
+    /// A worker keeps its result until there is a receipt.
+    Result,
+    /// Everything is done in the end.
+    Live,
+}
+
+/// What is wrong with a schedule.
+#[derive(Clone, Debug)]
+pub(super) struct Wrong {
+    pub(super) oracle: Oracle,
+    pub(super) text: String,
+}
+
+fn wrong(oracle: Oracle, text: impl Into<String>) -> Result<(), Wrong> {
+    Err(Wrong { oracle, text: text.into() })
+}
+
+/// The result of a job, which whoever computes it finds.
+pub(super) fn result_of(job: Job) -> Digest {
+    Digest(job.0.map(|b| b ^ 0x5a))
+}
+
+#[derive(Clone, Copy)]
+struct Held {
+    worker: Worker,
+    granted: Millis,
+    heard: Millis,
+    suspect: Option<Millis>,
+    now: bool,
+}
+
+/// What is known of a job in this life of the coordinator.
+#[derive(Default)]
+struct Known {
+    wants: BTreeMap<usize, u32>,
+    grants: u32,
+    crashes: u32,
+    killers: BTreeSet<Worker>,
+    over: bool,
+    stalled: bool,
+    holders: BTreeSet<Epoch>,
+}
+
+#[derive(Default)]
+struct Course {
+    jobs: Vec<Job>,
+    opened: usize,
+    settled: usize,
+    /// What settled in any life.
+    truth: BTreeMap<usize, Digest>,
+    cancelled: bool,
+    paused: bool,
+    /// It has had fresh work and no grant since then, and so many went to others when it was due.
+    waiting: Option<Millis>,
+    overdue: usize,
+}
+
+pub(super) struct Checker {
+    timing: Timing,
+    calm: bool,
+    runs: Vec<Course>,
+    jobs: BTreeMap<Job, Known>,
+    held: BTreeMap<Epoch, Held>,
+    epochs: BTreeMap<Epoch, (Worker, u64, Job)>,
+    by_seq: BTreeMap<(Worker, u64), (Job, Epoch)>,
+    accepted: BTreeSet<Job>,
+    acknowledged: BTreeSet<Job>,
+    full: bool,
+    solving: BTreeMap<Worker, (Epoch, Millis)>,
+    results: BTreeMap<Worker, Epoch>,
+}
+
+impl Checker {
+    pub(super) fn new(plan: &Plan, timing: Timing) -> Self {
+        let course = |run: &super::plan::Script| Course {
+            jobs: run.jobs.iter().map(|(_, job)| *job).collect(),
+            ..Course::default()
+        };
+        Self {
+            timing,
+            calm: plan.chaos == super::plan::Chaos::default(),
+            runs: plan.runs.iter().map(course).collect(),
+            jobs: BTreeMap::new(),
+            held: BTreeMap::new(),
+            epochs: BTreeMap::new(),
+            by_seq: BTreeMap::new(),
+            accepted: BTreeSet::new(),
+            acknowledged: BTreeSet::new(),
+            full: false,
+            solving: BTreeMap::new(),
+            results: BTreeMap::new(),
+        }
+    }
+
+    /// The coordinator begins a life.
+    pub(super) fn life(&mut self) {
+        self.jobs.clear();
+        self.held.clear();
+        self.by_seq.clear();
+        self.accepted.clear();
+        for run in &mut self.runs {
+            (run.opened, run.settled, run.waiting, run.paused) = (0, 0, None, false);
+        }
+    }
+
+    pub(super) fn opened(&self, run: usize) -> usize {
+        self.runs[run].opened
+    }
+
+    pub(super) fn full(&mut self, run: usize, bound: u64) -> bool {
+        self.full = (self.runs[run].opened - self.runs[run].settled) as u64 >= bound;
+        self.full
+    }
+
+    pub(super) fn open(&mut self, now: Millis, run: usize, job: Job) {
+        self.runs[run].opened += 1;
+        *self.jobs.entry(job).or_default().wants.entry(run).or_default() += 1;
+        self.look_for_waiting(now);
+    }
+
+    pub(super) fn known(&mut self, job: Job) {
+        self.over(job);
+    }
+
+    pub(super) fn cancelled(&mut self, run: usize) {
+        self.runs[run].cancelled = true;
+    }
+
+    pub(super) fn paused(&mut self, now: Millis, run: usize, paused: bool) {
+        self.runs[run].paused = paused;
+        self.look_for_waiting(now);
+    }
+
+    pub(super) fn acknowledged(&mut self, job: Job) {
+        self.acknowledged.insert(job);
+    }
+
+    pub(super) fn crashed(&mut self, worker: Worker) {
+        self.solving.remove(&worker);
+        self.results.remove(&worker);
+    }
+
+    pub(super) fn finished(&self) -> bool {
+        self.runs
+            .iter()
+            .all(|run| run.settled == run.opened && (run.cancelled || run.opened == run.jobs.len()))
+    }
+
+    pub(super) fn unfinished(&self) -> Wrong {
+        let open: Vec<_> = self.runs.iter().map(|r| (r.settled, r.opened, r.jobs.len())).collect();
+        let text = format!("settled, opened, all of each run: {open:?}");
+        Wrong { oracle: Oracle::Live, text }
+    }
+
+    pub(super) fn farewell(&self) -> Result<(), Wrong> {
+        if self.runs.iter().any(|run| run.cancelled) {
+            return Ok(());
+        }
+        let stalled = self.jobs.values().any(|job| job.stalled);
+        if self.calm && stalled {
+            return wrong(Oracle::Truth, "a job was given up in a calm farm");
+        }
+        Ok(())
+    }
+
+    /// The job needs no holder any more.
+    fn over(&mut self, job: Job) {
+        let known = self.jobs.entry(job).or_default();
+        known.over = true;
+        for epoch in std::mem::take(&mut known.holders) {
+            if let Some(held) = self.held.get_mut(&epoch) {
+                held.now = false;
+            }
+        }
+    }
+
+    /// Which runs have fresh work from now on, or none any more.
+    fn look_for_waiting(&mut self, now: Millis) {
+        for (index, run) in self.runs.iter_mut().enumerate() {
+            let fresh = |job: &Job| {
+                let known = &self.jobs[job];
+                known.grants == 0 && !known.over && known.wants.contains_key(&index)
+            };
+            let open = &run.jobs[run.settled..run.opened];
+            let waits = !run.paused && open.iter().any(fresh);
+            if !waits {
+                (run.waiting, run.overdue) = (None, 0);
+            } else if run.waiting.is_none() {
+                run.waiting = Some(now);
+            }
+        }
+    }
+
+    /// An event and all that the machine says to it.
+    pub(super) fn heard(
+        &mut self,
+        now: Millis,
+        event: Event,
+        effects: &[Effect],
+    ) -> Result<(), Wrong> {
+        match event {
+            Event::Open { .. } => {
+                let busy = effects.iter().any(|e| matches!(e, Effect::Busy { .. }));
+                if busy != std::mem::take(&mut self.full) {
+                    return wrong(Oracle::Bound, format!("taken: {}", !busy));
+                }
+            }
+            Event::Renew { job, .. } => {
+                let wanted = self.jobs.get(&job).is_some_and(|k| !k.over && !k.wants.is_empty());
+                let stop = effects.iter().any(|e| matches!(e, Effect::Stop { .. }));
+                if !wanted && !stop {
+                    return wrong(Oracle::Stop, "told to go on with what nobody wants");
+                }
+            }
+            Event::Suspect(worker) => {
+                let held = self.held.values_mut().filter(|held| held.worker == worker && held.now);
+                held.for_each(|held| held.suspect = Some(held.suspect.unwrap_or(now).min(now)));
+            }
+            Event::Begin { .. }
+            | Event::Pause(_)
+            | Event::Resume(_)
+            | Event::Poll { .. }
+            | Event::Commit { .. }
+            | Event::Fail { .. }
+            | Event::Down(_)
+            | Event::Bye(_)
+            | Event::Cancel(_)
+            | Event::End(_)
+            | Event::Drain(_)
+            | Event::Pardon(_)
+            | Event::Forsaken
+            | Event::Tick => {}
+        }
+        Ok(())
+    }
+
+    /// One output, as it takes effect.
+    pub(super) fn watch(&mut self, now: Millis, event: Event, effect: Effect) -> Result<(), Wrong> {
+        match effect {
+            Effect::Grant { worker, seq, job, epoch, .. } => {
+                self.grant(now, (worker, seq), (job, epoch))?;
+            }
+            Effect::Taken { receipt: Receipt::Accepted, .. } => {
+                let Event::Commit { job, .. } = event else {
+                    return wrong(Oracle::Once, "accepted what?");
+                };
+                if !self.accepted.insert(job) {
+                    return wrong(Oracle::Once, "one job accepted twice");
+                }
+                self.over(job);
+            }
+            Effect::Renewed { worker, job, .. } => self.renewed(now, event, worker, job)?,
+            Effect::Lost { job, worker, epoch, loss } => {
+                self.lost(now, event, (job, worker, epoch), loss)?;
+            }
+            Effect::Settle { run, opening, job, verdict, .. } => {
+                self.settle((run, opening), job, verdict)?;
+            }
+            Effect::Alarm { .. } => return wrong(Oracle::Truth, "alarm over equal results"),
+            Effect::Stall { job, reason, attempts } => self.stall(job, reason, attempts)?,
+            Effect::Park { .. }
+            | Effect::Idle { .. }
+            | Effect::Dismiss { .. }
+            | Effect::Drained { .. }
+            | Effect::Stop { .. }
+            | Effect::Busy { .. }
+            | Effect::Quarantine { .. }
+            | Effect::Taken { .. } => {}
+        }
+        self.look_for_waiting(now);
+        Ok(())
+    }
+
+    fn grant(
+        &mut self,
+        now: Millis,
+        (worker, seq): (Worker, u64),
+        (job, epoch): (Job, Epoch),
+    ) -> Result<(), Wrong> {
+        let first = *self.by_seq.entry((worker, seq)).or_insert((job, epoch));
+        if first != (job, epoch) {
+            return wrong(Oracle::Poll, format!("poll {seq} was answered twice"));
+        }
+        match self.epochs.insert(epoch, (worker, seq, job)) {
+            Some(known) if known == (worker, seq, job) && self.held.contains_key(&epoch) => {
+                return Ok(());
+            }
+            Some(_) => return wrong(Oracle::Epoch, format!("{epoch:?} came twice")),
+            None => {}
+        }
+        if self.acknowledged.contains(&job) {
+            return wrong(Oracle::Kept, "an acknowledged result is computed again");
+        }
+        let timing = self.timing;
+        let known = self.jobs.entry(job).or_default();
+        let oldest = known.holders.iter().filter_map(|e| self.held.get(e)).map(|h| h.granted).min();
+        if let Some(oldest) = oldest
+            && (known.holders.len() > 1 || now - oldest < timing.lease)
+        {
+            return wrong(Oracle::Hedge, format!("{} hold it already", known.holders.len()));
+        }
+        known.grants += 1;
+        known.holders.insert(epoch);
+        let killed = known.crashes >= timing.max_crashes
+            && known.killers.len() >= timing.min_killers as usize;
+        if known.grants > timing.max_attempts || killed {
+            let text = format!("attempt {} after {} crashes", known.grants, known.crashes);
+            return wrong(Oracle::Poison, text);
+        }
+        let awake = |run: &usize| !self.runs[*run].paused;
+        if oldest.is_none() && !known.wants.keys().any(awake) {
+            return wrong(Oracle::Pause, "granted for runs that are paused");
+        }
+        let (heard, suspect) = (now, None);
+        self.held.insert(epoch, Held { worker, granted: now, heard, suspect, now: true });
+        if oldest.is_none() { self.starve(now, job) } else { Ok(()) }
+    }
+
+    /// A grant of one job makes the runs wait that do not want it.
+    fn starve(&mut self, now: Millis, job: Job) -> Result<(), Wrong> {
+        let most = 2 * self.runs.len() + 2;
+        for (index, run) in self.runs.iter_mut().enumerate() {
+            if self.jobs[&job].wants.contains_key(&index) {
+                (run.waiting, run.overdue) = (None, 0);
+            } else if run.waiting.is_some_and(|since| now - since > self.timing.age) {
+                run.overdue += 1;
+                if run.overdue > most {
+                    return wrong(Oracle::Starved, format!("run {index} waits for ever"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn renewed(
+        &mut self,
+        now: Millis,
+        event: Event,
+        worker: Worker,
+        job: Job,
+    ) -> Result<(), Wrong> {
+        let Event::Renew { epoch, .. } = event else {
+            return wrong(Oracle::Stop, "renewed what?");
+        };
+        let known = self.jobs.entry(job).or_default();
+        let Some(held) = self.held.get_mut(&epoch).filter(|held| held.worker == worker) else {
+            return wrong(Oracle::Stop, "renewed what was never granted");
+        };
+        if !held.now && !known.holders.is_empty() {
+            return wrong(Oracle::Stop, "renewed beside another holder");
+        }
+        (held.heard, held.suspect, held.now) = (now, None, true);
+        known.holders.insert(epoch);
+        Ok(())
+    }
+
+    fn lost(
+        &mut self,
+        now: Millis,
+        event: Event,
+        (job, worker, epoch): (Job, Worker, Epoch),
+        loss: Loss,
+    ) -> Result<(), Wrong> {
+        let Some(held) = self.held.get_mut(&epoch).filter(|h| h.worker == worker && h.now) else {
+            return wrong(Oracle::Healthy, "lost what nobody held");
+        };
+        held.now = false;
+        let timing = self.timing;
+        let quiet = now - held.heard;
+        let fair = match loss {
+            Loss::Silent => quiet >= timing.lease,
+            Loss::TooLong => now - held.granted >= timing.hard,
+            Loss::Down => {
+                let gone = held.suspect.is_some_and(|since| now - since >= timing.suspect);
+                event == Event::Down(worker)
+                    || gone
+                    || (held.suspect.is_some() && quiet >= timing.lease)
+            }
+            Loss::Crashed | Loss::Dropped => {
+                matches!(event, Event::Fail { epoch: e, .. } if e == epoch)
+                    || event == Event::Bye(worker)
+            }
+        };
+        if !fair || self.calm {
+            return wrong(Oracle::Healthy, format!("{loss:?} after {quiet} ms of silence"));
+        }
+        let known = self.jobs.entry(job).or_default();
+        known.holders.remove(&epoch);
+        if let Loss::Down | Loss::Crashed | Loss::TooLong = loss {
+            known.crashes += 1;
+            known.killers.insert(worker);
+        }
+        Ok(())
+    }
+
+    fn stall(&mut self, job: Job, reason: Reason, attempts: u32) -> Result<(), Wrong> {
+        let timing = self.timing;
+        let known = self.jobs.entry(job).or_default();
+        let again = std::mem::replace(&mut known.stalled, true);
+        let fair = match reason {
+            Reason::Crashes => known.crashes >= timing.max_crashes || again,
+            Reason::Attempts => known.grants >= timing.max_attempts,
+            Reason::Invalid | Reason::Forsaken => false,
+        };
+        if !fair {
+            let text = format!("given up after {attempts} attempts: {reason:?}");
+            return wrong(Oracle::Truth, text);
+        }
+        self.over(job);
+        Ok(())
+    }
+
+    fn settle(
+        &mut self,
+        (run, opening): (Run, u64),
+        job: Job,
+        verdict: Verdict,
+    ) -> Result<(), Wrong> {
+        let index = run.0 as usize;
+        let course = &mut self.runs[index];
+        let due = course.settled;
+        if opening != due as u64 || due >= course.opened || course.jobs[due] != job {
+            let text = format!("opening {opening} of run {index} when {due} was due");
+            return wrong(Oracle::Order, text);
+        }
+        course.settled += 1;
+        let known = self.jobs.entry(job).or_default();
+        let fair = match verdict {
+            Verdict::Done { digest, .. } => {
+                let same = *course.truth.entry(due).or_insert(digest) == digest;
+                same && digest == result_of(job) && known.over
+            }
+            Verdict::Abandoned(_) => known.stalled,
+            Verdict::Cancelled => course.cancelled,
+        };
+        if !fair {
+            return wrong(Oracle::Truth, format!("run {:?}: {verdict:?}", number(index)));
+        }
+        let count = known.wants.entry(index).or_insert(1);
+        *count -= 1;
+        if *count == 0 {
+            known.wants.remove(&index);
+        }
+        if known.wants.is_empty() {
+            // Opened again, it is a new job; only quarantine is remembered.
+            let stalled = known.stalled;
+            self.jobs.insert(job, Known { stalled, ..Known::default() });
+        }
+        Ok(())
+    }
+}

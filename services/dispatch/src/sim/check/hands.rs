@@ -1,0 +1,59 @@
+//! What must hold of each worker.
+
+use super::{Checker, Oracle, Wrong, wrong};
+use crate::*;
+
+impl Checker {
+    /// A worker's side: what it heard, and does.
+    pub(in super::super) fn worker(
+        &mut self,
+        now: Millis,
+        worker: Worker,
+        heard: Heard,
+        before: Option<Work>,
+        acts: &[Act],
+    ) -> Result<(), Wrong> {
+        let killed = acts.iter().any(|act| matches!(act, Act::Kill(_)));
+        if let Some((epoch, since)) = self.solving.get(&worker).copied() {
+            let slack = self.timing.renew + 1;
+            match heard {
+                Heard::Stop { epoch: e } if e == epoch && !killed => {
+                    return wrong(Oracle::Stop, "goes on though told to stop");
+                }
+                Heard::Tick if !killed && now > since + self.timing.hard + slack => {
+                    return wrong(Oracle::Watchdog, "solves for ever");
+                }
+                _ => {}
+            }
+        }
+        if let Heard::Receipt { epoch, .. } | Heard::Trouble { epoch, .. } = heard
+            && self.results.get(&worker) == Some(&epoch)
+        {
+            self.results.remove(&worker);
+        }
+        for act in acts {
+            match act {
+                Act::Solve(work) => {
+                    let hard = before.map_or(work.hard, |work| work.hard);
+                    let left = self.timing.hard.saturating_sub(hard);
+                    self.solving.insert(worker, (work.epoch, now.saturating_sub(left)));
+                }
+                Act::Kill(_) | Act::Leave => {
+                    self.solving.remove(&worker);
+                }
+                Act::Ask(Question::Commit { epoch, .. }) => {
+                    self.solving.remove(&worker);
+                    self.results.insert(worker, *epoch);
+                }
+                Act::Ask(Question::Fail { .. }) => {
+                    self.solving.remove(&worker);
+                }
+                Act::Ask(Question::Poll { .. }) if self.results.contains_key(&worker) => {
+                    return wrong(Oracle::Result, "a result is thrown away");
+                }
+                Act::Ask(_) | Act::Fetch(_) => {}
+            }
+        }
+        Ok(())
+    }
+}

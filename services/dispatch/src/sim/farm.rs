@@ -1,0 +1,415 @@
+//! The simulated farm: clock, network, journal, workers, coordinator.
+
+mod bodies;
+
+use super::check::{Checker, Oracle, Wrong};
+use super::plan::{Plan, Rng};
+use crate::mutant::Mutant;
+use crate::*;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Faults end here \[ms\].
+pub(super) const HEAL: Millis = 12_000;
+/// Everything is settled by then \[ms\].
+const END: Millis = 1_200_000;
+/// How often the coordinator looks at its clock \[ms\].
+const TICK: Millis = 100;
+/// A question that is answered at once is given up after this \[ms\].
+const CONTROL: Millis = 500;
+
+#[derive(Clone, Copy, Debug)]
+enum Note {
+    /// A question of a worker reaches the coordinator.
+    Asked(Worker, Question),
+    /// An answer reaches a worker.
+    Told(Worker, Heard),
+    /// A worker's transport gives a question up.
+    Timeout(Worker, Question, u64),
+    /// Something in a worker's own process.
+    Own(Worker, Heard),
+    Wake(Worker),
+    Born,
+    Link(Event),
+    Open(usize),
+    Cancel(usize),
+    Pause(usize, bool),
+    Tick,
+    Restart,
+    /// A planted bug: the disk hears of a result at last, if the coordinator still lives.
+    Kept(Job, Digest, Outcome, u32),
+}
+
+struct Body {
+    hand: Hand,
+    frozen: Millis,
+    cut: Millis,
+    asks: u64,
+    /// Jobs die here.
+    sick: bool,
+    waking: Millis,
+}
+
+/// What the coordinator's disk holds: it outlives a crash.
+#[derive(Default)]
+struct Disk {
+    incarnation: u32,
+    results: BTreeMap<Job, (Digest, Outcome)>,
+    /// Runs that were cancelled.
+    cancelled: BTreeSet<usize>,
+    /// Openings that each run has made: it makes them again after a crash.
+    opened: Vec<usize>,
+}
+
+pub(super) struct Farm {
+    plan: Plan,
+    rng: Rng,
+    now: Millis,
+    notes: BTreeMap<(Millis, u64), Note>,
+    posted: u64,
+    timing: Timing,
+    machine: Option<Dispatch>,
+    disk: Disk,
+    paused: BTreeSet<usize>,
+    bodies: BTreeMap<Worker, Body>,
+    pub(super) check: Checker,
+    mutant: Option<Mutant>,
+    pub(super) events: u64,
+}
+
+impl Farm {
+    pub(super) fn new(plan: &Plan, mutant: Option<Mutant>) -> Self {
+        let timing = Timing { max_open: plan.max_open, hard: 6_000, ..Timing::test() };
+        let opened = vec![0; plan.runs.len()];
+        let mut farm = Self {
+            rng: Rng(plan.seed ^ 0x1234_5678_9abc),
+            now: 0,
+            notes: BTreeMap::new(),
+            posted: 0,
+            timing,
+            machine: None,
+            disk: Disk { opened, ..Disk::default() },
+            paused: BTreeSet::new(),
+            bodies: BTreeMap::new(),
+            check: Checker::new(plan, timing),
+            mutant,
+            events: 0,
+            plan: plan.clone(),
+        };
+        for _ in 0..plan.workers {
+            farm.post(0, Note::Born);
+        }
+        for (index, run) in plan.runs.iter().enumerate() {
+            if let Some(at) = run.cancel {
+                farm.post(at, Note::Cancel(index));
+            }
+            if let Some((from, to)) = run.pause {
+                farm.post(from, Note::Pause(index, true));
+                farm.post(to, Note::Pause(index, false));
+            }
+        }
+        farm.post(0, Note::Tick);
+        farm
+    }
+
+    fn is(&self, mutant: Mutant) -> bool {
+        self.mutant == Some(mutant)
+    }
+
+    fn bad(&mut self, percent: u64) -> bool {
+        self.now < HEAL && percent > 0 && self.rng.chance(percent)
+    }
+
+    fn post(&mut self, after: Millis, note: Note) {
+        self.posted += 1;
+        self.notes.insert((self.now + after, self.posted), note);
+    }
+
+    /// Over the network, from or to a worker: lost, copied, late.
+    fn send(&mut self, worker: Worker, note: Note) {
+        if self.bodies.get(&worker).is_some_and(|body| body.cut > self.now) {
+            return;
+        }
+        let copies = 1 + u64::from(self.bad(self.plan.chaos.twice));
+        for _ in 0..copies {
+            if !self.bad(self.plan.chaos.drop) {
+                let late = if self.now < HEAL { self.plan.chaos.delay } else { 0 };
+                let after = 1 + self.rng.below(3) + self.rng.below(late + 1);
+                self.post(after, note);
+            }
+        }
+    }
+
+    /// Until everything is done, or something is wrong.
+    pub(super) fn run(&mut self) -> Result<(), Wrong> {
+        self.restart()?;
+        while let Some((key, note)) = self.notes.pop_first() {
+            self.now = key.0;
+            self.events += 1;
+            if self.now > END {
+                return Err(self.check.unfinished());
+            }
+            self.take(note)?;
+            if self.now > HEAL && self.machine.is_some() && self.check.finished() {
+                return self.check.farewell();
+            }
+        }
+        Err(self.check.unfinished())
+    }
+
+    fn take(&mut self, note: Note) -> Result<(), Wrong> {
+        match note {
+            Note::Asked(worker, question) => self.asked(worker, question),
+            Note::Told(worker, heard) | Note::Own(worker, heard) => {
+                self.hear(worker, heard, Some(note))
+            }
+            Note::Timeout(worker, question, asks) => {
+                if self.bodies.get(&worker).is_some_and(|body| body.asks == asks) {
+                    return self.hear(worker, Heard::Silence(question), Some(note));
+                }
+                Ok(())
+            }
+            Note::Wake(worker) => self.wake(worker),
+            Note::Born => self.born(),
+            Note::Link(event) => self.step(event),
+            Note::Open(run) => self.open(run),
+            Note::Cancel(run) => {
+                self.disk.cancelled.insert(run);
+                self.check.cancelled(run);
+                self.step(Event::Cancel(number(run)))
+            }
+            Note::Pause(run, paused) => self.pause(run, paused),
+            Note::Tick => {
+                self.post(TICK, Note::Tick);
+                self.step(Event::Tick)
+            }
+            Note::Restart => self.restart(),
+            Note::Kept(job, digest, outcome, life) => {
+                if self.machine.is_some() && self.disk.incarnation == life {
+                    self.disk.results.insert(job, (digest, outcome));
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn pause(&mut self, run: usize, paused: bool) -> Result<(), Wrong> {
+        let run_number = number(run);
+        let event = if paused { Event::Pause(run_number) } else { Event::Resume(run_number) };
+        if paused {
+            self.paused.insert(run);
+        } else {
+            self.paused.remove(&run);
+        }
+        if self.machine.is_some() {
+            self.check.paused(self.now, run, paused);
+        }
+        self.step(event)
+    }
+
+    /// The next opening of a run, and those after it that are due.
+    fn open(&mut self, run: usize) -> Result<(), Wrong> {
+        while self.machine.is_some() && !self.disk.cancelled.contains(&run) {
+            let made = self.check.opened(run);
+            let Some((at, job)) = self.plan.runs[run].jobs.get(made).copied() else {
+                return Ok(());
+            };
+            // What was open before a crash is opened again at once.
+            if at > self.now && made >= self.disk.opened[run] {
+                self.post(at - self.now, Note::Open(run));
+                return Ok(());
+            }
+            let known = self.disk.results.get(&job).copied();
+            let result = |(digest, outcome)| Prior::Result { digest, outcome };
+            let prior = known.map_or(Prior::Nothing, result);
+            let event = Event::Open { run: number(run), job, prior };
+            if self.check.full(run, self.plan.max_open) {
+                self.step(event)?;
+                self.post(200, Note::Open(run));
+                return Ok(());
+            }
+            self.disk.opened[run] = self.disk.opened[run].max(made + 1);
+            self.check.open(self.now, run, job);
+            if known.is_some() {
+                self.check.known(job);
+            }
+            self.step(event)?;
+        }
+        Ok(())
+    }
+
+    /// The coordinator begins a life, with what its disk holds.
+    fn restart(&mut self) -> Result<(), Wrong> {
+        if !self.is(Mutant::IncarnationForgotten) {
+            self.disk.incarnation += 1;
+        }
+        let mut machine = Dispatch::new(self.timing, self.disk.incarnation);
+        machine.mutant = self.mutant;
+        self.machine = Some(machine);
+        self.check.life();
+        for run in 0..self.plan.runs.len() {
+            let share = self.plan.runs[run].share;
+            self.step(Event::Begin { run: number(run), share })?;
+            if self.paused.contains(&run) {
+                self.pause(run, true)?;
+            }
+            self.open(run)?;
+        }
+        Ok(())
+    }
+
+    fn fall(&mut self) {
+        self.machine = None;
+        let after = 100 + self.rng.below(3_000);
+        self.post(after, Note::Restart);
+    }
+
+    /// One event for the coordinator; its outputs one by one, between any two of which it may die.
+    fn step(&mut self, event: Event) -> Result<(), Wrong> {
+        self.step_then(event, |_, _, _| ())
+    }
+
+    fn step_then(
+        &mut self,
+        event: Event,
+        mut answer: impl FnMut(&mut Self, Effect, &mut bool),
+    ) -> Result<(), Wrong> {
+        let Some(machine) = self.machine.as_mut() else {
+            return Ok(());
+        };
+        let effects = machine.step(self.now, event);
+        self.check.heard(self.now, event, &effects)?;
+        for effect in effects {
+            if self.bad(self.plan.chaos.fall) && self.rng.chance(20) {
+                self.fall();
+                return Ok(());
+            }
+            self.check.watch(self.now, event, effect)?;
+            let mut said = false;
+            answer(self, effect, &mut said);
+            if !said {
+                self.act(effect);
+            }
+        }
+        Ok(())
+    }
+
+    fn act(&mut self, effect: Effect) {
+        let (worker, heard) = match effect {
+            Effect::Grant { worker, seq, job, epoch, hard, .. } => {
+                (worker, Heard::Grant { seq, work: self.work(job, epoch, hard) })
+            }
+            Effect::Idle { worker, seq } => (worker, Heard::Idle { seq }),
+            Effect::Dismiss { worker, seq } => (worker, Heard::Dismiss { seq }),
+            _ => return,
+        };
+        self.send(worker, Note::Told(worker, heard));
+    }
+
+    fn work(&self, job: Job, epoch: Epoch, hard: Millis) -> Work {
+        Work { job, epoch, renew: self.timing.renew, hard }
+    }
+
+    /// As the coordinator's shell does it.
+    fn asked(&mut self, worker: Worker, question: Question) -> Result<(), Wrong> {
+        if self.machine.is_none() {
+            return Ok(());
+        }
+        match question {
+            Question::Poll { seq } => self.step(Event::Poll { worker, seq, slots: 1, park: true }),
+            Question::Renew { job, epoch } => {
+                self.step_then(Event::Renew { worker, job, epoch }, |farm, effect, said| {
+                    if let Effect::Stop { .. } = effect {
+                        *said = true;
+                        farm.send(worker, Note::Told(worker, Heard::Stop { epoch }));
+                    }
+                })
+            }
+            Question::Commit { job, epoch, digest, outcome, next } => {
+                self.commit((worker, job, epoch), digest, outcome, next)
+            }
+            Question::Fail { job, epoch, trouble } => {
+                self.step(Event::Fail { worker, job, epoch, trouble })?;
+                self.noted(worker);
+                Ok(())
+            }
+            Question::Bye => {
+                self.step(Event::Bye(worker))?;
+                self.noted(worker);
+                Ok(())
+            }
+        }
+    }
+
+    fn noted(&mut self, worker: Worker) {
+        if self.machine.is_some() {
+            self.send(worker, Note::Told(worker, Heard::Noted));
+        }
+    }
+
+    /// First the disk has the result, then the machine hears of it, then the worker.
+    fn commit(
+        &mut self,
+        (worker, job, epoch): (Worker, Job, Epoch),
+        digest: Digest,
+        outcome: Outcome,
+        next: u64,
+    ) -> Result<(), Wrong> {
+        let wanted = self.machine.as_ref().is_some_and(|machine| machine.wants(job));
+        if wanted && !self.is(Mutant::AckedBeforeKept) {
+            self.disk.results.insert(job, (digest, outcome));
+        }
+        let mut accepted = false;
+        let event = Event::Commit { worker, job, epoch, digest, outcome };
+        self.step_then(event, |_, effect, _| {
+            accepted |= matches!(effect, Effect::Taken { receipt: Receipt::Accepted, .. });
+        })?;
+        let mut granted = None;
+        let poll = Event::Poll { worker, seq: next, slots: 1, park: false };
+        self.step_then(poll, |farm, effect, said| match effect {
+            Effect::Grant { worker: to, seq, job, epoch, hard, .. }
+                if to == worker && seq == next =>
+            {
+                (*said, granted) = (true, Some(farm.work(job, epoch, hard)));
+            }
+            Effect::Idle { worker: to, seq } if to == worker && seq == next => *said = true,
+            _ => {}
+        })?;
+        if self.machine.is_some() {
+            if accepted {
+                self.check.acknowledged(job);
+            }
+            self.send(worker, Note::Told(worker, Heard::Receipt { epoch, next: granted }));
+        }
+        if self.is(Mutant::AckedBeforeKept) && accepted {
+            self.post(500, Note::Kept(job, digest, outcome, self.disk.incarnation));
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn number(run: usize) -> Run {
+    Run(run as u64)
+}
+
+/// Runs a schedule; what is wrong with it.
+pub(super) fn try_plan(plan: &Plan, mutant: Option<Mutant>) -> Result<u64, Wrong> {
+    let mut farm = Farm::new(plan, mutant);
+    farm.run().map(|()| farm.events)
+}
+
+/// The mildest schedule that still fails at the same oracle, and how.
+pub(super) fn shrink(plan: &Plan, mutant: Option<Mutant>, oracle: Oracle) -> (Plan, Option<Wrong>) {
+    let (mut best, mut why) = (plan.clone(), None);
+    'milder: loop {
+        for less in best.milder() {
+            match try_plan(&less, mutant) {
+                Err(wrong) if wrong.oracle == oracle => {
+                    (best, why) = (less, Some(wrong));
+                    continue 'milder;
+                }
+                Ok(_) | Err(_) => {}
+            }
+        }
+        return (best, why);
+    }
+}

@@ -1,0 +1,199 @@
+//! What a schedule does, drawn from its seed; and how to make it milder.
+
+use crate::{Job, Millis, Share, Tenant};
+use std::collections::BTreeSet;
+
+/// Splitmix64.
+#[derive(Clone, Debug)]
+pub(super) struct Rng(pub(super) u64);
+
+impl Rng {
+    pub(super) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub(super) fn below(&mut self, n: u64) -> u64 {
+        self.next() % n.max(1)
+    }
+
+    pub(super) fn chance(&mut self, percent: u64) -> bool {
+        self.below(100) < percent
+    }
+}
+
+/// How bad a schedule is: percent of messages, steps or jobs, but for the delay.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Chaos {
+    pub(super) drop: u64,
+    pub(super) twice: u64,
+    /// Longest delay of a message \[ms\]: beyond the others' it also reorders.
+    pub(super) delay: u64,
+    pub(super) crash: u64,
+    pub(super) pause: u64,
+    pub(super) cut: u64,
+    /// Of crashes: nobody hears of it.
+    pub(super) silent: u64,
+    pub(super) suspect: u64,
+    pub(super) poison: u64,
+    pub(super) wedge: u64,
+    pub(super) sick: u64,
+    /// The coordinator dies between two outputs.
+    pub(super) fall: u64,
+}
+
+/// How many knobs [`Chaos`] has.
+const KNOBS: usize = 12;
+
+impl Chaos {
+    fn knob(&mut self, at: usize) -> &mut u64 {
+        match at {
+            0 => &mut self.drop,
+            1 => &mut self.twice,
+            2 => &mut self.delay,
+            3 => &mut self.crash,
+            4 => &mut self.pause,
+            5 => &mut self.cut,
+            6 => &mut self.silent,
+            7 => &mut self.suspect,
+            8 => &mut self.poison,
+            9 => &mut self.wedge,
+            10 => &mut self.sick,
+            _ => &mut self.fall,
+        }
+    }
+}
+
+/// One run of the plan.
+#[derive(Clone, Debug)]
+pub(super) struct Script {
+    pub(super) share: Share,
+    /// When what is opened.
+    pub(super) jobs: Vec<(Millis, Job)>,
+    pub(super) cancel: Option<Millis>,
+    pub(super) pause: Option<(Millis, Millis)>,
+}
+
+/// A schedule.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    pub(super) seed: u64,
+    pub(super) chaos: Chaos,
+    pub(super) workers: usize,
+    pub(super) runs: Vec<Script>,
+    pub(super) poison: BTreeSet<Job>,
+    pub(super) wedge: BTreeSet<Job>,
+    /// Longest solve \[ms\].
+    pub(super) length: u64,
+    /// Unsettled openings that a run may have.
+    pub(super) max_open: u64,
+}
+
+impl Plan {
+    pub(super) fn draw(seed: u64) -> Self {
+        let mut rng = Rng(seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ 0x5bf0_3635);
+        let mut pick = |most: u64| if rng.chance(50) { rng.below(most + 1) } else { 0 };
+        let chaos = Chaos {
+            drop: pick(30),
+            twice: pick(30),
+            delay: pick(2_500),
+            crash: pick(6),
+            pause: pick(4),
+            cut: pick(3),
+            silent: pick(100),
+            suspect: pick(3),
+            poison: pick(20),
+            wedge: pick(10),
+            sick: pick(30),
+            fall: pick(4),
+        };
+        // Every eighth is calm: then nothing may be lost at all.
+        let chaos = if seed.is_multiple_of(8) { Chaos::default() } else { chaos };
+        let mut plan = Self {
+            seed,
+            chaos,
+            workers: 1 + rng.below(5) as usize,
+            runs: Vec::new(),
+            poison: BTreeSet::new(),
+            wedge: BTreeSet::new(),
+            length: [300, 1_000, 3_000][rng.below(3) as usize],
+            max_open: if rng.chance(20) { 3 } else { 1_000 },
+        };
+        let many = if rng.chance(10) { 40 } else { 12 };
+        for _ in 0..1 + rng.below(4) {
+            plan.write(&mut rng, many);
+        }
+        plan
+    }
+
+    fn write(&mut self, rng: &mut Rng, many: u64) {
+        let tenant = Tenant(rng.below(2));
+        let priority = if rng.chance(50) { rng.below(10) as u8 } else { Share::NORMAL };
+        let known: Vec<Job> = self.runs.iter().flat_map(|run| &run.jobs).map(|(_, j)| *j).collect();
+        let spread = if rng.chance(50) { 1 } else { 4_000 };
+        let (mut jobs, mut at) = (Vec::new(), rng.below(2_000));
+        for _ in 0..1 + rng.below(many) {
+            at += rng.below(spread) / 4;
+            let again = !known.is_empty() && rng.chance(15);
+            let job = if again {
+                known[rng.below(known.len() as u64) as usize]
+            } else {
+                let mut name = [0; 32];
+                name[..8].copy_from_slice(&rng.next().to_le_bytes());
+                Job(name)
+            };
+            if rng.chance(self.chaos.poison) {
+                self.poison.insert(job);
+            } else if rng.chance(self.chaos.wedge) {
+                self.wedge.insert(job);
+            }
+            jobs.push((at, job));
+        }
+        let cancel = rng.chance(15).then(|| rng.below(8_000));
+        let pause = rng.chance(20).then(|| {
+            let from = rng.below(4_000);
+            (from, from + rng.below(8_000))
+        });
+        self.runs.push(Script { share: Share { tenant, priority }, jobs, cancel, pause });
+    }
+
+    /// Every plan that is a step milder.
+    pub(super) fn milder(&self) -> Vec<Self> {
+        let mut all = Vec::new();
+        for run in 0..self.runs.len() {
+            let mut less = self.clone();
+            less.runs.remove(run);
+            all.push(less);
+            for keep in [self.runs[run].jobs.len() / 2, self.runs[run].jobs.len() - 1] {
+                let mut less = self.clone();
+                less.runs[run].jobs.truncate(keep.max(1));
+                all.push(less);
+            }
+            let mut less = self.clone();
+            (less.runs[run].cancel, less.runs[run].pause) = (None, None);
+            all.push(less);
+        }
+        for knob in 0..KNOBS {
+            let mut less = self.clone();
+            *less.chaos.knob(knob) = 0;
+            all.push(less);
+        }
+        let mut less = self.clone();
+        less.workers = (self.workers - 1).max(1);
+        all.push(less);
+        all.retain(|less| !less.runs.is_empty() && less.size() < self.size());
+        all
+    }
+
+    /// Something that falls with every step to a milder plan.
+    fn size(&self) -> u64 {
+        let mut chaos = self.chaos;
+        let knobs = (0..KNOBS).filter(|k| *chaos.knob(*k) > 0).count() as u64;
+        let jobs: usize = self.runs.iter().map(|run| run.jobs.len()).sum();
+        let extras = |s: &Script| u64::from(s.cancel.is_some()) + u64::from(s.pause.is_some());
+        let extras: u64 = self.runs.iter().map(extras).sum();
+        knobs + self.workers as u64 + self.runs.len() as u64 + jobs as u64 + extras
+    }
+}

@@ -1,0 +1,90 @@
+//! What the pool keeps, and what it tells while it works.
+
+use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
+use cullet_coordinator::link::{CacheConfig, Ending, Pool, PoolConfig, Share, Timing};
+use cullet_proto::{FractureJob, Verdict, WorkerId};
+use cullet_worker::Watch;
+use std::sync::Arc;
+
+#[test]
+fn a_repeat_is_answered_without_a_worker_also_by_the_next_life() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let disk = Some((folder.path().to_owned(), 1 << 20));
+    let cache = CacheConfig { memory: 1 << 20, disk };
+    let problem = job("echo", 3, 0);
+    let start = || Pool::start(PoolConfig { cache: cache.clone(), ..config() }).expect("a pool");
+    let pool = start();
+    let run = pool.run(Share::default());
+    let hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let id = run.open(&problem);
+    let first = next(&run, id);
+    assert!(!first.cached && first.attempts == 1);
+    drop(hand);
+    for pool in [pool, start()] {
+        let run = pool.run(Share::default());
+        let id = run.open(&problem);
+        let again = next(&run, id);
+        assert!(again.cached && again.attempts == 0);
+        assert_eq!(verdict(again), answer(&problem));
+        assert_eq!(pool.stats().cached, 1);
+    }
+}
+
+#[test]
+fn a_job_that_kills_its_workers_leaves_what_reproduces_it_and_stalls_its_run_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let quarantine = Some(folder.path().to_owned());
+    let timing = Timing { hard: 200, ..Timing::test() };
+    let pool = Pool::start(PoolConfig { quarantine, timing, ..config() }).expect("a pool");
+    let _hands = ["a", "b"].map(|name| Hand::hire(&pool, name, Arc::new(solve)));
+    let (sick, well) = (pool.run(Share::default()), pool.run(Share::default()));
+    let poison = job("echo", 1, 60_000);
+    let bad = sick.open(&poison);
+    let good: Vec<_> = (10..20).map(|seed| well.open(&job("echo", seed, 10))).collect();
+    for id in good {
+        verdict(next(&well, id));
+    }
+    assert!(matches!(next(&sick, bad).ending, Ending::Abandoned(_)));
+    let bundle = folder.path().join(bad.to_string());
+    let bytes = std::fs::read(bundle.join("job.bin")).expect("the job");
+    assert_eq!(FractureJob::decode(&bytes).expect("a job"), poison);
+    let told = std::fs::read_to_string(bundle.join("attempts.txt")).expect("the attempts");
+    assert_eq!(told.lines().count(), 3, "{told}");
+    assert!(told.lines().all(|line| line.contains("over the hard limit")), "{told}");
+    // In quarantine it stays: who opens it again hears so at once.
+    let again = well.open(&poison);
+    assert!(matches!(next(&well, again).ending, Ending::Abandoned(_)));
+    assert_eq!(pool.stats().quarantined, 1);
+    pool.pardon(bad);
+    wait_for("the pardon", || pool.stats().quarantined == 0);
+}
+
+#[test]
+fn a_drained_worker_finishes_its_job_and_gets_no_other() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
+    let _a = Hand::hire(&pool, "a", Arc::new(solve));
+    let first = run.open(&job("echo", 1, 200));
+    wait_for("it runs", || pool.stats().running == 1);
+    pool.drain(WorkerId::new("a").expect("a name"));
+    let second = run.open(&job("echo", 2, 0));
+    assert_eq!(next(&run, first).worker, "a");
+    wait_for("it leaves", || pool.stats().workers == 0);
+    let _b = Hand::hire(&pool, "b", Arc::new(solve));
+    assert_eq!(next(&run, second).worker, "b");
+}
+
+#[test]
+fn how_far_a_solve_is_streams_back() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
+    let half = |job: &FractureJob, watch: &Watch| -> Option<Verdict> {
+        watch.progress(0.5);
+        solve(job, watch)
+    };
+    let _hand = Hand::hire(&pool, "w", Arc::new(half));
+    let id = run.open(&job("echo", 1, 1_500));
+    wait_for("half of it", || run.stats().permille == 500);
+    verdict(next(&run, id));
+    wait_for("nothing runs", || run.stats().permille == 0);
+}
