@@ -6,6 +6,7 @@ mod exit;
 mod folder;
 mod frontier;
 mod inspect;
+mod job;
 mod progress;
 mod run;
 mod serve;
@@ -40,6 +41,7 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Run(args) => run::run(args),
         Command::Coordinator(args) => serve::coordinator(args),
         Command::Worker(args) => serve::worker(args),
+        Command::Job(args) => job::job(args),
         Command::Submit(args) => serve::submit(args),
         Command::Inspect(args) => inspect::inspect(args),
         Command::Recover(args) => inspect::recover(args),
