@@ -13,7 +13,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("services/fracture", &["cullet-geometry"]),
     ("services/world", &["cullet-geometry"]),
     ("proto", &["cullet-geometry"]),
-    ("services/worker", &["cullet-fracture", "cullet-geometry", "cullet-proto"]),
+    ("services/worker", &["cullet-dispatch", "cullet-fracture", "cullet-geometry", "cullet-proto"]),
     (
         "services/coordinator",
         &["cullet-dispatch", "cullet-geometry", "cullet-proto", "cullet-world"],

@@ -77,6 +77,18 @@ pub(crate) enum Command {
     /// Solve one specimen: a job on standard input, its result on standard output
     #[command(hide = true)]
     SolveSpecimen,
+    /// Solve the job in a file, as a quarantined one is kept; without one, jobs that a worker sends
+    #[command(hide = true)]
+    Job(Job),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Job {
+    /// The file, `job.bin` of a bundle
+    pub(crate) file: Option<PathBuf>,
+    /// Threads to solve with
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) threads: u16,
 }
 
 #[derive(Debug, Args)]
@@ -248,6 +260,9 @@ pub(crate) struct Worker {
     /// Threads to solve with
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) threads: u16,
+    /// Most memory in MiB that a job may hold; one that takes more is ended [default: no limit]
+    #[arg(long, value_name = "MIB")]
+    pub(crate) memory: Option<u64>,
     /// Leave when standard input closes, as it does when the parent process ends
     #[arg(long, hide = true)]
     pub(crate) parent_watch: bool,

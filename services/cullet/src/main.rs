@@ -8,6 +8,7 @@ mod exit;
 mod folder;
 mod frontier;
 mod inspect;
+mod job;
 mod progress;
 mod run;
 mod serve;
@@ -44,6 +45,7 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Run(args) => run::run(args),
         Command::Coordinator(args) => serve::coordinator(args),
         Command::Worker(args) => serve::worker(args),
+        Command::Job(args) => job::job(args),
         Command::Submit(args) => client::submit(args),
         Command::Ps(args) => client::ps(args),
         Command::Show(args) => client::show(args),

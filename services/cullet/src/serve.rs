@@ -65,6 +65,7 @@ pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
         name,
         threads: usize::from(args.threads),
         parent_watch: args.parent_watch,
+        job: Some(crate::job::command(args.threads, args.memory)?),
         stop: stop_when_told("the job at hand is given back")?,
         ..WorkerConfig::default()
     };

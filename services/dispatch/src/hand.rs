@@ -7,7 +7,7 @@
 //! - a solve that outlasts the hard limit is killed here, whoever else may have forgotten it;
 //! - a job that nobody wants any more is killed at the next renewal.
 
-use crate::event::{Digest, Epoch, Job, Millis, Outcome, Trouble};
+use crate::event::{Digest, Epoch, Job, Millis, Trouble};
 #[cfg(test)]
 use crate::mutant::Mutant;
 
@@ -55,8 +55,6 @@ pub enum Question {
         epoch: Epoch,
         /// Of the result's bytes.
         digest: Digest,
-        /// What it came to.
-        outcome: Outcome,
         /// The number of the question for work that goes with it.
         next: u64,
     },
@@ -111,8 +109,6 @@ pub enum Heard {
         epoch: Epoch,
         /// Of the verdict's bytes.
         digest: Digest,
-        /// What it came to.
-        outcome: Outcome,
     },
     /// The job died, its bytes did not come, or its result was not understood.
     Trouble {
@@ -252,13 +248,11 @@ impl Hand {
                 self.state = State::Solving(work);
                 out.push(Act::Solve(work));
             }
-            (Heard::Solved { epoch, digest, outcome }, State::Solving(work))
-                if epoch == work.epoch =>
-            {
+            (Heard::Solved { epoch, digest }, State::Solving(work)) if epoch == work.epoch => {
                 self.state = State::Handing(work);
                 self.seq += 1;
                 let (job, next) = (work.job, self.seq);
-                self.ask(Question::Commit { job, epoch, digest, outcome, next }, &mut out);
+                self.ask(Question::Commit { job, epoch, digest, next }, &mut out);
             }
             (
                 Heard::Trouble { epoch, trouble },
@@ -398,7 +392,9 @@ impl Hand {
         let late = self.deadline <= now;
         if late && let State::Fetching(_) | State::Solving(_) = self.state {
             out.push(Act::Kill(work.epoch));
-            return self.give_back(work, Trouble::Crashed, out);
+            let solving = matches!(self.state, State::Solving(_));
+            let trouble = if solving { Trouble::Crashed } else { Trouble::Dropped };
+            return self.give_back(work, trouble, out);
         }
         if self.renewal <= now {
             self.renewal = now + work.renew;

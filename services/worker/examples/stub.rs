@@ -4,11 +4,14 @@
 use cullet_geometry::Sheet;
 use cullet_proto::transport::Patience;
 use cullet_proto::{BrokenBody, FractureJob, Fragment, Report, Verdict};
-use cullet_worker::{Watch, WorkerConfig, run_with};
+use cullet_worker::{JobCommand, Watch, WorkerConfig, run_with, serve_jobs};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 fn main() {
+    if std::env::args().nth(1).as_deref() == Some("job") {
+        return serve_jobs(1, Arc::new(solve)).expect("a job process");
+    }
     let mut config = WorkerConfig { patience: Patience::test(), ..WorkerConfig::default() };
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
@@ -20,6 +23,8 @@ fn main() {
             other => assert_eq!(other, "worker", "unknown argument"),
         }
     }
+    let exe = std::env::current_exe().expect("a path");
+    config.job = Some(JobCommand { exe, args: vec!["job".into()], memory: Some(256 << 20) });
     if let Err(error) = run_with(config, Arc::new(solve)) {
         eprintln!("{error}");
         std::process::exit(1);
@@ -30,6 +35,11 @@ fn main() {
 fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
     if job.solver == "die" {
         std::process::abort();
+    }
+    let mut hoard = Vec::new();
+    while job.solver == "hoard" && !watch.cancelled() {
+        hoard.push(vec![1u8; 8 << 20]);
+        std::thread::sleep(Duration::from_millis(5));
     }
     let until = Instant::now() + Duration::from_millis(u64::from(job.settings.max_steps));
     while Instant::now() < until {

@@ -1,24 +1,30 @@
 //! The worker: asks for jobs, hosts a solver in slices, hands results back.
 //!
-//! Two halves. The *supervisor* ([`run`]) talks: it polls, fetches, renews and hands in. The *job*
-//! runs on threads of its own and only ever sees a [`Watch`]. A panic in a solver is a verdict; a
-//! solver that hangs past the hard limit ends the process, and the pool tries elsewhere.
+//! Two halves. The *supervisor* ([`run`]) talks: it polls, fetches, renews and hands in, as its state
+//! machine says (`services/dispatch/src/hand.rs`). The *job* runs in a process of its own
+//! ([`serve_jobs`]), which may crash, hang or take too much memory: the supervisor ends it, gives
+//! the job back and goes on. A panic in a solver is a verdict.
 //!
 //! Absent on purpose: rigid bodies, scenes, recordings, decisions about who does what.
 
 mod convert;
+mod job;
 mod link;
 pub mod solve;
 pub mod specimen;
 mod supervisor;
+mod talk;
 
 use cullet_proto::transport::Patience;
-use cullet_proto::{WireError, keys};
+use cullet_proto::{JobId, Verdict, WireError, keys};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::io::Read;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use convert::{fracture_of, problem_of, solvers};
+pub use job::{JobCommand, serve_jobs};
 pub use solve::{SolveFn, Watch};
 
 /// Exit code of a worker whose solver hung past the hard limit.
@@ -64,9 +70,11 @@ pub struct WorkerConfig {
     pub threads: usize,
     /// End the process when its standard input ends: the parent is gone, however it ended.
     pub parent_watch: bool,
-    /// End the process with [`EXIT_WEDGED`] when a solver hangs past the hard limit. Only that ends
-    /// such a thread; without this it is left behind.
+    /// End this process with [`EXIT_WEDGED`] when a solver on a thread of it hangs past the hard
+    /// limit. Only that ends such a thread; without this it is left behind.
     pub exit_when_wedged: bool,
+    /// The process in which jobs run; `None`: a thread of this one, for tests.
+    pub job: Option<JobCommand>,
     /// How patient the transport is.
     pub patience: Patience,
     /// Set to make [`run`] return: the job at hand is given back.
@@ -82,6 +90,7 @@ impl Default for WorkerConfig {
             threads: 1,
             parent_watch: false,
             exit_when_wedged: true,
+            job: None,
             patience: Patience::production(),
             stop: Arc::default(),
         }
@@ -117,6 +126,36 @@ pub fn run_with(config: WorkerConfig, solve: SolveFn) -> Result<(), WorkerError>
         supervisor.work();
     }
     Ok(())
+}
+
+/// Stack of a solver's thread \[bytes\]: recursion over meshes is deeper than the default bears.
+const STACK: usize = 16 << 20;
+
+fn start_threads(threads: usize) -> Result<ThreadPool, WorkerError> {
+    ThreadPoolBuilder::new()
+        .num_threads(threads.max(1))
+        .stack_size(STACK)
+        .thread_name(|index| format!("cullet-solve-{index}"))
+        .build()
+        .map_err(|error| WorkerError::Threads { threads, text: error.to_string() })
+}
+
+/// Solves the job in a file, as the job process would: what a quarantined job needs
+/// (`job.bin` of its bundle). The verdict's digest and the verdict.
+///
+/// # Errors
+/// The file cannot be read, is no job, or its verdict cannot be sent.
+pub fn replay(path: &Path, threads: usize) -> std::io::Result<(JobId, Verdict)> {
+    let pool = start_threads(threads).map_err(std::io::Error::other)?;
+    let bytes = std::fs::read(path)?;
+    let solve: SolveFn = Arc::new(solve::by_table);
+    match pool.install(|| job::attempt(&bytes, &solve, &Watch::default())) {
+        job::Attempt::Solved(blob) => {
+            let verdict = Verdict::decode(&blob).map_err(std::io::Error::other)?;
+            Ok((JobId::of(&blob), verdict))
+        }
+        other => Err(std::io::Error::other(format!("{other:?}"))),
+    }
 }
 
 /// The parent holds the other end of our standard input and never writes: reading ends when the

@@ -139,7 +139,7 @@ impl Line {
         }
     }
 
-    pub(crate) fn close(self) {
+    pub(crate) fn close(&self) {
         if let Err(error) = self.link.close().wait() {
             tracing::debug!("closing the link: {error}");
         }

@@ -324,8 +324,8 @@ impl Farm {
                     }
                 })
             }
-            Question::Commit { job, epoch, digest, outcome, next } => {
-                self.commit((worker, job, epoch), digest, outcome, next)
+            Question::Commit { job, epoch, digest, next } => {
+                self.commit((worker, job, epoch), digest, Outcome::Broken, next)
             }
             Question::Fail { job, epoch, trouble } => {
                 self.step(Event::Fail { worker, job, epoch, trouble })?;

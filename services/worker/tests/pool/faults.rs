@@ -1,5 +1,6 @@
 //! Workers that die, hang or stop.
 
+use crate::kit::with_processes_of;
 use crate::kit::{Hand, config, job, next, solve, verdict, wait_for, with_processes};
 use cullet_coordinator::link::{Ending, Pool, PoolConfig, Share, SpawnConfig, Timing};
 use cullet_proto::{FractureJob, Verdict};
@@ -49,6 +50,40 @@ fn a_job_that_kills_its_workers_is_abandoned_and_the_others_settle() {
     assert_eq!(settlement.attempts, 3);
     assert!(matches!(settlement.ending, Ending::Abandoned(_)), "{settlement:?}");
     verdict(next(&run, good));
+}
+
+#[test]
+fn a_crash_a_hang_and_a_hoard_end_the_job_process_and_never_its_supervisor() {
+    let timing = Timing { hard: 1_000, ..Timing::test() };
+    let pool = with_processes_of(1, timing);
+    let run = pool.run(Share::default());
+    wait_for("a worker", || pool.stats().workers == 1);
+    let before = pool.pids();
+    let told = [("die", "signal"), ("hang", "over the hard limit"), ("hoard", "limit is 256 MiB")];
+    for (solver, words) in told {
+        let id = run.open(&job(solver, 1, 60_000));
+        let Ending::Abandoned(text) = next(&run, id).ending else { panic!("{solver}") };
+        assert!(text.contains(words), "{solver}: {text}");
+    }
+    let good = run.open(&job("echo", 3, 0));
+    verdict(next(&run, good));
+    assert_eq!((pool.pids(), pool.stats().respawned), (before, 0));
+}
+
+#[test]
+fn cancellation_reaches_the_solver_within_a_slice_of_a_renewal() {
+    let pool = with_processes(1);
+    let run = pool.run(Share::default());
+    let long = run.open(&job("echo", 1, 60_000));
+    wait_for("it runs", || run.stats().running == 1);
+    std::thread::sleep(Duration::from_millis(500));
+    run.cancel();
+    let since = std::time::Instant::now();
+    assert_eq!(next(&run, long).ending, Ending::Cancelled);
+    let short = run.open(&job("echo", 2, 0));
+    verdict(next(&run, short));
+    // A renewal every 0.3 s, slices of 5 ms: nothing had to be killed.
+    assert!(since.elapsed() < Duration::from_millis(1_000), "{:?}", since.elapsed());
 }
 
 #[test]

@@ -25,11 +25,16 @@ pub(crate) fn config() -> PoolConfig {
 
 /// A pool that keeps worker processes of the example `stub`.
 pub(crate) fn with_processes(workers: usize) -> Pool {
+    with_processes_of(workers, Timing::test())
+}
+
+/// The same, as patient as that.
+pub(crate) fn with_processes_of(workers: usize, timing: Timing) -> Pool {
     let exe = std::env::current_exe().expect("this test has a path");
     let folder = exe.parent().and_then(|deps| deps.parent()).map(PathBuf::from);
     let exe = folder.expect("a target folder").join("examples/stub");
     let spawn = Some(SpawnConfig::new(exe, workers, 1));
-    Pool::start(PoolConfig { spawn, ..config() }).expect("a pool on loopback")
+    Pool::start(PoolConfig { spawn, timing, ..config() }).expect("a pool on loopback")
 }
 
 /// A job that takes so long \[ms\] and tells itself from others by its seed.

@@ -6,7 +6,7 @@ use super::timed;
 use cullet_coordinator::scene::specimen;
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3, shapes};
 use cullet_proto::chunks::{self, Assembly, CHUNK};
-use cullet_proto::envelope::{self, PREFIX};
+use cullet_proto::envelope::PREFIX;
 use cullet_proto::keys::{parse_live, parse_rpc};
 use cullet_proto::pool;
 use cullet_proto::service::{self, BundleFile, BundleTable};

@@ -162,8 +162,8 @@ impl Farm {
             let trouble = Trouble::Crashed;
             self.post(after, Note::Own(worker, Heard::Trouble { epoch, trouble }));
         } else {
-            let (digest, outcome) = (result_of(job), Outcome::Broken);
-            self.post(after, Note::Own(worker, Heard::Solved { epoch, digest, outcome }));
+            let digest = result_of(job);
+            self.post(after, Note::Own(worker, Heard::Solved { epoch, digest }));
         }
     }
 }

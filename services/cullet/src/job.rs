@@ -1,0 +1,31 @@
+//! The process that a worker keeps for its jobs, and the same for one job in a file.
+
+use crate::args;
+use crate::exit::{Exit, Trouble, print};
+use cullet_proto::Verdict;
+use cullet_worker::{JobCommand, replay, serve_jobs, solve};
+use std::sync::Arc;
+
+/// How a worker starts that process.
+pub(crate) fn command(threads: u16, memory: Option<u64>) -> Result<JobCommand, Trouble> {
+    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
+    let args = vec!["job".to_owned(), "--threads".to_owned(), threads.to_string()];
+    Ok(JobCommand { exe, args, memory: memory.map(|mib| mib << 20) })
+}
+
+pub(crate) fn job(args: &args::Job) -> Result<Exit, Trouble> {
+    let threads = usize::from(args.threads);
+    let Some(file) = &args.file else {
+        serve_jobs(threads, Arc::new(solve::by_table))
+            .map_err(|error| Trouble::new(Exit::Failed, error))?;
+        return Ok(Exit::Done);
+    };
+    let (digest, verdict) = replay(file, threads).map_err(|error| Trouble::file(file, error))?;
+    let told = match verdict {
+        Verdict::Broken(body) => format!("{} fragments", body.fragments.len()),
+        Verdict::Refused { solver, text } => format!("{solver} refuses: {text}"),
+        Verdict::Failed { solver, text } => format!("{solver} failed: {text}"),
+    };
+    print(format!("{told}; result {digest}\n"))?;
+    Ok(Exit::Done)
+}

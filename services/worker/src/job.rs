@@ -1,0 +1,297 @@
+//! The job process: a solver where it can be killed.
+//!
+//! The supervisor keeps one such process and speaks to it over its standard input and output, in
+//! frames: length, kind, bytes. It ends with its input, so it never outlives its supervisor. What
+//! it does, panic, abort, run out of memory, hang, ends an attempt and nothing else.
+
+use crate::solve::{SolveFn, Watch, guarded};
+use crate::{EXIT_WEDGED, start_threads};
+use cullet_proto::{FractureJob, chunks};
+use std::io::{Read, Write};
+use std::path::PathBuf;
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// How often the supervisor looks at the job and its memory.
+const LOOK: Duration = Duration::from_millis(20);
+/// A job that is told to stop may end its slice within this.
+const GRACE: Duration = Duration::from_secs(2);
+/// How often a job says how far it is, at most.
+const TOLD: Duration = Duration::from_millis(100);
+/// Longest frame \[bytes\].
+const MAX_FRAME: u64 = chunks::MAX_BLOB + 1024;
+
+/// To the job process.
+const WORK: u8 = 1;
+const CANCEL: u8 = 2;
+/// From the job process.
+const PROGRESS: u8 = 3;
+const VERDICT: u8 = 4;
+const CANCELLED: u8 = 5;
+const INVALID: u8 = 6;
+
+/// How job processes are started.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JobCommand {
+    /// The program.
+    pub exe: PathBuf,
+    /// Its arguments.
+    pub args: Vec<String>,
+    /// Most memory \[bytes\] that it may hold; more ends the attempt.
+    pub memory: Option<u64>,
+}
+
+/// How an attempt ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Attempt {
+    /// With a verdict, encoded.
+    Solved(Vec<u8>),
+    /// It was told to stop, and did.
+    Cancelled,
+    /// The job cannot be read, or its verdict cannot be sent.
+    Invalid(String),
+    /// It died.
+    Died(String),
+    /// It could not begin.
+    Unable(String),
+}
+
+/// A job process, if there is one, and how to start one.
+pub(crate) struct JobProcess {
+    command: JobCommand,
+    alive: Option<Alive>,
+}
+
+struct Alive {
+    child: Child,
+    input: ChildStdin,
+    frames: Receiver<(u8, Vec<u8>)>,
+}
+
+impl JobProcess {
+    pub(crate) fn new(command: JobCommand) -> Self {
+        Self { command, alive: None }
+    }
+
+    /// Solves in the process; ends it if it does not end by itself when told to stop.
+    pub(crate) fn solve(&mut self, job: &[u8], watch: &Watch) -> Attempt {
+        let mut alive = match self.alive.take().map_or_else(|| self.start(), Ok) {
+            Ok(alive) => alive,
+            Err(error) => {
+                let exe = self.command.exe.display();
+                return Attempt::Unable(format!("the job process {exe} does not start: {error}"));
+            }
+        };
+        if let Err(error) = send(&mut alive.input, WORK, job) {
+            return Attempt::Died(format!("{}: {error}", alive.end()));
+        }
+        let attempt = self.wait(&mut alive, watch);
+        match attempt {
+            Attempt::Solved(_) | Attempt::Cancelled | Attempt::Invalid(_) => {
+                self.alive = Some(alive);
+            }
+            Attempt::Died(_) | Attempt::Unable(_) => drop(alive.end()),
+        }
+        attempt
+    }
+
+    fn start(&self) -> std::io::Result<Alive> {
+        let mut command = Command::new(&self.command.exe);
+        // An interrupt from the terminal is for the supervisor to act on.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let mut child = command
+            .args(&self.command.args)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()?;
+        let (Some(input), Some(mut output)) = (child.stdin.take(), child.stdout.take()) else {
+            return Err(std::io::Error::other("it has no pipes"));
+        };
+        let (send, frames) = channel();
+        std::thread::Builder::new().name("cullet-frames".into()).spawn(move || {
+            while let Ok(frame) = receive(&mut output) {
+                if send.send(frame).is_err() {
+                    break;
+                }
+            }
+        })?;
+        Ok(Alive { child, input, frames })
+    }
+
+    fn wait(&self, alive: &mut Alive, watch: &Watch) -> Attempt {
+        let mut told: Option<Instant> = None;
+        loop {
+            match alive.frames.recv_timeout(LOOK) {
+                Ok((PROGRESS, bytes)) => {
+                    if let [a, b] = bytes[..] {
+                        watch.progress(f64::from(u16::from_le_bytes([a, b])) / 1000.0);
+                    }
+                }
+                Ok((VERDICT, bytes)) => return Attempt::Solved(bytes),
+                Ok((CANCELLED, _)) => return Attempt::Cancelled,
+                Ok((INVALID, text)) => {
+                    return Attempt::Invalid(String::from_utf8_lossy(&text).into_owned());
+                }
+                Ok((kind, _)) => return Attempt::Died(format!("it sent a frame of kind {kind}")),
+                Err(RecvTimeoutError::Disconnected) => return Attempt::Died(alive.end()),
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            if let Some(text) = self.over_memory(alive.child.id()) {
+                return Attempt::Died(text);
+            }
+            match told {
+                Some(since) if since.elapsed() > GRACE => {
+                    return Attempt::Died("it did not stop when told, and was killed".into());
+                }
+                None if watch.cancelled() => {
+                    told = Some(Instant::now());
+                    // A process that is gone already shows at the other pipe.
+                    let _gone = send(&mut alive.input, CANCEL, &[]);
+                }
+                Some(_) | None => {}
+            }
+        }
+    }
+
+    /// Whether the process holds more memory than it may. Where the system does not say, it does
+    /// not.
+    fn over_memory(&self, id: u32) -> Option<String> {
+        let limit = self.command.memory?;
+        let held = resident(id)?;
+        (held > limit).then(|| {
+            let (held, limit) = (held >> 20, limit >> 20);
+            format!("it held {held} MiB of memory; the limit is {limit} MiB")
+        })
+    }
+}
+
+impl Drop for JobProcess {
+    fn drop(&mut self) {
+        if let Some(alive) = self.alive.take() {
+            alive.kill();
+        }
+    }
+}
+
+impl Alive {
+    /// Ends the process, if it has not ended; how it did.
+    fn end(&mut self) -> String {
+        let own = self.child.try_wait().ok().flatten();
+        let _ended_already = self.child.kill();
+        match own.map_or_else(|| self.child.wait(), Ok) {
+            Ok(status) => format!("the job process ended: {status}"),
+            Err(error) => format!("the job process ended: {error}"),
+        }
+    }
+
+    fn kill(mut self) {
+        drop(self.end());
+    }
+}
+
+/// Memory that a process holds \[bytes\].
+fn resident(id: u32) -> Option<u64> {
+    let text = std::fs::read_to_string(format!("/proc/{id}/status")).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib << 10)
+}
+
+fn send(pipe: &mut impl Write, kind: u8, bytes: &[u8]) -> std::io::Result<()> {
+    pipe.write_all(&(bytes.len() as u64).to_le_bytes())?;
+    pipe.write_all(&[kind])?;
+    pipe.write_all(bytes)?;
+    pipe.flush()
+}
+
+fn receive(pipe: &mut impl Read) -> std::io::Result<(u8, Vec<u8>)> {
+    let (mut length, mut kind) = ([0; 8], [0]);
+    pipe.read_exact(&mut length)?;
+    pipe.read_exact(&mut kind)?;
+    let length = u64::from_le_bytes(length);
+    if length > MAX_FRAME {
+        return Err(std::io::Error::other("a frame over the limit"));
+    }
+    let mut bytes = Vec::new();
+    pipe.take(length).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 != length {
+        return Err(std::io::ErrorKind::UnexpectedEof.into());
+    }
+    Ok((kind[0], bytes))
+}
+
+/// An attempt in this process, with a solver in it.
+pub(crate) fn attempt(bytes: &[u8], solve: &SolveFn, watch: &Watch) -> Attempt {
+    let job = match FractureJob::decode(bytes) {
+        Ok(job) => job,
+        Err(error) => return Attempt::Invalid(error.to_string()),
+    };
+    match guarded(solve, &job, watch).map(|verdict| verdict.encode()) {
+        Some(Ok(blob)) => Attempt::Solved(blob),
+        Some(Err(error)) => Attempt::Invalid(format!("its verdict cannot be sent: {error}")),
+        None => Attempt::Cancelled,
+    }
+}
+
+/// What the job process does: solves what comes on its standard input until that ends.
+///
+/// # Errors
+/// Threads do not start, or standard output is gone.
+pub fn serve_jobs(threads: usize, solve: SolveFn) -> std::io::Result<()> {
+    let pool = start_threads(threads).map_err(std::io::Error::other)?;
+    let current = Arc::new(Mutex::new(Watch::default()));
+    let seen = Arc::clone(&current);
+    let (send_work, work) = channel::<Vec<u8>>();
+    std::thread::Builder::new().name("cullet-orders".into()).spawn(move || {
+        let mut input = std::io::stdin().lock();
+        while let Ok((kind, bytes)) = receive(&mut input) {
+            match kind {
+                WORK => {
+                    *seen.lock().unwrap_or_else(PoisonError::into_inner) = Watch::default();
+                    if send_work.send(bytes).is_err() {
+                        break;
+                    }
+                }
+                _ => seen.lock().unwrap_or_else(PoisonError::into_inner).cancel(),
+            }
+        }
+        // The supervisor is gone, and whatever is being solved is for nobody.
+        std::process::exit(0);
+    })?;
+    for bytes in work {
+        let watch = current.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let (done, over) = channel::<()>();
+        let (teller, solve) = (watch.clone(), &solve);
+        let attempt = std::thread::scope(|scope| {
+            scope.spawn(move || tell_progress(&teller, &over));
+            let attempt = pool.install(|| attempt(&bytes, solve, &watch));
+            drop(done);
+            attempt
+        });
+        let (kind, bytes) = match attempt {
+            Attempt::Solved(blob) => (VERDICT, blob),
+            Attempt::Cancelled => (CANCELLED, Vec::new()),
+            Attempt::Invalid(text) | Attempt::Died(text) | Attempt::Unable(text) => {
+                (INVALID, text.into_bytes())
+            }
+        };
+        send(&mut std::io::stdout().lock(), kind, &bytes)?;
+    }
+    Ok(())
+}
+
+fn tell_progress(watch: &Watch, over: &Receiver<()>) {
+    let mut last = 0;
+    while let Err(RecvTimeoutError::Timeout) = over.recv_timeout(TOLD) {
+        let permille = watch.permille();
+        if permille != last {
+            last = permille;
+            if send(&mut std::io::stdout().lock(), PROGRESS, &permille.to_le_bytes()).is_err() {
+                std::process::exit(EXIT_WEDGED);
+            }
+        }
+    }
+}

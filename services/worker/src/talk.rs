@@ -1,0 +1,248 @@
+//! What a worker asks, one question at a time, and what it makes of the answers.
+
+use crate::link::{Line, NoAnswer};
+use crate::solve::Watch;
+use cullet_dispatch::{Digest, Epoch, Heard, Job, Question, Trouble, Work};
+use cullet_proto::keys::WorkerVerb;
+use cullet_proto::pool::{self, ChunkAnswer, CommitAnswer, FetchAnswer, Grant, Noted, PollAnswer};
+use cullet_proto::pool::{RenewAnswer, Trouble as Told};
+use cullet_proto::{JobId, chunks};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender};
+use std::thread;
+use std::time::Duration;
+
+/// Pause before a piece is asked for or sent again.
+const PAUSE: Duration = Duration::from_millis(100);
+/// Pause before a piece is sent again to a coordinator that has no room.
+const BUSY: Duration = Duration::from_secs(1);
+/// Silences in a row over one piece of a job, after which the job is given back.
+const MAX_SILENCES: u32 = 20;
+
+/// Something for the talker to do.
+pub(crate) enum Order {
+    /// Ask this; the text goes with a job given back, the blob with a commit.
+    Ask(Question, String, Arc<Vec<u8>>),
+    /// Get a job's bytes.
+    Fetch(Grant, Watch),
+}
+
+/// What came of it.
+pub(crate) struct News {
+    pub(crate) heard: Heard,
+    /// The grant that was heard of.
+    pub(crate) grant: Option<Grant>,
+    /// A job's bytes, or a verdict's.
+    pub(crate) bytes: Vec<u8>,
+    /// Words about trouble.
+    pub(crate) text: String,
+}
+
+impl News {
+    pub(crate) fn of(heard: Heard) -> Self {
+        Self { heard, grant: None, bytes: Vec::new(), text: String::new() }
+    }
+
+    fn trouble(epoch: Epoch, trouble: Trouble, text: String) -> Self {
+        Self { text, ..Self::of(Heard::Trouble { epoch, trouble }) }
+    }
+}
+
+pub(crate) fn work_of(grant: &Grant) -> Work {
+    let (job, epoch) = (Job(grant.job.0), Epoch(grant.epoch.0));
+    Work { job, epoch, renew: grant.renew_ms.max(1), hard: grant.hard_ms }
+}
+
+/// The talker's thread: until the orders end.
+pub(crate) struct Talker {
+    pub(crate) line: Arc<Line>,
+    pub(crate) threads: u32,
+    pub(crate) stop: Arc<AtomicBool>,
+    pub(crate) news: Sender<News>,
+}
+
+impl Talker {
+    pub(crate) fn run(&self, orders: &Receiver<Order>) {
+        for order in orders {
+            let news = match order {
+                Order::Ask(question, text, blob) => self.ask(question, text, &blob),
+                Order::Fetch(grant, watch) => self.fetch(&grant, &watch),
+            };
+            if self.news.send(news).is_err() {
+                return;
+            }
+        }
+    }
+
+    fn poll_of(&self, seq: u64) -> pool::Poll {
+        pool::Poll { session: self.line.session, seq, slots: 1, threads: self.threads }
+    }
+
+    fn ask(&self, question: Question, text: String, blob: &[u8]) -> News {
+        let session = self.line.session;
+        let answer = match question {
+            Question::Poll { seq } => self.poll(seq),
+            Question::Renew { job, epoch } => self.renew((job, epoch), 0),
+            Question::Commit { job, epoch, digest, next } => {
+                self.commit((job, epoch), digest, blob, next)
+            }
+            Question::Fail { job, epoch, trouble } => {
+                let trouble = match trouble {
+                    Trouble::Crashed => Told::Crashed,
+                    Trouble::Dropped => Told::Dropped,
+                    Trouble::Invalid => Told::Invalid,
+                };
+                let (job, epoch) = (JobId(job.0), cullet_proto::Epoch(epoch.0));
+                tracing::warn!("job {} is given back: {text}", job.short());
+                let fail = pool::Fail { session, job, epoch, trouble, text };
+                let said = self.line.ask::<_, Noted>(WorkerVerb::Fail, &fail, &[]);
+                said.map(|_| News::of(Heard::Noted))
+            }
+            Question::Bye => {
+                let said = self.line.ask::<_, Noted>(WorkerVerb::Bye, &pool::Bye { session }, &[]);
+                said.map(|_| News::of(Heard::Noted))
+            }
+        };
+        answer.unwrap_or_else(|error| match error {
+            NoAnswer::Silence => News::of(Heard::Silence(question)),
+            NoAnswer::Refused(refusal) => {
+                tracing::error!("refused: {refusal}");
+                News::of(Heard::Refused(question))
+            }
+            NoAnswer::Unreadable(text) => {
+                tracing::error!("an answer is unreadable: {text}");
+                News::of(Heard::Refused(question))
+            }
+        })
+    }
+
+    fn poll(&self, seq: u64) -> Result<News, NoAnswer> {
+        let poll = self.poll_of(seq);
+        // A question for work may be held for long and is nothing to wait for when leaving.
+        let (said, _) = self.line.ask_unless(&self.stop, WorkerVerb::Poll, &poll, &[])?;
+        Ok(match said {
+            PollAnswer::Grant(grant) => {
+                let heard = Heard::Grant { seq, work: work_of(&grant) };
+                News { grant: Some(grant), ..News::of(heard) }
+            }
+            PollAnswer::Idle => News::of(Heard::Idle { seq }),
+            PollAnswer::Drain => News::of(Heard::Dismiss { seq }),
+        })
+    }
+
+    /// Says how far a job is; the answer is "stop", or nothing.
+    pub(crate) fn renew(
+        &self,
+        (job, epoch): (Job, Epoch),
+        permille: u16,
+    ) -> Result<News, NoAnswer> {
+        let (session, told) = (self.line.session, cullet_proto::Epoch(epoch.0));
+        let renew = pool::Renew { session, job: JobId(job.0), epoch: told, permille };
+        let (said, _) = self.line.ask(WorkerVerb::Renew, &renew, &[])?;
+        Ok(News::of(match said {
+            RenewAnswer::Stop => Heard::Stop { epoch },
+            RenewAnswer::Go { .. } => Heard::Tick,
+        }))
+    }
+
+    /// Hands a result in. What the coordinator lacks is sent when it says so, so nothing is sent
+    /// that is not needed.
+    fn commit(
+        &self,
+        (job, epoch): (Job, Epoch),
+        digest: Digest,
+        blob: &[u8],
+        next: u64,
+    ) -> Result<News, NoAnswer> {
+        let commit = pool::Commit {
+            session: self.line.session,
+            job: JobId(job.0),
+            epoch: cullet_proto::Epoch(epoch.0),
+            digest: digest.0,
+            length: blob.len() as u64,
+            next: Some(self.poll_of(next)),
+        };
+        loop {
+            let (said, _) = self.line.ask(WorkerVerb::Commit, &commit, &[])?;
+            match said {
+                CommitAnswer::Done(grant) => {
+                    let next = grant.as_ref().map(work_of);
+                    return Ok(News { grant, ..News::of(Heard::Receipt { epoch, next }) });
+                }
+                CommitAnswer::Missing(missing) => self.send(blob, digest.0, &missing)?,
+                CommitAnswer::Damaged => tracing::warn!("a result came over damaged"),
+                CommitAnswer::Unreadable(text) => {
+                    return Ok(News::trouble(epoch, Trouble::Crashed, text));
+                }
+            }
+        }
+    }
+
+    fn send(&self, blob: &[u8], name: [u8; 32], indices: &[u32]) -> Result<(), NoAnswer> {
+        for &index in indices {
+            let Some(piece) = chunks::slice(blob, index) else {
+                continue;
+            };
+            let (length, sum) = (blob.len() as u64, chunks::sum(piece));
+            let chunk = pool::Chunk { digest: name, length, index, sum };
+            loop {
+                let (said, _) = self.line.ask(WorkerVerb::Chunk, &chunk, piece)?;
+                match said {
+                    ChunkAnswer::Have => break,
+                    ChunkAnswer::Damaged => {}
+                    ChunkAnswer::Busy => thread::sleep(BUSY),
+                }
+                if self.stop.load(Ordering::Relaxed) {
+                    return Err(NoAnswer::Silence);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn fetch(&self, grant: &Grant, watch: &Watch) -> News {
+        let epoch = Epoch(grant.epoch.0);
+        let bytes = match self.pieces(grant, watch) {
+            Ok(bytes) => bytes,
+            Err((trouble, text)) => return News::trouble(epoch, trouble, text),
+        };
+        if JobId::of(&bytes) != grant.job {
+            let text = "its bytes do not match its id".to_owned();
+            return News::trouble(epoch, Trouble::Dropped, text);
+        }
+        News { bytes, ..News::of(Heard::Fetched { epoch }) }
+    }
+
+    fn pieces(&self, grant: &Grant, watch: &Watch) -> Result<Vec<u8>, (Trouble, String)> {
+        let dropped = |text: &str| (Trouble::Dropped, text.to_owned());
+        if grant.length > chunks::MAX_BLOB {
+            return Err((Trouble::Invalid, "it is too long".into()));
+        }
+        let mut bytes = Vec::new();
+        for index in 0..chunks::count(grant.length) {
+            let mut silences = 0;
+            loop {
+                if watch.cancelled() || silences > MAX_SILENCES {
+                    return Err(dropped("its bytes do not come"));
+                }
+                let fetch = pool::Fetch { job: grant.job, index };
+                match self.line.ask::<_, FetchAnswer>(WorkerVerb::Fetch, &fetch, &[]) {
+                    Ok((FetchAnswer::Chunk { sum }, piece)) if sum == chunks::sum(&piece) => {
+                        bytes.extend_from_slice(&piece);
+                        break;
+                    }
+                    Ok((FetchAnswer::Chunk { .. }, _)) => {}
+                    Ok((FetchAnswer::Gone, _)) => return Err(dropped("its bytes are gone")),
+                    Err(NoAnswer::Silence) => {
+                        silences += 1;
+                        thread::sleep(PAUSE);
+                    }
+                    Err(NoAnswer::Refused(refusal)) => return Err(dropped(&refusal.to_string())),
+                    Err(NoAnswer::Unreadable(text)) => return Err(dropped(&text)),
+                }
+            }
+        }
+        Ok(bytes)
+    }
+}
