@@ -12,6 +12,7 @@ pub mod solve;
 pub mod specimen;
 mod supervisor;
 
+use cullet_proto::security::Rules;
 use cullet_proto::transport::Patience;
 use cullet_proto::{WireError, keys};
 use std::io::Read;
@@ -69,6 +70,8 @@ pub struct WorkerConfig {
     pub exit_when_wedged: bool,
     /// How patient the transport is.
     pub patience: Patience,
+    /// Further settings of the transport: its identity.
+    pub rules: Rules,
     /// Set to make [`run`] return: the job at hand is given back.
     pub stop: Arc<AtomicBool>,
 }
@@ -83,6 +86,7 @@ impl Default for WorkerConfig {
             parent_watch: false,
             exit_when_wedged: true,
             patience: Patience::production(),
+            rules: Rules::new(),
             stop: Arc::default(),
         }
     }
