@@ -16,6 +16,7 @@ mod smooth;
 mod walk;
 
 use crate::cut::{CutError, DamageField};
+use crate::pieces::{Pieces, Rubble};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::{TriMesh, Vec3};
 use rayon::prelude::*;
@@ -35,6 +36,8 @@ const FEW: f64 = 0.1;
 /// Distance of lattice nodes over the spacing where the pieces are known point by point: small ones
 /// keep their shape, and faces lean less to the axes (F22). Points are half a spacing apart.
 const FINER: f64 = 0.7;
+/// ... and where some were drawn, which are smaller still.
+const FINEST: f64 = 0.5;
 /// Most lattice nodes; beyond, memory (some 100 bytes each) would exceed a worker's share.
 const MAX_NODES: f64 = 5e7;
 /// The lattice reaches this many nodes beyond the body on every side.
@@ -123,7 +126,7 @@ impl Lattice {
 }
 
 impl Nodes {
-    /// Whether a damaged node lies within two spacings of the point, along every axis: a crack
+    /// Whether a damaged node lies within two units of the point, along every axis: a crack
     /// elsewhere is an artefact (F27).
     pub(crate) fn holds(&self, point: Vec3) -> bool {
         let steps = (point - self.lattice.low) / self.lattice.spacing;
@@ -156,7 +159,7 @@ pub(crate) struct Nodes {
     known: Vec<bool>,
     /// The mean place of the damage that the time is the mean of \[m\].
     heart: Vec<Vec3>,
-    /// Whether there is damage within two spacings along every axis.
+    /// Whether there is damage within two units along every axis.
     near: Vec<bool>,
     /// Component of undamaged material nodes, or `NONE`.
     label: Vec<u32>,
@@ -166,13 +169,22 @@ pub(crate) struct Nodes {
     /// Where a node's odds lie in `odds`, or `NONE`: it is sure of its label.
     slot: Vec<u32>,
     odds: Vec<walk::Odds>,
+    /// The drawn piece that a node lies in, or `NONE`.
+    ball: Vec<u32>,
+    rubble: Rubble,
+    /// Size of a cell of the rubble \[m\].
+    cell: f64,
+    /// Length over which damage is looked at \[m\]: no less than the distance of nodes.
+    unit: f64,
 }
 
 impl Nodes {
     /// Spreads the field to the nodes in and around `body` and labels the undamaged ones inside.
     pub(crate) fn new(body: &TriMesh, field: &DamageField<'_>) -> Result<Self, CutError> {
         check(field)?;
-        let h = if field.pieces.is_some() { FINER * field.spacing } else { field.spacing };
+        let drawn = field.pieces.is_some_and(|pieces| !pieces.rubble.balls.is_empty());
+        let unit = if field.pieces.is_some() { FINER * field.spacing } else { field.spacing };
+        let h = if drawn { FINEST * field.spacing } else { unit };
         let mut reach = body.bounds().unwrap_or_default();
         for p in field.positions {
             reach = (reach.0.inf(p), reach.1.sup(p));
@@ -190,6 +202,7 @@ impl Nodes {
         let dims = [0, 1, 2].map(|k| steps[k].ceil() as usize);
         let lattice = Lattice { low, spacing: h, dims };
         let mut nodes = Self::spread(lattice, field);
+        nodes.unit = unit;
         nodes.inside = lattice.inside(&Inside::new(body));
         nodes.look_around();
         match field.pieces {
@@ -203,9 +216,9 @@ impl Nodes {
     /// Gives each node inside the body the piece that holds most of its particles by weight, where
     /// that is at least half of them or nearly all are in some piece; labels are numbered by their
     /// first nodes.
-    fn take_labels(&mut self, positions: &[Vec3], pieces: &[Option<u32>]) {
+    fn take_labels(&mut self, positions: &[Vec3], pieces: &Pieces) {
         let mut shares: Vec<Vec<(Option<u32>, f64)>> = vec![Vec::new(); self.lattice.len()];
-        for (&p, &piece) in positions.iter().zip(pieces) {
+        for (&p, &piece) in positions.iter().zip(&pieces.of) {
             let (base, w) = weights((p - self.lattice.low) / self.lattice.spacing);
             for k in 0..27 {
                 let [x, y, z] = [k % 3, k / 3 % 3, k / 9];
@@ -221,11 +234,17 @@ impl Nodes {
         let mut shared = Vec::new();
         for (i, shares) in shares.iter().enumerate().filter(|&(i, _)| self.inside[i] & NODE != 0) {
             let all: f64 = shares.iter().map(|entry| entry.1).sum();
-            let pieces = shares.iter().filter(|entry| entry.0.is_some());
-            let free = all - pieces.clone().map(|entry| entry.1).sum::<f64>();
+            let held = shares.iter().filter(|entry| entry.0.is_some());
+            let free = all - held.clone().map(|entry| entry.1).sum::<f64>();
             let least = if free <= FEW * all { 0.0 } else { HALF * all };
-            let most = pieces.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-            if let Some(&(piece, _)) = most.filter(|entry| entry.1 >= least) {
+            let most = held.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+            if let Some(&(mut piece, _)) = most.filter(|entry| entry.1 >= least) {
+                if piece.and_then(|piece| pieces.drawn(piece)).is_some() {
+                    let of = shares.iter().filter_map(|entry| pieces.drawn(entry.0?));
+                    let place = self.lattice.place(self.lattice.node(i));
+                    self.ball[i] = self.rubble.nearest(of, &(place / self.cell)).unwrap_or(NONE);
+                    piece = Some(pieces.found + self.ball[i]);
+                }
                 let next = names.len() as u32;
                 self.label[i] = *names.entry(piece).or_insert(next);
                 if free <= FEW * all {
@@ -287,6 +306,10 @@ impl Nodes {
             reach: Vec::new(),
             slot: vec![NONE; n],
             odds: Vec::new(),
+            ball: vec![NONE; n],
+            rubble: field.pieces.map(|pieces| pieces.rubble.clone()).unwrap_or_default(),
+            cell: field.spacing,
+            unit: lattice.spacing,
         }
     }
 
@@ -344,11 +367,16 @@ impl Nodes {
         self.reach[self.lattice.nearest(point)]
     }
 
-    /// Finds the nodes with damage within two spacings along every axis.
+    /// The nodes along an axis that a number of units reaches.
+    fn steps(&self, units: f64) -> usize {
+        (units * self.unit / self.lattice.spacing).ceil() as usize
+    }
+
+    /// Finds the nodes with damage within two units along every axis.
     fn look_around(&mut self) {
         let mut near = vec![false; self.lattice.len()];
         for i in (0..near.len()).filter(|&i| self.is_damaged(i)) {
-            for j in self.lattice.around(self.lattice.node(i), 2) {
+            for j in self.lattice.around(self.lattice.node(i), self.steps(2.0)) {
                 near[j] = true;
             }
         }
@@ -369,7 +397,7 @@ fn weights(at: Vec3) -> ([usize; 3], [[f64; 3]; 3]) {
 
 fn check(field: &DamageField<'_>) -> Result<(), CutError> {
     let n = field.positions.len();
-    let uneven = field.pieces.is_some_and(|pieces| pieces.len() != n)
+    let uneven = field.pieces.is_some_and(|pieces| pieces.of.len() != n)
         || field.normals.is_some_and(|normals| normals.len() != n);
     if n == 0 || uneven || field.damage.len() != n || field.damage_time.len() != n {
         let counts = [n, field.damage.len(), field.damage_time.len()];

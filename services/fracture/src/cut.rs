@@ -20,6 +20,7 @@ pub use stretched::extract_stretched;
 
 use crate::crack::Nodes;
 use crate::detail::Detail;
+use crate::pieces::Pieces;
 use crate::region::agglomerate;
 use crate::region::relief::Terms;
 use cullet_geometry::boolean::{BooleanError, Exact, MAX_TAG};
@@ -65,9 +66,9 @@ pub struct DamageField<'a> {
     /// Unit normal of the crack at each broken particle, zero where it is not known; without it,
     /// cracks that end inside a part are not looked for.
     pub normals: Option<&'a [Vec3]>,
-    /// The piece that each particle belongs to, `None` in the band of a crack; without it, pieces
-    /// are what the damage leaves connected on the lattice.
-    pub pieces: Option<&'a [Option<u32>]>,
+    /// The piece that each particle belongs to, and how those that were drawn were; without it,
+    /// pieces are what the damage leaves connected on the lattice.
+    pub pieces: Option<&'a Pieces>,
 }
 
 /// How fine a cut may be.

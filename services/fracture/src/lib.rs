@@ -11,6 +11,7 @@ pub mod detail;
 pub mod material;
 pub mod mpm;
 pub mod particles;
+pub mod pieces;
 pub mod region;
 pub mod solver;
 pub mod solvers;

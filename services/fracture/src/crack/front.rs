@@ -12,7 +12,7 @@ const THIN: f64 = 0.004;
 
 impl Nodes {
     /// The damage time at a place and its gradient, by least squares over the nodes that have a
-    /// time of their own within `reach` \[spacings\] along every axis: masked, so what lies off the
+    /// time of their own within `reach` \[units\] along every axis: masked, so what lies off the
     /// band does not count (F35). `None` where too few have.
     pub(crate) fn front(&self, place: Vec3, reach: f64) -> Option<Front> {
         let lattice = &self.lattice;
@@ -21,11 +21,11 @@ impl Nodes {
         let (mut mean, mut time) = (Vec3::zeros(), 0.0);
         let (mut spread, mut slope) = (Mat3::zeros(), Vec3::zeros());
         let node = lattice.node(lattice.nearest(place));
-        for i in lattice.around(node, radius.ceil() as usize) {
+        for i in lattice.around(node, self.steps(radius)) {
             if !self.known[i] {
                 continue;
             }
-            let arm = (self.heart[i] - place) / lattice.spacing;
+            let arm = (self.heart[i] - place) / self.unit;
             let w: f64 = arm
                 .iter()
                 .map(|x| (1.0 - x * x / (radius + 0.5) / (radius + 0.5)).max(0.0))
@@ -46,7 +46,7 @@ impl Nodes {
         let widest = spread.trace();
         let inverse = (spread + Mat3::identity() * (THIN * widest)).try_inverse()?;
         let slope = inverse * slope;
-        Some(Front { time: time - slope.dot(&mean), slope: slope / lattice.spacing })
+        Some(Front { time: time - slope.dot(&mean), slope: slope / self.unit })
     }
 
     /// The damage time of the node nearest to a place \[s\]; zero where it has none.

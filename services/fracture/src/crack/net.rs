@@ -17,6 +17,10 @@ impl Nodes {
     /// for a second try after an accident.
     pub(crate) fn mosaic(&self, attempt: u64, terms: &Terms) -> Mosaic {
         let (mut mosaic, mut net) = self.net();
+        net.project(|(one, two), place| {
+            let (way, beyond) = self.rubble.beyond(one, two, &(place / self.cell));
+            way * (-beyond * self.cell)
+        });
         shape(&mut net, &mosaic);
         let share = [1.0, 0.5].get(attempt as usize).copied().unwrap_or(0.0);
         net.retreat(0..net.middle.len(), share);
@@ -178,8 +182,12 @@ impl<'a> Builder<'a> {
         place[axis] += nodes.crossing(i, j) * nodes.lattice.spacing;
         let gap = nodes.is_inside(i) && nodes.is_inside(j) && !nodes.connects(i, j);
         let free = !gap && (nodes.near[i] || nodes.near[j]);
+        let drawn = nodes.drawn(i, j);
         for corner in quad {
             self.net.pull(corner, place, free);
+            if let Some(pair) = drawn {
+                self.net.lay(corner, pair);
+            }
             if gap {
                 self.net.lock(corner);
             }

@@ -13,16 +13,16 @@ use crate::region::triangle_area;
 use cullet_geometry::{Mat3, Sheet, TriMesh, Vec3};
 use rayon::prelude::*;
 
-/// Points count for nodes this near \[spacings\].
+/// Points count for nodes this near \[units\].
 const REACH: f64 = 2.0;
 /// Broken points count as those of the crack between two pieces where a node of another piece lies
-/// within this many nodes along every axis, ...
-const BESIDE: usize = 2;
+/// within this many units along every axis, ...
+const BESIDE: f64 = 2.0;
 /// ... unless they broke across another direction: cosine.
 const ALONG: f64 = 0.7;
 /// Least share of the directions of broken points that agree \[1\]: a third is chance.
 const AGREED: f64 = 0.6;
-/// Greatest mean square distance of broken points from their plane \[spacings²\]; a ball full of
+/// Greatest mean square distance of broken points from their plane \[units²\]; a ball full of
 /// them has 0.44.
 const THICK: f64 = 0.33;
 /// How much flatness counts against the directions in which points broke.
@@ -32,9 +32,9 @@ const FLATNESS: f64 = 1.0;
 const SHARE: f64 = 0.2;
 /// Neighbours whose planes stand at more than this angle see different cracks: cosine of 60°.
 const ALIKE: f64 = 0.5;
-/// Nodes farther than this from their plane tell nothing \[spacings\].
+/// Nodes farther than this from their plane tell nothing \[units\].
 const FAR: f64 = 1.5;
-/// Nets of less area are dropped \[spacings²\], ...
+/// Nets of less area are dropped \[units²\], ...
 const LEAST: f64 = 4.0;
 /// ... and those of which less is away from cracks between pieces.
 const AWAY: f64 = 1.0;
@@ -87,7 +87,7 @@ impl Nodes {
         let (mut away, mut count) = (Vec3::zeros(), 0.0);
         let node = self.lattice.node(home);
         let other = |&j: &usize| self.is_inside(j) && own(j) != own(home);
-        for j in self.lattice.around(node, BESIDE).filter(other) {
+        for j in self.lattice.around(node, self.steps(BESIDE)).filter(other) {
             let arm = self.lattice.place(self.lattice.node(j)) - place;
             away += arm.try_normalize(0.0).unwrap_or_default();
             count += 1.0;
@@ -95,7 +95,7 @@ impl Nodes {
         let clear = away.norm() > 0.2 * count;
         let across = normal.dot(&away).abs() < ALONG * away.norm();
         let partial = count == 0.0 || (clear && across && normal != Vec3::zeros());
-        let alone = !self.lattice.around(node, 1).any(|j| other(&j));
+        let alone = !self.lattice.around(node, self.steps(1.0)).any(|j| other(&j));
         partial.then_some(Point { place, normal, away: alone })
     }
 
@@ -113,7 +113,7 @@ impl Nodes {
             .into_par_iter()
             .flat_map_iter(|p| {
                 let home = lattice.nearest(points[p as usize].place);
-                let around = lattice.around(lattice.node(home), REACH.ceil() as usize);
+                let around = lattice.around(lattice.node(home), self.steps(REACH));
                 let alike = around.filter(move |&i| own(i) == own(home));
                 alike.map(move |i| (i as u32, p))
             })
@@ -151,7 +151,7 @@ impl Nodes {
         let unknown = vec![0.0; mosaic.places.len()];
         let mesh = TriMesh { vertices: mosaic.places, triangles: mosaic.triangles };
         let all = Sheet { mesh, damage_time: unknown.clone(), front_speed: unknown };
-        let square = lattice.spacing * lattice.spacing;
+        let square = self.unit * self.unit;
         let mut kept = Vec::new();
         for part in all.mesh.components() {
             // Two triangles a quad, in order.
@@ -185,10 +185,11 @@ impl Nodes {
     /// The plane that these points are about in, if they are.
     fn plane(&self, node: u32, points: impl Iterator<Item = Point>) -> Option<Plane> {
         let place = self.lattice.place(self.lattice.node(node as usize));
+        let nodes = self.unit / self.lattice.spacing;
         let (mut whole, mut share, mut away) = (0.0, 0.0, 0.0);
         let (mut mean, mut spread, mut across) = (Vec3::zeros(), Mat3::zeros(), Mat3::zeros());
         for point in points {
-            let arm = (point.place - place) / self.lattice.spacing;
+            let arm = (point.place - place) / self.unit;
             let close = 1.0 - arm.norm_squared() / (REACH * REACH);
             if close <= 0.0 {
                 continue;
@@ -196,7 +197,7 @@ impl Nodes {
             let w = close * close;
             whole += w;
             away += if point.away { w } else { 0.0 };
-            share += arm.iter().map(|x| spline(x.abs())).product::<f64>();
+            share += arm.iter().map(|x| spline((x * nodes).abs())).product::<f64>();
             mean += w * arm;
             spread += w * arm * arm.transpose();
             across += w * point.normal * point.normal.transpose();
@@ -213,7 +214,7 @@ impl Nodes {
         let height = -normal.dot(&mean);
         let share = if share > 0.0 { share / self.weight[node as usize] } else { 0.0 };
         let away = away > 0.5 * whole;
-        let plane = Plane { node, height: height * self.lattice.spacing, normal, share, away };
+        let plane = Plane { node, height: height * self.unit, normal, share, away };
         (agreed && flat && height.abs() <= FAR).then_some(plane)
     }
 }

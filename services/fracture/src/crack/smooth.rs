@@ -13,6 +13,8 @@ const MOVE: f64 = 0.5;
 /// about eight edges go, longer ones stay as they are.
 const SHRINK: f64 = 0.5;
 const GROW: f64 = -0.526;
+/// Rounds in which corners are moved on to the borders of drawn pieces.
+const ROUNDS: usize = 8;
 /// Pairs of steps.
 const STEPS: usize = 16;
 
@@ -26,12 +28,22 @@ pub(super) struct Net {
     pulls: Vec<f64>,
     free: Vec<bool>,
     locked: Vec<bool>,
+    /// Pairs of drawn pieces whose borders pass through the corner's cube.
+    drawn: Vec<Vec<(u32, u32)>>,
 }
 
 impl Net {
     pub(super) fn new(spacing: f64) -> Self {
         let (middle, place, pulls) = (Vec::new(), Vec::new(), Vec::new());
-        Self { spacing, middle, place, pulls, free: Vec::new(), locked: Vec::new() }
+        Self {
+            spacing,
+            middle,
+            place,
+            pulls,
+            free: Vec::new(),
+            locked: Vec::new(),
+            drawn: Vec::new(),
+        }
     }
 
     pub(super) fn add(&mut self, middle: Vec3) -> u32 {
@@ -40,6 +52,7 @@ impl Net {
         self.pulls.push(0.0);
         self.free.push(false);
         self.locked.push(false);
+        self.drawn.push(Vec::new());
         self.middle.len() as u32 - 1
     }
 
@@ -49,6 +62,38 @@ impl Net {
         self.place[corner] += place;
         self.pulls[corner] += 1.0;
         self.free[corner] |= free;
+    }
+
+    /// The border between two drawn pieces passes through the corner's cube.
+    pub(super) fn lay(&mut self, corner: u32, pair: (u32, u32)) {
+        self.drawn[corner as usize].push(pair);
+    }
+
+    /// Whether all faces at a corner are borders between drawn pieces.
+    fn is_drawn(&self, v: usize) -> bool {
+        let faces = self.drawn[v].len();
+        !self.locked[v] && faces > 0 && faces as f64 == self.pulls[v]
+    }
+
+    /// Moves corners between drawn pieces to where all their borders meet, as far as that is in
+    /// their cubes; `way` leads from a place to the border of a pair.
+    pub(super) fn project(&mut self, way: impl Fn((u32, u32), &Vec3) -> Vec3) {
+        let drawn: Vec<usize> = (0..self.place.len()).filter(|&v| self.is_drawn(v)).collect();
+        for v in drawn {
+            let mut place = self.place[v];
+            for _ in 0..ROUNDS {
+                for &pair in &self.drawn[v] {
+                    place += way(pair, &place);
+                }
+            }
+            let (from, way) = (self.place[v] - self.middle[v], place - self.place[v]);
+            let half = 0.5 * self.spacing;
+            let share = (0..3).map(|a| {
+                let room = if way[a] > 0.0 { half - from[a] } else { -half - from[a] };
+                if way[a] == 0.0 { 1.0 } else { (room / way[a]).max(0.0) }
+            });
+            self.place[v] += way * share.fold(1.0, f64::min);
+        }
     }
 
     /// The corner stays where it is: on a wall, or in a gap between legs.
@@ -115,7 +160,7 @@ fn threads(net: &Net, mosaic: &Mosaic) -> Vec<Vec<u32>> {
     }
     let mut threads = plain;
     for (v, seam) in seams.into_iter().enumerate() {
-        if net.locked[v] || !net.free[v] || seam.len() == 1 {
+        if net.locked[v] || !net.free[v] || net.is_drawn(v) || seam.len() == 1 {
             threads[v].clear();
         } else if !seam.is_empty() {
             threads[v] = seam;

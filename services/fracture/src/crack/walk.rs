@@ -184,6 +184,12 @@ impl Nodes {
         ((here - DAMAGED) / (here - there)).clamp(CLOSEST, 1.0)
     }
 
+    /// The drawn pieces that two nodes lie in, if both do.
+    pub(super) fn drawn(&self, i: usize, j: usize) -> Option<(u32, u32)> {
+        let pair = (self.ball[i], self.ball[j]);
+        (pair.0 != NONE && pair.1 != NONE).then_some(pair)
+    }
+
     fn odds_of(&self, i: usize, label: u32) -> f64 {
         match self.slot[i] {
             NONE => f64::from(u8::from(self.reach[i] == label)),
@@ -193,6 +199,10 @@ impl Nodes {
 
     /// Where on the edge from `i` to `j`, of different labels, both are equally likely: 0 at `i`.
     pub(super) fn crossing(&self, i: usize, j: usize) -> f64 {
+        if let Some((one, two)) = self.drawn(i, j) {
+            let [from, to] = [i, j].map(|n| self.lattice.place(self.lattice.node(n)) / self.cell);
+            return self.rubble.crossing(one, two, &from, &to);
+        }
         let (a, b) = (self.reach[i], self.reach[j]);
         let here = self.odds_of(i, a) - self.odds_of(i, b);
         let there = self.odds_of(j, b) - self.odds_of(j, a);
@@ -237,9 +247,8 @@ impl Nodes {
             }
             odds.tidy();
         }
-        let slots = self.slot.iter().zip(&mut self.reach).filter(|(slot, _)| **slot != NONE);
-        for (&slot, reach) in slots {
-            *reach = self.odds[slot as usize].label();
+        for i in (0..self.slot.len()).filter(|&i| self.slot[i] != NONE && self.ball[i] == NONE) {
+            self.reach[i] = self.odds[self.slot[i] as usize].label();
         }
         self.labels = names.len() as u32;
     }

@@ -8,6 +8,7 @@
 use super::lattice::Lattice;
 use crate::material::Material;
 use crate::particles::Particles;
+use crate::pieces::{Ball, Pieces, Rubble};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::{scramble, unit};
 
@@ -47,17 +48,6 @@ pub struct Rules {
     pub seed: u64,
 }
 
-/// The pieces of a broken body.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Pieces {
-    /// The piece of each point by id; `None` where a crack ran, to be shared between its sides.
-    pub of: Vec<Option<u32>>,
-    /// Pieces drawn at random in crushed zones.
-    pub drawn: usize,
-    /// Share of the body in crushed zones \[1\].
-    pub crushed: f64,
-}
-
 /// Drops from `pieces` (by id) those too small to be resolved, and divides crushed zones.
 #[must_use]
 pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Rules) -> Pieces {
@@ -85,8 +75,10 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Rules
     let mut drawn = vec![None; lattice.len()];
     let sites = lattice.divide(&mut drawn, &zone, &weights, particles, rules);
     if sites.len() < 2 && count > 0 {
-        return Pieces { of: pieces, drawn: 0, crushed: 0.0 };
+        let found = count as u32;
+        return Pieces { of: pieces, found, rubble: Rubble::default(), crushed: 0.0 };
     }
+    let rubble = Rubble::new(sites, rules.seed);
     for (x, &id) in particles.reference.iter().zip(&particles.id) {
         let (mut most, mut near) = ((0.0, 0), Vec::new());
         lattice.visit(x, |node, weight, _| {
@@ -96,31 +88,14 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Rules
             near.extend(drawn[node]);
         });
         if pieces[id as usize].is_none() && drawn[most.1].is_some() {
-            // Borders between drawn pieces are planes, not steps from node to node.
-            let at = lattice.cells(x);
-            let nearest = near.into_iter().min_by(|&a, &b| {
-                let far = |site: u32| sites[site as usize].far(&at);
-                far(a).total_cmp(&far(b)).then(a.cmp(&b))
-            });
-            pieces[id as usize] = nearest.map(|site| count as u32 + site);
+            // Borders between drawn pieces are smooth, not steps from node to node.
+            let at = x.component_div(&rules.spacing);
+            pieces[id as usize] = rubble.nearest(near, &at).map(|ball| count as u32 + ball);
         }
     }
     let all = weights.iter().filter(|&&w| w >= LEAST_WEIGHT).count();
     let crushed = zone.len() as f64 / all.max(1) as f64;
-    Pieces { of: pieces, drawn: sites.len(), crushed }
-}
-
-/// The middle of a drawn piece and its size, in cells.
-struct Site {
-    place: Vec3,
-    size: f64,
-}
-
-impl Site {
-    /// Power distance: cells of equal ones have plane borders, farther from the larger.
-    fn far(&self, x: &Vec3) -> f64 {
-        (x - self.place).norm_squared() - 0.25 * self.size * self.size
-    }
+    Pieces { of: pieces, found: count as u32, rubble, crushed }
 }
 
 /// Sizes over the mean whose cubes follow Mott's law, N(>m) = N₀ exp(−√(m/μ)) with a mean of 2μ,
@@ -149,7 +124,7 @@ struct Division<'a> {
     room: Vec<f64>,
     /// Power distance and number of the nearest site of each.
     nearest: Vec<(f64, Option<u32>)>,
-    sites: Vec<Site>,
+    sites: Vec<Ball>,
 }
 
 impl<'a> Division<'a> {
@@ -168,7 +143,7 @@ impl<'a> Division<'a> {
             return;
         };
         let (node, size) = (self.order[first], size(first));
-        let site = Site { place: self.lattice.place(node, self.seed), size };
+        let site = Ball { place: self.lattice.place(node, self.seed), size };
         let number = self.sites.len() as u32;
         let (lattice, seed) = (self.lattice, self.seed);
         lattice.around(node, reach, |near| {
@@ -212,7 +187,7 @@ impl Lattice {
         weights: &[f64],
         particles: &Particles,
         rules: &Rules,
-    ) -> Vec<Site> {
+    ) -> Vec<Ball> {
         let mut rates = vec![0.0; self.len()];
         for (x, rate) in particles.reference.iter().zip(&particles.onset_rate) {
             self.visit(x, |node, weight, _| rates[node] += weight * rate);
@@ -278,18 +253,17 @@ impl Lattice {
 
     /// Where a node is, in cells, moved a little so that no two distances are equal.
     fn place(&self, n: usize, seed: u64) -> Vec3 {
-        let [_, y, z] = self.size;
         let off = |axis: u64| unit(seed, STREAM + axis, n as u64) - 0.5;
-        let at = Vec3::new((n / (y * z)) as f64, (n / z % y) as f64, (n % z) as f64);
-        at + Vec3::new(off(0), off(1), off(2)) * 0.5
+        self.at(n) + Vec3::new(off(0), off(1), off(2))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Lattice, Pieces, Rules, mott, pieces};
+    use super::{Lattice, Rules, mott, pieces};
     use crate::material::Material;
     use crate::particles::Particles;
+    use crate::pieces::Pieces;
     use cullet_geometry::Vec3;
 
     /// Fragments are finer than a cell at any rate.
@@ -319,7 +293,7 @@ mod tests {
     fn the_band_of_a_crack_is_not_a_crushed_zone() {
         let sides = |x: &Vec3| (x.x.abs() > 1.6).then(|| u32::from(x.x > 0.0));
         let (points, found) = bar(sides);
-        assert_eq!((found.drawn, found.crushed), (0, 0.0));
+        assert_eq!((found.rubble.balls.len(), found.crushed), (0, 0.0));
         assert!(points.iter().zip(&found.of).all(|(x, piece)| *piece == sides(x)));
     }
 
@@ -333,7 +307,7 @@ mod tests {
     #[test]
     fn a_crushed_end_is_divided() {
         let (points, found) = bar(|x| (x.x > 0.0).then_some(0));
-        assert!(found.drawn > 4, "{found:?}");
+        assert!(found.rubble.balls.len() > 4, "{found:?}");
         assert!((found.crushed - 0.42).abs() < 0.15, "{}", found.crushed);
         for (x, piece) in points.iter().zip(&found.of) {
             match piece {
@@ -348,7 +322,7 @@ mod tests {
     #[test]
     fn a_body_that_is_crushed_whole_is_divided_whole() {
         let (_, found) = bar(|_| None);
-        assert!(found.drawn > 10 && found.of.iter().all(Option::is_some));
+        assert!(found.rubble.balls.len() > 10 && found.of.iter().all(Option::is_some));
         assert_eq!(found.crushed, 1.0);
     }
 
@@ -370,12 +344,14 @@ mod tests {
     #[test]
     fn drawn_pieces_are_large_and_small() {
         let (_, found) = bar(|_| None);
-        let mut points = vec![0.0; found.drawn];
+        let mut points = vec![0.0; found.rubble.balls.len()];
         found.of.iter().flatten().for_each(|&piece| points[piece as usize] += 1.0);
         let mean = points.iter().sum::<f64>() / points.len() as f64;
         let variance = points.iter().map(|n| (n - mean).powi(2)).sum::<f64>() / points.len() as f64;
         assert!(variance.sqrt() > 0.6 * mean, "{} around {mean}", variance.sqrt());
-        assert!(points.iter().all(|&n| n > 0.0), "a piece without a point");
+        // Borders are bent: a small piece at the edge may be left without a point.
+        let empty = points.iter().filter(|&&n| n == 0.0).count();
+        assert!(empty * 25 < points.len(), "{empty} of {} without a point", points.len());
     }
 
     /// The pieces are those of all sites, though each looks at the nodes around it only.

@@ -57,18 +57,17 @@ impl Lattice {
         }
     }
 
-    /// A place \[m\] in cells from the first node.
-    pub(crate) fn cells(&self, x: &Vec3) -> Vec3 {
-        x.component_div(&self.spacing) - Vec3::from(self.origin.map(f64::from))
+    /// Where a node is, in cells.
+    pub(crate) fn at(&self, node: usize) -> Vec3 {
+        let [_, y, z] = self.size;
+        let at = [node / (y * z), node / z % y, node % z];
+        Vec3::from_fn(|a, _| f64::from(self.origin[a] + at[a] as i32))
     }
 
     /// Calls `visit(node, place)` for each node, in order; the place is in metres.
     pub(crate) fn nodes(&self, mut visit: impl FnMut(usize, Vec3)) {
-        let [_, y, z] = self.size;
         for node in 0..self.len() {
-            let at = [node / (y * z), node / z % y, node % z];
-            let place = |a: usize| f64::from(self.origin[a] + at[a] as i32) * self.spacing[a];
-            visit(node, Vec3::new(place(0), place(1), place(2)));
+            visit(node, self.at(node).component_mul(&self.spacing));
         }
     }
 }

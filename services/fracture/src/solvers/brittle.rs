@@ -277,7 +277,7 @@ impl Brittle {
             top_speed: self.problem.material.shear_speed(),
             scale: Vec3::repeat(1.0),
             normals: Some(&normals),
-            pieces: Some(&pieces.of),
+            pieces: Some(&pieces),
         };
         let settings = CutSettings {
             min_volume_ratio: self.problem.settings.min_volume_ratio,
@@ -292,10 +292,11 @@ impl Brittle {
         report.crack_area = partition.crack_area;
         report.fracture_energy = self.problem.material.fracture_energy * partition.crack_area;
         report.warnings.extend(partition.warnings);
-        if pieces.drawn > 0 {
+        if !pieces.rubble.balls.is_empty() {
             report.warnings.push(format!(
                 "crushed: {:.3} of the body is finer than the grid can tell; {} pieces drawn there",
-                pieces.crushed, pieces.drawn
+                pieces.crushed,
+                pieces.rubble.balls.len()
             ));
         }
         let motions =

@@ -207,8 +207,8 @@ fn faces(way: Vec3, seed: u64) -> [Vec<(Vec3, f64)>; 2] {
     [found, points]
 }
 
-/// F22: how much more often than in other directions crack faces lie along the grid: twice, more
-/// than the points that broke. The bound only keeps it from growing.
+/// F22: how much more often than in other directions crack faces lie along the grid: hardly more
+/// than the points that broke, for borders of drawn pieces are laid where they are.
 #[test]
 fn crack_faces_follow_the_grid_no_more_than_they_do() {
     let hits: Vec<u64> = (0..6).collect();
@@ -221,5 +221,5 @@ fn crack_faces_follow_the_grid_no_more_than_they_do() {
         println!("{}", ["faces", "points"][k]);
         mean_peaks(&all.iter().map(|both| both[k].clone()).collect::<Vec<_>>())
     });
-    assert!(faces[0] < 2.3 && points[0] < 1.6, "{faces:?} and {points:?}");
+    assert!(faces[0] < 1.7 && points[0] < 1.6, "{faces:?} and {points:?}");
 }
