@@ -123,6 +123,24 @@ pub fn user_rpcs(coordinator: &WorkerId) -> String {
     format!("{ROOT}/c/{coordinator}/rpc/u/**")
 }
 
+/// All questions of one worker.
+#[must_use]
+pub fn worker_rpcs_of(coordinator: &WorkerId, worker: &WorkerId) -> String {
+    format!("{ROOT}/c/{coordinator}/rpc/w/{worker}/**")
+}
+
+/// All questions of one client.
+#[must_use]
+pub fn user_rpcs_of(coordinator: &WorkerId, user: &WorkerId) -> String {
+    format!("{ROOT}/c/{coordinator}/rpc/u/{user}/**")
+}
+
+/// All signs of life of one worker for a coordinator.
+#[must_use]
+pub fn worker_lives(coordinator: &WorkerId, worker: &WorkerId) -> String {
+    format!("{ROOT}/live/w/{coordinator}/{worker}/*")
+}
+
 /// One question of a worker.
 #[must_use]
 pub fn worker_rpc(coordinator: &WorkerId, worker: &WorkerId, verb: WorkerVerb) -> String {

@@ -15,6 +15,7 @@ pub mod keys;
 pub mod mesh;
 pub mod pool;
 pub mod recording;
+pub mod security;
 pub mod service;
 pub mod specimen;
 pub mod strength;

@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 pub const MAX_LINE: usize = 4 << 20;
 /// Most bytes of a bundle that may come with its [`Submit`]; a larger one is sent in pieces first.
 pub const MAX_INLINE: usize = 1 << 20;
-/// Longest time that a [`Follow`] waits for news \[ms\].
+/// Longest time that a [`Follow`] waits for news \[ms\], and most lines in its answer.
 pub const MAX_WAIT_MS: u64 = 5_000;
-/// Most lines in one answer to a [`Follow`].
+/// See [`MAX_WAIT_MS`].
 pub const MAX_LINES: usize = 256;
 /// Longest ticket, and longest name of a sweep \[bytes\].
 pub const MAX_TICKET: usize = 64;
@@ -65,7 +65,7 @@ pub enum State {
 }
 
 impl State {
-    /// Whether nothing more happens to it by itself, nor after `resume`.
+    /// Whether nothing more happens to it by itself.
     #[must_use]
     pub fn is_over(self) -> bool {
         match self {
@@ -292,7 +292,7 @@ pub struct JobCounts {
     pub resent: u64,
 }
 
-/// A question that needs no words: `about`, `runs` and `workers`.
+/// A question without words: `about`, `runs` and `workers`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Nothing {}
 
@@ -450,52 +450,4 @@ pub fn hex_of(digest: &[u8; 32]) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn messages_are_the_text_that_the_protocol_page_shows() -> Result<(), WireError> {
-        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-        let piece = Piece { digest: "00".repeat(32), length: 5, index: 0, sum: None };
-        let zeros = "00".repeat(32);
-        let line = format!(r#"{{"digest":"{zeros}","length":5,"index":0}}"#);
-        assert_eq!(text(seal(&piece, b"a\nbcd")?), format!("{line}\na\nbcd"));
-        assert_eq!(text(seal(&PieceAnswer::Have, b"")?), r#"{"piece":"have"}"#);
-        let missing = SubmitAnswer::Missing { pieces: vec![1, 2] };
-        assert_eq!(text(seal(&missing, b"")?), r#"{"submit":"missing","pieces":[1,2]}"#);
-        let accepted = SubmitAnswer::Accepted { run: 7 };
-        assert_eq!(text(seal(&accepted, b"")?), r#"{"submit":"accepted","run":7}"#);
-        assert_eq!(text(seal(&State::Stalled, b"")?), r#""stalled""#);
-        let submit: Submit = open(br#"{"ticket":"a"}"#)?.0;
-        assert_eq!(submit, Submit { ticket: "a".into(), ..Submit::default() });
-        Ok(())
-    }
-
-    #[test]
-    fn bulk_comes_back_and_what_is_not_understood_is_refused() -> Result<(), WireError> {
-        let which = Which { run: 3 };
-        for bulk in [&b""[..], b"\n", b"x\ny"] {
-            assert_eq!(open::<Which>(&seal(&which, bulk)?)?, (which, bulk));
-        }
-        assert!(matches!(open::<Which>(b"{"), Err(WireError::Header(_))));
-        assert!(matches!(open::<Which>(b""), Err(WireError::Header(_))));
-        assert!(matches!(open::<Which>(br#"{"run":1,"x":2}"#), Err(WireError::Header(_))));
-        let long = vec![b' '; MAX_LINE + 1];
-        assert!(matches!(open::<Which>(&long), Err(WireError::Limit { .. })));
-        let digest = [0xab; 32];
-        assert_eq!(digest_of(&hex_of(&digest))?, digest);
-        for bad in ["", "ab", &"g".repeat(64), &"é".repeat(32)] {
-            assert!(digest_of(bad).is_err(), "{bad}");
-        }
-        Ok(())
-    }
-
-    #[test]
-    fn words_are_those_of_json() -> Result<(), Box<dyn std::error::Error>> {
-        use State::{Cancelled, Done, Failed, Paused, Queued, Running, Stalled};
-        for state in [Queued, Running, Paused, Done, Failed, Stalled, Cancelled] {
-            assert_eq!(serde_json::to_string(&state)?, format!("{:?}", state.word()));
-        }
-        Ok(())
-    }
-}
+mod tests;

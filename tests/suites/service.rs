@@ -18,18 +18,24 @@ const LONG: Duration = Duration::from_secs(120);
 struct Farm {
     endpoint: String,
     state: PathBuf,
+    workers: &'static str,
     process: Going,
 }
 
 impl Farm {
     fn start(name: &str, args: &[&str]) -> Self {
-        let (endpoint, state) = (common::free_endpoint(), unique(name));
-        let process = Self::process(&endpoint, &state, args);
-        Self { endpoint, state, process }
+        Self::with(name, "1", args)
     }
 
-    fn process(endpoint: &str, state: &Path, args: &[&str]) -> Going {
-        let call = ["coordinator", "--listen", endpoint, "--workers", "1"];
+    /// With so many workers of its own.
+    fn with(name: &str, workers: &'static str, args: &[&str]) -> Self {
+        let (endpoint, state) = (common::free_endpoint(), unique(name));
+        let process = Self::process(&endpoint, &state, workers, args);
+        Self { endpoint, state, workers, process }
+    }
+
+    fn process(endpoint: &str, state: &Path, workers: &str, args: &[&str]) -> Going {
+        let call = ["coordinator", "--listen", endpoint, "--workers", workers];
         Cullet::new(&call).args(args).args(&["--state"]).path(state).spawn()
     }
 
@@ -42,7 +48,7 @@ impl Farm {
         while workers.iter().any(|id| common::is_alive(*id)) && Instant::now() < until {
             sleep(Duration::from_millis(20));
         }
-        self.process = Self::process(&self.endpoint, &self.state, args);
+        self.process = Self::process(&self.endpoint, &self.state, self.workers, args);
     }
 
     fn ask(&self, args: &[&str]) -> common::Said {
@@ -305,4 +311,97 @@ fn a_doctor_metrics_and_health_tell_of_a_coordinator() {
     // The timeline is among what can be fetched.
     let names = farm.json(&["show", &run])["files"].to_string();
     assert!(names.contains("timeline.svg") && names.contains("timeline.trace.json"), "{names}");
+}
+
+#[test]
+fn a_run_whose_job_kills_its_workers_stalls_and_goes_on_when_told() {
+    let farm = Farm::with("poison", "2", &[]);
+    let run = farm.submit(&LONGER);
+    let until = Instant::now() + LONG;
+    let shown = loop {
+        let shown = farm.json(&["show", &run]);
+        if shown["state"] != "queued" && shown["state"] != "running" {
+            break shown;
+        }
+        assert!(Instant::now() < until, "it never stalls: {shown:#}");
+        let busy = farm.json(&["workers"])["workers"].to_string().contains("\"jobs\":[\"");
+        if busy {
+            for worker in children_of(farm.process.id()) {
+                signal(worker, "KILL");
+            }
+        }
+        sleep(Duration::from_millis(100));
+    };
+    assert_eq!((shown["state"].as_str(), shown["code"].as_u64()), (Some("stalled"), Some(6)));
+    assert_eq!(farm.ask(&["wait", &run]).code, 6);
+    assert_eq!(farm.ask(&["retry", &run]).code, 0);
+    assert_eq!(farm.ask(&["wait", &run]).code, 0);
+    assert_eq!(farm.fetch(&run), quiet_digest(&LONGER));
+}
+
+#[test]
+fn a_drained_worker_finishes_and_leaves_and_the_others_go_on() {
+    let farm = Farm::with("drained", "0", &[]);
+    let work =
+        |name: &str| Cullet::new(&["worker", "--connect", &farm.endpoint, "--name", name]).spawn();
+    let (mut first, mut second) = (work("a"), work("b"));
+    let run = farm.submit(&LONGER);
+    farm.until(&run, settled(1));
+    assert_eq!(farm.ask(&["drain", "nobody"]).code, 64);
+    assert_eq!(farm.ask(&["drain", "a"]).code, 0);
+    assert_eq!(first.wait(Duration::from_secs(60)), Some(0), "{}", first.stderr());
+    assert_eq!(farm.ask(&["wait", &run]).code, 0);
+    assert_eq!(second.wait(Duration::from_millis(100)), None, "it was not asked to leave");
+    let listed = farm.json(&["workers"]).to_string();
+    assert!(listed.contains("\"b\""), "{listed}");
+}
+
+#[test]
+fn with_certificates_each_may_do_what_its_role_may_and_a_stranger_nothing() {
+    let folder = unique("certificates");
+    fs::create_dir_all(&folder).expect("a folder");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../deploy/certs.sh");
+    let made = std::process::Command::new(script)
+        .arg(&folder)
+        .args(["coordinator", "w-1", "ann", "mallory"])
+        .status();
+    assert!(made.is_ok_and(|status| status.success()), "openssl makes certificates");
+    let roles = folder.join("roles.toml");
+    fs::write(&roles, "workers = [\"w-1\"]\nusers = [\"ann\"]\n").expect("roles");
+    let endpoint = common::free_endpoint().replace("tcp/", "tls/");
+    let _coordinator = Cullet::new(&["coordinator", "--listen", &endpoint, "--tls"])
+        .path(&folder.join("coordinator"))
+        .args(&["--roles"])
+        .path(&roles)
+        .args(&["--state"])
+        .path(&folder.join("state"))
+        .spawn();
+    let _worker = Cullet::new(&["worker", "--connect", &endpoint, "--name", "w-1", "--tls"])
+        .path(&folder.join("w-1"))
+        .spawn();
+    let ask = |call: &[&str], certificate: &str, user: &str| {
+        Cullet::new(call)
+            .args(&["--connect", &endpoint, "--user", user, "--patience", "3", "--tls"])
+            .path(&folder.join(certificate))
+            .output()
+    };
+    let until = Instant::now() + Duration::from_secs(20);
+    while ask(&["ps"], "ann", "ann").code != 0 {
+        assert!(Instant::now() < until, "the coordinator does not answer its user");
+    }
+    let out = folder.join("out").to_string_lossy().into_owned();
+    let said = ask(&["submit", &corpus("drop.toml"), "-q", "--out", &out], "ann", "ann");
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    assert_eq!(summary(Path::new(&out))["digest"], quiet_digest(&[]));
+    for (certificate, user) in [("w-1", "w-1"), ("w-1", "ann"), ("ann", "bob"), ("mallory", "ann")]
+    {
+        let said = ask(&["submit", &corpus("drop.toml"), "--detach"], certificate, user);
+        assert_eq!(said.code, 69, "{certificate} as {user}: {}{}", said.stdout, said.stderr);
+    }
+    let plain = endpoint.replace("tls/", "tcp/");
+    let said = Cullet::new(&["ps", "--patience", "3", "--connect", &plain]).output();
+    assert_eq!(said.code, 69, "without a certificate: {}", said.stderr);
+    let open = Cullet::new(&["coordinator", "--listen", "tcp/0.0.0.0:0"]).output();
+    assert_eq!(open.code, 64, "{}", open.stderr);
+    assert!(open.stderr.contains("--insecure"), "{}", open.stderr);
 }

@@ -15,8 +15,9 @@ pub(crate) struct Cli {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done · 2 the run failed · 3 an expectation of the scene \
-or specimen does not hold · 4 a picture could not be drawn (the recording is complete) · 5 the run \
-was cancelled · 6 the run stalled: the pool gave up a job of it (cullet retry) · 64 bad input · 69 no coordinator there, or it left before the run ended · 74 a file could not be read \
+or specimen does not hold · 4 a picture could not be drawn (the recording is complete) · 5 the \
+run was cancelled · 6 the run stalled: the pool gave up a job of it (cullet retry) · 64 bad \
+input · 69 no coordinator there, or it left before the run ended · 74 a file could not be read \
 or written · 130 interrupted (the recording is finished). SIGINT and SIGTERM end a run early but \
 in order, a coordinator or a worker with code 0; a second SIGINT quits at once.";
 
@@ -221,6 +222,16 @@ pub(crate) struct Coordinator {
     /// Zenoh endpoint to listen on
     #[arg(long, default_value = "tcp/127.0.0.1:7447", value_parser = endpoint)]
     pub(crate) listen: String,
+    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS, with an endpoint tls/HOST:PORT
+    #[arg(long, value_name = "DIR", requires = "roles")]
+    pub(crate) tls: Option<PathBuf>,
+    /// File with the names of certificates that may work and that may submit:
+    /// workers = ["a"], users = ["ann"]
+    #[arg(long, value_name = "FILE", requires = "tls")]
+    pub(crate) roles: Option<PathBuf>,
+    /// Listen beyond this machine without TLS
+    #[arg(long)]
+    pub(crate) insecure: bool,
     /// Folder that keeps the runs, so that they go on after a crash [default: they are forgotten]
     #[arg(long, value_name = "DIR")]
     pub(crate) state: Option<PathBuf>,
@@ -228,7 +239,12 @@ pub(crate) struct Coordinator {
     #[arg(long, value_name = "GB", default_value_t = 4.0, value_parser = moment)]
     pub(crate) cache: f64,
     /// Runs at once; the others wait
-    #[arg(long, default_value_t = 2, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
+    #[arg(
+        long,
+        default_value_t = 2,
+        value_name = "N",
+        value_parser = clap::value_parser!(u16).range(1..=64)
+    )]
     pub(crate) runs: u16,
     /// Worker processes to start here
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=256))]
@@ -254,6 +270,9 @@ pub(crate) struct Worker {
     /// Zenoh endpoint of the coordinator; may be given more than once
     #[arg(long, required = true, value_name = "ENDPOINT", value_parser = endpoint)]
     pub(crate) connect: Vec<String>,
+    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS; the name is the certificate's
+    #[arg(long, value_name = "DIR", requires = "name")]
+    pub(crate) tls: Option<PathBuf>,
     /// Name in logs and recordings [default: from the process id]
     #[arg(long, value_parser = name)]
     pub(crate) name: Option<String>,
@@ -276,8 +295,17 @@ pub(crate) struct Place {
     /// Zenoh endpoint of the coordinator
     #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", value_parser = endpoint)]
     pub(crate) connect: String,
+    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS; --user is the certificate's name
+    #[arg(long, value_name = "DIR", env = "CULLET_TLS")]
+    pub(crate) tls: Option<PathBuf>,
     /// Name of who asks: runs of different users share the workers evenly
-    #[arg(long, value_name = "NAME", default_value = "user", value_parser = name)]
+    #[arg(
+        long,
+        value_name = "NAME",
+        env = "CULLET_USER",
+        default_value = "user",
+        value_parser = name
+    )]
     pub(crate) user: String,
     /// How long to look for the coordinator, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = moment)]
@@ -342,6 +370,18 @@ pub(crate) struct Doctor {
     /// Zenoh endpoint of a coordinator; without one only this machine is looked at
     #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", value_parser = endpoint)]
     pub(crate) connect: Option<String>,
+    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS; --user is the certificate's name
+    #[arg(long, value_name = "DIR", env = "CULLET_TLS")]
+    pub(crate) tls: Option<PathBuf>,
+    /// Name of who asks
+    #[arg(
+        long,
+        value_name = "NAME",
+        env = "CULLET_USER",
+        default_value = "doctor",
+        value_parser = name
+    )]
+    pub(crate) user: String,
     /// Folder whose disk is looked at
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub(crate) disk: PathBuf,
@@ -427,15 +467,20 @@ pub(crate) struct Materials {
     pub(crate) json: bool,
 }
 
-/// An endpoint as the transport takes it: `tcp/HOST:PORT`, and what Zenoh may be told after it.
+/// An endpoint as the transport takes it: `tcp/HOST:PORT` or `tls/HOST:PORT`, and what Zenoh may be
+/// told after it.
 fn endpoint(text: &str) -> Result<String, String> {
     let place = text.split(['?', '#']).next().unwrap_or_default();
-    let parts = place.strip_prefix("tcp/").and_then(|place| place.rsplit_once(':'));
+    let kind = place.strip_prefix("tcp/").or_else(|| place.strip_prefix("tls/"));
+    let parts = kind.and_then(|place| place.rsplit_once(':'));
     match parts {
         Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
             Ok(text.to_owned())
         }
-        _ => Err("an endpoint is tcp/HOST:PORT, such as tcp/127.0.0.1:7447".to_owned()),
+        _ => {
+            Err("an endpoint is tcp/HOST:PORT or tls/HOST:PORT, such as tcp/127.0.0.1:7447"
+                .to_owned())
+        }
     }
 }
 

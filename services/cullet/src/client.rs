@@ -11,6 +11,7 @@ use cullet_coordinator::link::client::{Client, Terms};
 use cullet_coordinator::run::{News, Position};
 use cullet_coordinator::scene::Bundle;
 use cullet_proto::keys::{DEFAULT_COORDINATOR, UserVerb};
+use cullet_proto::security::{self, Rules};
 use cullet_proto::service::{self, Drain, Noted, RunInfo, Runs, State, Which, Workers};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -285,9 +286,26 @@ pub(crate) fn drain(args: &args::Drain) -> Result<Exit, Trouble> {
 
 pub(crate) fn connect(place: &Place) -> Result<Client, Trouble> {
     let patience = Duration::from_secs_f64(place.patience.clamp(0.1, 86_400.0));
-    Client::connect(&place.connect)
+    let identity = identity(place.tls.as_deref(), &place.connect)?;
+    Client::connect_as(&place.connect, &identity)
         .and_then(|client| client.with(DEFAULT_COORDINATOR, &place.user, patience))
         .map_err(|error| no_link(&error))
+}
+
+/// The settings of an identity, once its files are there.
+pub(crate) fn identity(folder: Option<&Path>, endpoint: &str) -> Result<Rules, Trouble> {
+    match (folder, endpoint.starts_with("tls/")) {
+        (None, false) => Ok(Rules::new()),
+        (None, true) => Err(Trouble::new(Exit::Usage, "a tls/ endpoint needs --tls DIR")),
+        (Some(_), false) => Err(Trouble::new(Exit::Usage, "--tls needs an endpoint tls/HOST:PORT")),
+        (Some(folder), true) => {
+            for file in security::FILES {
+                let path = folder.join(file);
+                std::fs::File::open(&path).map_err(|error| Trouble::file(&path, error))?;
+            }
+            Ok(security::identity(folder))
+        }
+    }
 }
 
 fn ask<Q: Serialize, A: serde::de::DeserializeOwned>(

@@ -1,12 +1,13 @@
 //! `cullet doctor`: is this machine, and is that coordinator, fit for work.
 
 use crate::args;
-use crate::client::print_json;
+use crate::client::{identity, print_json};
 use crate::exit::{Exit, Trouble, print};
 use crate::run::say_logs;
 use cullet_coordinator::link::client::Client;
 use cullet_coordinator::service::free;
 use cullet_proto::keys::{DEFAULT_COORDINATOR, UserVerb};
+use cullet_proto::security::Rules;
 use cullet_proto::service::{About, Nothing, Workers};
 use cullet_proto::{envelope, service};
 use serde::Serialize;
@@ -35,7 +36,8 @@ pub(crate) fn doctor(args: &args::Doctor) -> Result<Exit, Trouble> {
     say_logs(&args.voice);
     let mut found = here(args);
     if let Some(endpoint) = &args.connect {
-        there(endpoint, &mut found);
+        let identity = identity(args.tls.as_deref(), endpoint)?;
+        there(endpoint, &identity, &args.user, &mut found);
     }
     if args.json {
         print_json(&found)?;
@@ -83,10 +85,10 @@ fn tempfile_in(folder: &std::path::Path) -> std::io::Result<()> {
     std::fs::remove_file(&path)
 }
 
-fn there(endpoint: &str, found: &mut Vec<Finding>) {
+fn there(endpoint: &str, identity: &Rules, user: &str, found: &mut Vec<Finding>) {
     let asked = Instant::now();
-    let client = Client::connect(endpoint)
-        .and_then(|client| client.with(DEFAULT_COORDINATOR, "doctor", PATIENCE));
+    let client = Client::connect_as(endpoint, identity)
+        .and_then(|client| client.with(DEFAULT_COORDINATOR, user, PATIENCE));
     let client = match client {
         Ok(client) => client,
         Err(error) => {

@@ -15,6 +15,7 @@ pub mod specimen;
 mod supervisor;
 mod talk;
 
+use cullet_proto::security::Rules;
 use cullet_proto::transport::Patience;
 use cullet_proto::{JobId, Verdict, WireError, keys};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -77,6 +78,8 @@ pub struct WorkerConfig {
     pub job: Option<JobCommand>,
     /// How patient the transport is.
     pub patience: Patience,
+    /// Further settings of the transport: its identity.
+    pub rules: Rules,
     /// Set to make [`run`] return: the job at hand is given back.
     pub stop: Arc<AtomicBool>,
 }
@@ -92,6 +95,7 @@ impl Default for WorkerConfig {
             exit_when_wedged: true,
             job: None,
             patience: Patience::production(),
+            rules: Rules::new(),
             stop: Arc::default(),
         }
     }

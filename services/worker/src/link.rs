@@ -61,8 +61,9 @@ impl Line {
             text: transport::plain(&text),
         };
         let mut settings = zenoh::Config::default();
-        for (path, value) in transport::worker(&config.connect, config.patience) {
-            settings.insert_json5(path, &value).map_err(|e| failed(format!("{path}: {e}")))?;
+        let pairs = transport::worker(&config.connect, config.patience);
+        for (path, value) in pairs.iter().chain(&config.rules) {
+            settings.insert_json5(path, value).map_err(|e| failed(format!("{path}: {e}")))?;
         }
         // Opening waits for the coordinator; a thread that still does so ends with the process.
         let (send, opened) = channel();

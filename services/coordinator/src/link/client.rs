@@ -4,6 +4,7 @@ use super::{LinkError, bundle, net};
 use crate::scene::Bundle;
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, UserVerb};
+use cullet_proto::security::Rules;
 use cullet_proto::service::{self, Fetch, Fetched, FileInfo, Follow, MAX_INLINE, News};
 use cullet_proto::service::{Piece, PieceAnswer, Refused, RunInfo, Submit, SubmitAnswer, Which};
 use cullet_proto::transport::{self, Patience};
@@ -54,8 +55,17 @@ impl Client {
     /// # Errors
     /// [`LinkError::Connect`], or a name that is none.
     pub fn connect(endpoint: &str) -> Result<Self, LinkError> {
+        Self::connect_as(endpoint, &Rules::new())
+    }
+
+    /// Connects with an identity.
+    ///
+    /// # Errors
+    /// As [`Client::connect`].
+    pub fn connect_as(endpoint: &str, identity: &Rules) -> Result<Self, LinkError> {
         let (endpoints, timeout) = ([endpoint.to_owned()], CONNECT.as_millis() as u64);
-        let settings = transport::client(&endpoints, Patience::production(), timeout);
+        let mut settings = transport::client(&endpoints, Patience::production(), timeout);
+        settings.extend(identity.iter().cloned());
         let session = net::open(&settings)
             .map_err(|text| LinkError::Connect { endpoint: endpoint.to_owned(), text })?;
         Ok(Self {

@@ -20,6 +20,7 @@ pub mod users;
 
 use crate::link::shell::{Input, Shell};
 use cullet_dispatch::{Event, Job, Run};
+use cullet_proto::security::Rules;
 use cullet_proto::service::WorkerInfo;
 use cullet_proto::transport::Patience;
 use cullet_proto::{JobId, Verdict, WireError, WorkerId, keys};
@@ -125,6 +126,8 @@ pub struct PoolConfig {
     pub timing: Timing,
     /// How patient its transport is.
     pub patience: Patience,
+    /// Further settings of the transport: identity and roles.
+    pub rules: Rules,
     /// Which life of the coordinator this is: more than any before, and on disk before the start.
     /// Grants carry it, so that none of an earlier life is taken for one of this. `None`: drawn by
     /// chance, for a coordinator without a journal.
@@ -143,6 +146,7 @@ impl Default for PoolConfig {
             spawn: None,
             timing: Timing::production(),
             patience: Patience::production(),
+            rules: Rules::new(),
             incarnation: None,
             cache: CacheConfig::default(),
             quarantine: None,

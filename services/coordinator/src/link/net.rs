@@ -30,7 +30,9 @@ impl Net {
         let mut last = None;
         for _ in 0..tries {
             let endpoint = concrete(asked)?;
-            match open(&transport::coordinator(&endpoint, config.patience)) {
+            let mut settings = transport::coordinator(&endpoint, config.patience);
+            settings.extend(config.rules.iter().cloned());
+            match open(&settings) {
                 Ok(session) => {
                     let failed =
                         |text: String| LinkError::Listen { endpoint: endpoint.clone(), text };

@@ -3,7 +3,7 @@
 //! ```text
 //! DIR/cullet-state          what this folder is, and its generation
 //! DIR/lock                  held by the coordinator that uses it
-//! DIR/incarnation           how often it was opened: grants of an earlier life are told apart by it
+//! DIR/incarnation           how often it was opened: tells grants of an earlier life apart
 //! DIR/journal               what happened
 //! DIR/runs/7/bundle         the scene with its files
 //! DIR/runs/7/log            what it said

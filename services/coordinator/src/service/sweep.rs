@@ -295,7 +295,8 @@ mod tests {
         assert!(matches!(uneven, Err(SweepError::Uneven { first: 2, other: 1, .. })), "{uneven:?}");
         let twice = read("[product]\na = [1]\n[[zip]]\na = [1]\n");
         assert!(matches!(twice, Err(SweepError::Values { .. })), "{twice:?}");
-        let many = "[product]\na = { from = 0, to = 1, count = 40 }\nb = { from = 0, to = 1, count = 40 }\n";
+        let many = "[product]\na = { from = 0, to = 1, count = 40 }\n\
+                    b = { from = 0, to = 1, count = 40 }\n";
         assert_eq!(read(many), Err(SweepError::Count(1600)));
         assert_eq!(read("[product]\n"), Err(SweepError::Count(0)));
         assert!(matches!(read("product = 3\n"), Err(SweepError::Form(_))));

@@ -1,0 +1,45 @@
+#!/bin/sh
+# Development certificates: an authority and one identity for each name, each in a folder of its
+# own with ca.pem, cert.pem and key.pem, as --tls wants it. The authority's key stays in FOLDER/ca.
+# Run again with more names, it adds them; what is there stays.
+#
+#   deploy/certs.sh FOLDER NAME…        such as: deploy/certs.sh certs coordinator a b ann
+#   CULLET_HOSTS=farm.example,10.0.0.5  more hosts that the certificates are good for
+set -eu
+
+[ $# -ge 2 ] || { echo "certs.sh FOLDER NAME…" >&2; exit 64; }
+folder=$1
+shift
+hosts="DNS:localhost,IP:127.0.0.1,IP:::1"
+for host in $(echo "${CULLET_HOSTS:-}" | tr ',' ' '); do
+    case $host in
+        *[!0-9.]*) hosts="$hosts,DNS:$host" ;;
+        *) hosts="$hosts,IP:$host" ;;
+    esac
+done
+
+umask 077
+mkdir -p "$folder/ca"
+ca=$folder/ca
+if [ ! -f "$ca/key.pem" ]; then
+    openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days 365 \
+        -subj "/CN=cullet development authority" \
+        -addext "basicConstraints=critical,CA:TRUE" -addext "keyUsage=critical,keyCertSign" \
+        -keyout "$ca/key.pem" -out "$ca/cert.pem" 2>/dev/null
+fi
+for name in "$@"; do
+    case $name in
+        '' | *[!a-z0-9-]*) echo "$name: a name is of a-z, 0-9 and -" >&2; exit 64 ;;
+    esac
+    own=$folder/$name
+    [ ! -f "$own/cert.pem" ] || continue
+    mkdir -p "$own"
+    openssl req -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -subj "/CN=$name" \
+        -keyout "$own/key.pem" -out "$own/request.pem" 2>/dev/null
+    printf 'subjectAltName=%s\nextendedKeyUsage=serverAuth,clientAuth\n' "$hosts" > "$own/ext"
+    openssl x509 -req -in "$own/request.pem" -CA "$ca/cert.pem" -CAkey "$ca/key.pem" \
+        -CAcreateserial -days "${CULLET_DAYS:-90}" -extfile "$own/ext" -out "$own/cert.pem" \
+        2>/dev/null
+    cp "$ca/cert.pem" "$own/ca.pem"
+    rm "$own/request.pem" "$own/ext"
+done
