@@ -1,0 +1,281 @@
+//! Bad links, for real: a worker and a client behind a proxy that is slow, goes silent, cuts
+//! connections and turns bits over. Whatever it does, the run ends with the bits that it has on a
+//! quiet machine.
+
+mod common;
+
+use common::{Cullet, Going, corpus, signal, summary, unique};
+use serde_json::Value;
+use std::io::{Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, OnceLock};
+use std::thread::{sleep, spawn};
+use std::time::{Duration, Instant};
+
+/// The drop scene, finer, so that a job lasts long enough to be hit.
+const LONGER: [&str; 2] = ["--set", "fracture.max_particles=12000"];
+/// Longest a test waits for a run.
+const LONG: Duration = Duration::from_secs(150);
+
+/// What a proxy does to what passes.
+#[derive(Default)]
+struct Weather {
+    /// Nothing passes, and nothing is closed: as when a cable is pulled.
+    silent: AtomicBool,
+    /// What each block waits \[ms\].
+    delay: AtomicU64,
+    /// Most bytes a second and way; 0 is no limit.
+    rate: AtomicU64,
+    /// Bits to turn over still.
+    flips: AtomicU64,
+    /// Bits turned over.
+    flipped: AtomicU64,
+    /// Bytes that have passed.
+    passed: AtomicU64,
+    open: Mutex<Vec<TcpStream>>,
+}
+
+impl Weather {
+    /// Closes all connections at once; returns how many there were.
+    fn cut(&self) -> usize {
+        let all = std::mem::take(&mut *self.open.lock().expect("a list"));
+        all.iter().for_each(|stream| drop(stream.shutdown(Shutdown::Both)));
+        all.len() / 2
+    }
+
+    /// Carries bytes one way until either end closes.
+    fn carry(&self, mut from: TcpStream, mut to: TcpStream) {
+        let mut block = [0; 16_384];
+        let (mut count, mut until_flip) = (0_u64, 3_000_usize);
+        while let Ok(length) = from.read(&mut block) {
+            if length == 0 {
+                break;
+            }
+            while self.silent.load(Ordering::SeqCst) {
+                sleep(Duration::from_millis(5));
+            }
+            sleep(Duration::from_millis(self.delay.load(Ordering::SeqCst)));
+            if let rate @ 1.. = self.rate.load(Ordering::SeqCst) {
+                sleep(Duration::from_micros(length as u64 * 1_000_000 / rate));
+            }
+            if length > until_flip && self.flips.load(Ordering::SeqCst) > 0 {
+                self.flips.fetch_sub(1, Ordering::SeqCst);
+                self.flipped.fetch_add(1, Ordering::SeqCst);
+                block[until_flip] ^= 1 << (count % 8);
+                until_flip = 3_000 + (count as usize * 7_919) % 20_000;
+            } else {
+                until_flip = until_flip.saturating_sub(length);
+            }
+            count += 1;
+            self.passed.fetch_add(length as u64, Ordering::SeqCst);
+            if to.write_all(&block[..length]).is_err() {
+                break;
+            }
+        }
+        from.shutdown(Shutdown::Both).ok();
+        to.shutdown(Shutdown::Both).ok();
+    }
+}
+
+/// A proxy before `endpoint`, and where it listens.
+fn proxy(endpoint: &str) -> (Arc<Weather>, String) {
+    let weather = Arc::new(Weather::default());
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let here = format!("tcp/{}", listener.local_addr().expect("an address"));
+    let (kept, target) = (weather.clone(), endpoint.trim_start_matches("tcp/").to_owned());
+    spawn(move || {
+        for near in listener.incoming().flatten() {
+            let Ok(far) = TcpStream::connect(&target) else {
+                continue;
+            };
+            let twin = |stream: &TcpStream| stream.try_clone().expect("a second handle");
+            let ends = [twin(&near), twin(&far)];
+            kept.open.lock().expect("a list").extend(ends);
+            let (up, down) = (kept.clone(), kept.clone());
+            let (near_too, far_too) = (twin(&near), twin(&far));
+            spawn(move || up.carry(near, far));
+            spawn(move || down.carry(far_too, near_too));
+        }
+    });
+    (weather, here)
+}
+
+/// A coordinator, workers behind a proxy, and a run that was submitted straight.
+struct Stage {
+    endpoint: String,
+    weather: Arc<Weather>,
+    workers: Vec<Going>,
+    run: String,
+    begun: Instant,
+    // Dropped last.
+    _coordinator: Going,
+}
+
+impl Stage {
+    fn set(workers: usize) -> Self {
+        let endpoint = common::free_endpoint();
+        let call = ["coordinator", "--listen", &endpoint, "--state"];
+        let coordinator = Cullet::new(&call).path(&unique("network")).spawn();
+        let (weather, behind) = proxy(&endpoint);
+        let call = ["worker", "--threads", "1", "--connect", &behind, "--name"];
+        let worker = |k: usize| Cullet::new(&call).args(&[&format!("w{k}")]).spawn();
+        let workers = (0..workers).map(worker).collect();
+        let submit = ["submit", &corpus("drop.toml"), "--detach", "--connect", &endpoint];
+        let said = Cullet::new(&submit).args(&LONGER).output();
+        assert_eq!(said.code, 0, "{}", said.stderr);
+        let (run, begun) = (said.stdout.trim().to_owned(), Instant::now());
+        Self { endpoint, weather, workers, run, begun, _coordinator: coordinator }
+    }
+
+    fn show(&self) -> Value {
+        let said =
+            Cullet::new(&["show", &self.run, "--json", "--connect", &self.endpoint]).output();
+        assert_eq!(said.code, 0, "{}", said.stderr);
+        serde_json::from_str(&said.stdout).expect("JSON")
+    }
+
+    /// Waits until a worker has taken up a job: most of its bytes have passed.
+    fn at_work(&self) {
+        while self.weather.passed.load(Ordering::SeqCst) < 10_000 {
+            assert!(self.begun.elapsed() < LONG, "no job passes: {:#}", self.show());
+            sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// The worker that has a job, once one has.
+    fn busy(&self) -> &Going {
+        loop {
+            let call = ["workers", "--json", "--connect", &self.endpoint];
+            let told: Value =
+                serde_json::from_str(&Cullet::new(&call).output().stdout).expect("JSON");
+            let all = told["workers"].as_array().expect("a list").iter();
+            let busy =
+                all.filter(|worker| worker["jobs"].as_array().is_some_and(|j| !j.is_empty()));
+            let mut names = busy.filter_map(|worker| worker["name"].as_str());
+            if let Some(k) = names.next().and_then(|name| name[1..].parse::<usize>().ok()) {
+                return &self.workers[k];
+            }
+            assert!(self.begun.elapsed() < LONG, "nobody is busy: {told:#}");
+            sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// Waits for the end, which must be that of a quiet machine; returns what is told of the run.
+    fn ends_well(&self) -> Value {
+        loop {
+            let shown = self.show();
+            let state = shown["state"].as_str().unwrap_or_default().to_owned();
+            if state != "queued" && state != "running" {
+                assert_eq!(state, "done", "{shown:#}");
+                break;
+            }
+            assert!(self.begun.elapsed() < LONG, "never: {shown:#}");
+            sleep(Duration::from_millis(50));
+        }
+        assert_eq!(fetched(&self.run, &self.endpoint), *quiet());
+        let shown = self.show();
+        assert_eq!(shown["jobs"]["opened"], shown["jobs"]["settled"], "{shown:#}");
+        shown
+    }
+}
+
+/// The digest of a run, fetched.
+fn fetched(run: &str, endpoint: &str) -> Value {
+    let out = unique("fetched");
+    let said = Cullet::new(&["fetch", run, "--connect", endpoint, "--out"]).path(&out).output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    summary(&out)["digest"].clone()
+}
+
+/// The digest of the scene on a quiet machine.
+fn quiet() -> &'static Value {
+    static DIGEST: OnceLock<Value> = OnceLock::new();
+    DIGEST.get_or_init(|| {
+        let out = unique("quiet");
+        let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--no-pictures", "--out"])
+            .path(&out)
+            .args(&LONGER)
+            .output();
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        summary(&out)["digest"].clone()
+    })
+}
+
+#[test]
+fn a_slow_link_costs_time_only() {
+    let stage = Stage::set(1);
+    stage.weather.delay.store(20, Ordering::SeqCst);
+    stage.weather.rate.store(500_000, Ordering::SeqCst);
+    let shown = stage.ends_well();
+    assert_eq!(shown["jobs"]["resent"], 0, "a link that is only slow was given up: {shown:#}");
+}
+
+#[test]
+fn connections_that_are_cut_lose_nothing() {
+    let stage = Stage::set(2);
+    stage.at_work();
+    let mut cut = 0;
+    for _ in 0..6 {
+        cut += stage.weather.cut();
+        sleep(Duration::from_millis(400));
+    }
+    assert!(cut >= 6, "{cut} connections were cut");
+    stage.ends_well();
+}
+
+/// The transport gives a silent link up after 5 s; the job's lease holds for 15 s.
+#[test]
+fn a_link_that_goes_silent_and_heals_loses_nothing() {
+    let stage = Stage::set(1);
+    stage.at_work();
+    stage.weather.silent.store(true, Ordering::SeqCst);
+    sleep(Duration::from_secs(8));
+    stage.weather.silent.store(false, Ordering::SeqCst);
+    stage.ends_well();
+}
+
+#[test]
+fn bits_that_turn_over_are_noticed() {
+    let stage = Stage::set(1);
+    stage.weather.flips.store(8, Ordering::SeqCst);
+    stage.ends_well();
+    let flipped = stage.weather.flipped.load(Ordering::SeqCst);
+    assert!(flipped >= 4, "{flipped} bits were turned over");
+}
+
+/// What a stopped worker held goes to another; what it hands in when it goes on is no news.
+#[test]
+fn a_worker_that_sleeps_past_its_lease_is_overtaken() {
+    let stage = Stage::set(2);
+    let asleep = stage.busy().id();
+    signal(asleep, "STOP");
+    let shown = stage.ends_well();
+    assert!(shown["jobs"]["resent"].as_u64() >= Some(1), "it was waited for: {shown:#}");
+    signal(asleep, "CONT");
+    sleep(Duration::from_secs(2));
+    assert_eq!(stage.show()["jobs"], shown["jobs"], "it was counted after the end");
+    assert!(stage.workers.iter().all(|worker| common::is_alive(worker.id())), "a worker ended");
+}
+
+#[test]
+fn a_client_behind_a_bad_link_gets_the_recording_whole() {
+    let stage = Stage::set(1);
+    let (weather, behind) = proxy(&stage.endpoint);
+    stage.ends_well();
+    weather.rate.store(4_000_000, Ordering::SeqCst);
+    let cuts = weather.clone();
+    let over = Arc::new(AtomicBool::new(false));
+    let ended = over.clone();
+    let cutter = spawn(move || {
+        let mut cut = 0;
+        while !ended.load(Ordering::SeqCst) && cut < 4 {
+            sleep(Duration::from_millis(150));
+            cut += cuts.cut();
+        }
+        cut
+    });
+    assert_eq!(fetched(&stage.run, &behind), *quiet());
+    over.store(true, Ordering::SeqCst);
+    assert!(cutter.join().expect("it ends") > 0, "nothing was cut");
+}
