@@ -1,8 +1,8 @@
 //! The scheduler alone under load: what an event costs, by workers and jobs.
 //!
-//! `cargo run --release -p cullet-dispatch --example scheduler [-- WORKERS JOBS]` prints a CSV. Jobs of
-//! about a second in a simulated clock, a hundred runs of three tenants; renewals, results with the
-//! next question, a look at the clock every 25 ms.
+//! `cargo run --release -p cullet-dispatch --example scheduler [-- WORKERS JOBS]` prints a CSV.
+//! Jobs of about a second in a simulated clock, a hundred runs of three tenants; renewals, results
+//! with the next question, a look at the clock every 25 ms.
 
 use cullet_dispatch::{Digest, Dispatch, Effect, Event, Job, Millis, Outcome, Prior, Run, Share};
 use cullet_dispatch::{Tenant, Timing, Worker};
@@ -157,7 +157,8 @@ fn memory() -> u64 {
 
 fn main() {
     println!(
-        "workers,jobs,events,wall_ns_per_event,processor_ns_per_event,slowest_ms,granted_again,efficiency,peak_mib"
+        "workers,jobs,events,wall_ns_per_event,processor_ns_per_event,slowest_ms,granted_again,\
+         efficiency,peak_mib"
     );
     let args: Vec<u64> = std::env::args().skip(1).filter_map(|arg| arg.parse().ok()).collect();
     if let [workers, jobs] = args[..] {
