@@ -1,4 +1,5 @@
-//! A worker's side of the pool as a state machine: what it asks, repeats, renews, stops, gives back.
+//! A worker's side of the pool as a state machine: what it asks, repeats, renews, stops, gives
+//! back.
 //!
 //! The shell in `services/worker` feeds [`Hand::step`] what it heard and does what comes back; the
 //! simulation runs the same machine. What it keeps to:

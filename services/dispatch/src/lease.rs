@@ -239,6 +239,10 @@ impl Dispatch {
             self.single.insert((other.granted, job));
         }
         self.drop_lease(now, job, &lease, false);
+        if loss == Loss::Silent {
+            // Nobody may have noticed its end: one that is not heard of does not count as there.
+            self.part(worker);
+        }
         out.push(Effect::Lost { job, worker, epoch, loss });
         // Where there is one worker only, no second one can clear it.
         let enough = killers >= timing.min_killers as usize || self.live <= 1;

@@ -1,15 +1,32 @@
 //! The pool as a state machine: events in, effects out; time is an argument.
 //!
-//! A shell feeds [`Dispatch::step`] what it heard and does, in order, what comes back. Read
-//! [`event`] first, then [`machine`].
+//! A shell feeds [`Dispatch::step`] what it heard and does, in order, what comes back; a worker's
+//! shell does the same with [`Hand::step`]. Read [`event`] first, then [`machine`] and [`hand`].
 //!
-//! The rules that the machine keeps:
-//! - every opening of a job settles exactly once, in opening order;
+//! What the machines keep to, each held by an oracle of the simulation (`docs/pool.md`):
+//! - every opening of a job settles exactly once, in the opening order of its run; runs do not wait
+//!   for each other;
+//! - a job opened by several runs is computed once and settles in each;
 //! - a grant only ever answers a worker's poll, and a repeated poll gets the same grant;
-//! - a lease that runs out does not stop the computation behind it: jobs are pure, so a late result
-//!   of a job that is not over yet counts, and a second one is acknowledged and dropped;
-//! - two different results of one job raise an alarm;
-//! - a job whose attempts are used up stalls aloud; it is never given a made-up result.
+//! - a grant's number, the epoch, never comes again: its upper half is the coordinator's
+//!   incarnation, which whoever keeps the journal raises on disk before the first grant of a life;
+//! - a lease ends by a result, by its worker's word or end, or by time; one that is renewed is
+//!   never taken away;
+//! - a lease that runs out does not stop the computation behind it. A job's name is the digest of
+//!   its problem, and a worker checks what it solves against the name: so a zombie's late result is
+//!   of the same problem, and counts while the job is open. Of a job that is over it is compared
+//!   and dropped, of a job that nobody opened it is refused;
+//! - two different results of one job raise an alarm, and the first stays;
+//! - trouble in the pool never becomes a result: a job whose attempts are used up, or that died
+//!   under two workers three times, stalls aloud, goes into quarantine, and holds up only the runs
+//!   that want it;
+//! - a worker under which jobs died that others finished gets no more;
+//! - the workers are shared evenly between tenants, and within a tenant by priority; a run that has
+//!   waited too long goes first, so none starves;
+//! - a job that takes much longer than its run's others gets one duplicate, if a worker is idle;
+//! - queues are bounded, and a full one answers "busy";
+//! - what nobody wants any more is stopped at the worker's next renewal;
+//! - a worker keeps a result until there is a receipt, and kills a solve that outlasts its limit.
 //!
 //! Absent on purpose: clocks, wires, threads, entropy, names of workers, contents of jobs.
 
@@ -17,6 +34,7 @@ pub mod counts;
 pub mod effect;
 pub mod event;
 pub mod hand;
+mod jobs;
 mod lease;
 pub mod machine;
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use crate::counts::Counts;
 use crate::effect::{Bound, Effect, Loss, Reason, Receipt, Verdict};
 use crate::event::{Digest, Epoch, Event, Job, Millis, Outcome, Prior, Run, Worker};
+use crate::jobs::Jobs;
 #[cfg(test)]
 use crate::mutant::Mutant;
 use crate::share::Shares;
@@ -88,7 +89,7 @@ pub(crate) struct Parked {
 #[derive(Debug)]
 pub struct Dispatch {
     pub(crate) timing: Timing,
-    pub(crate) jobs: BTreeMap<Job, Record>,
+    pub(crate) jobs: Jobs,
     pub(crate) shares: Shares,
     /// When to look at which job: its pause is over, or a lease of it.
     pub(crate) timers: BTreeSet<(Millis, Job)>,
@@ -119,7 +120,7 @@ impl Dispatch {
     pub fn new(timing: Timing, incarnation: u32) -> Self {
         Self {
             timing,
-            jobs: BTreeMap::new(),
+            jobs: Jobs::default(),
             shares: Shares::default(),
             timers: BTreeSet::new(),
             single: BTreeSet::new(),
@@ -195,7 +196,7 @@ impl Dispatch {
             Event::Drain(worker) => self.drain(worker, &mut out),
             Event::Pardon(job) => self.quarantine.retain(|held| *held != job),
             Event::Forsaken => {
-                for job in self.jobs.keys().copied().collect::<Vec<_>>() {
+                for job in self.jobs.names() {
                     self.abandon(now, job, Reason::Forsaken, &mut out);
                 }
             }

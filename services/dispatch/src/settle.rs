@@ -27,10 +27,9 @@ impl Dispatch {
         #[cfg(test)]
         self.settle_as_they_come(run);
         while let Some(&job) = self.shares.get(run).and_then(|account| account.openings.front()) {
-            let Some(Record { phase: Phase::Over(verdict), .. }) = self.jobs.get(&job) else {
+            let Some(Phase::Over(verdict)) = self.jobs.get(&job).map(|record| record.phase) else {
                 return;
             };
-            let verdict = *verdict;
             self.settle_first(run, job, verdict, out);
         }
     }

@@ -1,7 +1,7 @@
 //! What reproduces a job that killed its workers.
 //!
-//! A folder named by the job's id: `job.bin`, its encoding, and `attempts.txt`, who died how. `cullet
-//! job FILE` solves a `job.bin` in its own process, as a worker would.
+//! A folder named by the job's id: `job.bin`, its encoding, and `attempts.txt`, who died how. The
+//! command `cullet job FILE` solves a `job.bin` in its own process, as a worker would.
 
 use cullet_proto::JobId;
 use std::fs;

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Faults end here \[ms\].
 pub(super) const HEAL: Millis = 12_000;
 /// Everything is settled by then \[ms\].
-const END: Millis = 1_200_000;
+const END: Millis = 3_600_000;
 /// How often the coordinator looks at its clock \[ms\].
 const TICK: Millis = 100;
 /// A question that is answered at once is given up after this \[ms\].

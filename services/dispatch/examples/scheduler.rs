@@ -1,0 +1,180 @@
+//! The scheduler alone under load: what an event costs, by workers and jobs.
+//!
+//! `cargo run --release -p cullet-dispatch --example scheduler [-- WORKERS JOBS]` prints a CSV.
+//! Jobs of about a second in a simulated clock, a hundred runs of three tenants; renewals, results
+//! with the next question, a look at the clock every 25 ms.
+
+use cullet_dispatch::{Digest, Dispatch, Effect, Event, Job, Millis, Outcome, Prior, Run, Share};
+use cullet_dispatch::{Tenant, Timing, Worker};
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+const RUNS: u64 = 100;
+const TICK: Millis = 25;
+
+#[derive(Clone, Copy)]
+enum Due {
+    Done(Job, u64),
+    Renew(Job, u64, Millis),
+}
+
+struct Load {
+    machine: Dispatch,
+    spent: Duration,
+    slowest: Duration,
+    events: u64,
+    now: Millis,
+    due: BTreeMap<(Millis, u64), Due>,
+    seqs: Vec<u64>,
+    granted: u64,
+    settled: u64,
+    busy: Millis,
+}
+
+fn job(k: u64) -> Job {
+    let mut name = [0; 32];
+    for (at, word) in name.chunks_mut(8).enumerate() {
+        let mixed = (k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15 ^ (at as u64) << 7);
+        word.copy_from_slice(&mixed.to_be_bytes());
+    }
+    Job(name)
+}
+
+impl Load {
+    fn step(&mut self, event: Event) {
+        let since = Instant::now();
+        let effects = self.machine.step(self.now, event);
+        let took = since.elapsed();
+        self.spent += took;
+        self.slowest = self.slowest.max(took);
+        self.events += 1;
+        for effect in effects {
+            match effect {
+                Effect::Grant { worker, job, epoch, .. } => {
+                    self.granted += 1;
+                    let length = 900 + u64::from(job.0[0]);
+                    self.busy += length;
+                    let end = self.now + length;
+                    // Each third job is long enough for a renewal, at another worker's expense.
+                    if job.0[1] < 85 {
+                        let due = Due::Renew(job, epoch.0, end);
+                        self.due.insert((self.now + length / 2, worker.0), due);
+                    } else {
+                        self.due.insert((end, worker.0), Due::Done(job, epoch.0));
+                    }
+                }
+                Effect::Settle { .. } => self.settled += 1,
+                _ => {}
+            }
+        }
+    }
+
+    fn ask(&mut self, worker: u64, park: bool) {
+        let seq = &mut self.seqs[worker as usize];
+        *seq += 1;
+        let seq = *seq;
+        self.step(Event::Poll { worker: Worker(worker), seq, slots: 1, park });
+    }
+
+    fn happen(&mut self, worker: u64, due: Due) {
+        match due {
+            Due::Renew(job, epoch, end) => {
+                let epoch = cullet_dispatch::Epoch(epoch);
+                self.step(Event::Renew { worker: Worker(worker), job, epoch });
+                self.due.insert((end, worker), Due::Done(job, epoch.0));
+            }
+            Due::Done(job, epoch) => {
+                let (digest, outcome) = (Digest(job.0), Outcome::Broken);
+                let epoch = cullet_dispatch::Epoch(epoch);
+                let worker_id = Worker(worker);
+                self.step(Event::Commit { worker: worker_id, job, epoch, digest, outcome });
+                self.ask(worker, true);
+            }
+        }
+    }
+}
+
+fn measure(workers: u64, jobs: u64) {
+    let mut load = Load {
+        machine: Dispatch::new(Timing::production(), 1),
+        spent: Duration::ZERO,
+        slowest: Duration::ZERO,
+        events: 0,
+        now: 0,
+        due: BTreeMap::new(),
+        seqs: vec![0; workers as usize],
+        granted: 0,
+        settled: 0,
+        busy: 0,
+    };
+    let begun = on_processor();
+    for run in 0..RUNS {
+        let share = Share { tenant: Tenant(run % 3), priority: (run % 10) as u8 };
+        load.step(Event::Begin { run: Run(run), share });
+    }
+    for k in 0..jobs {
+        load.step(Event::Open { run: Run(k % RUNS), job: job(k), prior: Prior::Nothing });
+    }
+    for worker in 0..workers {
+        load.ask(worker, true);
+    }
+    let mut tick = TICK;
+    while load.settled < jobs {
+        let next = load.due.first_key_value().map_or(Millis::MAX, |((at, _), _)| *at);
+        if tick <= next {
+            load.now = tick;
+            tick += TICK;
+            load.step(Event::Tick);
+        } else if let Some(((at, worker), due)) = load.due.pop_first() {
+            load.now = at;
+            load.happen(worker, due);
+        }
+    }
+    let each = load.spent.as_nanos() as f64 / load.events as f64;
+    let processor = (on_processor() - begun) as f64 / load.events as f64;
+    let efficiency = load.busy as f64 / (load.now * workers) as f64;
+    println!(
+        "{workers},{jobs},{},{each:.0},{processor:.0},{:.2},{},{efficiency:.4},{}",
+        load.events,
+        load.slowest.as_secs_f64() * 1e3,
+        load.granted - jobs,
+        memory()
+    );
+}
+
+/// Time on the processor so far \[ns\], the driver of this example included; where the system says.
+fn on_processor() -> u64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    text.split_whitespace().next().and_then(|word| word.parse().ok()).unwrap_or(0)
+}
+
+/// Most memory held so far \[MiB\], where the system says.
+fn memory() -> u64 {
+    let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|l| l.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok()).unwrap_or(0) >> 10
+}
+
+fn main() {
+    println!(
+        "workers,jobs,events,wall_ns_per_event,processor_ns_per_event,slowest_ms,granted_again,\
+         efficiency,peak_mib"
+    );
+    let args: Vec<u64> = std::env::args().skip(1).filter_map(|arg| arg.parse().ok()).collect();
+    if let [workers, jobs] = args[..] {
+        return measure(workers, jobs);
+    }
+    for (workers, jobs) in [
+        (1, 1_000),
+        (8, 1_000),
+        (64, 6_400),
+        (10, 10_000),
+        (100, 10_000),
+        (100, 100_000),
+        (1_000, 100_000),
+        (10_000, 100_000),
+        (10_000, 1_000_000),
+    ] {
+        measure(workers, jobs);
+    }
+}
