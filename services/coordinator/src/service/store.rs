@@ -72,7 +72,7 @@ impl Store {
         let path = folder.join("lock");
         let lock = File::create(&path).map_err(ServiceError::file(&path))?;
         lock.try_lock().map_err(|_| ServiceError::Taken { folder: folder.clone() })?;
-        let mut store = Self { folder, incarnation: None, _lock: lock, own: own };
+        let mut store = Self { folder, incarnation: None, _lock: lock, own };
         if asked.is_some() {
             store.incarnation = Some(store.next_life()?);
         }
