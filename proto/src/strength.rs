@@ -65,6 +65,9 @@ pub struct VertexPaint {
     pub reach: f64,
 }
 
+/// Weibull modulus from which on strength does not scatter at all \[1\]: the wire has no infinity.
+pub const EVEN: f64 = 1e3;
+
 /// The strength field of a body beside σ_f.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Strength {
@@ -92,7 +95,7 @@ impl Default for Strength {
     fn default() -> Self {
         Self {
             seed: 0,
-            weibull: 1e3,
+            weibull: EVEN,
             correlation: None,
             offset: [0.0; 3],
             weak_plane: None,

@@ -47,6 +47,12 @@ fn a_smallest_fragment_and_a_budget_decide_the_spacing_and_it_is_told() {
     let dear = jobs(&out);
     assert!(dear[0].1 > 0.006 && dear[0].1 < 0.0157, "{dear:?}");
     assert!(lines(&out).contains("by the budget"));
+    // Four cells of two pixels of 24 mm; the halves of the cube, 5 cm, are less than two of 26 mm.
+    let out = run(&["fidelity.error=0.1", "fidelity.pixel=0.024"], "1");
+    let told = lines(&out);
+    assert!(told.contains("spacing 1.200e-2 m by the pixel"), "{told}");
+    let told = lines(&run(&["fidelity.error=0.1", "fidelity.pixel=0.026"], "1"));
+    assert!(told.contains("asks geometric: its halves are 5.000e-2 m across"), "{told}");
 }
 
 #[test]
@@ -73,6 +79,7 @@ fn a_wrong_wish_is_told_with_its_bound() {
         ("fidelity.error=0", "at least 0.01"),
         ("fidelity.budget=-1", "at least 0.001"),
         ("fidelity.smallest=0", "must be above 0 m"),
+        ("fidelity.pixel=0", "must be above 0 m"),
         ("fidelity.eror=0.1", "error"),
     ] {
         let run = Cullet::new(&["check", &corpus("drop.toml"), "--set", value]).output();

@@ -98,11 +98,9 @@ fn specimen_of(job: &wire::SpecimenJob) -> bench::Specimen {
     }
 }
 
-/// Weibull modulus from which on strength does not scatter at all \[1\]: the wire has no infinity.
-const EVEN: f64 = 1e3;
-
 fn even(field: core::StrengthField) -> core::StrengthField {
-    let weibull = if field.weibull < EVEN { field.weibull } else { f64::INFINITY };
+    let weibull =
+        if field.weibull < cullet_proto::strength::EVEN { field.weibull } else { f64::INFINITY };
     core::StrengthField { weibull, ..field }
 }
 

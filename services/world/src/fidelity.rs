@@ -18,6 +18,8 @@ pub struct Need {
     pub budget: Option<f64>,
     /// The smallest fragment wanted \[m\].
     pub smallest: Option<f64>,
+    /// What a pixel of the picture covers where the bodies are \[m\].
+    pub pixel: Option<f64>,
 }
 
 /// What of a solve the scene has already fixed.
@@ -55,6 +57,8 @@ pub enum Bound {
     Budget,
     /// The solve that made the body.
     Parent,
+    /// Four cells of two pixels [Gate 0].
+    Pixel,
 }
 
 /// A solve as it is meant to be, and what it is reckoned to cost.
@@ -86,6 +90,8 @@ pub struct Plan {
     pub cost: f64,
     /// Relative error that the ladder reckons with \[1\].
     pub error: f64,
+    /// The spacing up to which cracks start at the material's strength \[m\].
+    pub softening: f64,
 }
 
 /// Points of a cell.
@@ -96,6 +102,8 @@ const POINT_STEP: f64 = 2e-7;
 const STEP: f64 = 0.4;
 /// The error at twelve cells across, 30 % (ladder, L3), falls as the spacing does: 10 % at 36 (L4).
 const ERROR_OF_TWELVE: f64 = 0.3;
+/// Pixels across what can be seen [Gate 0].
+const SEEN: f64 = 2.0;
 /// Cells of the smallest fragment wanted [Gate 6].
 const FRAGMENT_CELLS: f64 = 4.0;
 /// Cells through the thickness (F14), and a margin for how that is measured.
@@ -120,11 +128,12 @@ pub fn regime(duration: f64, length: f64, pressure_speed: f64) -> (f64, Regime) 
     (ratio, regime)
 }
 
-/// Points of a solid plate with three cells through a thickness of `length / slenderness`:
-/// 216 (L/t)² [Gate 4].
+/// Points of a solid of `volume` \[m³\] with so many cells through a thickness \[m\]: of a plate
+/// with three, 216 (L/t)² [Gate 4].
 #[must_use]
-pub fn plate_points(slenderness: f64) -> f64 {
-    PER_CELL * 3.0 * 9.0 * slenderness * slenderness
+pub fn thickness_points(volume: f64, thickness: f64, cells: f64) -> f64 {
+    let spacing = thickness / cells;
+    PER_CELL * volume / (spacing * spacing * spacing)
 }
 
 /// Grady's size of fragments at a strain rate \[m\], s = (24 G_f/ρε̇²)^⅓ [Gate 5].
@@ -176,6 +185,9 @@ pub fn plan(
     let size = grady_size(material, rate);
     let count = body.volume / (size * size * size);
     let across = body.section.sqrt();
+    if let Some(limit) = need.pixel.map(|p| SEEN * p).filter(|&limit| 0.5 * across < limit) {
+        return Err(Reason::Unseen { size: 0.5 * across, limit });
+    }
     let mut wanted: Vec<(f64, Bound)> = Vec::new();
     let later = if body.generation > 0 { LATER } else { 1.0 };
     wanted.extend(need.error.map(|error| {
@@ -196,7 +208,9 @@ pub fn plan(
         let (.., unit) = cost(body.volume, duration, pressure, 1.0);
         ((unit / budget).sqrt().sqrt(), Bound::Budget)
     });
-    let imposed = [Some((most, Bound::Points)), budget, Some((frame.finest, Bound::Parent))];
+    let pixel = need.pixel.map(|pixel| (SEEN * pixel / FRAGMENT_CELLS, Bound::Pixel));
+    let parent = Some((frame.finest, Bound::Parent));
+    let imposed = [Some((most, Bound::Points)), budget, parent, pixel];
     let coarsest = |a: (f64, Bound), b: (f64, Bound)| if b.0 > a.0 { b } else { a };
     let (spacing, bound) = imposed.into_iter().flatten().fold(spacing, coarsest);
     let cells = body.volume / (spacing * spacing * spacing);
@@ -205,7 +219,8 @@ pub fn plan(
     }
     if spacing > bending * (1.0 + 1e-9) {
         let cells = body.depth / spacing;
-        return Err(Reason::Thin { cells, limit: THICKNESS_CELLS, spacing });
+        let points = thickness_points(body.volume, body.depth, THICKNESS_CELLS);
+        return Err(Reason::Thin { cells, limit: THICKNESS_CELLS, spacing, points });
     }
     let (points, steps, cost) = cost(body.volume, duration, pressure, spacing);
     let error = ladder_error(across / spacing);
@@ -223,6 +238,7 @@ pub fn plan(
         steps,
         cost,
         error,
+        softening: softening_spacing(material),
     })
 }
 
@@ -235,6 +251,7 @@ impl std::fmt::Display for Bound {
             Self::Points => "the most points",
             Self::Budget => "the budget",
             Self::Parent => "the solve that made it",
+            Self::Pixel => "the pixel",
         })
     }
 }
@@ -261,7 +278,11 @@ impl std::fmt::Display for Plan {
             self.steps,
             self.cost,
             self.error,
-        )
+        )?;
+        if self.spacing > self.softening {
+            write!(f, "; toughness-controlled: strength alone asks for {:.3e} m", self.softening)?;
+        }
+        Ok(())
     }
 }
 
@@ -275,6 +296,8 @@ pub struct Figures {
     pub crack_area: f64,
     /// Share of the volume in the largest fragment \[1\].
     pub largest: f64,
+    /// Fragments.
+    pub count: usize,
 }
 
 /// Estimate of the finer solve's relative error from a coarser one, at first order:

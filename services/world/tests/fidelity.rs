@@ -6,7 +6,7 @@ use common::*;
 use cullet_geometry::Vec3;
 use cullet_world::fidelity::{
     Bound, Figures, Frame, Need, Plan, Regime, cost, estimate, grady_size, ladder_error, plan,
-    plate_points, regime, softening_spacing,
+    regime, softening_spacing, thickness_points,
 };
 use cullet_world::{GateBody, Hit, Material, Reason, World};
 
@@ -32,7 +32,7 @@ fn a_ball_on_a_plate_is_static_through_its_thickness() {
 #[test]
 fn thin_plates_cost_points_by_the_square() {
     for (slenderness, points) in [(20.0, 86.4e3), (50.0, 0.54e6), (70.0, 1.06e6), (100.0, 2.16e6)] {
-        near(plate_points(slenderness), points, 0.01);
+        near(thickness_points(slenderness * slenderness, 1.0, 3.0), points, 0.01);
     }
 }
 
@@ -112,10 +112,19 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
     assert!(budget.spacing > tenth.spacing && budget.error > 0.1);
     let text = budget.to_string();
     assert!(text.contains("by the budget") && text.contains("0.50 s"), "{text}");
+    // 0.4 · E G_f/σ_f² of this glass, far below: cracks run at their toughness, not the strength.
+    near(budget.softening, softening_spacing(&GLASS), 1e-12);
+    assert!(budget.spacing > budget.softening && text.contains("toughness-controlled"), "{text}");
+    let fine = Plan { spacing: 0.5 * budget.softening, ..budget };
+    assert!(!fine.to_string().contains("toughness"), "{fine}");
     // So do the scene's most points, and the solve that the body comes from.
     let frame = Frame { most_points: 1000.0, finest: 0.0 };
     let few = planned(&Need { error: Some(0.3), ..Need::default() }, &frame, same);
-    assert!(matches!(few, Err(Reason::Thin { .. })), "{few:?}");
+    let Err(Reason::Thin { points, .. }) = few else { panic!("{few:?}") };
+    // 3.3 cells of 0.519 of the edge: (3.3/0.519)³ cells of 8 points.
+    near(points, 8.0 * (3.3_f64 / 0.519).powi(3), 0.05);
+    let told = few.unwrap_err().to_string();
+    assert!(told.contains(&format!("takes {points:.0} points")), "{told}");
     let frame = Frame { finest: 5e-3, ..FREE };
     let parent = planned(&Need { error: Some(0.1), ..Need::default() }, &frame, same).unwrap();
     assert_eq!((parent.spacing, parent.bound), (5e-3, Bound::Parent));
@@ -147,10 +156,32 @@ fn a_fragment_is_solved_a_level_lower_and_a_crumb_not_at_all() {
     assert!(text.contains("15.6 cells of 4.000e-2 m, below 27"), "{text}");
 }
 
+/// Gate 0: what is smaller than two pixels is neither solved for nor resolved.
+#[test]
+fn nothing_is_resolved_that_no_pixel_shows() {
+    let need = |pixel: f64| Need { error: Some(0.1), pixel: Some(pixel), ..Need::default() };
+    let sharp = planned(&need(1e-3), &FREE, |_| {}).unwrap();
+    assert_eq!(sharp.bound, Bound::Error);
+    // Four cells of two pixels of 8 mm.
+    let coarse = planned(&need(8e-3), &FREE, |_| {}).unwrap();
+    near(coarse.spacing, 4e-3, 1e-9);
+    assert_eq!(coarse.bound, Bound::Pixel);
+    assert!(coarse.to_string().contains("by the pixel"), "{coarse}");
+    // Halves of a cube of 10 cm are 5 cm across.
+    let unseen = planned(&need(0.026), &FREE, |_| {});
+    assert!(matches!(unseen, Err(Reason::Unseen { .. })), "{unseen:?}");
+    let text = unseen.unwrap_err().to_string();
+    assert!(text.contains("5.000e-2 m across, below two pixels, 5.200e-2 m"), "{text}");
+}
+
 #[test]
 fn the_estimate_is_the_grid_convergence_index_at_first_order() {
-    let figures =
-        |spacing: f64, crack_area: f64, largest: f64| Figures { spacing, crack_area, largest };
+    let figures = |spacing: f64, crack_area: f64, largest: f64| Figures {
+        spacing,
+        crack_area,
+        largest,
+        count: 2,
+    };
     // 1.25 · 0.2 / (2 − 1) / 1.0 of the area, 1.25 · 0.1 / 0.5 of the largest.
     let found = estimate(&figures(2e-3, 1.2, 0.4), &figures(1e-3, 1.0, 0.5));
     near(found, 0.25, 1e-9);

@@ -46,9 +46,23 @@ fn energy_rarely_excludes_a_marble_but_a_touch_is_no_crack() {
     assert_eq!(gate(&hit, &GLASS, &body, &limits), Gate::Solve);
     let (soft, body) = marble(0.5);
     match gate(&soft, &GLASS, &body, &limits) {
-        Gate::Rigid(Reason::Energy { affordable, section }) => assert!(affordable < section),
+        Gate::Rigid(Reason::Energy { affordable, section, .. }) => assert!(affordable < section),
         other => panic!("{other:?}"),
     }
+}
+
+/// What a scene with a fidelity asks of the energy: a third of it, of all the hits together.
+#[test]
+fn a_fitted_gate_counts_a_third_of_the_energy_that_arrives() {
+    let (mut hit, body) = marble(5.0);
+    hit.impact.energy = 2.0 * body.section * GLASS.fracture_energy;
+    let verdict = |share: f64| gate(&hit, &GLASS, &body, &GateLimits::fitted(share));
+    assert_eq!(gate(&hit, &GLASS, &body, &GateLimits::default()), Gate::Solve);
+    let Gate::Rigid(reason) = verdict(1.0) else { panic!("{:?}", verdict(1.0)) };
+    assert!(reason.to_string().starts_with("0.30 of the energy opens at most"), "{reason}");
+    // One of two like hits: 0.6 of its own energy; never more than all of it.
+    assert_eq!(verdict(0.5), Gate::Solve);
+    assert_eq!(GateLimits::fitted(1e-9).efficiency, 1.0);
 }
 
 #[test]

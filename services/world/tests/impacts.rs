@@ -140,8 +140,9 @@ fn a_stack_stands_still_and_silent() {
     }
 }
 
-/// How far a block of 0.2 m that weighs so many times the slice beneath it sinks in 2 s.
-fn sink_of_block_on_slice(ratio: f64) -> f64 {
+/// How far a block of 0.2 m that weighs so many times the slice beneath it sinks in 2 s, and what
+/// the world says of it.
+fn sink_of_block_on_slice(ratio: f64) -> (f64, Vec<String>) {
     let mut world = World::new(settings()).unwrap();
     put(&mut world, floor());
     let slice = Material { density: 1e4 / ratio, ..GLASS };
@@ -152,17 +153,20 @@ fn sink_of_block_on_slice(ratio: f64) -> f64 {
     let got = world.body(top).unwrap().mass / world.body(thin).unwrap().mass;
     assert!((got / ratio - 1.0).abs() < 1e-9, "mass ratio {got}");
     steps(&mut world, 480);
-    0.15 - world.body(top).unwrap().pose.translation.vector.z
+    (0.15 - world.body(top).unwrap().pose.translation.vector.z, world.sunk())
 }
 
 /// R6 asks for 1:10⁴; the engine carries 1:200 (F36).
 #[test]
 fn a_light_slice_survives_under_a_heavy_block() {
     for ratio in [1.0, 100.0, 200.0] {
-        let sink = sink_of_block_on_slice(ratio);
+        let (sink, told) = sink_of_block_on_slice(ratio);
         // 1 % of the block's size
         assert!(sink.abs() < 0.01 * 0.2, "1:{ratio} sank by {sink}");
+        assert!(told.is_empty(), "{told:?}");
     }
+    let (sink, told) = sink_of_block_on_slice(2000.0);
+    assert!(sink > 0.01 && told.len() == 1 && told[0].contains("2000 times its mass"), "{told:?}");
 }
 
 #[test]

@@ -16,7 +16,7 @@ use cullet_geometry::Vec3;
 use cullet_proto::job::MAX_SUPPORTS;
 use cullet_proto::{FractureJob, JobId};
 use cullet_world::{BodyId, Gate, GateLimits, Hit, Support, World, WorldError};
-use ladder::Ladder;
+use ladder::{Experience, Kind, Ladder};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -175,6 +175,7 @@ struct Run<'a> {
     recorder: Recorder,
     origins: BTreeMap<BodyId, Origin>,
     pending: VecDeque<Pending>,
+    seen: Experience,
     fractures: u64,
     broken: BTreeMap<String, u64>,
 }
@@ -201,6 +202,7 @@ pub fn run(
         recorder,
         origins: BTreeMap::new(),
         pending: VecDeque::new(),
+        seen: Experience::default(),
         fractures: 0,
         broken: BTreeMap::new(),
     };
@@ -279,9 +281,13 @@ impl Run<'_> {
     }
 
     fn ask_gate(&mut self, body: BodyId, hits: Vec<Hit>) -> Result<(), RunError> {
-        let limits = GateLimits::default();
+        let all: f64 = hits.iter().map(|hit| hit.impact.energy).sum();
+        let asked = self.scene.fidelity.is_asked();
+        let limits = |hit: &Hit| {
+            if asked { GateLimits::fitted(hit.impact.energy / all) } else { GateLimits::default() }
+        };
         let answers: Vec<Gate> =
-            hits.iter().filter_map(|hit| self.world.gate(hit, &limits)).collect();
+            hits.iter().filter_map(|hit| self.world.gate(hit, &limits(hit))).collect();
         let solve = answers.iter().any(|gate| matches!(gate, Gate::Solve));
         let geometric = answers.iter().find_map(|gate| match gate {
             Gate::Geometric(reason) => Some(reason.to_string()),
@@ -313,7 +319,7 @@ impl Run<'_> {
         if let (Some(need), Some(frame)) = (need, frame) {
             match self.world.plan(&hits, &need, &frame) {
                 Some(Ok(plan)) => {
-                    ladder = Ladder::new(&plan, need.error);
+                    ladder = Ladder::new(&plan, need.error, self.kind(body, &hits));
                     reasons.push(plan.to_string());
                 }
                 Some(Err(reason)) => geometric = Some(reason.to_string()),
@@ -329,6 +335,16 @@ impl Run<'_> {
         let (id, asked) = (JobId::of(&[]), String::new());
         let pending = Pending { id, asked, body, hits, supports, ladder, due };
         self.dispatch(pending, geometric, reasons)
+    }
+
+    /// What hits of a body are like: by the one of most energy.
+    fn kind(&self, body: BodyId, hits: &[Hit]) -> Kind {
+        let most = |a: &&Hit, b: &&Hit| a.impact.energy.total_cmp(&b.impact.energy);
+        let hardest = hits.iter().max_by(most).map(|hit| hit.impact);
+        let (speed, energy) = hardest.map_or((0.0, 0.0), |i| (i.closing_speed, i.energy));
+        let volume = self.world.body(body).map_or(0.0, |view| view.volume);
+        let material = self.origins.get(&body).map_or("", |origin| &origin.material);
+        Kind::new(material, volume, speed, energy)
     }
 
     /// Opens the next job of a hit.

@@ -1,8 +1,9 @@
 //! What a verdict does to the world and to the recording.
 
+use super::ladder::Next;
 use super::{Origin, Outcome, Pending, Run, RunError, convert, number};
 use crate::link::{Ending, Settlement};
-use crate::record::Event;
+use crate::record::{Event, Level};
 use cullet_geometry::{Sheet, Vec3};
 use cullet_proto::recording::{self, JobReport, PoolReport, Vector3};
 use cullet_proto::{BrokenBody, Report, Verdict};
@@ -30,11 +31,15 @@ impl Run<'_> {
             Verdict::Broken(broken) => Some(&**broken),
             Verdict::Refused { .. } | Verdict::Failed { .. } => None,
         };
-        if let Some(why) = job.ladder.wants_more(outcome) {
-            return self.solve_finer(job, &verdict, why);
-        }
+        let enough = match job.ladder.next(outcome, &mut self.seen) {
+            Next::Finer(why) => return self.solve_finer(job, &verdict, why),
+            Next::Use(why) => why.map(|why| format!("no finer solve: {why}")),
+        };
         match verdict {
-            Verdict::Broken(broken) => self.broken(job, *broken),
+            Verdict::Broken(mut broken) => {
+                broken.report.warnings.extend(enough);
+                self.broken(job, *broken)
+            }
             Verdict::Refused { solver, text } => {
                 self.declined(&job, recording::Verdict::Refused, &solver, text)
             }
@@ -217,6 +222,10 @@ impl Run<'_> {
 
     pub(super) fn finish(mut self, interrupted: bool) -> Result<Outcome, RunError> {
         let (step, time) = (self.world.step_count(), self.world.time());
+        for line in self.world.sunk() {
+            self.recorder.log(Level::Warning, line.clone())?;
+            self.say(line);
+        }
         let mut unmet = Vec::new();
         if !interrupted {
             let seen = convert::observed(&self.recorder.summary(), &self.broken);

@@ -392,6 +392,9 @@ impl Builder<'_> {
             for line in body.repairs.iter().filter(|_| first) {
                 self.workshop.warnings.push(format!("{}: {line}", body.name));
             }
+            if let Some(line) = own_load(body, &self.document.world.gravity).filter(|_| first) {
+                self.workshop.warnings.push(format!("{}: {line}", body.name));
+            }
         }
         let document = self.document;
         let scene = Scene {
@@ -411,4 +414,26 @@ impl Builder<'_> {
         };
         Resolved { scene, errors: self.workshop.errors }
     }
+}
+
+/// What a body's own weight and spin do to it, where they alone reach its strength: σ_f below ρgL or
+/// ρv² of its rim (F02).
+fn own_load(body: &SceneBody, gravity: &[f64; 3]) -> Option<String> {
+    if body.fixed || !body.breakable {
+        return None;
+    }
+    let gravity = Vec3::from(*gravity);
+    let turned = |p: &Vec3| body.pose.rotation * p;
+    let depths = body.solid.mesh.vertices.iter().map(|p| gravity.dot(&turned(p)));
+    let (low, high) =
+        depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)));
+    let rims = body.solid.mesh.vertices.iter().map(|p| body.spin.cross(&turned(p)).norm_squared());
+    let material = &body.material;
+    let (weight, rim) =
+        (material.density * (high - low), material.density * rims.fold(0.0, f64::max));
+    let strength = body.weakest * material.strength;
+    let (load, name) = if rim > weight { (rim, "its spin") } else { (weight, "its own weight") };
+    (load > strength).then(|| {
+        format!("{name} stresses it by {load:.3e} Pa, its strength is {strength:.3e} Pa (F02)")
+    })
 }

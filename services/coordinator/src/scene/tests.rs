@@ -384,3 +384,28 @@ fn the_bullet_takes_other_targets() {
         );
     }
 }
+
+/// F02: a tower of 20 m of a stuff that 20 kPa tear, and a flywheel of it.
+#[test]
+fn a_body_too_weak_for_its_weight_or_spin_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("scene.toml");
+    let scene = |height: &str, spin: &str| {
+        let text = format!(
+            "[material.mud]\ndensity = 1500\nyoung = \"50 MPa\"\npoisson = 0.3\n\
+             strength = \"20 kPa\"\nfracture_energy = 1\nrestitution = 0.1\nfriction = 0.5\n\
+             [[body]]\nname = \"tower\"\nshape = {{ kind = \"box\", size = [1, 1, {height}] }}\n\
+             position = [0, 0, 30]\nspin = [0, 0, {spin}]\nmaterial = \"mud\"\n"
+        );
+        std::fs::write(&file, text).expect("a file");
+        let scene = load(&file, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        scene.warnings.into_iter().filter(|line| line.contains("(F02)")).collect::<Vec<_>>()
+    };
+    assert!(scene("1", "0").is_empty());
+    let heavy = scene("20", "0");
+    // 1500 · 9.81 · 20 Pa.
+    assert!(heavy.len() == 1 && heavy[0].contains("own weight stresses it by 2.94"), "{heavy:?}");
+    // 1500 · (8 · 0.7071)² Pa.
+    let fast = scene("1", "8");
+    assert!(fast.len() == 1 && fast[0].contains("its spin stresses it by 4.800e4 Pa"), "{fast:?}");
+}

@@ -9,7 +9,7 @@ use super::contact::{Contact, Facing};
 use super::elastic::Elastic;
 use super::front::Front;
 use super::grid::{Element, Grid};
-use super::kernel::{Kernel, Kind, Law, Path, Precision, Stencil, gather, packed, vector};
+use super::kernel::{Kernel, Kind, Law, Path, Precision, Stencil, gather, packed};
 use super::parting::Changes;
 use super::separation::Separation;
 use super::spin::Spin;
@@ -84,6 +84,7 @@ pub struct Domain {
     slot: Vec<u32>,
     /// Points that broke since nodes were last parted, by id.
     broken: Vec<u32>,
+    partings: u64,
 }
 
 /// What a step noticed.
@@ -176,6 +177,7 @@ impl Domain {
             kernel,
             slot: Vec::new(),
             broken: Vec::new(),
+            partings: 0,
         };
         domain.locate();
         domain.watch(materials);
@@ -285,6 +287,7 @@ impl Domain {
         for &p in &changes.moved {
             self.slot[self.particles.id[p as usize] as usize] = p;
         }
+        self.partings += 1;
         self.kernel.refresh(&self.grid, &self.particles, &changes.elements);
         self.touch();
     }
@@ -294,28 +297,23 @@ impl Domain {
         self.contact = Contact::new(&self.grid.nodes, &self.grid.spacing, &self.facings);
     }
 
-    /// Velocity of one point \[m/s\].
+    /// How often nodes have been parted.
     #[must_use]
-    pub fn velocity(&self, id: u32) -> Vec3 {
-        let p = self.slot(id);
-        let nodes = &self.element(p).nodes;
-        let mut sum = Vec3::zeros();
-        Stencil::new(&self.particles.reference[p], &self.grid.spacing).visit(|k, weight, _| {
-            sum += vector(self.grid.nodes.velocity[nodes[k] as usize]) * weight;
-        });
-        sum
+    pub fn partings(&self) -> u64 {
+        self.partings
     }
 
-    /// Pushes one point with `impulse` \[N·s\].
-    pub fn push(&mut self, id: u32, impulse: Vec3) {
-        let p = self.slot(id);
-        let nodes = self.element(p).nodes;
-        let stencil = Stencil::new(&self.particles.reference[p], &self.grid.spacing);
-        stencil.visit(|k, weight, _| {
-            let n = nodes[k] as usize;
-            let push = impulse * (weight / self.grid.nodes.mass[n]);
-            self.grid.nodes.velocity[n] += packed(push);
-        });
+    /// The nodes that see points with these shares, ascending, and what falls to each \[1\].
+    #[must_use]
+    pub fn carriers(&self, shares: &[(u32, f64)]) -> Vec<(u32, f64)> {
+        let mut all = vec![0.0; self.grid.nodes.len()];
+        for &(id, share) in shares {
+            let p = self.slot(id);
+            let nodes = &self.element(p).nodes;
+            let stencil = Stencil::new(&self.particles.reference[p], &self.grid.spacing);
+            stencil.visit(|k, weight, _| all[nodes[k] as usize] += share * weight);
+        }
+        (0..).zip(all).filter(|one| one.1 > 0.0).collect()
     }
 
     /// Takes one step.

@@ -15,8 +15,9 @@ const LEAST_CELLS: f64 = 3.0;
 /// Strength over stiffness that the method holds for \[1\].
 const STRENGTH_RANGE: (f64, f64) = (1e-5, 1e-1);
 
-/// Poisson's ratio: at the ends a wave speed vanishes or has no bound \[1\].
-const POISSON_RANGE: (f64, f64) = (-0.99, 0.49);
+/// Poisson's ratio \[1\]: towards ½ pressure waves have no bound; towards −1 a solid resists every
+/// shear and no change of volume, and the law's volume term grows without bound as it swells.
+const POISSON_RANGE: (f64, f64) = (-0.9, 0.49);
 
 /// Cells that a flat body gets across its thickness: three, and a margin for how that is measured.
 const FLAT_CELLS: f64 = 3.3;

@@ -1,6 +1,7 @@
 //! The striker's push: Hertz pressure on the contact disc, through the contact's spring.
 
 use super::domain::Domain;
+use super::footing::Footing;
 use super::spring::{self, Spring};
 use crate::material::Material;
 use crate::solver::Impact;
@@ -29,8 +30,12 @@ const APART: f64 = 0.5;
 /// One impact: a striker that presses on points near the contact through a [`Spring`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
-    /// Point ids and their shares, which sum to 1.
-    pub shares: Vec<(u32, f64)>,
+    /// The points that it presses on.
+    pub footing: Footing,
+    /// Where \[m\].
+    pub point: Vec3,
+    /// Radius of the loaded disc \[m\].
+    pub radius: f64,
     /// Direction of the push.
     pub direction: Vec3,
     /// Most that the striker gives \[N·s\].
@@ -75,7 +80,9 @@ impl Load {
         let share = duration / spring::duration(impact);
         let reduced = 2.0 * impact.energy / (impact.closing_speed * impact.closing_speed);
         Self {
-            shares,
+            footing: Footing::new(shares),
+            point: impact.point,
+            radius: radius.max(LEAST_RADIUS * domain.grid.spacing.max()),
             direction: impact.normal,
             impulse: share * impact.impulse,
             duration,
@@ -131,7 +138,7 @@ impl Load {
             return;
         }
         // What the force of the last step did, and how near that brought the two.
-        let surface = speed(domain, &self.shares, &self.direction);
+        let surface = self.footing.speed(domain, &self.direction);
         self.work += self.last * surface;
         self.approach += (self.speed - surface) * domain.step;
         self.force = self.spring.force(self.approach.max(0.0));
@@ -147,8 +154,7 @@ impl Load {
         if size > 0.0 {
             self.delivered += size;
             self.speed -= size * self.mobility;
-            let impulse = self.direction * size;
-            self.shares.iter().for_each(|&(id, share)| domain.push(id, impulse * share));
+            self.footing.push(domain, self.direction * size);
         }
     }
 }
@@ -183,9 +189,4 @@ pub(super) fn disc(domain: &Domain, point: &Vec3, normal: &Vec3, radius: f64) ->
         share.1 /= sum;
     }
     shares
-}
-
-/// Velocity along `direction` of the points of a contact, by their shares \[m/s\].
-pub(super) fn speed(domain: &Domain, shares: &[(u32, f64)], direction: &Vec3) -> f64 {
-    shares.iter().map(|&(id, share)| share * domain.velocity(id).dot(direction)).sum()
 }

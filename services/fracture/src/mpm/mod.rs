@@ -9,6 +9,7 @@ pub mod crushed;
 pub mod domain;
 pub(crate) mod door;
 pub mod elastic;
+pub mod footing;
 mod front;
 pub mod grid;
 pub mod kernel;

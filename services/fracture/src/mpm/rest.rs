@@ -2,7 +2,8 @@
 //! belongs to does, and does not pull.
 
 use super::domain::Domain;
-use super::load::{LEAST_RADIUS, disc, speed};
+use super::footing::Footing;
+use super::load::{LEAST_RADIUS, disc};
 use crate::material::Material;
 use crate::solver::Support;
 use cullet_geometry::Vec3;
@@ -10,8 +11,7 @@ use cullet_geometry::Vec3;
 /// One support, under the points that rest on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rest {
-    /// Point ids and their shares, which sum to 1.
-    shares: Vec<(u32, f64)>,
+    footing: Footing,
     /// Direction in which it can push.
     pub normal: Vec3,
     /// Where \[m\].
@@ -35,7 +35,7 @@ impl Rest {
         let radius = support.radius.max(LEAST_RADIUS * domain.grid.spacing.max());
         let modulus = material.young / (1.0 - material.poisson * material.poisson);
         Self {
-            shares,
+            footing: Footing::new(shares),
             normal: support.normal,
             point: support.point,
             stiffness: 2.0 * radius * modulus,
@@ -49,12 +49,10 @@ impl Rest {
     pub fn push(&mut self, domain: &mut Domain) {
         let impulse = self.stiffness * self.depth.max(0.0) * domain.step;
         let own = -self.mobility * self.delivered;
-        self.depth -= (speed(domain, &self.shares, &self.normal) - own) * domain.step;
+        self.depth -= (self.footing.speed(domain, &self.normal) - own) * domain.step;
         if impulse > 0.0 {
             self.delivered += impulse;
-            for &(id, share) in &self.shares {
-                domain.push(id, self.normal * (impulse * share));
-            }
+            self.footing.push(domain, self.normal * impulse);
         }
     }
 }

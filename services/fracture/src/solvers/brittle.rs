@@ -1,6 +1,8 @@
 //! Brittle solids: particles, MLS-MPM under the Hertz push, Rankine damage, then the exact cut.
 
 mod clock;
+#[cfg(test)]
+mod tests;
 mod warnings;
 
 use crate::cut::{self, CutSettings, DamageField, slit};
@@ -47,6 +49,9 @@ const GROWTH: f64 = 1.1;
 /// Share of points that may be crushed before the numbers mean nothing (F07).
 const CRUSHED_SHARE: f64 = 0.02;
 
+/// How often an unstable solve is begun again with half the step (F76).
+const HALVINGS: u32 = 2;
+
 /// Particle-steps of a slice: some tens of milliseconds.
 const SLICE: u64 = 200_000;
 
@@ -68,6 +73,8 @@ pub struct Brittle {
     broken_then: u32,
     fastest: f64,
     warnings: Vec<String>,
+    path: Path,
+    halvings: u32,
 }
 
 impl Solver for Brittle {
@@ -110,14 +117,17 @@ impl Solver for Brittle {
     fn advance(&mut self) -> Progress {
         let slice = (SLICE / self.domain.particles.len().max(1) as u64).max(1);
         for _ in 0..slice {
-            if let Err(failure) = self.step() {
-                return Progress::Failed(failure);
-            }
-            if self.over() {
-                return match self.finish() {
-                    Ok(fracture) => Progress::Done(Box::new(fracture)),
-                    Err(failure) => Progress::Failed(failure),
-                };
+            let done = match self.step() {
+                Ok(()) if self.over() => self.finish().map(Some),
+                other => other.map(|()| None),
+            };
+            match done {
+                Ok(None) => {}
+                Ok(Some(fracture)) => return Progress::Done(Box::new(fracture)),
+                Err(failure) => match self.again(&failure) {
+                    Some(again) => *self = again,
+                    None => return Progress::Failed(failure),
+                },
             }
         }
         let Clock { spin_up, end, .. } = self.clock;
@@ -154,7 +164,7 @@ impl Brittle {
         domain.time = -clock.spin_up;
         let loads: Vec<Load> =
             problem.impacts.iter().map(|impact| load(impact, &problem, &domain, &clock)).collect();
-        for &(id, _) in loads.iter().flat_map(|load| &load.shares) {
+        for &(id, _) in loads.iter().flat_map(|load| &load.footing.shares) {
             let slot = domain.slot(id);
             domain.particles.shielded[slot] = true;
         }
@@ -176,7 +186,29 @@ impl Brittle {
             broken_then: 0,
             fastest: 0.0,
             warnings,
+            path,
+            halvings: 0,
         })
+    }
+
+    /// The solve from its beginning with half the step, where numbers went wrong and the budget of
+    /// steps lasts (F76).
+    fn again(&self, failure: &Failure) -> Option<Self> {
+        let numbers = matches!(failure, Failure::NotFinite { .. } | Failure::Unstable { .. });
+        if !numbers || self.halvings == HALVINGS {
+            return None;
+        }
+        let mut fresh = Self::paced(self.problem.clone(), self.pace, self.path).ok()?;
+        fresh.halvings = self.halvings + 1;
+        fresh.domain.step /= f64::from(1_u32 << fresh.halvings);
+        let steps = (fresh.clock.spin_up + fresh.clock.end) / fresh.domain.step;
+        if steps > f64::from(self.problem.settings.max_steps) {
+            return None;
+        }
+        let told =
+            format!("{failure}: solved again with steps of {:.3e} s (F76)", fresh.domain.step);
+        fresh.warnings = self.warnings.iter().cloned().chain([told]).collect();
+        Some(fresh)
     }
 
     /// The body on its grid as it is now.
@@ -230,7 +262,7 @@ impl Brittle {
             if load.cracks(&self.problem.material) {
                 *torn = true;
                 let time = self.domain.time;
-                load.shares.iter().for_each(|&(id, _)| self.domain.open(id, time));
+                load.footing.shares.iter().for_each(|&(id, _)| self.domain.open(id, time));
             }
         }
     }
@@ -292,6 +324,7 @@ impl Brittle {
         report.crack_area = partition.crack_area;
         report.fracture_energy = self.problem.material.fracture_energy * partition.crack_area;
         report.warnings.extend(partition.warnings);
+        report.warnings.extend(warnings::lean(partition.parts.iter().map(|part| &part.solid)));
         if !pieces.rubble.balls.is_empty() {
             report.warnings.push(format!(
                 "crushed: {:.3} of the body is finer than the grid can tell; {} pieces drawn there",
@@ -391,40 +424,6 @@ impl Brittle {
         };
         self.last_warnings(&mut report);
         report
-    }
-
-    fn last_warnings(&self, report: &mut Report) {
-        let warnings = &mut report.warnings;
-        let impulse: f64 = self.problem.impacts.iter().map(|hit| hit.impulse).sum();
-        let share = report.delivered_impulse / impulse;
-        if share < 1.0 - 1e-9 {
-            warnings
-                .push(format!("{share:.3} of the impulse was taken; the striker keeps the rest"));
-        }
-        let crushed = self.total.crushed;
-        if crushed > 0 {
-            warnings.push(format!("crushed: {crushed} points were at J = 0.2 at one time (F07)"));
-        }
-        let quiet = self.domain.time - self.last_growth;
-        if quiet < self.clock.transit {
-            warnings.push(format!(
-                "still breaking: damage grew {quiet:.2e} s before the end, a transit is {:.2e} s \
-                 (F12)",
-                self.clock.transit
-            ));
-        }
-        let drift = self.fastest.sqrt() * self.domain.step / self.domain.grid.spacing.min();
-        if drift > 0.2 {
-            warnings.push(format!("fast: a point moved {drift:.2} cells in a step (F04)"));
-        }
-        let energy = self.problem.impacts.iter().map(|impact| impact.energy).sum::<f64>()
-            + self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
-        if self.total.dissipated > energy {
-            warnings.push(format!(
-                "damage cost {:.3e} J, approach and spin had {energy:.3e} J",
-                self.total.dissipated
-            ));
-        }
     }
 }
 

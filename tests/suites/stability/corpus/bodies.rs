@@ -1,7 +1,7 @@
 //! Materials at every bound, blows where they are worst, and bodies broken again and again.
 
 use crate::kit::{Out, PLASTER, blow, cuboid, keeps_the_books, problem, solve};
-use cullet_fracture::{Failure, Fracture, Impact, Material, Problem, Refusal};
+use cullet_fracture::{Fracture, Impact, Material, Problem, Refusal};
 use cullet_geometry::{Solid, Vec3};
 use std::sync::Arc;
 
@@ -44,7 +44,7 @@ fn materials_at_their_bounds_end_in_words_and_beyond_are_refused_by_name() {
     let bounds: [(&str, Set, f64, f64); 5] = [
         ("density", |m, x| m.density = x, 1e-3, 1e6),
         ("Young", |m, x| (m.failure_stress, m.young) = (1e-3 * x, x), 1.0, 1e14),
-        ("Poisson", |m, x| m.poisson = x, -0.99, 0.49),
+        ("Poisson", |m, x| m.poisson = x, -0.9, 0.49),
         ("fracture energy", |m, x| m.fracture_energy = x, 1e-9, 1e9),
         ("failure stress", |m, x| m.failure_stress = 3e9 * x, 1e-5, 1e-1),
     ];
@@ -58,8 +58,6 @@ fn materials_at_their_bounds_end_in_words_and_beyond_are_refused_by_name() {
             match solve("brittle", &problem) {
                 Out::Done(fracture) => keeps_the_books(&what, &problem, &fracture),
                 Out::Refused(Refusal::TooLarge { .. }) => {}
-                // Where the shear modulus is fifty times Young's, the blow ends as unstable.
-                Out::Failed(Failure::Unstable { .. }) if value == -0.99 => {}
                 other => panic!("{what}: {other:?}"),
             }
             match solve("geometric", &problem) {

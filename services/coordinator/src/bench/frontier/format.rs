@@ -31,7 +31,8 @@ pub struct ChartForm {
     /// A scene file or its folder, relative to this file. What is charted is how far the masses of
     /// its fragments are from those of the run `finest`.
     pub scene: Option<String>,
-    /// Which metric of the specimen.
+    /// Which metric of the specimen; of a scene "mass distance", as it is without one, or "KS of
+    /// Mott's law".
     pub metric: Option<String>,
     /// What it must come to; else the value that the specimen expects.
     pub reference: Option<f64>,
@@ -56,7 +57,7 @@ pub struct ChartForm {
     /// The value along the first option's curve that is the default; else where that is the
     /// specimen as its file has it.
     pub default: Option<String>,
-    /// Seeds of each point: 1, or at least 8 where the outcome is chaotic.
+    /// Seeds of each point: 1, or at least 8 where the outcome is chaotic, of a scene 4.
     #[serde(default = "one")]
     #[schemars(range(min = 1, max = 64))]
     pub seeds: u32,

@@ -2,9 +2,9 @@
 
 use super::super::{Limits, Measured, Point, run_all, status};
 use super::row::Row;
-use super::set::{Chart, FINEST, MASSES, Planned, Work};
+use super::set::{Chart, FINEST, MOTT, Planned, Work};
 use super::stats::mass_distance;
-use crate::record::Recording;
+use crate::record::{RESOLVED_CELLS, Recording, fit};
 use cullet_proto::recording::EventKind;
 use cullet_proto::specimen::{Ending, SpecimenResult};
 use std::collections::{BTreeMap, BTreeSet};
@@ -129,8 +129,19 @@ fn row_of(
 /// What a run of a scene left.
 struct Broken {
     row: Row,
-    /// Of what broke no further: its object, whether it is broken off it, its mass \[kg\].
-    parts: Vec<(String, bool, f64)>,
+    /// What broke no further.
+    parts: Vec<Part>,
+}
+
+#[derive(Clone)]
+struct Part {
+    object: String,
+    /// Whether it is broken off it.
+    broken: bool,
+    /// \[kg\]
+    mass: f64,
+    /// Mass of a cell of the solve that made it \[kg\]; 0 where it had no grid.
+    cell: f64,
 }
 
 fn scenes(
@@ -154,15 +165,20 @@ fn scenes(
         .filter(|(run, broken)| run.option == FINEST && good(broken))
         .filter_map(|(run, broken)| Some((run.seed, (*broken)?)))
         .collect();
-    let parts = || finest.iter().flat_map(|(_, broken)| &broken.parts);
-    let mut objects: BTreeSet<&str> = parts().filter(|p| p.1).map(|p| p.0.as_str()).collect();
+    let laws = chart.metric == MOTT;
+    let judges = || all.iter().filter(|(run, _)| laws || run.option == FINEST);
+    let parts = judges().filter_map(|one| one.1).flat_map(|broken| &broken.parts);
+    let mut objects: BTreeSet<&str> =
+        parts.filter(|part| part.broken).map(|part| part.object.as_str()).collect();
     if let Some(object) = &chart.object {
         objects = [object.as_str()].into();
     }
-    let of_objects = |broken: &Broken| -> Vec<f64> {
-        let these = broken.parts.iter().filter(|part| objects.contains(part.0.as_str()));
-        these.map(|part| part.2).collect()
+    let of_objects = |broken: &Broken| -> Vec<Part> {
+        let its = |part: &&Part| objects.contains(part.object.as_str());
+        broken.parts.iter().filter(its).cloned().collect()
     };
+    let masses: Vec<Vec<f64>> = finest.iter().map(|one| plain(&of_objects(one.1))).collect();
+    let reference = masses.concat();
     let row = |(run, broken): &(&Planned, Option<&Broken>)| {
         let own = blank(chart, run);
         let Some(broken) = broken else { return own };
@@ -172,21 +188,75 @@ fn scenes(
             standard: own.standard,
             ..broken.row.clone()
         };
-        // The finest is held against its other seeds: how far chance alone carries.
-        let others = finest.iter().filter(|(seed, _)| run.option != FINEST || *seed != run.seed);
-        let reference: Vec<f64> = others.flat_map(|(_, broken)| of_objects(broken)).collect();
-        if row.status == "ok" {
-            weighed(chart, &mut row, mass_distance(&of_objects(broken), &reference));
+        if row.status != "ok" {
+            return row;
         }
+        let value = if run.option == FINEST {
+            let at = finest.iter().position(|(seed, _)| *seed == run.seed);
+            halves(&masses, at.unwrap_or_default())
+        } else {
+            let point = |one: &&(&Planned, Option<&Broken>)| {
+                one.0.option == run.option && one.0.along == run.along && good(&one.1)
+            };
+            let seeds: Vec<(u64, Vec<Part>)> = all
+                .iter()
+                .filter(point)
+                .filter_map(|one| Some((one.0.seed, of_objects(one.1?))))
+                .collect();
+            let at = seeds.iter().position(|(seed, _)| *seed == run.seed);
+            let seeds: Vec<Vec<Part>> = seeds.into_iter().map(|one| one.1).collect();
+            let number = |parts: &[Part]| match laws {
+                true => mott(parts),
+                false => mass_distance(&plain(parts), &reference),
+            };
+            pooled(&seeds, &number, at.unwrap_or_default())
+        };
+        weighed(chart, &mut row, value);
         row
     };
     all.iter().map(row).collect()
 }
 
+fn plain(parts: &[Part]) -> Vec<f64> {
+    parts.iter().map(|part| part.mass).collect()
+}
+
+/// Kolmogorov's distance of the pieces that a solve resolved from Mott's law fitted to them; not a
+/// number of fewer than three.
+fn mott(parts: &[Part]) -> f64 {
+    let broken: Vec<Part> = parts.iter().filter(|part| part.broken).cloned().collect();
+    let least = RESOLVED_CELLS * broken.iter().map(|part| part.cell).fold(0.0, f64::max);
+    fit(&plain(&broken), least).map_or(f64::NAN, |fits| fits.mott.distance)
+}
+
+/// What a seed adds to a number of all seeds together, such that the mean over them is that number
+/// and their scatter is the jackknife's: D + (n − 1)(D̄ − Dᵢ), with Dᵢ that of all others.
+fn pooled<T: Clone>(seeds: &[Vec<T>], number: &dyn Fn(&[T]) -> f64, at: usize) -> f64 {
+    let of = |left: Option<usize>| {
+        let kept = seeds.iter().enumerate().filter(|(k, _)| Some(*k) != left);
+        number(&kept.flat_map(|(_, list)| list).cloned().collect::<Vec<T>>())
+    };
+    let n = seeds.len();
+    if n < 2 {
+        return of(None);
+    }
+    let mean = (0..n).map(|k| of(Some(k))).sum::<f64>() / n as f64;
+    of(None) + (n - 1) as f64 * (mean - of(Some(at)))
+}
+
+/// The distance of two halves of the seeds, the first one beginning at one of them: how far chance
+/// alone carries. Not a number of one seed.
+fn halves(seeds: &[Vec<f64>], at: usize) -> f64 {
+    let n = seeds.len();
+    let half = |from: usize, count: usize| -> Vec<f64> {
+        (0..count).flat_map(|k| seeds[(at + from + k) % n].iter().copied()).collect()
+    };
+    mass_distance(&half(0, n / 2), &half(n / 2, n - n / 2))
+}
+
 /// Runs a scene with one worker of one thread, in a folder that goes again.
 fn scene(chart: &Chart, run: &Planned, limits: &Limits) -> Broken {
     let mut row = blank(chart, run);
-    row.metric = MASSES.to_owned();
     row.precision = "double".to_owned();
     row.threads = 1;
     let (Work::Scene(path, overrides), Ok(folder)) = (&run.work, tempfile::tempdir()) else {
@@ -221,15 +291,26 @@ fn scene(chart: &Chart, run: &Planned, limits: &Limits) -> Broken {
 }
 
 /// What broke no further, whole bodies with it.
-fn parts_of(recording: &Recording) -> Vec<(String, bool, f64)> {
+fn parts_of(recording: &Recording) -> Vec<Part> {
     let broken: BTreeSet<u64> = recording
         .events
         .iter()
         .filter(|event| event.kind() == EventKind::Fractured)
         .filter_map(|event| event.body)
         .collect();
+    let spacing: BTreeMap<u64, f64> =
+        recording.reports.iter().map(|report| (report.body, report.spacing)).collect();
     let left = recording.bodies.iter().filter(|body| !broken.contains(&body.id));
-    left.map(|body| (body.object.clone(), body.generation > 0, body.mass)).collect()
+    left.map(|body| {
+        let h = body.parent.and_then(|parent| spacing.get(&parent)).copied().unwrap_or(0.0);
+        Part {
+            object: body.object.clone(),
+            broken: body.generation > 0,
+            mass: body.mass,
+            cell: h * h * h * body.mass / body.volume,
+        }
+    })
+    .collect()
 }
 
 /// One word for how a run of a scene ended.
@@ -280,4 +361,51 @@ fn spent() -> f64 {
     let fields: Vec<f64> = rest.split_whitespace().map(|f| f.parse().unwrap_or(0.0)).collect();
     // After the name: the state, twelve more, then user and system time of children, in 1/100 s.
     fields.get(13..15).map_or(0.0, |times| times.iter().sum::<f64>() / 100.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Part, halves, mott, pooled};
+    use crate::bench::frontier::stats::mass_distance;
+
+    /// Single seeds of wholes and halves are far from the mixture; together they are it.
+    #[test]
+    fn seeds_are_pooled_before_they_are_compared() {
+        let seeds = vec![vec![1.0], vec![0.5, 0.5], vec![1.0], vec![0.5, 0.5]];
+        let reference = seeds.concat();
+        assert!(mass_distance(&seeds[0], &reference) > 0.3);
+        let to = |masses: &[f64]| mass_distance(masses, &reference);
+        let each: Vec<f64> = (0..4).map(|k| pooled(&seeds, &to, k)).collect();
+        assert!(each.iter().sum::<f64>().abs() < 1e-12, "{each:?}");
+        // The mean is the distance of the pool, whatever the seeds scatter.
+        let other = vec![vec![1.0], vec![1.0], vec![0.25; 4]];
+        let mean = (0..3).map(|k| pooled(&other, &to, k)).sum::<f64>() / 3.0;
+        assert!((mean - mass_distance(&other.concat(), &reference)).abs() < 1e-12);
+        assert_eq!(pooled(&other[..1], &to, 0), mass_distance(&other[0], &reference));
+    }
+
+    /// Masses at even quantiles of Mott's law are at it; crumbs and wholes do not count.
+    #[test]
+    fn resolved_pieces_are_held_against_motts_law() {
+        let part =
+            |mass: f64, broken: bool| Part { object: "ball".to_owned(), broken, mass, cell: 1e-6 };
+        let law = |k: i32| (8e-3 - 0.02 * libm::log(1.0 - (f64::from(k) + 0.5) / 200.0)).powi(2);
+        let mut parts: Vec<Part> = (0..200).map(|k| part(law(k), true)).collect();
+        let own = mott(&parts);
+        assert!(own < 0.02, "{own}");
+        parts.extend((0..100).map(|_| part(6.3e-5, true)));
+        parts.extend((0..100).map(|_| part(1.0, false)));
+        assert!((mott(&parts) - own).abs() < 1e-12);
+        let even: Vec<Part> = (0..50).map(|k| part(1e-3 + 1e-6 * f64::from(k), true)).collect();
+        assert!(mott(&even) > 0.2 && mott(&even[..2]).is_nan(), "{}", mott(&even));
+    }
+
+    #[test]
+    fn halves_of_an_ensemble_tell_what_chance_does() {
+        let seeds = vec![vec![1.0], vec![1.0], vec![0.5, 0.5], vec![0.5, 0.5]];
+        // Wholes against halves, then one of each against one of each.
+        assert_eq!(halves(&seeds, 0), 1.0);
+        assert_eq!(halves(&seeds, 1), 0.0);
+        assert!(halves(&seeds[..1], 0).is_nan() && halves(&[], 0).is_nan());
+    }
 }

@@ -13,14 +13,20 @@ use std::sync::OnceLock;
 /// Least seeds of an ensemble: fewer say nothing of a chaotic outcome (F78).
 pub const LEAST_SEEDS: u32 = 8;
 
+/// The same of a scene, which may break many bodies at once and whose masses are put together.
+const LEAST_OF_SCENE: u32 = 4;
+
 /// Values along a curve, and seeds, of a quick run.
 const QUICK: (usize, u32) = (2, 2);
 
 /// The name of the curve that a scene's runs are held against.
 pub const FINEST: &str = "finest";
 
-/// What a scene's charts measure.
+/// What a scene's charts measure: how far masses are from those of the run [`FINEST`].
 pub const MASSES: &str = "mass distance";
+
+/// Or how far the resolved ones are from Mott's law (G2).
+pub(super) const MOTT: &str = "KS of Mott's law";
 
 /// What a run solves.
 #[derive(Clone, Debug)]
@@ -159,8 +165,9 @@ impl Desk<'_> {
 
     fn chart(&mut self, form: &ChartForm, at: &str) -> Option<Chart> {
         let before = self.errors.len();
-        if (2..LEAST_SEEDS).contains(&form.seeds) {
-            let message = format!("must be 1, or at least {LEAST_SEEDS}; it is {}", form.seeds);
+        let least = if form.scene.is_some() { LEAST_OF_SCENE } else { LEAST_SEEDS };
+        if (2..least).contains(&form.seeds) {
+            let message = format!("must be 1, or at least {least}; it is {}", form.seeds);
             self.wrong(&format!("{at}.seeds"), message);
         }
         let (mut chart, file) = match (&form.specimen, &form.scene) {
@@ -174,7 +181,7 @@ impl Desk<'_> {
         for curve in self.curves(form, at) {
             self.runs(form, &curve, &file, &mut chart.runs);
         }
-        if form.scene.is_some() {
+        if form.scene.is_some() && chart.metric == MASSES {
             let set = [&form.set[..], &form.finest[..]].concat();
             let standard = form.finest.is_empty() && form.default.is_none();
             for seed in 1..=self.seeds(form) {
@@ -238,11 +245,17 @@ impl Desk<'_> {
     }
 
     fn scene(&mut self, form: &ChartForm, at: &str, file: &Path) -> Option<(Chart, PathBuf)> {
-        for (key, given) in [
-            ("metric", form.metric.is_some()),
-            ("reference", form.reference.is_some()),
-            ("scale", form.scale.is_some()),
-        ] {
+        let metric = form.metric.as_deref().unwrap_or(MASSES);
+        if ![MASSES, MOTT].contains(&metric) {
+            let message = format!("of a scene it is \"{MASSES}\" or \"{MOTT}\", not \"{metric}\"");
+            self.wrong(&format!("{at}.metric"), message);
+        }
+        if metric == MOTT && !form.finest.is_empty() {
+            self.wrong(&format!("{at}.{FINEST}"), "Mott's law needs no run to be held against");
+        }
+        for (key, given) in
+            [("reference", form.reference.is_some()), ("scale", form.scale.is_some())]
+        {
             if given {
                 self.wrong(&format!("{at}.{key}"), format!("`{key}` is for specimens"));
             }
@@ -260,11 +273,12 @@ impl Desk<'_> {
             self.wrong(&format!("{at}.object"), format!("the scene has no body \"{object}\""));
         }
         let own = match form.finest.is_empty() {
+            _ if metric == MOTT => "fitted to pieces of at least 64 cells".to_owned(),
             true => "its own run as it is".to_owned(),
             false => format!("its own run with {}", form.finest.join(" ")),
         };
         let source = form.source.clone().unwrap_or(own);
-        let (metric, scale) = (MASSES.to_owned(), 1.0);
+        let (metric, scale) = (metric.to_owned(), 1.0);
         let chart = Chart { bench: scene.name, metric, source, scale, ..empty(form) };
         Some((chart, file.to_owned()))
     }

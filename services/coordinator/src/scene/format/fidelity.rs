@@ -5,7 +5,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// How true and how dear solves should be: each hit then gets the spacing that this needs, and no
-/// finer. Without any of these values `fracture.max_particles` decides.
+/// finer; a third of a hit's energy must be enough for its smallest section. Without any of these
+/// values `fracture.max_particles` decides.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fidelity {
@@ -20,6 +21,10 @@ pub struct Fidelity {
     /// The smallest fragment wanted: four cells across it \[m\].
     #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
     pub smallest: Option<f64>,
+    /// What a pixel of the picture covers where the bodies are: nothing finer than a quarter of
+    /// two pixels is resolved, and bodies whose halves are smaller get geometric pieces \[m\].
+    #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
+    pub pixel: Option<f64>,
 }
 
 impl Fidelity {

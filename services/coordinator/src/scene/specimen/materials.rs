@@ -8,13 +8,10 @@ use super::format::Document;
 use super::resolve::{Desk, Use, item, path};
 use cullet_proto::Material;
 use cullet_proto::specimen as wire;
-use cullet_proto::strength::Strength;
+use cullet_proto::strength::{EVEN, Strength};
 
 /// Strength and fracture energy of a material that cannot break and gives none.
 const UNBREAKABLE: (f64, f64) = (1e-3, 1e3);
-
-/// Weibull modulus of a material without flaws \[1\].
-const EVEN: f64 = 1e3;
 
 fn below(path: &[Step], name: &str) -> Path {
     let mut longer = path.to_vec();

@@ -1,0 +1,109 @@
+//! Second tries and detectors, with steps that no problem can ask for.
+
+use super::Brittle;
+use crate::solver::{Failure, Fracture, Impact, Problem, Progress, Settings, Solver};
+use crate::{Material, StrengthField};
+use cullet_geometry::{Solid, Vec3, shapes};
+use std::sync::Arc;
+
+const PLASTER: Material = Material {
+    density: 1100.0,
+    young: 4e9,
+    poisson: 0.2,
+    failure_stress: 2e6,
+    fracture_energy: 10.0,
+};
+
+/// A bar of 20 × 5 × 5 cm that is hit on its end.
+fn struck(material: Material) -> Brittle {
+    let size = Vec3::new(0.2, 0.05, 0.05);
+    let mesh = shapes::cuboid(size, shapes::Detail::default()).expect("a bar");
+    let impact = Impact {
+        point: Vec3::new(-0.1, 0.0, 0.0),
+        normal: Vec3::x(),
+        impulse: 0.2,
+        duration: 5e-5,
+        radius: 0.01,
+        energy: 0.5,
+        closing_speed: 5.0,
+        crushing_pressure: 1e12,
+    };
+    let settings = Settings { spacing: Some(0.01), ..Settings::default() };
+    let solid = Arc::new(Solid::outer(mesh));
+    let (impacts, supports, spin) = (vec![impact], Vec::new(), Vec3::zeros());
+    let strength = StrengthField::default();
+    let problem = Problem { solid, material, strength, impacts, supports, spin, settings, seed: 1 };
+    Brittle::begin(problem).expect("a solve")
+}
+
+fn end(mut solve: Brittle) -> Result<Box<Fracture>, Failure> {
+    loop {
+        match solve.advance() {
+            Progress::Running(_) => {}
+            Progress::Done(fracture) => return Ok(fracture),
+            Progress::Failed(failure) => return Err(failure),
+        }
+    }
+}
+
+fn told(fracture: &Fracture, what: &str) -> bool {
+    fracture.report.warnings.iter().any(|line| line.contains(what))
+}
+
+/// F76: a step beyond its bound ends as unstable; the second try has half of the one that should
+/// have held, and says so.
+#[test]
+fn an_unstable_solve_is_tried_again_with_half_the_step() {
+    let good = end(struck(PLASTER)).expect("it holds");
+    assert!(!told(&good, "(F76)"), "{:?}", good.report.warnings);
+    let mut wild = struck(PLASTER);
+    let step = wild.domain.step;
+    wild.domain.step *= 2.5;
+    let again = end(wild).expect("the second try holds");
+    assert!(told(&again, &format!("steps of {:.3e} s (F76)", 0.5 * step)), "{:?}", again.report);
+    assert!(again.report.steps > good.report.steps * 3 / 2, "{} steps", again.report.steps);
+    // Where no try is left the failure is told.
+    let mut last = struck(PLASTER);
+    last.halvings = super::HALVINGS;
+    last.domain.step *= 2.5;
+    assert!(matches!(end(last), Err(Failure::Unstable { .. } | Failure::NotFinite { .. })));
+}
+
+/// F06: a point that broke before the wave from the contact can have come to it is told; one that
+/// broke when the wave was there, or beside the contact, is not.
+#[test]
+fn what_breaks_ahead_of_sound_is_told() {
+    let mut solve = struck(PLASTER);
+    let far = solve.domain.particles.reference.iter().position(|x| x.x > 0.09).expect("an end");
+    let near = solve.domain.particles.reference.iter().position(|x| x.x < -0.09).expect("an end");
+    for p in [near, far] {
+        solve.domain.particles.damage[p] = 1.0;
+        solve.domain.particles.damage_time[p] = 1e-5;
+    }
+    // 19 cm away, less the disc of 2 cells, three cells and 1.1 times the way of 10 µs.
+    let x = solve.domain.particles.reference[far] - solve.loads[0].point;
+    let lead = x.norm() - 0.02 - 0.03 - 1.1e-5 * PLASTER.pressure_speed();
+    let found = solve.ahead();
+    assert!(found.0 == 1 && (found.1 - lead).abs() < 1e-9 && lead > 0.05, "{found:?}, {lead}");
+    let report = solve.report(&[]);
+    assert!(report.warnings.iter().any(|line| line.contains("(F06)")), "{:?}", report.warnings);
+    solve.domain.particles.damage_time[far] = 0.2 / PLASTER.pressure_speed();
+    assert_eq!(solve.ahead(), (0, 0.0));
+}
+
+/// F22: faces in the grid's planes are told with how often, faces of all directions are not.
+#[test]
+fn faces_that_lie_along_the_grid_are_told() {
+    let cracked = |mesh: cullet_geometry::TriMesh| {
+        let surface = vec![cullet_geometry::Surface::crack(0.0); mesh.triangles.len()];
+        Solid { surface, ..Solid::outer(mesh) }
+    };
+    let size = Vec3::repeat(0.1);
+    let cube = cracked(shapes::cuboid(size, shapes::Detail::default()).expect("a cube"));
+    let told = super::warnings::lean([&cube].into_iter()).expect("it leans");
+    // 1 / 3 (1 − cos 10°).
+    assert!(told.contains("21.9 times as often as chance (F22)"), "{told}");
+    let ball = cracked(shapes::sphere(0.1, shapes::Detail::default()).expect("a ball"));
+    assert_eq!(super::warnings::lean([&ball].into_iter()), None);
+    assert_eq!(super::warnings::lean([&Solid::outer(cube.mesh)].into_iter()), None);
+}
