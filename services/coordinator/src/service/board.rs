@@ -201,15 +201,15 @@ impl Board {
     /// The run whose turn it is: the highest priority, with what waiting adds to it; then whose
     /// user has the fewest going on; then the oldest.
     pub(super) fn next(&self, now: u64) -> Option<&Entry> {
-        let busy = |user: &str| {
-            let going = |e: &&Entry| e.state == State::Running && e.order.user == user;
-            self.entries().filter(going).count()
-        };
+        let mut busy: BTreeMap<&str, usize> = BTreeMap::new();
+        for entry in self.entries().filter(|entry| entry.state == State::Running) {
+            *busy.entry(entry.order.user.as_str()).or_default() += 1;
+        }
         let queued = self.entries().filter(|entry| entry.state == State::Queued);
         queued.min_by_key(|entry| {
             let waited = now.saturating_sub(entry.order.at) / AGEING_MS;
             let rank = i64::from(entry.order.priority).saturating_add_unsigned(waited);
-            (-rank, busy(&entry.order.user), entry.run)
+            (-rank, busy.get(entry.order.user.as_str()).copied().unwrap_or(0), entry.run)
         })
     }
 
