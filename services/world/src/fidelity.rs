@@ -201,7 +201,6 @@ pub fn plan(
     }
     let bending = body.depth / THICKNESS_CELLS;
     wanted.push((bending, Bound::Thickness));
-    // The finest that anything needs, then the coarsest that anything imposes.
     let finest = |a: (f64, Bound), b: (f64, Bound)| if b.0 < a.0 { b } else { a };
     let spacing = wanted.into_iter().fold((f64::INFINITY, Bound::Points), finest);
     let budget = need.budget.map(|budget| {
@@ -209,10 +208,9 @@ pub fn plan(
         ((unit / budget).sqrt().sqrt(), Bound::Budget)
     });
     let pixel = need.pixel.map(|pixel| (SEEN * pixel / FRAGMENT_CELLS, Bound::Pixel));
-    let parent = Some((frame.finest, Bound::Parent));
-    let imposed = [Some((most, Bound::Points)), budget, parent, pixel];
+    let rest = [(most, Bound::Points), (frame.finest, Bound::Parent)];
     let coarsest = |a: (f64, Bound), b: (f64, Bound)| if b.0 > a.0 { b } else { a };
-    let (spacing, bound) = imposed.into_iter().flatten().fold(spacing, coarsest);
+    let (spacing, bound) = rest.into_iter().chain(budget).chain(pixel).fold(spacing, coarsest);
     let cells = body.volume / (spacing * spacing * spacing);
     if cells < LEAST_CELLS {
         return Err(Reason::Cells { cells, limit: LEAST_CELLS, spacing });

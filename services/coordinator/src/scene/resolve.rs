@@ -416,8 +416,8 @@ impl Builder<'_> {
     }
 }
 
-/// What a body's own weight and spin do to it, where they alone reach its strength: σ_f below ρgL or
-/// ρv² of its rim (F02).
+/// What a body's own weight or spin does to it, where that alone reaches its strength: σ_f below
+/// ρgL, or ρv² of its rim (F02).
 fn own_load(body: &SceneBody, gravity: &[f64; 3]) -> Option<String> {
     if body.fixed || !body.breakable {
         return None;

@@ -178,7 +178,6 @@ fn scenes(
         broken.parts.iter().filter(its).cloned().collect()
     };
     let masses: Vec<Vec<f64>> = finest.iter().map(|one| plain(&of_objects(one.1))).collect();
-    let reference = masses.concat();
     let row = |(run, broken): &(&Planned, Option<&Broken>)| {
         let own = blank(chart, run);
         let Some(broken) = broken else { return own };
@@ -188,10 +187,9 @@ fn scenes(
             standard: own.standard,
             ..broken.row.clone()
         };
-        if row.status != "ok" {
-            return row;
-        }
-        let value = if run.option == FINEST {
+        let value = if row.status != "ok" {
+            f64::NAN
+        } else if run.option == FINEST {
             let at = finest.iter().position(|(seed, _)| *seed == run.seed);
             halves(&masses, at.unwrap_or_default())
         } else {
@@ -204,10 +202,10 @@ fn scenes(
                 .filter_map(|one| Some((one.0.seed, of_objects(one.1?))))
                 .collect();
             let at = seeds.iter().position(|(seed, _)| *seed == run.seed);
-            let seeds: Vec<Vec<Part>> = seeds.into_iter().map(|one| one.1).collect();
+            let seeds: Vec<_> = seeds.into_iter().map(|one| one.1).collect();
             let number = |parts: &[Part]| match laws {
                 true => mott(parts),
-                false => mass_distance(&plain(parts), &reference),
+                false => mass_distance(&plain(parts), &masses.concat()),
             };
             pooled(&seeds, &number, at.unwrap_or_default())
         };
