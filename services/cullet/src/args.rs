@@ -1,5 +1,9 @@
 //! What a person types.
 
+mod farm;
+
+pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, Place, Ps, Submit};
+
 use clap::{Args, Parser, Subcommand};
 use cullet_coordinator::bench::Sweep;
 use cullet_coordinator::record;
@@ -287,117 +291,6 @@ pub(crate) struct Worker {
     pub(crate) parent_watch: bool,
     #[command(flatten)]
     pub(crate) voice: Voice,
-}
-
-/// Where the coordinator is, and who asks.
-#[derive(Debug, Args)]
-pub(crate) struct Place {
-    /// Zenoh endpoint of the coordinator
-    #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", value_parser = endpoint)]
-    pub(crate) connect: String,
-    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS; --user is the certificate's name
-    #[arg(long, value_name = "DIR", env = "CULLET_TLS")]
-    pub(crate) tls: Option<PathBuf>,
-    /// Name of who asks: runs of different users share the workers evenly
-    #[arg(
-        long,
-        value_name = "NAME",
-        env = "CULLET_USER",
-        default_value = "user",
-        value_parser = name
-    )]
-    pub(crate) user: String,
-    /// How long to look for the coordinator, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = moment)]
-    pub(crate) patience: f64,
-    /// Print as JSON on standard output
-    #[arg(long)]
-    pub(crate) json: bool,
-    #[command(flatten)]
-    pub(crate) voice: Voice,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Submit {
-    #[command(flatten)]
-    pub(crate) scene: SceneArgs,
-    #[command(flatten)]
-    pub(crate) place: Place,
-    /// Higher ones go first, -100 to 100
-    #[arg(long, default_value_t = 0, allow_hyphen_values = true)]
-    pub(crate) priority: i32,
-    /// Print the run's number and leave; see `watch`, `wait` and `fetch`
-    #[arg(long, conflicts_with_all = ["watch", "out"])]
-    pub(crate) detach: bool,
-    /// Show how far it is while it runs, as `watch` does
-    #[arg(long)]
-    pub(crate) watch: bool,
-    /// Where to put what the run produced [default: runs/SCENE-N]
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-}
-
-/// A run at a coordinator.
-#[derive(Debug, Args)]
-pub(crate) struct OfRun {
-    /// Its number, as `submit` and `ps` tell it
-    #[arg(value_name = "RUN")]
-    pub(crate) run: u64,
-    #[command(flatten)]
-    pub(crate) place: Place,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Ps {
-    #[command(flatten)]
-    pub(crate) place: Place,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Fetch {
-    #[command(flatten)]
-    pub(crate) of: OfRun,
-    /// Follow it to its end first
-    #[arg(long)]
-    pub(crate) follow: bool,
-    /// Where to put what the run produced [default: runs/SCENE-N]
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Doctor {
-    /// Zenoh endpoint of a coordinator; without one only this machine is looked at
-    #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", value_parser = endpoint)]
-    pub(crate) connect: Option<String>,
-    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS; --user is the certificate's name
-    #[arg(long, value_name = "DIR", env = "CULLET_TLS")]
-    pub(crate) tls: Option<PathBuf>,
-    /// Name of who asks
-    #[arg(
-        long,
-        value_name = "NAME",
-        env = "CULLET_USER",
-        default_value = "doctor",
-        value_parser = name
-    )]
-    pub(crate) user: String,
-    /// Folder whose disk is looked at
-    #[arg(long, value_name = "DIR", default_value = ".")]
-    pub(crate) disk: PathBuf,
-    /// Print as JSON on standard output
-    #[arg(long)]
-    pub(crate) json: bool,
-    #[command(flatten)]
-    pub(crate) voice: Voice,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Drain {
-    /// The worker's name, as `workers` tells it
-    pub(crate) worker: String,
-    #[command(flatten)]
-    pub(crate) place: Place,
 }
 
 #[derive(Debug, Args)]

@@ -140,8 +140,8 @@ pub struct GateLimits {
 }
 
 /// η of scenes that ask for a fidelity \[1\]: the upper end of the catalogue's 0.05 to 0.3
-/// [Gate 1]. Of what breaks in `scenes/wall` and the other scenes, none paid more than 0.28 of its
-/// hit for cracks, and what broke had at least 8 times the energy of its smallest section.
+/// [Gate 1]. Bricks of `scenes/wall` that broke had at least 8 times the energy of their smallest
+/// section; other scenes were not counted.
 const FITTED: f64 = 0.3;
 
 impl GateLimits {

@@ -392,7 +392,7 @@ fn a_body_too_weak_for_its_weight_or_spin_is_told() {
     let file = folder.path().join("scene.toml");
     let scene = |height: &str, spin: &str| {
         let text = format!(
-            "[material.mud]\ndensity = 1500\nyoung = \"50 MPa\"\npoisson = 0.3\n\
+            "[[material]]\nname = \"mud\"\ndensity = 1500\nyoung = \"50 MPa\"\npoisson = 0.3\n\
              strength = \"20 kPa\"\nfracture_energy = 1\nrestitution = 0.1\nfriction = 0.5\n\
              [[body]]\nname = \"tower\"\nshape = {{ kind = \"box\", size = [1, 1, {height}] }}\n\
              position = [0, 0, 30]\nspin = [0, 0, {spin}]\nmaterial = \"mud\"\n"

@@ -16,8 +16,8 @@ const LEAST_CELLS: f64 = 3.0;
 const STRENGTH_RANGE: (f64, f64) = (1e-5, 1e-1);
 
 /// Poisson's ratio \[1\]: towards ½ pressure waves have no bound; towards −1 a solid resists every
-/// shear and no change of volume, and the law's volume term grows without bound as it swells.
-const POISSON_RANGE: (f64, f64) = (-0.9, 0.49);
+/// shear and no change of volume, and a hard blow ends unstable.
+pub(crate) const POISSON_RANGE: (f64, f64) = (-0.5, 0.49);
 
 /// Cells that a flat body gets across its thickness: three, and a margin for how that is measured.
 const FLAT_CELLS: f64 = 3.3;

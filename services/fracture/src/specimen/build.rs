@@ -70,7 +70,7 @@ pub(super) fn check(specimen: &Specimen) -> Result<(), Refusal> {
     for m in materials(specimen) {
         door::within("density [kg/m^3]", m.density, 1e-3, 1e6)?;
         door::within("Young's modulus [Pa]", m.young, 1.0, 1e14)?;
-        door::within("Poisson's ratio", m.poisson, -0.9, 0.49)?;
+        door::within("Poisson's ratio", m.poisson, door::POISSON_RANGE.0, door::POISSON_RANGE.1)?;
         if s.breaks {
             let ratio = m.failure_stress / m.young;
             door::within("fracture energy [J/m^2]", m.fracture_energy, 1e-9, 1e12)?;

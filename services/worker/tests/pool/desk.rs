@@ -20,7 +20,7 @@ duration = 0.02
 name = "ball"
 shape = { kind = "sphere", radius = 0.1 }
 position = [0.0, 0.0, 1.0]
-material = "glass"
+material = "soda-lime-glass"
 "#;
 
 fn bundle(extra: usize) -> Bundle {

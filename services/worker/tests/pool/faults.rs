@@ -54,7 +54,7 @@ fn a_job_that_kills_its_workers_is_abandoned_and_the_others_settle() {
 
 #[test]
 fn a_crash_a_hang_and_a_hoard_end_the_job_process_and_never_its_supervisor() {
-    let timing = Timing { hard: 1_000, ..Timing::test() };
+    let timing = Timing { hard: 4_000, ..Timing::test() };
     let pool = with_processes_of(1, timing);
     let run = pool.run(Share::default());
     wait_for("a worker", || pool.stats().workers == 1);
