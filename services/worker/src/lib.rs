@@ -23,6 +23,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 pub use convert::{fracture_of, problem_of, solvers};
 pub use job::{JobCommand, serve_jobs};
@@ -123,10 +124,11 @@ pub fn run(config: WorkerConfig) -> Result<(), WorkerError> {
 /// # Errors
 /// As [`run`].
 pub fn run_with(config: WorkerConfig, solve: SolveFn) -> Result<(), WorkerError> {
+    let orphaned = Arc::<AtomicBool>::default();
     if config.parent_watch {
-        watch_parent(Arc::clone(&config.stop));
+        watch_parent(Arc::clone(&config.stop), Arc::clone(&orphaned));
     }
-    if let Some(supervisor) = supervisor::Supervisor::open(config, solve)? {
+    if let Some(supervisor) = supervisor::Supervisor::open(config, solve, orphaned)? {
         supervisor.work();
     }
     Ok(())
@@ -162,14 +164,19 @@ pub fn replay(path: &Path, threads: usize) -> std::io::Result<(JobId, Verdict)> 
     }
 }
 
+/// How long a worker whose parent is gone may take to end its job process.
+const ORPHANED: Duration = Duration::from_secs(1);
+
 /// The parent holds the other end of our standard input and never writes: reading ends when the
-/// parent does. First a wish to stop, then, as a job may be anywhere, the end.
-fn watch_parent(stop: Arc<AtomicBool>) {
+/// parent does, or lets us go. Nothing is given back then, for nobody is there to take it.
+fn watch_parent(stop: Arc<AtomicBool>, orphaned: Arc<AtomicBool>) {
     std::thread::spawn(move || {
         let mut sink = [0; 64];
         let mut input = std::io::stdin().lock();
         while input.read(&mut sink).is_ok_and(|count| count > 0) {}
+        orphaned.store(true, Ordering::Relaxed);
         stop.store(true, Ordering::Relaxed);
+        std::thread::sleep(ORPHANED);
         std::process::exit(0);
     });
 }

@@ -15,7 +15,7 @@ use cullet_proto::ids::digest;
 use cullet_proto::pool::Grant;
 use rayon::ThreadPool;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -53,11 +53,19 @@ pub(crate) struct Supervisor {
     overdue: Option<(Epoch, Instant)>,
     /// What a thread of ours solves; zero: nothing.
     busy: Arc<AtomicU64>,
+    /// The thread that does jobs.
+    worker: Thread,
+    /// Whether the process that started this one has gone or let it go.
+    orphaned: Arc<AtomicBool>,
 }
 
 impl Supervisor {
     /// Waits for the coordinator; nothing if it is to stop before.
-    pub(crate) fn open(config: WorkerConfig, solve: SolveFn) -> Result<Option<Self>, WorkerError> {
+    pub(crate) fn open(
+        config: WorkerConfig,
+        solve: SolveFn,
+        orphaned: Arc<AtomicBool>,
+    ) -> Result<Option<Self>, WorkerError> {
         let place = match &config.job {
             Some(command) => Place::Process(JobProcess::new(command.clone())),
             None => Place::Thread(solve, start_threads(config.threads)?),
@@ -82,7 +90,7 @@ impl Supervisor {
         let (tasks, queue) = channel();
         let busy = Arc::<AtomicU64>::default();
         let mark = Arc::clone(&busy);
-        start("cullet-job", move || work(place, &queue, &say, &mark))?;
+        let worker = start("cullet-job", move || work(place, &queue, &say, &mark))?;
         Ok(Some(Self {
             config,
             hand: Hand::default(),
@@ -99,6 +107,8 @@ impl Supervisor {
             watch: Watch::default(),
             overdue: None,
             busy,
+            worker,
+            orphaned,
         }))
     }
 
@@ -106,7 +116,7 @@ impl Supervisor {
     pub(crate) fn work(mut self) {
         let mut quitting = false;
         self.step(Heard::Begin);
-        while !self.hand.left() {
+        while !self.hand.left() && !self.orphaned.load(Ordering::Relaxed) {
             if !quitting && self.config.stop.load(Ordering::Relaxed) {
                 quitting = true;
                 self.step(Heard::Quit);
@@ -120,9 +130,15 @@ impl Supervisor {
             }
             self.look_at_overdue();
         }
-        let Self { orders, renewals, tasks, line, .. } = self;
+        let Self { orders, renewals, tasks, line, worker, watch, orphaned, .. } = self;
         drop((orders, renewals, tasks));
-        line.close();
+        if orphaned.load(Ordering::Relaxed) {
+            // The job process is waited for, so that what it cost is counted as ours.
+            watch.cancel();
+            let _panicked = worker.join();
+        } else {
+            line.close();
+        }
     }
 
     fn now(&self) -> Millis {
@@ -205,9 +221,11 @@ impl Supervisor {
     }
 }
 
-fn start(name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), WorkerError> {
+type Thread = thread::JoinHandle<()>;
+
+fn start(name: &str, run: impl FnOnce() + Send + 'static) -> Result<Thread, WorkerError> {
     let spawned = thread::Builder::new().name(name.into()).spawn(run);
-    spawned.map(drop).map_err(|e| WorkerError::Threads { threads: 1, text: e.to_string() })
+    spawned.map_err(|e| WorkerError::Threads { threads: 1, text: e.to_string() })
 }
 
 /// Says how far jobs are; hears whether they are wanted.

@@ -16,6 +16,9 @@ const EARLY: Duration = Duration::from_secs(10);
 /// the next one would end too.
 const MAX_STILLBORN: u32 = 6;
 
+/// How long a process that is let go may take to end.
+const LET_GO: Duration = Duration::from_millis(1500);
+
 /// Worker processes to keep.
 #[derive(Clone, Debug)]
 pub struct SpawnConfig {
@@ -192,9 +195,21 @@ impl Slot {
 }
 
 impl Drop for Children {
-    /// Leaves no process behind.
+    /// Leaves no process behind. Each is let go by the end of its input, so that it waits for its
+    /// job process and what that cost is counted as ours; what does not end by itself is killed.
     fn drop(&mut self) {
         let mut children: Vec<_> = self.slots.iter_mut().filter_map(|s| s.child.take()).collect();
+        for child in &mut children {
+            drop(child.stdin.take());
+        }
+        let since = Instant::now();
+        while since.elapsed() < LET_GO {
+            children.retain_mut(|child| !matches!(child.try_wait(), Ok(Some(_))));
+            if children.is_empty() {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
         for child in &mut children {
             let _ended_already = child.kill();
         }
