@@ -12,7 +12,7 @@ use crate::{EXIT_WEDGED, WorkerConfig, WorkerError, start_threads};
 use cullet_dispatch::{Act, Digest, Epoch, Hand, Heard, Job, Millis, Question, Trouble};
 use cullet_proto::SessionId;
 use cullet_proto::ids::digest;
-use cullet_proto::pool::Grant;
+use cullet_proto::pool::{Grant, OVERDUE};
 use rayon::ThreadPool;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -199,7 +199,7 @@ impl Supervisor {
                 self.watch.cancel();
                 // Only the clock kills at the limit.
                 if heard == Heard::Tick {
-                    self.text = "over the hard limit".to_owned();
+                    self.text = OVERDUE.to_owned();
                     self.overdue = Some((epoch, Instant::now()));
                 }
             }

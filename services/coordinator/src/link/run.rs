@@ -3,7 +3,8 @@
 use super::Settlement;
 use super::shell::{Input, Listener};
 use cullet_dispatch::{Counts, Event, Run, Share};
-use cullet_proto::{FractureJob, JobId};
+use cullet_proto::specimen::SpecimenJob;
+use cullet_proto::{FractureJob, JobId, WireError};
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -75,7 +76,16 @@ impl RunHandle {
     /// Wants a job done; it settles through [`RunHandle::settled`]. A job over a limit of the wire
     /// settles as abandoned.
     pub fn open(&self, job: &FractureJob) -> JobId {
-        let (id, bytes) = match job.encode() {
+        self.want(job.encode(), job)
+    }
+
+    /// As [`RunHandle::open`], for a specimen.
+    pub fn open_specimen(&self, job: &SpecimenJob) -> JobId {
+        self.want(job.encode(), job)
+    }
+
+    fn want(&self, bytes: Result<Vec<u8>, WireError>, job: &impl std::fmt::Debug) -> JobId {
+        let (id, bytes) = match bytes {
             Ok(bytes) => (JobId::of(&bytes), Ok(bytes)),
             Err(error) => {
                 // It has no encoding to be named by; its debug text is as good.

@@ -11,7 +11,7 @@ use super::roster::Roster;
 use super::{Ending, LinkError, PoolConfig, PoolStats, RunStats, Settlement};
 use cullet_dispatch::{Bound, Digest, Dispatch, Effect, Event, Job, Loss, Millis, Outcome, Prior};
 use cullet_dispatch::{Reason, Receipt, Run, Share, Timing, Verdict as Decision, Worker};
-use cullet_proto::pool::{self, Grant, PollAnswer, RenewAnswer};
+use cullet_proto::pool::{self, Grant, OVERDUE, PollAnswer, RenewAnswer};
 use cullet_proto::{Epoch, JobId, SessionId, Verdict, WorkerId};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -382,6 +382,9 @@ impl Shell {
         let name = self.names.get(&worker).map_or("of unknown name", WorkerId::as_str);
         let line = format!("worker {name}: {loss:?}");
         tracing::warn!("an attempt at job {} is lost: {line}", JobId(job.0).short());
+        if loss == Loss::TooLong {
+            self.ledger.note_trouble(JobId(job.0), OVERDUE);
+        }
         self.ledger.note_attempt(job, &line);
     }
 
@@ -450,7 +453,7 @@ impl Shell {
 
 pub(super) fn outcome_of(verdict: &Verdict) -> Outcome {
     match verdict {
-        Verdict::Broken(_) => Outcome::Broken,
+        Verdict::Broken(_) | Verdict::Measured(_) => Outcome::Broken,
         Verdict::Refused { .. } => Outcome::Refused,
         Verdict::Failed { .. } => Outcome::Failed,
     }
