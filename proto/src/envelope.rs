@@ -36,6 +36,8 @@ pub enum Kind {
     Specimen = 7,
     /// What came out of one.
     SpecimenResult = 8,
+    /// A job without its large parts.
+    Outline = 9,
 }
 
 /// A message: header and bulk in an envelope.

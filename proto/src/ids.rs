@@ -40,7 +40,9 @@ impl fmt::Display for WorkerId {
 }
 
 /// One life of a worker process: drawn at its start, never used again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
 pub struct SessionId(pub u64);
 
 impl fmt::Display for SessionId {
@@ -62,6 +64,19 @@ impl JobId {
     #[must_use]
     pub fn of(encoded: &[u8]) -> Self {
         Self(digest(encoded))
+    }
+
+    /// The id that prints like this.
+    #[must_use]
+    pub fn from_hex(text: &str) -> Option<Self> {
+        let mut bytes = [0; 32];
+        if text.len() != 64 || !text.bytes().all(|b| b.is_ascii_hexdigit()) {
+            return None;
+        }
+        for (byte, at) in bytes.iter_mut().zip((0..64).step_by(2)) {
+            *byte = u8::from_str_radix(&text[at..at + 2], 16).ok()?;
+        }
+        Some(Self(bytes))
     }
 
     /// The first eight hex digits, for people.
@@ -110,5 +125,7 @@ mod tests {
         let id = JobId([0xab; 32]);
         assert_eq!(id.to_string(), "ab".repeat(32));
         assert_eq!(id.short(), "abababab");
+        assert_eq!(JobId::from_hex(&id.to_string()), Some(id));
+        assert_eq!(JobId::from_hex(&"+1".repeat(32)), None);
     }
 }

@@ -7,6 +7,7 @@ use crate::mesh::{self, Slabs};
 use crate::strength::Strength;
 use cullet_geometry::{Solid, Vec3};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Most hits in one job: they travel in the header.
 pub const MAX_IMPACTS: usize = 256;
@@ -222,6 +223,11 @@ impl FractureJob {
     /// # Errors
     /// The limit of the wire that the job breaks.
     pub fn encode(&self) -> Result<Vec<u8>, WireError> {
+        Ok(self.slabs()?.0)
+    }
+
+    /// The canonical bytes, and where in them the mesh and what is painted on one are.
+    pub(crate) fn slabs(&self) -> Result<(Vec<u8>, [Range<usize>; 2]), WireError> {
         let (vertices, triangles) = mesh::counts(&self.solid)?;
         let header = Header {
             solver: self.solver.clone(),
@@ -240,8 +246,12 @@ impl FractureJob {
         header.check()?;
         let mut slabs = Vec::new();
         mesh::put_solid(&mut slabs, &self.solid);
+        let solid = slabs.len();
         self.strength.put(&mut slabs);
-        envelope::seal(Kind::Job, &header, &slabs)
+        let bytes = envelope::seal(Kind::Job, &header, &slabs)?;
+        let first = bytes.len() - slabs.len();
+        let (middle, last) = (first + solid, bytes.len());
+        Ok((bytes, [first..middle, middle..last]))
     }
 
     /// The job in these bytes.

@@ -10,6 +10,8 @@ pub const DEFAULT_COORDINATOR: &str = "main";
 /// What a worker may ask.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WorkerVerb {
+    /// To know it.
+    Hello,
     /// For a job.
     Poll,
     /// To go on.
@@ -68,7 +70,8 @@ pub enum Verb {
     User(WorkerId, UserVerb),
 }
 
-const WORKER_VERBS: [(&str, WorkerVerb); 7] = [
+const WORKER_VERBS: [(&str, WorkerVerb); 8] = [
+    ("hello", WorkerVerb::Hello),
     ("poll", WorkerVerb::Poll),
     ("renew", WorkerVerb::Renew),
     ("fetch", WorkerVerb::Fetch),

@@ -4,9 +4,10 @@
 //! The header of each travels in an [`envelope`]; a chunk's bytes are the bulk behind it. Order of
 //! fields and variants is the wire: never reorder; a new field is a new variant.
 
-use crate::codec::WireError;
+use crate::codec::{self, WireError};
 use crate::envelope::{self, Kind};
 use crate::ids::{Epoch, JobId, SessionId};
+use crate::job::MAX_SOLVER;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +15,57 @@ use serde::{Deserialize, Serialize};
 pub const MAX_MISSING: usize = 1_024;
 /// What is said of an attempt that was ended for the time that it took.
 pub const OVERDUE: &str = "over the hard limit";
+
+/// Longest version of a program \[bytes\].
+pub const MAX_VERSION: usize = 64;
+/// Most solver families that a worker may name.
+pub const MAX_FAMILIES: usize = 32;
+
+/// A worker says what it is and can do: first, and whenever it is told that it is not known.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hello {
+    /// Its life.
+    pub session: SessionId,
+    /// The version of its program.
+    pub version: String,
+    /// The digest of its program: the same program gives the same bits.
+    pub build: [u8; 32],
+    /// Cores of its machine.
+    pub cores: u32,
+    /// Threads that it gives a job.
+    pub threads: u32,
+    /// Most memory that a job may hold \[bytes\].
+    pub memory: Option<u64>,
+    /// What it can solve; `None`: whatever it is asked.
+    pub families: Option<Vec<Family>>,
+}
+
+/// A family of solvers.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Family {
+    /// Its name.
+    pub name: String,
+    /// Whether it is there in f32.
+    pub single: bool,
+    /// Whether it is there in f64.
+    pub double: bool,
+}
+
+impl Hello {
+    /// Holds what it says to the limits of the wire.
+    ///
+    /// # Errors
+    /// [`WireError::Limit`].
+    pub fn check(&self) -> Result<(), WireError> {
+        codec::limit("a version's length", self.version.len() as u64, MAX_VERSION as u64)?;
+        let families = self.families.as_deref().unwrap_or_default();
+        codec::limit("a worker's families", families.len() as u64, MAX_FAMILIES as u64)?;
+        families.iter().try_for_each(|family| {
+            let length = family.name.len() as u64;
+            codec::limit("a solver name's length", length, MAX_SOLVER as u64)
+        })
+    }
+}
 
 /// A worker asks for a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,11 +83,13 @@ pub struct Poll {
 /// A job to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Grant {
-    /// Which: the digest of the bytes to fetch.
+    /// Which: the digest of the whole.
     pub job: JobId,
+    /// The run that it is for, by a number for people.
+    pub run: u64,
     /// The number of this grant.
     pub epoch: Epoch,
-    /// Bytes to fetch.
+    /// Bytes of its outline, to be fetched by its id ([`crate::outline`]).
     pub length: u64,
     /// The grant is good for this long without renewal \[ms\].
     pub lease_ms: u64,
@@ -56,11 +110,11 @@ pub enum PollAnswer {
     Drain,
 }
 
-/// A worker asks for a piece of a job.
+/// A worker asks for a piece of a job's outline, or of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fetch {
-    /// Of which.
-    pub job: JobId,
+    /// The job's id, or the part's digest.
+    pub blob: [u8; 32],
     /// Which chunk.
     pub index: u32,
 }
@@ -213,6 +267,9 @@ pub enum Refusal {
     /// Something else is wrong with it.
     #[error("the message was not understood: {0}")]
     Malformed(String),
+    /// The worker has to say [`Hello`] first; after a restart of the coordinator, again.
+    #[error("the coordinator does not know this worker")]
+    Stranger,
 }
 
 impl From<WireError> for Refusal {
@@ -287,10 +344,11 @@ mod tests {
             ask(&Poll { session, seq: 5, slots: 1, threads: 2 }, &[])?,
             "0100000000000000-0500000000000000-01000000-02000000",
         );
-        let grant = Grant { job, epoch, length: 4, lease_ms: 5, renew_ms: 6, hard_ms: 7 };
+        let (run, length) = (8, 4);
+        let grant = Grant { job, run, epoch, length, lease_ms: 5, renew_ms: 6, hard_ms: 7 };
         golden(
             answer(&PollAnswer::Grant(grant), &[])?,
-            &format!("00000000-{}-02{z}-04{z}-05{z}-06{z}-07{z}", "03".repeat(32)),
+            &format!("00000000-{}-08{z}-02{z}-04{z}-05{z}-06{z}-07{z}", "03".repeat(32)),
         );
         golden(
             ask(&Renew { session, job, epoch, permille: 500 }, &[])?,
@@ -301,6 +359,11 @@ mod tests {
             "01000000-0200000000000000-07000000-09000000",
         );
         golden(refuse(&Refusal::Unsupported { ours: 1 }), "00000000-0100");
+        golden(refuse(&Refusal::Stranger), "03000000");
+        let family = Family { name: "a".into(), single: false, double: true };
+        let hello = Hello { session, cores: 2, families: Some(vec![family]), ..Hello::default() };
+        let none = format!("01{z}-00{z}-{}-02000000-00000000-00", "00".repeat(32));
+        golden(ask(&hello, &[])?, &format!("{none}-01-01{z}-01{z}-61-00-01"));
         Ok(())
     }
 

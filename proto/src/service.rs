@@ -342,6 +342,16 @@ pub struct WorkerInfo {
     pub drained: bool,
     /// Threads that it gives a job.
     pub threads: u32,
+    /// Cores of its machine.
+    pub cores: u32,
+    /// Most memory that a job may hold \[bytes\]; `null`: no limit.
+    pub memory: Option<u64>,
+    /// The version of its program.
+    pub version: String,
+    /// The first digits of the digest of its program: results of the same one are the same bits.
+    pub build: String,
+    /// What it can solve, as `brittle f32 f64`; `null`: whatever it is asked.
+    pub solvers: Option<Vec<String>>,
     /// Jobs that it holds, in hex.
     pub jobs: Vec<String>,
     /// Results of it that count.

@@ -4,13 +4,14 @@
 //! Jobs of about a second in a simulated clock, a hundred runs of three tenants; renewals, results
 //! with the next question, a look at the clock every 25 ms.
 
-use cullet_dispatch::{Digest, Dispatch, Effect, Event, Job, Millis, Outcome, Prior, Run, Share};
-use cullet_dispatch::{Tenant, Timing, Worker};
+use cullet_dispatch::{Build, Digest, Dispatch, Effect, Event, Job, Millis, Outcome, Prior};
+use cullet_dispatch::{Run, Share, Skills, Tenant, Timing, Worker};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 const RUNS: u64 = 100;
 const TICK: Millis = 25;
+const BUILD: Build = Build([1; 32]);
 
 #[derive(Clone, Copy)]
 enum Due {
@@ -73,7 +74,8 @@ impl Load {
         let seq = &mut self.seqs[worker as usize];
         *seq += 1;
         let seq = *seq;
-        self.step(Event::Poll { worker: Worker(worker), seq, slots: 1, park });
+        let (worker, build, skills) = (Worker(worker), BUILD, Skills::ALL);
+        self.step(Event::Poll { worker, seq, slots: 1, park, build, skills });
     }
 
     fn happen(&mut self, worker: u64, due: Due) {
@@ -86,8 +88,8 @@ impl Load {
             Due::Done(job, epoch) => {
                 let (digest, outcome) = (Digest(job.0), Outcome::Broken);
                 let epoch = cullet_dispatch::Epoch(epoch);
-                let worker_id = Worker(worker);
-                self.step(Event::Commit { worker: worker_id, job, epoch, digest, outcome });
+                let (by, build) = (Worker(worker), BUILD);
+                self.step(Event::Commit { worker: by, job, epoch, build, digest, outcome });
                 self.ask(worker, true);
             }
         }
@@ -113,7 +115,8 @@ fn measure(workers: u64, jobs: u64) {
         load.step(Event::Begin { run: Run(run), share });
     }
     for k in 0..jobs {
-        load.step(Event::Open { run: Run(k % RUNS), job: job(k), prior: Prior::Nothing });
+        let (run, need, prior) = (Run(k % RUNS), Skills::NONE, Prior::Nothing);
+        load.step(Event::Open { run, job: job(k), need, prior });
     }
     for worker in 0..workers {
         load.ask(worker, true);
@@ -173,6 +176,8 @@ fn main() {
         (100, 100_000),
         (1_000, 100_000),
         (10_000, 100_000),
+        (100, 1_000_000),
+        (1_000, 1_000_000),
         (10_000, 1_000_000),
     ] {
         measure(workers, jobs);

@@ -27,6 +27,10 @@ pub struct Counts {
     pub running: u64,
     /// Results that contradicted an earlier one.
     pub alarms: u64,
+    /// Late results of another build than the one that has the job now, or had it last.
+    pub fenced: u64,
+    /// Jobs that wait though workers are there: none of these can do them.
+    pub stranded: u64,
     /// Jobs in quarantine.
     pub quarantined: u64,
 }

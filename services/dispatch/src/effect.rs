@@ -1,6 +1,6 @@
 //! What the machine asks its shell to do.
 
-use crate::event::{Digest, Epoch, Job, Millis, Outcome, Run, Worker};
+use crate::event::{Build, Digest, Epoch, Job, Millis, Outcome, Run, Worker};
 
 /// How a job ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +13,8 @@ pub enum Verdict {
         outcome: Outcome,
         /// Who handed it in; nobody: it was known.
         worker: Option<Worker>,
+        /// What that one runs.
+        build: Option<Build>,
     },
     /// No attempt is left. Never physics: the run has to stop aloud.
     Abandoned(Reason),
@@ -68,6 +70,8 @@ pub enum Receipt {
     Duplicate,
     /// A different result was there already.
     Conflict,
+    /// Another build's, and late: it may differ without anybody's fault.
+    Fenced,
     /// The job ended without a result.
     TooLate,
     /// No such job here.
@@ -98,6 +102,8 @@ pub enum Effect {
         seq: u64,
         /// What.
         job: Job,
+        /// For which run, of those that want it.
+        run: Run,
         /// This grant's number.
         epoch: Epoch,
         /// Good for \[ms\].

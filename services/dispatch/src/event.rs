@@ -22,6 +22,40 @@ pub struct Digest(pub [u8; 32]);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Worker(pub u64);
 
+/// The program that a worker runs, by a digest: the same program gives the same bits.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Build(pub [u8; 32]);
+
+impl std::fmt::Debug for Build {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [a, b, c, d, ..] = self.0;
+        write!(f, "Build({a:02x}{b:02x}{c:02x}{d:02x})")
+    }
+}
+
+/// Things that a worker can do, a bit each, by numbers that the shell gives out.
+#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Skills(pub u64);
+
+impl std::fmt::Debug for Skills {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Skills({:b})", self.0)
+    }
+}
+
+impl Skills {
+    /// None.
+    pub const NONE: Self = Self(0);
+    /// All.
+    pub const ALL: Self = Self(u64::MAX);
+
+    /// Whether all of `need` are among them.
+    #[must_use]
+    pub fn meet(self, need: Self) -> bool {
+        need.0 & !self.0 == 0
+    }
+}
+
 /// A run: one stream of openings, settled in its own order. The shell gives numbers and never
 /// reuses one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -113,6 +147,8 @@ pub enum Event {
         run: Run,
         /// What.
         job: Job,
+        /// What it asks of a worker; of a job that is open, what it asked first.
+        need: Skills,
         /// What is known of it before anybody is asked.
         prior: Prior,
     },
@@ -130,6 +166,10 @@ pub enum Event {
         slots: u32,
         /// Whether the question may wait for a job to be opened.
         park: bool,
+        /// What it runs.
+        build: Build,
+        /// What it can do; both stay what they are for its lifetime.
+        skills: Skills,
     },
     /// A worker is still at it.
     Renew {
@@ -148,6 +188,8 @@ pub enum Event {
         job: Job,
         /// By which grant.
         epoch: Epoch,
+        /// What it runs.
+        build: Build,
         /// Of the result's bytes.
         digest: Digest,
         /// What it came to.
@@ -176,6 +218,8 @@ pub enum Event {
     End(Run),
     /// This worker gets no further job: told to leave when it asks next.
     Drain(Worker),
+    /// An earlier life has put this job into quarantine.
+    Isolate(Job),
     /// A quarantined job may be tried again.
     Pardon(Job),
     /// Nobody is left to work, and nobody will come.

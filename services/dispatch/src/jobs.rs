@@ -1,14 +1,45 @@
 //! The jobs that are open, by name. Most of a step is about one job, so the place of the last one
 //! that was looked up is remembered: among a million it is found once a step.
 
-use crate::event::Job;
+use crate::event::{Job, Worker};
 use crate::machine::Record;
 use std::cell::Cell;
-use std::collections::BTreeMap;
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+/// Something by a name that is well mixed already: the digest of a problem, or a number drawn by
+/// chance. Found in one look, however many there are. Never walked through to decide anything.
+pub(crate) type ByName<N, T> = HashMap<N, T, BuildHasherDefault<Mixed>>;
+
+/// The first eight bytes of a name, spread.
+#[derive(Debug, Default)]
+pub(crate) struct Mixed(u64);
+
+impl Hasher for Mixed {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        if let Some(first) = bytes.first_chunk() {
+            self.write_u64(u64::from_le_bytes(*first));
+        }
+    }
+
+    fn write_u64(&mut self, number: u64) {
+        self.0 = number.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(32);
+    }
+
+    /// The length of a digest, which all have.
+    fn write_usize(&mut self, _: usize) {}
+}
+
+pub(crate) type ByJob<T> = ByName<Job, T>;
+pub(crate) type ByWorker<T> = ByName<Worker, T>;
 
 #[derive(Debug, Default)]
 pub(crate) struct Jobs {
-    places: BTreeMap<Job, usize>,
+    places: ByJob<usize>,
     records: Vec<Option<Record>>,
     free: Vec<usize>,
     last: Cell<Option<(Job, usize)>>,
@@ -52,7 +83,10 @@ impl Jobs {
         self.records[place].take()
     }
 
+    /// In order, which the places are not in.
     pub(crate) fn names(&self) -> Vec<Job> {
-        self.places.keys().copied().collect()
+        let mut names: Vec<Job> = self.places.keys().copied().collect();
+        names.sort_unstable();
+        names
     }
 }

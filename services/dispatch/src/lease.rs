@@ -140,12 +140,19 @@ impl Dispatch {
             return;
         };
         if let Some(ticket) = peer.parked.take() {
-            self.parked.remove(&ticket);
+            self.parked.take(ticket);
         }
         if !peer.gone {
             peer.gone = true;
+            let skills = peer.skills;
             self.live -= 1;
             self.gone.push_back(worker);
+            if let Some(count) = self.kinds.get_mut(&skills) {
+                *count -= 1;
+                if *count == 0 {
+                    self.kinds.remove(&skills);
+                }
+            }
         }
         while self.gone.len() > MAX_GONE {
             let Some(oldest) = self.gone.pop_front() else {
@@ -169,11 +176,7 @@ impl Dispatch {
         while let Some((_, job)) = self.timers.first().copied().filter(|(at, _)| *at <= now) {
             self.look_at(now, job, out);
         }
-        while let Some((ticket, asker)) = self.parked.first_key_value().map(|(t, p)| (*t, *p)) {
-            if asker.until > now {
-                break;
-            }
-            self.parked.remove(&ticket);
+        while let Some(asker) = self.parked.overdue(now).and_then(|t| self.parked.take(t)) {
             if let Some(peer) = self.peers.get_mut(&asker.worker) {
                 peer.parked = None;
             }

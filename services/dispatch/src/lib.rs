@@ -30,6 +30,7 @@
 //!
 //! Absent on purpose: clocks, wires, threads, entropy, names of workers, contents of jobs.
 
+mod askers;
 pub mod counts;
 pub mod effect;
 pub mod event;
@@ -50,8 +51,8 @@ mod sim;
 
 pub use counts::Counts;
 pub use effect::{Bound, Effect, Loss, Reason, Receipt, StopReason, Verdict};
-pub use event::{Digest, Epoch, Event, Job, Millis, Outcome, Prior, Run, Share, Tenant};
-pub use event::{Trouble, Worker};
+pub use event::{Build, Digest, Epoch, Event, Job, Millis, Outcome, Prior, Run, Share};
+pub use event::{Skills, Tenant, Trouble, Worker};
 pub use hand::{Act, Hand, Heard, Question, Work};
 pub use machine::Dispatch;
 pub use shelf::Shelf;

@@ -1,19 +1,21 @@
 //! The state machine: what it knows, and how jobs open and end.
 
+use crate::askers::{Askers, Ticket};
 use crate::counts::Counts;
 use crate::effect::{Bound, Effect, Loss, Reason, Receipt, Verdict};
-use crate::event::{Digest, Epoch, Event, Job, Millis, Outcome, Prior, Run, Worker};
-use crate::jobs::Jobs;
+use crate::event::{Build, Epoch, Event, Job, Millis, Prior, Run, Skills, Worker};
+use crate::jobs::{ByJob, ByWorker, Jobs};
 #[cfg(test)]
 use crate::mutant::Mutant;
 use crate::share::Shares;
+use crate::shelf::Shelf;
 use crate::timing::Timing;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Workers remembered after their end, so that a late copy of their polls mints no grant.
 pub(crate) const MAX_GONE: usize = 4_096;
 /// Jobs kept in quarantine; beyond it the oldest are let out.
-const MAX_QUARANTINE: usize = 1_024;
+const MAX_QUARANTINE: u64 = 1_024;
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lease {
@@ -52,10 +54,13 @@ pub(crate) struct Want {
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
     pub(crate) wants: Vec<Want>,
+    pub(crate) need: Skills,
     pub(crate) phase: Phase,
     pub(crate) leases: Vec<Lease>,
     /// The grant that ran silent last, which a late renewal may take up again.
     pub(crate) lapsed: Option<Lease>,
+    /// To whom it was granted last.
+    pub(crate) last: Option<Worker>,
     pub(crate) attempts: u32,
     pub(crate) crashes: u32,
     /// Under whom it died.
@@ -64,25 +69,20 @@ pub(crate) struct Record {
     pub(crate) timer: Option<Millis>,
 }
 
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Peer {
+    pub(crate) build: Build,
+    pub(crate) skills: Skills,
     pub(crate) last_seq: u64,
     /// What the last poll was answered with, for its repeats.
     pub(crate) granted: Option<(Job, Epoch)>,
     /// Its place among the parked.
-    pub(crate) parked: Option<u64>,
+    pub(crate) parked: Option<Ticket>,
     pub(crate) held: Vec<(Job, Epoch)>,
     /// Jobs that died here and that others finished.
     pub(crate) blame: u32,
     pub(crate) gone: bool,
     pub(crate) drained: bool,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Parked {
-    pub(crate) worker: Worker,
-    pub(crate) seq: u64,
-    pub(crate) until: Millis,
 }
 
 /// The pool.
@@ -95,15 +95,17 @@ pub struct Dispatch {
     pub(crate) timers: BTreeSet<(Millis, Job)>,
     /// Attempts without a duplicate, oldest first.
     pub(crate) single: BTreeSet<(Millis, Job)>,
-    /// In the order in which they came.
-    pub(crate) parked: BTreeMap<u64, Parked>,
-    pub(crate) tickets: u64,
-    pub(crate) peers: BTreeMap<Worker, Peer>,
+    pub(crate) parked: Askers,
+    pub(crate) peers: ByWorker<Peer>,
     pub(crate) live: usize,
+    /// Live workers by what they can do.
+    pub(crate) kinds: BTreeMap<Skills, usize>,
     pub(crate) gone: VecDeque<Worker>,
-    pub(crate) past: BTreeMap<Job, Verdict>,
+    /// Jobs that wait for a worker, by what they ask of it.
+    pub(crate) ready: BTreeMap<Skills, u64>,
+    pub(crate) past: ByJob<Verdict>,
     pub(crate) past_order: VecDeque<Job>,
-    quarantine: VecDeque<Job>,
+    quarantine: Shelf,
     pub(crate) unsettled: u64,
     pub(crate) next_epoch: u64,
     pub(crate) counts: Counts,
@@ -124,14 +126,15 @@ impl Dispatch {
             shares: Shares::default(),
             timers: BTreeSet::new(),
             single: BTreeSet::new(),
-            parked: BTreeMap::new(),
-            tickets: 0,
-            peers: BTreeMap::new(),
+            parked: Askers::default(),
+            peers: ByWorker::default(),
             live: 0,
+            kinds: BTreeMap::new(),
             gone: VecDeque::new(),
-            past: BTreeMap::new(),
+            ready: BTreeMap::new(),
+            past: ByJob::default(),
             past_order: VecDeque::new(),
-            quarantine: VecDeque::new(),
+            quarantine: Shelf::new(MAX_QUARANTINE),
             unsettled: 0,
             next_epoch: u64::from(incarnation) << 32,
             counts: Counts::default(),
@@ -144,7 +147,8 @@ impl Dispatch {
     /// How many of each there are now.
     #[must_use]
     pub fn counts(&self) -> Counts {
-        Counts { quarantined: self.quarantine.len() as u64, ..self.counts }
+        let stranded = self.stranded().map(|(_, jobs)| jobs).sum();
+        Counts { quarantined: self.quarantine.held(), stranded, ..self.counts }
     }
 
     /// The same of one run; nothing if there is no such run.
@@ -153,10 +157,57 @@ impl Dispatch {
         self.shares.get(run).map(|account| account.counts)
     }
 
+    /// What jobs wait for, and how many, that no worker here can give.
+    pub fn stranded(&self) -> impl Iterator<Item = (Skills, u64)> {
+        let can = |need: Skills| self.kinds.keys().any(|skills| skills.meet(need));
+        let ready = self.ready.iter().filter(|_| self.live > 0);
+        ready.filter(move |(need, _)| !can(**need)).map(|(need, jobs)| (*need, *jobs))
+    }
+
     /// Whether this job is open and its verdict still out.
     #[must_use]
     pub fn wants(&self, job: Job) -> bool {
         self.jobs.get(&job).is_some_and(|r| !matches!(r.phase, Phase::Over(_)))
+    }
+
+    /// Whether a result by this grant and build would count: the job is open, and the grant stands
+    /// or nobody else's build has followed.
+    #[must_use]
+    pub fn takes(&self, job: Job, epoch: Epoch, build: Build) -> bool {
+        self.wants(job) && !self.foreign(job, epoch, build)
+    }
+
+    fn foreign(&self, job: Job, epoch: Epoch, build: Build) -> bool {
+        #[cfg(test)]
+        if self.is(Mutant::ForeignTaken) {
+            return false;
+        }
+        let Some(record) = self.jobs.get(&job) else {
+            return false;
+        };
+        let stands = record.leases.iter().any(|lease| lease.epoch == epoch);
+        !stands && record.last.is_some_and(|last| self.build_of(last) != Some(build))
+    }
+
+    pub(crate) fn build_of(&self, worker: Worker) -> Option<Build> {
+        self.peers.get(&worker).map(|peer| peer.build)
+    }
+
+    /// Whether a run may open one more, or which bound is reached.
+    ///
+    /// # Errors
+    /// The bound.
+    pub fn room(&self, run: Run) -> Result<(), Bound> {
+        #[cfg(test)]
+        if self.is(Mutant::NoBound) {
+            return Ok(());
+        }
+        match self.shares.get(run) {
+            None => Err(Bound::NoRun),
+            Some(run) if run.openings.len() as u64 >= self.timing.max_open => Err(Bound::Run),
+            Some(_) if self.unsettled >= self.timing.max_pool => Err(Bound::Pool),
+            Some(_) => Ok(()),
+        }
     }
 
     /// Takes in one event at `now` \[ms\] and says what to do about it.
@@ -164,20 +215,28 @@ impl Dispatch {
         let mut out = Vec::new();
         match event {
             Event::Begin { run, share } => self.shares.begin(now, run, share),
-            Event::Open { run, job, prior } => {
-                self.open(now, run, job, &mut out);
-                self.weigh(now, job, prior, &mut out);
-            }
+            Event::Open { run, job, need, prior } => match self.room(run) {
+                Ok(()) => {
+                    self.open(now, run, (job, need), &mut out);
+                    self.weigh(now, job, prior, &mut out);
+                }
+                Err(bound) => out.push(Effect::Busy { run, job, bound }),
+            },
             #[cfg(test)]
             Event::Pause(_) if self.is(Mutant::PauseIgnored) => {}
             Event::Pause(run) => self.shares.pause(now, run, true),
             Event::Resume(run) => self.shares.pause(now, run, false),
-            Event::Poll { worker, seq, slots, park } => {
-                self.poll(now, worker, seq, slots > 0, park, &mut out);
+            Event::Poll { worker, seq, slots, park, build, skills } => {
+                self.arrive(worker, build, skills);
+                self.poll(now, worker, seq, (slots > 0, park), &mut out);
             }
             Event::Renew { worker, job, epoch } => self.renew(now, worker, job, epoch, &mut out),
-            Event::Commit { worker, job, digest, outcome, epoch: _ } => {
-                self.commit(now, (worker, job), digest, outcome, &mut out);
+            Event::Commit { worker, job, epoch, build, digest, outcome } => {
+                let foreign = self.foreign(job, epoch, build);
+                let done =
+                    Verdict::Done { digest, outcome, worker: Some(worker), build: Some(build) };
+                let receipt = self.commit(now, (worker, job), (done, foreign), &mut out);
+                out.push(Effect::Taken { worker, receipt });
             }
             Event::Fail { worker, job, epoch, trouble } => {
                 self.fail(now, (worker, job, epoch), trouble, &mut out);
@@ -194,7 +253,10 @@ impl Dispatch {
                 self.shares.end(run);
             }
             Event::Drain(worker) => self.drain(worker, &mut out),
-            Event::Pardon(job) => self.quarantine.retain(|held| *held != job),
+            #[cfg(test)]
+            Event::Isolate(_) if self.is(Mutant::QuarantineForgotten) => {}
+            Event::Isolate(job) => drop(self.quarantine.put(job, 1)),
+            Event::Pardon(job) => self.quarantine.remove(job),
             Event::Forsaken => {
                 for job in self.jobs.names() {
                     self.abandon(now, job, Reason::Forsaken, &mut out);
@@ -209,21 +271,10 @@ impl Dispatch {
         out
     }
 
-    fn open(&mut self, now: Millis, run: Run, job: Job, out: &mut Vec<Effect>) {
-        let (most, full) = (self.timing.max_open, self.unsettled >= self.timing.max_pool);
+    fn open(&mut self, now: Millis, run: Run, (job, need): (Job, Skills), out: &mut Vec<Effect>) {
         let Some(account) = self.shares.get_mut(run) else {
-            out.push(Effect::Busy { run, job, bound: Bound::NoRun });
             return;
         };
-        let here = account.openings.len() as u64 >= most;
-        #[cfg(test)]
-        let (here, full) =
-            if self.mutant == Some(Mutant::NoBound) { (false, false) } else { (here, full) };
-        if here || full {
-            let bound = if here { Bound::Run } else { Bound::Pool };
-            out.push(Effect::Busy { run, job, bound });
-            return;
-        }
         let opening = account.counts.opened;
         account.counts.opened += 1;
         account.openings.push_back(job);
@@ -231,15 +282,17 @@ impl Dispatch {
         self.unsettled += 1;
         let want = Want { run, opening, count: 1 };
         let Some(record) = self.jobs.get_mut(&job) else {
-            return self.admit(now, job, want, out);
+            return self.admit(now, (job, need), want, out);
         };
         match record.wants.iter_mut().find(|want| want.run == run) {
             Some(want) => want.count += 1,
             None => {
                 record.wants.push(want);
                 self.tally(job, 1);
-                if self.jobs.get(&job).is_some_and(|r| r.phase == Phase::Ready) {
-                    self.shares.ready(now, run, opening, job);
+                if let Some(record) = self.jobs.get(&job)
+                    && record.phase == Phase::Ready
+                {
+                    self.shares.ready(now, run, record.need, (opening, job));
                 }
             }
         }
@@ -251,18 +304,27 @@ impl Dispatch {
         match prior {
             Prior::Nothing => {}
             Prior::Result { digest, outcome } => {
-                self.end(now, job, Verdict::Done { digest, outcome, worker: None });
+                let (worker, build) = (None, None);
+                self.end(now, job, Verdict::Done { digest, outcome, worker, build });
             }
             Prior::Unfit => self.abandon(now, job, Reason::Invalid, out),
         }
     }
 
-    fn admit(&mut self, now: Millis, job: Job, want: Want, out: &mut Vec<Effect>) {
+    fn admit(
+        &mut self,
+        now: Millis,
+        (job, need): (Job, Skills),
+        want: Want,
+        out: &mut Vec<Effect>,
+    ) {
         let record = Record {
             wants: vec![want],
+            need,
             phase: Phase::Waiting(now),
             leases: Vec::new(),
             lapsed: None,
+            last: None,
             attempts: 0,
             crashes: 0,
             killers: Vec::new(),
@@ -272,7 +334,7 @@ impl Dispatch {
         self.counts.waiting += 1;
         self.tally(job, 1);
         self.turn(now, job, Phase::Ready);
-        if self.quarantine.contains(&job) {
+        if self.quarantine.touch(job) {
             self.abandon(now, job, Reason::Crashes, out);
         }
     }
@@ -283,11 +345,12 @@ impl Dispatch {
             return;
         };
         let old = std::mem::replace(&mut record.phase, phase);
+        let need = record.need;
         for want in &record.wants {
             match (old, phase) {
                 (Phase::Ready, Phase::Ready) => {}
-                (Phase::Ready, _) => self.shares.unready(want.run, want.opening, job),
-                (_, Phase::Ready) => self.shares.ready(now, want.run, want.opening, job),
+                (Phase::Ready, _) => self.shares.unready(want.run, need, want.opening),
+                (_, Phase::Ready) => self.shares.ready(now, want.run, need, (want.opening, job)),
                 (Phase::Waiting(_) | Phase::Held | Phase::Over(_), _) => {}
             }
             if let Some(account) = self.shares.get_mut(want.run) {
@@ -298,7 +361,20 @@ impl Dispatch {
             }
         }
         self.counts.moved(old, phase);
+        let ready = |phase| i64::from(phase == Phase::Ready);
+        self.count_ready(need, ready(phase) - ready(old));
         self.set_timer(job);
+    }
+
+    /// So many jobs more, or fewer, wait for a worker.
+    pub(crate) fn count_ready(&mut self, need: Skills, more: i64) {
+        if more != 0 {
+            let jobs = self.ready.entry(need).or_default();
+            *jobs = jobs.saturating_add_signed(more);
+            if *jobs == 0 {
+                self.ready.remove(&need);
+            }
+        }
     }
 
     /// Books a job that a run begins (`1`) or ceases (`-1`) to want.
@@ -334,42 +410,48 @@ impl Dispatch {
         }
     }
 
+    /// `foreign`: late, and of another build than the one that has or had the job.
     fn commit(
         &mut self,
         now: Millis,
         (worker, job): (Worker, Job),
-        digest: Digest,
-        outcome: Outcome,
+        (done, foreign): (Verdict, bool),
         out: &mut Vec<Effect>,
-    ) {
+    ) -> Receipt {
         let over = match self.jobs.get(&job).map(|r| r.phase) {
             Some(Phase::Over(verdict)) => Some(verdict),
             Some(Phase::Waiting(_) | Phase::Ready | Phase::Held) => None,
             None => match self.past.get(&job) {
                 Some(verdict) => Some(*verdict),
-                None => {
-                    out.push(Effect::Taken { worker, receipt: Receipt::Unknown });
-                    return;
-                }
+                None => return Receipt::Unknown,
             },
         };
         #[cfg(test)]
         let over = over.filter(|_| !self.is(Mutant::NoDedupe));
-        let receipt = match over {
-            None => {
-                self.blame(worker, job, out);
-                self.end(now, job, Verdict::Done { digest, outcome, worker: Some(worker) });
-                Receipt::Accepted
+        let Some(over) = over else {
+            if foreign {
+                self.counts.fenced += 1;
+                return Receipt::Fenced;
             }
-            Some(Verdict::Done { digest: kept, .. }) if kept == digest => Receipt::Duplicate,
-            Some(Verdict::Done { digest: kept, .. }) => {
-                self.counts.alarms += 1;
-                out.push(Effect::Alarm { job, kept, other: digest });
-                Receipt::Conflict
-            }
-            Some(Verdict::Abandoned(_) | Verdict::Cancelled) => Receipt::TooLate,
+            self.blame(worker, job, out);
+            self.end(now, job, done);
+            return Receipt::Accepted;
         };
-        out.push(Effect::Taken { worker, receipt });
+        let (Verdict::Done { digest: kept, build: by, .. }, Verdict::Done { digest, build, .. }) =
+            (over, done)
+        else {
+            return Receipt::TooLate;
+        };
+        if kept == digest {
+            Receipt::Duplicate
+        } else if by != build {
+            self.counts.fenced += 1;
+            Receipt::Fenced
+        } else {
+            self.counts.alarms += 1;
+            out.push(Effect::Alarm { job, kept, other: digest });
+            Receipt::Conflict
+        }
     }
 
     /// Gives a job up: its runs hear of it, and only they.
@@ -381,11 +463,8 @@ impl Dispatch {
             return;
         }
         let (attempts, crashes) = (record.attempts, record.crashes);
-        if reason == Reason::Crashes && !self.quarantine.contains(&job) {
-            self.quarantine.push_back(job);
-            if self.quarantine.len() > MAX_QUARANTINE {
-                self.quarantine.pop_front();
-            }
+        if reason == Reason::Crashes && !self.quarantine.touch(job) {
+            self.quarantine.put(job, 1);
             out.push(Effect::Quarantine { job, crashes });
         }
         out.push(Effect::Stall { job, reason, attempts });

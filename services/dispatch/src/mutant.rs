@@ -37,6 +37,12 @@ pub(crate) enum Mutant {
     NoWatchdog,
     /// A worker that gets no receipt forgets its result.
     ResultForgotten,
+    /// A late result counts, whatever made it.
+    ForeignTaken,
+    /// A job goes to whoever asks.
+    AnybodyWill,
+    /// A new life does not know what was in quarantine.
+    QuarantineForgotten,
 }
 
 impl Dispatch {

@@ -1,30 +1,46 @@
 //! Questions for work: answered once each, parked, granted, hedged, dismissed.
 
+use crate::askers::{Asker, Ticket};
 use crate::effect::Effect;
-use crate::event::{Epoch, Job, Millis, Run, Worker};
-use crate::machine::{Dispatch, Lease, Parked, Phase};
+use crate::event::{Build, Epoch, Job, Millis, Run, Skills, Worker};
+use crate::machine::{Dispatch, Lease, Peer, Phase};
 #[cfg(test)]
 use crate::mutant::Mutant;
 
-/// Parked workers looked at for one under whom a job has not died yet.
-const MAX_LOOK: usize = 8;
 /// Attempts looked at for one that takes long.
 const MAX_SLOW: usize = 8;
 
 impl Dispatch {
+    /// A worker is there, perhaps for the first time, or again.
+    pub(crate) fn arrive(&mut self, worker: Worker, build: Build, skills: Skills) {
+        self.peers.entry(worker).or_insert_with(|| {
+            self.live += 1;
+            *self.kinds.entry(skills).or_default() += 1;
+            Peer {
+                build,
+                skills,
+                last_seq: 0,
+                granted: None,
+                parked: None,
+                held: Vec::new(),
+                blame: 0,
+                gone: false,
+                drained: false,
+            }
+        });
+    }
+
     pub(crate) fn poll(
         &mut self,
         now: Millis,
         worker: Worker,
         seq: u64,
-        free: bool,
-        park: bool,
+        (free, park): (bool, bool),
         out: &mut Vec<Effect>,
     ) {
-        let peer = self.peers.entry(worker).or_insert_with(|| {
-            self.live += 1;
-            crate::machine::Peer::default()
-        });
+        let Some(peer) = self.peers.get_mut(&worker) else {
+            return;
+        };
         #[cfg(test)]
         if self.mutant == Some(Mutant::PollMintsTwice) {
             peer.granted = None;
@@ -41,10 +57,11 @@ impl Dispatch {
         if peer.gone {
             peer.gone = false;
             self.live += 1;
+            *self.kinds.entry(peer.skills).or_default() += 1;
             self.gone.retain(|gone| *gone != worker);
         }
         if let Some(ticket) = peer.parked.take() {
-            self.parked.remove(&ticket);
+            self.parked.take(ticket);
         }
         if peer.drained {
             out.push(Effect::Dismiss { worker, seq });
@@ -54,10 +71,8 @@ impl Dispatch {
             out.push(Effect::Idle { worker, seq });
             return;
         }
-        self.tickets += 1;
-        peer.parked = Some(self.tickets);
         let until = now + self.timing.park;
-        self.parked.insert(self.tickets, Parked { worker, seq, until });
+        peer.parked = Some(self.parked.add(peer.skills, Asker { worker, seq, until }));
         self.grant(now, out);
         let Some(peer) = self.peers.get_mut(&worker).filter(|peer| peer.parked.is_some()) else {
             return;
@@ -66,7 +81,7 @@ impl Dispatch {
             out.push(Effect::Park { worker, seq });
         } else {
             if let Some(ticket) = peer.parked.take() {
-                self.parked.remove(&ticket);
+                self.parked.take(ticket);
             }
             out.push(Effect::Idle { worker, seq });
         }
@@ -80,11 +95,11 @@ impl Dispatch {
         let held = peer.granted.and_then(|(job, epoch)| {
             let leases = &self.jobs.get(&job)?.leases;
             let lease = leases.iter().find(|lease| lease.epoch == epoch)?;
-            Some((job, epoch, lease.hard.saturating_sub(now)))
+            Some((job, lease.run, epoch, lease.hard.saturating_sub(now)))
         });
-        out.push(if let Some((job, epoch, hard)) = held {
+        out.push(if let Some((job, run, epoch, hard)) = held {
             let lease = self.timing.lease;
-            Effect::Grant { worker, seq, job, epoch, lease, hard }
+            Effect::Grant { worker, seq, job, run, epoch, lease, hard }
         } else if peer.parked.is_some() {
             Effect::Park { worker, seq }
         } else if peer.drained {
@@ -100,7 +115,12 @@ impl Dispatch {
         #[cfg(test)]
         let age = if self.is(Mutant::NoAgeing) { Millis::MAX } else { age };
         while !self.parked.is_empty() {
-            let Some((run, job)) = self.shares.pick(now, age) else {
+            #[cfg(test)]
+            let will = self.is(Mutant::AnybodyWill);
+            #[cfg(not(test))]
+            let will = false;
+            let can = |need| will || self.parked.can(need);
+            let Some((run, job)) = self.shares.pick(now, age, can) else {
                 return;
             };
             let Some(ticket) = self.asker_for(job) else {
@@ -111,16 +131,19 @@ impl Dispatch {
     }
 
     /// The worker that has waited longest, or one of the next under whom the job has not died.
-    fn asker_for(&self, job: Job) -> Option<u64> {
-        let killers = self.jobs.get(&job).map_or(&[][..], |record| &record.killers);
-        let mut first = self.parked.iter().take(MAX_LOOK);
-        let clean = first.find(|(_, asker)| !killers.contains(&asker.worker));
-        clean.or_else(|| self.parked.first_key_value()).map(|(ticket, _)| *ticket)
+    fn asker_for(&self, job: Job) -> Option<Ticket> {
+        let record = self.jobs.get(&job)?;
+        #[cfg(test)]
+        if self.is(Mutant::AnybodyWill) {
+            return self.parked.overdue(Millis::MAX);
+        }
+        let clean = self.parked.first(record.need, |worker| !record.killers.contains(&worker));
+        clean.or_else(|| self.parked.first(record.need, |_| true))
     }
 
     /// Answers a parked worker's poll with a job.
-    fn lend(&mut self, now: Millis, ticket: u64, run: Run, job: Job, out: &mut Vec<Effect>) {
-        let Some(Parked { worker, seq, .. }) = self.parked.remove(&ticket) else {
+    fn lend(&mut self, now: Millis, ticket: Ticket, run: Run, job: Job, out: &mut Vec<Effect>) {
+        let Some(Asker { worker, seq, .. }) = self.parked.take(ticket) else {
             return;
         };
         self.next_epoch += 1;
@@ -131,6 +154,7 @@ impl Dispatch {
         }
         let resent = self.jobs.get_mut(&job).is_some_and(|record| {
             record.attempts += 1;
+            record.last = Some(worker);
             record.attempts > 1
         });
         let fresh = self.jobs.get(&job).is_some_and(|record| record.leases.is_empty());
@@ -144,7 +168,7 @@ impl Dispatch {
             Lease { worker, epoch, granted: now, expires, hard, suspect: false, run, charged };
         self.hold(now, job, lease);
         let (lease, hard) = (self.timing.lease, self.timing.hard);
-        out.push(Effect::Grant { worker, seq, job, epoch, lease, hard });
+        out.push(Effect::Grant { worker, seq, job, run, epoch, lease, hard });
     }
 
     /// Gives a second worker a job that takes much longer than its run's jobs do, while workers
@@ -167,9 +191,11 @@ impl Dispatch {
             let long = usual.is_some_and(|usual| {
                 now - granted > (usual * self.timing.hedge_factor).max(self.timing.lease)
             });
-            let other = self.parked.iter().find(|(_, asker)| asker.worker != lease.worker);
-            let Some(ticket) = other.map(|(ticket, _)| *ticket) else {
-                return;
+            // Another build may find other bits: then which came first would show.
+            let build = self.build_of(lease.worker);
+            let other = |worker| worker != lease.worker && self.build_of(worker) == build;
+            let Some(ticket) = self.parked.first(record.need, other) else {
+                continue;
             };
             if long && !spent {
                 self.counts.hedged += 1;
@@ -186,14 +212,8 @@ impl Dispatch {
         peer.drained = true;
         let ticket = peer.parked.take();
         out.push(Effect::Drained { worker });
-        if let Some(Parked { worker, seq, .. }) = ticket.and_then(|t| self.parked.remove(&t)) {
+        if let Some(Asker { worker, seq, .. }) = ticket.and_then(|t| self.parked.take(t)) {
             out.push(Effect::Dismiss { worker, seq });
         }
-    }
-
-    /// Whether this is the last poll that was answered with this grant.
-    #[must_use]
-    pub fn holds(&self, worker: Worker, job: Job, epoch: Epoch) -> bool {
-        self.peers.get(&worker).is_some_and(|peer| peer.held.contains(&(job, epoch)))
     }
 }

@@ -9,6 +9,7 @@ use crate::mutant::Mutant;
 /// Settled jobs whose results are remembered, to tell a duplicate from a stranger. Beyond it the
 /// oldest are forgotten, and a result that comes that late is answered "unknown".
 const MAX_PAST: usize = 65_536;
+
 impl Dispatch {
     /// Nobody wants the job any more.
     fn withdraw(&mut self, now: Millis, job: Job) {
@@ -18,6 +19,7 @@ impl Dispatch {
                 self.timers.remove(&(timer, job));
             }
             self.counts.stands(record.phase, -1);
+            self.count_ready(record.need, -i64::from(record.phase == Phase::Ready));
             self.remember(job, Verdict::Cancelled);
         }
     }
@@ -86,10 +88,10 @@ impl Dispatch {
         }
         let last = record.wants.len() - 1;
         record.wants.swap(at, last);
-        let (phase, opening) = (record.phase, record.wants[last].opening);
+        let (phase, need, opening) = (record.phase, record.need, record.wants[last].opening);
         self.tally(job, -1);
         if phase == Phase::Ready {
-            self.shares.unready(run, opening, job);
+            self.shares.unready(run, need, opening);
         }
         if let Some(record) = self.jobs.get_mut(&job) {
             record.wants.pop();

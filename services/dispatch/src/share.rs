@@ -4,11 +4,11 @@
 //! \[ms\] charged so far over its weight. The lowest pass with work goes next; ties go to the lower
 //! number. One that comes back with work starts where the others are, so idleness saves nothing up.
 //! A job is charged its run's mean time when it is granted, and the difference when it ends.
-//! Ageing: a run that has had work and no grant for [`Timing::age`](crate::Timing::age) goes first,
-//! every other time, so that no priority starves another. All in integers.
+//! Ageing: a run that has had work and no grant for [`Timing::age`](crate::Timing::age) lets one
+//! other pass and goes next, so that no priority starves another. All in integers.
 
 use crate::counts::Counts;
-use crate::event::{Job, Millis, Run, Share, Tenant};
+use crate::event::{Job, Millis, Run, Share, Skills, Tenant};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Passes are charged in 2⁻¹⁰ ms, so that the highest priority still moves.
@@ -25,13 +25,15 @@ const ENOUGH: usize = 3;
 pub(crate) struct Account {
     share: Share,
     pass: u64,
-    /// Jobs that may be granted, by opening.
-    ready: BTreeSet<(u64, Job)>,
+    /// Jobs that may be granted, by what they ask of a worker and by opening; no empty one.
+    ready: BTreeMap<Skills, BTreeMap<u64, Job>>,
     /// Unsettled openings, in order; the first has the number `counts.settled`.
     pub(crate) openings: VecDeque<Job>,
     paused: bool,
     /// In line since, if it is in line.
     since: Option<Millis>,
+    /// It has waited too long, and could have gone, and another has: it goes next.
+    passed: bool,
     guess: Millis,
     times: VecDeque<Millis>,
     pub(crate) counts: Counts,
@@ -54,7 +56,6 @@ pub(crate) struct Shares {
     line: BTreeSet<(u64, Tenant)>,
     waiting: BTreeSet<(Millis, Run)>,
     clock: u64,
-    aged_last: bool,
 }
 
 impl Shares {
@@ -74,10 +75,11 @@ impl Shares {
         let account = Account {
             share,
             pass: 0,
-            ready: BTreeSet::new(),
+            ready: BTreeMap::new(),
             openings: VecDeque::new(),
             paused: false,
             since: None,
+            passed: false,
             guess: FIRST_GUESS,
             times: VecDeque::new(),
             counts: Counts::default(),
@@ -122,44 +124,68 @@ impl Shares {
     }
 
     /// This job of the run may be granted.
-    pub(crate) fn ready(&mut self, now: Millis, run: Run, opening: u64, job: Job) {
+    pub(crate) fn ready(
+        &mut self,
+        now: Millis,
+        run: Run,
+        need: Skills,
+        (opening, job): (u64, Job),
+    ) {
         if let Some(account) = self.accounts.get_mut(&run) {
-            account.ready.insert((opening, job));
+            account.ready.entry(need).or_default().insert(opening, job);
         }
         self.enlist(now, run);
     }
 
     /// This job of the run may not be granted any more.
-    pub(crate) fn unready(&mut self, run: Run, opening: u64, job: Job) {
+    pub(crate) fn unready(&mut self, run: Run, need: Skills, opening: u64) {
         let Some(account) = self.accounts.get_mut(&run) else {
             return;
         };
-        account.ready.remove(&(opening, job));
-        if account.ready.is_empty() {
-            self.delist(run);
+        let Some(line) = account.ready.get_mut(&need) else {
+            return;
+        };
+        line.remove(&opening);
+        if line.is_empty() {
+            account.ready.remove(&need);
+            if account.ready.is_empty() {
+                self.delist(run);
+            }
         }
     }
 
-    /// Whose job goes next, and which.
-    pub(crate) fn pick(&mut self, now: Millis, age: Millis) -> Option<(Run, Job)> {
-        let (_, tenant) = *self.line.first()?;
-        let (pass, mut run) = *self.houses.get(&tenant)?.line.first()?;
-        let oldest = self.waiting.first().filter(|(since, _)| since.saturating_add(age) <= now);
-        match oldest {
-            Some((_, starved)) if !self.aged_last => {
-                self.aged_last = true;
-                run = *starved;
+    /// Whose job goes next, and which, of those that somebody can do. Runs without such a one are
+    /// passed over, one by one.
+    pub(crate) fn pick(
+        &mut self,
+        now: Millis,
+        age: Millis,
+        somebody: impl Fn(Skills) -> bool,
+    ) -> Option<(Run, Job)> {
+        let asks = |account: &Account| account.ready.keys().any(|need| somebody(*need));
+        let can = |run: &Run| self.accounts.get(run).is_some_and(asks);
+        let of = |tenant: &Tenant| self.houses.get(tenant)?.line.iter().find(|(_, run)| can(run));
+        let first = self.line.iter().find_map(|(at, tenant)| Some((*at, *tenant, *of(tenant)?)));
+        let (at, tenant, (pass, mut run)) = first?;
+        let mut late =
+            self.waiting.iter().take_while(|(since, _)| since.saturating_add(age) <= now);
+        match late.find(|(_, run)| can(run)).copied() {
+            Some((_, starved)) if self.accounts.get(&starved).is_some_and(|a| a.passed) => {
+                run = starved;
             }
-            Some(_) | None => {
-                self.aged_last = false;
-                self.clock = self.clock.max(self.line.first()?.0);
+            other => {
+                let starved = other.and_then(|(_, run)| self.accounts.get_mut(&run));
+                starved.into_iter().for_each(|account| account.passed = true);
+                self.clock = self.clock.max(at);
                 if let Some(house) = self.houses.get_mut(&tenant) {
                     house.clock = house.clock.max(pass);
                 }
             }
         }
-        let (_, job) = *self.accounts.get(&run)?.ready.first()?;
-        Some((run, job))
+        let able = self.accounts.get(&run)?.ready.iter();
+        let able = able.filter(|(need, _)| somebody(**need));
+        let (_, job) = able.filter_map(|(_, line)| line.first_key_value()).min()?;
+        Some((run, *job))
     }
 
     /// Charges an attempt: returns what was charged \[ms\]. With a grant the run's waiting begins
@@ -169,6 +195,9 @@ impl Shares {
             return 0;
         };
         let since = self.delist(run);
+        if let Some(account) = self.accounts.get_mut(&run).filter(|_| grant) {
+            account.passed = false;
+        }
         self.book(run, |pass, shift| pass + ((guess << SCALE) >> shift));
         self.put(since.filter(|_| !grant).unwrap_or(now), run);
         guess

@@ -30,20 +30,25 @@ impl Pool {
     }
 
     fn open(&mut self, run: u64, k: u64) -> Vec<Effect> {
-        self.step(Event::Open { run: Run(run), job: job(k), prior: Prior::Nothing })
+        self.step(Event::Open {
+            run: Run(run),
+            job: job(k),
+            need: Skills::NONE,
+            prior: Prior::Nothing,
+        })
     }
 
     /// A worker asks; what it gets.
     fn ask(&mut self, worker: u64) -> Option<(Job, Epoch)> {
         self.seq += 1;
         let (worker, seq) = (Worker(worker), self.seq);
-        let said = self.step(Event::Poll { worker, seq, slots: 1, park: true });
+        let said = self.step(poll(worker, seq, Skills::ALL));
         granted(&said, worker)
     }
 
     fn done(&mut self, worker: u64, (job, epoch): (Job, Epoch)) -> Vec<Effect> {
         let (worker, digest, outcome) = (Worker(worker), Digest(job.0), Outcome::Broken);
-        self.step(Event::Commit { worker, job, epoch, digest, outcome })
+        self.step(Event::Commit { worker, job, epoch, build: BUILD, digest, outcome })
     }
 
     fn crash(&mut self, worker: u64, (job, epoch): (Job, Epoch)) -> Vec<Effect> {
@@ -67,6 +72,12 @@ impl Pool {
         }
         counts
     }
+}
+
+const BUILD: Build = Build([1; 32]);
+
+fn poll(worker: Worker, seq: u64, skills: Skills) -> Event {
+    Event::Poll { worker, seq, slots: 1, park: true, build: BUILD, skills }
 }
 
 fn granted(said: &[Effect], to: Worker) -> Option<(Job, Epoch)> {
@@ -181,7 +192,7 @@ fn a_worker_under_which_others_jobs_die_is_drained() {
     }
     pool.seq += 1;
     let seq = pool.seq;
-    let said = pool.step(Event::Poll { worker: Worker(1), seq, slots: 1, park: true });
+    let said = pool.step(poll(Worker(1), seq, Skills::ALL));
     assert!(matches!(said[..], [Effect::Dismiss { .. }]));
 }
 
@@ -232,9 +243,64 @@ fn a_late_result_counts_while_the_job_is_open_and_is_compared_after() {
     assert!(matches!(same[..], [Effect::Taken { receipt: Receipt::Duplicate, .. }]));
     let (worker, outcome, digest) = (Worker(2), Outcome::Broken, Digest([9; 32]));
     let (job, epoch) = again;
-    let other = pool.step(Event::Commit { worker, job, epoch, digest, outcome });
+    let build = BUILD;
+    let other = pool.step(Event::Commit { worker, job, epoch, build, digest, outcome });
     assert!(matches!(other[0], Effect::Alarm { .. }));
     let stranger = Job([5; 32]);
-    let said = pool.step(Event::Commit { worker, job: stranger, epoch, digest, outcome });
+    let said = pool.step(Event::Commit { worker, job: stranger, epoch, build, digest, outcome });
     assert!(matches!(said[..], [Effect::Taken { receipt: Receipt::Unknown, .. }]));
+}
+
+#[test]
+fn a_late_result_of_another_build_is_fenced_and_raises_no_alarm() {
+    let mut pool = Pool::new();
+    pool.begin(1, 1, 4);
+    pool.open(1, 1);
+    let (job, late) = pool.ask(1).expect("a job");
+    let by = |build: u8, digest: u8, epoch| Event::Commit {
+        worker: Worker(1),
+        job,
+        epoch,
+        build: Build([build; 32]),
+        digest: Digest([digest; 32]),
+        outcome: Outcome::Broken,
+    };
+    pool.pass(2_000);
+    pool.pass(100);
+    let (_, now) = pool.ask(2).expect("the job again");
+    assert!(!pool.machine.takes(job, late, Build([2; 32])));
+    let said = pool.step(by(2, 9, late));
+    assert!(matches!(said[..], [Effect::Taken { receipt: Receipt::Fenced, .. }]), "{said:?}");
+    // By the grant that stands it counts, whatever made it.
+    let said = pool.step(by(3, 8, now));
+    assert!(said.iter().any(|e| matches!(e, Effect::Settle { .. })));
+    let said = pool.step(by(2, 9, late));
+    assert!(matches!(said[..], [Effect::Taken { receipt: Receipt::Fenced, .. }]), "{said:?}");
+    let said = pool.step(by(3, 9, late));
+    assert!(matches!(said[0], Effect::Alarm { .. }), "{said:?}");
+    assert_eq!((pool.machine.counts().fenced, pool.machine.counts().alarms), (2, 1));
+}
+
+#[test]
+fn a_job_waits_for_a_worker_that_can_do_it_and_others_pass_it() {
+    let mut pool = Pool::new();
+    pool.begin(1, 1, 9);
+    pool.begin(2, 1, 0);
+    let hard = Event::Open { run: Run(1), job: job(1), need: Skills(0b10), prior: Prior::Nothing };
+    pool.step(hard);
+    assert_eq!(pool.machine.counts().stranded, 0, "nobody is there");
+    pool.open(2, 2);
+    let said = pool.step(poll(Worker(1), 1, Skills(0b01)));
+    assert_eq!(granted(&said, Worker(1)).map(|(job, _)| job), Some(job(2)));
+    assert_eq!(pool.machine.stranded().collect::<Vec<_>>(), [(Skills(0b10), 1)]);
+    let both = Skills(0b11);
+    let said = pool.step(poll(Worker(2), 1, both));
+    assert_eq!(granted(&said, Worker(2)).map(|(job, _)| job), Some(job(1)));
+    assert_eq!(pool.machine.counts().stranded, 0);
+    // The last who can goes: what waits then waits aloud.
+    pool.step(Event::Down(Worker(2)));
+    pool.pass(300);
+    assert_eq!(pool.machine.counts().stranded, 1);
+    pool.step(Event::Cancel(Run(1)));
+    assert_eq!(pool.machine.counts().stranded, 0);
 }

@@ -5,55 +5,13 @@
 //! arguments, 1 s jobs, ten a worker, for 1 to 64 workers. The workers are `stub` beside it.
 
 use cullet_coordinator::link::{Ending, Pool, PoolConfig, Share, SpawnConfig};
-use cullet_geometry::{Solid, TriMesh, Vec3};
-use cullet_proto::strength::Strength;
-use cullet_proto::{FractureJob, Impact, Material, Precision, Settings};
+use cullet_proto::FractureJob;
 use std::time::{Duration, Instant};
 
 fn job(seed: u64, millis: u32) -> FractureJob {
-    let vertices = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
-    let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-    let material = Material {
-        density: 2500.0,
-        young: 7e10,
-        poisson: 0.2,
-        failure_stress: 5e7,
-        fracture_energy: 8.0,
-    };
-    let impact = Impact {
-        point: Vec3::new(0.1, 0.2, 0.3),
-        normal: Vec3::x(),
-        impulse: 1.0,
-        duration: 1e-4,
-        radius: 1e-3,
-        energy: 1.0,
-        closing_speed: 1.0,
-        crushing_pressure: 1e12,
-    };
-    let settings = Settings {
-        spacing: None,
-        max_particles: 1,
-        max_steps: millis,
-        min_volume_ratio: 0.0,
-        max_fragments: 9,
-        detail: cullet_proto::Detail::default(),
-        debris: 0.0,
-        grain: None,
-        hairline: None,
-        precision: Precision::Double,
-    };
-    FractureJob {
-        solver: "sleep".into(),
-        fallback: None,
-        solid: Solid::outer(TriMesh { vertices, triangles }),
-        material,
-        strength: Strength::default(),
-        impacts: vec![impact],
-        supports: Vec::new(),
-        spin: Vec3::zeros(),
-        settings,
-        seed,
-    }
+    let mut job = FractureJob::smallest("sleep", seed);
+    job.settings.max_steps = millis;
+    job
 }
 
 fn measure(millis: u32, each: u64, workers: usize) -> Result<(), Box<dyn std::error::Error>> {
@@ -85,7 +43,7 @@ fn measure(millis: u32, each: u64, workers: usize) -> Result<(), Box<dyn std::er
     let real = since.elapsed().as_secs_f64();
     let ideal = f64::from(millis) * 1e-3 * each as f64;
     let (efficiency, overhead) = (ideal / real, (real - ideal) / jobs as f64 * 1e3);
-    let (start, resent) = (start.as_secs_f64(), pool.stats().resent);
+    let (start, resent) = (start.as_secs_f64(), pool.stats().jobs.resent);
     println!(
         "{workers},{millis},{jobs},{real:.3},{efficiency:.4},{overhead:.3},{start:.1},{resent}"
     );

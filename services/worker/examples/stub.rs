@@ -36,6 +36,11 @@ fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
     if job.solver == "die" {
         std::process::abort();
     }
+    if job.solver == "gulp" {
+        // Never touched, so that nobody who looks at what is held sees it.
+        let gulp = vec![0u8; 1 << 30];
+        assert_eq!(std::hint::black_box(gulp).len(), 1 << 30);
+    }
     let mut hoard = Vec::new();
     while job.solver == "hoard" && !watch.cancelled() {
         hoard.push(vec![1u8; 8 << 20]);

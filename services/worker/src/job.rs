@@ -27,6 +27,7 @@ const MAX_FRAME: u64 = chunks::MAX_BLOB + 1024;
 /// To the job process.
 const WORK: u8 = 1;
 const CANCEL: u8 = 2;
+const LIMIT: u8 = 7;
 /// From the job process.
 const PROGRESS: u8 = 3;
 const VERDICT: u8 = 4;
@@ -40,7 +41,8 @@ pub struct JobCommand {
     pub exe: PathBuf,
     /// Its arguments.
     pub args: Vec<String>,
-    /// Most memory \[bytes\] that it may hold; more ends the attempt.
+    /// Most memory \[bytes\] that a job may hold; more ends the attempt. The system refuses what is
+    /// asked for beyond it at once; what is held is looked at, too.
     pub memory: Option<u64>,
 }
 
@@ -121,9 +123,12 @@ impl JobProcess {
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()?;
-        let (Some(input), Some(mut output)) = (child.stdin.take(), child.stdout.take()) else {
+        let (Some(mut input), Some(mut output)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(std::io::Error::other("it has no pipes"));
         };
+        if let Some(memory) = self.command.memory {
+            send(&mut input, LIMIT, &memory.to_le_bytes())?;
+        }
         let (send, frames) = channel();
         std::thread::Builder::new().name("cullet-frames".into()).spawn(move || {
             while let Ok(frame) = receive(&mut output) {
@@ -150,7 +155,11 @@ impl JobProcess {
                     return Attempt::Invalid(String::from_utf8_lossy(&text).into_owned());
                 }
                 Ok((kind, _)) => return Attempt::Died(format!("it sent a frame of kind {kind}")),
-                Err(RecvTimeoutError::Disconnected) => return Attempt::Died(alive.end()),
+                Err(RecvTimeoutError::Disconnected) => {
+                    let limit = self.command.memory.map(|bytes| bytes >> 20);
+                    let limit = limit.map(|mib| format!("; its limit of memory is {mib} MiB"));
+                    return Attempt::Died(alive.end() + &limit.unwrap_or_default());
+                }
                 Err(RecvTimeoutError::Timeout) => {}
             }
             if let Some(text) = self.over_memory(alive.child.id()) {
@@ -212,8 +221,32 @@ impl Alive {
 
 /// Memory that a process holds \[bytes\].
 fn resident(id: u32) -> Option<u64> {
-    let text = std::fs::read_to_string(format!("/proc/{id}/status")).ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    status(&format!("/proc/{id}/status"), "VmRSS:")
+}
+
+/// From now on the system gives this process so many bytes more than it has for data, threads'
+/// stacks among it, and no more: whoever asks for more aborts. Where it has no such limit, what is
+/// held is looked at all the same.
+fn limit_memory(bytes: &[u8]) {
+    let Some(more) = bytes.first_chunk().map(|bytes| u64::from_le_bytes(*bytes)) else {
+        return;
+    };
+    let has = status("/proc/self/status", "VmData:").unwrap_or(0);
+    #[cfg(unix)]
+    {
+        use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+        let maximum = getrlimit(Resource::Data).maximum;
+        let limit = has.saturating_add(more).min(maximum.unwrap_or(u64::MAX));
+        let limit = Rlimit { current: Some(limit), maximum };
+        if let Err(error) = setrlimit(Resource::Data, limit) {
+            tracing::warn!("the system does not limit memory: {error}");
+        }
+    }
+}
+
+fn status(path: &str, what: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(path).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(what))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib << 10)
 }
@@ -279,6 +312,7 @@ pub fn serve_jobs(threads: usize, solve: SolveFn) -> std::io::Result<()> {
                         break;
                     }
                 }
+                LIMIT => limit_memory(&bytes),
                 _ => seen.lock().unwrap_or_else(PoisonError::into_inner).cancel(),
             }
         }

@@ -10,11 +10,13 @@
 mod convert;
 mod job;
 mod link;
+mod meshes;
 pub mod solve;
 pub mod specimen;
 mod supervisor;
 mod talk;
 
+use cullet_proto::pool::Family;
 use cullet_proto::security::Rules;
 use cullet_proto::transport::Patience;
 use cullet_proto::{JobId, Verdict, WireError, keys};
@@ -77,6 +79,12 @@ pub struct WorkerConfig {
     pub exit_when_wedged: bool,
     /// The process in which jobs run; `None`: a thread of this one, for tests.
     pub job: Option<JobCommand>,
+    /// Families of solvers that it has, as it tells the coordinator; `None`: whatever it is asked.
+    pub families: Option<Vec<Family>>,
+    /// The digest of the program that solves; `None`: found by reading it.
+    pub build: Option<[u8; 32]>,
+    /// Most bytes of meshes kept for the next job.
+    pub meshes: u64,
     /// How patient the transport is.
     pub patience: Patience,
     /// Further settings of the transport: its identity.
@@ -95,6 +103,9 @@ impl Default for WorkerConfig {
             parent_watch: false,
             exit_when_wedged: true,
             job: None,
+            families: None,
+            build: None,
+            meshes: 256 << 20,
             patience: Patience::production(),
             rules: Rules::new(),
             stop: Arc::default(),
@@ -115,7 +126,8 @@ impl WorkerConfig {
 ///
 /// # Errors
 /// What keeps it from starting. Nothing that happens later ends it.
-pub fn run(config: WorkerConfig) -> Result<(), WorkerError> {
+pub fn run(mut config: WorkerConfig) -> Result<(), WorkerError> {
+    config.families.get_or_insert_with(solve::families);
     run_with(config, Arc::new(solve::by_table))
 }
 

@@ -107,7 +107,7 @@ impl Line {
             WorkerVerb::Chunk | WorkerVerb::Fetch => (Priority::DataLow, BULK),
             WorkerVerb::Commit => (Priority::InteractiveHigh, BULK),
             WorkerVerb::Poll => (Priority::InteractiveHigh, POLL),
-            WorkerVerb::Renew | WorkerVerb::Fail | WorkerVerb::Bye => {
+            WorkerVerb::Hello | WorkerVerb::Renew | WorkerVerb::Fail | WorkerVerb::Bye => {
                 (Priority::InteractiveHigh, CONTROL)
             }
         };

@@ -3,6 +3,7 @@
 use crate::convert::{fracture_of, problem_of};
 use cullet_fracture::solvers::{Entry, Run, by_name};
 use cullet_fracture::{Failure, Fracture, Progress, Refusal};
+use cullet_proto::pool::Family;
 use cullet_proto::{FractureJob, Verdict};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -41,6 +42,13 @@ impl Watch {
     pub fn permille(&self) -> u16 {
         self.permille.load(Ordering::Relaxed)
     }
+}
+
+/// The families of `cullet-fracture`, each in both precisions.
+#[must_use]
+pub fn families() -> Vec<Family> {
+    let family = |name: &str| Family { name: name.into(), single: true, double: true };
+    cullet_fracture::solvers::SOLVERS.iter().map(|entry| family(entry.name)).collect()
 }
 
 enum Solved {
@@ -133,9 +141,6 @@ fn words(panic: &(dyn Any + Send)) -> &str {
 mod tests {
     use super::*;
     use cullet_fracture::{Cost, Problem, Report, Solver};
-    use cullet_geometry::{Solid, TriMesh, Vec3};
-    use cullet_proto::strength::Strength;
-    use cullet_proto::{Impact, Material, Settings};
 
     struct Slow(u32);
 
@@ -185,45 +190,7 @@ mod tests {
     }
 
     fn job(solver: &str, fallback: Option<&str>) -> FractureJob {
-        let (point, normal) = (Vec3::zeros(), Vec3::x());
-        FractureJob {
-            solver: solver.into(),
-            fallback: fallback.map(Into::into),
-            solid: Solid::outer(TriMesh::default()),
-            material: Material {
-                density: 1.0,
-                young: 1.0,
-                poisson: 0.2,
-                failure_stress: 1.0,
-                fracture_energy: 1.0,
-            },
-            strength: Strength::default(),
-            impacts: vec![Impact {
-                point,
-                normal,
-                impulse: 1.0,
-                duration: 1.0,
-                radius: 1.0,
-                energy: 1.0,
-                closing_speed: 1.0,
-                crushing_pressure: 1e12,
-            }],
-            supports: Vec::new(),
-            spin: Vec3::zeros(),
-            settings: Settings {
-                spacing: None,
-                max_particles: 1,
-                max_steps: 1,
-                min_volume_ratio: 0.0,
-                max_fragments: 1,
-                detail: cullet_proto::Detail::default(),
-                debris: 0.0,
-                grain: None,
-                hairline: None,
-                precision: cullet_proto::Precision::Double,
-            },
-            seed: 0,
-        }
+        FractureJob { fallback: fallback.map(Into::into), ..FractureJob::smallest(solver, 0) }
     }
 
     #[test]

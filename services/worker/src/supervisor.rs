@@ -6,17 +6,19 @@
 
 use crate::job::{Attempt, JobProcess, attempt};
 use crate::link::Line;
+use crate::meshes::Meshes;
 use crate::solve::{SolveFn, Watch};
 use crate::talk::{News, Order, Talker};
 use crate::{EXIT_WEDGED, WorkerConfig, WorkerError, start_threads};
 use cullet_dispatch::{Act, Digest, Epoch, Hand, Heard, Job, Millis, Question, Trouble};
 use cullet_proto::SessionId;
 use cullet_proto::ids::digest;
-use cullet_proto::pool::{Grant, OVERDUE};
+use cullet_proto::pool::{Grant, Hello, OVERDUE};
 use rayon::ThreadPool;
-use std::sync::Arc;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -45,6 +47,8 @@ pub(crate) struct Supervisor {
     line: Arc<Line>,
     /// The grant at hand, its bytes or its verdict, and words about its trouble.
     grant: Option<Grant>,
+    /// When that was.
+    since: Instant,
     bytes: Vec<u8>,
     blob: Arc<Vec<u8>>,
     text: String,
@@ -75,15 +79,17 @@ impl Supervisor {
         };
         let line = Arc::new(line);
         let (say, news) = channel();
+        let hello = Arc::new(hello(&config, line.session));
         let talker = || Talker {
             line: Arc::clone(&line),
-            threads: config.threads as u32,
+            hello: Arc::clone(&hello),
             stop: Arc::clone(&config.stop),
             news: say.clone(),
         };
         let (orders, queue) = channel();
         let speaker = talker();
-        start("cullet-talk", move || speaker.run(&queue))?;
+        let meshes = Meshes::new(config.meshes);
+        start("cullet-talk", move || speaker.run(&queue, meshes))?;
         let (renewals, queue) = channel();
         let renewer = talker();
         start("cullet-renew", move || renew(&renewer, &queue))?;
@@ -101,6 +107,7 @@ impl Supervisor {
             tasks,
             line,
             grant: None,
+            since: Instant::now(),
             bytes: Vec::new(),
             blob: Arc::default(),
             text: String::new(),
@@ -146,20 +153,42 @@ impl Supervisor {
     }
 
     fn take(&mut self, news: News) {
-        if let Heard::Grant { .. } | Heard::Receipt { .. } = news.heard
-            && news.grant.is_some()
-        {
-            self.grant = news.grant;
-        }
         // What a job that was killed still has to say is not about the one at hand.
         let at = self.hand.at().map(|work| work.epoch);
+        let next = news.grant;
         match news.heard {
             Heard::Fetched { epoch } if at == Some(epoch) => self.bytes = news.bytes,
             Heard::Solved { epoch, .. } if at == Some(epoch) => self.blob = Arc::new(news.bytes),
             Heard::Trouble { epoch, .. } if at == Some(epoch) => self.text = news.text,
             _ => {}
         }
+        self.tell(news.heard, at);
+        if let Heard::Grant { .. } | Heard::Receipt { .. } = news.heard
+            && next.is_some()
+        {
+            self.grant = next;
+        }
         self.step(news.heard);
+    }
+
+    /// A line about the job at hand.
+    fn tell(&self, heard: Heard, at: Option<Epoch>) {
+        let Some(grant) = self.grant.filter(|grant| at.is_some_and(|at| at.0 == grant.epoch.0))
+        else {
+            return;
+        };
+        let (run, job, seconds) =
+            (grant.run, grant.job.short(), self.since.elapsed().as_secs_f64());
+        match heard {
+            Heard::Fetched { .. } => tracing::debug!(run, job, seconds, "job here"),
+            Heard::Solved { .. } => tracing::info!(run, job, seconds, "job solved"),
+            Heard::Receipt { .. } => tracing::debug!(run, job, seconds, "result handed in"),
+            Heard::Stop { .. } => tracing::info!(run, job, seconds, "job not wanted any more"),
+            Heard::Trouble { trouble, .. } => {
+                tracing::warn!(run, job, seconds, ?trouble, text = self.text, "job given back");
+            }
+            _ => {}
+        }
     }
 
     fn step(&mut self, heard: Heard) {
@@ -186,8 +215,11 @@ impl Supervisor {
             Act::Fetch(work) => {
                 self.watch = Watch::default();
                 self.text.clear();
+                self.since = Instant::now();
                 let grant = self.grant.filter(|grant| grant.epoch.0 == work.epoch.0);
                 if let Some(grant) = grant {
+                    let (run, job) = (grant.run, grant.job.short());
+                    tracing::info!(run, job, epoch = grant.epoch.0, "job taken");
                     let _closed = self.orders.send(Order::Fetch(grant, self.watch.clone()));
                 }
             }
@@ -226,6 +258,30 @@ type Thread = thread::JoinHandle<()>;
 fn start(name: &str, run: impl FnOnce() + Send + 'static) -> Result<Thread, WorkerError> {
     let spawned = thread::Builder::new().name(name.into()).spawn(run);
     spawned.map_err(|e| WorkerError::Threads { threads: 1, text: e.to_string() })
+}
+
+/// What a worker says of itself.
+fn hello(config: &WorkerConfig, session: SessionId) -> Hello {
+    let exe = config.job.as_ref().map(|job| job.exe.as_path());
+    Hello {
+        session,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        build: config.build.unwrap_or_else(|| build_of(exe)),
+        cores: thread::available_parallelism().map_or(1, |cores| cores.get() as u32),
+        threads: config.threads as u32,
+        memory: config.job.as_ref().and_then(|job| job.memory),
+        families: config.families.clone(),
+    }
+}
+
+/// The digest of a program, by default of this one: what is not equal byte for byte may round
+/// differently. One that cannot be read is like no other.
+fn build_of(exe: Option<&Path>) -> [u8; 32] {
+    static OWN: OnceLock<[u8; 32]> = OnceLock::new();
+    let none = || digest(&draw_session().0.to_le_bytes());
+    let of = |path: &Path| std::fs::read(path).map_or_else(|_| none(), |bytes| digest(&bytes));
+    let own = || std::env::current_exe().map_or_else(|_| none(), |path| of(&path));
+    exe.map_or_else(|| *OWN.get_or_init(own), of)
 }
 
 /// Says how far jobs are; hears whether they are wanted.

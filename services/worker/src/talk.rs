@@ -1,10 +1,11 @@
 //! What a worker asks, one question at a time, and what it makes of the answers.
 
 use crate::link::{Line, NoAnswer};
+use crate::meshes::{Fetcher, Meshes};
 use crate::solve::Watch;
 use cullet_dispatch::{Digest, Epoch, Heard, Job, Question, Trouble, Work};
 use cullet_proto::keys::WorkerVerb;
-use cullet_proto::pool::{self, ChunkAnswer, CommitAnswer, FetchAnswer, Grant, Noted, PollAnswer};
+use cullet_proto::pool::{self, ChunkAnswer, CommitAnswer, Grant, Noted, PollAnswer, Refusal};
 use cullet_proto::pool::{RenewAnswer, Trouble as Told};
 use cullet_proto::{JobId, chunks};
 use std::sync::Arc;
@@ -13,12 +14,8 @@ use std::sync::mpsc::{Receiver, Sender};
 use std::thread;
 use std::time::Duration;
 
-/// Pause before a piece is asked for or sent again.
-const PAUSE: Duration = Duration::from_millis(100);
 /// Pause before a piece is sent again to a coordinator that has no room.
 const BUSY: Duration = Duration::from_secs(1);
-/// Silences in a row over one piece of a job, after which the job is given back.
-const MAX_SILENCES: u32 = 20;
 
 /// Something for the talker to do.
 pub(crate) enum Order {
@@ -57,17 +54,18 @@ pub(crate) fn work_of(grant: &Grant) -> Work {
 /// The talker's thread: until the orders end.
 pub(crate) struct Talker {
     pub(crate) line: Arc<Line>,
-    pub(crate) threads: u32,
+    /// What it says first.
+    pub(crate) hello: Arc<pool::Hello>,
     pub(crate) stop: Arc<AtomicBool>,
     pub(crate) news: Sender<News>,
 }
 
 impl Talker {
-    pub(crate) fn run(&self, orders: &Receiver<Order>) {
+    pub(crate) fn run(&self, orders: &Receiver<Order>, mut meshes: Meshes) {
         for order in orders {
             let news = match order {
                 Order::Ask(question, text, blob) => self.ask(question, text, &blob),
-                Order::Fetch(grant, watch) => self.fetch(&grant, &watch),
+                Order::Fetch(grant, watch) => self.fetch(&grant, &watch, &mut meshes),
             };
             if self.news.send(news).is_err() {
                 return;
@@ -76,7 +74,7 @@ impl Talker {
     }
 
     fn poll_of(&self, seq: u64) -> pool::Poll {
-        pool::Poll { session: self.line.session, seq, slots: 1, threads: self.threads }
+        pool::Poll { session: self.line.session, seq, slots: 1, threads: self.hello.threads }
     }
 
     fn ask(&self, question: Question, text: String, blob: &[u8]) -> News {
@@ -94,7 +92,6 @@ impl Talker {
                     Trouble::Invalid => Told::Invalid,
                 };
                 let (job, epoch) = (JobId(job.0), cullet_proto::Epoch(epoch.0));
-                tracing::warn!("job {} is given back: {text}", job.short());
                 let fail = pool::Fail { session, job, epoch, trouble, text };
                 let said = self.line.ask::<_, Noted>(WorkerVerb::Fail, &fail, &[]);
                 said.map(|_| News::of(Heard::Noted))
@@ -117,10 +114,23 @@ impl Talker {
         })
     }
 
+    /// Asks; a coordinator that does not know this worker is told who it is, and asked again.
+    fn introduced<A>(&self, ask: impl Fn() -> Result<A, NoAnswer>) -> Result<A, NoAnswer> {
+        match ask() {
+            Err(NoAnswer::Refused(Refusal::Stranger)) => {
+                let hello = self.hello.as_ref();
+                self.line.ask::<_, Noted>(WorkerVerb::Hello, hello, &[])?;
+                ask()
+            }
+            said => said,
+        }
+    }
+
     fn poll(&self, seq: u64) -> Result<News, NoAnswer> {
         let poll = self.poll_of(seq);
         // A question for work may be held for long and is nothing to wait for when leaving.
-        let (said, _) = self.line.ask_unless(&self.stop, WorkerVerb::Poll, &poll, &[])?;
+        let ask = || self.line.ask_unless(&self.stop, WorkerVerb::Poll, &poll, &[]);
+        let (said, _) = self.introduced(ask)?;
         Ok(match said {
             PollAnswer::Grant(grant) => {
                 let heard = Heard::Grant { seq, work: work_of(&grant) };
@@ -164,8 +174,8 @@ impl Talker {
             next: Some(self.poll_of(next)),
         };
         loop {
-            let (said, _) = self.line.ask(WorkerVerb::Commit, &commit, &[])?;
-            match said {
+            let ask = || self.line.ask(WorkerVerb::Commit, &commit, &[]);
+            match self.introduced(ask)?.0 {
                 CommitAnswer::Done(grant) => {
                     let next = grant.as_ref().map(work_of);
                     return Ok(News { grant, ..News::of(Heard::Receipt { epoch, next }) });
@@ -201,48 +211,13 @@ impl Talker {
         Ok(())
     }
 
-    fn fetch(&self, grant: &Grant, watch: &Watch) -> News {
+    fn fetch(&self, grant: &Grant, watch: &Watch, meshes: &mut Meshes) -> News {
         let epoch = Epoch(grant.epoch.0);
-        let bytes = match self.pieces(grant, watch) {
-            Ok(bytes) => bytes,
-            Err((trouble, text)) => return News::trouble(epoch, trouble, text),
-        };
-        if JobId::of(&bytes) != grant.job {
-            let text = "its bytes do not match its id".to_owned();
-            return News::trouble(epoch, Trouble::Dropped, text);
+        let ask = |fetch: pool::Fetch| self.line.ask(WorkerVerb::Fetch, &fetch, &[]);
+        let stop = || watch.cancelled();
+        match (Fetcher { meshes, ask: &ask, stop: &stop }).job(grant) {
+            Ok(bytes) => News { bytes, ..News::of(Heard::Fetched { epoch }) },
+            Err((trouble, text)) => News::trouble(epoch, trouble, text),
         }
-        News { bytes, ..News::of(Heard::Fetched { epoch }) }
-    }
-
-    fn pieces(&self, grant: &Grant, watch: &Watch) -> Result<Vec<u8>, (Trouble, String)> {
-        let dropped = |text: &str| (Trouble::Dropped, text.to_owned());
-        if grant.length > chunks::MAX_BLOB {
-            return Err((Trouble::Invalid, "it is too long".into()));
-        }
-        let mut bytes = Vec::new();
-        for index in 0..chunks::count(grant.length) {
-            let mut silences = 0;
-            loop {
-                if watch.cancelled() || silences > MAX_SILENCES {
-                    return Err(dropped("its bytes do not come"));
-                }
-                let fetch = pool::Fetch { job: grant.job, index };
-                match self.line.ask::<_, FetchAnswer>(WorkerVerb::Fetch, &fetch, &[]) {
-                    Ok((FetchAnswer::Chunk { sum }, piece)) if sum == chunks::sum(&piece) => {
-                        bytes.extend_from_slice(&piece);
-                        break;
-                    }
-                    Ok((FetchAnswer::Chunk { .. }, _)) => {}
-                    Ok((FetchAnswer::Gone, _)) => return Err(dropped("its bytes are gone")),
-                    Err(NoAnswer::Silence) => {
-                        silences += 1;
-                        thread::sleep(PAUSE);
-                    }
-                    Err(NoAnswer::Refused(refusal)) => return Err(dropped(&refusal.to_string())),
-                    Err(NoAnswer::Unreadable(text)) => return Err(dropped(&text)),
-                }
-            }
-        }
-        Ok(bytes)
     }
 }

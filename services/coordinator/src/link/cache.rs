@@ -140,25 +140,14 @@ fn listed(folder: &Path) -> std::io::Result<Vec<(Job, u64)>> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let path = entry.path();
-        let name = path.file_stem().and_then(|name| name.to_str()).and_then(job_of);
+        let name = path.file_stem().and_then(|name| name.to_str()).and_then(JobId::from_hex);
         if let (Some(job), true) = (name, path.extension().is_some_and(|e| e == ENDING)) {
             let about = entry.metadata()?;
-            found.push((about.modified()?, job, about.len()));
+            found.push((about.modified()?, Job(job.0), about.len()));
         }
     }
     found.sort();
     Ok(found.into_iter().map(|(_, job, bytes)| (job, bytes)).collect())
-}
-
-fn job_of(hex: &str) -> Option<Job> {
-    let mut bytes = [0; 32];
-    if hex.len() != 64 || !hex.is_ascii() {
-        return None;
-    }
-    for (byte, at) in bytes.iter_mut().zip((0..64).step_by(2)) {
-        *byte = u8::from_str_radix(&hex[at..at + 2], 16).ok()?;
-    }
-    Some(Job(bytes))
 }
 
 #[cfg(test)]

@@ -1,35 +1,65 @@
-//! The jobs that runs want: their bytes, their results, who waits for them.
+//! The jobs that runs want: their bytes, their results, who waits for them, who tried them.
 
-use cullet_dispatch::{Job, Run};
+use super::Try;
+use cullet_dispatch::{Epoch, Job, Run};
+use cullet_proto::outline::{Outline, Parted};
 use cullet_proto::{JobId, Verdict};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Words about lost attempts that are kept of a job.
+/// Attempts that are kept of a job.
 const MAX_ATTEMPTS: usize = 16;
+
+/// An attempt at a job, by a grant.
+#[derive(Clone, Debug)]
+struct Attempt {
+    epoch: Epoch,
+    worker: String,
+    granted: Instant,
+    /// When it was over, and how.
+    ended: Option<(Instant, String)>,
+}
 
 /// What is known of a job that has openings to settle.
 #[derive(Clone, Debug)]
 pub(super) struct Wanted {
     /// When each opening was, by run.
     pub(super) openings: BTreeMap<Run, VecDeque<Instant>>,
-    /// Its encoding.
-    pub(super) bytes: Arc<Vec<u8>>,
+    /// Everything but its large parts.
+    pub(super) outline: Arc<Vec<u8>>,
+    /// Digests of its large parts.
+    parts: Vec<[u8; 32]>,
     /// Its last trouble.
     pub(super) trouble: String,
-    /// Lost attempts, a line each.
-    pub(super) attempts: Vec<String>,
+    /// Attempts at it, the first ones.
+    attempts: Vec<Attempt>,
     /// Its verdict, before it settles.
     pub(super) result: Option<Verdict>,
     /// How far it is \[1/1000\].
     pub(super) permille: u16,
 }
 
+impl Wanted {
+    /// Its attempts, in times since an opening of it.
+    pub(super) fn tries(&self, opened: Instant) -> Vec<Try> {
+        let since = |at: Instant| at.saturating_duration_since(opened);
+        let told = |attempt: &Attempt| Try {
+            worker: attempt.worker.clone(),
+            granted: since(attempt.granted),
+            ended: attempt.ended.as_ref().map(|(at, _)| since(*at)),
+            how: attempt.ended.as_ref().map(|(_, how)| how.clone()).unwrap_or_default(),
+        };
+        self.attempts.iter().map(told).collect()
+    }
+}
+
 /// The jobs that are wanted.
 #[derive(Debug, Default)]
 pub(super) struct Ledger {
     jobs: BTreeMap<Job, Wanted>,
+    /// Their large parts by digest, and by how many jobs each is wanted.
+    parts: BTreeMap<[u8; 32], (Arc<Vec<u8>>, usize)>,
 }
 
 impl Ledger {
@@ -37,18 +67,29 @@ impl Ledger {
         self.jobs.is_empty()
     }
 
-    /// A run wants a job.
-    pub(super) fn open(&mut self, run: Run, id: JobId, bytes: Vec<u8>, trouble: String) {
-        let fresh = || Wanted {
-            openings: BTreeMap::new(),
-            bytes: Arc::new(bytes),
-            trouble,
-            attempts: Vec::new(),
-            result: None,
-            permille: 0,
-        };
-        let wanted = self.jobs.entry(Job(id.0)).or_insert_with(fresh);
-        wanted.openings.entry(run).or_default().push_back(Instant::now());
+    /// A run wants a job: its bytes, or why it has none.
+    pub(super) fn open(&mut self, run: Run, id: JobId, job: Result<Parted, String>) {
+        if !self.jobs.contains_key(&Job(id.0)) {
+            let trouble = job.as_ref().err().cloned().unwrap_or_default();
+            let (outline, parts) = job.map(|job| (job.outline, job.parts)).unwrap_or_default();
+            let names = parts.iter().map(|(name, _)| *name).collect();
+            for (name, part) in parts {
+                self.parts.entry(name).or_insert((part, 0)).1 += 1;
+            }
+            let wanted = Wanted {
+                openings: BTreeMap::new(),
+                outline: Arc::new(outline),
+                parts: names,
+                trouble,
+                attempts: Vec::new(),
+                result: None,
+                permille: 0,
+            };
+            self.jobs.insert(Job(id.0), wanted);
+        }
+        if let Some(wanted) = self.jobs.get_mut(&Job(id.0)) {
+            wanted.openings.entry(run).or_default().push_back(Instant::now());
+        }
     }
 
     /// One opening of a job is over: what is known of the job, which is forgotten with the last.
@@ -59,13 +100,37 @@ impl Ledger {
         if openings.is_empty() {
             wanted.openings.remove(&run);
         }
-        let last = wanted.openings.is_empty();
-        let kept = if last { self.jobs.remove(&job)? } else { wanted.clone() };
+        if !wanted.openings.is_empty() {
+            return Some((wanted.clone(), opened));
+        }
+        let kept = self.jobs.remove(&job)?;
+        for name in &kept.parts {
+            if let Some((_, jobs)) = self.parts.get_mut(name) {
+                *jobs -= 1;
+                if *jobs == 0 {
+                    self.parts.remove(name);
+                }
+            }
+        }
         Some((kept, opened))
     }
 
     pub(super) fn get(&self, job: Job) -> Option<&Wanted> {
         self.jobs.get(&job)
+    }
+
+    /// A large part of a job that is wanted.
+    pub(super) fn part(&self, name: &[u8; 32]) -> Option<Arc<Vec<u8>>> {
+        self.parts.get(name).map(|(part, _)| Arc::clone(part))
+    }
+
+    /// All bytes of a job.
+    pub(super) fn whole(&self, job: Job) -> Option<Vec<u8>> {
+        let wanted = self.jobs.get(&job)?;
+        let parts = wanted.parts.iter().map(|name| self.part(name));
+        let parts: Vec<_> = parts.collect::<Option<_>>()?;
+        let parts: Vec<&[u8]> = parts.iter().map(|part| part.as_slice()).collect();
+        Outline::open(&wanted.outline).ok()?.whole(&parts)
     }
 
     /// Keeps words about a job's last trouble, for the message if it is abandoned.
@@ -80,15 +145,38 @@ impl Ledger {
         self.jobs.values_mut().for_each(|wanted| wanted.trouble = text.to_owned());
     }
 
-    /// Keeps a line about a lost attempt.
-    pub(super) fn note_attempt(&mut self, job: Job, line: &str) {
+    /// An attempt begins, unless it is known.
+    pub(super) fn granted(&mut self, job: Job, epoch: Epoch, worker: &str) {
         if let Some(wanted) = self.jobs.get_mut(&job)
             && wanted.attempts.len() < MAX_ATTEMPTS
+            && wanted.attempts.iter().all(|attempt| attempt.epoch != epoch)
         {
-            let trouble = &wanted.trouble;
-            let colon = if trouble.is_empty() { "" } else { ": " };
-            wanted.attempts.push(format!("{line}{colon}{trouble}"));
+            let (worker, granted) = (worker.to_owned(), Instant::now());
+            wanted.attempts.push(Attempt { epoch, worker, granted, ended: None });
         }
+    }
+
+    /// An attempt is over.
+    pub(super) fn ended(&mut self, job: Job, epoch: Epoch, how: &str) {
+        if let Some(wanted) = self.jobs.get_mut(&job) {
+            let trouble = wanted.trouble.clone();
+            let colon = if trouble.is_empty() || how.is_empty() { "" } else { ": " };
+            let trouble = if how.is_empty() { String::new() } else { trouble };
+            let attempt = wanted.attempts.iter_mut().find(|attempt| attempt.epoch == epoch);
+            if let Some(attempt) = attempt {
+                attempt.ended = Some((Instant::now(), format!("{how}{colon}{trouble}")));
+            }
+        }
+    }
+
+    /// A line for each attempt at a job that is over.
+    pub(super) fn lines(&self, job: Job) -> String {
+        let attempts = self.jobs.get(&job).map(|wanted| wanted.attempts.iter());
+        let line = |attempt: &Attempt| {
+            let (_, how) = attempt.ended.as_ref()?;
+            Some(format!("worker {}: {how}\n", attempt.worker))
+        };
+        attempts.into_iter().flatten().filter_map(line).collect()
     }
 
     /// Keeps a verdict whose bytes were checked, for when the machine settles the job.

@@ -8,14 +8,17 @@ pub(crate) mod bundle;
 mod cache;
 mod children;
 pub mod client;
+mod effects;
 mod inbox;
 mod ledger;
 mod net;
+mod openings;
 mod quarantine;
 mod questions;
 mod roster;
 mod run;
 mod shell;
+mod staff;
 pub mod users;
 
 use crate::link::shell::{Input, Shell};
@@ -178,33 +181,40 @@ pub struct Settlement {
     pub cached: bool,
     /// Wall time since the opening.
     pub wall: Duration,
+    /// Attempts, the first ones, in the order in which they were granted.
+    pub tries: Vec<Try>,
+}
+
+/// An attempt at a job; times are wall times since the opening.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Try {
+    /// Whose.
+    pub worker: String,
+    /// When the worker was given the job.
+    pub granted: Duration,
+    /// When its result was there, or the attempt was lost; `None`: another's result came first.
+    pub ended: Option<Duration>,
+    /// How it was lost; empty: it was not.
+    pub how: String,
 }
 
 /// What a pool has done and is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PoolStats {
-    /// Jobs opened.
-    pub opened: u64,
-    /// Jobs settled.
-    pub settled: u64,
-    /// Of these, refused by the solvers.
-    pub refused: u64,
-    /// Of these, failed in the solver.
-    pub failed: u64,
-    /// Of these, abandoned.
-    pub abandoned: u64,
-    /// Attempts beyond a job's first.
-    pub resent: u64,
-    /// Jobs waiting for a worker now.
-    pub waiting: u64,
-    /// Jobs at workers now.
-    pub running: u64,
+    /// Of all runs.
+    pub jobs: RunStats,
     /// Workers whose link is up now.
     pub workers: u64,
     /// Worker processes started again after they ended.
     pub respawned: u64,
     /// Results of a pure job that contradicted an earlier one: must be zero.
     pub alarms: u64,
+    /// Late results of another build than the one that has the job, which do not count.
+    pub fenced: u64,
+    /// Jobs that wait though workers are here, none of which can do them.
+    pub stranded: u64,
+    /// Openings that had to wait for room.
+    pub queued: u64,
     /// Jobs in quarantine.
     pub quarantined: u64,
     /// Second attempts at jobs that took long.
@@ -215,6 +225,8 @@ pub struct PoolStats {
     pub damaged: u64,
     /// Messages refused at the door.
     pub refusals: u64,
+    /// Bytes of meshes sent to workers.
+    pub mesh_bytes: u64,
     /// Worker processes kept here now; their numbers are [`Pool::pids`].
     pub children: u64,
 }
@@ -263,12 +275,20 @@ impl Pool {
         &self.endpoint
     }
 
+    /// As [`Pool::run`], with a number for people, which log lines of the pool and of its workers
+    /// carry.
+    #[must_use]
+    pub fn run_as(&self, label: u64, share: Share) -> RunHandle {
+        let run = Run(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
+        RunHandle::begin(run, label, share, self.inputs.clone())
+    }
+
     /// Begins a run: a stream of jobs that settles in its own order, beside other runs, with this
     /// share of the workers.
     #[must_use]
     pub fn run(&self, share: Share) -> RunHandle {
         let run = Run(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
-        RunHandle::begin(run, share, self.inputs.clone())
+        RunHandle::begin(run, run.0, share, self.inputs.clone())
     }
 
     /// What the pool has done and is doing.

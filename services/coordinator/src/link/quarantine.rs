@@ -1,10 +1,13 @@
 //! What reproduces a job that killed its workers.
 //!
 //! A folder named by the job's id: `job.bin`, its encoding, and `attempts.txt`, who died how. The
-//! command `cullet job FILE` solves a `job.bin` in its own process, as a worker would.
+//! command `cullet job FILE` solves a `job.bin` in its own process, as a worker would. A job whose
+//! folder is there stays in quarantine, in later lives of the coordinator too, until it is
+//! pardoned.
 
 use cullet_proto::JobId;
 use std::fs;
+use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
 /// Bundles kept in a folder; a further one is not written.
@@ -14,20 +17,43 @@ const MAX_BUNDLES: usize = 256;
 ///
 /// # Errors
 /// The disk does not take it, or there are too many already.
-pub(super) fn write(
-    folder: &Path,
-    id: JobId,
-    job: &[u8],
-    attempts: &[String],
-) -> std::io::Result<PathBuf> {
+pub(super) fn write(folder: &Path, id: JobId, job: &[u8], attempts: &str) -> Result<PathBuf> {
     fs::create_dir_all(folder)?;
     let bundle = folder.join(id.to_string());
     if fs::read_dir(folder)?.count() >= MAX_BUNDLES && !bundle.exists() {
         let text = format!("{} holds {MAX_BUNDLES} bundles already", folder.display());
-        return Err(std::io::Error::other(text));
+        return Err(Error::other(text));
     }
     fs::create_dir_all(&bundle)?;
     fs::write(bundle.join("job.bin"), job)?;
-    fs::write(bundle.join("attempts.txt"), attempts.join("\n") + "\n")?;
+    fs::write(bundle.join("attempts.txt"), attempts)?;
     Ok(bundle)
+}
+
+/// The jobs whose bundles a folder holds.
+///
+/// # Errors
+/// It cannot be read; one that is not there holds none.
+pub(super) fn held(folder: &Path) -> Result<Vec<JobId>> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries?,
+    };
+    let mut held = Vec::new();
+    for entry in entries {
+        held.extend(entry?.file_name().to_str().and_then(JobId::from_hex));
+    }
+    held.sort_unstable();
+    Ok(held)
+}
+
+/// Removes the bundle of a job that may be tried again.
+///
+/// # Errors
+/// The disk does not let it go.
+pub(super) fn release(folder: &Path, id: JobId) -> Result<()> {
+    match fs::remove_dir_all(folder.join(id.to_string())) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        said => said,
+    }
 }

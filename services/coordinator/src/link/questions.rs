@@ -1,8 +1,9 @@
 //! Questions of workers and clients, from the bytes to the answer.
 
 use super::bulk::{refuse, reply};
+use super::effects::outcome_of;
 use super::inbox::Blob;
-use super::shell::{Shell, outcome_of};
+use super::shell::Shell;
 use cullet_dispatch::{Digest, Epoch, Event, Job, Outcome, Receipt, Trouble, Worker};
 use cullet_proto::codec::MAX_HEADER;
 use cullet_proto::envelope::PREFIX;
@@ -49,8 +50,14 @@ impl Shell {
         match verb {
             WorkerVerb::Poll => {
                 let (poll, _) = pool::read_ask::<pool::Poll>(bytes)?;
-                self.poll(query, name, &poll);
-                Ok(())
+                self.poll(query, name, &poll)
+            }
+            WorkerVerb::Hello => {
+                let (hello, _) = pool::read_ask::<pool::Hello>(bytes)?;
+                hello.check()?;
+                self.staff.introduce(&hello, &self.up);
+                self.roster.introduced(Worker(hello.session.0), name, &hello);
+                answer(&query, &Noted)
             }
             WorkerVerb::Renew => {
                 let (renew, _) = pool::read_ask::<pool::Renew>(bytes)?;
@@ -64,9 +71,14 @@ impl Shell {
             }
             WorkerVerb::Fetch => {
                 let (fetch, _) = pool::read_ask::<pool::Fetch>(bytes)?;
-                let whole =
-                    self.ledger.get(Job(fetch.job.0)).map(|wanted| Arc::clone(&wanted.bytes));
-                let piece = whole.as_ref().and_then(|bytes| chunks::slice(bytes, fetch.index));
+                let wanted = self.ledger.get(Job(fetch.blob));
+                let outline = wanted.map(|wanted| Arc::clone(&wanted.outline));
+                let part = self.ledger.part(&fetch.blob).filter(|_| outline.is_none());
+                let whole = outline.as_ref().or(part.as_ref());
+                let piece = whole.and_then(|bytes| chunks::slice(bytes, fetch.index));
+                if part.is_some() {
+                    self.mesh_bytes += piece.map_or(0, <[u8]>::len) as u64;
+                }
                 self.send_piece(query, piece)
             }
             WorkerVerb::Chunk => self.chunk(&query, bytes),
@@ -90,17 +102,19 @@ impl Shell {
         }
     }
 
-    fn poll(&mut self, query: Query, name: &WorkerId, poll: &pool::Poll) {
+    fn poll(&mut self, query: Query, name: &WorkerId, poll: &pool::Poll) -> Result<(), Refusal> {
         let worker = Worker(poll.session.0);
+        let (build, skills) = self.staff.get(worker).ok_or(Refusal::Stranger)?;
         self.know(worker, name);
-        self.roster.polled(worker, name, poll.threads);
         // One that asks again has given up the question it asked before.
         if self.polls.get(&worker).is_none_or(|(asked, _)| *asked <= poll.seq) {
             self.polls.insert(worker, (poll.seq, query));
         } else if let Ok(bytes) = pool::answer(&PollAnswer::Idle, &[]) {
             reply(&query, bytes);
         }
-        self.step(Event::Poll { worker, seq: poll.seq, slots: poll.slots, park: true });
+        let (seq, slots) = (poll.seq, poll.slots);
+        self.step(Event::Poll { worker, seq, slots, park: true, build, skills });
+        Ok(())
     }
 
     fn chunk(&mut self, query: &Query, bytes: &[u8]) -> Result<(), Refusal> {
@@ -109,8 +123,11 @@ impl Shell {
     }
 
     fn commit(&mut self, name: &WorkerId, commit: &pool::Commit) -> Result<CommitAnswer, Refusal> {
-        self.know(Worker(commit.session.0), name);
-        if !self.dispatch.wants(Job(commit.job.0)) {
+        let worker = Worker(commit.session.0);
+        let (build, _) = self.staff.get(worker).ok_or(Refusal::Stranger)?;
+        self.know(worker, name);
+        let (job, epoch) = (Job(commit.job.0), Epoch(commit.epoch.0));
+        if !self.dispatch.takes(job, epoch, build) {
             self.inbox.forget(&commit.digest);
             // Over already: the machine compares the digests and may raise an alarm.
             return Ok(self.count(commit, Outcome::Broken));
@@ -127,28 +144,30 @@ impl Shell {
         let outcome = outcome_of(&verdict);
         self.ledger.keep(commit.job, verdict);
         self.cache.put(commit.job, bytes);
+        self.ledger.ended(job, epoch, "");
         Ok(self.count(commit, outcome))
     }
 
     fn count(&mut self, commit: &pool::Commit, outcome: Outcome) -> CommitAnswer {
-        let event = Event::Commit {
-            worker: Worker(commit.session.0),
-            job: Job(commit.job.0),
-            epoch: Epoch(commit.epoch.0),
-            digest: Digest(commit.digest),
-            outcome,
+        let (worker, job) = (Worker(commit.session.0), Job(commit.job.0));
+        let (epoch, digest) = (Epoch(commit.epoch.0), Digest(commit.digest));
+        let Some((build, skills)) = self.staff.get(worker) else {
+            return CommitAnswer::Done(None);
         };
-        self.roster.left(Worker(commit.session.0), commit.job);
-        let receipt = self.step(event).receipt;
-        let short = commit.job.short();
-        match receipt {
+        self.roster.left(worker, commit.job);
+        let (short, runs, name) = (commit.job.short(), self.runs_of(job), self.name(worker));
+        let event = Event::Commit { worker, job, epoch, build, digest, outcome };
+        match self.step(event).receipt {
             Some(Receipt::Accepted | Receipt::Noted) => {}
-            other => tracing::info!("a result of job {short} is not needed: {other:?}"),
+            Some(receipt) => {
+                tracing::info!(runs, job = short, worker = name, ?receipt, "result not needed");
+            }
+            None => {}
         }
         let next = commit.next.and_then(|poll| {
             let worker = Worker(poll.session.0);
             let (seq, slots) = (poll.seq, poll.slots);
-            self.step(Event::Poll { worker, seq, slots, park: false }).grant
+            self.step(Event::Poll { worker, seq, slots, park: false, build, skills }).grant
         });
         CommitAnswer::Done(next)
     }
@@ -159,7 +178,8 @@ impl Shell {
             pool::Trouble::Dropped => Trouble::Dropped,
             pool::Trouble::Invalid => Trouble::Invalid,
         };
-        tracing::warn!("worker {name} gives job {} back: {}", fail.job.short(), fail.text);
+        let (job, runs) = (fail.job.short(), self.runs_of(Job(fail.job.0)));
+        tracing::warn!(runs, job, worker = %name, text = fail.text, "job given back");
         self.ledger.note_trouble(fail.job, &fail.text);
         let (worker, job) = (Worker(fail.session.0), Job(fail.job.0));
         self.roster.left(worker, fail.job);

@@ -1,6 +1,8 @@
 //! The workers that are known, for whoever asks about them. Decides nothing.
 
+use super::staff;
 use cullet_dispatch::Worker;
+use cullet_proto::pool::Hello;
 use cullet_proto::service::WorkerInfo;
 use cullet_proto::{JobId, SessionId, WorkerId};
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,7 +14,7 @@ const MAX_KNOWN: usize = 4_096;
 #[derive(Debug, Default)]
 struct Row {
     name: String,
-    threads: u32,
+    about: Hello,
     drained: bool,
     jobs: BTreeSet<JobId>,
     done: u64,
@@ -37,12 +39,11 @@ impl Roster {
         self.rows.entry(worker).or_default()
     }
 
-    pub(super) fn polled(&mut self, worker: Worker, name: &WorkerId, threads: u32) {
-        if self.rows.get(&worker).is_none_or(|row| row.threads != threads) {
-            let row = self.row(worker);
-            row.name = name.to_string();
-            row.threads = threads;
-        }
+    /// A worker has said what it is.
+    pub(super) fn introduced(&mut self, worker: Worker, name: &WorkerId, hello: &Hello) {
+        let row = self.row(worker);
+        row.name = name.to_string();
+        row.about = hello.clone();
     }
 
     pub(super) fn took(&mut self, worker: Worker, job: JobId) {
@@ -86,7 +87,12 @@ impl Roster {
             session: SessionId(worker.0).to_string(),
             up: up.contains(&SessionId(worker.0)),
             drained: row.drained,
-            threads: row.threads,
+            threads: row.about.threads,
+            cores: row.about.cores,
+            memory: row.about.memory,
+            version: row.about.version.clone(),
+            build: JobId(row.about.build).short(),
+            solvers: row.about.families.as_deref().map(staff::words),
             jobs: row.jobs.iter().map(ToString::to_string).collect(),
             done: row.done,
         };

@@ -2,9 +2,12 @@
 
 use super::Settlement;
 use super::shell::{Input, Listener};
+use super::staff;
 use cullet_dispatch::{Counts, Event, Run, Share};
+use cullet_proto::outline::Parted;
 use cullet_proto::specimen::SpecimenJob;
 use cullet_proto::{FractureJob, JobId, WireError};
+use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -33,15 +36,15 @@ pub struct RunStats {
 }
 
 impl RunStats {
-    pub(super) fn of(counts: &Counts, permille: i64) -> Self {
+    pub(super) fn of(counts: &Counts, held: u64, permille: i64) -> Self {
         Self {
-            opened: counts.opened,
+            opened: counts.opened + held,
             settled: counts.settled,
             refused: counts.refused,
             failed: counts.failed,
             abandoned: counts.abandoned,
             resent: counts.resent,
-            waiting: counts.waiting,
+            waiting: counts.waiting + held,
             running: counts.running,
             permille: permille.max(0) as u64,
         }
@@ -59,10 +62,17 @@ pub struct RunHandle {
 }
 
 impl RunHandle {
-    pub(super) fn begin(run: Run, share: Share, inputs: SyncSender<Input>) -> Self {
+    pub(super) fn begin(run: Run, label: u64, share: Share, inputs: SyncSender<Input>) -> Self {
         let (settle, settlements) = std::sync::mpsc::channel();
         let stats = Arc::<Mutex<RunStats>>::default();
-        let listener = Listener { settle, stats: Arc::clone(&stats), over: false, permille: 0 };
+        let listener = Listener {
+            settle,
+            stats: Arc::clone(&stats),
+            over: false,
+            label,
+            held: VecDeque::new(),
+            permille: 0,
+        };
         let _closed = inputs.send(Input::Begin(run, share, listener));
         Self { run, inputs, settlements: Mutex::new(settlements), stats }
     }
@@ -76,23 +86,28 @@ impl RunHandle {
     /// Wants a job done; it settles through [`RunHandle::settled`]. A job over a limit of the wire
     /// settles as abandoned.
     pub fn open(&self, job: &FractureJob) -> JobId {
-        self.want(job.encode(), job)
+        self.want(Parted::of(job), staff::asks(job), job)
     }
 
     /// As [`RunHandle::open`], for a specimen.
     pub fn open_specimen(&self, job: &SpecimenJob) -> JobId {
-        self.want(job.encode(), job)
+        self.want(Parted::specimen(job), Vec::new(), job)
     }
 
-    fn want(&self, bytes: Result<Vec<u8>, WireError>, job: &impl std::fmt::Debug) -> JobId {
-        let (id, bytes) = match bytes {
-            Ok(bytes) => (JobId::of(&bytes), Ok(bytes)),
+    fn want(
+        &self,
+        parted: Result<Parted, WireError>,
+        asks: Vec<staff::Skill>,
+        job: &impl std::fmt::Debug,
+    ) -> JobId {
+        let (id, opening) = match parted {
+            Ok(parted) => (parted.id, Ok((parted, asks))),
             Err(error) => {
                 // It has no encoding to be named by; its debug text is as good.
                 (JobId::of(format!("{job:?}").as_bytes()), Err(error.to_string()))
             }
         };
-        let _closed = self.inputs.send(Input::Open(self.run, id, bytes));
+        let _closed = self.inputs.send(Input::Open(self.run, id, opening));
         id
     }
 

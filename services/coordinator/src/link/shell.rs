@@ -1,20 +1,21 @@
 //! The thread that owns the pool: hears, steps the machine, does what it says.
 
-use super::bulk::{Bulk, reply};
+use super::bulk::Bulk;
 use super::cache::Cache;
 use super::children::Children;
 use super::inbox::Inbox;
-use super::ledger::{Ledger, Wanted};
+use super::ledger::Ledger;
 use super::net::Net;
+use super::openings::Opening;
 use super::quarantine;
 use super::roster::Roster;
-use super::{Ending, LinkError, PoolConfig, PoolStats, RunStats, Settlement};
-use cullet_dispatch::{Bound, Digest, Dispatch, Effect, Event, Job, Loss, Millis, Outcome, Prior};
-use cullet_dispatch::{Reason, Receipt, Run, Share, Timing, Verdict as Decision, Worker};
-use cullet_proto::pool::{self, Grant, OVERDUE, PollAnswer, RenewAnswer};
-use cullet_proto::{Epoch, JobId, SessionId, Verdict, WorkerId};
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use super::staff::Staff;
+use super::{LinkError, PoolConfig, PoolStats, RunStats, Settlement};
+use cullet_dispatch::{Dispatch, Event, Job, Millis, Receipt, Run, Share, Timing, Worker};
+use cullet_proto::pool::{Grant, RenewAnswer};
+use cullet_proto::{JobId, SessionId, WorkerId};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -39,8 +40,8 @@ pub(super) enum Input {
     Link { session: SessionId, up: bool },
     /// A run begins: its settlements go there.
     Begin(Run, Share, Listener),
-    /// A run wants a job: its encoding, or why it has none.
-    Open(Run, JobId, Result<Vec<u8>, String>),
+    /// A run wants a job.
+    Open(Run, JobId, Opening),
     /// Something about a run, or a wish about a worker.
     Say(Event),
     /// The worker of that name gets no further job.
@@ -55,6 +56,10 @@ pub(super) struct Listener {
     pub(super) settle: Sender<(JobId, Settlement)>,
     pub(super) stats: Arc<Mutex<RunStats>>,
     pub(super) over: bool,
+    /// Its number for people, in log lines.
+    pub(super) label: u64,
+    /// What it wants and there was no room for, in order.
+    pub(super) held: VecDeque<(JobId, Opening)>,
     /// Sum of how far the jobs at work are \[1/1000\].
     pub(super) permille: i64,
 }
@@ -74,16 +79,21 @@ pub(super) struct Shell {
     pub(super) bulk: Bulk,
     pub(super) polls: BTreeMap<Worker, (u64, Query)>,
     pub(super) refusals: u64,
+    /// Bytes of meshes sent to workers.
+    pub(super) mesh_bytes: u64,
     pub(super) roster: Roster,
-    names: BTreeMap<Worker, WorkerId>,
-    up: BTreeSet<SessionId>,
+    pub(super) staff: Staff,
+    pub(super) names: BTreeMap<Worker, WorkerId>,
+    pub(super) up: BTreeSet<SessionId>,
     pub(super) ledger: Ledger,
     pub(super) cache: Cache,
-    quarantine: Option<PathBuf>,
+    pub(super) quarantine: Option<PathBuf>,
     children: Option<Children>,
     net: Net,
-    runs: BTreeMap<Run, Listener>,
-    settled: Vec<(Run, JobId, Settlement)>,
+    pub(super) runs: BTreeMap<Run, Listener>,
+    /// Openings that had to wait for room.
+    pub(super) queued: u64,
+    pub(super) settled: Vec<(Run, JobId, Settlement)>,
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
     start: Instant,
@@ -94,14 +104,21 @@ impl Shell {
         let spawn = config.spawn.clone();
         let children = spawn.map(|spawn| Children::start(spawn, net.endpoint())).transpose()?;
         let pids = children.as_ref().map(Children::pids).unwrap_or_default();
+        let incarnation = config.incarnation.unwrap_or_else(drawn);
+        let mut dispatch = Dispatch::new(config.timing, incarnation);
+        for job in held(config.quarantine.as_deref()) {
+            dispatch.step(0, Event::Isolate(Job(job.0)));
+        }
         Ok(Self {
-            dispatch: Dispatch::new(config.timing, config.incarnation.unwrap_or_else(drawn)),
+            dispatch,
             timing: config.timing,
             inbox: Inbox::default(),
             bulk: Bulk::start()?,
             polls: BTreeMap::new(),
             refusals: 0,
+            mesh_bytes: 0,
             roster: Roster::default(),
+            staff: Staff::default(),
             names: BTreeMap::new(),
             up: BTreeSet::new(),
             ledger: Ledger::default(),
@@ -110,6 +127,7 @@ impl Shell {
             children,
             net,
             runs: BTreeMap::new(),
+            queued: 0,
             settled: Vec::new(),
             stats: Arc::default(),
             pids: Arc::new(Mutex::new(pids)),
@@ -144,6 +162,7 @@ impl Shell {
                 ticked = Instant::now();
                 self.tick();
             }
+            self.open_held();
             self.publish();
             self.roster.publish(&self.up);
             for (run, id, settlement) in self.settled.drain(..) {
@@ -178,7 +197,7 @@ impl Shell {
                 self.runs.insert(run, listener);
                 self.step(Event::Begin { run, share });
             }
-            Input::Open(run, id, bytes) => self.open(run, id, bytes),
+            Input::Open(run, id, opening) => self.want(run, id, opening),
             Input::Say(event) => self.say(event),
             Input::Drain(name) => {
                 for worker in self.named(name.as_str()) {
@@ -194,12 +213,14 @@ impl Shell {
             for worker in self.named(&name) {
                 self.polls.remove(&worker);
                 self.names.remove(&worker);
+                self.staff.gone(worker);
                 self.roster.gone(worker);
                 self.step(Event::Down(worker));
             }
         }
         self.forsake();
         self.step(Event::Tick);
+        self.staff.tell(self.dispatch.stranded());
         self.inbox.sweep();
     }
 
@@ -211,10 +232,16 @@ impl Shell {
 
     fn say(&mut self, event: Event) {
         self.step(event);
-        if let Event::End(run) = event
-            && let Some(listener) = self.runs.get_mut(&run)
-        {
-            listener.over = true;
+        match event {
+            Event::Cancel(run) => self.cancel_held(run),
+            Event::End(run) => {
+                if let Some(listener) = self.runs.get_mut(&run) {
+                    listener.over = true;
+                    listener.held.clear();
+                }
+            }
+            Event::Pardon(job) => self.pardon(JobId(job.0)),
+            _ => {}
         }
     }
 
@@ -233,58 +260,33 @@ impl Shell {
         let counts = self.dispatch.counts();
         let children = self.children.as_ref();
         let pids = children.map(Children::pids).unwrap_or_default();
+        let (mut held, mut permille) = (0, 0);
         for (run, listener) in &self.runs {
+            held += listener.held.len() as u64;
+            permille += listener.permille;
             if let Some(counts) = self.dispatch.counts_of(*run) {
                 *listener.stats.lock().unwrap_or_else(PoisonError::into_inner) =
-                    RunStats::of(&counts, listener.permille);
+                    RunStats::of(&counts, listener.held.len() as u64, listener.permille);
             }
         }
         let stats = PoolStats {
-            opened: counts.opened,
-            settled: counts.settled,
-            refused: counts.refused,
-            failed: counts.failed,
-            abandoned: counts.abandoned,
-            resent: counts.resent,
-            waiting: counts.waiting,
-            running: counts.running,
+            jobs: RunStats::of(&counts, held, permille),
             workers: self.up.len() as u64,
             respawned: children.map_or(0, |c| c.respawned),
             alarms: counts.alarms,
+            fenced: counts.fenced,
+            stranded: counts.stranded,
             quarantined: counts.quarantined,
             hedged: counts.hedged,
+            queued: self.queued,
             cached: self.cache.hits,
             damaged: self.inbox.damaged,
             refusals: self.refusals,
+            mesh_bytes: self.mesh_bytes,
             children: pids.len() as u64,
         };
         *self.stats.lock().unwrap_or_else(PoisonError::into_inner) = stats;
         *self.pids.lock().unwrap_or_else(PoisonError::into_inner) = pids;
-    }
-
-    fn open(&mut self, run: Run, id: JobId, bytes: Result<Vec<u8>, String>) {
-        let job = Job(id.0);
-        let prior = match bytes {
-            Ok(bytes) => {
-                self.ledger.open(run, id, bytes, String::new());
-                self.known(id).unwrap_or(Prior::Nothing)
-            }
-            Err(text) => {
-                self.ledger.open(run, id, Vec::new(), text);
-                Prior::Unfit
-            }
-        };
-        self.step(Event::Open { run, job, prior });
-    }
-
-    /// What the cache says of a job that is opened.
-    fn known(&mut self, id: JobId) -> Option<Prior> {
-        let bytes = self.cache.get(id)?;
-        let verdict = Verdict::decode(&bytes).ok()?;
-        let outcome = outcome_of(&verdict);
-        self.ledger.keep(id, verdict);
-        let digest = Digest(cullet_proto::ids::digest(&bytes));
-        Some(Prior::Result { digest, outcome })
     }
 
     /// A worker says how far it is.
@@ -318,161 +320,21 @@ impl Shell {
         }
         said
     }
-
-    fn act(&mut self, effect: Effect, said: &mut Said) {
-        match effect {
-            Effect::Grant { worker, seq, job, epoch, lease, hard } => {
-                let length = self.ledger.get(job).map_or(0, |w| w.bytes.len() as u64);
-                let grant = Grant {
-                    job: JobId(job.0),
-                    epoch: Epoch(epoch.0),
-                    length,
-                    lease_ms: lease,
-                    renew_ms: self.timing.renew,
-                    hard_ms: hard,
-                };
-                self.roster.took(worker, JobId(job.0));
-                if !self.answer_poll(worker, seq, PollAnswer::Grant(grant)) {
-                    said.grant = Some(grant);
-                }
-            }
-            Effect::Idle { worker, seq } => {
-                self.answer_poll(worker, seq, PollAnswer::Idle);
-            }
-            Effect::Park { .. } => {}
-            Effect::Renewed { lease, .. } => said.renew = Some(RenewAnswer::Go { lease_ms: lease }),
-            Effect::Stop { .. } => said.renew = Some(RenewAnswer::Stop),
-            Effect::Taken { receipt, .. } => said.receipt = Some(receipt),
-            Effect::Dismiss { worker, seq } => {
-                self.answer_poll(worker, seq, PollAnswer::Drain);
-            }
-            Effect::Drained { worker } => {
-                let name = self.names.get(&worker).map_or_else(String::new, WorkerId::to_string);
-                self.roster.drained(worker);
-                tracing::warn!("worker {name} gets no further job");
-            }
-            Effect::Lost { job, worker, loss, .. } => self.lost(job, worker, loss),
-            Effect::Busy { run, job, bound } => self.turn_down(run, job, bound),
-            Effect::Quarantine { job, crashes } => self.isolate(job, crashes),
-            Effect::Stall { job, reason, attempts } => {
-                let id = JobId(job.0).short();
-                tracing::error!("job {id} is abandoned after {attempts} attempts: {reason:?}");
-            }
-            Effect::Alarm { job, kept, other } => alarm(job, kept, other),
-            Effect::Settle { run, job, verdict, attempts, .. } => {
-                self.settle(run, job, verdict, attempts);
-            }
-        }
-    }
-
-    fn answer_poll(&mut self, worker: Worker, seq: u64, answer: PollAnswer) -> bool {
-        if self.polls.get(&worker).is_none_or(|(asked, _)| *asked != seq) {
-            return false;
-        }
-        if let Some((_, query)) = self.polls.remove(&worker)
-            && let Ok(bytes) = pool::answer(&answer, &[])
-        {
-            reply(&query, bytes);
-        }
-        true
-    }
-
-    fn lost(&mut self, job: Job, worker: Worker, loss: Loss) {
-        self.roster.left(worker, JobId(job.0));
-        let name = self.names.get(&worker).map_or("of unknown name", WorkerId::as_str);
-        let line = format!("worker {name}: {loss:?}");
-        tracing::warn!("an attempt at job {} is lost: {line}", JobId(job.0).short());
-        if loss == Loss::TooLong {
-            self.ledger.note_trouble(JobId(job.0), OVERDUE);
-        }
-        self.ledger.note_attempt(job, &line);
-    }
-
-    /// Keeps what reproduces a job that killed its workers.
-    fn isolate(&self, job: Job, crashes: u32) {
-        let id = JobId(job.0);
-        tracing::error!("job {} is put in quarantine: {crashes} attempts died", id.short());
-        let (Some(folder), Some(wanted)) = (&self.quarantine, self.ledger.get(job)) else {
-            return;
-        };
-        match quarantine::write(folder, id, &wanted.bytes, &wanted.attempts) {
-            Ok(bundle) => tracing::error!("what reproduces it is in {}", bundle.display()),
-            Err(error) => tracing::error!("what reproduces it is not kept: {error}"),
-        }
-    }
-
-    fn settle(&mut self, run: Run, job: Job, decision: Decision, attempts: u32) {
-        let Some((wanted, opened)) = self.close(run, job) else {
-            return;
-        };
-        let cached = matches!(decision, Decision::Done { worker: None, .. });
-        let (ending, worker) = match (decision, wanted.result) {
-            (Decision::Done { worker, .. }, Some(verdict)) => {
-                worker.into_iter().for_each(|worker| self.roster.done(worker));
-                let name = worker.and_then(|worker| self.names.get(&worker));
-                (Ending::Verdict(verdict), name.map(WorkerId::to_string).unwrap_or_default())
-            }
-            (Decision::Done { .. }, None) => {
-                (Ending::Abandoned("its result was lost here".into()), String::new())
-            }
-            (Decision::Abandoned(reason), _) => {
-                (Ending::Abandoned(words(reason, attempts, &wanted.trouble)), String::new())
-            }
-            (Decision::Cancelled, _) => (Ending::Cancelled, String::new()),
-        };
-        let settlement = Settlement { ending, attempts, worker, cached, wall: opened.elapsed() };
-        // Sent once the counts that go with it can be read.
-        self.settled.push((run, JobId(job.0), settlement));
-    }
-
-    fn close(&mut self, run: Run, job: Job) -> Option<(Wanted, Instant)> {
-        let (wanted, opened) = self.ledger.close(run, job)?;
-        if let Some(listener) = self.runs.get_mut(&run)
-            && !wanted.openings.contains_key(&run)
-        {
-            listener.permille -= i64::from(wanted.permille);
-        }
-        Some((wanted, opened))
-    }
-
-    /// An opening that the machine did not take ends here.
-    fn turn_down(&mut self, run: Run, job: Job, bound: Bound) {
-        let text = match bound {
-            Bound::Run => "the run has too many jobs open",
-            Bound::Pool => "the pool has too many jobs open",
-            Bound::NoRun => "the run is over",
-        };
-        if let Some((_, opened)) = self.close(run, job) {
-            let (ending, worker) = (Ending::Abandoned(text.into()), String::new());
-            let wall = opened.elapsed();
-            let settlement = Settlement { ending, attempts: 0, worker, cached: false, wall };
-            self.settled.push((run, JobId(job.0), settlement));
-        }
-    }
 }
 
-pub(super) fn outcome_of(verdict: &Verdict) -> Outcome {
-    match verdict {
-        Verdict::Broken(_) | Verdict::Measured(_) => Outcome::Broken,
-        Verdict::Refused { .. } => Outcome::Refused,
-        Verdict::Failed { .. } => Outcome::Failed,
-    }
-}
-
-fn alarm(job: Job, kept: Digest, other: Digest) {
-    let (job, kept, other) = (JobId(job.0).short(), JobId(kept.0), JobId(other.0));
-    tracing::error!("job {job} is not deterministic: results {kept} and {other}");
-}
-
-fn words(reason: Reason, attempts: u32, trouble: &str) -> String {
-    let what = match reason {
-        Reason::Crashes => "too many workers ended under it",
-        Reason::Attempts => "too many attempts",
-        Reason::Invalid => "it cannot be read",
-        Reason::Forsaken => "no worker is left",
+/// The jobs that earlier lives have put into quarantine.
+fn held(folder: Option<&Path>) -> Vec<JobId> {
+    let Some(folder) = folder else {
+        return Vec::new();
     };
-    let colon = if trouble.is_empty() { "" } else { ": " };
-    format!("{what} ({attempts} attempts){colon}{trouble}")
+    let held = quarantine::held(folder).unwrap_or_else(|error| {
+        tracing::error!("{}: {error}: what is in quarantine is not known", folder.display());
+        Vec::new()
+    });
+    for job in &held {
+        tracing::warn!(job = %job.short(), "in quarantine, since an earlier life");
+    }
+    held
 }
 
 /// For a coordinator without a journal: differs between its lives, but for one chance in 2³².

@@ -4,8 +4,8 @@
 
 use super::live::{Clock, Live};
 use super::store::Kept;
-use super::timeline::Job;
-use crate::link::{Ending, Settlement};
+use super::timeline::{Job, Stretch};
+use crate::link::{Ending, Settlement, Try};
 use crate::run::{Jobs, Load};
 use cullet_proto::{FractureJob, JobId, Verdict};
 use std::cell::RefCell;
@@ -42,11 +42,20 @@ impl<'a> Keeper<'a> {
             Ending::Abandoned(_) => "abandoned",
             Ending::Cancelled => "cancelled",
         };
+        let settled = self.clock.now();
+        let at = |since: Duration| due.opened + since.as_secs_f64();
+        let stretch = |tried: &Try| Stretch {
+            worker: tried.worker.clone(),
+            from: at(tried.granted),
+            to: tried.ended.map_or(settled, at),
+            lost: tried.how.clone(),
+        };
         self.live.settled(Job {
             job: due.job.short(),
+            tries: settlement.tries.iter().map(stretch).collect(),
             worker: settlement.worker.clone(),
             opened: due.opened,
-            settled: self.clock.now(),
+            settled,
             attempts: settlement.attempts,
             kept: due.kept.is_some() || settlement.cached,
             ending,
@@ -86,6 +95,7 @@ impl Jobs for Keeper<'_> {
                 worker: String::new(),
                 wall: Duration::ZERO,
                 cached: true,
+                tries: Vec::new(),
             },
             None => match self.pool.settled(timeout) {
                 Some((job, settlement)) if job == due.job => settlement,

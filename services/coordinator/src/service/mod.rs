@@ -305,7 +305,7 @@ impl<'a> Service<'a> {
                 Err(error) => return Ended::failed(codes::FILE, error.to_string()),
             };
             let attempt = Attempt { entry, bundle, folder: out, kept, live, stop: attempt_stop };
-            attempt.run(&pool.run(share))
+            attempt.run(&pool.run_as(attempt.entry.run, share))
         };
         let thread = std::thread::Builder::new().name(format!("cullet-run-{run}")).spawn(work);
         match thread {

@@ -4,6 +4,19 @@
 use serde_json::{Value, json};
 use std::fmt::Write;
 
+/// A job at a worker.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Stretch {
+    /// Whose.
+    pub(super) worker: String,
+    /// Wall time since the run's attempt began at which the worker got the job \[s\].
+    pub(super) from: f64,
+    /// The same at which it was over \[s\].
+    pub(super) to: f64,
+    /// How it was lost; empty: it was not.
+    pub(super) lost: String,
+}
+
 /// A fracture job of a run that settled.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Job {
@@ -19,6 +32,8 @@ pub(super) struct Job {
     pub(super) attempts: u32,
     /// Whether it was answered from what had been kept.
     pub(super) kept: bool,
+    /// When it was at which worker.
+    pub(super) tries: Vec<Stretch>,
     /// How it ended.
     pub(super) ending: &'static str,
 }
@@ -33,18 +48,40 @@ impl Job {
     }
 
     fn colour(&self) -> &'static str {
-        match (self.kept, self.attempts > 1, self.ending) {
-            (true, ..) => "#8a8f98",
-            (false, true, _) => "#d98b2b",
-            (false, false, "solved") => "#3f7fb5",
-            (false, false, _) => "#b5483f",
+        match (self.kept, self.ending) {
+            (true, _) => "#8a8f98",
+            (false, "solved") => "#3f7fb5",
+            (false, _) => "#b5483f",
         }
+    }
+
+    /// When the first worker got it, or it was over without one.
+    fn granted(&self) -> f64 {
+        self.tries.first().map_or(self.settled, |first| first.from.max(self.opened))
+    }
+
+    /// When it was where, and in which colour.
+    fn bars(&self) -> Vec<(&str, f64, f64, &'static str)> {
+        if self.tries.is_empty() {
+            return vec![(self.who(), self.opened, self.settled, self.colour())];
+        }
+        let colour = |one: &Stretch| if one.lost.is_empty() { self.colour() } else { LOST };
+        let bar = |one: &Stretch| -> (f64, f64) {
+            let from = one.from.clamp(self.opened, self.settled);
+            (from, one.to.clamp(from, self.settled))
+        };
+        let tries = self.tries.iter().map(|one| (one, bar(one)));
+        tries.map(|(one, (from, to))| (one.worker.as_str(), from, to, colour(one))).collect()
     }
 }
 
+/// An attempt that was lost.
+const LOST: &str = "#d98b2b";
+
 /// Names of rows, each once, in order.
 fn rows(jobs: &[Job]) -> Vec<&str> {
-    let mut names: Vec<&str> = jobs.iter().map(Job::who).collect();
+    let bars = jobs.iter().flat_map(|job| job.bars().into_iter().map(|(who, ..)| who));
+    let mut names: Vec<&str> = bars.collect();
     names.sort_unstable();
     names.dedup();
     names
@@ -53,7 +90,7 @@ fn rows(jobs: &[Job]) -> Vec<&str> {
 /// The trace, as Chrome's `about:tracing` and Perfetto read it.
 pub(super) fn trace(name: &str, jobs: &[Job]) -> String {
     let rows = rows(jobs);
-    let row = |job: &Job| rows.iter().position(|name| *name == job.who()).unwrap_or(0);
+    let row = |who: &str| rows.iter().position(|name| *name == who).unwrap_or(0);
     let mut events: Vec<Value> = vec![
         json!({"ph": "M", "pid": 1, "tid": 0, "name": "process_name", "args": {"name": name}}),
     ];
@@ -61,13 +98,21 @@ pub(super) fn trace(name: &str, jobs: &[Job]) -> String {
         let args = json!({"name": worker});
         events.push(json!({"ph": "M", "pid": 1, "tid": tid, "name": "thread_name", "args": args}));
     }
-    for job in jobs {
-        let args = json!({"ending": job.ending, "attempts": job.attempts, "kept": job.kept});
-        let (start, length) = (job.opened * 1e6, (job.settled - job.opened) * 1e6);
-        events.push(json!({
-            "ph": "X", "pid": 1, "tid": row(job), "name": job.job, "cat": "job",
-            "ts": start.round(), "dur": length.round(), "args": args,
-        }));
+    for (id, job) in jobs.iter().enumerate() {
+        for (who, from, to, _) in job.bars() {
+            let args = json!({"ending": job.ending, "attempts": job.attempts, "kept": job.kept});
+            events.push(json!({
+                "ph": "X", "pid": 1, "tid": row(who), "name": job.job, "cat": "job",
+                "ts": (from * 1e6).round(), "dur": ((to - from) * 1e6).round(), "args": args,
+            }));
+        }
+        // Jobs wait side by side: lines of their own, beside those of the workers.
+        for (phase, at) in [("b", job.opened), ("e", job.granted())] {
+            events.push(json!({
+                "ph": phase, "pid": 1, "tid": 0, "name": "waiting", "cat": "waiting", "id": id,
+                "ts": (at * 1e6).round(), "args": {"job": job.job},
+            }));
+        }
     }
     json!({"displayTimeUnit": "ms", "traceEvents": events}).to_string()
 }
@@ -77,7 +122,8 @@ const LEFT: f64 = 150.0;
 const ROW: f64 = 16.0;
 const TOP: f64 = 48.0;
 
-/// The picture: a line a job, by worker, from when it was wanted to when it had settled.
+/// The picture: a line a job, by the worker whose result counts: a thin one while it waits, a bar
+/// while it is at a worker.
 pub(super) fn svg(name: &str, jobs: &[Job]) -> String {
     let end = jobs.iter().map(|job| job.settled).fold(1e-3, f64::max);
     let across = |time: f64| LEFT + (WIDTH - LEFT - 20.0) * time / end;
@@ -89,8 +135,8 @@ pub(super) fn svg(name: &str, jobs: &[Job]) -> String {
          font-family=\"sans-serif\" font-size=\"11\">\n\
          <rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#fafafa\"/>\n\
          <text x=\"10\" y=\"20\" font-size=\"14\">{}: {} jobs in {end:.2} s</text>\n\
-         <text x=\"10\" y=\"36\" fill=\"#666\">blue solved, orange sent again, grey kept or \
-         cached, red refused or failed</text>\n",
+         <text x=\"10\" y=\"36\" fill=\"#666\">thin: waits; bar: at a worker; blue solved, orange \
+         lost, grey kept or cached, red refused or failed</text>\n",
         escape(name),
         jobs.len(),
     );
@@ -102,21 +148,28 @@ pub(super) fn svg(name: &str, jobs: &[Job]) -> String {
             let label = escape(last);
             let _ = writeln!(out, "<text x=\"10\" y=\"{:.1}\">{label}</text>", y + 11.0);
         }
-        let (x, to) = (across(job.opened), across(job.settled));
+        let (waits, begins) = (across(job.opened), across(job.granted()));
+        let (width, middle) = ((begins - waits).max(0.5), y + ROW / 2.0 - 1.0);
         let _ = writeln!(
             out,
-            "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\">\
-             <title>{} {} {:.3}–{:.3} s, {} attempts</title></rect>",
-            y + 2.0,
-            (to - x).max(1.0),
-            ROW - 4.0,
-            job.colour(),
-            job.job,
-            job.ending,
-            job.opened,
-            job.settled,
-            job.attempts,
+            "<rect x=\"{waits:.1}\" y=\"{middle:.1}\" width=\"{width:.1}\" height=\"2\" \
+             fill=\"#c4c8ce\"/>"
         );
+        for (who, from, to, colour) in job.bars() {
+            let (x, end) = (across(from), across(to));
+            let _ = writeln!(
+                out,
+                "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{colour}\">\
+                 <title>{} {} {} {from:.3}–{to:.3} s, {} attempts</title></rect>",
+                y + 2.0,
+                (end - x).max(1.0),
+                ROW - 4.0,
+                job.job,
+                escape(who),
+                job.ending,
+                job.attempts,
+            );
+        }
     }
     out + "</svg>\n"
 }
@@ -127,7 +180,7 @@ fn escape(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Job, svg, trace};
+    use super::{Job, Stretch, svg, trace};
 
     fn jobs() -> Vec<Job> {
         let job = |worker: &str, opened, settled, attempts, kept| Job {
@@ -137,9 +190,18 @@ mod tests {
             settled,
             attempts,
             kept,
+            tries: Vec::new(),
             ending: "solved",
         };
-        vec![job("b", 0.0, 1.0, 1, false), job("a", 0.5, 2.0, 2, false), job("", 2.0, 2.0, 0, true)]
+        let at = |worker: &str, from, to, lost: &str| {
+            let (worker, lost) = (worker.to_owned(), lost.to_owned());
+            Stretch { worker, from, to, lost }
+        };
+        let mut first = job("b", 0.0, 1.0, 1, false);
+        first.tries = vec![at("b", 0.25, 0.75, "")];
+        let mut second = job("a", 0.5, 2.0, 2, false);
+        second.tries = vec![at("c", 0.75, 1.0, "Down"), at("a", 1.25, 9.0, "")];
+        vec![first, second, job("", 2.0, 2.0, 0, true)]
     }
 
     #[test]
@@ -147,13 +209,20 @@ mod tests {
         let said: serde_json::Value = serde_json::from_str(&trace("pot", &jobs())).expect("JSON");
         let events = said["traceEvents"].as_array().expect("events");
         let spans: Vec<_> = events.iter().filter(|event| event["ph"] == "X").collect();
-        assert_eq!(spans.len(), 3);
-        assert_eq!((&spans[1]["ts"], &spans[1]["dur"]), (&500_000.0.into(), &1_500_000.0.into()));
-        assert_ne!(spans[0]["tid"], spans[1]["tid"]);
+        // From the grant to the result, at whom it was; nothing after it had settled.
+        let whole = |event: &serde_json::Value| {
+            ["tid", "ts", "dur"].map(|key| event[key].as_f64().unwrap_or(f64::NAN))
+        };
+        let spans: Vec<_> = spans.into_iter().map(whole).collect();
+        let due = [[1.0, 0.25e6, 0.5e6], [2.0, 0.75e6, 0.25e6], [0.0, 1.25e6, 0.75e6]];
+        assert_eq!(spans[..3], due);
+        let waits = events.iter().filter(|event| event["cat"] == "waiting");
+        let waits: Vec<_> = waits.map(|event| event["ts"].as_f64().unwrap_or(-1.0)).collect();
+        assert_eq!(waits[..4], [0.0, 0.25e6, 0.5e6, 0.75e6]);
         let names: Vec<_> = events.iter().filter(|e| e["name"] == "thread_name").collect();
-        assert_eq!(names.len(), 3, "a, b and kept");
+        assert_eq!(names.len(), 4, "a, b, c and kept");
         let picture = svg("<pot>", &jobs());
-        assert_eq!(picture.matches("<title>").count(), 3);
+        assert_eq!(picture.matches("<title>").count(), 4);
         assert!(picture.contains("&lt;pot&gt;") && picture.contains("#d98b2b"));
         assert!(svg("empty", &[]).ends_with("</svg>\n"));
     }

@@ -1,9 +1,9 @@
 //! What must hold, whatever the schedule: an account of its own, kept from what the machines hear
 //! and say.
 
+mod ends;
 mod hands;
 
-use super::farm::number;
 use super::plan::Plan;
 use crate::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -41,6 +41,10 @@ pub(super) enum Oracle {
     Watchdog,
     /// A worker keeps its result until there is a receipt.
     Result,
+    /// A late result of another build does not count, and one of the same does.
+    Fence,
+    /// A job goes to who can do it.
+    Skill,
     /// Everything is done in the end.
     Live,
 }
@@ -56,9 +60,11 @@ fn wrong(oracle: Oracle, text: impl Into<String>) -> Result<(), Wrong> {
     Err(Wrong { oracle, text: text.into() })
 }
 
-/// The result of a job, which whoever computes it finds.
-pub(super) fn result_of(job: Job) -> Digest {
-    Digest(job.0.map(|b| b ^ 0x5a))
+/// The result of a job, which whoever computes it with this build finds; half of the jobs have the
+/// same of every build.
+pub(super) fn result_of(job: Job, build: Build) -> Digest {
+    let touch = if job.0[2] % 2 == 0 { 0 } else { build.0[0] };
+    Digest(job.0.map(|b| b ^ 0x5a ^ touch))
 }
 
 #[derive(Clone, Copy)]
@@ -80,6 +86,8 @@ struct Known {
     over: bool,
     stalled: bool,
     holders: BTreeSet<Epoch>,
+    /// Who was granted it last.
+    last: Option<Worker>,
 }
 
 #[derive(Default)]
@@ -99,6 +107,10 @@ struct Course {
 pub(super) struct Checker {
     timing: Timing,
     calm: bool,
+    plan: Plan,
+    skills: BTreeMap<Worker, Skills>,
+    /// Jobs in quarantine, in this life and all before.
+    isolated: BTreeSet<Job>,
     runs: Vec<Course>,
     jobs: BTreeMap<Job, Known>,
     held: BTreeMap<Epoch, Held>,
@@ -121,6 +133,9 @@ impl Checker {
             timing,
             calm: plan.chaos == super::plan::Chaos::default(),
             runs: plan.runs.iter().map(course).collect(),
+            plan: plan.clone(),
+            skills: BTreeMap::new(),
+            isolated: BTreeSet::new(),
             jobs: BTreeMap::new(),
             held: BTreeMap::new(),
             epochs: BTreeMap::new(),
@@ -174,6 +189,15 @@ impl Checker {
 
     pub(super) fn acknowledged(&mut self, job: Job) {
         self.acknowledged.insert(job);
+    }
+
+    pub(super) fn isolated(&mut self, job: Job) {
+        self.isolated.insert(job);
+    }
+
+    /// There is one more worker.
+    pub(super) fn hired(&mut self, worker: Worker, skills: Skills) {
+        self.skills.insert(worker, skills);
     }
 
     pub(super) fn crashed(&mut self, worker: Worker) {
@@ -268,6 +292,7 @@ impl Checker {
             | Event::Cancel(_)
             | Event::End(_)
             | Event::Drain(_)
+            | Event::Isolate(_)
             | Event::Pardon(_)
             | Event::Forsaken
             | Event::Tick => {}
@@ -282,13 +307,25 @@ impl Checker {
                 self.grant(now, (worker, seq), (job, epoch))?;
             }
             Effect::Taken { receipt: Receipt::Accepted, .. } => {
-                let Event::Commit { job, .. } = event else {
+                let Event::Commit { job, epoch, build, .. } = event else {
                     return wrong(Oracle::Once, "accepted what?");
                 };
+                if self.foreign(job, epoch, build) {
+                    return wrong(Oracle::Fence, "a late result of another build counts");
+                }
                 if !self.accepted.insert(job) {
                     return wrong(Oracle::Once, "one job accepted twice");
                 }
                 self.over(job);
+            }
+            Effect::Taken { receipt: Receipt::Fenced, .. } => {
+                let Event::Commit { job, epoch, build, .. } = event else {
+                    return wrong(Oracle::Fence, "fenced what?");
+                };
+                let open = self.jobs.get(&job).is_some_and(|k| !k.over && !k.wants.is_empty());
+                if !self.plan.mixed || (open && !self.foreign(job, epoch, build)) {
+                    return wrong(Oracle::Fence, "fenced without a reason");
+                }
             }
             Effect::Renewed { worker, job, .. } => self.renewed(now, event, worker, job)?,
             Effect::Lost { job, worker, epoch, loss } => {
@@ -312,6 +349,14 @@ impl Checker {
         Ok(())
     }
 
+    /// Whether a result of this grant and build is late, and another build has come after it.
+    fn foreign(&self, job: Job, epoch: Epoch, build: Build) -> bool {
+        self.jobs.get(&job).is_some_and(|known| {
+            let last = known.last.map(|worker| self.plan.build(worker));
+            !known.holders.contains(&epoch) && last.is_some_and(|last| last != build)
+        })
+    }
+
     fn grant(
         &mut self,
         now: Millis,
@@ -329,6 +374,13 @@ impl Checker {
             Some(_) => return wrong(Oracle::Epoch, format!("{epoch:?} came twice")),
             None => {}
         }
+        let skills = self.skills.get(&worker).copied().unwrap_or(Skills::NONE);
+        if !skills.meet(self.plan.need(job)) {
+            return wrong(Oracle::Skill, "granted to who cannot do it");
+        }
+        if self.isolated.contains(&job) {
+            return wrong(Oracle::Poison, "granted out of quarantine");
+        }
         if self.acknowledged.contains(&job) {
             return wrong(Oracle::Kept, "an acknowledged result is computed again");
         }
@@ -342,6 +394,7 @@ impl Checker {
         }
         known.grants += 1;
         known.holders.insert(epoch);
+        known.last = Some(worker);
         let killed = known.crashes >= timing.max_crashes
             && known.killers.len() >= timing.min_killers as usize;
         if known.grants > timing.max_attempts || killed {
@@ -354,16 +407,24 @@ impl Checker {
         }
         let (heard, suspect) = (now, None);
         self.held.insert(epoch, Held { worker, granted: now, heard, suspect, now: true });
-        if oldest.is_none() { self.starve(now, job) } else { Ok(()) }
+        if oldest.is_none() { self.starve(now, job, skills) } else { Ok(()) }
     }
 
-    /// A grant of one job makes the runs wait that do not want it.
-    fn starve(&mut self, now: Millis, job: Job) -> Result<(), Wrong> {
+    /// A grant of one job makes the runs wait that do not want it, and have something for its worker.
+    fn starve(&mut self, now: Millis, job: Job, skills: Skills) -> Result<(), Wrong> {
         let most = 2 * self.runs.len() + 2;
         for (index, run) in self.runs.iter_mut().enumerate() {
+            let open = &run.jobs[run.settled..run.opened];
+            let fits = |job: &Job| {
+                let known = &self.jobs[job];
+                let fresh = known.grants == 0 && !known.over && known.wants.contains_key(&index);
+                fresh && skills.meet(self.plan.need(*job))
+            };
             if self.jobs[&job].wants.contains_key(&index) {
                 (run.waiting, run.overdue) = (None, 0);
-            } else if run.waiting.is_some_and(|since| now - since > self.timing.age) {
+            } else if run.waiting.is_some_and(|since| now - since > self.timing.age)
+                && open.iter().any(fits)
+            {
                 run.overdue += 1;
                 if run.overdue > most {
                     return wrong(Oracle::Starved, format!("run {index} waits for ever"));
@@ -392,101 +453,6 @@ impl Checker {
         }
         (held.heard, held.suspect, held.now) = (now, None, true);
         known.holders.insert(epoch);
-        Ok(())
-    }
-
-    fn lost(
-        &mut self,
-        now: Millis,
-        event: Event,
-        (job, worker, epoch): (Job, Worker, Epoch),
-        loss: Loss,
-    ) -> Result<(), Wrong> {
-        let Some(held) = self.held.get_mut(&epoch).filter(|h| h.worker == worker && h.now) else {
-            return wrong(Oracle::Healthy, "lost what nobody held");
-        };
-        held.now = false;
-        let timing = self.timing;
-        let quiet = now - held.heard;
-        let fair = match loss {
-            Loss::Silent => quiet >= timing.lease,
-            Loss::TooLong => now - held.granted >= timing.hard,
-            Loss::Down => {
-                let gone = held.suspect.is_some_and(|since| now - since >= timing.suspect);
-                event == Event::Down(worker)
-                    || gone
-                    || (held.suspect.is_some() && quiet >= timing.lease)
-            }
-            Loss::Crashed | Loss::Dropped => {
-                matches!(event, Event::Fail { epoch: e, .. } if e == epoch)
-                    || event == Event::Bye(worker)
-            }
-        };
-        if !fair || self.calm {
-            return wrong(Oracle::Healthy, format!("{loss:?} after {quiet} ms of silence"));
-        }
-        let known = self.jobs.entry(job).or_default();
-        known.holders.remove(&epoch);
-        if let Loss::Down | Loss::Crashed | Loss::TooLong = loss {
-            known.crashes += 1;
-            known.killers.insert(worker);
-        }
-        Ok(())
-    }
-
-    fn stall(&mut self, job: Job, reason: Reason, attempts: u32) -> Result<(), Wrong> {
-        let timing = self.timing;
-        let known = self.jobs.entry(job).or_default();
-        let again = std::mem::replace(&mut known.stalled, true);
-        let fair = match reason {
-            Reason::Crashes => known.crashes >= timing.max_crashes || again,
-            Reason::Attempts => known.grants >= timing.max_attempts,
-            Reason::Invalid | Reason::Forsaken => false,
-        };
-        if !fair {
-            let text = format!("given up after {attempts} attempts: {reason:?}");
-            return wrong(Oracle::Truth, text);
-        }
-        self.over(job);
-        Ok(())
-    }
-
-    fn settle(
-        &mut self,
-        (run, opening): (Run, u64),
-        job: Job,
-        verdict: Verdict,
-    ) -> Result<(), Wrong> {
-        let index = run.0 as usize;
-        let course = &mut self.runs[index];
-        let due = course.settled;
-        if opening != due as u64 || due >= course.opened || course.jobs[due] != job {
-            let text = format!("opening {opening} of run {index} when {due} was due");
-            return wrong(Oracle::Order, text);
-        }
-        course.settled += 1;
-        let known = self.jobs.entry(job).or_default();
-        let fair = match verdict {
-            Verdict::Done { digest, .. } => {
-                let same = *course.truth.entry(due).or_insert(digest) == digest;
-                same && digest == result_of(job) && known.over
-            }
-            Verdict::Abandoned(_) => known.stalled,
-            Verdict::Cancelled => course.cancelled,
-        };
-        if !fair {
-            return wrong(Oracle::Truth, format!("run {:?}: {verdict:?}", number(index)));
-        }
-        let count = known.wants.entry(index).or_insert(1);
-        *count -= 1;
-        if *count == 0 {
-            known.wants.remove(&index);
-        }
-        if known.wants.is_empty() {
-            // Opened again, it is a new job; only quarantine is remembered.
-            let stalled = known.stalled;
-            self.jobs.insert(job, Known { stalled, ..Known::default() });
-        }
         Ok(())
     }
 }

@@ -28,7 +28,8 @@ enum Note {
     /// Something in a worker's own process.
     Own(Worker, Heard),
     Wake(Worker),
-    Born,
+    /// One more worker, in that place.
+    Born(usize),
     Link(Event),
     Open(usize),
     Cancel(usize),
@@ -54,6 +55,7 @@ struct Body {
 struct Disk {
     incarnation: u32,
     results: BTreeMap<Job, (Digest, Outcome)>,
+    quarantine: BTreeSet<Job>,
     /// Runs that were cancelled.
     cancelled: BTreeSet<usize>,
     /// Openings that each run has made: it makes them again after a crash.
@@ -71,6 +73,8 @@ pub(super) struct Farm {
     disk: Disk,
     paused: BTreeSet<usize>,
     bodies: BTreeMap<Worker, Body>,
+    /// The place of each worker that ever was.
+    places: BTreeMap<Worker, usize>,
     pub(super) check: Checker,
     mutant: Option<Mutant>,
     pub(super) events: u64,
@@ -90,13 +94,14 @@ impl Farm {
             disk: Disk { opened, ..Disk::default() },
             paused: BTreeSet::new(),
             bodies: BTreeMap::new(),
+            places: BTreeMap::new(),
             check: Checker::new(plan, timing),
             mutant,
             events: 0,
             plan: plan.clone(),
         };
-        for _ in 0..plan.workers {
-            farm.post(0, Note::Born);
+        for place in 0..plan.workers.len() {
+            farm.post(0, Note::Born(place));
         }
         for (index, run) in plan.runs.iter().enumerate() {
             if let Some(at) = run.cancel {
@@ -169,7 +174,7 @@ impl Farm {
                 Ok(())
             }
             Note::Wake(worker) => self.wake(worker),
-            Note::Born => self.born(),
+            Note::Born(place) => self.born(place),
             Note::Link(event) => self.step(event),
             Note::Open(run) => self.open(run),
             Note::Cancel(run) => {
@@ -221,7 +226,7 @@ impl Farm {
             let known = self.disk.results.get(&job).copied();
             let result = |(digest, outcome)| Prior::Result { digest, outcome };
             let prior = known.map_or(Prior::Nothing, result);
-            let event = Event::Open { run: number(run), job, prior };
+            let event = Event::Open { run: number(run), job, need: self.plan.need(job), prior };
             if self.check.full(run, self.plan.max_open) {
                 self.step(event)?;
                 self.post(200, Note::Open(run));
@@ -246,6 +251,9 @@ impl Farm {
         machine.mutant = self.mutant;
         self.machine = Some(machine);
         self.check.life();
+        for job in self.disk.quarantine.clone() {
+            self.step(Event::Isolate(job))?;
+        }
         for run in 0..self.plan.runs.len() {
             let share = self.plan.runs[run].share;
             self.step(Event::Begin { run: number(run), share })?;
@@ -295,6 +303,10 @@ impl Farm {
 
     fn act(&mut self, effect: Effect) {
         let (worker, heard) = match effect {
+            Effect::Quarantine { job, .. } => {
+                self.disk.quarantine.insert(job);
+                return self.check.isolated(job);
+            }
             Effect::Grant { worker, seq, job, epoch, hard, .. } => {
                 (worker, Heard::Grant { seq, work: self.work(job, epoch, hard) })
             }
@@ -315,7 +327,7 @@ impl Farm {
             return Ok(());
         }
         match question {
-            Question::Poll { seq } => self.step(Event::Poll { worker, seq, slots: 1, park: true }),
+            Question::Poll { seq } => self.step(self.poll(worker, seq, true)),
             Question::Renew { job, epoch } => {
                 self.step_then(Event::Renew { worker, job, epoch }, |farm, effect, said| {
                     if let Effect::Stop { .. } = effect {
@@ -340,6 +352,11 @@ impl Farm {
         }
     }
 
+    fn poll(&self, worker: Worker, seq: u64, park: bool) -> Event {
+        let (build, skills) = (self.plan.build(worker), self.plan.workers[self.places[&worker]]);
+        Event::Poll { worker, seq, slots: 1, park, build, skills }
+    }
+
     fn noted(&mut self, worker: Worker) {
         if self.machine.is_some() {
             self.send(worker, Note::Told(worker, Heard::Noted));
@@ -354,18 +371,18 @@ impl Farm {
         outcome: Outcome,
         next: u64,
     ) -> Result<(), Wrong> {
-        let wanted = self.machine.as_ref().is_some_and(|machine| machine.wants(job));
-        if wanted && !self.is(Mutant::AckedBeforeKept) {
+        let build = self.plan.build(worker);
+        let taken = self.machine.as_ref().is_some_and(|machine| machine.takes(job, epoch, build));
+        if taken && !self.is(Mutant::AckedBeforeKept) {
             self.disk.results.insert(job, (digest, outcome));
         }
         let mut accepted = false;
-        let event = Event::Commit { worker, job, epoch, digest, outcome };
+        let event = Event::Commit { worker, job, epoch, build, digest, outcome };
         self.step_then(event, |_, effect, _| {
             accepted |= matches!(effect, Effect::Taken { receipt: Receipt::Accepted, .. });
         })?;
         let mut granted = None;
-        let poll = Event::Poll { worker, seq: next, slots: 1, park: false };
-        self.step_then(poll, |farm, effect, said| match effect {
+        self.step_then(self.poll(worker, next, false), |farm, effect, said| match effect {
             Effect::Grant { worker: to, seq, job, epoch, hard, .. }
                 if to == worker && seq == next =>
             {

@@ -1,6 +1,6 @@
 //! What a schedule does, drawn from its seed; and how to make it milder.
 
-use crate::{Job, Millis, Share, Tenant};
+use crate::{Build, Job, Millis, Share, Skills, Tenant, Worker};
 use std::collections::BTreeSet;
 
 /// Splitmix64.
@@ -81,7 +81,12 @@ pub(super) struct Script {
 pub(super) struct Plan {
     pub(super) seed: u64,
     pub(super) chaos: Chaos,
-    pub(super) workers: usize,
+    /// What each worker can do; the first can do everything.
+    pub(super) workers: Vec<Skills>,
+    /// Whether there are workers of two builds, which find different bits for some jobs.
+    pub(super) mixed: bool,
+    /// Whether jobs ask for different skills.
+    pub(super) picky: bool,
     pub(super) runs: Vec<Script>,
     pub(super) poison: BTreeSet<Job>,
     pub(super) wedge: BTreeSet<Job>,
@@ -114,7 +119,9 @@ impl Plan {
         let mut plan = Self {
             seed,
             chaos,
-            workers: 1 + rng.below(5) as usize,
+            workers: vec![Skills::ALL; 1 + rng.below(5) as usize],
+            mixed: rng.chance(40),
+            picky: rng.chance(30),
             runs: Vec::new(),
             poison: BTreeSet::new(),
             wedge: BTreeSet::new(),
@@ -125,7 +132,20 @@ impl Plan {
         for _ in 0..1 + rng.below(4) {
             plan.write(&mut rng, many);
         }
+        for skills in plan.workers.iter_mut().skip(1).filter(|_| plan.picky) {
+            *skills = Skills(rng.below(4));
+        }
         plan
+    }
+
+    /// What a job asks of a worker.
+    pub(super) fn need(&self, job: Job) -> Skills {
+        Skills(if self.picky { u64::from(job.0[1] % 4) } else { 0 })
+    }
+
+    /// What a worker runs.
+    pub(super) fn build(&self, worker: Worker) -> Build {
+        Build([if self.mixed { worker.0 as u8 % 2 } else { 0 }; 32])
     }
 
     fn write(&mut self, rng: &mut Rng, many: u64) {
@@ -166,9 +186,13 @@ impl Plan {
             let mut less = self.clone();
             less.runs.remove(run);
             all.push(less);
-            for keep in [self.runs[run].jobs.len() / 2, self.runs[run].jobs.len() - 1] {
+            let jobs = self.runs[run].jobs.len();
+            let mut less = self.clone();
+            less.runs[run].jobs.truncate(jobs / 2);
+            all.push(less);
+            for at in (0..jobs).rev() {
                 let mut less = self.clone();
-                less.runs[run].jobs.truncate(keep.max(1));
+                less.runs[run].jobs.remove(at);
                 all.push(less);
             }
             let mut less = self.clone();
@@ -180,10 +204,17 @@ impl Plan {
             *less.chaos.knob(knob) = 0;
             all.push(less);
         }
-        let mut less = self.clone();
-        less.workers = (self.workers - 1).max(1);
-        all.push(less);
+        for which in 0..3 {
+            let mut less = self.clone();
+            match which {
+                0 => less.workers.truncate((self.workers.len() - 1).max(1)),
+                1 => less.mixed = false,
+                _ => less.picky = false,
+            }
+            all.push(less);
+        }
         all.retain(|less| !less.runs.is_empty() && less.size() < self.size());
+        all.retain(|less| less.runs.iter().all(|run| !run.jobs.is_empty()));
         all
     }
 
@@ -194,6 +225,7 @@ impl Plan {
         let jobs: usize = self.runs.iter().map(|run| run.jobs.len()).sum();
         let extras = |s: &Script| u64::from(s.cancel.is_some()) + u64::from(s.pause.is_some());
         let extras: u64 = self.runs.iter().map(extras).sum();
-        knobs + self.workers as u64 + self.runs.len() as u64 + jobs as u64 + extras
+        let kinds = u64::from(self.mixed) + u64::from(self.picky);
+        kinds + knobs + self.workers.len() as u64 + self.runs.len() as u64 + jobs as u64 + extras
     }
 }

@@ -11,7 +11,7 @@ const SCHEDULES: u64 = 20_000;
 const MUTANT_SCHEDULES: u64 = 5_000;
 
 /// Each planted bug, and the oracle that is meant for it.
-const MUTANTS: [(Mutant, Oracle); 16] = [
+const MUTANTS: [(Mutant, Oracle); 19] = [
     (Mutant::SettleAsTheyCome, Oracle::Order),
     (Mutant::PollMintsTwice, Oracle::Poll),
     (Mutant::NoExpiry, Oracle::Live),
@@ -28,6 +28,9 @@ const MUTANTS: [(Mutant, Oracle); 16] = [
     (Mutant::DeafToStop, Oracle::Stop),
     (Mutant::NoWatchdog, Oracle::Watchdog),
     (Mutant::ResultForgotten, Oracle::Result),
+    (Mutant::ForeignTaken, Oracle::Fence),
+    (Mutant::AnybodyWill, Oracle::Skill),
+    (Mutant::QuarantineForgotten, Oracle::Poison),
 ];
 
 fn from_environment(name: &str) -> Option<u64> {

@@ -5,7 +5,7 @@ use cullet_coordinator::link::{Pool, Share};
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, WorkerVerb};
 use cullet_proto::pool::{
-    self, Chunk, ChunkAnswer, Commit, CommitAnswer, Poll, PollAnswer, Refusal,
+    self, Chunk, ChunkAnswer, Commit, CommitAnswer, Grant, Hello, Noted, Poll, PollAnswer, Refusal,
 };
 use cullet_proto::transport::{self, Patience};
 use cullet_proto::{SessionId, WorkerId, chunks};
@@ -24,8 +24,10 @@ impl Forger {
         for (path, value) in transport::worker(&[pool.endpoint().to_owned()], Patience::test()) {
             settings.insert_json5(path, &value).expect("a setting");
         }
-        let session = zenoh::open(settings).wait().expect("a session");
-        Self(session)
+        let forger = Self(zenoh::open(settings).wait().expect("a session"));
+        let hello = Hello { session: SessionId(9), ..Hello::default() };
+        let _: Noted = forger.ask(WorkerVerb::Hello, &hello, &[]);
+        forger
     }
 
     fn raw(&self, verb: WorkerVerb, bytes: &[u8]) -> Result<Vec<u8>, Refusal> {
@@ -136,4 +138,33 @@ fn a_worker_that_takes_a_job_and_falls_silent_loses_it_to_another() {
     let _hand = Hand::hire(&pool, "w", Arc::new(solve));
     let settlement = next(&run, id);
     assert_eq!((settlement.attempts, settlement.worker.as_str()), (2, "w"));
+}
+
+#[test]
+fn a_late_result_of_another_build_is_fenced_and_a_stranger_is_asked_who_it_is() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
+    let forger = Forger::of(&pool);
+    let poll = |session| Poll { session: SessionId(session), seq: 1, slots: 1, threads: 1 };
+    let stranger = pool::ask(&poll(8), &[]).expect("a question");
+    assert_eq!(forger.raw(WorkerVerb::Poll, &stranger), Err(Refusal::Stranger));
+    let problem = job("echo", 3, 1_000);
+    let id = run.open(&problem);
+    let said: PollAnswer = forger.ask(WorkerVerb::Poll, &poll(9), &[]);
+    let PollAnswer::Grant(Grant { job, epoch, .. }) = said else { panic!("no grant: {said:?}") };
+    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    crate::kit::wait_for("another has it", || pool.stats().jobs.resent == 1);
+    // What it hands in was right, and nobody can know that.
+    let blob = answer(&problem).encode().expect("a verdict");
+    let (digest, length, session) = (digest(&blob), blob.len() as u64, SessionId(9));
+    let commit = Commit { session, job, epoch, digest, length, next: None };
+    let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
+    assert_eq!(said, CommitAnswer::Done(None));
+    crate::kit::wait_for("it is counted", || pool.stats().fenced == 1);
+    assert_eq!(next(&run, id).worker, "w");
+    // Now it is the same as what counts.
+    let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
+    assert_eq!(said, CommitAnswer::Done(None));
+    let stats = pool.stats();
+    assert_eq!((stats.fenced, stats.alarms), (1, 0));
 }

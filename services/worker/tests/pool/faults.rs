@@ -26,7 +26,7 @@ fn a_worker_killed_in_the_middle_of_a_job_costs_a_repeat_and_no_result() {
     wait_for("two workers", || pool.stats().workers == 2);
     let jobs: Vec<_> = (0..6).map(|k| job("echo", k, 400)).collect();
     let ids: Vec<_> = jobs.iter().map(|job| run.open(job)).collect();
-    wait_for("both are at work", || pool.stats().running == 2);
+    wait_for("both are at work", || pool.stats().jobs.running == 2);
     let first = pool.pids()[0];
     kill(first);
     for (id, job) in ids.iter().zip(&jobs) {
@@ -34,7 +34,7 @@ fn a_worker_killed_in_the_middle_of_a_job_costs_a_repeat_and_no_result() {
         assert_eq!(body.fragments.len() as u64, job.seed % 7);
     }
     wait_for("another in its place", || pool.stats().respawned == 1);
-    assert_eq!(pool.stats().resent, 1);
+    assert_eq!(pool.stats().jobs.resent, 1);
     let last = pool.pids();
     assert!(!last.contains(&first));
     pool.shutdown();
@@ -59,7 +59,12 @@ fn a_crash_a_hang_and_a_hoard_end_the_job_process_and_never_its_supervisor() {
     let run = pool.run(Share::default());
     wait_for("a worker", || pool.stats().workers == 1);
     let before = pool.pids();
-    let told = [("die", "signal"), ("hang", "over the hard limit"), ("hoard", "limit is 256 MiB")];
+    let told = [
+        ("die", "signal"),
+        ("hang", "over the hard limit"),
+        ("hoard", "256 MiB"),
+        ("gulp", "256 MiB"),
+    ];
     for (solver, words) in told {
         let id = run.open(&job(solver, 1, 60_000));
         let Ending::Abandoned(text) = next(&run, id).ending else { panic!("{solver}") };
@@ -108,7 +113,7 @@ fn a_job_given_back_by_a_worker_that_stops_goes_to_another() {
     let run = pool.run(Share::default());
     let leaving = Hand::hire(&pool, "a", Arc::new(solve));
     let id = run.open(&job("echo", 1, 300));
-    wait_for("it runs", || pool.stats().running == 1);
+    wait_for("it runs", || pool.stats().jobs.running == 1);
     leaving.tell();
     let _staying = Hand::hire(&pool, "b", Arc::new(solve));
     let settlement = next(&run, id);

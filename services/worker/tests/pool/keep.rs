@@ -36,7 +36,7 @@ fn a_job_that_kills_its_workers_leaves_what_reproduces_it_and_stalls_its_run_alo
     let quarantine = Some(folder.path().to_owned());
     let timing = Timing { hard: 200, ..Timing::test() };
     let pool = Pool::start(PoolConfig { quarantine, timing, ..config() }).expect("a pool");
-    let _hands = ["a", "b"].map(|name| Hand::hire(&pool, name, Arc::new(solve)));
+    let hands = ["a", "b"].map(|name| Hand::hire(&pool, name, Arc::new(solve)));
     let (sick, well) = (pool.run(Share::default()), pool.run(Share::default()));
     let poison = job("echo", 1, 60_000);
     let bad = sick.open(&poison);
@@ -55,8 +55,27 @@ fn a_job_that_kills_its_workers_leaves_what_reproduces_it_and_stalls_its_run_alo
     let again = well.open(&poison);
     assert!(matches!(next(&well, again).ending, Ending::Abandoned(_)));
     assert_eq!(pool.stats().quarantined, 1);
+    // Also in the next life, until it is pardoned; and then in the one after that, too.
+    drop(hands);
+    pool.shutdown();
+    let start = || {
+        let quarantine = Some(folder.path().to_owned());
+        Pool::start(PoolConfig { quarantine, timing, ..config() }).expect("a pool")
+    };
+    let pool = start();
+    let run = pool.run(Share::default());
+    let again = run.open(&poison);
+    let Ending::Abandoned(text) = next(&run, again).ending else { panic!("it has a verdict") };
+    assert!(text.contains("0 attempts"), "{text}");
+    assert_eq!(pool.stats().quarantined, 1);
     pool.pardon(bad);
     wait_for("the pardon", || pool.stats().quarantined == 0);
+    pool.shutdown();
+    let pool = start();
+    let run = pool.run(Share::default());
+    let _hand = Hand::hire(&pool, "c", Arc::new(solve));
+    run.open(&poison);
+    wait_for("it is tried", || pool.stats().jobs.running == 1);
 }
 
 #[test]
@@ -65,7 +84,7 @@ fn a_drained_worker_finishes_its_job_and_gets_no_other() {
     let run = pool.run(Share::default());
     let _a = Hand::hire(&pool, "a", Arc::new(solve));
     let first = run.open(&job("echo", 1, 200));
-    wait_for("it runs", || pool.stats().running == 1);
+    wait_for("it runs", || pool.stats().jobs.running == 1);
     pool.drain(WorkerId::new("a").expect("a name"));
     let second = run.open(&job("echo", 2, 0));
     assert_eq!(next(&run, first).worker, "a");

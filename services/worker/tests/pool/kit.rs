@@ -2,10 +2,8 @@
 
 use cullet_coordinator::link::{Ending, Pool, PoolConfig, RunHandle, Settlement};
 use cullet_coordinator::link::{SpawnConfig, Timing};
-use cullet_proto::strength::Strength;
 use cullet_proto::transport::Patience;
-use cullet_proto::{BrokenBody, FractureJob, Fragment, Impact, JobId, Material, Report};
-use cullet_proto::{Settings, Verdict};
+use cullet_proto::{BrokenBody, FractureJob, Fragment, JobId, Report, Verdict};
 use cullet_worker::{SolveFn, Watch, WorkerConfig, run_with};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -13,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
+use cullet_geometry::{Sheet, Vec3};
 
 /// Longest a test waits for anything.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
@@ -39,49 +37,9 @@ pub(crate) fn with_processes_of(workers: usize, timing: Timing) -> Pool {
 
 /// A job that takes so long \[ms\] and tells itself from others by its seed.
 pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
-    let vertices = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
-    let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-    let material = Material {
-        density: 2500.0,
-        young: 7e10,
-        poisson: 0.2,
-        failure_stress: 5e7,
-        fracture_energy: 8.0,
-    };
-    let impact = Impact {
-        point: Vec3::new(0.1, 0.2, 0.3),
-        normal: Vec3::x(),
-        impulse: 1.0,
-        duration: 1e-4,
-        radius: 1e-3,
-        energy: 1.0,
-        closing_speed: 1.0,
-        crushing_pressure: 1e12,
-    };
-    let settings = Settings {
-        spacing: None,
-        max_particles: 1,
-        max_steps: millis,
-        min_volume_ratio: 0.0,
-        max_fragments: 9,
-        detail: cullet_proto::Detail::default(),
-        debris: 0.0,
-        grain: None,
-        hairline: None,
-        precision: cullet_proto::Precision::Double,
-    };
-    FractureJob {
-        solver: solver.into(),
-        fallback: None,
-        solid: Solid::outer(TriMesh { vertices, triangles }),
-        material,
-        strength: Strength::default(),
-        impacts: vec![impact],
-        supports: Vec::new(),
-        spin: Vec3::zeros(),
-        settings,
-        seed,
-    }
+    let mut job = FractureJob::smallest(solver, seed);
+    job.settings.max_steps = millis;
+    job
 }
 
 /// What [`solve`] makes of a job: a pure function of it.
@@ -117,6 +75,11 @@ pub(crate) struct Hand {
 
 impl Hand {
     pub(crate) fn hire(pool: &Pool, name: &str, solve: SolveFn) -> Self {
+        Self::hire_as(pool, name, solve, WorkerConfig::default())
+    }
+
+    /// The same, with more of its own.
+    pub(crate) fn hire_as(pool: &Pool, name: &str, solve: SolveFn, own: WorkerConfig) -> Self {
         let stop = Arc::<AtomicBool>::default();
         let config = WorkerConfig {
             connect: vec![pool.endpoint().to_owned()],
@@ -124,7 +87,7 @@ impl Hand {
             patience: Patience::test(),
             exit_when_wedged: false,
             stop: Arc::clone(&stop),
-            ..WorkerConfig::default()
+            ..own
         };
         let thread = std::thread::spawn(move || run_with(config, solve).expect("a worker"));
         Self { stop, thread: Some(thread) }

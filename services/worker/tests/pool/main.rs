@@ -5,4 +5,5 @@ mod door;
 mod faults;
 mod keep;
 mod kit;
+mod mixed;
 mod order;

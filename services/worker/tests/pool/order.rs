@@ -27,7 +27,7 @@ fn thirty_jobs_settle_in_order_with_the_same_results_on_one_two_and_three_worker
             assert_eq!(&verdict(settlement), truth);
         }
         let stats = pool.stats();
-        assert_eq!((stats.settled, stats.resent, stats.alarms), (30, 0, 0));
+        assert_eq!((stats.jobs.settled, stats.jobs.resent, stats.alarms), (30, 0, 0));
     }
 }
 
@@ -86,7 +86,7 @@ fn refusals_failures_and_panics_are_verdicts() {
     let Verdict::Failed { text, .. } = verdict(next(&run, ids[2])) else { panic!("not failed") };
     assert_eq!(text, "the solver panicked: a bug");
     let stats = pool.stats();
-    assert_eq!((stats.refused, stats.failed, stats.resent), (1, 2, 0));
+    assert_eq!((stats.jobs.refused, stats.jobs.failed, stats.jobs.resent), (1, 2, 0));
 }
 
 #[test]
@@ -108,7 +108,7 @@ fn what_is_cancelled_settles_so_and_the_worker_is_free_again() {
     let run = pool.run(Share::default());
     let _hand = Hand::hire(&pool, "w", Arc::new(solve));
     let long = run.open(&job("echo", 1, 60_000));
-    crate::kit::wait_for("the job runs", || pool.stats().running == 1);
+    crate::kit::wait_for("the job runs", || pool.stats().jobs.running == 1);
     run.cancel();
     assert_eq!(next(&run, long).ending, Ending::Cancelled);
     let short = run.open(&job("echo", 2, 0));
@@ -139,7 +139,7 @@ fn runs_share_a_pool_and_settle_each_in_its_own_order() {
         assert_eq!(verdict(settlement), answer(&common));
     }
     let stats = pool.stats();
-    assert_eq!((stats.opened, stats.settled, stats.resent), (22, 22, 0));
+    assert_eq!((stats.jobs.opened, stats.jobs.settled, stats.jobs.resent), (22, 22, 0));
     assert_eq!(one.stats().settled, 11);
 }
 
@@ -159,5 +159,5 @@ fn one_run_is_paused_or_dropped_and_the_others_go_on() {
     idle.resume();
     verdict(next(&idle, waiting));
     assert_ne!(long, waiting);
-    assert_eq!(pool.stats().running, 0);
+    assert_eq!(pool.stats().jobs.running, 0);
 }

@@ -3,9 +3,7 @@ use crate::link::{Ending, Settlement};
 use crate::run::{Jobs, Load};
 use crate::service::live::Live;
 use crate::service::store::Store;
-use cullet_geometry::{Solid, Vec3, shapes};
-use cullet_proto::strength::Strength;
-use cullet_proto::{FractureJob, Impact, JobId, Material, Precision, Settings, Verdict};
+use cullet_proto::{FractureJob, JobId, Verdict};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -29,7 +27,8 @@ impl Jobs for Stub {
         let id = self.open.borrow_mut().pop_front()?;
         let verdict = Verdict::Refused { solver: "stub".into(), text: id.short() };
         let (ending, worker) = (Ending::Verdict(verdict), "w".to_owned());
-        Some((id, Settlement { ending, attempts: 1, worker, wall: Duration::ZERO, cached: false }))
+        let (wall, tries) = (Duration::ZERO, Vec::new());
+        Some((id, Settlement { ending, attempts: 1, worker, wall, cached: false, tries }))
     }
 
     fn load(&self) -> Load {
@@ -38,45 +37,7 @@ impl Jobs for Stub {
 }
 
 fn job(seed: u64) -> FractureJob {
-    let solid = shapes::cuboid(Vec3::repeat(0.1), shapes::Detail::default()).expect("a box");
-    FractureJob {
-        solver: "stub".into(),
-        fallback: None,
-        solid: Solid::outer(solid),
-        material: Material {
-            density: 2500.0,
-            young: 7e10,
-            poisson: 0.2,
-            failure_stress: 5e7,
-            fracture_energy: 8.0,
-        },
-        strength: Strength::default(),
-        impacts: vec![Impact {
-            point: Vec3::new(0.05, 0.0, 0.0),
-            normal: -Vec3::x(),
-            impulse: 1.0,
-            duration: 1e-4,
-            radius: 1e-3,
-            energy: 1.0,
-            closing_speed: 1.0,
-            crushing_pressure: 1e9,
-        }],
-        supports: Vec::new(),
-        spin: Vec3::zeros(),
-        settings: Settings {
-            spacing: None,
-            max_particles: 1000,
-            max_steps: 100,
-            min_volume_ratio: 0.0,
-            max_fragments: 10,
-            detail: cullet_proto::Detail::default(),
-            debris: 0.0,
-            grain: None,
-            hairline: None,
-            precision: Precision::Double,
-        },
-        seed,
-    }
+    FractureJob::smallest("stub", seed)
 }
 
 #[test]

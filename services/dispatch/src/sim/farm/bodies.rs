@@ -5,8 +5,10 @@ use super::{Body, CONTROL, Farm, HEAL, Note};
 use crate::*;
 
 impl Farm {
-    pub(super) fn born(&mut self) -> Result<(), Wrong> {
+    pub(super) fn born(&mut self, place: usize) -> Result<(), Wrong> {
         let worker = Worker(self.rng.next());
+        self.check.hired(worker, self.plan.workers[place]);
+        self.places.insert(worker, place);
         let sick = self.bad(self.plan.chaos.sick) && self.bodies.len() < 3;
         let mut hand = Hand::default();
         hand.mutant = self.mutant;
@@ -99,7 +101,7 @@ impl Farm {
             self.post(after, Note::Link(event));
         }
         let after = 100 + self.rng.below(1_000);
-        self.post(after, Note::Born);
+        self.post(after, Note::Born(self.places[&worker]));
     }
 
     fn does(&mut self, worker: Worker, act: Act) -> Result<(), Wrong> {
@@ -123,7 +125,7 @@ impl Farm {
             Act::Leave => {
                 self.bodies.remove(&worker);
                 let after = 100 + self.rng.below(1_000);
-                self.post(after, Note::Born);
+                self.post(after, Note::Born(self.places[&worker]));
             }
         }
         Ok(())
@@ -162,7 +164,7 @@ impl Farm {
             let trouble = Trouble::Crashed;
             self.post(after, Note::Own(worker, Heard::Trouble { epoch, trouble }));
         } else {
-            let digest = result_of(job);
+            let digest = result_of(job, self.plan.build(worker));
             self.post(after, Note::Own(worker, Heard::Solved { epoch, digest }));
         }
     }

@@ -1,0 +1,195 @@
+//! What the machine says, done.
+
+use super::bulk::reply;
+use super::ledger::Wanted;
+use super::quarantine;
+use super::shell::{Said, Shell};
+use super::{Ending, Settlement};
+use cullet_dispatch::{Digest, Effect, Epoch as DispatchEpoch, Job, Loss, Millis, Outcome, Reason};
+use cullet_dispatch::{Run, Verdict as Decision, Worker};
+use cullet_proto::pool::{self, Grant, OVERDUE, PollAnswer, RenewAnswer};
+use cullet_proto::{Epoch, JobId, Verdict, WorkerId};
+use std::time::Instant;
+
+impl Shell {
+    pub(super) fn act(&mut self, effect: Effect, said: &mut Said) {
+        match effect {
+            Effect::Grant { worker, seq, job, run, epoch, lease, hard } => {
+                let (job, epoch) = (JobId(job.0), Epoch(epoch.0));
+                let grant = self.granted((worker, run), job, epoch, (lease, hard));
+                if !self.answer_poll(worker, seq, PollAnswer::Grant(grant)) {
+                    said.grant = Some(grant);
+                }
+            }
+            Effect::Idle { worker, seq } => {
+                self.answer_poll(worker, seq, PollAnswer::Idle);
+            }
+            Effect::Park { .. } => {}
+            Effect::Renewed { lease, .. } => said.renew = Some(RenewAnswer::Go { lease_ms: lease }),
+            Effect::Stop { .. } => said.renew = Some(RenewAnswer::Stop),
+            Effect::Taken { receipt, .. } => said.receipt = Some(receipt),
+            Effect::Dismiss { worker, seq } => {
+                self.answer_poll(worker, seq, PollAnswer::Drain);
+            }
+            Effect::Drained { worker } => {
+                self.roster.drained(worker);
+                tracing::warn!(worker = self.name(worker), "it gets no further job");
+            }
+            Effect::Lost { job, worker, epoch, loss } => self.lost(job, (worker, epoch), loss),
+            Effect::Busy { run, job, .. } => self.turn_down(run, job),
+            Effect::Quarantine { job, crashes } => self.isolate(job, crashes),
+            Effect::Stall { job, reason, attempts } => {
+                let (id, runs) = (JobId(job.0).short(), self.runs_of(job));
+                tracing::error!(job = id, runs, attempts, ?reason, "job abandoned");
+            }
+            Effect::Alarm { job, kept, other } => alarm(job, kept, other),
+            Effect::Settle { run, job, verdict, attempts, .. } => {
+                self.settle(run, job, verdict, attempts);
+            }
+        }
+    }
+
+    fn answer_poll(&mut self, worker: Worker, seq: u64, answer: PollAnswer) -> bool {
+        if self.polls.get(&worker).is_none_or(|(asked, _)| *asked != seq) {
+            return false;
+        }
+        if let Some((_, query)) = self.polls.remove(&worker)
+            && let Ok(bytes) = pool::answer(&answer, &[])
+        {
+            reply(&query, bytes);
+        }
+        true
+    }
+
+    /// What a worker is told of its grant.
+    fn granted(
+        &mut self,
+        (worker, run): (Worker, Run),
+        job: JobId,
+        epoch: Epoch,
+        (lease_ms, hard_ms): (Millis, Millis),
+    ) -> Grant {
+        let outline = self.ledger.get(Job(job.0)).map_or(0, |wanted| wanted.outline.len());
+        let (run, name) = (self.label(run), self.name(worker));
+        self.ledger.granted(Job(job.0), cullet_dispatch::Epoch(epoch.0), &name);
+        self.roster.took(worker, job);
+        tracing::debug!(run, job = job.short(), worker = name, epoch = epoch.0, "job granted");
+        let (length, renew_ms) = (outline as u64, self.timing.renew);
+        Grant { job, run, epoch, length, lease_ms, renew_ms, hard_ms }
+    }
+
+    pub(super) fn name(&self, worker: Worker) -> String {
+        self.names.get(&worker).map_or_else(String::new, WorkerId::to_string)
+    }
+
+    /// A run's number for people.
+    fn label(&self, run: Run) -> u64 {
+        self.runs.get(&run).map_or(run.0, |listener| listener.label)
+    }
+
+    /// The runs that want a job, for a line of the log.
+    pub(super) fn runs_of(&self, job: Job) -> String {
+        let runs = self.ledger.get(job).map(|wanted| wanted.openings.keys());
+        let labels = runs.into_iter().flatten().map(|run| self.label(*run).to_string());
+        labels.collect::<Vec<_>>().join(" ")
+    }
+
+    fn lost(&mut self, job: Job, (worker, epoch): (Worker, DispatchEpoch), loss: Loss) {
+        self.roster.left(worker, JobId(job.0));
+        if loss == Loss::TooLong {
+            self.ledger.note_trouble(JobId(job.0), OVERDUE);
+        }
+        let (id, runs, name) = (JobId(job.0).short(), self.runs_of(job), self.name(worker));
+        tracing::warn!(runs, job = id, worker = name, ?loss, "attempt lost");
+        self.ledger.ended(job, epoch, &format!("{loss:?}"));
+    }
+
+    /// Keeps what reproduces a job that killed its workers.
+    fn isolate(&self, job: Job, crashes: u32) {
+        let (id, runs) = (JobId(job.0), self.runs_of(job));
+        tracing::error!(runs, job = id.short(), crashes, "job put in quarantine");
+        let (Some(folder), Some(bytes)) = (&self.quarantine, self.ledger.whole(job)) else {
+            return;
+        };
+        match quarantine::write(folder, id, &bytes, &self.ledger.lines(job)) {
+            Ok(bundle) => tracing::error!("what reproduces it is in {}", bundle.display()),
+            Err(error) => tracing::error!("what reproduces it is not kept: {error}"),
+        }
+    }
+
+    /// A job may be tried again, in later lives too.
+    pub(super) fn pardon(&self, id: JobId) {
+        if let Some(folder) = &self.quarantine
+            && let Err(error) = quarantine::release(folder, id)
+        {
+            tracing::error!(job = id.short(), "its quarantine outlives this pool: {error}");
+        }
+    }
+
+    fn settle(&mut self, run: Run, job: Job, decision: Decision, attempts: u32) {
+        let Some((wanted, opened)) = self.close(run, job) else {
+            return;
+        };
+        let (cached, tries) =
+            (matches!(decision, Decision::Done { worker: None, .. }), wanted.tries(opened));
+        let (ending, worker) = match (decision, wanted.result) {
+            (Decision::Done { worker, .. }, Some(verdict)) => {
+                worker.into_iter().for_each(|worker| self.roster.done(worker));
+                let name = worker.and_then(|worker| self.names.get(&worker));
+                (Ending::Verdict(verdict), name.map(WorkerId::to_string).unwrap_or_default())
+            }
+            (Decision::Done { .. }, None) => {
+                (Ending::Abandoned("its result was lost here".into()), String::new())
+            }
+            (Decision::Abandoned(reason), _) => {
+                (Ending::Abandoned(words(reason, attempts, &wanted.trouble)), String::new())
+            }
+            (Decision::Cancelled, _) => (Ending::Cancelled, String::new()),
+        };
+        let wall = opened.elapsed();
+        let settlement = Settlement { ending, attempts, worker, cached, wall, tries };
+        // Sent once the counts that go with it can be read.
+        self.settled.push((run, JobId(job.0), settlement));
+    }
+
+    fn close(&mut self, run: Run, job: Job) -> Option<(Wanted, Instant)> {
+        let (wanted, opened) = self.ledger.close(run, job)?;
+        if let Some(listener) = self.runs.get_mut(&run)
+            && !wanted.openings.contains_key(&run)
+        {
+            listener.permille -= i64::from(wanted.permille);
+        }
+        Some((wanted, opened))
+    }
+
+    /// An opening that the machine did not take ends here: its run is over.
+    fn turn_down(&mut self, run: Run, job: Job) {
+        if self.close(run, job).is_some() {
+            self.end_unopened(run, JobId(job.0));
+        }
+    }
+}
+
+pub(super) fn outcome_of(verdict: &Verdict) -> Outcome {
+    match verdict {
+        Verdict::Broken(_) | Verdict::Measured(_) => Outcome::Broken,
+        Verdict::Refused { .. } => Outcome::Refused,
+        Verdict::Failed { .. } => Outcome::Failed,
+    }
+}
+
+fn alarm(job: Job, kept: Digest, other: Digest) {
+    let (job, kept, other) = (JobId(job.0).short(), JobId(kept.0), JobId(other.0));
+    tracing::error!("job {job} is not deterministic: results {kept} and {other}");
+}
+
+fn words(reason: Reason, attempts: u32, trouble: &str) -> String {
+    let what = match reason {
+        Reason::Crashes => "too many workers ended under it",
+        Reason::Attempts => "too many attempts",
+        Reason::Invalid => "it cannot be read",
+        Reason::Forsaken => "no worker is left",
+    };
+    let colon = if trouble.is_empty() { "" } else { ": " };
+    format!("{what} ({attempts} attempts){colon}{trouble}")
+}

@@ -1,0 +1,94 @@
+//! Openings of jobs by runs: taken as they come, or held here in order until there is room.
+
+use super::effects::outcome_of;
+use super::shell::Shell;
+use super::staff::Skill;
+use super::{Ending, Settlement};
+use cullet_dispatch::{Bound, Digest, Event, Job, Prior, Run, Skills};
+use cullet_proto::outline::Parted;
+use cullet_proto::{JobId, Verdict};
+use std::time::Duration;
+
+/// A job that a run wants and what it asks of a worker; or why it cannot be sent.
+pub(super) type Opening = Result<(Parted, Vec<Skill>), String>;
+
+impl Shell {
+    /// A run wants a job. Where the machine is full the run waits, and nobody else.
+    pub(super) fn want(&mut self, run: Run, id: JobId, opening: Opening) {
+        let first = self.runs.get(&run).is_none_or(|listener| listener.held.is_empty());
+        match self.dispatch.room(run) {
+            Ok(()) if first => self.open(run, id, opening),
+            Err(Bound::NoRun) => {}
+            Ok(()) | Err(Bound::Run | Bound::Pool) => {
+                self.queued += 1;
+                if let Some(listener) = self.runs.get_mut(&run) {
+                    listener.held.push_back((id, opening));
+                }
+            }
+        }
+    }
+
+    /// Opens what was held, where there is room now: one of each run in turn.
+    pub(super) fn open_held(&mut self) {
+        let with = |(run, l): (&Run, &super::shell::Listener)| (!l.held.is_empty()).then_some(*run);
+        let mut runs: Vec<Run> = self.runs.iter().filter_map(with).collect();
+        while !runs.is_empty() {
+            runs.retain(|run| {
+                let held = self.runs.get_mut(run).filter(|_| self.dispatch.room(*run).is_ok());
+                let Some((id, opening)) = held.and_then(|listener| listener.held.pop_front())
+                else {
+                    return false;
+                };
+                self.open(*run, id, opening);
+                true
+            });
+        }
+    }
+
+    /// What a run wanted and was not opened yet ends with the rest of it, after the rest.
+    pub(super) fn cancel_held(&mut self, run: Run) {
+        let held = self.runs.get_mut(&run).map(|listener| std::mem::take(&mut listener.held));
+        for (id, _) in held.into_iter().flatten() {
+            self.end_unopened(run, id);
+        }
+    }
+
+    /// An opening ends as cancelled that the machine never had.
+    pub(super) fn end_unopened(&mut self, run: Run, id: JobId) {
+        let settlement = Settlement {
+            ending: Ending::Cancelled,
+            attempts: 0,
+            worker: String::new(),
+            cached: false,
+            wall: Duration::ZERO,
+            tries: Vec::new(),
+        };
+        self.settled.push((run, id, settlement));
+    }
+
+    fn open(&mut self, run: Run, id: JobId, opening: Opening) {
+        let job = Job(id.0);
+        let (parted, asks) = match opening {
+            Ok((parted, asks)) => (Ok(parted), asks),
+            Err(text) => (Err(text), Vec::new()),
+        };
+        let fit = parted.is_ok();
+        self.ledger.open(run, id, parted);
+        let prior = match self.known(id) {
+            _ if !fit => Prior::Unfit,
+            known => known.unwrap_or(Prior::Nothing),
+        };
+        let need = if fit { self.staff.need(&asks) } else { Skills::NONE };
+        self.step(Event::Open { run, job, need, prior });
+    }
+
+    /// What the cache says of a job that is opened.
+    fn known(&mut self, id: JobId) -> Option<Prior> {
+        let bytes = self.cache.get(id)?;
+        let verdict = Verdict::decode(&bytes).ok()?;
+        let outcome = outcome_of(&verdict);
+        self.ledger.keep(id, verdict);
+        let digest = Digest(cullet_proto::ids::digest(&bytes));
+        Some(Prior::Result { digest, outcome })
+    }
+}

@@ -1,0 +1,106 @@
+//! What must hold of the ends of attempts, jobs and openings.
+
+use super::super::farm::number;
+use super::{Checker, Known, Oracle, Wrong, result_of, wrong};
+use crate::*;
+
+impl Checker {
+    pub(super) fn lost(
+        &mut self,
+        now: Millis,
+        event: Event,
+        (job, worker, epoch): (Job, Worker, Epoch),
+        loss: Loss,
+    ) -> Result<(), Wrong> {
+        let Some(held) = self.held.get_mut(&epoch).filter(|h| h.worker == worker && h.now) else {
+            return wrong(Oracle::Healthy, "lost what nobody held");
+        };
+        held.now = false;
+        let timing = self.timing;
+        let quiet = now - held.heard;
+        let fair = match loss {
+            Loss::Silent => quiet >= timing.lease,
+            Loss::TooLong => now - held.granted >= timing.hard,
+            Loss::Down => {
+                let gone = held.suspect.is_some_and(|since| now - since >= timing.suspect);
+                event == Event::Down(worker)
+                    || gone
+                    || (held.suspect.is_some() && quiet >= timing.lease)
+            }
+            Loss::Crashed | Loss::Dropped => {
+                matches!(event, Event::Fail { epoch: e, .. } if e == epoch)
+                    || event == Event::Bye(worker)
+            }
+        };
+        if !fair || self.calm {
+            return wrong(Oracle::Healthy, format!("{loss:?} after {quiet} ms of silence"));
+        }
+        let known = self.jobs.entry(job).or_default();
+        known.holders.remove(&epoch);
+        if let Loss::Down | Loss::Crashed | Loss::TooLong = loss {
+            known.crashes += 1;
+            known.killers.insert(worker);
+        }
+        Ok(())
+    }
+
+    pub(super) fn stall(&mut self, job: Job, reason: Reason, attempts: u32) -> Result<(), Wrong> {
+        let timing = self.timing;
+        let known = self.jobs.entry(job).or_default();
+        let again = std::mem::replace(&mut known.stalled, true);
+        let fair = match reason {
+            Reason::Crashes => {
+                let known = known.crashes >= timing.max_crashes || again;
+                known || self.isolated.contains(&job)
+            }
+            Reason::Attempts => known.grants >= timing.max_attempts,
+            Reason::Invalid | Reason::Forsaken => false,
+        };
+        if !fair {
+            let text = format!("given up after {attempts} attempts: {reason:?}");
+            return wrong(Oracle::Truth, text);
+        }
+        self.over(job);
+        Ok(())
+    }
+
+    pub(super) fn settle(
+        &mut self,
+        (run, opening): (Run, u64),
+        job: Job,
+        verdict: Verdict,
+    ) -> Result<(), Wrong> {
+        let index = run.0 as usize;
+        let course = &mut self.runs[index];
+        let due = course.settled;
+        if opening != due as u64 || due >= course.opened || course.jobs[due] != job {
+            let text = format!("opening {opening} of run {index} when {due} was due");
+            return wrong(Oracle::Order, text);
+        }
+        course.settled += 1;
+        let known = self.jobs.entry(job).or_default();
+        let fair = match verdict {
+            Verdict::Done { digest, .. } => {
+                let same = *course.truth.entry(due).or_insert(digest) == digest;
+                let [one, other] = [0, 1].map(|build| result_of(job, Build([build; 32])));
+                same && (digest == one || (digest == other && self.plan.mixed)) && known.over
+            }
+            Verdict::Abandoned(_) => known.stalled,
+            Verdict::Cancelled => course.cancelled,
+        };
+        if !fair {
+            return wrong(Oracle::Truth, format!("run {:?}: {verdict:?}", number(index)));
+        }
+        let count = known.wants.entry(index).or_insert(1);
+        *count -= 1;
+        if *count == 0 {
+            known.wants.remove(&index);
+        }
+        if known.wants.is_empty() {
+            // Opened again, it is a new job; only quarantine is remembered.
+            let stalled = known.stalled;
+            self.jobs.insert(job, Known { stalled, ..Known::default() });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,118 @@
+//! Meshes that travel once, workers that differ, and queues that are full.
+
+use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
+use cullet_coordinator::link::{Ending, Pool, PoolConfig, Share, Timing};
+use cullet_geometry::{Solid, Vec3, shapes};
+use cullet_proto::pool::Family;
+use cullet_proto::{FractureJob, Precision};
+use cullet_worker::WorkerConfig;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Jobs of one body whose mesh does not fit a chunk.
+fn large(seed: u64) -> FractureJob {
+    let detail = shapes::Detail { edge: Some(0.003), ..shapes::Detail::default() };
+    let solid = Solid::outer(shapes::cuboid(Vec3::repeat(0.2), detail).expect("a box"));
+    FractureJob { solid, ..job("echo", seed, 0) }
+}
+
+#[test]
+fn a_mesh_goes_to_each_worker_once_and_again_to_one_that_keeps_none() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
+    let hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let mut sent = Vec::new();
+    for seed in 0..3 {
+        let id = run.open(&large(seed));
+        assert_eq!(verdict(next(&run, id)), answer(&large(seed)));
+        sent.push(pool.stats().mesh_bytes);
+    }
+    assert!(sent[0] > 1 << 20, "{sent:?}: more than a chunk");
+    assert_eq!(sent[1..], [sent[0]; 2], "a mesh was sent again");
+    drop(hand);
+    let poor = WorkerConfig { meshes: 0, ..WorkerConfig::default() };
+    let _hand = Hand::hire_as(&pool, "poor", Arc::new(solve), poor);
+    for seed in 3..5 {
+        let id = run.open(&large(seed));
+        verdict(next(&run, id));
+    }
+    assert_eq!(pool.stats().mesh_bytes, 3 * sent[0]);
+}
+
+#[test]
+fn a_job_waits_aloud_for_a_worker_that_has_its_family() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
+    let with = |single| {
+        let family = Family { name: "echo".into(), single, double: true };
+        WorkerConfig { families: Some(vec![family]), ..WorkerConfig::default() }
+    };
+    let _plain = Hand::hire_as(&pool, "plain", Arc::new(solve), with(false));
+    let mut hard = job("echo", 1, 0);
+    hard.settings.precision = Precision::Single;
+    // One that can be done shows that the worker is there, and passes the other.
+    let (first, second) = (run.open(&hard), run.open(&job("echo", 2, 0)));
+    wait_for("the second is done", || pool.stats().jobs.waiting == 1);
+    wait_for("the first waits aloud", || pool.stats().stranded == 1);
+    assert!(run.settled(Duration::from_millis(100)).is_none());
+    let _full = Hand::hire_as(&pool, "full", Arc::new(solve), with(true));
+    assert_eq!(next(&run, first).worker, "full");
+    assert_eq!(next(&run, second).worker, "plain");
+    assert_eq!(pool.stats().stranded, 0);
+    let shown: Vec<_> = pool.workers().into_iter().map(|w| (w.name, w.solvers)).collect();
+    let solvers = |text: &str| Some(vec![text.to_owned()]);
+    let due =
+        [("full".to_owned(), solvers("echo f32 f64")), ("plain".to_owned(), solvers("echo f64"))];
+    assert_eq!(shown, due);
+    let about = &pool.workers()[0];
+    assert!(about.cores > 0 && about.build.len() == 8 && !about.version.is_empty(), "{about:?}");
+}
+
+#[test]
+fn a_run_at_its_bound_waits_and_goes_on_in_order() {
+    let timing = Timing { max_open: 3, ..Timing::test() };
+    let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
+    let (run, other) = (pool.run(Share::default()), pool.run(Share::default()));
+    let jobs: Vec<_> = (0..20).map(|seed| job("echo", seed, 1)).collect();
+    let ids: Vec<_> = jobs.iter().map(|job| run.open(job)).collect();
+    wait_for("they are heard of", || run.stats().opened == 20);
+    assert_eq!((run.stats().waiting, pool.stats().queued), (20, 17));
+    // Others have room of their own.
+    let another = other.open(&job("echo", 77, 0));
+    let hand = Hand::hire(&pool, "w", Arc::new(solve));
+    verdict(next(&other, another));
+    for (id, job) in ids.iter().zip(&jobs) {
+        assert_eq!(verdict(next(&run, *id)), answer(job));
+    }
+    drop(hand);
+    // What waits for room is cancelled with the rest, after the rest.
+    let ids: Vec<_> = jobs.iter().map(|job| other.open(job)).collect();
+    let fresh: Vec<_> = (100..110).map(|seed| other.open(&job("echo", seed, 0))).collect();
+    for id in &ids {
+        assert!(next(&other, *id).cached);
+    }
+    other.cancel();
+    for id in fresh {
+        assert_eq!(next(&other, id).ending, Ending::Cancelled);
+    }
+}
+
+#[test]
+fn a_settlement_tells_who_had_the_job_and_when() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run_as(7, Share::default());
+    let id = run.open(&job("echo", 1, 300));
+    std::thread::sleep(Duration::from_millis(200));
+    let leaving = Hand::hire(&pool, "a", Arc::new(solve));
+    wait_for("it runs", || pool.stats().jobs.running == 1);
+    leaving.tell();
+    let _staying = Hand::hire(&pool, "b", Arc::new(solve));
+    let settlement = next(&run, id);
+    let [first, second] = &settlement.tries[..] else { panic!("{settlement:?}") };
+    assert_eq!((first.worker.as_str(), second.worker.as_str()), ("a", "b"));
+    assert!(first.granted >= Duration::from_millis(200), "it waited: {first:?}");
+    assert!(first.how.contains("Dropped") && second.how.is_empty(), "{settlement:?}");
+    let (lost, done) = (first.ended.expect("lost"), second.ended.expect("done"));
+    assert!(lost <= second.granted && done <= settlement.wall, "{settlement:?}");
+    assert!(done - second.granted >= Duration::from_millis(300), "{second:?}");
+}
