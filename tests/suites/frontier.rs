@@ -2,8 +2,9 @@
 
 mod common;
 
-use common::{Cullet, Said, unique};
+use common::{Cullet, Said, spent, unique};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 fn tiny() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/frontier/tiny.toml")
@@ -101,6 +102,21 @@ fn bad_input_is_told() {
     let named = frontier(&out, &["--machine", "a/b"]);
     assert_eq!(named.code, 64, "{}", named.stderr);
     assert!(!out.exists(), "nothing was made");
+}
+
+/// What a scene costs includes its solver, which runs in a process of a worker's.
+#[test]
+fn the_solvers_time_is_counted() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/bullet");
+    let out = unique("cost");
+    let sets = ["world.duration=0.01", "fracture.solver=brittle", "fracture.max_particles=10000"];
+    let sets: Vec<&str> = sets.iter().flat_map(|value| ["--set", value]).collect();
+    let run = Cullet::new(&["run", scene, "-q", "--no-pictures", "--workers", "1"]).args(&sets);
+    let mut run = run.args(&["--out"]).path(&out).spawn();
+    let [own, others] = spent(run.id(), Duration::from_secs(300)).expect("it ends");
+    assert_eq!(run.wait(Duration::from_secs(1)), Some(0), "{}", run.stderr());
+    assert!(others > own, "{others} ticks of workers and solver, {own} of its own");
+    std::fs::remove_dir_all(&out).ok();
 }
 
 /// The standing set of the tree is read, whatever it costs to run.

@@ -150,6 +150,24 @@ fn stat(id: u32) -> Option<Vec<String>> {
     Some(rest.split_whitespace().map(str::to_owned).collect())
 }
 
+/// Processor time of a process that has ended and was not waited for: its own, and that of those it
+/// waited for, in ticks.
+pub(crate) fn spent(id: u32, limit: Duration) -> Option<[u64; 2]> {
+    let until = Instant::now() + limit;
+    loop {
+        let fields = stat(id)?;
+        let sum =
+            |at: usize| Some(fields[at].parse::<u64>().ok()? + fields[at + 1].parse::<u64>().ok()?);
+        if fields[0] == "Z" {
+            return Some([sum(11)?, sum(13)?]);
+        }
+        if Instant::now() > until {
+            return None;
+        }
+        sleep(Duration::from_millis(20));
+    }
+}
+
 pub(crate) fn is_alive(id: u32) -> bool {
     stat(id).is_some_and(|fields| fields[0] != "Z")
 }

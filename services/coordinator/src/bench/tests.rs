@@ -97,8 +97,14 @@ fn a_failed_run_is_a_row() {
 fn a_job_without_a_result_is_a_status() {
     let of = |ending: Settled| {
         let wall = std::time::Duration::from_secs(1);
-        let settlement =
-            Settlement { ending, attempts: 1, worker: String::new(), cached: false, wall };
+        let settlement = Settlement {
+            ending,
+            attempts: 1,
+            worker: String::new(),
+            cached: false,
+            wall,
+            tries: Vec::new(),
+        };
         result_of(settlement, wall).ending
     };
     let told = |ending: &Ending| trouble(ending).unwrap_or_default().to_owned();
