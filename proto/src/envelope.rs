@@ -70,6 +70,12 @@ pub fn open<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T, &[u8]),
     Ok((codec::decode(header)?, bulk))
 }
 
+/// Whether this is a sound message of that kind.
+#[must_use]
+pub fn is(kind: Kind, bytes: &[u8]) -> bool {
+    split(bytes).is_ok_and(|(given, ..)| given == kind as u16)
+}
+
 /// The kind number of a message, its header's bytes (checked against their sum) and its bulk.
 ///
 /// # Errors

@@ -317,6 +317,12 @@ impl SpecimenJob {
         envelope::seal(Kind::Specimen, &(&self.setup, vertices, triangles), &slabs)
     }
 
+    /// Whether these bytes hold a specimen, and no body to be broken.
+    #[must_use]
+    pub fn is(bytes: &[u8]) -> bool {
+        envelope::is(Kind::Specimen, bytes)
+    }
+
     /// The specimen in these bytes.
     ///
     /// # Errors

@@ -3,6 +3,7 @@
 use crate::codec::{self, WireError};
 use crate::envelope::{self, Kind};
 use crate::mesh::{self, Slabs};
+use crate::specimen::SpecimenResult;
 use cullet_geometry::{Sheet, Solid, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -40,6 +41,8 @@ pub enum Verdict {
         /// How.
         text: String,
     },
+    /// What came out of a specimen, however it ended.
+    Measured(Box<SpecimenResult>),
 }
 
 /// A body taken apart.
@@ -137,6 +140,7 @@ impl Verdict {
                 let (solver, text) = (cut(solver), cut(text));
                 envelope::seal(Kind::Verdict, &Header::Failed { solver, text }, &[])
             }
+            Self::Measured(result) => result.encode(),
         }
     }
 
@@ -145,6 +149,9 @@ impl Verdict {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
+        if envelope::is(Kind::SpecimenResult, bytes) {
+            return Ok(Self::Measured(Box::new(SpecimenResult::decode(bytes)?)));
+        }
         let (header, slabs) = envelope::open::<Header>(Kind::Verdict, bytes)?;
         let slabs = Slabs::new(slabs);
         match header {

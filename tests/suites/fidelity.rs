@@ -73,6 +73,22 @@ fn coarse_solves_come_first_and_only_the_last_is_used() {
     assert_eq!(summary(&out)["digest"], summary(&other)["digest"]);
 }
 
+/// A body of no simple shape, planned as coarsely as its thickness allows, is taken by the solver:
+/// both measure that alike.
+#[test]
+fn what_the_thickness_allows_is_not_refused() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/bullet");
+    let out = unique("coarse");
+    let sets = ["world.duration=0.01", "fracture.solver=auto", "fidelity.error=1"];
+    let sets: Vec<&str> = sets.iter().flat_map(|value| ["--set", value]).collect();
+    let run = Cullet::new(&["run", scene, "-q", "--no-pictures"]).args(&sets).args(&["--out"]);
+    let run = run.path(&out).output();
+    assert!([0, 3].contains(&run.code), "{}", run.stderr);
+    let told = lines(&out);
+    assert!(told.contains("by the thickness") && told.contains("broken: brittle"), "{told}");
+    assert!(!told.contains("refused: brittle"), "{told}");
+}
+
 #[test]
 fn a_wrong_wish_is_told_with_its_bound() {
     for (value, wanted) in [

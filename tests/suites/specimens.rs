@@ -3,16 +3,20 @@
 
 mod common;
 
-use common::{Cullet, Said, unique};
+use common::{Cullet, Said, children_of, signal, unique};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 fn specimens() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/specimens")
 }
 
+fn file(name: &str) -> PathBuf {
+    specimens().join(format!("{name}.toml"))
+}
+
 fn bench(name: &str, more: &[&str]) -> Said {
-    let file = specimens().join(format!("{name}.toml"));
-    Cullet::new(&["bench", "-q"]).path(&file).args(more).output()
+    Cullet::new(&["bench", "-q"]).path(&file(name)).args(more).output()
 }
 
 /// Runs specimens whose own expectations decide the exit code.
@@ -122,6 +126,33 @@ fn a_sweep_is_a_line_a_run_and_failures_are_told() {
     let told: serde_json::Value = serde_json::from_str(&slow.stdout).expect("JSON");
     assert_eq!((slow.code, told["status"].as_str()), (3, Some("timeout")));
     assert_eq!(told["metrics"].as_array().map(Vec::len), Some(2));
+}
+
+/// A solver that is killed is a line of its own, told with the signal; the next run goes on, and
+/// nothing is left behind.
+#[test]
+fn a_solver_that_is_killed_is_a_status_and_the_next_one_runs() {
+    let [long, short] = ["d2-branching", "e4-slender"].map(file);
+    let mut going =
+        Cullet::new(&["bench", "-q", "--json", "--workers", "1"]).path(&long).path(&short).spawn();
+    let until = Instant::now() + Duration::from_secs(60);
+    let solver = loop {
+        let workers = children_of(going.id());
+        let found = workers.into_iter().find_map(|worker| children_of(worker).pop());
+        match found {
+            Some(id) => break id,
+            None => assert!(Instant::now() < until, "no solver began"),
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    signal(solver, "KILL");
+    assert_eq!(going.wait(Duration::from_secs(120)), Some(3));
+    let text = going.stdout();
+    let lines: Vec<serde_json::Value> =
+        text.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    let words: Vec<_> = lines.iter().map(|line| line["status"].as_str().unwrap_or("")).collect();
+    assert_eq!(words, ["crashed", "ok"], "{text}");
+    assert!(lines[0]["trouble"].as_str().is_some_and(|why| why.contains("signal: 9")), "{text}");
 }
 
 /// Bad input is told with its place, before anything runs.

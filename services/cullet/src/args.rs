@@ -79,9 +79,6 @@ pub(crate) enum Command {
     Bench(Bench),
     /// Run a standing set of specimens and scenes and draw error over cost
     Frontier(Frontier),
-    /// Solve one specimen: a job on standard input, its result on standard output
-    #[command(hide = true)]
-    SolveSpecimen,
     /// Solve the job in a file, as a quarantined one is kept; without one, jobs that a worker sends
     #[command(hide = true)]
     Job(Job),

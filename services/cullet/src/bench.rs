@@ -1,10 +1,11 @@
-//! `cullet bench`, and the process that solves one specimen.
+//! `cullet bench`.
 
 use crate::args;
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
+use crate::run::no_link;
 use cullet_coordinator::bench::{
-    COLUMNS, Limits, Measured, Point, answer, csv, file_names, json, plan, run_all, status, text,
+    COLUMNS, Limits, Measured, Point, csv, file_names, json, plan, run_all, status, text,
 };
 use std::io::Write;
 use std::time::Duration;
@@ -37,7 +38,7 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
     write(&format!("{COLUMNS}\n"))?;
     let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
     let limits = Limits {
-        program: (exe, vec!["solve-specimen".to_owned()]),
+        exe,
         workers: args.workers.map_or_else(spare_cores, usize::from),
         time: Duration::from_secs_f64(args.limit.clamp(1e-3, 1e9)),
     };
@@ -50,7 +51,8 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
             eprintln!("{}/{} {}", index + 1, points.len(), told(&measured));
         }
         all.push(measured);
-    });
+    })
+    .map_err(|error| no_link(&error))?;
     if let Some(trouble) = trouble {
         return Err(trouble);
     }
@@ -97,12 +99,4 @@ fn told(measured: &Measured) -> String {
 
 fn spare_cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from).saturating_sub(1).max(1)
-}
-
-/// Solves the specimen on standard input.
-pub(crate) fn solve() -> Result<Exit, Trouble> {
-    let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
-    answer(input, output, cullet_worker::specimen::solve)
-        .map_err(|error| Trouble::new(Exit::Usage, error))?;
-    Ok(Exit::Done)
 }

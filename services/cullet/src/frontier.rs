@@ -3,6 +3,7 @@
 use crate::args;
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
+use crate::run::no_link;
 use cullet_coordinator::bench::frontier::{Chart, Row, Set, csv, load, measure, read, rows, text};
 use cullet_coordinator::bench::{Limits, chart};
 use std::path::Path;
@@ -50,7 +51,7 @@ fn known(table: &Path, needed: bool) -> Result<Vec<Row>, Trouble> {
 fn run(args: &args::Frontier, set: &Set, table: &Path, all: &mut Vec<Row>) -> Result<(), Trouble> {
     let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
     let limits = Limits {
-        program: (exe, vec!["solve-specimen".to_owned()]),
+        exe,
         workers: usize::from(args.workers),
         time: Duration::from_secs_f64(args.limit.clamp(1e-3, 1e9)),
     };
@@ -59,7 +60,8 @@ fn run(args: &args::Frontier, set: &Set, table: &Path, all: &mut Vec<Row>) -> Re
             if !args.voice.quiet {
                 eprintln!("{} {k}/{count} {}", chart.name, told(row));
             }
-        });
+        })
+        .map_err(|error| no_link(&error))?;
         let at = all.iter().position(|row| row.chart == chart.name).unwrap_or(all.len());
         all.retain(|row| row.chart != chart.name);
         let at = at.min(all.len());

@@ -69,6 +69,5 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Schema(args) => inspect::schema(args),
         Command::Bench(args) => bench::bench(args),
         Command::Frontier(args) => frontier::frontier(args),
-        Command::SolveSpecimen => bench::solve(),
     }
 }

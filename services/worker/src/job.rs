@@ -6,7 +6,8 @@
 
 use crate::solve::{SolveFn, Watch, guarded};
 use crate::{EXIT_WEDGED, start_threads};
-use cullet_proto::{FractureJob, chunks};
+use cullet_proto::specimen::SpecimenJob;
+use cullet_proto::{FractureJob, Verdict, chunks};
 use std::io::{Read, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -77,8 +78,21 @@ impl JobProcess {
         Self { command, alive: None }
     }
 
-    /// Solves in the process; ends it if it does not end by itself when told to stop.
+    /// Solves in the process; ends it if it does not end by itself when told to stop. A specimen
+    /// has a process of its own: what it costs is read off it.
     pub(crate) fn solve(&mut self, job: &[u8], watch: &Watch) -> Attempt {
+        let alone = SpecimenJob::is(job);
+        if alone {
+            self.end();
+        }
+        let attempt = self.solve_here(job, watch);
+        if alone {
+            self.end();
+        }
+        attempt
+    }
+
+    fn solve_here(&mut self, job: &[u8], watch: &Watch) -> Attempt {
         let mut alive = match self.alive.take().map_or_else(|| self.start(), Ok) {
             Ok(alive) => alive,
             Err(error) => {
@@ -165,6 +179,12 @@ impl JobProcess {
         }
     }
 
+    fn end(&mut self) {
+        if let Some(alive) = self.alive.take() {
+            alive.kill();
+        }
+    }
+
     /// Whether the process holds more memory than it may. Where the system does not say, it does
     /// not.
     fn over_memory(&self, id: u32) -> Option<String> {
@@ -179,9 +199,7 @@ impl JobProcess {
 
 impl Drop for JobProcess {
     fn drop(&mut self) {
-        if let Some(alive) = self.alive.take() {
-            alive.kill();
-        }
+        self.end();
     }
 }
 
@@ -258,11 +276,17 @@ fn receive(pipe: &mut impl Read) -> std::io::Result<(u8, Vec<u8>)> {
 
 /// An attempt in this process, with a solver in it.
 pub(crate) fn attempt(bytes: &[u8], solve: &SolveFn, watch: &Watch) -> Attempt {
-    let job = match FractureJob::decode(bytes) {
-        Ok(job) => job,
+    let verdict = if SpecimenJob::is(bytes) {
+        SpecimenJob::decode(bytes)
+            .map(|job| Some(Verdict::Measured(Box::new(crate::specimen::solve(&job)))))
+    } else {
+        FractureJob::decode(bytes).map(|job| guarded(solve, &job, watch))
+    };
+    let verdict = match verdict {
+        Ok(verdict) => verdict,
         Err(error) => return Attempt::Invalid(error.to_string()),
     };
-    match guarded(solve, &job, watch).map(|verdict| verdict.encode()) {
+    match verdict.map(|verdict| verdict.encode()) {
         Some(Ok(blob)) => Attempt::Solved(blob),
         Some(Err(error)) => Attempt::Invalid(format!("its verdict cannot be sent: {error}")),
         None => Attempt::Cancelled,

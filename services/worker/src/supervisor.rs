@@ -13,7 +13,7 @@ use crate::{EXIT_WEDGED, WorkerConfig, WorkerError, start_threads};
 use cullet_dispatch::{Act, Digest, Epoch, Hand, Heard, Job, Millis, Question, Trouble};
 use cullet_proto::SessionId;
 use cullet_proto::ids::digest;
-use cullet_proto::pool::{Grant, Hello};
+use cullet_proto::pool::{Grant, Hello, OVERDUE};
 use rayon::ThreadPool;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -231,7 +231,7 @@ impl Supervisor {
                 self.watch.cancel();
                 // Only the clock kills at the limit.
                 if heard == Heard::Tick {
-                    self.text = "over the hard limit".to_owned();
+                    self.text = OVERDUE.to_owned();
                     self.overdue = Some((epoch, Instant::now()));
                 }
             }

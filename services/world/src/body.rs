@@ -1,11 +1,12 @@
 //! A body: what one is made from, what the world keeps of it, what others may see of it.
 
 use crate::error::WorldError;
+use crate::gate::GateBody;
 use crate::mass::{extents, lever, reach};
 use crate::material::{Bound, Material};
 use crate::settings::Tiers;
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The name of a body in a run: increasing, never reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -169,6 +170,8 @@ pub(crate) struct Body {
     pub(crate) tier: Tier,
     /// When it came into the world \[s\]; bodies of the scene are as old as time.
     pub(crate) birth: f64,
+    /// What the gates know of it, once they have asked.
+    pub(crate) gate: OnceLock<GateBody>,
 }
 
 /// Farthest place a body may be put at \[m\]: f64 still resolves 1e-7 m there.
@@ -220,6 +223,7 @@ impl Body {
             generation: spec.generation,
             tier,
             birth,
+            gate: OnceLock::new(),
         })
     }
 

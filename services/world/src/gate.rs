@@ -9,7 +9,8 @@ use crate::impact::Hit;
 use crate::mass::{extents, reach, section};
 use crate::material::Material;
 use crate::world::World;
-use cullet_geometry::{Solid, TriMesh, Vec3};
+use cullet_geometry::inside::{Inside, Nearest};
+use cullet_geometry::{Solid, TriMesh, Vec3, sample};
 
 /// What to do about a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -168,8 +169,7 @@ pub struct GateBody {
     pub length: f64,
     /// Typical wall thickness t = 2V/A \[m\], at most the least extent.
     pub thickness: f64,
-    /// Thickness for bending as a solver sees it \[m\]: 2.5 times the depth above which four fifths
-    /// of the body lie. That of a plate is t, of a bar of square section 0.69 t, of a cube 0.52 t.
+    /// Thickness for bending as a solver sees it \[m\]: [`Nearest::thickness`].
     pub depth: f64,
     /// Smallest section of several through the body \[m²\].
     pub section: f64,
@@ -194,13 +194,11 @@ impl GateBody {
         let mesh = &solid.mesh;
         let size = extents(mesh.vertices.iter());
         let wall = 2.0 * volume / surface(mesh);
-        // Through plate, bar and cube: 2V/A is 1, 1/2 and 1/3 of the least extent.
-        let depth = wall * (1.84 - 0.84 * (wall / size.min()).min(1.0));
         Self {
             volume,
             length: size.max(),
             thickness: wall.min(size.min()),
-            depth: depth.min(size.min()),
+            depth: depth(mesh, volume).unwrap_or(wall).min(size.min()),
             section: smallest_section(mesh, &size),
             volume_ratio,
             generation,
@@ -209,10 +207,22 @@ impl GateBody {
     }
 
     pub(crate) fn of_body(body: &Body) -> Self {
-        let ratio = body.volume / body.original_volume;
-        let gate = Self::of(&body.solid, body.volume, ratio, body.generation);
-        Self { weakest: body.weakest, ..gate }
+        *body.gate.get_or_init(|| {
+            let ratio = body.volume / body.original_volume;
+            let gate = Self::of(&body.solid, body.volume, ratio, body.generation);
+            Self { weakest: body.weakest, ..gate }
+        })
     }
+}
+
+/// Points that the thickness is taken from.
+const PROBES: f64 = 1000.0;
+
+/// [`Nearest::thickness`] of a body; `None` of one that is nearly all air.
+fn depth(mesh: &TriMesh, volume: f64) -> Option<f64> {
+    let spacing = libm::cbrt(volume / PROBES);
+    let points = sample::poisson(&Inside::new(mesh), spacing, 0).ok()?;
+    (!points.is_empty()).then(|| Nearest::new(mesh).thickness(&points))
 }
 
 fn surface(mesh: &TriMesh) -> f64 {

@@ -84,6 +84,15 @@ impl Going {
         text
     }
 
+    /// What it printed; it has ended.
+    pub(crate) fn stdout(&mut self) -> String {
+        let mut text = String::new();
+        if let Some(pipe) = self.0.stdout.as_mut() {
+            let _read = pipe.read_to_string(&mut text);
+        }
+        text
+    }
+
     pub(crate) fn kill(&mut self) {
         self.0.kill().ok();
         self.0.wait().ok();

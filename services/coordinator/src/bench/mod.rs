@@ -1,8 +1,9 @@
 //! The bench: specimens run over sweeps of their settings, each in a process of its own.
 //!
-//! A run is a pure job: its id is the digest of what is solved. A process that hangs is ended at
-//! the time limit; one that crashes has a status like any other: a failed run is a point of a
-//! chart, never a missing row. Several run at once, and results come in the order of the plan.
+//! A run is a pure job of the pool: its id is the digest of what is solved. A process that hangs
+//! is ended at the time limit; one that crashes has a status like any other: a failed run is a
+//! point of a chart, never a missing row. Several run at once, and results come in the order of
+//! the plan.
 
 pub mod chart;
 pub mod frontier;
@@ -12,7 +13,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub use pool::{Limits, answer, run_all};
+pub use pool::{Limits, run_all};
 pub use sweep::{Sweep, plan};
 pub use table::{COLUMNS, csv, file_names, history, json, text};
 

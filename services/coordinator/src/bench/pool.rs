@@ -1,135 +1,94 @@
-//! Processes that solve: one for each run, several at once.
+//! The bench's pool: worker processes of its own on this machine, and no second tries.
+//!
+//! A specimen that crashes or hangs is a finding. It is not tried again, and no result is kept for
+//! a repeat, whose costs would then be another run's.
 
 use super::Point;
-use cullet_proto::specimen::{Ending, SpecimenJob, SpecimenResult};
-use std::io::{Read, Write};
+use crate::link::{
+    CacheConfig, Ending as Settled, LinkError, Pool, PoolConfig, Settlement, Share, SpawnConfig,
+    Timing,
+};
+use cullet_proto::pool::OVERDUE;
+use cullet_proto::specimen::{Ending, SpecimenResult};
+use cullet_proto::{JobId, Verdict};
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::channel;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-/// How often a process is looked at.
-const LOOK: Duration = Duration::from_millis(5);
-
-/// Longest last words of a process that are told \[characters\].
-const WORDS: usize = 200;
+/// How often a result is waited for before it is waited for again.
+const LOOK: Duration = Duration::from_secs(1);
+/// Longest that a run may take at all.
+const LONGEST: Duration = Duration::from_secs(1_000_000_000);
 
 /// How runs are run.
 #[derive(Clone, Debug)]
 pub struct Limits {
-    /// The program and its arguments: it reads a job on standard input, and writes the result.
-    pub program: (PathBuf, Vec<String>),
-    /// How many at once.
+    /// The program whose `worker` command solves.
+    pub exe: PathBuf,
+    /// How many runs at once.
     pub workers: usize,
     /// Longest wall time of a run.
     pub time: Duration,
 }
 
-/// Runs every point; `done` is told each result, in the order of the points.
-pub fn run_all(points: &[Point], limits: &Limits, done: &mut dyn FnMut(usize, SpecimenResult)) {
-    let (next, (send, receive)) = (AtomicUsize::new(0), channel());
-    std::thread::scope(|scope| {
-        for _ in 0..limits.workers.clamp(1, points.len().max(1)) {
-            let (send, next) = (send.clone(), &next);
-            scope.spawn(move || {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(point) = points.get(index) else { break };
-                    let result = one(&point.specimen.job, limits);
-                    if send.send((index, result)).is_err() {
-                        break;
-                    }
-                }
-            });
-        }
-        drop(send);
-        let mut waiting = std::collections::BTreeMap::new();
-        let mut due = 0;
-        for (index, result) in receive {
-            waiting.insert(index, result);
-            while let Some(result) = waiting.remove(&due) {
-                done(due, result);
-                due += 1;
-            }
-        }
-    });
-}
-
-/// Solves one job in a process of its own.
-fn one(job: &SpecimenJob, limits: &Limits) -> SpecimenResult {
-    let bytes = match job.encode() {
-        Ok(bytes) => bytes,
-        Err(error) => return SpecimenResult::ended(Ending::Refused(error.to_string())),
-    };
-    let (program, arguments) = &limits.program;
-    let spawned = Command::new(program)
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn();
-    match spawned {
-        Ok(child) => talk(child, &bytes, limits.time),
-        Err(error) => {
-            SpecimenResult::ended(Ending::Crashed(format!("{}: {error}", program.display())))
-        }
-    }
-}
-
-fn talk(mut child: Child, bytes: &[u8], limit: Duration) -> SpecimenResult {
-    let (input, output, errors) = (child.stdin.take(), child.stdout.take(), child.stderr.take());
-    let start = Instant::now();
-    let (out, words) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
-    let mut late = false;
-    std::thread::scope(|scope| {
-        scope.spawn(|| read(output, &out));
-        scope.spawn(|| read(errors, &words));
-        // A process that ended early is told by its status, not by the pipe.
-        scope.spawn(move || input.is_some_and(|mut pipe| pipe.write_all(bytes).is_ok()));
-        while matches!(child.try_wait(), Ok(None)) {
-            if start.elapsed() > limit {
-                late = true;
-                let _ended_already = child.kill();
-                break;
-            }
-            std::thread::sleep(LOOK);
-        }
-        let _reaped_already = child.wait();
-    });
-    if late {
-        let text = format!("ended after {:.0} s, the limit", limit.as_secs_f64());
-        return SpecimenResult::ended(Ending::Timeout(text));
-    }
-    let out = out.into_inner().unwrap_or_default();
-    SpecimenResult::decode(&out).unwrap_or_else(|error| {
-        let words = words.into_inner().unwrap_or_default();
-        let words = String::from_utf8_lossy(&words);
-        let last: String = words.trim().chars().take(WORDS).collect();
-        let text = if last.is_empty() { error.to_string() } else { last };
-        SpecimenResult::ended(Ending::Crashed(format!("the process ended early: {text}")))
-    })
-}
-
-fn read(pipe: Option<impl Read>, into: &Mutex<Vec<u8>>) {
-    if let (Some(mut pipe), Ok(mut into)) = (pipe, into.lock()) {
-        let _what_there_was = pipe.read_to_end(&mut into);
-    }
-}
-
-/// The other side: a job from `input`, its result to `output`.
+/// Runs every point in a process of its own; `done` is told each result, in the order of the
+/// points.
 ///
 /// # Errors
-/// What is wrong with the bytes or the streams.
-pub fn answer(
-    mut input: impl Read,
-    mut output: impl Write,
-    solve: impl FnOnce(&SpecimenJob) -> SpecimenResult,
-) -> Result<(), String> {
-    let mut bytes = Vec::new();
-    input.read_to_end(&mut bytes).map_err(|error| error.to_string())?;
-    let job = SpecimenJob::decode(&bytes).map_err(|error| error.to_string())?;
-    let result = solve(&job).encode().map_err(|error| error.to_string())?;
-    output.write_all(&result).and_then(|()| output.flush()).map_err(|error| error.to_string())
+/// The pool does not start.
+pub fn run_all(
+    points: &[Point],
+    limits: &Limits,
+    done: &mut dyn FnMut(usize, SpecimenResult),
+) -> Result<(), LinkError> {
+    let workers = limits.workers.clamp(1, points.len().max(1));
+    let timing = Timing {
+        hard: limits.time.min(LONGEST).as_millis() as u64,
+        max_crashes: 1,
+        min_killers: 1,
+        hedge_factor: u64::from(u32::MAX),
+        ..Timing::production()
+    };
+    let pool = Pool::start(PoolConfig {
+        spawn: Some(SpawnConfig::new(limits.exe.clone(), workers, 1)),
+        timing,
+        cache: CacheConfig { memory: 0, disk: None },
+        ..PoolConfig::default()
+    })?;
+    let run = pool.run(Share::default());
+    let jobs: Vec<Result<JobId, String>> = points
+        .iter()
+        .map(|point| {
+            let job = &point.specimen.job;
+            job.encode().map_err(|error| error.to_string())?;
+            Ok(run.open_specimen(job))
+        })
+        .collect();
+    for (index, job) in jobs.into_iter().enumerate() {
+        let result = match job {
+            Err(text) => SpecimenResult::ended(Ending::Refused(text)),
+            Ok(_) => loop {
+                if let Some((_, settlement)) = run.settled(LOOK) {
+                    break result_of(settlement, limits.time);
+                }
+            },
+        };
+        done(index, result);
+    }
+    pool.shutdown();
+    Ok(())
+}
+
+/// What is made of the end of a run's job.
+pub(super) fn result_of(settlement: Settlement, limit: Duration) -> SpecimenResult {
+    let text = match settlement.ending {
+        Settled::Verdict(Verdict::Measured(result)) => return *result,
+        Settled::Verdict(other) => format!("it was answered with {other:.40?}"),
+        Settled::Abandoned(text) => text,
+        Settled::Cancelled => "it was cancelled".to_owned(),
+    };
+    SpecimenResult::ended(if text.contains(OVERDUE) {
+        Ending::Timeout(format!("ended after {:.0} s, the limit", limit.as_secs_f64()))
+    } else {
+        Ending::Crashed(text)
+    })
 }

@@ -1,5 +1,9 @@
+use super::pool::result_of;
 use super::*;
+use crate::link::{Ending as Settled, Settlement};
 use crate::scene::specimen::load;
+use cullet_proto::Verdict;
+use cullet_proto::pool::OVERDUE;
 use cullet_proto::specimen::Frame;
 
 const BAR: &str = r#"
@@ -88,34 +92,34 @@ fn a_failed_run_is_a_row() {
     assert!(text(&[crashed]).contains("unstable: too hot"));
 }
 
-/// Processes that do not answer, answer nonsense, or take too long are statuses in their place.
+/// What the pool says of a job that came to nothing is a status.
 #[test]
-fn a_process_that_fails_is_a_status() {
-    let point = measured(vec![]).point;
-    let run = |script: &str, time: f64| {
-        let program = ("sh".into(), vec!["-c".to_owned(), script.to_owned()]);
-        let time = std::time::Duration::from_secs_f64(time);
-        let limits = Limits { program, workers: 2, time };
-        let mut endings = Vec::new();
-        let points = vec![point.clone(); 3];
-        run_all(&points, &limits, &mut |index, result| endings.push((index, result.ending)));
-        assert_eq!(endings.iter().map(|e| e.0).collect::<Vec<_>>(), [0, 1, 2]);
-        endings.remove(0).1
+fn a_job_without_a_result_is_a_status() {
+    let of = |ending: Settled| {
+        let wall = std::time::Duration::from_secs(1);
+        let settlement = Settlement {
+            ending,
+            attempts: 1,
+            worker: String::new(),
+            cached: false,
+            wall,
+            tries: Vec::new(),
+        };
+        result_of(settlement, wall).ending
     };
     let told = |ending: &Ending| trouble(ending).unwrap_or_default().to_owned();
-    let crash = run("echo no memory >&2; exit 3", 60.0);
+    let crash = of(Settled::Abandoned("too many workers ended: signal: 9".to_owned()));
     assert_eq!(status(&crash), "crashed");
-    assert!(told(&crash).contains("no memory"), "{crash:?}");
-    let nonsense = run("echo nonsense", 60.0);
-    assert!(told(&nonsense).contains("ended early"), "{nonsense:?}");
-    let slow = run("exec sleep 60", 0.2);
+    assert!(told(&crash).contains("signal: 9"), "{crash:?}");
+    let slow = of(Settled::Abandoned(format!("too many workers ended: {OVERDUE}")));
     assert_eq!(status(&slow), "timeout");
-    let missing = ("no such program".into(), Vec::new());
-    let limits = Limits { program: missing, workers: 1, time: std::time::Duration::from_secs(60) };
-    run_all(std::slice::from_ref(&point), &limits, &mut |_, result| {
-        assert_eq!(status(&result.ending), "crashed", "{:?}", result.ending);
-    });
-    assert!(told(&slow).contains("limit"), "{slow:?}");
+    assert!(told(&slow).contains("1 s, the limit"), "{slow:?}");
+    assert_eq!(status(&of(Settled::Cancelled)), "crashed");
+    let text = "no".to_owned();
+    let wrong = of(Settled::Verdict(Verdict::Refused { solver: text.clone(), text }));
+    assert!(told(&wrong).contains("answered with Refused"), "{wrong:?}");
+    let result = SpecimenResult::ended(Ending::NotFinite("why".to_owned()));
+    assert_eq!(status(&of(Settled::Verdict(Verdict::Measured(Box::new(result))))), "nan");
 }
 
 /// A sample that is no number is not passed over: what is made of it is none, and is told so.

@@ -7,7 +7,7 @@ use super::shell::{Said, Shell};
 use super::{Ending, Settlement};
 use cullet_dispatch::{Digest, Effect, Epoch as DispatchEpoch, Job, Loss, Millis, Outcome, Reason};
 use cullet_dispatch::{Run, Verdict as Decision, Worker};
-use cullet_proto::pool::{self, Grant, PollAnswer, RenewAnswer};
+use cullet_proto::pool::{self, Grant, OVERDUE, PollAnswer, RenewAnswer};
 use cullet_proto::{Epoch, JobId, Verdict, WorkerId};
 use std::time::Instant;
 
@@ -98,6 +98,9 @@ impl Shell {
         self.roster.left(worker, JobId(job.0));
         let (id, runs, name) = (JobId(job.0).short(), self.runs_of(job), self.name(worker));
         tracing::warn!(runs, job = id, worker = name, ?loss, "attempt lost");
+        if loss == Loss::TooLong {
+            self.ledger.note_trouble(JobId(job.0), OVERDUE);
+        }
         self.ledger.ended(job, epoch, &format!("{loss:?}"));
     }
 
@@ -169,7 +172,7 @@ impl Shell {
 
 pub(super) fn outcome_of(verdict: &Verdict) -> Outcome {
     match verdict {
-        Verdict::Broken(_) => Outcome::Broken,
+        Verdict::Broken(_) | Verdict::Measured(_) => Outcome::Broken,
         Verdict::Refused { .. } => Outcome::Refused,
         Verdict::Failed { .. } => Outcome::Failed,
     }

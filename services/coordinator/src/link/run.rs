@@ -2,10 +2,11 @@
 
 use super::Settlement;
 use super::shell::{Input, Listener};
-use super::staff;
+use super::staff::{self, Skill};
 use cullet_dispatch::{Counts, Event, Run, Share};
 use cullet_proto::outline::Parted;
-use cullet_proto::{FractureJob, JobId};
+use cullet_proto::specimen::SpecimenJob;
+use cullet_proto::{FractureJob, JobId, WireError};
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -85,8 +86,22 @@ impl RunHandle {
     /// Wants a job done; it settles through [`RunHandle::settled`]. A job over a limit of the wire
     /// settles as abandoned.
     pub fn open(&self, job: &FractureJob) -> JobId {
-        let (id, opening) = match Parted::of(job) {
-            Ok(parted) => (parted.id, Ok((parted, staff::asks(job)))),
+        self.want(Parted::of(job), staff::asks(job), job)
+    }
+
+    /// As [`RunHandle::open`], for a specimen.
+    pub fn open_specimen(&self, job: &SpecimenJob) -> JobId {
+        self.want(Parted::of_specimen(job), Vec::new(), job)
+    }
+
+    fn want(
+        &self,
+        parted: Result<Parted, WireError>,
+        asks: Vec<Skill>,
+        job: &impl std::fmt::Debug,
+    ) -> JobId {
+        let (id, opening) = match parted {
+            Ok(parted) => (parted.id, Ok((parted, asks))),
             Err(error) => {
                 // It has no encoding to be named by; its debug text is as good.
                 (JobId::of(format!("{job:?}").as_bytes()), Err(error.to_string()))

@@ -29,7 +29,7 @@ impl Run<'_> {
         };
         let outcome = match &verdict {
             Verdict::Broken(broken) => Some(&**broken),
-            Verdict::Refused { .. } | Verdict::Failed { .. } => None,
+            Verdict::Refused { .. } | Verdict::Failed { .. } | Verdict::Measured(_) => None,
         };
         let enough = match job.ladder.next(outcome, &mut self.seen) {
             Next::Finer(why) => return self.solve_finer(job, &verdict, why),
@@ -45,6 +45,9 @@ impl Run<'_> {
             }
             Verdict::Failed { solver, text } => {
                 self.declined(&job, recording::Verdict::Failed, &solver, text)
+            }
+            Verdict::Measured(_) => {
+                self.abandoned(&job, name, "a specimen's result came for it".to_owned())
             }
         }
     }
@@ -89,6 +92,7 @@ impl Run<'_> {
             Verdict::Failed { solver, text } => {
                 self.declined(&job, recording::Verdict::Failed, solver, text.clone())?;
             }
+            Verdict::Measured(_) => {}
         }
         self.dispatch(job, None, vec![format!("finer than before: {why}")])
     }

@@ -36,7 +36,7 @@ impl<'a> Keeper<'a> {
 
     fn note(&self, due: &Due, settlement: &Settlement) {
         let ending = match &settlement.ending {
-            Ending::Verdict(Verdict::Broken(_)) => "solved",
+            Ending::Verdict(Verdict::Broken(_) | Verdict::Measured(_)) => "solved",
             Ending::Verdict(Verdict::Refused { .. }) => "refused",
             Ending::Verdict(Verdict::Failed { .. }) => "failed",
             Ending::Abandoned(_) => "abandoned",

@@ -157,14 +157,7 @@ pub(crate) fn check_thickness(
     points: &[Vec3],
     spacing: &Vec3,
 ) -> Result<(), Refusal> {
-    let nearest = Nearest::new(&problem.solid.mesh);
-    // A sample of the depths is enough for a percentile.
-    let stride = points.len().div_ceil(1000);
-    let mut depths: Vec<f64> =
-        points.iter().step_by(stride).map(|&p| nearest.distance(p)).collect();
-    depths.sort_unstable_by(f64::total_cmp);
-    // In a plate of thickness t four fifths of the points lie less than 0.4 t deep.
-    let thickness = depths.get(depths.len() * 4 / 5).copied().unwrap_or(0.0) / 0.4;
+    let thickness = Nearest::new(&problem.solid.mesh).thickness(points);
     // Cells are flattened only across a flat body.
     let cells = thickness / spacing.min();
     if cells < LEAST_CELLS {

@@ -48,6 +48,18 @@ impl Nearest {
         self.closest(p).map_or(f64::INFINITY, |(_, distance, _)| distance)
     }
 
+    /// Thickness for bending \[m\] of the body of which `points` \[m\] are an even sample: 2.5
+    /// times the depth above which four fifths of it lie. That of a plate is its thickness t, of a
+    /// bar of square section 0.69 t, of a cube 0.52 t. At most 1000 of the points are looked at.
+    #[must_use]
+    pub fn thickness(&self, points: &[Vec3]) -> f64 {
+        let stride = points.len().div_ceil(1000).max(1);
+        let mut depths: Vec<f64> =
+            points.iter().step_by(stride).map(|&p| self.distance(p)).collect();
+        depths.sort_unstable_by(f64::total_cmp);
+        depths.get(depths.len() * 4 / 5).copied().unwrap_or(0.0) / 0.4
+    }
+
     /// The nearest point of the surface \[m\], its distance \[m\] and its triangle.
     #[must_use]
     pub fn closest(&self, p: Vec3) -> Option<(Vec3, f64, usize)> {

@@ -4,6 +4,7 @@ use super::super::{Limits, Measured, Point, run_all, status};
 use super::row::Row;
 use super::set::{Chart, FINEST, MOTT, Planned, Work};
 use super::stats::mass_distance;
+use crate::link::LinkError;
 use crate::record::{RESOLVED_CELLS, Recording, fit};
 use cullet_proto::recording::EventKind;
 use cullet_proto::specimen::{Ending, SpecimenResult};
@@ -17,11 +18,14 @@ const LOOK: Duration = Duration::from_millis(10);
 
 /// Runs all of a chart; equal runs are run once. `say` is told each, as it ends: its number, how
 /// many there are, and its row, for a scene still without its value.
+///
+/// # Errors
+/// The pool does not start.
 pub fn measure(
     chart: &Chart,
     limits: &Limits,
     say: &mut dyn FnMut(usize, usize, &Row),
-) -> Vec<Row> {
+) -> Result<Vec<Row>, LinkError> {
     let mut first: BTreeMap<&str, usize> = BTreeMap::new();
     for (k, run) in chart.runs.iter().enumerate() {
         first.entry(&run.id).or_insert(k);
@@ -36,7 +40,7 @@ pub fn measure(
     };
     let scene = chart.runs.iter().any(|run| matches!(run.work, Work::Scene(..)));
     if scene {
-        scenes(chart, &order, &of, limits, &mut tell)
+        Ok(scenes(chart, &order, &of, limits, &mut tell))
     } else {
         specimens(chart, &order, &of, limits, &mut tell)
     }
@@ -68,7 +72,7 @@ fn specimens(
     of: &dyn Fn(&Planned) -> usize,
     limits: &Limits,
     tell: &mut dyn FnMut(&Row),
-) -> Vec<Row> {
+) -> Result<Vec<Row>, LinkError> {
     let point = |k: &usize| match &chart.runs[*k].work {
         Work::Specimen(specimen) => Some(Point { specimen: (**specimen).clone(), swept: vec![] }),
         Work::Scene(..) => None,
@@ -79,12 +83,12 @@ fn specimens(
         let row = row_of(chart, &chart.runs[order[index]], &points[index], result, limits);
         tell(&row);
         done.insert(order[index], row);
-    });
+    })?;
     let with = |run: &Planned| {
         let (own, same) = (blank(chart, run), done.get(&of(run)).cloned().unwrap_or_default());
         Row { option: own.option, along: own.along, standard: own.standard, ..same }
     };
-    chart.runs.iter().map(with).collect()
+    Ok(chart.runs.iter().map(with).collect())
 }
 
 fn row_of(
@@ -264,7 +268,7 @@ fn scene(chart: &Chart, run: &Planned, limits: &Limits) -> Broken {
     let out = folder.path().join("run");
     let before = spent();
     let start = Instant::now();
-    row.status = told(&limits.program.0, path, overrides, &out, limits.time);
+    row.status = told(&limits.exe, path, overrides, &out, limits.time);
     row.wall = start.elapsed().as_secs_f64();
     row.cpu = spent() - before;
     if row.status == "timeout" {
