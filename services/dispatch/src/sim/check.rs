@@ -410,7 +410,7 @@ impl Checker {
         if oldest.is_none() { self.starve(now, job, skills) } else { Ok(()) }
     }
 
-    /// A grant of one job makes the runs wait that do not want it, and have something for its worker.
+    /// A grant of one job makes the runs wait that do not want it and have some for its worker.
     fn starve(&mut self, now: Millis, job: Job, skills: Skills) -> Result<(), Wrong> {
         let most = 2 * self.runs.len() + 2;
         for (index, run) in self.runs.iter_mut().enumerate() {
