@@ -122,7 +122,10 @@ fn storm(places: u64, seconds: u64) -> Result<(), Box<dyn std::error::Error>> {
         }
         while let Some((_, settlement)) = run.settled(Duration::from_millis(5)) {
             settled += 1;
-            abandoned += u64::from(!matches!(settlement.ending, Ending::Verdict(_)));
+            if !matches!(settlement.ending, Ending::Verdict(_)) {
+                abandoned += 1;
+                eprintln!("{settlement:#?}");
+            }
             last = since.elapsed();
         }
         if since.elapsed() > over + Duration::from_secs(60) {
