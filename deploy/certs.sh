@@ -3,8 +3,10 @@
 # own with ca.pem, cert.pem and key.pem, as --tls wants it. The authority's key stays in FOLDER/ca.
 # Run again with more names, it adds them; what is there stays.
 #
-#   deploy/certs.sh FOLDER NAME…        such as: deploy/certs.sh certs coordinator a b ann
+#   deploy/certs.sh FOLDER NAME…        such as: deploy/certs.sh certs router coordinator a b ann
 #   CULLET_HOSTS=farm.example,10.0.0.5  more hosts that the certificates are good for
+#   CULLET_DAYS=90                      how long they are good
+#   CULLET_FROM, CULLET_UNTIL           or from when to when, as 20270131235959Z
 set -eu
 
 [ $# -ge 2 ] || { echo "certs.sh FOLDER NAME…" >&2; exit 64; }
@@ -27,6 +29,26 @@ if [ ! -f "$ca/key.pem" ]; then
         -addext "basicConstraints=critical,CA:TRUE" -addext "keyUsage=critical,keyCertSign" \
         -keyout "$ca/key.pem" -out "$ca/cert.pem" 2>/dev/null
 fi
+: > "$ca/index"
+cat > "$ca/config" <<END
+[ca]
+default_ca = authority
+[authority]
+database = $ca/index
+new_certs_dir = $ca
+certificate = $ca/cert.pem
+private_key = $ca/key.pem
+default_md = sha256
+rand_serial = yes
+unique_subject = no
+policy = names
+x509_extensions = identity
+[names]
+commonName = supplied
+[identity]
+subjectAltName = $hosts
+extendedKeyUsage = serverAuth,clientAuth
+END
 for name in "$@"; do
     case $name in
         '' | *[!a-z0-9-]*) echo "$name: a name is of a-z, 0-9 and -" >&2; exit 64 ;;
@@ -36,10 +58,13 @@ for name in "$@"; do
     mkdir -p "$own"
     openssl req -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -subj "/CN=$name" \
         -keyout "$own/key.pem" -out "$own/request.pem" 2>/dev/null
-    printf 'subjectAltName=%s\nextendedKeyUsage=serverAuth,clientAuth\n' "$hosts" > "$own/ext"
-    openssl x509 -req -in "$own/request.pem" -CA "$ca/cert.pem" -CAkey "$ca/key.pem" \
-        -CAcreateserial -days "${CULLET_DAYS:-90}" -extfile "$own/ext" -out "$own/cert.pem" \
-        2>/dev/null
+    openssl ca -batch -notext -config "$ca/config" -in "$own/request.pem" -out "$own/cert.pem" \
+        -days "${CULLET_DAYS:-90}" ${CULLET_FROM:+-startdate "$CULLET_FROM"} \
+        ${CULLET_UNTIL:+-enddate "$CULLET_UNTIL"} 2>/dev/null || {
+        echo "$name: openssl signs no certificate" >&2
+        exit 1
+    }
     cp "$ca/cert.pem" "$own/ca.pem"
-    rm "$own/request.pem" "$own/ext"
+    rm "$own/request.pem"
 done
+rm -f "$ca"/index* "$ca/config" "$ca"/[0-9A-F]*.pem

@@ -1,6 +1,6 @@
 #!/bin/sh
-# A farm on this machine in one command: a coordinator (which is the router too) and two workers,
-# with mutual TLS and access control by role. Ctrl-C ends all of it; run again, it goes on.
+# A farm on this machine in one command: a router, a coordinator and two workers, with mutual TLS
+# and access control by role. Ctrl-C ends all of it; run again, it goes on.
 #
 #   deploy/local.sh [FOLDER]            default: .farm
 #   CULLET=path/to/cullet PORT=7447
@@ -13,21 +13,24 @@ endpoint=tls/127.0.0.1:${PORT:-7447}
 user=$(id -un | tr 'A-Z_.' 'a-z--' | tr -cd 'a-z0-9-' | cut -c1-40)
 user=${user:-user}
 
-"$here/certs.sh" "$folder/certs" coordinator worker-1 worker-2 "$user"
-printf 'workers = ["worker-1", "worker-2"]\nusers = ["%s"]\n' "$user" > "$folder/roles.toml"
+"$here/certs.sh" "$folder/certs" router coordinator worker-1 worker-2 "$user"
+printf 'workers = ["worker-1", "worker-2"]\noperators = ["%s"]\n' "$user" > "$folder/roles.toml"
 
-"$cullet" coordinator --listen "$endpoint" --state "$folder/state" \
-    --tls "$folder/certs/coordinator" --roles "$folder/roles.toml" &
+"$cullet" router --listen "$endpoint" --tls "$folder/certs/router" \
+    --roles "$folder/roles.toml" &
 all=$!
+"$cullet" coordinator --router "$endpoint" --state "$folder/state" \
+    --tls "$folder/certs/coordinator" --roles "$folder/roles.toml" &
+all="$all $!"
 for worker in worker-1 worker-2; do
-    "$cullet" worker --connect "$endpoint" --name $worker --tls "$folder/certs/$worker" &
+    "$cullet" worker --connect "$endpoint" --tls "$folder/certs/$worker" &
     all="$all $!"
 done
 trap 'kill $all 2>/dev/null; wait; exit 0' INT TERM
 cat <<END
 In another terminal:
 
-  export CULLET_CONNECT=$endpoint CULLET_TLS=$folder/certs/$user CULLET_USER=$user
+  export CULLET_CONNECT=$endpoint CULLET_TLS=$folder/certs/$user
   $cullet doctor
   $cullet submit scenes/pot
 

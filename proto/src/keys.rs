@@ -138,6 +138,18 @@ pub fn user_rpcs_of(coordinator: &WorkerId, user: &WorkerId) -> String {
     format!("{ROOT}/c/{coordinator}/rpc/u/{user}/**")
 }
 
+/// All questions of workers with one certificate: they are called as it is, a dash, and more.
+#[must_use]
+pub fn crew_rpcs(coordinator: &WorkerId, certificate: &WorkerId) -> String {
+    format!("{ROOT}/c/{coordinator}/rpc/w/{certificate}-$*/**")
+}
+
+/// All signs of life of those.
+#[must_use]
+pub fn crew_lives(coordinator: &WorkerId, certificate: &WorkerId) -> String {
+    format!("{ROOT}/live/w/{coordinator}/{certificate}-$*/*")
+}
+
 /// All signs of life of one worker for a coordinator.
 #[must_use]
 pub fn worker_lives(coordinator: &WorkerId, worker: &WorkerId) -> String {

@@ -3,12 +3,15 @@
 //!
 //! A name in a key is the common name of a certificate. Everything that no rule allows is denied: a
 //! worker asks as itself and shows its sign of life, a user asks as itself; nobody but the
-//! coordinator answers anything.
+//! coordinator answers anything. The same rules stand at a coordinator that others connect to, and
+//! at a router between them.
 
 use crate::codec::WireError;
 use crate::ids::WorkerId;
 use crate::keys;
+use serde::Deserialize;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Settings of a transport: paths and JSON values.
@@ -34,13 +37,37 @@ pub fn identity(folder: &Path) -> Rules {
     ]
 }
 
+/// Who is what, as a file says it: lists of names of certificates.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Names {
+    /// May work; `crew-*` is whoever shows the certificate `crew` and is called `crew-…`.
+    #[serde(default)]
+    pub workers: Vec<String>,
+    /// May submit, watch all, and control what is their own.
+    #[serde(default)]
+    pub users: Vec<String>,
+    /// May, as users, and control what is others', and drain workers.
+    #[serde(default)]
+    pub operators: Vec<String>,
+    /// Answers; [`COORDINATOR`] if it is not said.
+    #[serde(default)]
+    pub coordinator: Option<String>,
+}
+
+/// The name in a coordinator's certificate, where roles name no other.
+pub const COORDINATOR: &str = "coordinator";
+/// What a name ends with that stands for many workers with one certificate.
+const CREW: &str = "-*";
+
 /// Who is what.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Roles {
-    /// May work.
-    pub workers: Vec<WorkerId>,
-    /// May submit, watch and control.
-    pub users: Vec<WorkerId>,
+    workers: BTreeSet<WorkerId>,
+    crews: BTreeSet<WorkerId>,
+    users: BTreeSet<WorkerId>,
+    operators: BTreeSet<WorkerId>,
+    coordinator: WorkerId,
 }
 
 impl Roles {
@@ -48,69 +75,133 @@ impl Roles {
     ///
     /// # Errors
     /// [`WireError::Name`] for one that is none.
-    pub fn new(workers: &[String], users: &[String]) -> Result<Self, WireError> {
-        let all = |names: &[String]| -> Result<Vec<WorkerId>, WireError> {
+    pub fn new(names: &Names) -> Result<Self, WireError> {
+        let all = |names: &[String]| -> Result<BTreeSet<WorkerId>, WireError> {
             names.iter().map(|name| WorkerId::new(name)).collect()
         };
-        Ok(Self { workers: all(workers)?, users: all(users)? })
+        let crew = |name: &String| name.strip_suffix(CREW).map(str::to_owned);
+        let crews: Vec<String> = names.workers.iter().filter_map(crew).collect();
+        let workers: Vec<String> =
+            names.workers.iter().filter(|name| crew(name).is_none()).cloned().collect();
+        let operators = all(&names.operators)?;
+        let users = all(&names.users)?.union(&operators).cloned().collect();
+        let coordinator = WorkerId::new(names.coordinator.as_deref().unwrap_or(COORDINATOR))?;
+        // A coordinator's own workers show its certificate.
+        let mut crews = all(&crews)?;
+        crews.insert(coordinator.clone());
+        Ok(Self { workers: all(&workers)?, crews, users, operators, coordinator })
     }
 
-    /// The rules of a coordinator that only these may reach.
+    /// The name in the coordinator's certificate.
+    #[must_use]
+    pub fn coordinator(&self) -> &WorkerId {
+        &self.coordinator
+    }
+
+    /// Who may control what is others'.
+    #[must_use]
+    pub fn operators(&self) -> &BTreeSet<WorkerId> {
+        &self.operators
+    }
+
+    /// The rules of a router, or of a coordinator that is one: `coordinator` is its name in keys.
     #[must_use]
     pub fn access(&self, coordinator: &WorkerId) -> Rules {
-        let (mut rules, mut subjects, mut policies) = (Vec::new(), Vec::new(), Vec::new());
-        let mut admit = |side: &str, name: &WorkerId, asks: String, lives: Option<String>| {
-            let id = format!("{side}-{name}");
-            let mut own = vec![
-                rule(&format!("{id}-asks"), &["query"], "ingress", &asks),
-                rule(&format!("{id}-hears"), &["reply"], "egress", &asks),
-            ];
-            let alive =
-                |key: &String| rule(&format!("{id}-lives"), &["liveliness_token"], "ingress", key);
-            own.extend(lives.as_ref().map(alive));
-            let ids: Vec<Value> = own.iter().map(|rule| rule["id"].clone()).collect();
-            subjects.push(json!({"id": id, "cert_common_names": [name.as_str()]}));
-            policies.push(json!({"rules": ids, "subjects": [id]}));
-            rules.extend(own);
-        };
+        let mut control = Control::default();
         for name in &self.workers {
-            let lives = keys::worker_lives(coordinator, name);
-            admit("w", name, keys::worker_rpcs_of(coordinator, name), Some(lives));
+            let asks = [keys::worker_rpcs_of(coordinator, name)];
+            let lives = [keys::worker_lives(coordinator, name)];
+            control.admit("w", name, &asking(&asks, &lives));
+        }
+        for name in &self.crews {
+            let asks = [keys::crew_rpcs(coordinator, name)];
+            let lives = [keys::crew_lives(coordinator, name)];
+            control.admit("crew", name, &asking(&asks, &lives));
         }
         for name in &self.users {
-            admit("u", name, keys::user_rpcs_of(coordinator, name), None);
+            let asks = [keys::user_rpcs_of(coordinator, name)];
+            control.admit("u", name, &asking(&asks, &[]));
         }
-        let control = json!({
-            "enabled": true,
-            "default_permission": "deny",
-            "rules": rules,
-            "subjects": subjects,
-            "policies": policies,
-        });
-        vec![("access_control", control.to_string())]
+        let answers = [keys::worker_rpcs(coordinator), keys::user_rpcs(coordinator)];
+        let sees = [keys::workers_live(coordinator)];
+        let rights: [Right<'_>; 4] = [
+            ("answers", &["declare_queryable", "reply"], "ingress", &answers),
+            ("is-asked", &["query"], "egress", &answers),
+            ("watches", &["declare_liveliness_subscriber"], "ingress", &sees),
+            ("sees", &["liveliness_token"], "egress", &sees),
+        ];
+        control.admit("c", &self.coordinator, &rights);
+        vec![("access_control", control.json().to_string())]
     }
 }
 
-fn rule(id: &str, messages: &[&str], flow: &str, key: &str) -> Value {
-    json!({
-        "id": id,
-        "messages": messages,
-        "flows": [flow],
-        "permission": "allow",
-        "key_exprs": [key],
-    })
+/// A right: what it is called, which messages, which way, under which keys.
+type Right<'a> = (&'static str, &'static [&'static str], &'static str, &'a [String]);
+
+/// Asks under some keys, and shows signs of life under others.
+fn asking<'a>(asks: &'a [String], lives: &'a [String]) -> Vec<Right<'a>> {
+    let mut rights: Vec<Right<'a>> =
+        vec![("asks", &["query"], "ingress", asks), ("hears", &["reply"], "egress", asks)];
+    if !lives.is_empty() {
+        rights.push(("lives", &["liveliness_token"], "ingress", lives));
+    }
+    rights
+}
+
+/// Rules, who there is, and which rules are for whom.
+#[derive(Default)]
+struct Control {
+    rules: Vec<Value>,
+    subjects: Vec<Value>,
+    policies: Vec<Value>,
+}
+
+impl Control {
+    /// Gives rights to the certificate of that name.
+    fn admit(&mut self, side: &str, name: &WorkerId, rights: &[Right<'_>]) {
+        let id = format!("{side}-{name}");
+        let ids: Vec<String> = rights.iter().map(|right| format!("{id}-{}", right.0)).collect();
+        for ((_, messages, flow, keys), id) in rights.iter().zip(&ids) {
+            self.rules.push(json!({
+                "id": id,
+                "messages": messages,
+                "flows": [flow],
+                "permission": "allow",
+                "key_exprs": keys,
+            }));
+        }
+        self.subjects.push(json!({"id": id, "cert_common_names": [name.as_str()]}));
+        self.policies.push(json!({"rules": ids, "subjects": [id]}));
+    }
+
+    fn json(&self) -> Value {
+        json!({
+            "enabled": true,
+            "default_permission": "deny",
+            "rules": self.rules,
+            "subjects": self.subjects,
+            "policies": self.policies,
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Roles;
+    use super::{Names, Roles};
     use crate::codec::WireError;
     use crate::ids::WorkerId;
     use serde_json::Value;
 
+    fn names(workers: &[&str], users: &[&str], operators: &[&str]) -> Names {
+        let [workers, users, operators] = [workers, users, operators]
+            .map(|list| list.iter().map(|name| (*name).to_owned()).collect());
+        Names { workers, users, operators, coordinator: None }
+    }
+
     #[test]
     fn each_may_ask_as_itself_and_nothing_else() -> Result<(), WireError> {
-        let roles = Roles::new(&["w-1".into()], &["ann".into()])?;
+        // Who is named twice has one rule, and an operator may what a user may.
+        let roles = Roles::new(&names(&["w-1", "pod-*"], &["ann", "ann"], &["ann"]))?;
         let access = roles.access(&WorkerId::new("main")?);
         let said: Value = serde_json::from_str(&access[0].1).unwrap_or_default();
         assert_eq!((said["enabled"].as_bool(), access.len()), (Some(true), 1));
@@ -119,20 +210,34 @@ mod tests {
             .as_array()
             .into_iter()
             .flatten()
-            .map(|r| format!("{} {} {}", r["messages"][0], r["flows"][0], r["key_exprs"][0]))
-            .map(|row| row.replace('"', ""))
+            .map(|r| format!("{} {} {}", r["messages"], r["flows"][0], r["key_exprs"]))
+            .map(|row| row.replace(['"', '[', ']'], ""))
             .collect();
+        let all = "cullet/v1/c/main/rpc/w/**,cullet/v1/c/main/rpc/u/**";
         let want = [
             "query ingress cullet/v1/c/main/rpc/w/w-1/**",
             "reply egress cullet/v1/c/main/rpc/w/w-1/**",
             "liveliness_token ingress cullet/v1/live/w/main/w-1/*",
+            "query ingress cullet/v1/c/main/rpc/w/coordinator-$*/**",
+            "reply egress cullet/v1/c/main/rpc/w/coordinator-$*/**",
+            "liveliness_token ingress cullet/v1/live/w/main/coordinator-$*/*",
+            "query ingress cullet/v1/c/main/rpc/w/pod-$*/**",
+            "reply egress cullet/v1/c/main/rpc/w/pod-$*/**",
+            "liveliness_token ingress cullet/v1/live/w/main/pod-$*/*",
             "query ingress cullet/v1/c/main/rpc/u/ann/**",
             "reply egress cullet/v1/c/main/rpc/u/ann/**",
+            &format!("declare_queryable,reply ingress {all}"),
+            &format!("query egress {all}"),
+            "declare_liveliness_subscriber ingress cullet/v1/live/w/main/*/*",
+            "liveliness_token egress cullet/v1/live/w/main/*/*",
         ];
         assert_eq!(rows, want);
         assert_eq!(said["policies"][0]["subjects"][0], "w-w-1");
-        assert_eq!(said["subjects"][1]["cert_common_names"][0], "ann");
-        assert!(Roles::new(&["a/b".into()], &[]).is_err());
+        let subjects = |k: usize| said["subjects"][k]["cert_common_names"][0].clone();
+        assert_eq!([1, 2, 3, 4].map(subjects), ["coordinator", "pod", "ann", "coordinator"]);
+        for bad in ["a/b", "*", "-*", "a*", "$*-*"] {
+            assert!(Roles::new(&names(&[bad], &[], &[])).is_err(), "{bad}");
+        }
         Ok(())
     }
 }

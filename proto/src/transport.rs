@@ -67,9 +67,9 @@ fn visitor(endpoints: &[String], patience: Patience) -> Vec<(&'static str, Strin
     all
 }
 
-/// Settings of a coordinator that listens on `endpoint`.
+/// Settings of a router, or of a coordinator that is one, that listens on `endpoint`.
 #[must_use]
-pub fn coordinator(endpoint: &str, patience: Patience) -> Vec<(&'static str, String)> {
+pub fn router(endpoint: &str, patience: Patience) -> Vec<(&'static str, String)> {
     let mut all = common(patience);
     all.push(("mode", "\"router\"".into()));
     all.push(("listen/endpoints", list(&[endpoint.to_owned()])));

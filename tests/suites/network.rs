@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Cullet, Going, corpus, signal, summary, unique};
+use common::{Cullet, Going, LONGER, corpus, fetched, signal, unique};
 use serde_json::Value;
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
@@ -13,8 +13,6 @@ use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
-/// The drop scene, finer, so that a job lasts long enough to be hit.
-const LONGER: [&str; 2] = ["--set", "fracture.max_particles=12000"];
 /// Longest a test waits for a run.
 const LONG: Duration = Duration::from_secs(150);
 
@@ -173,33 +171,17 @@ impl Stage {
             assert!(self.begun.elapsed() < LONG, "never: {shown:#}");
             sleep(Duration::from_millis(50));
         }
-        assert_eq!(fetched(&self.run, &self.endpoint), *quiet());
+        assert_eq!(fetched(&self.run, &["--connect", &self.endpoint]), *quiet());
         let shown = self.show();
         assert_eq!(shown["jobs"]["opened"], shown["jobs"]["settled"], "{shown:#}");
         shown
     }
 }
 
-/// The digest of a run, fetched.
-fn fetched(run: &str, endpoint: &str) -> Value {
-    let out = unique("fetched");
-    let said = Cullet::new(&["fetch", run, "--connect", endpoint, "--out"]).path(&out).output();
-    assert_eq!(said.code, 0, "{}", said.stderr);
-    summary(&out)["digest"].clone()
-}
-
 /// The digest of the scene on a quiet machine.
 fn quiet() -> &'static Value {
     static DIGEST: OnceLock<Value> = OnceLock::new();
-    DIGEST.get_or_init(|| {
-        let out = unique("quiet");
-        let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--no-pictures", "--out"])
-            .path(&out)
-            .args(&LONGER)
-            .output();
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        summary(&out)["digest"].clone()
-    })
+    DIGEST.get_or_init(|| common::quiet_digest(&LONGER))
 }
 
 #[test]
@@ -275,7 +257,7 @@ fn a_client_behind_a_bad_link_gets_the_recording_whole() {
         }
         cut
     });
-    assert_eq!(fetched(&stage.run, &behind), *quiet());
+    assert_eq!(fetched(&stage.run, &["--connect", &behind]), *quiet());
     over.store(true, Ordering::SeqCst);
     assert!(cutter.join().expect("it ends") > 0, "nothing was cut");
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Cullet, Going, children_of, corpus, signal, summary, unique};
+use common::{Cullet, Going, LONGER, children_of, corpus, quiet_digest, signal, summary, unique};
 use serde_json::Value;
 use std::fs;
 use std::io::{Read, Write};
@@ -10,8 +10,6 @@ use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// The drop scene, finer, so that a job lasts long enough to be hit.
-const LONGER: [&str; 2] = ["--set", "fracture.max_particles=12000"];
 const LONG: Duration = Duration::from_secs(120);
 
 /// A coordinator with workers of its own.
@@ -82,11 +80,7 @@ impl Farm {
     }
 
     fn fetch(&self, run: &str) -> Value {
-        let out = unique("fetched");
-        let call = Cullet::new(&["fetch", run, "--connect", &self.endpoint, "--out"]).path(&out);
-        let said = call.output();
-        assert_eq!(said.code, 0, "{}", said.stderr);
-        summary(&out)["digest"].clone()
+        common::fetched(run, &["--connect", &self.endpoint])
     }
 }
 
@@ -96,17 +90,6 @@ fn is(state: &'static str) -> impl Fn(&Value) -> bool {
 
 fn settled(count: u64) -> impl Fn(&Value) -> bool {
     move |shown| shown["jobs"]["settled"].as_u64() >= Some(count)
-}
-
-/// The digest of a run on its own.
-fn quiet_digest(args: &[&str]) -> Value {
-    let out = unique("quiet");
-    let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--no-pictures", "--out"])
-        .path(&out)
-        .args(args)
-        .output();
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    summary(&out)["digest"].clone()
 }
 
 #[test]
@@ -360,12 +343,7 @@ fn a_drained_worker_finishes_and_leaves_and_the_others_go_on() {
 fn with_certificates_each_may_do_what_its_role_may_and_a_stranger_nothing() {
     let folder = unique("certificates");
     fs::create_dir_all(&folder).expect("a folder");
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../deploy/certs.sh");
-    let made = std::process::Command::new(script)
-        .arg(&folder)
-        .args(["coordinator", "w-1", "ann", "mallory"])
-        .status();
-    assert!(made.is_ok_and(|status| status.success()), "openssl makes certificates");
+    common::certificates(&folder, &["coordinator", "w-1", "ann", "mallory"], &[]);
     let roles = folder.join("roles.toml");
     fs::write(&roles, "workers = [\"w-1\"]\nusers = [\"ann\"]\n").expect("roles");
     let endpoint = common::free_endpoint().replace("tcp/", "tls/");

@@ -2,7 +2,7 @@
 
 mod farm;
 
-pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, Place, Ps, Submit};
+pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, Place, Ps, Router, Submit};
 
 use clap::{Args, Parser, Subcommand};
 use cullet_coordinator::bench::Sweep;
@@ -33,6 +33,8 @@ pub(crate) enum Command {
     Coordinator(Coordinator),
     /// Work for a coordinator
     Worker(Worker),
+    /// Carry messages between coordinators, workers and clients that all connect to this
+    Router(Router),
     /// Send a scene or a sweep to a coordinator, follow it, fetch what it recorded
     Submit(Submit),
     /// List the runs of a coordinator
@@ -223,16 +225,11 @@ pub(crate) struct Coordinator {
     /// Zenoh endpoint to listen on
     #[arg(long, default_value = "tcp/127.0.0.1:7447", value_parser = endpoint)]
     pub(crate) listen: String,
-    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS, with an endpoint tls/HOST:PORT
-    #[arg(long, value_name = "DIR", requires = "roles")]
-    pub(crate) tls: Option<PathBuf>,
-    /// File with the names of certificates that may work and that may submit:
-    /// workers = ["a"], users = ["ann"]
-    #[arg(long, value_name = "FILE", requires = "tls")]
-    pub(crate) roles: Option<PathBuf>,
-    /// Listen beyond this machine without TLS
-    #[arg(long)]
-    pub(crate) insecure: bool,
+    /// Zenoh endpoint of a router to connect to instead of listening
+    #[arg(long, value_name = "ENDPOINT", conflicts_with = "listen", value_parser = endpoint)]
+    pub(crate) router: Option<String>,
+    #[command(flatten)]
+    pub(crate) guard: Guard,
     /// Folder that keeps the runs, so that they go on after a crash [default: they are forgotten]
     #[arg(long, value_name = "DIR")]
     pub(crate) state: Option<PathBuf>,
@@ -266,15 +263,30 @@ pub(crate) struct Coordinator {
     pub(crate) voice: Voice,
 }
 
+/// Who may come in.
+#[derive(Debug, Args)]
+pub(crate) struct Guard {
+    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS, with an endpoint tls/HOST:PORT
+    #[arg(long, value_name = "DIR", requires = "roles")]
+    pub(crate) tls: Option<PathBuf>,
+    /// File with the names of certificates that may work, that may submit, and that may control
+    /// what is others': workers = ["a"], users = ["ann"], operators = ["olga"]
+    #[arg(long, value_name = "FILE", requires = "tls")]
+    pub(crate) roles: Option<PathBuf>,
+    /// Listen beyond this machine without TLS
+    #[arg(long)]
+    pub(crate) insecure: bool,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Worker {
     /// Zenoh endpoint of the coordinator; may be given more than once
     #[arg(long, required = true, value_name = "ENDPOINT", value_parser = endpoint)]
     pub(crate) connect: Vec<String>,
-    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS; the name is the certificate's
-    #[arg(long, value_name = "DIR", requires = "name")]
+    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS
+    #[arg(long, value_name = "DIR")]
     pub(crate) tls: Option<PathBuf>,
-    /// Name in logs and recordings [default: from the process id]
+    /// Name in logs and recordings [default: the certificate's, or from the process id]
     #[arg(long, value_parser = name)]
     pub(crate) name: Option<String>,
     /// Threads to solve with

@@ -4,22 +4,25 @@ use crate::args::{self, Place};
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::{Folder, refuse_taken};
 use crate::progress::Progress;
-use crate::run::{no_link, read_scene, say_logs};
-use crate::sweep;
+use crate::run::{read_scene, say_logs};
+use crate::{sweep, tls};
 use cullet_coordinator::link::LinkError;
 use cullet_coordinator::link::client::{Client, Terms};
 use cullet_coordinator::run::{News, Position};
 use cullet_coordinator::scene::Bundle;
 use cullet_proto::keys::{DEFAULT_COORDINATOR, UserVerb};
-use cullet_proto::security::{self, Rules};
-use cullet_proto::service::{self, Drain, Noted, RunInfo, Runs, State, Which, Workers};
+use cullet_proto::service::{self, About, Drain, Noted, RunInfo, Runs, State, Which, Workers};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+/// Longest wait for a run to stop, and how often it is looked at.
+const STOPS: Duration = Duration::from_secs(10);
+const LOOK: Duration = Duration::from_millis(50);
 
 pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     let place = &args.place;
-    say_logs(&place.voice);
+    say_logs(&place.who.voice);
     if sweep::is_one(&args.scene.scene) {
         return sweep::submit(args);
     }
@@ -31,7 +34,7 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     if args.detach {
         return tell_number(&client, run, place);
     }
-    if !place.voice.quiet {
+    if !place.who.voice.quiet {
         eprintln!("run {run}");
     }
     let info = follow(&client, run, 0, place, args.watch)?;
@@ -39,10 +42,10 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
         Ok(Some(out)) => out,
         other => return other.map(|_| exit_of(&info)),
     };
-    if place.json {
+    if place.who.json {
         print_summary(&out)?;
     }
-    if !place.voice.quiet {
+    if !place.who.voice.quiet {
         eprintln!("{}", out.display());
     }
     Ok(exit_of(&info))
@@ -60,7 +63,7 @@ pub(crate) fn hand_in(
 
 fn tell_number(client: &Client, run: u64, place: &Place) -> Result<Exit, Trouble> {
     client.enough(run);
-    match place.json {
+    match place.who.json {
         true => print_json(&Which { run })?,
         false => print(format!("{run}\n"))?,
     }
@@ -74,9 +77,9 @@ fn print_summary(out: &Path) -> Result<(), Trouble> {
 }
 
 pub(crate) fn ps(args: &args::Ps) -> Result<Exit, Trouble> {
-    say_logs(&args.place.voice);
+    say_logs(&args.place.who.voice);
     let Runs { runs } = ask(&connect(&args.place)?, UserVerb::Runs, &service::Nothing {})?;
-    if args.place.json {
+    if args.place.who.json {
         print_json(&Runs { runs })?;
         return Ok(Exit::Done);
     }
@@ -112,9 +115,9 @@ fn place_of(run: &RunInfo) -> String {
 }
 
 pub(crate) fn show(args: &args::OfRun) -> Result<Exit, Trouble> {
-    say_logs(&args.place.voice);
+    say_logs(&args.place.who.voice);
     let info = known(&connect(&args.place)?, args.run)?;
-    match args.place.json {
+    match args.place.who.json {
         true => print_json(&info)?,
         false => print(told(&info))?,
     }
@@ -153,7 +156,7 @@ fn told(run: &RunInfo) -> String {
 }
 
 pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, Trouble> {
-    say_logs(&args.place.voice);
+    say_logs(&args.place.who.voice);
     let client = connect(&args.place)?;
     let mut from = 0;
     loop {
@@ -165,7 +168,7 @@ pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, Trouble> {
         }
         from = news.next;
         for line in &news.lines {
-            match args.place.json {
+            match args.place.who.json {
                 true => print_json(line)?,
                 false => print(format!("{line}\n"))?,
             }
@@ -174,9 +177,9 @@ pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn watch(args: &args::OfRun) -> Result<Exit, Trouble> {
-    say_logs(&args.place.voice);
+    say_logs(&args.place.who.voice);
     let client = connect(&args.place)?;
-    if args.place.json {
+    if args.place.who.json {
         let mut trouble = Ok(());
         let info = client.follow(args.run, 0, |news| {
             if trouble.is_ok() {
@@ -192,14 +195,14 @@ pub(crate) fn watch(args: &args::OfRun) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn wait(args: &args::OfRun) -> Result<Exit, Trouble> {
-    say_logs(&args.place.voice);
+    say_logs(&args.place.who.voice);
     let client = connect(&args.place)?;
     // The lines are of no interest: from beyond the last.
     let info = client.follow(args.run, u64::MAX, |_| {}).map_err(|error| refused(&error))?;
     client.enough(args.run);
-    if args.place.json {
+    if args.place.who.json {
         print_json(&info)?;
-    } else if !args.place.voice.quiet {
+    } else if !args.place.who.voice.quiet {
         let why = if info.text.is_empty() { String::new() } else { format!(": {}", info.text) };
         eprintln!("run {} is {}{why}", info.run, info.state.word());
     }
@@ -207,17 +210,24 @@ pub(crate) fn wait(args: &args::OfRun) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn control(args: &args::OfRun, verb: UserVerb) -> Result<Exit, Trouble> {
-    say_logs(&args.place.voice);
+    say_logs(&args.place.who.voice);
     let client = connect(&args.place)?;
-    let info: RunInfo = ask(&client, verb, &Which { run: args.run })?;
-    match args.place.json {
+    let mut info: RunInfo = ask(&client, verb, &Which { run: args.run })?;
+    let begun = Instant::now();
+    let stops = matches!(verb, UserVerb::Cancel | UserVerb::Pause);
+    // A run that goes on stops at its next step.
+    while stops && info.state == State::Running && begun.elapsed() < STOPS {
+        std::thread::sleep(LOOK);
+        info = known(&client, args.run)?;
+    }
+    match args.place.who.json {
         true => print_json(&info)?,
         false => print(format!("run {} is {}\n", info.run, doing(&info, verb)))?,
     }
     Ok(Exit::Done)
 }
 
-/// A run that goes on is stopped at its next step: until then its state is what it was.
+/// A run that has not stopped yet is as it was.
 fn doing(info: &RunInfo, verb: UserVerb) -> String {
     let word = info.state.word();
     match (info.state, verb) {
@@ -229,7 +239,7 @@ fn doing(info: &RunInfo, verb: UserVerb) -> String {
 
 pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
     let place = &args.of.place;
-    say_logs(&place.voice);
+    say_logs(&place.who.voice);
     args.out.as_deref().map_or(Ok(()), refuse_taken)?;
     let client = connect(place)?;
     let info = match args.follow {
@@ -240,7 +250,7 @@ pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
         let text = format!("run {} is {}: there is nothing to fetch", info.run, info.state.word());
         return Err(Trouble::new(Exit::Usage, text));
     };
-    match place.json {
+    match place.who.json {
         true => print_json(&info)?,
         false => print(format!("{}\n", out.display()))?,
     }
@@ -248,9 +258,9 @@ pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
-    say_logs(&args.place.voice);
+    say_logs(&args.place.who.voice);
     let said: Workers = ask(&connect(&args.place)?, UserVerb::Workers, &service::Nothing {})?;
-    if args.place.json {
+    if args.place.who.json {
         print_json(&said)?;
         return Ok(Exit::Done);
     }
@@ -274,10 +284,10 @@ pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn drain(args: &args::Drain) -> Result<Exit, Trouble> {
-    say_logs(&args.place.voice);
+    say_logs(&args.place.who.voice);
     let question = Drain { worker: args.worker.clone() };
     let said: Noted = ask(&connect(&args.place)?, UserVerb::Drain, &question)?;
-    match args.place.json {
+    match args.place.who.json {
         true => print_json(&said)?,
         false => print(format!("{} gets no more jobs\n", args.worker))?,
     }
@@ -285,27 +295,19 @@ pub(crate) fn drain(args: &args::Drain) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn connect(place: &Place) -> Result<Client, Trouble> {
-    let patience = Duration::from_secs_f64(place.patience.clamp(0.1, 86_400.0));
-    let identity = identity(place.tls.as_deref(), &place.connect)?;
-    Client::connect_as(&place.connect, &identity)
-        .and_then(|client| client.with(DEFAULT_COORDINATOR, &place.user, patience))
-        .map_err(|error| no_link(&error))
-}
-
-/// The settings of an identity, once its files are there.
-pub(crate) fn identity(folder: Option<&Path>, endpoint: &str) -> Result<Rules, Trouble> {
-    match (folder, endpoint.starts_with("tls/")) {
-        (None, false) => Ok(Rules::new()),
-        (None, true) => Err(Trouble::new(Exit::Usage, "a tls/ endpoint needs --tls DIR")),
-        (Some(_), false) => Err(Trouble::new(Exit::Usage, "--tls needs an endpoint tls/HOST:PORT")),
-        (Some(folder), true) => {
-            for file in security::FILES {
-                let path = folder.join(file);
-                std::fs::File::open(&path).map_err(|error| Trouble::file(&path, error))?;
-            }
-            Ok(security::identity(folder))
-        }
+    let who = &place.who;
+    let link = tls::link(who.tls.as_deref(), &place.connect, who.user.as_deref(), "user")?;
+    let patience = Duration::from_secs_f64(who.patience.clamp(0.1, 86_400.0));
+    let client = Client::connect_as(&place.connect, &link.rules)
+        .and_then(|client| client.with(DEFAULT_COORDINATOR, &link.name, patience))
+        .map_err(|error| link.trouble(&error, &place.connect))?;
+    if link.is_tls() {
+        // A denial is silent: it is told here, and not by whatever is asked next.
+        let _about: About = client
+            .question(UserVerb::About, &service::Nothing {})
+            .map_err(|error| link.trouble(&error, &place.connect))?;
     }
+    Ok(client)
 }
 
 fn ask<Q: Serialize, A: serde::de::DeserializeOwned>(
@@ -328,7 +330,7 @@ pub(crate) fn follow(
     place: &Place,
     bar: bool,
 ) -> Result<RunInfo, Trouble> {
-    let quiet = place.voice.quiet;
+    let quiet = place.who.voice.quiet;
     let mut progress = Progress::new(quiet || !bar);
     let info = client.follow(run, from, |news| {
         for line in &news.lines {

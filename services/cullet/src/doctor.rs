@@ -1,13 +1,13 @@
 //! `cullet doctor`: is this machine, and is that coordinator, fit for work.
 
 use crate::args;
-use crate::client::{identity, print_json};
+use crate::client::print_json;
 use crate::exit::{Exit, Trouble, print};
 use crate::run::say_logs;
+use crate::tls::{self, Certificate, Link};
 use cullet_coordinator::link::client::Client;
 use cullet_coordinator::service::free;
 use cullet_proto::keys::{DEFAULT_COORDINATOR, UserVerb};
-use cullet_proto::security::Rules;
 use cullet_proto::service::{About, Nothing, Workers};
 use cullet_proto::{envelope, service};
 use serde::Serialize;
@@ -17,8 +17,8 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 const LITTLE: u64 = 2 << 30;
 /// Clocks that differ by more make logs of two machines hard to read together \[s\].
 const SKEW: f64 = 2.0;
-/// How long a coordinator may take to answer.
-const PATIENCE: Duration = Duration::from_secs(5);
+/// A certificate that ends within so many days is worth a word.
+const SOON: f64 = 3.0;
 
 /// One thing that was looked at.
 #[derive(Debug, Serialize)]
@@ -33,13 +33,15 @@ fn finding(what: &'static str, good: bool, text: impl Into<String>) -> Finding {
 }
 
 pub(crate) fn doctor(args: &args::Doctor) -> Result<Exit, Trouble> {
-    say_logs(&args.voice);
+    let who = &args.who;
+    say_logs(&who.voice);
     let mut found = here(args);
     if let Some(endpoint) = &args.connect {
-        let identity = identity(args.tls.as_deref(), endpoint)?;
-        there(endpoint, &identity, &args.user, &mut found);
+        let link = tls::link(who.tls.as_deref(), endpoint, who.user.as_deref(), "doctor")?;
+        found.extend(link.certificate.as_ref().map(about_certificate));
+        there(endpoint, &link, who.patience, &mut found);
     }
-    if args.json {
+    if who.json {
         print_json(&found)?;
     } else {
         let mark = |good| if good { "ok " } else { "BAD" };
@@ -85,14 +87,22 @@ fn tempfile_in(folder: &std::path::Path) -> std::io::Result<()> {
     std::fs::remove_file(&path)
 }
 
-fn there(endpoint: &str, identity: &Rules, user: &str, found: &mut Vec<Finding>) {
+fn about_certificate(certificate: &Certificate) -> Finding {
+    let (name, days) = (&certificate.name, certificate.left() as f64 / 86_400.0);
+    let text = format!("{name:?}, good for {days:.1} days more");
+    finding("certificate", days >= SOON, text)
+}
+
+fn there(endpoint: &str, link: &Link, patience: f64, found: &mut Vec<Finding>) {
     let asked = Instant::now();
-    let client = Client::connect_as(endpoint, identity)
-        .and_then(|client| client.with(DEFAULT_COORDINATOR, user, PATIENCE));
+    let patience = Duration::from_secs_f64(patience.clamp(0.1, 86_400.0));
+    let client = Client::connect_as(endpoint, &link.rules)
+        .and_then(|client| client.with(DEFAULT_COORDINATOR, &link.name, patience));
     let client = match client {
         Ok(client) => client,
         Err(error) => {
-            found.push(finding("coordinator", false, error.to_string()));
+            let text = link.trouble(&error, endpoint).to_string();
+            found.push(finding("coordinator", false, text));
             return;
         }
     };
@@ -104,7 +114,8 @@ fn there(endpoint: &str, identity: &Rules, user: &str, found: &mut Vec<Finding>)
     let about = match about {
         Ok(about) => about,
         Err(error) => {
-            found.push(finding("coordinator", false, error.to_string()));
+            let text = link.trouble(&error, endpoint).to_string();
+            found.push(finding("coordinator", false, text));
             return;
         }
     };

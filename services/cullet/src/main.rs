@@ -14,6 +14,7 @@ mod run;
 mod serve;
 mod signals;
 mod sweep;
+mod tls;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -45,6 +46,7 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Run(args) => run::run(args),
         Command::Coordinator(args) => serve::coordinator(args),
         Command::Worker(args) => serve::worker(args),
+        Command::Router(args) => serve::router(args),
         Command::Job(args) => job::job(args),
         Command::Submit(args) => client::submit(args),
         Command::Ps(args) => client::ps(args),

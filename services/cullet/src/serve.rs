@@ -1,37 +1,51 @@
-//! `cullet coordinator` and `cullet worker`: the same run across terminals and machines.
+//! `cullet coordinator`, `cullet worker` and `cullet router`: the same run across terminals and
+//! machines.
 
 use crate::args;
-use crate::client::identity;
 use crate::exit::{Exit, Trouble};
 use crate::run::{no_link, say_logs};
 use crate::signals::stop_when_told;
+use crate::tls::{self, Link};
+use cullet_coordinator::link::router::Router;
 use cullet_coordinator::link::{LinkError, Pool, PoolConfig, SpawnConfig};
 use cullet_coordinator::service::{ServiceConfig, ServiceError, Store, serve};
 use cullet_proto::WorkerId;
 use cullet_proto::keys::DEFAULT_COORDINATOR;
-use cullet_proto::security::{Roles, Rules};
+use cullet_proto::security::{COORDINATOR, Names, Roles, Rules};
 use cullet_worker::{WorkerConfig, WorkerError};
-use serde::Deserialize;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
+/// How often one that waits looks whether it is to stop.
+const LOOK: Duration = Duration::from_millis(50);
+/// Before a router is looked for again.
+const AGAIN: Duration = Duration::from_millis(500);
 /// Folder for recordings, where there is no state folder.
 const RUNS: &str = "runs";
 
 pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     say_logs(&args.voice);
     let stop = stop_when_told("clients are told first")?;
-    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
-    let spawn = (args.workers > 0)
-        .then(|| SpawnConfig::new(exe, usize::from(args.workers), usize::from(args.threads)));
-    let listen = Some(args.listen.clone());
-    let rules = rules(args)?;
+    let endpoint = args.router.as_ref().unwrap_or(&args.listen);
+    let guard = guard(&args.guard, endpoint, args.router.is_none())?;
+    let spawn = (args.workers > 0).then(|| own_workers(args, &guard)).transpose()?;
     let store = Store::open(args.state.as_deref()).map_err(|error| trouble(&error))?;
-    let settings = PoolConfig { listen, spawn, rules, ..PoolConfig::default() };
-    let pool = Pool::start(store.pool(settings, (args.cache * 1e9) as u64))
-        .map_err(|error| no_link(&error))?;
+    let settings = PoolConfig {
+        listen: Some(args.listen.clone()),
+        router: args.router.clone(),
+        spawn,
+        rules: guard.rules,
+        ..PoolConfig::default()
+    };
+    let settings = store.pool(settings, (args.cache * 1e9) as u64);
+    let Some(pool) = open(&settings, &guard.link, endpoint, &stop)? else {
+        return Ok(Exit::Done);
+    };
     if !args.voice.quiet {
-        eprintln!("listening on {}", pool.endpoint());
+        let how = if args.router.is_some() { "connected to" } else { "listening on" };
+        eprintln!("{how} {}", pool.endpoint());
     }
     let ephemeral = args.state.is_none().then(|| PathBuf::from(RUNS));
     let config = ServiceConfig {
@@ -39,6 +53,7 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
         runs: usize::from(args.runs),
         stop_after: args.stop_after,
         metrics: args.metrics,
+        operators: guard.roles.map(|roles| roles.operators().clone()),
     };
     let quiet = args.voice.quiet;
     let served = serve(store, &Arc::new(pool), &config, &stop, &mut |line| {
@@ -50,41 +65,89 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     Ok(Exit::Done)
 }
 
-/// Identity and roles; refuses to be open to others without them.
-fn rules(args: &args::Coordinator) -> Result<Rules, Trouble> {
-    let usage = |text: &str| Err(Trouble::new(Exit::Usage, text));
-    let mut rules = identity(args.tls.as_deref(), &args.listen)?;
-    let Some(path) = &args.roles else {
-        if !is_loopback(&args.listen) && !args.insecure {
-            return usage(
-                "beyond this machine a coordinator listens with --tls and --roles; without them, \
-                 on a network where everybody may do everything, say --insecure",
-            );
+/// Opens the pool; a router that is not there yet is waited for until told to stop.
+fn open(
+    settings: &PoolConfig,
+    link: &Link,
+    endpoint: &str,
+    stop: &AtomicBool,
+) -> Result<Option<Pool>, Trouble> {
+    let mut told = false;
+    while !stop.load(Ordering::Relaxed) {
+        let error = match Pool::start(settings.clone()) {
+            Ok(pool) => return Ok(Some(pool)),
+            Err(error @ LinkError::Connect { .. }) => error,
+            Err(error) => return Err(no_link(&error)),
+        };
+        if link.refusal(endpoint).is_some() {
+            return Err(link.trouble(&error, endpoint));
         }
-        return Ok(rules);
-    };
-    if args.workers > 0 {
-        return usage("with --tls each worker has a certificate of its own: start them apart");
+        if !std::mem::replace(&mut told, true) {
+            eprintln!("the router at {endpoint} is not there yet, and waited for");
+        }
+        std::thread::sleep(AGAIN);
     }
-    let text = std::fs::read_to_string(path).map_err(|error| Trouble::file(path, error))?;
-    let wrong = |error: &dyn std::fmt::Display| {
-        Trouble::new(Exit::Usage, format!("{}: {error}", path.display()))
-    };
-    let names: Names = toml::from_str(&text).map_err(|error| wrong(&error))?;
-    let roles = Roles::new(&names.workers, &names.users).map_err(|error| wrong(&error))?;
-    let coordinator = WorkerId::new(DEFAULT_COORDINATOR).map_err(|error| wrong(&error))?;
-    rules.extend(roles.access(&coordinator));
-    Ok(rules)
+    Ok(None)
 }
 
-/// The file of `--roles`.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Names {
-    #[serde(default)]
-    workers: Vec<String>,
-    #[serde(default)]
-    users: Vec<String>,
+/// Workers of the coordinator's own. They show its certificate, and are called after it: roles let
+/// such names in.
+fn own_workers(args: &args::Coordinator, guard: &Guard) -> Result<SpawnConfig, Trouble> {
+    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
+    let mut spawn = SpawnConfig::new(exe, usize::from(args.workers), usize::from(args.threads));
+    if let Some(folder) = &args.guard.tls {
+        spawn.args.extend(["--tls".to_owned(), folder.to_string_lossy().into_owned()]);
+        spawn.prefix = format!("{}-", guard.link.name);
+    }
+    Ok(spawn)
+}
+
+pub(crate) fn router(args: &args::Router) -> Result<Exit, Trouble> {
+    say_logs(&args.voice);
+    let stop = stop_when_told("links end")?;
+    let guard = guard(&args.guard, &args.listen, true)?;
+    let router = Router::start(&args.listen, &guard.rules).map_err(|error| no_link(&error))?;
+    if !args.voice.quiet {
+        eprintln!("listening on {}", router.endpoint());
+    }
+    while !stop.load(Ordering::Relaxed) {
+        std::thread::sleep(LOOK);
+    }
+    Ok(Exit::Done)
+}
+
+/// Who one is, and who else may come in.
+struct Guard {
+    link: Link,
+    rules: Rules,
+    roles: Option<Roles>,
+}
+
+/// Identity and roles; `listens`: others come here, which roles rule, and which is not open to
+/// other machines without them.
+fn guard(args: &args::Guard, endpoint: &str, listens: bool) -> Result<Guard, Trouble> {
+    let usage = |text: String| Trouble::new(Exit::Usage, text);
+    let link = tls::link(args.tls.as_deref(), endpoint, None, COORDINATOR)?;
+    let mut rules = link.rules.clone();
+    let Some(path) = &args.roles else {
+        if listens && !is_loopback(endpoint) && !args.insecure {
+            return Err(usage(
+                "beyond this machine one listens with --tls and --roles; without them, on a \
+                 network where everybody may do everything, say --insecure"
+                    .to_owned(),
+            ));
+        }
+        return Ok(Guard { link, rules, roles: None });
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| Trouble::file(path, error))?;
+    let wrong = |error: &dyn std::fmt::Display| usage(format!("{}: {error}", path.display()));
+    let names: Names = toml::from_str(&text).map_err(|error| wrong(&error))?;
+    let roles = Roles::new(&names).map_err(|error| wrong(&error))?;
+    let coordinator = WorkerId::new(DEFAULT_COORDINATOR).map_err(|error| wrong(&error))?;
+    if listens {
+        rules.extend(roles.access(&coordinator));
+    }
+    Ok(Guard { link, rules, roles: Some(roles) })
 }
 
 /// Whether an endpoint can only be reached from this machine.
@@ -97,7 +160,9 @@ fn is_loopback(endpoint: &str) -> bool {
 
 fn trouble(error: &ServiceError) -> Trouble {
     let exit = match error {
-        ServiceError::File { .. } | ServiceError::Taken { .. } => Exit::File,
+        ServiceError::File { .. } | ServiceError::Taken { .. } | ServiceError::Full { .. } => {
+            Exit::File
+        }
         ServiceError::Foreign { .. } | ServiceError::Journal { .. } => Exit::Usage,
         ServiceError::Link(LinkError::Thread(_)) => Exit::Failed,
         ServiceError::Link(_) | ServiceError::Metrics { .. } => Exit::Unreachable,
@@ -107,20 +172,26 @@ fn trouble(error: &ServiceError) -> Trouble {
 
 pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
     say_logs(&args.voice);
-    let name = args.name.clone().unwrap_or_else(|| format!("worker-{}", std::process::id()));
+    let first = args.connect.first().map(String::as_str).unwrap_or_default();
+    let anonymous = format!("worker-{}", std::process::id());
+    let link = tls::link(args.tls.as_deref(), first, args.name.as_deref(), &anonymous)?;
+    if let (false, Some(why)) = (args.parent_watch, link.refusal(first)) {
+        return Err(Trouble::new(Exit::Unreachable, format!("no link to {first}: {why}")));
+    }
+    let name = link.name.clone();
     if !args.voice.quiet && !args.parent_watch {
         eprintln!("{name} asks {} for jobs, as soon as it is there", args.connect.join(", "));
     }
-    let first = args.connect.first().map(String::as_str).unwrap_or_default();
-    let rules = identity(args.tls.as_deref(), first)?;
+    let stop = stop_when_told("the job at hand is given back")?;
+    let expired = leave_when_expired(&link, &stop);
     let config = WorkerConfig {
-        rules,
+        rules: link.rules,
         connect: args.connect.clone(),
         name,
         threads: usize::from(args.threads),
         parent_watch: args.parent_watch,
         job: Some(crate::job::command(args.threads, args.memory)?),
-        stop: stop_when_told("the job at hand is given back")?,
+        stop,
         ..WorkerConfig::default()
     };
     let exit = |error: &WorkerError| match error {
@@ -129,5 +200,25 @@ pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
         WorkerError::NoEndpoint | WorkerError::Wire(_) => Exit::Usage,
     };
     cullet_worker::run(config).map_err(|error| Trouble::new(exit(&error), error))?;
+    if expired.load(Ordering::Relaxed) {
+        let text = "the certificate has expired: put a new one in its place and start again";
+        return Err(Trouble::new(Exit::Unreachable, text));
+    }
     Ok(Exit::Done)
+}
+
+/// The link ends with the certificate, and no other comes about: better to leave, and to be started
+/// again with a new one.
+fn leave_when_expired(link: &Link, stop: &Arc<AtomicBool>) -> Arc<AtomicBool> {
+    let (stop, expired) = (Arc::clone(stop), Arc::<AtomicBool>::default());
+    let told = Arc::clone(&expired);
+    if let Some(certificate) = &link.certificate {
+        let left = Duration::from_secs(certificate.left().max(0) as u64);
+        std::thread::spawn(move || {
+            std::thread::sleep(left);
+            told.store(true, Ordering::Relaxed);
+            stop.store(true, Ordering::Relaxed);
+        });
+    }
+    expired
 }

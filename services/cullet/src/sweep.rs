@@ -103,7 +103,7 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     let mut runs = Vec::new();
     for (row, scene) in plan.sweep.rows.iter().zip(&plan.scenes) {
         let run = hand_in(&client, &scene.bundle(), args.priority, &plan.name)?;
-        if !args.place.voice.quiet && !args.detach {
+        if !args.place.who.voice.quiet && !args.detach {
             eprintln!("run {run}: {}", plan.sweep.label(row));
         }
         runs.push(run);
@@ -111,7 +111,7 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     if args.detach {
         for run in runs {
             client.enough(run);
-            match args.place.json {
+            match args.place.who.json {
                 true => print_json(&Which { run })?,
                 false => print(format!("{run}\n"))?,
             }
@@ -124,12 +124,12 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
         let info = follow(&client, run, u64::MAX, &args.place, args.watch)?;
         let out = folder.path.join(format!("{}", index + 1));
         let folder = bring(&client, &info, Some(&out))?;
-        if !args.place.voice.quiet {
+        if !args.place.who.voice.quiet {
             eprintln!("run {run} is {}", info.state.word());
         }
         rows.push(Row { folder, exit: exit_of(&info) });
     }
-    finish(&plan, &rows, &folder.path, args.place.json, args.place.voice.quiet)
+    finish(&plan, &rows, &folder.path, args.place.who.json, args.place.who.voice.quiet)
 }
 
 /// Draws the sheet, writes the table; the worst end is the end of the whole.

@@ -88,7 +88,7 @@ fn stub() -> std::io::Result<PathBuf> {
     Ok(std::env::current_exe()?.with_file_name("stub"))
 }
 
-/// Workers that come and are killed after 2 to 6 s, each replaced at once, while jobs of 20 ms flow.
+/// Workers that come and are killed after 2 to 6 s, each replaced at once; jobs of 20 ms flow.
 fn storm(places: u64, seconds: u64) -> Result<(), Box<dyn std::error::Error>> {
     println!("workers,seconds,joined,killed,jobs,resent,abandoned,alarms,last_s");
     let pool = Pool::start(PoolConfig::default())?;

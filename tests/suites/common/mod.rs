@@ -159,3 +159,47 @@ pub(crate) fn children_of(parent: u32) -> Vec<u32> {
     let is_child = |id: &u32| stat(*id).is_some_and(|f| f[1] == wanted && f[0] != "Z");
     processes().filter(is_child).collect()
 }
+
+/// The drop scene, finer, so that a job lasts long enough to be hit.
+pub(crate) const LONGER: [&str; 2] = ["--set", "fracture.max_particles=12000"];
+
+/// Waits until something holds.
+pub(crate) fn until(what: &str, limit: Duration, mut holds: impl FnMut() -> bool) {
+    let until = Instant::now() + limit;
+    while !holds() {
+        assert!(Instant::now() < until, "never: {what}");
+        sleep(Duration::from_millis(30));
+    }
+}
+
+/// The digest of the drop scene on a quiet machine.
+pub(crate) fn quiet_digest(args: &[&str]) -> serde_json::Value {
+    let out = unique("quiet");
+    let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--no-pictures", "--out"])
+        .path(&out)
+        .args(args)
+        .output();
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    summary(&out)["digest"].clone()
+}
+
+/// The digest of a run, fetched by somebody (`--connect` and more).
+pub(crate) fn fetched(run: &str, who: &[&str]) -> serde_json::Value {
+    let out = unique("fetched");
+    let said = Cullet::new(&["fetch", run]).args(who).args(&["--out"]).path(&out).output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    summary(&out)["digest"].clone()
+}
+
+/// A file of the repository.
+pub(crate) fn file_of(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
+}
+
+/// Certificates of these names in a folder, as the shipped script makes them with what is `set`.
+pub(crate) fn certificates(folder: &Path, names: &[&str], set: &[(&str, &str)]) {
+    let mut script = Command::new(file_of("deploy/certs.sh"));
+    let made = script.arg(folder).args(names).envs(set.iter().copied()).output();
+    let made = made.expect("the script starts");
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+}

@@ -30,13 +30,15 @@ pub struct SpawnConfig {
     pub threads: usize,
     /// Arguments before ours (`--connect E --name N --threads T --parent-watch`).
     pub args: Vec<String>,
+    /// What their names begin with.
+    pub prefix: String,
 }
 
 impl SpawnConfig {
     /// `exe worker`, so many of so many threads.
     #[must_use]
     pub fn new(exe: PathBuf, workers: usize, threads: usize) -> Self {
-        Self { exe, workers, threads, args: vec!["worker".into()] }
+        Self { exe, workers, threads, args: vec!["worker".into()], prefix: String::new() }
     }
 }
 
@@ -88,7 +90,7 @@ impl Children {
 
     fn name(&mut self) -> String {
         self.named += 1;
-        format!("w{}", self.named)
+        format!("{}w{}", self.config.prefix, self.named)
     }
 
     fn spawn(&self, name: &str) -> Result<Child, LinkError> {

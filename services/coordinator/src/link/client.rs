@@ -7,7 +7,7 @@ use cullet_proto::keys::{self, UserVerb};
 use cullet_proto::security::Rules;
 use cullet_proto::service::{self, Fetch, Fetched, FileInfo, Follow, MAX_INLINE, News};
 use cullet_proto::service::{Piece, PieceAnswer, Refused, RunInfo, Submit, SubmitAnswer, Which};
-use cullet_proto::transport::{self, Patience};
+use cullet_proto::transport::Patience;
 use cullet_proto::{WorkerId, chunks};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -22,8 +22,6 @@ use zenoh::query::ConsolidationMode;
 const ASK: Duration = Duration::from_secs(10);
 /// A coordinator that has not answered for this long is reported as silent.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// A coordinator that cannot be connected to within this is reported.
-const CONNECT: Duration = Duration::from_secs(5);
 /// Pause before a question is asked again.
 const PAUSE: Duration = Duration::from_millis(200);
 /// Longest wait for news of a run \[ms\].
@@ -63,13 +61,8 @@ impl Client {
     /// # Errors
     /// As [`Client::connect`].
     pub fn connect_as(endpoint: &str, identity: &Rules) -> Result<Self, LinkError> {
-        let (endpoints, timeout) = ([endpoint.to_owned()], CONNECT.as_millis() as u64);
-        let mut settings = transport::client(&endpoints, Patience::production(), timeout);
-        settings.extend(identity.iter().cloned());
-        let session = net::open(&settings)
-            .map_err(|text| LinkError::Connect { endpoint: endpoint.to_owned(), text })?;
         Ok(Self {
-            session,
+            session: net::connected(endpoint, Patience::production(), identity)?,
             endpoint: endpoint.to_owned(),
             coordinator: WorkerId::new(keys::DEFAULT_COORDINATOR)?,
             user: WorkerId::new("user")?,

@@ -16,6 +16,7 @@ mod openings;
 mod quarantine;
 mod questions;
 mod roster;
+pub mod router;
 mod run;
 mod shell;
 mod staff;
@@ -121,6 +122,8 @@ pub enum LinkError {
 pub struct PoolConfig {
     /// Where to listen; `None` is loopback. Port 0 means a free one.
     pub listen: Option<String>,
+    /// The router to connect to instead of listening.
+    pub router: Option<String>,
     /// The coordinator's name; `None` is [`keys::DEFAULT_COORDINATOR`].
     pub name: Option<String>,
     /// Worker processes to keep; `None`: they come by themselves.
@@ -145,6 +148,7 @@ impl Default for PoolConfig {
     fn default() -> Self {
         Self {
             listen: None,
+            router: None,
             name: None,
             spawn: None,
             timing: Timing::production(),

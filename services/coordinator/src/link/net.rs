@@ -2,14 +2,19 @@
 
 use super::shell::Input;
 use super::{LinkError, PoolConfig};
+use cullet_proto::security::Rules;
+use cullet_proto::transport::Patience;
 use cullet_proto::{WorkerId, keys, transport};
 use std::net::TcpListener;
 use std::sync::mpsc::{SyncSender, TrySendError};
+use std::time::Duration;
 use zenoh::Wait;
 use zenoh::sample::SampleKind;
 
 /// Where a pool listens if it is not told.
 const LOOPBACK: &str = "tcp/127.0.0.1:0";
+/// Who cannot be connected to within this is reported.
+const CONNECT: Duration = Duration::from_secs(5);
 /// Free ports tried: one that is free when asked for may be gone when it is wanted.
 const MAX_PORTS: usize = 8;
 
@@ -25,25 +30,16 @@ impl Net {
         coordinator: &WorkerId,
         inputs: &SyncSender<Input>,
     ) -> Result<Self, LinkError> {
-        let asked = config.listen.as_deref().unwrap_or(LOOPBACK);
-        let tries = if asked.ends_with(":0") { MAX_PORTS } else { 1 };
-        let mut last = None;
-        for _ in 0..tries {
-            let endpoint = concrete(asked)?;
-            let mut settings = transport::coordinator(&endpoint, config.patience);
-            settings.extend(config.rules.iter().cloned());
-            match open(&settings) {
-                Ok(session) => {
-                    let failed =
-                        |text: String| LinkError::Listen { endpoint: endpoint.clone(), text };
-                    declare(&session, coordinator, inputs).map_err(failed)?;
-                    return Ok(Self { session, endpoint });
-                }
-                Err(text) => last = Some(LinkError::Listen { endpoint, text }),
+        let (session, endpoint) = match &config.router {
+            Some(router) => (connected(router, config.patience, &config.rules)?, router.clone()),
+            None => {
+                let asked = config.listen.as_deref().unwrap_or(LOOPBACK);
+                listening(asked, config.patience, &config.rules)?
             }
-        }
-        let text = "no free port".to_owned();
-        Err(last.unwrap_or(LinkError::Listen { endpoint: asked.to_owned(), text }))
+        };
+        let failed = |text: String| LinkError::Listen { endpoint: endpoint.clone(), text };
+        declare(&session, coordinator, inputs).map_err(failed)?;
+        Ok(Self { session, endpoint })
     }
 
     pub(super) fn endpoint(&self) -> &str {
@@ -61,8 +57,42 @@ impl Net {
     }
 }
 
+/// A session that others connect to, and where.
+pub(super) fn listening(
+    asked: &str,
+    patience: Patience,
+    rules: &Rules,
+) -> Result<(zenoh::Session, String), LinkError> {
+    let tries = if asked.ends_with(":0") { MAX_PORTS } else { 1 };
+    let mut last = None;
+    for _ in 0..tries {
+        let endpoint = concrete(asked)?;
+        let mut settings = transport::router(&endpoint, patience);
+        settings.extend(rules.iter().cloned());
+        match open(&settings) {
+            Ok(session) => return Ok((session, endpoint)),
+            Err(text) => last = Some(LinkError::Listen { endpoint, text }),
+        }
+    }
+    let text = "no free port".to_owned();
+    Err(last.unwrap_or(LinkError::Listen { endpoint: asked.to_owned(), text }))
+}
+
+/// A session that connects within [`CONNECT`], and again for ever once it was connected.
+pub(super) fn connected(
+    endpoint: &str,
+    patience: Patience,
+    rules: &Rules,
+) -> Result<zenoh::Session, LinkError> {
+    let endpoints = [endpoint.to_owned()];
+    let mut settings = transport::client(&endpoints, patience, CONNECT.as_millis() as u64);
+    settings.extend(rules.iter().cloned());
+    let failed = |text| LinkError::Connect { endpoint: endpoint.to_owned(), text };
+    open(&settings).map_err(failed)
+}
+
 /// Opens a session with these settings.
-pub(super) fn open(settings: &[(&'static str, String)]) -> Result<zenoh::Session, String> {
+fn open(settings: &[(&'static str, String)]) -> Result<zenoh::Session, String> {
     let mut config = zenoh::Config::default();
     for (path, value) in settings {
         config

@@ -73,6 +73,14 @@ pub const POOL: &str = "/pool";
 /// Topic of [`cullet_proto::recording::RunStats`].
 pub const STATS: &str = "/stats";
 
+/// What the library says, or, where it only passes it on, what the system said to it.
+fn words(error: &mcap::McapError) -> String {
+    match error {
+        mcap::McapError::Io(source) => source.to_string(),
+        other => other.to_string(),
+    }
+}
+
 /// Why a recording could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
@@ -85,7 +93,7 @@ pub enum RecordError {
         source: std::io::Error,
     },
     /// The MCAP library said no.
-    #[error("{path}: {source}")]
+    #[error("{path}: {}", words(source))]
     Mcap {
         /// Which file.
         path: PathBuf,

@@ -21,6 +21,8 @@ const MAX_WATCHERS: usize = 1_024;
 /// Most `path=value` arguments, and most bytes of one.
 const MAX_OVERRIDES: usize = 1_024;
 const MAX_OVERRIDE: usize = 4_096;
+/// Most bytes of all of them: a run that is remembered holds them in memory.
+const MAX_OVERRIDDEN: u64 = 65_536;
 
 /// A client that waits for news.
 pub(super) struct Watcher {
@@ -79,7 +81,7 @@ impl Service<'_> {
             }
             UserVerb::Runs => {
                 let entries: Vec<Entry> = self.board.entries().cloned().collect();
-                let runs = entries.iter().map(|entry| self.info(entry)).collect();
+                let runs = entries.iter().map(|entry| brief(self.info(entry))).collect();
                 asked.answer(&Runs { runs });
             }
             UserVerb::Run => {
@@ -89,6 +91,7 @@ impl Service<'_> {
             }
             UserVerb::Cancel | UserVerb::Pause | UserVerb::Resume | UserVerb::Retry => {
                 let Which { run } = asked.read()?.0;
+                self.may_control(&asked.user, asked.verb, run)?;
                 let said = self.control(asked.verb, run)?;
                 asked.answer(&said);
             }
@@ -101,6 +104,9 @@ impl Service<'_> {
             UserVerb::Workers => asked.answer(&Workers { workers: self.workers() }),
             UserVerb::Drain => {
                 let Drain { worker } = asked.read()?.0;
+                if !self.operates(&asked.user) {
+                    return Err(Trouble::Wrong("only an operator drains workers".to_owned()));
+                }
                 if !self.drain(&worker) {
                     return Err(Trouble::Unknown(format!("there is no worker {worker:?}")));
                 }
@@ -141,8 +147,12 @@ impl Service<'_> {
             return Err(Trouble::Wrong("the board took nothing".to_owned()));
         };
         let run = *run;
-        self.store.keep_bundle(run, &bytes)?;
-        self.record(&events)?;
+        self.store.room(bytes.len() as u64)?;
+        let kept = self.store.keep_bundle(run, &bytes).and_then(|()| self.record(&events));
+        if let Err(error) = kept {
+            self.store.forget(run);
+            return Err(error.into());
+        }
         for event in &events {
             if let Event::Forgotten { run } = event {
                 self.lives.remove(run);
@@ -152,6 +162,23 @@ impl Service<'_> {
         tracing::info!(run, user = %asked.user, bytes = bytes.len(), "run handed in");
         self.awaited.insert(run, Instant::now());
         Ok(SubmitAnswer::Accepted { run })
+    }
+
+    /// Whether somebody may do what concerns others.
+    fn operates(&self, user: &WorkerId) -> bool {
+        self.config.operators.as_ref().is_none_or(|operators| operators.contains(user))
+    }
+
+    /// Whether a run is somebody's to control.
+    fn may_control(&self, user: &WorkerId, verb: UserVerb, run: u64) -> Result<(), Trouble> {
+        let owner = &self.board.get(run)?.order.user;
+        if *owner == user.as_str() || self.operates(user) {
+            return Ok(());
+        }
+        let verb = verb.word();
+        Err(Trouble::Wrong(format!(
+            "run {run} is of {owner}: {owner} or an operator may {verb} it"
+        )))
     }
 
     fn control(&mut self, verb: UserVerb, run: u64) -> Result<RunInfo, Trouble> {
@@ -289,6 +316,14 @@ impl Service<'_> {
     }
 }
 
+/// A run as a list of all has it: as many as are remembered fit into one line.
+fn brief(mut info: RunInfo) -> RunInfo {
+    info.overrides.clear();
+    info.files.clear();
+    info.text.clear();
+    info
+}
+
 fn check(submit: &Submit) -> Result<(), WireError> {
     use cullet_proto::codec::limit;
     let longest = submit.overrides.iter().map(String::len).max().unwrap_or(0);
@@ -296,6 +331,8 @@ fn check(submit: &Submit) -> Result<(), WireError> {
     limit("a sweep's name", submit.sweep.len() as u64, MAX_TICKET as u64)?;
     limit("overrides", submit.overrides.len() as u64, MAX_OVERRIDES as u64)?;
     limit("an override's length", longest as u64, MAX_OVERRIDE as u64)?;
+    let all: usize = submit.overrides.iter().map(String::len).sum();
+    limit("the overrides' length", all as u64, MAX_OVERRIDDEN)?;
     match submit.ticket.is_empty() {
         true => Err(WireError::Short { what: "a ticket", have: 0, need: 1 }),
         false => Ok(()),
@@ -308,4 +345,43 @@ fn piece(path: &Path, index: u32) -> io::Result<Vec<u8>> {
     let mut piece = Vec::new();
     file.take(chunks::CHUNK as u64).read_to_end(&mut piece)?;
     Ok(piece)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::brief;
+    use crate::service::board::MAX_KEPT;
+    use cullet_proto::service::{FileInfo, JobCounts, MAX_LINE, MAX_TICKET, Position};
+    use cullet_proto::service::{RunInfo, Runs, State};
+
+    #[test]
+    fn all_runs_that_are_remembered_fit_into_one_answer() {
+        let file =
+            |name: &str| FileInfo { name: name.into(), length: 1 << 40, digest: "f".repeat(64) };
+        let run = RunInfo {
+            run: u64::MAX,
+            name: "n".repeat(200),
+            user: "u".repeat(40),
+            sweep: "\u{1}".repeat(MAX_TICKET),
+            overrides: vec!["o".repeat(4_096); 16],
+            state: State::Cancelled,
+            priority: -100,
+            attempt: u32::MAX,
+            code: Some(130),
+            text: "t".repeat(10_000),
+            submitted_ms: 1 << 41,
+            started_ms: Some(1 << 41),
+            ended_ms: Some(1 << 41),
+            files: vec![file("timeline.trace.json"); 6],
+            position: None,
+            jobs: JobCounts { opened: 1 << 20, settled: 1 << 20, kept: 1 << 20, resent: 1 << 20 },
+        };
+        let at = Position { time: 1.0 / 3.0, end: 1.0 / 3.0, bodies: 1 << 20, fractures: 1 << 20 };
+        let all = Runs { runs: vec![brief(run.clone()); MAX_KEPT] };
+        let length = serde_json::to_string(&all).expect("JSON").len();
+        let going = brief(RunInfo { position: Some(at), ..run });
+        // At most 64 go on.
+        let more = 64 * serde_json::to_string(&going).expect("JSON").len();
+        assert!(length + more <= MAX_LINE, "{length} and {more} bytes of {MAX_LINE}");
+    }
 }

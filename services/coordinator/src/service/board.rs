@@ -12,6 +12,8 @@ use std::collections::BTreeMap;
 
 /// Runs that may wait; a further one is told to come again.
 pub(super) const MAX_WAITING: usize = 1_024;
+/// Of these, those of one user: nobody fills the queue alone.
+pub(super) const MAX_WAITING_OF_ONE: usize = 768;
 /// Runs remembered; the oldest one that is over is forgotten first.
 pub(super) const MAX_KEPT: usize = 4_096;
 /// Waiting this long counts as much as one step of priority \[ms\], so that nobody waits for ever.
@@ -106,7 +108,7 @@ pub(super) enum No {
     Unknown(u64),
     #[error("run {run} is {state}: it cannot be {verb}")]
     State { run: u64, state: &'static str, verb: &'static str },
-    #[error("{MAX_WAITING} runs wait already")]
+    #[error("{MAX_WAITING} runs wait already, or {MAX_WAITING_OF_ONE} of this user")]
     Full,
     #[error("a priority is from -{MAX_PRIORITY} to {MAX_PRIORITY}")]
     Priority,
@@ -143,7 +145,9 @@ impl Board {
         if order.priority.abs() > MAX_PRIORITY {
             return Err(No::Priority);
         }
-        if self.count(State::Queued) >= MAX_WAITING {
+        let queued = self.entries().filter(|entry| entry.state == State::Queued);
+        let own = queued.filter(|entry| entry.order.user == order.user).count();
+        if self.count(State::Queued) >= MAX_WAITING || own >= MAX_WAITING_OF_ONE {
             return Err(No::Full);
         }
         let mut events = vec![Event::Submitted { run: self.last + 1, order }];

@@ -19,6 +19,10 @@ pub(super) struct Journal {
     path: PathBuf,
     file: File,
     length: u64,
+    /// Whether more than `length` may be there: a write that failed in the middle.
+    torn: bool,
+    /// Lines of what happened and could not be kept; they come before any other.
+    owed: String,
 }
 
 impl Journal {
@@ -33,26 +37,50 @@ impl Journal {
         let file_error = ServiceError::file(path);
         super::store::put(path, text.as_bytes()).map_err(&file_error)?;
         let file = OpenOptions::new().append(true).open(path).map_err(&file_error)?;
-        let journal = Self { path: path.to_owned(), file, length: text.len() as u64 };
+        let (path, length) = (path.to_owned(), text.len() as u64);
+        let journal = Self { path, file, length, torn: false, owed: String::new() };
         Ok((journal, board, torn))
     }
 
     /// Writes events through, all or none.
     pub(super) fn append(&mut self, events: &[Event]) -> Result<(), ServiceError> {
-        let text: String = events.iter().map(line).collect();
-        let written = self.file.write_all(text.as_bytes()).and_then(|()| self.file.sync_data());
-        match written {
-            Ok(()) => {
-                self.length += text.len() as u64;
-                Ok(())
-            }
-            Err(error) => {
-                // What was written in part must not stand before what comes later.
-                if let Err(worse) = self.file.set_len(self.length) {
-                    tracing::error!("the journal cannot be mended: {worse}");
-                }
-                Err(ServiceError::file(&self.path)(error))
-            }
+        let new: String = events.iter().map(line).collect();
+        let text = std::mem::take(&mut self.owed) + &new;
+        let written = self.write(&text);
+        if written.is_err() {
+            self.owed = text[..text.len() - new.len()].to_owned();
+            self.mend();
+        }
+        written.map_err(ServiceError::file(&self.path))
+    }
+
+    /// Something happened, and must be kept as soon as that goes.
+    pub(super) fn owe(&mut self, event: &Event) {
+        self.owed += &line(event);
+    }
+
+    /// Keeps what is owed.
+    pub(super) fn settle(&mut self) -> Result<(), ServiceError> {
+        if self.owed.is_empty() { Ok(()) } else { self.append(&[]) }
+    }
+
+    fn write(&mut self, text: &str) -> std::io::Result<()> {
+        if self.torn {
+            self.file.set_len(self.length)?;
+        }
+        self.torn = true;
+        self.file.write_all(text.as_bytes())?;
+        self.file.sync_data()?;
+        self.torn = false;
+        self.length += text.len() as u64;
+        Ok(())
+    }
+
+    /// What was written in part must not stand before what comes later.
+    fn mend(&mut self) {
+        match self.file.set_len(self.length) {
+            Ok(()) => self.torn = false,
+            Err(error) => tracing::error!("the journal is mended later: {error}"),
         }
     }
 }
@@ -173,6 +201,49 @@ mod tests {
         std::fs::write(&path, format!("{}\n{event}", super::TITLE)).expect("a file");
         let said = Journal::open(&path).expect_err("nobody is run 9");
         assert!(matches!(said, ServiceError::Journal { line: 2, .. }), "{said}");
+    }
+
+    #[test]
+    fn a_run_that_is_there_twice_is_refused_with_the_line() {
+        let path = place("twice");
+        let whole = filled(&path);
+        for again in [1, 2] {
+            let mut twice = whole.clone();
+            twice.extend(super::line(&submitted(again)).bytes());
+            std::fs::write(&path, &twice).expect("a journal");
+            let said = Journal::open(&path).expect_err("it is there twice");
+            assert!(matches!(said, ServiceError::Journal { line: 5, .. }), "{said}");
+            assert!(said.to_string().contains(&format!("run {again} is ")), "{said}");
+            assert_eq!(std::fs::read(&path).expect("a journal"), twice, "it is left as it was");
+        }
+    }
+
+    /// On a disk that is full, which `/dev/full` always is.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_is_not_kept_is_an_error_and_what_is_owed_comes_before_the_rest() {
+        use cullet_proto::service::State;
+        let path = place("full");
+        let (mut journal, _, _) = Journal::open(&path).expect("it opens");
+        let started = Event::Started { run: 1, folder: "f".into(), at: 1 };
+        journal.append(&[submitted(1), started]).expect("it is written");
+        let before = std::fs::read(&path).expect("a journal");
+        let full = std::fs::OpenOptions::new().append(true).open("/dev/full").expect("a device");
+        let sound = std::mem::replace(&mut journal.file, full);
+        let said = journal.append(&[submitted(2)]).expect_err("there is no room");
+        assert!(said.to_string().contains("No space left"), "{said}");
+        let (how, end) = (crate::service::board::How::Failed, Default::default());
+        journal.owe(&Event::Ended { run: 1, how, end, at: 2 });
+        assert!(journal.settle().is_err() && journal.append(&[submitted(2)]).is_err());
+        assert_eq!(std::fs::read(&path).expect("a journal"), before);
+        journal.file = sound;
+        journal.append(&[Event::Queued { run: 1 }, submitted(2)]).expect("there is room");
+        let length = journal.length;
+        journal.settle().expect("nothing is owed");
+        assert_eq!(journal.length, length);
+        let (_, board, torn) = Journal::open(&path).expect("what was owed comes first");
+        assert_eq!((board.entries().count(), torn), (2, None));
+        assert_eq!(board.get(1).expect("known").state, State::Queued);
     }
 
     #[test]

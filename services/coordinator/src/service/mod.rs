@@ -24,11 +24,12 @@ use crate::run::next_folder;
 use answer::Watcher;
 use attempt::{Attempt, Ended};
 use board::{Board, End, Entry, Event, How, Wish};
+use cullet_proto::WorkerId;
 use cullet_proto::service::{State, codes};
 use journal::Journal;
 use live::Live;
 use metrics::Metrics;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -66,6 +67,16 @@ pub enum ServiceError {
         folder: PathBuf,
         /// What is there.
         text: String,
+    },
+    /// No room for another run.
+    #[error("{folder}: {free} bytes are free, and {need} are needed for this run to begin")]
+    Full {
+        /// Which.
+        folder: PathBuf,
+        /// Bytes.
+        free: u64,
+        /// Bytes.
+        need: u64,
     },
     /// A state folder in use.
     #[error("{folder}: another coordinator uses this state folder")]
@@ -117,6 +128,9 @@ pub struct ServiceConfig {
     pub stop_after: Option<u32>,
     /// Where metrics and health can be asked for.
     pub metrics: Option<SocketAddr>,
+    /// Who may control the runs of others and drain workers; `None`: anybody, where no certificate
+    /// says who somebody is.
+    pub operators: Option<BTreeSet<WorkerId>>,
 }
 
 /// A run that goes on.
@@ -228,6 +242,9 @@ impl<'a> Service<'a> {
         if self.swept.elapsed() >= SWEEP {
             self.swept = Instant::now();
             self.door.sweep();
+            if let Err(error) = self.journal.settle() {
+                tracing::error!("still not kept: {error}");
+            }
             if let Some(metrics) = &self.metrics {
                 metrics.publish(metrics::text(&self.board, &self.pool.stats(), self.since));
             }
@@ -248,7 +265,8 @@ impl<'a> Service<'a> {
     /// What happened happened, even if it cannot be kept.
     fn admit(&mut self, event: Event) {
         if let Err(error) = self.journal.append(std::slice::from_ref(&event)) {
-            tracing::error!("not kept, and done again after a restart: {error}");
+            tracing::error!("not kept until there is room, or done again: {error}");
+            self.journal.owe(&event);
         }
         if let Err(no) = self.board.apply(&event) {
             tracing::error!("an event does not fit: {no}");

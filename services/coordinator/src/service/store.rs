@@ -26,6 +26,8 @@ use std::path::{Path, PathBuf};
 
 const MARK: &str = "cullet-state";
 const TITLE: &str = "cullet state 1\n";
+/// Bytes that a submission leaves on the disk: for the journal, and for runs that go on.
+const RESERVE: u64 = 32 << 20;
 
 /// The state folder of one coordinator.
 #[derive(Debug)]
@@ -162,6 +164,20 @@ impl Store {
         remove(&self.run(run));
     }
 
+    /// Whether a bundle of so many bytes may be kept.
+    ///
+    /// # Errors
+    /// [`ServiceError::Full`].
+    pub(super) fn room(&self, bytes: u64) -> Result<(), ServiceError> {
+        match self.free_bytes() {
+            Some(free) if free < bytes.saturating_add(RESERVE) => {
+                let need = bytes.saturating_add(RESERVE);
+                Err(ServiceError::Full { folder: self.folder.clone(), free, need })
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Bytes that may still be written here.
     pub(super) fn free_bytes(&self) -> Option<u64> {
         free(&self.folder)
@@ -234,7 +250,8 @@ fn remove(folder: &Path) {
 mod tests {
     use super::{Store, put};
     use crate::service::ServiceError;
-    use cullet_proto::{JobId, Verdict};
+    use cullet_geometry::Vec3;
+    use cullet_proto::{BrokenBody, Grain, JobId, Verdict};
 
     #[test]
     fn a_folder_of_others_is_refused_and_left_alone() {
@@ -267,9 +284,35 @@ mod tests {
         kept.put(job, &verdict).expect("it is kept");
         assert_eq!(kept.get(job), Some(verdict));
         let path = store.run(1).join("kept").join(job.to_string());
-        let mut bytes = std::fs::read(&path).expect("it is there");
-        *bytes.last_mut().expect("bytes") ^= 1;
-        std::fs::write(&path, bytes).expect("it is damaged");
-        assert_eq!(kept.get(job), None);
+        // One of numbers alone, in which a bit that turns makes another verdict as sound as it.
+        let grain = |k: i32| Grain {
+            position: Vec3::repeat(f64::from(k)),
+            velocity: Vec3::zeros(),
+            volume: 1.0,
+            size: 0.5,
+        };
+        let debris = (0..20).map(grain).collect();
+        let broken = Verdict::Broken(Box::new(BrokenBody { debris, ..BrokenBody::default() }));
+        kept.put(job, &broken).expect("it is kept");
+        let sound = std::fs::read(&path).expect("it is there");
+        let mut passed = 0;
+        for at in (0..sound.len()).step_by(7) {
+            let mut bytes = sound.clone();
+            bytes[at] ^= 1;
+            passed += usize::from(bytes.get(32..).is_some_and(|b| Verdict::decode(b).is_ok()));
+            std::fs::write(&path, bytes).expect("it is damaged");
+            assert_eq!(kept.get(job), None, "byte {at}");
+        }
+        assert!(passed > 50, "only {passed} of them decode: the digest is not what is tested");
+        kept.put(job, &broken).expect("it is kept again");
+        assert_eq!(kept.get(job), Some(broken));
+    }
+
+    #[test]
+    fn a_disk_that_is_nearly_full_takes_no_bundle() {
+        let store = Store::open(None).expect("a folder of its own");
+        assert!(store.room(1).is_ok());
+        let said = store.room(u64::MAX).expect_err("so much is nowhere").to_string();
+        assert!(said.contains("are free") && said.contains("are needed"), "{said}");
     }
 }

@@ -1,6 +1,6 @@
 //! What a person types to a farm.
 
-use super::{SceneArgs, Voice, endpoint, moment, name};
+use super::{Guard, SceneArgs, Voice, endpoint, moment, name};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -10,24 +10,37 @@ pub(crate) struct Place {
     /// Zenoh endpoint of the coordinator
     #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", value_parser = endpoint)]
     pub(crate) connect: String,
-    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS; --user is the certificate's name
+    #[command(flatten)]
+    pub(crate) who: Who,
+}
+
+/// Who asks, and how to be told.
+#[derive(Debug, Args)]
+pub(crate) struct Who {
+    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS
     #[arg(long, value_name = "DIR", env = "CULLET_TLS")]
     pub(crate) tls: Option<PathBuf>,
-    /// Name of who asks: runs of different users share the workers evenly
-    #[arg(
-        long,
-        value_name = "NAME",
-        env = "CULLET_USER",
-        default_value = "user",
-        value_parser = name
-    )]
-    pub(crate) user: String,
+    /// Name of who asks: runs of different users share the workers evenly [default: the
+    /// certificate's, or user]
+    #[arg(long, value_name = "NAME", env = "CULLET_USER", value_parser = name)]
+    pub(crate) user: Option<String>,
     /// How long to look for the coordinator, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = moment)]
     pub(crate) patience: f64,
     /// Print as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Router {
+    /// Zenoh endpoint to listen on
+    #[arg(long, default_value = "tcp/127.0.0.1:7447", value_parser = endpoint)]
+    pub(crate) listen: String,
+    #[command(flatten)]
+    pub(crate) guard: Guard,
     #[command(flatten)]
     pub(crate) voice: Voice,
 }
@@ -85,26 +98,11 @@ pub(crate) struct Doctor {
     /// Zenoh endpoint of a coordinator; without one only this machine is looked at
     #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", value_parser = endpoint)]
     pub(crate) connect: Option<String>,
-    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS; --user is the certificate's name
-    #[arg(long, value_name = "DIR", env = "CULLET_TLS")]
-    pub(crate) tls: Option<PathBuf>,
-    /// Name of who asks
-    #[arg(
-        long,
-        value_name = "NAME",
-        env = "CULLET_USER",
-        default_value = "doctor",
-        value_parser = name
-    )]
-    pub(crate) user: String,
     /// Folder whose disk is looked at
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub(crate) disk: PathBuf,
-    /// Print as JSON on standard output
-    #[arg(long)]
-    pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) voice: Voice,
+    pub(crate) who: Who,
 }
 
 #[derive(Debug, Args)]

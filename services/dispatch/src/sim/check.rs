@@ -63,7 +63,7 @@ fn wrong(oracle: Oracle, text: impl Into<String>) -> Result<(), Wrong> {
 /// The result of a job, which whoever computes it with this build finds; half of the jobs have the
 /// same of every build.
 pub(super) fn result_of(job: Job, build: Build) -> Digest {
-    let touch = if job.0[2] % 2 == 0 { 0 } else { build.0[0] };
+    let touch = if job.0[2].is_multiple_of(2) { 0 } else { build.0[0] };
     Digest(job.0.map(|b| b ^ 0x5a ^ touch))
 }
 

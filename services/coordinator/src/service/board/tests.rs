@@ -1,4 +1,6 @@
-use super::{AGEING_MS, Board, End, Event, How, MAX_KEPT, MAX_WAITING, No, Order, Wish};
+use super::{
+    AGEING_MS, Board, End, Event, How, MAX_KEPT, MAX_WAITING, MAX_WAITING_OF_ONE, No, Order, Wish,
+};
 use cullet_geometry::math::scramble;
 use cullet_proto::service::State;
 
@@ -109,16 +111,20 @@ fn priority_goes_first_then_who_has_less_then_age_and_waiting_counts() {
 #[test]
 fn bounds_hold() {
     let mut board = Board::default();
-    for at in 0..MAX_WAITING as u64 {
+    for at in 0..MAX_WAITING_OF_ONE as u64 {
         submit(&mut board, order("a", 0, at));
     }
-    assert_eq!(board.submit(order("a", 0, 0)), Err(No::Full));
+    assert_eq!(board.submit(order("a", 0, 0)), Err(No::Full), "one user has enough");
+    for at in MAX_WAITING_OF_ONE as u64..MAX_WAITING as u64 {
+        submit(&mut board, order("b", 0, at));
+    }
+    assert_eq!(board.submit(order("c", 0, 0)), Err(No::Full), "it is full");
     assert_eq!(Board::default().submit(order("a", 101, 0)), Err(No::Priority));
     for _ in 0..MAX_KEPT + 10 {
         let run = board.next(0).expect("one waits").run;
         start(&mut board, run);
         end(&mut board, run, How::Done);
-        submit(&mut board, order("a", 0, 0));
+        submit(&mut board, order("c", 0, 0));
     }
     assert_eq!(board.entries.len(), MAX_KEPT);
     assert!(board.get(1).is_err() && state(&board, board.last) == State::Queued);

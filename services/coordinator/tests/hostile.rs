@@ -1,0 +1,290 @@
+//! A submitter that means harm: whatever it sends is refused with a reason or ends as a run that
+//! failed, the coordinator goes on, and nothing is read or written outside its folders.
+
+use cullet_coordinator::link::{Pool, PoolConfig};
+use cullet_coordinator::service::{ServiceConfig, Store, serve};
+use cullet_proto::WorkerId;
+use cullet_proto::keys::{self, UserVerb};
+use cullet_proto::service::{BundleFile, BundleTable, RunInfo, State, Submit, SubmitAnswer, seal};
+use cullet_proto::transport::{self, Patience};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use zenoh::Wait;
+
+/// Longest wait for anything.
+const BOUND: Duration = Duration::from_secs(20);
+/// Most memory of the whole process after all of it \[KiB\].
+const MOST: u64 = 2 << 20;
+
+/// A coordinator in this process, and a client that keeps to nothing.
+struct Farm {
+    folder: tempfile::TempDir,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+    session: zenoh::Session,
+}
+
+impl Farm {
+    fn start() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let place = folder.path().join("inner/state");
+        let stop = Arc::new(AtomicBool::new(false));
+        let store = Store::open(Some(&place)).expect("a state folder");
+        let pool = Pool::start(PoolConfig::default()).expect("a pool on loopback");
+        let endpoint = [pool.endpoint().to_owned()];
+        let config =
+            ServiceConfig { out: None, runs: 2, stop_after: None, metrics: None, operators: None };
+        let told = Arc::clone(&stop);
+        let thread = std::thread::spawn(move || {
+            serve(store, &Arc::new(pool), &config, &told, &mut |_| {}).expect("it serves");
+        });
+        let mut settings = zenoh::Config::default();
+        for (path, value) in transport::client(&endpoint, Patience::production(), 5_000) {
+            settings.insert_json5(path, &value).expect("a setting");
+        }
+        let session = zenoh::open(settings).wait().expect("a session");
+        Self { folder, stop, thread: Some(thread), session }
+    }
+
+    /// The answer, or why there is none.
+    fn ask(&self, verb: UserVerb, bytes: &[u8]) -> Result<Vec<u8>, String> {
+        let name = |text| WorkerId::new(text).expect("a name");
+        let key = keys::user_rpc(&name("main"), &name("mallory"), verb);
+        let begun = Instant::now();
+        loop {
+            let get = self.session.get(&key).payload(bytes).timeout(Duration::from_secs(5));
+            if let Some(reply) = get.wait().ok().and_then(|replies| replies.recv().ok()) {
+                return match reply.into_result() {
+                    Ok(sample) => Ok(sample.payload().to_bytes().into_owned()),
+                    Err(error) => {
+                        let bytes = error.payload().to_bytes();
+                        let said: Value = serde_json::from_slice(&bytes).unwrap_or_default();
+                        Err(said["error"].as_str().unwrap_or("no words").to_owned())
+                    }
+                };
+            }
+            assert!(begun.elapsed() < BOUND, "the coordinator is silent");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// How a run of these files ends.
+    fn run(&self, ticket: &str, files: &[(&str, &[u8])]) -> RunInfo {
+        let said = self.ask(UserVerb::Submit, &submission(ticket, "pot", files)).expect("taken");
+        let SubmitAnswer::Accepted { run } = serde_json::from_slice(&said).expect("an answer")
+        else {
+            panic!("{}", String::from_utf8_lossy(&said));
+        };
+        let begun = Instant::now();
+        loop {
+            let said = self.ask(UserVerb::Run, json!({"run": run}).to_string().as_bytes());
+            let info: RunInfo = serde_json::from_slice(&said.expect("a run")).expect("a run");
+            if info.state.is_over() {
+                return info;
+            }
+            assert!(begun.elapsed() < BOUND, "{ticket}: it never ends");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+}
+
+impl Drop for Farm {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            thread.join().ok();
+        }
+    }
+}
+
+fn bundle(name: &str, files: &[(&str, &[u8])]) -> Vec<u8> {
+    let row = |(key, bytes): &(&str, &[u8])| BundleFile {
+        key: (*key).to_owned(),
+        length: bytes.len() as u64,
+    };
+    let main = files.first().map_or("", |file| file.0).to_owned();
+    let table = BundleTable { name: name.to_owned(), main, files: files.iter().map(row).collect() };
+    let bulk: Vec<u8> = files.iter().flat_map(|file| file.1).copied().collect();
+    seal(&table, &bulk).expect("a bundle")
+}
+
+fn submission(ticket: &str, name: &str, files: &[(&str, &[u8])]) -> Vec<u8> {
+    let submit = Submit { ticket: ticket.to_owned(), ..Submit::default() };
+    seal(&submit, &bundle(name, files)).expect("a submission")
+}
+
+const SCENE: &str = "scene/scene.toml";
+const PLAIN: &[u8] = b"[world]\nduration = 0.1\n";
+
+fn questions() -> Vec<(UserVerb, Vec<u8>, &'static str)> {
+    let many: Vec<String> = (0..513).map(|k| format!("scene/{k}")).collect();
+    let many: Vec<(&str, &[u8])> = many.iter().map(|key| (key.as_str(), &b""[..])).collect();
+    let text = |value: Value| value.to_string().into_bytes();
+    let submit = |bundle: &str| format!("{{\"ticket\":\"t\"}}\n{bundle}").into_bytes();
+    let (deep, ticket) = ("[".repeat(1 << 20), "t".repeat(65));
+    let all = vec![
+        (UserVerb::Submit, submit(&deep), "does not decode"),
+        (UserVerb::Submit, deep.into_bytes(), "does not decode"),
+        (UserVerb::Submit, vec![b' '; 5 << 20], "the limit is"),
+        (UserVerb::Submit, vec![0xff; 100], "does not decode"),
+        (UserVerb::Submit, submission("a", "../evil", &[(SCENE, PLAIN)]), "'..'"),
+        (UserVerb::Submit, submission("b", "/tmp/evil", &[(SCENE, PLAIN)]), "absolute"),
+        (UserVerb::Submit, submission("c", "a/b", &[(SCENE, PLAIN)]), "slash"),
+        (UserVerb::Submit, submission("d", "many", &many), "the limit is 512"),
+        (UserVerb::Submit, submission("e", "twice", &[(SCENE, PLAIN), (SCENE, PLAIN)]), "twice"),
+        (UserVerb::Submit, submission(&ticket, "pot", &[(SCENE, PLAIN)]), "the limit is 64"),
+        (UserVerb::Submit, submission("", "pot", &[(SCENE, PLAIN)]), "a ticket"),
+        (
+            UserVerb::Submit,
+            submit(
+                r#"{"name":"a","main":"b","files":[{"key":"b","length":18446744073709551615}]}"#,
+            ),
+            "the limit is 268435456",
+        ),
+        (
+            UserVerb::Submit,
+            submit(r#"{"name":"a","main":"b","files":[{"key":"b","length":99}]}"#),
+            "0 bytes of 99",
+        ),
+        (
+            UserVerb::Submit,
+            text(json!({"ticket": "f", "digest": "0".repeat(64), "length": u64::MAX})),
+            "the limit is",
+        ),
+        (UserVerb::Submit, text(json!({"ticket": "g", "digest": "zz"})), "64 hex digits"),
+        (UserVerb::Submit, text(json!({"ticket": "h", "evil": 1})), "unknown field"),
+        (
+            UserVerb::Submit,
+            text(json!({"ticket": "i", "overrides": vec!["a=1"; 1025]})),
+            "the limit is 1024",
+        ),
+        (
+            UserVerb::Submit,
+            text(json!({"ticket": "j", "overrides": ["a".repeat(4097)]})),
+            "the limit is 4096",
+        ),
+        (
+            UserVerb::Submit,
+            text(json!({"ticket": "k", "overrides": vec!["a".repeat(4096); 17]})),
+            "the limit is 65536",
+        ),
+        (
+            UserVerb::Piece,
+            text(json!({"digest": "0".repeat(64), "length": 1u64 << 40, "index": 0})),
+            "the limit is",
+        ),
+        (
+            UserVerb::Piece,
+            text(json!({"digest": "1".repeat(64), "length": 10, "index": u32::MAX})),
+            "",
+        ),
+        (UserVerb::Follow, text(json!({"run": u64::MAX, "from": u64::MAX})), "no run"),
+        (UserVerb::Drain, text(json!({"worker": "../evil"})), "no worker"),
+    ];
+    all
+}
+
+#[test]
+fn questions_that_mean_harm_are_refused_in_words() {
+    let farm = Farm::start();
+    for (verb, bytes, words) in questions() {
+        let start = String::from_utf8_lossy(&bytes[..bytes.len().min(90)]).into_owned();
+        let why = farm.ask(verb, &bytes).map(|said| String::from_utf8_lossy(&said).into_owned());
+        let why = why.expect_err(&start);
+        assert!(why.contains(words), "{start}: {words:?} is not in {why:?}");
+        assert!(why.len() < 2_000, "{start}: {} bytes of words", why.len());
+    }
+    let sound = farm.run("sound", &[(SCENE, PLAIN)]);
+    for file in ["../../../journal", "../../cullet-state", "/etc/passwd", "run.mcap\0", "bundle"] {
+        let ask = json!({"run": sound.run, "file": file, "index": 0}).to_string();
+        let why = farm.ask(UserVerb::Fetch, ask.as_bytes()).expect_err(file);
+        assert!(why.contains("has no file"), "{file}: {why}");
+    }
+    only_its_own(farm.folder.path());
+}
+
+/// A body that is made of a file.
+fn meshed(path: &str) -> Vec<u8> {
+    let text = "[world]\nduration = 0.1\n[[body]]\nname = \"a\"\nmaterial = \"glass\"\n";
+    format!("{text}mesh = {path:?}\n").into_bytes()
+}
+
+fn scenes() -> Vec<(&'static str, Vec<u8>, Vec<(&'static str, Vec<u8>)>)> {
+    let ply = "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\n\
+               property float x\nproperty float y\nproperty float z\n\
+               element face 4000000000\nproperty list uchar int vertex_indices\nend_header\n";
+    let stl = [&[0; 80][..], &u32::MAX.to_le_bytes(), &[0; 50]].concat();
+    let number = |set: &str| format!("[world]\n{set}\n").into_bytes();
+    let gltf = "[".repeat(200_000);
+    let glb = [b"glTF\x02\0\0\0\xff\xff\xff\xff\xff\xff\xff\xffJSON".as_slice(), &[0; 20]].concat();
+    let accessor = r#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":4000000000,"uri":
+        "/etc/passwd"}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]}"#;
+    let sized = |size: &str| {
+        let text = "[[body]]\nname = \"a\"\nmaterial = \"glass\"\nposition = [0, 0, 5]\n";
+        let shape = format!("shape = {{ kind = \"box\", size = {size} }}\n");
+        format!("[world]\nduration = 0.1\n{text}{shape}").into_bytes()
+    };
+    vec![
+        ("outside", meshed("../../../../../../etc/passwd"), vec![]),
+        ("absolute", meshed("/etc/passwd"), vec![]),
+        ("device", meshed("/dev/zero"), vec![]),
+        ("include", b"include = [\"/etc/passwd\"]\n".to_vec(), vec![]),
+        ("itself", b"include = [\"scene.toml\"]\n".to_vec(), vec![]),
+        ("ply", meshed("a.ply"), vec![("scene/a.ply", ply.as_bytes().to_vec())]),
+        ("stl", meshed("a.stl"), vec![("scene/a.stl", stl)]),
+        ("gltf", meshed("a.gltf"), vec![("scene/a.gltf", gltf.into_bytes())]),
+        ("accessor", meshed("a.gltf"), vec![("scene/a.gltf", accessor.as_bytes().to_vec())]),
+        ("glb", meshed("a.glb"), vec![("scene/a.glb", glb)]),
+        ("long", number("duration = 1e300"), vec![]),
+        ("infinite", number("duration = inf"), vec![]),
+        ("negative", number("seed = -9223372036854775808"), vec![]),
+        ("particles", b"[fracture]\nmax_particles = 9223372036854775807\n".to_vec(), vec![]),
+        ("large", sized("[1e308, 1e308, 1e308]"), vec![]),
+        ("small", sized("[1e-308, 1e-308, 1e-308]"), vec![]),
+        ("arrays", format!("a = {}", "[".repeat(500_000)).into_bytes(), vec![]),
+        ("tables", format!("a = {}", "{b=".repeat(200_000)).into_bytes(), vec![]),
+        ("dots", format!("[{}a]", "a.".repeat(200_000)).into_bytes(), vec![]),
+        ("keys", format!("{}a = 1", "a.".repeat(200_000)).into_bytes(), vec![]),
+        ("bytes", vec![0xff; 1000], vec![]),
+    ]
+}
+
+#[test]
+fn scenes_that_mean_harm_fail_in_words_and_the_coordinator_goes_on() {
+    let farm = Farm::start();
+    for (name, scene, more) in scenes() {
+        let mut files: Vec<(&str, &[u8])> = vec![(SCENE, &scene)];
+        files.extend(more.iter().map(|(key, bytes)| (*key, bytes.as_slice())));
+        let begun = Instant::now();
+        let info = farm.run(name, &files);
+        assert_eq!((info.state, info.code), (State::Failed, Some(64)), "{name}: {info:?}");
+        assert!(!info.text.contains("root:"), "{name} is told what a file holds: {}", info.text);
+        assert!(!info.text.is_empty() && info.text.len() < 10_000, "{name}: {}", info.text);
+        assert!(begun.elapsed() < BOUND, "{name} takes {:?}", begun.elapsed());
+    }
+    assert!(farm.ask(UserVerb::About, b"{}").is_ok());
+    only_its_own(farm.folder.path());
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let most = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let most = most.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok());
+    assert!(most.is_none_or(|most| most < MOST), "{most:?} KiB of memory were held");
+}
+
+/// Nothing is beside the state folder, and nothing in it that is not its own.
+fn only_its_own(folder: &Path) {
+    let names = |folder: &Path| -> Vec<String> {
+        let all = std::fs::read_dir(folder).expect("a folder").flatten();
+        let mut names: Vec<String> =
+            all.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names(folder), ["inner"]);
+    assert_eq!(names(&folder.join("inner")), ["state"]);
+    let known = ["cullet-state", "incarnation", "journal", "lock", "recordings", "runs"];
+    assert_eq!(names(&folder.join("inner/state")), known);
+}
