@@ -9,6 +9,7 @@ use crate::ids::{JobId, digest};
 use crate::job::FractureJob;
 use crate::specimen::SpecimenJob;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Bytes from which on a part travels by its digest; what is smaller stays in the outline.
@@ -53,9 +54,24 @@ impl Parted {
     /// As [`FractureJob::encode`].
     pub fn of(job: &FractureJob) -> Result<Self, WireError> {
         let (bytes, slabs) = job.slabs()?;
+        Self::cut(&bytes, &slabs)
+    }
+
+    /// A specimen, taken apart.
+    ///
+    /// # Errors
+    /// As [`SpecimenJob::encode`].
+    pub fn of_specimen(job: &SpecimenJob) -> Result<Self, WireError> {
+        let bytes = job.encode()?;
+        let (_, _, bulk) = envelope::split(&bytes)?;
+        let slab = bytes.len() - bulk.len()..bytes.len();
+        Self::cut(&bytes, &[slab])
+    }
+
+    fn cut(bytes: &[u8], slabs: &[Range<usize>]) -> Result<Self, WireError> {
         let (mut rows, mut parts, mut rest) = (Vec::new(), Vec::new(), Vec::new());
         let mut from = 0;
-        for slab in slabs.into_iter().filter(|slab| slab.len() >= LARGE) {
+        for slab in slabs.iter().filter(|slab| slab.len() >= LARGE) {
             let part = bytes[slab.clone()].to_vec();
             let name = digest(&part);
             rest.extend_from_slice(&bytes[from..slab.start]);
@@ -65,17 +81,7 @@ impl Parted {
         }
         rest.extend_from_slice(&bytes[from..]);
         let outline = envelope::seal(Kind::Outline, &rows, &rest)?;
-        Ok(Self { id: JobId::of(&bytes), outline, parts })
-    }
-
-    /// A specimen, which goes whole: its mesh is its own.
-    ///
-    /// # Errors
-    /// As [`SpecimenJob::encode`].
-    pub fn specimen(job: &SpecimenJob) -> Result<Self, WireError> {
-        let bytes = job.encode()?;
-        let outline = envelope::seal(Kind::Outline, &Vec::<Part>::new(), &bytes)?;
-        Ok(Self { id: JobId::of(&bytes), outline, parts: Vec::new() })
+        Ok(Self { id: JobId::of(bytes), outline, parts })
     }
 }
 

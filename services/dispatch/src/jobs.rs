@@ -5,11 +5,43 @@ use crate::event::{Job, Worker};
 use crate::machine::Record;
 use std::cell::Cell;
 use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::{BuildHasherDefault, Hash, Hasher};
 
 /// Something by a name that is well mixed already: the digest of a problem, or a number drawn by
-/// chance. Found in one look, however many there are. Never walked through to decide anything.
-pub(crate) type ByName<N, T> = HashMap<N, T, BuildHasherDefault<Mixed>>;
+/// chance. Found in one look, however many there are; walked through only in the names' order.
+#[derive(Debug)]
+pub(crate) struct ByName<N, T>(HashMap<N, T, BuildHasherDefault<Mixed>>);
+
+impl<N, T> Default for ByName<N, T> {
+    fn default() -> Self {
+        Self(HashMap::default())
+    }
+}
+
+impl<N: Copy + Ord + Hash, T> ByName<N, T> {
+    pub(crate) fn get(&self, name: &N) -> Option<&T> {
+        self.0.get(name)
+    }
+
+    pub(crate) fn get_mut(&mut self, name: &N) -> Option<&mut T> {
+        self.0.get_mut(name)
+    }
+
+    pub(crate) fn insert(&mut self, name: N, thing: T) -> Option<T> {
+        self.0.insert(name, thing)
+    }
+
+    pub(crate) fn remove(&mut self, name: &N) -> Option<T> {
+        self.0.remove(name)
+    }
+
+    /// In order.
+    pub(crate) fn names(&self) -> Vec<N> {
+        let mut names: Vec<N> = self.0.keys().copied().collect();
+        names.sort_unstable();
+        names
+    }
+}
 
 /// The first eight bytes of a name, spread.
 #[derive(Debug, Default)]
@@ -83,10 +115,7 @@ impl Jobs {
         self.records[place].take()
     }
 
-    /// In order, which the places are not in.
     pub(crate) fn names(&self) -> Vec<Job> {
-        let mut names: Vec<Job> = self.places.keys().copied().collect();
-        names.sort_unstable();
-        names
+        self.places.names()
     }
 }

@@ -25,7 +25,7 @@ impl Dispatch {
     fn prolong(&mut self, now: Millis, job: Job, epoch: Epoch) -> Result<(), StopReason> {
         let expires = now + self.timing.lease;
         let Some(record) = self.jobs.get_mut(&job) else {
-            let known = self.past.contains_key(&job);
+            let known = self.past.get(&job).is_some();
             return Err(if known { StopReason::Over } else { StopReason::Unknown });
         };
         if let Phase::Over(_) = record.phase {
@@ -167,7 +167,8 @@ impl Dispatch {
     fn held_by(&self, worker: Worker) -> Vec<(Job, Epoch)> {
         #[cfg(test)]
         if self.is(Mutant::DownTakesAll) {
-            return self.peers.values().flat_map(|peer| peer.held.iter().copied()).collect();
+            let all = self.peers.names().into_iter().filter_map(|name| self.peers.get(&name));
+            return all.flat_map(|peer| peer.held.iter().copied()).collect();
         }
         self.peers.get(&worker).map(|peer| peer.held.clone()).unwrap_or_default()
     }

@@ -14,17 +14,23 @@
 //!   never taken away;
 //! - a lease that runs out does not stop the computation behind it. A job's name is the digest of
 //!   its problem, and a worker checks what it solves against the name: so a zombie's late result is
-//!   of the same problem, and counts while the job is open. Of a job that is over it is compared
-//!   and dropped, of a job that nobody opened it is refused;
-//! - two different results of one job raise an alarm, and the first stays;
+//!   of the same problem. It counts while the job is open and nobody of another build has been
+//!   granted the job since; otherwise it is fenced: another build may find other bits, and the one
+//!   that has the job now will say which count. Of a job that is over it is compared and dropped,
+//!   of a job that nobody opened it is refused;
+//! - two different results of one build of one job raise an alarm, and the first stays; a duplicate
+//!   goes to the same build;
+//! - a job goes to a worker that meets what it asks; one that nobody there meets waits, is counted,
+//!   and holds up nobody else;
 //! - trouble in the pool never becomes a result: a job whose attempts are used up, or that died
 //!   under two workers three times, stalls aloud, goes into quarantine, and holds up only the runs
-//!   that want it;
+//!   that want it; what earlier lives have put there stays there until it is pardoned;
 //! - a worker under which jobs died that others finished gets no more;
 //! - the workers are shared evenly between tenants, and within a tenant by priority; a run that has
-//!   waited too long goes first, so none starves;
+//!   waited too long lets one other pass and goes next, so none starves;
 //! - a job that takes much longer than its run's others gets one duplicate, if a worker is idle;
-//! - queues are bounded, and a full one answers "busy";
+//! - queues are bounded, and a full one answers "busy": the shell holds what a run wants further
+//!   until there is room;
 //! - what nobody wants any more is stopped at the worker's next renewal;
 //! - a worker keeps a result until there is a receipt, and kills a solve that outlasts its limit.
 //!

@@ -13,21 +13,23 @@ const MAX_SLOW: usize = 8;
 impl Dispatch {
     /// A worker is there, perhaps for the first time, or again.
     pub(crate) fn arrive(&mut self, worker: Worker, build: Build, skills: Skills) {
-        self.peers.entry(worker).or_insert_with(|| {
-            self.live += 1;
-            *self.kinds.entry(skills).or_default() += 1;
-            Peer {
-                build,
-                skills,
-                last_seq: 0,
-                granted: None,
-                parked: None,
-                held: Vec::new(),
-                blame: 0,
-                gone: false,
-                drained: false,
-            }
-        });
+        if self.peers.get(&worker).is_some() {
+            return;
+        }
+        self.live += 1;
+        *self.kinds.entry(skills).or_default() += 1;
+        let peer = Peer {
+            build,
+            skills,
+            last_seq: 0,
+            granted: None,
+            parked: None,
+            held: Vec::new(),
+            blame: 0,
+            gone: false,
+            drained: false,
+        };
+        self.peers.insert(worker, peer);
     }
 
     pub(crate) fn poll(

@@ -99,7 +99,7 @@ impl Dispatch {
     }
 
     fn remember(&mut self, job: Job, verdict: Verdict) {
-        if verdict == Verdict::Cancelled && self.past.contains_key(&job) {
+        if verdict == Verdict::Cancelled && self.past.get(&job).is_some() {
             return;
         }
         if self.past.insert(job, verdict).is_none() {

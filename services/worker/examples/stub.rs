@@ -1,7 +1,7 @@
 //! A worker process with a stand-in solver, for tests: what a job costs and gives is written in its
 //! settings, so that no physics is needed to try the pool.
 
-use cullet_geometry::Sheet;
+use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
 use cullet_proto::transport::Patience;
 use cullet_proto::{BrokenBody, FractureJob, Fragment, Report, Verdict};
 use cullet_worker::{JobCommand, Watch, WorkerConfig, run_with, serve_jobs};
@@ -29,6 +29,13 @@ fn main() {
         eprintln!("{error}");
         std::process::exit(1);
     }
+}
+
+/// A body whose mesh has 50 MB.
+fn bulk() -> Solid {
+    let vertices = (0..1_250_000).map(|k| Vec3::new(f64::from(k), 0.5, -1.0)).collect();
+    let triangles = (0..1_249_000).map(|k| [k, k + 1, k + 2]).collect();
+    Solid::outer(TriMesh { vertices, triangles })
 }
 
 /// Takes `max_steps` ms; gives `seed % 7` fragments, each the body itself.
@@ -60,7 +67,10 @@ fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
         spin: job.impacts[0].point,
         sheet: Sheet::default(),
     };
-    let fragments = (0..job.seed % 7).map(fragment).collect();
+    let mut fragments: Vec<_> = (0..job.seed % 7).map(fragment).collect();
+    if job.solver == "bulk" {
+        fragments = vec![Fragment { solid: bulk(), ..fragment(1) }];
+    }
     let report = Report { solver: job.solver.clone(), steps: job.seed, ..Report::default() };
     Some(Verdict::Broken(Box::new(BrokenBody { fragments, report, ..BrokenBody::default() })))
 }

@@ -15,6 +15,7 @@ use cullet_proto::SessionId;
 use cullet_proto::ids::digest;
 use cullet_proto::pool::{Grant, Hello, OVERDUE};
 use rayon::ThreadPool;
+use std::cell::Cell;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -83,6 +84,7 @@ impl Supervisor {
         let talker = || Talker {
             line: Arc::clone(&line),
             hello: Arc::clone(&hello),
+            known: Cell::new(false),
             stop: Arc::clone(&config.stop),
             news: say.clone(),
         };

@@ -8,6 +8,7 @@ use cullet_proto::keys::WorkerVerb;
 use cullet_proto::pool::{self, ChunkAnswer, CommitAnswer, Grant, Noted, PollAnswer, Refusal};
 use cullet_proto::pool::{RenewAnswer, Trouble as Told};
 use cullet_proto::{JobId, chunks};
+use std::cell::Cell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
@@ -56,6 +57,8 @@ pub(crate) struct Talker {
     pub(crate) line: Arc<Line>,
     /// What it says first.
     pub(crate) hello: Arc<pool::Hello>,
+    /// Whether it has.
+    pub(crate) known: Cell<bool>,
     pub(crate) stop: Arc<AtomicBool>,
     pub(crate) news: Sender<News>,
 }
@@ -114,14 +117,17 @@ impl Talker {
         })
     }
 
-    /// Asks; a coordinator that does not know this worker is told who it is, and asked again.
+    /// Asks, once the coordinator has been told who does; again, if it has forgotten.
     fn introduced<A>(&self, ask: impl Fn() -> Result<A, NoAnswer>) -> Result<A, NoAnswer> {
+        let hello = || {
+            let said = self.line.ask::<_, Noted>(WorkerVerb::Hello, self.hello.as_ref(), &[]);
+            said.map(|_| self.known.set(true))
+        };
+        if !self.known.get() {
+            hello()?;
+        }
         match ask() {
-            Err(NoAnswer::Refused(Refusal::Stranger)) => {
-                let hello = self.hello.as_ref();
-                self.line.ask::<_, Noted>(WorkerVerb::Hello, hello, &[])?;
-                ask()
-            }
+            Err(NoAnswer::Refused(Refusal::Stranger)) => hello().and_then(|()| ask()),
             said => said,
         }
     }

@@ -40,7 +40,7 @@ impl Shell {
             Effect::Quarantine { job, crashes } => self.isolate(job, crashes),
             Effect::Stall { job, reason, attempts } => {
                 let (id, runs) = (JobId(job.0).short(), self.runs_of(job));
-                tracing::error!(job = id, runs, attempts, ?reason, "job abandoned");
+                tracing::error!(run = runs, job = id, attempts, ?reason, "job abandoned");
             }
             Effect::Alarm { job, kept, other } => alarm(job, kept, other),
             Effect::Settle { run, job, verdict, attempts, .. } => {
@@ -96,18 +96,18 @@ impl Shell {
 
     fn lost(&mut self, job: Job, (worker, epoch): (Worker, DispatchEpoch), loss: Loss) {
         self.roster.left(worker, JobId(job.0));
+        let (id, runs, name) = (JobId(job.0).short(), self.runs_of(job), self.name(worker));
+        tracing::warn!(run = runs, job = id, worker = name, ?loss, "attempt lost");
         if loss == Loss::TooLong {
             self.ledger.note_trouble(JobId(job.0), OVERDUE);
         }
-        let (id, runs, name) = (JobId(job.0).short(), self.runs_of(job), self.name(worker));
-        tracing::warn!(runs, job = id, worker = name, ?loss, "attempt lost");
         self.ledger.ended(job, epoch, &format!("{loss:?}"));
     }
 
     /// Keeps what reproduces a job that killed its workers.
     fn isolate(&self, job: Job, crashes: u32) {
         let (id, runs) = (JobId(job.0), self.runs_of(job));
-        tracing::error!(runs, job = id.short(), crashes, "job put in quarantine");
+        tracing::error!(run = runs, job = id.short(), crashes, "job put in quarantine");
         let (Some(folder), Some(bytes)) = (&self.quarantine, self.ledger.whole(job)) else {
             return;
         };

@@ -160,7 +160,13 @@ impl Shell {
         match self.step(event).receipt {
             Some(Receipt::Accepted | Receipt::Noted) => {}
             Some(receipt) => {
-                tracing::info!(runs, job = short, worker = name, ?receipt, "result not needed");
+                tracing::info!(
+                    run = runs,
+                    job = short,
+                    worker = name,
+                    ?receipt,
+                    "result not needed"
+                );
             }
             None => {}
         }
@@ -179,7 +185,7 @@ impl Shell {
             pool::Trouble::Invalid => Trouble::Invalid,
         };
         let (job, runs) = (fail.job.short(), self.runs_of(Job(fail.job.0)));
-        tracing::warn!(runs, job, worker = %name, text = fail.text, "job given back");
+        tracing::warn!(run = runs, job, worker = %name, text = fail.text, "job given back");
         self.ledger.note_trouble(fail.job, &fail.text);
         let (worker, job) = (Worker(fail.session.0), Job(fail.job.0));
         self.roster.left(worker, fail.job);

@@ -2,7 +2,7 @@
 
 use super::Settlement;
 use super::shell::{Input, Listener};
-use super::staff;
+use super::staff::{self, Skill};
 use cullet_dispatch::{Counts, Event, Run, Share};
 use cullet_proto::outline::Parted;
 use cullet_proto::specimen::SpecimenJob;
@@ -91,13 +91,13 @@ impl RunHandle {
 
     /// As [`RunHandle::open`], for a specimen.
     pub fn open_specimen(&self, job: &SpecimenJob) -> JobId {
-        self.want(Parted::specimen(job), Vec::new(), job)
+        self.want(Parted::of_specimen(job), Vec::new(), job)
     }
 
     fn want(
         &self,
         parted: Result<Parted, WireError>,
-        asks: Vec<staff::Skill>,
+        asks: Vec<Skill>,
         job: &impl std::fmt::Debug,
     ) -> JobId {
         let (id, opening) = match parted {

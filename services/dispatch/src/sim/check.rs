@@ -63,7 +63,7 @@ fn wrong(oracle: Oracle, text: impl Into<String>) -> Result<(), Wrong> {
 /// The result of a job, which whoever computes it with this build finds; half of the jobs have the
 /// same of every build.
 pub(super) fn result_of(job: Job, build: Build) -> Digest {
-    let touch = if job.0[2] % 2 == 0 { 0 } else { build.0[0] };
+    let touch = if job.0[2].is_multiple_of(2) { 0 } else { build.0[0] };
     Digest(job.0.map(|b| b ^ 0x5a ^ touch))
 }
 
@@ -410,7 +410,7 @@ impl Checker {
         if oldest.is_none() { self.starve(now, job, skills) } else { Ok(()) }
     }
 
-    /// A grant of one job makes the runs wait that do not want it, and have something for its worker.
+    /// A grant of one job makes the runs wait that do not want it and have some for its worker.
     fn starve(&mut self, now: Millis, job: Job, skills: Skills) -> Result<(), Wrong> {
         let most = 2 * self.runs.len() + 2;
         for (index, run) in self.runs.iter_mut().enumerate() {

@@ -8,13 +8,14 @@ use cullet_geometry::{Sheet, Solid, TriMesh, Vec3, shapes};
 use cullet_proto::chunks::{self, Assembly, CHUNK};
 use cullet_proto::envelope::PREFIX;
 use cullet_proto::keys::{parse_live, parse_rpc};
+use cullet_proto::outline::{Outline, Parted};
 use cullet_proto::pool;
 use cullet_proto::service::{self, BundleFile, BundleTable};
 use cullet_proto::specimen::{Ending, Frame, SpecimenJob, SpecimenResult};
 use cullet_proto::strength::{Region, Strength, Stroke};
 use cullet_proto::{
-    BrokenBody, Detail, Epoch, FractureJob, Fragment, Grain, Impact, JobId, Material, Precision,
-    Report, SessionId, Settings, Support, Verdict, WireError, WorkerId,
+    BrokenBody, Epoch, FractureJob, Fragment, Grain, JobId, Report, SessionId, Support, Verdict,
+    WireError, WorkerId,
 };
 use cullet_tests::root;
 use serde::de::DeserializeOwned;
@@ -26,47 +27,25 @@ fn cube() -> Solid {
 }
 
 fn job() -> FractureJob {
-    let impact = Impact {
-        point: Vec3::new(0.05, 0.0, 0.0),
-        normal: -Vec3::x(),
-        impulse: 0.5,
-        duration: 1e-4,
-        radius: 1e-3,
-        energy: 2.0,
-        closing_speed: 3.0,
-        crushing_pressure: 1e9,
-    };
     let support = Support { point: [0.0; 3], normal: [0.0, 0.0, 1.0], radius: 0.02, mobility: 0.1 };
     let stroke = Stroke { region: Region::Sphere([0.0; 3], 1.0), factor: 0.5, edge: 0.0 };
     FractureJob {
-        solver: "brittle".into(),
         fallback: Some("geometric".into()),
         solid: cube(),
-        material: Material {
-            density: 2500.0,
-            young: 7e10,
-            poisson: 0.22,
-            failure_stress: 4e7,
-            fracture_energy: 8.0,
-        },
         strength: Strength { strokes: vec![stroke], ..Strength::default() },
-        impacts: vec![impact],
         supports: vec![support],
         spin: Vec3::z(),
-        settings: Settings {
-            spacing: None,
-            max_particles: 16_000,
-            max_steps: 20_000,
-            min_volume_ratio: 1e-4,
-            max_fragments: 400,
-            detail: Detail::default(),
-            debris: 5e-4,
-            grain: Some(1e-3),
-            hairline: None,
-            precision: Precision::Double,
-        },
-        seed: 7,
+        ..FractureJob::smallest("brittle", 7)
     }
+}
+
+/// A job whose mesh does not fit its outline.
+fn parted() -> Parted {
+    let detail = shapes::Detail { edge: Some(0.01), ..shapes::Detail::default() };
+    let mesh = shapes::cuboid(Vec3::repeat(0.1), detail).expect("a box");
+    let parted = Parted::of(&FractureJob { solid: Solid::outer(mesh), ..job() }).expect("a job");
+    assert_eq!(parted.parts.len(), 1);
+    parted
 }
 
 fn verdict() -> Verdict {
@@ -140,6 +119,23 @@ fn jobs_and_verdicts() {
 }
 
 #[test]
+fn outlines() {
+    let parted = parted();
+    let parts: Vec<&[u8]> = parted.parts.iter().map(|(_, part)| part.as_slice()).collect();
+    hold(std::slice::from_ref(&parted.outline), |_, bytes| {
+        let Some(outline) = in_words(Outline::open(bytes)) else { return };
+        let total: u64 = outline.parts.iter().map(|part| part.length).sum();
+        assert!(total <= chunks::MAX_BLOB, "what is to be fetched is bounded");
+        // With its parts or with others: a job, something else, or nothing; never a panic.
+        for parts in [&parts[..], &[], &[&[]]] {
+            if let Some(job) = outline.whole(parts).filter(|job| JobId::of(job) == parted.id) {
+                assert!(FractureJob::decode(&job).is_ok());
+            }
+        }
+    });
+}
+
+#[test]
 fn specimens_and_results() {
     let file = root().join("tests/specimens/d2-branching.toml");
     let specimen = specimen::load(&file, &[]).expect("a specimen").job;
@@ -172,6 +168,7 @@ fn read_all(bytes: &[u8]) {
     fn answer<T: DeserializeOwned>(bytes: &[u8]) {
         let _read = in_words(pool::read_answer::<T>(bytes).map(|_| ()));
     }
+    ask::<pool::Hello>(bytes);
     ask::<pool::Poll>(bytes);
     ask::<pool::Fetch>(bytes);
     ask::<pool::Renew>(bytes);
@@ -235,7 +232,13 @@ fn messages() {
     let fail = pool::Fail { session, job, epoch, trouble, text: "it died".into() };
     let missing = pool::CommitAnswer::Missing(vec![1, 2, 3]);
     let refusal = pool::Refusal::TooLarge { bytes: 9, limit: 8 };
+    let family = pool::Family { name: "brittle".into(), single: true, double: true };
+    let hello = pool::Hello { session, families: Some(vec![family]), ..pool::Hello::default() };
+    let grant =
+        pool::Grant { job, run: 4, epoch, length: 77, lease_ms: 5, renew_ms: 6, hard_ms: 7 };
     let sealed = [
+        pool::ask(&hello, &[]),
+        pool::answer(&pool::PollAnswer::Grant(grant), &[]),
         pool::ask(&poll, &[]),
         pool::ask(&commit, &[]),
         pool::ask(&fail, &[]),
