@@ -203,21 +203,22 @@ fn a_coordinators_own_workers_are_let_in() {
         let endpoint = common::free_endpoint().replace("tcp/", "tls/");
         let place = if routed { "--router" } else { "--listen" };
         let _router = routed.then(|| Farm::router(&endpoint, Some(&folder)));
-        let call = Cullet::new(&["coordinator", place, &endpoint, "--workers", "1"]);
+        let call = Cullet::new(&["coordinator", place, &endpoint, "--workers", "1", "--state"]);
+        let call = call.path(&unique("own-state"));
         let _coordinator = guarded(call, Some(&folder), "coordinator").spawn();
-        let out = unique("own-out");
-        let submit = || {
-            let call = ["submit", &corpus("drop.toml"), "-q", "--connect", &endpoint, "--out"];
-            shown(Cullet::new(&call).path(&out), Some(&folder), "ann").output()
+        let ask = |args: &[&str]| {
+            let call = Cullet::new(args).args(&["--connect", &endpoint]);
+            shown(call, Some(&folder), "ann").output()
         };
-        let mut said = submit();
-        common::until("the coordinator is there", LONG, || {
-            if said.code == 69 {
-                said = submit();
-            }
-            said.code != 69
+        common::until("the coordinator is there", LONG, || ask(&["ps"]).code == 0);
+        let run = ask(&["submit", &corpus("drop.toml"), "--detach"]);
+        assert_eq!(run.code, 0, "routed {routed}: {}", run.stderr);
+        let run = run.stdout.trim();
+        common::until("a worker of its own is let in", Duration::from_secs(40), || {
+            ask(&["show", run]).stdout.contains(" done")
         });
-        assert_eq!(said.code, 0, "routed {routed}: {}", said.stderr);
-        assert_eq!(common::summary(&out)["digest"], want, "routed {routed}");
+        let place = folder.join("ann").to_string_lossy().into_owned();
+        let who = ["--connect", &endpoint, "--tls", &place];
+        assert_eq!(common::fetched(run, &who), want, "routed {routed}");
     }
 }

@@ -160,6 +160,11 @@ fn nobody_else_answers_and_nobody_else_sees_who_lives() -> Anything {
         overheard.push(live);
         overheard.push(rogue.liveliness().declare_subscriber("**").history(true).wait()?);
     }
+    // Not even to itself.
+    answering(&rogues[0], &asks_worker("w-2"), "rogue")?;
+    answering(&rogues[1], &asks_user("bob"), "rogue")?;
+    assert_eq!(answers(&stage.with("w-2")?, &asks_worker("w-2")), ["coordinator"]);
+    assert_eq!(answers(&stage.with("bob")?, &asks_user("bob")), ["coordinator"]);
     let seen = stage.coordinator.liveliness().declare_subscriber(keys::workers_live(&main));
     let seen = seen.history(true).wait()?;
     let worker = stage.with("w-1")?;

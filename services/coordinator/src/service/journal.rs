@@ -49,7 +49,8 @@ impl Journal {
         let written = self.write(&text);
         if written.is_err() {
             self.owed = text[..text.len() - new.len()].to_owned();
-            self.mend();
+            // What was refused must not be there after a crash; where that fails too, later.
+            self.torn = self.file.set_len(self.length).is_err();
         }
         written.map_err(ServiceError::file(&self.path))
     }
@@ -65,6 +66,7 @@ impl Journal {
     }
 
     fn write(&mut self, text: &str) -> std::io::Result<()> {
+        // What was written in part must not stand before what comes later.
         if self.torn {
             self.file.set_len(self.length)?;
         }
@@ -74,14 +76,6 @@ impl Journal {
         self.torn = false;
         self.length += text.len() as u64;
         Ok(())
-    }
-
-    /// What was written in part must not stand before what comes later.
-    fn mend(&mut self) {
-        match self.file.set_len(self.length) {
-            Ok(()) => self.torn = false,
-            Err(error) => tracing::error!("the journal is mended later: {error}"),
-        }
     }
 }
 
@@ -237,6 +231,8 @@ mod tests {
         assert!(journal.settle().is_err() && journal.append(&[submitted(2)]).is_err());
         assert_eq!(std::fs::read(&path).expect("a journal"), before);
         journal.file = sound;
+        // Half of what did not fit.
+        std::fs::write(&path, [&before[..], b"01234567 {\"event"].concat()).expect("it is torn");
         journal.append(&[Event::Queued { run: 1 }, submitted(2)]).expect("there is room");
         let length = journal.length;
         journal.settle().expect("nothing is owed");

@@ -23,9 +23,12 @@ use cullet_proto::{JobId, Verdict};
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 const MARK: &str = "cullet-state";
 const TITLE: &str = "cullet state 1\n";
+/// A coordinator that was killed may take this long to be gone.
+const DYING: Duration = Duration::from_secs(5);
 /// Bytes that a submission leaves on the disk: for the journal, and for runs that go on.
 const RESERVE: u64 = 32 << 20;
 
@@ -73,7 +76,13 @@ impl Store {
         }
         let path = folder.join("lock");
         let lock = File::create(&path).map_err(ServiceError::file(&path))?;
-        lock.try_lock().map_err(|_| ServiceError::Taken { folder: folder.clone() })?;
+        let begun = Instant::now();
+        while lock.try_lock().is_err() {
+            if begun.elapsed() > DYING {
+                return Err(ServiceError::Taken { folder });
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
         let mut store = Self { folder, incarnation: None, _lock: lock, own };
         if asked.is_some() {
             store.incarnation = Some(store.next_life()?);

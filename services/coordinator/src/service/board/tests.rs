@@ -120,11 +120,11 @@ fn bounds_hold() {
     }
     assert_eq!(board.submit(order("c", 0, 0)), Err(No::Full), "it is full");
     assert_eq!(Board::default().submit(order("a", 101, 0)), Err(No::Priority));
-    for _ in 0..MAX_KEPT + 10 {
+    for k in 0..MAX_KEPT + 10 {
         let run = board.next(0).expect("one waits").run;
         start(&mut board, run);
         end(&mut board, run, How::Done);
-        submit(&mut board, order("c", 0, 0));
+        submit(&mut board, order(["c", "d"][k % 2], 0, 0));
     }
     assert_eq!(board.entries.len(), MAX_KEPT);
     assert!(board.get(1).is_err() && state(&board, board.last) == State::Queued);
