@@ -1,8 +1,9 @@
 //! Points, grid and cracks: F15, F19.
 
-use crate::kit::{STRONG, body, rows};
+use crate::kit::{H, STRONG, body, rows};
 use cullet_fracture::mpm::Domain;
 use cullet_fracture::mpm::domain::Fields;
+use cullet_fracture::mpm::footing::Footing;
 use cullet_fracture::mpm::kernel::vector;
 use cullet_geometry::Vec3;
 
@@ -65,4 +66,28 @@ fn three_pieces_at_a_junction_let_go_of_each_other() {
     let (split, single) = (drag(Fields::Split), drag(Fields::Single));
     assert!(split < 1e-9, "{split}");
     assert!(single > 0.1, "{single}");
+}
+
+/// F19: what presses on one side of a crack that opens under it goes on to see that side alone.
+#[test]
+fn a_footing_stays_on_its_side_of_a_crack() {
+    let mut domain = body(&rows([6, 3, 3]), &STRONG);
+    let side = |x: f64| 1.0_f64.copysign(x);
+    let near: Vec<(u32, f64)> =
+        (0..).zip(&domain.particles.reference).map(|(i, x)| (i, x.x)).collect();
+    let mut feet = [-1.0, 1.0].map(|wanted| {
+        let under: Vec<u32> = near
+            .iter()
+            .filter(|(_, x)| side(*x) == wanted && x.abs() < 0.6 * H)
+            .map(|(i, _)| domain.particles.id[*i as usize])
+            .collect();
+        let share = 1.0 / under.len() as f64;
+        Footing::new(under.into_iter().map(|id| (id, share)).collect())
+    });
+    let rest = feet.each_mut().map(|foot| foot.speed(&domain, &Vec3::x()));
+    assert_eq!(rest, [0.0, 0.0]);
+    domain.sever(|a, b| side(a.x) != side(b.x));
+    domain.launch(|x| Vec3::x() * side(x.x));
+    let [left, right] = feet.each_mut().map(|foot| foot.speed(&domain, &Vec3::x()));
+    assert!((left + 1.0).abs() < 1e-12 && (right - 1.0).abs() < 1e-12, "{left} {right}");
 }
