@@ -150,7 +150,7 @@ fn runs_are_laid_aside_taken_up_cancelled_and_waited_for() {
     assert_ne!(farm.json(&["show", &next])["state"], "done", "{shown:#}");
     assert_eq!(farm.ask(&["wait", &next]).code, 0);
     assert_eq!(farm.ask(&["resume", &endless]).code, 0);
-    let shown = farm.until(&endless, settled(1));
+    let shown = farm.until(&endless, |shown| shown["attempt"] == 2 && settled(1)(shown));
     assert!(shown["jobs"]["kept"].as_u64() >= Some(1), "solved again: {shown:#}");
     let mut waiting =
         Cullet::new(&["wait", &endless, "--connect", &farm.endpoint, "--json"]).spawn();

@@ -302,8 +302,9 @@ impl<'a> Service<'a> {
             }
         };
         let out = self.out.join(&folder);
-        self.record(&[Event::Started { run, folder, at: unix_ms() }])?;
         let live = self.live(run);
+        live.begin();
+        self.record(&[Event::Started { run, folder, at: unix_ms() }])?;
         if entry.attempt > 0 {
             live.say(&format!(
                 "begins anew, attempt {}; what was settled is kept",
