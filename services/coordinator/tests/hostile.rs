@@ -223,7 +223,10 @@ fn meshed(path: &str) -> Vec<u8> {
     format!("{text}mesh = {path:?}\n").into_bytes()
 }
 
-fn scenes() -> Vec<(&'static str, Vec<u8>, Vec<(&'static str, Vec<u8>)>)> {
+/// A file's name and what it holds.
+type NamedFile = (&'static str, Vec<u8>);
+
+fn scenes() -> Vec<(&'static str, Vec<u8>, Vec<NamedFile>)> {
     let ply = "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\n\
                property float x\nproperty float y\nproperty float z\n\
                element face 4000000000\nproperty list uchar int vertex_indices\nend_header\n";

@@ -79,7 +79,7 @@ fn session(
         let value = if path.ends_with("on_expiration") { "false".to_owned() } else { value };
         config.insert_json5(path, &value)?;
     }
-    Ok(zenoh::open(config).wait()?)
+    zenoh::open(config).wait()
 }
 
 fn answering(session: &zenoh::Session, key: &str, word: &'static str) -> Anything {

@@ -264,8 +264,10 @@ pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
         print_json(&said)?;
         return Ok(Exit::Done);
     }
-    let mut text =
-        format!("{:<24} {:<8} {:>7} {:>6}  {}\n", "WORKER", "STATE", "THREADS", "DONE", "JOB");
+    let mut text = format!(
+        "{:<24} {:<8} {:>7} {:>6}  {:<8} {}\n",
+        "WORKER", "STATE", "THREADS", "DONE", "BUILD", "JOB"
+    );
     for w in &said.workers {
         let state = match (w.up, w.drained) {
             (false, _) => "away",
@@ -274,8 +276,14 @@ pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
             (true, false) => "busy",
         };
         let jobs: Vec<&str> = w.jobs.iter().map(|job| &job[..job.len().min(8)]).collect();
-        let row =
-            format!("{:<24} {state:<8} {:>7} {:>6}  {}", w.name, w.threads, w.done, jobs.join(" "));
+        let row = format!(
+            "{:<24} {state:<8} {:>7} {:>6}  {:<8} {}",
+            w.name,
+            w.threads,
+            w.done,
+            w.build,
+            jobs.join(" ")
+        );
         text += row.trim_end();
         text.push('\n');
     }

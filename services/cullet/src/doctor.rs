@@ -152,14 +152,25 @@ fn about_it(about: &About, found: &mut Vec<Finding>) {
     found.push(finding("state", good, text));
 }
 
+/// What a worker is and what it can solve.
+fn about_worker(worker: &service::WorkerInfo) -> String {
+    let service::WorkerInfo { name, version, build, threads, cores, done, .. } = worker;
+    let solves = worker.solvers.as_ref().map_or("anything".to_owned(), |all| all.join(", "));
+    let memory =
+        worker.memory.map_or_else(String::new, |bytes| format!(", {} MiB a job", bytes >> 20));
+    format!(
+        "{name}: version {version}, build {build}, {threads} threads of {cores} cores{memory}; \
+         solves {solves}; {done} jobs done"
+    )
+}
+
 fn about_workers(workers: &[service::WorkerInfo], found: &mut Vec<Finding>) {
     let up: Vec<_> = workers.iter().filter(|worker| worker.up && !worker.drained).collect();
     if up.is_empty() {
         found.push(finding("workers", false, "there is none: jobs wait until one comes"));
     }
     for worker in up {
-        let (name, threads, done) = (&worker.name, worker.threads, worker.done);
-        let text = format!("{name}: {threads} threads, {done} jobs done");
-        found.push(finding("worker", true, text));
+        let same = worker.version == env!("CARGO_PKG_VERSION");
+        found.push(finding("worker", same, about_worker(worker)));
     }
 }
