@@ -84,7 +84,7 @@ impl Talker {
         let session = self.line.session;
         let answer = match question {
             Question::Poll { seq } => self.poll(seq),
-            Question::Renew { job, epoch } => self.renew((job, epoch), 0),
+            Question::Renew { job, epoch, begun } => self.renew((job, epoch), u16::from(begun)),
             Question::Commit { job, epoch, digest, next } => {
                 self.commit((job, epoch), digest, blob, next)
             }

@@ -36,6 +36,7 @@ impl Checker {
                 Act::Solve(work) => {
                     let hard = before.map_or(work.hard, |work| work.hard);
                     let left = self.timing.hard.saturating_sub(hard);
+                    self.began.insert(work.epoch);
                     self.solving.insert(worker, (work.epoch, now.saturating_sub(left)));
                 }
                 Act::Kill(_) | Act::Leave => {
