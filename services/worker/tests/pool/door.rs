@@ -17,7 +17,10 @@ use std::time::Duration;
 use zenoh::Wait;
 
 /// A worker that says what a test wants it to say.
-struct Forger(zenoh::Session, zenoh::liveliness::LivelinessToken);
+struct Forger {
+    link: zenoh::Session,
+    _alive: zenoh::liveliness::LivelinessToken,
+}
 
 impl Forger {
     fn of(pool: &Pool) -> Self {
@@ -32,8 +35,8 @@ impl Forger {
         let link = zenoh::open(settings).wait().expect("a session");
         let name = |text| WorkerId::new(text).expect("a name");
         let key = keys::worker_live(&name("main"), &name("forger"), session);
-        let alive = link.liveliness().declare_token(key).wait().expect("a sign of life");
-        let forger = Self(link, alive);
+        let _alive = link.liveliness().declare_token(key).wait().expect("a sign of life");
+        let forger = Self { link, _alive };
         let hello = Hello { session, ..Hello::default() };
         let _: Noted = forger.ask(WorkerVerb::Hello, &hello, &[]);
         forger
@@ -43,7 +46,7 @@ impl Forger {
         let name = |text| WorkerId::new(text).expect("a name");
         let key = keys::worker_rpc(&name("main"), &name("forger"), verb);
         for _ in 0..50 {
-            let get = self.0.get(&key).payload(bytes).timeout(Duration::from_secs(5));
+            let get = self.link.get(&key).payload(bytes).timeout(Duration::from_secs(5));
             match get.wait().ok().and_then(|replies| replies.recv().ok()) {
                 Some(reply) => {
                     return match reply.into_result() {
@@ -151,7 +154,8 @@ fn a_worker_that_takes_a_job_and_falls_silent_loses_it_to_another() {
 
 #[test]
 fn a_worker_that_vanishes_is_charged_to_a_job_that_its_solver_has_and_to_no_other() {
-    for permille in [0, 1] {
+    // Whether it says that its solver has the job, and that it has a result; whether it is charged.
+    for (permille, offers, charged) in [(0, false, false), (1, false, true), (1, true, false)] {
         let pool = Pool::start(config()).expect("a pool on loopback");
         let run = pool.run(Share::default());
         let id = run.open(&job("echo", 3, 0));
@@ -166,6 +170,12 @@ fn a_worker_that_vanishes_is_charged_to_a_job_that_its_solver_has_and_to_no_othe
             let renew = Renew { session, job: grant.job, epoch: grant.epoch, permille };
             let said: RenewAnswer = forger.ask(WorkerVerb::Renew, &renew, &[]);
             assert!(matches!(said, RenewAnswer::Go { .. }));
+            if offers {
+                let (job, epoch, digest, length, next) = (grant.job, grant.epoch, [5; 32], 9, None);
+                let commit = Commit { session, job, epoch, digest, length, next };
+                let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
+                assert_eq!(said, CommitAnswer::Missing(vec![0]));
+            }
             drop(forger);
             wait_for("it is missed", || pool.stats().workers == 0);
             wait_for("it has lost the job", || pool.stats().jobs.running == 0);
@@ -173,7 +183,7 @@ fn a_worker_that_vanishes_is_charged_to_a_job_that_its_solver_has_and_to_no_othe
         let _hand = Hand::hire(&pool, "w", Arc::new(solve));
         let settlement = next(&run, id);
         let abandoned = matches!(settlement.ending, Ending::Abandoned(_));
-        assert_eq!(abandoned, permille > 0, "{settlement:?}");
+        assert_eq!(abandoned, charged, "{settlement:?}");
         assert_eq!(settlement.attempts, if abandoned { 3 } else { 4 });
     }
 }
