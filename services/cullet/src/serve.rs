@@ -2,11 +2,11 @@
 //! machines.
 
 use crate::args;
-use crate::exit::{Exit, Trouble};
+use crate::exit::{Exit, Trouble, print};
 use crate::run::{no_link, say_logs};
 use crate::signals::stop_when_told;
 use crate::tls::{self, Link};
-use cullet_coordinator::link::router::Router;
+use cullet_coordinator::link::router::{self, Router};
 use cullet_coordinator::link::{LinkError, Pool, PoolConfig, SpawnConfig};
 use cullet_coordinator::service::{ServiceConfig, ServiceError, Store, serve, total};
 use cullet_proto::WorkerId;
@@ -115,6 +115,11 @@ pub(crate) fn router(args: &args::Router) -> Result<Exit, Trouble> {
     say_logs(&args.voice);
     let stop = stop_when_told("links end")?;
     let guard = guard(&args.guard, &args.listen, true)?;
+    if args.print_config {
+        let text = router::config(&args.listen, &guard.rules).map_err(|error| no_link(&error))?;
+        print(text)?;
+        return Ok(Exit::Done);
+    }
     let router = Router::start(&args.listen, &guard.rules).map_err(|error| no_link(&error))?;
     if !args.voice.quiet {
         eprintln!("listening on {}", router.endpoint());
