@@ -201,6 +201,7 @@ pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
     let expired = leave_when_expired(&link, &stop);
     let config = WorkerConfig {
         rules: link.rules,
+        certificate: link.certificate.map(|certificate| certificate.name),
         connect: args.connect.clone(),
         name,
         threads: usize::from(args.threads),

@@ -88,6 +88,7 @@ impl Supervisor {
             line: Arc::clone(&line),
             hello: Arc::clone(&hello),
             known: Cell::new(false),
+            unheard: Cell::new(None),
             stop: Arc::clone(&config.stop),
             news: say.clone(),
         };
