@@ -127,6 +127,7 @@ fn bounds_hold() {
         submit(&mut board, order(["c", "d"][k % 2], 0, 0));
     }
     assert_eq!(board.entries.len(), MAX_KEPT);
+    // Those of c and d are forgotten, who have more than a has.
     assert!(board.get(1).is_ok() && state(&board, board.last) == State::Queued);
 }
 
