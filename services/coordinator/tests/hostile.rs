@@ -327,7 +327,7 @@ fn a_user_who_holds_as_much_disk_as_one_may_hands_in_no_more_and_others_do() {
         .and_then(|rest| rest.split_once(" bytes"))
         .unwrap_or_else(|| panic!("{said}"));
     let used: u64 = used.parse().expect("a number");
-    assert!((2 * 700 << 10..2 << 20).contains(&used), "{said}");
+    assert!(((2 * 700) << 10..2 << 20).contains(&used), "{said}");
     assert!(rest.ends_with(&format!("a user may hold {}", 2 << 20)), "{said}");
     // What is small has room still, and what is another's too.
     assert_eq!(farm.run("small", &[(SCENE, FALLING)]).state, State::Done);

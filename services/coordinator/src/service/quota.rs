@@ -115,7 +115,7 @@ mod tests {
         quota.forget(3, Some(&place.path().join("never")));
         assert!(!plain.exists() && !place.path().join("never").exists());
         let left: Vec<_> = fs::read_dir(&shared).expect("a folder").flatten().collect();
-        assert_eq!(left.iter().map(|f| f.file_name()).collect::<Vec<_>>(), ["thesis.tex"]);
+        assert_eq!(left.iter().map(fs::DirEntry::file_name).collect::<Vec<_>>(), ["thesis.tex"]);
     }
 
     #[test]
