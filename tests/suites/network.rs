@@ -252,7 +252,8 @@ fn bits_that_turn_over_are_noticed_and_change_nothing() {
     assert!(noticed >= 1, "{flipped} bits were turned over, and nobody noticed");
 }
 
-/// The link of a stopped worker is given up: what it held goes to another; what it hands in when it goes on is no news.
+/// The link of a stopped worker is given up: what it held goes to another; what it hands in when it
+/// goes on is no news.
 #[test]
 fn a_worker_that_sleeps_past_its_lease_is_overtaken() {
     let stage = Stage::set(2);
