@@ -140,7 +140,7 @@ pub struct Renew {
     pub job: JobId,
     /// By which grant.
     pub epoch: Epoch,
-    /// How far it is \[1/1000\].
+    /// How far it is \[1/1000\]; zero until a solver has it, and at least one from then on.
     pub permille: u16,
 }
 

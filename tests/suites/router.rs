@@ -15,6 +15,9 @@ const LONG: Duration = Duration::from_secs(120);
 /// Longest that a command may take to say that it is not let in.
 const BOUND: Duration = Duration::from_secs(20);
 
+/// A worker that nobody answers has said so by then.
+const TOLD: Duration = Duration::from_secs(13);
+
 /// A router, a coordinator and two workers.
 struct Farm {
     endpoint: String,
@@ -155,7 +158,7 @@ fn a_router_that_is_killed_and_one_that_sleeps_cost_time_only() {
 
 #[test]
 fn what_is_anothers_is_controlled_by_its_owner_and_by_operators() {
-    let farm = Farm::closed();
+    let mut farm = Farm::closed();
     let run = farm.submit("ann", &["--set", "world.duration=600"]);
     assert_eq!(farm.json("bob", &["show", &run])["user"], "ann", "all may look");
     for verb in ["cancel", "pause", "resume", "retry"] {
@@ -183,12 +186,23 @@ fn what_is_anothers_is_controlled_by_its_owner_and_by_operators() {
     }
     // A user's certificate lets nobody work.
     let call = ["worker", "--connect", &farm.endpoint, "--name", "w2"];
+    let begun = Instant::now();
     let mut rogue = shown(Cullet::new(&call), farm.folder.as_deref(), "bob").spawn();
     let next = farm.submit("ann", &[]);
     assert_eq!(farm.ends("ann", &next)["state"], "done");
     let seen = farm.json("ann", &["workers"])["workers"].as_array().map_or(0, Vec::len);
     assert!(seen <= 2, "{seen} lives of two workers are seen");
     assert_eq!(rogue.wait(Duration::from_millis(10)), None, "it waits to be let in");
+    sleep(TOLD.saturating_sub(begun.elapsed()));
+    let said = rogue.stderr();
+    let why = "nobody answers: no coordinator is there, or w2 may not work here: its certificate \
+               is of \"bob\", and roles must name it";
+    assert!(said.contains(why), "{said}");
+    assert!(farm.workers.iter_mut().all(|worker| !worker.stderr().contains("nobody answers")));
+    let said = farm.ask("mallory", &["doctor"]);
+    assert_eq!(said.code, 69, "{}", said.stdout);
+    let why = "the certificate is of \"mallory\", and roles must name it";
+    assert!(said.stdout.contains(why), "{}", said.stdout);
 }
 
 /// A coordinator's own workers show its certificate, also through a router.

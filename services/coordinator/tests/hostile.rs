@@ -5,7 +5,8 @@ use cullet_coordinator::link::{Pool, PoolConfig};
 use cullet_coordinator::service::{ServiceConfig, Store, serve};
 use cullet_proto::WorkerId;
 use cullet_proto::keys::{self, UserVerb};
-use cullet_proto::service::{BundleFile, BundleTable, RunInfo, State, Submit, SubmitAnswer, seal};
+use cullet_proto::service::{BundleFile, BundleTable, RunInfo, State, Submit, SubmitAnswer};
+use cullet_proto::service::{codes, seal};
 use cullet_proto::transport::{self, Patience};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -30,14 +31,18 @@ struct Farm {
 
 impl Farm {
     fn start() -> Self {
+        Self::bounded(None)
+    }
+
+    /// With a bound on what a user's runs hold \[bytes\].
+    fn bounded(quota: Option<u64>) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let place = folder.path().join("inner/state");
         let stop = Arc::new(AtomicBool::new(false));
         let store = Store::open(Some(&place)).expect("a state folder");
         let pool = Pool::start(PoolConfig::default()).expect("a pool on loopback");
         let endpoint = [pool.endpoint().to_owned()];
-        let config =
-            ServiceConfig { out: None, runs: 2, stop_after: None, metrics: None, operators: None };
+        let config = ServiceConfig { runs: 2, quota, ..ServiceConfig::default() };
         let told = Arc::clone(&stop);
         let thread = std::thread::spawn(move || {
             serve(store, &Arc::new(pool), &config, &told, &mut |_| {}).expect("it serves");
@@ -52,8 +57,12 @@ impl Farm {
 
     /// The answer, or why there is none.
     fn ask(&self, verb: UserVerb, bytes: &[u8]) -> Result<Vec<u8>, String> {
+        self.ask_as("mallory", verb, bytes)
+    }
+
+    fn ask_as(&self, user: &str, verb: UserVerb, bytes: &[u8]) -> Result<Vec<u8>, String> {
         let name = |text| WorkerId::new(text).expect("a name");
-        let key = keys::user_rpc(&name("main"), &name("mallory"), verb);
+        let key = keys::user_rpc(&name("main"), &name(user), verb);
         let begun = Instant::now();
         loop {
             let get = self.session.get(&key).payload(bytes).timeout(Duration::from_secs(5));
@@ -300,4 +309,45 @@ fn only_its_own(folder: &Path) {
     assert_eq!(names(&folder.join("inner")), ["state"]);
     let known = ["cullet-state", "incarnation", "journal", "lock", "recordings", "runs"];
     assert_eq!(names(&folder.join("inner/state")), known);
+}
+
+#[test]
+fn a_user_who_holds_as_much_disk_as_one_may_hands_in_no_more_and_others_do() {
+    let farm = Farm::bounded(Some(2 << 20));
+    let ballast = vec![7; 700 << 10];
+    let files = [(SCENE, FALLING), ("scene/ballast", &ballast[..])];
+    for ticket in ["one", "two"] {
+        let info = farm.run(ticket, &files);
+        assert_eq!(info.state, State::Done, "{info:?}");
+    }
+    let third = submission("three", "pot", &files);
+    let said = farm.ask(UserVerb::Submit, &third).expect_err("it is too much");
+    let (used, rest) = said
+        .strip_prefix("the runs of mallory hold ")
+        .and_then(|rest| rest.split_once(" bytes"))
+        .unwrap_or_else(|| panic!("{said}"));
+    let used: u64 = used.parse().expect("a number");
+    assert!(((2 * 700) << 10..2 << 20).contains(&used), "{said}");
+    assert!(rest.ends_with(&format!("a user may hold {}", 2 << 20)), "{said}");
+    // What is small has room still, and what is another's too.
+    assert_eq!(farm.run("small", &[(SCENE, FALLING)]).state, State::Done);
+    assert!(farm.ask_as("ann", UserVerb::Submit, &third).is_ok());
+}
+
+#[test]
+fn a_run_that_records_more_than_its_user_may_hold_fails_and_says_so() {
+    let farm = Farm::bounded(Some(60 << 10));
+    let body = |k: usize| {
+        format!(
+            "[[body]]\nname = \"b{k}\"\nmaterial = \"plaster\"\nposition = [{k}, 0, 5]\n\
+             shape = {{ kind = \"box\", size = [0.1, 0.1, 0.1] }}\n"
+        )
+    };
+    let bodies: String = (0..100).map(body).collect();
+    let long = format!("[world]\nduration = 600.0\n{bodies}");
+    let info = farm.run("long", &[(SCENE, long.as_bytes())]);
+    assert_eq!((info.state, info.code), (State::Failed, Some(codes::FILE)), "{info:?}");
+    assert!(info.text.contains("mallory") && info.text.contains("may hold 61440"), "{info:?}");
+    // What there is of it can be fetched.
+    assert!(info.files.iter().any(|file| file.name == "run.mcap"), "{info:?}");
 }

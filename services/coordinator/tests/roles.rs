@@ -1,11 +1,12 @@
 //! Roles at a router, tried by peers that keep to nothing: each has a sound certificate and does
 //! what it may and what it may not.
 
-use cullet_coordinator::link::router::Router;
+use cullet_coordinator::link::router::{Router, config};
 use cullet_proto::keys::{self, UserVerb, WorkerVerb};
-use cullet_proto::security::{Names, Roles, identity};
+use cullet_proto::security::{Names, Roles, Rules, identity};
 use cullet_proto::transport::{self, Patience};
 use cullet_proto::{SessionId, WorkerId};
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -27,15 +28,41 @@ fn certificates(folder: &Path, names: &[&str], set: &[(&str, String)]) {
     assert!(made.is_ok_and(|status| status.success()), "openssl makes certificates");
 }
 
+/// A router of ours, or one of Zenoh's own.
+type Either = Result<Router, zenoh::Session>;
+
 /// A router with roles; who answers, and everybody's certificates.
 struct Stage {
     folder: tempfile::TempDir,
-    router: Router,
+    endpoint: String,
     coordinator: zenoh::Session,
+    /// The router, of one kind or the other.
+    _router: Either,
 }
 
 impl Stage {
     fn set() -> Result<Self, zenoh::Error> {
+        Self::around(|_, rules| {
+            let router = Router::start("tls/127.0.0.1:0", rules)?;
+            let endpoint = router.endpoint().to_owned();
+            Ok((Ok(router), endpoint))
+        })
+    }
+
+    /// Around a router of Zenoh's own, from the file that `cullet router --print-config` prints.
+    fn printed() -> Result<Self, zenoh::Error> {
+        Self::around(|folder, rules| {
+            let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
+            let (file, endpoint) = (folder.join("zenohd.json5"), format!("tls/127.0.0.1:{port}"));
+            std::fs::write(&file, config(&endpoint, rules)?)?;
+            let router = zenoh::open(zenoh::Config::from_file(file)?).wait()?;
+            Ok((Err(router), endpoint))
+        })
+    }
+
+    fn around(
+        start: impl FnOnce(&Path, &Rules) -> Result<(Either, String), zenoh::Error>,
+    ) -> Result<Self, zenoh::Error> {
         let folder = tempfile::tempdir()?;
         let all = ["router", "coordinator", "w-1", "w-2", "ann", "bob", "mallory"];
         certificates(folder.path(), &all, &[]);
@@ -48,18 +75,18 @@ impl Stage {
         };
         let mut rules = identity(&folder.path().join("router"));
         rules.extend(Roles::new(&names)?.access(&name("main")));
-        let router = Router::start("tls/127.0.0.1:0", &rules)?;
+        let (router, endpoint) = start(folder.path(), &rules)?;
         let place = folder.path().join("coordinator");
-        let coordinator = session(router.endpoint(), &place, false)?;
+        let coordinator = session(&endpoint, &place, false)?;
         for key in [keys::worker_rpcs(&name("main")), keys::user_rpcs(&name("main"))] {
             answering(&coordinator, &key, "coordinator")?;
         }
-        Ok(Self { folder, router, coordinator })
+        Ok(Self { folder, endpoint, coordinator, _router: router })
     }
 
     /// A session with that certificate.
     fn with(&self, certificate: &str) -> Result<zenoh::Session, zenoh::Error> {
-        session(self.router.endpoint(), &self.folder.path().join(certificate), false)
+        session(&self.endpoint, &self.folder.path().join(certificate), false)
     }
 }
 
@@ -118,7 +145,17 @@ fn asks_worker(who: &str) -> String {
 
 #[test]
 fn each_asks_as_itself_alone() -> Anything {
-    let stage = Stage::set()?;
+    each_asks_alone(&Stage::set()?)
+}
+
+#[test]
+fn zenohs_own_router_keeps_to_the_printed_settings_as_ours_does() -> Anything {
+    let stage = Stage::printed()?;
+    each_asks_alone(&stage)?;
+    nobody_else_answers(&stage)
+}
+
+fn each_asks_alone(stage: &Stage) -> Anything {
     let heard = vec!["coordinator".to_owned()];
     // The certificate, and whom it may ask as of all these.
     let keys: Vec<String> =
@@ -145,7 +182,10 @@ fn each_asks_as_itself_alone() -> Anything {
 
 #[test]
 fn nobody_else_answers_and_nobody_else_sees_who_lives() -> Anything {
-    let stage = Stage::set()?;
+    nobody_else_answers(&Stage::set()?)
+}
+
+fn nobody_else_answers(stage: &Stage) -> Anything {
     let main = name("main");
     let rogues: Vec<zenoh::Session> = ["w-2", "bob", "mallory"]
         .iter()
@@ -209,7 +249,7 @@ fn a_link_ends_when_its_certificate_does() -> Anything {
         std::thread::sleep(Duration::from_millis(100));
     }
     assert!(begun.elapsed() > Duration::from_secs(2), "it ended early: {:?}", begun.elapsed());
-    assert!(session(stage.router.endpoint(), &place, false).is_err(), "an expired one is taken");
+    assert!(session(&stage.endpoint, &place, false).is_err(), "an expired one is taken");
     assert_eq!(answers(&stage.with("w-1")?, &asks_worker("w-1")), ["coordinator"]);
     Ok(())
 }

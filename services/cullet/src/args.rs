@@ -236,6 +236,9 @@ pub(crate) struct Coordinator {
     /// Most GB of finished jobs kept in the state folder for any later run; 0: none
     #[arg(long, value_name = "GB", default_value_t = 4.0, value_parser = moment)]
     pub(crate) cache: f64,
+    /// Most GB of the disk that the runs of one user may hold; 0: no bound [default: half of it]
+    #[arg(long, value_name = "GB", value_parser = moment)]
+    pub(crate) quota: Option<f64>,
     /// Runs at once; the others wait
     #[arg(
         long,

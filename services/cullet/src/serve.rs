@@ -2,18 +2,18 @@
 //! machines.
 
 use crate::args;
-use crate::exit::{Exit, Trouble};
+use crate::exit::{Exit, Trouble, print};
 use crate::run::{no_link, say_logs};
 use crate::signals::stop_when_told;
 use crate::tls::{self, Link};
-use cullet_coordinator::link::router::Router;
+use cullet_coordinator::link::router::{self, Router};
 use cullet_coordinator::link::{LinkError, Pool, PoolConfig, SpawnConfig};
-use cullet_coordinator::service::{ServiceConfig, ServiceError, Store, serve};
+use cullet_coordinator::service::{ServiceConfig, ServiceError, Store, serve, total};
 use cullet_proto::WorkerId;
 use cullet_proto::keys::DEFAULT_COORDINATOR;
 use cullet_proto::security::{COORDINATOR, Names, Roles, Rules};
 use cullet_worker::{WorkerConfig, WorkerError};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -54,6 +54,7 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
         stop_after: args.stop_after,
         metrics: args.metrics,
         operators: guard.roles.map(|roles| roles.operators().clone()),
+        quota: quota(args),
     };
     let quiet = args.voice.quiet;
     let served = serve(store, &Arc::new(pool), &config, &stop, &mut |line| {
@@ -63,6 +64,14 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     });
     served.map_err(|error| trouble(&error))?;
     Ok(Exit::Done)
+}
+
+/// Bytes of the disk that the runs of one user may hold: half of it, if nothing is said.
+fn quota(args: &args::Coordinator) -> Option<u64> {
+    match args.quota {
+        Some(gigabytes) => (gigabytes > 0.0).then_some((gigabytes * 1e9) as u64),
+        None => total(args.state.as_deref().unwrap_or(Path::new("."))).map(|bytes| bytes / 2),
+    }
 }
 
 /// Opens the pool; a router that is not there yet is waited for until told to stop.
@@ -106,6 +115,11 @@ pub(crate) fn router(args: &args::Router) -> Result<Exit, Trouble> {
     say_logs(&args.voice);
     let stop = stop_when_told("links end")?;
     let guard = guard(&args.guard, &args.listen, true)?;
+    if args.print_config {
+        let text = router::config(&args.listen, &guard.rules).map_err(|error| no_link(&error))?;
+        print(text)?;
+        return Ok(Exit::Done);
+    }
     let router = Router::start(&args.listen, &guard.rules).map_err(|error| no_link(&error))?;
     if !args.voice.quiet {
         eprintln!("listening on {}", router.endpoint());
@@ -160,9 +174,10 @@ fn is_loopback(endpoint: &str) -> bool {
 
 fn trouble(error: &ServiceError) -> Trouble {
     let exit = match error {
-        ServiceError::File { .. } | ServiceError::Taken { .. } | ServiceError::Full { .. } => {
-            Exit::File
-        }
+        ServiceError::File { .. }
+        | ServiceError::Taken { .. }
+        | ServiceError::Full { .. }
+        | ServiceError::Quota { .. } => Exit::File,
         ServiceError::Foreign { .. } | ServiceError::Journal { .. } => Exit::Usage,
         ServiceError::Link(LinkError::Thread(_)) => Exit::Failed,
         ServiceError::Link(_) | ServiceError::Metrics { .. } => Exit::Unreachable,
@@ -186,6 +201,7 @@ pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
     let expired = leave_when_expired(&link, &stop);
     let config = WorkerConfig {
         rules: link.rules,
+        certificate: link.certificate.map(|certificate| certificate.name),
         connect: args.connect.clone(),
         name,
         threads: usize::from(args.threads),

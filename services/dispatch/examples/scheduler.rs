@@ -82,7 +82,8 @@ impl Load {
         match due {
             Due::Renew(job, epoch, end) => {
                 let epoch = cullet_dispatch::Epoch(epoch);
-                self.step(Event::Renew { worker: Worker(worker), job, epoch });
+                let by = Worker(worker);
+                self.step(Event::Renew { worker: by, job, epoch, begun: true });
                 self.due.insert((end, worker), Due::Done(job, epoch.0));
             }
             Due::Done(job, epoch) => {

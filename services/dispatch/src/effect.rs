@@ -172,6 +172,8 @@ pub enum Effect {
         epoch: Epoch,
         /// Why.
         loss: Loss,
+        /// Whether it counts against the job.
+        charged: bool,
     },
     /// An opening is not taken: the queue is full. It does not settle.
     Busy {

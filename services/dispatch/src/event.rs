@@ -179,6 +179,15 @@ pub enum Event {
         job: Job,
         /// By which grant.
         epoch: Epoch,
+        /// Whether a solver has the job there.
+        begun: bool,
+    },
+    /// A worker has a result, pieces of which are still to come: no solver has the job there.
+    Offer {
+        /// Of what.
+        job: Job,
+        /// By which grant.
+        epoch: Epoch,
     },
     /// A worker hands in a result; the shell has checked its bytes against `digest`.
     Commit {

@@ -6,7 +6,8 @@
 //! - one question for work at a time; a repeat of it has the same number;
 //! - a result is handed in until there is a receipt, however long the coordinator is away;
 //! - a solve that outlasts the hard limit is killed here, whoever else may have forgotten it;
-//! - a job that nobody wants any more is killed at the next renewal.
+//! - a job that nobody wants any more is killed at the next renewal;
+//! - before a solver gets a job, a renewal says so.
 
 use crate::event::{Digest, Epoch, Job, Millis, Trouble};
 #[cfg(test)]
@@ -47,6 +48,8 @@ pub enum Question {
         job: Job,
         /// By which grant.
         epoch: Epoch,
+        /// Whether a solver has the job here.
+        begun: bool,
     },
     /// To count a result.
     Commit {
@@ -247,6 +250,8 @@ impl Hand {
             }
             (Heard::Fetched { epoch }, State::Fetching(work)) if epoch == work.epoch => {
                 self.state = State::Solving(work);
+                // Said before it can take this process with it.
+                self.renew(now, work, &mut out);
                 out.push(Act::Solve(work));
             }
             (Heard::Solved { epoch, digest }, State::Solving(work)) if epoch == work.epoch => {
@@ -398,8 +403,14 @@ impl Hand {
             return self.give_back(work, trouble, out);
         }
         if self.renewal <= now {
-            self.renewal = now + work.renew;
-            out.push(Act::Ask(Question::Renew { job: work.job, epoch: work.epoch }));
+            self.renew(now, work, out);
         }
+    }
+
+    fn renew(&mut self, now: Millis, work: Work, out: &mut Vec<Act>) {
+        let Work { job, epoch, renew, .. } = work;
+        let begun = matches!(self.state, State::Solving(_));
+        self.renewal = now + renew;
+        out.push(Act::Ask(Question::Renew { job, epoch, begun }));
     }
 }

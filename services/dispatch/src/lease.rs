@@ -2,7 +2,7 @@
 
 use crate::effect::{Effect, Loss, Reason, Receipt, StopReason, Verdict};
 use crate::event::{Epoch, Job, Millis, Trouble, Worker};
-use crate::machine::{Dispatch, Lease, MAX_GONE, Phase, Record};
+use crate::machine::{Dispatch, Lease, MAX_GONE, Phase, Record, Stage};
 #[cfg(test)]
 use crate::mutant::Mutant;
 
@@ -10,9 +10,8 @@ impl Dispatch {
     pub(crate) fn renew(
         &mut self,
         now: Millis,
-        worker: Worker,
-        job: Job,
-        epoch: Epoch,
+        (worker, job, epoch): (Worker, Job, Epoch),
+        begun: bool,
         out: &mut Vec<Effect>,
     ) {
         let lease = self.timing.lease;
@@ -20,6 +19,17 @@ impl Dispatch {
             Ok(()) => Effect::Renewed { worker, job, lease },
             Err(reason) => Effect::Stop { worker, job, reason },
         });
+        if begun {
+            self.reach(job, epoch, Stage::Begun);
+        }
+    }
+
+    /// An attempt is that far; what comes late takes nothing back.
+    pub(crate) fn reach(&mut self, job: Job, epoch: Epoch, stage: Stage) {
+        let leases = self.jobs.get_mut(&job).map(|record| &mut record.leases);
+        if let Some(lease) = leases.into_iter().flatten().find(|lease| lease.epoch == epoch) {
+            lease.stage = lease.stage.max(stage);
+        }
     }
 
     fn prolong(&mut self, now: Millis, job: Job, epoch: Epoch) -> Result<(), StopReason> {
@@ -222,15 +232,22 @@ impl Dispatch {
         };
         let lease = record.leases.swap_remove(at);
         let worker = lease.worker;
-        match loss {
-            Loss::Down | Loss::Crashed | Loss::TooLong => {
-                record.crashes += 1;
-                if !record.killers.contains(&worker) {
-                    record.killers.push(worker);
-                }
+        let charged = match loss {
+            Loss::Crashed => true,
+            // Nobody says what it died of: of the job only if a solver had the job.
+            Loss::Down | Loss::TooLong => lease.stage == Stage::Begun,
+            Loss::Dropped | Loss::Silent => false,
+        };
+        #[cfg(test)]
+        let charged = self.mutant.map_or(charged, |mutant| mutant.charges(charged, loss));
+        if charged {
+            record.crashes += 1;
+            if !record.killers.contains(&worker) {
+                record.killers.push(worker);
             }
-            Loss::Dropped => {}
-            Loss::Silent => record.lapsed = Some(lease),
+        }
+        if loss == Loss::Silent {
+            record.lapsed = Some(lease);
         }
         #[cfg(test)]
         if self.mutant == Some(Mutant::NoLimit) {
@@ -247,7 +264,7 @@ impl Dispatch {
             // Nobody may have noticed its end: one that is not heard of does not count as there.
             self.part(worker);
         }
-        out.push(Effect::Lost { job, worker, epoch, loss });
+        out.push(Effect::Lost { job, worker, epoch, loss, charged });
         // Where there is one worker only, no second one can clear it.
         let enough = killers >= timing.min_killers as usize || self.live <= 1;
         if crashes >= timing.max_crashes && enough {

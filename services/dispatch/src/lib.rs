@@ -25,6 +25,10 @@
 //! - trouble in the pool never becomes a result: a job whose attempts are used up, or that died
 //!   under two workers three times, stalls aloud, goes into quarantine, and holds up only the runs
 //!   that want it; what earlier lives have put there stays there until it is pardoned;
+//! - a death counts against a job if a living worker reports it, or if the worker itself is gone,
+//!   or out of time, after it said that a solver has the job and before it said that it has a
+//!   result: what takes its worker with it is found as well, and a worker that is killed with a
+//!   job that it only fetches, or has done, costs an attempt and nothing more;
 //! - a worker under which jobs died that others finished gets no more;
 //! - the workers are shared evenly between tenants, and within a tenant by priority; a run that has
 //!   waited too long lets one other pass and goes next, so none starves;

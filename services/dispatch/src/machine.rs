@@ -17,6 +17,16 @@ pub(crate) const MAX_GONE: usize = 4_096;
 /// Jobs kept in quarantine; beyond it the oldest are let out.
 const MAX_QUARANTINE: u64 = 1_024;
 
+/// How far an attempt is, as its worker has said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Stage {
+    Granted,
+    /// A solver has the job.
+    Begun,
+    /// The solver is done with it.
+    Offered,
+}
+
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lease {
     pub(crate) worker: Worker,
@@ -25,6 +35,7 @@ pub(crate) struct Lease {
     pub(crate) expires: Millis,
     pub(crate) hard: Millis,
     pub(crate) suspect: bool,
+    pub(crate) stage: Stage,
     /// To whom and how much it is charged.
     pub(crate) run: Run,
     pub(crate) charged: Millis,
@@ -62,8 +73,9 @@ pub(crate) struct Record {
     /// To whom it was granted last.
     pub(crate) last: Option<Worker>,
     pub(crate) attempts: u32,
+    /// How often it died, or its worker did after a solver had it.
     pub(crate) crashes: u32,
-    /// Under whom it died.
+    /// Under whom.
     pub(crate) killers: Vec<Worker>,
     /// When it is looked at next, as in [`Dispatch::timers`].
     pub(crate) timer: Option<Millis>,
@@ -230,7 +242,10 @@ impl Dispatch {
                 self.arrive(worker, build, skills);
                 self.poll(now, worker, seq, (slots > 0, park), &mut out);
             }
-            Event::Renew { worker, job, epoch } => self.renew(now, worker, job, epoch, &mut out),
+            Event::Renew { worker, job, epoch, begun } => {
+                self.renew(now, (worker, job, epoch), begun, &mut out);
+            }
+            Event::Offer { job, epoch } => self.reach(job, epoch, Stage::Offered),
             Event::Commit { worker, job, epoch, build, digest, outcome } => {
                 let foreign = self.foreign(job, epoch, build);
                 let done =

@@ -1,5 +1,6 @@
 //! Bugs planted on purpose: the simulation must find each of them (`docs/pool.md`).
 
+use crate::effect::Loss;
 use crate::event::{Job, Run};
 use crate::machine::{Dispatch, Phase};
 
@@ -43,6 +44,21 @@ pub(crate) enum Mutant {
     AnybodyWill,
     /// A new life does not know what was in quarantine.
     QuarantineForgotten,
+    /// The end of a worker counts against what it was granted, begun or not.
+    ChargedUnbegun,
+    /// Only what a living worker reports counts against a job.
+    VanishedUncharged,
+}
+
+impl Mutant {
+    /// Whether an attempt that ended so counts against its job.
+    pub(crate) fn charges(self, charged: bool, loss: Loss) -> bool {
+        match self {
+            Self::ChargedUnbegun => charged || loss == Loss::Down,
+            Self::VanishedUncharged => charged && loss == Loss::Crashed,
+            _ => charged,
+        }
+    }
 }
 
 impl Dispatch {

@@ -3,7 +3,7 @@
 use crate::askers::{Asker, Ticket};
 use crate::effect::Effect;
 use crate::event::{Build, Epoch, Job, Millis, Run, Skills, Worker};
-use crate::machine::{Dispatch, Lease, Peer, Phase};
+use crate::machine::{Dispatch, Lease, Peer, Phase, Stage};
 #[cfg(test)]
 use crate::mutant::Mutant;
 
@@ -166,8 +166,8 @@ impl Dispatch {
             account.counts.resent += u64::from(resent);
         }
         let (expires, hard) = (now + self.timing.lease, now + self.timing.hard);
-        let lease =
-            Lease { worker, epoch, granted: now, expires, hard, suspect: false, run, charged };
+        let (granted, suspect, stage) = (now, false, Stage::Granted);
+        let lease = Lease { worker, epoch, granted, expires, hard, suspect, stage, run, charged };
         self.hold(now, job, lease);
         let (lease, hard) = (self.timing.lease, self.timing.hard);
         out.push(Effect::Grant { worker, seq, job, run, epoch, lease, hard });

@@ -159,18 +159,18 @@ fn a_straggler_gets_one_duplicate_and_the_first_result_counts() {
     for _ in 0..40 {
         pool.now += 100;
         let (job, epoch) = slow;
-        pool.step(Event::Renew { worker: Worker(1), job, epoch });
+        pool.step(Event::Renew { worker: Worker(1), job, epoch, begun: true });
         let said = pool.step(Event::Tick);
         doubled.extend([2, 3].into_iter().filter_map(|w| granted(&said, Worker(w))));
         for (job, epoch) in &doubled {
-            pool.step(Event::Renew { worker: Worker(2), job: *job, epoch: *epoch });
+            pool.step(Event::Renew { worker: Worker(2), job: *job, epoch: *epoch, begun: true });
         }
     }
     assert_eq!(doubled.len(), 1, "one duplicate, not more");
     let said = pool.done(2, doubled[0]);
     assert!(said.iter().any(|e| matches!(e, Effect::Settle { opening: 3, .. })));
     let (job, epoch) = slow;
-    let said = pool.step(Event::Renew { worker: Worker(1), job, epoch });
+    let said = pool.step(Event::Renew { worker: Worker(1), job, epoch, begun: true });
     assert!(matches!(said[..], [Effect::Stop { .. }]));
     assert_eq!(pool.machine.counts().hedged, 1);
 }
@@ -224,6 +224,38 @@ fn a_job_is_in_quarantine_after_three_crashes_on_two_workers() {
     pool.step(Event::Pardon(job(7)));
     pool.open(2, 7);
     assert!(pool.ask(8).is_some());
+}
+
+#[test]
+fn a_worker_that_vanishes_is_charged_to_the_job_that_its_solver_has_and_to_no_other() {
+    // How far three workers are as they vanish; whether the job is given up.
+    for (begun, offered, guilty) in
+        [(false, false, false), (true, false, true), (true, true, false), (false, true, false)]
+    {
+        let mut pool = Pool::new();
+        pool.begin(1, 1, 4);
+        pool.open(1, 1);
+        let mut told = Vec::new();
+        for worker in 1..=3 {
+            let (job, epoch) = pool.ask(worker).unwrap_or_else(|| {
+                panic!("no job for worker {worker}");
+            });
+            if offered {
+                pool.step(Event::Offer { job, epoch });
+            }
+            // Late, or not: it takes nothing back.
+            pool.step(Event::Renew { worker: Worker(worker), job, epoch, begun });
+            told = pool.step(Event::Down(Worker(worker)));
+            let charged = told.iter().find_map(|effect| match effect {
+                Effect::Lost { charged, .. } => Some(*charged),
+                _ => None,
+            });
+            assert_eq!(charged, Some(guilty), "begun: {begun}, offered: {offered}");
+            pool.pass(2_000);
+        }
+        let given_up = told.iter().any(|effect| matches!(effect, Effect::Quarantine { .. }));
+        assert_eq!(given_up, guilty, "begun: {begun}, offered: {offered}: {told:?}");
+    }
 }
 
 #[test]

@@ -90,14 +90,14 @@ fn stub() -> std::io::Result<PathBuf> {
 
 /// Workers that come and are killed after 2 to 6 s, each replaced at once; jobs of 20 ms flow.
 fn storm(places: u64, seconds: u64) -> Result<(), Box<dyn std::error::Error>> {
-    println!("workers,seconds,joined,killed,jobs,resent,abandoned,alarms,last_s");
+    println!("workers,seconds,joined,killed,jobs,resent,deaths,charged,abandoned,alarms,last_s");
     let pool = Pool::start(PoolConfig::default())?;
     let run = pool.run(Share::default());
     let (mut joined, mut killed, mut opened, mut settled, mut draw) = (0u64, 0u64, 0, 0, 1u64);
     let mut crew: Vec<(Child, Instant)> = Vec::new();
     let since = Instant::now();
     let over = Duration::from_secs(seconds);
-    let (mut abandoned, mut last) = (0, Duration::ZERO);
+    let (mut abandoned, mut last, mut deaths, mut charged) = (0, Duration::ZERO, 0, 0);
     while since.elapsed() < over || settled < opened {
         for (child, _) in crew.iter_mut().filter(|(_, until)| *until < Instant::now()) {
             child.kill()?;
@@ -122,6 +122,10 @@ fn storm(places: u64, seconds: u64) -> Result<(), Box<dyn std::error::Error>> {
         }
         while let Some((_, settlement)) = run.settled(Duration::from_millis(5)) {
             settled += 1;
+            for attempt in &settlement.tries {
+                deaths += u64::from(attempt.how.starts_with("Down"));
+                charged += u64::from(attempt.how == "Down");
+            }
             if !matches!(settlement.ending, Ending::Verdict(_)) {
                 abandoned += 1;
                 eprintln!("{settlement:#?}");
@@ -138,9 +142,8 @@ fn storm(places: u64, seconds: u64) -> Result<(), Box<dyn std::error::Error>> {
         child.kill()?;
         child.wait()?;
     }
-    println!(
-        "{places},{seconds},{joined},{killed},{settled},{resent},{abandoned},{alarms},{last:.1}"
-    );
+    let counts = format!("{joined},{killed},{settled},{resent},{deaths},{charged}");
+    println!("{places},{seconds},{counts},{abandoned},{alarms},{last:.1}");
     Ok(())
 }
 

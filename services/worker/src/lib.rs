@@ -89,6 +89,8 @@ pub struct WorkerConfig {
     pub patience: Patience,
     /// Further settings of the transport: its identity.
     pub rules: Rules,
+    /// The name in the certificate that it shows.
+    pub certificate: Option<String>,
     /// Set to make [`run`] return: the job at hand is given back.
     pub stop: Arc<AtomicBool>,
 }
@@ -108,6 +110,7 @@ impl Default for WorkerConfig {
             meshes: 256 << 20,
             patience: Patience::production(),
             rules: Rules::new(),
+            certificate: None,
             stop: Arc::default(),
         }
     }

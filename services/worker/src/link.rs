@@ -41,6 +41,8 @@ pub(crate) struct Line {
     link: zenoh::Session,
     coordinator: WorkerId,
     worker: WorkerId,
+    place: String,
+    certificate: Option<String>,
     pub(crate) session: SessionId,
     _alive: LivelinessToken,
 }
@@ -79,7 +81,22 @@ impl Line {
         let key = keys::worker_live(&coordinator, &worker, session);
         let alive = link.liveliness().declare_token(key).wait();
         let _alive = alive.map_err(|e| failed(e.to_string()))?;
-        Ok(Some(Self { link, coordinator, worker, session, _alive }))
+        let (place, certificate) = (config.connect.join(", "), config.certificate.clone());
+        Ok(Some(Self { link, coordinator, worker, place, certificate, session, _alive }))
+    }
+
+    /// What may be wrong when nobody answers though the link is up: a denial is silence.
+    pub(crate) fn unheard(&self) -> Option<String> {
+        self.link.info().routers_zid().wait().next()?;
+        let Self { place, worker, certificate, .. } = self;
+        let denied = certificate.as_ref().map(|name| {
+            format!(
+                ", or {worker} may not work here: its certificate is of {name:?}, and roles must \
+                 name it"
+            )
+        });
+        let denied = denied.unwrap_or_default();
+        Some(format!("connected to {place}, and nobody answers: no coordinator is there{denied}"))
     }
 
     /// Asks once. Blocks while the link is congested.

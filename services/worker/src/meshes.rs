@@ -114,7 +114,10 @@ impl Fetcher<'_> {
                 {
                     return Ok(piece);
                 }
-                Ok((FetchAnswer::Chunk { .. }, _)) => "it came damaged".into(),
+                Ok((FetchAnswer::Chunk { .. }, _)) => {
+                    tracing::warn!("a piece of a job came damaged, and is asked for again");
+                    "it came damaged".into()
+                }
                 Ok((FetchAnswer::Gone, _)) => return dropped("its bytes are gone"),
                 Err(NoAnswer::Silence) => "nobody answers".into(),
                 Err(NoAnswer::Refused(refusal)) => return dropped(&refusal.to_string()),

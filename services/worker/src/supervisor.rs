@@ -34,6 +34,9 @@ enum Place {
     Process(JobProcess),
 }
 
+/// Which grant to renew, whether a solver has the job, and how far it is.
+type Renewal = (Job, Epoch, bool, Watch);
+
 /// A job for the job's thread.
 type Task = (Epoch, Vec<u8>, Watch);
 
@@ -43,7 +46,7 @@ pub(crate) struct Supervisor {
     start: Instant,
     news: Receiver<News>,
     orders: Sender<Order>,
-    renewals: Sender<(Job, Epoch, Watch)>,
+    renewals: Sender<Renewal>,
     tasks: Sender<Task>,
     line: Arc<Line>,
     /// The grant at hand, its bytes or its verdict, and words about its trouble.
@@ -85,6 +88,7 @@ impl Supervisor {
             line: Arc::clone(&line),
             hello: Arc::clone(&hello),
             known: Cell::new(false),
+            unheard: Cell::new(None),
             stop: Arc::clone(&config.stop),
             news: say.clone(),
         };
@@ -203,8 +207,8 @@ impl Supervisor {
     /// The threads end only after this one does, so their queues are open.
     fn act(&mut self, heard: Heard, act: Act) {
         match act {
-            Act::Ask(Question::Renew { job, epoch }) => {
-                let _closed = self.renewals.send((job, epoch, self.watch.clone()));
+            Act::Ask(Question::Renew { job, epoch, begun }) => {
+                let _closed = self.renewals.send((job, epoch, begun, self.watch.clone()));
             }
             Act::Ask(question) => {
                 let text = match question {
@@ -287,10 +291,11 @@ fn build_of(exe: Option<&Path>) -> [u8; 32] {
 }
 
 /// Says how far jobs are; hears whether they are wanted.
-fn renew(talker: &Talker, queue: &Receiver<(Job, Epoch, Watch)>) {
-    for (job, epoch, watch) in queue {
+fn renew(talker: &Talker, queue: &Receiver<Renewal>) {
+    for (job, epoch, begun, watch) in queue {
+        let permille = if begun { watch.permille().max(1) } else { 0 };
         // Silence is nothing to act on: the result will be handed in in any case.
-        if let Ok(news) = talker.renew((job, epoch), watch.permille())
+        if let Ok(news) = talker.renew((job, epoch), permille)
             && talker.news.send(news).is_err()
         {
             return;

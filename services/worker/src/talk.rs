@@ -13,10 +13,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Pause before a piece is sent again to a coordinator that has no room.
 const BUSY: Duration = Duration::from_secs(1);
+
+/// Silence of this length on a link that is up is worth a word.
+const UNHEARD: Duration = Duration::from_secs(5);
 
 /// Something for the talker to do.
 pub(crate) enum Order {
@@ -59,6 +62,8 @@ pub(crate) struct Talker {
     pub(crate) hello: Arc<pool::Hello>,
     /// Whether it has.
     pub(crate) known: Cell<bool>,
+    /// Since when nobody has answered; whether that was told.
+    pub(crate) unheard: Cell<Option<(Instant, bool)>>,
     pub(crate) stop: Arc<AtomicBool>,
     pub(crate) news: Sender<News>,
 }
@@ -84,7 +89,7 @@ impl Talker {
         let session = self.line.session;
         let answer = match question {
             Question::Poll { seq } => self.poll(seq),
-            Question::Renew { job, epoch } => self.renew((job, epoch), 0),
+            Question::Renew { job, epoch, begun } => self.renew((job, epoch), u16::from(begun)),
             Question::Commit { job, epoch, digest, next } => {
                 self.commit((job, epoch), digest, blob, next)
             }
@@ -104,8 +109,14 @@ impl Talker {
                 said.map(|_| News::of(Heard::Noted))
             }
         };
+        if !matches!(answer, Err(NoAnswer::Silence)) {
+            self.unheard.set(None);
+        }
         answer.unwrap_or_else(|error| match error {
-            NoAnswer::Silence => News::of(Heard::Silence(question)),
+            NoAnswer::Silence => {
+                self.tell_silence();
+                News::of(Heard::Silence(question))
+            }
             NoAnswer::Refused(refusal) => {
                 tracing::error!("refused: {refusal}");
                 News::of(Heard::Refused(question))
@@ -115,6 +126,19 @@ impl Talker {
                 News::of(Heard::Refused(question))
             }
         })
+    }
+
+    /// Says once that nobody answers on a link that is up.
+    fn tell_silence(&self) {
+        let (since, told) = self.unheard.get().unwrap_or((Instant::now(), false));
+        self.unheard.set(Some((since, told)));
+        if !told
+            && since.elapsed() >= UNHEARD
+            && let Some(text) = self.line.unheard()
+        {
+            self.unheard.set(Some((since, true)));
+            tracing::warn!("{text}");
+        }
     }
 
     /// Asks, once the coordinator has been told who does; again, if it has forgotten.

@@ -35,7 +35,9 @@ impl Shell {
                 self.roster.drained(worker);
                 tracing::warn!(worker = self.name(worker), "it gets no further job");
             }
-            Effect::Lost { job, worker, epoch, loss } => self.lost(job, (worker, epoch), loss),
+            Effect::Lost { job, worker, epoch, loss, charged } => {
+                self.lost(job, (worker, epoch), (loss, charged));
+            }
             Effect::Busy { run, job, .. } => self.turn_down(run, job),
             Effect::Quarantine { job, crashes } => self.isolate(job, crashes),
             Effect::Stall { job, reason, attempts } => {
@@ -94,14 +96,21 @@ impl Shell {
         labels.collect::<Vec<_>>().join(" ")
     }
 
-    fn lost(&mut self, job: Job, (worker, epoch): (Worker, DispatchEpoch), loss: Loss) {
+    fn lost(
+        &mut self,
+        job: Job,
+        (worker, epoch): (Worker, DispatchEpoch),
+        (loss, charged): (Loss, bool),
+    ) {
         self.roster.left(worker, JobId(job.0));
         let (id, runs, name) = (JobId(job.0).short(), self.runs_of(job), self.name(worker));
-        tracing::warn!(run = runs, job = id, worker = name, ?loss, "attempt lost");
+        tracing::warn!(run = runs, job = id, worker = name, ?loss, charged, "attempt lost");
         if loss == Loss::TooLong {
             self.ledger.note_trouble(JobId(job.0), OVERDUE);
         }
-        self.ledger.ended(job, epoch, &format!("{loss:?}"));
+        let spared = !charged && matches!(loss, Loss::Down | Loss::TooLong);
+        let how = if spared { " (no solver had the job)" } else { "" };
+        self.ledger.ended(job, epoch, &format!("{loss:?}{how}"));
     }
 
     /// Keeps what reproduces a job that killed its workers.

@@ -7,7 +7,8 @@ use cullet_proto::{WireError, chunks};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// Most bytes of unfinished blobs held; beyond it senders are told to wait.
+/// Bytes of unfinished blobs held, beyond which senders are told to wait. A piece makes room for
+/// all that comes before it in its blob: so there may be one blob more than this.
 const MAX_HELD: usize = 1 << 30;
 /// An unfinished blob that nobody adds to is forgotten after this.
 const STALE: Duration = Duration::from_secs(120);
@@ -23,17 +24,24 @@ pub(super) enum Blob {
     Damaged,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Inbox {
+    bound: usize,
     blobs: BTreeMap<[u8; 32], (Assembly, Instant)>,
     pub(super) damaged: u64,
+}
+
+impl Default for Inbox {
+    fn default() -> Self {
+        Self { bound: MAX_HELD, blobs: BTreeMap::new(), damaged: 0 }
+    }
 }
 
 impl Inbox {
     /// Takes a piece.
     pub(super) fn put(&mut self, chunk: &Chunk, bytes: &[u8]) -> Result<ChunkAnswer, WireError> {
         let held: usize = self.blobs.values().map(|(blob, _)| blob.held()).sum();
-        if held + bytes.len() > MAX_HELD {
+        if held + bytes.len() > self.bound {
             return Ok(ChunkAnswer::Busy);
         }
         let fresh = Assembly::new(chunk.length)?;
@@ -106,6 +114,33 @@ mod tests {
         assert_eq!(inbox.put(&chunk(good, name), good)?, ChunkAnswer::Have);
         assert_eq!(inbox.take(&name, 9)?, Blob::Whole(good.to_vec()));
         assert_eq!(inbox.take(&name, 9)?, Blob::Missing(vec![0]));
+        Ok(())
+    }
+
+    #[test]
+    fn unfinished_blobs_hold_no_more_than_the_bound_and_one_of_them() -> Result<(), WireError> {
+        assert_eq!(Inbox::default().bound, 1 << 30);
+        let (piece, length) = (vec![1; chunks::CHUNK], 3 * chunks::CHUNK);
+        let mut inbox = Inbox { bound: 2 * length, ..Inbox::default() };
+        let held = |inbox: &Inbox| inbox.blobs.values().map(|(blob, _)| blob.held()).sum::<usize>();
+        let last = |inbox: &mut Inbox, name: u8| {
+            let (digest, length, sum) = ([name; 32], length as u64, chunks::sum(&piece));
+            inbox.put(&Chunk { digest, length, index: 2, sum }, &piece)
+        };
+        // The last pieces first: each makes its blob as large as it can be.
+        let said: Vec<_> = (0..200).map(|name| last(&mut inbox, name)).collect::<Result<_, _>>()?;
+        let taken = said.iter().filter(|said| **said == ChunkAnswer::Have).count();
+        assert_eq!((taken, said[taken..].contains(&ChunkAnswer::Have)), (2, false));
+        assert!(held(&inbox) <= inbox.bound + length, "{} bytes", held(&inbox));
+        // There is room again when somebody is done, or has not been heard of for long.
+        inbox.forget(&[0; 32]);
+        assert_eq!(last(&mut inbox, 7)?, ChunkAnswer::Have);
+        assert_eq!(last(&mut inbox, 8)?, ChunkAnswer::Busy);
+        for (_, touched) in inbox.blobs.values_mut() {
+            *touched = touched.checked_sub(STALE).unwrap_or(*touched);
+        }
+        inbox.sweep();
+        assert_eq!((held(&inbox), last(&mut inbox, 8)?), (0, ChunkAnswer::Have));
         Ok(())
     }
 

@@ -62,7 +62,8 @@ impl Shell {
             WorkerVerb::Renew => {
                 let (renew, _) = pool::read_ask::<pool::Renew>(bytes)?;
                 let (worker, job) = (Worker(renew.session.0), Job(renew.job.0));
-                let said = self.step(Event::Renew { worker, job, epoch: Epoch(renew.epoch.0) });
+                let (epoch, begun) = (Epoch(renew.epoch.0), renew.permille > 0);
+                let said = self.step(Event::Renew { worker, job, epoch, begun });
                 let said = said.renew.unwrap_or(RenewAnswer::Stop);
                 if said != RenewAnswer::Stop {
                     self.progress(renew.job, renew.permille);
@@ -134,7 +135,10 @@ impl Shell {
         }
         let bytes = match self.inbox.take(&commit.digest, commit.length)? {
             Blob::Whole(bytes) => bytes,
-            Blob::Missing(missing) => return Ok(CommitAnswer::Missing(missing)),
+            Blob::Missing(missing) => {
+                self.step(Event::Offer { job, epoch });
+                return Ok(CommitAnswer::Missing(missing));
+            }
             Blob::Damaged => return Ok(CommitAnswer::Damaged),
         };
         let verdict = match Verdict::decode(&bytes) {

@@ -3,7 +3,8 @@
 
 use super::{LinkError, net};
 use cullet_proto::security::Rules;
-use cullet_proto::transport::Patience;
+use cullet_proto::transport::{self, Patience};
+use serde_json::{Map, Value};
 use zenoh::Wait;
 
 /// A router that goes on until it is dropped.
@@ -27,6 +28,27 @@ impl Router {
     pub fn endpoint(&self) -> &str {
         &self.endpoint
     }
+}
+
+/// The settings of such a router as a file that `zenohd -c` reads: with the places of the identity
+/// as they were given, and all of the access control.
+///
+/// # Errors
+/// [`LinkError::Listen`] for a setting that is no JSON.
+pub fn config(listen: &str, rules: &Rules) -> Result<String, LinkError> {
+    let mut all = Value::Object(Map::new());
+    let settings = transport::router(listen, Patience::production());
+    for (path, value) in settings.iter().chain(rules) {
+        let mut place = &mut all;
+        for step in path.split('/') {
+            place = &mut place[step];
+        }
+        *place = serde_json::from_str(value).map_err(|error| LinkError::Listen {
+            endpoint: listen.to_owned(),
+            text: format!("{path} = {value}: {error}"),
+        })?;
+    }
+    Ok(format!("{all:#}\n"))
 }
 
 impl Drop for Router {

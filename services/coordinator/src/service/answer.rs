@@ -148,16 +148,22 @@ impl Service<'_> {
         };
         let run = *run;
         self.store.room(bytes.len() as u64)?;
+        let need = (asked.user.as_str(), bytes.len() as u64);
+        self.quota.room(need, &self.board, (&self.store, &self.out))?;
+        let recording = |event: &Event| match event {
+            Event::Forgotten { run } => Some((*run, self.board.get(*run).ok()?.folder.clone())),
+            _ => None,
+        };
+        let forgotten: Vec<_> = events.iter().filter_map(recording).collect();
         let kept = self.store.keep_bundle(run, &bytes).and_then(|()| self.record(&events));
         if let Err(error) = kept {
             self.store.forget(run);
             return Err(error.into());
         }
-        for event in &events {
-            if let Event::Forgotten { run } = event {
-                self.lives.remove(run);
-                self.store.forget(*run);
-            }
+        for (run, folder) in forgotten {
+            self.lives.remove(&run);
+            self.store.forget(run);
+            self.quota.forget(run, folder.map(|folder| self.out.join(folder)).as_deref());
         }
         tracing::info!(run, user = %asked.user, bytes = bytes.len(), "run handed in");
         self.awaited.insert(run, Instant::now());

@@ -173,6 +173,17 @@ fn empty(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
+/// Removes what a run recorded, and its folder if nothing of others is in it.
+pub(super) fn discard(folder: &Path) {
+    if !folder.is_dir() {
+        return;
+    }
+    if let Err(error) = empty(folder) {
+        tracing::warn!("{}: {error}", folder.display());
+    }
+    let _others_are_in_it = fs::remove_dir(folder);
+}
+
 fn products(folder: &Path) -> Result<Vec<FileInfo>, String> {
     let there = PRODUCTS.iter().filter(|name| folder.join(name).is_file());
     let row = |name: &&str| {

@@ -8,13 +8,13 @@
 
 use cullet_proto::service::{FileInfo, MAX_PRIORITY, State};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 /// Runs that may wait; a further one is told to come again.
 pub(super) const MAX_WAITING: usize = 1_024;
 /// Of these, those of one user: nobody fills the queue alone.
 pub(super) const MAX_WAITING_OF_ONE: usize = 768;
-/// Runs remembered; the oldest one that is over is forgotten first.
+/// Runs remembered; beyond it the oldest that is over is forgotten, of the user who has most.
 pub(super) const MAX_KEPT: usize = 4_096;
 /// Waiting this long counts as much as one step of priority \[ms\], so that nobody waits for ever.
 const AGEING_MS: u64 = 600_000;
@@ -151,10 +151,20 @@ impl Board {
             return Err(No::Full);
         }
         let mut events = vec![Event::Submitted { run: self.last + 1, order }];
-        let over = self.entries().filter(|entry| entry.state.is_over());
         let extra = (self.entries.len() + 1).saturating_sub(MAX_KEPT);
-        events.extend(over.take(extra).map(|entry| Event::Forgotten { run: entry.run }));
+        events.extend(self.oldest(extra).into_iter().map(|run| Event::Forgotten { run }));
         Ok(events)
+    }
+
+    /// The runs to forget next: of those that are over, the oldest of whoever has most of them, so
+    /// that nobody's are forgotten for what another hands in.
+    fn oldest(&self, most: usize) -> Vec<u64> {
+        let mut over: BTreeMap<&str, VecDeque<u64>> = BTreeMap::new();
+        for entry in self.entries().filter(|entry| most > 0 && entry.state.is_over()) {
+            over.entry(entry.order.user.as_str()).or_default().push_back(entry.run);
+        }
+        let mut next = || over.values_mut().max_by_key(|runs| runs.len())?.pop_front();
+        (0..most).map_while(|_| next()).collect()
     }
 
     /// `end`: what is left of it if it does not go on.

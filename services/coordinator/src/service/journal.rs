@@ -242,6 +242,44 @@ mod tests {
         assert_eq!(board.get(1).expect("known").state, State::Queued);
     }
 
+    /// Where no file grows beyond 1 KiB the system writes as much of a line as fits.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_was_written_in_part_is_cut_off_at_once() {
+        const LIMITED: &str = "CULLET_TEST_LIMITED";
+        if std::env::var_os(LIMITED).is_none() {
+            // This test alone, in a process of its own with that limit.
+            let name = "service::journal::tests::what_was_written_in_part_is_cut_off_at_once";
+            let script = "trap '' XFSZ; ulimit -f 1; exec \"$0\" --exact \"$1\" --nocapture";
+            let said = std::process::Command::new("bash")
+                .args(["-c", script])
+                .arg(std::env::current_exe().expect("a path"))
+                .arg(name)
+                .env(LIMITED, "1")
+                .output()
+                .expect("bash");
+            let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+            let (out, err) = (text(&said.stdout), text(&said.stderr));
+            assert!(said.status.success() && out.contains("1 passed"), "{out}{err}");
+            return;
+        }
+        let path = place("limited");
+        let (mut journal, _, _) = Journal::open(&path).expect("it opens");
+        let mut run = 1;
+        let why = loop {
+            match journal.append(&[submitted(run)]) {
+                Ok(()) => run += 1,
+                Err(error) => break error.to_string(),
+            }
+        };
+        assert!(why.contains("File too large") && run > 3, "{why} at run {run}");
+        // As it stands now, a crash would leave nothing of it.
+        let there = std::fs::read(&path).expect("a journal");
+        assert_eq!(there.len() as u64, journal.length, "a part of it is there");
+        let (board, torn) = super::read(&path).expect("it is sound");
+        assert_eq!((board.entries().count() as u64, torn), (run - 1, None));
+    }
+
     #[test]
     fn a_journal_that_is_opened_again_says_the_same() {
         let path = place("again");

@@ -12,11 +12,12 @@ mod journal;
 mod keeper;
 mod live;
 pub mod metrics;
+mod quota;
 mod store;
 pub mod sweep;
 mod timeline;
 
-pub use store::{Store, free};
+pub use store::{Store, free, total};
 
 use crate::link::users::Door;
 use crate::link::{LinkError, Pool, Share, Tenant};
@@ -29,6 +30,7 @@ use cullet_proto::service::{State, codes};
 use journal::Journal;
 use live::Live;
 use metrics::Metrics;
+use quota::Quota;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -78,6 +80,21 @@ pub enum ServiceError {
         /// Bytes.
         need: u64,
     },
+    /// A user's runs hold as much of the disk as they may.
+    #[error(
+        "the runs of {user} hold {used} bytes of the disk here, and this one needs {more} more; a \
+         user may hold {bound}"
+    )]
+    Quota {
+        /// Whose.
+        user: String,
+        /// Bytes.
+        used: u64,
+        /// Bytes.
+        more: u64,
+        /// Bytes.
+        bound: u64,
+    },
     /// A state folder in use.
     #[error("{folder}: another coordinator uses this state folder")]
     Taken {
@@ -118,7 +135,7 @@ impl ServiceError {
 }
 
 /// How the service is set up.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ServiceConfig {
     /// Folder for recordings; without one it is `recordings` in the state folder.
     pub out: Option<PathBuf>,
@@ -131,11 +148,15 @@ pub struct ServiceConfig {
     /// Who may control the runs of others and drain workers; `None`: anybody, where no certificate
     /// says who somebody is.
     pub operators: Option<BTreeSet<WorkerId>>,
+    /// Most bytes of the disk that the runs of one user may hold; `None`: no bound.
+    pub quota: Option<u64>,
 }
 
 /// A run that goes on.
 struct Going {
     stop: Arc<AtomicBool>,
+    /// Why it was stopped, where nobody wished it.
+    over: Option<String>,
     thread: JoinHandle<Ended>,
 }
 
@@ -146,6 +167,7 @@ struct Service<'a> {
     store: Store,
     journal: Journal,
     board: Board,
+    quota: Quota,
     door: Door,
     lives: BTreeMap<u64, Arc<Live>>,
     going: BTreeMap<u64, Going>,
@@ -214,6 +236,7 @@ impl<'a> Service<'a> {
             store,
             journal,
             board,
+            quota: Quota::new(config.quota),
             door: Door::open(pool)?,
             lives: BTreeMap::new(),
             going: BTreeMap::new(),
@@ -242,6 +265,7 @@ impl<'a> Service<'a> {
         if self.swept.elapsed() >= SWEEP {
             self.swept = Instant::now();
             self.door.sweep();
+            self.bound();
             if let Err(error) = self.journal.settle() {
                 tracing::error!("still not kept: {error}");
             }
@@ -329,7 +353,7 @@ impl<'a> Service<'a> {
         let thread = std::thread::Builder::new().name(format!("cullet-run-{run}")).spawn(work);
         match thread {
             Ok(thread) => {
-                self.going.insert(run, Going { stop, thread });
+                self.going.insert(run, Going { stop, over: None, thread });
             }
             Err(error) => self.end(run, Ended::failed(codes::FAILED, error.to_string())),
         }
@@ -343,14 +367,34 @@ impl<'a> Service<'a> {
             self.going.iter().filter(|(_, going)| over(going)).map(|(run, _)| *run).collect();
         for run in ended {
             let Some(going) = self.going.remove(&run) else { continue };
-            let ended = going.thread.join().unwrap_or_else(|_| {
+            let mut ended = going.thread.join().unwrap_or_else(|_| {
                 Ended::failed(codes::FAILED, "its thread panicked: a defect here".to_owned())
             });
+            let wished = self.board.get(run).is_ok_and(|entry| entry.wish.is_some());
+            if let (How::Stopped, Some(text), false) = (ended.how, going.over, wished) {
+                (ended.how, ended.end.code, ended.end.text) =
+                    (How::Failed, Some(codes::FILE), text);
+                self.live(run).say(&format!("error: {}", ended.end.text));
+            }
             self.end(run, ended);
         }
     }
 
+    /// Stops the runs of users who hold more of the disk than they may.
+    fn bound(&mut self) {
+        for (run, going) in self.going.iter_mut().filter(|(_, going)| going.over.is_none()) {
+            let Ok(entry) = self.board.get(*run) else { continue };
+            let user = (entry.order.user.as_str(), 0);
+            if let Err(error) = self.quota.room(user, &self.board, (&self.store, &self.out)) {
+                tracing::warn!(run, "stopped: {error}");
+                going.over = Some(error.to_string());
+                going.stop.store(true, Ordering::Relaxed);
+            }
+        }
+    }
+
     fn end(&mut self, run: u64, ended: Ended) {
+        self.quota.changed(run);
         let Ended { how, mut end, at } = ended;
         let wish = self.board.get(run).ok().and_then(|entry| entry.wish);
         let live = self.live(run);

@@ -235,6 +235,16 @@ pub fn free(folder: &Path) -> Option<u64> {
     room
 }
 
+/// Bytes of the disk that a folder is on, where the system tells.
+#[must_use]
+pub fn total(folder: &Path) -> Option<u64> {
+    #[cfg(unix)]
+    let size = rustix::fs::statvfs(folder).ok().map(|disk| disk.f_blocks * disk.f_frsize);
+    #[cfg(not(unix))]
+    let size = None;
+    size
+}
+
 /// Writes a file that is whole or not there, also after a crash of the machine.
 pub(super) fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
     write_file(path, bytes)?;

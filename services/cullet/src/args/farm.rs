@@ -39,6 +39,9 @@ pub(crate) struct Router {
     /// Zenoh endpoint to listen on
     #[arg(long, default_value = "tcp/127.0.0.1:7447", value_parser = endpoint)]
     pub(crate) listen: String,
+    /// Print the router's settings as a configuration file of zenohd (zenohd -c FILE), and leave
+    #[arg(long)]
+    pub(crate) print_config: bool,
     #[command(flatten)]
     pub(crate) guard: Guard,
     #[command(flatten)]

@@ -23,6 +23,8 @@ pub(super) enum Oracle {
     Epoch,
     /// A job that kills is stopped.
     Poison,
+    /// What nobody began is not charged with a death.
+    Innocent,
     /// A lease ends for a reason that there is.
     Healthy,
     /// What was acknowledged is not computed again.
@@ -74,6 +76,9 @@ struct Held {
     heard: Millis,
     suspect: Option<Millis>,
     now: bool,
+    /// The machine has heard that a solver has it, and that there is a result.
+    begun: bool,
+    offered: bool,
 }
 
 /// What is known of a job in this life of the coordinator.
@@ -119,6 +124,8 @@ pub(super) struct Checker {
     accepted: BTreeSet<Job>,
     acknowledged: BTreeSet<Job>,
     full: bool,
+    /// Grants whose job a solver has had.
+    began: BTreeSet<Epoch>,
     solving: BTreeMap<Worker, (Epoch, Millis)>,
     results: BTreeMap<Worker, Epoch>,
 }
@@ -143,6 +150,7 @@ impl Checker {
             accepted: BTreeSet::new(),
             acknowledged: BTreeSet::new(),
             full: false,
+            began: BTreeSet::new(),
             solving: BTreeMap::new(),
             results: BTreeMap::new(),
         }
@@ -270,6 +278,11 @@ impl Checker {
                     return wrong(Oracle::Bound, format!("taken: {}", !busy));
                 }
             }
+            Event::Offer { epoch, .. } => {
+                if let Some(held) = self.held.get_mut(&epoch).filter(|held| held.now) {
+                    held.offered = true;
+                }
+            }
             Event::Renew { job, .. } => {
                 let wanted = self.jobs.get(&job).is_some_and(|k| !k.over && !k.wants.is_empty());
                 let stop = effects.iter().any(|e| matches!(e, Effect::Stop { .. }));
@@ -328,8 +341,8 @@ impl Checker {
                 }
             }
             Effect::Renewed { worker, job, .. } => self.renewed(now, event, worker, job)?,
-            Effect::Lost { job, worker, epoch, loss } => {
-                self.lost(now, event, (job, worker, epoch), loss)?;
+            Effect::Lost { job, worker, epoch, loss, charged } => {
+                self.lost(now, event, (job, worker, epoch), (loss, charged))?;
             }
             Effect::Settle { run, opening, job, verdict, .. } => {
                 self.settle((run, opening), job, verdict)?;
@@ -405,8 +418,9 @@ impl Checker {
         if oldest.is_none() && !known.wants.keys().any(awake) {
             return wrong(Oracle::Pause, "granted for runs that are paused");
         }
-        let (heard, suspect) = (now, None);
-        self.held.insert(epoch, Held { worker, granted: now, heard, suspect, now: true });
+        let (granted, heard, suspect, begun, offered) = (now, now, None, false, false);
+        let held = Held { worker, granted, heard, suspect, now: true, begun, offered };
+        self.held.insert(epoch, held);
         if oldest.is_none() { self.starve(now, job, skills) } else { Ok(()) }
     }
 
@@ -441,7 +455,7 @@ impl Checker {
         worker: Worker,
         job: Job,
     ) -> Result<(), Wrong> {
-        let Event::Renew { epoch, .. } = event else {
+        let Event::Renew { epoch, begun, .. } = event else {
             return wrong(Oracle::Stop, "renewed what?");
         };
         let known = self.jobs.entry(job).or_default();
@@ -452,6 +466,7 @@ impl Checker {
             return wrong(Oracle::Stop, "renewed beside another holder");
         }
         (held.heard, held.suspect, held.now) = (now, None, true);
+        held.begun |= begun;
         known.holders.insert(epoch);
         Ok(())
     }

@@ -328,13 +328,18 @@ impl Farm {
         }
         match question {
             Question::Poll { seq } => self.step(self.poll(worker, seq, true)),
-            Question::Renew { job, epoch } => {
-                self.step_then(Event::Renew { worker, job, epoch }, |farm, effect, said| {
+            Question::Renew { job, epoch, begun } => {
+                let event = Event::Renew { worker, job, epoch, begun };
+                self.step_then(event, |farm, effect, said| {
                     if let Effect::Stop { .. } = effect {
                         *said = true;
                         farm.send(worker, Note::Told(worker, Heard::Stop { epoch }));
                     }
                 })
+            }
+            Question::Commit { job, epoch, .. } if self.bad(self.plan.chaos.drop) => {
+                // Pieces are missing; the worker sends them, and this again.
+                self.step(Event::Offer { job, epoch })
             }
             Question::Commit { job, epoch, digest, next } => {
                 self.commit((worker, job, epoch), digest, Outcome::Broken, next)

@@ -181,7 +181,7 @@ impl Plan {
 
     /// Every plan that is a step milder.
     pub(super) fn milder(&self) -> Vec<Self> {
-        let mut all = Vec::new();
+        let mut all = vec![Self { chaos: Chaos::default(), ..self.clone() }];
         for run in 0..self.runs.len() {
             let mut less = self.clone();
             less.runs.remove(run);

@@ -47,8 +47,7 @@ impl Desk {
         let store = Store::open(Some(state)).expect("a state folder");
         let pool = Arc::new(Pool::start(store.pool(config(), 0)).expect("a pool on loopback"));
         let (endpoint, stop) = (pool.endpoint().to_owned(), Arc::new(AtomicBool::new(false)));
-        let config =
-            ServiceConfig { out: None, runs: 2, stop_after: None, metrics: None, operators: None };
+        let config = ServiceConfig { runs: 2, ..ServiceConfig::default() };
         let told = Arc::clone(&stop);
         let work = move || serve(store, &pool, &config, &told, &mut |_| {}).expect("it serves");
         Self { endpoint, stop, thread: Some(std::thread::spawn(work)) }

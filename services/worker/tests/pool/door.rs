@@ -1,11 +1,12 @@
 //! Bytes that are not as they should be get an answer that says so.
 
-use crate::kit::{Hand, answer, config, job, next, solve, verdict};
-use cullet_coordinator::link::{Pool, Share};
+use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
+use cullet_coordinator::link::{Ending, Pool, Share};
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, WorkerVerb};
 use cullet_proto::pool::{
     self, Chunk, ChunkAnswer, Commit, CommitAnswer, Grant, Hello, Noted, Poll, PollAnswer, Refusal,
+    Renew, RenewAnswer,
 };
 use cullet_proto::transport::{self, Patience};
 use cullet_proto::{SessionId, WorkerId, chunks};
@@ -16,16 +17,27 @@ use std::time::Duration;
 use zenoh::Wait;
 
 /// A worker that says what a test wants it to say.
-struct Forger(zenoh::Session);
+struct Forger {
+    link: zenoh::Session,
+    _alive: zenoh::liveliness::LivelinessToken,
+}
 
 impl Forger {
     fn of(pool: &Pool) -> Self {
+        Self::life(pool, SessionId(9))
+    }
+
+    fn life(pool: &Pool, session: SessionId) -> Self {
         let mut settings = zenoh::Config::default();
         for (path, value) in transport::worker(&[pool.endpoint().to_owned()], Patience::test()) {
             settings.insert_json5(path, &value).expect("a setting");
         }
-        let forger = Self(zenoh::open(settings).wait().expect("a session"));
-        let hello = Hello { session: SessionId(9), ..Hello::default() };
+        let link = zenoh::open(settings).wait().expect("a session");
+        let name = |text| WorkerId::new(text).expect("a name");
+        let key = keys::worker_live(&name("main"), &name("forger"), session);
+        let _alive = link.liveliness().declare_token(key).wait().expect("a sign of life");
+        let forger = Self { link, _alive };
+        let hello = Hello { session, ..Hello::default() };
         let _: Noted = forger.ask(WorkerVerb::Hello, &hello, &[]);
         forger
     }
@@ -34,7 +46,7 @@ impl Forger {
         let name = |text| WorkerId::new(text).expect("a name");
         let key = keys::worker_rpc(&name("main"), &name("forger"), verb);
         for _ in 0..50 {
-            let get = self.0.get(&key).payload(bytes).timeout(Duration::from_secs(5));
+            let get = self.link.get(&key).payload(bytes).timeout(Duration::from_secs(5));
             match get.wait().ok().and_then(|replies| replies.recv().ok()) {
                 Some(reply) => {
                     return match reply.into_result() {
@@ -76,7 +88,7 @@ fn old_oversized_and_garbled_questions_are_refused_by_type() {
     garbled[22] ^= 1;
     let refusal = forger.raw(WorkerVerb::Renew, &garbled);
     assert!(matches!(&refusal, Err(Refusal::Malformed(text)) if text.contains("checksum")));
-    crate::kit::wait_for("they are counted", || pool.stats().refusals == 3);
+    wait_for("they are counted", || pool.stats().refusals == 3);
 }
 
 #[test]
@@ -123,7 +135,7 @@ fn a_damaged_chunk_is_sent_again_and_a_false_digest_never_settles() {
     let other = Commit { digest: [7; 32], ..commit };
     let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &other, &[]);
     assert_eq!(said, CommitAnswer::Done(None));
-    crate::kit::wait_for("the alarm", || pool.stats().alarms == 1);
+    wait_for("the alarm", || pool.stats().alarms == 1);
 }
 
 #[test]
@@ -141,6 +153,42 @@ fn a_worker_that_takes_a_job_and_falls_silent_loses_it_to_another() {
 }
 
 #[test]
+fn a_worker_that_vanishes_is_charged_to_a_job_that_its_solver_has_and_to_no_other() {
+    // Whether it says that its solver has the job, and that it has a result; whether it is charged.
+    for (permille, offers, charged) in [(0, false, false), (1, false, true), (1, true, false)] {
+        let pool = Pool::start(config()).expect("a pool on loopback");
+        let run = pool.run(Share::default());
+        let id = run.open(&job("echo", 3, 0));
+        for life in 1..=3 {
+            let session = SessionId(life);
+            let forger = Forger::life(&pool, session);
+            wait_for("it is seen", || pool.stats().workers == 1);
+            let poll = Poll { session, seq: 1, slots: 1, threads: 1 };
+            let PollAnswer::Grant(grant) = forger.ask(WorkerVerb::Poll, &poll, &[]) else {
+                panic!("no grant")
+            };
+            let renew = Renew { session, job: grant.job, epoch: grant.epoch, permille };
+            let said: RenewAnswer = forger.ask(WorkerVerb::Renew, &renew, &[]);
+            assert!(matches!(said, RenewAnswer::Go { .. }));
+            if offers {
+                let (job, epoch, digest, length, next) = (grant.job, grant.epoch, [5; 32], 9, None);
+                let commit = Commit { session, job, epoch, digest, length, next };
+                let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
+                assert_eq!(said, CommitAnswer::Missing(vec![0]));
+            }
+            drop(forger);
+            wait_for("it is missed", || pool.stats().workers == 0);
+            wait_for("it has lost the job", || pool.stats().jobs.running == 0);
+        }
+        let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+        let settlement = next(&run, id);
+        let abandoned = matches!(settlement.ending, Ending::Abandoned(_));
+        assert_eq!(abandoned, charged, "{settlement:?}");
+        assert_eq!(settlement.attempts, if abandoned { 3 } else { 4 });
+    }
+}
+
+#[test]
 fn a_late_result_of_another_build_is_fenced_and_a_stranger_is_asked_who_it_is() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
@@ -153,14 +201,14 @@ fn a_late_result_of_another_build_is_fenced_and_a_stranger_is_asked_who_it_is() 
     let said: PollAnswer = forger.ask(WorkerVerb::Poll, &poll(9), &[]);
     let PollAnswer::Grant(Grant { job, epoch, .. }) = said else { panic!("no grant: {said:?}") };
     let _hand = Hand::hire(&pool, "w", Arc::new(solve));
-    crate::kit::wait_for("another has it", || pool.stats().jobs.resent == 1);
+    wait_for("another has it", || pool.stats().jobs.resent == 1);
     // What it hands in was right, and nobody can know that.
     let blob = answer(&problem).encode().expect("a verdict");
     let (digest, length, session) = (digest(&blob), blob.len() as u64, SessionId(9));
     let commit = Commit { session, job, epoch, digest, length, next: None };
     let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
     assert_eq!(said, CommitAnswer::Done(None));
-    crate::kit::wait_for("it is counted", || pool.stats().fenced == 1);
+    wait_for("it is counted", || pool.stats().fenced == 1);
     assert_eq!(next(&run, id).worker, "w");
     // Now it is the same as what counts.
     let said: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);

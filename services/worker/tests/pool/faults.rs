@@ -53,6 +53,19 @@ fn a_job_that_kills_its_workers_is_abandoned_and_the_others_settle() {
 }
 
 #[test]
+fn a_job_that_takes_its_workers_with_it_is_abandoned_and_the_others_settle() {
+    let pool = with_processes(2);
+    let run = pool.run(Share::default());
+    wait_for("two workers", || pool.stats().workers == 2);
+    let (poison, good) = (run.open(&job("drag", 1, 0)), run.open(&job("echo", 2, 0)));
+    let settlement = next(&run, poison);
+    assert_eq!(settlement.attempts, 3);
+    assert!(matches!(settlement.ending, Ending::Abandoned(_)), "{settlement:?}");
+    verdict(next(&run, good));
+    assert!(pool.stats().respawned >= 2, "the workers died, not only their jobs");
+}
+
+#[test]
 fn a_crash_a_hang_and_a_hoard_end_the_job_process_and_never_its_supervisor() {
     let timing = Timing { hard: 4_000, ..Timing::test() };
     let pool = with_processes_of(1, timing);

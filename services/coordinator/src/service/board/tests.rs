@@ -127,7 +127,21 @@ fn bounds_hold() {
         submit(&mut board, order(["c", "d"][k % 2], 0, 0));
     }
     assert_eq!(board.entries.len(), MAX_KEPT);
-    assert!(board.get(1).is_err() && state(&board, board.last) == State::Queued);
+    // Those of c and d are forgotten, who have more than a has.
+    assert!(board.get(1).is_ok() && state(&board, board.last) == State::Queued);
+}
+
+#[test]
+fn who_hands_in_much_has_his_own_forgotten() {
+    let mut board = Board::default();
+    for k in 0..MAX_KEPT + 100 {
+        let run = submit(&mut board, order(if k < 10 { "quiet" } else { "busy" }, 0, 0));
+        start(&mut board, run);
+        end(&mut board, run, How::Done);
+    }
+    assert_eq!(board.entries.len(), MAX_KEPT);
+    assert!((1..=10).all(|run| board.get(run).is_ok()), "of the quiet one nothing is forgotten");
+    assert!((11..=110).all(|run| board.get(run).is_err()), "and of the busy one the oldest");
 }
 
 /// Any history: an event that the board itself proposed fits, the same events make the same board,

@@ -10,7 +10,7 @@ impl Checker {
         now: Millis,
         event: Event,
         (job, worker, epoch): (Job, Worker, Epoch),
-        loss: Loss,
+        (loss, charged): (Loss, bool),
     ) -> Result<(), Wrong> {
         let Some(held) = self.held.get_mut(&epoch).filter(|h| h.worker == worker && h.now) else {
             return wrong(Oracle::Healthy, "lost what nobody held");
@@ -35,9 +35,17 @@ impl Checker {
         if !fair || self.calm {
             return wrong(Oracle::Healthy, format!("{loss:?} after {quiet} ms of silence"));
         }
+        if charged && !self.began.contains(&epoch) {
+            return wrong(Oracle::Innocent, format!("{loss:?} is charged, and nobody had begun"));
+        }
+        let guilty = match loss {
+            Loss::Crashed => true,
+            Loss::Down | Loss::TooLong => held.begun && !held.offered,
+            Loss::Dropped | Loss::Silent => false,
+        };
         let known = self.jobs.entry(job).or_default();
         known.holders.remove(&epoch);
-        if let Loss::Down | Loss::Crashed | Loss::TooLong = loss {
+        if guilty {
             known.crashes += 1;
             known.killers.insert(worker);
         }

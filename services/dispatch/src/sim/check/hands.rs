@@ -34,8 +34,14 @@ impl Checker {
         for act in acts {
             match act {
                 Act::Solve(work) => {
+                    let Work { job, epoch, .. } = *work;
+                    let said = Act::Ask(Question::Renew { job, epoch, begun: true });
+                    if acts.iter().take_while(|other| *other != act).all(|other| *other != said) {
+                        return wrong(Oracle::Poison, "a solver has a job, and nobody is told");
+                    }
                     let hard = before.map_or(work.hard, |work| work.hard);
                     let left = self.timing.hard.saturating_sub(hard);
+                    self.began.insert(work.epoch);
                     self.solving.insert(worker, (work.epoch, now.saturating_sub(left)));
                 }
                 Act::Kill(_) | Act::Leave => {

@@ -1,0 +1,156 @@
+//! How much of the disk the runs of each user hold, and how much they may.
+//!
+//! Counted is what is there of the runs that are remembered: bundle, log and kept verdicts in the
+//! state folder, and what was recorded. A run that is forgotten takes its recording with it, so
+//! nothing of a user is on the disk and not counted; what all share, the cache of results and the
+//! quarantine, has bounds of its own.
+
+use super::attempt::discard;
+use super::board::{Board, Entry};
+use super::{ServiceError, Store};
+use cullet_proto::service::State;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// A file takes whole blocks of this many bytes.
+const BLOCK: u64 = 4096;
+/// What a run holds that does not go on is counted anew after this: a hand may have made room.
+const RECOUNT: Duration = Duration::from_secs(60);
+
+/// The bound, and what was counted lately.
+#[derive(Debug, Default)]
+pub(super) struct Quota {
+    bound: Option<u64>,
+    counted: BTreeMap<u64, (u64, Instant)>,
+}
+
+impl Quota {
+    /// At most so many bytes for each user; `None`: no bound.
+    pub(super) fn new(bound: Option<u64>) -> Self {
+        Self { bound, counted: BTreeMap::new() }
+    }
+
+    /// What a run holds has changed.
+    pub(super) fn changed(&mut self, run: u64) {
+        self.counted.remove(&run);
+    }
+
+    /// A run is not remembered any more, nor is what it recorded.
+    pub(super) fn forget(&mut self, run: u64, recording: Option<&Path>) {
+        self.changed(run);
+        if let Some(recording) = recording {
+            discard(recording);
+        }
+    }
+
+    /// Whether a user may hold so many bytes more.
+    ///
+    /// # Errors
+    /// [`ServiceError::Quota`].
+    pub(super) fn room(
+        &mut self,
+        (user, more): (&str, u64),
+        board: &Board,
+        (store, out): (&Store, &Path),
+    ) -> Result<(), ServiceError> {
+        let Some(bound) = self.bound else {
+            return Ok(());
+        };
+        let own = board.entries().filter(|entry| entry.order.user == user);
+        let used: u64 = own.map(|entry| self.of(entry, store, out)).sum();
+        match used.saturating_add(more) > bound {
+            true => Err(ServiceError::Quota { user: user.to_owned(), used, more, bound }),
+            false => Ok(()),
+        }
+    }
+
+    fn of(&mut self, entry: &Entry, store: &Store, out: &Path) -> u64 {
+        let lately = |(_, at): &&(u64, Instant)| at.elapsed() < RECOUNT;
+        if entry.state != State::Running
+            && let Some((bytes, _)) = self.counted.get(&entry.run).filter(lately)
+        {
+            return *bytes;
+        }
+        let recorded = entry.folder.as_ref().map_or(0, |folder| held(&out.join(folder)));
+        let bytes = held(&store.run(entry.run)) + recorded;
+        self.counted.insert(entry.run, (bytes, Instant::now()));
+        bytes
+    }
+}
+
+/// Bytes of the disk under a folder. What cannot be read holds nothing.
+fn held(folder: &Path) -> u64 {
+    let files = fs::read_dir(folder).into_iter().flatten().flatten();
+    let size = |file: fs::DirEntry| match file.metadata() {
+        Ok(about) if about.is_dir() => BLOCK + held(&file.path()),
+        Ok(about) => about.len().next_multiple_of(BLOCK),
+        Err(_) => 0,
+    };
+    files.map(size).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BLOCK, Quota, held};
+    use crate::service::Store;
+    use crate::service::board::{Board, Event, Order};
+    use std::fs;
+
+    #[test]
+    fn a_forgotten_run_takes_its_own_files_with_it_and_no_others() {
+        let place = tempfile::tempdir().expect("a folder");
+        let [plain, shared] = ["pot-1", "pot-2"].map(|name| place.path().join(name));
+        for folder in [&plain, &shared] {
+            fs::create_dir_all(folder).expect("a folder");
+            for file in ["run.mcap", "run.mcap.partial", "timeline.svg"] {
+                fs::write(folder.join(file), b"x").expect("a file");
+            }
+        }
+        fs::write(shared.join("thesis.tex"), b"x").expect("a file");
+        let mut quota = Quota::new(None);
+        quota.forget(1, Some(&plain));
+        quota.forget(2, Some(&shared));
+        quota.forget(3, Some(&place.path().join("never")));
+        assert!(!plain.exists() && !place.path().join("never").exists());
+        let left: Vec<_> = fs::read_dir(&shared).expect("a folder").flatten().collect();
+        assert_eq!(left.iter().map(fs::DirEntry::file_name).collect::<Vec<_>>(), ["thesis.tex"]);
+    }
+
+    #[test]
+    fn what_counts_is_all_that_a_users_runs_hold_and_nobody_elses() {
+        let store = Store::open(None).expect("a folder of its own");
+        let out = store.folder().join("recordings");
+        let mut board = Board::default();
+        for (run, user) in [(1, "ann"), (2, "bob"), (3, "ann")] {
+            let order = Order { user: user.into(), ticket: run.to_string(), ..Order::default() };
+            let folder = format!("pot-{run}");
+            fs::create_dir_all(out.join(&folder)).expect("a folder");
+            fs::write(out.join(&folder).join("run.mcap"), vec![0; 5000]).expect("a recording");
+            store.keep_bundle(run, &[0; 100]).expect("a bundle");
+            for event in [Event::Submitted { run, order }, Event::Started { run, folder, at: 1 }] {
+                board.apply(&event).expect("it fits");
+            }
+        }
+        assert_eq!(held(&out.join("pot-1")), 2 * BLOCK);
+        let place = (&store, out.as_path());
+        let mut quota = Quota::new(Some(8 * BLOCK));
+        assert!(quota.room(("ann", 2 * BLOCK), &board, place).is_ok());
+        let said = quota.room(("ann", 2 * BLOCK + 1), &board, place).expect_err("too much");
+        let want = format!("ann hold {} bytes", 6 * BLOCK);
+        assert!(said.to_string().contains(&want), "{said}");
+        assert!(quota.room(("bob", 5 * BLOCK), &board, place).is_ok());
+        assert!(quota.room(("bob", 5 * BLOCK + 1), &board, place).is_err());
+        // What goes on is looked at each time, what does not after a while or when it has changed.
+        let kept = |bytes: usize| fs::write(store.run(1).join("log"), vec![0; bytes]);
+        kept(1).expect("a log");
+        assert!(quota.room(("ann", BLOCK + 1), &board, place).is_err());
+        board.apply(&Event::Returned { at: 2 }).expect("it fits");
+        kept(BLOCK as usize + 1).expect("a log");
+        assert!(quota.room(("ann", BLOCK), &board, place).is_ok());
+        quota.changed(1);
+        assert!(quota.room(("ann", BLOCK), &board, place).is_err());
+        assert!(Quota::new(None).room(("ann", u64::MAX), &board, place).is_ok());
+    }
+}
