@@ -1,6 +1,7 @@
 //! Second tries and detectors, with steps that no problem can ask for.
 
 use super::Brittle;
+use crate::mpm::kernel::Precision;
 use crate::solver::{Failure, Fracture, Impact, Problem, Progress, Settings, Solver};
 use crate::{Material, StrengthField};
 use cullet_geometry::{Solid, Vec3, shapes};
@@ -16,6 +17,11 @@ const PLASTER: Material = Material {
 
 /// A bar of 20 × 5 × 5 cm that is hit on its end.
 fn struck(material: Material) -> Brittle {
+    with(material, Settings::default())
+}
+
+/// The same with settings, but for the spacing.
+fn with(material: Material, settings: Settings) -> Brittle {
     let size = Vec3::new(0.2, 0.05, 0.05);
     let mesh = shapes::cuboid(size, shapes::Detail::default()).expect("a bar");
     let impact = Impact {
@@ -28,7 +34,7 @@ fn struck(material: Material) -> Brittle {
         closing_speed: 5.0,
         crushing_pressure: 1e12,
     };
-    let settings = Settings { spacing: Some(0.01), ..Settings::default() };
+    let settings = Settings { spacing: Some(0.01), ..settings };
     let solid = Arc::new(Solid::outer(mesh));
     let (impacts, supports, spin) = (vec![impact], Vec::new(), Vec3::zeros());
     let strength = StrengthField::default();
@@ -62,11 +68,56 @@ fn an_unstable_solve_is_tried_again_with_half_the_step() {
     let again = end(wild).expect("the second try holds");
     assert!(told(&again, &format!("steps of {:.3e} s (F76)", 0.5 * step)), "{:?}", again.report);
     assert!(again.report.steps > good.report.steps * 3 / 2, "{} steps", again.report.steps);
+    let mut single =
+        with(PLASTER, Settings { precision: Precision::Single, ..Settings::default() });
+    single.domain.step *= 2.5;
+    let again = end(single).expect("the second try holds");
+    assert!(told(&again, "s, in f64 (F76)"), "{:?}", again.report);
     // Where no try is left the failure is told.
     let mut last = struck(PLASTER);
     last.halvings = super::HALVINGS;
     last.domain.step *= 2.5;
     assert!(matches!(end(last), Err(Failure::Unstable { .. } | Failure::NotFinite { .. })));
+}
+
+/// A solve whose error need not be small ends once little breaks any more, not before the push is
+/// over, and leaves the pieces that it would have left.
+#[test]
+fn a_solve_ends_when_too_little_breaks_to_matter() {
+    let weak = Material { failure_stress: 2e5, ..PLASTER };
+    let whole = end(struck(weak)).expect("it holds");
+    let short = |error: f64| {
+        let settings = Settings { error: Some(error), ..Settings::default() };
+        end(with(weak, settings)).expect("it holds")
+    };
+    let (half, tenth) = (short(0.5), short(0.1));
+    let steps = [&half, &tenth, &whole].map(|one| one.report.steps);
+    assert!(steps[0] < steps[2] * 2 / 3 && steps[0] <= steps[1], "{steps:?}");
+    assert!(told(&half, "an error of 0.5") && !told(&whole, "an error of"), "{:?}", half.report);
+    let largest = [&half, &whole].map(|one| one.fragments[0].solid.mesh.signed_volume());
+    assert!((largest[0] / largest[1] - 1.0).abs() < 0.1, "{largest:?}");
+    let push = |one: &Fracture| one.report.delivered_impulse;
+    assert!((push(&half) / push(&whole) - 1.0).abs() < 1e-3, "cut short in the push");
+}
+
+/// Growth is small when a twentieth of the error of what is broken broke within a transit, and never
+/// before a transit has passed or something broke.
+#[test]
+fn growth_is_small_beside_what_has_broken() {
+    let small = |broken: &[u32], error: f64| {
+        let mut growth = super::Growth::default();
+        for (step, &count) in broken.iter().enumerate() {
+            growth.note(step as f64, count, 1e6, 4.0);
+        }
+        growth.is_small(error)
+    };
+    assert!(small(&[0, 100, 100, 100, 100, 102], 0.5));
+    assert!(
+        !small(&[0, 100, 100, 100, 100, 103], 0.5) && small(&[0, 100, 100, 100, 100, 103], 0.6)
+    );
+    assert!(!small(&[100, 100, 100], 1.0), "before a transit");
+    assert!(!small(&[0; 9], 1.0), "nothing broke");
+    assert!(!small(&[0, 0, 0, 0, 50, 51, 51, 51], 1.0) && small(&[0, 50, 50, 50, 50, 51], 0.5));
 }
 
 /// F06: a point that broke before the wave from the contact can have come to it is told; one that
