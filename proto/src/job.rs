@@ -418,7 +418,7 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "92af644c");
+        assert_eq!(job.id()?.short(), "a52793ca");
         Ok(())
     }
 

@@ -38,8 +38,8 @@ const FEW: f64 = 0.1;
 const FINER: f64 = 0.7;
 /// ... and where some were drawn, which are smaller still, ...
 const FINEST: f64 = 0.5;
-/// ... unless an error is good enough: for each of it that much more, up to `FINER`. At half, pieces
-/// of the least size that is drawn lose some of their shape, and nodes are a third as many.
+/// ... unless an error is good enough: for each of it that much more, up to `FINER`. At a half,
+/// the least pieces that are drawn lose some of their shape, and nodes are a third as many.
 const COARSER: f64 = 0.4;
 /// Most lattice nodes; beyond, memory (some 100 bytes each) would exceed a worker's share.
 const MAX_NODES: f64 = 5e7;

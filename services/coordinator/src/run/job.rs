@@ -188,5 +188,15 @@ mod tests {
         let part = choice.of_fragment(&Vec3::x()).of_fragment(&Vec3::new(1.0, 0.0, -0.5));
         assert_eq!(part.strength.offset, [2.0, 0.0, -0.5]);
         assert_eq!(part.settings.spacing, Some(0.01));
+        // An error that is good enough is told, and f32 is good enough for it.
+        let asked = |choice: &Choice, error| {
+            let settings = choice.on_grid(0.02, error).settings;
+            (settings.spacing, settings.error, settings.precision)
+        };
+        let (single, double) = (cullet_proto::Precision::Single, cullet_proto::Precision::Double);
+        assert_eq!(asked(&choice, None), (Some(0.02), None, double));
+        assert_eq!(asked(&choice, Some(0.5)), (Some(0.02), Some(0.5), single));
+        choice.precise = true;
+        assert_eq!(asked(&choice, Some(0.5)), (Some(0.02), Some(0.5), double));
     }
 }

@@ -187,19 +187,14 @@ fn scenes(
         true => mott(parts),
         false => mass_distance(&plain(parts), &reference),
     };
-    // Of each point, the value of each of its seeds.
-    let mut values: BTreeMap<(&str, &str), BTreeMap<u64, f64>> = BTreeMap::new();
-    for (one, _) in all.iter().filter(|one| one.0.option != FINEST) {
-        let point = (one.option.as_str(), one.along.as_str());
-        values.entry(point).or_insert_with(|| {
-            let same = |other: &&(&Planned, Option<&Broken>)| {
-                (other.0.option.as_str(), other.0.along.as_str()) == point && good(&other.1)
-            };
-            let seeds = all.iter().filter(same).filter_map(|o| Some((o.0.seed, of_objects(o.1?))));
-            let (seeds, parts): (Vec<u64>, Vec<Vec<Part>>) = seeds.unzip();
-            seeds.into_iter().zip(pooled(&parts, &number)).collect()
-        });
+    // Of each point, its seeds and what they left; then the value of each.
+    let mut points: BTreeMap<(&str, &str), Vec<(u64, Vec<Part>)>> = BTreeMap::new();
+    for (one, broken) in all.iter().filter(|one| one.0.option != FINEST && good(&one.1)) {
+        let seeds = points.entry((one.option.as_str(), one.along.as_str())).or_default();
+        seeds.extend(broken.map(|broken| (one.seed, of_objects(broken))));
     }
+    let values: BTreeMap<(&str, &str), BTreeMap<u64, f64>> =
+        points.into_iter().map(|(point, seeds)| (point, valued(seeds, &number))).collect();
     let row = |(run, broken): &(&Planned, Option<&Broken>)| {
         let own = blank(chart, run);
         let Some(broken) = broken else { return own };
@@ -222,6 +217,12 @@ fn scenes(
         row
     };
     all.iter().map(row).collect()
+}
+
+/// The number of each seed of a point.
+fn valued(seeds: Vec<(u64, Vec<Part>)>, number: &dyn Fn(&[Part]) -> f64) -> BTreeMap<u64, f64> {
+    let (seeds, parts): (Vec<u64>, Vec<Vec<Part>>) = seeds.into_iter().unzip();
+    seeds.into_iter().zip(pooled(&parts, number)).collect()
 }
 
 fn plain(parts: &[Part]) -> Vec<f64> {
