@@ -150,6 +150,8 @@ pub struct Settings {
     pub hairline: Option<f64>,
     /// What points are worked out in.
     pub precision: Precision,
+    /// Relative error of the fragments that is good enough \[1\]; `None`: as true as can be.
+    pub error: Option<f64>,
 }
 
 /// A problem, who is to solve it, and who if that one refuses.
@@ -313,6 +315,7 @@ impl Header {
         codec::finite("a job's detail", &self.settings.detail.numbers())?;
         codec::finite("a job's grain", self.settings.grain.as_slice())?;
         codec::finite("a job's hairline", self.settings.hairline.as_slice())?;
+        codec::finite("a job's error", self.settings.error.as_slice())?;
         let Settings { min_volume_ratio, debris, .. } = self.settings;
         codec::finite("a job's least volume ratios", &[min_volume_ratio, debris])
     }
@@ -403,6 +406,7 @@ pub(crate) mod tests {
                 grain: Some(1e-3),
                 hairline: Some(1e-4),
                 precision: Precision::Double,
+                error: Some(0.5),
             },
             seed: 7,
         }
@@ -414,14 +418,15 @@ pub(crate) mod tests {
         let bytes = job.encode()?;
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
-        assert_eq!(job.id()?.short(), "92af644c");
+        assert_eq!(job.id()?.short(), "a52793ca");
         Ok(())
     }
 
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
-        let change: [fn(&mut FractureJob); 20] = [
+        let change: [fn(&mut FractureJob); 21] = [
             |j| j.settings.hairline = None,
+            |j| j.settings.error = None,
             |j| j.settings.detail.height = 0.2,
             |j| j.seed += 1,
             |j| j.solver.push('x'),

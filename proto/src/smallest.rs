@@ -38,6 +38,7 @@ impl FractureJob {
             grain: None,
             hairline: None,
             precision: Precision::Double,
+            error: None,
         };
         Self {
             solver: solver.into(),

@@ -27,6 +27,8 @@ pub struct Pieces {
     pub rubble: Rubble,
     /// Share of the body in crushed zones \[1\].
     pub crushed: f64,
+    /// Relative error of them that is good enough \[1\]; `None`: as true as can be.
+    pub error: Option<f64>,
 }
 
 impl Pieces {

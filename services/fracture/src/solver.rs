@@ -68,6 +68,10 @@ pub struct Settings {
     pub hairline: Option<f64>,
     /// What points are worked out in.
     pub precision: Precision,
+    /// Relative error of the fragments that is good enough, in (0, 1] \[1\]: with one, a solve ends
+    /// when what still breaks is small beside it, and the cut's lattice is as coarse as it bears.
+    /// `None`: as true as can be.
+    pub error: Option<f64>,
 }
 
 impl Default for Settings {
@@ -83,6 +87,7 @@ impl Default for Settings {
             grain: None,
             hairline: None,
             precision: Precision::Double,
+            error: None,
         }
     }
 }

@@ -55,6 +55,7 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
                 wire::Precision::Single => core::mpm::kernel::Precision::Single,
                 wire::Precision::Double => core::mpm::kernel::Precision::Double,
             },
+            error: settings.error,
         },
         seed: job.seed,
     }

@@ -20,6 +20,8 @@ const FALLBACK: &str = "geometric";
 pub(super) struct Choice {
     solver: Option<&'static str>,
     settings: Settings,
+    /// Whether the precision is the scene's.
+    precise: bool,
     strength: Strength,
 }
 
@@ -37,12 +39,14 @@ impl Choice {
             grain: defaults.grain,
             hairline: defaults.detail.hairline,
             precision: match defaults.precision {
-                format::Precision::F32 => Precision::Single,
-                format::Precision::F64 => Precision::Double,
+                Some(format::Precision::F32) => Precision::Single,
+                Some(format::Precision::F64) | None => Precision::Double,
             },
+            error: None,
         };
         let strength = Strength { seed, ..(*body.strength).clone() };
-        Self { solver: body.solver.solver(), settings, strength }
+        let precise = defaults.precision.is_some();
+        Self { solver: body.solver.solver(), settings, precise, strength }
     }
 
     /// Fragments keep the grid spacing \[m\] of the solve that made them: what they were made of
@@ -53,10 +57,15 @@ impl Choice {
         }
     }
 
-    /// The same on a grid of that spacing \[m\].
-    pub(super) fn on_grid(&self, spacing: f64) -> Self {
+    /// The same on a grid of that spacing \[m\], to the error that is good enough, if any is: then
+    /// f32 is too.
+    pub(super) fn on_grid(&self, spacing: f64, error: Option<f64>) -> Self {
         let mut choice = self.clone();
         choice.settings.spacing = Some(spacing);
+        choice.settings.error = error;
+        if error.is_some() && !self.precise {
+            choice.settings.precision = Precision::Single;
+        }
         choice
     }
 
@@ -167,9 +176,10 @@ mod tests {
             grain: None,
             hairline: None,
             precision: cullet_proto::Precision::Double,
+            error: None,
         };
         let strength = Strength::default();
-        let mut choice = Choice { solver: None, settings, strength };
+        let mut choice = Choice { solver: None, settings, precise: false, strength };
         choice.no_finer_than(0.0);
         assert_eq!(choice.settings.spacing, None);
         choice.no_finer_than(0.01);
@@ -178,5 +188,15 @@ mod tests {
         let part = choice.of_fragment(&Vec3::x()).of_fragment(&Vec3::new(1.0, 0.0, -0.5));
         assert_eq!(part.strength.offset, [2.0, 0.0, -0.5]);
         assert_eq!(part.settings.spacing, Some(0.01));
+        // An error that is good enough is told, and f32 is good enough for it.
+        let asked = |choice: &Choice, error| {
+            let settings = choice.on_grid(0.02, error).settings;
+            (settings.spacing, settings.error, settings.precision)
+        };
+        let (single, double) = (cullet_proto::Precision::Single, cullet_proto::Precision::Double);
+        assert_eq!(asked(&choice, None), (Some(0.02), None, double));
+        assert_eq!(asked(&choice, Some(0.5)), (Some(0.02), Some(0.5), single));
+        choice.precise = true;
+        assert_eq!(asked(&choice, Some(0.5)), (Some(0.02), Some(0.5), double));
     }
 }

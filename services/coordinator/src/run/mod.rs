@@ -359,7 +359,8 @@ impl Run<'_> {
         let (Some(view), Some(origin)) = (self.world.body(body), self.origins.get(&body)) else {
             return Err(lost);
         };
-        let choice = pending.ladder.climb().map(|spacing| origin.choice.on_grid(spacing));
+        let error = self.scene.fidelity.error;
+        let choice = pending.ladder.climb().map(|spacing| origin.choice.on_grid(spacing, error));
         let choice = choice.as_ref().unwrap_or(&origin.choice);
         let spin = self.world.stressing_spin(body, &pending.hits);
         if spin != Vec3::zeros() {

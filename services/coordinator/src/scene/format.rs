@@ -138,13 +138,12 @@ impl SolverChoice {
 }
 
 /// Numbers that the points of a solve are worked out in; its nodes keep f64.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {
     /// Single precision.
     F32,
     /// Double precision.
-    #[default]
     F64,
 }
 
@@ -176,8 +175,9 @@ pub struct Fracture {
     /// \[m\].
     #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
     pub grain: Option<f64>,
-    /// What points are worked out in.
-    pub precision: Precision,
+    /// What points are worked out in; without it in f64, and in f32 where a solve has an error that
+    /// is good enough.
+    pub precision: Option<Precision>,
 }
 
 impl Default for Fracture {
@@ -191,7 +191,7 @@ impl Default for Fracture {
             detail: Detail::default(),
             debris: 5e-4,
             grain: None,
-            precision: Precision::default(),
+            precision: None,
         }
     }
 }

@@ -67,26 +67,30 @@ impl Nodes {
     pub(crate) fn partial(
         &self,
         field: &DamageField<'_>,
-        name: impl Fn(u32) -> u32 + Sync,
+        name: impl Fn(u32) -> u32,
     ) -> Vec<(u32, Sheet)> {
-        let own = |i: usize| self.reach.get(i).map_or(0, |&label| name(label));
+        let names: Vec<u32> = (0..self.labels).map(name).collect();
+        let own: Vec<u32> = match self.reach.is_empty() {
+            true => vec![0; self.lattice.len()],
+            false => self.reach.iter().map(|&label| names[label as usize]).collect(),
+        };
         let planes = self.planes(field, &own);
-        let mut names: Vec<u32> = planes.iter().map(|plane| own(plane.node as usize)).collect();
+        let mut names: Vec<u32> = planes.iter().map(|plane| own[plane.node as usize]).collect();
         names.sort_unstable();
         names.dedup();
         let nets = names.into_iter().map(|name| {
-            let of = planes.iter().filter(|plane| own(plane.node as usize) == name);
+            let of = planes.iter().filter(|plane| own[plane.node as usize] == name);
             (name, self.open_net(&of.copied().collect::<Vec<Plane>>()))
         });
         nets.filter(|(_, net)| !net.is_empty()).collect()
     }
 
     /// A broken point, if it belongs to no crack between names.
-    fn point(&self, place: Vec3, normal: Vec3, own: &impl Fn(usize) -> u32) -> Option<Point> {
+    fn point(&self, place: Vec3, normal: Vec3, own: &[u32]) -> Option<Point> {
         let home = self.lattice.nearest(place);
         let (mut away, mut count) = (Vec3::zeros(), 0.0);
         let node = self.lattice.node(home);
-        let other = |&j: &usize| self.is_inside(j) && own(j) != own(home);
+        let other = |&j: &usize| own[j] != own[home] && self.is_inside(j);
         for j in self.lattice.around(node, self.steps(BESIDE)).filter(other) {
             let arm = self.lattice.place(self.lattice.node(j)) - place;
             away += arm.try_normalize(0.0).unwrap_or_default();
@@ -99,7 +103,7 @@ impl Nodes {
         partial.then_some(Point { place, normal, away: alone })
     }
 
-    fn planes(&self, field: &DamageField<'_>, own: &(impl Fn(usize) -> u32 + Sync)) -> Vec<Plane> {
+    fn planes(&self, field: &DamageField<'_>, own: &[u32]) -> Vec<Plane> {
         let Some(normals) = field.normals else {
             return Vec::new();
         };
@@ -108,22 +112,28 @@ impl Nodes {
             .filter(|&p| field.damage[p] >= BROKEN)
             .filter_map(|p| self.point(field.positions[p], normals[p], own))
             .collect();
-        let lattice = &self.lattice;
-        let mut pairs: Vec<(u32, u32)> = (0..points.len() as u32)
-            .into_par_iter()
-            .flat_map_iter(|p| {
-                let home = lattice.nearest(points[p as usize].place);
-                let around = lattice.around(lattice.node(home), self.steps(REACH));
-                let alike = around.filter(move |&i| own(i) == own(home));
-                alike.map(move |i| (i as u32, p))
-            })
-            .collect();
-        pairs.par_sort_unstable();
-        let near: Vec<&[(u32, u32)]> = pairs.chunk_by(|a, b| a.0 == b.0).collect();
-        let plane = |near: &&[(u32, u32)]| {
-            self.plane(near[0].0, near.iter().map(|&(_, p)| points[p as usize]))
+        let (lattice, reach) = (&self.lattice, self.steps(REACH));
+        let mut homes: Vec<(u32, u32)> =
+            (0..).zip(&points).map(|(p, at)| (lattice.nearest(at.place) as u32, p)).collect();
+        homes.sort_unstable();
+        let mut near = vec![false; lattice.len()];
+        for same in homes.chunk_by(|a, b| a.0 == b.0) {
+            let home = same[0].0 as usize;
+            lattice.around(lattice.node(home), reach).for_each(|i| near[i] |= own[i] == own[home]);
+        }
+        let mut first = vec![0; lattice.len() + 1];
+        homes.iter().for_each(|&(home, _)| first[home as usize + 1] += 1);
+        (0..lattice.len()).for_each(|i| first[i + 1] += first[i]);
+        let plane = |list: &mut Vec<u32>, i: usize| {
+            let alike = lattice.around(lattice.node(i), reach).filter(|&home| own[home] == own[i]);
+            list.clear();
+            list.extend(alike.flat_map(|home| &homes[first[home]..first[home + 1]]).map(|at| at.1));
+            // The order in which they are added up is that of the points.
+            list.sort_unstable();
+            self.plane(i as u32, list.iter().map(|&p| points[p as usize]))
         };
-        near.par_iter().filter_map(plane).collect()
+        let nodes = (0..lattice.len()).into_par_iter().filter(|&i| near[i]);
+        nodes.map_init(Vec::new, plane).flatten_iter().collect()
     }
 
     /// The net between the nodes of some planes, smoothed.

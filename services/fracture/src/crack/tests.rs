@@ -1,6 +1,7 @@
 use super::Nodes;
 use crate::cut::DamageField;
 use crate::detail::Detail;
+use crate::pieces::{Ball, Pieces, Rubble};
 use crate::region::relief::Terms;
 use crate::region::{Mosaic, overlap};
 use cullet_geometry::boolean::Exact;
@@ -212,4 +213,36 @@ fn chevrons_run_along_the_way_of_the_crack() {
     // Where τ changes by less than a time step over h, it tells no direction.
     let (along, across) = steps(1.1e-5 * H);
     assert!(along < 1e-6 && across < 1e-6, "along {along}, across {across}");
+}
+
+/// Drawn pieces get the finest lattice, unless an error is good enough; others do not.
+#[test]
+fn the_lattice_is_as_fine_as_the_error_asks() {
+    let size = Vec3::repeat(4.0 * H);
+    let body = shapes::cuboid(size, shapes::Detail::default()).unwrap();
+    let positions: Vec<Vec3> = (0..8)
+        .map(|k| H * Vec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)))
+        .collect();
+    let fine = |drawn: bool, error: Option<f64>| {
+        let ball = |k: f64| Ball { place: Vec3::new(k, 0.5, 0.5), size: 1.0 };
+        let balls = if drawn { vec![ball(0.0), ball(1.0)] } else { Vec::new() };
+        let of = (0..8).map(|k| Some(k & 1)).collect();
+        let (found, rubble) = (if drawn { 0 } else { 2 }, Rubble::new(balls, 1));
+        let pieces = Pieces { of, found, rubble, error, crushed: 0.0 };
+        let field = DamageField {
+            spacing: H,
+            positions: &positions,
+            damage: &[1.0; 8],
+            damage_time: &[1e-5; 8],
+            time_step: 1e-9,
+            top_speed: 3000.0,
+            scale: Vec3::repeat(1.0),
+            normals: None,
+            pieces: Some(&pieces),
+        };
+        (Nodes::new(&body, &field).unwrap().lattice.spacing / H * 1e6).round() / 1e6
+    };
+    let asked = [None, Some(0.1), Some(0.5), Some(1.0)];
+    assert_eq!(asked.map(|error| fine(true, error)), [0.5, 0.54, 0.7, 0.7]);
+    assert_eq!(asked.map(|error| fine(false, error)), [0.7; 4]);
 }

@@ -22,34 +22,57 @@ const TIE: f64 = 0.2;
 const BEYOND: f64 = 0.3;
 
 /// How likely a walk from a node ends at each label: at most `KEPT`, likeliest first.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Odds(Vec<(u32, f64)>);
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Odds {
+    list: [(u32, f64); KEPT],
+    count: usize,
+}
 
 impl Odds {
+    fn sure(label: u32) -> Self {
+        let mut list = [(0, 0.0); KEPT];
+        list[0] = (label, 1.0);
+        Self { list, count: 1 }
+    }
+
+    /// Of sums in any order, each label once; they are left in another order.
+    fn of_sums(sums: &mut [(u32, f64)]) -> Self {
+        sums.sort_unstable_by(|x, y| y.1.total_cmp(&x.1).then(x.0.cmp(&y.0)));
+        let kept = &sums[..sums.len().min(KEPT)];
+        let whole: f64 = kept.iter().map(|entry| entry.1).sum();
+        let mut odds = Self { count: kept.len(), ..Self::default() };
+        for (entry, &(label, sum)) in odds.list.iter_mut().zip(kept) {
+            *entry = (label, sum / whole);
+        }
+        odds
+    }
+
+    fn list(&self) -> &[(u32, f64)] {
+        &self.list[..self.count]
+    }
+
     fn of(&self, label: u32) -> f64 {
-        self.0.iter().find(|(other, _)| *other == label).map_or(0.0, |&(_, odds)| odds)
+        self.list().iter().find(|(other, _)| *other == label).map_or(0.0, |&(_, odds)| odds)
     }
 
     fn label(&self) -> u32 {
-        let close = |&&(_, odds): &&(u32, f64)| odds > self.0[0].1 - TIE;
-        self.0.iter().filter(close).map(|entry| entry.0).min().unwrap_or(NONE)
+        let close = |&&(_, odds): &&(u32, f64)| odds > self.list[0].1 - TIE;
+        self.list().iter().filter(close).map(|entry| entry.0).min().unwrap_or(NONE)
     }
+}
 
-    fn tidy(&mut self) {
-        self.0.sort_unstable_by(|x, y| y.1.total_cmp(&x.1).then(x.0.cmp(&y.0)));
-        self.0.truncate(KEPT);
-        let sum: f64 = self.0.iter().map(|entry| entry.1).sum();
-        for entry in &mut self.0 {
-            entry.1 /= sum;
-        }
+fn add(sums: &mut Vec<(u32, f64)>, label: u32, odds: f64) {
+    match sums.iter_mut().find(|(other, _)| *other == label) {
+        Some(entry) => entry.1 += odds,
+        None => sums.push((label, odds)),
     }
+}
 
-    fn add(&mut self, label: u32, odds: f64) {
-        match self.0.iter_mut().find(|(other, _)| *other == label) {
-            Some(entry) => entry.1 += odds,
-            None => self.0.push((label, odds)),
-        }
-    }
+/// A step of a walk: to a node that is sure of its label, or to one with odds, and how likely.
+#[derive(Clone, Copy, Debug)]
+enum Way {
+    Label(u32, f64),
+    Slot(u32, f64),
 }
 
 impl Nodes {
@@ -99,11 +122,10 @@ impl Nodes {
 
     /// Where pieces meet without a crack between, the shares of a node tell how near the border is.
     pub(super) fn expect(&mut self, i: usize, shares: impl Iterator<Item = (u32, f64)>) {
-        let mut odds = Odds(shares.collect());
-        if odds.0.len() > 1 {
-            odds.tidy();
+        let mut sums: Vec<(u32, f64)> = shares.collect();
+        if sums.len() > 1 {
             self.slot[i] = self.odds.len() as u32;
-            self.odds.push(odds);
+            self.odds.push(Odds::of_sums(&mut sums));
         }
     }
 
@@ -113,13 +135,20 @@ impl Nodes {
         let first = self.odds.len();
         for (slot, &i) in unsure.iter().enumerate() {
             self.slot[i] = (first + slot) as u32;
-            self.odds.push(Odds(vec![(self.reach[i], 1.0)]));
+            self.odds.push(Odds::sure(self.reach[i]));
         }
+        let (mut ways, mut starts) = (Vec::new(), vec![0]);
+        for &i in &unsure {
+            ways.extend(self.ways(i));
+            starts.push(ways.len());
+        }
+        let mut sums = Vec::new();
         for sweep in 0..SWEEPS {
             for k in 0..unsure.len() {
                 let slot = if sweep % 2 == 0 { k } else { unsure.len() - 1 - k };
-                if let Some(odds) = self.step(unsure[slot]) {
-                    self.odds[first + slot] = odds;
+                let ways = &ways[starts[slot]..starts[slot + 1]];
+                if !ways.is_empty() {
+                    self.odds[first + slot] = self.mean(ways, &mut sums);
                 }
             }
         }
@@ -150,29 +179,34 @@ impl Nodes {
         queue
     }
 
-    /// The mean of what the neighbours expect. Walks stay inside the body, where they start there,
-    /// and end at the edge of the damage, which lies between nodes.
-    fn step(&self, i: usize) -> Option<Odds> {
-        let mut mean = Odds::default();
-        for j in self.lattice.beside(i) {
-            if self.is_inside(i) && !(self.is_inside(j) && self.connects(i, j)) {
-                continue;
-            }
+    /// The steps of a walk from a node. Walks stay inside the body, where they start there, and end
+    /// at the edge of the damage, which lies between nodes.
+    fn ways(&self, i: usize) -> impl Iterator<Item = Way> {
+        let open =
+            move |&j: &usize| !self.is_inside(i) || (self.is_inside(j) && self.connects(i, j));
+        self.lattice.beside(i).filter(open).map(move |j| {
             let weight = 1.0 / self.gap(i, j);
             match self.slot[j] {
-                NONE => mean.add(self.reach[j], weight),
-                slot => {
-                    for &(label, odds) in &self.odds[slot as usize].0 {
-                        mean.add(label, weight * odds);
+                NONE => Way::Label(self.reach[j], weight),
+                slot => Way::Slot(slot, weight),
+            }
+        })
+    }
+
+    /// The mean of what the neighbours expect.
+    fn mean(&self, ways: &[Way], sums: &mut Vec<(u32, f64)>) -> Odds {
+        sums.clear();
+        for way in ways {
+            match *way {
+                Way::Label(label, weight) => add(sums, label, weight),
+                Way::Slot(slot, weight) => {
+                    for &(label, odds) in self.odds[slot as usize].list() {
+                        add(sums, label, weight * odds);
                     }
                 }
             }
         }
-        if mean.0.is_empty() {
-            return None;
-        }
-        mean.tidy();
-        Some(mean)
+        Odds::of_sums(sums)
     }
 
     /// Where the edge of the damage lies on the way from `i` to `j` \[spacings\]; 1 if it does not.
@@ -241,11 +275,11 @@ impl Nodes {
         for label in self.label.iter_mut().chain(&mut self.reach).filter(|l| **l != NONE) {
             *label = rank(*label);
         }
+        let mut sums = Vec::new();
         for odds in &mut self.odds {
-            for (label, share) in std::mem::take(odds).0 {
-                odds.add(rank(label), share);
-            }
-            odds.tidy();
+            sums.clear();
+            odds.list().iter().for_each(|&(label, share)| add(&mut sums, rank(label), share));
+            *odds = Odds::of_sums(&mut sums);
         }
         for i in (0..self.slot.len()).filter(|&i| self.slot[i] != NONE && self.ball[i] == NONE) {
             self.reach[i] = self.odds[self.slot[i] as usize].label();

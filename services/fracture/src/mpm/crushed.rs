@@ -46,6 +46,8 @@ pub struct Rules {
     pub material: Material,
     /// The only source of randomness.
     pub seed: u64,
+    /// Relative error of the pieces that is good enough \[1\].
+    pub error: Option<f64>,
 }
 
 /// Drops from `pieces` (by id) those too small to be resolved, and divides crushed zones.
@@ -76,7 +78,7 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Rules
     let sites = lattice.divide(&mut drawn, &zone, &weights, particles, rules);
     if sites.len() < 2 && count > 0 {
         let found = count as u32;
-        return Pieces { of: pieces, found, rubble: Rubble::default(), crushed: 0.0 };
+        return Pieces { of: pieces, found, error: rules.error, ..Pieces::default() };
     }
     let rubble = Rubble::new(sites, rules.seed);
     for (x, &id) in particles.reference.iter().zip(&particles.id) {
@@ -95,7 +97,7 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Rules
     }
     let all = weights.iter().filter(|&&w| w >= LEAST_WEIGHT).count();
     let crushed = zone.len() as f64 / all.max(1) as f64;
-    Pieces { of: pieces, found: count as u32, rubble, crushed }
+    Pieces { of: pieces, found: count as u32, rubble, crushed, error: rules.error }
 }
 
 /// Sizes over the mean whose cubes follow Mott's law, N(>m) = N₀ exp(−√(m/μ)) with a mean of 2μ,
@@ -274,7 +276,8 @@ mod tests {
         failure_stress: 1e6,
         fracture_energy: 1.0,
     };
-    const RULES: Rules = Rules { spacing: Vec3::new(1.0, 1.0, 1.0), material: CHALK, seed: 5 };
+    const RULES: Rules =
+        Rules { spacing: Vec3::new(1.0, 1.0, 1.0), material: CHALK, seed: 5, error: None };
 
     /// A bar of 20 × 6 × 6 cells, eight points a cell; `piece` says what a point belongs to.
     fn bar(piece: impl Fn(&Vec3) -> Option<u32>) -> (Vec<Vec3>, Pieces) {

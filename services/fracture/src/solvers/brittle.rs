@@ -13,7 +13,7 @@ use crate::mpm::door::{
     PER_CELL, check_contacts, check_hairline, check_impacts, check_material, check_spin,
     check_supports, check_thickness, sample_points, spacing, stretch, within,
 };
-use crate::mpm::kernel::Path;
+use crate::mpm::kernel::{Path, Precision};
 use crate::mpm::load::{LEAST_RADIUS, Load};
 use crate::mpm::rest::Rest;
 use crate::mpm::spring;
@@ -23,8 +23,8 @@ use crate::solver::{
     Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
 };
 use crate::strength::Strength;
-use clock::Clock;
 pub use clock::Pace;
+use clock::{Clock, Growth};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 
@@ -36,9 +36,6 @@ const LEAST_PARTICLES: usize = 200;
 
 /// Bytes a point needs, with its share of arenas and nodes.
 const BYTES: f64 = 800.0;
-
-/// Share of the points that must break to count as growth: less is the opening of old cracks.
-const GROWTH_SHARE: f64 = 2e-3;
 
 /// Steps between looks at energy and finiteness (F04, F76).
 const LOOK: u64 = 64;
@@ -69,8 +66,7 @@ pub struct Brittle {
     clock: Clock,
     total: Tally,
     push_over: Option<f64>,
-    last_growth: f64,
-    broken_then: u32,
+    growth: Growth,
     fastest: f64,
     warnings: Vec<String>,
     path: Path,
@@ -85,6 +81,9 @@ impl Solver for Brittle {
         check_impacts(&problem.impacts)?;
         check_supports(&problem.supports)?;
         check_spin(problem)?;
+        if let Some(error) = problem.settings.error {
+            within("the error that is good enough", error, f64::MIN_POSITIVE, 1.0)?;
+        }
         let spacing = spacing(problem)?;
         check_contacts(problem, &spacing, LEAST_RADIUS)?;
         check_hairline(problem, &spacing)?;
@@ -182,8 +181,7 @@ impl Brittle {
             clock,
             total: Tally::default(),
             push_over: None,
-            last_growth: 0.0,
-            broken_then: 0,
+            growth: Growth::default(),
             fastest: 0.0,
             warnings,
             path,
@@ -198,15 +196,19 @@ impl Brittle {
         if !numbers || self.halvings == HALVINGS {
             return None;
         }
-        let mut fresh = Self::paced(self.problem.clone(), self.pace, self.path).ok()?;
+        let mut problem = self.problem.clone();
+        problem.settings.precision = Precision::Double;
+        let mut fresh = Self::paced(problem, self.pace, self.path).ok()?;
         fresh.halvings = self.halvings + 1;
         fresh.domain.step /= f64::from(1_u32 << fresh.halvings);
         let steps = (fresh.clock.spin_up + fresh.clock.end) / fresh.domain.step;
         if steps > f64::from(self.problem.settings.max_steps) {
             return None;
         }
-        let told =
-            format!("{failure}: solved again with steps of {:.3e} s (F76)", fresh.domain.step);
+        let single = self.problem.settings.precision == Precision::Single;
+        let wider = if single { ", in f64" } else { "" };
+        let step = fresh.domain.step;
+        let told = format!("{failure}: solved again with steps of {step:.3e} s{wider} (F76)");
         fresh.warnings = self.warnings.iter().cloned().chain([told]).collect();
         Some(fresh)
     }
@@ -236,10 +238,7 @@ impl Brittle {
         self.total.broken += tally.broken;
         self.fastest = self.fastest.max(tally.fastest);
         let points = self.domain.particles.len() as f64;
-        if f64::from(self.total.broken - self.broken_then) > GROWTH_SHARE * points {
-            self.last_growth = self.domain.time;
-            self.broken_then = self.total.broken;
-        }
+        self.growth.note(self.domain.time, self.total.broken, points, self.clock.transit);
         let share = f64::from(self.total.crushed) / points;
         if share > CRUSHED_SHARE {
             return Err(Failure::Unstable { ratio: share, step: self.domain.steps });
@@ -290,9 +289,18 @@ impl Brittle {
             return false;
         }
         let push = *self.push_over.get_or_insert(time);
-        let quiet = time - self.last_growth.max(push);
+        let quiet = time - self.growth.last.max(push);
         let transit = self.clock.transit;
-        quiet > self.pace.quiet * transit || time > push + self.pace.after * transit
+        let end = quiet > self.pace.quiet * transit || time > push + self.pace.after * transit;
+        let small = self.problem.settings.error.filter(|error| self.growth.is_small(*error));
+        if let (false, Some(error)) = (end, small) {
+            self.warnings.push(format!(
+                "ended {:.2} of a wave's way after the push: too little broke in one to matter to \
+                 an error of {error}",
+                (time - push) / transit
+            ));
+        }
+        end || small.is_some()
     }
 
     fn finish(&mut self) -> Result<Fracture, Failure> {
@@ -390,6 +398,7 @@ impl Brittle {
             spacing: self.domain.grid.spacing,
             material: self.problem.material,
             seed: self.problem.seed,
+            error: self.problem.settings.error,
         }
     }
 

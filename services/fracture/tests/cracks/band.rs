@@ -100,7 +100,7 @@ fn the_sides_of_a_thick_band_part_meet_and_part_again() {
 /// A band of three cells is the crack's, to be shared by its sides; one of ten is a crushed zone.
 #[test]
 fn rubble_beyond_a_cracks_band_is_divided() {
-    let rules = crushed::Rules { spacing: Vec3::repeat(H), material: HARD, seed: 1 };
+    let rules = crushed::Rules { spacing: Vec3::repeat(H), material: HARD, seed: 1, error: None };
     for (half, wide) in [(1.5, false), (5.0, true)] {
         let mut domain = torn(half);
         // Torn so fast that grains are as small as the grid can tell.

@@ -30,12 +30,13 @@ impl Hull {
         let [a, b, c, d] = start;
         let corners = [[a, b, c], [a, d, b], [b, d, c], [c, d, a]];
         let mut faces: Vec<Face> = corners.iter().map(|&c| Face::new(points, c)).collect();
+        let mut heights: Vec<Height> = points.iter().map(|p| Height::of(p, &faces)).collect();
         let mut used = start.to_vec();
         while used.len() < max_vertices {
-            let Some(next) = farthest_outside(points, &faces) else {
+            let Some(next) = farthest_outside(&heights) else {
                 break;
             };
-            if !insert(points, &mut faces, next) {
+            if !insert(points, &mut faces, next, &mut heights) {
                 break;
             }
             used = corners_of(&faces);
@@ -160,13 +161,36 @@ fn tetrahedron(points: &[Vec3]) -> Option<[usize; 4]> {
     Some(if above > 0.0 { [a, c, b, d] } else { [a, b, c, d] })
 }
 
+/// How far a point is outside the face that it is farthest outside of \[m\], and which that is.
+#[derive(Clone, Copy)]
+struct Height {
+    out: f64,
+    corners: [usize; 3],
+}
+
+impl Height {
+    fn of(p: &Vec3, faces: &[Face]) -> Self {
+        Self { out: f64::MIN, corners: [0; 3] }.among(p, faces)
+    }
+
+    /// With these faces too.
+    fn among(mut self, p: &Vec3, faces: &[Face]) -> Self {
+        for face in faces {
+            let out = face.normal.dot(p) - face.offset;
+            if out > self.out {
+                self = Self { out, corners: face.corners };
+            }
+        }
+        self
+    }
+}
+
 /// The point farthest outside any face, if one is outside at all.
-fn farthest_outside(points: &[Vec3], faces: &[Face]) -> Option<usize> {
+fn farthest_outside(heights: &[Height]) -> Option<usize> {
     let mut best: Option<(f64, usize)> = None;
-    for (i, p) in points.iter().enumerate() {
-        let out = faces.iter().map(|f| f.normal.dot(p) - f.offset).fold(f64::MIN, f64::max);
-        if best.is_none_or(|(most, _)| out > most) {
-            best = Some((out, i));
+    for (i, height) in heights.iter().enumerate() {
+        if best.is_none_or(|(most, _)| height.out > most) {
+            best = Some((height.out, i));
         }
     }
     best.filter(|(out, _)| *out > 0.0).map(|(_, i)| i)
@@ -175,7 +199,7 @@ fn farthest_outside(points: &[Vec3], faces: &[Face]) -> Option<usize> {
 /// Adds a point: the faces that see it go, and it is joined to the edge of the hole. Says whether
 /// the point was outside. A horizon edge has a face that sees the point strictly, so no new face is
 /// flat.
-fn insert(points: &[Vec3], faces: &mut Vec<Face>, p: usize) -> bool {
+fn insert(points: &[Vec3], faces: &mut Vec<Face>, p: usize, heights: &mut [Height]) -> bool {
     let (seen, kept): (Vec<Face>, Vec<Face>) =
         std::mem::take(faces).into_iter().partition(|f| f.sees(points, p));
     *faces = kept;
@@ -186,7 +210,15 @@ fn insert(points: &[Vec3], faces: &mut Vec<Face>, p: usize) -> bool {
     let mut rim: Vec<(usize, usize)> = seen.iter().flat_map(edges).collect();
     rim.sort_unstable();
     let horizon = rim.iter().filter(|(a, b)| rim.binary_search(&(*b, *a)).is_err());
+    let old = faces.len();
     faces.extend(horizon.map(|&(a, b)| Face::new(points, [a, b, p])));
+    let gone = |height: &Height| seen.iter().any(|face| face.corners == height.corners);
+    for (p, height) in points.iter().zip(heights) {
+        *height = match gone(height) {
+            true => Height::of(p, faces),
+            false => height.among(p, &faces[old..]),
+        };
+    }
     !seen.is_empty()
 }
 

@@ -51,12 +51,20 @@ impl Piece {
 
     /// The corners that lie farthest out in each of a fixed fan of directions.
     pub(super) fn extremes(&self) -> Vec<Vec3> {
+        // Corners are shared by six triangles or so.
+        let key = |p: &Vec3| [p.x.to_bits(), p.y.to_bits(), p.z.to_bits()];
+        let mut places: Vec<([u64; 3], u32)> =
+            self.surface.iter().flatten().map(key).zip(0..).collect();
+        places.sort_unstable();
+        places.dedup_by_key(|place| place.0);
+        places.sort_unstable_by_key(|place| place.1);
         let mut best = vec![(f64::NEG_INFINITY, Vec3::zeros()); DIRECTIONS.len()];
-        for p in self.surface.iter().flatten() {
+        for (bits, _) in places {
+            let p = Vec3::from(bits.map(f64::from_bits));
             for (slot, d) in best.iter_mut().zip(DIRECTIONS.iter()) {
-                let reach = d.dot(p);
+                let reach = d.dot(&p);
                 if reach > slot.0 {
-                    *slot = (reach, *p);
+                    *slot = (reach, p);
                 }
             }
         }

@@ -182,6 +182,19 @@ fn scenes(
         broken.parts.iter().filter(its).cloned().collect()
     };
     let masses: Vec<Vec<f64>> = finest.iter().map(|one| plain(&of_objects(one.1))).collect();
+    let reference = masses.concat();
+    let number = |parts: &[Part]| match laws {
+        true => mott(parts),
+        false => mass_distance(&plain(parts), &reference),
+    };
+    // Of each point, its seeds and what they left; then the value of each.
+    let mut points: BTreeMap<(&str, &str), Vec<(u64, Vec<Part>)>> = BTreeMap::new();
+    for (one, broken) in all.iter().filter(|one| one.0.option != FINEST && good(&one.1)) {
+        let seeds = points.entry((one.option.as_str(), one.along.as_str())).or_default();
+        seeds.extend(broken.map(|broken| (one.seed, of_objects(broken))));
+    }
+    let values: BTreeMap<(&str, &str), BTreeMap<u64, f64>> =
+        points.into_iter().map(|(point, seeds)| (point, valued(seeds, &number))).collect();
     let row = |(run, broken): &(&Planned, Option<&Broken>)| {
         let own = blank(chart, run);
         let Some(broken) = broken else { return own };
@@ -197,26 +210,19 @@ fn scenes(
             let at = finest.iter().position(|(seed, _)| *seed == run.seed);
             halves(&masses, at.unwrap_or_default())
         } else {
-            let point = |one: &&(&Planned, Option<&Broken>)| {
-                one.0.option == run.option && one.0.along == run.along && good(&one.1)
-            };
-            let seeds: Vec<(u64, Vec<Part>)> = all
-                .iter()
-                .filter(point)
-                .filter_map(|one| Some((one.0.seed, of_objects(one.1?))))
-                .collect();
-            let at = seeds.iter().position(|(seed, _)| *seed == run.seed);
-            let seeds: Vec<_> = seeds.into_iter().map(|one| one.1).collect();
-            let number = |parts: &[Part]| match laws {
-                true => mott(parts),
-                false => mass_distance(&plain(parts), &masses.concat()),
-            };
-            pooled(&seeds, &number, at.unwrap_or_default())
+            let point = (run.option.as_str(), run.along.as_str());
+            values.get(&point).and_then(|seeds| seeds.get(&run.seed)).copied().unwrap_or(f64::NAN)
         };
         weighed(chart, &mut row, value);
         row
     };
     all.iter().map(row).collect()
+}
+
+/// The number of each seed of a point.
+fn valued(seeds: Vec<(u64, Vec<Part>)>, number: &dyn Fn(&[Part]) -> f64) -> BTreeMap<u64, f64> {
+    let (seeds, parts): (Vec<u64>, Vec<Vec<Part>>) = seeds.into_iter().unzip();
+    seeds.into_iter().zip(pooled(&parts, number)).collect()
 }
 
 fn plain(parts: &[Part]) -> Vec<f64> {
@@ -231,19 +237,21 @@ fn mott(parts: &[Part]) -> f64 {
     fit(&plain(&broken), least).map_or(f64::NAN, |fits| fits.mott.distance)
 }
 
-/// What a seed adds to a number of all seeds together, such that the mean over them is that number
-/// and their scatter is the jackknife's: D + (n − 1)(D̄ − Dᵢ), with Dᵢ that of all others.
-fn pooled<T: Clone>(seeds: &[Vec<T>], number: &dyn Fn(&[T]) -> f64, at: usize) -> f64 {
+/// What each seed adds to a number of all seeds together, such that the mean over them is that
+/// number and their scatter is the jackknife's: D + (n − 1)(D̄ − Dᵢ), with Dᵢ that of all others.
+fn pooled<T: Clone>(seeds: &[Vec<T>], number: &dyn Fn(&[T]) -> f64) -> Vec<f64> {
     let of = |left: Option<usize>| {
         let kept = seeds.iter().enumerate().filter(|(k, _)| Some(*k) != left);
         number(&kept.flat_map(|(_, list)| list).cloned().collect::<Vec<T>>())
     };
     let n = seeds.len();
+    let all = of(None);
     if n < 2 {
-        return of(None);
+        return vec![all];
     }
-    let mean = (0..n).map(|k| of(Some(k))).sum::<f64>() / n as f64;
-    of(None) + (n - 1) as f64 * (mean - of(Some(at)))
+    let others: Vec<f64> = (0..n).map(|k| of(Some(k))).collect();
+    let mean = others.iter().sum::<f64>() / n as f64;
+    others.iter().map(|own| all + (n - 1) as f64 * (mean - own)).collect()
 }
 
 /// The distance of two halves of the seeds, the first one beginning at one of them: how far chance
@@ -377,13 +385,13 @@ mod tests {
         let reference = seeds.concat();
         assert!(mass_distance(&seeds[0], &reference) > 0.3);
         let to = |masses: &[f64]| mass_distance(masses, &reference);
-        let each: Vec<f64> = (0..4).map(|k| pooled(&seeds, &to, k)).collect();
+        let each = pooled(&seeds, &to);
         assert!(each.iter().sum::<f64>().abs() < 1e-12, "{each:?}");
         // The mean is the distance of the pool, whatever the seeds scatter.
         let other = vec![vec![1.0], vec![1.0], vec![0.25; 4]];
-        let mean = (0..3).map(|k| pooled(&other, &to, k)).sum::<f64>() / 3.0;
+        let mean = pooled(&other, &to).iter().sum::<f64>() / 3.0;
         assert!((mean - mass_distance(&other.concat(), &reference)).abs() < 1e-12);
-        assert_eq!(pooled(&other[..1], &to, 0), mass_distance(&other[0], &reference));
+        assert_eq!(pooled(&other[..1], &to), [mass_distance(&other[0], &reference)]);
     }
 
     /// Masses at even quantiles of Mott's law are at it; crumbs and wholes do not count.

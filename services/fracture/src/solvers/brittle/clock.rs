@@ -4,6 +4,7 @@ use crate::mpm::spin::Spin;
 use crate::mpm::spring;
 use crate::solver::Problem;
 use cullet_geometry::Vec3;
+use std::collections::VecDeque;
 
 /// The push is shortened to this many transits L/c_s: beyond about six the stress follows the
 /// force and the body's own motion has died out of the ratio (`a_long_push_is_quasi_static`).
@@ -18,6 +19,13 @@ const QUIET_TRANSITS: f64 = 2.5;
 /// Transits over which the stress of a body's spin is put on, smoothly: two or three periods of its
 /// slowest stretching, so that it does not swing (`spin_pulls_a_bar_apart_in_the_middle`).
 const SPIN_TRANSITS: f64 = 4.0;
+
+/// Share of the points that must break to count as growth: less is the opening of old cracks.
+const GROWTH_SHARE: f64 = 2e-3;
+
+/// Share of the broken points that may break within a transit when a solve ends, over the error that
+/// is good enough.
+const SMALL: f64 = 0.05;
 
 /// How long a solve goes on, in transits L/c_s \[1\]: the levers that `benches/levers.rs` measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,5 +70,42 @@ impl Clock {
         let s = 1.0 + time / self.spin_up;
         let onset = (time < 0.0).then(|| (s * s * (3.0 - 2.0 * s), 1.0 / self.transit));
         Spin { rate, onset }
+    }
+}
+
+/// How cracks grow, by the points that have broken.
+#[derive(Debug, Default)]
+pub(super) struct Growth {
+    /// When there was some last \[s\].
+    pub(super) last: f64,
+    /// How many were broken then.
+    then: u32,
+    /// How many were broken at each step of the last transit, and at the one before those \[s\].
+    past: VecDeque<(f64, u32)>,
+    /// Whether `past` goes back a transit.
+    is_long: bool,
+}
+
+impl Growth {
+    /// Notes that `broken` of `points` are by a time \[s\]; `transit` \[s\] is L/c_s.
+    pub(super) fn note(&mut self, time: f64, broken: u32, points: f64, transit: f64) {
+        if f64::from(broken - self.then) > GROWTH_SHARE * points {
+            self.last = time;
+            self.then = broken;
+        }
+        self.past.push_back((time, broken));
+        while self.past.get(1).is_some_and(|step| step.0 <= time - transit) {
+            self.past.pop_front();
+            self.is_long = true;
+        }
+    }
+
+    /// Whether what broke within the last transit is small beside all that has broken: a twentieth
+    /// of the error. Where nothing has, nothing is known.
+    pub(super) fn is_small(&self, error: f64) -> bool {
+        let (Some(&(_, then)), Some(&(_, now))) = (self.past.front(), self.past.back()) else {
+            return false;
+        };
+        self.is_long && now > 0 && f64::from(now - then) <= SMALL * error * f64::from(now)
     }
 }

@@ -1,6 +1,7 @@
 //! Second tries and detectors, with steps that no problem can ask for.
 
 use super::Brittle;
+use crate::mpm::kernel::Precision;
 use crate::solver::{Failure, Fracture, Impact, Problem, Progress, Settings, Solver};
 use crate::{Material, StrengthField};
 use cullet_geometry::{Solid, Vec3, shapes};
@@ -16,19 +17,24 @@ const PLASTER: Material = Material {
 
 /// A bar of 20 × 5 × 5 cm that is hit on its end.
 fn struck(material: Material) -> Brittle {
+    with(material, 1.0, Settings::default())
+}
+
+/// The same hit so many times as fast, with settings, but for the spacing.
+fn with(material: Material, faster: f64, settings: Settings) -> Brittle {
     let size = Vec3::new(0.2, 0.05, 0.05);
     let mesh = shapes::cuboid(size, shapes::Detail::default()).expect("a bar");
     let impact = Impact {
         point: Vec3::new(-0.1, 0.0, 0.0),
         normal: Vec3::x(),
-        impulse: 0.2,
+        impulse: 0.2 * faster,
         duration: 5e-5,
         radius: 0.01,
-        energy: 0.5,
-        closing_speed: 5.0,
+        energy: 0.5 * faster * faster,
+        closing_speed: 5.0 * faster,
         crushing_pressure: 1e12,
     };
-    let settings = Settings { spacing: Some(0.01), ..Settings::default() };
+    let settings = Settings { spacing: Some(0.01), ..settings };
     let solid = Arc::new(Solid::outer(mesh));
     let (impacts, supports, spin) = (vec![impact], Vec::new(), Vec3::zeros());
     let strength = StrengthField::default();
@@ -62,11 +68,55 @@ fn an_unstable_solve_is_tried_again_with_half_the_step() {
     let again = end(wild).expect("the second try holds");
     assert!(told(&again, &format!("steps of {:.3e} s (F76)", 0.5 * step)), "{:?}", again.report);
     assert!(again.report.steps > good.report.steps * 3 / 2, "{} steps", again.report.steps);
+    let mut single =
+        with(PLASTER, 1.0, Settings { precision: Precision::Single, ..Settings::default() });
+    single.domain.step *= 2.5;
+    let again = end(single).expect("the second try holds");
+    assert!(told(&again, "s, in f64 (F76)"), "{:?}", again.report);
     // Where no try is left the failure is told.
     let mut last = struck(PLASTER);
     last.halvings = super::HALVINGS;
     last.domain.step *= 2.5;
     assert!(matches!(end(last), Err(Failure::Unstable { .. } | Failure::NotFinite { .. })));
+}
+
+/// A solve whose error need not be small ends once little breaks any more, not before the push is
+/// over, and when nearly all is broken that would have been.
+#[test]
+fn a_solve_ends_when_too_little_breaks_to_matter() {
+    let whole = end(with(PLASTER, 5.0, Settings::default())).expect("it holds");
+    let short = |error: f64| {
+        let settings = Settings { error: Some(error), ..Settings::default() };
+        end(with(PLASTER, 5.0, settings)).expect("it holds")
+    };
+    let (half, tenth) = (short(0.5), short(0.1));
+    let steps = [&half, &tenth, &whole].map(|one| one.report.steps);
+    assert!(steps[0] < steps[2] * 2 / 3 && steps[0] <= steps[1], "{steps:?}");
+    assert!(told(&half, "an error of 0.5") && !told(&whole, "an error of"), "{:?}", half.report);
+    let broken = [&half, &tenth, &whole].map(|one| one.report.damaged_fraction);
+    assert!(broken[0] > 0.95 * broken[2] && broken[1] >= broken[0], "{broken:?}");
+    let push = |one: &Fracture| one.report.delivered_impulse;
+    assert_eq!(push(&half), push(&whole), "cut short in the push");
+}
+
+/// Growth is small when a twentieth of the error of what is broken broke within a transit, and never
+/// before a transit has passed or something broke.
+#[test]
+fn growth_is_small_beside_what_has_broken() {
+    let small = |broken: &[u32], error: f64| {
+        let mut growth = super::Growth::default();
+        for (step, &count) in broken.iter().enumerate() {
+            growth.note(step as f64, count, 1e6, 4.0);
+        }
+        growth.is_small(error)
+    };
+    assert!(small(&[0, 100, 100, 100, 100, 102], 0.5));
+    assert!(
+        !small(&[0, 100, 100, 100, 100, 103], 0.5) && small(&[0, 100, 100, 100, 100, 103], 0.6)
+    );
+    assert!(!small(&[100, 100, 100], 1.0), "before a transit");
+    assert!(!small(&[0; 9], 1.0), "nothing broke");
+    assert!(!small(&[0, 0, 0, 0, 50, 51, 51, 51], 1.0) && small(&[0, 50, 50, 50, 50, 51], 0.5));
 }
 
 /// F06: a point that broke before the wave from the contact can have come to it is told; one that

@@ -87,7 +87,7 @@ impl Brittle {
         if crushed > 0 {
             warnings.push(format!("crushed: {crushed} points were at J = 0.2 at one time (F07)"));
         }
-        let quiet = self.domain.time - self.last_growth;
+        let quiet = self.domain.time - self.growth.last;
         if quiet < self.clock.transit {
             warnings.push(format!(
                 "still breaking: damage grew {quiet:.2e} s before the end, a transit is {:.2e} s \
