@@ -188,7 +188,7 @@ fn scenes(
         false => mass_distance(&plain(parts), &reference),
     };
     // Of each point, its seeds and what they left; then the value of each.
-    let mut points: BTreeMap<(&str, &str), Vec<(u64, Vec<Part>)>> = BTreeMap::new();
+    let mut points: BTreeMap<(&str, &str), Seeds> = BTreeMap::new();
     for (one, broken) in all.iter().filter(|one| one.0.option != FINEST && good(&one.1)) {
         let seeds = points.entry((one.option.as_str(), one.along.as_str())).or_default();
         seeds.extend(broken.map(|broken| (one.seed, of_objects(broken))));
@@ -219,8 +219,11 @@ fn scenes(
     all.iter().map(row).collect()
 }
 
+/// Seeds of a point, and what each left.
+type Seeds = Vec<(u64, Vec<Part>)>;
+
 /// The number of each seed of a point.
-fn valued(seeds: Vec<(u64, Vec<Part>)>, number: &dyn Fn(&[Part]) -> f64) -> BTreeMap<u64, f64> {
+fn valued(seeds: Seeds, number: &dyn Fn(&[Part]) -> f64) -> BTreeMap<u64, f64> {
     let (seeds, parts): (Vec<u64>, Vec<Vec<Part>>) = seeds.into_iter().unzip();
     seeds.into_iter().zip(pooled(&parts, number)).collect()
 }
