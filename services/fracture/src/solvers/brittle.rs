@@ -292,7 +292,8 @@ impl Brittle {
         let quiet = time - self.growth.last.max(push);
         let transit = self.clock.transit;
         let end = quiet > self.pace.quiet * transit || time > push + self.pace.after * transit;
-        let small = self.problem.settings.error.filter(|error| self.growth.is_small(*error));
+        let points = self.domain.particles.len() as f64;
+        let small = self.problem.settings.error.filter(|e| self.growth.is_small(*e, points));
         if let (false, Some(error)) = (end, small) {
             self.warnings.push(format!(
                 "ended {:.2} of a wave's way after the push: too little broke in one to matter to \

@@ -23,9 +23,13 @@ const SPIN_TRANSITS: f64 = 4.0;
 /// Share of the points that must break to count as growth: less is the opening of old cracks.
 const GROWTH_SHARE: f64 = 2e-3;
 
-/// Share of the broken points that may break within a transit when a solve ends, over the error that
-/// is good enough.
+/// Share of the broken points that may break within a transit when a solve ends, over the error
+/// that is good enough.
 const SMALL: f64 = 0.05;
+
+/// Share of the points that must be broken for that: where a body is crushed a crack more or less
+/// matters little, elsewhere a single one that runs on may part it, however few points it breaks.
+const CRUSHED: f64 = 0.25;
 
 /// How long a solve goes on, in transits L/c_s \[1\]: the levers that `benches/levers.rs` measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,12 +104,13 @@ impl Growth {
         }
     }
 
-    /// Whether what broke within the last transit is small beside all that has broken: a twentieth
-    /// of the error. Where nothing has, nothing is known.
-    pub(super) fn is_small(&self, error: f64) -> bool {
+    /// Whether the body is crushed, and what broke within the last transit is small beside all that
+    /// has broken: a twentieth of the error.
+    pub(super) fn is_small(&self, error: f64, points: f64) -> bool {
         let (Some(&(_, then)), Some(&(_, now))) = (self.past.front(), self.past.back()) else {
             return false;
         };
-        self.is_long && now > 0 && f64::from(now - then) <= SMALL * error * f64::from(now)
+        let crushed = f64::from(now) >= CRUSHED * points;
+        self.is_long && crushed && f64::from(now - then) <= SMALL * error * f64::from(now)
     }
 }
