@@ -59,7 +59,8 @@ fn a_job_that_takes_its_workers_with_it_is_abandoned_and_the_others_settle() {
     wait_for("two workers", || pool.stats().workers == 2);
     let (poison, good) = (run.open(&job("drag", 1, 0)), run.open(&job("echo", 2, 0)));
     let settlement = next(&run, poison);
-    assert_eq!(settlement.attempts, 3);
+    // Three deaths count; of a worker that dies at once, its word that it began may not get out.
+    assert!((3..=6).contains(&settlement.attempts), "{settlement:?}");
     assert!(matches!(settlement.ending, Ending::Abandoned(_)), "{settlement:?}");
     verdict(next(&run, good));
     assert!(pool.stats().respawned >= 2, "the workers died, not only their jobs");
