@@ -36,11 +36,8 @@ const FEW: f64 = 0.1;
 /// Distance of lattice nodes over the spacing where the pieces are known point by point: small ones
 /// keep their shape, and faces lean less to the axes (F22). Points are half a spacing apart.
 const FINER: f64 = 0.7;
-/// ... and where some were drawn, which are smaller still, ...
+/// ... and where some were drawn, which are smaller still, unless their coarseness is above 1.
 const FINEST: f64 = 0.5;
-/// ... unless an error is good enough: for each of it that much more, up to `FINER`. At a half,
-/// the least pieces that are drawn lose some of their shape, and nodes are a third as many.
-const COARSER: f64 = 0.4;
 /// Most lattice nodes; beyond, memory (some 100 bytes each) would exceed a worker's share.
 const MAX_NODES: f64 = 5e7;
 /// The lattice reaches this many nodes beyond the body on every side.
@@ -187,8 +184,7 @@ impl Nodes {
         check(field)?;
         let drawn = field.pieces.filter(|pieces| !pieces.rubble.balls.is_empty());
         let unit = if field.pieces.is_some() { FINER * field.spacing } else { field.spacing };
-        let finest = |pieces: &Pieces| FINEST + COARSER * pieces.error.unwrap_or(0.0);
-        let h = drawn.map_or(unit, |pieces| finest(pieces).min(FINER) * field.spacing);
+        let h = drawn.map_or(unit, |pieces| FINEST * pieces.coarseness() * field.spacing);
         let mut reach = body.bounds().unwrap_or_default();
         for p in field.positions {
             reach = (reach.0.inf(p), reach.1.sup(p));

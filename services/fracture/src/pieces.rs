@@ -13,6 +13,10 @@ const LENGTHS: [f64; 2] = [1.2, 6.0];
 const STEEPNESS: f64 = 0.025;
 /// Secants on the way to where an edge crosses a border.
 const CHORDS: usize = 4;
+/// How much coarser drawn pieces may be for each of the error that is good enough, ...
+const COARSER: f64 = 0.8;
+/// ... and at most: pieces of 2.7 times the mass, on as many nodes each.
+const COARSEST: f64 = 1.4;
 /// Stream of the seed's numbers.
 const STREAM: u64 = 0x0b3d;
 
@@ -31,7 +35,21 @@ pub struct Pieces {
     pub error: Option<f64>,
 }
 
+/// How many times larger pieces are drawn than the grid allows where a relative error of all pieces
+/// is good enough \[1\], and how many times farther apart the nodes of the lattice are that cuts
+/// them: on a coarser lattice without larger pieces the least would join whole ones.
+#[must_use]
+pub fn coarseness(error: Option<f64>) -> f64 {
+    (1.0 + COARSER * error.unwrap_or(0.0)).min(COARSEST)
+}
+
 impl Pieces {
+    /// As [`coarseness`] of their error.
+    #[must_use]
+    pub fn coarseness(&self) -> f64 {
+        coarseness(self.error)
+    }
+
     /// The number among drawn pieces of one that was drawn.
     #[must_use]
     pub fn drawn(&self, piece: u32) -> Option<u32> {

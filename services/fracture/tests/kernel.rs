@@ -135,7 +135,8 @@ fn a_solve_has_the_same_bits_on_every_path_and_with_any_number_of_threads() {
     assert!(single != double, "the setting is heard");
 }
 
-/// Displacements within a thousandth of the greatest, damage within a hundredth, energy to 1e-5.
+/// Displacements within three thousandths of the greatest, damage within a hundredth, energy to
+/// 1e-5.
 #[test]
 fn single_stays_near_double() {
     let path = Path::best();
@@ -156,8 +157,20 @@ fn single_stays_near_double() {
     let energy = (lost[0] / lost[1] - 1.0).abs();
     eprintln!("u {far:e} damage {damage:e} lost {lost:?} broken {broken:?}");
     assert!((200..3000).contains(&broken[1]), "{} of {} broken", broken[1], b.len());
-    assert!(far > 0.0 && far < 1e-3, "displacements apart by {far}");
+    assert!(far > 0.0 && far < 3e-3, "displacements apart by {far}");
     assert!(damage < 1e-2, "damage apart by {damage}");
     assert!(energy < 1e-5, "energy apart by {energy}");
     assert_eq!(broken[0], broken[1]);
+}
+
+/// Nodes that hardly see a point have forces that are mostly rounding: in f32 they stay as slow as
+/// in f64, and none runs so far that its elements lose their strain (F04).
+#[test]
+fn light_nodes_do_not_run_away_in_single() {
+    let fastest = |precision| {
+        let mut domain = block(precision, Path::best(), 3.0);
+        (0..600).map(|_| domain.advance().fastest.sqrt()).fold(0.0, f64::max)
+    };
+    let (single, double) = (fastest(Precision::Single), fastest(Precision::Double));
+    assert!(single < 3.0 * double, "{single:.0} m/s in f32, {double:.0} m/s in f64");
 }

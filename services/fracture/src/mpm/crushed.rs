@@ -8,7 +8,7 @@
 use super::lattice::Lattice;
 use crate::material::Material;
 use crate::particles::Particles;
-use crate::pieces::{Ball, Pieces, Rubble};
+use crate::pieces::{Ball, Pieces, Rubble, coarseness};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::{scramble, unit};
 
@@ -24,10 +24,11 @@ const WHOLE_SHARE: f64 = 0.5;
 /// Half the width of a crack's band, in cells; a broken node beyond belongs to a crushed zone.
 const HALF_BAND: f64 = 2.1;
 
-/// Least mean size of pieces drawn in a crushed zone, in cells: finer is not in the solve (gate 5).
+/// Least mean size of pieces drawn in a crushed zone, in cells over their coarseness: finer is not
+/// in the solve (gate 5).
 const LEAST_MEAN: f64 = 1.15;
 
-/// Least size of a drawn piece, in cells: what the cut's lattice can still give a shape.
+/// Least size of a drawn piece, likewise: what the cut's lattice can still give a shape.
 const LEAST_SIZE: f64 = 0.85;
 
 /// Volume of the cubes of the sizes of drawn pieces over that of their zone: balls of these
@@ -127,20 +128,23 @@ struct Division<'a> {
     /// Power distance and number of the nearest site of each.
     nearest: Vec<(f64, Option<u32>)>,
     sites: Vec<Ball>,
+    /// Of the least \[cells\].
+    least: f64,
 }
 
 impl<'a> Division<'a> {
-    fn new(lattice: &'a Lattice, order: Vec<usize>, means: Vec<f64>, seed: u64) -> Self {
+    fn new(lattice: &'a Lattice, order: Vec<usize>, means: Vec<f64>, rules: &Rules) -> Self {
         let mut rank = vec![None; lattice.len()];
         order.iter().zip(0..).for_each(|(&n, k)| rank[n] = Some(k));
         let count = order.len();
         let (room, nearest) = (vec![f64::INFINITY; count], vec![(f64::INFINITY, None); count]);
-        Self { lattice, seed, order, means, rank, room, nearest, sites: Vec::new() }
+        let (seed, least) = (rules.seed, LEAST_SIZE * coarseness(rules.error));
+        Self { lattice, seed, order, means, rank, room, nearest, sites: Vec::new(), least }
     }
 
     /// Puts a ball at the first node that has room for one of its mean size times `factor`.
     fn put(&mut self, factor: f64, reach: f64) {
-        let size = |k: usize| (self.means[k] * factor).max(LEAST_SIZE);
+        let size = |k: usize| (self.means[k] * factor).max(self.least);
         let Some(first) = (0..self.order.len()).find(|&k| self.room[k] >= size(k)) else {
             return;
         };
@@ -194,9 +198,10 @@ impl Lattice {
         for (x, rate) in particles.reference.iter().zip(&particles.onset_rate) {
             self.visit(x, |node, weight, _| rates[node] += weight * rate);
         }
+        let least = LEAST_MEAN * coarseness(rules.error);
         let mean = |n: &usize| {
             let size = rules.material.fragment_size(rates[*n] / weights[*n]);
-            (size / self.spacing.max()).max(LEAST_MEAN)
+            (size / self.spacing.max()).max(least)
         };
         let mut order = zone.to_vec();
         order.sort_unstable_by_key(|&n| (scramble(scramble(rules.seed ^ STREAM) ^ n as u64), n));
@@ -204,8 +209,8 @@ impl Lattice {
         let count = FILLING * means.iter().map(|mean| 1.0 / (mean * mean * mean)).sum::<f64>();
         let factors = mott((count as usize).max(1), rules.seed);
         let largest = means.iter().copied().fold(0.0, f64::max) * factors[0];
-        let reach = largest.max(LEAST_SIZE) + 2.0;
-        let mut division = Division::new(self, order, means, rules.seed);
+        let mut division = Division::new(self, order, means, rules);
+        let reach = largest.max(division.least) + 2.0;
         for factor in factors {
             division.put(factor, reach);
         }
@@ -262,10 +267,10 @@ impl Lattice {
 
 #[cfg(test)]
 mod tests {
-    use super::{Lattice, Rules, mott, pieces};
+    use super::{LEAST_SIZE, Lattice, Rules, mott, pieces};
     use crate::material::Material;
     use crate::particles::Particles;
-    use crate::pieces::Pieces;
+    use crate::pieces::{Ball, Pieces};
     use cullet_geometry::Vec3;
 
     /// Fragments are finer than a cell at any rate.
@@ -281,6 +286,14 @@ mod tests {
 
     /// A bar of 20 × 6 × 6 cells, eight points a cell; `piece` says what a point belongs to.
     fn bar(piece: impl Fn(&Vec3) -> Option<u32>) -> (Vec<Vec3>, Pieces) {
+        asked_of_bar(None, piece)
+    }
+
+    /// Where an error is good enough.
+    fn asked_of_bar(
+        error: Option<f64>,
+        piece: impl Fn(&Vec3) -> Option<u32>,
+    ) -> (Vec<Vec3>, Pieces) {
         let point = |i: usize| {
             let at = Vec3::new((i / 144) as f64, (i / 12 % 12) as f64, (i % 12) as f64);
             (at + Vec3::repeat(0.5)) * 0.5 - Vec3::new(10.0, 3.0, 3.0)
@@ -288,7 +301,8 @@ mod tests {
         let points: Vec<Vec3> = (0..40 * 144).map(point).collect();
         let mut particles = Particles::at_rest(&points, 720.0, 1.0);
         particles.onset_rate.fill(10.0);
-        let found = pieces(&particles, points.iter().map(&piece).collect(), &RULES);
+        let rules = Rules { error, ..RULES };
+        let found = pieces(&particles, points.iter().map(&piece).collect(), &rules);
         (points, found)
     }
 
@@ -355,6 +369,18 @@ mod tests {
         // Borders are bent: a small piece at the edge may be left without a point.
         let empty = points.iter().filter(|&&n| n == 0.0).count();
         assert!(empty * 25 < points.len(), "{empty} of {} without a point", points.len());
+    }
+
+    /// An error buys fewer and larger pieces, as many lattice nodes across: 1.4³ in the mean.
+    #[test]
+    fn an_error_draws_larger_pieces() {
+        let drawn = |error| asked_of_bar(error, |_| None).1.rubble.balls;
+        let (fine, coarse) = (drawn(None), drawn(Some(0.5)));
+        let ratio = fine.len() as f64 / coarse.len() as f64;
+        assert!((2.0..3.5).contains(&ratio), "{} and {}", fine.len(), coarse.len());
+        let least = |balls: &[Ball]| balls.iter().map(|b| b.size).fold(f64::INFINITY, f64::min);
+        assert_eq!((least(&fine), least(&coarse)), (LEAST_SIZE, LEAST_SIZE * 1.4));
+        assert_eq!(drawn(Some(1.0)), coarse);
     }
 
     /// The pieces are those of all sites, though each looks at the nodes around it only.

@@ -81,6 +81,8 @@ pub struct Domain {
     separation: Separation,
     contact: Contact,
     kernel: Kernel,
+    /// A lighter node is pushed as if it had this mass \[kg\].
+    least_mass: f64,
     slot: Vec<u32>,
     /// Points that broke since nodes were last parted, by id.
     broken: Vec<u32>,
@@ -175,6 +177,7 @@ impl Domain {
             separation,
             contact: Contact::default(),
             kernel,
+            least_mass: 0.0,
             slot: Vec::new(),
             broken: Vec::new(),
             partings: 0,
@@ -187,6 +190,8 @@ impl Domain {
     /// Does the points' pass in another precision and on another path of the processor.
     pub fn select(&mut self, precision: Precision, path: Path) {
         self.kernel = Kernel::new(&self.grid, &self.particles, precision, path);
+        let heaviest = self.grid.nodes.mass.iter().fold(0.0_f64, |most, &mass| most.max(mass));
+        self.least_mass = precision.least_share() * heaviest;
     }
 
     /// Where the cap on strength is for cracks that grow, keeps track of where those are.
@@ -366,7 +371,7 @@ impl Domain {
     /// Velocities after the step; the greatest |v|².
     fn accelerate(&mut self) -> f64 {
         let (grid, step, kernel) = (&mut self.grid, self.step, &self.kernel);
-        let (spacing, grip) = (grid.spacing, self.grip.as_ref());
+        let (spacing, grip, least) = (grid.spacing, self.grip.as_ref(), self.least_mass);
         let (mass, place) = (&grid.nodes.mass, &grid.nodes.place);
         let fastest: Vec<f64> = grid
             .nodes
@@ -377,7 +382,7 @@ impl Domain {
                 let mut fastest = 0.0_f64;
                 for (i, v) in velocities.iter_mut().enumerate() {
                     let n = chunk * NODES + i;
-                    *v += kernel.force(n) * f64x4::splat(step * inverse(mass[n]));
+                    *v += kernel.force(n) * f64x4::splat(step * inverse(mass[n].max(least)));
                     if let Some(grip) = grip {
                         let x = Vec3::from(place[n].map(f64::from)).component_mul(&spacing);
                         if let Some(held) = grip.0(x) {

@@ -24,6 +24,20 @@ pub enum Precision {
     Double,
 }
 
+impl Precision {
+    /// Mass of a node, over the heaviest's, below which it is pushed as if it had that \[1\].
+    ///
+    /// The forces of an element are rounded as its heaviest node's are: on a node that hardly sees
+    /// a point what is left of f32 is noise, and noise over its mass runs away, until its
+    /// displacement is more than f32 can tell the strain of its neighbours from (F04).
+    pub(crate) fn least_share(self) -> f64 {
+        match self {
+            Self::Single => 1e-7,
+            Self::Double => 0.0,
+        }
+    }
+}
+
 /// Instructions of the processor; all give the same bits.
 #[derive(Clone, Copy, Debug)]
 pub struct Path(Level);

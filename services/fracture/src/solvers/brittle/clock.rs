@@ -25,7 +25,7 @@ const GROWTH_SHARE: f64 = 2e-3;
 
 /// Share of the broken points that may break within a transit when a solve ends, over the error
 /// that is good enough.
-const SMALL: f64 = 0.05;
+const SMALL: f64 = 0.02;
 
 /// Share of the points that must be broken for that: where a body is crushed a crack more or less
 /// matters little, elsewhere a single one that runs on may part it, however few points it breaks.
@@ -105,7 +105,7 @@ impl Growth {
     }
 
     /// Whether the body is crushed, and what broke within the last transit is small beside all that
-    /// has broken: a twentieth of the error.
+    /// has broken: a fiftieth of the error.
     pub(super) fn is_small(&self, error: f64, points: f64) -> bool {
         let (Some(&(_, then)), Some(&(_, now))) = (self.past.front(), self.past.back()) else {
             return false;
