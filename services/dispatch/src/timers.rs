@@ -1,7 +1,7 @@
 //! When to look at which job. Setting a time costs the same however many jobs there are: nothing is
 //! searched and nothing is taken out. A job is woken at the earliest time that was set for it since
-//! it was woken last, and whoever wakes it sets the next. So a renewal, which puts an end off, costs
-//! nothing here, and an end that comes sooner is found at its time.
+//! it was woken last, and whoever wakes it sets the next. So a renewal, which puts an end off,
+//! costs nothing here, and an end that comes sooner is found at its time.
 
 use crate::event::Millis;
 use std::collections::BTreeMap;

@@ -2,9 +2,9 @@
 //! event changes the board. It has no clock and no files; events are what the journal keeps, and
 //! the same events in the same order make the same board.
 //!
-//! Invariants: a ticket of a user is one run for ever; a run that is over changes by `retry` alone;
-//! no two runs write into one folder, and no number comes again; what was wished of a run while it ran is done when it ends,
-//! also across a crash.
+//! Invariants: a ticket of a user is one run as long as that is remembered; a run that is over
+//! changes by `retry` and `delete` alone; no two runs write into one folder, and no number comes
+//! again; what was wished of a run while it ran is done when it ends, also across a crash.
 
 use cullet_proto::service::{FileInfo, MAX_PRIORITY, State};
 use serde::{Deserialize, Serialize};

@@ -2,8 +2,8 @@
 //!
 //! Counted is what is there of the runs that are remembered: bundle, log and kept verdicts in the
 //! state folder, and what was recorded; and of those that are not remembered any more until the
-//! last of it is gone. So nothing of a user is on the disk and not counted; what all share, the cache of results and the
-//! quarantine, has bounds of its own.
+//! last of it is gone. So nothing of a user is on the disk and not counted; what all share, the
+//! cache of results and the quarantine, has bounds of its own.
 
 use super::board::{Board, Entry};
 use super::{ServiceError, Store};
