@@ -51,6 +51,8 @@ pub enum UserVerb {
     Resume,
     /// To put one that is over back into the queue.
     Retry,
+    /// To remove one that is over, with all that it left.
+    Delete,
     /// For a piece of a file of it.
     Fetch,
     /// To expect no more questions about it.
@@ -81,7 +83,7 @@ const WORKER_VERBS: [(&str, WorkerVerb); 8] = [
     ("bye", WorkerVerb::Bye),
 ];
 
-const USER_VERBS: [(&str, UserVerb); 14] = [
+const USER_VERBS: [(&str, UserVerb); 15] = [
     ("about", UserVerb::About),
     ("piece", UserVerb::Piece),
     ("submit", UserVerb::Submit),
@@ -92,6 +94,7 @@ const USER_VERBS: [(&str, UserVerb); 14] = [
     ("pause", UserVerb::Pause),
     ("resume", UserVerb::Resume),
     ("retry", UserVerb::Retry),
+    ("delete", UserVerb::Delete),
     ("fetch", UserVerb::Fetch),
     ("bye", UserVerb::Bye),
     ("workers", UserVerb::Workers),

@@ -181,7 +181,7 @@ pub struct BundleFile {
     pub length: u64,
 }
 
-/// Which run. Asked with `run`, `cancel`, `pause`, `resume`, `retry` and `bye`.
+/// Which run. Asked with `run`, `cancel`, `pause`, `resume`, `retry`, `delete` and `bye`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Which {
@@ -366,7 +366,7 @@ pub struct Drain {
     pub worker: String,
 }
 
-/// The answer to a [`Drain`] and to `bye`.
+/// The answer to a [`Drain`], to `delete` and to `bye`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Noted {
     /// Always true.

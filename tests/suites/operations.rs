@@ -99,12 +99,19 @@ fn the_page_of_operations_can_be_typed_from_top_to_bottom() {
     for made in ["runs/drop-1/summary.json", "runs/drop-2/run.mcap", "here/preview.png"] {
         assert!(folder.join(made).is_file(), "{made} is not there\n{text}");
     }
-    for words in ["run 4 is paused", "run 4 is cancelled", "cullet_runs{", "a gets no more jobs"] {
+    for words in [
+        "run 4 is paused",
+        "run 4 is cancelled",
+        "cullet_runs{",
+        "a gets no more jobs",
+        "run 4 is deleted",
+    ] {
         assert!(out.contains(words), "{words:?} is not in {out}");
     }
     let digest = |run: &str| common::summary(&folder.join(run))["digest"].clone();
     assert_eq!(digest("runs/drop-1"), digest("state/recordings/drop-5"), "the killed one differs");
     assert_eq!(digest("runs/drop-1"), digest("secure/recordings/drop-1"), "the secure one differs");
+    assert!(!folder.join("state/recordings/drop-4").exists(), "it is deleted and there");
     nobody_is_left(&folder);
 }
 

@@ -161,7 +161,7 @@ fn what_is_anothers_is_controlled_by_its_owner_and_by_operators() {
     let mut farm = Farm::closed();
     let run = farm.submit("ann", &["--set", "world.duration=600"]);
     assert_eq!(farm.json("bob", &["show", &run])["user"], "ann", "all may look");
-    for verb in ["cancel", "pause", "resume", "retry"] {
+    for verb in ["cancel", "pause", "resume", "retry", "delete"] {
         let said = farm.ask("bob", &[verb, &run]);
         assert_eq!(said.code, 64, "{verb}: {}", said.stderr);
         assert!(said.stderr.contains("is of ann"), "{verb}: {}", said.stderr);
@@ -172,6 +172,10 @@ fn what_is_anothers_is_controlled_by_its_owner_and_by_operators() {
     });
     assert_eq!(farm.ask("olga", &["cancel", &run]).code, 0);
     assert_eq!(farm.ends("ann", &run)["state"], "cancelled");
+    for who in ["bob", "w1"] {
+        assert_ne!(farm.ask(who, &["delete", &run]).code, 0, "{who} may delete what is ann's");
+    }
+    assert_eq!(farm.ask("ann", &["delete", &run]).code, 0);
     let said = farm.ask("ann", &["drain", "w1"]);
     assert_eq!(said.code, 64, "{}", said.stderr);
     assert!(said.stderr.contains("only an operator"), "{}", said.stderr);

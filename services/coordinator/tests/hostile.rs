@@ -329,6 +329,12 @@ fn a_user_who_holds_as_much_disk_as_one_may_hands_in_no_more_and_others_do() {
     let used: u64 = used.parse().expect("a number");
     assert!(((2 * 700) << 10..2 << 20).contains(&used), "{said}");
     assert!(rest.ends_with(&format!("a user may hold {}", 2 << 20)), "{said}");
+    // What is deleted makes room at once.
+    let gone = json!({"run": 1}).to_string();
+    assert!(farm.ask(UserVerb::Delete, gone.as_bytes()).is_ok());
+    let again = farm.ask(UserVerb::Submit, &third).expect("there is room");
+    let answer: Value = serde_json::from_slice(&again).expect("JSON");
+    assert_eq!(answer["run"], 3, "{answer}");
     // What is small has room still, and what is another's too.
     assert_eq!(farm.run("small", &[(SCENE, FALLING)]).state, State::Done);
     assert!(farm.ask_as("ann", UserVerb::Submit, &third).is_ok());

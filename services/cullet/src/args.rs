@@ -2,7 +2,7 @@
 
 mod farm;
 
-pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, Place, Ps, Router, Submit};
+pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, OfRuns, Place, Ps, Router, Submit};
 
 use clap::{Args, Parser, Subcommand};
 use cullet_coordinator::bench::Sweep;
@@ -55,6 +55,8 @@ pub(crate) enum Command {
     Resume(OfRun),
     /// Put a run that failed, stalled or was cancelled back into the queue
     Retry(OfRun),
+    /// Delete runs that are over, with their recordings, from the coordinator's disk
+    Delete(OfRuns),
     /// Fetch what a run recorded
     Fetch(Fetch),
     /// List the workers of a coordinator
@@ -239,6 +241,10 @@ pub(crate) struct Coordinator {
     /// Most GB of the disk that the runs of one user may hold; 0: no bound [default: half of it]
     #[arg(long, value_name = "GB", value_parser = moment)]
     pub(crate) quota: Option<f64>,
+    /// Runs remembered; beyond it the oldest that is over is deleted, of the user who has most
+    #[arg(long, default_value_t = 4096, value_name = "N",
+        value_parser = clap::value_parser!(u16).range(1..=4096))]
+    pub(crate) keep: u16,
     /// Runs at once; the others wait
     #[arg(
         long,

@@ -237,6 +237,27 @@ fn doing(info: &RunInfo, verb: UserVerb) -> String {
     }
 }
 
+pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
+    say_logs(&args.place.who.voice);
+    let client = connect(&args.place)?;
+    let mut exit = Exit::Done;
+    for &run in &args.runs {
+        // One that does not go does not keep the others.
+        match ask::<_, Noted>(&client, UserVerb::Delete, &Which { run }) {
+            Ok(_) if args.place.who.json => print_json(&Which { run })?,
+            Ok(_) => print(format!("run {run} is deleted\n"))?,
+            Err(trouble) => {
+                eprintln!("error: {trouble}");
+                exit = trouble.exit;
+            }
+        }
+        if exit == Exit::Unreachable {
+            break;
+        }
+    }
+    Ok(exit)
+}
+
 pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
     let place = &args.of.place;
     say_logs(&place.who.voice);

@@ -58,6 +58,7 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Pause(args) => client::control(args, UserVerb::Pause),
         Command::Resume(args) => client::control(args, UserVerb::Resume),
         Command::Retry(args) => client::control(args, UserVerb::Retry),
+        Command::Delete(args) => client::delete(args),
         Command::Fetch(args) => client::fetch(args),
         Command::Workers(args) => client::workers(args),
         Command::Drain(args) => client::drain(args),

@@ -55,6 +55,7 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
         metrics: args.metrics,
         operators: guard.roles.map(|roles| roles.operators().clone()),
         quota: quota(args),
+        keep: Some(usize::from(args.keep)),
     };
     let quiet = args.voice.quiet;
     let served = serve(store, &Arc::new(pool), &config, &stop, &mut |line| {

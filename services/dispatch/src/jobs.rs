@@ -72,13 +72,13 @@ pub(crate) type ByWorker<T> = ByName<Worker, T>;
 #[derive(Debug, Default)]
 pub(crate) struct Jobs {
     places: ByJob<usize>,
-    records: Vec<Option<Record>>,
+    records: Vec<Option<(Job, Record)>>,
     free: Vec<usize>,
     last: Cell<Option<(Job, usize)>>,
 }
 
 impl Jobs {
-    fn place(&self, job: &Job) -> Option<usize> {
+    pub(crate) fn place(&self, job: &Job) -> Option<usize> {
         if let Some((last, place)) = self.last.get()
             && last == *job
         {
@@ -90,12 +90,17 @@ impl Jobs {
     }
 
     pub(crate) fn get(&self, job: &Job) -> Option<&Record> {
-        self.records[self.place(job)?].as_ref()
+        self.records[self.place(job)?].as_ref().map(|(_, record)| record)
+    }
+
+    /// What is at a place.
+    pub(crate) fn at(&mut self, place: usize) -> Option<(Job, &mut Record)> {
+        self.records.get_mut(place)?.as_mut().map(|(job, record)| (*job, record))
     }
 
     pub(crate) fn get_mut(&mut self, job: &Job) -> Option<&mut Record> {
         let place = self.place(job)?;
-        self.records[place].as_mut()
+        self.records[place].as_mut().map(|(_, record)| record)
     }
 
     pub(crate) fn insert(&mut self, job: Job, record: Record) {
@@ -103,7 +108,7 @@ impl Jobs {
             self.records.push(None);
             self.records.len() - 1
         });
-        self.records[place] = Some(record);
+        self.records[place] = Some((job, record));
         self.places.insert(job, place);
         self.last.set(Some((job, place)));
     }
@@ -112,7 +117,7 @@ impl Jobs {
         self.last.set(None);
         let place = self.places.remove(job)?;
         self.free.push(place);
-        self.records[place].take()
+        self.records[place].take().map(|(_, record)| record)
     }
 
     pub(crate) fn names(&self) -> Vec<Job> {

@@ -26,8 +26,7 @@ impl Dispatch {
 
     /// An attempt is that far; what comes late takes nothing back.
     pub(crate) fn reach(&mut self, job: Job, epoch: Epoch, stage: Stage) {
-        let leases = self.jobs.get_mut(&job).map(|record| &mut record.leases);
-        if let Some(lease) = leases.into_iter().flatten().find(|lease| lease.epoch == epoch) {
+        if let Some(lease) = self.jobs.get_mut(&job).and_then(|record| record.leases.find(epoch)) {
             lease.stage = lease.stage.max(stage);
         }
     }
@@ -45,18 +44,22 @@ impl Dispatch {
             }
             return Err(StopReason::Over);
         }
-        if let Some(held) = record.leases.iter_mut().find(|lease| lease.epoch == epoch) {
+        if let Some(held) = record.leases.find(epoch) {
             (held.expires, held.suspect) = (expires, false);
             self.set_timer(job);
             return Ok(());
         }
-        let back = record.lapsed.filter(|last| last.epoch == epoch && record.phase != Phase::Held);
+        let back = record
+            .lapsed
+            .as_deref()
+            .copied()
+            .filter(|last| last.epoch == epoch && record.phase != Phase::Held);
         let Some(back) = back else {
             return Err(StopReason::Superseded);
         };
         record.lapsed = None;
         let charged = self.shares.charge(now, back.run, false);
-        self.hold(now, job, Lease { expires, suspect: false, charged, ..back });
+        self.hold(now, job, Lease { expires, suspect: false, slow: false, charged, ..back });
         Ok(())
     }
 
@@ -66,15 +69,11 @@ impl Dispatch {
             return;
         };
         record.leases.push(lease);
-        let alone = record.leases.len() == 1;
+        let alone = record.leases.only().is_some();
         #[cfg(test)]
         let alone = alone || self.mutant == Some(Mutant::HedgedAgain);
-        for held in &record.leases {
-            if alone {
-                self.single.insert((held.granted, job));
-            } else {
-                self.single.remove(&(held.granted, job));
-            }
+        for held in record.leases.iter().filter(|held| held.slow && !alone) {
+            self.slow.remove(&(held.granted, job));
         }
         if let Some(peer) = self.peers.get_mut(&lease.worker) {
             peer.held.push((job, lease.epoch));
@@ -86,7 +85,9 @@ impl Dispatch {
     fn drop_lease(&mut self, now: Millis, job: Job, lease: &Lease, whole: bool) {
         let took = now.saturating_sub(lease.granted);
         self.shares.took(lease.run, lease.charged, took, whole);
-        self.single.remove(&(lease.granted, job));
+        if lease.slow {
+            self.slow.remove(&(lease.granted, job));
+        }
         if let Some(peer) = self.peers.get_mut(&lease.worker) {
             peer.held.retain(|held| *held != (job, lease.epoch));
         }
@@ -128,8 +129,8 @@ impl Dispatch {
         let until = now + self.timing.suspect;
         self.part(worker);
         for (job, epoch) in self.held_by(worker) {
-            let leases = self.jobs.get_mut(&job).map(|record| &mut record.leases);
-            for lease in leases.into_iter().flatten().filter(|lease| lease.epoch == epoch) {
+            let record = self.jobs.get_mut(&job);
+            if let Some(lease) = record.and_then(|record| record.leases.find(epoch)) {
                 lease.expires = lease.expires.min(until);
                 lease.suspect = true;
             }
@@ -184,7 +185,7 @@ impl Dispatch {
     }
 
     pub(crate) fn tick(&mut self, now: Millis, out: &mut Vec<Effect>) {
-        while let Some((_, job)) = self.timers.first().copied().filter(|(at, _)| *at <= now) {
+        for job in self.due(now) {
             self.look_at(now, job, out);
         }
         while let Some(asker) = self.parked.overdue(now).and_then(|t| self.parked.take(t)) {
@@ -196,14 +197,75 @@ impl Dispatch {
         self.hedge(now, out);
     }
 
+    /// The jobs whose time has come, in order of time and name. One that was woken too soon, as its
+    /// time was put off, sleeps on.
+    fn due(&mut self, now: Millis) -> Vec<Job> {
+        let mut due = Vec::new();
+        for place in self.timers.due(now) {
+            let Some((job, record)) = self.jobs.at(place) else {
+                continue;
+            };
+            match record.timer {
+                Some(at) if at <= now => {
+                    record.timer = None;
+                    due.push((at, job));
+                }
+                later => self.timers.set(place, later),
+            }
+        }
+        due.sort_unstable();
+        due.into_iter().map(|(_, job)| job).collect()
+    }
+
+    /// When a job is to be looked at: its pause is over, a lease of it runs out, or the only one
+    /// is older than a lease lasts.
+    pub(crate) fn set_timer(&mut self, job: Job) {
+        let lease = self.timing.lease;
+        let Some(place) = self.jobs.place(&job) else {
+            return;
+        };
+        let Some(record) = self.jobs.get_mut(&job) else {
+            return;
+        };
+        let next = match record.phase {
+            Phase::Waiting(until) => Some(until),
+            Phase::Held => {
+                let ends = record.leases.iter().map(|lease| lease.expires.min(lease.hard)).min();
+                let young = record.leases.only().filter(|only| !only.slow);
+                let slow = young.map(|only| only.granted + lease);
+                ends.map(|ends| slow.map_or(ends, |slow| slow.min(ends)))
+            }
+            Phase::Ready | Phase::Over(_) => None,
+        };
+        if record.timer != next {
+            record.timer = next;
+            self.timers.set(place, next);
+        }
+    }
+
+    /// Counts an attempt among the slow ones once it is older than a lease lasts.
+    fn note_slow(&mut self, now: Millis, job: Job) {
+        let lasts = self.timing.lease;
+        let Some(record) = self.jobs.get_mut(&job).filter(|r| r.leases.only().is_some()) else {
+            return;
+        };
+        let old = |lease: &&mut Lease| !lease.slow && lease.granted + lasts <= now;
+        if let Some(lease) = record.leases.iter_mut().find(old) {
+            lease.slow = true;
+            self.slow.insert((lease.granted, job));
+        }
+    }
+
     /// A job whose time has come: its pause is over, or a lease of it.
     fn look_at(&mut self, now: Millis, job: Job, out: &mut Vec<Effect>) {
+        if let Some(Phase::Waiting(_)) = self.jobs.get(&job).map(|record| record.phase) {
+            return self.turn(now, job, Phase::Ready);
+        }
+        self.note_slow(now, job);
+        self.set_timer(job);
         let Some(record) = self.jobs.get(&job) else {
             return;
         };
-        if let Phase::Waiting(_) = record.phase {
-            return self.turn(now, job, Phase::Ready);
-        }
         #[cfg(test)]
         if self.is(Mutant::NoExpiry) {
             return self.never_expire(job);
@@ -227,10 +289,9 @@ impl Dispatch {
         let Some(record) = self.jobs.get_mut(&job) else {
             return;
         };
-        let Some(at) = record.leases.iter().position(|lease| lease.epoch == epoch) else {
+        let Some(lease) = record.leases.take(|lease| lease.epoch == epoch) else {
             return;
         };
-        let lease = record.leases.swap_remove(at);
         let worker = lease.worker;
         let charged = match loss {
             Loss::Crashed => true,
@@ -247,7 +308,7 @@ impl Dispatch {
             }
         }
         if loss == Loss::Silent {
-            record.lapsed = Some(lease);
+            record.lapsed = Some(Box::new(lease));
         }
         #[cfg(test)]
         if self.mutant == Some(Mutant::NoLimit) {
@@ -256,9 +317,8 @@ impl Dispatch {
         let (crashes, attempts) = (record.crashes, record.attempts);
         let killers = record.killers.len();
         let alone = record.leases.is_empty();
-        if let Some(other) = record.leases.first() {
-            self.single.insert((other.granted, job));
-        }
+        record.leases.iter_mut().for_each(|other| other.slow = false);
+        self.note_slow(now, job);
         self.drop_lease(now, job, &lease, false);
         if loss == Loss::Silent {
             // Nobody may have noticed its end: one that is not heard of does not count as there.

@@ -47,6 +47,7 @@ pub mod event;
 pub mod hand;
 mod jobs;
 mod lease;
+mod leases;
 pub mod machine;
 #[cfg(test)]
 mod mutant;
@@ -54,6 +55,7 @@ mod poll;
 mod settle;
 mod share;
 mod shelf;
+mod timers;
 pub mod timing;
 
 #[cfg(test)]

@@ -5,10 +5,12 @@ use crate::counts::Counts;
 use crate::effect::{Bound, Effect, Loss, Reason, Receipt, Verdict};
 use crate::event::{Build, Epoch, Event, Job, Millis, Prior, Run, Skills, Worker};
 use crate::jobs::{ByJob, ByWorker, Jobs};
+use crate::leases::Leases;
 #[cfg(test)]
 use crate::mutant::Mutant;
 use crate::share::Shares;
 use crate::shelf::Shelf;
+use crate::timers::Timers;
 use crate::timing::Timing;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -36,6 +38,8 @@ pub(crate) struct Lease {
     pub(crate) hard: Millis,
     pub(crate) suspect: bool,
     pub(crate) stage: Stage,
+    /// It is among the [`Dispatch::slow`], or was.
+    pub(crate) slow: bool,
     /// To whom and how much it is charged.
     pub(crate) run: Run,
     pub(crate) charged: Millis,
@@ -67,9 +71,9 @@ pub(crate) struct Record {
     pub(crate) wants: Vec<Want>,
     pub(crate) need: Skills,
     pub(crate) phase: Phase,
-    pub(crate) leases: Vec<Lease>,
+    pub(crate) leases: Leases,
     /// The grant that ran silent last, which a late renewal may take up again.
-    pub(crate) lapsed: Option<Lease>,
+    pub(crate) lapsed: Option<Box<Lease>>,
     /// To whom it was granted last.
     pub(crate) last: Option<Worker>,
     pub(crate) attempts: u32,
@@ -77,7 +81,7 @@ pub(crate) struct Record {
     pub(crate) crashes: u32,
     /// Under whom.
     pub(crate) killers: Vec<Worker>,
-    /// When it is looked at next, as in [`Dispatch::timers`].
+    /// When it is to be looked at next; [`Dispatch::timers`] wakes it by then.
     pub(crate) timer: Option<Millis>,
 }
 
@@ -104,9 +108,9 @@ pub struct Dispatch {
     pub(crate) jobs: Jobs,
     pub(crate) shares: Shares,
     /// When to look at which job: its pause is over, or a lease of it.
-    pub(crate) timers: BTreeSet<(Millis, Job)>,
-    /// Attempts without a duplicate, oldest first.
-    pub(crate) single: BTreeSet<(Millis, Job)>,
+    pub(crate) timers: Timers,
+    /// Attempts older than a lease lasts and without a duplicate, oldest first.
+    pub(crate) slow: BTreeSet<(Millis, Job)>,
     pub(crate) parked: Askers,
     pub(crate) peers: ByWorker<Peer>,
     pub(crate) live: usize,
@@ -136,8 +140,8 @@ impl Dispatch {
             timing,
             jobs: Jobs::default(),
             shares: Shares::default(),
-            timers: BTreeSet::new(),
-            single: BTreeSet::new(),
+            timers: Timers::default(),
+            slow: BTreeSet::new(),
             parked: Askers::default(),
             peers: ByWorker::default(),
             live: 0,
@@ -337,7 +341,7 @@ impl Dispatch {
             wants: vec![want],
             need,
             phase: Phase::Waiting(now),
-            leases: Vec::new(),
+            leases: Leases::default(),
             lapsed: None,
             last: None,
             attempts: 0,
@@ -402,26 +406,6 @@ impl Dispatch {
         };
         if let Some(account) = self.shares.get_mut(want.run) {
             account.counts.stands(record.phase, sign);
-        }
-    }
-
-    pub(crate) fn set_timer(&mut self, job: Job) {
-        let Some(record) = self.jobs.get_mut(&job) else {
-            return;
-        };
-        let next = match record.phase {
-            Phase::Waiting(until) => Some(until),
-            Phase::Held => record.leases.iter().map(|lease| lease.expires.min(lease.hard)).min(),
-            Phase::Ready | Phase::Over(_) => None,
-        };
-        if record.timer == next {
-            return;
-        }
-        if let Some(old) = std::mem::replace(&mut record.timer, next) {
-            self.timers.remove(&(old, job));
-        }
-        if let Some(next) = next {
-            self.timers.insert((next, job));
         }
     }
 

@@ -79,10 +79,8 @@ impl Dispatch {
 
     /// Leaves the lease as it is, and looks no more.
     pub(crate) fn never_expire(&mut self, job: Job) {
-        if let Some(record) = self.jobs.get_mut(&job)
-            && let Some(timer) = record.timer.take()
-        {
-            self.timers.remove(&(timer, job));
+        if let Some(record) = self.jobs.get_mut(&job) {
+            record.timer = None;
         }
     }
 }

@@ -166,8 +166,9 @@ impl Dispatch {
             account.counts.resent += u64::from(resent);
         }
         let (expires, hard) = (now + self.timing.lease, now + self.timing.hard);
-        let (granted, suspect, stage) = (now, false, Stage::Granted);
-        let lease = Lease { worker, epoch, granted, expires, hard, suspect, stage, run, charged };
+        let (granted, suspect, stage, slow) = (now, false, Stage::Granted, false);
+        let lease =
+            Lease { worker, epoch, granted, expires, hard, suspect, stage, slow, run, charged };
         self.hold(now, job, lease);
         let (lease, hard) = (self.timing.lease, self.timing.hard);
         out.push(Effect::Grant { worker, seq, job, run, epoch, lease, hard });
@@ -180,7 +181,7 @@ impl Dispatch {
         if self.parked.is_empty() {
             return;
         }
-        let oldest: Vec<_> = self.single.iter().take(MAX_SLOW).copied().collect();
+        let oldest: Vec<_> = self.slow.iter().take(MAX_SLOW).copied().collect();
         for (granted, job) in oldest {
             let Some(record) = self.jobs.get(&job).filter(|r| r.phase == Phase::Held) else {
                 continue;

@@ -14,10 +14,10 @@ impl Dispatch {
     /// Nobody wants the job any more.
     fn withdraw(&mut self, now: Millis, job: Job) {
         self.release(now, job, Verdict::Cancelled);
+        if let Some(place) = self.jobs.place(&job) {
+            self.timers.set(place, None);
+        }
         if let Some(record) = self.jobs.remove(&job) {
-            if let Some(timer) = record.timer {
-                self.timers.remove(&(timer, job));
-            }
             self.counts.stands(record.phase, -1);
             self.count_ready(record.need, -i64::from(record.phase == Phase::Ready));
             self.remember(job, Verdict::Cancelled);

@@ -2,8 +2,8 @@
 
 use super::synthetic::{self, BREAK, STEP, STEPS};
 use super::*;
+use cullet_geometry::math::scramble;
 use cullet_geometry::{Sheet, Vec3};
-use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -391,37 +391,31 @@ fn an_open_fragment_is_counted_by_both() {
     assert_eq!(inspect(&finished.path).expect("reads").summary.open_fragments, 1);
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
-    #[test]
-    fn damage_never_panics(
-        position in 0.0..1.0f64,
-        value in any::<u8>(),
-        cut in 0.0..1.0f64,
-        truncate in any::<bool>(),
-    ) {
-        thread_local! {
-            static BYTES: Vec<u8> = {
-                let dir = folder();
-                std::fs::read(recorded(dir.path()).path).expect("reads")
-            };
+/// One byte changed in each of 200 copies, half of which are cut off somewhere too.
+#[test]
+fn damage_never_panics() {
+    let (dir, damaged) = (folder(), folder());
+    let sound = std::fs::read(recorded(dir.path()).path).expect("reads");
+    let (path, out) = (damaged.path().join("damaged.mcap"), damaged.path().join("out.mcap"));
+    let mut dice = 0;
+    let mut below = |end: usize| {
+        dice = scramble(dice + 1);
+        (dice >> 8) as usize % end
+    };
+    for _ in 0..200 {
+        let mut bytes = sound.clone();
+        bytes[below(sound.len())] = below(256) as u8;
+        if below(2) == 0 {
+            bytes.truncate(below(sound.len()));
         }
-        let mut bytes = BYTES.with(Clone::clone);
-        let at = (position * bytes.len() as f64) as usize;
-        bytes[at] = value;
-        if truncate {
-            bytes.truncate((cut * bytes.len() as f64) as usize);
-        }
-        let dir = folder();
-        let path = dir.path().join("damaged.mcap");
         std::fs::write(&path, &bytes).expect("writes");
-        let out = dir.path().join("out.mcap");
         if let Ok(report) = recover(&path, &out) {
             let copy = std::fs::read(&out).expect("reads");
             let read = mcap::Summary::read(&copy).expect("ends well").expect("is indexed");
-            prop_assert_eq!(read.stats.expect("has statistics").message_count, report.messages);
+            assert_eq!(read.stats.expect("has statistics").message_count, report.messages);
         }
         // A damaged message in a chunk without a check sum may be refused; it must not panic.
         let _outcome = inspect(&path).is_ok();
+        std::fs::remove_file(&out).ok();
     }
 }

@@ -7,7 +7,7 @@ mod ladder;
 mod output;
 mod settle;
 
-pub use output::{next_folder, write_file};
+pub use output::{UNFINISHED, next_folder, write_file};
 
 use crate::link::{RunHandle, Settlement};
 use crate::record::{Event, Level, PoseRow, RecordError, Recorder, Summary};

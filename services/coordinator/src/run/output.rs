@@ -4,6 +4,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+/// What a file's name begins with until it is whole.
+pub const UNFINISHED: &str = ".cullet-";
 /// Most runs of one scene in one folder; past it the caller must name a folder.
 const MOST_RUNS: u32 = 100_000;
 
@@ -27,6 +29,7 @@ pub fn next_folder(base: &Path, scene: &str) -> io::Result<PathBuf> {
 /// Temporary files are their owner's alone; what a run leaves is as readable as any other file.
 fn plain() -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
+    builder.prefix(UNFINISHED);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder

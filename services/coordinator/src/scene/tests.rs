@@ -325,35 +325,6 @@ material = "granite"
     assert!(errors_of(text, &["scatter.stone.count=3000"]).contains("fit between"));
 }
 
-proptest::proptest! {
-    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(400))]
-
-    #[test]
-    fn broken_text_never_panics(edits in proptest::collection::vec((0usize..600, 0u8..128), 1..6)) {
-        let mut bytes = SMALL.as_bytes().to_vec();
-        for (at, byte) in edits {
-            let at = at % bytes.len();
-            match byte % 3 {
-                0 => bytes[at] = byte,
-                1 => { bytes.remove(at); }
-                _ => bytes.insert(at, byte),
-            }
-        }
-        if let Err(errors) = from_text(&String::from_utf8_lossy(&bytes), &[]) {
-            proptest::prop_assert!(!errors.errors.is_empty());
-            proptest::prop_assert!(!errors.to_string().is_empty());
-        }
-    }
-
-    #[test]
-    fn broken_overrides_never_panic(text in "[a-z.\\[\\]\"={} 0-9]{0,24}", tail in ".{0,12}") {
-        let overrides = [text.as_str(), &format!("body.cube.{text}={tail}")];
-        if let Err(errors) = from_text(SMALL, &overrides) {
-            proptest::prop_assert!(!errors.to_string().is_empty());
-        }
-    }
-}
-
 /// Meshes that do not lie in the tree: tried where `CULLET_MESHES` names their folder.
 #[test]
 fn the_bullet_takes_other_targets() {

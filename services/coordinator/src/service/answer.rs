@@ -1,6 +1,6 @@
 //! Questions of people and programs, and what they are told.
 
-use super::board::{End, Entry, Event, No, Order};
+use super::board::{End, Entry, Event, MAX_KEPT, No, Order};
 use super::{Service, ServiceError, unix_ms};
 use crate::link::bundle;
 use crate::link::users::{Asked, Parcel};
@@ -40,7 +40,7 @@ enum Trouble {
 impl From<No> for Trouble {
     fn from(no: No) -> Self {
         match no {
-            No::Unknown(_) => Self::Unknown(no.to_string()),
+            No::Unknown(_) | No::Gone(_) => Self::Unknown(no.to_string()),
             No::State { .. } | No::Full | No::Priority => Self::Wrong(no.to_string()),
         }
     }
@@ -95,6 +95,11 @@ impl Service<'_> {
                 let said = self.control(asked.verb, run)?;
                 asked.answer(&said);
             }
+            UserVerb::Delete => {
+                let Which { run } = asked.read()?.0;
+                self.delete(&asked.user, run)?;
+                asked.answer(&Noted { noted: true });
+            }
             UserVerb::Fetch => self.fetch(asked)?,
             UserVerb::Bye => {
                 let Which { run } = asked.read()?.0;
@@ -139,7 +144,8 @@ impl Service<'_> {
         let Submit { ticket, priority, overrides, sweep, .. } = submit;
         let (name, at) = (bundle.name, unix_ms());
         let order = Order { ticket, user, name, sweep, priority, overrides, at };
-        let events = match self.board.submit(order) {
+        let keep = self.config.keep.unwrap_or(MAX_KEPT);
+        let events = match self.board.submit(order, keep) {
             Err(No::Full) => return Ok(SubmitAnswer::Busy),
             other => other?,
         };
@@ -150,21 +156,12 @@ impl Service<'_> {
         self.store.room(bytes.len() as u64)?;
         let need = (asked.user.as_str(), bytes.len() as u64);
         self.quota.room(need, &self.board, (&self.store, &self.out))?;
-        let recording = |event: &Event| match event {
-            Event::Forgotten { run } => Some((*run, self.board.get(*run).ok()?.folder.clone())),
-            _ => None,
-        };
-        let forgotten: Vec<_> = events.iter().filter_map(recording).collect();
         let kept = self.store.keep_bundle(run, &bytes).and_then(|()| self.record(&events));
         if let Err(error) = kept {
-            self.store.forget(run);
+            let _swept_at_the_next_start = self.store.forget(run);
             return Err(error.into());
         }
-        for (run, folder) in forgotten {
-            self.lives.remove(&run);
-            self.store.forget(run);
-            self.quota.forget(run, folder.map(|folder| self.out.join(folder)).as_deref());
-        }
+        self.clear();
         tracing::info!(run, user = %asked.user, bytes = bytes.len(), "run handed in");
         self.awaited.insert(run, Instant::now());
         Ok(SubmitAnswer::Accepted { run })
@@ -215,6 +212,19 @@ impl Service<'_> {
         Ok(self.info(&entry))
     }
 
+    /// Deletes a run that is over; one that went already is nobody's any more.
+    fn delete(&mut self, user: &WorkerId, run: u64) -> Result<(), Trouble> {
+        if self.board.get(run).is_ok() {
+            self.may_control(user, UserVerb::Delete, run)?;
+        }
+        if let Some(event) = self.board.delete(run)? {
+            self.record(std::slice::from_ref(&event))?;
+            tracing::info!(run, %user, "run deleted");
+            self.clear();
+        }
+        Ok(())
+    }
+
     fn fetch(&mut self, asked: &Asked) -> Result<(), Trouble> {
         let Fetch { run, file, index } = asked.read()?.0;
         self.awaited.insert(run, Instant::now());
@@ -248,10 +258,13 @@ impl Service<'_> {
     pub(super) fn news(&mut self) {
         for watcher in std::mem::take(&mut self.watchers) {
             let Watcher { asked, follow, until } = watcher;
-            let Ok(entry) = self.board.get(follow.run).cloned() else {
-                self.awaited.remove(&follow.run);
-                asked.unknown(No::Unknown(follow.run));
-                continue;
+            let entry = match self.board.get(follow.run) {
+                Ok(entry) => entry.clone(),
+                Err(no) => {
+                    self.awaited.remove(&follow.run);
+                    asked.unknown(no);
+                    continue;
+                }
             };
             let (lines, next, all) = self.live(follow.run).lines(follow.from);
             let end = all && entry.state.is_over();

@@ -7,7 +7,7 @@ use super::store::Kept;
 use super::{timeline, unix_ms};
 use crate::link::bundle;
 use crate::preview;
-use crate::run::{Jobs, News, Outcome, RunError, RunOptions, run, write_file};
+use crate::run::{Jobs, News, Outcome, RunError, RunOptions, UNFINISHED, run, write_file};
 use crate::scene::load_bundle;
 use cullet_proto::service::{FileInfo, Position, codes, hex_of};
 use std::fs::{self, File};
@@ -166,7 +166,7 @@ fn empty(folder: &Path) -> io::Result<()> {
         let ours = PRODUCTS.iter().any(|product| {
             name.strip_prefix(product).is_some_and(|rest| rest.is_empty() || rest == ".partial")
         });
-        if ours {
+        if ours || name.starts_with(UNFINISHED) {
             fs::remove_file(path)?;
         }
     }
@@ -174,14 +174,12 @@ fn empty(folder: &Path) -> io::Result<()> {
 }
 
 /// Removes what a run recorded, and its folder if nothing of others is in it.
-pub(super) fn discard(folder: &Path) {
-    if !folder.is_dir() {
-        return;
+pub(super) fn discard(folder: &Path) -> io::Result<()> {
+    if folder.is_dir() {
+        empty(folder)?;
+        let _others_are_in_it = fs::remove_dir(folder);
     }
-    if let Err(error) = empty(folder) {
-        tracing::warn!("{}: {error}", folder.display());
-    }
-    let _others_are_in_it = fs::remove_dir(folder);
+    Ok(())
 }
 
 fn products(folder: &Path) -> Result<Vec<FileInfo>, String> {

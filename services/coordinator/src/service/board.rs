@@ -2,9 +2,9 @@
 //! event changes the board. It has no clock and no files; events are what the journal keeps, and
 //! the same events in the same order make the same board.
 //!
-//! Invariants: a ticket of a user is one run for ever; a run that is over changes by `retry` alone;
-//! no two runs write into one folder; what was wished of a run while it ran is done when it ends,
-//! also across a crash.
+//! Invariants: a ticket of a user is one run as long as that is remembered; a run that is over
+//! changes by `retry` and `delete` alone; no two runs write into one folder, and no number comes
+//! again; what was wished of a run while it ran is done when it ends, also across a crash.
 
 use cullet_proto::service::{FileInfo, MAX_PRIORITY, State};
 use serde::{Deserialize, Serialize};
@@ -93,8 +93,12 @@ pub(super) enum Event {
     Queued { run: u64 },
     /// A run that did not go on is not wanted any more.
     Cancelled { run: u64, end: End, at: u64 },
-    /// A run that is over is not remembered any more.
+    /// A run that is over is not remembered any more; what it left is still on the disk.
     Forgotten { run: u64 },
+    /// Now it is not.
+    Removed { run: u64 },
+    /// Numbers up to this one were given.
+    Numbered { last: u64 },
     /// The coordinator came back: what went on then does not now.
     Returned { at: u64 },
     /// All there is to know of a run: what a journal that was written anew begins with.
@@ -106,6 +110,8 @@ pub(super) enum Event {
 pub(super) enum No {
     #[error("there is no run {0}")]
     Unknown(u64),
+    #[error("run {0} is not here any more: it was deleted, or made room for others")]
+    Gone(u64),
     #[error("run {run} is {state}: it cannot be {verb}")]
     State { run: u64, state: &'static str, verb: &'static str },
     #[error("{MAX_WAITING} runs wait already, or {MAX_WAITING_OF_ONE} of this user")]
@@ -118,12 +124,33 @@ pub(super) enum No {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Board {
     entries: BTreeMap<u64, Entry>,
+    /// Not remembered any more, with something on the disk still.
+    leaving: BTreeMap<u64, Entry>,
     last: u64,
 }
 
 impl Board {
     pub(super) fn get(&self, run: u64) -> Result<&Entry, No> {
-        self.entries.get(&run).ok_or(No::Unknown(run))
+        let gone = (1..=self.last).contains(&run);
+        self.entries.get(&run).ok_or(if gone { No::Gone(run) } else { No::Unknown(run) })
+    }
+
+    /// Those that are not remembered any more and have left something on the disk.
+    pub(super) fn leaving(&self) -> impl Iterator<Item = &Entry> {
+        self.leaving.values()
+    }
+
+    /// Events that make this board.
+    pub(super) fn told(&self) -> Vec<Event> {
+        let mut all: Vec<(u64, Vec<Event>)> = Vec::new();
+        let kept = |entry: &Entry| Event::Kept { entry: Box::new(entry.clone()) };
+        all.extend(self.entries().map(|entry| (entry.run, vec![kept(entry)])));
+        let forgotten = |entry: &Entry| vec![kept(entry), Event::Forgotten { run: entry.run }];
+        all.extend(self.leaving().map(|entry| (entry.run, forgotten(entry))));
+        all.sort_by_key(|(run, _)| *run);
+        let told = all.last().map_or(0, |(run, _)| *run);
+        let last = (told < self.last).then_some(Event::Numbered { last: self.last });
+        all.into_iter().flat_map(|(_, events)| events).chain(last).collect()
     }
 
     pub(super) fn entries(&self) -> impl Iterator<Item = &Entry> {
@@ -140,8 +167,8 @@ impl Board {
         self.entries().find(same).map(|entry| entry.run)
     }
 
-    /// What handing that in comes to; forgets the oldest where too many are remembered.
-    pub(super) fn submit(&self, order: Order) -> Result<Vec<Event>, No> {
+    /// What handing that in comes to; forgets the oldest where more than `keep` are remembered.
+    pub(super) fn submit(&self, order: Order, keep: usize) -> Result<Vec<Event>, No> {
         if order.priority.abs() > MAX_PRIORITY {
             return Err(No::Priority);
         }
@@ -151,7 +178,7 @@ impl Board {
             return Err(No::Full);
         }
         let mut events = vec![Event::Submitted { run: self.last + 1, order }];
-        let extra = (self.entries.len() + 1).saturating_sub(MAX_KEPT);
+        let extra = (self.entries.len() + 1).saturating_sub(keep.min(MAX_KEPT));
         events.extend(self.oldest(extra).into_iter().map(|run| Event::Forgotten { run }));
         Ok(events)
     }
@@ -212,6 +239,16 @@ impl Board {
         }
     }
 
+    /// One that went already is gone.
+    pub(super) fn delete(&self, run: u64) -> Result<Option<Event>, No> {
+        match self.get(run) {
+            Ok(entry) if entry.state.is_over() => Ok(Some(Event::Forgotten { run })),
+            Ok(entry) => Err(entry.refuse("deleted before it is cancelled")),
+            Err(No::Gone(_)) => Ok(None),
+            Err(no) => Err(no),
+        }
+    }
+
     /// The run whose turn it is: the highest priority, with what waiting adds to it; then whose
     /// user has the fewest going on; then the oldest.
     pub(super) fn next(&self, now: u64) -> Option<&Entry> {
@@ -248,7 +285,13 @@ impl Board {
                 if !entry.state.is_over() {
                     return Err(entry.refuse("forgotten"));
                 }
-                self.entries.remove(run);
+                let entry = self.entries.remove(run);
+                self.leaving.extend(entry.map(|entry| (*run, entry)));
+                Ok(())
+            }
+            Event::Removed { run } => self.leaving.remove(run).map(drop).ok_or(No::Unknown(*run)),
+            Event::Numbered { last } => {
+                self.last = self.last.max(*last);
                 Ok(())
             }
             Event::Started { run, folder, at } => {

@@ -31,9 +31,7 @@ impl Journal {
     pub(super) fn open(path: &Path) -> Result<(Self, Board, Option<String>), ServiceError> {
         let (board, torn) = read(path)?;
         let mut text = format!("{TITLE}\n");
-        for entry in board.entries() {
-            text += &line(&Event::Kept { entry: Box::new(entry.clone()) });
-        }
+        text.extend(board.told().iter().map(line));
         let file_error = ServiceError::file(path);
         super::store::put(path, text.as_bytes()).map_err(&file_error)?;
         let file = OpenOptions::new().append(true).open(path).map_err(&file_error)?;

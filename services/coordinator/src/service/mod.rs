@@ -8,6 +8,7 @@
 mod answer;
 mod attempt;
 mod board;
+mod forget;
 mod journal;
 mod keeper;
 mod live;
@@ -150,6 +151,8 @@ pub struct ServiceConfig {
     pub operators: Option<BTreeSet<WorkerId>>,
     /// Most bytes of the disk that the runs of one user may hold; `None`: no bound.
     pub quota: Option<u64>,
+    /// Runs remembered, if fewer than 4096: beyond it the oldest that is over goes.
+    pub keep: Option<usize>,
 }
 
 /// A run that goes on.
@@ -173,6 +176,8 @@ struct Service<'a> {
     going: BTreeMap<u64, Going>,
     watchers: Vec<Watcher>,
     awaited: BTreeMap<u64, Instant>,
+    /// Runs whose files did not go, and when that was tried.
+    stuck: BTreeMap<u64, Instant>,
     metrics: Option<Metrics>,
     since: Instant,
     begin_at: Instant,
@@ -226,10 +231,10 @@ impl<'a> Service<'a> {
             let (runs, folder) = (board.entries().count(), folder.display());
             say(&format!("{folder}: {runs} runs, {back} of them go on from where they were"));
         }
-        store.sweep(&|run| board.get(run).is_ok());
         let out = config.out.clone().unwrap_or_else(|| store.folder().join("recordings"));
+        forget::sweep(&store, &board, config.out.is_none().then_some(out.as_path()));
         let metrics = config.metrics.map(Metrics::serve).transpose()?;
-        Ok(Self {
+        let mut service = Self {
             pool,
             config,
             out,
@@ -242,6 +247,7 @@ impl<'a> Service<'a> {
             going: BTreeMap::new(),
             watchers: Vec::new(),
             awaited: BTreeMap::new(),
+            stuck: BTreeMap::new(),
             metrics,
             since: Instant::now(),
             begin_at: Instant::now(),
@@ -249,7 +255,9 @@ impl<'a> Service<'a> {
             ended: 0,
             leaving: false,
             say,
-        })
+        };
+        service.clear();
+        Ok(service)
     }
 
     /// Answers what was asked, and takes in what ended.
@@ -266,6 +274,7 @@ impl<'a> Service<'a> {
             self.swept = Instant::now();
             self.door.sweep();
             self.bound();
+            self.clear();
             if let Err(error) = self.journal.settle() {
                 tracing::error!("still not kept: {error}");
             }
@@ -328,7 +337,12 @@ impl<'a> Service<'a> {
         let out = self.out.join(&folder);
         let live = self.live(run);
         live.begin();
-        self.record(&[Event::Started { run, folder, at: unix_ms() }])?;
+        let kept = self.record(&[Event::Started { run, folder, at: unix_ms() }]);
+        if let (Err(_), None) = (&kept, &entry.folder) {
+            // Nobody knows of it; the next try makes one.
+            let _empty = std::fs::remove_dir(&out);
+        }
+        kept?;
         if entry.attempt > 0 {
             live.say(&format!(
                 "begins anew, attempt {}; what was settled is kept",

@@ -1,11 +1,10 @@
 //! How much of the disk the runs of each user hold, and how much they may.
 //!
 //! Counted is what is there of the runs that are remembered: bundle, log and kept verdicts in the
-//! state folder, and what was recorded. A run that is forgotten takes its recording with it, so
-//! nothing of a user is on the disk and not counted; what all share, the cache of results and the
-//! quarantine, has bounds of its own.
+//! state folder, and what was recorded; and of those that are not remembered any more until the
+//! last of it is gone. So nothing of a user is on the disk and not counted; what all share, the
+//! cache of results and the quarantine, has bounds of its own.
 
-use super::attempt::discard;
 use super::board::{Board, Entry};
 use super::{ServiceError, Store};
 use cullet_proto::service::State;
@@ -37,14 +36,6 @@ impl Quota {
         self.counted.remove(&run);
     }
 
-    /// A run is not remembered any more, nor is what it recorded.
-    pub(super) fn forget(&mut self, run: u64, recording: Option<&Path>) {
-        self.changed(run);
-        if let Some(recording) = recording {
-            discard(recording);
-        }
-    }
-
     /// Whether a user may hold so many bytes more.
     ///
     /// # Errors
@@ -58,7 +49,8 @@ impl Quota {
         let Some(bound) = self.bound else {
             return Ok(());
         };
-        let own = board.entries().filter(|entry| entry.order.user == user);
+        let all = board.entries().chain(board.leaving());
+        let own = all.filter(|entry| entry.order.user == user);
         let used: u64 = own.map(|entry| self.of(entry, store, out)).sum();
         match used.saturating_add(more) > bound {
             true => Err(ServiceError::Quota { user: user.to_owned(), used, more, bound }),
@@ -95,6 +87,7 @@ fn held(folder: &Path) -> u64 {
 mod tests {
     use super::{BLOCK, Quota, held};
     use crate::service::Store;
+    use crate::service::attempt::discard;
     use crate::service::board::{Board, Event, Order};
     use std::fs;
 
@@ -104,15 +97,14 @@ mod tests {
         let [plain, shared] = ["pot-1", "pot-2"].map(|name| place.path().join(name));
         for folder in [&plain, &shared] {
             fs::create_dir_all(folder).expect("a folder");
-            for file in ["run.mcap", "run.mcap.partial", "timeline.svg"] {
+            for file in ["run.mcap", "run.mcap.partial", "timeline.svg", ".cullet-x1y2z3"] {
                 fs::write(folder.join(file), b"x").expect("a file");
             }
         }
         fs::write(shared.join("thesis.tex"), b"x").expect("a file");
-        let mut quota = Quota::new(None);
-        quota.forget(1, Some(&plain));
-        quota.forget(2, Some(&shared));
-        quota.forget(3, Some(&place.path().join("never")));
+        for folder in [&plain, &shared, &place.path().join("never")] {
+            discard(folder).expect("it goes");
+        }
         assert!(!plain.exists() && !place.path().join("never").exists());
         let left: Vec<_> = fs::read_dir(&shared).expect("a folder").flatten().collect();
         assert_eq!(left.iter().map(fs::DirEntry::file_name).collect::<Vec<_>>(), ["thesis.tex"]);
@@ -151,6 +143,19 @@ mod tests {
         assert!(quota.room(("ann", BLOCK), &board, place).is_ok());
         quota.changed(1);
         assert!(quota.room(("ann", BLOCK), &board, place).is_err());
+        // What is forgotten counts until the last of it is gone.
+        let used = |board: &Board| {
+            let said = Quota::new(Some(0)).room(("ann", 1), board, place).expect_err("too much");
+            said.to_string()
+        };
+        let before = used(&board);
+        let (end, at) = (Default::default(), 3);
+        for event in [Event::Cancelled { run: 1, end, at }, Event::Forgotten { run: 1 }] {
+            board.apply(&event).expect("it fits");
+        }
+        assert_eq!(used(&board), before);
+        board.apply(&Event::Removed { run: 1 }).expect("it fits");
+        assert_ne!(used(&board), before);
         assert!(Quota::new(None).room(("ann", u64::MAX), &board, place).is_ok());
     }
 }

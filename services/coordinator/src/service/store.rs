@@ -17,7 +17,7 @@
 
 use super::ServiceError;
 use crate::link::PoolConfig;
-use crate::run::write_file;
+use crate::run::{UNFINISHED, write_file};
 use cullet_proto::ids::digest;
 use cullet_proto::{JobId, Verdict};
 use std::fs::{self, File};
@@ -158,8 +158,12 @@ impl Store {
         Kept { folder: self.run(run).join("kept") }
     }
 
-    /// Forgets all but these runs.
+    /// Forgets all but these runs, and what a crash left unfinished.
     pub(super) fn sweep(&self, known: &dyn Fn(u64) -> bool) {
+        let files = fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        for file in files.filter(|f| f.file_name().to_string_lossy().starts_with(UNFINISHED)) {
+            let _it_goes_next_time = fs::remove_file(file.path());
+        }
         let runs = fs::read_dir(self.folder.join("runs")).into_iter().flatten().flatten();
         for folder in runs {
             let number = folder.file_name().to_str().and_then(|name| name.parse().ok());
@@ -169,8 +173,12 @@ impl Store {
         }
     }
 
-    pub(super) fn forget(&self, run: u64) {
-        remove(&self.run(run));
+    /// Removes what is kept of a run.
+    pub(super) fn forget(&self, run: u64) -> io::Result<()> {
+        match fs::remove_dir_all(self.run(run)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        }
     }
 
     /// Whether a bundle of so many bytes may be kept.

@@ -78,6 +78,16 @@ pub(crate) struct OfRun {
     pub(crate) place: Place,
 }
 
+/// Runs at a coordinator.
+#[derive(Debug, Args)]
+pub(crate) struct OfRuns {
+    /// Their numbers, as `submit` and `ps` tell them
+    #[arg(value_name = "RUN", required = true)]
+    pub(crate) runs: Vec<u64>,
+    #[command(flatten)]
+    pub(crate) place: Place,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Ps {
     #[command(flatten)]

@@ -15,7 +15,7 @@ fn take(board: &mut Board, events: impl IntoIterator<Item = Event>) {
 }
 
 fn submit(board: &mut Board, order: Order) -> u64 {
-    let events = board.submit(order).expect("room");
+    let events = board.submit(order, MAX_KEPT).expect("room");
     take(board, events);
     board.last
 }
@@ -114,12 +114,12 @@ fn bounds_hold() {
     for at in 0..MAX_WAITING_OF_ONE as u64 {
         submit(&mut board, order("a", 0, at));
     }
-    assert_eq!(board.submit(order("a", 0, 0)), Err(No::Full), "one user has enough");
+    assert_eq!(board.submit(order("a", 0, 0), MAX_KEPT), Err(No::Full), "one user has enough");
     for at in MAX_WAITING_OF_ONE as u64..MAX_WAITING as u64 {
         submit(&mut board, order("b", 0, at));
     }
-    assert_eq!(board.submit(order("c", 0, 0)), Err(No::Full), "it is full");
-    assert_eq!(Board::default().submit(order("a", 101, 0)), Err(No::Priority));
+    assert_eq!(board.submit(order("c", 0, 0), MAX_KEPT), Err(No::Full), "it is full");
+    assert_eq!(Board::default().submit(order("a", 101, 0), MAX_KEPT), Err(No::Priority));
     for k in 0..MAX_KEPT + 10 {
         let run = board.next(0).expect("one waits").run;
         start(&mut board, run);
@@ -144,6 +144,30 @@ fn who_hands_in_much_has_his_own_forgotten() {
     assert!((11..=110).all(|run| board.get(run).is_err()), "and of the busy one the oldest");
 }
 
+#[test]
+fn a_run_that_is_over_is_deleted_once_and_its_number_does_not_come_again() {
+    let mut board = Board::default();
+    let runs: Vec<u64> = (0..3).map(|at| submit(&mut board, order("a", 0, at))).collect();
+    start(&mut board, runs[0]);
+    take(&mut board, [Event::Paused { run: runs[1] }]);
+    for (run, word) in runs.iter().zip(["running", "paused", "queued"]) {
+        let said = board.delete(*run).expect_err("it is not over").to_string();
+        assert!(said.contains(word) && said.contains("cancelled"), "{said}");
+    }
+    assert_eq!(board.delete(4), Err(No::Unknown(4)));
+    let over = board.cancel(runs[2], End::default(), 5).expect("it may be");
+    take(&mut board, over);
+    let gone = board.delete(runs[2]).expect("it is over");
+    take(&mut board, gone);
+    assert_eq!(board.get(runs[2]), Err(No::Gone(3)));
+    assert_eq!(board.delete(runs[2]), Ok(None), "asked again it is as it was");
+    assert_eq!(board.leaving().map(|entry| entry.run).collect::<Vec<_>>(), [3]);
+    take(&mut board, [Event::Removed { run: 3 }]);
+    let mut anew = Board::default();
+    take(&mut anew, board.told());
+    assert_eq!((anew.leaving().count(), submit(&mut anew, order("a", 0, 9))), (0, 4));
+}
+
 /// Any history: an event that the board itself proposed fits, the same events make the same board,
 /// and the board written anew is the board.
 #[test]
@@ -156,12 +180,16 @@ fn the_same_events_make_the_same_board() {
             let how =
                 [How::Done, How::Failed, How::Stalled, How::Stopped][(dice >> 8) as usize % 4];
             let proposed: Vec<Event> = match dice >> 16 & 7 {
-                0 | 1 => board.submit(order("a", (dice % 3) as i32, at)).unwrap_or_default(),
+                0 | 1 => board.submit(order("a", (dice % 3) as i32, at), 4).unwrap_or_default(),
                 2 => board.cancel(run, End::default(), at).into_iter().flatten().collect(),
                 3 => board.pause(run).into_iter().flatten().collect(),
                 4 => board.resume(run).into_iter().flatten().collect(),
                 5 => board.retry(run).into_iter().flatten().collect(),
                 6 if dice >> 20 & 3 == 0 => vec![Event::Returned { at }],
+                6 if dice >> 20 & 3 == 1 => board.delete(run).into_iter().flatten().collect(),
+                6 if dice >> 20 & 3 == 2 => {
+                    board.leaving().take(1).map(|e| Event::Removed { run: e.run }).collect()
+                }
                 6 => match board.entries().find(|entry| entry.state == State::Running) {
                     Some(e) => vec![Event::Ended { run: e.run, how, end: End::default(), at }],
                     None => Vec::new(),
@@ -177,7 +205,7 @@ fn the_same_events_make_the_same_board() {
         let (mut again, mut anew) = (Board::default(), Board::default());
         take(&mut again, events);
         assert_eq!(again, board, "seed {seed}");
-        take(&mut anew, board.entries().cloned().map(|e| Event::Kept { entry: Box::new(e) }));
-        assert_eq!(anew.entries, board.entries, "seed {seed}");
+        take(&mut anew, board.told());
+        assert_eq!(anew, board, "seed {seed}");
     }
 }
