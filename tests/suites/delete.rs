@@ -63,7 +63,10 @@ impl Farm {
         let said = Cullet::new(&["fetch", run, "--connect", &self.endpoint, "--out"]).path(&out);
         let said = said.output();
         match said.code {
-            0 => Ok(assert!(out.join("run.mcap").is_file() && out.join("summary.json").is_file())),
+            0 => {
+                assert!(out.join("run.mcap").is_file() && out.join("summary.json").is_file());
+                Ok(())
+            }
             64 => Err(said.stderr),
             code => panic!("{code}: {}", said.stderr),
         }
