@@ -27,9 +27,8 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
 }
 
 fn ports<const N: usize>() -> [String; N] {
-    // Held together, so that none is given twice.
-    let held = [(); N].map(|()| std::net::TcpListener::bind("127.0.0.1:0").expect("a free port"));
-    held.map(|held| held.local_addr().expect("an address").port().to_string())
+    let port = |endpoint: String| endpoint.rsplit(':').next().unwrap_or_default().to_owned();
+    [(); N].map(|()| port(common::free_endpoint()))
 }
 
 /// A folder in which the repository's files are where the pages say.
