@@ -1,0 +1,122 @@
+//! A worker on a machine of its own, as far as the kernel goes: a network namespace, joined to ours
+//! by a cable that is pulled. Where namespaces cannot be made
+//! (no root, no `ip`) it says so and shows nothing.
+
+mod common;
+
+use common::{Cullet, LONGER, corpus, fetched, quiet_digest, unique, until};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+/// Longest a test waits for anything.
+const LONG: Duration = Duration::from_secs(150);
+
+/// Longer than a lease without a word.
+const AWAY: Duration = Duration::from_secs(9);
+
+/// A namespace and the cable to it; both go when it is dropped.
+struct Place {
+    name: String,
+    net: String,
+}
+
+impl Place {
+    fn new() -> Option<Self> {
+        let id = std::process::id();
+        let place = Self { name: format!("cullet-{id}"), net: format!("10.213.{}", id % 250 + 1) };
+        let cable = ["link", "add", "here", "type", "veth", "peer", "name", "there"]
+            .map(|word| place.end(word));
+        let cable: Vec<&str> = cable.iter().map(String::as_str).collect();
+        let (ours, theirs) = (format!("{}.1/30", place.net), format!("{}.2/30", place.net));
+        let (here, there) = (place.end("here"), place.end("there"));
+        let made = run("ip", &["netns", "add", &place.name])
+            && run("ip", &[&cable[..], &["netns", &place.name]].concat())
+            && run("ip", &["addr", "add", &ours, "dev", &here])
+            && run("ip", &["link", "set", &here, "up"])
+            && place.ip(&["addr", "add", &theirs, "dev", &there])
+            && place.plug(true);
+        made.then_some(place)
+    }
+
+    /// The name of an end of the cable; other words stay.
+    fn end(&self, word: &str) -> String {
+        match word {
+            "here" | "there" => format!("cu{}{}", &word[..1], std::process::id()),
+            other => other.to_owned(),
+        }
+    }
+
+    fn ip(&self, args: &[&str]) -> bool {
+        run("ip", &[&["-n", &self.name], args].concat())
+    }
+
+    fn plug(&self, is_in: bool) -> bool {
+        self.ip(&["link", "set", &self.end("there"), if is_in { "up" } else { "down" }])
+    }
+
+    /// A call of the binary in there.
+    fn call(&self, args: &[&str]) -> Cullet {
+        let inside = ["netns", "exec", &self.name, env!("CARGO_BIN_EXE_cullet")];
+        Cullet::of(Path::new("ip"), &[&inside, args].concat())
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        // The cable goes with it.
+        run("ip", &["netns", "del", &self.name]);
+    }
+}
+
+fn run(program: &str, args: &[&str]) -> bool {
+    let mut call = Command::new(program);
+    let said = call.args(args).stdin(Stdio::null()).stderr(Stdio::null()).status();
+    said.is_ok_and(|status| status.success())
+}
+
+/// A cable is pulled for longer than a lease while the worker has a job, and is put in again: the run ends with the bits of a quiet machine, and the worker that was
+/// away goes on as it was.
+#[test]
+fn a_pulled_cable_costs_time_only() {
+    let Some(place) = Place::new() else {
+        println!("SKIPPED, and nothing is shown: no network namespaces on this machine");
+        return;
+    };
+    let port = common::free_endpoint().rsplit(':').next().unwrap_or_default().to_owned();
+    let endpoint = format!("tcp/{}.1:{port}", place.net);
+    let who = ["--connect", &endpoint];
+    // Nobody else is on this network.
+    let call = ["coordinator", "--listen", &endpoint, "--insecure", "--state"];
+    let _coordinator = Cullet::new(&call).path(&unique("namespace")).spawn();
+    let mut worker = place.call(&["worker", "--threads", "1", "--name", "far"]).args(&who).spawn();
+    let asked = |args: &[&str]| {
+        let said = Cullet::new(args).args(&["--json"]).args(&who).output();
+        serde_json::from_str::<Value>(&said.stdout).unwrap_or_default()
+    };
+    let submit = ["submit", &corpus("drop.toml"), "--detach"];
+    let mut run = Value::Null;
+    until("it is taken", LONG, || {
+        run = asked(&[&submit[..], &LONGER].concat())["run"].clone();
+        run.is_u64()
+    });
+    let run = run.to_string();
+    let busy = || asked(&["workers"]).to_string().contains("\"jobs\":[\"");
+    until("the far worker has a job", LONG, busy);
+    assert!(place.plug(false), "the cable is pulled");
+    sleep(AWAY);
+    let shown = asked(&["show", &run]);
+    assert_eq!(shown["state"], "running", "nobody else is there: {shown:#}");
+    assert!(place.plug(true), "the cable is put in");
+    until("the run ends", LONG, || {
+        !["queued", "running"]
+            .contains(&asked(&["show", &run])["state"].as_str().unwrap_or("queued"))
+    });
+    let shown = asked(&["show", &run]);
+    assert_eq!(shown["state"], "done", "{shown:#}");
+    assert_eq!(shown["jobs"]["opened"], shown["jobs"]["settled"], "{shown:#}");
+    assert_eq!(fetched(&run, &who), quiet_digest(&LONGER));
+    assert_eq!(worker.wait(Duration::ZERO), None, "it is there still: {}", worker.stderr());
+}
