@@ -14,7 +14,7 @@ use std::time::Duration;
 /// Longest a test waits for anything.
 const LONG: Duration = Duration::from_secs(150);
 
-/// Longer than a lease without a word.
+/// Longer than a link is held on which nothing comes.
 const AWAY: Duration = Duration::from_secs(9);
 
 /// A namespace and the cable to it; both go when it is dropped.
@@ -77,8 +77,9 @@ fn run(program: &str, args: &[&str]) -> bool {
     said.is_ok_and(|status| status.success())
 }
 
-/// A cable is pulled for longer than a lease while the worker has a job, and is put in again: the run ends with the bits of a quiet machine, and the worker that was
-/// away goes on as it was.
+/// A cable is pulled for longer than a silent link is held, while the worker has a job, and is put
+/// in again: the run ends with the bits of a quiet machine, and the worker that was away goes on as
+/// it was.
 #[test]
 fn a_pulled_cable_costs_time_only() {
     let Some(place) = Place::new() else {
