@@ -1,6 +1,6 @@
 //! A worker on a machine of its own, as far as the kernel goes: a network namespace, joined to ours
-//! by a cable that is pulled. Where namespaces cannot be made
-//! (no root, no `ip`) it says so and shows nothing.
+//! by a cable that is pulled. Where namespaces cannot be made (no root, no `ip`) it says so and
+//! shows nothing.
 
 mod common;
 
@@ -26,12 +26,10 @@ struct Place {
 impl Place {
     fn new() -> Option<Self> {
         let id = std::process::id();
-        let place = Self { name: format!("cullet-{id}"), net: format!("10.213.{}", id % 250 + 1) };
-        let cable = ["link", "add", "here", "type", "veth", "peer", "name", "there"]
-            .map(|word| place.end(word));
-        let cable: Vec<&str> = cable.iter().map(String::as_str).collect();
+        let place = Self { name: format!("cu{id}"), net: format!("10.213.{}", id % 250 + 1) };
         let (ours, theirs) = (format!("{}.1/30", place.net), format!("{}.2/30", place.net));
-        let (here, there) = (place.end("here"), place.end("there"));
+        let (here, there) = (place.end("h"), place.end("t"));
+        let cable = ["link", "add", &here, "type", "veth", "peer", "name", &there];
         let made = run("ip", &["netns", "add", &place.name])
             && run("ip", &[&cable[..], &["netns", &place.name]].concat())
             && run("ip", &["addr", "add", &ours, "dev", &here])
@@ -41,12 +39,9 @@ impl Place {
         made.then_some(place)
     }
 
-    /// The name of an end of the cable; other words stay.
-    fn end(&self, word: &str) -> String {
-        match word {
-            "here" | "there" => format!("cu{}{}", &word[..1], std::process::id()),
-            other => other.to_owned(),
-        }
+    /// The name of an end of the cable, here or there.
+    fn end(&self, which: &str) -> String {
+        format!("{which}-{}", self.name)
     }
 
     fn ip(&self, args: &[&str]) -> bool {
@@ -54,7 +49,7 @@ impl Place {
     }
 
     fn plug(&self, is_in: bool) -> bool {
-        self.ip(&["link", "set", &self.end("there"), if is_in { "up" } else { "down" }])
+        self.ip(&["link", "set", &self.end("t"), if is_in { "up" } else { "down" }])
     }
 
     /// A call of the binary in there.
@@ -86,8 +81,7 @@ fn a_pulled_cable_costs_time_only() {
         println!("SKIPPED, and nothing is shown: no network namespaces on this machine");
         return;
     };
-    let port = common::free_endpoint().rsplit(':').next().unwrap_or_default().to_owned();
-    let endpoint = format!("tcp/{}.1:{port}", place.net);
+    let endpoint = format!("tcp/{}.1:{}", place.net, common::free_port());
     let who = ["--connect", &endpoint];
     // Nobody else is on this network.
     let call = ["coordinator", "--listen", &endpoint, "--insecure", "--state"];

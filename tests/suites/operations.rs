@@ -27,8 +27,7 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
 }
 
 fn ports<const N: usize>() -> [String; N] {
-    let port = |endpoint: String| endpoint.rsplit(':').next().unwrap_or_default().to_owned();
-    [(); N].map(|()| port(common::free_endpoint()))
+    [(); N].map(|()| common::free_port().to_string())
 }
 
 /// A folder in which the repository's files are where the pages say.

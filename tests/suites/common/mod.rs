@@ -127,16 +127,21 @@ pub(crate) fn summary(out: &Path) -> serde_json::Value {
     serde_json::from_str(&text).expect("the summary is JSON")
 }
 
-/// A loopback endpoint that was free a moment ago and is given once. Not one of those from which
-/// connections are made: a client that knocks at such a port while nobody listens may be given it
-/// as its own, reach itself, and keep the listener out.
+/// A loopback endpoint at a free port.
 pub(crate) fn free_endpoint() -> String {
+    format!("tcp/127.0.0.1:{}", free_port())
+}
+
+/// A port that was free a moment ago and is given once. Not one of those from which connections are
+/// made: a client that knocks at such a port while nobody listens may be given it as its own, reach
+/// itself, and keep the listener out.
+pub(crate) fn free_port() -> u16 {
     static NEXT: AtomicU32 = AtomicU32::new(0);
     loop {
         let spread = std::process::id() * 97;
-        let port = 12_000 + (spread + NEXT.fetch_add(1, Ordering::Relaxed)) % 20_000;
-        if std::net::TcpListener::bind(("127.0.0.1", port as u16)).is_ok() {
-            return format!("tcp/127.0.0.1:{port}");
+        let port = 12_000 + ((spread + NEXT.fetch_add(1, Ordering::Relaxed)) % 20_000) as u16;
+        if std::net::TcpListener::bind(("127.0.0.1", port)).is_ok() {
+            return port;
         }
     }
 }
