@@ -350,7 +350,7 @@ pub struct WorkerInfo {
     pub version: String,
     /// The first digits of the digest of its program: results of the same one are the same bits.
     pub build: String,
-    /// What it can solve, as `brittle f32 f64`; `null`: whatever it is asked.
+    /// What it can solve, as `brittle single double`; `null`: whatever it is asked.
     pub solvers: Option<Vec<String>>,
     /// Jobs that it holds, in hex.
     pub jobs: Vec<String>,

@@ -289,7 +289,7 @@ fn a_doctor_metrics_and_health_tell_of_a_coordinator() {
     for word in ["coordinator", "clocks", "versions", "solvers", "brittle"] {
         assert!(said.stdout.contains(word), "{word}: {}", said.stdout);
     }
-    assert!(said.stdout.contains("solves brittle f32 f64"), "{}", said.stdout);
+    assert!(said.stdout.contains("solves brittle single double"), "{}", said.stdout);
     let nobody = Cullet::new(&["doctor", "--connect", &common::free_endpoint()]).output();
     assert_eq!(nobody.code, 69, "{}", nobody.stdout);
     // The timeline is among what can be fetched.

@@ -184,7 +184,7 @@ impl Nodes {
         check(field)?;
         let drawn = field.pieces.filter(|pieces| !pieces.rubble.balls.is_empty());
         let unit = if field.pieces.is_some() { FINER * field.spacing } else { field.spacing };
-        let h = drawn.map_or(unit, |pieces| FINEST * pieces.coarseness() * field.spacing);
+        let h = drawn.map_or(unit, |pieces| FINEST * pieces.tolerance.coarseness() * field.spacing);
         let mut reach = body.bounds().unwrap_or_default();
         for p in field.positions {
             reach = (reach.0.inf(p), reach.1.sup(p));

@@ -17,6 +17,7 @@ pub mod solver;
 pub mod solvers;
 pub mod specimen;
 pub mod strength;
+pub mod tolerance;
 
 pub use debris::Grain;
 pub use material::Material;

@@ -1,5 +1,6 @@
 //! The pieces that a solve leaves: those it found, and those drawn where it cannot tell.
 
+use crate::tolerance::Tolerance;
 use cullet_geometry::Vec3;
 use cullet_geometry::math::{scramble, unit};
 use std::f64::consts::TAU;
@@ -13,10 +14,6 @@ const LENGTHS: [f64; 2] = [1.2, 6.0];
 const STEEPNESS: f64 = 0.025;
 /// Secants on the way to where an edge crosses a border.
 const CHORDS: usize = 4;
-/// How much coarser drawn pieces may be for each of the error that is good enough, ...
-const COARSER: f64 = 0.8;
-/// ... and at most: pieces of 2.7 times the mass, on as many nodes each.
-const COARSEST: f64 = 1.4;
 /// Stream of the seed's numbers.
 const STREAM: u64 = 0x0b3d;
 
@@ -31,25 +28,11 @@ pub struct Pieces {
     pub rubble: Rubble,
     /// Share of the body in crushed zones \[1\].
     pub crushed: f64,
-    /// Relative error of them that is good enough \[1\]; `None`: as true as can be.
-    pub error: Option<f64>,
-}
-
-/// How many times larger pieces are drawn than the grid allows where a relative error of all pieces
-/// is good enough \[1\], and how many times farther apart the nodes of the lattice are that cuts
-/// them: on a coarser lattice without larger pieces the least would join whole ones.
-#[must_use]
-pub fn coarseness(error: Option<f64>) -> f64 {
-    (1.0 + COARSER * error.unwrap_or(0.0)).min(COARSEST)
+    /// How true they have to be.
+    pub tolerance: Tolerance,
 }
 
 impl Pieces {
-    /// As [`coarseness`] of their error.
-    #[must_use]
-    pub fn coarseness(&self) -> f64 {
-        coarseness(self.error)
-    }
-
     /// The number among drawn pieces of one that was drawn.
     #[must_use]
     pub fn drawn(&self, piece: u32) -> Option<u32> {

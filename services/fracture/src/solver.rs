@@ -5,6 +5,7 @@ use crate::detail::Detail;
 use crate::material::Material;
 use crate::mpm::kernel::Precision;
 use crate::strength::StrengthField;
+use crate::tolerance::Tolerance;
 use cullet_geometry::{Sheet, Solid, Vec3};
 use std::sync::Arc;
 
@@ -68,9 +69,8 @@ pub struct Settings {
     pub hairline: Option<f64>,
     /// What points are worked out in.
     pub precision: Precision,
-    /// Relative error of the fragments that is good enough, in (0, 1] \[1\]: with one, a solve ends
-    /// when what still breaks is small beside it, and the cut's lattice is as coarse as it bears.
-    /// `None`: as true as can be.
+    /// Relative error of the fragments that is good enough, in (0, 1] \[1\]: what that lets a solve
+    /// leave out is [`crate::tolerance::Tolerance`]. `None`: as true as can be.
     pub error: Option<f64>,
 }
 
@@ -89,6 +89,14 @@ impl Default for Settings {
             precision: Precision::Double,
             error: None,
         }
+    }
+}
+
+impl Settings {
+    /// How true the fragments have to be.
+    #[must_use]
+    pub fn tolerance(&self) -> Tolerance {
+        Tolerance(self.error)
     }
 }
 

@@ -11,7 +11,7 @@ pub use convex::{Hull, hull_volume};
 
 use crate::math::{Mat3, Vec3};
 use crate::mesh::{Solid, bounds};
-use piece::Piece;
+use piece::{Piece, extremes};
 
 /// Most parts of one body; a collision engine pays for each.
 pub const MAX_PARTS: u32 = 64;
@@ -67,7 +67,7 @@ pub fn convex_parts(solid: &Solid, settings: HullSettings) -> Vec<Vec<Vec3>> {
             None => parts.push(Weighed { divisible: false, ..part }),
         }
     }
-    let hulls = parts.iter().filter_map(|p| Hull::of(&p.piece.points(), max_vertices));
+    let hulls = parts.iter().filter_map(|p| Hull::of(&p.corners, max_vertices));
     let corners: Vec<Vec<Vec3>> = hulls.map(|h| finished(&h)).collect();
     if corners.is_empty() { vec![box_around(&solid.mesh.vertices)] } else { corners }
 }
@@ -75,6 +75,8 @@ pub fn convex_parts(solid: &Solid, settings: HullSettings) -> Vec<Vec<Vec3>> {
 /// A piece beside its hull.
 struct Weighed {
     piece: Piece,
+    /// Of its surface, each once.
+    corners: Vec<Vec3>,
     hull: Hull,
     volume: f64,
     hull_volume: f64,
@@ -91,10 +93,12 @@ impl Weighed {
 
 fn weigh(piece: Piece) -> Option<Weighed> {
     let volume = piece.volume();
-    let hull = Hull::of(&piece.extremes(), PROBE_VERTICES)?;
+    let corners = piece.corners();
+    let hull = Hull::of(&extremes(&corners), PROBE_VERTICES)?;
     let hull_volume = hull.volume();
     (volume > 0.0 && hull_volume > 0.0).then_some(Weighed {
         piece,
+        corners,
         hull,
         volume,
         hull_volume,
@@ -113,7 +117,7 @@ fn worst(parts: &[Weighed], slack: f64) -> Option<usize> {
 /// Divides a part by the plane that leaves the least hull volume in the most compact parts.
 fn divide(part: &Weighed) -> Option<(Weighed, Weighed)> {
     let (centroid, covariance) = part.piece.moments();
-    let hollow = deepest(&part.piece, &part.hull);
+    let hollow = deepest(part);
     let axes = principal_axes(covariance);
     let mut best: Option<(f64, Weighed, Weighed)> = None;
     for (axis, through) in axes.iter().flat_map(|a| [(a, centroid), (a, hollow)]) {
@@ -129,13 +133,13 @@ fn divide(part: &Weighed) -> Option<(Weighed, Weighed)> {
 }
 
 /// The surface point deepest inside the hull.
-fn deepest(piece: &Piece, hull: &Hull) -> Vec3 {
-    let planes = hull.planes();
-    let mut best = (f64::NEG_INFINITY, hull.centroid());
-    for p in piece.points() {
-        let depth = convex::depth(&planes, p);
+fn deepest(part: &Weighed) -> Vec3 {
+    let planes = part.hull.planes();
+    let mut best = (f64::NEG_INFINITY, part.hull.centroid());
+    for p in &part.corners {
+        let depth = convex::depth(&planes, *p);
         if depth > best.0 {
-            best = (depth, p);
+            best = (depth, *p);
         }
     }
     best.1

@@ -24,8 +24,8 @@ fn has(family: &Family, precision: Precision) -> bool {
 /// Families as people read them.
 pub(super) fn words(families: &[Family]) -> Vec<String> {
     let word = |family: &Family| {
-        let single = if family.single { " f32" } else { "" };
-        let double = if family.double { " f64" } else { "" };
+        let single = if family.single { " single" } else { "" };
+        let double = if family.double { " double" } else { "" };
         format!("{}{single}{double}", family.name)
     };
     families.iter().map(word).collect()

@@ -38,9 +38,9 @@ impl Choice {
             debris: defaults.debris,
             grain: defaults.grain,
             hairline: defaults.detail.hairline,
-            precision: match defaults.precision {
-                Some(format::Precision::F32) => Precision::Single,
-                Some(format::Precision::F64) | None => Precision::Double,
+            precision: match defaults.precision.unwrap_or_default() {
+                format::Precision::Single => Precision::Single,
+                format::Precision::Double => Precision::Double,
             },
             error: None,
         };

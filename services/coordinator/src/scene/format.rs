@@ -138,13 +138,14 @@ impl SolverChoice {
 }
 
 /// Numbers that the points of a solve are worked out in; its nodes keep f64.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {
-    /// Single precision.
-    F32,
-    /// Double precision.
-    F64,
+    /// f64
+    #[default]
+    Double,
+    /// f32
+    Single,
 }
 
 /// How bodies are broken, unless a body says otherwise.
@@ -175,7 +176,7 @@ pub struct Fracture {
     /// \[m\].
     #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
     pub grain: Option<f64>,
-    /// What points are worked out in; without it in f64, and in f32 where a solve has an error that
+    /// What points are worked out in; without it double, and single where a solve has an error that
     /// is good enough.
     pub precision: Option<Precision>,
 }

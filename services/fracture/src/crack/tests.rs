@@ -4,6 +4,7 @@ use crate::detail::Detail;
 use crate::pieces::{Ball, Pieces, Rubble};
 use crate::region::relief::Terms;
 use crate::region::{Mosaic, overlap};
+use crate::tolerance::Tolerance;
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::math::unit;
 use cullet_geometry::voronoi::WALL;
@@ -228,7 +229,7 @@ fn the_lattice_is_as_fine_as_the_error_asks() {
         let balls = if drawn { vec![ball(0.0), ball(1.0)] } else { Vec::new() };
         let of = (0..8).map(|k| Some(k & 1)).collect();
         let (found, rubble) = (if drawn { 0 } else { 2 }, Rubble::new(balls, 1));
-        let pieces = Pieces { of, found, rubble, error, crushed: 0.0 };
+        let pieces = Pieces { of, found, rubble, crushed: 0.0, tolerance: Tolerance(error) };
         let field = DamageField {
             spacing: H,
             positions: &positions,
@@ -243,6 +244,6 @@ fn the_lattice_is_as_fine_as_the_error_asks() {
         (Nodes::new(&body, &field).unwrap().lattice.spacing / H * 1e6).round() / 1e6
     };
     let asked = [None, Some(0.1), Some(0.5), Some(1.0)];
-    assert_eq!(asked.map(|error| fine(true, error)), [0.5, 0.54, 0.7, 0.7]);
+    assert_eq!(asked.map(|error| fine(true, error)), [0.5, 0.545, 0.7, 0.7]);
     assert_eq!(asked.map(|error| fine(false, error)), [0.7; 4]);
 }

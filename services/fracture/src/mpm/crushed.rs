@@ -8,7 +8,8 @@
 use super::lattice::Lattice;
 use crate::material::Material;
 use crate::particles::Particles;
-use crate::pieces::{Ball, Pieces, Rubble, coarseness};
+use crate::pieces::{Ball, Pieces, Rubble};
+use crate::tolerance::Tolerance;
 use cullet_geometry::Vec3;
 use cullet_geometry::math::{scramble, unit};
 
@@ -47,8 +48,8 @@ pub struct Rules {
     pub material: Material,
     /// The only source of randomness.
     pub seed: u64,
-    /// Relative error of the pieces that is good enough \[1\].
-    pub error: Option<f64>,
+    /// How true the pieces have to be.
+    pub tolerance: Tolerance,
 }
 
 /// Drops from `pieces` (by id) those too small to be resolved, and divides crushed zones.
@@ -79,7 +80,7 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Rules
     let sites = lattice.divide(&mut drawn, &zone, &weights, particles, rules);
     if sites.len() < 2 && count > 0 {
         let found = count as u32;
-        return Pieces { of: pieces, found, error: rules.error, ..Pieces::default() };
+        return Pieces { of: pieces, found, tolerance: rules.tolerance, ..Pieces::default() };
     }
     let rubble = Rubble::new(sites, rules.seed);
     for (x, &id) in particles.reference.iter().zip(&particles.id) {
@@ -98,7 +99,7 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Rules
     }
     let all = weights.iter().filter(|&&w| w >= LEAST_WEIGHT).count();
     let crushed = zone.len() as f64 / all.max(1) as f64;
-    Pieces { of: pieces, found: count as u32, rubble, crushed, error: rules.error }
+    Pieces { of: pieces, found: count as u32, rubble, crushed, tolerance: rules.tolerance }
 }
 
 /// Sizes over the mean whose cubes follow Mott's law, N(>m) = N₀ exp(−√(m/μ)) with a mean of 2μ,
@@ -138,7 +139,7 @@ impl<'a> Division<'a> {
         order.iter().zip(0..).for_each(|(&n, k)| rank[n] = Some(k));
         let count = order.len();
         let (room, nearest) = (vec![f64::INFINITY; count], vec![(f64::INFINITY, None); count]);
-        let (seed, least) = (rules.seed, LEAST_SIZE * coarseness(rules.error));
+        let (seed, least) = (rules.seed, LEAST_SIZE * rules.tolerance.coarseness());
         Self { lattice, seed, order, means, rank, room, nearest, sites: Vec::new(), least }
     }
 
@@ -198,7 +199,7 @@ impl Lattice {
         for (x, rate) in particles.reference.iter().zip(&particles.onset_rate) {
             self.visit(x, |node, weight, _| rates[node] += weight * rate);
         }
-        let least = LEAST_MEAN * coarseness(rules.error);
+        let least = LEAST_MEAN * rules.tolerance.coarseness();
         let mean = |n: &usize| {
             let size = rules.material.fragment_size(rates[*n] / weights[*n]);
             (size / self.spacing.max()).max(least)
@@ -267,7 +268,7 @@ impl Lattice {
 
 #[cfg(test)]
 mod tests {
-    use super::{LEAST_SIZE, Lattice, Rules, mott, pieces};
+    use super::{LEAST_SIZE, Lattice, Rules, Tolerance, mott, pieces};
     use crate::material::Material;
     use crate::particles::Particles;
     use crate::pieces::{Ball, Pieces};
@@ -281,8 +282,12 @@ mod tests {
         failure_stress: 1e6,
         fracture_energy: 1.0,
     };
-    const RULES: Rules =
-        Rules { spacing: Vec3::new(1.0, 1.0, 1.0), material: CHALK, seed: 5, error: None };
+    const RULES: Rules = Rules {
+        spacing: Vec3::new(1.0, 1.0, 1.0),
+        material: CHALK,
+        seed: 5,
+        tolerance: Tolerance(None),
+    };
 
     /// A bar of 20 × 6 × 6 cells, eight points a cell; `piece` says what a point belongs to.
     fn bar(piece: impl Fn(&Vec3) -> Option<u32>) -> (Vec<Vec3>, Pieces) {
@@ -301,7 +306,7 @@ mod tests {
         let points: Vec<Vec3> = (0..40 * 144).map(point).collect();
         let mut particles = Particles::at_rest(&points, 720.0, 1.0);
         particles.onset_rate.fill(10.0);
-        let rules = Rules { error, ..RULES };
+        let rules = Rules { tolerance: Tolerance(error), ..RULES };
         let found = pieces(&particles, points.iter().map(&piece).collect(), &rules);
         (points, found)
     }

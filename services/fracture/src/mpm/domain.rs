@@ -30,7 +30,7 @@ const UNBREAKABLE: f64 = 1e12;
 
 /// Steps between looks at what has parted: a crack at Rayleigh's speed comes less than two cells
 /// far (F21).
-const REFRESH: u64 = 4;
+pub const REFRESH: u64 = 4;
 
 /// Nodes of a piece of work.
 const NODES: usize = 512;
@@ -69,6 +69,8 @@ pub struct Domain {
     pub time: f64,
     /// Steps taken.
     pub steps: u64,
+    /// Steps between looks at what has parted.
+    pub refresh: u64,
     /// Prescribed node velocities; `None` for a free body.
     pub grip: Option<Grip>,
     /// What becomes of the velocity field at cracks.
@@ -168,6 +170,7 @@ impl Domain {
             grid,
             time: 0.0,
             steps: 0,
+            refresh: REFRESH,
             grip: None,
             fields: Fields::default(),
             spin: None,
@@ -336,7 +339,7 @@ impl Domain {
             self.grow();
         }
         if self.fields == Fields::Split
-            && self.steps.is_multiple_of(REFRESH)
+            && self.steps.is_multiple_of(self.refresh)
             && !self.broken.is_empty()
         {
             self.separate();

@@ -37,11 +37,17 @@ impl Front {
     pub(crate) fn around(&self, id: u32, mut visit: impl FnMut(u32, f64)) {
         let centre = self.places[id as usize];
         let [i, j, k] = cell(&centre, self.reach);
+        // Most of what is near by is not within reach, and roots are dear.
+        let nearly = self.reach * self.reach * (1.0 + 1e-9);
         for (x, y) in (i - 1..=i + 1).flat_map(|x| (j - 1..=j + 1).map(move |y| (x, y))) {
             let first = self.cells.partition_point(|(cell, ..)| *cell < [x, y, k - 1]);
             let rest = self.cells[first..].iter();
             for &(_, other, place) in rest.take_while(|(cell, ..)| *cell <= [x, y, k + 1]) {
-                let distance = (place - centre).norm();
+                let square = (place - centre).norm_squared();
+                if square > nearly {
+                    continue;
+                }
+                let distance = square.sqrt();
                 if distance <= self.reach {
                     visit(other, distance / self.speed);
                 }

@@ -110,15 +110,20 @@ fn cross(places: &[Vec3], s: [u32; 3], t: [u32; 3]) -> bool {
     match s.iter().filter(|i| shared(i)).count() {
         0 => {
             let ([a, b, c], [d, e, f]) = (s.map(at), t.map(at));
-            let side = |p: Vec3, q: Vec3, r: Vec3, x: Vec3| volume(p, q, r, x);
-            let one_side = |v: [f64; 3]| v.iter().all(|&x| x > 0.0) || v.iter().all(|&x| x < 0.0);
-            if one_side([d, e, f].map(|x| side(a, b, c, x)))
-                || one_side([a, b, c].map(|x| side(d, e, f, x)))
-            {
+            let one_side = |v: &[f64; 3]| v.iter().all(|&x| x > 0.0) || v.iter().all(|&x| x < 0.0);
+            let over = [d, e, f].map(|x| volume(a, b, c, x));
+            if one_side(&over) {
                 return false;
             }
-            [(a, b), (b, c), (c, a)].iter().any(|&(p, q)| pierces(p, q, [d, e, f]))
-                || [(d, e), (e, f), (f, d)].iter().any(|&(p, q)| pierces(p, q, [a, b, c]))
+            let under = [a, b, c].map(|x| volume(d, e, f, x));
+            let through = |edges: [Vec3; 3], heights: &[f64; 3], face: [Vec3; 3]| {
+                (0..3).any(|k| {
+                    let next = (k + 1) % 3;
+                    heights[k] * heights[next] < 0.0 && passes(edges[k], edges[next], face)
+                })
+            };
+            !one_side(&under)
+                && (through([a, b, c], &under, [d, e, f]) || through([d, e, f], &over, [a, b, c]))
         }
         1 => {
             let far = |x: [u32; 3], y: [u32; 3]| {
@@ -145,10 +150,16 @@ fn cross(places: &[Vec3], s: [u32; 3], t: [u32; 3]) -> bool {
 
 /// Whether the segment crosses the triangle's inside.
 fn pierces(p: Vec3, q: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
-    if volume(a, b, c, p) * volume(a, b, c, q) >= 0.0 {
+    volume(a, b, c, p) * volume(a, b, c, q) < 0.0 && passes(p, q, [a, b, c])
+}
+
+/// Whether the line does.
+fn passes(p: Vec3, q: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
+    let (first, second) = (volume(p, q, a, b), volume(p, q, b, c));
+    if first * second < 0.0 {
         return false;
     }
-    let turns = [volume(p, q, a, b), volume(p, q, b, c), volume(p, q, c, a)];
+    let turns = [first, second, volume(p, q, c, a)];
     turns.iter().all(|&x| x >= 0.0) || turns.iter().all(|&x| x <= 0.0)
 }
 

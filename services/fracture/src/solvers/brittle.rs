@@ -8,7 +8,7 @@ mod warnings;
 use crate::cut::{self, CutSettings, DamageField, slit};
 use crate::damage::{Softening, WeakPlane};
 use crate::debris::{self, Grain};
-use crate::mpm::domain::{SAFETY, stable_step};
+use crate::mpm::domain::stable_step;
 use crate::mpm::door::{
     PER_CELL, check_contacts, check_hairline, check_impacts, check_material, check_spin,
     check_supports, check_thickness, sample_points, spacing, stretch, within,
@@ -99,7 +99,7 @@ impl Solver for Brittle {
                 limit: most,
             });
         }
-        let step = SAFETY * stable_step(&problem.material, spacing.min());
+        let step = time_step(problem, &spacing);
         let clock = Clock::new(problem, &Pace::default());
         let steps = (clock.spin_up + clock.end) / step;
         let limit = f64::from(problem.settings.max_steps);
@@ -159,6 +159,8 @@ impl Brittle {
             strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
         let mut domain = Domain::new(particles, material, softening, spacing);
         domain.select(problem.settings.precision, path);
+        domain.step = time_step(&problem, &spacing);
+        domain.refresh = problem.settings.tolerance().refresh();
         let clock = Clock::new(&problem, &pace);
         domain.time = -clock.spin_up;
         let loads: Vec<Load> =
@@ -293,15 +295,16 @@ impl Brittle {
         let transit = self.clock.transit;
         let end = quiet > self.pace.quiet * transit || time > push + self.pace.after * transit;
         let points = self.domain.particles.len() as f64;
-        let small = self.problem.settings.error.filter(|e| self.growth.is_small(*e, points));
-        if let (false, Some(error)) = (end, small) {
+        let growth = self.problem.settings.tolerance().growth();
+        let small = growth.is_some_and(|share| self.growth.is_small(share, points));
+        if let (false, true, Some(error)) = (end, small, self.problem.settings.error) {
             self.warnings.push(format!(
                 "ended {:.2} of a wave's way after the push: too little broke in one to matter to \
                  an error of {error}",
                 (time - push) / transit
             ));
         }
-        end || small.is_some()
+        end || small
     }
 
     fn finish(&mut self) -> Result<Fracture, Failure> {
@@ -399,7 +402,7 @@ impl Brittle {
             spacing: self.domain.grid.spacing,
             material: self.problem.material,
             seed: self.problem.seed,
-            error: self.problem.settings.error,
+            tolerance: self.problem.settings.tolerance(),
         }
     }
 
@@ -435,6 +438,11 @@ impl Brittle {
         self.last_warnings(&mut report);
         report
     }
+}
+
+/// The step of a solve that is not repeated \[s\].
+fn time_step(problem: &Problem, spacing: &Vec3) -> f64 {
+    problem.settings.tolerance().step() * stable_step(&problem.material, spacing.min())
 }
 
 /// The push of an impact: a longer one than the clock's has the same peak force and delivers less;

@@ -7,6 +7,7 @@ use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::domain::Grip;
 use cullet_fracture::mpm::{Domain, crushed, quadrature};
 use cullet_fracture::particles::Particles;
+use cullet_fracture::tolerance::Tolerance;
 use cullet_geometry::{Vec3, inside::Inside, sample, shapes};
 use std::sync::Arc;
 
@@ -100,7 +101,8 @@ fn the_sides_of_a_thick_band_part_meet_and_part_again() {
 /// A band of three cells is the crack's, to be shared by its sides; one of ten is a crushed zone.
 #[test]
 fn rubble_beyond_a_cracks_band_is_divided() {
-    let rules = crushed::Rules { spacing: Vec3::repeat(H), material: HARD, seed: 1, error: None };
+    let (spacing, tolerance) = (Vec3::repeat(H), Tolerance::default());
+    let rules = crushed::Rules { spacing, material: HARD, seed: 1, tolerance };
     for (half, wide) in [(1.5, false), (5.0, true)] {
         let mut domain = torn(half);
         // Torn so fast that grains are as small as the grid can tell.

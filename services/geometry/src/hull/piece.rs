@@ -44,13 +44,8 @@ impl Piece {
         (self.origin + arm, second - volume * arm * arm.transpose())
     }
 
-    /// Corners of the surface, shared ones repeated.
-    pub(super) fn points(&self) -> Vec<Vec3> {
-        self.surface.iter().flatten().copied().collect()
-    }
-
-    /// The corners that lie farthest out in each of a fixed fan of directions.
-    pub(super) fn extremes(&self) -> Vec<Vec3> {
+    /// Corners of the surface, each once, in the order of its triangles.
+    pub(super) fn corners(&self) -> Vec<Vec3> {
         // Corners are shared by six triangles or so.
         let key = |p: &Vec3| [p.x.to_bits(), p.y.to_bits(), p.z.to_bits()];
         let mut places: Vec<([u64; 3], u32)> =
@@ -58,17 +53,7 @@ impl Piece {
         places.sort_unstable();
         places.dedup_by_key(|place| place.0);
         places.sort_unstable_by_key(|place| place.1);
-        let mut best = vec![(f64::NEG_INFINITY, Vec3::zeros()); DIRECTIONS.len()];
-        for (bits, _) in places {
-            let p = Vec3::from(bits.map(f64::from_bits));
-            for (slot, d) in best.iter_mut().zip(DIRECTIONS.iter()) {
-                let reach = d.dot(&p);
-                if reach > slot.0 {
-                    *slot = (reach, p);
-                }
-            }
-        }
-        if self.surface.is_empty() { Vec::new() } else { best.into_iter().map(|b| b.1).collect() }
+        places.into_iter().map(|(bits, _)| Vec3::from(bits.map(f64::from_bits))).collect()
     }
 
     /// The parts above and below the plane `normal · x = offset`.
@@ -143,6 +128,27 @@ fn clip(
 fn crossing(a: Vec3, ha: f64, b: Vec3, hb: f64) -> Vec3 {
     let (low, hl, high, hh) = if ha < hb { (a, ha, b, hb) } else { (b, hb, a, ha) };
     low + hl / (hl - hh) * (high - low)
+}
+
+/// Those of some corners that lie farthest out in each of a fixed fan of directions, each once, by
+/// the first direction.
+pub(super) fn extremes(corners: &[Vec3]) -> Vec<Vec3> {
+    let mut best = vec![(f64::NEG_INFINITY, 0); DIRECTIONS.len()];
+    for (i, p) in corners.iter().enumerate() {
+        for (slot, d) in best.iter_mut().zip(DIRECTIONS.iter()) {
+            let reach = d.dot(p);
+            if reach > slot.0 {
+                *slot = (reach, i);
+            }
+        }
+    }
+    let mut found: Vec<usize> = Vec::new();
+    for (reach, i) in best {
+        if reach > f64::NEG_INFINITY && !found.contains(&i) {
+            found.push(i);
+        }
+    }
+    found.into_iter().map(|i| corners[i]).collect()
 }
 
 /// 50 directions spread evenly over the sphere: the axes, diagonals and points between.

@@ -61,8 +61,10 @@ fn a_job_waits_aloud_for_a_worker_that_has_its_family() {
     assert_eq!(pool.stats().stranded, 0);
     let shown: Vec<_> = pool.workers().into_iter().map(|w| (w.name, w.solvers)).collect();
     let solvers = |text: &str| Some(vec![text.to_owned()]);
-    let due =
-        [("full".to_owned(), solvers("echo f32 f64")), ("plain".to_owned(), solvers("echo f64"))];
+    let due = [
+        ("full".to_owned(), solvers("echo single double")),
+        ("plain".to_owned(), solvers("echo double")),
+    ];
     assert_eq!(shown, due);
     let about = &pool.workers()[0];
     assert!(about.cores > 0 && about.build.len() == 8 && !about.version.is_empty(), "{about:?}");

@@ -12,7 +12,7 @@ use serde::Deserialize;
 pub struct Fidelity {
     /// Relative error of crack area and largest fragment that is good enough \[1\]. Coarser
     /// solves come first, and finer ones while they still differ by more; each ends when too little
-    /// breaks to matter to it, and works in f32 unless the scene asks for f64.
+    /// breaks to matter to it, and is in single precision unless the scene asks for double.
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.01, "maximum" = 1))]
     pub error: Option<f64>,
     /// Processor time that the solves of one hit may take, as reckoned for a common machine

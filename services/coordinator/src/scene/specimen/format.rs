@@ -6,7 +6,7 @@ mod watch;
 pub use place::{Part, Region, Side};
 pub use watch::{Colour, Component, Expected, Metric, Probe, ProbeKind, Reduce, Reduction};
 
-use super::super::format::{Axis, Material, RepairChoice, Rotation, Shape};
+use super::super::format::{Axis, Material, Precision, RepairChoice, Rotation, Shape};
 use super::super::unit;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -107,17 +107,6 @@ pub enum Points {
     Scattered,
     /// In rows along the axes of the grid, of equal volumes.
     Rows,
-}
-
-/// Precision of the points' pass.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Precision {
-    /// f64
-    #[default]
-    Double,
-    /// f32
-    Single,
 }
 
 /// Velocity fields at a crack.

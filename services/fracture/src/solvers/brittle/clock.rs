@@ -23,12 +23,9 @@ const SPIN_TRANSITS: f64 = 4.0;
 /// Share of the points that must break to count as growth: less is the opening of old cracks.
 const GROWTH_SHARE: f64 = 2e-3;
 
-/// Share of the broken points that may break within a transit when a solve ends, over the error
-/// that is good enough.
-const SMALL: f64 = 0.02;
-
-/// Share of the points that must be broken for that: where a body is crushed a crack more or less
-/// matters little, elsewhere a single one that runs on may part it, however few points it breaks.
+/// Share of the points that must be broken for a solve to end because little breaks: where a body
+/// is crushed a crack more or less matters little, elsewhere a single one that runs on may part it,
+/// however few points it breaks.
 const CRUSHED: f64 = 0.25;
 
 /// How long a solve goes on, in transits L/c_s \[1\]: the levers that `benches/levers.rs` measures.
@@ -104,13 +101,13 @@ impl Growth {
         }
     }
 
-    /// Whether the body is crushed, and what broke within the last transit is small beside all that
-    /// has broken: a fiftieth of the error.
-    pub(super) fn is_small(&self, error: f64, points: f64) -> bool {
+    /// Whether the body is crushed, and what broke within the last transit is at most this share of
+    /// all that has broken.
+    pub(super) fn is_small(&self, share: f64, points: f64) -> bool {
         let (Some(&(_, then)), Some(&(_, now))) = (self.past.front(), self.past.back()) else {
             return false;
         };
         let crushed = f64::from(now) >= CRUSHED * points;
-        self.is_long && crushed && f64::from(now - then) <= SMALL * error * f64::from(now)
+        self.is_long && crushed && f64::from(now - then) <= share * f64::from(now)
     }
 }
