@@ -15,19 +15,34 @@ pub struct Patience {
     pub retry_ms: u64,
     /// Longest pause before connecting again \[ms\].
     pub retry_max_ms: u64,
+    /// A link that is not made within this is tried anew \[ms\]: what was sent into a hole is sent
+    /// again ever more rarely, and a hole may heal at any time.
+    pub open_ms: u64,
 }
 
 impl Patience {
     /// For real runs.
     #[must_use]
     pub const fn production() -> Self {
-        Self { lease_ms: 5_000, wait_before_close_ms: 3_000, retry_ms: 200, retry_max_ms: 2_000 }
+        Self {
+            lease_ms: 5_000,
+            wait_before_close_ms: 3_000,
+            retry_ms: 200,
+            retry_max_ms: 800,
+            open_ms: 3_000,
+        }
     }
 
     /// For tests.
     #[must_use]
     pub const fn test() -> Self {
-        Self { lease_ms: 1_000, wait_before_close_ms: 1_000, retry_ms: 50, retry_max_ms: 200 }
+        Self {
+            lease_ms: 1_000,
+            wait_before_close_ms: 1_000,
+            retry_ms: 50,
+            retry_max_ms: 200,
+            open_ms: 1_000,
+        }
     }
 }
 
@@ -58,12 +73,13 @@ fn visitor(endpoints: &[String], patience: Patience) -> Vec<(&'static str, Strin
     all.push(("mode", "\"client\"".into()));
     all.push(("connect/endpoints", list(endpoints)));
     all.push(("listen/endpoints", "[]".into()));
-    let Patience { retry_ms, retry_max_ms, .. } = patience;
+    let Patience { retry_ms, retry_max_ms, open_ms, .. } = patience;
     let retry = format!(
         "{{\"period_init_ms\":{retry_ms},\"period_max_ms\":{retry_max_ms},\
          \"period_increase_factor\":2}}"
     );
     all.push(("connect/retry", retry));
+    all.push(("transport/unicast/open_timeout", open_ms.to_string()));
     all
 }
 

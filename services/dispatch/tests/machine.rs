@@ -336,3 +336,31 @@ fn a_job_waits_for_a_worker_that_can_do_it_and_others_pass_it() {
     pool.step(Event::Cancel(Run(1)));
     assert_eq!(pool.machine.counts().stranded, 0);
 }
+
+/// Whichever way they are kept: by when their time was, and where it was the same, by name.
+#[test]
+fn what_runs_out_in_one_tick_is_looked_at_in_order_of_time_and_name() {
+    for names in [[1, 2, 3, 4, 5, 6], [6, 5, 4, 3, 2, 1], [3, 6, 1, 5, 2, 4]] {
+        let mut pool = Pool::new();
+        pool.begin(1, 1, 4);
+        // Two at a time, 7 ms apart: within a slot of the timers and across two of them.
+        let mut want = Vec::new();
+        for (turn, pair) in names.chunks(2).enumerate() {
+            for name in pair {
+                pool.open(1, *name);
+                pool.ask(*name).expect("a job");
+            }
+            let mut pair = pair.to_vec();
+            pair.sort_unstable();
+            want.extend(pair);
+            pool.now = 7 * (turn as Millis + 1);
+        }
+        let said = pool.pass(Timing::test().lease);
+        let lost = said.iter().filter_map(|effect| match effect {
+            Effect::Lost { job, .. } => Some(*job),
+            _ => None,
+        });
+        let want: Vec<Job> = want.into_iter().map(job).collect();
+        assert_eq!(lost.collect::<Vec<_>>(), want, "opened as {names:?}");
+    }
+}

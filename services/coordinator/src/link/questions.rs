@@ -162,7 +162,11 @@ impl Shell {
         let (short, runs, name) = (commit.job.short(), self.runs_of(job), self.name(worker));
         let event = Event::Commit { worker, job, epoch, build, digest, outcome };
         match self.step(event).receipt {
-            Some(Receipt::Accepted | Receipt::Noted) => {}
+            Some(Receipt::Accepted) => {
+                let epoch = epoch.0;
+                tracing::debug!(run = runs, job = short, worker = name, epoch, "result taken");
+            }
+            Some(Receipt::Noted) => {}
             Some(receipt) => {
                 tracing::info!(
                     run = runs,

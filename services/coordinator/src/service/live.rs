@@ -6,7 +6,7 @@ use cullet_proto::service::{JobCounts, MAX_LINES, Position};
 use std::collections::VecDeque;
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -31,7 +31,8 @@ struct Inner {
     jobs: JobCounts,
     timeline: Vec<Job>,
     given_up: Option<JobId>,
-    file: Option<File>,
+    /// Where lines are kept; opened for each of them, as there may be thousands of runs.
+    path: Option<PathBuf>,
     written: u64,
 }
 
@@ -45,10 +46,7 @@ impl Live {
                 inner.push(line);
             }
         }
-        match OpenOptions::new().append(true).create(true).open(path) {
-            Ok(file) => inner.file = Some(file),
-            Err(error) => tracing::warn!("{}: {error}", path.display()),
-        }
+        inner.path = Some(path.to_owned());
         Self { inner: Mutex::new(inner) }
     }
 
@@ -63,10 +61,10 @@ impl Live {
         let mut inner = self.inner();
         inner.written += line.len() as u64 + 1;
         let room = inner.written <= MAX_FILE;
-        if let Some(file) = inner.file.as_mut().filter(|_| room)
-            && let Err(error) = file.write_all(format!("{line}\n").as_bytes())
+        if let Some(path) = inner.path.as_ref().filter(|_| room)
+            && let Err(error) = append(path, &line)
         {
-            tracing::warn!("a line of a run is not in its file: {error}");
+            tracing::warn!("{}: a line of a run is not in it: {error}", path.display());
         }
         inner.push(line);
     }
@@ -127,6 +125,11 @@ impl Live {
     }
 }
 
+fn append(path: &Path, line: &str) -> std::io::Result<()> {
+    let mut file = OpenOptions::new().append(true).create(true).open(path)?;
+    file.write_all(format!("{line}\n").as_bytes())
+}
+
 impl Inner {
     fn push(&mut self, line: String) {
         self.lines.push_back(line);
@@ -176,6 +179,20 @@ mod tests {
             assert_eq!(seen, said);
             assert_eq!(live.lines(from), (Vec::new(), from, true));
         }
+    }
+
+    /// A coordinator remembers thousands of runs, and may have fewer files open.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_run_that_is_remembered_holds_no_file_open() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log");
+        let live = Live::open(&path);
+        live.say("a line");
+        let open = std::fs::read_dir("/proc/self/fd").expect("files").flatten();
+        let of_it = open.filter_map(|file| std::fs::read_link(file.path()).ok());
+        assert_eq!(of_it.filter(|target| *target == path).count(), 0);
+        assert_eq!(std::fs::read_to_string(&path).expect("a log"), "a line\n");
     }
 
     #[test]
