@@ -4,6 +4,7 @@
 
 mod common;
 
+use common::history::{lines, moment};
 use common::{Cullet, LONGER, corpus, fetched, quiet_digest, unique, until};
 use serde_json::Value;
 use std::path::Path;
@@ -52,6 +53,21 @@ impl Place {
         self.ip(&["link", "set", &self.end("t"), if is_in { "up" } else { "down" }])
     }
 
+    /// Seconds from now to the first word of a worker there, as a coordinator's log tells.
+    fn back(&self, log: &Path) -> f64 {
+        let now = std::time::SystemTime::UNIX_EPOCH.elapsed().expect("a clock").as_secs_f64();
+        let mut heard = None;
+        until("the far worker is heard", LONG, || {
+            let lines = lines(log);
+            let words = lines.iter().filter(|line| {
+                line["message"] == "job granted" || line["message"] == "result taken"
+            });
+            heard = words.filter_map(moment).find(|at| *at > now);
+            heard.is_some()
+        });
+        heard.expect("a time") - now
+    }
+
     /// A call of the binary in there.
     fn call(&self, args: &[&str]) -> Cullet {
         let inside = ["netns", "exec", &self.name, env!("CARGO_BIN_EXE_cullet")];
@@ -84,8 +100,9 @@ fn a_pulled_cable_costs_time_only() {
     let endpoint = format!("tcp/{}.1:{}", place.net, common::free_port());
     let who = ["--connect", &endpoint];
     // Nobody else is on this network.
+    let (state, log) = (unique("namespace"), unique("namespace-log"));
     let call = ["coordinator", "--listen", &endpoint, "--insecure", "--state"];
-    let _coordinator = Cullet::new(&call).path(&unique("namespace")).spawn();
+    let _coordinator = Cullet::new(&call).path(&state).log(&log).spawn();
     let mut worker = place.call(&["worker", "--threads", "1", "--name", "far"]).args(&who).spawn();
     let asked = |args: &[&str]| {
         let said = Cullet::new(args).args(&["--json"]).args(&who).output();
@@ -105,6 +122,9 @@ fn a_pulled_cable_costs_time_only() {
     let shown = asked(&["show", &run]);
     assert_eq!(shown["state"], "running", "nobody else is there: {shown:#}");
     assert!(place.plug(true), "the cable is put in");
+    let took = place.back(&log);
+    println!("cable out for {AWAY:?}, in again: at work after {took:.3} s");
+    assert!(took < 6.0, "{took} s");
     until("the run ends", LONG, || {
         !["queued", "running"]
             .contains(&asked(&["show", &run])["state"].as_str().unwrap_or("queued"))

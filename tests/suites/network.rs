@@ -4,104 +4,18 @@
 
 mod common;
 
+use common::proxy::{Weather, proxy};
 use common::{Cullet, Going, LONGER, corpus, fetched, signal, unique};
 use serde_json::Value;
 use std::io::{Read, Write};
-use std::net::{Shutdown, TcpListener, TcpStream};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::net::TcpStream;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
 /// Longest a test waits for a run.
 const LONG: Duration = Duration::from_secs(150);
-
-/// Blocks of so many bytes are large.
-const LARGE: usize = 4_096;
-
-/// What a proxy does to what passes.
-#[derive(Default)]
-struct Weather {
-    /// Nothing passes, and nothing is closed: as when a cable is pulled.
-    silent: AtomicBool,
-    /// What each block waits \[ms\].
-    delay: AtomicU64,
-    /// Most bytes a second and way; 0 is no limit.
-    rate: AtomicU64,
-    /// Bits to turn over still.
-    flips: AtomicU64,
-    /// Bits turned over.
-    flipped: AtomicU64,
-    /// Bytes that have passed.
-    passed: AtomicU64,
-    open: Mutex<Vec<TcpStream>>,
-}
-
-impl Weather {
-    /// Closes all connections at once; returns how many there were.
-    fn cut(&self) -> usize {
-        let all = std::mem::take(&mut *self.open.lock().expect("a list"));
-        all.iter().for_each(|stream| drop(stream.shutdown(Shutdown::Both)));
-        all.len() / 2
-    }
-
-    /// Carries bytes one way until either end closes.
-    fn carry(&self, mut from: TcpStream, mut to: TcpStream) {
-        let mut block = [0; 16_384];
-        let mut count = 0_u64;
-        while let Ok(length) = from.read(&mut block) {
-            if length == 0 {
-                break;
-            }
-            while self.silent.load(Ordering::SeqCst) {
-                sleep(Duration::from_millis(5));
-            }
-            sleep(Duration::from_millis(self.delay.load(Ordering::SeqCst)));
-            if let rate @ 1.. = self.rate.load(Ordering::SeqCst) {
-                sleep(Duration::from_micros(length as u64 * 1_000_000 / rate));
-            }
-            // One in the middle of a large block, which is most likely a number that a message
-            // carries; with many in one message the message would not decode at all.
-            if length >= LARGE && self.flips.load(Ordering::SeqCst) > 0 {
-                if count % 12 == 5 {
-                    self.flips.fetch_sub(1, Ordering::SeqCst);
-                    self.flipped.fetch_add(1, Ordering::SeqCst);
-                    block[length / 2] ^= 1 << (count % 8);
-                }
-                count += 1;
-            }
-            self.passed.fetch_add(length as u64, Ordering::SeqCst);
-            if to.write_all(&block[..length]).is_err() {
-                break;
-            }
-        }
-        from.shutdown(Shutdown::Both).ok();
-        to.shutdown(Shutdown::Both).ok();
-    }
-}
-
-/// A proxy before `endpoint`, and where it listens.
-fn proxy(endpoint: &str) -> (Arc<Weather>, String) {
-    let weather = Arc::new(Weather::default());
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
-    let here = format!("tcp/{}", listener.local_addr().expect("an address"));
-    let (kept, target) = (weather.clone(), endpoint.trim_start_matches("tcp/").to_owned());
-    spawn(move || {
-        for near in listener.incoming().flatten() {
-            let Ok(far) = TcpStream::connect(&target) else {
-                continue;
-            };
-            let twin = |stream: &TcpStream| stream.try_clone().expect("a second handle");
-            let ends = [twin(&near), twin(&far)];
-            kept.open.lock().expect("a list").extend(ends);
-            let (up, down) = (kept.clone(), kept.clone());
-            let (near_too, far_too) = (twin(&near), twin(&far));
-            spawn(move || up.carry(near, far));
-            spawn(move || down.carry(far_too, near_too));
-        }
-    });
-    (weather, here)
-}
 
 /// A coordinator, workers behind a proxy, and a run that was submitted straight.
 struct Stage {

@@ -12,6 +12,11 @@ fn main() {
     if std::env::args().nth(1).as_deref() == Some("job") {
         return serve_jobs(1, Arc::new(solve)).expect("a job process");
     }
+    if std::env::var_os("CULLET_LOG").is_some() {
+        let levels = tracing_subscriber::EnvFilter::from_env("CULLET_LOG");
+        let logs = tracing_subscriber::fmt().with_env_filter(levels).json().flatten_event(true);
+        logs.with_writer(std::io::stderr).init();
+    }
     let mut config = WorkerConfig { patience: Patience::test(), ..WorkerConfig::default() };
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
@@ -31,10 +36,11 @@ fn main() {
     }
 }
 
-/// A body whose mesh has 50 MB.
-fn bulk() -> Solid {
-    let vertices = (0..1_250_000).map(|k| Vec3::new(f64::from(k), 0.5, -1.0)).collect();
-    let triangles = (0..1_249_000).map(|k| [k, k + 1, k + 2]).collect();
+/// A body whose mesh has so many MB.
+fn bulk(size: u32) -> Solid {
+    let count = size * 25_000;
+    let vertices = (0..count).map(|k| Vec3::new(f64::from(k), 0.5, -1.0)).collect();
+    let triangles = (0..count - 1_000).map(|k| [k, k + 1, k + 2]).collect();
     Solid::outer(TriMesh { vertices, triangles })
 }
 
@@ -73,8 +79,9 @@ fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
         sheet: Sheet::default(),
     };
     let mut fragments: Vec<_> = (0..job.seed % 7).map(fragment).collect();
-    if job.solver == "bulk" {
-        fragments = vec![Fragment { solid: bulk(), ..fragment(1) }];
+    if let Some(size) = job.solver.strip_prefix("bulk") {
+        let size = size.strip_prefix('-').and_then(|size| size.parse().ok()).unwrap_or(50);
+        fragments = vec![Fragment { solid: bulk(size), ..fragment(1) }];
     }
     let report = Report { solver: job.solver.clone(), steps: job.seed, ..Report::default() };
     Some(Verdict::Broken(Box::new(BrokenBody { fragments, report, ..BrokenBody::default() })))

@@ -294,8 +294,12 @@ fn build_of(exe: Option<&Path>) -> [u8; 32] {
 fn renew(talker: &Talker, queue: &Receiver<Renewal>) {
     for (job, epoch, begun, watch) in queue {
         let permille = if begun { watch.permille().max(1) } else { 0 };
+        let since = Instant::now();
+        let said = talker.renew((job, epoch), permille);
+        let seconds = since.elapsed().as_secs_f64();
+        tracing::debug!(epoch = epoch.0, seconds, heard = said.is_ok(), "renewed");
         // Silence is nothing to act on: the result will be handed in in any case.
-        if let Ok(news) = talker.renew((job, epoch), permille)
+        if let Ok(news) = said
             && talker.news.send(news).is_err()
         {
             return;

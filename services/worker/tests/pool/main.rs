@@ -3,7 +3,11 @@
 mod desk;
 mod door;
 mod faults;
+mod gates;
 mod keep;
 mod kit;
 mod mixed;
 mod order;
+#[path = "../../../../tests/suites/common/proxy.rs"]
+#[allow(dead_code, reason = "each suite uses its own part")]
+mod proxy;

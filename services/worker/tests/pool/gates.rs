@@ -1,0 +1,211 @@
+//! How soon the pool is itself again, and what a slow link takes: in seconds, of worker processes
+//! that do as they are told. `CULLET_REPEATS=20 CULLET_BULK_MB=50 cargo test --release -p
+//! cullet-worker --test pool gates -- --nocapture --test-threads 1` prints the figures that
+//! `docs/pool.md` has. What is asserted has room for a machine that does much else.
+
+use crate::kit::{PATIENCE, config, job, next, verdict, wait_for, with_processes};
+use crate::proxy::proxy;
+use cullet_coordinator::link::{Pool, PoolConfig, Settlement, Share, Timing};
+use cullet_proto::FractureJob;
+use serde_json::Value;
+use std::fs::File;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::Ordering;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// 20 Mbit/s in bytes a second.
+const LINE: u64 = 2_500_000;
+
+/// A worker process; it is killed when dropped.
+struct Stub(Child);
+
+impl Stub {
+    fn start(endpoint: &str, name: &str, log: Option<&Path>) -> Self {
+        let exe = std::env::current_exe().expect("a path");
+        let folder = exe.parent().and_then(Path::parent).expect("a target folder");
+        let mut call = Command::new(folder.join("examples/stub"));
+        call.args(["worker", "--connect", endpoint, "--name", name, "--parent-watch"]);
+        if let Some(log) = log {
+            let levels = "warn,cullet_worker=debug,zenoh=error";
+            call.env("CULLET_LOG", levels).stderr(File::create(log).expect("a log"));
+        }
+        Self(call.stdin(Stdio::piped()).spawn().expect("the stub starts"))
+    }
+}
+
+impl Drop for Stub {
+    fn drop(&mut self) {
+        self.0.kill().ok();
+        self.0.wait().ok();
+    }
+}
+
+fn number(name: &str, usual: u64) -> u64 {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
+}
+
+fn kill(pid: u32) {
+    let status = Command::new("kill").args(["-9", &pid.to_string()]).status();
+    assert!(status.is_ok_and(|status| status.success()), "kill {pid}");
+}
+
+/// The process in which a worker's jobs run.
+fn job_process(worker: u32) -> u32 {
+    let said = Command::new("pgrep").args(["-P", &worker.to_string()]).output().expect("pgrep");
+    String::from_utf8_lossy(&said.stdout).trim().parse().expect("one process")
+}
+
+/// Seconds from something that is done to a job's worker to the grant to another one.
+fn granted_again(pool: &Pool, seed: u64, harm: impl FnOnce(&str)) -> f64 {
+    let run = pool.run(Share::default());
+    wait_for("two workers", || pool.stats().workers == 2);
+    let opened = Instant::now();
+    let id = run.open(&job("echo", seed, 400));
+    let holder = || pool.workers().into_iter().find(|worker| !worker.jobs.is_empty());
+    wait_for("it is at a worker", || holder().is_some());
+    // A solver has it by then.
+    sleep(Duration::from_millis(150));
+    let name = holder().expect("it is there still").name;
+    harm(&name);
+    let harmed = opened.elapsed();
+    let settlement: Settlement = next(&run, id);
+    let second = settlement.tries.get(1).map(|tried| tried.granted);
+    let second = second.unwrap_or_else(|| panic!("it was not granted again: {settlement:?}"));
+    verdict(settlement);
+    second.saturating_sub(harmed).as_secs_f64()
+}
+
+/// Says what was measured; the middle one.
+fn tell(what: &str, mut all: Vec<f64>) -> f64 {
+    all.sort_by(f64::total_cmp);
+    let (middle, last) = (all[all.len() / 2], all[all.len() - 1]);
+    println!("{what}: median {middle:.3} s, most {last:.3} s of {}", all.len());
+    middle
+}
+
+#[test]
+fn a_job_whose_worker_is_killed_goes_to_another_after_the_grace() {
+    let repeats = number("CULLET_REPEATS", 3);
+    let timing = Timing { suspect: 100, ..Timing::test() };
+    let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
+    let mut crew: Vec<(String, Stub)> = Vec::new();
+    let all = (0..repeats).map(|seed| {
+        while crew.len() < 2 {
+            let name = format!("s{seed}-{}", crew.len());
+            let stub = Stub::start(pool.endpoint(), &name, None);
+            crew.push((name, stub));
+        }
+        granted_again(&pool, seed, |name| crew.retain(|(known, _)| known != name))
+    });
+    // Dropping it kills it.
+    let middle = tell("worker killed, 100 ms of grace, 50 ms of pause", all.collect());
+    assert!((0.15..1.5).contains(&middle), "{middle} s");
+}
+
+/// The process of a child that has its first life, by its name.
+fn child(pool: &Pool, name: &str) -> u32 {
+    let index: usize = name.trim_start_matches('w').parse().expect("a number");
+    pool.pids()[index - 1]
+}
+
+#[test]
+fn a_job_whose_solver_is_killed_or_whose_worker_is_a_child_goes_to_another_at_once() {
+    let repeats = number("CULLET_REPEATS", 3);
+    let pool = with_processes(2);
+    let solver = (0..repeats)
+        .map(|seed| granted_again(&pool, seed, |name| kill(job_process(child(&pool, name)))));
+    let solver = tell("solver killed, 50 ms of pause", solver.collect());
+    drop(pool);
+    let all = (0..repeats).map(|seed| {
+        let pool = with_processes(2);
+        granted_again(&pool, seed, |name| kill(child(&pool, name)))
+    });
+    let child = tell("child of the coordinator killed, 50 ms of pause", all.collect());
+    assert!(solver < 1.0 && child < 1.0, "{solver} s and {child} s");
+}
+
+/// Three times as long as a lease of a job lasts, and four times as long as one of a link.
+#[test]
+fn a_worker_behind_a_blackhole_is_back_as_soon_as_it_heals_and_nothing_is_lost() {
+    let repeats = number("CULLET_REPEATS", 1);
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let (weather, behind) = proxy(pool.endpoint());
+    let _far = Stub::start(&behind, "far", None);
+    let run = pool.run(Share::default());
+    wait_for("a worker", || pool.stats().workers == 1);
+    let all = (0..repeats).map(|turn| {
+        let jobs: Vec<_> = (0..3).map(|k| job("echo", turn << 8 | k, 300)).collect();
+        let ids: Vec<_> = jobs.iter().map(|job| run.open(job)).collect();
+        wait_for("it has a job", || pool.stats().jobs.running == 1);
+        weather.silent.store(true, Ordering::SeqCst);
+        sleep(Duration::from_millis(3 * Timing::test().lease));
+        let held = pool.stats();
+        assert_eq!((held.workers, held.jobs.running), (0, 0), "nobody is there: {held:?}");
+        weather.silent.store(false, Ordering::SeqCst);
+        let healed = Instant::now();
+        let before = held.jobs.settled;
+        wait_for("it is at work", || {
+            let now = pool.stats().jobs;
+            now.running == 1 || now.settled > before
+        });
+        let took = healed.elapsed().as_secs_f64();
+        ids.iter().for_each(|id| drop(verdict(next(&run, *id))));
+        took
+    });
+    let middle = tell("blackhole of 4.5 s, healed: at work again", all.collect());
+    let counts = pool.stats();
+    assert_eq!(counts.jobs.opened, counts.jobs.settled);
+    assert!(middle < 2.0, "{middle} s");
+}
+
+/// A result comes over a slow line in little more than the line's own time, and renewals come
+/// through in between.
+#[test]
+fn a_large_result_on_a_slow_link_takes_the_time_of_the_line_and_holds_no_renewal_up() {
+    let size = number("CULLET_BULK_MB", 6);
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = folder.path().join("log");
+    let timing = Timing { hard: 120_000, ..Timing::test() };
+    let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
+    let (weather, behind) = proxy(pool.endpoint());
+    weather.rate.store(LINE, Ordering::SeqCst);
+    let _far = Stub::start(&behind, "far", Some(&log));
+    let run = pool.run(Share::default());
+    let id = run.open(&FractureJob::smallest(&format!("bulk-{size}"), 1));
+    let patience = PATIENCE + Duration::from_secs(size);
+    let (settled, settlement) = run.settled(patience).expect("a settlement in time");
+    assert_eq!((settled, settlement.attempts, settlement.tries.len()), (id, 1, 1), "sent again");
+    let bytes = verdict(settlement).encode().expect("a verdict").len();
+    wait_for("a receipt is logged", || read(&log).iter().any(|l| l["message"] == HANDED_IN));
+    let lines = read(&log);
+    let at = |message: &str| {
+        let line = lines.iter().find(|line| line["message"] == message);
+        line.and_then(|line| line["seconds"].as_f64()).unwrap_or_else(|| panic!("no {message}"))
+    };
+    let (took, line) = (at(HANDED_IN) - at("job solved"), bytes as f64 / LINE as f64);
+    let renewed = lines.iter().filter(|line| line["message"] == "renewed");
+    assert!(renewed.clone().all(|line| line["heard"] == true), "a renewal was not answered");
+    let mut renewed: Vec<f64> = renewed.filter_map(|line| line["seconds"].as_f64()).collect();
+    renewed.sort_by(f64::total_cmp);
+    let most = renewed[(renewed.len() * 99).div_ceil(100) - 1];
+    println!(
+        "{bytes} bytes at {LINE} bytes a second: {took:.2} s, {:.3} times the line's {line:.2} s; \
+         {} renewals, 99 % within {most:.3} s",
+        took / line,
+        renewed.len(),
+    );
+    assert!(took < 1.2 * line + 1.0, "{took} s, of which the line takes {line} s");
+    assert!(renewed.len() as f64 > line && most < 1.0, "{renewed:?}");
+    let counts = pool.stats();
+    assert_eq!((counts.jobs.resent, counts.fenced, counts.damaged), (0, 0, 0));
+}
+
+/// What a worker says when a result has been taken.
+const HANDED_IN: &str = "result handed in";
+
+fn read(log: &Path) -> Vec<Value> {
+    let text = std::fs::read_to_string(log).expect("a log");
+    text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+}

@@ -1,0 +1,237 @@
+//! What everybody wrote down, checked: first the checker itself, which must see a planted loss,
+//! double and phantom; then a coordinator that is killed at random points of its runs.
+//!
+//! `CULLET_POINTS=20 cargo test --release -p cullet --test history -- --nocapture` kills twenty
+//! times; `CULLET_SEED` names when.
+
+mod common;
+
+use common::desk::Desk;
+use common::farm::{Draw, Farm, Role, number};
+use common::history::{Act, Heard, Listed, Step, check_jobs, check_runs, lines};
+use common::{unique, until};
+use std::sync::atomic::Ordering;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+fn act(verb: &str, key: &str, run: Option<u64>, heard: Heard) -> Act {
+    Act { verb: verb.into(), key: key.into(), run, heard }
+}
+
+fn listed(run: u64, key: &str, state: &str) -> Listed {
+    Listed { run, key: key.into(), state: state.into() }
+}
+
+/// Two that are known, one of which nobody heard, one that is cancelled, one that is deleted.
+fn runs() -> (Vec<Act>, Vec<Listed>) {
+    let acts = vec![
+        act("submit", "a", Some(1), Heard::Ok),
+        act("submit", "b", None, Heard::Info),
+        act("submit", "c", None, Heard::Info),
+        act("submit", "d", Some(3), Heard::Ok),
+        act("cancel", "", Some(3), Heard::Info),
+        act("submit", "e", Some(4), Heard::Ok),
+        act("delete", "", Some(4), Heard::Ok),
+    ];
+    let there = vec![listed(1, "a", "done"), listed(2, "b", "done"), listed(3, "d", "cancelled")];
+    (acts, there)
+}
+
+fn only(said: &[String], kind: &str) {
+    assert!(said.len() == 1 && said[0].starts_with(kind), "{kind}: {said:#?}");
+}
+
+#[test]
+fn a_checker_of_runs_sees_what_is_lost_doubled_and_made_up() {
+    let (acts, there) = runs();
+    assert_eq!(check_runs(&acts, &there), Vec::<String>::new());
+    only(&check_runs(&acts, &there[1..]), "lost");
+    let with = |more: Listed| [&there[..], &[more]].concat();
+    only(&check_runs(&acts, &with(listed(9, "z", "done"))), "phantom");
+    // Handed in once by somebody who did not hear of it, and there twice.
+    only(&check_runs(&acts, &with(listed(9, "b", "done"))), "phantom");
+    only(&check_runs(&acts, &with(listed(4, "e", "done"))), "doubled");
+    let again = [&acts[..], &[act("submit", "a", Some(1), Heard::Ok)]].concat();
+    only(&check_runs(&again, &there), "doubled");
+    for state in ["running", "failed", "stalled", "cancelled"] {
+        let other = [&[listed(1, "a", state)], &there[1..]].concat();
+        only(&check_runs(&acts, &other), "lost");
+    }
+    let other = [&[listed(1, "b", "done")], &there[2..]].concat();
+    only(&check_runs(&acts, &other), "phantom");
+}
+
+fn granted(job: &str, epoch: u64, worker: &str) -> Step {
+    Step::Granted { job: job.into(), worker: worker.into(), epoch }
+}
+
+/// A run whose coordinator dies with one of two jobs settled, and with a result of the other on its
+/// way, which counts in the next life.
+fn jobs() -> Vec<Step> {
+    let opened = |job: &str, kept| Step::Opened { run: 1, job: job.into(), kept };
+    let taken = |job: &str, epoch| Step::Taken { job: job.into(), worker: "w".into(), epoch };
+    let settled = |job: &str, kept| {
+        let (job, ending) = (job.into(), "solved".into());
+        Step::Settled { run: 1, job, kept, ending }
+    };
+    let solved = |job: &str| Step::Solved { job: job.into() };
+    vec![
+        Step::Life,
+        Step::Started { run: 1 },
+        opened("a", false),
+        granted("a", 1, "w"),
+        taken("a", 1),
+        settled("a", false),
+        opened("b", false),
+        granted("b", 2, "w"),
+        Step::Life,
+        Step::Started { run: 1 },
+        opened("a", true),
+        settled("a", true),
+        opened("b", false),
+        granted("b", 3, "w"),
+        taken("b", 2),
+        settled("b", false),
+        Step::Ended { run: 1, how: "Done".into() },
+        solved("a"),
+        solved("b"),
+    ]
+}
+
+#[test]
+fn a_checker_of_jobs_sees_what_is_lost_doubled_and_made_up() {
+    let sound = jobs();
+    assert_eq!(check_jobs(&sound), Vec::<String>::new());
+    let without = |index: usize| {
+        let mut steps = sound.clone();
+        steps.remove(index);
+        check_jobs(&steps)
+    };
+    let twice = |index: usize| {
+        let mut steps = sound.clone();
+        steps.insert(index, steps[index].clone());
+        check_jobs(&steps)
+    };
+    only(&without(15), "lost");
+    // Granted to nobody; solved by nobody, which three places tell.
+    only(&without(7), "phantom");
+    assert!(without(17).iter().all(|said| said.starts_with("phantom")), "{:?}", without(17));
+    assert_eq!(without(17).len(), 4);
+    assert_eq!(twice(7), Vec::<String>::new(), "who asks again gets the same answer");
+    let mut steps = sound.clone();
+    steps[13] = granted("b", 2, "v");
+    assert!(check_jobs(&steps).iter().any(|said| said.starts_with("doubled")));
+    for index in [14, 15] {
+        let said = twice(index);
+        assert!(said.iter().any(|said| said.starts_with("doubled")), "{index}: {said:?}");
+    }
+    // Worked out again in the second life, though it had settled in the first.
+    let mut steps = sound.clone();
+    for step in &mut steps[10..12] {
+        if let Step::Opened { kept, .. } | Step::Settled { kept, .. } = step {
+            *kept = false;
+        }
+    }
+    only(&check_jobs(&steps), "doubled");
+    let alarm = [&sound[..], &[Step::Alarm("job a".into())]].concat();
+    only(&check_jobs(&alarm), "alarm");
+}
+
+/// The run is in the journal, and the answer is lost with the link: who asks again hears of the
+/// same run.
+#[test]
+fn a_submission_whose_answer_is_lost_is_one_run() {
+    let folder = unique("unheard");
+    let mut farm = Farm::start(folder.clone(), 1);
+    let desk = Desk::open(&farm.door.1, &folder);
+    let weather = farm.door.0.clone();
+    let log = farm.log_of(Role::Coordinator, 0);
+    let taken = || lines(&log).iter().any(|line| line["message"] == "run handed in");
+    weather.delay.store(400, Ordering::SeqCst);
+    let run = std::thread::scope(|all| {
+        let client = all.spawn(|| desk.submit(1, None));
+        until("it is handed in", Duration::from_secs(60), taken);
+        assert!(weather.cut() > 0, "there is a link to cut");
+        weather.clear();
+        client.join().expect("a client")
+    });
+    assert!(desk.finish(run.expect("it is told in the end")), "it is done");
+    desk.healed();
+    let listed = desk.listed();
+    let (mut said, acts) = desk.close();
+    said.extend(check_runs(&acts, &listed));
+    farm.leave();
+    assert!(said.is_empty(), "{said:#?}\nin {}", folder.display());
+    std::fs::remove_dir_all(folder).ok();
+}
+
+/// One run, in which the coordinator is killed: as it is handed in, in the middle, or at its end.
+fn point(farm: &mut Farm, desk: &Desk, draw: &mut Draw, (index, quiet): (u64, Duration)) {
+    let seed = 100 + index;
+    let quiet = quiet.as_millis() as u64;
+    let (what, run, begun) = if index % 4 == 0 {
+        let wait = draw.millis(0, 150);
+        let run = std::thread::scope(|all| {
+            let client = all.spawn(|| desk.submit(seed, None));
+            sleep(wait);
+            farm.kill(Role::Coordinator);
+            farm.tend();
+            client.join().expect("a client")
+        });
+        (format!("{} ms after its client was started", wait.as_millis()), run, Instant::now())
+    } else {
+        let run = desk.submit(seed, None);
+        let wait = match index % 4 {
+            3 => draw.millis(quiet * 4 / 5, quiet * 11 / 10),
+            _ => draw.millis(0, quiet * 4 / 5),
+        };
+        sleep(wait);
+        farm.kill(Role::Coordinator);
+        farm.tend();
+        (format!("{} ms after it was taken", wait.as_millis()), run, Instant::now())
+    };
+    if let Some(run) = run {
+        assert!(desk.finish(run), "run {run} is not done");
+        desk.compare(run, seed);
+    }
+    println!("killed {what}: over {:.2} s later", begun.elapsed().as_secs_f64());
+}
+
+#[test]
+fn a_coordinator_killed_at_random_points_loses_and_doubles_nothing() {
+    let points = number("CULLET_POINTS", 4);
+    let time = std::time::UNIX_EPOCH.elapsed().map_or(0, |since| since.as_nanos() as u64);
+    let seed = number("CULLET_SEED", time);
+    println!("CULLET_POINTS={points} CULLET_SEED={seed}");
+    let folder = unique("points");
+    let mut farm = Farm::start(folder.clone(), 1);
+    let desk = Desk::open(&farm.door.1, &folder);
+    let begun = Instant::now();
+    let first = desk.submit(99, None).expect("it is taken");
+    assert!(desk.finish(first), "it is done");
+    let quiet = begun.elapsed();
+    desk.compare(first, 99);
+    let mut draw = Draw(seed);
+    (0..points).for_each(|index| point(&mut farm, &desk, &mut draw, (index, quiet)));
+    desk.healed();
+    let listed = desk.listed();
+    let (mut said, acts) = desk.close();
+    farm.leave();
+    assert_eq!(farm.left(), Vec::<u32>::new(), "processes are left behind");
+    let steps = farm.steps();
+    said.extend(check_runs(&acts, &listed));
+    said.extend(check_jobs(&steps));
+    let count = |what: fn(&Step) -> bool| steps.iter().filter(|step| what(step)).count();
+    println!(
+        "{} lives, {} runs, {} compared; {} grants, {} results taken, {} settlements",
+        count(|step| *step == Step::Life),
+        listed.len(),
+        desk.compared(),
+        count(|step| matches!(step, Step::Granted { .. })),
+        count(|step| matches!(step, Step::Taken { .. })),
+        count(|step| matches!(step, Step::Settled { .. })),
+    );
+    assert!(said.is_empty(), "{said:#?}\nin {}", folder.display());
+    assert!(desk.compared() >= points, "{} of {points} were compared", desk.compared());
+    std::fs::remove_dir_all(folder).ok();
+}

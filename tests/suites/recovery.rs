@@ -1,0 +1,183 @@
+//! The gates with the timing of real runs: how soon a job that a `kill -9` took away is with
+//! another worker, and how soon a worker is back after a blackhole. With the timing of tests they
+//! are in `services/worker/tests/pool/gates.rs`.
+//!
+//! `CULLET_REPEATS=8 CULLET_HOLE_S=15 cargo test --release -p cullet --test recovery --
+//! --nocapture --test-threads 1` prints the figures that `docs/pool.md` has.
+
+mod common;
+
+use common::farm::{Farm, Role, number};
+use common::history::{lines, moment};
+use common::{Cullet, DONE, Going, LONGER, children_of, corpus, signal, unique, until};
+use serde_json::Value;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::thread::sleep;
+use std::time::{Duration, SystemTime};
+
+/// Longest a test waits for anything.
+const LONG: Duration = Duration::from_secs(120);
+
+/// Now \[s since 1970\].
+fn now() -> f64 {
+    SystemTime::UNIX_EPOCH.elapsed().expect("a clock").as_secs_f64()
+}
+
+/// A log that a coordinator writes.
+struct Log(PathBuf);
+
+impl Log {
+    /// The first line that is as wanted, when there is one.
+    fn line(&self, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
+        let mut found = Value::Null;
+        until(what, LONG, || {
+            found = lines(&self.0).into_iter().find(&wanted).unwrap_or_default();
+            !found.is_null()
+        });
+        found
+    }
+
+    /// Who has a job that a solver has begun, by a grant that is newer than `after`.
+    fn at_work(&self, after: f64) -> (String, String) {
+        let line = self.line("a job is granted", |line| {
+            line["message"] == "job granted" && moment(line) > Some(after)
+        });
+        sleep(Duration::from_millis(250));
+        let text = |name: &str| line[name].as_str().expect("a name").to_owned();
+        (text("job"), text("worker"))
+    }
+
+    /// Seconds from then to the next grant of a job.
+    fn granted_again(&self, job: &str, since: f64) -> f64 {
+        let line = self.line("it is granted again", |line| {
+            let same = line["message"] == "job granted" && line["job"] == job;
+            same && moment(line) > Some(since)
+        });
+        moment(&line).expect("a time") - since
+    }
+}
+
+/// Hands a run in, with a seed that no other has.
+fn submit(endpoint: &str, seed: u64, args: &[&str]) -> String {
+    let (scene, seed) = (corpus("drop.toml"), format!("world.seed={seed}"));
+    let call = ["submit", &scene, "--detach", "--connect", endpoint, "--set", &seed];
+    let said = Cullet::new(&call).args(args).output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    said.stdout.trim().to_owned()
+}
+
+/// Enough was seen of a run.
+fn cancel(endpoint: &str, run: &str) {
+    let said = Cullet::new(&["cancel", run, "--connect", endpoint]).output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    Cullet::new(&["wait", run, "--connect", endpoint]).output();
+}
+
+/// Says what was measured; the middle one.
+fn tell(what: &str, mut all: Vec<f64>) -> f64 {
+    all.sort_by(f64::total_cmp);
+    let (middle, last) = (all[all.len() / 2], all[all.len() - 1]);
+    println!("{what}: median {middle:.3} s, most {last:.3} s of {}", all.len());
+    middle
+}
+
+/// What happens to the worker of a job, and how soon the job is with another one, in a farm of two
+/// that are far away.
+fn far(what: &str, repeats: u64, harm: impl Fn(&mut Farm, usize)) -> f64 {
+    let mut farm = Farm::start(unique("gates"), 2);
+    let log = Log(farm.log_of(Role::Coordinator, 0));
+    let endpoint = farm.door.1.clone();
+    let all = (0..repeats).map(|seed| {
+        let after = now();
+        let run = submit(&endpoint, seed, &LONGER);
+        let (job, worker) = log.at_work(after);
+        let since = now();
+        harm(&mut farm, worker[1..].parse().expect("a number"));
+        let took = log.granted_again(&job, since);
+        farm.tend();
+        cancel(&endpoint, &run);
+        farm.tend();
+        took
+    });
+    tell(what, all.collect())
+}
+
+/// A link that ends may come back: its job waits for it for 3 s. What ends a solver is told at
+/// once.
+#[test]
+fn a_job_of_a_killed_worker_waits_for_its_link_and_that_of_a_killed_solver_does_not() {
+    let repeats = number("CULLET_REPEATS", 1);
+    let killed = far("worker killed, 3 s of grace, 0.2 s of pause", repeats, |farm, worker| {
+        farm.kill(Role::Worker(worker));
+    });
+    assert!((3.0..6.0).contains(&killed), "{killed} s");
+    let killed = far("solver killed, 0.2 s of pause", repeats, |farm, worker| {
+        farm.kill_job(worker);
+    });
+    assert!(killed < 2.0, "{killed} s");
+}
+
+/// The worker that has this name, among the children of a process.
+fn named(coordinator: &Going, name: &str) -> u32 {
+    let is = |id: &u32| {
+        let text = std::fs::read(format!("/proc/{id}/cmdline")).unwrap_or_default();
+        text.split(|byte| *byte == 0).any(|word| word == name.as_bytes())
+    };
+    children_of(coordinator.id()).into_iter().find(is).expect("a child of that name")
+}
+
+/// That a child has ended is known, and nobody waits for its link.
+#[test]
+fn a_job_of_a_killed_child_goes_to_another_at_once() {
+    let folder = unique("children");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let (endpoint, log) = (common::free_endpoint(), Log(folder.join("log")));
+    let call = Cullet::new(&["coordinator", "--workers", "3", "--listen", &endpoint]);
+    let coordinator = call.log(&log.0).args(&["--state"]).path(&folder.join("state")).spawn();
+    let all = (0..number("CULLET_REPEATS", 1)).map(|seed| {
+        let after = now();
+        let run = submit(&endpoint, seed, &LONGER);
+        let (job, worker) = log.at_work(after);
+        let since = now();
+        signal(named(&coordinator, &worker), "KILL");
+        let took = log.granted_again(&job, since);
+        cancel(&endpoint, &run);
+        took
+    });
+    let middle = tell("child of the coordinator killed, 0.2 s of pause", all.collect());
+    assert!(middle < 2.0, "{middle} s");
+}
+
+/// Nothing passes for longer than a link is held, and than the first try to make another lasts;
+/// `docs/pool.md` has three times as long as a link is held.
+#[test]
+fn a_worker_is_back_soon_after_a_blackhole() {
+    let hole = Duration::from_secs(number("CULLET_HOLE_S", 10));
+    let mut farm = Farm::start(unique("hole"), 1);
+    let log = Log(farm.log_of(Role::Coordinator, 0));
+    let (endpoint, weather) = (farm.door.1.clone(), farm.links[0].0.clone());
+    let all = (0..number("CULLET_REPEATS", 1)).map(|turn| {
+        let after = now();
+        let runs: Vec<String> = (0..3).map(|k| submit(&endpoint, 3 * turn + k, &[])).collect();
+        log.at_work(after);
+        weather.silent.store(true, Ordering::SeqCst);
+        sleep(hole);
+        weather.silent.store(false, Ordering::SeqCst);
+        let healed = now();
+        let line = log.line("it is at work", |line| {
+            let back = line["message"] == "job granted" || line["message"] == "result taken";
+            back && moment(line) > Some(healed)
+        });
+        for run in &runs {
+            let said = Cullet::new(&["wait", run, "--connect", &endpoint]).output();
+            assert!(DONE.contains(&said.code), "{}", said.stderr);
+        }
+        moment(&line).expect("a time") - healed
+    });
+    let middle = tell(&format!("blackhole of {hole:?}, healed: at work again"), all.collect());
+    farm.leave();
+    let lost = common::history::check_jobs(&farm.steps());
+    assert!(lost.is_empty(), "{lost:#?}");
+    assert!(middle < 4.0, "{middle} s");
+}
