@@ -3,7 +3,8 @@
 //! are in `services/worker/tests/pool/gates.rs`.
 //!
 //! `CULLET_REPEATS=8 CULLET_HOLE_S=15 cargo test --release -p cullet --test recovery --
-//! --nocapture --test-threads 1` prints the figures that `docs/pool.md` has.
+//! --nocapture --test-threads 1` prints the figures that `docs/pool.md` has, and holds them to
+//! their gates; without `CULLET_REPEATS` nothing is held to a time.
 
 mod common;
 
@@ -82,6 +83,12 @@ fn tell(what: &str, mut all: Vec<f64>) -> f64 {
     middle
 }
 
+/// What took so long \[s\] must take no longer, where figures are wanted.
+fn gate(took: f64, most: f64) {
+    let strict = std::env::var_os("CULLET_REPEATS").is_some();
+    assert!(!strict || took <= most, "{took} s, and {most} s is the gate");
+}
+
 /// What happens to the worker of a job, and how soon the job is with another one, in a farm of two
 /// that are far away.
 fn far(what: &str, repeats: u64, harm: impl Fn(&mut Farm, usize)) -> f64 {
@@ -111,11 +118,12 @@ fn a_job_of_a_killed_worker_waits_for_its_link_and_that_of_a_killed_solver_does_
     let killed = far("worker killed, 3 s of grace, 0.2 s of pause", repeats, |farm, worker| {
         farm.kill(Role::Worker(worker));
     });
-    assert!((3.0..6.0).contains(&killed), "{killed} s");
+    assert!(killed >= 3.0, "{killed} s: nobody waited for its link");
+    gate(killed, 4.0);
     let killed = far("solver killed, 0.2 s of pause", repeats, |farm, worker| {
         farm.kill_job(worker);
     });
-    assert!(killed < 2.0, "{killed} s");
+    gate(killed, 0.5);
 }
 
 /// The worker that has this name, among the children of a process.
@@ -146,7 +154,7 @@ fn a_job_of_a_killed_child_goes_to_another_at_once() {
         took
     });
     let middle = tell("child of the coordinator killed, 0.2 s of pause", all.collect());
-    assert!(middle < 2.0, "{middle} s");
+    gate(middle, 0.5);
 }
 
 /// Nothing passes for longer than a link is held, and than the first try to make another lasts;
@@ -179,5 +187,5 @@ fn a_worker_is_back_soon_after_a_blackhole() {
     farm.leave();
     let lost = common::history::check_jobs(&farm.steps());
     assert!(lost.is_empty(), "{lost:#?}");
-    assert!(middle < 4.0, "{middle} s");
+    gate(middle, 2.0);
 }

@@ -109,9 +109,10 @@ fn a_killed_coordinator_goes_on_to_the_same_digest_and_solves_nothing_twice() {
     assert_eq!(shown["attempt"], 3, "{shown:#}");
     assert!(shown["jobs"]["kept"].as_u64() >= Some(1), "solved again: {shown:#}");
     assert_eq!(farm.fetch(&run), quiet_digest(&LONGER));
-    // What is over stays over, with its files.
+    // What is over stays over, with its files and what it cost.
     farm.crash(&["--cache", "0"]);
-    assert_eq!(farm.json(&["show", &run])["files"], shown["files"]);
+    let again = farm.json(&["show", &run]);
+    assert_eq!((&again["files"], &again["jobs"]), (&shown["files"], &shown["jobs"]));
     assert_eq!(farm.fetch(&run), quiet_digest(&LONGER));
     let logs = farm.ask(&["logs", &run]);
     assert!(logs.stdout.contains("begins anew, attempt 3"), "{}", logs.stdout);

@@ -25,6 +25,7 @@ fn main() {
             "--name" => config.name = args.next().unwrap_or_default(),
             "--threads" => config.threads = args.next().and_then(|n| n.parse().ok()).unwrap_or(1),
             "--parent-watch" => config.parent_watch = true,
+            "--patient" => config.patience = Patience::production(),
             other => assert_eq!(other, "worker", "unknown argument"),
         }
     }
@@ -58,6 +59,14 @@ fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
         // Never touched, so that nobody who looks at what is held sees it.
         let gulp = vec![0u8; 1 << 30];
         assert_eq!(std::hint::black_box(gulp).len(), 1 << 30);
+    }
+    if job.solver.starts_with("linger") {
+        // The first time for ever; a file tells that it has begun.
+        let begun = std::env::temp_dir().join(format!("cullet-{}", job.solver));
+        let first = std::fs::File::create_new(begun).is_ok();
+        while first && !watch.cancelled() {
+            std::thread::sleep(Duration::from_millis(5));
+        }
     }
     let mut hoard = Vec::new();
     while job.solver == "hoard" && !watch.cancelled() {

@@ -11,7 +11,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Longest that anything may take once all is healed.
-const HEALED: Duration = Duration::from_secs(120);
+const HEALED: Duration = Duration::from_secs(300);
 
 /// What clients share.
 pub(crate) struct Desk {

@@ -198,7 +198,8 @@ impl Service<'_> {
             }
             _ => {
                 let text = "cancelled before it began".to_owned();
-                let end = End { code: Some(codes::CANCELLED), text, files: Vec::new() };
+                let (code, jobs) = (Some(codes::CANCELLED), self.jobs(run));
+                let end = End { code, text, jobs, ..End::default() };
                 self.board.cancel(run, end, at)?
             }
         };
@@ -284,6 +285,7 @@ impl Service<'_> {
     fn info(&self, entry: &Entry) -> RunInfo {
         let running = entry.state == State::Running;
         let live = self.lives.get(&entry.run);
+        let jobs = if entry.state.is_over() { entry.end.jobs } else { self.jobs(entry.run) };
         let order = &entry.order;
         RunInfo {
             run: entry.run,
@@ -301,7 +303,7 @@ impl Service<'_> {
             ended_ms: entry.ended,
             files: entry.end.files.clone(),
             position: live.filter(|_| running).and_then(|live| live.position()),
-            jobs: live.map(|live| live.jobs()).unwrap_or_default(),
+            jobs,
         }
     }
 

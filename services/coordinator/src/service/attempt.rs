@@ -49,7 +49,7 @@ pub(super) struct Ended {
 
 impl Ended {
     pub(super) fn failed(code: u8, text: String) -> Self {
-        let end = End { code: Some(code), text, files: Vec::new() };
+        let end = End { code: Some(code), text, ..End::default() };
         Self { how: How::Failed, end, at: unix_ms() }
     }
 }
@@ -129,7 +129,7 @@ impl Attempt {
             (false, true, false) => (How::Done, codes::UNPICTURED),
             (false, true, true) => (How::Done, codes::DONE),
         };
-        let end = End { code: Some(code), text: String::new(), files };
+        let end = End { code: Some(code), files, ..End::default() };
         Ended { how, end, at: unix_ms() }
     }
 

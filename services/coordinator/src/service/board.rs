@@ -6,7 +6,7 @@
 //! changes by `retry` and `delete` alone; no two runs write into one folder, and no number comes
 //! again; what was wished of a run while it ran is done when it ends, also across a crash.
 
-use cullet_proto::service::{FileInfo, MAX_PRIORITY, State};
+use cullet_proto::service::{FileInfo, JobCounts, MAX_PRIORITY, State};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
 
@@ -73,6 +73,9 @@ pub(super) struct End {
     pub(super) code: Option<u8>,
     pub(super) text: String,
     pub(super) files: Vec<FileInfo>,
+    /// Fracture jobs of its last attempt; none in a line that is older than this field.
+    #[serde(default)]
+    pub(super) jobs: JobCounts,
 }
 
 /// What happened; what the journal keeps.

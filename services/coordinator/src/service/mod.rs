@@ -27,7 +27,7 @@ use answer::Watcher;
 use attempt::{Attempt, Ended};
 use board::{Board, End, Entry, Event, How, Wish};
 use cullet_proto::WorkerId;
-use cullet_proto::service::{State, codes};
+use cullet_proto::service::{JobCounts, State, codes};
 use journal::Journal;
 use live::Live;
 use metrics::Metrics;
@@ -312,6 +312,11 @@ impl<'a> Service<'a> {
         Arc::clone(live)
     }
 
+    /// Fracture jobs of the attempt at hand, or of the last one.
+    fn jobs(&self, run: u64) -> JobCounts {
+        self.lives.get(&run).map(|live| live.jobs()).unwrap_or_default()
+    }
+
     /// Starts runs while there is room.
     fn begin(&mut self) {
         while self.going.len() < self.config.runs && Instant::now() >= self.begin_at {
@@ -412,6 +417,7 @@ impl<'a> Service<'a> {
         let Ended { how, mut end, at } = ended;
         let wish = self.board.get(run).ok().and_then(|entry| entry.wish);
         let live = self.live(run);
+        end.jobs = live.jobs();
         match (how, wish) {
             (How::Stopped, Some(Wish::Cancel)) if self.leaving => {
                 live.say("the coordinator was told to stop: the recording ends here");
@@ -469,7 +475,8 @@ impl<'a> Service<'a> {
         for run in waiting {
             let text = "the coordinator left before the run began".to_owned();
             self.live(run).say(&format!("error: {text}"));
-            let end = End { code: Some(codes::UNREACHABLE), text, files: Vec::new() };
+            let (code, jobs) = (Some(codes::UNREACHABLE), self.jobs(run));
+            let end = End { code, text, jobs, ..End::default() };
             self.admit(Event::Cancelled { run, end, at: unix_ms() });
         }
     }

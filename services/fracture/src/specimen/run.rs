@@ -27,6 +27,9 @@ const MOST_POINTS: (usize, usize) = (60_000, 1 << 26);
 pub(super) struct Books {
     /// Energy at the start \[J\].
     pub(super) first: f64,
+    /// Energy that is rounding \[J\]: of a body all of which is strained by what its precision
+    /// cannot tell from nothing.
+    pub(super) noise: f64,
     /// By loads and supports \[J\].
     pub(super) work: f64,
     /// Sum of the sizes of all works \[J\].
@@ -167,6 +170,7 @@ impl SpecimenRun {
         run.attach()?;
         let energy = run.domain.kinetic_energy() + run.domain.elastic_energy();
         run.books.first = energy;
+        run.books.noise = noise(&run.specimen);
         run.books.reactions = run.impulses.clone();
         run.note_applied();
         run.sample();
@@ -333,8 +337,8 @@ impl SpecimenRun {
             return;
         }
         let energy = self.domain.kinetic_energy() + self.domain.elastic_energy();
-        let most = self.books.first + self.books.traffic;
-        if energy > GROWTH * most + f64::MIN_POSITIVE {
+        let most = self.books.first + self.books.traffic + self.books.noise;
+        if energy > GROWTH * most {
             self.ending = Some(Ending::Unstable { ratio: energy / most, step });
         }
     }
@@ -416,4 +420,11 @@ impl SpecimenRun {
             strength_ratio: build::strength_ratio(&self.specimen),
         }
     }
+}
+
+fn noise(specimen: &Specimen) -> f64 {
+    let zones = specimen.zones.iter().map(|zone| zone.material.young);
+    let young = zones.fold(specimen.material.young, f64::max);
+    let strain = specimen.settings.precision.epsilon();
+    0.5 * young * strain * strain * specimen.mesh.signed_volume()
 }

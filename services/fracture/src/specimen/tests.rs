@@ -302,3 +302,16 @@ fn bodies_that_overlap_are_refused() {
     let refusal = SpecimenRun::begin(specimen).expect_err("they overlap");
     assert!(refusal.to_string().contains("bodies may touch, not overlap"), "{refusal}");
 }
+
+/// What is there then is rounding, and no instability.
+#[test]
+fn a_bar_on_which_nothing_acts_stays_at_rest_to_its_end() {
+    for precision in [Precision::Single, Precision::Double] {
+        let mut specimen = Specimen { end: 1e-3, ..bar(0.1, 0.04, 0.01) };
+        specimen.settings.points = Points::Scattered;
+        specimen.settings.precision = precision;
+        let out = run(specimen);
+        assert_eq!(out.ending, Ending::Done, "{precision:?}");
+        assert!(out.steps > 400, "{} steps", out.steps);
+    }
+}

@@ -1,17 +1,19 @@
 //! How soon the pool is itself again, and what a slow link takes: in seconds, of worker processes
 //! that do as they are told. `CULLET_REPEATS=20 CULLET_BULK_MB=50 cargo test --release -p
 //! cullet-worker --test pool gates -- --nocapture --test-threads 1` prints the figures that
-//! `docs/pool.md` has. What is asserted has room for a machine that does much else.
+//! `docs/pool.md` has, and holds them to their gates; without `CULLET_REPEATS` nothing is held to a
+//! time.
 
 use crate::kit::{PATIENCE, config, job, next, verdict, wait_for, with_processes};
 use crate::proxy::proxy;
 use cullet_coordinator::link::{Pool, PoolConfig, Settlement, Share, Timing};
 use cullet_proto::FractureJob;
+use cullet_proto::transport::Patience;
 use serde_json::Value;
 use std::fs::File;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -22,11 +24,12 @@ const LINE: u64 = 2_500_000;
 struct Stub(Child);
 
 impl Stub {
-    fn start(endpoint: &str, name: &str, log: Option<&Path>) -> Self {
+    fn start(endpoint: &str, name: &str, args: &[&str], log: Option<&Path>) -> Self {
         let exe = std::env::current_exe().expect("a path");
         let folder = exe.parent().and_then(Path::parent).expect("a target folder");
         let mut call = Command::new(folder.join("examples/stub"));
         call.args(["worker", "--connect", endpoint, "--name", name, "--parent-watch"]);
+        call.args(args);
         if let Some(log) = log {
             let levels = "warn,cullet_worker=debug,zenoh=error";
             call.env("CULLET_LOG", levels).stderr(File::create(log).expect("a log"));
@@ -58,23 +61,31 @@ fn job_process(worker: u32) -> u32 {
 }
 
 /// Seconds from something that is done to a job's worker to the grant to another one.
-fn granted_again(pool: &Pool, seed: u64, harm: impl FnOnce(&str)) -> f64 {
+fn granted_again(pool: &Pool, harm: impl FnOnce(&str)) -> f64 {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let count = COUNT.fetch_add(1, Ordering::SeqCst);
+    let solver = format!("linger-{}-{count}", std::process::id());
+    let begun = std::env::temp_dir().join(format!("cullet-{solver}"));
     let run = pool.run(Share::default());
     wait_for("two workers", || pool.stats().workers == 2);
     let opened = Instant::now();
-    let id = run.open(&job("echo", seed, 400));
-    let holder = || pool.workers().into_iter().find(|worker| !worker.jobs.is_empty());
-    wait_for("it is at a worker", || holder().is_some());
-    // A solver has it by then.
-    sleep(Duration::from_millis(150));
-    let name = holder().expect("it is there still").name;
-    harm(&name);
+    let id = run.open(&job(&solver, count, 0));
+    wait_for("a solver has it", || begun.exists());
+    let holder = pool.workers().into_iter().find(|worker| !worker.jobs.is_empty());
+    harm(&holder.expect("it is at a worker").name);
     let harmed = opened.elapsed();
     let settlement: Settlement = next(&run, id);
+    std::fs::remove_file(begun).expect("it is there");
     let second = settlement.tries.get(1).map(|tried| tried.granted);
     let second = second.unwrap_or_else(|| panic!("it was not granted again: {settlement:?}"));
     verdict(settlement);
     second.saturating_sub(harmed).as_secs_f64()
+}
+
+/// What took so long \[s\] must take no longer, where figures are wanted.
+fn gate(took: f64, most: f64) {
+    let strict = std::env::var_os("CULLET_REPEATS").is_some();
+    assert!(!strict || took <= most, "{took} s, and {most} s is the gate");
 }
 
 /// Says what was measured; the middle one.
@@ -91,17 +102,18 @@ fn a_job_whose_worker_is_killed_goes_to_another_after_the_grace() {
     let timing = Timing { suspect: 100, ..Timing::test() };
     let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
     let mut crew: Vec<(String, Stub)> = Vec::new();
-    let all = (0..repeats).map(|seed| {
+    let all = (0..repeats).map(|turn| {
         while crew.len() < 2 {
-            let name = format!("s{seed}-{}", crew.len());
-            let stub = Stub::start(pool.endpoint(), &name, None);
+            let name = format!("s{turn}-{}", crew.len());
+            let stub = Stub::start(pool.endpoint(), &name, &[], None);
             crew.push((name, stub));
         }
-        granted_again(&pool, seed, |name| crew.retain(|(known, _)| known != name))
+        granted_again(&pool, |name| crew.retain(|(known, _)| known != name))
     });
     // Dropping it kills it.
     let middle = tell("worker killed, 100 ms of grace, 50 ms of pause", all.collect());
-    assert!((0.15..1.5).contains(&middle), "{middle} s");
+    assert!(middle >= 0.1, "{middle} s: nobody waited for its link");
+    gate(middle, 0.5);
 }
 
 /// The process of a child that has its first life, by its name.
@@ -114,16 +126,17 @@ fn child(pool: &Pool, name: &str) -> u32 {
 fn a_job_whose_solver_is_killed_or_whose_worker_is_a_child_goes_to_another_at_once() {
     let repeats = number("CULLET_REPEATS", 3);
     let pool = with_processes(2);
-    let solver = (0..repeats)
-        .map(|seed| granted_again(&pool, seed, |name| kill(job_process(child(&pool, name)))));
+    let solver =
+        (0..repeats).map(|_| granted_again(&pool, |name| kill(job_process(child(&pool, name)))));
     let solver = tell("solver killed, 50 ms of pause", solver.collect());
     drop(pool);
-    let all = (0..repeats).map(|seed| {
+    let all = (0..repeats).map(|_| {
         let pool = with_processes(2);
-        granted_again(&pool, seed, |name| kill(child(&pool, name)))
+        granted_again(&pool, |name| kill(child(&pool, name)))
     });
     let child = tell("child of the coordinator killed, 50 ms of pause", all.collect());
-    assert!(solver < 1.0 && child < 1.0, "{solver} s and {child} s");
+    gate(solver, 0.5);
+    gate(child, 0.5);
 }
 
 /// Three times as long as a lease of a job lasts, and four times as long as one of a link.
@@ -132,17 +145,20 @@ fn a_worker_behind_a_blackhole_is_back_as_soon_as_it_heals_and_nothing_is_lost()
     let repeats = number("CULLET_REPEATS", 1);
     let pool = Pool::start(config()).expect("a pool on loopback");
     let (weather, behind) = proxy(pool.endpoint());
-    let _far = Stub::start(&behind, "far", None);
+    let _far = Stub::start(&behind, "far", &[], None);
     let run = pool.run(Share::default());
     wait_for("a worker", || pool.stats().workers == 1);
     let all = (0..repeats).map(|turn| {
-        let jobs: Vec<_> = (0..3).map(|k| job("echo", turn << 8 | k, 300)).collect();
+        let jobs: Vec<_> = (0..3).map(|k| job("echo", turn << 8 | k, 1_500)).collect();
         let ids: Vec<_> = jobs.iter().map(|job| run.open(job)).collect();
         wait_for("it has a job", || pool.stats().jobs.running == 1);
         weather.silent.store(true, Ordering::SeqCst);
         sleep(Duration::from_millis(3 * Timing::test().lease));
-        let held = pool.stats();
-        assert_eq!((held.workers, held.jobs.running), (0, 0), "nobody is there: {held:?}");
+        let mut held = pool.stats();
+        wait_for("nobody is there", || {
+            held = pool.stats();
+            (held.workers, held.jobs.running) == (0, 0)
+        });
         weather.silent.store(false, Ordering::SeqCst);
         let healed = Instant::now();
         let before = held.jobs.settled;
@@ -157,7 +173,7 @@ fn a_worker_behind_a_blackhole_is_back_as_soon_as_it_heals_and_nothing_is_lost()
     let middle = tell("blackhole of 4.5 s, healed: at work again", all.collect());
     let counts = pool.stats();
     assert_eq!(counts.jobs.opened, counts.jobs.settled);
-    assert!(middle < 2.0, "{middle} s");
+    gate(middle, 2.0);
 }
 
 /// A result comes over a slow line in little more than the line's own time, and renewals come
@@ -167,11 +183,13 @@ fn a_large_result_on_a_slow_link_takes_the_time_of_the_line_and_holds_no_renewal
     let size = number("CULLET_BULK_MB", 6);
     let folder = tempfile::tempdir().expect("a folder");
     let log = folder.path().join("log");
-    let timing = Timing { hard: 120_000, ..Timing::test() };
-    let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
+    // Patient, so that what is sent again is so for no stall of the machine.
+    let (timing, patience) = (Timing { renew: 300, ..Timing::default() }, Patience::production());
+    let pool = PoolConfig { timing, patience, ..config() };
+    let pool = Pool::start(pool).expect("a pool on loopback");
     let (weather, behind) = proxy(pool.endpoint());
     weather.rate.store(LINE, Ordering::SeqCst);
-    let _far = Stub::start(&behind, "far", Some(&log));
+    let _far = Stub::start(&behind, "far", &["--patient"], Some(&log));
     let run = pool.run(Share::default());
     let id = run.open(&FractureJob::smallest(&format!("bulk-{size}"), 1));
     let patience = PATIENCE + Duration::from_secs(size);
@@ -196,8 +214,11 @@ fn a_large_result_on_a_slow_link_takes_the_time_of_the_line_and_holds_no_renewal
         took / line,
         renewed.len(),
     );
-    assert!(took < 1.2 * line + 1.0, "{took} s, of which the line takes {line} s");
-    assert!(renewed.len() as f64 > line && most < 1.0, "{renewed:?}");
+    assert!(renewed.len() as f64 > line / 2.0, "{renewed:?}");
+    let passed = weather.passed.load(Ordering::SeqCst) as f64 / bytes as f64;
+    assert!(passed < 1.2, "{passed} times as many bytes passed");
+    gate(took, 1.2 * line);
+    gate(most, 1.0);
     let counts = pool.stats();
     assert_eq!((counts.jobs.resent, counts.fenced, counts.damaged), (0, 0, 0));
 }

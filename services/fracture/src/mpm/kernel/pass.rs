@@ -25,6 +25,14 @@ pub enum Precision {
 }
 
 impl Precision {
+    /// Least that a strain differs by from none \[1\].
+    pub(crate) fn epsilon(self) -> f64 {
+        match self {
+            Self::Single => f64::from(f32::EPSILON),
+            Self::Double => f64::EPSILON,
+        }
+    }
+
     /// Mass of a node, over the heaviest's, below which it is pushed as if it had that \[1\].
     ///
     /// The forces of an element are rounded as its heaviest node's are: on a node that hardly sees
