@@ -8,7 +8,8 @@
 
 mod common;
 
-use common::farm::{Farm, Role, number};
+use common::farm::{Farm, Role};
+use common::figures::{gate, number, tell};
 use common::history::{lines, moment};
 use common::{Cullet, DONE, Going, LONGER, children_of, corpus, signal, unique, until};
 use serde_json::Value;
@@ -75,20 +76,6 @@ fn cancel(endpoint: &str, run: &str) {
     Cullet::new(&["wait", run, "--connect", endpoint]).output();
 }
 
-/// Says what was measured; the middle one.
-fn tell(what: &str, mut all: Vec<f64>) -> f64 {
-    all.sort_by(f64::total_cmp);
-    let (middle, last) = (all[all.len() / 2], all[all.len() - 1]);
-    println!("{what}: median {middle:.3} s, most {last:.3} s of {}", all.len());
-    middle
-}
-
-/// What took so long \[s\] must take no longer, where figures are wanted.
-fn gate(took: f64, most: f64) {
-    let strict = std::env::var_os("CULLET_REPEATS").is_some();
-    assert!(!strict || took <= most, "{took} s, and {most} s is the gate");
-}
-
 /// What happens to the worker of a job, and how soon the job is with another one, in a farm of two
 /// that are far away.
 fn far(what: &str, repeats: u64, harm: impl Fn(&mut Farm, usize)) -> f64 {
@@ -121,7 +108,7 @@ fn a_job_of_a_killed_worker_waits_for_its_link_and_that_of_a_killed_solver_does_
     assert!(killed >= 3.0, "{killed} s: nobody waited for its link");
     gate(killed, 4.0);
     let killed = far("solver killed, 0.2 s of pause", repeats, |farm, worker| {
-        farm.kill_job(worker);
+        until("its solver is killed", LONG, || farm.kill_job(worker));
     });
     gate(killed, 0.5);
 }
@@ -167,7 +154,11 @@ fn a_worker_is_back_soon_after_a_blackhole() {
     let (endpoint, weather) = (farm.door.1.clone(), farm.links[0].0.clone());
     let all = (0..number("CULLET_REPEATS", 1)).map(|turn| {
         let after = now();
-        let runs: Vec<String> = (0..3).map(|k| submit(&endpoint, 3 * turn + k, &[])).collect();
+        // The first one keeps it at work until the hole is there.
+        let kinds: [&[&str]; 3] = [&LONGER, &[], &[]];
+        let seeds = 3 * turn..;
+        let runs: Vec<String> =
+            kinds.iter().zip(seeds).map(|(kind, seed)| submit(&endpoint, seed, kind)).collect();
         log.at_work(after);
         weather.silent.store(true, Ordering::SeqCst);
         sleep(hole);

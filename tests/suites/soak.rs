@@ -9,7 +9,8 @@
 mod common;
 
 use common::desk::Desk;
-use common::farm::{Draw, Farm, Held, Role, number};
+use common::farm::{Draw, Farm, Held, Role};
+use common::figures::number;
 use common::history::{Act, Heard, Listed, Step, check_jobs, check_runs};
 use common::{signal, unique};
 use std::collections::BTreeMap;
@@ -21,6 +22,8 @@ use std::time::{Duration, Instant};
 
 /// Beyond this a soak has quiet minutes.
 const LONG: Duration = Duration::from_secs(120);
+/// Past this a process holds what it needs.
+const GROWN: Duration = Duration::from_secs(10);
 /// Workers; the first one is never ended.
 const WORKERS: usize = 3;
 
@@ -93,7 +96,7 @@ fn fault(farm: &mut Farm, draw: &mut Draw, (gentle, longest): (bool, u64)) -> &'
         0 => (kill(farm, other), "worker killed").1,
         1 => (sleeps(farm, other, hold), "worker stopped").1,
         2 => match other {
-            Role::Worker(k) => (farm.kill_job(k), "job process killed").1,
+            Role::Worker(k) if farm.kill_job(k) => "job process killed",
             _ => "nothing",
         },
         3 => {
@@ -179,7 +182,9 @@ fn storm(farm: &mut Farm, draw: &mut Draw, length: Duration) -> Sample {
             held(farm, begun);
         }
         if before.0.is_empty() && begun.elapsed() > length / 2 {
-            let ids = farm.posts.iter().map(|post| post.process.id());
+            // Who has just begun will hold more.
+            let old = farm.posts.iter().filter(|post| post.since.elapsed() > GROWN);
+            let ids = old.map(|post| post.process.id());
             before = (ids.filter_map(|id| Some((id, Held::by(id)?))).collect(), kept(farm));
         }
     }
@@ -239,6 +244,12 @@ fn a_farm_under_one_fault_after_another_loses_and_doubles_nothing() {
     all.desk.healed();
     let healed = Instant::now();
     clients.into_iter().for_each(|client| client.join().expect("a client"));
+    // One that nobody cancels, whatever was drawn.
+    let last = all.seeds.fetch_add(1, Ordering::SeqCst) + 1;
+    let tries = (0..5).find_map(|_| all.desk.submit(last, None));
+    let run = tries.expect("it is taken");
+    assert!(all.desk.finish(run), "run {run} is not done");
+    all.desk.compare(run, last);
     let listed = all.desk.listed();
     let (mut said, acts) = all.desk.close();
     println!("all over {:.1} s after healing", healed.elapsed().as_secs_f64());

@@ -4,9 +4,10 @@ use super::history::{self, Step};
 use super::proxy::{Weather, proxy};
 use super::{Cullet, Going, children_of, signal};
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A sequence of numbers that a seed names.
 pub(crate) struct Draw(pub(crate) u64);
@@ -27,11 +28,6 @@ impl Draw {
     }
 }
 
-/// A number that the environment may name.
-pub(crate) fn number(name: &str, usual: u64) -> u64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
-}
-
 /// What a process is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Role {
@@ -44,6 +40,8 @@ pub(crate) enum Role {
 pub(crate) struct Post {
     pub(crate) role: Role,
     pub(crate) process: Going,
+    /// Since when it is there.
+    pub(crate) since: Instant,
     lives: u32,
     killed: bool,
 }
@@ -70,7 +68,7 @@ impl Farm {
         let workers = (0..workers).map(Role::Worker);
         for role in [Role::Router, Role::Coordinator].into_iter().chain(workers) {
             let process = farm.spawn(role, 0);
-            farm.posts.push(Post { role, process, lives: 1, killed: false });
+            farm.posts.push(Post { role, process, since: Instant::now(), lives: 1, killed: false });
         }
         farm
     }
@@ -105,10 +103,15 @@ impl Farm {
         post.killed = true;
     }
 
-    /// Ends the process in which a worker's jobs run, if there is one.
-    pub(crate) fn kill_job(&mut self, worker: usize) {
+    /// Ends the process in which a worker's jobs run; whether there was one.
+    pub(crate) fn kill_job(&mut self, worker: usize) -> bool {
         let id = self.post(Role::Worker(worker)).process.id();
-        children_of(id).first().into_iter().for_each(|job| signal(*job, "KILL"));
+        let kill = |job: &u32| {
+            let mut call = Command::new("kill");
+            let status = call.args(["-KILL", &job.to_string()]).stderr(Stdio::null()).status();
+            status.is_ok_and(|status| status.success())
+        };
+        children_of(id).first().is_some_and(kill)
     }
 
     /// Another in the place of each that was ended or has ended; those that did so by themselves
@@ -125,7 +128,8 @@ impl Farm {
                 self.by_themselves.push((role, code));
             }
             let process = self.spawn(role, life);
-            (self.posts[index].process, self.posts[index].lives) = (process, life + 1);
+            self.posts[index] =
+                Post { role, process, since: Instant::now(), lives: life + 1, killed: false };
         }
     }
 
@@ -144,8 +148,17 @@ impl Farm {
         }
     }
 
-    /// Processes of this farm that are there, with those that they have started.
+    /// Processes of this farm that are there some seconds after it was left, with those that they
+    /// have started: a job process ends by itself once its worker has.
     pub(crate) fn left(&self) -> Vec<u32> {
+        let until = Instant::now() + Duration::from_secs(20);
+        while Instant::now() < until && !self.there().is_empty() {
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        self.there()
+    }
+
+    fn there(&self) -> Vec<u32> {
         let mark = format!("{MARK}={}", self.folder.display());
         let marked = |id: &u32| {
             let all = std::fs::read(format!("/proc/{id}/environ")).unwrap_or_default();

@@ -3,6 +3,7 @@
 
 pub(crate) mod desk;
 pub(crate) mod farm;
+pub(crate) mod figures;
 pub(crate) mod history;
 pub(crate) mod proxy;
 

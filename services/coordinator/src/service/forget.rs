@@ -23,7 +23,6 @@ impl Service<'_> {
         let leaving = self.board.leaving().filter(|entry| !tried(&entry.run));
         for entry in leaving.cloned().collect::<Vec<_>>() {
             let run = entry.run;
-            // Its log is open.
             self.lives.remove(&run);
             self.awaited.remove(&run);
             self.quota.changed(run);

@@ -3,6 +3,8 @@
 mod desk;
 mod door;
 mod faults;
+#[path = "../../../../tests/suites/common/figures.rs"]
+mod figures;
 mod gates;
 mod keep;
 mod kit;
