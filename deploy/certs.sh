@@ -9,6 +9,7 @@
 #   CULLET_FROM, CULLET_UNTIL           or from when to when, as 20270131235959Z
 set -eu
 
+case ${1:-} in -*) set -- ;; esac
 [ $# -ge 2 ] || { echo "certs.sh FOLDER NAME…" >&2; exit 64; }
 folder=$1
 shift

@@ -6,6 +6,7 @@
 #   CULLET=path/to/cullet PORT=7447
 set -eu
 
+case ${1:-} in -*) echo "local.sh [FOLDER]" >&2; exit 64 ;; esac
 here=$(dirname "$0")
 folder=${1:-.farm}
 cullet=${CULLET:-cullet}

@@ -52,9 +52,10 @@ impl Progress {
         }
         self.told = Instant::now();
         let (share, spent) = (share(position), self.started.elapsed().as_secs_f64());
-        let left = if share > 0.0 { spent * (1.0 - share) / share } else { f64::NAN };
-        let left = if left.is_finite() { format!("{left:.0} s left") } else { "?".to_owned() };
-        eprintln!("{}, {left}", text(position));
+        // Earlier, the first hit tells of nothing but itself.
+        let known = share > 0.1;
+        let left = known.then(|| format!(", {:.0} s left", spent * (1.0 - share) / share));
+        eprintln!("{}{}", text(position), left.unwrap_or_default());
     }
 
     pub(crate) fn done(&self) {

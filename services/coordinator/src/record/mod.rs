@@ -106,6 +106,14 @@ pub enum RecordError {
         /// Which file.
         path: PathBuf,
     },
+    /// All that a recording had is damaged.
+    #[error("{path}: nothing can be saved, for all {damaged} records in it are damaged")]
+    Lost {
+        /// Which file.
+        path: PathBuf,
+        /// Chunks and records.
+        damaged: u64,
+    },
     /// A message of ours does not decode.
     #[error("a message on {topic} at {log_time} ns does not decode: {reason}")]
     Decode {

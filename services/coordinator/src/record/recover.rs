@@ -50,7 +50,8 @@ impl fmt::Display for Recovery {
 /// `to` appears only when it is whole.
 ///
 /// # Errors
-/// `from` cannot be read or is no MCAP file; `to` cannot be written.
+/// `from` cannot be read, is no MCAP file, or has nothing that is not damaged; `to` cannot be
+/// written.
 pub fn recover(from: &Path, to: &Path) -> Result<Recovery, RecordError> {
     let (from, bytes) = load(from)?;
     let mut unfinished = to.file_name().unwrap_or_default().to_owned();
@@ -58,9 +59,13 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovery, RecordError> {
     let unfinished = to.with_file_name(unfinished);
     let mut copy = Copy::create(&unfinished)?;
     let walk = walk(&from, &bytes, &mut |found| copy.take(found));
+    let damaged = walk.as_ref().map_or(0, |walk| walk.damaged);
+    let lost = damaged > 0 && copy.messages == 0 && copy.attachments == 0;
     let walk = match walk {
-        Ok(walk) => walk,
-        Err(error) => {
+        Ok(walk) if !lost => walk,
+        other => {
+            let lost = RecordError::Lost { path: from, damaged };
+            let error = other.err().unwrap_or(lost);
             drop(copy);
             std::fs::remove_file(&unfinished).map_err(RecordError::io(&unfinished))?;
             return Err(error);

@@ -315,6 +315,27 @@ fn a_chunk_with_one_wrong_bit_is_left_out_and_the_others_are_kept() {
 }
 
 #[test]
+fn a_recording_all_of_which_is_damaged_is_refused_and_leaves_no_file() {
+    let dir = folder();
+    let mut bytes = std::fs::read(recorded(dir.path()).path).expect("reads");
+    let summary = mcap::Summary::read(&bytes).expect("reads").expect("is indexed");
+    let data =
+        |chunk: &mcap::records::ChunkIndex| chunk.compressed_data_offset().expect("has data");
+    let chunks = summary.chunk_indexes.iter().map(|chunk| data(chunk) + chunk.compressed_size / 2);
+    let attachments = summary.attachment_indexes.iter().map(|one| one.offset + one.length / 2);
+    let all: Vec<u64> = chunks.chain(attachments).collect();
+    let damaged = all.len() as u64;
+    all.into_iter().for_each(|at| bytes[at as usize] ^= 4);
+    let (from, out) = (dir.path().join("damaged.mcap"), dir.path().join("out.mcap"));
+    std::fs::write(&from, &bytes).expect("writes");
+    let said = recover(&from, &out).expect_err("refused");
+    assert!(matches!(said, RecordError::Lost { damaged: told, .. } if told == damaged), "{said}");
+    let left = std::fs::read_dir(dir.path()).expect("a folder").flatten();
+    let made = left.filter(|file| file.file_name().to_string_lossy().starts_with("out"));
+    assert_eq!(made.count(), 0);
+}
+
+#[test]
 fn a_run_that_is_dropped_leaves_no_final_name_and_what_it_flushed() {
     let dir = folder();
     let path = dir.path().join("run.mcap");
