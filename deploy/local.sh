@@ -11,6 +11,7 @@ here=$(dirname "$0")
 folder=${1:-.farm}
 cullet=${CULLET:-cullet}
 endpoint=tls/127.0.0.1:${PORT:-7447}
+command -v "$cullet" >/dev/null || { echo "there is no $cullet; name it in CULLET" >&2; exit 127; }
 user=$(id -un | tr 'A-Z_.' 'a-z--' | tr -cd 'a-z0-9-' | cut -c1-40)
 user=${user:-user}
 
@@ -23,6 +24,7 @@ all=$!
 "$cullet" coordinator --router "$endpoint" --state "$folder/state" \
     --tls "$folder/certs/coordinator" --roles "$folder/roles.toml" &
 all="$all $!"
+vital=$all
 for worker in worker-1 worker-2; do
     "$cullet" worker --connect "$endpoint" --tls "$folder/certs/$worker" &
     all="$all $!"
@@ -36,4 +38,10 @@ In another terminal:
   $cullet submit scenes/pot
 
 END
+# Without router or coordinator there is no farm; workers may leave.
+alive() { for one in $vital; do kill -0 "$one" 2>/dev/null || return 1; done; }
+while alive; do sleep 1; done
+kill $all 2>/dev/null || true
 wait
+echo "the router or the coordinator has ended, and so have the others" >&2
+exit 1

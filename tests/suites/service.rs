@@ -211,8 +211,15 @@ fn a_sweep_makes_a_table_and_a_sheet_here_and_at_a_coordinator() {
     let farm = Farm::start("sweeping", &[]);
     let far = folder.join("far");
     let submit = Cullet::new(&["submit", "-q", "--connect", &farm.endpoint, "--out"]);
-    let said = submit.path(&far).path(&file).output();
+    let said = submit.path(&far).args(&["--json"]).path(&file).output();
     assert_eq!(said.code, 0, "{}", said.stderr);
+    let told: Vec<Value> =
+        said.stdout.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    let of = |row: &Value| (row["run"].clone(), row["set"]["world.seed"].clone());
+    assert_eq!(
+        told.iter().map(of).collect::<Vec<_>>(),
+        [(1.into(), "5".into()), (2.into(), "6".into())]
+    );
     let table = |out: &Path| -> Vec<Vec<String>> {
         let text = fs::read_to_string(out.join("table.csv")).expect("a table");
         text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
@@ -225,6 +232,7 @@ fn a_sweep_makes_a_table_and_a_sheet_here_and_at_a_coordinator() {
         rows[1..].iter().map(|row| row.last().cloned()).collect()
     };
     assert_eq!(digests(&here), digests(&there));
+    assert_eq!(told[1]["summary"]["digest"].as_str(), here[2].last().map(String::as_str));
     assert_ne!(here[1].last(), here[2].last(), "another seed is another run");
     for out in [&local, &far] {
         let sheet = fs::read(out.join("sheet.png")).expect("a sheet");

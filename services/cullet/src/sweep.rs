@@ -13,6 +13,8 @@ use cullet_coordinator::run::{News, RunOptions, run as run_scene, write_file};
 use cullet_coordinator::scene::Scene;
 use cullet_coordinator::service::sweep::{Sweep, is_sweep};
 use cullet_proto::service::Which;
+use serde_json::json;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -146,7 +148,7 @@ fn finish(plan: &Plan, rows: &[Row], out: &Path, json: bool, quiet: bool) -> Res
         eprintln!("warning: the sweep has no sheet: {error}");
     }
     if json {
-        print(&table)?;
+        lines(plan, rows)?;
     }
     if !quiet {
         eprintln!("{}", out.display());
@@ -162,7 +164,7 @@ fn table(plan: &Plan, rows: &[Row]) -> Result<String, Trouble> {
         keys.join(",")
     );
     for (index, (row, values)) in rows.iter().zip(&plan.sweep.rows).enumerate() {
-        let values: Vec<String> = values.iter().map(|value| quoted(value)).collect();
+        let values: Vec<String> = values.iter().map(|value| quoted(bare(value))).collect();
         text += &format!("{},{},{}", index + 1, values.join(","), row.exit.code());
         match &row.folder {
             Some(folder) => {
@@ -182,6 +184,23 @@ fn table(plan: &Plan, rows: &[Row]) -> Result<String, Trouble> {
         }
     }
     Ok(text)
+}
+
+/// The same as JSON, a line a run.
+fn lines(plan: &Plan, rows: &[Row]) -> Result<(), Trouble> {
+    for (index, (row, values)) in rows.iter().zip(&plan.sweep.rows).enumerate() {
+        let set: BTreeMap<_, _> = plan.sweep.keys.iter().zip(values.iter().map(bare)).collect();
+        let summary = row.folder.as_deref().map(summary).transpose()?;
+        let code = row.exit.code();
+        print_json(&json!({ "run": index + 1, "set": set, "code": code, "summary": summary }))?;
+    }
+    Ok(())
+}
+
+/// A value without the quotes of TOML.
+fn bare(value: &String) -> &str {
+    let inside = value.strip_prefix('"').and_then(|text| text.strip_suffix('"'));
+    inside.unwrap_or(value)
 }
 
 fn summary(folder: &Path) -> Result<Summary, Trouble> {

@@ -65,6 +65,10 @@ impl Cullet {
 
     pub(crate) fn output(mut self) -> Said {
         let output = self.0.output().expect("the binary starts");
+        if output.status.code().is_none() {
+            let stderr = String::from_utf8_lossy(&output.stderr);
+            eprintln!("{:?} ended by {}: {stderr}", self.0, output.status);
+        }
         Said {
             code: output.status.code().unwrap_or(-1),
             stdout: String::from_utf8_lossy(&output.stdout).into_owned(),

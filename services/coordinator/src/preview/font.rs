@@ -1,4 +1,4 @@
-//! Digits and the few letters that captions need, five dots wide and seven high.
+//! Digits, letters and the signs that captions need, five dots wide and seven high.
 
 /// Dots from the top of a line to its bottom.
 pub(super) const HEIGHT: usize = 7;
@@ -38,6 +38,21 @@ const LETTERS: &[(char, [u8; HEIGHT])] = &[
     ('s', [0b00000, 0b00000, 0b01111, 0b10000, 0b01110, 0b00001, 0b11110]),
     ('t', [0b01000, 0b01000, 0b11110, 0b01000, 0b01000, 0b01000, 0b00110]),
     ('y', [0b00000, 0b00000, 0b10001, 0b10001, 0b01111, 0b00001, 0b01110]),
+    ('h', [0b10000, 0b10000, 0b10110, 0b11001, 0b10001, 0b10001, 0b10001]),
+    ('j', [0b00010, 0b00000, 0b00110, 0b00010, 0b00010, 0b10010, 0b01100]),
+    ('q', [0b00000, 0b00000, 0b01101, 0b10011, 0b01111, 0b00001, 0b00001]),
+    ('u', [0b00000, 0b00000, 0b10001, 0b10001, 0b10001, 0b10011, 0b01101]),
+    ('v', [0b00000, 0b00000, 0b10001, 0b10001, 0b10001, 0b01010, 0b00100]),
+    ('w', [0b00000, 0b00000, 0b10001, 0b10001, 0b10101, 0b10101, 0b01010]),
+    ('z', [0b00000, 0b00000, 0b11111, 0b00010, 0b00100, 0b01000, 0b11111]),
+    ('_', [0b00000, 0b00000, 0b00000, 0b00000, 0b00000, 0b00000, 0b11111]),
+    ('=', [0b00000, 0b00000, 0b11111, 0b00000, 0b11111, 0b00000, 0b00000]),
+    ('+', [0b00000, 0b00100, 0b00100, 0b11111, 0b00100, 0b00100, 0b00000]),
+    (',', [0b00000, 0b00000, 0b00000, 0b00000, 0b01100, 0b00100, 0b01000]),
+    (':', [0b00000, 0b01100, 0b01100, 0b00000, 0b01100, 0b01100, 0b00000]),
+    ('/', [0b00000, 0b00001, 0b00010, 0b00100, 0b01000, 0b10000, 0b00000]),
+    ('[', [0b01110, 0b01000, 0b01000, 0b01000, 0b01000, 0b01000, 0b01110]),
+    (']', [0b01110, 0b00010, 0b00010, 0b00010, 0b00010, 0b00010, 0b01110]),
 ];
 
 /// Dots that a line takes.
@@ -45,9 +60,11 @@ pub(super) fn width(text: &str) -> usize {
     text.chars().count() * ADVANCE
 }
 
-/// Calls `dot` for each dot of a line. A letter that is not there leaves a space.
+/// Calls `dot` for each dot of a line. Capitals are drawn small; a sign that is not there leaves a
+/// space.
 pub(super) fn dots(text: &str, mut dot: impl FnMut(usize, usize)) {
     for (i, letter) in text.chars().enumerate() {
+        let letter = letter.to_ascii_lowercase();
         let Some((_, rows)) = LETTERS.iter().find(|(known, _)| *known == letter) else {
             continue;
         };

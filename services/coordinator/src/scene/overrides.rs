@@ -60,7 +60,7 @@ fn apply(root: &mut Node, known: &[&str], argument: &str) -> Result<(), Box<Scen
     let first = &parts[0];
     if !known.contains(&first.name.as_str()) {
         let origin = Origin { text: Arc::clone(&text), range: first.range.clone() };
-        let error = SceneError::at(&origin, "", format!("a scene has no `{}`", first.name));
+        let error = SceneError::at(&origin, "", format!("there is no `{}`", first.name));
         return Err(Box::new(error.help(suggest(&first.name, known))));
     }
     let mut rest = &parts[..];

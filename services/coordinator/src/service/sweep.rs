@@ -9,8 +9,8 @@
 //! "body.pot.thickness" = { from = 2, to = 6, count = 5, unit = "mm" }
 //!
 //! [[zip]]                                       # these go on together
-//! "body.ball.radius" = ["1 cm", "2 cm"]
-//! "body.ball.material" = ["steel", "glass"]
+//! "body.floor.material" = ["granite", "steel"]
+//! "world.impulse_threshold" = [0.1, 0.2]
 //! ```
 
 use serde::Deserialize;
