@@ -189,7 +189,8 @@ fn table(plan: &Plan, rows: &[Row]) -> Result<String, Trouble> {
 /// The same as JSON, a line a run.
 fn lines(plan: &Plan, rows: &[Row]) -> Result<(), Trouble> {
     for (index, (row, values)) in rows.iter().zip(&plan.sweep.rows).enumerate() {
-        let set: BTreeMap<_, _> = plan.sweep.keys.iter().zip(values.iter().map(bare)).collect();
+        let set: BTreeMap<_, _> =
+            plan.sweep.keys.iter().zip(values.iter().map(|value| bare(value))).collect();
         let summary = row.folder.as_deref().map(summary).transpose()?;
         let code = row.exit.code();
         print_json(&json!({ "run": index + 1, "set": set, "code": code, "summary": summary }))?;
@@ -198,7 +199,7 @@ fn lines(plan: &Plan, rows: &[Row]) -> Result<(), Trouble> {
 }
 
 /// A value without the quotes of TOML.
-fn bare(value: &String) -> &str {
+fn bare(value: &str) -> &str {
     let inside = value.strip_prefix('"').and_then(|text| text.strip_suffix('"'));
     inside.unwrap_or(value)
 }
