@@ -60,7 +60,8 @@ fn missing(path: &Path) -> Vec<PathBuf> {
 
 /// A folder that holds a run is not written into.
 pub(crate) fn refuse_taken(folder: &Path) -> Result<(), Trouble> {
-    if folder.join("run.mcap").exists() || folder.join("run.mcap.partial").exists() {
+    let taken = ["run.mcap", "run.mcap.partial", "table.csv", "1/run.mcap"];
+    if taken.iter().any(|name| folder.join(name).exists()) {
         let text = format!("{}: there is a run in this folder; name another", folder.display());
         return Err(Trouble::new(Exit::Usage, text));
     }

@@ -71,7 +71,11 @@ fn share(position: &Position) -> f64 {
 
 fn text(p: &Position) -> String {
     format!(
-        "{:.3} of {:.3} s, {} bodies, {} fractures, jobs: {} waiting, {} running",
-        p.time, p.end, p.bodies, p.fractures, p.waiting, p.running
+        "{:.3} of {:.3} s, {} bodies, {} fractures, {} jobs to do",
+        p.time,
+        p.end,
+        p.bodies,
+        p.fractures,
+        p.waiting + p.running
     )
 }

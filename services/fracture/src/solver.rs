@@ -207,6 +207,14 @@ pub enum Refusal {
         /// The bound.
         limit: f64,
     },
+    /// A support or a load has nothing to act on.
+    #[error("{what} {number} acts on nothing: nothing of the body lies in its region")]
+    Idle {
+        /// What has nothing.
+        what: &'static str,
+        /// Which, in the order in which they are given, from 1.
+        number: usize,
+    },
     /// An input is outside what the method holds for.
     #[error("{what} is {value:.3e}; it must lie in [{low:.3e}, {high:.3e}]")]
     OutOfRange {

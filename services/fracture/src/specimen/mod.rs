@@ -95,6 +95,18 @@ pub enum Push {
     Acceleration(Vec3),
 }
 
+impl Push {
+    /// Whether it is nothing, wherever it is.
+    pub(super) fn is_none(&self) -> bool {
+        match *self {
+            Self::Traction(all) | Self::Force(all) | Self::Acceleration(all) => {
+                all.norm_squared() == 0.0
+            }
+            Self::Pressure(pressure) => pressure == 0.0,
+        }
+    }
+}
+
 /// A load on a part of the specimen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {

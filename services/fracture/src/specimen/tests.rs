@@ -315,3 +315,37 @@ fn a_bar_on_which_nothing_acts_stays_at_rest_to_its_end() {
         assert!(out.steps > 400, "{} steps", out.steps);
     }
 }
+
+/// A region beside the body: the load or support in it would do nothing, and nobody would know.
+#[test]
+fn what_acts_on_nothing_is_refused_by_its_number() {
+    let beside = || face(0, 5.0, true);
+    let load = |part, push| Load { part, push, course: Course::Table(vec![(0.0, 1.0)]) };
+    let pull = |size: f64| Push::Traction(Vec3::x() * size);
+    let mut loads = vec![load(face(0, 0.1, true), pull(1.0)), load(beside(), pull(1.0))];
+    let said = |loads: &[Load], holds: &[Hold]| {
+        let (loads, holds) = (loads.to_vec(), holds.to_vec());
+        let specimen = Specimen { loads, holds, ..bar(0.1, 0.04, 0.01) };
+        SpecimenRun::begin(specimen).err().map(|refusal| refusal.to_string())
+    };
+    assert!(said(&loads, &[]).is_some_and(|text| text.starts_with("load 2 acts on nothing")));
+    // Nothing is put on nothing: a sweep from zero on.
+    loads[1].push = pull(0.0);
+    assert_eq!(said(&loads, &[]), None);
+    for push in [Push::Pressure(1.0), Push::Force(Vec3::x()), Push::Acceleration(Vec3::x())] {
+        loads[1].push = push;
+        assert!(said(&loads, &[]).is_some());
+    }
+    let hold = |part| Hold {
+        part,
+        axes: [true; 3],
+        velocity: Vec3::zeros(),
+        gradient: Mat3::zeros(),
+        centre: Vec3::zeros(),
+        course: Course::Table(vec![(0.0, 1.0)]),
+        until: f64::INFINITY,
+    };
+    assert_eq!(said(&[], &[hold(face(0, 0.0, false))]), None);
+    let told = said(&[], &[hold(face(0, 0.0, false)), hold(beside())]);
+    assert!(told.is_some_and(|text| text.starts_with("support 2 acts on nothing")));
+}
