@@ -70,8 +70,22 @@ pub(crate) fn refuse_taken(folder: &Path) -> Result<(), Trouble> {
 
 #[cfg(test)]
 mod tests {
-    use super::Folder;
+    use super::{Folder, refuse_taken};
     use std::fs;
+
+    #[test]
+    fn a_folder_with_a_run_or_a_sweep_is_refused() {
+        let base = std::env::temp_dir().join(format!("cullet-taken-{}", std::process::id()));
+        let refused =
+            ["run.mcap", "run.mcap.partial", "table.csv", "1/run.mcap", "notes"].map(|name| {
+                fs::create_dir_all(base.join("1")).expect("a folder");
+                fs::write(base.join(name), "").expect("a file");
+                let refused = refuse_taken(&base).is_err();
+                fs::remove_dir_all(&base).expect("it goes");
+                refused
+            });
+        assert_eq!(refused, [true, true, true, true, false]);
+    }
 
     #[test]
     fn only_what_was_made_for_a_run_is_taken_back() {

@@ -75,3 +75,17 @@ pub(super) fn dots(text: &str, mut dot: impl FnMut(usize, usize)) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::dots;
+
+    #[test]
+    fn every_letter_and_digit_of_a_setting_is_drawn() {
+        for sign in ('a'..='z').chain('A'..='Z').chain('0'..='9').chain("_=.,:/+-[]".chars()) {
+            let mut count = 0;
+            dots(&sign.to_string(), |_, _| count += 1);
+            assert!(count > 0, "{sign} is blank");
+        }
+    }
+}

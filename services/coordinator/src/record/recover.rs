@@ -59,13 +59,14 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovery, RecordError> {
     let unfinished = to.with_file_name(unfinished);
     let mut copy = Copy::create(&unfinished)?;
     let walk = walk(&from, &bytes, &mut |found| copy.take(found));
-    let damaged = walk.as_ref().map_or(0, |walk| walk.damaged);
-    let lost = damaged > 0 && copy.messages == 0 && copy.attachments == 0;
+    let saved = copy.messages + copy.attachments;
+    let walk = walk.and_then(|walk| match walk.damaged {
+        damaged @ 1.. if saved == 0 => Err(RecordError::Lost { path: from.clone(), damaged }),
+        _ => Ok(walk),
+    });
     let walk = match walk {
-        Ok(walk) if !lost => walk,
-        other => {
-            let lost = RecordError::Lost { path: from, damaged };
-            let error = other.err().unwrap_or(lost);
+        Ok(walk) => walk,
+        Err(error) => {
             drop(copy);
             std::fs::remove_file(&unfinished).map_err(RecordError::io(&unfinished))?;
             return Err(error);
