@@ -250,6 +250,8 @@ pub struct Settings {
     pub threads: u32,
     /// The only source of randomness.
     pub seed: u64,
+    /// Steps from one look at what has parted to the next.
+    pub look: u32,
 }
 
 /// All of a specimen but its mesh.
@@ -370,6 +372,7 @@ mod tests {
             max_steps: 1e6,
             threads: 2,
             seed: 3,
+            look: 4,
         };
         let material = Material {
             density: 1.0,

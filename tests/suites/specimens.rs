@@ -4,6 +4,7 @@
 mod common;
 
 use common::{Cullet, Said, children_of, signal, unique};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -35,7 +36,8 @@ fn elasticity_is_true() {
 
 #[test]
 fn waves_are_true() {
-    hold(&["e3-bar-wave", "e4-lateral", "e4-slender", "e5-two-bars", "e6-two-stones"]);
+    hold(&["e3-bar-wave", "e3-fixed-end", "e4-lateral", "e4-slender"]);
+    hold(&["e5-two-bars", "e6-two-stones"]);
 }
 
 #[test]
@@ -48,13 +50,88 @@ fn cracks_go_where_and_as_far_as_they_must() {
     hold(&["k4-kink", "k5-cantilevers", "k7-disc"]);
 }
 
+/// The metrics of each run, by name.
+fn metrics(name: &str, more: &[&str]) -> Vec<BTreeMap<String, serde_json::Value>> {
+    let said = bench(name, &[&["--json", "--workers", "2"], more].concat());
+    let rows = said.stdout.lines().map(|line| {
+        let told: serde_json::Value = serde_json::from_str(line).expect("JSON");
+        assert_eq!(told["status"], "ok", "{told:#}");
+        let rows = told["metrics"].as_array().cloned().unwrap_or_default();
+        rows.into_iter().map(|row| (row["metric"].as_str().unwrap_or("").to_owned(), row)).collect()
+    });
+    rows.collect()
+}
+
+fn value(row: &BTreeMap<String, serde_json::Value>, metric: &str) -> f64 {
+    row[metric]["value"].as_f64().unwrap_or(f64::NAN)
+}
+
 /// K2 on half the grid, where the kink's direction is too coarse to ask for.
 #[test]
 fn a_sheared_crack_kinks_when_it_must() {
-    let said = bench("k2-shear", &["--set", "spacing=5mm", "--json"]);
-    let told: serde_json::Value = serde_json::from_str(&said.stdout).expect("JSON");
-    assert_eq!(told["metrics"][0]["metric"], "critical shear");
-    assert_eq!(told["metrics"][0]["verdict"], "holds", "{told:#}");
+    let told = metrics("k2-shear", &["--set", "spacing=5mm"]);
+    assert_eq!(told[0]["critical shear"]["verdict"], "holds", "{told:#?}");
+}
+
+/// F-B: single seeds scatter, their mean is what the law spends.
+#[test]
+fn a_crack_spends_its_energy_in_the_mean_of_six_seeds() {
+    let told = metrics("f-b-notched-bar", &["--sweep", "seed=1,2,3,4,5,6"]);
+    let all: Vec<f64> = told.iter().map(|row| value(row, "G_eff/G_f")).collect();
+    let mean = all.iter().sum::<f64>() / 6.0;
+    assert!((0.95..=1.05).contains(&mean), "{mean}: {all:?}");
+    assert!(all.iter().all(|one| (0.9..=1.1).contains(one)), "{all:?}");
+}
+
+/// K1 on a coarser grid and a thinner slice, along the grid and turned by 45° against it: each
+/// within the catalogue's bound. The spread over all angles is a gap.
+#[test]
+fn an_edge_crack_runs_when_it_must_however_the_grid_lies() {
+    let slice = r#"geometry.shape={ kind = "box", size = ["10 cm", "30 cm", "5 mm"] }"#;
+    let turn = ["--set", "geometry.rotation.axis=[0,0,1]"];
+    let sweep = ["--sweep", "geometry.rotation.degrees=0,45"];
+    let coarse = ["--set", "spacing=3.5mm", "--set", slice];
+    let told = metrics("k1-edge-crack", &[&coarse[..], &turn, &sweep].concat());
+    assert_eq!(told.len(), 2);
+    for row in &told {
+        assert_eq!(row["critical stress"]["verdict"], "holds", "{told:#?}");
+    }
+    let [straight, turned] = [0, 1].map(|k| value(&told[k], "critical stress"));
+    assert!((turned / straight - 1.0).abs() < 0.1, "{straight} {turned}");
+}
+
+/// K3 on a coarser grid: a gap, whose size is held.
+#[test]
+fn a_torn_crack_runs_no_later_than_is_known() {
+    let told = metrics("k3-tear", &["--set", "spacing=3.5mm"]);
+    let shear = value(&told[0], "critical shear");
+    assert!((0.95e6..=1.75e6).contains(&shear), "{shear}");
+}
+
+/// D1, D2, D3 and D5, the last two on coarser grids: what is known not to hold is a gap of theirs,
+/// all else holds.
+#[test]
+fn fast_cracks_keep_below_their_speed_branch_and_kink() {
+    hold(&["d2-branching"]);
+    let glass = metrics("d3-glass", &["--set", "spacing=2mm"]);
+    let plate = metrics("d5-kalthoff", &["--set", "spacing=4mm"]);
+    for row in [&glass[0], &plate[0]] {
+        for (name, metric) in row {
+            assert_ne!(metric["verdict"], "fails", "{name}: {metric:#}");
+        }
+        let speed = value(row, "greatest speed/c_R");
+        assert!((0.2..1.0).contains(&speed), "{speed}");
+    }
+    let kink = value(&plate[0], "kink [deg]");
+    assert!((53.0..75.0).contains(&kink), "{kink}");
+}
+
+/// G1 at 10⁴/s on a coarser grid: the gap's size is held.
+#[test]
+fn a_bar_is_torn_into_no_fewer_pieces_than_is_known() {
+    let told = metrics("g1-expanding", &["--set", "spacing=0.1mm"]);
+    let pieces = value(&told[0], "pieces");
+    assert!((66.0..=198.0).contains(&pieces), "{pieces}");
 }
 
 /// H1 on a coarse grid, a/h = 1.4: within the same bounds.
@@ -155,6 +232,29 @@ fn a_solver_that_is_killed_is_a_status_and_the_next_one_runs() {
     assert!(lines[0]["trouble"].as_str().is_some_and(|why| why.contains("signal: 9")), "{text}");
 }
 
+/// A body that cannot be made at one of the values: a line like any other, and the next one runs.
+#[test]
+fn a_body_that_cannot_be_made_is_a_status_and_the_next_one_runs() {
+    let out = unique("geometry");
+    std::fs::create_dir_all(&out).expect("a folder");
+    let csv = out.join("all.csv");
+    let ring = |tube| format!(r#"{{kind="torus",ring_radius="4 cm",tube_radius="{tube}"}}"#);
+    let sweep = format!("geometry.shape={},{}", ring("5 cm"), ring("1 cm"));
+    let file = out.join("ring.toml");
+    let text = "[geometry]\nshape = { kind = \"sphere\", radius = \"5 cm\" }\n\
+        [material]\nname = \"glass\"\npreset = \"soda-lime-glass\"\n[solver]\nspacing = \"5 mm\"\n[run]\nend = \"1 us\"\n";
+    std::fs::write(&file, text).expect("a file");
+    let table = csv.to_string_lossy();
+    let more = ["--sweep", &sweep, "--csv", &table];
+    let said = Cullet::new(&["bench", "-q"]).path(&file).args(&more).output();
+    assert_eq!(said.code, 3, "{}{}", said.stdout, said.stderr);
+    assert!(said.stdout.contains("geometry: "), "{}", said.stdout);
+    let text = std::fs::read_to_string(&csv).expect("a table");
+    let words: Vec<&str> = text.lines().filter_map(|line| line.rsplit(',').next()).collect();
+    assert_eq!(words, ["status", "geometry", "ok"], "{text}");
+    std::fs::remove_dir_all(&out).ok();
+}
+
 /// Bad input is told with its place, before anything runs.
 #[test]
 fn bad_input_is_told_with_its_place() {
@@ -201,6 +301,8 @@ fn the_snap_back_map_is_that_of_the_table() {
                 format!("material.fracture_energy={energy} J/m2"),
                 format!("spacing={h}"),
                 body,
+                // Its patch is too small for a point of the larger bodies.
+                "patch=[]".to_owned(),
                 "end=1e-9".to_owned(),
             ];
             let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();

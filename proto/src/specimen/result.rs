@@ -24,6 +24,8 @@ pub enum Ending {
     Crashed(String),
     /// It took too long.
     Timeout(String),
+    /// The body could not be made.
+    Geometry(String),
 }
 
 /// All points at one time.

@@ -91,7 +91,7 @@ pub(crate) fn schema(args: &args::Schema) -> Result<Exit, Trouble> {
 
 fn unreadable(error: &record::RecordError) -> Trouble {
     let exit = match error {
-        record::RecordError::NotMcap { .. } => Exit::Usage,
+        record::RecordError::NotMcap { .. } | record::RecordError::Specimen { .. } => Exit::Usage,
         _ => Exit::File,
     };
     Trouble::new(exit, error)

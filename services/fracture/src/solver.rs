@@ -207,10 +207,10 @@ pub enum Refusal {
         /// The bound.
         limit: f64,
     },
-    /// A support or a load has nothing to act on.
-    #[error("{what} {number} acts on nothing: nothing of the body lies in its region")]
+    /// A part of a specimen takes nothing of the body.
+    #[error("{what} {number} takes nothing: nothing of the body lies where it is")]
     Idle {
-        /// What has nothing.
+        /// What takes nothing.
         what: &'static str,
         /// Which, in the order in which they are given, from 1.
         number: usize,

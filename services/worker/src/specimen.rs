@@ -261,6 +261,7 @@ fn settings_of(s: &wire::Settings) -> bench::Settings {
         max_points: s.max_points,
         max_steps: s.max_steps,
         seed: s.seed,
+        look: s.look.into(),
     }
 }
 

@@ -105,6 +105,7 @@ pub const fn status(ending: &Ending) -> &'static str {
         Ending::Refused(_) => "refused",
         Ending::Crashed(_) => "crashed",
         Ending::Timeout(_) => "timeout",
+        Ending::Geometry(_) => "geometry",
     }
 }
 
@@ -117,7 +118,8 @@ pub fn trouble(ending: &Ending) -> Option<&str> {
         | Ending::NotFinite(why)
         | Ending::Refused(why)
         | Ending::Crashed(why)
-        | Ending::Timeout(why) => Some(why),
+        | Ending::Timeout(why)
+        | Ending::Geometry(why) => Some(why),
     }
 }
 
@@ -155,6 +157,7 @@ impl Measured {
             Ends::Unstable => "unstable",
             Ends::Nan => "nan",
             Ends::Refused => "refused",
+            Ends::Geometry => "geometry",
         };
         let ended = self.result.ending == Ending::Ok;
         let missed = |row: &Row| row.weighed.verdict == Verdict::Fails;

@@ -55,17 +55,20 @@ pub fn run_all(
         ..PoolConfig::default()
     })?;
     let run = pool.run(Share::default());
-    let jobs: Vec<Result<JobId, String>> = points
+    let jobs: Vec<Result<JobId, Ending>> = points
         .iter()
         .map(|point| {
             let job = &point.specimen.job;
-            job.encode().map_err(|error| error.to_string())?;
+            if let Some(flaw) = &point.specimen.flaw {
+                return Err(Ending::Geometry(flaw.clone()));
+            }
+            job.encode().map_err(|error| Ending::Refused(error.to_string()))?;
             Ok(run.open_specimen(job))
         })
         .collect();
     for (index, job) in jobs.into_iter().enumerate() {
         let result = match job {
-            Err(text) => SpecimenResult::ended(Ending::Refused(text)),
+            Err(ending) => SpecimenResult::ended(ending),
             Ok(_) => loop {
                 if let Some((_, settlement)) = run.settled(LOOK) {
                     break result_of(settlement, limits.time);
@@ -87,7 +90,7 @@ pub(super) fn result_of(settlement: Settlement, limit: Duration) -> SpecimenResu
         Settled::Cancelled => "it was cancelled".to_owned(),
     };
     SpecimenResult::ended(if text.contains(OVERDUE) {
-        Ending::Timeout(format!("ended after {:.0} s, the limit", limit.as_secs_f64()))
+        Ending::Timeout(format!("ended after {} s, the limit", limit.as_secs_f64()))
     } else {
         Ending::Crashed(text)
     })

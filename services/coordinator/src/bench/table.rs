@@ -114,6 +114,13 @@ pub fn text(all: &[Measured]) -> String {
             notes.push(format!("{name} at h = {spacing} mm: {}: {why}", status(&result.ending)));
         }
         let ended = trouble(&result.ending).is_none();
+        if ended && result.strength_ratio < 1.0 {
+            notes.push(format!(
+                "{name} at h = {spacing} mm: cracks grow at {} of the strength, which this grid is too \
+                 coarse for (F01)",
+                short(result.strength_ratio)
+            ));
+        }
         for (k, row) in measured.rows.iter().enumerate() {
             let error = match (row.weighed.reference, row.weighed.error.filter(|e| e.is_finite())) {
                 (Some(0.0), Some(error)) => short(error),

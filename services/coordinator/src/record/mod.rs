@@ -106,6 +106,15 @@ pub enum RecordError {
         /// Which file.
         path: PathBuf,
     },
+    /// It holds the points of a specimen, and no run.
+    #[error(
+        "{path} holds the points of a specimen, for a viewer: there is no run in it; \
+         its numbers are in the .csv beside it"
+    )]
+    Specimen {
+        /// Which file.
+        path: PathBuf,
+    },
     /// All that a recording had is damaged.
     #[error("{path}: nothing can be saved, for all {damaged} records in it are damaged")]
     Lost {

@@ -11,6 +11,9 @@ use foxglove::messages::{PackedElementField, PointCloud, Pose, Quaternion, Vecto
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// The metadata record that tells such a recording from that of a run.
+pub(super) const SPECIMEN: &str = "cullet.specimen";
+
 /// Topic of the points.
 pub const POINTS: &str = "/points";
 
@@ -22,7 +25,7 @@ pub const POINTS: &str = "/points";
 pub fn record(path: &Path, name: &str, frames: &[Frame]) -> Result<(), RecordError> {
     let mut sink = Sink::create(path)?;
     let about = BTreeMap::from([("specimen".to_owned(), name.to_owned())]);
-    sink.metadata("cullet.specimen", &about)?;
+    sink.metadata(SPECIMEN, &about)?;
     let span = range(frames);
     for frame in frames {
         let log = (frame.time * 1e9).round().max(0.0) as u64;

@@ -1,6 +1,7 @@
 //! Reading recordings, whole or cut off: every intact chunk counts, nothing else does.
 
 use super::RecordError;
+use super::points::SPECIMEN;
 use super::summary::decode;
 use super::{BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, Summary, Tally};
 use cullet_proto::recording::{Body, BodyPoses, Cracks, Geometry, Grains, JobReport, RunEvent};
@@ -204,6 +205,9 @@ impl Recording {
             }
             Found::Metadata(metadata) if metadata.name == "run" => self.meta = metadata.metadata,
             Found::Metadata(metadata) if metadata.name == "end" => self.end = metadata.metadata,
+            Found::Metadata(metadata) if metadata.name == SPECIMEN => {
+                return Err(RecordError::Specimen { path: self.path.clone() });
+            }
             Found::Metadata(_) | Found::Schema(..) | Found::ChunkEnd => {}
         }
         Ok(())

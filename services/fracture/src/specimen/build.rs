@@ -1,7 +1,7 @@
 //! From a specimen to a body on its grid.
 
-use super::{Points, Settings, Specimen, Start, Zone, within};
-use crate::damage::Softening;
+use super::{Points, Probe, Settings, Specimen, Spot, Start, Where, Zone, within};
+use crate::damage::{Softening, WeakPlane};
 use crate::material::Material;
 use crate::mpm::domain::{Surface, stable_step};
 use crate::mpm::door;
@@ -14,12 +14,16 @@ use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::sample::{self, SampleError};
 use cullet_geometry::{Pose, Quat, TriMesh, Vec3};
+use std::cell::Cell;
 
 /// Stress that no specimen reaches \[Pa\], and the energy it would take \[J/m²\].
 const UNBREAKABLE: (f64, f64) = (1e20, 1e40);
 
 /// Most materials of a specimen: their numbers are a byte.
 const MOST_MATERIALS: f64 = 256.0;
+
+/// Spacings from the nearest point at which a probe still reads the body.
+const FAR: f64 = 2.0;
 
 /// Spacings from a notch within which cracks may grow from it.
 const TIP: f64 = 0.75;
@@ -149,6 +153,27 @@ fn kind(zones: &[Zone], x: &Vec3) -> u8 {
     zones.iter().rposition(|zone| within(&zone.part, x, 0.0)).map_or(0, |k| k as u8 + 1)
 }
 
+/// What takes nothing of the body is a mistake in its place.
+pub(super) fn idle(what: &'static str, mut all: impl Iterator<Item = bool>) -> Result<(), Refusal> {
+    let number = all.position(|idle| idle).map(|index| index + 1);
+    number.map_or(Ok(()), |number| Err(Refusal::Idle { what, number }))
+}
+
+/// Refuses zones, patches, starts and places of probes that take none of the points.
+fn taken(specimen: &Specimen, places: &[Vec3]) -> Result<(), Refusal> {
+    let none = |part: &Where| !places.iter().any(|x| within(part, x, 0.0));
+    idle("zone", specimen.zones.iter().map(|zone| none(&zone.part)))?;
+    idle("patch", specimen.patches.iter().map(|patch| none(&patch.part)))?;
+    idle("start", specimen.starts.iter().map(|start| !start.is_none() && none(&start.part)))?;
+    let near = FAR * specimen.settings.spacing;
+    let beside = |x: &Vec3| !places.iter().any(|at| (at - x).norm() <= near);
+    let away = |probe: &Probe| match probe {
+        Probe::Points(_, _, Spot::At(x)) => beside(x),
+        _ => false,
+    };
+    idle("probe", specimen.probes.iter().map(away))
+}
+
 /// The body on its grid, moving as it starts.
 pub(super) fn domain(specimen: &Specimen) -> Result<Domain, Refusal> {
     let (s, frame) = (&specimen.settings, Frame::new(specimen));
@@ -165,24 +190,34 @@ pub(super) fn domain(specimen: &Specimen) -> Result<Domain, Refusal> {
     let mut particles = Particles::at_rest(&points, volume, specimen.material.density);
     particles.volume = volumes;
     particles.density = materials(specimen).map(|m| m.density).collect();
+    let places: Vec<Vec3> = points.iter().map(|x| frame.back(x)).collect();
+    taken(specimen, &places)?;
     let strength = Strength::new(&specimen.strength, s.spacing);
-    for (p, x) in points.iter().map(|x| frame.back(x)).enumerate() {
-        particles.kind[p] = kind(&specimen.zones, &x);
-        particles.strength[p] = strength.factor(&x);
-        for patch in specimen.patches.iter().filter(|patch| within(&patch.part, &x, 0.0)) {
+    for (p, x) in places.iter().enumerate() {
+        particles.kind[p] = kind(&specimen.zones, x);
+        particles.strength[p] = strength.factor(x);
+        for patch in specimen.patches.iter().filter(|patch| within(&patch.part, x, 0.0)) {
             particles.strength[p] *= patch.strength;
             particles.damage[p] = particles.damage[p].max(patch.damage);
         }
     }
-    let laws: Vec<_> = materials(specimen).map(|m| (*m, softening(m, s))).collect();
+    let plane = specimen.strength.weak_plane;
+    let weak_plane = plane.map(|(n, ratio)| WeakPlane { normal: frame.turned(&n).into(), ratio });
+    let law = |m: &Material| {
+        let mut law = softening(m, s);
+        law.weak_plane = weak_plane;
+        (*m, law)
+    };
+    let laws: Vec<_> = materials(specimen).map(law).collect();
     let mut domain = Domain::mixed(particles, &laws, Vec3::repeat(s.spacing));
     domain.select(s.precision, Path::best());
     domain.fields = s.fields;
+    domain.refresh = s.look.max(1);
     domain.step = step(specimen);
     if several {
         domain.part_bodies(&bodies, &surfaces);
     }
-    notch(specimen, &frame, &mut domain);
+    notch(specimen, &frame, &mut domain)?;
     if specimen.stretch.norm() > 0.0 {
         domain.displace(|x| frame.turned(&(specimen.stretch * frame.back(x))));
     }
@@ -253,18 +288,23 @@ fn softening(material: &Material, s: &Settings) -> Softening {
 }
 
 /// Cuts the bonds that cross a notch, and lets cracks grow from there.
-fn notch(specimen: &Specimen, frame: &Frame, domain: &mut Domain) {
+fn notch(specimen: &Specimen, frame: &Frame, domain: &mut Domain) -> Result<(), Refusal> {
     let slack = 1e-9 * specimen.settings.spacing;
+    let mut cut = Vec::new();
     for notch in &specimen.notches {
         let height = |x: &Vec3| (frame.back(x) - notch.point).dot(&notch.normal);
+        let some = Cell::new(false);
         domain.sever(|a, b| {
             let (above, below) = (height(a), height(b));
             if above < 0.0 || below >= 0.0 {
                 return false;
             }
             let crossing = a + (b - a) * (above / (above - below));
-            within(&notch.part, &frame.back(&crossing), slack)
+            let cuts = within(&notch.part, &frame.back(&crossing), slack);
+            some.set(some.get() || cuts);
+            cuts
         });
+        cut.push(some.get());
         let reach = TIP * specimen.settings.spacing;
         let near: Vec<u32> = (0..domain.particles.len())
             .filter(|&p| {
@@ -276,6 +316,7 @@ fn notch(specimen: &Specimen, frame: &Frame, domain: &mut Domain) {
             .collect();
         near.into_iter().for_each(|id| domain.open(id, 0.0));
     }
+    idle("notch", cut.into_iter().map(|some| !some))
 }
 
 fn launch(specimen: &Specimen, frame: &Frame, domain: &mut Domain) {

@@ -133,6 +133,15 @@ pub struct Start {
     pub noise: f64,
 }
 
+impl Start {
+    /// Whether it moves nothing, wherever it is.
+    pub(super) fn is_none(&self) -> bool {
+        self.velocity.norm_squared() == 0.0
+            && self.gradient.norm_squared() == 0.0
+            && self.noise == 0.0
+    }
+}
+
 /// Points in a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Points {
@@ -171,6 +180,8 @@ pub struct Settings {
     pub max_steps: f64,
     /// The only source of randomness.
     pub seed: u64,
+    /// Steps from one look at what has parted to the next.
+    pub look: u64,
 }
 
 /// All that decides a run.

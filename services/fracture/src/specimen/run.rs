@@ -204,9 +204,9 @@ impl SpecimenRun {
         self.held = hold::held(&self.specimen, &self.frame, &self.domain.grid);
         self.mirrors = hold::mirrors(&self.specimen, &self.frame, &self.domain.grid)?;
         self.pushed = push::pushed(&self.specimen, &self.frame, &self.domain);
-        idle("support", self.held.iter().map(|held| held.nodes.is_empty()))?;
+        build::idle("support", self.held.iter().map(|held| held.nodes.is_empty()))?;
         let loads = self.specimen.loads.iter().zip(&self.pushed);
-        idle("load", loads.map(|(load, on)| on.nodes.is_empty() && !load.push.is_none()))?;
+        build::idle("load", loads.map(|(load, on)| on.nodes.is_empty() && !load.push.is_none()))?;
         self.note_pushed();
         Ok(())
     }
@@ -430,10 +430,4 @@ fn noise(specimen: &Specimen) -> f64 {
     let young = zones.fold(specimen.material.young, f64::max);
     let strain = specimen.settings.precision.epsilon();
     0.5 * young * strain * strain * specimen.mesh.signed_volume()
-}
-
-/// What has nothing to act on is a mistake in its region.
-fn idle(what: &'static str, mut all: impl Iterator<Item = bool>) -> Result<(), Refusal> {
-    let number = all.position(|idle| idle).map(|index| index + 1);
-    number.map_or(Ok(()), |number| Err(Refusal::Idle { what, number }))
 }

@@ -45,6 +45,7 @@ fn bar(length: f64, side: f64, spacing: f64) -> Specimen {
             max_points: 1e6,
             max_steps: 1e6,
             seed: 1,
+            look: 4,
         },
         end: 1e-4,
         samples: 100,
@@ -223,11 +224,10 @@ fn what_cannot_be_solved_is_refused_with_its_bound() {
     assert!(what(Specimen { symmetries, ..good }).contains("symmetry"));
 }
 
-/// Where every node is told to move as the stretch asks, each point spends its own energy: that of
-/// F-U, G_f over the length.
-#[test]
-fn an_even_stretch_spends_the_energy_of_the_law_everywhere() {
-    let (length, rate) = (0.008, 2.0);
+/// A cube whose every node is told to move as an even stretch along x asks, until all of it is
+/// broken; what is sampled is the dissipated energy and the stress along x.
+fn stretched(length: f64) -> Specimen {
+    let rate = 2.0;
     let hold = Hold {
         part: Vec::new(),
         axes: [true; 3],
@@ -248,12 +248,38 @@ fn an_even_stretch_spends_the_energy_of_the_law_everywhere() {
     specimen.samples = 1000;
     // The strain at which a point is fully broken is 2 G_f/(σ_f l).
     specimen.end = 1.2 * 2.0 * STONE.fracture_energy / (STONE.failure_stress * length) / rate;
-    let outcome = run(specimen);
-    let last = |row: usize| *outcome.rows[row].last().expect("a sample");
+    specimen
+}
+
+/// The greatest stress along x over the strength.
+fn peak(outcome: &Outcome) -> f64 {
+    outcome.rows[1].iter().fold(0.0_f64, |m, &s| m.max(s)) / STONE.failure_stress
+}
+
+/// Each point spends its own energy: that of F-U, G_f over the length.
+#[test]
+fn an_even_stretch_spends_the_energy_of_the_law_everywhere() {
+    let length = 0.008;
+    let outcome = run(stretched(length));
+    let spent = *outcome.rows[0].last().expect("a sample");
     let wanted = STONE.fracture_energy / length * libm::pow(0.04, 3.0);
-    assert!((last(0) / wanted - 1.0).abs() < 0.02, "{} of {wanted} J", last(0));
-    let peak = outcome.rows[1].iter().fold(0.0_f64, |m, &s| m.max(s));
-    assert!((peak / STONE.failure_stress - 1.0).abs() < 0.02, "{peak}");
+    assert!((spent / wanted - 1.0).abs() < 0.02, "{spent} of {wanted} J");
+    assert!((peak(&outcome) - 1.0).abs() < 0.02, "{}", peak(&outcome));
+}
+
+/// A weak plane across the pull gives way at its share of the strength, one along it does not,
+/// however the specimen lies on the grid.
+#[test]
+fn weak_planes_turn_with_the_specimen() {
+    for (normal, wanted) in [(Vec3::x(), 0.6), (Vec3::y(), 1.0)] {
+        for turn in [0.0, std::f64::consts::FRAC_PI_2] {
+            let mut specimen = stretched(0.008);
+            specimen.strength.weak_plane = Some((normal, 0.6));
+            specimen.turn = Quat::from_axis_angle(&Vec3::z_axis(), turn);
+            let peak = peak(&run(specimen));
+            assert!((peak - wanted).abs() < 0.02, "{peak} of {wanted}, turned by {turn}");
+        }
+    }
 }
 
 /// Two bars that touch end to end, the second of another material: one body's motion, the other's
@@ -328,7 +354,7 @@ fn what_acts_on_nothing_is_refused_by_its_number() {
         let specimen = Specimen { loads, holds, ..bar(0.1, 0.04, 0.01) };
         SpecimenRun::begin(specimen).err().map(|refusal| refusal.to_string())
     };
-    assert!(said(&loads, &[]).is_some_and(|text| text.starts_with("load 2 acts on nothing")));
+    assert!(said(&loads, &[]).is_some_and(|text| text.starts_with("load 2 takes nothing")));
     // Nothing is put on nothing: a sweep from zero on.
     loads[1].push = pull(0.0);
     assert_eq!(said(&loads, &[]), None);
@@ -347,5 +373,39 @@ fn what_acts_on_nothing_is_refused_by_its_number() {
     };
     assert_eq!(said(&[], &[hold(face(0, 0.0, false))]), None);
     let told = said(&[], &[hold(face(0, 0.0, false)), hold(beside())]);
-    assert!(told.is_some_and(|text| text.starts_with("support 2 acts on nothing")));
+    assert!(told.is_some_and(|text| text.starts_with("support 2 takes nothing")));
+}
+
+/// The same of what is there at the start, and of a place that is read far beside the body.
+#[test]
+fn what_takes_nothing_is_refused_by_its_number() {
+    let start = |part| Start {
+        part,
+        velocity: Vec3::x(),
+        gradient: Mat3::zeros(),
+        centre: Vec3::zeros(),
+        noise: 0.0,
+    };
+    let notch = |part| Notch { point: Vec3::x() * 0.05, normal: Vec3::x(), part };
+    let probe = |x| Probe::Points(Field::Velocity, Part::Size, Spot::At(Vec3::x() * x));
+    let patch = |part| Patch { part, strength: 2.0, damage: 0.0 };
+    let zone = |part| Zone { part, material: STONE };
+    let said = |pick: &dyn Fn(&mut Specimen, Where, f64)| {
+        let mut specimen = bar(0.1, 0.04, 0.01);
+        specimen.settings.breaks = true;
+        pick(&mut specimen, Vec::new(), 0.11);
+        assert!(SpecimenRun::begin(specimen.clone()).is_ok());
+        pick(&mut specimen, face(0, 5.0, true), 0.13);
+        SpecimenRun::begin(specimen).expect_err("a mistake").to_string()
+    };
+    let told = [
+        said(&|s, part, _| s.zones.push(zone(part))),
+        said(&|s, part, _| s.patches.push(patch(part))),
+        said(&|s, part, _| s.starts.push(start(part))),
+        said(&|s, part, _| s.notches.push(notch(part))),
+        said(&|s, _, x| s.probes.push(probe(x))),
+    ];
+    for (text, what) in told.iter().zip(["zone", "patch", "start", "notch", "probe"]) {
+        assert!(text.starts_with(&format!("{what} 2 takes nothing")), "{text}");
+    }
 }

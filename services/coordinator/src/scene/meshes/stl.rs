@@ -23,8 +23,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
         }
     }
     let mut cursor = Cursor::new(bytes);
-    let malformed =
-        |error: std::io::Error| MeshFileError::Malformed { line: None, reason: error.to_string() };
+    let malformed = |error: std::io::Error| {
+        let reason = match error.kind() {
+            std::io::ErrorKind::UnexpectedEof => "the file ends early".to_owned(),
+            _ => error.to_string(),
+        };
+        MeshFileError::Malformed { line: None, reason }
+    };
     let reader = stl_io::create_stl_reader(&mut cursor).map_err(malformed)?;
     let mut raw = Raw { vertices: Vec::new(), triangles: Vec::new(), colours: Vec::new() };
     for triangle in reader {

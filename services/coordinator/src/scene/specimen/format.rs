@@ -148,6 +148,9 @@ pub struct Solver {
     pub softening_length: Option<f64>,
     /// Whether strength scatters with the material's Weibull modulus.
     pub flaws: bool,
+    /// Steps from one look at what has parted to the next.
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub look: u32,
     /// Rate at which velocities fall off by themselves \[1/s\].
     #[schemars(schema_with = "unit::rate", extend("minimum" = 0))]
     pub damping: f64,
@@ -181,6 +184,7 @@ impl Default for Solver {
             breaks: true,
             softening_length: None,
             flaws: false,
+            look: 4,
             damping: 0.0,
             damped_until: None,
             max_points: 4_000_000,
@@ -223,6 +227,8 @@ pub enum Ends {
     Nan,
     /// It is not for the solver.
     Refused,
+    /// The body cannot be made.
+    Geometry,
 }
 
 impl Default for Run {

@@ -15,7 +15,7 @@ pub fn reduce(metric: &Metric, times: &[f64], values: &[f64]) -> f64 {
     let rows: Vec<(f64, f64)> = times
         .iter()
         .copied()
-        .zip(values.iter().copied())
+        .zip(values.iter().map(|value| value + metric.offset))
         .filter(|(time, _)| inside(*time))
         .collect();
     let number = number(metric, &rows);
@@ -53,6 +53,7 @@ fn number(metric: &Metric, rows: &[(f64, f64)]) -> f64 {
         Reduction::MaxSlope => steepest(rows, metric.window.unwrap_or(0.0)),
         Reduction::Period => period(rows),
         Reduction::Decrement => decrement(rows),
+        Reduction::Exponent => exponent(rows),
         Reduction::Drift => (last.1 - first.1) / size(),
     }
 }
@@ -98,6 +99,13 @@ fn slope(rows: &[(f64, f64)]) -> f64 {
     let (t, v) = rows.iter().fold((0.0, 0.0), |s, r| (s.0 + r.0 / n, s.1 + r.1 / n));
     let sum = |f: fn(f64, f64) -> f64| rows.iter().map(|r| f(r.0 - t, r.1 - v)).sum::<f64>();
     sum(|t, v| t * v) / sum(|t, _| t * t)
+}
+
+/// The slope in logarithms; none where there is none of a time or a value.
+fn exponent(rows: &[(f64, f64)]) -> f64 {
+    let inside = rows.iter().all(|row| row.0 > 0.0 && row.1 > 0.0);
+    let logs = || rows.iter().map(|row| (libm::log(row.0), libm::log(row.1))).collect::<Vec<_>>();
+    if inside { slope(&logs()) } else { f64::NAN }
 }
 
 fn steepest(rows: &[(f64, f64)], window: f64) -> f64 {

@@ -25,6 +25,9 @@ use serde_json::Value as Json;
 use std::path::Path;
 use std::sync::OnceLock;
 
+/// The sections whose keys may be given without it.
+const SHORT: [&str; 2] = ["solver", "run"];
+
 /// A specimen, checked and complete.
 #[derive(Clone, Debug)]
 pub struct Specimen {
@@ -44,6 +47,8 @@ pub struct Specimen {
     pub expected: Vec<Option<Expected>>,
     /// How it must end.
     pub ends: Ends,
+    /// Why the body cannot be made, if so: then the job has none.
+    pub flaw: Option<String>,
     /// What is unusual, a line each.
     pub warnings: Vec<String>,
 }
@@ -74,10 +79,14 @@ fn build(
         return Err(SceneErrors { errors });
     }
     let schema = schema_json();
-    let sections: Vec<&str> = schema["properties"]
-        .as_object()
-        .map(|sections| sections.keys().map(String::as_str).collect())
-        .unwrap_or_default();
+    let keys = |node: &Json| -> Vec<String> {
+        let keys = check::resolve(schema, node)["properties"].as_object();
+        keys.map(|keys| keys.keys().cloned().collect()).unwrap_or_default()
+    };
+    // What `spelled_out` leaves alone is no key of these: they are there to be suggested.
+    let short = SHORT.iter().flat_map(|name| keys(&schema["properties"][*name]));
+    let sections: Vec<String> = keys(schema).into_iter().chain(short).collect();
+    let sections: Vec<&str> = sections.iter().map(String::as_str).collect();
     let full: Vec<String> = overrides.iter().map(|text| spelled_out(schema, text)).collect();
     errors.extend(overrides::apply_overrides(&mut root, &sections, &full));
     let findings = check::check(schema, &mut root);
@@ -99,7 +108,7 @@ fn spelled_out(schema: &Json, argument: &str) -> String {
         let section = check::resolve(schema, &schema["properties"][section]);
         section["properties"].get(name).is_some()
     };
-    match ["solver", "run"].into_iter().find(|section| has(section)) {
+    match SHORT.into_iter().find(|section| has(section)) {
         Some(section) => format!("{section}.{argument}"),
         None => argument.to_owned(),
     }

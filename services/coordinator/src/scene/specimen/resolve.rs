@@ -5,7 +5,7 @@ use super::super::error::{SceneError, suggest};
 use super::super::files::{Files, key};
 use super::super::form::{Forms, Recipe};
 use super::super::format::{Axis, Precision};
-use super::super::tree::{Node, Path, Step};
+use super::super::tree::{Node, Path, Step, show};
 use super::super::{paint, shape};
 use super::Specimen;
 use super::format::{self, Document, Family, Fields, Points, Side};
@@ -31,6 +31,8 @@ pub(super) struct Desk<'a> {
     pub(super) bounds: (Vec3, Vec3),
     pub(super) spacing: f64,
     regions: BTreeMap<String, Vec<format::Part>>,
+    /// Why the body cannot be made.
+    flaws: Vec<String>,
 }
 
 /// Makes a specimen of a tree that was held against the schema, or says what is wrong.
@@ -49,7 +51,8 @@ pub(super) fn resolve(root: &Node, files: &mut Files) -> Result<Specimen, Vec<Sc
         Err(error) => return Err(vec![SceneError::at(&root.origin, "", error.message().trim())]),
     };
     let none = (Vec3::zeros(), Vec3::zeros());
-    let mut desk = Desk { shop, bounds: none, spacing: 1.0, regions: BTreeMap::new() };
+    let mut desk =
+        Desk { shop, bounds: none, spacing: 1.0, regions: BTreeMap::new(), flaws: Vec::new() };
     let specimen = desk.specimen(&document);
     match specimen.filter(|_| desk.shop.errors.is_empty()) {
         Some(specimen) => Ok(specimen),
@@ -77,6 +80,11 @@ impl Desk<'_> {
         self.shop.wrong(path, message);
     }
 
+    /// Notes that the body cannot be made: what is read is right, and a run can still be told of.
+    fn flaw(&mut self, path: &[Step], message: impl std::fmt::Display) {
+        self.flaws.push(format!("{}: {message}", show(path)));
+    }
+
     fn specimen(&mut self, document: &Document) -> Option<Specimen> {
         let (solver, run) = (&document.solver, &document.run);
         if solver.spacing.is_none() {
@@ -86,7 +94,7 @@ impl Desk<'_> {
             self.wrong(&path(&["run"]), "`end` is missing");
         }
         self.spacing = solver.spacing.unwrap_or(1.0);
-        let (mesh, bodies) = self.bodies(document)?;
+        let (mesh, bodies) = self.bodies(document);
         self.bounds = mesh.bounds().unwrap_or_default();
         self.name_regions(document);
         let material = self.whole(document);
@@ -134,13 +142,14 @@ impl Desk<'_> {
             metrics: watched.metrics,
             expected: watched.expected,
             ends: run.ends,
+            flaw: (!self.flaws.is_empty()).then(|| self.flaws.join("; ")),
             warnings: std::mem::take(&mut self.shop.warnings),
         })
     }
 
     /// All bodies in the specimen's frame, and the first triangle of each but the first.
-    fn bodies(&mut self, document: &Document) -> Option<(TriMesh, Vec<u32>)> {
-        let mut mesh = self.mesh(document)?;
+    fn bodies(&mut self, document: &Document) -> (TriMesh, Vec<u32>) {
+        let mut mesh = self.mesh(document).unwrap_or_default();
         let mut starts = Vec::new();
         for (index, body) in document.body.iter().enumerate() {
             let at = item("body", index);
@@ -151,10 +160,10 @@ impl Desk<'_> {
                     starts.push(mesh.triangles.len() as u32);
                     mesh.append(&other.transformed(&pose));
                 }
-                Err(why) => self.wrong(&below(&at, "shape"), why),
+                Err(why) => self.flaw(&below(&at, "shape"), why),
             }
         }
-        Some((mesh, starts))
+        (mesh, starts)
     }
 
     /// The body with its slots cut out, in the specimen's frame.
@@ -177,6 +186,10 @@ impl Desk<'_> {
                     up: geometry.up,
                     repair: geometry.repair,
                 };
+                if let Err(why) = self.shop.files.get(&key(&base, file)) {
+                    self.wrong(&written, why.to_string());
+                    return None;
+                }
                 let form = self.shop.forms.get(&recipe, self.shop.files);
                 form.map(|form| form.solid.mesh.translated(-form.origin))
             }
@@ -184,7 +197,7 @@ impl Desk<'_> {
         let mut mesh = match mesh {
             Ok(mesh) => mesh.translated(Vec3::from(geometry.position)),
             Err(why) => {
-                self.wrong(&at, why);
+                self.flaw(&at, why);
                 return None;
             }
         };
@@ -193,7 +206,7 @@ impl Desk<'_> {
             let turn = self.shop.rotation(&slot.rotation, &below(&at, "rotation"));
             match cut(&mesh, slot, turn) {
                 Ok(rest) => mesh = rest,
-                Err(why) => self.wrong(&at, why),
+                Err(why) => self.flaw(&at, why),
             }
         }
         Some(mesh)
@@ -412,5 +425,6 @@ fn settings(document: &Document) -> wire::Settings {
         max_steps: f64::from(s.max_steps),
         threads: s.threads,
         seed: s.seed,
+        look: s.look,
     }
 }

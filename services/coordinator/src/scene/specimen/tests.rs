@@ -147,6 +147,7 @@ fn metric(reduce: Reduction) -> Metric {
         threshold: None,
         window: None,
         scale: 1.0,
+        offset: 0.0,
         minus: None,
     }
 }
@@ -190,6 +191,32 @@ fn metrics_of_a_straight_line_are_its_own() {
     let window = Metric { from: Some(2.0), until: Some(4.0), ..metric(Reduction::Integral) };
     assert!((value(window) - 6.0).abs() < 1e-12);
     assert!(value(metric(Reduction::Period)).is_nan());
+    let straight = Metric { offset: 6.0, from: Some(1.0), ..metric(Reduction::Exponent) };
+    assert!((value(straight) - 1.0).abs() < 1e-12);
+    assert!(value(metric(Reduction::Exponent)).is_nan(), "there is no logarithm of -6");
+}
+
+/// A body that cannot be made is told with its place beside a specimen that was read; what is
+/// wrong with the file is still an error.
+#[test]
+fn a_body_that_cannot_be_made_is_a_flaw_and_no_error() {
+    let ring = "geometry.shape={kind=\"torus\",ring_radius=1,tube_radius=2}";
+    let with = |more: &[&str]| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("x.toml");
+        let text = "[geometry]\nshape = { kind = \"sphere\", radius = 1 }\n\
+            [material]\nname = \"m\"\npreset = \"steel\"\n[solver]\nspacing = 0.1\n\
+            [run]\nend = 1\n";
+        std::fs::write(&file, text).expect("a file");
+        load(&file, &more.iter().map(|&one| one.to_owned()).collect::<Vec<_>>())
+    };
+    assert_eq!(with(&[]).expect("a specimen").flaw, None);
+    let flaw = with(&[ring]).expect("a specimen").flaw.expect("a flaw");
+    assert!(flaw.starts_with("geometry: torus minor radius is 2"), "{flaw}");
+    let errors = with(&[ring, "step_factor=-1"]).expect_err("an error").to_string();
+    assert!(errors.contains("step_factor") && !errors.contains("torus"), "{errors}");
+    let help = with(&["spacng=1"]).expect_err("an error").to_string();
+    assert!(help.contains("did you mean `spacing`?"), "{help}");
 }
 
 #[test]

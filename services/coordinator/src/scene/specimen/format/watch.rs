@@ -192,6 +192,9 @@ pub enum Reduction {
     Decrement,
     /// Last less first, over the greatest size \[1\].
     Drift,
+    /// Slope of the straight line of least squares through the logarithms of time and value: p
+    /// where the values go as tᵖ \[1\].
+    Exponent,
 }
 
 /// A number made of the samples of a probe.
@@ -223,6 +226,9 @@ pub struct Metric {
     #[serde(default)]
     #[schemars(schema_with = "unit::time", extend("exclusiveMinimum" = 0))]
     pub window: Option<f64>,
+    /// Added to every sample first, in the probe's SI unit.
+    #[serde(default)]
+    pub offset: f64,
     /// What comes out is multiplied by this.
     #[serde(default = "one")]
     pub scale: f64,
