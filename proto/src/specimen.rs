@@ -217,6 +217,8 @@ pub enum Probe {
     Pieces(f64),
     /// \[1\]
     Largest,
+    /// \[J\]
+    Met,
 }
 
 /// How it is solved.

@@ -141,6 +141,7 @@ fn probe(probe: &Probe, setup: &Setup) -> Result<(), WireError> {
         | Probe::Elastic
         | Probe::Dissipated
         | Probe::Damped
+        | Probe::Met
         | Probe::Work
         | Probe::Balance
         | Probe::Largest => Ok(()),

@@ -221,6 +221,7 @@ fn probe_of(probe: &wire::Probe) -> bench::Probe {
         wire::Probe::Elastic => bench::Probe::Elastic,
         wire::Probe::Dissipated => bench::Probe::Dissipated,
         wire::Probe::Damped => bench::Probe::Damped,
+        wire::Probe::Met => bench::Probe::Met,
         wire::Probe::Work => bench::Probe::Work,
         wire::Probe::Balance => bench::Probe::Balance,
         wire::Probe::Momentum(part) => bench::Probe::Momentum(part_of(*part)),

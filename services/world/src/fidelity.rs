@@ -20,6 +20,10 @@ pub struct Need {
     pub smallest: Option<f64>,
     /// What a pixel of the picture covers where the bodies are \[m\].
     pub pixel: Option<f64>,
+    /// Whether the cone under the contact matters.
+    pub cone: bool,
+    /// Whether cracks have to start at the material's strength.
+    pub strength: bool,
 }
 
 /// What of a solve the scene has already fixed.
@@ -59,6 +63,24 @@ pub enum Bound {
     Parent,
     /// Four cells of two pixels [Gate 0].
     Pixel,
+    /// Twenty cells of the wave that the hit sends [Gate 3].
+    Wave,
+    /// Four cells of the contact's radius.
+    Cone,
+    /// The material's strength (F01).
+    Strength,
+}
+
+/// What the count and the size of fragments ask for [Gate 5].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Statistics {
+    /// Fewer than two: one cut would do.
+    Cut,
+    /// Few enough to be solved.
+    Solved,
+    /// More than two hundred, smaller than the grid can tell apart: large cracks are solved, fines
+    /// are drawn.
+    Fines,
 }
 
 /// A solve as it is meant to be, and what it is reckoned to cost.
@@ -74,7 +96,7 @@ pub struct Plan {
     pub rate: f64,
     /// Size of fragments at that rate \[m\].
     pub size: f64,
-    /// How many of them the body holds \[1\].
+    /// How many of them the body holds, or its hit's energy pays for, if that is fewer \[1\].
     pub count: f64,
     /// Grid spacing \[m\].
     pub spacing: f64,
@@ -106,6 +128,15 @@ const ERROR_OF_TWELVE: f64 = 0.3;
 const SEEN: f64 = 2.0;
 /// Cells of the smallest fragment wanted [Gate 6].
 const FRAGMENT_CELLS: f64 = 4.0;
+/// More fragments than this are a matter of statistics [Gate 5].
+const MANY: f64 = 200.0;
+/// Cells of the length of a wave that is to run through [Gate 3].
+const WAVE_CELLS: f64 = 20.0;
+/// Cells of the band over which a solve spreads a crack, as F-S finds where strength gives way:
+/// h_max = 0.375 l_max (docs/specimens.md).
+const BAND: f64 = 0.8 / 0.375;
+/// Cells of the contact's radius where the cone matters [Gate 6].
+const CONE_CELLS: f64 = 4.0;
 /// Cells through the thickness (F14), and a margin for how that is measured.
 const THICKNESS_CELLS: f64 = 3.3;
 /// A body of fewer cells gets geometric pieces (ladder).
@@ -142,12 +173,43 @@ pub fn grady_size(material: &Material, rate: f64) -> f64 {
     libm::cbrt(24.0 * material.fracture_energy / (material.density * rate * rate))
 }
 
-/// Greatest spacing at which a crack can start at the material's strength \[m\]: a fifth of
-/// l_max = 2EG_f/σ_f² [Gate 6, F01].
+/// Energy that a ball of `volume` \[m³\] takes to become `count` equal ones \[J\]:
+/// ½ G_f A (N^⅓ − 1), A its surface [Gate 1].
 #[must_use]
-pub fn softening_spacing(material: &Material) -> f64 {
+pub fn energy_of_pieces(volume: f64, count: f64, fracture_energy: f64) -> f64 {
+    0.5 * fracture_energy * ball_surface(volume) * (libm::cbrt(count) - 1.0)
+}
+
+/// How many such pieces an energy \[J\] pays for \[1\].
+fn pieces_of_energy(volume: f64, energy: f64, fracture_energy: f64) -> f64 {
+    let edge = 1.0 + 2.0 * energy / (fracture_energy * ball_surface(volume));
+    edge * edge * edge
+}
+
+/// The surface of a ball of `volume` \[m³\], \[m²\].
+fn ball_surface(volume: f64) -> f64 {
+    let edge = libm::cbrt(volume);
+    libm::cbrt(36.0 * std::f64::consts::PI) * edge * edge
+}
+
+/// What `count` fragments of `size` \[m\] ask of a grid of `spacing` \[m\] [Gate 5].
+#[must_use]
+pub fn statistics(count: f64, size: f64, spacing: f64) -> Statistics {
+    if count < 2.0 {
+        Statistics::Cut
+    } else if count > MANY && size < FRAGMENT_CELLS * spacing {
+        Statistics::Fines
+    } else {
+        Statistics::Solved
+    }
+}
+
+/// Greatest spacing at which a crack can start at the material's strength \[m\], where one is
+/// spread over a band of so many cells: 0.8 l_max/band, l_max = 2EG_f/σ_f² [Gate 6, F01].
+#[must_use]
+pub fn softening_spacing(material: &Material, band: f64) -> f64 {
     let strength = material.failure_stress;
-    0.4 * material.young * material.fracture_energy / (strength * strength)
+    1.6 * material.young * material.fracture_energy / (strength * strength * band)
 }
 
 /// What a solve of `volume` \[m³\] over `duration` \[s\] takes at a spacing: points, steps, and
@@ -163,6 +225,25 @@ pub fn cost(volume: f64, duration: f64, pressure_speed: f64, spacing: f64) -> (f
 #[must_use]
 pub fn ladder_error(across: f64) -> f64 {
     ERROR_OF_TWELVE * 12.0 / across
+}
+
+/// How much more coarsely a body is solved that broke from another \[1\].
+fn later(body: &GateBody) -> f64 {
+    if body.generation > 0 { LATER } else { 1.0 }
+}
+
+/// The spacings that a scene's needs ask for [Gate 6].
+fn wanted(hit: &Hit, material: &Material, body: &GateBody, need: &Need) -> Vec<(f64, Bound)> {
+    let mut wanted = Vec::new();
+    wanted.extend(need.error.map(|error| {
+        let cells = 12.0 * ERROR_OF_TWELVE / error;
+        (later(body) * body.section.sqrt() / cells, Bound::Error)
+    }));
+    wanted.extend(need.smallest.map(|d| (later(body) * d / FRAGMENT_CELLS, Bound::Smallest)));
+    wanted.extend(need.cone.then_some((hit.impact.radius / CONE_CELLS, Bound::Cone)));
+    let strength = || (softening_spacing(material, BAND), Bound::Strength);
+    wanted.extend(need.strength.then(strength));
+    wanted
 }
 
 /// The solve that a hit needs, or why geometric pieces are all that it is worth.
@@ -183,24 +264,22 @@ pub fn plan(
     // ε̇ ≈ v/max(a, L_c)  [Gate 5]
     let rate = hit.impact.closing_speed / hit.impact.radius.max(body.thickness);
     let size = grady_size(material, rate);
-    let count = body.volume / (size * size * size);
+    let paid = pieces_of_energy(body.volume, hit.impact.energy, material.fracture_energy);
+    let count = (body.volume / (size * size * size)).min(paid);
     let across = body.section.sqrt();
     if let Some(limit) = need.pixel.map(|p| SEEN * p).filter(|&limit| 0.5 * across < limit) {
         return Err(Reason::Unseen { size: 0.5 * across, limit });
     }
-    let mut wanted: Vec<(f64, Bound)> = Vec::new();
-    let later = if body.generation > 0 { LATER } else { 1.0 };
-    wanted.extend(need.error.map(|error| {
-        let cells = 12.0 * ERROR_OF_TWELVE / error;
-        (later * across / cells, Bound::Error)
-    }));
-    wanted.extend(need.smallest.map(|d| (later * d / FRAGMENT_CELLS, Bound::Smallest)));
     let most = libm::cbrt(PER_CELL * body.volume / frame.most_points);
+    let mut wanted = wanted(hit, material, body, need);
     if wanted.is_empty() {
-        wanted.push((later * most, Bound::Points));
+        wanted.push((later(body) * most, Bound::Points));
     }
     let bending = body.depth / THICKNESS_CELLS;
     wanted.push((bending, Bound::Thickness));
+    if regime == Regime::Wave {
+        wanted.push((hit.impact.duration * pressure / WAVE_CELLS, Bound::Wave));
+    }
     let finest = |a: (f64, Bound), b: (f64, Bound)| if b.0 < a.0 { b } else { a };
     let spacing = wanted.into_iter().fold((f64::INFINITY, Bound::Points), finest);
     let budget = need.budget.map(|budget| {
@@ -236,7 +315,7 @@ pub fn plan(
         steps,
         cost,
         error,
-        softening: softening_spacing(material),
+        softening: softening_spacing(material, BAND),
     })
 }
 
@@ -250,6 +329,9 @@ impl std::fmt::Display for Bound {
             Self::Budget => "the budget",
             Self::Parent => "the solve that made it",
             Self::Pixel => "the pixel",
+            Self::Wave => "the wave's length",
+            Self::Cone => "the contact's radius",
+            Self::Strength => "the strength",
         })
     }
 }
@@ -277,7 +359,12 @@ impl std::fmt::Display for Plan {
             self.cost,
             self.error,
         )?;
-        if self.spacing > self.softening {
+        match statistics(self.count, self.size, self.spacing) {
+            Statistics::Cut => f.write_str("; one cut would do")?,
+            Statistics::Fines => f.write_str("; fines are drawn, not solved")?,
+            Statistics::Solved => {}
+        }
+        if self.spacing > self.softening * (1.0 + 1e-9) {
             write!(f, "; toughness-controlled: strength alone asks for {:.3e} m", self.softening)?;
         }
         Ok(())

@@ -38,6 +38,16 @@ pub(super) struct Facing {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contact {
     pairs: Vec<Pair>,
+    pushes: Vec<Push>,
+}
+
+/// What one copy of a node gave another in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Push {
+    /// Both.
+    pub(crate) nodes: [u32; 2],
+    /// On the second; the first has as much against it \[N·s\].
+    pub(crate) impulse: Vec3,
 }
 
 impl Contact {
@@ -69,12 +79,13 @@ impl Contact {
                 }
             }
         }
-        Self { pairs }
+        Self { pairs, pushes: Vec::new() }
     }
 
     /// Stops the copies that would overlap at the end of the step: to the velocity that closes what
     /// gap there is. Momentum is kept, pair by pair.
-    pub(super) fn resolve(&self, nodes: &mut Nodes, step: f64) {
+    pub(super) fn resolve(&mut self, nodes: &mut Nodes, step: f64) {
+        self.pushes.clear();
         for pair in &self.pairs {
             let (a, b) = (pair.first as usize, pair.second as usize);
             let opened = vector(nodes.displacement[b] - nodes.displacement[a]).dot(&pair.normal);
@@ -88,7 +99,14 @@ impl Contact {
             let impulse = overlap / step * first * second / (first + second);
             nodes.velocity[a] -= packed(pair.normal * (impulse / first));
             nodes.velocity[b] += packed(pair.normal * (impulse / second));
+            let Pair { first, second, normal, .. } = *pair;
+            self.pushes.push(Push { nodes: [first, second], impulse: normal * impulse });
         }
+    }
+
+    /// What passed between copies in the last step.
+    pub(super) fn pushes(&self) -> &[Push] {
+        &self.pushes
     }
 }
 

@@ -5,7 +5,7 @@ mod sums;
 
 pub(crate) use bodies::Surface;
 
-use super::contact::{Contact, Facing};
+use super::contact::{self, Contact, Facing};
 use super::elastic::Elastic;
 use super::front::Front;
 use super::grid::{Element, Grid};
@@ -303,6 +303,11 @@ impl Domain {
     /// Finds what may touch.
     fn touch(&mut self) {
         self.contact = Contact::new(&self.grid.nodes, &self.grid.spacing, &self.facings);
+    }
+
+    /// What passed between sides that met in the last step.
+    pub(crate) fn pushes(&self) -> &[contact::Push] {
+        self.contact.pushes()
     }
 
     /// How often nodes have been parted.

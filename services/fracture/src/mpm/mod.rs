@@ -4,7 +4,7 @@
 //! A step takes strain and stress at the points, sums their forces at the nodes, moves the nodes.
 //! Every sum has a fixed order, so the bits do not depend on the number of threads (F75).
 
-mod contact;
+pub(crate) mod contact;
 pub mod crushed;
 pub mod domain;
 pub(crate) mod door;

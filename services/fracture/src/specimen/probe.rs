@@ -84,6 +84,8 @@ pub enum Probe {
     Dissipated,
     /// Energy that damping took \[J\].
     Damped,
+    /// Energy lost where sides of cracks, or bodies, met \[J\].
+    Met,
     /// Work of loads and supports \[J\].
     Work,
     /// Energy that is there or was lost in a known way, less what was put in \[J\].
@@ -151,6 +153,7 @@ impl<'a> Reading<'a> {
             Probe::Elastic => self.domain.elastic_energy(),
             Probe::Dissipated => self.books.dissipated,
             Probe::Damped => self.books.damped,
+            Probe::Met => self.books.met,
             Probe::Work => self.books.work,
             Probe::Balance => self.books.balance(self.domain),
             Probe::Momentum(part) => {

@@ -6,6 +6,7 @@ use super::probe::{Probe, Reading, shares};
 use super::push::{self, Pushed};
 use super::{Field, Specimen};
 use crate::mpm::Domain;
+use crate::mpm::contact::Push;
 use crate::mpm::kernel::{packed, vector};
 use crate::solver::Refusal;
 use cullet_geometry::Vec3;
@@ -38,6 +39,8 @@ pub(super) struct Books {
     pub(super) dissipated: f64,
     /// By damping \[J\].
     pub(super) damped: f64,
+    /// Where sides met \[J\].
+    pub(super) met: f64,
     /// Force of each support on the body \[N\], mean since the last sample.
     pub(super) reactions: Vec<Vec3>,
     /// Force of each load now \[N\].
@@ -47,7 +50,7 @@ pub(super) struct Books {
 impl Books {
     pub(super) fn balance(&self, domain: &Domain) -> f64 {
         let there = domain.kinetic_energy() + domain.elastic_energy();
-        there + self.dissipated + self.damped - self.first - self.work
+        there + self.dissipated + self.damped + self.met - self.first - self.work
     }
 }
 
@@ -233,20 +236,17 @@ impl SpecimenRun {
         let (time, step) = (self.domain.time, self.domain.step);
         self.damp(time, step);
         let velocity = |domain: &Domain, n: u32| vector(domain.grid.nodes.velocity[n as usize]);
-        self.before = (0..self.domain.grid.nodes.len() as u32)
-            .filter(|_| !self.held.is_empty() || !self.pushed.is_empty())
-            .map(|n| velocity(&self.domain, n))
-            .collect();
+        self.before =
+            (0..self.domain.grid.nodes.len() as u32).map(|n| velocity(&self.domain, n)).collect();
         let mut forces = self.push(time, step);
         let nodes = self.domain.grid.nodes.len();
         let tally = self.domain.advance();
         self.books.dissipated += tally.dissipated;
+        self.books.met += self.met();
         if self.domain.grid.nodes.len() != nodes {
             let origins = &self.domain.grid.nodes.origin[nodes..];
-            if !self.before.is_empty() {
-                let more: Vec<Vec3> = origins.iter().map(|&n| self.before[n as usize]).collect();
-                self.before.extend(more);
-            }
+            let more: Vec<Vec3> = origins.iter().map(|&n| self.before[n as usize]).collect();
+            self.before.extend(more);
             self.follow(nodes as u32);
             // What a node took its copies now carry; its own share is all that is accounted for.
             forces.retain(|(n, _)| self.pushed_nodes.binary_search(n).is_ok());
@@ -300,6 +300,17 @@ impl SpecimenRun {
             nodes.velocity[n] += packed(force * (step / nodes.mass[n]));
         }
         forces
+    }
+
+    /// Energy that went where sides met in this step: what their pushes did on the way of both \[J\].
+    fn met(&self) -> f64 {
+        let velocities = &self.domain.grid.nodes.velocity;
+        let way = |n: u32| self.before[n as usize] + vector(velocities[n as usize]);
+        let gain = |push: &Push| {
+            let [first, second] = push.nodes;
+            0.5 * push.impulse.dot(&(way(second) - way(first)))
+        };
+        -self.domain.pushes().iter().map(gain).sum::<f64>()
     }
 
     /// Gives held nodes their velocities; the work that this took \[J\].

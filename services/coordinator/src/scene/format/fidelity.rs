@@ -26,6 +26,11 @@ pub struct Fidelity {
     /// two pixels is resolved, and bodies whose halves are smaller get geometric pieces \[m\].
     #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
     pub pixel: Option<f64>,
+    /// Whether the cone under the contact matters: four cells of the contact's radius.
+    pub cone: bool,
+    /// Whether cracks have to start at the material's strength, which coarse grids lower (F01): the
+    /// spacing that this takes.
+    pub strength: bool,
 }
 
 impl Fidelity {

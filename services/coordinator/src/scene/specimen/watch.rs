@@ -134,6 +134,7 @@ const fn unit(kind: ProbeKind) -> &'static str {
         | ProbeKind::Elastic
         | ProbeKind::Dissipated
         | ProbeKind::Damped
+        | ProbeKind::Contact
         | ProbeKind::Work
         | ProbeKind::Balance => "J",
         ProbeKind::Momentum => "kg m/s",
@@ -163,6 +164,7 @@ const fn takes(kind: ProbeKind) -> &'static [&'static str] {
         | ProbeKind::Elastic
         | ProbeKind::Dissipated
         | ProbeKind::Damped
+        | ProbeKind::Contact
         | ProbeKind::Work
         | ProbeKind::Balance
         | ProbeKind::Largest => &[],
@@ -233,6 +235,7 @@ fn one(
         ProbeKind::Elastic => wire::Probe::Elastic,
         ProbeKind::Dissipated => wire::Probe::Dissipated,
         ProbeKind::Damped => wire::Probe::Damped,
+        ProbeKind::Contact => wire::Probe::Met,
         ProbeKind::Work => wire::Probe::Work,
         ProbeKind::Balance => wire::Probe::Balance,
         ProbeKind::Momentum => wire::Probe::Momentum(checked(desk, vector(), at)?),

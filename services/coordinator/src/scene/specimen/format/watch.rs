@@ -30,6 +30,8 @@ pub enum ProbeKind {
     Dissipated,
     /// Energy that damping took \[J\].
     Damped,
+    /// Energy lost where sides of cracks, or bodies, met \[J\].
+    Contact,
     /// Work of all loads and supports \[J\].
     Work,
     /// Energy that is there or was lost in a known way, less what was there and was put in \[J\].
