@@ -18,7 +18,7 @@ pub use sweep::{Sweep, plan};
 pub use table::{COLUMNS, csv, file_names, history, json, text};
 
 use crate::record::{RecordError, points};
-use crate::scene::specimen::{Ends, Specimen, Verdict, Weighed, reduce, weigh};
+use crate::scene::specimen::{Ends, Specimen, Verdict, Weighed, reduce, speeds, weigh};
 use cullet_proto::specimen::{Ending, SpecimenResult};
 use std::path::Path;
 
@@ -126,7 +126,12 @@ pub fn trouble(ending: &Ending) -> Option<&str> {
 impl Measured {
     /// Makes the numbers of a run.
     #[must_use]
-    pub fn new(point: Point, result: SpecimenResult) -> Self {
+    pub fn new(point: Point, mut result: SpecimenResult) -> Self {
+        for &(probe, window) in &point.specimen.speeds {
+            if let Some(row) = result.rows.get_mut(probe) {
+                *row = speeds(&result.times, row, window);
+            }
+        }
         let ended = result.ending == Ending::Ok;
         let pairs = point.specimen.metrics.iter().zip(&point.specimen.expected);
         let mut rows: Vec<Row> = Vec::new();

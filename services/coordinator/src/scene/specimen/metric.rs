@@ -101,6 +101,19 @@ fn slope(rows: &[(f64, f64)]) -> f64 {
     sum(|t, v| t * v) / sum(|t, _| t * t)
 }
 
+/// The speed at each sample, by the straight line of least squares through the places of the last
+/// `window` \[s\]; 0 until one has gone by.
+#[must_use]
+pub fn speeds(times: &[f64], places: &[f64], window: f64) -> Vec<f64> {
+    let rows: Vec<(f64, f64)> = times.iter().copied().zip(places.iter().copied()).collect();
+    let speed = |last: usize| {
+        let first = rows.partition_point(|row| row.0 < rows[last].0 - window * (1.0 + 1e-9));
+        let long = rows[last].0 - rows[first].0 > 0.9 * window;
+        if long { slope(&rows[first..=last]) } else { 0.0 }
+    };
+    (0..rows.len()).map(speed).collect()
+}
+
 /// The slope in logarithms; none where there is none of a time or a value.
 fn exponent(rows: &[(f64, f64)]) -> f64 {
     let inside = rows.iter().all(|row| row.0 > 0.0 && row.1 > 0.0);

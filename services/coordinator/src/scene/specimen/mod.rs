@@ -12,7 +12,7 @@ mod tests;
 mod watch;
 
 pub use format::{Ends, Expected, Metric, Reduction};
-pub use metric::{Verdict, Weighed, reduce, weigh};
+pub use metric::{Verdict, Weighed, reduce, speeds, weigh};
 
 use super::check;
 use super::document;
@@ -41,6 +41,8 @@ pub struct Specimen {
     pub job: SpecimenJob,
     /// Names of the probes, with their units.
     pub probes: Vec<(String, &'static str)>,
+    /// Probes whose samples are places that become speeds, and over how long each is taken \[s\].
+    pub speeds: Vec<(usize, f64)>,
     /// What is made of the samples, each with the number of its probe.
     pub metrics: Vec<(Metric, usize)>,
     /// What they must come to, beside each metric.

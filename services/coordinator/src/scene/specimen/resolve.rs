@@ -139,6 +139,7 @@ impl Desk<'_> {
             },
             job: wire::SpecimenJob { solid: Solid::outer(mesh), setup },
             probes: watched.names,
+            speeds: watched.speeds,
             metrics: watched.metrics,
             expected: watched.expected,
             ends: run.ends,

@@ -196,6 +196,18 @@ fn metrics_of_a_straight_line_are_its_own() {
     assert!(value(metric(Reduction::Exponent)).is_nan(), "there is no logarithm of -6");
 }
 
+/// A tip that stands, then runs at 2: its speed, a window late.
+#[test]
+fn speeds_are_those_of_the_last_window() {
+    let times: Vec<f64> = (0..=10).map(f64::from).collect();
+    let places: Vec<f64> = times.iter().map(|t| 2.0 * (t - 4.0).max(0.0)).collect();
+    let found = speeds(&times, &places, 2.0);
+    assert_eq!(found.len(), 11);
+    for (at, wanted) in [(0, 0.0), (1, 0.0), (4, 0.0), (5, 1.0), (6, 2.0), (10, 2.0)] {
+        assert!((found[at] - wanted).abs() < 1e-12, "{found:?}");
+    }
+}
+
 /// A body that cannot be made is told with its place beside a specimen that was read; what is
 /// wrong with the file is still an error.
 #[test]

@@ -21,6 +21,7 @@ const PIECE: f64 = 0.01;
 pub(super) struct Watched {
     pub(super) probes: Vec<wire::Probe>,
     pub(super) names: Vec<(String, &'static str)>,
+    pub(super) speeds: Vec<(usize, f64)>,
     pub(super) metrics: Vec<(Metric, usize)>,
     pub(super) expected: Vec<Option<Expected>>,
 }
@@ -30,6 +31,7 @@ pub(super) fn read(desk: &mut Desk<'_>, document: &Document) -> Watched {
     let mut watched = Watched {
         probes: Vec::new(),
         names: Vec::new(),
+        speeds: Vec::new(),
         metrics: Vec::new(),
         expected: Vec::new(),
     };
@@ -40,6 +42,9 @@ pub(super) fn read(desk: &mut Desk<'_>, document: &Document) -> Watched {
         }
         keys(desk, probe, &at);
         if let Some(made) = one(desk, document, probe, &at) {
+            let speed = probe.kind == ProbeKind::CrackSpeed;
+            let window = probe.window.filter(|_| speed);
+            watched.speeds.extend(window.map(|window| (watched.probes.len(), window)));
             watched.probes.push(made);
             watched.names.push((probe.name.clone(), unit(probe.kind)));
         }
@@ -121,7 +126,7 @@ fn numbers(desk: &mut Desk<'_>, metric: &Metric, at: &[Step]) {
 const fn unit(kind: ProbeKind) -> &'static str {
     match kind {
         ProbeKind::Displacement | ProbeKind::CrackTip => "m",
-        ProbeKind::Velocity => "m/s",
+        ProbeKind::Velocity | ProbeKind::CrackSpeed => "m/s",
         ProbeKind::Stress => "Pa",
         ProbeKind::Strain
         | ProbeKind::Damage
@@ -158,6 +163,7 @@ const fn takes(kind: ProbeKind) -> &'static [&'static str] {
         ProbeKind::DamagedVolume => &["region", "threshold"],
         ProbeKind::CrackArea => &["region", "direction*"],
         ProbeKind::CrackTip => &["region", "direction*", "share", "otherwise"],
+        ProbeKind::CrackSpeed => &["region", "direction*", "share", "otherwise", "window*"],
         ProbeKind::CrackAngle => &["region", "at*", "direction*", "towards*"],
         ProbeKind::Pieces => &["share"],
         ProbeKind::Kinetic
@@ -184,6 +190,7 @@ fn keys(desk: &mut Desk<'_>, probe: &Probe, at: &[Step]) {
         ("towards", probe.towards.is_some()),
         ("share", probe.share.is_some()),
         ("otherwise", probe.otherwise.is_some()),
+        ("window", probe.window.is_some()),
     ];
     let taken = takes(probe.kind);
     for (name, given) in given {
@@ -248,7 +255,7 @@ fn one(
             let along = desk.unit(probe.direction?, &below(at, "direction"));
             wire::Probe::CrackArea(area(desk, probe, at), along)
         }
-        ProbeKind::CrackTip => {
+        ProbeKind::CrackTip | ProbeKind::CrackSpeed => {
             let along = desk.unit(probe.direction?, &below(at, "direction"));
             let behind = 1.0 - probe.share.unwrap_or(AHEAD);
             let otherwise = probe.otherwise.unwrap_or(0.0);

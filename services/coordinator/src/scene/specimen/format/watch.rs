@@ -50,6 +50,8 @@ pub enum ProbeKind {
     /// How far broken points of `region` reach along `direction`, all but a `share` of them \[m\];
     /// `otherwise` before there are any.
     CrackTip,
+    /// Speed of that tip, over the last `window` \[m/s\]: `region`, `direction`, `share`, `otherwise`.
+    CrackSpeed,
     /// Angle of the mean of the broken points of `region` about the place `at`, from `direction`
     /// towards `towards` \[rad\].
     CrackAngle,
@@ -152,6 +154,10 @@ pub struct Probe {
     #[serde(default)]
     #[schemars(schema_with = "unit::length")]
     pub otherwise: Option<f64>,
+    /// Over how long a speed is taken \[s\].
+    #[serde(default)]
+    #[schemars(schema_with = "unit::time", extend("exclusiveMinimum" = 0))]
+    pub window: Option<f64>,
 }
 
 /// How one number is made of samples.
