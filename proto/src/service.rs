@@ -36,10 +36,14 @@ pub mod codes {
     pub const STALLED: u8 = 6;
     /// The scene, the arguments or the meshes are wrong.
     pub const USAGE: u8 = 64;
-    /// No coordinator answers.
+    /// What was named is not there.
+    pub const UNKNOWN: u8 = 66;
+    /// No coordinator answers, or it left before the run began.
     pub const UNREACHABLE: u8 = 69;
     /// A file could not be read or written.
     pub const FILE: u8 = 74;
+    /// Not now: the queue is full, or the run is not over yet.
+    pub const LATER: u8 = 75;
     /// It was interrupted.
     pub const INTERRUPTED: u8 = 130;
 }
@@ -229,6 +233,9 @@ pub struct RunInfo {
     pub user: String,
     /// The sweep that it belongs to; empty without one.
     pub sweep: String,
+    /// The sender's own name for the submission.
+    #[serde(default)]
+    pub ticket: String,
     /// `path=value` over the scene's own.
     pub overrides: Vec<String>,
     /// Where it stands.

@@ -94,7 +94,12 @@ fn the_page_of_operations_can_be_typed_from_top_to_bottom() {
     let (out, text) =
         (String::from_utf8_lossy(&said.stdout), String::from_utf8_lossy(&said.stderr));
     assert!(said.status.success(), "{out}\n{text}");
-    for made in ["runs/drop-1/summary.json", "runs/drop-2/run.mcap", "here/preview.png"] {
+    for made in [
+        "runs/drop-1/summary.json",
+        "runs/drop-2/run.mcap",
+        "here/preview.png",
+        "runs/seeds-1/sheet.png",
+    ] {
         assert!(folder.join(made).is_file(), "{made} is not there\n{text}");
     }
     for words in [
@@ -107,7 +112,7 @@ fn the_page_of_operations_can_be_typed_from_top_to_bottom() {
         assert!(out.contains(words), "{words:?} is not in {out}");
     }
     let digest = |run: &str| common::summary(&folder.join(run))["digest"].clone();
-    assert_eq!(digest("runs/drop-1"), digest("state/recordings/drop-5"), "the killed one differs");
+    assert_eq!(digest("runs/drop-1"), digest("state/recordings/drop-7"), "the killed one differs");
     assert_eq!(digest("runs/drop-1"), digest("secure/recordings/drop-1"), "the secure one differs");
     assert!(!folder.join("state/recordings/drop-4").exists(), "it is deleted and there");
     nobody_is_left(&folder);

@@ -196,57 +196,6 @@ fn a_run_that_failed_says_so_and_is_tried_again() {
 }
 
 #[test]
-fn a_sweep_makes_a_table_and_a_sheet_here_and_at_a_coordinator() {
-    let folder = unique("sweep");
-    fs::create_dir_all(&folder).expect("a folder");
-    fs::copy(corpus("drop.toml"), folder.join("drop.toml")).expect("a scene");
-    let text =
-        "scene = \"drop.toml\"\n[product]\n\"world.seed\" = { from = 5, to = 6, step = 1 }\n";
-    let file = folder.join("seeds.toml");
-    fs::write(&file, text).expect("a sweep");
-    let local = folder.join("local");
-    let run = Cullet::new(&["run", "-q", "--no-pictures", "--out"]).path(&local).path(&file);
-    let said = run.output();
-    assert_eq!(said.code, 0, "{}", said.stderr);
-    let farm = Farm::start("sweeping", &[]);
-    let far = folder.join("far");
-    let submit = Cullet::new(&["submit", "-q", "--connect", &farm.endpoint, "--out"]);
-    let said = submit.path(&far).args(&["--json"]).path(&file).output();
-    assert_eq!(said.code, 0, "{}", said.stderr);
-    let told: Vec<Value> =
-        said.stdout.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
-    let of = |row: &Value| (row["run"].clone(), row["set"]["world.seed"].clone());
-    assert_eq!(
-        told.iter().map(of).collect::<Vec<_>>(),
-        [(1.into(), "5".into()), (2.into(), "6".into())]
-    );
-    let table = |out: &Path| -> Vec<Vec<String>> {
-        let text = fs::read_to_string(out.join("table.csv")).expect("a table");
-        text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
-    };
-    let (here, there) = (table(&local), table(&far));
-    assert_eq!(here.len(), 3, "{here:?}");
-    assert_eq!(here[0][..3], ["run", "world.seed", "code"]);
-    assert_eq!((here[1][1].as_str(), here[2][1].as_str()), ("5", "6"));
-    let digests = |rows: &[Vec<String>]| -> Vec<Option<String>> {
-        rows[1..].iter().map(|row| row.last().cloned()).collect()
-    };
-    assert_eq!(digests(&here), digests(&there));
-    assert_eq!(told[1]["summary"]["digest"].as_str(), here[2].last().map(String::as_str));
-    assert_ne!(here[1].last(), here[2].last(), "another seed is another run");
-    for out in [&local, &far] {
-        let sheet = fs::read(out.join("sheet.png")).expect("a sheet");
-        assert!(sheet.starts_with(b"\x89PNG"));
-    }
-    assert_eq!(farm.json(&["ps"])["runs"][1]["sweep"], "seeds");
-    let bad = folder.join("bad.toml");
-    fs::write(&bad, "scene = \"drop.toml\"\n[product]\n\"world.sed\" = [1]\n").expect("a sweep");
-    let said = Cullet::new(&["run"]).path(&bad).output();
-    assert_eq!(said.code, 64);
-    assert!(said.stderr.contains("sed=1") && said.stderr.contains("seed"), "{}", said.stderr);
-}
-
-#[test]
 fn a_state_folder_that_is_none_or_in_use_is_refused() {
     let folder = unique("foreign");
     fs::create_dir_all(&folder).expect("a folder");

@@ -2,7 +2,7 @@
 
 mod farm;
 
-pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, OfRuns, Place, Ps, Router, Submit};
+pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, OfRuns, Place, Ps, Router, Submit, What};
 
 use clap::{Args, Parser, Subcommand};
 use cullet_coordinator::bench::Sweep;
@@ -57,7 +57,7 @@ pub(crate) enum Command {
     Retry(OfRun),
     /// Delete runs that are over, with their recordings, from the coordinator's disk
     Delete(OfRuns),
-    /// Fetch what a run recorded
+    /// Fetch what a run recorded, or all runs of a sweep
     Fetch(Fetch),
     /// List the workers of a coordinator
     Workers(Ps),

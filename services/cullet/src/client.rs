@@ -1,6 +1,6 @@
 //! Commands about the runs of a coordinator.
 
-use crate::args::{self, Place};
+use crate::args::{self, Place, What};
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::{Folder, refuse_taken};
 use crate::progress::Progress;
@@ -19,6 +19,8 @@ use std::time::{Duration, Instant};
 /// Longest wait for a run to stop, and how often it is looked at.
 const STOPS: Duration = Duration::from_secs(10);
 const LOOK: Duration = Duration::from_millis(50);
+/// Before it is told that a queue is full.
+const ROOM: Duration = Duration::from_secs(2);
 
 pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     let place = &args.place;
@@ -26,11 +28,16 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     if sweep::is_one(&args.scene.scene) {
         return sweep::submit(args);
     }
+    if args.rest {
+        return Err(Trouble::new(Exit::Usage, "--rest is for sweeps, and this is a scene"));
+    }
     let scene = read_scene(&args.scene)?;
     // Said before the run and not after it.
     args.out.as_deref().map_or(Ok(()), refuse_taken)?;
     let client = connect(place)?;
-    let run = hand_in(&client, &scene.bundle(), args.priority, "")?;
+    let terms = Terms { ticket: ticket(), priority: args.priority, ..Terms::default() };
+    let waits = (!args.detach).then_some(!place.who.voice.quiet);
+    let run = hand_in(&client, &scene.bundle(), terms, waits)?;
     if args.detach {
         return tell_number(&client, run, place);
     }
@@ -51,14 +58,26 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     Ok(exit_of(&info))
 }
 
+/// Hands a run in. `waits`: a full queue is waited for, for as long as it takes, and whether that
+/// is told; otherwise for as long as one is patient.
 pub(crate) fn hand_in(
     client: &Client,
     bundle: &Bundle,
-    priority: i32,
-    sweep: &str,
+    mut terms: Terms,
+    waits: Option<bool>,
 ) -> Result<u64, Trouble> {
-    let terms = Terms { ticket: ticket(), priority, sweep: sweep.to_owned() };
-    client.submit(bundle, &terms).map_err(|error| refused(&error))
+    terms.room = waits.map(|_| ROOM);
+    let mut told = waits != Some(true);
+    loop {
+        match client.submit(bundle, &terms) {
+            Err(LinkError::Busy { .. }) if waits.is_some() => {
+                if !std::mem::replace(&mut told, true) {
+                    eprintln!("the queue there is full: {} waits for room in it", bundle.name);
+                }
+            }
+            handed => return handed.map_err(|error| refused(&error)),
+        }
+    }
 }
 
 fn tell_number(client: &Client, run: u64, place: &Place) -> Result<Exit, Trouble> {
@@ -259,13 +278,17 @@ pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
-    let place = &args.of.place;
+    let place = &args.place;
     say_logs(&place.who.voice);
+    let run = match &args.what {
+        What::Run(run) => *run,
+        What::Sweep(file) => return sweep::fetch(args, file),
+    };
     args.out.as_deref().map_or(Ok(()), refuse_taken)?;
     let client = connect(place)?;
     let info = match args.follow {
-        true => follow(&client, args.of.run, 0, place, true)?,
-        false => known(&client, args.of.run)?,
+        true => follow(&client, run, 0, place, true)?,
+        false => known(&client, run)?,
     };
     let Some(out) = bring(&client, &info, args.out.as_deref())? else {
         let text = format!("run {} is {}: there is nothing to fetch", info.run, info.state.word());
@@ -339,7 +362,7 @@ pub(crate) fn connect(place: &Place) -> Result<Client, Trouble> {
     Ok(client)
 }
 
-fn ask<Q: Serialize, A: serde::de::DeserializeOwned>(
+pub(crate) fn ask<Q: Serialize, A: serde::de::DeserializeOwned>(
     client: &Client,
     verb: UserVerb,
     question: &Q,
@@ -347,7 +370,7 @@ fn ask<Q: Serialize, A: serde::de::DeserializeOwned>(
     client.question(verb, question).map_err(|error| refused(&error))
 }
 
-fn known(client: &Client, run: u64) -> Result<RunInfo, Trouble> {
+pub(crate) fn known(client: &Client, run: u64) -> Result<RunInfo, Trouble> {
     ask(client, UserVerb::Run, &Which { run })
 }
 
@@ -420,7 +443,9 @@ pub(crate) fn refused(error: &LinkError) -> Trouble {
             Exit::Unreachable
         }
         LinkError::File { .. } => Exit::File,
-        LinkError::Refused(_) | LinkError::Unknown(_) | LinkError::Path { .. } => Exit::Usage,
+        LinkError::Unknown(_) => Exit::Unknown,
+        LinkError::Busy { .. } => Exit::Later,
+        LinkError::Refused(_) | LinkError::Path { .. } => Exit::Usage,
         LinkError::Listen { .. }
         | LinkError::Spawn { .. }
         | LinkError::Thread(_)

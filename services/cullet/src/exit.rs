@@ -22,15 +22,19 @@ pub(crate) enum Exit {
     Stalled,
     /// The user's fault: arguments, scene, meshes.
     Usage,
+    /// What was named is not there: a run, a worker, a file of a run.
+    Unknown,
     /// No coordinator answers, or it left before the run began.
     Unreachable,
     /// A file could not be read or written.
     File,
+    /// Not now: the queue is full, or a run is not over yet.
+    Later,
     /// Interrupted; the recording is finished.
     Interrupted,
 }
 
-const CODES: [(Exit, u8); 10] = [
+const CODES: [(Exit, u8); 12] = [
     (Exit::Done, codes::DONE),
     (Exit::Failed, codes::FAILED),
     (Exit::Unmet, codes::UNMET),
@@ -38,8 +42,10 @@ const CODES: [(Exit, u8); 10] = [
     (Exit::Cancelled, codes::CANCELLED),
     (Exit::Stalled, codes::STALLED),
     (Exit::Usage, codes::USAGE),
+    (Exit::Unknown, codes::UNKNOWN),
     (Exit::Unreachable, codes::UNREACHABLE),
     (Exit::File, codes::FILE),
+    (Exit::Later, codes::LATER),
     (Exit::Interrupted, codes::INTERRUPTED),
 ];
 

@@ -1,18 +1,22 @@
 //! Sweeps: one scene with many settings, here or at a coordinator, with a contact sheet and a
 //! table of what came of them.
 
+mod farm;
+
+pub(crate) use farm::{fetch, submit};
+
 use crate::args::{self, SceneArgs};
-use crate::client::{bring, connect, exit_of, follow, hand_in, print_json};
-use crate::exit::{Exit, Trouble, print};
-use crate::folder::{Folder, refuse_taken};
-use crate::run::{draw, exit_of as exit_of_run, read_scene, start_pool, trouble};
+use crate::client::print_json;
+use crate::exit::{Exit, Trouble};
+use crate::folder::Folder;
+use crate::run::{draw, exit_of, read_scene, start_pool, trouble};
 use cullet_coordinator::link::Share;
 use cullet_coordinator::preview;
 use cullet_coordinator::record::Summary;
 use cullet_coordinator::run::{News, RunOptions, run as run_scene, write_file};
 use cullet_coordinator::scene::Scene;
 use cullet_coordinator::service::sweep::{Sweep, is_sweep};
-use cullet_proto::service::Which;
+use cullet_proto::service::MAX_TICKET;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,48 +32,79 @@ pub(crate) fn is_one(path: &Path) -> bool {
     path.is_file() && std::fs::read_to_string(path).is_ok_and(|text| is_sweep(&text))
 }
 
-/// A sweep with all its scenes, each checked.
-struct Plan {
+/// A sweep, and what its file is called.
+struct Named {
     name: String,
     sweep: Sweep,
+    /// Where its scene is.
+    scene: PathBuf,
+}
+
+fn read(file: &Path) -> Result<Named, Trouble> {
+    let text = std::fs::read_to_string(file).map_err(|error| Trouble::file(file, error))?;
+    let wrong = |text: String| Trouble::new(Exit::Usage, format!("{}: {text}", file.display()));
+    if !is_sweep(&text) {
+        return Err(wrong("it is no sweep: it has neither [product] nor [[zip]]".to_owned()));
+    }
+    let sweep = Sweep::read(&text).map_err(|error| wrong(error.to_string()))?;
+    let name = file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let mut name = name.unwrap_or_default();
+    name.truncate(name.floor_char_boundary(MAX_TICKET));
+    let scene = file.parent().unwrap_or(Path::new("")).join(&sweep.scene);
+    Ok(Named { name, sweep, scene })
+}
+
+/// A sweep with all its scenes, each checked.
+struct Plan {
+    named: Named,
     scenes: Vec<Scene>,
 }
 
 fn plan(args: &SceneArgs) -> Result<Plan, Trouble> {
-    let text = std::fs::read_to_string(&args.scene);
-    let text = text.map_err(|error| Trouble::file(&args.scene, error))?;
-    let sweep = Sweep::read(&text)
-        .map_err(|error| Trouble::new(Exit::Usage, format!("{}: {error}", args.scene.display())))?;
-    let folder = args.scene.parent().unwrap_or(Path::new(""));
-    let base = folder.join(&sweep.scene);
+    let named = read(&args.scene)?;
+    let Named { sweep, scene, .. } = &named;
     let mut scenes = Vec::new();
-    for row in &sweep.rows {
-        let set = [&sweep.overrides(row)[..], &args.set[..]].concat();
+    for (row, set) in sweep.rows.iter().zip(named.sets(&args.set)) {
         let told = |t: Trouble| Trouble::new(t.exit, format!("{}: {t}", sweep.label(row)));
-        scenes.push(read_scene(&SceneArgs { scene: base.clone(), set }).map_err(told)?);
+        scenes.push(read_scene(&SceneArgs { scene: scene.clone(), set }).map_err(told)?);
     }
-    let name = args.scene.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let name = name.unwrap_or_default().chars().take(64).collect();
-    Ok(Plan { name, sweep, scenes })
+    Ok(Plan { named, scenes })
 }
 
-/// One run of a sweep that is over.
+impl Named {
+    /// What is set for each run, with what is set for all.
+    fn sets(&self, more: &[String]) -> Vec<Vec<String>> {
+        let set = |row: &Vec<String>| [&self.sweep.overrides(row)[..], more].concat();
+        self.sweep.rows.iter().map(set).collect()
+    }
+}
+
+/// What came of one run of a sweep.
 struct Row {
     folder: Option<PathBuf>,
+    /// How it ended, or why it has no end here.
     exit: Exit,
+}
+
+impl Row {
+    /// Its exit code, if it is over.
+    fn code(&self) -> Option<u8> {
+        (!matches!(self.exit, Exit::Unknown | Exit::Later)).then(|| self.exit.code())
+    }
 }
 
 /// `cullet run SWEEP`: one after another on one pool.
 pub(crate) fn run(args: &args::Run, stop: &Arc<AtomicBool>) -> Result<Exit, Trouble> {
-    let plan = plan(&args.scene)?;
-    let folder = Folder::of(args.out.as_deref(), &plan.name)?;
+    let Plan { named, scenes } = plan(&args.scene)?;
+    let sweep = &named.sweep;
+    let folder = Folder::of(args.out.as_deref(), &named.name)?;
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
     let mut rows = Vec::new();
-    for (index, scene) in plan.scenes.iter().enumerate() {
+    for (index, scene) in scenes.iter().enumerate() {
         let out = folder.path.join(format!("{}", index + 1));
         std::fs::create_dir_all(&out).map_err(|error| Trouble::file(&out, error))?;
         if !args.voice.quiet {
-            eprintln!("{}: {}", index + 1, plan.sweep.label(&plan.sweep.rows[index]));
+            eprintln!("{}: {}", index + 1, sweep.label(&sweep.rows[index]));
         }
         let options = RunOptions { out: &out, stop };
         let outcome =
@@ -80,7 +115,7 @@ pub(crate) fn run(args: &args::Run, stop: &Arc<AtomicBool>) -> Result<Exit, Trou
         let exit = match &outcome {
             Ok(outcome) => {
                 let drawn = args.no_pictures || draw(&outcome.recording, &out).is_ok();
-                exit_of_run(outcome, drawn)
+                exit_of(outcome, drawn)
             }
             Err(error) => {
                 let trouble = trouble(error);
@@ -94,61 +129,30 @@ pub(crate) fn run(args: &args::Run, stop: &Arc<AtomicBool>) -> Result<Exit, Trou
         }
     }
     pool.shutdown();
-    finish(&plan, &rows, &folder.path, args.json, args.voice.quiet)
-}
-
-/// `cullet submit SWEEP`: all at once to a coordinator.
-pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
-    let plan = plan(&args.scene)?;
-    args.out.as_deref().map_or(Ok(()), refuse_taken)?;
-    let client = connect(&args.place)?;
-    let mut runs = Vec::new();
-    for (row, scene) in plan.sweep.rows.iter().zip(&plan.scenes) {
-        let run = hand_in(&client, &scene.bundle(), args.priority, &plan.name)?;
-        if !args.place.who.voice.quiet && !args.detach {
-            eprintln!("run {run}: {}", plan.sweep.label(row));
-        }
-        runs.push(run);
-    }
-    if args.detach {
-        for run in runs {
-            client.enough(run);
-            match args.place.who.json {
-                true => print_json(&Which { run })?,
-                false => print(format!("{run}\n"))?,
-            }
-        }
-        return Ok(Exit::Done);
-    }
-    let folder = Folder::of(args.out.as_deref(), &plan.name)?;
-    let mut rows = Vec::new();
-    for (index, run) in runs.into_iter().enumerate() {
-        let info = follow(&client, run, u64::MAX, &args.place, args.watch)?;
-        let out = folder.path.join(format!("{}", index + 1));
-        let folder = bring(&client, &info, Some(&out))?;
-        if !args.place.who.voice.quiet {
-            eprintln!("run {run} is {}", info.state.word());
-        }
-        rows.push(Row { folder, exit: exit_of(&info) });
-    }
-    finish(&plan, &rows, &folder.path, args.place.who.json, args.place.who.voice.quiet)
+    finish(sweep, &rows, &folder.path, args.json, args.voice.quiet)
 }
 
 /// Draws the sheet, writes the table; the worst end is the end of the whole.
-fn finish(plan: &Plan, rows: &[Row], out: &Path, json: bool, quiet: bool) -> Result<Exit, Trouble> {
+fn finish(
+    sweep: &Sweep,
+    rows: &[Row],
+    out: &Path,
+    json: bool,
+    quiet: bool,
+) -> Result<Exit, Trouble> {
     let path = out.join(TABLE);
-    let table = table(plan, rows)?;
+    let table = table(sweep, rows)?;
     write_file(&path, table.as_bytes()).map_err(|error| Trouble::file(&path, error))?;
     let labelled = |(row, values): (&Row, &Vec<String>)| {
         let recording = row.folder.as_ref()?.join("run.mcap");
-        Some((recording, plan.sweep.label(values)))
+        Some((recording, sweep.label(values)))
     };
-    let shown: Vec<_> = rows.iter().zip(&plan.sweep.rows).filter_map(labelled).collect();
+    let shown: Vec<_> = rows.iter().zip(&sweep.rows).filter_map(labelled).collect();
     if let Err(error) = preview::side_by_side(&shown, &out.join(SHEET)) {
         eprintln!("warning: the sweep has no sheet: {error}");
     }
     if json {
-        lines(plan, rows)?;
+        lines(sweep, rows)?;
     }
     if !quiet {
         eprintln!("{}", out.display());
@@ -157,15 +161,16 @@ fn finish(plan: &Plan, rows: &[Row], out: &Path, json: bool, quiet: bool) -> Res
     Ok(worst.unwrap_or(Exit::Interrupted))
 }
 
-fn table(plan: &Plan, rows: &[Row]) -> Result<String, Trouble> {
-    let keys: Vec<String> = plan.sweep.keys.iter().map(|key| quoted(key)).collect();
+fn table(sweep: &Sweep, rows: &[Row]) -> Result<String, Trouble> {
+    let keys: Vec<String> = sweep.keys.iter().map(|key| quoted(key)).collect();
     let mut text = format!(
         "run,{},code,fractures,fragments,grains,bodies,jobs,wall_seconds,digest\n",
         keys.join(",")
     );
-    for (index, (row, values)) in rows.iter().zip(&plan.sweep.rows).enumerate() {
+    for (index, (row, values)) in rows.iter().zip(&sweep.rows).enumerate() {
         let values: Vec<String> = values.iter().map(|value| quoted(bare(value))).collect();
-        text += &format!("{},{},{}", index + 1, values.join(","), row.exit.code());
+        let code = row.code().map(|code| code.to_string()).unwrap_or_default();
+        text += &format!("{},{},{code}", index + 1, values.join(","));
         match &row.folder {
             Some(folder) => {
                 let s = summary(folder)?;
@@ -187,12 +192,12 @@ fn table(plan: &Plan, rows: &[Row]) -> Result<String, Trouble> {
 }
 
 /// The same as JSON, a line a run.
-fn lines(plan: &Plan, rows: &[Row]) -> Result<(), Trouble> {
-    for (index, (row, values)) in rows.iter().zip(&plan.sweep.rows).enumerate() {
+fn lines(sweep: &Sweep, rows: &[Row]) -> Result<(), Trouble> {
+    for (index, (row, values)) in rows.iter().zip(&sweep.rows).enumerate() {
         let set: BTreeMap<_, _> =
-            plan.sweep.keys.iter().zip(values.iter().map(|value| bare(value))).collect();
+            sweep.keys.iter().zip(values.iter().map(|value| bare(value))).collect();
         let summary = row.folder.as_deref().map(summary).transpose()?;
-        let code = row.exit.code();
+        let code = row.code();
         print_json(&json!({ "run": index + 1, "set": set, "code": code, "summary": summary }))?;
     }
     Ok(())

@@ -92,7 +92,7 @@ impl Desk {
         let id = self.diary.invoke(verb, "", Some(run));
         let heard = match self.say(&[verb, &run.to_string()], Duration::from_secs(60)) {
             Some((0, ..)) => Heard::Ok,
-            Some((64, ..)) => Heard::Fail,
+            Some((64 | 66, ..)) => Heard::Fail,
             _ => Heard::Info,
         };
         self.diary.heard(id, heard, None);

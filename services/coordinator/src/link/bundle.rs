@@ -3,6 +3,7 @@
 use super::LinkError;
 use crate::scene::{Bundle, SceneFile};
 use cullet_proto::codec::{self, WireError};
+use cullet_proto::ids::digest;
 use cullet_proto::service::{self, BundleFile, BundleTable};
 
 /// Most bytes of all files of a bundle.
@@ -48,6 +49,21 @@ pub(crate) fn encode(bundle: &Bundle) -> Result<Vec<u8>, LinkError> {
     check(&table)?;
     let bulk: Vec<u8> = bundle.files.iter().flat_map(|file| file.bytes.iter().copied()).collect();
     Ok(service::seal(&table, &bulk)?)
+}
+
+/// Sixteen digits that a scene with all its files and overrides has, and no other.
+///
+/// # Errors
+/// As [`Client::submit`](super::client::Client::submit) of it.
+pub fn mark(bundle: &Bundle) -> Result<String, LinkError> {
+    let mut bytes = encode(bundle)?;
+    for set in &bundle.overrides {
+        bytes.extend_from_slice(&(set.len() as u64).to_le_bytes());
+        bytes.extend_from_slice(set.as_bytes());
+    }
+    let mut hex = service::hex_of(&digest(&bytes));
+    hex.truncate(16);
+    Ok(hex)
 }
 
 /// The bundle in a blob.

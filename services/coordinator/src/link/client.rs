@@ -24,6 +24,8 @@ const ASK: Duration = Duration::from_secs(10);
 const PATIENCE: Duration = Duration::from_secs(60);
 /// Pause before a question is asked again.
 const PAUSE: Duration = Duration::from_millis(200);
+/// Longest pause before a full queue is asked again: each time a small bundle goes along.
+const LONG_PAUSE: Duration = Duration::from_secs(2);
 /// Longest wait for news of a run \[ms\].
 const NEWS_MS: u64 = 1_000;
 
@@ -45,6 +47,8 @@ pub struct Terms {
     pub priority: i32,
     /// The sweep that it belongs to.
     pub sweep: String,
+    /// How long a full queue is asked for room; `None`: as long as the client is patient.
+    pub room: Option<Duration>,
 }
 
 impl Client {
@@ -86,14 +90,22 @@ impl Client {
         Ok(self)
     }
 
+    /// Who asks.
+    #[must_use]
+    pub fn user(&self) -> &str {
+        self.user.as_str()
+    }
+
     /// Hands in a scene with its files. Handed in again with the same ticket, it is the same run.
     ///
     /// # Errors
-    /// A path or size that may not be, a refusal, or silence.
+    /// A path or size that may not be, a refusal, silence, or [`LinkError::Busy`] where the queue
+    /// stays full.
     pub fn submit(&self, bundle: &Bundle, terms: &Terms) -> Result<u64, LinkError> {
         let blob = bundle::encode(bundle)?;
         let name = (blob.len() > MAX_INLINE).then(|| digest(&blob));
-        let Terms { ticket, priority, sweep } = terms.clone();
+        let Terms { ticket, priority, sweep, room } = terms.clone();
+        let room = room.unwrap_or(self.patience);
         let submit = Submit {
             ticket,
             priority,
@@ -103,7 +115,7 @@ impl Client {
             length: blob.len() as u64,
         };
         let inline = if name.is_none() { &blob[..] } else { &[] };
-        let since = Instant::now();
+        let (since, mut pause) = (Instant::now(), PAUSE);
         loop {
             match self.ask(UserVerb::Submit, "a submission", &submit, inline)?.0 {
                 SubmitAnswer::Accepted { run } => return Ok(run),
@@ -113,10 +125,15 @@ impl Client {
                     }
                 }
                 SubmitAnswer::Damaged => {}
-                SubmitAnswer::Busy if since.elapsed() > self.patience => {
-                    return Err(LinkError::Refused("its queue is full".into()));
+                SubmitAnswer::Busy => {
+                    let left = room.saturating_sub(since.elapsed());
+                    if left.is_zero() {
+                        let (endpoint, seconds) = (self.endpoint.clone(), room.as_secs());
+                        return Err(LinkError::Busy { endpoint, seconds });
+                    }
+                    std::thread::sleep(pause.min(left));
+                    pause = (pause * 2).min(LONG_PAUSE);
                 }
-                SubmitAnswer::Busy => std::thread::sleep(PAUSE),
             }
         }
     }

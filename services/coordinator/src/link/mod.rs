@@ -35,7 +35,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-pub use bundle::{MAX_BUNDLE, check_path};
+pub use bundle::{MAX_BUNDLE, check_path, mark};
 pub use cache::CacheConfig;
 pub use children::SpawnConfig;
 pub use cullet_dispatch::Timing;
@@ -95,6 +95,17 @@ pub enum LinkError {
         endpoint: String,
         /// Which run was followed.
         run: u64,
+    },
+    /// As many runs wait as may.
+    #[error(
+        "the queue of the coordinator at {endpoint} is full, and was for {seconds} s: it takes \
+         another run when one of those that wait begins"
+    )]
+    Busy {
+        /// Where.
+        endpoint: String,
+        /// For how long \[s\].
+        seconds: u64,
     },
     /// The coordinator refuses.
     #[error("the coordinator refuses: {0}")]

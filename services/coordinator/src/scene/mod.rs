@@ -164,6 +164,14 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Scene, SceneErrors> {
     build(name, Files::new(source), format!("{SCENE_BASE}{base}"), overrides)
 }
 
+/// What a scene at this path is called.
+#[must_use]
+pub fn name_at(path: &Path) -> String {
+    let file = if path.is_dir() { path.join(SCENE_FILE) } else { path.to_owned() };
+    let base = file.file_name().map(|name| name.to_string_lossy().into_owned());
+    name_of(&file, &base.unwrap_or_default())
+}
+
 /// Loads a scene that another machine bundled; no file of this machine is opened.
 ///
 /// # Errors

@@ -131,6 +131,10 @@ impl Service<'_> {
             self.awaited.insert(run, Instant::now());
             return Ok(SubmitAnswer::Accepted { run });
         }
+        // Before a bundle that came in pieces is taken out: it need not come again.
+        if self.board.is_full(&user) {
+            return Ok(SubmitAnswer::Busy);
+        }
         let bytes = match &submit.digest {
             None => inline.to_vec(),
             Some(digest) => match self.door.take(&digest_of(digest)?, submit.length)? {
@@ -145,10 +149,7 @@ impl Service<'_> {
         let (name, at) = (bundle.name, unix_ms());
         let order = Order { ticket, user, name, sweep, priority, overrides, at };
         let keep = self.config.keep.unwrap_or(MAX_KEPT);
-        let events = match self.board.submit(order, keep) {
-            Err(No::Full) => return Ok(SubmitAnswer::Busy),
-            other => other?,
-        };
+        let events = self.board.submit(order, keep)?;
         let Some(Event::Submitted { run, .. }) = events.first() else {
             return Err(Trouble::Wrong("the board took nothing".to_owned()));
         };
@@ -292,6 +293,7 @@ impl Service<'_> {
             name: order.name.clone(),
             user: order.user.clone(),
             sweep: order.sweep.clone(),
+            ticket: order.ticket.clone(),
             overrides: order.overrides.clone(),
             state: entry.state,
             priority: order.priority,
@@ -339,6 +341,7 @@ impl Service<'_> {
 
 /// A run as a list of all has it: as many as are remembered fit into one line.
 fn brief(mut info: RunInfo) -> RunInfo {
+    info.ticket.clear();
     info.overrides.clear();
     info.files.clear();
     info.text.clear();
@@ -384,6 +387,7 @@ mod tests {
             name: "n".repeat(200),
             user: "u".repeat(40),
             sweep: "\u{1}".repeat(MAX_TICKET),
+            ticket: "\u{1}".repeat(MAX_TICKET),
             overrides: vec!["o".repeat(4_096); 16],
             state: State::Cancelled,
             priority: -100,

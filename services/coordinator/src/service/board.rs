@@ -170,14 +170,19 @@ impl Board {
         self.entries().find(same).map(|entry| entry.run)
     }
 
+    /// Whether as many runs wait as may, of all or of this user.
+    pub(super) fn is_full(&self, user: &str) -> bool {
+        let queued = self.entries().filter(|entry| entry.state == State::Queued);
+        let own = queued.filter(|entry| entry.order.user == user).count();
+        self.count(State::Queued) >= MAX_WAITING || own >= MAX_WAITING_OF_ONE
+    }
+
     /// What handing that in comes to; forgets the oldest where more than `keep` are remembered.
     pub(super) fn submit(&self, order: Order, keep: usize) -> Result<Vec<Event>, No> {
         if order.priority.abs() > MAX_PRIORITY {
             return Err(No::Priority);
         }
-        let queued = self.entries().filter(|entry| entry.state == State::Queued);
-        let own = queued.filter(|entry| entry.order.user == order.user).count();
-        if self.count(State::Queued) >= MAX_WAITING || own >= MAX_WAITING_OF_ONE {
+        if self.is_full(&order.user) {
             return Err(No::Full);
         }
         let mut events = vec![Event::Submitted { run: self.last + 1, order }];

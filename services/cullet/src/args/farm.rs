@@ -57,6 +57,9 @@ pub(crate) struct Submit {
     /// Higher ones go first, -100 to 100
     #[arg(long, default_value_t = 0, allow_hyphen_values = true)]
     pub(crate) priority: i32,
+    /// Of a sweep, hand in only those runs that are not there yet, and take the others as they are
+    #[arg(long)]
+    pub(crate) rest: bool,
     /// Print the run's number and leave; see `watch`, `wait` and `fetch`
     #[arg(long, conflicts_with_all = ["watch", "out"])]
     pub(crate) detach: bool,
@@ -96,14 +99,34 @@ pub(crate) struct Ps {
 
 #[derive(Debug, Args)]
 pub(crate) struct Fetch {
+    /// A run's number, or a sweep's file: all of its runs, with a contact sheet and a table
+    #[arg(value_name = "RUN|SWEEP", value_parser = what)]
+    pub(crate) what: What,
     #[command(flatten)]
-    pub(crate) of: OfRun,
+    pub(crate) place: Place,
     /// Follow it to its end first
     #[arg(long)]
     pub(crate) follow: bool,
+    /// With a sweep, what was given to `submit` with it
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub(crate) set: Vec<String>,
     /// Where to put what the run produced [default: runs/SCENE-N]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+}
+
+/// What is fetched.
+#[derive(Clone, Debug)]
+pub(crate) enum What {
+    /// The run of this number.
+    Run(u64),
+    /// The runs of the sweep in this file.
+    Sweep(PathBuf),
+}
+
+#[allow(clippy::unnecessary_wraps, reason = "a parser of arguments")]
+fn what(text: &str) -> Result<What, String> {
+    Ok(text.parse().map_or_else(|_| What::Sweep(text.into()), What::Run))
 }
 
 #[derive(Debug, Args)]

@@ -1,0 +1,259 @@
+//! Sweeps at a coordinator: handed in at once, fetched together, then or later.
+
+use super::{Named, Plan, Row, finish, plan, read};
+use crate::args;
+use crate::client::{ask, bring, connect, exit_of, follow, hand_in, known, print_json, ticket};
+use crate::exit::{Exit, Trouble, print};
+use crate::folder::{Folder, refuse_taken};
+use cullet_coordinator::link::client::{Client, Terms};
+use cullet_coordinator::link::mark;
+use cullet_coordinator::scene::{Bundle, Scene, name_at};
+use cullet_proto::keys::UserVerb;
+use cullet_proto::service::{Nothing, RunInfo, Runs, Which};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// `cullet submit SWEEP`: all at once to a coordinator.
+pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
+    let Plan { named, scenes } = plan(&args.scene)?;
+    args.out.as_deref().map_or(Ok(()), refuse_taken)?;
+    let client = connect(&args.place)?;
+    let mut runs = vec![None; scenes.len()];
+    let handed = hand_all(args, &client, (&named, &scenes), &mut runs);
+    let how = How { client: &client, place: &args.place, follows: true, bar: args.watch };
+    let file = args.scene.scene.as_path();
+    handed.map_err(|trouble| advice(trouble, &runs, file, args))?;
+    if args.detach {
+        if !args.place.who.voice.quiet {
+            eprintln!("fetch them together: cullet fetch {} --follow", file.display());
+        }
+        return Ok(Exit::Done);
+    }
+    let rows = how.rows(&named, &runs, args.out.as_deref());
+    rows.map_err(|trouble| advice(trouble, &runs, file, args))
+}
+
+/// Hands in the runs of a sweep one after another, or those that are not there yet.
+fn hand_all(
+    args: &args::Submit,
+    client: &Client,
+    (named, scenes): (&Named, &[Scene]),
+    runs: &mut [Option<u64>],
+) -> Result<(), Trouble> {
+    let quiet = args.place.who.voice.quiet;
+    let sets = named.sets(&args.scene.set);
+    let marks: Result<Vec<String>, _> = scenes.iter().map(|scene| mark(&scene.bundle())).collect();
+    let marks = marks.map_err(|error| crate::client::refused(&error))?;
+    if args.rest {
+        let there = find(client, named, &sets, Some(&marks))?;
+        runs.copy_from_slice(&there);
+    }
+    let waits = (!args.detach).then_some(!quiet);
+    for (index, scene) in scenes.iter().enumerate() {
+        let run = match runs[index] {
+            Some(run) => run,
+            None => {
+                let ticket = format!("{}-{}", marks[index], ticket());
+                let (priority, sweep) = (args.priority, named.name.clone());
+                let terms = Terms { ticket, priority, sweep, ..Terms::default() };
+                let bundle: Bundle = scene.bundle();
+                hand_in(client, &bundle, terms, waits)?
+            }
+        };
+        runs[index] = Some(run);
+        if args.detach {
+            client.enough(run);
+            match args.place.who.json {
+                true => print_json(&Which { run })?,
+                false => print(format!("{run}\n"))?,
+            }
+        } else if !quiet {
+            eprintln!("run {run}: {}", named.sweep.label(&named.sweep.rows[index]));
+        }
+    }
+    Ok(())
+}
+
+/// What is there of a sweep that was broken off, and how to go on with it.
+fn advice(trouble: Trouble, runs: &[Option<u64>], file: &Path, args: &args::Submit) -> Trouble {
+    let there: Vec<u64> = runs.iter().flatten().copied().collect();
+    if there.is_empty() {
+        return trouble;
+    }
+    let set: String = args.scene.set.iter().map(|set| format!(" --set '{set}'")).collect();
+    let (file, numbers) = (file.display(), numbers(&there));
+    let next = match there.len() < runs.len() {
+        true => {
+            let detach = if args.detach { " --detach" } else { "" };
+            format!("hand in the rest: cullet submit {file} --rest{set}{detach}")
+        }
+        false => format!("fetch them: cullet fetch {file} --follow{set}"),
+    };
+    let (count, all) = (there.len(), runs.len());
+    let text = format!("{trouble}\n{count} of {all} runs are there and go on: {numbers}; {next}");
+    Trouble::new(trouble.exit, text)
+}
+
+/// Numbers as people write them.
+fn numbers(runs: &[u64]) -> String {
+    let mut sorted = runs.to_vec();
+    sorted.sort_unstable();
+    let mut spans: Vec<(u64, u64)> = Vec::new();
+    for run in sorted {
+        match spans.last_mut() {
+            Some((_, to)) if run <= *to + 1 => *to = run,
+            _ => spans.push((run, run)),
+        }
+    }
+    let word = |(from, to): &(u64, u64)| match to - from {
+        0 => from.to_string(),
+        _ => format!("{from} to {to}"),
+    };
+    spans.iter().map(word).collect::<Vec<_>>().join(", ")
+}
+
+/// `cullet fetch SWEEP`: what its runs recorded, with the sheet and the table.
+pub(crate) fn fetch(args: &args::Fetch, file: &Path) -> Result<Exit, Trouble> {
+    if !file.is_file() {
+        let text = format!("{}: it is neither a run's number nor a sweep's file", file.display());
+        return Err(Trouble::new(Exit::Usage, text));
+    }
+    let named = read(file)?;
+    args.out.as_deref().map_or(Ok(()), refuse_taken)?;
+    let client = connect(&args.place)?;
+    let runs = find(&client, &named, &named.sets(&args.set), None)?;
+    let place = &args.place;
+    if runs.iter().all(Option::is_none) {
+        let (name, user, at) = (&named.name, client.user(), &place.connect);
+        return Err(Trouble::new(
+            Exit::Unknown,
+            format!(
+                "{}: no run of it is at {at}: none that {user} has handed in as part of the sweep \
+                 {name:?} has these values (--set as it was submitted)",
+                file.display()
+            ),
+        ));
+    }
+    let how = How { client: &client, place, follows: args.follow, bar: true };
+    how.rows(&named, &runs, args.out.as_deref())
+}
+
+/// The newest runs of a sweep, those of whom one is, one for each row that has one. `marks`: only
+/// of the scenes that have these marks.
+fn find(
+    client: &Client,
+    named: &Named,
+    sets: &[Vec<String>],
+    marks: Option<&[String]>,
+) -> Result<Vec<Option<u64>>, Trouble> {
+    let Runs { runs } = ask(client, UserVerb::Runs, &Nothing {})?;
+    let scene = name_at(&named.scene);
+    let own = runs
+        .iter()
+        .rev()
+        .filter(|run| run.user == client.user() && run.sweep == named.name && run.name == scene);
+    let mut wanted: BTreeMap<&[String], Vec<usize>> = BTreeMap::new();
+    for (index, set) in sets.iter().enumerate() {
+        wanted.entry(set).or_default().push(index);
+    }
+    let mut found = vec![None; sets.len()];
+    for run in own {
+        let info: RunInfo = match known(client, run.run) {
+            // It went in between.
+            Err(trouble) if trouble.exit == Exit::Unknown => continue,
+            info => info?,
+        };
+        let fits = |row: &usize| marks.is_none_or(|marks| info.ticket.starts_with(&marks[*row]));
+        let same = wanted.get(info.overrides.as_slice()).into_iter().flatten().copied();
+        if let Some(row) = same.filter(fits).rfind(|row| found[*row].is_none()) {
+            found[row] = Some(run.run);
+        }
+        if found.iter().all(Option::is_some) {
+            break;
+        }
+    }
+    Ok(found)
+}
+
+/// How the runs of a sweep are fetched.
+struct How<'a> {
+    client: &'a Client,
+    place: &'a args::Place,
+    /// To its end first; otherwise what is not over is left out.
+    follows: bool,
+    bar: bool,
+}
+
+impl How<'_> {
+    /// Fetches the runs into a folder, with the sheet and the table.
+    fn rows(
+        &self,
+        named: &Named,
+        runs: &[Option<u64>],
+        out: Option<&Path>,
+    ) -> Result<Exit, Trouble> {
+        let folder = Folder::of(out, &named.name)?;
+        let who = &self.place.who;
+        let (mut rows, mut missing, mut going) = (Vec::new(), 0, Vec::new());
+        for (index, run) in runs.iter().enumerate() {
+            let out = folder.path.join((index + 1).to_string());
+            let row = match run {
+                Some(run) => self.row(*run, &out).inspect_err(|_| folder.forget())?,
+                None => Row { folder: None, exit: Exit::Unknown },
+            };
+            match (row.exit, run) {
+                (Exit::Later, Some(run)) => going.push(*run),
+                (Exit::Unknown, _) => missing += 1,
+                _ => {}
+            }
+            rows.push(row);
+        }
+        if missing > 0 {
+            eprintln!("{missing} of {} runs are not there: their rows are empty", rows.len());
+        }
+        if !going.is_empty() {
+            let (count, all, numbers) = (going.len(), rows.len(), numbers(&going));
+            eprintln!(
+                "{count} of {all} runs are not over, and their rows are empty: {numbers}; \
+                 --follow waits for them"
+            );
+        }
+        finish(&named.sweep, &rows, &folder.path, who.json, who.voice.quiet)
+    }
+
+    /// Fetches one run.
+    fn row(&self, run: u64, out: &Path) -> Result<Row, Trouble> {
+        let info = match self.follows {
+            true => follow(self.client, run, u64::MAX, self.place, self.bar),
+            false => known(self.client, run),
+        };
+        let info = match info {
+            Err(trouble) if trouble.exit == Exit::Unknown => {
+                eprintln!("{trouble}");
+                return Ok(Row { folder: None, exit: Exit::Unknown });
+            }
+            info => info?,
+        };
+        if !info.state.is_over() {
+            return Ok(Row { folder: None, exit: Exit::Later });
+        }
+        let folder = bring(self.client, &info, Some(out))?;
+        if !self.place.who.voice.quiet {
+            eprintln!("run {run} is {}", info.state.word());
+        }
+        Ok(Row { folder, exit: exit_of(&info) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::numbers;
+
+    #[test]
+    fn numbers_are_told_as_spans() {
+        assert_eq!(numbers(&[]), "");
+        assert_eq!(numbers(&[3]), "3");
+        assert_eq!(numbers(&[9, 1, 2, 3, 7, 8]), "1 to 3, 7 to 9");
+        assert_eq!(numbers(&[1, 3]), "1, 3");
+    }
+}
