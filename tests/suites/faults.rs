@@ -153,11 +153,16 @@ fn served(runs: &Path) -> (Going, Going, String, PathBuf) {
     let coordinator = Cullet::new(&["coordinator", "--workers", "1", "--listen", &endpoint])
         .args(&["--out"])
         .path(runs)
+        .log(&log_of(runs))
         .spawn();
     let out = unique("followed");
     let client = follow(&endpoint, &out);
     wait_for(&runs.join("drop-1/run.mcap.partial"));
     (coordinator, client, endpoint, out)
+}
+
+fn log_of(runs: &Path) -> PathBuf {
+    runs.with_extension("log")
 }
 
 fn follow(endpoint: &str, out: &Path) -> Going {
@@ -167,7 +172,8 @@ fn follow(endpoint: &str, out: &Path) -> Going {
 
 #[test]
 fn a_coordinator_told_to_stop_tells_its_clients_first() {
-    let (mut coordinator, mut first, endpoint, out) = served(&unique("told"));
+    let runs = unique("told");
+    let (mut coordinator, mut first, endpoint, out) = served(&runs);
     let workers = workers_of(coordinator.id());
     // While the first one cannot ask, the coordinator stays and the second one comes.
     signal(first.id(), "STOP");
@@ -178,12 +184,18 @@ fn a_coordinator_told_to_stop_tells_its_clients_first() {
     assert!(second.stderr().contains("left before the run began"), "{}", second.stderr());
     assert!(!never.exists(), "a run that never began has no folder");
     signal(first.id(), "CONT");
-    assert_eq!(first.wait(Duration::from_secs(30)), Some(130), "{}", first.stderr());
+    assert_eq!(first.wait(Duration::from_secs(30)), Some(5), "{}", first.stderr());
+    assert!(first.stderr().contains("was told to stop"), "{}", first.stderr());
     // Nobody is left to wait for: it need not see that they ask no more.
     assert_eq!(coordinator.wait(Duration::from_secs(6)), Some(0), "{}", coordinator.stderr());
     all_end(&workers);
     let inspect = Cullet::new(&["inspect", "--json"]).path(&out.join("run.mcap")).output();
     assert_eq!(inspect.code, 0, "{}", inspect.stderr);
+    // The log has the code that the client had.
+    let log = common::history::lines(&log_of(&runs));
+    let ends: Vec<_> = log.iter().filter(|line| line["message"] == "run ended").collect();
+    assert_eq!(ends.len(), 1, "{ends:?}");
+    assert_eq!((&ends[0]["run"], &ends[0]["code"]), (&1.into(), &5.into()), "{ends:?}");
 }
 
 /// A client that hears nothing keeps the coordinator waiting.
@@ -232,7 +244,7 @@ fn a_pool_whose_workers_cannot_live_ends_aloud() {
     assert!(stderr.contains("cannot start the worker"), "{stderr}");
     assert!(folder.join("own").is_dir(), "a folder of the user's is gone");
     let (code, stderr) = run(Some("#!/bin/sh\nexit 7\n"));
-    assert_eq!(code, Some(2), "{stderr}");
+    assert_eq!(code, Some(6), "{stderr}");
     assert!(stderr.contains("before it asked for work, last with exit status: 7"), "{stderr}");
 }
 

@@ -144,6 +144,11 @@ fn runs_are_laid_aside_taken_up_cancelled_and_waited_for() {
     let urgent = farm.submit(&["--priority", "1"]);
     farm.until(&endless, settled(1));
     assert_eq!(farm.json(&["show", &next])["state"], "queued");
+    for run in [&endless, &next] {
+        let said = farm.ask(&["fetch", run]);
+        assert_eq!(said.code, 75, "{}", said.stderr);
+        assert!(said.stderr.contains("nothing to fetch before its end"), "{}", said.stderr);
+    }
     assert_eq!(farm.ask(&["pause", &endless]).code, 0);
     farm.until(&endless, is("paused"));
     // The urgent one goes first.
@@ -168,7 +173,11 @@ fn runs_are_laid_aside_taken_up_cancelled_and_waited_for() {
         assert_eq!(said.code, 64, "{verb}: {}", said.stderr);
         assert!(said.stderr.contains("is done"), "{verb}: {}", said.stderr);
     }
-    assert_eq!(farm.ask(&["show", "99"]).code, 64);
+    for verb in ["show", "wait", "watch", "logs", "fetch", "cancel", "delete"] {
+        let said = farm.ask(&[verb, "99"]);
+        assert_eq!(said.code, 66, "{verb}: {}", said.stderr);
+        assert!(said.stderr.contains("there is no run 99"), "{verb}: {}", said.stderr);
+    }
     let wait = ["wait", "1", "--connect", &common::free_endpoint(), "--patience", "1"];
     assert_eq!(Cullet::new(&wait).output().code, 69);
 }
@@ -276,6 +285,9 @@ fn a_run_whose_job_kills_its_workers_stalls_and_goes_on_when_told() {
     };
     assert_eq!((shown["state"].as_str(), shown["code"].as_u64()), (Some("stalled"), Some(6)));
     assert_eq!(farm.ask(&["wait", &run]).code, 6);
+    let said = farm.ask(&["fetch", &run]);
+    assert_eq!(said.code, 6, "{}", said.stderr);
+    assert!(said.stderr.contains("is stalled: job ") && said.stderr.contains("nothing to fetch"));
     assert_eq!(farm.ask(&["retry", &run]).code, 0);
     assert_eq!(farm.ask(&["wait", &run]).code, 0);
     assert_eq!(farm.fetch(&run), quiet_digest(&LONGER));
@@ -289,7 +301,7 @@ fn a_drained_worker_finishes_and_leaves_and_the_others_go_on() {
     let (mut first, mut second) = (work("a"), work("b"));
     let run = farm.submit(&LONGER);
     farm.until(&run, settled(1));
-    assert_eq!(farm.ask(&["drain", "nobody"]).code, 64);
+    assert_eq!(farm.ask(&["drain", "nobody"]).code, 66);
     assert_eq!(farm.ask(&["drain", "a"]).code, 0);
     assert_eq!(first.wait(Duration::from_secs(60)), Some(0), "{}", first.stderr());
     assert_eq!(farm.ask(&["wait", &run]).code, 0);

@@ -18,11 +18,13 @@ pub(crate) struct Cli {
     pub(crate) command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done · 2 the run failed · 3 an expectation of the scene \
-or specimen does not hold · 4 a picture could not be drawn (the recording is complete) · 5 the \
-run was cancelled · 6 the run stalled: the pool gave up a job of it (cullet retry) · 64 bad \
-input · 69 no coordinator there, or it left before the run ended · 74 a file could not be read \
-or written · 130 interrupted (the recording is finished). SIGINT and SIGTERM end a run early but \
+pub(crate) const EXIT_CODES: &str = "Exit codes: 0 done · 2 the run failed · 3 an expectation of \
+the scene or specimen does not hold · 4 a picture could not be drawn (the recording is complete) \
+· 5 the run was cancelled · 6 the run stalled: the pool gave up a job of it (cullet retry) · 64 \
+refused: bad input, or the coordinator says no · 66 what was named is not there · 69 no \
+coordinator there, or it left before the run ended · 74 a file could not be read or written · 75 \
+not now: the queue is full, or the run is not over · 130 interrupted (the recording is finished). \
+SIGINT and SIGTERM end a run early but \
 in order, a coordinator or a worker with code 0; a second SIGINT quits at once.";
 
 #[derive(Debug, Subcommand)]

@@ -222,10 +222,15 @@ pub(crate) fn wait(args: &args::OfRun) -> Result<Exit, Trouble> {
     if args.place.who.json {
         print_json(&info)?;
     } else if !args.place.who.voice.quiet {
-        let why = if info.text.is_empty() { String::new() } else { format!(": {}", info.text) };
-        eprintln!("run {} is {}{why}", info.run, info.state.word());
+        eprintln!("{}", ended(&info));
     }
     Ok(exit_of(&info))
+}
+
+/// How a run ended, and why.
+fn ended(info: &RunInfo) -> String {
+    let why = if info.text.is_empty() { String::new() } else { format!(": {}", info.text) };
+    format!("run {} is {}{why}", info.run, info.state.word())
 }
 
 pub(crate) fn control(args: &args::OfRun, verb: UserVerb) -> Result<Exit, Trouble> {
@@ -267,7 +272,7 @@ pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
             Ok(_) => print(format!("run {run} is deleted\n"))?,
             Err(trouble) => {
                 eprintln!("error: {trouble}");
-                exit = trouble.exit;
+                exit = exit.worse(trouble.exit);
             }
         }
         if exit == Exit::Unreachable {
@@ -290,13 +295,16 @@ pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
         true => follow(&client, run, 0, place, true)?,
         false => known(&client, run)?,
     };
-    let Some(out) = bring(&client, &info, args.out.as_deref())? else {
-        let text = format!("run {} is {}: there is nothing to fetch", info.run, info.state.word());
-        return Err(Trouble::new(Exit::Usage, text));
-    };
-    match place.who.json {
-        true => print_json(&info)?,
-        false => print(format!("{}\n", out.display()))?,
+    let out = bring(&client, &info, args.out.as_deref())?;
+    if !info.state.is_over() {
+        let state = info.state.word();
+        let text = format!("run {run} is {state}: there is nothing to fetch before its end");
+        return Err(Trouble::new(Exit::Later, format!("{text} (--follow waits for it)")));
+    }
+    match out {
+        _ if place.who.json => print_json(&info)?,
+        Some(out) => print(format!("{}\n", out.display()))?,
+        None => eprintln!("{}; there is nothing to fetch", ended(&info)),
     }
     Ok(exit_of(&info))
 }
@@ -439,17 +447,15 @@ pub(crate) fn print_json<T: Serialize>(said: &T) -> Result<(), Trouble> {
 
 pub(crate) fn refused(error: &LinkError) -> Trouble {
     let exit = match error {
-        LinkError::Silent { .. } | LinkError::Connect { .. } | LinkError::Left { .. } => {
-            Exit::Unreachable
-        }
+        LinkError::Silent { .. }
+        | LinkError::Connect { .. }
+        | LinkError::Left { .. }
+        | LinkError::Wire(_) => Exit::Unreachable,
         LinkError::File { .. } => Exit::File,
         LinkError::Unknown(_) => Exit::Unknown,
         LinkError::Busy { .. } => Exit::Later,
         LinkError::Refused(_) | LinkError::Path { .. } => Exit::Usage,
-        LinkError::Listen { .. }
-        | LinkError::Spawn { .. }
-        | LinkError::Thread(_)
-        | LinkError::Wire(_) => Exit::Failed,
+        LinkError::Listen { .. } | LinkError::Spawn { .. } | LinkError::Thread(_) => Exit::Failed,
     };
     Trouble::new(exit, error)
 }

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 pub(crate) enum Exit {
     /// Done.
     Done,
-    /// The run failed: the pool lost a job for good, or the world broke down.
+    /// The run failed: the world broke down.
     Failed,
     /// The run is complete, and an expectation of the scene does not hold.
     Unmet,
@@ -20,7 +20,7 @@ pub(crate) enum Exit {
     Cancelled,
     /// The run stalled: the pool gave up a job of it.
     Stalled,
-    /// The user's fault: arguments, scene, meshes.
+    /// Refused: arguments, scene or meshes are wrong, or the coordinator says no.
     Usage,
     /// What was named is not there: a run, a worker, a file of a run.
     Unknown,
@@ -53,6 +53,11 @@ impl Exit {
     /// Its exit code.
     pub(crate) fn code(self) -> u8 {
         CODES.iter().find(|(exit, _)| *exit == self).map_or(2, |(_, code)| *code)
+    }
+
+    /// Of two ways to end, the one with the higher code.
+    pub(crate) fn worse(self, other: Self) -> Self {
+        if other.code() > self.code() { other } else { self }
     }
 
     /// The way to end that has this code; an unknown code is a failure.
@@ -101,5 +106,34 @@ pub(crate) fn print(text: impl fmt::Display) -> Result<(), Trouble> {
             Err(Trouble::new(Exit::File, format!("standard output: {error}")))
         }
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CODES, Exit};
+    use crate::args::EXIT_CODES;
+    use std::collections::BTreeSet;
+
+    /// The numbers at the beginning of these pieces of a text.
+    fn numbers<'a>(pieces: impl Iterator<Item = &'a str>) -> BTreeSet<u8> {
+        pieces.filter_map(|piece| piece.trim().split(' ').next()?.parse().ok()).collect()
+    }
+
+    #[test]
+    fn each_code_is_one_end_and_the_page_and_the_help_have_them_all() {
+        let all: BTreeSet<u8> = CODES.iter().map(|(_, code)| *code).collect();
+        assert_eq!(all.len(), CODES.len(), "two ends have one code");
+        for (exit, code) in CODES {
+            assert_eq!((exit.code(), Exit::of_code(code)), (code, exit));
+        }
+        let text = EXIT_CODES.trim_start_matches("Exit codes:");
+        assert_eq!(numbers(text.split('\u{b7}')), all, "cullet --help");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/operations.md");
+        let page = std::fs::read_to_string(path).expect("a page");
+        let table = page.split("## Exit codes").nth(1).expect("a table");
+        let table = table.split("\n## ").next().unwrap_or_default();
+        let rows = table.lines().filter_map(|line| line.strip_prefix('|'));
+        assert_eq!(numbers(rows), all, "docs/operations.md");
     }
 }

@@ -85,8 +85,8 @@ pub(crate) fn no_link(error: &LinkError) -> Trouble {
 pub(crate) fn trouble(error: &RunError) -> Trouble {
     let exit = match error {
         RunError::Record(_) | RunError::File { .. } => Exit::File,
-        RunError::World(_) | RunError::Lost(_) => Exit::Failed,
-        RunError::Abandoned { .. } | RunError::OutOfOrder { .. } => Exit::Failed,
+        RunError::Abandoned { .. } => Exit::Stalled,
+        RunError::World(_) | RunError::Lost(_) | RunError::OutOfOrder { .. } => Exit::Failed,
     };
     Trouble::new(exit, error)
 }

@@ -157,7 +157,7 @@ fn finish(
     if !quiet {
         eprintln!("{}", out.display());
     }
-    let worst = rows.iter().map(|row| row.exit).max_by_key(|exit| exit.code());
+    let worst = rows.iter().map(|row| row.exit).reduce(Exit::worse);
     Ok(worst.unwrap_or(Exit::Interrupted))
 }
 

@@ -105,8 +105,6 @@ impl Attempt {
         if !ended.end.text.is_empty() {
             self.live.say(&format!("error: {}", ended.end.text));
         }
-        let (how, code) = (ended.how, ended.end.code);
-        tracing::info!(?how, code, text = ended.end.text, "run ended");
         ended
     }
 
@@ -124,12 +122,13 @@ impl Attempt {
             Err(text) => return Ended::failed(codes::FILE, text),
         };
         let (how, code) = match (outcome.interrupted, outcome.unmet.is_empty(), drawn.is_ok()) {
-            (true, _, _) => (How::Stopped, codes::INTERRUPTED),
-            (false, false, _) => (How::Done, codes::UNMET),
-            (false, true, false) => (How::Done, codes::UNPICTURED),
-            (false, true, true) => (How::Done, codes::DONE),
+            // Who told it to stop knows what for, and gives it a code.
+            (true, _, _) => (How::Stopped, None),
+            (false, false, _) => (How::Done, Some(codes::UNMET)),
+            (false, true, false) => (How::Done, Some(codes::UNPICTURED)),
+            (false, true, true) => (How::Done, Some(codes::DONE)),
         };
-        let end = End { code: Some(code), files, ..End::default() };
+        let end = End { code, files, ..End::default() };
         Ended { how, end, at: unix_ms() }
     }
 

@@ -419,12 +419,13 @@ impl<'a> Service<'a> {
         let live = self.live(run);
         end.jobs = live.jobs();
         match (how, wish) {
-            (How::Stopped, Some(Wish::Cancel)) if self.leaving => {
-                live.say("the coordinator was told to stop: the recording ends here");
-            }
             (How::Stopped, Some(Wish::Cancel)) => {
                 end.code = Some(codes::CANCELLED);
-                live.say("cancelled: the recording ends here");
+                let left = "the coordinator was told to stop: the recording ends here";
+                if self.leaving {
+                    end.text = left.to_owned();
+                }
+                live.say(if self.leaving { left } else { "cancelled: the recording ends here" });
             }
             (How::Stopped, Some(Wish::Pause)) => live.say("paused"),
             (How::Stopped, None) => live.say("the coordinator leaves; the run goes on later"),
@@ -433,6 +434,7 @@ impl<'a> Service<'a> {
         if !end.text.is_empty() {
             (self.say)(&format!("run {run}: {}", end.text));
         }
+        tracing::info!(run, ?how, code = end.code, text = end.text, "run ended");
         self.ended += 1;
         self.admit(Event::Ended { run, how, end, at });
         if self.board.get(run).is_ok_and(|entry| entry.state == State::Done) {
