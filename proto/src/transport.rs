@@ -16,7 +16,8 @@ pub struct Patience {
     /// Longest pause before connecting again \[ms\].
     pub retry_max_ms: u64,
     /// A link that is not made within this is tried anew \[ms\]: what was sent into a hole is sent
-    /// again ever more rarely, and a hole may heal at any time.
+    /// again ever more rarely, and a hole may heal at any time. A link with TLS takes four ways
+    /// there and back: to connect, to shake hands, to begin, to open.
     pub open_ms: u64,
 }
 
@@ -29,7 +30,7 @@ impl Patience {
             wait_before_close_ms: 3_000,
             retry_ms: 200,
             retry_max_ms: 800,
-            open_ms: 3_000,
+            open_ms: 6_000,
         }
     }
 

@@ -310,8 +310,36 @@ fn a_scene_goes_through_a_coordinator_to_workers_elsewhere() {
 #[test]
 fn submitting_to_nobody_says_so() {
     let endpoint = common::free_endpoint();
-    let submit = Cullet::new(&["submit", &corpus("drop.toml"), "--connect", &endpoint]).output();
+    let asked = Instant::now();
+    let call = ["submit", &corpus("drop.toml"), "--patience", "1", "--connect", &endpoint];
+    let submit = Cullet::new(&call).output();
     assert_eq!(submit.code, 69, "{}", submit.stderr);
+    assert!(asked.elapsed() < Duration::from_secs(4), "it took {:?}", asked.elapsed());
+    let want = format!(
+        "error: cannot connect to {endpoint}: tried for 1 s; nobody listens there\n\
+         is it running? cullet doctor --connect {endpoint} looks; --patience tries longer\n"
+    );
+    assert_eq!(submit.stderr, want);
+    // One that is no coordinator, and an address that is none.
+    let other = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let place = format!("tcp/{}", other.local_addr().expect("an address"));
+    for (place, words) in
+        [(place.as_str(), "somebody listens there"), ("tcp/no.such.host.invalid:7", "not found")]
+    {
+        let said = Cullet::new(&["ps", "--patience", "0.5", "--connect", place]).output();
+        assert_eq!(said.code, 69, "{}", said.stderr);
+        assert!(said.stderr.contains(words), "{words:?} is not in {}", said.stderr);
+        assert!(!said.stderr.contains("Unable to connect"), "{}", said.stderr);
+    }
+}
+
+#[test]
+fn a_coordinator_that_comes_late_is_found_by_who_is_patient() {
+    let endpoint = common::free_endpoint();
+    let mut client = Cullet::new(&["ps", "--patience", "60", "--connect", &endpoint]).spawn();
+    assert_eq!(client.wait(Duration::from_secs(8)), None, "it gave up: {}", client.stderr());
+    let _coordinator = Cullet::new(&["coordinator", "--listen", &endpoint]).spawn();
+    assert_eq!(client.wait(Duration::from_secs(20)), Some(0), "{}", client.stderr());
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod common;
 use common::proxy::{Weather, proxy};
 use common::{Cullet, Going, LONGER, corpus, fetched, signal, unique};
 use serde_json::Value;
+use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -135,6 +136,47 @@ fn connections_that_are_cut_lose_nothing() {
     }
     assert!(cut >= 6, "{cut} connections were cut");
     stage.ends_well();
+}
+
+/// As far away as over two satellites: a link with certificates takes four ways there and back, and
+/// it is made at the first try. `CULLET_RTT_MS` is another way.
+#[test]
+fn a_link_on_which_an_answer_takes_a_second_is_made() {
+    let way = std::env::var("CULLET_RTT_MS").ok().and_then(|ms| ms.parse().ok()).unwrap_or(1_000);
+    let folder = unique("far");
+    fs::create_dir_all(&folder).expect("a folder");
+    common::certificates(&folder, &["coordinator", "w-1", "ann"], &[]);
+    let roles = folder.join("roles.toml");
+    fs::write(&roles, "workers = [\"w-1\"]\nusers = [\"ann\"]\n").expect("roles");
+    let endpoint = common::free_endpoint().replace("tcp/", "tls/");
+    let call = Cullet::new(&["coordinator", "--listen", &endpoint, "--roles"]).path(&roles);
+    let _coordinator = call.args(&["--tls"]).path(&folder.join("coordinator")).spawn();
+    let ask = |endpoint: &str| {
+        let call = ["workers", "--json", "--patience", "30", "--connect", endpoint, "--tls"];
+        Cullet::new(&call).path(&folder.join("ann")).output()
+    };
+    assert_eq!(ask(&endpoint).code, 0, "the coordinator is there");
+    let (weather, behind) = proxy(&endpoint);
+    weather.lag.store(way / 2, Ordering::SeqCst);
+    let call = Cullet::new(&["worker", "--connect", &behind, "--name", "w-1", "--tls"]);
+    let begun = Instant::now();
+    let _worker = call.path(&folder.join("w-1")).spawn();
+    let (far, place) = (folder.join("ann"), behind.clone());
+    let client = spawn(move || {
+        let call = ["ps", "--patience", "30", "--connect", &place, "--tls"];
+        let said = Cullet::new(&call).path(&far).output();
+        assert_eq!(said.code, 0, "{}", said.stderr);
+        begun.elapsed()
+    });
+    let wait = Duration::from_secs(30);
+    common::until("the far worker is there", wait, || ask(&endpoint).stdout.contains("\"w-1\""));
+    let (worker, client) = (begun.elapsed(), client.join().expect("it is answered"));
+    println!(
+        "answers take {way} ms: a worker is there after {worker:?}, a client after {client:?}"
+    );
+    // Before its link a worker looks at certificates; after it a client has two questions.
+    let bound = Duration::from_millis(way) * 7 + Duration::from_secs(3);
+    assert!(worker < bound && client < bound, "not at the first try: {worker:?}, {client:?}");
 }
 
 /// The transport gives a silent link up after 5 s, and with the link the pool gives up the worker:

@@ -148,7 +148,7 @@ fn a_job_of_a_killed_child_goes_to_another_at_once() {
 /// `docs/pool.md` has three times as long as a link is held.
 #[test]
 fn a_worker_is_back_soon_after_a_blackhole() {
-    let hole = Duration::from_secs(number("CULLET_HOLE_S", 10));
+    let hole = Duration::from_secs(number("CULLET_HOLE_S", 13));
     let mut farm = Farm::start(unique("hole"), 1);
     let log = Log(farm.log_of(Role::Coordinator, 0));
     let (endpoint, weather) = (farm.door.1.clone(), farm.links[0].0.clone());

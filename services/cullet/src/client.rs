@@ -358,9 +358,9 @@ pub(crate) fn connect(place: &Place) -> Result<Client, Trouble> {
     let who = &place.who;
     let link = tls::link(who.tls.as_deref(), &place.connect, who.user.as_deref(), "user")?;
     let patience = Duration::from_secs_f64(who.patience.clamp(0.1, 86_400.0));
-    let client = Client::connect_as(&place.connect, &link.rules)
-        .and_then(|client| client.with(DEFAULT_COORDINATOR, &link.name, patience))
-        .map_err(|error| link.trouble(&error, &place.connect))?;
+    let client = Client::connect_as(&place.connect, &link.rules, patience)
+        .and_then(|client| client.with(DEFAULT_COORDINATOR, &link.name))
+        .map_err(|error| no_link(&link, &error, place))?;
     if link.is_tls() {
         // A denial is silent: it is told here, and not by whatever is asked next.
         let _about: About = client
@@ -368,6 +368,21 @@ pub(crate) fn connect(place: &Place) -> Result<Client, Trouble> {
             .map_err(|error| link.trouble(&error, &place.connect))?;
     }
     Ok(client)
+}
+
+/// Why there is no link, and what to look at.
+fn no_link(link: &tls::Link, error: &LinkError, place: &Place) -> Trouble {
+    let trouble = link.trouble(error, &place.connect);
+    match error {
+        LinkError::Connect { .. } => {
+            let folder =
+                place.who.tls.as_ref().map(|folder| format!(" --tls {}", folder.display()));
+            let (at, tls) = (&place.connect, folder.unwrap_or_default());
+            let next = format!("is it running? cullet doctor --connect {at}{tls} looks");
+            Trouble::new(trouble.exit, format!("{trouble}\n{next}; --patience tries longer"))
+        }
+        _ => trouble,
+    }
 }
 
 pub(crate) fn ask<Q: Serialize, A: serde::de::DeserializeOwned>(

@@ -96,8 +96,8 @@ fn about_certificate(certificate: &Certificate) -> Finding {
 fn there(endpoint: &str, link: &Link, patience: f64, found: &mut Vec<Finding>) {
     let asked = Instant::now();
     let patience = Duration::from_secs_f64(patience.clamp(0.1, 86_400.0));
-    let client = Client::connect_as(endpoint, &link.rules)
-        .and_then(|client| client.with(DEFAULT_COORDINATOR, &link.name, patience));
+    let client = Client::connect_as(endpoint, &link.rules, patience)
+        .and_then(|client| client.with(DEFAULT_COORDINATOR, &link.name));
     let client = match client {
         Ok(client) => client,
         Err(error) => {

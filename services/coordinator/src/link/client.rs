@@ -52,41 +52,40 @@ pub struct Terms {
 }
 
 impl Client {
-    /// Connects, within five seconds.
+    /// Connects, with the patience of a minute.
     ///
     /// # Errors
-    /// [`LinkError::Connect`], or a name that is none.
+    /// As [`Client::connect_as`].
     pub fn connect(endpoint: &str) -> Result<Self, LinkError> {
-        Self::connect_as(endpoint, &Rules::new())
+        Self::connect_as(endpoint, &Rules::new(), PATIENCE)
     }
 
-    /// Connects with an identity.
+    /// Connects with an identity. `patience`: for how long it tries to, and then for how long it
+    /// asks for each answer.
     ///
     /// # Errors
-    /// As [`Client::connect`].
-    pub fn connect_as(endpoint: &str, identity: &Rules) -> Result<Self, LinkError> {
+    /// [`LinkError::Connect`].
+    pub fn connect_as(
+        endpoint: &str,
+        identity: &Rules,
+        patience: Duration,
+    ) -> Result<Self, LinkError> {
         Ok(Self {
-            session: net::connected(endpoint, Patience::production(), identity)?,
+            session: net::connected(endpoint, Patience::production(), identity, patience)?,
             endpoint: endpoint.to_owned(),
             coordinator: WorkerId::new(keys::DEFAULT_COORDINATOR)?,
             user: WorkerId::new("user")?,
-            patience: PATIENCE,
+            patience,
         })
     }
 
-    /// Asks another coordinator, under another name, or with more or less patience than a minute.
+    /// Asks another coordinator, or under another name.
     ///
     /// # Errors
     /// A name that is none.
-    pub fn with(
-        mut self,
-        coordinator: &str,
-        user: &str,
-        patience: Duration,
-    ) -> Result<Self, LinkError> {
+    pub fn with(mut self, coordinator: &str, user: &str) -> Result<Self, LinkError> {
         self.coordinator = WorkerId::new(coordinator)?;
         self.user = WorkerId::new(user)?;
-        self.patience = patience;
         Ok(self)
     }
 
@@ -128,7 +127,7 @@ impl Client {
                 SubmitAnswer::Busy => {
                     let left = room.saturating_sub(since.elapsed());
                     if left.is_zero() {
-                        let (endpoint, seconds) = (self.endpoint.clone(), room.as_secs());
+                        let (endpoint, seconds) = (self.endpoint.clone(), room.as_secs_f64());
                         return Err(LinkError::Busy { endpoint, seconds });
                     }
                     std::thread::sleep(pause.min(left));
@@ -290,7 +289,7 @@ impl Client {
             }
             std::thread::sleep(PAUSE);
         }
-        let (endpoint, seconds) = (self.endpoint.clone(), self.patience.as_secs());
+        let (endpoint, seconds) = (self.endpoint.clone(), self.patience.as_secs_f64());
         Err(LinkError::Silent { endpoint, what, seconds })
     }
 

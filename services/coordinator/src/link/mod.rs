@@ -54,10 +54,12 @@ pub enum LinkError {
         text: String,
     },
     /// The transport does not connect.
-    #[error("cannot connect to {endpoint}: {text}")]
+    #[error("cannot connect to {endpoint}: tried for {seconds} s; {text}")]
     Connect {
         /// Where.
         endpoint: String,
+        /// For how long \[s\].
+        seconds: f64,
         /// Why.
         text: String,
     },
@@ -83,7 +85,7 @@ pub enum LinkError {
         /// What was asked.
         what: &'static str,
         /// For how long \[s\].
-        seconds: u64,
+        seconds: f64,
     },
     /// The coordinator does not know what was named.
     #[error("the coordinator says: {0}")]
@@ -105,7 +107,7 @@ pub enum LinkError {
         /// Where.
         endpoint: String,
         /// For how long \[s\].
-        seconds: u64,
+        seconds: f64,
     },
     /// The coordinator refuses.
     #[error("the coordinator refuses: {0}")]

@@ -5,7 +5,8 @@ use super::{LinkError, PoolConfig};
 use cullet_proto::security::Rules;
 use cullet_proto::transport::Patience;
 use cullet_proto::{WorkerId, keys, transport};
-use std::net::TcpListener;
+use std::io::ErrorKind;
+use std::net::{TcpListener, TcpStream, ToSocketAddrs};
 use std::sync::mpsc::{SyncSender, TrySendError};
 use std::time::Duration;
 use zenoh::Wait;
@@ -13,8 +14,12 @@ use zenoh::sample::SampleKind;
 
 /// Where a pool listens if it is not told.
 const LOOPBACK: &str = "tcp/127.0.0.1:0";
-/// Who cannot be connected to within this is reported.
-const CONNECT: Duration = Duration::from_secs(5);
+/// A router that cannot be connected to within this is reported.
+const CONNECT: Duration = Duration::from_secs(7);
+/// Longest look at a place to which no link came about.
+const LOOK: Duration = Duration::from_secs(2);
+/// How the transport says that it did not connect in time.
+const UNABLE: &str = "Unable to connect";
 /// Free ports tried: one that is free when asked for may be gone when it is wanted.
 const MAX_PORTS: usize = 8;
 
@@ -31,7 +36,10 @@ impl Net {
         inputs: &SyncSender<Input>,
     ) -> Result<Self, LinkError> {
         let (session, endpoint) = match &config.router {
-            Some(router) => (connected(router, config.patience, &config.rules)?, router.clone()),
+            Some(router) => {
+                let session = connected(router, config.patience, &config.rules, CONNECT)?;
+                (session, router.clone())
+            }
             None => {
                 let asked = config.listen.as_deref().unwrap_or(LOOPBACK);
                 listening(asked, config.patience, &config.rules)?
@@ -78,17 +86,53 @@ pub(super) fn listening(
     Err(last.unwrap_or(LinkError::Listen { endpoint: asked.to_owned(), text }))
 }
 
-/// A session that connects within [`CONNECT`], and again for ever once it was connected.
+/// A session that connects within a time, and again for ever once it was connected.
 pub(super) fn connected(
     endpoint: &str,
     patience: Patience,
     rules: &Rules,
+    within: Duration,
 ) -> Result<zenoh::Session, LinkError> {
     let endpoints = [endpoint.to_owned()];
-    let mut settings = transport::client(&endpoints, patience, CONNECT.as_millis() as u64);
+    // None at all would be taken for no limit.
+    let within = within.max(Duration::from_millis(1));
+    let mut settings = transport::client(&endpoints, patience, within.as_millis() as u64);
     settings.extend(rules.iter().cloned());
-    let failed = |text| LinkError::Connect { endpoint: endpoint.to_owned(), text };
-    open(&settings).map_err(failed)
+    let (endpoint, seconds) = (endpoint.to_owned(), within.as_secs_f64());
+    open(&settings).map_err(|said| {
+        // The transport says no more of it than that it is so.
+        let text = if said.contains(UNABLE) { look(&endpoint) } else { said };
+        LinkError::Connect { endpoint, seconds, text }
+    })
+}
+
+/// Why there is no link to an endpoint, as far as a look at the place tells.
+fn look(endpoint: &str) -> String {
+    let place = endpoint.split_once('/').map_or(endpoint, |(_, place)| place);
+    let place = place.split(['?', '#']).next().unwrap_or_default();
+    let addresses = match place.to_socket_addrs() {
+        Ok(addresses) => addresses,
+        Err(error) => return format!("its address is not found: {error}"),
+    };
+    let mut last = "it has no address".to_owned();
+    for address in addresses {
+        last = match TcpStream::connect_timeout(&address, LOOK) {
+            Ok(_) => {
+                return "somebody listens there who makes no such link: no coordinator or router, \
+                        one that hangs or is too far away for this time, or one with TLS where \
+                        none is asked for (tls/ and tcp/)"
+                    .to_owned();
+            }
+            Err(error) if error.kind() == ErrorKind::ConnectionRefused => {
+                "nobody listens there".to_owned()
+            }
+            Err(error) if error.kind() == ErrorKind::TimedOut => {
+                "nothing comes back from there: another address, or a firewall between".to_owned()
+            }
+            Err(error) => error.to_string(),
+        };
+    }
+    last
 }
 
 /// Opens a session with these settings.

@@ -24,7 +24,7 @@ pub(crate) struct Who {
     /// certificate's, or user]
     #[arg(long, value_name = "NAME", env = "CULLET_USER", value_parser = name)]
     pub(crate) user: Option<String>,
-    /// How long to look for the coordinator, in seconds
+    /// How long to try to connect, and then how long to ask for an answer, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = moment)]
     pub(crate) patience: f64,
     /// Print as JSON on standard output

@@ -6,12 +6,13 @@ use cullet_coordinator::link::{LinkError, Pool};
 use cullet_coordinator::scene::{Bundle, SceneFile};
 use cullet_coordinator::service::{ServiceConfig, Store, serve};
 use cullet_proto::keys::UserVerb;
+use cullet_proto::security::Rules;
 use cullet_proto::service::{MAX_INLINE, Nothing, RunInfo, Runs, State, Which, codes};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const SCENE: &str = r#"
 [world]
@@ -135,9 +136,11 @@ fn a_client_of_nobody_is_told_so() {
     let probe = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let endpoint = format!("tcp/{}", probe.local_addr().expect("an address"));
     drop(probe);
-    let patient = |client: Client| client.with("main", "user", Duration::from_secs(1));
-    let client = Client::connect(&endpoint).and_then(patient);
-    let said = client.and_then(|client| client.submit(&bundle(1), &terms("t")));
-    let silent = matches!(&said, Err(LinkError::Silent { .. } | LinkError::Connect { .. }));
-    assert!(silent, "{said:?}");
+    let asked = Instant::now();
+    let said = Client::connect_as(&endpoint, &Rules::new(), Duration::from_secs(1)).map(drop);
+    let said = said.expect_err("nobody is there");
+    assert!(matches!(said, LinkError::Connect { .. }), "{said:?}");
+    let want = format!("cannot connect to {endpoint}: tried for 1 s; nobody listens there");
+    assert_eq!(said.to_string(), want);
+    assert!(asked.elapsed() < Duration::from_secs(4), "it took {:?}", asked.elapsed());
 }
