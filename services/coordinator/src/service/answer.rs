@@ -363,9 +363,12 @@ fn check(submit: &Submit) -> Result<(), WireError> {
     }
 }
 
+/// A piece of a file; beyond its end it is empty.
 fn piece(path: &Path, index: u32) -> io::Result<Vec<u8>> {
     let mut file = File::open(path)?;
-    file.seek(SeekFrom::Start(u64::from(index) * chunks::CHUNK as u64))?;
+    // Not every place is one that a disk can look for.
+    let from = u64::from(index) * chunks::CHUNK as u64;
+    file.seek(SeekFrom::Start(from.min(file.metadata()?.len())))?;
     let mut piece = Vec::new();
     file.take(chunks::CHUNK as u64).read_to_end(&mut piece)?;
     Ok(piece)

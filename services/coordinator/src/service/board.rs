@@ -138,6 +138,11 @@ impl Board {
         self.entries.get(&run).ok_or(if gone { No::Gone(run) } else { No::Unknown(run) })
     }
 
+    /// The last number that was given.
+    pub(super) fn last(&self) -> u64 {
+        self.last
+    }
+
     /// Those that are not remembered any more and have left something on the disk.
     pub(super) fn leaving(&self) -> impl Iterator<Item = &Entry> {
         self.leaving.values()

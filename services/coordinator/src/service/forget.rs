@@ -7,7 +7,8 @@
 
 use super::attempt::discard;
 use super::board::{Board, Entry, Event};
-use super::{Service, Store};
+use super::journal::Journal;
+use super::{Service, ServiceError, Store};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
@@ -30,6 +31,7 @@ impl Service<'_> {
             let free =
                 |name: &&String| self.board.entries().all(|e| e.folder.as_ref() != Some(name));
             let recording = entry.folder.as_ref().filter(free).map(|name| self.out.join(name));
+            self.mark_given(run);
             let kept = self.store.forget(run);
             let recorded = recording.as_deref().map_or(Ok(()), discard);
             match kept.and(recorded) {
@@ -44,6 +46,38 @@ impl Service<'_> {
             }
         }
     }
+
+    /// The folder of a run is what says, beside the journal, that its number was given.
+    fn mark_given(&mut self, run: u64) {
+        if run <= self.given {
+            return;
+        }
+        let last = self.board.last();
+        match self.store.give(last) {
+            Ok(()) => self.given = last,
+            // Where there is no room, this makes some.
+            Err(error) => tracing::warn!("{error}"),
+        }
+    }
+}
+
+/// Up to which number runs have been, as the folder says and, from now on, the board: a journal that
+/// a hand has cut tells of fewer.
+pub(super) fn numbered(
+    store: &Store,
+    journal: &mut Journal,
+    board: &mut Board,
+) -> Result<u64, ServiceError> {
+    let last = store.given(board.last());
+    if last > board.last() {
+        let numbered = Event::Numbered { last };
+        journal.append(std::slice::from_ref(&numbered))?;
+        // It fits any board.
+        let _fits = board.apply(&numbered);
+    }
+    // The folders that say so may go.
+    store.give(last)?;
+    Ok(last)
 }
 
 /// Removes what crashes left that no run has: what was kept of a run that was never accepted, and,

@@ -82,16 +82,13 @@ pub enum ServiceError {
         need: u64,
     },
     /// A user's runs hold as much of the disk as they may.
-    #[error(
-        "the runs of {user} hold {used} bytes of the disk here, and this one needs {more} more; a \
-         user may hold {bound}"
-    )]
+    #[error("the runs of {user} hold {used} bytes of the disk here{}", quota::beyond(*more, *bound))]
     Quota {
         /// Whose.
         user: String,
         /// Bytes.
         used: u64,
-        /// Bytes.
+        /// Bytes that one that is handed in needs; 0: of one that goes on.
         more: u64,
         /// Bytes.
         bound: u64,
@@ -178,6 +175,8 @@ struct Service<'a> {
     awaited: BTreeMap<u64, Instant>,
     /// Runs whose files did not go, and when that was tried.
     stuck: BTreeMap<u64, Instant>,
+    /// Up to which number it is on the disk beside the journal that they were given.
+    given: u64,
     metrics: Option<Metrics>,
     since: Instant,
     begin_at: Instant,
@@ -231,6 +230,7 @@ impl<'a> Service<'a> {
             let (runs, folder) = (board.entries().count(), folder.display());
             say(&format!("{folder}: {runs} runs, {back} of them go on from where they were"));
         }
+        let given = forget::numbered(&store, &mut journal, &mut board)?;
         let out = config.out.clone().unwrap_or_else(|| store.folder().join("recordings"));
         forget::sweep(&store, &board, config.out.is_none().then_some(out.as_path()));
         let metrics = config.metrics.map(Metrics::serve).transpose()?;
@@ -248,6 +248,7 @@ impl<'a> Service<'a> {
             watchers: Vec::new(),
             awaited: BTreeMap::new(),
             stuck: BTreeMap::new(),
+            given,
             metrics,
             since: Instant::now(),
             begin_at: Instant::now(),
@@ -422,9 +423,7 @@ impl<'a> Service<'a> {
             (How::Stopped, Some(Wish::Cancel)) => {
                 end.code = Some(codes::CANCELLED);
                 let left = "the coordinator was told to stop: the recording ends here";
-                if self.leaving {
-                    end.text = left.to_owned();
-                }
+                end.text = if self.leaving { left } else { "" }.to_owned();
                 live.say(if self.leaving { left } else { "cancelled: the recording ends here" });
             }
             (How::Stopped, Some(Wish::Pause)) => live.say("paused"),

@@ -72,6 +72,14 @@ impl Quota {
     }
 }
 
+/// How far beyond the bound a user is, at the end of a sentence about what there is.
+pub(super) fn beyond(more: u64, bound: u64) -> String {
+    match more {
+        0 => format!(", more than the {bound} that a user may hold"),
+        _ => format!(", and this one needs {more} more; a user may hold {bound}"),
+    }
+}
+
 /// Bytes of the disk under a folder. What cannot be read holds nothing.
 fn held(folder: &Path) -> u64 {
     let files = fs::read_dir(folder).into_iter().flatten().flatten();
@@ -143,6 +151,10 @@ mod tests {
         assert!(quota.room(("ann", BLOCK), &board, place).is_ok());
         quota.changed(1);
         assert!(quota.room(("ann", BLOCK), &board, place).is_err());
+        let mut full = Quota::new(Some(BLOCK));
+        let said = full.room(("ann", 0), &board, place).expect_err("too much").to_string();
+        let want = format!("of the disk here, more than the {BLOCK} that a user may hold");
+        assert!(said.ends_with(&want), "{said}");
         // What is forgotten counts until the last of it is gone.
         let used = |board: &Board| {
             let said = Quota::new(Some(0)).room(("ann", 1), board, place).expect_err("too much");

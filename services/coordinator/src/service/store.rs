@@ -5,6 +5,7 @@
 //! DIR/lock                  held by the coordinator that uses it
 //! DIR/incarnation           how often it was opened: tells grants of an earlier life apart
 //! DIR/journal               what happened
+//! DIR/numbers               up to which number runs have been, whose folders are gone
 //! DIR/runs/7/bundle         the scene with its files
 //! DIR/runs/7/log            what it said
 //! DIR/runs/7/kept/<job>     verdicts of settled jobs, until the run is done
@@ -27,6 +28,7 @@ use std::time::{Duration, Instant};
 
 const MARK: &str = "cullet-state";
 const TITLE: &str = "cullet state 1\n";
+const NUMBERS: &str = "numbers";
 /// A coordinator that was killed may take this long to be gone.
 const DYING: Duration = Duration::from_secs(5);
 /// Bytes that a submission leaves on the disk: for the journal, and for runs that go on.
@@ -130,6 +132,22 @@ impl Store {
 
     pub(super) fn run(&self, run: u64) -> PathBuf {
         self.folder.join("runs").join(run.to_string())
+    }
+
+    /// Up to which number runs have been here: that of the journal, which a hand may have cut, or
+    /// a higher one that is noted or that a folder has.
+    pub(super) fn given(&self, last: u64) -> u64 {
+        let noted = fs::read_to_string(self.folder.join(NUMBERS)).ok();
+        let noted = noted.and_then(|text| text.trim().parse().ok());
+        let folders = fs::read_dir(self.folder.join("runs")).into_iter().flatten().flatten();
+        let numbers = folders.filter_map(|folder| folder.file_name().to_str()?.parse().ok());
+        numbers.chain(noted).fold(last, u64::max)
+    }
+
+    /// Notes up to which number runs have been.
+    pub(super) fn give(&self, last: u64) -> Result<(), ServiceError> {
+        let path = self.folder.join(NUMBERS);
+        put(&path, format!("{last}\n").as_bytes()).map_err(ServiceError::file(&path))
     }
 
     /// Keeps the scene of a run that is about to be written into the journal.
