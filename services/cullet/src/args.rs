@@ -1,8 +1,10 @@
 //! What a person types.
 
 mod farm;
+mod voice;
 
 pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, OfRuns, Place, Ps, Router, Submit, What};
+pub(crate) use voice::{Log, Voice};
 
 use clap::{Args, Parser, Subcommand};
 use cullet_coordinator::bench::Sweep;
@@ -168,28 +170,6 @@ pub(crate) struct Bench {
     pub(crate) limit: f64,
     #[command(flatten)]
     pub(crate) voice: Voice,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Voice {
-    /// Say nothing but errors
-    #[arg(short, long, conflicts_with = "verbose")]
-    pub(crate) quiet: bool,
-    /// Say more; twice: what the libraries say too
-    #[arg(short, long, action = clap::ArgAction::Count)]
-    pub(crate) verbose: u8,
-    /// How log lines on standard error look
-    #[arg(long, value_enum, default_value_t = Log::Text)]
-    pub(crate) log: Log,
-}
-
-/// How log lines look.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Log {
-    /// For people
-    Text,
-    /// A JSON object a line
-    Json,
 }
 
 #[derive(Debug, Args)]

@@ -3,6 +3,7 @@
 use crate::args;
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
+use crate::logs;
 use crate::run::no_link;
 use cullet_coordinator::bench::{
     COLUMNS, Limits, Measured, Point, csv, file_names, json, plan, run_all, status, text,
@@ -15,7 +16,7 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
     let points = plan(&args.specimens, &args.set, &args.sweep).map_err(usage)?;
     if !args.voice.quiet {
         for warning in warnings(&points) {
-            eprintln!("warning: {warning}");
+            logs::warn(warning);
         }
     }
     if let Some(folder) = &args.out {
@@ -48,7 +49,7 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
         let written = write(&csv(&measured)).and_then(|()| keep(args, &measured, &names[index]));
         trouble = trouble.take().or(written.err());
         if !args.voice.quiet {
-            eprintln!("{}/{} {}", index + 1, points.len(), told(&measured));
+            logs::say(format!("{}/{} {}", index + 1, points.len(), told(&measured)));
         }
         all.push(measured);
     })

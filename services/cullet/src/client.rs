@@ -4,8 +4,8 @@ use crate::args::{self, Place, What};
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::{Folder, refuse_taken};
 use crate::progress::Progress;
-use crate::run::{read_scene, say_logs};
-use crate::{sweep, tls};
+use crate::run::read_scene;
+use crate::{logs, sweep, tls};
 use cullet_coordinator::link::LinkError;
 use cullet_coordinator::link::client::{Client, Terms};
 use cullet_coordinator::run::{News, Position};
@@ -24,7 +24,6 @@ const ROOM: Duration = Duration::from_secs(2);
 
 pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     let place = &args.place;
-    say_logs(&place.who.voice);
     if sweep::is_one(&args.scene.scene) {
         return sweep::submit(args);
     }
@@ -42,7 +41,7 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
         return tell_number(&client, run, place);
     }
     if !place.who.voice.quiet {
-        eprintln!("run {run}");
+        logs::say(format!("run {run}"));
     }
     let info = follow(&client, run, 0, place, args.watch)?;
     let out = match bring(&client, &info, args.out.as_deref()) {
@@ -53,7 +52,7 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
         print_summary(&out)?;
     }
     if !place.who.voice.quiet {
-        eprintln!("{}", out.display());
+        logs::say(out.display());
     }
     Ok(exit_of(&info))
 }
@@ -72,7 +71,10 @@ pub(crate) fn hand_in(
         match client.submit(bundle, &terms) {
             Err(LinkError::Busy { .. }) if waits.is_some() => {
                 if !std::mem::replace(&mut told, true) {
-                    eprintln!("the queue there is full: {} waits for room in it", bundle.name);
+                    logs::say(format!(
+                        "the queue there is full: {} waits for room in it",
+                        bundle.name
+                    ));
                 }
             }
             handed => return handed.map_err(|error| refused(&error)),
@@ -96,7 +98,6 @@ fn print_summary(out: &Path) -> Result<(), Trouble> {
 }
 
 pub(crate) fn ps(args: &args::Ps) -> Result<Exit, Trouble> {
-    say_logs(&args.place.who.voice);
     let Runs { runs } = ask(&connect(&args.place)?, UserVerb::Runs, &service::Nothing {})?;
     if args.place.who.json {
         print_json(&Runs { runs })?;
@@ -134,7 +135,6 @@ fn place_of(run: &RunInfo) -> String {
 }
 
 pub(crate) fn show(args: &args::OfRun) -> Result<Exit, Trouble> {
-    say_logs(&args.place.who.voice);
     let info = known(&connect(&args.place)?, args.run)?;
     match args.place.who.json {
         true => print_json(&info)?,
@@ -175,7 +175,6 @@ fn told(run: &RunInfo) -> String {
 }
 
 pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, Trouble> {
-    say_logs(&args.place.who.voice);
     let client = connect(&args.place)?;
     let mut from = 0;
     loop {
@@ -196,7 +195,6 @@ pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn watch(args: &args::OfRun) -> Result<Exit, Trouble> {
-    say_logs(&args.place.who.voice);
     let client = connect(&args.place)?;
     if args.place.who.json {
         let mut trouble = Ok(());
@@ -214,7 +212,6 @@ pub(crate) fn watch(args: &args::OfRun) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn wait(args: &args::OfRun) -> Result<Exit, Trouble> {
-    say_logs(&args.place.who.voice);
     let client = connect(&args.place)?;
     // The lines are of no interest: from beyond the last.
     let info = client.follow(args.run, u64::MAX, |_| {}).map_err(|error| refused(&error))?;
@@ -222,7 +219,7 @@ pub(crate) fn wait(args: &args::OfRun) -> Result<Exit, Trouble> {
     if args.place.who.json {
         print_json(&info)?;
     } else if !args.place.who.voice.quiet {
-        eprintln!("{}", ended(&info));
+        logs::say(ended(&info));
     }
     Ok(exit_of(&info))
 }
@@ -234,7 +231,6 @@ fn ended(info: &RunInfo) -> String {
 }
 
 pub(crate) fn control(args: &args::OfRun, verb: UserVerb) -> Result<Exit, Trouble> {
-    say_logs(&args.place.who.voice);
     let client = connect(&args.place)?;
     let mut info: RunInfo = ask(&client, verb, &Which { run: args.run })?;
     let begun = Instant::now();
@@ -262,7 +258,6 @@ fn doing(info: &RunInfo, verb: UserVerb) -> String {
 }
 
 pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
-    say_logs(&args.place.who.voice);
     let client = connect(&args.place)?;
     let mut exit = Exit::Done;
     for &run in &args.runs {
@@ -271,7 +266,7 @@ pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
             Ok(_) if args.place.who.json => print_json(&Which { run })?,
             Ok(_) => print(format!("run {run} is deleted\n"))?,
             Err(trouble) => {
-                eprintln!("error: {trouble}");
+                logs::error(&trouble);
                 exit = exit.worse(trouble.exit);
             }
         }
@@ -284,7 +279,6 @@ pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
 
 pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
     let place = &args.place;
-    say_logs(&place.who.voice);
     let run = match &args.what {
         What::Run(run) => *run,
         What::Sweep(file) => return sweep::fetch(args, file),
@@ -304,13 +298,12 @@ pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
     match out {
         _ if place.who.json => print_json(&info)?,
         Some(out) => print(format!("{}\n", out.display()))?,
-        None => eprintln!("{}; there is nothing to fetch", ended(&info)),
+        None => logs::say(format!("{}; there is nothing to fetch", ended(&info))),
     }
     Ok(exit_of(&info))
 }
 
 pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
-    say_logs(&args.place.who.voice);
     let said: Workers = ask(&connect(&args.place)?, UserVerb::Workers, &service::Nothing {})?;
     if args.place.who.json {
         print_json(&said)?;
@@ -344,7 +337,6 @@ pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn drain(args: &args::Drain) -> Result<Exit, Trouble> {
-    say_logs(&args.place.who.voice);
     let question = Drain { worker: args.worker.clone() };
     let said: Noted = ask(&connect(&args.place)?, UserVerb::Drain, &question)?;
     match args.place.who.json {
@@ -411,7 +403,7 @@ pub(crate) fn follow(
         for line in &news.lines {
             match bar || quiet {
                 true => progress.show(&News::Line(line.clone())),
-                false => eprintln!("{line}"),
+                false => logs::say(line),
             }
         }
         if let (true, Some(p)) = (bar, news.run.position) {

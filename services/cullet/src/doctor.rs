@@ -3,7 +3,6 @@
 use crate::args;
 use crate::client::print_json;
 use crate::exit::{Exit, Trouble, print};
-use crate::run::say_logs;
 use crate::tls::{self, Certificate, Link};
 use cullet_coordinator::link::client::Client;
 use cullet_coordinator::service::free;
@@ -34,7 +33,6 @@ fn finding(what: &'static str, good: bool, text: impl Into<String>) -> Finding {
 
 pub(crate) fn doctor(args: &args::Doctor) -> Result<Exit, Trouble> {
     let who = &args.who;
-    say_logs(&who.voice);
     let mut found = here(args);
     if let Some(endpoint) = &args.connect {
         let link = tls::link(who.tls.as_deref(), endpoint, who.user.as_deref(), "doctor")?;

@@ -3,6 +3,7 @@
 use crate::args;
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
+use crate::logs;
 use crate::run::no_link;
 use cullet_coordinator::bench::frontier::{Chart, Row, Set, csv, load, measure, read, rows, text};
 use cullet_coordinator::bench::{Limits, chart};
@@ -31,7 +32,7 @@ pub(crate) fn frontier(args: &args::Frontier) -> Result<Exit, Trouble> {
         if all.iter().any(|row| row.chart == chart.name) {
             show(args, chart, (&all, &name), &folder)?;
         } else {
-            eprintln!("warning: {} has no chart \"{}\"", table.display(), chart.name);
+            logs::warn(format!("{} has no chart \"{}\"", table.display(), chart.name));
         }
     }
     Ok(Exit::Done)
@@ -58,7 +59,7 @@ fn run(args: &args::Frontier, set: &Set, table: &Path, all: &mut Vec<Row>) -> Re
     for chart in &set.charts {
         let measured = measure(chart, &limits, &mut |k, count, row| {
             if !args.voice.quiet {
-                eprintln!("{} {k}/{count} {}", chart.name, told(row));
+                logs::say(format!("{} {k}/{count} {}", chart.name, told(row)));
             }
         })
         .map_err(|error| no_link(&error))?;

@@ -3,6 +3,7 @@
 use crate::args;
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
+use crate::logs;
 use cullet_coordinator::preview::{self, Still, from_recording};
 use cullet_coordinator::{record, scene};
 use std::path::{Path, PathBuf};
@@ -18,7 +19,8 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
     }
     let told = record::inspect(&args.recording).map_err(|error| unreadable(&error))?;
     if !told.complete {
-        eprintln!("{}: cut off or damaged; what could be saved follows", args.recording.display());
+        let name = args.recording.display();
+        logs::say(format!("{name}: cut off or damaged; what could be saved follows"));
     }
     if args.json {
         print(told.summary.to_json())?;
@@ -39,7 +41,7 @@ pub(crate) fn recover(args: &args::Recover) -> Result<Exit, Trouble> {
         return Err(Trouble::new(Exit::Usage, text));
     }
     let saved = record::recover(&args.recording, &output).map_err(|error| unreadable(&error))?;
-    eprintln!("{saved}");
+    logs::say(saved);
     Ok(Exit::Done)
 }
 
@@ -67,7 +69,7 @@ pub(crate) fn still(args: &args::Still) -> Result<Exit, Trouble> {
     let wanted = Still { time: args.at, size: args.size, close: args.close };
     let time =
         preview::still(&args.recording, &wanted, &file).map_err(|error| unreadable(&error))?;
-    eprintln!("{}: the run at {time:.4} s", file.display());
+    logs::say(format!("{}: the run at {time:.4} s", file.display()));
     Ok(Exit::Done)
 }
 

@@ -9,6 +9,7 @@ mod folder;
 mod frontier;
 mod inspect;
 mod job;
+mod logs;
 mod progress;
 mod run;
 mod serve;
@@ -16,7 +17,7 @@ mod signals;
 mod sweep;
 mod tls;
 
-use args::{Cli, Command};
+use args::{Cli, Command, Log, Voice};
 use clap::Parser;
 use cullet_proto::keys::UserVerb;
 use std::process::ExitCode;
@@ -26,16 +27,24 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => {
             let asked = !error.use_stderr();
+            if !asked && logs::asked() {
+                logs::start(&Voice { quiet: false, verbose: 0, log: Log::Json });
+                logs::error(error.render().to_string().trim_end());
+                return exit::Exit::Usage.into();
+            }
             return match error.print() {
                 Ok(()) if asked => ExitCode::SUCCESS,
                 _ => exit::Exit::Usage.into(),
             };
         }
     };
+    if let Some(voice) = cli.command.voice() {
+        logs::start(voice);
+    }
     match obey(&cli.command) {
         Ok(exit) => exit.into(),
         Err(trouble) => {
-            eprintln!("error: {trouble}");
+            logs::error(&trouble);
             trouble.exit.into()
         }
     }

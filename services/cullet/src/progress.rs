@@ -1,5 +1,6 @@
 //! How a run looks while it goes: a bar on a terminal, plain lines elsewhere.
 
+use crate::logs;
 use cullet_coordinator::run::{News, Position};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, stderr};
@@ -20,7 +21,7 @@ pub(crate) struct Progress {
 
 impl Progress {
     pub(crate) fn new(quiet: bool) -> Self {
-        let bar = (!quiet && stderr().is_terminal()).then(|| {
+        let bar = (!quiet && logs::plain() && stderr().is_terminal()).then(|| {
             let bar = ProgressBar::new(PARTS);
             let style = ProgressStyle::with_template("{bar:24} {msg}  {elapsed} + {eta}");
             bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
@@ -37,7 +38,7 @@ impl Progress {
         }
         match (news, &self.bar) {
             (News::Line(line), Some(bar)) => bar.println(line),
-            (News::Line(line), None) => eprintln!("{line}"),
+            (News::Line(line), None) => logs::say(line),
             (News::At(position), Some(bar)) => {
                 bar.set_position((share(position) * PARTS as f64) as u64);
                 bar.set_message(text(position));
@@ -55,7 +56,7 @@ impl Progress {
         // Earlier, the first hit tells of nothing but itself.
         let known = share > 0.1;
         let left = known.then(|| format!(", {:.0} s left", spent * (1.0 - share) / share));
-        eprintln!("{}{}", text(position), left.unwrap_or_default());
+        logs::say(text(position) + &left.unwrap_or_default());
     }
 
     pub(crate) fn done(&self) {

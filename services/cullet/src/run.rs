@@ -5,7 +5,7 @@ use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
 use crate::progress::Progress;
 use crate::signals::stop_when_told;
-use crate::sweep;
+use crate::{logs, sweep};
 use cullet_coordinator::link::{LinkError, Pool, PoolConfig, Share, SpawnConfig};
 use cullet_coordinator::preview;
 use cullet_coordinator::run::{Outcome, RunError, RunOptions, run as run_scene};
@@ -13,7 +13,6 @@ use cullet_coordinator::scene::{Scene, load};
 use std::path::Path;
 
 pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
-    say_logs(&args.voice);
     if sweep::is_one(&args.scene.scene) {
         let stop = stop_when_told("the recording is finished first")?;
         return sweep::run(args, &stop);
@@ -36,7 +35,7 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
     // A run without its pictures is still a run.
     let drawn = if args.no_pictures { Ok(()) } else { draw(&outcome.recording, out) };
     if let Err(trouble) = &drawn {
-        eprintln!("warning: {trouble}");
+        logs::warn(trouble);
     }
     report(&outcome, out, args.json, args.voice.quiet)?;
     Ok(exit_of(&outcome, drawn.is_ok()))
@@ -69,7 +68,8 @@ pub(crate) fn start_pool(args: &args::Run) -> Result<Pool, Trouble> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let workers = args.workers.map_or((cores - 1).max(1), usize::from);
     let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
-    let spawn = SpawnConfig::new(exe, workers, usize::from(args.threads));
+    let mut spawn = SpawnConfig::new(exe, workers, usize::from(args.threads));
+    spawn.args.extend(args.voice.words());
     let config = PoolConfig { spawn: Some(spawn), ..PoolConfig::default() };
     Pool::start(config).map_err(|error| no_link(&error))
 }
@@ -112,11 +112,11 @@ fn report(outcome: &Outcome, out: &Path, json: bool, quiet: bool) -> Result<(), 
         print(outcome.summary.to_json())?;
     }
     for text in &outcome.unmet {
-        eprintln!("expected, and does not hold: {text}");
+        logs::warn(format!("expected, and does not hold: {text}"));
     }
     if !quiet {
         let s = &outcome.summary;
-        eprintln!(
+        logs::say(format!(
             "{}: {} fractures, {} fragments, {} bodies left after {:.3} s in {:.1} s; {}",
             s.scene,
             s.fractures,
@@ -125,24 +125,7 @@ fn report(outcome: &Outcome, out: &Path, json: bool, quiet: bool) -> Result<(), 
             s.sim_seconds,
             s.wall_seconds,
             out.display()
-        );
+        ));
     }
     Ok(())
-}
-
-/// Sends log lines to standard error: warnings, or more on request.
-pub(crate) fn say_logs(voice: &args::Voice) {
-    let level = match (voice.quiet, voice.verbose) {
-        (true, _) => "error",
-        (false, 0) => "warn,zenoh=error",
-        (false, 1) => "info,zenoh=warn",
-        (false, _) => "debug",
-    };
-    let filter = tracing_subscriber::EnvFilter::try_from_env("CULLET_LOG")
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(level));
-    let logs = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
-    match voice.log {
-        args::Log::Text => logs.init(),
-        args::Log::Json => logs.json().flatten_event(true).init(),
-    }
 }

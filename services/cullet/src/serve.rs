@@ -3,7 +3,8 @@
 
 use crate::args;
 use crate::exit::{Exit, Trouble, print};
-use crate::run::{no_link, say_logs};
+use crate::logs;
+use crate::run::no_link;
 use crate::signals::stop_when_told;
 use crate::tls::{self, Link};
 use cullet_coordinator::link::router::{self, Router};
@@ -26,7 +27,6 @@ const AGAIN: Duration = Duration::from_millis(500);
 const RUNS: &str = "runs";
 
 pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
-    say_logs(&args.voice);
     let stop = stop_when_told("clients are told first")?;
     let endpoint = args.router.as_ref().unwrap_or(&args.listen);
     let guard = guard(&args.guard, endpoint, args.router.is_none())?;
@@ -45,7 +45,7 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     };
     if !args.voice.quiet {
         let how = if args.router.is_some() { "connected to" } else { "listening on" };
-        eprintln!("{how} {}", pool.endpoint());
+        logs::say(format!("{how} {}", pool.endpoint()));
     }
     let ephemeral = args.state.is_none().then(|| PathBuf::from(RUNS));
     let config = ServiceConfig {
@@ -60,7 +60,7 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     let quiet = args.voice.quiet;
     let served = serve(store, &Arc::new(pool), &config, &stop, &mut |line| {
         if !quiet {
-            eprintln!("{line}");
+            logs::say(line);
         }
     });
     served.map_err(|error| trouble(&error))?;
@@ -93,7 +93,7 @@ fn open(
             return Err(link.trouble(&error, endpoint));
         }
         if !std::mem::replace(&mut told, true) {
-            eprintln!("the router at {endpoint} is not there yet, and waited for");
+            logs::say(format!("the router at {endpoint} is not there yet, and waited for"));
         }
         std::thread::sleep(AGAIN);
     }
@@ -105,6 +105,7 @@ fn open(
 fn own_workers(args: &args::Coordinator, guard: &Guard) -> Result<SpawnConfig, Trouble> {
     let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
     let mut spawn = SpawnConfig::new(exe, usize::from(args.workers), usize::from(args.threads));
+    spawn.args.extend(args.voice.words());
     if let Some(folder) = &args.guard.tls {
         spawn.args.extend(["--tls".to_owned(), folder.to_string_lossy().into_owned()]);
         spawn.prefix = format!("{}-", guard.link.name);
@@ -113,7 +114,6 @@ fn own_workers(args: &args::Coordinator, guard: &Guard) -> Result<SpawnConfig, T
 }
 
 pub(crate) fn router(args: &args::Router) -> Result<Exit, Trouble> {
-    say_logs(&args.voice);
     let stop = stop_when_told("links end")?;
     let guard = guard(&args.guard, &args.listen, true)?;
     if args.print_config {
@@ -123,7 +123,7 @@ pub(crate) fn router(args: &args::Router) -> Result<Exit, Trouble> {
     }
     let router = Router::start(&args.listen, &guard.rules).map_err(|error| no_link(&error))?;
     if !args.voice.quiet {
-        eprintln!("listening on {}", router.endpoint());
+        logs::say(format!("listening on {}", router.endpoint()));
     }
     while !stop.load(Ordering::Relaxed) {
         std::thread::sleep(LOOK);
@@ -187,7 +187,6 @@ fn trouble(error: &ServiceError) -> Trouble {
 }
 
 pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
-    say_logs(&args.voice);
     let first = args.connect.first().map(String::as_str).unwrap_or_default();
     let anonymous = format!("worker-{}", std::process::id());
     let link = tls::link(args.tls.as_deref(), first, args.name.as_deref(), &anonymous)?;
@@ -196,7 +195,8 @@ pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
     }
     let name = link.name.clone();
     if !args.voice.quiet && !args.parent_watch {
-        eprintln!("{name} asks {} for jobs, as soon as it is there", args.connect.join(", "));
+        let all = args.connect.join(", ");
+        logs::say(format!("{name} asks {all} for jobs, as soon as it is there"));
     }
     let stop = stop_when_told("the job at hand is given back")?;
     let expired = leave_when_expired(&link, &stop);

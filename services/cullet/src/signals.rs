@@ -1,6 +1,7 @@
 //! How the process is told to stop.
 
 use crate::exit::{Exit, Trouble};
+use crate::logs;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,7 +25,8 @@ pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, Trou
             loop {
                 let interrupt = signals.next().await;
                 if !flag.swap(true, Ordering::Relaxed) {
-                    eprintln!("told to stop: {left}; interrupt once more to quit at once");
+                    let text = format!("told to stop: {left}");
+                    logs::say(text + "; interrupt once more to quit at once");
                 } else if interrupt {
                     std::process::exit(i32::from(Exit::Interrupted.code()));
                 }

@@ -9,6 +9,7 @@ use crate::args::{self, SceneArgs};
 use crate::client::print_json;
 use crate::exit::{Exit, Trouble};
 use crate::folder::Folder;
+use crate::logs;
 use crate::run::{draw, exit_of, read_scene, start_pool, trouble};
 use cullet_coordinator::link::Share;
 use cullet_coordinator::preview;
@@ -104,12 +105,12 @@ pub(crate) fn run(args: &args::Run, stop: &Arc<AtomicBool>) -> Result<Exit, Trou
         let out = folder.path.join(format!("{}", index + 1));
         std::fs::create_dir_all(&out).map_err(|error| Trouble::file(&out, error))?;
         if !args.voice.quiet {
-            eprintln!("{}: {}", index + 1, sweep.label(&sweep.rows[index]));
+            logs::say(format!("{}: {}", index + 1, sweep.label(&sweep.rows[index])));
         }
         let options = RunOptions { out: &out, stop };
         let outcome =
             run_scene(scene, &pool.run(Share::default()), &options, &mut |news| match news {
-                News::Line(line) if args.voice.verbose > 0 => eprintln!("{line}"),
+                News::Line(line) if args.voice.verbose > 0 => logs::say(line),
                 News::Line(_) | News::At(_) => {}
             });
         let exit = match &outcome {
@@ -119,7 +120,7 @@ pub(crate) fn run(args: &args::Run, stop: &Arc<AtomicBool>) -> Result<Exit, Trou
             }
             Err(error) => {
                 let trouble = trouble(error);
-                eprintln!("error: run {}: {trouble}", index + 1);
+                logs::error(format!("run {}: {trouble}", index + 1));
                 trouble.exit
             }
         };
@@ -149,13 +150,13 @@ fn finish(
     };
     let shown: Vec<_> = rows.iter().zip(&sweep.rows).filter_map(labelled).collect();
     if let Err(error) = preview::side_by_side(&shown, &out.join(SHEET)) {
-        eprintln!("warning: the sweep has no sheet: {error}");
+        logs::warn(format!("the sweep has no sheet: {error}"));
     }
     if json {
         lines(sweep, rows)?;
     }
     if !quiet {
-        eprintln!("{}", out.display());
+        logs::say(out.display());
     }
     let worst = rows.iter().map(|row| row.exit).reduce(Exit::worse);
     Ok(worst.unwrap_or(Exit::Interrupted))

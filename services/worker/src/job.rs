@@ -8,7 +8,7 @@ use crate::solve::{SolveFn, Watch, guarded};
 use crate::{EXIT_WEDGED, start_threads};
 use cullet_proto::specimen::SpecimenJob;
 use cullet_proto::{FractureJob, Verdict, chunks};
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -23,6 +23,9 @@ const GRACE: Duration = Duration::from_secs(2);
 const TOLD: Duration = Duration::from_millis(100);
 /// Longest frame \[bytes\].
 const MAX_FRAME: u64 = chunks::MAX_BLOB + 1024;
+
+/// Longest line that it may say \[bytes\]; a longer one becomes several.
+const MAX_SAID: u64 = 1024;
 
 /// To the job process.
 const WORK: u8 = 1;
@@ -122,10 +125,14 @@ impl JobProcess {
             .args(&self.command.args)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
             .spawn()?;
-        let (Some(mut input), Some(mut output)) = (child.stdin.take(), child.stdout.take()) else {
+        let pipes = (child.stdin.take(), child.stdout.take(), child.stderr.take());
+        let (Some(mut input), Some(mut output), Some(errors)) = pipes else {
             return Err(std::io::Error::other("it has no pipes"));
         };
+        let relay = move || relay(errors);
+        std::thread::Builder::new().name("cullet-relay".into()).spawn(relay)?;
         if let Some(memory) = self.command.memory {
             send(&mut input, LIMIT, &memory.to_le_bytes())?;
         }
@@ -216,6 +223,18 @@ impl Alive {
 
     fn kill(mut self) {
         drop(self.end());
+    }
+}
+
+/// What a job says as it dies, panics or aborts becomes lines of the log, so that nothing else is
+/// there.
+fn relay(errors: impl Read) {
+    let mut reader = BufReader::new(errors);
+    let mut line = Vec::new();
+    while reader.by_ref().take(MAX_SAID).read_until(b'\n', &mut line).is_ok_and(|read| read > 0) {
+        let text = String::from_utf8_lossy(&line);
+        tracing::warn!("the job process says: {}", text.trim_end());
+        line.clear();
     }
 }
 

@@ -7,7 +7,7 @@ pub(crate) mod figures;
 pub(crate) mod history;
 pub(crate) mod proxy;
 
-use std::fs::OpenOptions;
+use std::fs::{File, OpenOptions};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -60,6 +60,12 @@ impl Cullet {
         let file = OpenOptions::new().append(true).create(true).open(path).expect("a log");
         let levels = "warn,cullet_coordinator=debug,cullet_worker=debug,zenoh=error";
         self.0.args(["--log", "json"]).env("CULLET_LOG", levels).stderr(file);
+        self
+    }
+
+    /// What it says goes into a file.
+    pub(crate) fn errors(mut self, file: File) -> Self {
+        self.0.stderr(file);
         self
     }
 

@@ -75,7 +75,7 @@ impl Shell {
         let (run, name) = (self.label(run), self.name(worker));
         self.ledger.granted(Job(job.0), cullet_dispatch::Epoch(epoch.0), &name);
         self.roster.took(worker, job);
-        tracing::debug!(run, job = job.short(), worker = name, epoch = epoch.0, "job granted");
+        tracing::info!(run, job = job.short(), worker = name, epoch = epoch.0, "job granted");
         let (length, renew_ms) = (outline as u64, self.timing.renew);
         Grant { job, run, epoch, length, lease_ms, renew_ms, hard_ms }
     }

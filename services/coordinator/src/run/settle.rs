@@ -190,9 +190,13 @@ impl Run<'_> {
             grain_mass: done.grain_mass,
             ledger: convert::ledger(done),
         })?;
-        let grains = done.grains.len();
+        let (grains, fragments) = (done.grains.len(), done.fragments.len());
+        let (name, all) = (job.id.short(), done.fragments.iter().copied().map(number));
+        let (first, last) = (all.clone().min(), all.max());
+        let (body, object) = (number(job.body), &origin.object);
+        tracing::info!(job = name, body, object, fragments, first, last, grains, "body broken");
         let debris = if grains > 0 { format!(" and {grains} grains") } else { String::new() };
-        self.say(format!("{} breaks into {}{debris}", origin.object, done.fragments.len()));
+        self.say(format!("{object} breaks into {fragments}{debris}"));
         Ok(())
     }
 

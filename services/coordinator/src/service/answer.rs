@@ -93,6 +93,8 @@ impl Service<'_> {
                 let Which { run } = asked.read()?.0;
                 self.may_control(&asked.user, asked.verb, run)?;
                 let said = self.control(asked.verb, run)?;
+                let (user, verb) = (asked.user.as_str(), asked.verb.word());
+                tracing::info!(run, user, verb, "run controlled");
                 asked.answer(&said);
             }
             UserVerb::Delete => {
@@ -163,7 +165,6 @@ impl Service<'_> {
             return Err(error.into());
         }
         self.clear();
-        tracing::info!(run, user = %asked.user, bytes = bytes.len(), "run handed in");
         self.awaited.insert(run, Instant::now());
         Ok(SubmitAnswer::Accepted { run })
     }

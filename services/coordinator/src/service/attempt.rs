@@ -66,7 +66,6 @@ impl Attempt {
             let text = format!("{}: {error}", self.folder.display());
             return self.ended(Ended::failed(codes::FILE, text));
         }
-        tracing::info!(scene = scene.name, attempt = self.entry.attempt, "run started");
         let keeper = Keeper::new(pool, self.kept.clone(), &self.live);
         let mut told = Instant::now();
         let options = RunOptions { out: &self.folder, stop: &self.stop };

@@ -65,7 +65,12 @@ impl<'a> Keeper<'a> {
         }
         let (job, worker) = (due.job.short(), &settlement.worker);
         let (attempts, kept) = (settlement.attempts, due.kept.is_some() || settlement.cached);
-        tracing::info!(%job, worker, attempts, kept, ending, "job settled");
+        let fragments = match &settlement.ending {
+            Ending::Verdict(Verdict::Broken(body)) => body.fragments.len(),
+            _ => 0,
+        };
+        let seconds = settled - due.opened;
+        tracing::info!(job, worker, attempts, kept, ending, fragments, seconds, "job settled");
     }
 }
 

@@ -8,6 +8,7 @@
 mod answer;
 mod attempt;
 mod board;
+mod error;
 mod forget;
 mod journal;
 mod keeper;
@@ -16,12 +17,14 @@ pub mod metrics;
 mod quota;
 mod store;
 pub mod sweep;
+mod tell;
 mod timeline;
 
+pub use error::ServiceError;
 pub use store::{Store, free, total};
 
 use crate::link::users::Door;
-use crate::link::{LinkError, Pool, Share, Tenant};
+use crate::link::{Pool, Share, Tenant};
 use crate::run::next_folder;
 use answer::Watcher;
 use attempt::{Attempt, Ended};
@@ -34,11 +37,12 @@ use metrics::Metrics;
 use quota::Quota;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+use tell::tell;
 
 /// Between looks at the runs, where no question comes.
 const PERIOD: Duration = Duration::from_millis(20);
@@ -48,89 +52,6 @@ const BATCH: usize = 64;
 const SWEEP: Duration = Duration::from_secs(1);
 /// A client that has not asked for this long is gone: nobody waits for it before leaving.
 const LINGER: Duration = Duration::from_secs(10);
-
-/// Why the service does not start or go on.
-#[derive(Debug, thiserror::Error)]
-pub enum ServiceError {
-    /// The disk does not give or take a file.
-    #[error("{path}: {source}")]
-    File {
-        /// Which.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// A folder that is not a state folder of this generation.
-    #[error(
-        "{folder}: this is no state folder that is read here (it has {text:?}); name another \
-         folder, or move what is there away"
-    )]
-    Foreign {
-        /// Which.
-        folder: PathBuf,
-        /// What is there.
-        text: String,
-    },
-    /// No room for another run.
-    #[error("{folder}: {free} bytes are free, and {need} are needed for this run to begin")]
-    Full {
-        /// Which.
-        folder: PathBuf,
-        /// Bytes.
-        free: u64,
-        /// Bytes.
-        need: u64,
-    },
-    /// A user's runs hold as much of the disk as they may.
-    #[error("the runs of {user} hold {used} bytes of the disk here{}", quota::beyond(*more, *bound))]
-    Quota {
-        /// Whose.
-        user: String,
-        /// Bytes.
-        used: u64,
-        /// Bytes that one that is handed in needs; 0: of one that goes on.
-        more: u64,
-        /// Bytes.
-        bound: u64,
-    },
-    /// A state folder in use.
-    #[error("{folder}: another coordinator uses this state folder")]
-    Taken {
-        /// Which.
-        folder: PathBuf,
-    },
-    /// A journal that cannot be read.
-    #[error(
-        "{path}, line {line}: {why}; the runs before it are sound: cut the file off there to go \
-         on with them, or move the state folder away"
-    )]
-    Journal {
-        /// Which.
-        path: PathBuf,
-        /// Where, from 1.
-        line: usize,
-        /// What is wrong.
-        why: String,
-    },
-    /// The door does not open.
-    #[error(transparent)]
-    Link(#[from] LinkError),
-    /// Nobody can ask for metrics.
-    #[error("cannot listen on {address}: {text}")]
-    Metrics {
-        /// Where.
-        address: SocketAddr,
-        /// Why.
-        text: String,
-    },
-}
-
-impl ServiceError {
-    fn file(path: &Path) -> impl Fn(std::io::Error) -> Self + use<> {
-        let path = path.to_owned();
-        move |source| Self::File { path: path.clone(), source }
-    }
-}
 
 /// How the service is set up.
 #[derive(Clone, Debug, Default)]
@@ -288,11 +209,7 @@ impl<'a> Service<'a> {
     /// Keeps what happened, then lets it happen.
     fn record(&mut self, events: &[Event]) -> Result<(), ServiceError> {
         self.journal.append(events)?;
-        for event in events {
-            if let Err(no) = self.board.apply(event) {
-                tracing::error!("an event does not fit: {no}");
-            }
-        }
+        events.iter().for_each(|event| self.apply(event));
         Ok(())
     }
 
@@ -302,7 +219,14 @@ impl<'a> Service<'a> {
             tracing::error!("not kept until there is room, or done again: {error}");
             self.journal.owe(&event);
         }
-        if let Err(no) = self.board.apply(&event) {
+        self.apply(&event);
+    }
+
+    /// What the journal has happens. A test stops the coordinator at a line of the log: kept, and
+    /// not answered yet.
+    fn apply(&mut self, event: &Event) {
+        tell(event);
+        if let Err(no) = self.board.apply(event) {
             tracing::error!("an event does not fit: {no}");
         }
     }

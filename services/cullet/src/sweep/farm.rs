@@ -5,6 +5,7 @@ use crate::args;
 use crate::client::{ask, bring, connect, exit_of, follow, hand_in, known, print_json, ticket};
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::{Folder, refuse_taken};
+use crate::logs;
 use cullet_coordinator::link::client::{Client, Terms};
 use cullet_coordinator::link::mark;
 use cullet_coordinator::scene::{Bundle, Scene, name_at};
@@ -25,7 +26,7 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     handed.map_err(|trouble| advice(trouble, &runs, file, args))?;
     if args.detach {
         if !args.place.who.voice.quiet {
-            eprintln!("fetch them together: cullet fetch {} --follow", file.display());
+            logs::say(format!("fetch them together: cullet fetch {} --follow", file.display()));
         }
         return Ok(Exit::Done);
     }
@@ -68,7 +69,7 @@ fn hand_all(
                 false => print(format!("{run}\n"))?,
             }
         } else if !quiet {
-            eprintln!("run {run}: {}", named.sweep.label(&named.sweep.rows[index]));
+            logs::say(format!("run {run}: {}", named.sweep.label(&named.sweep.rows[index])));
         }
     }
     Ok(())
@@ -209,14 +210,17 @@ impl How<'_> {
             rows.push(row);
         }
         if missing > 0 {
-            eprintln!("{missing} of {} runs are not there: their rows are empty", rows.len());
+            logs::say(format!(
+                "{missing} of {} runs are not there: their rows are empty",
+                rows.len()
+            ));
         }
         if !going.is_empty() {
             let (count, all, numbers) = (going.len(), rows.len(), numbers(&going));
-            eprintln!(
+            logs::say(format!(
                 "{count} of {all} runs are not over, and their rows are empty: {numbers}; \
                  --follow waits for them"
-            );
+            ));
         }
         finish(&named.sweep, &rows, &folder.path, who.json, who.voice.quiet)
     }
@@ -229,7 +233,7 @@ impl How<'_> {
         };
         let info = match info {
             Err(trouble) if trouble.exit == Exit::Unknown => {
-                eprintln!("{trouble}");
+                logs::error(&trouble);
                 return Ok(Row { folder: None, exit: Exit::Unknown });
             }
             info => info?,
@@ -239,7 +243,7 @@ impl How<'_> {
         }
         let folder = bring(self.client, &info, Some(out))?;
         if !self.place.who.voice.quiet {
-            eprintln!("run {run} is {}", info.state.word());
+            logs::say(format!("run {run} is {}", info.state.word()));
         }
         Ok(Row { folder, exit: exit_of(&info) })
     }

@@ -1,0 +1,89 @@
+//! Why the service does not start or go on.
+
+use super::quota;
+use crate::link::LinkError;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+/// Why the service does not start or go on.
+#[derive(Debug, thiserror::Error)]
+pub enum ServiceError {
+    /// The disk does not give or take a file.
+    #[error("{path}: {source}")]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A folder that is not a state folder of this generation.
+    #[error(
+        "{folder}: this is no state folder that is read here (it has {text:?}); name another \
+         folder, or move what is there away"
+    )]
+    Foreign {
+        /// Which.
+        folder: PathBuf,
+        /// What is there.
+        text: String,
+    },
+    /// No room for another run.
+    #[error("{folder}: {free} bytes are free, and {need} are needed for this run to begin")]
+    Full {
+        /// Which.
+        folder: PathBuf,
+        /// Bytes.
+        free: u64,
+        /// Bytes.
+        need: u64,
+    },
+    /// A user's runs hold as much of the disk as they may.
+    #[error("the runs of {user} hold {used} bytes of the disk here{}", quota::beyond(*more, *bound))]
+    Quota {
+        /// Whose.
+        user: String,
+        /// Bytes.
+        used: u64,
+        /// Bytes that one that is handed in needs; 0: of one that goes on.
+        more: u64,
+        /// Bytes.
+        bound: u64,
+    },
+    /// A state folder in use.
+    #[error("{folder}: another coordinator uses this state folder")]
+    Taken {
+        /// Which.
+        folder: PathBuf,
+    },
+    /// A journal that cannot be read.
+    #[error(
+        "{path}, line {line}: {why}; the runs before it are sound: cut the file off there to go \
+         on with them, or move the state folder away"
+    )]
+    Journal {
+        /// Which.
+        path: PathBuf,
+        /// Where, from 1.
+        line: usize,
+        /// What is wrong.
+        why: String,
+    },
+    /// The door does not open.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// Nobody can ask for metrics.
+    #[error("cannot listen on {address}: {text}")]
+    Metrics {
+        /// Where.
+        address: SocketAddr,
+        /// Why.
+        text: String,
+    },
+}
+
+impl ServiceError {
+    pub(super) fn file(path: &Path) -> impl Fn(std::io::Error) -> Self + use<> {
+        let path = path.to_owned();
+        move |source| Self::File { path: path.clone(), source }
+    }
+}

@@ -1,0 +1,195 @@
+//! What goes to standard error: words for people, and log lines. With `--log json` both are JSON
+//! objects, one a line, and nothing else is there.
+
+use crate::args::{Log, Voice};
+use serde::Serialize;
+use serde_json::{Map, Value};
+use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tracing::field::{Field, Visit};
+use tracing::{Event, Subscriber};
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::fmt::format::{JsonFields, Writer};
+use tracing_subscriber::fmt::time::{FormatTime, SystemTime};
+use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormattedFields};
+use tracing_subscriber::registry::{LookupSpan, Scope};
+
+/// Whether everything is JSON.
+static JSON: AtomicBool = AtomicBool::new(false);
+
+/// Sends log lines to standard error: warnings, or more on request. As JSON, for programs, they
+/// have the life of runs and jobs in any case.
+pub(crate) fn start(voice: &Voice) {
+    let level = match (voice.quiet, voice.log, voice.verbose) {
+        (true, ..) => "error",
+        (false, Log::Text, 0) => "warn,zenoh=error",
+        (false, Log::Json, 0) => "warn,cullet=info,zenoh=error",
+        (false, Log::Text, 1) => "info,zenoh=warn",
+        (false, Log::Json, 1) => "info,cullet=debug,zenoh=warn",
+        (false, ..) => "debug",
+    };
+    let filter = EnvFilter::try_from_env("CULLET_LOG").unwrap_or_else(|_| EnvFilter::new(level));
+    let logs = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    match voice.log {
+        Log::Text => logs.init(),
+        Log::Json => {
+            JSON.store(true, Ordering::Relaxed);
+            logs.fmt_fields(JsonFields::new()).event_format(Line).init();
+            std::panic::set_hook(Box::new(|panic| tracing::error!("{panic}")));
+        }
+    }
+}
+
+/// Says something that a person wants to know.
+pub(crate) fn say(text: impl fmt::Display) {
+    match JSON.load(Ordering::Relaxed) {
+        true => tracing::info!("{text}"),
+        false => eprintln!("{text}"),
+    }
+}
+
+/// Says what is not as it should be.
+pub(crate) fn warn(text: impl fmt::Display) {
+    match JSON.load(Ordering::Relaxed) {
+        true => tracing::warn!("{text}"),
+        false => eprintln!("warning: {text}"),
+    }
+}
+
+/// Says why something is not done.
+pub(crate) fn error(text: impl fmt::Display) {
+    match JSON.load(Ordering::Relaxed) {
+        true => tracing::error!("{text}"),
+        false => eprintln!("error: {text}"),
+    }
+}
+
+/// Whether somebody whose arguments are not understood has asked for JSON.
+pub(crate) fn asked() -> bool {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let apart = words.windows(2).any(|pair| pair == ["--log", "json"]);
+    apart || words.iter().any(|word| word == "--log=json")
+}
+
+/// Whether it is for people: a bar that grows is no line.
+pub(crate) fn plain() -> bool {
+    !JSON.load(Ordering::Relaxed)
+}
+
+/// A line of JSON. What the spans say that it is in is said by the line itself.
+struct Line;
+
+#[derive(Serialize)]
+struct Told<'a> {
+    timestamp: String,
+    level: &'a str,
+    target: &'a str,
+    #[serde(flatten)]
+    fields: Map<String, Value>,
+}
+
+impl<S> FormatEvent<S, JsonFields> for Line
+where
+    S: Subscriber + for<'a> LookupSpan<'a>,
+{
+    fn format_event(
+        &self,
+        context: &FmtContext<'_, S, JsonFields>,
+        mut writer: Writer<'_>,
+        event: &Event<'_>,
+    ) -> fmt::Result {
+        let mut fields = Fields::default();
+        for span in context.event_scope().into_iter().flat_map(Scope::from_root) {
+            let extensions = span.extensions();
+            let known = extensions.get::<FormattedFields<JsonFields>>();
+            let known = known.and_then(|text| serde_json::from_str(&text.fields).ok());
+            fields.0.extend(known.unwrap_or_else(Map::new));
+        }
+        event.record(&mut fields);
+        let mut timestamp = String::new();
+        SystemTime.format_time(&mut Writer::new(&mut timestamp))?;
+        let (level, target) = (event.metadata().level().as_str(), event.metadata().target());
+        let told = Told { timestamp, level, target, fields: fields.0 };
+        let line = serde_json::to_string(&told).map_err(|_| fmt::Error)?;
+        writeln!(writer, "{line}")
+    }
+}
+
+/// The fields of one line.
+#[derive(Default)]
+struct Fields(Map<String, Value>);
+
+impl Fields {
+    fn put(&mut self, field: &Field, value: impl Into<Value>) {
+        self.0.insert(field.name().to_owned(), value.into());
+    }
+}
+
+impl Visit for Fields {
+    fn record_f64(&mut self, field: &Field, value: f64) {
+        self.put(field, value);
+    }
+
+    fn record_i64(&mut self, field: &Field, value: i64) {
+        self.put(field, value);
+    }
+
+    fn record_u64(&mut self, field: &Field, value: u64) {
+        self.put(field, value);
+    }
+
+    fn record_bool(&mut self, field: &Field, value: bool) {
+        self.put(field, value);
+    }
+
+    fn record_str(&mut self, field: &Field, value: &str) {
+        self.put(field, value);
+    }
+
+    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
+        self.put(field, format!("{value:?}"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{JsonFields, Line};
+    use serde_json::Value;
+    use std::io::Write;
+    use std::sync::{Arc, Mutex};
+
+    #[derive(Clone, Default)]
+    struct Page(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Page {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0.lock().expect("a page").write(bytes)
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_line_has_what_its_spans_have_and_is_one_line() {
+        let page = Page::default();
+        let writer = page.clone();
+        let logs = tracing_subscriber::fmt().with_writer(move || writer.clone());
+        let logs = logs.fmt_fields(JsonFields::new()).event_format(Line).finish();
+        tracing::subscriber::with_default(logs, || {
+            let _run = tracing::info_span!("run", run = 7).entered();
+            let job = "ab\"c\n";
+            tracing::info!(job, attempts = u64::MAX, kept = true, ending = ?Some(1), "settled\nso");
+        });
+        let text = String::from_utf8(page.0.lock().expect("a page").clone()).expect("text");
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 1, "{text}");
+        let line: Value = serde_json::from_str(lines[0]).expect("JSON");
+        assert_eq!((&line["run"], &line["level"]), (&7.into(), &"INFO".into()));
+        assert_eq!((&line["job"], &line["message"]), (&"ab\"c\n".into(), &"settled\nso".into()));
+        assert_eq!((&line["attempts"], &line["kept"]), (&u64::MAX.into(), &true.into()));
+        assert_eq!(line["ending"], "Some(1)");
+        assert!(line["timestamp"].as_str().is_some_and(|at| at.ends_with('Z')), "{line}");
+    }
+}
