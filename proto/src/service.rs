@@ -284,6 +284,12 @@ pub struct Position {
     pub bodies: u64,
     /// Fractures so far.
     pub fractures: u64,
+    /// Fracture jobs that it waits for, at workers or not yet.
+    #[serde(default)]
+    pub jobs: u64,
+    /// How far those at workers are, in the mean \[1/1000\]; 0 where none is.
+    #[serde(default)]
+    pub permille: u16,
 }
 
 /// Fracture jobs of a run.

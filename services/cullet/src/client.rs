@@ -3,12 +3,12 @@
 use crate::args::{self, Place, What};
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::{Folder, refuse_taken};
-use crate::progress::Progress;
+use crate::progress::{Progress, text as place};
 use crate::run::read_scene;
 use crate::{logs, sweep, tls};
 use cullet_coordinator::link::LinkError;
 use cullet_coordinator::link::client::{Client, Terms};
-use cullet_coordinator::run::{News, Position};
+use cullet_coordinator::run::News;
 use cullet_coordinator::scene::Bundle;
 use cullet_proto::keys::{DEFAULT_COORDINATOR, UserVerb};
 use cullet_proto::service::{self, About, Drain, Noted, RunInfo, Runs, State, Which, Workers};
@@ -128,7 +128,11 @@ pub(crate) fn ps(args: &args::Ps) -> Result<Exit, Trouble> {
 /// Where a run is, in a few words.
 fn place_of(run: &RunInfo) -> String {
     match (&run.position, run.code) {
-        (Some(p), _) => format!("{:.2} of {:.2} s", p.time, p.end),
+        (Some(p), _) => {
+            let solving = Some(p.permille / 10).filter(|_| p.permille > 0);
+            let solving = solving.map(|percent| format!(", {percent} %"));
+            format!("{:.2} of {:.2} s{}", p.time, p.end, solving.unwrap_or_default())
+        }
         (None, Some(code)) => format!("code {code}"),
         (None, None) => String::new(),
     }
@@ -158,10 +162,7 @@ fn told(run: &RunInfo) -> String {
         jobs.opened, jobs.settled, jobs.kept, jobs.resent
     ));
     if let Some(p) = run.position {
-        let (bodies, fractures) = (p.bodies, p.fractures);
-        let at =
-            format!("  {:.3} of {:.3} s, {bodies} bodies, {fractures} fractures", p.time, p.end);
-        lines.push(at);
+        lines.push(format!("  {}", place(&p)));
     }
     if let (Some(from), Some(to)) = (run.started_ms, run.ended_ms) {
         lines.push(format!("  took {:.1} s", to.saturating_sub(from) as f64 / 1e3));
@@ -407,11 +408,7 @@ pub(crate) fn follow(
             }
         }
         if let (true, Some(p)) = (bar, news.run.position) {
-            let jobs = news.run.jobs;
-            let (bodies, fractures) = (p.bodies, p.fractures);
-            let (waiting, running) = (jobs.opened.saturating_sub(jobs.settled), 0);
-            let (time, end) = (p.time, p.end);
-            progress.show(&News::At(Position { time, end, bodies, fractures, waiting, running }));
+            progress.show(&News::At(p));
         }
     });
     progress.done();

@@ -105,6 +105,8 @@ impl Shell {
         self.roster.left(worker, JobId(job.0));
         let (id, runs, name) = (JobId(job.0).short(), self.runs_of(job), self.name(worker));
         tracing::warn!(run = runs, job = id, worker = name, ?loss, charged, "attempt lost");
+        // The next attempt begins at the beginning.
+        self.progress(JobId(job.0), 0);
         if loss == Loss::TooLong {
             self.ledger.note_trouble(JobId(job.0), OVERDUE);
         }

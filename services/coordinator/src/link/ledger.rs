@@ -67,8 +67,9 @@ impl Ledger {
         self.jobs.is_empty()
     }
 
-    /// A run wants a job: its bytes, or why it has none.
-    pub(super) fn open(&mut self, run: Run, id: JobId, job: Result<Parted, String>) {
+    /// A run wants a job: its bytes, or why it has none. How far it is, where that is news to the
+    /// run \[1/1000\].
+    pub(super) fn open(&mut self, run: Run, id: JobId, job: Result<Parted, String>) -> u16 {
         if !self.jobs.contains_key(&Job(id.0)) {
             let trouble = job.as_ref().err().cloned().unwrap_or_default();
             let (outline, parts) = job.map(|job| (job.outline, job.parts)).unwrap_or_default();
@@ -87,9 +88,13 @@ impl Ledger {
             };
             self.jobs.insert(Job(id.0), wanted);
         }
-        if let Some(wanted) = self.jobs.get_mut(&Job(id.0)) {
-            wanted.openings.entry(run).or_default().push_back(Instant::now());
-        }
+        let Some(wanted) = self.jobs.get_mut(&Job(id.0)) else {
+            return 0;
+        };
+        let openings = wanted.openings.entry(run).or_default();
+        let news = openings.is_empty();
+        openings.push_back(Instant::now());
+        if news { wanted.permille } else { 0 }
     }
 
     /// One opening of a job is over: what is known of the job, which is forgotten with the last.

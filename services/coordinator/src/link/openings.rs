@@ -73,7 +73,10 @@ impl Shell {
             Err(text) => (Err(text), Vec::new()),
         };
         let fit = parted.is_ok();
-        self.ledger.open(run, id, parted);
+        let permille = self.ledger.open(run, id, parted);
+        if let Some(listener) = self.runs.get_mut(&run) {
+            listener.permille += i64::from(permille);
+        }
         let prior = match self.known(id) {
             _ if !fit => Prior::Unfit,
             known => known.unwrap_or(Prior::Nothing),

@@ -7,6 +7,7 @@ mod ladder;
 mod output;
 mod settle;
 
+pub use cullet_proto::service::Position;
 pub use output::{UNFINISHED, next_folder, write_file};
 
 use crate::link::{RunHandle, Settlement};
@@ -31,17 +32,17 @@ pub trait Jobs {
     fn open(&self, job: &FractureJob) -> JobId;
     /// The next job to settle, in opening order; `None` if none does within `timeout`.
     fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)>;
-    /// Jobs that wait and that are worked on.
+    /// What is wanted, and how far it is.
     fn load(&self) -> Load;
 }
 
-/// How much a pool has to do.
+/// How much a pool has to do for a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Load {
-    /// Jobs that wait for a worker.
-    pub waiting: u64,
-    /// Jobs that a worker holds.
-    pub running: u64,
+    /// Jobs that are wanted, at workers or not yet.
+    pub jobs: u64,
+    /// How far those at workers are, in the mean \[1/1000\].
+    pub permille: u16,
 }
 
 impl Jobs for RunHandle {
@@ -55,7 +56,8 @@ impl Jobs for RunHandle {
 
     fn load(&self) -> Load {
         let stats = self.stats();
-        Load { waiting: stats.waiting, running: stats.running }
+        let permille = stats.permille.checked_div(stats.running).unwrap_or(0).min(1000) as u16;
+        Load { jobs: stats.waiting + stats.running, permille }
     }
 }
 
@@ -75,23 +77,6 @@ pub enum News {
     At(Position),
     /// A line worth a log.
     Line(String),
-}
-
-/// How far a run is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Position {
-    /// Simulated time \[s\].
-    pub time: f64,
-    /// Simulated time at which the run ends \[s\].
-    pub end: f64,
-    /// Bodies in the world.
-    pub bodies: u64,
-    /// Fractures so far.
-    pub fractures: u64,
-    /// Fracture jobs that wait for a worker.
-    pub waiting: u64,
-    /// Fracture jobs that a worker holds.
-    pub running: u64,
 }
 
 /// A run that came to its end, or was told to stop.
@@ -433,8 +418,8 @@ impl Run<'_> {
             end: self.scene.world.duration,
             bodies: self.world.len() as u64,
             fractures: self.fractures,
-            waiting: load.waiting,
-            running: load.running,
+            jobs: load.jobs,
+            permille: load.permille,
         }));
     }
 }

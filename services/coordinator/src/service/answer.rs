@@ -405,7 +405,9 @@ mod tests {
             position: None,
             jobs: JobCounts { opened: 1 << 20, settled: 1 << 20, kept: 1 << 20, resent: 1 << 20 },
         };
-        let at = Position { time: 1.0 / 3.0, end: 1.0 / 3.0, bodies: 1 << 20, fractures: 1 << 20 };
+        let (time, many) = (1.0 / 3.0, 1 << 20);
+        let permille = 1_000;
+        let at = Position { time, end: time, bodies: many, fractures: many, jobs: many, permille };
         let all = Runs { runs: vec![brief(run.clone()); MAX_KEPT] };
         let length = serde_json::to_string(&all).expect("JSON").len();
         let going = brief(RunInfo { position: Some(at), ..run });

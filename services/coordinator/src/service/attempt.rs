@@ -72,13 +72,11 @@ impl Attempt {
         let outcome = run(&scene, &keeper, &options, &mut |news| match news {
             News::Line(line) => self.live.say(line),
             News::At(p) => {
-                let (bodies, fractures) = (p.bodies, p.fractures);
-                let position = Position { time: p.time, end: p.end, bodies, fractures };
-                self.live.at(Some(position));
+                self.live.at(Some(*p));
                 if told.elapsed() >= NEWS_PERIOD {
                     told = Instant::now();
                     let text = format!("{:.3} of {:.3} s, {} bodies", p.time, p.end, p.bodies);
-                    self.live.say(&text);
+                    self.live.say(&(text + &solving(p)));
                 }
             }
         });
@@ -142,6 +140,14 @@ impl Attempt {
                 self.live.say(&format!("warning: {file}: {error}"));
             }
         }
+    }
+}
+
+/// How far the solves are that a run waits for.
+fn solving(p: &Position) -> String {
+    match p.permille {
+        0 => String::new(),
+        permille => format!(", {} jobs to do (at work: {} %)", p.jobs, permille / 10),
     }
 }
 

@@ -1,7 +1,8 @@
 //! What the pool keeps, and what it tells while it works.
 
 use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
-use cullet_coordinator::link::{CacheConfig, Ending, Pool, PoolConfig, Share, Timing};
+use cullet_coordinator::link::{CacheConfig, Ending, Pool, PoolConfig, RunHandle, Share, Timing};
+use cullet_coordinator::run::Jobs;
 use cullet_proto::{FractureJob, Verdict, WorkerId};
 use cullet_worker::Watch;
 use std::sync::Arc;
@@ -101,9 +102,26 @@ fn how_far_a_solve_is_streams_back() {
         watch.progress(0.5);
         solve(job, watch)
     };
-    let _hand = Hand::hire(&pool, "w", Arc::new(half));
-    let id = run.open(&job("echo", 1, 1_500));
-    wait_for("half of it", || run.stats().permille == 500);
+    let hand = Hand::hire(&pool, "w", Arc::new(half));
+    let id = run.open(&job("echo", 1, 10_000));
+    let load = |run: &RunHandle| (run.load().jobs, run.load().permille);
+    wait_for("half of it", || load(&run) == (1, 500));
+    // One that wants it too hears at once how far it is; and one that waits does not count.
+    let other = pool.run(Share::default());
+    other.open(&job("echo", 1, 10_000));
+    wait_for("half of it, for another", || load(&other) == (1, 500));
+    other.open(&job("echo", 2, 1_500));
+    wait_for("the mean", || load(&other) == (2, 500));
+    // It is given back, and begins at the beginning.
+    drop(hand);
+    wait_for("nobody is at it", || (load(&run), load(&other)) == ((1, 0), (2, 0)));
+    run.cancel();
+    other.cancel();
+    assert_eq!(next(&run, id).ending, Ending::Cancelled);
+    wait_for("nothing is wanted", || load(&run) == (0, 0));
+    let _hand = Hand::hire(&pool, "v", Arc::new(half));
+    let id = run.open(&job("echo", 3, 1_500));
+    wait_for("half of another", || load(&run) == (1, 500));
     verdict(next(&run, id));
-    wait_for("nothing runs", || run.stats().permille == 0);
+    wait_for("nothing runs", || (load(&run), run.stats().permille) == ((0, 0), 0));
 }
