@@ -57,6 +57,38 @@ fn a_worker_killed_in_the_middle_of_a_job_costs_time_and_no_result() {
     let summary = summary(&out);
     assert!(summary["jobs"]["resent"].as_u64() >= Some(1), "{summary:#}");
     assert_eq!(summary["digest"], quiet_digest());
+    let timeline = fs::read_to_string(out.join("timeline.svg")).expect("a timeline");
+    assert!(timeline.contains("lost with w") && timeline.contains("; sent again to w"));
+    let trace = fs::read_to_string(out.join("timeline.trace.json")).expect("a trace");
+    assert!(trace.contains("\"ending\":\"lost\"") && trace.contains("lost with w"), "{trace}");
+}
+
+#[test]
+fn a_run_whose_job_keeps_dying_leaves_what_reproduces_it_and_a_timeline() {
+    let out = unique("dying");
+    let call = ["run", &corpus("drop.toml"), "--workers", "2", "--no-pictures", "--out"];
+    let mut run = Cullet::new(&call).path(&out).args(&LONGER).spawn();
+    let until = Instant::now() + Duration::from_secs(120);
+    let code = loop {
+        assert!(Instant::now() < until, "it never gives the job up");
+        if let Some(code) = run.wait(Duration::from_millis(300)) {
+            break code;
+        }
+        for job in children_of(run.id()).into_iter().flat_map(children_of) {
+            // It may have ended by now.
+            std::process::Command::new("kill").args(["-KILL", &job.to_string()]).output().ok();
+        }
+    };
+    let text = run.stderr();
+    assert!(code == 2 && text.contains("was abandoned"), "{code}: {text}");
+    let read = |name: &str| fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{e}"));
+    let timeline = read("timeline.svg");
+    assert!(timeline.contains("its solver died"), "{timeline}");
+    assert!(timeline.contains("; sent again to ") && timeline.contains("; the job was given up"));
+    assert!(read("attempts.txt").contains("Crashed"), "{}", read("attempts.txt"));
+    let again = Cullet::new(&["job"]).path(&out.join("job.bin")).output();
+    assert_eq!(again.code, 0, "{}", again.stderr);
+    assert!(again.stdout.contains("fragments; result "), "{}", again.stdout);
 }
 
 /// Waits until a file is there.

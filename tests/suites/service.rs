@@ -285,12 +285,43 @@ fn a_run_whose_job_kills_its_workers_stalls_and_goes_on_when_told() {
     };
     assert_eq!((shown["state"].as_str(), shown["code"].as_u64()), (Some("stalled"), Some(6)));
     assert_eq!(farm.ask(&["wait", &run]).code, 6);
-    let said = farm.ask(&["fetch", &run]);
-    assert_eq!(said.code, 6, "{}", said.stderr);
-    assert!(said.stderr.contains("is stalled: job ") && said.stderr.contains("nothing to fetch"));
+    // Who handed it in gets what reproduces it, wherever that may be.
+    let told = farm.ask(&["show", &run]).stdout;
+    assert!(told.contains("job.bin") && told.contains("`cullet job job.bin`"), "{told}");
+    let out = unique("poisoned");
+    let fetch = Cullet::new(&["fetch", &run, "--connect", &farm.endpoint, "--out"]).path(&out);
+    assert_eq!(fetch.output().code, 6);
+    let attempts = fs::read_to_string(out.join("attempts.txt")).expect("attempts");
+    assert!(attempts.lines().count() >= 3 && attempts.contains("Down"), "{attempts}");
+    let timeline = fs::read_to_string(out.join("timeline.svg")).expect("a timeline");
+    assert!(timeline.contains("lost with w") && timeline.contains("; the job was given up"));
+    let again = Cullet::new(&["job"]).path(&out.join("job.bin")).output();
+    assert!(again.code == 0 && again.stdout.contains("fragments; result"), "{}", again.stderr);
     assert_eq!(farm.ask(&["retry", &run]).code, 0);
     assert_eq!(farm.ask(&["wait", &run]).code, 0);
     assert_eq!(farm.fetch(&run), quiet_digest(&LONGER));
+    let files = farm.json(&["show", &run])["files"].to_string();
+    assert!(!files.contains("job.bin"), "it is done, and nothing is given up: {files}");
+}
+
+#[test]
+fn how_far_a_solve_is_can_be_watched() {
+    let farm = Farm::start("watching", &[]);
+    let run = farm.submit(&["--set", "fracture.max_particles=60000"]);
+    // Workers say so every few seconds.
+    let shown = farm.until(&run, |shown| {
+        let of = |name: &str| shown["position"][name].as_u64();
+        of("permille") > Some(20) && of("jobs") >= Some(1)
+    });
+    assert!(shown["position"]["permille"].as_u64() <= Some(1000), "{shown:#}");
+    let mut watch = Cullet::new(&["watch", &run, "--connect", &farm.endpoint]).spawn();
+    let told = farm.ask(&["ps"]).stdout;
+    assert!(told.contains(" %"), "{told}");
+    sleep(Duration::from_secs(7));
+    assert_eq!(farm.ask(&["cancel", &run]).code, 0);
+    watch.wait(Duration::from_secs(60));
+    let told = watch.stderr();
+    assert!(told.contains("jobs to do (at work: "), "{told}");
 }
 
 #[test]

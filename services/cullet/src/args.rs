@@ -94,7 +94,7 @@ pub(crate) enum Command {
 
 #[derive(Debug, Args)]
 pub(crate) struct Job {
-    /// The file, `job.bin` of a bundle
+    /// The file, `job.bin` of a run that stalled or of a quarantine
     pub(crate) file: Option<PathBuf>,
     /// Threads to solve with
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]

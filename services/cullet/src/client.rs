@@ -48,7 +48,7 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
         Ok(Some(out)) => out,
         other => return other.map(|_| exit_of(&info)),
     };
-    if place.who.json {
+    if place.who.json && has_summary(&info) {
         print_summary(&out)?;
     }
     if !place.who.voice.quiet {
@@ -89,6 +89,11 @@ fn tell_number(client: &Client, run: u64, place: &Place) -> Result<Exit, Trouble
         false => print(format!("{run}\n"))?,
     }
     Ok(Exit::Done)
+}
+
+/// Whether a run has come to its end, or was told to stop there.
+pub(crate) fn has_summary(info: &RunInfo) -> bool {
+    info.files.iter().any(|file| file.name == "summary.json")
 }
 
 fn print_summary(out: &Path) -> Result<(), Trouble> {
@@ -172,6 +177,10 @@ fn told(run: &RunInfo) -> String {
         lines.push(format!("  {}", run.text));
     }
     lines.extend(run.files.iter().map(|file| format!("  {}: {} bytes", file.name, file.length)));
+    if run.files.iter().any(|file| file.name == "job.bin") {
+        let fetch = format!("`cullet fetch {}`, then `cullet job job.bin`", run.run);
+        lines.push(format!("  the job that was given up is tried again, alone, with {fetch}"));
+    }
     lines.join("\n") + "\n"
 }
 

@@ -8,8 +8,9 @@ use crate::signals::stop_when_told;
 use crate::{logs, sweep};
 use cullet_coordinator::link::{LinkError, Pool, PoolConfig, Share, SpawnConfig};
 use cullet_coordinator::preview;
-use cullet_coordinator::run::{Outcome, RunError, RunOptions, run as run_scene};
+use cullet_coordinator::run::{Outcome, RunError, RunOptions};
 use cullet_coordinator::scene::{Scene, load};
+use cullet_coordinator::service::run_here;
 use std::path::Path;
 
 pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
@@ -25,7 +26,7 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
     let mut progress = Progress::new(args.voice.quiet);
     let options = RunOptions { out, stop: &stop };
     let outcome =
-        run_scene(&scene, &pool.run(Share::default()), &options, &mut |news| progress.show(news));
+        run_here(&scene, &pool.run(Share::default()), &options, &mut |news| progress.show(news));
     progress.done();
     pool.shutdown();
     let outcome = outcome.map_err(|error| {

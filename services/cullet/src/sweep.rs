@@ -14,8 +14,9 @@ use crate::run::{draw, exit_of, read_scene, start_pool, trouble};
 use cullet_coordinator::link::Share;
 use cullet_coordinator::preview;
 use cullet_coordinator::record::Summary;
-use cullet_coordinator::run::{News, RunOptions, run as run_scene, write_file};
+use cullet_coordinator::run::{News, RunOptions, write_file};
 use cullet_coordinator::scene::Scene;
+use cullet_coordinator::service::run_here;
 use cullet_coordinator::service::sweep::{Sweep, is_sweep};
 use cullet_proto::service::MAX_TICKET;
 use serde_json::json;
@@ -109,7 +110,7 @@ pub(crate) fn run(args: &args::Run, stop: &Arc<AtomicBool>) -> Result<Exit, Trou
         }
         let options = RunOptions { out: &out, stop };
         let outcome =
-            run_scene(scene, &pool.run(Share::default()), &options, &mut |news| match news {
+            run_here(scene, &pool.run(Share::default()), &options, &mut |news| match news {
                 News::Line(line) if args.voice.verbose > 0 => logs::say(line),
                 News::Line(_) | News::At(_) => {}
             });

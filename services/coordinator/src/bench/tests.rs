@@ -98,6 +98,7 @@ fn a_job_without_a_result_is_a_status() {
     let of = |ending: Settled| {
         let wall = std::time::Duration::from_secs(1);
         let settlement = Settlement {
+            reproduction: None,
             ending,
             attempts: 1,
             worker: String::new(),

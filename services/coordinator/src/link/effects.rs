@@ -4,7 +4,7 @@ use super::bulk::reply;
 use super::ledger::Wanted;
 use super::quarantine;
 use super::shell::{Said, Shell};
-use super::{Ending, Settlement};
+use super::{Ending, Reproduction, Settlement};
 use cullet_dispatch::{Digest, Effect, Epoch as DispatchEpoch, Job, Loss, Millis, Outcome, Reason};
 use cullet_dispatch::{Run, Verdict as Decision, Worker};
 use cullet_proto::pool::{self, Grant, OVERDUE, PollAnswer, RenewAnswer};
@@ -123,7 +123,7 @@ impl Shell {
             return;
         };
         match quarantine::write(folder, id, &bytes, &self.ledger.lines(job)) {
-            Ok(bundle) => tracing::error!("what reproduces it is in {}", bundle.display()),
+            Ok(own) => tracing::error!("what reproduces it is in {}", own.display()),
             Err(error) => tracing::error!("what reproduces it is not kept: {error}"),
         }
     }
@@ -137,7 +137,20 @@ impl Shell {
         }
     }
 
+    /// What reproduces a job whose attempts are used up; of one that was in quarantine when it was
+    /// opened, what is kept there tells of its attempts.
+    fn reproduction(&self, job: Job, decision: Decision) -> Option<Reproduction> {
+        let Decision::Abandoned(Reason::Crashes | Reason::Attempts) = decision else {
+            return None;
+        };
+        let (bytes, told) = (self.ledger.whole(job)?, self.ledger.lines(job));
+        let kept = self.quarantine.as_deref().filter(|_| told.is_empty());
+        let kept = kept.and_then(|folder| quarantine::attempts(folder, JobId(job.0)));
+        Some(Reproduction { job: bytes, attempts: kept.unwrap_or(told) })
+    }
+
     fn settle(&mut self, run: Run, job: Job, decision: Decision, attempts: u32) {
+        let reproduction = self.reproduction(job, decision);
         let Some((wanted, opened)) = self.close(run, job) else {
             return;
         };
@@ -158,7 +171,7 @@ impl Shell {
             (Decision::Cancelled, _) => (Ending::Cancelled, String::new()),
         };
         let wall = opened.elapsed();
-        let settlement = Settlement { ending, attempts, worker, cached, wall, tries };
+        let settlement = Settlement { ending, attempts, worker, cached, wall, tries, reproduction };
         // Sent once the counts that go with it can be read.
         self.settled.push((run, JobId(job.0), settlement));
     }

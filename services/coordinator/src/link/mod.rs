@@ -200,6 +200,17 @@ pub struct Settlement {
     pub wall: Duration,
     /// Attempts, the first ones, in the order in which they were granted.
     pub tries: Vec<Try>,
+    /// What reproduces a job whose attempts are used up.
+    pub reproduction: Option<Reproduction>,
+}
+
+/// What reproduces a job that was given up.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Reproduction {
+    /// Its encoding.
+    pub job: Vec<u8>,
+    /// Who died how, a line an attempt.
+    pub attempts: String,
 }
 
 /// An attempt at a job; times are wall times since the opening.

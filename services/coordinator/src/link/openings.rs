@@ -62,6 +62,7 @@ impl Shell {
             cached: false,
             wall: Duration::ZERO,
             tries: Vec::new(),
+            reproduction: None,
         };
         self.settled.push((run, id, settlement));
     }

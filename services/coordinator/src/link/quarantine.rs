@@ -10,27 +10,32 @@ use std::fs;
 use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
-/// Bundles kept in a folder; a further one is not written.
-const MAX_BUNDLES: usize = 256;
+/// Reproductions kept in a folder; a further one is not written.
+const MAX_KEPT: usize = 256;
 
-/// Writes the bundle of a job.
+/// Writes the reproduction of a job.
 ///
 /// # Errors
 /// The disk does not take it, or there are too many already.
 pub(super) fn write(folder: &Path, id: JobId, job: &[u8], attempts: &str) -> Result<PathBuf> {
     fs::create_dir_all(folder)?;
-    let bundle = folder.join(id.to_string());
-    if fs::read_dir(folder)?.count() >= MAX_BUNDLES && !bundle.exists() {
-        let text = format!("{} holds {MAX_BUNDLES} bundles already", folder.display());
+    let own = folder.join(id.to_string());
+    if fs::read_dir(folder)?.count() >= MAX_KEPT && !own.exists() {
+        let text = format!("{} holds {MAX_KEPT} jobs already", folder.display());
         return Err(Error::other(text));
     }
-    fs::create_dir_all(&bundle)?;
-    fs::write(bundle.join("job.bin"), job)?;
-    fs::write(bundle.join("attempts.txt"), attempts)?;
-    Ok(bundle)
+    fs::create_dir_all(&own)?;
+    fs::write(own.join("job.bin"), job)?;
+    fs::write(own.join("attempts.txt"), attempts)?;
+    Ok(own)
 }
 
-/// The jobs whose bundles a folder holds.
+/// How the attempts at a job ended that is in quarantine, if that is known.
+pub(super) fn attempts(folder: &Path, id: JobId) -> Option<String> {
+    fs::read_to_string(folder.join(id.to_string()).join("attempts.txt")).ok()
+}
+
+/// The jobs that a folder holds.
 ///
 /// # Errors
 /// It cannot be read; one that is not there holds none.
@@ -47,7 +52,7 @@ pub(super) fn held(folder: &Path) -> Result<Vec<JobId>> {
     Ok(held)
 }
 
-/// Removes the bundle of a job that may be tried again.
+/// Removes what there is of a job that may be tried again.
 ///
 /// # Errors
 /// The disk does not let it go.

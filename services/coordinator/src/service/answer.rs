@@ -401,7 +401,7 @@ mod tests {
             submitted_ms: 1 << 41,
             started_ms: Some(1 << 41),
             ended_ms: Some(1 << 41),
-            files: vec![file("timeline.trace.json"); 6],
+            files: vec![file("timeline.trace.json"); 8],
             position: None,
             jobs: JobCounts { opened: 1 << 20, settled: 1 << 20, kept: 1 << 20, resent: 1 << 20 },
         };

@@ -1,13 +1,14 @@
 //! One attempt at a run: from its bundle to its files.
 
 use super::board::{End, Entry, How};
+use super::here::{REPRODUCTION, leave};
 use super::keeper::Keeper;
 use super::live::Live;
 use super::store::Kept;
-use super::{timeline, unix_ms};
+use super::unix_ms;
 use crate::link::bundle;
 use crate::preview;
-use crate::run::{Jobs, News, Outcome, RunError, RunOptions, UNFINISHED, run, write_file};
+use crate::run::{Jobs, News, Outcome, RunError, RunOptions, UNFINISHED, run};
 use crate::scene::load_bundle;
 use cullet_proto::service::{FileInfo, Position, codes, hex_of};
 use std::fs::{self, File};
@@ -18,13 +19,15 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// What a run leaves to be fetched.
-const PRODUCTS: [&str; 6] = [
+const PRODUCTS: [&str; 8] = [
     "run.mcap",
     "summary.json",
     "preview.png",
     "preview.gif",
     "timeline.svg",
     "timeline.trace.json",
+    REPRODUCTION[0],
+    REPRODUCTION[1],
 ];
 /// Between two lines of a run's position.
 const NEWS_PERIOD: Duration = Duration::from_secs(2);
@@ -66,7 +69,7 @@ impl Attempt {
             let text = format!("{}: {error}", self.folder.display());
             return self.ended(Ended::failed(codes::FILE, text));
         }
-        let keeper = Keeper::new(pool, self.kept.clone(), &self.live);
+        let keeper = Keeper::new(pool, Some(self.kept.clone()), &self.live);
         let mut told = Instant::now();
         let options = RunOptions { out: &self.folder, stop: &self.stop };
         let outcome = run(&scene, &keeper, &options, &mut |news| match news {
@@ -81,11 +84,14 @@ impl Attempt {
             }
         });
         self.live.at(None);
+        keeper.close();
         let ended = match outcome {
             Ok(outcome) => self.over(&outcome),
             Err(error) => {
                 let (how, code) = kind(&error);
-                let ended = Ended::failed(code, error.to_string());
+                let mut ended = Ended::failed(code, error.to_string());
+                self.leave();
+                ended.end.files = products(&self.folder).unwrap_or_default();
                 Ended { how, ..ended }
             }
         };
@@ -113,7 +119,7 @@ impl Attempt {
         for text in &outcome.unmet {
             self.live.say(&format!("expected, and does not hold: {text}"));
         }
-        self.draw_timeline();
+        self.leave();
         let files = match products(&self.folder) {
             Ok(files) => files,
             Err(text) => return Ended::failed(codes::FILE, text),
@@ -129,17 +135,9 @@ impl Attempt {
         Ended { how, end, at: unix_ms() }
     }
 
-    fn draw_timeline(&self) {
-        let (name, jobs) = (&self.entry.order.name, self.live.timeline());
-        let files = [
-            ("timeline.svg", timeline::svg(name, &jobs)),
-            ("timeline.trace.json", timeline::trace(name, &jobs)),
-        ];
-        for (file, text) in files {
-            if let Err(error) = write_file(&self.folder.join(file), text.as_bytes()) {
-                self.live.say(&format!("warning: {file}: {error}"));
-            }
-        }
+    fn leave(&self) {
+        let name = &self.entry.order.name;
+        leave(&self.folder, name, &self.live, &mut |line| self.live.say(&line));
     }
 }
 

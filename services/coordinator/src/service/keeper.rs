@@ -4,7 +4,7 @@
 
 use super::live::{Clock, Live};
 use super::store::Kept;
-use super::timeline::{Job, Stretch};
+use super::timeline::{Job, Stretch, UNSETTLED};
 use crate::link::{Ending, Settlement, Try};
 use crate::run::{Jobs, Load};
 use cullet_proto::{FractureJob, JobId, Verdict};
@@ -22,16 +22,34 @@ struct Due {
 /// The desk of one attempt.
 pub(super) struct Keeper<'a> {
     pool: &'a dyn Jobs,
-    kept: Kept,
+    /// Verdicts of earlier attempts; `None`: there is no second one.
+    kept: Option<Kept>,
     live: &'a Live,
     clock: Clock,
     due: RefCell<VecDeque<Due>>,
 }
 
 impl<'a> Keeper<'a> {
-    pub(super) fn new(pool: &'a dyn Jobs, kept: Kept, live: &'a Live) -> Self {
+    pub(super) fn new(pool: &'a dyn Jobs, kept: Option<Kept>, live: &'a Live) -> Self {
         live.begin();
         Self { pool, kept, live, clock: Clock::start(), due: RefCell::default() }
+    }
+
+    /// The run is over: what has not settled will not.
+    pub(super) fn close(&self) {
+        let settled = self.clock.now();
+        for due in self.due.borrow_mut().drain(..) {
+            self.live.unsettled(Job {
+                job: due.job.short(),
+                worker: String::new(),
+                opened: due.opened,
+                settled,
+                attempts: 0,
+                kept: false,
+                tries: Vec::new(),
+                ending: UNSETTLED,
+            });
+        }
     }
 
     fn note(&self, due: &Due, settlement: &Settlement) {
@@ -61,7 +79,7 @@ impl<'a> Keeper<'a> {
             ending,
         });
         if let Ending::Abandoned(_) = settlement.ending {
-            self.live.give_up(due.job);
+            self.live.give_up(due.job, settlement.reproduction.clone());
         }
         let (job, worker) = (due.job.short(), &settlement.worker);
         let (attempts, kept) = (settlement.attempts, due.kept.is_some() || settlement.cached);
@@ -77,7 +95,7 @@ impl<'a> Keeper<'a> {
 impl Jobs for Keeper<'_> {
     fn open(&self, job: &FractureJob) -> JobId {
         let known = job.encode().ok().map(|bytes| JobId::of(&bytes));
-        let kept = known.and_then(|job| Some((job, self.kept.get(job)?)));
+        let kept = known.and_then(|job| Some((job, self.kept.as_ref()?.get(job)?)));
         let (job, kept) = match kept {
             Some((job, verdict)) => (job, Some(verdict)),
             None => (self.pool.open(job), None),
@@ -101,6 +119,7 @@ impl Jobs for Keeper<'_> {
                 wall: Duration::ZERO,
                 cached: true,
                 tries: Vec::new(),
+                reproduction: None,
             },
             None => match self.pool.settled(timeout) {
                 Some((job, settlement)) if job == due.job => settlement,
@@ -113,7 +132,7 @@ impl Jobs for Keeper<'_> {
             },
         };
         if let (None, Ending::Verdict(verdict)) = (&due.kept, &settlement.ending)
-            && let Err(error) = self.kept.put(due.job, verdict)
+            && let Some(Err(error)) = self.kept.as_ref().map(|kept| kept.put(due.job, verdict))
         {
             tracing::warn!(job = %due.job.short(), "a verdict is not kept: {error}");
         }

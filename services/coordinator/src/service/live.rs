@@ -1,6 +1,7 @@
 //! What a run says while it goes on: lines, kept in a file too, how far it is, and its jobs.
 
 use super::timeline::Job;
+use crate::link::Reproduction;
 use cullet_proto::JobId;
 use cullet_proto::service::{JobCounts, MAX_LINES, Position};
 use std::collections::VecDeque;
@@ -31,6 +32,7 @@ struct Inner {
     jobs: JobCounts,
     timeline: Vec<Job>,
     given_up: Option<JobId>,
+    reproduction: Option<Reproduction>,
     /// Where lines are kept; opened for each of them, as there may be thousands of runs.
     path: Option<PathBuf>,
     written: u64,
@@ -82,6 +84,7 @@ impl Live {
         let mut inner = self.inner();
         inner.jobs = JobCounts::default();
         inner.timeline.clear();
+        inner.reproduction = None;
     }
 
     pub(super) fn opened(&self) {
@@ -96,9 +99,20 @@ impl Live {
         inner.timeline.push(job);
     }
 
+    /// The run is over, and this job had not settled.
+    pub(super) fn unsettled(&self, job: Job) {
+        self.inner().timeline.push(job);
+    }
+
     /// The pool gave a job up.
-    pub(super) fn give_up(&self, job: JobId) {
-        self.inner().given_up = Some(job);
+    pub(super) fn give_up(&self, job: JobId, reproduction: Option<Reproduction>) {
+        let mut inner = self.inner();
+        (inner.given_up, inner.reproduction) = (Some(job), reproduction);
+    }
+
+    /// What reproduces that job, once.
+    pub(super) fn reproduction(&self) -> Option<Reproduction> {
+        self.inner().reproduction.take()
     }
 
     /// The job that the pool gave up, if it did.

@@ -10,6 +10,7 @@ mod attempt;
 mod board;
 mod error;
 mod forget;
+mod here;
 mod journal;
 mod keeper;
 mod live;
@@ -21,6 +22,7 @@ mod tell;
 mod timeline;
 
 pub use error::ServiceError;
+pub use here::run_here;
 pub use store::{Store, free, total};
 
 use crate::link::users::Door;

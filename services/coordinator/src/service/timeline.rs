@@ -51,6 +51,7 @@ impl Job {
         match (self.kept, self.ending) {
             (true, _) => "#8a8f98",
             (false, "solved") => "#3f7fb5",
+            (false, UNSETTLED) => "#c4c8ce",
             (false, _) => "#b5483f",
         }
     }
@@ -60,19 +61,82 @@ impl Job {
         self.tries.first().map_or(self.settled, |first| first.from.max(self.opened))
     }
 
-    /// When it was where, and in which colour.
-    fn bars(&self) -> Vec<(&str, f64, f64, &'static str)> {
-        if self.tries.is_empty() {
-            return vec![(self.who(), self.opened, self.settled, self.colour())];
+    /// When it was where, and what came of it.
+    fn bars(&self) -> Vec<Bar<'_>> {
+        let bar = |(index, one)| self.bar(index, one);
+        let tries: Vec<Bar<'_>> = self.tries.iter().enumerate().map(bar).collect();
+        if !tries.is_empty() {
+            return tries;
         }
-        let colour = |one: &Stretch| if one.lost.is_empty() { self.colour() } else { LOST };
-        let bar = |one: &Stretch| -> (f64, f64) {
-            let from = one.from.clamp(self.opened, self.settled);
-            (from, one.to.clamp(from, self.settled))
+        let text = match (self.kept, self.ending) {
+            (true, ending) => format!("{ending} before: nobody was asked"),
+            (false, UNSETTLED) => "not settled when the run was over".to_owned(),
+            (false, ending) => ending.to_owned(),
         };
-        let tries = self.tries.iter().map(|one| (one, bar(one)));
-        tries.map(|(one, (from, to))| (one.worker.as_str(), from, to, colour(one))).collect()
+        let (who, from, to, ending) = (self.who(), self.opened, self.settled, self.ending);
+        vec![Bar { who, from, to, colour: self.colour(), ending, attempt: 0, text }]
     }
+
+    fn bar<'a>(&'a self, index: usize, one: &'a Stretch) -> Bar<'a> {
+        let from = one.from.clamp(self.opened, self.settled);
+        let to = one.to.clamp(from, self.settled);
+        let (ending, colour, text) = match (one.lost.as_str(), self.ending) {
+            ("", ending) if one.worker == self.worker => (ending, self.colour(), ending.to_owned()),
+            ("", "solved" | "refused" | "failed") => {
+                (OVERTAKEN, LATE, "overtaken: another's result came first".to_owned())
+            }
+            ("", ending) => (ending, self.colour(), format!("stopped: the job was {ending}")),
+            (lost, _) => ("lost", LOST, self.lost(one, &why(lost))),
+        };
+        let text = format!("{text}; attempt {} of {}", index + 1, self.tries.len());
+        Bar { who: &one.worker, from, to, colour, ending, attempt: index + 1, text }
+    }
+
+    /// What came of a job when one had lost it.
+    fn lost(&self, one: &Stretch, why: &str) -> String {
+        let next = self.tries.iter().find(|other| other.from >= one.to);
+        let then = match (next, self.ending) {
+            (Some(next), _) => format!("sent again to {}", next.worker),
+            (None, "abandoned") => "the job was given up".to_owned(),
+            (None, _) => "not sent again".to_owned(),
+        };
+        format!("lost with {} ({why}); {then}", one.worker)
+    }
+}
+
+/// A job at a worker, as it is shown.
+struct Bar<'a> {
+    who: &'a str,
+    from: f64,
+    to: f64,
+    colour: &'static str,
+    /// How it ended, in a word.
+    ending: &'static str,
+    /// Which attempt, from 1; 0: nobody was asked.
+    attempt: usize,
+    /// What happened.
+    text: String,
+}
+
+/// How a job ends that has not when its run is over.
+pub(super) const UNSETTLED: &str = "unsettled";
+/// How an attempt ends where another one was first.
+const OVERTAKEN: &str = "overtaken";
+/// The colour of one.
+const LATE: &str = "#9ab8d3";
+
+/// Why an attempt was lost, for people: what the pool says, its first word in words.
+fn why(lost: &str) -> String {
+    let end = lost.find([' ', ':']).unwrap_or(lost.len());
+    let words = match &lost[..end] {
+        "Down" => "its process or its link ended",
+        "Crashed" => "its solver died",
+        "Dropped" => "it gave the job back",
+        "Silent" => "nothing was heard of it",
+        "TooLong" => "it took longer than it may",
+        other => other,
+    };
+    format!("{words}{}", &lost[end..])
 }
 
 /// An attempt that was lost.
@@ -80,8 +144,8 @@ const LOST: &str = "#d98b2b";
 
 /// Names of rows, each once, in order.
 fn rows(jobs: &[Job]) -> Vec<&str> {
-    let bars = jobs.iter().flat_map(|job| job.bars().into_iter().map(|(who, ..)| who));
-    let mut names: Vec<&str> = bars.collect();
+    let mut names: Vec<&str> =
+        jobs.iter().flat_map(|job| job.bars().into_iter().map(|bar| bar.who)).collect();
     names.sort_unstable();
     names.dedup();
     names
@@ -99,11 +163,16 @@ pub(super) fn trace(name: &str, jobs: &[Job]) -> String {
         events.push(json!({"ph": "M", "pid": 1, "tid": tid, "name": "thread_name", "args": args}));
     }
     for (id, job) in jobs.iter().enumerate() {
-        for (who, from, to, _) in job.bars() {
-            let args = json!({"ending": job.ending, "attempts": job.attempts, "kept": job.kept});
+        for bar in job.bars() {
+            let (attempt, attempts) = (bar.attempt, job.attempts);
+            let args = json!({
+                "ending": bar.ending, "what": bar.text, "attempt": attempt, "attempts": attempts,
+                "kept": job.kept,
+            });
+            let (from, took) = (bar.from * 1e6, (bar.to - bar.from) * 1e6);
             events.push(json!({
-                "ph": "X", "pid": 1, "tid": row(who), "name": job.job, "cat": "job",
-                "ts": (from * 1e6).round(), "dur": ((to - from) * 1e6).round(), "args": args,
+                "ph": "X", "pid": 1, "tid": row(bar.who), "name": job.job, "cat": "job",
+                "ts": from.round(), "dur": took.round(), "args": args,
             }));
         }
         // Jobs wait side by side: lines of their own, beside those of the workers.
@@ -135,8 +204,9 @@ pub(super) fn svg(name: &str, jobs: &[Job]) -> String {
          font-family=\"sans-serif\" font-size=\"11\">\n\
          <rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#fafafa\"/>\n\
          <text x=\"10\" y=\"20\" font-size=\"14\">{}: {} jobs in {end:.2} s</text>\n\
-         <text x=\"10\" y=\"36\" fill=\"#666\">thin: waits; bar: at a worker; blue solved, orange \
-         lost, grey kept or cached, red refused or failed</text>\n",
+         <text x=\"10\" y=\"36\" fill=\"#666\">thin: waits; bar: at a worker; blue solved, light \
+         blue overtaken, orange lost, grey kept or cached, light grey not settled, red refused, \
+         failed or given up</text>\n",
         escape(name),
         jobs.len(),
     );
@@ -155,19 +225,21 @@ pub(super) fn svg(name: &str, jobs: &[Job]) -> String {
             "<rect x=\"{waits:.1}\" y=\"{middle:.1}\" width=\"{width:.1}\" height=\"2\" \
              fill=\"#c4c8ce\"/>"
         );
-        for (who, from, to, colour) in job.bars() {
-            let (x, end) = (across(from), across(to));
+        for bar in job.bars() {
+            let (x, end) = (across(bar.from), across(bar.to));
             let _ = writeln!(
                 out,
-                "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{colour}\">\
-                 <title>{} {} {} {from:.3}–{to:.3} s, {} attempts</title></rect>",
+                "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\">\
+                 <title>{} at {} {:.3}–{:.3} s: {}</title></rect>",
                 y + 2.0,
                 (end - x).max(1.0),
                 ROW - 4.0,
+                bar.colour,
                 job.job,
-                escape(who),
-                job.ending,
-                job.attempts,
+                escape(bar.who),
+                bar.from,
+                bar.to,
+                escape(&bar.text),
             );
         }
     }
@@ -200,7 +272,7 @@ mod tests {
         let mut first = job("b", 0.0, 1.0, 1, false);
         first.tries = vec![at("b", 0.25, 0.75, "")];
         let mut second = job("a", 0.5, 2.0, 2, false);
-        second.tries = vec![at("c", 0.75, 1.0, "Down"), at("a", 1.25, 9.0, "")];
+        second.tries = vec![at("c", 0.75, 1.0, "Down (<x>)"), at("a", 1.25, 9.0, "")];
         vec![first, second, job("", 2.0, 2.0, 0, true)]
     }
 
@@ -225,5 +297,55 @@ mod tests {
         assert_eq!(picture.matches("<title>").count(), 4);
         assert!(picture.contains("&lt;pot&gt;") && picture.contains("#d98b2b"));
         assert!(svg("empty", &[]).ends_with("</svg>\n"));
+    }
+
+    /// What the bars say, in the picture and in the trace.
+    fn told(jobs: &[Job]) -> Vec<(String, String)> {
+        let said: serde_json::Value = serde_json::from_str(&trace("pot", jobs)).expect("JSON");
+        let events = said["traceEvents"].as_array().expect("events").iter();
+        let spans = events.filter(|event| event["ph"] == "X");
+        let words = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
+        let told = spans.map(|e| (words(&e["args"]["ending"]), words(&e["args"]["what"])));
+        let told: Vec<_> = told.collect();
+        let picture = svg("pot", jobs);
+        for (_, text) in &told {
+            let text = super::escape(text);
+            assert!(picture.contains(&format!(" s: {text}</title>")), "{text}: {picture}");
+        }
+        told
+    }
+
+    #[test]
+    fn a_bar_says_what_became_of_its_attempt() {
+        let all = told(&jobs());
+        let due = [
+            ("solved", "solved; attempt 1 of 1"),
+            (
+                "lost",
+                "lost with c (its process or its link ended (<x>)); sent again to a; \
+             attempt 1 of 2",
+            ),
+            ("solved", "solved; attempt 2 of 2"),
+            ("solved", "solved before: nobody was asked"),
+        ];
+        let due: Vec<_> = due.map(|(ending, text)| (ending.to_owned(), text.to_owned())).into();
+        assert_eq!(all, due);
+    }
+
+    #[test]
+    fn what_was_given_up_overtaken_or_left_is_told_so() {
+        let [_, job, _] = &jobs()[..] else { panic!("three jobs") };
+        let (mut poison, mut hedged, mut left) = (job.clone(), job.clone(), job.clone());
+        (poison.ending, poison.worker) = ("abandoned", String::new());
+        poison.tries[1].lost = "Crashed: a signal".into();
+        hedged.tries[0].lost.clear();
+        (left.ending, left.tries) = (super::UNSETTLED, Vec::new());
+        left.worker.clear();
+        let said = |job: &Job| told(std::slice::from_ref(job));
+        assert_eq!(said(&poison)[1].1, {
+            "lost with a (its solver died: a signal); the job was given up; attempt 2 of 2"
+        });
+        assert_eq!(said(&hedged)[0].0, "overtaken");
+        assert_eq!(said(&left)[0].1, "not settled when the run was over");
     }
 }

@@ -2,7 +2,9 @@
 
 use super::{Named, Plan, Row, finish, plan, read};
 use crate::args;
-use crate::client::{ask, bring, connect, exit_of, follow, hand_in, known, print_json, ticket};
+use crate::client::{
+    ask, bring, connect, exit_of, follow, hand_in, has_summary, known, print_json, ticket,
+};
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::{Folder, refuse_taken};
 use crate::logs;
@@ -241,7 +243,8 @@ impl How<'_> {
         if !info.state.is_over() {
             return Ok(Row { folder: None, exit: Exit::Later });
         }
-        let folder = bring(self.client, &info, Some(out))?;
+        // One that stalled has files, and is not done.
+        let folder = bring(self.client, &info, Some(out))?.filter(|_| has_summary(&info));
         if !self.place.who.voice.quiet {
             logs::say(format!("run {run} is {}", info.state.word()));
         }

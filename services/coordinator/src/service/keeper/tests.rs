@@ -28,7 +28,18 @@ impl Jobs for Stub {
         let verdict = Verdict::Refused { solver: "stub".into(), text: id.short() };
         let (ending, worker) = (Ending::Verdict(verdict), "w".to_owned());
         let (wall, tries) = (Duration::ZERO, Vec::new());
-        Some((id, Settlement { ending, attempts: 1, worker, wall, cached: false, tries }))
+        Some((
+            id,
+            Settlement {
+                ending,
+                attempts: 1,
+                worker,
+                wall,
+                cached: false,
+                tries,
+                reproduction: None,
+            },
+        ))
     }
 
     fn load(&self) -> Load {
@@ -45,7 +56,7 @@ fn a_second_attempt_asks_the_pool_for_what_is_new_alone_and_hears_the_same_in_or
     let (store, pool) = (Store::open(None).expect("a folder"), Stub::default());
     let live = Live::default();
     let attempt = |wanted: &[u64], settle: usize| {
-        let keeper = Keeper::new(&pool, store.kept(1), &live);
+        let keeper = Keeper::new(&pool, Some(store.kept(1)), &live);
         let ids: Vec<JobId> = wanted.iter().map(|seed| keeper.open(&job(*seed))).collect();
         let heard: Vec<_> = (0..settle).filter_map(|_| keeper.settled(Duration::ZERO)).collect();
         assert!(heard.iter().map(|(id, _)| *id).eq(ids[..settle].iter().copied()));
