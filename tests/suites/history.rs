@@ -10,8 +10,10 @@ use common::desk::Desk;
 use common::farm::{Draw, Farm, Role};
 use common::figures::number;
 use common::history::{Act, Heard, Listed, Step, check_jobs, check_runs, lines};
-use common::{unique, until};
-use std::sync::atomic::Ordering;
+use common::{Cullet, DONE, corpus, fetched, quiet_digest, signal, unique, until};
+use std::io::{PipeWriter, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -170,6 +172,59 @@ fn a_submission_whose_answer_is_lost_is_one_run() {
     farm.leave();
     assert!(said.is_empty(), "{said:#?}\nin {}", folder.display());
     std::fs::remove_dir_all(folder).ok();
+}
+
+/// Fills a pipe: who writes there now waits.
+fn full_pipe(mut writer: PipeWriter) {
+    let (page, filled) = (vec![b'\n'; 4096], Arc::new(AtomicU64::new(0)));
+    let count = Arc::clone(&filled);
+    std::thread::spawn(move || {
+        while writer.write_all(&page).is_ok() {
+            count.fetch_add(1, Ordering::SeqCst);
+        }
+    });
+    let mut last = 0;
+    until("the pipe is full", Duration::from_secs(20), || {
+        sleep(Duration::from_millis(200));
+        let now = filled.load(Ordering::SeqCst);
+        std::mem::replace(&mut last, now) == now && now > 0
+    });
+}
+
+/// The run is in the journal, and the coordinator dies before it has answered: who asks again hears
+/// of the same run. It is stopped there by a line of its log, which nobody takes from it.
+#[test]
+fn a_coordinator_that_dies_between_its_journal_and_its_answer_has_the_run_once() {
+    let (endpoint, state) = (common::free_endpoint(), unique("unanswered"));
+    let start = |workers: &str| {
+        let call = ["coordinator", "--log", "json", "--listen", &endpoint, "--workers", workers];
+        Cullet::new(&call).args(&["--state"]).path(&state)
+    };
+    let ask = |args: &[&str]| Cullet::new(args).args(&["--connect", &endpoint]).output();
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    let mut coordinator = start("0").errors(writer.try_clone().expect("a pipe")).spawn();
+    until("it is there", Duration::from_secs(30), || ask(&["ps"]).code == 0);
+    full_pipe(writer);
+    let scene = corpus("drop.toml");
+    let call = ["submit", &scene, "--detach", "--patience", "120", "--connect", &endpoint];
+    let mut client = Cullet::new(&call).spawn();
+    let journal = || std::fs::read_to_string(state.join("journal")).unwrap_or_default();
+    let kept = || journal().contains("\"submitted\"");
+    until("it is in the journal", Duration::from_secs(60), kept);
+    assert_eq!(client.wait(Duration::from_secs(1)), None, "it has been answered: {}", journal());
+    signal(coordinator.id(), "KILL");
+    coordinator.wait(Duration::from_secs(10));
+    drop(reader);
+    let log = std::fs::File::create(state.join("second.log")).expect("a log");
+    let _again = start("1").errors(log).spawn();
+    assert_eq!(client.wait(Duration::from_secs(100)), Some(0), "{}", client.stderr());
+    assert_eq!(client.stdout().trim(), "1");
+    let said = ask(&["wait", "1"]);
+    assert!(DONE.contains(&said.code), "{}", said.stderr);
+    let all = ask(&["ps", "--json"]).stdout;
+    let all: serde_json::Value = serde_json::from_str(&all).expect("JSON");
+    assert_eq!(all["runs"].as_array().map(Vec::len), Some(1), "{all:#}");
+    assert_eq!(fetched("1", &["--connect", &endpoint]), quiet_digest(&[]));
 }
 
 /// One run, in which the coordinator is killed: as it is handed in, in the middle, or at its end.

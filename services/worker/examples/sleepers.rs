@@ -2,11 +2,14 @@
 //!
 //! `cargo build --release -p cullet-worker --examples` and then
 //! `target/release/examples/sleepers [MILLIS JOBS_PER_WORKER WORKERS...]` prints a CSV; without
-//! arguments, 1 s jobs, ten a worker, for 1 to 64 workers; with `bulk`, results of 50 MB; with
-//! `storm`, 64 workers that come and are killed. The workers are `stub` beside it.
+//! arguments, 1 s jobs, ten a worker, for 1 to 64 workers, and 1 000 tiny ones through 8; with
+//! `bulk`, results of 50 MB; with `storm [WORKERS]`, 64 workers or so many that come and are
+//! killed. The workers are `stub` beside it. Memory is the most that was held at one time: by this
+//! process, which is the coordinator, by one worker, and by a worker's job process.
 
 use cullet_coordinator::link::{Ending, Pool, PoolConfig, Share, SpawnConfig};
 use cullet_proto::FractureJob;
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -46,10 +49,22 @@ fn measure(millis: u32, each: u64, workers: usize) -> Result<(), Box<dyn std::er
     let ideal = f64::from(millis) * 1e-3 * each as f64;
     let (efficiency, overhead) = (ideal / real, (real - ideal) / jobs as f64 * 1e3);
     let (start, resent) = (start.as_secs_f64(), pool.stats().jobs.resent);
+    let memory = memory(&pool.pids());
     println!(
-        "{workers},{millis},{jobs},{real:.3},{efficiency:.4},{overhead:.3},{start:.1},{resent}"
+        "{workers},{millis},{jobs},{real:.3},{efficiency:.4},{overhead:.3},{start:.1},{resent},\
+         {memory}"
     );
     Ok(())
+}
+
+/// Most memory held so far \[MiB\]: here, by one of these workers, by one of their job processes.
+fn memory(workers: &[u32]) -> String {
+    let all = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+    let ids = all.filter_map(|entry| entry.file_name().to_str()?.parse().ok());
+    let jobs: Vec<u32> =
+        ids.filter(|id| status(id, "PPid:").is_some_and(|id| workers.contains(&id))).collect();
+    let most = |ids: &[u32]| ids.iter().map(peak).fold(0.0, f64::max);
+    format!("{:.1},{:.1},{:.1}", peak(&"self"), most(workers), most(&jobs))
 }
 
 /// Results of 50 MB through one pool.
@@ -72,16 +87,20 @@ fn bulk(jobs: u64, workers: usize) -> Result<(), Box<dyn std::error::Error>> {
     }
     let (real, stats) = (since.elapsed().as_secs_f64(), pool.stats());
     let (rate, resent, damaged) = (mib * jobs as f64 / real, stats.jobs.resent, stats.damaged);
-    let peak = peak();
-    println!("{workers},{jobs},{mib:.1},{real:.2},{rate:.0},{resent},{damaged},{peak}");
+    let peak = peak(&"self");
+    println!("{workers},{jobs},{mib:.1},{real:.2},{rate:.0},{resent},{damaged},{peak:.0}");
     Ok(())
 }
 
-/// Most memory held so far \[MiB\], where the system says.
-fn peak() -> u64 {
-    let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    line.and_then(|l| l.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok()).unwrap_or(0) >> 10
+/// Most memory that a process has held so far \[MiB\], where the system says.
+fn peak(process: &impl Display) -> f64 {
+    f64::from(status(process, "VmHWM:").unwrap_or(0)) / 1024.0
+}
+
+fn status(process: &impl Display, what: &str) -> Option<u32> {
+    let text = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(what))?;
+    line.split_whitespace().next()?.parse().ok()
 }
 
 fn stub() -> std::io::Result<PathBuf> {
@@ -147,18 +166,35 @@ fn storm(places: u64, seconds: u64) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+/// One row in a process of its own, for what one has held may stay with it.
+fn apart(millis: u64, each: u64, workers: u64) -> Result<(), Box<dyn std::error::Error>> {
+    let numbers = [millis, each, workers].map(|number| number.to_string());
+    let status = Command::new(std::env::current_exe()?).arg("row").args(&numbers).status()?;
+    if status.success() { Ok(()) } else { Err(format!("{numbers:?}: {status}").into()) }
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    match std::env::args().nth(1).as_deref() {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let numbers = |from: usize| -> Result<Vec<u64>, std::num::ParseIntError> {
+        words.iter().skip(from).map(|word| word.parse()).collect()
+    };
+    match words.first().map(String::as_str) {
         Some("bulk") => return bulk(20, 2),
-        Some("storm") => return storm(64, 30),
+        Some("storm") => return storm(numbers(1)?.first().copied().unwrap_or(64), 30),
+        Some("row") => {
+            let all = numbers(1)?;
+            let [millis, each, workers] = all[..] else { return Err("three numbers".into()) };
+            return measure(millis as u32, each, workers as usize);
+        }
         _ => {}
     }
-    println!("workers,job_ms,jobs,wall_s,efficiency,overhead_ms_per_job,start_s,resent");
-    let args: Vec<u64> =
-        std::env::args().skip(1).map(|arg| arg.parse()).collect::<Result<_, _>>()?;
-    let (millis, each, workers) = match &args[..] {
-        [millis, each, workers @ ..] => (*millis as u32, *each, workers.to_vec()),
-        _ => (1_000, 10, vec![1, 2, 4, 8, 16, 32, 64]),
-    };
-    workers.iter().try_for_each(|workers| measure(millis, each, *workers as usize))
+    println!(
+        "workers,job_ms,jobs,wall_s,efficiency,overhead_ms_per_job,start_s,resent,\
+         coordinator_mib,worker_mib,job_mib"
+    );
+    if let [millis, each, workers @ ..] = &numbers(0)?[..] {
+        return workers.iter().try_for_each(|workers| apart(*millis, *each, *workers));
+    }
+    [1, 2, 4, 8, 16, 32, 64].into_iter().try_for_each(|workers| apart(1_000, 10, workers))?;
+    apart(0, 125, 8)
 }

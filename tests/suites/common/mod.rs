@@ -7,7 +7,7 @@ pub(crate) mod figures;
 pub(crate) mod history;
 pub(crate) mod proxy;
 
-use std::fs::{File, OpenOptions};
+use std::fs::OpenOptions;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -63,9 +63,9 @@ impl Cullet {
         self
     }
 
-    /// What it says goes into a file.
-    pub(crate) fn errors(mut self, file: File) -> Self {
-        self.0.stderr(file);
+    /// What it says goes there.
+    pub(crate) fn errors(mut self, place: impl Into<Stdio>) -> Self {
+        self.0.stderr(place);
         self
     }
 
