@@ -73,11 +73,10 @@ fn share(position: &Position) -> f64 {
 /// Where a run is, in a line: also how far those of its jobs are that workers solve.
 pub(crate) fn text(p: &Position) -> String {
     let Position { time, end, bodies, fractures, jobs, permille } = p;
+    let at = format!("{time:.3} of {end:.3} s, {bodies} bodies, {fractures} fractures");
     let solving = Some(permille / 10).filter(|_| *permille > 0);
     let solving = solving.map(|percent| format!(" (at work: {percent} %)")).unwrap_or_default();
-    format!(
-        "{time:.3} of {end:.3} s, {bodies} bodies, {fractures} fractures, {jobs} jobs to do{solving}"
-    )
+    format!("{at}, {jobs} jobs to do{solving}")
 }
 
 #[cfg(test)]
