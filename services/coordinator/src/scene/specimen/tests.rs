@@ -1,5 +1,5 @@
 use super::format::{Expected, Metric, Reduction};
-use super::metric::{Verdict, reduce, weigh};
+use super::metric::{Verdict, reduce, speeds, weigh};
 use super::{Specimen, load};
 use cullet_proto::specimen::{Course, Probe, Push};
 use cullet_proto::strength::Region;
