@@ -38,7 +38,10 @@ pub enum ServiceError {
         need: u64,
     },
     /// A user's runs hold as much of the disk as they may.
-    #[error("the runs of {user} hold {used} bytes of the disk here{}", quota::beyond(*more, *bound))]
+    #[error(
+        "the runs of {user} hold {used} bytes of the disk here{}",
+        quota::beyond(*more, *bound)
+    )]
     Quota {
         /// Whose.
         user: String,

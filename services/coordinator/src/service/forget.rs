@@ -61,8 +61,8 @@ impl Service<'_> {
     }
 }
 
-/// Up to which number runs have been, as the folder says and, from now on, the board: a journal that
-/// a hand has cut tells of fewer.
+/// Up to which number runs have been, as the folder says and, from now on, the board: a journal
+/// that a hand has cut tells of fewer.
 pub(super) fn numbered(
     store: &Store,
     journal: &mut Journal,
