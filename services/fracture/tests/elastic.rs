@@ -222,4 +222,10 @@ fn two_equal_bars_exchange_velocities() {
     assert!((left + 0.5).abs() < 0.02, "left bar leaves with {left}");
     let energy = (domain.kinetic_energy() + domain.elastic_energy()) / start;
     assert!((energy - 1.0).abs() < 0.01, "energy {energy}");
+    // F21: faces that have met are two as before, and fly apart for good.
+    while domain.time < 2.0 * contact {
+        domain.advance();
+    }
+    let left = mean(&domain, true);
+    assert!((left + 0.5).abs() < 0.02, "left bar flies on with {left}");
 }

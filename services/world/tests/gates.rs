@@ -144,6 +144,16 @@ fn bad_bodies_are_refused_by_name_and_number() {
         },
         "volume",
     );
+    // More is missing far out than there is within: a volume, but no inertia.
+    range(
+        |s| {
+            let hole = cuboid(Vec3::repeat(0.05)).0.mesh.flipped();
+            for x in [-5.0, 5.0] {
+                mesh(s).append(&hole.translated(Vec3::x() * x));
+            }
+        },
+        "inertia",
+    );
     let off = refused(|s| {
         mesh(s).vertices.iter_mut().for_each(|p| p.x += 1e-3);
     });

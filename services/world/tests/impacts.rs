@@ -281,3 +281,25 @@ fn a_hard_landing_does_not_sink_in() {
         assert!(low < 1e-3 && near < 1e-3, "they touched: {low} {near}");
     }
 }
+
+/// F38: a block that falls on a slice of a 320th of its mass presses it against the floor for many
+/// steps: one hit, with at least four fifths of its momentum.
+#[test]
+fn a_blow_of_many_steps_is_one_hit() {
+    for rate in [240.0, 480.0, 960.0] {
+        let mut world = World::new(WorldSettings { step: 1.0 / rate, ..settings() }).unwrap();
+        put(&mut world, floor());
+        let thin = cuboid(Vec3::new(0.2, 0.2, 0.05));
+        let thin = put(&mut world, body("thin", thin, GLASS, Vec3::new(0.0, 0.0, 0.025)));
+        // Four times the volume.
+        let heavy = Material { density: 80.0 * GLASS.density, ..GLASS };
+        let block = body("block", cuboid(Vec3::repeat(0.2)), heavy, Vec3::new(0.0, 0.0, 0.25));
+        let block = BodySpec { velocity: Vec3::new(0.0, 0.0, -2.0), ..block };
+        let block = put(&mut world, block);
+        let momentum = world.body(block).unwrap().mass * (4.0_f64 + 2.0 * 9.81 * 0.1).sqrt();
+        let hits = steps(&mut world, (0.15 * rate) as u32);
+        let below = hits.iter().filter(|hit| hit.body == thin && hit.fixed_other);
+        let below: Vec<f64> = below.map(|hit| hit.impact.impulse / momentum).collect();
+        assert!(below.len() == 1 && (0.8..1.0).contains(&below[0]), "{rate} Hz: {below:?}");
+    }
+}

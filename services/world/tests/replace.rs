@@ -241,6 +241,16 @@ fn tiers_and_generations_end_the_cascade() {
         "1/512 of the original: {:?}",
         report.tiers
     );
+    // Either bound alone ends it.
+    let breaks = |max_generation, parts| {
+        let mut world = World::new(WorldSettings { max_generation, ..weightless() }).unwrap();
+        let id = put(&mut world, body("cube", cuboid(CUBE), GLASS, Vec3::zeros()));
+        let report = world.replace(id, &[], cells(CUBE, parts, 0.0), 0.0).unwrap();
+        world.body(report.fragments[0]).unwrap().breakable
+    };
+    assert!(breaks(2, 2));
+    assert!(!breaks(1, 2), "of the last generation");
+    assert!(!breaks(2, 4), "too small");
 }
 
 #[test]

@@ -28,7 +28,7 @@ fn an_enclosed_part_is_kept_and_told_of() {
 fn parts_are_large_enough_to_have_an_inertia() {
     // F32: a lattice of bands that asks for pieces of a cell and less.
     let h = 0.08;
-    let cloud = Cloud::in_cube(h, |p| p.iter().any(|x| (x / (2.9 * h)).fract() < 0.4));
+    let cloud = Cloud::in_cube(h, |p| p.iter().any(|x| (x / (2.6 * h)).fract() < 0.3));
     let settings = CutSettings { min_volume_ratio: 0.0, max_fragments: 10_000, ..SETTINGS };
     let partition = extract(&cube(), &cloud.field(), &settings).unwrap();
     assert_lawful(&partition, 1.0, cloud.positions.len());
