@@ -242,7 +242,8 @@ fn a_body_that_cannot_be_made_is_a_status_and_the_next_one_runs() {
     let sweep = format!("geometry.shape={},{}", ring("5 cm"), ring("1 cm"));
     let file = out.join("ring.toml");
     let text = "[geometry]\nshape = { kind = \"sphere\", radius = \"5 cm\" }\n\
-        [material]\nname = \"glass\"\npreset = \"soda-lime-glass\"\n[solver]\nspacing = \"5 mm\"\n[run]\nend = \"1 us\"\n";
+        [material]\nname = \"glass\"\npreset = \"soda-lime-glass\"\n\
+        [solver]\nspacing = \"5 mm\"\n[run]\nend = \"1 us\"\n";
     std::fs::write(&file, text).expect("a file");
     let table = csv.to_string_lossy();
     let more = ["--sweep", &sweep, "--csv", &table];

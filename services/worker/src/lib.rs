@@ -161,7 +161,8 @@ fn start_threads(threads: usize) -> Result<ThreadPool, WorkerError> {
         .map_err(|error| WorkerError::Threads { threads, text: error.to_string() })
 }
 
-/// Solves the job in a file, as the job process would: `job.bin` of one that was given up. The verdict's digest and the verdict.
+/// Solves the job in a file, as the job process would: `job.bin` of one that was given up.
+/// The verdict's digest and the verdict.
 ///
 /// # Errors
 /// The file cannot be read, is no job, or its verdict cannot be sent.

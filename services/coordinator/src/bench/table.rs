@@ -116,8 +116,8 @@ pub fn text(all: &[Measured]) -> String {
         let ended = trouble(&result.ending).is_none();
         if ended && result.strength_ratio < 1.0 {
             notes.push(format!(
-                "{name} at h = {spacing} mm: cracks grow at {} of the strength, which this grid is too \
-                 coarse for (F01)",
+                "{name} at h = {spacing} mm: cracks grow at {} of the strength, which this grid is \
+                 too coarse for (F01)",
                 short(result.strength_ratio)
             ));
         }

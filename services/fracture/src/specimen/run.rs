@@ -302,7 +302,8 @@ impl SpecimenRun {
         forces
     }
 
-    /// Energy that went where sides met in this step: what their pushes did on the way of both \[J\].
+    /// Energy that went where sides met in this step: what their pushes did on the way of both
+    /// \[J\].
     fn met(&self) -> f64 {
         let velocities = &self.domain.grid.nodes.velocity;
         let way = |n: u32| self.before[n as usize] + vector(velocities[n as usize]);

@@ -50,7 +50,8 @@ pub enum ProbeKind {
     /// How far broken points of `region` reach along `direction`, all but a `share` of them \[m\];
     /// `otherwise` before there are any.
     CrackTip,
-    /// Speed of that tip, over the last `window` \[m/s\]: `region`, `direction`, `share`, `otherwise`.
+    /// Speed of that tip, over the last `window` \[m/s\]: `region`, `direction`, `share`,
+    /// `otherwise`.
     CrackSpeed,
     /// Angle of the mean of the broken points of `region` about the place `at`, from `direction`
     /// towards `towards` \[rad\].
