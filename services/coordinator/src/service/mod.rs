@@ -359,7 +359,6 @@ impl<'a> Service<'a> {
         if !end.text.is_empty() {
             (self.say)(&format!("run {run}: {}", end.text));
         }
-        tracing::info!(run, ?how, code = end.code, text = end.text, "run ended");
         self.ended += 1;
         self.admit(Event::Ended { run, how, end, at });
         if self.board.get(run).is_ok_and(|entry| entry.state == State::Done) {
