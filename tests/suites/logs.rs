@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Cullet, Going, LONGER, children_of, corpus, signal, unique, until};
+use common::{Cullet, Going, LONGER, corpus, signal, unique, until};
 use serde_json::Value;
 use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
@@ -58,7 +58,7 @@ fn every_line_is_an_object_and_a_run_can_be_followed_to_its_fragments() {
     // A run that is not there, and arguments that are not understood.
     let bad = ["wait", "99", "--connect", &endpoint, "--log=json"];
     let more = || OpenOptions::new().append(true).open(&errors).expect("a log");
-    assert_eq!(Cullet::new(&bad).errors(more()).output().code, 64);
+    assert_eq!(Cullet::new(&bad).errors(more()).output().code, 66);
     let bad = ["coordinator", "--log", "json", "--runs", "x"];
     assert_eq!(Cullet::new(&bad).errors(more()).output().code, 64);
     for process in [&mut worker, &mut coordinator] {
@@ -105,14 +105,15 @@ fn a_job_process_that_dies_says_so_in_an_object() {
     let endpoint = common::free_endpoint();
     let call = ["coordinator", "--listen", &endpoint, "--log", "json"];
     let _coordinator = Cullet::new(&call).spawn();
-    let worker = Told::start("dying-log", &["worker", "--connect", &endpoint, "--memory", "1"]);
+    let worker = Told::start("dying-log", &["worker", "--connect", &endpoint, "--memory", "32"]);
+    // Starts well below that, and asks for more at once.
     let call = ["submit", &corpus("drop.toml"), "--detach", "--connect", &endpoint];
-    assert_eq!(Cullet::new(&call).output().code, 0);
+    let large = ["--set", "fracture.max_particles=400000", "--set", "fracture.solver=brittle"];
+    assert_eq!(Cullet::new(&call).args(&large).output().code, 0);
     worker.until("job given back");
     let said = |line: &Value| {
         let text = line["message"].as_str().unwrap_or_default();
         text.starts_with("the job process says: ")
     };
     until("it is heard", LONG, || worker.lines().iter().any(said));
-    assert!(children_of(worker.0.id()).len() <= 1);
 }

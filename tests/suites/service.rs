@@ -314,14 +314,16 @@ fn how_far_a_solve_is_can_be_watched() {
         of("permille") > Some(20) && of("jobs") >= Some(1)
     });
     assert!(shown["position"]["permille"].as_u64() <= Some(1000), "{shown:#}");
-    let mut watch = Cullet::new(&["watch", &run, "--connect", &farm.endpoint]).spawn();
-    let told = farm.ask(&["ps"]).stdout;
-    assert!(told.contains(" %"), "{told}");
-    sleep(Duration::from_secs(7));
+    let errors = unique("watches");
+    let log = fs::File::create(&errors).expect("a file");
+    let call = ["watch", &run, "--connect", &farm.endpoint];
+    let mut watch = Cullet::new(&call).errors(log).spawn();
+    let minute = Duration::from_secs(60);
+    common::until("ps says so", minute, || farm.ask(&["ps"]).stdout.contains(" %"));
+    let told = || fs::read_to_string(&errors).expect("a log");
+    common::until("it is watched", minute, || told().contains(" to do (at work: "));
     assert_eq!(farm.ask(&["cancel", &run]).code, 0);
-    watch.wait(Duration::from_secs(60));
-    let told = watch.stderr();
-    assert!(told.contains("jobs to do (at work: "), "{told}");
+    watch.wait(minute);
 }
 
 #[test]

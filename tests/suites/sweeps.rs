@@ -183,7 +183,8 @@ fn the_rest_of_a_sweep_is_what_is_not_there_yet() {
 fn a_sweep_larger_than_the_queue_waits_for_room_or_says_what_is_there() {
     let farm = Farm::start("0");
     let (_, file) = sweep("large", "\"world.seed\" = { from = 1, to = 780, step = 1 }");
-    let leave = ["submit", "--detach", "--patience", "1"];
+    until("it answers", LONG, || farm.ask(&["ps"]).code == 0);
+    let leave = ["submit", "--detach", "--patience", "5"];
     let said = farm.call(&leave).path(&file).output();
     assert_eq!(said.code, 75, "{}", said.stderr);
     // One goes on, and as many wait as may.
@@ -191,17 +192,20 @@ fn a_sweep_larger_than_the_queue_waits_for_room_or_says_what_is_there() {
     for words in ["is full", "769 of 780 runs are there", ": 1 to 769;", "--rest --detach"] {
         assert!(said.stderr.contains(words), "{words:?} is not in {}", said.stderr);
     }
-    let one = farm.ask(&["submit", &corpus("drop.toml"), "--detach", "--patience", "0.2"]);
+    let one = farm.ask(&["submit", &corpus("drop.toml"), "--detach", "--patience", "3"]);
     assert_eq!(one.code, 75, "{}", one.stderr);
-    let mut waits = farm.call(&["submit", "--rest"]).path(&file).spawn();
+    let errors = unique("waits");
+    let log = fs::File::create(&errors).expect("a file");
+    let mut waits = farm.call(&["submit", "--rest"]).path(&file).errors(log).spawn();
     assert_eq!(waits.wait(Duration::from_secs(6)), None, "it has left");
     assert_eq!(farm.runs().len(), 769);
     for run in 20..30 {
         assert_eq!(farm.ask(&["cancel", &run.to_string()]).code, 0);
     }
     until("ten more are there", LONG, || farm.runs().len() == 779);
-    let said = waits.stderr();
+    let said = || fs::read_to_string(&errors).expect("a log");
+    until("it says so", LONG, || said().contains("run 779: seed=779"));
+    let said = said();
     assert!(said.contains("the queue there is full: drop waits for room in it"), "{said}");
-    assert!(said.contains("run 779: seed=779"), "{said}");
     assert!(!said.contains("run 780"), "{said}");
 }

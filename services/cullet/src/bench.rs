@@ -40,6 +40,7 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
     let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
     let limits = Limits {
         exe,
+        words: args.voice.words(),
         workers: args.workers.map_or_else(spare_cores, usize::from),
         time: Duration::from_secs_f64(args.limit.clamp(1e-3, 1e9)),
     };

@@ -290,6 +290,10 @@ pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
 pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
     let place = &args.place;
     let run = match &args.what {
+        What::Run(_) if !args.set.is_empty() => {
+            let text = "--set is for sweeps: it says which of their runs are meant";
+            return Err(Trouble::new(Exit::Usage, text));
+        }
         What::Run(run) => *run,
         What::Sweep(file) => return sweep::fetch(args, file),
     };
@@ -308,6 +312,7 @@ pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
     match out {
         _ if place.who.json => print_json(&info)?,
         Some(out) => print(format!("{}\n", out.display()))?,
+        None if place.who.voice.quiet => {}
         None => logs::say(format!("{}; there is nothing to fetch", ended(&info))),
     }
     Ok(exit_of(&info))

@@ -53,6 +53,7 @@ fn run(args: &args::Frontier, set: &Set, table: &Path, all: &mut Vec<Row>) -> Re
     let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
     let limits = Limits {
         exe,
+        words: args.voice.words(),
         workers: usize::from(args.workers),
         time: Duration::from_secs_f64(args.limit.clamp(1e-3, 1e9)),
     };

@@ -24,6 +24,8 @@ const LONGEST: Duration = Duration::from_secs(1_000_000_000);
 pub struct Limits {
     /// The program whose `worker` command solves.
     pub exe: PathBuf,
+    /// More words for the command of each worker.
+    pub words: Vec<String>,
     /// How many runs at once.
     pub workers: usize,
     /// Longest wall time of a run.
@@ -48,8 +50,10 @@ pub fn run_all(
         hedge_factor: u64::from(u32::MAX),
         ..Timing::production()
     };
+    let mut spawn = SpawnConfig::new(limits.exe.clone(), workers, 1);
+    spawn.args.extend(limits.words.iter().cloned());
     let pool = Pool::start(PoolConfig {
-        spawn: Some(SpawnConfig::new(limits.exe.clone(), workers, 1)),
+        spawn: Some(spawn),
         timing,
         cache: CacheConfig { memory: 0, disk: None },
         ..PoolConfig::default()

@@ -349,8 +349,9 @@ impl<'a> Service<'a> {
             (How::Stopped, Some(Wish::Cancel)) => {
                 end.code = Some(codes::CANCELLED);
                 let left = "the coordinator was told to stop: the recording ends here";
-                end.text = if self.leaving { left } else { "" }.to_owned();
-                live.say(if self.leaving { left } else { "cancelled: the recording ends here" });
+                let leaves = self.leaving && self.store.named().is_none();
+                end.text = if leaves { left } else { "" }.to_owned();
+                live.say(if leaves { left } else { "cancelled: the recording ends here" });
             }
             (How::Stopped, Some(Wish::Pause)) => live.say("paused"),
             (How::Stopped, None) => live.say("the coordinator leaves; the run goes on later"),

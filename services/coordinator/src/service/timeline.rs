@@ -95,7 +95,9 @@ impl Job {
     /// What came of a job when one had lost it.
     fn lost(&self, one: &Stretch, why: &str) -> String {
         let next = self.tries.iter().find(|other| other.from >= one.to);
-        let then = match (next, self.ending) {
+        let beside = self.tries.iter().find(|other| other.from < one.to && other.to > one.to);
+        let then = match (next.or(beside), self.ending) {
+            (Some(other), _) if other.from < one.to => format!("{} was at it too", other.worker),
             (Some(next), _) => format!("sent again to {}", next.worker),
             (None, "abandoned") => "the job was given up".to_owned(),
             (None, _) => "not sent again".to_owned(),

@@ -28,7 +28,9 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     handed.map_err(|trouble| advice(trouble, &runs, file, args))?;
     if args.detach {
         if !args.place.who.voice.quiet {
-            logs::say(format!("fetch them together: cullet fetch {} --follow", file.display()));
+            let set = set_of(&args.scene.set);
+            let file = file.display();
+            logs::say(format!("fetch them together: cullet fetch {file} --follow{set}"));
         }
         return Ok(Exit::Done);
     }
@@ -83,7 +85,7 @@ fn advice(trouble: Trouble, runs: &[Option<u64>], file: &Path, args: &args::Subm
     if there.is_empty() {
         return trouble;
     }
-    let set: String = args.scene.set.iter().map(|set| format!(" --set '{set}'")).collect();
+    let set = set_of(&args.scene.set);
     let (file, numbers) = (file.display(), numbers(&there));
     let next = match there.len() < runs.len() {
         true => {
@@ -95,6 +97,11 @@ fn advice(trouble: Trouble, runs: &[Option<u64>], file: &Path, args: &args::Subm
     let (count, all) = (there.len(), runs.len());
     let text = format!("{trouble}\n{count} of {all} runs are there and go on: {numbers}; {next}");
     Trouble::new(trouble.exit, text)
+}
+
+/// Overrides as they are typed.
+fn set_of(set: &[String]) -> String {
+    set.iter().map(|set| format!(" --set '{set}'")).collect()
 }
 
 /// Numbers as people write them.
@@ -211,13 +218,13 @@ impl How<'_> {
             }
             rows.push(row);
         }
-        if missing > 0 {
+        if missing > 0 && !who.voice.quiet {
             logs::say(format!(
                 "{missing} of {} runs are not there: their rows are empty",
                 rows.len()
             ));
         }
-        if !going.is_empty() {
+        if !going.is_empty() && !who.voice.quiet {
             let (count, all, numbers) = (going.len(), rows.len(), numbers(&going));
             logs::say(format!(
                 "{count} of {all} runs are not over, and their rows are empty: {numbers}; \

@@ -38,12 +38,12 @@ pub(super) struct Facing {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contact {
     pairs: Vec<Pair>,
-    pushes: Vec<Push>,
+    shoves: Vec<Shove>,
 }
 
 /// What one copy of a node gave another in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Push {
+pub(crate) struct Shove {
     /// Both.
     pub(crate) nodes: [u32; 2],
     /// On the second; the first has as much against it \[N·s\].
@@ -79,13 +79,13 @@ impl Contact {
                 }
             }
         }
-        Self { pairs, pushes: Vec::new() }
+        Self { pairs, shoves: Vec::new() }
     }
 
     /// Stops the copies that would overlap at the end of the step: to the velocity that closes what
     /// gap there is. Momentum is kept, pair by pair.
     pub(super) fn resolve(&mut self, nodes: &mut Nodes, step: f64) {
-        self.pushes.clear();
+        self.shoves.clear();
         for pair in &self.pairs {
             let (a, b) = (pair.first as usize, pair.second as usize);
             let opened = vector(nodes.displacement[b] - nodes.displacement[a]).dot(&pair.normal);
@@ -100,13 +100,18 @@ impl Contact {
             nodes.velocity[a] -= packed(pair.normal * (impulse / first));
             nodes.velocity[b] += packed(pair.normal * (impulse / second));
             let Pair { first, second, normal, .. } = *pair;
-            self.pushes.push(Push { nodes: [first, second], impulse: normal * impulse });
+            self.shoves.push(Shove { nodes: [first, second], impulse: normal * impulse });
         }
     }
 
+    /// Takes the pairs of another, which has more of them; what passed stays known.
+    pub(super) fn find(&mut self, other: Self) {
+        self.pairs = other.pairs;
+    }
+
     /// What passed between copies in the last step.
-    pub(super) fn pushes(&self) -> &[Push] {
-        &self.pushes
+    pub(super) fn shoves(&self) -> &[Shove] {
+        &self.shoves
     }
 }
 

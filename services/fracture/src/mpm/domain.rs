@@ -302,12 +302,13 @@ impl Domain {
 
     /// Finds what may touch.
     fn touch(&mut self) {
-        self.contact = Contact::new(&self.grid.nodes, &self.grid.spacing, &self.facings);
+        let found = Contact::new(&self.grid.nodes, &self.grid.spacing, &self.facings);
+        self.contact.find(found);
     }
 
     /// What passed between sides that met in the last step.
-    pub(crate) fn pushes(&self) -> &[contact::Push] {
-        self.contact.pushes()
+    pub(crate) fn shoves(&self) -> &[contact::Shove] {
+        self.contact.shoves()
     }
 
     /// How often nodes have been parted.

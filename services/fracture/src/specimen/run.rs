@@ -6,7 +6,7 @@ use super::probe::{Probe, Reading, shares};
 use super::push::{self, Pushed};
 use super::{Field, Specimen};
 use crate::mpm::Domain;
-use crate::mpm::contact::Push;
+use crate::mpm::contact::Shove;
 use crate::mpm::kernel::{packed, vector};
 use crate::solver::Refusal;
 use cullet_geometry::Vec3;
@@ -307,11 +307,11 @@ impl SpecimenRun {
     fn met(&self) -> f64 {
         let velocities = &self.domain.grid.nodes.velocity;
         let way = |n: u32| self.before[n as usize] + vector(velocities[n as usize]);
-        let gain = |push: &Push| {
-            let [first, second] = push.nodes;
-            0.5 * push.impulse.dot(&(way(second) - way(first)))
+        let gain = |shove: &Shove| {
+            let [first, second] = shove.nodes;
+            0.5 * shove.impulse.dot(&(way(second) - way(first)))
         };
-        -self.domain.pushes().iter().map(gain).sum::<f64>()
+        -self.domain.shoves().iter().map(gain).sum::<f64>()
     }
 
     /// Gives held nodes their velocities; the work that this took \[J\].
