@@ -43,6 +43,7 @@ fn waves_are_true() {
 #[test]
 fn the_damage_law_spends_its_energy() {
     hold(&["f-u-point-law", "f-b-notched-bar", "f-s-fine", "f-s-capped", "d8-spall"]);
+    hold(&["x-crushed-ring"]);
 }
 
 #[test]
