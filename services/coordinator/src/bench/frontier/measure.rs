@@ -6,6 +6,8 @@ use super::set::{Chart, FINEST, MOTT, Planned, Work};
 use super::stats::mass_distance;
 use crate::link::LinkError;
 use crate::record::{RESOLVED_CELLS, Recording, fit};
+use crate::scene::format::Precision;
+use crate::scene::load;
 use cullet_proto::recording::EventKind;
 use cullet_proto::specimen::{Ending, SpecimenResult};
 use std::collections::{BTreeMap, BTreeSet};
@@ -267,15 +269,24 @@ fn halves(seeds: &[Vec<f64>], at: usize) -> f64 {
     mass_distance(&half(0, n / 2), &half(n / 2, n - n / 2))
 }
 
+/// What the first solves of a scene are in.
+fn precision(path: &Path, overrides: &[String]) -> &'static str {
+    let asked = load(path, overrides).map(|scene| (scene.fracture.precision, scene.fidelity.error));
+    match asked {
+        Ok((Some(Precision::Single), _) | (None, Some(_))) => "single",
+        _ => "double",
+    }
+}
+
 /// Runs a scene with one worker of one thread, in a folder that goes again.
 fn scene(chart: &Chart, run: &Planned, limits: &Limits) -> Broken {
     let mut row = blank(chart, run);
-    row.precision = "double".to_owned();
     row.threads = 1;
     let (Work::Scene(path, overrides), Ok(folder)) = (&run.work, tempfile::tempdir()) else {
         row.status = "crashed".to_owned();
         return Broken { row, parts: Vec::new() };
     };
+    row.precision = precision(path, overrides).to_owned();
     let out = folder.path().join("run");
     let before = spent();
     let start = Instant::now();

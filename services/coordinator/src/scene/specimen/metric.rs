@@ -215,7 +215,9 @@ pub fn weigh(expected: Option<&Expected>, value: f64) -> Weighed {
     let mut asked = Vec::new();
     if let (Some(wanted), Some(most)) = (expected.value, expected.tolerance) {
         holds &= (value - wanted).abs() <= most * wanted.abs();
-        asked.push(format!("±{} %", tell(100.0 * most)));
+        // Twelve digits: what a factor of a hundred does to the last ones is left out.
+        let percent: f64 = format!("{:.11e}", 100.0 * most).parse().unwrap_or(100.0 * most);
+        asked.push(format!("±{} %", tell(percent)));
     }
     if let (Some(wanted), Some(most)) = (expected.value, expected.absolute) {
         holds &= (value - wanted).abs() <= most;
