@@ -271,7 +271,8 @@ pub(crate) struct Guard {
 
 #[derive(Debug, Args)]
 pub(crate) struct Worker {
-    /// Zenoh endpoint of the coordinator; may be given more than once
+    /// Zenoh endpoint of the coordinator or its router; may be given more than once, for other ways
+    /// to the same coordinator
     #[arg(long, required = true, value_name = "ENDPOINT", value_parser = endpoint)]
     pub(crate) connect: Vec<String>,
     /// Folder with ca.pem, cert.pem and key.pem: mutual TLS
