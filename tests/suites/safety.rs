@@ -282,3 +282,59 @@ fn what_the_journal_does_not_take_is_not_acknowledged() {
         assert_eq!(common::fetched(&run, &["--connect", &endpoint]), want);
     }
 }
+
+/// A run that needs more memory than there is takes the coordinator with it, and whoever goes on
+/// beside it. It is laid aside in the end; the other run comes to its end.
+#[test]
+fn a_run_that_the_coordinator_dies_of_is_laid_aside_and_the_others_end() {
+    let (endpoint, state) = (common::free_endpoint(), unique("deadly"));
+    fs::create_dir_all(&state).expect("a folder");
+    let begin = || limited("ulimit -c 0; ulimit -d 300000", &endpoint, &state, &["--runs", "2"]);
+    let asks = Asks(endpoint.clone());
+    let mut coordinator = begin();
+    until("it is there", LONG, || asks.say(&["ps"]).code == 0);
+    let innocent = asks.submit(&LONGER).stdout.trim().to_owned();
+    let said = asks.say(&["submit", &corpus("dense.toml"), "--detach"]);
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    let guilty = said.stdout.trim().to_owned();
+    let state_of = |run: &str| {
+        let said = asks.say(&["ps", "--json"]).stdout;
+        let all: Value = serde_json::from_str(&said).unwrap_or_default();
+        let runs = all["runs"].as_array().cloned().unwrap_or_default();
+        let found = runs.iter().find(|one| one["run"].to_string() == run);
+        found.and_then(|one| one["state"].as_str().map(str::to_owned)).unwrap_or_default()
+    };
+    let mut deaths = 0;
+    until("both are over", LONG, || {
+        if coordinator.wait(Duration::ZERO).is_some() {
+            deaths += 1;
+            coordinator = begin();
+        }
+        state_of(&innocent) == "done" && state_of(&guilty) == "stalled"
+    });
+    assert!((4..=8).contains(&deaths), "{deaths} deaths");
+    assert_eq!(common::fetched(&innocent, &["--connect", &endpoint]), quiet_digest(&LONGER));
+    let said = asks.say(&["wait", &guilty]);
+    assert_eq!(said.code, 6, "{}", said.stderr);
+    assert!(said.stderr.contains("laid aside"), "{}", said.stderr);
+    assert!(asks.say(&["logs", &guilty]).stdout.contains("it goes on alone"));
+    let next = asks.say(&["submit", &corpus("drop.toml"), "--set", "world.duration=0.02"]);
+    assert_eq!(next.code, 0, "{}", next.stderr);
+}
+
+/// A coordinator that comes to hold more than it may stops the largest run, and goes on.
+#[test]
+fn a_run_that_holds_too_much_memory_is_stopped_and_the_coordinator_lives() {
+    let (endpoint, state) = (common::free_endpoint(), unique("heavy"));
+    fs::create_dir_all(&state).expect("a folder");
+    let bound = ["--world-memory", "0.2"];
+    let mut coordinator = limited("true", &endpoint, &state, &bound);
+    let asks = Asks(endpoint.clone());
+    until("it is there", LONG, || asks.say(&["ps"]).code == 0);
+    let small = asks.submit(&LONGER).stdout.trim().to_owned();
+    let large = asks.say(&["submit", &corpus("dense.toml")]);
+    assert_eq!(large.code, 2, "{}", large.stderr);
+    assert!(large.stderr.contains("--world-memory"), "{}", large.stderr);
+    assert_eq!(asks.say(&["wait", &small]).code, 0);
+    assert_eq!(coordinator.wait(Duration::ZERO), None, "it lives");
+}

@@ -223,6 +223,10 @@ pub(crate) struct Coordinator {
     /// Most GB of the disk that the runs of one user may hold; 0: no bound [default: half of it]
     #[arg(long, value_name = "GB", value_parser = moment)]
     pub(crate) quota: Option<f64>,
+    /// Most GB of memory that the coordinator may hold: beyond it the run with the most bodies is
+    /// stopped; 0: no bound [default: three quarters of the machine's or the container's]
+    #[arg(long, value_name = "GB", value_parser = moment)]
+    pub(crate) world_memory: Option<f64>,
     /// Runs remembered; beyond it the oldest that is over is deleted, of the user who has most
     #[arg(long, default_value_t = 4096, value_name = "N",
         value_parser = clap::value_parser!(u16).range(1..=4096))]

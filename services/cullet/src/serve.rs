@@ -55,6 +55,7 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
         metrics: args.metrics,
         operators: guard.roles.map(|roles| roles.operators().clone()),
         quota: quota(args),
+        memory: memory(args),
         keep: Some(usize::from(args.keep)),
     };
     let quiet = args.voice.quiet;
@@ -65,6 +66,15 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     });
     served.map_err(|error| trouble(&error))?;
     Ok(Exit::Done)
+}
+
+/// Bytes of memory that runs may make the coordinator hold: three quarters of what there is, if
+/// nothing is said.
+fn memory(args: &args::Coordinator) -> Option<u64> {
+    match args.world_memory {
+        Some(gigabytes) => (gigabytes > 0.0).then_some((gigabytes * 1e9) as u64),
+        None => None,
+    }
 }
 
 /// Bytes of the disk that the runs of one user may hold: half of it, if nothing is said.

@@ -217,6 +217,10 @@ impl Run<'_> {
             };
             self.origins.insert(id, origin);
             self.record_birth(id)?;
+            self.tell_position();
+            if self.options.stop.load(Ordering::Relaxed) {
+                break;
+            }
         }
         self.record_poses()
     }

@@ -25,6 +25,10 @@ const MIN_SIZE: f64 = 1e-4;
 const HULLS: HullSettings =
     HullSettings { max_parts: 32, max_vertices: 32, slack: 1.2, shrink: 0.0 };
 
+/// Most triangles of all shapes of a scene together, bodies of equal shape counted once: what a
+/// scene may make a coordinator hold is bounded before any of it is simulated.
+const MOST_TRIANGLES: usize = 16_000_000;
+
 /// What a form is made from.
 #[derive(Clone, Debug)]
 pub(super) enum Recipe {
@@ -81,6 +85,7 @@ impl Form {
 #[derive(Default)]
 pub(super) struct Forms {
     made: BTreeMap<String, Result<Arc<Form>, String>>,
+    triangles: usize,
 }
 
 impl Forms {
@@ -93,10 +98,26 @@ impl Forms {
         }
         let made = catch_unwind(AssertUnwindSafe(|| make(recipe, files)))
             .unwrap_or_else(|_| Err("the form could not be made of these numbers".to_owned()))
-            .map(Arc::new);
+            .and_then(|form| self.admit(form));
         self.made.insert(key, made.clone());
         made
     }
+
+    fn admit(&mut self, form: Form) -> Result<Arc<Form>, String> {
+        let count = self.triangles + form.solid.mesh.triangles.len();
+        if count > MOST_TRIANGLES {
+            return Err(full(count));
+        }
+        self.triangles = count;
+        Ok(Arc::new(form))
+    }
+}
+
+fn full(count: usize) -> String {
+    format!(
+        "with it the scene's shapes would have {count} triangles; at most {MOST_TRIANGLES} are \
+         taken, and equal shapes count once"
+    )
 }
 
 fn make(recipe: &Recipe, files: &mut Files) -> Result<Form, String> {
@@ -217,4 +238,24 @@ fn finish(
         repairs,
         placement: (Axis::Z, 1.0),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::files::Source;
+    use super::{Files, Forms, MOST_TRIANGLES, Recipe, Shape};
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn shapes_are_bounded_together() {
+        let cube = |edge: f64| Recipe::Shape(Shape::Box { size: [edge; 3] });
+        let mut files = Files::new(Source::Bundle(BTreeMap::new()));
+        let mut forms = Forms { triangles: MOST_TRIANGLES - 24, ..Forms::default() };
+        for edge in [1.0, 2.0, 1.0, 2.0] {
+            forms.get(&cube(edge), &mut files).expect("two shapes of 12 triangles");
+        }
+        let said = forms.get(&cube(3.0), &mut files).expect_err("a third one");
+        assert!(said.contains("16000012 triangles; at most 16000000"), "{said}");
+        assert!(forms.get(&cube(1.0), &mut files).is_ok(), "what is there is there");
+    }
 }

@@ -16,44 +16,47 @@ const NEAR: f64 = 1e-4;
 /// Steps of the search; what is undecided after them is let pass: such overlaps are shallow.
 const MAX_STEPS: usize = 400;
 
-/// A body's convex parts in the world, shrunk.
-pub(super) struct Placed {
+/// A body's convex parts in the world, shrunk. Their corners are made only for parts whose boxes
+/// meet: thousands of bodies of one rich shape cost no more than the shape.
+pub(super) struct Placed<'a> {
     low: Vec3,
     high: Vec3,
-    parts: Vec<Part>,
+    pose: &'a Pose,
+    parts: Vec<Part<'a>>,
 }
 
-struct Part {
+struct Part<'a> {
     low: Vec3,
     high: Vec3,
-    points: Vec<Vec3>,
+    hull: &'a [Vec3],
 }
 
 /// Puts a body's convex parts into the world.
-pub(super) fn place(hulls: &[Vec<Vec3>], pose: &Pose) -> Placed {
-    let parts: Vec<Part> =
-        hulls.iter().filter(|hull| !hull.is_empty()).map(|h| part(h, pose)).collect();
-    let corners: Vec<Vec3> = parts.iter().flat_map(|part| [part.low, part.high]).collect();
-    let (low, high) = bounds(&corners);
-    Placed { low, high, parts }
-}
-
-fn part(hull: &[Vec3], pose: &Pose) -> Part {
-    let middle: Vec3 = hull.iter().sum::<Vec3>() / hull.len() as f64;
-    let points: Vec<Vec3> = hull
-        .iter()
-        .map(|v| {
-            let shrunk = middle + (v - middle) * (1.0 - SHRINK);
-            pose.rotation * shrunk + pose.translation.vector
+pub(super) fn place<'a>(hulls: &'a [Vec<Vec3>], pose: &'a Pose) -> Placed<'a> {
+    let full = hulls.iter().filter(|hull| !hull.is_empty());
+    let parts: Vec<Part<'a>> = full
+        .map(|hull| {
+            let (low, high) = bounds(&corners(hull, pose));
+            Part { low, high, hull }
         })
         .collect();
-    let (low, high) = bounds(&points);
-    Part { low, high, points }
+    let boxes: Vec<Vec3> = parts.iter().flat_map(|part| [part.low, part.high]).collect();
+    let (low, high) = bounds(&boxes);
+    Placed { low, high, pose, parts }
+}
+
+fn corners(hull: &[Vec3], pose: &Pose) -> Vec<Vec3> {
+    let middle: Vec3 = hull.iter().sum::<Vec3>() / hull.len() as f64;
+    let placed = |v: &Vec3| {
+        let shrunk = middle + (v - middle) * (1.0 - SHRINK);
+        pose.rotation * shrunk + pose.translation.vector
+    };
+    hull.iter().map(placed).collect()
 }
 
 /// The first pairs of overlapping bodies, at most `most`; `skip` lets pairs stand in one another.
 pub(super) fn overlaps(
-    placed: &[Placed],
+    placed: &[Placed<'_>],
     most: usize,
     skip: impl Fn(usize, usize) -> bool,
 ) -> Vec<(usize, usize)> {
@@ -83,11 +86,12 @@ fn boxes_meet(a: (&Vec3, &Vec3), b: (&Vec3, &Vec3)) -> bool {
     (0..3).all(|i| a.0[i] < b.1[i] && b.0[i] < a.1[i])
 }
 
-fn overlap(a: &Placed, b: &Placed) -> bool {
+fn overlap(a: &Placed<'_>, b: &Placed<'_>) -> bool {
     boxes_meet((&a.low, &a.high), (&b.low, &b.high))
         && a.parts.iter().any(|one| {
             b.parts.iter().any(|two| {
-                boxes_meet((&one.low, &one.high), (&two.low, &two.high)) && convex_overlap(one, two)
+                boxes_meet((&one.low, &one.high), (&two.low, &two.high))
+                    && convex_overlap((one, a.pose), (two, b.pose))
             })
         })
 }
@@ -95,10 +99,11 @@ fn overlap(a: &Placed, b: &Placed) -> bool {
 /// Walks to the point nearest the origin in the difference of two convex parts, moving weight from
 /// the farthest corner in use to the nearest one (Mitchell, Demyanov and Malozemov 1974): a
 /// separating plane found on the way decides "no", an origin reached decides "yes".
-fn convex_overlap(a: &Part, b: &Part) -> bool {
+fn convex_overlap((a, first): (&Part<'_>, &Pose), (b, second): (&Part<'_>, &Pose)) -> bool {
     let size = (a.high - a.low).max().min((b.high - b.low).max());
     let near = NEAR * size;
-    let support = |direction: &Vec3| lowest(&a.points, direction) - lowest(&b.points, &-direction);
+    let (one, two) = (corners(a.hull, first), corners(b.hull, second));
+    let support = |direction: &Vec3| lowest(&one, direction) - lowest(&two, &-direction);
     let mut nearest = support(&((a.low + a.high) / 2.0 - (b.low + b.high) / 2.0));
     let mut used = vec![(nearest, 1.0)];
     for _ in 0..MAX_STEPS {
@@ -164,7 +169,8 @@ mod tests {
     }
 
     fn meet(first: Pose, second: Pose) -> bool {
-        let bodies = [place(&cube(1.0), &first), place(&cube(1.0), &second)];
+        let shape = cube(1.0);
+        let bodies = [place(&shape, &first), place(&shape, &second)];
         !overlaps(&bodies, 10, |_, _| false).is_empty()
     }
 
@@ -186,10 +192,9 @@ mod tests {
 
     #[test]
     fn a_small_body_inside_a_large_one_is_found() {
-        let bodies = [
-            place(&cube(4.0), &at(0.0, 0.0, 0.0, 0.3)),
-            place(&cube(0.1), &at(1.0, 0.5, -0.7, 0.0)),
-        ];
+        let (large, small) = (cube(4.0), cube(0.1));
+        let poses = [at(0.0, 0.0, 0.0, 0.3), at(1.0, 0.5, -0.7, 0.0)];
+        let bodies = [place(&large, &poses[0]), place(&small, &poses[1])];
         assert_eq!(overlaps(&bodies, 10, |_, _| false), [(0, 1)]);
         assert!(overlaps(&bodies, 10, |_, _| true).is_empty());
     }

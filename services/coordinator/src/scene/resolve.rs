@@ -373,7 +373,7 @@ impl Builder<'_> {
         if !self.workshop.errors.is_empty() || !findings.errors.is_empty() {
             return;
         }
-        let placed: Vec<overlap::Placed> =
+        let placed: Vec<overlap::Placed<'_>> =
             self.bodies.iter().map(|body| overlap::place(&body.hulls, &body.pose)).collect();
         let both_fixed = |a: usize, b: usize| self.bodies[a].fixed && self.bodies[b].fixed;
         let pairs = overlap::overlaps(&placed, MAX_OVERLAPS, both_fixed);

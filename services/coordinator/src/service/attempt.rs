@@ -1,6 +1,7 @@
 //! One attempt at a run: from its bundle to its files.
 
-use super::board::{End, Entry, How};
+use super::board::{End, Entry, How, Reached};
+use super::cutoff::Reach;
 use super::here::{REPRODUCTION, leave};
 use super::keeper::Keeper;
 use super::live::Live;
@@ -38,6 +39,8 @@ pub(super) struct Attempt {
     pub(super) bundle: Vec<u8>,
     pub(super) folder: PathBuf,
     pub(super) kept: Kept,
+    /// Where it says how far it is; nowhere, where nobody comes back to it.
+    pub(super) reach: Option<Reach>,
     pub(super) live: Arc<Live>,
     pub(super) stop: Arc<AtomicBool>,
 }
@@ -59,7 +62,7 @@ impl Ended {
 
 impl Attempt {
     /// Runs the scene to its end, to trouble, or until it is told to stop.
-    pub(super) fn run(&self, pool: &dyn Jobs) -> Ended {
+    pub(super) fn run(mut self, pool: &dyn Jobs) -> Ended {
         let _span = tracing::info_span!("run", run = self.entry.run).entered();
         let scene = match self.scene() {
             Ok(scene) => scene,
@@ -71,11 +74,16 @@ impl Attempt {
         }
         let keeper = Keeper::new(pool, Some(self.kept.clone()), &self.live);
         let mut told = Instant::now();
+        let mut reach = self.reach.take();
         let options = RunOptions { out: &self.folder, stop: &self.stop };
         let outcome = run(&scene, &keeper, &options, &mut |news| match news {
             News::Line(line) => self.live.say(line),
             News::At(p) => {
                 self.live.at(Some(*p));
+                let (time, settled) = ((p.time * 1e6) as u64, self.live.jobs().settled);
+                if let Some(reach) = &mut reach {
+                    reach.note(Reached { time, settled });
+                }
                 if told.elapsed() >= NEWS_PERIOD {
                     told = Instant::now();
                     let text = format!("{:.3} of {:.3} s, {} bodies", p.time, p.end, p.bodies);

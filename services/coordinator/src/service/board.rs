@@ -6,7 +6,10 @@
 //! changes by `retry` and `delete` alone; no two runs write into one folder, and no number comes
 //! again; what was wished of a run while it ran is done when it ends, also across a crash.
 
+mod deaths;
+
 use cullet_proto::service::{FileInfo, JobCounts, MAX_PRIORITY, State};
+pub(super) use deaths::{Deaths, Reached};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
 
@@ -31,6 +34,9 @@ pub(super) struct Entry {
     pub(super) started: Option<u64>,
     pub(super) ended: Option<u64>,
     pub(super) end: End,
+    /// None in a line that is older than this field.
+    #[serde(default)]
+    pub(super) deaths: Deaths,
 }
 
 /// What was handed in.
@@ -102,6 +108,8 @@ pub(super) enum Event {
     Removed { run: u64 },
     /// Numbers up to this one were given.
     Numbered { last: u64 },
+    /// The coordinator died while it went on, after it had come so far.
+    Died { run: u64, reached: Reached },
     /// The coordinator came back: what went on then does not now.
     Returned { at: u64 },
     /// All there is to know of a run: what a journal that was written anew begins with.
@@ -163,6 +171,10 @@ impl Board {
 
     pub(super) fn entries(&self) -> impl Iterator<Item = &Entry> {
         self.entries.values()
+    }
+
+    pub(super) fn running(&self) -> impl Iterator<Item = &Entry> {
+        self.entries().filter(|entry| entry.state == State::Running)
     }
 
     pub(super) fn count(&self, state: State) -> usize {
@@ -263,18 +275,19 @@ impl Board {
     }
 
     /// The run whose turn it is: the highest priority, with what waiting adds to it; then whose
-    /// user has the fewest going on; then the oldest.
+    /// user has the fewest going on; then the oldest. None while it must be alone and is not.
     pub(super) fn next(&self, now: u64) -> Option<&Entry> {
         let mut busy: BTreeMap<&str, usize> = BTreeMap::new();
-        for entry in self.entries().filter(|entry| entry.state == State::Running) {
+        for entry in self.running() {
             *busy.entry(entry.order.user.as_str()).or_default() += 1;
         }
         let queued = self.entries().filter(|entry| entry.state == State::Queued);
-        queued.min_by_key(|entry| {
+        let next = queued.min_by_key(|entry| {
             let waited = now.saturating_sub(entry.order.at) / AGEING_MS;
             let rank = i64::from(entry.order.priority).saturating_add_unsigned(waited);
             (-rank, busy.get(entry.order.user.as_str()).copied().unwrap_or(0), entry.run)
-        })
+        });
+        next.filter(|entry| self.may_begin(entry))
     }
 
     /// Takes an event in.
@@ -285,6 +298,12 @@ impl Board {
         match event {
             Event::Submitted { run, order } => self.insert(*run, Entry::new(*run, order)),
             Event::Kept { entry } => self.insert(entry.run, (**entry).clone()),
+            Event::Died { run, reached } => {
+                let alone = self.count(State::Running) == 1;
+                self.change(*run, &[State::Running], "cut off", |entry| {
+                    entry.deaths.count(*reached, alone);
+                })
+            }
             Event::Returned { at } => {
                 for entry in self.entries.values_mut() {
                     if entry.state == State::Running {
@@ -337,7 +356,10 @@ impl Board {
             }
             Event::Queued { run } => {
                 let from = [State::Paused, State::Failed, State::Stalled, State::Cancelled];
-                self.change(*run, &from, "queued", Entry::requeue)
+                self.change(*run, &from, "queued", |entry| {
+                    entry.requeue();
+                    entry.deaths.pardon();
+                })
             }
         }
     }
@@ -380,6 +402,7 @@ impl Entry {
             started: None,
             ended: None,
             end: End::default(),
+            deaths: Deaths::default(),
         }
     }
 

@@ -8,12 +8,14 @@
 mod answer;
 mod attempt;
 mod board;
+mod cutoff;
 mod error;
 mod forget;
 mod here;
 mod journal;
 mod keeper;
 mod live;
+mod memory;
 pub mod metrics;
 mod quota;
 mod store;
@@ -33,6 +35,7 @@ use attempt::{Attempt, Ended};
 use board::{Board, End, Entry, Event, How, Wish};
 use cullet_proto::WorkerId;
 use cullet_proto::service::{JobCounts, State, codes};
+use cutoff::Reach;
 use journal::Journal;
 use live::Live;
 use metrics::Metrics;
@@ -71,6 +74,9 @@ pub struct ServiceConfig {
     pub operators: Option<BTreeSet<WorkerId>>,
     /// Most bytes of the disk that the runs of one user may hold; `None`: no bound.
     pub quota: Option<u64>,
+    /// Most memory that this process may hold before the largest run is stopped \[bytes\]; `None`:
+    /// no bound.
+    pub memory: Option<u64>,
     /// Runs remembered, if fewer than 4096: beyond it the oldest that is over goes.
     pub keep: Option<usize>,
 }
@@ -78,8 +84,8 @@ pub struct ServiceConfig {
 /// A run that goes on.
 struct Going {
     stop: Arc<AtomicBool>,
-    /// Why it was stopped, where nobody wished it.
-    over: Option<String>,
+    /// Why it was stopped, where nobody wished it: a code and words.
+    over: Option<(u8, String)>,
     thread: JoinHandle<Ended>,
 }
 
@@ -98,6 +104,8 @@ struct Service<'a> {
     awaited: BTreeMap<u64, Instant>,
     /// Runs whose files did not go, and when that was tried.
     stuck: BTreeMap<u64, Instant>,
+    /// Memory that was held when a run was last stopped for it \[bytes\].
+    heaviest: u64,
     /// Up to which number it is on the disk beside the journal that they were given.
     given: u64,
     metrics: Option<Metrics>,
@@ -142,13 +150,7 @@ impl<'a> Service<'a> {
         if let Some(torn) = torn {
             say(&format!("{torn}: a crash tore it, nobody was told of it, it is dropped"));
         }
-        let back = board.count(State::Running);
-        if back > 0 {
-            let returned = Event::Returned { at: unix_ms() };
-            journal.append(std::slice::from_ref(&returned))?;
-            // It fits any board.
-            let _fits = board.apply(&returned);
-        }
+        let back = cutoff::returned(&store, &mut journal, &mut board, say)?;
         if let Some(folder) = store.named() {
             let (runs, folder) = (board.entries().count(), folder.display());
             say(&format!("{folder}: {runs} runs, {back} of them go on from where they were"));
@@ -171,6 +173,7 @@ impl<'a> Service<'a> {
             watchers: Vec::new(),
             awaited: BTreeMap::new(),
             stuck: BTreeMap::new(),
+            heaviest: 0,
             given,
             metrics,
             since: Instant::now(),
@@ -198,6 +201,7 @@ impl<'a> Service<'a> {
             self.swept = Instant::now();
             self.door.sweep();
             self.bound();
+            self.lighten();
             self.clear();
             if let Err(error) = self.journal.settle() {
                 tracing::error!("still not kept: {error}");
@@ -287,14 +291,17 @@ impl<'a> Service<'a> {
         let share = share(&entry.order.user, entry.order.priority);
         let entry = self.board.get(run).map_or(entry, Entry::clone);
         let bundle = self.store.bundle(run);
+        let reach = self.store.named().map(|_| Reach::new(&self.store.run(run)));
         let attempt_stop = Arc::clone(&stop);
         let work = move || {
             let bundle = match bundle {
                 Ok(bundle) => bundle,
                 Err(error) => return Ended::failed(codes::FILE, error.to_string()),
             };
-            let attempt = Attempt { entry, bundle, folder: out, kept, live, stop: attempt_stop };
-            attempt.run(&pool.run_as(attempt.entry.run, share))
+            let (folder, stop) = (out, attempt_stop);
+            let attempt = Attempt { entry, bundle, folder, kept, reach, live, stop };
+            let run = attempt.entry.run;
+            attempt.run(&pool.run_as(run, share))
         };
         let thread = std::thread::Builder::new().name(format!("cullet-run-{run}")).spawn(work);
         match thread {
@@ -317,9 +324,8 @@ impl<'a> Service<'a> {
                 Ended::failed(codes::FAILED, "its thread panicked: a defect here".to_owned())
             });
             let wished = self.board.get(run).is_ok_and(|entry| entry.wish.is_some());
-            if let (How::Stopped, Some(text), false) = (ended.how, going.over, wished) {
-                (ended.how, ended.end.code, ended.end.text) =
-                    (How::Failed, Some(codes::FILE), text);
+            if let (How::Stopped, Some((code, text)), false) = (ended.how, going.over, wished) {
+                (ended.how, ended.end.code, ended.end.text) = (How::Failed, Some(code), text);
                 self.live(run).say(&format!("error: {}", ended.end.text));
             }
             self.end(run, ended);
@@ -333,7 +339,7 @@ impl<'a> Service<'a> {
             let user = (entry.order.user.as_str(), 0);
             if let Err(error) = self.quota.room(user, &self.board, (&self.store, &self.out)) {
                 tracing::warn!(run, "stopped: {error}");
-                going.over = Some(error.to_string());
+                going.over = Some((codes::FILE, error.to_string()));
                 going.stop.store(true, Ordering::Relaxed);
             }
         }

@@ -19,6 +19,10 @@ pub(super) fn tell(event: &Event) {
         Event::Wished { run, wish: Wish::Pause } => tracing::info!(run, "run is to be laid aside"),
         Event::Paused { run } => tracing::info!(run, "run laid aside"),
         Event::Queued { run } => tracing::info!(run, "run queued again"),
+        Event::Died { run, reached } => {
+            let (time_us, settled) = (reached.time, reached.settled);
+            tracing::warn!(run, time_us, settled, "the coordinator died while the run went on");
+        }
         Event::Forgotten { run } => tracing::info!(run, "run forgotten"),
         Event::Removed { .. }
         | Event::Numbered { .. }

@@ -1,5 +1,6 @@
 use super::{
-    AGEING_MS, Board, End, Event, How, MAX_KEPT, MAX_WAITING, MAX_WAITING_OF_ONE, No, Order, Wish,
+    AGEING_MS, Board, End, Entry, Event, How, MAX_KEPT, MAX_WAITING, MAX_WAITING_OF_ONE, No, Order,
+    Reached, Wish,
 };
 use cullet_geometry::math::scramble;
 use cullet_proto::service::State;
@@ -185,7 +186,11 @@ fn the_same_events_make_the_same_board() {
                 3 => board.pause(run).into_iter().flatten().collect(),
                 4 => board.resume(run).into_iter().flatten().collect(),
                 5 => board.retry(run).into_iter().flatten().collect(),
-                6 if dice >> 20 & 3 == 0 => vec![Event::Returned { at }],
+                6 if dice >> 20 & 3 == 0 => {
+                    let reached = Reached { time: dice >> 40 & 3, settled: 0 };
+                    let died = |e: &Entry| Event::Died { run: e.run, reached };
+                    board.running().map(died).chain([Event::Returned { at }]).collect()
+                }
                 6 if dice >> 20 & 3 == 1 => board.delete(run).into_iter().flatten().collect(),
                 6 if dice >> 20 & 3 == 2 => {
                     board.leaving().take(1).map(|e| Event::Removed { run: e.run }).collect()
@@ -208,4 +213,100 @@ fn the_same_events_make_the_same_board() {
         take(&mut anew, board.told());
         assert_eq!(anew, board, "seed {seed}");
     }
+}
+
+fn die(board: &mut Board, reached: &[(u64, u64)]) -> Vec<u64> {
+    for (run, time) in reached {
+        let reached = Reached { time: *time, settled: 0 };
+        take(board, [Event::Died { run: *run, reached }]);
+    }
+    let deadly = board.deadly();
+    for run in &deadly {
+        end(board, *run, How::Stalled);
+    }
+    take(board, [Event::Returned { at: 3 }]);
+    deadly
+}
+
+/// Begins all that may.
+fn begin(board: &mut Board) -> Vec<u64> {
+    let mut begun = Vec::new();
+    while let Some(run) = board.next(0).map(|entry| entry.run) {
+        start(board, run);
+        begun.push(run);
+    }
+    begun
+}
+
+/// One of three runs kills the coordinator at 70 wherever it comes by; the others end once they
+/// are left alone.
+#[test]
+fn a_run_that_kills_the_coordinator_is_laid_aside_and_the_others_end() {
+    let mut board = Board::default();
+    let runs: Vec<u64> = (0..3).map(|at| submit(&mut board, order("a", 0, at))).collect();
+    let guilty = runs[1];
+    let place = |run: u64| if run == guilty { 70 } else { 50 };
+    let mut lives = Vec::new();
+    for _ in 0..20 {
+        let going = begin(&mut board);
+        if going.is_empty() {
+            break;
+        }
+        lives.push(going.clone());
+        if going.contains(&guilty) {
+            let at: Vec<(u64, u64)> = going.iter().map(|run| (*run, place(*run))).collect();
+            die(&mut board, &at);
+        } else {
+            going.iter().for_each(|run| end(&mut board, *run, How::Done));
+        }
+    }
+    assert_eq!(lives[0], runs);
+    assert_eq!(lives[1], runs, "once may be chance");
+    assert!(lives[2..].iter().all(|going| going.len() == 1), "suspects go on alone: {lives:?}");
+    assert_eq!(state(&board, guilty), State::Stalled);
+    for run in [runs[0], runs[2]] {
+        assert_eq!(state(&board, run), State::Done);
+    }
+    assert_eq!(lives.len(), 2 + 3 + 2, "{lives:?}");
+    // What `retry` begins again is a suspect still, and three more deaths lay it aside again.
+    let event = board.retry(guilty).expect("it may be").expect("an event");
+    take(&mut board, [event]);
+    let other = submit(&mut board, order("a", 0, 9));
+    for life in 0..3 {
+        assert_eq!(begin(&mut board), [guilty], "life {life}");
+        assert_eq!(board.next(0), None, "{other} waits");
+        assert_eq!(die(&mut board, &[(guilty, 70)]).len(), usize::from(life == 2));
+    }
+    assert_eq!(begin(&mut board), [other]);
+}
+
+#[test]
+fn a_run_that_gets_on_is_never_laid_aside_however_often_the_coordinator_is_killed() {
+    let mut board = Board::default();
+    let runs: Vec<u64> = (0..2).map(|at| submit(&mut board, order("a", 0, at))).collect();
+    for life in 1..50 {
+        assert_eq!(begin(&mut board), runs, "life {life}: no suspects");
+        assert!(die(&mut board, &[(runs[0], life), (runs[1], life)]).is_empty());
+    }
+    // One that gets on at every third life only goes on alone at times, and goes on.
+    take(&mut board, [Event::Paused { run: runs[1] }]);
+    for life in 150..200 {
+        assert_eq!(begin(&mut board), [runs[0]]);
+        assert!(die(&mut board, &[(runs[0], life / 3)]).is_empty(), "life {life}");
+    }
+}
+
+#[test]
+fn a_run_that_kills_and_is_cancelled_is_cancelled() {
+    let mut board = Board::default();
+    let run = submit(&mut board, order("a", 0, 0));
+    for _ in 0..4 {
+        begin(&mut board);
+        assert!(die(&mut board, &[(run, 0)]).is_empty());
+    }
+    begin(&mut board);
+    let wish = board.cancel(run, End::default(), 0).expect("it may be");
+    take(&mut board, wish);
+    assert!(die(&mut board, &[(run, 0)]).is_empty());
+    assert_eq!(state(&board, run), State::Cancelled);
 }

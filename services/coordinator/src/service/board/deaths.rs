@@ -1,0 +1,75 @@
+//! Runs in the middle of which the coordinator died, and whether one of them is why.
+//!
+//! A scene may need more memory than there is, and then takes all other runs with it, at each start
+//! anew. What a run does is the same each time, so it dies at the same place each time: a run that
+//! was there at two deaths and came no further in between is a suspect. A suspect goes on alone.
+//! Whoever is innocent ends then; at the third death in a row with it alone a run is laid aside as
+//! stalled, and `retry` begins it again. A run that comes further at each life, however often
+//! somebody kills the coordinator, is no suspect.
+
+use super::{Board, Entry, Wish};
+use serde::{Deserialize, Serialize};
+
+/// Deaths without getting further that make a suspect.
+const SUSPECT: u32 = 2;
+/// Of a suspect that went on alone, those that lay it aside.
+const PROOF: u32 = 3;
+
+/// How far a run came: simulated time \[µs\], and jobs settled by then; what it did before a death
+/// it does again after it, so that these compare.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub(in super::super) struct Reached {
+    pub(in super::super) time: u64,
+    pub(in super::super) settled: u64,
+}
+
+/// Deaths of the coordinator in the middle of a run, since it last came further than ever.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(in super::super) struct Deaths {
+    pub(in super::super) all: u32,
+    /// Those at which it was a suspect and went on alone.
+    pub(in super::super) alone: u32,
+    pub(in super::super) reached: Reached,
+}
+
+impl Deaths {
+    pub(super) fn count(&mut self, reached: Reached, alone: bool) {
+        let alone = u32::from(alone && self.is_suspect());
+        if reached > self.reached {
+            *self = Self { all: 1, alone: 0, reached };
+        } else {
+            self.all = self.all.saturating_add(1);
+            self.alone = self.alone.saturating_add(alone);
+        }
+    }
+
+    /// Somebody wants it tried again: alone, as it is a suspect still.
+    pub(super) fn pardon(&mut self) {
+        self.alone = 0;
+    }
+
+    pub(in super::super) fn is_suspect(self) -> bool {
+        self.all >= SUSPECT
+    }
+
+    fn is_proof(self) -> bool {
+        self.alone >= PROOF
+    }
+}
+
+impl Board {
+    /// The runs to lay aside before any goes on: the coordinator died of them.
+    pub(in super::super) fn deadly(&self) -> Vec<u64> {
+        let deadly = |entry: &&Entry| entry.deaths.is_proof() && entry.wish != Some(Wish::Cancel);
+        self.running().filter(deadly).map(|entry| entry.run).collect()
+    }
+
+    /// Whether a run may begin beside those that go on: a suspect is alone.
+    pub(super) fn may_begin(&self, entry: &Entry) -> bool {
+        let mut running = self.running();
+        match entry.deaths.is_suspect() {
+            true => running.next().is_none(),
+            false => !running.any(|other| other.deaths.is_suspect()),
+        }
+    }
+}
