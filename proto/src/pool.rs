@@ -272,6 +272,19 @@ pub enum Refusal {
     Stranger,
 }
 
+impl Refusal {
+    /// Its name, as it is counted and logged.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Unsupported { .. } => "unsupported",
+            Self::TooLarge { .. } => "too_large",
+            Self::Malformed(_) => "malformed",
+            Self::Stranger => "stranger",
+        }
+    }
+}
+
 impl From<WireError> for Refusal {
     fn from(error: WireError) -> Self {
         match error {

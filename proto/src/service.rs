@@ -20,11 +20,14 @@ pub const MAX_TICKET: usize = 64;
 /// Priorities are from minus this to this.
 pub const MAX_PRIORITY: i32 = 100;
 
-/// How a run ends, as the exit code of `cullet run` and of `cullet wait`.
+/// How a run ends, as the exit code of `cullet run` and of `cullet wait`: up to [`codes::UNKEPT`];
+/// and how a command ends that could not do its work.
 pub mod codes {
     /// It is done.
     pub const DONE: u8 = 0;
-    /// It could not go on.
+    /// Something that was looked at is not well.
+    pub const UNWELL: u8 = 1;
+    /// Its world broke down.
     pub const FAILED: u8 = 2;
     /// It is done, and an expectation of the scene does not hold.
     pub const UNMET: u8 = 3;
@@ -34,16 +37,26 @@ pub mod codes {
     pub const CANCELLED: u8 = 5;
     /// A job of it was given up by the pool.
     pub const STALLED: u8 = 6;
-    /// The scene, the arguments or the meshes are wrong.
+    /// Its scene is wrong, as the coordinator found.
+    pub const UNFIT: u8 = 7;
+    /// A file of it could not be read or written, or may not be.
+    pub const UNKEPT: u8 = 8;
+    /// The arguments, a scene or a mesh are wrong.
     pub const USAGE: u8 = 64;
     /// What was named is not there.
     pub const UNKNOWN: u8 = 66;
-    /// No coordinator answers, or it left before the run began.
+    /// No coordinator answers, or it leaves.
     pub const UNREACHABLE: u8 = 69;
-    /// A file could not be read or written.
+    /// The machine gives no thread, process or address, or there is a defect.
+    pub const BROKEN: u8 = 70;
+    /// A file of the command could not be read or written.
     pub const FILE: u8 = 74;
-    /// Not now: the queue is full, or the run is not over yet.
+    /// Not now: the queue or the disk is full, or the run is not over yet.
     pub const LATER: u8 = 75;
+    /// What the coordinator sends is not sound.
+    pub const GARBLED: u8 = 76;
+    /// The coordinator says no.
+    pub const REFUSED: u8 = 77;
     /// It was interrupted.
     pub const INTERRUPTED: u8 = 130;
 }
@@ -421,6 +434,9 @@ pub struct Refused {
     /// Whether what was named is not there.
     #[serde(default)]
     pub unknown: bool,
+    /// Whether the same may be answered otherwise later.
+    #[serde(default)]
+    pub later: bool,
 }
 
 /// The bytes of a message.

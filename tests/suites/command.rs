@@ -279,7 +279,7 @@ fn a_taken_port_is_told_without_places_in_others_source() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let endpoint = format!("tcp/{}", taken.local_addr().expect("an address"));
     let said = Cullet::new(&["coordinator", "--listen", &endpoint]).output();
-    assert_eq!(said.code, 69, "{}", said.stderr);
+    assert_eq!(said.code, 70, "{}", said.stderr);
     assert!(said.stderr.contains("in use") && !said.stderr.contains(".rs"), "{}", said.stderr);
 }
 

@@ -212,7 +212,7 @@ fn a_coordinator_told_to_stop_tells_its_clients_first() {
     signal(coordinator.id(), "TERM");
     let never = unique("never-begun");
     let mut second = follow(&endpoint, &never);
-    assert_eq!(second.wait(Duration::from_secs(30)), Some(69), "{}", second.stderr());
+    assert_eq!(second.wait(Duration::from_secs(30)), Some(5), "{}", second.stderr());
     assert!(second.stderr().contains("left before the run began"), "{}", second.stderr());
     assert!(!never.exists(), "a run that never began has no folder");
     signal(first.id(), "CONT");
@@ -227,7 +227,7 @@ fn a_coordinator_told_to_stop_tells_its_clients_first() {
     let log = common::history::lines(&log_of(&runs));
     let ends: Vec<_> = log.iter().filter(|line| line["message"] == "run ended").collect();
     let codes: Vec<_> = ends.iter().map(|line| (&line["run"], &line["code"])).collect();
-    assert_eq!(codes, [(&2.into(), &69.into()), (&1.into(), &5.into())], "{ends:?}");
+    assert_eq!(codes, [(&2.into(), &5.into()), (&1.into(), &5.into())], "{ends:?}");
 }
 
 /// A client that hears nothing keeps the coordinator waiting.
@@ -272,7 +272,7 @@ fn a_pool_whose_workers_cannot_live_ends_aloud() {
         (run.wait(Duration::from_secs(60)), run.stderr())
     };
     let (code, stderr) = run(None);
-    assert_eq!(code, Some(2), "{stderr}");
+    assert_eq!(code, Some(70), "{stderr}");
     assert!(stderr.contains("cannot start the worker"), "{stderr}");
     assert!(folder.join("own").is_dir(), "a folder of the user's is gone");
     let (code, stderr) = run(Some("#!/bin/sh\nexit 7\n"));

@@ -61,8 +61,14 @@ impl Stage {
         stream.write_all(b"GET /metrics HTTP/1.0\r\n\r\n").expect("a question");
         let mut text = String::new();
         stream.read_to_string(&mut text).expect("an answer");
-        let line = text.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
-        line.and_then(|n| n.trim().parse().ok()).unwrap_or_else(|| panic!("no {name}: {text}"))
+        // Of all labels together.
+        let rest = text.lines().filter_map(|line| line.strip_prefix(name));
+        let values: Vec<u64> = rest
+            .filter(|rest| rest.starts_with([' ', '{']))
+            .filter_map(|rest| rest.rsplit(' ').next()?.parse().ok())
+            .collect();
+        assert!(!values.is_empty(), "no {name}: {text}");
+        values.iter().sum()
     }
 
     /// Waits until a worker has taken up a job: most of its bytes have passed.

@@ -163,7 +163,7 @@ fn what_is_anothers_is_controlled_by_its_owner_and_by_operators() {
     assert_eq!(farm.json("bob", &["show", &run])["user"], "ann", "all may look");
     for verb in ["cancel", "pause", "resume", "retry", "delete"] {
         let said = farm.ask("bob", &[verb, &run]);
-        assert_eq!(said.code, 64, "{verb}: {}", said.stderr);
+        assert_eq!(said.code, 77, "{verb}: {}", said.stderr);
         assert!(said.stderr.contains("is of ann"), "{verb}: {}", said.stderr);
     }
     assert_eq!(farm.ask("ann", &["pause", &run]).code, 0);
@@ -177,7 +177,7 @@ fn what_is_anothers_is_controlled_by_its_owner_and_by_operators() {
     }
     assert_eq!(farm.ask("ann", &["delete", &run]).code, 0);
     let said = farm.ask("ann", &["drain", "w1"]);
-    assert_eq!(said.code, 64, "{}", said.stderr);
+    assert_eq!(said.code, 77, "{}", said.stderr);
     assert!(said.stderr.contains("only an operator"), "{}", said.stderr);
     assert_eq!(farm.ask("olga", &["drain", "w1"]).code, 0);
     // The ticket of one is none of another's, and who is nobody hears nothing.

@@ -208,8 +208,8 @@ fn a_full_disk_refuses_runs_and_fails_runs_and_after_it_they_go_on() {
     let inside = Path::new(&inside);
     let filler = fill(inside);
     let said = asks.submit(&[]);
-    assert_eq!(said.code, 64, "{}", said.stderr);
-    assert!(said.stderr.contains("bytes are free"), "{}", said.stderr);
+    assert_eq!(said.code, 75, "{}", said.stderr);
+    assert!(said.stderr.contains("bytes of the disk are free"), "{}", said.stderr);
     assert_eq!(asks.runs(), Vec::<Value>::new());
     assert_eq!(fs::read_dir(inside.join("runs")).expect("a folder").count(), 0);
     fs::remove_file(&filler).expect("room");
@@ -219,9 +219,9 @@ fn a_full_disk_refuses_runs_and_fails_runs_and_after_it_they_go_on() {
     until("it goes on", LONG, || asks.runs()[0]["position"]["time"].as_f64() > Some(0.0));
     let filler = fill(inside);
     let said = asks.say(&["wait", &run]);
-    assert_eq!(said.code, 74, "{}", said.stderr);
+    assert_eq!(said.code, 8, "{}", said.stderr);
     assert!(said.stderr.contains("No space left"), "{}", said.stderr);
-    assert_eq!(asks.say(&["fetch", &run]).code, 74, "half of it can be fetched");
+    assert_eq!(asks.say(&["fetch", &run]).code, 8, "half of it can be fetched");
     assert!(!inside.join("recordings/drop-1/run.mcap").exists(), "half of it looks whole");
     fs::remove_file(&filler).expect("room");
     assert_eq!(asks.say(&["retry", &run]).code, 0);
@@ -250,7 +250,7 @@ fn what_the_journal_does_not_take_is_not_acknowledged() {
         assert_eq!(said.stdout.trim(), accepted.to_string());
         assert!(accepted < 100, "there is no end");
     };
-    assert_eq!(refused.code, 64, "{}", refused.stderr);
+    assert_eq!(refused.code, 77, "{}", refused.stderr);
     assert!(refused.stderr.contains("journal: File too large"), "{}", refused.stderr);
     assert_eq!(asks.runs().len(), accepted);
     assert!(!state.join("runs").join((accepted + 1).to_string()).exists(), "half of it is there");
@@ -263,7 +263,7 @@ fn what_the_journal_does_not_take_is_not_acknowledged() {
     let over = || asks.runs().into_iter().find(|run| run["state"] == "failed");
     until("a recording did not fit", LONG, || over().is_some());
     let over = over().expect("it is there")["run"].to_string();
-    says(&asks.say(&["delete", &over]), 64, "journal: File too large");
+    says(&asks.say(&["delete", &over]), 77, "journal: File too large");
     assert!(state.join("runs").join(&over).exists(), "its files went");
     assert_eq!(asks.runs().len(), accepted);
     common::signal(coordinator.id(), "KILL");
@@ -275,7 +275,7 @@ fn what_the_journal_does_not_take_is_not_acknowledged() {
     let want = quiet_digest(&quick);
     for run in [1, accepted] {
         let run = run.to_string();
-        if asks.say(&["wait", &run]).code == 74 {
+        if asks.say(&["wait", &run]).code == 8 {
             assert_eq!(asks.say(&["retry", &run]).code, 0);
         }
         assert_eq!(asks.say(&["wait", &run]).code, 0);
@@ -327,7 +327,7 @@ fn a_run_that_the_coordinator_dies_of_is_laid_aside_and_the_others_end() {
 fn a_run_that_holds_too_much_memory_is_stopped_and_the_coordinator_lives() {
     let (endpoint, state) = (common::free_endpoint(), unique("heavy"));
     fs::create_dir_all(&state).expect("a folder");
-    let bound = ["--world-memory", "0.2"];
+    let bound = ["--world-memory", "192"];
     let mut coordinator = limited("true", &endpoint, &state, &bound);
     let asks = Asks(endpoint.clone());
     until("it is there", LONG, || asks.say(&["ps"]).code == 0);
@@ -337,4 +337,112 @@ fn a_run_that_holds_too_much_memory_is_stopped_and_the_coordinator_lives() {
     assert!(large.stderr.contains("--world-memory"), "{}", large.stderr);
     assert_eq!(asks.say(&["wait", &small]).code, 0);
     assert_eq!(coordinator.wait(Duration::ZERO), None, "it lives");
+}
+
+/// With what a worker says of a job that takes too much, with what its run says, and with the limit
+/// that it has where nobody says.
+#[test]
+fn a_job_over_the_limit_of_memory_ends_by_that_name_and_the_default_lets_it_live() {
+    let (endpoint, state) = (common::free_endpoint(), unique("memory"));
+    let call = ["coordinator", "--listen", &endpoint, "--state"];
+    let _coordinator = Cullet::new(&call).path(&state).spawn();
+    let asks = Asks(endpoint.clone());
+    until("it is there", LONG, || asks.say(&["ps"]).code == 0);
+    let worker = |name: &str, more: &[&str]| {
+        let call = ["worker", "--connect", &endpoint, "--name", name];
+        Cullet::new(&call).args(more).spawn()
+    };
+    // A job process holds some 13 MiB before it has a job, and 57 with this one.
+    let mut tight = worker("tight", &["--memory", "24"]);
+    let run = asks.submit(&LONGER).stdout.trim().to_owned();
+    assert_eq!(asks.say(&["wait", &run]).code, 6);
+    let shown = asks.say(&["show", &run]).stdout;
+    assert!(shown.contains("over the limit of memory: it held "), "{shown}");
+    assert!(shown.contains("the limit is 24 MiB"), "{shown}");
+    let out = unique("over");
+    let fetch = Cullet::new(&["fetch", &run, "--connect", &endpoint, "--out"]).path(&out).output();
+    assert_eq!(fetch.code, 6, "{}", fetch.stderr);
+    let attempts = fs::read_to_string(out.join("attempts.txt")).expect("attempts");
+    assert!(attempts.contains("over the limit of memory"), "{attempts}");
+    // The supervisor lived through it.
+    assert!(common::is_alive(tight.id()), "{}", tight.stderr());
+    let _usual = worker("usual", &[]);
+    let _free = worker("free", &["--memory", "none"]);
+    let listed = || -> Vec<Value> {
+        let told: Value =
+            serde_json::from_str(&asks.say(&["workers", "--json"]).stdout).expect("JSON");
+        told["workers"].as_array().expect("a list").clone()
+    };
+    until("all are there", LONG, || listed().len() == 3);
+    let memory = |name: &str| {
+        let all = listed();
+        all.iter().find(|one| one["name"] == name).expect("it is there")["memory"].as_u64()
+    };
+    assert_eq!((memory("tight"), memory("free")), (Some(24 << 20), None));
+    let usual = memory("usual").expect("a limit, though nobody said one");
+    assert!(usual > 24 << 20, "{usual}");
+    let table = asks.say(&["workers"]).stdout;
+    let mib = (usual >> 20).to_string();
+    for (name, word) in [("tight", "24"), ("usual", mib.as_str()), ("free", "any")] {
+        let row = table.lines().find(|line| line.starts_with(name)).expect("a row");
+        assert!(row.split_whitespace().any(|text| text == word), "{table}");
+    }
+    let doctor = asks.say(&["doctor", "--disk", "/"]).stdout;
+    assert!(doctor.contains(&format!("{mib} MiB a job")), "{doctor}");
+    for name in ["tight", "free"] {
+        assert_eq!(asks.say(&["drain", name]).code, 0);
+    }
+    assert_eq!(tight.wait(BOUND), Some(0), "{}", tight.stderr());
+    let said = tight.stderr();
+    assert!(said.contains("a job may hold 24 MiB"), "{said}");
+    assert_eq!(asks.say(&["retry", &run]).code, 0);
+    assert_eq!(asks.say(&["wait", &run]).code, 0);
+    assert_eq!(common::fetched(&run, &["--connect", &endpoint]), quiet_digest(&LONGER));
+    let bad = Cullet::new(&["worker", "--connect", &endpoint, "--memory", "3"]).output();
+    says(&bad, 64, "from 16 on");
+}
+
+/// Each of two users is within a quota of half of the disk, and together they leave less than what
+/// is kept for runs that go on: no run is taken, none begins, and the one that goes on ends well.
+#[test]
+fn users_who_fill_the_disk_together_leave_room_for_the_run_that_goes_on() {
+    let may = ["-Urm", "mount", "-t", "tmpfs", "none", "/tmp"];
+    let may = Command::new("unshare").args(may).status();
+    if !may.is_ok_and(|status| status.success()) {
+        return skip("a shared disk: this machine lets nobody make a small one (unshare -Urm)");
+    }
+    let (endpoint, state) = (common::free_endpoint(), unique("shared"));
+    fs::create_dir_all(&state).expect("a folder");
+    let words = format!("mount -t tmpfs -o size=128m none '{}'", state.display());
+    let coordinator = limited(&words, &endpoint, &state, &["--runs", "1", "--reserve", "0.07"]);
+    let asks = Asks(endpoint.clone());
+    until("it is there", LONG, || asks.say(&["ps"]).code == 0);
+    let inside = format!("/proc/{}/root{}", coordinator.id(), state.display());
+    let inside = Path::new(&inside);
+    let first = asks.submit(&[&LONGER[..], &["--user", "ann"]].concat());
+    assert_eq!(first.code, 0, "{}", first.stderr);
+    until("it goes on", LONG, || asks.runs()[0]["position"]["time"].as_f64() > Some(0.0));
+    let quick = ["--set", "world.duration=0.02", "--user", "bob"];
+    assert_eq!(asks.submit(&quick).code, 0);
+    // 35 MiB each, of the 64 MiB that each may hold.
+    for run in ["1", "2"] {
+        fs::write(inside.join("runs").join(run).join("filler"), vec![1; 35 << 20]).expect("room");
+    }
+    for user in ["ann", "bob", "carol"] {
+        let said = asks.submit(&["--user", user]);
+        says(&said, 75, "are kept for runs that go on (cullet coordinator --reserve)");
+        assert!(said.stderr.contains(&format!("{}: ", state.display())), "{}", said.stderr);
+        assert!(said.stderr.contains(" and 70000000 are kept"), "{}", said.stderr);
+    }
+    assert_eq!(asks.say(&["wait", "1"]).code, 0, "the run that went on");
+    let runs = asks.runs();
+    assert_eq!((runs.len(), &runs[1]["state"]), (2, &"queued".into()), "{runs:?}");
+    assert_eq!(fs::read_dir(inside.join("runs")).expect("a folder").count(), 2);
+    let said = asks.say(&["logs", "2"]).stdout;
+    assert!(said.contains("waits for room on the coordinator's disk: "), "{said}");
+    assert_eq!(common::fetched("1", &["--connect", &endpoint]), quiet_digest(&LONGER));
+    // Room is made by the one who deletes, and the other's run begins.
+    assert_eq!(asks.say(&["delete", "1", "--user", "ann"]).code, 0);
+    assert_eq!(asks.say(&["wait", "2"]).code, 0);
+    assert_eq!(common::fetched("2", &["--connect", &endpoint]), quiet_digest(&quick[..2]));
 }

@@ -170,7 +170,7 @@ fn runs_are_laid_aside_taken_up_cancelled_and_waited_for() {
     assert!(out.join("run.mcap").is_file());
     for verb in ["cancel", "retry", "pause", "resume"] {
         let said = farm.ask(&[verb, &next]);
-        assert_eq!(said.code, 64, "{verb}: {}", said.stderr);
+        assert_eq!(said.code, 77, "{verb}: {}", said.stderr);
         assert!(said.stderr.contains("is done"), "{verb}: {}", said.stderr);
     }
     for verb in ["show", "wait", "watch", "logs", "fetch", "cancel", "delete"] {
@@ -195,7 +195,7 @@ fn a_run_that_failed_says_so_and_is_tried_again() {
     fs::remove_dir_all(&taken).expect("its folder");
     fs::write(&taken, "").expect("a file");
     assert_eq!(farm.ask(&["resume", &run]).code, 0);
-    assert_eq!(farm.ask(&["wait", &run]).code, 74);
+    assert_eq!(farm.ask(&["wait", &run]).code, 8);
     assert_eq!(farm.json(&["show", &run])["state"], "failed");
     fs::remove_file(&taken).expect("it goes");
     assert_eq!(farm.ask(&["retry", &run]).code, 0);

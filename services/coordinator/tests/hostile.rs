@@ -290,7 +290,11 @@ fn scenes_that_mean_harm_fail_in_words_and_the_coordinator_goes_on() {
         files.extend(more.iter().map(|(key, bytes)| (*key, bytes.as_slice())));
         let begun = Instant::now();
         let info = farm.run(name, &files);
-        assert_eq!((info.state, info.code), (State::Failed, Some(64)), "{name}: {info:?}");
+        assert_eq!(
+            (info.state, info.code),
+            (State::Failed, Some(codes::UNFIT)),
+            "{name}: {info:?}"
+        );
         assert!(!info.text.contains("root:"), "{name} is told what a file holds: {}", info.text);
         assert!(!info.text.is_empty() && info.text.len() < 10_000, "{name}: {}", info.text);
         assert!(begun.elapsed() < BOUND, "{name} takes {:?}", begun.elapsed());
@@ -359,7 +363,7 @@ fn a_run_that_records_more_than_its_user_may_hold_fails_and_says_so() {
     let bodies: String = (0..100).map(body).collect();
     let long = format!("[world]\nduration = 600.0\n{bodies}");
     let info = farm.run("long", &[(SCENE, long.as_bytes())]);
-    assert_eq!((info.state, info.code), (State::Failed, Some(codes::FILE)), "{info:?}");
+    assert_eq!((info.state, info.code), (State::Failed, Some(codes::UNKEPT)), "{info:?}");
     let words = "more than the 61440 that a user may hold";
     assert!(info.text.contains("mallory") && info.text.ends_with(words), "{info:?}");
     // What there is of it can be fetched.

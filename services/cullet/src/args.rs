@@ -1,9 +1,11 @@
 //! What a person types.
 
 mod farm;
+mod limit;
 mod voice;
 
 pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, OfRuns, Place, Ps, Router, Submit, What};
+pub(crate) use limit::{Memory, memory};
 pub(crate) use voice::{Log, Voice};
 
 use clap::{Args, Parser, Subcommand};
@@ -20,12 +22,17 @@ pub(crate) struct Cli {
     pub(crate) command: Command,
 }
 
-pub(crate) const EXIT_CODES: &str = "Exit codes: 0 done · 2 the run failed · 3 an expectation of \
-the scene or specimen does not hold · 4 a picture could not be drawn (the recording is complete) \
-· 5 the run was cancelled · 6 the run stalled: the pool gave up a job of it (cullet retry) · 64 \
-refused: bad input, or the coordinator says no · 66 what was named is not there · 69 no \
-coordinator there, or it left before the run ended · 74 a file could not be read or written · 75 \
-not now: the queue is full, or the run is not over · 130 interrupted (the recording is finished). \
+pub(crate) const EXIT_CODES: &str = "Exit codes: 0 done · 1 doctor: something is not well · 2 \
+the run failed: its world broke down · 3 the run is done, and an expectation of the scene or \
+specimen does not hold · 4 the run is done, and a picture could not be drawn · 5 the run was \
+cancelled · 6 the run stalled: the pool gave up a job of it (cullet retry) · 7 the run failed: \
+its scene is wrong, as the coordinator found · 8 the run failed: a file of it could not be read \
+or written, or its user holds too much of the disk · 64 arguments, a scene or a mesh are wrong · \
+66 what was named is not there · 69 no coordinator answers, or it leaves · 70 this machine gives \
+no thread, process or address, or there is a defect · 74 a file could not be read or written · \
+75 not now: the queue or the disk is full, or the run is not over · 76 what the coordinator sends \
+is not sound · 77 the coordinator says no · 130 \
+interrupted (the recording is finished). \
 SIGINT and SIGTERM end a run early but \
 in order, a coordinator or a worker with code 0; a second SIGINT quits at once.";
 
@@ -191,6 +198,11 @@ pub(crate) struct Run {
     /// Threads a worker solves with
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) threads: u16,
+    /// Most memory in MiB that a job may hold, or none; one that takes more is ended. auto: what
+    /// the machine or the container has, less a reserve, shared among the workers
+    #[arg(long, value_name = "MIB", env = "CULLET_MEMORY", default_value = "auto",
+        value_parser = memory)]
+    pub(crate) memory: Memory,
     /// Where to put run.mcap, summary.json and the previews [default: runs/SCENE-N]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -223,10 +235,14 @@ pub(crate) struct Coordinator {
     /// Most GB of the disk that the runs of one user may hold; 0: no bound [default: half of it]
     #[arg(long, value_name = "GB", value_parser = moment)]
     pub(crate) quota: Option<f64>,
-    /// Most GB of memory that the coordinator may hold: beyond it the run with the most bodies is
-    /// stopped; 0: no bound [default: three quarters of the machine's or the container's]
+    /// Most memory in MiB that the coordinator itself may hold, or none: beyond it the run with the
+    /// most bodies is stopped. auto: what the machine or the container has, less a reserve
+    #[arg(long, value_name = "MIB", default_value = "auto", value_parser = memory)]
+    pub(crate) world_memory: Memory,
+    /// GB of the disk kept for runs that go on: with less no run is taken and none begins [default:
+    /// a twentieth of it, at most 2]
     #[arg(long, value_name = "GB", value_parser = moment)]
-    pub(crate) world_memory: Option<f64>,
+    pub(crate) reserve: Option<f64>,
     /// Runs remembered; beyond it the oldest that is over is deleted, of the user who has most
     #[arg(long, default_value_t = 4096, value_name = "N",
         value_parser = clap::value_parser!(u16).range(1..=4096))]
@@ -245,6 +261,11 @@ pub(crate) struct Coordinator {
     /// Threads each of them solves with
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) threads: u16,
+    /// Most memory in MiB that a job of theirs may hold, or none; one that takes more is ended.
+    /// auto: what the machine or the container has, less a reserve, shared among them
+    #[arg(long, value_name = "MIB", env = "CULLET_MEMORY", default_value = "auto",
+        value_parser = memory)]
+    pub(crate) memory: Memory,
     /// Folder for recordings [default: recordings in the state folder, or runs without one]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -288,9 +309,11 @@ pub(crate) struct Worker {
     /// Threads to solve with
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) threads: u16,
-    /// Most memory in MiB that a job may hold; one that takes more is ended [default: no limit]
-    #[arg(long, value_name = "MIB")]
-    pub(crate) memory: Option<u64>,
+    /// Most memory in MiB that a job may hold, or none; one that takes more is ended. auto: what
+    /// the machine or the container has, less a reserve
+    #[arg(long, value_name = "MIB", env = "CULLET_MEMORY", default_value = "auto",
+        value_parser = memory)]
+    pub(crate) memory: Memory,
     /// Leave when standard input closes, as it does when the parent process ends
     #[arg(long, hide = true)]
     pub(crate) parent_watch: bool,

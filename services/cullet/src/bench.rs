@@ -1,10 +1,9 @@
 //! `cullet bench`.
 
-use crate::args;
-use crate::exit::{Exit, Trouble, print};
+use crate::args::{self, Memory};
+use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::Folder;
 use crate::logs;
-use crate::run::no_link;
 use cullet_coordinator::bench::{
     COLUMNS, Limits, Measured, Point, csv, file_names, json, plan, run_all, status, text,
 };
@@ -37,11 +36,12 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
         None => Ok(()),
     };
     write(&format!("{COLUMNS}\n"))?;
-    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
+    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::Broken, error))?;
+    let workers = args.workers.map_or_else(spare_cores, usize::from).clamp(1, points.len().max(1));
     let limits = Limits {
         exe,
-        words: args.voice.words(),
-        workers: args.workers.map_or_else(spare_cores, usize::from),
+        words: [args.voice.words(), Memory::Auto.words(workers).to_vec()].concat(),
+        workers,
         time: Duration::from_secs_f64(args.limit.clamp(1e-3, 1e9)),
     };
     let (mut all, mut trouble, names) = (Vec::new(), None, file_names(&points));
@@ -54,7 +54,7 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
         }
         all.push(measured);
     })
-    .map_err(|error| no_link(&error))?;
+    .map_err(|error| refused(&error))?;
     if let Some(trouble) = trouble {
         return Err(trouble);
     }

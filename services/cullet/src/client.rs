@@ -1,7 +1,7 @@
 //! Commands about the runs of a coordinator.
 
 use crate::args::{self, Place, What};
-use crate::exit::{Exit, Trouble, print};
+use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::{Folder, refuse_taken};
 use crate::progress::{Progress, text as place};
 use crate::run::read_scene;
@@ -184,6 +184,14 @@ fn told(run: &RunInfo) -> String {
     lines.join("\n") + "\n"
 }
 
+/// A line of a run's log, for programs. Lines count from 0.
+#[derive(Serialize)]
+struct Said<'a> {
+    run: u64,
+    line: u64,
+    text: &'a str,
+}
+
 pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, Trouble> {
     let client = connect(&args.place)?;
     let mut from = 0;
@@ -195,10 +203,11 @@ pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, Trouble> {
             return Ok(Exit::Done);
         }
         from = news.next;
-        for line in &news.lines {
+        let first = news.next.saturating_sub(news.lines.len() as u64);
+        for (line, text) in (first..).zip(&news.lines) {
             match args.place.who.json {
-                true => print_json(line)?,
-                false => print(format!("{line}\n"))?,
+                true => print_json(&Said { run: args.run, line, text })?,
+                false => print(format!("{text}\n"))?,
             }
         }
     }
@@ -325,8 +334,8 @@ pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
         return Ok(Exit::Done);
     }
     let mut text = format!(
-        "{:<24} {:<8} {:>7} {:>6}  {:<8} {}\n",
-        "WORKER", "STATE", "THREADS", "DONE", "BUILD", "JOB"
+        "{:<24} {:<8} {:>7} {:>10} {:>6}  {:<8} {}\n",
+        "WORKER", "STATE", "THREADS", "MIB A JOB", "DONE", "BUILD", "JOB"
     );
     for w in &said.workers {
         let state = match (w.up, w.drained) {
@@ -336,8 +345,9 @@ pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
             (true, false) => "busy",
         };
         let jobs: Vec<&str> = w.jobs.iter().map(|job| &job[..job.len().min(8)]).collect();
+        let memory = w.memory.map_or_else(|| "any".to_owned(), |bytes| (bytes >> 20).to_string());
         let row = format!(
-            "{:<24} {state:<8} {:>7} {:>6}  {:<8} {}",
+            "{:<24} {state:<8} {:>7} {memory:>10} {:>6}  {:<8} {}",
             w.name,
             w.threads,
             w.done,
@@ -386,7 +396,8 @@ fn no_link(link: &tls::Link, error: &LinkError, place: &Place) -> Trouble {
                 place.who.tls.as_ref().map(|folder| format!(" --tls {}", folder.display()));
             let (at, tls) = (&place.connect, folder.unwrap_or_default());
             let next = format!("is it running? cullet doctor --connect {at}{tls} looks");
-            Trouble::new(trouble.exit, format!("{trouble}\n{next}; --patience tries longer"))
+            let text = format!("{trouble}\n{next}; --patience tries longer");
+            trouble.said(text)
         }
         _ => trouble,
     }
@@ -455,27 +466,12 @@ pub(crate) fn exit_of(info: &RunInfo) -> Exit {
         State::Cancelled => Exit::Cancelled,
         State::Queued | State::Running | State::Paused => Exit::Done,
     };
-    info.code.map_or(by_state, Exit::of_code)
+    info.code.and_then(Exit::of_run).unwrap_or(by_state)
 }
 
 pub(crate) fn print_json<T: Serialize>(said: &T) -> Result<(), Trouble> {
     let text = serde_json::to_string(said);
-    print(text.map_err(|error| Trouble::new(Exit::Failed, error))? + "\n")
-}
-
-pub(crate) fn refused(error: &LinkError) -> Trouble {
-    let exit = match error {
-        LinkError::Silent { .. }
-        | LinkError::Connect { .. }
-        | LinkError::Left { .. }
-        | LinkError::Wire(_) => Exit::Unreachable,
-        LinkError::File { .. } => Exit::File,
-        LinkError::Unknown(_) => Exit::Unknown,
-        LinkError::Busy { .. } => Exit::Later,
-        LinkError::Refused(_) | LinkError::Path { .. } => Exit::Usage,
-        LinkError::Listen { .. } | LinkError::Spawn { .. } | LinkError::Thread(_) => Exit::Failed,
-    };
-    Trouble::new(exit, error)
+    print(text.map_err(|error| Trouble::new(Exit::Broken, error))? + "\n")
 }
 
 /// A name that no other submission has: the process and the moment.

@@ -50,7 +50,7 @@ pub(crate) fn doctor(args: &args::Doctor) -> Result<Exit, Trouble> {
     match (found.iter().all(|f| f.good), reached) {
         (true, _) => Ok(Exit::Done),
         (false, false) => Ok(Exit::Unreachable),
-        (false, true) => Ok(Exit::Failed),
+        (false, true) => Ok(Exit::Unwell),
     }
 }
 
@@ -74,6 +74,11 @@ fn here(args: &args::Doctor) -> Vec<Finding> {
         Ok(()) => finding("write", true, format!("files can be written in {folder}")),
         Err(error) => finding("write", false, format!("{folder}: {error}")),
     });
+    let memory = match cullet_worker::memory::share(1) {
+        Some(bytes) => format!("a worker alone here lets a job hold {} MiB", bytes >> 20),
+        None => "how much there is cannot be told: a job here may hold any".to_owned(),
+    };
+    found.push(finding("memory", true, memory));
     let solvers = cullet_worker::solvers().join(", ");
     found.push(finding("solvers", true, format!("a worker of this version solves: {solvers}")));
     found
@@ -154,8 +159,10 @@ fn about_it(about: &About, found: &mut Vec<Finding>) {
 fn about_worker(worker: &service::WorkerInfo) -> String {
     let service::WorkerInfo { name, version, build, threads, cores, done, .. } = worker;
     let solves = worker.solvers.as_ref().map_or("anything".to_owned(), |all| all.join(", "));
-    let memory =
-        worker.memory.map_or_else(String::new, |bytes| format!(", {} MiB a job", bytes >> 20));
+    let memory = worker.memory.map_or_else(
+        || ", any memory a job".to_owned(),
+        |bytes| format!(", {} MiB a job", bytes >> 20),
+    );
     format!(
         "{name}: version {version}, build {build}, {threads} threads of {cores} cores{memory}; \
          solves {solves}; {done} jobs done"

@@ -1,6 +1,8 @@
 //! How the process ends.
 
+use cullet_coordinator::link::LinkError;
 use cullet_proto::service::codes;
+use serde::Serialize;
 use std::fmt;
 use std::io::Write;
 use std::process::ExitCode;
@@ -12,6 +14,8 @@ pub(crate) enum Exit {
     Done,
     /// The run failed: the world broke down.
     Failed,
+    /// Something that was looked at is not well.
+    Unwell,
     /// The run is complete, and an expectation of the scene does not hold.
     Unmet,
     /// The run is complete, and a picture of it could not be drawn.
@@ -20,39 +24,60 @@ pub(crate) enum Exit {
     Cancelled,
     /// The run stalled: the pool gave up a job of it.
     Stalled,
-    /// Refused: arguments, scene or meshes are wrong, or the coordinator says no.
+    /// The run failed: its scene is wrong, as the coordinator found.
+    Unfit,
+    /// The run failed: a file of it could not be read or written, or may not be.
+    Unkept,
+    /// Arguments, a scene or a mesh are wrong.
     Usage,
     /// What was named is not there: a run, a worker, a file of a run.
     Unknown,
-    /// No coordinator answers, or it left before the run began.
+    /// No coordinator answers, or it leaves.
     Unreachable,
-    /// A file could not be read or written.
+    /// The machine gives no thread, process or address, or there is a defect.
+    Broken,
+    /// A file of the command could not be read or written.
     File,
-    /// Not now: the queue is full, or a run is not over yet.
+    /// Not now: the queue or the disk is full, or a run is not over yet.
     Later,
+    /// What the coordinator sends is not sound.
+    Garbled,
+    /// The coordinator says no.
+    Refused,
     /// Interrupted; the recording is finished.
     Interrupted,
 }
 
-const CODES: [(Exit, u8); 12] = [
-    (Exit::Done, codes::DONE),
-    (Exit::Failed, codes::FAILED),
-    (Exit::Unmet, codes::UNMET),
-    (Exit::Unpictured, codes::UNPICTURED),
-    (Exit::Cancelled, codes::CANCELLED),
-    (Exit::Stalled, codes::STALLED),
-    (Exit::Usage, codes::USAGE),
-    (Exit::Unknown, codes::UNKNOWN),
-    (Exit::Unreachable, codes::UNREACHABLE),
-    (Exit::File, codes::FILE),
-    (Exit::Later, codes::LATER),
-    (Exit::Interrupted, codes::INTERRUPTED),
+const CODES: [(Exit, u8, &str); 18] = [
+    (Exit::Done, codes::DONE, "done"),
+    (Exit::Unwell, codes::UNWELL, "unwell"),
+    (Exit::Failed, codes::FAILED, "failed"),
+    (Exit::Unmet, codes::UNMET, "unmet"),
+    (Exit::Unpictured, codes::UNPICTURED, "unpictured"),
+    (Exit::Cancelled, codes::CANCELLED, "cancelled"),
+    (Exit::Stalled, codes::STALLED, "stalled"),
+    (Exit::Unfit, codes::UNFIT, "unfit"),
+    (Exit::Unkept, codes::UNKEPT, "unkept"),
+    (Exit::Usage, codes::USAGE, "usage"),
+    (Exit::Unknown, codes::UNKNOWN, "unknown"),
+    (Exit::Unreachable, codes::UNREACHABLE, "unreachable"),
+    (Exit::Broken, codes::BROKEN, "broken"),
+    (Exit::File, codes::FILE, "file"),
+    (Exit::Later, codes::LATER, "later"),
+    (Exit::Garbled, codes::GARBLED, "garbled"),
+    (Exit::Refused, codes::REFUSED, "refused"),
+    (Exit::Interrupted, codes::INTERRUPTED, "interrupted"),
 ];
 
 impl Exit {
     /// Its exit code.
     pub(crate) fn code(self) -> u8 {
-        CODES.iter().find(|(exit, _)| *exit == self).map_or(2, |(_, code)| *code)
+        CODES.iter().find(|(exit, ..)| *exit == self).map_or(codes::BROKEN, |(_, code, _)| *code)
+    }
+
+    /// Its name, as errors have it that are told as JSON.
+    pub(crate) fn word(self) -> &'static str {
+        CODES.iter().find(|(exit, ..)| *exit == self).map_or("broken", |(.., word)| word)
     }
 
     /// Of two ways to end, the one with the higher code.
@@ -60,9 +85,11 @@ impl Exit {
         if other.code() > self.code() { other } else { self }
     }
 
-    /// The way to end that has this code; an unknown code is a failure.
-    pub(crate) fn of_code(code: u8) -> Self {
-        CODES.iter().find(|(_, known)| *known == code).map_or(Self::Failed, |(exit, _)| *exit)
+    /// How a run ended that has this code. The others are those of commands, some of which runs
+    /// have in old journals.
+    pub(crate) fn of_run(code: u8) -> Option<Self> {
+        let known = CODES.iter().find(|(_, known, _)| *known == code);
+        known.filter(|(_, code, _)| *code <= codes::UNKEPT).map(|(exit, ..)| *exit)
     }
 }
 
@@ -78,23 +105,90 @@ pub(crate) struct Trouble {
     /// How the process ends because of it.
     pub(crate) exit: Exit,
     text: String,
+    place: Option<String>,
+}
+
+/// The same for programs.
+#[derive(Debug, Serialize)]
+struct Told<'a> {
+    code: u8,
+    kind: &'a str,
+    message: &'a str,
+    place: Option<&'a str>,
 }
 
 impl Trouble {
     /// Trouble of that kind, in words.
     pub(crate) fn new(exit: Exit, text: impl fmt::Display) -> Self {
-        Self { exit, text: text.to_string() }
+        Self { exit, text: text.to_string(), place: None }
+    }
+
+    /// It has to do with this file, folder, endpoint or program.
+    pub(crate) fn at(self, place: impl fmt::Display) -> Self {
+        Self { place: Some(place.to_string()), ..self }
+    }
+
+    /// The same trouble in other words.
+    pub(crate) fn said(self, text: impl fmt::Display) -> Self {
+        Self { text: text.to_string(), ..self }
+    }
+
+    /// What it has to do with.
+    pub(crate) fn place(&self) -> Option<&str> {
+        self.place.as_deref()
+    }
+
+    /// As one JSON object: code, kind, message and place.
+    pub(crate) fn json(&self) -> String {
+        let (code, kind) = (self.exit.code(), self.exit.word());
+        let told = Told { code, kind, message: &self.text, place: self.place() };
+        serde_json::to_string(&told).unwrap_or_default()
     }
 
     /// A file or folder that could not be read or written.
     pub(crate) fn file(path: &std::path::Path, error: impl fmt::Display) -> Self {
-        Self::new(Exit::File, format!("{}: {error}", path.display()))
+        Self::new(Exit::File, format!("{}: {error}", path.display())).at(path.display())
     }
 }
 
 impl fmt::Display for Trouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)
+    }
+}
+
+/// What trouble with a link is, and where.
+pub(crate) fn refused(error: &LinkError) -> Trouble {
+    let exit = match error {
+        LinkError::Silent { .. } | LinkError::Connect { .. } | LinkError::Left { .. } => {
+            Exit::Unreachable
+        }
+        LinkError::File { .. } => Exit::File,
+        LinkError::Unknown(_) => Exit::Unknown,
+        LinkError::Busy { .. } | LinkError::Later(_) => Exit::Later,
+        LinkError::Refused(_) => Exit::Refused,
+        LinkError::Garbled(_) => Exit::Garbled,
+        // Of one's own: a scene, a name, a question.
+        LinkError::Wire(_) | LinkError::Path { .. } => Exit::Usage,
+        LinkError::Listen { .. } | LinkError::Spawn { .. } | LinkError::Thread(_) => Exit::Broken,
+    };
+    let trouble = Trouble::new(exit, error);
+    match error {
+        LinkError::Silent { endpoint, .. }
+        | LinkError::Connect { endpoint, .. }
+        | LinkError::Left { endpoint, .. }
+        | LinkError::Busy { endpoint, .. }
+        | LinkError::Listen { endpoint, .. } => trouble.at(endpoint),
+        LinkError::File { path, .. } | LinkError::Spawn { exe: path, .. } => {
+            trouble.at(path.display())
+        }
+        LinkError::Path { path, .. } => trouble.at(path),
+        LinkError::Unknown(_)
+        | LinkError::Later(_)
+        | LinkError::Refused(_)
+        | LinkError::Garbled(_)
+        | LinkError::Wire(_)
+        | LinkError::Thread(_) => trouble,
     }
 }
 
@@ -113,6 +207,8 @@ pub(crate) fn print(text: impl fmt::Display) -> Result<(), Trouble> {
 mod tests {
     use super::{CODES, Exit};
     use crate::args::EXIT_CODES;
+    use crate::exit::Trouble;
+    use serde_json::json;
     use std::collections::BTreeSet;
 
     /// The numbers at the beginning of these pieces of a text.
@@ -122,10 +218,14 @@ mod tests {
 
     #[test]
     fn each_code_is_one_end_and_the_page_and_the_help_have_them_all() {
-        let all: BTreeSet<u8> = CODES.iter().map(|(_, code)| *code).collect();
+        let all: BTreeSet<u8> = CODES.iter().map(|(_, code, _)| *code).collect();
         assert_eq!(all.len(), CODES.len(), "two ends have one code");
-        for (exit, code) in CODES {
-            assert_eq!((exit.code(), Exit::of_code(code)), (code, exit));
+        let words: BTreeSet<&str> = CODES.iter().map(|(.., word)| *word).collect();
+        assert_eq!(words.len(), CODES.len(), "two ends have one name");
+        for (exit, code, word) in CODES {
+            assert_eq!((exit.code(), exit.word()), (code, word));
+            let run = (code <= 8).then_some(exit);
+            assert_eq!(Exit::of_run(code), run, "a command's end is none of a run");
         }
         let text = EXIT_CODES.trim_start_matches("Exit codes:");
         assert_eq!(numbers(text.split('\u{b7}')), all, "cullet --help");
@@ -135,5 +235,19 @@ mod tests {
         let table = table.split("\n## ").next().unwrap_or_default();
         let rows = table.lines().filter_map(|line| line.strip_prefix('|'));
         assert_eq!(numbers(rows), all, "docs/operations.md");
+    }
+
+    #[test]
+    fn trouble_is_one_object_of_one_line() {
+        let file = std::path::Path::new("a \"b\"");
+        let told = Trouble::file(file, "no\nsuch file").json();
+        assert!(!told.contains('\n'), "{told}");
+        let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
+        let message = "a \"b\": no\nsuch file";
+        let want = json!({"code": 74, "kind": "file", "message": message, "place": "a \"b\""});
+        assert_eq!(told, want);
+        let told: serde_json::Value =
+            serde_json::from_str(&Trouble::new(Exit::Usage, "no").json()).expect("JSON");
+        assert_eq!(told, json!({"code": 64, "kind": "usage", "message": "no", "place": null}));
     }
 }

@@ -35,7 +35,7 @@ impl Folder {
         let there = made.last().map_or(Some(target), |outermost| outermost.parent());
         if let Some(file) = there.filter(|there| there.is_file()) {
             let text = format!("{}: it is a file, not a folder", file.display());
-            return Err(Trouble::new(Exit::Usage, text));
+            return Err(Trouble::new(Exit::Usage, text).at(file.display()));
         }
         std::fs::create_dir_all(target).map_err(|error| Trouble::file(target, error))?;
         Ok(Self { path: target.to_owned(), made })
@@ -63,7 +63,7 @@ pub(crate) fn refuse_taken(folder: &Path) -> Result<(), Trouble> {
     let taken = ["run.mcap", "run.mcap.partial", "table.csv", "1/run.mcap"];
     if taken.iter().any(|name| folder.join(name).exists()) {
         let text = format!("{}: there is a run in this folder; name another", folder.display());
-        return Err(Trouble::new(Exit::Usage, text));
+        return Err(Trouble::new(Exit::Usage, text).at(folder.display()));
     }
     Ok(())
 }

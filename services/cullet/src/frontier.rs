@@ -1,10 +1,9 @@
 //! `cullet frontier`: error over cost.
 
-use crate::args;
-use crate::exit::{Exit, Trouble, print};
+use crate::args::{self, Memory};
+use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::Folder;
 use crate::logs;
-use crate::run::no_link;
 use cullet_coordinator::bench::frontier::{Chart, Row, Set, csv, load, measure, read, rows, text};
 use cullet_coordinator::bench::{Limits, chart};
 use std::path::Path;
@@ -50,10 +49,11 @@ fn known(table: &Path, needed: bool) -> Result<Vec<Row>, Trouble> {
 
 /// Runs the charts of a set, each written as soon as it is done.
 fn run(args: &args::Frontier, set: &Set, table: &Path, all: &mut Vec<Row>) -> Result<(), Trouble> {
-    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
+    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::Broken, error))?;
     let limits = Limits {
         exe,
-        words: args.voice.words(),
+        words: [args.voice.words(), Memory::Auto.words(usize::from(args.workers)).to_vec()]
+            .concat(),
         workers: usize::from(args.workers),
         time: Duration::from_secs_f64(args.limit.clamp(1e-3, 1e9)),
     };
@@ -63,7 +63,7 @@ fn run(args: &args::Frontier, set: &Set, table: &Path, all: &mut Vec<Row>) -> Re
                 logs::say(format!("{} {k}/{count} {}", chart.name, told(row)));
             }
         })
-        .map_err(|error| no_link(&error))?;
+        .map_err(|error| refused(&error))?;
         let at = all.iter().position(|row| row.chart == chart.name).unwrap_or(all.len());
         all.retain(|row| row.chart != chart.name);
         let at = at.min(all.len());
@@ -89,7 +89,7 @@ fn show(
     if !args.voice.quiet {
         print(text(set, &reading) + "\n")?;
     }
-    let failed = |why| Trouble::new(Exit::Failed, format!("{}: {why}", set.name));
+    let failed = |why| Trouble::new(Exit::Broken, format!("{}: {why}", set.name));
     let path = folder.join(format!("{}.svg", set.name));
     let drawn = chart::svg(set, &reading, machine).map_err(failed)?;
     std::fs::write(&path, drawn).map_err(|error| Trouble::file(&path, error))?;

@@ -12,12 +12,14 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
     if args.masses {
         let mut masses = Vec::new();
         for recording in std::iter::once(&args.recording).chain(&args.more) {
-            masses.extend(record::masses(recording).map_err(|error| unreadable(&error))?);
+            masses
+                .extend(record::masses(recording).map_err(|error| unreadable(&error, recording))?);
         }
         print(record::table(&masses, args.cells))?;
         return Ok(Exit::Done);
     }
-    let told = record::inspect(&args.recording).map_err(|error| unreadable(&error))?;
+    let told =
+        record::inspect(&args.recording).map_err(|error| unreadable(&error, &args.recording))?;
     if !told.complete {
         let name = args.recording.display();
         logs::say(format!("{name}: cut off or damaged; what could be saved follows"));
@@ -40,7 +42,8 @@ pub(crate) fn recover(args: &args::Recover) -> Result<Exit, Trouble> {
         let text = format!("{} is there already; name another with -o", output.display());
         return Err(Trouble::new(Exit::Usage, text));
     }
-    let saved = record::recover(&args.recording, &output).map_err(|error| unreadable(&error))?;
+    let saved = record::recover(&args.recording, &output);
+    let saved = saved.map_err(|error| unreadable(&error, &args.recording))?;
     logs::say(saved);
     Ok(Exit::Done)
 }
@@ -59,7 +62,7 @@ pub(crate) fn preview(args: &args::Preview) -> Result<Exit, Trouble> {
     let drawn = from_recording(&args.recording, &folder.path);
     drawn.map(|_| Exit::Done).map_err(|error| {
         folder.forget();
-        unreadable(&error)
+        unreadable(&error, &args.recording)
     })
 }
 
@@ -67,8 +70,8 @@ pub(crate) fn still(args: &args::Still) -> Result<Exit, Trouble> {
     let beside = || args.recording.with_file_name("still.png");
     let file = args.output.clone().unwrap_or_else(beside);
     let wanted = Still { time: args.at, size: args.size, close: args.close };
-    let time =
-        preview::still(&args.recording, &wanted, &file).map_err(|error| unreadable(&error))?;
+    let time = preview::still(&args.recording, &wanted, &file);
+    let time = time.map_err(|error| unreadable(&error, &args.recording))?;
     logs::say(format!("{}: the run at {time:.4} s", file.display()));
     Ok(Exit::Done)
 }
@@ -91,10 +94,10 @@ pub(crate) fn schema(args: &args::Schema) -> Result<Exit, Trouble> {
     Ok(Exit::Done)
 }
 
-fn unreadable(error: &record::RecordError) -> Trouble {
+fn unreadable(error: &record::RecordError, recording: &Path) -> Trouble {
     let exit = match error {
         record::RecordError::NotMcap { .. } | record::RecordError::Specimen { .. } => Exit::Usage,
         _ => Exit::File,
     };
-    Trouble::new(exit, error)
+    Trouble::new(exit, error).at(recording.display())
 }

@@ -1,23 +1,23 @@
 //! The process that a worker keeps for its jobs, and the same for one job in a file.
 
-use crate::args;
+use crate::args::{self, Memory};
 use crate::exit::{Exit, Trouble, print};
 use cullet_proto::Verdict;
 use cullet_worker::{JobCommand, replay, serve_jobs, solve};
 use std::sync::Arc;
 
 /// How a worker starts that process.
-pub(crate) fn command(threads: u16, memory: Option<u64>) -> Result<JobCommand, Trouble> {
-    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
+pub(crate) fn command(threads: u16, memory: Memory) -> Result<JobCommand, Trouble> {
+    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::Broken, error))?;
     let args = vec!["job".to_owned(), "--threads".to_owned(), threads.to_string()];
-    Ok(JobCommand { exe, args, memory: memory.map(|mib| mib << 20) })
+    Ok(JobCommand { exe, args, memory: memory.bytes(1) })
 }
 
 pub(crate) fn job(args: &args::Job) -> Result<Exit, Trouble> {
     let threads = usize::from(args.threads);
     let Some(file) = &args.file else {
         serve_jobs(threads, Arc::new(solve::by_table))
-            .map_err(|error| Trouble::new(Exit::Failed, error))?;
+            .map_err(|error| Trouble::new(Exit::Broken, error))?;
         return Ok(Exit::Done);
     };
     let (digest, verdict) = replay(file, threads).map_err(|error| Trouble::file(file, error))?;

@@ -2,6 +2,7 @@
 //! objects, one a line, and nothing else is there.
 
 use crate::args::{Log, Voice};
+use crate::exit::Trouble;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::fmt;
@@ -16,6 +17,8 @@ use tracing_subscriber::registry::{LookupSpan, Scope};
 
 /// Whether everything is JSON.
 static JSON: AtomicBool = AtomicBool::new(false);
+/// Whether errors are.
+static OBJECTS: AtomicBool = AtomicBool::new(false);
 
 /// Sends log lines to standard error: warnings, or more on request. As JSON, for programs, they
 /// have the life of runs and jobs in any case.
@@ -56,12 +59,23 @@ pub(crate) fn warn(text: impl fmt::Display) {
     }
 }
 
-/// Says why something is not done.
-pub(crate) fn error(text: impl fmt::Display) {
-    match JSON.load(Ordering::Relaxed) {
-        true => tracing::error!("{text}"),
-        false => eprintln!("error: {text}"),
+/// Says why something is not done: in words, or, to whom wants results as JSON, as an object.
+pub(crate) fn error(trouble: &Trouble) {
+    match (JSON.load(Ordering::Relaxed), OBJECTS.load(Ordering::Relaxed)) {
+        (true, _) => {
+            let (code, kind, place) = (trouble.exit.code(), trouble.exit.word(), trouble.place());
+            tracing::error!(code, kind, place, "{trouble}");
+        }
+        (false, true) => eprintln!("{}", trouble.json()),
+        (false, false) => eprintln!("error: {trouble}"),
     }
+}
+
+/// Errors are objects from now on, where somebody has asked for results as JSON; whether so.
+pub(crate) fn as_asked() -> bool {
+    let wanted = std::env::args().skip(1).take_while(|word| word != "--").any(|w| w == "--json");
+    OBJECTS.store(wanted, Ordering::Relaxed);
+    wanted
 }
 
 /// Whether somebody whose arguments are not understood has asked for JSON.

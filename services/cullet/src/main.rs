@@ -23,20 +23,10 @@ use cullet_proto::keys::UserVerb;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    let json = logs::as_asked();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => {
-            let asked = !error.use_stderr();
-            if !asked && logs::asked() {
-                logs::start(&Voice { quiet: false, verbose: 0, log: Log::Json });
-                logs::error(error.render().to_string().trim_end());
-                return exit::Exit::Usage.into();
-            }
-            return match error.print() {
-                Ok(()) if asked => ExitCode::SUCCESS,
-                _ => exit::Exit::Usage.into(),
-            };
-        }
+        Err(error) => return not_understood(&error, json),
     };
     if let Some(voice) = cli.command.voice() {
         logs::start(voice);
@@ -47,6 +37,24 @@ fn main() -> ExitCode {
             logs::error(&trouble);
             trouble.exit.into()
         }
+    }
+}
+
+/// Help and the version are asked for the same way.
+fn not_understood(error: &clap::Error, json: bool) -> ExitCode {
+    let asked = !error.use_stderr();
+    if !asked && logs::asked() {
+        logs::start(&Voice { quiet: false, verbose: 0, log: Log::Json });
+    }
+    if !asked && (json || logs::asked()) {
+        let text = error.render().to_string();
+        let text = text.trim_end().trim_start_matches("error: ");
+        logs::error(&exit::Trouble::new(exit::Exit::Usage, text));
+        return exit::Exit::Usage.into();
+    }
+    match error.print() {
+        Ok(()) if asked => ExitCode::SUCCESS,
+        _ => exit::Exit::Usage.into(),
     }
 }
 

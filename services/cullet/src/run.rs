@@ -1,12 +1,12 @@
 //! `cullet run` and `cullet check`.
 
 use crate::args;
-use crate::exit::{Exit, Trouble, print};
+use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::Folder;
 use crate::progress::Progress;
 use crate::signals::stop_when_told;
 use crate::{logs, sweep};
-use cullet_coordinator::link::{LinkError, Pool, PoolConfig, Share, SpawnConfig};
+use cullet_coordinator::link::{Pool, PoolConfig, Share, SpawnConfig};
 use cullet_coordinator::preview;
 use cullet_coordinator::run::{Outcome, RunError, RunOptions};
 use cullet_coordinator::scene::{Scene, load};
@@ -62,30 +62,24 @@ pub(crate) fn check(args: &args::Check) -> Result<Exit, Trouble> {
 
 /// Reads a scene, or says everything that is wrong with it.
 pub(crate) fn read_scene(args: &args::SceneArgs) -> Result<Scene, Trouble> {
-    load(&args.scene, &args.set).map_err(|errors| Trouble::new(Exit::Usage, errors))
+    let wrong = |errors| Trouble::new(Exit::Usage, errors).at(args.scene.display());
+    load(&args.scene, &args.set).map_err(wrong)
 }
 
 pub(crate) fn start_pool(args: &args::Run) -> Result<Pool, Trouble> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let workers = args.workers.map_or((cores - 1).max(1), usize::from);
-    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
+    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::Broken, error))?;
     let mut spawn = SpawnConfig::new(exe, workers, usize::from(args.threads));
     spawn.args.extend(args.voice.words());
+    spawn.args.extend(args.memory.words(workers));
     let config = PoolConfig { spawn: Some(spawn), ..PoolConfig::default() };
-    Pool::start(config).map_err(|error| no_link(&error))
-}
-
-pub(crate) fn no_link(error: &LinkError) -> Trouble {
-    let exit = match error {
-        LinkError::Spawn { .. } | LinkError::Thread(_) => Exit::Failed,
-        _ => Exit::Unreachable,
-    };
-    Trouble::new(exit, error)
+    Pool::start(config).map_err(|error| refused(&error))
 }
 
 pub(crate) fn trouble(error: &RunError) -> Trouble {
     let exit = match error {
-        RunError::Record(_) | RunError::File { .. } => Exit::File,
+        RunError::Record(_) | RunError::File { .. } => Exit::Unkept,
         RunError::Abandoned { .. } => Exit::Stalled,
         RunError::World(_) | RunError::Lost(_) | RunError::OutOfOrder { .. } => Exit::Failed,
     };

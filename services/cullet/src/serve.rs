@@ -2,9 +2,8 @@
 //! machines.
 
 use crate::args;
-use crate::exit::{Exit, Trouble, print};
+use crate::exit::{Exit, Trouble, print, refused};
 use crate::logs;
-use crate::run::no_link;
 use crate::signals::stop_when_told;
 use crate::tls::{self, Link};
 use cullet_coordinator::link::router::{self, Router};
@@ -55,7 +54,8 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
         metrics: args.metrics,
         operators: guard.roles.map(|roles| roles.operators().clone()),
         quota: quota(args),
-        memory: memory(args),
+        memory: args.world_memory.bytes(1),
+        reserve: args.reserve.map(|gigabytes| (gigabytes * 1e9) as u64),
         keep: Some(usize::from(args.keep)),
     };
     let quiet = args.voice.quiet;
@@ -66,15 +66,6 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     });
     served.map_err(|error| trouble(&error))?;
     Ok(Exit::Done)
-}
-
-/// Bytes of memory that runs may make the coordinator hold: three quarters of what there is, if
-/// nothing is said.
-fn memory(args: &args::Coordinator) -> Option<u64> {
-    match args.world_memory {
-        Some(gigabytes) => (gigabytes > 0.0).then_some((gigabytes * 1e9) as u64),
-        None => None,
-    }
 }
 
 /// Bytes of the disk that the runs of one user may hold: half of it, if nothing is said.
@@ -97,7 +88,7 @@ fn open(
         let error = match Pool::start(settings.clone()) {
             Ok(pool) => return Ok(Some(pool)),
             Err(error @ LinkError::Connect { .. }) => error,
-            Err(error) => return Err(no_link(&error)),
+            Err(error) => return Err(refused(&error)),
         };
         if link.refusal(endpoint).is_some() {
             return Err(link.trouble(&error, endpoint));
@@ -113,9 +104,10 @@ fn open(
 /// Workers of the coordinator's own. They show its certificate, and are called after it: roles let
 /// such names in.
 fn own_workers(args: &args::Coordinator, guard: &Guard) -> Result<SpawnConfig, Trouble> {
-    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::File, error))?;
+    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::Broken, error))?;
     let mut spawn = SpawnConfig::new(exe, usize::from(args.workers), usize::from(args.threads));
     spawn.args.extend(args.voice.words());
+    spawn.args.extend(args.memory.words(usize::from(args.workers)));
     if let Some(folder) = &args.guard.tls {
         spawn.args.extend(["--tls".to_owned(), folder.to_string_lossy().into_owned()]);
         spawn.prefix = format!("{}-", guard.link.name);
@@ -127,11 +119,11 @@ pub(crate) fn router(args: &args::Router) -> Result<Exit, Trouble> {
     let stop = stop_when_told("links end")?;
     let guard = guard(&args.guard, &args.listen, true)?;
     if args.print_config {
-        let text = router::config(&args.listen, &guard.rules).map_err(|error| no_link(&error))?;
+        let text = router::config(&args.listen, &guard.rules).map_err(|error| refused(&error))?;
         print(text)?;
         return Ok(Exit::Done);
     }
-    let router = Router::start(&args.listen, &guard.rules).map_err(|error| no_link(&error))?;
+    let router = Router::start(&args.listen, &guard.rules).map_err(|error| refused(&error))?;
     if !args.voice.quiet {
         logs::say(format!("listening on {}", router.endpoint()));
     }
@@ -165,7 +157,9 @@ fn guard(args: &args::Guard, endpoint: &str, listens: bool) -> Result<Guard, Tro
         return Ok(Guard { link, rules, roles: None });
     };
     let text = std::fs::read_to_string(path).map_err(|error| Trouble::file(path, error))?;
-    let wrong = |error: &dyn std::fmt::Display| usage(format!("{}: {error}", path.display()));
+    let wrong = |error: &dyn std::fmt::Display| {
+        usage(format!("{}: {error}", path.display())).at(path.display())
+    };
     let names: Names = toml::from_str(&text).map_err(|error| wrong(&error))?;
     let roles = Roles::new(&names).map_err(|error| wrong(&error))?;
     let coordinator = WorkerId::new(DEFAULT_COORDINATOR).map_err(|error| wrong(&error))?;
@@ -190,10 +184,20 @@ fn trouble(error: &ServiceError) -> Trouble {
         | ServiceError::Full { .. }
         | ServiceError::Quota { .. } => Exit::File,
         ServiceError::Foreign { .. } | ServiceError::Journal { .. } => Exit::Usage,
-        ServiceError::Link(LinkError::Thread(_)) => Exit::Failed,
-        ServiceError::Link(_) | ServiceError::Metrics { .. } => Exit::Unreachable,
+        ServiceError::Link(error) => return refused(error),
+        ServiceError::Metrics { .. } => Exit::Broken,
     };
-    Trouble::new(exit, error)
+    let trouble = Trouble::new(exit, error);
+    match error {
+        ServiceError::File { path, .. } | ServiceError::Journal { path, .. } => {
+            trouble.at(path.display())
+        }
+        ServiceError::Taken { folder }
+        | ServiceError::Full { folder, .. }
+        | ServiceError::Foreign { folder, .. } => trouble.at(folder.display()),
+        ServiceError::Metrics { address, .. } => trouble.at(address),
+        ServiceError::Link(_) | ServiceError::Quota { .. } => trouble,
+    }
 }
 
 pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
@@ -201,12 +205,16 @@ pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
     let anonymous = format!("worker-{}", std::process::id());
     let link = tls::link(args.tls.as_deref(), first, args.name.as_deref(), &anonymous)?;
     if let (false, Some(why)) = (args.parent_watch, link.refusal(first)) {
-        return Err(Trouble::new(Exit::Unreachable, format!("no link to {first}: {why}")));
+        return Err(Trouble::new(Exit::Unreachable, format!("no link to {first}: {why}")).at(first));
     }
     let name = link.name.clone();
     if !args.voice.quiet && !args.parent_watch {
         let all = args.connect.join(", ");
-        logs::say(format!("{name} asks {all} for jobs, as soon as it is there"));
+        let limit = match args.memory.bytes(1) {
+            Some(bytes) => format!("a job may hold {} MiB of memory", bytes >> 20),
+            None => "a job may hold any memory".to_owned(),
+        };
+        logs::say(format!("{name} asks {all} for jobs, as soon as it is there; {limit}"));
     }
     let stop = stop_when_told("the job at hand is given back")?;
     let expired = leave_when_expired(&link, &stop);
@@ -223,7 +231,7 @@ pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
     };
     let exit = |error: &WorkerError| match error {
         WorkerError::Connect { .. } => Exit::Unreachable,
-        WorkerError::Threads { .. } => Exit::Failed,
+        WorkerError::Threads { .. } => Exit::Broken,
         WorkerError::NoEndpoint | WorkerError::Wire(_) => Exit::Usage,
     };
     cullet_worker::run(config).map_err(|error| Trouble::new(exit(&error), error))?;

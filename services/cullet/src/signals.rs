@@ -19,7 +19,7 @@ pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, Trou
         let signals = runtime.block_on(async { Signals::listen() })?;
         Ok((runtime, signals))
     };
-    let (runtime, mut signals) = listen().map_err(|error| Trouble::new(Exit::File, error))?;
+    let (runtime, mut signals) = listen().map_err(|error| Trouble::new(Exit::Broken, error))?;
     std::thread::spawn(move || {
         runtime.block_on(async {
             loop {

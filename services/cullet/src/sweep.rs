@@ -44,7 +44,9 @@ struct Named {
 
 fn read(file: &Path) -> Result<Named, Trouble> {
     let text = std::fs::read_to_string(file).map_err(|error| Trouble::file(file, error))?;
-    let wrong = |text: String| Trouble::new(Exit::Usage, format!("{}: {text}", file.display()));
+    let wrong = |text: String| {
+        Trouble::new(Exit::Usage, format!("{}: {text}", file.display())).at(file.display())
+    };
     if !is_sweep(&text) {
         return Err(wrong("it is no sweep: it has neither [product] nor [[zip]]".to_owned()));
     }
@@ -67,7 +69,10 @@ fn plan(args: &SceneArgs) -> Result<Plan, Trouble> {
     let Named { sweep, scene, .. } = &named;
     let mut scenes = Vec::new();
     for (row, set) in sweep.rows.iter().zip(named.sets(&args.set)) {
-        let told = |t: Trouble| Trouble::new(t.exit, format!("{}: {t}", sweep.label(row)));
+        let told = |t: Trouble| {
+            let text = format!("{}: {t}", sweep.label(row));
+            t.said(text)
+        };
         scenes.push(read_scene(&SceneArgs { scene: scene.clone(), set }).map_err(told)?);
     }
     Ok(Plan { named, scenes })
@@ -121,7 +126,9 @@ pub(crate) fn run(args: &args::Run, stop: &Arc<AtomicBool>) -> Result<Exit, Trou
             }
             Err(error) => {
                 let trouble = trouble(error);
-                logs::error(format!("run {}: {trouble}", index + 1));
+                let text = format!("run {}: {trouble}", index + 1);
+                let trouble = trouble.said(text);
+                logs::error(&trouble);
                 trouble.exit
             }
         };

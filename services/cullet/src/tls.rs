@@ -43,7 +43,10 @@ impl Certificate {
     /// Reads the certificate in a folder, which must be good now.
     fn read(folder: &Path) -> Result<Self, Trouble> {
         let path = folder.join(security::FILES[1]);
-        let wrong = |text: &str| Trouble::new(Exit::Usage, format!("{}: {text}", path.display()));
+        let wrong = |text: &str| {
+            let name = path.display();
+            Trouble::new(Exit::Usage, format!("{name}: {text}")).at(name)
+        };
         let der = CertificateDer::from_pem_file(&path).map_err(|e| wrong(&e.to_string()))?;
         let (_, read) = X509Certificate::from_der(&der).map_err(|e| wrong(&e.to_string()))?;
         let name = read.subject().iter_common_name().next().and_then(|name| name.as_str().ok());
@@ -114,8 +117,10 @@ impl Link {
             )),
             _ => None,
         };
-        let exit = crate::client::refused(error);
-        why.map_or(exit, |why| Trouble::new(Exit::Unreachable, format!("{error}: {why}")))
+        let exit = crate::exit::refused(error);
+        why.map_or(exit, |why| {
+            Trouble::new(Exit::Unreachable, format!("{error}: {why}")).at(endpoint)
+        })
     }
 
     /// Why the other side and this one do not take each other's certificates; nothing if they do,

@@ -13,6 +13,7 @@ use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// How often the supervisor looks at the job and its memory.
@@ -26,6 +27,14 @@ const MAX_FRAME: u64 = chunks::MAX_BLOB + 1024;
 
 /// Longest line that it may say \[bytes\]; a longer one becomes several.
 const MAX_SAID: u64 = 1024;
+
+/// How long the last words of a process that has ended may take.
+const HEARD: Duration = Duration::from_millis(500);
+
+/// What the end of a job is called that took too much memory.
+const OVER: &str = "over the limit of memory";
+/// What the runtime says where the system gives no more.
+const NO_MEMORY: &str = "memory allocation of";
 
 /// To the job process.
 const WORK: u8 = 1;
@@ -44,8 +53,8 @@ pub struct JobCommand {
     pub exe: PathBuf,
     /// Its arguments.
     pub args: Vec<String>,
-    /// Most memory \[bytes\] that a job may hold; more ends the attempt. The system refuses what is
-    /// asked for beyond it at once; what is held is looked at, too.
+    /// Most memory \[bytes\] that a job may hold; more ends the attempt. What is held is looked at;
+    /// the system refuses at once what is asked for far beyond it.
     pub memory: Option<u64>,
 }
 
@@ -74,6 +83,9 @@ struct Alive {
     child: Child,
     input: ChildStdin,
     frames: Receiver<(u8, Vec<u8>)>,
+    /// The last that it has said, and who listens.
+    said: Arc<Mutex<String>>,
+    relay: JoinHandle<()>,
 }
 
 impl JobProcess {
@@ -131,10 +143,12 @@ impl JobProcess {
         let (Some(mut input), Some(mut output), Some(errors)) = pipes else {
             return Err(std::io::Error::other("it has no pipes"));
         };
-        let relay = move || relay(errors);
-        std::thread::Builder::new().name("cullet-relay".into()).spawn(relay)?;
+        let said = Arc::<Mutex<String>>::default();
+        let last = Arc::clone(&said);
+        let relay = move || relay(errors, &last);
+        let relay = std::thread::Builder::new().name("cullet-relay".into()).spawn(relay)?;
         if let Some(memory) = self.command.memory {
-            send(&mut input, LIMIT, &memory.to_le_bytes())?;
+            send(&mut input, LIMIT, &asked_for(memory).to_le_bytes())?;
         }
         let (send, frames) = channel();
         std::thread::Builder::new().name("cullet-frames".into()).spawn(move || {
@@ -144,7 +158,7 @@ impl JobProcess {
                 }
             }
         })?;
-        Ok(Alive { child, input, frames })
+        Ok(Alive { child, input, frames, said, relay })
     }
 
     fn wait(&self, alive: &mut Alive, watch: &Watch) -> Attempt {
@@ -163,9 +177,7 @@ impl JobProcess {
                 }
                 Ok((kind, _)) => return Attempt::Died(format!("it sent a frame of kind {kind}")),
                 Err(RecvTimeoutError::Disconnected) => {
-                    let limit = self.command.memory.map(|bytes| bytes >> 20);
-                    let limit = limit.map(|mib| format!("; its limit of memory is {mib} MiB"));
-                    return Attempt::Died(alive.end() + &limit.unwrap_or_default());
+                    return Attempt::Died(self.over_request(alive.end()));
                 }
                 Err(RecvTimeoutError::Timeout) => {}
             }
@@ -199,8 +211,18 @@ impl JobProcess {
         let held = resident(id)?;
         (held > limit).then(|| {
             let (held, limit) = (held >> 20, limit >> 20);
-            format!("it held {held} MiB of memory; the limit is {limit} MiB")
+            format!("{OVER}: it held {held} MiB; the limit is {limit} MiB")
         })
+    }
+
+    /// How it ended, with its name where it asked for memory that it may not have.
+    fn over_request(&self, ended: String) -> String {
+        match self.command.memory {
+            Some(limit) if ended.contains(NO_MEMORY) => {
+                format!("{OVER}: it asked for far more than its {} MiB; {ended}", limit >> 20)
+            }
+            _ => ended,
+        }
     }
 }
 
@@ -215,9 +237,19 @@ impl Alive {
     fn end(&mut self) -> String {
         let own = self.child.try_wait().ok().flatten();
         let _ended_already = self.child.kill();
-        match own.map_or_else(|| self.child.wait(), Ok) {
+        let ended = match own.map_or_else(|| self.child.wait(), Ok) {
             Ok(status) => format!("the job process ended: {status}"),
             Err(error) => format!("the job process ended: {error}"),
+        };
+        // What it said is on its way still; one of its own that lives on would keep the pipe open.
+        let since = Instant::now();
+        while !self.relay.is_finished() && since.elapsed() < HEARD {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
+        match said.is_empty() {
+            true => ended,
+            false => format!("{ended}; it said: {said}"),
         }
     }
 
@@ -228,12 +260,13 @@ impl Alive {
 
 /// What a job says as it dies, panics or aborts becomes lines of the log, so that nothing else is
 /// there.
-fn relay(errors: impl Read) {
+fn relay(errors: impl Read, last: &Mutex<String>) {
     let mut reader = BufReader::new(errors);
     let mut line = Vec::new();
     while reader.by_ref().take(MAX_SAID).read_until(b'\n', &mut line).is_ok_and(|read| read > 0) {
         let text = String::from_utf8_lossy(&line);
         tracing::warn!("the job process says: {}", text.trim_end());
+        text.trim_end().clone_into(&mut last.lock().unwrap_or_else(PoisonError::into_inner));
         line.clear();
     }
 }
@@ -241,6 +274,17 @@ fn relay(errors: impl Read) {
 /// Memory that a process holds \[bytes\].
 fn resident(id: u32) -> Option<u64> {
     status(&format!("/proc/{id}/status"), "VmRSS:")
+}
+
+/// What a job may ask for that may hold so much: some of it is never held, such as stacks of
+/// threads, what an allocator keeps, and large tables that are hardly touched.
+fn asked_for(held: u64) -> u64 {
+    held.saturating_add(held / 4).saturating_add(256 << 20)
+}
+
+/// Where a machine runs out of memory, jobs are ended before those who look after them.
+fn volunteer() {
+    let _none_but_linux = std::fs::write("/proc/self/oom_score_adj", "500");
 }
 
 /// From now on the system gives this process so many bytes more than it has for data, threads'
@@ -317,6 +361,7 @@ pub(crate) fn attempt(bytes: &[u8], solve: &SolveFn, watch: &Watch) -> Attempt {
 /// # Errors
 /// Threads do not start, or standard output is gone.
 pub fn serve_jobs(threads: usize, solve: SolveFn) -> std::io::Result<()> {
+    volunteer();
     let pool = start_threads(threads).map_err(std::io::Error::other)?;
     let current = Arc::new(Mutex::new(Watch::default()));
     let seen = Arc::clone(&current);

@@ -10,6 +10,7 @@
 mod convert;
 mod job;
 mod link;
+pub mod memory;
 mod meshes;
 pub mod solve;
 pub mod specimen;

@@ -75,7 +75,7 @@ impl Desk {
     fn insist(&self, args: &[&str], good: &[i32]) -> Option<i32> {
         while !self.late() {
             match self.say(args, Duration::from_secs(90)) {
-                Some((69, ..)) | None => sleep(Duration::from_millis(200)),
+                Some((69 | 76, ..)) | None => sleep(Duration::from_millis(200)),
                 Some((code, ..)) if good.contains(&code) => return Some(code),
                 Some((code, _, stderr)) => {
                     self.complain(format!("{args:?}: {code}: {stderr}"));
@@ -92,7 +92,7 @@ impl Desk {
         let id = self.diary.invoke(verb, "", Some(run));
         let heard = match self.say(&[verb, &run.to_string()], Duration::from_secs(60)) {
             Some((0, ..)) => Heard::Ok,
-            Some((64 | 66, ..)) => Heard::Fail,
+            Some((64 | 66 | 77, ..)) => Heard::Fail,
             _ => Heard::Info,
         };
         self.diary.heard(id, heard, None);
@@ -119,7 +119,7 @@ impl Desk {
                 self.diary.heard(id, Heard::Ok, Some(run));
                 return Some(run);
             }
-            Some((69, ..)) | None => self.diary.heard(id, Heard::Info, None),
+            Some((69 | 76, ..)) | None => self.diary.heard(id, Heard::Info, None),
             Some((code, _, stderr)) => {
                 self.diary.heard(id, Heard::Fail, None);
                 self.complain(format!("a submission is refused: {code}: {stderr}"));

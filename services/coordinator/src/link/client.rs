@@ -26,6 +26,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const PAUSE: Duration = Duration::from_millis(200);
 /// Longest pause before a full queue is asked again: each time a small bundle goes along.
 const LONG_PAUSE: Duration = Duration::from_secs(2);
+/// Answers in a row that cannot be read, after which it is not the link that damages them.
+const UNREAD: u32 = 3;
 /// Longest wait for news of a run \[ms\].
 const NEWS_MS: u64 = 1_000;
 
@@ -209,7 +211,7 @@ impl Client {
     pub fn fetch(&self, run: &RunInfo, folder: &Path) -> Result<Vec<PathBuf>, LinkError> {
         let mut written = Vec::new();
         for file in &run.files {
-            bundle::check_path(&file.name)?;
+            bundle::check_path(&file.name).map_err(|error| garbled(&error))?;
             let path = folder.join(&file.name);
             self.fetch_file(run.run, file, &path)?;
             written.push(path);
@@ -240,9 +242,10 @@ impl Client {
             hasher.update(&piece);
             out.write_all(&piece).map_err(failed)?;
         }
-        if service::digest_of(&file.digest)? != *hasher.finalize().as_bytes() {
+        let digest = service::digest_of(&file.digest).map_err(|error| garbled(&error))?;
+        if digest != *hasher.finalize().as_bytes() {
             let _gone_already = std::fs::remove_file(&partial);
-            return Err(LinkError::Refused(format!("{} does not match its digest", file.name)));
+            return Err(LinkError::Garbled(format!("{} does not match its digest", file.name)));
         }
         out.sync_all().map_err(failed)?;
         std::fs::rename(&partial, path).map_err(failed)
@@ -257,7 +260,7 @@ impl Client {
                 return Ok(piece);
             }
         }
-        Err(LinkError::Refused(format!("{} only comes damaged", file.name)))
+        Err(LinkError::Garbled(format!("{} only comes damaged", file.name)))
     }
 
     /// Asks until there is an answer: silence means anything, also "not connected yet".
@@ -269,19 +272,21 @@ impl Client {
         bulk: &[u8],
     ) -> Result<(A, Vec<u8>), LinkError> {
         let bytes = service::seal(question, bulk)?;
-        let since = Instant::now();
+        let (since, mut unread) = (Instant::now(), 0);
         while since.elapsed() < self.patience {
             match self.ask_once(verb, bytes.clone(), !bulk.is_empty()) {
-                Some(Ok(bytes)) => {
-                    let (answer, bulk) = service::open::<A>(&bytes)?;
-                    return Ok((answer, bulk.to_vec()));
-                }
+                Some(Ok(bytes)) => match service::open::<A>(&bytes) {
+                    Ok((answer, bulk)) => return Ok((answer, bulk.to_vec())),
+                    Err(error) if unread + 1 == UNREAD => return Err(garbled(&error)),
+                    Err(_) => unread += 1,
+                },
                 Some(Err(bytes)) => {
                     // A refusal that is none of ours is Zenoh's own: a timeout.
-                    if let Ok((Refused { error, unknown }, _)) = service::open(&bytes) {
-                        return Err(match unknown {
-                            true => LinkError::Unknown(error),
-                            false => LinkError::Refused(error),
+                    if let Ok((Refused { error, unknown, later }, _)) = service::open(&bytes) {
+                        return Err(match (unknown, later) {
+                            (true, _) => LinkError::Unknown(error),
+                            (false, true) => LinkError::Later(error),
+                            (false, false) => LinkError::Refused(error),
                         });
                     }
                 }
@@ -318,4 +323,8 @@ impl Client {
             Err(error) => Err(error.payload().to_bytes().into_owned()),
         })
     }
+}
+
+fn garbled(error: &impl std::fmt::Display) -> LinkError {
+    LinkError::Garbled(error.to_string())
 }

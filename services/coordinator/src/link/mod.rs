@@ -24,6 +24,7 @@ pub mod users;
 
 use crate::link::shell::{Input, Shell};
 use cullet_dispatch::{Event, Job, Run};
+use cullet_proto::pool::Refusal;
 use cullet_proto::security::Rules;
 use cullet_proto::service::WorkerInfo;
 use cullet_proto::transport::Patience;
@@ -74,7 +75,7 @@ pub enum LinkError {
     /// A thread does not start.
     #[error("cannot start a thread: {0}")]
     Thread(std::io::Error),
-    /// Bytes that break the wire's rules.
+    /// Bytes of one's own that break the wire's rules.
     #[error(transparent)]
     Wire(#[from] WireError),
     /// The coordinator does not answer.
@@ -112,6 +113,12 @@ pub enum LinkError {
     /// The coordinator refuses.
     #[error("the coordinator refuses: {0}")]
     Refused(String),
+    /// The coordinator refuses for as long as something is so.
+    #[error("the coordinator cannot take it now: {0}")]
+    Later(String),
+    /// What the coordinator sends cannot be read, or is not what it says that it is.
+    #[error("what the coordinator sends is not sound: {0}")]
+    Garbled(String),
     /// A path that must not be in a bundle.
     #[error("{path:?} may not be in a bundle: {reason}")]
     Path {
@@ -252,11 +259,47 @@ pub struct PoolStats {
     /// Chunks that came damaged and were sent again.
     pub damaged: u64,
     /// Messages refused at the door.
-    pub refusals: u64,
+    pub refusals: Refusals,
     /// Bytes of meshes sent to workers.
     pub mesh_bytes: u64,
     /// Worker processes kept here now; their numbers are [`Pool::pids`].
     pub children: u64,
+}
+
+/// Messages refused at the door, by why.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Refusals {
+    /// Of another generation of the wire.
+    pub unsupported: u64,
+    /// Larger than a message may be.
+    pub too_large: u64,
+    /// Not what a message is, or not to any question that there is.
+    pub malformed: u64,
+    /// Of a worker that has not said who it is.
+    pub stranger: u64,
+}
+
+impl Refusals {
+    fn count(&mut self, refusal: &Refusal) {
+        *match refusal {
+            Refusal::Unsupported { .. } => &mut self.unsupported,
+            Refusal::TooLarge { .. } => &mut self.too_large,
+            Refusal::Malformed(_) => &mut self.malformed,
+            Refusal::Stranger => &mut self.stranger,
+        } += 1;
+    }
+
+    /// Each with its name.
+    #[must_use]
+    pub fn named(&self) -> [(&'static str, u64); 4] {
+        let Self { unsupported, too_large, malformed, stranger } = *self;
+        [
+            ("unsupported", unsupported),
+            ("too_large", too_large),
+            ("malformed", malformed),
+            ("stranger", stranger),
+        ]
+    }
 }
 
 /// A pool of workers. Dropping it ends its worker processes.

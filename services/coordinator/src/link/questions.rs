@@ -34,8 +34,8 @@ impl Shell {
             }
         };
         if let Err(refusal) = done {
-            self.refusals += 1;
-            tracing::warn!("{}: {refusal}", kept.key_expr());
+            self.refusals.count(&refusal);
+            tracing::warn!(reason = refusal.name(), "{}: {refusal}", kept.key_expr());
             refuse(&kept, pool::refuse(&refusal));
         }
     }

@@ -10,7 +10,7 @@ use super::openings::Opening;
 use super::quarantine;
 use super::roster::Roster;
 use super::staff::Staff;
-use super::{LinkError, PoolConfig, PoolStats, RunStats, Settlement};
+use super::{LinkError, PoolConfig, PoolStats, Refusals, RunStats, Settlement};
 use cullet_dispatch::{Dispatch, Event, Job, Millis, Receipt, Run, Share, Timing, Worker};
 use cullet_proto::pool::{Grant, RenewAnswer};
 use cullet_proto::{JobId, SessionId, WorkerId};
@@ -78,7 +78,7 @@ pub(super) struct Shell {
     pub(super) inbox: Inbox,
     pub(super) bulk: Bulk,
     pub(super) polls: BTreeMap<Worker, (u64, Query)>,
-    pub(super) refusals: u64,
+    pub(super) refusals: Refusals,
     /// Bytes of meshes sent to workers.
     pub(super) mesh_bytes: u64,
     pub(super) roster: Roster,
@@ -115,7 +115,7 @@ impl Shell {
             inbox: Inbox::default(),
             bulk: Bulk::start()?,
             polls: BTreeMap::new(),
-            refusals: 0,
+            refusals: Refusals::default(),
             mesh_bytes: 0,
             roster: Roster::default(),
             staff: Staff::default(),

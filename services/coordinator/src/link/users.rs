@@ -2,9 +2,9 @@
 
 use super::bulk::{Bulk, refuse, reply};
 use super::inbox::{Blob, Inbox};
-use super::{LinkError, Pool};
+use super::{LinkError, Pool, Refusals};
 use cullet_proto::keys::{self, UserVerb, Verb, parse_rpc};
-use cullet_proto::pool::{Chunk, ChunkAnswer};
+use cullet_proto::pool::{Chunk, ChunkAnswer, Refusal};
 use cullet_proto::service::{self, MAX_LINE, Piece, PieceAnswer, Refused};
 use cullet_proto::{WireError, WorkerId, chunks};
 use serde::Serialize;
@@ -25,6 +25,7 @@ pub struct Door {
     queue: Receiver<Query>,
     inbox: Inbox,
     bulk: Arc<Bulk>,
+    refusals: Refusals,
     queryable: Option<zenoh::query::Queryable<()>>,
 }
 
@@ -72,7 +73,8 @@ impl Door {
             .wait()
             .map_err(failed)?;
         let bulk = Arc::new(Bulk::start()?);
-        Ok(Self { queue, inbox: Inbox::default(), bulk, queryable: Some(queryable) })
+        let (inbox, refusals) = (Inbox::default(), Refusals::default());
+        Ok(Self { queue, inbox, bulk, refusals, queryable: Some(queryable) })
     }
 
     /// The next question that can be read, within `timeout`. What cannot be read is refused here,
@@ -84,12 +86,12 @@ impl Door {
         let bulk = Arc::clone(&self.bulk);
         let key = query.key_expr().as_str().to_owned();
         let Some(Verb::User(user, verb)) = parse_rpc(&key) else {
-            deny(&query, "no such question", false);
+            self.unread(&query, &Refusal::Malformed("no such question".to_owned()));
             return None;
         };
         if bytes.len() > MAX_QUESTION {
-            let text = format!("a question of {} bytes; the limit is {MAX_QUESTION}", bytes.len());
-            deny(&query, &text, false);
+            let (bytes, limit) = (bytes.len() as u64, MAX_QUESTION as u64);
+            self.unread(&query, &Refusal::TooLarge { bytes, limit });
             return None;
         }
         let asked = Asked { query, bulk, bytes, user, verb };
@@ -98,9 +100,26 @@ impl Door {
         }
         match asked.read::<Piece>().and_then(|(piece, bytes)| self.piece(&piece, bytes)) {
             Ok(said) => asked.answer(&said),
-            Err(error) => asked.refuse(error),
+            Err(error) => self.garbled(&asked, error),
         }
         None
+    }
+
+    /// Says that a question cannot be read, or goes beyond what a question may have.
+    pub fn garbled(&mut self, asked: &Asked, why: impl std::fmt::Display) {
+        self.unread(&asked.query, &Refusal::Malformed(why.to_string()));
+    }
+
+    /// Questions that were not understood.
+    #[must_use]
+    pub fn refusals(&self) -> Refusals {
+        self.refusals
+    }
+
+    fn unread(&mut self, query: &Query, refusal: &Refusal) {
+        self.refusals.count(refusal);
+        tracing::warn!(reason = refusal.name(), "{}: {refusal}", query.key_expr());
+        send(query, &refusal.to_string(), false, false);
     }
 
     fn piece(&mut self, piece: &Piece, bytes: &[u8]) -> Result<PieceAnswer, WireError> {
@@ -169,17 +188,27 @@ impl Asked {
 
     /// Says why there is no answer.
     pub fn refuse(&self, why: impl std::fmt::Display) {
-        deny(&self.query, &why.to_string(), false);
+        self.deny(&why.to_string(), false, false);
     }
 
     /// Says that what was named is not there.
     pub fn unknown(&self, what: impl std::fmt::Display) {
-        deny(&self.query, &what.to_string(), true);
+        self.deny(&what.to_string(), true, false);
+    }
+
+    /// Says why there is no answer now.
+    pub fn later(&self, why: impl std::fmt::Display) {
+        self.deny(&why.to_string(), false, true);
+    }
+
+    fn deny(&self, why: &str, unknown: bool, later: bool) {
+        tracing::info!("{}: {why}", self.query.key_expr());
+        send(&self.query, why, unknown, later);
     }
 }
 
-fn deny(query: &Query, why: &str, unknown: bool) {
-    tracing::info!("{}: {why}", query.key_expr());
+fn send(query: &Query, why: &str, unknown: bool, later: bool) {
     let error = cullet_proto::verdict::cut(why);
-    refuse(query, service::seal(&Refused { error, unknown }, &[]).unwrap_or_default());
+    let refused = Refused { error, unknown, later };
+    refuse(query, service::seal(&refused, &[]).unwrap_or_default());
 }

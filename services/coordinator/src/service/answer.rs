@@ -35,6 +35,10 @@ pub(super) struct Watcher {
 enum Trouble {
     Unknown(String),
     Wrong(String),
+    /// Not as long as something is so.
+    Later(String),
+    /// It cannot be read, or goes beyond a bound.
+    Garbled(String),
 }
 
 impl From<No> for Trouble {
@@ -48,13 +52,16 @@ impl From<No> for Trouble {
 
 impl From<WireError> for Trouble {
     fn from(error: WireError) -> Self {
-        Self::Wrong(error.to_string())
+        Self::Garbled(error.to_string())
     }
 }
 
 impl From<ServiceError> for Trouble {
     fn from(error: ServiceError) -> Self {
-        Self::Wrong(error.to_string())
+        match error {
+            ServiceError::Full { .. } => Self::Later(error.to_string()),
+            _ => Self::Wrong(error.to_string()),
+        }
     }
 }
 
@@ -69,6 +76,8 @@ impl Service<'_> {
             Ok(()) => {}
             Err(Trouble::Unknown(what)) => asked.unknown(what),
             Err(Trouble::Wrong(why)) => asked.refuse(why),
+            Err(Trouble::Later(why)) => asked.later(why),
+            Err(Trouble::Garbled(why)) => self.door.garbled(&asked, why),
         }
     }
 
@@ -145,8 +154,8 @@ impl Service<'_> {
                 Parcel::Damaged => return Ok(SubmitAnswer::Damaged),
             },
         };
-        let wrong = |error: &dyn std::fmt::Display| Trouble::Wrong(error.to_string());
-        let bundle = bundle::decode(&bytes, &submit.overrides).map_err(|error| wrong(&error))?;
+        let bundle = bundle::decode(&bytes, &submit.overrides)
+            .map_err(|error| Trouble::Garbled(error.to_string()))?;
         let Submit { ticket, priority, overrides, sweep, .. } = submit;
         let (name, at) = (bundle.name, unix_ms());
         let order = Order { ticket, user, name, sweep, priority, overrides, at };
@@ -156,7 +165,7 @@ impl Service<'_> {
             return Err(Trouble::Wrong("the board took nothing".to_owned()));
         };
         let run = *run;
-        self.store.room(bytes.len() as u64)?;
+        self.room(bytes.len() as u64)?;
         let need = (asked.user.as_str(), bytes.len() as u64);
         self.quota.room(need, &self.board, (&self.store, &self.out))?;
         let kept = self.store.keep_bundle(run, &bytes).and_then(|()| self.record(&events));
@@ -253,7 +262,7 @@ impl Service<'_> {
                 }
                 self.watchers.push(Watcher { asked, follow, until: Instant::now() + wait });
             }
-            Err(error) => asked.refuse(error),
+            Err(error) => self.door.garbled(&asked, error),
         }
     }
 

@@ -66,11 +66,11 @@ impl Attempt {
         let _span = tracing::info_span!("run", run = self.entry.run).entered();
         let scene = match self.scene() {
             Ok(scene) => scene,
-            Err(text) => return self.ended(Ended::failed(codes::USAGE, text)),
+            Err(text) => return self.ended(Ended::failed(codes::UNFIT, text)),
         };
         if let Err(error) = empty(&self.folder) {
             let text = format!("{}: {error}", self.folder.display());
-            return self.ended(Ended::failed(codes::FILE, text));
+            return self.ended(Ended::failed(codes::UNKEPT, text));
         }
         let keeper = Keeper::new(pool, Some(self.kept.clone()), &self.live);
         let mut told = Instant::now();
@@ -130,7 +130,7 @@ impl Attempt {
         self.leave();
         let files = match products(&self.folder) {
             Ok(files) => files,
-            Err(text) => return Ended::failed(codes::FILE, text),
+            Err(text) => return Ended::failed(codes::UNKEPT, text),
         };
         let (how, code) = match (outcome.interrupted, outcome.unmet.is_empty(), drawn.is_ok()) {
             // Who told it to stop knows what for, and gives it a code.
@@ -160,7 +160,7 @@ fn solving(p: &Position) -> String {
 fn kind(error: &RunError) -> (How, u8) {
     match error {
         RunError::Abandoned { .. } => (How::Stalled, codes::STALLED),
-        RunError::Record(_) | RunError::File { .. } => (How::Failed, codes::FILE),
+        RunError::Record(_) | RunError::File { .. } => (How::Failed, codes::UNKEPT),
         RunError::World(_) | RunError::Lost(_) | RunError::OutOfOrder { .. } => {
             (How::Failed, codes::FAILED)
         }

@@ -28,14 +28,20 @@ pub enum ServiceError {
         text: String,
     },
     /// No room for another run.
-    #[error("{folder}: {free} bytes are free, and {need} are needed for this run to begin")]
+    #[error(
+        "{folder}: {free} bytes of the disk are free{}, and {reserve} are kept for runs that go \
+         on (cullet coordinator --reserve): make room, by cullet delete for one, and try again",
+        quota::wanted(*more)
+    )]
     Full {
         /// Which.
         folder: PathBuf,
         /// Bytes.
         free: u64,
+        /// Bytes that one that is handed in needs; 0: of one that waits.
+        more: u64,
         /// Bytes.
-        need: u64,
+        reserve: u64,
     },
     /// A user's runs hold as much of the disk as they may.
     #[error(

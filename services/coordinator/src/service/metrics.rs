@@ -2,7 +2,7 @@
 
 use super::ServiceError;
 use super::board::Board;
-use crate::link::PoolStats;
+use crate::link::{PoolStats, Refusals};
 use cullet_proto::service::State;
 use std::fmt::Write;
 use std::net::SocketAddr;
@@ -71,7 +71,12 @@ impl Drop for Metrics {
 }
 
 /// What there is to measure.
-pub(super) fn text(board: &Board, stats: &PoolStats, since: Instant) -> String {
+pub(super) fn text(
+    board: &Board,
+    (stats, clients): (&PoolStats, Refusals),
+    free: Option<u64>,
+    since: Instant,
+) -> String {
     let mut out = String::new();
     let head = |out: &mut String, name: &str, kind: &str, help: &str| {
         let _ = writeln!(out, "# HELP cullet_{name} {help}\n# TYPE cullet_{name} {kind}");
@@ -110,11 +115,21 @@ pub(super) fn text(board: &Board, stats: &PoolStats, since: Instant) -> String {
         ("results_fenced_total", "counter", "Late results of another build.", stats.fenced),
         ("mesh_bytes_total", "counter", "Bytes of meshes sent to workers.", stats.mesh_bytes),
         ("pieces_damaged_total", "counter", "Pieces that came damaged.", stats.damaged),
-        ("messages_refused_total", "counter", "Messages refused at the door.", stats.refusals),
     ];
     for (name, kind, help, value) in rows {
         head(&mut out, name, kind, help);
         let _ = writeln!(out, "cullet_{name} {value}");
+    }
+    head(&mut out, "messages_refused_total", "counter", "Messages refused at the door.");
+    for (of, refusals) in [("worker", stats.refusals), ("client", clients)] {
+        for (reason, value) in refusals.named() {
+            let label = format!("{{of=\"{of}\",reason=\"{reason}\"}}");
+            let _ = writeln!(out, "cullet_messages_refused_total{label} {value}");
+        }
+    }
+    if let Some(free) = free {
+        head(&mut out, "disk_free_bytes", "gauge", "Room on the disk of the state folder.");
+        let _ = writeln!(out, "cullet_disk_free_bytes {free}");
     }
     head(&mut out, "up_seconds", "gauge", "How long the coordinator has been there.");
     let _ = writeln!(out, "cullet_up_seconds {:.1}", since.elapsed().as_secs_f64());

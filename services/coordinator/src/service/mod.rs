@@ -77,6 +77,9 @@ pub struct ServiceConfig {
     /// Most memory that this process may hold before the largest run is stopped \[bytes\]; `None`:
     /// no bound.
     pub memory: Option<u64>,
+    /// Bytes of the disk that are kept for runs that go on; `None`: a twentieth of it, at least
+    /// 32 MiB and at most 2 GiB.
+    pub reserve: Option<u64>,
     /// Runs remembered, if fewer than 4096: beyond it the oldest that is over goes.
     pub keep: Option<usize>,
 }
@@ -111,6 +114,8 @@ struct Service<'a> {
     metrics: Option<Metrics>,
     since: Instant,
     begin_at: Instant,
+    /// Whether it was told that runs wait for room on the disk.
+    short: bool,
     swept: Instant,
     ended: u32,
     leaving: bool,
@@ -178,6 +183,7 @@ impl<'a> Service<'a> {
             metrics,
             since: Instant::now(),
             begin_at: Instant::now(),
+            short: false,
             swept: Instant::now(),
             ended: 0,
             leaving: false,
@@ -207,7 +213,9 @@ impl<'a> Service<'a> {
                 tracing::error!("still not kept: {error}");
             }
             if let Some(metrics) = &self.metrics {
-                metrics.publish(metrics::text(&self.board, &self.pool.stats(), self.since));
+                let refused = (&self.pool.stats(), self.door.refusals());
+                let free = self.store.free_bytes();
+                metrics.publish(metrics::text(&self.board, refused, free, self.since));
             }
         }
     }
@@ -252,12 +260,34 @@ impl<'a> Service<'a> {
     fn begin(&mut self) {
         while self.going.len() < self.config.runs && Instant::now() >= self.begin_at {
             let Some(entry) = self.board.next(unix_ms()).cloned() else { return };
+            if self.waits_for_room(entry.run) {
+                return;
+            }
             if let Err(error) = self.start(entry) {
                 tracing::error!("a run does not start, and is tried again: {error}");
                 self.begin_at = Instant::now() + SWEEP;
                 return;
             }
         }
+    }
+
+    /// Whether the disk has room for so many bytes more.
+    fn room(&self, more: u64) -> Result<(), ServiceError> {
+        quota::disks(more, self.config.reserve, [self.store.folder(), &self.out])
+    }
+
+    /// What is left of the disk is for runs that go on: another one waits, which is told once.
+    fn waits_for_room(&mut self, run: u64) -> bool {
+        let Err(full) = self.room(0) else {
+            self.short = false;
+            return false;
+        };
+        self.begin_at = Instant::now() + SWEEP;
+        if !std::mem::replace(&mut self.short, true) {
+            tracing::warn!(run, "no run begins: {full}");
+            self.live(run).say(&format!("waits for room on the coordinator's disk: {full}"));
+        }
+        true
     }
 
     fn start(&mut self, entry: Entry) -> Result<(), ServiceError> {
@@ -296,7 +326,7 @@ impl<'a> Service<'a> {
         let work = move || {
             let bundle = match bundle {
                 Ok(bundle) => bundle,
-                Err(error) => return Ended::failed(codes::FILE, error.to_string()),
+                Err(error) => return Ended::failed(codes::UNKEPT, error.to_string()),
             };
             let (folder, stop) = (out, attempt_stop);
             let attempt = Attempt { entry, bundle, folder, kept, reach, live, stop };
@@ -339,7 +369,7 @@ impl<'a> Service<'a> {
             let user = (entry.order.user.as_str(), 0);
             if let Err(error) = self.quota.room(user, &self.board, (&self.store, &self.out)) {
                 tracing::warn!(run, "stopped: {error}");
-                going.over = Some((codes::FILE, error.to_string()));
+                going.over = Some((codes::UNKEPT, error.to_string()));
                 going.stop.store(true, Ordering::Relaxed);
             }
         }
@@ -408,7 +438,7 @@ impl<'a> Service<'a> {
         for run in waiting {
             let text = "the coordinator left before the run began".to_owned();
             self.live(run).say(&format!("error: {text}"));
-            let (code, jobs) = (Some(codes::UNREACHABLE), self.jobs(run));
+            let (code, jobs) = (Some(codes::CANCELLED), self.jobs(run));
             let end = End { code, text, jobs, ..End::default() };
             self.admit(Event::Cancelled { run, end, at: unix_ms() });
         }

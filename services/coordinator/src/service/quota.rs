@@ -3,9 +3,11 @@
 //! Counted is what is there of the runs that are remembered: bundle, log and kept verdicts in the
 //! state folder, and what was recorded; and of those that are not remembered any more until the
 //! last of it is gone. So nothing of a user is on the disk and not counted; what all share, the
-//! cache of results and the quarantine, has bounds of its own.
+//! cache of results and the quarantine, has bounds of its own. All together leave a part of the
+//! disk to runs that go on: without it no run is taken, and none begins.
 
 use super::board::{Board, Entry};
+use super::store::{free, total};
 use super::{ServiceError, Store};
 use cullet_proto::service::State;
 use std::collections::BTreeMap;
@@ -72,6 +74,36 @@ impl Quota {
     }
 }
 
+/// Least and most of a disk that is kept for runs that go on, if nobody says how much.
+const RESERVE: std::ops::RangeInclusive<u64> = 32 << 20..=2 << 30;
+
+/// Whether the disks that these folders are on have room for so many bytes more, beside what is
+/// kept for the journal and for runs that go on: what was said, or a twentieth of a disk.
+///
+/// # Errors
+/// [`ServiceError::Full`].
+pub(super) fn disks(more: u64, said: Option<u64>, folders: [&Path; 2]) -> Result<(), ServiceError> {
+    for folder in folders {
+        // One that is not there yet will be on the disk of the first above it that is.
+        let there = folder.ancestors().find(|folder| folder.exists()).unwrap_or(Path::new("."));
+        let (Some(free), Some(total)) = (free(there), total(there)) else { continue };
+        let usual = (total / 20).min(*RESERVE.end());
+        let reserve = said.unwrap_or(usual).max(*RESERVE.start());
+        if free < more.saturating_add(reserve) {
+            return Err(ServiceError::Full { folder: folder.to_owned(), free, more, reserve });
+        }
+    }
+    Ok(())
+}
+
+/// What is needed beside, in the middle of a sentence about what there is.
+pub(super) fn wanted(more: u64) -> String {
+    match more {
+        0 => String::new(),
+        _ => format!(", this run needs {more}"),
+    }
+}
+
 /// How far beyond the bound a user is, at the end of a sentence about what there is.
 pub(super) fn beyond(more: u64, bound: u64) -> String {
     match more {
@@ -93,7 +125,7 @@ fn held(folder: &Path) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{BLOCK, Quota, held};
+    use super::{BLOCK, Quota, RESERVE, disks, held};
     use crate::service::Store;
     use crate::service::attempt::discard;
     use crate::service::board::{Board, Event, Order};
@@ -116,6 +148,23 @@ mod tests {
         assert!(!plain.exists() && !place.path().join("never").exists());
         let left: Vec<_> = fs::read_dir(&shared).expect("a folder").flatten().collect();
         assert_eq!(left.iter().map(fs::DirEntry::file_name).collect::<Vec<_>>(), ["thesis.tex"]);
+    }
+
+    #[test]
+    fn a_disk_that_is_nearly_full_takes_no_run() {
+        let place = tempfile::tempdir().expect("a folder");
+        let (here, never) = (place.path(), place.path().join("not/there"));
+        assert!(disks(1, Some(0), [here, &never]).is_ok());
+        let said = disks(u64::MAX, None, [here, here]).expect_err("so much is nowhere");
+        let said = said.to_string();
+        assert!(said.starts_with(&format!("{}: ", here.display())), "{said}");
+        assert!(said.contains("this run needs 18446744073709551615, and "), "{said}");
+        // The other folder counts too, and what is kept is kept whoever asks for how little.
+        let free = super::free(here).expect("it is told");
+        let said = disks(0, Some(u64::MAX), [here, &never]).expect_err("all of it is kept");
+        assert!(said.to_string().contains(" bytes of the disk are free, and "), "{said}");
+        let least = free.saturating_sub(RESERVE.start() / 2);
+        assert!(disks(least, Some(0), [here, here]).is_err());
     }
 
     #[test]

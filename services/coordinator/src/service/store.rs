@@ -31,8 +31,6 @@ const TITLE: &str = "cullet state 1\n";
 const NUMBERS: &str = "numbers";
 /// A coordinator that was killed may take this long to be gone.
 const DYING: Duration = Duration::from_secs(5);
-/// Bytes that a submission leaves on the disk: for the journal, and for runs that go on.
-const RESERVE: u64 = 32 << 20;
 
 /// The state folder of one coordinator.
 #[derive(Debug)]
@@ -199,20 +197,6 @@ impl Store {
         }
     }
 
-    /// Whether a bundle of so many bytes may be kept.
-    ///
-    /// # Errors
-    /// [`ServiceError::Full`].
-    pub(super) fn room(&self, bytes: u64) -> Result<(), ServiceError> {
-        match self.free_bytes() {
-            Some(free) if free < bytes.saturating_add(RESERVE) => {
-                let need = bytes.saturating_add(RESERVE);
-                Err(ServiceError::Full { folder: self.folder.clone(), free, need })
-            }
-            _ => Ok(()),
-        }
-    }
-
     /// Bytes that may still be written here.
     pub(super) fn free_bytes(&self) -> Option<u64> {
         free(&self.folder)
@@ -351,13 +335,5 @@ mod tests {
         assert!(passed > 50, "only {passed} of them decode: the digest is not what is tested");
         kept.put(job, &broken).expect("it is kept again");
         assert_eq!(kept.get(job), Some(broken));
-    }
-
-    #[test]
-    fn a_disk_that_is_nearly_full_takes_no_bundle() {
-        let store = Store::open(None).expect("a folder of its own");
-        assert!(store.room(1).is_ok());
-        let said = store.room(u64::MAX).expect_err("so much is nowhere").to_string();
-        assert!(said.contains("are free") && said.contains("are needed"), "{said}");
     }
 }

@@ -48,7 +48,7 @@ fn hand_all(
     let quiet = args.place.who.voice.quiet;
     let sets = named.sets(&args.scene.set);
     let marks: Result<Vec<String>, _> = scenes.iter().map(|scene| mark(&scene.bundle())).collect();
-    let marks = marks.map_err(|error| crate::client::refused(&error))?;
+    let marks = marks.map_err(|error| crate::exit::refused(&error))?;
     if args.rest {
         let there = find(client, named, &sets, Some(&marks))?;
         runs.copy_from_slice(&there);
@@ -96,7 +96,7 @@ fn advice(trouble: Trouble, runs: &[Option<u64>], file: &Path, args: &args::Subm
     };
     let (count, all) = (there.len(), runs.len());
     let text = format!("{trouble}\n{count} of {all} runs are there and go on: {numbers}; {next}");
-    Trouble::new(trouble.exit, text)
+    trouble.said(text)
 }
 
 /// Overrides as they are typed.
@@ -126,7 +126,7 @@ fn numbers(runs: &[u64]) -> String {
 pub(crate) fn fetch(args: &args::Fetch, file: &Path) -> Result<Exit, Trouble> {
     if !file.is_file() {
         let text = format!("{}: it is neither a run's number nor a sweep's file", file.display());
-        return Err(Trouble::new(Exit::Usage, text));
+        return Err(Trouble::new(Exit::Usage, text).at(file.display()));
     }
     let named = read(file)?;
     args.out.as_deref().map_or(Ok(()), refuse_taken)?;

@@ -126,7 +126,7 @@ fn what_may_not_be_and_what_is_not_there_is_refused() {
     bad.overrides = vec!["world.seeed=2".into()];
     let run = client.submit(&bad, &terms("bad")).expect("it is taken");
     let info = client.follow(run, 0, |_| {}).expect("it ends");
-    assert_eq!((info.state, info.code), (State::Failed, Some(codes::USAGE)), "{info:?}");
+    assert_eq!((info.state, info.code), (State::Failed, Some(codes::UNFIT)), "{info:?}");
     assert!(info.text.contains("seeed"), "{info:?}");
     client.enough(run);
 }

@@ -1,7 +1,7 @@
 //! Bytes that are not as they should be get an answer that says so.
 
 use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
-use cullet_coordinator::link::{Ending, Pool, Share};
+use cullet_coordinator::link::{Ending, Pool, Refusals, Share};
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, WorkerVerb};
 use cullet_proto::pool::{
@@ -88,7 +88,8 @@ fn old_oversized_and_garbled_questions_are_refused_by_type() {
     garbled[22] ^= 1;
     let refusal = forger.raw(WorkerVerb::Renew, &garbled);
     assert!(matches!(&refusal, Err(Refusal::Malformed(text)) if text.contains("checksum")));
-    wait_for("they are counted", || pool.stats().refusals == 3);
+    let counted = Refusals { unsupported: 1, too_large: 1, malformed: 1, stranger: 0 };
+    wait_for("they are counted", || pool.stats().refusals == counted);
 }
 
 #[test]

@@ -1,0 +1,61 @@
+//! How much memory a job may hold.
+
+/// The limit as it is typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Memory {
+    /// What there is, less a reserve, shared among those who are started together.
+    Auto,
+    /// None.
+    None,
+    /// So many MiB.
+    Mib(u64),
+}
+
+/// Less than a job process holds before it has a job [MiB].
+const LEAST: u64 = 16;
+
+impl Memory {
+    /// The limit of each of so many jobs at once [bytes].
+    pub(crate) fn bytes(self, jobs: usize) -> Option<u64> {
+        match self {
+            Self::Auto => cullet_worker::memory::share(jobs),
+            Self::None => None,
+            Self::Mib(mib) => Some(mib << 20),
+        }
+    }
+
+    /// The arguments that give it to each of so many workers.
+    pub(crate) fn words(self, workers: usize) -> [String; 2] {
+        let word = self.bytes(workers).map(|bytes| (bytes >> 20).max(LEAST).to_string());
+        ["--memory".to_owned(), word.unwrap_or_else(|| "none".to_owned())]
+    }
+}
+
+pub(crate) fn memory(text: &str) -> Result<Memory, String> {
+    match (text, text.parse()) {
+        ("auto", _) => Ok(Memory::Auto),
+        ("none", _) => Ok(Memory::None),
+        (_, Ok(mib)) if (LEAST..=u64::MAX >> 20).contains(&mib) => Ok(Memory::Mib(mib)),
+        _ => Err(format!("a limit of memory is auto, none, or a number of MiB from {LEAST} on")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Memory, memory};
+
+    #[test]
+    fn a_limit_is_read_and_handed_on() {
+        assert_eq!(memory("auto"), Ok(Memory::Auto));
+        assert_eq!(memory("none"), Ok(Memory::None));
+        assert_eq!(memory("3500"), Ok(Memory::Mib(3500)));
+        for bad in ["", "15", "-1", "4G", "18446744073709551615"] {
+            let said = memory(bad).expect_err(bad);
+            assert!(said.contains("from 16 on"), "{said}");
+        }
+        assert_eq!(Memory::None.words(3), ["--memory", "none"]);
+        assert_eq!(Memory::Mib(64).words(3), ["--memory", "64"]);
+        let word = Memory::Auto.words(2)[1].clone();
+        assert!(word == "none" || memory(&word).is_ok(), "{word}");
+    }
+}
