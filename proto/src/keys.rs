@@ -193,6 +193,39 @@ pub fn parse_live(key: &str) -> Option<(WorkerId, SessionId)> {
     end.then_some((WorkerId::new(worker).ok()?, SessionId(session)))
 }
 
+/// The sign of life of one life of a coordinator.
+#[must_use]
+pub fn coordinator_live(coordinator: &WorkerId, life: SessionId) -> String {
+    format!("{ROOT}/live/c/{coordinator}/{life}")
+}
+
+/// The signs of life of all coordinators of one name.
+#[must_use]
+pub fn coordinators_live(coordinator: &WorkerId) -> String {
+    format!("{ROOT}/live/c/{coordinator}/*")
+}
+
+/// The life of a coordinator that a sign of life speaks of.
+#[must_use]
+pub fn parse_coordinator_live(key: &str) -> Option<SessionId> {
+    let mut parts = key.strip_prefix(ROOT)?.strip_prefix("/live/c/")?.split('/');
+    let (_, life) = (parts.next()?, parts.next()?);
+    let life = u64::from_str_radix(life, 16).ok()?;
+    parts.next().is_none().then_some(SessionId(life))
+}
+
+/// Where one life of a coordinator is asked for its [claim](crate::claim).
+#[must_use]
+pub fn claim(coordinator: &WorkerId, life: SessionId) -> String {
+    format!("{ROOT}/c/{coordinator}/claim/{life}")
+}
+
+/// Where all coordinators of one name are asked for theirs.
+#[must_use]
+pub fn claims(coordinator: &WorkerId) -> String {
+    format!("{ROOT}/c/{coordinator}/claim/*")
+}
+
 /// The question that a key asks.
 #[must_use]
 pub fn parse_rpc(key: &str) -> Option<Verb> {
@@ -231,7 +264,11 @@ mod tests {
             assert_eq!(parse_rpc(&key), Some(Verb::User(w.clone(), verb)));
         }
         let live = worker_live(&main, &w, SessionId(0xfe));
-        assert_eq!(parse_live(&live), Some((w, SessionId(0xfe))));
+        assert_eq!(parse_live(&live), Some((w.clone(), SessionId(0xfe))));
+        let live = coordinator_live(&main, SessionId(0xfe));
+        assert_eq!(parse_coordinator_live(&live), Some(SessionId(0xfe)));
+        assert_eq!(parse_coordinator_live(&worker_live(&main, &w, SessionId(0xfe))), None);
+        assert_eq!(parse_live(&live), None);
         for bad in ["", "cullet/v1/c/main/rpc/w/w-1", "cullet/v2/c/main/rpc/w/w-1/poll"] {
             assert_eq!(parse_rpc(bad), None, "{bad}");
         }

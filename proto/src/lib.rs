@@ -7,6 +7,7 @@
 //! Absent on purpose: mechanics, sockets, files, clocks.
 
 pub mod chunks;
+pub mod claim;
 pub mod codec;
 pub mod envelope;
 pub mod ids;

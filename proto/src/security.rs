@@ -57,6 +57,15 @@ pub struct Names {
 
 /// The name in a coordinator's certificate, where roles name no other.
 pub const COORDINATOR: &str = "coordinator";
+/// How a coordinator finds others of its name.
+const CLAIMS: [&str; 6] = [
+    "declare_queryable",
+    "query",
+    "reply",
+    "liveliness_token",
+    "liveliness_query",
+    "declare_liveliness_subscriber",
+];
 /// What a name ends with that stands for many workers with one certificate.
 const CREW: &str = "-*";
 
@@ -124,11 +133,14 @@ impl Roles {
         }
         let answers = [keys::worker_rpcs(coordinator), keys::user_rpcs(coordinator)];
         let sees = [keys::workers_live(coordinator)];
-        let rights: [Right<'_>; 4] = [
+        let others = [keys::claims(coordinator), keys::coordinators_live(coordinator)];
+        let rights: [Right<'_>; 6] = [
             ("answers", &["declare_queryable", "reply"], "ingress", &answers),
             ("is-asked", &["query"], "egress", &answers),
             ("watches", &["declare_liveliness_subscriber"], "ingress", &sees),
             ("sees", &["liveliness_token"], "egress", &sees),
+            ("claims", &CLAIMS, "ingress", &others),
+            ("meets", &["query", "reply", "liveliness_token"], "egress", &others),
         ];
         control.admit("c", &self.coordinator, &rights);
         vec![("access_control", control.json().to_string())]
@@ -214,6 +226,8 @@ mod tests {
             .map(|row| row.replace(['"', '[', ']'], ""))
             .collect();
         let all = "cullet/v1/c/main/rpc/w/**,cullet/v1/c/main/rpc/u/**";
+        let others = "cullet/v1/c/main/claim/*,cullet/v1/live/c/main/*";
+        let shown = "declare_queryable,query,reply,liveliness_token";
         let want = [
             "query ingress cullet/v1/c/main/rpc/w/w-1/**",
             "reply egress cullet/v1/c/main/rpc/w/w-1/**",
@@ -230,6 +244,8 @@ mod tests {
             &format!("query egress {all}"),
             "declare_liveliness_subscriber ingress cullet/v1/live/w/main/*/*",
             "liveliness_token egress cullet/v1/live/w/main/*/*",
+            &format!("{},liveliness_query,declare_liveliness_subscriber ingress {others}", shown),
+            &format!("query,reply,liveliness_token egress {others}"),
         ];
         assert_eq!(rows, want);
         assert_eq!(said["policies"][0]["subjects"][0], "w-w-1");

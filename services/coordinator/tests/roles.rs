@@ -152,7 +152,8 @@ fn each_asks_as_itself_alone() -> Anything {
 fn zenohs_own_router_keeps_to_the_printed_settings_as_ours_does() -> Anything {
     let stage = Stage::printed()?;
     each_asks_alone(&stage)?;
-    nobody_else_answers(&stage)
+    nobody_else_answers(&stage)?;
+    nobody_else_is_a_coordinator(&stage)
 }
 
 fn each_asks_alone(stage: &Stage) -> Anything {
@@ -221,6 +222,38 @@ fn nobody_else_answers(stage: &Stage) -> Anything {
     drop(token);
     for subscriber in &overheard {
         assert!(subscriber.try_recv()?.is_none(), "signs of life are seen by others");
+    }
+    Ok(())
+}
+
+#[test]
+fn coordinators_find_each_other_and_nobody_else_is_taken_for_one() -> Anything {
+    nobody_else_is_a_coordinator(&Stage::set()?)
+}
+
+/// The signs of life of coordinators that a session sees.
+fn coordinators(session: &zenoh::Session) -> Result<Vec<String>, zenoh::Error> {
+    let get = session.liveliness().get(keys::coordinators_live(&name("main"))).timeout(ANSWER);
+    let replies = get.wait()?;
+    let samples = std::iter::from_fn(|| replies.recv().ok()).filter_map(|r| r.into_result().ok());
+    Ok(samples.map(|sample| sample.key_expr().to_string()).collect())
+}
+
+fn nobody_else_is_a_coordinator(stage: &Stage) -> Anything {
+    let live = |life| keys::coordinator_live(&name("main"), SessionId(life));
+    let claim = keys::claim(&name("main"), SessionId(1));
+    answering(&stage.coordinator, &claim, "the first")?;
+    let _sign = stage.coordinator.liveliness().declare_token(live(1)).wait()?;
+    let second = stage.with("coordinator")?;
+    let mut kept = Vec::new();
+    for rogue in ["w-1", "ann", "mallory"] {
+        let session = stage.with(rogue)?;
+        assert_eq!(coordinators(&session)?, Vec::<String>::new(), "{rogue} sees coordinators");
+        assert_eq!(answers(&session, &claim), Vec::<String>::new(), "{rogue} asks one");
+        answering(&session, &claim, "a rogue")?;
+        kept.push(session.liveliness().declare_token(live(2)).wait()?);
+        assert_eq!(coordinators(&second)?, [live(1)], "beside {rogue}");
+        assert_eq!(answers(&second, &claim), ["the first"], "beside {rogue}");
     }
     Ok(())
 }

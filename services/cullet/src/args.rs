@@ -30,11 +30,10 @@ its scene is wrong, as the coordinator found · 8 the run failed: a file of it c
 or written, or its user holds too much of the disk · 64 arguments, a scene or a mesh are wrong · \
 66 what was named is not there · 69 no coordinator answers, or it leaves · 70 this machine gives \
 no thread, process or address, or there is a defect · 74 a file could not be read or written · \
-75 not now: the queue or the disk is full, or the run is not over · 76 what the coordinator sends \
-is not sound · 77 the coordinator says no · 130 \
-interrupted (the recording is finished). \
-SIGINT and SIGTERM end a run early but \
-in order, a coordinator or a worker with code 0; a second SIGINT quits at once.";
+75 not now: the queue or the disk is full, the run is not over, or another coordinator has the \
+name · 76 what the coordinator sends is not sound · 77 the coordinator says no · 130 interrupted \
+(the recording is finished). SIGINT and SIGTERM end a run early but in order, a coordinator or a \
+worker with code 0; a second SIGINT quits at once.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -297,7 +296,7 @@ pub(crate) struct Guard {
 #[derive(Debug, Args)]
 pub(crate) struct Worker {
     /// Zenoh endpoint of the coordinator or its router; may be given more than once, for other ways
-    /// to the same coordinator
+    /// to the same coordinator: a worker works for one at a time, the first that it reaches
     #[arg(long, required = true, value_name = "ENDPOINT", value_parser = endpoint)]
     pub(crate) connect: Vec<String>,
     /// Folder with ca.pem, cert.pem and key.pem: mutual TLS

@@ -165,7 +165,7 @@ pub(crate) fn refused(error: &LinkError) -> Trouble {
         }
         LinkError::File { .. } => Exit::File,
         LinkError::Unknown(_) => Exit::Unknown,
-        LinkError::Busy { .. } | LinkError::Later(_) => Exit::Later,
+        LinkError::Busy { .. } | LinkError::Later(_) | LinkError::Rival(_) => Exit::Later,
         LinkError::Refused(_) => Exit::Refused,
         LinkError::Garbled(_) => Exit::Garbled,
         // Of one's own: a scene, a name, a question.
@@ -188,6 +188,7 @@ pub(crate) fn refused(error: &LinkError) -> Trouble {
         | LinkError::Refused(_)
         | LinkError::Garbled(_)
         | LinkError::Wire(_)
+        | LinkError::Rival(_)
         | LinkError::Thread(_) => trouble,
     }
 }

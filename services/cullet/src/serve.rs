@@ -209,12 +209,19 @@ pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
     }
     let name = link.name.clone();
     if !args.voice.quiet && !args.parent_watch {
-        let all = args.connect.join(", ");
+        let all = args.connect.join(" or ");
+        let way = match args.connect.len() {
+            1 => "as soon as it is there",
+            _ => {
+                "whichever it reaches first: it works for one coordinator at a time, to which all \
+                 of them must lead"
+            }
+        };
         let limit = match args.memory.bytes(1) {
             Some(bytes) => format!("a job may hold {} MiB of memory", bytes >> 20),
             None => "a job may hold any memory".to_owned(),
         };
-        logs::say(format!("{name} asks {all} for jobs, as soon as it is there; {limit}"));
+        logs::say(format!("{name} asks {all} for jobs, {way}; {limit}"));
     }
     let stop = stop_when_told("the job at hand is given back")?;
     let expired = leave_when_expired(&link, &stop);

@@ -6,6 +6,7 @@ use cullet_proto::pool::{self, Refusal};
 use cullet_proto::{SessionId, WorkerId, transport};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -36,6 +37,43 @@ pub(crate) enum NoAnswer {
     Unreadable(String),
 }
 
+/// How the transport says that it did not connect in time.
+const UNABLE: &str = "Unable to connect";
+
+/// Settings with which a link is tried, in turn: the transport waits without end for the first of
+/// several places, unless it is told otherwise; once it was connected, it looks at them all.
+fn turns(config: &WorkerConfig) -> Result<Vec<zenoh::Config>, String> {
+    let mut places = config.connect.clone();
+    let mut all = Vec::new();
+    for _ in &config.connect {
+        let pairs = match places.len() {
+            1 => transport::worker(&places, config.patience),
+            _ => transport::client(&places, config.patience, config.patience.open_ms),
+        };
+        let mut settings = zenoh::Config::default();
+        for (path, value) in pairs.iter().chain(&config.rules) {
+            settings.insert_json5(path, value).map_err(|e| format!("{path}: {e}"))?;
+        }
+        all.push(settings);
+        places.rotate_left(1);
+    }
+    Ok(all)
+}
+
+fn first_open(turns: &[zenoh::Config], stop: &AtomicBool) -> Result<zenoh::Session, String> {
+    let mut last = String::new();
+    for settings in turns.iter().cycle() {
+        match zenoh::open(settings.clone()).wait() {
+            Ok(link) => return Ok(link),
+            Err(error) => last = error.to_string(),
+        }
+        if stop.load(Ordering::Relaxed) || !last.contains(UNABLE) {
+            break;
+        }
+    }
+    Err(last)
+}
+
 /// An open link, and the sign of life on it.
 pub(crate) struct Line {
     link: zenoh::Session,
@@ -62,17 +100,14 @@ impl Line {
             endpoints: config.connect.join(", "),
             text: transport::plain(&text),
         };
-        let mut settings = zenoh::Config::default();
-        let pairs = transport::worker(&config.connect, config.patience);
-        for (path, value) in pairs.iter().chain(&config.rules) {
-            settings.insert_json5(path, value).map_err(|e| failed(format!("{path}: {e}")))?;
-        }
+        let turns = turns(config).map_err(failed)?;
         // Opening waits for the coordinator; a thread that still does so ends with the process.
         let (send, opened) = channel();
-        std::thread::spawn(move || send.send(zenoh::open(settings).wait()));
+        let stop = Arc::clone(&config.stop);
+        std::thread::spawn(move || send.send(first_open(&turns, &stop)));
         let link = loop {
             match opened.recv_timeout(LOOK) {
-                Ok(link) => break link.map_err(|e| failed(e.to_string()))?,
+                Ok(link) => break link.map_err(failed)?,
                 Err(RecvTimeoutError::Timeout) if !config.stop.load(Ordering::Relaxed) => {}
                 Err(RecvTimeoutError::Timeout) => return Ok(None),
                 Err(RecvTimeoutError::Disconnected) => return Err(failed("it broke off".into())),

@@ -7,6 +7,7 @@ mod bulk;
 pub(crate) mod bundle;
 mod cache;
 mod children;
+mod claim;
 pub mod client;
 mod effects;
 mod inbox;
@@ -39,6 +40,7 @@ use std::time::Duration;
 pub use bundle::{MAX_BUNDLE, check_path, mark};
 pub use cache::CacheConfig;
 pub use children::SpawnConfig;
+pub use claim::Rival;
 pub use cullet_dispatch::Timing;
 pub use cullet_dispatch::{Share, Tenant};
 pub use run::{RunHandle, RunStats};
@@ -119,6 +121,9 @@ pub enum LinkError {
     /// What the coordinator sends cannot be read, or is not what it says that it is.
     #[error("what the coordinator sends is not sound: {0}")]
     Garbled(String),
+    /// Another coordinator has the name.
+    #[error(transparent)]
+    Rival(#[from] Rival),
     /// A path that must not be in a bundle.
     #[error("{path:?} may not be in a bundle: {reason}")]
     Path {
@@ -313,21 +318,24 @@ pub struct Pool {
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
     workers: Arc<Mutex<Vec<WorkerInfo>>>,
+    herald: claim::Herald,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Pool {
-    /// Opens the transport, takes questions, starts the worker processes.
+    /// Opens the transport, looks whether another coordinator has the name, takes questions, starts
+    /// the worker processes.
     ///
     /// # Errors
-    /// [`LinkError::Listen`], [`LinkError::Spawn`], [`LinkError::Thread`], or a name that is none.
+    /// [`LinkError::Listen`], [`LinkError::Spawn`], [`LinkError::Thread`], [`LinkError::Rival`], or
+    /// a name that is none.
     pub fn start(config: PoolConfig) -> Result<Self, LinkError> {
         let name = config.name.as_deref().unwrap_or(keys::DEFAULT_COORDINATOR);
         let coordinator = WorkerId::new(name)?;
         let (inputs, queue) = std::sync::mpsc::sync_channel(shell::QUEUE);
         let net = net::Net::listen(&config, &coordinator, &inputs)?;
         let endpoint = net.endpoint().to_owned();
-        let session = net.session().clone();
+        let (session, herald) = (net.session().clone(), net.herald());
         let shell = Shell::new(&config, net)?;
         let (stats, pids) = (shell.stats_handle(), shell.pids_handle());
         let workers = shell.roster.handle();
@@ -337,7 +345,14 @@ impl Pool {
             .map_err(LinkError::Thread)?;
         let (runs, thread) = (AtomicU64::new(0), Some(thread));
         let name = coordinator;
-        Ok(Self { endpoint, name, session, inputs, runs, stats, pids, workers, thread })
+        Ok(Self { endpoint, name, session, inputs, runs, stats, pids, workers, herald, thread })
+    }
+
+    /// Another coordinator of this name, which was there first: workers are not answered here any
+    /// more, and whoever owns this pool is to leave.
+    #[must_use]
+    pub fn rival(&self) -> Option<Rival> {
+        self.herald.rival()
     }
 
     /// Where workers and clients connect.

@@ -1,5 +1,6 @@
 //! The coordinator's end of the transport.
 
+use super::claim::{Herald, Standing};
 use super::shell::Input;
 use super::{LinkError, PoolConfig};
 use cullet_proto::security::Rules;
@@ -10,6 +11,7 @@ use std::net::{TcpListener, TcpStream, ToSocketAddrs};
 use std::sync::mpsc::{SyncSender, TrySendError};
 use std::time::Duration;
 use zenoh::Wait;
+use zenoh::query::Queryable;
 use zenoh::sample::SampleKind;
 
 /// Where a pool listens if it is not told.
@@ -27,6 +29,10 @@ const MAX_PORTS: usize = 8;
 pub(super) struct Net {
     session: zenoh::Session,
     endpoint: String,
+    /// What answers workers; `None`: nobody any more.
+    door: Option<Queryable<()>>,
+    /// The claim to the coordinator's name, where others may come to have it too.
+    standing: Option<Standing>,
 }
 
 impl Net {
@@ -45,9 +51,28 @@ impl Net {
                 listening(asked, config.patience, &config.rules)?
             }
         };
+        // Nobody else comes to a pool at a port of its own.
+        let shared = config.router.is_some() || config.listen.is_some();
+        let standing = shared.then(|| {
+            let (inputs, patience) = (inputs.clone(), config.patience);
+            let leave =
+                move || !matches!(inputs.try_send(Input::Leave), Err(TrySendError::Full(_)));
+            Standing::take(&session, coordinator, patience, leave)
+        });
+        let standing = standing.transpose()?;
         let failed = |text: String| LinkError::Listen { endpoint: endpoint.clone(), text };
-        declare(&session, coordinator, inputs).map_err(failed)?;
-        Ok(Self { session, endpoint })
+        let door = Some(declare(&session, coordinator, inputs).map_err(failed)?);
+        Ok(Self { session, endpoint, door, standing })
+    }
+
+    /// What tells whether there is another of this name.
+    pub(super) fn herald(&self) -> Herald {
+        self.standing.as_ref().map(Standing::herald).unwrap_or_default()
+    }
+
+    /// Answers no worker any more: another does.
+    pub(super) fn hush(&mut self) {
+        self.door = None;
     }
 
     pub(super) fn endpoint(&self) -> &str {
@@ -59,6 +84,7 @@ impl Net {
     }
 
     pub(super) fn close(self) {
+        drop((self.door, self.standing));
         if let Err(error) = self.session.close().wait() {
             tracing::warn!("closing the link: {error}");
         }
@@ -164,15 +190,14 @@ fn declare(
     session: &zenoh::Session,
     coordinator: &WorkerId,
     inputs: &SyncSender<Input>,
-) -> Result<(), String> {
+) -> Result<Queryable<()>, String> {
     let queue = inputs.clone();
-    session
+    let door = session
         .declare_queryable(keys::worker_rpcs(coordinator))
         .callback(move |query| match queue.try_send(Input::Question(query)) {
             Ok(()) | Err(TrySendError::Disconnected(_)) => {}
             Err(TrySendError::Full(_)) => tracing::warn!("the queue is full: question dropped"),
         })
-        .background()
         .wait()
         .map_err(|e| e.to_string())?;
     let queue = inputs.clone();
@@ -190,5 +215,6 @@ fn declare(
         })
         .background()
         .wait()
-        .map_err(|e| e.to_string())
+        .map_err(|e| e.to_string())?;
+    Ok(door)
 }

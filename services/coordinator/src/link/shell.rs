@@ -46,6 +46,8 @@ pub(super) enum Input {
     Say(Event),
     /// The worker of that name gets no further job.
     Drain(WorkerId),
+    /// Another coordinator has this one's name, and stays.
+    Leave,
     /// The end.
     Quit,
 }
@@ -203,6 +205,11 @@ impl Shell {
                 for worker in self.named(name.as_str()) {
                     self.step(Event::Drain(worker));
                 }
+            }
+            Input::Leave => {
+                // Workers that asked here ask again, and the other answers.
+                self.net.hush();
+                self.polls.clear();
             }
             Input::Quit => {}
         }

@@ -10,7 +10,7 @@ use cullet_proto::{WireError, WorkerId, chunks};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::Duration;
 use zenoh::Wait;
 use zenoh::query::Query;
@@ -80,7 +80,14 @@ impl Door {
     /// The next question that can be read, within `timeout`. What cannot be read is refused here,
     /// and pieces of bundles are put aside.
     pub fn next(&mut self, timeout: Duration) -> Option<Asked> {
-        let query = self.queue.recv_timeout(timeout).ok()?;
+        let query = match self.queue.recv_timeout(timeout) {
+            Ok(query) => query,
+            Err(RecvTimeoutError::Timeout) => return None,
+            Err(RecvTimeoutError::Disconnected) => {
+                std::thread::sleep(timeout);
+                return None;
+            }
+        };
         let bytes = query.payload().map(|payload| payload.to_bytes().into_owned());
         let bytes = bytes.unwrap_or_default();
         let bulk = Arc::clone(&self.bulk);
@@ -145,6 +152,15 @@ impl Door {
         })
     }
 
+    /// Takes no further question.
+    pub fn close(&mut self) {
+        if let Some(queryable) = self.queryable.take()
+            && let Err(error) = queryable.undeclare().wait()
+        {
+            tracing::debug!("closing the door: {error}");
+        }
+    }
+
     /// Forgets bundles that nobody adds to.
     pub fn sweep(&mut self) {
         self.inbox.sweep();
@@ -153,11 +169,7 @@ impl Door {
 
 impl Drop for Door {
     fn drop(&mut self) {
-        if let Some(queryable) = self.queryable.take()
-            && let Err(error) = queryable.undeclare().wait()
-        {
-            tracing::debug!("closing the door: {error}");
-        }
+        self.close();
     }
 }
 

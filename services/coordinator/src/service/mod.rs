@@ -28,7 +28,7 @@ pub use here::run_here;
 pub use store::{Store, free, total};
 
 use crate::link::users::Door;
-use crate::link::{Pool, Share, Tenant};
+use crate::link::{LinkError, Pool, Share, Tenant};
 use crate::run::next_folder;
 use answer::Watcher;
 use attempt::{Attempt, Ended};
@@ -124,9 +124,10 @@ struct Service<'a> {
 
 /// Serves until told to stop, and then leaves in order: with a state folder the runs at hand go on
 /// when it is back; without one they end with the recording so far, and those that wait are told.
+/// It leaves, too, where another coordinator of its name has been there for longer.
 ///
 /// # Errors
-/// The journal or the door does not open.
+/// The journal or the door does not open; [`LinkError::Rival`].
 pub fn serve(
     store: Store,
     pool: &Arc<Pool>,
@@ -136,12 +137,17 @@ pub fn serve(
 ) -> Result<(), ServiceError> {
     let mut service = Service::open(store, pool, config, say)?;
     let enough = |ended| config.stop_after.is_some_and(|most| ended >= most);
-    while !stop.load(Ordering::Relaxed) && !enough(service.ended) {
+    let mut rival = None;
+    while !stop.load(Ordering::Relaxed) && !enough(service.ended) && rival.is_none() {
         service.begin();
         service.turn();
+        rival = pool.rival();
+    }
+    if rival.is_some() {
+        service.hush();
     }
     service.leave();
-    Ok(())
+    rival.map_or(Ok(()), |rival| Err(LinkError::Rival(rival).into()))
 }
 
 impl<'a> Service<'a> {
@@ -408,6 +414,12 @@ impl<'a> Service<'a> {
         if let Some(going) = self.going.get(&run) {
             going.stop.store(true, Ordering::Relaxed);
         }
+    }
+
+    /// Another answers here: nobody is waited for.
+    fn hush(&mut self) {
+        self.door.close();
+        self.awaited.clear();
     }
 
     fn leave(&mut self) {
