@@ -16,6 +16,8 @@ pub enum WorkerVerb {
     Poll,
     /// To go on.
     Renew,
+    /// To be told as soon as its job is not wanted any more.
+    Heed,
     /// For a piece of the job.
     Fetch,
     /// To take a piece of the result.
@@ -72,10 +74,11 @@ pub enum Verb {
     User(WorkerId, UserVerb),
 }
 
-const WORKER_VERBS: [(&str, WorkerVerb); 8] = [
+const WORKER_VERBS: [(&str, WorkerVerb); 9] = [
     ("hello", WorkerVerb::Hello),
     ("poll", WorkerVerb::Poll),
     ("renew", WorkerVerb::Renew),
+    ("heed", WorkerVerb::Heed),
     ("fetch", WorkerVerb::Fetch),
     ("chunk", WorkerVerb::Chunk),
     ("commit", WorkerVerb::Commit),

@@ -156,6 +156,27 @@ pub enum RenewAnswer {
     Stop,
 }
 
+/// A worker wants to hear as soon as its job is not wanted any more: a question that is held until
+/// then, or for a while. A coordinator that does not know it refuses; renewals do as well, later.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Heed {
+    /// Its life.
+    pub session: SessionId,
+    /// Which job.
+    pub job: JobId,
+    /// By which grant.
+    pub epoch: Epoch,
+}
+
+/// The answer to a [`Heed`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum HeedAnswer {
+    /// Go on, and ask again.
+    Go,
+    /// The result is not wanted.
+    Stop,
+}
+
 /// A worker hands over a piece of a blob; the piece is the bulk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Chunk {
@@ -367,6 +388,11 @@ mod tests {
             ask(&Renew { session, job, epoch, permille: 500 }, &[])?,
             &format!("01{z}-{}-02{z}-f401", "03".repeat(32)),
         );
+        golden(
+            ask(&Heed { session, job, epoch }, &[])?,
+            &format!("01{z}-{}-02{z}", "03".repeat(32)),
+        );
+        golden(answer(&HeedAnswer::Stop, &[])?, "01000000");
         golden(
             answer(&CommitAnswer::Missing(vec![7, 9]), &[])?,
             "01000000-0200000000000000-07000000-09000000",

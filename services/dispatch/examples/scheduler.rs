@@ -99,8 +99,9 @@ impl Load {
             Due::Done(job, epoch) => {
                 let (digest, outcome) = (Digest(job.0), Outcome::Broken);
                 let epoch = cullet_dispatch::Epoch(epoch);
-                let (by, build) = (Worker(worker), BUILD);
-                self.step(Event::Commit { worker: by, job, epoch, build, digest, outcome });
+                let (by, build, prior) = (Worker(worker), BUILD, Prior::Nothing);
+                let done = Event::Commit { worker: by, job, epoch, build, digest, outcome, prior };
+                self.step(done);
                 self.ask(worker, true);
             }
         }

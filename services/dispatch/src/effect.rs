@@ -155,6 +155,16 @@ pub enum Effect {
         /// Why.
         reason: StopReason,
     },
+    /// Tell a worker at once that nobody wants what it does by this grant. If that is lost, its
+    /// next renewal is answered with [`Effect::Stop`].
+    Cancel {
+        /// Who.
+        worker: Worker,
+        /// What.
+        job: Job,
+        /// By which grant.
+        epoch: Epoch,
+    },
     /// Answer a result, a job given back, or a leave.
     Taken {
         /// Who.

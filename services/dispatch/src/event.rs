@@ -114,17 +114,19 @@ pub enum Trouble {
     Invalid,
 }
 
-/// What is known of a job when it is opened.
+/// What is known of a job beside the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Prior {
     /// Nothing.
     Nothing,
-    /// Its result, from the cache: no worker is asked.
+    /// Its result, which was kept: no worker is asked.
     Result {
         /// Of the result's bytes.
         digest: Digest,
         /// What it came to.
         outcome: Outcome,
+        /// What found it, if that was kept too.
+        build: Option<Build>,
     },
     /// Nobody can take it: it is over a limit of the wire.
     Unfit,
@@ -182,6 +184,15 @@ pub enum Event {
         /// Whether a solver has the job there.
         begun: bool,
     },
+    /// A worker wants to be told as soon as its job is not wanted any more.
+    Heed {
+        /// Who.
+        worker: Worker,
+        /// At what.
+        job: Job,
+        /// By which grant.
+        epoch: Epoch,
+    },
     /// A worker has a result, pieces of which are still to come: no solver has the job there.
     Offer {
         /// Of what.
@@ -203,6 +214,9 @@ pub enum Event {
         digest: Digest,
         /// What it came to.
         outcome: Outcome,
+        /// What is kept of a job that the machine does not know any more
+        /// ([`crate::Dispatch::knows`]).
+        prior: Prior,
     },
     /// A worker gives a job back.
     Fail {

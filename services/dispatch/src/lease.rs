@@ -93,8 +93,14 @@ impl Dispatch {
         }
     }
 
-    /// All leases of a job are over, with this verdict.
-    pub(crate) fn release(&mut self, now: Millis, job: Job, verdict: Verdict) {
+    /// All leases of a job are over, with this verdict; who has one is told, but who found it.
+    pub(crate) fn release(
+        &mut self,
+        now: Millis,
+        job: Job,
+        verdict: Verdict,
+        out: &mut Vec<Effect>,
+    ) {
         let Some(record) = self.jobs.get_mut(&job) else {
             return;
         };
@@ -103,7 +109,31 @@ impl Dispatch {
             Verdict::Abandoned(_) | Verdict::Cancelled => None,
         };
         for lease in std::mem::take(&mut record.leases) {
-            self.drop_lease(now, job, &lease, by == Some(lease.worker));
+            let Lease { worker, epoch, .. } = lease;
+            self.drop_lease(now, job, &lease, by == Some(worker));
+            #[cfg(test)]
+            if self.is(Mutant::CancelUnsaid) {
+                continue;
+            }
+            if by != Some(worker) {
+                out.push(Effect::Cancel { worker, job, epoch });
+            }
+        }
+    }
+
+    /// One that has a job wants to hear when nobody wants it any more: perhaps that is so already.
+    /// Of a grant of an earlier life nothing is known: that is for a renewal to say.
+    pub(crate) fn heed(&self, (worker, job, epoch): (Worker, Job, Epoch), out: &mut Vec<Effect>) {
+        let over = match self.jobs.get(&job) {
+            None => self.past.get(&job).is_some(),
+            Some(record) => match record.phase {
+                Phase::Over(_) => true,
+                Phase::Held => record.leases.iter().all(|lease| lease.epoch != epoch),
+                Phase::Waiting(_) | Phase::Ready => false,
+            },
+        };
+        if over {
+            out.push(Effect::Cancel { worker, job, epoch });
         }
     }
 

@@ -18,8 +18,8 @@
 //!   granted the job since; otherwise it is fenced: another build may find other bits, and the one
 //!   that has the job now will say which count. Of a job that is over it is compared and dropped,
 //!   of a job that nobody opened it is refused;
-//! - two different results of one build of one job raise an alarm, and the first stays; a duplicate
-//!   goes to the same build;
+//! - two different results of one build of one job raise an alarm, and the first stays, in
+//!   whichever life it was found; a duplicate goes to the same build;
 //! - a job goes to a worker that meets what it asks; one that nobody there meets waits, is counted,
 //!   and holds up nobody else;
 //! - trouble in the pool never becomes a result: a job whose attempts are used up, or that died
@@ -35,7 +35,7 @@
 //! - a job that takes much longer than its run's others gets one duplicate, if a worker is idle;
 //! - queues are bounded, and a full one answers "busy": the shell holds what a run wants further
 //!   until there is room;
-//! - what nobody wants any more is stopped at the worker's next renewal;
+//! - who has a job that nobody wants any more is told at once, and again at the next renewal;
 //! - a worker keeps a result until there is a receipt, and kills a solve that outlasts its limit.
 //!
 //! Absent on purpose: clocks, wires, threads, entropy, names of workers, contents of jobs.

@@ -193,6 +193,12 @@ impl Dispatch {
         self.wants(job) && !self.foreign(job, epoch, build)
     }
 
+    /// Whether anything is remembered of this job: it is open, or was not long ago.
+    #[must_use]
+    pub fn knows(&self, job: Job) -> bool {
+        self.jobs.get(&job).is_some() || self.past.get(&job).is_some()
+    }
+
     fn foreign(&self, job: Job, epoch: Epoch, build: Build) -> bool {
         #[cfg(test)]
         if self.is(Mutant::ForeignTaken) {
@@ -249,12 +255,14 @@ impl Dispatch {
             Event::Renew { worker, job, epoch, begun } => {
                 self.renew(now, (worker, job, epoch), begun, &mut out);
             }
+            Event::Heed { worker, job, epoch } => self.heed((worker, job, epoch), &mut out),
             Event::Offer { job, epoch } => self.reach(job, epoch, Stage::Offered),
-            Event::Commit { worker, job, epoch, build, digest, outcome } => {
+            Event::Commit { worker, job, epoch, build, digest, outcome, prior } => {
                 let foreign = self.foreign(job, epoch, build);
                 let done =
                     Verdict::Done { digest, outcome, worker: Some(worker), build: Some(build) };
-                let receipt = self.commit(now, (worker, job), (done, foreign), &mut out);
+                let kept = self.kept(prior);
+                let receipt = self.commit(now, (worker, job), (done, foreign), kept, &mut out);
                 out.push(Effect::Taken { worker, receipt });
             }
             Event::Fail { worker, job, epoch, trouble } => {
@@ -320,14 +328,21 @@ impl Dispatch {
 
     /// Acts on what is known of a job before anybody is asked.
     fn weigh(&mut self, now: Millis, job: Job, prior: Prior, out: &mut Vec<Effect>) {
-        match prior {
-            Prior::Nothing => {}
-            Prior::Result { digest, outcome } => {
-                let (worker, build) = (None, None);
-                self.end(now, job, Verdict::Done { digest, outcome, worker, build });
-            }
-            Prior::Unfit => self.abandon(now, job, Reason::Invalid, out),
+        match self.kept(prior) {
+            Some(done) => self.end(now, job, done, out),
+            None if prior == Prior::Unfit => self.abandon(now, job, Reason::Invalid, out),
+            None => {}
         }
+    }
+
+    /// The verdict that was kept, if one was.
+    fn kept(&self, prior: Prior) -> Option<Verdict> {
+        let Prior::Result { digest, outcome, build } = prior else {
+            return None;
+        };
+        #[cfg(test)]
+        let build = build.filter(|_| !self.is(Mutant::KeptOfNobody));
+        Some(Verdict::Done { digest, outcome, worker: None, build })
     }
 
     fn admit(
@@ -415,13 +430,14 @@ impl Dispatch {
         now: Millis,
         (worker, job): (Worker, Job),
         (done, foreign): (Verdict, bool),
+        kept: Option<Verdict>,
         out: &mut Vec<Effect>,
     ) -> Receipt {
         let over = match self.jobs.get(&job).map(|r| r.phase) {
             Some(Phase::Over(verdict)) => Some(verdict),
             Some(Phase::Waiting(_) | Phase::Ready | Phase::Held) => None,
-            None => match self.past.get(&job) {
-                Some(verdict) => Some(*verdict),
+            None => match self.past.get(&job).copied().or(kept) {
+                Some(verdict) => Some(verdict),
                 None => return Receipt::Unknown,
             },
         };
@@ -433,7 +449,7 @@ impl Dispatch {
                 return Receipt::Fenced;
             }
             self.blame(worker, job, out);
-            self.end(now, job, done);
+            self.end(now, job, done, out);
             return Receipt::Accepted;
         };
         let (Verdict::Done { digest: kept, build: by, .. }, Verdict::Done { digest, build, .. }) =
@@ -467,18 +483,18 @@ impl Dispatch {
             out.push(Effect::Quarantine { job, crashes });
         }
         out.push(Effect::Stall { job, reason, attempts });
-        self.end(now, job, Verdict::Abandoned(reason));
+        self.end(now, job, Verdict::Abandoned(reason), out);
     }
 
     /// The first end counts; terminal is final.
-    pub(crate) fn end(&mut self, now: Millis, job: Job, verdict: Verdict) {
+    pub(crate) fn end(&mut self, now: Millis, job: Job, verdict: Verdict, out: &mut Vec<Effect>) {
         let Some(record) = self.jobs.get(&job) else {
             return;
         };
         if let Phase::Over(_) = record.phase {
             return;
         }
-        self.release(now, job, verdict);
+        self.release(now, job, verdict, out);
         self.turn(now, job, Phase::Over(verdict));
     }
 }

@@ -48,6 +48,10 @@ pub(crate) enum Mutant {
     ChargedUnbegun,
     /// Only what a living worker reports counts against a job.
     VanishedUncharged,
+    /// Who has a job that nobody wants any more is not told at once.
+    CancelUnsaid,
+    /// Nobody knows what found a result that was kept.
+    KeptOfNobody,
 }
 
 impl Mutant {

@@ -12,8 +12,8 @@ const MAX_PAST: usize = 65_536;
 
 impl Dispatch {
     /// Nobody wants the job any more.
-    fn withdraw(&mut self, now: Millis, job: Job) {
-        self.release(now, job, Verdict::Cancelled);
+    fn withdraw(&mut self, now: Millis, job: Job, out: &mut Vec<Effect>) {
+        self.release(now, job, Verdict::Cancelled, out);
         if let Some(place) = self.jobs.place(&job) {
             self.timers.set(place, None);
         }
@@ -46,10 +46,10 @@ impl Dispatch {
             self.settle_first(run, job, verdict, out);
             #[cfg(test)]
             if self.is(Mutant::CancelSpreads) {
-                self.end(now, job, Verdict::Cancelled);
+                self.end(now, job, Verdict::Cancelled, out);
             }
             if self.jobs.get(&job).is_some_and(|record| record.wants.is_empty()) {
-                self.withdraw(now, job);
+                self.withdraw(now, job, out);
             }
         }
     }

@@ -48,7 +48,8 @@ impl Pool {
 
     fn done(&mut self, worker: u64, (job, epoch): (Job, Epoch)) -> Vec<Effect> {
         let (worker, digest, outcome) = (Worker(worker), Digest(job.0), Outcome::Broken);
-        self.step(Event::Commit { worker, job, epoch, build: BUILD, digest, outcome })
+        let (build, prior) = (BUILD, Prior::Nothing);
+        self.step(Event::Commit { worker, job, epoch, build, digest, outcome, prior })
     }
 
     fn crash(&mut self, worker: u64, (job, epoch): (Job, Epoch)) -> Vec<Effect> {
@@ -275,11 +276,12 @@ fn a_late_result_counts_while_the_job_is_open_and_is_compared_after() {
     assert!(matches!(same[..], [Effect::Taken { receipt: Receipt::Duplicate, .. }]));
     let (worker, outcome, digest) = (Worker(2), Outcome::Broken, Digest([9; 32]));
     let (job, epoch) = again;
-    let build = BUILD;
-    let other = pool.step(Event::Commit { worker, job, epoch, build, digest, outcome });
+    let (build, prior) = (BUILD, Prior::Nothing);
+    let late = |job, prior| Event::Commit { worker, job, epoch, build, digest, outcome, prior };
+    let other = pool.step(late(job, prior));
     assert!(matches!(other[0], Effect::Alarm { .. }));
     let stranger = Job([5; 32]);
-    let said = pool.step(Event::Commit { worker, job: stranger, epoch, build, digest, outcome });
+    let said = pool.step(late(stranger, prior));
     assert!(matches!(said[..], [Effect::Taken { receipt: Receipt::Unknown, .. }]));
 }
 
@@ -296,6 +298,7 @@ fn a_late_result_of_another_build_is_fenced_and_raises_no_alarm() {
         build: Build([build; 32]),
         digest: Digest([digest; 32]),
         outcome: Outcome::Broken,
+        prior: Prior::Nothing,
     };
     pool.pass(2_000);
     pool.pass(100);
@@ -311,6 +314,84 @@ fn a_late_result_of_another_build_is_fenced_and_raises_no_alarm() {
     let said = pool.step(by(3, 9, late));
     assert!(matches!(said[0], Effect::Alarm { .. }), "{said:?}");
     assert_eq!((pool.machine.counts().fenced, pool.machine.counts().alarms), (2, 1));
+}
+
+/// As much as of one that was found in this life, whether the job is opened again or not.
+#[test]
+fn a_late_result_that_differs_from_one_that_was_kept_raises_an_alarm() {
+    let result = |build: Option<u8>| Prior::Result {
+        digest: Digest([8; 32]),
+        outcome: Outcome::Broken,
+        build: build.map(|build| Build([build; 32])),
+    };
+    for opened in [false, true] {
+        // What was kept, and what comes late: of which build, and which digest; what is said.
+        for (kept, (build, digest), want) in [
+            (Some(1), (1, 9), Receipt::Conflict),
+            (Some(1), (1, 8), Receipt::Duplicate),
+            (Some(1), (2, 9), Receipt::Fenced),
+            (None, (1, 9), Receipt::Fenced),
+        ] {
+            let mut pool = Pool::new();
+            pool.begin(1, 1, 4);
+            let (job, need, prior) = (job(1), Skills::NONE, result(kept));
+            if opened {
+                pool.step(Event::Open { run: Run(1), job, need, prior });
+            }
+            assert_eq!(pool.machine.knows(job), opened);
+            let said = pool.step(Event::Commit {
+                worker: Worker(1),
+                job,
+                epoch: Epoch(7),
+                build: Build([build; 32]),
+                digest: Digest([digest; 32]),
+                outcome: Outcome::Broken,
+                prior: if opened { Prior::Nothing } else { prior },
+            });
+            let alarm = matches!(said[0], Effect::Alarm { .. });
+            assert_eq!(alarm, want == Receipt::Conflict, "{said:?}");
+            let receipt = Effect::Taken { worker: Worker(1), receipt: want };
+            assert!(said.contains(&receipt), "opened {opened}: {said:?}");
+        }
+    }
+}
+
+#[test]
+fn who_has_a_job_that_nobody_wants_any_more_is_told_at_once() {
+    let told = |said: &[Effect]| {
+        let cancel = |effect: &Effect| match effect {
+            Effect::Cancel { worker, epoch, .. } => Some((worker.0, *epoch)),
+            _ => None,
+        };
+        said.iter().filter_map(cancel).collect::<Vec<_>>()
+    };
+    let mut pool = Pool::new();
+    pool.begin(1, 1, 4);
+    pool.begin(2, 1, 4);
+    pool.open(1, 1);
+    pool.open(2, 1);
+    pool.open(1, 2);
+    let (common, own) = (pool.ask(1).expect("a job"), pool.ask(2).expect("another"));
+    let heed = |worker, (job, epoch)| Event::Heed { worker: Worker(worker), job, epoch };
+    for (worker, grant) in [(1, common), (2, own)] {
+        assert_eq!(told(&pool.step(heed(worker, grant))), []);
+    }
+    // Another run wants the first still.
+    assert_eq!(told(&pool.step(Event::Cancel(Run(1)))), [(2, own.1)]);
+    assert_eq!(told(&pool.step(heed(2, own))), [(2, own.1)], "asked again, it is told again");
+    assert_eq!(told(&pool.step(heed(1, common))), []);
+    // Its lease runs out, another has it, and is overtaken by the first.
+    pool.pass(2_000);
+    pool.pass(100);
+    assert_eq!(told(&pool.step(heed(1, common))), [], "a renewal takes it up again");
+    let again = pool.ask(2).expect("the job again");
+    assert_eq!(told(&pool.step(heed(1, common))), [(1, common.1)]);
+    assert_eq!(told(&pool.done(1, common)), [(2, again.1)]);
+    // Who hands in what counts knows that; and of another life nothing is known.
+    pool.open(1, 3);
+    let last = pool.ask(1).expect("a job");
+    assert_eq!(told(&pool.done(1, last)), []);
+    assert_eq!(told(&pool.step(heed(1, (job(9), Epoch(3))))), []);
 }
 
 #[test]

@@ -15,7 +15,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::ConsolidationMode;
 
-/// A poll may be held this long by the coordinator and still be answered.
+/// A question that the coordinator may hold is answered within this.
 const POLL: Duration = Duration::from_secs(30);
 /// A chunk on the slowest link served.
 const BULK: Duration = Duration::from_secs(30);
@@ -158,7 +158,7 @@ impl Line {
         let (priority, patience) = match verb {
             WorkerVerb::Chunk | WorkerVerb::Fetch => (Priority::DataLow, BULK),
             WorkerVerb::Commit => (Priority::InteractiveHigh, BULK),
-            WorkerVerb::Poll => (Priority::InteractiveHigh, POLL),
+            WorkerVerb::Poll | WorkerVerb::Heed => (Priority::InteractiveHigh, POLL),
             WorkerVerb::Hello | WorkerVerb::Renew | WorkerVerb::Fail | WorkerVerb::Bye => {
                 (Priority::InteractiveHigh, CONTROL)
             }

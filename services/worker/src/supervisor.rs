@@ -1,8 +1,9 @@
 //! The supervising half of a worker: does what its machine
 //! ([`Hand`], `services/dispatch/src/hand.rs`) says.
 //!
-//! Three threads beside this one: the talker asks, the renewer says how far the job is, the job
-//! runs. All put what they have to say into one queue.
+//! Four threads beside this one: the talker asks, the renewer says how far the job is, the heeder
+//! holds a question until the job is not wanted any more, the job runs. All put what they have to
+//! say into one queue.
 
 use crate::job::{Attempt, JobProcess, attempt};
 use crate::link::Line;
@@ -28,6 +29,11 @@ const LOOK: Duration = Duration::from_millis(50);
 /// Past the hard limit a slice on a thread of ours may still end by itself within this.
 const GRACE: Duration = Duration::from_secs(5);
 
+/// A job that is over by then needs no question whether it is wanted.
+const SOON: Duration = Duration::from_millis(200);
+/// Before that is asked again, where nobody answered.
+const AGAIN: Duration = Duration::from_secs(1);
+
 /// Where jobs run.
 enum Place {
     Thread(SolveFn, ThreadPool),
@@ -36,6 +42,9 @@ enum Place {
 
 /// Which grant to renew, whether a solver has the job, and how far it is.
 type Renewal = (Job, Epoch, bool, Watch);
+
+/// A job that may cease to be wanted, until it is over here.
+type Wanted = (Job, Epoch, Arc<AtomicBool>);
 
 /// A job for the job's thread.
 type Task = (Epoch, Vec<u8>, Watch);
@@ -47,6 +56,9 @@ pub(crate) struct Supervisor {
     news: Receiver<News>,
     orders: Sender<Order>,
     renewals: Sender<Renewal>,
+    heeds: Sender<Wanted>,
+    /// Set when the job at hand is over.
+    over: Arc<AtomicBool>,
     tasks: Sender<Task>,
     line: Arc<Line>,
     /// The grant at hand, its bytes or its verdict, and words about its trouble.
@@ -99,6 +111,9 @@ impl Supervisor {
         let (renewals, queue) = channel();
         let renewer = talker();
         start("cullet-renew", move || renew(&renewer, &queue))?;
+        let (heeds, queue) = channel();
+        let heeder = talker();
+        start("cullet-heed", move || heed(&heeder, &queue))?;
         let (tasks, queue) = channel();
         let busy = Arc::<AtomicU64>::default();
         let mark = Arc::clone(&busy);
@@ -110,6 +125,8 @@ impl Supervisor {
             news,
             orders,
             renewals,
+            heeds,
+            over: Arc::default(),
             tasks,
             line,
             grant: None,
@@ -143,8 +160,9 @@ impl Supervisor {
             }
             self.look_at_overdue();
         }
-        let Self { orders, renewals, tasks, line, worker, watch, orphaned, .. } = self;
-        drop((orders, renewals, tasks));
+        self.over.store(true, Ordering::Relaxed);
+        let Self { orders, renewals, heeds, tasks, line, worker, watch, orphaned, .. } = self;
+        drop((orders, renewals, heeds, tasks));
         if orphaned.load(Ordering::Relaxed) {
             // The job process is waited for, so that what it cost is counted as ours.
             watch.cancel();
@@ -199,7 +217,16 @@ impl Supervisor {
 
     fn step(&mut self, heard: Heard) {
         let now = self.now();
-        for act in self.hand.step(now, heard) {
+        let before = self.hand.at();
+        let acts = self.hand.step(now, heard);
+        let at = self.hand.at();
+        if at != before {
+            self.over.store(true, Ordering::Relaxed);
+            self.over = Arc::default();
+            let wanted = at.map(|work| (work.job, work.epoch, Arc::clone(&self.over)));
+            let _closed = wanted.map(|wanted| self.heeds.send(wanted));
+        }
+        for act in acts {
             self.act(heard, act);
         }
     }
@@ -303,6 +330,36 @@ fn renew(talker: &Talker, queue: &Receiver<Renewal>) {
             && talker.news.send(news).is_err()
         {
             return;
+        }
+    }
+}
+
+/// Hears as soon as a job is not wanted any more.
+fn heed(talker: &Talker, queue: &Receiver<Wanted>) {
+    for (job, epoch, over) in queue {
+        let wait = |time: Duration| {
+            let since = Instant::now();
+            while !over.load(Ordering::Relaxed) && since.elapsed() < time {
+                thread::sleep(LOOK.min(time));
+            }
+        };
+        wait(SOON);
+        while !over.load(Ordering::Relaxed) {
+            match talker.heed((job, epoch), &over) {
+                Ok(Some(false)) => {}
+                Ok(Some(true)) => {
+                    if talker.news.send(News::of(Heard::Stop { epoch })).is_err() {
+                        return;
+                    }
+                    break;
+                }
+                Ok(None) => wait(AGAIN),
+                // One that does not know the question: renewals say it, later.
+                Err(error) => {
+                    tracing::debug!("not told when a job is not wanted any more: {error:?}");
+                    break;
+                }
+            }
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::solve::Watch;
 use cullet_dispatch::{Digest, Epoch, Heard, Job, Question, Trouble, Work};
 use cullet_proto::keys::WorkerVerb;
 use cullet_proto::pool::{self, ChunkAnswer, CommitAnswer, Grant, Noted, PollAnswer, Refusal};
-use cullet_proto::pool::{RenewAnswer, Trouble as Told};
+use cullet_proto::pool::{HeedAnswer, RenewAnswer, Trouble as Told};
 use cullet_proto::{JobId, chunks};
 use std::cell::Cell;
 use std::sync::Arc;
@@ -184,6 +184,23 @@ impl Talker {
             RenewAnswer::Stop => Heard::Stop { epoch },
             RenewAnswer::Go { .. } => Heard::Tick,
         }))
+    }
+
+    /// Asks to be told when a job is not wanted any more, until `over`: whether it is so. Nothing
+    /// where there was no answer, and an error where asking again is of no use.
+    pub(crate) fn heed(
+        &self,
+        (job, epoch): (Job, Epoch),
+        over: &AtomicBool,
+    ) -> Result<Option<bool>, NoAnswer> {
+        let (session, epoch) = (self.line.session, cullet_proto::Epoch(epoch.0));
+        let heed = pool::Heed { session, job: JobId(job.0), epoch };
+        match self.line.ask_unless(over, WorkerVerb::Heed, &heed, &[]) {
+            Ok((HeedAnswer::Stop, _)) => Ok(Some(true)),
+            Ok((HeedAnswer::Go, _)) => Ok(Some(false)),
+            Err(NoAnswer::Silence | NoAnswer::Refused(Refusal::Stranger)) => Ok(None),
+            Err(other) => Err(other),
+        }
     }
 
     /// Hands a result in. What the coordinator lacks is sent when it says so, so nothing is sent

@@ -1,10 +1,11 @@
 //! Results of finished jobs, by the digest of the problem: a repeat is answered without a worker.
 //!
 //! In memory and, if there is a folder, on disk; both bounded, the least recently used goes first
-//! (`services/dispatch/src/shelf.rs`). A file holds the digest of the result and the result; it is
-//! read only if both fit, so a damaged one is as good as none.
+//! (`services/dispatch/src/shelf.rs`). A file holds a digest, the build that found the result, and
+//! the result; it is read only if both fit the digest, so a damaged one is as good as none. One of
+//! before builds were kept has the result alone.
 
-use cullet_dispatch::{Job, Shelf};
+use cullet_dispatch::{Build, Job, Shelf};
 use cullet_proto::JobId;
 use cullet_proto::ids::digest;
 use std::collections::BTreeMap;
@@ -15,6 +16,13 @@ use std::sync::Arc;
 
 /// Ending of a file that holds a result.
 const ENDING: &str = "verdict";
+/// Behind the digest, where a build follows: a result alone begins with another word.
+const TAG: [u8; 8] = *b"by build";
+/// Bytes before the result: digest, tag, build.
+const HEAD: usize = 32 + TAG.len() + 32;
+
+/// A result's bytes, and what found it, if that is known.
+pub(super) type Found = (Arc<Vec<u8>>, Option<Build>);
 
 /// Where finished jobs are kept, and how much of them.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,7 +41,7 @@ impl Default for CacheConfig {
 
 pub(super) struct Cache {
     memory: Shelf,
-    results: BTreeMap<Job, Arc<Vec<u8>>>,
+    results: BTreeMap<Job, Found>,
     disk: Option<(PathBuf, Shelf)>,
     pub(super) hits: u64,
 }
@@ -59,19 +67,20 @@ impl Cache {
         Self { memory, results, disk, hits: 0 }
     }
 
-    /// The bytes of a job's result.
-    pub(super) fn get(&mut self, id: JobId) -> Option<Arc<Vec<u8>>> {
-        let job = Job(id.0);
-        let found = if self.memory.touch(job) {
-            self.results.get(&job).map(Arc::clone)
-        } else {
-            self.read(job)
-        };
+    /// A job's result, which answers an opening.
+    pub(super) fn get(&mut self, id: JobId) -> Option<Found> {
+        let found = self.look(id);
         self.hits += u64::from(found.is_some());
         found
     }
 
-    fn read(&mut self, job: Job) -> Option<Arc<Vec<u8>>> {
+    /// A job's result.
+    pub(super) fn look(&mut self, id: JobId) -> Option<Found> {
+        let job = Job(id.0);
+        if self.memory.touch(job) { self.results.get(&job).cloned() } else { self.read(job) }
+    }
+
+    fn read(&mut self, job: Job) -> Option<Found> {
         let (folder, shelf) = self.disk.as_mut()?;
         if !shelf.touch(job) {
             return None;
@@ -84,31 +93,33 @@ impl Cache {
             discard(folder, job);
             return None;
         };
-        bytes.drain(..32);
-        let bytes = Arc::new(bytes);
-        self.hold(job, &bytes);
-        Some(bytes)
+        let build = bytes[32..].strip_prefix(&TAG).and_then(|rest| rest.first_chunk());
+        let build = build.copied().map(Build);
+        bytes.drain(..if build.is_some() { HEAD } else { 32 });
+        let found = (Arc::new(bytes), build);
+        self.hold(job, &found);
+        Some(found)
     }
 
-    /// Keeps the bytes of a job's result.
-    pub(super) fn put(&mut self, id: JobId, bytes: Vec<u8>) {
+    /// Keeps the bytes of a job's result, and what found it.
+    pub(super) fn put(&mut self, id: JobId, bytes: Vec<u8>, build: Build) {
         let (job, bytes) = (Job(id.0), Arc::new(bytes));
-        self.hold(job, &bytes);
+        self.hold(job, &(Arc::clone(&bytes), Some(build)));
         let Some((folder, shelf)) = self.disk.as_mut() else {
             return;
         };
-        if let Err(error) = write(folder, job, &bytes) {
+        if let Err(error) = write(folder, job, (&bytes, build)) {
             tracing::warn!("a result is not cached on disk: {error}");
             return;
         }
-        for gone in shelf.put(job, bytes.len() as u64 + 32) {
+        for gone in shelf.put(job, (bytes.len() + HEAD) as u64) {
             discard(folder, gone);
         }
     }
 
-    fn hold(&mut self, job: Job, bytes: &Arc<Vec<u8>>) {
-        self.results.insert(job, Arc::clone(bytes));
-        for gone in self.memory.put(job, bytes.len() as u64) {
+    fn hold(&mut self, job: Job, found: &Found) {
+        self.results.insert(job, found.clone());
+        for gone in self.memory.put(job, found.0.len() as u64) {
             self.results.remove(&gone);
         }
     }
@@ -119,12 +130,23 @@ fn file(folder: &Path, job: Job) -> PathBuf {
 }
 
 /// Whole or not at all: written beside and renamed.
-fn write(folder: &Path, job: Job, bytes: &[u8]) -> std::io::Result<()> {
+fn write(folder: &Path, job: Job, (bytes, build): (&[u8], Build)) -> std::io::Result<()> {
     let mut beside = tempfile::NamedTempFile::new_in(folder)?;
-    beside.write_all(&digest(bytes))?;
-    beside.write_all(bytes)?;
+    beside.write_all(&digest_of(&[&TAG, &build.0, bytes]))?;
+    for part in [&TAG, build.0.as_slice(), bytes] {
+        beside.write_all(part)?;
+    }
     beside.persist(file(folder, job)).map_err(|error| error.error)?;
     Ok(())
+}
+
+/// The digest of these parts, one after another.
+fn digest_of(parts: &[&[u8]]) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    for part in parts {
+        hasher.update(part);
+    }
+    *hasher.finalize().as_bytes()
 }
 
 fn discard(folder: &Path, job: Job) {
@@ -157,27 +179,36 @@ mod tests {
     #[test]
     fn results_come_back_from_disk_and_damaged_ones_do_not() -> std::io::Result<()> {
         let folder = tempfile::tempdir()?;
-        let disk = Some((folder.path().to_owned(), 100));
+        let disk = Some((folder.path().to_owned(), 170));
         let config = CacheConfig { memory: 100, disk };
         let [a, b, c] = [1, 2, 3].map(|k| JobId([k; 32]));
+        let by = Build([3; 32]);
         let mut cache = Cache::open(&config);
-        cache.put(a, vec![7; 10]);
-        cache.put(b, vec![8; 10]);
+        cache.put(a, vec![7; 10], by);
+        cache.put(b, vec![8; 10], by);
         // A new life, which remembers only what is on disk.
         let mut cache = Cache::open(&config);
-        assert_eq!(cache.get(a).as_deref(), Some(&vec![7; 10]));
+        assert_eq!(cache.get(a), Some((Arc::new(vec![7; 10]), Some(by))));
         let path = file(folder.path(), Job(b.0));
         let mut bytes = fs::read(&path)?;
-        bytes[40] ^= 1;
+        // The result's, or the build's.
+        bytes[HEAD + 3] ^= 1;
         fs::write(&path, bytes)?;
         assert_eq!(cache.get(b), None);
         assert!(!path.exists());
         // No room for all: the least recently used goes, in memory and on disk.
-        cache.put(c, vec![9; 40]);
+        cache.put(c, vec![9; 40], by);
         assert!(cache.get(c).is_some() && cache.get(a).is_some());
+        assert!(!file(folder.path(), Job(a.0)).exists());
+        // One of before builds were kept is a result of nobody known.
+        let old = [&digest(b"CULT")[..], b"CULT"].concat();
+        fs::write(file(folder.path(), Job(a.0)), old)?;
+        let mut cache = Cache::open(&config);
+        assert_eq!(cache.get(a), Some((Arc::new(b"CULT".to_vec()), None)));
+        assert_eq!((cache.look(c).and_then(|(_, build)| build), cache.hits), (Some(by), 1));
         let mut small = Cache::open(&CacheConfig { memory: 100, ..CacheConfig::default() });
         for k in 0..20 {
-            small.put(JobId([k; 32]), vec![k; 10]);
+            small.put(JobId([k; 32]), vec![k; 10], by);
         }
         assert!(small.get(JobId([0; 32])).is_none() && small.get(JobId([19; 32])).is_some());
         assert_eq!((small.memory.held(), small.results.len()), (100, 10));

@@ -7,7 +7,7 @@ use super::shell::{Said, Shell};
 use super::{Ending, Reproduction, Settlement};
 use cullet_dispatch::{Digest, Effect, Epoch as DispatchEpoch, Job, Loss, Millis, Outcome, Reason};
 use cullet_dispatch::{Run, Verdict as Decision, Worker};
-use cullet_proto::pool::{self, Grant, OVERDUE, PollAnswer, RenewAnswer};
+use cullet_proto::pool::{self, Grant, HeedAnswer, OVERDUE, PollAnswer, RenewAnswer};
 use cullet_proto::{Epoch, JobId, Verdict, WorkerId};
 use std::time::Instant;
 
@@ -27,6 +27,10 @@ impl Shell {
             Effect::Park { .. } => {}
             Effect::Renewed { lease, .. } => said.renew = Some(RenewAnswer::Go { lease_ms: lease }),
             Effect::Stop { .. } => said.renew = Some(RenewAnswer::Stop),
+            Effect::Cancel { worker, job, epoch } => {
+                self.roster.left(worker, JobId(job.0));
+                self.answer_heed(worker, Some(epoch), HeedAnswer::Stop);
+            }
             Effect::Taken { receipt, .. } => said.receipt = Some(receipt),
             Effect::Dismiss { worker, seq } => {
                 self.answer_poll(worker, seq, PollAnswer::Drain);

@@ -1,5 +1,6 @@
 //! Openings of jobs by runs: taken as they come, or held here in order until there is room.
 
+use super::cache::Found;
 use super::effects::outcome_of;
 use super::shell::Shell;
 use super::staff::Skill;
@@ -88,11 +89,24 @@ impl Shell {
 
     /// What the cache says of a job that is opened.
     fn known(&mut self, id: JobId) -> Option<Prior> {
-        let bytes = self.cache.get(id)?;
-        let verdict = Verdict::decode(&bytes).ok()?;
-        let outcome = outcome_of(&verdict);
+        let found = self.cache.get(id)?;
+        let (verdict, prior) = prior_of(&found)?;
         self.ledger.keep(id, verdict);
-        let digest = Digest(cullet_proto::ids::digest(&bytes));
-        Some(Prior::Result { digest, outcome })
+        Some(prior)
     }
+
+    /// What is kept of a job that the machine may not know.
+    pub(super) fn kept(&mut self, id: JobId) -> Prior {
+        let known = self.dispatch.knows(Job(id.0));
+        let found = if known { None } else { self.cache.look(id) };
+        found.as_ref().and_then(prior_of).map_or(Prior::Nothing, |(_, prior)| prior)
+    }
+}
+
+/// What a kept result is, if it can be read.
+fn prior_of((bytes, build): &Found) -> Option<(Verdict, Prior)> {
+    let verdict = Verdict::decode(bytes).ok()?;
+    let (outcome, build) = (outcome_of(&verdict), *build);
+    let digest = Digest(cullet_proto::ids::digest(bytes));
+    Some((verdict, Prior::Result { digest, outcome, build }))
 }

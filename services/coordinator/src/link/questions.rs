@@ -8,11 +8,12 @@ use cullet_dispatch::{Digest, Epoch, Event, Job, Outcome, Receipt, Trouble, Work
 use cullet_proto::codec::MAX_HEADER;
 use cullet_proto::envelope::PREFIX;
 use cullet_proto::keys::{Verb, WorkerVerb, parse_rpc};
-use cullet_proto::pool::{self, CommitAnswer, FetchAnswer, Noted, PollAnswer};
+use cullet_proto::pool::{self, CommitAnswer, FetchAnswer, HeedAnswer, Noted, PollAnswer};
 use cullet_proto::pool::{Refusal, RenewAnswer};
 use cullet_proto::{Verdict, WorkerId, chunks};
 use serde::Serialize;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 use zenoh::query::Query;
 
 /// Largest question \[bytes\]: a chunk and its header.
@@ -70,6 +71,10 @@ impl Shell {
                 }
                 answer(&query, &said)
             }
+            WorkerVerb::Heed => {
+                let (heed, _) = pool::read_ask::<pool::Heed>(bytes)?;
+                self.heed(query, &heed)
+            }
             WorkerVerb::Fetch => {
                 let (fetch, _) = pool::read_ask::<pool::Fetch>(bytes)?;
                 let wanted = self.ledger.get(Job(fetch.blob));
@@ -118,6 +123,39 @@ impl Shell {
         Ok(())
     }
 
+    /// Holds the question: at most one of each worker, whose job it is about.
+    fn heed(&mut self, query: Query, heed: &pool::Heed) -> Result<(), Refusal> {
+        let (worker, epoch) = (Worker(heed.session.0), Epoch(heed.epoch.0));
+        self.staff.get(worker).ok_or(Refusal::Stranger)?;
+        self.answer_heed(worker, None, HeedAnswer::Go);
+        self.heeds.insert(worker, (epoch, Instant::now(), query));
+        self.step(Event::Heed { worker, job: Job(heed.job.0), epoch });
+        Ok(())
+    }
+
+    /// Answers what a worker asked about this grant, or about any.
+    pub(super) fn answer_heed(&mut self, worker: Worker, of: Option<Epoch>, said: HeedAnswer) {
+        let asked =
+            self.heeds.get(&worker).is_some_and(|(epoch, ..)| of.is_none_or(|e| e == *epoch));
+        if asked
+            && let Some((_, _, query)) = self.heeds.remove(&worker)
+            && let Ok(bytes) = pool::answer(&said, &[])
+        {
+            reply(&query, bytes);
+        }
+    }
+
+    /// Answers those that have asked for long.
+    pub(super) fn answer_old_heeds(&mut self) {
+        let held = Duration::from_millis(self.timing.park);
+        let old = |(worker, (_, since, _)): (&Worker, &(Epoch, Instant, Query))| {
+            (since.elapsed() >= held).then_some(*worker)
+        };
+        for worker in self.heeds.iter().filter_map(old).collect::<Vec<_>>() {
+            self.answer_heed(worker, None, HeedAnswer::Go);
+        }
+    }
+
     fn chunk(&mut self, query: &Query, bytes: &[u8]) -> Result<(), Refusal> {
         let (chunk, bulk) = pool::read_ask::<pool::Chunk>(bytes)?;
         answer(query, &self.inbox.put(&chunk, bulk)?)
@@ -147,7 +185,7 @@ impl Shell {
         };
         let outcome = outcome_of(&verdict);
         self.ledger.keep(commit.job, verdict);
-        self.cache.put(commit.job, bytes);
+        self.cache.put(commit.job, bytes, build);
         self.ledger.ended(job, epoch, "");
         Ok(self.count(commit, outcome))
     }
@@ -160,7 +198,8 @@ impl Shell {
         };
         self.roster.left(worker, commit.job);
         let (short, runs, name) = (commit.job.short(), self.runs_of(job), self.name(worker));
-        let event = Event::Commit { worker, job, epoch, build, digest, outcome };
+        let prior = self.kept(commit.job);
+        let event = Event::Commit { worker, job, epoch, build, digest, outcome, prior };
         match self.step(event).receipt {
             Some(Receipt::Accepted) => {
                 let epoch = epoch.0;

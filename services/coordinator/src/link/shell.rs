@@ -11,7 +11,7 @@ use super::quarantine;
 use super::roster::Roster;
 use super::staff::Staff;
 use super::{LinkError, PoolConfig, PoolStats, Refusals, RunStats, Settlement};
-use cullet_dispatch::{Dispatch, Event, Job, Millis, Receipt, Run, Share, Timing, Worker};
+use cullet_dispatch::{Dispatch, Epoch, Event, Job, Millis, Receipt, Run, Share, Timing, Worker};
 use cullet_proto::pool::{Grant, RenewAnswer};
 use cullet_proto::{JobId, SessionId, WorkerId};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -80,6 +80,8 @@ pub(super) struct Shell {
     pub(super) inbox: Inbox,
     pub(super) bulk: Bulk,
     pub(super) polls: BTreeMap<Worker, (u64, Query)>,
+    /// Workers that want to hear when a job is not wanted any more: by which grant, since when.
+    pub(super) heeds: BTreeMap<Worker, (Epoch, Instant, Query)>,
     pub(super) refusals: Refusals,
     /// Bytes of meshes sent to workers.
     pub(super) mesh_bytes: u64,
@@ -117,6 +119,7 @@ impl Shell {
             inbox: Inbox::default(),
             bulk: Bulk::start()?,
             polls: BTreeMap::new(),
+            heeds: BTreeMap::new(),
             refusals: Refusals::default(),
             mesh_bytes: 0,
             roster: Roster::default(),
@@ -177,6 +180,7 @@ impl Shell {
         }
         self.children = None;
         self.polls.clear();
+        self.heeds.clear();
         drop(self.bulk);
         self.net.close();
     }
@@ -193,6 +197,7 @@ impl Shell {
                 self.roster.changed();
                 let worker = Worker(session.0);
                 self.polls.remove(&worker);
+                self.heeds.remove(&worker);
                 self.step(Event::Suspect(worker));
             }
             Input::Begin(run, share, listener) => {
@@ -210,6 +215,7 @@ impl Shell {
                 // Workers that asked here ask again, and the other answers.
                 self.net.hush();
                 self.polls.clear();
+                self.heeds.clear();
             }
             Input::Quit => {}
         }
@@ -219,6 +225,7 @@ impl Shell {
         for name in self.children.as_mut().map(Children::tend).unwrap_or_default() {
             for worker in self.named(&name) {
                 self.polls.remove(&worker);
+                self.heeds.remove(&worker);
                 self.names.remove(&worker);
                 self.staff.gone(worker);
                 self.roster.gone(worker);
@@ -227,6 +234,7 @@ impl Shell {
         }
         self.forsake();
         self.step(Event::Tick);
+        self.answer_old_heeds();
         self.staff.tell(self.dispatch.stranded());
         self.inbox.sweep();
     }

@@ -3,6 +3,7 @@
 
 mod ends;
 mod hands;
+mod told;
 
 use super::plan::Plan;
 use crate::*;
@@ -43,6 +44,11 @@ pub(super) enum Oracle {
     Watchdog,
     /// A worker keeps its result until there is a receipt.
     Result,
+    /// Who has a job that nobody wants any more is told at once, and nobody else is.
+    Told,
+    /// A result that differs from the one that counts, and is of the same build, raises an alarm;
+    /// nothing else does.
+    Alarm,
     /// A late result of another build does not count, and one of the same does.
     Fence,
     /// A job goes to who can do it.
@@ -67,6 +73,12 @@ fn wrong(oracle: Oracle, text: impl Into<String>) -> Result<(), Wrong> {
 pub(super) fn result_of(job: Job, build: Build) -> Digest {
     let touch = if job.0[2].is_multiple_of(2) { 0 } else { build.0[0] };
     Digest(job.0.map(|b| b ^ 0x5a ^ touch))
+}
+
+/// What a solve finds that is not as it should be.
+pub(super) fn twin_of(mut digest: Digest) -> Digest {
+    digest.0[31] ^= 1;
+    digest
 }
 
 #[derive(Clone, Copy)]
@@ -123,6 +135,11 @@ pub(super) struct Checker {
     by_seq: BTreeMap<(Worker, u64), (Job, Epoch)>,
     accepted: BTreeSet<Job>,
     acknowledged: BTreeSet<Job>,
+    /// What the disk has, of any life, and what found it.
+    kept: BTreeMap<Job, (Digest, Build)>,
+    /// Grants whose holders are to be told that nobody wants their job, and that were.
+    due: BTreeSet<Epoch>,
+    told: BTreeSet<Epoch>,
     full: bool,
     /// Grants whose job a solver has had.
     began: BTreeSet<Epoch>,
@@ -149,6 +166,9 @@ impl Checker {
             by_seq: BTreeMap::new(),
             accepted: BTreeSet::new(),
             acknowledged: BTreeSet::new(),
+            kept: BTreeMap::new(),
+            due: BTreeSet::new(),
+            told: BTreeSet::new(),
             full: false,
             began: BTreeSet::new(),
             solving: BTreeMap::new(),
@@ -162,6 +182,8 @@ impl Checker {
         self.held.clear();
         self.by_seq.clear();
         self.accepted.clear();
+        self.due.clear();
+        self.told.clear();
         for run in &mut self.runs {
             (run.opened, run.settled, run.waiting, run.paused) = (0, 0, None, false);
         }
@@ -183,7 +205,11 @@ impl Checker {
     }
 
     pub(super) fn known(&mut self, job: Job) {
-        self.over(job);
+        self.over(job, None);
+    }
+
+    pub(super) fn keeps(&mut self, job: Job, found: (Digest, Build)) {
+        self.kept.insert(job, found);
     }
 
     pub(super) fn cancelled(&mut self, run: usize) {
@@ -236,17 +262,6 @@ impl Checker {
         Ok(())
     }
 
-    /// The job needs no holder any more.
-    fn over(&mut self, job: Job) {
-        let known = self.jobs.entry(job).or_default();
-        known.over = true;
-        for epoch in std::mem::take(&mut known.holders) {
-            if let Some(held) = self.held.get_mut(&epoch) {
-                held.now = false;
-            }
-        }
-    }
-
     /// Which runs have fresh work from now on, or none any more.
     fn look_for_waiting(&mut self, now: Millis) {
         for (index, run) in self.runs.iter_mut().enumerate() {
@@ -271,7 +286,11 @@ impl Checker {
         event: Event,
         effects: &[Effect],
     ) -> Result<(), Wrong> {
+        self.all_told()?;
         match event {
+            Event::Commit { job, build, digest, .. } => {
+                self.alarmed((job, build, digest), effects)?;
+            }
             Event::Open { .. } => {
                 let busy = effects.iter().any(|e| matches!(e, Effect::Busy { .. }));
                 if busy != std::mem::take(&mut self.full) {
@@ -298,7 +317,7 @@ impl Checker {
             | Event::Pause(_)
             | Event::Resume(_)
             | Event::Poll { .. }
-            | Event::Commit { .. }
+            | Event::Heed { .. }
             | Event::Fail { .. }
             | Event::Down(_)
             | Event::Bye(_)
@@ -319,7 +338,8 @@ impl Checker {
             Effect::Grant { worker, seq, job, epoch, .. } => {
                 self.grant(now, (worker, seq), (job, epoch))?;
             }
-            Effect::Taken { receipt: Receipt::Accepted, .. } => {
+            Effect::Cancel { epoch, .. } => self.tell(epoch),
+            Effect::Taken { worker, receipt: Receipt::Accepted } => {
                 let Event::Commit { job, epoch, build, .. } = event else {
                     return wrong(Oracle::Once, "accepted what?");
                 };
@@ -329,7 +349,7 @@ impl Checker {
                 if !self.accepted.insert(job) {
                     return wrong(Oracle::Once, "one job accepted twice");
                 }
-                self.over(job);
+                self.over(job, Some(worker));
             }
             Effect::Taken { receipt: Receipt::Fenced, .. } => {
                 let Event::Commit { job, epoch, build, .. } = event else {
@@ -347,13 +367,16 @@ impl Checker {
             Effect::Settle { run, opening, job, verdict, .. } => {
                 self.settle((run, opening), job, verdict)?;
             }
-            Effect::Alarm { .. } => return wrong(Oracle::Truth, "alarm over equal results"),
+            Effect::Alarm { kept, other, .. } if kept == other => {
+                return wrong(Oracle::Truth, "alarm over equal results");
+            }
             Effect::Stall { job, reason, attempts } => self.stall(job, reason, attempts)?,
             Effect::Park { .. }
             | Effect::Idle { .. }
             | Effect::Dismiss { .. }
             | Effect::Drained { .. }
             | Effect::Stop { .. }
+            | Effect::Alarm { .. }
             | Effect::Busy { .. }
             | Effect::Quarantine { .. }
             | Effect::Taken { .. } => {}

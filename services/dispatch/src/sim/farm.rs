@@ -37,8 +37,11 @@ enum Note {
     Tick,
     Restart,
     /// A planted bug: the disk hears of a result at last, if the coordinator still lives.
-    Kept(Job, Digest, Outcome, u32),
+    Kept(Job, Found, u32),
 }
+
+/// A result, and what found it.
+type Found = (Digest, Outcome, Build);
 
 struct Body {
     hand: Hand,
@@ -54,7 +57,7 @@ struct Body {
 #[derive(Default)]
 struct Disk {
     incarnation: u32,
-    results: BTreeMap<Job, (Digest, Outcome)>,
+    results: BTreeMap<Job, Found>,
     quarantine: BTreeSet<Job>,
     /// Runs that were cancelled.
     cancelled: BTreeSet<usize>,
@@ -188,9 +191,9 @@ impl Farm {
                 self.step(Event::Tick)
             }
             Note::Restart => self.restart(),
-            Note::Kept(job, digest, outcome, life) => {
+            Note::Kept(job, found, life) => {
                 if self.machine.is_some() && self.disk.incarnation == life {
-                    self.disk.results.insert(job, (digest, outcome));
+                    self.keep(job, found);
                 }
                 Ok(())
             }
@@ -223,9 +226,7 @@ impl Farm {
                 self.post(at - self.now, Note::Open(run));
                 return Ok(());
             }
-            let known = self.disk.results.get(&job).copied();
-            let result = |(digest, outcome)| Prior::Result { digest, outcome };
-            let prior = known.map_or(Prior::Nothing, result);
+            let prior = self.prior(job);
             let event = Event::Open { run: number(run), job, need: self.plan.need(job), prior };
             if self.check.full(run, self.plan.max_open) {
                 self.step(event)?;
@@ -234,12 +235,26 @@ impl Farm {
             }
             self.disk.opened[run] = self.disk.opened[run].max(made + 1);
             self.check.open(self.now, run, job);
-            if known.is_some() {
+            if prior != Prior::Nothing {
                 self.check.known(job);
             }
             self.step(event)?;
         }
         Ok(())
+    }
+
+    /// What the disk has of a job.
+    fn prior(&self, job: Job) -> Prior {
+        let known = self.disk.results.get(&job).copied();
+        known.map_or(Prior::Nothing, |(digest, outcome, build)| {
+            let build = Some(build);
+            Prior::Result { digest, outcome, build }
+        })
+    }
+
+    fn keep(&mut self, job: Job, found: Found) {
+        self.disk.results.insert(job, found);
+        self.check.keeps(job, (found.0, found.2));
     }
 
     /// The coordinator begins a life, with what its disk holds.
@@ -312,6 +327,7 @@ impl Farm {
             }
             Effect::Idle { worker, seq } => (worker, Heard::Idle { seq }),
             Effect::Dismiss { worker, seq } => (worker, Heard::Dismiss { seq }),
+            Effect::Cancel { worker, epoch, .. } => (worker, Heard::Stop { epoch }),
             _ => return,
         };
         self.send(worker, Note::Told(worker, heard));
@@ -379,10 +395,12 @@ impl Farm {
         let build = self.plan.build(worker);
         let taken = self.machine.as_ref().is_some_and(|machine| machine.takes(job, epoch, build));
         if taken && !self.is(Mutant::AckedBeforeKept) {
-            self.disk.results.insert(job, (digest, outcome));
+            self.keep(job, (digest, outcome, build));
         }
         let mut accepted = false;
-        let event = Event::Commit { worker, job, epoch, build, digest, outcome };
+        let known = self.machine.as_ref().is_some_and(|machine| machine.knows(job));
+        let prior = if known { Prior::Nothing } else { self.prior(job) };
+        let event = Event::Commit { worker, job, epoch, build, digest, outcome, prior };
         self.step_then(event, |_, effect, _| {
             accepted |= matches!(effect, Effect::Taken { receipt: Receipt::Accepted, .. });
         })?;
@@ -403,7 +421,8 @@ impl Farm {
             self.send(worker, Note::Told(worker, Heard::Receipt { epoch, next: granted }));
         }
         if self.is(Mutant::AckedBeforeKept) && accepted {
-            self.post(500, Note::Kept(job, digest, outcome, self.disk.incarnation));
+            let found = (digest, outcome, build);
+            self.post(500, Note::Kept(job, found, self.disk.incarnation));
         }
         Ok(())
     }

@@ -42,10 +42,12 @@ pub(super) struct Chaos {
     pub(super) sick: u64,
     /// The coordinator dies between two outputs.
     pub(super) fall: u64,
+    /// Of solves: they find something else.
+    pub(super) flaky: u64,
 }
 
 /// How many knobs [`Chaos`] has.
-const KNOBS: usize = 12;
+const KNOBS: usize = 13;
 
 impl Chaos {
     fn knob(&mut self, at: usize) -> &mut u64 {
@@ -61,7 +63,8 @@ impl Chaos {
             8 => &mut self.poison,
             9 => &mut self.wedge,
             10 => &mut self.sick,
-            _ => &mut self.fall,
+            11 => &mut self.fall,
+            _ => &mut self.flaky,
         }
     }
 }
@@ -113,6 +116,7 @@ impl Plan {
             wedge: pick(10),
             sick: pick(30),
             fall: pick(4),
+            flaky: 0,
         };
         // Every eighth is calm: then nothing may be lost at all.
         let chaos = if seed.is_multiple_of(8) { Chaos::default() } else { chaos };
@@ -134,6 +138,9 @@ impl Plan {
         }
         for skills in plan.workers.iter_mut().skip(1).filter(|_| plan.picky) {
             *skills = Skills(rng.below(4));
+        }
+        if plan.chaos != Chaos::default() && rng.chance(20) {
+            plan.chaos.flaky = 5 + rng.below(45);
         }
         plan
     }

@@ -11,7 +11,7 @@ const SCHEDULES: u64 = 20_000;
 const MUTANT_SCHEDULES: u64 = 5_000;
 
 /// Each planted bug, and the oracle that is meant for it.
-const MUTANTS: [(Mutant, Oracle); 21] = [
+const MUTANTS: [(Mutant, Oracle); 23] = [
     (Mutant::SettleAsTheyCome, Oracle::Order),
     (Mutant::PollMintsTwice, Oracle::Poll),
     (Mutant::NoExpiry, Oracle::Live),
@@ -33,6 +33,8 @@ const MUTANTS: [(Mutant, Oracle); 21] = [
     (Mutant::QuarantineForgotten, Oracle::Poison),
     (Mutant::ChargedUnbegun, Oracle::Innocent),
     (Mutant::VanishedUncharged, Oracle::Poison),
+    (Mutant::CancelUnsaid, Oracle::Told),
+    (Mutant::KeptOfNobody, Oracle::Alarm),
 ];
 
 fn from_environment(name: &str) -> Option<u64> {

@@ -1,7 +1,11 @@
 //! Bytes that are not as they should be get an answer that says so.
 
 use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
+<<<<<<< HEAD
 use cullet_coordinator::link::{Ending, Pool, Refusals, Share};
+=======
+use cullet_coordinator::link::{CacheConfig, Ending, Pool, PoolConfig, Share};
+>>>>>>> 7c52f64 (A worker is told at once that its job is not wanted; a late result that differs from a kept one of its build raises the alarm)
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, WorkerVerb};
 use cullet_proto::pool::{
@@ -216,4 +220,52 @@ fn a_late_result_of_another_build_is_fenced_and_a_stranger_is_asked_who_it_is() 
     assert_eq!(said, CommitAnswer::Done(None));
     let stats = pool.stats();
     assert_eq!((stats.fenced, stats.alarms), (1, 0));
+}
+
+/// As much as while the job is remembered, whether the next life has opened it again or not.
+#[test]
+fn a_late_result_that_differs_from_a_kept_one_raises_the_alarm_in_the_next_life_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let disk = Some((folder.path().to_owned(), 1 << 20));
+    let cache = CacheConfig { disk, ..CacheConfig::default() };
+    let start = || Pool::start(PoolConfig { cache: cache.clone(), ..config() }).expect("a pool");
+    let (problem, session) = (job("echo", 3, 0), SessionId(9));
+    let pool = start();
+    let run = pool.run(Share::default());
+    let id = run.open(&problem);
+    let forger = Forger::of(&pool);
+    let poll = Poll { session, seq: 1, slots: 1, threads: 1 };
+    let PollAnswer::Grant(grant) = forger.ask(WorkerVerb::Poll, &poll, &[]) else {
+        panic!("no grant")
+    };
+    let blob = answer(&problem).encode().expect("a verdict");
+    let (name, length, sum) = (digest(&blob), blob.len() as u64, chunks::sum(&blob));
+    let chunk = Chunk { digest: name, length, index: 0, sum };
+    let _: ChunkAnswer = forger.ask(WorkerVerb::Chunk, &chunk, &blob);
+    let (job, epoch) = (grant.job, grant.epoch);
+    let commit = Commit { session, job, epoch, digest: name, length, next: None };
+    let _: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
+    verdict(next(&run, id));
+    pool.shutdown();
+    for opened in [false, true] {
+        let pool = start();
+        let run = pool.run(Share::default());
+        if opened {
+            run.open(&problem);
+            assert!(next(&run, id).cached);
+        }
+        let late = Forger::of(&pool);
+        let other = Hello { session: SessionId(10), build: [1; 32], ..Hello::default() };
+        let _: Noted = late.ask(WorkerVerb::Hello, &other, &[]);
+        // The same, another, and another by another build.
+        for (session, digest, want) in
+            [(session, name, (0, 0)), (session, [5; 32], (1, 0)), (other.session, [5; 32], (1, 1))]
+        {
+            let said: CommitAnswer =
+                late.ask(WorkerVerb::Commit, &Commit { session, digest, ..commit }, &[]);
+            assert_eq!(said, CommitAnswer::Done(None), "it need not be kept");
+            wait_for("it is counted", || (pool.stats().alarms, pool.stats().fenced) == want);
+        }
+        pool.shutdown();
+    }
 }

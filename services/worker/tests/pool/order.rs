@@ -1,7 +1,8 @@
 //! The number of workers and their haste do not show in the results.
 
-use crate::kit::{Hand, answer, config, job, next, solve, verdict};
-use cullet_coordinator::link::{Ending, Pool, Share};
+use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for, with_processes_of};
+use cullet_coordinator::link::{Ending, Pool, PoolConfig, Share, Timing};
+use cullet_coordinator::run::Jobs;
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
 use cullet_proto::{BrokenBody, FractureJob, Fragment, Report, Verdict};
 use cullet_worker::Watch;
@@ -114,6 +115,33 @@ fn what_is_cancelled_settles_so_and_the_worker_is_free_again() {
     let short = run.open(&job("echo", 2, 0));
     verdict(next(&run, short));
     assert!(run.settled(Duration::from_millis(50)).is_none());
+}
+
+/// Nobody renews while the test lasts: what frees the worker is that it is told at once.
+#[test]
+fn a_worker_whose_job_is_cancelled_is_told_long_before_it_renews() {
+    let hour = 3_600_000;
+    let timing = Timing { renew: hour, lease: 2 * hour, hard: 2 * hour, ..Timing::test() };
+    let on_thread = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
+    let _hand = Hand::hire(&on_thread, "w", Arc::new(solve));
+    for pool in [on_thread, with_processes_of(1, timing)] {
+        let (run, other) = (pool.run(Share::default()), pool.run(Share::default()));
+        let long = job("echo", 1, hour as u32);
+        let id = run.open(&long);
+        // Once before its question is there, and once while it is held.
+        for pause in [0, 600] {
+            wait_for("a solver has the job", || run.load().permille > 0);
+            std::thread::sleep(Duration::from_millis(pause));
+            let pids = pool.pids();
+            run.cancel();
+            assert_eq!(next(&run, id).ending, Ending::Cancelled);
+            let free = other.open(&job("echo", 2 + pause, 0));
+            verdict(next(&other, free));
+            assert_eq!((pool.pids(), pool.stats().jobs.resent), (pids, 0));
+            assert_eq!(run.open(&long), id);
+        }
+        run.cancel();
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The workers of the simulated farm.
 
-use super::super::check::{Wrong, result_of};
+use super::super::check::{Wrong, result_of, twin_of};
 use super::{Body, CONTROL, Farm, HEAL, Note};
 use crate::*;
 
@@ -164,7 +164,10 @@ impl Farm {
             let trouble = Trouble::Crashed;
             self.post(after, Note::Own(worker, Heard::Trouble { epoch, trouble }));
         } else {
-            let digest = result_of(job, self.plan.build(worker));
+            let mut digest = result_of(job, self.plan.build(worker));
+            if self.bad(self.plan.chaos.flaky) {
+                digest = twin_of(digest);
+            }
             self.post(after, Note::Own(worker, Heard::Solved { epoch, digest }));
         }
     }
