@@ -89,7 +89,7 @@ impl Shell {
     }
 
     /// A run's number for people.
-    fn label(&self, run: Run) -> u64 {
+    pub(super) fn label(&self, run: Run) -> u64 {
         self.runs.get(&run).map_or(run.0, |listener| listener.label)
     }
 
@@ -172,7 +172,7 @@ impl Shell {
             (Decision::Abandoned(reason), _) => {
                 (Ending::Abandoned(words(reason, attempts, &wanted.trouble)), String::new())
             }
-            (Decision::Cancelled, _) => (Ending::Cancelled, String::new()),
+            (Decision::Cancelled, _) => (self.unwanted(run), String::new()),
         };
         let wall = opened.elapsed();
         let settlement = Settlement { ending, attempts, worker, cached, wall, tries, reproduction };

@@ -167,6 +167,9 @@ pub struct PoolConfig {
     pub cache: CacheConfig,
     /// Folder for what reproduces jobs that killed their workers; `None`: it is not kept.
     pub quarantine: Option<PathBuf>,
+    /// Openings of a run that may wait for room. A run that wants more is turned out: all that it
+    /// has open ends, aloud.
+    pub held: usize,
 }
 
 impl Default for PoolConfig {
@@ -182,6 +185,7 @@ impl Default for PoolConfig {
             incarnation: None,
             cache: CacheConfig::default(),
             quarantine: None,
+            held: openings::MAX_HELD,
         }
     }
 }

@@ -1,4 +1,8 @@
 //! Openings of jobs by runs: taken as they come, or held here in order until there is room.
+//!
+//! A run of a scene has at most one opening for each of its bodies
+//! (`services/coordinator/src/run/mod.rs`), and a scene at most as many bodies as may be held.
+//! Whoever wants more is turned out, so that what waits here has a bound whatever opens it.
 
 use super::cache::Found;
 use super::effects::outcome_of;
@@ -10,13 +14,23 @@ use cullet_proto::outline::Parted;
 use cullet_proto::{JobId, Verdict};
 use std::time::Duration;
 
+/// Openings of a run that may wait here: as many as a scene may have bodies.
+pub(super) const MAX_HELD: usize = 100_000;
+
 /// A job that a run wants and what it asks of a worker; or why it cannot be sent.
 pub(super) type Opening = Result<(Parted, Vec<Skill>), String>;
 
 impl Shell {
     /// A run wants a job. Where the machine is full the run waits, and nobody else.
     pub(super) fn want(&mut self, run: Run, id: JobId, opening: Opening) {
-        let first = self.runs.get(&run).is_none_or(|listener| listener.held.is_empty());
+        let listener = self.runs.get(&run);
+        if listener.is_some_and(|listener| listener.out.is_some()) {
+            return self.end_unopened(run, id);
+        }
+        if listener.is_some_and(|listener| listener.held.len() >= self.most) {
+            return self.turn_out(run, id);
+        }
+        let first = listener.is_none_or(|listener| listener.held.is_empty());
         match self.dispatch.room(run) {
             Ok(()) if first => self.open(run, id, opening),
             Err(Bound::NoRun) => {}
@@ -27,6 +41,18 @@ impl Shell {
                 }
             }
         }
+    }
+
+    /// A run wants more than may wait: everything that it wants ends now, in order, and it gets
+    /// nothing any more. Others go on.
+    fn turn_out(&mut self, run: Run, id: JobId) {
+        let text = format!("the run is turned out: {} of its jobs wait already", self.most);
+        tracing::error!(run = self.label(run), "{text}");
+        if let Some(listener) = self.runs.get_mut(&run) {
+            listener.out = Some(text);
+        }
+        self.say(Event::Cancel(run));
+        self.end_unopened(run, id);
     }
 
     /// Opens what was held, where there is room now: one of each run in turn.
@@ -54,10 +80,16 @@ impl Shell {
         }
     }
 
-    /// An opening ends as cancelled that the machine never had.
+    /// How what a run does not get ends.
+    pub(super) fn unwanted(&self, run: Run) -> Ending {
+        let out = self.runs.get(&run).and_then(|listener| listener.out.clone());
+        out.map_or(Ending::Cancelled, Ending::Abandoned)
+    }
+
+    /// An opening ends that the machine never had.
     pub(super) fn end_unopened(&mut self, run: Run, id: JobId) {
         let settlement = Settlement {
-            ending: Ending::Cancelled,
+            ending: self.unwanted(run),
             attempts: 0,
             worker: String::new(),
             cached: false,
@@ -109,4 +141,23 @@ fn prior_of((bytes, build): &Found) -> Option<(Verdict, Prior)> {
     let (outcome, build) = (outcome_of(&verdict), *build);
     let digest = Digest(cullet_proto::ids::digest(bytes));
     Some((verdict, Prior::Result { digest, outcome, build }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::MAX_HELD;
+    use serde_json::Value;
+
+    #[test]
+    fn no_scene_has_more_bodies_than_may_wait() {
+        let schema = include_str!("../../../../scenes/scene.schema.json");
+        let schema: Value = serde_json::from_str(schema).expect("a schema");
+        let mut most = Vec::new();
+        let mut rest = vec![&schema];
+        while let Some(next) = rest.pop() {
+            most.extend(next.get("max_bodies").and_then(|bound| bound["maximum"].as_u64()));
+            rest.extend(next.as_object().into_iter().flat_map(serde_json::Map::values));
+        }
+        assert_eq!(most, [MAX_HELD as u64]);
+    }
 }

@@ -71,6 +71,7 @@ impl RunHandle {
             over: false,
             label,
             held: VecDeque::new(),
+            out: None,
             permille: 0,
         };
         let _closed = inputs.send(Input::Begin(run, share, listener));

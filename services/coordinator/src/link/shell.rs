@@ -62,6 +62,8 @@ pub(super) struct Listener {
     pub(super) label: u64,
     /// What it wants and there was no room for, in order.
     pub(super) held: VecDeque<(JobId, Opening)>,
+    /// Why it gets nothing any more, if it wanted too much.
+    pub(super) out: Option<String>,
     /// Sum of how far the jobs at work are \[1/1000\].
     pub(super) permille: i64,
 }
@@ -97,6 +99,8 @@ pub(super) struct Shell {
     pub(super) runs: BTreeMap<Run, Listener>,
     /// Openings that had to wait for room.
     pub(super) queued: u64,
+    /// Openings of a run that may wait.
+    pub(super) most: usize,
     pub(super) settled: Vec<(Run, JobId, Settlement)>,
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
@@ -133,6 +137,7 @@ impl Shell {
             net,
             runs: BTreeMap::new(),
             queued: 0,
+            most: config.held,
             settled: Vec::new(),
             stats: Arc::default(),
             pids: Arc::new(Mutex::new(pids)),
@@ -245,7 +250,7 @@ impl Shell {
         known.map(|(worker, _)| *worker).collect()
     }
 
-    fn say(&mut self, event: Event) {
+    pub(super) fn say(&mut self, event: Event) {
         self.step(event);
         match event {
             Event::Cancel(run) => self.cancel_held(run),

@@ -100,6 +100,27 @@ fn a_run_at_its_bound_waits_and_goes_on_in_order() {
 }
 
 #[test]
+fn a_run_that_wants_more_than_may_wait_is_turned_out_and_others_go_on() {
+    let timing = Timing { max_open: 3, ..Timing::test() };
+    let pool = Pool::start(PoolConfig { timing, held: 4, ..config() }).expect("a pool");
+    let (run, other) = (pool.run(Share::default()), pool.run(Share::default()));
+    let fine = other.open(&job("echo", 50, 0));
+    let full: Vec<_> = (0..6).map(|seed| other.open(&job("echo", seed, 0))).collect();
+    // The eighth is one too many; what comes after that is not held either.
+    let ids: Vec<_> = (0..20).map(|seed| run.open(&job("echo", seed, 0))).collect();
+    for id in ids {
+        let Ending::Abandoned(text) = next(&run, id).ending else { panic!("it is not over") };
+        assert!(text.contains("turned out: 4 of its jobs wait already"), "{text}");
+    }
+    let (now, all) = (run.stats(), other.stats());
+    assert_eq!((now.waiting, all.waiting, pool.stats().jobs.waiting), (0, 7, 7));
+    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    for id in [fine].into_iter().chain(full) {
+        verdict(next(&other, id));
+    }
+}
+
+#[test]
 fn a_settlement_tells_who_had_the_job_and_when() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run_as(7, Share::default());
