@@ -6,6 +6,7 @@ use super::timed;
 use cullet_coordinator::scene::specimen;
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3, shapes};
 use cullet_proto::chunks::{self, Assembly, CHUNK};
+use cullet_proto::claim::{Claim, Reply};
 use cullet_proto::envelope::PREFIX;
 use cullet_proto::keys::{parse_live, parse_rpc};
 use cullet_proto::outline::{Outline, Parted};
@@ -172,6 +173,8 @@ fn read_all(bytes: &[u8]) {
     ask::<pool::Poll>(bytes);
     ask::<pool::Fetch>(bytes);
     ask::<pool::Renew>(bytes);
+    ask::<pool::Heed>(bytes);
+    ask::<Claim>(bytes);
     ask::<pool::Chunk>(bytes);
     ask::<pool::Commit>(bytes);
     ask::<pool::Fail>(bytes);
@@ -179,6 +182,8 @@ fn read_all(bytes: &[u8]) {
     answer::<pool::PollAnswer>(bytes);
     answer::<pool::FetchAnswer>(bytes);
     answer::<pool::RenewAnswer>(bytes);
+    answer::<pool::HeedAnswer>(bytes);
+    answer::<Reply>(bytes);
     answer::<pool::ChunkAnswer>(bytes);
     answer::<pool::CommitAnswer>(bytes);
     answer::<pool::Noted>(bytes);
@@ -236,7 +241,11 @@ fn messages() {
     let hello = pool::Hello { session, families: Some(vec![family]), ..pool::Hello::default() };
     let grant =
         pool::Grant { job, run: 4, epoch, length: 77, lease_ms: 5, renew_ms: 6, hard_ms: 7 };
+    let claim = Claim { life: session, host: "hub".into(), ..Claim::default() };
     let sealed = [
+        pool::ask(&claim, &[]),
+        pool::answer(&Reply { claim, stays: true }, &[]),
+        pool::ask(&pool::Heed { session, job, epoch }, &[]),
         pool::ask(&hello, &[]),
         pool::answer(&pool::PollAnswer::Grant(grant), &[]),
         pool::ask(&poll, &[]),

@@ -25,7 +25,10 @@ impl fmt::Display for Rival {
         let Self { name, claim, late } = self;
         match claim {
             Some(Claim { process, host, since_ms, version, .. }) => {
-                let host = if host.is_empty() { "a machine without a name" } else { host };
+                // Of another process, which may say anything.
+                let [host, version] = [host, version]
+                    .map(|text| text.chars().filter(char::is_ascii_graphic).collect::<String>());
+                let host = if host.is_empty() { "a machine without a name" } else { &host };
                 let since = moment(*since_ms);
                 write!(
                     f,
@@ -243,6 +246,9 @@ mod tests {
         two.tick(now + Duration::from_secs(10));
         let told = two.lost.map(|rival| rival.to_string()).unwrap_or_default();
         assert!(told.contains("does not answer"), "{told}");
+        let claim = Some(Claim { host: "a\u{1b}[2J\n".into(), ..Claim::default() });
+        let told = Rival { name: "main".into(), claim, late: false }.to_string();
+        assert!(told.contains("process 0 on a[2J, there"), "{told}");
     }
 
     #[test]
