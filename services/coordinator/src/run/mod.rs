@@ -34,6 +34,8 @@ pub trait Jobs {
     fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)>;
     /// What is wanted, and how far it is.
     fn load(&self) -> Load;
+    /// Nothing is wanted any more.
+    fn cancel(&self);
 }
 
 /// How much a pool has to do for a run.
@@ -58,6 +60,10 @@ impl Jobs for RunHandle {
         let stats = self.stats();
         let permille = stats.permille.checked_div(stats.running).unwrap_or(0).min(1000) as u16;
         Load { jobs: stats.waiting + stats.running, permille }
+    }
+
+    fn cancel(&self) {
+        RunHandle::cancel(self);
     }
 }
 
@@ -193,6 +199,10 @@ pub fn run(
     };
     run.populate()?;
     let interrupted = run.steps()?;
+    if interrupted {
+        // Before what there is is written and drawn, which takes a while.
+        pool.cancel();
+    }
     run.finish(interrupted)
 }
 

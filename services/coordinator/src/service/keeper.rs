@@ -143,6 +143,10 @@ impl Jobs for Keeper<'_> {
     fn load(&self) -> Load {
         self.pool.load()
     }
+
+    fn cancel(&self) {
+        self.pool.cancel();
+    }
 }
 
 #[cfg(test)]

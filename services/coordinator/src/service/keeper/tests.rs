@@ -45,10 +45,24 @@ impl Jobs for Stub {
     fn load(&self) -> Load {
         Load::default()
     }
+
+    fn cancel(&self) {
+        self.open.borrow_mut().clear();
+    }
 }
 
 fn job(seed: u64) -> FractureJob {
     FractureJob::smallest("stub", seed)
+}
+
+#[test]
+fn what_a_run_does_not_want_any_more_the_pool_hears_of() {
+    let (pool, live) = (Stub::default(), Live::default());
+    let keeper = Keeper::new(&pool, None, &live);
+    keeper.open(&job(1));
+    assert_eq!(pool.open.borrow().len(), 1);
+    keeper.cancel();
+    assert!(pool.open.borrow().is_empty() && keeper.settled(Duration::ZERO).is_none());
 }
 
 #[test]
