@@ -56,13 +56,12 @@ const USER: [UserVerb; 15] = [
     UserVerb::Drain,
 ];
 
-/// A coordinator and a worker as processes, and their logs.
+/// A coordinator as a process, and its log.
 struct Farm {
     endpoint: String,
     metrics: String,
     log: PathBuf,
     coordinator: Going,
-    worker: Going,
 }
 
 impl Farm {
@@ -73,11 +72,22 @@ impl Farm {
         // What repeats is solved again.
         let call = ["coordinator", "--listen", &endpoint, "--cache", "0", "--metrics", &metrics];
         let coordinator = Cullet::new(&call).log(&log).args(&["--state"]).path(&state).spawn();
-        let call = ["worker", "--connect", &endpoint, "--name", "w"];
-        let worker = Cullet::new(&call).log(&unique("messages-worker")).spawn();
-        let farm = Self { endpoint, metrics, log, coordinator, worker };
+        let farm = Self { endpoint, metrics, log, coordinator };
         until("it is there", LONG, || farm.ask(&["ps"]).code == 0);
         farm
+    }
+
+    fn worker(&self) -> Going {
+        let call = ["worker", "--connect", &self.endpoint, "--name", "w"];
+        Cullet::new(&call).log(&unique("messages-worker")).spawn()
+    }
+
+    /// A run ends with the digest of a quiet machine.
+    fn ends_well(&self, run: &str, args: &[&str]) {
+        let said = self.ask(&["wait", run]);
+        assert_eq!(said.code, 0, "{}", said.stderr);
+        let who = ["--connect", self.endpoint.as_str()];
+        assert_eq!(common::fetched(run, &who), common::quiet_digest(args));
     }
 
     fn ask(&self, args: &[&str]) -> common::Said {
@@ -280,57 +290,51 @@ fn messages_that_are_not_as_they_should_be_change_nothing_and_are_counted_by_nam
     let mut stranger = Stranger::new(&farm.endpoint, 20_261_123);
     // What real messages are.
     let (record, ears) = listen(&stranger);
+    let mut worker = farm.worker();
     let first = farm.submit(&LONGER);
-    assert_eq!(farm.ask(&["wait", &first]).code, 0);
-    assert_eq!(
-        common::fetched(&first, &["--connect", &farm.endpoint]),
-        common::quiet_digest(&LONGER)
-    );
+    farm.ends_well(&first, &LONGER);
     let record = record.lock().expect("a record").clone();
     drop(ears);
     for verb in ["w/w/hello", "w/w/poll", "w/w/fetch", "w/w/chunk", "w/w/commit", "u/user/fetch"] {
         let heard = record.iter().any(|(key, _)| key.ends_with(&format!("/rpc/{verb}")));
         assert!(heard, "no {verb} was heard");
     }
-    // A run under them, with a bad answer now and then to what its worker asks.
-    let seed = ["--set", "world.seed=11"];
-    let args = [&LONGER[..], &seed].concat();
+    // A run whose worker hears things that are no answers.
+    let seeds = ["11", "12"].map(|seed| format!("world.seed={seed}"));
+    let [second, third] = [0, 1].map(|k: usize| [&LONGER[..], &["--set", &seeds[k]]].concat());
     let (lies, ear) = lie(&stranger);
-    let second = farm.submit(&args);
-    let sent = storm(&mut stranger, &record);
-    println!("sent: {sent:?}; refused: {:?}", stranger.told);
+    let run = farm.submit(&second);
     until("the worker was lied to", LONG, || lies.load(Ordering::SeqCst) >= LIES);
     drop(ear);
-    assert_eq!(farm.ask(&["wait", &second]).code, 0);
-    let who = ["--connect", farm.endpoint.as_str()];
-    assert_eq!(common::fetched(&second, &who), common::quiet_digest(&args));
+    farm.ends_well(&run, &second);
+    // A run under a storm.
+    let run = farm.submit(&third);
+    let sent = storm(&mut stranger, &record);
+    farm.ends_well(&run, &third);
     // Late, when all epochs of it have ended: the answers of the first run once more.
     let late = |(key, _): &&(String, Vec<u8>)| key.ends_with("/commit") || key.ends_with("/chunk");
-    let mut count = 0;
-    for (key, bytes) in record.iter().filter(late) {
+    let late: Vec<_> = record.iter().filter(late).collect();
+    assert!(late.len() >= 2, "{} late answers", late.len());
+    for (key, bytes) in &late {
         assert!(stranger.ask(key, bytes, Duration::from_secs(5)), "{key}: it is not answered");
-        count += 1;
     }
-    assert!(count >= 2, "{count} late answers");
+    println!("sent: {sent:?}, {} late, {LIES} lies; refused: {:?}", late.len(), stranger.told);
     // Each refusal is counted under its name, and logged.
+    let told = &stranger.told;
     for reason in ["unsupported", "too_large", "malformed", "stranger"] {
-        assert!(stranger.told.contains_key(&format!("worker,{reason}")), "{:?}", stranger.told);
+        assert!(told.contains_key(&format!("worker,{reason}")), "{told:?}");
     }
     for reason in ["too_large", "malformed"] {
-        assert!(stranger.told.contains_key(&format!("client,{reason}")), "{:?}", stranger.told);
+        assert!(told.contains_key(&format!("client,{reason}")), "{told:?}");
     }
-    let told = stranger.told.clone();
-    until("what is counted is what was told", LONG, || {
+    until("what was told is counted, and logged", LONG, || {
         let counted = farm.counted();
-        told.iter().all(|(name, count)| counted.get(name) >= Some(count))
+        let all = told.iter().all(|(name, count)| counted.get(name) >= Some(count));
+        all && farm.logged() == counted
     });
-    assert_eq!(farm.logged(), farm.counted(), "the log and the metrics differ");
-    // Both live, the first run is what it was, and a next one ends as it should.
-    assert_eq!(common::fetched(&first, &who), common::quiet_digest(&LONGER));
-    let third = farm.submit(&["--set", "world.seed=12"]);
-    assert_eq!(farm.ask(&["wait", &third]).code, 0);
-    assert_eq!(common::fetched(&third, &who), common::quiet_digest(&["--set", "world.seed=12"]));
-    for process in [&mut farm.worker, &mut farm.coordinator] {
+    // Both live, and the first run is what it was.
+    farm.ends_well(&first, &LONGER);
+    for process in [&mut worker, &mut farm.coordinator] {
         assert!(common::is_alive(process.id()), "it has ended: {:?}", process.wait(LONG));
         common::signal(process.id(), "TERM");
         assert_eq!(process.wait(Duration::from_secs(30)), Some(0));
