@@ -301,7 +301,7 @@ fn a_run_that_the_coordinator_dies_of_is_laid_aside_and_the_others_end() {
         let said = asks.say(&["ps", "--json"]).stdout;
         let all: Value = serde_json::from_str(&said).unwrap_or_default();
         let runs = all["runs"].as_array().cloned().unwrap_or_default();
-        let found = runs.iter().find(|one| one["run"].to_string() == run);
+        let found = runs.iter().find(|one| one["run"].as_u64() == run.parse().ok());
         found.and_then(|one| one["state"].as_str().map(str::to_owned)).unwrap_or_default()
     };
     let mut deaths = 0;
