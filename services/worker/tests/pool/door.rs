@@ -1,11 +1,7 @@
 //! Bytes that are not as they should be get an answer that says so.
 
 use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
-<<<<<<< HEAD
-use cullet_coordinator::link::{Ending, Pool, Refusals, Share};
-=======
-use cullet_coordinator::link::{CacheConfig, Ending, Pool, PoolConfig, Share};
->>>>>>> 7c52f64 (A worker is told at once that its job is not wanted; a late result that differs from a kept one of its build raises the alarm)
+use cullet_coordinator::link::{CacheConfig, Ending, Pool, PoolConfig, Refusals, Share};
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, WorkerVerb};
 use cullet_proto::pool::{
