@@ -104,6 +104,11 @@ impl Going {
         None
     }
 
+    /// Whether it has ended, however.
+    pub(crate) fn ended(&mut self) -> bool {
+        self.0.try_wait().expect("a child can be asked").is_some()
+    }
+
     /// What it said that was not read yet. It is ended first if it still runs.
     pub(crate) fn stderr(&mut self) -> String {
         self.kill();
