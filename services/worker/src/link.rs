@@ -163,21 +163,23 @@ impl Line {
                 (Priority::InteractiveHigh, CONTROL)
             }
         };
-        let replies = self
-            .link
+        // The transport's own channel calls it an error if nobody takes a late answer.
+        let (send, replies) = channel();
+        self.link
             .get(keys::worker_rpc(&self.coordinator, &self.worker, verb))
             .payload(bytes)
             .consolidation(ConsolidationMode::None)
             .congestion_control(CongestionControl::Block)
             .priority(priority)
             .timeout(patience)
+            .callback(move |reply| drop(send.send(reply)))
             .wait()
             .map_err(|_| NoAnswer::Silence)?;
         let reply = loop {
             match replies.recv_timeout(LOOK) {
-                Ok(Some(reply)) => break reply,
-                Ok(None) if !stop.load(Ordering::Relaxed) => {}
-                Ok(None) | Err(_) => return Err(NoAnswer::Silence),
+                Ok(reply) => break reply,
+                Err(RecvTimeoutError::Timeout) if !stop.load(Ordering::Relaxed) => {}
+                Err(_) => return Err(NoAnswer::Silence),
             }
         };
         match reply.into_result() {

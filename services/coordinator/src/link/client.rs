@@ -307,14 +307,16 @@ impl Client {
         let key = keys::user_rpc(&self.coordinator, &self.user, verb);
         let fetch = verb == UserVerb::Fetch;
         let priority = if bulk || fetch { Priority::DataLow } else { Priority::InteractiveHigh };
-        let replies = self
-            .session
+        // The transport's own channel calls it an error if nobody takes a second answer.
+        let (send, replies) = std::sync::mpsc::channel();
+        self.session
             .get(key)
             .payload(bytes)
             .consolidation(ConsolidationMode::None)
             .congestion_control(CongestionControl::Block)
             .priority(priority)
             .timeout(ASK)
+            .callback(move |reply| drop(send.send(reply)))
             .wait()
             .ok()?;
         let reply = replies.recv().ok()?;

@@ -33,8 +33,8 @@ impl Service<'_> {
         let largest = self.going.keys().rev().max_by_key(|run| bodies(run)).copied();
         let Some(run) = largest else { return };
         let text = format!(
-            "stopped: the coordinator came to hold {} MB of memory, and may hold {} (--world-memory); \
-             this run had the most bodies of those at hand, {}",
+            "stopped: the coordinator came to hold {} MB of memory, and may hold {} \
+             (--world-memory); this run had the most bodies of those at hand, {}",
             held / 1_000_000,
             most / 1_000_000,
             bodies(&run)
