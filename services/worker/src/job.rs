@@ -259,14 +259,18 @@ impl Alive {
 }
 
 /// What a job says as it dies, panics or aborts becomes lines of the log, so that nothing else is
-/// there.
+/// there. The last one is kept, or the one that says that there is no memory: where the runtime is
+/// told to trace, its trace follows.
 fn relay(errors: impl Read, last: &Mutex<String>) {
     let mut reader = BufReader::new(errors);
     let mut line = Vec::new();
     while reader.by_ref().take(MAX_SAID).read_until(b'\n', &mut line).is_ok_and(|read| read > 0) {
         let text = String::from_utf8_lossy(&line);
         tracing::warn!("the job process says: {}", text.trim_end());
-        text.trim_end().clone_into(&mut last.lock().unwrap_or_else(PoisonError::into_inner));
+        let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+        if !last.contains(NO_MEMORY) {
+            text.trim_end().clone_into(&mut last);
+        }
         line.clear();
     }
 }
