@@ -339,6 +339,14 @@ message! {
         "17" [uint64] grains: u64,
         /// Their mass \[kg\].
         "18" [double] grain_mass: f64,
+        /// Hertz contact duration of an impact \[s\].
+        "19" [double] duration: f64,
+        /// Greatest Hertz contact radius \[m\].
+        "20" [double] radius: f64,
+        /// Greatest Hertz force \[N\].
+        "21" [double] peak_force: f64,
+        /// Kinetic energy that the contact took out of the pair \[J\].
+        "22" [double] dissipated: f64,
     }
 }
 

@@ -110,8 +110,11 @@ pub(crate) struct Job {
 #[derive(Debug, Args)]
 pub(crate) struct Schema {
     /// That of specimen files
-    #[arg(long, conflicts_with = "frontier")]
+    #[arg(long, conflicts_with_all = ["frontier", "whole"])]
     pub(crate) specimen: bool,
+    /// That of specimens of the whole
+    #[arg(long, conflicts_with = "frontier")]
+    pub(crate) whole: bool,
     /// That of standing sets for `cullet frontier`
     #[arg(long)]
     pub(crate) frontier: bool,

@@ -8,6 +8,7 @@ use cullet_coordinator::bench::{
     COLUMNS, Limits, Measured, Point, csv, file_names, json, plan, run_all, status, text,
 };
 use std::io::Write;
+use std::path::Path;
 use std::time::Duration;
 
 pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
@@ -45,9 +46,10 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
         time: Duration::from_secs_f64(args.limit.clamp(1e-3, 1e9)),
     };
     let (mut all, mut trouble, names) = (Vec::new(), None, file_names(&points));
-    run_all(&points, &limits, &mut |index, result| {
+    run_all(&points, &limits, &mut |index, result, recording| {
         let measured = Measured::new(points[index].clone(), result);
-        let written = write(&csv(&measured)).and_then(|()| keep(args, &measured, &names[index]));
+        let kept = (names[index].as_str(), recording);
+        let written = write(&csv(&measured)).and_then(|()| keep(args, &measured, kept));
         trouble = trouble.take().or(written.err());
         if !args.voice.quiet {
             logs::say(format!("{}/{} {}", index + 1, points.len(), told(&measured)));
@@ -74,13 +76,18 @@ fn warnings(points: &[Point]) -> Vec<String> {
 }
 
 /// Files and JSON of one run.
-fn keep(args: &args::Bench, measured: &Measured, name: &str) -> Result<(), Trouble> {
+fn keep(
+    args: &args::Bench,
+    measured: &Measured,
+    (name, recording): (&str, Option<&Path>),
+) -> Result<(), Trouble> {
     if args.json {
         print(format!("{}\n", json(measured)))?;
     }
     match &args.out {
         Some(folder) => {
-            measured.save(folder, name).map_err(|error| Trouble::new(Exit::File, error))
+            let saved = measured.save(folder, name, recording);
+            saved.map_err(|error| Trouble::new(Exit::File, error))
         }
         None => Ok(()),
     }
@@ -89,6 +96,11 @@ fn keep(args: &args::Bench, measured: &Measured, name: &str) -> Result<(), Troub
 fn told(measured: &Measured) -> String {
     let (result, point) = (&measured.result, &measured.point);
     let swept = point.swept.join(" ");
+    if point.specimen.job().is_none() {
+        let (name, ending, wall) = (&point.specimen.name, &result.ending, result.price.wall);
+        let (word, steps) = (status(ending), result.steps);
+        return format!("{name} {swept}: {word}, {steps} steps of the world, {wall:.2} s");
+    }
     format!(
         "{} {swept}: {}, {} points, {} steps, {:.2} s",
         point.specimen.name,

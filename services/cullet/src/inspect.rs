@@ -86,9 +86,10 @@ pub(crate) fn materials(args: &args::Materials) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn schema(args: &args::Schema) -> Result<Exit, Trouble> {
-    print(match (args.specimen, args.frontier) {
-        (true, _) => scene::specimen::schema(),
-        (_, true) => cullet_coordinator::bench::frontier::schema(),
+    print(match (args.specimen, args.whole, args.frontier) {
+        (true, _, _) => scene::specimen::schema(),
+        (_, true, _) => scene::specimen::whole::schema(),
+        (_, _, true) => cullet_coordinator::bench::frontier::schema(),
         _ => scene::schema(),
     })?;
     Ok(Exit::Done)

@@ -1,6 +1,7 @@
 //! The bench: specimens run over sweeps of their settings, each in a process of its own.
 //!
-//! A run is a pure job of the pool: its id is the digest of what is solved. A process that hangs
+//! A run of a body is a pure job of the pool: its id is the digest of what is solved. One of the
+//! whole is a scene, run as `cullet run` does, and read off its recording. A process that hangs
 //! is ended at the time limit; one that crashes has a status like any other: a failed run is a
 //! point of a chart, never a missing row. Several run at once, and results come in the order of
 //! the plan.
@@ -8,10 +9,12 @@
 pub mod chart;
 pub mod frontier;
 mod pool;
+mod process;
 mod sweep;
 mod table;
 #[cfg(test)]
 mod tests;
+mod whole;
 
 pub use pool::{Limits, run_all};
 pub use sweep::{Sweep, plan};
@@ -138,14 +141,18 @@ impl Measured {
         for ((metric, probe), expected) in pairs {
             let samples = result.rows.get(*probe).filter(|_| ended);
             let own = samples.map_or(f64::NAN, |row| reduce(metric, &result.times, row));
-            let name = metric.minus.as_ref();
-            let other = name.and_then(|name| rows.iter().find(|row| row.metric == *name));
-            let value = own - other.map_or(0.0, |row| row.value);
+            let named = |name: &Option<String>| {
+                name.as_ref().and_then(|name| rows.iter().find(|row| row.metric == *name))
+            };
+            let (minus, over) = (named(&metric.minus), named(&metric.over));
+            let left = own - minus.map_or(0.0, |row| row.value);
+            let value = left / over.map_or(1.0, |row| row.value);
+            let other = [minus, over].into_iter().flatten().any(|row| row.spoiled);
             let none = samples.is_some_and(|row| row.iter().any(|sample| sample.is_nan()));
             rows.push(Row {
                 metric: metric.name.clone(),
                 value,
-                spoiled: value.is_nan() && (none || other.is_some_and(|row| row.spoiled)),
+                spoiled: value.is_nan() && (none || other),
                 weighed: weigh(expected.as_ref(), value),
                 source: expected.as_ref().map(|e| e.source.clone()).unwrap_or_default(),
                 gap: expected.as_ref().and_then(|e| e.gap.clone()),
@@ -170,13 +177,23 @@ impl Measured {
     }
 
     /// Writes the samples as CSV, the frames as MCAP and the last of them as PNG into a folder,
-    /// under a name of [`file_names`].
+    /// under a name of [`file_names`]; of a scene its recording and its picture.
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn save(&self, folder: &Path, name: &str) -> Result<(), RecordError> {
+    pub fn save(
+        &self,
+        folder: &Path,
+        name: &str,
+        recording: Option<&Path>,
+    ) -> Result<(), RecordError> {
         let path = folder.join(format!("{name}.csv"));
         std::fs::write(&path, history(self)).map_err(RecordError::io(&path))?;
+        if let Some(recording) = recording {
+            let path = folder.join(format!("{name}.mcap"));
+            std::fs::copy(recording, &path).map_err(RecordError::io(&path))?;
+            return crate::preview::sheet(&path, &folder.join(format!("{name}.png")));
+        }
         if self.result.frames.is_empty() {
             return Ok(());
         }

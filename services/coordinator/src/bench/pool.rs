@@ -3,15 +3,17 @@
 //! A specimen that crashes or hangs is a finding. It is not tried again, and no result is kept for
 //! a repeat, whose costs would then be another run's.
 
-use super::Point;
+use super::{Point, whole};
 use crate::link::{
     CacheConfig, Ending as Settled, LinkError, Pool, PoolConfig, Settlement, Share, SpawnConfig,
     Timing,
 };
+use crate::scene::specimen::Subject;
+use crate::scene::specimen::whole::Whole;
 use cullet_proto::pool::OVERDUE;
 use cullet_proto::specimen::{Ending, SpecimenResult};
 use cullet_proto::{JobId, Verdict};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// How often a result is waited for before it is waited for again.
@@ -32,12 +34,48 @@ pub struct Limits {
     pub time: Duration,
 }
 
+impl Limits {
+    /// What is said of a run that took too long.
+    pub(super) fn late(&self) -> String {
+        format!("ended after {} s, the limit", self.time.as_secs_f64())
+    }
+}
+
 /// Runs every point in a process of its own; `done` is told each result, in the order of the
-/// points.
+/// points, with the recording of a scene, which is gone afterwards.
 ///
 /// # Errors
 /// The pool does not start.
 pub fn run_all(
+    points: &[Point],
+    limits: &Limits,
+    done: &mut dyn FnMut(usize, SpecimenResult, Option<&Path>),
+) -> Result<(), LinkError> {
+    let is_body = |point: &Point| point.specimen.job().is_some();
+    let mut first = 0;
+    for group in points.chunk_by(|a, b| is_body(a) == is_body(b)) {
+        let wholes: Vec<&Whole> = group.iter().filter_map(scene_of).collect();
+        if wholes.is_empty() {
+            bodies(group, limits, &mut |index, result| done(first + index, result, None))?;
+        } else {
+            whole::run_all(&wholes, limits, &mut |index, result, recording| {
+                done(first + index, result, recording);
+            });
+        }
+        first += group.len();
+    }
+    Ok(())
+}
+
+fn scene_of(point: &Point) -> Option<&Whole> {
+    match &point.specimen.subject {
+        Subject::Whole(whole) => Some(whole),
+        Subject::Body(_) => None,
+    }
+}
+
+/// Has bodies solved by worker processes.
+fn bodies(
     points: &[Point],
     limits: &Limits,
     done: &mut dyn FnMut(usize, SpecimenResult),
@@ -59,23 +97,23 @@ pub fn run_all(
         ..PoolConfig::default()
     })?;
     let run = pool.run(Share::default());
-    let jobs: Vec<Result<JobId, Ending>> = points
-        .iter()
-        .map(|point| {
-            let job = &point.specimen.job;
-            if let Some(flaw) = &point.specimen.flaw {
-                return Err(Ending::Geometry(flaw.clone()));
-            }
-            job.encode().map_err(|error| Ending::Refused(error.to_string()))?;
-            Ok(run.open_specimen(job))
-        })
-        .collect();
+    let open = |point: &Point| {
+        if let Some(flaw) = &point.specimen.flaw {
+            return Err(Ending::Geometry(flaw.clone()));
+        }
+        let Some(job) = point.specimen.job() else {
+            return Err(Ending::Crashed("it is no body".to_owned()));
+        };
+        job.encode().map_err(|error| Ending::Refused(error.to_string()))?;
+        Ok(run.open_specimen(job))
+    };
+    let jobs: Vec<Result<JobId, Ending>> = points.iter().map(open).collect();
     for (index, job) in jobs.into_iter().enumerate() {
         let result = match job {
             Err(ending) => SpecimenResult::ended(ending),
             Ok(_) => loop {
                 if let Some((_, settlement)) = run.settled(LOOK) {
-                    break result_of(settlement, limits.time);
+                    break result_of(settlement, limits);
                 }
             },
         };
@@ -86,7 +124,7 @@ pub fn run_all(
 }
 
 /// What is made of the end of a run's job.
-pub(super) fn result_of(settlement: Settlement, limit: Duration) -> SpecimenResult {
+pub(super) fn result_of(settlement: Settlement, limits: &Limits) -> SpecimenResult {
     let text = match settlement.ending {
         Settled::Verdict(Verdict::Measured(result)) => return *result,
         Settled::Verdict(other) => format!("it was answered with {other:.40?}"),
@@ -94,7 +132,7 @@ pub(super) fn result_of(settlement: Settlement, limit: Duration) -> SpecimenResu
         Settled::Cancelled => "it was cancelled".to_owned(),
     };
     SpecimenResult::ended(if text.contains(OVERDUE) {
-        Ending::Timeout(format!("ended after {} s, the limit", limit.as_secs_f64()))
+        Ending::Timeout(limits.late())
     } else {
         Ending::Crashed(text)
     })

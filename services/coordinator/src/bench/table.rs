@@ -2,6 +2,7 @@
 
 use super::{Measured, Point, Row, status, trouble};
 use crate::scene::specimen::Verdict;
+use cullet_proto::specimen::Settings;
 use serde_json::json;
 
 /// Columns of the CSV.
@@ -23,21 +24,24 @@ pub fn file_names(points: &[Point]) -> Vec<String> {
 /// The rows of one run as CSV, a line a metric; a run without metrics has one line.
 #[must_use]
 pub fn csv(measured: &Measured) -> String {
-    let settings = &measured.point.specimen.job.setup.settings;
+    let settings = measured.point.specimen.settings();
     let result = &measured.result;
-    let precision = if settings.single { "single" } else { "double" };
+    let grid = |number: fn(&Settings) -> String| settings.map(number).unwrap_or_default();
     let head = format!(
-        "{},{},{},{},{},{precision},{},{:.4},{:.2},{},{},{}",
+        "{},{},{},{},{},{},{},{:.4},{:.2},{},{},{}",
         quoted(&measured.point.label()),
         measured.point.specimen.solver,
-        settings.spacing,
+        grid(|s| s.spacing.to_string()),
         result.step,
-        settings.per_cell,
-        settings.threads,
+        grid(|s| s.per_cell.to_string()),
+        grid(|s| if s.single { "single" } else { "double" }.to_owned()),
+        settings.map_or(1, |s| s.threads),
         result.price.wall,
         result.price.cpu,
         result.steps,
-        result.steps.saturating_mul(result.points),
+        settings
+            .map(|_| result.steps.saturating_mul(result.points).to_string())
+            .unwrap_or_default(),
         result.price.peak,
     );
     let word = status(&result.ending);
@@ -108,16 +112,18 @@ pub fn text(all: &[Measured]) -> String {
     for measured in all {
         let result = &measured.result;
         let name = measured.point.title();
-        let spacing = short(1e3 * measured.point.specimen.job.setup.settings.spacing);
+        let settings = measured.point.specimen.settings();
+        let spacing = settings.map(|s| short(1e3 * s.spacing)).unwrap_or_default();
+        let whole = settings.map_or(name.clone(), |_| format!("{name} at h = {spacing} mm"));
         let cost = format!("{:.2} s", result.price.wall);
         if let Some(why) = trouble(&result.ending) {
-            notes.push(format!("{name} at h = {spacing} mm: {}: {why}", status(&result.ending)));
+            notes.push(format!("{whole}: {}: {why}", status(&result.ending)));
         }
         let ended = trouble(&result.ending).is_none();
         if ended && result.strength_ratio < 1.0 {
             notes.push(format!(
-                "{name} at h = {spacing} mm: cracks grow at {} of the strength, which this grid is \
-                 too coarse for (F01)",
+                "{whole}: cracks grow at {} of the strength, which this grid is too coarse for \
+                 (F01)",
                 short(result.strength_ratio)
             ));
         }
@@ -179,10 +185,9 @@ fn aligned(lines: &[[String; 9]]) -> String {
 /// One run as JSON.
 #[must_use]
 pub fn json(measured: &Measured) -> serde_json::Value {
-    let settings = &measured.point.specimen.job.setup.settings;
+    let settings = measured.point.specimen.settings();
     let result = &measured.result;
     let number = |value: f64| if value.is_finite() { json!(value) } else { json!(null) };
-    let id = measured.point.specimen.job.id().map(|id| id.to_string()).unwrap_or_default();
     let rows: Vec<_> = measured
         .rows
         .iter()
@@ -209,9 +214,9 @@ pub fn json(measured: &Measured) -> serde_json::Value {
         "bench": measured.point.specimen.name,
         "description": measured.point.specimen.description,
         "swept": measured.point.swept,
-        "job": id,
+        "job": measured.point.specimen.id(),
         "solver": measured.point.specimen.solver,
-        "spacing": settings.spacing,
+        "spacing": settings.map(|s| s.spacing),
         "step": result.step,
         "steps": result.steps,
         "points": result.points,

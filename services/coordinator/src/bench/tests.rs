@@ -58,8 +58,8 @@ fn a_plan_is_every_specimen_with_every_combination() {
     assert_eq!(points.len(), 8);
     let last = &points[7];
     assert_eq!(last.specimen.name, "other");
-    assert_eq!(last.specimen.job.setup.settings.spacing, 0.005);
-    assert_eq!(last.specimen.job.setup.shift, [0.0, 0.0, 0.001]);
+    assert_eq!(last.specimen.job().expect("a body").setup.settings.spacing, 0.005);
+    assert_eq!(last.specimen.job().expect("a body").setup.shift, [0.0, 0.0, 0.001]);
     assert_eq!(last.label(), "other[geometry.shift=[0,0,\"1 mm\"]]");
     for bad in ["spacing", "=1", "spacing=1,,2"] {
         assert!(bad.parse::<Sweep>().is_err(), "{bad}");
@@ -79,6 +79,24 @@ fn a_number_that_is_off_fails_and_one_that_is_near_does_not() {
     assert!(line.starts_with("bar[seed=3],brittle,0.01,"), "{line}");
     assert!(line.contains(",most,1.9,2,-0.05"), "{line}");
     assert!(text(&[near]).contains("-5.00 %"));
+}
+
+/// What a metric is over, and what is taken off it, are values of those before.
+#[test]
+fn a_metric_may_be_over_another() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let more =
+        "[[metric]]\nname = \"share\"\nprobe = \"energy\"\nreduce = \"final\"\nover = \"most\"\n";
+    std::fs::write(folder.path().join("bar.toml"), format!("{BAR}{more}")).expect("a file");
+    let specimen = load(&folder.path().join("bar.toml"), &[]).expect("it loads");
+    let mut result = SpecimenResult::ended(Ending::Ok);
+    (result.times, result.rows) = (vec![0.0, 1.0, 2.0], vec![vec![0.0, 4.0, 1.0]]);
+    let rows = Measured::new(Point { specimen, swept: Vec::new() }, result).rows;
+    assert_eq!((rows[1].metric.as_str(), rows[1].value), ("share", 0.25));
+    let wrong = format!("{BAR}{}", more.replace("over = \"most\"", "over = \"mots\""));
+    std::fs::write(folder.path().join("bar.toml"), wrong).expect("a file");
+    let why = load(&folder.path().join("bar.toml"), &[]).expect_err("there is none").to_string();
+    assert!(why.contains("no metric \"mots\" before") && why.contains("most"), "{why}");
 }
 
 /// A run that crashed is a line with its status, not a line that is missing.
@@ -106,7 +124,8 @@ fn a_job_without_a_result_is_a_status() {
             wall,
             tries: Vec::new(),
         };
-        result_of(settlement, wall).ending
+        let limits = Limits { exe: "none".into(), words: Vec::new(), workers: 1, time: wall };
+        result_of(settlement, &limits).ending
     };
     let told = |ending: &Ending| trouble(ending).unwrap_or_default().to_owned();
     let crash = of(Settled::Abandoned("too many workers ended: signal: 9".to_owned()));
@@ -153,7 +172,7 @@ fn a_run_leaves_its_samples_its_points_and_their_picture() {
     let frame = |time| Frame { time, points: (0..50).map(point).collect() };
     run.result.frames = [0.0, 0.5, 1.0].map(frame).to_vec();
     let name = file_names(std::slice::from_ref(&run.point)).remove(0);
-    run.save(folder.path(), &name).expect("it is written");
+    run.save(folder.path(), &name, None).expect("it is written");
     let text = |name: &str| std::fs::read(folder.path().join(name)).expect("a file");
     let csv = String::from_utf8(text("bar.seed-3.csv")).expect("text");
     assert_eq!(csv.lines().collect::<Vec<_>>(), ["time [s],energy [J]", "0,1", "1,2"]);

@@ -60,6 +60,17 @@ pub fn from_recording(recording: &Path, folder: &Path) -> Result<Pictures, Recor
     draw(&Recording::open(recording)?, folder, SIZE)
 }
 
+/// Draws only the contact sheet, into a file.
+///
+/// # Errors
+/// The recording cannot be read or the picture not written.
+pub fn sheet(recording: &Path, file: &Path) -> Result<(), RecordError> {
+    let recording = Recording::open(recording)?;
+    let track = Track::of(&recording);
+    let focus = direct::focus(&track, &recording.meta, SIZE);
+    contact_sheet(&draw_all(&track, &focus, &direct::moments(&track), SIZE, 2)).save(file)
+}
+
 fn draw(
     recording: &Recording,
     folder: &Path,

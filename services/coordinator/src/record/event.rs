@@ -4,6 +4,19 @@ use cullet_geometry::Vec3;
 use cullet_proto::recording::{EventKind, Ledger, RunEvent, Vector3, Verdict};
 use std::fmt;
 
+/// What Hertz' theory makes of an impact, and what it took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Touch {
+    /// Duration \[s\].
+    pub duration: f64,
+    /// Greatest radius \[m\].
+    pub radius: f64,
+    /// Greatest force \[N\].
+    pub peak_force: f64,
+    /// Kinetic energy that the contact took out of the pair \[J\].
+    pub dissipated: f64,
+}
+
 /// Something that happened. Bodies are named by id, jobs by the digest of their problem.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
@@ -21,6 +34,8 @@ pub enum Event {
         closing_speed: f64,
         /// Kinetic energy of the approach \[J\].
         energy: f64,
+        /// What Hertz' theory makes of it.
+        contact: Touch,
     },
     /// The gate kept an impact from a solver.
     Gate {
@@ -106,14 +121,20 @@ impl Event {
             ..base.clone()
         };
         match self {
-            Self::Impact { body, striker, point, impulse, closing_speed, energy } => RunEvent {
-                striker: Some(*striker),
-                point: Some(Vector3 { x: point.x, y: point.y, z: point.z }),
-                impulse: *impulse,
-                closing_speed: *closing_speed,
-                energy: *energy,
-                ..of(EventKind::Impact, *body)
-            },
+            Self::Impact { body, striker, point, impulse, closing_speed, energy, contact } => {
+                RunEvent {
+                    duration: contact.duration,
+                    radius: contact.radius,
+                    peak_force: contact.peak_force,
+                    dissipated: contact.dissipated,
+                    striker: Some(*striker),
+                    point: Some(Vector3 { x: point.x, y: point.y, z: point.z }),
+                    impulse: *impulse,
+                    closing_speed: *closing_speed,
+                    energy: *energy,
+                    ..of(EventKind::Impact, *body)
+                }
+            }
             Self::Gate { body, reason } => {
                 RunEvent { text: reason.clone(), ..of(EventKind::Gate, *body) }
             }

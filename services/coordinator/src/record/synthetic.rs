@@ -1,6 +1,6 @@
 //! A run made by hand: a cube falls onto a slab and splits in two.
 
-use super::{Event, Finished, PoseRow, RecordError, Recorder, RunMeta};
+use super::{Event, Finished, PoseRow, RecordError, Recorder, RunMeta, Touch};
 use cullet_geometry::{Pose, Quat, Sheet, Solid, Surface, TriMesh, Vec3};
 use cullet_proto::recording::{Body, Hit, JobReport, Ledger, PoolReport, Tier, Vector3, Verdict};
 use cullet_world::{BodyId, Speck};
@@ -171,7 +171,10 @@ fn break_cube(recorder: &mut Recorder, time: f64) -> Result<(), RecordError> {
     let point = Vec3::new(0.0, 0.0, 0.0);
     let (impulse, closing_speed, energy) = (59.6, 3.92, 116.8);
     let solver = "geometric".to_owned();
-    let impact = Event::Impact { body: 1, striker: 0, point, impulse, closing_speed, energy };
+    let contact =
+        Touch { duration: 1e-4, radius: 0.003, peak_force: 1e6, dissipated: 0.91 * energy };
+    let impact =
+        Event::Impact { body: 1, striker: 0, point, impulse, closing_speed, energy, contact };
     recorder.event(BREAK, time, &impact)?;
     let (asked, reason) = (solver.clone(), "generation 2 is beyond 1".to_owned());
     recorder.event(BREAK, time, &Event::JobOpened { body: 1, job, solver: asked, reason })?;

@@ -11,7 +11,7 @@ pub use cullet_proto::service::Position;
 pub use output::{UNFINISHED, next_folder, write_file};
 
 use crate::link::{RunHandle, Settlement};
-use crate::record::{Event, Level, PoseRow, RecordError, Recorder, Summary};
+use crate::record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
 use crate::scene::Scene;
 use cullet_geometry::Vec3;
 use cullet_proto::job::MAX_SUPPORTS;
@@ -265,6 +265,12 @@ impl Run<'_> {
                 impulse: hit.impact.impulse,
                 closing_speed: hit.impact.closing_speed,
                 energy: hit.impact.energy,
+                contact: Touch {
+                    duration: hit.impact.duration,
+                    radius: hit.impact.radius,
+                    peak_force: hit.peak_force,
+                    dissipated: hit.dissipated,
+                },
             })?;
             by_body.entry(hit.body).or_default().push(hit);
         }

@@ -56,10 +56,40 @@ fn expand(
 ) -> Node {
     let (node, faults) = tree::parse(text);
     errors.extend(faults);
+    included(files, node, chain, errors)
+}
+
+/// The key under which a specimen of the whole has its scene.
+pub(super) const SCENE: &str = "scene";
+
+/// The scene of a specimen of the whole, laid on what it includes; any other document as it is.
+pub(super) fn scene_of(
+    files: &mut Files,
+    mut root: Node,
+    main: &str,
+    errors: &mut Vec<SceneError>,
+) -> Node {
+    let below = match &mut root.value {
+        Value::Table(table) => table.remove(SCENE),
+        _ => None,
+    };
+    match below {
+        Some(entry) => included(files, entry.node, &mut vec![main.to_owned()], errors),
+        None => root,
+    }
+}
+
+/// A document laid on the files that it includes.
+fn included(
+    files: &mut Files,
+    node: Node,
+    chain: &mut Vec<String>,
+    errors: &mut Vec<SceneError>,
+) -> Node {
     let mut whole: Option<Node> = None;
     for item in node.items("include") {
         let Some(path) = item.text() else { continue };
-        let included = key(&text.base, path);
+        let included = key(&item.origin.text.base, path);
         if chain.contains(&included) || chain.len() > MAX_INCLUDE_DEPTH {
             let message = if chain.contains(&included) {
                 format!("{path} includes itself")

@@ -202,10 +202,11 @@ fn build(
     main: String,
     overrides: &[String],
 ) -> Result<Scene, SceneErrors> {
-    let (mut root, text, mut errors) = document::read(&mut files, &main);
+    let (root, text, mut errors) = document::read(&mut files, &main);
     let Some(text) = text else {
         return Err(SceneErrors { errors });
     };
+    let mut root = document::scene_of(&mut files, root, &main, &mut errors);
     let schema = schema::schema_json();
     let sections: Vec<&str> = schema["properties"]
         .as_object()

@@ -2,7 +2,7 @@
 
 use super::bytes::{INPUT, damaged};
 use super::timed;
-use cullet_coordinator::record::{Event, PoseRow, Recorder, RunMeta, inspect, recover};
+use cullet_coordinator::record::{Event, PoseRow, Recorder, RunMeta, Touch, inspect, recover};
 use cullet_geometry::{Pose, Solid, Surface, Vec3, shapes};
 use cullet_proto::recording::{Body, Geometry, Tier};
 use std::collections::BTreeMap;
@@ -62,7 +62,9 @@ fn recorded() -> Vec<u8> {
         recorder.poses(step, time, &[row]).expect("a pose");
         if step == 50 {
             let (impulse, closing_speed, energy) = (1.0, 2.0, 3.0);
-            let hit = Event::Impact { body: 1, striker: 0, point, impulse, closing_speed, energy };
+            let (body, striker, contact) = (1, 0, Touch::default());
+            let hit =
+                Event::Impact { body, striker, point, impulse, closing_speed, energy, contact };
             recorder.event(step, time, &hit).expect("an event");
             let (solver, reason) = ("brittle".to_owned(), String::new());
             let opened = Event::JobOpened { body: 1, job, solver, reason };

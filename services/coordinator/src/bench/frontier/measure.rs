@@ -1,5 +1,6 @@
 //! The runs of a chart, each in a process of its own, and what they cost.
 
+use super::super::process::{self, End, Order};
 use super::super::{Limits, Measured, Point, run_all, status};
 use super::row::Row;
 use super::set::{Chart, FINEST, MOTT, Planned, Work};
@@ -11,12 +12,7 @@ use crate::scene::load;
 use cullet_proto::recording::EventKind;
 use cullet_proto::specimen::{Ending, SpecimenResult};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
-
-/// How often a run of a scene is looked at.
-const LOOK: Duration = Duration::from_millis(10);
+use std::path::Path;
 
 /// Runs all of a chart; equal runs are run once. `say` is told each, as it ends: its number, how
 /// many there are, and its row, for a scene still without its value.
@@ -81,7 +77,7 @@ fn specimens(
     };
     let points: Vec<Point> = order.iter().filter_map(point).collect();
     let mut done: BTreeMap<usize, Row> = BTreeMap::new();
-    run_all(&points, limits, &mut |index, result| {
+    run_all(&points, limits, &mut |index, result, _| {
         let row = row_of(chart, &chart.runs[order[index]], &points[index], result, limits);
         tell(&row);
         done.insert(order[index], row);
@@ -105,9 +101,11 @@ fn row_of(
         result.price.wall = limits.time.as_secs_f64();
         result.price.cpu = result.price.wall;
     }
-    let settings = &point.specimen.job.setup.settings;
-    let (spacing, per_cell, threads) = (settings.spacing, settings.per_cell, settings.threads);
-    let precision = if settings.single { "single" } else { "double" }.to_owned();
+    let settings = point.specimen.settings();
+    let (spacing, per_cell, threads) =
+        settings.map_or((0.0, 0.0, 1), |s| (s.spacing, s.per_cell, s.threads));
+    let single = settings.is_some_and(|settings| settings.single);
+    let precision = if single { "single" } else { "double" }.to_owned();
     let (step, steps, price) = (result.step, result.steps, result.price);
     let particle_steps = steps.saturating_mul(result.points);
     let word = status(&result.ending).to_owned();
@@ -288,14 +286,16 @@ fn scene(chart: &Chart, run: &Planned, limits: &Limits) -> Broken {
     };
     row.precision = precision(path, overrides).to_owned();
     let out = folder.path().join("run");
-    let before = spent();
-    let start = Instant::now();
-    row.status = told(&limits.exe, path, overrides, &out, limits.time);
-    row.wall = start.elapsed().as_secs_f64();
-    row.cpu = spent() - before;
-    if row.status == "timeout" {
-        row.cpu = row.cpu.max(limits.time.as_secs_f64());
+    let exe = &limits.exe;
+    let ran = process::run(Order { exe, scene: path, overrides, out: &out, limit: limits.time });
+    row.status = match ran.end {
+        End::Complete => "ok",
+        End::Refused => "refused",
+        End::Late => "timeout",
+        End::Broken => "crashed",
     }
+    .to_owned();
+    (row.wall, row.cpu) = (ran.price.wall, ran.price.cpu);
     let mut parts = Vec::new();
     let recording = out.join("run.mcap");
     if row.status == "ok" {
@@ -335,56 +335,6 @@ fn parts_of(recording: &Recording) -> Vec<Part> {
         }
     })
     .collect()
-}
-
-/// One word for how a run of a scene ended.
-fn told(
-    program: &PathBuf,
-    scene: &Path,
-    overrides: &[String],
-    out: &Path,
-    limit: Duration,
-) -> String {
-    let mut command = Command::new(program);
-    command.arg("run").arg(scene).arg("--out").arg(out);
-    command.args(["--quiet", "--no-pictures", "--workers", "1", "--threads", "1"]);
-    for setting in overrides {
-        command.arg("--set").arg(setting);
-    }
-    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    let Ok(mut child) = command.spawn() else {
-        return "crashed".to_owned();
-    };
-    let start = Instant::now();
-    let code = loop {
-        match child.try_wait() {
-            Ok(Some(status)) => break status.code(),
-            Ok(None) if start.elapsed() > limit => {
-                let _ended_already = child.kill();
-                let _reaped_already = child.wait();
-                return "timeout".to_owned();
-            }
-            Ok(None) => std::thread::sleep(LOOK),
-            Err(_) => break None,
-        }
-    };
-    // An expectation of the scene that does not hold is no failure of the run.
-    match code {
-        Some(0 | 3) => "ok",
-        Some(64) => "refused",
-        _ => "crashed",
-    }
-    .to_owned()
-}
-
-/// Processor time of all processes that this one has waited for, and those that they waited for
-/// \[s\]; 0 where the system does not tell.
-fn spent() -> f64 {
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let rest = text.rsplit(')').next().unwrap_or_default();
-    let fields: Vec<f64> = rest.split_whitespace().map(|f| f.parse().unwrap_or(0.0)).collect();
-    // After the name: the state, twelve more, then user and system time of children, in 1/100 s.
-    fields.get(13..15).map_or(0.0, |times| times.iter().sum::<f64>() / 100.0)
 }
 
 #[cfg(test)]

@@ -313,9 +313,15 @@ impl Desk<'_> {
 
     /// The runs of a curve.
     fn runs(&mut self, form: &ChartForm, curve: &Curve<'_>, file: &Path, into: &mut Vec<Planned>) {
-        let own = form.specimen.as_ref().and_then(|_| {
-            let whole = [&form.set[..], &["seed=1".to_owned()]].concat();
-            specimen::load(file, &whole).ok()?.job.id().ok()
+        let plain = form.specimen.as_ref().and_then(|_| specimen::load(file, &form.set).ok());
+        let seed_key = match &plain {
+            Some(specimen) if specimen.job().is_some() => "seed",
+            Some(_) => "scene.world.seed",
+            None => "world.seed",
+        };
+        let own = plain.and_then(|_| {
+            let seeded = [&form.set[..], &[format!("{seed_key}=1")]].concat();
+            Some(specimen::load(file, &seeded).ok()?.id())
         });
         for value in &curve.values {
             let along = format!("{}={value}", curve.key);
@@ -324,16 +330,15 @@ impl Desk<'_> {
             let named = form.default.as_ref().map(|default| default.trim() == value);
             let mut standard = false;
             for seed in 1..=self.seeds(form) {
-                let key = if form.specimen.is_some() { "seed" } else { "world.seed" };
                 let mut overrides = overrides.clone();
-                overrides.push(format!("{key}={seed}"));
+                overrides.push(format!("{seed_key}={seed}"));
                 let work = match self.work(form, file, overrides, seed == 1) {
                     Ok(work) => work,
                     Err(why) => return self.wrong(&curve.at, format!("{}: {why}", curve.name)),
                 };
                 if seed == 1 {
                     let same = match &work {
-                        Work::Specimen(specimen) => own.is_some() && specimen.job.id().ok() == own,
+                        Work::Specimen(specimen) => own.as_ref() == Some(&specimen.id()),
                         Work::Scene(..) => false,
                     };
                     standard = curve.first && named.unwrap_or(same);
@@ -377,9 +382,7 @@ fn empty(form: &ChartForm) -> Chart {
 
 fn planned(option: &str, along: &str, (seed, standard): (u64, bool), work: Work) -> Planned {
     let id = match &work {
-        Work::Specimen(specimen) => {
-            specimen.job.id().map(|id| id.to_string()).unwrap_or_else(|why| why.to_string())
-        }
+        Work::Specimen(specimen) => specimen.id(),
         Work::Scene(_, overrides) => overrides.join(" "),
     };
     Planned { option: option.to_owned(), along: along.to_owned(), seed, standard, work, id }

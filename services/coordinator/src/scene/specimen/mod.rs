@@ -3,6 +3,7 @@
 //! Units, overrides, materials and errors are those of scenes; `format` is the one source of the
 //! schema and of the reader; `metric` makes numbers of what comes back.
 
+mod asked;
 pub mod format;
 mod materials;
 mod metric;
@@ -10,6 +11,7 @@ mod resolve;
 #[cfg(test)]
 mod tests;
 mod watch;
+pub mod whole;
 
 pub use format::{Ends, Expected, Metric, Reduction};
 pub use metric::{Verdict, Weighed, reduce, speeds, weigh};
@@ -20,10 +22,12 @@ use super::error::{SceneError, SceneErrors};
 use super::files::{Files, SCENE_BASE, Source};
 use super::overrides;
 use super::schema::{plain_brackets, printed};
-use cullet_proto::specimen::SpecimenJob;
+use super::tree::Node;
+use cullet_proto::specimen::{Settings, SpecimenJob};
 use serde_json::Value as Json;
 use std::path::Path;
 use std::sync::OnceLock;
+use whole::Whole;
 
 /// The sections whose keys may be given without it.
 const SHORT: [&str; 2] = ["solver", "run"];
@@ -37,8 +41,8 @@ pub struct Specimen {
     pub description: String,
     /// Which solver.
     pub solver: &'static str,
-    /// What is to be solved.
-    pub job: SpecimenJob,
+    /// What is to be solved or run.
+    pub subject: Subject,
     /// Names of the probes, with their units.
     pub probes: Vec<(String, &'static str)>,
     /// Probes whose samples are places that become speeds, and over how long each is taken \[s\].
@@ -55,6 +59,41 @@ pub struct Specimen {
     pub warnings: Vec<String>,
 }
 
+/// What a specimen is about.
+#[derive(Clone, Debug)]
+pub enum Subject {
+    /// A body under supports and loads.
+    Body(Box<SpecimenJob>),
+    /// A scene, with all that the product does of it.
+    Whole(Box<Whole>),
+}
+
+impl Specimen {
+    /// What is to be solved, where that is a body.
+    #[must_use]
+    pub fn job(&self) -> Option<&SpecimenJob> {
+        match &self.subject {
+            Subject::Body(job) => Some(job),
+            Subject::Whole(_) => None,
+        }
+    }
+
+    /// The settings of its solver, where it is a body.
+    #[must_use]
+    pub fn settings(&self) -> Option<&Settings> {
+        self.job().map(|job| &job.setup.settings)
+    }
+
+    /// Digest of what is solved or run; why there is none otherwise.
+    #[must_use]
+    pub fn id(&self) -> String {
+        match &self.subject {
+            Subject::Body(job) => job.id().map_or_else(|why| why.to_string(), |id| id.to_string()),
+            Subject::Whole(whole) => whole.id.to_string(),
+        }
+    }
+}
+
 /// Loads a specimen. `overrides` are `path=value` arguments, applied in order; a path of one name
 /// is one of `[solver]` or `[run]`.
 ///
@@ -67,19 +106,23 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Specimen, SceneErrors> 
         return Err(SceneErrors { errors: vec![SceneError::without_place(message)] });
     };
     let name = path.file_stem().map_or_else(|| base.clone(), |s| s.to_string_lossy().into_owned());
-    build(name, Files::new(Source::Disk { folder }), &format!("{SCENE_BASE}{base}"), overrides)
+    let mut files = Files::new(Source::Disk { folder });
+    let (root, text, errors) = document::read(&mut files, &format!("{SCENE_BASE}{base}"));
+    if text.is_none() {
+        return Err(SceneErrors { errors });
+    }
+    if root.get(document::SCENE).is_some() {
+        return whole::build(name, path, &mut files, (root, errors), overrides);
+    }
+    build(name, &mut files, (root, errors), overrides)
 }
 
 fn build(
     name: String,
-    mut files: Files,
-    main: &str,
+    files: &mut Files,
+    (mut root, mut errors): (Node, Vec<SceneError>),
     overrides: &[String],
 ) -> Result<Specimen, SceneErrors> {
-    let (mut root, text, mut errors) = document::read(&mut files, main);
-    if text.is_none() {
-        return Err(SceneErrors { errors });
-    }
     let schema = schema_json();
     let keys = |node: &Json| -> Vec<String> {
         let keys = check::resolve(schema, node)["properties"].as_object();
@@ -96,7 +139,7 @@ fn build(
     if !errors.is_empty() {
         return Err(SceneErrors::sorted(errors));
     }
-    let resolved = resolve::resolve(&root, &mut files);
+    let resolved = resolve::resolve(&root, files);
     match resolved {
         Ok(specimen) => Ok(Specimen { name, ..specimen }),
         Err(errors) => Err(SceneErrors::sorted(errors)),

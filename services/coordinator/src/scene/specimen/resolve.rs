@@ -7,9 +7,9 @@ use super::super::form::{Forms, Recipe};
 use super::super::format::{Axis, Precision};
 use super::super::tree::{Node, Path, Step, show};
 use super::super::{paint, shape};
-use super::Specimen;
 use super::format::{self, Document, Family, Fields, Points, Side};
 use super::watch;
+use super::{Specimen, Subject};
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Pose, Quat, Solid, TriMesh, Vec3};
 use cullet_proto::specimen as wire;
@@ -137,7 +137,10 @@ impl Desk<'_> {
             solver: match solver.family {
                 Family::Brittle => "brittle",
             },
-            job: wire::SpecimenJob { solid: Solid::outer(mesh), setup },
+            subject: Subject::Body(Box::new(wire::SpecimenJob {
+                solid: Solid::outer(mesh),
+                setup,
+            })),
             probes: watched.names,
             speeds: watched.speeds,
             metrics: watched.metrics,

@@ -107,7 +107,7 @@ fn a_side_has_the_depth_of_its_use() {
          time = { kind = \"ramp\", rise = \"1 us\" }\n\
          [[probe]]\nname = \"end\"\nkind = \"broken\"\nregion = \"+x\"",
     );
-    let setup = &specimen.job.setup;
+    let setup = &specimen.job().expect("a body").setup;
     let load = &setup.loads[0];
     assert_eq!(load.push, Push::Traction([1e6, 0.0, 0.0]));
     assert_eq!(load.course, Course::Table(vec![(0.0, 0.0), (1e-6, 1.0)]));
@@ -121,7 +121,7 @@ fn overrides_reach_tables_lists_by_name_and_the_solver_by_one_name() {
     let tail = "[[load]]\nname = \"pull\"\nregion = \"+x\"\npressure = \"1 MPa\"";
     let set = ["spacing=5mm", "material.young=1 GPa", "load.pull.pressure=2 MPa", "samples=7"];
     let specimen = read(&format!("{HEAD}{tail}"), &set).unwrap_or_else(|why| panic!("{why}"));
-    let setup = &specimen.job.setup;
+    let setup = &specimen.job().expect("a body").setup;
     assert_eq!((setup.settings.spacing, setup.material.young), (0.005, 1e9));
     assert_eq!((setup.loads[0].push, setup.samples), (Push::Pressure(2e6), 7));
 }
@@ -131,7 +131,7 @@ fn overrides_reach_tables_lists_by_name_and_the_solver_by_one_name() {
 fn a_slot_is_cut_out() {
     let slot = "[[slot]]\nshape = { kind = \"box\", size = [\"2 cm\", \"8 cm\", \"1 cm\"] }\n\
                 position = [0, 0, \"1 cm\"]";
-    let volume = good(slot).job.solid.volume();
+    let volume = good(slot).job().expect("a body").solid.volume();
     let wanted = 0.1 * 0.04 * 0.02 - 0.02 * 0.04 * 0.005;
     assert!((volume / wanted - 1.0).abs() < 1e-9, "{volume} of {wanted}");
 }
@@ -149,6 +149,7 @@ fn metric(reduce: Reduction) -> Metric {
         scale: 1.0,
         offset: 0.0,
         minus: None,
+        over: None,
     }
 }
 
@@ -252,14 +253,14 @@ fn zones_and_bodies_arrive() {
          [[body]]\nshape = { kind = \"sphere\", radius = \"1 cm\" }\nposition = [\"6 cm\", 0, 0]\n\
          [[body]]\nshape = { kind = \"box\", size = [1, 1, 1] }\nposition = [2, 0, 0]\n",
     );
-    let setup = &specimen.job.setup;
+    let setup = &specimen.job().expect("a body").setup;
     assert_eq!(setup.zones.len(), 1);
     assert_eq!(setup.zones[0].material.density, 5.0);
     assert!(setup.zones[0].material.young > 1e11);
-    let all = specimen.job.solid.mesh.triangles.len() as u32;
+    let all = specimen.job().expect("a body").solid.mesh.triangles.len() as u32;
     let [first, second] = setup.bodies[..] else { panic!("{:?}", setup.bodies) };
     assert!(first == 12 && second == all - 12, "{first} {second} of {all}");
-    let (low, high) = specimen.job.solid.mesh.bounds().expect("bounds");
+    let (low, high) = specimen.job().expect("a body").solid.mesh.bounds().expect("bounds");
     assert!((low.x + 0.05).abs() < 1e-12 && (high.x - 2.5).abs() < 1e-12);
 }
 

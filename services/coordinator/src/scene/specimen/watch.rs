@@ -1,11 +1,10 @@
-//! Probes, metrics and expectations: names looked up, keys held against their kinds.
+//! Probes of a body: names looked up, keys held against their kinds.
 
 use super::super::error::suggest;
 use super::super::tree::{Path, Step};
-use super::format::{
-    Colour, Component, Document, Expected, Metric, Probe, ProbeKind, Reduce, Reduction,
-};
-use super::resolve::{Desk, Use, item, path};
+use super::asked;
+use super::format::{Colour, Component, Document, Expected, Metric, Probe, ProbeKind, Reduce};
+use super::resolve::{Desk, Use, item};
 use cullet_proto::specimen as wire;
 
 /// Damage above which a point counts as damaged \[1\].
@@ -50,37 +49,8 @@ pub(super) fn read(desk: &mut Desk<'_>, document: &Document) -> Watched {
         }
     }
     let names: Vec<&str> = document.probe.iter().map(|probe| probe.name.as_str()).collect();
-    for (index, metric) in document.metric.iter().enumerate() {
-        let at = item("metric", index);
-        if watched.metrics.iter().any(|known| known.0.name == metric.name) {
-            desk.wrong(&below(&at, "name"), format!("a second metric is called {}", metric.name));
-        }
-        numbers(desk, metric, &at);
-        let before: Vec<&str> = document.metric[..index].iter().map(|m| &*m.name).collect();
-        if let Some(name) = metric.minus.as_deref().filter(|name| !before.contains(name)) {
-            let message = format!("there is no metric \"{name}\" before this one");
-            desk.shop.wrong_with(&below(&at, "minus"), message, suggest(name, &before));
-        }
-        match names.iter().position(|name| *name == metric.probe) {
-            Some(probe) => {
-                watched.metrics.push((metric.clone(), probe));
-                watched.expected.push(document.expect.get(&metric.name).cloned());
-            }
-            None => {
-                let message = format!("there is no probe \"{}\"", metric.probe);
-                desk.shop.wrong_with(&below(&at, "probe"), message, suggest(&metric.probe, &names));
-            }
-        }
-    }
-    let metrics: Vec<&str> = document.metric.iter().map(|metric| metric.name.as_str()).collect();
-    for (name, expected) in &document.expect {
-        let at = path(&["expect", name]);
-        if !metrics.contains(&name.as_str()) {
-            let message = format!("there is no metric \"{name}\"");
-            desk.shop.wrong_with(&at, message, suggest(name, &metrics));
-        }
-        bounds(desk, expected, &at);
-    }
+    let asked = asked::read(&mut desk.shop, &document.metric, &document.expect, &names);
+    (watched.metrics, watched.expected) = asked;
     watched
 }
 
@@ -88,39 +58,6 @@ fn below(path: &[Step], name: &str) -> Path {
     let mut longer = path.to_vec();
     longer.push(name.into());
     longer
-}
-
-fn bounds(desk: &mut Desk<'_>, expected: &Expected, at: &[Step]) {
-    let near = expected.tolerance.is_some() || expected.absolute.is_some();
-    let range = expected.min.is_some() || expected.max.is_some();
-    if near && expected.value.is_none() {
-        desk.wrong(at, "`tolerance` and `absolute` need a `value`");
-    }
-    if !near && !range {
-        desk.wrong(at, "takes `value` and `tolerance` or `absolute`, or `min` or `max`");
-    }
-    if expected.tolerance.is_some() && expected.value == Some(0.0) {
-        desk.wrong(at, "`tolerance` is relative to `value`, which is 0: give `absolute`");
-    }
-}
-
-/// The numbers that a reduction needs.
-fn numbers(desk: &mut Desk<'_>, metric: &Metric, at: &[Step]) {
-    let timed = metric.reduce == Reduction::At;
-    let bound = matches!(metric.reduce, Reduction::TimeReached | Reduction::TimeAbove);
-    let windowed = metric.reduce == Reduction::MaxSlope;
-    let needs = [
-        ("time", timed, metric.time.is_some()),
-        ("threshold", bound, metric.threshold.is_some()),
-        ("window", windowed, metric.window.is_some()),
-    ];
-    for (name, needed, given) in needs {
-        if needed && !given {
-            desk.wrong(at, format!("`{name}` is missing beside this `reduce`"));
-        } else if given && !needed {
-            desk.wrong(&below(at, name), format!("this `reduce` takes no `{name}`"));
-        }
-    }
 }
 
 const fn unit(kind: ProbeKind) -> &'static str {
@@ -193,20 +130,7 @@ fn keys(desk: &mut Desk<'_>, probe: &Probe, at: &[Step]) {
         ("window", probe.window.is_some()),
     ];
     let taken = takes(probe.kind);
-    for (name, given) in given {
-        let known = taken.iter().find(|key| key.trim_end_matches('*') == name);
-        if given && known.is_none() {
-            let list: Vec<&str> = taken.iter().map(|key| key.trim_end_matches('*')).collect();
-            let message = match list.len() {
-                0 => format!("this kind of probe takes no `{name}`, nor any other key"),
-                _ => format!("this kind of probe takes no `{name}`; it takes {}", list.join(", ")),
-            };
-            desk.wrong(&below(at, name), message);
-        }
-        if !given && known.is_some_and(|key| key.ends_with('*')) {
-            desk.wrong(at, format!("`{name}` is missing for this kind of probe"));
-        }
-    }
+    asked::keys(&mut desk.shop, &given, taken, at);
     if taken.contains(&"at")
         && probe.at.is_some()
         && (probe.region.is_some() || probe.reduce.is_some())
@@ -309,7 +233,7 @@ fn checked(
     part.map_err(|why| desk.wrong(&below(at, "component"), why)).ok()
 }
 
-fn part(component: Option<Component>, tensor: bool) -> Result<wire::Part, &'static str> {
+pub(super) fn part(component: Option<Component>, tensor: bool) -> Result<wire::Part, &'static str> {
     let Some(component) = component else {
         // Said already: the kind needs one.
         return Ok(wire::Part::Size);

@@ -244,6 +244,9 @@ pub struct Metric {
     /// The value of this metric, which stands before, is then taken off.
     #[serde(default)]
     pub minus: Option<String>,
+    /// What is left is divided by the value of this metric, which stands before.
+    #[serde(default)]
+    pub over: Option<String>,
 }
 
 const fn one() -> f64 {

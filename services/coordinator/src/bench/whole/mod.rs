@@ -1,0 +1,106 @@
+//! Specimens of the whole: each scene is run by a process of its own, as `cullet run` runs it, and
+//! its numbers are read off the recording.
+
+mod books;
+mod read;
+mod state;
+#[cfg(test)]
+mod tests;
+
+use super::Limits;
+use super::process::{End, Order, Ran, run as run_process};
+use crate::record::Recording;
+use crate::scene::specimen::whole::Whole;
+use cullet_proto::specimen::{Ending, SpecimenResult};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
+use tempfile::TempDir;
+
+/// A run and the folder of its recording.
+type Run = (SpecimenResult, Option<TempDir>);
+
+/// Runs scenes, several at once; `done` is told each result, with its recording where there is one,
+/// in their order.
+pub(super) fn run_all(
+    wholes: &[&Whole],
+    limits: &Limits,
+    done: &mut dyn FnMut(usize, SpecimenResult, Option<&Path>),
+) {
+    let (next, crew) = (AtomicUsize::new(0), limits.workers.clamp(1, wholes.len().max(1)));
+    std::thread::scope(|scope| {
+        let (tell, told) = mpsc::channel::<(usize, Run)>();
+        for _ in 0..crew {
+            let (tell, next) = (tell.clone(), &next);
+            scope.spawn(move || {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(whole) = wholes.get(index) else { break };
+                    if tell.send((index, run(whole, limits))).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(tell);
+        let (mut early, mut due) = (BTreeMap::new(), 0);
+        for (index, ran) in told {
+            early.insert(index, ran);
+            while let Some((result, folder)) = early.remove(&due) {
+                let recording = folder.as_ref().map(|folder| folder.path().join(RECORDING));
+                done(due, result, recording.as_deref());
+                due += 1;
+            }
+        }
+    });
+}
+
+/// Where a run's folder is in the temporary one.
+const OUT: &str = "run";
+/// And its recording.
+const RECORDING: &str = "run/run.mcap";
+
+fn run(whole: &Whole, limits: &Limits) -> Run {
+    let folder = match tempfile::tempdir() {
+        Ok(folder) => folder,
+        Err(why) => {
+            return (SpecimenResult::ended(Ending::Crashed(format!("no folder: {why}"))), None);
+        }
+    };
+    let ran = run_process(Order {
+        exe: &limits.exe,
+        scene: &whole.file,
+        overrides: &whole.overrides,
+        out: &folder.path().join(OUT),
+        limit: limits.time,
+    });
+    let ending = ending(&ran, limits);
+    let mut result = SpecimenResult { price: ran.price, ..SpecimenResult::ended(ending) };
+    if result.ending != Ending::Ok {
+        return (result, None);
+    }
+    match Recording::open(&folder.path().join(RECORDING)) {
+        Ok(recording) => {
+            read::fill(&mut result, whole, &recording);
+            (result, Some(folder))
+        }
+        Err(why) => {
+            result.ending = Ending::Crashed(why.to_string());
+            (result, None)
+        }
+    }
+}
+
+/// What a process that ended so says of its run.
+fn ending(ran: &Ran, limits: &Limits) -> Ending {
+    let said = ran.said.clone();
+    match ran.end {
+        End::Complete => Ending::Ok,
+        End::Refused => Ending::Refused(said),
+        End::Late => Ending::Timeout(limits.late()),
+        // What the world says of a motion that is lost (F76).
+        End::Broken if said.contains("is not finite") => Ending::NotFinite(said),
+        End::Broken => Ending::Crashed(said),
+    }
+}

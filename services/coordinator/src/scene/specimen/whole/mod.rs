@@ -1,0 +1,151 @@
+//! Specimens of the whole: a scene that is run as any other, and what is read off its recording.
+
+pub mod format;
+#[cfg(test)]
+mod tests;
+mod watch;
+
+pub use watch::Watch;
+
+use super::super::body::Workshop;
+use super::super::document::SCENE;
+use super::super::error::{SceneError, SceneErrors};
+use super::super::files::Files;
+use super::super::form::Forms;
+use super::super::schema::{plain_brackets, printed};
+use super::super::tree::{Node, Value};
+use super::super::{Scene, check, load, overrides};
+use super::{Specimen, Subject, asked};
+use cullet_proto::JobId;
+use format::Document;
+use serde::Deserialize;
+use serde_json::Value as Json;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+/// A scene that is run to be measured.
+#[derive(Clone, Debug)]
+pub struct Whole {
+    /// The file of the specimen, which any command takes for that of its scene.
+    pub file: PathBuf,
+    /// `path=value` arguments of the scene.
+    pub overrides: Vec<String>,
+    /// What is read.
+    pub watches: Vec<Watch>,
+    /// Time step of the world \[s\].
+    pub step: f64,
+    /// Digest of all files of the scene and of the overrides.
+    pub id: JobId,
+}
+
+/// What `scene.` stands for in overrides.
+const PREFIX: &str = "scene.";
+
+/// Reads what stands around a scene, and the scene.
+pub(super) fn build(
+    name: String,
+    path: &Path,
+    files: &mut Files,
+    (mut root, mut errors): (Node, Vec<SceneError>),
+    arguments: &[String],
+) -> Result<Specimen, SceneErrors> {
+    let of_scene = |text: &String| text.trim_start().strip_prefix(PREFIX).map(str::to_owned);
+    let inner: Vec<String> = arguments.iter().filter_map(of_scene).collect();
+    let outer: Vec<String> =
+        arguments.iter().filter(|text| of_scene(text).is_none()).cloned().collect();
+    let scene = load(path, &inner).map_err(|found| {
+        let below = |error: SceneError| {
+            let path = if error.path.is_empty() { SCENE } else { PREFIX }.to_owned() + &error.path;
+            SceneError { path, ..error }
+        };
+        errors.extend(found.errors.into_iter().map(below));
+    });
+    if let Value::Table(table) = &mut root.value {
+        table.remove(SCENE);
+    }
+    let schema = schema_json();
+    let sections = schema["properties"].as_object();
+    let sections: Vec<&str> =
+        sections.map(|all| all.keys().map(String::as_str).collect()).unwrap_or_default();
+    errors.extend(overrides::apply_overrides(&mut root, &sections, &outer));
+    errors.extend(check::check(schema, &mut root).errors);
+    let Ok(scene) = scene else {
+        return Err(SceneErrors::sorted(errors));
+    };
+    if !errors.is_empty() {
+        return Err(SceneErrors::sorted(errors));
+    }
+    let document = Document::deserialize(root.to_toml()).map_err(|error| {
+        let error = SceneError::at(&root.origin, "", error.message().trim());
+        SceneErrors { errors: vec![error] }
+    })?;
+    resolve(name, &root, files, &document, (path, &scene))
+}
+
+fn resolve(
+    name: String,
+    root: &Node,
+    files: &mut Files,
+    document: &Document,
+    (path, scene): (&Path, &Scene),
+) -> Result<Specimen, SceneErrors> {
+    let mut shop = Workshop {
+        root,
+        files,
+        forms: Forms::default(),
+        materials: BTreeMap::new(),
+        spoiled_materials: BTreeSet::new(),
+        errors: Vec::new(),
+        warnings: Vec::new(),
+    };
+    let watches = watch::read(&mut shop, &document.probe, scene);
+    let names: Vec<&str> = document.probe.iter().map(|probe| probe.name.as_str()).collect();
+    let (metrics, expected) = asked::read(&mut shop, &document.metric, &document.expect, &names);
+    if !shop.errors.is_empty() {
+        return Err(SceneErrors::sorted(shop.errors));
+    }
+    let probes = document.probe.iter().map(|p| (p.name.clone(), watch::unit(p.kind)));
+    Ok(Specimen {
+        name,
+        description: document.description.clone(),
+        solver: "world",
+        subject: Subject::Whole(Box::new(Whole {
+            file: path.to_owned(),
+            overrides: scene.overrides.clone(),
+            watches,
+            step: scene.world.step,
+            id: id(scene),
+        })),
+        probes: probes.collect(),
+        speeds: Vec::new(),
+        metrics,
+        expected,
+        ends: document.run.ends,
+        flaw: None,
+        warnings: scene.warnings.clone(),
+    })
+}
+
+fn id(scene: &Scene) -> JobId {
+    let parts = scene.files.iter().flat_map(|file| [file.key.as_bytes(), &file.bytes[..]]);
+    let parts = parts.chain(scene.overrides.iter().map(String::as_bytes));
+    let with_length = |part: &[u8]| [&(part.len() as u64).to_le_bytes()[..], part].concat();
+    JobId::of(&parts.flat_map(with_length).collect::<Vec<u8>>())
+}
+
+fn schema_json() -> &'static Json {
+    static SCHEMA: OnceLock<Json> = OnceLock::new();
+    SCHEMA.get_or_init(|| {
+        let mut schema = schemars::schema_for!(Document).to_value();
+        schema["title"] = Json::String("A Cullet specimen of the whole".to_owned());
+        plain_brackets(&mut schema);
+        schema
+    })
+}
+
+/// The schema that editors take: `cullet schema --whole` prints it.
+#[must_use]
+pub fn schema() -> String {
+    printed(schema_json())
+}
