@@ -53,6 +53,23 @@ pub(super) fn held(specimen: &Specimen, frame: &Frame, grid: &Grid) -> Vec<Held>
     specimen.holds.iter().map(|hold| Held { nodes: nodes(hold), ..Held::default() }).collect()
 }
 
+/// The velocity that each held node shall have along the axes that it is held along, in the
+/// specimen's frame \[m/s\]: the sum over its supports. `wanted` goes by node; others stay.
+pub(super) fn add_up(held: &[Held], holds: &[Hold], time: f64, wanted: &mut [Vec3]) {
+    let active = || held.iter().zip(holds).filter(|(_, hold)| time <= hold.until);
+    for (node, _) in active().flat_map(|(held, _)| &held.nodes) {
+        wanted[*node as usize] = Vec3::zeros();
+    }
+    for (held, hold) in active() {
+        let factor = hold.course.at(time);
+        for (node, velocity) in &held.nodes {
+            for axis in (0..3).filter(|&a| hold.axes[a]) {
+                wanted[*node as usize][axis] += factor * velocity[axis];
+            }
+        }
+    }
+}
+
 /// Pairs the nodes about each plane of symmetry.
 pub(super) fn mirrors(
     specimen: &Specimen,

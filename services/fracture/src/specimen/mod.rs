@@ -63,7 +63,8 @@ pub struct Notch {
     pub part: Where,
 }
 
-/// Nodes whose velocity is given along some axes.
+/// Nodes whose velocity is given along some axes; where several hold a node along the same axis,
+/// their velocities add up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hold {
     /// Which nodes.

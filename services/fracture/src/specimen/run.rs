@@ -123,6 +123,8 @@ pub struct SpecimenRun {
     held: Vec<Held>,
     mirrors: Vec<Mirror>,
     pushed: Vec<Pushed>,
+    /// The velocity that held nodes shall have, by node.
+    wanted: Vec<Vec3>,
     /// Nodes that a load may push, and their velocity before the step.
     pushed_nodes: Vec<u32>,
     before: Vec<Vec3>,
@@ -153,6 +155,7 @@ impl SpecimenRun {
         let frame = Place::new(&specimen);
         let mut run = Self {
             held: Vec::new(),
+            wanted: Vec::new(),
             mirrors: Vec::new(),
             pushed: Vec::new(),
             pushed_nodes: Vec::new(),
@@ -315,19 +318,21 @@ impl SpecimenRun {
     }
 
     /// Gives held nodes their velocities; the work that this took \[J\].
+    ///
+    /// The first of several supports that hold a node along an axis has the whole force.
     fn hold(&mut self, step: f64) -> f64 {
         let (time, mut work) = (self.domain.time, 0.0);
+        self.wanted.resize(self.domain.grid.nodes.len(), Vec3::zeros());
+        hold::add_up(&self.held, &self.specimen.holds, time, &mut self.wanted);
         let rows = self.held.iter_mut().zip(&self.specimen.holds).zip(&mut self.impulses);
         for ((held, hold), impulse) in rows.filter(|((_, hold), _)| time <= hold.until) {
-            let factor = hold.course.at(time);
             let mut sum = Vec3::zeros();
-            for (node, velocity) in &held.nodes {
-                let node = *node;
+            for &(node, _) in &held.nodes {
                 let n = node as usize;
                 let free = vector(self.domain.grid.nodes.velocity[n]);
                 let mut local = self.frame.unturned(&free);
                 for axis in (0..3).filter(|&a| hold.axes[a]) {
-                    local[axis] = factor * velocity[axis];
+                    local[axis] = self.wanted[n][axis];
                 }
                 let now = self.frame.turned(&local);
                 let push = (now - free) * self.domain.grid.nodes.mass[n];

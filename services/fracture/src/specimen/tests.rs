@@ -267,6 +267,29 @@ fn an_even_stretch_spends_the_energy_of_the_law_everywhere() {
     assert!((peak(&outcome) - 1.0).abs() < 0.02, "{}", peak(&outcome));
 }
 
+/// Velocities of two supports of the same nodes add up, and the first of them feels the force.
+#[test]
+fn two_supports_of_the_same_nodes_are_one_of_their_sum() {
+    let mut one = stretched(0.008);
+    one.end *= 0.1;
+    // It moves off as well, so that there is a force.
+    one.holds[0].centre = Vec3::new(-1.0, 0.0, 0.0);
+    one.probes.push(Probe::Reaction(0, Part::Axis(0)));
+    let mut two = one.clone();
+    two.holds[0].gradient *= 0.25;
+    let rest = Hold { gradient: two.holds[0].gradient * 3.0, ..two.holds[0].clone() };
+    two.holds.push(rest);
+    two.probes.push(Probe::Reaction(1, Part::Axis(0)));
+    let (one, two) = (run(one), run(two));
+    let most = |row: &[f64]| row.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    assert!(most(&one.rows[1]) > 1e5 && most(&one.rows[2]) > 0.0);
+    for (first, second) in one.rows.iter().zip(&two.rows) {
+        let apart: Vec<f64> = first.iter().zip(second).map(|(a, b)| a - b).collect();
+        assert!(most(&apart) <= 1e-9 * most(first), "{first:?} is not {second:?}");
+    }
+    assert!(most(&two.rows[3]) < 1e-9 * most(&two.rows[2]), "{:?}", two.rows[3]);
+}
+
 /// A weak plane across the pull gives way at its share of the strength, one along it does not,
 /// however the specimen lies on the grid.
 #[test]
