@@ -3,6 +3,7 @@
 use super::bytes::{INPUT, damaged};
 use super::timed;
 use cullet_coordinator::scene::{self, Bundle, SceneErrors, SceneFile, specimen};
+use cullet_proto::specimen::SpecimenJob;
 use cullet_tests::{files, root};
 use std::path::Path;
 use std::sync::Arc;
@@ -126,7 +127,7 @@ fn specimen() {
         std::fs::write(&file, &text).expect("a file");
         match timed("a specimen", || specimen::load(&file, &[])) {
             Ok(specimen) => {
-                let _bytes = specimen.job.encode();
+                let _bytes = specimen.job().map(SpecimenJob::encode);
             }
             Err(errors) => has_place(&errors, &text),
         }

@@ -139,7 +139,8 @@ fn outlines() {
 #[test]
 fn specimens_and_results() {
     let file = root().join("tests/specimens/d2-branching.toml");
-    let specimen = specimen::load(&file, &[]).expect("a specimen").job;
+    let specimen = specimen::load(&file, &[]).expect("a specimen");
+    let specimen = specimen.job().expect("one of a body");
     let result = SpecimenResult {
         pieces: vec![0.5, 0.25],
         times: vec![0.0, 1.0],
