@@ -409,7 +409,7 @@ fn the_schema_is_the_readers() {
         let file = specimens().join(format!("{name}.schema.json"));
         let file = std::fs::read_to_string(file).expect("a file");
         let how = format!("cullet schema --{name} > tests/specimens/{name}.schema.json");
-        assert_eq!(said.stdout, file, "{how}");
+        assert!(said.stdout == file, "{how}");
     }
 }
 

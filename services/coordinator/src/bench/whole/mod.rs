@@ -76,7 +76,8 @@ fn run(whole: &Whole, limits: &Limits) -> Run {
         limit: limits.time,
     });
     let ending = ending(&ran, limits);
-    let mut result = SpecimenResult { price: ran.price, ..SpecimenResult::ended(ending) };
+    let ended = SpecimenResult::ended(ending);
+    let mut result = SpecimenResult { price: ran.price, step: whole.step, ..ended };
     if result.ending != Ending::Ok {
         return (result, None);
     }

@@ -14,7 +14,7 @@ const MOST: u64 = 1_000_000;
 /// Fills in what a recording says.
 pub(super) fn fill(result: &mut SpecimenResult, whole: &Whole, recording: &Recording) {
     let last = recording.events.last().map_or(0, |event| event.step);
-    (result.step, result.steps) = (whole.step, last);
+    result.steps = last;
     result.points = recording.reports.iter().map(|report| report.particles).sum();
     let ratios = recording.reports.iter().map(|report| report.strength_ratio);
     result.strength_ratio = ratios.filter(|ratio| *ratio > 0.0).fold(1.0, f64::min);

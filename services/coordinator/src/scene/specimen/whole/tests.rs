@@ -31,48 +31,48 @@ fn read(text: &str, overrides: &[&str]) -> Result<Specimen, String> {
 #[test]
 fn errors_name_their_place_and_bound() {
     let cases = [
-        ("[[scene.body]]\nname = \"x\"", "18:1", "scene.body[1]: `material` is missing"),
-        ("[scene.worlds]\nx = 1", "18:8", "unknown key `worlds`"),
-        ("[scene.fracture]\nmax_fragments = 1", "19:17", "must be at least 2; it is 1"),
-        ("[solver]\nspacing = 1", "18:2", "unknown key `solver`"),
-        ("[[probe]]\nname = \"p\"\nkind = \"masse\"", "20:8", "did you mean `mass`"),
+        ("[[scene.body]]\nname = \"x\"", "17:1", "scene.body[1]: `material` is missing"),
+        ("[scene.worlds]\nx = 1", "17:8", "unknown key `worlds`"),
+        ("[scene.fracture]\nmax_fragments = 1", "18:17", "must be at least 2; it is 1"),
+        ("[solver]\nspacing = 1", "17:2", "unknown key `solver`"),
+        ("[[probe]]\nname = \"p\"\nkind = \"masse\"", "19:8", "did you mean `mass`"),
         (
             "[[probe]]\nname = \"p\"\nkind = \"mass\"\nbody = \"blok\"",
-            "21:8",
+            "20:8",
             "did you mean `block`",
         ),
         (
             "[[probe]]\nname = \"p\"\nkind = \"hits\"\nother = \"x\"",
-            "21:9",
+            "20:9",
             "the scene has no body \"x\"",
         ),
         (
             "[[probe]]\nname = \"p\"\nkind = \"spin\"\nbody = \"floor\"",
-            "",
+            "17:1",
             "`component` is missing",
         ),
         (
             "[[probe]]\nname = \"p\"\nkind = \"momentum\"\ncomponent = \"xx\"",
-            "21:13",
+            "20:13",
             "a vector has x, y, z and size",
         ),
         (
             "[[probe]]\nname = \"p\"\nkind = \"inertia\"\nbody = \"block\"\ncomponent = \"mises\"",
-            "22:13",
+            "21:13",
             "no equivalent of von Mises",
         ),
         (
             "[[probe]]\nname = \"p\"\nkind = \"balance\"\nbody = \"block\"",
-            "21:8",
+            "20:8",
             "takes no `body`, nor any other key",
         ),
         (
             "[[probe]]\nname = \"p\"\nkind = \"hit-speed\"\nbody = \"block\"\nnth = 0",
-            "22:7",
+            "21:7",
             "must be at least 1; it is 0",
         ),
-        ("[[metric]]\nname = \"m\"\nprobe = \"p\"\nreduce = \"max\"", "20:9", "no probe \"p\""),
-        ("[expect.m]\nvalue = 1", "18:1", "no metric \"m\""),
+        ("[[metric]]\nname = \"m\"\nprobe = \"p\"\nreduce = \"max\"", "19:9", "no probe \"p\""),
+        ("[expect.m]\nvalue = 1", "17:1", "no metric \"m\""),
     ];
     for (tail, place, wanted) in cases {
         let why = read(&format!("{HEAD}{tail}"), &[]).expect_err(tail);
@@ -84,7 +84,7 @@ fn errors_name_their_place_and_bound() {
 /// `scene.` in an override is the scene; the rest is around it, and what is wrong with either told.
 #[test]
 fn overrides_reach_the_scene_and_what_is_around_it() {
-    let specimen = read(HEAD, &["scene.world.step=1/60 s", "run.ends=nan"]).expect("it loads");
+    let specimen = read(HEAD, &["scene.world.step=1/60 s", "run.ends=refused"]).expect("it loads");
     let Subject::Whole(whole) = &specimen.subject else { panic!("{specimen:?}") };
     assert_eq!(whole.overrides, ["world.step=1/60 s"]);
     assert!((whole.step - 1.0 / 60.0).abs() < 1e-15, "{}", whole.step);
