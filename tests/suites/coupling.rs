@@ -1,8 +1,8 @@
 //! The coupling of solver and rigid world, and the rigid world itself: specimens of the whole, as
-//! the catalogue has them, R1 to R7, H1 (i) and (iii) and H3. What the world can show alone is shown
-//! in `services/world/tests`: there R1 on grids (`replace.rs`), R4's closing speed, R6 to 1:200 and
-//! R7's first touch (`impacts.rs`), R7's push handed over (`replace.rs`). Only cuts along planes that
-//! no hit would choose are made here by hand.
+//! the catalogue has them, R1 to R7, H1 (i) and (iii) and H3. What the world can show alone is in
+//! `services/world/tests`: R1 on grids and R7's push handed over (`replace.rs`), R4's closing
+//! speed (`impacts.rs`); in `stability` R6's bound and R7's first touch (F36, F42). Only cuts along
+//! planes that no hit would choose are made here by hand.
 
 mod common;
 
