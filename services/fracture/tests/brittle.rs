@@ -150,68 +150,6 @@ fn torn_points_make_no_energy() {
     assert!(solve(&problem).fragments.len() > 10);
 }
 
-/// F24: a tap that breaks nothing ends as soon as it is quiet.
-#[test]
-fn a_tap_breaks_nothing_and_ends_early() {
-    let problem = cube(PLASTER, vec![side_hit(1e-3)]);
-    let fracture = solve(&problem);
-    assert_eq!(fracture.fragments.len(), 1);
-    let cost = Brittle::accepts(&problem).expect("accepted");
-    assert!((fracture.report.steps as f64) < 0.7 * cost.steps, "{:?}", fracture.report);
-}
-
-/// F75: the same bits on one, two and three threads, and again.
-#[test]
-fn threads_do_not_change_a_bit() {
-    let mut problem = cube(PLASTER, vec![side_hit(4.5)]);
-    problem.settings.max_particles = 2000;
-    let run = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        pool.install(|| solve(&problem))
-    };
-    let one = run(1);
-    assert!(one.report.damaged_fraction > 0.01);
-    assert_eq!(one, run(2));
-    assert_eq!(one, run(3));
-    assert_eq!(one, run(1));
-    let other = Problem { seed: 8, ..problem.clone() };
-    assert_ne!(one, solve(&other));
-}
-
-/// F14: cells are flattened across a plate that bends. One that is hit where the contact, widened
-/// to two cells of its plane, would be wider than the plate is thick is refused: it would be
-/// punched.
-#[test]
-fn a_thin_plate_is_flattened_or_refused() {
-    let flat = Vec3::new(0.2, 0.2, 0.01);
-    let face = hit(Vec3::new(0.0, 0.0, 0.005), -Vec3::z(), 1.0);
-    let edge = hit(Vec3::new(-0.1, 0.0, 0.0), Vec3::x(), 1.0);
-    let settings = |spacing| Settings {
-        spacing: Some(spacing),
-        max_particles: 200_000,
-        ..Settings::default()
-    };
-    let problem = |impact, spacing| Problem {
-        settings: settings(spacing),
-        ..block(flat, PLASTER, vec![impact])
-    };
-    match Brittle::begin(problem(face, 0.005)) {
-        Err(Refusal::TooThin { thickness, cells, minimum }) => {
-            assert!((thickness - 0.01).abs() < 1e-9, "{thickness}");
-            assert!(cells < minimum && minimum == 2.0, "{cells} of {minimum}");
-        }
-        other => panic!("{:?}", other.map(|_| ())),
-    }
-    assert!(Brittle::begin(problem(face, 0.003)).is_ok());
-    let solve = Brittle::begin(problem(edge, 0.005)).expect("flattened");
-    let cell = solve.domain().grid.spacing;
-    assert!(cell.z < 0.0034 && cell.x > 0.005 && cell.x == cell.y, "{cell}");
-    // A plate of a tenth of a cell is beyond flattening.
-    let film = block(Vec3::new(0.2, 0.2, 0.0005), PLASTER, vec![edge]);
-    let film = Problem { settings: settings(0.005), ..film };
-    assert!(matches!(Brittle::begin(film), Err(Refusal::TooThin { .. })));
-}
-
 #[test]
 fn bad_problems_are_refused_by_name() {
     let good = cube(PLASTER, vec![side_hit(1.0)]);
@@ -321,28 +259,6 @@ fn the_push_is_hertzian() {
     assert!((force - 1.0).abs() < 0.05, "peak {force} of Hertz's");
     assert!((last / impact.duration - 1.0).abs() < 0.05, "{} t_c", last / impact.duration);
     assert!((load.delivered / elastic.impulse - 1.0).abs() < 0.02, "{}", load.delivered);
-}
-
-/// However great the impulse asked for, the body gets no more than the striker can pay: at most
-/// 2 m* v, as from an elastic blow, and the work that this is.
-#[test]
-fn a_push_ends_when_the_striker_has_nothing_left() {
-    let (mut domain, mass) = block_on_grid(0.02);
-    let (striker, speed) = (3.0, 5.0);
-    let elastic = blow(striker, mass, speed, 2e-3);
-    let impact = Impact { impulse: 1.5 * elastic.impulse, ..elastic };
-    let mut load = Load::new(&impact, &domain, 2e-3, 1.0 / mass);
-    while !load.is_over() {
-        load.push(&mut domain);
-        domain.advance();
-    }
-    let given = load.delivered / elastic.impulse;
-    assert!((0.85..=1.02).contains(&given), "{given} of an elastic blow");
-    let lost = load.delivered * speed - 0.5 * load.delivered * load.delivered / striker;
-    assert!((load.lost() / lost - 1.0).abs() < 1e-9, "{} and {lost} J", load.lost());
-    assert!(load.work <= lost * 1.01, "{} of {lost} J", load.work);
-    let carried = domain.momentum().x;
-    assert!((carried / load.delivered - 1.0).abs() < 1e-9, "{carried} of {}", load.delivered);
 }
 
 /// A push in half the time, at the same peak force, gives half the impulse.

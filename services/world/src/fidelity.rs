@@ -401,6 +401,15 @@ pub fn estimate(coarse: &Figures, fine: &Figures) -> f64 {
     gci(coarse.crack_area, fine.crack_area).max(gci(coarse.largest, fine.largest))
 }
 
+/// Where a finer grid makes half again as many pieces as the one before it, or as few, their number
+/// is the grid's (F23): what is to be said of that.
+#[must_use]
+pub fn branched(coarse: usize, fine: usize) -> Option<String> {
+    let (few, many) = (coarse.min(fine), coarse.max(fine));
+    (2 * many >= 3 * few)
+        .then(|| format!("{coarse} pieces, then {fine}: their number is the grid's (F23)"))
+}
+
 impl World {
     /// [`plan`] for the hits of one body: the finest that any of them needs; `None` when the body
     /// is gone.

@@ -49,26 +49,6 @@ fn birth_is_quiet() {
     }
 }
 
-/// F34: bodies that overlap where a scene has put them are parted slowly, and all the way.
-#[test]
-fn an_overlap_is_parted_slowly() {
-    let mut world = World::new(weightless()).unwrap();
-    let cube = cuboid(Vec3::repeat(0.1));
-    let ids = [0.0, 0.08].map(|x| {
-        let cube = body("cube", cube.clone(), GLASS, Vec3::x() * x);
-        put(&mut world, cube)
-    });
-    let (mut apart, mut fastest) = (0.08, 0.0f64);
-    for _ in 0..60 {
-        world.step().unwrap();
-        let [one, two] = ids.map(|id| world.body(id).unwrap().pose.translation.vector);
-        let now = (two - one).norm();
-        fastest = fastest.max((now - apart) / world.settings().step);
-        apart = now;
-    }
-    assert!(fastest < 0.25 && world.overlaps().is_empty(), "{fastest} m/s");
-}
-
 /// Moves a solid and its pieces to their centre of mass.
 fn centred(mut solid: Solid, mut pieces: Vec<Piece>) -> (Solid, Vec<Piece>) {
     let (mut volume, mut first) = (0.0, Vec3::zeros());

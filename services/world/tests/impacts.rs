@@ -84,41 +84,6 @@ fn a_hit_says_what_hertz_says() {
 }
 
 #[test]
-fn four_corners_are_one_hit_with_the_whole_impulse() {
-    let mut world = World::new(weightless()).unwrap();
-    put(&mut world, floor());
-    let material = Material { restitution: 0.0, ..GLASS };
-    let brick =
-        body("brick", cuboid(Vec3::new(0.2, 0.1, 0.06)), material, Vec3::new(0.3, 0.1, 0.2));
-    let id = put(&mut world, BodySpec { velocity: Vec3::new(0.0, 0.0, -2.0), ..brick });
-    let hits = steps(&mut world, 60);
-    assert_eq!(hits.len(), 1, "{hits:#?}");
-    let brick = world.body(id).unwrap();
-    let want = brick.mass * (2.0 + brick.velocity.z);
-    let got = hits[0].impact.impulse;
-    assert!((got / want - 1.0).abs() < 0.01, "{got} N·s, not {want}");
-    // The engine meets the restitution of a face landing on four points within a few per cent.
-    assert!((got / (brick.mass * 2.0 * 1.15) - 1.0).abs() < 0.04, "{got} N·s");
-    let off = hits[0].impact.point - Vec3::new(0.0, 0.0, -0.03);
-    assert!(off.norm() < 0.005, "in the middle of the face, not {off} off");
-}
-
-#[test]
-fn weight_at_rest_never_hits() {
-    for rate in [60.0, 240.0] {
-        let step = 1.0 / rate;
-        let mut world =
-            World::new(WorldSettings { step, impulse_threshold: 0.01, ..settings() }).unwrap();
-        put(&mut world, floor());
-        // 7.8 t: its weight alone is 319 N·s a step at 240 Hz.
-        let block = cuboid(Vec3::new(1.0, 1.0, 1.0));
-        put(&mut world, body("block", block, STEEL, Vec3::new(0.0, 0.0, 0.5)));
-        let hits = steps(&mut world, (2.0 * rate) as u32);
-        assert!(hits.is_empty(), "{rate} Hz: {hits:?}");
-    }
-}
-
-#[test]
 fn a_stack_stands_still_and_silent() {
     let mut world = World::new(settings()).unwrap();
     put(&mut world, floor());
@@ -138,35 +103,6 @@ fn a_stack_stands_still_and_silent() {
         assert!((at.xy() - want.xy()).norm() < 1e-3, "block {k} drifted to {at}");
         assert!((-1e-4..1e-3).contains(&sink), "block {k} sank by {sink}");
     }
-}
-
-/// How far a block of 0.2 m that weighs so many times the slice beneath it sinks in 2 s, and what
-/// the world says of it.
-fn sink_of_block_on_slice(ratio: f64) -> (f64, Vec<String>) {
-    let mut world = World::new(settings()).unwrap();
-    put(&mut world, floor());
-    let slice = Material { density: 1e4 / ratio, ..GLASS };
-    let thin = cuboid(Vec3::new(0.2, 0.2, 0.05));
-    let thin = put(&mut world, body("thin", thin, slice, Vec3::new(0.0, 0.0, 0.025)));
-    let block = cuboid(Vec3::new(0.2, 0.2, 0.2));
-    let top = put(&mut world, body("block", block, GLASS, Vec3::new(0.0, 0.0, 0.15)));
-    let got = world.body(top).unwrap().mass / world.body(thin).unwrap().mass;
-    assert!((got / ratio - 1.0).abs() < 1e-9, "mass ratio {got}");
-    steps(&mut world, 480);
-    (0.15 - world.body(top).unwrap().pose.translation.vector.z, world.sunk())
-}
-
-/// R6 asks for 1:10⁴; the engine carries 1:200 (F36).
-#[test]
-fn a_light_slice_survives_under_a_heavy_block() {
-    for ratio in [1.0, 100.0, 200.0] {
-        let (sink, told) = sink_of_block_on_slice(ratio);
-        // 1 % of the block's size
-        assert!(sink.abs() < 0.01 * 0.2, "1:{ratio} sank by {sink}");
-        assert!(told.is_empty(), "{told:?}");
-    }
-    let (sink, told) = sink_of_block_on_slice(2000.0);
-    assert!(sink > 0.01 && told.len() == 1 && told[0].contains("2000 times its mass"), "{told:?}");
 }
 
 #[test]
@@ -214,25 +150,6 @@ fn the_closing_speed_is_that_of_the_touch_whatever_the_step() {
 }
 
 #[test]
-fn a_fast_ball_does_not_pass_through_a_thin_wall() {
-    for speed in [50.0, 100.0, 200.0] {
-        let mut world = World::new(weightless()).unwrap();
-        let wall = cuboid(Vec3::new(0.01, 0.4, 0.4));
-        let wall = put(&mut world, body("wall", wall, GLASS, Vec3::zeros()));
-        let ball = body("ball", sphere(0.005, 6), STEEL, Vec3::new(-0.7, 0.0, 0.0));
-        let ball = put(&mut world, BodySpec { velocity: Vec3::new(speed, 0.0, 0.0), ..ball });
-        let hits = until_hit(&mut world, 20);
-        let x = world.body(ball).unwrap().pose.translation.vector.x;
-        assert!(hits.iter().any(|hit| hit.body == wall), "{speed} m/s: {hits:?}");
-        assert!(x < 0.0, "{speed} m/s: the ball is at {x}");
-        let mass = world.body(ball).unwrap().mass;
-        let full = mass * speed;
-        let got = hits[0].impact.impulse;
-        assert!(got > 0.99 * full && got < 1.5 * full, "{speed} m/s: {got} of {full} N·s");
-    }
-}
-
-#[test]
 fn a_hard_landing_does_not_sink_in() {
     for k in 0..12 {
         let mut world = World::new(weightless()).unwrap();
@@ -257,27 +174,5 @@ fn a_hard_landing_does_not_sink_in() {
         assert!(low > -1e-3, "from {height} m the ball sank by {low} m");
         assert!(near > -1e-3, "from {height} m the bolt sank by {near} m");
         assert!(low < 1e-3 && near < 1e-3, "they touched: {low} {near}");
-    }
-}
-
-/// F38: a block that falls on a slice of a 320th of its mass presses it against the floor for many
-/// steps: one hit, with at least four fifths of its momentum.
-#[test]
-fn a_blow_of_many_steps_is_one_hit() {
-    for rate in [240.0, 480.0, 960.0] {
-        let mut world = World::new(WorldSettings { step: 1.0 / rate, ..settings() }).unwrap();
-        put(&mut world, floor());
-        let thin = cuboid(Vec3::new(0.2, 0.2, 0.05));
-        let thin = put(&mut world, body("thin", thin, GLASS, Vec3::new(0.0, 0.0, 0.025)));
-        // Four times the volume.
-        let heavy = Material { density: 80.0 * GLASS.density, ..GLASS };
-        let block = body("block", cuboid(Vec3::repeat(0.2)), heavy, Vec3::new(0.0, 0.0, 0.25));
-        let block = BodySpec { velocity: Vec3::new(0.0, 0.0, -2.0), ..block };
-        let block = put(&mut world, block);
-        let momentum = world.body(block).unwrap().mass * (4.0_f64 + 2.0 * 9.81 * 0.1).sqrt();
-        let hits = steps(&mut world, (0.15 * rate) as u32);
-        let below = hits.iter().filter(|hit| hit.body == thin && hit.fixed_other);
-        let below: Vec<f64> = below.map(|hit| hit.impact.impulse / momentum).collect();
-        assert!(below.len() == 1 && (0.8..1.0).contains(&below[0]), "{rate} Hz: {below:?}");
     }
 }

@@ -50,8 +50,18 @@ pub(crate) fn rows(cells: [usize; 3]) -> Vec<Vec3> {
 
 /// Points on a grid of [`H`], each with its share of a cell.
 pub(crate) fn body(points: &[Vec3], material: &Material) -> Domain {
+    uneven(points, material, |_| 1.0)
+}
+
+/// Likewise, with a strength at each place over the material's.
+pub(crate) fn uneven(
+    points: &[Vec3],
+    material: &Material,
+    strength: impl Fn(&Vec3) -> f64,
+) -> Domain {
     let volume = points.len() as f64 * H * H * H / 8.0;
-    let particles = Particles::at_rest(points, volume, material.density);
+    let mut particles = Particles::at_rest(points, volume, material.density);
+    particles.strength = points.iter().map(strength).collect();
     Domain::new(particles, material, Softening::on_grid(material, H), Vec3::repeat(H))
 }
 
@@ -109,6 +119,20 @@ pub(crate) fn solve(family: &str, problem: &Problem) -> Out {
             Progress::Failed(failure) => return Out::Failed(failure),
         }
     }
+}
+
+/// Solves a problem that has to have an outcome.
+pub(crate) fn solved(problem: &Problem) -> Fracture {
+    match solve("brittle", problem) {
+        Out::Done(fracture) => *fracture,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Whether the report of a solve tells of a mode.
+pub(crate) fn told(mode: &str, problem: &Problem) -> bool {
+    let mark = format!("({mode})");
+    solved(problem).report.warnings.iter().any(|line| line.contains(&mark))
 }
 
 /// Holds a fracture to its books: closed parts whose volumes sum with the grains' to the body's,

@@ -1,13 +1,19 @@
-//! Where methods fail: a minimal reproduction of each failure mode that no other test holds, bad
-//! input of every kind, and bounded fuzzing of everything that reads bytes. `docs/failures.md` is
-//! the table of modes.
+//! Where methods fail: a minimal reproduction of each failure mode, named after it, bad input of
+//! every kind, and bounded fuzzing of everything that reads bytes. `docs/failures.md` is the table
+//! of modes.
 
 mod atlas;
+#[path = "../../../services/world/tests/common/mod.rs"]
+mod bodies;
+mod cloud;
 mod corpus;
 mod crack;
 mod cut;
 mod fuzz;
+mod grid;
 mod kit;
 mod law;
+mod legs;
+mod push;
 mod system;
 mod world;

@@ -2,7 +2,7 @@
 //! two still differ by more than the scene allows, or where like hits did.
 
 use cullet_proto::BrokenBody;
-use cullet_world::fidelity::{Figures, Plan, estimate};
+use cullet_world::fidelity::{Figures, Plan, branched, estimate};
 use std::collections::{BTreeMap, VecDeque};
 
 /// Spacings fall by this from one solve to the next: each costs sixteen times the one before.
@@ -106,7 +106,7 @@ impl Ladder {
         let limit = self.error;
         if let Some(last) = last {
             let error = estimate(&last, &now);
-            let pieces = branched(last.count, now.count);
+            let pieces = told(last.count, now.count);
             return if error > limit {
                 Next::Finer(format!("its error is about {error:.2}, over {limit}{pieces}"))
             } else {
@@ -125,15 +125,9 @@ impl Ladder {
     }
 }
 
-/// Where a finer grid makes half again as many pieces as the one before it, or as few: their
-/// number is the grid's (F23).
-fn branched(coarse: usize, fine: usize) -> String {
-    let (few, many) = (coarse.min(fine), coarse.max(fine));
-    if 2 * many >= 3 * few {
-        format!("; {coarse} pieces, then {fine}: their number is the grid's (F23)")
-    } else {
-        String::new()
-    }
+/// What is said of pieces whose number is the grid's, after what was said.
+fn told(coarse: usize, fine: usize) -> String {
+    branched(coarse, fine).map_or_else(String::new, |words| format!("; {words}"))
 }
 
 fn figures(broken: &BrokenBody) -> Figures {
@@ -231,7 +225,7 @@ mod tests {
         ladder.climb();
         let Next::Finer(why) = ladder.next(Some(&fine), &mut seen) else { panic!("not finer") };
         assert!(why.ends_with("; 1 pieces, then 2: their number is the grid's (F23)"), "{why}");
-        assert_eq!(super::branched(10, 14), "");
+        assert_eq!(super::told(10, 14), "");
     }
 
     /// Three hits that stay whole on two grids: the fourth, if like them, needs but one.

@@ -1,5 +1,3 @@
-mod inner;
-mod legs;
 mod marks;
 mod open;
 

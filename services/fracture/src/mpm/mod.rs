@@ -24,5 +24,6 @@ mod separation;
 pub mod spin;
 pub mod spring;
 pub mod symmetric;
+pub mod watch;
 
 pub use domain::{Domain, Tally};

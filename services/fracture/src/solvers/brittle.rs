@@ -17,6 +17,7 @@ use crate::mpm::kernel::{Path, Precision};
 use crate::mpm::load::{LEAST_RADIUS, Load};
 use crate::mpm::rest::Rest;
 use crate::mpm::spring;
+use crate::mpm::watch::{Given, LOOK, Watch};
 use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
 use crate::particles::Particles;
 use crate::solver::{
@@ -27,6 +28,7 @@ pub use clock::Pace;
 use clock::{Clock, Growth};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
+pub use warnings::lean;
 
 /// Most points a solve may ask for: 8 million take about 3 GB.
 const MOST_PARTICLES: f64 = 8e6;
@@ -36,12 +38,6 @@ const LEAST_PARTICLES: usize = 200;
 
 /// Bytes a point needs, with its share of arenas and nodes.
 const BYTES: f64 = 800.0;
-
-/// Steps between looks at energy and finiteness (F04, F76).
-const LOOK: u64 = 64;
-
-/// Energy over what the strikers have lost that counts as instability (F04).
-const GROWTH: f64 = 1.1;
 
 /// Share of points that may be crushed before the numbers mean nothing (F07).
 const CRUSHED_SHARE: f64 = 0.02;
@@ -67,6 +63,7 @@ pub struct Brittle {
     total: Tally,
     push_over: Option<f64>,
     growth: Growth,
+    watch: Watch,
     fastest: f64,
     warnings: Vec<String>,
     path: Path,
@@ -184,6 +181,7 @@ impl Brittle {
             total: Tally::default(),
             push_over: None,
             growth: Growth::default(),
+            watch: Watch::default(),
             fastest: 0.0,
             warnings,
             path,
@@ -247,7 +245,7 @@ impl Brittle {
         }
         let step = self.domain.steps;
         if step.is_multiple_of(LOOK) {
-            self.look(step)?;
+            self.look()?;
         }
         Ok(())
     }
@@ -268,21 +266,13 @@ impl Brittle {
         }
     }
 
-    fn look(&self, step: u64) -> Result<(), Failure> {
-        if !self.domain.is_finite() {
-            return Err(Failure::NotFinite { what: "position or velocity", step });
-        }
-        let kinetic = self.domain.kinetic_energy();
-        let energy = kinetic + self.domain.elastic_energy();
-        if !energy.is_finite() {
-            return Err(Failure::NotFinite { what: "energy", step });
-        }
+    fn look(&mut self) -> Result<(), Failure> {
         let lost: f64 = self.loads.iter().map(Load::lost).sum();
-        let given = lost + self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
-        if energy > GROWTH * given {
-            return Err(Failure::Unstable { ratio: energy / given - 1.0, step });
-        }
-        Ok(())
+        let spun = self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
+        let loads = self.loads.iter().map(|load| load.direction * load.delivered);
+        let rests = self.rests.iter().map(|rest| rest.normal * rest.delivered);
+        let momentum = self.domain.spin.is_none().then(|| loads.chain(rests).sum());
+        self.watch.look(&self.domain, &Given { energy: lost + spun, momentum })
     }
 
     fn over(&mut self) -> bool {
@@ -308,7 +298,7 @@ impl Brittle {
     }
 
     fn finish(&mut self) -> Result<Fracture, Failure> {
-        self.look(self.domain.steps)?;
+        self.look()?;
         let (positions, damage, damage_time, normals) = self.field();
         let pieces = self.domain.pieces();
         let pieces = crushed::pieces(&self.domain.particles, pieces, &self.rules());

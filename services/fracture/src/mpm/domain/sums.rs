@@ -40,6 +40,14 @@ impl Domain {
         pairs.fold(Vec3::zeros(), |sum, (v, mass)| sum + vector(*v) * *mass)
     }
 
+    /// Σ m |v|: what the nodes carry, whichever way \[kg·m/s\].
+    #[must_use]
+    pub fn traffic(&self) -> f64 {
+        let nodes = &self.grid.nodes;
+        let pairs = nodes.velocity.iter().zip(&nodes.mass);
+        pairs.map(|(v, mass)| (*v * *v).reduce_add().sqrt() * mass).sum()
+    }
+
     /// Angular momentum about the origin \[kg·m²/s\].
     #[must_use]
     pub fn angular_momentum(&self) -> Vec3 {

@@ -153,6 +153,38 @@ fn what_breaks_ahead_of_sound_is_told() {
     assert_eq!(solve.ahead(), (0, 0.0));
 }
 
+/// F09, F10: damage that was taken back and momentum that nothing gave are told at the end.
+#[test]
+fn what_the_watch_finds_is_told() {
+    let told = |solve: &Brittle, mode: &str| {
+        solve.report(&[]).warnings.iter().any(|line| line.contains(mode))
+    };
+    let mut solve = struck(PLASTER);
+    (0..16).for_each(|_| solve.step().expect("a step"));
+    solve.look().expect("numbers");
+    assert!(!told(&solve, "(F09)") && !told(&solve, "(F10)"));
+    for damage in [0.5, 0.4] {
+        solve.domain.particles.damage[0] = damage;
+        solve.look().expect("numbers");
+    }
+    assert!(told(&solve, "(F09)") && !told(&solve, "(F10)"));
+    solve.domain.launch(|_| Vec3::zeros());
+    solve.look().expect("numbers");
+    assert!(told(&solve, "(F10)"));
+}
+
+/// F24: damage that cost more than approach and spin had is told with both.
+#[test]
+fn damage_that_cost_more_than_there_was_is_told() {
+    let mut solve = struck(PLASTER);
+    for (cost, found) in [(0.49, false), (0.51, true)] {
+        solve.total.dissipated = cost;
+        let told = solve.report(&[]).warnings;
+        let words = "damage cost 5.100e-1 J, approach and spin had 5.000e-1 J";
+        assert_eq!(told.iter().any(|line| line.starts_with(words)), found, "{told:?}");
+    }
+}
+
 /// F22: faces in the grid's planes are told with how often, faces of all directions are not.
 #[test]
 fn faces_that_lie_along_the_grid_are_told() {

@@ -3,8 +3,9 @@
 use super::Brittle;
 use super::clock::{Clock, PUSH_TRANSITS};
 use crate::damage::Softening;
-use crate::mpm::load::{LEAST_RADIUS, Load};
+use crate::mpm::load::LEAST_RADIUS;
 use crate::mpm::spring::{self, Spring};
+use crate::mpm::watch;
 use crate::solver::{Problem, Report};
 use cullet_geometry::{Solid, Surface, Vec3};
 
@@ -95,6 +96,7 @@ impl Brittle {
                 self.clock.transit
             ));
         }
+        warnings.extend(self.watch.warnings());
         let (ahead, furthest) = self.ahead();
         if ahead > 0 {
             warnings.push(format!(
@@ -115,35 +117,21 @@ impl Brittle {
         }
     }
 
-    /// How many points broke farther from every contact than 1.1 times the way of sound since the
-    /// push began and three cells more, and by how much at most \[m\] (F06). A spin stresses all
-    /// of a body before the push.
+    /// [`watch::ahead`] of the contacts (F06). A spin stresses all of a body before the push.
     pub(super) fn ahead(&self) -> (u32, f64) {
         if self.clock.spin_up > 0.0 {
             return (0, 0.0);
         }
-        let (particles, reach) = (&self.domain.particles, 3.0 * self.domain.grid.spacing.max());
-        let sound = 1.1 * self.problem.material.pressure_speed();
-        let mut found = (0, 0.0_f64);
-        for (p, x) in particles.reference.iter().enumerate() {
-            if particles.damage[p] < 1.0 {
-                continue;
-            }
-            let of = |load: &Load| (x - load.point).norm() - load.radius;
-            let away = self.loads.iter().map(of).fold(f64::INFINITY, f64::min);
-            let lead = away - sound * particles.damage_time[p] - reach;
-            if lead > 0.0 {
-                found = (found.0 + 1, found.1.max(lead));
-            }
-        }
-        found
+        let discs: Vec<(Vec3, f64)> = self.loads.iter().map(|l| (l.point, l.radius)).collect();
+        watch::ahead(&self.domain, &discs, self.problem.material.pressure_speed())
     }
 }
 
 /// Whether new crack faces lie along the grid's planes: the share of their area within 10° of one,
 /// over that of faces that lie anyhow, 3 (1 − cos 10°) (F22). A straight crack through a body that
 /// lies along the grid itself is told too.
-pub(super) fn lean<'a>(solids: impl Iterator<Item = &'a Solid>) -> Option<String> {
+#[must_use]
+pub fn lean<'a>(solids: impl Iterator<Item = &'a Solid>) -> Option<String> {
     let (mut along, mut all) = (0.0, 0.0);
     for solid in solids {
         for (t, surface) in solid.surface.iter().enumerate() {
