@@ -244,7 +244,7 @@ mod tests {
             &format!("query egress {all}"),
             "declare_liveliness_subscriber ingress cullet/v1/live/w/main/*/*",
             "liveliness_token egress cullet/v1/live/w/main/*/*",
-            &format!("{},liveliness_query,declare_liveliness_subscriber ingress {others}", shown),
+            &format!("{shown},liveliness_query,declare_liveliness_subscriber ingress {others}"),
             &format!("query,reply,liveliness_token egress {others}"),
         ];
         assert_eq!(rows, want);

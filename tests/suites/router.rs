@@ -221,6 +221,12 @@ fn a_coordinators_own_workers_are_let_in() {
         let endpoint = common::free_endpoint().replace("tcp/", "tls/");
         let place = if routed { "--router" } else { "--listen" };
         let _router = routed.then(|| Farm::router(&endpoint, Some(&folder)));
+        if routed {
+            let call = Cullet::new(&["coordinator", place, &endpoint, "--state"]);
+            let said = guarded(call.path(&unique("false-state")), Some(&folder), "ann").output();
+            let why = "of \"ann\", and the roles have \"coordinator\" for coordinator";
+            assert!(said.code == 64 && said.stderr.contains(why), "{}", said.stderr);
+        }
         let call = Cullet::new(&["coordinator", place, &endpoint, "--workers", "1", "--state"]);
         let call = call.path(&unique("own-state"));
         let _coordinator = guarded(call, Some(&folder), "coordinator").spawn();

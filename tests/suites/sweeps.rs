@@ -81,14 +81,15 @@ fn a_sweep_makes_a_table_and_a_sheet_here_and_at_a_coordinator() {
     assert_eq!(said.code, 0, "{}", said.stderr);
     let told: Vec<Value> =
         said.stdout.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
-    let of = |row: &Value| (row["run"].clone(), row["set"]["world.seed"].clone());
+    let of = |line: &Value| ["row", "run"].map(|key| line[key].clone());
+    assert_eq!(told[0]["set"]["world.seed"], "5");
     assert_eq!(
         told.iter().map(of).collect::<Vec<_>>(),
-        [(1.into(), "5".into()), (2.into(), "6".into())]
+        [[1, 1], [2, 2]].map(|pair| pair.map(Value::from))
     );
     let (here, there) = (table(&local), table(&far));
     assert_eq!(here.len(), 3, "{here:?}");
-    assert_eq!(here[0][..3], ["run", "world.seed", "code"]);
+    assert_eq!(here[0][..3], ["row", "world.seed", "code"]);
     assert_eq!((here[1][1].as_str(), here[2][1].as_str()), ("5", "6"));
     let digests = |rows: &[Vec<String>]| -> Vec<Option<String>> {
         rows[1..].iter().map(|row| row.last().cloned()).collect()
@@ -129,7 +130,7 @@ fn a_sweep_that_was_left_to_itself_is_fetched_together_later() {
     assert!(said.stderr.contains("1 of 2 runs are not over"), "{}", said.stderr);
     let rows = table(&half);
     assert_eq!((rows[1][1].as_str(), rows[1][2].as_str()), ("0.02", "0"));
-    assert_eq!((rows[2][1].as_str(), rows[2][2..].concat()), ("600", String::new()));
+    assert_eq!((rows[2][1].as_str(), rows[2][2..].concat()), ("600", "2".into()), "its number");
     assert!(half.join("sheet.png").is_file() && half.join("1/run.mcap").is_file());
     // Somebody follows, and somebody ends it.
     let mut follows = farm.call(&["fetch", "--follow"]).path(&file).args(&set);

@@ -10,6 +10,7 @@ use cullet_proto::keys::{DEFAULT_COORDINATOR, UserVerb};
 use cullet_proto::service::{About, Nothing, Workers};
 use cullet_proto::{envelope, service};
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// Less room than this is worth a word: a long run's recording has some hundred MB.
@@ -173,6 +174,12 @@ fn about_workers(workers: &[service::WorkerInfo], found: &mut Vec<Finding>) {
     let up: Vec<_> = workers.iter().filter(|worker| worker.up && !worker.drained).collect();
     if up.is_empty() {
         found.push(finding("workers", false, "there is none: jobs wait until one comes"));
+    }
+    let builds: BTreeSet<&str> = up.iter().map(|worker| worker.build.as_str()).collect();
+    if builds.len() > 1 {
+        let all = builds.into_iter().collect::<Vec<_>>().join(", ");
+        let text = format!("workers are of different builds, {all}: their bits may differ");
+        found.push(finding("builds", false, text));
     }
     for worker in up {
         let same = worker.version == env!("CARGO_PKG_VERSION");

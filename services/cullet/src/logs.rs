@@ -32,7 +32,12 @@ pub(crate) fn start(voice: &Voice) {
         (false, ..) => "debug",
     };
     let filter = EnvFilter::try_from_env("CULLET_LOG").unwrap_or_else(|_| EnvFilter::new(level));
-    let logs = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    let colours = std::io::IsTerminal::is_terminal(&std::io::stderr())
+        && std::env::var_os("NO_COLOR").is_none_or(|set| set.is_empty());
+    let logs = tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_ansi(colours)
+        .with_writer(std::io::stderr);
     match voice.log {
         Log::Text => logs.init(),
         Log::Json => {

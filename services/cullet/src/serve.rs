@@ -29,6 +29,9 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     let stop = stop_when_told("clients are told first")?;
     let endpoint = args.router.as_ref().unwrap_or(&args.listen);
     let guard = guard(&args.guard, endpoint, args.router.is_none())?;
+    if args.router.is_some() {
+        guard.may_answer()?;
+    }
     let spawn = (args.workers > 0).then(|| own_workers(args, &guard)).transpose()?;
     let store = Store::open(args.state.as_deref()).map_err(|error| trouble(&error))?;
     let settings = PoolConfig {
@@ -138,6 +141,24 @@ struct Guard {
     link: Link,
     rules: Rules,
     roles: Option<Roles>,
+}
+
+impl Guard {
+    /// Behind a router nobody hears a coordinator whose certificate roles do not name.
+    fn may_answer(&self) -> Result<(), Trouble> {
+        let (Some(roles), Some(certificate)) = (&self.roles, &self.link.certificate) else {
+            return Ok(());
+        };
+        let (named, shown) = (roles.coordinator().as_str(), &certificate.name);
+        if named == shown {
+            return Ok(());
+        }
+        let text = format!(
+            "the certificate is of {shown:?}, and the roles have {named:?} for coordinator: \
+             behind a router that has them nobody would hear it"
+        );
+        Err(Trouble::new(Exit::Usage, text))
+    }
 }
 
 /// Identity and roles; `listens`: others come here, which roles rule, and which is not open to

@@ -88,6 +88,8 @@ impl Named {
 
 /// What came of one run of a sweep.
 struct Row {
+    /// Its number at the coordinator.
+    run: Option<u64>,
     folder: Option<PathBuf>,
     /// How it ended, or why it has no end here.
     exit: Exit,
@@ -132,7 +134,7 @@ pub(crate) fn run(args: &args::Run, stop: &Arc<AtomicBool>) -> Result<Exit, Trou
                 trouble.exit
             }
         };
-        rows.push(Row { folder: outcome.is_ok().then_some(out), exit });
+        rows.push(Row { run: None, folder: outcome.is_ok().then_some(out), exit });
         if stop.load(Ordering::Relaxed) {
             break;
         }
@@ -173,13 +175,14 @@ fn finish(
 fn table(sweep: &Sweep, rows: &[Row]) -> Result<String, Trouble> {
     let keys: Vec<String> = sweep.keys.iter().map(|key| quoted(key)).collect();
     let mut text = format!(
-        "run,{},code,fractures,fragments,grains,bodies,jobs,wall_seconds,digest\n",
+        "row,{},code,run,fractures,fragments,grains,bodies,jobs,wall_seconds,digest\n",
         keys.join(",")
     );
     for (index, (row, values)) in rows.iter().zip(&sweep.rows).enumerate() {
         let values: Vec<String> = values.iter().map(|value| quoted(bare(value))).collect();
         let code = row.code().map(|code| code.to_string()).unwrap_or_default();
-        text += &format!("{},{},{code}", index + 1, values.join(","));
+        let run = row.run.map(|run| run.to_string()).unwrap_or_default();
+        text += &format!("{},{},{code},{run}", index + 1, values.join(","));
         match &row.folder {
             Some(folder) => {
                 let s = summary(folder)?;
@@ -207,7 +210,10 @@ fn lines(sweep: &Sweep, rows: &[Row]) -> Result<(), Trouble> {
             sweep.keys.iter().zip(values.iter().map(|value| bare(value))).collect();
         let summary = row.folder.as_deref().map(summary).transpose()?;
         let code = row.code();
-        print_json(&json!({ "run": index + 1, "set": set, "code": code, "summary": summary }))?;
+        let (row, run) = (index + 1, row.run);
+        print_json(&json!({
+            "row": row, "run": run, "set": set, "code": code, "summary": summary
+        }))?;
     }
     Ok(())
 }

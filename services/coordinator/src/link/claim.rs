@@ -101,7 +101,9 @@ impl Standing {
             .callback(move |sample| {
                 let life = keys::parse_coordinator_live(sample.key_expr().as_str());
                 let up = sample.kind() == SampleKind::Put;
-                let _full = life.map(|life| signs.try_send(Input::Sign(life, up)));
+                if let Some(life) = life {
+                    drop(signs.try_send(Input::Sign(life, up)));
+                }
             })
             .wait()
             .map_err(failed)?;

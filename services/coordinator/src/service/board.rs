@@ -11,6 +11,7 @@ mod deaths;
 use cullet_proto::service::{FileInfo, JobCounts, MAX_PRIORITY, State};
 pub(super) use deaths::{Deaths, Reached};
 use serde::{Deserialize, Serialize};
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, VecDeque};
 
 /// Runs that may wait; a further one is told to come again.
@@ -114,6 +115,17 @@ pub(super) enum Event {
     Returned { at: u64 },
     /// All there is to know of a run: what a journal that was written anew begins with.
     Kept { entry: Box<Entry> },
+}
+
+/// How it stands with a user.
+#[derive(Clone, Copy, Default)]
+struct Turn<'a> {
+    /// Runs that go on.
+    busy: usize,
+    /// When one began last.
+    began: Option<u64>,
+    /// Which would be next.
+    best: Option<&'a Entry>,
 }
 
 /// Why something is not done.
@@ -274,20 +286,33 @@ impl Board {
         }
     }
 
-    /// The run whose turn it is: the highest priority, with what waiting adds to it; then whose
-    /// user has the fewest going on; then the oldest. None while it must be alone and is not.
+    /// The run whose turn it is. Of each user it is the run of the highest priority, with what its
+    /// waiting adds, then the oldest. Between users it is the highest priority, with what waiting
+    /// adds since a run of that user last began: who hands in much gains nothing by it. Then comes
+    /// who has the fewest going on, then whose last began first. None while it must be alone and is
+    /// not.
     pub(super) fn next(&self, now: u64) -> Option<&Entry> {
-        let mut busy: BTreeMap<&str, usize> = BTreeMap::new();
-        for entry in self.running() {
-            *busy.entry(entry.order.user.as_str()).or_default() += 1;
+        let rank = |entry: &Entry, since: u64| {
+            let waited = now.saturating_sub(since) / AGEING_MS;
+            Reverse(i64::from(entry.order.priority).saturating_add_unsigned(waited))
+        };
+        let mut users: BTreeMap<&str, Turn> = BTreeMap::new();
+        for entry in self.entries() {
+            let turn = users.entry(entry.order.user.as_str()).or_default();
+            turn.busy += usize::from(entry.state == State::Running);
+            turn.began = turn.began.max(entry.started);
+            if entry.state == State::Queued {
+                let own = |entry: &Entry| (rank(entry, entry.order.at), entry.run);
+                let best = turn.best.into_iter().chain([entry]);
+                turn.best = best.min_by_key(|entry| own(entry));
+            }
         }
-        let queued = self.entries().filter(|entry| entry.state == State::Queued);
-        let next = queued.min_by_key(|entry| {
-            let waited = now.saturating_sub(entry.order.at) / AGEING_MS;
-            let rank = i64::from(entry.order.priority).saturating_add_unsigned(waited);
-            (-rank, busy.get(entry.order.user.as_str()).copied().unwrap_or(0), entry.run)
+        let turns = users.into_values().filter_map(|turn| Some((turn.best?, turn)));
+        let next = turns.min_by_key(|(best, turn)| {
+            let since = best.order.at.max(turn.began.unwrap_or(0));
+            (rank(best, since), turn.busy, turn.began, best.run)
         });
-        next.filter(|entry| self.may_begin(entry))
+        next.map(|(best, _)| best).filter(|entry| self.may_begin(entry))
     }
 
     /// Takes an event in.

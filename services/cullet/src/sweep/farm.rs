@@ -209,7 +209,7 @@ impl How<'_> {
             let out = folder.path.join((index + 1).to_string());
             let row = match run {
                 Some(run) => self.row(*run, &out).inspect_err(|_| folder.forget())?,
-                None => Row { folder: None, exit: Exit::Unknown },
+                None => Row { run: None, folder: None, exit: Exit::Unknown },
             };
             match (row.exit, run) {
                 (Exit::Later, Some(run)) => going.push(*run),
@@ -243,19 +243,19 @@ impl How<'_> {
         let info = match info {
             Err(trouble) if trouble.exit == Exit::Unknown => {
                 logs::error(&trouble);
-                return Ok(Row { folder: None, exit: Exit::Unknown });
+                return Ok(Row { run: None, folder: None, exit: Exit::Unknown });
             }
             info => info?,
         };
         if !info.state.is_over() {
-            return Ok(Row { folder: None, exit: Exit::Later });
+            return Ok(Row { run: Some(run), folder: None, exit: Exit::Later });
         }
         // One that stalled has files, and is not done.
         let folder = bring(self.client, &info, Some(out))?.filter(|_| has_summary(&info));
         if !self.place.who.voice.quiet {
             logs::say(format!("run {run} is {}", info.state.word()));
         }
-        Ok(Row { folder, exit: exit_of(&info) })
+        Ok(Row { run: Some(run), folder, exit: exit_of(&info) })
     }
 }
 

@@ -4,6 +4,7 @@ use super::{
 };
 use cullet_geometry::math::scramble;
 use cullet_proto::service::State;
+use std::collections::VecDeque;
 
 fn order(user: &str, priority: i32, at: u64) -> Order {
     Order { user: user.into(), priority, at, ..Order::default() }
@@ -107,6 +108,44 @@ fn priority_goes_first_then_who_has_less_then_age_and_waiting_counts() {
     );
     take(&mut board, [Event::Paused { run: other }, Event::Paused { run: urgent }]);
     assert_eq!(next(&board, 0), Some(second));
+}
+
+/// With one run at a time and with two, however long whose runs have waited.
+#[test]
+fn who_hands_in_much_does_not_go_before_who_hands_in_one() {
+    for slots in [1, 2] {
+        for ages in [0, 5, 50].map(|steps| steps * AGEING_MS) {
+            let mut board = Board::default();
+            for _ in 0..6 {
+                submit(&mut board, order("a", 0, 0));
+            }
+            let mut going = VecDeque::new();
+            let mut began = Vec::new();
+            let mut now = 0;
+            for round in 0..8 {
+                if round == 1 {
+                    now += ages;
+                    submit(&mut board, order("b", 0, now));
+                    submit(&mut board, order("b", 0, now));
+                }
+                while going.len() < slots {
+                    let Some(run) = board.next(now).map(|entry| entry.run) else { break };
+                    let (folder, at) = (run.to_string(), now);
+                    take(&mut board, [Event::Started { run, folder, at }]);
+                    began.push(board.get(run).expect("it is there").order.user.clone());
+                    going.push_back(run);
+                }
+                now += 1000;
+                end(&mut board, going.pop_front().expect("one goes on"), How::Done);
+            }
+            // Those that began before b came, and then in turn; in steps of ten minutes what
+            // waited since a's last began may count once for a.
+            let began: String = began[slots..].concat();
+            let late = began.find('b').expect("b has its turn");
+            assert!(late <= 1, "{slots} at once, after {ages} ms: {began}");
+            assert!(began[late..].starts_with("bab"), "{slots} at once, after {ages} ms: {began}");
+        }
+    }
 }
 
 #[test]
