@@ -50,6 +50,7 @@ fn refused(process: &mut Going, by: u32, why: &str) {
 
 #[test]
 fn a_second_coordinator_is_refused_and_one_that_was_killed_is_followed_by_the_next() {
+    let _left = common::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let _router = router(&endpoint);
     let (first, second) = (unique("first"), unique("second"));
@@ -78,6 +79,7 @@ fn a_second_coordinator_is_refused_and_one_that_was_killed_is_followed_by_the_ne
 
 #[test]
 fn of_coordinators_that_start_together_one_stays() {
+    let _left = common::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let _router = router(&endpoint);
     for _ in 0..4 {
@@ -100,6 +102,7 @@ fn of_coordinators_that_start_together_one_stays() {
 /// Its machine is gone: the router sees its sign of life until it gives the link up.
 #[test]
 fn a_sign_of_life_that_lingers_is_waited_for() {
+    let _left = common::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let _router = router(&endpoint);
     let (weather, door) = proxy(&endpoint);
@@ -118,6 +121,7 @@ fn a_sign_of_life_that_lingers_is_waited_for() {
 
 #[test]
 fn of_two_that_find_each_other_again_the_younger_leaves_and_loses_nothing() {
+    let _left = common::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let _router = router(&endpoint);
     let (weather, door) = proxy(&endpoint);
@@ -143,6 +147,7 @@ fn of_two_that_find_each_other_again_the_younger_leaves_and_loses_nothing() {
 /// Several places are ways to one coordinator, and the first that leads somewhere is taken.
 #[test]
 fn a_worker_takes_the_way_that_is_there() {
+    let _left = common::NobodyLeft::watch();
     let (nobody, endpoint) = (common::free_endpoint(), common::free_endpoint());
     let _coordinator = Cullet::new(&["coordinator", "--listen", &endpoint]).spawn();
     answers(&endpoint);

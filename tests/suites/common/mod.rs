@@ -5,8 +5,10 @@ pub(crate) mod desk;
 pub(crate) mod farm;
 pub(crate) mod figures;
 pub(crate) mod history;
+mod left;
 pub(crate) mod proxy;
 
+pub(crate) use left::NobodyLeft;
 use std::fs::OpenOptions;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -37,6 +39,7 @@ impl Cullet {
     pub(crate) fn of(program: &Path, args: &[&str]) -> Self {
         let mut command = Command::new(program);
         command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        left::mark(&mut command);
         Self(command)
     }
 

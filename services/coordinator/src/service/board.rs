@@ -296,7 +296,7 @@ impl Board {
             let waited = now.saturating_sub(since) / AGEING_MS;
             Reverse(i64::from(entry.order.priority).saturating_add_unsigned(waited))
         };
-        let mut users: BTreeMap<&str, Turn> = BTreeMap::new();
+        let mut users: BTreeMap<&str, Turn<'_>> = BTreeMap::new();
         for entry in self.entries() {
             let turn = users.entry(entry.order.user.as_str()).or_default();
             turn.busy += usize::from(entry.state == State::Running);
