@@ -53,6 +53,10 @@ pub struct Names {
     /// Answers; [`COORDINATOR`] if it is not said.
     #[serde(default)]
     pub coordinator: Option<String>,
+    /// What coordinators there are called; [`keys::DEFAULT_COORDINATOR`] if it is not said. All of
+    /// them show that certificate.
+    #[serde(default)]
+    pub names: Vec<String>,
 }
 
 /// The name in a coordinator's certificate, where roles name no other.
@@ -77,6 +81,7 @@ pub struct Roles {
     users: BTreeSet<WorkerId>,
     operators: BTreeSet<WorkerId>,
     coordinator: WorkerId,
+    names: BTreeSet<WorkerId>,
 }
 
 impl Roles {
@@ -98,7 +103,12 @@ impl Roles {
         // A coordinator's own workers show its certificate.
         let mut crews = all(&crews)?;
         crews.insert(coordinator.clone());
-        Ok(Self { workers: all(&workers)?, crews, users, operators, coordinator })
+        let mut called = all(&names.names)?;
+        if called.is_empty() {
+            called.insert(WorkerId::new(keys::DEFAULT_COORDINATOR)?);
+        }
+        let workers = all(&workers)?;
+        Ok(Self { workers, crews, users, operators, coordinator, names: called })
     }
 
     /// The name in the coordinator's certificate.
@@ -107,33 +117,42 @@ impl Roles {
         &self.coordinator
     }
 
+    /// What coordinators are called.
+    #[must_use]
+    pub fn names(&self) -> &BTreeSet<WorkerId> {
+        &self.names
+    }
+
     /// Who may control what is others'.
     #[must_use]
     pub fn operators(&self) -> &BTreeSet<WorkerId> {
         &self.operators
     }
 
-    /// The rules of a router, or of a coordinator that is one: `coordinator` is its name in keys.
+    /// The rules of a router, or of a coordinator that is one.
     #[must_use]
-    pub fn access(&self, coordinator: &WorkerId) -> Rules {
+    pub fn access(&self) -> Rules {
+        let each = |key: &dyn Fn(&WorkerId) -> String| -> Vec<String> {
+            self.names.iter().map(key).collect()
+        };
         let mut control = Control::default();
         for name in &self.workers {
-            let asks = [keys::worker_rpcs_of(coordinator, name)];
-            let lives = [keys::worker_lives(coordinator, name)];
+            let asks = each(&|coordinator| keys::worker_rpcs_of(coordinator, name));
+            let lives = each(&|coordinator| keys::worker_lives(coordinator, name));
             control.admit("w", name, &asking(&asks, &lives));
         }
         for name in &self.crews {
-            let asks = [keys::crew_rpcs(coordinator, name)];
-            let lives = [keys::crew_lives(coordinator, name)];
+            let asks = each(&|coordinator| keys::crew_rpcs(coordinator, name));
+            let lives = each(&|coordinator| keys::crew_lives(coordinator, name));
             control.admit("crew", name, &asking(&asks, &lives));
         }
         for name in &self.users {
-            let asks = [keys::user_rpcs_of(coordinator, name)];
+            let asks = each(&|coordinator| keys::user_rpcs_of(coordinator, name));
             control.admit("u", name, &asking(&asks, &[]));
         }
-        let answers = [keys::worker_rpcs(coordinator), keys::user_rpcs(coordinator)];
-        let sees = [keys::workers_live(coordinator)];
-        let others = [keys::claims(coordinator), keys::coordinators_live(coordinator)];
+        let answers = [each(&keys::worker_rpcs), each(&keys::user_rpcs)].concat();
+        let sees = each(&keys::workers_live);
+        let others = [each(&keys::claims), each(&keys::coordinators_live)].concat();
         let rights: [Right<'_>; 6] = [
             ("answers", &["declare_queryable", "reply"], "ingress", &answers),
             ("is-asked", &["query"], "egress", &answers),
@@ -207,14 +226,40 @@ mod tests {
     fn names(workers: &[&str], users: &[&str], operators: &[&str]) -> Names {
         let [workers, users, operators] = [workers, users, operators]
             .map(|list| list.iter().map(|name| (*name).to_owned()).collect());
-        Names { workers, users, operators, coordinator: None }
+        Names { workers, users, operators, ..Names::default() }
+    }
+
+    #[test]
+    fn coordinators_of_several_names_have_the_same_rights_each() -> Result<(), WireError> {
+        let several =
+            Names { names: vec!["main".into(), "night".into()], ..names(&["w-1"], &["ann"], &[]) };
+        let one = Roles::new(&names(&["w-1"], &["ann"], &[]))?.access();
+        let two = Roles::new(&several)?.access();
+        let keys = |text: &str| -> Vec<Vec<String>> {
+            let said: Value = serde_json::from_str(text).unwrap_or_default();
+            let rules = said["rules"].as_array().cloned().unwrap_or_default();
+            let keys =
+                rules.into_iter().map(|rule| serde_json::from_value(rule["key_exprs"].clone()));
+            keys.map(Result::unwrap_or_default).collect()
+        };
+        let (one, two) = (keys(&one[0].1), keys(&two[0].1));
+        assert!(one.len() == two.len() && one.len() > 6);
+        for (one, two) in one.iter().zip(&two) {
+            let night = one.iter().map(|key| key.replace("/main/", "/night/"));
+            let mut want: Vec<String> = one.iter().cloned().chain(night).collect();
+            let mut have = two.clone();
+            want.sort();
+            have.sort();
+            assert_eq!(have, want);
+        }
+        Ok(())
     }
 
     #[test]
     fn each_may_ask_as_itself_and_nothing_else() -> Result<(), WireError> {
         // Who is named twice has one rule, and an operator may what a user may.
         let roles = Roles::new(&names(&["w-1", "pod-*"], &["ann", "ann"], &["ann"]))?;
-        let access = roles.access(&WorkerId::new("main")?);
+        let access = roles.access();
         let said: Value = serde_json::from_str(&access[0].1).unwrap_or_default();
         assert_eq!((said["enabled"].as_bool(), access.len()), (Some(true), 1));
         assert_eq!(said["default_permission"], "deny");

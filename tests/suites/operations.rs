@@ -78,7 +78,7 @@ fn the_page_of_operations_can_be_typed_from_top_to_bottom() {
         return skip("docs/operations.md: there is no curl");
     }
     let folder = desk("operations");
-    let [first, second, metrics] = ports();
+    let [first, second, third, metrics] = ports();
     let mut script = String::from("set -eu\ntrap 'kill $(jobs -p) 2>/dev/null; wait' EXIT\n");
     for block in blocks("docs/operations.md", "sh") {
         for line in block.lines() {
@@ -95,6 +95,7 @@ fn the_page_of_operations_can_be_typed_from_top_to_bottom() {
         .replace("/var/lib/cullet", "state")
         .replace("7447", &first)
         .replace("7448", &second)
+        .replace("7449", &third)
         .replace("9464", &metrics)
         .replace("scenes/bullet", "tests/corpus/drop.toml");
     let said = shell(&folder, &format!("set -x\n{script}"));
@@ -121,6 +122,7 @@ fn the_page_of_operations_can_be_typed_from_top_to_bottom() {
     let digest = |run: &str| common::summary(&folder.join(run))["digest"].clone();
     assert_eq!(digest("runs/drop-1"), digest("state/recordings/drop-7"), "the killed one differs");
     assert_eq!(digest("runs/drop-1"), digest("secure/recordings/drop-1"), "the secure one differs");
+    assert_eq!(digest("runs/drop-1"), digest("by-night/recordings/drop-1"), "at night it differs");
     assert!(!folder.join("state/recordings/drop-4").exists(), "it is deleted and there");
     nobody_is_left(&folder);
 }

@@ -57,7 +57,7 @@ fn a_second_coordinator_is_refused_and_one_that_was_killed_is_followed_by_the_ne
     let mut one = coordinator(&endpoint, &first);
     answers(&endpoint);
     let run = submit(&endpoint);
-    let begun = "end that one, or give this one a router of its own";
+    let begun = "end that one, or give this one a name (--name) or a router of its own";
     refused(&mut coordinator(&endpoint, &second), one.id(), begun);
     // The same folder has a lock of its own.
     let mut same = coordinator(&endpoint, &first);
@@ -75,6 +75,37 @@ fn a_second_coordinator_is_refused_and_one_that_was_killed_is_followed_by_the_ne
     }
     signal(one.id(), "TERM");
     assert_eq!(one.wait(LONG), Some(0), "{}", one.stderr());
+}
+
+/// Two behind one router, each with workers and runs of its own.
+#[test]
+fn coordinators_of_two_names_do_not_see_each_other() {
+    let _left = common::NobodyLeft::watch();
+    let endpoint = common::free_endpoint();
+    let _router = router(&endpoint);
+    let [_day, _night] = ["main", "night"].map(|name| {
+        let call = ["coordinator", "--router", &endpoint, "--workers", "1", "--name", name];
+        Cullet::new(&call).args(&["--state"]).path(&unique(name)).spawn()
+    });
+    let at = |name: &str, args: &[&str]| {
+        let said = ask(&endpoint, &[args, &["--coordinator", name]].concat());
+        (said.code, said.stdout, said.stderr)
+    };
+    for name in ["main", "night"] {
+        common::until("it answers", LONG, || at(name, &["ps"]).0 == 0);
+    }
+    let scene = corpus("drop.toml");
+    for name in ["night", "main"] {
+        let (code, run, stderr) = at(name, &["submit", &scene, "--detach"]);
+        assert_eq!((code, run.as_str()), (0, "1\n"), "{name}: {stderr}");
+        assert!(DONE.contains(&at(name, &["wait", "1"]).0));
+        let who = ["--connect", endpoint.as_str(), "--coordinator", name];
+        assert_eq!(common::fetched("1", &who), quiet_digest(&[]), "{name}");
+        let workers = at(name, &["workers", "--json"]).1;
+        assert_eq!(workers.matches("\"name\"").count(), 1, "{name}: {workers}");
+    }
+    let (code, _, stderr) = at("noon", &["ps"]);
+    assert_eq!(code, 69, "{stderr}");
 }
 
 #[test]

@@ -229,6 +229,11 @@ fn a_coordinators_own_workers_are_let_in() {
             let said = guarded(call.path(&unique("false-state")), Some(&folder), "ann").output();
             let why = "of \"ann\", and the roles have \"coordinator\" for coordinator";
             assert!(said.code == 64 && said.stderr.contains(why), "{}", said.stderr);
+            let call = ["coordinator", place, &endpoint, "--name", "night", "--state"];
+            let call = Cullet::new(&call).path(&unique("unnamed-state"));
+            let said = guarded(call, Some(&folder), "coordinator").output();
+            let why = "the roles have no coordinator of that name";
+            assert!(said.code == 64 && said.stderr.contains(why), "{}", said.stderr);
         }
         let call = Cullet::new(&["coordinator", place, &endpoint, "--workers", "1", "--state"]);
         let call = call.path(&unique("own-state"));

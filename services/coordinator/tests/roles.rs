@@ -71,10 +71,10 @@ impl Stage {
             workers: list(&["w-1", "w-2", "brief"]),
             users: list(&["ann", "bob"]),
             operators: Vec::new(),
-            coordinator: None,
+            ..Names::default()
         };
         let mut rules = identity(&folder.path().join("router"));
-        rules.extend(Roles::new(&names)?.access(&name("main")));
+        rules.extend(Roles::new(&names)?.access());
         let (router, endpoint) = start(folder.path(), &rules)?;
         let place = folder.path().join("coordinator");
         let coordinator = session(&endpoint, &place, false)?;

@@ -12,6 +12,7 @@ use clap::{Args, Parser, Subcommand};
 use cullet_coordinator::bench::Sweep;
 use cullet_coordinator::record;
 use cullet_proto::WorkerId;
+use cullet_proto::keys::DEFAULT_COORDINATOR;
 use std::path::PathBuf;
 
 /// Cullet breaks things, truthfully and at scale.
@@ -226,6 +227,9 @@ pub(crate) struct Coordinator {
     /// Zenoh endpoint of a router to connect to instead of listening
     #[arg(long, value_name = "ENDPOINT", conflicts_with = "listen", value_parser = endpoint)]
     pub(crate) router: Option<String>,
+    /// What it is called: of several on one network each has a name of its own
+    #[arg(long, default_value = DEFAULT_COORDINATOR, value_parser = name)]
+    pub(crate) name: String,
     #[command(flatten)]
     pub(crate) guard: Guard,
     /// Folder that keeps the runs, so that they go on after a crash [default: they are forgotten]
@@ -302,6 +306,10 @@ pub(crate) struct Worker {
     /// to the same coordinator: a worker works for one at a time, the first that it reaches
     #[arg(long, required = true, value_name = "ENDPOINT", value_parser = endpoint)]
     pub(crate) connect: Vec<String>,
+    /// For which coordinator, where there are several on a network: its --name
+    #[arg(long, value_name = "NAME", env = "CULLET_COORDINATOR",
+        default_value = DEFAULT_COORDINATOR, value_parser = name)]
+    pub(crate) coordinator: String,
     /// Folder with ca.pem, cert.pem and key.pem: mutual TLS
     #[arg(long, value_name = "DIR")]
     pub(crate) tls: Option<PathBuf>,

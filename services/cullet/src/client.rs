@@ -10,7 +10,7 @@ use cullet_coordinator::link::LinkError;
 use cullet_coordinator::link::client::{Client, Terms};
 use cullet_coordinator::run::News;
 use cullet_coordinator::scene::Bundle;
-use cullet_proto::keys::{DEFAULT_COORDINATOR, UserVerb};
+use cullet_proto::keys::UserVerb;
 use cullet_proto::service::{self, About, Drain, Noted, RunInfo, Runs, State, Which, Workers};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -376,7 +376,7 @@ pub(crate) fn connect(place: &Place) -> Result<Client, Trouble> {
     let link = tls::link(who.tls.as_deref(), &place.connect, who.user.as_deref(), "user")?;
     let patience = Duration::from_secs_f64(who.patience.clamp(0.1, 86_400.0));
     let client = Client::connect_as(&place.connect, &link.rules, patience)
-        .and_then(|client| client.with(DEFAULT_COORDINATOR, &link.name))
+        .and_then(|client| client.with(&who.coordinator, &link.name))
         .map_err(|error| no_link(&link, &error, place))?;
     if link.is_tls() {
         // A denial is silent: it is told here, and not by whatever is asked next.

@@ -1,12 +1,12 @@
 //! `cullet doctor`: is this machine, and is that coordinator, fit for work.
 
-use crate::args;
+use crate::args::{self, Who};
 use crate::client::print_json;
 use crate::exit::{Exit, Trouble, print};
 use crate::tls::{self, Certificate, Link};
 use cullet_coordinator::link::client::Client;
 use cullet_coordinator::service::free;
-use cullet_proto::keys::{DEFAULT_COORDINATOR, UserVerb};
+use cullet_proto::keys::UserVerb;
 use cullet_proto::service::{About, Nothing, Workers};
 use cullet_proto::{envelope, service};
 use serde::Serialize;
@@ -38,7 +38,7 @@ pub(crate) fn doctor(args: &args::Doctor) -> Result<Exit, Trouble> {
     if let Some(endpoint) = &args.connect {
         let link = tls::link(who.tls.as_deref(), endpoint, who.user.as_deref(), "doctor")?;
         found.extend(link.certificate.as_ref().map(about_certificate));
-        there(endpoint, &link, who.patience, &mut found);
+        there(endpoint, &link, who, &mut found);
     }
     if who.json {
         print_json(&found)?;
@@ -97,11 +97,11 @@ fn about_certificate(certificate: &Certificate) -> Finding {
     finding("certificate", days >= SOON, text)
 }
 
-fn there(endpoint: &str, link: &Link, patience: f64, found: &mut Vec<Finding>) {
+fn there(endpoint: &str, link: &Link, who: &Who, found: &mut Vec<Finding>) {
     let asked = Instant::now();
-    let patience = Duration::from_secs_f64(patience.clamp(0.1, 86_400.0));
+    let patience = Duration::from_secs_f64(who.patience.clamp(0.1, 86_400.0));
     let client = Client::connect_as(endpoint, &link.rules, patience)
-        .and_then(|client| client.with(DEFAULT_COORDINATOR, &link.name));
+        .and_then(|client| client.with(&who.coordinator, &link.name));
     let client = match client {
         Ok(client) => client,
         Err(error) => {

@@ -11,6 +11,7 @@ use cullet_coordinator::preview;
 use cullet_coordinator::run::{Outcome, RunError, RunOptions};
 use cullet_coordinator::scene::{Scene, load};
 use cullet_coordinator::service::run_here;
+use cullet_proto::keys::DEFAULT_COORDINATOR;
 use std::path::Path;
 
 pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
@@ -73,6 +74,7 @@ pub(crate) fn start_pool(args: &args::Run) -> Result<Pool, Trouble> {
     let mut spawn = SpawnConfig::new(exe, workers, usize::from(args.threads));
     spawn.args.extend(args.voice.words());
     spawn.args.extend(args.memory.words(workers));
+    spawn.args.extend(["--coordinator".to_owned(), DEFAULT_COORDINATOR.to_owned()]);
     let config = PoolConfig { spawn: Some(spawn), ..PoolConfig::default() };
     Pool::start(config).map_err(|error| refused(&error))
 }

@@ -10,7 +10,6 @@ use cullet_coordinator::link::router::{self, Router};
 use cullet_coordinator::link::{LinkError, Pool, PoolConfig, SpawnConfig};
 use cullet_coordinator::service::{ServiceConfig, ServiceError, Store, serve, total};
 use cullet_proto::WorkerId;
-use cullet_proto::keys::DEFAULT_COORDINATOR;
 use cullet_proto::security::{COORDINATOR, Names, Roles, Rules};
 use cullet_worker::{WorkerConfig, WorkerError};
 use std::path::{Path, PathBuf};
@@ -29,14 +28,13 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     let stop = stop_when_told("clients are told first")?;
     let endpoint = args.router.as_ref().unwrap_or(&args.listen);
     let guard = guard(&args.guard, endpoint, args.router.is_none())?;
-    if args.router.is_some() {
-        guard.may_answer()?;
-    }
+    guard.may_answer(&args.name, args.router.is_some())?;
     let spawn = (args.workers > 0).then(|| own_workers(args, &guard)).transpose()?;
     let store = Store::open(args.state.as_deref()).map_err(|error| trouble(&error))?;
     let settings = PoolConfig {
         listen: Some(args.listen.clone()),
         router: args.router.clone(),
+        name: Some(args.name.clone()),
         spawn,
         rules: guard.rules,
         ..PoolConfig::default()
@@ -111,6 +109,7 @@ fn own_workers(args: &args::Coordinator, guard: &Guard) -> Result<SpawnConfig, T
     let mut spawn = SpawnConfig::new(exe, usize::from(args.workers), usize::from(args.threads));
     spawn.args.extend(args.voice.words());
     spawn.args.extend(args.memory.words(usize::from(args.workers)));
+    spawn.args.extend(["--coordinator".to_owned(), args.name.clone()]);
     if let Some(folder) = &args.guard.tls {
         spawn.args.extend(["--tls".to_owned(), folder.to_string_lossy().into_owned()]);
         spawn.prefix = format!("{}-", guard.link.name);
@@ -144,11 +143,22 @@ struct Guard {
 }
 
 impl Guard {
-    /// Behind a router nobody hears a coordinator whose certificate roles do not name.
-    fn may_answer(&self) -> Result<(), Trouble> {
+    /// Nobody hears a coordinator of a name that is not in the roles, nor one behind a router whose
+    /// certificate they do not name.
+    fn may_answer(&self, name: &str, routed: bool) -> Result<(), Trouble> {
         let (Some(roles), Some(certificate)) = (&self.roles, &self.link.certificate) else {
             return Ok(());
         };
+        if !roles.names().iter().any(|known| known.as_str() == name) {
+            let all: Vec<&str> = roles.names().iter().map(WorkerId::as_str).collect();
+            let text = format!(
+                "--name {name}: the roles have no coordinator of that name (names = {all:?})"
+            );
+            return Err(Trouble::new(Exit::Usage, text));
+        }
+        if !routed {
+            return Ok(());
+        }
         let (named, shown) = (roles.coordinator().as_str(), &certificate.name);
         if named == shown {
             return Ok(());
@@ -183,9 +193,8 @@ fn guard(args: &args::Guard, endpoint: &str, listens: bool) -> Result<Guard, Tro
     };
     let names: Names = toml::from_str(&text).map_err(|error| wrong(&error))?;
     let roles = Roles::new(&names).map_err(|error| wrong(&error))?;
-    let coordinator = WorkerId::new(DEFAULT_COORDINATOR).map_err(|error| wrong(&error))?;
     if listens {
-        rules.extend(roles.access(&coordinator));
+        rules.extend(roles.access());
     }
     Ok(Guard { link, rules, roles: Some(roles) })
 }
@@ -250,6 +259,7 @@ pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
         rules: link.rules,
         certificate: link.certificate.map(|certificate| certificate.name),
         connect: args.connect.clone(),
+        coordinator: args.coordinator.clone(),
         name,
         threads: usize::from(args.threads),
         parent_watch: args.parent_watch,

@@ -2,6 +2,7 @@
 
 use super::{Guard, SceneArgs, Voice, endpoint, moment, name};
 use clap::Args;
+use cullet_proto::keys::DEFAULT_COORDINATOR;
 use std::path::PathBuf;
 
 /// Where the coordinator is, and who asks.
@@ -24,6 +25,10 @@ pub(crate) struct Who {
     /// certificate's, or user]
     #[arg(long, value_name = "NAME", env = "CULLET_USER", value_parser = name)]
     pub(crate) user: Option<String>,
+    /// Which coordinator, where there are several on a network: its --name
+    #[arg(long, value_name = "NAME", env = "CULLET_COORDINATOR",
+        default_value = DEFAULT_COORDINATOR, value_parser = name)]
+    pub(crate) coordinator: String,
     /// How long to try to connect, and then how long to ask for an answer, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = moment)]
     pub(crate) patience: f64,

@@ -45,7 +45,7 @@ impl fmt::Display for Rival {
             "; it was there first, so this one leaves: what it has accepted is in its state folder \
              and goes on when it is started again where no other has its name"
         } else {
-            "; end that one, or give this one a router of its own"
+            "; end that one, or give this one a name (--name) or a router of its own"
         })
     }
 }
