@@ -178,7 +178,8 @@ fn told(run: &RunInfo) -> String {
     }
     lines.extend(run.files.iter().map(|file| format!("  {}: {} bytes", file.name, file.length)));
     if run.files.iter().any(|file| file.name == "job.bin") {
-        let fetch = format!("`cullet fetch {}`, then `cullet job job.bin`", run.run);
+        let fetch = "`cullet fetch {} --out there`, then `cullet job there/job.bin`";
+        let fetch = fetch.replace("{}", &run.run.to_string());
         lines.push(format!("  the job that was given up is tried again, alone, with {fetch}"));
     }
     lines.join("\n") + "\n"

@@ -231,10 +231,11 @@ impl Shell {
             for worker in self.named(&name) {
                 self.polls.remove(&worker);
                 self.heeds.remove(&worker);
-                self.names.remove(&worker);
                 self.staff.gone(worker);
                 self.roster.gone(worker);
                 self.step(Event::Down(worker));
+                // What is told of its jobs has its name.
+                self.names.remove(&worker);
             }
         }
         self.forsake();
