@@ -287,7 +287,10 @@ fn a_run_whose_job_kills_its_workers_stalls_and_goes_on_when_told() {
     assert_eq!(farm.ask(&["wait", &run]).code, 6);
     // Who handed it in gets what reproduces it, wherever that may be.
     let told = farm.ask(&["show", &run]).stdout;
-    assert!(told.contains("job.bin") && told.contains("--out there`, then `cullet job there/job.bin`"), "{told}");
+    assert!(
+        told.contains("job.bin") && told.contains("--out there`, then `cullet job there/job.bin`"),
+        "{told}"
+    );
     let out = unique("poisoned");
     let fetch = Cullet::new(&["fetch", &run, "--connect", &farm.endpoint, "--out"]).path(&out);
     assert_eq!(fetch.output().code, 6);
