@@ -11,11 +11,11 @@ pub(crate) enum Memory {
     Mib(u64),
 }
 
-/// Less than a job process holds before it has a job [MiB].
+/// Less than a job process holds before it has a job \[MiB\].
 const LEAST: u64 = 16;
 
 impl Memory {
-    /// The limit of each of so many jobs at once [bytes].
+    /// The limit of each of so many jobs at once \[bytes\].
     pub(crate) fn bytes(self, jobs: usize) -> Option<u64> {
         match self {
             Self::Auto => cullet_worker::memory::share(jobs),
