@@ -220,7 +220,6 @@ impl Control {
 mod tests {
     use super::{Names, Roles};
     use crate::codec::WireError;
-    use crate::ids::WorkerId;
     use serde_json::Value;
 
     fn names(workers: &[&str], users: &[&str], operators: &[&str]) -> Names {

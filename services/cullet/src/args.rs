@@ -4,7 +4,7 @@ mod farm;
 mod limit;
 mod voice;
 
-pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, OfRuns, Place, Ps, Router, Submit, What};
+pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, OfRuns, Place, Ps, Router, Submit, What, Who};
 pub(crate) use limit::{Memory, memory};
 pub(crate) use voice::{Log, Voice};
 

@@ -1,6 +1,6 @@
 //! `cullet doctor`: is this machine, and is that coordinator, fit for work.
 
-use crate::args::{self, Who};
+use crate::args;
 use crate::client::print_json;
 use crate::exit::{Exit, Trouble, print};
 use crate::tls::{self, Certificate, Link};
@@ -97,7 +97,7 @@ fn about_certificate(certificate: &Certificate) -> Finding {
     finding("certificate", days >= SOON, text)
 }
 
-fn there(endpoint: &str, link: &Link, who: &Who, found: &mut Vec<Finding>) {
+fn there(endpoint: &str, link: &Link, who: &args::Who, found: &mut Vec<Finding>) {
     let asked = Instant::now();
     let patience = Duration::from_secs_f64(who.patience.clamp(0.1, 86_400.0));
     let client = Client::connect_as(endpoint, &link.rules, patience)
