@@ -38,7 +38,7 @@ fn workers_of(parent: u32) -> Vec<u32> {
 
 #[test]
 fn a_worker_killed_in_the_middle_of_a_job_costs_time_and_no_result() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let out = unique("killed");
     let mut run = Cullet::new(&["run", &corpus("drop.toml"), "-v", "--workers", "2", "--out"])
         .path(&out)
@@ -66,7 +66,7 @@ fn a_worker_killed_in_the_middle_of_a_job_costs_time_and_no_result() {
 
 #[test]
 fn a_run_whose_job_keeps_dying_leaves_what_reproduces_it_and_a_timeline() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let out = unique("dying");
     let call = ["run", &corpus("drop.toml"), "--workers", "2", "--no-pictures", "--out"];
     let mut run = Cullet::new(&call).path(&out).args(&LONGER).spawn();
@@ -119,7 +119,7 @@ fn make_pipe(path: &Path) {
 
 #[test]
 fn a_run_told_to_stop_finishes_its_recording_and_leaves_no_process() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     for name in ["INT", "TERM"] {
         let out = unique("interrupted");
         let mut run = Cullet::new(&["run", &corpus("drop.toml"), "--out"])
@@ -143,7 +143,7 @@ fn a_run_told_to_stop_finishes_its_recording_and_leaves_no_process() {
 /// takes.
 #[test]
 fn a_second_interrupt_quits_at_once_and_a_second_termination_does_not() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let out = unique("twice");
     fs::create_dir_all(&out).expect("a folder");
     make_pipe(&out.join("preview.png.partial"));
@@ -165,7 +165,7 @@ fn a_second_interrupt_quits_at_once_and_a_second_termination_does_not() {
 
 #[test]
 fn a_worker_told_to_stop_leaves_with_or_without_a_coordinator() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     for name in ["INT", "TERM"] {
         let mut worker = Cullet::new(&["worker", "--connect", &endpoint]).spawn();
@@ -209,7 +209,7 @@ fn follow(endpoint: &str, out: &Path) -> Going {
 
 #[test]
 fn a_coordinator_told_to_stop_tells_its_clients_first() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let runs = unique("told");
     let (mut coordinator, mut first, endpoint, out) = served(&runs);
     let workers = workers_of(coordinator.id());
@@ -239,7 +239,7 @@ fn a_coordinator_told_to_stop_tells_its_clients_first() {
 /// A client that hears nothing keeps the coordinator waiting.
 #[test]
 fn a_coordinator_interrupted_twice_quits_at_once() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let runs = unique("leaving");
     let (mut coordinator, client, _, _) = served(&runs);
     let workers = workers_of(coordinator.id());
@@ -255,7 +255,7 @@ fn a_coordinator_interrupted_twice_quits_at_once() {
 /// in the place of its own program.
 #[test]
 fn a_pool_whose_workers_cannot_live_ends_aloud() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let folder = unique("dying");
     fs::create_dir_all(folder.join("own")).expect("a folder");
     let (program, scene) = (folder.join("cullet"), folder.join("scene.toml"));
@@ -290,7 +290,7 @@ fn a_pool_whose_workers_cannot_live_ends_aloud() {
 
 #[test]
 fn a_killed_parent_leaves_no_worker_and_a_recording_that_can_be_recovered() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let out = unique("orphans");
     let mut run = Cullet::new(&["run", &corpus("drop.toml"), "--workers", "2", "--out"])
         .path(&out)

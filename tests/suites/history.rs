@@ -46,7 +46,7 @@ fn only(said: &[String], kind: &str) {
 
 #[test]
 fn a_checker_of_runs_sees_what_is_lost_doubled_and_made_up() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let (acts, there) = runs();
     assert_eq!(check_runs(&acts, &there), Vec::<String>::new());
     only(&check_runs(&acts, &there[1..]), "lost");
@@ -104,7 +104,7 @@ fn jobs() -> Vec<Step> {
 
 #[test]
 fn a_checker_of_jobs_sees_what_is_lost_doubled_and_made_up() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let sound = jobs();
     assert_eq!(check_jobs(&sound), Vec::<String>::new());
     let without = |index: usize| {
@@ -146,7 +146,7 @@ fn a_checker_of_jobs_sees_what_is_lost_doubled_and_made_up() {
 /// same run.
 #[test]
 fn a_submission_whose_answer_is_lost_is_one_run() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let folder = unique("unheard");
     let mut farm = Farm::start(folder.clone(), 1);
     let desk = Desk::open(&farm.door.1, &folder);
@@ -198,7 +198,7 @@ fn full_pipe(mut writer: PipeWriter) {
 /// of the same run. It is stopped there by a line of its log, which nobody takes from it.
 #[test]
 fn a_coordinator_that_dies_between_its_journal_and_its_answer_has_the_run_once() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let (endpoint, state) = (common::free_endpoint(), unique("unanswered"));
     let start = |workers: &str| {
         let call = ["coordinator", "--log", "json", "--listen", &endpoint, "--workers", workers];
@@ -265,7 +265,7 @@ fn point(farm: &mut Farm, desk: &Desk, draw: &mut Draw, (index, quiet): (u64, Du
 
 #[test]
 fn a_coordinator_killed_at_random_points_loses_and_doubles_nothing() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let points = number("CULLET_POINTS", 4);
     let time = std::time::UNIX_EPOCH.elapsed().map_or(0, |since| since.as_nanos() as u64);
     let seed = number("CULLET_SEED", time);

@@ -286,7 +286,7 @@ fn lie(stranger: &Stranger) -> (Arc<AtomicU64>, zenoh::query::Queryable<()>) {
 
 #[test]
 fn messages_that_are_not_as_they_should_be_change_nothing_and_are_counted_by_name() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let mut farm = Farm::start();
     let mut stranger = Stranger::new(&farm.endpoint, 20_261_123);
     // What real messages are.

@@ -93,7 +93,7 @@ fn run(program: &str, args: &[&str]) -> bool {
 /// it was.
 #[test]
 fn a_pulled_cable_costs_time_only() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let Some(place) = Place::new() else {
         println!("SKIPPED, and nothing is shown: no network namespaces on this machine");
         return;

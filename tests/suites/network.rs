@@ -124,7 +124,7 @@ fn quiet() -> &'static Value {
 
 #[test]
 fn a_slow_link_costs_time_only() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let stage = Stage::set(1);
     stage.weather.delay.store(20, Ordering::SeqCst);
     stage.weather.rate.store(500_000, Ordering::SeqCst);
@@ -134,7 +134,7 @@ fn a_slow_link_costs_time_only() {
 
 #[test]
 fn connections_that_are_cut_lose_nothing() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let stage = Stage::set(2);
     stage.at_work();
     let mut cut = 0;
@@ -150,7 +150,7 @@ fn connections_that_are_cut_lose_nothing() {
 /// it is made at the first try. `CULLET_RTT_MS` is another way.
 #[test]
 fn a_link_on_which_an_answer_takes_a_second_is_made() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let way = std::env::var("CULLET_RTT_MS").ok().and_then(|ms| ms.parse().ok()).unwrap_or(1_000);
     let folder = unique("far");
     fs::create_dir_all(&folder).expect("a folder");
@@ -193,7 +193,7 @@ fn a_link_on_which_an_answer_takes_a_second_is_made() {
 /// where the link is up and the worker silent, as in `services/worker/tests/pool/door.rs`.
 #[test]
 fn a_link_that_goes_silent_and_heals_loses_nothing() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let stage = Stage::set(1);
     stage.at_work();
     stage.weather.silent.store(true, Ordering::SeqCst);
@@ -206,7 +206,7 @@ fn a_link_that_goes_silent_and_heals_loses_nothing() {
 /// something is noticed. What each finds alone is in `services/worker/tests/pool/door.rs`.
 #[test]
 fn bits_that_turn_over_are_noticed_and_change_nothing() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let mut stage = Stage::set(1);
     stage.weather.flips.store(8, Ordering::SeqCst);
     stage.ends_well();
@@ -223,7 +223,7 @@ fn bits_that_turn_over_are_noticed_and_change_nothing() {
 /// goes on is no news.
 #[test]
 fn a_worker_that_sleeps_past_its_lease_is_overtaken() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let stage = Stage::set(2);
     let asleep = stage.busy().id();
     signal(asleep, "STOP");
@@ -237,7 +237,7 @@ fn a_worker_that_sleeps_past_its_lease_is_overtaken() {
 
 #[test]
 fn a_client_behind_a_bad_link_gets_the_recording_whole() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let stage = Stage::set(1);
     let (weather, behind) = proxy(&stage.endpoint);
     stage.ends_well();

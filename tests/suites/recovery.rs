@@ -101,7 +101,7 @@ fn far(what: &str, repeats: u64, harm: impl Fn(&mut Farm, usize)) -> f64 {
 /// once.
 #[test]
 fn a_job_of_a_killed_worker_waits_for_its_link_and_that_of_a_killed_solver_does_not() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let repeats = number("CULLET_REPEATS", 1);
     let killed = far("worker killed, 3 s of grace, 0.2 s of pause", repeats, |farm, worker| {
         farm.kill(Role::Worker(worker));
@@ -126,7 +126,7 @@ fn named(coordinator: &Going, name: &str) -> u32 {
 /// That a child has ended is known, and nobody waits for its link.
 #[test]
 fn a_job_of_a_killed_child_goes_to_another_at_once() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let folder = unique("children");
     std::fs::create_dir_all(&folder).expect("a folder");
     let (endpoint, log) = (common::free_endpoint(), Log(folder.join("log")));
@@ -150,7 +150,7 @@ fn a_job_of_a_killed_child_goes_to_another_at_once() {
 /// `docs/pool.md` has three times as long as a link is held.
 #[test]
 fn a_worker_is_back_soon_after_a_blackhole() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let hole = Duration::from_secs(number("CULLET_HOLE_S", 13));
     let mut farm = Farm::start(unique("hole"), 1);
     let log = Log(farm.log_of(Role::Coordinator, 0));

@@ -50,7 +50,7 @@ fn refused(process: &mut Going, by: u32, why: &str) {
 
 #[test]
 fn a_second_coordinator_is_refused_and_one_that_was_killed_is_followed_by_the_next() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let _router = router(&endpoint);
     let (first, second) = (unique("first"), unique("second"));
@@ -80,7 +80,7 @@ fn a_second_coordinator_is_refused_and_one_that_was_killed_is_followed_by_the_ne
 /// Two behind one router, each with workers and runs of its own.
 #[test]
 fn coordinators_of_two_names_do_not_see_each_other() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let _router = router(&endpoint);
     let [_day, _night] = ["main", "night"].map(|name| {
@@ -110,7 +110,7 @@ fn coordinators_of_two_names_do_not_see_each_other() {
 
 #[test]
 fn of_coordinators_that_start_together_one_stays() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let _router = router(&endpoint);
     for _ in 0..4 {
@@ -133,7 +133,7 @@ fn of_coordinators_that_start_together_one_stays() {
 /// Its machine is gone: the router sees its sign of life until it gives the link up.
 #[test]
 fn a_sign_of_life_that_lingers_is_waited_for() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let _router = router(&endpoint);
     let (weather, door) = proxy(&endpoint);
@@ -152,7 +152,7 @@ fn a_sign_of_life_that_lingers_is_waited_for() {
 
 #[test]
 fn of_two_that_find_each_other_again_the_younger_leaves_and_loses_nothing() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let _router = router(&endpoint);
     let (weather, door) = proxy(&endpoint);
@@ -178,7 +178,7 @@ fn of_two_that_find_each_other_again_the_younger_leaves_and_loses_nothing() {
 /// Several places are ways to one coordinator, and the first that leads somewhere is taken.
 #[test]
 fn a_worker_takes_the_way_that_is_there() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let (nobody, endpoint) = (common::free_endpoint(), common::free_endpoint());
     let _coordinator = Cullet::new(&["coordinator", "--listen", &endpoint]).spawn();
     answers(&endpoint);

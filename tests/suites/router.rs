@@ -126,7 +126,7 @@ fn guarded(call: Cullet, folder: Option<&Path>, name: &str) -> Cullet {
 /// that is silent is held.
 #[test]
 fn a_router_that_is_killed_and_one_that_sleeps_cost_time_only() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let mut farm = Farm::open();
     let run = farm.submit("ann", &LONGER);
     farm.busy("ann");
@@ -159,7 +159,7 @@ fn a_router_that_is_killed_and_one_that_sleeps_cost_time_only() {
 
 #[test]
 fn what_is_anothers_is_controlled_by_its_owner_and_by_operators() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let mut farm = Farm::closed();
     let run = farm.submit("ann", &["--set", "world.duration=600"]);
     assert_eq!(farm.json("bob", &["show", &run])["user"], "ann", "all may look");
@@ -214,7 +214,7 @@ fn what_is_anothers_is_controlled_by_its_owner_and_by_operators() {
 /// A coordinator's own workers show its certificate, also through a router.
 #[test]
 fn a_coordinators_own_workers_are_let_in() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let folder = unique("own");
     fs::create_dir_all(&folder).expect("a folder");
     common::certificates(&folder, &["coordinator", "router", "ann"], &[]);

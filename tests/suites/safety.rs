@@ -80,7 +80,7 @@ fn coordinator(endpoint: &str, folder: &Path) -> Going {
 
 #[test]
 fn a_certificate_that_is_not_good_is_told_in_time_and_in_words() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let [ours, theirs] = authorities("certificates");
     let old = [("CULLET_FROM", "20200101000000Z"), ("CULLET_UNTIL", "20200201000000Z")];
     let early = [("CULLET_FROM", "20900101000000Z"), ("CULLET_UNTIL", "20900201000000Z")];
@@ -127,7 +127,7 @@ fn a_certificate_that_is_not_good_is_told_in_time_and_in_words() {
 /// What it does at the other end of the link: `services/coordinator/tests/roles.rs`.
 #[test]
 fn a_worker_whose_certificate_ends_leaves_and_says_so() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let [ours, _] = authorities("ending");
     let endpoint = common::free_endpoint().replace("tcp/", "tls/");
     let _coordinator = coordinator(&endpoint, &ours);
@@ -194,7 +194,7 @@ fn fill(folder: &Path) -> PathBuf {
 
 #[test]
 fn a_full_disk_refuses_runs_and_fails_runs_and_after_it_they_go_on() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let may = ["-Urm", "mount", "-t", "tmpfs", "none", "/tmp"];
     let may = Command::new("unshare").args(may).status();
     if !may.is_ok_and(|status| status.success()) {
@@ -236,7 +236,7 @@ fn a_full_disk_refuses_runs_and_fails_runs_and_after_it_they_go_on() {
 /// acknowledged, and what was acknowledged is there after a crash.
 #[test]
 fn what_the_journal_does_not_take_is_not_acknowledged() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let (endpoint, state) = (common::free_endpoint(), unique("short"));
     fs::create_dir_all(&state).expect("a folder");
     let quick = ["--set", "world.duration=0.02"];
@@ -291,7 +291,7 @@ fn what_the_journal_does_not_take_is_not_acknowledged() {
 /// beside it. It is laid aside in the end; the other run comes to its end.
 #[test]
 fn a_run_that_the_coordinator_dies_of_is_laid_aside_and_the_others_end() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let (endpoint, state) = (common::free_endpoint(), unique("deadly"));
     fs::create_dir_all(&state).expect("a folder");
     let begin = || limited("ulimit -c 0; ulimit -d 300000", &endpoint, &state, &["--runs", "2"]);
@@ -330,7 +330,7 @@ fn a_run_that_the_coordinator_dies_of_is_laid_aside_and_the_others_end() {
 /// A coordinator that comes to hold more than it may stops the largest run, and goes on.
 #[test]
 fn a_run_that_holds_too_much_memory_is_stopped_and_the_coordinator_lives() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let (endpoint, state) = (common::free_endpoint(), unique("heavy"));
     fs::create_dir_all(&state).expect("a folder");
     let bound = ["--world-memory", "192"];
@@ -349,7 +349,7 @@ fn a_run_that_holds_too_much_memory_is_stopped_and_the_coordinator_lives() {
 /// that it has where nobody says.
 #[test]
 fn a_job_over_the_limit_of_memory_ends_by_that_name_and_the_default_lets_it_live() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let (endpoint, state) = (common::free_endpoint(), unique("memory"));
     let call = ["coordinator", "--listen", &endpoint, "--state"];
     let _coordinator = Cullet::new(&call).path(&state).spawn();
@@ -413,7 +413,7 @@ fn a_job_over_the_limit_of_memory_ends_by_that_name_and_the_default_lets_it_live
 /// is kept for runs that go on: no run is taken, none begins, and the one that goes on ends well.
 #[test]
 fn users_who_fill_the_disk_together_leave_room_for_the_run_that_goes_on() {
-    let _left = common::NobodyLeft::watch();
+    let _left = common::left::NobodyLeft::watch();
     let may = ["-Urm", "mount", "-t", "tmpfs", "none", "/tmp"];
     let may = Command::new("unshare").args(may).status();
     if !may.is_ok_and(|status| status.success()) {

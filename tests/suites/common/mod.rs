@@ -5,10 +5,9 @@ pub(crate) mod desk;
 pub(crate) mod farm;
 pub(crate) mod figures;
 pub(crate) mod history;
-mod left;
+pub(crate) mod left;
 pub(crate) mod proxy;
 
-pub(crate) use left::NobodyLeft;
 use std::fs::OpenOptions;
 use std::io::Read;
 use std::path::{Path, PathBuf};
