@@ -3,7 +3,8 @@
 use crate::event::{Millis, Skills, Worker};
 use std::collections::BTreeMap;
 
-/// Workers of one kind looked at for one under whom a job has not died yet.
+/// Workers of one kind looked at for one under whom a job has not died yet: one more than it can
+/// have died under, and still have an attempt left.
 const MAX_LOOK: usize = 8;
 
 /// A question that waits.

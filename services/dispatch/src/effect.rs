@@ -25,8 +25,13 @@ pub enum Verdict {
 /// Why a job was abandoned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// Too many workers died or hung under it: it is in quarantine.
-    Crashes,
+    /// Too many processes of workers died or hung under it: it is in quarantine.
+    Crashes {
+        /// So many; none of one that was in quarantine when it was opened.
+        deaths: u32,
+        /// Under so many workers.
+        workers: u32,
+    },
     /// Too many attempts, for whatever cause.
     Attempts,
     /// It cannot be read.
@@ -48,6 +53,18 @@ pub enum Loss {
     Silent,
     /// The attempt took longer than the hard limit.
     TooLong,
+}
+
+/// Why a worker gets no more jobs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// Somebody wished it.
+    Asked,
+    /// Jobs that others finished had died under it.
+    Blamed,
+    /// Jobs died under it and under nobody else, it has finished none since, and the others have
+    /// been busy.
+    Alone,
 }
 
 /// Why a worker should stop.
@@ -132,10 +149,12 @@ pub enum Effect {
         /// Which poll.
         seq: u64,
     },
-    /// Jobs that others finished had died under this worker: it gets no more. Say so aloud.
+    /// A worker gets no more. Say so aloud.
     Drained {
         /// Who.
         worker: Worker,
+        /// Why.
+        cause: Cause,
     },
     /// Answer a renewal: go on.
     Renewed {

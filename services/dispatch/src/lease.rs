@@ -2,7 +2,7 @@
 
 use crate::effect::{Effect, Loss, Reason, Receipt, StopReason, Verdict};
 use crate::event::{Epoch, Job, Millis, Trouble, Worker};
-use crate::machine::{Dispatch, Lease, MAX_GONE, Phase, Record, Stage};
+use crate::machine::{Dispatch, Lease, Phase, Record, Stage};
 #[cfg(test)]
 use crate::mutant::Mutant;
 
@@ -58,6 +58,7 @@ impl Dispatch {
             return Err(StopReason::Superseded);
         };
         record.lapsed = None;
+        self.staff.back(now, back.worker, self.timing.patience());
         let charged = self.shares.charge(now, back.run, false);
         self.hold(now, job, Lease { expires, suspect: false, slow: false, charged, ..back });
         Ok(())
@@ -75,7 +76,7 @@ impl Dispatch {
         for held in record.leases.iter().filter(|held| held.slow && !alone) {
             self.slow.remove(&(held.granted, job));
         }
-        if let Some(peer) = self.peers.get_mut(&lease.worker) {
+        if let Some(peer) = self.staff.get_mut(&lease.worker) {
             peer.held.push((job, lease.epoch));
         }
         self.turn(now, job, Phase::Held);
@@ -88,8 +89,9 @@ impl Dispatch {
         if lease.slow {
             self.slow.remove(&(lease.granted, job));
         }
-        if let Some(peer) = self.peers.get_mut(&lease.worker) {
+        if let Some(peer) = self.staff.get_mut(&lease.worker) {
             peer.held.retain(|held| *held != (job, lease.epoch));
+            peer.heard = now;
         }
     }
 
@@ -157,8 +159,13 @@ impl Dispatch {
 
     pub(crate) fn suspect(&mut self, now: Millis, worker: Worker) {
         let until = now + self.timing.suspect;
-        self.part(worker);
-        for (job, epoch) in self.held_by(worker) {
+        let held = self.held_by(worker);
+        if held.is_empty() {
+            self.part(worker);
+        } else {
+            self.unpark(worker);
+        }
+        for (job, epoch) in held {
             let record = self.jobs.get_mut(&job);
             if let Some(lease) = record.and_then(|record| record.leases.find(epoch)) {
                 lease.expires = lease.expires.min(until);
@@ -175,43 +182,34 @@ impl Dispatch {
         }
     }
 
-    /// Remembers one that is gone, for a while; a new question of its own brings it back.
+    /// It is gone.
     fn part(&mut self, worker: Worker) {
-        let Some(peer) = self.peers.get_mut(&worker) else {
-            return;
-        };
-        if let Some(ticket) = peer.parked.take() {
-            self.parked.take(ticket);
+        self.unpark(worker);
+        self.staff.part(worker);
+    }
+
+    /// Its question is not answered any more.
+    fn unpark(&mut self, worker: Worker) {
+        let ticket = self.staff.get_mut(&worker).and_then(|peer| peer.parked.take());
+        ticket.and_then(|ticket| self.parked.take(ticket));
+    }
+
+    /// Those whose end nobody has noticed, and who would be waited for in vain.
+    fn unheard(&mut self, now: Millis) -> Vec<Worker> {
+        #[cfg(test)]
+        if self.is(Mutant::GhostAwaited) {
+            return Vec::new();
         }
-        if !peer.gone {
-            peer.gone = true;
-            let skills = peer.skills;
-            self.live -= 1;
-            self.gone.push_back(worker);
-            if let Some(count) = self.kinds.get_mut(&skills) {
-                *count -= 1;
-                if *count == 0 {
-                    self.kinds.remove(&skills);
-                }
-            }
-        }
-        while self.gone.len() > MAX_GONE {
-            let Some(oldest) = self.gone.pop_front() else {
-                break;
-            };
-            if self.peers.get(&oldest).is_some_and(|peer| peer.gone && peer.held.is_empty()) {
-                self.peers.remove(&oldest);
-            }
-        }
+        self.staff.unheard(now, self.timing.patience())
     }
 
     fn held_by(&self, worker: Worker) -> Vec<(Job, Epoch)> {
         #[cfg(test)]
         if self.is(Mutant::DownTakesAll) {
-            let all = self.peers.names().into_iter().filter_map(|name| self.peers.get(&name));
+            let all = self.staff.names().into_iter().filter_map(|name| self.staff.get(&name));
             return all.flat_map(|peer| peer.held.iter().copied()).collect();
         }
-        self.peers.get(&worker).map(|peer| peer.held.clone()).unwrap_or_default()
+        self.staff.get(&worker).map(|peer| peer.held.clone()).unwrap_or_default()
     }
 
     pub(crate) fn tick(&mut self, now: Millis, out: &mut Vec<Effect>) {
@@ -219,10 +217,13 @@ impl Dispatch {
             self.look_at(now, job, out);
         }
         while let Some(asker) = self.parked.overdue(now).and_then(|t| self.parked.take(t)) {
-            if let Some(peer) = self.peers.get_mut(&asker.worker) {
+            if let Some(peer) = self.staff.get_mut(&asker.worker) {
                 peer.parked = None;
             }
             out.push(Effect::Idle { worker: asker.worker, seq: asker.seq });
+        }
+        for worker in self.unheard(now) {
+            self.part(worker);
         }
         self.hedge(now, out);
     }
@@ -333,8 +334,9 @@ impl Dispatch {
         let charged = self.mutant.map_or(charged, |mutant| mutant.charges(charged, loss));
         if charged {
             record.crashes += 1;
-            if !record.killers.contains(&worker) {
-                record.killers.push(worker);
+            record.ask.died(worker);
+            if record.ask.killers == [worker] {
+                self.staff.died_alone(now, worker, job);
             }
         }
         if loss == Loss::Silent {
@@ -345,44 +347,32 @@ impl Dispatch {
             (record.crashes, record.attempts) = (0, 1);
         }
         let (crashes, attempts) = (record.crashes, record.attempts);
-        let killers = record.killers.len();
+        let killers = record.ask.killers.len();
         let alone = record.leases.is_empty();
         record.leases.iter_mut().for_each(|other| other.slow = false);
         self.note_slow(now, job);
         self.drop_lease(now, job, &lease, false);
-        if loss == Loss::Silent {
+        let idle = self.staff.get(&worker).is_some_and(|p| p.held.is_empty() && p.parked.is_none());
+        if matches!(loss, Loss::Silent | Loss::Down) && idle {
             // Nobody may have noticed its end: one that is not heard of does not count as there.
             self.part(worker);
         }
         out.push(Effect::Lost { job, worker, epoch, loss, charged });
-        // Where there is one worker only, no second one can clear it.
-        let enough = killers >= timing.min_killers as usize || self.live <= 1;
-        if crashes >= timing.max_crashes && enough {
-            self.abandon(now, job, Reason::Crashes, out);
+        let died = Reason::Crashes { deaths: crashes, workers: killers as u32 };
+        // Where there is nobody else, no second one can clear it.
+        let others = || self.jobs.get(&job).is_some_and(|r| self.staff.others(&r.ask));
+        if crashes >= timing.max_crashes && (killers >= timing.min_killers as usize || !others()) {
+            self.abandon(now, job, died, out);
         } else if !alone {
             self.set_timer(job);
         } else if attempts >= timing.max_attempts {
-            let died = crashes >= timing.max_crashes;
-            let reason = if died { Reason::Crashes } else { Reason::Attempts };
+            let enough = crashes >= timing.max_crashes;
+            let reason = if enough { died } else { Reason::Attempts };
             self.abandon(now, job, reason, out);
         } else {
             let doublings = attempts.saturating_sub(1).min(16);
             let pause = (timing.backoff << doublings).min(timing.lease);
             self.turn(now, job, Phase::Waiting(now + pause));
-        }
-    }
-
-    /// A job that is done here had died elsewhere: there, it was not the job's fault.
-    pub(crate) fn blame(&mut self, worker: Worker, job: Job, out: &mut Vec<Effect>) {
-        let killers = self.jobs.get(&job).map(|r| r.killers.clone()).unwrap_or_default();
-        for killer in killers.into_iter().filter(|killer| *killer != worker) {
-            let Some(peer) = self.peers.get_mut(&killer) else {
-                continue;
-            };
-            peer.blame += 1;
-            if peer.blame >= self.timing.max_blame {
-                self.drain(killer, out);
-            }
         }
     }
 }

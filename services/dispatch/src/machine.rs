@@ -1,21 +1,20 @@
 //! The state machine: what it knows, and how jobs open and end.
 
-use crate::askers::{Askers, Ticket};
+use crate::askers::Askers;
 use crate::counts::Counts;
-use crate::effect::{Bound, Effect, Loss, Reason, Receipt, Verdict};
+use crate::effect::{Bound, Cause, Effect, Loss, Reason, Receipt, Verdict};
 use crate::event::{Build, Epoch, Event, Job, Millis, Prior, Run, Skills, Worker};
-use crate::jobs::{ByJob, ByWorker, Jobs};
+use crate::jobs::{ByJob, Jobs};
 use crate::leases::Leases;
 #[cfg(test)]
 use crate::mutant::Mutant;
 use crate::share::Shares;
 use crate::shelf::Shelf;
+use crate::staff::{Ask, Staff};
 use crate::timers::Timers;
 use crate::timing::Timing;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-/// Workers remembered after their end, so that a late copy of their polls mints no grant.
-pub(crate) const MAX_GONE: usize = 4_096;
 /// Jobs kept in quarantine; beyond it the oldest are let out.
 const MAX_QUARANTINE: u64 = 1_024;
 
@@ -69,7 +68,8 @@ pub(crate) struct Want {
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
     pub(crate) wants: Vec<Want>,
-    pub(crate) need: Skills,
+    /// Whom it may be given to; under whom it died.
+    pub(crate) ask: Ask,
     pub(crate) phase: Phase,
     pub(crate) leases: Leases,
     /// The grant that ran silent last, which a late renewal may take up again.
@@ -79,26 +79,8 @@ pub(crate) struct Record {
     pub(crate) attempts: u32,
     /// How often it died, or its worker did after a solver had it.
     pub(crate) crashes: u32,
-    /// Under whom.
-    pub(crate) killers: Vec<Worker>,
     /// When it is to be looked at next; [`Dispatch::timers`] wakes it by then.
     pub(crate) timer: Option<Millis>,
-}
-
-#[derive(Clone, Debug)]
-pub(crate) struct Peer {
-    pub(crate) build: Build,
-    pub(crate) skills: Skills,
-    pub(crate) last_seq: u64,
-    /// What the last poll was answered with, for its repeats.
-    pub(crate) granted: Option<(Job, Epoch)>,
-    /// Its place among the parked.
-    pub(crate) parked: Option<Ticket>,
-    pub(crate) held: Vec<(Job, Epoch)>,
-    /// Jobs that died here and that others finished.
-    pub(crate) blame: u32,
-    pub(crate) gone: bool,
-    pub(crate) drained: bool,
 }
 
 /// The pool.
@@ -112,11 +94,7 @@ pub struct Dispatch {
     /// Attempts older than a lease lasts and without a duplicate, oldest first.
     pub(crate) slow: BTreeSet<(Millis, Job)>,
     pub(crate) parked: Askers,
-    pub(crate) peers: ByWorker<Peer>,
-    pub(crate) live: usize,
-    /// Live workers by what they can do.
-    pub(crate) kinds: BTreeMap<Skills, usize>,
-    pub(crate) gone: VecDeque<Worker>,
+    pub(crate) staff: Staff,
     /// Jobs that wait for a worker, by what they ask of it.
     pub(crate) ready: BTreeMap<Skills, u64>,
     pub(crate) past: ByJob<Verdict>,
@@ -143,10 +121,7 @@ impl Dispatch {
             timers: Timers::default(),
             slow: BTreeSet::new(),
             parked: Askers::default(),
-            peers: ByWorker::default(),
-            live: 0,
-            kinds: BTreeMap::new(),
-            gone: VecDeque::new(),
+            staff: Staff::default(),
             ready: BTreeMap::new(),
             past: ByJob::default(),
             past_order: VecDeque::new(),
@@ -175,9 +150,8 @@ impl Dispatch {
 
     /// What jobs wait for, and how many, that no worker here can give.
     pub fn stranded(&self) -> impl Iterator<Item = (Skills, u64)> {
-        let can = |need: Skills| self.kinds.keys().any(|skills| skills.meet(need));
-        let ready = self.ready.iter().filter(|_| self.live > 0);
-        ready.filter(move |(need, _)| !can(**need)).map(|(need, jobs)| (*need, *jobs))
+        let ready = self.ready.iter().filter(|_| !self.staff.is_empty());
+        ready.filter(|(need, _)| !self.staff.can(**need)).map(|(need, jobs)| (*need, *jobs))
     }
 
     /// Whether this job is open and its verdict still out.
@@ -212,7 +186,7 @@ impl Dispatch {
     }
 
     pub(crate) fn build_of(&self, worker: Worker) -> Option<Build> {
-        self.peers.get(&worker).map(|peer| peer.build)
+        self.staff.get(&worker).map(|peer| peer.build)
     }
 
     /// Whether a run may open one more, or which bound is reached.
@@ -249,7 +223,7 @@ impl Dispatch {
             Event::Pause(run) => self.shares.pause(now, run, true),
             Event::Resume(run) => self.shares.pause(now, run, false),
             Event::Poll { worker, seq, slots, park, build, skills } => {
-                self.arrive(worker, build, skills);
+                self.staff.arrive(worker, build, skills);
                 self.poll(now, worker, seq, (slots > 0, park), &mut out);
             }
             Event::Renew { worker, job, epoch, begun } => {
@@ -279,7 +253,7 @@ impl Dispatch {
                 self.cancel(now, run, &mut out);
                 self.shares.end(run);
             }
-            Event::Drain(worker) => self.drain(worker, &mut out),
+            Event::Drain(worker) => self.drain(worker, Cause::Asked, &mut out),
             #[cfg(test)]
             Event::Isolate(_) if self.is(Mutant::QuarantineForgotten) => {}
             Event::Isolate(job) => drop(self.quarantine.put(job, 1)),
@@ -319,7 +293,7 @@ impl Dispatch {
                 if let Some(record) = self.jobs.get(&job)
                     && record.phase == Phase::Ready
                 {
-                    self.shares.ready(now, run, record.need, (opening, job));
+                    self.shares.ready(now, run, &record.ask, (opening, job));
                 }
             }
         }
@@ -354,14 +328,13 @@ impl Dispatch {
     ) {
         let record = Record {
             wants: vec![want],
-            need,
+            ask: Ask::of(need),
             phase: Phase::Waiting(now),
             leases: Leases::default(),
             lapsed: None,
             last: None,
             attempts: 0,
             crashes: 0,
-            killers: Vec::new(),
             timer: None,
         };
         self.jobs.insert(job, record);
@@ -369,7 +342,7 @@ impl Dispatch {
         self.tally(job, 1);
         self.turn(now, job, Phase::Ready);
         if self.quarantine.touch(job) {
-            self.abandon(now, job, Reason::Crashes, out);
+            self.abandon(now, job, Reason::Crashes { deaths: 0, workers: 0 }, out);
         }
     }
 
@@ -379,12 +352,12 @@ impl Dispatch {
             return;
         };
         let old = std::mem::replace(&mut record.phase, phase);
-        let need = record.need;
+        let ask = &record.ask;
         for want in &record.wants {
             match (old, phase) {
                 (Phase::Ready, Phase::Ready) => {}
-                (Phase::Ready, _) => self.shares.unready(want.run, need, want.opening),
-                (_, Phase::Ready) => self.shares.ready(now, want.run, need, (want.opening, job)),
+                (Phase::Ready, _) => self.shares.unready(want.run, ask, want.opening),
+                (_, Phase::Ready) => self.shares.ready(now, want.run, ask, (want.opening, job)),
                 (Phase::Waiting(_) | Phase::Held | Phase::Over(_), _) => {}
             }
             if let Some(account) = self.shares.get_mut(want.run) {
@@ -395,6 +368,7 @@ impl Dispatch {
             }
         }
         self.counts.moved(old, phase);
+        let need = ask.need;
         let ready = |phase| i64::from(phase == Phase::Ready);
         self.count_ready(need, ready(phase) - ready(old));
         self.set_timer(job);
@@ -478,7 +452,9 @@ impl Dispatch {
             return;
         }
         let (attempts, crashes) = (record.attempts, record.crashes);
-        if reason == Reason::Crashes && !self.quarantine.touch(job) {
+        if let Reason::Crashes { .. } = reason
+            && !self.quarantine.touch(job)
+        {
             self.quarantine.put(job, 1);
             out.push(Effect::Quarantine { job, crashes });
         }

@@ -52,6 +52,14 @@ pub(crate) enum Mutant {
     CancelUnsaid,
     /// Nobody knows what found a result that was kept.
     KeptOfNobody,
+    /// A job goes to those under whom it died as soon as nobody else is idle.
+    KillerAgain,
+    /// A worker under which one job after another dies gets more.
+    NeverDrained,
+    /// A job that died under others too counts against each, and at once.
+    BlameStays,
+    /// A worker whose end nobody has noticed is waited for.
+    GhostAwaited,
 }
 
 impl Mutant {

@@ -1,37 +1,17 @@
 //! Questions for work: answered once each, parked, granted, hedged, dismissed.
 
-use crate::askers::{Asker, Ticket};
-use crate::effect::Effect;
-use crate::event::{Build, Epoch, Job, Millis, Run, Skills, Worker};
-use crate::machine::{Dispatch, Lease, Peer, Phase, Stage};
+use crate::askers::{Asker, Askers, Ticket};
+use crate::effect::{Cause, Effect};
+use crate::event::{Epoch, Job, Millis, Run, Worker};
+use crate::machine::{Dispatch, Lease, Phase, Stage};
 #[cfg(test)]
 use crate::mutant::Mutant;
+use crate::staff::{Ask, Staff};
 
 /// Attempts looked at for one that takes long.
 const MAX_SLOW: usize = 8;
 
 impl Dispatch {
-    /// A worker is there, perhaps for the first time, or again.
-    pub(crate) fn arrive(&mut self, worker: Worker, build: Build, skills: Skills) {
-        if self.peers.get(&worker).is_some() {
-            return;
-        }
-        self.live += 1;
-        *self.kinds.entry(skills).or_default() += 1;
-        let peer = Peer {
-            build,
-            skills,
-            last_seq: 0,
-            granted: None,
-            parked: None,
-            held: Vec::new(),
-            blame: 0,
-            gone: false,
-            drained: false,
-        };
-        self.peers.insert(worker, peer);
-    }
-
     pub(crate) fn poll(
         &mut self,
         now: Millis,
@@ -40,7 +20,7 @@ impl Dispatch {
         (free, park): (bool, bool),
         out: &mut Vec<Effect>,
     ) {
-        let Some(peer) = self.peers.get_mut(&worker) else {
+        let Some(peer) = self.staff.get_mut(&worker) else {
             return;
         };
         #[cfg(test)]
@@ -56,15 +36,16 @@ impl Dispatch {
             return self.repeat(now, worker, seq, out);
         }
         (peer.last_seq, peer.granted) = (seq, None);
-        if peer.gone {
-            peer.gone = false;
-            self.live += 1;
-            *self.kinds.entry(peer.skills).or_default() += 1;
-            self.gone.retain(|gone| *gone != worker);
-        }
         if let Some(ticket) = peer.parked.take() {
             self.parked.take(ticket);
         }
+        self.staff.back(now, worker, self.timing.patience());
+        if let Some(cause) = self.doubt(now, worker) {
+            self.drain(worker, cause, out);
+        }
+        let Some(peer) = self.staff.get_mut(&worker) else {
+            return;
+        };
         if peer.drained {
             out.push(Effect::Dismiss { worker, seq });
             return;
@@ -76,7 +57,7 @@ impl Dispatch {
         let until = now + self.timing.park;
         peer.parked = Some(self.parked.add(peer.skills, Asker { worker, seq, until }));
         self.grant(now, out);
-        let Some(peer) = self.peers.get_mut(&worker).filter(|peer| peer.parked.is_some()) else {
+        let Some(peer) = self.staff.get_mut(&worker).filter(|peer| peer.parked.is_some()) else {
             return;
         };
         if park {
@@ -91,7 +72,7 @@ impl Dispatch {
 
     /// Answers a poll that was asked before as it was answered then.
     fn repeat(&mut self, now: Millis, worker: Worker, seq: u64, out: &mut Vec<Effect>) {
-        let Some(peer) = self.peers.get(&worker) else {
+        let Some(peer) = self.staff.get(&worker) else {
             return;
         };
         let held = peer.granted.and_then(|(job, epoch)| {
@@ -117,11 +98,15 @@ impl Dispatch {
         #[cfg(test)]
         let age = if self.is(Mutant::NoAgeing) { Millis::MAX } else { age };
         while !self.parked.is_empty() {
+            let (parked, staff, meek) = (&self.parked, &self.staff, self.meek());
             #[cfg(test)]
-            let will = self.is(Mutant::AnybodyWill);
+            let will = self.mutant == Some(Mutant::AnybodyWill);
             #[cfg(not(test))]
             let will = false;
-            let can = |need| will || self.parked.can(need);
+            let can = |ask: &Ask| {
+                let fit = || ask.killers.is_empty() || asker(parked, staff, ask, meek).is_some();
+                will || parked.can(ask.need) && fit()
+            };
             let Some((run, job)) = self.shares.pick(now, age, can) else {
                 return;
             };
@@ -132,15 +117,22 @@ impl Dispatch {
         }
     }
 
-    /// The worker that has waited longest, or one of the next under whom the job has not died.
+    /// Whom this job goes to, of those that wait.
     fn asker_for(&self, job: Job) -> Option<Ticket> {
-        let record = self.jobs.get(&job)?;
         #[cfg(test)]
         if self.is(Mutant::AnybodyWill) {
             return self.parked.overdue(Millis::MAX);
         }
-        let clean = self.parked.first(record.need, |worker| !record.killers.contains(&worker));
-        clean.or_else(|| self.parked.first(record.need, |_| true))
+        let record = self.jobs.get(&job)?;
+        asker(&self.parked, &self.staff, &record.ask, self.meek())
+    }
+
+    /// Whether a job is held back from those under whom it died.
+    fn meek(&self) -> bool {
+        #[cfg(test)]
+        return !self.is(Mutant::KillerAgain);
+        #[cfg(not(test))]
+        true
     }
 
     /// Answers a parked worker's poll with a job.
@@ -150,7 +142,7 @@ impl Dispatch {
         };
         self.next_epoch += 1;
         let epoch = Epoch(self.next_epoch);
-        if let Some(peer) = self.peers.get_mut(&worker) {
+        if let Some(peer) = self.staff.get_mut(&worker) {
             peer.parked = None;
             peer.granted = Some((job, epoch));
         }
@@ -197,7 +189,7 @@ impl Dispatch {
             // Another build may find other bits: then which came first would show.
             let build = self.build_of(lease.worker);
             let other = |worker| worker != lease.worker && self.build_of(worker) == build;
-            let Some(ticket) = self.parked.first(record.need, other) else {
+            let Some(ticket) = self.parked.first(record.ask.need, other) else {
                 continue;
             };
             if long && !spent {
@@ -208,15 +200,27 @@ impl Dispatch {
     }
 
     /// No further job for this worker.
-    pub(crate) fn drain(&mut self, worker: Worker, out: &mut Vec<Effect>) {
-        let Some(peer) = self.peers.get_mut(&worker).filter(|peer| !peer.drained) else {
+    pub(crate) fn drain(&mut self, worker: Worker, cause: Cause, out: &mut Vec<Effect>) {
+        if !self.staff.drain(worker) {
             return;
-        };
-        peer.drained = true;
-        let ticket = peer.parked.take();
-        out.push(Effect::Drained { worker });
+        }
+        let ticket = self.staff.get_mut(&worker).and_then(|peer| peer.parked.take());
+        out.push(Effect::Drained { worker, cause });
         if let Some(Asker { worker, seq, .. }) = ticket.and_then(|t| self.parked.take(t)) {
             out.push(Effect::Dismiss { worker, seq });
         }
     }
+}
+
+/// The worker that has waited longest, of those under whom the job has not died. One under whom it
+/// has gets it only if there is nobody else, not even a busy one: else the job waits for that one.
+fn asker(parked: &Askers, staff: &Staff, ask: &Ask, meek: bool) -> Option<Ticket> {
+    if ask.killers.is_empty() {
+        return parked.first(ask.need, |_| true);
+    }
+    let clean = parked.first(ask.need, |worker| !ask.killers.contains(&worker));
+    clean.or_else(|| {
+        let nobody = !meek || !staff.others(ask);
+        parked.first(ask.need, |_| nobody)
+    })
 }

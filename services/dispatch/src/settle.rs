@@ -19,7 +19,7 @@ impl Dispatch {
         }
         if let Some(record) = self.jobs.remove(&job) {
             self.counts.stands(record.phase, -1);
-            self.count_ready(record.need, -i64::from(record.phase == Phase::Ready));
+            self.count_ready(record.ask.need, -i64::from(record.phase == Phase::Ready));
             self.remember(job, Verdict::Cancelled);
         }
     }
@@ -88,12 +88,12 @@ impl Dispatch {
         }
         let last = record.wants.len() - 1;
         record.wants.swap(at, last);
-        let (phase, need, opening) = (record.phase, record.need, record.wants[last].opening);
+        let (phase, opening) = (record.phase, record.wants[last].opening);
         self.tally(job, -1);
-        if phase == Phase::Ready {
-            self.shares.unready(run, need, opening);
-        }
         if let Some(record) = self.jobs.get_mut(&job) {
+            if phase == Phase::Ready {
+                self.shares.unready(run, &record.ask, opening);
+            }
             record.wants.pop();
         }
     }

@@ -8,7 +8,8 @@
 //! other pass and goes next, so that no priority starves another. All in integers.
 
 use crate::counts::Counts;
-use crate::event::{Job, Millis, Run, Share, Skills, Tenant};
+use crate::event::{Job, Millis, Run, Share, Tenant};
+use crate::staff::Ask;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Passes are charged in 2⁻¹⁰ ms, so that the highest priority still moves.
@@ -26,7 +27,7 @@ pub(crate) struct Account {
     share: Share,
     pass: u64,
     /// Jobs that may be granted, by what they ask of a worker and by opening; no empty one.
-    ready: BTreeMap<Skills, BTreeMap<u64, Job>>,
+    ready: BTreeMap<Ask, BTreeMap<u64, Job>>,
     /// Unsettled openings, in order; the first has the number `counts.settled`.
     pub(crate) openings: VecDeque<Job>,
     paused: bool,
@@ -124,45 +125,42 @@ impl Shares {
     }
 
     /// This job of the run may be granted.
-    pub(crate) fn ready(
-        &mut self,
-        now: Millis,
-        run: Run,
-        need: Skills,
-        (opening, job): (u64, Job),
-    ) {
+    pub(crate) fn ready(&mut self, now: Millis, run: Run, ask: &Ask, (opening, job): (u64, Job)) {
         if let Some(account) = self.accounts.get_mut(&run) {
-            account.ready.entry(need).or_default().insert(opening, job);
+            match account.ready.get_mut(ask) {
+                Some(line) => drop(line.insert(opening, job)),
+                None => drop(account.ready.insert(ask.clone(), [(opening, job)].into())),
+            }
         }
         self.enlist(now, run);
     }
 
     /// This job of the run may not be granted any more.
-    pub(crate) fn unready(&mut self, run: Run, need: Skills, opening: u64) {
+    pub(crate) fn unready(&mut self, run: Run, ask: &Ask, opening: u64) {
         let Some(account) = self.accounts.get_mut(&run) else {
             return;
         };
-        let Some(line) = account.ready.get_mut(&need) else {
+        let Some(line) = account.ready.get_mut(ask) else {
             return;
         };
         line.remove(&opening);
         if line.is_empty() {
-            account.ready.remove(&need);
+            account.ready.remove(ask);
             if account.ready.is_empty() {
                 self.delist(run);
             }
         }
     }
 
-    /// Whose job goes next, and which, of those that somebody can do. Runs without such a one are
+    /// Whose job goes next, and which, of those that somebody may be given. Runs without such a one are
     /// passed over, one by one.
     pub(crate) fn pick(
         &mut self,
         now: Millis,
         age: Millis,
-        somebody: impl Fn(Skills) -> bool,
+        somebody: impl Fn(&Ask) -> bool,
     ) -> Option<(Run, Job)> {
-        let asks = |account: &Account| account.ready.keys().any(|need| somebody(*need));
+        let asks = |account: &Account| account.ready.keys().any(&somebody);
         let can = |run: &Run| self.accounts.get(run).is_some_and(asks);
         let of = |tenant: &Tenant| self.houses.get(tenant)?.line.iter().find(|(_, run)| can(run));
         let first = self.line.iter().find_map(|(at, tenant)| Some((*at, *tenant, *of(tenant)?)));
@@ -183,7 +181,7 @@ impl Shares {
             }
         }
         let able = self.accounts.get(&run)?.ready.iter();
-        let able = able.filter(|(need, _)| somebody(**need));
+        let able = able.filter(|(ask, _)| somebody(ask));
         let (_, job) = able.filter_map(|(_, line)| line.first_key_value()).min()?;
         Some((run, *job))
     }

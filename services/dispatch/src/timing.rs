@@ -21,7 +21,8 @@ pub struct Timing {
     pub max_crashes: u32,
     /// Distinct workers under which they must have been, while there is more than one.
     pub min_killers: u32,
-    /// Jobs that died under a worker and were finished by another, after which it is drained.
+    /// Jobs that died under a worker and were finished by another, after which it is drained;
+    /// and jobs that died under it alone and that nobody else has been free to try for a lease.
     pub max_blame: u32,
     /// A run with work that got no grant for this long goes first, every other time \[ms\].
     pub age: Millis,
@@ -36,6 +37,11 @@ pub struct Timing {
 }
 
 impl Timing {
+    /// A worker that has no job and asks for none for this long does not count as there \[ms\].
+    pub(crate) const fn patience(&self) -> Millis {
+        self.park + self.lease
+    }
+
     /// For real runs.
     #[must_use]
     pub const fn production() -> Self {

@@ -1,91 +1,21 @@
 //! What the machine decides in plain situations, one by one; faults are the simulation's.
 
+mod common;
+
+use common::*;
 use cullet_dispatch::*;
 use std::collections::BTreeMap;
 
-struct Pool {
-    machine: Dispatch,
-    now: Millis,
-    seq: u64,
-}
-
-fn job(k: u64) -> Job {
-    let mut name = [0; 32];
-    name[..8].copy_from_slice(&k.to_be_bytes());
-    Job(name)
-}
-
-impl Pool {
-    fn new() -> Self {
-        Self { machine: Dispatch::new(Timing::test(), 1), now: 0, seq: 0 }
+/// One worker that takes 100 ms a job: how many of so many grants each run gets.
+fn shared(pool: &mut Pool, grants: u64, owner: impl Fn(Job) -> u64) -> BTreeMap<u64, u64> {
+    let mut counts = BTreeMap::new();
+    for _ in 0..grants {
+        let grant = pool.ask(1).expect("a job");
+        *counts.entry(owner(grant.0)).or_default() += 1;
+        pool.now += 100;
+        pool.done(1, grant);
     }
-
-    fn step(&mut self, event: Event) -> Vec<Effect> {
-        self.machine.step(self.now, event)
-    }
-
-    fn begin(&mut self, run: u64, tenant: u64, priority: u8) {
-        let share = Share { tenant: Tenant(tenant), priority };
-        self.step(Event::Begin { run: Run(run), share });
-    }
-
-    fn open(&mut self, run: u64, k: u64) -> Vec<Effect> {
-        self.step(Event::Open {
-            run: Run(run),
-            job: job(k),
-            need: Skills::NONE,
-            prior: Prior::Nothing,
-        })
-    }
-
-    /// A worker asks; what it gets.
-    fn ask(&mut self, worker: u64) -> Option<(Job, Epoch)> {
-        self.seq += 1;
-        let (worker, seq) = (Worker(worker), self.seq);
-        let said = self.step(poll(worker, seq, Skills::ALL));
-        granted(&said, worker)
-    }
-
-    fn done(&mut self, worker: u64, (job, epoch): (Job, Epoch)) -> Vec<Effect> {
-        let (worker, digest, outcome) = (Worker(worker), Digest(job.0), Outcome::Broken);
-        let (build, prior) = (BUILD, Prior::Nothing);
-        self.step(Event::Commit { worker, job, epoch, build, digest, outcome, prior })
-    }
-
-    fn crash(&mut self, worker: u64, (job, epoch): (Job, Epoch)) -> Vec<Effect> {
-        let (worker, trouble) = (Worker(worker), Trouble::Crashed);
-        self.step(Event::Fail { worker, job, epoch, trouble })
-    }
-
-    fn pass(&mut self, time: Millis) -> Vec<Effect> {
-        self.now += time;
-        self.step(Event::Tick)
-    }
-
-    /// One worker that takes 100 ms a job: how many of so many grants each run gets.
-    fn shared(&mut self, grants: u64, owner: impl Fn(Job) -> u64) -> BTreeMap<u64, u64> {
-        let mut counts = BTreeMap::new();
-        for _ in 0..grants {
-            let grant = self.ask(1).expect("a job");
-            *counts.entry(owner(grant.0)).or_default() += 1;
-            self.now += 100;
-            self.done(1, grant);
-        }
-        counts
-    }
-}
-
-const BUILD: Build = Build([1; 32]);
-
-fn poll(worker: Worker, seq: u64, skills: Skills) -> Event {
-    Event::Poll { worker, seq, slots: 1, park: true, build: BUILD, skills }
-}
-
-fn granted(said: &[Effect], to: Worker) -> Option<(Job, Epoch)> {
-    said.iter().find_map(|effect| match effect {
-        Effect::Grant { worker, job, epoch, .. } if *worker == to => Some((*job, *epoch)),
-        _ => None,
-    })
+    counts
 }
 
 fn of(run: u64, k: u64) -> u64 {
@@ -107,7 +37,7 @@ fn a_step_of_priority_doubles_a_share_and_tenants_share_evenly() {
             pool.open(run, of(run, k));
         }
     }
-    let counts = pool.shared(300, run_of);
+    let counts = shared(&mut pool, 300, run_of);
     for (run, due) in [(1, 50), (2, 100), (3, 150)] {
         let got = counts[&run];
         assert!(got.abs_diff(due) <= 4, "run {run} got {got} of 300, {due} were due");
@@ -122,11 +52,11 @@ fn idleness_saves_nothing_up_and_no_priority_starves_another() {
     for k in 0..300 {
         pool.open(1, of(1, k));
     }
-    pool.shared(100, run_of);
+    shared(&mut pool, 100, run_of);
     for k in 0..300 {
         pool.open(2, of(2, k));
     }
-    let counts = pool.shared(100, run_of);
+    let counts = shared(&mut pool, 100, run_of);
     assert!(counts[&1].abs_diff(50) <= 3, "{counts:?}");
     // 512 times the weight: by shares alone the other would wait for 51 s.
     let mut pool = Pool::new();
@@ -136,7 +66,7 @@ fn idleness_saves_nothing_up_and_no_priority_starves_another() {
         pool.open(1, of(1, k));
         pool.open(2, of(2, k));
     }
-    let counts = pool.shared(300, run_of);
+    let counts = shared(&mut pool, 300, run_of);
     let waits = 300 * 100 / Timing::test().age;
     assert!(counts[&2] >= waits, "{counts:?} in 30 s, each wait at most 6 s");
     assert!(counts[&2] <= waits + 3, "{counts:?}: ageing is the exception");
@@ -159,13 +89,10 @@ fn a_straggler_gets_one_duplicate_and_the_first_result_counts() {
     let mut doubled = Vec::new();
     for _ in 0..40 {
         pool.now += 100;
-        let (job, epoch) = slow;
-        pool.step(Event::Renew { worker: Worker(1), job, epoch, begun: true });
+        pool.renew(1, slow);
         let said = pool.step(Event::Tick);
         doubled.extend([2, 3].into_iter().filter_map(|w| granted(&said, Worker(w))));
-        for (job, epoch) in &doubled {
-            pool.step(Event::Renew { worker: Worker(2), job: *job, epoch: *epoch, begun: true });
-        }
+        doubled.iter().for_each(|grant| pool.renew(2, *grant));
     }
     assert_eq!(doubled.len(), 1, "one duplicate, not more");
     let said = pool.done(2, doubled[0]);
@@ -174,89 +101,6 @@ fn a_straggler_gets_one_duplicate_and_the_first_result_counts() {
     let said = pool.step(Event::Renew { worker: Worker(1), job, epoch, begun: true });
     assert!(matches!(said[..], [Effect::Stop { .. }]));
     assert_eq!(pool.machine.counts().hedged, 1);
-}
-
-#[test]
-fn a_worker_under_which_others_jobs_die_is_drained() {
-    let mut pool = Pool::new();
-    pool.begin(1, 1, 4);
-    for k in 0..3 {
-        pool.open(1, k);
-        let bad = pool.ask(1).expect("a job");
-        pool.crash(1, bad);
-        pool.pass(100);
-        let good = pool.ask(2).expect("the job again");
-        assert_eq!(good.0, bad.0);
-        let said = pool.done(2, good);
-        let drained = said.iter().any(|e| matches!(e, Effect::Drained { worker: Worker(1) }));
-        assert_eq!(drained, k == 2, "after {} jobs", k + 1);
-    }
-    pool.seq += 1;
-    let seq = pool.seq;
-    let said = pool.step(poll(Worker(1), seq, Skills::ALL));
-    assert!(matches!(said[..], [Effect::Dismiss { .. }]));
-}
-
-#[test]
-fn a_job_is_in_quarantine_after_three_crashes_on_two_workers() {
-    let mut pool = Pool::new();
-    pool.begin(1, 1, 4);
-    pool.begin(2, 1, 4);
-    // Another worker is there, and has its own to do.
-    pool.open(1, 3);
-    let other = pool.ask(8).expect("a job");
-    pool.open(1, 7);
-    let mut told = Vec::new();
-    for worker in [9, 9, 9, 8] {
-        pool.pass(300);
-        if worker == 8 {
-            pool.done(8, other);
-        }
-        let grant = pool.ask(worker).expect("the job again");
-        told = pool.crash(worker, grant);
-    }
-    // Three crashes on one worker of two were not enough.
-    assert!(matches!(
-        told[..],
-        [Effect::Lost { .. }, Effect::Quarantine { crashes: 4, .. }, Effect::Stall { .. }, ..]
-    ));
-    let said = pool.open(2, 7);
-    assert!(matches!(said[..], [Effect::Stall { .. }, Effect::Settle { run: Run(2), .. }]));
-    pool.step(Event::Pardon(job(7)));
-    pool.open(2, 7);
-    assert!(pool.ask(8).is_some());
-}
-
-#[test]
-fn a_worker_that_vanishes_is_charged_to_the_job_that_its_solver_has_and_to_no_other() {
-    // How far three workers are as they vanish; whether the job is given up.
-    for (begun, offered, guilty) in
-        [(false, false, false), (true, false, true), (true, true, false), (false, true, false)]
-    {
-        let mut pool = Pool::new();
-        pool.begin(1, 1, 4);
-        pool.open(1, 1);
-        let mut told = Vec::new();
-        for worker in 1..=3 {
-            let (job, epoch) = pool.ask(worker).unwrap_or_else(|| {
-                panic!("no job for worker {worker}");
-            });
-            if offered {
-                pool.step(Event::Offer { job, epoch });
-            }
-            // Late, or not: it takes nothing back.
-            pool.step(Event::Renew { worker: Worker(worker), job, epoch, begun });
-            told = pool.step(Event::Down(Worker(worker)));
-            let charged = told.iter().find_map(|effect| match effect {
-                Effect::Lost { charged, .. } => Some(*charged),
-                _ => None,
-            });
-            assert_eq!(charged, Some(guilty), "begun: {begun}, offered: {offered}");
-            pool.pass(2_000);
-        }
-        let given_up = told.iter().any(|effect| matches!(effect, Effect::Quarantine { .. }));
-        assert_eq!(given_up, guilty, "begun: {begun}, offered: {offered}: {told:?}");
-    }
 }
 
 #[test]

@@ -5,7 +5,9 @@ use super::ledger::Wanted;
 use super::quarantine;
 use super::shell::{Said, Shell};
 use super::{Ending, Reproduction, Settlement};
-use cullet_dispatch::{Digest, Effect, Epoch as DispatchEpoch, Job, Loss, Millis, Outcome, Reason};
+use cullet_dispatch::{
+    Cause, Digest, Effect, Epoch as DispatchEpoch, Job, Loss, Millis, Outcome, Reason,
+};
 use cullet_dispatch::{Run, Verdict as Decision, Worker};
 use cullet_proto::pool::{self, Grant, HeedAnswer, OVERDUE, PollAnswer, RenewAnswer};
 use cullet_proto::{Epoch, JobId, Verdict, WorkerId};
@@ -35,9 +37,10 @@ impl Shell {
             Effect::Dismiss { worker, seq } => {
                 self.answer_poll(worker, seq, PollAnswer::Drain);
             }
-            Effect::Drained { worker } => {
+            Effect::Drained { worker, cause } => {
                 self.roster.drained(worker);
-                tracing::warn!(worker = self.name(worker), "it gets no further job");
+                let why = why(cause);
+                tracing::warn!(worker = self.name(worker), why, "it gets no further job");
             }
             Effect::Lost { job, worker, epoch, loss, charged } => {
                 self.lost(job, (worker, epoch), (loss, charged));
@@ -144,7 +147,7 @@ impl Shell {
     /// What reproduces a job whose attempts are used up; of one that was in quarantine when it was
     /// opened, what is kept there tells of its attempts.
     fn reproduction(&self, job: Job, decision: Decision) -> Option<Reproduction> {
-        let Decision::Abandoned(Reason::Crashes | Reason::Attempts) = decision else {
+        let Decision::Abandoned(Reason::Crashes { .. } | Reason::Attempts) = decision else {
             return None;
         };
         let (bytes, told) = (self.ledger.whole(job)?, self.ledger.lines(job));
@@ -211,13 +214,41 @@ fn alarm(job: Job, kept: Digest, other: Digest) {
     tracing::error!("job {job} is not deterministic: results {kept} and {other}");
 }
 
+fn why(cause: Cause) -> &'static str {
+    match cause {
+        Cause::Asked => "somebody asked for it",
+        Cause::Blamed => "jobs died under it that others finished",
+        Cause::Alone => "one job after another died under it and nowhere else",
+    }
+}
+
 fn words(reason: Reason, attempts: u32, trouble: &str) -> String {
+    let many = |n: u32, one: &str, more: &str| format!("{n} {}", if n == 1 { one } else { more });
     let what = match reason {
-        Reason::Crashes => "too many workers ended under it",
-        Reason::Attempts => "too many attempts",
-        Reason::Invalid => "it cannot be read",
-        Reason::Forsaken => "no worker is left",
+        Reason::Crashes { deaths: 0, .. } => "it is in quarantine".to_owned(),
+        Reason::Crashes { deaths, workers } => {
+            let deaths = many(deaths, "process", "processes");
+            format!("it ended {deaths} under {}", many(workers, "worker", "workers"))
+        }
+        Reason::Attempts => "too many attempts".to_owned(),
+        Reason::Invalid => "it cannot be read".to_owned(),
+        Reason::Forsaken => "no worker is left".to_owned(),
     };
     let colon = if trouble.is_empty() { "" } else { ": " };
-    format!("{what} ({attempts} attempts){colon}{trouble}")
+    format!("{what} ({}){colon}{trouble}", many(attempts, "attempt", "attempts"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_job_that_is_given_up_says_how_many_processes_of_how_many_workers_it_ended() {
+        let told = |deaths, workers, attempts| {
+            words(Reason::Crashes { deaths, workers }, attempts, "signal: 9")
+        };
+        assert_eq!(told(3, 2, 4), "it ended 3 processes under 2 workers (4 attempts): signal: 9");
+        assert_eq!(told(3, 1, 3), "it ended 3 processes under 1 worker (3 attempts): signal: 9");
+        assert_eq!(words(Reason::Forsaken, 1, ""), "no worker is left (1 attempt)");
+    }
 }

@@ -1,6 +1,7 @@
 //! What must hold, whatever the schedule: an account of its own, kept from what the machines hear
 //! and say.
 
+mod deaths;
 mod ends;
 mod hands;
 mod told;
@@ -53,6 +54,10 @@ pub(super) enum Oracle {
     Fence,
     /// A job goes to who can do it.
     Skill,
+    /// A job goes nowhere it died while somebody else lives, and is not ended by one alone.
+    Spared,
+    /// Who only kills gets no more; who does not, or is the last, stays.
+    Drained,
     /// Everything is done in the end.
     Live,
 }
@@ -62,6 +67,12 @@ pub(super) enum Oracle {
 pub(super) struct Wrong {
     pub(super) oracle: Oracle,
     pub(super) text: String,
+}
+
+/// Whether a result counts.
+fn accepts(effects: &[Effect]) -> bool {
+    let accepted = |e: &Effect| matches!(e, Effect::Taken { receipt: Receipt::Accepted, .. });
+    effects.iter().any(accepted)
 }
 
 fn wrong(oracle: Oracle, text: impl Into<String>) -> Result<(), Wrong> {
@@ -129,6 +140,7 @@ pub(super) struct Checker {
     /// Jobs in quarantine, in this life and all before.
     isolated: BTreeSet<Job>,
     runs: Vec<Course>,
+    deaths: deaths::Deaths,
     jobs: BTreeMap<Job, Known>,
     held: BTreeMap<Epoch, Held>,
     epochs: BTreeMap<Epoch, (Worker, u64, Job)>,
@@ -155,11 +167,12 @@ impl Checker {
         };
         Self {
             timing,
-            calm: plan.chaos == super::plan::Chaos::default(),
+            calm: plan.is_calm(),
             runs: plan.runs.iter().map(course).collect(),
             plan: plan.clone(),
             skills: BTreeMap::new(),
             isolated: BTreeSet::new(),
+            deaths: deaths::Deaths::default(),
             jobs: BTreeMap::new(),
             held: BTreeMap::new(),
             epochs: BTreeMap::new(),
@@ -184,6 +197,7 @@ impl Checker {
         self.accepted.clear();
         self.due.clear();
         self.told.clear();
+        self.deaths = deaths::Deaths::default();
         for run in &mut self.runs {
             (run.opened, run.settled, run.waiting, run.paused) = (0, 0, None, false);
         }
@@ -288,8 +302,11 @@ impl Checker {
     ) -> Result<(), Wrong> {
         self.all_told()?;
         match event {
-            Event::Commit { job, build, digest, .. } => {
+            Event::Commit { worker, job, build, digest, .. } => {
                 self.alarmed((job, build, digest), effects)?;
+                let known = self.jobs.get(&job).filter(|_| accepts(effects));
+                let killers = known.map(|known| known.killers.iter().copied());
+                killers.into_iter().for_each(|of| self.deaths.finished(now, worker, of));
             }
             Event::Open { .. } => {
                 let busy = effects.iter().any(|e| matches!(e, Effect::Busy { .. }));
@@ -309,18 +326,18 @@ impl Checker {
                     return wrong(Oracle::Stop, "told to go on with what nobody wants");
                 }
             }
+            Event::Poll { worker, seq, .. } => self.deaths.asks(now, worker, seq),
+            Event::Down(worker) | Event::Bye(worker) => self.deaths.doubt(worker, true),
             Event::Suspect(worker) => {
+                self.deaths.doubt(worker, false);
                 let held = self.held.values_mut().filter(|held| held.worker == worker && held.now);
                 held.for_each(|held| held.suspect = Some(held.suspect.unwrap_or(now).min(now)));
             }
             Event::Begin { .. }
             | Event::Pause(_)
             | Event::Resume(_)
-            | Event::Poll { .. }
             | Event::Heed { .. }
             | Event::Fail { .. }
-            | Event::Down(_)
-            | Event::Bye(_)
             | Event::Cancel(_)
             | Event::End(_)
             | Event::Drain(_)
@@ -370,11 +387,11 @@ impl Checker {
             Effect::Alarm { kept, other, .. } if kept == other => {
                 return wrong(Oracle::Truth, "alarm over equal results");
             }
-            Effect::Stall { job, reason, attempts } => self.stall(job, reason, attempts)?,
+            Effect::Stall { job, reason, attempts } => self.stall(now, (job, reason, attempts))?,
+            Effect::Drained { worker, cause } => self.sent_away(worker, cause)?,
             Effect::Park { .. }
             | Effect::Idle { .. }
             | Effect::Dismiss { .. }
-            | Effect::Drained { .. }
             | Effect::Stop { .. }
             | Effect::Alarm { .. }
             | Effect::Busy { .. }
@@ -420,6 +437,7 @@ impl Checker {
         if self.acknowledged.contains(&job) {
             return wrong(Oracle::Kept, "an acknowledged result is computed again");
         }
+        self.spared(now, worker, job)?;
         let timing = self.timing;
         let known = self.jobs.entry(job).or_default();
         let oldest = known.holders.iter().filter_map(|e| self.held.get(e)).map(|h| h.granted).min();
@@ -468,29 +486,6 @@ impl Checker {
                 }
             }
         }
-        Ok(())
-    }
-
-    fn renewed(
-        &mut self,
-        now: Millis,
-        event: Event,
-        worker: Worker,
-        job: Job,
-    ) -> Result<(), Wrong> {
-        let Event::Renew { epoch, begun, .. } = event else {
-            return wrong(Oracle::Stop, "renewed what?");
-        };
-        let known = self.jobs.entry(job).or_default();
-        let Some(held) = self.held.get_mut(&epoch).filter(|held| held.worker == worker) else {
-            return wrong(Oracle::Stop, "renewed what was never granted");
-        };
-        if !held.now && !known.holders.is_empty() {
-            return wrong(Oracle::Stop, "renewed beside another holder");
-        }
-        (held.heard, held.suspect, held.now) = (now, None, true);
-        held.begun |= begun;
-        known.holders.insert(epoch);
         Ok(())
     }
 }

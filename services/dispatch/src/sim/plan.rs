@@ -88,6 +88,8 @@ pub(super) struct Plan {
     pub(super) workers: Vec<Skills>,
     /// Whether there are workers of two builds, which find different bits for some jobs.
     pub(super) mixed: bool,
+    /// Places, never the first, whose workers' every job dies, in chaos and after.
+    pub(super) bad: BTreeSet<usize>,
     /// Whether jobs ask for different skills.
     pub(super) picky: bool,
     pub(super) runs: Vec<Script>,
@@ -125,6 +127,7 @@ impl Plan {
             chaos,
             workers: vec![Skills::ALL; 1 + rng.below(5) as usize],
             mixed: rng.chance(40),
+            bad: BTreeSet::new(),
             picky: rng.chance(30),
             runs: Vec::new(),
             poison: BTreeSet::new(),
@@ -142,7 +145,15 @@ impl Plan {
         if plan.chaos != Chaos::default() && rng.chance(20) {
             plan.chaos.flaky = 5 + rng.below(45);
         }
+        if plan.chaos != Chaos::default() && rng.chance(25) {
+            plan.bad = (1..plan.workers.len()).filter(|_| rng.chance(50)).collect();
+        }
         plan
+    }
+
+    /// Whether nothing goes wrong.
+    pub(super) fn is_calm(&self) -> bool {
+        self.chaos == Chaos::default() && self.bad.is_empty()
     }
 
     /// What a job asks of a worker.
@@ -211,11 +222,12 @@ impl Plan {
             *less.chaos.knob(knob) = 0;
             all.push(less);
         }
-        for which in 0..3 {
+        for which in 0..4 {
             let mut less = self.clone();
             match which {
                 0 => less.workers.truncate((self.workers.len() - 1).max(1)),
                 1 => less.mixed = false,
+                2 => drop(less.bad.pop_last()),
                 _ => less.picky = false,
             }
             all.push(less);
@@ -233,6 +245,12 @@ impl Plan {
         let extras = |s: &Script| u64::from(s.cancel.is_some()) + u64::from(s.pause.is_some());
         let extras: u64 = self.runs.iter().map(extras).sum();
         let kinds = u64::from(self.mixed) + u64::from(self.picky);
-        kinds + knobs + self.workers.len() as u64 + self.runs.len() as u64 + jobs as u64 + extras
+        kinds
+            + self.bad.len() as u64
+            + knobs
+            + self.workers.len() as u64
+            + self.runs.len() as u64
+            + jobs as u64
+            + extras
     }
 }

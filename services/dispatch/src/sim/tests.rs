@@ -11,7 +11,7 @@ const SCHEDULES: u64 = 20_000;
 const MUTANT_SCHEDULES: u64 = 5_000;
 
 /// Each planted bug, and the oracle that is meant for it.
-const MUTANTS: [(Mutant, Oracle); 23] = [
+const MUTANTS: [(Mutant, Oracle); 27] = [
     (Mutant::SettleAsTheyCome, Oracle::Order),
     (Mutant::PollMintsTwice, Oracle::Poll),
     (Mutant::NoExpiry, Oracle::Live),
@@ -35,6 +35,10 @@ const MUTANTS: [(Mutant, Oracle); 23] = [
     (Mutant::VanishedUncharged, Oracle::Poison),
     (Mutant::CancelUnsaid, Oracle::Told),
     (Mutant::KeptOfNobody, Oracle::Alarm),
+    (Mutant::KillerAgain, Oracle::Spared),
+    (Mutant::NeverDrained, Oracle::Drained),
+    (Mutant::BlameStays, Oracle::Drained),
+    (Mutant::GhostAwaited, Oracle::Live),
 ];
 
 fn from_environment(name: &str) -> Option<u64> {

@@ -43,21 +43,32 @@ impl Checker {
             Loss::Down | Loss::TooLong => held.begun && !held.offered,
             Loss::Dropped | Loss::Silent => false,
         };
+        if matches!(loss, Loss::Silent | Loss::Down) {
+            self.deaths.doubt(worker, false);
+        }
         let known = self.jobs.entry(job).or_default();
         known.holders.remove(&epoch);
         if guilty {
             known.crashes += 1;
             known.killers.insert(worker);
+            self.deaths.died(now, (worker, job), known.killers.len() == 1);
         }
         Ok(())
     }
 
-    pub(super) fn stall(&mut self, job: Job, reason: Reason, attempts: u32) -> Result<(), Wrong> {
+    pub(super) fn stall(
+        &mut self,
+        now: Millis,
+        (job, reason, attempts): (Job, Reason, u32),
+    ) -> Result<(), Wrong> {
+        if let Reason::Crashes { deaths, workers } = reason {
+            self.poisoned(now, job, (deaths, workers))?;
+        }
         let timing = self.timing;
         let known = self.jobs.entry(job).or_default();
         let again = std::mem::replace(&mut known.stalled, true);
         let fair = match reason {
-            Reason::Crashes => {
+            Reason::Crashes { .. } => {
                 let known = known.crashes >= timing.max_crashes || again;
                 known || self.isolated.contains(&job)
             }
@@ -108,11 +119,36 @@ impl Checker {
             known.wants.remove(&index);
         }
         if known.wants.is_empty() {
+            self.deaths.forget(job);
             // Opened again, it is a new job; only quarantine is remembered.
             let stalled = known.stalled;
             let left = self.jobs.insert(job, Known { stalled, ..Known::default() });
             self.dismiss(left.unwrap_or_default().holders, None);
         }
+        Ok(())
+    }
+
+    pub(super) fn renewed(
+        &mut self,
+        now: Millis,
+        event: Event,
+        worker: Worker,
+        job: Job,
+    ) -> Result<(), Wrong> {
+        let Event::Renew { epoch, begun, .. } = event else {
+            return wrong(Oracle::Stop, "renewed what?");
+        };
+        let known = self.jobs.entry(job).or_default();
+        let Some(held) = self.held.get_mut(&epoch).filter(|held| held.worker == worker) else {
+            return wrong(Oracle::Stop, "renewed what was never granted");
+        };
+        if !held.now && !known.holders.is_empty() {
+            return wrong(Oracle::Stop, "renewed beside another holder");
+        }
+        (held.heard, held.suspect, held.now) = (now, None, true);
+        self.deaths.hear(now, worker);
+        held.begun |= begun;
+        known.holders.insert(epoch);
         Ok(())
     }
 }

@@ -10,6 +10,7 @@ impl Checker {
     pub(super) fn over(&mut self, job: Job, by: Option<Worker>) {
         let known = self.jobs.entry(job).or_default();
         known.over = true;
+        self.deaths.forget(job);
         let holders = std::mem::take(&mut known.holders);
         for epoch in &holders {
             if let Some(held) = self.held.get_mut(epoch) {

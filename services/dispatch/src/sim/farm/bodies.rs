@@ -10,6 +10,7 @@ impl Farm {
         self.check.hired(worker, self.plan.workers[place]);
         self.places.insert(worker, place);
         let sick = self.bad(self.plan.chaos.sick) && self.bodies.len() < 3;
+        let sick = sick || self.plan.bad.contains(&place);
         let mut hand = Hand::default();
         hand.mutant = self.mutant;
         let body = Body { hand, frozen: 0, cut: 0, asks: 0, sick, waking: Millis::MAX };

@@ -1,0 +1,58 @@
+//! Workers under which jobs die: which of them get no more.
+
+use crate::effect::{Cause, Effect};
+use crate::event::{Job, Millis, Worker};
+use crate::machine::{Dispatch, Phase};
+#[cfg(test)]
+use crate::mutant::Mutant;
+
+impl Dispatch {
+    /// A job that is done here had died elsewhere: there, it was not the job's fault. Who has done
+    /// one is not under suspicion.
+    pub(crate) fn blame(&mut self, worker: Worker, job: Job, out: &mut Vec<Effect>) {
+        if let Some(peer) = self.staff.get_mut(&worker) {
+            peer.alone.clear();
+        }
+        let killers = self.jobs.get(&job).map(|r| r.ask.killers.clone()).unwrap_or_default();
+        for killer in killers.into_iter().filter(|killer| *killer != worker) {
+            let Some(peer) = self.staff.get_mut(&killer) else {
+                continue;
+            };
+            peer.blame += 1;
+            if peer.blame >= self.timing.max_blame && self.staff.spares(killer) {
+                self.drain(killer, Cause::Blamed, out);
+            }
+        }
+    }
+
+    /// Why a worker is to get no more, if it is. Never the last that can do what it can.
+    ///
+    /// Different jobs died under it, it has finished none since, and nobody else has been free to
+    /// try them for as long as a lease lasts. So long, as a run may be full of jobs that kill
+    /// whoever has them: where others are free those die under them too, and count no more.
+    pub(crate) fn doubt(&mut self, now: Millis, worker: Worker) -> Option<Cause> {
+        let (most, lease) = (self.timing.max_blame, self.timing.lease);
+        let peer = self.staff.get_mut(&worker).filter(|peer| !peer.drained)?;
+        let blamed = peer.blame >= most;
+        if !blamed && peer.alone.is_empty() {
+            return None;
+        }
+        let jobs = &self.jobs;
+        let open = |job: &Job| jobs.get(job).filter(|r| !matches!(r.phase, Phase::Over(_)));
+        #[cfg(test)]
+        let stays = self.mutant == Some(Mutant::BlameStays);
+        #[cfg(not(test))]
+        let stays = false;
+        peer.alone.retain(|(job, _)| stays || open(job).is_some_and(|r| r.ask.killers == [worker]));
+        let untried = |(job, died): &&(Job, Millis)| {
+            stays || died + lease <= now && open(job).is_some_and(|r| r.phase != Phase::Held)
+        };
+        let alone = peer.alone.iter().filter(untried).count() >= most as usize;
+        #[cfg(test)]
+        let alone = alone && self.mutant != Some(Mutant::NeverDrained);
+        if !(blamed || alone) || !self.staff.spares(worker) {
+            return None;
+        }
+        Some(if blamed { Cause::Blamed } else { Cause::Alone })
+    }
+}

@@ -1,0 +1,80 @@
+//! A pool of the machine alone, with a clock that the test moves.
+
+use cullet_dispatch::*;
+
+pub(crate) struct Pool {
+    pub(crate) machine: Dispatch,
+    pub(crate) now: Millis,
+    pub(crate) seq: u64,
+}
+
+pub(crate) fn job(k: u64) -> Job {
+    let mut name = [0; 32];
+    name[..8].copy_from_slice(&k.to_be_bytes());
+    Job(name)
+}
+
+impl Pool {
+    pub(crate) fn new() -> Self {
+        Self { machine: Dispatch::new(Timing::test(), 1), now: 0, seq: 0 }
+    }
+
+    pub(crate) fn step(&mut self, event: Event) -> Vec<Effect> {
+        self.machine.step(self.now, event)
+    }
+
+    pub(crate) fn begin(&mut self, run: u64, tenant: u64, priority: u8) {
+        let share = Share { tenant: Tenant(tenant), priority };
+        self.step(Event::Begin { run: Run(run), share });
+    }
+
+    pub(crate) fn open(&mut self, run: u64, k: u64) -> Vec<Effect> {
+        self.step(Event::Open {
+            run: Run(run),
+            job: job(k),
+            need: Skills::NONE,
+            prior: Prior::Nothing,
+        })
+    }
+
+    /// A worker asks; what it gets.
+    pub(crate) fn ask(&mut self, worker: u64) -> Option<(Job, Epoch)> {
+        self.seq += 1;
+        let (worker, seq) = (Worker(worker), self.seq);
+        let said = self.step(poll(worker, seq, Skills::ALL));
+        granted(&said, worker)
+    }
+
+    pub(crate) fn done(&mut self, worker: u64, (job, epoch): (Job, Epoch)) -> Vec<Effect> {
+        let (worker, digest, outcome) = (Worker(worker), Digest(job.0), Outcome::Broken);
+        let (build, prior) = (BUILD, Prior::Nothing);
+        self.step(Event::Commit { worker, job, epoch, build, digest, outcome, prior })
+    }
+
+    pub(crate) fn crash(&mut self, worker: u64, (job, epoch): (Job, Epoch)) -> Vec<Effect> {
+        let (worker, trouble) = (Worker(worker), Trouble::Crashed);
+        self.step(Event::Fail { worker, job, epoch, trouble })
+    }
+
+    pub(crate) fn renew(&mut self, worker: u64, (job, epoch): (Job, Epoch)) {
+        self.step(Event::Renew { worker: Worker(worker), job, epoch, begun: true });
+    }
+
+    pub(crate) fn pass(&mut self, time: Millis) -> Vec<Effect> {
+        self.now += time;
+        self.step(Event::Tick)
+    }
+}
+
+pub(crate) const BUILD: Build = Build([1; 32]);
+
+pub(crate) fn poll(worker: Worker, seq: u64, skills: Skills) -> Event {
+    Event::Poll { worker, seq, slots: 1, park: true, build: BUILD, skills }
+}
+
+pub(crate) fn granted(said: &[Effect], to: Worker) -> Option<(Job, Epoch)> {
+    said.iter().find_map(|effect| match effect {
+        Effect::Grant { worker, job, epoch, .. } if *worker == to => Some((*job, *epoch)),
+        _ => None,
+    })
+}
