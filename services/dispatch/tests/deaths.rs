@@ -5,6 +5,11 @@ mod common;
 use common::*;
 use cullet_dispatch::*;
 
+fn crash(pool: &mut Pool, worker: u64, (job, epoch): (Job, Epoch)) -> Vec<Effect> {
+    let (worker, trouble) = (Worker(worker), Trouble::Crashed);
+    pool.step(Event::Fail { worker, job, epoch, trouble })
+}
+
 #[test]
 fn a_worker_under_which_others_jobs_die_is_drained() {
     let mut pool = Pool::new();
@@ -12,7 +17,7 @@ fn a_worker_under_which_others_jobs_die_is_drained() {
     for k in 0..3 {
         pool.open(1, k);
         let bad = pool.ask(1).expect("a job");
-        pool.crash(1, bad);
+        crash(&mut pool, 1, bad);
         pool.pass(100);
         let good = pool.ask(2).expect("the job again");
         assert_eq!(good.0, bad.0);
@@ -38,16 +43,16 @@ fn a_job_is_in_quarantine_after_three_crashes_on_two_workers() {
     pool.open(1, 7);
     // It dies under the one; then it waits for the other, busy as that is.
     let grant = pool.ask(9).expect("the job");
-    pool.crash(9, grant);
+    crash(&mut pool, 9, grant);
     pool.pass(300);
     assert_eq!(pool.ask(9), None);
     pool.done(8, other);
     let grant = pool.ask(8).expect("the job again");
-    pool.crash(8, grant);
+    crash(&mut pool, 8, grant);
     // It has died under both, and one of them waits.
     let said = pool.pass(300);
     let grant = granted(&said, Worker(9)).expect("the job for the last time");
-    let told = pool.crash(9, grant);
+    let told = crash(&mut pool, 9, grant);
     let reason = Reason::Crashes { deaths: 3, workers: 2 };
     let stall = Effect::Stall { job: job(7), reason, attempts: 3 };
     assert!(matches!(told[..2], [Effect::Lost { .. }, Effect::Quarantine { crashes: 3, .. }]));
@@ -70,7 +75,7 @@ fn a_job_waits_for_a_busy_worker_rather_than_go_where_it_died_and_holds_nobody_u
         let long = pool.ask(1).expect("a job");
         pool.open(1, 2);
         let spoilt = pool.ask(2).expect("another");
-        pool.crash(2, spoilt);
+        crash(&mut pool, 2, spoilt);
         pool.pass(300);
         pool.open(1, 3);
         // Others of its run pass it.
@@ -100,7 +105,7 @@ fn a_job_does_not_wait_for_a_worker_that_has_not_been_heard_of() {
     pool.pass(1);
     pool.open(1, 2);
     let spoilt = pool.ask(2).expect("a job");
-    pool.crash(2, spoilt);
+    crash(&mut pool, 2, spoilt);
     let patience = Timing::test().park + Timing::test().lease;
     pool.pass(300);
     assert_eq!(pool.ask(2), None, "the other may ask again");
@@ -136,7 +141,7 @@ fn a_worker_under_which_jobs_die_alone_is_drained_unless_they_die_elsewhere_or_i
                     _ => None,
                 }));
                 if let Some(grant) = granted(&said, Worker(worker)) {
-                    pool.crash(worker, grant);
+                    crash(&mut pool, worker, grant);
                 }
                 pool.pass(100);
                 long.into_iter().for_each(|grant| pool.renew(1, grant));

@@ -51,11 +51,6 @@ impl Pool {
         self.step(Event::Commit { worker, job, epoch, build, digest, outcome, prior })
     }
 
-    pub(crate) fn crash(&mut self, worker: u64, (job, epoch): (Job, Epoch)) -> Vec<Effect> {
-        let (worker, trouble) = (Worker(worker), Trouble::Crashed);
-        self.step(Event::Fail { worker, job, epoch, trouble })
-    }
-
     pub(crate) fn renew(&mut self, worker: u64, (job, epoch): (Job, Epoch)) {
         self.step(Event::Renew { worker: Worker(worker), job, epoch, begun: true });
     }

@@ -4,7 +4,7 @@ use crate::kit::with_processes_of;
 use crate::kit::{Hand, config, job, next, solve, verdict, wait_for, with_processes};
 use cullet_coordinator::link::{Ending, Pool, PoolConfig, Share, SpawnConfig, Timing};
 use cullet_proto::{FractureJob, Verdict};
-use cullet_worker::Watch;
+use cullet_worker::{JobCommand, Watch, WorkerConfig};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
@@ -50,6 +50,34 @@ fn a_job_that_kills_its_workers_is_abandoned_and_the_others_settle() {
     assert_eq!(settlement.attempts, 3);
     assert!(matches!(settlement.ending, Ending::Abandoned(_)), "{settlement:?}");
     verdict(next(&run, good));
+}
+
+/// A worker with so little memory that each of its job processes ends.
+#[test]
+fn a_worker_whose_every_job_dies_ends_none_while_another_is_busy_and_is_sent_away() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
+    let exe = std::env::current_exe().expect("this test has a path");
+    let exe = exe.parent().and_then(Path::parent).expect("a folder").join("examples/stub");
+    let hire = |name, memory| {
+        let command = JobCommand { exe: exe.clone(), args: vec!["job".into()], memory };
+        let own = WorkerConfig { job: Some(command), ..WorkerConfig::default() };
+        Hand::hire_as(&pool, name, Arc::new(solve), own)
+    };
+    let _able = hire("able", Some(256 << 20));
+    let long = run.open(&job("echo", 1, 6_000));
+    wait_for("it runs", || pool.stats().jobs.running == 1);
+    let _small = hire("small", Some(1 << 20));
+    wait_for("the other is there", || pool.stats().workers == 2);
+    let ids: Vec<_> = (2..6).map(|k| run.open(&job("echo", k, 200))).collect();
+    wait_for("it is sent away", || pool.stats().workers == 1);
+    let first = next(&run, long);
+    assert_eq!((first.worker.as_str(), first.attempts), ("able", 1));
+    for id in ids {
+        let settlement = next(&run, id);
+        assert_eq!((settlement.worker.as_str(), settlement.attempts), ("able", 2));
+        verdict(settlement);
+    }
 }
 
 #[test]
