@@ -100,9 +100,9 @@ fn a_job_waits_for_a_busy_worker_rather_than_go_where_it_died_and_holds_nobody_u
 fn a_job_does_not_wait_for_a_worker_that_has_not_been_heard_of() {
     let mut pool = Pool::new();
     pool.begin(1, 1, 4);
-    assert_eq!(pool.ask(1), None);
-    pool.open(1, 9);
-    pool.pass(1);
+    pool.open(1, 1);
+    let last = pool.ask(1).expect("a job");
+    pool.done(1, last);
     pool.open(1, 2);
     let spoilt = pool.ask(2).expect("a job");
     crash(&mut pool, 2, spoilt);
@@ -121,18 +121,22 @@ fn a_job_does_not_wait_for_a_worker_that_has_not_been_heard_of() {
 
 #[test]
 fn a_worker_under_which_jobs_die_alone_is_drained_unless_they_die_elsewhere_or_it_is_the_last() {
-    // Whether another is there, how busy, and whether they die there too.
-    for (busy, poison, want) in [(true, false, true), (false, true, false), (false, false, false)] {
+    // What another can that is there and busy; whether others try the jobs, and they die there too.
+    let (all, less) = (Some(Skills::ALL), Some(Skills::NONE));
+    for (busy, poison, want) in
+        [(all, false, true), (all, true, false), (None, true, false), (less, false, false)]
+    {
         let mut pool = Pool::new();
         pool.begin(1, 1, 4);
-        let long = busy.then(|| {
+        let long = busy.and_then(|skills| {
             pool.open(1, 100);
-            pool.ask(1).expect("a long job")
+            granted(&pool.step(poll(Worker(1), 1, skills)), Worker(1))
         });
+        assert_eq!(long.is_some(), busy.is_some());
         let mut drained = Vec::new();
         for k in 0..30 {
             pool.open(1, k);
-            for worker in if poison { 2..=4 } else { 2..=2 } {
+            for worker in if poison { 2..=3 } else { 2..=2 } {
                 pool.seq += 1;
                 let seq = pool.seq;
                 let said = pool.step(poll(Worker(worker), seq, Skills::ALL));
@@ -148,7 +152,7 @@ fn a_worker_under_which_jobs_die_alone_is_drained_unless_they_die_elsewhere_or_i
             }
         }
         let want: &[_] = if want { &[(2, Cause::Alone)] } else { &[] };
-        assert_eq!(drained, want, "busy {busy}, poison {poison}");
+        assert_eq!(drained, want, "busy {busy:?}, poison {poison}");
     }
 }
 
