@@ -98,6 +98,8 @@ fn common(patience: Patience) -> Vec<(&'static str, String)> {
     let close_us = patience.wait_before_close_ms * 1_000;
     vec![
         ("scouting/multicast/enabled", "false".into()),
+        // Nobody is scouted for: a router would wait half a second for whom it finds.
+        ("scouting/delay", "0".into()),
         ("scouting/gossip/enabled", "false".into()),
         ("timestamping/enabled", "false".into()),
         ("adminspace/enabled", "false".into()),

@@ -43,7 +43,7 @@ fn a_smallest_fragment_and_a_budget_decide_the_spacing_and_it_is_told() {
     assert!(first.iter().any(|job| (job.1 - 0.012).abs() < 1e-12), "{first:?}");
     let told = lines(&out);
     assert!(told.contains("by the smallest fragment wanted"), "{told}");
-    let out = run(&["fidelity.smallest=0.02", "fidelity.budget=0.3"], "1");
+    let out = run(&["fidelity.smallest=0.02", "fidelity.budget_s=0.3"], "1");
     let dear = jobs(&out);
     assert!(dear[0].1 > 0.006 && dear[0].1 < 0.0157, "{dear:?}");
     assert!(lines(&out).contains("by the budget"));
@@ -93,7 +93,7 @@ fn what_the_thickness_allows_is_not_refused() {
 fn a_wrong_wish_is_told_with_its_bound() {
     for (value, wanted) in [
         ("fidelity.error=0", "at least 0.01"),
-        ("fidelity.budget=-1", "at least 0.001"),
+        ("fidelity.budget_s=-1", "at least 0.001"),
         ("fidelity.smallest=0", "must be above 0 m"),
         ("fidelity.pixel=0", "must be above 0 m"),
         ("fidelity.eror=0.1", "error"),

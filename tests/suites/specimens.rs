@@ -336,6 +336,7 @@ fn a_sweep_is_a_line_a_run_and_failures_are_told() {
     let slow = bench("e8-vibration", &["--limit", "0.1", "--json"]);
     let told: serde_json::Value = serde_json::from_str(&slow.stdout).expect("JSON");
     assert_eq!((slow.code, told["status"].as_str()), (3, Some("timeout")));
+    assert!(told["wall_s"].as_f64().is_some_and(|wall| wall > 0.09), "it cost what it had: {told}");
     assert_eq!(told["metrics"].as_array().map(Vec::len), Some(2));
 }
 

@@ -345,10 +345,11 @@ impl std::fmt::Display for Plan {
         };
         write!(
             f,
-            "{regime}, the push takes {:.2} of a wave's way there and back; \
-             {:.2e} /s ask for {:.1} pieces of {:.2e} m; spacing {:.3e} m by {}: \
+            "{regime}, the push takes {:.2} of a wave's way there and back, and some {:.2e} s are \
+             solved; {:.2e} /s ask for {:.1} pieces of {:.2e} m; spacing {:.3e} m by {}: \
              {:.0} points, {:.0} steps, {:.2} s, error {:.2}",
             self.ratio,
+            self.duration,
             self.rate,
             self.count,
             self.size,

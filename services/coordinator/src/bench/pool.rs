@@ -131,9 +131,15 @@ pub(super) fn result_of(settlement: Settlement, limits: &Limits) -> SpecimenResu
         Settled::Abandoned(text) => text,
         Settled::Cancelled => "it was cancelled".to_owned(),
     };
-    SpecimenResult::ended(if text.contains(OVERDUE) {
+    let last = settlement.tries.last();
+    let took = last.map(|last| last.ended.unwrap_or(settlement.wall).saturating_sub(last.granted));
+    let mut result = SpecimenResult::ended(if text.contains(OVERDUE) {
         Ending::Timeout(limits.late())
     } else {
         Ending::Crashed(text)
-    })
+    });
+    // A process that was ended tells no costs: it has cost the time that it had.
+    result.price.wall = took.unwrap_or_default().as_secs_f64();
+    result.price.cpu = result.price.wall;
+    result
 }

@@ -90,14 +90,21 @@ impl Ladder {
     /// is.
     pub(super) fn next(&mut self, outcome: Option<&BrokenBody>, seen: &mut Experience) -> Next {
         let (last, now) = (self.last.take(), outcome.map(figures));
+        let mut reached = None;
         if let (Some(last), Some(now)) = (&last, &now) {
             // At first order the coarser one is that much further off.
             let error = estimate(last, now);
             seen.learn(&self.kind, last.spacing, error * last.spacing / now.spacing);
             seen.learn(&self.kind, now.spacing, error);
+            let side = if error > self.error { "over" } else { "within" };
+            let pieces = told(last.count, now.count);
+            reached = Some(format!(
+                "this is the plan's grid; its error is about {error:.2}, {side} {}{pieces}",
+                self.error
+            ));
         }
         if !self.goes_on() {
-            return Next::Use(None);
+            return Next::Use(reached);
         }
         let Some(now) = now else {
             return Next::Finer("it did not come to an end on this grid".to_owned());

@@ -18,7 +18,7 @@ pub struct Fidelity {
     /// Processor time that the solves of one hit may take, as reckoned for a common machine
     /// \[s\].
     #[schemars(schema_with = "unit::time", extend("minimum" = 0.001, "maximum" = 1e6))]
-    pub budget: Option<f64>,
+    pub budget_s: Option<f64>,
     /// The smallest fragment wanted: four cells across it \[m\].
     #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
     pub smallest: Option<f64>,
