@@ -176,6 +176,24 @@ fn a_program_in_python_needs_the_page_of_the_protocol_alone() {
     nobody_is_left(&folder);
 }
 
+/// What Zenoh's own router is to be given is what the program prints.
+#[test]
+fn the_routers_configuration_is_what_is_printed() {
+    let folder = unique("zenohd");
+    let certs = folder.join("etc/cullet/certs");
+    fs::create_dir_all(&certs).expect("a folder");
+    common::certificates(&certs, &["router"], &[]);
+    let call = ["router", "--listen", "tls/0.0.0.0:7447", "--print-config", "--roles"];
+    let roles = file_of("deploy/roles.toml");
+    let call = common::Cullet::new(&call).path(&roles).args(&["--tls"]);
+    let said = call.path(&certs.join("router")).output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    let printed = said.stdout.replace(&*folder.to_string_lossy(), "");
+    let kept = fs::read_to_string(file_of("deploy/zenohd.json5")).expect("a file");
+    let kept: Vec<&str> = kept.lines().filter(|line| !line.starts_with("//")).collect();
+    assert!(printed.lines().eq(kept), "print it again: its first lines say how");
+}
+
 #[test]
 fn units_are_taken_by_systemd() {
     let verify = |units: &[std::path::PathBuf]| {
