@@ -251,7 +251,7 @@ fn runs_of_the_whole_are_lines_like_any_other() {
         assert!(file.metadata().is_ok_and(|data| data.len() > 1000), "{}", file.display());
     }
     std::fs::remove_dir_all(&out).ok();
-    let slow = bench("r5-stack", &["--limit", "0.2", "--json"]);
+    let slow = bench("r5-stack", &["--limit", "0.01", "--json"]);
     let told: serde_json::Value = serde_json::from_str(&slow.stdout).expect("JSON");
     assert_eq!((slow.code, told["status"].as_str()), (3, Some("timeout")));
     assert_eq!(told["metrics"].as_array().map(Vec::len), Some(2));
