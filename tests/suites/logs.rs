@@ -16,10 +16,13 @@ struct Told(Going, PathBuf);
 
 impl Told {
     fn start(name: &str, args: &[&str]) -> Self {
+        Self::of(name, Cullet::new(args))
+    }
+
+    fn of(name: &str, call: Cullet) -> Self {
         let path = unique(name);
         let file = File::create(&path).expect("a log");
-        let going = Cullet::new(args).args(&["--log", "json"]).errors(file).spawn();
-        Self(going, path)
+        Self(call.args(&["--log", "json"]).errors(file).spawn(), path)
     }
 
     /// Each line is an object; a run's number where there is one.
@@ -105,10 +108,14 @@ fn a_job_process_that_dies_says_so_in_an_object() {
     let endpoint = common::free_endpoint();
     let call = ["coordinator", "--listen", &endpoint, "--log", "json"];
     let _coordinator = Cullet::new(&call).spawn();
-    let worker = Told::start("dying-log", &["worker", "--connect", &endpoint, "--memory", "32"]);
+    // What the system does not give ends a process aloud, what its worker takes from it silently.
+    let program = env!("CARGO_BIN_EXE_cullet");
+    let script = "ulimit -c 0; ulimit -d 200000; exec \"$@\"";
+    let call = ["-c", script, "sh", program, "worker", "--connect", &endpoint, "--memory", "none"];
+    let worker = Told::of("dying-log", Cullet::of(Path::new("sh"), &call));
     // Starts well below that, and asks for more at once.
     let call = ["submit", &corpus("drop.toml"), "--detach", "--connect", &endpoint];
-    let large = ["--set", "fracture.max_particles=400000", "--set", "fracture.solver=brittle"];
+    let large = ["--set", "fracture.max_particles=1000000", "--set", "fracture.solver=brittle"];
     assert_eq!(Cullet::new(&call).args(&large).output().code, 0);
     worker.until("job given back");
     let said = |line: &Value| {

@@ -23,15 +23,16 @@
 //! - a job goes to a worker that meets what it asks; one that nobody there meets waits, is counted,
 //!   and holds up nobody else;
 //! - trouble in the pool never becomes a result: a job whose attempts are used up, or that died
-//!   three times, under two workers if there are two, stalls aloud, goes into quarantine, and holds up only the runs
-//!   that want it; what earlier lives have put there stays there until it is pardoned;
+//!   three times, under two workers if there are two, stalls aloud, goes into quarantine, and
+//!   holds up only the runs that want it; what earlier lives have put there stays there until it
+//!   is pardoned;
 //! - a death counts against a job if a living worker reports it, or if the worker itself is gone,
 //!   or out of time, after it said that a solver has the job and before it said that it has a
 //!   result: what takes its worker with it is found as well, and a worker that is killed with a
 //!   job that it only fetches, or has done, costs an attempt and nothing more;
-//! - a job does not go back to a worker under which it died while another that can do it is there,
-//!   busy or not: it waits for that one, and others pass it. When the last such one is gone, it goes
-//!   to whoever is there;
+//! - a job does not go back to a worker under which it died while another that can do it is
+//!   there, busy or not: it waits for that one, and others pass it. When the last such one is
+//!   gone, it goes to whoever is there;
 //! - a worker gets no more if jobs died under it that others finished; or that died under it and
 //!   nowhere else, one after another, and that nobody else has been free to try for a lease. A job
 //!   that dies elsewhere too is no longer held against it, and the last worker that can do what it

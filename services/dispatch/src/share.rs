@@ -152,8 +152,8 @@ impl Shares {
         }
     }
 
-    /// Whose job goes next, and which, of those that somebody may be given. Runs without such a one are
-    /// passed over, one by one.
+    /// Whose job goes next, and which, of those that somebody may be given. Runs without such a one
+    /// are passed over, one by one.
     pub(crate) fn pick(
         &mut self,
         now: Millis,
