@@ -36,6 +36,22 @@ fn workers_of(parent: u32) -> Vec<u32> {
     panic!("no worker process appeared");
 }
 
+/// A worker of this coordinator whose job process is at work.
+fn busy(coordinator: u32) -> Option<u32> {
+    // After the name: the state, ten more, then its own time in 1/100 s.
+    let spent = |job: u32| -> u64 {
+        let text = fs::read_to_string(format!("/proc/{job}/stat")).unwrap_or_default();
+        let rest = text.rsplit(')').next().unwrap_or_default().split_whitespace();
+        rest.skip(11).take(2).filter_map(|ticks| ticks.parse::<u64>().ok()).sum()
+    };
+    let jobs = |worker: u32| children_of(worker).into_iter().map(move |job| (worker, job));
+    let jobs = children_of(coordinator).into_iter().flat_map(jobs);
+    let before: Vec<_> = jobs.map(|(worker, job)| (worker, job, spent(job))).collect();
+    sleep(Duration::from_millis(100));
+    let worked = |(_, job, before): &(u32, u32, u64)| spent(*job) >= before + 3;
+    before.into_iter().find(worked).map(|(worker, ..)| worker)
+}
+
 #[test]
 fn a_worker_killed_in_the_middle_of_a_job_costs_time_and_no_result() {
     let _left = common::left::NobodyLeft::watch();
@@ -44,16 +60,15 @@ fn a_worker_killed_in_the_middle_of_a_job_costs_time_and_no_result() {
         .path(&out)
         .args(&LONGER)
         .spawn();
-    let mut resent = 0;
+    let mut killed = 0;
     // A job bears two losses: the third would end the run aloud.
-    for _ in 0..2 {
-        sleep(Duration::from_millis(900));
-        if let Some(worker) = children_of(run.id()).first() {
-            signal(*worker, "KILL");
-            resent += 1;
+    while killed < 2 && !run.ended() {
+        if let Some(worker) = busy(run.id()) {
+            signal(worker, "KILL");
+            killed += 1;
         }
     }
-    assert!(resent > 0, "nobody was killed: the run was too quick for this test");
+    assert!(killed > 0, "nobody was killed: the run was too quick for this test");
     assert_eq!(run.wait(Duration::from_secs(120)), Some(0), "{}", run.stderr());
     let summary = summary(&out);
     assert!(summary["jobs"]["resent"].as_u64() >= Some(1), "{summary:#}");
