@@ -11,7 +11,8 @@ mod common;
 use common::farm::{Farm, Role};
 use common::figures::{gate, number, tell};
 use common::history::{lines, moment};
-use common::{Cullet, DONE, Going, LONGER, children_of, corpus, signal, unique, until};
+use common::{Cullet, DONE, Going, LONGER, children_of, corpus, fetched, quiet_digest, signal};
+use common::{unique, until};
 use serde_json::Value;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -182,4 +183,44 @@ fn a_worker_is_back_soon_after_a_blackhole() {
     let lost = common::history::check_jobs(&farm.steps());
     assert!(lost.is_empty(), "{lost:#?}");
     gate(middle, 2.0);
+}
+
+/// A job lasts longer than a worker is silent.
+const FINE: [&str; 2] = ["--set", "fracture.max_particles=24000"];
+
+/// Others are idle, and get none of it.
+#[test]
+fn what_is_at_work_when_the_coordinator_ends_is_not_begun_anew() {
+    let _left = common::left::NobodyLeft::watch();
+    let mut farm = Farm::start(unique("orphans"), 3);
+    let endpoint = farm.door.1.clone();
+    let mut kept = Vec::new();
+    for life in 0..number("CULLET_REPEATS", 2) as u32 {
+        let log = Log(farm.log_of(Role::Coordinator, life));
+        let run = submit(&endpoint, u64::from(life), &FINE);
+        let (job, worker) = log.at_work(0.0);
+        if life % 2 == 0 {
+            farm.kill(Role::Coordinator);
+        } else {
+            farm.stop(Role::Coordinator);
+        }
+        farm.tend();
+        let said = Cullet::new(&["wait", &run, "--connect", &endpoint]).output();
+        assert!(DONE.contains(&said.code), "{}", said.stderr);
+        let next = lines(&farm.log_of(Role::Coordinator, life + 1));
+        let of = |message: &str| {
+            let same = |line: &&Value| line["message"] == message && line["job"] == *job;
+            next.iter().filter(same).count()
+        };
+        assert_eq!(of("job granted"), 0, "begun anew: {next:#?}");
+        println!("job {job} of {worker}: renewed {}", of("goes on from before"));
+        kept.push(fetched(&run, &["--connect", &endpoint]));
+    }
+    assert!(farm.by_themselves.is_empty(), "{:?}", farm.by_themselves);
+    farm.leave();
+    assert!(farm.left().is_empty(), "{:?}", farm.left());
+    for (seed, digest) in kept.iter().enumerate() {
+        let seed = format!("world.seed={seed}");
+        assert_eq!(*digest, quiet_digest(&[&FINE[..], &["--set", &seed]].concat()));
+    }
 }

@@ -93,7 +93,8 @@ impl Load {
             Due::Renew(job, epoch, end) => {
                 let epoch = cullet_dispatch::Epoch(epoch);
                 let by = Worker(worker);
-                self.step(Event::Renew { worker: by, job, epoch, begun: true });
+                let (build, skills) = (BUILD, Skills::ALL);
+                self.step(Event::Renew { worker: by, job, epoch, begun: true, build, skills });
                 self.later(end, worker, Due::Done(job, epoch.0));
             }
             Due::Done(job, epoch) => {

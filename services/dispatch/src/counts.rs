@@ -21,6 +21,8 @@ pub struct Counts {
     pub resent: u64,
     /// Of these, duplicates of attempts that took long.
     pub hedged: u64,
+    /// Attempts of an earlier life that went on in this one.
+    pub adopted: u64,
     /// Jobs in the queue now.
     pub waiting: u64,
     /// Jobs under lease now.

@@ -165,6 +165,17 @@ pub enum Effect {
         /// Good for \[ms\].
         lease: Millis,
     },
+    /// A worker goes on with what an earlier life has granted it.
+    Adopted {
+        /// Who.
+        worker: Worker,
+        /// At what.
+        job: Job,
+        /// For which run, of those that want it.
+        run: Run,
+        /// By which grant.
+        epoch: Epoch,
+    },
     /// Answer a renewal: stop.
     Stop {
         /// Who.

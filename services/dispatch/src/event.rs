@@ -183,6 +183,10 @@ pub enum Event {
         epoch: Epoch,
         /// Whether a solver has the job there.
         begun: bool,
+        /// What it runs.
+        build: Build,
+        /// What it can do.
+        skills: Skills,
     },
     /// A worker wants to be told as soon as its job is not wanted any more.
     Heed {
@@ -241,6 +245,8 @@ pub enum Event {
     End(Run),
     /// This worker gets no further job: told to leave when it asks next.
     Drain(Worker),
+    /// This job was at work when an earlier life ended; said before any run begins.
+    Inherit(Job),
     /// An earlier life has put this job into quarantine.
     Isolate(Job),
     /// A quarantined job may be tried again.

@@ -35,6 +35,10 @@ impl<N: Copy + Ord + Hash, T> ByName<N, T> {
         self.0.remove(name)
     }
 
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// In order.
     pub(crate) fn names(&self) -> Vec<N> {
         let mut names: Vec<N> = self.0.keys().copied().collect();

@@ -5,22 +5,18 @@ use crate::event::{Epoch, Job, Millis, Trouble, Worker};
 use crate::machine::{Dispatch, Lease, Phase, Record, Stage};
 #[cfg(test)]
 use crate::mutant::Mutant;
+use crate::orphans::Word;
 
 impl Dispatch {
-    pub(crate) fn renew(
-        &mut self,
-        now: Millis,
-        (worker, job, epoch): (Worker, Job, Epoch),
-        begun: bool,
-        out: &mut Vec<Effect>,
-    ) {
-        let lease = self.timing.lease;
-        out.push(match self.prolong(now, job, epoch) {
+    pub(crate) fn renew(&mut self, job: Job, word: Word, out: &mut Vec<Effect>) {
+        let (worker, lease) = (word.worker, self.timing.lease);
+        let said = match self.prolong(job, word, out) {
             Ok(()) => Effect::Renewed { worker, job, lease },
             Err(reason) => Effect::Stop { worker, job, reason },
-        });
-        if begun {
-            self.reach(job, epoch, Stage::Begun);
+        };
+        out.push(said);
+        if word.begun {
+            self.reach(job, word.epoch, Stage::Begun);
         }
     }
 
@@ -31,9 +27,13 @@ impl Dispatch {
         }
     }
 
-    fn prolong(&mut self, now: Millis, job: Job, epoch: Epoch) -> Result<(), StopReason> {
+    fn prolong(&mut self, job: Job, word: Word, out: &mut Vec<Effect>) -> Result<(), StopReason> {
+        let (now, epoch) = (word.at, word.epoch);
         let expires = now + self.timing.lease;
         let Some(record) = self.jobs.get_mut(&job) else {
+            if self.remember_word(job, word) {
+                return Ok(());
+            }
             let known = self.past.get(&job).is_some();
             return Err(if known { StopReason::Over } else { StopReason::Unknown });
         };
@@ -55,7 +55,8 @@ impl Dispatch {
             .copied()
             .filter(|last| last.epoch == epoch && record.phase != Phase::Held);
         let Some(back) = back else {
-            return Err(StopReason::Superseded);
+            let gone_on = self.take_up(now, job, word, out);
+            return if gone_on { Ok(()) } else { Err(StopReason::Superseded) };
         };
         record.lapsed = None;
         self.staff.back(now, back.worker, self.timing.patience());
@@ -153,6 +154,8 @@ impl Dispatch {
                 Trouble::Dropped => self.lose(now, job, epoch, Loss::Dropped, out),
                 Trouble::Invalid => self.abandon(now, job, Reason::Invalid, out),
             }
+        } else {
+            self.give_up(now, job, epoch);
         }
         out.push(Effect::Taken { worker, receipt: Receipt::Noted });
     }
@@ -177,6 +180,7 @@ impl Dispatch {
 
     pub(crate) fn leave(&mut self, now: Millis, worker: Worker, loss: Loss, out: &mut Vec<Effect>) {
         self.part(worker);
+        self.forget_words(worker);
         for (job, epoch) in self.held_by(worker) {
             self.lose(now, job, epoch, loss, out);
         }

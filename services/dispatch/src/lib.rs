@@ -12,6 +12,8 @@
 //!   incarnation, which whoever keeps the journal raises on disk before the first grant of a life;
 //! - a lease ends by a result, by its worker's word or end, or by time; one that is renewed is
 //!   never taken away;
+//! - what a worker is at when the coordinator ends goes on: the next life takes its renewals and
+//!   its result, and gives the job to nobody else before the worker has had a lease to be heard;
 //! - a lease that runs out does not stop the computation behind it. A job's name is the digest of
 //!   its problem, and a worker checks what it solves against the name: so a zombie's late result is
 //!   of the same problem. It counts while the job is open and nobody of another build has been
@@ -59,6 +61,7 @@ mod leases;
 pub mod machine;
 #[cfg(test)]
 mod mutant;
+mod orphans;
 mod poll;
 mod settle;
 mod share;

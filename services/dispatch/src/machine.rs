@@ -8,6 +8,7 @@ use crate::jobs::{ByJob, Jobs};
 use crate::leases::Leases;
 #[cfg(test)]
 use crate::mutant::Mutant;
+use crate::orphans::{Orphan, Word};
 use crate::share::Shares;
 use crate::shelf::Shelf;
 use crate::staff::{Ask, Staff};
@@ -100,6 +101,7 @@ pub struct Dispatch {
     pub(crate) past: ByJob<Verdict>,
     pub(crate) past_order: VecDeque<Job>,
     quarantine: Shelf,
+    pub(crate) orphans: ByJob<Orphan>,
     pub(crate) unsettled: u64,
     pub(crate) next_epoch: u64,
     pub(crate) counts: Counts,
@@ -126,6 +128,7 @@ impl Dispatch {
             past: ByJob::default(),
             past_order: VecDeque::new(),
             quarantine: Shelf::new(MAX_QUARANTINE),
+            orphans: ByJob::default(),
             unsettled: 0,
             next_epoch: u64::from(incarnation) << 32,
             counts: Counts::default(),
@@ -161,10 +164,11 @@ impl Dispatch {
     }
 
     /// Whether a result by this grant and build would count: the job is open, and the grant stands
-    /// or nobody else's build has followed.
+    /// or nobody else's build has followed; or no run has opened it yet, and it was at work when
+    /// the coordinator ended.
     #[must_use]
     pub fn takes(&self, job: Job, epoch: Epoch, build: Build) -> bool {
-        self.wants(job) && !self.foreign(job, epoch, build)
+        self.bequeathed(job, epoch) || self.wants(job) && !self.foreign(job, epoch, build)
     }
 
     /// Whether anything is remembered of this job: it is open, or was not long ago.
@@ -215,6 +219,7 @@ impl Dispatch {
                 Ok(()) => {
                     self.open(now, run, (job, need), &mut out);
                     self.weigh(now, job, prior, &mut out);
+                    self.adopt(now, job, &mut out);
                 }
                 Err(bound) => out.push(Effect::Busy { run, job, bound }),
             },
@@ -226,8 +231,8 @@ impl Dispatch {
                 self.staff.arrive(worker, build, skills);
                 self.poll(now, worker, seq, (slots > 0, park), &mut out);
             }
-            Event::Renew { worker, job, epoch, begun } => {
-                self.renew(now, (worker, job, epoch), begun, &mut out);
+            Event::Renew { worker, job, epoch, begun, build, skills } => {
+                self.renew(job, Word { worker, build, skills, epoch, begun, at: now }, &mut out);
             }
             Event::Heed { worker, job, epoch } => self.heed((worker, job, epoch), &mut out),
             Event::Offer { job, epoch } => self.reach(job, epoch, Stage::Offered),
@@ -236,7 +241,11 @@ impl Dispatch {
                 let done =
                     Verdict::Done { digest, outcome, worker: Some(worker), build: Some(build) };
                 let kept = self.kept(prior);
-                let receipt = self.commit(now, (worker, job), (done, foreign), kept, &mut out);
+                let receipt = if kept.is_none() && self.bequeathed(job, epoch) {
+                    self.bury(job, done)
+                } else {
+                    self.commit(now, (worker, job), (done, foreign), kept, &mut out)
+                };
                 out.push(Effect::Taken { worker, receipt });
             }
             Event::Fail { worker, job, epoch, trouble } => {
@@ -254,6 +263,7 @@ impl Dispatch {
                 self.shares.end(run);
             }
             Event::Drain(worker) => self.drain(worker, Cause::Asked, &mut out),
+            Event::Inherit(job) => self.inherit(now, job),
             #[cfg(test)]
             Event::Isolate(_) if self.is(Mutant::QuarantineForgotten) => {}
             Event::Isolate(job) => drop(self.quarantine.put(job, 1)),
@@ -340,7 +350,7 @@ impl Dispatch {
         self.jobs.insert(job, record);
         self.counts.waiting += 1;
         self.tally(job, 1);
-        self.turn(now, job, Phase::Ready);
+        self.turn(now, job, self.awaited(now, job));
         if self.quarantine.touch(job) {
             self.abandon(now, job, Reason::Crashes { deaths: 0, workers: 0 }, out);
         }

@@ -60,6 +60,12 @@ pub(crate) enum Mutant {
     BlameStays,
     /// A worker whose end nobody has noticed is waited for.
     GhostAwaited,
+    /// A new life gives a job that was at work to whoever asks, at once.
+    OrphanUnawaited,
+    /// A new life stops what the last one has granted.
+    OrphanSuperseded,
+    /// A new life knows nothing of a job before a run has opened it.
+    OrphanUnknown,
 }
 
 impl Mutant {

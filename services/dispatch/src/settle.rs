@@ -98,7 +98,7 @@ impl Dispatch {
         }
     }
 
-    fn remember(&mut self, job: Job, verdict: Verdict) {
+    pub(crate) fn remember(&mut self, job: Job, verdict: Verdict) {
         if verdict == Verdict::Cancelled && self.past.get(&job).is_some() {
             return;
         }

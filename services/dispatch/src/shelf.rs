@@ -27,6 +27,12 @@ impl Shelf {
         self.held
     }
 
+    /// Whether a job's result is on it.
+    #[must_use]
+    pub fn has(&self, job: Job) -> bool {
+        self.kept.contains_key(&job)
+    }
+
     /// Puts a job's result on it: which others have to go. One larger than the shelf goes itself.
     pub fn put(&mut self, job: Job, bytes: u64) -> Vec<Job> {
         self.remove(job);

@@ -174,7 +174,7 @@ fn a_worker_that_vanishes_is_charged_to_the_job_that_its_solver_has_and_to_no_ot
                 pool.step(Event::Offer { job, epoch });
             }
             // Late, or not: it takes nothing back.
-            pool.step(Event::Renew { worker: Worker(worker), job, epoch, begun });
+            pool.step(renewal(worker, (job, epoch), begun));
             told = pool.step(Event::Down(Worker(worker)));
             let charged = told.iter().find_map(|effect| match effect {
                 Effect::Lost { charged, .. } => Some(*charged),

@@ -98,7 +98,7 @@ fn a_straggler_gets_one_duplicate_and_the_first_result_counts() {
     let said = pool.done(2, doubled[0]);
     assert!(said.iter().any(|e| matches!(e, Effect::Settle { opening: 3, .. })));
     let (job, epoch) = slow;
-    let said = pool.step(Event::Renew { worker: Worker(1), job, epoch, begun: true });
+    let said = pool.step(renewal(1, (job, epoch), true));
     assert!(matches!(said[..], [Effect::Stop { .. }]));
     assert_eq!(pool.machine.counts().hedged, 1);
 }
@@ -288,4 +288,33 @@ fn what_runs_out_in_one_tick_is_looked_at_in_order_of_time_and_name() {
         let want: Vec<Job> = want.into_iter().map(job).collect();
         assert_eq!(lost.collect::<Vec<_>>(), want, "opened as {names:?}");
     }
+}
+
+/// Of a machine in its second life.
+fn second_life(inherited: &[u64]) -> Pool {
+    let mut pool = Pool { machine: Dispatch::new(Timing::test(), 2), now: 0, seq: 0 };
+    inherited.iter().for_each(|k| drop(pool.step(Event::Inherit(job(*k)))));
+    pool.begin(1, 1, 4);
+    pool
+}
+
+#[test]
+fn what_an_earlier_life_has_granted_goes_on_and_waits_for_its_worker_for_a_lease() {
+    let mut pool = second_life(&[1, 2, 3]);
+    let before = |k| (job(k), Epoch(1 << 32 | k));
+    // Heard of before a run has opened it.
+    assert!(matches!(pool.step(renewal(11, before(1), true))[..], [Effect::Renewed { .. }]));
+    let said = pool.open(1, 1);
+    assert!(matches!(said[..], [Effect::Adopted { worker: Worker(11), .. }]), "{said:?}");
+    // Handed in before a run has opened it.
+    let said = pool.done(12, before(2));
+    assert!(matches!(said[..], [Effect::Taken { receipt: Receipt::Accepted, .. }]), "{said:?}");
+    // Not heard of.
+    pool.open(1, 3);
+    assert!(pool.ask(4).is_none() && pool.pass(1_400).is_empty());
+    pool.renew(11, before(1));
+    assert_eq!(granted(&pool.pass(200), Worker(4)).map(|(what, _)| what), Some(job(3)));
+    assert_eq!((pool.machine.counts().adopted, pool.machine.counts().resent), (1, 0));
+    // What nobody has inherited is not known.
+    assert!(matches!(pool.step(renewal(13, before(4), true))[..], [Effect::Stop { .. }]));
 }

@@ -141,17 +141,24 @@ impl Talker {
         }
     }
 
-    /// Asks, once the coordinator has been told who does; again, if it has forgotten.
+    /// Tells the coordinator who asks.
+    fn introduce(&self) -> Result<(), NoAnswer> {
+        let said = self.line.ask::<_, Noted>(WorkerVerb::Hello, self.hello.as_ref(), &[]);
+        said.map(|_| self.known.set(true))
+    }
+
+    /// Asks, once the coordinator has been told who does.
     fn introduced<A>(&self, ask: impl Fn() -> Result<A, NoAnswer>) -> Result<A, NoAnswer> {
-        let hello = || {
-            let said = self.line.ask::<_, Noted>(WorkerVerb::Hello, self.hello.as_ref(), &[]);
-            said.map(|_| self.known.set(true))
-        };
         if !self.known.get() {
-            hello()?;
+            self.introduce()?;
         }
+        self.again(ask)
+    }
+
+    /// Asks; if the coordinator has forgotten who does, tells it and asks again.
+    fn again<A>(&self, ask: impl Fn() -> Result<A, NoAnswer>) -> Result<A, NoAnswer> {
         match ask() {
-            Err(NoAnswer::Refused(Refusal::Stranger)) => hello().and_then(|()| ask()),
+            Err(NoAnswer::Refused(Refusal::Stranger)) => self.introduce().and_then(|()| ask()),
             said => said,
         }
     }
@@ -179,7 +186,7 @@ impl Talker {
     ) -> Result<News, NoAnswer> {
         let (session, told) = (self.line.session, cullet_proto::Epoch(epoch.0));
         let renew = pool::Renew { session, job: JobId(job.0), epoch: told, permille };
-        let (said, _) = self.line.ask(WorkerVerb::Renew, &renew, &[])?;
+        let (said, _) = self.again(|| self.line.ask(WorkerVerb::Renew, &renew, &[]))?;
         Ok(News::of(match said {
             RenewAnswer::Stop => Heard::Stop { epoch },
             RenewAnswer::Go { .. } => Heard::Tick,

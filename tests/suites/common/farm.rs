@@ -103,6 +103,14 @@ impl Farm {
         post.killed = true;
     }
 
+    /// The process at a post is told to leave, and does.
+    pub(crate) fn stop(&mut self, role: Role) {
+        let post = self.post(role);
+        signal(post.process.id(), "TERM");
+        assert_eq!(post.process.wait(Duration::from_secs(30)), Some(0), "it does not leave");
+        post.killed = true;
+    }
+
     /// Ends the process in which a worker's jobs run; whether there was one.
     pub(crate) fn kill_job(&mut self, worker: usize) -> bool {
         let id = self.post(Role::Worker(worker)).process.id();

@@ -74,6 +74,12 @@ impl Cache {
         found
     }
 
+    /// Whether a job's result is kept.
+    pub(super) fn has(&self, id: JobId) -> bool {
+        let on_disk = self.disk.as_ref().is_some_and(|(_, shelf)| shelf.has(Job(id.0)));
+        on_disk || self.results.contains_key(&Job(id.0))
+    }
+
     /// A job's result.
     pub(super) fn look(&mut self, id: JobId) -> Option<Found> {
         let job = Job(id.0);

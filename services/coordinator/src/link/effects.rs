@@ -28,6 +28,13 @@ impl Shell {
             }
             Effect::Park { .. } => {}
             Effect::Renewed { lease, .. } => said.renew = Some(RenewAnswer::Go { lease_ms: lease }),
+            Effect::Adopted { worker, job, run, epoch } => {
+                let (id, run, name) = (JobId(job.0), self.label(run), self.name(worker));
+                self.ledger.granted(job, epoch, &name);
+                self.roster.took(worker, id);
+                let job = id.short();
+                tracing::info!(run, job, worker = name, epoch = epoch.0, "goes on from before");
+            }
             Effect::Stop { .. } => said.renew = Some(RenewAnswer::Stop),
             Effect::Cancel { worker, job, epoch } => {
                 self.roster.left(worker, JobId(job.0));
@@ -82,6 +89,9 @@ impl Shell {
         let (run, name) = (self.label(run), self.name(worker));
         self.ledger.granted(Job(job.0), cullet_dispatch::Epoch(epoch.0), &name);
         self.roster.took(worker, job);
+        let (dispatch, on_disk) = (&self.dispatch, self.at_work.as_mut());
+        let counts = |id: &JobId| dispatch.wants(Job(id.0)) || dispatch.orphaned(Job(id.0));
+        on_disk.into_iter().for_each(|file| file.took(job, counts));
         tracing::info!(run, job = job.short(), worker = name, epoch = epoch.0, "job granted");
         let (length, renew_ms) = (outline as u64, self.timing.renew);
         Grant { job, run, epoch, length, lease_ms, renew_ms, hard_ms }

@@ -3,6 +3,7 @@
 //! One thread owns the state machine and everything beside it; Zenoh's callbacks, the run and the
 //! clock only put inputs into its queue. Nothing waits inside a callback.
 
+mod at_work;
 mod bulk;
 pub(crate) mod bundle;
 mod cache;
@@ -167,6 +168,8 @@ pub struct PoolConfig {
     pub cache: CacheConfig,
     /// Folder for what reproduces jobs that killed their workers; `None`: it is not kept.
     pub quarantine: Option<PathBuf>,
+    /// File for the jobs at work, which a next life lets go on; `None`: it begins them anew.
+    pub at_work: Option<PathBuf>,
     /// Openings of a run that may wait for room. A run that wants more is turned out: all that it
     /// has open ends, aloud.
     pub held: usize,
@@ -185,6 +188,7 @@ impl Default for PoolConfig {
             incarnation: None,
             cache: CacheConfig::default(),
             quarantine: None,
+            at_work: None,
             held: openings::MAX_HELD,
         }
     }
@@ -263,6 +267,8 @@ pub struct PoolStats {
     pub quarantined: u64,
     /// Second attempts at jobs that took long.
     pub hedged: u64,
+    /// Attempts of an earlier life of the coordinator that went on in this one.
+    pub adopted: u64,
     /// Openings answered from the cache.
     pub cached: u64,
     /// Chunks that came damaged and were sent again.
@@ -413,6 +419,11 @@ impl Pool {
     /// The worker of that name finishes what it has and gets no further job. No worker: no effect.
     pub fn drain(&self, worker: WorkerId) {
         let _closed = self.inputs.send(Input::Drain(worker));
+    }
+
+    /// Answers no worker any more: what each is at goes on for whoever has this name next.
+    pub fn hush(&self) {
+        let _closed = self.inputs.send(Input::Leave);
     }
 
     /// A job in quarantine may be tried again.

@@ -62,14 +62,7 @@ impl Shell {
             }
             WorkerVerb::Renew => {
                 let (renew, _) = pool::read_ask::<pool::Renew>(bytes)?;
-                let (worker, job) = (Worker(renew.session.0), Job(renew.job.0));
-                let (epoch, begun) = (Epoch(renew.epoch.0), renew.permille > 0);
-                let said = self.step(Event::Renew { worker, job, epoch, begun });
-                let said = said.renew.unwrap_or(RenewAnswer::Stop);
-                if said != RenewAnswer::Stop {
-                    self.progress(renew.job, renew.permille);
-                }
-                answer(&query, &said)
+                answer(&query, &self.renew(name, &renew)?)
             }
             WorkerVerb::Heed => {
                 let (heed, _) = pool::read_ask::<pool::Heed>(bytes)?;
@@ -121,6 +114,22 @@ impl Shell {
         let (seq, slots) = (poll.seq, poll.slots);
         self.step(Event::Poll { worker, seq, slots, park: true, build, skills });
         Ok(())
+    }
+
+    fn renew(&mut self, name: &WorkerId, renew: &pool::Renew) -> Result<RenewAnswer, Refusal> {
+        let (worker, job) = (Worker(renew.session.0), Job(renew.job.0));
+        let (epoch, begun) = (Epoch(renew.epoch.0), renew.permille > 0);
+        let (build, skills) = self.staff.get(worker).ok_or(Refusal::Stranger)?;
+        self.know(worker, name);
+        let event = Event::Renew { worker, job, epoch, begun, build, skills };
+        let said = self.step(event).renew.unwrap_or(RenewAnswer::Stop);
+        if said != RenewAnswer::Stop {
+            if !self.dispatch.knows(job) {
+                self.roster.took(worker, renew.job);
+            }
+            self.progress(renew.job, renew.permille);
+        }
+        Ok(said)
     }
 
     /// Holds the question: at most one of each worker, whose job it is about.

@@ -1,5 +1,6 @@
 //! The thread that owns the pool: hears, steps the machine, does what it says.
 
+use super::at_work::AtWork;
 use super::bulk::Bulk;
 use super::cache::Cache;
 use super::children::Children;
@@ -46,7 +47,7 @@ pub(super) enum Input {
     Say(Event),
     /// The worker of that name gets no further job.
     Drain(WorkerId),
-    /// Another coordinator has this one's name, and stays.
+    /// No worker is answered any more: another coordinator has this one's name, or will.
     Leave,
     /// The end.
     Quit,
@@ -94,6 +95,7 @@ pub(super) struct Shell {
     pub(super) ledger: Ledger,
     pub(super) cache: Cache,
     pub(super) quarantine: Option<PathBuf>,
+    pub(super) at_work: Option<AtWork>,
     children: Option<Children>,
     net: Net,
     pub(super) runs: BTreeMap<Run, Listener>,
@@ -117,6 +119,8 @@ impl Shell {
         for job in held(config.quarantine.as_deref()) {
             dispatch.step(0, Event::Isolate(Job(job.0)));
         }
+        let cache = Cache::open(&config.cache);
+        let at_work = config.at_work.as_deref().map(|path| inherited(&mut dispatch, path, &cache));
         Ok(Self {
             dispatch,
             timing: config.timing,
@@ -131,7 +135,8 @@ impl Shell {
             names: BTreeMap::new(),
             up: BTreeSet::new(),
             ledger: Ledger::default(),
-            cache: Cache::open(&config.cache),
+            cache,
+            at_work,
             quarantine: config.quarantine.clone(),
             children,
             net,
@@ -299,6 +304,7 @@ impl Shell {
             stranded: counts.stranded,
             quarantined: counts.quarantined,
             hedged: counts.hedged,
+            adopted: counts.adopted,
             queued: self.queued,
             cached: self.cache.hits,
             damaged: self.inbox.damaged,
@@ -356,6 +362,18 @@ fn held(folder: Option<&Path>) -> Vec<JobId> {
         tracing::warn!(job = %job.short(), "in quarantine, since an earlier life");
     }
     held
+}
+
+/// The machine hears what was at work when the last life ended.
+fn inherited(dispatch: &mut Dispatch, path: &Path, cache: &Cache) -> AtWork {
+    let (at_work, left) = AtWork::open(path, |job| !cache.has(*job));
+    for job in &left {
+        dispatch.step(0, Event::Inherit(Job(job.0)));
+    }
+    if !left.is_empty() {
+        tracing::info!(jobs = left.len(), "were at work when the last life ended, and may go on");
+    }
+    at_work
 }
 
 /// For a coordinator without a journal: differs between its lives, but for one chance in 2³².

@@ -102,6 +102,7 @@ pub(super) fn text(
         ("jobs_failed_total", "counter", "Of these, failed in the solver.", stats.jobs.failed),
         ("jobs_abandoned_total", "counter", "Of these, given up.", stats.jobs.abandoned),
         ("jobs_resent_total", "counter", "Attempts beyond a job's first.", stats.jobs.resent),
+        ("jobs_adopted_total", "counter", "Attempts that outlived a coordinator.", stats.adopted),
         ("jobs_cached_total", "counter", "Openings answered from the cache.", stats.cached),
         ("jobs_hedged_total", "counter", "Second copies of slow jobs.", stats.hedged),
         ("jobs_quarantined", "gauge", "Jobs in quarantine.", stats.quarantined),

@@ -425,6 +425,10 @@ impl<'a> Service<'a> {
     fn leave(&mut self) {
         self.leaving = true;
         let keeps = self.store.named().is_some();
+        if keeps {
+            // Runs that are laid down want nothing any more, and no worker is to hear of that.
+            self.pool.hush();
+        }
         for run in self.going.keys().copied().collect::<Vec<_>>() {
             if !keeps {
                 self.admit(Event::Wished { run, wish: Wish::Cancel });

@@ -5,6 +5,7 @@
 //! DIR/lock                  held by the coordinator that uses it
 //! DIR/incarnation           how often it was opened: tells grants of an earlier life apart
 //! DIR/journal               what happened
+//! DIR/at-work               jobs at workers, which the next life lets go on
 //! DIR/numbers               up to which number runs have been, whose folders are gone
 //! DIR/runs/7/bundle         the scene with its files
 //! DIR/runs/7/log            what it said
@@ -119,6 +120,7 @@ impl Store {
         if self.named().is_some() {
             config.incarnation = self.incarnation;
             config.quarantine = Some(self.folder.join("quarantine"));
+            config.at_work = Some(self.folder.join("at-work"));
             config.cache.disk = (cache > 0).then(|| (self.folder.join("cache"), cache));
         }
         config

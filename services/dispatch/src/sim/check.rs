@@ -3,7 +3,9 @@
 
 mod deaths;
 mod ends;
+mod grants;
 mod hands;
+mod lives;
 mod told;
 
 use super::plan::Plan;
@@ -58,6 +60,8 @@ pub(super) enum Oracle {
     Spared,
     /// Who only kills gets no more; who does not, or is the last, stays.
     Drained,
+    /// What was at work when the coordinator ended is not begun anew.
+    Anew,
     /// Everything is done in the end.
     Live,
 }
@@ -141,6 +145,7 @@ pub(super) struct Checker {
     isolated: BTreeSet<Job>,
     runs: Vec<Course>,
     deaths: deaths::Deaths,
+    lives: lives::Lives,
     jobs: BTreeMap<Job, Known>,
     held: BTreeMap<Epoch, Held>,
     epochs: BTreeMap<Epoch, (Worker, u64, Job)>,
@@ -173,6 +178,7 @@ impl Checker {
             skills: BTreeMap::new(),
             isolated: BTreeSet::new(),
             deaths: deaths::Deaths::default(),
+            lives: lives::Lives::default(),
             jobs: BTreeMap::new(),
             held: BTreeMap::new(),
             epochs: BTreeMap::new(),
@@ -198,6 +204,7 @@ impl Checker {
         self.due.clear();
         self.told.clear();
         self.deaths = deaths::Deaths::default();
+        self.forget_lives();
         for run in &mut self.runs {
             (run.opened, run.settled, run.waiting, run.paused) = (0, 0, None, false);
         }
@@ -214,6 +221,7 @@ impl Checker {
 
     pub(super) fn open(&mut self, now: Millis, run: usize, job: Job) {
         self.runs[run].opened += 1;
+        self.opened_now(job);
         *self.jobs.entry(job).or_default().wants.entry(run).or_default() += 1;
         self.look_for_waiting(now);
     }
@@ -281,7 +289,8 @@ impl Checker {
         for (index, run) in self.runs.iter_mut().enumerate() {
             let fresh = |job: &Job| {
                 let known = &self.jobs[job];
-                known.grants == 0 && !known.over && known.wants.contains_key(&index)
+                let fresh = known.grants == 0 && !known.over && known.wants.contains_key(&index);
+                fresh && !self.lives.waits(now, job)
             };
             let open = &run.jobs[run.settled..run.opened];
             let waits = !run.paused && open.iter().any(fresh);
@@ -319,14 +328,19 @@ impl Checker {
                     held.offered = true;
                 }
             }
-            Event::Renew { job, .. } => {
+            Event::Renew { worker, job, epoch, begun, .. } => {
                 let wanted = self.jobs.get(&job).is_some_and(|k| !k.over && !k.wants.is_empty());
                 let stop = effects.iter().any(|e| matches!(e, Effect::Stop { .. }));
-                if !wanted && !stop {
+                if !wanted && !stop && !self.orphan(job) {
                     return wrong(Oracle::Stop, "told to go on with what nobody wants");
                 }
+                self.word(now, (worker, job, epoch), begun, effects)?;
             }
-            Event::Poll { worker, seq, .. } => self.deaths.asks(now, worker, seq),
+            Event::Poll { worker, seq, .. } => {
+                self.deaths.asks(now, worker, seq);
+                self.asked(worker);
+            }
+            Event::Fail { job, epoch, .. } => self.returned(job, epoch),
             Event::Down(worker) | Event::Bye(worker) => self.deaths.doubt(worker, true),
             Event::Suspect(worker) => {
                 self.deaths.doubt(worker, false);
@@ -337,10 +351,10 @@ impl Checker {
             | Event::Pause(_)
             | Event::Resume(_)
             | Event::Heed { .. }
-            | Event::Fail { .. }
             | Event::Cancel(_)
             | Event::End(_)
             | Event::Drain(_)
+            | Event::Inherit(_)
             | Event::Isolate(_)
             | Event::Pardon(_)
             | Event::Forsaken
@@ -366,7 +380,12 @@ impl Checker {
                 if !self.accepted.insert(job) {
                     return wrong(Oracle::Once, "one job accepted twice");
                 }
+                self.mourned(job);
                 self.over(job, Some(worker));
+            }
+            Effect::Taken { receipt: Receipt::Unknown, .. } => self.unknown(event)?,
+            Effect::Adopted { worker, job, epoch, .. } => {
+                self.adopted(now, (worker, job, epoch))?;
             }
             Effect::Taken { receipt: Receipt::Fenced, .. } => {
                 let Event::Commit { job, epoch, build, .. } = event else {
@@ -408,84 +427,5 @@ impl Checker {
             let last = known.last.map(|worker| self.plan.build(worker));
             !known.holders.contains(&epoch) && last.is_some_and(|last| last != build)
         })
-    }
-
-    fn grant(
-        &mut self,
-        now: Millis,
-        (worker, seq): (Worker, u64),
-        (job, epoch): (Job, Epoch),
-    ) -> Result<(), Wrong> {
-        let first = *self.by_seq.entry((worker, seq)).or_insert((job, epoch));
-        if first != (job, epoch) {
-            return wrong(Oracle::Poll, format!("poll {seq} was answered twice"));
-        }
-        match self.epochs.insert(epoch, (worker, seq, job)) {
-            Some(known) if known == (worker, seq, job) && self.held.contains_key(&epoch) => {
-                return Ok(());
-            }
-            Some(_) => return wrong(Oracle::Epoch, format!("{epoch:?} came twice")),
-            None => {}
-        }
-        let skills = self.skills.get(&worker).copied().unwrap_or(Skills::NONE);
-        if !skills.meet(self.plan.need(job)) {
-            return wrong(Oracle::Skill, "granted to who cannot do it");
-        }
-        if self.isolated.contains(&job) {
-            return wrong(Oracle::Poison, "granted out of quarantine");
-        }
-        if self.acknowledged.contains(&job) {
-            return wrong(Oracle::Kept, "an acknowledged result is computed again");
-        }
-        self.spared(now, worker, job)?;
-        let timing = self.timing;
-        let known = self.jobs.entry(job).or_default();
-        let oldest = known.holders.iter().filter_map(|e| self.held.get(e)).map(|h| h.granted).min();
-        if let Some(oldest) = oldest
-            && (known.holders.len() > 1 || now - oldest < timing.lease)
-        {
-            return wrong(Oracle::Hedge, format!("{} hold it already", known.holders.len()));
-        }
-        known.grants += 1;
-        known.holders.insert(epoch);
-        known.last = Some(worker);
-        let killed = known.crashes >= timing.max_crashes
-            && known.killers.len() >= timing.min_killers as usize;
-        if known.grants > timing.max_attempts || killed {
-            let text = format!("attempt {} after {} crashes", known.grants, known.crashes);
-            return wrong(Oracle::Poison, text);
-        }
-        let awake = |run: &usize| !self.runs[*run].paused;
-        if oldest.is_none() && !known.wants.keys().any(awake) {
-            return wrong(Oracle::Pause, "granted for runs that are paused");
-        }
-        let (granted, heard, suspect, begun, offered) = (now, now, None, false, false);
-        let held = Held { worker, granted, heard, suspect, now: true, begun, offered };
-        self.held.insert(epoch, held);
-        if oldest.is_none() { self.starve(now, job, skills) } else { Ok(()) }
-    }
-
-    /// A grant of one job makes the runs wait that do not want it and have some for its worker.
-    fn starve(&mut self, now: Millis, job: Job, skills: Skills) -> Result<(), Wrong> {
-        let most = 2 * self.runs.len() + 2;
-        for (index, run) in self.runs.iter_mut().enumerate() {
-            let open = &run.jobs[run.settled..run.opened];
-            let fits = |job: &Job| {
-                let known = &self.jobs[job];
-                let fresh = known.grants == 0 && !known.over && known.wants.contains_key(&index);
-                fresh && skills.meet(self.plan.need(*job))
-            };
-            if self.jobs[&job].wants.contains_key(&index) {
-                (run.waiting, run.overdue) = (None, 0);
-            } else if run.waiting.is_some_and(|since| now - since > self.timing.age)
-                && open.iter().any(fits)
-            {
-                run.overdue += 1;
-                if run.overdue > most {
-                    return wrong(Oracle::Starved, format!("run {index} waits for ever"));
-                }
-            }
-        }
-        Ok(())
     }
 }

@@ -59,6 +59,8 @@ struct Disk {
     incarnation: u32,
     results: BTreeMap<Job, Found>,
     quarantine: BTreeSet<Job>,
+    /// Jobs that were granted.
+    granted: BTreeSet<Job>,
     /// Runs that were cancelled.
     cancelled: BTreeSet<usize>,
     /// Openings that each run has made: it makes them again after a crash.
@@ -266,6 +268,10 @@ impl Farm {
         machine.mutant = self.mutant;
         self.machine = Some(machine);
         self.check.life();
+        for job in self.at_work() {
+            self.check.inherits(self.now, job);
+            self.step(Event::Inherit(job))?;
+        }
         for job in self.disk.quarantine.clone() {
             self.step(Event::Isolate(job))?;
         }
@@ -275,9 +281,26 @@ impl Farm {
             if self.paused.contains(&run) {
                 self.pause(run, true)?;
             }
-            self.open(run)?;
+            // It is done again from its beginning, which may take a while.
+            if self.disk.incarnation > 1 && self.rng.chance(50) {
+                let after = self.rng.below(3_000);
+                self.post(after, Note::Open(run));
+            } else {
+                self.open(run)?;
+            }
         }
         Ok(())
+    }
+
+    /// What was granted and has no result, as far as that was written.
+    fn at_work(&mut self) -> Vec<Job> {
+        let mut granted = std::mem::take(&mut self.disk.granted);
+        granted.retain(|job| {
+            let (results, held) = (&self.disk.results, &self.disk.quarantine);
+            !results.contains_key(job) && !held.contains(job) && !self.rng.chance(5)
+        });
+        self.disk.granted = granted.clone();
+        granted.into_iter().collect()
     }
 
     fn fall(&mut self) {
@@ -307,6 +330,9 @@ impl Farm {
                 return Ok(());
             }
             self.check.watch(self.now, event, effect)?;
+            if let Effect::Grant { job, .. } = effect {
+                self.disk.granted.insert(job);
+            }
             let mut said = false;
             answer(self, effect, &mut said);
             if !said {
@@ -345,7 +371,8 @@ impl Farm {
         match question {
             Question::Poll { seq } => self.step(self.poll(worker, seq, true)),
             Question::Renew { job, epoch, begun } => {
-                let event = Event::Renew { worker, job, epoch, begun };
+                let (build, skills) = self.about(worker);
+                let event = Event::Renew { worker, job, epoch, begun, build, skills };
                 self.step_then(event, |farm, effect, said| {
                     if let Effect::Stop { .. } = effect {
                         *said = true;
@@ -374,8 +401,13 @@ impl Farm {
     }
 
     fn poll(&self, worker: Worker, seq: u64, park: bool) -> Event {
-        let (build, skills) = (self.plan.build(worker), self.plan.workers[self.places[&worker]]);
+        let (build, skills) = self.about(worker);
         Event::Poll { worker, seq, slots: 1, park, build, skills }
+    }
+
+    /// What a worker runs, and what it can do.
+    fn about(&self, worker: Worker) -> (Build, Skills) {
+        (self.plan.build(worker), self.plan.workers[self.places[&worker]])
     }
 
     fn noted(&mut self, worker: Worker) {

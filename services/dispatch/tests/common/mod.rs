@@ -52,7 +52,7 @@ impl Pool {
     }
 
     pub(crate) fn renew(&mut self, worker: u64, (job, epoch): (Job, Epoch)) {
-        self.step(Event::Renew { worker: Worker(worker), job, epoch, begun: true });
+        self.step(renewal(worker, (job, epoch), true));
     }
 
     pub(crate) fn pass(&mut self, time: Millis) -> Vec<Effect> {
@@ -62,6 +62,11 @@ impl Pool {
 }
 
 pub(crate) const BUILD: Build = Build([1; 32]);
+
+pub(crate) fn renewal(worker: u64, (job, epoch): (Job, Epoch), begun: bool) -> Event {
+    let (build, skills) = (BUILD, Skills::ALL);
+    Event::Renew { worker: Worker(worker), job, epoch, begun, build, skills }
+}
 
 pub(crate) fn poll(worker: Worker, seq: u64, skills: Skills) -> Event {
     Event::Poll { worker, seq, slots: 1, park: true, build: BUILD, skills }

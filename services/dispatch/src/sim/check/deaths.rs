@@ -5,7 +5,7 @@ use crate::*;
 use std::collections::BTreeMap;
 
 /// How often the coordinator looks at its clock, and as much again \[ms\].
-const SLACK: Millis = 200;
+pub(super) const SLACK: Millis = 200;
 
 /// One that has asked for work in this life of the coordinator.
 #[derive(Clone, Copy, Default)]

@@ -123,6 +123,7 @@ impl Checker {
             // Opened again, it is a new job; only quarantine is remembered.
             let stalled = known.stalled;
             let left = self.jobs.insert(job, Known { stalled, ..Known::default() });
+            self.buried(job);
             self.dismiss(left.unwrap_or_default().holders, None);
         }
         Ok(())
@@ -138,6 +139,9 @@ impl Checker {
         let Event::Renew { epoch, begun, .. } = event else {
             return wrong(Oracle::Stop, "renewed what?");
         };
+        if self.orphan(job) {
+            return Ok(());
+        }
         let known = self.jobs.entry(job).or_default();
         let Some(held) = self.held.get_mut(&epoch).filter(|held| held.worker == worker) else {
             return wrong(Oracle::Stop, "renewed what was never granted");

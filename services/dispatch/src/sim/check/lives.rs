@@ -1,0 +1,152 @@
+//! What a worker was at when the coordinator ended: the next life lets it go on.
+
+use super::deaths::SLACK;
+use super::{Checker, Held, Oracle, Wrong, wrong};
+use crate::*;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// This life's account of the last one's grants.
+#[derive(Default)]
+pub(super) struct Lives {
+    /// Jobs that were at work, as the disk has it, and until when nobody else may have them.
+    orphans: BTreeMap<Job, Millis>,
+    /// Those of them that no run has opened yet.
+    unopened: BTreeSet<Job>,
+    /// Those that have been over in this life.
+    over: BTreeSet<Job>,
+    /// The last renewal by each grant of an earlier life, and whether a solver has the job.
+    words: BTreeMap<Epoch, (Millis, bool)>,
+    /// Who has asked for work.
+    asked: BTreeSet<Worker>,
+}
+
+impl Lives {
+    /// Whether a job waits for its worker, or did until the coordinator looks at its clock again.
+    pub(super) fn waits(&self, now: Millis, job: &Job) -> bool {
+        self.orphans.get(job).is_some_and(|until| now <= until + SLACK)
+    }
+}
+
+impl Checker {
+    /// The disk has it that this job was at work.
+    pub(in super::super) fn inherits(&mut self, now: Millis, job: Job) {
+        self.lives.orphans.insert(job, now + self.timing.lease);
+        self.lives.unopened.insert(job);
+    }
+
+    pub(super) fn asked(&mut self, worker: Worker) {
+        self.lives.asked.insert(worker);
+    }
+
+    /// No run has opened it yet, and somebody may be at it.
+    pub(super) fn orphan(&self, job: Job) -> bool {
+        self.lives.unopened.contains(&job)
+    }
+
+    pub(super) fn opened_now(&mut self, job: Job) {
+        self.lives.unopened.remove(&job);
+    }
+
+    /// Nothing is to be waited for any more.
+    pub(super) fn mourned(&mut self, job: Job) {
+        self.lives.orphans.remove(&job);
+        self.lives.unopened.remove(&job);
+    }
+
+    /// The job is over, and may be opened again: who is still at it is stopped.
+    pub(super) fn buried(&mut self, job: Job) {
+        self.lives.over.insert(job);
+        self.mourned(job);
+    }
+
+    /// A worker gives a job back.
+    pub(super) fn returned(&mut self, job: Job, epoch: Epoch) {
+        if !self.held.contains_key(&epoch) {
+            self.mourned(job);
+        }
+    }
+
+    /// A renewal by a grant of an earlier life.
+    pub(super) fn word(
+        &mut self,
+        now: Millis,
+        (worker, job, epoch): (Worker, Job, Epoch),
+        begun: bool,
+        effects: &[Effect],
+    ) -> Result<(), Wrong> {
+        if self.held.contains_key(&epoch) || !self.epochs.contains_key(&epoch) {
+            return Ok(());
+        }
+        let gone_on = effects.iter().any(|e| matches!(e, Effect::Renewed { .. }));
+        if self.orphan(job) && !gone_on {
+            return wrong(Oracle::Anew, "stopped before any run has opened what it is at");
+        }
+        let elsewhere = self.lives.asked.contains(&worker)
+            || self.held.values().any(|held| held.worker == worker && held.now);
+        let free = self.jobs.get(&job).is_some_and(|known| {
+            let wanted = !known.over && !known.wants.is_empty();
+            wanted && known.grants == 0 && !self.lives.over.contains(&job)
+        });
+        if free && !elsewhere && !gone_on {
+            return wrong(Oracle::Anew, "stopped at what nobody else has");
+        }
+        self.lives.words.insert(epoch, (now, begun));
+        Ok(())
+    }
+
+    /// A result of a job that is not known.
+    pub(super) fn unknown(&self, event: Event) -> Result<(), Wrong> {
+        match event {
+            Event::Commit { job, .. } if self.orphan(job) => {
+                wrong(Oracle::Anew, "a result is thrown away before any run has opened its job")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// A job is granted: nobody may be waited for.
+    pub(super) fn granted_anew(&self, now: Millis, job: Job) -> Result<(), Wrong> {
+        match self.lives.orphans.get(&job) {
+            Some(until) if now < *until => {
+                wrong(Oracle::Anew, "begun anew before its worker could be heard")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// A worker goes on with what an earlier life has granted it.
+    pub(super) fn adopted(
+        &mut self,
+        now: Millis,
+        (worker, job, epoch): (Worker, Job, Epoch),
+    ) -> Result<(), Wrong> {
+        let known = self.epochs.get(&epoch);
+        if known.is_none_or(|(by, _, what)| (*by, *what) != (worker, job)) {
+            return wrong(Oracle::Epoch, "goes on with what it was never granted");
+        }
+        let Some((heard, begun)) = self.lives.words.get(&epoch).copied() else {
+            return wrong(Oracle::Anew, "goes on, and nobody has heard it");
+        };
+        if self.held.contains_key(&epoch) || now - heard >= self.timing.lease {
+            return wrong(Oracle::Anew, "goes on with what is over");
+        }
+        self.mourned(job);
+        self.deaths.hear(now, worker);
+        let known = self.jobs.entry(job).or_default();
+        if !known.holders.is_empty() || known.over || known.wants.is_empty() {
+            return wrong(Oracle::Anew, "goes on beside another, or with what nobody wants");
+        }
+        known.grants += 1;
+        known.holders.insert(epoch);
+        known.last = Some(worker);
+        let (granted, suspect, offered) = (now, None, false);
+        let held = Held { worker, granted, heard, suspect, now: true, begun, offered };
+        self.held.insert(epoch, held);
+        Ok(())
+    }
+
+    /// Another life begins.
+    pub(super) fn forget_lives(&mut self) {
+        self.lives = Lives::default();
+    }
+}
