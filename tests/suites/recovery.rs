@@ -137,6 +137,9 @@ fn a_job_of_a_killed_child_goes_to_another_at_once() {
         let after = now();
         let run = submit(&endpoint, seed, &LONGER);
         let (job, worker) = log.at_work(after);
+        // Should this coordinator end, so does the child, and nobody need wait for it.
+        let kept = std::fs::read_to_string(folder.join("state/at-work"));
+        assert_eq!(kept.expect("the jobs at work"), "");
         let since = now();
         signal(named(&coordinator, &worker), "KILL");
         let took = log.granted_again(&job, since);

@@ -1,5 +1,5 @@
 //! Which jobs are at work, on disk, for the next life of the coordinator: what a worker is at when
-//! this one ends goes on in the next.
+//! this one ends goes on in the next. Workers that this one keeps end with it, and are not there.
 //!
 //! A line a grant, taken up by the system at once and written through when it likes: what is lost
 //! with the machine is begun anew, and nothing worse. Written anew with what still counts whenever

@@ -114,6 +114,11 @@ impl Children {
         self.slots.iter().filter_map(|slot| slot.child.as_ref().map(Child::id)).collect()
     }
 
+    /// Whether it is one of these, who end as we do.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.slots.iter().any(|slot| slot.name == name)
+    }
+
     /// The process of that name asks for work.
     pub(super) fn alive(&mut self, name: &str) {
         if let Some(slot) = self.slots.iter_mut().find(|slot| slot.name == name) {

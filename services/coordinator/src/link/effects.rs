@@ -89,7 +89,8 @@ impl Shell {
         let (run, name) = (self.label(run), self.name(worker));
         self.ledger.granted(Job(job.0), cullet_dispatch::Epoch(epoch.0), &name);
         self.roster.took(worker, job);
-        let (dispatch, on_disk) = (&self.dispatch, self.at_work.as_mut());
+        let own = self.children.as_ref().is_some_and(|children| children.has(&name));
+        let (dispatch, on_disk) = (&self.dispatch, self.at_work.as_mut().filter(|_| !own));
         let counts = |id: &JobId| dispatch.wants(Job(id.0)) || dispatch.orphaned(Job(id.0));
         on_disk.into_iter().for_each(|file| file.took(job, counts));
         tracing::info!(run, job = job.short(), worker = name, epoch = epoch.0, "job granted");

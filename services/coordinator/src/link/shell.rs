@@ -96,7 +96,7 @@ pub(super) struct Shell {
     pub(super) cache: Cache,
     pub(super) quarantine: Option<PathBuf>,
     pub(super) at_work: Option<AtWork>,
-    children: Option<Children>,
+    pub(super) children: Option<Children>,
     net: Net,
     pub(super) runs: BTreeMap<Run, Listener>,
     /// Openings that had to wait for room.
