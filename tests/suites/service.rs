@@ -98,7 +98,9 @@ fn a_killed_coordinator_goes_on_to_the_same_digest_and_solves_nothing_twice() {
     let mut farm = Farm::start("killed", &["--cache", "0"]);
     let run = farm.submit(&LONGER);
     // While nothing is solved, and with one of two jobs settled.
-    farm.until(&run, is("running"));
+    let written = farm.state.join("runs").join(&run).join("timeline");
+    let wanted = || fs::read_to_string(&written).is_ok_and(|text| text.contains("\"opened\""));
+    common::until("a job is wanted", LONG, wanted);
     farm.crash(&["--cache", "0"]);
     let before = farm.until(&run, settled(1));
     assert_eq!(before["state"], "running", "it was too quick for this test: {before:#}");
@@ -116,6 +118,49 @@ fn a_killed_coordinator_goes_on_to_the_same_digest_and_solves_nothing_twice() {
     assert_eq!(farm.fetch(&run), quiet_digest(&LONGER));
     let logs = farm.ask(&["logs", &run]);
     assert!(logs.stdout.contains("begins anew, attempt 3"), "{}", logs.stdout);
+    tells_of_three_lives(&farm, &run);
+}
+
+/// The timeline of a run whose coordinator was killed twice, the second time with a job settled,
+/// has who solved that, and when the coordinator was away.
+fn tells_of_three_lives(farm: &Farm, run: &str) {
+    let out = unique("lives");
+    let fetch = Cullet::new(&["fetch", run, "--connect", &farm.endpoint, "--out"]).path(&out);
+    assert_eq!(fetch.output().code, 0);
+    let text = fs::read_to_string(out.join("timeline.trace.json")).expect("a trace");
+    let trace: Value = serde_json::from_str(&text).expect("JSON");
+    let events = trace["traceEvents"].as_array().expect("events");
+    let of = |kind: &'static str| events.iter().filter(move |event| event["cat"] == kind);
+    let time = |event: &Value, key: &str| event[key].as_f64().expect("a time");
+    let end = |event: &Value| time(event, "ts") + time(event, "dur");
+    assert_eq!(of("attempt").count(), 3, "{text}");
+    let away: Vec<&Value> = of("away").collect();
+    let names: Vec<_> = away.iter().map(|event| &event["name"]).collect();
+    assert_eq!(names, ["coordinator away"; 2], "{text}");
+    assert!(away.iter().all(|event| time(event, "dur") > 0.0), "{text}");
+    let kept: Vec<_> = of("job").filter(|job| job["args"]["kept"] == true).collect();
+    assert!(!kept.is_empty(), "{text}");
+    for job in kept {
+        assert!(time(job, "ts") >= end(away[1]), "it is kept in the last life: {text}");
+        let solved = |other: &&Value| {
+            let args = &other["args"];
+            other["name"] == job["name"] && args["ending"] == "solved" && args["attempt"] == 1
+        };
+        let found = of("job").find(solved).unwrap_or_else(|| panic!("who solved it? {text}"));
+        assert!(time(found, "ts") >= end(away[0]) && end(found) <= time(away[1], "ts"), "{text}");
+        let row = |event: &&Value| event["name"] == "thread_name" && event["tid"] == found["tid"];
+        let row = events.iter().find(row).expect("a row");
+        assert_eq!(row["args"]["name"], "w1", "{text}");
+    }
+    // What the first life wanted it did not get.
+    let lost = |job: &&Value| end(job) <= time(away[0], "ts");
+    let lost: Vec<_> = of("job").filter(lost).map(|job| &job["args"]["ending"]).collect();
+    assert!(!lost.is_empty() && lost.iter().all(|ending| *ending == "cut off"), "{text}");
+    let picture = fs::read_to_string(out.join("timeline.svg")).expect("a timeline");
+    assert_eq!(picture.matches(" s: the coordinator was away").count(), 2, "{picture}");
+    assert!(picture.contains(", 3 attempts"), "{picture}");
+    // It is written down where the run is kept, and goes once nothing comes after it.
+    assert!(!farm.state.join("runs").join(run).join("timeline").exists());
 }
 
 #[test]

@@ -1,11 +1,12 @@
 //! One attempt at a run: from its bundle to its files.
 
 use super::board::{End, Entry, How, Reached};
-use super::cutoff::Reach;
+use super::cutoff::{Reach, seen};
 use super::here::{REPRODUCTION, leave};
 use super::keeper::Keeper;
 use super::live::Live;
 use super::store::Kept;
+use super::timeline::Past;
 use super::unix_ms;
 use crate::link::bundle;
 use crate::preview;
@@ -39,6 +40,8 @@ pub(super) struct Attempt {
     pub(super) bundle: Vec<u8>,
     pub(super) folder: PathBuf,
     pub(super) kept: Kept,
+    /// Its part of the state folder.
+    pub(super) state: PathBuf,
     /// Where it says how far it is; nowhere, where nobody comes back to it.
     pub(super) reach: Option<Reach>,
     pub(super) live: Arc<Live>,
@@ -72,7 +75,9 @@ impl Attempt {
             let text = format!("{}: {error}", self.folder.display());
             return self.ended(Ended::failed(codes::UNKEPT, text));
         }
-        let keeper = Keeper::new(pool, Some(self.kept.clone()), &self.live);
+        let seen = seen(&self.state);
+        let past = Past::begin(&self.state, self.entry.attempt, unix_ms(), seen);
+        let keeper = Keeper::new(pool, Some(self.kept.clone()), &self.live).noting(&past);
         let mut told = Instant::now();
         let mut reach = self.reach.take();
         let options = RunOptions { out: &self.folder, stop: &self.stop };
@@ -94,11 +99,11 @@ impl Attempt {
         self.live.at(None);
         keeper.close();
         let ended = match outcome {
-            Ok(outcome) => self.over(&outcome),
+            Ok(outcome) => self.over(&outcome, &past),
             Err(error) => {
                 let (how, code) = kind(&error);
                 let mut ended = Ended::failed(code, error.to_string());
-                self.leave();
+                self.leave(&past);
                 ended.end.files = products(&self.folder).unwrap_or_default();
                 Ended { how, ..ended }
             }
@@ -119,7 +124,7 @@ impl Attempt {
         ended
     }
 
-    fn over(&self, outcome: &Outcome) -> Ended {
+    fn over(&self, outcome: &Outcome, past: &Past) -> Ended {
         let drawn = preview::from_recording(&outcome.recording, &self.folder);
         if let Err(error) = &drawn {
             self.live.say(&format!("warning: the run has no picture: {error}"));
@@ -127,7 +132,7 @@ impl Attempt {
         for text in &outcome.unmet {
             self.live.say(&format!("expected, and does not hold: {text}"));
         }
-        self.leave();
+        self.leave(past);
         let files = match products(&self.folder) {
             Ok(files) => files,
             Err(text) => return Ended::failed(codes::UNKEPT, text),
@@ -143,9 +148,9 @@ impl Attempt {
         Ended { how, end, at: unix_ms() }
     }
 
-    fn leave(&self) {
-        let name = &self.entry.order.name;
-        leave(&self.folder, name, &self.live, &mut |line| self.live.say(&line));
+    fn leave(&self, past: &Past) {
+        let told = (&*self.entry.order.name, &past.timeline(self.live.timeline()));
+        leave(&self.folder, told, &self.live, &mut |line| self.live.say(&line));
     }
 }
 

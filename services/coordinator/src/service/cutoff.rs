@@ -52,17 +52,28 @@ impl Reach {
         }
         let Some(file) = &mut self.file else { return Ok(()) };
         file.seek(SeekFrom::Start(0))?;
-        file.write_all(format!("{:020} {:020}\n", reached.time, reached.settled).as_bytes())
+        let Reached { time, settled } = reached;
+        file.write_all(format!("{time:020} {settled:020} {:013}\n", unix_ms()).as_bytes())
     }
+}
+
+/// The numbers in a run's folder that say how far it came; none where that is unknown.
+fn numbers(folder: &Path) -> Vec<u64> {
+    let mut text = String::new();
+    let read = File::open(folder.join(NAME)).map(|file| file.take(64).read_to_string(&mut text));
+    let numbers = text.split_whitespace().map_while(|word| word.parse().ok()).collect();
+    if let Ok(Ok(_)) = read { numbers } else { Vec::new() }
+}
+
+/// When that was last noted \[ms since 1970\].
+pub(super) fn seen(folder: &Path) -> Option<u64> {
+    numbers(folder).get(2).copied()
 }
 
 /// How far a run came; nothing where that is unknown.
 fn reached(folder: &Path) -> Reached {
-    let mut text = String::new();
-    let read = File::open(folder.join(NAME)).map(|file| file.take(64).read_to_string(&mut text));
-    let mut numbers = text.split_whitespace().map_while(|word| word.parse().ok());
-    match (read, numbers.next(), numbers.next()) {
-        (Ok(Ok(_)), Some(time), Some(settled)) => Reached { time, settled },
+    match numbers(folder)[..] {
+        [time, settled, ..] => Reached { time, settled },
         _ => Reached::default(),
     }
 }
@@ -133,12 +144,14 @@ fn verdict(deaths: Deaths) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Reach, Reached, reached};
+    use super::{Reach, Reached, reached, seen};
+    use crate::service::unix_ms;
 
     #[test]
     fn how_far_it_is_is_read_again_also_when_that_is_less() {
         let folder = tempfile::tempdir().expect("a folder");
-        assert_eq!(reached(folder.path()), Reached::default());
+        assert_eq!((reached(folder.path()), seen(folder.path())), (Reached::default(), None));
+        let begun = unix_ms();
         for (time, settled) in [(u64::MAX, 3), (5, 0), (7, 1)] {
             let mut reach = Reach::new(folder.path());
             reach.note(Reached { time, settled });
@@ -146,7 +159,12 @@ mod tests {
             // A job that settled is noted at once, whatever the clock says.
             reach.note(Reached { time, settled: settled + 1 });
             assert_eq!(reached(folder.path()).settled, settled + 1);
+            assert!(seen(folder.path()).is_some_and(|at| at >= begun));
         }
+        // As it was written before it had a time.
+        std::fs::write(folder.path().join(super::NAME), "12 3").expect("an older one");
+        let at = (reached(folder.path()), seen(folder.path()));
+        assert_eq!(at, (Reached { time: 12, settled: 3 }, None));
         std::fs::write(folder.path().join(super::NAME), "12").expect("torn");
         assert_eq!(reached(folder.path()), Reached::default());
     }

@@ -2,7 +2,7 @@
 
 use super::keeper::Keeper;
 use super::live::Live;
-use super::timeline;
+use super::timeline::{self, Timeline};
 use crate::link::RunHandle;
 use crate::run::{News, Outcome, RunError, RunOptions, run, write_file};
 use crate::scene::Scene;
@@ -30,7 +30,9 @@ pub fn run_here(
     keeper.close();
     // A run that came to nothing leaves nothing.
     if outcome.is_ok() || live.jobs().opened > 0 {
-        leave(options.out, &scene.name, &live, &mut |line| news(&News::Line(line)));
+        let timeline = Timeline::of(live.timeline());
+        let mut say = |line| news(&News::Line(line));
+        leave(options.out, (&scene.name, &timeline), &live, &mut say);
     }
     let (jobs, error) = (live.jobs(), outcome.as_ref().err().map(ToString::to_string));
     tracing::info!(opened = jobs.opened, settled = jobs.settled, error, "run ended");
@@ -38,11 +40,15 @@ pub fn run_here(
 }
 
 /// Writes the timeline of a run and what reproduces a job of it that was given up.
-pub(super) fn leave(folder: &Path, name: &str, live: &Live, say: &mut dyn FnMut(String)) {
-    let jobs = live.timeline();
+pub(super) fn leave(
+    folder: &Path,
+    (name, timeline): (&str, &Timeline),
+    live: &Live,
+    say: &mut dyn FnMut(String),
+) {
     let timeline = [
-        ("timeline.svg", timeline::svg(name, &jobs).into_bytes()),
-        ("timeline.trace.json", timeline::trace(name, &jobs).into_bytes()),
+        ("timeline.svg", timeline::svg(name, timeline).into_bytes()),
+        ("timeline.trace.json", timeline::trace(name, timeline).into_bytes()),
     ];
     let reproduction = live.reproduction().map(|it| [it.job, it.attempts.into_bytes()]);
     let reproduction = reproduction.into_iter().flat_map(|both| REPRODUCTION.into_iter().zip(both));

@@ -4,7 +4,7 @@
 
 use super::live::{Clock, Live};
 use super::store::Kept;
-use super::timeline::{Job, Stretch, UNSETTLED};
+use super::timeline::{Fate, Job, Past, Stretch};
 use crate::link::{Ending, Settlement, Try};
 use crate::run::{Jobs, Load};
 use cullet_proto::{FractureJob, JobId, Verdict};
@@ -27,12 +27,19 @@ pub(super) struct Keeper<'a> {
     live: &'a Live,
     clock: Clock,
     due: RefCell<VecDeque<Due>>,
+    /// Where it is written down for later attempts; nowhere, where there is none.
+    past: Option<&'a Past>,
 }
 
 impl<'a> Keeper<'a> {
     pub(super) fn new(pool: &'a dyn Jobs, kept: Option<Kept>, live: &'a Live) -> Self {
         live.begin();
-        Self { pool, kept, live, clock: Clock::start(), due: RefCell::default() }
+        Self { pool, kept, live, clock: Clock::start(), due: RefCell::default(), past: None }
+    }
+
+    /// The same, and what happens is written down for later attempts.
+    pub(super) fn noting(self, past: &'a Past) -> Self {
+        Self { past: Some(past), ..self }
     }
 
     /// The run is over: what has not settled will not.
@@ -47,18 +54,21 @@ impl<'a> Keeper<'a> {
                 attempts: 0,
                 kept: false,
                 tries: Vec::new(),
-                ending: UNSETTLED,
+                ending: Fate::Unsettled,
             });
+        }
+        if let Some(past) = self.past {
+            past.ended(settled);
         }
     }
 
     fn note(&self, due: &Due, settlement: &Settlement) {
         let ending = match &settlement.ending {
-            Ending::Verdict(Verdict::Broken(_) | Verdict::Measured(_)) => "solved",
-            Ending::Verdict(Verdict::Refused { .. }) => "refused",
-            Ending::Verdict(Verdict::Failed { .. }) => "failed",
-            Ending::Abandoned(_) => "abandoned",
-            Ending::Cancelled => "cancelled",
+            Ending::Verdict(Verdict::Broken(_) | Verdict::Measured(_)) => Fate::Solved,
+            Ending::Verdict(Verdict::Refused { .. }) => Fate::Refused,
+            Ending::Verdict(Verdict::Failed { .. }) => Fate::Failed,
+            Ending::Abandoned(_) => Fate::Abandoned,
+            Ending::Cancelled => Fate::Cancelled,
         };
         let settled = self.clock.now();
         let at = |since: Duration| due.opened + since.as_secs_f64();
@@ -68,7 +78,7 @@ impl<'a> Keeper<'a> {
             to: tried.ended.map_or(settled, at),
             lost: tried.how.clone(),
         };
-        self.live.settled(Job {
+        let job = Job {
             job: due.job.short(),
             tries: settlement.tries.iter().map(stretch).collect(),
             worker: settlement.worker.clone(),
@@ -77,7 +87,12 @@ impl<'a> Keeper<'a> {
             attempts: settlement.attempts,
             kept: due.kept.is_some() || settlement.cached,
             ending,
-        });
+        };
+        // What was kept is written down where it was found.
+        if let (Some(past), None) = (self.past, &due.kept) {
+            past.settled(&job);
+        }
+        self.live.settled(job);
         if let Ending::Abandoned(_) = settlement.ending {
             self.live.give_up(due.job, settlement.reproduction.clone());
         }
@@ -87,7 +102,7 @@ impl<'a> Keeper<'a> {
             Ending::Verdict(Verdict::Broken(body)) => body.fragments.len(),
             _ => 0,
         };
-        let seconds = settled - due.opened;
+        let (ending, seconds) = (ending.word(), settled - due.opened);
         tracing::info!(job, worker, attempts, kept, ending, fragments, seconds, "job settled");
     }
 }
@@ -102,7 +117,11 @@ impl Jobs for Keeper<'_> {
         };
         self.live.opened();
         tracing::info!(job = %job.short(), kept = kept.is_some(), "job opened");
-        self.due.borrow_mut().push_back(Due { job, opened: self.clock.now(), kept });
+        let opened = self.clock.now();
+        if let (Some(past), None) = (self.past, &kept) {
+            past.opened(&job.short(), opened);
+        }
+        self.due.borrow_mut().push_back(Due { job, opened, kept });
         job
     }
 

@@ -48,6 +48,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tell::tell;
+use timeline::Past;
 
 /// Between looks at the runs, where no question comes.
 const PERIOD: Duration = Duration::from_millis(20);
@@ -324,6 +325,7 @@ impl<'a> Service<'a> {
         (self.say)(&format!("run {run}: {} into {}", entry.order.name, out.display()));
         let stop = Arc::new(AtomicBool::new(false));
         let (pool, kept) = (Arc::clone(self.pool), self.store.kept(run));
+        let state = self.store.run(run);
         let share = share(&entry.order.user, entry.order.priority);
         let entry = self.board.get(run).map_or(entry, Entry::clone);
         let bundle = self.store.bundle(run);
@@ -335,7 +337,7 @@ impl<'a> Service<'a> {
                 Err(error) => return Ended::failed(codes::UNKEPT, error.to_string()),
             };
             let (folder, stop) = (out, attempt_stop);
-            let attempt = Attempt { entry, bundle, folder, kept, reach, live, stop };
+            let attempt = Attempt { entry, bundle, folder, kept, state, reach, live, stop };
             let run = attempt.entry.run;
             attempt.run(&pool.run_as(run, share))
         };
@@ -406,6 +408,7 @@ impl<'a> Service<'a> {
         self.admit(Event::Ended { run, how, end, at });
         if self.board.get(run).is_ok_and(|entry| entry.state == State::Done) {
             self.store.kept(run).forget();
+            Past::forget(&self.store.run(run));
         }
     }
 

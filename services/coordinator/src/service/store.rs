@@ -10,6 +10,8 @@
 //! DIR/runs/7/bundle         the scene with its files
 //! DIR/runs/7/log            what it said
 //! DIR/runs/7/kept/<job>     verdicts of settled jobs, until the run is done
+//! DIR/runs/7/reached        how far it came
+//! DIR/runs/7/timeline       who had which job when in each of its attempts, until it is done
 //! DIR/cache/                results of finished jobs, for any run, bounded
 //! DIR/quarantine/           what reproduces a job that killed its workers
 //! DIR/recordings/pot-1/     what it recorded, unless --out says elsewhere
