@@ -4,7 +4,7 @@ use cullet_proto::SessionId;
 use cullet_proto::claim::{Claim, Reply};
 use std::collections::BTreeMap;
 use std::fmt;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, UNIX_EPOCH};
 
 /// Before another is asked again: while one begins, and later.
 pub(super) const AGAIN: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(1)];
@@ -52,20 +52,15 @@ impl fmt::Display for Rival {
 
 impl std::error::Error for Rival {}
 
-/// A time as people write it.
+/// A time as people write it; of another process, which may say anything.
 fn moment(unix_ms: u64) -> String {
-    let (days, seconds) = (unix_ms / 86_400_000, unix_ms / 1000 % 86_400);
-    // From the first of March of year 0, so that a leap day is the last of its year.
-    let z = days + 719_468;
-    let (era, day) = (z / 146_097, z % 146_097);
-    let year = (day - day / 1_460 + day / 36_524 - day / 146_096) / 365;
-    let day = day - (365 * year + year / 4 - year / 100);
-    let shifted = (5 * day + 2) / 153;
-    let (date, month) = (day - (153 * shifted + 2) / 5 + 1, (shifted + 2) % 12 + 1);
-    let year = year + era * 400 + u64::from(month <= 2);
-    let (hour, minute, second) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
-    format!("{year}-{month:02}-{date:02} {hour:02}:{minute:02}:{second:02} UTC")
+    let since = Duration::from_secs((unix_ms / 1000).min(LAST));
+    let time = humantime::format_rfc3339_seconds(UNIX_EPOCH + since).to_string();
+    time.replace('T', " ").replace('Z', " UTC")
 }
+
+/// The last second of the year 9999 \[s since 1970\].
+const LAST: u64 = 253_402_300_799;
 
 /// Another whose sign of life is seen.
 #[derive(Debug)]
@@ -256,5 +251,6 @@ mod tests {
         assert_eq!(moment(0), "1970-01-01 00:00:00 UTC");
         assert_eq!(moment(951_782_400_000), "2000-02-29 00:00:00 UTC");
         assert_eq!(moment(1_795_341_801_649), "2026-11-22 10:03:21 UTC");
+        assert_eq!(moment(u64::MAX), "9999-12-31 23:59:59 UTC");
     }
 }
