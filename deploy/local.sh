@@ -6,7 +6,10 @@
 #   CULLET=path/to/cullet PORT=7447
 set -eu
 
-case ${1:-} in -*) echo "local.sh [FOLDER]" >&2; exit 64 ;; esac
+case ${1:-} in
+    -h | --help) sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -*) echo "local.sh [FOLDER]; --help says more" >&2; exit 64 ;;
+esac
 here=$(dirname "$0")
 folder=${1:-.farm}
 cullet=${CULLET:-cullet}

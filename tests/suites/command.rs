@@ -342,6 +342,23 @@ fn a_coordinator_that_comes_late_is_found_by_who_is_patient() {
     assert_eq!(client.wait(Duration::from_secs(20)), Some(0), "{}", client.stderr());
 }
 
+/// What a person has in the shell for commands about a farm is not for workers of one's own, and is
+/// for one that is started by hand.
+#[test]
+fn the_environment_names_a_place_to_a_worker_and_not_to_those_of_a_run() {
+    let out = unique("exported");
+    let missing = "/no/such/folder";
+    let run =
+        Cullet::new(&["run", &corpus("drop.toml"), "-q", "--no-pictures", "--out"]).path(&out);
+    let run = run.env("CULLET_TLS", missing).env("CULLET_CONNECT", "tls/127.0.0.1:1");
+    let said = run.env("CULLET_COORDINATOR", "night").output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    let worker = Cullet::new(&["worker"]).env("CULLET_CONNECT", "tls/127.0.0.1:1");
+    let said = worker.env("CULLET_TLS", missing).output();
+    assert_eq!(said.code, 74, "{}", said.stderr);
+    assert!(said.stderr.contains(missing), "{}", said.stderr);
+}
+
 #[test]
 fn no_worker_is_left_behind() {
     let out = unique("left");

@@ -130,6 +130,10 @@ fn the_page_of_operations_can_be_typed_from_top_to_bottom() {
 #[test]
 fn the_farm_of_one_command_works_and_leaves_nobody_behind() {
     let folder = desk("local");
+    let help = shell(&folder, "deploy/local.sh --help");
+    let told = String::from_utf8_lossy(&help.stdout);
+    assert!(help.status.success() && told.ends_with("PORT=7447\n"), "{told}");
+    assert_eq!(shell(&folder, "deploy/local.sh --hepl").status.code(), Some(64));
     let [port] = ports();
     let script = format!(
         "set -eu\nPORT={port} deploy/local.sh farm > said 2> errors &\nFARM=$!\n\

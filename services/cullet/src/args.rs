@@ -304,14 +304,15 @@ pub(crate) struct Guard {
 pub(crate) struct Worker {
     /// Zenoh endpoint of the coordinator or its router; may be given more than once, for other ways
     /// to the same coordinator: a worker works for one at a time, the first that it reaches
-    #[arg(long, required = true, value_name = "ENDPOINT", value_parser = endpoint)]
+    #[arg(long, required = true, value_name = "ENDPOINT", env = "CULLET_CONNECT",
+        value_parser = endpoint)]
     pub(crate) connect: Vec<String>,
     /// For which coordinator, where there are several on a network: its --name
     #[arg(long, value_name = "NAME", env = "CULLET_COORDINATOR",
         default_value = DEFAULT_COORDINATOR, value_parser = name)]
     pub(crate) coordinator: String,
     /// Folder with ca.pem, cert.pem and key.pem: mutual TLS
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", env = "CULLET_TLS")]
     pub(crate) tls: Option<PathBuf>,
     /// Name in logs and recordings [default: the certificate's, or from the process id]
     #[arg(long, value_parser = name)]

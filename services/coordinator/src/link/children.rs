@@ -102,6 +102,8 @@ impl Children {
             .args(&self.config.args)
             .args(["--connect", &self.endpoint, "--name", name])
             .args(["--threads", &self.config.threads.to_string(), "--parent-watch"])
+            // What a person's shell says of an identity is not theirs.
+            .env_remove("CULLET_TLS")
             // The pipe closes when this process ends, however it ends: the worker watches it.
             .stdin(Stdio::piped())
             .stdout(Stdio::null())

@@ -141,12 +141,25 @@ impl Sweep {
         self.set.iter().cloned().chain(own).collect()
     }
 
-    /// What tells a run from the others, for people.
+    /// What tells a run from the others, for people: its values, each by as much of the end of
+    /// its key as no other key has.
     #[must_use]
     pub fn label(&self, row: &[String]) -> String {
-        let name = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
-        let pair = |(key, value): (&String, &String)| format!("{}={value}", name(key));
+        let pair = |(key, value): (&String, &String)| format!("{}={value}", self.name(key));
         self.keys.iter().zip(row).map(pair).collect::<Vec<_>>().join(" ")
+    }
+}
+
+impl Sweep {
+    /// The end of a key, whole parts of it, that no other key ends with.
+    fn name<'a>(&self, key: &'a str) -> &'a str {
+        let ends = |other: &str, end: &str| {
+            let before = other.strip_suffix(end);
+            before.is_some_and(|before| before.is_empty() || before.ends_with('.'))
+        };
+        let own = |end: &&str| !self.keys.iter().any(|other| other != key && ends(other, end));
+        let dots = key.rmatch_indices('.').map(|(at, _)| &key[at + 1..]);
+        dots.into_iter().find(own).unwrap_or(key)
     }
 }
 
@@ -259,6 +272,24 @@ mod tests {
         assert_eq!(all[11], r#"size="2 mm" seed=2 x="q" y=[3]"#);
         let set = sweep.overrides(&sweep.rows[2]);
         assert_eq!(set, ["a.b=1", "ball.size=\"1 mm\"", "world.seed=2", "x=\"p\"", "y=[1, 2]"]);
+    }
+
+    #[test]
+    fn a_label_is_as_short_as_it_tells_keys_apart() {
+        let label = |keys: &[&str]| {
+            let all: String = keys.iter().map(|key| format!("\"{key}\" = [1]\n")).collect();
+            let sweep = Sweep::read(&format!("scene = \"s\"\n[product]\n{all}"));
+            let sweep = sweep.expect("a sweep");
+            sweep.label(&sweep.rows[0])
+        };
+        assert_eq!(label(&["world.seed"]), "seed=1");
+        let two = ["body.bullet.shape.radius", "body.target.shape.radius"];
+        assert_eq!(label(&two), "bullet.shape.radius=1 target.shape.radius=1");
+        assert_eq!(label(&["a.radius", "b.radius", "c.size"]), "a.radius=1 b.radius=1 size=1");
+        // Whole parts: one that only sounds alike is another.
+        assert_eq!(label(&["a.radius", "b.subradius"]), "radius=1 subradius=1");
+        // One that is the end of another has no shorter name, and needs none.
+        assert_eq!(label(&["radius", "a.radius"]), "a.radius=1 radius=1");
     }
 
     #[test]
