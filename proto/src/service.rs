@@ -3,6 +3,10 @@
 //!
 //! A message is one line of JSON; behind the line's end come bulk bytes, if there are any.
 
+mod workers;
+
+pub use workers::{Drain, Drained, WorkerInfo, Workers};
+
 use crate::codec::{WireError, limit};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -348,51 +352,7 @@ pub struct Fetched {
     pub sum: u32,
 }
 
-/// The answer to `workers`.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Workers {
-    /// Every worker that is known, by name.
-    pub workers: Vec<WorkerInfo>,
-}
-
-/// A worker.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct WorkerInfo {
-    /// Its name.
-    pub name: String,
-    /// One life of its process, in hex.
-    pub session: String,
-    /// Whether its link is up.
-    pub up: bool,
-    /// Whether it gets no more jobs.
-    pub drained: bool,
-    /// Threads that it gives a job.
-    pub threads: u32,
-    /// Cores of its machine.
-    pub cores: u32,
-    /// Most memory that a job may hold \[bytes\]; `null`: no limit.
-    pub memory: Option<u64>,
-    /// The version of its program.
-    pub version: String,
-    /// The first digits of the digest of its program: results of the same one are the same bits.
-    pub build: String,
-    /// What it can solve, as `brittle single double`; `null`: whatever it is asked.
-    pub solvers: Option<Vec<String>>,
-    /// Jobs that it holds, in hex.
-    pub jobs: Vec<String>,
-    /// Results of it that count.
-    pub done: u64,
-}
-
-/// Which worker gets no more jobs.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Drain {
-    /// Its name.
-    pub worker: String,
-}
-
-/// The answer to a [`Drain`], to `delete` and to `bye`.
+/// The answer to `delete` and to `bye`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Noted {
     /// Always true.

@@ -130,6 +130,8 @@ fn a_slow_link_costs_time_only() {
     stage.weather.rate.store(500_000, Ordering::SeqCst);
     let shown = stage.ends_well();
     assert_eq!(shown["jobs"]["resent"], 0, "a link that is only slow was given up: {shown:#}");
+    let flaps = ["cullet_links_lost_total", "cullet_links_back_total"];
+    assert_eq!(flaps.map(|name| stage.metric(name)), [0, 0], "a link that is only slow flapped");
 }
 
 #[test]
@@ -144,6 +146,8 @@ fn connections_that_are_cut_lose_nothing() {
     }
     assert!(cut >= 6, "{cut} connections were cut");
     stage.ends_well();
+    let back = stage.metric("cullet_links_back_total");
+    assert!(back >= 2, "two links were cut and came back, and {back} were counted");
 }
 
 /// As far away as over two satellites: a link with certificates takes four ways there and back, and

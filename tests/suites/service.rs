@@ -391,6 +391,57 @@ fn a_drained_worker_finishes_and_leaves_and_the_others_go_on() {
     assert!(listed.contains("\"b\""), "{listed}");
 }
 
+/// A name is a worker's own. Two machines that have one are told aloud, and nobody is refused: nor
+/// is one that is started while the one before is still there, which is not told either.
+#[test]
+fn workers_of_one_name_are_told_aloud_and_drained_together() {
+    let (endpoint, log) = (common::free_endpoint(), unique("twins"));
+    let _coordinator = Cullet::new(&["coordinator", "--listen", &endpoint]).log(&log).spawn();
+    let ask = |args: &[&str]| Cullet::new(args).args(&["--connect", &endpoint]).output();
+    let listed = || -> Vec<Value> {
+        let said = ask(&["workers", "--json"]);
+        let all: Value = serde_json::from_str(&said.stdout).expect("JSON");
+        let all = all["workers"].as_array().expect("a list").clone();
+        all.into_iter().filter(|worker| worker["up"] == true).collect()
+    };
+    let count = |what: &str, wanted: usize| {
+        common::until(what, LONG, || listed().len() == wanted);
+    };
+    let hire =
+        || Cullet::new(&["worker", "--name", "far"]).env("CULLET_CONNECT", &endpoint).spawn();
+    let mut old = hire();
+    count("one is there", 1);
+    let mut second = hire();
+    count("another is there beside it", 2);
+    signal(old.id(), "TERM");
+    assert_eq!(old.wait(Duration::from_secs(20)), Some(0), "{}", old.stderr());
+    count("the other is left", 1);
+    assert_eq!(ask(&["doctor"]).code, 0, "a worker that was started again is well");
+    let mut third = hire();
+    let twins = || listed().into_iter().filter(|worker| worker["twin"] == true).count();
+    common::until("two are told of", LONG, || twins() == 2);
+    let sessions: Vec<String> =
+        listed().iter().map(|worker| worker["session"].as_str().expect("a life").into()).collect();
+    for (call, code) in [("workers", 0), ("doctor", 1)] {
+        let said = ask(&[call]);
+        assert_eq!(said.code, code, "{}", said.stdout);
+        let told = format!("2 workers are called far ({})", sessions.join(", "));
+        assert!(said.stdout.contains(&told), "{told:?} is not in {}", said.stdout);
+    }
+    // Once, and not of the one that was started again before.
+    let lines = common::history::lines(&log);
+    let told: Vec<_> = lines.iter().filter(|line| line["sessions"].is_string()).collect();
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert_eq!((&told[0]["level"], &told[0]["worker"]), (&"WARN".into(), &"far".into()));
+    assert_eq!(told[0]["sessions"], sessions.join(" "));
+    let said = ask(&["drain", "far"]);
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    assert!(said.stdout.contains("2 are called far (") && said.stdout.contains(&sessions[1]));
+    for worker in [&mut second, &mut third] {
+        assert_eq!(worker.wait(Duration::from_secs(20)), Some(0), "{}", worker.stderr());
+    }
+}
+
 #[test]
 fn with_certificates_each_may_do_what_its_role_may_and_a_stranger_nothing() {
     let folder = unique("certificates");

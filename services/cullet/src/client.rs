@@ -5,13 +5,14 @@ use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::{Folder, refuse_taken};
 use crate::progress::{Progress, text as place};
 use crate::run::read_scene;
-use crate::{logs, sweep, tls};
+use crate::{doctor, logs, sweep, tls};
 use cullet_coordinator::link::LinkError;
 use cullet_coordinator::link::client::{Client, Terms};
 use cullet_coordinator::run::News;
 use cullet_coordinator::scene::Bundle;
 use cullet_proto::keys::UserVerb;
-use cullet_proto::service::{self, About, Drain, Noted, RunInfo, Runs, State, Which, Workers};
+use cullet_proto::service::{self, About, Drain, Drained, Noted};
+use cullet_proto::service::{RunInfo, Runs, State, Which, Workers};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -358,16 +359,19 @@ pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
         text += row.trim_end();
         text.push('\n');
     }
+    text.extend(doctor::twins(&said.workers).map(|line| line + "\n"));
     print(text)?;
     Ok(Exit::Done)
 }
 
 pub(crate) fn drain(args: &args::Drain) -> Result<Exit, Trouble> {
     let question = Drain { worker: args.worker.clone() };
-    let said: Noted = ask(&connect(&args.place)?, UserVerb::Drain, &question)?;
-    match args.place.who.json {
-        true => print_json(&said)?,
-        false => print(format!("{} gets no more jobs\n", args.worker))?,
+    let said: Drained = ask(&connect(&args.place)?, UserVerb::Drain, &question)?;
+    let (name, lives) = (&args.worker, said.sessions.join(", "));
+    match said.sessions.len() {
+        _ if args.place.who.json => print_json(&said)?,
+        0 | 1 => print(format!("{name} gets no more jobs\n"))?,
+        n => print(format!("{n} are called {name} ({lives}): none of them gets more jobs\n"))?,
     }
     Ok(Exit::Done)
 }

@@ -10,7 +10,7 @@ use cullet_proto::keys::UserVerb;
 use cullet_proto::service::{About, Nothing, Workers};
 use cullet_proto::{envelope, service};
 use serde::Serialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// Less room than this is worth a word: a long run's recording has some hundred MB.
@@ -156,6 +156,21 @@ fn about_it(about: &About, found: &mut Vec<Finding>) {
     found.push(finding("state", good, text));
 }
 
+/// Names that several workers have, which makes them one to whoever reads a list.
+pub(crate) fn twins(workers: &[service::WorkerInfo]) -> impl Iterator<Item = String> {
+    let mut names: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for worker in workers.iter().filter(|worker| worker.up && worker.twin) {
+        names.entry(&worker.name).or_default().push(&worker.session);
+    }
+    names.into_iter().map(|(name, sessions)| {
+        let (count, sessions) = (sessions.len(), sessions.join(", "));
+        format!(
+            "{count} workers are called {name} ({sessions}): lists, logs and timelines do not tell \
+             them apart, and one word drains them all; give each a --name of its own"
+        )
+    })
+}
+
 /// What a worker is and what it can solve.
 fn about_worker(worker: &service::WorkerInfo) -> String {
     let service::WorkerInfo { name, version, build, threads, cores, done, .. } = worker;
@@ -181,6 +196,7 @@ fn about_workers(workers: &[service::WorkerInfo], found: &mut Vec<Finding>) {
         let text = format!("workers are of different builds, {all}: their bits may differ");
         found.push(finding("builds", false, text));
     }
+    found.extend(twins(workers).map(|text| finding("names", false, text)));
     for worker in up {
         let same = worker.version == env!("CARGO_PKG_VERSION");
         found.push(finding("worker", same, about_worker(worker)));

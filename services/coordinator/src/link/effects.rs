@@ -10,7 +10,7 @@ use cullet_dispatch::{
 };
 use cullet_dispatch::{Run, Verdict as Decision, Worker};
 use cullet_proto::pool::{self, Grant, HeedAnswer, OVERDUE, PollAnswer, RenewAnswer};
-use cullet_proto::{Epoch, JobId, Verdict, WorkerId};
+use cullet_proto::{Epoch, JobId, SessionId, Verdict, WorkerId};
 use std::time::Instant;
 
 impl Shell {
@@ -46,6 +46,7 @@ impl Shell {
             }
             Effect::Drained { worker, cause } => {
                 self.roster.drained(worker);
+                self.lives.leaves(SessionId(worker.0));
                 let why = why(cause);
                 tracing::warn!(worker = self.name(worker), why, "it gets no further job");
             }

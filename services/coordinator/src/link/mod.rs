@@ -13,6 +13,7 @@ pub mod client;
 mod effects;
 mod inbox;
 mod ledger;
+mod lives;
 mod net;
 mod openings;
 mod quarantine;
@@ -273,6 +274,12 @@ pub struct PoolStats {
     pub cached: u64,
     /// Chunks that came damaged and were sent again.
     pub damaged: u64,
+    /// Signs of life of workers that went: a worker left, or its link did.
+    pub lost: u64,
+    /// Signs of life that came back: a link flapped.
+    pub back: u64,
+    /// Workers that are there under a name that another has too.
+    pub twins: u64,
     /// Messages refused at the door.
     pub refusals: Refusals,
     /// Bytes of meshes sent to workers.
@@ -416,7 +423,7 @@ impl Pool {
         &self.session
     }
 
-    /// The worker of that name finishes what it has and gets no further job. No worker: no effect.
+    /// The workers of that name finish what they have and get no further job. No worker: no effect.
     pub fn drain(&self, worker: WorkerId) {
         let _closed = self.inputs.send(Input::Drain(worker));
     }

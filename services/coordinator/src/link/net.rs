@@ -206,12 +206,12 @@ fn declare(
         .declare_subscriber(keys::workers_live(coordinator))
         .history(true)
         .callback(move |sample| {
-            let Some((_, session)) = keys::parse_live(sample.key_expr().as_str()) else {
+            let Some((name, session)) = keys::parse_live(sample.key_expr().as_str()) else {
                 return;
             };
             let up = sample.kind() == SampleKind::Put;
             // A lost sign of life costs time, never a result: the lease runs out instead.
-            let _full = queue.try_send(Input::Link { session, up });
+            let _full = queue.try_send(Input::Link { name, session, up });
         })
         .background()
         .wait()

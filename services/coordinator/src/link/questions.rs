@@ -56,7 +56,7 @@ impl Shell {
             WorkerVerb::Hello => {
                 let (hello, _) = pool::read_ask::<pool::Hello>(bytes)?;
                 hello.check()?;
-                self.staff.introduce(&hello, &self.up);
+                self.staff.introduce(&hello, &self.lives.up);
                 self.roster.introduced(Worker(hello.session.0), name, &hello);
                 answer(&query, &Noted)
             }

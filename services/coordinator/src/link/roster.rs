@@ -1,5 +1,6 @@
 //! The workers that are known, for whoever asks about them. Decides nothing.
 
+use super::lives::Lives;
 use super::staff;
 use cullet_dispatch::Worker;
 use cullet_proto::pool::Hello;
@@ -74,18 +75,19 @@ impl Roster {
         self.stale = true;
     }
 
-    /// Shows what has changed; `up`: lives whose link is up.
-    pub(super) fn publish(&mut self, up: &BTreeSet<SessionId>) {
+    /// Shows what has changed.
+    pub(super) fn publish(&mut self, lives: &Lives) {
         if !std::mem::take(&mut self.stale) {
             return;
         }
         if self.rows.len() > MAX_KNOWN {
-            self.rows.retain(|worker, _| up.contains(&SessionId(worker.0)));
+            self.rows.retain(|worker, _| lives.up.contains(&SessionId(worker.0)));
         }
         let info = |(worker, row): (&Worker, &Row)| WorkerInfo {
             name: row.name.clone(),
             session: SessionId(worker.0).to_string(),
-            up: up.contains(&SessionId(worker.0)),
+            up: lives.up.contains(&SessionId(worker.0)),
+            twin: lives.is_twin(SessionId(worker.0)),
             drained: row.drained,
             threads: row.about.threads,
             cores: row.about.cores,

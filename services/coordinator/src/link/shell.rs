@@ -6,6 +6,7 @@ use super::cache::Cache;
 use super::children::Children;
 use super::inbox::Inbox;
 use super::ledger::Ledger;
+use super::lives::Lives;
 use super::net::Net;
 use super::openings::Opening;
 use super::quarantine;
@@ -15,7 +16,7 @@ use super::{LinkError, PoolConfig, PoolStats, Refusals, RunStats, Settlement};
 use cullet_dispatch::{Dispatch, Epoch, Event, Job, Millis, Receipt, Run, Share, Timing, Worker};
 use cullet_proto::pool::{Grant, RenewAnswer};
 use cullet_proto::{JobId, SessionId, WorkerId};
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -38,7 +39,7 @@ pub(super) enum Input {
     /// A question from a worker or client.
     Question(Query),
     /// A sign of life came or went.
-    Link { session: SessionId, up: bool },
+    Link { name: WorkerId, session: SessionId, up: bool },
     /// A run begins: its settlements go there.
     Begin(Run, Share, Listener),
     /// A run wants a job.
@@ -91,7 +92,7 @@ pub(super) struct Shell {
     pub(super) roster: Roster,
     pub(super) staff: Staff,
     pub(super) names: BTreeMap<Worker, WorkerId>,
-    pub(super) up: BTreeSet<SessionId>,
+    pub(super) lives: Lives,
     pub(super) ledger: Ledger,
     pub(super) cache: Cache,
     pub(super) quarantine: Option<PathBuf>,
@@ -114,6 +115,8 @@ impl Shell {
         let spawn = config.spawn.clone();
         let children = spawn.map(|spawn| Children::start(spawn, net.endpoint())).transpose()?;
         let pids = children.as_ref().map(Children::pids).unwrap_or_default();
+        // As long as the link of one that was killed may be seen.
+        let closing = config.patience.lease_ms + config.patience.wait_before_close_ms;
         let incarnation = config.incarnation.unwrap_or_else(drawn);
         let mut dispatch = Dispatch::new(config.timing, incarnation);
         for job in held(config.quarantine.as_deref()) {
@@ -133,7 +136,7 @@ impl Shell {
             roster: Roster::default(),
             staff: Staff::default(),
             names: BTreeMap::new(),
-            up: BTreeSet::new(),
+            lives: Lives::new(Duration::from_millis(closing)),
             ledger: Ledger::default(),
             cache,
             at_work,
@@ -179,7 +182,7 @@ impl Shell {
             }
             self.open_held();
             self.publish();
-            self.roster.publish(&self.up);
+            self.roster.publish(&self.lives);
             for (run, id, settlement) in self.settled.drain(..) {
                 // One that nobody listens for is of a run whose handle is gone.
                 if let Some(listener) = self.runs.get(&run) {
@@ -198,13 +201,12 @@ impl Shell {
     fn take(&mut self, input: Input) {
         match input {
             Input::Question(query) => self.question(query),
-            Input::Link { session, up: true } => {
-                self.up.insert(session);
+            Input::Link { name, session, up } => {
+                self.lives.sign(name, session, up, Instant::now());
                 self.roster.changed();
-            }
-            Input::Link { session, up: false } => {
-                self.up.remove(&session);
-                self.roster.changed();
+                if up {
+                    return;
+                }
                 let worker = Worker(session.0);
                 self.polls.remove(&worker);
                 self.heeds.remove(&worker);
@@ -233,7 +235,12 @@ impl Shell {
 
     fn tick(&mut self) {
         for name in self.children.as_mut().map(Children::tend).unwrap_or_default() {
+            // Of several that are called so, their links tell which one it is.
+            let shared = self.lives.share(&name);
             for worker in self.named(&name) {
+                if shared && self.lives.up.contains(&SessionId(worker.0)) {
+                    continue;
+                }
                 self.polls.remove(&worker);
                 self.heeds.remove(&worker);
                 self.staff.gone(worker);
@@ -246,8 +253,28 @@ impl Shell {
         self.forsake();
         self.step(Event::Tick);
         self.answer_old_heeds();
+        self.tell_twins();
         self.staff.tell(self.dispatch.stranded());
         self.inbox.sweep();
+    }
+
+    /// Says aloud, once, that workers have one name, and that they do not any more.
+    fn tell_twins(&mut self) {
+        for (name, lives) in self.lives.tick(Instant::now()) {
+            self.roster.changed();
+            let count = lives.len();
+            let sessions: Vec<String> = lives.iter().map(ToString::to_string).collect();
+            let sessions = sessions.join(" ");
+            match count {
+                0 => tracing::info!(worker = %name, "its name is its own again"),
+                _ => tracing::warn!(
+                    worker = %name,
+                    sessions,
+                    "{count} workers are called {name}: lists, logs and timelines do not tell \
+                     them apart, and one word drains them all; give each a --name of its own"
+                ),
+            }
+        }
     }
 
     /// The lives of workers of that name.
@@ -276,7 +303,7 @@ impl Shell {
         let Some(text) = self.children.as_ref().and_then(Children::hopeless) else {
             return;
         };
-        if self.up.is_empty() && !self.ledger.is_empty() {
+        if self.lives.up.is_empty() && !self.ledger.is_empty() {
             self.ledger.trouble_all(&text);
             self.step(Event::Forsaken);
         }
@@ -297,7 +324,7 @@ impl Shell {
         }
         let stats = PoolStats {
             jobs: RunStats::of(&counts, held, permille),
-            workers: self.up.len() as u64,
+            workers: self.lives.up.len() as u64,
             respawned: children.map_or(0, |c| c.respawned),
             alarms: counts.alarms,
             fenced: counts.fenced,
@@ -308,6 +335,9 @@ impl Shell {
             queued: self.queued,
             cached: self.cache.hits,
             damaged: self.inbox.damaged,
+            lost: self.lives.lost,
+            back: self.lives.back,
+            twins: self.lives.twins(),
             refusals: self.refusals,
             mesh_bytes: self.mesh_bytes,
             children: pids.len() as u64,
@@ -331,7 +361,8 @@ impl Shell {
             children.alive(name.as_str());
         }
         if self.names.len() > MAX_NAMES {
-            self.names.retain(|known, _| *known == worker || self.up.contains(&SessionId(known.0)));
+            let up = &self.lives.up;
+            self.names.retain(|known, _| *known == worker || up.contains(&SessionId(known.0)));
         }
     }
 

@@ -7,8 +7,9 @@ use crate::link::users::{Asked, Parcel};
 use cullet_proto::codec::WireError;
 use cullet_proto::envelope;
 use cullet_proto::keys::UserVerb;
-use cullet_proto::service::{About, Drain, Fetch, Fetched, Follow, MAX_TICKET, MAX_WAIT_MS};
-use cullet_proto::service::{News, Noted, RunInfo, Runs, State, Submit, SubmitAnswer, Which};
+use cullet_proto::service::{About, Drain, Drained, Fetch, Fetched, Follow};
+use cullet_proto::service::{MAX_TICKET, MAX_WAIT_MS, Which};
+use cullet_proto::service::{News, Noted, RunInfo, Runs, State, Submit, SubmitAnswer};
 use cullet_proto::service::{WorkerInfo, Workers, codes, digest_of};
 use cullet_proto::{WorkerId, chunks};
 use std::fs::File;
@@ -123,10 +124,10 @@ impl Service<'_> {
                 if !self.operates(&asked.user) {
                     return Err(Trouble::Wrong("only an operator drains workers".to_owned()));
                 }
-                if !self.drain(&worker) {
+                let Some(sessions) = self.drain(&worker) else {
                     return Err(Trouble::Unknown(format!("there is no worker {worker:?}")));
-                }
-                asked.answer(&Noted { noted: true });
+                };
+                asked.answer(&Drained { noted: true, sessions });
             }
             // The door takes the one, and [`Service::answer`] the other.
             UserVerb::Piece | UserVerb::Follow => {}
@@ -323,12 +324,13 @@ impl Service<'_> {
         self.pool.workers()
     }
 
-    fn drain(&self, name: &str) -> bool {
-        let known = self.workers().iter().any(|worker| worker.name == name);
-        if let (true, Ok(worker)) = (known, WorkerId::new(name)) {
-            self.pool.drain(worker);
-        }
-        known
+    /// Those that are there under the name; nothing if nobody ever was.
+    fn drain(&self, name: &str) -> Option<Vec<String>> {
+        let mut known = self.workers();
+        known.retain(|worker| worker.name == name);
+        self.pool.drain(WorkerId::new(&known.first()?.name).ok()?);
+        let up = known.into_iter().filter(|worker| worker.up);
+        Some(up.map(|worker| worker.session).collect())
     }
 
     fn about(&self) -> About {

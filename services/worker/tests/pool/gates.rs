@@ -163,6 +163,7 @@ fn a_worker_behind_a_blackhole_is_back_as_soon_as_it_heals_and_nothing_is_lost()
     let middle = tell("blackhole of 4.5 s, healed: at work again", all.collect());
     let counts = pool.stats();
     assert_eq!(counts.jobs.opened, counts.jobs.settled);
+    assert_eq!((counts.lost, counts.back), (repeats, repeats), "a link that ended is counted");
     gate(middle, 2.0);
 }
 
@@ -211,6 +212,8 @@ fn a_large_result_on_a_slow_link_takes_the_time_of_the_line_and_holds_no_renewal
     gate(most, 1.0);
     let counts = pool.stats();
     assert_eq!((counts.jobs.resent, counts.fenced, counts.damaged), (0, 0, 0));
+    // Its link was never given up in all that time, not for a moment.
+    assert_eq!((counts.workers, counts.lost, counts.back), (1, 0, 0), "the link flapped");
 }
 
 /// What a worker says when a result has been taken.

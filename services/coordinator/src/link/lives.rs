@@ -1,0 +1,193 @@
+//! Which lives of workers are there, by their signs of life; how often one went and came back; and
+//! which share a name. No I/O, and time is an argument.
+//!
+//! A name is a worker's own, but nobody keeps two from having the same where no certificate does.
+//! One that is started again is called as the one before was, whose sign may be seen a little
+//! longer, as is one that finishes its last job. So two are told only when both have been there for
+//! longer than a link that died is held, and neither is on its way out.
+
+use cullet_proto::{SessionId, WorkerId};
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
+
+/// Lives remembered whose sign is gone.
+const MAX_AWAY: usize = 4_096;
+
+/// Those that are there.
+#[derive(Debug, Default)]
+pub(super) struct Lives {
+    pub(super) up: BTreeSet<SessionId>,
+    /// Since when each is there, by name.
+    named: BTreeMap<WorkerId, BTreeMap<SessionId, Instant>>,
+    /// Names that several have.
+    several: BTreeSet<WorkerId>,
+    /// Those that were told of, by name.
+    told: BTreeMap<WorkerId, BTreeSet<SessionId>>,
+    /// Those that get no further job.
+    leaving: BTreeSet<SessionId>,
+    away: BTreeSet<SessionId>,
+    /// How long two may have one name.
+    patience: Duration,
+    /// Signs that went: a worker left, or its link did.
+    pub(super) lost: u64,
+    /// Signs that came back: a link flapped.
+    pub(super) back: u64,
+}
+
+impl Lives {
+    /// `patience`: how long a link that died is held.
+    pub(super) fn new(patience: Duration) -> Self {
+        Self { patience, ..Self::default() }
+    }
+
+    /// A sign of life came or went.
+    pub(super) fn sign(&mut self, name: WorkerId, life: SessionId, up: bool, now: Instant) {
+        if up {
+            if self.up.insert(life) {
+                self.back += u64::from(self.away.remove(&life));
+                let all = self.named.entry(name.clone()).or_default();
+                all.insert(life, now);
+                if all.len() > 1 {
+                    self.several.insert(name);
+                }
+            }
+            return;
+        }
+        if !self.up.remove(&life) {
+            return;
+        }
+        self.lost += 1;
+        self.leaving.remove(&life);
+        self.away.insert(life);
+        if self.away.len() > MAX_AWAY {
+            self.away.pop_first();
+        }
+        let Some(all) = self.named.get_mut(&name) else { return };
+        all.remove(&life);
+        if all.len() < 2 {
+            self.several.remove(&name);
+        }
+        if all.is_empty() {
+            self.named.remove(&name);
+        }
+    }
+
+    /// It gets no further job.
+    pub(super) fn leaves(&mut self, life: SessionId) {
+        if self.up.contains(&life) {
+            self.leaving.insert(life);
+        }
+    }
+
+    /// Whether several that are there have this name.
+    pub(super) fn share(&self, name: &str) -> bool {
+        self.several.iter().any(|known| known.as_str() == name)
+    }
+
+    /// Whether it was told of as one of several.
+    pub(super) fn is_twin(&self, life: SessionId) -> bool {
+        self.told.values().any(|all| all.contains(&life))
+    }
+
+    /// How many were.
+    pub(super) fn twins(&self) -> u64 {
+        self.told.values().map(|all| all.len() as u64).sum()
+    }
+
+    /// Time has passed: names that others share now than before, with all who have each; where one
+    /// is left, nobody.
+    pub(super) fn tick(&mut self, now: Instant) -> Vec<(WorkerId, BTreeSet<SessionId>)> {
+        let mut news = Vec::new();
+        let names = self.several.iter().chain(self.told.keys());
+        for name in names.cloned().collect::<BTreeSet<_>>() {
+            let all = self.named.get(&name).into_iter().flatten();
+            let stays = |(life, since): &(&SessionId, &Instant)| {
+                !self.leaving.contains(life) && now.duration_since(**since) >= self.patience
+            };
+            let mut twins: BTreeSet<_> = all.filter(stays).map(|(life, _)| *life).collect();
+            if twins.len() < 2 {
+                twins.clear();
+            }
+            if self.told.get(&name) == Some(&twins)
+                || twins.is_empty() && !self.told.contains_key(&name)
+            {
+                continue;
+            }
+            match twins.is_empty() {
+                true => self.told.remove(&name),
+                false => self.told.insert(name.clone(), twins.clone()),
+            };
+            news.push((name, twins));
+        }
+        news
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Lives;
+    use cullet_proto::{SessionId, WorkerId};
+    use std::time::{Duration, Instant};
+
+    const PATIENCE: Duration = Duration::from_secs(8);
+
+    /// What is told at each step: a sign of a life that comes or goes, or nothing, after so many
+    /// seconds.
+    fn told(steps: &[(u64, Option<(u64, bool)>)]) -> (Vec<Vec<u64>>, Lives) {
+        let (mut lives, begun) = (Lives::new(PATIENCE), Instant::now());
+        let mut told = Vec::new();
+        for (at, sign) in steps {
+            let now = begun + Duration::from_secs(*at);
+            if let Some((life, up)) = *sign {
+                lives.sign(WorkerId::new("far").expect("a name"), SessionId(life), up, now);
+            }
+            let news = lives.tick(now).into_iter();
+            told.extend(
+                news.map(|(_, all)| all.into_iter().map(|life| life.0).collect::<Vec<_>>()),
+            );
+        }
+        (told, lives)
+    }
+
+    #[test]
+    fn two_of_a_name_are_told_once_and_again_when_that_changes() {
+        let steps = [(0, Some((1, true))), (1, Some((2, true))), (8, None)];
+        assert_eq!(told(&steps).0, Vec::<Vec<u64>>::new(), "the second is there for 7 s");
+        let more = [&steps[..], &[(9, None), (10, None), (11, None)]].concat();
+        let (said, lives) = told(&more);
+        assert_eq!(said, [[1, 2]]);
+        assert!(lives.is_twin(SessionId(1)) && lives.share("far") && lives.twins() == 2);
+        let third = [&more[..], &[(12, Some((3, true))), (20, None)]].concat();
+        assert_eq!(told(&third).0, [vec![1, 2], vec![1, 2, 3]]);
+        let end = [&more[..], &[(12, Some((1, false))), (30, None)]].concat();
+        let (said, lives) = told(&end);
+        assert_eq!(said, [vec![1, 2], vec![]]);
+        assert!(!lives.is_twin(SessionId(2)) && !lives.share("far") && lives.twins() == 0);
+    }
+
+    #[test]
+    fn one_that_is_started_again_is_nobody_elses_twin() {
+        // The old one's link is given up after 5 s; the old one takes an hour to finish its job.
+        let (said, lives) =
+            told(&[(0, Some((1, true))), (9, Some((2, true))), (14, Some((1, false))), (99, None)]);
+        assert!(said.is_empty(), "{said:?}");
+        assert_eq!((lives.lost, lives.back), (1, 0));
+        let (mut lives, begun) = (Lives::new(PATIENCE), Instant::now());
+        for life in [1, 2] {
+            let name = WorkerId::new("far").expect("a name");
+            lives.sign(name, SessionId(life), true, begun);
+            lives.leaves(SessionId(1));
+        }
+        assert!(lives.tick(begun + Duration::from_secs(3_600)).is_empty());
+    }
+
+    #[test]
+    fn a_link_that_flaps_is_counted_and_a_sign_that_is_seen_again_is_not() {
+        let steps = [(0, Some((1, true))), (1, Some((1, true))), (2, Some((9, false)))];
+        let (_, lives) = told(&steps);
+        assert_eq!((lives.lost, lives.back, lives.up.len()), (0, 0, 1));
+        let flap = [(3, Some((1, false))), (3, Some((1, false))), (4, Some((1, true)))];
+        let (_, lives) = told(&[&steps[..], &flap].concat());
+        assert_eq!((lives.lost, lives.back, lives.up.len()), (1, 1, 1));
+    }
+}
