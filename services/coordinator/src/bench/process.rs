@@ -1,5 +1,6 @@
 //! A scene run by a process of its own: how it ended, and what it cost.
 
+use crate::service::memory::of_process;
 use cullet_proto::service::codes;
 use cullet_proto::specimen::Price;
 use std::path::{Path, PathBuf};
@@ -78,7 +79,8 @@ pub(super) fn run(order: Order<'_>) -> Ran {
 fn watch(mut child: Child, limit: Duration) -> (End, Price, String) {
     let (start, mut price) = (Instant::now(), Price::default());
     let late = loop {
-        price.peak = price.peak.max(peak(child.id()));
+        let most = of_process(&child.id().to_string(), "VmHWM:");
+        price.peak = price.peak.max(most.unwrap_or(0));
         if ended(&mut child) {
             break false;
         }
@@ -123,12 +125,4 @@ fn spent(id: u32) -> f64 {
     // After the name: the state, ten more, then user and system time, its own and its children's,
     // in 1/100 s.
     fields.get(11..15).map_or(0.0, |times| times.iter().sum::<f64>() / 100.0)
-}
-
-/// Most memory of a process so far \[bytes\]; 0 where the system does not tell.
-fn peak(id: u32) -> u64 {
-    let text = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
-    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let number = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
-    number.unwrap_or(0) * 1024
 }

@@ -99,8 +99,7 @@ fn of(recording: &Recording) -> Vec<FragmentMass> {
         .filter(|event| event.kind() == EventKind::Fractured)
         .filter_map(|event| event.body)
         .collect();
-    let spacing: BTreeMap<u64, f64> =
-        recording.reports.iter().map(|report| (report.body, report.spacing)).collect();
+    let spacing = recording.spacings();
     let wholes = recording.bodies.iter().filter(|body| body.parent.is_none());
     let volumes: BTreeMap<&str, f64> = wholes.map(|b| (b.object.as_str(), b.volume)).collect();
     let leaves = recording.bodies.iter().filter(|body| !broken.contains(&body.id));

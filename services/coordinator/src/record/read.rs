@@ -231,6 +231,12 @@ impl Recording {
         Ok(())
     }
 
+    /// Spacing of the last solve of each body that made anything of it \[m\].
+    pub(crate) fn spacings(&self) -> BTreeMap<u64, f64> {
+        let made = self.reports.iter().filter(|report| report.fragments > 0);
+        made.map(|report| (report.body, report.spacing)).collect()
+    }
+
     /// The summary, made from the messages.
     #[must_use]
     pub fn summary(&self) -> Summary {

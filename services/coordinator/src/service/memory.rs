@@ -50,8 +50,13 @@ impl Service<'_> {
 
 /// Memory that this process holds \[bytes\], where the system tells.
 fn resident() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    of_process("self", "VmRSS:")
+}
+
+/// What the system tells of a process's memory under that word \[bytes\], if it does.
+pub(crate) fn of_process(process: &str, what: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(what))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib << 10)
 }

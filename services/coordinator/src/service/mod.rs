@@ -15,7 +15,7 @@ mod here;
 mod journal;
 mod keeper;
 mod live;
-mod memory;
+pub(crate) mod memory;
 pub mod metrics;
 mod quota;
 mod store;

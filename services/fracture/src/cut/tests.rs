@@ -78,20 +78,12 @@ impl Cloud {
     }
 }
 
-fn is_closed(mesh: &TriMesh) -> bool {
-    let mut edges: Vec<(u32, u32)> =
-        mesh.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
-    edges.sort_unstable();
-    let unique = edges.windows(2).all(|w| w[0] != w[1]);
-    unique && edges.iter().all(|&(a, b)| edges.binary_search(&(b, a)).is_ok())
-}
-
 /// The laws every partition keeps.
 fn assert_lawful(partition: &Partition, whole: f64, particles: usize) {
     let sum: f64 = partition.parts.iter().map(|part| part.volume).sum();
     assert!((sum - whole).abs() <= 1e-9 * whole, "parts sum to {sum}, the body is {whole}");
     for part in &partition.parts {
-        assert!(part.volume > 0.0 && is_closed(&part.solid.mesh));
+        assert!(part.volume > 0.0 && part.solid.mesh.is_closed());
         assert_eq!(part.solid.surface.len(), part.solid.mesh.triangles.len());
         assert!(!part.hulls.is_empty() && part.hulls.iter().all(|hull| hull.len() >= 4));
     }

@@ -10,7 +10,7 @@ use crate::record::{RESOLVED_CELLS, Recording, fit};
 use crate::scene::format::Precision;
 use crate::scene::load;
 use cullet_proto::recording::EventKind;
-use cullet_proto::specimen::{Ending, SpecimenResult};
+use cullet_proto::specimen::SpecimenResult;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -78,7 +78,7 @@ fn specimens(
     let points: Vec<Point> = order.iter().filter_map(point).collect();
     let mut done: BTreeMap<usize, Row> = BTreeMap::new();
     run_all(&points, limits, &mut |index, result, _| {
-        let row = row_of(chart, &chart.runs[order[index]], &points[index], result, limits);
+        let row = row_of(chart, &chart.runs[order[index]], &points[index], result);
         tell(&row);
         done.insert(order[index], row);
     })?;
@@ -89,18 +89,7 @@ fn specimens(
     Ok(chart.runs.iter().map(with).collect())
 }
 
-fn row_of(
-    chart: &Chart,
-    run: &Planned,
-    point: &Point,
-    mut result: SpecimenResult,
-    limits: &Limits,
-) -> Row {
-    // A run that was ended has cost what it was given.
-    if matches!(result.ending, Ending::Timeout(_)) {
-        result.price.wall = limits.time.as_secs_f64();
-        result.price.cpu = result.price.wall;
-    }
+fn row_of(chart: &Chart, run: &Planned, point: &Point, result: SpecimenResult) -> Row {
     let settings = point.specimen.settings();
     let (spacing, per_cell, threads) =
         settings.map_or((0.0, 0.0, 1), |s| (s.spacing, s.per_cell, s.threads));
@@ -322,8 +311,7 @@ fn parts_of(recording: &Recording) -> Vec<Part> {
         .filter(|event| event.kind() == EventKind::Fractured)
         .filter_map(|event| event.body)
         .collect();
-    let spacing: BTreeMap<u64, f64> =
-        recording.reports.iter().map(|report| (report.body, report.spacing)).collect();
+    let spacing = recording.spacings();
     let left = recording.bodies.iter().filter(|body| !broken.contains(&body.id));
     left.map(|body| {
         let h = body.parent.and_then(|parent| spacing.get(&parent)).copied().unwrap_or(0.0);

@@ -50,7 +50,10 @@ fn number(metric: &Metric, rows: &[(f64, f64)]) -> f64 {
         Reduction::TimeReached => reached(rows, metric.threshold.unwrap_or(0.0)),
         Reduction::TimeAbove => above(rows, metric.threshold.unwrap_or(0.0)),
         Reduction::Slope => slope(rows),
-        Reduction::MaxSlope => steepest(rows, metric.window.unwrap_or(0.0)),
+        Reduction::MaxSlope => {
+            let steep = slopes(rows, metric.window.unwrap_or(0.0)).flatten();
+            steep.fold(f64::NAN, f64::max)
+        }
         Reduction::Period => period(rows),
         Reduction::Decrement => decrement(rows),
         Reduction::Exponent => exponent(rows),
@@ -101,17 +104,21 @@ fn slope(rows: &[(f64, f64)]) -> f64 {
     sum(|t, v| t * v) / sum(|t, _| t * t)
 }
 
-/// The speed at each sample, by the straight line of least squares through the places of the last
-/// `window` \[s\]; 0 until one has gone by.
+/// The slope at each sample, by the straight line of least squares through those of the last
+/// `window` \[s\]; none until one has gone by.
+fn slopes(rows: &[(f64, f64)], window: f64) -> impl Iterator<Item = Option<f64>> {
+    (0..rows.len()).map(move |last| {
+        let first = rows.partition_point(|row| row.0 < rows[last].0 - window * (1.0 + 1e-9));
+        let long = last > first && rows[last].0 - rows[first].0 > 0.9 * window;
+        long.then(|| slope(&rows[first..=last]))
+    })
+}
+
+/// The speed at each sample, of the places of the last `window` \[s\]; 0 until one has gone by.
 #[must_use]
 pub fn speeds(times: &[f64], places: &[f64], window: f64) -> Vec<f64> {
     let rows: Vec<(f64, f64)> = times.iter().copied().zip(places.iter().copied()).collect();
-    let speed = |last: usize| {
-        let first = rows.partition_point(|row| row.0 < rows[last].0 - window * (1.0 + 1e-9));
-        let long = rows[last].0 - rows[first].0 > 0.9 * window;
-        if long { slope(&rows[first..=last]) } else { 0.0 }
-    };
-    (0..rows.len()).map(speed).collect()
+    slopes(&rows, window).map(|speed| speed.unwrap_or(0.0)).collect()
 }
 
 /// The slope in logarithms; none where there is none of a time or a value.
@@ -119,15 +126,6 @@ fn exponent(rows: &[(f64, f64)]) -> f64 {
     let inside = rows.iter().all(|row| row.0 > 0.0 && row.1 > 0.0);
     let logs = || rows.iter().map(|row| (libm::log(row.0), libm::log(row.1))).collect::<Vec<_>>();
     if inside { slope(&logs()) } else { f64::NAN }
-}
-
-fn steepest(rows: &[(f64, f64)], window: f64) -> f64 {
-    let slopes = (0..rows.len()).filter_map(|first| {
-        let end = rows.partition_point(|row| row.0 <= rows[first].0 + window * (1.0 + 1e-9));
-        let long = end > first + 1 && rows[end - 1].0 - rows[first].0 > 0.9 * window;
-        long.then(|| slope(&rows[first..end]))
-    });
-    slopes.fold(f64::NAN, f64::max)
 }
 
 /// Moments at which the samples cross their mean.

@@ -1,6 +1,6 @@
 //! Cracks that end inside a part.
 
-use super::{Cloud, SETTINGS, block, cube, extract, is_closed};
+use super::{Cloud, SETTINGS, block, cube, extract};
 use crate::cut::{DamageField, OpenCrack, Partition, slit};
 use crate::solver::Fragment;
 use cullet_geometry::inside::{Inside, Nearest};
@@ -113,7 +113,7 @@ fn a_hairline_is_a_slit_and_no_volume_is_lost() {
     let crack = only(&partition);
     let width = 0.05 * H;
     let cut = slit::open(&cube(), &crack.beyond, width, H).unwrap();
-    assert!(is_closed(&cut.solid.mesh) && is_closed(&cut.kerf));
+    assert!(cut.solid.mesh.is_closed() && cut.kerf.is_closed());
     let (rest, kerf) = (cut.solid.volume(), cut.kerf.signed_volume());
     assert!((rest + kerf - 1.0).abs() < 1e-12, "{rest} + {kerf}");
     let wanted = width * crack.inside.mesh.area();
