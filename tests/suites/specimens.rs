@@ -391,6 +391,44 @@ fn a_body_that_cannot_be_made_is_a_status_and_the_next_one_runs() {
     std::fs::remove_dir_all(&out).ok();
 }
 
+/// The same of a scene: a mesh without a volume, then bodies that stand in one another, and what
+/// comes after them is run. Where there is no mesh at all nothing is.
+#[test]
+fn a_scene_that_cannot_be_made_is_a_status_and_the_next_one_runs() {
+    let out = unique("scene-geometry");
+    std::fs::create_dir_all(&out).expect("a folder");
+    let (csv, file) = (out.join("all.csv"), out.join("thing.toml"));
+    let meshes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/corpus/meshes");
+    for name in ["one.obj", "clean.obj"] {
+        std::fs::copy(meshes.join(name), out.join(name)).expect("a mesh");
+    }
+    let text = "[scene.world]\nduration = 0.01\n\
+        [[scene.body]]\nname = \"thing\"\nmesh = \"clean.obj\"\nfit = \"10 cm\"\n\
+        position = [0, 0, 1]\nmaterial = \"plaster\"\n\
+        [[scene.body]]\nname = \"ball\"\nshape = { kind = \"sphere\", radius = \"5 cm\" }\n\
+        position = [0, 0, 2]\nmaterial = \"steel\"\n\
+        [[probe]]\nname = \"z\"\nkind = \"position\"\nbody = \"thing\"\ncomponent = \"z\"\n\
+        [[metric]]\nname = \"end\"\nprobe = \"z\"\nreduce = \"final\"\n";
+    std::fs::write(&file, text).expect("a file");
+    let mesh = |name: &str| format!("{:?}", out.join(name));
+    let sweep = format!("scene.body.thing.mesh={},{}", mesh("one.obj"), mesh("clean.obj"));
+    let (table, place) = (csv.to_string_lossy(), "scene.body.ball.position=[0,0,1],[0,0,2]");
+    let more = ["--sweep", &sweep, "--sweep", place, "--csv", &table, "--workers", "2"];
+    let said = Cullet::new(&["bench", "-q"]).path(&file).args(&more).output();
+    assert_eq!(said.code, 3, "{}{}", said.stdout, said.stderr);
+    for why in ["scene.body[0].mesh: the mesh", "scene.body[1].position: \"ball\" overlaps"] {
+        assert!(said.stdout.contains(&format!("geometry: {why}")), "{}", said.stdout);
+    }
+    let text = std::fs::read_to_string(&csv).expect("a table");
+    let words: Vec<&str> = text.lines().filter_map(|line| line.rsplit(',').next()).collect();
+    assert_eq!(words, ["status", "geometry", "geometry", "geometry", "ok"], "{text}");
+    let set = format!("scene.body.thing.mesh={}", mesh("none.obj"));
+    let said = Cullet::new(&["bench", "-q", "--set", &set]).path(&file).output();
+    assert_eq!(said.code, 64, "{}", said.stdout);
+    assert!(said.stderr.contains("scene.body[0].mesh: cannot read"), "{}", said.stderr);
+    std::fs::remove_dir_all(&out).ok();
+}
+
 /// Bad input is told with its place, before anything runs.
 #[test]
 fn bad_input_is_told_with_its_place() {

@@ -54,7 +54,7 @@ pub fn run_all(
     let is_body = |point: &Point| point.specimen.job().is_some();
     let mut first = 0;
     for group in points.chunk_by(|a, b| is_body(a) == is_body(b)) {
-        let wholes: Vec<&Whole> = group.iter().filter_map(scene_of).collect();
+        let wholes: Vec<_> = group.iter().filter_map(scene_of).collect();
         if wholes.is_empty() {
             bodies(group, limits, &mut |index, result| done(first + index, result, None))?;
         } else {
@@ -67,9 +67,10 @@ pub fn run_all(
     Ok(())
 }
 
-fn scene_of(point: &Point) -> Option<&Whole> {
+/// A scene, and why it cannot be run, if so.
+fn scene_of(point: &Point) -> Option<(&Whole, Option<&str>)> {
     match &point.specimen.subject {
-        Subject::Whole(whole) => Some(whole),
+        Subject::Whole(whole) => Some((whole, point.specimen.flaw.as_deref())),
         Subject::Body(_) => None,
     }
 }

@@ -2,10 +2,11 @@
 
 use super::check::tell;
 use super::error::{SceneError, suggest};
-use super::files::{Files, key};
+use super::files::{FileError, Files, key};
 use super::form::{Form, Forms, Recipe};
 use super::format::{Anchor, Body, Fracture, Rotation, SolverChoice};
 use super::material::SceneMaterial;
+use super::meshes;
 use super::tree::{Node, Path, Step, join, show};
 use cullet_geometry::{Quat, Vec3};
 use cullet_proto::strength::Strength;
@@ -65,6 +66,34 @@ impl Workshop<'_> {
     ) {
         let error = SceneError::at(self.root.nearest(path), show(path), message);
         self.errors.push(error.help(help));
+    }
+
+    /// Notes that no body can be made of what was read, or that there is no room for it.
+    pub(super) fn unmade(
+        &mut self,
+        path: &[Step],
+        message: impl Into<String>,
+        help: Option<String>,
+    ) {
+        let error = SceneError::at(self.root.nearest(path), show(path), message).help(help);
+        self.errors.push(SceneError { geometry: true, ..error });
+    }
+
+    /// Whether a mesh file is there, and of a format that is read; what is wrong is noted.
+    pub(super) fn has_mesh(&mut self, key: &str, path: &[Step]) -> bool {
+        if let Err(why) = meshes::known(key) {
+            self.wrong(path, why.to_string());
+            return false;
+        }
+        let Err(why) = self.files.get(key) else { return true };
+        let from = match key.split_once('/') {
+            Some((_, absolute)) if absolute.starts_with('/') => None,
+            Some(("given", _)) => Some("a path in --set is taken from the current folder"),
+            _ => Some("a path in a file is taken from the folder of that file"),
+        };
+        let there = matches!(why, FileError::Unreadable { .. });
+        self.wrong_with(path, why.to_string(), from.filter(|_| there).map(str::to_owned));
+        false
     }
 
     /// Makes a body ready; errors are noted, and `None` means that there were some.
@@ -188,9 +217,13 @@ impl Workshop<'_> {
                 if body.fit.is_some() && body.scale.is_some() {
                     self.wrong(&join(path, "scale"), "a mesh takes `fit` or `scale`, not both");
                 }
-                let base = self.root.nearest(&join(path, "mesh")).text.base.clone();
+                let written = join(path, "mesh");
+                let key = key(&self.root.nearest(&written).text.base, mesh);
+                if !self.has_mesh(&key, &written) {
+                    return None;
+                }
                 Recipe::Mesh {
-                    key: key(&base, mesh),
+                    key,
                     fit: body.fit,
                     scale: body.scale,
                     up: body.up,
@@ -202,7 +235,7 @@ impl Workshop<'_> {
             Ok(form) => Some(form),
             Err(why) => {
                 let key = if body.mesh.is_some() { "mesh" } else { "shape" };
-                self.wrong(&join(path, key), why);
+                self.unmade(&join(path, key), why, None);
                 None
             }
         }

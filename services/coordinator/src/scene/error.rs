@@ -66,6 +66,8 @@ pub struct SceneError {
     pub message: String,
     /// What could be meant instead.
     pub help: Option<String>,
+    /// Whether all was read, and no body can be made of it or has room there.
+    pub geometry: bool,
 }
 
 impl SceneError {
@@ -77,13 +79,15 @@ impl SceneError {
             path: path.into(),
             message: message.into(),
             help: None,
+            geometry: false,
         }
     }
 
     /// An error that has no place in a text: a file that cannot be read.
     #[must_use]
     pub fn without_place(message: impl Into<String>) -> Self {
-        Self { place: None, path: String::new(), message: message.into(), help: None }
+        let (path, message) = (String::new(), message.into());
+        Self { place: None, path, message, help: None, geometry: false }
     }
 
     /// The same, with advice.

@@ -76,7 +76,7 @@ impl Workshop<'_> {
         if room.min() < 0.0 {
             let least = 2.0 * radius;
             let message = format!("the box from `min` to `max` must be at least {least:.3} m wide");
-            self.wrong(&join(path, "max"), message);
+            self.unmade(&join(path, "max"), message, None);
             return Vec::new();
         }
         let stream = scatter.name.bytes().fold(0, |all, byte| scramble(all ^ u64::from(byte)));
@@ -96,7 +96,7 @@ impl Workshop<'_> {
                     "only {i} of {} fit between `min` and `max` without meeting",
                     scatter.count
                 );
-                self.wrong(&join(path, "count"), message);
+                self.unmade(&join(path, "count"), message, None);
                 return Vec::new();
             };
             let turn = [number(0), number(1), number(2)];

@@ -382,7 +382,7 @@ impl Builder<'_> {
             let message = format!("\"{two}\" overlaps \"{one}\" at the start");
             let help = "bodies may touch; move one of them, or make it smaller".to_owned();
             let path = self.paths[second].clone();
-            self.workshop.wrong_with(&join(&path, "position"), message, Some(help));
+            self.workshop.unmade(&join(&path, "position"), message, Some(help));
         }
     }
 

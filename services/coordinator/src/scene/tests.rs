@@ -230,13 +230,15 @@ scene.toml:31:9: body[3].fixed: must be true or false, not \"yes\"
 }
 
 /// What is broken in a scene, and words that its error must have.
-const BAD: [(&str, &str); 14] = [
+const BAD: [(&str, &str); 16] = [
     ("body.cube.position=[0,0,0.04]", "\"ball\" overlaps \"cube\" at the start"),
     ("body.cube.material=rubber", "did you"),
     ("body.cuba.fixed=true", "did you mean `cube`?"),
     ("wrld.step=1", "did you mean `world`?"),
     ("body.cube.posítion=1", "unknown key `posítion`"),
     ("body.cube.mesh=nothere.obj", "given/nothere.obj is not in the bundle"),
+    ("body.cube.mesh=/etc/passwd", "mesh: \"passwd\" is no mesh that is read here: those end in"),
+    ("body.cube.mesh=a.b/c", "mesh: \"c\" is no mesh"),
     ("body.cube.fit=1", "is for a `mesh`"),
     ("body.cube.shape.size=[1,2]", "must have 3 items; it has 2"),
     ("material.granite.strength=1 kPa", "strength over Young's modulus must lie in [1e-5, 0.1]"),
@@ -246,6 +248,25 @@ const BAD: [(&str, &str); 14] = [
     ("expect.broken=[\"cubes\"]", "there is no body \"cubes\""),
     ("world.max_bodies=99999999999", "must be at most"),
 ];
+
+/// Where a path is taken from is told where nothing is there.
+#[test]
+fn a_mesh_that_is_not_there_is_told_with_where_it_was_looked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("scene.toml");
+    let text =
+        SMALL.replace("shape = { kind = \"sphere\", radius = \"5 cm\" }", "mesh = \"no.obj\"");
+    std::fs::write(&file, text).expect("a file");
+    let why = load(&file, &["body.cube.mesh=no-such/x.stl".to_owned()]).expect_err("no meshes");
+    let why = why.to_string();
+    let own = folder.path().join("no.obj").display().to_string();
+    assert!(why.contains(&format!("cannot read {own}: there is no such file")), "{why}");
+    assert!(why.contains("a path in a file is taken from the folder of that file"), "{why}");
+    assert!(why.contains("cannot read no-such/x.stl: there is no such file"), "{why}");
+    assert!(why.contains("a path in --set is taken from the current folder"), "{why}");
+    let why = load(&file, &["body.ball.mesh=/no-such/x.stl".to_owned()]).expect_err("no mesh");
+    assert!(!why.to_string().contains("is taken from"), "{why}");
+}
 
 #[test]
 fn bad_values_are_refused_in_words() {

@@ -21,10 +21,10 @@ use tempfile::TempDir;
 /// A run and the folder of its recording.
 type Run = (SpecimenResult, Option<TempDir>);
 
-/// Runs scenes, several at once; `done` is told each result, with its recording where there is one,
-/// in their order.
+/// Runs scenes, several at once, but those that have a flaw; `done` is told each result, with its
+/// recording where there is one, in their order.
 pub(super) fn run_all(
-    wholes: &[&Whole],
+    wholes: &[(&Whole, Option<&str>)],
     limits: &Limits,
     done: &mut dyn FnMut(usize, SpecimenResult, Option<&Path>),
 ) {
@@ -36,8 +36,14 @@ pub(super) fn run_all(
             scope.spawn(move || {
                 loop {
                     let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(whole) = wholes.get(index) else { break };
-                    if tell.send((index, run(whole, limits))).is_err() {
+                    let Some((whole, flaw)) = wholes.get(index) else { break };
+                    let ran = match flaw {
+                        Some(flaw) => {
+                            (SpecimenResult::ended(Ending::Geometry((*flaw).into())), None)
+                        }
+                        None => run(whole, limits),
+                    };
+                    if tell.send((index, ran)).is_err() {
                         break;
                     }
                 }

@@ -30,10 +30,10 @@ pub const FORMATS: [&str; 4] = ["obj", "stl", "ply", "glb"];
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshFileError {
     /// The name's end is no format that is read here.
-    #[error("\"{extension}\" is not a mesh format; known: .obj, .stl, .ply, .glb")]
+    #[error("\"{name}\" is no mesh that is read here: those end in .obj, .stl, .ply, .glb")]
     UnknownFormat {
-        /// What stands after the last dot.
-        extension: String,
+        /// The file's name.
+        name: String,
     },
     /// The text or the bytes break the format.
     #[error("{}{reason}", .line.map(|line| format!("line {line}: ")).unwrap_or_default())]
@@ -140,8 +140,24 @@ pub(crate) fn corners(name: &str, bytes: &[u8]) -> Result<Corners, MeshFileError
     Ok(Corners { points: vertices, colours })
 }
 
+/// The name of a file in its folder.
+fn base(name: &str) -> &str {
+    name.rsplit_once('/').map_or(name, |(_, base)| base)
+}
+
 fn extension(name: &str) -> String {
-    name.rsplit_once('.').map_or("", |(_, end)| end).to_lowercase()
+    base(name).rsplit_once('.').map_or("", |(_, end)| end).to_lowercase()
+}
+
+/// Whether a file's name ends as those that are read.
+///
+/// # Errors
+/// It does not.
+pub(super) fn known(name: &str) -> Result<(), MeshFileError> {
+    if FORMATS.contains(&extension(name).as_str()) {
+        return Ok(());
+    }
+    Err(MeshFileError::UnknownFormat { name: base(name).to_owned() })
 }
 
 fn raw(name: &str, bytes: &[u8]) -> Result<Raw, MeshFileError> {
@@ -151,7 +167,7 @@ fn raw(name: &str, bytes: &[u8]) -> Result<Raw, MeshFileError> {
         "stl" => stl::read,
         "ply" => ply::read,
         "glb" => glb::read,
-        _ => return Err(MeshFileError::UnknownFormat { extension }),
+        _ => return Err(MeshFileError::UnknownFormat { name: base(name).to_owned() }),
     };
     // The readers are others' code, and files are anybody's: a panic of theirs is an error of the
     // file.

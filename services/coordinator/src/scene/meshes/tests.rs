@@ -146,7 +146,7 @@ fn faults_have_a_place() {
     assert_eq!(bad, MeshFileError::Truncated { have: 200, need: 284 });
     assert_eq!(read("t.obj", b"v 0 0 0\n"), Err(MeshFileError::Empty));
     let name = read("t.fbx", b"").expect_err("no format");
-    assert_eq!(name, MeshFileError::UnknownFormat { extension: "fbx".to_owned() });
+    assert_eq!(name, MeshFileError::UnknownFormat { name: "t.fbx".to_owned() });
     let text = String::from_utf8(ply()).expect("text").replace("3 0 2 1", "3 0 2 9");
     let bad = read("t.ply", text.as_bytes()).expect_err("no such corner");
     assert_eq!(bad, MeshFileError::IndexOutOfRange { face: 0, index: 9, count: 4 });

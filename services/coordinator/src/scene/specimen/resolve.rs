@@ -182,18 +182,17 @@ impl Desk<'_> {
             (Some(shape), None) => shape::mesh(shape),
             (None, Some(file)) => {
                 let written = below(&at, "mesh");
-                let base = self.shop.root.nearest(&written).text.base.clone();
+                let key = key(&self.shop.root.nearest(&written).text.base, file);
+                if !self.shop.has_mesh(&key, &written) {
+                    return None;
+                }
                 let recipe = Recipe::Mesh {
-                    key: key(&base, file),
+                    key,
                     fit: geometry.fit,
                     scale: geometry.scale,
                     up: geometry.up,
                     repair: geometry.repair,
                 };
-                if let Err(why) = self.shop.files.get(&key(&base, file)) {
-                    self.wrong(&written, why.to_string());
-                    return None;
-                }
                 let form = self.shop.forms.get(&recipe, self.shop.files);
                 form.map(|form| form.solid.mesh.translated(-form.origin))
             }

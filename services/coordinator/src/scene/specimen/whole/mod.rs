@@ -31,9 +31,9 @@ pub struct Whole {
     pub file: PathBuf,
     /// `path=value` arguments of the scene.
     pub overrides: Vec<String>,
-    /// What is read.
+    /// What is read; nothing where the scene has a flaw.
     pub watches: Vec<Watch>,
-    /// Time step of the world \[s\].
+    /// Time step of the world, 0 where the scene has a flaw \[s\].
     pub step: f64,
     /// Digest of all files of the scene and of the overrides.
     pub id: JobId,
@@ -55,11 +55,18 @@ pub(super) fn build(
     let outer: Vec<String> =
         arguments.iter().filter(|text| of_scene(text).is_none()).cloned().collect();
     let scene = load(path, &inner).map_err(|found| {
+        let unmade = found.errors.iter().all(|error| error.geometry);
         let below = |error: SceneError| {
             let path = if error.path.is_empty() { SCENE } else { PREFIX }.to_owned() + &error.path;
             SceneError { path, ..error }
         };
-        errors.extend(found.errors.into_iter().map(below));
+        let found: Vec<SceneError> = found.errors.into_iter().map(below).collect();
+        let told: Vec<String> =
+            found.iter().map(|error| format!("{}: {}", error.path, error.message)).collect();
+        if !unmade {
+            errors.extend(found);
+        }
+        Flaw { text: told.join("; "), overrides: inner }
     });
     if let Value::Table(table) = &mut root.value {
         table.remove(SCENE);
@@ -70,9 +77,6 @@ pub(super) fn build(
         sections.map(|all| all.keys().map(String::as_str).collect()).unwrap_or_default();
     errors.extend(overrides::apply_overrides(&mut root, &sections, &outer));
     errors.extend(check::check(schema, &mut root).errors);
-    let Ok(scene) = scene else {
-        return Err(SceneErrors::sorted(errors));
-    };
     if !errors.is_empty() {
         return Err(SceneErrors::sorted(errors));
     }
@@ -80,7 +84,13 @@ pub(super) fn build(
         let error = SceneError::at(&root.origin, "", error.message().trim());
         SceneErrors { errors: vec![error] }
     })?;
-    resolve(name, &root, files, &document, (path, &scene))
+    resolve(name, &root, files, &document, (path, scene))
+}
+
+/// A scene with a body that cannot be made: why, and the arguments that it had.
+struct Flaw {
+    text: String,
+    overrides: Vec<String>,
 }
 
 fn resolve(
@@ -88,7 +98,7 @@ fn resolve(
     root: &Node,
     files: &mut Files,
     document: &Document,
-    (path, scene): (&Path, &Scene),
+    (path, scene): (&Path, Result<Scene, Flaw>),
 ) -> Result<Specimen, SceneErrors> {
     let mut shop = Workshop {
         root,
@@ -99,31 +109,39 @@ fn resolve(
         errors: Vec::new(),
         warnings: Vec::new(),
     };
-    let watches = watch::read(&mut shop, &document.probe, scene);
+    // Without its bodies nobody knows what their probes would be about.
+    let watches = scene
+        .as_ref()
+        .map_or_else(|_| Vec::new(), |scene| watch::read(&mut shop, &document.probe, scene));
     let names: Vec<&str> = document.probe.iter().map(|probe| probe.name.as_str()).collect();
     let (metrics, expected) = asked::read(&mut shop, &document.metric, &document.expect, &names);
     if !shop.errors.is_empty() {
         return Err(SceneErrors::sorted(shop.errors));
     }
     let probes = document.probe.iter().map(|p| (p.name.clone(), watch::unit(p.kind)));
+    let file = path.to_owned();
+    let (whole, warnings, flaw) = match scene {
+        Ok(scene) => {
+            let (step, id) = (scene.world.step, id(&scene));
+            (Whole { file, overrides: scene.overrides, watches, step, id }, scene.warnings, None)
+        }
+        Err(Flaw { text, overrides }) => {
+            let id = JobId::of(format!("{name} {overrides:?} {text}").as_bytes());
+            (Whole { file, overrides, watches, step: 0.0, id }, Vec::new(), Some(text))
+        }
+    };
     Ok(Specimen {
         name,
         description: document.description.clone(),
         solver: "world",
-        subject: Subject::Whole(Box::new(Whole {
-            file: path.to_owned(),
-            overrides: scene.overrides.clone(),
-            watches,
-            step: scene.world.step,
-            id: id(scene),
-        })),
+        subject: Subject::Whole(Box::new(whole)),
         probes: probes.collect(),
         speeds: Vec::new(),
         metrics,
         expected,
         ends: document.run.ends,
-        flaw: None,
-        warnings: scene.warnings.clone(),
+        flaw,
+        warnings,
     })
 }
 

@@ -112,3 +112,33 @@ fn a_scene_may_include_another() {
     let why = read(&none, &[]).expect_err("there is no such file");
     assert!(why.contains("sky.toml"), "{why}");
 }
+
+/// A body that cannot be made or has no room is told beside a specimen that was read; what is wrong
+/// with the file, a mesh that is not there too, is still an error.
+#[test]
+fn a_scene_that_cannot_be_made_is_a_flaw_and_no_error() {
+    let text = format!("{HEAD}[[probe]]\nname = \"p\"\nkind = \"mass\"\nbody = \"block\"\n");
+    let with = |more: &[&str]| read(&text, more);
+    assert_eq!(with(&[]).expect("it loads").flaw, None);
+    let low = "scene.stack.block.body.position=[0,0,0]";
+    let ring = "scene.body.floor.shape={kind=\"torus\",ring_radius=1,tube_radius=2}";
+    let flawed = with(&[low]).expect("it loads");
+    assert_eq!(flawed.probes.len(), 1);
+    let flaw = flawed.flaw.clone().expect("a flaw");
+    assert!(flaw.starts_with("scene.stack[0].position: \"block-0\" overlaps"), "{flaw}");
+    let other = with(&[ring]).expect("it loads");
+    let flaw = other.flaw.clone().expect("a flaw");
+    assert!(flaw.starts_with("scene.body[0].shape: torus minor radius is 2"), "{flaw}");
+    assert_ne!(flawed.id(), other.id());
+    for (more, wanted) in [
+        (["scene.world.stepp=1", ring], "unknown key `stepp`"),
+        (["run.ens=ok", ring], "unknown key `ens`"),
+        (["scene.body.floor.shape=1", low], "must be a table"),
+    ] {
+        let why = with(&more).expect_err(wanted);
+        assert!(why.contains(wanted), "{why}");
+    }
+    let mesh = text.replace("shape = { kind = \"box\", size = [4, 4, 1] }", "mesh = \"no.obj\"");
+    let why = read(&mesh, &[]).expect_err("there is no such file");
+    assert!(why.contains("thing.toml:6:8: scene.body[0].mesh: cannot read"), "{why}");
+}
