@@ -55,22 +55,36 @@ fn a_smallest_fragment_and_a_budget_decide_the_spacing_and_it_is_told() {
     assert!(told.contains("asks geometric: its halves are 5.000e-2 m across"), "{told}");
 }
 
+/// Coarse solves come first, and as the plan of a ball proves too coarse itself, a finer one after
+/// it while its points last, to the same bits with two workers; not where the budget is spent. Only
+/// the last is used.
 #[test]
-fn coarse_solves_come_first_and_only_the_last_is_used() {
-    let values = ["fidelity.error=0.14", "world.duration=0.02"];
+fn coarse_solves_come_first_and_finer_ones_than_planned_while_points_and_budget_last() {
+    let ball = r#"body.left.shape={kind="sphere",radius=0.05}"#;
+    let values = [ball, "fidelity.error=0.26", "fracture.max_particles=110000"];
+    let values = [&values[..], &["world.duration=0.016"]].concat();
     let out = run(&values, "1");
     let found = jobs(&out);
-    let body = found[0].0;
-    let own: Vec<_> = found.iter().filter(|job| job.0 == body).take(3).collect();
-    assert!(own.len() >= 2 && own[0].1 > 1.9 * own[1].1, "{found:?}");
-    assert!(!own[0].2, "the coarsest is a trial: {found:?}");
-    let used = found.iter().filter(|job| job.2).count() as u64;
-    assert_eq!(summary(&out)["fractures"].as_u64(), Some(used), "{found:?}");
+    let [first, second, plan, finest] = found[..] else { panic!("{found:?}") };
+    assert!(first.1 > 1.9 * second.1 && second.1 > 1.4 * plan.1, "{found:?}");
+    // As fine as the points allow: 8 V/h³ is 110 000.
+    assert!(plan.1 > 1.5 * finest.1, "{found:?}");
+    let points = 8.0 * 4.0 / 3.0 * std::f64::consts::PI * (0.05 / finest.1).powi(3);
+    assert!((points / 110_000.0 - 1.0).abs() < 0.05, "{points}");
+    assert_eq!(found.iter().map(|job| job.2).collect::<Vec<_>>(), [false, false, false, true]);
+    assert_eq!(summary(&out)["fractures"].as_u64(), Some(1), "{found:?}");
     let told = lines(&out);
     assert!(told.contains("a trial") && told.contains("finer than before"), "{told}");
-    // The same bits with two workers.
+    assert!(told.contains("over 0.26") && told.contains("; finer than planned: "), "{told}");
+    assert!(told.contains("no finer solve: this is finer than the plan; "), "{told}");
     let other = run(&values, "2");
     assert_eq!(summary(&out)["digest"], summary(&other)["digest"]);
+    let out = run(&[&values[..], &["fidelity.budget_s=6"]].concat(), "1");
+    let found = jobs(&out);
+    assert_eq!(found.len(), 3, "{found:?}");
+    assert!(found[2].2 && found[2].1 == plan.1, "{found:?}");
+    let told = lines(&out);
+    assert!(told.contains(" s of the budget's 6.00 s are left"), "{told}");
 }
 
 /// A body of no simple shape, planned as coarsely as its thickness allows, is taken by the solver:

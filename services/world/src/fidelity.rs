@@ -31,6 +31,8 @@ pub struct Need {
 pub struct Frame {
     /// Most points \[1\].
     pub most_points: f64,
+    /// Most time steps \[1\].
+    pub most_steps: f64,
     /// No finer than this, which the body was last solved with \[m\].
     pub finest: f64,
 }
@@ -57,10 +59,14 @@ pub enum Bound {
     Thickness,
     /// The scene's most points.
     Points,
+    /// The scene's most steps.
+    Steps,
     /// The scene's budget.
     Budget,
     /// The solve that made the body.
     Parent,
+    /// What broke from a body is solved no finer than its own plan.
+    Generation,
     /// Four cells of two pixels [Gate 0].
     Pixel,
     /// Twenty cells of the wave that the hit sends [Gate 3].
@@ -104,6 +110,9 @@ pub struct Plan {
     pub coarsest: f64,
     /// What decided the spacing.
     pub bound: Bound,
+    /// The finest that a solve may be where this spacing proves too coarse, and what keeps it from
+    /// finer ones: all but the budget, which knows what was spent \[m\].
+    pub finest: (f64, Bound),
     /// Material points \[1\].
     pub points: f64,
     /// Time steps \[1\].
@@ -173,15 +182,10 @@ pub fn grady_size(material: &Material, rate: f64) -> f64 {
     libm::cbrt(24.0 * material.fracture_energy / (material.density * rate * rate))
 }
 
-/// Energy that a ball of `volume` \[m³\] takes to become `count` equal ones \[J\]:
+/// How many equal pieces of a ball of `volume` \[m³\] an energy \[J\] pays for \[1\]: N of
 /// ½ G_f A (N^⅓ − 1), A its surface [Gate 1].
 #[must_use]
-pub fn energy_of_pieces(volume: f64, count: f64, fracture_energy: f64) -> f64 {
-    0.5 * fracture_energy * ball_surface(volume) * (libm::cbrt(count) - 1.0)
-}
-
-/// How many such pieces an energy \[J\] pays for \[1\].
-fn pieces_of_energy(volume: f64, energy: f64, fracture_energy: f64) -> f64 {
+pub fn pieces_of_energy(volume: f64, energy: f64, fracture_energy: f64) -> f64 {
     let edge = 1.0 + 2.0 * energy / (fracture_energy * ball_surface(volume));
     edge * edge * edge
 }
@@ -282,14 +286,14 @@ pub fn plan(
     }
     let finest = |a: (f64, Bound), b: (f64, Bound)| if b.0 < a.0 { b } else { a };
     let spacing = wanted.into_iter().fold((f64::INFINITY, Bound::Points), finest);
-    let budget = need.budget.map(|budget| {
-        let (.., unit) = cost(body.volume, duration, pressure, 1.0);
-        ((unit / budget).sqrt().sqrt(), Bound::Budget)
-    });
+    let (_, steps, unit) = cost(body.volume, duration, pressure, 1.0);
+    let budget = need.budget.map(|budget| ((unit / budget).sqrt().sqrt(), Bound::Budget));
     let pixel = need.pixel.map(|pixel| (SEEN * pixel / FRAGMENT_CELLS, Bound::Pixel));
-    let rest = [(most, Bound::Points), (frame.finest, Bound::Parent)];
     let coarsest = |a: (f64, Bound), b: (f64, Bound)| if b.0 > a.0 { b } else { a };
-    let (spacing, bound) = rest.into_iter().chain(budget).chain(pixel).fold(spacing, coarsest);
+    let rest = [(frame.finest, Bound::Parent), (steps / frame.most_steps, Bound::Steps)];
+    let floor = rest.into_iter().chain(pixel).fold((most, Bound::Points), coarsest);
+    let (spacing, bound) = [floor].into_iter().chain(budget).fold(spacing, coarsest);
+    let finest = if body.generation > 0 { (spacing, Bound::Generation) } else { floor };
     let cells = body.volume / (spacing * spacing * spacing);
     if cells < LEAST_CELLS {
         return Err(Reason::Cells { cells, limit: LEAST_CELLS, spacing });
@@ -311,6 +315,7 @@ pub fn plan(
         spacing,
         coarsest: bending.min(libm::cbrt(body.volume / LEAST_CELLS)),
         bound,
+        finest,
         points,
         steps,
         cost,
@@ -326,8 +331,10 @@ impl std::fmt::Display for Bound {
             Self::Smallest => "the smallest fragment wanted",
             Self::Thickness => "the thickness",
             Self::Points => "the most points",
+            Self::Steps => "the most steps",
             Self::Budget => "the budget",
             Self::Parent => "the solve that made it",
+            Self::Generation => "its generation",
             Self::Pixel => "the pixel",
             Self::Wave => "the wave's length",
             Self::Cone => "the contact's radius",

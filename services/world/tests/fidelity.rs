@@ -5,8 +5,8 @@ mod common;
 use common::*;
 use cullet_geometry::Vec3;
 use cullet_world::fidelity::{
-    Bound, Figures, Frame, Need, Plan, Regime, Statistics, cost, energy_of_pieces, estimate,
-    grady_size, ladder_error, plan, regime, softening_spacing, statistics, thickness_points,
+    Bound, Figures, Frame, Need, Plan, Regime, Statistics, cost, estimate, grady_size,
+    ladder_error, pieces_of_energy, plan, regime, softening_spacing, statistics, thickness_points,
 };
 use cullet_world::{GateBody, Hit, Material, Reason, World};
 
@@ -55,9 +55,9 @@ fn gradys_sizes_are_those_of_the_catalogue() {
 fn what_pieces_of_a_marble_cost_is_what_the_catalogue_says() {
     let volume = 4.0 / 3.0 * std::f64::consts::PI * 0.008_f64.powi(3);
     for (count, energy) in [(10.0, 3.7e-3), (100.0, 11.7e-3), (1000.0, 29e-3)] {
-        near(energy_of_pieces(volume, count, 8.0), energy, 0.01);
+        near(pieces_of_energy(volume, energy, 8.0), count, 0.03);
     }
-    assert_eq!(energy_of_pieces(volume, 1.0, 8.0), 0.0);
+    assert_eq!(pieces_of_energy(volume, 0.0, 8.0), 1.0);
 }
 
 /// Gate 5: one cut below two pieces; fines beyond two hundred that the grid cannot tell apart.
@@ -97,7 +97,7 @@ fn struck() -> (Hit, GateBody) {
     (hit, GateBody::of(&solid, 1e-3, 1.0, 0))
 }
 
-const FREE: Frame = Frame { most_points: 1e9, finest: 0.0 };
+const FREE: Frame = Frame { most_points: 1e9, most_steps: 1e9, finest: 0.0 };
 
 fn planned(need: &Need, frame: &Frame, change: impl Fn(&mut GateBody)) -> Result<Plan, Reason> {
     let (hit, mut body) = struck();
@@ -138,7 +138,7 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
     let fine = Plan { spacing: 0.5 * budget.softening, ..budget };
     assert!(!fine.to_string().contains("toughness"), "{fine}");
     // So do the scene's most points, and the solve that the body comes from.
-    let frame = Frame { most_points: 1000.0, finest: 0.0 };
+    let frame = Frame { most_points: 1000.0, ..FREE };
     let few = planned(&Need { error: Some(0.3), ..Need::default() }, &frame, same);
     let Err(Reason::Thin { points, .. }) = few else { panic!("{few:?}") };
     // 3.3 cells of 0.519 of the edge: (3.3/0.519)³ cells of 8 points.
@@ -148,6 +148,29 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
     let frame = Frame { finest: 5e-3, ..FREE };
     let parent = planned(&Need { error: Some(0.1), ..Need::default() }, &frame, same).unwrap();
     assert_eq!((parent.spacing, parent.bound), (5e-3, Bound::Parent));
+    let steps = Frame { most_steps: 300.0, ..FREE };
+    let short = planned(&Need { error: Some(0.1), ..Need::default() }, &steps, same).unwrap();
+    assert_eq!(short.bound, Bound::Steps);
+    near(short.steps, 300.0, 1e-9);
+}
+
+/// Beyond its plan a body may be solved as finely as points, steps, pixels and the solve that made
+/// it allow, whatever the budget; what broke from another not at all.
+#[test]
+fn a_plan_knows_how_fine_a_solve_may_become() {
+    let need = Need { error: Some(0.1), budget: Some(0.5), ..Need::default() };
+    let finest = |need: Need, frame: Frame| planned(&need, &frame, |_| {}).unwrap().finest;
+    let points = |most: f64| 0.1 * (8.0 / most).cbrt();
+    let (spacing, by) = finest(need, FREE);
+    near(spacing, points(1e9), 0.01);
+    assert_eq!(by, Bound::Points);
+    assert_eq!(finest(need, Frame { finest: 1e-3, ..FREE }), (1e-3, Bound::Parent));
+    let pixel = Need { pixel: Some(4e-3), ..need };
+    assert_eq!(finest(pixel, Frame { finest: 1e-3, ..FREE }), (2e-3, Bound::Pixel));
+    assert_eq!(finest(need, Frame { most_steps: 300.0, ..FREE }).1, Bound::Steps);
+    let later = planned(&need, &FREE, |body| body.generation = 1).unwrap();
+    assert_eq!(later.finest, (later.spacing, Bound::Generation));
+    assert_eq!(later.bound, Bound::Budget, "{later}");
 }
 
 /// What a scene says that matters decides the spacing: the cone, the strength; and what the hit
@@ -182,9 +205,11 @@ fn the_contact_the_strength_and_a_short_wave_bound_the_spacing() {
     near(held.duration, 10.0 * body.length / GLASS.shear_speed(), 1e-9);
     // What the energy cannot pay for is not counted.
     let mut weak = hit;
-    weak.impact.energy = energy_of_pieces(body.volume, 1.5, GLASS.fracture_energy);
+    weak.impact.energy = 0.02;
     let few = of(&weak, rough);
-    near(few.count, 1.5, 1e-9);
+    let paid = pieces_of_energy(body.volume, 0.02, GLASS.fracture_energy);
+    assert!(1.0 < paid && paid < 2.0, "{paid}");
+    assert_eq!(few.count, paid);
     assert!(few.to_string().contains("one cut would do"), "{few}");
 }
 

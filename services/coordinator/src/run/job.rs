@@ -74,6 +74,7 @@ impl Choice {
     pub(super) fn frame(&self) -> Option<Frame> {
         (self.solver != Some(FALLBACK)).then(|| Frame {
             most_points: f64::from(self.settings.max_particles),
+            most_steps: f64::from(self.settings.max_steps),
             finest: self.settings.spacing.unwrap_or(0.0),
         })
     }

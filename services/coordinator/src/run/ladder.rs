@@ -1,8 +1,9 @@
 //! The spacings at which one hit is solved, coarsest first: the finer one only where the coarser
-//! two still differ by more than the scene allows, or where like hits did.
+//! two still differ by more than the scene allows, or where like hits did. Beyond the plan's
+//! spacing only where the last two differ by more, and as far as budget and points go.
 
 use cullet_proto::BrokenBody;
-use cullet_world::fidelity::{Figures, Plan, branched, estimate};
+use cullet_world::fidelity::{Figures, Need, Plan, branched, estimate};
 use std::collections::{BTreeMap, VecDeque};
 
 /// Spacings fall by this from one solve to the next: each costs sixteen times the one before.
@@ -60,74 +61,129 @@ pub(super) struct Ladder {
     last: Option<Figures>,
     error: f64,
     kind: Kind,
+    reach: Option<Reach>,
+}
+
+/// How far beyond the plan a hit may be solved: by what was planned and is reckoned to have been
+/// spent, never by a clock.
+#[derive(Clone, Debug)]
+struct Reach {
+    plan: Plan,
+    /// Processor time that all solves of the hit may take \[s\].
+    budget: f64,
+    /// What those so far were reckoned to take \[s\].
+    spent: f64,
+    /// Spacing of the solve at hand \[m\].
+    now: f64,
+}
+
+impl Reach {
+    /// Processor time of a solve, as h⁻⁴ \[s\].
+    fn cost(&self, spacing: f64) -> f64 {
+        let finer = self.plan.spacing / spacing;
+        self.plan.cost * (finer * finer) * (finer * finer)
+    }
+
+    /// The next finer spacing \[m\], or why there is none.
+    fn beyond(&self) -> Result<f64, String> {
+        let (finest, by) = self.plan.finest;
+        let left = (self.budget - self.spent).max(0.0);
+        let paid = self.plan.spacing * (self.plan.cost / left).sqrt().sqrt();
+        let next = (self.now / STEP).max(finest).max(paid);
+        if NEAR * next <= self.now {
+            return Ok(next);
+        }
+        Err(match paid > finest {
+            true => format!("{left:.2} s of the budget's {:.2} s are left", self.budget),
+            false => format!("none below {finest:.3e} m by {by}"),
+        })
+    }
 }
 
 impl Ladder {
     /// From the coarsest that the body bears to the plan's spacing; without an error that is good
     /// enough the plan's alone. A single coarser one would have nothing to be compared with.
-    pub(super) fn new(plan: &Plan, error: Option<f64>, kind: Kind) -> Self {
+    pub(super) fn new(plan: &Plan, need: &Need, kind: Kind) -> Self {
         let coarser = std::iter::successors(Some(plan.coarsest), |h| Some(h / STEP));
-        let coarser = coarser.take_while(|&h| error.is_some() && h > NEAR * plan.spacing);
+        let coarser = coarser.take_while(|&h| need.error.is_some() && h > NEAR * plan.spacing);
         let mut left: VecDeque<f64> = coarser.collect();
         if left.len() < 2 {
             left.clear();
         }
         left.push_back(plan.spacing);
-        Self { left, last: None, error: error.unwrap_or(0.0), kind }
+        let budget = need.budget.unwrap_or(f64::INFINITY);
+        let reach = Reach { plan: *plan, budget, spent: 0.0, now: plan.spacing };
+        Self { left, last: None, error: need.error.unwrap_or(0.0), kind, reach: Some(reach) }
     }
 
     /// The next spacing \[m\]; none where no plan was made or all are done.
     pub(super) fn climb(&mut self) -> Option<f64> {
-        self.left.pop_front()
+        let spacing = self.left.pop_front()?;
+        if let Some(reach) = &mut self.reach {
+            reach.spent += reach.cost(spacing);
+            reach.now = spacing;
+        }
+        Some(spacing)
     }
 
-    /// Whether finer solves could follow the one at hand.
+    /// Whether finer solves than the one at hand are planned.
     pub(super) fn goes_on(&self) -> bool {
         !self.left.is_empty()
     }
 
-    /// Whether an outcome is good enough, by the solve before it or by hits like this one; the last
-    /// is.
+    /// Whether an outcome is good enough, by the solve before it or by hits like this one. The
+    /// plan's is, and finer ones, unless it differs from the one before it by more than the error
+    /// and something is left to spend.
     pub(super) fn next(&mut self, outcome: Option<&BrokenBody>, seen: &mut Experience) -> Next {
-        let (last, now) = (self.last.take(), outcome.map(figures));
-        let mut reached = None;
-        if let (Some(last), Some(now)) = (&last, &now) {
-            // At first order the coarser one is that much further off.
-            let error = estimate(last, now);
-            seen.learn(&self.kind, last.spacing, error * last.spacing / now.spacing);
-            seen.learn(&self.kind, now.spacing, error);
-            let side = if error > self.error { "over" } else { "within" };
-            let pieces = told(last.count, now.count);
-            reached = Some(format!(
-                "this is the plan's grid; its error is about {error:.2}, {side} {}{pieces}",
-                self.error
-            ));
-        }
-        if !self.goes_on() {
-            return Next::Use(reached);
-        }
-        let Some(now) = now else {
-            return Next::Finer("it did not come to an end on this grid".to_owned());
-        };
-        self.last = Some(now);
-        let limit = self.error;
-        if let Some(last) = last {
-            let error = estimate(&last, &now);
-            let pieces = told(last.count, now.count);
-            return if error > limit {
-                Next::Finer(format!("its error is about {error:.2}, over {limit}{pieces}"))
-            } else {
-                Next::Use(Some(format!("its error is about {error:.2}, within {limit}{pieces}")))
+        let Some(now) = outcome.and_then(figures) else {
+            self.last = None;
+            return match self.goes_on() {
+                true => Next::Finer("it did not come to an end on this grid".to_owned()),
+                false => Next::Use(None),
             };
+        };
+        let (limit, last) = (self.error, self.last.replace(now));
+        let Some(last) = last else {
+            if !self.goes_on() {
+                return Next::Use(None);
+            }
+            return match seen.of(&self.kind, now.spacing) {
+                Some((error, count)) if error <= limit => Next::Use(Some(format!(
+                    "{count} hits like it had errors up to {error:.2} on this grid, within {limit}"
+                ))),
+                Some((error, count)) => Next::Finer(format!(
+                    "{count} hits like it had errors up to {error:.2} on this grid, over {limit}"
+                )),
+                None => Next::Finer("nothing to compare it with".to_owned()),
+            };
+        };
+        // At first order the coarser one is that much further off.
+        let error = estimate(&last, &now);
+        seen.learn(&self.kind, last.spacing, error * last.spacing / now.spacing);
+        seen.learn(&self.kind, now.spacing, error);
+        let side = if error > limit { "over" } else { "within" };
+        let pieces = told(last.count, now.count);
+        let told = format!("its error is about {error:.2}, {side} {limit}{pieces}");
+        match error > limit {
+            true if self.goes_on() => Next::Finer(told),
+            false if self.goes_on() => Next::Use(Some(told)),
+            over => self.at_the_plan(over, &told),
         }
-        match seen.of(&self.kind, now.spacing) {
-            Some((error, count)) if error <= limit => Next::Use(Some(format!(
-                "{count} hits like it had errors up to {error:.2} on this grid, within {limit}"
-            ))),
-            Some((error, count)) => Next::Finer(format!(
-                "{count} hits like it had errors up to {error:.2} on this grid, over {limit}"
-            )),
-            None => Next::Finer("nothing to compare it with".to_owned()),
+    }
+
+    /// What follows the plan's grid, or one beyond it.
+    fn at_the_plan(&mut self, over: bool, told: &str) -> Next {
+        let Some(reach) = &self.reach else { return Next::Use(None) };
+        let own = reach.now >= reach.plan.spacing;
+        let grid = if own { "this is the plan's grid" } else { "this is finer than the plan" };
+        match reach.beyond() {
+            _ if !over => Next::Use(Some(format!("{grid}; {told}"))),
+            Ok(spacing) => {
+                self.left.push_back(spacing);
+                let cost = reach.cost(spacing);
+                Next::Finer(format!("{told}; finer than planned: {spacing:.3e} m, {cost:.2} s"))
+            }
+            Err(why) => Next::Use(Some(format!("{grid}; {told}; {why}"))),
         }
     }
 }
@@ -137,128 +193,19 @@ fn told(coarse: usize, fine: usize) -> String {
     branched(coarse, fine).map_or_else(String::new, |words| format!("; {words}"))
 }
 
-fn figures(broken: &BrokenBody) -> Figures {
+/// What solves are compared by; nothing of one without a grid, which another family made.
+fn figures(broken: &BrokenBody) -> Option<Figures> {
     let volumes = broken.fragments.iter().map(|part| part.solid.mesh.signed_volume());
     let whole: f64 = volumes.clone().sum();
     let largest = volumes.fold(0.0, f64::max);
     let report = &broken.report;
-    Figures {
+    (report.spacing > 0.0).then(|| Figures {
         spacing: report.spacing,
         crack_area: report.crack_area,
         largest: largest / whole,
         count: broken.fragments.len(),
-    }
+    })
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{Experience, Kind, Ladder, Next};
-    use cullet_proto::BrokenBody;
-    use cullet_world::fidelity::{Bound, Plan, Regime};
-
-    fn plan(coarsest: f64) -> Plan {
-        Plan {
-            regime: Regime::Dynamic,
-            ratio: 1.0,
-            duration: 1e-4,
-            rate: 1e3,
-            size: 5e-3,
-            count: 100.0,
-            spacing: 1e-3,
-            coarsest,
-            bound: Bound::Error,
-            points: 1e4,
-            steps: 500.0,
-            cost: 1.0,
-            error: 0.1,
-            softening: 1e-4,
-        }
-    }
-
-    fn ladder(coarsest: f64, error: Option<f64>) -> Ladder {
-        Ladder::new(&plan(coarsest), error, Kind::new("brick", 2e-3, 4.0, 14.0))
-    }
-
-    #[test]
-    fn coarser_solves_come_first_where_the_body_has_room_for_them() {
-        let all = |mut ladder: Ladder| {
-            let mut spacings = Vec::new();
-            while let Some(h) = ladder.climb() {
-                spacings.push(h);
-            }
-            spacings
-        };
-        assert_eq!(all(ladder(8e-3, Some(0.1))), [8e-3, 4e-3, 2e-3, 1e-3]);
-        assert_eq!(all(ladder(5e-3, Some(0.1))), [5e-3, 2.5e-3, 1e-3]);
-        assert_eq!(all(ladder(2.9e-3, Some(0.1))), [1e-3]);
-        assert_eq!(all(ladder(1.0, None)), [1e-3]);
-        assert!(all(Ladder::default()).is_empty());
-    }
-
-    #[test]
-    fn a_solve_that_failed_is_followed_by_a_finer_one_and_the_last_is_final() {
-        let (mut ladder, mut seen) = (ladder(5e-3, Some(0.1)), Experience::default());
-        ladder.climb();
-        let next = ladder.next(None, &mut seen);
-        assert!(matches!(next, Next::Finer(why) if why.contains("did not come to an end")));
-        ladder.climb();
-        assert!(matches!(ladder.next(None, &mut seen), Next::Finer(_)));
-        ladder.climb();
-        assert_eq!(ladder.next(None, &mut seen), Next::Use(None));
-    }
-
-    /// A body that stays whole at that spacing.
-    fn whole(spacing: f64) -> BrokenBody {
-        let corner = |p: [f64; 3]| cullet_geometry::Vec3::from(p);
-        let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(corner);
-        let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
-        let mesh = cullet_geometry::TriMesh { vertices: vertices.to_vec(), triangles };
-        let solid = cullet_geometry::Solid::outer(mesh);
-        let (still, sheet) = (cullet_geometry::Vec3::zeros(), cullet_geometry::Sheet::default());
-        let (velocity, spin) = (still, still);
-        let fragment = cullet_proto::Fragment { solid, hulls: Vec::new(), velocity, spin, sheet };
-        let report = cullet_proto::Report { spacing, ..Default::default() };
-        BrokenBody { fragments: vec![fragment], report, ..Default::default() }
-    }
-
-    /// F23: half again as many pieces on the finer grid.
-    #[test]
-    fn pieces_that_come_with_the_grid_are_told() {
-        let mut ladder = ladder(5e-3, Some(0.1));
-        let mut seen = Experience::default();
-        let mut fine = whole(1.25e-3);
-        fine.fragments.push(fine.fragments[0].clone());
-        ladder.next(Some(&whole(5e-3)), &mut seen);
-        ladder.climb();
-        let Next::Finer(why) = ladder.next(Some(&fine), &mut seen) else { panic!("not finer") };
-        assert!(why.ends_with("; 1 pieces, then 2: their number is the grid's (F23)"), "{why}");
-        assert_eq!(super::told(10, 14), "");
-    }
-
-    /// Three hits that stay whole on two grids: the fourth, if like them, needs but one.
-    #[test]
-    fn a_hit_like_others_is_taken_at_its_word() {
-        let mut seen = Experience::default();
-        let climbs = |speed: f64, seen: &mut Experience| {
-            let kind = Kind::new("brick", 2e-3, speed, 14.0);
-            let mut ladder = Ladder::new(&plan(5e-3), Some(0.1), kind);
-            let mut told = Vec::new();
-            while let Some(h) = ladder.climb() {
-                let next = ladder.next(Some(&whole(h)), seen);
-                told.push(next.clone());
-                if matches!(next, Next::Use(_)) {
-                    break;
-                }
-            }
-            told
-        };
-        for _ in 0..3 {
-            assert_eq!(climbs(4.5, &mut seen).len(), 2);
-        }
-        let told = climbs(5.5, &mut seen);
-        let wanted = "3 hits like it had errors up to 0.00 on this grid, within 0.1";
-        assert_eq!(told, [Next::Use(Some(wanted.to_owned()))]);
-        // Twice as fast is another thing.
-        assert_eq!(climbs(9.0, &mut seen).len(), 2);
-    }
-}
+mod tests;

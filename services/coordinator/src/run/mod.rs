@@ -6,6 +6,8 @@ mod job;
 mod ladder;
 mod output;
 mod settle;
+#[cfg(test)]
+mod tests;
 
 pub use cullet_proto::service::Position;
 pub use output::{UNFINISHED, next_folder, write_file};
@@ -15,7 +17,7 @@ use crate::record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch
 use crate::scene::Scene;
 use cullet_geometry::Vec3;
 use cullet_proto::job::MAX_SUPPORTS;
-use cullet_proto::{FractureJob, JobId};
+use cullet_proto::{BrokenBody, FractureJob, JobId};
 use cullet_world::{BodyId, Gate, GateLimits, Hit, Support, World, WorldError};
 use ladder::{Experience, Kind, Ladder};
 use std::collections::{BTreeMap, VecDeque};
@@ -146,6 +148,8 @@ struct Pending {
     hits: Vec<Hit>,
     supports: Vec<Support>,
     ladder: Ladder,
+    /// The last solve of the hit that came to an end, kept while a finer one is at work.
+    held: Option<(JobId, BrokenBody)>,
     due: u64,
 }
 
@@ -324,7 +328,7 @@ impl Run<'_> {
         if let (Some(need), Some(frame)) = (need, frame) {
             match self.world.plan(&hits, &need, &frame) {
                 Some(Ok(plan)) => {
-                    ladder = Ladder::new(&plan, need.error, self.kind(body, &hits));
+                    ladder = Ladder::new(&plan, &need, self.kind(body, &hits));
                     reasons.push(plan.to_string());
                 }
                 Some(Err(reason)) => geometric = Some(reason.to_string()),
@@ -338,7 +342,7 @@ impl Run<'_> {
         }
         let due = self.world.step_count() + u64::from(self.scene.world.latency_steps);
         let (id, asked) = (JobId::of(&[]), String::new());
-        let pending = Pending { id, asked, body, hits, supports, ladder, due };
+        let pending = Pending { id, asked, body, hits, supports, ladder, held: None, due };
         self.dispatch(pending, geometric, reasons)
     }
 
@@ -372,7 +376,9 @@ impl Run<'_> {
             reasons.push(format!("spins at {:.3e} rad/s", spin.norm()));
         }
         let load = (pending.hits.as_slice(), pending.supports.as_slice(), spin);
-        let family = (geometric.is_some(), !pending.ladder.goes_on());
+        // What came to an end on a coarser grid is better than what stands in for any solve.
+        let last = !pending.ladder.goes_on() && pending.held.is_none();
+        let family = (geometric.is_some(), last);
         let job = job::problem(&view, load, choice, family, self.scene.world.seed);
         pending.asked = job.solver.clone();
         pending.id = self.pool.open(&job);

@@ -32,67 +32,60 @@ impl Run<'_> {
             Verdict::Refused { .. } | Verdict::Failed { .. } | Verdict::Measured(_) => None,
         };
         let enough = match job.ladder.next(outcome, &mut self.seen) {
-            Next::Finer(why) => return self.solve_finer(job, &verdict, why),
+            Next::Finer(why) => return self.solve_finer(job, verdict, why),
             Next::Use(why) => why.map(|why| format!("no finer solve: {why}")),
         };
-        match verdict {
-            Verdict::Broken(mut broken) => {
-                broken.report.warnings.extend(enough);
-                self.broken(job, *broken)
-            }
-            Verdict::Refused { solver, text } => {
-                self.declined(&job, recording::Verdict::Refused, &solver, text)
-            }
-            Verdict::Failed { solver, text } => {
-                self.declined(&job, recording::Verdict::Failed, &solver, text)
-            }
-            Verdict::Measured(_) => {
-                self.abandoned(&job, name, "a specimen's result came for it".to_owned())
-            }
+        if let Verdict::Broken(mut broken) = verdict {
+            broken.report.warnings.extend(enough);
+            return self.broken(job, *broken);
+        }
+        let held = job.held.take();
+        let instead = if held.is_some() { "; the solve before it is used" } else { "" };
+        self.declined(&job, verdict, instead)?;
+        match held {
+            Some((id, broken)) => self.put(Pending { id, ..job }, broken),
+            None => Ok(()),
         }
     }
 
-    /// Records a verdict without fragments.
-    fn declined(
-        &mut self,
-        job: &Pending,
-        verdict: recording::Verdict,
-        solver: &str,
-        text: String,
-    ) -> Result<(), RunError> {
-        let told = format!("{solver}: {text}");
+    /// Records a verdict without fragments; `more` is said after why.
+    fn declined(&mut self, job: &Pending, verdict: Verdict, more: &str) -> Result<(), RunError> {
+        let (verdict, solver, text) = match verdict {
+            Verdict::Refused { solver, text } => (recording::Verdict::Refused, solver, text),
+            Verdict::Failed { solver, text } => (recording::Verdict::Failed, solver, text),
+            Verdict::Broken(_) | Verdict::Measured(_) => {
+                let name = self.world.body(job.body).map_or("", |view| view.name).to_owned();
+                return self.abandoned(job, name, "a specimen's result came for it".to_owned());
+            }
+        };
+        let told = format!("{solver}: {text}{more}");
         let verdict_number = verdict as i32;
-        let report = JobReport { refusal: text, verdict: verdict_number, ..about(job, solver) };
+        let report = JobReport { refusal: text, verdict: verdict_number, ..about(job, &solver) };
         self.recorder.report(&report)?;
         self.settled(job, verdict, told)
     }
 
-    /// Records a solve whose fragments are not used, because a finer one follows, and opens that.
+    /// Records a solve whose fragments are not used unless the finer one that follows comes to
+    /// nothing, and opens that.
     fn solve_finer(
         &mut self,
-        job: Pending,
-        verdict: &Verdict,
+        mut job: Pending,
+        verdict: Verdict,
         why: String,
     ) -> Result<(), RunError> {
-        match verdict {
-            Verdict::Broken(broken) => {
-                let verdict = recording::Verdict::Kept;
-                self.recorder.report(&JobReport {
-                    verdict: verdict as i32,
-                    fragments: broken.fragments.len() as u32,
-                    ..reported(&job, &broken.report)
-                })?;
-                let found = broken.fragments.len();
-                let told = format!("{found} fragments, a trial; {}", told(&broken.report));
-                self.settled(&job, verdict, told)?;
-            }
-            Verdict::Refused { solver, text } => {
-                self.declined(&job, recording::Verdict::Refused, solver, text.clone())?;
-            }
-            Verdict::Failed { solver, text } => {
-                self.declined(&job, recording::Verdict::Failed, solver, text.clone())?;
-            }
-            Verdict::Measured(_) => {}
+        if let Verdict::Broken(broken) = verdict {
+            let verdict = recording::Verdict::Kept;
+            self.recorder.report(&JobReport {
+                verdict: verdict as i32,
+                fragments: broken.fragments.len() as u32,
+                ..reported(&job, &broken.report)
+            })?;
+            let found = broken.fragments.len();
+            let told = format!("{found} fragments, a trial; {}", told(&broken.report));
+            self.settled(&job, verdict, told)?;
+            job.held = Some((job.id, *broken));
+        } else {
+            self.declined(&job, verdict, "")?;
         }
         self.dispatch(job, None, vec![format!("finer than before: {why}")])
     }
@@ -111,15 +104,21 @@ impl Run<'_> {
         self.event(&Event::JobSettled { body: number(job.body), job: job.id.0, verdict, reason })
     }
 
-    fn broken(&mut self, job: Pending, mut broken: BrokenBody) -> Result<(), RunError> {
-        let intact = broken.is_intact();
-        let verdict = if intact { recording::Verdict::Kept } else { recording::Verdict::Broken };
+    fn broken(&mut self, job: Pending, broken: BrokenBody) -> Result<(), RunError> {
+        let verdict =
+            if broken.is_intact() { recording::Verdict::Kept } else { recording::Verdict::Broken };
         self.recorder.report(&JobReport {
             verdict: verdict as i32,
             fragments: broken.fragments.len() as u32,
             ..reported(&job, &broken.report)
         })?;
         self.settled(&job, verdict, told(&broken.report))?;
+        self.put(job, broken)
+    }
+
+    /// Puts what a solve came to into the world.
+    fn put(&mut self, job: Pending, mut broken: BrokenBody) -> Result<(), RunError> {
+        let intact = broken.is_intact();
         let sheets: Vec<Sheet> =
             broken.fragments.iter_mut().map(|f| std::mem::take(&mut f.sheet)).collect();
         if intact {
