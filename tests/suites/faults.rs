@@ -108,6 +108,36 @@ fn a_run_whose_job_keeps_dying_leaves_what_reproduces_it_and_a_timeline() {
     assert!(again.stdout.contains("fragments; result "), "{}", again.stdout);
 }
 
+/// A worker from elsewhere may be called as one of the coordinator's own: the end of that one is not
+/// the end of the other, which goes on with what it has.
+#[test]
+fn a_worker_that_is_killed_takes_no_job_from_another_of_its_name() {
+    let _left = common::left::NobodyLeft::watch();
+    let (endpoint, log) = (common::free_endpoint(), unique("namesake"));
+    let coordinator = Cullet::new(&["coordinator", "--workers", "1", "--listen", &endpoint]);
+    let coordinator = coordinator.args(&["--out"]).path(&unique("namesakes")).log(&log).spawn();
+    let own = workers_of(coordinator.id());
+    let call = ["worker", "--connect", &endpoint, "--name", "w1"];
+    let _other = Cullet::new(&call).spawn();
+    let ask = |args: &[&str]| Cullet::new(args).args(&["--connect", &endpoint]).output();
+    let runs = ["7", "8"].map(|seed| {
+        let call = ["submit", &corpus("drop.toml"), "--detach", "--set"];
+        let said = ask(&[&call[..], &[&format!("world.seed={seed}")], &LONGER].concat());
+        assert_eq!(said.code, 0, "{}", said.stderr);
+        said.stdout.trim().to_owned()
+    });
+    let both = || ask(&["workers"]).stdout.lines().filter(|line| line.contains(" busy ")).count();
+    common::until("both are at work", Duration::from_secs(60), || both() == 2);
+    signal(own[0], "KILL");
+    for run in runs {
+        assert_eq!(ask(&["wait", &run]).code, 0);
+    }
+    let lines = common::history::lines(&log);
+    let lost = lines.iter().filter(|line| line["message"] == "attempt lost");
+    let lost: Vec<_> = lost.map(|line| (&line["job"], &line["worker"])).collect();
+    assert!(lost.len() < 2, "one ended, and took of another: {lost:?}");
+}
+
 /// Waits until a file is there.
 fn wait_for(path: &Path) {
     let until = Instant::now() + Duration::from_secs(60);
