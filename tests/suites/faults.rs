@@ -108,8 +108,8 @@ fn a_run_whose_job_keeps_dying_leaves_what_reproduces_it_and_a_timeline() {
     assert!(again.stdout.contains("fragments; result "), "{}", again.stdout);
 }
 
-/// A worker from elsewhere may be called as one of the coordinator's own: the end of that one is not
-/// the end of the other, which goes on with what it has.
+/// A worker from elsewhere may be called as one of the coordinator's own: the end of that one is
+/// not the end of the other, which goes on with what it has.
 #[test]
 fn a_worker_that_is_killed_takes_no_job_from_another_of_its_name() {
     let _left = common::left::NobodyLeft::watch();

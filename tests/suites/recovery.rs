@@ -227,3 +227,31 @@ fn what_is_at_work_when_the_coordinator_ends_is_not_begun_anew() {
         assert_eq!(*digest, quiet_digest(&[&FINE[..], &["--set", &seed]].concat()));
     }
 }
+
+/// Its job goes on, and it gets no other, of whichever life of the coordinator.
+#[test]
+fn a_worker_that_was_drained_is_drained_when_the_coordinator_is_back() {
+    let _left = common::left::NobodyLeft::watch();
+    let mut farm = Farm::start(unique("drained"), 2);
+    let endpoint = farm.door.1.clone();
+    let run = submit(&endpoint, 0, &FINE);
+    let (_, worker) = Log(farm.log_of(Role::Coordinator, 0)).at_work(0.0);
+    let role = Role::Worker(worker[1..].parse().expect("a number"));
+    let said = Cullet::new(&["drain", &worker, "--connect", &endpoint]).output();
+    assert_eq!((said.code, said.stdout), (0, format!("{worker} gets no more jobs\n")));
+    farm.kill(Role::Coordinator);
+    farm.tend();
+    let said = Cullet::new(&["wait", &run, "--connect", &endpoint]).output();
+    assert!(DONE.contains(&said.code), "{}", said.stderr);
+    assert_eq!(farm.post(role).process.wait(LONG), Some(0), "it does not leave");
+    let next = lines(&farm.log_of(Role::Coordinator, 1));
+    let granted = |line: &&Value| line["message"] == "job granted" && line["worker"] == *worker;
+    assert_eq!(next.iter().filter(granted).count(), 0, "{next:#?}");
+    farm.tend();
+    // One of its name that is started again is another one.
+    let alone = submit(&endpoint, 1, &LONGER);
+    let said = Cullet::new(&["wait", &alone, "--connect", &endpoint]).output();
+    assert!(DONE.contains(&said.code), "{}", said.stderr);
+    farm.leave();
+    assert!(farm.left().is_empty(), "{:?}", farm.left());
+}

@@ -370,7 +370,10 @@ pub(crate) fn drain(args: &args::Drain) -> Result<Exit, Trouble> {
     let (name, lives) = (&args.worker, said.sessions.join(", "));
     match said.sessions.len() {
         _ if args.place.who.json => print_json(&said)?,
-        0 | 1 => print(format!("{name} gets no more jobs\n"))?,
+        0 => print(format!(
+            "{name} is away: should it come back it gets no more jobs; another of its name does\n"
+        ))?,
+        1 => print(format!("{name} gets no more jobs\n"))?,
         n => print(format!("{n} are called {name} ({lives}): none of them gets more jobs\n"))?,
     }
     Ok(Exit::Done)

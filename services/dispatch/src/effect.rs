@@ -60,6 +60,8 @@ pub enum Loss {
 pub enum Cause {
     /// Somebody wished it.
     Asked,
+    /// So it was in an earlier life.
+    Before,
     /// Jobs that others finished had died under it.
     Blamed,
     /// Jobs died under it and under nobody else, it has finished none since, and the others have

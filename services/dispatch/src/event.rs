@@ -245,6 +245,8 @@ pub enum Event {
     End(Run),
     /// This worker gets no further job: told to leave when it asks next.
     Drain(Worker),
+    /// An earlier life has drained this worker; said before it can ask here.
+    Bar(Worker),
     /// This job was at work when an earlier life ended; said before any run begins.
     Inherit(Job),
     /// An earlier life has put this job into quarantine.

@@ -228,7 +228,7 @@ impl Dispatch {
             Event::Pause(run) => self.shares.pause(now, run, true),
             Event::Resume(run) => self.shares.pause(now, run, false),
             Event::Poll { worker, seq, slots, park, build, skills } => {
-                self.staff.arrive(worker, build, skills);
+                self.arrive(worker, build, skills, &mut out);
                 self.poll(now, worker, seq, (slots > 0, park), &mut out);
             }
             Event::Renew { worker, job, epoch, begun, build, skills } => {
@@ -263,6 +263,9 @@ impl Dispatch {
                 self.shares.end(run);
             }
             Event::Drain(worker) => self.drain(worker, Cause::Asked, &mut out),
+            #[cfg(test)]
+            Event::Bar(_) if self.is(Mutant::DrainForgotten) => {}
+            Event::Bar(worker) => self.staff.bar(worker),
             Event::Inherit(job) => self.inherit(now, job),
             #[cfg(test)]
             Event::Isolate(_) if self.is(Mutant::QuarantineForgotten) => {}

@@ -60,6 +60,8 @@ pub(crate) enum Mutant {
     BlameStays,
     /// A worker whose end nobody has noticed is waited for.
     GhostAwaited,
+    /// A new life does not know who was drained.
+    DrainForgotten,
     /// A new life gives a job that was at work to whoever asks, at once.
     OrphanUnawaited,
     /// A new life stops what the last one has granted.

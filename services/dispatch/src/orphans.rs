@@ -125,7 +125,7 @@ impl Dispatch {
         };
         record.attempts += 1;
         record.last = Some(worker);
-        self.staff.arrive(worker, build, skills);
+        self.arrive(worker, build, skills, out);
         self.staff.back(now, worker, self.timing.patience());
         let charged = self.shares.charge(now, run, false);
         let (expires, hard) = (at + self.timing.lease, now + self.timing.hard);

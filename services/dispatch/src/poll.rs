@@ -2,7 +2,7 @@
 
 use crate::askers::{Asker, Askers, Ticket};
 use crate::effect::{Cause, Effect};
-use crate::event::{Epoch, Job, Millis, Run, Worker};
+use crate::event::{Build, Epoch, Job, Millis, Run, Skills, Worker};
 use crate::machine::{Dispatch, Lease, Phase, Stage};
 #[cfg(test)]
 use crate::mutant::Mutant;
@@ -196,6 +196,19 @@ impl Dispatch {
                 self.counts.hedged += 1;
                 self.lend(now, ticket, lease.run, job, out);
             }
+        }
+    }
+
+    /// A worker is there; one that an earlier life has drained stays so.
+    pub(crate) fn arrive(
+        &mut self,
+        worker: Worker,
+        build: Build,
+        skills: Skills,
+        out: &mut Vec<Effect>,
+    ) {
+        if self.staff.arrive(worker, build, skills) {
+            out.push(Effect::Drained { worker, cause: Cause::Before });
         }
     }
 

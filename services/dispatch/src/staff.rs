@@ -60,6 +60,8 @@ pub(crate) struct Staff {
     peers: ByWorker<Peer>,
     /// Those that are there and not drained, by what they can do.
     kinds: BTreeMap<Skills, usize>,
+    /// Who is not known yet, and gets nothing when it is.
+    barred: ByWorker<()>,
     gone: VecDeque<Worker>,
     /// Who is to be looked after, by time.
     watch: VecDeque<(Millis, Worker)>,
@@ -107,11 +109,12 @@ impl Staff {
             .is_some_and(|peer| self.able(peer.skills) > usize::from(!peer.gone && !peer.drained))
     }
 
-    /// A worker is there, perhaps for the first time.
-    pub(crate) fn arrive(&mut self, worker: Worker, build: Build, skills: Skills) {
+    /// A worker is there, perhaps for the first time; whether it turns out to be drained.
+    pub(crate) fn arrive(&mut self, worker: Worker, build: Build, skills: Skills) -> bool {
         if self.peers.get(&worker).is_some() {
-            return;
+            return false;
         }
+        let drained = self.barred.remove(&worker).is_some();
         let peer = Peer {
             build,
             skills,
@@ -123,11 +126,19 @@ impl Staff {
             alone: Vec::new(),
             // Until its question is taken in.
             gone: true,
-            drained: false,
+            drained,
             heard: 0,
             watch: None,
         };
         self.peers.insert(worker, peer);
+        drained
+    }
+
+    /// It gets nothing once it is there.
+    pub(crate) fn bar(&mut self, worker: Worker) {
+        if self.peers.get(&worker).is_none() {
+            self.barred.insert(worker, ());
+        }
     }
 
     /// It asks for work at `now`, or goes on with what it has; it is looked after `patience` later.

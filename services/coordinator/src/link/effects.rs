@@ -47,6 +47,8 @@ impl Shell {
             Effect::Drained { worker, cause } => {
                 self.roster.drained(worker);
                 self.lives.leaves(SessionId(worker.0));
+                let on_disk = self.drained.as_mut().filter(|_| cause != Cause::Before);
+                on_disk.into_iter().for_each(|file| file.keep(worker));
                 let why = why(cause);
                 tracing::warn!(worker = self.name(worker), why, "it gets no further job");
             }
@@ -229,6 +231,7 @@ fn alarm(job: Job, kept: Digest, other: Digest) {
 fn why(cause: Cause) -> &'static str {
     match cause {
         Cause::Asked => "somebody asked for it",
+        Cause::Before => "so it was before the coordinator started",
         Cause::Blamed => "jobs died under it that others finished",
         Cause::Alone => "one job after another died under it and nowhere else",
     }

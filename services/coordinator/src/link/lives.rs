@@ -79,11 +79,6 @@ impl Lives {
         }
     }
 
-    /// Whether several that are there have this name.
-    pub(super) fn share(&self, name: &str) -> bool {
-        self.several.iter().any(|known| known.as_str() == name)
-    }
-
     /// Whether it was told of as one of several.
     pub(super) fn is_twin(&self, life: SessionId) -> bool {
         self.told.values().any(|all| all.contains(&life))
@@ -156,13 +151,13 @@ mod tests {
         let more = [&steps[..], &[(9, None), (10, None), (11, None)]].concat();
         let (said, lives) = told(&more);
         assert_eq!(said, [[1, 2]]);
-        assert!(lives.is_twin(SessionId(1)) && lives.share("far") && lives.twins() == 2);
+        assert!(lives.is_twin(SessionId(1)) && lives.twins() == 2);
         let third = [&more[..], &[(12, Some((3, true))), (20, None)]].concat();
         assert_eq!(told(&third).0, [vec![1, 2], vec![1, 2, 3]]);
         let end = [&more[..], &[(12, Some((1, false))), (30, None)]].concat();
         let (said, lives) = told(&end);
         assert_eq!(said, [vec![1, 2], vec![]]);
-        assert!(!lives.is_twin(SessionId(2)) && !lives.share("far") && lives.twins() == 0);
+        assert!(!lives.is_twin(SessionId(2)) && lives.twins() == 0);
     }
 
     #[test]

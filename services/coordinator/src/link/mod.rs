@@ -10,6 +10,7 @@ mod cache;
 mod children;
 mod claim;
 pub mod client;
+mod drained;
 mod effects;
 mod inbox;
 mod ledger;
@@ -169,6 +170,9 @@ pub struct PoolConfig {
     pub cache: CacheConfig,
     /// Folder for what reproduces jobs that killed their workers; `None`: it is not kept.
     pub quarantine: Option<PathBuf>,
+    /// File for the workers that were drained, who get nothing in a next life either; `None`: they
+    /// would.
+    pub drained: Option<PathBuf>,
     /// File for the jobs at work, which a next life lets go on; `None`: it begins them anew.
     pub at_work: Option<PathBuf>,
     /// Openings of a run that may wait for room. A run that wants more is turned out: all that it
@@ -189,6 +193,7 @@ impl Default for PoolConfig {
             incarnation: None,
             cache: CacheConfig::default(),
             quarantine: None,
+            drained: None,
             at_work: None,
             held: openings::MAX_HELD,
         }
@@ -423,9 +428,12 @@ impl Pool {
         &self.session
     }
 
-    /// The workers of that name finish what they have and get no further job. No worker: no effect.
+    /// The workers of that name finish what they have and get no further job, in a next life of the
+    /// coordinator neither: once this returns it is so. No worker: no effect.
     pub fn drain(&self, worker: WorkerId) {
-        let _closed = self.inputs.send(Input::Drain(worker));
+        let (done, heard) = std::sync::mpsc::channel();
+        let _closed = self.inputs.send(Input::Drain(worker, done));
+        let _closed = heard.recv();
     }
 
     /// Answers no worker any more: what each is at goes on for whoever has this name next.

@@ -36,7 +36,12 @@ impl Shell {
         };
         if let Err(refusal) = done {
             self.refusals.count(&refusal);
-            tracing::warn!(reason = refusal.name(), "{}: {refusal}", kept.key_expr());
+            let (reason, key) = (refusal.name(), kept.key_expr());
+            match refusal {
+                // The way back to a new life: it introduces itself, and asks again.
+                Refusal::Stranger => tracing::info!(reason, "{key}: {refusal}"),
+                _ => tracing::warn!(reason, "{key}: {refusal}"),
+            }
             refuse(&kept, pool::refuse(&refusal));
         }
     }

@@ -4,6 +4,7 @@ use super::at_work::AtWork;
 use super::bulk::Bulk;
 use super::cache::Cache;
 use super::children::Children;
+use super::drained::DrainedLives;
 use super::inbox::Inbox;
 use super::ledger::Ledger;
 use super::lives::Lives;
@@ -47,7 +48,7 @@ pub(super) enum Input {
     /// Something about a run, or a wish about a worker.
     Say(Event),
     /// The worker of that name gets no further job.
-    Drain(WorkerId),
+    Drain(WorkerId, Sender<()>),
     /// No worker is answered any more: another coordinator has this one's name, or will.
     Leave,
     /// The end.
@@ -97,6 +98,7 @@ pub(super) struct Shell {
     pub(super) cache: Cache,
     pub(super) quarantine: Option<PathBuf>,
     pub(super) at_work: Option<AtWork>,
+    pub(super) drained: Option<DrainedLives>,
     pub(super) children: Option<Children>,
     net: Net,
     pub(super) runs: BTreeMap<Run, Listener>,
@@ -122,6 +124,10 @@ impl Shell {
         for job in held(config.quarantine.as_deref()) {
             dispatch.step(0, Event::Isolate(Job(job.0)));
         }
+        let drained = config.drained.as_deref().map(DrainedLives::open);
+        for worker in drained.iter().flat_map(DrainedLives::iter) {
+            dispatch.step(0, Event::Bar(worker));
+        }
         let cache = Cache::open(&config.cache);
         let at_work = config.at_work.as_deref().map(|path| inherited(&mut dispatch, path, &cache));
         Ok(Self {
@@ -140,6 +146,7 @@ impl Shell {
             ledger: Ledger::default(),
             cache,
             at_work,
+            drained,
             quarantine: config.quarantine.clone(),
             children,
             net,
@@ -218,10 +225,11 @@ impl Shell {
             }
             Input::Open(run, id, opening) => self.want(run, id, opening),
             Input::Say(event) => self.say(event),
-            Input::Drain(name) => {
+            Input::Drain(name, done) => {
                 for worker in self.named(name.as_str()) {
                     self.step(Event::Drain(worker));
                 }
+                let _gone = done.send(());
             }
             Input::Leave => {
                 // Workers that asked here ask again, and the other answers.
@@ -235,10 +243,12 @@ impl Shell {
 
     fn tick(&mut self) {
         for name in self.children.as_mut().map(Children::tend).unwrap_or_default() {
-            // Of several that are called so, their links tell which one it is.
-            let shared = self.lives.share(&name);
-            for worker in self.named(&name) {
-                if shared && self.lives.up.contains(&SessionId(worker.0)) {
+            // Of several that are called so it is none whose link is up: where that one's still is,
+            // the link says so itself.
+            let named = self.named(&name);
+            let alone = named.len() == 1;
+            for worker in named {
+                if !alone && self.lives.up.contains(&SessionId(worker.0)) {
                     continue;
                 }
                 self.polls.remove(&worker);

@@ -6,6 +6,7 @@
 //! DIR/incarnation           how often it was opened: tells grants of an earlier life apart
 //! DIR/journal               what happened
 //! DIR/at-work               jobs at workers, which the next life lets go on
+//! DIR/drained               workers that get no further job
 //! DIR/numbers               up to which number runs have been, whose folders are gone
 //! DIR/runs/7/bundle         the scene with its files
 //! DIR/runs/7/log            what it said
@@ -122,6 +123,7 @@ impl Store {
         if self.named().is_some() {
             config.incarnation = self.incarnation;
             config.quarantine = Some(self.folder.join("quarantine"));
+            config.drained = Some(self.folder.join("drained"));
             config.at_work = Some(self.folder.join("at-work"));
             config.cache.disk = (cache > 0).then(|| (self.folder.join("cache"), cache));
         }

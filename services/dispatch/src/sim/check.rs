@@ -145,6 +145,8 @@ pub(super) struct Checker {
     isolated: BTreeSet<Job>,
     runs: Vec<Course>,
     deaths: deaths::Deaths,
+    /// Who was drained, in any life.
+    drained: BTreeSet<Worker>,
     lives: lives::Lives,
     jobs: BTreeMap<Job, Known>,
     held: BTreeMap<Epoch, Held>,
@@ -178,6 +180,7 @@ impl Checker {
             skills: BTreeMap::new(),
             isolated: BTreeSet::new(),
             deaths: deaths::Deaths::default(),
+            drained: BTreeSet::new(),
             lives: lives::Lives::default(),
             jobs: BTreeMap::new(),
             held: BTreeMap::new(),
@@ -354,6 +357,7 @@ impl Checker {
             | Event::Cancel(_)
             | Event::End(_)
             | Event::Drain(_)
+            | Event::Bar(_)
             | Event::Inherit(_)
             | Event::Isolate(_)
             | Event::Pardon(_)
@@ -407,7 +411,7 @@ impl Checker {
                 return wrong(Oracle::Truth, "alarm over equal results");
             }
             Effect::Stall { job, reason, attempts } => self.stall(now, (job, reason, attempts))?,
-            Effect::Drained { worker, cause } => self.sent_away(worker, cause)?,
+            Effect::Drained { worker, cause } => self.sent_away(event, worker, cause)?,
             Effect::Park { .. }
             | Effect::Idle { .. }
             | Effect::Dismiss { .. }

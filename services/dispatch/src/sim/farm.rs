@@ -34,6 +34,7 @@ enum Note {
     Open(usize),
     Cancel(usize),
     Pause(usize, bool),
+    Drain(usize),
     Tick,
     Restart,
     /// A planted bug: the disk hears of a result at last, if the coordinator still lives.
@@ -59,6 +60,7 @@ struct Disk {
     incarnation: u32,
     results: BTreeMap<Job, Found>,
     quarantine: BTreeSet<Job>,
+    drained: BTreeSet<Worker>,
     /// Jobs that were granted.
     granted: BTreeSet<Job>,
     /// Runs that were cancelled.
@@ -116,6 +118,9 @@ impl Farm {
                 farm.post(from, Note::Pause(index, true));
                 farm.post(to, Note::Pause(index, false));
             }
+        }
+        for (at, place) in &plan.drains {
+            farm.post(*at, Note::Drain(*place));
         }
         farm.post(0, Note::Tick);
         farm
@@ -188,6 +193,7 @@ impl Farm {
                 self.step(Event::Cancel(number(run)))
             }
             Note::Pause(run, paused) => self.pause(run, paused),
+            Note::Drain(place) => self.drain(place),
             Note::Tick => {
                 self.post(TICK, Note::Tick);
                 self.step(Event::Tick)
@@ -268,6 +274,9 @@ impl Farm {
         machine.mutant = self.mutant;
         self.machine = Some(machine);
         self.check.life();
+        for worker in self.disk.drained.clone() {
+            self.step(Event::Bar(worker))?;
+        }
         for job in self.at_work() {
             self.check.inherits(self.now, job);
             self.step(Event::Inherit(job))?;
@@ -290,6 +299,15 @@ impl Farm {
             }
         }
         Ok(())
+    }
+
+    /// Whoever is at that place gets no more, if there is anybody.
+    fn drain(&mut self, place: usize) -> Result<(), Wrong> {
+        let at = |worker: &&Worker| self.places.get(*worker) == Some(&place);
+        match self.bodies.keys().find(at).copied() {
+            Some(worker) => self.step(Event::Drain(worker)),
+            None => Ok(()),
+        }
     }
 
     /// What was granted and has no result, as far as that was written.
@@ -332,6 +350,9 @@ impl Farm {
             self.check.watch(self.now, event, effect)?;
             if let Effect::Grant { job, .. } = effect {
                 self.disk.granted.insert(job);
+            }
+            if let Effect::Drained { worker, .. } = effect {
+                self.disk.drained.insert(worker);
             }
             let mut said = false;
             answer(self, effect, &mut said);

@@ -90,6 +90,8 @@ pub(super) struct Plan {
     pub(super) mixed: bool,
     /// Places, never the first, whose workers' every job dies, in chaos and after.
     pub(super) bad: BTreeSet<usize>,
+    /// When the workers at which places, never the first, are drained by hand.
+    pub(super) drains: Vec<(Millis, usize)>,
     /// Whether jobs ask for different skills.
     pub(super) picky: bool,
     pub(super) runs: Vec<Script>,
@@ -128,6 +130,7 @@ impl Plan {
             workers: vec![Skills::ALL; 1 + rng.below(5) as usize],
             mixed: rng.chance(40),
             bad: BTreeSet::new(),
+            drains: Vec::new(),
             picky: rng.chance(30),
             runs: Vec::new(),
             poison: BTreeSet::new(),
@@ -147,6 +150,11 @@ impl Plan {
         }
         if plan.chaos != Chaos::default() && rng.chance(25) {
             plan.bad = (1..plan.workers.len()).filter(|_| rng.chance(50)).collect();
+        }
+        if plan.workers.len() > 1 && rng.chance(30) {
+            let places = plan.workers.len() as u64 - 1;
+            let drain = |_| (rng.below(12_000), 1 + rng.below(places) as usize);
+            plan.drains = (0..3).map(drain).collect();
         }
         plan
     }
@@ -222,12 +230,13 @@ impl Plan {
             *less.chaos.knob(knob) = 0;
             all.push(less);
         }
-        for which in 0..4 {
+        for which in 0..5 {
             let mut less = self.clone();
             match which {
                 0 => less.workers.truncate((self.workers.len() - 1).max(1)),
                 1 => less.mixed = false,
                 2 => drop(less.bad.pop_last()),
+                3 => drop(less.drains.pop()),
                 _ => less.picky = false,
             }
             all.push(less);
@@ -247,6 +256,7 @@ impl Plan {
         let kinds = u64::from(self.mixed) + u64::from(self.picky);
         kinds
             + self.bad.len() as u64
+            + self.drains.len() as u64
             + knobs
             + self.workers.len() as u64
             + self.runs.len() as u64

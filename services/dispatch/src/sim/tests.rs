@@ -11,7 +11,7 @@ const SCHEDULES: u64 = 20_000;
 const MUTANT_SCHEDULES: u64 = 5_000;
 
 /// Each planted bug, and the oracle that is meant for it.
-const MUTANTS: [(Mutant, Oracle); 30] = [
+const MUTANTS: [(Mutant, Oracle); 31] = [
     (Mutant::SettleAsTheyCome, Oracle::Order),
     (Mutant::PollMintsTwice, Oracle::Poll),
     (Mutant::NoExpiry, Oracle::Live),
@@ -39,6 +39,7 @@ const MUTANTS: [(Mutant, Oracle); 30] = [
     (Mutant::NeverDrained, Oracle::Drained),
     (Mutant::BlameStays, Oracle::Drained),
     (Mutant::GhostAwaited, Oracle::Live),
+    (Mutant::DrainForgotten, Oracle::Drained),
     (Mutant::OrphanUnawaited, Oracle::Anew),
     (Mutant::OrphanSuperseded, Oracle::Anew),
     (Mutant::OrphanUnknown, Oracle::Anew),

@@ -24,7 +24,6 @@ struct Row {
     alone: BTreeMap<Job, Millis>,
     /// When a job that had died under it was finished by another.
     blamed: Vec<Millis>,
-    drained: bool,
 }
 
 /// This life's account of the deaths.
@@ -84,10 +83,6 @@ impl Deaths {
             self.rows.entry(killer).or_default().blamed.push(now);
         }
     }
-
-    fn drained(&self, worker: &Worker) -> bool {
-        self.rows.get(worker).is_some_and(|row| row.drained)
-    }
 }
 
 impl Checker {
@@ -102,12 +97,15 @@ impl Checker {
         self.deaths.there.iter().any(|(worker, there)| {
             let sure = there.heard.is_some_and(|heard| now - heard <= lease);
             let able = self.skills.get(worker).is_some_and(|skills| skills.meet(need));
-            sure && there.since <= since && able && !but(worker) && !self.deaths.drained(worker)
+            sure && there.since <= since && able && !but(worker) && !self.drained.contains(worker)
         })
     }
 
     /// A job goes to somebody.
     pub(super) fn spared(&self, now: Millis, worker: Worker, job: Job) -> Result<(), Wrong> {
+        if self.drained.contains(&worker) {
+            return wrong(Oracle::Drained, "granted to who was drained");
+        }
         let killers = self.jobs.get(&job).map(|known| &known.killers);
         if let Some(killers) = killers.filter(|killers| killers.contains(&worker))
             && self.another((now, now), self.plan.need(job), |other| killers.contains(other))
@@ -160,21 +158,28 @@ impl Checker {
     }
 
     /// A worker gets no more.
-    pub(super) fn sent_away(&mut self, worker: Worker, cause: Cause) -> Result<(), Wrong> {
+    pub(super) fn sent_away(
+        &mut self,
+        event: Event,
+        worker: Worker,
+        cause: Cause,
+    ) -> Result<(), Wrong> {
+        let new = self.drained.insert(worker);
         let most = self.timing.max_blame as usize;
         let skills = self.skills.get(&worker).copied().unwrap_or(Skills::NONE);
         let row = self.deaths.rows.entry(worker).or_default();
         let guilty = match cause {
-            Cause::Asked => false,
+            Cause::Asked => event == Event::Drain(worker),
+            Cause::Before => !new,
             Cause::Blamed => row.blamed.len() >= most,
             Cause::Alone => row.alone.len() >= most,
         };
-        row.drained = true;
         let left = self.deaths.there.iter().any(|(other, there)| {
             let able = self.skills.get(other).is_some_and(|have| have.meet(skills));
-            able && !there.gone && !self.deaths.drained(other)
+            able && !there.gone && !self.drained.contains(other)
         });
-        if guilty && left {
+        let wished = matches!(cause, Cause::Asked | Cause::Before);
+        if guilty && (left || wished) {
             Ok(())
         } else {
             wrong(Oracle::Drained, format!("{cause:?}: guilty {guilty}, others left {left}"))
