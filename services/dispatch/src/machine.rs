@@ -100,7 +100,7 @@ pub struct Dispatch {
     pub(crate) ready: BTreeMap<Skills, u64>,
     pub(crate) past: ByJob<Verdict>,
     pub(crate) past_order: VecDeque<Job>,
-    quarantine: Shelf,
+    pub(crate) quarantine: Shelf,
     pub(crate) orphans: ByJob<Orphan>,
     pub(crate) unsettled: u64,
     pub(crate) next_epoch: u64,
@@ -263,14 +263,9 @@ impl Dispatch {
                 self.shares.end(run);
             }
             Event::Drain(worker) => self.drain(worker, Cause::Asked, &mut out),
-            #[cfg(test)]
-            Event::Bar(_) if self.is(Mutant::DrainForgotten) => {}
-            Event::Bar(worker) => self.staff.bar(worker),
-            Event::Inherit(job) => self.inherit(now, job),
-            #[cfg(test)]
-            Event::Isolate(_) if self.is(Mutant::QuarantineForgotten) => {}
-            Event::Isolate(job) => drop(self.quarantine.put(job, 1)),
-            Event::Pardon(job) => self.quarantine.remove(job),
+            Event::Bar(_) | Event::Inherit(_) | Event::Isolate(_) | Event::Pardon(_) => {
+                self.recall(now, event);
+            }
             Event::Forsaken => {
                 for job in self.jobs.names() {
                     self.abandon(now, job, Reason::Forsaken, &mut out);

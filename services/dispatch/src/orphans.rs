@@ -7,7 +7,7 @@
 //! is remembered until one does, and so is a result.
 
 use crate::effect::{Effect, Receipt, Verdict};
-use crate::event::{Build, Epoch, Job, Millis, Skills, Worker};
+use crate::event::{Build, Epoch, Event, Job, Millis, Skills, Worker};
 use crate::machine::{Dispatch, Lease, Phase, Stage};
 #[cfg(test)]
 use crate::mutant::Mutant;
@@ -53,10 +53,21 @@ impl Dispatch {
         epoch.0 >> 32 < self.next_epoch >> 32
     }
 
-    pub(crate) fn inherit(&mut self, now: Millis, job: Job) {
-        if self.jobs.get(&job).is_none() {
-            let until = now + self.timing.lease;
-            self.orphans.insert(job, Orphan { until, word: None });
+    /// What an earlier life has left, or that a job of it is pardoned.
+    pub(crate) fn recall(&mut self, now: Millis, event: Event) {
+        match event {
+            #[cfg(test)]
+            Event::Bar(_) if self.is(Mutant::DrainForgotten) => {}
+            Event::Bar(worker) => self.staff.bar(worker),
+            Event::Inherit(job) if self.jobs.get(&job).is_none() => {
+                let until = now + self.timing.lease;
+                self.orphans.insert(job, Orphan { until, word: None });
+            }
+            #[cfg(test)]
+            Event::Isolate(_) if self.is(Mutant::QuarantineForgotten) => {}
+            Event::Isolate(job) => drop(self.quarantine.put(job, 1)),
+            Event::Pardon(job) => self.quarantine.remove(job),
+            _ => {}
         }
     }
 

@@ -1,11 +1,13 @@
 //! The simulated farm: clock, network, journal, workers, coordinator.
 
 mod bodies;
+mod disk;
 
 use super::check::{Checker, Oracle, Wrong};
 use super::plan::{Plan, Rng};
 use crate::mutant::Mutant;
 use crate::*;
+use disk::{Disk, Found};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Faults end here \[ms\].
@@ -41,9 +43,6 @@ enum Note {
     Kept(Job, Found, u32),
 }
 
-/// A result, and what found it.
-type Found = (Digest, Outcome, Build);
-
 struct Body {
     hand: Hand,
     frozen: Millis,
@@ -52,21 +51,6 @@ struct Body {
     /// Jobs die here.
     sick: bool,
     waking: Millis,
-}
-
-/// What the coordinator's disk holds: it outlives a crash.
-#[derive(Default)]
-struct Disk {
-    incarnation: u32,
-    results: BTreeMap<Job, Found>,
-    quarantine: BTreeSet<Job>,
-    drained: BTreeSet<Worker>,
-    /// Jobs that were granted.
-    granted: BTreeSet<Job>,
-    /// Runs that were cancelled.
-    cancelled: BTreeSet<usize>,
-    /// Openings that each run has made: it makes them again after a crash.
-    opened: Vec<usize>,
 }
 
 pub(super) struct Farm {
@@ -251,20 +235,6 @@ impl Farm {
         Ok(())
     }
 
-    /// What the disk has of a job.
-    fn prior(&self, job: Job) -> Prior {
-        let known = self.disk.results.get(&job).copied();
-        known.map_or(Prior::Nothing, |(digest, outcome, build)| {
-            let build = Some(build);
-            Prior::Result { digest, outcome, build }
-        })
-    }
-
-    fn keep(&mut self, job: Job, found: Found) {
-        self.disk.results.insert(job, found);
-        self.check.keeps(job, (found.0, found.2));
-    }
-
     /// The coordinator begins a life, with what its disk holds.
     fn restart(&mut self) -> Result<(), Wrong> {
         if !self.is(Mutant::IncarnationForgotten) {
@@ -308,17 +278,6 @@ impl Farm {
             Some(worker) => self.step(Event::Drain(worker)),
             None => Ok(()),
         }
-    }
-
-    /// What was granted and has no result, as far as that was written.
-    fn at_work(&mut self) -> Vec<Job> {
-        let mut granted = std::mem::take(&mut self.disk.granted);
-        granted.retain(|job| {
-            let (results, held) = (&self.disk.results, &self.disk.quarantine);
-            !results.contains_key(job) && !held.contains(job) && !self.rng.chance(5)
-        });
-        self.disk.granted = granted.clone();
-        granted.into_iter().collect()
     }
 
     fn fall(&mut self) {
