@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Cullet, Going, corpus, unique, until};
+use common::{Cullet, Going, corpus, file_of, unique, until};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -63,6 +63,7 @@ fn printed(said: &common::Said) -> Vec<u64> {
 
 #[test]
 fn a_sweep_makes_a_table_and_a_sheet_here_and_at_a_coordinator() {
+    let _left = common::left::NobodyLeft::watch();
     let folder = unique("sweep");
     fs::create_dir_all(&folder).expect("a folder");
     fs::copy(corpus("drop.toml"), folder.join("drop.toml")).expect("a scene");
@@ -112,6 +113,7 @@ fn a_sweep_makes_a_table_and_a_sheet_here_and_at_a_coordinator() {
 /// Who has left can have the sheet and the table all the same: of what is over, or of all.
 #[test]
 fn a_sweep_that_was_left_to_itself_is_fetched_together_later() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start("1");
     let (folder, file) = sweep("later", "\"world.duration\" = [0.02, 600]");
     let set = ["--set", "fracture.max_particles=1000"];
@@ -155,6 +157,7 @@ fn a_sweep_that_was_left_to_itself_is_fetched_together_later() {
 /// What was broken off is handed in by halves and not doubled; a changed scene is another one.
 #[test]
 fn the_rest_of_a_sweep_is_what_is_not_there_yet() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start("0");
     let (folder, file) = sweep("rest", "\"world.seed\" = [1, 2, 2, 3]");
     let submit = |more: &[&str]| {
@@ -178,10 +181,30 @@ fn the_rest_of_a_sweep_is_what_is_not_there_yet() {
     assert_eq!(said.code, 64, "{}", said.stderr);
 }
 
+/// The runs of the load that is measured, all there at once. Nothing of them can be fetched before
+/// the first is over, and then no folder is made.
+#[test]
+fn two_hundred_runs_wait_together_and_nothing_is_fetched_of_them_before_one_is_over() {
+    let _left = common::left::NobodyLeft::watch();
+    let farm = Farm::start("0");
+    let file = file_of("tests/load/queue.toml");
+    let said = farm.call(&["submit", "--detach"]).path(&file).output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    assert_eq!(printed(&said), (1..=200).collect::<Vec<u64>>());
+    let out = unique("nothing").join("below");
+    let said = farm.call(&["fetch", "--json"]).path(&file).args(&["--out"]).path(&out).output();
+    assert_eq!(said.code, 75, "{}", said.stderr);
+    assert!(said.stderr.contains("200 of 200 runs are not over"), "{}", said.stderr);
+    assert_eq!(said.stdout.lines().count(), 200, "{}", said.stdout);
+    assert!(!out.parent().expect("a folder").exists(), "a folder is left");
+    assert_eq!(farm.runs().iter().filter(|run| run["state"] == "queued").count(), 199);
+}
+
 /// More runs than may wait: who does not stay is told what is there and how to go on, who stays
 /// waits for room. Nothing ends meanwhile, as there is no worker.
 #[test]
 fn a_sweep_larger_than_the_queue_waits_for_room_or_says_what_is_there() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start("0");
     let (_, file) = sweep("large", "\"world.seed\" = { from = 1, to = 780, step = 1 }");
     until("it answers", LONG, || farm.ask(&["ps"]).code == 0);

@@ -168,8 +168,12 @@ fn finish(
     if !quiet {
         logs::say(out.display());
     }
-    let worst = rows.iter().map(|row| row.exit).reduce(Exit::worse);
-    Ok(worst.unwrap_or(Exit::Interrupted))
+    Ok(worst(rows))
+}
+
+/// The worst end of all.
+fn worst(rows: &[Row]) -> Exit {
+    rows.iter().map(|row| row.exit).reduce(Exit::worse).unwrap_or(Exit::Interrupted)
 }
 
 fn table(sweep: &Sweep, rows: &[Row]) -> Result<String, Trouble> {

@@ -4,15 +4,25 @@
 //! `target/release/examples/sleepers [MILLIS JOBS_PER_WORKER WORKERS...]` prints a CSV; without
 //! arguments, 1 s jobs, ten a worker, for 1 to 64 workers, and 1 000 tiny ones through 8; with
 //! `bulk`, results of 50 MB; with `storm [WORKERS]`, 64 workers or so many that come and are
-//! killed. The workers are `stub` beside it. Memory is the most that was held at one time: by this
-//! process, which is the coordinator, by one worker, and by a worker's job process.
+//! killed. It ends with 1 and in words where a figure misses its gate, a job is given up or settles
+//! out of turn, two results differ, or one is sent again though nobody was killed. The workers are
+//! `stub` beside it. Memory is the most that was held at one time: by this process, which is the
+//! coordinator, by one worker, and by a worker's job process.
 
 use cullet_coordinator::link::{Ending, Pool, PoolConfig, Share, SpawnConfig};
-use cullet_proto::FractureJob;
+use cullet_proto::{FractureJob, JobId};
+use std::collections::VecDeque;
 use std::fmt::Display;
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
+
+/// Least of the workers' time that is spent on jobs of a second or more.
+const EFFICIENCY: f64 = 0.95;
+/// Fewest jobs of no length a second, of a thousand or more, through eight workers.
+const RATE: f64 = 1_000.0;
+
+type Done = Result<(), Box<dyn std::error::Error>>;
 
 fn job(seed: u64, millis: u32) -> FractureJob {
     let mut job = FractureJob::smallest("sleep", seed);
@@ -20,7 +30,7 @@ fn job(seed: u64, millis: u32) -> FractureJob {
     job
 }
 
-fn measure(millis: u32, each: u64, workers: usize) -> Result<(), Box<dyn std::error::Error>> {
+fn measure(millis: u32, each: u64, workers: usize) -> Done {
     let spawn = Some(SpawnConfig::new(stub()?, workers, 1));
     let pool = Pool::start(PoolConfig { spawn, ..PoolConfig::default() })?;
     let run = pool.run(Share::default());
@@ -36,11 +46,10 @@ fn measure(millis: u32, each: u64, workers: usize) -> Result<(), Box<dyn std::er
     let start = since.elapsed();
     let since = Instant::now();
     let jobs = each * workers as u64;
-    for seed in 0..jobs {
-        run.open(&job(seed, millis));
-    }
-    for _ in 0..jobs {
-        let (_, settlement) = run.settled(Duration::from_secs(60)).ok_or("no job in a minute")?;
+    let opened: Vec<_> = (0..jobs).map(|seed| run.open(&job(seed, millis))).collect();
+    for id in opened {
+        let (settled, settlement) = run.settled(Duration::from_secs(60)).ok_or("no job")?;
+        in_turn(settled, Some(id))?;
         if !matches!(settlement.ending, Ending::Verdict(_)) {
             return Err(format!("{settlement:?}").into());
         }
@@ -48,13 +57,36 @@ fn measure(millis: u32, each: u64, workers: usize) -> Result<(), Box<dyn std::er
     let real = since.elapsed().as_secs_f64();
     let ideal = f64::from(millis) * 1e-3 * each as f64;
     let (efficiency, overhead) = (ideal / real, (real - ideal) / jobs as f64 * 1e3);
-    let (start, resent) = (start.as_secs_f64(), pool.stats().jobs.resent);
+    let (start, stats) = (start.as_secs_f64(), pool.stats());
+    let resent = stats.jobs.resent;
     let memory = memory(&pool.pids());
     println!(
         "{workers},{millis},{jobs},{real:.3},{efficiency:.4},{overhead:.3},{start:.1},{resent},\
          {memory}"
     );
+    none("sent again", resent)?;
+    none("results that differ", stats.alarms)?;
+    let rate = jobs as f64 / real;
+    if millis >= 1_000 && efficiency < EFFICIENCY {
+        return Err(format!("efficiency {efficiency:.4}, and {EFFICIENCY} is the gate").into());
+    }
+    if millis == 0 && jobs >= 1_000 && workers == 8 && rate < RATE {
+        return Err(format!("{rate:.0} jobs a second, and {RATE} is the gate").into());
+    }
     Ok(())
+}
+
+/// Jobs settle in the order in which they were opened.
+fn in_turn(settled: JobId, due: Option<JobId>) -> Done {
+    match due == Some(settled) {
+        true => Ok(()),
+        false => Err(format!("{settled} has settled, and {due:?} was due").into()),
+    }
+}
+
+/// There must be none of these.
+fn none(what: &str, count: u64) -> Done {
+    if count == 0 { Ok(()) } else { Err(format!("{count} {what}, and none should be").into()) }
 }
 
 /// Most memory held so far \[MiB\]: here, by one of these workers, by one of their job processes.
@@ -68,18 +100,18 @@ fn memory(workers: &[u32]) -> String {
 }
 
 /// Results of 50 MB through one pool.
-fn bulk(jobs: u64, workers: usize) -> Result<(), Box<dyn std::error::Error>> {
+fn bulk(jobs: u64, workers: usize) -> Done {
     println!("workers,results,mib_each,wall_s,mib_per_s,resent,damaged,peak_mib");
     let spawn = Some(SpawnConfig::new(stub()?, workers, 1));
     let pool = Pool::start(PoolConfig { spawn, ..PoolConfig::default() })?;
     let run = pool.run(Share::default());
     let mut mib = 0.0;
     let since = Instant::now();
-    for seed in 0..jobs {
-        run.open(&FractureJob::smallest("bulk", seed));
-    }
-    for _ in 0..jobs {
-        let (_, settlement) = run.settled(Duration::from_secs(120)).ok_or("no result")?;
+    let open = |seed| run.open(&FractureJob::smallest("bulk", seed));
+    let opened: Vec<_> = (0..jobs).map(open).collect();
+    for id in opened {
+        let (settled, settlement) = run.settled(Duration::from_secs(120)).ok_or("no result")?;
+        in_turn(settled, Some(id))?;
         let Ending::Verdict(verdict) = settlement.ending else {
             return Err(format!("{:?}", settlement.ending).into());
         };
@@ -89,7 +121,9 @@ fn bulk(jobs: u64, workers: usize) -> Result<(), Box<dyn std::error::Error>> {
     let (rate, resent, damaged) = (mib * jobs as f64 / real, stats.jobs.resent, stats.damaged);
     let peak = peak(&"self");
     println!("{workers},{jobs},{mib:.1},{real:.2},{rate:.0},{resent},{damaged},{peak:.0}");
-    Ok(())
+    none("sent again", resent)?;
+    none("damaged", damaged)?;
+    none("results that differ", stats.alarms)
 }
 
 /// Most memory that a process has held so far \[MiB\], where the system says.
@@ -108,11 +142,12 @@ fn stub() -> std::io::Result<PathBuf> {
 }
 
 /// Workers that come and are killed after 2 to 6 s, each replaced at once; jobs of 20 ms flow.
-fn storm(places: u64, seconds: u64) -> Result<(), Box<dyn std::error::Error>> {
+fn storm(places: u64, seconds: u64) -> Done {
     println!("workers,seconds,joined,killed,jobs,resent,deaths,charged,abandoned,alarms,last_s");
     let pool = Pool::start(PoolConfig::default())?;
     let run = pool.run(Share::default());
     let (mut joined, mut killed, mut opened, mut settled, mut draw) = (0u64, 0u64, 0, 0, 1u64);
+    let mut due = VecDeque::new();
     let mut crew: Vec<(Child, Instant)> = Vec::new();
     let since = Instant::now();
     let over = Duration::from_secs(seconds);
@@ -136,11 +171,12 @@ fn storm(places: u64, seconds: u64) -> Result<(), Box<dyn std::error::Error>> {
             crew.push((child, Instant::now() + life));
         }
         while since.elapsed() < over && opened < settled + 4 * places {
-            run.open(&job(opened, 20));
+            due.push_back(run.open(&job(opened, 20)));
             opened += 1;
         }
-        while let Some((_, settlement)) = run.settled(Duration::from_millis(5)) {
+        while let Some((id, settlement)) = run.settled(Duration::from_millis(5)) {
             settled += 1;
+            in_turn(id, due.pop_front())?;
             for attempt in &settlement.tries {
                 deaths += u64::from(attempt.how.starts_with("Down"));
                 charged += u64::from(attempt.how == "Down");
@@ -163,17 +199,36 @@ fn storm(places: u64, seconds: u64) -> Result<(), Box<dyn std::error::Error>> {
     }
     let counts = format!("{joined},{killed},{settled},{resent},{deaths},{charged}");
     println!("{places},{seconds},{counts},{abandoned},{alarms},{last:.1}");
-    Ok(())
+    none("abandoned", abandoned)?;
+    none("results that differ", alarms)
 }
 
 /// One row in a process of its own, for what one has held may stay with it.
-fn apart(millis: u64, each: u64, workers: u64) -> Result<(), Box<dyn std::error::Error>> {
+fn apart(millis: u64, each: u64, workers: u64) -> Done {
     let numbers = [millis, each, workers].map(|number| number.to_string());
     let status = Command::new(std::env::current_exe()?).arg("row").args(&numbers).status()?;
-    if status.success() { Ok(()) } else { Err(format!("{numbers:?}: {status}").into()) }
+    let [millis, each, workers] = numbers;
+    let row = format!("{each} jobs each of {millis} ms for {workers} workers");
+    if status.success() { Ok(()) } else { Err(format!("{row}: {status}").into()) }
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// Every row, also where one before it missed its gate.
+fn all(rows: impl Iterator<Item = (u64, u64, u64)>) -> Done {
+    let told: Vec<_> = rows.map(|(millis, each, workers)| apart(millis, each, workers)).collect();
+    told.into_iter().collect()
+}
+
+fn main() -> ExitCode {
+    match what() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("error: {why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn what() -> Done {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let numbers = |from: usize| -> Result<Vec<u64>, std::num::ParseIntError> {
         words.iter().skip(from).map(|word| word.parse()).collect()
@@ -193,8 +248,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
          coordinator_mib,worker_mib,job_mib"
     );
     if let [millis, each, workers @ ..] = &numbers(0)?[..] {
-        return workers.iter().try_for_each(|workers| apart(*millis, *each, *workers));
+        return all(workers.iter().map(|workers| (*millis, *each, *workers)));
     }
-    [1, 2, 4, 8, 16, 32, 64].into_iter().try_for_each(|workers| apart(1_000, 10, workers))?;
-    apart(0, 125, 8)
+    let long = [1, 2, 4, 8, 16, 32, 64].map(|workers| (1_000, 10, workers));
+    all(long.into_iter().chain([(0, 125, 8)]))
 }

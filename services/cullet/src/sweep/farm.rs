@@ -1,6 +1,6 @@
 //! Sweeps at a coordinator: handed in at once, fetched together, then or later.
 
-use super::{Named, Plan, Row, finish, plan, read};
+use super::{Named, Plan, Row, finish, lines, plan, read, worst};
 use crate::args;
 use crate::client::{
     ask, bring, connect, exit_of, follow, hand_in, has_summary, known, print_json, ticket,
@@ -195,7 +195,8 @@ struct How<'a> {
 }
 
 impl How<'_> {
-    /// Fetches the runs into a folder, with the sheet and the table.
+    /// Fetches the runs into a folder, with the sheet and the table; where none is over, there is
+    /// no folder.
     fn rows(
         &self,
         named: &Named,
@@ -231,7 +232,14 @@ impl How<'_> {
                  --follow waits for them"
             ));
         }
-        finish(&named.sweep, &rows, &folder.path, who.json, who.voice.quiet)
+        if rows.iter().any(|row| row.code().is_some()) {
+            return finish(&named.sweep, &rows, &folder.path, who.json, who.voice.quiet);
+        }
+        folder.forget();
+        if who.json {
+            lines(&named.sweep, &rows)?;
+        }
+        Ok(worst(&rows))
     }
 
     /// Fetches one run.

@@ -32,6 +32,27 @@ fn thirty_jobs_settle_in_order_with_the_same_results_on_one_two_and_three_worker
     }
 }
 
+/// What `examples/sleepers.rs` times, of processes.
+#[test]
+fn a_thousand_jobs_of_no_length_settle_once_and_in_order_through_eight_workers() {
+    // As patient as in real runs: nobody is harmed, so nothing may be sent again.
+    let pool = with_processes_of(8, Timing::default());
+    wait_for("eight workers", || pool.stats().workers == 8);
+    let run = pool.run(Share::default());
+    let ids: Vec<_> = (0..1_000).map(|seed| run.open(&job("nothing", seed, 0))).collect();
+    for (seed, id) in ids.iter().enumerate() {
+        let settlement = next(&run, *id);
+        assert_eq!((settlement.attempts, settlement.cached), (1, false));
+        let Verdict::Broken(body) = verdict(settlement) else { panic!("another verdict") };
+        assert_eq!((body.report.steps, body.fragments.len()), (seed as u64, seed % 7));
+    }
+    assert!(run.settled(Duration::from_millis(50)).is_none(), "one has settled twice");
+    let stats = pool.stats();
+    let jobs = stats.jobs;
+    assert_eq!((jobs.opened, jobs.settled, jobs.resent), (1_000, 1_000, 0));
+    assert_eq!((stats.alarms, stats.hedged, stats.cached), (0, 0, 0));
+}
+
 #[test]
 fn one_problem_opened_twice_is_settled_twice() {
     let pool = Pool::start(config()).expect("a pool on loopback");
