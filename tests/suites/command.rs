@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 #[test]
 fn a_run_leaves_a_recording_that_says_the_same_as_its_summary() {
+    let _left = common::left::NobodyLeft::watch();
     let out = unique("run");
     let run = Cullet::new(&["run", &corpus("drop.toml"), "--json", "--out"]).path(&out).output();
     assert_eq!(run.code, 0, "{}", run.stderr);
@@ -52,6 +53,7 @@ fn a_run_leaves_a_recording_that_says_the_same_as_its_summary() {
 
 #[test]
 fn the_digest_is_the_same_for_any_number_of_workers_and_threads() {
+    let _left = common::left::NobodyLeft::watch();
     let mut digests = Vec::new();
     for (workers, threads) in [("1", "1"), ("2", "1"), ("4", "1"), ("1", "2"), ("2", "2")] {
         let out = unique("digest");
@@ -79,6 +81,7 @@ fn late(steps: u32, workers: &str) -> (i32, serde_json::Value, std::path::PathBu
 
 #[test]
 fn late_fragments_break_the_same_bodies_and_keep_the_ledger() {
+    let _left = common::left::NobodyLeft::watch();
     for steps in [5, 20] {
         // Exit code 0: both bodies broke, as the scene expects.
         let (code, told, _) = late(steps, "1");
@@ -98,6 +101,7 @@ fn late_fragments_break_the_same_bodies_and_keep_the_ledger() {
 
 #[test]
 fn a_job_that_the_end_of_the_run_overtakes_settles_too() {
+    let _left = common::left::NobodyLeft::watch();
     let (code, told, out) = late(1000, "1");
     assert_eq!((code, &told["fractures"]), (3, &0.into()), "{told:#}");
     assert_eq!(told["jobs"]["opened"], 2, "{told:#}");
@@ -111,6 +115,7 @@ fn a_job_that_the_end_of_the_run_overtakes_settles_too() {
 /// What fragments are made of was not known more finely than the solve that made them.
 #[test]
 fn fragments_keep_the_spacing_of_the_solve_that_made_them() {
+    let _left = common::left::NobodyLeft::watch();
     let out = unique("spacing");
     let finer = ["--set", "fracture.max_particles=20000", "--set", "world.duration=0.08"];
     let run =
@@ -135,6 +140,7 @@ fn fragments_keep_the_spacing_of_the_solve_that_made_them() {
 
 #[test]
 fn another_seed_is_another_run() {
+    let _left = common::left::NobodyLeft::watch();
     let digest = |seed: &str| {
         let out = unique("seed");
         let set = format!("world.seed={seed}");
@@ -152,6 +158,7 @@ fn another_seed_is_another_run() {
 /// deviation of 0.08.
 #[test]
 fn the_world_step_decides_nothing() {
+    let _left = common::left::NobodyLeft::watch();
     let count = |step: &str, seed: u32| {
         let out = unique("step");
         let set = [format!("world.step=\"{step} s\""), format!("world.seed={seed}")];
@@ -174,6 +181,7 @@ fn the_world_step_decides_nothing() {
 
 #[test]
 fn a_run_whose_picture_cannot_be_drawn_is_kept_and_told() {
+    let _left = common::left::NobodyLeft::watch();
     let out = unique("unpictured");
     fs::create_dir_all(out.join("preview.png/taken")).expect("a folder in the picture's place");
     let run = Cullet::new(&["run", &corpus("drop.toml"), "--json", "--out"]).path(&out).output();
@@ -192,6 +200,7 @@ fn a_run_whose_picture_cannot_be_drawn_is_kept_and_told() {
 /// A reader that has seen enough is no reason to fail.
 #[test]
 fn a_closed_pipe_is_no_trouble() {
+    let _left = common::left::NobodyLeft::watch();
     let cullet = env!("CARGO_BIN_EXE_cullet");
     let shell = format!("'{cullet}' schema | head -c 1 > /dev/null; echo ${{PIPESTATUS[0]}}");
     let said = std::process::Command::new("bash").args(["-c", &shell]).output().expect("bash");
@@ -200,6 +209,7 @@ fn a_closed_pipe_is_no_trouble() {
 
 #[test]
 fn bad_input_is_the_users_fault_and_leaves_nothing() {
+    let _left = common::left::NobodyLeft::watch();
     let cases: &[(&[&str], &str)] = &[
         (&["--set", "world.duraton=2"], "duration"),
         (&["--set", "body.lefft.fit=0.2"], "left"),
@@ -237,6 +247,7 @@ fn bad_input_is_the_users_fault_and_leaves_nothing() {
 
 #[test]
 fn what_is_no_place_no_recording_and_no_endpoint_is_told() {
+    let _left = common::left::NobodyLeft::watch();
     let folder = unique("told");
     fs::create_dir_all(&folder).expect("a folder");
     let file = folder.join("file");
@@ -276,6 +287,7 @@ fn what_is_no_place_no_recording_and_no_endpoint_is_told() {
 
 #[test]
 fn a_taken_port_is_told_without_places_in_others_source() {
+    let _left = common::left::NobodyLeft::watch();
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let endpoint = format!("tcp/{}", taken.local_addr().expect("an address"));
     let said = Cullet::new(&["coordinator", "--listen", &endpoint]).output();
@@ -285,6 +297,7 @@ fn a_taken_port_is_told_without_places_in_others_source() {
 
 #[test]
 fn a_scene_goes_through_a_coordinator_to_workers_elsewhere() {
+    let _left = common::left::NobodyLeft::watch();
     let runs = unique("served");
     let endpoint = common::free_endpoint();
     let mut coordinator = Cullet::new(&["coordinator", "--stop-after", "1", "--listen", &endpoint])
@@ -309,6 +322,7 @@ fn a_scene_goes_through_a_coordinator_to_workers_elsewhere() {
 
 #[test]
 fn submitting_to_nobody_says_so() {
+    let _left = common::left::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let asked = Instant::now();
     let call = ["submit", &corpus("drop.toml"), "--patience", "1", "--connect", &endpoint];
@@ -335,6 +349,7 @@ fn submitting_to_nobody_says_so() {
 
 #[test]
 fn a_coordinator_that_comes_late_is_found_by_who_is_patient() {
+    let _left = common::left::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let mut client = Cullet::new(&["ps", "--patience", "60", "--connect", &endpoint]).spawn();
     assert_eq!(client.wait(Duration::from_secs(8)), None, "it gave up: {}", client.stderr());
@@ -346,6 +361,7 @@ fn a_coordinator_that_comes_late_is_found_by_who_is_patient() {
 /// for one that is started by hand.
 #[test]
 fn the_environment_names_a_place_to_a_worker_and_not_to_those_of_a_run() {
+    let _left = common::left::NobodyLeft::watch();
     let out = unique("exported");
     let missing = "/no/such/folder";
     let run =
@@ -357,10 +373,18 @@ fn the_environment_names_a_place_to_a_worker_and_not_to_those_of_a_run() {
     let said = worker.env("CULLET_TLS", missing).output();
     assert_eq!(said.code, 74, "{}", said.stderr);
     assert!(said.stderr.contains(missing), "{}", said.stderr);
+    // Who has typed nothing of the kind is told where it comes from.
+    let ps = ["ps", "--connect", "tcp/127.0.0.1:1"];
+    let said = Cullet::new(&ps).env("CULLET_TLS", missing).output();
+    assert_eq!(said.code, 64, "{}", said.stderr);
+    assert!(said.stderr.contains("CULLET_TLS is set"), "{}", said.stderr);
+    let said = Cullet::new(&ps).args(&["--tls", missing]).output();
+    assert!(said.stderr.contains("--tls needs an endpoint tls/"), "{}", said.stderr);
 }
 
 #[test]
 fn no_worker_is_left_behind() {
+    let _left = common::left::NobodyLeft::watch();
     let out = unique("left");
     let mut run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--workers", "3", "--out"])
         .path(&out)

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Cullet, Going, corpus, free_endpoint, signal, unique};
+use common::{Cullet, Going, corpus, free_endpoint, quiet_digest, signal, summary, unique};
 use cullet_proto::chunks::sum;
 use serde_json::Value;
 use std::fs;
@@ -57,15 +57,15 @@ impl Farm {
         all.iter().filter_map(|run| run["run"].as_u64()).collect()
     }
 
-    /// What is fetched of a run, or why it is not.
-    fn fetch(&self, run: &str) -> Result<(), String> {
+    /// The digest of what is fetched of a run, or why nothing is.
+    fn fetch(&self, run: &str) -> Result<Value, String> {
         let out = unique("fetch");
         let said = Cullet::new(&["fetch", run, "--connect", &self.endpoint, "--out"]).path(&out);
         let said = said.output();
         match said.code {
             0 => {
-                assert!(out.join("run.mcap").is_file() && out.join("summary.json").is_file());
-                Ok(())
+                assert!(out.join("run.mcap").is_file());
+                Ok(summary(&out)["digest"].clone())
             }
             66 => Err(said.stderr),
             code => panic!("{code}: {}", said.stderr),
@@ -83,6 +83,7 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn a_deleted_run_is_gone_from_the_list_and_the_disk_and_its_number_does_not_come_again() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start(unique("deleted"), &[]);
     let (first, second) = (farm.quick(), farm.quick());
     assert_eq!(names(&farm.state.join("recordings")), ["drop-1", "drop-2"]);
@@ -117,6 +118,7 @@ fn a_deleted_run_is_gone_from_the_list_and_the_disk_and_its_number_does_not_come
 /// deleted too.
 #[test]
 fn the_numbers_of_runs_that_a_cut_journal_has_lost_do_not_come_again() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start(unique("cut"), &[]);
     for _ in 0..4 {
         farm.quick();
@@ -133,6 +135,7 @@ fn the_numbers_of_runs_that_a_cut_journal_has_lost_do_not_come_again() {
     cut();
     let farm = Farm::start(state.clone(), &[]);
     assert_eq!((farm.runs(), farm.quick().as_str()), (vec![1], "5"));
+    assert_eq!([farm.fetch("1"), farm.fetch("5")], [(); 2].map(|()| Ok(quiet_digest(&QUICK))));
     assert!(farm.fetch("3").expect_err("it is lost").contains("run 3 is not here any more"));
     assert_eq!(names(&state.join("runs")), ["1", "5"]);
     // Nor where there is no journal left at all.
@@ -144,6 +147,7 @@ fn the_numbers_of_runs_that_a_cut_journal_has_lost_do_not_come_again() {
 
 #[test]
 fn the_oldest_run_makes_room_where_more_than_are_kept_come_and_takes_its_recording_with_it() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start(unique("kept"), &["--keep", "2"]);
     let [first, second, third] = [farm.quick(), farm.quick(), farm.quick()];
     assert_eq!(farm.runs(), [2, 3]);
@@ -154,7 +158,8 @@ fn the_oldest_run_makes_room_where_more_than_are_kept_come_and_takes_its_recordi
     assert!(why.contains("made room for others"), "{why}");
     assert_eq!(farm.quick(), "4");
     assert_eq!(names(&farm.state.join("recordings")), ["drop-1", "drop-2"]);
-    assert_eq!((farm.fetch("3"), farm.fetch("4")), (Ok(()), Ok(())));
+    let quiet = quiet_digest(&QUICK);
+    assert_eq!([farm.fetch("3"), farm.fetch("4")], [Ok(quiet.clone()), Ok(quiet)]);
 }
 
 /// A copy of a folder.
@@ -172,6 +177,7 @@ fn copy(from: &Path, to: &Path) {
 /// the line that says that they are gone.
 #[test]
 fn a_coordinator_that_was_killed_while_it_deleted_goes_on_with_it() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start(unique("halves"), &[]);
     let kept = farm.quick();
     assert_eq!((kept.as_str(), farm.quick().as_str()), ("1", "2"));
@@ -182,6 +188,7 @@ fn a_coordinator_that_was_killed_while_it_deleted_goes_on_with_it() {
         steps.push(folder.into());
     }
     assert!(steps.len() > 8, "{steps:?}");
+    let quiet = quiet_digest(&QUICK);
     // Before the first step it is there, and whole.
     let line = |event: &str| format!("{:08x} {event}\n", sum(event.as_bytes()));
     for done in [0, 1, 3, steps.len() - 3, steps.len(), steps.len() + 1] {
@@ -210,8 +217,9 @@ fn a_coordinator_that_was_killed_while_it_deleted_goes_on_with_it() {
         let recorded: Vec<String> = there.iter().map(|run| format!("drop-{run}")).collect();
         assert_eq!(names(&farm.state.join("recordings")), recorded, "after {done} steps");
         assert_eq!(farm.runs().len(), there.len(), "after {done} steps");
-        assert_eq!(farm.fetch("2").is_ok(), done == 0, "after {done} steps");
-        assert_eq!(farm.fetch("1"), Ok(()), "after {done} steps");
+        let second = (done == 0).then_some(&quiet);
+        assert_eq!(farm.fetch("2").ok().as_ref(), second, "after {done} steps");
+        assert_eq!(farm.fetch("1").as_ref(), Ok(&quiet), "after {done} steps");
         // A number that a folder had is not given.
         assert_eq!(farm.quick(), "8", "after {done} steps");
     }
@@ -220,11 +228,12 @@ fn a_coordinator_that_was_killed_while_it_deleted_goes_on_with_it() {
 /// Killed for real, at moments that nobody chooses: each run is there and whole, or gone.
 #[test]
 fn runs_that_are_deleted_while_the_coordinator_is_killed_are_whole_or_gone() {
+    let _left = common::left::NobodyLeft::watch();
     let mut farm = Farm::start(unique("race"), &["--runs", "4"]);
     for _ in 0..8 {
         farm.quick();
     }
-    let mut deleted = 0;
+    let (mut deleted, quiet) = (0, quiet_digest(&QUICK));
     for delay in [2, 9, 23] {
         let left: Vec<String> = farm.runs().iter().map(u64::to_string).collect();
         let call = ["delete", "--patience", "1", "--connect", &farm.endpoint];
@@ -242,7 +251,7 @@ fn runs_that_are_deleted_while_the_coordinator_is_killed_are_whole_or_gone() {
         assert_eq!(names(&farm.state.join("runs")), there);
         assert_eq!(names(&farm.state.join("recordings")).len(), there.len());
         for run in &there {
-            assert_eq!(farm.fetch(run), Ok(()), "run {run} is there by half");
+            assert_eq!(farm.fetch(run).as_ref(), Ok(&quiet), "run {run} is there by half");
         }
         while farm.runs().len() < 4 {
             farm.quick();

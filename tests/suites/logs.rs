@@ -49,6 +49,7 @@ fn objects(path: &Path) -> Vec<Value> {
 
 #[test]
 fn every_line_is_an_object_and_a_run_can_be_followed_to_its_fragments() {
+    let _left = common::left::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let call = ["coordinator", "--listen", &endpoint, "--workers", "1"];
     let mut coordinator = Told::start("coordinator-log", &call);
@@ -105,6 +106,7 @@ fn every_line_is_an_object_and_a_run_can_be_followed_to_its_fragments() {
 /// What a job process says as it dies is not between the lines either.
 #[test]
 fn a_job_process_that_dies_says_so_in_an_object() {
+    let _left = common::left::NobodyLeft::watch();
     let endpoint = common::free_endpoint();
     let call = ["coordinator", "--listen", &endpoint, "--log", "json"];
     let _coordinator = Cullet::new(&call).spawn();

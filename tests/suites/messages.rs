@@ -28,10 +28,11 @@ const LIES: u64 = 6;
 const ALL_WORKERS: &str = "cullet/v1/c/main/rpc/w/**";
 const ALL_USERS: &str = "cullet/v1/c/main/rpc/u/**";
 
-const WORKER: [WorkerVerb; 8] = [
+const WORKER: [WorkerVerb; 9] = [
     WorkerVerb::Hello,
     WorkerVerb::Poll,
     WorkerVerb::Renew,
+    WorkerVerb::Heed,
     WorkerVerb::Fetch,
     WorkerVerb::Chunk,
     WorkerVerb::Commit,
@@ -148,7 +149,8 @@ impl Stranger {
 
     fn key(&mut self) -> String {
         let name = |text| WorkerId::new(text).expect("a name");
-        let (main, at) = (name("main"), self.draw.below(23) as usize);
+        let verbs = (WORKER.len() + USER.len()) as u64;
+        let (main, at) = (name("main"), self.draw.below(verbs) as usize);
         match WORKER.get(at) {
             Some(verb) => keys::worker_rpc(&main, &name("w"), *verb),
             None => keys::user_rpc(&main, &name("user"), USER[at - WORKER.len()]),
@@ -212,9 +214,10 @@ type Sent = BTreeMap<&'static str, u64>;
 fn storm(stranger: &mut Stranger, record: &[(String, Vec<u8>)]) -> Sent {
     let (mut sent, soon) = (Sent::new(), Duration::from_secs(5));
     let mut count = |kind| *sent.entry(kind).or_default() += 1;
-    // A poll may be held for long: who asks in another's name need not wait for it.
+    // Such a question may be held for long: who asks in another's name need not wait for it.
     let brief = Duration::from_millis(300);
-    let held = |key: &str| if key.ends_with("/poll") { brief } else { soon };
+    let is_held = |key: &str| key.ends_with("/poll") || key.ends_with("/heed");
+    let held = |key: &str| if is_held(key) { brief } else { soon };
     for _ in 0..EACH {
         let (key, noise) = (stranger.key(), stranger.noise(2_000));
         assert!(stranger.ask(&key, &noise, soon), "{key}: noise is not answered");
@@ -296,7 +299,8 @@ fn messages_that_are_not_as_they_should_be_change_nothing_and_are_counted_by_nam
     farm.ends_well(&first, &LONGER);
     let record = record.lock().expect("a record").clone();
     drop(ears);
-    for verb in ["w/w/hello", "w/w/poll", "w/w/fetch", "w/w/chunk", "w/w/commit", "u/user/fetch"] {
+    let asked = ["hello", "poll", "heed", "fetch", "chunk", "commit"];
+    for verb in asked.map(|verb| format!("w/w/{verb}")).into_iter().chain(["u/user/fetch".into()]) {
         let heard = record.iter().any(|(key, _)| key.ends_with(&format!("/rpc/{verb}")));
         assert!(heard, "no {verb} was heard");
     }

@@ -75,6 +75,7 @@ fn all() -> BTreeSet<String> {
 
 #[test]
 fn what_every_command_prints_as_json_can_be_read() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start();
     let (drop, mut left) = (corpus("drop.toml"), all());
     let mut call = |args: &[&str], code: i32, count: usize| {
@@ -137,6 +138,7 @@ fn what_every_command_prints_as_json_can_be_read() {
 
 #[test]
 fn what_every_command_says_of_trouble_can_be_read() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start();
     let drop = corpus("drop.toml");
     // Arguments that are not understood, of each.

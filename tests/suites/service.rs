@@ -94,6 +94,7 @@ fn settled(count: u64) -> impl Fn(&Value) -> bool {
 
 #[test]
 fn a_killed_coordinator_goes_on_to_the_same_digest_and_solves_nothing_twice() {
+    let _left = common::left::NobodyLeft::watch();
     // Without the cache, which might answer too.
     let mut farm = Farm::start("killed", &["--cache", "0"]);
     let run = farm.submit(&LONGER);
@@ -165,6 +166,7 @@ fn tells_of_three_lives(farm: &Farm, run: &str) {
 
 #[test]
 fn two_runs_at_once_have_the_digests_that_they_have_alone() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start("together", &["--runs", "2"]);
     let seeds = [["--set", "world.seed=7"], ["--set", "world.seed=8"]];
     let runs: Vec<String> =
@@ -183,6 +185,7 @@ fn two_runs_at_once_have_the_digests_that_they_have_alone() {
 
 #[test]
 fn runs_are_laid_aside_taken_up_cancelled_and_waited_for() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start("told", &["--runs", "1"]);
     let endless = farm.submit(&["--set", "world.duration=600"]);
     let next = farm.submit(&["--priority", "-1"]);
@@ -229,6 +232,7 @@ fn runs_are_laid_aside_taken_up_cancelled_and_waited_for() {
 
 #[test]
 fn a_run_that_failed_says_so_and_is_tried_again() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start("failing", &[]);
     let recordings = farm.state.join("recordings");
     let taken = recordings.join("drop-1");
@@ -251,6 +255,7 @@ fn a_run_that_failed_says_so_and_is_tried_again() {
 
 #[test]
 fn a_state_folder_that_is_none_or_in_use_is_refused() {
+    let _left = common::left::NobodyLeft::watch();
     let folder = unique("foreign");
     fs::create_dir_all(&folder).expect("a folder");
     fs::write(folder.join("thesis.tex"), "x").expect("a file");
@@ -287,6 +292,7 @@ fn get(address: &str, path: &str) -> String {
 
 #[test]
 fn a_doctor_metrics_and_health_tell_of_a_coordinator() {
+    let _left = common::left::NobodyLeft::watch();
     let address = common::free_endpoint().replace("tcp/", "");
     let farm = Farm::start("watched", &["--metrics", &address]);
     let run = farm.submit(&[]);
@@ -311,6 +317,7 @@ fn a_doctor_metrics_and_health_tell_of_a_coordinator() {
 
 #[test]
 fn a_run_whose_job_kills_its_workers_stalls_and_goes_on_when_told() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::with("poison", "2", &[]);
     let run = farm.submit(&LONGER);
     let until = Instant::now() + LONG;
@@ -354,6 +361,7 @@ fn a_run_whose_job_kills_its_workers_stalls_and_goes_on_when_told() {
 
 #[test]
 fn how_far_a_solve_is_can_be_watched() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::start("watching", &[]);
     let run = farm.submit(&["--set", "fracture.max_particles=60000"]);
     // Workers say so every few seconds.
@@ -376,6 +384,7 @@ fn how_far_a_solve_is_can_be_watched() {
 
 #[test]
 fn a_drained_worker_finishes_and_leaves_and_the_others_go_on() {
+    let _left = common::left::NobodyLeft::watch();
     let farm = Farm::with("drained", "0", &[]);
     let work =
         |name: &str| Cullet::new(&["worker", "--connect", &farm.endpoint, "--name", name]).spawn();
@@ -395,6 +404,7 @@ fn a_drained_worker_finishes_and_leaves_and_the_others_go_on() {
 /// is one that is started while the one before is still there, which is not told either.
 #[test]
 fn workers_of_one_name_are_told_aloud_and_drained_together() {
+    let _left = common::left::NobodyLeft::watch();
     let (endpoint, log) = (common::free_endpoint(), unique("twins"));
     let _coordinator = Cullet::new(&["coordinator", "--listen", &endpoint]).log(&log).spawn();
     let ask = |args: &[&str]| Cullet::new(args).args(&["--connect", &endpoint]).output();
@@ -444,6 +454,7 @@ fn workers_of_one_name_are_told_aloud_and_drained_together() {
 
 #[test]
 fn with_certificates_each_may_do_what_its_role_may_and_a_stranger_nothing() {
+    let _left = common::left::NobodyLeft::watch();
     let folder = unique("certificates");
     fs::create_dir_all(&folder).expect("a folder");
     common::certificates(&folder, &["coordinator", "w-1", "ann", "mallory"], &[]);

@@ -7,6 +7,7 @@ use cullet_proto::security::{self, Rules};
 use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName};
 use rustls::{AlertDescription, CertificateError, ClientConfig, ClientConnection, RootCertStore};
+use std::ffi::OsString;
 use std::io::{self, ErrorKind};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
@@ -85,7 +86,12 @@ pub(crate) fn link(
         (None, false) => None,
         (None, true) => return Err(Trouble::new(Exit::Usage, "a tls/ endpoint needs --tls DIR")),
         (Some(_), false) => {
-            return Err(Trouble::new(Exit::Usage, "--tls needs an endpoint tls/HOST:PORT"));
+            let typed = |arg: OsString| arg.to_string_lossy().starts_with("--tls");
+            let text = match std::env::args_os().any(typed) {
+                true => "--tls needs an endpoint tls/HOST:PORT".to_owned(),
+                false => format!("CULLET_TLS is set, and {endpoint} is no endpoint tls/HOST:PORT"),
+            };
+            return Err(Trouble::new(Exit::Usage, text));
         }
         (Some(folder), true) => {
             for file in security::FILES {
