@@ -30,7 +30,7 @@ impl Shell {
             Effect::Renewed { lease, .. } => said.renew = Some(RenewAnswer::Go { lease_ms: lease }),
             Effect::Adopted { worker, job, run, epoch } => {
                 let (id, run, name) = (JobId(job.0), self.label(run), self.name(worker));
-                self.ledger.granted(job, epoch, &name);
+                self.ledger.granted(job, epoch, (&name, self.roster.about(worker)));
                 self.roster.took(worker, id);
                 let job = id.short();
                 tracing::info!(run, job, worker = name, epoch = epoch.0, "goes on from before");
@@ -90,7 +90,8 @@ impl Shell {
     ) -> Grant {
         let outline = self.ledger.get(Job(job.0)).map_or(0, |wanted| wanted.outline.len());
         let (run, name) = (self.label(run), self.name(worker));
-        self.ledger.granted(Job(job.0), cullet_dispatch::Epoch(epoch.0), &name);
+        let (grant, by) = (DispatchEpoch(epoch.0), (name.as_str(), self.roster.about(worker)));
+        self.ledger.granted(Job(job.0), grant, by);
         self.roster.took(worker, job);
         let own = self.children.as_ref().is_some_and(|children| children.has(&name));
         let (dispatch, on_disk) = (&self.dispatch, self.at_work.as_mut().filter(|_| !own));
@@ -139,11 +140,11 @@ impl Shell {
     /// Keeps what reproduces a job that killed its workers.
     fn isolate(&self, job: Job, crashes: u32) {
         let (id, runs) = (JobId(job.0), self.runs_of(job));
-        tracing::error!(run = runs, job = id.short(), crashes, "job put in quarantine");
+        tracing::error!(run = &runs, job = id.short(), crashes, "job put in quarantine");
         let (Some(folder), Some(bytes)) = (&self.quarantine, self.ledger.whole(job)) else {
             return;
         };
-        match quarantine::write(folder, id, &bytes, &self.ledger.lines(job)) {
+        match quarantine::write(folder, id, &bytes, &self.ledger.lines(job, &runs)) {
             Ok(own) => tracing::error!("what reproduces it is in {}", own.display()),
             Err(error) => tracing::error!("what reproduces it is not kept: {error}"),
         }
@@ -164,7 +165,7 @@ impl Shell {
         let Decision::Abandoned(Reason::Crashes { .. } | Reason::Attempts) = decision else {
             return None;
         };
-        let (bytes, told) = (self.ledger.whole(job)?, self.ledger.lines(job));
+        let (bytes, told) = (self.ledger.whole(job)?, self.ledger.lines(job, &self.runs_of(job)));
         let kept = self.quarantine.as_deref().filter(|_| told.is_empty());
         let kept = kept.and_then(|folder| quarantine::attempts(folder, JobId(job.0)));
         Some(Reproduction { job: bytes, attempts: kept.unwrap_or(told) })

@@ -16,6 +16,8 @@ const MAX_ATTEMPTS: usize = 16;
 struct Attempt {
     epoch: Epoch,
     worker: String,
+    /// What the worker is.
+    about: String,
     granted: Instant,
     /// When it was over, and how.
     ended: Option<(Instant, String)>,
@@ -150,14 +152,14 @@ impl Ledger {
         self.jobs.values_mut().for_each(|wanted| wanted.trouble = text.to_owned());
     }
 
-    /// An attempt begins, unless it is known.
-    pub(super) fn granted(&mut self, job: Job, epoch: Epoch, worker: &str) {
+    /// An attempt begins, unless it is known; by whom, and what that one is.
+    pub(super) fn granted(&mut self, job: Job, epoch: Epoch, (worker, about): (&str, String)) {
         if let Some(wanted) = self.jobs.get_mut(&job)
             && wanted.attempts.len() < MAX_ATTEMPTS
             && wanted.attempts.iter().all(|attempt| attempt.epoch != epoch)
         {
             let (worker, granted) = (worker.to_owned(), Instant::now());
-            wanted.attempts.push(Attempt { epoch, worker, granted, ended: None });
+            wanted.attempts.push(Attempt { epoch, worker, about, granted, ended: None });
         }
     }
 
@@ -174,14 +176,18 @@ impl Ledger {
         }
     }
 
-    /// A line for each attempt at a job that is over.
-    pub(super) fn lines(&self, job: Job) -> String {
-        let attempts = self.jobs.get(&job).map(|wanted| wanted.attempts.iter());
+    /// A line for each attempt at a job that is over: for which runs, by whom, when, for how long.
+    pub(super) fn lines(&self, job: Job, runs: &str) -> String {
+        let attempts = self.jobs.get(&job).map_or(&[][..], |wanted| &wanted.attempts);
         let line = |attempt: &Attempt| {
-            let (_, how) = attempt.ended.as_ref()?;
-            Some(format!("worker {}: {how}\n", attempt.worker))
+            let (at, how) = attempt.ended.as_ref()?;
+            let since = |from: Instant, to: Instant| to.saturating_duration_since(from);
+            let begun = since(attempts[0].granted, attempt.granted).as_secs_f64();
+            let took = since(attempt.granted, *at).as_secs_f64();
+            let who = format!("run {runs}, worker {} ({})", attempt.worker, attempt.about);
+            Some(format!("{who}, from {begun:.2} s on for {took:.2} s: {how}\n"))
         };
-        attempts.into_iter().flatten().filter_map(line).collect()
+        attempts.iter().filter_map(line).collect()
     }
 
     /// Keeps a verdict whose bytes were checked, for when the machine settles the job.

@@ -1,9 +1,10 @@
 //! What reproduces a job that killed its workers.
 //!
-//! A folder named by the job's id: `job.bin`, its encoding, and `attempts.txt`, who died how. The
-//! command `cullet job FILE` solves a `job.bin` in its own process, as a worker would. A job whose
-//! folder is there stays in quarantine, in later lives of the coordinator too, until it is
-//! pardoned.
+//! A folder named by the job's id: `job.bin`, its encoding, and `attempts.txt`, who died how: a
+//! line an attempt with the run, the worker, what that is (version, build, threads, cores, memory
+//! of a job) and when \[s since the first attempt\]. The command `cullet job FILE` solves a
+//! `job.bin` in its own process, as a worker would. A job whose folder is there stays in
+//! quarantine, in later lives of the coordinator too, until it is pardoned.
 
 use cullet_proto::JobId;
 use std::fs;

@@ -47,6 +47,17 @@ impl Roster {
         row.about = hello.clone();
     }
 
+    /// What a worker is, in words.
+    pub(super) fn about(&self, worker: Worker) -> String {
+        let Some(Row { about, .. }) = self.rows.get(&worker) else {
+            return "it has not said what it is".to_owned();
+        };
+        let Hello { version, threads, cores, .. } = about;
+        let (build, mib) = (JobId(about.build).short(), about.memory.map(|bytes| bytes >> 20));
+        let memory = mib.map_or_else(|| "any memory".to_owned(), |mib| format!("{mib} MiB"));
+        format!("version {version}, build {build}, {threads} threads of {cores} cores, {memory}")
+    }
+
     pub(super) fn took(&mut self, worker: Worker, job: JobId) {
         self.row(worker).jobs.insert(job);
     }

@@ -52,6 +52,13 @@ fn a_job_that_kills_its_workers_leaves_what_reproduces_it_and_stalls_its_run_alo
     let told = std::fs::read_to_string(bundle.join("attempts.txt")).expect("the attempts");
     assert_eq!(told.lines().count(), 3, "{told}");
     assert!(told.lines().all(|line| line.contains("over the hard limit")), "{told}");
+    // For whom, by what, and when.
+    let (version, run) = (env!("CARGO_PKG_VERSION"), sick.number());
+    let about = [format!("run {run}, worker "), format!("(version {version}, build ")];
+    for words in about.iter().map(String::as_str).chain([", 1 threads of ", " s on for "]) {
+        assert!(told.lines().all(|line| line.contains(words)), "{words:?} is not in {told}");
+    }
+    assert_eq!(told.matches("), from 0.00 s on for ").count(), 1, "{told}");
     // In quarantine it stays: who opens it again hears so at once.
     let again = well.open(&poison);
     assert!(matches!(next(&well, again).ending, Ending::Abandoned(_)));
