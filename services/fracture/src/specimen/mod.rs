@@ -5,6 +5,7 @@
 //! it turned and shifted.
 
 mod build;
+mod clip;
 mod course;
 mod hold;
 mod probe;

@@ -1,7 +1,8 @@
 //! Loads: what part of them each node takes.
 
 use super::build::Frame;
-use super::{Load, Push, Specimen, within};
+use super::clip::{clip, measure};
+use super::{Load, Push, Specimen, Where, within};
 use crate::mpm::Domain;
 use crate::mpm::grid::{Grid, Nodes};
 use crate::mpm::kernel::Stencil;
@@ -9,6 +10,9 @@ use cullet_geometry::{TriMesh, Vec3};
 
 /// Longest edge of a piece of surface that takes its load at one point, in spacings.
 const FACET: f64 = 0.3;
+
+/// Least share of such a piece that is any of it.
+const LEAST: f64 = 1e-9;
 
 /// A load at 1 of its course, by node, in the grid's frame \[N\].
 #[derive(Clone, Debug, Default)]
@@ -59,8 +63,7 @@ pub(super) fn pushed(specimen: &Specimen, frame: &Frame, domain: &Domain) -> Vec
         let mut forces = vec![Vec3::zeros(); domain.grid.nodes.len()];
         match load.push {
             Push::Traction(_) | Push::Pressure(_) => {
-                let all = facets.iter().flatten();
-                for facet in all.filter(|f| within(&load.part, &f.middle, f.slack)) {
+                for facet in facets.iter().flatten().filter_map(|f| f.within(&load.part)) {
                     let force = frame.turned(&facet.force(&load.push));
                     spread(&domain.grid, &order, &frame.onto(&facet.middle), force, &mut forces);
                 }
@@ -79,7 +82,9 @@ fn is_surface(load: &Load) -> bool {
 }
 
 /// A small piece of the surface, in the specimen's frame.
+#[derive(Clone, Copy)]
 struct Facet {
+    corners: [Vec3; 3],
     middle: Vec3,
     /// Outward normal times area \[m²\].
     area: Vec3,
@@ -87,6 +92,17 @@ struct Facet {
 }
 
 impl Facet {
+    /// What of it lies in a part: all as it is, or what is left where the part's bounds cut it.
+    fn within(&self, part: &Where) -> Option<Self> {
+        if self.corners.iter().all(|x| within(part, x, self.slack)) {
+            return Some(*self);
+        }
+        let mut piece = self.corners.to_vec();
+        clip(&mut piece, part, self.slack);
+        let (middle, area) = measure(&piece);
+        (area.norm() > LEAST * self.area.norm()).then_some(Self { middle, area, ..*self })
+    }
+
     fn force(&self, push: &Push) -> Vec3 {
         match *push {
             Push::Traction(traction) => traction * self.area.norm(),
@@ -110,9 +126,12 @@ fn facets(specimen: &Specimen) -> Vec<Facet> {
         for i in 0..n {
             for j in 0..n - i {
                 let corner = a + u * i as f64 + v * j as f64;
-                facets.push(Facet { middle: corner + (u + v) / 3.0, area, slack });
+                let (right, left) = (corner + u, corner + v);
+                let middle = corner + (u + v) / 3.0;
+                facets.push(Facet { corners: [corner, right, left], middle, area, slack });
                 if i + j + 1 < n {
-                    facets.push(Facet { middle: corner + (u + v) * (2.0 / 3.0), area, slack });
+                    let middle = corner + (u + v) * (2.0 / 3.0);
+                    facets.push(Facet { corners: [right, right + v, left], middle, area, slack });
                 }
             }
         }

@@ -139,6 +139,51 @@ fn loads_give_their_impulse_and_their_work() {
     }
 }
 
+/// A load on a part of a face is its pressure times the area of that part, however the facets and
+/// the grid lie: of a disc far smaller than a spacing too, and on both sides of a line.
+#[test]
+fn the_force_on_a_part_of_a_face_is_that_of_its_area() {
+    let tip = |y: f64, z: f64| Vec3::new(0.05, y, z);
+    let disc = |radius: f64| {
+        let (from, to) = (tip(0.013, 0.022) - Vec3::x() * 0.001, tip(0.013, 0.022));
+        vec![Region::Cylinder { from, to, radius }]
+    };
+    let ball = Region::Sphere { centre: Vec3::new(0.053, 0.02, 0.02), radius: 0.005 };
+    let patch = Region::Box { low: tip(0.0031, 0.0052), high: tip(0.0103, 0.0079) };
+    let right = Region::HalfSpace { point: tip(0.01, 0.01), normal: -Vec3::y() };
+    let below = Region::HalfSpace { point: tip(0.0, 0.0171), normal: Vec3::z() };
+    let end = || face(0, 0.05, true);
+    let pi = std::f64::consts::PI;
+    let parts = [
+        (disc(0.0007), pi * 0.0007 * 0.0007, 1e-4),
+        (disc(0.0083), pi * 0.0083 * 0.0083, 1e-4),
+        (vec![ball], pi * 0.004 * 0.004, 1e-4),
+        (vec![patch], 0.0072 * 0.0027, 1e-9),
+        ([end(), vec![right]].concat(), 0.03 * 0.04, 1e-9),
+        ([end(), vec![right, below]].concat(), 0.03 * 0.0171, 1e-9),
+        (end(), 0.04 * 0.04, 1e-9),
+    ];
+    for spacing in [0.0097, 0.005, 0.0023] {
+        for degrees in [0.0_f64, 31.0] {
+            let turn = Quat::from_axis_angle(&Vec3::z_axis(), degrees.to_radians());
+            let loads = parts.iter().flat_map(|(part, ..)| {
+                let pushes = [Push::Pressure(1e6), Push::Traction(Vec3::new(0.0, 1e6, 0.0))];
+                pushes.map(|push| Load { part: part.clone(), push, course: Course::constant() })
+            });
+            let loads: Vec<Load> = loads.collect();
+            let probes = (0..loads.len()).map(|k| Probe::Applied(k, Part::Axis(k % 2))).collect();
+            let plain = bar(0.05, 0.04, spacing);
+            let (end, samples) = (1e-8, 1);
+            let outcome = run(Specimen { turn, loads, probes, end, samples, ..plain });
+            for (k, (part, area, most)) in parts.iter().enumerate() {
+                let told = [0, 1].map(|way| outcome.rows[2 * k + way][0]);
+                let off = [told[0] / (-1e6 * area) - 1.0, told[1] / (1e6 * area) - 1.0];
+                assert!(off.iter().all(|o| o.abs() < *most), "{part:?} at {spacing}: {off:?}");
+            }
+        }
+    }
+}
+
 /// Half a bar with a plane of symmetry moves as the whole one does.
 #[test]
 fn a_plane_of_symmetry_stands_for_the_other_half() {
