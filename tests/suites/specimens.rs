@@ -111,14 +111,24 @@ fn a_crack_that_is_pulled_as_well_kinks_less() {
     assert!((40.0..=58.1).contains(&mixed), "{mixed}");
 }
 
+/// What branches or counts is asked of eight seeds: one of them says nothing (F78).
+const EIGHT: [&str; 2] = ["--sweep", "seed=1,2,3,4,5,6,7,8"];
+
+/// The values of a metric over eight seeds, and their mean.
+fn eight(name: &str, metric: &str, more: &[&str]) -> (Vec<f64>, f64) {
+    let told = metrics(name, &[&EIGHT[..], more].concat());
+    let all: Vec<f64> = told.iter().map(|row| value(row, metric)).collect();
+    assert_eq!(all.len(), 8);
+    let mean = all.iter().sum::<f64>() / 8.0;
+    (all, mean)
+}
+
 /// F-B: single seeds scatter, their mean is what the law spends.
 #[test]
-fn a_crack_spends_its_energy_in_the_mean_of_six_seeds() {
-    let told = metrics("f-b-notched-bar", &["--sweep", "seed=1,2,3,4,5,6"]);
-    let all: Vec<f64> = told.iter().map(|row| value(row, "G_eff/G_f")).collect();
-    let mean = all.iter().sum::<f64>() / 6.0;
+fn a_crack_spends_its_energy_in_the_mean_of_eight_seeds() {
+    let (all, mean) = eight("f-b-notched-bar", "G_eff/G_f", &[]);
     assert!((0.95..=1.05).contains(&mean), "{mean}: {all:?}");
-    assert!(all.iter().all(|one| (0.9..=1.1).contains(one)), "{all:?}");
+    assert!(all.iter().all(|one| (0.9..=1.15).contains(one)), "{all:?}");
 }
 
 /// K1 on a coarser grid and a thinner slice, along the grid and turned by 45° against it: each
@@ -146,45 +156,56 @@ fn a_torn_crack_runs_no_later_than_is_known() {
     assert!((0.95e6..=1.75e6).contains(&shear), "{shear}");
 }
 
-/// D1, D2, D3 and D5, the last two on coarser grids: what is known not to hold is a gap of theirs,
-/// all else holds.
+/// Times at which the two branches are 3 mm off the plane, of the runs where both are.
+fn branched(told: &[BTreeMap<String, serde_json::Value>]) -> Vec<[f64; 2]> {
+    let sides = ["branches, upper", "branches, lower"];
+    let both = told.iter().map(|row| sides.map(|side| value(row, side)));
+    both.filter(|times| times.iter().all(|time| time.is_finite())).collect()
+}
+
+/// D1, D2, D3 and D5 over eight seeds, the last two on coarser grids: what is known not to hold is
+/// a gap of theirs, all else holds. Some seeds branch on both sides, most do not.
 #[test]
-fn fast_cracks_keep_below_their_speed_branch_and_kink() {
-    let plate = &metrics("d2-branching", &[])[0];
-    assert!(plate.values().all(|metric| metric["verdict"] != "fails"), "{plate:#?}");
-    for side in ["branches, upper", "branches, lower"] {
-        let when = value(plate, side);
-        assert!((25e-6..=60e-6).contains(&when), "{side}: {when}");
-    }
-    let glass = metrics("d3-glass", &["--set", "spacing=2mm"]);
-    let plate = metrics("d5-kalthoff", &["--set", "spacing=4mm"]);
-    for row in [&glass[0], &plate[0]] {
+fn fast_cracks_keep_below_their_speed_and_some_branch() {
+    let plate = metrics("d2-branching", &EIGHT);
+    let glass = metrics("d3-glass", &[&EIGHT[..], &["--set", "spacing=2mm"]].concat());
+    let impact = metrics("d5-kalthoff", &[&EIGHT[..], &["--set", "spacing=4mm"]].concat());
+    for row in plate.iter().chain(&glass).chain(&impact) {
         for (name, metric) in row {
             assert_ne!(metric["verdict"], "fails", "{name}: {metric:#}");
         }
         let speed = value(row, "greatest speed/c_R");
         assert!((0.2..1.0).contains(&speed), "{speed}");
     }
-    let kink = value(&plate[0], "kink [deg]");
-    assert!((53.0..75.0).contains(&kink), "{kink}");
+    for (what, told) in [("D2", &plate), ("D3", &glass)] {
+        let times = branched(told);
+        assert!((2..=6).contains(&times.len()), "{what}: {times:?}");
+        let late = times.iter().flatten().all(|time| (20e-6..=60e-6).contains(time));
+        assert!(late, "{what}: {times:?}");
+    }
+    let kinks: Vec<f64> = impact.iter().map(|row| value(row, "kink [deg]")).collect();
+    let mean = kinks.iter().sum::<f64>() / 8.0;
+    assert!((53.0..=75.0).contains(&mean), "{kinks:?}");
 }
 
-/// G1 at 10⁴/s on a coarser grid, and at 10⁵/s: the gaps' sizes are held.
+/// G1 at 10⁴/s on a coarser grid, and at 10⁵/s, over eight seeds: the gaps' sizes are held.
 #[test]
 fn a_bar_is_torn_into_no_fewer_pieces_than_is_known() {
-    let told = metrics("g1-expanding", &["--set", "spacing=0.1mm"]);
-    let pieces = value(&told[0], "pieces");
-    assert!((66.0..=198.0).contains(&pieces), "{pieces}");
-    let pieces = value(&metrics("g1-fast", &[])[0], "pieces");
-    assert!((25.0..=75.0).contains(&pieces), "{pieces}");
+    let (all, mean) = eight("g1-expanding", "pieces", &["--set", "spacing=0.1mm"]);
+    assert!((66.0..=198.0).contains(&mean), "{all:?}");
+    let (all, mean) = eight("g1-fast", "pieces", &[]);
+    assert!((20.0..=75.0).contains(&mean), "{all:?}");
 }
 
-/// G1 in one dimension: what the reference asks for up to 10⁵/s, and the gap's size at 10⁶/s.
+/// G1 in one dimension, over eight seeds: what the reference asks for up to 10⁵/s, and the gap's
+/// size at 10⁶/s.
 #[test]
 fn a_row_of_points_is_torn_into_as_many_pieces_as_it_must() {
-    hold(&["g1-line", "g1-line-fast"]);
-    let pieces = value(&metrics("g1-line-fastest", &[])[0], "pieces");
-    assert!((105.0..=374.0).contains(&pieces), "{pieces}");
+    let bounds = [("g1-line", 88.0..=198.0), ("g1-line-fast", 332.0..=747.0)];
+    for (name, held) in bounds.into_iter().chain([("g1-line-fastest", 105.0..=374.0)]) {
+        let (all, mean) = eight(name, "pieces", &[]);
+        assert!(held.contains(&mean), "{name}: {all:?}");
+    }
 }
 
 /// H1 on a coarse grid, a/h = 1.4: within the same bounds.
@@ -384,48 +405,10 @@ fn a_body_that_cannot_be_made_is_a_status_and_the_next_one_runs() {
     let more = ["--sweep", &sweep, "--csv", &table];
     let said = Cullet::new(&["bench", "-q"]).path(&file).args(&more).output();
     assert_eq!(said.code, 3, "{}{}", said.stdout, said.stderr);
-    assert!(said.stdout.contains("geometry: "), "{}", said.stdout);
+    assert!(said.stdout.contains(" mm: geometry: torus"), "{}", said.stdout);
     let text = std::fs::read_to_string(&csv).expect("a table");
     let words: Vec<&str> = text.lines().filter_map(|line| line.rsplit(',').next()).collect();
     assert_eq!(words, ["status", "geometry", "ok"], "{text}");
-    std::fs::remove_dir_all(&out).ok();
-}
-
-/// The same of a scene: a mesh without a volume, then bodies that stand in one another, and what
-/// comes after them is run. Where there is no mesh at all nothing is.
-#[test]
-fn a_scene_that_cannot_be_made_is_a_status_and_the_next_one_runs() {
-    let out = unique("scene-geometry");
-    std::fs::create_dir_all(&out).expect("a folder");
-    let (csv, file) = (out.join("all.csv"), out.join("thing.toml"));
-    let meshes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/corpus/meshes");
-    for name in ["one.obj", "clean.obj"] {
-        std::fs::copy(meshes.join(name), out.join(name)).expect("a mesh");
-    }
-    let text = "[scene.world]\nduration = 0.01\n\
-        [[scene.body]]\nname = \"thing\"\nmesh = \"clean.obj\"\nfit = \"10 cm\"\n\
-        position = [0, 0, 1]\nmaterial = \"plaster\"\n\
-        [[scene.body]]\nname = \"ball\"\nshape = { kind = \"sphere\", radius = \"5 cm\" }\n\
-        position = [0, 0, 2]\nmaterial = \"steel\"\n\
-        [[probe]]\nname = \"z\"\nkind = \"position\"\nbody = \"thing\"\ncomponent = \"z\"\n\
-        [[metric]]\nname = \"end\"\nprobe = \"z\"\nreduce = \"final\"\n";
-    std::fs::write(&file, text).expect("a file");
-    let mesh = |name: &str| format!("{:?}", out.join(name));
-    let sweep = format!("scene.body.thing.mesh={},{}", mesh("one.obj"), mesh("clean.obj"));
-    let (table, place) = (csv.to_string_lossy(), "scene.body.ball.position=[0,0,1],[0,0,2]");
-    let more = ["--sweep", &sweep, "--sweep", place, "--csv", &table, "--workers", "2"];
-    let said = Cullet::new(&["bench", "-q"]).path(&file).args(&more).output();
-    assert_eq!(said.code, 3, "{}{}", said.stdout, said.stderr);
-    for why in ["scene.body[0].mesh: the mesh", "scene.body[1].position: \"ball\" overlaps"] {
-        assert!(said.stdout.contains(&format!("geometry: {why}")), "{}", said.stdout);
-    }
-    let text = std::fs::read_to_string(&csv).expect("a table");
-    let words: Vec<&str> = text.lines().filter_map(|line| line.rsplit(',').next()).collect();
-    assert_eq!(words, ["status", "geometry", "geometry", "geometry", "ok"], "{text}");
-    let set = format!("scene.body.thing.mesh={}", mesh("none.obj"));
-    let said = Cullet::new(&["bench", "-q", "--set", &set]).path(&file).output();
-    assert_eq!(said.code, 64, "{}", said.stdout);
-    assert!(said.stderr.contains("scene.body[0].mesh: cannot read"), "{}", said.stderr);
     std::fs::remove_dir_all(&out).ok();
 }
 

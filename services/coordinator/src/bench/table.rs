@@ -117,7 +117,9 @@ pub fn text(all: &[Measured]) -> String {
         let whole = settings.map_or(name.clone(), |_| format!("{name} at h = {spacing} mm"));
         let cost = format!("{:.2} s", result.price.wall);
         if let Some(why) = trouble(&result.ending) {
-            notes.push(format!("{whole}: {}: {why}", status(&result.ending)));
+            // A place in `[geometry]` begins with the status' own word.
+            let word = format!("{}: ", status(&result.ending));
+            notes.push(format!("{whole}: {word}{}", why.strip_prefix(&*word).unwrap_or(why)));
         }
         let ended = trouble(&result.ending).is_none();
         if ended && result.strength_ratio < 1.0 {

@@ -74,9 +74,9 @@ fn cut_round(piece: &mut Vec<Vec3>, centre: &Vec3, axis: &Vec3, radius: f64, sla
     let u = axis.cross(&Vec3::ith(axis.iamin(), 1.0)).normalize();
     let v = axis.cross(&u);
     let sides = f64::from(SIDES);
-    let reach = radius * (PI / (sides * (PI / sides).tan())).sqrt();
+    let reach = radius * (PI / (sides * libm::tan(PI / sides))).sqrt();
     for side in 0..SIDES {
-        let (sin, cos) = (TAU * f64::from(side) / sides).sin_cos();
+        let (sin, cos) = libm::sincos(TAU * f64::from(side) / sides);
         let normal = u * cos + v * sin;
         cut(piece, &(centre + normal * reach), &normal, slack);
     }

@@ -57,7 +57,7 @@ pub struct ChartForm {
     /// The value along the first option's curve that is the default; else where that is the
     /// specimen as its file has it.
     pub default: Option<String>,
-    /// Seeds of each point: 1, or at least 8 where the outcome is chaotic, of a scene 4.
+    /// Seeds of each point: 1, or at least 8 where the outcome is chaotic.
     #[serde(default = "one")]
     #[schemars(range(min = 1, max = 64))]
     pub seeds: u32,

@@ -13,9 +13,6 @@ use std::sync::OnceLock;
 /// Least seeds of an ensemble: fewer say nothing of a chaotic outcome (F78).
 pub const LEAST_SEEDS: u32 = 8;
 
-/// The same of a scene, which may break many bodies at once and whose masses are put together.
-const LEAST_OF_SCENE: u32 = 4;
-
 /// Values along a curve, and seeds, of a quick run.
 const QUICK: (usize, u32) = (2, 2);
 
@@ -165,9 +162,8 @@ impl Desk<'_> {
 
     fn chart(&mut self, form: &ChartForm, at: &str) -> Option<Chart> {
         let before = self.errors.len();
-        let least = if form.scene.is_some() { LEAST_OF_SCENE } else { LEAST_SEEDS };
-        if (2..least).contains(&form.seeds) {
-            let message = format!("must be 1, or at least {least}; it is {}", form.seeds);
+        if (2..LEAST_SEEDS).contains(&form.seeds) {
+            let message = format!("must be 1, or at least {LEAST_SEEDS}; it is {}", form.seeds);
             self.wrong(&format!("{at}.seeds"), message);
         }
         let (mut chart, file) = match (&form.specimen, &form.scene) {

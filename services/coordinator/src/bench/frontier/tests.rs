@@ -147,6 +147,8 @@ fn what_is_wrong_with_a_set_is_told_with_its_place() {
         (SET.replace("\"most\"", "\"mist\""), "metrics are: most, least"),
         (SET.replace("\"most\"", "\"least\""), "give a `reference`"),
         (SET.replace("title", "seeds = 3\ntitle"), "at least 8; it is 3"),
+        // Of a scene as of a specimen.
+        (SET.replace("specimen = \"bar.toml\"", "scene = \"x\"\nseeds = 7"), "at least 8; it is 7"),
         (SET.replace("title", "seeds = 65\ntitle"), "at most 64"),
         (SET.replace("title", "scale = 0\ntitle"), "above 0"),
         (SET.replace("title", "default = \"3mm\"\ntitle"), "\"3mm\" is not along"),
