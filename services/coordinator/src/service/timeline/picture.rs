@@ -1,6 +1,6 @@
 //! A timeline as a picture and as a trace.
 
-use super::{Job, Timeline};
+use super::{Bar, Job, Span, Timeline};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -83,8 +83,25 @@ const TOP: f64 = 48.0;
 /// A time between attempts is drawn no longer than this part of the attempts: a night in which
 /// nothing went on leaves room for what did.
 const GAP: f64 = 0.1;
+/// How wide a letter in a bar is, about.
+const LETTER: f64 = 5.5;
+/// Most round times that are shown, about.
+const ROUND: f64 = 8.0;
 
 impl Timeline {
+    /// Round times while the run went on \[s\].
+    fn round_times(&self) -> Vec<f64> {
+        let most = self.drawn(self.end()) * 1e3 / ROUND;
+        let steps = (0..15).flat_map(|power| [1, 2, 5].map(|digit| digit * 10_u64.pow(power)));
+        let step = steps.into_iter().find(|step| *step as f64 >= most).unwrap_or(u64::MAX);
+        let of = |span: &Span| {
+            let at = |time: f64| time * 1e3 / step as f64;
+            let (first, last) = (at(span.from).ceil() as u64, at(span.to) as u64);
+            (first..=last).map(move |k| (k * step) as f64 / 1e3)
+        };
+        self.spans.iter().flat_map(of).collect()
+    }
+
     /// Where a time is drawn: as what it is, less what gaps are drawn shorter than they are.
     pub(super) fn drawn(&self, time: f64) -> f64 {
         let going: f64 = self.spans.iter().map(|span| span.to - span.from).sum();
@@ -144,6 +161,7 @@ pub(in crate::service) fn svg(name: &str, timeline: &Timeline) -> String {
             gap.what(),
         );
     }
+    axis(&mut out, timeline, height, &across);
     let mut last = "";
     for (index, job) in sorted.iter().enumerate() {
         let y = TOP + ROW * index as f64;
@@ -155,6 +173,20 @@ pub(in crate::service) fn svg(name: &str, timeline: &Timeline) -> String {
         line(&mut out, job, y, &across);
     }
     out + "</svg>\n"
+}
+
+/// Lines at round times while the run went on, with what they are.
+fn axis(out: &mut String, timeline: &Timeline, height: f64, across: &dyn Fn(f64) -> f64) {
+    for time in timeline.round_times() {
+        let (x, end, text) = (across(time), height - 20.0, height - 8.0);
+        let _ = writeln!(
+            out,
+            "<path d=\"M{x:.1} {:.1}V{end:.1}\" stroke=\"#ddd\"/>\
+             <text x=\"{x:.1}\" y=\"{text:.1}\" text-anchor=\"middle\" fill=\"#666\">\
+             {time} s</text>",
+            TOP - 4.0,
+        );
+    }
 }
 
 /// One job.
@@ -182,6 +214,17 @@ fn line(out: &mut String, job: &Job, y: f64, across: &dyn Fn(f64) -> f64) {
             bar.to,
             escape(&bar.text),
         );
+        label(out, job, &bar, (x, end, y + ROW - 5.0));
+    }
+}
+
+/// How long a bar is, and whose it is where it is not its row's, if there is room for it.
+fn label(out: &mut String, job: &Job, bar: &Bar<'_>, (from, to, y): (f64, f64, f64)) {
+    let whose = if bar.who == job.who() { String::new() } else { format!("{}: ", bar.who) };
+    let text = format!("{whose}{:.2} s", bar.to - bar.from);
+    if to - from > LETTER * (text.chars().count() + 2) as f64 {
+        let (x, text) = (from + LETTER, escape(&text));
+        let _ = writeln!(out, "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"9\">{text}</text>");
     }
 }
 

@@ -47,6 +47,26 @@ fn every_job_is_in_both_with_its_worker_and_times() {
     assert!(svg("empty", &Timeline::of(Vec::new())).ends_with("</svg>\n"));
 }
 
+#[test]
+fn the_picture_has_an_axis_and_says_how_long_bars_are_and_whose() {
+    let times = |timeline: &Timeline| -> Vec<f64> {
+        let picture = svg("pot", timeline);
+        let labels = picture.lines().filter(|line| line.starts_with("<path"));
+        let labels = labels.filter_map(|line| line.split_once("#666\">"));
+        let time = |(_, text): (&str, &str)| text.split_once(" s<")?.0.parse().ok();
+        labels.filter_map(time).collect()
+    };
+    let mut two = Timeline::of(jobs());
+    assert_eq!(times(&two), [0.0, 0.5, 1.0, 1.5, 2.0]);
+    // A night between two attempts has none; a second attempt goes on with the times of the run.
+    two.add((2, 40_000_000), jobs(), 0.0, true);
+    assert_eq!(times(&two), [0.0, 1.0, 2.0, 40_000.0, 40_001.0, 40_002.0]);
+    assert_eq!(times(&Timeline::of(Vec::new())), [0.0]);
+    let picture = svg("pot", &Timeline::of(jobs()));
+    let told = ["0.50 s", "c: 0.25 s"].map(|text| picture.contains(&format!(">{text}</text>")));
+    assert_eq!(told, [true; 2], "{picture}");
+}
+
 /// What the bars say, in the picture and in the trace.
 fn told(jobs: Vec<Job>) -> Vec<(String, String)> {
     let timeline = Timeline::of(jobs);
