@@ -32,7 +32,8 @@ const SIZE: (usize, usize) = (480, 320);
 const COLUMNS: usize = 4;
 /// Pixels between moments.
 const GAP: usize = 6;
-/// The moment of the sheet that a still shows unless it is told otherwise: soon after the break.
+/// The moment that a still shows unless it is told otherwise, and the sheet of a sweep: soon after
+/// the break.
 const SHOWN: usize = 2;
 /// Frames a second.
 const FPS: f64 = 12.5;
@@ -114,7 +115,8 @@ pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, Recor
     Ok(time)
 }
 
-/// Draws the end of each of several recordings, with its caption, side by side into a file.
+/// Draws each of several recordings soon after its first break, with its caption and the time, side
+/// by side into a file: at their ends what broke may have flown out of all pictures.
 ///
 /// # Errors
 /// A recording cannot be read or the picture not written.
@@ -123,20 +125,21 @@ pub fn side_by_side(runs: &[(PathBuf, String)], file: &Path) -> Result<(), Recor
         let recording = Recording::open(recording)?;
         let track = Track::of(&recording);
         let focus = direct::focus(&track, &recording.meta, SIZE);
-        let mut picture = Reel::new(&track, &focus, SIZE).draw(track.end);
-        picture.caption(text, 1);
+        let time = direct::moments(&track)[SHOWN];
+        let mut picture = Reel::new(&track, &focus, SIZE).draw(time);
+        picture.caption(&format!("{text}  {time:.3} s"), 1);
         Ok(picture)
     };
     let pictures: Result<Vec<Picture>, RecordError> = runs.iter().map(one).collect();
     contact_sheet(&pictures?).save(file)
 }
 
-/// Puts pictures of one size side by side, four in a row.
+/// Puts pictures of one size side by side, at most four in a row.
 #[must_use]
 pub fn contact_sheet(pictures: &[Picture]) -> Picture {
     let (width, height) = pictures.first().map_or(SIZE, |p| (p.width, p.height));
     let rows = pictures.len().div_ceil(COLUMNS).max(1);
-    let across = COLUMNS * (width + GAP) + GAP;
+    let across = pictures.len().clamp(1, COLUMNS) * (width + GAP) + GAP;
     let mut sheet = Picture::filled(across, rows * (height + GAP) + GAP, [28, 30, 34]);
     for (k, picture) in pictures.iter().enumerate() {
         let (column, row) = (k % COLUMNS, k / COLUMNS);

@@ -24,6 +24,30 @@ fn equal_recordings_give_equal_pictures() {
 }
 
 #[test]
+fn a_sheet_is_as_wide_as_its_pictures() {
+    let sheet = |count| contact_sheet(&vec![Picture::filled(20, 10, [0; 3]); count]);
+    let size = |count| (sheet(count).width, sheet(count).height);
+    assert_eq!([1, 2, 5].map(size), [(32, 22), (58, 22), (110, 38)]);
+}
+
+#[test]
+fn recordings_side_by_side_are_shown_soon_after_they_break() {
+    let dir = tempfile::tempdir().expect("folder");
+    let (recording, file) = (recorded(dir.path()), dir.path().join("sheet.png"));
+    let one = (dir.path().join("run.mcap"), "seed=1".to_owned());
+    side_by_side(&[one.clone(), one], &file).expect("draws");
+    let track = Track::of(&recording);
+    let time = direct::moments(&track)[SHOWN];
+    assert!(time < track.end, "{time}");
+    let focus = direct::focus(&track, &recording.meta, SIZE);
+    let mut picture = Reel::new(&track, &focus, SIZE).draw(time);
+    picture.caption(&format!("seed=1  {time:.3} s"), 1);
+    let due = dir.path().join("due.png");
+    contact_sheet(&[picture.clone(), picture]).save(&due).expect("writes");
+    assert!(std::fs::read(file).expect("reads") == std::fs::read(due).expect("reads"));
+}
+
+#[test]
 fn sheet_and_film_are_what_they_claim() {
     let dir = tempfile::tempdir().expect("folder");
     let (sheet, film) = pictures(dir.path());
