@@ -202,12 +202,12 @@ fn what_is_anothers_is_controlled_by_its_owner_and_by_operators() {
     sleep(TOLD.saturating_sub(begun.elapsed()));
     let said = rogue.stderr();
     let why = "nobody answers: no coordinator is there, or w2 may not work here: its certificate \
-               is of \"bob\", and roles must name it";
+               is of \"bob\", and roles must name it among workers";
     assert!(said.contains(why), "{said}");
     assert!(farm.workers.iter_mut().all(|worker| !worker.stderr().contains("nobody answers")));
     let said = farm.ask("mallory", &["doctor"]);
     assert_eq!(said.code, 69, "{}", said.stdout);
-    let why = "the certificate is of \"mallory\", and roles must name it";
+    let why = "the certificate is of \"mallory\", and roles must name it among users or operators";
     assert!(said.stdout.contains(why), "{}", said.stdout);
 }
 

@@ -118,7 +118,7 @@ impl Link {
             (LinkError::Connect { .. }, Some(_)) => self.refusal(endpoint),
             (LinkError::Silent { .. }, Some(certificate)) => Some(format!(
                 "either none is there, or {:?} may not ask: the certificate is of {:?}, and roles \
-                 must name it",
+                 must name it among users or operators",
                 self.name, certificate.name
             )),
             _ => None,

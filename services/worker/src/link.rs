@@ -127,7 +127,7 @@ impl Line {
         let denied = certificate.as_ref().map(|name| {
             format!(
                 ", or {worker} may not work here: its certificate is of {name:?}, and roles must \
-                 name it"
+                 name it among workers"
             )
         });
         let denied = denied.unwrap_or_default();
