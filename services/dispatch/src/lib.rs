@@ -3,7 +3,8 @@
 //! A shell feeds [`Dispatch::step`] what it heard and does, in order, what comes back; a worker's
 //! shell does the same with [`Hand::step`]. Read [`event`] first, then [`machine`] and [`hand`].
 //!
-//! What the machines keep to, each held by an oracle of the simulation (`docs/pool.md`):
+//! What the machines keep to, each held by an oracle of the simulation (`docs/pool.md`), and how
+//! much each tenant and run gets by `tests/machine.rs`:
 //! - every opening of a job settles exactly once, in the opening order of its run; runs do not wait
 //!   for each other;
 //! - a job opened by several runs is computed once and settles in each;
