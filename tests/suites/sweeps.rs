@@ -105,9 +105,16 @@ fn a_sweep_makes_a_table_and_a_sheet_here_and_at_a_coordinator() {
     assert_eq!(farm.runs()[1]["sweep"], "seeds");
     let bad = folder.join("bad.toml");
     fs::write(&bad, "scene = \"drop.toml\"\n[product]\n\"world.sed\" = [1]\n").expect("a sweep");
-    let said = Cullet::new(&["run"]).path(&bad).output();
-    assert_eq!(said.code, 64);
-    assert!(said.stderr.contains("sed=1") && said.stderr.contains("seed"), "{}", said.stderr);
+    for command in ["run", "check"] {
+        let said = Cullet::new(&[command]).path(&bad).output();
+        assert_eq!(said.code, 64);
+        assert!(said.stderr.contains("sed=1") && said.stderr.contains("seed"), "{}", said.stderr);
+    }
+    let said = Cullet::new(&["check"]).path(&file).output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    let lines: Vec<_> = said.stdout.lines().collect();
+    assert_eq!((lines.len(), lines[0]), (3, "seeds: 2 runs"));
+    assert!(lines[2].starts_with("  seed=6: drop, 3 bodies, "), "{}", lines[2]);
 }
 
 /// Who has left can have the sheet and the table all the same: of what is over, or of all.

@@ -84,7 +84,7 @@ pub(crate) enum Command {
     Preview(Preview),
     /// Draw one moment of a recording as a large picture
     Still(Still),
-    /// Check a scene and say what is in it, without running it
+    /// Check a scene or a sweep and say what is in it, without running it
     Check(Check),
     /// List the material presets with the source of each value
     Materials(Materials),
@@ -184,7 +184,7 @@ pub(crate) struct Bench {
 
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {
-    /// A scene file, or the folder that holds scene.toml
+    /// A scene file, the folder that holds scene.toml, or the file of a sweep
     pub(crate) scene: PathBuf,
     /// Override a value of the scene, such as world.duration=2 or body.target.mesh="bunny.obj"
     #[arg(long = "set", value_name = "PATH=VALUE")]

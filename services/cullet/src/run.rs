@@ -44,6 +44,9 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn check(args: &args::Check) -> Result<Exit, Trouble> {
+    if sweep::is_one(&args.scene.scene) {
+        return sweep::check(&args.scene);
+    }
     let scene = read_scene(&args.scene)?;
     let mut lines = vec![
         format!("{}: {}", scene.name, scene.description),

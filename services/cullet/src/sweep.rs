@@ -7,7 +7,7 @@ pub(crate) use farm::{fetch, submit};
 
 use crate::args::{self, SceneArgs};
 use crate::client::print_json;
-use crate::exit::{Exit, Trouble};
+use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
 use crate::logs;
 use crate::run::{draw, exit_of, read_scene, start_pool, trouble};
@@ -100,6 +100,21 @@ impl Row {
     fn code(&self) -> Option<u8> {
         (!matches!(self.exit, Exit::Unknown | Exit::Later)).then(|| self.exit.code())
     }
+}
+
+/// `cullet check SWEEP`: what each of its runs is.
+pub(crate) fn check(args: &SceneArgs) -> Result<Exit, Trouble> {
+    let Plan { named: Named { name, sweep, .. }, scenes } = plan(args)?;
+    let mut lines = vec![format!("{name}: {} runs", scenes.len())];
+    for (scene, row) in scenes.iter().zip(&sweep.rows) {
+        let (name, bodies) = (&scene.name, scene.bodies.len());
+        let (steps, step) = (scene.steps(), scene.world.step);
+        let label = sweep.label(row);
+        lines.push(format!("  {label}: {name}, {bodies} bodies, {steps} steps of {step} s"));
+        lines.extend(scene.warnings.iter().map(|line| format!("    warning: {line}")));
+    }
+    print(lines.join("\n") + "\n")?;
+    Ok(Exit::Done)
 }
 
 /// `cullet run SWEEP`: one after another on one pool.
