@@ -183,7 +183,7 @@ fn storm(places: u64, seconds: u64) -> Done {
             }
             if !matches!(settlement.ending, Ending::Verdict(_)) {
                 abandoned += 1;
-                eprintln!("{settlement:#?}");
+                eprintln!("{:?}: {:?}", settlement.ending, settlement.tries);
             }
             last = since.elapsed();
         }
