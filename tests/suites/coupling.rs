@@ -167,7 +167,7 @@ fn r4_the_step_of_the_world_does_not_decide() {
 }
 
 /// E11 of rigid bodies: a hit keeps momentum; angular momentum drifts as the step, a gap, which
-/// friction makes: without it a twentieth of that is left.
+/// friction makes: without it nothing is lost.
 #[test]
 fn e11_a_hit_keeps_momentum_and_the_drift_of_the_angular_one_is_known() {
     let steps = ["--sweep", "scene.world.step=1/240 s,1/1000 s,1/4000 s"];
@@ -178,9 +178,9 @@ fn e11_a_hit_keeps_momentum_and_the_drift_of_the_angular_one_is_known() {
         told.iter().map(|row| value(row, "angular momentum").abs()).collect()
     };
     let rough = drifts(&[]);
-    assert!(rough.iter().zip([0.1, 0.025, 0.007]).all(|(drift, most)| drift < &most), "{rough:?}");
+    assert!(rough.iter().zip([0.12, 0.025, 0.007]).all(|(drift, most)| drift < &most), "{rough:?}");
     let smooth = drifts(&smooth);
-    assert!(smooth.iter().all(|drift| *drift < 0.005), "{smooth:?}");
+    assert!(smooth.iter().all(|drift| *drift < 1e-12), "{smooth:?}");
 }
 
 /// R5: ten blocks on each other for a minute: none drifts by a millimetre, none is hit.

@@ -14,6 +14,7 @@ mod grid;
 mod kit;
 mod law;
 mod legs;
+mod meet;
 mod push;
 mod system;
 mod world;

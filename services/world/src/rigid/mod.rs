@@ -3,6 +3,7 @@
 mod contacts;
 mod convert;
 mod hulls;
+mod meet;
 mod quiet;
 
 pub(crate) use contacts::Contact;
@@ -13,11 +14,11 @@ use crate::settings::WorldSettings;
 use convert::{engine_pose, mass_properties, pose, vec3, vector};
 use cullet_geometry::Vec3;
 use hulls::{Part, boxed, part};
+use meet::{Crowd, Kind, Scene, Way, set_back};
 use quiet::{Placed, Quiet, depth};
 use rapier3d_f64::prelude::{
-    ActiveHooks, Collider, ColliderBuilder, IntegrationParameters, InteractionGroups, PhysicsWorld,
-    QueryFilter, QueryFilterFlags, Ray, RigidBody, RigidBodyBuilder, RigidBodyHandle,
-    SpringCoefficients,
+    ActiveHooks, Collider, ColliderBuilder, IntegrationParameters, PhysicsWorld, QueryFilter,
+    QueryFilterFlags, Ray, RigidBody, RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
 };
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -36,10 +37,10 @@ const CONTACT_DAMPING: f64 = 10.0;
 const DEPENETRATION_SPEED: f64 = 0.2;
 /// Speed at which the engine would cap a body \[m/s\]: beyond anything a scene may ask for.
 const SPEED_CAP: f64 = 2e6;
-/// A body that moves more than this share of its thickness in a step is swept (F42).
+/// A body that moves more than this share of its thickness in a step is stopped where it touches,
+/// not where the step ends (F42) …
 const SWEEP_SHARE: f64 = 0.25;
-/// A body of the scene that moves more than this share of its thickness in a step is stopped where
-/// it touches, not where the step ends.
+/// … and one of the scene that moves more than this share, so that a hard landing does not sink in.
 const LANDING_SHARE: f64 = 0.02;
 /// Fragments slower than this are damped; above twice of it they no longer are \[m/s\].
 const DAMPED_SPEED: f64 = 0.2;
@@ -55,8 +56,6 @@ struct Slot {
     thickness: f64,
     fixed: bool,
     fit: Fit,
-    /// Is swept against moving bodies too.
-    swept: bool,
     /// Damping when slow \[1/s\]; zero for bodies that keep what they have.
     damping: f64,
     damped: bool,
@@ -94,6 +93,7 @@ impl Rigid {
                 dt: settings.step,
                 length_unit: unit,
                 num_solver_iterations: settings.iterations,
+                max_ccd_substeps: 0,
                 contact_softness: stiff(CONTACT_HZ),
                 static_contact_softness: stiff(STATIC_CONTACT_HZ),
                 normalized_max_corrective_velocity: DEPENETRATION_SPEED / unit,
@@ -144,14 +144,6 @@ impl Rigid {
                 .active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS);
             self.world.insert_collider(collider, Some(handle));
         }
-        if fit == Fit::Body && !body.fixed {
-            // The engine sweeps a body that moves half its thinnest collider: this one touches
-            // nothing and makes it do so early, so that a hard landing does not sink in.
-            let probe = ColliderBuilder::ball(2.0 * LANDING_SHARE * body.thickness)
-                .density(0.0)
-                .collision_groups(InteractionGroups::none());
-            self.world.insert_collider(probe, Some(handle));
-        }
         let slot = Slot {
             handle,
             parts,
@@ -159,7 +151,6 @@ impl Rigid {
             thickness: body.thickness,
             fixed: body.fixed,
             fit,
-            swept: false,
             damping,
             damped: false,
         };
@@ -220,10 +211,11 @@ impl Rigid {
                 self.before.push((id, motion));
             }
         }
-        self.choose_swept();
         self.choose_damped();
-        let (world, quiet) = (&mut self.world, &self.quiet);
-        let done = catch_unwind(AssertUnwindSafe(|| world.step_with_events(quiet, &())));
+        let done = catch_unwind(AssertUnwindSafe(|| {
+            self.world.step_with_events(&self.quiet, &());
+            self.set_back_where_they_meet();
+        }));
         self.steps += 1;
         if self.steps.is_multiple_of(QUIET_EVERY) {
             self.review_quiet();
@@ -237,8 +229,8 @@ impl Rigid {
         Some(&self.before[place].1)
     }
 
-    /// Share of the step before the last that a body moved for \[1\]: one that is swept stops where
-    /// it touches, and has the gravity of the whole step.
+    /// Share of the step before the last that a body moved for \[1\]: one that meets another stops
+    /// where they touch, and has the gravity of the whole step.
     pub(crate) fn moved(&self, id: u32) -> f64 {
         let Ok(place) = self.prior.binary_search_by_key(&id, |(id, _)| *id) else {
             return 1.0;
@@ -266,35 +258,35 @@ impl Rigid {
             .min()
     }
 
-    /// Fast bodies are swept against moving ones too (F42). The engine never sweeps one swept body
-    /// against another: of the bodies of the scene that are only fast enough to sink in, the faster
-    /// half is chosen. The flag changes only when it must.
-    fn choose_swept(&mut self) {
-        let dt = self.world.integration_parameters.dt;
-        let path = |motion: &Motion, slot: &Slot| {
-            (motion.velocity.norm() + motion.spin.norm() * slot.reach) * dt / slot.thickness
-        };
-        let moving = self.before.iter().zip(self.slots.values());
-        let mut landing: Vec<(f64, u32)> = moving
-            .filter(|(_, slot)| !slot.fixed && slot.fit == Fit::Body)
-            .map(|((id, motion), slot)| (path(motion, slot), *id))
-            .filter(|(path, _)| *path > LANDING_SHARE)
-            .collect();
-        landing.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
-        landing.truncate(landing.len().div_ceil(2));
-        let mut landing: Vec<u32> = landing.into_iter().map(|(_, id)| id).collect();
-        landing.sort_unstable();
-        for ((id, motion), slot) in self.before.iter().zip(self.slots.values_mut()) {
-            if slot.fixed || slot.fit == Fit::Tiny {
-                continue;
+    /// Bodies that met within the step are set back to where they then are (F42).
+    fn set_back_where_they_meet(&mut self) {
+        let moving = self.before.iter().zip(&self.slots);
+        let ways = moving.filter_map(|((_, before), (&id, slot))| {
+            let body = self.world.bodies.get(slot.handle)?;
+            if !body.position().translation.is_finite() {
+                return None;
             }
-            let fast = path(motion, slot) > SWEEP_SHARE;
-            let swept = fast || landing.binary_search(id).is_ok();
-            if swept != slot.swept {
-                slot.swept = swept;
-                if let Some(body) = self.world.bodies.get_mut(slot.handle) {
-                    body.enable_ccd(swept);
-                }
+            let (kind, share) = match slot.fit {
+                _ if slot.fixed => (Kind::Fixed, SWEEP_SHARE),
+                Fit::Tiny => (Kind::Tiny, SWEEP_SHARE),
+                Fit::Fragment => (Kind::Moving, SWEEP_SHARE),
+                Fit::Body => (Kind::Moving, LANDING_SHARE),
+            };
+            let which = (id, slot.handle, body);
+            let before = engine_pose(&before.pose);
+            Some(Way::new(which, &slot.parts, (kind, share * slot.thickness), &before))
+        });
+        let ways: Vec<Way<'_>> = ways.collect();
+        if !ways.iter().any(Way::far) {
+            return;
+        }
+        let of = &self.world.integration_parameters;
+        let (slop, room) = (of.allowed_linear_error(), 2.0 * of.prediction_distance());
+        let touching = &self.world.narrow_phase;
+        let scene = Scene { quiet: &self.quiet, touching, slop, room };
+        for (handle, pose) in Crowd::new(ways).go(&scene) {
+            if let Some(body) = self.world.bodies.get_mut(handle) {
+                set_back(body, pose);
             }
         }
     }
