@@ -22,7 +22,6 @@ const CORE: f64 = 0.75;
 const LITTLE: f64 = 0.05;
 /// Two bodies are swept over no greater an angle at once than this \[rad\].
 const TURN: f64 = 0.5;
-
 /// Of more that go on together the velocity stays when others join them: the work of a step grows
 /// no faster than that of a crowd's pairs.
 const FEW: usize = 16;
@@ -40,8 +39,8 @@ pub(super) enum Kind {
 
 /// The way of a body over a step.
 pub(super) struct Way<'a> {
-    pub(super) id: u32,
-    pub(super) handle: RigidBodyHandle,
+    id: u32,
+    handle: RigidBodyHandle,
     kind: Kind,
     parts: &'a [Part],
     colliders: &'a [ColliderHandle],
@@ -91,7 +90,7 @@ impl<'a> Way<'a> {
     }
 
     /// Where it ends, if it has met others.
-    pub(super) fn set_back(&self) -> Option<Pose> {
+    fn end(&self) -> Option<Pose> {
         self.joined.is_some().then(|| self.at(1.0))
     }
 
@@ -139,11 +138,8 @@ impl Group {
     fn with(mut self, mut other: Self) -> (Self, Vec<usize>) {
         let fixed = |group: &Self| group.mass.is_infinite();
         let many = self.members.len() + other.members.len() > FEW;
-        let before = |one: &Self, two: &Self| {
-            let size = |group: &Self| (fixed(group), group.members.len());
-            size(one) >= size(two)
-        };
-        if !before(&self, &other) {
+        let size = |group: &Self| (fixed(group), group.members.len());
+        if size(&self) < size(&other) {
             std::mem::swap(&mut self, &mut other);
         }
         let mass = self.mass + other.mass;
@@ -190,7 +186,7 @@ impl<'a> Crowd<'a> {
                 self.join(f64::from_bits(at), a, b, scene);
             }
         }
-        self.ways.iter().filter_map(|way| Some((way.handle, way.set_back()?))).collect()
+        self.ways.iter().filter_map(|way| Some((way.handle, way.end()?))).collect()
     }
 
     /// Finds who would meet whom, at least one of them far, if none met another before.
