@@ -228,6 +228,72 @@ fn what_is_at_work_when_the_coordinator_ends_is_not_begun_anew() {
     }
 }
 
+/// A job lasts longer than anybody waits here.
+const ENDLESS: [&str; 2] = ["--set", "fracture.max_particles=400000"];
+
+/// Two runs have a job each at work, and the coordinator is killed; the next life runs one at a
+/// time, and knows from the disk alone that somebody is at the job of the other. `stopped`: that
+/// one's worker hears nothing until a life that finds the run cancelled. Seconds from when its run
+/// is cancelled, or it can hear, until its solver has ended.
+fn renounced(folder: PathBuf, stopped: bool) -> f64 {
+    let mut farm = Farm::start(folder, 2);
+    let (endpoint, log) = (farm.door.1.clone(), Log(farm.log_of(Role::Coordinator, 0)));
+    let runs = [0, 1].map(|seed| submit(&endpoint, seed, &ENDLESS));
+    let held = [1, 2].map(|run| {
+        let granted = |line: &Value| line["message"] == "job granted" && line["run"] == run;
+        let line = log.line("its job is granted", granted);
+        let text = |name: &str| line[name].as_str().expect("a name").to_owned();
+        (text("job"), Role::Worker(text("worker")[1..].parse().expect("a number")))
+    });
+    sleep(Duration::from_millis(500));
+    farm.runs = "1";
+    let restart = |farm: &mut Farm, life| {
+        farm.kill(Role::Coordinator);
+        farm.tend();
+        let next = Log(farm.log_of(Role::Coordinator, life));
+        next.line("the first goes on", |line| line["message"] == "goes on from before");
+    };
+    let process = farm.post(held[1].1).process.id();
+    if stopped {
+        signal(process, "STOP");
+    }
+    restart(&mut farm, 1);
+    let said = Cullet::new(&["show", &runs[1], "--json", "--connect", &endpoint]).output();
+    assert!(said.stdout.contains("\"state\":\"queued\""), "{}", said.stdout);
+    let mut since = now();
+    cancel(&endpoint, &runs[1]);
+    if stopped {
+        restart(&mut farm, 2);
+        since = now();
+        signal(process, "CONT");
+    }
+    let ended = |k: usize| {
+        let (job, worker) = &held[k];
+        let line = Log(farm.log_of(*worker, 0)).line("its solver ends", |line| {
+            line["message"] == "job not wanted any more" && line["job"] == **job
+        });
+        moment(&line).expect("a time")
+    };
+    let took = ended(1) - since;
+    cancel(&endpoint, &runs[0]);
+    ended(0);
+    assert!(farm.by_themselves.is_empty(), "{:?}", farm.by_themselves);
+    farm.leave();
+    assert!(farm.left().is_empty(), "{:?}", farm.left());
+    took
+}
+
+#[test]
+fn a_run_that_is_cancelled_before_it_is_done_again_ends_its_job_at_its_worker() {
+    let _left = common::left::NobodyLeft::watch();
+    for (stopped, what, most) in [(false, "is told", 0.5), (true, "hears again", 2.0)] {
+        let all = 0..number("CULLET_REPEATS", 1);
+        let all = all.map(|k| renounced(unique(&format!("renounced{k}-{stopped}")), stopped));
+        let what = format!("cancelled before it is done again, its worker {what}: solver ends");
+        gate(tell(&what, all.collect()), most);
+    }
+}
+
 /// Its job goes on, and it gets no other, of whichever life of the coordinator.
 #[test]
 fn a_worker_that_was_drained_is_drained_when_the_coordinator_is_back() {

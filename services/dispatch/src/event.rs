@@ -61,6 +61,10 @@ impl Skills {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Run(pub u64);
 
+/// A run by the number that it keeps in all lives of the coordinator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Heir(pub u64);
+
 /// On whose behalf runs are made: the pool is shared evenly between tenants first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Tenant(pub u64);
@@ -247,8 +251,11 @@ pub enum Event {
     Drain(Worker),
     /// An earlier life has drained this worker; said before it can ask here.
     Bar(Worker),
-    /// This job was at work when an earlier life ended; said before any run begins.
-    Inherit(Job),
+    /// This job was at work when an earlier life ended, and that run wanted it; said before any run
+    /// begins.
+    Inherit(Job, Heir),
+    /// That run wants nothing any more of what was at work and what it has not opened since.
+    Renounce(Heir),
     /// An earlier life has put this job into quarantine.
     Isolate(Job),
     /// A quarantined job may be tried again.

@@ -15,6 +15,8 @@
 //!   never taken away;
 //! - what a worker is at when the coordinator ends goes on: the next life takes its renewals and
 //!   its result, and gives the job to nobody else before the worker has had a lease to be heard;
+//!   if the runs that wanted it are over before they come that far again, it is as any other that
+//!   nobody wants;
 //! - a lease that runs out does not stop the computation behind it. A job's name is the digest of
 //!   its problem, and a worker checks what it solves against the name: so a zombie's late result is
 //!   of the same problem. It counts while the job is open and nobody of another build has been
@@ -76,8 +78,8 @@ mod sim;
 
 pub use counts::Counts;
 pub use effect::{Bound, Cause, Effect, Loss, Reason, Receipt, StopReason, Verdict};
-pub use event::{Build, Digest, Epoch, Event, Job, Millis, Outcome, Prior, Run, Share};
-pub use event::{Skills, Tenant, Trouble, Worker};
+pub use event::{Build, Digest, Epoch, Event, Heir, Job, Millis, Outcome, Prior, Run};
+pub use event::{Share, Skills, Tenant, Trouble, Worker};
 pub use hand::{Act, Hand, Heard, Question, Work};
 pub use machine::Dispatch;
 pub use shelf::Shelf;

@@ -263,9 +263,10 @@ impl Dispatch {
                 self.shares.end(run);
             }
             Event::Drain(worker) => self.drain(worker, Cause::Asked, &mut out),
-            Event::Bar(_) | Event::Inherit(_) | Event::Isolate(_) | Event::Pardon(_) => {
+            Event::Bar(_) | Event::Inherit(..) | Event::Isolate(_) | Event::Pardon(_) => {
                 self.recall(now, event);
             }
+            Event::Renounce(heir) => self.renounce(heir, &mut out),
             Event::Forsaken => {
                 for job in self.jobs.names() {
                     self.abandon(now, job, Reason::Forsaken, &mut out);

@@ -68,6 +68,8 @@ pub(crate) enum Mutant {
     OrphanSuperseded,
     /// A new life knows nothing of a job before a run has opened it.
     OrphanUnknown,
+    /// A new life lets a job go on whose runs are over.
+    OrphanKept,
 }
 
 impl Mutant {

@@ -1,16 +1,19 @@
 //! What an earlier life of the coordinator had granted: who is at it goes on.
 //!
-//! The shell keeps on disk which jobs are at work, and names them to the next life before any run
-//! begins ([`Event::Inherit`](crate::Event::Inherit)). Such a job, an *orphan*, waits for its
-//! worker for a lease before another gets it. A renewal by a grant of an earlier life takes it up
-//! again; where no run has opened it yet, as runs are done again from their beginning, the renewal
-//! is remembered until one does, and so is a result.
+//! The shell keeps on disk which jobs are at work and which runs want them, their *heirs*, and
+//! names them to the next life before any run begins ([`Event::Inherit`](crate::Event::Inherit)).
+//! Such a job, an *orphan*, waits for its worker for a lease before another gets it. A renewal by a
+//! grant of an earlier life takes it up again; where no run has opened it yet, as runs are done
+//! again from their beginning, the renewal is remembered until one does, and so is a result. An
+//! orphan whose heirs are all over is as a job that is cancelled
+//! ([`Event::Renounce`](crate::Event::Renounce)).
 
 use crate::effect::{Effect, Receipt, Verdict};
-use crate::event::{Build, Epoch, Event, Job, Millis, Skills, Worker};
+use crate::event::{Build, Epoch, Event, Heir, Job, Millis, Skills, Worker};
 use crate::machine::{Dispatch, Lease, Phase, Stage};
 #[cfg(test)]
 use crate::mutant::Mutant;
+use std::collections::BTreeSet;
 
 /// A renewal by a grant of an earlier life.
 #[derive(Clone, Copy, Debug)]
@@ -24,8 +27,10 @@ pub(crate) struct Word {
 }
 
 /// A job that was at work when the coordinator ended, and that no run has opened since.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Orphan {
+    /// Who will want it.
+    heirs: Vec<Heir>,
     /// Until then it waits for its worker.
     until: Millis,
     /// The last word of it.
@@ -39,6 +44,14 @@ impl Dispatch {
         self.orphans.get(&job).is_some()
     }
 
+    /// The runs that will want an orphan, each once.
+    #[must_use]
+    pub fn heirs(&self) -> BTreeSet<Heir> {
+        let orphans = self.orphans.names();
+        let orphans = orphans.iter().filter_map(|job| self.orphans.get(job));
+        orphans.flat_map(|orphan| orphan.heirs.iter().copied()).collect()
+    }
+
     /// Whether a result of this job by this grant is an orphan's.
     pub(crate) fn bequeathed(&self, job: Job, epoch: Epoch) -> bool {
         #[cfg(test)]
@@ -49,7 +62,8 @@ impl Dispatch {
     }
 
     /// Whether a grant is of an earlier life.
-    fn earlier(&self, epoch: Epoch) -> bool {
+    #[must_use]
+    pub fn earlier(&self, epoch: Epoch) -> bool {
         epoch.0 >> 32 < self.next_epoch >> 32
     }
 
@@ -59,15 +73,42 @@ impl Dispatch {
             #[cfg(test)]
             Event::Bar(_) if self.is(Mutant::DrainForgotten) => {}
             Event::Bar(worker) => self.staff.bar(worker),
-            Event::Inherit(job) if self.jobs.get(&job).is_none() => {
-                let until = now + self.timing.lease;
-                self.orphans.insert(job, Orphan { until, word: None });
+            Event::Inherit(job, heir) if self.jobs.get(&job).is_none() => {
+                if let Some(orphan) = self.orphans.get_mut(&job) {
+                    orphan.heirs.push(heir);
+                    return;
+                }
+                let (heirs, until) = (vec![heir], now + self.timing.lease);
+                self.orphans.insert(job, Orphan { heirs, until, word: None });
             }
             #[cfg(test)]
             Event::Isolate(_) if self.is(Mutant::QuarantineForgotten) => {}
             Event::Isolate(job) => drop(self.quarantine.put(job, 1)),
             Event::Pardon(job) => self.quarantine.remove(job),
             _ => {}
+        }
+    }
+
+    /// A run of an earlier life is over. Who is at what only it wanted is told so, now if it has
+    /// been heard, with its next renewal if not.
+    pub(crate) fn renounce(&mut self, heir: Heir, out: &mut Vec<Effect>) {
+        #[cfg(test)]
+        if self.is(Mutant::OrphanKept) {
+            return;
+        }
+        for job in self.orphans.names() {
+            let Some(orphan) = self.orphans.get_mut(&job) else {
+                continue;
+            };
+            orphan.heirs.retain(|of| *of != heir);
+            if !orphan.heirs.is_empty() {
+                continue;
+            }
+            if let Some(Word { worker, epoch, .. }) = orphan.word {
+                out.push(Effect::Cancel { worker, job, epoch });
+            }
+            self.orphans.remove(&job);
+            self.remember(job, Verdict::Cancelled);
         }
     }
 

@@ -293,7 +293,7 @@ fn what_runs_out_in_one_tick_is_looked_at_in_order_of_time_and_name() {
 /// Of a machine in its second life.
 fn second_life(inherited: &[u64]) -> Pool {
     let mut pool = Pool { machine: Dispatch::new(Timing::test(), 2), now: 0, seq: 0 };
-    inherited.iter().for_each(|k| drop(pool.step(Event::Inherit(job(*k)))));
+    inherited.iter().for_each(|k| drop(pool.step(Event::Inherit(job(*k), Heir(1)))));
     pool.begin(1, 1, 4);
     pool
 }
@@ -317,4 +317,33 @@ fn what_an_earlier_life_has_granted_goes_on_and_waits_for_its_worker_for_a_lease
     assert_eq!((pool.machine.counts().adopted, pool.machine.counts().resent), (1, 0));
     // What nobody has inherited is not known.
     assert!(matches!(pool.step(renewal(13, before(4), true))[..], [Effect::Stop { .. }]));
+}
+
+#[test]
+fn who_is_at_what_an_earlier_life_has_granted_is_told_when_the_runs_that_wanted_it_are_over() {
+    let mut pool = second_life(&[1, 2, 3]);
+    pool.step(Event::Inherit(job(3), Heir(2)));
+    assert_eq!(pool.machine.heirs().into_iter().collect::<Vec<_>>(), [Heir(1), Heir(2)]);
+    let before = |k| (job(k), Epoch(1 << 32 | k));
+    pool.renew(11, before(1));
+    pool.renew(13, before(3));
+    // Who was heard is told at once, and who was not hears it when it speaks.
+    let said = pool.step(Event::Renounce(Heir(1)));
+    let told = Effect::Cancel { worker: Worker(11), job: job(1), epoch: before(1).1 };
+    assert_eq!(said, [told]);
+    let told = Effect::Cancel { worker: Worker(12), job: job(2), epoch: before(2).1 };
+    let heed = Event::Heed { worker: Worker(12), job: job(2), epoch: before(2).1 };
+    assert_eq!(pool.step(heed), [told]);
+    for (worker, k) in [(11, 1), (12, 2)] {
+        assert!(matches!(pool.step(renewal(worker, before(k), true))[..], [Effect::Stop { .. }]));
+        let said = pool.done(worker, before(k));
+        assert!(matches!(said[..], [Effect::Taken { receipt: Receipt::TooLate, .. }]), "{said:?}");
+    }
+    // Another run wants the third.
+    assert!(matches!(pool.step(renewal(13, before(3), true))[..], [Effect::Renewed { .. }]));
+    // Wanted again, a job waits for nobody.
+    pool.open(1, 1);
+    assert_eq!(pool.ask(4).map(|(what, _)| what), Some(job(1)));
+    let said = pool.open(1, 3);
+    assert!(matches!(said[..], [Effect::Adopted { worker: Worker(13), .. }]), "{said:?}");
 }

@@ -202,7 +202,7 @@ impl Talker {
     ) -> Result<Option<bool>, NoAnswer> {
         let (session, epoch) = (self.line.session, cullet_proto::Epoch(epoch.0));
         let heed = pool::Heed { session, job: JobId(job.0), epoch };
-        match self.line.ask_unless(over, WorkerVerb::Heed, &heed, &[]) {
+        match self.again(|| self.line.ask_unless(over, WorkerVerb::Heed, &heed, &[])) {
             Ok((HeedAnswer::Stop, _)) => Ok(Some(true)),
             Ok((HeedAnswer::Go, _)) => Ok(Some(false)),
             Err(NoAnswer::Silence | NoAnswer::Refused(Refusal::Stranger)) => Ok(None),

@@ -54,6 +54,8 @@ pub(crate) struct Farm {
     /// The link of clients.
     pub(crate) door: (Arc<Weather>, String),
     pub(crate) posts: Vec<Post>,
+    /// Runs at once that the next coordinator is told.
+    pub(crate) runs: &'static str,
     /// Who ended though nobody ended it, and how.
     pub(crate) by_themselves: Vec<(Role, Option<i32>)>,
 }
@@ -64,7 +66,8 @@ impl Farm {
         let router = super::free_endpoint();
         let links = (0..workers).map(|_| proxy(&router)).collect();
         let (door, posts, by_themselves) = (proxy(&router), Vec::new(), Vec::new());
-        let mut farm = Self { folder, router, links, door, posts, by_themselves };
+        let runs = "2";
+        let mut farm = Self { folder, router, links, door, posts, runs, by_themselves };
         let workers = (0..workers).map(Role::Worker);
         for role in [Role::Router, Role::Coordinator].into_iter().chain(workers) {
             let process = farm.spawn(role, 0);
@@ -81,8 +84,10 @@ impl Farm {
     fn spawn(&self, role: Role, life: u32) -> Going {
         let call = match role {
             Role::Router => Cullet::new(&["router", "--listen", &self.router]),
-            Role::Coordinator => Cullet::new(&["coordinator", "--router", &self.router, "--state"])
-                .path(&self.folder.join("state")),
+            Role::Coordinator => {
+                let call = ["coordinator", "--router", &self.router, "--runs", self.runs];
+                Cullet::new(&call).args(&["--state"]).path(&self.folder.join("state"))
+            }
             Role::Worker(k) => Cullet::new(&["worker", "--threads", "1", "--connect"]).args(&[
                 &self.links[k].1,
                 "--name",

@@ -1,12 +1,13 @@
-//! Which jobs are at work, on disk, for the next life of the coordinator: what a worker is at when
-//! this one ends goes on in the next. Workers that this one keeps end with it, and are not there.
+//! Which jobs are at work and which runs want them, on disk, for the next life of the coordinator:
+//! what a worker is at when this one ends goes on in the next, while one of those runs does.
+//! Workers that this one keeps end with it, and are not there.
 //!
-//! A line a grant, taken up by the system at once and written through when it likes: what is lost
-//! with the machine is begun anew, and nothing worse. Written anew with what still counts whenever
-//! most of it does not.
+//! A line a job and run, taken up by the system at once and written through when it likes: what is
+//! lost with the machine is begun anew, and nothing worse. Written anew with what still counts
+//! whenever most of it does not.
 
 use cullet_proto::JobId;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read, Result, Write};
 use std::path::{Path, PathBuf};
@@ -21,45 +22,63 @@ const MAX_BYTES: u64 = 64 << 20;
 pub(super) struct AtWork {
     path: PathBuf,
     file: Option<File>,
-    jobs: BTreeSet<JobId>,
+    jobs: Jobs,
+    lines: usize,
     /// Lines beyond which most no longer count.
     many: usize,
 }
 
+/// The numbers of the runs that want each job, which they keep in all lives.
+type Jobs = BTreeMap<JobId, BTreeSet<u64>>;
+
 impl AtWork {
     /// What the last life has left, and a file for this one that begins with those that still
     /// count.
-    pub(super) fn open(path: &Path, counts: impl FnMut(&JobId) -> bool) -> (Self, Vec<JobId>) {
+    pub(super) fn open(
+        path: &Path,
+        mut counts: impl FnMut(&JobId) -> bool,
+    ) -> (Self, Vec<(JobId, u64)>) {
         let mut jobs = read(path).unwrap_or_else(|error| {
             tracing::warn!("{}: {error}: what was at work is begun anew", path.display());
-            BTreeSet::new()
+            Jobs::new()
         });
-        jobs.retain(counts);
-        let left = jobs.iter().copied().collect();
-        let mut at_work = Self { path: path.to_owned(), file: None, jobs, many: 0 };
+        jobs.retain(|job, _| counts(job));
+        let left = pairs(&jobs).collect();
+        let mut at_work = Self { path: path.to_owned(), file: None, jobs, lines: 0, many: 0 };
         at_work.begin();
         (at_work, left)
     }
 
-    /// A job is granted. `counts`: whether one may still be at work.
-    pub(super) fn took(&mut self, job: JobId, counts: impl FnMut(&JobId) -> bool) {
-        if !self.jobs.insert(job) {
-            return;
-        }
-        if self.jobs.len() > self.many {
-            self.jobs.retain(counts);
-            self.jobs.insert(job);
+    /// A job is granted that these runs want. `counts`: whether one may still be at work.
+    pub(super) fn took(
+        &mut self,
+        job: JobId,
+        runs: impl IntoIterator<Item = u64>,
+        mut counts: impl FnMut(&JobId) -> bool,
+    ) {
+        let known = self.jobs.entry(job).or_default();
+        let new: Vec<u64> = runs.into_iter().filter(|run| known.insert(*run)).collect();
+        self.lines += new.len();
+        if self.lines > self.many {
+            self.jobs.retain(|known, _| *known == job || counts(known));
             return self.begin();
         }
-        let written = self.file.as_mut().map(|file| file.write_all(line(&job).as_bytes()));
+        let text: String = new.into_iter().map(|run| line((job, run))).collect();
+        let written = self.file.as_mut().map(|file| file.write_all(text.as_bytes()));
         if let Some(Err(error)) = written {
             self.lose(&error);
         }
     }
 
+    /// Whether a job was granted to somebody who may be at it when this life ends.
+    pub(super) fn has(&self, job: JobId) -> bool {
+        self.jobs.contains_key(&job)
+    }
+
     /// Writes the file anew.
     fn begin(&mut self) {
-        self.many = FEW.max(2 * self.jobs.len());
+        self.lines = pairs(&self.jobs).count();
+        self.many = FEW.max(2 * self.lines);
         match write(&self.path, &self.jobs) {
             Ok(file) => self.file = Some(file),
             Err(error) => self.lose(&error),
@@ -73,26 +92,39 @@ impl AtWork {
     }
 }
 
-fn line(job: &JobId) -> String {
-    format!("{job}\n")
+fn pairs(jobs: &Jobs) -> impl Iterator<Item = (JobId, u64)> {
+    jobs.iter().flat_map(|(job, runs)| runs.iter().map(|run| (*job, *run)))
+}
+
+fn line((job, run): (JobId, u64)) -> String {
+    format!("{job} {run}\n")
 }
 
 /// A line that a crash tore says nothing.
-fn read(path: &Path) -> Result<BTreeSet<JobId>> {
+fn read(path: &Path) -> Result<Jobs> {
     let mut text = Vec::new();
     match File::open(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(BTreeSet::new()),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Jobs::new()),
         file => file?.take(MAX_BYTES).read_to_end(&mut text)?,
     };
-    Ok(String::from_utf8_lossy(&text).lines().filter_map(JobId::from_hex).collect())
+    let mut jobs = Jobs::new();
+    for line in String::from_utf8_lossy(&text).split_inclusive('\n') {
+        let pair = line.strip_suffix('\n').and_then(|line| line.split_once(' '));
+        if let Some((job, run)) = pair
+            && let (Some(job), Ok(run)) = (JobId::from_hex(job), run.parse())
+        {
+            jobs.entry(job).or_default().insert(run);
+        }
+    }
+    Ok(jobs)
 }
 
 /// Whole or not at all: written beside and renamed.
-fn write(path: &Path, jobs: &BTreeSet<JobId>) -> Result<File> {
+fn write(path: &Path, jobs: &Jobs) -> Result<File> {
     let folder = path.parent().unwrap_or(Path::new("."));
     fs::create_dir_all(folder)?;
     let mut beside = tempfile::NamedTempFile::new_in(folder)?;
-    beside.write_all(jobs.iter().map(line).collect::<String>().as_bytes())?;
+    beside.write_all(pairs(jobs).map(line).collect::<String>().as_bytes())?;
     beside.persist(path).map_err(|error| error.error)
 }
 
@@ -112,17 +144,22 @@ mod tests {
         assert!(left.is_empty());
         for k in 0..5_000 {
             // Of all but every hundredth there is a result before long.
-            file.took(job(k), |known| (0..k).step_by(100).any(|kept| job(kept) == *known));
-            file.took(job(k), |_| panic!("it is there already"));
+            file.took(job(k), [7], |known| (0..k).step_by(100).any(|kept| job(kept) == *known));
+            file.took(job(k), [7], |_| panic!("it is there already"));
         }
+        assert!(file.has(job(100)) && !file.has(job(101)));
+        file.took(job(100), [7, 8], |_| true);
+        file.took(job(4_999), [8], |_| true);
         let kept = fs::read_to_string(&path).expect("the file").lines().count();
         assert!(kept < 2 * FEW, "{kept} lines");
         // The last line is torn.
         let text = fs::read(&path).expect("the file");
         fs::write(&path, &text[..text.len() - 2]).expect("it is torn");
         let (_, left) = AtWork::open(&path, |known| *known != job(0));
-        assert!(left.contains(&job(100)) && left.contains(&job(4_998)));
-        assert!(!left.contains(&job(0)) && !left.contains(&job(4_999)));
+        for (k, runs) in [(0, &[][..]), (100, &[7, 8]), (4_998, &[7]), (4_999, &[7])] {
+            let of: Vec<_> = left.iter().filter(|(known, _)| *known == job(k)).collect();
+            assert_eq!(of.iter().map(|(_, run)| *run).collect::<Vec<u64>>(), runs, "{k}");
+        }
     }
 
     #[test]
@@ -131,7 +168,7 @@ mod tests {
         fs::write(folder.path().join("file"), "x").expect("a file");
         let (mut file, left) = AtWork::open(&folder.path().join("file/at-work"), |_| true);
         assert!(left.is_empty());
-        file.took(job(1), |_| true);
+        file.took(job(1), [1], |_| true);
         assert!(file.file.is_none());
     }
 }

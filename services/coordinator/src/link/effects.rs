@@ -94,12 +94,24 @@ impl Shell {
         self.ledger.granted(Job(job.0), grant, by);
         self.roster.took(worker, job);
         let own = self.children.as_ref().is_some_and(|children| children.has(&name));
-        let (dispatch, on_disk) = (&self.dispatch, self.at_work.as_mut().filter(|_| !own));
-        let counts = |id: &JobId| dispatch.wants(Job(id.0)) || dispatch.orphaned(Job(id.0));
-        on_disk.into_iter().for_each(|file| file.took(job, counts));
+        if !own {
+            self.note_at_work(job);
+        }
         tracing::info!(run, job = job.short(), worker = name, epoch = epoch.0, "job granted");
         let (length, renew_ms) = (outline as u64, self.timing.renew);
         Grant { job, run, epoch, length, lease_ms, renew_ms, hard_ms }
+    }
+
+    /// A job is, or may be, at work where it outlives this process: the next life is to know, and
+    /// which runs want it.
+    pub(super) fn note_at_work(&mut self, job: JobId) {
+        let wanted = self.ledger.get(Job(job.0)).map(|wanted| wanted.openings.keys());
+        let runs: Vec<u64> = wanted.into_iter().flatten().map(|run| self.label(*run)).collect();
+        let dispatch = &self.dispatch;
+        let counts = |id: &JobId| dispatch.wants(Job(id.0)) || dispatch.orphaned(Job(id.0));
+        if let Some(file) = &mut self.at_work {
+            file.took(job, runs, counts);
+        }
     }
 
     pub(super) fn name(&self, worker: Worker) -> String {

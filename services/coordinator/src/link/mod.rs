@@ -27,12 +27,13 @@ mod staff;
 pub mod users;
 
 use crate::link::shell::{Input, Shell};
-use cullet_dispatch::{Event, Job, Run};
+use cullet_dispatch::{Event, Heir, Job, Run};
 use cullet_proto::pool::Refusal;
 use cullet_proto::security::Rules;
 use cullet_proto::service::WorkerInfo;
 use cullet_proto::transport::Patience;
 use cullet_proto::{JobId, Verdict, WireError, WorkerId, keys};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::SyncSender;
@@ -173,7 +174,8 @@ pub struct PoolConfig {
     /// File for the workers that were drained, who get nothing in a next life either; `None`: they
     /// would.
     pub drained: Option<PathBuf>,
-    /// File for the jobs at work, which a next life lets go on; `None`: it begins them anew.
+    /// File for the jobs at work and the runs that want them, which a next life lets go on; `None`:
+    /// it begins them anew.
     pub at_work: Option<PathBuf>,
     /// Openings of a run that may wait for room. A run that wants more is turned out: all that it
     /// has open ends, aloud.
@@ -384,7 +386,7 @@ impl Pool {
     }
 
     /// As [`Pool::run`], with a number for people, which log lines of the pool and of its workers
-    /// carry.
+    /// carry, and which it keeps in all lives of the coordinator.
     #[must_use]
     pub fn run_as(&self, label: u64, share: Share) -> RunHandle {
         let run = Run(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
@@ -439,6 +441,17 @@ impl Pool {
     /// Answers no worker any more: what each is at goes on for whoever has this name next.
     pub fn hush(&self) {
         let _closed = self.inputs.send(Input::Leave);
+    }
+
+    /// Of what was at work when the last life ended, only what these runs want goes on, by the
+    /// numbers that [`Pool::run_as`] gave them then.
+    pub fn heirs(&self, runs: BTreeSet<u64>) {
+        let _closed = self.inputs.send(Input::Heirs(runs));
+    }
+
+    /// A run that was not begun in this life wants nothing of what is at work from the last one.
+    pub fn renounce(&self, run: u64) {
+        let _closed = self.inputs.send(Input::Say(Event::Renounce(Heir(run))));
     }
 
     /// A job in quarantine may be tried again.

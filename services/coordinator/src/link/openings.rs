@@ -117,6 +117,9 @@ impl Shell {
         };
         let need = if fit { self.staff.need(&asks) } else { Skills::NONE };
         self.step(Event::Open { run, job, need, prior });
+        if self.at_work.as_ref().is_some_and(|file| file.has(id)) && self.dispatch.wants(job) {
+            self.note_at_work(id);
+        }
     }
 
     /// What the cache says of a job that is opened.

@@ -18,6 +18,15 @@ use zenoh::query::Query;
 
 /// Largest question \[bytes\]: a chunk and its header.
 const MAX_QUESTION: usize = chunks::CHUNK + MAX_HEADER + PREFIX;
+/// A worker wants to hear when its job is not wanted any more.
+pub(super) struct Heed {
+    job: Job,
+    /// By which grant it has it.
+    epoch: Epoch,
+    since: Instant,
+    query: Query,
+}
+
 impl Shell {
     /// Answers, refuses or parks a question.
     pub(super) fn question(&mut self, query: Query) {
@@ -142,17 +151,27 @@ impl Shell {
         let (worker, epoch) = (Worker(heed.session.0), Epoch(heed.epoch.0));
         self.staff.get(worker).ok_or(Refusal::Stranger)?;
         self.answer_heed(worker, None, HeedAnswer::Go);
-        self.heeds.insert(worker, (epoch, Instant::now(), query));
-        self.step(Event::Heed { worker, job: Job(heed.job.0), epoch });
+        let (job, since) = (Job(heed.job.0), Instant::now());
+        self.heeds.insert(worker, Heed { job, epoch, since, query });
+        self.step(Event::Heed { worker, job, epoch });
         Ok(())
+    }
+
+    /// What nobody wants any more is said to those, too, who have not renewed in this life.
+    pub(super) fn heed_again(&mut self) {
+        let before = |(_, heed): &(&Worker, &Heed)| self.dispatch.earlier(heed.epoch);
+        let held = self.heeds.iter().filter(before);
+        let held: Vec<_> = held.map(|(worker, heed)| (*worker, heed.job, heed.epoch)).collect();
+        for (worker, job, epoch) in held {
+            self.step(Event::Heed { worker, job, epoch });
+        }
     }
 
     /// Answers what a worker asked about this grant, or about any.
     pub(super) fn answer_heed(&mut self, worker: Worker, of: Option<Epoch>, said: HeedAnswer) {
-        let asked =
-            self.heeds.get(&worker).is_some_and(|(epoch, ..)| of.is_none_or(|e| e == *epoch));
+        let asked = self.heeds.get(&worker).is_some_and(|heed| of.is_none_or(|e| e == heed.epoch));
         if asked
-            && let Some((_, _, query)) = self.heeds.remove(&worker)
+            && let Some(Heed { query, .. }) = self.heeds.remove(&worker)
             && let Ok(bytes) = pool::answer(&said, &[])
         {
             reply(&query, bytes);
@@ -162,9 +181,8 @@ impl Shell {
     /// Answers those that have asked for long.
     pub(super) fn answer_old_heeds(&mut self) {
         let held = Duration::from_millis(self.timing.park);
-        let old = |(worker, (_, since, _)): (&Worker, &(Epoch, Instant, Query))| {
-            (since.elapsed() >= held).then_some(*worker)
-        };
+        let old =
+            |(worker, heed): (&Worker, &Heed)| (heed.since.elapsed() >= held).then_some(*worker);
         for worker in self.heeds.iter().filter_map(old).collect::<Vec<_>>() {
             self.answer_heed(worker, None, HeedAnswer::Go);
         }

@@ -11,13 +11,14 @@ use super::lives::Lives;
 use super::net::Net;
 use super::openings::Opening;
 use super::quarantine;
+use super::questions::Heed;
 use super::roster::Roster;
 use super::staff::Staff;
 use super::{LinkError, PoolConfig, PoolStats, Refusals, RunStats, Settlement};
-use cullet_dispatch::{Dispatch, Epoch, Event, Job, Millis, Receipt, Run, Share, Timing, Worker};
+use cullet_dispatch::{Dispatch, Event, Heir, Job, Millis, Receipt, Run, Share, Timing, Worker};
 use cullet_proto::pool::{Grant, RenewAnswer};
 use cullet_proto::{JobId, SessionId, WorkerId};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -47,6 +48,8 @@ pub(super) enum Input {
     Open(Run, JobId, Opening),
     /// Something about a run, or a wish about a worker.
     Say(Event),
+    /// Of the runs of earlier lives only these want anything.
+    Heirs(BTreeSet<u64>),
     /// The worker of that name gets no further job.
     Drain(WorkerId, Sender<()>),
     /// No worker is answered any more: another coordinator has this one's name, or will.
@@ -85,8 +88,8 @@ pub(super) struct Shell {
     pub(super) inbox: Inbox,
     pub(super) bulk: Bulk,
     pub(super) polls: BTreeMap<Worker, (u64, Query)>,
-    /// Workers that want to hear when a job is not wanted any more: by which grant, since when.
-    pub(super) heeds: BTreeMap<Worker, (Epoch, Instant, Query)>,
+    /// Workers that want to hear when a job is not wanted any more.
+    pub(super) heeds: BTreeMap<Worker, Heed>,
     pub(super) refusals: Refusals,
     /// Bytes of meshes sent to workers.
     pub(super) mesh_bytes: u64,
@@ -225,6 +228,11 @@ impl Shell {
             }
             Input::Open(run, id, opening) => self.want(run, id, opening),
             Input::Say(event) => self.say(event),
+            Input::Heirs(runs) => {
+                for heir in self.dispatch.heirs().into_iter().filter(|of| !runs.contains(&of.0)) {
+                    self.say(Event::Renounce(heir));
+                }
+            }
             Input::Drain(name, done) => {
                 for worker in self.named(name.as_str()) {
                     self.step(Event::Drain(worker));
@@ -296,13 +304,18 @@ impl Shell {
     pub(super) fn say(&mut self, event: Event) {
         self.step(event);
         match event {
-            Event::Cancel(run) => self.cancel_held(run),
+            Event::Cancel(run) => {
+                self.cancel_held(run);
+                self.say(Event::Renounce(Heir(self.label(run))));
+            }
             Event::End(run) => {
                 if let Some(listener) = self.runs.get_mut(&run) {
                     listener.over = true;
                     listener.held.clear();
                 }
+                self.say(Event::Renounce(Heir(self.label(run))));
             }
+            Event::Renounce(_) => self.heed_again(),
             Event::Pardon(job) => self.pardon(JobId(job.0)),
             _ => {}
         }
@@ -408,8 +421,8 @@ fn held(folder: Option<&Path>) -> Vec<JobId> {
 /// The machine hears what was at work when the last life ended.
 fn inherited(dispatch: &mut Dispatch, path: &Path, cache: &Cache) -> AtWork {
     let (at_work, left) = AtWork::open(path, |job| !cache.has(*job));
-    for job in &left {
-        dispatch.step(0, Event::Inherit(Job(job.0)));
+    for (job, run) in &left {
+        dispatch.step(0, Event::Inherit(Job(job.0), Heir(*run)));
     }
     if !left.is_empty() {
         tracing::info!(jobs = left.len(), "were at work when the last life ended, and may go on");

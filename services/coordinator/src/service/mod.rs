@@ -196,6 +196,8 @@ impl<'a> Service<'a> {
             leaving: false,
             say,
         };
+        let goes_on = |entry: &&Entry| matches!(entry.state, State::Queued | State::Running);
+        pool.heirs(service.board.entries().filter(goes_on).map(|entry| entry.run).collect());
         service.clear();
         Ok(service)
     }
@@ -247,6 +249,9 @@ impl<'a> Service<'a> {
     /// not answered yet.
     fn apply(&mut self, event: &Event) {
         tell(event);
+        if let Event::Cancelled { run, .. } | Event::Paused { run } = event {
+            self.pool.renounce(*run);
+        }
         if let Err(no) = self.board.apply(event) {
             tracing::error!("an event does not fit: {no}");
         }

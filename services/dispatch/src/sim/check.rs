@@ -246,6 +246,12 @@ impl Checker {
         self.look_for_waiting(now);
     }
 
+    /// The runs that want a job now.
+    pub(super) fn wanting(&self, job: Job) -> Vec<usize> {
+        let known = self.jobs.get(&job);
+        known.map(|known| known.wants.keys().copied().collect()).unwrap_or_default()
+    }
+
     pub(super) fn acknowledged(&mut self, job: Job) {
         self.acknowledged.insert(job);
     }
@@ -344,7 +350,11 @@ impl Checker {
                 self.asked(worker);
             }
             Event::Fail { job, epoch, .. } => self.returned(job, epoch),
-            Event::Down(worker) | Event::Bye(worker) => self.deaths.doubt(worker, true),
+            Event::Renounce(heir) => self.renounced(heir.0 as usize),
+            Event::Down(worker) | Event::Bye(worker) => {
+                self.deaths.doubt(worker, true);
+                self.silenced(worker);
+            }
             Event::Suspect(worker) => {
                 self.deaths.doubt(worker, false);
                 let held = self.held.values_mut().filter(|held| held.worker == worker && held.now);
@@ -358,7 +368,7 @@ impl Checker {
             | Event::End(_)
             | Event::Drain(_)
             | Event::Bar(_)
-            | Event::Inherit(_)
+            | Event::Inherit(..)
             | Event::Isolate(_)
             | Event::Pardon(_)
             | Event::Forsaken

@@ -174,7 +174,8 @@ impl Farm {
             Note::Cancel(run) => {
                 self.disk.cancelled.insert(run);
                 self.check.cancelled(run);
-                self.step(Event::Cancel(number(run)))
+                self.step(Event::Cancel(number(run)))?;
+                self.step(Event::Renounce(heir(run)))
             }
             Note::Pause(run, paused) => self.pause(run, paused),
             Note::Drain(place) => self.drain(place),
@@ -227,6 +228,9 @@ impl Farm {
             }
             self.disk.opened[run] = self.disk.opened[run].max(made + 1);
             self.check.open(self.now, run, job);
+            if let Some(runs) = self.disk.granted.get_mut(&job) {
+                runs.insert(run);
+            }
             if prior != Prior::Nothing {
                 self.check.known(job);
             }
@@ -247,9 +251,9 @@ impl Farm {
         for worker in self.disk.drained.clone() {
             self.step(Event::Bar(worker))?;
         }
-        for job in self.at_work() {
-            self.check.inherits(self.now, job);
-            self.step(Event::Inherit(job))?;
+        for (job, run) in self.at_work() {
+            self.check.inherits(self.now, job, run);
+            self.step(Event::Inherit(job, heir(run)))?;
         }
         for job in self.disk.quarantine.clone() {
             self.step(Event::Isolate(job))?;
@@ -308,7 +312,8 @@ impl Farm {
             }
             self.check.watch(self.now, event, effect)?;
             if let Effect::Grant { job, .. } = effect {
-                self.disk.granted.insert(job);
+                let runs = self.check.wanting(job);
+                self.disk.granted.entry(job).or_default().extend(runs);
             }
             if let Effect::Drained { worker, .. } = effect {
                 self.disk.drained.insert(worker);
@@ -442,6 +447,10 @@ impl Farm {
 
 pub(super) fn number(run: usize) -> Run {
     Run(run as u64)
+}
+
+fn heir(run: usize) -> Heir {
+    Heir(run as u64)
 }
 
 /// Runs a schedule; what is wrong with it.

@@ -10,8 +10,10 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) struct Lives {
     /// Jobs that were at work, as the disk has it, and until when nobody else may have them.
     orphans: BTreeMap<Job, Millis>,
-    /// Those of them that no run has opened yet.
-    unopened: BTreeSet<Job>,
+    /// Those of them that no run has opened yet, and the runs that will.
+    unopened: BTreeMap<Job, BTreeSet<usize>>,
+    /// Who was heard last to be at one of those.
+    at: BTreeMap<Job, (Worker, Epoch)>,
     /// Those that have been over in this life.
     over: BTreeSet<Job>,
     /// The last renewal by each grant of an earlier life, and whether a solver has the job.
@@ -28,10 +30,31 @@ impl Lives {
 }
 
 impl Checker {
-    /// The disk has it that this job was at work.
-    pub(in super::super) fn inherits(&mut self, now: Millis, job: Job) {
+    /// The disk has it that this job was at work, and that this run wants it.
+    pub(in super::super) fn inherits(&mut self, now: Millis, job: Job, run: usize) {
         self.lives.orphans.insert(job, now + self.timing.lease);
-        self.lives.unopened.insert(job);
+        self.lives.unopened.entry(job).or_default().insert(run);
+    }
+
+    /// A run is over: what nobody else will want is to end.
+    pub(super) fn renounced(&mut self, run: usize) {
+        let unopened = std::mem::take(&mut self.lives.unopened);
+        for (job, mut runs) in unopened {
+            runs.remove(&run);
+            if !runs.is_empty() {
+                self.lives.unopened.insert(job, runs);
+                continue;
+            }
+            if let Some((_, epoch)) = self.lives.at.remove(&job) {
+                self.due.insert(epoch);
+            }
+            self.buried(job);
+        }
+    }
+
+    /// A worker is gone.
+    pub(super) fn silenced(&mut self, worker: Worker) {
+        self.lives.at.retain(|_, (at, _)| *at != worker);
     }
 
     pub(super) fn asked(&mut self, worker: Worker) {
@@ -40,7 +63,7 @@ impl Checker {
 
     /// No run has opened it yet, and somebody may be at it.
     pub(super) fn orphan(&self, job: Job) -> bool {
-        self.lives.unopened.contains(&job)
+        self.lives.unopened.contains_key(&job)
     }
 
     pub(super) fn opened_now(&mut self, job: Job) {
@@ -91,6 +114,9 @@ impl Checker {
             return wrong(Oracle::Anew, "stopped at what nobody else has");
         }
         self.lives.words.insert(epoch, (now, begun));
+        if self.orphan(job) {
+            self.lives.at.insert(job, (worker, epoch));
+        }
         Ok(())
     }
 

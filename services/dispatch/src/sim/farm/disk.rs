@@ -14,8 +14,8 @@ pub(super) struct Disk {
     pub(super) results: BTreeMap<Job, Found>,
     pub(super) quarantine: BTreeSet<Job>,
     pub(super) drained: BTreeSet<Worker>,
-    /// Jobs that were granted.
-    pub(super) granted: BTreeSet<Job>,
+    /// Jobs that were granted, and the runs that want them.
+    pub(super) granted: BTreeMap<Job, BTreeSet<usize>>,
     /// Runs that were cancelled.
     pub(super) cancelled: BTreeSet<usize>,
     /// Openings that each run has made: it makes them again after a crash.
@@ -37,14 +37,18 @@ impl Farm {
         self.check.keeps(job, (found.0, found.2));
     }
 
-    /// What was granted and has no result, as far as that was written.
-    pub(super) fn at_work(&mut self) -> Vec<Job> {
+    /// What was granted and has no result, and the runs that want it and are not over, as far as
+    /// that was written.
+    pub(super) fn at_work(&mut self) -> Vec<(Job, usize)> {
         let mut granted = std::mem::take(&mut self.disk.granted);
-        granted.retain(|job| {
-            let (results, held) = (&self.disk.results, &self.disk.quarantine);
-            !results.contains_key(job) && !held.contains(job) && !self.rng.chance(5)
+        granted.retain(|job, runs| {
+            let Disk { results, quarantine, cancelled, .. } = &self.disk;
+            runs.retain(|run| !cancelled.contains(run) && !self.rng.chance(5));
+            !results.contains_key(job) && !quarantine.contains(job) && !runs.is_empty()
         });
         self.disk.granted = granted.clone();
-        granted.into_iter().collect()
+        let each =
+            |(job, runs): (Job, BTreeSet<usize>)| runs.into_iter().map(move |run| (job, run));
+        granted.into_iter().flat_map(each).collect()
     }
 }
