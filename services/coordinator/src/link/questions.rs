@@ -18,6 +18,7 @@ use zenoh::query::Query;
 
 /// Largest question \[bytes\]: a chunk and its header.
 const MAX_QUESTION: usize = chunks::CHUNK + MAX_HEADER + PREFIX;
+
 /// A worker wants to hear when its job is not wanted any more.
 pub(super) struct Heed {
     job: Job,
