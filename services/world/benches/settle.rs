@@ -36,6 +36,29 @@ fn steps_24(bencher: Bencher<'_, '_>, (n, age): (usize, u32)) {
     bencher.with_inputs(|| heap(n, age)).bench_local_values(|mut world| steps(&mut world, 24));
 }
 
+/// Two blocks of n³ / 2 cubes each that fly through each other, `age` steps after they met.
+fn clash(n: usize, age: u32) -> World {
+    let free = WorldSettings { max_bodies: n * n * n, ..WorldSettings::default() };
+    let mut world = World::new(free).unwrap();
+    for k in 0..n * n * n {
+        let at = Vec3::new((k % n) as f64, (k / n % n) as f64, (k / n / n) as f64) * 0.1;
+        let side = if k % n < n / 2 { 1.0 } else { -1.0 };
+        let jitter = |s| 0.02 * cullet_geometry::math::unit(1, s, k as u64);
+        let place = at + Vec3::new(jitter(0) - 0.05 * side, jitter(1), jitter(2));
+        let cube = body(&format!("cube {k}"), cuboid(Vec3::repeat(0.03)), GLASS, place);
+        let velocity = Vec3::new(20.0 * side, 0.0, 0.0);
+        put(&mut world, BodySpec { velocity, ..cube });
+    }
+    steps(&mut world, age);
+    world
+}
+
+/// A step in which hundreds of bodies go farther than they are large, and meet others (F42).
+#[divan::bench(args = [(10, 0), (10, 3), (20, 0), (20, 3)], sample_count = 3)]
+fn clash_step(bencher: Bencher<'_, '_>, (n, age): (usize, u32)) {
+    bencher.with_inputs(|| clash(n, age)).bench_local_values(|mut world| steps(&mut world, 1));
+}
+
 /// A body of 1000 fragments is replaced, contacts and all.
 #[divan::bench(sample_count = 3)]
 fn replace_1000(bencher: Bencher<'_, '_>) {

@@ -10,6 +10,8 @@
 use super::hulls::Part;
 use super::quiet::Quiet;
 use rapier3d_f64::math::{Pose, Vector};
+use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume};
+use rapier3d_f64::parry::partitioning::{Bvh, BvhBuildStrategy};
 use rapier3d_f64::parry::query;
 use rapier3d_f64::parry::query::sweep_toi::{Sweep, ToiProxy, sweep_time_of_impact};
 use rapier3d_f64::prelude::{ColliderHandle, ContactPair, NarrowPhase, RigidBody, RigidBodyHandle};
@@ -52,8 +54,8 @@ pub(super) struct Way<'a> {
     mass: f64,
     /// Since when and where it goes on with others, and its way from there over a whole step.
     joined: Option<(f64, Pose, Vector)>,
-    /// Box around what is left of its way: least and greatest \[m\].
-    span: [Vector; 2],
+    /// Box around what is left of its way \[m\].
+    span: Aabb,
 }
 
 impl<'a> Way<'a> {
@@ -67,7 +69,7 @@ impl<'a> Way<'a> {
         let reach = parts.iter().map(|part| part.centre.length() + part.reach).fold(0.0, f64::max);
         let sweep = Sweep::from_poses(before, body.position(), Vector::ZERO);
         let mass = if kind == Kind::Fixed { f64::INFINITY } else { body.mass() };
-        let (colliders, joined, span) = (body.colliders(), None, [Vector::ZERO; 2]);
+        let (colliders, joined, span) = (body.colliders(), None, Aabb::new_invalid());
         let mut way =
             Self { id, handle, kind, parts, colliders, least, sweep, reach, mass, joined, span };
         way.span = way.span_from(0.0);
@@ -94,9 +96,9 @@ impl<'a> Way<'a> {
         self.joined.is_some().then(|| self.at(1.0))
     }
 
-    fn span_from(&self, share: f64) -> [Vector; 2] {
+    fn span_from(&self, share: f64) -> Aabb {
         let (from, to) = (self.at(share).translation, self.at(1.0).translation);
-        [from.min(to) - self.reach, from.max(to) + self.reach]
+        Aabb::new(from.min(to) - self.reach, from.max(to) + self.reach)
     }
 
     fn join(&mut self, share: f64, way: Vector) {
@@ -163,6 +165,8 @@ pub(super) struct Crowd<'a> {
     /// Which two meet when: shares are not negative, so their bits are in their order.
     events: BTreeSet<Event>,
     of: Vec<Vec<Event>>,
+    /// Of the spans of the ways.
+    index: Bvh,
 }
 
 type Event = (u64, usize, usize);
@@ -175,7 +179,8 @@ impl<'a> Crowd<'a> {
         };
         let groups = ways.iter().enumerate().map(group).collect();
         let (group, of) = ((0..ways.len()).collect(), vec![Vec::new(); ways.len()]);
-        Self { ways, groups, group, events: BTreeSet::new(), of }
+        let (events, index) = (BTreeSet::new(), Bvh::new());
+        Self { ways, groups, group, events, of, index }
     }
 
     /// Who met others, and where it ends.
@@ -192,19 +197,23 @@ impl<'a> Crowd<'a> {
     /// Finds who would meet whom, at least one of them far, if none met another before.
     fn look(&mut self, scene: &Scene<'_>) {
         let far: Vec<bool> = self.ways.iter().map(Way::far).collect();
-        let least = |k: usize| self.ways[k].span[0].x;
-        let mut order: Vec<usize> = (0..self.ways.len()).collect();
-        order.sort_by(|&a, &b| least(a).total_cmp(&least(b)).then(a.cmp(&b)));
-        for (k, &a) in order.iter().enumerate() {
-            for &b in &order[k + 1..] {
-                if self.ways[b].span[0].x > self.ways[a].span[1].x + scene.room {
-                    break;
-                }
-                if far[a] || far[b] {
-                    self.meet(a.min(b), a.max(b), 0.0, scene);
-                }
+        if !far.contains(&true) {
+            return;
+        }
+        let spans: Vec<Aabb> = self.ways.iter().map(|way| way.span).collect();
+        self.index = Bvh::from_leaves(BvhBuildStrategy::Binned, &spans);
+        for a in (0..self.ways.len()).filter(|&a| far[a]) {
+            // Two that both are far are looked at once.
+            for b in self.around(a, scene).into_iter().filter(|&b| b > a || !far[b]) {
+                self.meet(a.min(b), a.max(b), 0.0, scene);
             }
         }
+    }
+
+    /// Who may be met on what is left of a way, and who is on it.
+    fn around(&self, k: usize, scene: &Scene<'_>) -> Vec<usize> {
+        let span = self.ways[k].span.loosened(scene.room);
+        self.index.intersect_aabb(&span).map(|other| other as usize).collect()
     }
 
     /// Notes when the two meet, if they do after `from`.
@@ -234,13 +243,14 @@ impl<'a> Crowd<'a> {
         }
         for &k in &turned {
             self.ways[k].join(share, group.way);
+            self.index.insert(self.ways[k].span, k as u32);
             for event in std::mem::take(&mut self.of[k]) {
                 self.events.remove(&event);
             }
         }
         self.groups.insert(one, group);
         for &k in &turned {
-            for other in 0..self.ways.len() {
+            for other in self.around(k, scene) {
                 if self.group[other] != one {
                     self.meet(k.min(other), k.max(other), share, scene);
                 }
@@ -251,9 +261,7 @@ impl<'a> Crowd<'a> {
 
 impl Scene<'_> {
     fn may_meet(&self, a: &Way<'_>, b: &Way<'_>) -> bool {
-        let [low, high] = [0, 1].map(|end| [a.span[end], b.span[end]]);
-        (low[0] - self.room).cmple(high[1]).all()
-            && (low[1] - self.room).cmple(high[0]).all()
+        a.span.loosened(self.room).intersects(&b.span)
             && a.meets(b)
             && !self.quiet.pairs.contains_key(&(a.id, b.id))
     }
