@@ -188,6 +188,24 @@ fn a_worker_is_back_soon_after_a_blackhole() {
     gate(middle, 2.0);
 }
 
+/// Whose the bars of a job are in the timeline of a run, and how each ends.
+fn bars_of(endpoint: &str, run: &str, job: &str) -> Vec<(String, String)> {
+    let out = unique(&format!("timeline{run}"));
+    let fetch = Cullet::new(&["fetch", run, "--connect", endpoint, "--out"]).path(&out);
+    let code = fetch.output().code;
+    assert!(DONE.contains(&code), "{code}");
+    let text = std::fs::read_to_string(out.join("timeline.trace.json")).expect("a timeline");
+    let told: Value = serde_json::from_str(&text).expect("JSON");
+    let events = told["traceEvents"].as_array().expect("events");
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let row = |tid: &Value| {
+        let named = |event: &&Value| event["name"] == "thread_name" && event["tid"] == *tid;
+        events.iter().find(named).map(|event| text(&event["args"]["name"])).unwrap_or_default()
+    };
+    let bars = events.iter().filter(|event| event["cat"] == "job" && event["name"] == *job);
+    bars.map(|bar| (row(&bar["tid"]), text(&bar["args"]["ending"]))).collect()
+}
+
 /// A job lasts longer than a worker is silent.
 const FINE: [&str; 2] = ["--set", "fracture.max_particles=24000"];
 
@@ -200,8 +218,9 @@ fn what_is_at_work_when_the_coordinator_ends_is_not_begun_anew() {
     let mut kept = Vec::new();
     for life in 0..number("CULLET_REPEATS", 2) as u32 {
         let log = Log(farm.log_of(Role::Coordinator, life));
+        let after = now();
         let run = submit(&endpoint, u64::from(life), &FINE);
-        let (job, worker) = log.at_work(0.0);
+        let (job, worker) = log.at_work(after);
         if life % 2 == 0 {
             farm.kill(Role::Coordinator);
         } else {
@@ -216,6 +235,10 @@ fn what_is_at_work_when_the_coordinator_ends_is_not_begun_anew() {
             next.iter().filter(same).count()
         };
         assert_eq!(of("job granted"), 0, "begun anew: {next:#?}");
+        let bars = bars_of(&endpoint, &run, &job);
+        let ending = if life % 2 == 0 { "cut off" } else { "unsettled" };
+        let due = [ending, "solved"].map(|ending| (worker.clone(), ending.to_owned()));
+        assert_eq!(bars, due, "the timeline of run {run}");
         println!("job {job} of {worker}: renewed {}", of("goes on from before"));
         kept.push(fetched(&run, &["--connect", &endpoint]));
     }
@@ -292,6 +315,102 @@ fn a_run_that_is_cancelled_before_it_is_done_again_ends_its_job_at_its_worker() 
         let what = format!("cancelled before it is done again, its worker {what}: solver ends");
         gate(tell(&what, all.collect()), most);
     }
+}
+
+/// Two runs want one job, and the coordinator is killed; the next life runs one at a time. The one
+/// that has taken the job up again is cancelled: it goes on for the other.
+#[test]
+fn a_job_goes_on_for_the_next_heir_when_the_first_is_cancelled() {
+    let _left = common::left::NobodyLeft::watch();
+    let mut farm = Farm::start(unique("heirs"), 2);
+    let (endpoint, log) = (farm.door.1.clone(), Log(farm.log_of(Role::Coordinator, 0)));
+    let fine = ["--set", "fracture.max_particles=40000"];
+    let runs = [0, 0].map(|seed| submit(&endpoint, seed, &fine));
+    let (job, _) = log.at_work(0.0);
+    for run in [1, 2] {
+        log.line("both want it", |line| line["message"] == "job opened" && line["run"] == run);
+    }
+    farm.runs = "1";
+    farm.kill(Role::Coordinator);
+    farm.tend();
+    let next = Log(farm.log_of(Role::Coordinator, 1));
+    let goes_on = |run: u64| {
+        let of = |line: &Value| line["message"] == "goes on from before" && line["run"] == run;
+        next.line("it goes on", of)
+    };
+    goes_on(1);
+    cancel(&endpoint, &runs[0]);
+    goes_on(2);
+    let said = Cullet::new(&["wait", &runs[1], "--connect", &endpoint]).output();
+    assert!(DONE.contains(&said.code), "{}", said.stderr);
+    let all = lines(&next.0);
+    let again = |line: &&Value| line["message"] == "job granted" && line["job"] == *job;
+    assert_eq!(all.iter().filter(again).count(), 0, "begun anew: {all:#?}");
+    assert!(farm.by_themselves.is_empty(), "{:?}", farm.by_themselves);
+    let digest = fetched(&runs[1], &["--connect", &endpoint]);
+    farm.leave();
+    assert!(farm.left().is_empty(), "{:?}", farm.left());
+    assert_eq!(digest, quiet_digest(&[&fine[..], &["--set", "world.seed=0"]].concat()));
+}
+
+/// It has begun, and is cancelled while it does not go on: laid aside, or in the queue again after
+/// the coordinator was killed.
+#[test]
+fn what_a_run_had_recorded_is_there_when_it_is_cancelled_while_it_waits() {
+    let _left = common::left::NobodyLeft::watch();
+    let mut farm = Farm::start(unique("aside"), 1);
+    let endpoint = farm.door.1.clone();
+    let ask = |args: &[&str]| Cullet::new(args).args(&["--connect", &endpoint]).output();
+    let runs = [0, 1].map(|seed| submit(&endpoint, seed, &["--set", "world.duration=600"]));
+    let far = |run: &str| {
+        let shown: Value =
+            serde_json::from_str(&ask(&["show", run, "--json"]).stdout).unwrap_or_default();
+        shown["jobs"]["settled"].as_u64() >= Some(1)
+            && shown["position"]["time"].as_f64() > Some(1.0)
+    };
+    for run in &runs {
+        until("it is under way", LONG, || far(run));
+    }
+    let fetched_of = |run: &str| {
+        let said = ask(&["cancel", run]);
+        assert_eq!((said.code, said.stdout), (0, format!("run {run} is cancelled\n")));
+        let out = unique(&format!("aside{run}"));
+        let fetch = Cullet::new(&["fetch", run, "--connect", &endpoint, "--out"]).path(&out);
+        let said = fetch.output();
+        assert_eq!(said.code, 5, "{}", said.stderr);
+        assert!(out.join("timeline.svg").is_file(), "{}", said.stderr);
+        out
+    };
+    assert_eq!(ask(&["pause", &runs[0]]).code, 0);
+    let out = fetched_of(&runs[0]);
+    let frames = |file: PathBuf| {
+        let said = Cullet::new(&["inspect", "--json"]).path(&file).output();
+        assert_eq!(said.code, 0, "{}", said.stderr);
+    };
+    frames(out.join("run.mcap"));
+    // The second is one of two in the queue as the coordinator is back, and the other is before it.
+    let first = submit(&endpoint, 2, &["--set", "world.duration=600", "--priority", "100"]);
+    until("it is under way", LONG, || far(&first));
+    farm.runs = "1";
+    farm.kill(Role::Coordinator);
+    farm.tend();
+    until("the first goes on", LONG, || {
+        ask(&["show", &first, "--json"]).stdout.contains("\"state\":\"running\"")
+    });
+    let out = fetched_of(&runs[1]);
+    let whole = out.join("run.mcap");
+    assert!(!whole.exists());
+    let recover = Cullet::new(&["recover"]).path(&out.join("run.mcap.partial"));
+    let said = recover.output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    frames(whole);
+    cancel(&endpoint, &first);
+    // Tried again, it is done from its beginning.
+    assert_eq!(ask(&["retry", &runs[1]]).code, 0);
+    until("it is under way", LONG, || far(&runs[1]));
+    cancel(&endpoint, &runs[1]);
+    farm.leave();
+    assert!(farm.left().is_empty(), "{:?}", farm.left());
 }
 
 /// Its job goes on, and it gets no other, of whichever life of the coordinator.

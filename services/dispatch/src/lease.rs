@@ -96,6 +96,14 @@ impl Dispatch {
         }
     }
 
+    /// A lease of a job is nobody's any more, and who has it goes on.
+    pub(crate) fn give_back(&mut self, now: Millis, job: Job, lease: &Lease) {
+        if let Some(record) = self.jobs.get_mut(&job) {
+            record.leases.take(|held| held.epoch == lease.epoch);
+        }
+        self.drop_lease(now, job, lease, false);
+    }
+
     /// All leases of a job are over, with this verdict; who has one is told, but who found it.
     pub(crate) fn release(
         &mut self,

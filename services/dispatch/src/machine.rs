@@ -3,7 +3,7 @@
 use crate::askers::Askers;
 use crate::counts::Counts;
 use crate::effect::{Bound, Cause, Effect, Loss, Reason, Receipt, Verdict};
-use crate::event::{Build, Epoch, Event, Job, Millis, Prior, Run, Skills, Worker};
+use crate::event::{Build, Epoch, Event, Heir, Job, Millis, Prior, Run, Skills, Worker};
 use crate::jobs::{ByJob, Jobs};
 use crate::leases::Leases;
 #[cfg(test)]
@@ -102,6 +102,8 @@ pub struct Dispatch {
     pub(crate) past_order: VecDeque<Job>,
     pub(crate) quarantine: Shelf,
     pub(crate) orphans: ByJob<Orphan>,
+    /// Who will want what was at work when an earlier life ended, and is not over.
+    pub(crate) heirs: ByJob<Vec<Heir>>,
     pub(crate) unsettled: u64,
     pub(crate) next_epoch: u64,
     pub(crate) counts: Counts,
@@ -129,6 +131,7 @@ impl Dispatch {
             past_order: VecDeque::new(),
             quarantine: Shelf::new(MAX_QUARANTINE),
             orphans: ByJob::default(),
+            heirs: ByJob::default(),
             unsettled: 0,
             next_epoch: u64::from(incarnation) << 32,
             counts: Counts::default(),
@@ -479,6 +482,7 @@ impl Dispatch {
         if let Phase::Over(_) = record.phase {
             return;
         }
+        self.heirs.remove(&job);
         self.release(now, job, verdict, out);
         self.turn(now, job, Phase::Over(verdict));
     }

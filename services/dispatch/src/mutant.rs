@@ -70,6 +70,8 @@ pub(crate) enum Mutant {
     OrphanUnknown,
     /// A new life lets a job go on whose runs are over.
     OrphanKept,
+    /// A run that does not want a job any more ends it for an heir, too.
+    HeirPassedOver,
 }
 
 impl Mutant {

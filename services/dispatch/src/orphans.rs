@@ -4,8 +4,9 @@
 //! names them to the next life before any run begins ([`Event::Inherit`](crate::Event::Inherit)).
 //! Such a job, an *orphan*, waits for its worker for a lease before another gets it. A renewal by a
 //! grant of an earlier life takes it up again; where no run has opened it yet, as runs are done
-//! again from their beginning, the renewal is remembered until one does, and so is a result. An
-//! orphan whose heirs are all over is as a job that is cancelled
+//! again from their beginning, the renewal is remembered until one does, and so is a result. Where
+//! the run that has opened it does not want it any more and another heir may, it is an orphan again.
+//! An orphan whose heirs are all over is as a job that is cancelled
 //! ([`Event::Renounce`](crate::Event::Renounce)).
 
 use crate::effect::{Effect, Receipt, Verdict};
@@ -26,11 +27,9 @@ pub(crate) struct Word {
     pub(crate) at: Millis,
 }
 
-/// A job that was at work when the coordinator ended, and that no run has opened since.
-#[derive(Clone, Debug)]
+/// A job that was at work when the coordinator ended, and that no run has open.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Orphan {
-    /// Who will want it.
-    heirs: Vec<Heir>,
     /// Until then it waits for its worker.
     until: Millis,
     /// The last word of it.
@@ -38,18 +37,17 @@ pub(crate) struct Orphan {
 }
 
 impl Dispatch {
-    /// Whether this job was at work when the coordinator ended, and no run has opened it since.
+    /// Whether this job was at work when the coordinator ended, and no run has it open.
     #[must_use]
     pub fn orphaned(&self, job: Job) -> bool {
         self.orphans.get(&job).is_some()
     }
 
-    /// The runs that will want an orphan, each once.
+    /// The runs that will want what was at work when the coordinator ended, each once.
     #[must_use]
     pub fn heirs(&self) -> BTreeSet<Heir> {
-        let orphans = self.orphans.names();
-        let orphans = orphans.iter().filter_map(|job| self.orphans.get(job));
-        orphans.flat_map(|orphan| orphan.heirs.iter().copied()).collect()
+        let jobs = self.heirs.names();
+        jobs.iter().filter_map(|job| self.heirs.get(job)).flatten().copied().collect()
     }
 
     /// Whether a result of this job by this grant is an orphan's.
@@ -74,12 +72,13 @@ impl Dispatch {
             Event::Bar(_) if self.is(Mutant::DrainForgotten) => {}
             Event::Bar(worker) => self.staff.bar(worker),
             Event::Inherit(job, heir) if self.jobs.get(&job).is_none() => {
-                if let Some(orphan) = self.orphans.get_mut(&job) {
-                    orphan.heirs.push(heir);
+                if let Some(heirs) = self.heirs.get_mut(&job) {
+                    heirs.push(heir);
                     return;
                 }
-                let (heirs, until) = (vec![heir], now + self.timing.lease);
-                self.orphans.insert(job, Orphan { heirs, until, word: None });
+                self.heirs.insert(job, vec![heir]);
+                let until = now + self.timing.lease;
+                self.orphans.insert(job, Orphan { until, word: None });
             }
             #[cfg(test)]
             Event::Isolate(_) if self.is(Mutant::QuarantineForgotten) => {}
@@ -96,20 +95,56 @@ impl Dispatch {
         if self.is(Mutant::OrphanKept) {
             return;
         }
-        for job in self.orphans.names() {
-            let Some(orphan) = self.orphans.get_mut(&job) else {
+        for job in self.heirs.names() {
+            let Some(heirs) = self.heirs.get_mut(&job) else {
                 continue;
             };
-            orphan.heirs.retain(|of| *of != heir);
-            if !orphan.heirs.is_empty() {
+            heirs.retain(|of| *of != heir);
+            if !heirs.is_empty() {
                 continue;
             }
+            self.heirs.remove(&job);
+            let Some(orphan) = self.orphans.remove(&job) else {
+                continue;
+            };
             if let Some(Word { worker, epoch, .. }) = orphan.word {
                 out.push(Effect::Cancel { worker, job, epoch });
             }
-            self.orphans.remove(&job);
             self.remember(job, Verdict::Cancelled);
         }
+    }
+
+    /// The last run that had a job open wants it no more, but an heir may yet, and whoever is at it
+    /// has it from an earlier life, or is still waited for: it is an orphan again. Whether it is.
+    pub(crate) fn hand_on(&mut self, now: Millis, job: Job) -> bool {
+        #[cfg(test)]
+        if self.is(Mutant::HeirPassedOver) {
+            return false;
+        }
+        let (Some(_), Some(record)) = (self.heirs.get(&job), self.jobs.get_mut(&job)) else {
+            return false;
+        };
+        let lease = match record.phase {
+            Phase::Waiting(_) | Phase::Ready if record.attempts == 0 => {
+                let until = if let Phase::Waiting(until) = record.phase { until } else { now };
+                self.orphans.insert(job, Orphan { until, word: None });
+                return true;
+            }
+            Phase::Held => record.leases.only().copied(),
+            Phase::Waiting(_) | Phase::Ready | Phase::Over(_) => None,
+        };
+        let Some(lease) = lease.filter(|lease| self.earlier(lease.epoch)) else {
+            return false;
+        };
+        let Lease { worker, epoch, expires, stage, .. } = lease;
+        let at = expires.saturating_sub(self.timing.lease);
+        let word = self.staff.get(&worker).map(|peer| {
+            let begun = stage >= Stage::Begun;
+            Word { worker, build: peer.build, skills: peer.skills, epoch, begun, at }
+        });
+        self.give_back(now, job, &lease);
+        self.orphans.insert(job, Orphan { until: expires, word });
+        true
     }
 
     /// What a job that is opened waits for first.
@@ -144,6 +179,7 @@ impl Dispatch {
     /// A result of a job that no run has opened yet counts for whoever opens it.
     pub(crate) fn bury(&mut self, job: Job, done: Verdict) -> Receipt {
         self.orphans.remove(&job);
+        self.heirs.remove(&job);
         self.remember(job, done);
         Receipt::Accepted
     }
@@ -197,6 +233,7 @@ impl Dispatch {
             return;
         }
         self.orphans.remove(&job);
+        self.heirs.remove(&job);
         let awaited =
             |r: &crate::machine::Record| r.attempts == 0 && matches!(r.phase, Phase::Waiting(_));
         if self.jobs.get(&job).is_some_and(awaited) {

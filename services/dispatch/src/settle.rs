@@ -11,8 +11,9 @@ use crate::mutant::Mutant;
 const MAX_PAST: usize = 65_536;
 
 impl Dispatch {
-    /// Nobody wants the job any more.
+    /// No run has the job open any more.
     fn withdraw(&mut self, now: Millis, job: Job, out: &mut Vec<Effect>) {
+        let orphan = self.hand_on(now, job);
         self.release(now, job, Verdict::Cancelled, out);
         if let Some(place) = self.jobs.place(&job) {
             self.timers.set(place, None);
@@ -20,6 +21,9 @@ impl Dispatch {
         if let Some(record) = self.jobs.remove(&job) {
             self.counts.stands(record.phase, -1);
             self.count_ready(record.ask.need, -i64::from(record.phase == Phase::Ready));
+        }
+        if !orphan {
+            self.heirs.remove(&job);
             self.remember(job, Verdict::Cancelled);
         }
     }

@@ -347,3 +347,44 @@ fn who_is_at_what_an_earlier_life_has_granted_is_told_when_the_runs_that_wanted_
     let said = pool.open(1, 3);
     assert!(matches!(said[..], [Effect::Adopted { worker: Worker(13), .. }]), "{said:?}");
 }
+
+#[test]
+fn a_run_that_wants_an_orphan_no_more_leaves_it_to_the_next_heir() {
+    let mut pool = second_life(&[1, 2, 3, 4]);
+    for k in [1, 2, 4] {
+        pool.step(Event::Inherit(job(k), Heir(2)));
+    }
+    let before = |k| (job(k), Epoch(1 << 32 | k));
+    // The workers of the first and the third are heard, the second goes to somebody else, and the
+    // fourth is waited for.
+    for k in 1..=4 {
+        pool.open(1, k);
+    }
+    let hear = |pool: &mut Pool| [1, 3].into_iter().for_each(|k| pool.renew(10 + k, before(k)));
+    hear(&mut pool);
+    pool.pass(1_400);
+    hear(&mut pool);
+    pool.pass(200);
+    let second = pool.ask(5).expect("nobody is waited for any more");
+    assert_eq!(second.0, job(2));
+    let said = pool.step(Event::Cancel(Run(1)));
+    let told: Vec<_> = said.iter().filter(|e| matches!(e, Effect::Cancel { .. })).collect();
+    assert_eq!(told, [&Effect::Cancel { worker: Worker(5), job: job(2), epoch: second.1 }]);
+    let said = pool.step(Event::Renounce(Heir(1)));
+    let told = Effect::Cancel { worker: Worker(13), job: job(3), epoch: before(3).1 };
+    assert_eq!(said, [told], "nobody else will want the third");
+    assert_eq!([1, 2, 3, 4].map(|k| pool.machine.orphaned(job(k))), [true, false, false, true]);
+    for (worker, k) in [(11, 1), (14, 4)] {
+        let said = pool.step(renewal(worker, before(k), true));
+        assert!(matches!(said[..], [Effect::Renewed { .. }]), "{said:?}");
+    }
+    pool.begin(2, 1, 4);
+    let said = pool.open(2, 1);
+    assert!(matches!(said[..], [Effect::Adopted { worker: Worker(11), .. }]), "{said:?}");
+    let said = pool.step(Event::Cancel(Run(2)));
+    assert!(said.iter().all(|effect| !matches!(effect, Effect::Cancel { .. })), "{said:?}");
+    let told = Effect::Cancel { worker: Worker(11), job: job(1), epoch: before(1).1 };
+    let said = pool.step(Event::Renounce(Heir(2)));
+    assert!(said.contains(&told) && said.len() == 2, "{said:?}");
+    assert!(pool.machine.heirs().is_empty());
+}

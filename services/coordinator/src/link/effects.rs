@@ -4,7 +4,7 @@ use super::bulk::reply;
 use super::ledger::Wanted;
 use super::quarantine;
 use super::shell::{Said, Shell};
-use super::{Ending, Reproduction, Settlement};
+use super::{Attempted, Ending, Reproduction, Settlement};
 use cullet_dispatch::{
     Cause, Digest, Effect, Epoch as DispatchEpoch, Job, Loss, Millis, Outcome, Reason,
 };
@@ -30,7 +30,8 @@ impl Shell {
             Effect::Renewed { lease, .. } => said.renew = Some(RenewAnswer::Go { lease_ms: lease }),
             Effect::Adopted { worker, job, run, epoch } => {
                 let (id, run, name) = (JobId(job.0), self.label(run), self.name(worker));
-                self.ledger.granted(job, epoch, (&name, self.roster.about(worker)));
+                let news = self.ledger.granted(id, epoch, (&name, self.roster.about(worker)));
+                self.tell(news);
                 self.roster.took(worker, id);
                 let job = id.short();
                 tracing::info!(run, job, worker = name, epoch = epoch.0, "goes on from before");
@@ -91,7 +92,8 @@ impl Shell {
         let outline = self.ledger.get(Job(job.0)).map_or(0, |wanted| wanted.outline.len());
         let (run, name) = (self.label(run), self.name(worker));
         let (grant, by) = (DispatchEpoch(epoch.0), (name.as_str(), self.roster.about(worker)));
-        self.ledger.granted(Job(job.0), grant, by);
+        let news = self.ledger.granted(job, grant, by);
+        self.tell(news);
         self.roster.took(worker, job);
         let own = self.children.as_ref().is_some_and(|children| children.has(&name));
         if !own {
@@ -146,7 +148,18 @@ impl Shell {
         }
         let spared = !charged && matches!(loss, Loss::Down | Loss::TooLong);
         let how = if spared { " (no solver had the job)" } else { "" };
-        self.ledger.ended(job, epoch, &format!("{loss:?}{how}"));
+        let news = self.ledger.ended(JobId(job.0), epoch, &format!("{loss:?}{how}"));
+        self.tell(news);
+    }
+
+    /// Runs that want a job hear what befalls an attempt at it.
+    fn tell(&self, news: Option<Attempted>) {
+        let wanted = news.as_ref().and_then(|news| self.ledger.get(Job(news.job.0)));
+        for run in wanted.into_iter().flat_map(|wanted| wanted.openings.keys()) {
+            if let Some(listener) = self.runs.get(run) {
+                listener.attempts.put(news.clone());
+            }
+        }
     }
 
     /// Keeps what reproduces a job that killed its workers.

@@ -1,10 +1,11 @@
 //! The jobs that runs want: their bytes, their results, who waits for them, who tried them.
 
-use super::Try;
+use super::{Attempted, Try};
 use cullet_dispatch::{Epoch, Job, Run};
 use cullet_proto::outline::{Outline, Parted};
 use cullet_proto::{JobId, Verdict};
 use std::collections::{BTreeMap, VecDeque};
+use std::iter;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -21,6 +22,16 @@ struct Attempt {
     granted: Instant,
     /// When it was over, and how.
     ended: Option<(Instant, String)>,
+}
+
+impl Attempt {
+    /// That it began, and how it was lost.
+    fn news(&self, job: JobId) -> impl Iterator<Item = Attempted> {
+        let told = |at, lost| Attempted { job, worker: self.worker.clone(), at, lost };
+        let lost = self.ended.as_ref().filter(|(_, how)| !how.is_empty());
+        let lost = lost.map(|(at, how)| told(*at, Some(how.clone())));
+        iter::once(told(self.granted, None)).chain(lost)
+    }
 }
 
 /// What is known of a job that has openings to settle.
@@ -43,6 +54,11 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
+    /// What has befallen it so far.
+    pub(super) fn news(&self, job: JobId) -> impl Iterator<Item = Attempted> {
+        self.attempts.iter().flat_map(move |attempt| attempt.news(job))
+    }
+
     /// Its attempts, in times since an opening of it.
     pub(super) fn tries(&self, opened: Instant) -> Vec<Try> {
         let since = |at: Instant| at.saturating_duration_since(opened);
@@ -152,28 +168,35 @@ impl Ledger {
         self.jobs.values_mut().for_each(|wanted| wanted.trouble = text.to_owned());
     }
 
-    /// An attempt begins, unless it is known; by whom, and what that one is.
-    pub(super) fn granted(&mut self, job: Job, epoch: Epoch, (worker, about): (&str, String)) {
-        if let Some(wanted) = self.jobs.get_mut(&job)
-            && wanted.attempts.len() < MAX_ATTEMPTS
-            && wanted.attempts.iter().all(|attempt| attempt.epoch != epoch)
-        {
-            let (worker, granted) = (worker.to_owned(), Instant::now());
-            wanted.attempts.push(Attempt { epoch, worker, about, granted, ended: None });
+    /// An attempt begins, unless it is known; by whom, and what that one is. The news, if it is.
+    pub(super) fn granted(
+        &mut self,
+        id: JobId,
+        epoch: Epoch,
+        (worker, about): (&str, String),
+    ) -> Option<Attempted> {
+        let attempts = &mut self.jobs.get_mut(&Job(id.0))?.attempts;
+        let known = attempts.iter().any(|attempt| attempt.epoch == epoch);
+        if known || attempts.len() >= MAX_ATTEMPTS {
+            return None;
         }
+        let (worker, granted) = (worker.to_owned(), Instant::now());
+        let attempt = Attempt { epoch, worker, about, granted, ended: None };
+        let news = attempt.news(id).next();
+        attempts.push(attempt);
+        news
     }
 
-    /// An attempt is over.
-    pub(super) fn ended(&mut self, job: Job, epoch: Epoch, how: &str) {
-        if let Some(wanted) = self.jobs.get_mut(&job) {
-            let trouble = wanted.trouble.clone();
-            let colon = if trouble.is_empty() || how.is_empty() { "" } else { ": " };
-            let trouble = if how.is_empty() { String::new() } else { trouble };
-            let attempt = wanted.attempts.iter_mut().find(|attempt| attempt.epoch == epoch);
-            if let Some(attempt) = attempt {
-                attempt.ended = Some((Instant::now(), format!("{how}{colon}{trouble}")));
-            }
-        }
+    /// An attempt is over; the news, if it was lost.
+    pub(super) fn ended(&mut self, id: JobId, epoch: Epoch, how: &str) -> Option<Attempted> {
+        let wanted = self.jobs.get_mut(&Job(id.0))?;
+        let attempt = wanted.attempts.iter_mut().find(|attempt| attempt.epoch == epoch)?;
+        let told = match (how, wanted.trouble.as_str()) {
+            ("", _) | (_, "") => how.to_owned(),
+            (how, trouble) => format!("{how}: {trouble}"),
+        };
+        attempt.ended = Some((Instant::now(), told));
+        attempt.news(id).nth(1)
     }
 
     /// A line for each attempt at a job that is over: for which runs, by whom, when, for how long.

@@ -47,7 +47,7 @@ pub use children::SpawnConfig;
 pub use claim::Rival;
 pub use cullet_dispatch::Timing;
 pub use cullet_dispatch::{Share, Tenant};
-pub use run::{RunHandle, RunStats};
+pub use run::{Attempted, RunHandle, RunStats};
 
 /// What went wrong with the link.
 #[derive(Debug, thiserror::Error)]

@@ -110,6 +110,8 @@ impl Shell {
         let permille = self.ledger.open(run, id, parted);
         if let Some(listener) = self.runs.get_mut(&run) {
             listener.permille += i64::from(permille);
+            let wanted = self.ledger.get(job);
+            listener.attempts.put(wanted.into_iter().flat_map(|wanted| wanted.news(id)));
         }
         let prior = match self.known(id) {
             _ if !fit => Prior::Unfit,

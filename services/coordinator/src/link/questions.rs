@@ -219,7 +219,7 @@ impl Shell {
         let outcome = outcome_of(&verdict);
         self.ledger.keep(commit.job, verdict);
         self.cache.put(commit.job, bytes, build);
-        self.ledger.ended(job, epoch, "");
+        self.ledger.ended(commit.job, epoch, "");
         Ok(self.count(commit, outcome))
     }
 

@@ -10,7 +10,7 @@ use cullet_proto::{FractureJob, JobId, WireError};
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What the pool has done and is doing for one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,6 +51,38 @@ impl RunStats {
     }
 }
 
+/// News of attempts that are kept until somebody asks; what is beyond it is told as a job settles.
+const MAX_NEWS: usize = 4_096;
+
+/// News of an attempt at a job that has not settled.
+#[derive(Clone, Debug)]
+pub struct Attempted {
+    /// Which job.
+    pub job: JobId,
+    /// Whose attempt.
+    pub worker: String,
+    /// When.
+    pub at: Instant,
+    /// How the attempt was lost; `None`: the worker was given the job.
+    pub lost: Option<String>,
+}
+
+/// Where such news is put and found.
+#[derive(Clone, Debug, Default)]
+pub(super) struct AttemptNews(Arc<Mutex<Vec<Attempted>>>);
+
+impl AttemptNews {
+    pub(super) fn put(&self, news: impl IntoIterator<Item = Attempted>) {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let room = MAX_NEWS - all.len();
+        all.extend(news.into_iter().take(room));
+    }
+
+    fn take(&self) -> Vec<Attempted> {
+        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
 /// A run in the pool: opens jobs and hears of their ends, in opening order. Dropping it cancels
 /// what is open.
 #[derive(Debug)]
@@ -59,15 +91,18 @@ pub struct RunHandle {
     inputs: SyncSender<Input>,
     settlements: Mutex<Receiver<(JobId, Settlement)>>,
     stats: Arc<Mutex<RunStats>>,
+    attempts: AttemptNews,
 }
 
 impl RunHandle {
     pub(super) fn begin(run: Run, label: u64, share: Share, inputs: SyncSender<Input>) -> Self {
         let (settle, settlements) = std::sync::mpsc::channel();
         let stats = Arc::<Mutex<RunStats>>::default();
+        let attempts = AttemptNews::default();
         let listener = Listener {
             settle,
             stats: Arc::clone(&stats),
+            attempts: attempts.clone(),
             over: false,
             label,
             held: VecDeque::new(),
@@ -75,7 +110,7 @@ impl RunHandle {
             permille: 0,
         };
         let _closed = inputs.send(Input::Begin(run, share, listener));
-        Self { run, inputs, settlements: Mutex::new(settlements), stats }
+        Self { run, inputs, settlements: Mutex::new(settlements), stats, attempts }
     }
 
     /// The run's number in the pool.
@@ -117,6 +152,12 @@ impl RunHandle {
     pub fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
         let settlements = self.settlements.lock().unwrap_or_else(PoisonError::into_inner);
         settlements.recv_timeout(timeout).ok()
+    }
+
+    /// Who was given which job since this was asked last, and which attempts were lost.
+    #[must_use]
+    pub fn attempts(&self) -> Vec<Attempted> {
+        self.attempts.take()
     }
 
     /// What the pool has done and is doing for this run.

@@ -13,6 +13,7 @@ use super::openings::Opening;
 use super::quarantine;
 use super::questions::Heed;
 use super::roster::Roster;
+use super::run::AttemptNews;
 use super::staff::Staff;
 use super::{LinkError, PoolConfig, PoolStats, Refusals, RunStats, Settlement};
 use cullet_dispatch::{Dispatch, Event, Heir, Job, Millis, Receipt, Run, Share, Timing, Worker};
@@ -63,6 +64,7 @@ pub(super) enum Input {
 pub(super) struct Listener {
     pub(super) settle: Sender<(JobId, Settlement)>,
     pub(super) stats: Arc<Mutex<RunStats>>,
+    pub(super) attempts: AttemptNews,
     pub(super) over: bool,
     /// Its number for people, in log lines.
     pub(super) label: u64,

@@ -1,6 +1,6 @@
 //! Questions of people and programs, and what they are told.
 
-use super::board::{End, Entry, Event, MAX_KEPT, No, Order};
+use super::board::{Entry, Event, MAX_KEPT, No, Order};
 use super::{Service, ServiceError, unix_ms};
 use crate::link::bundle;
 use crate::link::users::{Asked, Parcel};
@@ -10,7 +10,7 @@ use cullet_proto::keys::UserVerb;
 use cullet_proto::service::{About, Drain, Drained, Fetch, Fetched, Follow};
 use cullet_proto::service::{MAX_TICKET, MAX_WAIT_MS, Which};
 use cullet_proto::service::{News, Noted, RunInfo, Runs, State, Submit, SubmitAnswer};
-use cullet_proto::service::{WorkerInfo, Workers, codes, digest_of};
+use cullet_proto::service::{WorkerInfo, Workers, digest_of};
 use cullet_proto::{WorkerId, chunks};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -209,9 +209,7 @@ impl Service<'_> {
                 event
             }
             _ => {
-                let text = "cancelled before it began".to_owned();
-                let (code, jobs) = (Some(codes::CANCELLED), self.jobs(run));
-                let end = End { code, text, jobs, ..End::default() };
+                let end = self.cut_short(run, "cancelled before it began");
                 self.board.cancel(run, end, at)?
             }
         };

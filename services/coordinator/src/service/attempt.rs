@@ -2,7 +2,7 @@
 
 use super::board::{End, Entry, How, Reached};
 use super::cutoff::{Reach, seen};
-use super::here::{REPRODUCTION, leave};
+use super::here::{REPRODUCTION, TIMELINE, leave};
 use super::keeper::Keeper;
 use super::live::Live;
 use super::store::Kept;
@@ -20,17 +20,21 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-/// What a run leaves to be fetched.
-const PRODUCTS: [&str; 8] = [
+/// What a run leaves to be fetched; one that was cut off has its recording as far as it was
+/// written.
+const PRODUCTS: [&str; 9] = [
     "run.mcap",
+    CUT_OFF,
     "summary.json",
     "preview.png",
     "preview.gif",
-    "timeline.svg",
-    "timeline.trace.json",
+    TIMELINE[0],
+    TIMELINE[1],
     REPRODUCTION[0],
     REPRODUCTION[1],
 ];
+/// A recording that was cut off, which `recover` makes a readable file of.
+pub(super) const CUT_OFF: &str = "run.mcap.partial";
 /// Between two lines of a run's position.
 const NEWS_PERIOD: Duration = Duration::from_secs(2);
 
@@ -197,7 +201,7 @@ pub(super) fn discard(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-fn products(folder: &Path) -> Result<Vec<FileInfo>, String> {
+pub(super) fn products(folder: &Path) -> Result<Vec<FileInfo>, String> {
     let there = PRODUCTS.iter().filter(|name| folder.join(name).is_file());
     let row = |name: &&str| {
         let path = folder.join(name);

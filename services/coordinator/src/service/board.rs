@@ -431,6 +431,11 @@ impl Entry {
         }
     }
 
+    /// Whether it does not go on, and may yet.
+    pub(super) fn waits(&self) -> bool {
+        matches!(self.state, State::Queued | State::Paused)
+    }
+
     fn refuse(&self, verb: &'static str) -> No {
         No::State { run: self.run, state: self.state.word(), verb }
     }

@@ -1,7 +1,8 @@
 //! What a death of the coordinator leaves: how far each run was that went on, and what becomes of
 //! them at the next start.
 
-use super::board::{Board, Deaths, End, Event, How, Reached};
+use super::aside::left;
+use super::board::{Board, Deaths, End, Event, How, Reached, Wish};
 use super::journal::Journal;
 use super::live::Live;
 use super::{ServiceError, Store, unix_ms};
@@ -81,7 +82,7 @@ fn reached(folder: &Path) -> Reached {
 /// Journals that the coordinator is back: runs that went on wait again, and those that it died of
 /// are laid aside. How many went on.
 pub(super) fn returned(
-    store: &Store,
+    (store, out): (&Store, &Path),
     journal: &mut Journal,
     board: &mut Board,
     say: &mut dyn FnMut(&str),
@@ -106,7 +107,11 @@ pub(super) fn returned(
         let Ok(entry) = board.get(*run) else { continue };
         let live = Live::open(&store.run(*run).join("log"));
         live.say(&line(entry.deaths));
-        if board.deadly().contains(run) {
+        if entry.wish == Some(Wish::Cancel) {
+            let files = left(entry, (store, out), &live);
+            let end = End { code: Some(codes::CANCELLED), files, ..End::default() };
+            last.push(Event::Ended { run: *run, how: How::Stopped, end, at: unix_ms() });
+        } else if board.deadly().contains(run) {
             let text = verdict(entry.deaths);
             live.say(&format!("error: {text}"));
             say(&format!("run {run}: {text}"));

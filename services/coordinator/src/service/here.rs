@@ -8,6 +8,8 @@ use crate::run::{News, Outcome, RunError, RunOptions, run, write_file};
 use crate::scene::Scene;
 use std::path::Path;
 
+/// Who solved what and when: a picture and a trace.
+pub(super) const TIMELINE: [&str; 2] = ["timeline.svg", "timeline.trace.json"];
 /// What reproduces a job that was given up: its encoding, and how its attempts ended.
 pub(super) const REPRODUCTION: [&str; 2] = ["job.bin", "attempts.txt"];
 
@@ -46,10 +48,8 @@ pub(super) fn leave(
     live: &Live,
     say: &mut dyn FnMut(String),
 ) {
-    let timeline = [
-        ("timeline.svg", timeline::svg(name, timeline).into_bytes()),
-        ("timeline.trace.json", timeline::trace(name, timeline).into_bytes()),
-    ];
+    let (svg, trace) = (timeline::svg(name, timeline), timeline::trace(name, timeline));
+    let timeline = TIMELINE.into_iter().zip([svg, trace].map(String::into_bytes));
     let reproduction = live.reproduction().map(|it| [it.job, it.attempts.into_bytes()]);
     let reproduction = reproduction.into_iter().flat_map(|both| REPRODUCTION.into_iter().zip(both));
     for (file, bytes) in timeline.into_iter().chain(reproduction) {

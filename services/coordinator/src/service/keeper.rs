@@ -4,8 +4,8 @@
 
 use super::live::{Clock, Live};
 use super::store::Kept;
-use super::timeline::{Fate, Job, Past, Stretch};
-use crate::link::{Ending, Settlement, Try};
+use super::timeline::{Attempt, Fate, Job, Past, Stretch};
+use crate::link::{Attempted, Ending, Settlement, Try};
 use crate::run::{Jobs, Load};
 use cullet_proto::{FractureJob, JobId, Verdict};
 use std::cell::RefCell;
@@ -17,6 +17,8 @@ struct Due {
     job: JobId,
     opened: f64,
     kept: Option<Verdict>,
+    /// Who was given it since.
+    tries: Vec<Stretch>,
 }
 
 /// The desk of one attempt.
@@ -44,21 +46,30 @@ impl<'a> Keeper<'a> {
 
     /// The run is over: what has not settled will not.
     pub(super) fn close(&self) {
+        self.hear();
         let settled = self.clock.now();
-        for due in self.due.borrow_mut().drain(..) {
-            self.live.unsettled(Job {
-                job: due.job.short(),
-                worker: String::new(),
-                opened: due.opened,
-                settled,
-                attempts: 0,
-                kept: false,
-                tries: Vec::new(),
-                ending: Fate::Unsettled,
-            });
+        for Due { job, opened, tries, .. } in self.due.borrow_mut().drain(..) {
+            let job = Job::left(job.short(), (opened, settled), tries, Fate::Unsettled);
+            self.live.unsettled(job);
         }
         if let Some(past) = self.past {
             past.ended(settled);
+        }
+    }
+
+    /// Takes in what has befallen the jobs that are due.
+    fn hear(&self) {
+        let mut all = self.due.borrow_mut();
+        for Attempted { job, worker, at, lost } in self.pool.attempts() {
+            let at = self.clock.at(at);
+            let one = Attempt { job: job.short(), worker, at, lost };
+            let mut news = false;
+            for due in all.iter_mut().filter(|due| due.job == job) {
+                news |= one.befalls(due.opened, &mut due.tries);
+            }
+            if let (Some(past), true) = (self.past, news) {
+                past.attempted(&one);
+            }
         }
     }
 
@@ -110,22 +121,27 @@ impl<'a> Keeper<'a> {
 impl Jobs for Keeper<'_> {
     fn open(&self, job: &FractureJob) -> JobId {
         let known = job.encode().ok().map(|bytes| JobId::of(&bytes));
-        let kept = known.and_then(|job| Some((job, self.kept.as_ref()?.get(job)?)));
-        let (job, kept) = match kept {
-            Some((job, verdict)) => (job, Some(verdict)),
-            None => (self.pool.open(job), None),
+        let kept = known.and_then(|job| self.kept.as_ref()?.get(job));
+        let say = |job: JobId| {
+            tracing::info!(job = %job.short(), kept = kept.is_some(), "job opened");
         };
-        self.live.opened();
-        tracing::info!(job = %job.short(), kept = kept.is_some(), "job opened");
+        // Before the pool has it, whose lines come after this one.
+        known.into_iter().for_each(say);
         let opened = self.clock.now();
+        let job = known.filter(|_| kept.is_some()).unwrap_or_else(|| self.pool.open(job));
+        if known.is_none() {
+            say(job);
+        }
+        self.live.opened();
         if let (Some(past), None) = (self.past, &kept) {
             past.opened(&job.short(), opened);
         }
-        self.due.borrow_mut().push_back(Due { job, opened, kept });
+        self.due.borrow_mut().push_back(Due { job, opened, kept, tries: Vec::new() });
         job
     }
 
     fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
+        self.hear();
         let first = self.due.borrow_mut().pop_front();
         let Some(due) = first else {
             return self.pool.settled(timeout);
@@ -161,6 +177,10 @@ impl Jobs for Keeper<'_> {
 
     fn load(&self) -> Load {
         self.pool.load()
+    }
+
+    fn attempts(&self) -> Vec<Attempted> {
+        self.pool.attempts()
     }
 
     fn cancel(&self) {

@@ -165,7 +165,12 @@ impl Clock {
 
     /// Seconds since the start.
     pub(super) fn now(self) -> f64 {
-        self.0.elapsed().as_secs_f64()
+        self.at(Instant::now())
+    }
+
+    /// The same at another time, 0 before the start.
+    pub(super) fn at(self, time: Instant) -> f64 {
+        time.saturating_duration_since(self.0).as_secs_f64()
     }
 }
 

@@ -6,6 +6,7 @@
 //! verdicts that were kept: nothing that had settled is computed again, and the digest is the same.
 
 mod answer;
+mod aside;
 mod attempt;
 mod board;
 mod cutoff;
@@ -32,7 +33,7 @@ use crate::link::{LinkError, Pool, Share, Tenant};
 use crate::run::next_folder;
 use answer::Watcher;
 use attempt::{Attempt, Ended};
-use board::{Board, End, Entry, Event, How, Wish};
+use board::{Board, Entry, Event, How, Wish};
 use cullet_proto::WorkerId;
 use cullet_proto::service::{JobCounts, State, codes};
 use cutoff::Reach;
@@ -162,13 +163,13 @@ impl<'a> Service<'a> {
         if let Some(torn) = torn {
             say(&format!("{torn}: a crash tore it, nobody was told of it, it is dropped"));
         }
-        let back = cutoff::returned(&store, &mut journal, &mut board, say)?;
+        let out = config.out.clone().unwrap_or_else(|| store.folder().join("recordings"));
+        let back = cutoff::returned((&store, &out), &mut journal, &mut board, say)?;
         if let Some(folder) = store.named() {
             let (runs, folder) = (board.entries().count(), folder.display());
             say(&format!("{folder}: {runs} runs, {back} of them go on from where they were"));
         }
         let given = forget::numbered(&store, &mut journal, &mut board)?;
-        let out = config.out.clone().unwrap_or_else(|| store.folder().join("recordings"));
         forget::sweep(&store, &board, config.out.is_none().then_some(out.as_path()));
         let metrics = config.metrics.map(Metrics::serve).transpose()?;
         let mut service = Self {
@@ -452,19 +453,6 @@ impl<'a> Service<'a> {
             if self.going.is_empty() && !self.awaited.values().any(lately) {
                 return;
             }
-        }
-    }
-
-    /// Tells the runs that wait that they will not be run.
-    fn dismiss(&mut self) {
-        let waits = |entry: &&Entry| matches!(entry.state, State::Queued | State::Paused);
-        let waiting: Vec<u64> = self.board.entries().filter(waits).map(|e| e.run).collect();
-        for run in waiting {
-            let text = "the coordinator left before the run began".to_owned();
-            self.live(run).say(&format!("error: {text}"));
-            let (code, jobs) = (Some(codes::CANCELLED), self.jobs(run));
-            let end = End { code, text, jobs, ..End::default() };
-            self.admit(Event::Cancelled { run, end, at: unix_ms() });
         }
     }
 }

@@ -22,6 +22,39 @@ pub(super) struct Stretch {
     pub(super) lost: String,
 }
 
+/// What befalls a job that has not settled.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Attempt {
+    /// The first digits of its id.
+    pub(super) job: String,
+    /// Whose attempt.
+    pub(super) worker: String,
+    /// Wall time since the run's attempt began \[s\].
+    pub(super) at: f64,
+    /// How it was lost; `None`: it began.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) lost: Option<String>,
+}
+
+impl Attempt {
+    /// Adds it to the attempts at such a job, wanted since `opened` \[s\]; whether that is news.
+    pub(super) fn befalls(&self, opened: f64, tries: &mut Vec<Stretch>) -> bool {
+        let Self { worker, lost, .. } = self;
+        let at = self.at.max(opened);
+        if let Some(how) = lost {
+            let open = |one: &&mut Stretch| one.worker == *worker && one.lost.is_empty();
+            let last = tries.iter_mut().rev().find(open);
+            return last.map(|one| (one.to, one.lost) = (at, how.clone())).is_some();
+        }
+        let known = tries.iter().any(|one| one.worker == *worker && one.from == at);
+        if !known {
+            let (worker, lost) = (worker.clone(), String::new());
+            tries.push(Stretch { worker, from: at, to: at, lost });
+        }
+        !known
+    }
+}
+
 /// How a job ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -52,6 +85,14 @@ impl Fate {
             Self::Cancelled => "cancelled",
             Self::Unsettled => "unsettled",
             Self::CutOff => "cut off",
+        }
+    }
+
+    fn sentence(self) -> &'static str {
+        match self {
+            Self::Unsettled => "not settled when the run was over",
+            Self::CutOff => "not settled when the coordinator died",
+            _ => self.word(),
         }
     }
 }
@@ -141,6 +182,19 @@ impl Span {
 }
 
 impl Job {
+    /// One that had not settled when its attempt was over. Who was at it then was to the end.
+    pub(super) fn left(
+        job: String,
+        (opened, settled): (f64, f64),
+        mut tries: Vec<Stretch>,
+        ending: Fate,
+    ) -> Self {
+        tries.iter_mut().filter(|one| one.lost.is_empty()).for_each(|one| one.to = settled);
+        let attempts = tries.len() as u32;
+        let worker = String::new();
+        Self { job, worker, opened, settled, attempts, kept: false, tries, ending }
+    }
+
     /// The same in times since something earlier.
     fn later(mut self, by: f64) -> Self {
         self.opened += by;
@@ -152,9 +206,12 @@ impl Job {
         self
     }
 
+    /// Whose it is: of who solved it, or, where nobody has, of who was at it last.
     fn who(&self) -> &str {
+        let last = self.tries.last().map_or("nobody", |last| &last.worker);
         match (self.kept, self.worker.as_str()) {
             (true, _) => "kept",
+            (false, "") if matches!(self.ending, Fate::Unsettled | Fate::CutOff) => last,
             (false, "") => "nobody",
             (false, worker) => worker,
         }
@@ -182,11 +239,9 @@ impl Job {
             return tries;
         }
         let ending = self.ending.word();
-        let text = match (self.kept, self.ending) {
-            (true, _) => format!("{ending} before: nobody was asked"),
-            (false, Fate::Unsettled) => "not settled when the run was over".to_owned(),
-            (false, Fate::CutOff) => "not settled when the coordinator died".to_owned(),
-            (false, _) => ending.to_owned(),
+        let text = match self.kept {
+            true => format!("{ending} before: nobody was asked"),
+            false => self.ending.sentence().to_owned(),
         };
         let (who, from, to) = (self.who(), self.opened, self.settled);
         vec![Bar { who, from, to, colour: self.colour(), ending, attempt: 0, text }]
@@ -200,6 +255,9 @@ impl Job {
             ("", _) if one.worker == self.worker => (word, self.colour(), word.to_owned()),
             ("", Fate::Solved | Fate::Refused | Fate::Failed) => {
                 (OVERTAKEN, LATE, "overtaken: another's result came first".to_owned())
+            }
+            ("", Fate::Unsettled | Fate::CutOff) => {
+                (word, self.colour(), self.ending.sentence().to_owned())
             }
             ("", _) => (word, self.colour(), format!("stopped: the job was {word}")),
             (lost, _) => ("lost", LOST, self.lost(one, &why(lost))),

@@ -11,7 +11,7 @@ const SCHEDULES: u64 = 20_000;
 const MUTANT_SCHEDULES: u64 = 5_000;
 
 /// Each planted bug, and the oracle that is meant for it.
-const MUTANTS: [(Mutant, Oracle); 32] = [
+const MUTANTS: [(Mutant, Oracle); 33] = [
     (Mutant::SettleAsTheyCome, Oracle::Order),
     (Mutant::PollMintsTwice, Oracle::Poll),
     (Mutant::NoExpiry, Oracle::Live),
@@ -44,6 +44,7 @@ const MUTANTS: [(Mutant, Oracle); 32] = [
     (Mutant::OrphanSuperseded, Oracle::Anew),
     (Mutant::OrphanUnknown, Oracle::Anew),
     (Mutant::OrphanKept, Oracle::Stop),
+    (Mutant::HeirPassedOver, Oracle::Told),
 ];
 
 fn from_environment(name: &str) -> Option<u64> {

@@ -1,17 +1,19 @@
 use super::Keeper;
-use crate::link::{Ending, Settlement};
+use crate::link::{Attempted, Ending, Settlement};
 use crate::run::{Jobs, Load};
 use crate::service::live::Live;
 use crate::service::store::Store;
+use crate::service::timeline::{Past, svg, trace};
 use cullet_proto::{FractureJob, JobId, Verdict};
 use std::cell::RefCell;
 use std::collections::VecDeque;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A pool that answers at once and counts what it was asked.
 #[derive(Default)]
 struct Stub {
     open: RefCell<VecDeque<JobId>>,
+    news: RefCell<Vec<Attempted>>,
     asked: RefCell<Vec<JobId>>,
 }
 
@@ -44,6 +46,10 @@ impl Jobs for Stub {
 
     fn load(&self) -> Load {
         Load::default()
+    }
+
+    fn attempts(&self) -> Vec<Attempted> {
+        self.news.take()
     }
 
     fn cancel(&self) {
@@ -85,4 +91,59 @@ fn a_second_attempt_asks_the_pool_for_what_is_new_alone_and_hears_the_same_in_or
     assert_eq!(asked.len(), 2, "jobs 1 and 2 were settled before");
     assert_eq!(live.jobs().kept, 2);
     assert_eq!((live.jobs().opened, live.jobs().settled), (4, 4));
+}
+
+#[test]
+fn who_was_at_what_has_not_settled_is_in_the_timeline_also_of_a_life_that_ended() {
+    let (folder, pool, live) =
+        (tempfile::tempdir().expect("a folder"), Stub::default(), Live::default());
+    let past = Past::begin(folder.path(), 1, 10_000, None);
+    let keeper = Keeper::new(&pool, None, &live).noting(&past);
+    let (first, second) = (keeper.open(&job(1)), keeper.open(&job(2)));
+    // Nothing settles; the first is lost with one worker and sent to another.
+    let tell = |job, worker: &str, after: u64, lost: Option<&str>| Attempted {
+        job,
+        worker: worker.to_owned(),
+        at: Instant::now() + Duration::from_secs(after),
+        lost: lost.map(str::to_owned),
+    };
+    pool.news.replace(vec![
+        tell(first, "a", 0, None),
+        tell(second, "b", 1, None),
+        tell(first, "a", 2, Some("Crashed")),
+        tell(first, "b", 3, None),
+    ]);
+    keeper.hear();
+    // The coordinator dies 7 s after the run began. Its next life has all of it.
+    let next = Past::begin(folder.path(), 2, 60_000, Some(17_000));
+    let told: serde_json::Value =
+        serde_json::from_str(&trace("pot", &next.timeline(Vec::new()))).expect("JSON");
+    let events = told["traceEvents"].as_array().expect("events");
+    let rows: Vec<&str> = events
+        .iter()
+        .filter(|event| event["name"] == "thread_name")
+        .filter_map(|event| event["args"]["name"].as_str())
+        .collect();
+    assert_eq!(rows, ["a", "b", "the run"]);
+    let bars = events.iter().filter(|event| event["cat"] == "job");
+    let bar = |event: &serde_json::Value| {
+        let seconds = |key: &str| (event[key].as_f64().unwrap_or(f64::NAN) / 1e6).round();
+        let row = rows[event["tid"].as_u64().unwrap_or(9) as usize].to_owned();
+        let ending = event["args"]["ending"].as_str().unwrap_or_default().to_owned();
+        let attempts = event["args"]["attempts"].as_u64();
+        (row, seconds("ts"), seconds("dur"), ending, attempts)
+    };
+    let cut = |row: &str, from, took, attempts| {
+        (row.to_owned(), from, took, "cut off".to_owned(), Some(attempts))
+    };
+    let lost = ("a".to_owned(), 0.0, 2.0, "lost".to_owned(), Some(2));
+    let due = [lost, cut("b", 3.0, 4.0, 2), cut("b", 1.0, 6.0, 1)];
+    assert_eq!(bars.map(bar).collect::<Vec<_>>(), due);
+    let picture = svg("pot", &next.timeline(Vec::new()));
+    assert!(!picture.contains("nobody") && picture.contains(" at b "), "{picture}");
+    // So has a run that is over with jobs that had not settled.
+    keeper.close();
+    let left = live.timeline();
+    assert_eq!(left.iter().map(|job| job.tries.len()).collect::<Vec<_>>(), [2, 1]);
+    assert!(left.iter().all(|job| job.tries.last().is_some_and(|one| one.to == job.settled)));
 }

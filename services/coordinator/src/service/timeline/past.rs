@@ -1,14 +1,16 @@
 //! What the attempts at a run write down of its timeline, so that a later one, also in another life
 //! of the coordinator, tells of all of them.
 //!
-//! A line as a job is wanted and one as it settles, in a file beside the run's bundle; no part of
-//! what the run is or records. A line that is torn is left out; jobs beyond [`MOST`] bytes are not
+//! A line as a job is wanted, as a worker is given it or loses it, and as it settles, in a file beside
+//! the run's bundle; no part of what the run is or records. A line that is torn is left out; jobs beyond [`MOST`] bytes are not
 //! written, and that alone is told.
 
-use super::{Fate, Job, Timeline};
+use super::{Attempt, Fate, Job, Stretch, Timeline};
+use crate::service::cutoff::seen;
 use cullet_proto::verdict;
 use serde::{Deserialize, Serialize};
 use std::cell::{Cell, RefCell};
+use std::collections::{BTreeMap, VecDeque};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -28,6 +30,8 @@ enum Line {
     Began { attempt: u32, at: u64, seen: Option<u64> },
     /// It wants a job; times are since it began \[s\].
     Opened { job: String, at: f64 },
+    /// Somebody was given the job, or has lost it.
+    Attempted(Attempt),
     /// A job of it settled.
     Settled(Job),
     /// It ends, in order.
@@ -73,6 +77,14 @@ impl Past {
         self.put_job(&Line::Opened { job: job.to_owned(), at: short(at) });
     }
 
+    /// Somebody was given it, or has lost it.
+    pub(in crate::service) fn attempted(&self, one: &Attempt) {
+        let mut one = one.clone();
+        one.at = short(one.at);
+        one.lost = one.lost.as_deref().map(verdict::cut);
+        self.put_job(&Line::Attempted(one));
+    }
+
     /// It settled.
     pub(in crate::service) fn settled(&self, job: &Job) {
         let mut job = job.clone();
@@ -91,15 +103,14 @@ impl Past {
 
     /// The timeline of the run with these jobs of this attempt.
     pub(in crate::service) fn timeline(&self, jobs: Vec<Job>) -> Timeline {
-        let mut text = Vec::new();
-        let read = File::open(&self.path)
-            .and_then(|file| file.take(MOST + 2 * EDGES).read_to_end(&mut text));
-        if let Err(error) = read {
-            tracing::warn!("{}: {error}", self.path.display());
-        }
-        let mut all = earlier(&String::from_utf8_lossy(&text), self.attempt);
+        let mut all = earlier(&read(&self.path), self.attempt, None);
         all.add((self.attempt, self.began), jobs, 0.0, false);
         all
+    }
+
+    /// The timeline of a run that does not go on, from its part of the state folder.
+    pub(in crate::service) fn told(folder: &Path) -> Timeline {
+        earlier(&read(&folder.join(NAME)), u32::MAX, seen(folder))
     }
 
     /// Nothing comes after this run.
@@ -140,14 +151,17 @@ fn short(time: f64) -> f64 {
     (time * 1e4).round() / 1e4
 }
 
+/// A job that an attempt wanted, since when, and who was given it.
+type Open = (f64, Vec<Stretch>);
+
 /// An attempt as it is read.
 #[derive(Default)]
 struct Draft {
     attempt: u32,
     at: u64,
     jobs: Vec<Job>,
-    /// Wanted and not settled, since when.
-    open: Vec<(String, f64)>,
+    /// Wanted and not settled.
+    open: BTreeMap<String, VecDeque<Open>>,
     last: f64,
     ended: Option<f64>,
 }
@@ -157,13 +171,18 @@ impl Draft {
         match line {
             Line::Opened { job, at } => {
                 self.last = self.last.max(*at);
-                self.open.push((job.clone(), *at));
+                self.open.entry(job.clone()).or_default().push_back((*at, Vec::new()));
+            }
+            Line::Attempted(one) => {
+                self.last = self.last.max(one.at);
+                for (opened, tries) in self.open.get_mut(&one.job).into_iter().flatten() {
+                    one.befalls(*opened, tries);
+                }
             }
             Line::Settled(job) => {
                 self.last = self.last.max(job.settled);
-                if let Some(at) = self.open.iter().position(|(open, _)| *open == job.job) {
-                    self.open.remove(at);
-                }
+                let open = self.open.get_mut(&job.job);
+                let _one_that_was_not_told = open.and_then(VecDeque::pop_front);
                 self.jobs.push(job.clone());
             }
             Line::Ended { at } => self.ended = Some(*at),
@@ -176,24 +195,32 @@ impl Draft {
         let seen = seen.map_or(0.0, |seen| seen.saturating_sub(self.at) as f64 / 1e3);
         let settled = self.ended.unwrap_or(seen).max(self.last);
         let ending = if self.ended.is_some() { Fate::Unsettled } else { Fate::CutOff };
-        let left = self.open.into_iter().map(|(job, opened)| Job {
-            job,
-            worker: String::new(),
-            opened,
-            settled,
-            attempts: 0,
-            kept: false,
-            tries: Vec::new(),
-            ending,
+        let open = self.open.into_iter().flat_map(|(job, open)| {
+            open.into_iter().map(move |(opened, tries)| (job.clone(), opened, tries))
         });
+        let mut left: Vec<Job> = open
+            .map(|(job, opened, tries)| Job::left(job, (opened, settled), tries, ending))
+            .collect();
+        left.sort_by(|one, other| one.opened.total_cmp(&other.opened));
         self.jobs.extend(left);
         let cut_off = self.ended.is_none();
         all.add((self.attempt, self.at), self.jobs, settled, cut_off);
     }
 }
 
-/// What was written by the attempts before that one.
-fn earlier(text: &str, attempt: u32) -> Timeline {
+/// What the file has, as far as it can be read.
+fn read(path: &Path) -> String {
+    let mut text = Vec::new();
+    let read = File::open(path).and_then(|f| f.take(MOST + 2 * EDGES).read_to_end(&mut text));
+    if let Err(error) = read {
+        tracing::warn!("{}: {error}", path.display());
+    }
+    String::from_utf8_lossy(&text).into_owned()
+}
+
+/// What was written by the attempts before that one. `seen`: when the last was last seen to go on,
+/// where no further one says so \[ms since 1970\].
+fn earlier(text: &str, attempt: u32, seen: Option<u64>) -> Timeline {
     let mut all = Timeline::default();
     let mut draft: Option<Draft> = None;
     for line in text.lines().filter_map(|line| serde_json::from_str::<Line>(line).ok()) {
@@ -212,7 +239,7 @@ fn earlier(text: &str, attempt: u32) -> Timeline {
         }
     }
     if let Some(draft) = draft {
-        draft.close(None, &mut all);
+        draft.close(seen, &mut all);
     }
     all
 }

@@ -123,8 +123,11 @@ impl Checker {
             // Opened again, it is a new job; only quarantine is remembered.
             let stalled = known.stalled;
             let left = self.jobs.insert(job, Known { stalled, ..Known::default() });
-            self.buried(job);
-            self.dismiss(left.unwrap_or_default().holders, None);
+            let left = left.unwrap_or_default();
+            if !self.handed_on(job, &left) {
+                self.buried(job);
+                self.dismiss(left.holders, None);
+            }
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! What a worker was at when the coordinator ended: the next life lets it go on.
 
 use super::deaths::SLACK;
-use super::{Checker, Held, Oracle, Wrong, wrong};
+use super::{Checker, Held, Known, Oracle, Wrong, wrong};
 use crate::*;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,8 +10,10 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) struct Lives {
     /// Jobs that were at work, as the disk has it, and until when nobody else may have them.
     orphans: BTreeMap<Job, Millis>,
-    /// Those of them that no run has opened yet, and the runs that will.
-    unopened: BTreeMap<Job, BTreeSet<usize>>,
+    /// Those of them that no run has open.
+    unopened: BTreeSet<Job>,
+    /// The runs that will want what was at work and is not over.
+    heirs: BTreeMap<Job, BTreeSet<usize>>,
     /// Who was heard last to be at one of those.
     at: BTreeMap<Job, (Worker, Epoch)>,
     /// Those that have been over in this life.
@@ -33,23 +35,48 @@ impl Checker {
     /// The disk has it that this job was at work, and that this run wants it.
     pub(in super::super) fn inherits(&mut self, now: Millis, job: Job, run: usize) {
         self.lives.orphans.insert(job, now + self.timing.lease);
-        self.lives.unopened.entry(job).or_default().insert(run);
+        self.lives.unopened.insert(job);
+        self.lives.heirs.entry(job).or_default().insert(run);
     }
 
     /// A run is over: what nobody else will want is to end.
     pub(super) fn renounced(&mut self, run: usize) {
-        let unopened = std::mem::take(&mut self.lives.unopened);
-        for (job, mut runs) in unopened {
+        let heirs = std::mem::take(&mut self.lives.heirs);
+        for (job, mut runs) in heirs {
             runs.remove(&run);
             if !runs.is_empty() {
-                self.lives.unopened.insert(job, runs);
-                continue;
+                self.lives.heirs.insert(job, runs);
+            } else if self.orphan(job) {
+                if let Some((_, epoch)) = self.lives.at.remove(&job) {
+                    self.due.insert(epoch);
+                }
+                self.buried(job);
             }
-            if let Some((_, epoch)) = self.lives.at.remove(&job) {
-                self.due.insert(epoch);
-            }
-            self.buried(job);
         }
+    }
+
+    /// The last run that had a job open wants it no more: whether somebody who may be at it since
+    /// an earlier life goes on for a run that will want it.
+    pub(super) fn handed_on(&mut self, job: Job, left: &Known) -> bool {
+        if left.over || !self.lives.heirs.contains_key(&job) {
+            return false;
+        }
+        let holders: Vec<Epoch> = left.holders.iter().copied().collect();
+        match holders[..] {
+            // Who was heard before the run had opened it was silent for longer than a lease since.
+            [] if left.grants == 0 => drop(self.lives.at.remove(&job)),
+            [epoch] if self.lives.words.contains_key(&epoch) => {
+                let Some(held) = self.held.remove(&epoch) else { return false };
+                let suspected = held.suspect.map(|since| since + self.timing.suspect);
+                let until = held.heard + self.timing.lease;
+                self.lives.orphans.insert(job, suspected.map_or(until, |at| at.min(until)));
+                self.lives.words.insert(epoch, (held.heard, held.begun));
+                self.lives.at.insert(job, (held.worker, epoch));
+            }
+            _ => return false,
+        }
+        self.lives.unopened.insert(job);
+        true
     }
 
     /// A worker is gone.
@@ -61,9 +88,9 @@ impl Checker {
         self.lives.asked.insert(worker);
     }
 
-    /// No run has opened it yet, and somebody may be at it.
+    /// No run has it open, and somebody may be at it since an earlier life.
     pub(super) fn orphan(&self, job: Job) -> bool {
-        self.lives.unopened.contains_key(&job)
+        self.lives.unopened.contains(&job)
     }
 
     pub(super) fn opened_now(&mut self, job: Job) {
@@ -79,6 +106,7 @@ impl Checker {
     /// The job is over, and may be opened again: who is still at it is stopped.
     pub(super) fn buried(&mut self, job: Job) {
         self.lives.over.insert(job);
+        self.lives.heirs.remove(&job);
         self.mourned(job);
     }
 
@@ -86,6 +114,7 @@ impl Checker {
     pub(super) fn returned(&mut self, job: Job, epoch: Epoch) {
         if !self.held.contains_key(&epoch) {
             self.mourned(job);
+            self.lives.heirs.remove(&job);
         }
     }
 
