@@ -350,6 +350,7 @@ fn a_run_whose_job_kills_its_workers_stalls_and_goes_on_when_told() {
     assert!(attempts.lines().count() >= 3 && attempts.contains("Down"), "{attempts}");
     let timeline = fs::read_to_string(out.join("timeline.svg")).expect("a timeline");
     assert!(timeline.contains("lost with w") && timeline.contains("; the job was given up"));
+    assert!(out.join("run.mcap.partial").is_file(), "what it had recorded");
     let again = Cullet::new(&["job"]).path(&out.join("job.bin")).output();
     assert!(again.code == 0 && again.stdout.contains("fragments; result"), "{}", again.stderr);
     assert_eq!(farm.ask(&["retry", &run]).code, 0);

@@ -176,7 +176,7 @@ impl Measured {
         status(&self.result.ending) != ends || ended && self.rows.iter().any(missed)
     }
 
-    /// Writes the samples as CSV, the frames as MCAP and the last of them as PNG into a folder,
+    /// Writes the samples as CSV, the frames as MCAP and four of them as PNG into a folder,
     /// under a name of [`file_names`]; of a scene its recording and its picture.
     ///
     /// # Errors
@@ -198,6 +198,8 @@ impl Measured {
             return Ok(());
         }
         points::record(&folder.join(format!("{name}.mcap")), name, &self.result.frames)?;
-        crate::preview::points::sheet(&self.result.frames).save(&folder.join(format!("{name}.png")))
+        let what = self.point.specimen.colour();
+        let picture = crate::preview::points::sheet(&self.result.frames, what);
+        picture.save(&folder.join(format!("{name}.png")))
     }
 }

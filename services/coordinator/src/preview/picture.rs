@@ -51,10 +51,20 @@ impl Picture {
                 self.rgb[at..at + 3].iter_mut().for_each(|c| *c = (u16::from(*c) * 2 / 5) as u8);
             }
         }
+        self.write(text, zoom, (2 * zoom, top + 3 * zoom / 2), [245, 245, 240]);
+    }
+
+    /// Writes a line whose upper left corner is there.
+    pub(super) fn write(
+        &mut self,
+        text: &str,
+        zoom: usize,
+        (left, top): (usize, usize),
+        colour: [u8; 3],
+    ) {
         font::dots(text, |x, y| {
             for k in 0..zoom * zoom {
-                let (u, v) = ((x + 2) * zoom + k % zoom, y * zoom + k / zoom + 3 * zoom / 2);
-                self.set(u, top + v, [245, 245, 240]);
+                self.set(left + x * zoom + k % zoom, top + y * zoom + k / zoom, colour);
             }
         });
     }

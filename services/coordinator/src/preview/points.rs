@@ -1,6 +1,7 @@
 //! Points coloured by a number: four moments side by side, the last one last.
 
 use super::camera::Camera;
+use super::font;
 use super::picture::Picture;
 use super::{contact_sheet, raster::Corner};
 use cullet_geometry::Vec3;
@@ -12,6 +13,10 @@ const SIZE: (usize, usize) = (480, 360);
 const MOMENTS: usize = 4;
 /// Behind the points.
 const GROUND: [u8; 3] = [246, 246, 243];
+/// Letters of the scale.
+const INK: [u8; 3] = [70, 72, 76];
+/// Its left, top, width and height in a moment.
+const SCALE_BAR: (usize, usize, usize, usize) = (8, 20, 10, 90);
 /// An extent below this share of the next is seen face on \[1\].
 const FLAT: f64 = 0.34;
 /// Colours from the least value to the greatest.
@@ -39,9 +44,10 @@ pub(crate) fn colour(value: f32, (low, high): (f32, f32)) -> [u8; 3] {
     [0, 1, 2].map(|c| (SCALE[k][c] + (SCALE[k + 1][c] - SCALE[k][c]) * part).round() as u8)
 }
 
-/// Draws four moments, evenly spread from the first frame after the start to the last.
+/// Draws four moments, evenly spread from the first frame after the start to the last. `what` the
+/// colours tell stands at their scale, on each.
 #[must_use]
-pub fn sheet(frames: &[Frame]) -> Picture {
+pub fn sheet(frames: &[Frame], what: &str) -> Picture {
     let last = frames.len().saturating_sub(1);
     let shown = (1..=MOMENTS).map(|k| frames.get(last * k / MOMENTS));
     let span = range(frames);
@@ -53,11 +59,32 @@ pub fn sheet(frames: &[Frame]) -> Picture {
         .flatten()
         .map(|frame| {
             let mut picture = draw(frame, &camera, size, span);
+            scale(&mut picture, span, what);
             picture.caption(&format!("{:.3e} s", frame.time), 2);
             picture
         })
         .collect();
     contact_sheet(&pictures)
+}
+
+/// The colours from the least value of all moments to the greatest, in the upper left corner, where
+/// there is a greatest.
+fn scale(picture: &mut Picture, (low, high): (f32, f32), what: &str) {
+    let (left, top, wide, tall) = SCALE_BAR;
+    picture.write(what, 1, (left, top - font::HEIGHT - 3), INK);
+    if !low.is_finite() || !high.is_finite() {
+        return;
+    }
+    for y in 0..tall {
+        let share = 1.0 - y as f32 / (tall - 1) as f32;
+        let rgb = colour(low + (high - low) * share, (low, high));
+        (0..wide).for_each(|x| picture.set(left + x, top + y, rgb));
+    }
+    let middle = low + 0.5 * (high - low);
+    for (value, at) in [(high, 0), (middle, tall / 2), (low, tall)] {
+        let y = (top + at).saturating_sub(font::HEIGHT / 2);
+        picture.write(&format!("{value:.2e}"), 1, (left + wide + 4, y), INK);
+    }
 }
 
 fn place(point: &[f32; 4]) -> Vec3 {

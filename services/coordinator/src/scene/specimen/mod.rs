@@ -23,7 +23,7 @@ use super::files::{Files, SCENE_BASE, Source};
 use super::overrides;
 use super::schema::{plain_brackets, printed};
 use super::tree::Node;
-use cullet_proto::specimen::{Settings, SpecimenJob};
+use cullet_proto::specimen::{Field, Settings, SpecimenJob};
 use serde_json::Value as Json;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -82,6 +82,19 @@ impl Specimen {
     #[must_use]
     pub fn settings(&self) -> Option<&Settings> {
         self.job().map(|job| &job.setup.settings)
+    }
+
+    /// What the colours of its points tell, with the unit; nothing where it is no body.
+    #[must_use]
+    pub fn colour(&self) -> &'static str {
+        let field = self.job().map(|job| job.setup.colour.0);
+        field.map_or("", |field| match field {
+            Field::Damage => "damage [1]",
+            Field::Stress => "greatest principal stress [Pa]",
+            Field::Velocity => "speed [m/s]",
+            Field::Displacement => "displacement [m]",
+            Field::Strain => "strain [1]",
+        })
     }
 
     /// Digest of what is solved or run; why there is none otherwise.
