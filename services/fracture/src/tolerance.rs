@@ -12,9 +12,9 @@ const LONGER: f64 = 0.5;
 /// solved again with half of it.
 const LONGEST: f64 = 1.0;
 /// How many times more steps may pass between looks at what has parted, for each of the error, ...
-const RARER: f64 = 4.0;
+const RARER: f64 = 1.5;
 /// ... and at most.
-const RAREST: f64 = 3.0;
+const RAREST: f64 = 2.0;
 /// Share of the broken points that may break within a transit when a solve ends, over the error.
 const SMALL: f64 = 0.02;
 
@@ -66,8 +66,8 @@ mod tests {
             (one.coarseness(), one.step(), one.refresh(), one.growth())
         };
         assert_eq!(all(None), (1.0, 0.8, 4, None));
-        assert_eq!(all(Some(0.1)), (1.0 + 0.9 * 0.1, 0.8 * 1.05, 5, Some(0.02 * 0.1)));
-        assert_eq!(all(Some(0.5)), (1.4, 1.0, 12, Some(0.01)));
-        assert_eq!(all(Some(1.0)), (1.4, 1.0, 12, Some(0.02)));
+        assert_eq!(all(Some(0.1)), (1.0 + 0.9 * 0.1, 0.8 * 1.05, 4, Some(0.02 * 0.1)));
+        assert_eq!(all(Some(0.5)), (1.4, 1.0, 7, Some(0.01)));
+        assert_eq!(all(Some(1.0)), (1.4, 1.0, 8, Some(0.02)));
     }
 }

@@ -107,7 +107,7 @@ fn a_solve_ends_when_too_little_breaks_to_matter() {
 fn a_tolerance_reaches_the_domain() {
     let refresh =
         |error| with(PLASTER, 1.0, Settings { error, ..Settings::default() }).domain.refresh;
-    assert_eq!([None, Some(0.5)].map(refresh), [4, 12]);
+    assert_eq!([None, Some(0.5)].map(refresh), [4, 7]);
 }
 
 /// Growth is small when a fiftieth of the error of what is broken broke within a transit, and
