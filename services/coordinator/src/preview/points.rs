@@ -15,8 +15,10 @@ const MOMENTS: usize = 4;
 const GROUND: [u8; 3] = [246, 246, 243];
 /// Letters of the scale.
 const INK: [u8; 3] = [70, 72, 76];
-/// Its left, top, width and height in a moment.
-const SCALE_BAR: (usize, usize, usize, usize) = (8, 20, 10, 90);
+/// Height of the strip that it stands in.
+const STRIP: usize = 13;
+/// Pixels that its colours take.
+const BAR: usize = 120;
 /// An extent below this share of the next is seen face on \[1\].
 const FLAT: f64 = 0.34;
 /// Colours from the least value to the greatest.
@@ -67,24 +69,27 @@ pub fn sheet(frames: &[Frame], what: &str) -> Picture {
     contact_sheet(&pictures)
 }
 
-/// The colours from the least value of all moments to the greatest, in the upper left corner, where
-/// there is a greatest.
+/// The colours from the least value of all moments to the greatest, along the upper edge.
 fn scale(picture: &mut Picture, (low, high): (f32, f32), what: &str) {
-    let (left, top, wide, tall) = SCALE_BAR;
-    picture.write(what, 1, (left, top - font::HEIGHT - 3), INK);
+    let top = (STRIP - font::HEIGHT) / 2;
+    let mut left = STRIP / 2;
+    let mut write = |picture: &mut Picture, text: &str| {
+        picture.write(text, 1, (left, top), INK);
+        left += font::width(text) + STRIP / 2;
+        left
+    };
+    write(picture, what);
     if !low.is_finite() || !high.is_finite() {
         return;
     }
-    for y in 0..tall {
-        let share = 1.0 - y as f32 / (tall - 1) as f32;
-        let rgb = colour(low + (high - low) * share, (low, high));
-        (0..wide).for_each(|x| picture.set(left + x, top + y, rgb));
+    let bar = write(picture, &format!("{low:.2e}"));
+    for x in 0..BAR {
+        let value = low + (high - low) * x as f32 / (BAR - 1) as f32;
+        let rgb = colour(value, (low, high));
+        (0..font::HEIGHT).for_each(|y| picture.set(bar + x, top + y, rgb));
     }
-    let middle = low + 0.5 * (high - low);
-    for (value, at) in [(high, 0), (middle, tall / 2), (low, tall)] {
-        let y = (top + at).saturating_sub(font::HEIGHT / 2);
-        picture.write(&format!("{value:.2e}"), 1, (left + wide + 4, y), INK);
-    }
+    let end = bar + BAR + STRIP / 2;
+    picture.write(&format!("{high:.2e}"), 1, (end, top), INK);
 }
 
 fn place(point: &[f32; 4]) -> Vec3 {
