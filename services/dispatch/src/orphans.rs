@@ -5,8 +5,8 @@
 //! Such a job, an *orphan*, waits for its worker for a lease before another gets it. A renewal by a
 //! grant of an earlier life takes it up again; where no run has opened it yet, as runs are done
 //! again from their beginning, the renewal is remembered until one does, and so is a result. Where
-//! the run that has opened it does not want it any more and another heir may, it is an orphan again.
-//! An orphan whose heirs are all over is as a job that is cancelled
+//! the run that has opened it does not want it any more and another heir may, it is an orphan
+//! again. An orphan whose heirs are all over is as a job that is cancelled
 //! ([`Event::Renounce`](crate::Event::Renounce)).
 
 use crate::effect::{Effect, Receipt, Verdict};

@@ -27,7 +27,8 @@ struct Attempt {
 impl Attempt {
     /// That it began, and how it was lost.
     fn news(&self, job: JobId) -> impl Iterator<Item = Attempted> {
-        let told = |at, lost| Attempted { job, worker: self.worker.clone(), at, lost };
+        let (grant, worker) = (self.epoch.0, &self.worker);
+        let told = |at, lost| Attempted { job, grant, worker: worker.clone(), at, lost };
         let lost = self.ended.as_ref().filter(|(_, how)| !how.is_empty());
         let lost = lost.map(|(at, how)| told(*at, Some(how.clone())));
         iter::once(told(self.granted, None)).chain(lost)

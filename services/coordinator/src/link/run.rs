@@ -59,6 +59,8 @@ const MAX_NEWS: usize = 4_096;
 pub struct Attempted {
     /// Which job.
     pub job: JobId,
+    /// By which grant.
+    pub grant: u64,
     /// Whose attempt.
     pub worker: String,
     /// When.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::record::synthetic;
+use cullet_proto::specimen::Frame;
 
 /// Small pictures: the tests ask what is in them, not how they look.
 const SMALL: (usize, usize) = (120, 80);
@@ -276,4 +277,22 @@ fn a_recording_without_anything_still_gives_pictures() {
     let recorder = crate::record::Recorder::create(&path, &synthetic::meta()).expect("begins");
     recorder.finish(0, 0.0).expect("finishes");
     draw(&Recording::open(&path).expect("opens"), dir.path(), SMALL).expect("draws");
+}
+
+#[test]
+fn the_scale_of_points_has_the_colours_of_its_ends() {
+    let point = |value: f32| [value, 2.0 * value, 0.5, value];
+    let frame = |time, least: f32| Frame { time, points: [least, 3.0].map(point).to_vec() };
+    let sheet = points::sheet(&[frame(0.0, 1.0), frame(1.0, 2.0)], "speed [m/s]");
+    let row = |y: usize| -> Vec<[u8; 3]> {
+        let pixels = sheet.rgb[3 * y * sheet.width..3 * (y + 1) * sheet.width].chunks_exact(3);
+        pixels.map(|rgb| [rgb[0], rgb[1], rgb[2]]).collect()
+    };
+    // Somewhere along the upper edge all colours stand side by side, from the least of all moments.
+    let due = |share: f32| points::colour(1.0 + 2.0 * share, (1.0, 3.0));
+    let all: Vec<[u8; 3]> = (0..120).map(|x| due(x as f32 / 119.0)).collect();
+    let found = (0..24).any(|y| row(y).windows(all.len()).any(|part| part == all));
+    assert!(found, "no scale");
+    let none = points::sheet(&[Frame { time: 0.0, points: Vec::new() }], "speed [m/s]");
+    assert!(!none.rgb.chunks_exact(3).any(|rgb| rgb == due(1.0)), "a scale of nothing");
 }

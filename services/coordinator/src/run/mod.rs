@@ -12,7 +12,7 @@ mod tests;
 pub use cullet_proto::service::Position;
 pub use output::{UNFINISHED, next_folder, write_file};
 
-use crate::link::{Attempted, RunHandle, Settlement};
+use crate::link::{RunHandle, Settlement};
 use crate::record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
 use crate::scene::Scene;
 use cullet_geometry::Vec3;
@@ -36,8 +36,6 @@ pub trait Jobs {
     fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)>;
     /// What is wanted, and how far it is.
     fn load(&self) -> Load;
-    /// Who was given which job since this was asked last, and which attempts were lost.
-    fn attempts(&self) -> Vec<Attempted>;
     /// Nothing is wanted any more.
     fn cancel(&self);
 }
@@ -64,10 +62,6 @@ impl Jobs for RunHandle {
         let stats = self.stats();
         let permille = stats.permille.checked_div(stats.running).unwrap_or(0).min(1000) as u16;
         Load { jobs: stats.waiting + stats.running, permille }
-    }
-
-    fn attempts(&self) -> Vec<Attempted> {
-        RunHandle::attempts(self)
     }
 
     fn cancel(&self) {

@@ -1,5 +1,5 @@
 use super::{Jobs, Load, RunOptions, run};
-use crate::link::{Attempted, Ending, Settlement};
+use crate::link::{Ending, Settlement};
 use crate::record::Recording;
 use crate::scene::load;
 use cullet_geometry::shapes::{Detail, cuboid};
@@ -51,10 +51,6 @@ impl Jobs for Halver {
 
     fn load(&self) -> Load {
         Load::default()
-    }
-
-    fn attempts(&self) -> Vec<Attempted> {
-        Vec::new()
     }
 
     fn cancel(&self) {}

@@ -37,28 +37,29 @@ impl Service<'_> {
     }
 }
 
-/// What a run has left that had begun and is cancelled while it does not go on, as it was laid
-/// aside or the coordinator died. `out`: where runs record.
+/// What a run has left that had begun and does not go on. `out`: where runs record.
 pub(super) fn left(entry: &Entry, (store, out): (&Store, &Path), live: &Live) -> Vec<FileInfo> {
     let Some(folder) = entry.folder.as_ref().map(|name| out.join(name)) else {
         return Vec::new();
     };
     if !folder.is_dir() {
-        live.say(&format!("cancelled; {} is gone, and what it had recorded", folder.display()));
+        live.say(&format!("warning: {} is gone, and what it had recorded", folder.display()));
         return Vec::new();
     }
     if !folder.join(TIMELINE[0]).is_file() {
         let told = Past::told(&store.run(entry.run));
         leave(&folder, (&entry.order.name, &told), live, &mut |line| live.say(&line));
     }
-    let files = products(&folder).unwrap_or_else(|text| {
+    products(&folder).unwrap_or_else(|text| {
         live.say(&format!("warning: what it had recorded cannot be fetched: {text}"));
         Vec::new()
-    });
-    let cut_off = files.iter().any(|file| file.name == CUT_OFF);
-    live.say(match cut_off {
-        true => "cancelled: the recording was cut off; `cullet recover` makes it readable",
-        false => "cancelled: the recording ends where the run was laid aside",
-    });
-    files
+    })
+}
+
+/// What a run's log says of a recording that ends before the scene does.
+pub(super) fn ends_here(files: &[FileInfo]) -> &'static str {
+    match files.iter().any(|file| file.name == CUT_OFF) {
+        true => "the recording was cut off; `cullet recover` makes it readable",
+        false => "the recording ends where the run was laid aside",
+    }
 }

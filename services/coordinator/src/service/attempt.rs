@@ -3,14 +3,14 @@
 use super::board::{End, Entry, How, Reached};
 use super::cutoff::{Reach, seen};
 use super::here::{REPRODUCTION, TIMELINE, leave};
-use super::keeper::Keeper;
+use super::keeper::{Desk, Keeper};
 use super::live::Live;
 use super::store::Kept;
 use super::timeline::Past;
 use super::unix_ms;
 use crate::link::bundle;
 use crate::preview;
-use crate::run::{Jobs, News, Outcome, RunError, RunOptions, UNFINISHED, run};
+use crate::run::{News, Outcome, RunError, RunOptions, UNFINISHED, run};
 use crate::scene::load_bundle;
 use cullet_proto::service::{FileInfo, Position, codes, hex_of};
 use std::fs::{self, File};
@@ -69,7 +69,7 @@ impl Ended {
 
 impl Attempt {
     /// Runs the scene to its end, to trouble, or until it is told to stop.
-    pub(super) fn run(mut self, pool: &dyn Jobs) -> Ended {
+    pub(super) fn run(mut self, pool: &dyn Desk) -> Ended {
         let _span = tracing::info_span!("run", run = self.entry.run).entered();
         let scene = match self.scene() {
             Ok(scene) => scene,

@@ -1,7 +1,7 @@
 //! What a death of the coordinator leaves: how far each run was that went on, and what becomes of
 //! them at the next start.
 
-use super::aside::left;
+use super::aside::{ends_here, left};
 use super::board::{Board, Deaths, End, Event, How, Reached, Wish};
 use super::journal::Journal;
 use super::live::Live;
@@ -109,13 +109,15 @@ pub(super) fn returned(
         live.say(&line(entry.deaths));
         if entry.wish == Some(Wish::Cancel) {
             let files = left(entry, (store, out), &live);
+            live.say(&format!("cancelled: {}", ends_here(&files)));
             let end = End { code: Some(codes::CANCELLED), files, ..End::default() };
             last.push(Event::Ended { run: *run, how: How::Stopped, end, at: unix_ms() });
         } else if board.deadly().contains(run) {
             let text = verdict(entry.deaths);
             live.say(&format!("error: {text}"));
             say(&format!("run {run}: {text}"));
-            let end = End { code: Some(codes::STALLED), text, ..End::default() };
+            let files = left(entry, (store, out), &live);
+            let end = End { code: Some(codes::STALLED), text, files, ..End::default() };
             last.push(Event::Ended { run: *run, how: How::Stalled, end, at: unix_ms() });
         }
     }

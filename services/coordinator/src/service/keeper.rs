@@ -4,39 +4,53 @@
 
 use super::live::{Clock, Live};
 use super::store::Kept;
-use super::timeline::{Attempt, Fate, Job, Past, Stretch};
-use crate::link::{Attempted, Ending, Settlement, Try};
+use super::timeline::{Attempt, Attempts, Fate, Job, Past, Stretch};
+use crate::link::{Attempted, Ending, RunHandle, Settlement, Try};
 use crate::run::{Jobs, Load};
 use cullet_proto::{FractureJob, JobId, Verdict};
 use std::cell::RefCell;
-use std::collections::VecDeque;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
+
+/// A pool that tells who is at what.
+pub(super) trait Desk: Jobs {
+    /// Who was given which job since this was asked last, and which attempts were lost.
+    fn attempts(&self) -> Vec<Attempted>;
+}
+
+impl Desk for RunHandle {
+    fn attempts(&self) -> Vec<Attempted> {
+        Self::attempts(self)
+    }
+}
 
 /// A job that is wanted and has not settled.
 struct Due {
     job: JobId,
     opened: f64,
     kept: Option<Verdict>,
-    /// Who was given it since.
-    tries: Vec<Stretch>,
 }
 
 /// The desk of one attempt.
 pub(super) struct Keeper<'a> {
-    pool: &'a dyn Jobs,
+    pool: &'a dyn Desk,
     /// Verdicts of earlier attempts; `None`: there is no second one.
     kept: Option<Kept>,
     live: &'a Live,
     clock: Clock,
     due: RefCell<VecDeque<Due>>,
+    /// The attempts at each job that is due, and how often it is.
+    attempts: RefCell<BTreeMap<JobId, (u32, Attempts)>>,
     /// Where it is written down for later attempts; nowhere, where there is none.
     past: Option<&'a Past>,
 }
 
 impl<'a> Keeper<'a> {
-    pub(super) fn new(pool: &'a dyn Jobs, kept: Option<Kept>, live: &'a Live) -> Self {
+    pub(super) fn new(pool: &'a dyn Desk, kept: Option<Kept>, live: &'a Live) -> Self {
         live.begin();
-        Self { pool, kept, live, clock: Clock::start(), due: RefCell::default(), past: None }
+        let (due, attempts) = Default::default();
+        Self { pool, kept, live, clock: Clock::start(), due, attempts, past: None }
     }
 
     /// The same, and what happens is written down for later attempts.
@@ -48,9 +62,12 @@ impl<'a> Keeper<'a> {
     pub(super) fn close(&self) {
         self.hear();
         let settled = self.clock.now();
-        for Due { job, opened, tries, .. } in self.due.borrow_mut().drain(..) {
-            let job = Job::left(job.short(), (opened, settled), tries, Fate::Unsettled);
-            self.live.unsettled(job);
+        let attempts = self.attempts.take();
+        for Due { job, opened, .. } in self.due.borrow_mut().drain(..) {
+            let tries = attempts.get(&job).map(|(_, all)| all.stretches(opened, settled));
+            let times = (opened, settled);
+            let left = Job::left(job.short(), times, tries.unwrap_or_default(), Fate::Unsettled);
+            self.live.unsettled(left);
         }
         if let Some(past) = self.past {
             past.ended(settled);
@@ -59,16 +76,23 @@ impl<'a> Keeper<'a> {
 
     /// Takes in what has befallen the jobs that are due.
     fn hear(&self) {
-        let mut all = self.due.borrow_mut();
-        for Attempted { job, worker, at, lost } in self.pool.attempts() {
-            let at = self.clock.at(at);
-            let one = Attempt { job: job.short(), worker, at, lost };
-            let mut news = false;
-            for due in all.iter_mut().filter(|due| due.job == job) {
-                news |= one.befalls(due.opened, &mut due.tries);
+        let mut due = self.attempts.borrow_mut();
+        for Attempted { job, grant, worker, at, lost } in self.pool.attempts() {
+            let (id, at) = (job.short(), self.clock.at(at));
+            let news = Attempt { job: id, grant, worker, at, lost };
+            let taken = due.get_mut(&job).is_some_and(|(_, all)| all.take(&news));
+            if let (Some(past), true) = (self.past, taken) {
+                past.attempted(&news);
             }
-            if let (Some(past), true) = (self.past, news) {
-                past.attempted(&one);
+        }
+    }
+
+    /// An opening of a job settled.
+    fn forget(&self, job: JobId) {
+        if let Entry::Occupied(mut due) = self.attempts.borrow_mut().entry(job) {
+            due.get_mut().0 -= 1;
+            if due.get().0 == 0 {
+                due.remove();
             }
         }
     }
@@ -100,8 +124,9 @@ impl<'a> Keeper<'a> {
             ending,
         };
         // What was kept is written down where it was found.
-        if let (Some(past), None) = (self.past, &due.kept) {
-            past.settled(&job);
+        if due.kept.is_none() {
+            self.forget(due.job);
+            self.past.into_iter().for_each(|past| past.settled(&job));
         }
         self.live.settled(job);
         if let Ending::Abandoned(_) = settlement.ending {
@@ -133,10 +158,11 @@ impl Jobs for Keeper<'_> {
             say(job);
         }
         self.live.opened();
-        if let (Some(past), None) = (self.past, &kept) {
-            past.opened(&job.short(), opened);
+        if kept.is_none() {
+            self.attempts.borrow_mut().entry(job).or_default().0 += 1;
+            self.past.into_iter().for_each(|past| past.opened(&job.short(), opened));
         }
-        self.due.borrow_mut().push_back(Due { job, opened, kept, tries: Vec::new() });
+        self.due.borrow_mut().push_back(Due { job, opened, kept });
         job
     }
 
@@ -177,10 +203,6 @@ impl Jobs for Keeper<'_> {
 
     fn load(&self) -> Load {
         self.pool.load()
-    }
-
-    fn attempts(&self) -> Vec<Attempted> {
-        self.pool.attempts()
     }
 
     fn cancel(&self) {

@@ -32,6 +32,7 @@ use crate::link::users::Door;
 use crate::link::{LinkError, Pool, Share, Tenant};
 use crate::run::next_folder;
 use answer::Watcher;
+use aside::ends_here;
 use attempt::{Attempt, Ended};
 use board::{Board, Entry, Event, How, Wish};
 use cullet_proto::WorkerId;
@@ -253,6 +254,12 @@ impl<'a> Service<'a> {
         if let Event::Cancelled { run, .. } | Event::Paused { run } = event {
             self.pool.renounce(*run);
         }
+        if let Event::Cancelled { run, end, .. } = event
+            && !end.files.is_empty()
+        {
+            self.quota.changed(*run);
+            self.live(*run).say(&format!("cancelled: {}", ends_here(&end.files)));
+        }
         if let Err(no) = self.board.apply(event) {
             tracing::error!("an event does not fit: {no}");
         }
@@ -391,6 +398,8 @@ impl<'a> Service<'a> {
 
     fn end(&mut self, run: u64, ended: Ended) {
         self.quota.changed(run);
+        // One that never came to the pool wants nothing either.
+        self.pool.renounce(run);
         let Ended { how, mut end, at } = ended;
         let wish = self.board.get(run).ok().and_then(|entry| entry.wish);
         let live = self.live(run);

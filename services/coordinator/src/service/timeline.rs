@@ -27,6 +27,8 @@ pub(super) struct Stretch {
 pub(super) struct Attempt {
     /// The first digits of its id.
     pub(super) job: String,
+    /// By which grant.
+    pub(super) grant: u64,
     /// Whose attempt.
     pub(super) worker: String,
     /// Wall time since the run's attempt began \[s\].
@@ -36,22 +38,36 @@ pub(super) struct Attempt {
     pub(super) lost: Option<String>,
 }
 
-impl Attempt {
-    /// Adds it to the attempts at such a job, wanted since `opened` \[s\]; whether that is news.
-    pub(super) fn befalls(&self, opened: f64, tries: &mut Vec<Stretch>) -> bool {
-        let Self { worker, lost, .. } = self;
-        let at = self.at.max(opened);
-        if let Some(how) = lost {
-            let open = |one: &&mut Stretch| one.worker == *worker && one.lost.is_empty();
-            let last = tries.iter_mut().rev().find(open);
-            return last.map(|one| (one.to, one.lost) = (at, how.clone())).is_some();
+/// The attempts at a job that has not settled, by their grants.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Attempts(Vec<(u64, Stretch)>);
+
+impl Attempts {
+    /// Takes in what befalls the job; whether that is news.
+    pub(super) fn take(&mut self, news: &Attempt) -> bool {
+        let Attempt { grant, worker, at, lost, .. } = news;
+        let known = self.0.iter_mut().find(|(of, _)| of == grant);
+        match (known, lost) {
+            (Some((_, one)), Some(how)) if one.lost.is_empty() => {
+                (one.to, one.lost) = (*at, how.clone());
+                true
+            }
+            (None, None) => {
+                let (worker, lost) = (worker.clone(), String::new());
+                self.0.push((*grant, Stretch { worker, from: *at, to: *at, lost }));
+                true
+            }
+            (Some(_), _) | (None, Some(_)) => false,
         }
-        let known = tries.iter().any(|one| one.worker == *worker && one.from == at);
-        if !known {
-            let (worker, lost) = (worker.clone(), String::new());
-            tries.push(Stretch { worker, from: at, to: at, lost });
-        }
-        !known
+    }
+
+    /// The same of a job that was wanted between these times, and not settled \[s\].
+    pub(super) fn stretches(&self, opened: f64, settled: f64) -> Vec<Stretch> {
+        let told = |(_, one): &(u64, Stretch)| {
+            let to = if one.lost.is_empty() { settled } else { one.to };
+            Stretch { from: one.from.max(opened), to: to.max(opened), ..one.clone() }
+        };
+        self.0.iter().map(told).collect()
     }
 }
 
@@ -182,14 +198,13 @@ impl Span {
 }
 
 impl Job {
-    /// One that had not settled when its attempt was over. Who was at it then was to the end.
+    /// One that had not settled when its attempt was over.
     pub(super) fn left(
         job: String,
         (opened, settled): (f64, f64),
-        mut tries: Vec<Stretch>,
+        tries: Vec<Stretch>,
         ending: Fate,
     ) -> Self {
-        tries.iter_mut().filter(|one| one.lost.is_empty()).for_each(|one| one.to = settled);
         let attempts = tries.len() as u32;
         let worker = String::new();
         Self { job, worker, opened, settled, attempts, kept: false, tries, ending }

@@ -1,4 +1,4 @@
-use super::Keeper;
+use super::{Desk, Keeper};
 use crate::link::{Attempted, Ending, Settlement};
 use crate::run::{Jobs, Load};
 use crate::service::live::Live;
@@ -48,12 +48,14 @@ impl Jobs for Stub {
         Load::default()
     }
 
-    fn attempts(&self) -> Vec<Attempted> {
-        self.news.take()
-    }
-
     fn cancel(&self) {
         self.open.borrow_mut().clear();
+    }
+}
+
+impl Desk for Stub {
+    fn attempts(&self) -> Vec<Attempted> {
+        self.news.take()
     }
 }
 
@@ -100,18 +102,23 @@ fn who_was_at_what_has_not_settled_is_in_the_timeline_also_of_a_life_that_ended(
     let past = Past::begin(folder.path(), 1, 10_000, None);
     let keeper = Keeper::new(&pool, None, &live).noting(&past);
     let (first, second) = (keeper.open(&job(1)), keeper.open(&job(2)));
-    // Nothing settles; the first is lost with one worker and sent to another.
-    let tell = |job, worker: &str, after: u64, lost: Option<&str>| Attempted {
+    // Nothing settles; the first is lost with its worker, and it gets it again.
+    let tell = |job, (grant, worker): (u64, &str), after: u64, lost: Option<&str>| Attempted {
         job,
+        grant,
         worker: worker.to_owned(),
         at: Instant::now() + Duration::from_secs(after),
         lost: lost.map(str::to_owned),
     };
     pool.news.replace(vec![
-        tell(first, "a", 0, None),
-        tell(second, "b", 1, None),
-        tell(first, "a", 2, Some("Crashed")),
-        tell(first, "b", 3, None),
+        tell(first, (1, "a"), 0, None),
+        tell(second, (2, "b"), 1, None),
+        tell(first, (1, "a"), 2, Some("Crashed")),
+        tell(first, (3, "a"), 3, None),
+        // Told again, as the run wants it once more.
+        tell(first, (1, "a"), 0, None),
+        tell(first, (1, "a"), 2, Some("Crashed")),
+        tell(first, (3, "a"), 3, None),
     ]);
     keeper.hear();
     // The coordinator dies 7 s after the run began. Its next life has all of it.
@@ -137,7 +144,7 @@ fn who_was_at_what_has_not_settled_is_in_the_timeline_also_of_a_life_that_ended(
         (row.to_owned(), from, took, "cut off".to_owned(), Some(attempts))
     };
     let lost = ("a".to_owned(), 0.0, 2.0, "lost".to_owned(), Some(2));
-    let due = [lost, cut("b", 3.0, 4.0, 2), cut("b", 1.0, 6.0, 1)];
+    let due = [lost, cut("a", 3.0, 4.0, 2), cut("b", 1.0, 6.0, 1)];
     assert_eq!(bars.map(bar).collect::<Vec<_>>(), due);
     let picture = svg("pot", &next.timeline(Vec::new()));
     assert!(!picture.contains("nobody") && picture.contains(" at b "), "{picture}");

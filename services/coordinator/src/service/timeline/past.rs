@@ -1,11 +1,11 @@
 //! What the attempts at a run write down of its timeline, so that a later one, also in another life
 //! of the coordinator, tells of all of them.
 //!
-//! A line as a job is wanted, as a worker is given it or loses it, and as it settles, in a file beside
-//! the run's bundle; no part of what the run is or records. A line that is torn is left out; jobs beyond [`MOST`] bytes are not
-//! written, and that alone is told.
+//! A line as a job is wanted, as a worker is given it or loses it, and as it settles, in a file
+//! beside the run's bundle; no part of what the run is or records. A line that is torn is left out;
+//! jobs beyond [`MOST`] bytes are not written, and that alone is told.
 
-use super::{Attempt, Fate, Job, Stretch, Timeline};
+use super::{Attempt, Attempts, Fate, Job, Timeline};
 use crate::service::cutoff::seen;
 use cullet_proto::verdict;
 use serde::{Deserialize, Serialize};
@@ -151,8 +151,8 @@ fn short(time: f64) -> f64 {
     (time * 1e4).round() / 1e4
 }
 
-/// A job that an attempt wanted, since when, and who was given it.
-type Open = (f64, Vec<Stretch>);
+/// When a job was wanted that has not settled, and who was given it.
+type Open = (VecDeque<f64>, Attempts);
 
 /// An attempt as it is read.
 #[derive(Default)]
@@ -161,7 +161,7 @@ struct Draft {
     at: u64,
     jobs: Vec<Job>,
     /// Wanted and not settled.
-    open: BTreeMap<String, VecDeque<Open>>,
+    open: BTreeMap<String, Open>,
     last: f64,
     ended: Option<f64>,
 }
@@ -171,18 +171,22 @@ impl Draft {
         match line {
             Line::Opened { job, at } => {
                 self.last = self.last.max(*at);
-                self.open.entry(job.clone()).or_default().push_back((*at, Vec::new()));
+                self.open.entry(job.clone()).or_default().0.push_back(*at);
             }
             Line::Attempted(one) => {
                 self.last = self.last.max(one.at);
-                for (opened, tries) in self.open.get_mut(&one.job).into_iter().flatten() {
-                    one.befalls(*opened, tries);
+                if let Some((_, attempts)) = self.open.get_mut(&one.job) {
+                    attempts.take(one);
                 }
             }
             Line::Settled(job) => {
                 self.last = self.last.max(job.settled);
-                let open = self.open.get_mut(&job.job);
-                let _one_that_was_not_told = open.and_then(VecDeque::pop_front);
+                if let Some((openings, _)) = self.open.get_mut(&job.job) {
+                    openings.pop_front();
+                    if openings.is_empty() {
+                        self.open.remove(&job.job);
+                    }
+                }
                 self.jobs.push(job.clone());
             }
             Line::Ended { at } => self.ended = Some(*at),
@@ -195,12 +199,14 @@ impl Draft {
         let seen = seen.map_or(0.0, |seen| seen.saturating_sub(self.at) as f64 / 1e3);
         let settled = self.ended.unwrap_or(seen).max(self.last);
         let ending = if self.ended.is_some() { Fate::Unsettled } else { Fate::CutOff };
-        let open = self.open.into_iter().flat_map(|(job, open)| {
-            open.into_iter().map(move |(opened, tries)| (job.clone(), opened, tries))
-        });
-        let mut left: Vec<Job> = open
-            .map(|(job, opened, tries)| Job::left(job, (opened, settled), tries, ending))
-            .collect();
+        let left = |(job, (openings, attempts)): (String, Open)| {
+            let tell = move |opened| {
+                let tries = attempts.stretches(opened, settled);
+                Job::left(job.clone(), (opened, settled), tries, ending)
+            };
+            openings.into_iter().map(tell)
+        };
+        let mut left: Vec<Job> = self.open.into_iter().flat_map(left).collect();
         left.sort_by(|one, other| one.opened.total_cmp(&other.opened));
         self.jobs.extend(left);
         let cut_off = self.ended.is_none();
