@@ -39,6 +39,7 @@ pub use impact::{Hit, Impact};
 pub use ledger::Totals;
 pub use material::Material;
 pub use replace::{Breakage, Piece, Replacement};
+pub use rigid::hulls_overlap;
 pub use settings::{Tiers, WorldSettings};
 pub use support::{Reaction, Support};
 pub use world::World;

@@ -4,17 +4,11 @@
 
 use super::form::bounds;
 use cullet_geometry::{Pose, Vec3};
+use cullet_world::hulls_overlap;
 
 /// Parts are shrunk by this share about their middle first, so that touching is not overlapping
 /// \[1\].
 const SHRINK: f64 = 2e-3;
-
-/// Parts overlap when their difference holds the origin this near, as a share of the smaller part
-/// \[1\].
-const NEAR: f64 = 1e-4;
-
-/// Steps of the search; what is undecided after them is let pass: such overlaps are shallow.
-const MAX_STEPS: usize = 400;
 
 /// A body's convex parts in the world, shrunk. Their corners are made only for parts whose boxes
 /// meet: thousands of bodies of one rich shape cost no more than the shape.
@@ -91,62 +85,9 @@ fn overlap(a: &Placed<'_>, b: &Placed<'_>) -> bool {
         && a.parts.iter().any(|one| {
             b.parts.iter().any(|two| {
                 boxes_meet((&one.low, &one.high), (&two.low, &two.high))
-                    && convex_overlap((one, a.pose), (two, b.pose))
+                    && hulls_overlap(&corners(one.hull, a.pose), &corners(two.hull, b.pose))
             })
         })
-}
-
-/// Walks to the point nearest the origin in the difference of two convex parts, moving weight from
-/// the farthest corner in use to the nearest one (Mitchell, Demyanov and Malozemov 1974): a
-/// separating plane found on the way decides "no", an origin reached decides "yes".
-fn convex_overlap((a, first): (&Part<'_>, &Pose), (b, second): (&Part<'_>, &Pose)) -> bool {
-    let size = (a.high - a.low).max().min((b.high - b.low).max());
-    let near = NEAR * size;
-    let (one, two) = (corners(a.hull, first), corners(b.hull, second));
-    let support = |direction: &Vec3| lowest(&one, direction) - lowest(&two, &-direction);
-    let mut nearest = support(&((a.low + a.high) / 2.0 - (b.low + b.high) / 2.0));
-    let mut used = vec![(nearest, 1.0)];
-    for _ in 0..MAX_STEPS {
-        if nearest.norm() <= near {
-            return true;
-        }
-        let corner = support(&nearest);
-        if nearest.dot(&corner) > 0.0 {
-            return false;
-        }
-        let mut farthest = 0;
-        for (index, (point, _)) in used.iter().enumerate() {
-            if nearest.dot(point) > nearest.dot(&used[farthest].0) {
-                farthest = index;
-            }
-        }
-        let (away, weight) = used[farthest];
-        let step = corner - away;
-        let length = step.norm_squared();
-        if length <= 0.0 {
-            return false;
-        }
-        let share = (-nearest.dot(&step) / length).clamp(0.0, weight);
-        nearest += share * step;
-        used[farthest].1 -= share;
-        match used.iter_mut().find(|(point, _)| *point == corner) {
-            Some((_, weight)) => *weight += share,
-            None => used.push((corner, share)),
-        }
-        used.retain(|(_, weight)| *weight > 0.0);
-    }
-    false
-}
-
-fn lowest(points: &[Vec3], direction: &Vec3) -> Vec3 {
-    let mut best = (f64::INFINITY, Vec3::zeros());
-    for point in points {
-        let height = direction.dot(point);
-        if height < best.0 {
-            best = (height, *point);
-        }
-    }
-    best.1
 }
 
 #[cfg(test)]
@@ -188,6 +129,20 @@ mod tests {
         // diagonal.
         assert!(!meet(still, at(0.9, 0.9, 0.0, eighth)));
         assert!(meet(still, at(0.84, 0.84, 0.0, eighth)));
+    }
+
+    /// However deep, also where faces, edges or middles lie in one another's.
+    #[test]
+    fn a_body_that_sinks_into_a_floor_is_found_at_any_depth() {
+        let (floor, small) = (cube(4.0), cube(0.1));
+        for turn in [0.0, 0.3] {
+            for step in 1..=210 {
+                let depth = 0.01 * f64::from(step);
+                let poses = [at(0.0, 0.0, -2.0, 0.0), at(0.0, 0.0, 0.05 - depth, turn)];
+                let bodies = [place(&floor, &poses[0]), place(&small, &poses[1])];
+                assert_eq!(overlaps(&bodies, 10, |_, _| false), [(0, 1)], "{depth} deep");
+            }
+        }
     }
 
     #[test]

@@ -306,16 +306,16 @@ fn most(values: impl Iterator<Item = f64>) -> f64 {
     values.reduce(greater).unwrap_or(f64::NAN)
 }
 
-/// Shares of the body's whole points that its pieces have, the largest first.
+/// Shares of the body's mass that its pieces have, by their whole points, the largest first.
 pub(super) fn shares(domain: &Domain) -> Vec<f64> {
     let particles = &domain.particles;
     let mut sizes: BTreeMap<u32, f64> = BTreeMap::new();
     for (id, piece) in domain.pieces().into_iter().enumerate() {
         if let Some(piece) = piece {
-            *sizes.entry(piece).or_default() += particles.volume[domain.slot(id as u32)];
+            *sizes.entry(piece).or_default() += particles.mass(domain.slot(id as u32));
         }
     }
-    let all: f64 = particles.volume.iter().sum();
+    let all: f64 = (0..particles.volume.len()).map(|p| particles.mass(p)).sum();
     let mut shares: Vec<f64> = sizes.into_values().map(|size| size / all).collect();
     shares.sort_unstable_by(|a, b| b.total_cmp(a));
     shares

@@ -1,8 +1,10 @@
 //! Convex stand-ins: checked, simplified, shrunk, and made into engine shapes.
 
-use super::convert::vector;
+use super::convert::{vec3, vector};
 use cullet_geometry::Vec3;
-use rapier3d_f64::math::Vector;
+use rapier3d_f64::math::{Pose as EnginePose, Vector};
+use rapier3d_f64::parry::query::details::intersection_test_support_map_support_map;
+use rapier3d_f64::parry::shape::SupportMap;
 use rapier3d_f64::parry::transformation::try_convex_hull;
 use rapier3d_f64::prelude::SharedShape;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -15,6 +17,26 @@ pub(super) struct Part {
     pub(super) centre: Vector,
     /// Greatest distance of a corner from the middle \[m\].
     pub(super) reach: f64,
+}
+
+/// A convex hull by its corners; none of an empty one.
+struct Corners<'a>(&'a [Vec3]);
+
+impl SupportMap for Corners<'_> {
+    fn local_support_point(&self, along: Vector) -> Vector {
+        let along = vec3(along);
+        let far = |one: &&Vec3, other: &&Vec3| one.dot(&along).total_cmp(&other.dot(&along));
+        self.0.iter().max_by(far).map(vector).unwrap_or_default()
+    }
+}
+
+/// Whether two convex hulls, of corners \[m\], lie in one another.
+#[must_use]
+pub fn hulls_overlap(one: &[Vec3], two: &[Vec3]) -> bool {
+    let still = EnginePose::IDENTITY;
+    !one.is_empty()
+        && !two.is_empty()
+        && intersection_test_support_map_support_map(&still, &Corners(one), &Corners(two))
 }
 
 /// Share by which a fragment's parts shrink towards their middle: 0.1 % already makes all contact

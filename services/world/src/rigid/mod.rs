@@ -8,6 +8,7 @@ mod quiet;
 
 pub(crate) use contacts::Contact;
 pub(crate) use hulls::Fit;
+pub use hulls::hulls_overlap;
 
 use crate::body::{Body, Motion};
 use crate::settings::WorldSettings;
