@@ -66,7 +66,7 @@ impl Point {
     /// What it is called in tables: the specimen, and what was swept beside what has a column.
     #[must_use]
     pub fn label(&self) -> String {
-        self.titled(&["spacing", "step_factor", "points_per_cell", "precision", "threads"])
+        self.titled(&["spacing", "points_per_cell", "precision", "threads"])
     }
 
     /// What it is called for people, who see its spacing beside it.
