@@ -246,7 +246,9 @@ fn runs_that_are_deleted_while_the_coordinator_is_killed_are_whole_or_gone() {
             asking.kill();
             Farm::start(state, &["--runs", "4"])
         };
-        let there: Vec<String> = farm.runs().iter().map(u64::to_string).collect();
+        let mut there: Vec<String> = farm.runs().iter().map(u64::to_string).collect();
+        // In the order of names, in which 10 comes before 9.
+        there.sort_unstable();
         deleted += left.len() - there.len();
         assert_eq!(names(&farm.state.join("runs")), there);
         assert_eq!(names(&farm.state.join("recordings")).len(), there.len());
