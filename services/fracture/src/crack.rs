@@ -185,6 +185,7 @@ impl Nodes {
         let drawn = field.pieces.filter(|pieces| !pieces.rubble.balls.is_empty());
         let unit = if field.pieces.is_some() { FINER * field.spacing } else { field.spacing };
         let h = drawn.map_or(unit, |pieces| FINEST * pieces.tolerance.coarseness() * field.spacing);
+        let unit = unit.max(h);
         let mut reach = body.bounds().unwrap_or_default();
         for p in field.positions {
             reach = (reach.0.inf(p), reach.1.sup(p));

@@ -3,9 +3,9 @@
 use crate::mpm::domain::{REFRESH, SAFETY};
 
 /// How much coarser drawn pieces may be for each of the error, ...
-const COARSER: f64 = 0.9;
-/// ... and at most: pieces of 2.7 times the mass, on as many nodes each.
-const COARSEST: f64 = 1.4;
+const COARSER: f64 = 1.8;
+/// ... and at most: pieces of 4.1 times the mass, on as many nodes each.
+const COARSEST: f64 = 1.6;
 /// How much longer a step may be for each of the error, ...
 const LONGER: f64 = 0.5;
 /// ... and how long it may be at most, over the bound of small strain: what leaves it there is
@@ -16,7 +16,7 @@ const RARER: f64 = 1.5;
 /// ... and at most.
 const RAREST: f64 = 2.0;
 /// Share of the broken points that may break within a transit when a solve ends, over the error.
-const SMALL: f64 = 0.02;
+const SMALL: f64 = 0.06;
 
 /// Relative error of the pieces that is good enough \[1\]; `None`: as true as can be.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,8 +66,8 @@ mod tests {
             (one.coarseness(), one.step(), one.refresh(), one.growth())
         };
         assert_eq!(all(None), (1.0, 0.8, 4, None));
-        assert_eq!(all(Some(0.1)), (1.0 + 0.9 * 0.1, 0.8 * 1.05, 4, Some(0.02 * 0.1)));
-        assert_eq!(all(Some(0.5)), (1.4, 1.0, 7, Some(0.01)));
-        assert_eq!(all(Some(1.0)), (1.4, 1.0, 8, Some(0.02)));
+        assert_eq!(all(Some(0.1)), (1.0 + 1.8 * 0.1, 0.8 * 1.05, 4, Some(0.06 * 0.1)));
+        assert_eq!(all(Some(0.5)), (1.6, 1.0, 7, Some(0.03)));
+        assert_eq!(all(Some(1.0)), (1.6, 1.0, 8, Some(0.06)));
     }
 }
