@@ -144,7 +144,7 @@ pub(crate) struct Frontier {
     /// Run nothing: read MACHINE.csv, print and draw
     #[arg(long)]
     pub(crate) redraw: bool,
-    /// Specimens solved at once; more than 1 disturb each other's costs
+    /// Specimens or scenes run at once; more than 1 disturb each other's costs
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) workers: u16,
     #[command(flatten)]

@@ -7,6 +7,7 @@
 //! the plan.
 
 pub mod chart;
+mod crew;
 pub mod frontier;
 mod pool;
 mod process;

@@ -1,5 +1,6 @@
 //! The runs of a chart, each in a process of its own, and what they cost.
 
+use super::super::crew::in_order;
 use super::super::process::{self, End, Order};
 use super::super::{Limits, Measured, Point, run_all, status};
 use super::row::Row;
@@ -145,11 +146,11 @@ fn scenes(
     tell: &mut dyn FnMut(&Row),
 ) -> Vec<Row> {
     let mut done: BTreeMap<usize, Broken> = BTreeMap::new();
-    for &k in order {
-        let broken = scene(chart, &chart.runs[k], limits);
+    let work = |index: usize| scene(chart, &chart.runs[order[index]], limits);
+    in_order(order.len(), limits.workers, &work, &mut |index, broken| {
         tell(&broken.row);
-        done.insert(k, broken);
-    }
+        done.insert(order[index], broken);
+    });
     let all: Vec<(&Planned, Option<&Broken>)> =
         chart.runs.iter().map(|run| (run, done.get(&of(run)))).collect();
     let good = |broken: &Option<&Broken>| broken.is_some_and(|b| b.row.status == "ok");

@@ -8,14 +8,12 @@ mod state;
 mod tests;
 
 use super::Limits;
+use super::crew::in_order;
 use super::process::{End, Order, Ran, run as run_process};
 use crate::record::Recording;
 use crate::scene::specimen::whole::Whole;
 use cullet_proto::specimen::{Ending, SpecimenResult};
-use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc;
 use tempfile::TempDir;
 
 /// A run and the folder of its recording.
@@ -28,37 +26,13 @@ pub(super) fn run_all(
     limits: &Limits,
     done: &mut dyn FnMut(usize, SpecimenResult, Option<&Path>),
 ) {
-    let (next, crew) = (AtomicUsize::new(0), limits.workers.clamp(1, wholes.len().max(1)));
-    std::thread::scope(|scope| {
-        let (tell, told) = mpsc::channel::<(usize, Run)>();
-        for _ in 0..crew {
-            let (tell, next) = (tell.clone(), &next);
-            scope.spawn(move || {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some((whole, flaw)) = wholes.get(index) else { break };
-                    let ran = match flaw {
-                        Some(flaw) => {
-                            (SpecimenResult::ended(Ending::Geometry((*flaw).into())), None)
-                        }
-                        None => run(whole, limits),
-                    };
-                    if tell.send((index, ran)).is_err() {
-                        break;
-                    }
-                }
-            });
-        }
-        drop(tell);
-        let (mut early, mut due) = (BTreeMap::new(), 0);
-        for (index, ran) in told {
-            early.insert(index, ran);
-            while let Some((result, folder)) = early.remove(&due) {
-                let recording = folder.as_ref().map(|folder| folder.path().join(RECORDING));
-                done(due, result, recording.as_deref());
-                due += 1;
-            }
-        }
+    let work = |index: usize| match wholes[index] {
+        (_, Some(flaw)) => (SpecimenResult::ended(Ending::Geometry(flaw.into())), None),
+        (whole, None) => run(whole, limits),
+    };
+    in_order(wholes.len(), limits.workers, &work, &mut |index, (result, folder): Run| {
+        let recording = folder.as_ref().map(|folder| folder.path().join(RECORDING));
+        done(index, result, recording.as_deref());
     });
 }
 
