@@ -101,6 +101,8 @@ impl Desk<'_> {
         let zones = self.zones(document);
         let turn =
             self.shop.rotation(&document.geometry.rotation, &path(&["geometry", "rotation"]));
+        self.named_once("support", &document.support.iter().map(|s| &*s.name).collect::<Vec<_>>());
+        self.named_once("load", &document.load.iter().map(|load| &*load.name).collect::<Vec<_>>());
         let holds = self.holds(document);
         let loads = self.loads(document);
         let watched = watch::read(self, document);
@@ -222,7 +224,29 @@ impl Desk<'_> {
                 let message = format!("\"{}\" is the name of another region", region.name);
                 self.wrong(&below(&item("region", index), "name"), message);
             }
+            for (k, part) in region.parts.iter().enumerate() {
+                let format::Part::Box { min, max } = part else { continue };
+                let mut at = below(&item("region", index), "parts");
+                at.push(k.into());
+                for (axis, (low, high)) in ["x", "y", "z"].iter().zip(min.iter().zip(max)) {
+                    if low > high {
+                        let message =
+                            format!("`min` is above `max` along {axis}: {low} m, {high} m");
+                        self.wrong(&at, message);
+                    }
+                }
+            }
             self.regions.insert(region.name.clone(), region.parts.clone());
+        }
+    }
+
+    /// Probes name supports and loads: each name is that of one.
+    fn named_once(&mut self, list: &str, names: &[&str]) {
+        for (index, name) in names.iter().enumerate() {
+            if names[..index].contains(name) {
+                let message = format!("a second {list} is called {name}");
+                self.wrong(&below(&item(list, index), "name"), message);
+            }
         }
     }
 

@@ -99,6 +99,37 @@ fn errors_name_their_place_and_bound() {
     assert!(missing.contains("`spacing` is missing"), "{missing}");
 }
 
+/// What would be read as something else, or as nothing, is told where it stands.
+#[test]
+fn boxes_inside_out_and_names_given_twice_are_told() {
+    let cases = [
+        (
+            "[[region]]\nname = \"r\"\n\
+             parts = [{ kind = \"ball\", centre = [0, 0, 0], radius = 1 },\n\
+             { kind = \"box\", min = [0, \"2 cm\", 0], max = [0, \"1 cm\", 0] }]",
+            "18:1",
+            "`min` is above `max` along y: 0.02 m, 0.01 m",
+        ),
+        (
+            "[[support]]\nname = \"s\"\nregion = \"-x\"\n\
+             [[support]]\nname = \"s\"\nregion = \"+x\"",
+            "19:8",
+            "a second support is called s",
+        ),
+        (
+            "[[load]]\nname = \"s\"\nregion = \"-x\"\npressure = 1\n\
+             [[load]]\nname = \"s\"\nregion = \"+x\"\npressure = 1",
+            "20:8",
+            "a second load is called s",
+        ),
+    ];
+    for (tail, place, words) in cases {
+        let told = read(&format!("{HEAD}{tail}\n"), &[]).expect_err(tail);
+        assert!(told.contains(words), "{tail}\n{told}");
+        assert!(told.contains(&format!("toml:{place}")), "{tail}\n{told}");
+    }
+}
+
 /// Sides are planes for what acts on them, and one spacing deep for what is read off points.
 #[test]
 fn a_side_has_the_depth_of_its_use() {
