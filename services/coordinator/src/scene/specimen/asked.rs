@@ -5,10 +5,27 @@ use super::super::error::suggest;
 use super::super::tree::{Step, join};
 use super::format::{Expected, Metric, Reduction};
 use super::resolve::{item, path};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Metrics, each with the number of its probe, and what each must come to.
 pub(super) type Asked = (Vec<(Metric, usize)>, Vec<Option<Expected>>);
+
+/// Names by which others know the items of a list: each is that of one.
+pub(super) fn named_once<'a>(
+    shop: &mut Workshop<'_>,
+    list: &str,
+    names: impl Iterator<Item = &'a str>,
+) {
+    let mut known = BTreeSet::new();
+    for (index, name) in names.enumerate() {
+        if !known.insert(name) {
+            shop.wrong(
+                &join(&item(list, index), "name"),
+                format!("a second {list} is called {name}"),
+            );
+        }
+    }
+}
 
 /// Looks up the names of probes in metrics and of metrics in what is expected.
 pub(super) fn read(
@@ -17,12 +34,11 @@ pub(super) fn read(
     expects: &BTreeMap<String, Expected>,
     probes: &[&str],
 ) -> Asked {
+    named_once(shop, "probe", probes.iter().copied());
+    named_once(shop, "metric", metrics.iter().map(|metric| &*metric.name));
     let (mut found, mut expected): Asked = (Vec::new(), Vec::new());
     for (index, metric) in metrics.iter().enumerate() {
         let at = item("metric", index);
-        if metrics[..index].iter().any(|known| known.name == metric.name) {
-            shop.wrong(&join(&at, "name"), format!("a second metric is called {}", metric.name));
-        }
         numbers(shop, metric, &at);
         let before: Vec<&str> = metrics[..index].iter().map(|m| &*m.name).collect();
         for (key, name) in [("minus", &metric.minus), ("over", &metric.over)] {

@@ -7,6 +7,7 @@ use super::super::form::{Forms, Recipe};
 use super::super::format::{Axis, Precision};
 use super::super::tree::{Node, Path, Step, show};
 use super::super::{paint, shape};
+use super::asked;
 use super::format::{self, Document, Family, Fields, Points, Side};
 use super::watch;
 use super::{Specimen, Subject};
@@ -101,8 +102,9 @@ impl Desk<'_> {
         let zones = self.zones(document);
         let turn =
             self.shop.rotation(&document.geometry.rotation, &path(&["geometry", "rotation"]));
-        self.named_once("support", &document.support.iter().map(|s| &*s.name).collect::<Vec<_>>());
-        self.named_once("load", &document.load.iter().map(|load| &*load.name).collect::<Vec<_>>());
+        let supports = document.support.iter().map(|support| &*support.name);
+        asked::named_once(&mut self.shop, "support", supports);
+        asked::named_once(&mut self.shop, "load", document.load.iter().map(|load| &*load.name));
         let holds = self.holds(document);
         let loads = self.loads(document);
         let watched = watch::read(self, document);
@@ -237,16 +239,6 @@ impl Desk<'_> {
                 }
             }
             self.regions.insert(region.name.clone(), region.parts.clone());
-        }
-    }
-
-    /// Probes name supports and loads: each name is that of one.
-    fn named_once(&mut self, list: &str, names: &[&str]) {
-        for (index, name) in names.iter().enumerate() {
-            if names[..index].contains(name) {
-                let message = format!("a second {list} is called {name}");
-                self.wrong(&below(&item(list, index), "name"), message);
-            }
         }
     }
 

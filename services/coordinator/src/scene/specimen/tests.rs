@@ -32,6 +32,15 @@ fn good(tail: &str) -> Specimen {
     read(&format!("{HEAD}{tail}"), &[]).unwrap_or_else(|why| panic!("{why}"))
 }
 
+/// Each of these is refused at that line and column with these words.
+fn told(cases: &[(&str, &str, &str)]) {
+    for (tail, place, words) in cases {
+        let told = read(&format!("{HEAD}{tail}\n"), &[]).expect_err(tail);
+        assert!(told.contains(words), "{tail}\n{told}");
+        assert!(told.contains(&format!("toml:{place}")), "{tail}\n{told}");
+    }
+}
+
 /// Each error names the line of its value and the bound.
 #[test]
 fn errors_name_their_place_and_bound() {
@@ -88,11 +97,7 @@ fn errors_name_their_place_and_bound() {
             "must ascend",
         ),
     ];
-    for (tail, place, words) in cases {
-        let told = read(&format!("{HEAD}{tail}\n"), &[]).expect_err(tail);
-        assert!(told.contains(words), "{tail}\n{told}");
-        assert!(told.contains(&format!("toml:{place}")), "{tail}\n{told}");
-    }
+    told(&cases);
     let spacing = read(HEAD, &["spacing=0"]).expect_err("a bound");
     assert!(spacing.contains("must be above 0 m; it is 0 m"), "{spacing}");
     let missing = read(&HEAD.replace("spacing = \"1 cm\"", ""), &[]).expect_err("no spacing");
@@ -122,12 +127,21 @@ fn boxes_inside_out_and_names_given_twice_are_told() {
             "20:8",
             "a second load is called s",
         ),
+        (
+            "[[probe]]\nname = \"s\"\nkind = \"kinetic\"\n\
+             [[probe]]\nname = \"s\"\nkind = \"elastic\"",
+            "19:8",
+            "a second probe is called s",
+        ),
+        (
+            "[[probe]]\nname = \"s\"\nkind = \"kinetic\"\n\
+             [[metric]]\nname = \"m\"\nprobe = \"s\"\nreduce = \"max\"\n\
+             [[metric]]\nname = \"m\"\nprobe = \"s\"\nreduce = \"min\"",
+            "23:8",
+            "a second metric is called m",
+        ),
     ];
-    for (tail, place, words) in cases {
-        let told = read(&format!("{HEAD}{tail}\n"), &[]).expect_err(tail);
-        assert!(told.contains(words), "{tail}\n{told}");
-        assert!(told.contains(&format!("toml:{place}")), "{tail}\n{told}");
-    }
+    told(&cases);
 }
 
 /// Sides are planes for what acts on them, and one spacing deep for what is read off points.

@@ -36,9 +36,6 @@ pub(super) fn read(desk: &mut Desk<'_>, document: &Document) -> Watched {
     };
     for (index, probe) in document.probe.iter().enumerate() {
         let at = item("probe", index);
-        if watched.names.iter().any(|known| known.0 == probe.name) {
-            desk.wrong(&below(&at, "name"), format!("a second probe is called {}", probe.name));
-        }
         keys(desk, probe, &at);
         if let Some(made) = one(desk, document, probe, &at) {
             let speed = probe.kind == ProbeKind::CrackSpeed;

@@ -86,9 +86,6 @@ pub(super) fn read(shop: &mut Workshop<'_>, probes: &[Probe], scene: &Scene) -> 
     let mut watches = Vec::new();
     for (index, probe) in probes.iter().enumerate() {
         let at = item("probe", index);
-        if probes[..index].iter().any(|known| known.name == probe.name) {
-            shop.wrong(&join(&at, "name"), format!("a second probe is called {}", probe.name));
-        }
         let given = [
             ("body", probe.body.is_some()),
             ("other", probe.other.is_some()),
