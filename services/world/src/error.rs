@@ -1,6 +1,7 @@
 //! What can go wrong, with the place, the value and the bound.
 
 use crate::body::BodyId;
+use cullet_geometry::Vec3;
 
 /// A body or a setting that the world does not take, or a world that came to grief.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -73,6 +74,25 @@ pub enum WorldError {
         name: String,
         /// When.
         step: u64,
+    },
+    /// A body's place does not follow its velocity (F42).
+    #[error(
+        "body {name:?} is frozen at step {step}: its velocity is ({:.3}, {:.3}, {:.3}) m/s, but over \
+         the last five steps or more it moved {moved:.3e} m instead of {due:.3e} m; it must move at \
+         least a fifth of that",
+        .velocity.x, .velocity.y, .velocity.z
+    )]
+    Frozen {
+        /// The body's name.
+        name: String,
+        /// When.
+        step: u64,
+        /// Its velocity \[m/s\].
+        velocity: Vec3,
+        /// How far it moved while it did not follow its velocity \[m\].
+        moved: f64,
+        /// How far its velocity would have taken it in that time \[m\].
+        due: f64,
     },
     /// The rigid-body engine panicked; the world must not be used further.
     #[error("the rigid-body engine failed at step {step}")]

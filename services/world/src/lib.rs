@@ -14,6 +14,7 @@ mod episode;
 mod error;
 mod exchange;
 pub mod fidelity;
+mod frozen;
 mod gate;
 mod grains;
 mod hertz;

@@ -5,6 +5,7 @@ use crate::cluster::{Part, sum};
 use crate::episode::{Episode, Episodes};
 use crate::error::WorldError;
 use crate::exchange::{Received, Stepped, received, rest, sums};
+use crate::frozen::Frozen;
 use crate::grains::Speck;
 use crate::impact::{Hit, Outcome, Party, effective_mass, hits};
 use crate::ledger::{Sink, Totals};
@@ -37,6 +38,7 @@ pub struct World {
     /// Debris.
     pub(crate) grains: Vec<Speck>,
     pub(crate) next_id: u32,
+    frozen: Frozen,
     steps: u64,
 }
 
@@ -58,6 +60,7 @@ impl World {
             resting: Resting::default(),
             grains: Vec::new(),
             next_id: 0,
+            frozen: Frozen::default(),
             steps: 0,
         })
     }
@@ -232,13 +235,14 @@ impl World {
     /// hit.
     ///
     /// # Errors
-    /// A motion that is not finite, or a panic of the engine; the world must not be used after
-    /// either.
+    /// A motion that is not finite, a body whose place does not follow its velocity, or a panic of
+    /// the engine; the world must not be used after any of them.
     pub fn step(&mut self) -> Result<Vec<Hit>, WorldError> {
         let start = self.time();
         self.steps += 1;
         self.rigid.step().map_err(|_| WorldError::Engine { step: self.steps })?;
         self.check_finite()?;
+        self.check_places()?;
         self.fly();
         let contacts = self.rigid.contacts();
         self.follow(&contacts, start);
@@ -261,6 +265,27 @@ impl World {
             Some(id) => Err(WorldError::NotFinite { name: name(id), step: self.steps }),
             None => Ok(()),
         }
+    }
+
+    /// Whether bodies go where their velocities take them (F42).
+    fn check_places(&mut self) -> Result<(), WorldError> {
+        let (bodies, step) = (&self.bodies, self.settings.step);
+        self.frozen.keep(|id| bodies.contains_key(&id));
+        for (&id, body) in bodies.iter().filter(|(_, body)| !body.fixed) {
+            let (Some(before), Some(after)) = (self.rigid.before(id), self.rigid.motion(id)) else {
+                continue;
+            };
+            if let Some((moved, due)) = self.frozen.look(id, before, &after, step) {
+                return Err(WorldError::Frozen {
+                    name: body.name.clone(),
+                    step: self.steps,
+                    velocity: after.velocity,
+                    moved,
+                    due,
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Opens episodes and takes in one step of those that are open.
@@ -417,6 +442,27 @@ mod tests {
         world.rigid.set_velocity(id.0, &Vec3::new(f64::NAN, 0.0, 0.0), &Vec3::zeros());
         let error = world.step().unwrap_err();
         assert_eq!(error, WorldError::NotFinite { name: "tetrahedron".into(), step: 2 });
+    }
+
+    #[test]
+    fn a_body_that_does_not_follow_its_velocity_ends_the_run_by_name() {
+        let free = WorldSettings { gravity: Vec3::zeros(), ..WorldSettings::default() };
+        let mut world = World::new(free).unwrap();
+        let velocity = Vec3::new(3.0, 0.0, -4.0);
+        let held = world.insert(BodySpec { velocity, ..spec() }).unwrap();
+        world.step().unwrap();
+        world.rigid.held = Some(held.0);
+        (0..4).for_each(|_| assert!(world.step().unwrap().is_empty()));
+        let error = world.step().unwrap_err();
+        let (name, due) = ("tetrahedron".into(), 5.0 * 5.0 / 240.0);
+        let WorldError::Frozen { due: found, .. } = error else { panic!("{error}") };
+        assert!((found - due).abs() < 1e-12, "{found} of {due} m");
+        let wanted = WorldError::Frozen { name, step: 6, velocity, moved: 0.0, due: found };
+        assert_eq!(error, wanted);
+        let told = error.to_string();
+        for word in ["\"tetrahedron\"", "step 6", "(3.000, 0.000, -4.000) m/s", "1.042e-1 m"] {
+            assert!(told.contains(word), "{told}");
+        }
     }
 
     #[test]

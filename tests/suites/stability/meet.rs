@@ -1,10 +1,12 @@
 //! Bodies that are so fast that a step takes them past each other (F42).
 
 use crate::bodies::{
-    GLASS, STEEL, any, any3, body, cuboid, put, sphere, steps, until_hit, weightless,
+    GLASS, STEEL, any, any3, body, cells, cuboid, floor, put, settings, sphere, steps, until_hit,
+    weightless,
 };
 use cullet_geometry::{Solid, Vec3};
-use cullet_world::{BodyId, BodySpec, World, WorldSettings};
+use cullet_world::{BodyId, BodySpec, Hit, World, WorldSettings};
+use std::collections::BTreeMap;
 
 /// F42: a bullet that flies twenty times a wall's thickness in a step hits it, and does not come
 /// out behind.
@@ -244,4 +246,99 @@ fn f42_who_is_left_behind_stays() {
     let at = |k: usize| world.body(ids[k]).expect("there").pose.translation.vector;
     assert!(at(1).x > 0.05, "it is taken along: {}", at(1));
     assert!((at(2) - behind).norm() < 1e-12, "{}", at(2));
+}
+
+/// Body-steps whose place did not follow the velocity.
+#[derive(Default)]
+struct Halts {
+    /// Body-steps faster than 1 m/s, before and after.
+    fast: u32,
+    /// Those of them that moved less than a fifth of what the velocities ask for.
+    halts: u32,
+    /// How many steps on end each body halts now.
+    now: BTreeMap<BodyId, u32>,
+    /// The most that any did.
+    longest: u32,
+}
+
+/// Places and velocities of all that moves.
+fn motions(world: &World) -> BTreeMap<BodyId, (Vec3, Vec3)> {
+    let free = world.bodies().filter(|body| !body.fixed);
+    free.map(|body| (body.id, (body.pose.translation.vector, body.velocity))).collect()
+}
+
+impl Halts {
+    /// One more step. The velocity that counts is the least of those before and after the step and
+    /// of their mean, so that a bounce within a step is none of these.
+    fn add(&mut self, before: &BTreeMap<BodyId, (Vec3, Vec3)>, world: &World) {
+        let step = world.settings().step;
+        for (id, (now, after)) in motions(world) {
+            let Some((from, velocity)) = before.get(&id) else {
+                continue;
+            };
+            let mean = (velocity + after) / 2.0;
+            let speed = mean.norm().min(velocity.norm()).min(after.norm());
+            let halts = speed > 1.0 && (now - from).norm() < 0.2 * speed * step;
+            self.fast += u32::from(speed > 1.0);
+            self.halts += u32::from(halts);
+            let run = self.now.entry(id).or_default();
+            *run = if halts { *run + 1 } else { 0 };
+            self.longest = self.longest.max(*run);
+        }
+    }
+}
+
+/// A hundred blocks in a bond, on a floor, and a ball of steel that comes at them with 20 m/s.
+fn facade(step: f64) -> (World, BodyId) {
+    let settings = WorldSettings { step, impulse_threshold: 20.0, ..settings() };
+    let mut world = World::new(settings).expect("settings");
+    put(&mut world, floor());
+    let size = Vec3::new(0.4, 0.15, 0.2);
+    for k in 0..100 {
+        let (row, column) = (k / 10, f64::from(k % 10) + 0.5 * f64::from(k / 10 % 2));
+        let at = Vec3::new(0.401 * (column - 5.0), 0.0, 0.1 + 0.2005 * f64::from(row));
+        put(&mut world, body(&format!("block {k}"), cuboid(size), GLASS, at));
+    }
+    let ball = body("ball", sphere(0.25, 6), STEEL, Vec3::new(0.1, -0.5, 0.7));
+    let ball = BodySpec { velocity: 20.0 * Vec3::y(), breakable: false, ..ball };
+    let ball = put(&mut world, ball);
+    (world, ball)
+}
+
+/// What of a facade's fall does not follow its velocities, and how far the ball came \[m\].
+fn fall(step: f64, time: f64) -> (Halts, f64) {
+    let (mut world, ball) = facade(step);
+    let mut halts = Halts::default();
+    while world.time() < time {
+        let before = motions(&world);
+        let hits = world.step().unwrap_or_else(|error| panic!("{step} s: {error}"));
+        halts.add(&before, &world);
+        let mut struck: Vec<BodyId> = hits.iter().map(|hit| hit.body).collect();
+        struck.dedup();
+        for id in struck {
+            let Some(view) = world.body(id).filter(|view| view.generation == 0) else {
+                continue;
+            };
+            let fixed = view.fixed;
+            let of: Vec<Hit> = hits.iter().filter(|hit| hit.body == id).cloned().collect();
+            if !fixed {
+                // What a hit cannot pay for stays whole.
+                world.replace(id, &of, cells(Vec3::new(0.4, 0.15, 0.2), 2, 0.5), 1.0).ok();
+            }
+        }
+    }
+    (halts, world.body(ball).expect("there").pose.translation.y)
+}
+
+/// F42: where a ball goes through a facade, no body hangs in the air while its velocity runs on,
+/// whatever the step, and the ball comes out behind.
+#[test]
+fn f42_places_follow_velocities_where_a_facade_falls() {
+    for (rate, time) in [(120.0, 0.6), (240.0, 0.6), (960.0, 0.3)] {
+        let (halts, y) = fall(1.0 / rate, time);
+        let Halts { fast, halts, longest, .. } = halts;
+        eprintln!("1/{rate} s: {halts} of {fast}, {longest} on end, the ball at {y} m");
+        assert!(longest < 5, "1/{rate} s: {halts} of {fast} body-steps, {longest} on end");
+        assert!(y > 1.0, "1/{rate} s: the ball is at {y} m");
+    }
 }

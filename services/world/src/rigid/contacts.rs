@@ -2,6 +2,7 @@
 
 use super::Rigid;
 use super::convert::vec3;
+use super::meet::Push;
 use crate::body::Motion;
 use crate::support::Patch;
 use cullet_geometry::Vec3;
@@ -48,6 +49,23 @@ impl Contact {
             closing_after: 0.0,
             gap: 0.0,
         }
+    }
+
+    /// Takes in an impulse between two whose cores met in the step (F42).
+    fn push(&mut self, push: &Push, one: &(Motion, Motion), two: &(Motion, Motion)) {
+        let (arms, normal) = ((vec3(push.arms.0), vec3(push.arms.1)), vec3(push.normal));
+        let on_b = normal * push.impulse;
+        let closing = |a: &Motion, b: &Motion| {
+            let at_a = a.velocity + a.spin.cross(&arms.0);
+            (at_a - b.velocity - b.spin.cross(&arms.1)).dot(&normal)
+        };
+        self.impulse += push.impulse;
+        self.on_b += on_b;
+        self.torque_a -= arms.0.cross(&on_b);
+        self.torque_b += arms.1.cross(&on_b);
+        self.moment += vec3(push.point) * push.impulse;
+        self.closing += push.impulse * closing(&one.0, &two.0);
+        self.closing_after += push.impulse * closing(&one.1, &two.1);
     }
 
     /// Closing speed before the step \[m/s\].
@@ -126,6 +144,13 @@ impl Rigid {
             let sum = sums.entry(ids).or_insert_with(|| Contact::new(ids.0, ids.1));
             for manifold in pair.solver_manifolds() {
                 add(sum, manifold, &one, &two);
+            }
+        }
+        for push in &self.pushes {
+            let (a, b) = push.ids;
+            let sides = [a, b].map(|id| Some((*self.before(id)?, self.motion(id)?)));
+            if let [Some(one), Some(two)] = sides {
+                sums.entry((a, b)).or_insert_with(|| Contact::new(a, b)).push(push, &one, &two);
             }
         }
         sums.into_values().filter(|sum| sum.impulse > 0.0).collect()

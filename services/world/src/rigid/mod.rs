@@ -5,6 +5,8 @@ mod convert;
 mod hulls;
 mod meet;
 mod quiet;
+mod relax;
+mod sweep;
 
 pub(crate) use contacts::Contact;
 pub(crate) use hulls::Fit;
@@ -15,7 +17,7 @@ use crate::settings::WorldSettings;
 use convert::{engine_pose, mass_properties, pose, vec3, vector};
 use cullet_geometry::Vec3;
 use hulls::{Part, boxed, part};
-use meet::{Crowd, Kind, Scene, Way, set_back};
+use meet::{Crowd, Push, set_back};
 use quiet::{Placed, Quiet, depth};
 use rapier3d_f64::prelude::{
     ActiveHooks, Collider, ColliderBuilder, IntegrationParameters, PhysicsWorld, QueryFilter,
@@ -23,6 +25,7 @@ use rapier3d_f64::prelude::{
 };
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use sweep::{Kind, Scene, Way};
 
 /// Contact stiffness between moving bodies \[Hz\]: at 240 steps of 8 iterations a stack of 10 sags
 /// by 0.6 mm and a slice under 100 times its mass by 0.9 mm; at half the stiffness by 1.8 mm and
@@ -79,8 +82,13 @@ pub(crate) struct Rigid {
     /// Motions before the last step, in id order.
     before: Vec<(u32, Motion)>,
     prior: Vec<(u32, Motion)>,
+    /// Impulses of the last step between bodies whose cores met.
+    pushes: Vec<Push>,
     sleep_speed: f64,
     steps: u64,
+    /// A body that a test holds in its place while its velocity runs on.
+    #[cfg(test)]
+    pub(crate) held: Option<u32>,
 }
 
 impl Rigid {
@@ -109,8 +117,11 @@ impl Rigid {
             quiet: Quiet::default(),
             before: Vec::new(),
             prior: Vec::new(),
+            pushes: Vec::new(),
             sleep_speed: settings.sleep_speed / unit,
             steps: 0,
+            #[cfg(test)]
+            held: None,
         }
     }
 
@@ -207,6 +218,7 @@ impl Rigid {
     pub(crate) fn step(&mut self) -> Result<(), Broken> {
         std::mem::swap(&mut self.prior, &mut self.before);
         self.before.clear();
+        self.pushes.clear();
         for (&id, slot) in &self.slots {
             if let Some(motion) = self.read(slot.handle) {
                 self.before.push((id, motion));
@@ -217,11 +229,23 @@ impl Rigid {
             self.world.step_with_events(&self.quiet, &());
             self.set_back_where_they_meet();
         }));
+        #[cfg(test)]
+        self.hold();
         self.steps += 1;
         if self.steps.is_multiple_of(QUIET_EVERY) {
             self.review_quiet();
         }
         done.map_err(|_| Broken)
+    }
+
+    #[cfg(test)]
+    fn hold(&mut self) {
+        let held = self.held.and_then(|id| Some((self.slots.get(&id)?.handle, *self.before(id)?)));
+        if let Some((handle, before)) = held
+            && let Some(body) = self.world.bodies.get_mut(handle)
+        {
+            set_back(body, engine_pose(&before.pose));
+        }
     }
 
     /// Motion before the last step.
@@ -282,14 +306,21 @@ impl Rigid {
             return;
         }
         let of = &self.world.integration_parameters;
-        let (slop, room) = (of.allowed_linear_error(), 2.0 * of.prediction_distance());
-        let touching = &self.world.narrow_phase;
-        let scene = Scene { quiet: &self.quiet, touching, slop, room };
-        for (handle, pose) in Crowd::new(ways).go(&scene) {
+        let slop = of.allowed_linear_error();
+        let scene = Scene { quiet: &self.quiet, touching: &self.world.narrow_phase, slop };
+        let met = Crowd::new(ways).go(&scene);
+        for (handle, velocity, spin) in met.motions {
+            if let Some(body) = self.world.bodies.get_mut(handle) {
+                body.set_linvel(velocity, true);
+                body.set_angvel(spin, true);
+            }
+        }
+        for (handle, pose) in met.ends {
             if let Some(body) = self.world.bodies.get_mut(handle) {
                 set_back(body, pose);
             }
         }
+        self.pushes = met.pushes;
     }
 
     /// Slow fragments are damped, so that heaps come to rest; those that fly are not.
