@@ -275,3 +275,39 @@ fn a_client_behind_a_bad_link_gets_the_recording_whole() {
     over.store(true, Ordering::SeqCst);
     assert!(cutter.join().expect("it ends") > 0, "nothing was cut");
 }
+
+/// The coordinator, the worker and a client read and write the links with certificates whose
+/// ciphertext is damaged. Each such link ends at once and is made anew; nobody dies of it.
+#[test]
+fn bits_of_ciphertext_that_turn_over_end_links_and_change_nothing() {
+    let _left = common::left::NobodyLeft::watch();
+    let folder = unique("ciphertext");
+    fs::create_dir_all(&folder).expect("a folder");
+    common::certificates(&folder, &["coordinator", "w-1", "ann"], &[]);
+    let roles = folder.join("roles.toml");
+    fs::write(&roles, "workers = [\"w-1\"]\nusers = [\"ann\"]\n").expect("roles");
+    let endpoint = common::free_endpoint().replace("tcp/", "tls/");
+    let call = Cullet::new(&["coordinator", "--listen", &endpoint, "--roles"]).path(&roles);
+    let call = call.args(&["--state"]).path(&folder.join("state"));
+    let mut coordinator = call.args(&["--tls"]).path(&folder.join("coordinator")).spawn();
+    let (weather, behind) = proxy(&endpoint);
+    let call = Cullet::new(&["worker", "--threads", "1", "--connect", &behind, "--name", "w-1"]);
+    let mut worker = call.args(&["--tls"]).path(&folder.join("w-1")).spawn();
+    let ann = folder.join("ann").to_string_lossy().into_owned();
+    let who = ["--connect", &behind, "--tls", &ann];
+    let submit = Cullet::new(&["submit", &corpus("drop.toml"), "--detach"]).args(&who);
+    let said = submit.args(&LONGER).output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    let run = said.stdout.trim().to_owned();
+    weather.flips.store(5, Ordering::SeqCst);
+    let said = Cullet::new(&["wait", &run]).args(&who).output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    // The recording has enough large blocks for all the flips that are left, and more.
+    weather.flips.fetch_add(5, Ordering::SeqCst);
+    assert_eq!(fetched(&run, &who), *quiet());
+    let flipped = weather.flipped.load(Ordering::SeqCst);
+    assert!(flipped >= 5, "{flipped} bits were turned over");
+    for (name, process) in [("coordinator", &mut coordinator), ("worker", &mut worker)] {
+        assert!(!process.ended(), "the {name} died: {}", process.stderr());
+    }
+}

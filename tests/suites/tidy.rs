@@ -13,6 +13,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("services/fracture", &["cullet-geometry"]),
     ("services/world", &["cullet-geometry"]),
     ("proto", &["cullet-geometry"]),
+    ("services/tls", &[]),
     ("services/worker", &["cullet-dispatch", "cullet-fracture", "cullet-geometry", "cullet-proto"]),
     (
         "services/coordinator",
