@@ -2,12 +2,14 @@
 //! can pay for and the rate of strain asks for; radials and rings where a plate is hit on its face.
 //! The pattern is not caused by stress; volume, mass, momentum and the energy bound are kept.
 
+mod held;
 mod probes;
 #[cfg(test)]
 mod tests;
 mod web;
 
 use crate::cut::{CutError, CutSettings, Cutting, Part, Partition};
+use crate::mpm::motion::balance;
 use crate::solver::{
     Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
 };
@@ -24,6 +26,7 @@ const ATTEMPTS: u64 = 3;
 
 /// Impact-centred Voronoi cells. Fragments move as the unbroken body would after the same hits,
 /// v = J/m + ω × r with ω = I⁻¹ Σ r_J × J: that keeps momentum exactly, and adds nothing to it.
+/// Those that lie on a support are stopped by it.
 #[derive(Debug)]
 pub struct Geometric {
     problem: Problem,
@@ -146,8 +149,24 @@ impl Geometric {
             warnings,
             ..Default::default()
         };
-        let fragments = partition.parts.into_iter().map(|part| motion.carry(part)).collect();
-        Fracture { fragments, report, ..Fracture::default() }
+        let mut fragments: Vec<Fragment> =
+            partition.parts.into_iter().map(|part| motion.carry(part)).collect();
+        let reactions = self.hold(&mut fragments);
+        Fracture { fragments, reactions, report, ..Fracture::default() }
+    }
+
+    /// Lets the supports stop what lies on them; what the pieces have in all is then what the hits
+    /// and the supports gave.
+    fn hold(&self, fragments: &mut [Fragment]) -> Vec<f64> {
+        let Problem { impacts, supports, material, .. } = &self.problem;
+        let reactions = held::stop(fragments, supports, material.density);
+        if reactions.iter().any(|&impulse| impulse > 0.0) {
+            let hits = impacts.iter().map(|hit| (hit.point, hit.normal * delivered(hit)));
+            let held = supports.iter().zip(&reactions).map(|(s, &j)| (s.point, s.normal * j));
+            let pushes: Vec<(Vec3, Vec3)> = hits.chain(held).collect();
+            balance(fragments, &pushes, material.density);
+        }
+        reactions
     }
 }
 

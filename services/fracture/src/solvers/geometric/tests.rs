@@ -1,6 +1,6 @@
 use super::Geometric;
 use crate::material::Material;
-use crate::solver::{Fracture, Impact, Problem, Progress, Refusal, Settings, Solver};
+use crate::solver::{Fracture, Impact, Problem, Progress, Refusal, Settings, Solver, Support};
 use crate::strength::StrengthField;
 use cullet_geometry::{Solid, TriMesh, Vec3};
 use std::sync::Arc;
@@ -201,4 +201,51 @@ fn a_plate_breaks_into_a_web() {
     // A blow on the edge makes no web.
     problem.impacts[0].normal = Vec3::x();
     assert!(super::web::sites(&problem, 150).is_none());
+}
+
+/// A plate that lies on ledges and is hit from above: what lies on them stays, the rest leaves
+/// along the strike, and nothing is thrown back at the striker.
+#[test]
+fn a_support_stops_what_lies_on_it_and_throws_nothing_back() {
+    let mut problem = problem(Vec3::new(0.4, 0.3, 0.006), 20.0);
+    problem.impacts.truncate(1);
+    let hit = &mut problem.impacts[0];
+    (hit.point, hit.normal) = (Vec3::new(0.03, -0.02, 0.003), -Vec3::z());
+    (hit.impulse, hit.closing_speed) = (6.0, 10.0);
+    problem.settings.max_fragments = 150;
+    let support = |x: f64, y: f64| {
+        let point = Vec3::new(x, y, -0.003);
+        Support { point, normal: Vec3::z(), radius: 0.012, mobility: 0.0 }
+    };
+    let row = (0..16).flat_map(|k| {
+        let y = 0.3 * ((f64::from(k) + 0.5) / 16.0 - 0.5);
+        [support(-0.19, y), support(0.19, y)]
+    });
+    problem.supports = row.collect();
+    let fracture = solve(problem.clone());
+    let density = GLASS.density;
+    let (mut total, mut held, mut free) = (0.0, 0, 0);
+    for fragment in &fracture.fragments {
+        let own = fragment.solid.mesh.mass_properties();
+        let z = fragment.velocity.z;
+        total += z * own.volume * density;
+        assert!(z < 0.2, "a piece at {:?} is thrown back at {z} m/s", own.centroid);
+        let reach = fragment.solid.mesh.vertices.iter().map(|p| p.x.abs()).fold(0.0, f64::max);
+        if reach < 0.17 {
+            free += 1;
+            assert!(z < -1.0, "a piece that nothing holds has {z} m/s");
+        } else if reach > 0.19 {
+            held += 1;
+            assert!(z > -0.2, "a piece on a ledge falls at {z} m/s");
+        }
+    }
+    assert!(held > 5 && free > 20, "{held} and {free} pieces");
+    let given: f64 = fracture.reactions.iter().sum();
+    assert_eq!(fracture.reactions.len(), problem.supports.len());
+    assert!(given > 0.1 && given < 2.0, "{given} N·s of the 4 N·s that the hit delivers");
+    assert!((total - given + 4.0).abs() < 1e-9, "{total} N·s");
+    // One that is as light as nothing takes nothing.
+    problem.supports.iter_mut().for_each(|support| support.mobility = 1e9);
+    let fracture = solve(problem);
+    assert!(fracture.reactions.iter().all(|&given| given < 1e-8), "{:?}", fracture.reactions);
 }
