@@ -26,6 +26,7 @@ mod replace;
 mod rigid;
 mod settings;
 mod settle;
+mod settling;
 mod strikers;
 mod support;
 mod world;

@@ -295,6 +295,7 @@ impl World {
         self.rigid.remove(body);
         self.bodies.remove(&body);
         self.episodes.forget(body);
+        self.settling.end(body);
         self.debts.retain(|&(_, id), _| id != body);
         let mut ids = Vec::with_capacity(draft.bodies.len());
         let placed = draft.bodies.into_iter().zip(draft.shapes).zip(draft.poses);

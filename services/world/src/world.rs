@@ -12,6 +12,7 @@ use crate::ledger::{Sink, Totals};
 use crate::replace::Debt;
 use crate::rigid::{BadPart, Contact, Fit, Rigid, Shape};
 use crate::settings::WorldSettings;
+use crate::settling::Settling;
 use crate::support::Resting;
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
@@ -35,6 +36,8 @@ pub struct World {
     pub(crate) episodes: Episodes,
     /// What the pairs that rest did lately.
     pub(crate) resting: Resting,
+    /// Bodies that nothing has struck yet.
+    pub(crate) settling: Settling,
     /// Debris.
     pub(crate) grains: Vec<Speck>,
     pub(crate) next_id: u32,
@@ -58,6 +61,7 @@ impl World {
             sink: Sink::default(),
             episodes: Episodes::default(),
             resting: Resting::default(),
+            settling: Settling::default(),
             grains: Vec::new(),
             next_id: 0,
             frozen: Frozen::default(),
@@ -86,6 +90,10 @@ impl World {
         let id = self.next_id;
         self.next_id += 1;
         self.rigid.insert(id, &body, shape, &motion, 0.0);
+        let speed = motion.velocity.norm() + motion.spin.norm() * body.reach;
+        if !body.fixed && speed <= self.settings.resting_speed {
+            self.settling.put(id, motion);
+        }
         self.bodies.insert(id, body);
         Ok(BodyId(id))
     }
@@ -246,6 +254,7 @@ impl World {
         self.fly();
         let contacts = self.rigid.contacts();
         self.follow(&contacts, start);
+        self.see_who_settles();
         let settings = &self.settings;
         let over = self.episodes.take_over(self.time(), settings.resting_speed, settings.episode);
         let judged = over.iter().flat_map(|(pair, episode)| self.judge(*pair, episode));
@@ -311,10 +320,13 @@ impl World {
             let closing_gain = (fall(a) - fall(b)).max(0.0) * dt;
             let speed = contact.closing_speed();
             let fresh = !self.episodes.open.contains_key(&pair);
+            self.settling.touch(pair.0, &before_a);
+            self.settling.touch(pair.1, &before_b);
             if fresh {
                 let young = a.birth.max(b.birth) + self.settings.birth_grace > start;
                 let pause = self.settings.episode;
-                if speed <= self.settings.resting_speed {
+                let least = self.settings.resting_speed;
+                if speed <= self.settling.least(pair, [a.fixed, b.fixed], least) {
                     self.resting.add(contact, self.steps, received.map(|side| side.exchange));
                     continue;
                 }
@@ -327,6 +339,8 @@ impl World {
                 let early = (contact.gap() / (speed * dt)).min(1.0);
                 let touch = speed + early * closing_gain - late(pair.0, a) + late(pair.1, b);
                 self.episodes.open(contact, start, [before_a, before_b], touch);
+                self.settling.end(pair.0);
+                self.settling.end(pair.1);
             }
             let point = contact.moment / contact.impulse;
             let mass = effective_mass((a, &before_a), (b, &before_b), &point, &n);
@@ -335,6 +349,13 @@ impl World {
                 episode.add(contact, weight, received);
             }
         }
+    }
+
+    fn see_who_settles(&mut self) {
+        let (now, resting) = (self.time(), self.settings.resting_speed);
+        let (rigid, bodies) = (&self.rigid, &self.bodies);
+        let motion = |id: u32| Some((rigid.motion(id)?, bodies.get(&id)?.reach));
+        self.settling.look(now, resting, motion);
     }
 
     /// What both bodies of each pair received from their contact over the last step.
