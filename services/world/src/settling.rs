@@ -2,14 +2,14 @@
 //! impact.
 //!
 //! A stand-in of convex parts is never quite the body: a statue is put a millimetre above its
-//! column or a millimetre into it, drops or is pushed out, and rocks on feet that are not level. All
-//! of that is as slow as such a height makes it. A body that falls further before it touches
+//! column or a millimetre into it, drops or is pushed out, and rocks on feet that are not level.
+//! All of that is as slow as such a height makes it. A body that falls further before it touches
 //! anything, one that the scene throws and one that was struck are none of these.
 
 use crate::body::Motion;
 use std::collections::BTreeMap;
 
-/// Height that a body may fall before it first touches something, and be set down all the same \[m\].
+/// A body that moves no further than this before it first touches something is set down \[m\].
 const SET_DOWN: f64 = 3e-3;
 /// Fastest that a body closes while it settles \[m/s\]: twice the speed at which overlaps are
 /// pushed apart. A fall of 8 mm has it.

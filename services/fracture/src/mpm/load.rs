@@ -117,6 +117,18 @@ impl Load {
         self.force > 0.0 && rim * (depth / process.max(depth)).sqrt() >= strength
     }
 
+    /// Greatest radius of the contact so far, were it not widened \[m\].
+    #[must_use]
+    pub fn contact(&self) -> f64 {
+        self.spring.widest()
+    }
+
+    /// Greatest force so far \[N\].
+    #[must_use]
+    pub fn peak(&self) -> f64 {
+        self.spring.greatest()
+    }
+
     /// Energy that the striker has lost \[J\]: what the body has got, and what the spring holds.
     #[must_use]
     pub fn lost(&self) -> f64 {

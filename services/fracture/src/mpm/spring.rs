@@ -90,6 +90,12 @@ impl Spring {
         self.contact(self.deepest)
     }
 
+    /// Greatest force so far \[N\].
+    #[must_use]
+    pub fn greatest(&self) -> f64 {
+        self.loading(self.deepest)
+    }
+
     /// Whether an impact of `energy` \[J\] crushes the contact.
     #[must_use]
     pub fn crushes(&self, energy: f64) -> bool {
