@@ -148,6 +148,17 @@ pub enum DoorError {
     /// Nothing solid is left.
     #[error("the mesh encloses no volume")]
     NoVolume,
+    /// What is left is thinner than rounding lets a body be.
+    #[error(
+        "the mesh encloses no volume to speak of: {volume:.3e} m³; a shell as large must have at \
+         least {least:.3e} m³"
+    )]
+    Thin {
+        /// Its volume \[m³\].
+        volume: f64,
+        /// Least accepted: a share of its diagonal cubed \[m³\].
+        least: f64,
+    },
     /// Every way of repair failed; this is the last failure.
     #[error("the mesh could not be repaired: {0}")]
     Unrepairable(BooleanError),
@@ -241,9 +252,11 @@ fn mended(mut mesh: TriMesh, report: &mut RepairReport) -> Result<TriMesh, DoorE
     if !topology::is_balanced(&mesh) {
         return remeshed(&original, report);
     }
+    let (volume, least) = (mesh.signed_volume().abs(), shells::least_volume(&mesh));
     mesh = shells::ordered(&mesh, report);
     if mesh.triangles.is_empty() {
-        return Err(DoorError::NoVolume);
+        let none = volume == 0.0;
+        return Err(if none { DoorError::NoVolume } else { DoorError::Thin { volume, least } });
     }
     report.crowded_edges = mesh.non_manifold_edges().len();
     match untangled(&mesh, report) {

@@ -18,6 +18,9 @@ pub const MAX_PARTS: u32 = 64;
 /// Corners used to weigh a hull against its part; enough that a ball's hull keeps 9/10 of its
 /// volume.
 const PROBE_VERTICES: usize = 42;
+/// A part whose corners spread less than this across their plane, over their spread in it \[1\], is
+/// no part to divide off.
+const FLATTEST: f64 = 1e-5;
 
 /// How closely convex parts follow a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,8 +45,9 @@ impl Default for HullSettings {
 /// Corner sets \[m\] of convex parts that together stand in for the solid: at least one, each with
 /// at least four corners that span a volume. The part with the greatest empty share is divided
 /// first, by the best of six planes: across its three principal axes, through its centroid or
-/// through its deepest hollow. A convex body gives one part. Where no hull can be had (no volume,
-/// coordinates that are not finite), the answer is the box around what is finite.
+/// through its deepest hollow; a plane that cuts something flat off is none. A convex body gives one
+/// part. Where no hull can be had (no volume, coordinates that are not finite), the answer is the
+/// box around what is finite.
 #[must_use]
 pub fn convex_parts(solid: &Solid, settings: HullSettings) -> Vec<Vec<Vec3>> {
     let limit = settings.max_parts.clamp(1, MAX_PARTS) as usize;
@@ -89,6 +93,17 @@ impl Weighed {
     fn gyration(&self) -> f64 {
         (self.piece.moments().1.trace().max(0.0) / self.volume).sqrt()
     }
+
+    /// Do its corners spread in all directions?
+    fn is_thick(&self) -> bool {
+        let middle = self.corners.iter().sum::<Vec3>() / self.corners.len() as f64;
+        let spread = self.corners.iter().fold(Mat3::zeros(), |sum, p| {
+            let arm = p - middle;
+            sum + arm * arm.transpose()
+        });
+        let eigen = spread.symmetric_eigenvalues();
+        eigen.min() > FLATTEST * FLATTEST * eigen.max()
+    }
 }
 
 fn weigh(piece: Piece) -> Option<Weighed> {
@@ -122,7 +137,9 @@ fn divide(part: &Weighed) -> Option<(Weighed, Weighed)> {
     let mut best: Option<(f64, Weighed, Weighed)> = None;
     for (axis, through) in axes.iter().flat_map(|a| [(a, centroid), (a, hollow)]) {
         let (above, below) = part.piece.split(*axis, axis.dot(&through));
-        if let (Some(a), Some(b)) = (weigh(above), weigh(below)) {
+        let halves =
+            (weigh(above).filter(Weighed::is_thick), weigh(below).filter(Weighed::is_thick));
+        if let (Some(a), Some(b)) = halves {
             let cost = a.hull_volume * a.gyration() + b.hull_volume * b.gyration();
             if best.as_ref().is_none_or(|(least, _, _)| cost < *least) {
                 best = Some((cost, a, b));

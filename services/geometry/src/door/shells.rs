@@ -33,6 +33,12 @@ pub(super) fn check(mesh: &TriMesh) -> Result<(), DoorError> {
     }
 }
 
+/// Least volume of a shell that is as large as the mesh \[m³\].
+pub(super) fn least_volume(mesh: &TriMesh) -> f64 {
+    let diagonal = mesh.diagonal();
+    FLAT * diagonal * diagonal * diagonal
+}
+
 /// The mesh with outer shells facing outward and cavities inward, without flat or swallowed shells.
 pub(super) fn ordered(mesh: &TriMesh, report: &mut RepairReport) -> TriMesh {
     let shells = shells(mesh);
@@ -69,8 +75,7 @@ fn fates(shells: &[TriMesh]) -> Vec<Fate> {
     let mut fates = vec![Fate::Keep; shells.len()];
     let mut placed: Vec<(Inside, i32)> = Vec::new();
     for &s in &order {
-        let diagonal = shells[s].diagonal();
-        if volumes[s].abs() <= FLAT * diagonal * diagonal * diagonal {
+        if volumes[s].abs() <= least_volume(&shells[s]) {
             fates[s] = Fate::Drop;
             continue;
         }

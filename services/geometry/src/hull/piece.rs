@@ -56,29 +56,33 @@ impl Piece {
         places.into_iter().map(|(bits, _)| Vec3::from(bits.map(f64::from_bits))).collect()
     }
 
-    /// The parts above and below the plane `normal · x = offset`.
+    /// The parts above and below the plane `normal · x = offset`. Corners that nearly lie in the
+    /// plane do: a face in it goes to the side that it bounds, and no sliver comes off.
     pub(super) fn split(&self, normal: Vec3, offset: f64) -> (Self, Self) {
-        let mut sides = [Self { origin: self.origin, ..Self::default() }, Self::default()];
-        sides[1].origin = self.origin;
-        let mut cut: Vec<(Vec3, Vec3)> = Vec::new();
-        for (triangles, is_fan) in [(&self.surface, false), (&self.fans, true)] {
-            for &triangle in triangles {
-                let [above, below] = &mut sides;
-                let lists = if is_fan {
-                    (&mut above.fans, &mut below.fans)
-                } else {
-                    (&mut above.surface, &mut below.surface)
-                };
-                cut.extend(clip(triangle, normal, offset, lists.0, lists.1));
-            }
+        let plane = Plane { normal, offset, slack: IN_PLANE * self.extent(normal) };
+        let empty = || Self { origin: self.origin, ..Self::default() };
+        let (mut above, mut below) = (empty(), empty());
+        let mut rim: Vec<(Vec3, Vec3)> = Vec::new();
+        for &triangle in &self.surface {
+            plane.clip(triangle, (&mut above.surface, &mut below.surface), &mut rim);
         }
-        let [mut above, mut below] = sides;
-        if let Some(&(hub, _)) = cut.first() {
-            // The cut runs p → q along the rim of the upper part; its cap runs back.
-            above.fans.extend(cut.iter().map(|&(p, q)| [hub, q, p]));
-            below.fans.extend(cut.iter().map(|&(p, q)| [hub, p, q]));
+        for &triangle in &self.fans {
+            plane.clip(triangle, (&mut above.fans, &mut below.fans), &mut rim);
+        }
+        if let Some(&(hub, _)) = rim.first() {
+            // The rim of the upper part runs p → q; its cap runs back.
+            above.fans.extend(rim.iter().map(|&(p, q)| [hub, q, p]));
+            below.fans.extend(rim.iter().map(|&(p, q)| [hub, p, q]));
         }
         (above, below)
+    }
+
+    /// Extent along a direction \[m\].
+    fn extent(&self, normal: Vec3) -> f64 {
+        let heights = self.surface.iter().flatten().map(|p| normal.dot(p));
+        let far = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = heights.fold(far, |(low, high), h| (low.min(h), high.max(h)));
+        (high - low).max(0.0)
     }
 
     /// Signed volume of each tetrahedron on the origin, and its other corners relative to it.
@@ -90,38 +94,88 @@ impl Piece {
     }
 }
 
-/// Puts the parts of one triangle where they belong; returns the side of the upper part along the
-/// cut.
-fn clip(
-    triangle: Triangle,
+/// Corners within this share of a piece's extent across a plane lie in it: more than the rounding
+/// of coordinates in f32, less than what a stand-in must follow.
+const IN_PLANE: f64 = 1e-4;
+
+/// A plane that divides a piece.
+struct Plane {
     normal: Vec3,
     offset: f64,
-    above: &mut Vec<Triangle>,
-    below: &mut Vec<Triangle>,
-) -> Option<(Vec3, Vec3)> {
-    let height = triangle.map(|p| normal.dot(&p) - offset);
-    let up = height.map(|h| h >= 0.0);
-    let lone = match up {
-        [true, true, true] => {
-            above.push(triangle);
-            return None;
+    /// Corners no farther from it lie in it \[m\].
+    slack: f64,
+}
+
+impl Plane {
+    /// Height above the plane \[m\]; zero in it.
+    fn height(&self, p: &Vec3) -> f64 {
+        let height = self.normal.dot(p) - self.offset;
+        if height.abs() <= self.slack { 0.0 } else { height }
+    }
+
+    /// Puts the parts of one triangle where they belong, and adds to `rim` what the upper part
+    /// loses of it: the edges in the plane, as the upper part runs along them. They are those of
+    /// what goes below, run back, so that both parts close whatever lies in the plane.
+    fn clip(
+        &self,
+        triangle: Triangle,
+        (above, below): (&mut Vec<Triangle>, &mut Vec<Triangle>),
+        rim: &mut Vec<(Vec3, Vec3)>,
+    ) {
+        let height = triangle.map(|p| self.height(&p));
+        let (is_up, is_down) = (height.iter().any(|h| *h > 0.0), height.iter().any(|h| *h < 0.0));
+        if is_up && is_down {
+            return cut(triangle, height, (above, below), rim);
         }
-        [false, false, false] => {
-            below.push(triangle);
-            return None;
+        let [a, b, c] = triangle;
+        // What a face in the plane bounds lies behind it.
+        let faces_up = || (b - a).cross(&(c - a)).dot(&self.normal) > 0.0;
+        if is_up || !(is_down || faces_up()) {
+            return above.push(triangle);
         }
-        [a, b, c] if b == c && a != b => 0,
-        [a, b, c] if a == c && b != c => 1,
-        _ => 2,
-    };
-    let at = |i: usize| triangle[(lone + i) % 3];
-    let [a, b, c] = [at(0), at(1), at(2)];
-    let h = [0, 1, 2].map(|i| height[(lone + i) % 3]);
-    let (p, q) = (crossing(a, h[0], b, h[1]), crossing(a, h[0], c, h[2]));
-    let (tip, base) = if up[lone] { (above, below) } else { (below, above) };
+        below.push(triangle);
+        for (from, to) in [(0, 1), (1, 2), (2, 0)] {
+            if height[from] == 0.0 && height[to] == 0.0 {
+                rim.push((triangle[to], triangle[from]));
+            }
+        }
+    }
+}
+
+/// Cuts a triangle with corners on both sides, at these heights \[m\].
+fn cut(
+    triangle: Triangle,
+    height: [f64; 3],
+    (above, below): (&mut Vec<Triangle>, &mut Vec<Triangle>),
+    rim: &mut Vec<(Vec3, Vec3)>,
+) {
+    let turned = |first: usize| [0, 1, 2].map(|i| (first + i) % 3);
+    if let Some(level) = height.iter().position(|h| *h == 0.0) {
+        let [i, j, k] = turned(level);
+        let (a, b, c) = (triangle[i], triangle[j], triangle[k]);
+        let p = crossing(b, height[j], c, height[k]);
+        let (first, second) = ([a, b, p], [a, p, c]);
+        if height[j] > 0.0 {
+            above.push(first);
+            below.push(second);
+            rim.push((p, a));
+        } else {
+            below.push(first);
+            above.push(second);
+            rim.push((a, p));
+        }
+        return;
+    }
+    let up = height.map(|h| h > 0.0);
+    let lone = (0..3).find(|&i| up[i] != up[(i + 1) % 3] && up[i] != up[(i + 2) % 3]);
+    let [i, j, k] = turned(lone.unwrap_or(0));
+    let (a, b, c) = (triangle[i], triangle[j], triangle[k]);
+    let p = crossing(a, height[i], b, height[j]);
+    let q = crossing(a, height[i], c, height[k]);
+    let (tip, base) = if up[i] { (above, below) } else { (below, above) };
     tip.push([a, p, q]);
     base.extend([[p, b, c], [p, c, q]]);
-    Some(if up[lone] { (p, q) } else { (q, p) })
+    rim.push(if up[i] { (p, q) } else { (q, p) });
 }
 
 /// Where an edge crosses the plane; the same bits from either end.
