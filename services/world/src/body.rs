@@ -2,7 +2,7 @@
 
 use crate::error::WorldError;
 use crate::gate::GateBody;
-use crate::mass::{extents, lever, reach};
+use crate::mass::{extents, lever, reach, rounding, sound_inertia};
 use crate::material::{Bound, Material};
 use crate::settings::Tiers;
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
@@ -180,6 +180,8 @@ const FARTHEST: f64 = 1e9;
 const FASTEST: f64 = 1e6;
 /// How far the centre of mass may be from the origin, in sizes \[1\].
 const CENTRE_TOLERANCE: f64 = 1e-9;
+/// Most rounding of a body's volume and moments \[1\]: thinner ones have none to speak of.
+const MOST_ROUNDING: f64 = 1e-2;
 /// Convex parts of one body; more makes the pair search crawl.
 const MOST_HULLS: usize = 4096;
 
@@ -195,13 +197,19 @@ impl Body {
         let m = spec.solid.mesh.mass_properties();
         let reach = reach(&spec.solid.mesh);
         spec.within("volume [m³]", m.volume, f64::MIN_POSITIVE, 1e12)?;
-        let (offset, bound) = (m.centroid.norm(), CENTRE_TOLERANCE * reach);
+        let rounding = rounding(&spec.solid.mesh, m.volume, reach);
+        spec.within("rounding of its thin volume [1]", rounding, 0.0, MOST_ROUNDING)?;
+        let (offset, bound) = (m.centroid.norm(), CENTRE_TOLERANCE.max(rounding) * reach);
         if offset > bound {
             return Err(WorldError::OffCentre { name: spec.name.clone(), offset, bound });
         }
-        let eigen = m.inertia.symmetric_eigenvalues();
         // F32: slivers whose inertia is not positive would spin up for nothing.
-        spec.within("smallest inertia [m⁵]", eigen.min(), f64::MIN_POSITIVE, f64::MAX)?;
+        let noise = rounding * reach * reach * m.volume;
+        let Some(inertia) = sound_inertia(&m.inertia, noise) else {
+            let (what, value) = ("smallest inertia [m⁵]", m.inertia.symmetric_eigenvalues().min());
+            let (name, low, high) = (spec.name.clone(), f64::MIN_POSITIVE, f64::MAX);
+            return Err(WorldError::OutOfRange { name, what, value, low, high });
+        };
         let original_volume = spec.original_volume.unwrap_or(m.volume);
         spec.within("original_volume [m³]", original_volume, f64::MIN_POSITIVE, 1e12)?;
         let tier = Tier::of(m.volume / original_volume, tiers);
@@ -212,7 +220,7 @@ impl Body {
             volume: m.volume,
             original_volume,
             mass: m.volume * spec.material.density,
-            inertia: m.inertia * spec.material.density,
+            inertia: inertia * spec.material.density,
             reach,
             thickness: extents(spec.solid.mesh.vertices.iter()).min(),
             fixed: spec.fixed,
@@ -269,7 +277,11 @@ impl BodySpec {
         Err(WorldError::OutOfRange { name: self.name.clone(), what, value, low, high })
     }
 
-    fn check(&self) -> Result<(), WorldError> {
+    /// Checks its numbers, apart from what its shape comes to.
+    ///
+    /// # Errors
+    /// The first that lies outside its range.
+    pub fn check(&self) -> Result<(), WorldError> {
         if let Some(Bound { what, value, low, high }) = self.material.fault() {
             return Err(WorldError::OutOfRange { name: self.name.clone(), what, value, low, high });
         }

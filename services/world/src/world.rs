@@ -78,12 +78,7 @@ impl World {
         if count > self.settings.max_bodies {
             return Err(WorldError::TooManyBodies { count, limit: self.settings.max_bodies });
         }
-        let settings = &self.settings;
-        let body = Body::new(&spec, &settings.tiers, settings.max_generation, f64::NEG_INFINITY)?;
-        let shape =
-            Shape::new(&body, &spec.hulls, Fit::Body).map_err(|BadPart { index, why }| {
-                WorldError::Hull { name: spec.name.clone(), index, count: spec.hulls.len(), why }
-            })?;
+        let (body, shape) = self.made(&spec)?;
         let still = Vec3::zeros();
         let (velocity, spin) = if spec.fixed { (still, still) } else { (spec.velocity, spec.spin) };
         let motion = Motion { pose: spec.pose, velocity, spin };
@@ -96,6 +91,27 @@ impl World {
         }
         self.bodies.insert(id, body);
         Ok(BodyId(id))
+    }
+
+    /// Whether [`World::insert`] takes a body while there is room: for who wants to know before.
+    ///
+    /// # Errors
+    /// What is wrong with it, with value and bound.
+    pub fn admits(&self, spec: &BodySpec) -> Result<(), WorldError> {
+        self.made(spec).map(|_| ())
+    }
+
+    fn made(&self, spec: &BodySpec) -> Result<(Body, Shape), WorldError> {
+        let settings = &self.settings;
+        let body = Body::new(spec, &settings.tiers, settings.max_generation, f64::NEG_INFINITY)?;
+        let told = |BadPart { index, why }| WorldError::Hull {
+            name: spec.name.clone(),
+            index,
+            count: spec.hulls.len(),
+            why,
+        };
+        let shape = Shape::new(&body, &spec.hulls, Fit::Body).map_err(told)?;
+        Ok((body, shape))
     }
 
     /// Pairs of bodies that overlap where they are, with an estimate of the depth \[m\]; at least

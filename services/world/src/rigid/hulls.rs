@@ -1,7 +1,8 @@
 //! Convex stand-ins: checked, simplified, shrunk, and made into engine shapes.
 
 use super::convert::{vec3, vector};
-use cullet_geometry::Vec3;
+use cullet_geometry::hull::Hull;
+use cullet_geometry::{Mat3, Vec3};
 use rapier3d_f64::math::{Pose as EnginePose, Vector};
 use rapier3d_f64::parry::query::details::intersection_test_support_map_support_map;
 use rapier3d_f64::parry::shape::SupportMap;
@@ -54,8 +55,12 @@ const TINY_CORNERS: usize = 14;
 const FRAGMENT_CORNERS: usize = 32;
 /// Corners of a hull of the scene: enough for a ball to roll.
 const BODY_CORNERS: usize = 256;
-/// A part flatter than this share of its size has no volume worth colliding with.
+/// A part whose corners spread less than this across its plane or line, over its reach, is drawn
+/// out to it: contact needs some thickness \[1\].
 const FLATTEST: f64 = 1e-6;
+/// Below this spread over its reach a part's hull is made with exact predicates \[1\]: the engine
+/// takes points for coplanar that spread by less than 3e-4 of the box around them.
+const THIN: f64 = 2e-3;
 
 /// How the corners of a part are treated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,39 +73,61 @@ pub(crate) enum Fit {
     Tiny,
 }
 
-/// Makes the engine shape of one convex part, or says what is wrong with it.
-pub(super) fn part(corners: &[Vec3], fit: Fit) -> Result<Part, &'static str> {
+/// What no part can be made of, if it is that.
+pub(super) fn fault(corners: &[Vec3]) -> Option<&'static str> {
     if corners.len() < 4 {
-        return Err("has fewer than 4 corners");
+        return Some("has fewer than 4 corners");
     }
-    if corners.iter().any(|p| !p.iter().all(|x| x.is_finite())) {
-        return Err("has a corner that is not finite");
+    let finite = corners.iter().flatten().all(|x| x.is_finite());
+    (!finite).then_some("has a corner that is not finite")
+}
+
+/// Makes the engine shape of one convex part, or says what is wrong with it. One without thickness
+/// is given some.
+pub(super) fn part(corners: &[Vec3], fit: Fit) -> Result<Part, &'static str> {
+    if let Some(why) = fault(corners) {
+        return Err(why);
     }
     let limit = match fit {
         Fit::Body => BODY_CORNERS,
         Fit::Fragment => FRAGMENT_CORNERS,
         Fit::Tiny => TINY_CORNERS,
     };
-    let kept = extreme(corners, limit);
+    let mut kept = extreme(corners, limit);
     let middle = kept.iter().sum::<Vec3>() / kept.len() as f64;
     let reach = kept.iter().map(|p| (p - middle).norm()).fold(0.0, f64::max);
-    if flat(&kept, reach) {
-        return Err("is flat");
+    if reach == 0.0 {
+        return Err("is a point");
     }
+    let spread = Spread::of(&kept, &middle, reach);
+    spread.draw_out(&mut kept);
     let share = match fit {
         Fit::Body => BODY_SHRINK.min(BODY_SHRINK_MOST / reach),
         Fit::Fragment | Fit::Tiny => FRAGMENT_SHRINK,
     };
-    let points: Vec<Vector> =
-        kept.iter().map(|p| vector(&(middle + (p - middle) * (1.0 - share)))).collect();
-    // The hull code has panicked on degenerate input before; a panic there is a refusal here.
-    let shape = catch_unwind(AssertUnwindSafe(|| {
+    kept.iter_mut().for_each(|p| *p = middle + (*p - middle) * (1.0 - share));
+    let shape = if spread.is_thin() { exact(&kept, limit) } else { quick(&kept) };
+    let shape = shape.or_else(|| exact(&kept, limit)).ok_or("has no convex hull")?;
+    Ok(Part { shape, centre: vector(&middle), reach })
+}
+
+/// The engine's own hull.
+fn quick(corners: &[Vec3]) -> Option<SharedShape> {
+    let points: Vec<Vector> = corners.iter().map(vector).collect();
+    // The hull code has panicked on degenerate input before; a panic there is no hull here.
+    let made = catch_unwind(AssertUnwindSafe(|| {
         try_convex_hull(&points).ok().and_then(|(v, t)| SharedShape::convex_mesh(v, &t))
     }));
-    match shape {
-        Ok(Some(shape)) => Ok(Part { shape, centre: vector(&middle), reach }),
-        _ => Err("has no convex hull"),
-    }
+    made.ok().flatten()
+}
+
+/// A hull with exact predicates.
+fn exact(corners: &[Vec3], limit: usize) -> Option<SharedShape> {
+    let hull = Hull::of(corners, limit)?;
+    let points: Vec<Vector> = hull.vertices().iter().map(vector).collect();
+    let faces: Vec<[u32; 3]> = hull.faces().iter().map(|f| f.map(|i| i as u32)).collect();
+    let made = catch_unwind(AssertUnwindSafe(|| SharedShape::convex_mesh(points, &faces)));
+    made.ok().flatten()
 }
 
 /// At most `limit` corners: all, or those farthest along evenly spread directions, in their given
@@ -129,15 +156,40 @@ fn spiral(k: usize, n: usize) -> Vec3 {
     Vec3::new(r * c, r * s, z)
 }
 
-/// Do the corners lie (nearly) in one plane?
-fn flat(corners: &[Vec3], reach: f64) -> bool {
-    let mid = corners.iter().sum::<Vec3>() / corners.len() as f64;
-    let spread = corners.iter().fold(cullet_geometry::Mat3::zeros(), |sum, p| {
-        let r = (p - mid) / reach;
-        sum + r * r.transpose()
-    });
-    let least = spread.symmetric_eigenvalues().min();
-    least.is_nan() || least <= FLATTEST * FLATTEST
+/// How corners spread about their middle.
+struct Spread {
+    /// Principal axes, and the mean distance along each, root mean square, over the reach \[1\].
+    axes: [(Vec3, f64); 3],
+    reach: f64,
+}
+
+impl Spread {
+    fn of(corners: &[Vec3], middle: &Vec3, reach: f64) -> Self {
+        let sum = corners.iter().fold(Mat3::zeros(), |sum, p| {
+            let r = (p - middle) / reach;
+            sum + r * r.transpose()
+        });
+        let eigen = (sum / corners.len() as f64).symmetric_eigen();
+        let axis = |i: usize| {
+            let axis = eigen.eigenvectors.column(i).into_owned();
+            (axis, eigen.eigenvalues[i].max(0.0).sqrt())
+        };
+        Self { axes: [axis(0), axis(1), axis(2)], reach }
+    }
+
+    fn is_thin(&self) -> bool {
+        self.axes.iter().any(|(_, spread)| *spread < THIN)
+    }
+
+    /// Doubles the corners along each axis along which they hardly spread.
+    fn draw_out(&self, corners: &mut Vec<Vec3>) {
+        for (axis, _) in self.axes.iter().filter(|(_, spread)| *spread < FLATTEST) {
+            let step = axis * (FLATTEST * self.reach);
+            let there: Vec<Vec3> = corners.iter().map(|p| p + step).collect();
+            corners.iter_mut().for_each(|p| *p -= step);
+            corners.extend(there);
+        }
+    }
 }
 
 /// The corners of the box around a point set: what a part becomes when its own corners will not do.

@@ -16,7 +16,7 @@ use crate::body::{Body, Motion};
 use crate::settings::WorldSettings;
 use convert::{engine_pose, mass_properties, pose, vec3, vector};
 use cullet_geometry::Vec3;
-use hulls::{Part, boxed, part};
+use hulls::{Part, boxed, fault, part};
 use meet::{Crowd, Push, set_back};
 use quiet::{Placed, Quiet, depth};
 use rapier3d_f64::prelude::{
@@ -420,8 +420,9 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// Makes them. A fragment's bad part is left out, or becomes the box around it; a scene's is
-    /// refused.
+    /// Makes them. A part that the engine can make nothing of is left out; where none is left, the
+    /// box around the body stands in for it. What is wrong with the numbers of a scene's part is
+    /// told.
     pub(crate) fn new(body: &Body, corners: &[Vec<Vec3>], fit: Fit) -> Result<Self, BadPart> {
         let parts = match fit {
             Fit::Tiny => vec![only(body, corners)?],
@@ -436,19 +437,19 @@ fn only(body: &Body, corners: &[Vec<Vec3>]) -> Result<Part, BadPart> {
     let all = if given.is_empty() { body.solid.mesh.vertices.clone() } else { given };
     part(&all, Fit::Tiny)
         .or_else(|_| part(&boxed(all.iter().copied()), Fit::Tiny))
+        .or_else(|_| part(&boxed(body.solid.mesh.vertices.iter().copied()), Fit::Tiny))
         .map_err(|why| BadPart { index: 0, why })
 }
 
 fn several(body: &Body, corners: &[Vec<Vec3>], fit: Fit) -> Result<Vec<Part>, BadPart> {
-    let mut parts = Vec::with_capacity(corners.len());
-    for (index, corners) in corners.iter().enumerate() {
-        match part(corners, fit) {
-            Ok(made) => parts.push(made),
-            Err(why) if fit == Fit::Body => return Err(BadPart { index, why }),
-            // One bad part of a fragment is not worth a fracture: the others stand in for it.
-            Err(_) => {}
-        }
+    let bad =
+        |(index, corners): (usize, &Vec<Vec3>)| fault(corners).map(|why| BadPart { index, why });
+    // A bad part of a fragment is not worth a fracture: the others stand in for it.
+    let told = if fit == Fit::Body { corners.iter().enumerate().find_map(bad) } else { None };
+    if let Some(bad) = told {
+        return Err(bad);
     }
+    let mut parts: Vec<Part> = corners.iter().filter_map(|one| part(one, fit).ok()).collect();
     if parts.is_empty() {
         let whole = boxed(body.solid.mesh.vertices.iter().copied());
         parts.push(part(&whole, fit).map_err(|why| BadPart { index: 0, why })?);
