@@ -16,7 +16,7 @@ const OVERRIDES: &str = "overrides.txt";
 /// Bounds of that length \[m\]: outside, the engine's slop is a grain of dust or a house.
 const LENGTH_BOUNDS: (f64, f64) = (0.01, 10.0);
 
-pub(super) fn world_settings(scene: &Scene) -> WorldSettings {
+pub(crate) fn world_settings(scene: &Scene) -> WorldSettings {
     let defaults = WorldSettings::default();
     WorldSettings {
         gravity: Vec3::from(scene.world.gravity),
@@ -42,7 +42,7 @@ fn length_unit(scene: &Scene) -> f64 {
     (LENGTH_SHARE * typical).clamp(LENGTH_BOUNDS.0, LENGTH_BOUNDS.1)
 }
 
-pub(super) fn spec(body: &SceneBody) -> BodySpec {
+pub(crate) fn spec(body: &SceneBody) -> BodySpec {
     BodySpec {
         name: body.name.clone(),
         solid: body.solid.clone(),

@@ -1,7 +1,7 @@
 //! One run, from a scene to its recording: steps the world, sends hits to the pool, puts fragments
 //! back, writes it all down. Everything that decides happens here in one thread and in one order.
 
-mod convert;
+pub(crate) mod convert;
 mod job;
 mod ladder;
 mod output;

@@ -1,3 +1,5 @@
+mod solids;
+
 use super::{Jobs, Load, RunOptions, run};
 use crate::link::{Ending, Settlement};
 use crate::record::Recording;

@@ -20,6 +20,9 @@ const MAX_SIZE: f64 = 1e4;
 /// Shortest longest side of a body \[m\]: smaller ones are a mistaken unit.
 const MIN_SIZE: f64 = 1e-4;
 
+/// A centroid within this share of the longest side of the origin is at it \[1\].
+const CENTRED: f64 = 1e-11;
+
 /// Whole bodies are few and seen from near: more parts than fragments get, so that vessels stay
 /// hollow.
 const HULLS: HullSettings =
@@ -124,8 +127,7 @@ fn make(recipe: &Recipe, files: &mut Files) -> Result<Form, String> {
     match recipe {
         Recipe::Shape(shape) => {
             let mesh = shape::mesh(shape)?;
-            let hulls = shape::convex(shape).then(|| vec![mesh.vertices.clone()]);
-            finish(mesh, hulls, Vec::new())
+            finish(mesh, shape::convex(shape), Vec::new())
         }
         Recipe::Mesh { key, fit, scale, up, repair } => {
             let bytes = files.get(key).map_err(|error| error.to_string())?;
@@ -134,14 +136,17 @@ fn make(recipe: &Recipe, files: &mut Files) -> Result<Form, String> {
             let up = up.unwrap_or(default);
             let mut mesh = mesh;
             mesh.vertices.iter_mut().for_each(|v| *v = upright(v, up));
-            let (mesh, factor) = sized(mesh, *fit, *scale)?;
+            let (mut mesh, factor) = sized(mesh, *fit, *scale)?;
+            let away = away(&mesh);
+            mesh.vertices.iter_mut().for_each(|v| *v -= away);
             let repair = match repair {
                 RepairChoice::Auto => Repair::Auto,
                 RepairChoice::Refuse => Repair::Refuse,
             };
             let (mesh, report) = door::admit(&mesh, repair).map_err(|error| error.to_string())?;
             let repairs = if report.is_clean() { Vec::new() } else { vec![report.to_string()] };
-            Ok(Form { placement: (up, factor), ..finish(mesh, None, repairs)? })
+            let form = finish(mesh, false, repairs)?;
+            Ok(Form { placement: (up, factor), origin: form.origin - away, ..form })
         }
     }
 }
@@ -185,6 +190,29 @@ fn sized(
     Ok((mesh, factor))
 }
 
+/// Middle of a mesh that lies farther from its origin than four times its size \[m\], else zero:
+/// there, what is made of it would lose digits.
+fn away(mesh: &TriMesh) -> Vec3 {
+    let (low, high) = bounds(&mesh.vertices);
+    let middle = (low + high) / 2.0;
+    if middle.norm() > 4.0 * (high - low).max() { middle } else { Vec3::zeros() }
+}
+
+/// Moves a mesh so that its centroid is the origin; says what was taken off each corner \[m\].
+fn centred(mesh: &mut TriMesh, size: f64) -> Vec3 {
+    let mut moved = Vec3::zeros();
+    // Once is enough, but for thin solids and those that lie far off.
+    for _ in 0..3 {
+        let centroid = mesh.mass_properties().centroid;
+        if moved != Vec3::zeros() && centroid.norm() <= CENTRED * size {
+            break;
+        }
+        mesh.vertices.iter_mut().for_each(|v| *v -= centroid);
+        moved += centroid;
+    }
+    moved
+}
+
 fn longest_side(mesh: &TriMesh) -> f64 {
     let (low, high) = bounds(&mesh.vertices);
     (high - low).max()
@@ -198,11 +226,7 @@ pub(super) fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
     points.iter().fold((*first, *first), |(low, high), v| (low.inf(v), high.sup(v)))
 }
 
-fn finish(
-    mut mesh: TriMesh,
-    hulls: Option<Vec<Vec<Vec3>>>,
-    repairs: Vec<String>,
-) -> Result<Form, String> {
+fn finish(mut mesh: TriMesh, convex: bool, repairs: Vec<String>) -> Result<Form, String> {
     let longest = longest_side(&mesh);
     if !(MIN_SIZE..=MAX_SIZE).contains(&longest) {
         return Err(format!(
@@ -216,19 +240,12 @@ fn finish(
     if mass.volume.is_nan() || mass.volume <= 0.0 {
         return Err(format!("the volume must be above 0 m³; it is {}", tell(mass.volume)));
     }
-    let shift = mass.centroid;
-    mesh.vertices.iter_mut().for_each(|v| *v -= shift);
+    let shift = centred(&mut mesh, longest);
     mass.centroid = Vec3::zeros();
-    let hulls = match hulls {
-        Some(mut hulls) => {
-            hulls.iter_mut().flatten().for_each(|v| *v -= shift);
-            hulls
-        }
-        None => Vec::new(),
-    };
     let bounds = bounds(&mesh.vertices);
     let solid = Solid::outer(mesh);
-    let hulls = if hulls.is_empty() { hull::convex_parts(&solid, HULLS) } else { hulls };
+    let hulls =
+        if convex { vec![solid.mesh.vertices.clone()] } else { hull::convex_parts(&solid, HULLS) };
     Ok(Form {
         solid: Arc::new(solid),
         hulls: Arc::new(hulls),

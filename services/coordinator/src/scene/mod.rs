@@ -9,6 +9,7 @@
 //! mesh file (or the point that `anchor` names); a loaded body's own origin is its centroid, and
 //! its pose makes up for it.
 
+mod admit;
 mod body;
 mod check;
 mod document;

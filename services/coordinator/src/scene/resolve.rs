@@ -1,5 +1,6 @@
 //! From the tree to a scene that runs: every section read, every body made and placed.
 
+use super::admit;
 use super::body::{MAX_DISTANCE, Mould, Workshop};
 use super::check::{Findings, tell};
 use super::error::{SceneError, nearest, suggest};
@@ -49,7 +50,7 @@ pub(super) fn resolve(root: &Node, findings: &Findings, files: &mut Files) -> Re
     builder.names(findings);
     limits::check(&mut builder.workshop, &builder.document, builder.bodies.len());
     builder.overlaps(findings);
-    builder.finish()
+    builder.finish(findings.errors.is_empty())
 }
 
 /// A part of the document by itself, where nothing in it is wrong already.
@@ -386,7 +387,8 @@ impl Builder<'_> {
         }
     }
 
-    fn finish(mut self) -> Resolved {
+    /// `sound`: nothing was wrong before.
+    fn finish(mut self, sound: bool) -> Resolved {
         for body in &self.bodies {
             let first = body.generator.is_none() || body.name.ends_with("-0");
             for line in body.repairs.iter().filter(|_| first) {
@@ -406,12 +408,22 @@ impl Builder<'_> {
             bodies: self.bodies,
             expect: document.expect,
             view: document.view,
-            warnings: self.workshop.warnings,
+            warnings: std::mem::take(&mut self.workshop.warnings),
             source_text: String::new(),
             overrides: Vec::new(),
             main: String::new(),
             files: Vec::new(),
         };
+        if self.workshop.errors.is_empty() && sound {
+            match admit::refused(&scene) {
+                Ok(refused) => {
+                    for (index, why) in refused {
+                        self.workshop.unmade(&self.paths[index], why.to_string(), None);
+                    }
+                }
+                Err(why) => self.workshop.wrong(&["world".into()], why.to_string()),
+            }
+        }
         Resolved { scene, errors: self.workshop.errors }
     }
 }
