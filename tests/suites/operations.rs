@@ -272,6 +272,34 @@ fn container_files_name_what_is_there() {
     assert!(said.status.success(), "{text}");
 }
 
+/// Every pod of the cluster is closed, and what is opened is each port for whom it is meant.
+#[test]
+fn policies_of_the_cluster_open_each_port_for_whom_it_is_meant() {
+    let cluster = fs::read_to_string(file_of("deploy/kubernetes.yaml")).expect("a file");
+    let policies: Vec<&str> =
+        cluster.split("\n---\n").filter(|part| part.contains("kind: NetworkPolicy")).collect();
+    let closed = |part: &&&str| part.contains("podSelector: {}") && !part.contains("ingress:");
+    assert_eq!(policies.iter().filter(closed).count(), 1, "nothing is closed by itself");
+    let of = |app: &str| {
+        let own = format!("spec:\n  podSelector:\n    matchLabels: {{app: {app}}}\n");
+        let mut found = policies.iter().filter(move |part| part.contains(&own));
+        let policy = found.next().unwrap_or_else(|| panic!("{app} has no policy"));
+        assert!(found.next().is_none() && policy.contains("policyTypes: [Ingress]"));
+        policy.split_once("  ingress:\n").expect("what is let in").1.to_owned()
+    };
+    let (router, coordinator) = (of("cullet-router"), of("cullet-coordinator"));
+    assert!(router.contains("values: [cullet-coordinator, cullet-worker]"), "{router}");
+    assert!(router.ends_with("ports:\n        - {protocol: TCP, port: 7447}"), "{router}");
+    assert!(!router.contains("namespaceSelector"), "{router}");
+    let from = "namespaceSelector:\n            \
+                matchLabels: {kubernetes.io/metadata.name: monitoring}\n";
+    assert!(coordinator.contains(from) && !coordinator.contains("podSelector"), "{coordinator}");
+    assert!(coordinator.trim_end().ends_with("port: metrics}"), "{coordinator}");
+    assert_eq!(policies.len(), 3, "nobody else is let in anywhere");
+    // Where metrics are answered beyond the pod they are behind a policy.
+    assert!(cluster.contains("- 0.0.0.0:9464\n") && cluster.contains("- --insecure\n"));
+}
+
 /// Arguments after a subcommand, in a list of either form.
 fn arguments_of(text: &str, command: &str) -> Vec<String> {
     let mut found = Vec::new();

@@ -278,7 +278,8 @@ pub(crate) struct Coordinator {
     /// Leave after this many runs [default: stay until told to stop]
     #[arg(long, value_name = "N")]
     pub(crate) stop_after: Option<u32>,
-    /// Answer /metrics (Prometheus), /healthz and /readyz over HTTP here, such as 127.0.0.1:9464
+    /// Answer /metrics (Prometheus), /healthz and /readyz over HTTP here, such as 127.0.0.1:9464;
+    /// beyond this machine only with --insecure
     #[arg(long, value_name = "ADDRESS")]
     pub(crate) metrics: Option<std::net::SocketAddr>,
     #[command(flatten)]
@@ -295,7 +296,7 @@ pub(crate) struct Guard {
     /// what is others': workers = ["a"], users = ["ann"], operators = ["olga"]
     #[arg(long, value_name = "FILE", requires = "tls")]
     pub(crate) roles: Option<PathBuf>,
-    /// Listen beyond this machine without TLS
+    /// Listen beyond this machine without TLS, and answer metrics there, which have none
     #[arg(long)]
     pub(crate) insecure: bool,
 }

@@ -29,6 +29,7 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     let endpoint = args.router.as_ref().unwrap_or(&args.listen);
     let guard = guard(&args.guard, endpoint, args.router.is_none())?;
     guard.may_answer(&args.name, args.router.is_some())?;
+    may_be_read(args)?;
     let spawn = (args.workers > 0).then(|| own_workers(args, &guard)).transpose()?;
     let store = Store::open(args.state.as_deref()).map_err(|error| trouble(&error))?;
     let settings = PoolConfig {
@@ -67,6 +68,22 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     });
     served.map_err(|error| trouble(&error))?;
     Ok(Exit::Done)
+}
+
+/// Metrics are for whoever reaches them, and nothing there is encrypted.
+fn may_be_read(args: &args::Coordinator) -> Result<(), Trouble> {
+    match args.metrics {
+        Some(address) if !address.ip().to_canonical().is_loopback() && !args.guard.insecure => {
+            let text = format!(
+                "--metrics {address}: beyond this machine anybody who reaches it may read it, and \
+                 it has no TLS; say --insecure, or take an address of this machine alone, such as \
+                 127.0.0.1:{}",
+                address.port()
+            );
+            Err(Trouble::new(Exit::Usage, text))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Bytes of the disk that the runs of one user may hold: half of it, if nothing is said.

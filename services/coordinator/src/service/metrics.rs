@@ -1,59 +1,38 @@
 //! Metrics in Prometheus' text format at `/metrics`, and health at `/healthz` and `/readyz`.
 
+mod http;
+
 use super::ServiceError;
 use super::board::Board;
 use crate::link::{PoolStats, Refusals};
 use cullet_proto::service::State;
+use http::Server;
+use hyper::StatusCode;
 use std::fmt::Write;
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use tiny_http::{Header, Method, Response, Server};
 
 /// A service that has not published for this long hangs, or its disk does.
 const HEALTHY: Duration = Duration::from_secs(10);
 
 /// What was published last, and when.
-type Last = Arc<Mutex<(String, Instant)>>;
+type Last = Mutex<(String, Instant)>;
 
-/// The HTTP server; it ends when dropped.
+/// What is answered over HTTP; it ends when dropped.
 pub(super) struct Metrics {
-    last: Last,
-    server: Arc<Server>,
-    thread: Option<JoinHandle<()>>,
+    last: Arc<Last>,
+    _server: Server,
 }
 
 impl Metrics {
     pub(super) fn serve(address: SocketAddr) -> Result<Self, ServiceError> {
-        let failed = |text: String| ServiceError::Metrics { address, text };
-        let server = Arc::new(Server::http(address).map_err(|e| failed(e.to_string()))?);
-        let last: Last = Arc::new(Mutex::new((String::new(), Instant::now())));
-        let (shared, served) = (Arc::clone(&last), Arc::clone(&server));
-        let work = move || {
-            for request in served.incoming_requests() {
-                let (text, at) = shared.lock().unwrap_or_else(PoisonError::into_inner).clone();
-                let (code, body) = match (request.method(), request.url()) {
-                    (Method::Get, "/metrics") => (200, text),
-                    (Method::Get, "/healthz" | "/readyz") if at.elapsed() < HEALTHY => {
-                        (200, "ok\n".to_owned())
-                    }
-                    (Method::Get, "/healthz" | "/readyz") => (503, "it hangs\n".to_owned()),
-                    _ => (404, "there are /metrics, /healthz and /readyz\n".to_owned()),
-                };
-                let mut response = Response::from_string(body).with_status_code(code);
-                let kind = "text/plain; version=0.0.4; charset=utf-8";
-                if let Ok(header) = Header::from_bytes("Content-Type", kind) {
-                    response.add_header(header);
-                }
-                if let Err(error) = request.respond(response) {
-                    tracing::debug!("metrics: {error}");
-                }
-            }
-        };
-        let thread = std::thread::Builder::new().name("cullet-metrics".into()).spawn(work);
-        let thread = Some(thread.map_err(|error| failed(error.to_string()))?);
-        Ok(Self { last, server, thread })
+        let last: Arc<Last> = Arc::new(Mutex::new((String::new(), Instant::now())));
+        let shared = Arc::clone(&last);
+        let server = Server::start(address, Arc::new(move |path: &str| answer(path, &shared)));
+        let failed =
+            |error: std::io::Error| ServiceError::Metrics { address, text: error.to_string() };
+        Ok(Self { last, _server: server.map_err(failed)? })
     }
 
     pub(super) fn publish(&self, text: String) {
@@ -61,12 +40,14 @@ impl Metrics {
     }
 }
 
-impl Drop for Metrics {
-    fn drop(&mut self) {
-        self.server.unblock();
-        if let Some(thread) = self.thread.take() {
-            let _panicked = thread.join();
-        }
+fn answer(path: &str, last: &Last) -> (StatusCode, String) {
+    let last = last.lock().unwrap_or_else(PoisonError::into_inner);
+    let (text, at) = &*last;
+    match path {
+        "/metrics" => (StatusCode::OK, text.clone()),
+        "/healthz" | "/readyz" if at.elapsed() < HEALTHY => (StatusCode::OK, "ok\n".to_owned()),
+        "/healthz" | "/readyz" => (StatusCode::SERVICE_UNAVAILABLE, "it hangs\n".to_owned()),
+        _ => (StatusCode::NOT_FOUND, "there are /metrics, /healthz and /readyz\n".to_owned()),
     }
 }
 
