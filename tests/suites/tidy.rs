@@ -36,6 +36,7 @@ const NAMED_ONLY_IN: &[(&str, &[&str])] = &[
     ("bincode::", &["proto/src/codec.rs"]),
     ("zenoh::", &["services/coordinator/src/link", "services/worker/src/link"]),
     ("mcap::", &["services/coordinator/src/record"]),
+    ("hyper::", &["services/coordinator/src/service/metrics"]),
 ];
 
 const MAX_LINE: usize = 100;
@@ -135,6 +136,22 @@ fn pure_crates_touch_nothing() {
         for heavy in ["serde", "tokio", "zenoh", "tracing", "mcap"] {
             let used = table["dependencies"].as_table().is_some_and(|t| t.contains_key(heavy));
             assert!(!used, "{folder} is pure and must not depend on {heavy}");
+        }
+    }
+}
+
+/// `println!` and `eprintln!` panic where nobody reads them, and pass text of others on as it is:
+/// `logs` and `exit` in `services/cullet/src` do neither.
+#[test]
+fn the_program_prints_in_one_place() {
+    for (name, text) in sources() {
+        let shipped = name.contains("/src/") && !name.starts_with("tests/");
+        if !shipped || name.ends_with("/tests.rs") || name.contains("/tests/") {
+            continue;
+        }
+        let code = product(&text);
+        for word in ["print!(", "println!("] {
+            assert!(!code.contains(word), "{name} prints by itself");
         }
     }
 }

@@ -33,8 +33,8 @@ or written, or its user holds too much of the disk · 64 arguments, a scene or a
 no thread, process or address, or there is a defect · 74 a file could not be read or written · \
 75 not now: the queue or the disk is full, the run is not over, or another coordinator has the \
 name · 76 what the coordinator sends is not sound · 77 the coordinator says no · 130 interrupted \
-(the recording is finished). SIGINT and SIGTERM end a run early but in order, a coordinator or a \
-worker with code 0; a second SIGINT quits at once.";
+(the recording is finished). SIGINT, SIGTERM and SIGHUP end a run early but in order, a \
+coordinator or a worker with code 0; a second SIGINT quits at once.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {

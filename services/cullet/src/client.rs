@@ -1,18 +1,19 @@
 //! Commands about the runs of a coordinator.
 
 use crate::args::{self, Place, What};
-use crate::exit::{Exit, Trouble, print, refused};
+use crate::exit::{Exit, Trouble, print, refused, unread};
 use crate::folder::{Folder, refuse_taken};
 use crate::progress::{Progress, text as place};
 use crate::run::read_scene;
-use crate::{doctor, logs, sweep, tls};
+use crate::shown::{self, cell, shown};
+use crate::{logs, sweep, tls};
 use cullet_coordinator::link::LinkError;
 use cullet_coordinator::link::client::{Client, Terms};
 use cullet_coordinator::run::News;
 use cullet_coordinator::scene::Bundle;
 use cullet_proto::keys::UserVerb;
-use cullet_proto::service::{self, About, Drain, Drained, Noted};
-use cullet_proto::service::{RunInfo, Runs, State, Which, Workers};
+use cullet_proto::service::{self, About, Noted};
+use cullet_proto::service::{FileInfo, RunInfo, Runs, State, Which};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -20,6 +21,8 @@ use std::time::{Duration, Instant};
 /// Longest wait for a run to stop, and how often it is looked at.
 const STOPS: Duration = Duration::from_secs(10);
 const LOOK: Duration = Duration::from_millis(50);
+/// Most letters of a name in a table: `show` has the whole.
+pub(crate) const NAME: usize = 40;
 /// Before it is told that a queue is full.
 const ROOM: Duration = Duration::from_secs(2);
 
@@ -74,7 +77,7 @@ pub(crate) fn hand_in(
                 if !std::mem::replace(&mut told, true) {
                     logs::say(format!(
                         "the queue there is full: {} waits for room in it",
-                        bundle.name
+                        shown(&bundle.name)
                     ));
                 }
             }
@@ -117,12 +120,12 @@ pub(crate) fn ps(args: &args::Ps) -> Result<Exit, Trouble> {
         text += format!(
             "{:>6}  {:<20} {:<12} {:<9} {:>4}  {:<22} {}",
             run.run,
-            run.name,
-            run.user,
+            cell(&run.name, NAME),
+            cell(&run.user, NAME),
             run.state.word(),
             run.priority,
             place_of(run),
-            run.sweep
+            shown(&run.sweep)
         )
         .trim_end();
         text.push('\n');
@@ -155,12 +158,12 @@ pub(crate) fn show(args: &args::OfRun) -> Result<Exit, Trouble> {
 
 fn told(run: &RunInfo) -> String {
     let mut lines = vec![
-        format!("run {}: {}, {}", run.run, run.name, run.state.word()),
-        format!("  user {}, priority {}, attempt {}", run.user, run.priority, run.attempt),
+        format!("run {}: {}, {}", run.run, shown(&run.name), run.state.word()),
+        format!("  user {}, priority {}, attempt {}", shown(&run.user), run.priority, run.attempt),
     ];
-    lines.extend(run.overrides.iter().map(|set| format!("  --set {set}")));
+    lines.extend(run.overrides.iter().map(|set| format!("  --set {}", shown(set))));
     if !run.sweep.is_empty() {
-        lines.push(format!("  of the sweep {}", run.sweep));
+        lines.push(format!("  of the sweep {}", shown(&run.sweep)));
     }
     let jobs = run.jobs;
     lines.push(format!(
@@ -175,9 +178,10 @@ fn told(run: &RunInfo) -> String {
     }
     lines.extend(run.code.map(|code| format!("  exit code {code}")));
     if !run.text.is_empty() {
-        lines.push(format!("  {}", run.text));
+        lines.push(format!("  {}", shown::lines(&run.text)));
     }
-    lines.extend(run.files.iter().map(|file| format!("  {}: {} bytes", file.name, file.length)));
+    let file = |file: &FileInfo| format!("  {}: {} bytes", shown(&file.name), file.length);
+    lines.extend(run.files.iter().map(file));
     if run.files.iter().any(|file| file.name == "job.bin") {
         let fetch = "`cullet fetch {} --out there`, then `cullet job there/job.bin`";
         let fetch = fetch.replace("{}", &run.run.to_string());
@@ -209,8 +213,12 @@ pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, Trouble> {
         for (line, text) in (first..).zip(&news.lines) {
             match args.place.who.json {
                 true => print_json(&Said { run: args.run, line, text })?,
-                false => print(format!("{text}\n"))?,
+                false => print(shown(text) + "\n")?,
             }
+        }
+        if unread() {
+            client.enough(args.run);
+            return Ok(Exit::Done);
         }
     }
 }
@@ -222,6 +230,11 @@ pub(crate) fn watch(args: &args::OfRun) -> Result<Exit, Trouble> {
         let info = client.follow(args.run, 0, |news| {
             if trouble.is_ok() {
                 trouble = print_json(news);
+            }
+            if unread() {
+                // Nobody reads what would come: as with `head`.
+                client.enough(args.run);
+                std::process::exit(i32::from(Exit::Done.code()));
             }
         });
         trouble?;
@@ -247,7 +260,8 @@ pub(crate) fn wait(args: &args::OfRun) -> Result<Exit, Trouble> {
 
 /// How a run ended, and why.
 fn ended(info: &RunInfo) -> String {
-    let why = if info.text.is_empty() { String::new() } else { format!(": {}", info.text) };
+    let text = shown::lines(&info.text);
+    let why = if text.is_empty() { text } else { format!(": {text}") };
     format!("run {} is {}{why}", info.run, info.state.word())
 }
 
@@ -329,56 +343,6 @@ pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
     Ok(exit_of(&info))
 }
 
-pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
-    let said: Workers = ask(&connect(&args.place)?, UserVerb::Workers, &service::Nothing {})?;
-    if args.place.who.json {
-        print_json(&said)?;
-        return Ok(Exit::Done);
-    }
-    let mut text = format!(
-        "{:<24} {:<8} {:>7} {:>10} {:>6}  {:<8} {}\n",
-        "WORKER", "STATE", "THREADS", "MIB A JOB", "DONE", "BUILD", "JOB"
-    );
-    for w in &said.workers {
-        let state = match (w.up, w.drained) {
-            (false, _) => "away",
-            (true, true) => "drained",
-            (true, false) if w.jobs.is_empty() => "idle",
-            (true, false) => "busy",
-        };
-        let jobs: Vec<&str> = w.jobs.iter().map(|job| &job[..job.len().min(8)]).collect();
-        let memory = w.memory.map_or_else(|| "any".to_owned(), |bytes| (bytes >> 20).to_string());
-        let row = format!(
-            "{:<24} {state:<8} {:>7} {memory:>10} {:>6}  {:<8} {}",
-            w.name,
-            w.threads,
-            w.done,
-            w.build,
-            jobs.join(" ")
-        );
-        text += row.trim_end();
-        text.push('\n');
-    }
-    text.extend(doctor::twins(&said.workers).map(|line| line + "\n"));
-    print(text)?;
-    Ok(Exit::Done)
-}
-
-pub(crate) fn drain(args: &args::Drain) -> Result<Exit, Trouble> {
-    let question = Drain { worker: args.worker.clone() };
-    let said: Drained = ask(&connect(&args.place)?, UserVerb::Drain, &question)?;
-    let (name, lives) = (&args.worker, said.sessions.join(", "));
-    match said.sessions.len() {
-        _ if args.place.who.json => print_json(&said)?,
-        0 => print(format!(
-            "{name} is away: should it come back it gets no more jobs; another of its name does\n"
-        ))?,
-        1 => print(format!("{name} gets no more jobs\n"))?,
-        n => print(format!("{n} are called {name} ({lives}): none of them gets more jobs\n"))?,
-    }
-    Ok(Exit::Done)
-}
-
 pub(crate) fn connect(place: &Place) -> Result<Client, Trouble> {
     let who = &place.who;
     let link = tls::link(who.tls.as_deref(), &place.connect, who.user.as_deref(), "user")?;
@@ -437,7 +401,7 @@ pub(crate) fn follow(
         for line in &news.lines {
             match bar || quiet {
                 true => progress.show(&News::Line(line.clone())),
-                false => logs::say(line),
+                false => logs::say(shown(line)),
             }
         }
         if let (true, Some(p)) = (bar, news.run.position) {

@@ -3,6 +3,7 @@
 use crate::args;
 use crate::client::print_json;
 use crate::exit::{Exit, Trouble, print};
+use crate::shown::lines;
 use crate::tls::{self, Certificate, Link};
 use cullet_coordinator::link::client::Client;
 use cullet_coordinator::service::free;
@@ -44,7 +45,7 @@ pub(crate) fn doctor(args: &args::Doctor) -> Result<Exit, Trouble> {
         print_json(&found)?;
     } else {
         let mark = |good| if good { "ok " } else { "BAD" };
-        let line = |f: &Finding| format!("{} {:<12} {}\n", mark(f.good), f.what, f.text);
+        let line = |f: &Finding| format!("{} {:<12} {}\n", mark(f.good), f.what, lines(&f.text));
         print(found.iter().map(line).collect::<String>())?;
     }
     let reached = found.iter().all(|f| f.good || f.what != "coordinator");

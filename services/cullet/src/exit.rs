@@ -1,11 +1,13 @@
 //! How the process ends.
 
+use crate::shown;
 use cullet_coordinator::link::LinkError;
 use cullet_proto::service::codes;
 use serde::Serialize;
 use std::fmt;
 use std::io::Write;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Every way to end, with its exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,7 +149,8 @@ impl Trouble {
 
     /// A file or folder that could not be read or written.
     pub(crate) fn file(path: &std::path::Path, error: impl fmt::Display) -> Self {
-        Self::new(Exit::File, format!("{}: {error}", path.display())).at(path.display())
+        let name = path.display().to_string();
+        Self::new(Exit::File, format!("{}: {error}", shown::shown(&name))).at(name)
     }
 }
 
@@ -172,7 +175,7 @@ pub(crate) fn refused(error: &LinkError) -> Trouble {
         LinkError::Wire(_) | LinkError::Path { .. } => Exit::Usage,
         LinkError::Listen { .. } | LinkError::Spawn { .. } | LinkError::Thread(_) => Exit::Broken,
     };
-    let trouble = Trouble::new(exit, error);
+    let trouble = Trouble::new(exit, shown::lines(&error.to_string()));
     match error {
         LinkError::Silent { endpoint, .. }
         | LinkError::Connect { endpoint, .. }
@@ -193,15 +196,31 @@ pub(crate) fn refused(error: &LinkError) -> Trouble {
     }
 }
 
+/// Whether whoever read standard output has gone.
+static GONE: AtomicBool = AtomicBool::new(false);
+
 /// Writes to standard output. A reader that has seen enough, as `head` has, is no trouble.
 pub(crate) fn print(text: impl fmt::Display) -> Result<(), Trouble> {
+    let text = text.to_string();
     let mut out = std::io::stdout().lock();
-    match write!(out, "{text}").and_then(|()| out.flush()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Trouble::new(Exit::File, format!("standard output: {error}")))
+    let done = out.write_all(shown::output(&text).as_bytes()).and_then(|()| out.flush());
+    unprinted(done)
+}
+
+/// What it is that standard output was not written.
+pub(crate) fn unprinted(done: std::io::Result<()>) -> Result<(), Trouble> {
+    match done {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
+            GONE.store(true, Ordering::Relaxed);
+            Ok(())
         }
-        _ => Ok(()),
+        done => done.map_err(|error| Trouble::new(Exit::File, format!("standard output: {error}"))),
     }
+}
+
+/// Whether nobody reads what is printed any more: who prints on and on can leave.
+pub(crate) fn unread() -> bool {
+    GONE.load(Ordering::Relaxed)
 }
 
 #[cfg(test)]

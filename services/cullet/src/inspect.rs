@@ -4,6 +4,7 @@ use crate::args;
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
 use crate::logs;
+use crate::shown::{lines, shown};
 use cullet_coordinator::preview::{self, Still, from_recording};
 use cullet_coordinator::{record, scene};
 use std::path::{Path, PathBuf};
@@ -21,14 +22,16 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
     let told =
         record::inspect(&args.recording).map_err(|error| unreadable(&error, &args.recording))?;
     if !told.complete {
-        let name = args.recording.display();
+        let name = args.recording.display().to_string();
+        let name = shown(&name);
         logs::say(format!("{name}: cut off or damaged; what could be saved follows"));
     }
     if args.json {
         print(told.summary.to_json())?;
         return Ok(Exit::Done);
     }
-    print(told.events.join("\n") + "\n")?;
+    let events = told.events.iter().map(|event| shown(event) + "\n");
+    print(events.collect::<String>())?;
     print(told.summary.to_json())?;
     Ok(Exit::Done)
 }
@@ -100,5 +103,5 @@ fn unreadable(error: &record::RecordError, recording: &Path) -> Trouble {
         record::RecordError::NotMcap { .. } | record::RecordError::Specimen { .. } => Exit::Usage,
         _ => Exit::File,
     };
-    Trouble::new(exit, error).at(recording.display())
+    Trouble::new(exit, lines(&error.to_string())).at(recording.display())
 }

@@ -3,14 +3,17 @@
 
 use crate::args::{Log, Voice};
 use crate::exit::Trouble;
+use crate::shown::{self, shown};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::fmt;
+use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::field::{Field, Visit};
 use tracing::{Event, Subscriber};
 use tracing_subscriber::EnvFilter;
-use tracing_subscriber::fmt::format::{JsonFields, Writer};
+use tracing_subscriber::field::MakeExt;
+use tracing_subscriber::fmt::format::{JsonFields, Writer, debug_fn};
 use tracing_subscriber::fmt::time::{FormatTime, SystemTime};
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormattedFields};
 use tracing_subscriber::registry::{LookupSpan, Scope};
@@ -37,9 +40,10 @@ pub(crate) fn start(voice: &Voice) {
     let logs = tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_ansi(colours)
-        .with_writer(std::io::stderr);
+        .log_internal_errors(false)
+        .with_writer(|| Deaf);
     match voice.log {
-        Log::Text => logs.init(),
+        Log::Text => logs.fmt_fields(debug_fn(field).delimited(" ")).init(),
         Log::Json => {
             JSON.store(true, Ordering::Relaxed);
             logs.fmt_fields(JsonFields::new()).event_format(Line).init();
@@ -48,11 +52,41 @@ pub(crate) fn start(voice: &Voice) {
     }
 }
 
+/// Standard error, whether or not it can be written: a process does not end because nobody hears
+/// it. (`eprintln!` would panic.)
+struct Deaf;
+
+impl Write for Deaf {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let _nobody_hears_it = io::stderr().write_all(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Puts a line there, in one piece.
+fn line(text: impl fmt::Display) {
+    let text = format!("{text}\n");
+    let _always = Deaf.write_all(shown::output(&text).as_bytes());
+}
+
+/// A field of a log line for people. An event is one line, whatever is in it.
+fn field(writer: &mut Writer<'_>, field: &Field, value: &dyn fmt::Debug) -> fmt::Result {
+    let text = format!("{value:?}");
+    match field.name() {
+        "message" => writer.write_str(&shown(&text)),
+        name => write!(writer, "{}={}", name.trim_start_matches("r#"), shown(&text)),
+    }
+}
+
 /// Says something that a person wants to know.
 pub(crate) fn say(text: impl fmt::Display) {
     match JSON.load(Ordering::Relaxed) {
         true => tracing::info!("{text}"),
-        false => eprintln!("{text}"),
+        false => line(text),
     }
 }
 
@@ -60,7 +94,7 @@ pub(crate) fn say(text: impl fmt::Display) {
 pub(crate) fn warn(text: impl fmt::Display) {
     match JSON.load(Ordering::Relaxed) {
         true => tracing::warn!("{text}"),
-        false => eprintln!("warning: {text}"),
+        false => line(format_args!("warning: {text}")),
     }
 }
 
@@ -71,8 +105,8 @@ pub(crate) fn error(trouble: &Trouble) {
             let (code, kind, place) = (trouble.exit.code(), trouble.exit.word(), trouble.place());
             tracing::error!(code, kind, place, "{trouble}");
         }
-        (false, true) => eprintln!("{}", trouble.json()),
-        (false, false) => eprintln!("error: {trouble}"),
+        (false, true) => line(trouble.json()),
+        (false, false) => line(format_args!("error: {trouble}")),
     }
 }
 
@@ -130,7 +164,7 @@ where
         let (level, target) = (event.metadata().level().as_str(), event.metadata().target());
         let told = Told { timestamp, level, target, fields: fields.0 };
         let line = serde_json::to_string(&told).map_err(|_| fmt::Error)?;
-        writeln!(writer, "{line}")
+        writeln!(writer, "{}", shown::output(&line))
     }
 }
 
@@ -172,7 +206,7 @@ impl Visit for Fields {
 
 #[cfg(test)]
 mod tests {
-    use super::{JsonFields, Line};
+    use super::{JsonFields, Line, MakeExt, debug_fn, field};
     use serde_json::Value;
     use std::io::Write;
     use std::sync::{Arc, Mutex};
@@ -188,6 +222,23 @@ mod tests {
         fn flush(&mut self) -> std::io::Result<()> {
             Ok(())
         }
+    }
+
+    #[test]
+    fn what_others_say_stays_text_on_one_line() {
+        let page = Page::default();
+        let writer = page.clone();
+        let logs = tracing_subscriber::fmt().with_ansi(false).with_writer(move || writer.clone());
+        let logs = logs.fmt_fields(debug_fn(field).delimited(" ")).finish();
+        tracing::subscriber::with_default(logs, || {
+            let name = "w\u{9b}1m";
+            tracing::warn!(name, by = %"\u{202e}x", "\u{1b}]0;title\u{7} is\rhere\nand there");
+        });
+        let text = String::from_utf8(page.0.lock().expect("a page").clone()).expect("text");
+        let line = text.strip_suffix('\n').expect("a line");
+        assert!(!line.contains(|c: char| c.is_control() || c == '\u{202e}'), "{line:?}");
+        let told = r"\u001b]0;title\u0007 is\rhere\nand there";
+        assert!(line.contains(told) && line.contains(r"by=\u202ex"), "{line}");
     }
 
     #[test]

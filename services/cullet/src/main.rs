@@ -5,6 +5,7 @@ mod bench;
 mod client;
 mod doctor;
 mod exit;
+mod files;
 mod folder;
 mod frontier;
 mod inspect;
@@ -13,13 +14,16 @@ mod logs;
 mod progress;
 mod run;
 mod serve;
+mod shown;
 mod signals;
 mod sweep;
 mod tls;
+mod workers;
 
 use args::{Cli, Command, Log, Voice};
 use clap::Parser;
 use cullet_proto::keys::UserVerb;
+use std::io::Write;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -31,7 +35,7 @@ fn main() -> ExitCode {
     if let Some(voice) = cli.command.voice() {
         logs::start(voice);
     }
-    match obey(&cli.command) {
+    match files::enough(&cli.command).and_then(|()| obey(&cli.command)) {
         Ok(exit) => exit.into(),
         Err(trouble) => {
             logs::error(&trouble);
@@ -46,16 +50,25 @@ fn not_understood(error: &clap::Error, json: bool) -> ExitCode {
     if !asked && logs::asked() {
         logs::start(&Voice { quiet: false, verbose: 0, log: Log::Json });
     }
-    if !asked && (json || logs::asked()) {
-        let text = error.render().to_string();
+    if asked {
+        let done = error.print().and_then(|()| std::io::stdout().flush());
+        return match exit::unprinted(done) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(trouble) => {
+                logs::error(&trouble);
+                trouble.exit.into()
+            }
+        };
+    }
+    let text = error.render().to_string();
+    if json || logs::asked() || shown::output(&text) != text {
         let text = text.trim_end().trim_start_matches("error: ");
         logs::error(&exit::Trouble::new(exit::Exit::Usage, text));
-        return exit::Exit::Usage.into();
+    } else {
+        // As clap has it, in colours.
+        let _nobody_hears_it = error.print();
     }
-    match error.print() {
-        Ok(()) if asked => ExitCode::SUCCESS,
-        _ => exit::Exit::Usage.into(),
-    }
+    exit::Exit::Usage.into()
 }
 
 fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
@@ -77,8 +90,8 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Retry(args) => client::control(args, UserVerb::Retry),
         Command::Delete(args) => client::delete(args),
         Command::Fetch(args) => client::fetch(args),
-        Command::Workers(args) => client::workers(args),
-        Command::Drain(args) => client::drain(args),
+        Command::Workers(args) => workers::workers(args),
+        Command::Drain(args) => workers::drain(args),
         Command::Doctor(args) => doctor::doctor(args),
         Command::Inspect(args) => inspect::inspect(args),
         Command::Recover(args) => inspect::recover(args),

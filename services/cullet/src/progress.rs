@@ -1,6 +1,7 @@
 //! How a run looks while it goes: a bar on a terminal, plain lines elsewhere.
 
 use crate::logs;
+use crate::shown::lines;
 use cullet_coordinator::run::{News, Position};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, stderr};
@@ -37,8 +38,8 @@ impl Progress {
             return;
         }
         match (news, &self.bar) {
-            (News::Line(line), Some(bar)) => bar.println(line),
-            (News::Line(line), None) => logs::say(line),
+            (News::Line(line), Some(bar)) => bar.println(lines(line)),
+            (News::Line(line), None) => logs::say(lines(line)),
             (News::At(position), Some(bar)) => {
                 bar.set_position((share(position) * PARTS as f64) as u64);
                 bar.set_message(text(position));

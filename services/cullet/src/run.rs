@@ -4,6 +4,7 @@ use crate::args;
 use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::Folder;
 use crate::progress::Progress;
+use crate::shown::{lines as lines_of, shown};
 use crate::signals::stop_when_told;
 use crate::{logs, sweep};
 use cullet_coordinator::link::{Pool, PoolConfig, Share, SpawnConfig};
@@ -49,17 +50,17 @@ pub(crate) fn check(args: &args::Check) -> Result<Exit, Trouble> {
     }
     let scene = read_scene(&args.scene)?;
     let mut lines = vec![
-        format!("{}: {}", scene.name, scene.description),
+        format!("{}: {}", shown(&scene.name), lines_of(&scene.description)),
         format!("{} bodies, {} steps of {} s", scene.bodies.len(), scene.steps(), scene.world.step),
     ];
     for body in &scene.bodies {
         let triangles = body.solid.mesh.triangles.len();
         let mass = body.volume * body.material.density;
-        let material = &body.material.name;
-        lines.push(format!("  {}: {material}, {mass:.4} kg, {triangles} triangles", body.name));
-        lines.extend(body.repairs.iter().map(|line| format!("    {line}")));
+        let (name, material) = (shown(&body.name), shown(&body.material.name));
+        lines.push(format!("  {name}: {material}, {mass:.4} kg, {triangles} triangles"));
+        lines.extend(body.repairs.iter().map(|line| format!("    {}", shown(line))));
     }
-    lines.extend(scene.warnings.iter().map(|line| format!("warning: {line}")));
+    lines.extend(scene.warnings.iter().map(|line| format!("warning: {}", lines_of(line))));
     print(lines.join("\n") + "\n")?;
     Ok(Exit::Done)
 }
@@ -112,13 +113,13 @@ fn report(outcome: &Outcome, out: &Path, json: bool, quiet: bool) -> Result<(), 
         print(outcome.summary.to_json())?;
     }
     for text in &outcome.unmet {
-        logs::warn(format!("expected, and does not hold: {text}"));
+        logs::warn(format!("expected, and does not hold: {}", lines_of(text)));
     }
     if !quiet {
         let s = &outcome.summary;
         logs::say(format!(
             "{}: {} fractures, {} fragments, {} bodies left after {:.3} s in {:.1} s; {}",
-            s.scene,
+            shown(&s.scene),
             s.fractures,
             s.fragments,
             s.bodies_final,

@@ -4,6 +4,7 @@
 use crate::args;
 use crate::exit::{Exit, Trouble, print, refused};
 use crate::logs;
+use crate::shown::lines;
 use crate::signals::stop_when_told;
 use crate::tls::{self, Link};
 use cullet_coordinator::link::router::{self, Router};
@@ -63,7 +64,7 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
     let quiet = args.voice.quiet;
     let served = serve(store, &Arc::new(pool), &config, &stop, &mut |line| {
         if !quiet {
-            logs::say(line);
+            logs::say(lines(line));
         }
     });
     served.map_err(|error| trouble(&error))?;

@@ -7,10 +7,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tokio::runtime::{Builder, Runtime};
 
-/// A flag that the first SIGINT or SIGTERM sets, with a line that says what is `left` to do.
+/// A flag that the first SIGINT, SIGTERM or SIGHUP sets, with a line that says what is `left` to do.
 ///
 /// A second SIGINT ends the process at once. A second SIGTERM does not: supervisors send one to the
-/// process and one to its group.
+/// process and one to its group. A terminal that goes away sends SIGHUP; to who was started with
+/// `nohup`, which has it ignored, it means nothing.
 pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, Trouble> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
@@ -40,6 +41,8 @@ pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, Trou
 struct Signals {
     interrupt: tokio::signal::unix::Signal,
     terminate: tokio::signal::unix::Signal,
+    /// Nothing where it was ignored at the start.
+    hangup: Option<tokio::signal::unix::Signal>,
 }
 
 #[cfg(unix)]
@@ -47,7 +50,9 @@ impl Signals {
     fn listen() -> io::Result<Self> {
         use tokio::signal::unix::{SignalKind, signal};
         let (interrupt, terminate) = (SignalKind::interrupt(), SignalKind::terminate());
-        Ok(Self { interrupt: signal(interrupt)?, terminate: signal(terminate)? })
+        let (interrupt, terminate) = (signal(interrupt)?, signal(terminate)?);
+        let hangup = (!hangup_is_ignored()).then(|| signal(SignalKind::hangup())).transpose()?;
+        Ok(Self { interrupt, terminate, hangup })
     }
 
     /// Whether the next signal is an interrupt.
@@ -55,8 +60,19 @@ impl Signals {
         tokio::select! {
             _ = self.interrupt.recv() => true,
             _ = self.terminate.recv() => false,
+            Some(_) = async { self.hangup.as_mut()?.recv().await } => false,
         }
     }
+}
+
+/// Whether SIGHUP does nothing to this process, as `nohup` sees to: to listen to it would undo that.
+#[cfg(unix)]
+fn hangup_is_ignored() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    // Its number is 1, the lowest bit.
+    mask.is_some_and(|mask| mask & 1 == 1)
 }
 
 #[cfg(not(unix))]

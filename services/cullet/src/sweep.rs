@@ -11,6 +11,7 @@ use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
 use crate::logs;
 use crate::run::{draw, exit_of, read_scene, start_pool, trouble};
+use crate::shown::{lines as lines_of, shown};
 use cullet_coordinator::link::Share;
 use cullet_coordinator::preview;
 use cullet_coordinator::record::Summary;
@@ -105,11 +106,12 @@ impl Row {
 /// `cullet check SWEEP`: what each of its runs is.
 pub(crate) fn check(args: &SceneArgs) -> Result<Exit, Trouble> {
     let Plan { named: Named { name, sweep, .. }, scenes } = plan(args)?;
-    let mut lines = vec![format!("{name}: {} runs", scenes.len())];
+    let mut lines = vec![format!("{}: {} runs", shown(&name), scenes.len())];
     for (scene, row) in scenes.iter().zip(&sweep.rows) {
-        let (name, bodies) = (&scene.name, scene.bodies.len());
+        let (name, bodies) = (shown(&scene.name), scene.bodies.len());
         let (steps, step) = (scene.steps(), scene.world.step);
         let label = sweep.label(row);
+        let label = shown(&label);
         lines.push(format!("  {label}: {name}, {bodies} bodies, {steps} steps of {step} s"));
         lines.extend(scene.warnings.iter().map(|line| format!("    warning: {line}")));
     }
@@ -128,12 +130,12 @@ pub(crate) fn run(args: &args::Run, stop: &Arc<AtomicBool>) -> Result<Exit, Trou
         let out = folder.path.join(format!("{}", index + 1));
         std::fs::create_dir_all(&out).map_err(|error| Trouble::file(&out, error))?;
         if !args.voice.quiet {
-            logs::say(format!("{}: {}", index + 1, sweep.label(&sweep.rows[index])));
+            logs::say(format!("{}: {}", index + 1, shown(&sweep.label(&sweep.rows[index]))));
         }
         let options = RunOptions { out: &out, stop };
         let outcome =
             run_here(scene, &pool.run(Share::default()), &options, &mut |news| match news {
-                News::Line(line) if args.voice.verbose > 0 => logs::say(line),
+                News::Line(line) if args.voice.verbose > 0 => logs::say(lines_of(line)),
                 News::Line(_) | News::At(_) => {}
             });
         let exit = match &outcome {
@@ -173,8 +175,8 @@ fn finish(
         let recording = row.folder.as_ref()?.join("run.mcap");
         Some((recording, sweep.label(values)))
     };
-    let shown: Vec<_> = rows.iter().zip(&sweep.rows).filter_map(labelled).collect();
-    if let Err(error) = preview::side_by_side(&shown, &out.join(SHEET)) {
+    let drawn: Vec<_> = rows.iter().zip(&sweep.rows).filter_map(labelled).collect();
+    if let Err(error) = preview::side_by_side(&drawn, &out.join(SHEET)) {
         logs::warn(format!("the sweep has no sheet: {error}"));
     }
     if json {

@@ -2,9 +2,10 @@
 //! what a certificate lacks is found out here, by looking at it and by a handshake of our own.
 
 use crate::exit::{Exit, Trouble};
+use crate::shown::shown;
 use cullet_coordinator::link::LinkError;
 use cullet_proto::security::{self, Rules};
-use rustls::pki_types::pem::PemObject;
+use rustls::pki_types::pem::{self, PemObject};
 use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName};
 use rustls::{AlertDescription, CertificateError, ClientConfig, ClientConnection, RootCertStore};
 use std::ffi::OsString;
@@ -44,10 +45,7 @@ impl Certificate {
     /// Reads the certificate in a folder, which must be good now.
     fn read(folder: &Path) -> Result<Self, Trouble> {
         let path = folder.join(security::FILES[1]);
-        let wrong = |text: &str| {
-            let name = path.display();
-            Trouble::new(Exit::Usage, format!("{name}: {text}")).at(name)
-        };
+        let wrong = |text: &str| wrong(&path, text);
         let der = CertificateDer::from_pem_file(&path).map_err(|e| wrong(&e.to_string()))?;
         let (_, read) = X509Certificate::from_der(&der).map_err(|e| wrong(&e.to_string()))?;
         let name = read.subject().iter_common_name().next().and_then(|name| name.as_str().ok());
@@ -74,6 +72,68 @@ fn now() -> i64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() as i64)
 }
 
+/// A certificate with those that vouch for it, and its key.
+type Identity = (Vec<CertificateDer<'static>>, PrivateKeyDer<'static>);
+
+fn wrong(path: &Path, text: impl std::fmt::Display) -> Trouble {
+    let name = path.display().to_string();
+    Trouble::new(Exit::Usage, format!("{}: {text}", shown(&name))).at(name)
+}
+
+/// Reads the files of an identity. Of one that is not there, is no file, is empty, or is not what
+/// its name says, the transport would only make no link.
+fn read_identity(folder: &Path) -> Result<Identity, Trouble> {
+    let [ca, cert, key] = security::FILES.map(|name| folder.join(name));
+    if folder.is_file() {
+        let names = security::FILES.join(", ");
+        return Err(wrong(folder, format!("it is a file; --tls takes a folder with {names}")));
+    }
+    let read = |path: &Path, what: &str| -> Result<Vec<u8>, Trouble> {
+        let known = std::fs::metadata(path).map_err(|error| Trouble::file(path, error))?;
+        if known.is_dir() {
+            return Err(wrong(path, format!("it is a folder, not a file with {what}")));
+        }
+        if !known.is_file() {
+            return Err(wrong(path, format!("it is no file with {what}")));
+        }
+        let bytes = std::fs::read(path).map_err(|error| Trouble::file(path, error))?;
+        match bytes.is_empty() {
+            true => Err(wrong(path, format!("it is empty; there must be {what} in PEM in it"))),
+            false => Ok(bytes),
+        }
+    };
+    let bad = |path: &Path, what: &str, error: pem::Error| {
+        let why = match error {
+            pem::Error::NoItemsFound => format!("there is no {what} in PEM in it"),
+            other => format!("it cannot be read as a {what} in PEM: {other}"),
+        };
+        wrong(path, why)
+    };
+    let certificates = |path: &Path| {
+        let bytes = read(path, "a certificate")?;
+        let all: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(&bytes).collect();
+        let all = all.and_then(|all| match all.is_empty() {
+            true => Err(pem::Error::NoItemsFound),
+            false => Ok(all),
+        });
+        all.map_err(|error| bad(path, "certificate", error))
+    };
+    let (_authorities, chain) = (certificates(&ca)?, certificates(&cert)?);
+    let secret = PrivateKeyDer::from_pem_slice(&read(&key, "a private key")?);
+    let secret = secret.map_err(|error| bad(&key, "private key", error))?;
+    Ok((chain, secret))
+}
+
+/// Whether the key is that of the certificate.
+fn fits(folder: &Path, (chain, secret): Identity) -> Result<(), Trouble> {
+    let [_, cert, key] = security::FILES;
+    let provider = rustls::crypto::ring::default_provider();
+    let fits = rustls::sign::CertifiedKey::from_der(chain, secret, &provider);
+    let not =
+        |error| wrong(&folder.join(key), format!("it is no key of {cert} beside it: {error}"));
+    fits.map(drop).map_err(not)
+}
+
 /// The link to an endpoint; `folder`: with the identity in it. Who asks is who was named, else who
 /// the certificate names, else `other`.
 pub(crate) fn link(
@@ -94,11 +154,10 @@ pub(crate) fn link(
             return Err(Trouble::new(Exit::Usage, text));
         }
         (Some(folder), true) => {
-            for file in security::FILES {
-                let path = folder.join(file);
-                std::fs::File::open(&path).map_err(|error| Trouble::file(&path, error))?;
-            }
-            Some(Certificate::read(folder)?)
+            let identity = read_identity(folder)?;
+            let certificate = Certificate::read(folder)?;
+            fits(folder, identity)?;
+            Some(certificate)
         }
     };
     let shown = certificate.as_ref().map(|certificate| certificate.name.as_str());

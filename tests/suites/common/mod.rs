@@ -71,6 +71,12 @@ impl Cullet {
         self
     }
 
+    /// What it prints goes there.
+    pub(crate) fn prints(mut self, place: impl Into<Stdio>) -> Self {
+        self.0.stdout(place);
+        self
+    }
+
     pub(crate) fn output(mut self) -> Said {
         let output = self.0.output().expect("the binary starts");
         if output.status.code().is_none() {

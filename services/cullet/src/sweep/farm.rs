@@ -8,6 +8,7 @@ use crate::client::{
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::{Folder, refuse_taken};
 use crate::logs;
+use crate::shown::shown;
 use cullet_coordinator::link::client::{Client, Terms};
 use cullet_coordinator::link::mark;
 use cullet_coordinator::scene::{Bundle, Scene, name_at};
@@ -73,7 +74,8 @@ fn hand_all(
                 false => print(format!("{run}\n"))?,
             }
         } else if !quiet {
-            logs::say(format!("run {run}: {}", named.sweep.label(&named.sweep.rows[index])));
+            let label = named.sweep.label(&named.sweep.rows[index]);
+            logs::say(format!("run {run}: {}", shown(&label)));
         }
     }
     Ok(())
