@@ -16,7 +16,7 @@ const LIFE: Duration = Duration::from_secs(20);
 /// Most threads and memory that strangers may cost \[KiB\].
 const MORE: (u64, u64) = (8, 32 << 10);
 
-const HEALTH: &[u8] = b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n";
+const HEALTH: &[u8] = b"GET /healthz HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
 
 struct Coordinator {
     process: Going,
@@ -225,7 +225,9 @@ fn what_is_no_plain_request_gets_one_answer_or_none() {
 #[test]
 fn whoever_asks_plainly_is_answered() {
     let coordinator = Coordinator::start();
-    let ask = |line: &str| coordinator.ask(format!("{line}\r\nHost: x\r\n\r\n").as_bytes());
+    let ask = |line: &str| {
+        coordinator.ask(format!("{line}\r\nHost: x\r\nConnection: close\r\n\r\n").as_bytes())
+    };
     until("there are metrics", LIFE, || ask("GET /metrics HTTP/1.1").contains("cullet_runs{"));
     let told = ask("GET /metrics HTTP/1.1");
     let (head, body) = told.split_once("\r\n\r\n").expect("a head and a body");

@@ -291,55 +291,65 @@ fn a_terminal_that_goes_away_ends_a_process_in_order_unless_it_was_told_to_stay(
 /// A way to spoil a file.
 type Spoil = fn(&Path);
 
+fn empty(path: &Path) {
+    fs::write(path, "").expect("a file");
+}
+
+fn text(path: &Path) {
+    fs::write(path, "no PEM\n").expect("a file");
+}
+
+fn half(path: &Path) {
+    let whole = fs::read(path).expect("PEM");
+    fs::write(path, &whole[..whole.len() / 2]).expect("a file");
+}
+
+fn gone(path: &Path) {
+    fs::remove_file(path).expect("it goes");
+}
+
+fn folder(path: &Path) {
+    gone(path);
+    fs::create_dir(path).expect("a folder");
+}
+
+/// That of another, from the folder beside.
+fn others(path: &Path) {
+    let beside = path.parent().and_then(Path::parent).expect("a folder").join("olga");
+    fs::copy(beside.join(path.file_name().expect("a name")), path).expect("a copy");
+}
+
+/// Which file is spoilt how, the exit code, and what is said of it.
+const SPOILT: [(&str, Spoil, i32, &str); 12] = [
+    ("key.pem", empty, 64, "it is empty; there must be a private key"),
+    ("key.pem", text, 64, "there is no private key in PEM in it"),
+    ("key.pem", half, 64, "private key in PEM"),
+    ("key.pem", folder, 64, "it is a folder, not a file with a private key"),
+    ("key.pem", gone, 74, "No such file"),
+    ("key.pem", others, 64, "it is no key of cert.pem beside it"),
+    ("ca.pem", empty, 64, "it is empty; there must be a certificate"),
+    ("ca.pem", text, 64, "there is no certificate in PEM in it"),
+    ("ca.pem", folder, 64, "it is a folder, not a file with a certificate"),
+    ("cert.pem", empty, 64, "it is empty; there must be a certificate"),
+    ("cert.pem", folder, 64, "it is a folder, not a file with a certificate"),
+    ("cert.pem", half, 64, "certificate in PEM"),
+];
+
 #[test]
 fn a_file_of_an_identity_that_is_not_one_is_named() {
     let base = unique("identities");
     fs::create_dir_all(&base).expect("a folder");
     common::certificates(&base, &["coordinator", "ann", "olga"], &[]);
     fs::write(base.join("roles.toml"), "users = [\"ann\"]\n").expect("roles");
-    let empty: Spoil = |path| fs::write(path, "").expect("a file");
-    let text: Spoil = |path| fs::write(path, "no PEM\n").expect("a file");
-    let folder: Spoil = |path| {
-        fs::remove_file(path).expect("it goes");
-        fs::create_dir(path).expect("a folder");
-    };
-    let gone: Spoil = |path| fs::remove_file(path).expect("it goes");
-    let half: Spoil = |path| {
-        let whole = fs::read(path).expect("PEM");
-        fs::write(path, &whole[..whole.len() / 2]).expect("a file");
-    };
-    let others: Spoil = |path| {
-        let other = path.parent().and_then(Path::parent).expect("a folder").join("olga");
-        fs::copy(other.join(path.file_name().expect("a name")), path).expect("a copy");
-    };
-    let cases: [(&str, Spoil, i32, &str); 12] = [
-        ("key.pem", empty, 64, "it is empty; there must be a private key"),
-        ("key.pem", text, 64, "there is no private key in PEM in it"),
-        ("key.pem", half, 64, "private key in PEM"),
-        ("key.pem", folder, 64, "it is a folder, not a file with a private key"),
-        ("key.pem", gone, 74, "No such file"),
-        ("key.pem", others, 64, "it is no key of cert.pem beside it"),
-        ("ca.pem", empty, 64, "it is empty; there must be a certificate"),
-        ("ca.pem", text, 64, "there is no certificate in PEM in it"),
-        ("ca.pem", folder, 64, "it is a folder, not a file with a certificate"),
-        ("cert.pem", empty, 64, "it is empty; there must be a certificate"),
-        ("cert.pem", folder, 64, "it is a folder, not a file with a certificate"),
-        ("cert.pem", half, 64, "certificate in PEM"),
-    ];
     let tls = free_endpoint().replace("tcp/", "tls/");
     let roles = base.join("roles.toml").to_string_lossy().into_owned();
-    for (file, spoil, code, words) in cases {
-        let identity = unique("identity").join("inner");
-        fs::create_dir_all(&identity).expect("a folder");
-        for name in ["ca.pem", "cert.pem", "key.pem"] {
+    let names = ["ca.pem", "cert.pem", "key.pem"];
+    for (index, (file, spoil, code, words)) in SPOILT.into_iter().enumerate() {
+        let identity = base.join(format!("spoilt-{index}"));
+        fs::create_dir(&identity).expect("a folder");
+        for name in names {
             fs::copy(base.join("coordinator").join(name), identity.join(name)).expect("a copy");
         }
-        let beside = identity.parent().expect("a folder").join("olga");
-        std::os::unix::fs::symlink(
-            fs::canonicalize(base.join("olga")).expect("it is there"),
-            beside,
-        )
-        .expect("a link");
         spoil(&identity.join(file));
         let place = identity.join(file).to_string_lossy().into_owned();
         let identity = identity.to_string_lossy().into_owned();

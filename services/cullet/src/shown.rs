@@ -1,6 +1,6 @@
 //! Text that comes from others, as a terminal may have it. Everything that this program prints goes
 //! through here: what a terminal would act upon, such as ESC, or would not show as it stands, such
-//! as a change of direction, is written as JSON writes it. So JSON says the same after it as before.
+//! as a change of direction, is written as JSON writes it. So JSON means the same after it.
 
 use std::borrow::Cow;
 use std::fmt::Write;

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tokio::runtime::{Builder, Runtime};
 
-/// A flag that the first SIGINT, SIGTERM or SIGHUP sets, with a line that says what is `left` to do.
+/// A flag that the first SIGINT, SIGTERM or SIGHUP sets, with a line that says what is `left` to
+/// do.
 ///
 /// A second SIGINT ends the process at once. A second SIGTERM does not: supervisors send one to the
 /// process and one to its group. A terminal that goes away sends SIGHUP; to who was started with
@@ -65,7 +66,7 @@ impl Signals {
     }
 }
 
-/// Whether SIGHUP does nothing to this process, as `nohup` sees to: to listen to it would undo that.
+/// Whether SIGHUP does nothing to this process, as `nohup` sees to: listening would undo that.
 #[cfg(unix)]
 fn hangup_is_ignored() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
