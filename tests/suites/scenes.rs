@@ -2,7 +2,9 @@
 
 mod common;
 
-use common::{Cullet, summary, unique};
+use common::{Cullet, corpus, summary, unique};
+use cullet_coordinator::record::Recording;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Runs a shipped scene; its own expectations decide the exit code, the ledger is looked at here.
@@ -68,6 +70,70 @@ fn pane() {
     let told = holds("pane");
     let opened = told.lines().find(|line| line.contains("opened for pane"));
     assert!(opened.is_some_and(|line| line.contains("held at ")), "{opened:?}");
+}
+
+/// Mass \[kg\], place \[m\] and velocity \[m/s\] along an axis of each part of an object after each
+/// recorded step.
+fn parts_along(recording: &Recording, object: &str, axis: usize) -> Vec<Vec<(f64, f64, f64)>> {
+    let bodies = recording.bodies.iter().filter(|body| body.object == object);
+    let masses: BTreeMap<u64, f64> = bodies.map(|body| (body.id, body.mass)).collect();
+    let mut known: BTreeMap<u64, (f64, f64, f64)> = BTreeMap::new();
+    let mut steps = Vec::new();
+    for poses in &recording.poses {
+        for (k, id) in poses.ids.iter().enumerate() {
+            if let Some(&mass) = masses.get(id) {
+                let at = 3 * k + axis;
+                known.insert(*id, (mass, poses.positions[at], poses.velocities[at]));
+            }
+        }
+        // A body that broke is its parts from then on.
+        let parents = recording.bodies.iter().filter(|body| body.birth_step <= poses.step);
+        let gone: Vec<u64> = parents.filter_map(|body| body.parent).collect();
+        known.retain(|id, _| !gone.contains(id));
+        steps.push(known.values().copied().collect());
+    }
+    steps
+}
+
+fn played(scene: &Path, name: &str) -> Recording {
+    let out = unique(name);
+    let run = Cullet::new(&["run", "-q", "--no-pictures", "--out"]).path(&out).path(scene).output();
+    assert_eq!(run.code, 0, "{name}: {}", run.stderr);
+    let told = summary(&out);
+    assert!(told["ledger"]["momentum_rel_error"].as_f64().is_some_and(|e| e < 1e-9), "{told:#}");
+    assert!(told["ledger"]["energy_gain_rel"].as_f64().is_some_and(|e| e < 1e-9), "{told:#}");
+    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    std::fs::remove_dir_all(&out).ok();
+    recording
+}
+
+/// A pane that lies on ledges and is hit from above: what broke it threw nothing back up.
+#[test]
+fn a_held_pane_does_not_rise_towards_what_strikes_it() {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/pane");
+    let recording = played(&scene, "pane-rises");
+    let steps = parts_along(&recording, "pane", 2);
+    assert!(steps.last().is_some_and(|parts| parts.len() > 8), "it broke");
+    let height = |parts: &Vec<(f64, f64, f64)>| {
+        let mass: f64 = parts.iter().map(|part| part.0).sum();
+        parts.iter().map(|part| part.0 * part.1).sum::<f64>() / mass
+    };
+    let highest = steps.iter().map(height).fold(f64::NEG_INFINITY, f64::max);
+    let rise = highest - height(&steps[0]);
+    assert!(rise < 2e-3, "its centre of mass rose by {rise} m");
+}
+
+/// A window in a frame that holds its edges on both sides: what the frame does not hold leaves the
+/// way the ball flies.
+#[test]
+fn a_window_leaves_the_way_that_it_is_struck() {
+    let recording = played(Path::new(&corpus("window.toml")), "window");
+    let steps = parts_along(&recording, "pane", 1);
+    let last = steps.last().expect("a step");
+    let free: Vec<f64> = last.iter().map(|part| part.2).filter(|v| v.abs() > 0.1).collect();
+    assert!(free.len() > 50, "{} of {} parts are free", free.len(), last.len());
+    let along = free.iter().filter(|&&v| v > 0.0).count() as f64 / free.len() as f64;
+    assert!(along >= 0.9, "{along} of {} free parts leave along the strike", free.len());
 }
 
 #[test]
