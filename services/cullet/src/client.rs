@@ -2,7 +2,7 @@
 
 use crate::args::{self, Place, What};
 use crate::exit::{Exit, Trouble, print, refused, unread};
-use crate::folder::{Folder, refuse_taken};
+use crate::folder::{Folder, refuse_fetched, refuse_taken};
 use crate::progress::{Progress, text as place};
 use crate::run::read_scene;
 use crate::shown::{self, cell, shown};
@@ -322,7 +322,7 @@ pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
         What::Run(run) => *run,
         What::Sweep(file) => return sweep::fetch(args, file),
     };
-    args.out.as_deref().map_or(Ok(()), refuse_taken)?;
+    args.out.as_deref().map_or(Ok(()), refuse_fetched)?;
     let client = connect(place)?;
     let info = match args.follow {
         true => follow(&client, run, 0, place, true)?,
@@ -420,9 +420,9 @@ pub(crate) fn bring(
 ) -> Result<Option<PathBuf>, Trouble> {
     let fetched = match info.files.is_empty() {
         true => Ok(None),
-        false => Folder::of(asked, &info.name).and_then(|out| {
+        false => Folder::to_fetch(asked, &info.name).and_then(|out| {
             let done = client.fetch(info, &out.path).map_err(|error| refused(&error));
-            done.map(|_| Some(out.path.clone())).inspect_err(|_| out.forget())
+            done.map(|_| Some(out.path.clone())).inspect_err(|_| out.forget_fetch())
         }),
     };
     client.enough(info.run);

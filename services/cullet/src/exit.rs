@@ -172,7 +172,7 @@ pub(crate) fn refused(error: &LinkError) -> Trouble {
         LinkError::Refused(_) => Exit::Refused,
         LinkError::Garbled(_) => Exit::Garbled,
         // Of one's own: a scene, a name, a question.
-        LinkError::Wire(_) | LinkError::Path { .. } => Exit::Usage,
+        LinkError::Wire(_) | LinkError::Path { .. } | LinkError::Occupied { .. } => Exit::Usage,
         LinkError::Listen { .. } | LinkError::Spawn { .. } | LinkError::Thread(_) => Exit::Broken,
     };
     let trouble = Trouble::new(exit, shown::lines(&error.to_string()));
@@ -186,6 +186,7 @@ pub(crate) fn refused(error: &LinkError) -> Trouble {
             trouble.at(path.display())
         }
         LinkError::Path { path, .. } => trouble.at(path),
+        LinkError::Occupied { folder, .. } => trouble.at(folder.display()),
         LinkError::Unknown(_)
         | LinkError::Later(_)
         | LinkError::Refused(_)

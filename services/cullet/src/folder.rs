@@ -1,6 +1,7 @@
 //! Where a run puts its files.
 
 use crate::exit::{Exit, Trouble};
+use cullet_coordinator::link::Fetching;
 use cullet_coordinator::run::next_folder;
 use std::path::{Path, PathBuf};
 
@@ -18,15 +19,21 @@ pub(crate) struct Folder {
 impl Folder {
     /// The folder that was asked for, made if it is not there, or a new one.
     pub(crate) fn of(asked: Option<&Path>, scene: &str) -> Result<Self, Trouble> {
+        asked.map_or(Ok(()), refuse_taken)?;
+        Self::to_fetch(asked, scene)
+    }
+
+    /// The same for what is fetched, which may go on where it was broken off: see
+    /// [`refuse_fetched`].
+    pub(crate) fn to_fetch(asked: Option<&Path>, scene: &str) -> Result<Self, Trouble> {
         let target = asked.unwrap_or(Path::new(RUNS));
-        if asked.is_none() {
-            let mut made = missing(target);
-            let path = next_folder(target, scene).map_err(|error| Trouble::file(target, error))?;
-            made.insert(0, path.clone());
-            return Ok(Self { path, made });
+        if asked.is_some() {
+            return Self::at(target);
         }
-        refuse_taken(target)?;
-        Self::at(target)
+        let mut made = missing(target);
+        let path = next_folder(target, scene).map_err(|error| Trouble::file(target, error))?;
+        made.insert(0, path.clone());
+        Ok(Self { path, made })
     }
 
     /// That folder, made if it is not there.
@@ -39,6 +46,12 @@ impl Folder {
         }
         std::fs::create_dir_all(target).map_err(|error| Trouble::file(target, error))?;
         Ok(Self { path: target.to_owned(), made })
+    }
+
+    /// The same for a fetch of which nothing came.
+    pub(crate) fn forget_fetch(&self) {
+        Fetching::take_back(&self.path);
+        self.forget();
     }
 
     /// Takes back what was made for a run that never began. A folder that was there before stays,
@@ -56,6 +69,11 @@ impl Folder {
 fn missing(path: &Path) -> Vec<PathBuf> {
     let named = path.ancestors().filter(|folder| !folder.as_os_str().is_empty());
     named.take_while(|folder| !folder.exists()).map(Path::to_owned).collect()
+}
+
+/// A folder that holds a run is not fetched into, unless that was begun there and broken off.
+pub(crate) fn refuse_fetched(folder: &Path) -> Result<(), Trouble> {
+    if Fetching::is_in(folder) { Ok(()) } else { refuse_taken(folder) }
 }
 
 /// A folder that holds a run is not written into.

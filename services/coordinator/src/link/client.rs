@@ -1,5 +1,6 @@
 //! The client's end: hand a scene in, follow it, fetch what came of it.
 
+use super::fetching::{Fetching, beside};
 use super::{LinkError, bundle, net};
 use crate::scene::Bundle;
 use cullet_proto::ids::digest;
@@ -204,18 +205,26 @@ impl Client {
     }
 
     /// Fetches the files of a run that is over into `folder`. A file appears under its name only
-    /// once it is whole and matches its digest.
+    /// once it is whole and matches its digest. Where that was broken off it goes on with what is
+    /// not there yet.
     ///
     /// # Errors
-    /// A path that may not be, a disk that does not take it, a file that does not match, silence.
+    /// A path that may not be, a disk that does not take it, a file that does not match, silence, a
+    /// folder that has another run.
     pub fn fetch(&self, run: &RunInfo, folder: &Path) -> Result<Vec<PathBuf>, LinkError> {
         let mut written = Vec::new();
+        let row = |file: &FileInfo| format!("{} {}\n", file.digest, file.name);
+        let rows: String = run.files.iter().map(row).collect();
+        let fetching = Fetching::begin(folder, &format!("run {}\n{rows}", run.run))?;
         for file in &run.files {
             bundle::check_path(&file.name).map_err(|error| garbled(&error))?;
             let path = folder.join(&file.name);
-            self.fetch_file(run.run, file, &path)?;
+            if !is_there(file, &path) {
+                self.fetch_file(run.run, file, &path)?;
+            }
             written.push(path);
         }
+        fetching.done()?;
         Ok(written)
     }
 
@@ -232,9 +241,7 @@ impl Client {
         if let Some(parent) = path.parent() {
             std::fs::create_dir_all(parent).map_err(failed)?;
         }
-        let mut name = path.as_os_str().to_owned();
-        name.push(".partial");
-        let partial = PathBuf::from(name);
+        let partial = beside(path);
         let mut out = std::fs::File::create(&partial).map_err(failed)?;
         let mut hasher = blake3::Hasher::new();
         for index in 0..chunks::count(file.length) {
@@ -325,6 +332,13 @@ impl Client {
             Err(error) => Err(error.payload().to_bytes().into_owned()),
         })
     }
+}
+
+/// Whether a file is there and what it should be.
+fn is_there(file: &FileInfo, path: &Path) -> bool {
+    let mut hasher = blake3::Hasher::new();
+    let read = std::fs::File::open(path).and_then(|bytes| hasher.update_reader(bytes).map(drop));
+    read.is_ok() && service::hex_of(hasher.finalize().as_bytes()) == file.digest
 }
 
 fn garbled(error: &impl std::fmt::Display) -> LinkError {

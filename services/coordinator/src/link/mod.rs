@@ -12,6 +12,7 @@ mod claim;
 pub mod client;
 mod drained;
 mod effects;
+mod fetching;
 mod inbox;
 mod ledger;
 mod lives;
@@ -47,6 +48,7 @@ pub use children::SpawnConfig;
 pub use claim::Rival;
 pub use cullet_dispatch::Timing;
 pub use cullet_dispatch::{Share, Tenant};
+pub use fetching::Fetching;
 pub use run::{Attempted, RunHandle, RunStats};
 
 /// What went wrong with the link.
@@ -135,6 +137,14 @@ pub enum LinkError {
         path: String,
         /// Why.
         reason: &'static str,
+    },
+    /// A folder that another fetch has.
+    #[error("{folder}: {why}; name another folder")]
+    Occupied {
+        /// Which.
+        folder: PathBuf,
+        /// By whom.
+        why: &'static str,
     },
     /// The disk does not give or take a file.
     #[error("{path}: {source}")]

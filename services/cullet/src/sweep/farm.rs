@@ -5,12 +5,12 @@ use crate::args;
 use crate::client::{
     ask, bring, connect, exit_of, follow, hand_in, has_summary, known, print_json, ticket,
 };
-use crate::exit::{Exit, Trouble, print};
-use crate::folder::{Folder, refuse_taken};
+use crate::exit::{Exit, Trouble, print, refused};
+use crate::folder::{Folder, refuse_fetched, refuse_taken};
 use crate::logs;
 use crate::shown::shown;
 use cullet_coordinator::link::client::{Client, Terms};
-use cullet_coordinator::link::mark;
+use cullet_coordinator::link::{Fetching, mark};
 use cullet_coordinator::scene::{Bundle, Scene, name_at};
 use cullet_proto::keys::UserVerb;
 use cullet_proto::service::{Nothing, RunInfo, Runs, Which};
@@ -49,7 +49,7 @@ fn hand_all(
     let quiet = args.place.who.voice.quiet;
     let sets = named.sets(&args.scene.set);
     let marks: Result<Vec<String>, _> = scenes.iter().map(|scene| mark(&scene.bundle())).collect();
-    let marks = marks.map_err(|error| crate::exit::refused(&error))?;
+    let marks = marks.map_err(|error| refused(&error))?;
     if args.rest {
         let there = find(client, named, &sets, Some(&marks))?;
         runs.copy_from_slice(&there);
@@ -131,7 +131,7 @@ pub(crate) fn fetch(args: &args::Fetch, file: &Path) -> Result<Exit, Trouble> {
         return Err(Trouble::new(Exit::Usage, text).at(file.display()));
     }
     let named = read(file)?;
-    args.out.as_deref().map_or(Ok(()), refuse_taken)?;
+    args.out.as_deref().map_or(Ok(()), refuse_fetched)?;
     let client = connect(&args.place)?;
     let runs = find(&client, &named, &named.sets(&args.set), None)?;
     let place = &args.place;
@@ -205,13 +205,15 @@ impl How<'_> {
         runs: &[Option<u64>],
         out: Option<&Path>,
     ) -> Result<Exit, Trouble> {
-        let folder = Folder::of(out, &named.name)?;
+        let folder = Folder::to_fetch(out, &named.name)?;
         let who = &self.place.who;
+        let what = format!("sweep {}: {runs:?}\n", named.name);
+        let fetching = Fetching::begin(&folder.path, &what).map_err(|error| refused(&error))?;
         let (mut rows, mut missing, mut going) = (Vec::new(), 0, Vec::new());
         for (index, run) in runs.iter().enumerate() {
             let out = folder.path.join((index + 1).to_string());
             let row = match run {
-                Some(run) => self.row(*run, &out).inspect_err(|_| folder.forget())?,
+                Some(run) => self.row(*run, &out).inspect_err(|_| folder.forget_fetch())?,
                 None => Row { run: None, folder: None, exit: Exit::Unknown },
             };
             match (row.exit, run) {
@@ -234,8 +236,13 @@ impl How<'_> {
                  --follow waits for them"
             ));
         }
-        if rows.iter().any(|row| row.code().is_some()) {
-            return finish(&named.sweep, &rows, &folder.path, who.json, who.voice.quiet);
+        let over = rows.iter().any(|row| row.code().is_some());
+        let exit = over
+            .then(|| finish(&named.sweep, &rows, &folder.path, who.json, who.voice.quiet))
+            .transpose()?;
+        fetching.done().map_err(|error| refused(&error))?;
+        if let Some(exit) = exit {
+            return Ok(exit);
         }
         folder.forget();
         if who.json {
