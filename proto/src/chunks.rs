@@ -1,6 +1,7 @@
 //! Bulk in pieces: no message is ever larger than a chunk and its header.
 
 use crate::codec::{self, WireError};
+use std::collections::BTreeMap;
 
 /// Bytes in a chunk. A message must be queued for sending within seconds, or the whole link is
 /// closed: 1 MiB passes links down to 3 Mbit/s.
@@ -35,19 +36,19 @@ pub fn sum(bytes: &[u8]) -> u32 {
 /// A blob that comes in pieces, in any order.
 #[derive(Debug)]
 pub struct Assembly {
-    bytes: Vec<u8>,
-    have: Vec<bool>,
+    pieces: BTreeMap<u32, Vec<u8>>,
+    held: usize,
     length: u64,
 }
 
 impl Assembly {
-    /// Room for a blob of `length` bytes; memory is taken as chunks come.
+    /// Room for a blob of `length` bytes; memory is taken as chunks come, for each its own.
     ///
     /// # Errors
     /// [`WireError::Limit`] over [`MAX_BLOB`].
     pub fn new(length: u64) -> Result<Self, WireError> {
         codec::limit("a blob's length", length, MAX_BLOB)?;
-        Ok(Self { bytes: Vec::new(), have: vec![false; count(length) as usize], length })
+        Ok(Self { pieces: BTreeMap::new(), held: 0, length })
     }
 
     /// The announced length \[bytes\].
@@ -56,19 +57,19 @@ impl Assembly {
         self.length
     }
 
-    /// Bytes of memory taken so far.
+    /// Bytes of memory taken so far: those that have come.
     #[must_use]
     pub fn held(&self) -> usize {
-        self.bytes.len()
+        self.held
     }
 
-    /// Takes a chunk.
+    /// Holds a chunk to what this blob has at that place.
     ///
     /// # Errors
     /// [`WireError::Limit`] for an index beyond the last, [`WireError::Short`] for a wrong length,
     /// [`WireError::Checksum`] for damaged bytes.
-    pub fn put(&mut self, index: u32, sum_announced: u32, chunk: &[u8]) -> Result<(), WireError> {
-        let last = self.have.len() as u64 - 1;
+    pub fn check(&self, index: u32, sum_announced: u32, chunk: &[u8]) -> Result<(), WireError> {
+        let last = u64::from(count(self.length)) - 1;
         codec::limit("a chunk's index", u64::from(index), last)?;
         let from = index as usize * CHUNK;
         let need = (self.length as usize - from).min(CHUNK);
@@ -79,25 +80,32 @@ impl Assembly {
         if found != sum_announced {
             return Err(WireError::Checksum { found, announced: sum_announced });
         }
-        if self.bytes.len() < from + need {
-            self.bytes.resize(from + need, 0);
-        }
-        self.bytes[from..from + need].copy_from_slice(chunk);
-        self.have[index as usize] = true;
+        Ok(())
+    }
+
+    /// Takes a chunk.
+    ///
+    /// # Errors
+    /// As [`Assembly::check`].
+    pub fn put(&mut self, index: u32, sum_announced: u32, chunk: &[u8]) -> Result<(), WireError> {
+        self.check(index, sum_announced, chunk)?;
+        let before = self.pieces.insert(index, chunk.to_vec());
+        self.held += chunk.len() - before.map_or(0, |piece| piece.len());
         Ok(())
     }
 
     /// The first missing chunks, at most `most`.
     #[must_use]
     pub fn missing(&self, most: usize) -> Vec<u32> {
-        let missing = self.have.iter().enumerate().filter(|(_, have)| !**have);
-        missing.map(|(index, _)| index as u32).take(most).collect()
+        let all = 0..count(self.length);
+        all.filter(|index| !self.pieces.contains_key(index)).take(most).collect()
     }
 
     /// The whole blob, once nothing is missing.
     #[must_use]
-    pub fn whole(&self) -> Option<&[u8]> {
-        self.have.iter().all(|have| *have).then_some(self.bytes.as_slice())
+    pub fn whole(&self) -> Option<Vec<u8>> {
+        let there = self.pieces.len() == count(self.length) as usize;
+        there.then(|| self.pieces.values().map(Vec::as_slice).collect::<Vec<_>>().concat())
     }
 }
 
@@ -111,10 +119,13 @@ mod tests {
         let mut assembly = Assembly::new(bytes.len() as u64)?;
         for index in [2u32, 0, 2, 1] {
             assert!(assembly.whole().is_none());
+            // The last one alone takes the room of none before it.
+            assert!(assembly.held() <= CHUNK + 5 || index == 1);
             let chunk = slice(&bytes, index).unwrap_or_default();
             assembly.put(index, sum(chunk), chunk)?;
         }
-        assert_eq!(assembly.whole(), Some(bytes.as_slice()));
+        assert_eq!(assembly.whole(), Some(bytes.clone()));
+        assert_eq!(assembly.held(), bytes.len(), "the one that came twice counts once");
         assert_eq!(slice(&bytes, 3), None);
         assert_eq!((count(0), slice(&[], 0)), (1, Some(&[][..])));
         Ok(())

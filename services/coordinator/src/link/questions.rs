@@ -95,7 +95,7 @@ impl Shell {
                 }
                 self.send_piece(query, piece)
             }
-            WorkerVerb::Chunk => self.chunk(&query, bytes),
+            WorkerVerb::Chunk => self.chunk(&query, name, bytes),
             WorkerVerb::Commit => {
                 let (commit, _) = pool::read_ask::<pool::Commit>(bytes)?;
                 let said = self.commit(name, &commit)?;
@@ -189,9 +189,9 @@ impl Shell {
         }
     }
 
-    fn chunk(&mut self, query: &Query, bytes: &[u8]) -> Result<(), Refusal> {
+    fn chunk(&mut self, query: &Query, name: &WorkerId, bytes: &[u8]) -> Result<(), Refusal> {
         let (chunk, bulk) = pool::read_ask::<pool::Chunk>(bytes)?;
-        answer(query, &self.inbox.put(&chunk, bulk)?)
+        answer(query, &self.inbox.put(name.as_str(), &chunk, bulk)?)
     }
 
     fn commit(&mut self, name: &WorkerId, commit: &pool::Commit) -> Result<CommitAnswer, Refusal> {
@@ -200,11 +200,11 @@ impl Shell {
         self.know(worker, name);
         let (job, epoch) = (Job(commit.job.0), Epoch(commit.epoch.0));
         if !self.dispatch.takes(job, epoch, build) {
-            self.inbox.forget(&commit.digest);
+            self.inbox.forget(name.as_str(), &commit.digest);
             // Over already: the machine compares the digests and may raise an alarm.
             return Ok(self.count(commit, Outcome::Broken));
         }
-        let bytes = match self.inbox.take(&commit.digest, commit.length)? {
+        let bytes = match self.inbox.take(name.as_str(), &commit.digest, commit.length)? {
             Blob::Whole(bytes) => bytes,
             Blob::Missing(missing) => {
                 self.step(Event::Offer { job, epoch });

@@ -105,7 +105,9 @@ impl Door {
         if verb != UserVerb::Piece {
             return Some(asked);
         }
-        match asked.read::<Piece>().and_then(|(piece, bytes)| self.piece(&piece, bytes)) {
+        let user = asked.user.as_str();
+        let piece = asked.read::<Piece>();
+        match piece.and_then(|(piece, bytes)| self.piece(user, &piece, bytes)) {
             Ok(said) => asked.answer(&said),
             Err(error) => self.garbled(&asked, error),
         }
@@ -129,23 +131,29 @@ impl Door {
         send(query, &refusal.to_string(), false, false);
     }
 
-    fn piece(&mut self, piece: &Piece, bytes: &[u8]) -> Result<PieceAnswer, WireError> {
+    fn piece(&mut self, user: &str, piece: &Piece, bytes: &[u8]) -> Result<PieceAnswer, WireError> {
         let sum = piece.sum.unwrap_or_else(|| chunks::sum(bytes));
         let digest = service::digest_of(&piece.digest)?;
         let chunk = Chunk { digest, length: piece.length, index: piece.index, sum };
-        Ok(match self.inbox.put(&chunk, bytes)? {
+        Ok(match self.inbox.put(user, &chunk, bytes)? {
             ChunkAnswer::Have => PieceAnswer::Have,
             ChunkAnswer::Damaged => PieceAnswer::Damaged,
             ChunkAnswer::Busy => PieceAnswer::Busy,
         })
     }
 
-    /// Takes a bundle out that came in pieces.
+    /// Takes a bundle out that came in pieces of this user; from then on it is asked for what is
+    /// missing, and of nobody else, and nothing before, is a piece kept.
     ///
     /// # Errors
     /// A length over the limit.
-    pub fn take(&mut self, digest: &[u8; 32], length: u64) -> Result<Parcel, WireError> {
-        Ok(match self.inbox.take(digest, length)? {
+    pub fn take(
+        &mut self,
+        user: &str,
+        digest: &[u8; 32],
+        length: u64,
+    ) -> Result<Parcel, WireError> {
+        Ok(match self.inbox.take(user, digest, length)? {
             Blob::Whole(bytes) => Parcel::Whole(bytes),
             Blob::Missing(pieces) => Parcel::Missing(pieces),
             Blob::Damaged => Parcel::Damaged,

@@ -149,7 +149,7 @@ impl Service<'_> {
         }
         let bytes = match &submit.digest {
             None => inline.to_vec(),
-            Some(digest) => match self.door.take(&digest_of(digest)?, submit.length)? {
+            Some(digest) => match self.door.take(&user, &digest_of(digest)?, submit.length)? {
                 Parcel::Whole(bytes) => bytes,
                 Parcel::Missing(pieces) => return Ok(SubmitAnswer::Missing { pieces }),
                 Parcel::Damaged => return Ok(SubmitAnswer::Damaged),

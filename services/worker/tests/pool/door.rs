@@ -237,9 +237,10 @@ fn a_late_result_that_differs_from_a_kept_one_raises_the_alarm_in_the_next_life_
     let blob = answer(&problem).encode().expect("a verdict");
     let (name, length, sum) = (digest(&blob), blob.len() as u64, chunks::sum(&blob));
     let chunk = Chunk { digest: name, length, index: 0, sum };
-    let _: ChunkAnswer = forger.ask(WorkerVerb::Chunk, &chunk, &blob);
     let (job, epoch) = (grant.job, grant.epoch);
     let commit = Commit { session, job, epoch, digest: name, length, next: None };
+    let _: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
+    let _: ChunkAnswer = forger.ask(WorkerVerb::Chunk, &chunk, &blob);
     let _: CommitAnswer = forger.ask(WorkerVerb::Commit, &commit, &[]);
     verdict(next(&run, id));
     pool.shutdown();
@@ -264,4 +265,23 @@ fn a_late_result_that_differs_from_a_kept_one_raises_the_alarm_in_the_next_life_
         }
         pool.shutdown();
     }
+}
+
+/// 2 MiB of the ends of results that nobody wants take no room and keep nobody's result out.
+#[test]
+fn chunks_that_nobody_asked_for_keep_the_result_of_another_worker_out_at_no_time() {
+    let pool = Pool::start(config()).expect("a pool on loopback");
+    let run = pool.run(Share::default());
+    let forger = Forger::of(&pool);
+    let (end, length) = (vec![7; chunks::CHUNK], chunks::MAX_BLOB);
+    let index = chunks::count(length) - 1;
+    for name in 0..8 {
+        let chunk = Chunk { digest: [name; 32], length, index, sum: chunks::sum(&end) };
+        let said: ChunkAnswer = forger.ask(WorkerVerb::Chunk, &chunk, &end);
+        assert_eq!(said, ChunkAnswer::Have);
+    }
+    let _hand = Hand::hire(&pool, "honest", Arc::new(solve));
+    let id = run.open(&job("echo", 3, 0));
+    verdict(next(&run, id));
+    pool.shutdown();
 }
