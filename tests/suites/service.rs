@@ -278,7 +278,7 @@ fn a_state_folder_that_is_none_or_in_use_is_refused() {
     bytes[30] ^= 1;
     fs::write(&journal, bytes).expect("it is damaged");
     let said = start(&farm.state);
-    assert_eq!(said.code, 64, "{}", said.stderr);
+    assert_eq!(said.code, 74, "{}", said.stderr);
     assert!(said.stderr.contains("line 2") && said.stderr.contains("checksum"), "{}", said.stderr);
 }
 

@@ -7,3 +7,4 @@ pub mod record;
 pub mod run;
 pub mod scene;
 pub mod service;
+mod state_file;

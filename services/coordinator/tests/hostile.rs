@@ -23,7 +23,7 @@ const MOST: u64 = 2 << 20;
 
 /// A coordinator in this process, and a client that keeps to nothing.
 struct Farm {
-    folder: tempfile::TempDir,
+    folder: Option<tempfile::TempDir>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
     session: zenoh::Session,
@@ -37,12 +37,16 @@ impl Farm {
     /// With a bound on what a user's runs hold \[bytes\].
     fn bounded(quota: Option<u64>) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
+        Self::at(folder, ServiceConfig { runs: 2, quota, ..ServiceConfig::default() })
+    }
+
+    /// In a folder that may have had another.
+    fn at(folder: tempfile::TempDir, config: ServiceConfig) -> Self {
         let place = folder.path().join("inner/state");
         let stop = Arc::new(AtomicBool::new(false));
         let store = Store::open(Some(&place)).expect("a state folder");
         let pool = Pool::start(PoolConfig::default()).expect("a pool on loopback");
         let endpoint = [pool.endpoint().to_owned()];
-        let config = ServiceConfig { runs: 2, quota, ..ServiceConfig::default() };
         let told = Arc::clone(&stop);
         let thread = std::thread::spawn(move || {
             serve(store, &Arc::new(pool), &config, &told, &mut |_| {}).expect("it serves");
@@ -52,7 +56,16 @@ impl Farm {
             settings.insert_json5(path, &value).expect("a setting");
         }
         let session = zenoh::open(settings).wait().expect("a session");
-        Self { folder, stop, thread: Some(thread), session }
+        Self { folder: Some(folder), stop, thread: Some(thread), session }
+    }
+
+    /// Ends it, and leaves its folder.
+    fn end(mut self) -> tempfile::TempDir {
+        self.folder.take().expect("a folder")
+    }
+
+    fn place(&self) -> &Path {
+        self.folder.as_ref().expect("a folder").path()
     }
 
     /// The answer, or why there is none.
@@ -230,7 +243,7 @@ fn questions_that_mean_harm_are_refused_in_words() {
     }
     let bye = json!({"run": sound.run}).to_string();
     assert!(farm.ask(UserVerb::Bye, bye.as_bytes()).is_ok());
-    only_its_own(farm.folder.path());
+    only_its_own(farm.place());
 }
 
 /// A body that is made of a file.
@@ -300,7 +313,7 @@ fn scenes_that_mean_harm_fail_in_words_and_the_coordinator_goes_on() {
         assert!(begun.elapsed() < BOUND, "{name} takes {:?}", begun.elapsed());
     }
     assert!(farm.ask(UserVerb::About, b"{}").is_ok());
-    only_its_own(farm.folder.path());
+    only_its_own(farm.place());
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let most = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     let most = most.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok());
@@ -368,4 +381,85 @@ fn a_run_that_records_more_than_its_user_may_hold_fails_and_says_so() {
     assert!(info.text.contains("mallory") && info.text.ends_with(words), "{info:?}");
     // What there is of it can be fetched.
     assert!(info.files.iter().any(|file| file.name == "run.mcap"), "{info:?}");
+}
+
+/// Whoever fills the room for bundles that come in pieces keeps nobody else out: with pieces that
+/// nobody asked for, and with the ends of bundles that are asked for and never come.
+#[test]
+fn pieces_of_one_user_keep_the_bundle_of_another_out_at_no_time() {
+    let farm = Farm::start();
+    let hex = |k: u64| format!("{k:064x}");
+    let end = |k: u64| {
+        let piece = json!({"digest": hex(k), "length": 512 << 20, "index": 511}).to_string();
+        [piece.as_bytes(), b"\n", &vec![7; 1 << 20]].concat()
+    };
+    for k in 0..8 {
+        farm.ask(UserVerb::Piece, &end(k)).expect("an answer");
+    }
+    for k in 8..72 {
+        let submit = json!({"ticket": hex(k), "digest": hex(k), "length": 512 << 20});
+        let said = farm.ask(UserVerb::Submit, submit.to_string().as_bytes()).expect("an answer");
+        assert!(String::from_utf8_lossy(&said).contains("missing"));
+        if k < 16 {
+            farm.ask(UserVerb::Piece, &end(k)).expect("an answer");
+        }
+    }
+    let filler = vec![b'#'; (2 << 20) + 5];
+    let blob = bundle("pot", &[(SCENE, FALLING), ("scene/filler", &filler)]);
+    let name = cullet_proto::service::hex_of(&cullet_proto::ids::digest(&blob));
+    let submit = json!({"ticket": "t", "digest": name, "length": blob.len()}).to_string();
+    let hand_in = || {
+        let said = farm.ask_as("ann", UserVerb::Submit, submit.as_bytes()).expect("an answer");
+        serde_json::from_slice::<SubmitAnswer>(&said).expect("an answer")
+    };
+    assert_eq!(hand_in(), SubmitAnswer::Missing { pieces: vec![0, 1, 2] });
+    for (index, bytes) in blob.chunks(1 << 20).enumerate() {
+        let piece = json!({"digest": name, "length": blob.len(), "index": index}).to_string();
+        let piece = [piece.as_bytes(), b"\n", bytes].concat();
+        let said = farm.ask_as("ann", UserVerb::Piece, &piece).expect("an answer");
+        assert_eq!(String::from_utf8_lossy(&said).trim(), r#"{"piece":"have"}"#, "{index}");
+    }
+    assert_eq!(hand_in(), SubmitAnswer::Accepted { run: 1 });
+}
+
+/// A journal that is as long as it may be takes no run, says so, and has lost none when the
+/// coordinator is back; what is deleted makes room.
+#[test]
+fn a_journal_that_is_full_takes_no_run_and_forgets_none() {
+    let config = || ServiceConfig { runs: 1, journal: Some(400_000), ..ServiceConfig::default() };
+    let farm = Farm::at(tempfile::tempdir().expect("a folder"), config());
+    // Each takes six times as much room in JSON.
+    let set = vec![format!("world.gravity={}", "\u{1}".repeat(4_000)); 8];
+    let hand_in = |farm: &Farm, ticket: &str| {
+        let submit = json!({"ticket": ticket, "overrides": set}).to_string();
+        let blob = bundle("pot", &[(SCENE, PLAIN)]);
+        farm.ask(UserVerb::Submit, &[submit.as_bytes(), b"\n", &blob].concat())
+    };
+    let mut accepted = 0;
+    let said = loop {
+        match hand_in(&farm, &accepted.to_string()) {
+            Ok(_) => accepted += 1,
+            Err(said) => break said,
+        }
+        assert!(accepted < 10, "it has no bound");
+    };
+    assert!(accepted >= 1 && said.contains("it takes at most 400000"), "{accepted}: {said}");
+    let runs = |farm: &Farm| {
+        let said = farm.ask(UserVerb::Runs, b"{}").expect("runs");
+        let said: Value = serde_json::from_slice(&said).expect("JSON");
+        said["runs"].as_array().expect("runs").len()
+    };
+    let farm = Farm::at(farm.end(), config());
+    assert_eq!(runs(&farm), accepted);
+    assert!(hand_in(&farm, "again").is_err(), "there is room without cause");
+    for run in 1..=accepted {
+        let gone = json!({"run": run}).to_string();
+        let begun = Instant::now();
+        while farm.ask(UserVerb::Delete, gone.as_bytes()).is_err() {
+            assert!(begun.elapsed() < BOUND, "the run does not end");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+    hand_in(&farm, "again").expect("there is room");
+    assert_eq!(runs(&farm), 1);
 }

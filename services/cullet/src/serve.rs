@@ -60,6 +60,7 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
         memory: args.world_memory.bytes(1),
         reserve: args.reserve.map(|gigabytes| (gigabytes * 1e9) as u64),
         keep: Some(usize::from(args.keep)),
+        journal: None,
     };
     let quiet = args.voice.quiet;
     let served = serve(store, &Arc::new(pool), &config, &stop, &mut |line| {
@@ -230,16 +231,22 @@ fn trouble(error: &ServiceError) -> Trouble {
         ServiceError::File { .. }
         | ServiceError::Taken { .. }
         | ServiceError::Full { .. }
-        | ServiceError::Quota { .. } => Exit::File,
-        ServiceError::Foreign { .. } | ServiceError::Journal { .. } => Exit::Usage,
+        | ServiceError::Quota { .. }
+        | ServiceError::Journal { .. }
+        | ServiceError::NoJournal { .. }
+        | ServiceError::Long { .. }
+        | ServiceError::Damaged { .. } => Exit::File,
+        ServiceError::Foreign { .. } => Exit::Usage,
         ServiceError::Link(error) => return refused(error),
         ServiceError::Metrics { .. } => Exit::Broken,
     };
     let trouble = Trouble::new(exit, error);
     match error {
-        ServiceError::File { path, .. } | ServiceError::Journal { path, .. } => {
-            trouble.at(path.display())
-        }
+        ServiceError::File { path, .. }
+        | ServiceError::Journal { path, .. }
+        | ServiceError::NoJournal { path, .. }
+        | ServiceError::Long { path, .. }
+        | ServiceError::Damaged { path, .. } => trouble.at(path.display()),
         ServiceError::Taken { folder }
         | ServiceError::Full { folder, .. }
         | ServiceError::Foreign { folder, .. } => trouble.at(folder.display()),

@@ -6,9 +6,10 @@
 //! lost with the machine is begun anew, and nothing worse. Written anew with what still counts
 //! whenever most of it does not.
 
+use crate::state_file;
 use cullet_proto::JobId;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{ErrorKind, Read, Result, Write};
 use std::path::{Path, PathBuf};
 
@@ -97,24 +98,33 @@ fn pairs(jobs: &Jobs) -> impl Iterator<Item = (JobId, u64)> {
 }
 
 fn line((job, run): (JobId, u64)) -> String {
-    format!("{job} {run}\n")
+    state_file::line(&format!("{job} {run}"))
 }
 
-/// A line that a crash tore says nothing.
+/// A job and a run that wants it; a line of before there were checksums has none.
+fn pair(line: &str) -> Option<(JobId, u64)> {
+    let (job, run) = state_file::read_line(line).ok()?.0.split_once(' ')?;
+    Some((JobId::from_hex(job)?, run.parse().ok()?))
+}
+
+/// A line that a crash tore says nothing, nor one in which a bit turned.
 fn read(path: &Path) -> Result<Jobs> {
     let mut text = Vec::new();
     match File::open(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Jobs::new()),
         file => file?.take(MAX_BYTES).read_to_end(&mut text)?,
     };
-    let mut jobs = Jobs::new();
+    let (mut jobs, mut bad) = (Jobs::new(), 0);
     for line in String::from_utf8_lossy(&text).split_inclusive('\n') {
-        let pair = line.strip_suffix('\n').and_then(|line| line.split_once(' '));
-        if let Some((job, run)) = pair
-            && let (Some(job), Ok(run)) = (JobId::from_hex(job), run.parse())
-        {
-            jobs.entry(job).or_default().insert(run);
+        match line.strip_suffix('\n').and_then(pair) {
+            Some((job, run)) => drop(jobs.entry(job).or_default().insert(run)),
+            None => bad += 1,
         }
+    }
+    if bad > 0 {
+        tracing::warn!("{}: {bad} lines are torn or damaged: begun anew", path.display());
+        // It is written anew.
+        crate::service::set_damaged_aside(path);
     }
     Ok(jobs)
 }
@@ -122,8 +132,8 @@ fn read(path: &Path) -> Result<Jobs> {
 /// Whole or not at all: written beside and renamed.
 fn write(path: &Path, jobs: &Jobs) -> Result<File> {
     let folder = path.parent().unwrap_or(Path::new("."));
-    fs::create_dir_all(folder)?;
-    let mut beside = tempfile::NamedTempFile::new_in(folder)?;
+    state_file::folder(folder)?;
+    let mut beside = state_file::unfinished(folder)?;
     beside.write_all(pairs(jobs).map(line).collect::<String>().as_bytes())?;
     beside.persist(path).map_err(|error| error.error)
 }
@@ -131,6 +141,7 @@ fn write(path: &Path, jobs: &Jobs) -> Result<File> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn job(k: u32) -> JobId {
         JobId(cullet_proto::ids::digest(&k.to_le_bytes()))
@@ -160,6 +171,22 @@ mod tests {
             let of: Vec<_> = left.iter().filter(|(known, _)| *known == job(k)).collect();
             assert_eq!(of.iter().map(|(_, run)| *run).collect::<Vec<u64>>(), runs, "{k}");
         }
+    }
+
+    #[test]
+    fn a_bit_that_turned_makes_no_other_job_or_run_of_a_line() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("at-work");
+        let sound = line((job(1), 7));
+        for at in 0..8 * sound.len() {
+            let mut bytes = sound.clone().into_bytes();
+            bytes[at / 8] ^= 1 << (at % 8);
+            fs::write(&path, bytes).expect("it is damaged");
+            assert_eq!(AtWork::open(&path, |_| true).1, [], "bit {at}");
+        }
+        // Of before there were checksums.
+        fs::write(&path, format!("{} 7\n", job(1))).expect("an older one");
+        assert_eq!(AtWork::open(&path, |_| true).1, [(job(1), 7)]);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! the result; it is read only if both fit the digest, so a damaged one is as good as none. One of
 //! before builds were kept has the result alone.
 
+use crate::state_file;
 use cullet_dispatch::{Build, Job, Shelf};
 use cullet_proto::JobId;
 use cullet_proto::ids::digest;
@@ -94,7 +95,8 @@ impl Cache {
         let bytes = fs::read(file(folder, job)).ok().filter(|bytes| bytes.len() >= 32);
         let sound = bytes.filter(|bytes| digest(&bytes[32..]) == bytes[..32]);
         let Some(mut bytes) = sound else {
-            tracing::warn!("the cached result of job {} is damaged", JobId(job.0).short());
+            let path = file(folder, job);
+            tracing::warn!("{} is damaged: the job is done again", path.display());
             shelf.remove(job);
             discard(folder, job);
             return None;
@@ -137,7 +139,7 @@ fn file(folder: &Path, job: Job) -> PathBuf {
 
 /// Whole or not at all: written beside and renamed.
 fn write(folder: &Path, job: Job, (bytes, build): (&[u8], Build)) -> std::io::Result<()> {
-    let mut beside = tempfile::NamedTempFile::new_in(folder)?;
+    let mut beside = state_file::unfinished(folder)?;
     beside.write_all(&digest_of(&[&TAG, &build.0, bytes]))?;
     for part in [&TAG, build.0.as_slice(), bytes] {
         beside.write_all(part)?;
@@ -163,7 +165,7 @@ fn discard(folder: &Path, job: Job) {
 
 /// What a folder holds, the oldest file first.
 fn listed(folder: &Path) -> std::io::Result<Vec<(Job, u64)>> {
-    fs::create_dir_all(folder)?;
+    state_file::folder(folder)?;
     let mut found = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;

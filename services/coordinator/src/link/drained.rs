@@ -1,10 +1,11 @@
 //! The workers that get no further job, on disk, so that they get none of the next life either: a
 //! line a worker's life, written through before anybody is told.
 
+use crate::state_file;
 use cullet_dispatch::Worker;
 use std::collections::VecDeque;
-use std::fs::{self, File};
-use std::io::{ErrorKind, Result, Write};
+use std::fs;
+use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
 /// Lives remembered; beyond it the oldest, which ended long ago, are forgotten.
@@ -21,6 +22,8 @@ impl DrainedLives {
     pub(super) fn open(path: &Path) -> Self {
         let lives = read(path).unwrap_or_else(|error| {
             tracing::error!("{}: {error}: who was drained gets jobs again", path.display());
+            // The next that is drained would take its place.
+            crate::service::set_damaged_aside(path);
             VecDeque::new()
         });
         Self { path: path.to_owned(), lives }
@@ -43,13 +46,8 @@ impl DrainedLives {
 
     /// Whole or not at all: written beside, written through, and renamed.
     fn write(&self) -> Result<()> {
-        let folder = self.path.parent().unwrap_or(Path::new("."));
-        let mut beside = tempfile::NamedTempFile::new_in(folder)?;
         let text: String = self.lives.iter().map(|life| format!("{:016x}\n", life.0)).collect();
-        beside.write_all(text.as_bytes())?;
-        beside.as_file().sync_all()?;
-        beside.persist(&self.path).map_err(|error| error.error)?;
-        File::open(folder)?.sync_all()
+        state_file::put(&self.path, state_file::seal(&text).as_bytes())
     }
 }
 
@@ -58,8 +56,9 @@ fn read(path: &Path) -> Result<VecDeque<Worker>> {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(VecDeque::new()),
         text => text?,
     };
-    let life = |line: &str| u64::from_str_radix(line, 16).ok().map(Worker);
-    Ok(text.lines().filter_map(life).collect())
+    let text = state_file::unseal(&text).map_err(Error::other)?;
+    let life = |line: &str| u64::from_str_radix(line, 16).map(Worker).map_err(Error::other);
+    text.lines().map(life).collect()
 }
 
 #[cfg(test)]
@@ -76,6 +75,18 @@ mod tests {
         kept.keep(Worker(u64::MAX));
         let next = DrainedLives::open(&path);
         assert_eq!(next.iter().collect::<Vec<_>>(), [Worker(7), Worker(u64::MAX)]);
+        // A bit that turned makes no other worker of it; the file is kept for whoever looks at it.
+        let sound = fs::read(&path).expect("the file");
+        for at in 0..8 * sound.len() {
+            let mut bytes = sound.clone();
+            bytes[at / 8] ^= 1 << (at % 8);
+            fs::write(&path, bytes).expect("it is damaged");
+            assert_eq!(DrainedLives::open(&path).iter().count(), 0, "bit {at}");
+            assert!(!path.exists(), "bit {at}");
+        }
+        let aside = fs::read_dir(folder.path().join("set-aside")).expect("a folder").count();
+        assert_eq!(aside, 8 * sound.len());
+        // Of before there were checksums.
         let many: String = (0..MAX_KEPT).map(|k| format!("{k:016x}\n")).collect();
         fs::write(&path, many).expect("it is written");
         let mut next = DrainedLives::open(&path);

@@ -6,6 +6,7 @@
 //! `job.bin` in its own process, as a worker would. A job whose folder is there stays in
 //! quarantine, in later lives of the coordinator too, until it is pardoned.
 
+use crate::state_file;
 use cullet_proto::JobId;
 use std::fs;
 use std::io::{Error, ErrorKind, Result};
@@ -19,21 +20,25 @@ const MAX_KEPT: usize = 256;
 /// # Errors
 /// The disk does not take it, or there are too many already.
 pub(super) fn write(folder: &Path, id: JobId, job: &[u8], attempts: &str) -> Result<PathBuf> {
-    fs::create_dir_all(folder)?;
+    state_file::folder(folder)?;
     let own = folder.join(id.to_string());
     if fs::read_dir(folder)?.count() >= MAX_KEPT && !own.exists() {
         let text = format!("{} holds {MAX_KEPT} jobs already", folder.display());
         return Err(Error::other(text));
     }
-    fs::create_dir_all(&own)?;
-    fs::write(own.join("job.bin"), job)?;
-    fs::write(own.join("attempts.txt"), attempts)?;
+    state_file::folder(&own)?;
+    state_file::put(&own.join("job.bin"), job)?;
+    let lines = format!("{}\n", attempts.trim_end_matches('\n'));
+    state_file::put(&own.join("attempts.txt"), state_file::seal(&lines).as_bytes())?;
     Ok(own)
 }
 
 /// How the attempts at a job ended that is in quarantine, if that is known.
 pub(super) fn attempts(folder: &Path, id: JobId) -> Option<String> {
-    fs::read_to_string(folder.join(id.to_string()).join("attempts.txt")).ok()
+    let path = folder.join(id.to_string()).join("attempts.txt");
+    let text = fs::read_to_string(&path).ok()?;
+    let sound = state_file::unseal(&text);
+    sound.inspect_err(|why| tracing::warn!("{}: {why}", path.display())).ok().map(str::to_owned)
 }
 
 /// The jobs that a folder holds.
@@ -61,5 +66,29 @@ pub(super) fn release(folder: &Path, id: JobId) -> Result<()> {
     match fs::remove_dir_all(folder.join(id.to_string())) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
         said => said,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{attempts, write};
+    use cullet_proto::JobId;
+
+    #[test]
+    fn attempts_are_read_back_and_none_in_which_a_bit_turned() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (id, text) = (JobId([7; 32]), "run 1 worker a\nrun 1 worker b\n");
+        let own = write(folder.path(), id, b"job", text).expect("it is written");
+        assert_eq!(attempts(folder.path(), id).as_deref(), Some(text));
+        let path = own.join("attempts.txt");
+        let sound = std::fs::read(&path).expect("a file");
+        for at in 0..8 * text.len() {
+            let mut bytes = sound.clone();
+            bytes[at / 8] ^= 1 << (at % 8);
+            std::fs::write(&path, &bytes).expect("it is damaged");
+            assert_eq!(attempts(folder.path(), id), None, "bit {at}");
+        }
+        std::fs::write(&path, text).expect("of before there were checksums");
+        assert_eq!(attempts(folder.path(), id).as_deref(), Some(text));
     }
 }

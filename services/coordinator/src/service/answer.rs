@@ -1,16 +1,17 @@
 //! Questions of people and programs, and what they are told.
 
 use super::board::{Entry, Event, MAX_KEPT, No, Order};
-use super::{Service, ServiceError, unix_ms};
+use super::{Service, ServiceError, journal, unix_ms};
 use crate::link::bundle;
 use crate::link::users::{Asked, Parcel};
 use cullet_proto::codec::WireError;
 use cullet_proto::envelope;
+use cullet_proto::ids::digest;
 use cullet_proto::keys::UserVerb;
 use cullet_proto::service::{About, Drain, Drained, Fetch, Fetched, Follow};
 use cullet_proto::service::{MAX_TICKET, MAX_WAIT_MS, Which};
 use cullet_proto::service::{News, Noted, RunInfo, Runs, State, Submit, SubmitAnswer};
-use cullet_proto::service::{WorkerInfo, Workers, digest_of};
+use cullet_proto::service::{WorkerInfo, Workers, digest_of, hex_of};
 use cullet_proto::{WorkerId, chunks};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -60,7 +61,7 @@ impl From<WireError> for Trouble {
 impl From<ServiceError> for Trouble {
     fn from(error: ServiceError) -> Self {
         match error {
-            ServiceError::Full { .. } => Self::Later(error.to_string()),
+            ServiceError::Full { .. } | ServiceError::Long { .. } => Self::Later(error.to_string()),
             _ => Self::Wrong(error.to_string()),
         }
     }
@@ -159,16 +160,20 @@ impl Service<'_> {
             .map_err(|error| Trouble::Garbled(error.to_string()))?;
         let Submit { ticket, priority, overrides, sweep, .. } = submit;
         let (name, at) = (bundle.name, unix_ms());
-        let order = Order { ticket, user, name, sweep, priority, overrides, at };
+        let digest = hex_of(&digest(&bytes));
+        let order = Order { ticket, user, name, sweep, priority, overrides, at, bundle: digest };
         let keep = self.config.keep.unwrap_or(MAX_KEPT);
         let events = self.board.submit(order, keep)?;
         let Some(Event::Submitted { run, .. }) = events.first() else {
             return Err(Trouble::Wrong("the board took nothing".to_owned()));
         };
         let run = *run;
-        self.room(bytes.len() as u64)?;
-        let need = (asked.user.as_str(), bytes.len() as u64);
-        self.quota.room(need, &self.board, (&self.store, &self.out))?;
+        let told = journal::size(&events);
+        self.journal.room(told, &self.board)?;
+        let need = bytes.len() as u64 + told;
+        self.room(need)?;
+        let place = (&self.store, self.out.as_path(), &self.journal);
+        self.quota.room((asked.user.as_str(), need), &self.board, place)?;
         let kept = self.store.keep_bundle(run, &bytes).and_then(|()| self.record(&events));
         if let Err(error) = kept {
             let _swept_at_the_next_start = self.store.forget(run);

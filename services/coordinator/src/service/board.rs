@@ -50,6 +50,9 @@ pub(super) struct Order {
     pub(super) priority: i32,
     pub(super) overrides: Vec<String>,
     pub(super) at: u64,
+    /// Digest of its bundle in hex; none in a line that is older than this field.
+    #[serde(default)]
+    pub(super) bundle: String,
 }
 
 /// What somebody wants of a run that goes on.
@@ -117,6 +120,26 @@ pub(super) enum Event {
     Kept { entry: Box<Entry> },
 }
 
+impl Event {
+    /// The run that it is about, if it is about one.
+    pub(super) fn run(&self) -> Option<u64> {
+        match self {
+            Self::Kept { entry } => Some(entry.run),
+            Self::Numbered { .. } | Self::Returned { .. } => None,
+            Self::Submitted { run, .. }
+            | Self::Started { run, .. }
+            | Self::Ended { run, .. }
+            | Self::Wished { run, .. }
+            | Self::Paused { run }
+            | Self::Queued { run }
+            | Self::Cancelled { run, .. }
+            | Self::Forgotten { run }
+            | Self::Removed { run }
+            | Self::Died { run, .. } => Some(*run),
+        }
+    }
+}
+
 /// How it stands with a user.
 #[derive(Clone, Copy, Default)]
 struct Turn<'a> {
@@ -171,7 +194,11 @@ impl Board {
     /// Events that make this board.
     pub(super) fn told(&self) -> Vec<Event> {
         let mut all: Vec<(u64, Vec<Event>)> = Vec::new();
-        let kept = |entry: &Entry| Event::Kept { entry: Box::new(entry.clone()) };
+        // One that nothing has befallen takes no more room than it did.
+        let kept = |entry: &Entry| match *entry == Entry::new(entry.run, &entry.order) {
+            true => Event::Submitted { run: entry.run, order: entry.order.clone() },
+            false => Event::Kept { entry: Box::new(entry.clone()) },
+        };
         all.extend(self.entries().map(|entry| (entry.run, vec![kept(entry)])));
         let forgotten = |entry: &Entry| vec![kept(entry), Event::Forgotten { run: entry.run }];
         all.extend(self.leaving().map(|entry| (entry.run, forgotten(entry))));
@@ -208,7 +235,7 @@ impl Board {
 
     /// What handing that in comes to; forgets the oldest where more than `keep` are remembered.
     pub(super) fn submit(&self, order: Order, keep: usize) -> Result<Vec<Event>, No> {
-        if order.priority.abs() > MAX_PRIORITY {
+        if !(-MAX_PRIORITY..=MAX_PRIORITY).contains(&order.priority) {
             return Err(No::Priority);
         }
         if self.is_full(&order.user) {

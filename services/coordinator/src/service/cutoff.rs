@@ -6,8 +6,9 @@ use super::board::{Board, Deaths, End, Event, How, Reached, Wish};
 use super::journal::Journal;
 use super::live::Live;
 use super::{ServiceError, Store, unix_ms};
+use crate::state_file;
 use cullet_proto::service::codes;
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -48,22 +49,38 @@ impl Reach {
     fn write(&mut self, reached: Reached) -> io::Result<()> {
         if self.file.is_none() {
             let open =
-                OpenOptions::new().write(true).create(true).truncate(false).open(&self.path)?;
+                state_file::options().write(true).create(true).truncate(false).open(&self.path)?;
             self.file = Some(open);
         }
         let Some(file) = &mut self.file else { return Ok(()) };
         file.seek(SeekFrom::Start(0))?;
         let Reached { time, settled } = reached;
-        file.write_all(format!("{time:020} {settled:020} {:013}\n", unix_ms()).as_bytes())
+        let text = format!("{time:020} {settled:020} {:013}", unix_ms());
+        file.write_all(state_file::line(&text).as_bytes())
     }
 }
 
 /// The numbers in a run's folder that say how far it came; none where that is unknown.
 fn numbers(folder: &Path) -> Vec<u64> {
-    let mut text = String::new();
-    let read = File::open(folder.join(NAME)).map(|file| file.take(64).read_to_string(&mut text));
-    let numbers = text.split_whitespace().map_while(|word| word.parse().ok()).collect();
-    if let Ok(Ok(_)) = read { numbers } else { Vec::new() }
+    let (path, mut text) = (folder.join(NAME), Vec::new());
+    let read = File::open(&path).and_then(|file| file.take(128).read_to_end(&mut text));
+    if let Err(error) = read {
+        if error.kind() != io::ErrorKind::NotFound {
+            tracing::warn!("{}: {error}", path.display());
+        }
+        return Vec::new();
+    }
+    let line = String::from_utf8_lossy(&text);
+    let numbers = state_file::read_line(line.strip_suffix('\n').unwrap_or(&line))
+        .and_then(|(line, sealed)| whole(line, sealed).ok_or("it is no line of numbers"));
+    let bad = |why: &&str| tracing::warn!("{} is damaged: {why}", path.display());
+    numbers.inspect_err(bad).unwrap_or_default()
+}
+
+/// The numbers of a line; those of one that is older than checksums may be fewer.
+fn whole(line: &str, sealed: bool) -> Option<Vec<u64>> {
+    let numbers: Option<Vec<u64>> = line.split(' ').map(|word| word.parse().ok()).collect();
+    numbers.filter(|numbers| !sealed || numbers.len() == 3)
 }
 
 /// When that was last noted \[ms since 1970\].
@@ -174,5 +191,23 @@ mod tests {
         assert_eq!(at, (Reached { time: 12, settled: 3 }, None));
         std::fs::write(folder.path().join(super::NAME), "12").expect("torn");
         assert_eq!(reached(folder.path()), Reached::default());
+    }
+
+    #[test]
+    fn how_far_it_is_is_not_known_where_a_bit_turned() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let told = Reached { time: 5, settled: 3 };
+        Reach::new(folder.path()).note(told);
+        let path = folder.path().join(super::NAME);
+        let sound = std::fs::read(&path).expect("a file");
+        assert_eq!(reached(folder.path()), told);
+        for at in 0..8 * sound.len() {
+            let mut bytes = sound.clone();
+            bytes[at / 8] ^= 1 << (at % 8);
+            std::fs::write(&path, &bytes).expect("a file");
+            let read = reached(folder.path());
+            let end = at / 8 + 1 == sound.len();
+            assert!(read == Reached::default() || end && read == told, "bit {at}: {read:?}");
+        }
     }
 }

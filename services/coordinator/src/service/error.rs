@@ -66,8 +66,9 @@ pub enum ServiceError {
     },
     /// A journal that cannot be read.
     #[error(
-        "{path}, line {line}: {why}; the runs before it are sound: cut the file off there to go \
-         on with them, or move the state folder away"
+        "{path}, line {line}: {why}. Nothing is changed{}; put a sound copy in its place, or cut \
+         the file off before that line to go on with the runs that are told of before it",
+        copied(kept.as_deref())
     )]
     Journal {
         /// Which.
@@ -76,6 +77,46 @@ pub enum ServiceError {
         line: usize,
         /// What is wrong.
         why: String,
+        /// A copy of it as it is now.
+        kept: Option<PathBuf>,
+    },
+    /// Runs without a journal.
+    #[error(
+        "{path}: there is no journal, and {runs} has {lie} runs that it told of. Nothing is \
+         changed; put a sound copy of the journal there, or move {runs} away to begin anew"
+    )]
+    NoJournal {
+        /// Where it should be.
+        path: PathBuf,
+        /// Where the runs lie.
+        runs: PathBuf,
+        /// How many.
+        lie: usize,
+    },
+    /// What is told of runs takes as much room as it may.
+    #[error(
+        "{path}: it holds {length} bytes, this run needs {more}, and it takes at most {bound}: \
+         make room, by cullet delete, and try again"
+    )]
+    Long {
+        /// Which journal.
+        path: PathBuf,
+        /// Bytes.
+        length: u64,
+        /// Bytes.
+        more: u64,
+        /// Bytes.
+        bound: u64,
+    },
+    /// A file that is not as it was written.
+    #[error("{path} is damaged: {why}. Nothing is changed; {mend}")]
+    Damaged {
+        /// Which.
+        path: PathBuf,
+        /// What is wrong.
+        why: String,
+        /// What to do about it.
+        mend: &'static str,
     },
     /// The door does not open.
     #[error(transparent)]
@@ -95,4 +136,9 @@ impl ServiceError {
         let path = path.to_owned();
         move |source| Self::File { path: path.clone(), source }
     }
+}
+
+/// Where a copy is, in the middle of a sentence.
+fn copied(kept: Option<&Path>) -> String {
+    kept.map(|kept| format!(", and a copy is kept as {}", kept.display())).unwrap_or_default()
 }

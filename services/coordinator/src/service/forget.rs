@@ -8,7 +8,7 @@
 use super::attempt::discard;
 use super::board::{Board, Entry, Event};
 use super::journal::Journal;
-use super::{Service, ServiceError, Store};
+use super::{Service, ServiceError, Store, set_aside};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
@@ -68,7 +68,7 @@ pub(super) fn numbered(
     journal: &mut Journal,
     board: &mut Board,
 ) -> Result<u64, ServiceError> {
-    let last = store.given(board.last());
+    let last = store.given(board.last())?;
     if last > board.last() {
         let numbered = Event::Numbered { last };
         journal.append(std::slice::from_ref(&numbered))?;
@@ -80,18 +80,19 @@ pub(super) fn numbered(
     Ok(last)
 }
 
-/// Removes what crashes left that no run has: what was kept of a run that was never accepted, and,
-/// in a folder for recordings of this coordinator's own, the empty folders of attempts that never
-/// began.
+/// Sets aside what crashes left that no run has: what was kept of a run that was never accepted,
+/// and, in a folder for recordings of this coordinator's own, the empty folders of attempts that
+/// never began. What was kept of a run that was accepted is there, too, where the journal has lost
+/// it.
 pub(super) fn sweep(store: &Store, board: &Board, own: Option<&Path>) {
     let all = || board.entries().chain(board.leaving());
     let known: BTreeSet<u64> = all().map(|entry| entry.run).collect();
     store.sweep(&|run| known.contains(&run));
     let named: BTreeSet<&str> = all().filter_map(|entry: &Entry| entry.folder.as_deref()).collect();
     for folder in own.and_then(|own| fs::read_dir(own).ok()).into_iter().flatten().flatten() {
-        if folder.file_name().to_str().is_some_and(|name| !named.contains(name)) {
-            // What is in use by others is not empty, and stays.
-            let _not_empty = fs::remove_dir(folder.path());
+        let empty = || fs::read_dir(folder.path()).is_ok_and(|mut files| files.next().is_none());
+        if folder.file_name().to_str().is_some_and(|name| !named.contains(name)) && empty() {
+            set_aside::tell(store.folder(), &folder.path(), "no run is recorded there");
         }
     }
 }

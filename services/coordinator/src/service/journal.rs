@@ -1,17 +1,40 @@
 //! What happened to runs, on disk: a line an event, each with its checksum, written through before
-//! anybody is told of it. A crash can tear the last line, and that alone is forgiven.
+//! anybody is told of it.
+//!
+//! **Torn.** A crash can leave a last line without its end: nobody was told of it, and it is
+//! dropped, aloud, and a copy kept. A line that has its end and a wrong checksum is damaged, wherever
+//! it is, the last one too: somebody may have been told of it. Then nothing is changed, and the
+//! coordinator does not start: what it could go on from would lack a run that it had accepted.
+//!
+//! **Long.** Events of runs that are gone make a journal long. Once it is twice as long as what still
+//! counts it is written anew: beside its place, written through, renamed, the folder written
+//! through. A crash anywhere in between leaves the one or the other, each with all that happened.
+//! What still counts has a bound, too: beyond it nobody hands a run in until others are deleted;
+//! what happens to the runs that are there is written all the same. A journal is read to its end
+//! however long it is.
 
-use super::ServiceError;
 use super::board::{Board, Event};
+use super::{ServiceError, set_aside};
+use crate::state_file;
 use cullet_proto::chunks::sum;
-use std::fs::{File, OpenOptions};
-use std::io::{Read, Write};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
-/// The first line: what it is, and its generation.
+/// The first line: what it is, and its generation. Fields that came later are read as empty where
+/// they are not, so that it is still the first one.
 const TITLE: &str = "cullet journal 1";
-/// Most bytes of a journal: that many mean that something writes without end.
-const MAX_BYTES: u64 = 1 << 30;
+/// Bytes of a journal beyond which no run is handed in: what as many runs take as are remembered,
+/// each with as many overrides as it may have (4096 of 64 KiB).
+pub(super) const MAX_BYTES: u64 = 256 << 20;
+/// Most bytes of a line: far more than a run with all its overrides takes (64 KiB, each byte of
+/// which JSON may write as six).
+const MAX_LINE: u64 = 16 << 20;
+/// A journal is not written anew for less than this.
+const LEAST: u64 = 1 << 20;
+/// Nor left for more than this, however long it is.
+const MOST: u64 = 64 << 20;
 
 /// An open journal.
 #[derive(Debug)]
@@ -21,41 +44,111 @@ pub(super) struct Journal {
     length: u64,
     /// Whether more than `length` may be there: a write that failed in the middle.
     torn: bool,
+    /// Whether a crash of the machine may bring back the one that was here before this: its name
+    /// is not written through.
+    unnamed: bool,
     /// Lines of what happened and could not be kept; they come before any other.
     owed: String,
+    sizes: Sizes,
+    /// How long it was when it was written anew.
+    base: u64,
+    /// Beyond this it is written anew.
+    long: u64,
+    bound: u64,
+}
+
+/// Bytes of the lines of each run.
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Sizes {
+    of: BTreeMap<u64, u64>,
+    /// Of runs that are gone.
+    gone: u64,
+}
+
+impl Sizes {
+    fn count(&mut self, event: &Event, bytes: usize) {
+        let Some(run) = event.run() else { return };
+        *self.of.entry(run).or_default() += bytes as u64;
+        if let Event::Removed { run } = event {
+            self.gone += self.of.remove(run).unwrap_or(0);
+        }
+    }
+}
+
+/// A step of writing a journal anew; a test stops at each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    /// Nothing is there yet.
+    Begin,
+    /// A line more.
+    Line,
+    /// All lines are there, and not written through.
+    Written,
+    /// They are.
+    Through,
+    /// It has the name, which is not written through.
+    Named,
+}
+
+/// A journal that was written anew.
+struct Fresh {
+    file: File,
+    length: u64,
+    sizes: Sizes,
+    named: io::Result<()>,
 }
 
 impl Journal {
     /// Reads a journal, or begins one, writes it anew with what still counts, and says what a crash
-    /// tore, if it did.
-    pub(super) fn open(path: &Path) -> Result<(Self, Board, Option<String>), ServiceError> {
+    /// tore, if it did. `bound`: beyond so many bytes no run is handed in.
+    pub(super) fn open(
+        path: &Path,
+        bound: u64,
+    ) -> Result<(Self, Board, Option<String>), ServiceError> {
         let (board, torn) = read(path)?;
-        let mut text = format!("{TITLE}\n");
-        text.extend(board.told().iter().map(line));
+        if torn.is_some() {
+            // Before the line that is dropped goes with the file.
+            let kept = set_aside::copy(path).map_err(ServiceError::file(path))?;
+            tracing::warn!("{} is set aside as {}", path.display(), kept.display());
+        }
         let file_error = ServiceError::file(path);
-        super::store::put(path, text.as_bytes()).map_err(&file_error)?;
-        let file = OpenOptions::new().append(true).open(path).map_err(&file_error)?;
-        let (path, length) = (path.to_owned(), text.len() as u64);
-        let journal = Self { path, file, length, torn: false, owed: String::new() };
+        let Fresh { file, length, sizes, named } =
+            anew(path, &board, &mut |_| Ok(())).map_err(&file_error)?;
+        named.map_err(&file_error)?;
+        let (path, owed, torn_off) = (path.to_owned(), String::new(), false);
+        let (unnamed, long) = (false, next(length));
+        let base = length;
+        let journal =
+            Self { path, file, length, torn: torn_off, unnamed, owed, sizes, base, long, bound };
         Ok((journal, board, torn))
     }
 
     /// Writes events through, all or none.
     pub(super) fn append(&mut self, events: &[Event]) -> Result<(), ServiceError> {
-        let new: String = events.iter().map(line).collect();
+        let lines: Vec<String> = events.iter().map(line).collect();
+        let new = lines.concat();
         let text = std::mem::take(&mut self.owed) + &new;
         let written = self.write(&text);
-        if written.is_err() {
-            self.owed = text[..text.len() - new.len()].to_owned();
-            // What was refused must not be there after a crash; where that fails too, later.
-            self.torn = self.file.set_len(self.length).is_err();
+        match &written {
+            Ok(()) => {
+                for (event, line) in events.iter().zip(&lines) {
+                    self.sizes.count(event, line.len());
+                }
+            }
+            Err(_) => {
+                self.owed = text[..text.len() - new.len()].to_owned();
+                // What was refused must not be there after a crash; where that fails too, later.
+                self.torn = self.file.set_len(self.length).is_err();
+            }
         }
         written.map_err(ServiceError::file(&self.path))
     }
 
     /// Something happened, and must be kept as soon as that goes.
     pub(super) fn owe(&mut self, event: &Event) {
-        self.owed += &line(event);
+        let line = line(event);
+        self.sizes.count(event, line.len());
+        self.owed += &line;
     }
 
     /// Keeps what is owed.
@@ -63,7 +156,70 @@ impl Journal {
         if self.owed.is_empty() { Ok(()) } else { self.append(&[]) }
     }
 
-    fn write(&mut self, text: &str) -> std::io::Result<()> {
+    /// Bytes of the disk that it holds.
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// Bytes that it holds of a run.
+    pub(super) fn of(&self, run: u64) -> u64 {
+        self.sizes.of.get(&run).copied().unwrap_or(0)
+    }
+
+    /// Whether a run may be handed in that takes so many bytes more. `board`: what it tells.
+    ///
+    /// # Errors
+    /// [`ServiceError::Long`].
+    pub(super) fn room(&mut self, more: u64, board: &Board) -> Result<(), ServiceError> {
+        let over = |length: u64| length.saturating_add(more) > self.bound;
+        let old = self.length.saturating_sub(self.base) >= self.bound / 8;
+        if over(self.length) && (old || !over(self.length - self.sizes.gone.min(self.length))) {
+            self.rewrite(board);
+        }
+        match self.length.saturating_add(more) > self.bound {
+            false => Ok(()),
+            true => {
+                let (path, length, bound) = (self.path.clone(), self.length, self.bound);
+                Err(ServiceError::Long { path, length, more, bound })
+            }
+        }
+    }
+
+    /// Writes it anew if it has become long. `board`: what it tells, and what is owed.
+    pub(super) fn tidy(&mut self, board: &Board) {
+        if self.length > self.long {
+            self.rewrite(board);
+        }
+    }
+
+    fn rewrite(&mut self, board: &Board) {
+        if let Err(error) = self.try_rewrite(board, &mut |_| Ok(())) {
+            let path = self.path.display();
+            tracing::error!("{path}: it is not written anew, and goes on as it is: {error}");
+            self.long = self.length + LEAST;
+        }
+    }
+
+    fn try_rewrite(
+        &mut self,
+        board: &Board,
+        step: &mut dyn FnMut(Step) -> io::Result<()>,
+    ) -> io::Result<()> {
+        let Fresh { file, length, sizes, named } = anew(&self.path, board, step)?;
+        let before = self.length;
+        // From here on the other one has no name, and what is owed is in this one.
+        (self.file, self.length, self.sizes, self.torn) = (file, length, sizes, false);
+        self.owed.clear();
+        (self.base, self.long, self.unnamed) = (length, next(length), named.is_err());
+        tracing::info!(before, after = length, "the journal is written anew");
+        named
+    }
+
+    fn write(&mut self, text: &str) -> io::Result<()> {
+        if self.unnamed {
+            state_file::sync(self.path.parent().unwrap_or(Path::new(".")))?;
+            self.unnamed = false;
+        }
         // What was written in part must not stand before what comes later.
         if self.torn {
             self.file.set_len(self.length)?;
@@ -77,214 +233,122 @@ impl Journal {
     }
 }
 
+/// How long a journal of that length gets before it is written anew.
+fn next(length: u64) -> u64 {
+    length + length.clamp(LEAST, MOST)
+}
+
+/// Bytes that these events take.
+pub(super) fn size(events: &[Event]) -> u64 {
+    events.iter().map(|event| line(event).len() as u64).sum()
+}
+
 fn line(event: &Event) -> String {
     let json = serde_json::to_string(event).unwrap_or_default();
     format!("{:08x} {json}\n", sum(json.as_bytes()))
 }
 
-fn read(path: &Path) -> Result<(Board, Option<String>), ServiceError> {
-    let mut text = Vec::new();
-    match File::open(path) {
-        Ok(file) => {
-            file.take(MAX_BYTES).read_to_end(&mut text).map_err(ServiceError::file(path))?;
-        }
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            return Ok((Board::default(), None));
-        }
-        Err(error) => return Err(ServiceError::file(path)(error)),
+/// Writes a journal of what still counts in the place of the one that is there.
+fn anew(
+    path: &Path,
+    board: &Board,
+    step: &mut dyn FnMut(Step) -> io::Result<()>,
+) -> io::Result<Fresh> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    step(Step::Begin)?;
+    let mut beside = state_file::unfinished(folder)?;
+    let (title, mut sizes) = (format!("{TITLE}\n"), Sizes::default());
+    let mut length = title.len() as u64;
+    let mut out = BufWriter::new(beside.as_file_mut());
+    out.write_all(title.as_bytes())?;
+    for event in board.told() {
+        let line = line(&event);
+        out.write_all(line.as_bytes())?;
+        sizes.count(&event, line.len());
+        length += line.len() as u64;
+        step(Step::Line)?;
     }
-    let bad = |number: usize, why: String| {
-        let path = path.to_owned();
-        ServiceError::Journal { path, line: number, why }
-    };
-    let mut lines = text.split_inclusive(|byte| *byte == b'\n').enumerate();
-    if lines.next().is_none_or(|(_, first)| first != format!("{TITLE}\n").as_bytes()) {
-        return Err(bad(1, format!("it does not begin with `{TITLE}`")));
-    }
-    let mut board = Board::default();
-    let mut torn: Option<(usize, String)> = None;
-    for (index, bytes) in lines {
-        if let Some((at, why)) = torn {
-            return Err(bad(at, why));
-        }
-        match parse(bytes) {
-            Ok(event) => board.apply(&event).map_err(|no| bad(index + 1, no.to_string()))?,
-            Err(why) => torn = Some((index + 1, why.to_owned())),
-        }
-    }
-    let told = torn.map(|(at, why)| format!("{}: line {at}, the last: {why}", path.display()));
-    Ok((board, told))
+    out.flush()?;
+    drop(out);
+    step(Step::Written)?;
+    beside.as_file().sync_all()?;
+    step(Step::Through)?;
+    let file = beside.persist(path).map_err(|error| error.error)?;
+    let named = step(Step::Named).and_then(|()| state_file::sync(folder));
+    Ok(Fresh { file, length, sizes, named })
 }
 
+fn read(path: &Path) -> Result<(Board, Option<String>), ServiceError> {
+    let file_error = ServiceError::file(path);
+    let file = match File::open(path) {
+        Ok(file) => file,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return missing(path),
+        Err(error) => return Err(file_error(error)),
+    };
+    let bad = |line: usize, why: &str| damaged(path, line, why.to_owned());
+    let (mut file, mut bytes) = (BufReader::new(file), Vec::new());
+    let mut read_line = |bytes: &mut Vec<u8>| {
+        bytes.clear();
+        (&mut file).take(MAX_LINE).read_until(b'\n', bytes).map_err(&file_error)
+    };
+    read_line(&mut bytes)?;
+    if bytes != format!("{TITLE}\n").as_bytes() {
+        return Err(bad(1, &format!("it does not begin with `{TITLE}`")));
+    }
+    let (mut board, mut number) = (Board::default(), 1);
+    while read_line(&mut bytes)? > 0 {
+        number += 1;
+        let (event, torn) = match (bytes.split_last(), parse(&bytes)) {
+            (Some((b'\n', text)), _) => (parse(text).map_err(|why| bad(number, why))?, false),
+            (_, Ok(event)) => (event, true),
+            // It had an end, and that is what turned.
+            (Some((_, text)), _) if parse(text).is_ok() => {
+                return Err(bad(number, "its end is damaged"));
+            }
+            _ if bytes.len() as u64 >= MAX_LINE => {
+                return Err(bad(number, "it is longer than a line may be"));
+            }
+            (_, Err(why)) => {
+                let path = path.display();
+                let torn = format!("{path}: line {number}, the last, has no end ({why})");
+                return Ok((board, Some(torn)));
+            }
+        };
+        board.apply(&event).map_err(|no| bad(number, &no.to_string()))?;
+        if torn {
+            tracing::warn!("{}: line {number}, the last, lacks its end alone", path.display());
+        }
+    }
+    Ok((board, None))
+}
+
+/// No journal: a folder that is new, or one that has lost it.
+fn missing(path: &Path) -> Result<(Board, Option<String>), ServiceError> {
+    let runs = path.with_file_name("runs");
+    let lie = std::fs::read_dir(&runs).into_iter().flatten().flatten().count();
+    match lie {
+        0 => Ok((Board::default(), None)),
+        _ => Err(ServiceError::NoJournal { path: path.to_owned(), runs, lie }),
+    }
+}
+
+/// Keeps a copy of what is damaged, so that no hand that mends it can make it worse.
+fn damaged(path: &Path, line: usize, why: String) -> ServiceError {
+    let kept = set_aside::copy(path).inspect_err(|error| {
+        tracing::error!("{}: no copy of it is set aside: {error}", path.display());
+    });
+    ServiceError::Journal { path: path.to_owned(), line, why, kept: kept.ok() }
+}
+
+/// The event of a line without its end.
 fn parse(bytes: &[u8]) -> Result<Event, &'static str> {
-    let text = std::str::from_utf8(bytes).map_err(|_| "it is no text")?;
-    let line = text.strip_suffix('\n').ok_or("it has no end")?;
+    let line = std::str::from_utf8(bytes).map_err(|_| "it is no text")?;
     let (told, json) = line.split_once(' ').ok_or("it has no checksum")?;
-    if u32::from_str_radix(told, 16) != Ok(sum(json.as_bytes())) {
+    if told != format!("{:08x}", sum(json.as_bytes())) {
         return Err("its checksum is wrong");
     }
     serde_json::from_str(json).map_err(|_| "it is no event that is known here")
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{Journal, ServiceError};
-    use crate::service::board::{Event, Order};
-    use cullet_proto::service::State;
-    use std::path::{Path, PathBuf};
-
-    fn place(name: &str) -> PathBuf {
-        let folder = std::env::temp_dir().join(format!("cullet-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a folder");
-        let path = folder.join("journal");
-        std::fs::remove_file(&path).ok();
-        path
-    }
-
-    fn submitted(run: u64) -> Event {
-        Event::Submitted { run, order: Order { name: format!("scene-{run}"), ..Order::default() } }
-    }
-
-    fn filled(path: &Path) -> Vec<u8> {
-        let (mut journal, _, torn) = Journal::open(path).expect("it opens");
-        assert_eq!(torn, None);
-        journal.append(&[submitted(1), submitted(2)]).expect("it is written");
-        journal.append(&[Event::Paused { run: 1 }]).expect("it is written");
-        std::fs::read(path).expect("a journal")
-    }
-
-    #[test]
-    fn a_journal_cut_anywhere_is_read_up_to_there_and_goes_on() {
-        let path = place("cut");
-        let whole = filled(&path);
-        let ends: Vec<usize> =
-            (0..whole.len()).filter(|at| whole[*at] == b'\n').map(|at| at + 1).collect();
-        for cut in ends[0]..=whole.len() {
-            std::fs::write(&path, &whole[..cut]).expect("a journal");
-            let (mut journal, board, torn) = Journal::open(&path).expect("it opens");
-            let lines = ends.iter().filter(|end| **end <= cut).count() - 1;
-            assert_eq!(board.entries().count(), lines.min(2), "cut at {cut}");
-            assert_eq!(torn.is_some(), !ends.contains(&cut), "cut at {cut}");
-            journal.append(&[submitted(3)]).expect("it is written");
-            let (_, board, torn) = Journal::open(&path).expect("it opens");
-            assert_eq!((board.entries().count(), torn), (lines.min(2) + 1, None), "cut at {cut}");
-        }
-    }
-
-    #[test]
-    fn a_journal_damaged_in_the_middle_is_refused_with_the_line() {
-        let path = place("damaged");
-        let whole = filled(&path);
-        let second = whole.iter().position(|byte| *byte == b'\n').expect("lines") + 15;
-        let mut bad = whole.clone();
-        bad[second] ^= 1;
-        std::fs::write(&path, &bad).expect("a journal");
-        let said = Journal::open(&path).expect_err("it is damaged");
-        assert!(matches!(said, ServiceError::Journal { line: 2, .. }), "{said}");
-        assert!(said.to_string().contains("checksum"), "{said}");
-        assert_eq!(std::fs::read(&path).expect("a journal"), bad, "it is left as it was");
-        for (text, line) in [("", 1), ("something else\n", 1)] {
-            std::fs::write(&path, text).expect("a file");
-            let said = Journal::open(&path).expect_err("it is none");
-            assert!(matches!(said, ServiceError::Journal { line: at, .. } if at == line));
-        }
-        // Sound lines that cannot have happened.
-        let event = super::line(&Event::Paused { run: 9 });
-        std::fs::write(&path, format!("{}\n{event}", super::TITLE)).expect("a file");
-        let said = Journal::open(&path).expect_err("nobody is run 9");
-        assert!(matches!(said, ServiceError::Journal { line: 2, .. }), "{said}");
-    }
-
-    #[test]
-    fn a_run_that_is_there_twice_is_refused_with_the_line() {
-        let path = place("twice");
-        let whole = filled(&path);
-        for again in [1, 2] {
-            let mut twice = whole.clone();
-            twice.extend(super::line(&submitted(again)).bytes());
-            std::fs::write(&path, &twice).expect("a journal");
-            let said = Journal::open(&path).expect_err("it is there twice");
-            assert!(matches!(said, ServiceError::Journal { line: 5, .. }), "{said}");
-            assert!(said.to_string().contains(&format!("run {again} is ")), "{said}");
-            assert_eq!(std::fs::read(&path).expect("a journal"), twice, "it is left as it was");
-        }
-    }
-
-    /// On a disk that is full, which `/dev/full` always is.
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn what_is_not_kept_is_an_error_and_what_is_owed_comes_before_the_rest() {
-        use cullet_proto::service::State;
-        let path = place("full");
-        let (mut journal, _, _) = Journal::open(&path).expect("it opens");
-        let started = Event::Started { run: 1, folder: "f".into(), at: 1 };
-        journal.append(&[submitted(1), started]).expect("it is written");
-        let before = std::fs::read(&path).expect("a journal");
-        let full = std::fs::OpenOptions::new().append(true).open("/dev/full").expect("a device");
-        let sound = std::mem::replace(&mut journal.file, full);
-        let said = journal.append(&[submitted(2)]).expect_err("there is no room");
-        assert!(said.to_string().contains("No space left"), "{said}");
-        let (how, end) = (crate::service::board::How::Failed, Default::default());
-        journal.owe(&Event::Ended { run: 1, how, end, at: 2 });
-        assert!(journal.settle().is_err() && journal.append(&[submitted(2)]).is_err());
-        assert_eq!(std::fs::read(&path).expect("a journal"), before);
-        journal.file = sound;
-        // Half of what did not fit.
-        std::fs::write(&path, [&before[..], b"01234567 {\"event"].concat()).expect("it is torn");
-        journal.append(&[Event::Queued { run: 1 }, submitted(2)]).expect("there is room");
-        let length = journal.length;
-        journal.settle().expect("nothing is owed");
-        assert_eq!(journal.length, length);
-        let (_, board, torn) = Journal::open(&path).expect("what was owed comes first");
-        assert_eq!((board.entries().count(), torn), (2, None));
-        assert_eq!(board.get(1).expect("known").state, State::Queued);
-    }
-
-    /// Where no file grows beyond 1 KiB the system writes as much of a line as fits.
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn what_was_written_in_part_is_cut_off_at_once() {
-        const LIMITED: &str = "CULLET_TEST_LIMITED";
-        if std::env::var_os(LIMITED).is_none() {
-            // This test alone, in a process of its own with that limit.
-            let name = "service::journal::tests::what_was_written_in_part_is_cut_off_at_once";
-            let script = "trap '' XFSZ; ulimit -f 1; exec \"$0\" --exact \"$1\" --nocapture";
-            let said = std::process::Command::new("bash")
-                .args(["-c", script])
-                .arg(std::env::current_exe().expect("a path"))
-                .arg(name)
-                .env(LIMITED, "1")
-                .output()
-                .expect("bash");
-            let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-            let (out, err) = (text(&said.stdout), text(&said.stderr));
-            assert!(said.status.success() && out.contains("1 passed"), "{out}{err}");
-            return;
-        }
-        let path = place("limited");
-        let (mut journal, _, _) = Journal::open(&path).expect("it opens");
-        let mut run = 1;
-        let why = loop {
-            match journal.append(&[submitted(run)]) {
-                Ok(()) => run += 1,
-                Err(error) => break error.to_string(),
-            }
-        };
-        assert!(why.contains("File too large") && run > 3, "{why} at run {run}");
-        // As it stands now, a crash would leave nothing of it.
-        let there = std::fs::read(&path).expect("a journal");
-        assert_eq!(there.len() as u64, journal.length, "a part of it is there");
-        let (board, torn) = super::read(&path).expect("it is sound");
-        assert_eq!((board.entries().count() as u64, torn), (run - 1, None));
-    }
-
-    #[test]
-    fn a_journal_that_is_opened_again_says_the_same() {
-        let path = place("again");
-        filled(&path);
-        let (_, first, _) = Journal::open(&path).expect("it opens");
-        let (_, second, _) = Journal::open(&path).expect("it opens");
-        assert_eq!(first, second);
-        assert_eq!(first.get(1).expect("known").state, State::Paused);
-    }
-}
+mod tests;

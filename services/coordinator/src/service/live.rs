@@ -2,10 +2,11 @@
 
 use super::timeline::Job;
 use crate::link::Reproduction;
+use crate::state_file;
 use cullet_proto::JobId;
 use cullet_proto::service::{JobCounts, MAX_LINES, Position};
 use std::collections::VecDeque;
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -17,6 +18,9 @@ const MAX_KEPT: usize = 4_096;
 const MAX_LINE: usize = 400;
 /// Most bytes of the file: what is said beyond it is not written there.
 const MAX_FILE: u64 = 8 << 20;
+
+/// What is shown for a line that is not as it was written.
+const DAMAGED: &str = "(here was a line, which is torn or damaged)";
 
 /// What one run says; its thread writes, whoever answers questions reads.
 #[derive(Debug, Default)]
@@ -44,8 +48,24 @@ impl Live {
         let mut inner = Inner::default();
         if let Ok(file) = File::open(path) {
             inner.written = file.metadata().map_or(0, |known| known.len());
-            for line in BufReader::new(file).lines().map_while(Result::ok) {
-                inner.push(line);
+            let (mut sealed, mut bad) = (false, 0);
+            for bytes in BufReader::new(file).split(b'\n').map_while(Result::ok) {
+                let line = String::from_utf8_lossy(&bytes);
+                inner.push(match state_file::read_line(&line) {
+                    Ok((text, true)) => {
+                        sealed = true;
+                        text.to_owned()
+                    }
+                    // Those of before there were checksums come first.
+                    Ok((text, false)) if !sealed => text.to_owned(),
+                    _ => {
+                        bad += 1;
+                        DAMAGED.to_owned()
+                    }
+                });
+            }
+            if bad > 0 {
+                tracing::warn!("{}: {bad} lines are torn or damaged", path.display());
             }
         }
         inner.path = Some(path.to_owned());
@@ -61,10 +81,11 @@ impl Live {
         let plain = line.replace(['\n', '\r'], " ");
         let line = plain[..plain.floor_char_boundary(MAX_LINE)].to_owned();
         let mut inner = self.inner();
-        inner.written += line.len() as u64 + 1;
+        let kept = state_file::line(&line);
+        inner.written += kept.len() as u64;
         let room = inner.written <= MAX_FILE;
         if let Some(path) = inner.path.as_ref().filter(|_| room)
-            && let Err(error) = append(path, &line)
+            && let Err(error) = append(path, &kept)
         {
             tracing::warn!("{}: a line of a run is not in it: {error}", path.display());
         }
@@ -140,8 +161,8 @@ impl Live {
 }
 
 fn append(path: &Path, line: &str) -> std::io::Result<()> {
-    let mut file = OpenOptions::new().append(true).create(true).open(path)?;
-    file.write_all(format!("{line}\n").as_bytes())
+    let mut file = state_file::options().append(true).create(true).open(path)?;
+    file.write_all(line.as_bytes())
 }
 
 impl Inner {
@@ -176,7 +197,8 @@ impl Clock {
 
 #[cfg(test)]
 mod tests {
-    use super::{Live, MAX_KEPT, MAX_LINES};
+    use super::{DAMAGED, Live, MAX_KEPT, MAX_LINES};
+    use crate::state_file;
 
     #[test]
     fn lines_come_once_and_in_order_also_after_a_restart() {
@@ -211,7 +233,28 @@ mod tests {
         let open = std::fs::read_dir("/proc/self/fd").expect("files").flatten();
         let of_it = open.filter_map(|file| std::fs::read_link(file.path()).ok());
         assert_eq!(of_it.filter(|target| *target == path).count(), 0);
-        assert_eq!(std::fs::read_to_string(&path).expect("a log"), "a line\n");
+        assert_eq!(std::fs::read_to_string(&path).expect("a log"), state_file::line("a line"));
+    }
+
+    #[test]
+    fn a_line_in_which_a_bit_turned_is_not_shown_as_it_was_said() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log");
+        // Of before there were checksums.
+        std::fs::write(&path, "an old line\n").expect("a log");
+        let live = Live::open(&path);
+        ["one", "two"].iter().for_each(|line| live.say(line));
+        let sound = std::fs::read(&path).expect("a log");
+        assert_eq!(Live::open(&path).lines(0).0, ["an old line", "one", "two"]);
+        let second = sound.len() - state_file::line("two").len();
+        for at in 8 * second..8 * (sound.len() - 1) {
+            let mut bytes = sound.clone();
+            bytes[at / 8] ^= 1 << (at % 8);
+            std::fs::write(&path, &bytes).expect("a log");
+            let lines = Live::open(&path).lines(0).0;
+            assert_eq!(lines[..2], ["an old line", "one"], "bit {at}");
+            assert!(lines[2..].iter().all(|line| line == DAMAGED), "bit {at}: {lines:?}");
+        }
     }
 
     #[test]

@@ -19,6 +19,7 @@ mod live;
 pub(crate) mod memory;
 pub mod metrics;
 mod quota;
+mod set_aside;
 mod store;
 pub mod sweep;
 mod tell;
@@ -26,6 +27,7 @@ mod timeline;
 
 pub use error::ServiceError;
 pub use here::run_here;
+pub(crate) use set_aside::damaged as set_damaged_aside;
 pub use store::{Store, free, total};
 
 use crate::link::users::Door;
@@ -85,6 +87,8 @@ pub struct ServiceConfig {
     pub reserve: Option<u64>,
     /// Runs remembered, if fewer than 4096: beyond it the oldest that is over goes.
     pub keep: Option<usize>,
+    /// Bytes of the journal beyond which no run is handed in, if fewer than 256 MiB.
+    pub journal: Option<u64>,
 }
 
 /// A run that goes on.
@@ -160,7 +164,7 @@ impl<'a> Service<'a> {
         config: &'a ServiceConfig,
         say: &'a mut dyn FnMut(&str),
     ) -> Result<Self, ServiceError> {
-        let (mut journal, mut board, torn) = Journal::open(&store.folder().join("journal"))?;
+        let (mut journal, mut board, torn) = open_journal(&store, config)?;
         if let Some(torn) = torn {
             say(&format!("{torn}: a crash tore it, nobody was told of it, it is dropped"));
         }
@@ -235,6 +239,7 @@ impl<'a> Service<'a> {
     fn record(&mut self, events: &[Event]) -> Result<(), ServiceError> {
         self.journal.append(events)?;
         events.iter().for_each(|event| self.apply(event));
+        self.journal.tidy(&self.board);
         Ok(())
     }
 
@@ -245,6 +250,7 @@ impl<'a> Service<'a> {
             self.journal.owe(&event);
         }
         self.apply(&event);
+        self.journal.tidy(&self.board);
     }
 
     /// What the journal has happens. A test stops the coordinator at a line of the log: kept, and
@@ -293,7 +299,8 @@ impl<'a> Service<'a> {
 
     /// Whether the disk has room for so many bytes more.
     fn room(&self, more: u64) -> Result<(), ServiceError> {
-        quota::disks(more, self.config.reserve, [self.store.folder(), &self.out])
+        let kept = (self.config.reserve, self.journal.length());
+        quota::disks(more, kept, [self.store.folder(), &self.out])
     }
 
     /// What is left of the disk is for runs that go on: another one waits, which is told once.
@@ -341,7 +348,7 @@ impl<'a> Service<'a> {
         let state = self.store.run(run);
         let share = share(&entry.order.user, entry.order.priority);
         let entry = self.board.get(run).map_or(entry, Entry::clone);
-        let bundle = self.store.bundle(run);
+        let bundle = self.store.bundle(run, &entry.order.bundle);
         let reach = self.store.named().map(|_| Reach::new(&self.store.run(run)));
         let attempt_stop = Arc::clone(&stop);
         let work = move || {
@@ -385,10 +392,11 @@ impl<'a> Service<'a> {
 
     /// Stops the runs of users who hold more of the disk than they may.
     fn bound(&mut self) {
+        let place = (&self.store, self.out.as_path(), &self.journal);
         for (run, going) in self.going.iter_mut().filter(|(_, going)| going.over.is_none()) {
             let Ok(entry) = self.board.get(*run) else { continue };
             let user = (entry.order.user.as_str(), 0);
-            if let Err(error) = self.quota.room(user, &self.board, (&self.store, &self.out)) {
+            if let Err(error) = self.quota.room(user, &self.board, place) {
                 tracing::warn!(run, "stopped: {error}");
                 going.over = Some((codes::UNKEPT, error.to_string()));
                 going.stop.store(true, Ordering::Relaxed);
@@ -464,6 +472,15 @@ impl<'a> Service<'a> {
             }
         }
     }
+}
+
+/// What happened in the lives before this one.
+fn open_journal(
+    store: &Store,
+    config: &ServiceConfig,
+) -> Result<(Journal, Board, Option<String>), ServiceError> {
+    let bound = config.journal.unwrap_or(journal::MAX_BYTES).min(journal::MAX_BYTES);
+    Journal::open(&store.folder().join("journal"), bound)
 }
 
 /// What a run may claim of the pool: users share it evenly; priorities beyond what the pool tells

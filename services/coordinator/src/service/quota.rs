@@ -1,12 +1,14 @@
 //! How much of the disk the runs of each user hold, and how much they may.
 //!
 //! Counted is what is there of the runs that are remembered: bundle, log and kept verdicts in the
-//! state folder, and what was recorded; and of those that are not remembered any more until the
+//! state folder, what the journal tells of them, and what was recorded; and of those that are not remembered any more until the
 //! last of it is gone. So nothing of a user is on the disk and not counted; what all share, the
 //! cache of results and the quarantine, has bounds of its own. All together leave a part of the
-//! disk to runs that go on: without it no run is taken, and none begins.
+//! disk to runs that go on, and as much as the journal holds, which is written anew beside itself:
+//! without it no run is taken, and none begins.
 
 use super::board::{Board, Entry};
+use super::journal::Journal;
 use super::store::{free, total};
 use super::{ServiceError, Store};
 use cullet_proto::service::State;
@@ -46,14 +48,15 @@ impl Quota {
         &mut self,
         (user, more): (&str, u64),
         board: &Board,
-        (store, out): (&Store, &Path),
+        (store, out, journal): (&Store, &Path, &Journal),
     ) -> Result<(), ServiceError> {
         let Some(bound) = self.bound else {
             return Ok(());
         };
         let all = board.entries().chain(board.leaving());
         let own = all.filter(|entry| entry.order.user == user);
-        let used: u64 = own.map(|entry| self.of(entry, store, out)).sum();
+        let bytes = |entry: &Entry| self.of(entry, store, out) + journal.of(entry.run);
+        let used: u64 = own.map(bytes).sum();
         match used.saturating_add(more) > bound {
             true => Err(ServiceError::Quota { user: user.to_owned(), used, more, bound }),
             false => Ok(()),
@@ -78,17 +81,22 @@ impl Quota {
 const RESERVE: std::ops::RangeInclusive<u64> = 32 << 20..=2 << 30;
 
 /// Whether the disks that these folders are on have room for so many bytes more, beside what is
-/// kept for the journal and for runs that go on: what was said, or a twentieth of a disk.
+/// kept for runs that go on (what was said, or a twentieth of a disk) and for a journal of so many
+/// bytes, which is written anew beside itself.
 ///
 /// # Errors
 /// [`ServiceError::Full`].
-pub(super) fn disks(more: u64, said: Option<u64>, folders: [&Path; 2]) -> Result<(), ServiceError> {
+pub(super) fn disks(
+    more: u64,
+    (said, journal): (Option<u64>, u64),
+    folders: [&Path; 2],
+) -> Result<(), ServiceError> {
     for folder in folders {
         // One that is not there yet will be on the disk of the first above it that is.
         let there = folder.ancestors().find(|folder| folder.exists()).unwrap_or(Path::new("."));
         let (Some(free), Some(total)) = (free(there), total(there)) else { continue };
         let usual = (total / 20).min(*RESERVE.end());
-        let reserve = said.unwrap_or(usual).max(*RESERVE.start());
+        let reserve = said.unwrap_or(usual).max(*RESERVE.start()).saturating_add(journal);
         if free < more.saturating_add(reserve) {
             return Err(ServiceError::Full { folder: folder.to_owned(), free, more, reserve });
         }
@@ -126,9 +134,10 @@ fn held(folder: &Path) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::{BLOCK, Quota, RESERVE, disks, held};
-    use crate::service::Store;
     use crate::service::attempt::discard;
     use crate::service::board::{Board, Event, Order};
+    use crate::service::journal::{Journal, MAX_BYTES, size};
+    use crate::service::{ServiceError, Store};
     use std::fs;
 
     #[test]
@@ -154,24 +163,28 @@ mod tests {
     fn a_disk_that_is_nearly_full_takes_no_run() {
         let place = tempfile::tempdir().expect("a folder");
         let (here, never) = (place.path(), place.path().join("not/there"));
-        assert!(disks(1, Some(0), [here, &never]).is_ok());
-        let said = disks(u64::MAX, None, [here, here]).expect_err("so much is nowhere");
+        assert!(disks(1, (Some(0), 0), [here, &never]).is_ok());
+        let said = disks(u64::MAX, (None, 0), [here, here]).expect_err("so much is nowhere");
         let said = said.to_string();
         assert!(said.starts_with(&format!("{}: ", here.display())), "{said}");
         assert!(said.contains("this run needs 18446744073709551615, and "), "{said}");
         // The other folder counts too, and what is kept is kept whoever asks for how little.
         let free = super::free(here).expect("it is told");
-        let said = disks(0, Some(u64::MAX), [here, &never]).expect_err("all of it is kept");
+        let said = disks(0, (Some(u64::MAX), 0), [here, &never]).expect_err("all of it is kept");
         assert!(said.to_string().contains(" bytes of the disk are free, and "), "{said}");
         let least = free.saturating_sub(RESERVE.start() / 2);
-        assert!(disks(least, Some(0), [here, here]).is_err());
+        assert!(disks(least, (Some(0), 0), [here, here]).is_err());
+        // So does what a journal takes that is written anew.
+        let told = |journal| disks(0, (Some(0), journal), [here, here]);
+        assert!(told(0).is_ok() && told(free).is_err());
     }
 
     #[test]
     fn what_counts_is_all_that_a_users_runs_hold_and_nobody_elses() {
         let store = Store::open(None).expect("a folder of its own");
         let out = store.folder().join("recordings");
-        let mut board = Board::default();
+        let (mut journal, mut board, _) =
+            Journal::open(&store.folder().join("journal"), MAX_BYTES).expect("a journal");
         for (run, user) in [(1, "ann"), (2, "bob"), (3, "ann")] {
             let order = Order { user: user.into(), ticket: run.to_string(), ..Order::default() };
             let folder = format!("pot-{run}");
@@ -183,7 +196,7 @@ mod tests {
             }
         }
         assert_eq!(held(&out.join("pot-1")), 2 * BLOCK);
-        let place = (&store, out.as_path());
+        let place = (&store, out.as_path(), &journal);
         let mut quota = Quota::new(Some(8 * BLOCK));
         assert!(quota.room(("ann", 2 * BLOCK), &board, place).is_ok());
         let said = quota.room(("ann", 2 * BLOCK + 1), &board, place).expect_err("too much");
@@ -218,5 +231,17 @@ mod tests {
         board.apply(&Event::Removed { run: 1 }).expect("it fits");
         assert_ne!(used(&board), before);
         assert!(Quota::new(None).room(("ann", u64::MAX), &board, place).is_ok());
+        // What the journal tells of a run counts, too.
+        let told = [Event::Paused { run: 3 }];
+        let used = |journal: &Journal| {
+            let place = (&store, out.as_path(), journal);
+            match Quota::new(Some(0)).room(("ann", 1), &board, place) {
+                Err(ServiceError::Quota { used, .. }) => used,
+                other => panic!("{other:?}"),
+            }
+        };
+        let before = used(&journal);
+        journal.append(&told).expect("it is written");
+        assert_eq!(used(&journal), before + size(&told));
     }
 }

@@ -16,14 +16,21 @@
 //! DIR/cache/                results of finished jobs, for any run, bounded
 //! DIR/quarantine/           what reproduces a job that killed its workers
 //! DIR/recordings/pot-1/     what it recorded, unless --out says elsewhere
+//! DIR/set-aside/            what a start found and nobody knew of
 //! ```
 //!
-//! A file is whole or not there: it is written beside its place, written through, and renamed.
+//! A file is whole or not there: it is written beside its place, written through, and renamed. The
+//! folder and its files are their owner's alone. A bit that turned is found wherever it is read: the
+//! journal has the digest of each bundle, and the other files have checksums (`state_file`). A
+//! folder of the first generation has none, and is read as it is; the first start makes it one of
+//! the second, which a program of before does not open.
 
-use super::ServiceError;
+use super::{ServiceError, set_aside};
 use crate::link::PoolConfig;
-use crate::run::{UNFINISHED, write_file};
+use crate::run::UNFINISHED;
+use crate::state_file::{self, put, sync};
 use cullet_proto::ids::digest;
+use cullet_proto::service::hex_of;
 use cullet_proto::{JobId, Verdict};
 use std::fs::{self, File};
 use std::io;
@@ -31,7 +38,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 const MARK: &str = "cullet-state";
-const TITLE: &str = "cullet state 1\n";
+const TITLE: &str = "cullet state 2\n";
+/// Of folders whose files have no checksums yet.
+const OLD_TITLE: &str = "cullet state 1\n";
 const NUMBERS: &str = "numbers";
 /// A coordinator that was killed may take this long to be gone.
 const DYING: Duration = Duration::from_secs(5);
@@ -59,33 +68,14 @@ impl Store {
         let given = asked.map(Path::to_owned);
         let folder = given.or_else(|| own.as_ref().map(|own| own.path().to_owned()));
         let folder = folder.unwrap_or_default();
+        state_file::folder(&folder).map_err(ServiceError::file(&folder))?;
+        let old = marked(&folder)?;
+        let lock = locked(&folder)?;
         let fail = ServiceError::file(&folder);
-        fs::create_dir_all(folder.join("runs")).map_err(&fail)?;
-        let mark = folder.join(MARK);
-        match fs::read_to_string(&mark) {
-            Ok(text) if text == TITLE => {}
-            Ok(text) => {
-                let text = text.lines().next().unwrap_or_default().to_owned();
-                return Err(ServiceError::Foreign { folder, text });
-            }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                let mut others = fs::read_dir(&folder).map_err(&fail)?.flatten();
-                if let Some(other) = others.find(|entry| entry.file_name() != "runs") {
-                    let text = other.file_name().to_string_lossy().into_owned();
-                    return Err(ServiceError::Foreign { folder, text });
-                }
-                put(&mark, TITLE.as_bytes()).map_err(ServiceError::file(&mark))?;
-            }
-            Err(error) => return Err(ServiceError::file(&mark)(error)),
-        }
-        let path = folder.join("lock");
-        let lock = File::create(&path).map_err(ServiceError::file(&path))?;
-        let begun = Instant::now();
-        while lock.try_lock().is_err() {
-            if begun.elapsed() > DYING {
-                return Err(ServiceError::Taken { folder });
-            }
-            std::thread::sleep(Duration::from_millis(50));
+        state_file::hide(&folder).map_err(&fail)?;
+        state_file::folder(&folder.join("runs")).map_err(&fail)?;
+        if old {
+            put(&folder.join(MARK), TITLE.as_bytes()).map_err(&fail)?;
         }
         let mut store = Self { folder, incarnation: None, _lock: lock, own };
         if asked.is_some() {
@@ -97,16 +87,12 @@ impl Store {
     /// Counts the lives of this folder, before anything is done in this one.
     fn next_life(&self) -> Result<u32, ServiceError> {
         let path = self.folder.join("incarnation");
-        let last = match fs::read_to_string(&path) {
-            Ok(text) => text.trim().parse::<u32>().map_err(|_| ServiceError::Foreign {
-                folder: self.folder.clone(),
-                text: format!("incarnation {}", text.chars().take(40).collect::<String>()),
-            })?,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => 0,
-            Err(error) => return Err(ServiceError::file(&path)(error)),
-        };
-        let next = last.wrapping_add(1);
-        put(&path, format!("{next}\n").as_bytes()).map_err(ServiceError::file(&path))?;
+        let mend = "write a number into it that is larger than any before";
+        let last = read_number(&path, mend)?.unwrap_or(0);
+        let wide = |_| damaged(&path, "it is larger than 4294967295", mend);
+        let next = u32::try_from(last).map_err(wide)?.wrapping_add(1);
+        let text = state_file::number(next.into());
+        put(&path, text.as_bytes()).map_err(ServiceError::file(&path))?;
         Ok(next)
     }
 
@@ -140,18 +126,21 @@ impl Store {
 
     /// Up to which number runs have been here: that of the journal, which a hand may have cut, or
     /// a higher one that is noted or that a folder has.
-    pub(super) fn given(&self, last: u64) -> u64 {
-        let noted = fs::read_to_string(self.folder.join(NUMBERS)).ok();
-        let noted = noted.and_then(|text| text.trim().parse().ok());
+    ///
+    /// # Errors
+    /// What is noted cannot be read.
+    pub(super) fn given(&self, last: u64) -> Result<u64, ServiceError> {
+        let mend = "write the number of the last run into it, or delete it where none was deleted";
+        let noted = read_number(&self.folder.join(NUMBERS), mend)?;
         let folders = fs::read_dir(self.folder.join("runs")).into_iter().flatten().flatten();
         let numbers = folders.filter_map(|folder| folder.file_name().to_str()?.parse().ok());
-        numbers.chain(noted).fold(last, u64::max)
+        Ok(numbers.chain(noted).fold(last, u64::max))
     }
 
     /// Notes up to which number runs have been.
     pub(super) fn give(&self, last: u64) -> Result<(), ServiceError> {
         let path = self.folder.join(NUMBERS);
-        put(&path, format!("{last}\n").as_bytes()).map_err(ServiceError::file(&path))
+        put(&path, state_file::number(last).as_bytes()).map_err(ServiceError::file(&path))
     }
 
     /// Keeps the scene of a run that is about to be written into the journal.
@@ -164,15 +153,23 @@ impl Store {
             }
             _ => {}
         }
-        fs::create_dir(&folder).map_err(ServiceError::file(&folder))?;
+        state_file::folder(&folder).map_err(ServiceError::file(&folder))?;
         let path = folder.join("bundle");
         let put = put(&path, bytes).and_then(|()| sync(&self.folder.join("runs")));
         put.map_err(ServiceError::file(&path))
     }
 
-    pub(super) fn bundle(&self, run: u64) -> Result<Vec<u8>, ServiceError> {
+    /// The scene of a run. `told`: its digest, as the journal has it; empty where that is older.
+    pub(super) fn bundle(&self, run: u64, told: &str) -> Result<Vec<u8>, ServiceError> {
         let path = self.run(run).join("bundle");
-        fs::read(&path).map_err(ServiceError::file(&path))
+        let bytes = fs::read(&path).map_err(ServiceError::file(&path))?;
+        let found = hex_of(&digest(&bytes));
+        if told.is_empty() || told == found {
+            return Ok(bytes);
+        }
+        let why = format!("its digest is {found}, and that of what was handed in {told}");
+        let mend = "put a sound copy in its place and retry the run, or hand the scene in again";
+        Err(damaged(&path, &why, mend))
     }
 
     /// The verdicts of a run.
@@ -180,17 +177,24 @@ impl Store {
         Kept { folder: self.run(run).join("kept") }
     }
 
-    /// Forgets all but these runs, and what a crash left unfinished.
+    /// Sets aside all but these runs, and what a crash left unfinished.
     pub(super) fn sweep(&self, known: &dyn Fn(u64) -> bool) {
-        let files = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        for file in files.filter(|f| f.file_name().to_string_lossy().starts_with(UNFINISHED)) {
-            let _it_goes_next_time = fs::remove_file(file.path());
-        }
+        let aside = |path: &Path, why| set_aside::tell(&self.folder, path, why);
+        let unfinished = |folder: &Path| {
+            let files = fs::read_dir(folder).into_iter().flatten().flatten();
+            for file in files.filter(|f| f.file_name().to_string_lossy().starts_with(UNFINISHED)) {
+                aside(&file.path(), "a crash left it unfinished");
+            }
+        };
+        unfinished(&self.folder);
         let runs = fs::read_dir(self.folder.join("runs")).into_iter().flatten().flatten();
         for folder in runs {
             let number = folder.file_name().to_str().and_then(|name| name.parse().ok());
-            if number.is_some_and(|run| !known(run)) {
-                remove(&folder.path());
+            match number {
+                Some(run) if !known(run) => {
+                    aside(&folder.path(), "the journal knows of no such run, or of none any more");
+                }
+                _ => unfinished(&folder.path()),
             }
         }
     }
@@ -219,19 +223,24 @@ impl Kept {
     /// The verdict of a job that was settled before, if it is there and sound.
     pub(super) fn get(&self, job: JobId) -> Option<Verdict> {
         let path = self.folder.join(job.to_string());
-        let bytes = fs::read(&path).ok()?;
-        let (told, verdict) = bytes.split_at_checked(32)?;
-        if told != digest(verdict) {
+        let bytes = match fs::read(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return None,
+            bytes => {
+                bytes.inspect_err(|error| tracing::warn!("{}: {error}", path.display())).ok()?
+            }
+        };
+        let sound = bytes.split_at_checked(32).filter(|(told, verdict)| *told == digest(verdict));
+        let verdict = sound.and_then(|(_, verdict)| Verdict::decode(verdict).ok());
+        if verdict.is_none() {
             tracing::warn!("{} is damaged: the job is done again", path.display());
-            return None;
         }
-        Verdict::decode(verdict).ok()
+        verdict
     }
 
     /// Keeps a verdict before anybody acts on it.
     pub(super) fn put(&self, job: JobId, verdict: &Verdict) -> io::Result<()> {
         let verdict = verdict.encode().map_err(|error| io::Error::other(error.to_string()))?;
-        fs::create_dir_all(&self.folder)?;
+        state_file::folder(&self.folder)?;
         let bytes = [&digest(&verdict)[..], &verdict].concat();
         put(&self.folder.join(job.to_string()), &bytes)
     }
@@ -261,15 +270,58 @@ pub fn total(folder: &Path) -> Option<u64> {
     size
 }
 
-/// Writes a file that is whole or not there, also after a crash of the machine.
-pub(super) fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    write_file(path, bytes)?;
-    path.parent().map_or(Ok(()), sync)
+/// Whether a state folder is one of the first generation. One that is empty becomes one of this.
+fn marked(folder: &Path) -> Result<bool, ServiceError> {
+    let mark = folder.join(MARK);
+    match fs::read_to_string(&mark) {
+        Ok(text) if text == TITLE || text == OLD_TITLE => Ok(text == OLD_TITLE),
+        Ok(text) => {
+            let text = text.lines().next().unwrap_or_default().to_owned();
+            Err(ServiceError::Foreign { folder: folder.to_owned(), text })
+        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            let all = fs::read_dir(folder).map_err(ServiceError::file(folder))?;
+            let mut others = all.flatten();
+            if let Some(other) = others.find(|entry| entry.file_name() != "runs") {
+                let text = other.file_name().to_string_lossy().into_owned();
+                return Err(ServiceError::Foreign { folder: folder.to_owned(), text });
+            }
+            put(&mark, TITLE.as_bytes()).map_err(ServiceError::file(&mark))?;
+            Ok(false)
+        }
+        Err(error) => Err(ServiceError::file(&mark)(error)),
+    }
 }
 
-/// Writes a folder's names through.
-fn sync(folder: &Path) -> io::Result<()> {
-    File::open(folder)?.sync_all()
+/// Takes a state folder for this coordinator alone.
+fn locked(folder: &Path) -> Result<File, ServiceError> {
+    let path = folder.join("lock");
+    let lock = state_file::options().write(true).create(true).truncate(true).open(&path);
+    let lock = lock.map_err(ServiceError::file(&path))?;
+    let begun = Instant::now();
+    while lock.try_lock().is_err() {
+        if begun.elapsed() > DYING {
+            return Err(ServiceError::Taken { folder: folder.to_owned() });
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    Ok(lock)
+}
+
+/// A number that is kept in a file; none where there is no such file.
+fn read_number(path: &Path, mend: &'static str) -> Result<Option<u64>, ServiceError> {
+    match fs::read(path) {
+        Ok(bytes) => match state_file::read_number(&bytes) {
+            Ok(number) => Ok(Some(number)),
+            Err(why) => Err(damaged(path, why, mend)),
+        },
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(ServiceError::file(path)(error)),
+    }
+}
+
+fn damaged(path: &Path, why: &str, mend: &'static str) -> ServiceError {
+    ServiceError::Damaged { path: path.to_owned(), why: why.to_owned(), mend }
 }
 
 fn remove(folder: &Path) {
@@ -282,64 +334,4 @@ fn remove(folder: &Path) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{Store, put};
-    use crate::service::ServiceError;
-    use cullet_geometry::Vec3;
-    use cullet_proto::{BrokenBody, Grain, JobId, Verdict};
-
-    #[test]
-    fn a_folder_of_others_is_refused_and_left_alone() {
-        let folder = tempfile::tempdir().expect("a folder");
-        put(&folder.path().join("thesis.tex"), b"x").expect("a file");
-        let said = Store::open(Some(folder.path())).expect_err("it is somebody else's");
-        assert!(said.to_string().contains("thesis.tex"), "{said}");
-        let newer = tempfile::tempdir().expect("a folder");
-        put(&newer.path().join(super::MARK), b"cullet state 9\n").expect("a file");
-        let said = Store::open(Some(newer.path())).expect_err("it is newer");
-        assert!(said.to_string().contains("cullet state 9"), "{said}");
-    }
-
-    #[test]
-    fn one_coordinator_at_a_time() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let first = Store::open(Some(folder.path())).expect("it opens");
-        let said = Store::open(Some(folder.path())).expect_err("it is taken");
-        assert!(matches!(said, ServiceError::Taken { .. }), "{said}");
-        drop(first);
-        assert!(Store::open(Some(folder.path())).is_ok());
-    }
-
-    #[test]
-    fn a_damaged_verdict_is_no_verdict() {
-        let store = Store::open(None).expect("a folder of its own");
-        let (kept, job) = (store.kept(1), JobId([7; 32]));
-        assert_eq!(kept.get(job), None);
-        let verdict = Verdict::Refused { solver: "brittle".into(), text: "thin".into() };
-        kept.put(job, &verdict).expect("it is kept");
-        assert_eq!(kept.get(job), Some(verdict));
-        let path = store.run(1).join("kept").join(job.to_string());
-        // One of numbers alone, in which a bit that turns makes another verdict as sound as it.
-        let grain = |k: i32| Grain {
-            position: Vec3::repeat(f64::from(k)),
-            velocity: Vec3::zeros(),
-            volume: 1.0,
-            size: 0.5,
-        };
-        let debris = (0..20).map(grain).collect();
-        let broken = Verdict::Broken(Box::new(BrokenBody { debris, ..BrokenBody::default() }));
-        kept.put(job, &broken).expect("it is kept");
-        let sound = std::fs::read(&path).expect("it is there");
-        let mut passed = 0;
-        for at in (0..sound.len()).step_by(7) {
-            let mut bytes = sound.clone();
-            bytes[at] ^= 1;
-            passed += usize::from(bytes.get(32..).is_some_and(|b| Verdict::decode(b).is_ok()));
-            std::fs::write(&path, bytes).expect("it is damaged");
-            assert_eq!(kept.get(job), None, "byte {at}");
-        }
-        assert!(passed > 50, "only {passed} of them decode: the digest is not what is tested");
-        kept.put(job, &broken).expect("it is kept again");
-        assert_eq!(kept.get(job), Some(broken));
-    }
-}
+mod tests;

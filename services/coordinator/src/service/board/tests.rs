@@ -349,3 +349,16 @@ fn a_run_that_kills_and_is_cancelled_is_cancelled() {
     assert!(die(&mut board, &[(run, 0)]).is_empty());
     assert_eq!(state(&board, run), State::Cancelled);
 }
+
+#[test]
+fn a_priority_beyond_its_bounds_is_refused_however_far() {
+    let board = Board::default();
+    for (priority, may) in [(i32::MIN, false), (-101, false), (101, false), (i32::MAX, false)]
+        .into_iter()
+        .chain([(-100, true), (0, true), (100, true)])
+    {
+        let said = board.submit(order("a", priority, 0), MAX_KEPT);
+        assert_eq!(said.is_ok(), may, "{priority}");
+        assert!(may || said == Err(No::Priority), "{priority}");
+    }
+}

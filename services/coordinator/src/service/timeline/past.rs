@@ -7,11 +7,12 @@
 
 use super::{Attempt, Attempts, Fate, Job, Timeline};
 use crate::service::cutoff::seen;
+use crate::state_file;
 use cullet_proto::verdict;
 use serde::{Deserialize, Serialize};
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -62,7 +63,7 @@ impl Past {
         seen: Option<u64>,
     ) -> Self {
         let path = folder.join(NAME);
-        let file = OpenOptions::new().append(true).create(true).open(&path);
+        let file = state_file::options().append(true).create(true).open(&path);
         let file = file.and_then(|file| Ok((file.metadata()?.len(), file)));
         let file = file.map(|(length, file)| (file, length));
         let file = file.inspect_err(|error| tracing::warn!("{}: {error}", path.display())).ok();
@@ -137,7 +138,8 @@ impl Past {
             return false;
         }
         // On a line of its own whatever was torn before it.
-        let text = format!("\n{}", serde_json::to_string(line).unwrap_or_default());
+        let text = state_file::line(&serde_json::to_string(line).unwrap_or_default());
+        let text = format!("\n{}", text.trim_end());
         match file.write_all(text.as_bytes()) {
             Ok(()) => *length += text.len() as u64,
             Err(error) => tracing::debug!("{}: {error}", self.path.display()),
@@ -214,6 +216,12 @@ impl Draft {
     }
 }
 
+/// A line that is whole; one of before there were checksums has none.
+fn parse(line: &str) -> Option<Line> {
+    let whole = state_file::read_line(line).ok()?.0;
+    serde_json::from_str(whole).ok()
+}
+
 /// What the file has, as far as it can be read.
 fn read(path: &Path) -> String {
     let mut text = Vec::new();
@@ -221,7 +229,12 @@ fn read(path: &Path) -> String {
     if let Err(error) = read {
         tracing::warn!("{}: {error}", path.display());
     }
-    String::from_utf8_lossy(&text).into_owned()
+    let text = String::from_utf8_lossy(&text).into_owned();
+    let bad = text.lines().filter(|line| !line.is_empty() && parse(line).is_none()).count();
+    if bad > 0 {
+        tracing::warn!("{}: {bad} lines are torn or damaged, and left out", path.display());
+    }
+    text
 }
 
 /// What was written by the attempts before that one. `seen`: when the last was last seen to go on,
@@ -229,7 +242,7 @@ fn read(path: &Path) -> String {
 fn earlier(text: &str, attempt: u32, seen: Option<u64>) -> Timeline {
     let mut all = Timeline::default();
     let mut draft: Option<Draft> = None;
-    for line in text.lines().filter_map(|line| serde_json::from_str::<Line>(line).ok()) {
+    for line in text.lines().filter_map(parse) {
         match line {
             Line::Began { attempt: which, at, seen } => {
                 if let Some(draft) = draft.take() {
@@ -341,6 +354,25 @@ mod tests {
         assert_eq!(all.jobs.len(), 1, "{all:?}");
         assert_eq!(all.jobs[0].ending, Fate::CutOff, "its end is torn");
         assert_eq!(all.spans[1], Span { attempt: 2, from: 0.5, to: 0.5, cut_off: false });
+    }
+
+    #[test]
+    fn a_line_in_which_a_bit_turned_is_left_out() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let first = Past::begin(folder.path(), 1, 10_000, None);
+        first.opened("aa", 0.5);
+        let path = folder.path().join(NAME);
+        let before = fs::read(&path).expect("a file");
+        first.settled(&job("aa", "w1", 0.5, 1.5));
+        let sound = fs::read(&path).expect("a file");
+        for at in 8 * (before.len() + 1)..8 * sound.len() {
+            let mut bytes = sound.clone();
+            bytes[at / 8] ^= 1 << (at % 8);
+            fs::write(&path, &bytes).expect("a file");
+            let all = Past::told(folder.path());
+            let told: Vec<_> = all.jobs.iter().map(|job| (&job.job[..], job.ending)).collect();
+            assert_eq!(told, [("aa", Fate::CutOff)], "bit {at}");
+        }
     }
 
     #[test]
