@@ -10,6 +10,7 @@
 //! have one corner in each cube of eight nodes (surface nets), smoothed inside its cube.
 
 mod front;
+mod lattice;
 mod net;
 mod partial;
 mod smooth;
@@ -18,12 +19,13 @@ mod walk;
 use crate::cut::{CutError, DamageField};
 use crate::pieces::{Pieces, Rubble};
 use cullet_geometry::inside::Inside;
-use cullet_geometry::{TriMesh, Vec3};
-use rayon::prelude::*;
+use cullet_geometry::mesh::bounds;
+use cullet_geometry::{Mat3, TriMesh, Vec3};
+use lattice::Lattice;
 
 /// A particle is broken from this damage on (thesis Sec. 3.3 takes fully damaged ones; the last
 /// tenth is asymptotic in explicit time stepping).
-const BROKEN: f64 = 0.9;
+pub(crate) const BROKEN: f64 = 0.9;
 /// A node is damaged from this share of broken weight on. With quadratic weights a band one spacing
 /// thick gives its worst-placed node 0.479: all such bands are seen, and unbroken bridges of more
 /// than 1.3 spacings (where the broken share falls below 0.4 wherever they lie) still hold.
@@ -50,86 +52,11 @@ const NODE: u8 = 8;
 /// No label.
 const NONE: u32 = u32::MAX;
 
-/// A box of lattice nodes.
-#[derive(Clone, Copy, Debug)]
-struct Lattice {
-    low: Vec3,
-    spacing: f64,
-    dims: [usize; 3],
-}
-
-impl Lattice {
-    fn len(&self) -> usize {
-        self.dims.iter().product()
-    }
-
-    fn index(&self, node: [usize; 3]) -> usize {
-        (node[2] * self.dims[1] + node[1]) * self.dims[0] + node[0]
-    }
-
-    fn node(&self, index: usize) -> [usize; 3] {
-        let row = index / self.dims[0];
-        [index % self.dims[0], row % self.dims[1], row / self.dims[1]]
-    }
-
-    fn place(&self, node: [usize; 3]) -> Vec3 {
-        self.low + Vec3::new(node[0] as f64, node[1] as f64, node[2] as f64) * self.spacing
-    }
-
-    /// The node nearest to a point \[m\].
-    fn nearest(&self, place: Vec3) -> usize {
-        let steps = (place - self.low) / self.spacing;
-        let node = [0, 1, 2].map(|k| {
-            let n = (steps[k] + 0.5).max(0.0) as usize;
-            n.min(self.dims[k] - 1)
-        });
-        self.index(node)
-    }
-
-    /// The up to six nodes one edge away.
-    fn beside(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
-        let (node, dims) = (self.node(index), self.dims);
-        let strides = [1, dims[0], dims[0] * dims[1]];
-        (0..3).flat_map(move |k| {
-            let down = (node[k] > 0).then(|| index - strides[k]);
-            let up = (node[k] + 1 < dims[k]).then(|| index + strides[k]);
-            down.into_iter().chain(up)
-        })
-    }
-
-    /// The nodes at most `radius` away along every axis, the node itself included.
-    fn around(&self, node: [usize; 3], radius: usize) -> impl Iterator<Item = usize> + use<> {
-        let lattice = *self;
-        let from = node.map(|n| n.saturating_sub(radius));
-        let to = [0, 1, 2].map(|k| (node[k] + radius).min(lattice.dims[k] - 1));
-        (from[2]..=to[2]).flat_map(move |z| {
-            (from[1]..=to[1])
-                .flat_map(move |y| (from[0]..=to[0]).map(move |x| lattice.index([x, y, z])))
-        })
-    }
-}
-
-impl Lattice {
-    /// For each node, whether it and the middles of its edges upward are inside.
-    fn inside(&self, body: &Inside) -> Vec<u8> {
-        let half = 0.5 * self.spacing;
-        let steps = [Vec3::x() * half, Vec3::y() * half, Vec3::z() * half];
-        let bits = |i: usize| {
-            let place = self.place(self.node(i));
-            if !body.contains(place) {
-                return 0;
-            }
-            (0..3).fold(NODE, |bits, k| bits | u8::from(body.contains(place + steps[k])) << k)
-        };
-        (0..self.len()).into_par_iter().map(bits).collect()
-    }
-}
-
 impl Nodes {
     /// Whether a damaged node lies within two units of the point, along every axis: a crack
     /// elsewhere is an artefact (F27).
     pub(crate) fn holds(&self, point: Vec3) -> bool {
-        let steps = (point - self.lattice.low) / self.lattice.spacing;
+        let steps = self.lattice.steps_to(point);
         let node = [0, 1, 2].map(|k| (steps[k] + 0.5).max(0.0) as usize);
         let within = (0..3).all(|k| node[k] < self.lattice.dims[k]);
         within && self.near[self.lattice.index(node)]
@@ -139,6 +66,21 @@ impl Nodes {
     pub(crate) fn cells_at(&self, point: Vec3) -> impl Iterator<Item = u32> + use<'_> {
         let node = self.lattice.node(self.lattice.nearest(point));
         self.lattice.around(node, 1).map(|i| self.reach[i])
+    }
+}
+
+/// How a lattice lies and how fine it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LatticeChoice {
+    /// Unit vectors along its directions, as columns.
+    pub(crate) axes: Mat3,
+    /// Distance of its nodes over what the pieces ask for.
+    pub(crate) refinement: f64,
+}
+
+impl Default for LatticeChoice {
+    fn default() -> Self {
+        Self { axes: Mat3::identity(), refinement: 1.0 }
     }
 }
 
@@ -171,6 +113,10 @@ pub(crate) struct Nodes {
     odds: Vec<walk::Odds>,
     /// The drawn piece that a node lies in, or `NONE`.
     ball: Vec<u32>,
+    /// The label of each drawn piece, or `NONE`.
+    drawn_label: Vec<u32>,
+    /// Whether all pieces of a label were drawn; empty where none is known.
+    all_drawn: Vec<bool>,
     rubble: Rubble,
     /// Size of a cell of the rubble \[m\].
     cell: f64,
@@ -180,16 +126,20 @@ pub(crate) struct Nodes {
 
 impl Nodes {
     /// Spreads the field to the nodes in and around `body` and labels the undamaged ones inside.
-    pub(crate) fn new(body: &TriMesh, field: &DamageField<'_>) -> Result<Self, CutError> {
+    pub(crate) fn new(
+        body: &TriMesh,
+        field: &DamageField<'_>,
+        choice: &LatticeChoice,
+    ) -> Result<Self, CutError> {
         check(field)?;
         let drawn = field.pieces.filter(|pieces| !pieces.rubble.balls.is_empty());
         let unit = if field.pieces.is_some() { FINER * field.spacing } else { field.spacing };
         let h = drawn.map_or(unit, |pieces| FINEST * pieces.tolerance.coarseness() * field.spacing);
         let unit = unit.max(h);
-        let mut reach = body.bounds().unwrap_or_default();
-        for p in field.positions {
-            reach = (reach.0.inf(p), reach.1.sup(p));
-        }
+        let h = h * choice.refinement;
+        let along = |p: &Vec3| choice.axes.tr_mul(p);
+        let places = body.vertices.iter().chain(field.positions).map(along);
+        let reach = bounds(&places.collect::<Vec<Vec3>>()).unwrap_or_default();
         let low = reach.0 - Vec3::from(OFFSET) * h;
         let steps = (reach.1 - low) / h + Vec3::repeat(MARGIN + 1.0);
         let count = steps.x * steps.y * steps.z;
@@ -201,7 +151,7 @@ impl Nodes {
             });
         }
         let dims = [0, 1, 2].map(|k| steps[k].ceil() as usize);
-        let lattice = Lattice { low, spacing: h, dims };
+        let lattice = Lattice { low: choice.axes * low, spacing: h, dims, axes: choice.axes };
         let mut nodes = Self::spread(lattice, field);
         nodes.unit = unit;
         nodes.inside = lattice.inside(&Inside::new(body));
@@ -215,12 +165,12 @@ impl Nodes {
     }
 
     /// Gives each node inside the body the piece that holds most of its particles by weight, where
-    /// that is at least half of them or nearly all are in some piece; labels are numbered by their
-    /// first nodes.
+    /// that is at least half of them or nearly all are in some piece; drawn pieces count as one,
+    /// and the node goes to the nearest of them. Labels are numbered by their first nodes.
     fn take_labels(&mut self, positions: &[Vec3], pieces: &Pieces) {
         let mut shares: Vec<Vec<(Option<u32>, f64)>> = vec![Vec::new(); self.lattice.len()];
         for (&p, &piece) in positions.iter().zip(&pieces.of) {
-            let (base, w) = weights((p - self.lattice.low) / self.lattice.spacing);
+            let (base, w) = weights(self.lattice.steps_to(p));
             for k in 0..27 {
                 let [x, y, z] = [k % 3, k / 3 % 3, k / 9];
                 let node = self.lattice.index([base[0] + x, base[1] + y, base[2] + z]);
@@ -235,29 +185,41 @@ impl Nodes {
         let mut shared = Vec::new();
         for (i, shares) in shares.iter().enumerate().filter(|&(i, _)| self.inside[i] & NODE != 0) {
             let all: f64 = shares.iter().map(|entry| entry.1).sum();
-            let held = shares.iter().filter(|entry| entry.0.is_some());
-            let free = all - held.clone().map(|entry| entry.1).sum::<f64>();
+            let free: f64 = shares.iter().filter(|entry| entry.0.is_none()).map(|e| e.1).sum();
             let least = if free <= FEW * all { 0.0 } else { HALF * all };
-            let most = held.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-            if let Some(&(mut piece, _)) = most.filter(|entry| entry.1 >= least) {
-                if piece.and_then(|piece| pieces.drawn(piece)).is_some() {
-                    let of = shares.iter().filter_map(|entry| pieces.drawn(entry.0?));
-                    let place = self.lattice.place(self.lattice.node(i));
-                    self.ball[i] = self.rubble.nearest(of, &(place / self.cell)).unwrap_or(NONE);
-                    piece = Some(pieces.found + self.ball[i]);
-                }
-                let next = names.len() as u32;
-                self.label[i] = *names.entry(piece).or_insert(next);
-                if free <= FEW * all {
-                    shared.push(i);
-                }
+            let Some((found, _)) = most(pieces, shares).filter(|entry| entry.1 >= least) else {
+                continue;
+            };
+            let piece = found.unwrap_or_else(|| {
+                let of = shares.iter().filter_map(|entry| pieces.drawn(entry.0?));
+                let place = self.lattice.place(self.lattice.node(i));
+                self.ball[i] = self.rubble.nearest(of, &(place / self.cell)).unwrap_or(NONE);
+                pieces.found + self.ball[i]
+            });
+            let next = names.len() as u32;
+            self.label[i] = *names.entry(piece).or_insert(next);
+            if free <= FEW * all {
+                shared.push(i);
             }
         }
         self.labels = names.len() as u32;
+        self.drawn_label = vec![NONE; self.rubble.balls.len()];
+        self.all_drawn = vec![false; names.len()];
+        for (&piece, &label) in &names {
+            if let Some(ball) = pieces.drawn(piece) {
+                self.drawn_label[ball as usize] = label;
+                self.all_drawn[label as usize] = true;
+            }
+        }
         for i in shared {
-            let own =
-                shares[i].iter().filter_map(|(piece, share)| Some((names.get(piece)?, share)));
-            self.expect(i, own.map(|(&label, &share)| (label, share)));
+            let own = shares[i].iter().filter_map(|&(piece, share)| {
+                let name = match pieces.drawn(piece?) {
+                    Some(_) => walk::ZONE,
+                    None => *names.get(&piece?)?,
+                };
+                Some((name, share))
+            });
+            self.expect(i, own);
         }
     }
 
@@ -269,7 +231,7 @@ impl Nodes {
         for ((&p, &damage), &when) in
             field.positions.iter().zip(field.damage).zip(field.damage_time)
         {
-            let (base, w) = weights((p - lattice.low) / lattice.spacing);
+            let (base, w) = weights(lattice.steps_to(p));
             for z in 0..3 {
                 for y in 0..3 {
                     let row = lattice.index([base[0], base[1] + y, base[2] + z]);
@@ -308,6 +270,8 @@ impl Nodes {
             slot: vec![NONE; n],
             odds: Vec::new(),
             ball: vec![NONE; n],
+            drawn_label: Vec::new(),
+            all_drawn: Vec::new(),
             rubble: field.pieces.map(|pieces| pieces.rubble.clone()).unwrap_or_default(),
             cell: field.spacing,
             unit: lattice.spacing,
@@ -382,6 +346,28 @@ impl Nodes {
             }
         }
         self.near = near;
+    }
+}
+
+/// The found piece with the most of some shares, or `None` for all drawn ones together, where they
+/// have more: were each of them to stand alone, the found piece would reach in between any two.
+fn most(pieces: &Pieces, shares: &[(Option<u32>, f64)]) -> Option<(Option<u32>, f64)> {
+    let (mut drawn, mut found) = (0.0, None);
+    for &(piece, share) in shares {
+        match piece {
+            Some(piece) if pieces.drawn(piece).is_some() => drawn += share,
+            Some(piece) => {
+                let more = found.is_none_or(|(other, most): (u32, f64)| {
+                    share.total_cmp(&most).then(other.cmp(&piece)).is_gt()
+                });
+                found = if more { Some((piece, share)) } else { found };
+            }
+            None => {}
+        }
+    }
+    match found {
+        Some((piece, share)) if share >= drawn => Some((Some(piece), share)),
+        _ => (drawn > 0.0).then_some((None, drawn)),
     }
 }
 

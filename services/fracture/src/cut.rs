@@ -7,6 +7,7 @@
 //! their cells change label and the regions concerned are cut again. Every part is closed, and the
 //! volumes of the parts sum to the body's within [`VOLUME_TOLERANCE`], or there is an error.
 
+mod again;
 mod cutting;
 mod partial;
 pub mod slit;
@@ -14,12 +15,14 @@ mod stretched;
 #[cfg(test)]
 mod tests;
 
+use again::Way;
+pub use again::extract_stretched;
 pub use cutting::Cutting;
 use cutting::Ground;
-pub use stretched::extract_stretched;
 
 use crate::crack::Nodes;
 use crate::detail::Detail;
+use crate::grid_bias::GridBias;
 use crate::pieces::Pieces;
 use crate::region::agglomerate;
 use crate::region::relief::Terms;
@@ -34,8 +37,10 @@ pub const VOLUME_TOLERANCE: f64 = 1e-9;
 /// Diagrams tried, each with sites shaken anew, before a cut is given up.
 const ATTEMPTS: u64 = 3;
 /// A part holds at least this many particles: one grid cell's worth at the usual density. Fewer do
-/// not resolve the crack that cut it off (F32).
+/// not resolve the crack that cut it off (F32) ...
 const FEWEST_PARTICLES: f64 = 8.0;
+/// ... or as many as the smallest of drawn pieces, whose shape no particle tells.
+const FEWEST_DRAWN: f64 = 4.0;
 /// Shift of a site when a cut is tried again, in typical distances between sites.
 const SHAKE: f64 = 1e-3;
 /// The tag of a face that was there before any crack.
@@ -115,6 +120,9 @@ pub struct Partition {
     pub particle_part: Vec<u32>,
     /// Area of the new cracks \[m²\], counted once, not per side.
     pub crack_area: f64,
+    /// How its faces lie in the grid of the solve, or in the lattice of the cut where they lie in
+    /// that; of damage only.
+    pub bias: GridBias,
     /// What was noticed and let pass, a sentence each.
     pub warnings: Vec<String>,
 }
@@ -152,6 +160,12 @@ pub enum CutError {
     /// The boolean kernel refused.
     #[error(transparent)]
     Boolean(#[from] BooleanError),
+    /// The faces show the grid.
+    #[error("crack faces lie along the grid's planes {times:.1} times as often as chance (F22)")]
+    Grid {
+        /// How often, over chance \[1\].
+        times: f64,
+    },
     /// The parts do not add up.
     #[error(
         "{parts} parts enclose {sum:.12e} m³, the body {whole:.12e} m³; \
@@ -173,6 +187,7 @@ impl CutError {
         match self {
             Self::Voronoi(VoronoiError::Degenerate { .. })
             | Self::Boolean(_)
+            | Self::Grid { .. }
             | Self::Volume { .. } => true,
             Self::Voronoi(_)
             | Self::Lengths { .. }
@@ -186,14 +201,24 @@ impl CutError {
 ///
 /// # Errors
 /// A field that is empty, uneven, not finite or too large; a solid that is not closed; a cut that
-/// did not close or add up, three times over.
+/// did not close or add up at every attempt.
 pub fn extract(
     solid: &Solid,
     field: &DamageField<'_>,
     settings: &CutSettings,
 ) -> Result<Partition, CutError> {
+    extract_stretched(solid, field, settings, &Vec3::repeat(1.0))
+}
+
+/// One attempt at [`extract`].
+fn extract_once(
+    solid: &Solid,
+    field: &DamageField<'_>,
+    settings: &CutSettings,
+    way: &Way,
+) -> Result<Partition, CutError> {
     let body = Body::new(solid, settings)?;
-    let mut nodes = Nodes::new(&solid.mesh, field)?;
+    let mut nodes = Nodes::new(&solid.mesh, field, &way.lattice)?;
     let (scale, top_speed) = (field.scale, field.top_speed);
     if nodes.labels() <= 1 {
         let mut whole = body.untouched(field.positions.len());
@@ -205,7 +230,9 @@ pub fn extract(
         }
         return Ok(whole);
     }
-    let share = FEWEST_PARTICLES / field.positions.len() as f64;
+    let drawn = field.pieces.is_some_and(|pieces| !pieces.rubble.balls.is_empty());
+    let fewest = if drawn { FEWEST_DRAWN } else { FEWEST_PARTICLES };
+    let share = fewest / field.positions.len() as f64;
     let floor = settings.min_volume_ratio.max(share) * body.volume;
     nodes.fill();
     merge_labels(&mut nodes, field, body.volume, floor, settings);
@@ -215,20 +242,15 @@ pub fn extract(
         time_step: field.time_step,
         seed: scramble(settings.seed),
     };
-    let nodes = Arc::new(nodes);
-    let ground = Ground { nodes, scale, top_speed };
-    attempts(|attempt| {
-        let mosaic = ground.nodes.mosaic(attempt, &terms);
-        let labels = (0..ground.nodes.labels()).collect();
-        let bounds = (floor, settings.max_fragments);
-        let rough = Some(ground.clone());
-        let mut cutting = Cutting::assemble(body.clone(), mosaic, labels, bounds, rough)?;
-        cutting.warnings.extend(unrelieved(settings, attempt));
-        let mut partition = cutting.run()?;
-        partition.particle_part = cutting.locate(field.positions, &partition.parts);
-        partial::attach(&mut partition.parts, field, &ground, &cutting.part_labels);
-        Ok(partition)
-    })
+    let ground = Ground { nodes: Arc::new(nodes), scale, top_speed };
+    let mosaic = ground.nodes.mosaic(way.relief.then_some(&terms));
+    let labels = (0..ground.nodes.labels()).collect();
+    let bounds = (floor, settings.max_fragments);
+    let mut cutting = Cutting::assemble(body, mosaic, labels, bounds, Some(ground.clone()))?;
+    let mut partition = cutting.run()?;
+    partition.particle_part = cutting.locate(field.positions, &partition.parts);
+    partial::attach(&mut partition.parts, field, &ground, &cutting.part_labels);
+    Ok(partition)
 }
 
 /// Cuts a body along the faces between the Voronoi cells of `sites` \[m\] that have different

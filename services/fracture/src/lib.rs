@@ -8,6 +8,7 @@ pub mod cut;
 pub mod damage;
 pub mod debris;
 pub mod detail;
+pub mod grid_bias;
 pub mod material;
 pub mod mpm;
 pub mod particles;

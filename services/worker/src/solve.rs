@@ -58,8 +58,8 @@ enum Solved {
     Cancelled,
 }
 
-/// Solves with the family that the job names; if that refuses, with its fallback. The report says
-/// which ran and why another did not.
+/// Solves with the family that the job names; if that refuses, or cannot cut what it solved, with
+/// its fallback. The report says which ran and why another did not.
 #[must_use]
 pub fn by_table(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
     with_lookup(job, watch, by_name)
@@ -71,13 +71,15 @@ fn with_lookup(
     lookup: impl Fn(&str) -> Option<&'static Entry>,
 ) -> Option<Verdict> {
     let named = job.solver.clone();
+    let other = job.fallback.as_ref().filter(|other| **other != named);
     let refusal = match slices(job, &named, watch, &lookup) {
         Solved::Refused(text) => text,
+        // What was solved could not be cut into fragments that may be shown.
+        Solved::Failed(failure @ Failure::Cut(_)) if other.is_some() => failure.to_string(),
         Solved::Done(fracture) => return Some(broken(*fracture, None)),
         Solved::Failed(failure) => return Some(failed(named, &failure.to_string())),
         Solved::Cancelled => return None,
     };
-    let other = job.fallback.as_ref().filter(|other| **other != named);
     let Some(other) = other else {
         return Some(Verdict::Refused { solver: named, text: refusal });
     };
@@ -178,12 +180,23 @@ mod tests {
         Ok(Box::new(Picky::begin(problem)?))
     }
 
-    const TABLE: [Entry; 3] = [
+    /// Solves, and has no cut.
+    struct Uncut;
+
+    impl Run for Uncut {
+        fn advance(&mut self) -> Progress {
+            let why = "crack faces lie along the grid's planes 21.9 times as often as chance (F22)";
+            Progress::Failed(Failure::Cut(why.to_owned()))
+        }
+    }
+
+    const TABLE: [Entry; 4] = [
         Entry { name: "slow", begin: |_| Ok(Box::new(Slow(0))) },
         Entry { name: "picky", begin: refuse },
         Entry { name: "sick", begin: |_| Ok(Box::new(Picky)) },
+        Entry { name: "uncut", begin: |_| Ok(Box::new(Uncut)) },
     ];
-    static ENTRIES: [Entry; 3] = TABLE;
+    static ENTRIES: [Entry; 4] = TABLE;
 
     fn lookup(name: &str) -> Option<&'static Entry> {
         ENTRIES.iter().find(|entry| entry.name == name)
@@ -199,6 +212,19 @@ mod tests {
         let Some(Verdict::Broken(body)) = solved else { panic!("{solved:?}") };
         assert_eq!(body.report.solver, "slow");
         assert!(body.report.refusal.is_some_and(|text| text.starts_with("too thin")));
+    }
+
+    /// F22: a body whose cut shows the grid is handed over, and the report says why; where there is
+    /// no other family, it has failed.
+    #[test]
+    fn what_cannot_be_cut_is_handed_over() {
+        let ask = |b: Option<&str>| with_lookup(&job("uncut", b), &Watch::default(), lookup);
+        let solved = ask(Some("slow"));
+        let Some(Verdict::Broken(body)) = solved else { panic!("{solved:?}") };
+        assert_eq!(body.report.solver, "slow");
+        let why = body.report.refusal.expect("why");
+        assert!(why.starts_with("the cut failed: ") && why.contains("21.9 times"), "{why}");
+        assert!(matches!(ask(None), Some(Verdict::Failed { .. })));
     }
 
     #[test]

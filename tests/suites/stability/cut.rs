@@ -96,7 +96,7 @@ fn f26_cracks_are_no_staircases() {
     assert!(flat.normalize().dot(&normal).abs() > 0.995 && rough < 1.06, "{rough}");
     assert!(steps > 1.3, "stairs have {steps} of the area");
 
-    let ball = |x: f64| Ball { place: Vec3::new(x, 4.0, 4.0), size: 2.0 };
+    let ball = |x: f64| Ball::round(Vec3::new(x, 4.0, 4.0), 2.0);
     let rubble = Rubble::new(vec![ball(3.0), ball(5.0)], 4);
     let border: Vec<f64> = (0..50)
         .map(|k| Vec3::new(0.0, 0.16 * f64::from(k), 0.1 * f64::from(k)))

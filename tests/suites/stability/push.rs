@@ -122,6 +122,8 @@ fn f13_a_weak_contact_crushes_and_crushed_zones_are_divided() {
         material: PLASTER,
         seed: 1,
         tolerance: Tolerance::default(),
+        most: 400,
+        push: Vec3::x(),
     };
     let divided = |whole: f64| {
         let mut left = vec![None; particles.len()];

@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// Cells from which on a fragment is one that the solve resolved \[1\]: pieces that are drawn in
-/// crushed zones, by a law and not by a solve, stay below.
+/// crushed zones, by a law and not by a solve, stay below, but for one in twenty.
 pub const RESOLVED_CELLS: f64 = 64.0;
 
 /// A fragment that broke no further.

@@ -26,7 +26,8 @@ impl Nodes {
                 continue;
             }
             let arm = (self.heart[i] - place) / self.unit;
-            let w: f64 = arm
+            let w: f64 = lattice
+                .along(arm)
                 .iter()
                 .map(|x| (1.0 - x * x / (radius + 0.5) / (radius + 0.5)).max(0.0))
                 .product();

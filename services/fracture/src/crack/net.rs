@@ -9,40 +9,45 @@ use crate::region::{Mosaic, overlap};
 use cullet_geometry::Vec3;
 use cullet_geometry::voronoi::WALL;
 
-/// Rounds in which corners whose faces cross are drawn half-way back to the middle of their cubes.
+/// Rounds in which corners whose faces cross are drawn half-way back to the middle of their cubes;
+/// after them, all the way.
 const RETREATS: usize = 8;
 
 impl Nodes {
-    /// The box divided among the labels. `attempt` > 0 smooths less and gives no relief:
-    /// for a second try after an accident.
-    pub(crate) fn mosaic(&self, attempt: u64, terms: &Terms) -> Mosaic {
+    /// The box divided among the labels, with relief where its terms are given.
+    pub(crate) fn mosaic(&self, relief: Option<&Terms>) -> Mosaic {
         let (mut mosaic, mut net) = self.net();
         net.project(|(one, two), place| {
             let (way, beyond) = self.rubble.beyond(one, two, &(place / self.cell));
             way * (-beyond * self.cell)
         });
         shape(&mut net, &mosaic);
-        let share = [1.0, 0.5].get(attempt as usize).copied().unwrap_or(0.0);
-        net.retreat(0..net.middle.len(), share);
-        for round in 0..=RETREATS {
-            mosaic.places.clone_from(&net.place);
-            fold(&mut mosaic);
-            let crossing = overlap::crossing(&mosaic.places, &mosaic.triangles);
-            if crossing.is_empty() {
-                break;
-            }
-            let corners = crossing.iter().flat_map(|&t| mosaic.triangles[t as usize]);
-            let mut corners: Vec<usize> = corners.map(|v| v as usize).collect();
-            corners.sort_unstable();
-            corners.dedup();
-            net.retreat(corners, if round + 1 < RETREATS { 0.5 } else { 0.0 });
-        }
-        if attempt == 0 {
+        self.part(&mut mosaic, &mut net);
+        if let Some(terms) = relief {
             let reach = 2.0 * terms.detail.grid;
             let wanted = |ends: [Vec3; 3]| ends.iter().any(|&p| self.is_near_body(p));
             mosaic.engrave(terms, |p| self.front(p, reach), wanted);
         }
         mosaic
+    }
+
+    /// Draws corners whose faces cross back to the middle of their cubes, half-way at first, until
+    /// no faces cross: those of cubes do not.
+    fn part(&self, mosaic: &mut Mosaic, net: &mut Net) {
+        for round in 1.. {
+            mosaic.places.clone_from(&net.place);
+            fold(mosaic);
+            let crossing = overlap::crossing(&mosaic.places, &mosaic.triangles);
+            let corners = crossing.iter().flat_map(|&t| mosaic.triangles[t as usize]);
+            let mut corners: Vec<usize> = corners.map(|v| v as usize).collect();
+            corners.retain(|&v| net.place[v] != net.middle[v]);
+            if corners.is_empty() {
+                break;
+            }
+            corners.sort_unstable();
+            corners.dedup();
+            net.retreat(corners, if round < RETREATS { 0.5 } else { 0.0 });
+        }
     }
 
     /// The net before it is smoothed.
@@ -90,9 +95,9 @@ pub(super) struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     pub(super) fn new(nodes: &'a Nodes) -> Self {
-        let h = nodes.lattice.spacing;
+        let net = Net::new(nodes.lattice);
         let cubes = nodes.lattice.dims.iter().map(|d| d + 1).product();
-        Self { nodes, corner: vec![NONE; cubes], mosaic: Mosaic::default(), net: Net::new(h) }
+        Self { nodes, corner: vec![NONE; cubes], mosaic: Mosaic::default(), net }
     }
 
     /// The net and its corners, each at the mean of its pulls.
@@ -109,7 +114,7 @@ impl<'a> Builder<'a> {
         let lattice = self.nodes.lattice;
         let mut node = lattice.node(from);
         let mut place = lattice.place(node);
-        place[axis] += share * lattice.spacing;
+        place += lattice.axes.column(axis) * (share * lattice.spacing);
         node[axis] += 1;
         let quad = self.quad(axis, node);
         quad.iter().for_each(|&corner| self.net.pull(corner, place, true));
@@ -179,7 +184,7 @@ impl<'a> Builder<'a> {
     fn cross(&mut self, i: usize, j: usize, axis: usize, quad: [u32; 4]) -> f64 {
         let nodes = self.nodes;
         let mut place = nodes.lattice.place(nodes.lattice.node(i));
-        place[axis] += nodes.crossing(i, j) * nodes.lattice.spacing;
+        place += nodes.lattice.axes.column(axis) * (nodes.crossing(i, j) * nodes.lattice.spacing);
         let gap = nodes.is_inside(i) && nodes.is_inside(j) && !nodes.connects(i, j);
         let free = !gap && (nodes.near[i] || nodes.near[j]);
         let drawn = nodes.drawn(i, j);
@@ -208,7 +213,7 @@ impl<'a> Builder<'a> {
         let slot = &mut self.corner[row * (lattice.dims[0] + 1) + cube[0]];
         if *slot == NONE {
             let at = Vec3::from(cube.map(|c| c as f64 - 0.5));
-            *slot = self.net.add(lattice.low + at * lattice.spacing);
+            *slot = self.net.add(lattice.at(at));
         }
         *slot
     }

@@ -207,7 +207,8 @@ impl Nodes {
             let w = close * close;
             whole += w;
             away += if point.away { w } else { 0.0 };
-            share += arm.iter().map(|x| spline((x * nodes).abs())).product::<f64>();
+            let along = self.lattice.along(arm);
+            share += along.iter().map(|x| spline((x * nodes).abs())).product::<f64>();
             mean += w * arm;
             spread += w * arm * arm.transpose();
             across += w * point.normal * point.normal.transpose();

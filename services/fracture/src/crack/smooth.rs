@@ -1,5 +1,6 @@
 //! Corners of the net on the move: to where the edges of their cubes are crossed, then smoothed.
 
+use super::lattice::Lattice;
 use crate::region::Mosaic;
 use cullet_geometry::Vec3;
 use cullet_geometry::voronoi::WALL;
@@ -21,7 +22,7 @@ const STEPS: usize = 16;
 /// The corners.
 #[derive(Debug)]
 pub(super) struct Net {
-    spacing: f64,
+    lattice: Lattice,
     /// The middle of the corner's cube \[m\].
     pub(super) middle: Vec<Vec3>,
     pub(super) place: Vec<Vec3>,
@@ -33,10 +34,10 @@ pub(super) struct Net {
 }
 
 impl Net {
-    pub(super) fn new(spacing: f64) -> Self {
+    pub(super) fn new(lattice: Lattice) -> Self {
         let (middle, place, pulls) = (Vec::new(), Vec::new(), Vec::new());
         Self {
-            spacing,
+            lattice,
             middle,
             place,
             pulls,
@@ -87,10 +88,11 @@ impl Net {
                 }
             }
             let (from, way) = (self.place[v] - self.middle[v], place - self.place[v]);
-            let half = 0.5 * self.spacing;
+            let half = 0.5 * self.lattice.spacing;
+            let (from, along) = (self.lattice.along(from), self.lattice.along(way));
             let share = (0..3).map(|a| {
-                let room = if way[a] > 0.0 { half - from[a] } else { -half - from[a] };
-                if way[a] == 0.0 { 1.0 } else { (room / way[a]).max(0.0) }
+                let room = if along[a] > 0.0 { half - from[a] } else { -half - from[a] };
+                if along[a] == 0.0 { 1.0 } else { (room / along[a]).max(0.0) }
             });
             self.place[v] += way * share.fold(1.0, f64::min);
         }
@@ -122,8 +124,9 @@ impl Net {
             let mean = along.iter().map(|&w| old[w as usize]).sum::<Vec3>() / along.len() as f64;
             let next = old[v] + factor * (mean - old[v]);
             // What goes too far does not move: bent along a side, it would leave a flat face.
-            let near = (next - self.middle[v]).amax() <= ROOM * self.spacing;
-            if near && (next - from[v]).norm() <= MOVE * self.spacing {
+            let off = self.lattice.along(next - self.middle[v]);
+            let near = off.amax() <= ROOM * self.lattice.spacing;
+            if near && (next - from[v]).norm() <= MOVE * self.lattice.spacing {
                 self.place[v] = next;
             }
         }

@@ -1,4 +1,4 @@
-use super::Nodes;
+use super::{LatticeChoice, Nodes};
 use crate::cut::DamageField;
 use crate::detail::Detail;
 use crate::pieces::{Ball, Pieces, Rubble};
@@ -34,9 +34,9 @@ fn mosaic(damaged: impl Fn(Vec3) -> bool) -> (Nodes, Mosaic) {
         normals: None,
         pieces: None,
     };
-    let mut nodes = Nodes::new(&body, &field).unwrap();
+    let mut nodes = Nodes::new(&body, &field, &LatticeChoice::default()).unwrap();
     nodes.fill();
-    let mosaic = nodes.mosaic(0, &terms(Detail::NONE));
+    let mosaic = nodes.mosaic(None);
     (nodes, mosaic)
 }
 
@@ -150,7 +150,7 @@ const STRONG: Detail =
 fn relief_is_the_same_on_both_sides_and_nothing_overlaps() {
     // F34: one surface, moved once. Bands that meet, with as much relief as a look may ask for.
     let (nodes, flat) = mosaic(|p| p.iter().any(|x| (x - 0.2 * p.sum()).abs() < 0.8 * H));
-    let relief = nodes.mosaic(0, &terms(STRONG));
+    let relief = nodes.mosaic(Some(&terms(STRONG)));
     let moved = |places: &[Vec3]| places.iter().filter(|p| !flat.places.contains(p)).count();
     assert!(moved(&relief.places[..flat.places.len()]) > 100);
     assert!(overlap::crossing(&relief.places, &relief.triangles).is_empty());
@@ -189,7 +189,7 @@ fn the_lattice_is_as_fine_as_the_error_asks() {
         .map(|k| H * Vec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)))
         .collect();
     let fine = |drawn: bool, error: Option<f64>| {
-        let ball = |k: f64| Ball { place: Vec3::new(k, 0.5, 0.5), size: 1.0 };
+        let ball = |k: f64| Ball::round(Vec3::new(k, 0.5, 0.5), 1.0);
         let balls = if drawn { vec![ball(0.0), ball(1.0)] } else { Vec::new() };
         let of = (0..8).map(|k| Some(k & 1)).collect();
         let (found, rubble) = (if drawn { 0 } else { 2 }, Rubble::new(balls, 1));
@@ -205,7 +205,9 @@ fn the_lattice_is_as_fine_as_the_error_asks() {
             normals: None,
             pieces: Some(&pieces),
         };
-        (Nodes::new(&body, &field).unwrap().lattice.spacing / H * 1e6).round() / 1e6
+        (Nodes::new(&body, &field, &LatticeChoice::default()).unwrap().lattice.spacing / H * 1e6)
+            .round()
+            / 1e6
     };
     let asked = [None, Some(0.1), Some(0.5), Some(1.0)];
     assert_eq!(asked.map(|error| fine(true, error)), [0.5, 0.59, 0.8, 0.8]);

@@ -10,6 +10,9 @@ const KEPT: usize = 4;
 /// Walks are followed this many edges around the first guess of the border; farther off, the guess
 /// stands.
 const REACH: usize = 5;
+/// Drawn pieces that came within this many edges of a node are asked which is the nearest; where
+/// none did, those within `REACH`.
+const BESIDE: usize = 2;
 /// Gauss-Seidel sweeps, to and fro: enough for bands of six nodes, a start in wider ones.
 const SWEEPS: usize = 24;
 /// The nearest that the edge of damage may lie to a damaged node \[spacings\].
@@ -20,6 +23,10 @@ const CLOSEST: f64 = 0.2;
 const TIE: f64 = 0.2;
 /// A border may be crossed this far beyond the ends of an edge \[spacings\].
 const BEYOND: f64 = 0.3;
+
+/// All drawn pieces together. Each alone would lose to a whole piece where two of them meet, and
+/// the whole piece would get a socket for each, with ridges between.
+pub(super) const ZONE: u32 = NONE - 1;
 
 /// How likely a walk from a node ends at each label: at most `KEPT`, likeliest first.
 #[derive(Clone, Copy, Debug, Default)]
@@ -122,7 +129,8 @@ impl Nodes {
 
     /// Where pieces meet without a crack between, the shares of a node tell how near the border is.
     pub(super) fn expect(&mut self, i: usize, shares: impl Iterator<Item = (u32, f64)>) {
-        let mut sums: Vec<(u32, f64)> = shares.collect();
+        let mut sums: Vec<(u32, f64)> = Vec::new();
+        shares.for_each(|(label, share)| add(&mut sums, label, share));
         if sums.len() > 1 {
             self.slot[i] = self.odds.len() as u32;
             self.odds.push(Odds::of_sums(&mut sums));
@@ -135,7 +143,7 @@ impl Nodes {
         let first = self.odds.len();
         for (slot, &i) in unsure.iter().enumerate() {
             self.slot[i] = (first + slot) as u32;
-            self.odds.push(Odds::sure(self.reach[i]));
+            self.odds.push(Odds::sure(self.class(self.reach[i])));
         }
         let (mut ways, mut starts) = (Vec::new(), vec![0]);
         for &i in &unsure {
@@ -152,9 +160,41 @@ impl Nodes {
                 }
             }
         }
+        let zone: Vec<(usize, Option<u32>)> = unsure
+            .iter()
+            .zip(&self.odds[first..])
+            .filter(|(_, odds)| odds.label() == ZONE)
+            .map(|(&i, _)| (i, self.nearest_drawn(i)))
+            .collect();
         for (&i, odds) in unsure.iter().zip(&self.odds[first..]) {
-            self.reach[i] = odds.label();
+            self.reach[i] = if odds.label() == ZONE { self.reach[i] } else { odds.label() };
         }
+        for (i, ball) in zone {
+            if let Some(ball) = ball {
+                self.ball[i] = ball;
+                self.reach[i] = self.drawn_label[ball as usize];
+            }
+        }
+    }
+
+    /// What a walk knows a label as.
+    fn class(&self, label: u32) -> u32 {
+        if self.all_drawn.get(label as usize) == Some(&true) { ZONE } else { label }
+    }
+
+    /// The nearest of the drawn pieces that first came to the nodes around.
+    fn nearest_drawn(&self, i: usize) -> Option<u32> {
+        let node = self.lattice.node(i);
+        let place = self.lattice.place(node) / self.cell;
+        [BESIDE, REACH].into_iter().find_map(|radius| {
+            let near = self.lattice.around(node, radius).map(|j| self.reach[j]);
+            let mut near: Vec<u32> = near.filter(|&label| self.class(label) == ZONE).collect();
+            near.sort_unstable();
+            near.dedup();
+            let balls = (0..).zip(&self.drawn_label);
+            let balls = balls.filter(|(_, label)| near.binary_search(label).is_ok());
+            self.rubble.nearest(balls.map(|entry| entry.0), &place)
+        })
     }
 
     /// Nodes within `REACH` edges of one where labels change, in order.
@@ -187,7 +227,7 @@ impl Nodes {
         self.lattice.beside(i).filter(open).map(move |j| {
             let weight = 1.0 / self.gap(i, j);
             match self.slot[j] {
-                NONE => Way::Label(self.reach[j], weight),
+                NONE => Way::Label(self.class(self.reach[j]), weight),
                 slot => Way::Slot(slot, weight),
             }
         })
@@ -227,7 +267,7 @@ impl Nodes {
     fn odds_of(&self, i: usize, label: u32) -> f64 {
         match self.slot[i] {
             NONE => f64::from(u8::from(self.reach[i] == label)),
-            slot => self.odds[slot as usize].of(label),
+            slot => self.odds[slot as usize].of(self.class(label)),
         }
     }
 
@@ -271,8 +311,12 @@ impl Nodes {
         let mut names = groups.to_vec();
         names.sort_unstable();
         names.dedup();
-        let rank = |l: u32| names.partition_point(|&other| other < groups[l as usize]) as u32;
-        for label in self.label.iter_mut().chain(&mut self.reach).filter(|l| **l != NONE) {
+        let rank = |l: u32| match l {
+            ZONE | NONE => l,
+            _ => names.partition_point(|&other| other < groups[l as usize]) as u32,
+        };
+        let drawn = self.drawn_label.iter_mut();
+        for label in self.label.iter_mut().chain(&mut self.reach).chain(drawn) {
             *label = rank(*label);
         }
         let mut sums = Vec::new();
@@ -282,8 +326,14 @@ impl Nodes {
             *odds = Odds::of_sums(&mut sums);
         }
         for i in (0..self.slot.len()).filter(|&i| self.slot[i] != NONE && self.ball[i] == NONE) {
-            self.reach[i] = self.odds[self.slot[i] as usize].label();
+            let label = self.odds[self.slot[i] as usize].label();
+            self.reach[i] = if label == ZONE { self.reach[i] } else { label };
         }
+        let mut all_drawn = vec![true; names.len()];
+        for (old, drawn) in self.all_drawn.iter().enumerate() {
+            all_drawn[rank(old as u32) as usize] &= drawn;
+        }
+        self.all_drawn = if self.all_drawn.is_empty() { Vec::new() } else { all_drawn };
         self.labels = names.len() as u32;
     }
 }

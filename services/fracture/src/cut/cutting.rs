@@ -6,6 +6,7 @@ use super::{
     Body, CutError, CutSettings, FACET, OUTER, Part, Partition, VOLUME_TOLERANCE, boxed, unrelieved,
 };
 use crate::crack::Nodes;
+use crate::grid_bias::GridBias;
 use crate::region::relief::Terms;
 use crate::region::{Mosaic, Side, agglomerate, triangle_area};
 use amend::Homes;
@@ -376,6 +377,7 @@ impl Cutting {
         Ok(Partition {
             parts,
             particle_part: Vec::new(),
+            bias: GridBias::default(),
             // Both sides of a crack are new surface, and nothing else is.
             crack_area: (0.5 * (area - self.body.area)).max(0.0),
             warnings: std::mem::take(&mut self.warnings),

@@ -4,7 +4,7 @@
 //! handed back too, so that nobody has to lose its volume: the solver makes debris of it.
 
 use super::{FACET, OpenCrack};
-use crate::debris::{self, Grain};
+use crate::debris::{self, Grain, Motes};
 use crate::region::overlap::crossing;
 use crate::solver::Fragment;
 use cullet_geometry::boolean::{BooleanError, Exact, MAX_TAG};
@@ -189,7 +189,7 @@ pub(crate) fn joined(cracks: &[OpenCrack]) -> Sheet {
 
 /// What hairlines are cut with.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Terms {
+pub(crate) struct Terms<'a> {
     /// Width \[m\].
     pub(crate) width: f64,
     /// Grid spacing, the least of all axes \[m\].
@@ -197,6 +197,8 @@ pub(crate) struct Terms {
     /// Median size of the debris \[m\].
     pub(crate) grain: f64,
     pub(crate) seed: u64,
+    /// What moved how when the solve ended.
+    pub(crate) motes: &'a Motes,
 }
 
 /// Cuts the `cracks` of each fragment where that can be done, and turns what is taken away into
@@ -205,7 +207,7 @@ pub(crate) struct Terms {
 pub(crate) fn hairlines(
     fragments: &mut [Fragment],
     cracks: &[Vec<OpenCrack>],
-    terms: &Terms,
+    terms: &Terms<'_>,
 ) -> (Vec<Grain>, Vec<String>) {
     let (mut dust, mut warnings) = (Vec::new(), Vec::new());
     for (k, (fragment, cracks)) in fragments.iter_mut().zip(cracks).enumerate() {
@@ -214,7 +216,7 @@ pub(crate) fn hairlines(
             match open(&fragment.solid, &crack.beyond, terms.width, terms.spacing) {
                 Ok(slit) => {
                     let seed = terms.seed.wrapping_add(((n + 1) << 32 | k) as u64);
-                    dust.extend(taken(fragment, &slit, terms.grain, seed));
+                    dust.extend(taken(fragment, &slit, terms, seed));
                     fragment.solid = slit.solid;
                 }
                 Err(why) => {
@@ -229,11 +231,13 @@ pub(crate) fn hairlines(
 }
 
 /// Lets the fragment go on as what is left of it, and its kerf as grains: the motion is the same.
-fn taken(fragment: &mut Fragment, slit: &Slit, grain: f64, seed: u64) -> Vec<Grain> {
+fn taken(fragment: &mut Fragment, slit: &Slit, terms: &Terms<'_>, seed: u64) -> Vec<Grain> {
     let centre = |mesh: &TriMesh| mesh.mass_properties().centroid;
     let (before, spin) = (centre(&fragment.solid.mesh), fragment.spin);
     let at = |place: Vec3| fragment.velocity + spin.cross(&(place - before));
     let (velocity, rest) = (at(centre(&slit.kerf)), at(centre(&slit.solid.mesh)));
     fragment.velocity = rest;
-    debris::grains(&debris::Part { mesh: &slit.kerf, velocity, spin }, grain, seed).grains
+    let motes = terms.motes.around(&slit.kerf);
+    let part = debris::Part { mesh: &slit.kerf, velocity, spin, motes: &motes };
+    debris::grains(&part, terms.grain, seed).grains
 }

@@ -1,22 +1,21 @@
 //! The cut of a body whose cells are no cubes: in a frame in which they are.
 
-use super::{CutError, CutSettings, DamageField, Partition, extract};
+use super::again::Way;
+use super::{CutError, CutSettings, DamageField, Partition, extract_once};
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
 
-/// As [`extract`], in the frame in which each axis is drawn out by `stretch` \[1\]; the field's
-/// spacing is that of the cubes there, its positions are the body's own. Parts come back in the
-/// body's frame: planes stay planes and volumes keep their ratios.
-///
-/// # Errors
-/// As [`extract`].
-pub fn extract_stretched(
+/// One attempt at [`super::extract_stretched`], in the frame in which each axis is drawn out by
+/// `stretch` \[1\]. Parts come back in the body's frame: planes stay planes and volumes keep their
+/// ratios.
+pub(super) fn attempt(
     solid: &Solid,
     field: &DamageField<'_>,
     settings: &CutSettings,
     stretch: &Vec3,
+    way: &Way,
 ) -> Result<Partition, CutError> {
     if *stretch == Vec3::repeat(1.0) {
-        return extract(solid, field, settings);
+        return extract_once(solid, field, settings, way);
     }
     let mut drawn = solid.clone();
     scale(&mut drawn.mesh, stretch);
@@ -30,7 +29,7 @@ pub fn extract_stretched(
         scale: field.scale.component_mul(&back),
         ..*field
     };
-    let mut partition = extract(&drawn, &drawn_field, settings)?;
+    let mut partition = extract_once(&drawn, &drawn_field, settings, way)?;
     let mut area = -crack_area(solid);
     for part in &mut partition.parts {
         scale(&mut part.solid.mesh, &back);

@@ -16,7 +16,7 @@ const NEAR_SEAM: f64 = 0.35;
 const STEEPEST: f64 = 1.2;
 /// Passes that take away what is steeper.
 const PASSES: usize = 4;
-/// Rounds in which corners whose faces cross are drawn half-way back.
+/// Rounds in which corners whose faces cross are drawn half-way back; after them, all the way.
 const RETREATS: usize = 7;
 /// Most triangles that edges are divided for; beyond, they stay longer.
 const MOST: usize = 1_500_000;
@@ -83,23 +83,24 @@ impl Mosaic {
     fn displace(&mut self, from: &[Vec3], moves: &[Vec3]) {
         let mut kept = vec![1.0; from.len()];
         let mut moved: Vec<bool> = moves.iter().map(|by| *by != Vec3::zeros()).collect();
-        for round in 0..=RETREATS {
+        for round in 1.. {
             for (v, place) in self.places.iter_mut().enumerate() {
                 *place = from[v] + kept[v] * moves[v];
             }
             let crossing =
                 overlap::crossing_of(&self.places, &self.triangles, |v| moved[v as usize]);
-            if crossing.is_empty() {
+            let corners = crossing.iter().flat_map(|&t| self.triangles[t as usize]);
+            let back = |&v: &u32| kept[v as usize] > 0.0 && moves[v as usize] != Vec3::zeros();
+            let mut corners: Vec<u32> = corners.filter(back).collect();
+            if corners.is_empty() {
                 return;
             }
-            let corners = crossing.iter().flat_map(|&t| self.triangles[t as usize]);
-            let mut corners: Vec<u32> = corners.collect();
             corners.sort_unstable();
             corners.dedup();
             moved.fill(false);
             for v in corners {
                 moved[v as usize] = true;
-                kept[v as usize] *= if round + 1 < RETREATS { 0.5 } else { 0.0 };
+                kept[v as usize] *= if round < RETREATS { 0.5 } else { 0.0 };
             }
         }
     }

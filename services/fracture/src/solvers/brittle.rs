@@ -6,9 +6,10 @@ mod clock;
 mod tests;
 mod warnings;
 
-use crate::cut::{self, CutSettings, DamageField, slit};
+use crate::crack::BROKEN;
+use crate::cut::{self, CutError, CutSettings, DamageField, Partition, slit};
 use crate::damage::{Softening, WeakPlane};
-use crate::debris::{self, Grain};
+use crate::debris::{self, Grain, Mote, Motes};
 use crate::mpm::domain::stable_step;
 use crate::mpm::door::{
     PER_CELL, check_contacts, check_hairline, check_impacts, check_material, check_spin,
@@ -129,6 +130,14 @@ impl Solver for Brittle {
         }
         let Clock { spin_up, end, .. } = self.clock;
         Progress::Running(((spin_up + self.domain.time) / (spin_up + end)).min(1.0))
+    }
+}
+
+/// A cut whose faces show the grid at every attempt is none: another family takes the body (F22).
+fn may_be_shown(partition: Partition) -> Result<Partition, CutError> {
+    match partition.bias {
+        bias if bias.shows() => Err(CutError::Grid { times: bias.times }),
+        _ => Ok(partition),
     }
 }
 
@@ -317,12 +326,12 @@ impl Brittle {
         let settings = self.cut_settings();
         let stretch = stretch(&self.domain.grid.spacing);
         let partition = cut::extract_stretched(&self.problem.solid, &field, &settings, &stretch)
+            .and_then(may_be_shown)
             .map_err(|error| Failure::Cut(error.to_string()))?;
         let mut report = self.report(&damage);
         report.crack_area = partition.crack_area;
         report.fracture_energy = self.problem.material.fracture_energy * partition.crack_area;
         report.warnings.extend(partition.warnings);
-        report.warnings.extend(warnings::lean(partition.parts.iter().map(|part| &part.solid)));
         if !pieces.rubble.balls.is_empty() {
             report.warnings.push(format!(
                 "crushed: {:.3} of the body is finer than the grid can tell; {} pieces drawn there",
@@ -348,11 +357,12 @@ impl Brittle {
         let rests = self.rests.iter().map(|rest| (rest.point, rest.normal * rest.delivered));
         let pushes: Vec<(Vec3, Vec3)> = pushes.chain(rests).collect();
         motion::balance(&mut fragments, &pushes, self.problem.material.density);
-        let mut debris = self.crumble(&mut fragments);
+        let motes = self.motes();
+        let mut debris = self.crumble(&mut fragments, &motes);
         if let Some(width) = self.problem.settings.hairline {
             let spacing = self.domain.grid.spacing.min();
-            let terms =
-                slit::Terms { width, spacing, grain: self.grain(), seed: self.problem.seed };
+            let (grain, seed, motes) = (self.grain(), self.problem.seed, &motes);
+            let terms = slit::Terms { width, spacing, grain, seed, motes };
             let (dust, warnings) = slit::hairlines(&mut fragments, &cracks, &terms);
             debris.extend(dust);
             report.warnings.extend(warnings);
@@ -410,7 +420,7 @@ impl Brittle {
     }
 
     /// Takes the smallest fragments out, as debris. The two largest stay whatever their size.
-    fn crumble(&self, fragments: &mut Vec<Fragment>) -> Vec<Grain> {
+    fn crumble(&self, fragments: &mut Vec<Fragment>, motes: &Motes) -> Vec<Grain> {
         let settings = &self.problem.settings;
         let least = settings.debris * self.problem.solid.mesh.signed_volume();
         // They come by falling volume.
@@ -420,10 +430,22 @@ impl Brittle {
             .iter()
             .enumerate()
             .flat_map(|(i, f)| {
-                let part = debris::Part { mesh: &f.solid.mesh, velocity: f.velocity, spin: f.spin };
+                let (mesh, motes) = (&f.solid.mesh, motes.around(&f.solid.mesh));
+                let (velocity, spin) = (f.velocity, f.spin);
+                let part = debris::Part { mesh, velocity, spin, motes: &motes };
                 debris::grains(&part, self.grain(), self.problem.seed.wrapping_add(i as u64)).grains
             })
             .collect()
+    }
+
+    /// The broken points and how they move.
+    fn motes(&self) -> Motes {
+        let particles = &self.domain.particles;
+        let motions = self.domain.motions();
+        let broken = (0..particles.len() as u32).map(|id| self.domain.slot(id));
+        let broken = broken.filter(|&p| particles.damage[p] >= BROKEN);
+        let mote = |p: usize| Mote { place: particles.reference[p], velocity: motions[p].velocity };
+        Motes { all: broken.map(mote).collect(), reach: self.domain.grid.spacing.max() }
     }
 
     /// Median size of debris \[m\].
@@ -432,11 +454,14 @@ impl Brittle {
     }
 
     fn rules(&self) -> crushed::Rules {
+        let push: Vec3 = self.problem.impacts.iter().map(|hit| hit.normal * hit.impulse).sum();
         crushed::Rules {
             spacing: self.domain.grid.spacing,
             material: self.problem.material,
             seed: self.problem.seed,
             tolerance: self.problem.settings.tolerance(),
+            most: self.problem.settings.max_fragments,
+            push: push.try_normalize(0.0).unwrap_or_default(),
         }
     }
 

@@ -102,7 +102,8 @@ fn the_sides_of_a_thick_band_part_meet_and_part_again() {
 #[test]
 fn rubble_beyond_a_cracks_band_is_divided() {
     let (spacing, tolerance) = (Vec3::repeat(H), Tolerance::default());
-    let rules = crushed::Rules { spacing, material: HARD, seed: 1, tolerance };
+    let push = Vec3::z();
+    let rules = crushed::Rules { spacing, material: HARD, seed: 1, tolerance, most: 400, push };
     for (half, wide) in [(1.5, false), (5.0, true)] {
         let mut domain = torn(half);
         // Torn so fast that grains are as small as the grid can tell.

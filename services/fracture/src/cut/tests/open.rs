@@ -2,6 +2,7 @@
 
 use super::{Cloud, SETTINGS, block, cube, extract};
 use crate::cut::{DamageField, OpenCrack, Partition, slit};
+use crate::debris::Motes;
 use crate::solver::Fragment;
 use cullet_geometry::inside::{Inside, Nearest};
 use cullet_geometry::math::unit;
@@ -185,7 +186,13 @@ fn a_slit_and_its_dust_move_as_the_fragment_did() {
     let (velocity, spin) = (Vec3::new(1.0, -2.0, 0.5), Vec3::new(30.0, -10.0, 20.0));
     let (solid, hulls, sheet) = (cube(), Vec::new(), crack.inside.clone());
     let mut fragments = [Fragment { solid, hulls, velocity, spin, sheet }];
-    let terms = slit::Terms { width: 0.1 * H, spacing: H, grain: 0.5 * H, seed: 3 };
+    let terms = slit::Terms {
+        width: 0.1 * H,
+        spacing: H,
+        grain: 0.5 * H,
+        seed: 3,
+        motes: &Motes::default(),
+    };
     let (dust, warnings) = slit::hairlines(&mut fragments, &[vec![crack]], &terms);
     assert!(warnings.is_empty() && fragments[0].sheet.is_empty() && !dust.is_empty());
     let own = fragments[0].velocity * fragments[0].solid.volume();

@@ -1,6 +1,8 @@
 //! Second tries and detectors, with steps that no problem can ask for.
 
 use super::Brittle;
+use crate::cut::Partition;
+use crate::grid_bias::GridBias;
 use crate::mpm::kernel::Precision;
 use crate::solver::{Failure, Fracture, Impact, Problem, Progress, Settings, Solver};
 use crate::{Material, StrengthField};
@@ -198,4 +200,16 @@ fn faces_that_lie_along_the_grid_are_told() {
     let ball = cracked(shapes::sphere(0.1, shapes::Detail::default()).expect("a ball"));
     assert_eq!(super::warnings::lean([&ball].into_iter()), None);
     assert_eq!(super::warnings::lean([&Solid::outer(cube.mesh)].into_iter()), None);
+}
+
+/// F22: a cut whose faces show the grid is not handed out; its name says how often they do.
+#[test]
+fn a_cut_that_shows_the_grid_is_none() {
+    let bias = |times: f64, elsewhere: f64| GridBias { times, elsewhere, solved: 1.5 };
+    let shown = |bias: GridBias| {
+        super::may_be_shown(Partition { bias, ..Partition::default() }).map_err(|e| e.to_string())
+    };
+    let why = shown(bias(10.4, 4.0)).expect_err("a staircase");
+    assert!(why.contains("10.4 times as often as chance (F22)"), "{why}");
+    assert!(shown(bias(1.9, 1.0)).is_ok() && shown(bias(21.9, 21.9)).is_ok());
 }

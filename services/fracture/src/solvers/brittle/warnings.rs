@@ -3,20 +3,15 @@
 use super::Brittle;
 use super::clock::{Clock, PUSH_TRANSITS};
 use crate::damage::Softening;
+use crate::grid_bias::grid_bias;
 use crate::mpm::load::LEAST_RADIUS;
 use crate::mpm::spring::{self, Spring};
 use crate::mpm::watch;
 use crate::solver::{Problem, Report};
-use cullet_geometry::{Solid, Surface, Vec3};
+use cullet_geometry::{Solid, Vec3};
 
 /// Strain at which a point is broken through above which the solid is not brittle on this grid.
 const DUCTILE: f64 = 0.05;
-
-/// cos 10°: a face whose normal is nearer to an axis lies along the grid \[1\].
-const NEAR_AXIS: f64 = 0.984_807_753_012_208;
-
-/// Times chance from which on that is told \[1\]; a thousand pieces of a crushed zone come to 2.3.
-const LEANS: f64 = 4.0;
 
 /// What is known before the first step.
 pub(super) fn first(
@@ -127,26 +122,12 @@ impl Brittle {
     }
 }
 
-/// Whether new crack faces lie along the grid's planes: the share of their area within 10° of one,
-/// over that of faces that lie anyhow, 3 (1 − cos 10°) (F22). A straight crack through a body that
-/// lies along the grid itself is told too.
+/// Whether new crack faces lie along the planes of the grid ([`grid_bias`], F22).
 #[must_use]
 pub fn lean<'a>(solids: impl Iterator<Item = &'a Solid>) -> Option<String> {
-    let (mut along, mut all) = (0.0, 0.0);
-    for solid in solids {
-        for (t, surface) in solid.surface.iter().enumerate() {
-            if !matches!(surface, Surface::Crack { parent: 0, .. }) {
-                continue;
-            }
-            let [a, b, c] = solid.mesh.corners(t);
-            let normal = (b - a).cross(&(c - a));
-            let area = normal.norm();
-            all += area;
-            along += if normal.amax() > NEAR_AXIS * area { area } else { 0.0 };
-        }
-    }
-    let times = along / all / (3.0 * (1.0 - NEAR_AXIS));
-    (times > LEANS).then(|| {
+    let bias = grid_bias(solids, &[], [Vec3::x(), Vec3::y(), Vec3::z()]);
+    bias.shows().then(|| {
+        let times = bias.times;
         format!("crack faces lie along the grid's planes {times:.1} times as often as chance (F22)")
     })
 }

@@ -1,0 +1,110 @@
+//! Cuts that are tried again: where one does not close, or its faces show the grid (F22, F26).
+//!
+//! A lattice that is turned out of the grid's axes has nothing in common with them nor with faces
+//! of the body along them, and a finer one has smaller steps; faces without relief cross least.
+
+use super::{CutError, CutSettings, DamageField, Partition, stretched};
+use crate::crack::{BROKEN, LatticeChoice};
+use crate::grid_bias::{GridBias, grid_bias, turn};
+use cullet_geometry::math::scramble;
+use cullet_geometry::{Mat3, Solid, Vec3};
+
+/// Stream of the seed's numbers.
+const STREAM: u64 = 0xa6a1;
+
+/// What is changed from one attempt to the next.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    turned: bool,
+    refinement: f64,
+    relief: bool,
+}
+
+/// The attempts, the most wanted first.
+const STEPS: [Step; 6] = [
+    Step { turned: false, refinement: 1.0, relief: true },
+    Step { turned: true, refinement: 1.0, relief: true },
+    Step { turned: true, refinement: 1.0, relief: false },
+    Step { turned: true, refinement: 0.7, relief: true },
+    Step { turned: true, refinement: 0.7, relief: false },
+    Step { turned: true, refinement: 0.8, relief: false },
+];
+
+/// How a body is cut at one attempt.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way {
+    /// The lattice that labels are spread on.
+    pub(super) lattice: LatticeChoice,
+    /// Whether crack faces get relief.
+    pub(super) relief: bool,
+}
+
+/// Cuts a body along its damage; see [`super::extract`]. Each axis is drawn out by `stretch` \[1\]
+/// before: the field's spacing is that of the cubes there, its positions are the body's own.
+///
+/// The cut that shows the grid least, where all do: its [`Partition::bias`] tells.
+///
+/// # Errors
+/// As [`super::extract`].
+pub fn extract_stretched(
+    solid: &Solid,
+    field: &DamageField<'_>,
+    settings: &CutSettings,
+    stretch: &Vec3,
+) -> Result<Partition, CutError> {
+    let broken = broken(field);
+    let (mut first, mut best): (Option<CutError>, Option<Partition>) = (None, None);
+    for (k, step) in STEPS.iter().enumerate() {
+        let axes = match step.turned {
+            true => turn(scramble(settings.seed ^ STREAM), k as u64),
+            false => Mat3::identity(),
+        };
+        let lattice = LatticeChoice { axes, refinement: step.refinement };
+        let way = Way { lattice, relief: step.relief };
+        match stretched::attempt(solid, field, settings, stretch, &way) {
+            Ok(mut partition) => {
+                partition.bias = bias(&partition, &broken, &axes, stretch);
+                partition.warnings.extend(first.iter().map(|why| again(k, step, why)));
+                if !partition.bias.shows() {
+                    return Ok(partition);
+                }
+                let times = partition.bias.times;
+                first.get_or_insert(CutError::Grid { times });
+                best = best.filter(|best| best.bias.times <= times).or(Some(partition));
+            }
+            Err(error) if error.is_accident() => {
+                first.get_or_insert(error);
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    // What the first attempt failed of is what is wrong: the others were to help.
+    best.ok_or_else(|| first.unwrap_or(CutError::Grid { times: 0.0 }))
+}
+
+/// The directions across which points broke, where the field knows them.
+fn broken(field: &DamageField<'_>) -> Vec<Vec3> {
+    let known = field.normals.into_iter().flatten().zip(field.damage);
+    known.filter(|(_, damage)| **damage >= BROKEN).map(|(normal, _)| *normal).collect()
+}
+
+/// How the faces of a cut lie in the grid of the solve and in the lattice of the cut: the figure of
+/// the one that shows, or of the grid.
+fn bias(partition: &Partition, broken: &[Vec3], axes: &Mat3, stretch: &Vec3) -> GridBias {
+    let solids = || partition.parts.iter().map(|part| &part.solid);
+    let grid = grid_bias(solids(), broken, [Vec3::x(), Vec3::y(), Vec3::z()]);
+    if grid.shows() || *axes == Mat3::identity() {
+        return grid;
+    }
+    // A plane of the stretched frame with normal n has the normal S n here.
+    let plane = |k: usize| stretch.component_mul(&axes.column(k)).normalize();
+    let lattice = grid_bias(solids(), broken, [plane(0), plane(1), plane(2)]);
+    if lattice.shows() { lattice } else { grid }
+}
+
+/// What is said of a cut that was tried again.
+fn again(attempt: usize, step: &Step, why: &CutError) -> String {
+    let finer = if step.refinement < 1.0 { "finer, " } else { "" };
+    let relief = if step.relief { "" } else { ", without relief" };
+    format!("cut again on a {finer}turned lattice{relief}, attempt {}: {why}", attempt + 1)
+}
