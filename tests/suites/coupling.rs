@@ -314,7 +314,7 @@ fn a_scene_that_cannot_be_made_is_a_status_and_the_next_one_runs() {
     let more = ["--sweep", &sweep, "--sweep", place, "--csv", &table, "--workers", "2"];
     let said = Cullet::new(&["bench", "-q"]).path(&file).args(&more).output();
     assert_eq!(said.code, 3, "{}{}", said.stdout, said.stderr);
-    for why in ["scene.body[0].mesh: the mesh", "scene.body[1].position: \"ball\" overlaps"] {
+    for why in ["scene.body.thing.mesh: the mesh", "scene.body.ball.position: \"ball\" overlaps"] {
         assert!(said.stdout.contains(&format!("geometry: {why}")), "{}", said.stdout);
     }
     let text = std::fs::read_to_string(&csv).expect("a table");
@@ -323,6 +323,6 @@ fn a_scene_that_cannot_be_made_is_a_status_and_the_next_one_runs() {
     let set = format!("scene.body.thing.mesh={}", mesh("none.obj"));
     let said = Cullet::new(&["bench", "-q", "--set", &set]).path(&file).output();
     assert_eq!(said.code, 64, "{}", said.stdout);
-    assert!(said.stderr.contains("scene.body[0].mesh: cannot read"), "{}", said.stderr);
+    assert!(said.stderr.contains("scene.body.thing.mesh: cannot read"), "{}", said.stderr);
     std::fs::remove_dir_all(&out).ok();
 }

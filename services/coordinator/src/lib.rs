@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod link;
+pub mod plain;
 pub mod preview;
 pub mod record;
 pub mod run;

@@ -4,6 +4,7 @@ mod farm;
 mod limit;
 mod voice;
 
+pub(crate) use farm::DEFAULT_ENDPOINT;
 pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, OfRuns, Place, Ps, Router, Submit, What, Who};
 pub(crate) use limit::{Memory, memory};
 pub(crate) use voice::{Log, Voice};
@@ -23,10 +24,10 @@ pub(crate) struct Cli {
     pub(crate) command: Command,
 }
 
-pub(crate) const EXIT_CODES: &str = "Exit codes: 0 done · 1 doctor: something is not well · 2 \
-the run failed: its world broke down · 3 the run is done, and an expectation of the scene or \
-specimen does not hold · 4 the run is done, and a picture could not be drawn · 5 the run was \
-cancelled · 6 the run stalled: the pool gave up a job of it (cullet retry) · 7 the run failed: \
+pub(crate) const EXIT_CODES: &str = "Exit codes: 0 done · 1 doctor or inspect: something is not \
+well · 2 the run failed: its world broke down · 3 the run is done, and an expectation of the \
+scene or specimen does not hold · 4 the run is done, and a picture could not be drawn · 5 the run \
+was cancelled · 6 the run stalled: the pool gave up a job of it (cullet retry) · 7 the run failed: \
 its scene is wrong, as the coordinator found · 8 the run failed: a file of it could not be read \
 or written, or its user holds too much of the disk · 64 arguments, a scene or a mesh are wrong · \
 66 what was named is not there · 69 no coordinator answers, or it leaves · 70 this machine gives \
@@ -90,6 +91,12 @@ pub(crate) enum Command {
     Materials(Materials),
     /// Print the JSON schema of scene files, of specimen files or of standing sets
     Schema(Schema),
+    /// Make a folder with a scene to begin with, which says what each of its keys means
+    New(New),
+    /// Print what makes a shell complete these commands
+    Completions(Completions),
+    /// Write manual pages of these commands
+    Man(Man),
     /// Run specimens and hold their numbers against what is expected
     Bench(Bench),
     /// Run a standing set of specimens and scenes and draw error over cost
@@ -106,6 +113,26 @@ pub(crate) struct Job {
     /// Threads to solve with
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) threads: u16,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct New {
+    /// The folder to make; its name is the scene's
+    #[arg(value_name = "NAME")]
+    pub(crate) folder: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Completions {
+    /// For which shell
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Man {
+    /// Folder for the pages, a file for each command; it is made if it is not there
+    #[arg(value_name = "DIR")]
+    pub(crate) folder: PathBuf,
 }
 
 #[derive(Debug, Args)]
@@ -222,7 +249,7 @@ pub(crate) struct Run {
 #[derive(Debug, Args)]
 pub(crate) struct Coordinator {
     /// Zenoh endpoint to listen on
-    #[arg(long, default_value = "tcp/127.0.0.1:7447", value_parser = endpoint)]
+    #[arg(long, default_value = DEFAULT_ENDPOINT, value_parser = endpoint)]
     pub(crate) listen: String,
     /// Zenoh endpoint of a router to connect to instead of listening
     #[arg(long, value_name = "ENDPOINT", conflicts_with = "listen", value_parser = endpoint)]
@@ -335,7 +362,7 @@ pub(crate) struct Worker {
 
 #[derive(Debug, Args)]
 pub(crate) struct Inspect {
-    /// The recording
+    /// The recording, or the folder of a run
     pub(crate) recording: PathBuf,
     /// More recordings, of other seeds, whose masses are fitted together with the first one's
     #[arg(requires = "masses")]
@@ -353,7 +380,7 @@ pub(crate) struct Inspect {
 
 #[derive(Debug, Args)]
 pub(crate) struct Recover {
-    /// The recording, usually run.mcap.partial
+    /// The recording, usually run.mcap.partial, or the folder of a run
     pub(crate) recording: PathBuf,
     /// The file to write [default: the name without .partial, or with .recovered.mcap]
     #[arg(short, long)]
@@ -362,7 +389,7 @@ pub(crate) struct Recover {
 
 #[derive(Debug, Args)]
 pub(crate) struct Preview {
-    /// The recording
+    /// The recording, or the folder of a run
     pub(crate) recording: PathBuf,
     /// Folder for the pictures [default: beside the recording]
     #[arg(long, value_name = "DIR")]
@@ -371,7 +398,7 @@ pub(crate) struct Preview {
 
 #[derive(Debug, Args)]
 pub(crate) struct Still {
-    /// The recording
+    /// The recording, or the folder of a run
     pub(crate) recording: PathBuf,
     /// When, in seconds of the run [default: a moment after the first break]
     #[arg(long, value_name = "SECONDS", value_parser = moment)]
@@ -382,7 +409,7 @@ pub(crate) struct Still {
     /// Let what breaks fill the picture
     #[arg(long)]
     pub(crate) close: bool,
-    /// The file to write [default: still.png beside the recording]
+    /// The file to write, which ends in .png [default: still.png beside the recording]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 }

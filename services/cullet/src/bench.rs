@@ -2,7 +2,7 @@
 
 use crate::args::{self, Memory};
 use crate::exit::{Exit, Trouble, print, refused};
-use crate::folder::Folder;
+use crate::folder::{Folder, refuse_itself};
 use crate::logs;
 use cullet_coordinator::bench::{
     COLUMNS, Limits, Measured, Point, csv, file_names, json, plan, run_all, status, text,
@@ -24,6 +24,9 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
     }
     let mut table = match &args.csv {
         Some(path) => {
+            for specimen in &args.specimens {
+                refuse_itself(specimen, path)?;
+            }
             let file = std::fs::File::create(path).map_err(|error| Trouble::file(path, error))?;
             Some((path, file))
         }

@@ -23,6 +23,8 @@ const STOPS: Duration = Duration::from_secs(10);
 const LOOK: Duration = Duration::from_millis(50);
 /// Most letters of a name in a table: `show` has the whole.
 pub(crate) const NAME: usize = 40;
+/// Before it is told that a run waits in the queue.
+const QUEUED: Duration = Duration::from_secs(3);
 /// Before it is told that a queue is full.
 const ROOM: Duration = Duration::from_secs(2);
 
@@ -368,7 +370,8 @@ fn no_link(link: &tls::Link, error: &LinkError, place: &Place) -> Trouble {
                 place.who.tls.as_ref().map(|folder| format!(" --tls {}", folder.display()));
             let (at, tls) = (&place.connect, folder.unwrap_or_default());
             let next = format!("is it running? cullet doctor --connect {at}{tls} looks");
-            let text = format!("{trouble}\n{next}; --patience tries longer");
+            let other = "--connect or CULLET_CONNECT names another place, --patience tries longer";
+            let text = format!("{trouble}\n{next}; {other}");
             trouble.said(text)
         }
         _ => trouble,
@@ -397,7 +400,12 @@ pub(crate) fn follow(
 ) -> Result<RunInfo, Trouble> {
     let quiet = place.who.voice.quiet;
     let mut progress = Progress::new(quiet || !bar);
+    let mut queued = Some(Instant::now()).filter(|_| !quiet);
     let info = client.follow(run, from, |news| {
+        let waits = news.run.state == State::Queued;
+        if queued.take_if(|since| waits && since.elapsed() >= QUEUED).is_some() {
+            logs::say(format!("run {run} is queued: others are under way or before it"));
+        }
         for line in &news.lines {
             match bar || quiet {
                 true => progress.show(&News::Line(line.clone())),

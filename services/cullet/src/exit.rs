@@ -122,7 +122,7 @@ struct Told<'a> {
 impl Trouble {
     /// Trouble of that kind, in words.
     pub(crate) fn new(exit: Exit, text: impl fmt::Display) -> Self {
-        Self { exit, text: text.to_string(), place: None }
+        Self { exit, text: plain(&text.to_string()), place: None }
     }
 
     /// It has to do with this file, folder, endpoint or program.
@@ -158,6 +158,16 @@ impl fmt::Display for Trouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)
     }
+}
+
+/// A text without the numbers of the system's errors, and with its words for folders in ours.
+fn plain(text: &str) -> String {
+    let mut plain = text.replace("Is a directory", "it is a folder");
+    while let Some(start) = plain.find(" (os error ") {
+        let end = plain[start..].find(')').map_or(plain.len(), |end| start + end + 1);
+        plain.replace_range(start..end, "");
+    }
+    plain
 }
 
 /// What trouble with a link is, and where.

@@ -86,6 +86,36 @@ pub(crate) fn refuse_taken(folder: &Path) -> Result<(), Trouble> {
     Ok(())
 }
 
+/// Refuses to write over a file that is read, under whatever name. The file of a run that never
+/// ended has an ending more.
+pub(crate) fn refuse_itself(read: &Path, output: &Path) -> Result<(), Trouble> {
+    let mut partial = read.as_os_str().to_owned();
+    partial.push(".partial");
+    if is_same(read, output) || is_same(Path::new(&partial), output) {
+        let text = format!("{}: that is what is read; name another file", output.display());
+        return Err(Trouble::new(Exit::Usage, text).at(output.display()));
+    }
+    Ok(())
+}
+
+/// Whether two paths are names of one file.
+fn is_same(a: &Path, b: &Path) -> bool {
+    let same = |one: Option<PathBuf>, other| one.is_some() && one == other;
+    same(a.canonicalize().ok(), b.canonicalize().ok()) || is_linked(a, b)
+}
+
+#[cfg(unix)]
+fn is_linked(a: &Path, b: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let one = |path: &Path| std::fs::metadata(path).ok().map(|known| (known.dev(), known.ino()));
+    one(a).is_some_and(|a| Some(a) == one(b))
+}
+
+#[cfg(not(unix))]
+fn is_linked(_: &Path, _: &Path) -> bool {
+    false
+}
+
 #[cfg(test)]
 mod tests {
     use super::{Folder, refuse_taken};

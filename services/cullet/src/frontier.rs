@@ -42,7 +42,8 @@ fn known(table: &Path, needed: bool) -> Result<Vec<Row>, Trouble> {
     if !needed && !table.exists() {
         return Ok(Vec::new());
     }
-    let text = std::fs::read_to_string(table).map_err(|error| Trouble::file(table, error))?;
+    let text =
+        cullet_coordinator::plain::read_text(table).map_err(|error| Trouble::file(table, error))?;
     let bad = |why: String| Trouble::new(Exit::Usage, format!("{}: {why}", table.display()));
     rows(&text).map_err(bad)
 }

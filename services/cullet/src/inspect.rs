@@ -2,7 +2,7 @@
 
 use crate::args;
 use crate::exit::{Exit, Trouble, print};
-use crate::folder::Folder;
+use crate::folder::{Folder, refuse_itself};
 use crate::logs;
 use crate::shown::{lines, shown};
 use cullet_coordinator::preview::{self, Still, from_recording};
@@ -10,43 +10,67 @@ use cullet_coordinator::{record, scene};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
+    let mut exit = Exit::Done;
+    let mut look = |recording: &Path| {
+        let recording = within(recording)?;
+        let told = record::inspect(&recording).map_err(|error| unreadable(&error, &recording))?;
+        if !told.complete {
+            let name = recording.display().to_string();
+            let name = shown(&name);
+            logs::say(format!("{name}: cut off or damaged; what could be saved follows"));
+        }
+        if told.damaged {
+            exit = Exit::Unwell;
+        }
+        Ok::<_, Trouble>((recording, told))
+    };
     if args.masses {
         let mut masses = Vec::new();
         for recording in std::iter::once(&args.recording).chain(&args.more) {
-            masses
-                .extend(record::masses(recording).map_err(|error| unreadable(&error, recording))?);
+            let (recording, _) = look(recording)?;
+            let more = record::masses(&recording).map_err(|error| unreadable(&error, &recording));
+            masses.extend(more?);
         }
         print(record::table(&masses, args.cells))?;
-        return Ok(Exit::Done);
+        return Ok(exit);
     }
-    let told =
-        record::inspect(&args.recording).map_err(|error| unreadable(&error, &args.recording))?;
-    if !told.complete {
-        let name = args.recording.display().to_string();
-        let name = shown(&name);
-        logs::say(format!("{name}: cut off or damaged; what could be saved follows"));
+    let (_, told) = look(&args.recording)?;
+    if !args.json {
+        let events = told.events.iter().map(|event| shown(event) + "\n");
+        print(events.collect::<String>())?;
     }
-    if args.json {
-        print(told.summary.to_json())?;
-        return Ok(Exit::Done);
-    }
-    let events = told.events.iter().map(|event| shown(event) + "\n");
-    print(events.collect::<String>())?;
     print(told.summary.to_json())?;
-    Ok(Exit::Done)
+    Ok(exit)
+}
+
+/// The recording that is meant: of a folder of a run the one in it.
+fn within(named: &Path) -> Result<PathBuf, Trouble> {
+    if !named.is_dir() {
+        return Ok(named.to_owned());
+    }
+    let recording = named.join("run.mcap");
+    if recording.exists() || named.join("run.mcap.partial").exists() {
+        return Ok(recording);
+    }
+    let one = named.join("1");
+    let sweep = one.join("run.mcap").exists().then(|| format!("; {} has one", one.display()));
+    let more = sweep.unwrap_or_default();
+    Err(Trouble::file(named, format!("it is a folder, and there is no run.mcap in it{more}")))
 }
 
 pub(crate) fn recover(args: &args::Recover) -> Result<Exit, Trouble> {
-    if args.recording.is_dir() {
-        return Err(Trouble::file(&args.recording, "it is a folder; name the recording in it"));
+    let mut named = within(&args.recording)?;
+    if args.recording.is_dir() && !named.exists() {
+        named.set_extension("mcap.partial");
     }
-    let output = args.output.clone().unwrap_or_else(|| default_output(&args.recording));
+    let recording = &named;
+    let output = args.output.clone().unwrap_or_else(|| default_output(recording));
     if output.exists() {
         let text = format!("{} is there already; name another with -o", output.display());
         return Err(Trouble::new(Exit::Usage, text));
     }
-    let saved = record::recover(&args.recording, &output);
-    let saved = saved.map_err(|error| unreadable(&error, &args.recording))?;
+    let saved = record::recover(recording, &output);
+    let saved = saved.map_err(|error| unreadable(&error, recording))?;
     logs::say(saved);
     Ok(Exit::Done)
 }
@@ -59,22 +83,35 @@ fn default_output(recording: &Path) -> PathBuf {
 }
 
 pub(crate) fn preview(args: &args::Preview) -> Result<Exit, Trouble> {
-    let beside = args.recording.parent().unwrap_or(Path::new("")).to_owned();
+    let recording = within(&args.recording)?;
+    let beside = recording.parent().unwrap_or(Path::new("")).to_owned();
     let out = args.out.clone().unwrap_or(beside);
+    for picture in ["preview.png", "preview.gif"] {
+        refuse_itself(&recording, &out.join(picture))?;
+    }
     let folder = Folder::at(&out)?;
-    let drawn = from_recording(&args.recording, &folder.path);
+    let drawn = from_recording(&recording, &folder.path);
     drawn.map(|_| Exit::Done).map_err(|error| {
         folder.forget();
-        unreadable(&error, &args.recording)
+        unreadable(&error, &recording)
     })
 }
 
 pub(crate) fn still(args: &args::Still) -> Result<Exit, Trouble> {
-    let beside = || args.recording.with_file_name("still.png");
+    let recording = within(&args.recording)?;
+    let beside = || recording.with_file_name("still.png");
     let file = args.output.clone().unwrap_or_else(beside);
+    refuse_itself(&recording, &file)?;
+    if file.is_dir() {
+        return Err(Trouble::file(&file, "it is a folder; name a file in it, such as still.png"));
+    }
+    if file.extension().is_none_or(|end| !end.eq_ignore_ascii_case("png")) {
+        let text = format!("{}: a still is written as PNG; name it .png", file.display());
+        return Err(Trouble::new(Exit::Usage, text).at(file.display()));
+    }
     let wanted = Still { time: args.at, size: args.size, close: args.close };
-    let time = preview::still(&args.recording, &wanted, &file);
-    let time = time.map_err(|error| unreadable(&error, &args.recording))?;
+    let time = preview::still(&recording, &wanted, &file);
+    let time = time.map_err(|error| unreadable(&error, &recording))?;
     logs::say(format!("{}: the run at {time:.4} s", file.display()));
     Ok(Exit::Done)
 }
@@ -100,7 +137,10 @@ pub(crate) fn schema(args: &args::Schema) -> Result<Exit, Trouble> {
 
 fn unreadable(error: &record::RecordError, recording: &Path) -> Trouble {
     let exit = match error {
-        record::RecordError::NotMcap { .. } | record::RecordError::Specimen { .. } => Exit::Usage,
+        record::RecordError::NotMcap { .. }
+        | record::RecordError::Foreign { .. }
+        | record::RecordError::Beyond { .. }
+        | record::RecordError::Specimen { .. } => Exit::Usage,
         _ => Exit::File,
     };
     Trouble::new(exit, lines(&error.to_string())).at(recording.display())

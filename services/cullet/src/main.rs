@@ -11,6 +11,8 @@ mod frontier;
 mod inspect;
 mod job;
 mod logs;
+mod new;
+mod pages;
 mod progress;
 mod run;
 mod serve;
@@ -30,7 +32,7 @@ fn main() -> ExitCode {
     let json = logs::as_asked();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => return not_understood(&error, json),
+        Err(error) => return not_understood(&pages::with_tip(error), json),
     };
     if let Some(voice) = cli.command.voice() {
         logs::start(voice);
@@ -100,6 +102,9 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Check(args) => run::check(args),
         Command::Materials(args) => inspect::materials(args),
         Command::Schema(args) => inspect::schema(args),
+        Command::New(args) => new::new(args),
+        Command::Completions(args) => pages::completions(args),
+        Command::Man(args) => pages::man(args),
         Command::Bench(args) => bench::bench(args),
         Command::Frontier(args) => frontier::frontier(args),
     }

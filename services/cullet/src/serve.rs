@@ -206,7 +206,8 @@ fn guard(args: &args::Guard, endpoint: &str, listens: bool) -> Result<Guard, Tro
         }
         return Ok(Guard { link, rules, roles: None });
     };
-    let text = std::fs::read_to_string(path).map_err(|error| Trouble::file(path, error))?;
+    let text =
+        cullet_coordinator::plain::read_text(path).map_err(|error| Trouble::file(path, error))?;
     let wrong = |error: &dyn std::fmt::Display| {
         usage(format!("{}: {error}", path.display())).at(path.display())
     };

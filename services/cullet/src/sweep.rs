@@ -13,6 +13,7 @@ use crate::logs;
 use crate::run::{draw, exit_of, read_scene, start_pool, trouble};
 use crate::shown::{lines as lines_of, shown};
 use cullet_coordinator::link::Share;
+use cullet_coordinator::plain;
 use cullet_coordinator::preview;
 use cullet_coordinator::record::Summary;
 use cullet_coordinator::run::{News, RunOptions, write_file};
@@ -32,7 +33,7 @@ const TABLE: &str = "table.csv";
 
 /// Whether a file is a sweep and not a scene.
 pub(crate) fn is_one(path: &Path) -> bool {
-    path.is_file() && std::fs::read_to_string(path).is_ok_and(|text| is_sweep(&text))
+    path.is_file() && plain::read_text(path).is_ok_and(|text| is_sweep(&text))
 }
 
 /// A sweep, and what its file is called.
@@ -44,7 +45,7 @@ struct Named {
 }
 
 fn read(file: &Path) -> Result<Named, Trouble> {
-    let text = std::fs::read_to_string(file).map_err(|error| Trouble::file(file, error))?;
+    let text = plain::read_text(file).map_err(|error| Trouble::file(file, error))?;
     let wrong = |text: String| {
         Trouble::new(Exit::Usage, format!("{}: {text}", file.display())).at(file.display())
     };

@@ -147,7 +147,7 @@ pub enum LinkError {
         why: &'static str,
     },
     /// The disk does not give or take a file.
-    #[error("{path}: {source}")]
+    #[error("{path}: {}", crate::plain::words(source))]
     File {
         /// Which.
         path: PathBuf,

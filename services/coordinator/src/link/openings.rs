@@ -118,6 +118,9 @@ impl Shell {
             known => known.unwrap_or(Prior::Nothing),
         };
         let need = if fit { self.staff.need(&asks) } else { Skills::NONE };
+        if let Some(listener) = self.runs.get_mut(&run) {
+            listener.needs.insert(need);
+        }
         self.step(Event::Open { run, job, need, prior });
         if self.at_work.as_ref().is_some_and(|file| file.has(id)) && self.dispatch.wants(job) {
             self.note_at_work(id);

@@ -27,6 +27,8 @@ pub(super) struct Roster {
     rows: BTreeMap<Worker, Row>,
     shown: Arc<Mutex<Vec<WorkerInfo>>>,
     stale: bool,
+    /// Workers whose link is up and that were drained, as they were published last.
+    drained: u64,
 }
 
 impl Roster {
@@ -86,6 +88,11 @@ impl Roster {
         self.stale = true;
     }
 
+    /// Workers that take jobs: all that are there, less those that were drained.
+    pub(super) fn ready(&self, lives: &Lives) -> u64 {
+        (lives.up.len() as u64).saturating_sub(self.drained)
+    }
+
     /// Shows what has changed.
     pub(super) fn publish(&mut self, lives: &Lives) {
         if !std::mem::take(&mut self.stale) {
@@ -94,6 +101,10 @@ impl Roster {
         if self.rows.len() > MAX_KNOWN {
             self.rows.retain(|worker, _| lives.up.contains(&SessionId(worker.0)));
         }
+        let still = |(worker, row): &(&Worker, &Row)| {
+            row.drained && lives.up.contains(&SessionId(worker.0))
+        };
+        self.drained = self.rows.iter().filter(still).count() as u64;
         let info = |(worker, row): (&Worker, &Row)| WorkerInfo {
             name: row.name.clone(),
             session: SessionId(worker.0).to_string(),

@@ -7,7 +7,7 @@ use cullet_dispatch::{Counts, Event, Run, Share};
 use cullet_proto::outline::Parted;
 use cullet_proto::specimen::SpecimenJob;
 use cullet_proto::{FractureJob, JobId, WireError};
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -33,6 +33,12 @@ pub struct RunStats {
     pub running: u64,
     /// How far those are, summed \[1/1000\].
     pub permille: u64,
+    /// Workers whose link is up.
+    pub workers: u64,
+    /// Of these, those that take jobs: they were not drained.
+    pub ready: u64,
+    /// Whether jobs of it wait that none of these can solve.
+    pub unable: bool,
 }
 
 impl RunStats {
@@ -47,6 +53,7 @@ impl RunStats {
             waiting: counts.waiting + held,
             running: counts.running,
             permille: permille.max(0) as u64,
+            ..Self::default()
         }
     }
 }
@@ -110,6 +117,7 @@ impl RunHandle {
             held: VecDeque::new(),
             out: None,
             permille: 0,
+            needs: BTreeSet::new(),
         };
         let _closed = inputs.send(Input::Begin(run, share, listener));
         Self { run, inputs, settlements: Mutex::new(settlements), stats, attempts }

@@ -16,7 +16,8 @@ use super::roster::Roster;
 use super::run::AttemptNews;
 use super::staff::Staff;
 use super::{LinkError, PoolConfig, PoolStats, Refusals, RunStats, Settlement};
-use cullet_dispatch::{Dispatch, Event, Heir, Job, Millis, Receipt, Run, Share, Timing, Worker};
+use cullet_dispatch::{Dispatch, Event, Heir, Job, Millis, Receipt, Run, Share, Skills};
+use cullet_dispatch::{Timing, Worker};
 use cullet_proto::pool::{Grant, RenewAnswer};
 use cullet_proto::{JobId, SessionId, WorkerId};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -74,6 +75,8 @@ pub(super) struct Listener {
     pub(super) out: Option<String>,
     /// Sum of how far the jobs at work are \[1/1000\].
     pub(super) permille: i64,
+    /// What its jobs have asked of workers.
+    pub(super) needs: BTreeSet<Skills>,
 }
 
 /// What a step of the machine said to whom it listened to.
@@ -339,12 +342,17 @@ impl Shell {
         let children = self.children.as_ref();
         let pids = children.map(Children::pids).unwrap_or_default();
         let (mut held, mut permille) = (0, 0);
+        let (workers, ready) = (self.lives.up.len() as u64, self.roster.ready(&self.lives));
+        let stranded: Vec<Skills> = self.dispatch.stranded().map(|(need, _)| need).collect();
         for (run, listener) in &self.runs {
             held += listener.held.len() as u64;
             permille += listener.permille;
             if let Some(counts) = self.dispatch.counts_of(*run) {
+                let stats = RunStats::of(&counts, listener.held.len() as u64, listener.permille);
+                let lacks = stranded.iter().any(|need| listener.needs.contains(need));
+                let unable = lacks && stats.running == 0 && stats.waiting > 0;
                 *listener.stats.lock().unwrap_or_else(PoisonError::into_inner) =
-                    RunStats::of(&counts, listener.held.len() as u64, listener.permille);
+                    RunStats { workers, ready, unable, ..stats };
             }
         }
         let stats = PoolStats {

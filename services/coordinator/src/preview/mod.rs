@@ -102,10 +102,13 @@ pub struct Still {
 /// Draws a still of a recording into a file; hands back the moment that it shows \[s\].
 ///
 /// # Errors
-/// The recording cannot be read or the picture not written.
+/// The recording cannot be read, it has no such moment, or the picture is not written.
 pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, RecordError> {
     let recording = Recording::open(recording)?;
     let track = Track::of(&recording);
+    if let Some(time) = wanted.time.filter(|time| *time > track.end + track.step) {
+        return Err(RecordError::Beyond { path: recording.path, time, end: track.end });
+    }
     let mut focus = direct::focus(&track, &recording.meta, wanted.size);
     let time = wanted.time.unwrap_or_else(|| direct::moments(&track)[SHOWN]).clamp(0.0, track.end);
     if wanted.close {

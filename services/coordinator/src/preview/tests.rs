@@ -147,10 +147,10 @@ fn a_still_is_a_picture_of_its_size() {
     let bytes = std::fs::read(&file).expect("reads");
     let reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("is PNG");
     assert_eq!((reader.info().width, reader.info().height), (192, 108));
-    assert_eq!(
-        still(&recording.path, &Still { time: Some(9.0), ..wanted.clone() }, &file).expect("draws"),
-        1.0
-    );
+    let at = |time| still(&recording.path, &Still { time: Some(time), ..wanted.clone() }, &file);
+    let why = at(9.0).expect_err("it has no such moment").to_string();
+    assert!(why.ends_with("has no moment 9 s: it goes from 0 to 1 s"), "{why}");
+    assert_eq!(at(1.0).expect("draws"), 1.0);
     assert_ne!(std::fs::read(&file).expect("reads"), bytes);
     let track = Track::of(&recording);
     let focus = direct::focus(&track, &recording.meta, SMALL);

@@ -13,6 +13,8 @@ pub struct Inspection {
     pub events: Vec<String>,
     /// False if the run was cut off: the summary then speaks of what was saved.
     pub complete: bool,
+    /// True if something in the file is not as it was written.
+    pub damaged: bool,
 }
 
 /// Reads a recording, whole or cut off.
@@ -28,5 +30,6 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordError> {
         summary: recording.summary(),
         events: recording.events.iter().map(|e| event::line(e, &name)).collect(),
         complete: recording.complete,
+        damaged: recording.damaged,
     })
 }

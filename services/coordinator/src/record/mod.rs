@@ -76,7 +76,7 @@ pub const STATS: &str = "/stats";
 /// What the library says, or, where it only passes it on, what the system said to it.
 fn words(error: &mcap::McapError) -> String {
     match error {
-        mcap::McapError::Io(source) => source.to_string(),
+        mcap::McapError::Io(source) => crate::plain::words(source),
         other => other.to_string(),
     }
 }
@@ -85,7 +85,7 @@ fn words(error: &mcap::McapError) -> String {
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file system said no.
-    #[error("{path}: {source}")]
+    #[error("{path}: {}", crate::plain::words(source))]
     Io {
         /// Which file.
         path: PathBuf,
@@ -105,6 +105,25 @@ pub enum RecordError {
     NotMcap {
         /// Which file.
         path: PathBuf,
+    },
+    /// Nothing in it is of a run.
+    #[error(
+        "{path} is an MCAP file, but no recording of a run: another program wrote it, or nothing \
+         is left of it"
+    )]
+    Foreign {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// The run that it holds has no such moment.
+    #[error("{path} has no moment {time} s: it goes from 0 to {end} s")]
+    Beyond {
+        /// Which file.
+        path: PathBuf,
+        /// Which moment \[s\].
+        time: f64,
+        /// Its last one \[s\].
+        end: f64,
     },
     /// It holds the points of a specimen, and no run.
     #[error(

@@ -45,7 +45,7 @@ pub(super) fn load(path: &Path) -> Result<(PathBuf, Vec<u8>), RecordError> {
     name.push(".partial");
     let partial = path.with_file_name(name);
     let path = if !path.exists() && partial.exists() { partial } else { path.to_owned() };
-    let bytes = std::fs::read(&path).map_err(RecordError::io(&path))?;
+    let bytes = crate::plain::read(&path).map_err(RecordError::io(&path))?;
     Ok((path, bytes))
 }
 
@@ -166,6 +166,9 @@ pub struct Recording {
     pub reports: Vec<JobReport>,
     /// Bytes at the end of the file that were part of no whole record.
     pub lost_bytes: u64,
+    /// True if something in it is not as it was written, or its end is missing though it has the
+    /// name of a whole file.
+    pub damaged: bool,
     tally: Tally,
 }
 
@@ -174,12 +177,30 @@ impl Recording {
     /// to its last whole chunk.
     ///
     /// # Errors
-    /// No such file, no MCAP file, or an intact chunk whose messages are not ours.
+    /// No such file, no MCAP file, one of another program, or an intact chunk whose messages are
+    /// not ours.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
         let (path, bytes) = load(path)?;
         let mut recording = Self { path: path.clone(), ..Self::default() };
         let mut topics: BTreeMap<u16, String> = BTreeMap::new();
-        let walk = walk(&path, &bytes, &mut |found| recording.take(found, &mut topics))?;
+        let walk = walk(&path, &bytes, &mut |found| recording.take(found, &mut topics));
+        let walk = match walk {
+            // A topic of that name, but of another program.
+            Err(RecordError::Decode { .. }) if recording.is_foreign() => {
+                return Err(RecordError::Foreign { path });
+            }
+            walk => walk?,
+        };
+        // Of one that was cut off at its very beginning nothing is known.
+        let some = walk.ended || walk.chunks > 0 || walk.damaged > 0 || !topics.is_empty();
+        if some && recording.is_foreign() {
+            return Err(match walk.damaged {
+                0 => RecordError::Foreign { path },
+                damaged => RecordError::Lost { path, damaged },
+            });
+        }
+        let growing = path.extension().is_some_and(|end| end == "partial");
+        recording.damaged = walk.damaged > 0 || !walk.ended && !growing;
         recording.complete =
             walk.ended && walk.damaged == 0 && recording.end.contains_key("wall_seconds");
         recording.lost_bytes = walk.lost_bytes;
@@ -211,6 +232,12 @@ impl Recording {
             Found::Metadata(_) | Found::Schema(..) | Found::ChunkEnd => {}
         }
         Ok(())
+    }
+
+    /// Whether nothing of a run was found.
+    fn is_foreign(&self) -> bool {
+        let nothing = self.bodies.is_empty() && self.poses.is_empty() && self.events.is_empty();
+        nothing && !self.meta.contains_key("scene")
     }
 
     fn message(&mut self, topic: &str, time: u64, data: &[u8]) -> Result<(), RecordError> {

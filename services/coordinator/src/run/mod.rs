@@ -4,15 +4,17 @@
 pub(crate) mod convert;
 mod job;
 mod ladder;
+mod notices;
 mod output;
 mod settle;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use convert::spec;
 pub use cullet_proto::service::Position;
 pub use output::{UNFINISHED, next_folder, write_file};
 
-use crate::link::{RunHandle, Settlement};
+use crate::link::{RunHandle, RunStats, Settlement};
 use crate::record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
 use crate::scene::Scene;
 use cullet_geometry::Vec3;
@@ -20,6 +22,7 @@ use cullet_proto::job::MAX_SUPPORTS;
 use cullet_proto::{BrokenBody, FractureJob, JobId};
 use cullet_world::{BodyId, Gate, GateLimits, Hit, Support, World, WorldError};
 use ladder::{Experience, Kind, Ladder};
+use notices::Notices;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -47,6 +50,19 @@ pub struct Load {
     pub jobs: u64,
     /// How far those at workers are, in the mean \[1/1000\].
     pub permille: u16,
+    /// Why none of them can be at work, if so.
+    pub idle: Option<Idle>,
+}
+
+/// Why no job of a run can be at work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Idle {
+    /// There is no worker.
+    NoWorker,
+    /// There are so many, and all of them were drained.
+    Drained(u64),
+    /// There are so many, and none can solve what is wanted.
+    Unable(u64),
 }
 
 impl Jobs for RunHandle {
@@ -61,7 +77,13 @@ impl Jobs for RunHandle {
     fn load(&self) -> Load {
         let stats = self.stats();
         let permille = stats.permille.checked_div(stats.running).unwrap_or(0).min(1000) as u16;
-        Load { jobs: stats.waiting + stats.running, permille }
+        let idle = match stats {
+            RunStats { workers: 0, .. } => Some(Idle::NoWorker),
+            RunStats { workers, ready: 0, .. } => Some(Idle::Drained(workers)),
+            RunStats { ready, unable: true, .. } => Some(Idle::Unable(ready)),
+            _ => None,
+        };
+        Load { jobs: stats.waiting + stats.running, permille, idle }
     }
 
     fn cancel(&self) {
@@ -131,7 +153,7 @@ pub enum RunError {
         due: String,
     },
     /// A file could not be written.
-    #[error("{path}: {source}")]
+    #[error("{path}: {}", crate::plain::words(source))]
     File {
         /// Which.
         path: PathBuf,
@@ -173,6 +195,7 @@ struct Run<'a> {
     seen: Experience,
     fractures: u64,
     broken: BTreeMap<String, u64>,
+    notices: Notices,
 }
 
 /// Runs a scene to its end and writes `run.mcap` and `summary.json` into the folder.
@@ -200,6 +223,7 @@ pub fn run(
         seen: Experience::default(),
         fractures: 0,
         broken: BTreeMap::new(),
+        notices: Notices::of(scene),
     };
     run.populate()?;
     let interrupted = run.steps()?;
@@ -251,6 +275,7 @@ impl Run<'_> {
                 return Ok(true);
             }
             self.record_poses()?;
+            self.tell_fallen();
             self.tell_position();
         }
         // What the end of the run overtook settles too, and breaks nothing.
@@ -306,6 +331,7 @@ impl Run<'_> {
             for gate in answers {
                 if let Gate::Rigid(reason) = gate {
                     self.event(&Event::Gate { body: number(body), reason: reason.to_string() })?;
+                    self.notices.kept(body, all, reason.to_string());
                 }
             }
             return Ok(());
@@ -439,6 +465,7 @@ impl Run<'_> {
 
     fn tell_position(&mut self) {
         let load = self.pool.load();
+        self.tell_idle(&load);
         (self.news)(&News::At(Position {
             time: self.world.time(),
             end: self.scene.world.duration,

@@ -157,6 +157,8 @@ impl Run<'_> {
     }
 
     fn kept(&mut self, job: &Pending, reason: String) -> Result<(), RunError> {
+        let energy = job.hits.iter().map(|hit| hit.impact.energy).sum();
+        self.notices.kept(job.body, energy, reason.clone());
         self.event(&Event::KeptWhole { body: number(job.body), job: job.id.0, reason })
     }
 
@@ -232,6 +234,9 @@ impl Run<'_> {
         for line in self.world.sunk() {
             self.recorder.log(Level::Warning, line.clone())?;
             self.say(line);
+        }
+        if !interrupted {
+            self.tell_unbroken();
         }
         let mut unmet = Vec::new();
         if !interrupted {

@@ -1,7 +1,7 @@
 //! A written body made ready: checked, given its form and its material, not yet placed.
 
 use super::check::tell;
-use super::error::{SceneError, suggest};
+use super::error::{SceneError, nearest, suggest};
 use super::files::{FileError, Files, key};
 use super::form::{Form, Forms, Recipe};
 use super::format::{Anchor, Body, Fracture, Rotation, SolverChoice};
@@ -29,6 +29,10 @@ pub(super) struct Workshop<'a> {
     pub(super) errors: Vec<SceneError>,
     /// What is unusual, a line each.
     pub(super) warnings: Vec<String>,
+    /// Paths of values that are wrong by themselves, which was said already.
+    pub(super) bad: Vec<Path>,
+    /// Whether a text is not TOML throughout: what seems to be missing may be there.
+    pub(super) garbled: bool,
 }
 
 /// A body before it has a place.
@@ -51,7 +55,41 @@ pub(super) struct Mould {
     pub(super) solver: SolverChoice,
 }
 
+impl<'a> Workshop<'a> {
+    /// With nothing made yet.
+    pub(super) fn new(root: &'a Node, files: &'a mut Files) -> Self {
+        Self {
+            root,
+            files,
+            forms: Forms::default(),
+            materials: BTreeMap::new(),
+            spoiled_materials: BTreeSet::new(),
+            errors: Vec::new(),
+            warnings: Vec::new(),
+            bad: Vec::new(),
+            garbled: false,
+        }
+    }
+}
+
 impl Workshop<'_> {
+    /// Whether an item has none of these keys, as far as can be told: where one of them is wrong,
+    /// or one that is not known was meant for it, it is no second error that it is missing.
+    pub(super) fn lacks(&self, path: &[Step], keys: &[&str]) -> bool {
+        let meant = |bad: &Path| match bad.strip_prefix(path) {
+            Some([Step::Key(key), ..]) => nearest(key, keys.iter().copied()).is_some(),
+            Some(_) => true,
+            None => false,
+        };
+        !self.garbled && !self.bad.iter().any(meant)
+    }
+
+    /// Whether what is wrong at a path is the consequence of an error that was noted.
+    fn is_told(&self, path: &[Step]) -> bool {
+        let below = |bad: &Path| path.len() > 2 && bad.starts_with(path);
+        self.bad.iter().any(|bad| path.starts_with(bad) || below(bad))
+    }
+
     /// Notes an error at a path.
     pub(super) fn wrong(&mut self, path: &[Step], message: impl Into<String>) {
         self.wrong_with(path, message, None);
@@ -64,6 +102,9 @@ impl Workshop<'_> {
         message: impl Into<String>,
         help: Option<String>,
     ) {
+        if self.is_told(path) {
+            return;
+        }
         let error = SceneError::at(self.root.nearest(path), show(path), message);
         self.errors.push(error.help(help));
     }
@@ -149,7 +190,9 @@ impl Workshop<'_> {
 
     fn material(&mut self, body: &Body, path: &Path) -> Option<Arc<SceneMaterial>> {
         let Some(name) = &body.material else {
-            self.wrong(path, "`material` is missing: a preset or a [[material]]");
+            if self.lacks(path, &["material"]) {
+                self.wrong(path, "`material` is missing: a preset or a [[material]]");
+            }
             return None;
         };
         if let Some(material) = self.materials.get(name) {
@@ -203,7 +246,9 @@ impl Workshop<'_> {
                 return None;
             }
             (None, None) => {
-                self.wrong(path, "a body needs a `shape` or a `mesh`");
+                if self.lacks(path, &["shape", "mesh"]) {
+                    self.wrong(path, "a body needs a `shape` or a `mesh`");
+                }
                 return None;
             }
             (Some(shape), None) => {

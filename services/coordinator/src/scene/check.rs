@@ -13,16 +13,8 @@ use std::collections::BTreeMap;
 pub(super) struct Findings {
     /// What is wrong.
     pub errors: Vec<SceneError>,
-    /// The paths of what is wrong: their items are not read further.
+    /// The paths of what is wrong: what is there is read no further.
     pub bad: Vec<Path>,
-}
-
-impl Findings {
-    /// Whether anything at or below `path` is wrong.
-    #[must_use]
-    pub(super) fn spoils(&self, path: &[super::tree::Step]) -> bool {
-        self.bad.iter().any(|bad| bad.starts_with(path))
-    }
 }
 
 /// Checks `node` against `schema` and turns text with units into SI numbers in place.
@@ -196,8 +188,7 @@ impl Checker<'_> {
             Value::String(word) if names.contains(&word.as_str()) => {}
             Value::String(word) => {
                 let message = format!("\"{word}\" is not one of {known}");
-                let help = super::error::nearest(word, names.iter().copied())
-                    .map(|name| format!("did you mean `{name}`?"));
+                let help = suggest(word, names).filter(|help| !help.starts_with("known: "));
                 let error = SceneError::at(&node.origin, show(path), message).help(help);
                 self.found.errors.push(error);
                 self.found.bad.push(path.clone());

@@ -1,6 +1,6 @@
 //! Errors of a scene: all of them at once, each with its place, its value and its bound.
 
-use super::tree::Origin;
+use super::tree::{Node, Origin};
 use std::fmt;
 use std::ops::Range;
 
@@ -90,6 +90,13 @@ impl SceneError {
         Self { place: None, path, message, help: None, geometry: false }
     }
 
+    /// The same, with the names of items in place of their numbers.
+    #[must_use]
+    pub(super) fn named(mut self, root: &Node) -> Self {
+        self.path = root.with_names(&self.path);
+        self
+    }
+
     /// The same, with advice.
     #[must_use]
     pub fn help(mut self, help: Option<impl Into<String>>) -> Self {
@@ -168,29 +175,64 @@ impl fmt::Display for SceneErrors {
 
 impl std::error::Error for SceneErrors {}
 
-/// The name nearest to `word`, if it is near enough to be meant.
+/// Words that people use for keys and names that are called otherwise here, and what those are for.
+const ALIASES: [(&str, &str, &str); 14] = [
+    ("camera", "view", "it says where pictures look from: eye, target, field"),
+    ("cam", "view", "it says where pictures look from: eye, target, field"),
+    ("object", "body", "a body is a [[body]]"),
+    ("objects", "body", "a body is a [[body]]"),
+    ("bodies", "body", "a body is a [[body]]"),
+    ("simulation", "world", "it has gravity, step, duration and seed"),
+    ("settings", "world", "it has gravity, step, duration and seed"),
+    ("physics", "world", "it has gravity, step, duration and seed"),
+    ("assert", "expect", "it says what the scene must show"),
+    ("fov", "field", "an angle from bottom to top"),
+    ("look_at", "target", "a point"),
+    ("angular_velocity", "spin", "in rad/s, or with a unit"),
+    ("timestep", "step", "in s, or with a unit"),
+    ("dt", "step", "in s, or with a unit"),
+];
+
+/// Shortest word that is looked for inside names.
+const SHORTEST_PART: usize = 3;
+
+/// The name nearest to `word`, if it is near enough to be meant: at most a third of its letters are
+/// other ones, and one of a short word.
 #[must_use]
 pub(super) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = word.to_lowercase();
-    let mut best: Option<(f64, &str)> = None;
-    for name in known {
-        let name_lower = name.to_lowercase();
-        // One slip of the finger is near enough in any word, however short.
-        let slip = strsim::osa_distance(&lower, &name_lower) == 1;
-        let floor = if slip { 0.75 } else { 0.0 };
-        let likeness = strsim::jaro_winkler(&lower, &name_lower).max(floor);
-        if likeness >= 0.75 && best.is_none_or(|(most, _)| likeness > most) {
-            best = Some((likeness, name));
-        }
-    }
-    best.map(|(_, name)| name)
+    let most = (lower.chars().count() / 3).max(1);
+    let near = known.into_iter().filter_map(|name| {
+        let distance = strsim::osa_distance(&lower, &name.to_lowercase());
+        (distance <= most && distance < name.chars().count()).then_some((distance, name))
+    });
+    near.min_by_key(|(distance, _)| *distance).map(|(_, name)| name)
 }
 
-/// Advice for an unknown name: the nearest one, or all of a short list.
+/// Names that have the word in them, at most three.
+fn with_part<'a>(word: &str, known: &[&'a str]) -> Vec<&'a str> {
+    let lower = word.to_lowercase();
+    if lower.chars().count() < SHORTEST_PART {
+        return Vec::new();
+    }
+    let has = |name: &&&str| name.to_lowercase().contains(&lower);
+    known.iter().filter(has).take(3).copied().collect()
+}
+
+/// Advice for an unknown name: the nearest one, those that it is a part of, or all of a short list.
 #[must_use]
 pub(super) fn suggest(word: &str, known: &[&str]) -> Option<String> {
+    let lower = word.to_lowercase();
+    let other = ALIASES.iter().find(|(from, to, _)| *from == lower && known.contains(to));
+    if let Some((_, name, what)) = other {
+        return Some(format!("did you mean `{name}`? {what}"));
+    }
     if let Some(name) = nearest(word, known.iter().copied()) {
         return Some(format!("did you mean `{name}`?"));
+    }
+    let longer = with_part(word, known);
+    if !longer.is_empty() {
+        return Some(format!("did you mean `{}`?", longer.join("` or `")));
     }
     if known.is_empty() {
         return None;

@@ -5,6 +5,7 @@
 //! current folder). A bundle maps keys to bytes, so a coordinator on another machine never opens a
 //! path of its own.
 
+use crate::plain;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -197,29 +198,15 @@ fn read_disk(path: &Path) -> Result<Vec<u8>, FileError> {
     let name = path.display().to_string();
     let unreadable = |error: std::io::Error| FileError::Unreadable {
         path: name.clone(),
-        reason: plain_reason(&error),
+        reason: plain::words(&error),
     };
-    let file = std::fs::File::open(path).map_err(unreadable)?;
-    if file.metadata().map_err(unreadable)?.is_dir() {
-        let reason = "it is a folder".to_owned();
-        return Err(FileError::Unreadable { path: name, reason });
-    }
+    let file = plain::open(path).map_err(unreadable)?;
     let mut bytes = Vec::new();
     file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(FileError::TooLarge { path: name, limit: MAX_FILE_BYTES });
     }
     Ok(bytes)
-}
-
-/// The system's words without its error numbers.
-fn plain_reason(error: &std::io::Error) -> String {
-    match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
-        std::io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
-        std::io::ErrorKind::IsADirectory => "it is a folder".to_owned(),
-        _ => error.to_string(),
-    }
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@
 //! mesh file (or the point that `anchor` names); a loaded body's own origin is its centroid, and
 //! its pose makes up for it.
 
-mod admit;
+mod admission;
 mod body;
 mod check;
 mod document;
@@ -26,11 +26,13 @@ pub mod meshes;
 mod overlap;
 mod overrides;
 mod paint;
+mod preflight;
 mod resolve;
 mod schema;
 mod shape;
 pub(crate) mod sheet;
 pub mod specimen;
+mod taken;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -207,6 +209,7 @@ fn build(
     let Some(text) = text else {
         return Err(SceneErrors { errors });
     };
+    let garbled = !errors.is_empty();
     let mut root = document::scene_of(&mut files, root, &main, &mut errors);
     let schema = schema::schema_json();
     let sections: Vec<&str> = schema["properties"]
@@ -214,14 +217,22 @@ fn build(
         .map(|sections| sections.keys().map(String::as_str).collect())
         .unwrap_or_default();
     errors.extend(overrides::apply_overrides(&mut root, &sections, overrides));
-    let findings = check::check(schema, &mut root);
-    errors.extend(findings.errors.iter().cloned());
-    let resolved = resolve::resolve(&root, &findings, &mut files);
+    let mut findings = check::check(schema, &mut root);
+    if garbled {
+        // What is no TOML is left out, and may be what is missing.
+        findings.errors.retain(|error| !error.message.ends_with("is missing"));
+    }
+    errors.append(&mut findings.errors);
+    let resolved = resolve::resolve(&root, findings, garbled, &mut files);
     errors.extend(resolved.errors);
     if !errors.is_empty() {
+        let errors = errors.into_iter().map(|error| error.named(&root)).collect();
         return Err(SceneErrors::sorted(errors));
     }
     let mut scene = resolved.scene;
+    for line in &mut scene.warnings {
+        *line = root.with_names(line);
+    }
     scene.name = name;
     scene.source_text = text.content.clone();
     scene.overrides = overrides.to_vec();

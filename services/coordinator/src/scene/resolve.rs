@@ -1,6 +1,6 @@
 //! From the tree to a scene that runs: every section read, every body made and placed.
 
-use super::admit;
+use super::admission;
 use super::body::{MAX_DISTANCE, Mould, Workshop};
 use super::check::{Findings, tell};
 use super::error::{SceneError, nearest, suggest};
@@ -11,11 +11,13 @@ use super::limits;
 use super::material::{self, SceneMaterial};
 use super::overlap;
 use super::paint;
-use super::tree::{Node, Path, Step, join, show};
+use super::preflight;
+use super::taken::Taken;
+use super::tree::{Node, Path, join, show};
 use super::{Scene, SceneBody};
 use cullet_geometry::{Pose, Vec3};
 use serde::de::DeserializeOwned;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Most overlapping pairs reported: the others follow from the first.
@@ -32,72 +34,47 @@ pub(super) struct Resolved {
     pub(super) errors: Vec<SceneError>,
 }
 
-/// Makes a scene of a tree that was held against the schema.
-pub(super) fn resolve(root: &Node, findings: &Findings, files: &mut Files) -> Resolved {
-    let mut workshop = Workshop {
-        root,
-        files,
-        forms: super::form::Forms::default(),
-        materials: BTreeMap::new(),
-        spoiled_materials: BTreeSet::new(),
-        errors: Vec::new(),
-        warnings: Vec::new(),
-    };
-    let document = read_sections(&mut workshop, findings);
-    materials(&mut workshop, findings);
+/// Makes a scene of a tree that was held against the schema. What is wrong with one value keeps
+/// nothing else from being looked at; `garbled`: some of the text is no TOML.
+pub(super) fn resolve(
+    root: &Node,
+    findings: Findings,
+    garbled: bool,
+    files: &mut Files,
+) -> Resolved {
+    let mut workshop = Workshop::new(root, files);
+    (workshop.bad, workshop.garbled) = (findings.bad, garbled);
+    let document = read_sections(&mut workshop);
+    materials(&mut workshop);
     let mut builder = Builder { workshop, document, bodies: Vec::new(), paths: Vec::new() };
-    builder.bodies(findings);
-    builder.names(findings);
+    builder.bodies();
+    builder.names();
     limits::check(&mut builder.workshop, &builder.document, builder.bodies.len());
-    builder.overlaps(findings);
-    builder.finish(findings.errors.is_empty())
+    builder.overlaps();
+    builder.finish()
 }
 
-/// A part of the document by itself, where nothing in it is wrong already.
-fn take<T: DeserializeOwned>(
-    workshop: &mut Workshop<'_>,
-    findings: &Findings,
-    node: &Node,
-    path: &[Step],
-) -> Option<T> {
-    if findings.spoils(path) {
-        return None;
-    }
-    match T::deserialize(node.to_toml()) {
-        Ok(value) => Some(value),
-        Err(error) => {
-            workshop.wrong(path, error.message().trim());
-            None
-        }
-    }
-}
-
-fn read_sections(workshop: &mut Workshop<'_>, findings: &Findings) -> Document {
+fn read_sections(workshop: &mut Workshop<'_>) -> Document {
     let mut document = Document::default();
-    let root = workshop.root;
-    let section = |key: &str| root.get(key).map(|node| (node, vec![Step::from(key)]));
-    if let Some((node, path)) = section("description") {
-        document.description = take(workshop, findings, node, &path).unwrap_or_default();
-    }
-    if let Some((node, path)) = section("world") {
-        document.world = take(workshop, findings, node, &path).unwrap_or_default();
-    }
-    if let Some((node, path)) = section("fracture") {
-        document.fracture = take(workshop, findings, node, &path).unwrap_or_default();
-    }
-    if let Some((node, path)) = section("fidelity") {
-        document.fidelity = take(workshop, findings, node, &path).unwrap_or_default();
-    }
-    if let Some((node, path)) = section("expect") {
-        document.expect = take(workshop, findings, node, &path).unwrap_or_default();
-    }
-    if let Some((node, path)) = section("view") {
-        document.view = take(workshop, findings, node, &path);
-    }
+    read(workshop, "description", &mut document.description);
+    read(workshop, "world", &mut document.world);
+    read(workshop, "fracture", &mut document.fracture);
+    read(workshop, "fidelity", &mut document.fidelity);
+    read(workshop, "expect", &mut document.expect);
+    read(workshop, "view", &mut document.view);
     document
 }
 
-fn materials(workshop: &mut Workshop<'_>, findings: &Findings) {
+/// A section as far as it is right.
+fn read<T: DeserializeOwned>(workshop: &mut Workshop<'_>, key: &str, section: &mut T) {
+    if let Some(node) = workshop.root.get(key)
+        && let Some(taken) = workshop.take(node, &[key.into()])
+    {
+        *section = taken.value;
+    }
+}
+
+fn materials(workshop: &mut Workshop<'_>) {
     for preset in material::presets() {
         workshop.materials.insert(preset.name.to_owned(), Arc::new(SceneMaterial::from(preset)));
     }
@@ -108,9 +85,10 @@ fn materials(workshop: &mut Workshop<'_>, findings: &Findings) {
         if !own.insert(name) {
             workshop.wrong(&join(&path, "name"), format!("a second material is called \"{name}\""));
         }
-        let written: Option<format::Material> = take(workshop, findings, node, &path);
-        let made = written.and_then(|written| own_material(workshop, &written, &path));
-        match made {
+        let written = workshop.take::<format::Material>(node, &path);
+        let whole = written.as_ref().is_some_and(|written| written.whole);
+        let made = written.and_then(|written| own_material(workshop, &written.value, &path));
+        match made.filter(|_| whole) {
             Some(made) => {
                 workshop.materials.insert(name.to_owned(), Arc::new(made));
             }
@@ -143,7 +121,9 @@ pub(super) fn own_material(
         Ok(made) => made,
         Err(missing) => {
             for key in missing {
-                workshop.wrong(path, format!("`{key}` is missing: give it, or a `preset`"));
+                if workshop.lacks(path, &[key, "preset"]) {
+                    workshop.wrong(path, format!("`{key}` is missing: give it, or a `preset`"));
+                }
             }
             return None;
         }
@@ -171,18 +151,19 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    fn bodies(&mut self, findings: &Findings) {
+    fn bodies(&mut self) {
         let root = self.workshop.root;
         for (index, node) in root.items("body").iter().enumerate() {
             let path: Path = vec!["body".into(), index.into()];
-            let Some(body) = take::<Body>(&mut self.workshop, findings, node, &path) else {
+            let Some(taken) = self.workshop.take::<Body>(node, &path) else {
                 continue;
             };
-            let Some(name) = body.name.clone() else {
+            let body = taken.value;
+            let mould = self.mould(&body, &path);
+            if body.name.is_none() && self.workshop.lacks(&path, &["name"]) {
                 self.workshop.wrong(&path, "`name` is missing");
-                continue;
-            };
-            if let Some(mould) = self.mould(&body, &path) {
+            }
+            if let (Some(mould), Some(name), true) = (mould, body.name, taken.whole) {
                 let instance = Instance {
                     name,
                     position: mould.position,
@@ -192,9 +173,9 @@ impl Builder<'_> {
                 self.place(&mould, vec![instance], None, &path);
             }
         }
-        self.grids(findings);
-        self.stacks(findings);
-        self.scatters(findings);
+        self.grids();
+        self.stacks();
+        self.scatters();
     }
 
     fn mould(&mut self, body: &Body, path: &Path) -> Option<Mould> {
@@ -202,57 +183,58 @@ impl Builder<'_> {
         self.workshop.mould(body, path, &defaults)
     }
 
-    fn grids(&mut self, findings: &Findings) {
+    fn grids(&mut self) {
         let root = self.workshop.root;
         for (index, node) in root.items("grid").iter().enumerate() {
             let path: Path = vec!["grid".into(), index.into()];
-            let Some(grid) = take::<Grid>(&mut self.workshop, findings, node, &path) else {
+            let Some(Taken { value: grid, whole }) = self.workshop.take::<Grid>(node, &path) else {
                 continue;
             };
             let template = join(&path, "body");
             self.workshop.template(&grid.body, &template, true);
-            if !self.fits(generate::grid_count(&grid), &join(&path, "count")) {
-                continue;
-            }
-            if let Some(mould) = self.mould(&grid.body, &template) {
+            let fits = self.fits(generate::grid_count(&grid), &join(&path, "count"));
+            let mould = self.mould(&grid.body, &template);
+            if let Some(mould) = mould.filter(|_| fits && whole) {
                 let instances = generate::grid(&grid, &mould);
                 self.place(&mould, instances, Some(&grid.name), &path);
             }
         }
     }
 
-    fn stacks(&mut self, findings: &Findings) {
+    fn stacks(&mut self) {
         let root = self.workshop.root;
         for (index, node) in root.items("stack").iter().enumerate() {
             let path: Path = vec!["stack".into(), index.into()];
-            let Some(stack) = take::<Stack>(&mut self.workshop, findings, node, &path) else {
+            let Some(Taken { value: stack, whole }) = self.workshop.take::<Stack>(node, &path)
+            else {
                 continue;
             };
             let template = join(&path, "body");
             self.workshop.template(&stack.body, &template, true);
-            if !self.fits(stack.count.into(), &join(&path, "count")) {
-                continue;
-            }
-            if let Some(mould) = self.mould(&stack.body, &template) {
+            let fits = self.fits(stack.count.into(), &join(&path, "count"));
+            let mould = self.mould(&stack.body, &template);
+            if let Some(mould) = mould.filter(|_| fits && whole) {
                 let instances = generate::stack(&stack, &mould);
                 self.place(&mould, instances, Some(&stack.name), &path);
             }
         }
     }
 
-    fn scatters(&mut self, findings: &Findings) {
+    fn scatters(&mut self) {
         let root = self.workshop.root;
         for (index, node) in root.items("scatter").iter().enumerate() {
             let path: Path = vec!["scatter".into(), index.into()];
-            let Some(scatter) = take::<Scatter>(&mut self.workshop, findings, node, &path) else {
+            let Some(Taken { value: scatter, whole }) = self.workshop.take::<Scatter>(node, &path)
+            else {
                 continue;
             };
             let template = join(&path, "body");
             self.workshop.template(&scatter.body, &template, false);
-            if !self.fits(scatter.count.into(), &join(&path, "count")) {
-                continue;
-            }
-            if let Some(mould) = self.mould(&scatter.body, &template) {
+            let fits = self.fits(scatter.count.into(), &join(&path, "count"));
+            let mould = self.mould(&scatter.body, &template);
+            // Its places follow the seed.
+            let seeded = !self.workshop.is_bad(&["world".into(), "seed".into()]);
+            if let Some(mould) = mould.filter(|_| fits && whole && seeded) {
                 let seed = self.document.world.seed;
                 let instances = self.workshop.scatter(&scatter, &path, &mould, seed);
                 self.place(&mould, instances, Some(&scatter.name), &path);
@@ -318,7 +300,7 @@ impl Builder<'_> {
     }
 
     /// Names are unique, not too long, and expectations name what is there.
-    fn names(&mut self, findings: &Findings) {
+    fn names(&mut self) {
         let mut known: BTreeSet<String> = BTreeSet::new();
         for list in ["body", "grid", "stack", "scatter"] {
             for (index, node) in self.workshop.root.items(list).iter().enumerate() {
@@ -342,9 +324,25 @@ impl Builder<'_> {
                 break;
             }
         }
-        if findings.bad.is_empty() {
-            self.expected_names(&known, &written);
-        }
+        self.expected_names(&known, &written);
+    }
+
+    /// Whether a name may be that of a body which could not be made: one of a list of bodies that
+    /// are not there.
+    fn may_be_unmade(&self, name: &str) -> bool {
+        let made: BTreeSet<&str> =
+            self.bodies.iter().filter_map(|body| body.generator.as_deref()).collect();
+        let lists = ["grid", "stack", "scatter"].into_iter();
+        let items = lists.flat_map(|list| self.workshop.root.items(list));
+        let mut lost =
+            items.map(|item| item.get("name").and_then(Node::text)).filter(|generator| {
+                generator.is_none_or(|generator| {
+                    !made.contains(generator) && name.starts_with(generator)
+                })
+            });
+        let nameless = self.workshop.root.items("body").iter();
+        let mut nameless = nameless.map(|item| item.get("name").and_then(Node::text));
+        self.workshop.garbled || lost.next().is_some() || nameless.any(|name| name.is_none())
     }
 
     fn expected_names(&mut self, known: &BTreeSet<String>, written: &BTreeSet<String>) {
@@ -361,7 +359,7 @@ impl Builder<'_> {
             named.push((path, name));
         }
         for (path, name) in named {
-            if !known.contains(name) {
+            if !known.contains(name) && !self.may_be_unmade(name) {
                 let help = nearest(name, written.iter().map(String::as_str))
                     .map(|near| format!("did you mean `{near}`?"));
                 let message = format!("there is no body \"{name}\"");
@@ -370,8 +368,8 @@ impl Builder<'_> {
         }
     }
 
-    fn overlaps(&mut self, findings: &Findings) {
-        if !self.workshop.errors.is_empty() || !findings.errors.is_empty() {
+    fn overlaps(&mut self) {
+        if self.workshop.garbled {
             return;
         }
         let placed: Vec<overlap::Placed<'_>> =
@@ -387,8 +385,7 @@ impl Builder<'_> {
         }
     }
 
-    /// `sound`: nothing was wrong before.
-    fn finish(mut self, sound: bool) -> Resolved {
+    fn finish(mut self) -> Resolved {
         for body in &self.bodies {
             let first = body.generator.is_none() || body.name.ends_with("-0");
             for line in body.repairs.iter().filter(|_| first) {
@@ -398,6 +395,7 @@ impl Builder<'_> {
                 self.workshop.warnings.push(format!("{}: {line}", body.name));
             }
         }
+        self.workshop.warnings.extend(preflight::warnings(&self.document.world, &self.bodies));
         let document = self.document;
         let scene = Scene {
             name: String::new(),
@@ -414,16 +412,7 @@ impl Builder<'_> {
             main: String::new(),
             files: Vec::new(),
         };
-        if self.workshop.errors.is_empty() && sound {
-            match admit::refused(&scene) {
-                Ok(refused) => {
-                    for (index, why) in refused {
-                        self.workshop.unmade(&self.paths[index], why.to_string(), None);
-                    }
-                }
-                Err(why) => self.workshop.wrong(&["world".into()], why.to_string()),
-            }
-        }
+        admission::check(&mut self.workshop, &scene, &self.paths);
         Resolved { scene, errors: self.workshop.errors }
     }
 }

@@ -1,5 +1,7 @@
 //! The shipped scenes load; bad files give every error with its place; overrides and bundles hold.
 
+mod advice;
+
 use super::{Bundle, Scene, SceneErrors, SceneFile, load, load_bundle, schema};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -154,7 +156,7 @@ fn errors_of(text: &str, overrides: &[&str]) -> String {
     }
 }
 
-/// Ten mistakes.
+/// Eleven mistakes.
 const MANY_WRONG: &str = r#"[world]
 step = "1 fortnight"
 gravty = [0, 0, -9.81]
@@ -201,19 +203,19 @@ scene.toml:3:1: world.gravty: unknown key `gravty`
 scene.toml:4:12: world.duration: must be a finite number; it is NaN
   4 | duration = nan
     |            ^^^
-scene.toml:8:10: material[0].preset: there is no preset \"stonewear\"
+scene.toml:8:10: material.clay.preset: there is no preset \"stonewear\"
   8 | preset = \"stonewear\"
     |          ^^^^^^^^^^^
   help: did you mean `stoneware`?
-scene.toml:12:11: material[1].density: must be at least 0.01 kg/m3; it is -3 kg/m3
+scene.toml:12:11: material.void.density: must be at least 0.01 kg/m3; it is -3 kg/m3
   12 | density = -3
      |           ^^
-scene.toml:16:18: body[0].shape.kind: \"bx\" is not one of box, sphere, \
+scene.toml:16:18: body.a.shape.kind: \"bx\" is not one of box, sphere, \
          cylinder, cone, torus, capsule, extrusion, lathe
   16 | shape = { kind = \"bx\", size = [1, 1, 1] }
      |                  ^^^^
   help: did you mean `box`?
-scene.toml:20:37: body[1].shape.radius: must be above 0 m; it is -0.005 m
+scene.toml:20:37: body.b.shape.radius: must be above 0 m; it is -0.005 m
   20 | shape = { kind = \"sphere\", radius = \"-5 mm\" }
      |                                     ^^^^^^^
 scene.toml:25:12: body[2].material: there is no material \"granit\"
@@ -223,6 +225,9 @@ scene.toml:25:12: body[2].material: there is no material \"granit\"
 scene.toml:27:8: body[3].name: a second one is called \"c\"
   27 | name = \"c\"
      |        ^^^
+scene.toml:29:8: body[3].mesh: a body has a `shape` or a `mesh`, not both
+  29 | mesh = \"c.obj\"
+     |        ^^^^^^^
 scene.toml:31:9: body[3].fixed: must be true or false, not \"yes\"
   31 | fixed = \"yes\"
      |         ^^^^^";

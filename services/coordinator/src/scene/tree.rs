@@ -177,6 +177,16 @@ impl Node {
         self.get(key).and_then(Node::array).unwrap_or(&[])
     }
 
+    /// Whether there is anything at a path.
+    #[must_use]
+    pub(super) fn has(&self, path: &[Step]) -> bool {
+        let below = |node, step: &Step| match step {
+            Step::Key(key) => Node::get(node, key),
+            Step::Index(index) => node.array().and_then(|items| items.get(*index)),
+        };
+        path.iter().try_fold(self, below).is_some()
+    }
+
     /// The place of the deepest step of `path` that exists.
     #[must_use]
     pub(super) fn nearest(&self, path: &[Step]) -> &Origin {
@@ -192,6 +202,54 @@ impl Node {
             }
         }
         &node.origin
+    }
+
+    /// A path as `--set` takes it: `body.pot.shape` for `body[1].shape`, where the item has a name
+    /// that no other one of its list has.
+    #[must_use]
+    pub(super) fn with_names(&self, path: &str) -> String {
+        let item = || {
+            let (list, rest) = path.split_once('[')?;
+            let (index, rest) = rest.split_once(']')?;
+            let items = self.items(list);
+            let name_of = |item: &Node| item.get("name").and_then(Node::text).map(str::to_owned);
+            let name = name_of(items.get(index.parse::<usize>().ok()?)?)?;
+            let alone = items.iter().filter(|item| name_of(item).as_ref() == Some(&name)).count();
+            let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+            let numeric = name.bytes().all(|byte| byte.is_ascii_digit());
+            let sound = !name.trim().is_empty() && !name.contains(['"', '\n']);
+            let shown =
+                if name.chars().all(plain) && !numeric { name } else { format!("\"{name}\"") };
+            (sound && alone == 1).then(|| format!("{list}.{shown}{rest}"))
+        };
+        item().unwrap_or_else(|| path.to_owned())
+    }
+
+    /// [`Node::to_toml`] without what is at `bad` paths; `at`: the path of this node. A list that
+    /// lacks an item is left out, and nothing is left of a node that is bad itself.
+    #[must_use]
+    pub(super) fn to_toml_without(&self, at: &[Step], bad: &[Path]) -> Option<toml::Value> {
+        if bad.iter().any(|path| path == at) {
+            return None;
+        }
+        if !bad.iter().any(|path| path.starts_with(at)) {
+            return Some(self.to_toml());
+        }
+        match &self.value {
+            Value::Array(items) => {
+                let kept = items.iter().enumerate();
+                let kept = kept.map(|(index, item)| item.to_toml_without(&join(at, index), bad));
+                kept.collect::<Option<Vec<_>>>().map(toml::Value::Array)
+            }
+            Value::Table(table) => {
+                let kept = table.iter().filter_map(|(key, entry)| {
+                    let below = join(at, key.as_str());
+                    Some((key.clone(), entry.node.to_toml_without(&below, bad)?))
+                });
+                Some(toml::Value::Table(kept.collect()))
+            }
+            _ => Some(self.to_toml()),
+        }
     }
 
     /// The same data for serde, places dropped.

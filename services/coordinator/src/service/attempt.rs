@@ -82,7 +82,7 @@ impl Attempt {
         let seen = seen(&self.state);
         let past = Past::begin(&self.state, self.entry.attempt, unix_ms(), seen);
         let keeper = Keeper::new(pool, Some(self.kept.clone()), &self.live).noting(&past);
-        let mut told = Instant::now();
+        let (mut told, mut last) = (Instant::now(), String::new());
         let mut reach = self.reach.take();
         let options = RunOptions { out: &self.folder, stop: &self.stop };
         let outcome = run(&scene, &keeper, &options, &mut |news| match news {
@@ -96,7 +96,12 @@ impl Attempt {
                 if told.elapsed() >= NEWS_PERIOD {
                     told = Instant::now();
                     let text = format!("{:.3} of {:.3} s, {} bodies", p.time, p.end, p.bodies);
-                    self.live.say(&(text + &solving(p)));
+                    let text = text + &solving(p);
+                    // One that stands still is said once: why is a line of its own.
+                    if text != last {
+                        self.live.say(&text);
+                        last = text;
+                    }
                 }
             }
         });

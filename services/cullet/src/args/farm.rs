@@ -5,11 +5,15 @@ use clap::Args;
 use cullet_proto::keys::DEFAULT_COORDINATOR;
 use std::path::PathBuf;
 
+/// Where a coordinator listens that is not told otherwise.
+pub(crate) const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
+
 /// Where the coordinator is, and who asks.
 #[derive(Debug, Args)]
 pub(crate) struct Place {
     /// Zenoh endpoint of the coordinator
-    #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", value_parser = endpoint)]
+    #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", default_value = DEFAULT_ENDPOINT,
+        value_parser = endpoint)]
     pub(crate) connect: String,
     #[command(flatten)]
     pub(crate) who: Who,
@@ -42,7 +46,7 @@ pub(crate) struct Who {
 #[derive(Debug, Args)]
 pub(crate) struct Router {
     /// Zenoh endpoint to listen on
-    #[arg(long, default_value = "tcp/127.0.0.1:7447", value_parser = endpoint)]
+    #[arg(long, default_value = DEFAULT_ENDPOINT, value_parser = endpoint)]
     pub(crate) listen: String,
     /// Print the router's settings as a configuration file of zenohd (zenohd -c FILE), and leave
     #[arg(long)]
@@ -80,7 +84,7 @@ pub(crate) struct Submit {
 #[derive(Debug, Args)]
 pub(crate) struct OfRun {
     /// Its number, as `submit` and `ps` tell it
-    #[arg(value_name = "RUN")]
+    #[arg(value_name = "RUN", value_parser = number)]
     pub(crate) run: u64,
     #[command(flatten)]
     pub(crate) place: Place,
@@ -90,7 +94,7 @@ pub(crate) struct OfRun {
 #[derive(Debug, Args)]
 pub(crate) struct OfRuns {
     /// Their numbers, as `submit` and `ps` tell them
-    #[arg(value_name = "RUN", required = true)]
+    #[arg(value_name = "RUN", required = true, value_parser = number)]
     pub(crate) runs: Vec<u64>,
     #[command(flatten)]
     pub(crate) place: Place,
@@ -127,6 +131,11 @@ pub(crate) enum What {
     Run(u64),
     /// The runs of the sweep in this file.
     Sweep(PathBuf),
+}
+
+fn number(text: &str) -> Result<u64, String> {
+    text.parse()
+        .map_err(|_| "a run is named by its number, as `submit` and `ps` print it".to_owned())
 }
 
 #[allow(clippy::unnecessary_wraps, reason = "a parser of arguments")]

@@ -66,6 +66,9 @@ impl Command {
             | Self::Check(_)
             | Self::Materials(_)
             | Self::Schema(_)
+            | Self::New(_)
+            | Self::Completions(_)
+            | Self::Man(_)
             | Self::Job(_) => None,
         }
     }

@@ -3,7 +3,7 @@
 use super::super::body::Workshop;
 use super::super::error::{SceneError, suggest};
 use super::super::files::{Files, key};
-use super::super::form::{Forms, Recipe};
+use super::super::form::Recipe;
 use super::super::format::{Axis, Precision};
 use super::super::tree::{Node, Path, Step, show};
 use super::super::{paint, shape};
@@ -16,7 +16,7 @@ use cullet_geometry::{Pose, Quat, Solid, TriMesh, Vec3};
 use cullet_proto::specimen as wire;
 use cullet_proto::strength::Region;
 use serde::Deserialize;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// What a name of a region is used for: a side of the specimen has no depth for what acts on it,
 /// and one spacing for what is read off points.
@@ -38,15 +38,7 @@ pub(super) struct Desk<'a> {
 
 /// Makes a specimen of a tree that was held against the schema, or says what is wrong.
 pub(super) fn resolve(root: &Node, files: &mut Files) -> Result<Specimen, Vec<SceneError>> {
-    let shop = Workshop {
-        root,
-        files,
-        forms: Forms::default(),
-        materials: BTreeMap::new(),
-        spoiled_materials: BTreeSet::new(),
-        errors: Vec::new(),
-        warnings: Vec::new(),
-    };
+    let shop = Workshop::new(root, files);
     let document = match Document::deserialize(root.to_toml()) {
         Ok(document) => document,
         Err(error) => return Err(vec![SceneError::at(&root.origin, "", error.message().trim())]),

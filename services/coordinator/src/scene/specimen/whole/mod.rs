@@ -11,7 +11,6 @@ use super::super::body::Workshop;
 use super::super::document::SCENE;
 use super::super::error::{SceneError, SceneErrors};
 use super::super::files::Files;
-use super::super::form::Forms;
 use super::super::schema::{plain_brackets, printed};
 use super::super::tree::{Node, Value};
 use super::super::{Scene, check, load, overrides};
@@ -20,7 +19,6 @@ use cullet_proto::JobId;
 use format::Document;
 use serde::Deserialize;
 use serde_json::Value as Json;
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -100,15 +98,7 @@ fn resolve(
     document: &Document,
     (path, scene): (&Path, Result<Scene, Flaw>),
 ) -> Result<Specimen, SceneErrors> {
-    let mut shop = Workshop {
-        root,
-        files,
-        forms: Forms::default(),
-        materials: BTreeMap::new(),
-        spoiled_materials: BTreeSet::new(),
-        errors: Vec::new(),
-        warnings: Vec::new(),
-    };
+    let mut shop = Workshop::new(root, files);
     // Without its bodies nobody knows what their probes would be about.
     let watches = scene
         .as_ref()

@@ -31,7 +31,7 @@ fn read(text: &str, overrides: &[&str]) -> Result<Specimen, String> {
 #[test]
 fn errors_name_their_place_and_bound() {
     let cases = [
-        ("[[scene.body]]\nname = \"x\"", "17:1", "scene.body[1]: `material` is missing"),
+        ("[[scene.body]]\nname = \"x\"", "17:1", "scene.body.x: `material` is missing"),
         ("[scene.worlds]\nx = 1", "17:8", "unknown key `worlds`"),
         ("[scene.fracture]\nmax_fragments = 1", "18:17", "must be at least 2; it is 1"),
         ("[solver]\nspacing = 1", "17:2", "unknown key `solver`"),
@@ -125,10 +125,10 @@ fn a_scene_that_cannot_be_made_is_a_flaw_and_no_error() {
     let flawed = with(&[low]).expect("it loads");
     assert_eq!(flawed.probes.len(), 1);
     let flaw = flawed.flaw.clone().expect("a flaw");
-    assert!(flaw.starts_with("scene.stack[0].position: \"block-0\" overlaps"), "{flaw}");
+    assert!(flaw.starts_with("scene.stack.block.position: \"block-0\" overlaps"), "{flaw}");
     let other = with(&[ring]).expect("it loads");
     let flaw = other.flaw.clone().expect("a flaw");
-    assert!(flaw.starts_with("scene.body[0].shape: torus minor radius is 2"), "{flaw}");
+    assert!(flaw.starts_with("scene.body.floor.shape: torus minor radius is 2"), "{flaw}");
     assert_ne!(flawed.id(), other.id());
     for (more, wanted) in [
         (["scene.world.stepp=1", ring], "unknown key `stepp`"),
@@ -140,5 +140,5 @@ fn a_scene_that_cannot_be_made_is_a_flaw_and_no_error() {
     }
     let mesh = text.replace("shape = { kind = \"box\", size = [4, 4, 1] }", "mesh = \"no.obj\"");
     let why = read(&mesh, &[]).expect_err("there is no such file");
-    assert!(why.contains("thing.toml:6:8: scene.body[0].mesh: cannot read"), "{why}");
+    assert!(why.contains("thing.toml:6:8: scene.body.floor.mesh: cannot read"), "{why}");
 }

@@ -1,0 +1,36 @@
+//! `cullet new`.
+
+use crate::args;
+use crate::exit::{Exit, Trouble, print};
+use crate::folder::Folder;
+use cullet_coordinator::run::write_file;
+use cullet_coordinator::scene;
+
+/// The scene that a person begins with.
+const SCENE: &str = include_str!("new/scene.toml");
+/// What editors complete it by.
+const SCHEMA_FILE: &str = "scene.schema.json";
+
+/// Makes a folder with a scene; what is there already is left alone.
+pub(crate) fn new(args: &args::New) -> Result<Exit, Trouble> {
+    let folder = &args.folder;
+    let there = std::fs::read_dir(folder).map(|mut entries| entries.next().is_some());
+    if there.unwrap_or(folder.exists()) {
+        let text = format!("{}: it is there already; nothing was written", folder.display());
+        return Err(Trouble::new(Exit::Usage, text).at(folder.display()));
+    }
+    let made = Folder::at(folder)?;
+    let files = [(SCHEMA_FILE, scene::schema()), (scene::SCENE_FILE, SCENE.to_owned())];
+    for (name, text) in files {
+        let path = folder.join(name);
+        write_file(&path, text.as_bytes()).map_err(|error| {
+            made.forget();
+            Trouble::file(&path, error)
+        })?;
+    }
+    let name = folder.display();
+    print(format!(
+        "{name}/scene.toml is a scene to begin with\n  cullet check {name}\n  cullet run {name}\n"
+    ))?;
+    Ok(Exit::Done)
+}
