@@ -128,6 +128,12 @@ impl<'a> Slabs<'a> {
         }
     }
 
+    /// Whether nothing is left.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Nothing may be left.
     ///
     /// # Errors

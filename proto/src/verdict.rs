@@ -50,6 +50,9 @@ pub enum Verdict {
 pub struct BrokenBody {
     /// Closed parts.
     pub fragments: Vec<Fragment>,
+    /// Of each of them: whether it was sampled, that is drawn from a law, and not solved. Empty in
+    /// what an older worker says.
+    pub sampled: Vec<bool>,
     /// Parts too small to be fragments.
     pub debris: Vec<Grain>,
     /// Impulse that each support of the job gave \[N·s\]; empty where the method knows none.
@@ -179,6 +182,17 @@ impl BrokenBody {
         self.fragments.len() <= 1 && self.debris.is_empty()
     }
 
+    /// Whether each fragment was sampled; nothing where that is not known. All that the geometric
+    /// family makes is.
+    #[must_use]
+    pub fn sampled(&self) -> Option<Vec<bool>> {
+        match (self.sampled.is_empty(), self.report.solver.as_str()) {
+            (false, _) => Some(self.sampled.clone()),
+            (true, "geometric") => Some(vec![!self.is_intact(); self.fragments.len()]),
+            (true, _) => None,
+        }
+    }
+
     /// Holds what is beside the fragments to its limits.
     fn check_rest(grains: usize, reactions: &[f64]) -> Result<(), WireError> {
         codec::limit("a body's grains", grains as u64, MAX_GRAINS as u64)?;
@@ -225,6 +239,13 @@ impl BrokenBody {
             slabs.extend_from_slice(&grain.volume.to_le_bytes());
             slabs.extend_from_slice(&grain.size.to_le_bytes());
         }
+        if !self.sampled.is_empty() {
+            let (what, have, need) = ("a body's marks", self.sampled.len(), count);
+            if have != need {
+                return Err(WireError::Short { what, have, need });
+            }
+            slabs.extend(self.sampled.iter().map(|&sampled| u8::from(sampled)));
+        }
         envelope::seal(Kind::Verdict, &head, &slabs)
     }
 
@@ -256,13 +277,24 @@ impl BrokenBody {
             let hulls = hulls.collect::<Result<_, _>>()?;
             Ok(Fragment { solid, hulls, velocity: motion[0], spin: motion[1], sheet })
         });
-        let fragments = fragments.collect::<Result<_, WireError>>()?;
+        let fragments = fragments.collect::<Result<Vec<_>, WireError>>()?;
         let bytes = slabs.take("a body's grains", grains as usize, GRAIN)?;
         let debris = bytes.as_chunks::<GRAIN>().0.iter().map(Grain::from_row);
         let debris = debris.collect::<Result<_, _>>()?;
+        let sampled = match slabs.is_empty() {
+            true => Vec::new(),
+            false => marks(slabs.take("a body's marks", fragments.len(), 1)?)?,
+        };
         slabs.end("a verdict")?;
-        Ok(Self { fragments, debris, reactions, report })
+        Ok(Self { fragments, sampled, debris, reactions, report })
     }
+}
+
+/// Bytes of which each says yes or no.
+fn marks(bytes: &[u8]) -> Result<Vec<bool>, WireError> {
+    let most = bytes.iter().copied().max().unwrap_or(0);
+    codec::limit("a mark of a fragment", u64::from(most), 1)?;
+    Ok(bytes.iter().map(|&mark| mark == 1).collect())
 }
 
 impl Grain {
@@ -346,7 +378,8 @@ mod tests {
         let grain = Grain { position: Vec3::x(), velocity: Vec3::y(), volume: 1e-9, size: 1e-3 };
         let debris = vec![grain, Grain { size: 2e-3, ..grain }];
         let reactions = vec![0.5, 0.0];
-        Verdict::Broken(Box::new(BrokenBody { fragments, debris, reactions, report }))
+        let sampled = vec![true, false, true];
+        Verdict::Broken(Box::new(BrokenBody { fragments, sampled, debris, reactions, report }))
     }
 
     #[test]
@@ -357,6 +390,24 @@ mod tests {
         for verdict in [sample(), refused, failed] {
             assert_eq!(Verdict::decode(&verdict.encode()?)?, verdict);
         }
+        Ok(())
+    }
+
+    /// What workers of before say, and caches hold.
+    #[test]
+    fn a_verdict_without_marks_of_what_was_sampled_is_read() -> Result<(), WireError> {
+        let Verdict::Broken(mut body) = sample() else { panic!("another verdict") };
+        let marked = Verdict::Broken(body.clone()).encode()?;
+        assert_eq!(body.sampled(), Some(vec![true, false, true]));
+        body.sampled.clear();
+        let plain = Verdict::Broken(body.clone()).encode()?;
+        assert_eq!(plain.len() + 3, marked.len());
+        assert_eq!(Verdict::decode(&plain)?, Verdict::Broken(body.clone()));
+        assert_eq!(body.sampled(), Some(vec![true; 3]), "the geometric family draws all");
+        body.report.solver = "brittle".into();
+        assert_eq!(body.sampled(), None, "that is not known");
+        body.sampled = vec![true];
+        assert!(Verdict::Broken(body).encode().is_err(), "a mark for each or none");
         Ok(())
     }
 

@@ -277,3 +277,30 @@ fn a_run_in_which_nothing_can_break_or_that_has_no_floor_says_so_at_its_start() 
     assert!(!check.contains("warning"), "{check}");
     assert!(said.contains("nothing broke: "), "{said}");
 }
+
+#[test]
+fn a_run_says_how_much_was_solved_and_how_much_was_sampled() {
+    let _left = common::left::NobodyLeft::watch();
+    let drop = corpus("drop.toml");
+    let run = |sets: &[&str]| {
+        let out = unique("shares");
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", *set]).collect();
+        let call = ["run", &drop, "--no-pictures", "--out"];
+        let said = Cullet::new(&call).path(&out).args(&sets).output();
+        let inspect = Cullet::new(&["inspect"]).path(&out).output();
+        (said, summary(&out)["shares"].clone(), inspect.stdout)
+    };
+    let most = "expect.sampled.max=0.2";
+    let (said, shares, told) = run(&["fracture.solver=geometric", most]);
+    assert_eq!(said.code, 3, "{}", said.stderr);
+    assert!(said.stderr.contains("sampled must be at most 0.2; it was 1"), "{}", said.stderr);
+    assert!(said.stderr.contains("(sampled: 100 % of pieces, 100 % of mass)"), "{}", said.stderr);
+    assert_eq!((&shares["sampled"], &shares["sampled_mass"]), (&1.0.into(), &1.0.into()));
+    assert!(told.contains("at the end: 0 of ") && told.contains("; 0 solved, "), "{told}");
+    let (said, shares, told) = run(&[]);
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    let (pieces, sampled) = (shares["pieces"].as_u64(), shares["sampled_pieces"].as_u64());
+    assert!(pieces > Some(2) && sampled < pieces, "a solve finds pieces: {shares}");
+    let line = format!("{} sampled (", sampled.unwrap_or_default());
+    assert!(told.contains(&line) && said.stderr.contains(&line), "{line}: {told}");
+}

@@ -262,6 +262,21 @@ message! {
 }
 
 message! {
+    /// Which fragments of a fracture were sampled, that is drawn from a law, and not solved.
+    /// Decides nothing and is left out of the digest.
+    Sampled {
+        /// Steps taken.
+        "1" [uint64] step: u64,
+        /// Simulated time \[s\].
+        "2" [double] time: f64,
+        /// The body that broke.
+        "3" [uint64] body: u64,
+        /// Its fragments that were sampled; the others were solved.
+        "4" [uint64, repeated] fragments: Vec<u64>,
+    }
+}
+
+message! {
     /// Who computed a job and for how long. Decides nothing and is left out of the digest.
     PoolReport {
         /// Digest of the problem.
@@ -382,6 +397,7 @@ pub fn schema_bytes() -> Vec<u8> {
         Cracks::descriptor(),
         Hit::descriptor(),
         JobReport::descriptor(),
+        Sampled::descriptor(),
         PoolReport::descriptor(),
         Ledger::descriptor(),
         RunEvent::descriptor(),

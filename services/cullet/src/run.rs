@@ -117,11 +117,17 @@ fn report(outcome: &Outcome, out: &Path, json: bool, quiet: bool) -> Result<(), 
     }
     if !quiet {
         let s = &outcome.summary;
+        let shares = s.shares.as_ref().filter(|_| s.fractures > 0);
+        let shares = shares.map(|shares| {
+            let (pieces, mass) = (100.0 * shares.sampled, 100.0 * shares.sampled_mass);
+            format!(" (sampled: {pieces:.0} % of pieces, {mass:.0} % of mass)")
+        });
         logs::say(format!(
-            "{}: {} fractures, {} fragments, {} bodies left after {:.3} s in {:.1} s; {}",
+            "{}: {} fractures, {} fragments{}, {} bodies left after {:.3} s in {:.1} s; {}",
             shown(&s.scene),
             s.fractures,
             s.fragments,
+            shares.unwrap_or_default(),
             s.bodies_final,
             s.sim_seconds,
             s.wall_seconds,

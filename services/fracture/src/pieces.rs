@@ -41,6 +41,19 @@ impl Pieces {
     pub fn drawn(&self, piece: u32) -> Option<u32> {
         piece.checked_sub(self.found)
     }
+
+    /// Which parts of a cut were sampled: most of their points lie in drawn pieces. `part_of`: the
+    /// part of each point by id.
+    #[must_use]
+    pub fn sampled(&self, part_of: &[u32], parts: usize) -> Vec<bool> {
+        let mut votes = vec![0_i64; parts];
+        for (&part, piece) in part_of.iter().zip(&self.of) {
+            if let (Some(vote), Some(piece)) = (votes.get_mut(part as usize), piece) {
+                *vote += if self.drawn(*piece).is_some() { 1 } else { -1 };
+            }
+        }
+        votes.into_iter().map(|vote| vote > 0).collect()
+    }
 }
 
 /// Pieces drawn at random: cells of the power diagram of balls, some of them flattened or drawn out

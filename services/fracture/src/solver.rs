@@ -172,6 +172,8 @@ pub struct Report {
 pub struct Fracture {
     /// Closed parts whose volumes, with those of the debris, sum to the body's within 1e-9 of it.
     pub fragments: Vec<Fragment>,
+    /// Of each fragment: whether it was sampled, that is drawn from a law, and not solved.
+    pub sampled: Vec<bool>,
     /// Parts too small to be fragments.
     pub debris: Vec<Grain>,
     /// Impulse that each support of the problem gave along its normal \[N·s\], not negative; empty

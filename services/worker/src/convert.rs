@@ -140,6 +140,7 @@ pub fn fracture_of(fracture: core::Fracture, refusal: Option<String>) -> wire::B
     let report = fracture.report;
     wire::BrokenBody {
         fragments: fracture.fragments.into_iter().map(fragment).collect(),
+        sampled: fracture.sampled,
         debris: fracture.debris.into_iter().map(grain).collect(),
         reactions: fracture.reactions,
         report: wire::Report {

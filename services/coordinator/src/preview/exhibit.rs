@@ -22,6 +22,7 @@ pub fn exhibit(
     let actor = |(id, (solid, pose)): (u64, &(Solid, Pose))| Actor {
         id,
         object: material.to_owned(),
+        share: None,
         fragment: true,
         fixed: false,
         outer,

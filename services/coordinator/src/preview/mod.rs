@@ -21,7 +21,7 @@ mod track;
 pub use exhibit::exhibit;
 pub use picture::Picture;
 
-use crate::record::{RecordError, Recording};
+use crate::record::{RecordError, Recording, Shares};
 use stage::{Focus, Reel};
 use std::path::{Path, PathBuf};
 use track::Track;
@@ -114,7 +114,9 @@ pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, Recor
     if wanted.close {
         focus = direct::close(&track, &focus, time, wanted.size);
     }
-    Reel::fine(&track, &focus, wanted.size).draw(time).save(file)?;
+    let mut picture = Reel::fine(&track, &focus, wanted.size).draw(time);
+    picture.caption(&caption(&track, time), wanted.size.0.div_ceil(SIZE.0).min(4));
+    picture.save(file)?;
     Ok(time)
 }
 
@@ -130,7 +132,7 @@ pub fn side_by_side(runs: &[(PathBuf, String)], file: &Path) -> Result<(), Recor
         let focus = direct::focus(&track, &recording.meta, SIZE);
         let time = direct::moments(&track)[SHOWN];
         let mut picture = Reel::new(&track, &focus, SIZE).draw(time);
-        picture.caption(&format!("{text}  {time:.3} s"), 1);
+        picture.caption(&format!("{text}  {}", caption(&track, time)), 1);
         Ok(picture)
     };
     let pictures: Result<Vec<Picture>, RecordError> = runs.iter().map(one).collect();
@@ -192,9 +194,18 @@ fn draw_all(
 }
 
 fn caption(track: &Track, time: f64) -> String {
-    let fragments = track.present(time).filter(|(_, actor, _)| actor.fragment).count();
-    match fragments {
-        0 => format!("{time:.3} s"),
-        n => format!("{time:.3} s  {n} fragments"),
+    let fragments = || track.present(time).filter(|(_, actor, _)| actor.fragment);
+    let shares: Option<Vec<(f64, bool)>> = fragments().map(|(_, actor, _)| actor.share).collect();
+    match (fragments().count(), shares) {
+        (0, _) => format!("{time:.3} s"),
+        (n, None) => format!("{time:.3} s  {n} fragments"),
+        (n, Some(shares)) => {
+            let drawn = || shares.iter().filter(|(_, sampled)| *sampled).map(|(mass, _)| mass);
+            let mass: f64 = shares.iter().map(|(mass, _)| mass).sum();
+            let all = Shares::of((n as u64, drawn().count() as u64), (mass, drawn().sum()));
+            let (solved, drawn) = (all.pieces - all.sampled_pieces, all.sampled_pieces);
+            let by_mass = 100.0 * all.sampled_mass;
+            format!("{time:.3} s  {solved} solved, {drawn} sampled, {by_mass:.0} % of mass")
+        }
     }
 }

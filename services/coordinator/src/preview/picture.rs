@@ -41,7 +41,10 @@ impl Picture {
     }
 
     /// Writes a line in the lower left corner on a darkened strip.
+    /// Letters are `zoom` times as large as they are, or as much as there is room for.
     pub(super) fn caption(&mut self, text: &str, zoom: usize) {
+        let room = self.width / (font::width(text) + 4);
+        let zoom = zoom.min(room).max(1);
         let strip = font::HEIGHT * zoom + 3 * zoom;
         let top = self.height.saturating_sub(strip);
         let end = (font::width(text) + 4) * zoom;

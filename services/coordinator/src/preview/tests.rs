@@ -42,7 +42,7 @@ fn recordings_side_by_side_are_shown_soon_after_they_break() {
     assert!(time < track.end, "{time}");
     let focus = direct::focus(&track, &recording.meta, SIZE);
     let mut picture = Reel::new(&track, &focus, SIZE).draw(time);
-    picture.caption(&format!("seed=1  {time:.3} s"), 1);
+    picture.caption(&format!("seed=1  {}", caption(&track, time)), 1);
     let due = dir.path().join("due.png");
     contact_sheet(&[picture.clone(), picture]).save(&due).expect("writes");
     assert!(std::fs::read(file).expect("reads") == std::fs::read(due).expect("reads"));

@@ -5,7 +5,7 @@ use crate::record::{Recording, Trace, traces};
 use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Quat, Sheet, Solid, Surface, TriMesh, Vec3};
 use cullet_proto::recording::EventKind;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// Faces that meet at less than this are shaded as one curved surface: cosine of 40°.
@@ -40,6 +40,8 @@ pub(super) struct Actor {
     pub(super) id: u64,
     pub(super) object: String,
     pub(super) fragment: bool,
+    /// Mass \[kg\], and whether it was sampled; nothing where that is not known.
+    pub(super) share: Option<(f64, bool)>,
     pub(super) fixed: bool,
     pub(super) outer: Rgb,
     pub(super) inner: Rgb,
@@ -112,6 +114,7 @@ impl Actor {
             id: GRAIN,
             object: self.object.clone(),
             fragment: false,
+            share: None,
             fixed: false,
             outer: self.inner,
             inner: self.inner,
@@ -145,6 +148,7 @@ impl Actor {
             id: GRAIN,
             object: self.object.clone(),
             fragment: false,
+            share: None,
             fixed: self.fixed,
             outer: palette::dark(self.outer),
             inner: palette::dark(self.inner),
@@ -231,6 +235,11 @@ impl Track {
                 meshes.insert(hash, Arc::new(Mesh::of(&solid)));
             }
         }
+        let sampled: BTreeMap<u64, BTreeSet<u64>> = recording
+            .sampled
+            .iter()
+            .map(|of| (of.body, of.fragments.iter().copied().collect()))
+            .collect();
         let mut index: BTreeMap<u64, usize> = BTreeMap::new();
         for body in &recording.bodies {
             let Some(mesh) = meshes.get(&body.geometry[..]) else {
@@ -242,6 +251,9 @@ impl Track {
                 id: body.id,
                 object: body.object.clone(),
                 fragment: body.parent.is_some(),
+                share: body.parent.and_then(|parent| {
+                    sampled.get(&parent).map(|of| (body.mass, of.contains(&body.id)))
+                }),
                 fixed: body.fixed,
                 outer,
                 inner,

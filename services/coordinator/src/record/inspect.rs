@@ -1,6 +1,7 @@
 //! What a recording says: the summary again, and a line an event.
 
 use super::{RecordError, Recording, Summary, event};
+use cullet_proto::recording::{EventKind, RunEvent};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -26,9 +27,23 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordError> {
     let names: BTreeMap<u64, &str> =
         recording.bodies.iter().map(|body| (body.id, body.name.as_str())).collect();
     let name = |id: u64| names.get(&id).map_or_else(|| format!("body {id}"), ToString::to_string);
+    // Of each fracture, how many of its fragments were sampled.
+    let sampled: BTreeMap<u64, usize> =
+        recording.sampled.iter().map(|of| (of.body, of.fragments.len())).collect();
+    let line = |e: &RunEvent| {
+        let told = event::line(e, &name);
+        let broken = e.body.filter(|_| e.kind() == EventKind::Fractured);
+        match broken.and_then(|body| sampled.get(&body)) {
+            Some(drawn) => format!("{told}; {} solved, {drawn} sampled", e.fragments.len() - drawn),
+            None => told,
+        }
+    };
+    let summary = recording.summary();
+    let shares = summary.shares.as_ref().filter(|_| summary.fractures > 0);
+    let last = shares.map(|shares| format!("at the end: {shares}"));
     Ok(Inspection {
-        summary: recording.summary(),
-        events: recording.events.iter().map(|e| event::line(e, &name)).collect(),
+        events: recording.events.iter().map(line).chain(last).collect(),
+        summary,
         complete: recording.complete,
         damaged: recording.damaged,
     })

@@ -15,6 +15,7 @@
 //! | `/cracks` | `cullet.Cracks` | cracks that end inside a body, as open surfaces |
 //! | `/events` | `cullet.RunEvent` | what happened |
 //! | `/jobs` | `cullet.JobReport` | how jobs came out |
+//! | `/sampled` | `cullet.Sampled` | which fragments were sampled, and not solved |
 //! | `/pool` | `cullet.PoolReport` | who computed them, and for how long |
 //!
 //! The digest of a run covers `/geometry`, `/body`, `/bodies`, `/debris`, `/cracks`, `/events` and
@@ -33,6 +34,7 @@ pub mod points;
 mod read;
 mod recorder;
 mod recover;
+mod shares;
 mod sink;
 mod summary;
 #[cfg(test)]
@@ -49,6 +51,7 @@ pub use meta::{RunMeta, View};
 pub use read::Recording;
 pub use recorder::{Finished, Level, PoseRow, Recorder};
 pub use recover::{Recovery, recover};
+pub use shares::Shares;
 pub use summary::{Jobs, LedgerTotals, SCHEMA_VERSION, Summary, Tally};
 pub(crate) use trace::{Trace, traces};
 
@@ -68,6 +71,8 @@ pub const CRACKS: &str = "/cracks";
 pub const EVENTS: &str = "/events";
 /// Topic of [`cullet_proto::recording::JobReport`].
 pub const JOBS: &str = "/jobs";
+/// Topic of [`cullet_proto::recording::Sampled`].
+pub const SAMPLED: &str = "/sampled";
 /// Topic of [`cullet_proto::recording::PoolReport`].
 pub const POOL: &str = "/pool";
 /// Topic of [`cullet_proto::recording::RunStats`].

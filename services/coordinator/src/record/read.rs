@@ -3,7 +3,8 @@
 use super::RecordError;
 use super::points::SPECIMEN;
 use super::summary::decode;
-use super::{BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, Summary, Tally};
+use super::{BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, SAMPLED, Summary, Tally};
+use cullet_proto::recording::Sampled;
 use cullet_proto::recording::{Body, BodyPoses, Cracks, Geometry, Grains, JobReport, RunEvent};
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -164,6 +165,8 @@ pub struct Recording {
     pub events: Vec<RunEvent>,
     /// How jobs came out.
     pub reports: Vec<JobReport>,
+    /// Which fragments were sampled; of an old recording nothing.
+    pub sampled: Vec<Sampled>,
     /// Bytes at the end of the file that were part of no whole record.
     pub lost_bytes: u64,
     /// True if something in it is not as it was written, or its end is missing though it has the
@@ -253,6 +256,7 @@ impl Recording {
             CRACKS => self.cracks.push(decode(topic, time, data)?),
             EVENTS => self.events.push(decode(topic, time, data)?),
             JOBS => self.reports.push(decode(topic, time, data)?),
+            SAMPLED => self.sampled.push(decode(topic, time, data)?),
             _ => {}
         }
         Ok(())

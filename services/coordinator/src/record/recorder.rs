@@ -5,12 +5,12 @@ use super::display::{self, Live, Shape};
 use super::meta::{RunMeta, meta_map, up};
 use super::sink::{Sink, Stamp};
 use super::{
-    BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, Summary, Tally,
-    canvas, event,
+    BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, SAMPLED,
+    Summary, Tally, canvas, event,
 };
 use cullet_geometry::{Pose, Sheet, Solid, Vec3};
 use cullet_proto::recording::{
-    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, PoolReport, geometry_hash,
+    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, PoolReport, Sampled, geometry_hash,
 };
 use cullet_world::Speck;
 use std::collections::BTreeMap;
@@ -330,6 +330,14 @@ impl Recorder {
     /// The file cannot be written.
     pub fn report(&mut self, report: &JobReport) -> Result<(), RecordError> {
         self.deciding(JOBS, report)
+    }
+
+    /// Records which fragments of a fracture were sampled.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn sampled(&mut self, sampled: &Sampled) -> Result<(), RecordError> {
+        self.deciding(SAMPLED, sampled)
     }
 
     /// Records who computed a job, and for how long. A deterministic recording leaves it out.

@@ -1,7 +1,9 @@
 //! The summary of a run, and the tally that makes it from messages alone: while recording and,
 //! with the same code, from a finished file.
 
-use super::{BODIES, BODY, DEBRIS, EVENTS, GEOMETRY, JOBS, POOL, RecordError, RunDigest};
+use super::shares::{Census, Shares};
+use super::{BODIES, BODY, DEBRIS, EVENTS, GEOMETRY, JOBS, POOL, SAMPLED};
+use super::{RecordError, RunDigest};
 use cullet_geometry::Solid;
 use cullet_proto::recording::{
     Body, BodyPoses, EventKind, Geometry, Grains, JobReport, Ledger, PoolReport, Recorded,
@@ -94,6 +96,10 @@ pub struct Summary {
     /// Their mass \[kg\].
     #[serde(default)]
     pub grain_mass: f64,
+    /// How much of the fragments was solved, and how much was sampled; nothing where the recording
+    /// does not tell, as old ones do not.
+    #[serde(default)]
+    pub shares: Option<Shares>,
     /// Fracture jobs.
     pub jobs: Jobs,
     /// How many jobs each solver answered.
@@ -128,6 +134,7 @@ pub struct Tally {
     /// Volume of each object of the scene \[m³\].
     volumes: BTreeMap<String, f64>,
     smallest: Option<f64>,
+    census: Census,
 }
 
 impl Tally {
@@ -162,6 +169,7 @@ impl Tally {
                     *self.summary.solvers.entry(report.solver).or_default() += 1;
                 }
             }
+            SAMPLED => self.census.mark(&decode(topic, log_time, payload)?),
             POOL => {
                 let report: PoolReport = decode(topic, log_time, payload)?;
                 self.summary.jobs.resent += u64::from(report.resent);
@@ -183,6 +191,7 @@ impl Tally {
 
     fn body(&mut self, body: &Body) {
         self.alive.insert(body.id);
+        self.census.born(body);
         if body.parent.is_none() {
             self.summary.bodies_initial += 1;
             self.volumes.insert(body.object.clone(), body.volume);
@@ -214,11 +223,9 @@ impl Tally {
             EventKind::Fractured => {
                 self.summary.fractures += 1;
                 self.summary.ledger.add(&event.ledger.unwrap_or_default());
-                self.alive.remove(&event.body.unwrap_or(u64::MAX));
+                self.gone(event);
             }
-            EventKind::Removed => {
-                self.alive.remove(&event.body.unwrap_or(u64::MAX));
-            }
+            EventKind::Removed => self.gone(event),
             EventKind::Impact
             | EventKind::Gate
             | EventKind::KeptWhole
@@ -226,6 +233,12 @@ impl Tally {
             | EventKind::Finished
             | EventKind::Unspecified => {}
         }
+    }
+
+    fn gone(&mut self, event: &RunEvent) {
+        let body = event.body.unwrap_or(u64::MAX);
+        self.alive.remove(&body);
+        self.census.gone(body);
     }
 
     /// Jobs opened and not settled.
@@ -251,6 +264,7 @@ impl Tally {
             bodies_final: self.alive.len() as u64,
             smallest_volume_ratio: self.smallest.unwrap_or(1.0),
             digest: self.digest.hex(),
+            shares: self.census.shares(self.summary.fractures, self.summary.grain_mass),
             ..self.summary.clone()
         }
     }

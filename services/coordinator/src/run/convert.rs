@@ -136,6 +136,7 @@ pub(super) fn observed(summary: &Summary, broken: &BTreeMap<String, u64>) -> Obs
         mass_rel_error: summary.ledger.mass_rel_error,
         momentum_rel_error: summary.ledger.momentum_rel_error,
         energy_gain_rel: summary.ledger.energy_gain_rel,
+        sampled: summary.shares.as_ref().map(|shares| (shares.sampled, shares.sampled_mass)),
         broken: broken.clone(),
     }
 }

@@ -1,7 +1,7 @@
 //! What a verdict does to the world and to the recording.
 
 use super::ladder::Next;
-use super::{Origin, Outcome, Pending, Run, RunError, convert, number};
+use super::{News, Origin, Outcome, Pending, Run, RunError, convert, number};
 use crate::link::{Ending, Settlement};
 use crate::record::{Event, Level};
 use cullet_geometry::{Sheet, Vec3};
@@ -139,6 +139,7 @@ impl Run<'_> {
         let centres: Vec<Vec3> = broken.fragments.iter().map(middle).collect();
         let moved = sheets.iter().zip(&centres).map(|(sheet, centre)| sheet.translated(-centre));
         let parts: Vec<(Vec3, Sheet)> = centres.iter().copied().zip(moved).collect();
+        let sampled = broken.sampled();
         let told = broken.reactions.len() == job.supports.len();
         let held = job.supports.iter().cloned().zip(broken.reactions);
         let breakage = Breakage {
@@ -151,7 +152,11 @@ impl Run<'_> {
             fracture_energy: broken.report.fracture_energy,
         };
         match self.world.break_up(job.body, &job.hits, breakage) {
-            Ok(done) => self.replaced(&job, &done, &parts, broken.report.spacing),
+            Ok(done) => {
+                let drawn = sampled.map(|sampled| drawn(&done, &sampled));
+                self.replaced(&job, &done, &parts, broken.report.spacing)?;
+                self.told_of(&job, &done, drawn)
+            }
             Err(error) => self.kept(&job, error.to_string()),
         }
     }
@@ -196,8 +201,30 @@ impl Run<'_> {
         let (first, last) = (all.clone().min(), all.max());
         let (body, object) = (number(job.body), &origin.object);
         tracing::info!(job = name, body, object, fragments, first, last, grains, "body broken");
+        Ok(())
+    }
+
+    /// Says what a body has broken into, and records which of that was sampled, if it is known.
+    fn told_of(
+        &mut self,
+        job: &Pending,
+        done: &Replacement,
+        sampled: Option<Vec<u64>>,
+    ) -> Result<(), RunError> {
+        let (all, grains) = (done.fragments.len(), done.grains.len());
+        let first = done.fragments.first().and_then(|id| self.origins.get(id));
+        let object = first.map_or_else(String::new, |origin| origin.object.clone());
         let debris = if grains > 0 { format!(" and {grains} grains") } else { String::new() };
-        self.say(format!("{object} breaks into {fragments}{debris}"));
+        let shares = sampled.as_ref().map(|sampled| {
+            let drawn = sampled.len();
+            format!(": {} solved, {drawn} sampled", all - drawn)
+        });
+        self.say(format!("{object} breaks into {all}{debris}{}", shares.unwrap_or_default()));
+        if let Some(fragments) = sampled {
+            let (step, time) = (self.world.step_count(), self.world.time());
+            let body = number(job.body);
+            self.recorder.sampled(&recording::Sampled { step, time, body, fragments })?;
+        }
         Ok(())
     }
 
@@ -251,6 +278,9 @@ impl Run<'_> {
             }
         }
         let finished = self.recorder.finish(step, time)?;
+        if let Some(shares) = finished.summary.shares.as_ref().filter(|_| self.fractures > 0) {
+            (self.news)(&News::Line(shares.to_string()));
+        }
         let path = self.options.out.join("summary.json");
         super::write_file(&path, finished.summary.to_json().as_bytes())
             .map_err(|source| RunError::File { path, source })?;
@@ -265,6 +295,12 @@ fn tier(tier: cullet_world::Tier) -> recording::Tier {
         cullet_world::Tier::Large => recording::Tier::Large,
         cullet_world::Tier::Whole => recording::Tier::Whole,
     }
+}
+
+/// The fragments that were sampled, by number.
+fn drawn(done: &Replacement, sampled: &[bool]) -> Vec<u64> {
+    let marked = done.fragments.iter().zip(sampled).filter(|(_, sampled)| **sampled);
+    marked.map(|(&id, _)| number(id)).collect()
 }
 
 fn grain(grain: &cullet_proto::Grain) -> Grain {

@@ -1,7 +1,7 @@
 //! What a scene must show, held against what a run showed.
 
 use super::check::tell;
-use super::format::{Bounds, Expect};
+use super::format::{Bounds, Expect, ShareBounds};
 use std::collections::BTreeMap;
 
 /// What a run showed, as far as expectations ask.
@@ -23,6 +23,9 @@ pub struct Observed {
     pub momentum_rel_error: f64,
     /// Largest relative growth of kinetic energy \[1\].
     pub energy_gain_rel: f64,
+    /// Share of the fragments at the end that was sampled, by number and by mass \[1\]; nothing
+    /// where it is not known.
+    pub sampled: Option<(f64, f64)>,
     /// Fragments of each body of the scene that broke, by its name.
     pub broken: BTreeMap<String, u64>,
 }
@@ -73,6 +76,11 @@ impl Expect {
                 broken.push(format!("{name} must be at most {most}; it was {value}"));
             }
         }
+        let shares = [("sampled", self.sampled, 0), ("sampled_mass", self.sampled_mass, 1)];
+        for (name, bounds, which) in shares {
+            let value = seen.sampled.map(|(pieces, mass)| [pieces, mass][which]);
+            broken.extend(bounds.and_then(|bounds| beyond(name, bounds, value)));
+        }
         for name in &self.broken {
             if seen.broken_of(name).next().is_none() {
                 broken.push(format!("{name} must break; it stayed whole"));
@@ -105,9 +113,32 @@ fn outside(name: &str, bounds: Bounds, value: u64) -> Option<String> {
     None
 }
 
+fn beyond(name: &str, bounds: ShareBounds, value: Option<f64>) -> Option<String> {
+    let Some(value) = value else {
+        return Some(format!("{name} is not known: a worker of an older build did not tell"));
+    };
+    let told = |bound: f64, word: &str| {
+        let (bound, value) = (tell(bound), tell(value));
+        format!("{name} must be at {word} {bound}; it was {value}")
+    };
+    let least = bounds.min.filter(|least| value < *least).map(|least| told(least, "least"));
+    least.or(bounds.max.filter(|most| value > *most).map(|most| told(most, "most")))
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Bounds, Expect, Observed};
+    use super::{Bounds, Expect, Observed, ShareBounds};
+
+    #[test]
+    fn a_share_that_was_sampled_is_held_to_its_bounds() {
+        let most = |max| Some(ShareBounds { min: None, max: Some(max) });
+        let expect = Expect { sampled: most(0.2), sampled_mass: most(0.5), ..Expect::default() };
+        let at = |sampled| expect.check(&Observed { sampled, ..Observed::default() });
+        assert_eq!(at(Some((0.2, 0.5))), Vec::<String>::new());
+        assert_eq!(at(Some((0.25, 0.1))), ["sampled must be at most 0.2; it was 0.25"]);
+        assert_eq!(at(Some((0.0, 0.75))), ["sampled_mass must be at most 0.5; it was 0.75"]);
+        assert_eq!(at(None).len(), 2, "what is not known does not hold");
+    }
 
     fn seen() -> Observed {
         Observed {

@@ -8,7 +8,7 @@ mod show;
 
 pub use fidelity::Fidelity;
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};
-pub use show::{Bounds, Expect, View};
+pub use show::{Bounds, Expect, ShareBounds, View};
 
 use super::{look::Detail, unit};
 use schemars::JsonSchema;

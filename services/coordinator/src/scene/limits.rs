@@ -36,6 +36,14 @@ pub(super) fn check(workshop: &mut Workshop<'_>, document: &Document, bodies: us
             workshop.wrong(&path(&["expect", name]), message);
         }
     }
+    for (name, range) in [("sampled", e.sampled), ("sampled_mass", e.sampled_mass)] {
+        if let Some((Some(least), Some(most))) = range.map(|range| (range.min, range.max))
+            && least > most
+        {
+            let message = format!("`min` must be at most `max`; they are {least} and {most}");
+            workshop.wrong(&path(&["expect", name]), message);
+        }
+    }
     if document.view.as_ref().is_some_and(|view| view.eye == view.target) {
         workshop.wrong(&path(&["view", "eye"]), "must differ from `target`");
     }

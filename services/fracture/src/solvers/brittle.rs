@@ -341,6 +341,7 @@ impl Brittle {
         }
         let motions =
             motion::of_parts(&self.domain, &partition.particle_part, partition.parts.len());
+        let mut sampled = pieces.sampled(&partition.particle_part, partition.parts.len());
         let (mut fragments, mut cracks) = (Vec::new(), Vec::new());
         for (part, motion) in partition.parts.into_iter().zip(motions) {
             fragments.push(Fragment {
@@ -368,7 +369,9 @@ impl Brittle {
             report.warnings.extend(warnings);
         }
         let reactions = self.rests.iter().map(|rest| rest.delivered).collect();
-        Ok(Fracture { fragments, debris, reactions, report })
+        // Debris is the last of them.
+        sampled.truncate(fragments.len());
+        Ok(Fracture { fragments, sampled, debris, reactions, report })
     }
 
     /// A body that nothing parted, less what cone cracks too fine for the grid cut off it.
@@ -398,6 +401,8 @@ impl Brittle {
             let (velocity, spin) = (whole.velocity + whole.spin.cross(&arm), whole.spin);
             Fragment { solid: part.solid, hulls: part.hulls, velocity, spin, sheet }
         };
+        let most = partition.parts.iter().map(|part| part.volume).fold(0.0, f64::max);
+        fracture.sampled = partition.parts.iter().map(|part| part.volume < most).collect();
         fracture.fragments = partition.parts.into_iter().map(piece).collect();
         let report = &mut fracture.report;
         report.crack_area += partition.crack_area;

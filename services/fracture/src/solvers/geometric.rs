@@ -152,7 +152,9 @@ impl Geometric {
         let mut fragments: Vec<Fragment> =
             partition.parts.into_iter().map(|part| motion.carry(part)).collect();
         let reactions = self.hold(&mut fragments);
-        Fracture { fragments, reactions, report, ..Fracture::default() }
+        // Where nothing parted there is nothing that was drawn.
+        let sampled = vec![fragments.len() > 1; fragments.len()];
+        Fracture { fragments, sampled, reactions, report, ..Fracture::default() }
     }
 
     /// Lets the supports stop what lies on them; what the pieces have in all is then what the hits

@@ -64,6 +64,7 @@ fn verdict() -> Verdict {
     let grain = Grain { position: Vec3::x(), velocity: Vec3::y(), volume: 1e-9, size: 1e-3 };
     Verdict::Broken(Box::new(BrokenBody {
         fragments: vec![fragment, other],
+        sampled: vec![false, true],
         debris: vec![grain],
         reactions: vec![0.5],
         report: Report { warnings: vec!["a word".into()], ..Report::default() },

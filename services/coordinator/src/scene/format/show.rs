@@ -15,6 +15,18 @@ pub struct Bounds {
     pub max: Option<u64>,
 }
 
+/// A range that a share must lie in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ShareBounds {
+    /// Least accepted \[1\].
+    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 1))]
+    pub min: Option<f64>,
+    /// Greatest accepted \[1\].
+    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 1))]
+    pub max: Option<f64>,
+}
+
 /// What the scene must show.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -44,6 +56,11 @@ pub struct Expect {
     pub energy_gain_rel: Option<f64>,
     /// Fragments whose surface is not closed.
     pub open_fragments: Option<Bounds>,
+    /// Share of the fragments at the end that were sampled, that is drawn from a law, and not
+    /// solved \[1\].
+    pub sampled: Option<ShareBounds>,
+    /// The same by mass, with all debris \[1\].
+    pub sampled_mass: Option<ShareBounds>,
 }
 
 /// Where the preview looks from.

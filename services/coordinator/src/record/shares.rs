@@ -1,0 +1,112 @@
+//! How much of what a run broke was solved, and how much was sampled: drawn from a law.
+
+use cullet_proto::recording::{Body, Sampled};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+/// Of the fragments at the end of a run, and of its debris.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Shares {
+    /// Fragments that are there.
+    pub pieces: u64,
+    /// Of these, sampled.
+    pub sampled_pieces: u64,
+    /// Share of the pieces that was sampled; the rest was solved \[1\].
+    pub sampled: f64,
+    /// The same by mass. Grains of debris are sampled: their sizes are drawn \[1\].
+    pub sampled_mass: f64,
+}
+
+impl Shares {
+    /// Of so many pieces and so much mass \[kg\], of which so much was sampled.
+    #[must_use]
+    pub fn of((pieces, sampled_pieces): (u64, u64), (mass, sampled_mass): (f64, f64)) -> Self {
+        let share =
+            |part: f64, all: f64| if all > 0.0 { (part / all).clamp(0.0, 1.0) } else { 0.0 };
+        Self {
+            pieces,
+            sampled_pieces,
+            sampled: share(sampled_pieces as f64, pieces as f64),
+            sampled_mass: share(sampled_mass, mass),
+        }
+    }
+}
+
+impl fmt::Display for Shares {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let solved = self.pieces - self.sampled_pieces;
+        write!(
+            f,
+            "{solved} of {} pieces solved, {} sampled ({:.0} % of pieces, {:.0} % of their mass)",
+            self.pieces,
+            self.sampled_pieces,
+            100.0 * self.sampled,
+            100.0 * self.sampled_mass
+        )
+    }
+}
+
+/// Adds up which fragments there are and which of them were sampled.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Census {
+    /// Mass of each fragment \[kg\].
+    masses: BTreeMap<u64, f64>,
+    sampled: BTreeSet<u64>,
+    /// Fractures whose fragments are known to be one or the other.
+    told: u64,
+}
+
+impl Census {
+    pub(super) fn born(&mut self, body: &Body) {
+        if body.parent.is_some() {
+            self.masses.insert(body.id, body.mass);
+        }
+    }
+
+    pub(super) fn gone(&mut self, body: u64) {
+        self.masses.remove(&body);
+    }
+
+    pub(super) fn mark(&mut self, sampled: &Sampled) {
+        self.told += 1;
+        self.sampled.extend(&sampled.fragments);
+    }
+
+    /// The shares; nothing where they are not known of all fractures. `debris`: mass of grains
+    /// \[kg\].
+    pub(super) fn shares(&self, fractures: u64, debris: f64) -> Option<Shares> {
+        if self.told < fractures {
+            return None;
+        }
+        let drawn = || self.masses.iter().filter(|(id, _)| self.sampled.contains(id));
+        let pieces = (self.masses.len() as u64, drawn().count() as u64);
+        let mass = self.masses.values().sum::<f64>() + debris;
+        let sampled = drawn().map(|(_, mass)| mass).sum::<f64>() + debris;
+        Some(Shares::of(pieces, (mass, sampled)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Body, Census, Sampled, Shares};
+
+    #[test]
+    fn both_shares_are_of_what_is_there_at_the_end() {
+        let mut census = Census::default();
+        assert_eq!(census.shares(0, 0.0), Some(Shares::default()), "nothing broke");
+        for (id, mass) in [(0, 9.0), (1, 6.0), (2, 2.0), (3, 1.0)] {
+            census.born(&Body { id, parent: (id > 0).then_some(0), mass, ..Body::default() });
+        }
+        assert_eq!(census.shares(1, 0.0), None, "an old recording does not tell");
+        census.mark(&Sampled { body: 0, fragments: vec![2, 3], ..Sampled::default() });
+        let shares = census.shares(1, 1.0).expect("it is told");
+        assert_eq!((shares.pieces, shares.sampled_pieces), (3, 2));
+        assert!((shares.sampled - 2.0 / 3.0).abs() < 1e-12);
+        assert!((shares.sampled_mass - 0.4).abs() < 1e-12, "grains of 1 kg are sampled");
+        let line = "1 of 3 pieces solved, 2 sampled (67 % of pieces, 40 % of their mass)";
+        assert_eq!(shares.to_string(), line);
+        census.gone(2);
+        assert_eq!(census.shares(1, 0.0).map(|shares| shares.pieces), Some(2));
+    }
+}
