@@ -71,8 +71,8 @@ pub fn grid_bias<'a>(
 /// The share of areas along some planes over chance; of none, nought.
 fn times(areas: &[Vec3], planes: &[Vec3; 3]) -> f64 {
     let along = |n: &&Vec3| planes.iter().any(|axis| n.dot(axis).abs() > NEAR_AXIS * n.norm());
-    let sum: f64 = areas.iter().filter(along).map(|area| area.norm()).sum();
-    let all: f64 = areas.iter().map(|area| area.norm()).sum();
+    let sum: f64 = areas.iter().filter(along).map(Vec3::norm).sum();
+    let all: f64 = areas.iter().map(Vec3::norm).sum();
     if all > 0.0 { sum / all / (3.0 * (1.0 - NEAR_AXIS)) } else { 0.0 }
 }
 

@@ -178,7 +178,7 @@ fn bad_bodies_are_refused_by_name_and_number() {
     });
     assert!(matches!(off, WorldError::OffCentre { .. }), "{off}");
     for change in [(|s: &mut BodySpec| s.hulls[0].truncate(3)) as fn(&mut BodySpec), |s| {
-        s.hulls[0][2].y = f64::NAN
+        s.hulls[0][2].y = f64::NAN;
     }] {
         let error = refused(change);
         assert!(matches!(error, WorldError::Hull { index: 0, .. }), "{error}");

@@ -10,7 +10,6 @@ mod settle;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use convert::spec;
 pub use cullet_proto::service::Position;
 pub use output::{UNFINISHED, next_folder, write_file};
 
