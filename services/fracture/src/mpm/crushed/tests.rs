@@ -149,9 +149,10 @@ fn drawn_pieces_are_large_and_small() {
     let mean = points.iter().sum::<f64>() / points.len() as f64;
     let variance = points.iter().map(|n| (n - mean).powi(2)).sum::<f64>() / points.len() as f64;
     assert!(variance.sqrt() > 0.6 * mean, "{} around {mean}", variance.sqrt());
-    // Borders are bent: a small piece at the edge may be left without a point.
+    // Small pieces at the skin, which nodes outside reach, may be left without a point: no piece is
+    // made of those.
     let empty = points.iter().filter(|&&n| n == 0.0).count();
-    assert!(empty * 25 < points.len(), "{empty} of {} without a point", points.len());
+    assert!(empty * 5 < points.len(), "{empty} of {} without a point", points.len());
 }
 
 /// An error buys fewer and larger pieces, as many lattice nodes across: 1.6³ in the mean.
