@@ -349,7 +349,7 @@ mod tests {
         first.settled(&job("aa", "w1", 0.5, 1.5));
         let path = folder.path().join(NAME);
         let text = fs::read_to_string(&path).expect("a file");
-        fs::write(&path, &text[..text.len() - 9]).expect("it is torn");
+        fs::write(&path, &text[..text.len() - 19]).expect("it is torn");
         let all = Past::begin(folder.path(), 2, 4_000, Some(3_000)).timeline(Vec::new());
         assert_eq!(all.jobs.len(), 1, "{all:?}");
         assert_eq!(all.jobs[0].ending, Fate::CutOff, "its end is torn");
