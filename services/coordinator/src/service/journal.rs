@@ -2,12 +2,13 @@
 //! anybody is told of it.
 //!
 //! **Torn.** A crash can leave a last line without its end: nobody was told of it, and it is
-//! dropped, aloud, and a copy kept. A line that has its end and a wrong checksum is damaged, wherever
-//! it is, the last one too: somebody may have been told of it. Then nothing is changed, and the
-//! coordinator does not start: what it could go on from would lack a run that it had accepted.
+//! dropped, aloud, and a copy kept. A line that has its end and a wrong checksum is damaged,
+//! wherever it is, the last one too: somebody may have been told of it. Then nothing is changed,
+//! and the coordinator does not start: what it could go on from would lack a run that it had
+//! accepted.
 //!
-//! **Long.** Events of runs that are gone make a journal long. Once it is twice as long as what still
-//! counts it is written anew: beside its place, written through, renamed, the folder written
+//! **Long.** Events of runs that are gone make a journal long. Once it is twice as long as what
+//! still counts it is written anew: beside its place, written through, renamed, the folder written
 //! through. A crash anywhere in between leaves the one or the other, each with all that happened.
 //! What still counts has a bound, too: beyond it nobody hands a run in until others are deleted;
 //! what happens to the runs that are there is written all the same. A journal is read to its end

@@ -1,11 +1,11 @@
 //! How much of the disk the runs of each user hold, and how much they may.
 //!
 //! Counted is what is there of the runs that are remembered: bundle, log and kept verdicts in the
-//! state folder, what the journal tells of them, and what was recorded; and of those that are not remembered any more until the
-//! last of it is gone. So nothing of a user is on the disk and not counted; what all share, the
-//! cache of results and the quarantine, has bounds of its own. All together leave a part of the
-//! disk to runs that go on, and as much as the journal holds, which is written anew beside itself:
-//! without it no run is taken, and none begins.
+//! state folder, what the journal tells of them, and what was recorded; and of those that are not
+//! remembered any more until the last of it is gone. So nothing of a user is on the disk and not
+//! counted; what all share, the cache of results and the quarantine, has bounds of its own. All
+//! together leave a part of the disk to runs that go on, and as much as the journal holds, which is
+//! written anew beside itself: without it no run is taken, and none begins.
 
 use super::board::{Board, Entry};
 use super::journal::Journal;

@@ -20,8 +20,8 @@
 //! ```
 //!
 //! A file is whole or not there: it is written beside its place, written through, and renamed. The
-//! folder and its files are their owner's alone. A bit that turned is found wherever it is read: the
-//! journal has the digest of each bundle, and the other files have checksums (`state_file`). A
+//! folder and its files are their owner's alone. A bit that turned is found wherever it is read:
+//! the journal has the digest of each bundle, and the other files have checksums (`state_file`). A
 //! folder of the first generation has none, and is read as it is; the first start makes it one of
 //! the second, which a program of before does not open.
 
