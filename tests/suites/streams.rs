@@ -17,8 +17,11 @@ const LONG: Duration = Duration::from_secs(120);
 /// Longest that a process may take to end, or to say why it does not begin.
 const SOON: Duration = Duration::from_secs(20);
 
-/// Streams that take nothing: a full disk, and a pipe that nobody reads.
-const NOWHERE: [(&str, fn() -> Stdio); 2] = [("a full disk", full), ("a closed pipe", closed)];
+/// A stream that takes nothing, and what it is called.
+type Nowhere = (&'static str, fn() -> Stdio);
+
+/// A full disk, and a pipe that nobody reads.
+const NOWHERE: [Nowhere; 2] = [("a full disk", full), ("a closed pipe", closed)];
 
 fn full() -> Stdio {
     File::options().write(true).open("/dev/full").expect("Linux has it").into()
