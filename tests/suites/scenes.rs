@@ -157,7 +157,7 @@ fn places_follow_velocities_at_any_step() {
         (facade, "world.step=\"1/120 s\"", "world.duration=0.3"),
     ] {
         let out = unique("follow");
-        let args = ["run", "-q", "--no-preview", "--set", step, "--set", duration, "--out"];
+        let args = ["run", "-q", "--no-pictures", "--set", step, "--set", duration, "--out"];
         let run = Cullet::new(&args).path(&out).path(&root.join(scene)).output();
         assert_eq!(run.code, 0, "{scene}, {step}: {}", run.stderr);
         std::fs::remove_dir_all(&out).ok();

@@ -337,8 +337,10 @@ fn f42_places_follow_velocities_where_a_facade_falls() {
     for (rate, time) in [(120.0, 0.6), (240.0, 0.6), (960.0, 0.3)] {
         let (halts, y) = fall(1.0 / rate, time);
         let Halts { fast, halts, longest, .. } = halts;
-        eprintln!("1/{rate} s: {halts} of {fast}, {longest} on end, the ball at {y} m");
-        assert!(longest < 5, "1/{rate} s: {halts} of {fast} body-steps, {longest} on end");
+        // A hundredth is what hits come to: each takes a step in which the place is that of the
+        // first touch.
+        let few = longest < 5 && 100 * halts <= fast;
+        assert!(few, "1/{rate} s: {halts} of {fast} body-steps, {longest} on end");
         assert!(y > 1.0, "1/{rate} s: the ball is at {y} m");
     }
 }

@@ -13,7 +13,8 @@
 //! little of the speed at which they close: they meet where that sinks their cores into each other.
 //! These lose what closes from their velocities, too: nothing else would ever take it out, and a
 //! body whose place is held while its velocity runs on hangs in the air. That impulse counts with
-//! those of the contact.
+//! those of the contact. Of bodies that turn farther in a step than it can show, what closes
+//! between the middles is taken out likewise.
 //!
 //! The engine's own sweeps are off: they know one of two moving bodies, and no order.
 
@@ -145,6 +146,12 @@ impl<'a> Crowd<'a> {
         if core {
             let arms = (point - poses[0].translation, point - poses[1].translation);
             self.push((a, b), point, arms, normal);
+        }
+        // Who whirls may seem to roll along what is in its way: where they touch nothing closes,
+        // but the middle runs into it.
+        let whirl = [a, b].into_iter().any(|k| scene.whirls(&self.ways[k]));
+        if held && whirl {
+            self.push((a, b), point, (Vector::ZERO, Vector::ZERO), normal);
         }
         let turned = self.touches.meet(touch, &self.ways, share);
         for (&k, &way) in &turned {

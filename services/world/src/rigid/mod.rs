@@ -307,7 +307,8 @@ impl Rigid {
         }
         let of = &self.world.integration_parameters;
         let slop = of.allowed_linear_error();
-        let scene = Scene { quiet: &self.quiet, touching: &self.world.narrow_phase, slop };
+        let (touching, step) = (&self.world.narrow_phase, of.dt);
+        let scene = Scene { quiet: &self.quiet, touching, slop, step };
         let met = Crowd::new(ways).go(&scene);
         for (handle, velocity, spin) in met.motions {
             if let Some(body) = self.world.bodies.get_mut(handle) {

@@ -57,7 +57,7 @@ impl Touches {
             let Some(k) = queue.pop_front() else { break };
             queued.remove(&k);
             let touch = &self.all[k];
-            if !along.part(touch, &mut fresh) {
+            if !along.part(touch, std::mem::take(&mut fresh)) {
                 continue;
             }
             let ends = [touch.a, touch.b].into_iter().filter(|&end| ways[end].ease > 0.0);
@@ -71,7 +71,7 @@ impl Touches {
         let moved: Vec<usize> = along.new.keys().copied().collect();
         for touch in moved.iter().flat_map(|&k| &self.of[k]).map(|&k| &self.all[k]) {
             if ways[touch.a].ease == 0.0 || ways[touch.b].ease == 0.0 {
-                along.part(touch, &mut fresh);
+                along.part(touch, false);
             }
         }
         along.new
@@ -93,11 +93,10 @@ impl Along<'_> {
 
     /// Takes out what closes between two, if it is more than they may sink, or if they have just
     /// met.
-    fn part(&mut self, touch: &Touch, fresh: &mut bool) -> bool {
+    fn part(&mut self, touch: &Touch, new: bool) -> bool {
         let (a, b, n) = (touch.a, touch.b, touch.normal);
         let between = self.of(a) - self.of(b);
         let closing = between.dot(n);
-        let new = std::mem::replace(fresh, false);
         let least = if new { 0.0 } else { touch.slack };
         if closing * self.left <= least && !(new && touch.together) {
             return false;

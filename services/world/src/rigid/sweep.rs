@@ -19,6 +19,9 @@ const SLACK: f64 = 0.02;
 /// Two bodies are swept over no greater an angle at once than this \[rad\].
 const TURN: f64 = 0.5;
 
+/// A body that turns farther than this in a step whirls \[rad\].
+const WHIRL: f64 = 1.0;
+
 /// What a body meets.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -142,9 +145,16 @@ pub(super) struct Scene<'a> {
     pub(super) touching: &'a NarrowPhase,
     /// Distance at which bodies touch \[m\].
     pub(super) slop: f64,
+    /// \[s\]
+    pub(super) step: f64,
 }
 
 impl Scene<'_> {
+    /// Does a body turn so fast that the step does not show how it rolls?
+    pub(super) fn whirls(&self, way: &Way<'_>) -> bool {
+        way.ease > 0.0 && way.body.angvel().length() * self.step > WHIRL
+    }
+
     pub(super) fn may_meet(&self, a: &Way<'_>, b: &Way<'_>) -> bool {
         a.span.loosened(self.slop).intersects(&b.span)
             && a.meets(b)
