@@ -150,7 +150,7 @@ impl<'a> Crowd<'a> {
         // Who whirls may seem to roll along what is in its way: where they touch nothing closes,
         // but the middle runs into it.
         let whirl = [a, b].into_iter().any(|k| scene.whirls(&self.ways[k]));
-        if held && whirl {
+        if whirl {
             self.push((a, b), point, (Vector::ZERO, Vector::ZERO), normal);
         }
         let turned = self.touches.meet(touch, &self.ways, share);
