@@ -45,9 +45,9 @@ impl Default for HullSettings {
 /// Corner sets \[m\] of convex parts that together stand in for the solid: at least one, each with
 /// at least four corners that span a volume. The part with the greatest empty share is divided
 /// first, by the best of six planes: across its three principal axes, through its centroid or
-/// through its deepest hollow; a plane that cuts something flat off is none. A convex body gives one
-/// part. Where no hull can be had (no volume, coordinates that are not finite), the answer is the
-/// box around what is finite.
+/// through its deepest hollow; a plane that cuts something flat off is none. A convex body gives
+/// one part. Where no hull can be had (no volume, coordinates that are not finite), the answer is
+/// the box around what is finite.
 #[must_use]
 pub fn convex_parts(solid: &Solid, settings: HullSettings) -> Vec<Vec<Vec3>> {
     let limit = settings.max_parts.clamp(1, MAX_PARTS) as usize;
