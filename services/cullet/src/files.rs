@@ -53,6 +53,9 @@ fn needed(command: &Command) -> Option<u64> {
         | Command::Check(_)
         | Command::Materials(_)
         | Command::Schema(_)
+        | Command::New(_)
+        | Command::Completions(_)
+        | Command::Man(_)
         | Command::Job(_) => return None,
     })
 }
