@@ -154,8 +154,8 @@ fn another_seed_is_another_run() {
 }
 
 /// R4: whether a body breaks, and into how many, does not hang on the time step of the world. One
-/// break is a matter of chance (F78): the counts of eight are summed, whose ratio has a standard
-/// deviation of 0.08.
+/// break is a matter of chance (F78), its fragments by half of their number: the means of eight
+/// differ by no more than 2.6 standard errors of their difference.
 #[test]
 fn the_world_step_decides_nothing() {
     let _left = common::left::NobodyLeft::watch();
@@ -171,11 +171,19 @@ fn the_world_step_decides_nothing() {
         assert_eq!(told["fractures"], 1, "{told:#}");
         told["fragments"].as_f64().expect("a number")
     };
-    let total = |step: &str| (3..11).map(|seed| count(step, seed)).sum::<f64>();
-    let reference = total("1/480");
+    // The mean, and the square of its standard error.
+    let mean = |step: &str| {
+        let counts: Vec<f64> = (3..11).map(|seed| count(step, seed)).collect();
+        let mean = counts.iter().sum::<f64>() / 8.0;
+        let squares: f64 = counts.iter().map(|count| (count - mean).powi(2)).sum();
+        (mean, squares / (8.0 * 7.0))
+    };
+    let (reference, its_error) = mean("1/480");
     for step in ["1/60", "1/120", "1/960"] {
-        let ratio = total(step) / reference;
-        assert!((ratio - 1.0).abs() <= 0.15, "{step} s: {ratio} of the fragments at 1/480 s");
+        let (mean, error) = mean(step);
+        let bound = 2.6 * (error + its_error).sqrt();
+        let off = (mean - reference).abs();
+        assert!(off <= bound, "{step} s: {mean} fragments, {reference} at 1/480 s, {bound} apart");
     }
 }
 

@@ -303,25 +303,18 @@ fn a_pool_whose_workers_cannot_live_ends_aloud() {
     let _left = common::left::NobodyLeft::watch();
     let folder = unique("dying");
     fs::create_dir_all(folder.join("own")).expect("a folder");
-    let (program, scene) = (folder.join("cullet"), folder.join("scene.toml"));
-    make_pipe(&scene);
-    let text = fs::read(corpus("drop.toml")).expect("a scene");
+    let program = folder.join("cullet");
     let run = |worker: Option<&str>| {
         fs::copy(env!("CARGO_BIN_EXE_cullet"), &program).expect("a copy of the program");
-        let mut run = Cullet::of(&program, &["run", "-q", "--out"])
-            .path(&folder.join("own"))
-            .path(&scene)
-            .spawn();
-        // Opening waits until the process reads.
-        let mut pipe = fs::OpenOptions::new().write(true).open(&scene).expect("it reads");
-        fs::remove_file(&program).expect("the copy goes");
         if let Some(worker) = worker {
             let place = folder.join("cullet (deleted)");
             fs::write(&place, worker).expect("a program");
             fs::set_permissions(&place, fs::Permissions::from_mode(0o755)).expect("it may run");
         }
-        std::io::Write::write_all(&mut pipe, &text).expect("a scene");
-        drop(pipe);
+        let call = Cullet::of(&program, &["run", "-q", "--out"]).path(&folder.join("own"));
+        let mut run = call.args(&[&corpus("drop.toml")]).spawn();
+        // It has been loaded, and has yet to read its scene and to ask where it lies.
+        fs::remove_file(&program).expect("the copy goes");
         (run.wait(Duration::from_secs(60)), run.stderr())
     };
     let (code, stderr) = run(None);

@@ -19,6 +19,8 @@ struct Halt {
     moved: Vec3,
     /// What it should have moved \[m\].
     due: Vec3,
+    /// Whether it has been reported.
+    reported: bool,
 }
 
 /// The bodies that do not follow their velocities just now.
@@ -26,8 +28,8 @@ struct Halt {
 pub(crate) struct Frozen(BTreeMap<u32, Halt>);
 
 impl Frozen {
-    /// Looks at one body over a step of that many \[s\]. If it is frozen: what it moved over the
-    /// last [`STEPS`] steps or more, and what it should have \[m\].
+    /// Looks at one body over a step of that many \[s\]. If it is found frozen, once: what it moved
+    /// over the last [`STEPS`] steps or more, and what it should have \[m\].
     ///
     /// The speed that counts is the least of those before the step, after it, and of the mean of
     /// both: a body that bounces, or is stopped or hit within the step, does not count for it. Over
@@ -53,7 +55,9 @@ impl Frozen {
         halt.due += mean * step;
         let (moved, due) = (halt.moved.norm(), halt.due.norm());
         let fast = due > FAST * step * f64::from(halt.steps);
-        (halt.steps >= STEPS && fast && moved < SHARE * due).then_some((moved, due))
+        let found = halt.steps >= STEPS && fast && moved < SHARE * due && !halt.reported;
+        halt.reported |= found;
+        found.then_some((moved, due))
     }
 
     /// Forgets all but these.

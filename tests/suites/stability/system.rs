@@ -59,11 +59,13 @@ fn f76_one_number_that_is_none_is_seen() {
     }
 }
 
-/// What a scene of one body says of a material with that line in it.
+/// What a scene of one body above a floor says of a material with that line in it.
 fn told(line: &str) -> Result<Vec<String>, String> {
     let text = format!(
         "[[material]]\nname = \"m\"\npreset = \"granite\"\n{line}\n[[body]]\nname = \"b\"\n\
-         shape = {{ kind = \"box\", size = [1, 1, 1] }}\nmaterial = \"m\"\n"
+         shape = {{ kind = \"box\", size = [1, 1, 1] }}\nmaterial = \"m\"\nposition = [0, 0, 1]\n\
+         [[body]]\nname = \"floor\"\nshape = {{ kind = \"box\", size = [9, 9, 1] }}\nfixed = true\n\
+         position = [0, 0, -1]\nmaterial = \"granite\"\n"
     );
     let key = "scene/scene.toml".to_owned();
     let files = vec![SceneFile { key: key.clone(), bytes: Arc::new(text.into_bytes()) }];

@@ -374,47 +374,6 @@ impl Brittle {
         Ok(Fracture { fragments, sampled, debris, reactions, report })
     }
 
-    /// A body that nothing parted, less what cone cracks too fine for the grid cut off it.
-    fn chipped(&self, mut fracture: Fracture) -> Fracture {
-        let torn = self.loads.iter().zip(&self.torn).filter(|(_, torn)| **torn);
-        let torn: Vec<&Load> = torn.map(|(load, _)| load).collect();
-        if torn.is_empty() || fracture.fragments.len() + fracture.debris.len() > 1 {
-            return fracture;
-        }
-        let Problem { solid, material, .. } = &self.problem;
-        let spacing = self.domain.grid.spacing.max();
-        let chips = match chip::chips(solid, &torn, material, spacing, &self.cut_settings()) {
-            Ok(Some(chips)) => chips,
-            Ok(None) => return fracture,
-            Err(error) => {
-                fracture.report.warnings.push(format!("its chips could not be cut: {error}"));
-                return fracture;
-            }
-        };
-        let chip::Chips { partition, length } = chips;
-        let (flakes, share) = (partition.parts.len() - 1, chip::share(&partition.parts));
-        let whole = fracture.fragments.remove(0);
-        let centre = solid.mesh.mass_properties().centroid;
-        let piece = |part: cut::Part| {
-            let arm = part.solid.mesh.mass_properties().centroid - centre;
-            let sheet = whole.sheet.clipped(&Inside::new(&part.solid.mesh));
-            let (velocity, spin) = (whole.velocity + whole.spin.cross(&arm), whole.spin);
-            Fragment { solid: part.solid, hulls: part.hulls, velocity, spin, sheet }
-        };
-        let most = partition.parts.iter().map(|part| part.volume).fold(0.0, f64::max);
-        fracture.sampled = partition.parts.iter().map(|part| part.volume < most).collect();
-        fracture.fragments = partition.parts.into_iter().map(piece).collect();
-        let report = &mut fracture.report;
-        report.crack_area += partition.crack_area;
-        report.fracture_energy = material.fracture_energy * report.crack_area;
-        report.warnings.extend(partition.warnings);
-        report.warnings.push(format!(
-            "chipped: the rim of the contact tears and its cone crack runs {length:.3e} m, finer \
-             than the grid; {flakes} flakes drawn there, {share:.3} of the body (H2)"
-        ));
-        fracture
-    }
-
     fn cut_settings(&self) -> CutSettings {
         CutSettings {
             min_volume_ratio: self.problem.settings.min_volume_ratio,
