@@ -50,7 +50,7 @@ fn endpoint(place: &str, folder: &Path, name: &str) -> EndPoint {
     format!("tls/{place}#{parameters}").parse().expect("an endpoint")
 }
 
-/// Carries one connection to `target` and turns one bit over, `after` bytes on their way up or down.
+/// Carries one connection to `target` and turns one bit over, `after` bytes on the way up or down.
 async fn proxy(target: String, up: bool, after: usize) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").await.expect("a port");
     let place = listener.local_addr().expect("an address").to_string();

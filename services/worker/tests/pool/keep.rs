@@ -50,6 +50,8 @@ fn a_job_that_kills_its_workers_leaves_what_reproduces_it_and_stalls_its_run_alo
     let bytes = std::fs::read(bundle.join("job.bin")).expect("the job");
     assert_eq!(FractureJob::decode(&bytes).expect("a job"), poison);
     let told = std::fs::read_to_string(bundle.join("attempts.txt")).expect("the attempts");
+    let (told, seal) = told.trim_end().rsplit_once('\n').expect("lines and their checksum");
+    assert!(seal.starts_with("crc32c "), "{seal}");
     assert_eq!(told.lines().count(), 3, "{told}");
     assert!(told.lines().all(|line| line.contains("over the hard limit")), "{told}");
     // For whom, by what, and when.

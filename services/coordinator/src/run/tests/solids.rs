@@ -212,7 +212,7 @@ fn what_is_thin_runs_and_what_is_too_thin_is_told_by_check() {
         let scene = scene_of(&format!("shape = {shape}"), None);
         tried(shape, &scene, &mut refused);
         let told = scene.err().unwrap_or_default();
-        assert!(told.contains(said) && told.contains("body[0]"), "{shape}: {told}");
+        assert!(told.contains(said) && told.contains("body.it"), "{shape}: {told}");
     }
     assert!(refused.by_world.is_empty(), "{refused:#?}");
 }

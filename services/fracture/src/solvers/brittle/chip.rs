@@ -137,11 +137,14 @@ pub(super) fn share(parts: &[Part]) -> f64 {
 }
 
 impl Brittle {
-    /// A body that nothing parted, less what cone cracks too fine for the grid cut off it.
+    /// A body in which the grid saw no crack, less what cone cracks too fine for the grid cut off it.
     pub(super) fn chipped(&self, mut fracture: Fracture) -> Fracture {
         let torn = self.loads.iter().zip(&self.torn).filter(|(_, torn)| **torn);
         let torn: Vec<&Load> = torn.map(|(load, _)| load).collect();
-        if torn.is_empty() || fracture.fragments.len() + fracture.debris.len() > 1 {
+        // A crack that the grid has seen, though it parts nothing, has eased what drives a cone.
+        let seen = fracture.fragments.first().is_none_or(|whole| !whole.sheet.is_empty());
+        let parted = fracture.fragments.len() + fracture.debris.len() > 1;
+        if torn.is_empty() || parted || seen {
             return fracture;
         }
         let Problem { solid, material, .. } = &self.problem;
