@@ -137,7 +137,7 @@ pub(super) fn share(parts: &[Part]) -> f64 {
 }
 
 impl Brittle {
-    /// A body in which the grid saw no crack, less what cone cracks too fine for the grid cut off it.
+    /// A body in which the grid saw no crack, less what cone cracks too fine for it cut off.
     pub(super) fn chipped(&self, mut fracture: Fracture) -> Fracture {
         let torn = self.loads.iter().zip(&self.torn).filter(|(_, torn)| **torn);
         let torn: Vec<&Load> = torn.map(|(load, _)| load).collect();
