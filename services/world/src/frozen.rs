@@ -1,6 +1,8 @@
 //! Do places follow velocities (F42)?
 
 use crate::body::Motion;
+use crate::error::WorldError;
+use crate::world::World;
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
 
@@ -63,6 +65,34 @@ impl Frozen {
     /// Forgets all but these.
     pub(crate) fn keep(&mut self, stays: impl Fn(u32) -> bool) {
         self.0.retain(|&id, _| stays(id));
+    }
+}
+
+impl World {
+    /// The bodies that were found not to go where their velocities take them (F42) since this was
+    /// last asked, each as [`WorldError::Frozen`].
+    pub fn take_frozen(&mut self) -> Vec<WorldError> {
+        std::mem::take(&mut self.frozen_bodies)
+    }
+
+    /// Whether bodies go where their velocities take them (F42).
+    pub(crate) fn check_places(&mut self) {
+        let (bodies, step) = (&self.bodies, self.settings.step);
+        self.frozen.keep(|id| bodies.contains_key(&id));
+        for (&id, body) in bodies.iter().filter(|(_, body)| !body.fixed) {
+            let (Some(before), Some(after)) = (self.rigid.before(id), self.rigid.motion(id)) else {
+                continue;
+            };
+            if let Some((moved, due)) = self.frozen.look(id, before, &after, step) {
+                self.frozen_bodies.push(WorldError::Frozen {
+                    name: body.name.clone(),
+                    step: self.steps,
+                    velocity: after.velocity,
+                    moved,
+                    due,
+                });
+            }
+        }
     }
 }
 

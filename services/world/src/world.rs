@@ -41,10 +41,9 @@ pub struct World {
     /// Debris.
     pub(crate) grains: Vec<Speck>,
     pub(crate) next_id: u32,
-    frozen: Frozen,
-    /// Those found that nobody has asked for yet.
-    frozen_bodies: Vec<WorldError>,
-    steps: u64,
+    pub(crate) frozen: Frozen,
+    pub(crate) frozen_bodies: Vec<WorldError>,
+    pub(crate) steps: u64,
 }
 
 impl World {
@@ -292,32 +291,6 @@ impl World {
         match lost {
             Some(id) => Err(WorldError::NotFinite { name: name(id), step: self.steps }),
             None => Ok(()),
-        }
-    }
-
-    /// The bodies that were found not to go where their velocities take them (F42) since this was
-    /// last asked, each as [`WorldError::Frozen`].
-    pub fn take_frozen(&mut self) -> Vec<WorldError> {
-        std::mem::take(&mut self.frozen_bodies)
-    }
-
-    /// Whether bodies go where their velocities take them (F42).
-    fn check_places(&mut self) {
-        let (bodies, step) = (&self.bodies, self.settings.step);
-        self.frozen.keep(|id| bodies.contains_key(&id));
-        for (&id, body) in bodies.iter().filter(|(_, body)| !body.fixed) {
-            let (Some(before), Some(after)) = (self.rigid.before(id), self.rigid.motion(id)) else {
-                continue;
-            };
-            if let Some((moved, due)) = self.frozen.look(id, before, &after, step) {
-                self.frozen_bodies.push(WorldError::Frozen {
-                    name: body.name.clone(),
-                    step: self.steps,
-                    velocity: after.velocity,
-                    moved,
-                    due,
-                });
-            }
         }
     }
 
