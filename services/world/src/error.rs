@@ -78,8 +78,8 @@ pub enum WorldError {
     /// A body's place does not follow its velocity (F42).
     #[error(
         "body {name:?} is frozen at step {step}: its velocity is ({:.3}, {:.3}, {:.3}) m/s, but \
-         over the last five steps or more it moved {moved:.3e} m instead of {due:.3e} m; it must move at \
-         least a fifth of that",
+         over the last five steps or more it moved {moved:.3e} m instead of {due:.3e} m; it must \
+         move at least a fifth of that",
         .velocity.x, .velocity.y, .velocity.z
     )]
     Frozen {
