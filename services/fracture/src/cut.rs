@@ -40,7 +40,7 @@ const ATTEMPTS: u64 = 3;
 /// not resolve the crack that cut it off (F32) ...
 const FEWEST_PARTICLES: f64 = 8.0;
 /// ... or as many as the smallest of drawn pieces, whose shape no particle tells.
-const FEWEST_DRAWN: f64 = 4.0;
+const FEWEST_DRAWN: f64 = 2.0;
 /// Shift of a site when a cut is tried again, in typical distances between sites.
 const SHAKE: f64 = 1e-3;
 /// The tag of a face that was there before any crack.

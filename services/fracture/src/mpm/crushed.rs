@@ -21,6 +21,7 @@ use crate::tolerance::Tolerance;
 use cullet_geometry::Vec3;
 use cullet_geometry::math::{scramble, unit};
 use division::Division;
+use sizes::Mott;
 
 /// Points by weight that make a node part of the body ...
 const LEAST_WEIGHT: f64 = 2.0;
@@ -34,6 +35,9 @@ const EVEN: f64 = 60.0;
 /// Fewest points of a piece that the solve resolves: those of a cell (F32).
 pub const LEAST_POINTS: usize = 8;
 
+/// Points by weight that a drawn piece's middle needs around it: none is put outside the body.
+const MIDDLE_WEIGHT: f64 = 4.0;
+
 /// Share of a node's points, by weight, in pieces that makes it whole.
 const WHOLE_SHARE: f64 = 0.5;
 
@@ -45,8 +49,12 @@ const HALF_BAND: f64 = 2.1;
 /// 1 to 45 from the tenth percentile to the ninetieth, as rubble has.
 const LEAST_MEAN: f64 = 2.6;
 
+/// Greatest size of a drawn piece over the mean: one as wide as two half bands has a middle that no
+/// crack's band reaches, and the grid would have found it whole.
+const MOST_SIZE: f64 = 2.0 * HALF_BAND / LEAST_MEAN;
+
 /// Least size of a drawn piece, likewise: what the cut's lattice can still give a shape.
-const LEAST_SIZE: f64 = 0.8;
+const LEAST_SIZE: f64 = 0.7;
 
 /// Share of the pieces that are wanted at most which are drawn and found; cuts make more of them.
 const BUDGET: f64 = 0.9;
@@ -106,6 +114,11 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Rules
         let found = count as u32;
         return Pieces { of: pieces, found, tolerance: rules.tolerance, ..Pieces::default() };
     }
+    let mut beside = vec![Vec::new(); lattice.len()];
+    for (ball, k) in sites.iter().zip(0..) {
+        let place = ball.place.component_mul(&rules.spacing);
+        lattice.visit(&place, |node, _, _| beside[node].push(k));
+    }
     let rubble = Rubble::new(sites, rules.seed);
     for (x, &id) in particles.reference.iter().zip(&particles.id) {
         let (mut most, mut near) = ((0.0, 0), Vec::new());
@@ -116,7 +129,9 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Rules
             near.extend(drawn[node]);
         });
         if pieces[id as usize].is_none() && drawn[most.1].is_some() {
-            // Borders between drawn pieces are smooth, not steps from node to node.
+            // Borders between drawn pieces are smooth, not steps from node to node, and the least
+            // pieces lie between nodes.
+            near.extend(&beside[most.1]);
             let at = x.component_div(&rules.spacing);
             pieces[id as usize] = rubble.nearest(near, &at).map(|ball| count as u32 + ball);
         }
@@ -151,17 +166,20 @@ impl Lattice {
         order.sort_unstable_by_key(|&n| (scramble(scramble(rules.seed ^ STREAM) ^ n as u64), n));
         let mut means: Vec<f64> = order.iter().map(mean).collect();
         let mut count: f64 = means.iter().map(|mean| 1.0 / (mean * mean * mean)).sum();
-        if count > most {
-            let larger = libm::cbrt(count / most);
-            means.iter_mut().for_each(|mean| *mean *= larger);
-            count = most;
-        }
         // Volumes are over the mean of where they end up; the least is over the mean of all.
         let least = LEAST_SIZE * coarseness;
-        let share = least * least * least * count / means.len().max(1) as f64;
-        let volumes = sizes::mott((count as usize).max(1), share, rules.seed);
+        let share = least * least * least / means.len().max(1) as f64;
+        let law = |count: f64| Mott::new(share * count, MOST_SIZE * MOST_SIZE * MOST_SIZE);
+        let total = count / law(count).mean();
+        if total > most {
+            let larger = libm::cbrt(total / most);
+            means.iter_mut().for_each(|mean| *mean *= larger);
+            count *= most / total;
+        }
+        let law = law(count);
+        let volumes = law.volumes((count / law.mean()).clamp(1.0, most) as usize, rules.seed);
         let largest = means.iter().copied().fold(least, f64::max) * libm::cbrt(volumes[0].max(1.0));
-        let mut division = Division::new(self, order, means, self.skin(weights), rules);
+        let mut division = Division::new(self, order, means, weights, rules);
         for volume in volumes {
             division.put(volume, largest + 2.0);
         }

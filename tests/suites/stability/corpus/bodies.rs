@@ -159,8 +159,10 @@ fn again(family: &str, impulse: impl Fn(f64) -> f64) -> (usize, usize) {
         match solve(family, &problem) {
             Out::Done(fracture) => {
                 keeps_the_books(&what, &problem, &fracture);
-                broke += usize::from(fracture.fragments.len() > 1);
-                grains += fracture.debris.len();
+                let (parts, loose) = (fracture.fragments.len(), fracture.debris.len());
+                println!("{what}: {parts} fragments, {loose} grains");
+                broke += usize::from(parts > 1 || loose > 0);
+                grains += loose;
                 solid = largest(&fracture);
             }
             Out::Refused(refusal) => println!("{what}: {refusal}"),

@@ -1,7 +1,7 @@
 //! Balls put down in a zone that is being divided.
 
 use super::sizes::balance;
-use super::{FULL_WEIGHT, LEAST_SIZE, Lattice, Rules, STREAM};
+use super::{FULL_WEIGHT, LEAST_SIZE, Lattice, MIDDLE_WEIGHT, Rules, STREAM};
 use crate::pieces::{Ball, direction};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
@@ -51,13 +51,14 @@ impl<'a> Division<'a> {
         lattice: &'a Lattice,
         order: Vec<usize>,
         means: Vec<f64>,
-        skin: Vec<Vec3>,
+        weights: &[f64],
         rules: &Rules,
     ) -> Self {
         let mut rank = vec![None; lattice.len()];
         order.iter().zip(0..).for_each(|(&n, k)| rank[n] = Some(k));
-        let count = order.len();
-        let room = vec![f64::INFINITY; count];
+        let inside = |&n: &usize| weights[n] >= MIDDLE_WEIGHT;
+        let room = |n| if inside(n) { f64::INFINITY } else { f64::NEG_INFINITY };
+        let (room, skin) = (order.iter().map(room).collect(), lattice.skin(weights));
         let (seed, least) = (rules.seed, LEAST_SIZE * rules.tolerance.coarseness());
         let push = rules.push.component_div(&rules.spacing).try_normalize(0.0).unwrap_or_default();
         let (sites, wanted) = (Vec::new(), Vec::new());

@@ -22,20 +22,51 @@ const ROUNDS: usize = 40;
 /// ... and the share of what is missing that is made up for in each.
 const STEP: f64 = 0.5;
 
-/// Volumes over the mean that follow Mott's law, N(>m) = N₀ exp(−√(m/μ)), from `least` on, the
-/// largest first: one of each of as many parts of the law that are alike likely, so that a few
-/// pieces already have its whole range.
-pub(super) fn mott(count: usize, least: f64, seed: u64) -> Vec<f64> {
-    // With x = √(m/μ), x − x₀ is exponential, and the mean of m is μ (x₀² + 2x₀ + 2).
-    let excess = 1.0 / least.min(LEAST_SHARE) - 1.0;
-    let start = if least > 0.0 { (1.0 + (1.0 + 2.0 * excess).sqrt()) / excess } else { 0.0 };
-    let mean = start * start + 2.0 * start + 2.0;
-    let volume = |k: usize| {
-        let share = (k as f64 + unit(seed, STREAM + 3, k as u64)) / count as f64;
-        let root = start - libm::log(1.0 - share);
-        root * root / mean
-    };
-    (0..count).rev().map(volume).collect()
+/// Mott's law, N(>m) = N₀ exp(−√(m/μ)), between two masses: x = √(m/μ) is exponential from the
+/// least to the greatest.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mott {
+    /// √(m/μ) of the least mass ...
+    start: f64,
+    /// ... and what it has more at the greatest.
+    span: f64,
+    /// m/μ in the mean, were there no greatest.
+    mean: f64,
+}
+
+impl Mott {
+    /// The law from `least` to `most`, over the mean that it would have without a greatest mass.
+    pub(super) fn new(least: f64, most: f64) -> Self {
+        // x − x₀ is exponential, and the mean of m is μ (x₀² + 2x₀ + 2).
+        let excess = 1.0 / least.min(LEAST_SHARE) - 1.0;
+        let start = if least > 0.0 { (1.0 + (1.0 + 2.0 * excess).sqrt()) / excess } else { 0.0 };
+        let mean = start * start + 2.0 * start + 2.0;
+        let span = ((most * mean).sqrt() - start).max(f64::MIN_POSITIVE);
+        Self { start, span, mean }
+    }
+
+    /// The mean, over what it would be without a greatest mass.
+    pub(super) fn mean(&self) -> f64 {
+        let beyond = |x: f64| x * x + 2.0 * x + 2.0;
+        let tail = libm::exp(-self.span);
+        if tail == 0.0 {
+            return 1.0;
+        }
+        let kept = beyond(self.start) - tail * beyond(self.start + self.span);
+        kept / ((1.0 - tail) * self.mean)
+    }
+
+    /// Volumes, over the mean without a greatest one, the largest first: one of each of as many
+    /// parts of the law that are alike likely, so that a few pieces already have its whole range.
+    pub(super) fn volumes(&self, count: usize, seed: u64) -> Vec<f64> {
+        let within = 1.0 - libm::exp(-self.span);
+        let volume = |k: usize| {
+            let share = (k as f64 + unit(seed, STREAM + 3, k as u64)) / count as f64;
+            let root = self.start - libm::log(1.0 - within * share);
+            root * root / self.mean
+        };
+        (0..count).rev().map(volume).collect()
+    }
 }
 
 /// Brings the cells of balls to the volumes that are `wanted`, in proportion, by their weights

@@ -1,6 +1,6 @@
 //! Crushed zones of bars and blocks.
 
-use super::sizes::mott;
+use super::sizes::Mott;
 use super::{LEAST_SIZE, Lattice, Rules, Tolerance, pieces};
 use crate::material::Material;
 use crate::particles::Particles;
@@ -84,7 +84,7 @@ fn a_body_that_is_crushed_whole_is_divided_whole() {
 /// all mass in the heaviest 1 − (1 + x + x²/2) e^(−x) = ½ at x = √(m/μ) = 2.674.
 #[test]
 fn drawn_sizes_follow_mott() {
-    let masses = mott(40_000, 0.0, 3);
+    let masses = Mott::new(0.0, f64::INFINITY).volumes(40_000, 3);
     let mean = masses.iter().sum::<f64>() / masses.len() as f64;
     assert!((mean - 1.0).abs() < 0.03, "{mean}");
     let below = masses.iter().filter(|&&m| m < 1.0).count() as f64 / masses.len() as f64;
@@ -98,7 +98,7 @@ fn drawn_sizes_follow_mott() {
 #[test]
 fn a_least_mass_keeps_the_law_and_the_mean() {
     for least in [0.02, 0.1, 0.5] {
-        let masses = mott(40_000, least, 3);
+        let masses = Mott::new(least, f64::INFINITY).volumes(40_000, 3);
         let mean = masses.iter().sum::<f64>() / masses.len() as f64;
         assert!((mean - 1.0).abs() < 0.03, "{mean}");
         assert!(masses.iter().all(|&m| m >= least));
@@ -108,6 +108,24 @@ fn a_least_mass_keeps_the_law_and_the_mean() {
         for x in [0.1, 0.5, 1.0, 2.0, 4.0] {
             let share = below(x) / roots.len() as f64;
             assert!((share - 1.0 + libm::exp(-x)).abs() < 0.01, "{share} below {x}");
+        }
+    }
+}
+
+/// Below a greatest mass the law is the same, and its mean is what it says.
+#[test]
+fn a_greatest_mass_keeps_the_law() {
+    for (least, most) in [(0.0, 4.0), (0.03, 4.2), (0.03, 1.5)] {
+        let law = Mott::new(least, most);
+        let all = Mott::new(least, f64::INFINITY).volumes(40_000, 3);
+        let held: Vec<f64> = all.into_iter().filter(|&m| m <= most).collect();
+        let cut = law.volumes(held.len(), 3);
+        assert!(cut.iter().all(|&m| m <= most * (1.0 + 1e-12)));
+        let mean = cut.iter().sum::<f64>() / cut.len() as f64;
+        assert!((mean / law.mean() - 1.0).abs() < 0.01, "{mean}, {}", law.mean());
+        for part in [10, 4, 2] {
+            let [held, cut] = [&held, &cut].map(|masses| masses[masses.len() / part]);
+            assert!((held / cut - 1.0).abs() < 0.02, "{held} and {cut} at 1/{part}");
         }
     }
 }
@@ -149,10 +167,8 @@ fn drawn_pieces_are_large_and_small() {
     let mean = points.iter().sum::<f64>() / points.len() as f64;
     let variance = points.iter().map(|n| (n - mean).powi(2)).sum::<f64>() / points.len() as f64;
     assert!(variance.sqrt() > 0.6 * mean, "{} around {mean}", variance.sqrt());
-    // Small pieces at the skin, which nodes outside reach, may be left without a point: no piece is
-    // made of those.
     let empty = points.iter().filter(|&&n| n == 0.0).count();
-    assert!(empty * 5 < points.len(), "{empty} of {} without a point", points.len());
+    assert!(empty * 25 < points.len(), "{empty} of {} without a point", points.len());
 }
 
 /// An error buys fewer and larger pieces, as many lattice nodes across: 1.6³ in the mean.
@@ -185,7 +201,7 @@ fn every_node_goes_to_the_nearest_of_all_sites() {
     let (weights, zone) = (vec![8.0; lattice.len()], (0..lattice.len()).collect::<Vec<_>>());
     let mut labels = vec![None; lattice.len()];
     let sites = lattice.divide(&mut labels, &zone, &weights, &particles, &RULES, 4000.0);
-    assert!(sites.len() > 100 && sites[0].size > 2.5 * sites[sites.len() / 2].size);
+    assert!(sites.len() > 100 && sites[0].size > 2.0 * sites[sites.len() / 2].size);
     for (n, label) in labels.iter().enumerate() {
         let x = lattice.place(n, RULES.seed);
         let far = |site: u32| sites[site as usize].far(&x);
