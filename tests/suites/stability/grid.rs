@@ -8,6 +8,7 @@ use cullet_fracture::mpm::kernel::{Stencil, gather, packed, vector};
 use cullet_fracture::solvers::brittle::{Brittle, lean};
 use cullet_fracture::strength::Strength;
 use cullet_fracture::{Impact, Material, Problem, Refusal, Settings, Solver, StrengthField};
+use cullet_geometry::shapes::{Detail, torus};
 use cullet_geometry::{Solid, Surface, Vec3, math::unit};
 use cullet_world::fidelity::branched;
 
@@ -146,6 +147,26 @@ fn f22_points_know_no_axes_and_faces_that_do_are_told() {
     assert_eq!(cut(Vec3::new(1.0, 0.7, 0.5).normalize()), None);
     let words = lean([stairs()].iter()).expect("it leans");
     assert!(words.ends_with("times as often as chance (F22)"), "{words}");
+}
+
+/// F22: a ring parts in arcs across its tube, where the band of a crack is as wide as a third of
+/// the tube; no fragment of it is a heap of voxels.
+#[test]
+fn f22_a_ring_breaks_off_the_grid() {
+    let ring = torus(0.09, 0.03, Detail::default()).expect("a ring");
+    let mut broke = 0;
+    for seed in 1..=4 {
+        let impact = blow(Vec3::new(0.12, 0.0, 0.0), -Vec3::x(), 3.0);
+        let mut problem = problem(ring.clone(), PLASTER, impact);
+        problem.settings.max_particles = 8000;
+        (problem.seed, problem.strength.seed) = (seed, seed);
+        let fracture = solved(&problem);
+        keeps_the_books("ring", &problem, &fracture);
+        println!("seed {seed}: {} fragments", fracture.fragments.len());
+        broke += usize::from(fracture.fragments.len() > 1);
+        assert_eq!(lean(fracture.fragments.iter().map(|part| &part.solid)), None, "seed {seed}");
+    }
+    assert_eq!(broke, 4);
 }
 
 /// F23: flaws are smooth over four spacings, and where a scene gives them a length they are the
