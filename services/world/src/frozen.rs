@@ -29,13 +29,19 @@ struct Halt {
 #[derive(Debug, Default)]
 pub(crate) struct Frozen(BTreeMap<u32, Halt>);
 
+/// The speed that counts for whether a body followed its velocity over a step \[m/s\]: the least of
+/// those before the step, after it, and of the mean of both. A body that bounces, or is stopped or
+/// hit within the step, does not count for it.
+pub(crate) fn least_speed(before: &Motion, after: &Motion) -> f64 {
+    let mean = (before.velocity + after.velocity) / 2.0;
+    mean.norm().min(before.velocity.norm()).min(after.velocity.norm())
+}
+
 impl Frozen {
     /// Looks at one body over a step of that many \[s\]. If it is found frozen, once: what it moved
     /// over the last [`STEPS`] steps or more, and what it should have \[m\].
     ///
-    /// The speed that counts is the least of those before the step, after it, and of the mean of
-    /// both: a body that bounces, or is stopped or hit within the step, does not count for it. Over
-    /// the steps the velocities must agree in sum, too: a body that is shaken does not count.
+    /// Over the steps the velocities must agree in sum, too: a body that is shaken does not count.
     pub(crate) fn look(
         &mut self,
         id: u32,
@@ -44,7 +50,7 @@ impl Frozen {
         step: f64,
     ) -> Option<(f64, f64)> {
         let mean = (before.velocity + after.velocity) / 2.0;
-        let speed = mean.norm().min(before.velocity.norm()).min(after.velocity.norm());
+        let speed = least_speed(before, after);
         let moved = after.centre() - before.centre();
         // Also where something is not a number.
         if !(speed > FAST && moved.norm() < SHARE * speed * step) {

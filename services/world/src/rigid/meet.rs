@@ -16,6 +16,11 @@
 //! those of the contact. Of bodies that turn farther in a step than it can show, what closes
 //! between the middles is taken out likewise.
 //!
+//! It may be that the engine never gets a contact: another body pushes one that has met the ground
+//! farther from it than the engine looks, and a step later it is there again, as fast. So a body
+//! that did not follow its velocity over the last step, and has it still, is caught: all that it
+//! meets takes out of both velocities what closes where they touch and between the middles.
+//!
 //! The engine's own sweeps are off: they know one of two moving bodies, and no order.
 
 use super::relax::{Touch, Touches};
@@ -142,15 +147,17 @@ impl<'a> Crowd<'a> {
         let Some((point, normal)) = facing([p, q], [&poses[0], &poses[1]]) else {
             return;
         };
-        let touch = Touch { a, b, normal, together: !held, slack: slack(p, q) };
-        if core {
+        // The engine had its chance to take out what closes.
+        let caught = one.caught || two.caught;
+        let touch = Touch { a, b, normal, together: !held && !caught, slack: slack(p, q) };
+        if core || caught {
             let arms = (point - poses[0].translation, point - poses[1].translation);
             self.push((a, b), point, arms, normal);
         }
         // Who whirls may seem to roll along what is in its way: where they touch nothing closes,
         // but the middle runs into it.
         let whirl = [a, b].into_iter().any(|k| scene.whirls(&self.ways[k]));
-        if whirl {
+        if whirl || caught {
             self.push((a, b), point, (Vector::ZERO, Vector::ZERO), normal);
         }
         let turned = self.touches.meet(touch, &self.ways, share);

@@ -13,6 +13,7 @@ pub(crate) use hulls::Fit;
 pub use hulls::hulls_overlap;
 
 use crate::body::{Body, Motion};
+use crate::frozen::least_speed;
 use crate::settings::WorldSettings;
 use convert::{engine_pose, mass_properties, pose, vec3, vector};
 use cullet_geometry::Vec3;
@@ -46,6 +47,11 @@ const SPEED_CAP: f64 = 2e6;
 const SWEEP_SHARE: f64 = 0.25;
 /// … and one of the scene that moves more than this share, so that a hard landing does not sink in.
 const LANDING_SHARE: f64 = 0.02;
+/// A body that in the last step moved less than this share of what its velocity asked for was
+/// caught by what it met \[1\] …
+const CAUGHT_SHARE: f64 = 0.5;
+/// … if it was, and still is, faster than this \[m/s\].
+const CAUGHT_SPEED: f64 = 0.2;
 /// Fragments slower than this are damped; above twice of it they no longer are \[m/s\].
 const DAMPED_SPEED: f64 = 0.2;
 /// Quiet pairs are looked at every so many steps.
@@ -268,6 +274,20 @@ impl Rigid {
         if whole > 0.0 { (path / whole).clamp(0.0, 1.0) } else { 1.0 }
     }
 
+    /// Did a body not follow its velocity over the step before this one, and has it still?
+    fn caught(&self, id: u32) -> bool {
+        let Ok(place) = self.prior.binary_search_by_key(&id, |(id, _)| *id) else {
+            return false;
+        };
+        let (prior, Some(now)) = (&self.prior[place].1, self.before(id)) else {
+            return false;
+        };
+        let speed = least_speed(prior, now);
+        let moved = (now.centre() - prior.centre()).norm();
+        let due = speed * self.world.integration_parameters.dt;
+        speed > CAUGHT_SPEED && moved < CAUGHT_SHARE * due
+    }
+
     /// The first body that the engine took out because its motion is not finite.
     pub(crate) fn quarantined(&self) -> Option<u32> {
         let quarantine = self.world.quarantine();
@@ -299,7 +319,9 @@ impl Rigid {
             };
             let which = (id, slot.handle, body);
             let before = engine_pose(&before.pose);
-            Some(Way::new(which, &slot.parts, (kind, share * slot.thickness), &before))
+            let mut way = Way::new(which, &slot.parts, (kind, share * slot.thickness), &before);
+            way.caught = self.caught(id);
+            Some(way)
         });
         let ways: Vec<Way<'_>> = ways.collect();
         if !ways.iter().any(Way::far) {

@@ -47,6 +47,8 @@ pub(super) struct Way<'a> {
     reach: f64,
     /// One over the mass; zero where nothing moves it [1/kg].
     pub(super) ease: f64,
+    /// In the last step it did not follow its velocity, and has it still.
+    pub(super) caught: bool,
     /// From which share of the step on it no longer follows its velocity, where it was then, and
     /// its way from there over a whole step.
     bent: Option<(f64, Pose, Vector)>,
@@ -66,7 +68,9 @@ impl<'a> Way<'a> {
         let sweep = Sweep::from_poses(before, body.position(), Vector::ZERO);
         let ease = if kind == Kind::Fixed { 0.0 } else { 1.0 / body.mass() };
         let (bent, span) = (None, Aabb::new_invalid());
-        let mut way = Self { id, handle, kind, body, parts, least, sweep, reach, ease, bent, span };
+        let caught = false;
+        let mut way =
+            Self { id, handle, kind, body, parts, least, sweep, reach, ease, caught, bent, span };
         way.span = match kind {
             // A floor is much larger than what may meet it, and lower.
             Kind::Fixed => parts.iter().fold(Aabb::new_invalid(), |span, part| {
