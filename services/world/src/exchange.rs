@@ -44,6 +44,22 @@ pub(crate) struct Received {
     pub(crate) taken: f64,
 }
 
+impl Received {
+    /// Nothing.
+    pub(crate) fn zero() -> Self {
+        Self { exchange: Exchange::zero(), taken: 0.0 }
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.exchange.add(&other.exchange);
+        self.taken += other.taken;
+    }
+
+    pub(crate) fn scaled(&self, share: f64) -> Self {
+        Self { exchange: self.exchange.scaled(share), taken: self.taken * share }
+    }
+}
+
 /// Friction and all else that the contacts of a body did beside their normal impulses, to be shared
 /// out.
 #[derive(Clone, Copy, Debug)]

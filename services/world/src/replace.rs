@@ -55,7 +55,8 @@ pub struct Replacement {
     /// Their mass \[kg\].
     pub grain_mass: f64,
     /// α: share of the solver's impulse that was handed over \[1\]; one unless energy forbade it.
-    /// Of late fragments: the share by which it took the place of the engine's.
+    /// Of late fragments, and of those of a body that was pressed against others so that its base
+    /// could not pay: the share by which it took the place of the engine's.
     pub momentum_scale: f64,
     /// β: share of the speed at which the pieces move apart \[1\]; one unless energy forbade it.
     pub spread_scale: f64,
@@ -67,8 +68,9 @@ pub struct Replacement {
     pub momentum_rel_error: f64,
     /// The same for angular momentum about the world's origin \[1\].
     pub angular_momentum_rel_error: f64,
-    /// Kinetic energy of the pair before the hit \[J\]. Of late fragments: what it is now, and what
-    /// the contact took out of it and no other replacement has spent.
+    /// Kinetic energy of the pair before the hit \[J\], and no more than what it is now and what
+    /// the contacts took out of it and no other replacement has spent. Of late fragments: the
+    /// latter.
     pub energy_before: f64,
     /// Kinetic energy of the pair with the fragments \[J\].
     pub energy_after: f64,
@@ -150,6 +152,7 @@ impl World {
         let specks = grains.iter().map(|grain| speck(grain, &parent, &motion));
         let placed = draft.bodies.iter().zip(&draft.poses).map(still);
         let purses = self.purses(body.0, hits);
+        let supported: f64 = reactions.iter().map(|reaction| reaction.support.dissipated).sum();
         let first = hits.first();
         let turned = |hit: &Hit| hit.orientation * motion.pose.rotation.inverse();
         let scene = Scene {
@@ -161,7 +164,7 @@ impl World {
             strikers,
             parts,
             fracture_energy,
-            purse: purses.iter().sum(),
+            purse: (purses.iter().sum::<f64>() + supported).max(0.0),
             back: first.map_or_else(Quat::identity, turned),
             late: first.is_some_and(|hit| hit.step < self.step_count()),
         };

@@ -13,6 +13,11 @@
 //! `now + α·(base + push − now) + β·spread`: by the share α the engine's exchange gives way to the
 //! solver's, so that the striker gets back what the solver did not deliver. What all of it may cost
 //! is what the contact took out of the motion: at α = β = 0 that pays for the crack.
+//!
+//! A body may be pressed against others while it is hit. Their part in its motion is undone only as
+//! far as they are supports that the solver knows; without it the base may be faster than the body
+//! ever was. So no replacement leaves more energy than the motion has now and its contacts took out
+//! of it. Where the base allows none within that, the fragments come as late ones do.
 
 use crate::cluster::{Field, Joint, Part, Parts, joint, sum};
 use crate::exchange::Exchange;
@@ -112,45 +117,76 @@ struct Push {
 
 /// Rounding that a comparison of energies allows, as a share of the energy.
 const ROUNDING: f64 = 1e-12;
+/// A base that has by this share more energy than there was is that of a body that others pushed,
+/// too \[1\].
+const SQUEEZED: f64 = 1e-9;
 
 pub(crate) fn settle(scene: &Scene) -> Result<Settled, TooDear> {
     let (base, surplus) = undo(scene);
     let (push, spread) = push(scene, &base);
     let (now, present) = present(scene);
-    let late = scene.late;
-    // What the grains have more than the body had is paid like the crack.
-    let surplus = if late { present } else { surplus };
-    let cost = (scene.fracture_energy + surplus).max(0.0);
-    let compose = |alpha: f64, beta: f64| {
-        if late {
-            let full = compose(&base, &push, &spread, 1.0, 0.0);
-            return between(&now, &full, &spread, alpha, beta);
-        }
-        compose(&base, &push, &spread, alpha, beta)
-    };
-    let energy = |alpha: f64, beta: f64| kinetic(&compose(alpha, beta));
-    let strikers = !scene.strikers.is_empty();
-    let purse = if late { scene.purse } else { 0.0 };
-    let (alpha, beta) = affordable(&energy, purse, cost, strikers)?;
-    let state = compose(alpha, beta);
+    let changes = Changes { base: &base, push: &push, spread: &spread, now: &now };
+    // What there was before the contacts took their share of it.
     let held = kinetic(&now) - present + scene.purse;
+    let start = kinetic(&base) - surplus;
+    // Others that pushed the body meanwhile, and that are not undone, make the base faster than it
+    // ever was.
+    let squeezed = held < start * (1.0 - SQUEEZED);
+    let excess = if squeezed { start - held } else { 0.0 };
+    let strikers = !scene.strikers.is_empty();
+    let find = |late: bool| {
+        // What the grains have more than the body had is paid like the crack.
+        let surplus = if late { present } else { surplus };
+        let cost = (scene.fracture_energy + surplus).max(0.0);
+        let purse = if late { scene.purse } else { -excess };
+        let energy = |alpha: f64, beta: f64| kinetic(&changes.state(late, alpha, beta));
+        let (alpha, beta) = affordable(&energy, purse, cost, strikers)?;
+        let energy_before = if late { held } else { start - excess };
+        Ok((late, alpha, beta, energy_before))
+    };
+    // Where such a base can pay for nothing, the motion now can.
+    let found = match find(scene.late) {
+        Err(TooDear { .. }) if !scene.late && squeezed => find(true),
+        found => found,
+    };
+    let (late, alpha, beta, energy_before) = found?;
+    let state = changes.state(late, alpha, beta);
     let left = held - scene.fracture_energy - kinetic(&state);
     let net = |held: &Exchange, pushed: &Exchange| {
         let mut net = held.scaled(if late { 1.0 - alpha } else { 0.0 });
         net.add(&pushed.scaled(alpha));
         net
     };
-    let held = scene.strikers.iter().zip(&push.nets);
+    let each = scene.strikers.iter().zip(&push.nets);
     Ok(Settled {
-        nets: held.map(|(s, p)| (net(&s.mine, &p.0), net(&s.theirs, &p.1))).collect(),
+        nets: each.map(|(s, p)| (net(&s.mine, &p.0), net(&s.theirs, &p.1))).collect(),
         fragments: state.fragments,
         parts: state.parts,
         sink: state.sink,
         alpha,
         beta,
-        energy_before: energy(0.0, 0.0) - surplus + purse,
+        energy_before,
         purse: left.max(0.0),
     })
+}
+
+/// What the motions may become.
+struct Changes<'a> {
+    base: &'a State,
+    push: &'a Push,
+    spread: &'a [Change],
+    now: &'a State,
+}
+
+impl Changes<'_> {
+    /// At these α and β, from the base or, late, from the motion now.
+    fn state(&self, late: bool, alpha: f64, beta: f64) -> State {
+        if late {
+            let full = compose(self.base, self.push, self.spread, 1.0, 0.0);
+            return between(self.now, &full, self.spread, alpha, beta);
+        }
+        compose(self.base, self.push, self.spread, alpha, beta)
+    }
 }
 
 /// The largest β at α = 1, else the largest α at β = 0, with K(α, β) + G_f A ≤ K(0, 0) + purse
@@ -190,6 +226,10 @@ fn affordable(
     let root = c1 * c1 + 4.0 * c2 * room;
     if root < 0.0 {
         return Err(refuse(purse + c1 * c1 / (4.0 * c2)));
+    }
+    if room < 0.0 && -c1 - root.sqrt() > 2.0 * c2 {
+        // More than the whole push would have to be handed over.
+        return Err(refuse(purse - c1 - c2));
     }
     let alpha = ((-c1 + root.sqrt()) / (2.0 * c2)).clamp(0.0, 1.0);
     Ok((alpha, if together { alpha } else { 0.0 }))

@@ -7,7 +7,7 @@
 //! under the support is fixed, the support is taken to keep all of it.
 
 use crate::body::{Body, BodyId, Motion};
-use crate::exchange::Exchange;
+use crate::exchange::{Exchange, Received};
 use crate::impact::Hit;
 use crate::rigid::Contact;
 use crate::world::World;
@@ -38,6 +38,8 @@ pub struct Support {
     pub exchanged: Exchange,
     /// What it put into `other` on behalf of the body; likewise.
     pub exchanged_other: Exchange,
+    /// Kinetic energy that this took out of both \[J\]; likewise.
+    pub dissipated: f64,
 }
 
 /// A support, and the impulse that the solver says it gave along its normal \[N·s\].
@@ -64,7 +66,7 @@ const MOST_DISCS: usize = 16;
 const LEAST_RADIUS: f64 = 0.02;
 
 /// A step, and what the lower and the higher id of a pair received in it.
-type Carried = (u64, [Exchange; 2]);
+type Carried = (u64, [Received; 2]);
 
 /// Pairs that rest, and what each of their last steps did.
 #[derive(Default)]
@@ -73,7 +75,7 @@ pub(crate) struct Resting {
 }
 
 impl Resting {
-    pub(crate) fn add(&mut self, contact: &Contact, step: u64, received: [Exchange; 2]) {
+    pub(crate) fn add(&mut self, contact: &Contact, step: u64, received: [Received; 2]) {
         self.pairs.entry((contact.a, contact.b)).or_default().push((step, received));
     }
 
@@ -86,14 +88,14 @@ impl Resting {
     }
 
     /// Did the pair touch after `step`, and what did its body get beyond what it got at `step`?
-    fn since(&self, body: u32, other: u32, step: u64) -> Option<Exchange> {
+    fn since(&self, body: u32, other: u32, step: u64) -> Option<Received> {
         let side = usize::from(body > other);
         let steps = self.pairs.get(&(body.min(other), body.max(other)))?;
         let steady = steps.iter().rev().find(|(at, _)| *at <= step);
-        let back = steady.map_or_else(Exchange::zero, |(_, got)| got[side].scaled(-1.0));
+        let back = steady.map_or_else(Received::zero, |(_, got)| got[side].scaled(-1.0));
         let mut later = steps.iter().filter(|(at, _)| *at > step).peekable();
         later.peek()?;
-        Some(later.fold(Exchange::zero(), |mut sum, (_, got)| {
+        Some(later.fold(Received::zero(), |mut sum, (_, got)| {
             sum.add(&got[side]);
             sum.add(&back);
             sum
@@ -133,7 +135,7 @@ impl World {
             else {
                 continue;
             };
-            let (Some(exchanged), Some(exchanged_other)) = (
+            let (Some(received), Some(received_other)) = (
                 self.resting.since(body.0, patch.other, step),
                 self.resting.since(patch.other, body.0, step),
             ) else {
@@ -145,7 +147,7 @@ impl World {
             let kept = self.kept(patch.other, body.0, &patch.normal, step);
             for (point, radius) in discs(&patch, LEAST_RADIUS * own.reach) {
                 let known = supports.iter().any(|support| support.other == other);
-                let first = |exchange| if known { Exchange::zero() } else { exchange };
+                let share = if known { 0.0 } else { 1.0 };
                 supports.push(Support {
                     other,
                     point: (back * nalgebra::Point3::from(point)).coords,
@@ -154,8 +156,9 @@ impl World {
                     mobility: kept * mobility(under, its, &point, &patch.normal),
                     kept,
                     lever: if under.fixed { Vec3::zeros() } else { point - its.centre() },
-                    exchanged: first(exchanged),
-                    exchanged_other: first(exchanged_other),
+                    exchanged: received.exchange.scaled(share),
+                    exchanged_other: received_other.exchange.scaled(share),
+                    dissipated: (received.taken + received_other.taken) * share,
                 });
             }
         }
@@ -173,8 +176,8 @@ impl World {
             return 0.0;
         }
         let got = |from: u32| {
-            let exchange = self.resting.since(support, from, step);
-            exchange.map_or(0.0, |exchange| -exchange.linear.dot(normal))
+            let received = self.resting.since(support, from, step);
+            received.map_or(0.0, |received| -received.exchange.linear.dot(normal))
         };
         let (own, whole) = (got(body), self.resting.partners(support).map(got).sum::<f64>());
         if own <= 0.0 || !self.is_grounded(support, body) {

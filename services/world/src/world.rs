@@ -324,7 +324,7 @@ impl World {
                 let pause = self.settings.episode;
                 let least = self.settings.resting_speed;
                 if speed <= self.settling.least(pair, [a.fixed, b.fixed], least) {
-                    self.resting.add(contact, self.steps, received.map(|side| side.exchange));
+                    self.resting.add(contact, self.steps, *received);
                     continue;
                 }
                 if young || !self.episodes.ready(pair, start, pause, speed) {

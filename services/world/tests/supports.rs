@@ -233,3 +233,51 @@ fn a_slab_that_was_not_pushed_does_not_move() {
         }
     }
 }
+
+/// A small cube that touches a wall, and a ram of steel that is sixty times as heavy and hits it
+/// against that; what struck it.
+fn squeezed(case: u64) -> (World, BodyId, Vec<Hit>) {
+    let mut world = World::new(weightless()).unwrap();
+    let wall = body("wall", cuboid(Vec3::new(0.4, 2.0, 2.0)), STEEL, Vec3::new(0.3001, 0.0, 0.0));
+    put(&mut world, BodySpec { fixed: true, breakable: false, ..wall });
+    let cube = put(&mut world, body("cube", cuboid(CUBE), GLASS, Vec3::zeros()));
+    let aside = Vec3::new(-0.45, 0.05 * any(case, 1), 0.05 * any(case, 2));
+    let ram = body("ram", cuboid(Vec3::new(0.6, 0.5, 0.5)), STEEL, aside);
+    let velocity = Vec3::x() * (6.0 + any(case, 3));
+    put(&mut world, BodySpec { velocity, breakable: false, ..ram });
+    let hits = until_hit(&mut world, 60);
+    let hits = hits.into_iter().filter(|hit| hit.body == cube).collect();
+    (world, cube, hits)
+}
+
+/// What presses a body against others gives it no more than it had to give, whatever the solver
+/// knows of those.
+#[test]
+fn a_squeezed_body_makes_no_energy() {
+    let (mut broken, mut worst, mut wrong) = (0, 0.0f64, 0.0f64);
+    for case in 0..30 {
+        let (mut world, cube, hits) = squeezed(case);
+        let ram = world.bodies().find(|view| view.name == "ram").unwrap().mass;
+        let start = 0.5 * ram * (6.0 + any(case, 3)).powi(2);
+        let hit = hits.iter().find(|hit| !hit.fixed_other).unwrap().impact;
+        let known = if case % 2 == 0 { world.supports(cube, &hits) } else { Vec::new() };
+        let mut pieces = cells(CUBE, 3, 0.3);
+        let mass = world.body(cube).unwrap().mass;
+        let given = hit.impulse * unit(9, case, 4);
+        shove(&mut pieces, case, &hit.normal, given, mass, 40.0 * unit(9, case, 5));
+        let reactions = reactions(known, 0.5 * given);
+        let breakage = Breakage { pieces, reactions, fracture_energy: 1.0, ..Breakage::default() };
+        let r = match world.break_up(cube, &hits, breakage) {
+            Ok(report) => report,
+            Err(ReplaceError::Unaffordable { .. }) => continue,
+            Err(error) => panic!("case {case}: {error}"),
+        };
+        broken += 1;
+        assert!(r.momentum_rel_error < 1e-9 && r.angular_momentum_rel_error < 1e-9, "{case} {r:?}");
+        worst = worst.max((world.totals().kinetic_energy + 1.0) / start);
+        wrong = wrong.max(r.energy_before / start).max(1.0 + r.energy_gain_rel);
+    }
+    assert!(broken > 20, "{broken} of 30 broke");
+    assert!(worst <= 1.0 + 1e-9, "{worst} of the energy that the ram had");
+    assert!(wrong <= 1.0 + 1e-9, "the ledger takes {wrong} of it for what there was");
+}
