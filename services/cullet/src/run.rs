@@ -136,3 +136,18 @@ fn report(outcome: &Outcome, out: &Path, json: bool, quiet: bool) -> Result<(), 
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cullet_geometry::Vec3;
+    use cullet_world::WorldError;
+
+    #[test]
+    fn a_body_that_does_not_follow_its_velocity_ends_a_run_with_code_2() {
+        let velocity = Vec3::new(0.0, 0.0, -9.0);
+        let (name, step, moved, due) = ("left.0.0".to_owned(), 12, 0.018, 0.18);
+        let frozen = WorldError::Frozen { name, step, velocity, moved, due };
+        assert_eq!(trouble(&RunError::World(frozen)).exit.code(), 2);
+    }
+}

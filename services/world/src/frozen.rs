@@ -21,8 +21,6 @@ struct Halt {
     moved: Vec3,
     /// What it should have moved \[m\].
     due: Vec3,
-    /// Whether it has been reported.
-    reported: bool,
 }
 
 /// The bodies that do not follow their velocities just now.
@@ -38,8 +36,8 @@ pub(crate) fn least_speed(before: &Motion, after: &Motion) -> f64 {
 }
 
 impl Frozen {
-    /// Looks at one body over a step of that many \[s\]. If it is found frozen, once: what it moved
-    /// over the last [`STEPS`] steps or more, and what it should have \[m\].
+    /// Looks at one body over a step of that many \[s\]. If it is frozen: what it moved over the last
+    /// [`STEPS`] steps or more, and what it should have \[m\].
     ///
     /// Over the steps the velocities must agree in sum, too: a body that is shaken does not count.
     pub(crate) fn look(
@@ -63,9 +61,7 @@ impl Frozen {
         halt.due += mean * step;
         let (moved, due) = (halt.moved.norm(), halt.due.norm());
         let fast = due > FAST * step * f64::from(halt.steps);
-        let found = halt.steps >= STEPS && fast && moved < SHARE * due && !halt.reported;
-        halt.reported |= found;
-        found.then_some((moved, due))
+        (halt.steps >= STEPS && fast && moved < SHARE * due).then_some((moved, due))
     }
 
     /// Forgets all but these.
@@ -75,14 +71,8 @@ impl Frozen {
 }
 
 impl World {
-    /// The bodies that were found not to go where their velocities take them (F42) since this was
-    /// last asked, each as [`WorldError::Frozen`].
-    pub fn take_frozen(&mut self) -> Vec<WorldError> {
-        std::mem::take(&mut self.frozen_bodies)
-    }
-
     /// Whether bodies go where their velocities take them (F42).
-    pub(crate) fn check_places(&mut self) {
+    pub(crate) fn check_places(&mut self) -> Result<(), WorldError> {
         let (bodies, step) = (&self.bodies, self.settings.step);
         self.frozen.keep(|id| bodies.contains_key(&id));
         for (&id, body) in bodies.iter().filter(|(_, body)| !body.fixed) {
@@ -90,7 +80,7 @@ impl World {
                 continue;
             };
             if let Some((moved, due)) = self.frozen.look(id, before, &after, step) {
-                self.frozen_bodies.push(WorldError::Frozen {
+                return Err(WorldError::Frozen {
                     name: body.name.clone(),
                     step: self.steps,
                     velocity: after.velocity,
@@ -99,6 +89,7 @@ impl World {
                 });
             }
         }
+        Ok(())
     }
 }
 

@@ -269,7 +269,6 @@ impl Run<'_> {
                 return Ok(true);
             }
             let hits = self.world.step()?;
-            self.report_frozen()?;
             self.judge(hits)?;
             if !self.settle_until(self.world.step_count())? {
                 return Ok(true);
@@ -280,15 +279,6 @@ impl Run<'_> {
         }
         // What the end of the run overtook settles too, and breaks nothing.
         Ok(!self.settle_until(u64::MAX)?)
-    }
-
-    /// Records and reports the bodies whose places do not follow their velocities (F42).
-    fn report_frozen(&mut self) -> Result<(), RunError> {
-        for found in self.world.take_frozen() {
-            self.recorder.log(Level::Warning, found.to_string())?;
-            self.say(found.to_string());
-        }
-        Ok(())
     }
 
     /// Records the hits of a step, asks the gate about them, and opens a job for each body that may
