@@ -32,7 +32,7 @@ fn hold(names: &[&str]) {
 #[test]
 fn elasticity_is_true() {
     hold(&["e1-patch", "e2-turn", "e2-quarter", "e2-stretched", "e7-cantilever"]);
-    hold(&["e8-vibration", "e8-overtones", "e11-conservation"]);
+    hold(&["e8-vibration", "e8-overtones", "e11-conservation", "e12-hole"]);
 }
 
 #[test]
@@ -146,6 +146,20 @@ fn an_edge_crack_runs_when_it_must_however_the_grid_lies() {
     }
     let [straight, turned] = [0, 1].map(|k| value(&told[k], "critical stress"));
     assert!((turned / straight - 1.0).abs() < 0.1, "{straight} {turned}");
+}
+
+/// K1 in another plate and K8 on coarse grids: a crack begins where half a cell ahead bears the
+/// strength, at σ_f √(πh)/K_Ic of the toughness, and the notch ends early by a tenth of the stress.
+#[test]
+fn on_a_coarse_grid_a_notch_runs_when_a_cell_ahead_bears_the_strength() {
+    for (name, spacing, metric) in [
+        ("k1-deep-crack", "spacing=6mm", "critical stress"),
+        ("k8-bend", "spacing=5mm", "greatest push/depth"),
+    ] {
+        let told = metrics(name, &["--set", spacing, "--set", "frames=1"]);
+        let over = value(&told[0], metric) / told[0][metric]["reference"].as_f64().expect("one");
+        assert!((1.0..1.5).contains(&over), "{name}: {over}");
+    }
 }
 
 /// K3 on a coarser grid: a gap, whose size is held.
