@@ -52,6 +52,15 @@ fn every_run_is_a_row_and_a_mark() {
     let costs = column(&csv, "masses", "cpu_s");
     assert!(costs.iter().map(number).all(|cost| cost > 0.0), "{csv}");
 
+    // Both shares of each run, which was done once.
+    let shares: Vec<f64> = column(&csv, "sampled", "value").iter().map(number).collect();
+    assert!(shares.len() == 4 && shares.iter().all(|s| (0.0..=1.0).contains(s)), "{csv}");
+    let walls = column(&csv, "sampled", "wall_s");
+    assert_eq!(walls[..2], walls[2..], "{csv}");
+    let metrics = column(&csv, "sampled", "metric");
+    assert_eq!((&*metrics[1], &*metrics[2]), ("share of pieces sampled", "share of mass sampled"));
+    assert!(std::fs::read(out.join("here/sampled.png")).is_ok_and(|data| data.len() > 10_000));
+
     let svg = read(&out.join("here/wave.svg"));
     // Two crosses in the plot, one in the key, two strokes each.
     assert_eq!(svg.matches("stroke-width=\"3\"").count(), 6, "{svg}");
@@ -98,7 +107,7 @@ fn bad_input_is_told() {
     assert_eq!(none.code, 74, "{}", none.stderr);
     let unknown = frontier(&out, &["--only", "vawe"]);
     assert_eq!(unknown.code, 64);
-    assert!(unknown.stderr.contains("known: wave, masses"), "{}", unknown.stderr);
+    assert!(unknown.stderr.contains("known: wave, masses, sampled"), "{}", unknown.stderr);
     let named = frontier(&out, &["--machine", "a/b"]);
     assert_eq!(named.code, 64, "{}", named.stderr);
     assert!(!out.exists(), "nothing was made");
@@ -119,16 +128,18 @@ fn the_solvers_time_is_counted() {
     std::fs::remove_dir_all(&out).ok();
 }
 
-/// The standing set of the tree is read, whatever it costs to run.
+/// The standing sets of the tree are read, whatever they cost to run.
 #[test]
-fn the_standing_set_is_read() {
+fn the_standing_sets_are_read() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let set = root.join("tests/frontier/standing.toml");
-    let out = unique("frontier-standing");
-    let said = Cullet::new(&["frontier", "--redraw", "--out"]).path(&out).path(&set).output();
-    // Nothing is wrong with it; what it would draw is not there.
-    assert_eq!(said.code, 74, "{}", said.stderr);
-    assert!(said.stderr.contains(".csv"), "{}", said.stderr);
+    for name in ["standing", "sampled"] {
+        let set = root.join(format!("tests/frontier/{name}.toml"));
+        let out = unique("frontier-standing");
+        let said = Cullet::new(&["frontier", "--redraw", "--out"]).path(&out).path(&set).output();
+        // Nothing is wrong with it; what it would draw is not there.
+        assert_eq!(said.code, 74, "{}", said.stderr);
+        assert!(said.stderr.contains(".csv"), "{}", said.stderr);
+    }
 }
 
 /// The document's example is a set that runs.

@@ -31,8 +31,8 @@ pub struct ChartForm {
     /// A scene file or its folder, relative to this file. What is charted is how far the masses of
     /// its fragments are from those of the run `finest`.
     pub scene: Option<String>,
-    /// Which metric of the specimen; of a scene "mass distance", as it is without one, or "KS of
-    /// Mott's law".
+    /// Which metric of the specimen; of a scene "mass distance", as it is without one, "KS of
+    /// Mott's law", "share of pieces sampled" or "share of mass sampled".
     pub metric: Option<String>,
     /// What it must come to; else the value that the specimen expects.
     pub reference: Option<f64>,
@@ -52,7 +52,8 @@ pub struct ChartForm {
     #[serde(default)]
     #[schemars(length(max = 64))]
     pub set: Vec<String>,
-    /// What changes along a curve, the coarsest first, as `--sweep` takes it: `spacing=4mm,2mm`.
+    /// What changes along a curve, the coarsest first, as `--sweep` takes it: `spacing=4mm,2mm`. Of
+    /// a scene `points=1,2,4` is so many times its `fracture.max_particles`.
     pub along: String,
     /// The value along the first option's curve that is the default; else where that is the
     /// specimen as its file has it.
@@ -79,6 +80,8 @@ pub struct OptionForm {
     pub set: Vec<String>,
     /// What changes along this curve, in place of the chart's.
     pub along: Option<String>,
+    /// In a chart of one of the shares sampled, which of the two this curve shows; else the chart's.
+    pub metric: Option<String>,
 }
 
 const fn one() -> u32 {

@@ -4,10 +4,10 @@ use super::super::crew::in_order;
 use super::super::process::{self, End, Order};
 use super::super::{Limits, Measured, Point, run_all, status};
 use super::row::Row;
-use super::set::{Chart, FINEST, MOTT, Planned, Work};
+use super::set::{Chart, FINEST, MASS, MOTT, PIECES, Planned, Work};
 use super::stats::mass_distance;
 use crate::link::LinkError;
-use crate::record::{RESOLVED_CELLS, Recording, fit};
+use crate::record::{RESOLVED_CELLS, Recording, Shares, Summary, fit};
 use crate::scene::format::Precision;
 use crate::scene::load;
 use cullet_proto::recording::EventKind;
@@ -54,7 +54,7 @@ fn blank(chart: &Chart, run: &Planned) -> Row {
         seed: run.seed,
         standard: run.standard,
         bench: chart.bench.clone(),
-        metric: chart.metric.clone(),
+        metric: run.metric.clone(),
         reference: chart.reference,
         ..Row::default()
     }
@@ -125,6 +125,20 @@ struct Broken {
     row: Row,
     /// What broke no further.
     parts: Vec<Part>,
+    /// What of it was sampled, not solved.
+    shares: Option<Shares>,
+}
+
+impl Broken {
+    /// The share of what was sampled that a run of a chart asks for.
+    fn share(&self, run: &Planned) -> Option<f64> {
+        let shares = self.shares.as_ref();
+        match run.metric.as_str() {
+            PIECES => Some(shares.map_or(f64::NAN, |shares| shares.sampled)),
+            MASS => Some(shares.map_or(f64::NAN, |shares| shares.sampled_mass)),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Clone)]
@@ -192,10 +206,13 @@ fn scenes(
             option: own.option,
             along: own.along,
             standard: own.standard,
+            metric: own.metric,
             ..broken.row.clone()
         };
         let value = if row.status != "ok" {
             f64::NAN
+        } else if let Some(share) = broken.share(run) {
+            share
         } else if run.option == FINEST {
             let at = finest.iter().position(|(seed, _)| *seed == run.seed);
             halves(&masses, at.unwrap_or_default())
@@ -272,7 +289,7 @@ fn scene(chart: &Chart, run: &Planned, limits: &Limits) -> Broken {
     row.threads = 1;
     let (Work::Scene(path, overrides), Ok(folder)) = (&run.work, tempfile::tempdir()) else {
         row.status = "crashed".to_owned();
-        return Broken { row, parts: Vec::new() };
+        return Broken { row, parts: Vec::new(), shares: None };
     };
     row.precision = precision(path, overrides).to_owned();
     let out = folder.path().join("run");
@@ -286,7 +303,7 @@ fn scene(chart: &Chart, run: &Planned, limits: &Limits) -> Broken {
     }
     .to_owned();
     (row.wall, row.cpu) = (ran.price.wall, ran.price.cpu);
-    let mut parts = Vec::new();
+    let (mut parts, mut shares) = (Vec::new(), None);
     let recording = out.join("run.mcap");
     if row.status == "ok" {
         match Recording::open(&recording) {
@@ -297,11 +314,18 @@ fn scene(chart: &Chart, run: &Planned, limits: &Limits) -> Broken {
                 row.steps = opened.reports.iter().map(|r| r.steps).sum();
                 row.particle_steps = opened.reports.iter().map(|r| r.steps * r.particles).sum();
                 parts = parts_of(&opened);
+                shares = shares_of(&out.join("summary.json"));
             }
             Err(_) => row.status = "crashed".to_owned(),
         }
     }
-    Broken { row, parts }
+    Broken { row, parts, shares }
+}
+
+/// What a run says of itself that was sampled.
+fn shares_of(summary: &Path) -> Option<Shares> {
+    let text = std::fs::read_to_string(summary).ok()?;
+    serde_json::from_str::<Summary>(&text).ok()?.shares
 }
 
 /// What broke no further, whole bodies with it.

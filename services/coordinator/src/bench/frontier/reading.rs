@@ -86,10 +86,12 @@ pub fn read(chart: &Chart, rows: &[Row]) -> Reading {
     }
     let spots: Vec<Spot> =
         groups.iter().map(|(curve, _, rows)| spot(chart, *curve, rows)).collect();
-    // What a curve is held against is no way to solve anything.
-    let judged: Vec<usize> = (0..spots.len())
-        .filter(|&k| spots[k].error.is_some() && curves[spots[k].curve] != FINEST)
-        .collect();
+    // What a curve is held against is no way to solve anything, and what shows another number
+    // undercuts nothing.
+    let other = |name: &str| own().any(|row| row.option == name && row.metric != chart.metric);
+    let rivals: Vec<bool> = curves.iter().map(|name| name != FINEST && !other(name)).collect();
+    let judged: Vec<usize> =
+        (0..spots.len()).filter(|&k| spots[k].error.is_some() && rivals[spots[k].curve]).collect();
     let plane: Vec<(f64, f64)> =
         judged.iter().filter_map(|&k| Some((spots[k].cost, spots[k].error?.0))).collect();
     let of = |curve: usize| spots.iter().filter(move |spot| spot.curve == curve);

@@ -25,6 +25,15 @@ pub const MASSES: &str = "mass distance";
 /// Or how far the resolved ones are from Mott's law (G2).
 pub(super) const MOTT: &str = "KS of Mott's law";
 
+/// Or how many of the pieces at the end were sampled, not solved.
+pub(super) const PIECES: &str = "share of pieces sampled";
+
+/// Or how much of their mass.
+pub(super) const MASS: &str = "share of mass sampled";
+
+/// What changes along a curve of a scene: its points, times this.
+const POINTS: &str = "points";
+
 /// What a run solves.
 #[derive(Clone, Debug)]
 pub enum Work {
@@ -45,6 +54,8 @@ pub struct Planned {
     pub seed: u64,
     /// Whether this is the default setting.
     pub standard: bool,
+    /// What is measured.
+    pub metric: String,
     /// What to solve.
     pub work: Work,
     /// Equal for equal work.
@@ -134,6 +145,7 @@ struct Curve<'a> {
     at: String,
     name: &'a str,
     set: &'a [String],
+    metric: Option<&'a str>,
     key: String,
     values: Vec<String>,
     first: bool,
@@ -175,7 +187,8 @@ impl Desk<'_> {
             }
         };
         for curve in self.curves(form, at) {
-            self.runs(form, &curve, &file, &mut chart.runs);
+            let metric = self.metric(&curve, &chart.metric);
+            self.runs(form, (&curve, &metric), &file, &mut chart.runs);
         }
         if form.scene.is_some() && chart.metric == MASSES {
             let set = [&form.set[..], &form.finest[..]].concat();
@@ -184,7 +197,7 @@ impl Desk<'_> {
                 let mut overrides = set.clone();
                 overrides.push(format!("world.seed={seed}"));
                 let work = Work::Scene(file.clone(), overrides);
-                chart.runs.push(planned(FINEST, FINEST, (seed, standard), work));
+                chart.runs.push(planned((FINEST, FINEST), MASSES, (seed, standard), work));
             }
         }
         let marked = chart.runs.iter().any(|run| run.standard);
@@ -242,12 +255,15 @@ impl Desk<'_> {
 
     fn scene(&mut self, form: &ChartForm, at: &str, file: &Path) -> Option<(Chart, PathBuf)> {
         let metric = form.metric.as_deref().unwrap_or(MASSES);
-        if ![MASSES, MOTT].contains(&metric) {
-            let message = format!("of a scene it is \"{MASSES}\" or \"{MOTT}\", not \"{metric}\"");
+        let known = [MASSES, MOTT, PIECES, MASS];
+        if !known.contains(&metric) {
+            let known = known.map(|name| format!("\"{name}\"")).join(", ");
+            let message = format!("of a scene it is one of {known}, not \"{metric}\"");
             self.wrong(&format!("{at}.metric"), message);
         }
-        if metric == MOTT && !form.finest.is_empty() {
-            self.wrong(&format!("{at}.{FINEST}"), "Mott's law needs no run to be held against");
+        if metric != MASSES && !form.finest.is_empty() {
+            let message = format!("only \"{MASSES}\" needs a run to be held against");
+            self.wrong(&format!("{at}.{FINEST}"), message);
         }
         for (key, given) in
             [("reference", form.reference.is_some()), ("scale", form.scale.is_some())]
@@ -270,6 +286,7 @@ impl Desk<'_> {
         }
         let own = match form.finest.is_empty() {
             _ if metric == MOTT => "fitted to pieces of at least 64 cells".to_owned(),
+            _ if metric != MASSES => "of what is there at the end".to_owned(),
             true => "its own run as it is".to_owned(),
             false => format!("its own run with {}", form.finest.join(" ")),
         };
@@ -280,26 +297,32 @@ impl Desk<'_> {
     }
 
     fn curves<'f>(&mut self, form: &'f ChartForm, at: &str) -> Vec<Curve<'f>> {
-        let options: Vec<(String, &'f str, &'f [String], &'f str)> = if form.option.is_empty() {
-            vec![(at.to_owned(), "default", &[], form.along.as_str())]
+        let own = |at: String, name: &'f str, option: Option<&'f OptionForm>| {
+            let along = option.and_then(|option| option.along.as_ref()).unwrap_or(&form.along);
+            let set = option.map_or(&[][..], |option| &option.set[..]);
+            let metric = option.and_then(|option| option.metric.as_deref());
+            let (key, values) = (String::new(), Vec::new());
+            (Curve { at, name, set, metric, key, values, first: false }, along)
+        };
+        let options: Vec<(Curve<'f>, &'f String)> = if form.option.is_empty() {
+            vec![own(at.to_owned(), "default", None)]
         } else {
             let with = |(k, option): (usize, &'f OptionForm)| {
-                let along = option.along.as_ref().unwrap_or(&form.along);
-                let place = format!("{at}.option[{k}]");
-                (place, option.name.as_str(), &option.set[..], along.as_str())
+                own(format!("{at}.option[{k}]"), &option.name, Some(option))
             };
             form.option.iter().enumerate().map(with).collect()
         };
         let mut known = BTreeSet::new();
         let mut curves = Vec::new();
-        for (k, (at, name, set, along)) in options.into_iter().enumerate() {
+        for (k, (curve, along)) in options.into_iter().enumerate() {
+            let (at, name) = (&curve.at, curve.name);
             if name.is_empty() || name == FINEST || !known.insert(name) {
-                self.wrong(&at, format!("the option's name \"{name}\" is empty or taken"));
+                self.wrong(at, format!("the option's name \"{name}\" is empty or taken"));
             }
             match along.parse::<Sweep>() {
                 Ok(Sweep { key, mut values }) => {
                     values.truncate(if self.quick { QUICK.0 } else { usize::MAX });
-                    curves.push(Curve { at, name, set, key, values, first: k == 0 });
+                    curves.push(Curve { key, values, first: k == 0, ..curve });
                 }
                 Err(why) => self.wrong(&format!("{at}.along"), why),
             }
@@ -307,8 +330,25 @@ impl Desk<'_> {
         curves
     }
 
+    /// What a curve shows: the chart's metric, or the other share of what was sampled.
+    fn metric(&mut self, curve: &Curve<'_>, charts: &str) -> String {
+        let Some(own) = curve.metric else { return charts.to_owned() };
+        if [own, charts].iter().any(|name| ![PIECES, MASS].contains(name)) {
+            let message =
+                format!("a curve's own is \"{PIECES}\" or \"{MASS}\", of a chart of either");
+            self.wrong(&format!("{}.metric", curve.at), message);
+        }
+        own.to_owned()
+    }
+
     /// The runs of a curve.
-    fn runs(&mut self, form: &ChartForm, curve: &Curve<'_>, file: &Path, into: &mut Vec<Planned>) {
+    fn runs(
+        &mut self,
+        form: &ChartForm,
+        (curve, metric): (&Curve<'_>, &str),
+        file: &Path,
+        into: &mut Vec<Planned>,
+    ) {
         let plain = form.specimen.as_ref().and_then(|_| specimen::load(file, &form.set).ok());
         let seed_key = match &plain {
             Some(specimen) if specimen.job().is_some() => "seed",
@@ -322,7 +362,14 @@ impl Desk<'_> {
         for value in &curve.values {
             let along = format!("{}={value}", curve.key);
             let mut overrides = [&form.set[..], curve.set].concat();
-            overrides.push(along.clone());
+            let change = match form.scene.is_some() && curve.key == POINTS {
+                true => multiplied(file, &overrides, value),
+                false => Ok(along.clone()),
+            };
+            match change {
+                Ok(change) => overrides.push(change),
+                Err(why) => return self.wrong(&curve.at, format!("{}: {why}", curve.name)),
+            }
             let named = form.default.as_ref().map(|default| default.trim() == value);
             let mut standard = false;
             for seed in 1..=self.seeds(form) {
@@ -339,7 +386,7 @@ impl Desk<'_> {
                     };
                     standard = curve.first && named.unwrap_or(same);
                 }
-                into.push(planned(curve.name, &along, (seed, standard), work));
+                into.push(planned((curve.name, &along), metric, (seed, standard), work));
             }
         }
     }
@@ -376,10 +423,30 @@ fn empty(form: &ChartForm) -> Chart {
     }
 }
 
-fn planned(option: &str, along: &str, (seed, standard): (u64, bool), work: Work) -> Planned {
+/// The override that gives a scene `factor` times its points.
+fn multiplied(file: &Path, overrides: &[String], factor: &str) -> Result<String, String> {
+    let times: f64 = factor.trim().parse().unwrap_or(f64::NAN);
+    if !(times > 0.0 && times <= 1e3) {
+        return Err(format!("`{POINTS}` must be above 0 and at most 1000; it is \"{factor}\""));
+    }
+    let scene = scene::load(file, overrides).map_err(|errors| errors.to_string())?;
+    if let Some(body) = scene.bodies.iter().find(|body| body.particles.is_some()) {
+        return Err(format!("\"{}\" has points of its own: give values of these", body.name));
+    }
+    let points = (f64::from(scene.fracture.max_particles) * times).round();
+    Ok(format!("fracture.max_particles={points}"))
+}
+
+fn planned(
+    (option, along): (&str, &str),
+    metric: &str,
+    (seed, standard): (u64, bool),
+    work: Work,
+) -> Planned {
     let id = match &work {
         Work::Specimen(specimen) => specimen.id(),
         Work::Scene(_, overrides) => overrides.join(" "),
     };
-    Planned { option: option.to_owned(), along: along.to_owned(), seed, standard, work, id }
+    let [option, along, metric] = [option, along, metric].map(str::to_owned);
+    Planned { option, along, seed, standard, metric, work, id }
 }

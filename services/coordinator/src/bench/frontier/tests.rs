@@ -281,6 +281,88 @@ fn a_chart_shows_every_point() {
     assert!(chart::svg(chart, &none, "").is_ok() && chart::picture(chart, &none, "").is_ok());
 }
 
+const SCENE: &str = r#"
+[fracture]
+max_particles = 3000
+[[body]]
+name = "ball"
+shape = { kind = "sphere", radius = "5 cm" }
+position = [0, 0, 1]
+material = "soda-lime-glass"
+"#;
+
+const SHARES: &str = r#"
+[[chart]]
+name = "ball"
+scene = "ball.toml"
+metric = "share of pieces sampled"
+along = "points=0.5,1,2"
+default = "1"
+[[chart.option]]
+name = "of the pieces"
+[[chart.option]]
+name = "of their mass"
+metric = "share of mass sampled"
+"#;
+
+fn shares(text: &str) -> Result<Set, String> {
+    let folder = folder(text);
+    std::fs::write(folder.path().join("ball.toml"), SCENE).expect("a file");
+    load(&folder.path().join("set.toml"), &[], false).map_err(|errors| errors.to_string())
+}
+
+/// A scene's points are multiplied, whatever it has; both shares are read off the same runs.
+#[test]
+fn what_is_sampled_is_charted_over_multiples_of_a_scenes_points() {
+    let runs = shares(SHARES).expect("a set").charts.remove(0).runs;
+    let told: Vec<(&str, &str, bool)> =
+        runs.iter().map(|run| (&*run.metric, &*run.along, run.standard)).collect();
+    let (pieces, mass) = ("share of pieces sampled", "share of mass sampled");
+    let expected = [
+        (pieces, "points=0.5", false),
+        (pieces, "points=1", true),
+        (pieces, "points=2", false),
+        (mass, "points=0.5", false),
+        (mass, "points=1", false),
+        (mass, "points=2", false),
+    ];
+    assert_eq!(told, expected);
+    let points = ["1500", "3000", "6000", "1500", "3000", "6000"];
+    for (run, points) in runs.iter().zip(points) {
+        assert_eq!(run.id, format!("fracture.max_particles={points} world.seed=1"));
+    }
+    let cases = [
+        (SHARES.replace("0.5,1", "0,1"), "above 0 and at most 1000; it is \"0\""),
+        (SHARES.replace("0.5,1", "few,1"), "it is \"few\""),
+        (SHARES.replace("share of mass sampled", "mass distance"), "of a chart of either"),
+        (SHARES.replace("share of pieces sampled", "mass distance"), "of a chart of either"),
+        (SHARES.replace("share of pieces sampled", "shares"), "it is one of \"mass distance\""),
+        (SHARES.replace("along", "finest = [\"world.seed=2\"]\nalong"), "held against"),
+    ];
+    for (text, what) in cases {
+        let said = shares(&text).expect_err("it is wrong");
+        assert!(said.contains(what) && said.contains("set.toml:"), "{what}:\n{said}");
+    }
+}
+
+/// A curve that shows another number than its chart undercuts nothing.
+#[test]
+fn the_share_of_mass_is_no_rival_of_that_of_pieces() {
+    let chart = shares(SHARES).expect("a set").charts.remove(0);
+    let row = |option: &str, metric: &str, cpu: f64, share: f64| Row {
+        chart: "ball".to_owned(),
+        metric: metric.to_owned(),
+        reference: 0.0,
+        ..row(option, 0.01, 1, cpu, Some(share))
+    };
+    let (pieces, mass) = ("share of pieces sampled", "share of mass sampled");
+    let rows = [row("of the pieces", pieces, 1.0, 0.8), row("of their mass", mass, 1.0, 0.1)];
+    let reading = read(&chart, &rows);
+    assert_eq!((reading.pareto, reading.cheapest), (vec![0], [None, None]));
+    let text = text(&chart, &read(&chart, &rows));
+    assert!(text.contains("80 %") && text.contains("10 %"), "{text}");
+}
+
 #[test]
 fn the_schema_in_the_tree_is_that_of_the_types() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/frontier/frontier.schema.json");
