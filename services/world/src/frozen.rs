@@ -36,8 +36,8 @@ pub(crate) fn least_speed(before: &Motion, after: &Motion) -> f64 {
 }
 
 impl Frozen {
-    /// Looks at one body over a step of that many \[s\]. If it is frozen: what it moved over the last
-    /// [`STEPS`] steps or more, and what it should have \[m\].
+    /// Looks at one body over a step of that many \[s\]. If it is frozen: what it moved over the
+    /// last [`STEPS`] steps or more, and what it should have \[m\].
     ///
     /// Over the steps the velocities must agree in sum, too: a body that is shaken does not count.
     pub(crate) fn look(
