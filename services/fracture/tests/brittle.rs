@@ -366,9 +366,9 @@ fn falling_ball(radius: f64, speed: f64) -> Problem {
 }
 
 /// 5.3 kg of glass at 9.2 m/s on stone: the peak force is ten times what Auerbach's law asks for
-/// and the cone crack, 4 cm long, passes the middle of its way out of the curved surface: the rim of the
-/// contact falls off, the ball stays. A marble at 5 m/s, and the same ball at 1 m/s, have a crack
-/// at most.
+/// and the cone crack, 4 cm long, passes the middle of its way out of the curved surface: the rim
+/// of the contact falls off, the ball stays. A marble at 5 m/s, and the same ball at 1 m/s, have a
+/// crack at most.
 #[test]
 fn a_heavy_glass_ball_loses_flakes_around_its_contact() {
     let problem = falling_ball(0.08, 9.2);

@@ -80,7 +80,7 @@ pub struct OptionForm {
     pub set: Vec<String>,
     /// What changes along this curve, in place of the chart's.
     pub along: Option<String>,
-    /// In a chart of one of the shares sampled, which of the two this curve shows; else the chart's.
+    /// In a chart of what is sampled, which of its two shares this curve shows; else the chart's.
     pub metric: Option<String>,
 }
 

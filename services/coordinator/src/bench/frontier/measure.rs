@@ -202,13 +202,7 @@ fn scenes(
     let row = |(run, broken): &(&Planned, Option<&Broken>)| {
         let own = blank(chart, run);
         let Some(broken) = broken else { return own };
-        let mut row = Row {
-            option: own.option,
-            along: own.along,
-            standard: own.standard,
-            metric: own.metric,
-            ..broken.row.clone()
-        };
+        let mut row = named(own, &broken.row);
         let value = if row.status != "ok" {
             f64::NAN
         } else if let Some(share) = broken.share(run) {
@@ -224,6 +218,12 @@ fn scenes(
         row
     };
     all.iter().map(row).collect()
+}
+
+/// A run's row under the names of another that asks for the same work.
+fn named(own: Row, run: &Row) -> Row {
+    let Row { option, along, standard, metric, .. } = own;
+    Row { option, along, standard, metric, ..run.clone() }
 }
 
 /// Seeds of a point, and what each left.
