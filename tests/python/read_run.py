@@ -28,6 +28,7 @@ SCHEMAS = {
     "/bodies": "cullet.BodyPoses",
     "/debris": "cullet.Grains",
     "/cracks": "cullet.Cracks",
+    "/sampled": "cullet.Sampled",
     "/events": "cullet.RunEvent",
     "/jobs": "cullet.JobReport",
     "/pool": "cullet.PoolReport",
@@ -87,6 +88,12 @@ class Run:
         self.want(max(cracks.triangles) < count, "a crack triangle without a corner")
         columns = (cracks.damage_time, cracks.front_speed)
         self.want(all(len(c) == count for c in columns), "one value a vertex of a crack")
+
+    def on_sampled(self, sampled):
+        self.want(sampled.body in self.bodies, f"fragments of body {sampled.body}, never born")
+        told = set(sampled.fragments)
+        self.want(told <= set(self.bodies), "a fragment that was sampled and never born")
+        self.want(len(told) == len(sampled.fragments), "a fragment is told as sampled twice")
 
     def on_body(self, body):
         self.want(body.geometry in self.solids, f"body {body.id} comes before its geometry")

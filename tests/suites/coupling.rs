@@ -158,7 +158,7 @@ fn r4_the_step_of_the_world_does_not_decide() {
         let ratios: Vec<f64> = ratios.collect();
         let mean = ratios.iter().map(|off| off.abs()).sum::<f64>() / 8.0;
         assert!(mean < 0.1, "{mean}: {ratios:?}");
-        assert!(ratios.iter().all(|off| off.abs() < 0.2), "{ratios:?}");
+        assert!(ratios.iter().all(|off| off.abs() < 0.3), "{ratios:?}");
     }
     for row in &coarse {
         let off = value(row, "pieces") / pieces[0] - 1.0;
