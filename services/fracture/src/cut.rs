@@ -39,7 +39,7 @@ const ATTEMPTS: u64 = 3;
 /// A part holds at least this many particles: one grid cell's worth at the usual density. Fewer do
 /// not resolve the crack that cut it off (F32) ...
 const FEWEST_PARTICLES: f64 = 8.0;
-/// ... or as many as the smallest of drawn pieces, whose shape no particle tells.
+/// ... or, of drawn pieces, whose shape no particle tells, somewhat fewer than the smallest has.
 const FEWEST_DRAWN: f64 = 2.0;
 /// Shift of a site when a cut is tried again, in typical distances between sites.
 const SHAKE: f64 = 1e-3;
