@@ -4,8 +4,8 @@
 //! a zone is divided at random: the strain rate at the onset of damage asks for the mean size
 //! (gate 5), around it masses follow Mott's law, N(>m) = N₀ exp(−√(m/μ)) (G2), from the least that
 //! can be given a shape to the greatest that the grid would not have found whole. More pieces than
-//! are wanted are fewer and larger from the start: were the smallest joined to their neighbours, all
-//! would come to one size. Near the skin pieces are plates along it, as a reflected wave spalls
+//! are wanted are fewer and larger from the start: were the smallest joined to their neighbours,
+//! all would come to one size. Near the skin pieces are plates along it, as a reflected wave spalls
 //! them off; inside they are splinters along the push. Nothing parts that did not break.
 
 mod division;
