@@ -297,7 +297,7 @@ fn a_run_says_how_much_was_solved_and_how_much_was_sampled() {
     assert!(said.stderr.contains("(sampled: 100 % of pieces, 100 % of mass)"), "{}", said.stderr);
     assert_eq!((&shares["sampled"], &shares["sampled_mass"]), (&1.0.into(), &1.0.into()));
     assert!(told.contains("at the end: 0 of ") && told.contains("; 0 solved, "), "{told}");
-    let (said, shares, told) = run(&[]);
+    let (said, shares, told) = run(&["fracture.max_particles=4000"]);
     assert_eq!(said.code, 0, "{}", said.stderr);
     let (pieces, sampled) = (shares["pieces"].as_u64(), shares["sampled_pieces"].as_u64());
     assert!(pieces > Some(2) && sampled < pieces, "a solve finds pieces: {shares}");

@@ -156,8 +156,9 @@ fn r4_the_step_of_the_world_does_not_decide() {
     for step in 1..3 {
         let ratios = pieces.chunks(3).map(|seed| seed[step] / seed[0] - 1.0);
         let ratios: Vec<f64> = ratios.collect();
-        let mean = ratios.iter().map(|off| off.abs()).sum::<f64>() / 8.0;
-        assert!(mean < 0.1, "{mean}: {ratios:?}");
+        let mean = |value: fn(f64) -> f64| ratios.iter().map(|&off| value(off)).sum::<f64>() / 8.0;
+        assert!(mean(|off| off).abs() < 0.05, "{ratios:?}");
+        assert!(mean(f64::abs) < 0.15, "{ratios:?}");
         assert!(ratios.iter().all(|off| off.abs() < 0.3), "{ratios:?}");
     }
     for row in &coarse {
@@ -245,9 +246,10 @@ fn h3_the_energy_of_a_drop_is_accounted_for() {
     assert!(broken[..3].iter().all(|share| *share > 0.5) && broken[3] == 0.0, "{broken:?}");
     assert!(whole[..3].iter().all(|share| *share == 0.0) && whole[3] > 0.5, "{whole:?}");
     assert!(value(&told[2], "cracks") > 0.02, "{told:#?}");
-    // Pieces of the geometric family keep nothing of the bounce: a gap, no larger than is known.
+    // Pieces of the geometric family keep nothing of the bounce, and a crushed body takes half of
+    // its push: gaps, no larger than is known.
     let beyond = lost("beyond bounce and cracks");
-    let most = [0.04, 0.02, 0.02, 0.02];
+    let most = [0.04, 0.1, 0.02, 0.02];
     assert!(beyond.iter().zip(most).all(|(share, most)| share.abs() < most), "{beyond:?}");
 }
 

@@ -1,18 +1,28 @@
-//! Local damage: Rankine threshold, linear softening, tension-only weakening, a calibrated band.
+//! Local damage: Rankine threshold, linear softening, a calibrated band, cracks across the
+//! principal directions that are pulled.
+//!
+//! Strain is that of the solid between the cracks and, along each pulled principal direction, the
+//! opening of cracks, c/(1 − c) σ/E: springs in a row. So the stress is the slope of a potential at
+//! any damage and Poisson's ratio, a bar keeps (1 − c) E and what is broken bears no tension: no
+//! cycle of strain gains or loses energy but by growing damage. Where several directions are
+//! pulled their cracks open together, and damage grows as much faster that a point spends no more
+//! than G_f/l (as far as it can without snapping back). Weakening the pulled part of the
+//! undamaged stress, as is often done, has no potential where Poisson's ratio couples directions.
 
 use crate::material::Material;
+use crate::mpm::elastic::Elastic;
 use crate::mpm::symmetric::{Sym3, below, eigen};
 
 /// Width over which the grid smears a crack, in spacings, where the material breaks sharply: w_b/h,
 /// Poisson-disk points, 8 a cell.
 ///
 /// Spreading G_f over any other length dissipates the wrong energy (F03). With k = σ_f² h/(2EG_f),
-/// how sharply a cell breaks, the width w = 2.3 k/(k + 0.0245) is the one for which a crack that
+/// how sharply a cell breaks, the width w = 2.44 k/(k + 0.0245) is the one for which a crack that
 /// runs through the notched bar of `services/fracture/tests/bar.rs` (F-B) dissipates G_f per area
 /// in the mean over seeds, at k = 0.05, 0.09, 0.19, 0.38 and where strength is capped. Softer cells
 /// (small k) part while many of their points are only half broken. Measure again when the kernel,
 /// the sampling, the damage law or the parting of nodes changes.
-pub const BAND_WIDTH: f64 = 2.3;
+pub const BAND_WIDTH: f64 = 2.44;
 
 /// The k at which the band is half as wide.
 const HALF_WIDTH: f64 = 0.0245;
@@ -22,13 +32,21 @@ const SHARPEST: f64 = 0.37;
 
 /// Share of the snap-back stress √(2EG_f/l) to which the strength is capped (F01).
 ///
-/// At 1 the softening branch turns back; 0.9 keeps H ≤ 4.3, so full damage takes several steps.
-pub const STRENGTH_CEILING: f64 = 0.9;
+/// At 1 the softening branch turns back; 0.927 keeps H ≤ 6.1, so full damage takes several steps,
+/// and caps from σ_f² h/2EG_f = 0.375 on.
+pub const STRENGTH_CEILING: f64 = 0.927;
+
+/// The greatest share H/(1 + H), that of the cap.
+const SHARPEST_SHARE: f64 = STRENGTH_CEILING * STRENGTH_CEILING;
+
+/// Most steps in which damage is found, and the error at which it is \[1\].
+const GROWTH_STEPS: usize = 8;
+const GROWTH_ERROR: f64 = 1e-12;
 
 /// The softening law of one material on one grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Softening {
-    /// Threshold where a crack grows, σ_eff = min(σ_f, 0.9 √(2EG_f/l)) \[Pa\].
+    /// Threshold where a crack grows, σ_eff = min(σ_f, 0.927 √(2EG_f/l)) \[Pa\].
     pub strength: f64,
     /// Brittleness H = H̄l/(1 − H̄l) \[1\].
     pub brittleness: f64,
@@ -37,7 +55,7 @@ pub struct Softening {
     /// Planes across which the material is weaker, if there are any.
     pub weak_plane: Option<WeakPlane>,
     young: f64,
-    poisson: f64,
+    elastic: Elastic,
 }
 
 /// Planes across which a material breaks sooner: cleavage, bedding, grain.
@@ -98,7 +116,7 @@ impl Softening {
             strength_ratio: strength / material.failure_stress,
             weak_plane: None,
             young: material.young,
-            poisson: material.poisson,
+            elastic: Elastic::new(material),
         }
     }
 
@@ -108,14 +126,32 @@ impl Softening {
         self.strength / self.young * (1.0 + 1.0 / self.brittleness)
     }
 
-    /// Damage that a greatest principal stress of `ratio` strengths asks for \[1\].
+    /// Damage that a pull of `ratio` strengths asks for \[1\].
     #[must_use]
     pub fn damage(&self, ratio: f64) -> f64 {
-        if ratio <= 1.0 {
-            return 0.0;
-        }
-        // c = (1+H)(1 − σ_f/σ̄)  for  σ_f ≤ σ̄ ≤ σ_f(1+1/H), 1 beyond  [Fan24 Eq. 2.28]
-        ((1.0 + self.brittleness) * (1.0 - 1.0 / ratio)).min(1.0)
+        asked(self.brittleness, ratio).clamp(0.0, 1.0)
+    }
+
+    /// H where the energy that opening cracks release is `spread` times what one direction would:
+    /// each point spends G_f/l, however many directions are pulled.
+    fn brittleness_of(&self, spread: f64) -> f64 {
+        let share = self.brittleness / (1.0 + self.brittleness);
+        let share = (spread * share).min(SHARPEST_SHARE).max(share);
+        share / (1.0 - share)
+    }
+
+    /// Share of a pull in [`Elastic::pulls`] that damage takes: c/(1 + ν(1 − c)) \[1\].
+    #[must_use]
+    pub fn taken(&self, damage: f64) -> f64 {
+        damage / (1.0 + self.elastic.poisson() * (1.0 - damage))
+    }
+
+    /// Stress between cracks that breaks further what is damaged, over the stress of the undamaged
+    /// solid at the same strain: at most this \[1\].
+    #[must_use]
+    pub fn least_pull(&self, damage: f64) -> f64 {
+        let poisson = self.elastic.poisson();
+        if damage > 0.0 && poisson < 0.0 { 1.0 / (1.0 - 2.0 * poisson) } else { 1.0 }
     }
 
     /// The least strength of any direction over the strength \[1\].
@@ -124,78 +160,172 @@ impl Softening {
         self.weak_plane.map_or(1.0, |plane| plane.ratio)
     }
 
-    /// The greatest pull \[Pa\] over what its direction bears in strengths, and that direction:
-    /// the greatest principal stress, or the pull across weak planes where that is nearer to its
-    /// strength.
-    fn pull(&self, s: &Sym3, value: f64, vector: [f64; 3]) -> (f64, [f64; 3]) {
-        let Some(WeakPlane { normal: n, ratio }) = self.weak_plane else {
-            return (value, vector);
-        };
-        let across = n[0] * (s[0] * n[0] + 2.0 * s[3] * n[1])
-            + n[1] * (s[1] * n[1] + 2.0 * s[4] * n[2])
-            + n[2] * (s[2] * n[2] + 2.0 * s[5] * n[0]);
-        if across > ratio * value { (across / ratio, n) } else { (value, vector) }
-    }
-
-    /// Stress, in strengths, at which a point of that damage breaks further \[1\].
+    /// Stress, in strengths, at which a point of that damage breaks further where one direction is
+    /// pulled \[1\].
     #[must_use]
     pub fn threshold(&self, damage: f64) -> f64 {
-        1.0 / (1.0 - damage / (1.0 + self.brittleness))
+        threshold(self.brittleness, damage)
     }
 
-    /// Damages and weakens. `effective` is the stress of the undamaged solid \[Pa\].
+    /// The same where all are.
+    #[must_use]
+    pub fn least_threshold(&self, damage: f64) -> f64 {
+        threshold(self.brittleness_of(3.0), damage)
+    }
+
+    /// Damages and weakens a point of Green's strain `strain` \[1\].
     #[must_use]
     #[inline]
-    pub fn respond(&self, effective: &Sym3, state: State) -> Response {
+    pub fn respond(&self, strain: &Sym3, state: State) -> Response {
+        let (sound, _) = self.elastic.stress(strain);
         let strength = self.strength * state.strength;
-        if state.damage <= 0.0 && below(effective, strength * self.weakest()) {
-            return Response::held(effective, state.damage);
+        if state.damage <= 0.0 && below(&sound, strength * self.weakest()) {
+            return Response::held(&sound, state.damage);
         }
-        self.respond_damaged(effective, state, strength)
+        self.respond_damaged(strain, &sound, state, strength)
     }
 
-    fn respond_damaged(&self, effective: &Sym3, state: State, strength: f64) -> Response {
-        let held = Response::held(effective, state.damage);
-        let reached = self.threshold(state.damage);
-        let trace = effective[0] + effective[1] + effective[2];
+    fn respond_damaged(
+        &self,
+        strain: &Sym3,
+        sound: &Sym3,
+        state: State,
+        strength: f64,
+    ) -> Response {
+        let held = Response::held(sound, state.damage);
+        let least = self.least_threshold(state.damage) * strength;
+        let trace = sound[0] + sound[1] + sound[2];
         let fixed = state.damage >= 1.0 || (state.shielded && trace < 0.0);
-        let near = !fixed && !below(effective, strength * reached * self.weakest());
-        if !near && (state.damage <= 0.0 || below(effective, 0.0)) {
+        let least = least * self.weakest() * self.least_pull(state.damage);
+        let near = !fixed && !below(sound, least);
+        if !near && (state.damage <= 0.0 || below(sound, 0.0)) {
             return held;
         }
-        if !near && below(&effective.map(|s| -s), 0.0) {
-            return Response { stress: effective.map(|s| s * (1.0 - state.damage)), ..held };
-        }
-        let (values, vectors) = eigen(effective);
-        let first = (0..3).fold(0, |m, k| if values[k] > values[m] { k } else { m });
-        let (largest, normal) = self.pull(effective, values[first], vectors[first]);
-        let grows = near && largest > strength * reached;
-        let asked = match (grows, state.sudden) {
-            (true, true) => 1.0,
-            (true, false) => self.damage(largest / strength),
+        let (strains, axes) = eigen(strain);
+        let cracked = |damage| Cracked::new(self, strains, axes, damage);
+        let before = cracked(state.damage);
+        let (first, normal) = before.pull(self);
+        let reached = threshold(before.brittleness(self), state.damage) * strength;
+        let grows = near && first > reached;
+        let after = match (grows, state.sudden) {
+            (true, true) => cracked(1.0),
+            (true, false) => cracked(grown(state.damage, |damage| {
+                let cracked = cracked(damage);
+                asked(cracked.brittleness(self), cracked.pull(self).0 / strength)
+            })),
+            (false, _) => before,
+        };
+        // ∫ Y dc along the softening branch, on which c is told by the pull κ, is Y₁ (c₁ − c₀)
+        // κ₀/κ₁. What breaks at once gives back all that it holds.
+        let dissipated = match (grows, state.sudden) {
+            (true, true) => {
+                (self.energy(strain, state.damage) - self.energy(strain, 1.0)) * reached / first
+            }
+            (true, false) => {
+                let last = after.pull(self).0.max(reached);
+                after.release(self) * (after.damage - state.damage) * reached / last
+            }
             (false, _) => 0.0,
         };
-        let damage = asked.max(state.damage);
-        let mut stress = *effective;
-        let mut energy = 0.0;
-        for (value, n) in values.iter().zip(&vectors) {
-            let pulled = value.max(0.0);
-            // ε_i = ((1+ν)σ_i − ν tr σ)/E
-            energy +=
-                0.5 * pulled * ((1.0 + self.poisson) * value - self.poisson * trace) / self.young;
-            let cut = damage * pulled;
-            stress[0] -= cut * n[0] * n[0];
-            stress[1] -= cut * n[1] * n[1];
-            stress[2] -= cut * n[2] * n[2];
-            stress[3] -= cut * n[0] * n[1];
-            stress[4] -= cut * n[1] * n[2];
-            stress[5] -= cut * n[2] * n[0];
-        }
-        // ∫ ½σ̄²/E dc from threshold κ₀ to κ₁ is ½σ̄₁²/E (c₁−c₀) κ₀/κ₁ in uniaxial tension.
-        let mean = if grows { reached * strength / largest } else { 0.0 };
-        let dissipated = energy.max(0.0) * (damage - state.damage) * mean;
         let normal = if grows { normal } else { [0.0; 3] };
-        Response { stress, damage, dissipated, normal }
+        Response { stress: after.stress(), damage: after.damage, dissipated, normal }
+    }
+
+    /// What a point of Green's strain `strain` and that damage holds \[J/m³\].
+    #[must_use]
+    pub fn energy(&self, strain: &Sym3, damage: f64) -> f64 {
+        self.elastic.energy(eigen(strain).0, self.taken(damage))
+    }
+}
+
+/// c = (1+H)(1 − σ_f/σ̄), which is damage for σ_f ≤ σ̄ ≤ σ_f(1+1/H)  [Fan24 Eq. 2.28] \[1\].
+fn asked(brittleness: f64, ratio: f64) -> f64 {
+    (1.0 + brittleness) * (1.0 - 1.0 / ratio.max(f64::MIN_POSITIVE))
+}
+
+/// Stress, in strengths, at which it asks for that damage \[1\].
+fn threshold(brittleness: f64, damage: f64) -> f64 {
+    1.0 / (1.0 - damage / (1.0 + brittleness))
+}
+
+/// Damage after a strain at which a point of damage c asks for `asked(c)`: where both are one.
+/// Cracks that open relieve the pull; where one direction is pulled, the right side is linear in c,
+/// and the first step finds it.
+fn grown(damage: f64, asked: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut short) = (damage, asked(damage) - damage);
+    let (mut high, mut over) = (1.0, 1.0 - asked(1.0));
+    if over <= 0.0 {
+        return 1.0;
+    }
+    let mut found = low;
+    for _ in 0..GROWTH_STEPS {
+        found = low + (high - low) * short / (short + over);
+        let more = asked(found) - found;
+        if more.abs() < GROWTH_ERROR {
+            break;
+        }
+        if more > 0.0 {
+            (low, short, over) = (found, more, 0.5 * over);
+        } else {
+            (high, over, short) = (found, -more, 0.5 * short);
+        }
+    }
+    found.clamp(damage, 1.0)
+}
+
+/// A strain at some damage, in its principal directions.
+#[derive(Clone, Copy)]
+struct Cracked {
+    axes: [[f64; 3]; 3],
+    damage: f64,
+    /// Stress \[Pa\].
+    bears: [f64; 3],
+    /// Stress over what damage leaves of it where cracks open \[Pa\].
+    pulls: [f64; 3],
+}
+
+impl Cracked {
+    fn new(law: &Softening, strains: [f64; 3], axes: [[f64; 3]; 3], damage: f64) -> Self {
+        let (poisson, taken) = (law.elastic.poisson(), law.taken(damage));
+        let pulls = law.elastic.pulls(strains, taken);
+        let bears = pulls.map(|pull| if pull > 0.0 { (1.0 - taken) * pull } else { pull });
+        // (1 − taken)/(1 − c)
+        let ease = (1.0 + poisson) / (1.0 + poisson * (1.0 - damage));
+        Self { axes, damage, bears, pulls: pulls.map(|pull| ease * pull) }
+    }
+
+    /// The greatest pull \[Pa\] over what its direction bears in strengths, and that direction: a
+    /// principal one, or across weak planes where that is nearer to its strength.
+    fn pull(&self, law: &Softening) -> (f64, [f64; 3]) {
+        let pulls = &self.pulls;
+        let first = (0..3).fold(0, |m, k| if pulls[k] > pulls[m] { k } else { m });
+        let (most, axis) = (pulls[first], self.axes[first]);
+        let Some(WeakPlane { normal: n, ratio }) = law.weak_plane else {
+            return (most, axis);
+        };
+        let onto = |a: &[f64; 3]| a[0] * n[0] + a[1] * n[1] + a[2] * n[2];
+        let across: f64 = pulls.iter().zip(&self.axes).map(|(s, a)| s * onto(a) * onto(a)).sum();
+        if across > ratio * most { (across / ratio, n) } else { (most, axis) }
+    }
+
+    /// H for what pulls: Σ⟨pull⟩² over the greatest of them.
+    fn brittleness(&self, law: &Softening) -> f64 {
+        let most = self.pulls.iter().fold(0.0_f64, |m, pull| m.max(*pull));
+        let squares = self.pulls.iter().map(|pull| pull.max(0.0) * pull.max(0.0));
+        let spread = if most > 0.0 { squares.sum::<f64>() / (most * most) } else { 1.0 };
+        law.brittleness_of(spread)
+    }
+
+    /// −∂ψ/∂c = Σ⟨pull⟩²/2E \[J/m³\].
+    fn release(&self, law: &Softening) -> f64 {
+        let squares = self.pulls.iter().map(|pull| pull.max(0.0) * pull.max(0.0));
+        0.5 * squares.sum::<f64>() / law.young
+    }
+
+    fn stress(&self) -> Sym3 {
+        let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
+        let all = self.bears.iter().zip(&self.axes);
+        pairs.map(|(i, j)| all.clone().map(|(s, a)| s * a[i] * a[j]).sum())
     }
 }
 
@@ -208,86 +338,4 @@ impl Response {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{Response, Softening, State, WeakPlane};
-    use crate::material::Material;
-
-    const STONE: Material = Material {
-        density: 2450.0,
-        young: 32e9,
-        poisson: 0.2,
-        failure_stress: 3e6,
-        fracture_energy: 3.0,
-    };
-
-    fn pull(law: &Softening, stress: f64, damage: f64) -> Response {
-        let state = State { damage, strength: 1.0, shielded: false, sudden: false };
-        law.respond(&[stress, 0.0, 0.0, 0.0, 0.0, 0.0], state)
-    }
-
-    /// F-U: the area under σ–ε is G_f/l.
-    #[test]
-    fn the_point_law_spends_the_fracture_energy() {
-        let length = 0.008;
-        let law = Softening::new(&STONE, length);
-        let last = law.strength * (1.0 + 1.0 / law.brittleness);
-        assert_eq!(law.strength, 3e6);
-        assert!((last / law.strength - law.threshold(1.0)).abs() < 1e-12);
-        let (mut damage, mut area, mut dissipated) = (0.0, 0.0, 0.0);
-        let (mut strain, mut before) = (0.0, 0.0);
-        // σ(ε) is piecewise linear, so a trapezium over steps that include both kinks is exact.
-        let mut ramp: Vec<f64> = (0..=400).map(|i| last * f64::from(i) / 400.0).collect();
-        ramp.push(law.strength);
-        ramp.sort_by(f64::total_cmp);
-        for effective in ramp {
-            let response = pull(&law, effective, damage);
-            let stress = response.stress[0];
-            if effective <= law.strength {
-                assert_eq!(response.damage, 0.0);
-            }
-            area += 0.5 * (stress + before) * (effective / STONE.young - strain);
-            dissipated += response.dissipated;
-            (strain, before, damage) = (effective / STONE.young, stress, response.damage);
-        }
-        let wanted = STONE.fracture_energy / length;
-        assert!((damage - 1.0).abs() < 1e-12, "damage {damage}");
-        assert!((area / wanted - 1.0).abs() < 1e-10, "area {area} of {wanted}");
-        assert!((dissipated / wanted - 1.0).abs() < 1e-10, "dissipated {dissipated} of {wanted}");
-    }
-
-    /// A pull across weak planes breaks them first; along them the strength is the material's.
-    #[test]
-    fn weak_planes_break_first() {
-        let plane = WeakPlane { normal: [0.6, 0.8, 0.0], ratio: 0.5 };
-        let law = Softening { weak_plane: Some(plane), ..Softening::new(&STONE, 0.008) };
-        let state = State { damage: 0.0, strength: 1.0, shielded: false, sudden: false };
-        let pull = |n: [f64; 3], size: f64| {
-            let s = size * law.strength;
-            let stress = [n[0] * n[0], n[1] * n[1], n[2] * n[2], n[0] * n[1], n[1] * n[2], 0.0];
-            law.respond(&stress.map(|x| s * x), state)
-        };
-        assert_eq!(pull(plane.normal, 0.49).damage, 0.0);
-        let across = pull(plane.normal, 0.51);
-        assert!(across.damage > 0.0);
-        assert_eq!(across.normal, plane.normal);
-        assert_eq!(pull([0.8, -0.6, 0.0], 0.99).damage, 0.0);
-        assert!(pull([0.8, -0.6, 0.0], 1.01).damage > 0.0);
-        // At 60 degrees the weak planes feel a quarter of the pull, and their strength is half.
-        assert_eq!(pull([0.0, 0.0, 1.0], 0.99).damage, 0.0);
-    }
-
-    /// Pure shear: only the pulled principal direction weakens.
-    #[test]
-    fn weakening_is_one_sided_in_shear() {
-        let law = Softening::new(&STONE, 0.008);
-        let s = 10.0 * law.strength;
-        let state = State { damage: 0.0, strength: 1.0, shielded: false, sudden: false };
-        let response = law.respond(&[0.0, 0.0, 0.0, s, 0.0, 0.0], state);
-        assert_eq!(response.damage, 1.0);
-        // −s n⊗n with n = (1,−1,0)/√2
-        let wanted = [-0.5 * s, -0.5 * s, 0.0, 0.5 * s, 0.0, 0.0];
-        for (a, b) in response.stress.iter().zip(&wanted) {
-            assert!((a - b).abs() < 1e-9 * s, "{:?}", response.stress);
-        }
-    }
-}
+mod tests;

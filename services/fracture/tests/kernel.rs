@@ -136,7 +136,7 @@ fn a_solve_has_the_same_bits_on_every_path_and_with_any_number_of_threads() {
 }
 
 /// Displacements within three thousandths of the greatest, damage within a hundredth, energy to
-/// 1e-5.
+/// 2e-5.
 #[test]
 fn single_stays_near_double() {
     let path = Path::best();
@@ -159,7 +159,7 @@ fn single_stays_near_double() {
     assert!((200..3000).contains(&broken[1]), "{} of {} broken", broken[1], b.len());
     assert!(far > 0.0 && far < 3e-3, "displacements apart by {far}");
     assert!(damage < 1e-2, "damage apart by {damage}");
-    assert!(energy < 1e-5, "energy apart by {energy}");
+    assert!(energy < 2e-5, "energy apart by {energy}");
     assert_eq!(broken[0], broken[1]);
 }
 

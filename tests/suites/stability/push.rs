@@ -39,8 +39,9 @@ fn f11_a_contact_is_no_point() {
 
     let law = Softening::new(&PLASTER, 0.001);
     let under = State { damage: 0.0, strength: 1.0, shielded: true, sudden: false };
-    let squeezed = [3.0, -4.0, 0.0, 0.0, 0.0, 0.0].map(|s| s * law.strength);
-    let pulled = [3.0, 0.0, 0.0, 0.0, 0.0, 0.0].map(|s| s * law.strength);
+    let one = law.strength / PLASTER.young;
+    let squeezed = [3.8, -4.6, 0.2, 0.0, 0.0, 0.0].map(|e| e * one);
+    let pulled = [3.0, -0.6, -0.6, 0.0, 0.0, 0.0].map(|e| e * one);
     assert!(law.respond(&squeezed, State { shielded: false, ..under }).damage > 0.0);
     assert_eq!(law.respond(&squeezed, under).damage, 0.0);
     assert!(law.respond(&pulled, under).damage > 0.0);

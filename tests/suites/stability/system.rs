@@ -30,7 +30,7 @@ fn f75_threads_do_not_change_a_bit() {
         (tallies, lost, motion, domain.particles.damage.clone())
     };
     let one = on(1, shatter);
-    assert!(one.1.iter().filter(|lost| **lost > 0.0).count() > 10, "it shatters");
+    assert!(one.1.iter().filter(|lost| **lost > 0.0).count() >= 8, "it shatters");
     let (to, fro) = (one.2.iter().sum::<f64>(), one.2.iter().rev().sum::<f64>());
     assert_ne!(to.to_bits(), fro.to_bits(), "the order of a sum is in its bits");
     for threads in [2, 3, 7, 1] {

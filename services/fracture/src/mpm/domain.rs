@@ -6,7 +6,7 @@ mod sums;
 pub(crate) use bodies::Surface;
 
 use super::contact::{self, Contact, Facing};
-use super::elastic::Elastic;
+use super::elastic::{Elastic, green_strain};
 use super::front::Front;
 use super::grid::{Element, Grid};
 use super::kernel::{Kernel, Kind, Law, Path, Precision, Stencil, gather, packed};
@@ -450,14 +450,13 @@ impl Domain {
             return [0.0; 6];
         }
         let kind = &self.kinds[self.particles.kind[p] as usize];
-        let effective = kind.elastic.second_piola(h).0;
         let state = State {
             damage: self.particles.damage[p],
             strength: UNBREAKABLE,
             shielded: self.particles.shielded[p],
             sudden: false,
         };
-        kind.softening.respond(&effective, state).stress
+        kind.softening.respond(&green_strain(h), state).stress
     }
 
     /// Whether every displacement and velocity is a number (F76).

@@ -38,8 +38,14 @@ impl Elastic {
     #[must_use]
     #[inline]
     pub fn second_piola(&self, h: &Mat3) -> (Sym3, f64) {
-        let e = green_strain(h);
-        let (trace, adjoint) = (e[0] + e[1] + e[2], adjugate(&e));
+        self.stress(&green_strain(h))
+    }
+
+    /// The same of Green's strain E.
+    #[must_use]
+    #[inline]
+    pub fn stress(&self, e: &Sym3) -> (Sym3, f64) {
+        let (trace, adjoint) = (e[0] + e[1] + e[2], adjugate(e));
         let det = e[0] * adjoint[0] + e[3] * adjoint[3] + e[5] * adjoint[5];
         let d = 2.0 * trace + 4.0 * (adjoint[0] + adjoint[1] + adjoint[2]) + 8.0 * det;
         let share = 1.0 / (1.0 + d).max(CRUSHED * CRUSHED);
@@ -52,6 +58,83 @@ impl Elastic {
         };
         ([part(0), part(1), part(2), part(3), part(4), part(5)], d)
     }
+
+    /// Poisson's ratio \[1\].
+    #[must_use]
+    pub fn poisson(&self) -> f64 {
+        0.5 * self.lame / (self.lame + self.shear)
+    }
+
+    /// What principal `strains` (Green's, in any order) would bear if those directions that are
+    /// pulled kept their stiffness while their cracks open \[Pa\]; of what is pulled the solid
+    /// bears all but the share `taken`.
+    ///
+    /// The undamaged stress is Sᵢ = μ(1 − x/Cᵢ) with x = 1 − λ/2μ (J² − 1). Cracks across pulled
+    /// directions, Cᵢ > x, leave a share of the stretch to the solid between them: J² is made of
+    /// Cᵢ, and there of (1 − taken) Cᵢ + taken x. That J² is the least of its kind whichever
+    /// directions are taken for pulled, so the right one gives the least root. At taken = 1 this
+    /// is the solid that bears no tension, and with Cᵢ to the power 1 − taken in place of the mean
+    /// it would have a potential at any strain; partly broken points are strained so little that
+    /// it does not show.
+    #[must_use]
+    pub fn pulls(&self, strains: [f64; 3], taken: f64) -> [f64; 3] {
+        let half = 0.5 * self.lame / self.shear;
+        let mut u = strains.map(|e| 2.0 * e);
+        let swell = half * swelling(u, half, taken);
+        for u in &mut u {
+            *u = self.shear * (*u + swell) / (1.0 + *u).max(CRUSHED * CRUSHED);
+        }
+        u
+    }
+
+    /// The energy of which that is the slope: Ψ of the solid between the cracks, and half the work
+    /// of the pulls in opening them \[J/m³\].
+    #[must_use]
+    pub fn energy(&self, strains: [f64; 3], taken: f64) -> f64 {
+        let half = 0.5 * self.lame / self.shear;
+        let u = strains.map(|e| 2.0 * e);
+        let swell = half * swelling(u, half, taken);
+        let (mut energy, mut d) = (0.0, 0.0);
+        for u in u {
+            let open = taken * (u + swell).max(0.0);
+            let solid = u - open;
+            let pull = self.shear * (u + swell) / (1.0 + u).max(CRUSHED * CRUSHED);
+            energy += 0.5 * self.shear * excess(solid) + 0.25 * (1.0 - taken) * pull * open;
+            d += solid + d * solid;
+        }
+        energy + 0.25 * self.lame * excess(d)
+    }
+}
+
+/// u − ln(1 + u), without cancellation; below J = [`CRUSHED`] the logarithm stops growing.
+fn excess(u: f64) -> f64 {
+    if u.abs() < 1e-4 {
+        u * u * (0.5 - u * (1.0 / 3.0 - 0.25 * u))
+    } else {
+        u - libm::log1p(u.max(CRUSHED * CRUSHED - 1.0))
+    }
+}
+
+/// J² − 1 of the solid between the cracks \[1\] at C = 1 + u; `half` is λ/2μ.
+fn swelling(mut u: [f64; 3], half: f64, taken: f64) -> f64 {
+    u.sort_unstable_by(|a, b| b.total_cmp(a));
+    let left = 1.0 - taken;
+    let ([v, w, z], give) = (u.map(|u| left * u), half * taken);
+    // No direction is pulled; one; two.
+    let rest = u[1] + u[2] + u[1] * u[2];
+    let none = u[0] + rest * (1.0 + u[0]);
+    let one = (rest + v * (1.0 + rest)) / (1.0 + give * (1.0 + rest));
+    let share = 1.0 + u[2];
+    let (sum, slope) = (u[2] + share * (v + w + v * w), 1.0 + give * share * (2.0 + v + w));
+    let two =
+        2.0 * sum / (slope + (slope * slope - 4.0 * give * give * share * sum).max(0.0).sqrt());
+    // All three: the root for small strains, and a step of Newton's.
+    let small = (v + w + z) / (1.0 + 3.0 * give);
+    let [a, b, c] = [v, w, z].map(|v| v - give * small);
+    let (pairs, sum) = (a * b + b * c + c * a, a + b + c);
+    let slope = 1.0 + give * (3.0 + 2.0 * sum + pairs);
+    let three = small - (small - (sum + pairs + a * b * c)) / slope;
+    none.min(one).min(two).min(three)
 }
 
 /// E = (H + Hᵀ + HᵀH)/2 \[1\].

@@ -245,7 +245,6 @@ impl SpecimenRun {
         let nodes = self.domain.grid.nodes.len();
         let tally = self.domain.advance();
         self.books.dissipated += tally.dissipated;
-        self.books.met += self.met();
         if self.domain.grid.nodes.len() != nodes {
             let origins = &self.domain.grid.nodes.origin[nodes..];
             let more: Vec<Vec3> = origins.iter().map(|&n| self.before[n as usize]).collect();
@@ -256,6 +255,7 @@ impl SpecimenRun {
         }
         let worked = self.hold(step);
         self.mirrors.iter().for_each(|mirror| mirror.apply(&mut self.domain.grid, step));
+        self.books.met += self.met();
         let pushed: f64 = forces
             .iter()
             .map(|(n, f)| {

@@ -3,7 +3,7 @@
 use cullet_fracture::Material;
 use cullet_fracture::damage::{Softening, State};
 use cullet_fracture::mpm::domain::{Fields, Grip, Motion};
-use cullet_fracture::mpm::elastic::{Elastic, green_strain};
+use cullet_fracture::mpm::elastic::green_strain;
 use cullet_fracture::mpm::symmetric::Sym3;
 use cullet_fracture::mpm::{Domain, quadrature};
 use cullet_fracture::particles::Particles;
@@ -187,8 +187,7 @@ pub(crate) struct Now {
 fn stress(law: &Softening, motion: &Motion, particles: &Particles, p: usize) -> Sym3 {
     let damage = if particles.gone[p] { 1.0 } else { particles.damage[p] };
     let state = State { damage, strength: 1e12, shielded: false, sudden: false };
-    let effective = Elastic::new(&STONE).second_piola(&motion.displacement_gradient).0;
-    law.respond(&effective, state).stress
+    law.respond(&green_strain(&motion.displacement_gradient), state).stress
 }
 
 impl Specimen {

@@ -8,7 +8,7 @@
 use super::specimen::{H, STONE, Specimen};
 use cullet_fracture::damage::{Softening, State};
 use cullet_fracture::mpm::domain::{Grip, Motion, SAFETY, stable_step};
-use cullet_fracture::mpm::elastic::{Elastic, matrix};
+use cullet_fracture::mpm::elastic::{green_strain, matrix};
 use cullet_fracture::mpm::grid::AROUND;
 use cullet_fracture::mpm::kernel::Stencil;
 use cullet_fracture::particles::Particles;
@@ -172,10 +172,9 @@ impl Twin {
 
     /// First Piola–Kirchhoff stress \[Pa\] after damage, and what that took \[J/m³\].
     fn stress(&mut self, p: usize, h: &Mat3) -> (Mat3, f64) {
-        let effective = Elastic::new(&STONE).second_piola(h).0;
         let (damage, strength) = (self.particles.damage[p], self.particles.strength[p]);
         let state = State { damage, strength, shielded: false, sudden: false };
-        let response = self.law.respond(&effective, state);
+        let response = self.law.respond(&green_strain(h), state);
         self.particles.damage[p] = response.damage;
         ((Mat3::identity() + h) * matrix(&response.stress), response.dissipated)
     }

@@ -6,20 +6,16 @@ use crate::mpm::kernel::vector;
 use cullet_geometry::Vec3;
 
 impl Domain {
-    /// Elastic energy \[J\], to second order in the strain.
+    /// Elastic energy \[J\].
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
-        let motions = self.motions();
-        let points = motions.iter().enumerate();
+        let (motions, particles) = (self.motions(), &self.particles);
+        let points = motions.iter().enumerate().filter(|(p, _)| !particles.gone[*p]);
         points
             .map(|(p, motion)| {
-                let (s, e) = (
-                    self.stress(p, &motion.displacement_gradient),
-                    green_strain(&motion.displacement_gradient),
-                );
-                let normal = s[0] * e[0] + s[1] * e[1] + s[2] * e[2];
-                let shear = s[3] * e[3] + s[4] * e[4] + s[5] * e[5];
-                0.5 * self.particles.volume[p] * (normal + 2.0 * shear)
+                let strain = green_strain(&motion.displacement_gradient);
+                let law = &self.kinds[particles.kind[p] as usize].softening;
+                particles.volume[p] * law.energy(&strain, particles.damage[p])
             })
             .sum()
     }

@@ -3,7 +3,7 @@
 use super::lanes::{Field, LANES, Lanes, Real, V, load, store};
 use super::law::{Effective, Law, WATCH, idle, second_piola, stiffness};
 use super::spline::{basis, fall, gather, rise, scatter};
-use super::tension::pulled;
+use super::tension::weakened;
 use super::{Stencil, gather as gather_one};
 use crate::mpm::domain::Tally;
 use crate::mpm::elastic::{CRUSHED, LOOSE};
@@ -31,8 +31,8 @@ struct Slot<R> {
     weight: Lanes<R>,
     /// Principal stress below which damage does not grow \[Pa\].
     limit: Lanes<R>,
-    /// Damage \[1\].
-    damage: Lanes<R>,
+    /// Share of a pull that damage takes \[1\]; all where the point is broken.
+    taken: Lanes<R>,
     /// Whether there is any.
     damaged: bool,
     /// μ, λ/2 and μ + λ/2 \[Pa\] where not all are those of the first material.
@@ -165,8 +165,8 @@ impl<R: Real> Slot<R> {
     fn empty() -> Self {
         let zero = Lanes([R::of(0.0); LANES]);
         let limit = Lanes([R::of(WATCH); LANES]);
-        let (weight, damage, point) = (zero, zero, [NONE; LANES]);
-        Self { at: [zero; 3], weight, limit, damage, damaged: false, own: None, point }
+        let (weight, taken, point) = (zero, zero, [NONE; LANES]);
+        Self { at: [zero; 3], weight, limit, taken, damaged: false, own: None, point }
     }
 
     fn watch(&mut self, lane: usize, law: &Law<'_>, view: &View<'_>) {
@@ -180,7 +180,7 @@ impl<R: Real> Slot<R> {
             }
         }
         self.limit.0[lane] = R::of(law.limit(view, p));
-        self.damage.0[lane] = R::of(view.damage[p]);
+        self.taken.0[lane] = R::of(law.taken(view, p));
         self.damaged |= view.damage[p] > 0.0;
         if view.gone[p] {
             self.weight.0[lane] = R::of(0.0);
@@ -265,25 +265,23 @@ fn column<S: Simd, R: Real>(
             let [x, y, z] = gather(simd, &b, field, c, lane);
             *row = [x * hx, y * hy, z * hz];
         }
-        let effective = match &slot.own {
-            None => second_piola::<S, R>(simd, &h, &first),
-            Some(own) => {
-                let own = [0, 1, 2].map(|k| load(simd, &own[k], lane));
-                second_piola::<S, R>(simd, &h, &own)
-            }
+        let own = match &slot.own {
+            None => first,
+            Some(own) => [0, 1, 2].map(|k| load(simd, &own[k], lane)),
         };
+        let effective = second_piola::<S, R>(simd, &h, &own);
         let mut idle = idle::<S, R>(simd, &effective, load(simd, &slot.limit, lane));
         let mut s = effective.stress;
         if slot.damaged {
-            let damage = load(simd, &slot.damage, lane);
+            let taken = load(simd, &slot.taken, lane);
             let whole = V::<S, R>::splat(simd, R::of(1.0));
             let loose = V::<S, R>::splat(simd, R::of(LOOSE));
             let there = load(simd, &slot.weight, lane).simd_lt(zero);
-            let away = damage.simd_ge(whole) & effective.square.simd_gt(loose) & there;
+            let away = taken.simd_ge(whole) & effective.square.simd_gt(loose) & there;
             idle &= away.select(zero, whole).simd_gt(zero);
-            let taken = pulled::<S, R>(simd, &effective.stress);
+            let left = weakened::<S, R>(simd, &effective.strain, &own, taken);
             for k in 0..6 {
-                s[k] = damage.simd_gt(zero).select(s[k] - damage * taken[k], s[k]);
+                s[k] = taken.simd_gt(zero).select(left[k], s[k]);
             }
         }
         if !idle.all_true() {
@@ -339,7 +337,7 @@ impl Cold<'_, '_> {
             let crushed = square <= CRUSHED * CRUSHED;
             let tally = &mut self.tallies[lane];
             tally.crushed += u32::from(crushed);
-            let effective = [0, 1, 2, 3, 4, 5].map(|i| effective.stress[i][k].wide());
+            let strain = [0, 1, 2, 3, 4, 5].map(|i| effective.strain[i][k].wide());
             let x = self.view.reference[p];
             let rate = || {
                 let velocity = |node: u16| self.nodes.velocity[self.ids[node as usize] as usize];
@@ -350,9 +348,10 @@ impl Cold<'_, '_> {
             };
             let weakened = if self.view.damage[p] >= 1.0 && square > LOOSE {
                 self.view.gone[p] = true;
+                tally.dissipated += self.law.held(self.view, p, &strain);
                 [0.0; 6]
             } else {
-                self.law.weaken(self.view, p, &effective, tally, rate)
+                self.law.weaken(self.view, p, &strain, tally, rate)
             };
             for i in 0..6 {
                 stress[i][k] = R::of(weakened[i]);

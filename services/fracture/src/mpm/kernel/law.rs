@@ -61,6 +61,8 @@ fn green_strain<S: Simd, R: Real>(h: &[[V<S, R>; 3]; 3]) -> [V<S, R>; 6] {
 
 /// What the undamaged solid would bear.
 pub(super) struct Effective<V> {
+    /// Green's strain \[1\].
+    pub(super) strain: [V; 6],
     /// Second Piola–Kirchhoff stress \[Pa\].
     pub(super) stress: [V; 6],
     /// J² = det C \[1\].
@@ -96,7 +98,7 @@ pub(super) fn second_piola<S: Simd, R: Real>(
         rest * (adjoint[4] * four - e[4] * two),
         rest * (adjoint[5] * four - e[5] * two),
     ];
-    Effective { stress, square }
+    Effective { strain: e, stress, square }
 }
 
 /// Which points change nothing: no principal stress reaches `limit`, where damage grows, and the
@@ -129,6 +131,11 @@ impl Law<'_> {
         (view.strength[p] * lone, lone)
     }
 
+    /// Share of a pull that damage takes \[1\].
+    pub(super) fn taken(&self, view: &View<'_>, p: usize) -> f64 {
+        self.softening(view, p).taken(view.damage[p])
+    }
+
     /// Principal stress \[Pa\] below which damage does not grow, until a crack comes near.
     pub(super) fn limit(&self, view: &View<'_>, p: usize) -> f64 {
         if view.damage[p] >= 1.0 {
@@ -136,17 +143,24 @@ impl Law<'_> {
         }
         let time = if view.front_time[p] < f64::INFINITY { f64::INFINITY } else { self.time };
         let softening = self.softening(view, p);
-        let reached = softening.threshold(view.damage[p]) * softening.weakest();
+        let damage = view.damage[p];
+        let reached = softening.least_threshold(damage) * softening.weakest();
+        let reached = reached * softening.least_pull(damage);
         (softening.strength * self.strength(view, p, time).0 * reached).min(WATCH)
     }
 
-    /// Damages a point of `effective` stress \[Pa\] and returns what is left of that; `rate` is
+    /// Energy of a point of Green's strain `strain` \[J\].
+    pub(super) fn held(&self, view: &View<'_>, p: usize, strain: &Sym3) -> f64 {
+        self.softening(view, p).energy(strain, view.damage[p]) * view.volume[p]
+    }
+
+    /// Damages a point of Green's strain `strain` \[1\] and returns what it bears \[Pa\]; `rate` is
     /// asked for the strain rate \[1/s\] where damage begins.
     pub(super) fn weaken(
         &self,
         view: &mut View<'_>,
         p: usize,
-        effective: &Sym3,
+        strain: &Sym3,
         tally: &mut Tally,
         rate: impl FnOnce() -> f64,
     ) -> Sym3 {
@@ -157,7 +171,7 @@ impl Law<'_> {
             shielded: view.shielded[p],
             sudden: lone > 1.0,
         };
-        let response = self.softening(view, p).respond(effective, state);
+        let response = self.softening(view, p).respond(strain, state);
         if response.damage > state.damage {
             tally.grown += 1;
             tally.dissipated += response.dissipated * view.volume[p];

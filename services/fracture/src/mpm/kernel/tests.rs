@@ -3,7 +3,7 @@
 use super::{AROUND, Kernel, Kind, Law, Path, Precision, Stencil, gather, packed, vector};
 use crate::damage::{Softening, State};
 use crate::material::Material;
-use crate::mpm::elastic::{Elastic, matrix};
+use crate::mpm::elastic::{Elastic, green_strain, matrix};
 use crate::mpm::grid::{Element, Grid};
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3, math::unit};
@@ -32,10 +32,10 @@ fn cloud() -> (Grid, Particles, Vec3, Vec<Kind>) {
     for (n, u) in grid.nodes.displacement.iter_mut().enumerate() {
         *u = packed(Vec3::new(3.0, -1.0, 2.0) + random(6, n as u64) * 1e-3);
     }
-    let mut softening = Softening::new(&STONE, 0.2);
-    softening.strength = 1e10;
     let kinds = [(1.0, 0.2), (0.1, 0.2), (3.0, -0.3)].map(|(share, poisson)| {
         let material = Material { young: share * STONE.young, poisson, ..STONE };
+        let mut softening = Softening::new(&material, 0.2);
+        softening.strength = 1e10;
         Kind { elastic: Elastic::new(&material), softening }
     });
     (grid, particles, spacing, kinds.to_vec())
@@ -68,14 +68,13 @@ fn naive_forces(grid: &Grid, particles: &Particles, law: &Law<'_>) -> Vec<Vec3> 
                 h += u * naive_weight(element, k, x, &law.spacing).1.transpose();
             }
             let kind = &law.kinds[particles.kind[p] as usize];
-            let effective = kind.elastic.second_piola(&h).0;
             let state = State {
                 damage: particles.damage[p],
                 strength: 1e6,
                 shielded: false,
                 sudden: false,
             };
-            let s = kind.softening.respond(&effective, state).stress;
+            let s = kind.softening.respond(&green_strain(&h), state).stress;
             let first = (Mat3::identity() + h) * matrix(&s) * particles.volume[p];
             for (k, &node) in element.nodes.iter().enumerate() {
                 let (_, gradient) = naive_weight(element, k, x, &law.spacing);
