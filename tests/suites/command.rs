@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Cullet, children_of, corpus, is_alive, summary, unique};
-use cullet_coordinator::record::Recording;
+use cullet_record::Recording;
 use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;

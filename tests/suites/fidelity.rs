@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Cullet, corpus, summary, unique};
-use cullet_coordinator::record::Recording;
+use cullet_record::Recording;
 use std::path::PathBuf;
 
 /// Runs the drop scene with these values and one body that may break, and hands back the folder.

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Cullet, corpus, summary, unique};
-use cullet_coordinator::record::Recording;
+use cullet_record::Recording;
 use std::collections::BTreeMap;
 use std::path::Path;
 

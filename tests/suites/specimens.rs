@@ -251,7 +251,7 @@ fn shot(speed: u32, seed: u32, more: &[&str]) -> PathBuf {
 
 /// The shares of the ball that its pieces of at least a twentieth have, the largest first.
 fn wedges(recording: &Path) -> Vec<f64> {
-    let masses = cullet_coordinator::record::masses(recording).expect("masses");
+    let masses = cullet_record::masses(recording).expect("masses");
     let mut shares: Vec<f64> = masses.iter().map(|piece| piece.ratio).collect();
     shares.sort_by(|a, b| b.total_cmp(a));
     shares.retain(|&share| share > 0.05);

@@ -5,8 +5,8 @@
 mod common;
 
 use common::{Cullet, DONE, Going, Said, corpus, free_endpoint, signal, unique, until};
-use cullet_coordinator::link::client::{Client, Terms};
-use cullet_coordinator::scene::load;
+use cullet_pool::client::{Client, Terms};
+use cullet_scene::load;
 use serde_json::Value;
 use std::fs::{self, File};
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! A submitter that means harm: whatever it sends is refused with a reason or ends as a run that
 //! failed, the coordinator goes on, and nothing is read or written outside its folders.
 
-use cullet_coordinator::link::{Pool, PoolConfig};
-use cullet_coordinator::service::{ServiceConfig, Store, serve};
+use cullet_coordinator::{ServiceConfig, Store, serve};
+use cullet_pool::{Pool, PoolConfig};
 use cullet_proto::WorkerId;
 use cullet_proto::keys::{self, UserVerb};
 use cullet_proto::service::{BundleFile, BundleTable, RunInfo, State, Submit, SubmitAnswer};

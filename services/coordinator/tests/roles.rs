@@ -1,7 +1,7 @@
 //! Roles at a router, tried by peers that keep to nothing: each has a sound certificate and does
 //! what it may and what it may not.
 
-use cullet_coordinator::link::router::{Router, config};
+use cullet_pool::router::{Router, config};
 use cullet_proto::keys::{self, UserVerb, WorkerVerb};
 use cullet_proto::security::{Names, Roles, Rules, identity};
 use cullet_proto::transport::{self, Patience};

@@ -10,8 +10,7 @@ pub(crate) use limit::{Memory, memory};
 pub(crate) use voice::{Log, Voice};
 
 use clap::{Args, Parser, Subcommand};
-use cullet_coordinator::bench::Sweep;
-use cullet_coordinator::record;
+use cullet_lab::Sweep;
 use cullet_proto::WorkerId;
 use cullet_proto::keys::DEFAULT_COORDINATOR;
 use std::path::PathBuf;
@@ -374,7 +373,7 @@ pub(crate) struct Inspect {
     #[arg(long, conflicts_with = "json")]
     pub(crate) masses: bool,
     /// Fit fragments of at least so many cells of the grid that made them
-    #[arg(long, value_name = "N", requires = "masses", default_value_t = record::RESOLVED_CELLS)]
+    #[arg(long, value_name = "N", requires = "masses", default_value_t = cullet_record::RESOLVED_CELLS)]
     pub(crate) cells: f64,
 }
 

@@ -4,7 +4,7 @@ use crate::args::{self, Memory};
 use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::{Folder, refuse_itself};
 use crate::logs;
-use cullet_coordinator::bench::{
+use cullet_lab::{
     COLUMNS, Limits, Measured, Point, csv, file_names, json, plan, run_all, status, text,
 };
 use std::io::Write;

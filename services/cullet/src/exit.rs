@@ -1,7 +1,7 @@
 //! How the process ends.
 
 use crate::shown;
-use cullet_coordinator::link::LinkError;
+use cullet_pool::LinkError;
 use cullet_proto::service::codes;
 use serde::Serialize;
 use std::fmt;

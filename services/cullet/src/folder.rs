@@ -1,8 +1,8 @@
 //! Where a run puts its files.
 
 use crate::exit::{Exit, Trouble};
-use cullet_coordinator::link::Fetching;
-use cullet_coordinator::run::next_folder;
+use cullet_files::output::next_folder;
+use cullet_pool::Fetching;
 use std::path::{Path, PathBuf};
 
 /// Where runs go when no folder is named.

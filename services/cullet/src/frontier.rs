@@ -4,8 +4,8 @@ use crate::args::{self, Memory};
 use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::Folder;
 use crate::logs;
-use cullet_coordinator::bench::frontier::{Chart, Row, Set, csv, load, measure, read, rows, text};
-use cullet_coordinator::bench::{Limits, chart};
+use cullet_lab::frontier::{Chart, Row, Set, csv, load, measure, read, rows, text};
+use cullet_lab::{Limits, chart};
 use std::path::Path;
 use std::time::Duration;
 
@@ -43,7 +43,7 @@ fn known(table: &Path, needed: bool) -> Result<Vec<Row>, Trouble> {
         return Ok(Vec::new());
     }
     let text =
-        cullet_coordinator::plain::read_text(table).map_err(|error| Trouble::file(table, error))?;
+        cullet_files::regular::read_text(table).map_err(|error| Trouble::file(table, error))?;
     let bad = |why: String| Trouble::new(Exit::Usage, format!("{}: {why}", table.display()));
     rows(&text).map_err(bad)
 }

@@ -5,15 +5,15 @@ use crate::exit::{Exit, Trouble, print};
 use crate::folder::{Folder, refuse_itself};
 use crate::logs;
 use crate::shown::{lines, shown};
-use cullet_coordinator::preview::{self, Still, from_recording};
-use cullet_coordinator::{record, scene};
+use cullet_picture::{Still, from_recording};
 use std::path::{Path, PathBuf};
 
 pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
     let mut exit = Exit::Done;
     let mut look = |recording: &Path| {
         let recording = within(recording)?;
-        let told = record::inspect(&recording).map_err(|error| unreadable(&error, &recording))?;
+        let told =
+            cullet_record::inspect(&recording).map_err(|error| unreadable(&error, &recording))?;
         if !told.complete {
             let name = recording.display().to_string();
             let name = shown(&name);
@@ -28,10 +28,11 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
         let mut masses = Vec::new();
         for recording in std::iter::once(&args.recording).chain(&args.more) {
             let (recording, _) = look(recording)?;
-            let more = record::masses(&recording).map_err(|error| unreadable(&error, &recording));
+            let more =
+                cullet_record::masses(&recording).map_err(|error| unreadable(&error, &recording));
             masses.extend(more?);
         }
-        print(record::table(&masses, args.cells))?;
+        print(cullet_record::table(&masses, args.cells))?;
         return Ok(exit);
     }
     let (_, told) = look(&args.recording)?;
@@ -69,7 +70,7 @@ pub(crate) fn recover(args: &args::Recover) -> Result<Exit, Trouble> {
         let text = format!("{} is there already; name another with -o", output.display());
         return Err(Trouble::new(Exit::Usage, text));
     }
-    let saved = record::recover(recording, &output);
+    let saved = cullet_record::recover(recording, &output);
     let saved = saved.map_err(|error| unreadable(&error, recording))?;
     logs::say(saved);
     Ok(Exit::Done)
@@ -110,7 +111,7 @@ pub(crate) fn still(args: &args::Still) -> Result<Exit, Trouble> {
         return Err(Trouble::new(Exit::Usage, text).at(file.display()));
     }
     let wanted = Still { time: args.at, size: args.size, close: args.close };
-    let time = preview::still(&recording, &wanted, &file);
+    let time = cullet_picture::still(&recording, &wanted, &file);
     let time = time.map_err(|error| unreadable(&error, &recording))?;
     logs::say(format!("{}: the run at {time:.4} s", file.display()));
     Ok(Exit::Done)
@@ -118,29 +119,29 @@ pub(crate) fn still(args: &args::Still) -> Result<Exit, Trouble> {
 
 pub(crate) fn materials(args: &args::Materials) -> Result<Exit, Trouble> {
     if args.json {
-        print(format!("{:#}\n", scene::presets_json()))?;
+        print(format!("{:#}\n", cullet_scene::presets_json()))?;
     } else {
-        print(scene::presets_text())?;
+        print(cullet_scene::presets_text())?;
     }
     Ok(Exit::Done)
 }
 
 pub(crate) fn schema(args: &args::Schema) -> Result<Exit, Trouble> {
     print(match (args.specimen, args.whole, args.frontier) {
-        (true, _, _) => scene::specimen::schema(),
-        (_, true, _) => scene::specimen::whole::schema(),
-        (_, _, true) => cullet_coordinator::bench::frontier::schema(),
-        _ => scene::schema(),
+        (true, _, _) => cullet_lab::specimen::schema(),
+        (_, true, _) => cullet_lab::specimen::whole::schema(),
+        (_, _, true) => cullet_lab::frontier::schema(),
+        _ => cullet_scene::schema(),
     })?;
     Ok(Exit::Done)
 }
 
-fn unreadable(error: &record::RecordError, recording: &Path) -> Trouble {
+fn unreadable(error: &cullet_record::RecordError, recording: &Path) -> Trouble {
     let exit = match error {
-        record::RecordError::NotMcap { .. }
-        | record::RecordError::Foreign { .. }
-        | record::RecordError::Beyond { .. }
-        | record::RecordError::Specimen { .. } => Exit::Usage,
+        cullet_record::RecordError::NotMcap { .. }
+        | cullet_record::RecordError::Foreign { .. }
+        | cullet_record::RecordError::Beyond { .. }
+        | cullet_record::RecordError::Specimen { .. } => Exit::Usage,
         _ => Exit::File,
     };
     Trouble::new(exit, lines(&error.to_string())).at(recording.display())

@@ -20,7 +20,7 @@ pub(crate) fn job(args: &args::Job) -> Result<Exit, Trouble> {
             .map_err(|error| Trouble::new(Exit::Broken, error))?;
         return Ok(Exit::Done);
     };
-    cullet_coordinator::plain::open(file).map_err(|error| Trouble::file(file, error))?;
+    cullet_files::regular::open(file).map_err(|error| Trouble::file(file, error))?;
     let (digest, verdict) = replay(file, threads).map_err(|error| Trouble::file(file, error))?;
     let told = match verdict {
         Verdict::Broken(body) => format!("{} fragments", body.fragments.len()),

@@ -3,8 +3,7 @@
 use crate::args;
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::Folder;
-use cullet_coordinator::run::write_file;
-use cullet_coordinator::scene;
+use cullet_files::output::write_file;
 
 /// The scene that a person begins with.
 const SCENE: &str = include_str!("new/scene.toml");
@@ -20,7 +19,8 @@ pub(crate) fn new(args: &args::New) -> Result<Exit, Trouble> {
         return Err(Trouble::new(Exit::Usage, text).at(folder.display()));
     }
     let made = Folder::at(folder)?;
-    let files = [(SCHEMA_FILE, scene::schema()), (scene::SCENE_FILE, SCENE.to_owned())];
+    let files =
+        [(SCHEMA_FILE, cullet_scene::schema()), (cullet_scene::SCENE_FILE, SCENE.to_owned())];
     for (name, text) in files {
         let path = folder.join(name);
         write_file(&path, text.as_bytes()).map_err(|error| {

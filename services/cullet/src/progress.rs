@@ -2,7 +2,7 @@
 
 use crate::logs;
 use crate::shown::lines;
-use cullet_coordinator::run::{News, Position};
+use cullet_run::{News, Position};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, stderr};
 use std::time::{Duration, Instant};
@@ -151,7 +151,7 @@ pub(crate) fn text(p: &Position) -> String {
 #[cfg(test)]
 mod tests {
     use super::{Pace, text};
-    use cullet_coordinator::run::Position;
+    use cullet_run::Position;
 
     #[test]
     fn a_line_says_how_far_the_solves_are() {

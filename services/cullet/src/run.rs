@@ -7,12 +7,11 @@ use crate::progress::Progress;
 use crate::shown::{lines as lines_of, shown};
 use crate::signals::stop_when_told;
 use crate::{logs, sweep};
-use cullet_coordinator::link::{Pool, PoolConfig, Share, SpawnConfig};
-use cullet_coordinator::preview;
-use cullet_coordinator::run::{Outcome, RunError, RunOptions};
-use cullet_coordinator::scene::{Scene, load};
-use cullet_coordinator::service::run_here;
+use cullet_coordinator::run_here;
+use cullet_pool::{Pool, PoolConfig, Share, SpawnConfig};
 use cullet_proto::keys::DEFAULT_COORDINATOR;
+use cullet_run::{Outcome, RunError, RunOptions};
+use cullet_scene::{Scene, load};
 use std::path::Path;
 
 pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
@@ -95,7 +94,7 @@ pub(crate) fn trouble(error: &RunError) -> Trouble {
 /// Draws the pictures of a recording into a folder.
 pub(crate) fn draw(recording: &Path, out: &Path) -> Result<(), Trouble> {
     let failed = |error| Trouble::new(Exit::File, format!("the run has no picture: {error}"));
-    preview::from_recording(recording, out).map(|_| ()).map_err(failed)
+    cullet_picture::from_recording(recording, out).map(|_| ()).map_err(failed)
 }
 
 /// How a run ended; `pictured`: whether its pictures were drawn.

@@ -7,9 +7,9 @@ use crate::logs;
 use crate::shown::lines;
 use crate::signals::stop_when_told;
 use crate::tls::{self, Link};
-use cullet_coordinator::link::router::{self, Router};
-use cullet_coordinator::link::{LinkError, Pool, PoolConfig, SpawnConfig};
-use cullet_coordinator::service::{ServiceConfig, ServiceError, Store, serve, total};
+use cullet_coordinator::{ServiceConfig, ServiceError, Store, serve, total};
+use cullet_pool::router::{self, Router};
+use cullet_pool::{LinkError, Pool, PoolConfig, SpawnConfig};
 use cullet_proto::WorkerId;
 use cullet_proto::security::{COORDINATOR, Names, Roles, Rules};
 use cullet_worker::{WorkerConfig, WorkerError};
@@ -207,7 +207,7 @@ fn guard(args: &args::Guard, endpoint: &str, listens: bool) -> Result<Guard, Tro
         return Ok(Guard { link, rules, roles: None });
     };
     let text =
-        cullet_coordinator::plain::read_text(path).map_err(|error| Trouble::file(path, error))?;
+        cullet_files::regular::read_text(path).map_err(|error| Trouble::file(path, error))?;
     let wrong = |error: &dyn std::fmt::Display| {
         usage(format!("{}: {error}", path.display())).at(path.display())
     };

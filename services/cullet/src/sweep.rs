@@ -12,15 +12,15 @@ use crate::folder::Folder;
 use crate::logs;
 use crate::run::{draw, exit_of, read_scene, start_pool, trouble};
 use crate::shown::{lines as lines_of, shown};
-use cullet_coordinator::link::Share;
-use cullet_coordinator::plain;
-use cullet_coordinator::preview;
-use cullet_coordinator::record::Summary;
-use cullet_coordinator::run::{News, RunOptions, write_file};
-use cullet_coordinator::scene::Scene;
-use cullet_coordinator::service::run_here;
-use cullet_coordinator::service::sweep::{Sweep, is_sweep};
+use cullet_coordinator::run_here;
+use cullet_coordinator::sweep::{Sweep, is_sweep};
+use cullet_files::output::write_file;
+use cullet_files::regular;
+use cullet_pool::Share;
 use cullet_proto::service::MAX_TICKET;
+use cullet_record::Summary;
+use cullet_run::{News, RunOptions};
+use cullet_scene::Scene;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ const TABLE: &str = "table.csv";
 
 /// Whether a file is a sweep and not a scene.
 pub(crate) fn is_one(path: &Path) -> bool {
-    path.is_file() && plain::read_text(path).is_ok_and(|text| is_sweep(&text))
+    path.is_file() && regular::read_text(path).is_ok_and(|text| is_sweep(&text))
 }
 
 /// A sweep, and what its file is called.
@@ -45,7 +45,7 @@ struct Named {
 }
 
 fn read(file: &Path) -> Result<Named, Trouble> {
-    let text = plain::read_text(file).map_err(|error| Trouble::file(file, error))?;
+    let text = regular::read_text(file).map_err(|error| Trouble::file(file, error))?;
     let wrong = |text: String| {
         Trouble::new(Exit::Usage, format!("{}: {text}", file.display())).at(file.display())
     };
@@ -177,7 +177,7 @@ fn finish(
         Some((recording, sweep.label(values)))
     };
     let drawn: Vec<_> = rows.iter().zip(&sweep.rows).filter_map(labelled).collect();
-    if let Err(error) = preview::side_by_side(&drawn, &out.join(SHEET)) {
+    if let Err(error) = cullet_picture::side_by_side(&drawn, &out.join(SHEET)) {
         logs::warn(format!("the sweep has no sheet: {error}"));
     }
     if json {

@@ -3,7 +3,7 @@
 
 use crate::exit::{Exit, Trouble};
 use crate::shown::shown;
-use cullet_coordinator::link::LinkError;
+use cullet_pool::LinkError;
 use cullet_proto::security::{self, Rules};
 use rustls::pki_types::pem::{self, PemObject};
 use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName};

@@ -9,7 +9,7 @@
 //! `stub` beside it. Memory is the most that was held at one time: by this process, which is the
 //! coordinator, by one worker, and by a worker's job process.
 
-use cullet_coordinator::link::{Ending, Pool, PoolConfig, Share, SpawnConfig};
+use cullet_pool::{Ending, Pool, PoolConfig, Share, SpawnConfig};
 use cullet_proto::{FractureJob, JobId};
 use std::collections::VecDeque;
 use std::fmt::Display;

@@ -60,7 +60,7 @@ impl Cullet {
     /// What it says goes to the end of a file, as JSON, with all that is said of jobs.
     pub(crate) fn log(mut self, path: &Path) -> Self {
         let file = OpenOptions::new().append(true).create(true).open(path).expect("a log");
-        let levels = "warn,cullet_coordinator=debug,cullet_worker=debug,zenoh=error";
+        let levels = "warn,cullet=debug,zenoh=error";
         self.0.args(["--log", "json"]).env("CULLET_LOG", levels).stderr(file);
         self
     }

@@ -1,11 +1,13 @@
 //! Threads, numbers, units and chance: F75 to F78.
 
 use crate::kit::{H, PLASTER, STRONG, blow, body, cuboid, problem, rows, solved};
-use cullet_coordinator::bench::frontier::{self, stats::ensemble};
-use cullet_coordinator::scene::{Bundle, SceneFile, load_bundle};
+use cullet_document::files::{Bundle, SceneFile};
 use cullet_fracture::mpm::watch::{Given, Watch};
 use cullet_fracture::{Failure, Problem};
 use cullet_geometry::{Vec3, math::unit};
+use cullet_lab::frontier;
+use cullet_lab::frontier::stats::ensemble;
+use cullet_scene::load_bundle;
 use std::sync::Arc;
 
 /// Does something on so many threads.

@@ -9,11 +9,12 @@ use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::{Folder, refuse_fetched, refuse_taken};
 use crate::logs;
 use crate::shown::shown;
-use cullet_coordinator::link::client::{Client, Terms};
-use cullet_coordinator::link::{Fetching, mark};
-use cullet_coordinator::scene::{Bundle, Scene, name_at};
+use cullet_document::Bundle;
+use cullet_pool::client::{Client, Terms};
+use cullet_pool::{Fetching, mark};
 use cullet_proto::keys::UserVerb;
 use cullet_proto::service::{Nothing, RunInfo, Runs, Which};
+use cullet_scene::{Scene, name_at};
 use std::collections::BTreeMap;
 use std::path::Path;
 

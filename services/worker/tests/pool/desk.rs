@@ -1,10 +1,10 @@
 //! A client hands a scene in, follows it and fetches what came of it, over a real link.
 
 use crate::kit::config;
-use cullet_coordinator::link::client::{Client, Terms};
-use cullet_coordinator::link::{LinkError, Pool};
-use cullet_coordinator::scene::{Bundle, SceneFile};
-use cullet_coordinator::service::{ServiceConfig, Store, serve};
+use cullet_coordinator::{ServiceConfig, Store, serve};
+use cullet_document::files::{Bundle, SceneFile};
+use cullet_pool::client::{Client, Terms};
+use cullet_pool::{LinkError, Pool};
 use cullet_proto::keys::UserVerb;
 use cullet_proto::security::Rules;
 use cullet_proto::service::{MAX_INLINE, Nothing, RunInfo, Runs, State, Which, codes};

@@ -1,7 +1,7 @@
 //! Bytes that are not as they should be get an answer that says so.
 
 use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
-use cullet_coordinator::link::{CacheConfig, Ending, Pool, PoolConfig, Refusals, Share};
+use cullet_pool::{CacheConfig, Ending, Pool, PoolConfig, Refusals, Share};
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, WorkerVerb};
 use cullet_proto::pool::{

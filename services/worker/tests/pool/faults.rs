@@ -2,7 +2,7 @@
 
 use crate::kit::with_processes_of;
 use crate::kit::{Hand, config, job, next, solve, verdict, wait_for, with_processes};
-use cullet_coordinator::link::{Ending, Pool, PoolConfig, Share, SpawnConfig, Timing};
+use cullet_pool::{Ending, Pool, PoolConfig, Share, SpawnConfig, Timing};
 use cullet_proto::{FractureJob, Verdict};
 use cullet_worker::{JobCommand, Watch, WorkerConfig};
 use std::path::{Path, PathBuf};

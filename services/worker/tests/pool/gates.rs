@@ -8,7 +8,7 @@
 use crate::figures::{gate, number, tell};
 use crate::kit::{PATIENCE, config, job, next, verdict, wait_for, with_processes};
 use crate::proxy::proxy;
-use cullet_coordinator::link::{Pool, PoolConfig, Settlement, Share, Timing};
+use cullet_pool::{Pool, PoolConfig, Settlement, Share, Timing};
 use cullet_proto::FractureJob;
 use cullet_proto::transport::Patience;
 use serde_json::Value;

@@ -1,9 +1,9 @@
 //! What the pool keeps, and what it tells while it works.
 
 use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
-use cullet_coordinator::link::{CacheConfig, Ending, Pool, PoolConfig, RunHandle, Share, Timing};
-use cullet_coordinator::run::Jobs;
+use cullet_pool::{CacheConfig, Ending, Pool, PoolConfig, RunHandle, Share, Timing};
 use cullet_proto::{FractureJob, Verdict, WorkerId};
+use cullet_run::Jobs;
 use cullet_worker::Watch;
 use std::sync::Arc;
 

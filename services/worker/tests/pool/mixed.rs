@@ -1,8 +1,8 @@
 //! Meshes that travel once, workers that differ, and queues that are full.
 
 use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
-use cullet_coordinator::link::{Ending, Pool, PoolConfig, Share, Timing};
 use cullet_geometry::{Solid, Vec3, shapes};
+use cullet_pool::{Ending, Pool, PoolConfig, Share, Timing};
 use cullet_proto::pool::Family;
 use cullet_proto::{FractureJob, Precision};
 use cullet_worker::WorkerConfig;

@@ -1,10 +1,10 @@
 //! The number of workers and their haste do not show in the results.
 
 use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for, with_processes_of};
-use cullet_coordinator::link::{Ending, Pool, PoolConfig, Share, Timing};
-use cullet_coordinator::run::Jobs;
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
+use cullet_pool::{Ending, Pool, PoolConfig, Share, Timing};
 use cullet_proto::{BrokenBody, FractureJob, Fragment, Report, Verdict};
+use cullet_run::Jobs;
 use cullet_worker::Watch;
 use std::sync::Arc;
 use std::time::Duration;

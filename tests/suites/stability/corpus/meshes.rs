@@ -3,7 +3,7 @@
 //! refused by name. A comment in each file says what it is.
 
 use crate::kit::is_solid;
-use cullet_coordinator::scene::meshes::{self, MeshFileError};
+use cullet_assets::MeshFileError;
 use cullet_geometry::door::{DoorError, Repair, admit};
 use cullet_tests::{files, root};
 
@@ -109,7 +109,7 @@ fn bad_meshes_are_mended_or_refused_by_name() {
     assert_eq!(found, listed, "every file has its fate");
     for (name, fate) in FATES {
         let bytes = std::fs::read(folder.join(name)).expect("a mesh");
-        match (meshes::read(name, &bytes), fate) {
+        match (cullet_assets::read(name, &bytes), fate) {
             (Ok(mesh), fate) => door(name, &mesh, fate),
             (Err(error), Unread(defect, words)) => {
                 let error: MeshFileError = error;

@@ -3,7 +3,6 @@
 use super::bytes::{INPUT, damaged};
 use super::timed;
 use crate::kit::is_solid;
-use cullet_coordinator::scene::meshes;
 use cullet_geometry::door::{Repair, admit};
 use cullet_geometry::{TriMesh, shapes};
 use cullet_tests::{files, root};
@@ -94,7 +93,7 @@ fn glb(mesh: &TriMesh) -> Vec<u8> {
 
 /// Reads, and repairs what is small: what comes out is a solid or an error in words.
 fn read(name: &str, bytes: &[u8], repair: bool) {
-    match timed(name, || meshes::read(name, bytes)) {
+    match timed(name, || cullet_assets::read(name, bytes)) {
         Ok(mesh) => {
             assert_eq!(mesh.validate(), Ok(()), "{name}");
             if !repair || mesh.triangles.len() > REPAIRED {
@@ -114,7 +113,7 @@ fn read(name: &str, bytes: &[u8], repair: bool) {
 
 /// Holds the readers of one format to edits of valid files.
 fn hold(name: &str, seeds: &[Vec<u8>], iterations: usize) {
-    let readable = seeds.iter().filter(|seed| meshes::read(name, seed).is_ok()).count();
+    let readable = seeds.iter().filter(|seed| cullet_assets::read(name, seed).is_ok()).count();
     assert!(2 * readable >= seeds.len(), "{readable} of {} seeds are read", seeds.len());
     bolero::check!().with_iterations(iterations).with_max_len(INPUT).for_each(|input: &[u8]| {
         read(name, &damaged(input, seeds).1, input.len() % STRIDE == 1);

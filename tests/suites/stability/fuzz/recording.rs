@@ -2,9 +2,9 @@
 
 use super::bytes::{INPUT, damaged};
 use super::timed;
-use cullet_coordinator::record::{Event, PoseRow, Recorder, RunMeta, Touch, inspect, recover};
 use cullet_geometry::{Pose, Solid, Surface, Vec3, shapes};
 use cullet_proto::recording::{Body, Geometry, Tier};
+use cullet_record::{Event, PoseRow, Recorder, RunMeta, Touch, inspect, recover};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -2,7 +2,9 @@
 
 use super::bytes::{INPUT, damaged};
 use super::timed;
-use cullet_coordinator::scene::{self, Bundle, SceneErrors, SceneFile, specimen};
+use cullet_document::SceneErrors;
+use cullet_document::files::{Bundle, SceneFile};
+use cullet_lab::specimen;
 use cullet_proto::specimen::SpecimenJob;
 use cullet_tests::{files, root};
 use std::path::Path;
@@ -56,10 +58,10 @@ eye = [1, 2, 3]
 target = [0, 0, 0]
 "#;
 
-fn load(text: Vec<u8>, overrides: Vec<String>) -> Result<scene::Scene, SceneErrors> {
+fn load(text: Vec<u8>, overrides: Vec<String>) -> Result<cullet_scene::Scene, SceneErrors> {
     let key = "scene/scene.toml".to_owned();
     let files = vec![SceneFile { key: key.clone(), bytes: Arc::new(text) }];
-    scene::load_bundle(&Bundle { name: "test".to_owned(), main: key, overrides, files })
+    cullet_scene::load_bundle(&Bundle { name: "test".to_owned(), main: key, overrides, files })
 }
 
 /// An error says what is wrong and where; of a file that is no text, which.

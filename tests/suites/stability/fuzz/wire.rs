@@ -3,8 +3,8 @@
 
 use super::bytes::{INPUT, damaged};
 use super::timed;
-use cullet_coordinator::scene::specimen;
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3, shapes};
+use cullet_lab::specimen;
 use cullet_proto::chunks::{self, Assembly, CHUNK};
 use cullet_proto::claim::{Claim, Reply};
 use cullet_proto::envelope::PREFIX;

@@ -1,0 +1,223 @@
+//! One attempt at a run: from its bundle to its files.
+
+use super::board::{End, Entry, How, Reached};
+use super::cutoff::{Reach, seen};
+use super::here::{REPRODUCTION, TIMELINE, leave};
+use super::keeper::{Desk, Keeper};
+use super::live::Live;
+use super::store::Kept;
+use super::timeline::Past;
+use cullet_files::clock::unix_ms;
+use cullet_files::output::UNFINISHED;
+use cullet_pool::bundle;
+use cullet_proto::service::{FileInfo, Position, codes, hex_of};
+use cullet_run::{News, Outcome, RunError, RunOptions, run};
+use cullet_scene::load_bundle;
+use std::fs::{self, File};
+use std::io::{self, BufReader};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+/// What a run leaves to be fetched; one that was cut off has its recording as far as it was
+/// written.
+const PRODUCTS: [&str; 9] = [
+    "run.mcap",
+    CUT_OFF,
+    "summary.json",
+    "preview.png",
+    "preview.gif",
+    TIMELINE[0],
+    TIMELINE[1],
+    REPRODUCTION[0],
+    REPRODUCTION[1],
+];
+/// A recording that was cut off, which `recover` makes a readable file of.
+pub(super) const CUT_OFF: &str = "run.mcap.partial";
+/// Between two lines of a run's position.
+const NEWS_PERIOD: Duration = Duration::from_secs(2);
+
+/// What an attempt needs.
+pub(super) struct Attempt {
+    pub(super) entry: Entry,
+    pub(super) bundle: Vec<u8>,
+    pub(super) folder: PathBuf,
+    pub(super) kept: Kept,
+    /// Its part of the state folder.
+    pub(super) state: PathBuf,
+    /// Where it says how far it is; nowhere, where nobody comes back to it.
+    pub(super) reach: Option<Reach>,
+    pub(super) live: Arc<Live>,
+    pub(super) stop: Arc<AtomicBool>,
+}
+
+/// How an attempt ended, and when.
+#[derive(Debug)]
+pub(super) struct Ended {
+    pub(super) how: How,
+    pub(super) end: End,
+    pub(super) at: u64,
+}
+
+impl Ended {
+    pub(super) fn failed(code: u8, text: String) -> Self {
+        let end = End { code: Some(code), text, ..End::default() };
+        Self { how: How::Failed, end, at: unix_ms() }
+    }
+}
+
+impl Attempt {
+    /// Runs the scene to its end, to trouble, or until it is told to stop.
+    pub(super) fn run(mut self, pool: &dyn Desk) -> Ended {
+        let _span = tracing::info_span!("run", run = self.entry.run).entered();
+        let scene = match self.scene() {
+            Ok(scene) => scene,
+            Err(text) => return self.ended(Ended::failed(codes::UNFIT, text)),
+        };
+        if let Err(error) = empty(&self.folder) {
+            let text = format!("{}: {error}", self.folder.display());
+            return self.ended(Ended::failed(codes::UNKEPT, text));
+        }
+        let seen = seen(&self.state);
+        let past = Past::begin(&self.state, self.entry.attempt, unix_ms(), seen);
+        let keeper = Keeper::new(pool, Some(self.kept.clone()), &self.live).noting(&past);
+        let (mut told, mut last) = (Instant::now(), String::new());
+        let mut reach = self.reach.take();
+        let options = RunOptions { out: &self.folder, stop: &self.stop };
+        let outcome = run(&scene, &keeper, &options, &mut |news| match news {
+            News::Line(line) => self.live.say(line),
+            News::At(p) => {
+                self.live.at(Some(*p));
+                let (time, settled) = ((p.time * 1e6) as u64, self.live.jobs().settled);
+                if let Some(reach) = &mut reach {
+                    reach.note(Reached { time, settled });
+                }
+                if told.elapsed() >= NEWS_PERIOD {
+                    told = Instant::now();
+                    let text = format!("{:.3} of {:.3} s, {} bodies", p.time, p.end, p.bodies);
+                    let text = text + &solving(p);
+                    // One that stands still is said once: why is a line of its own.
+                    if text != last {
+                        self.live.say(&text);
+                        last = text;
+                    }
+                }
+            }
+        });
+        self.live.at(None);
+        keeper.close();
+        let ended = match outcome {
+            Ok(outcome) => self.over(&outcome, &past),
+            Err(error) => {
+                let (how, code) = kind(&error);
+                let mut ended = Ended::failed(code, error.to_string());
+                self.leave(&past);
+                ended.end.files = products(&self.folder).unwrap_or_default();
+                Ended { how, ..ended }
+            }
+        };
+        self.ended(ended)
+    }
+
+    fn scene(&self) -> Result<cullet_scene::Scene, String> {
+        let overrides = &self.entry.order.overrides;
+        let bundle = bundle::decode(&self.bundle, overrides).map_err(|e| e.to_string())?;
+        load_bundle(&bundle).map_err(|e| e.to_string())
+    }
+
+    fn ended(&self, ended: Ended) -> Ended {
+        if !ended.end.text.is_empty() {
+            self.live.say(&format!("error: {}", ended.end.text));
+        }
+        ended
+    }
+
+    fn over(&self, outcome: &Outcome, past: &Past) -> Ended {
+        let drawn = cullet_picture::from_recording(&outcome.recording, &self.folder);
+        if let Err(error) = &drawn {
+            self.live.say(&format!("warning: the run has no picture: {error}"));
+        }
+        for text in &outcome.unmet {
+            self.live.say(&format!("expected, and does not hold: {text}"));
+        }
+        self.leave(past);
+        let files = match products(&self.folder) {
+            Ok(files) => files,
+            Err(text) => return Ended::failed(codes::UNKEPT, text),
+        };
+        let (how, code) = match (outcome.interrupted, outcome.unmet.is_empty(), drawn.is_ok()) {
+            // Who told it to stop knows what for, and gives it a code.
+            (true, _, _) => (How::Stopped, None),
+            (false, false, _) => (How::Done, Some(codes::UNMET)),
+            (false, true, false) => (How::Done, Some(codes::UNPICTURED)),
+            (false, true, true) => (How::Done, Some(codes::DONE)),
+        };
+        let end = End { code, files, ..End::default() };
+        Ended { how, end, at: unix_ms() }
+    }
+
+    fn leave(&self, past: &Past) {
+        let told = (&*self.entry.order.name, &past.timeline(self.live.timeline()));
+        leave(&self.folder, told, &self.live, &mut |line| self.live.say(&line));
+    }
+}
+
+/// How far the solves are that a run waits for.
+fn solving(p: &Position) -> String {
+    match p.permille {
+        0 => String::new(),
+        permille => format!(", {} jobs to do (at work: {} %)", p.jobs, permille / 10),
+    }
+}
+
+fn kind(error: &RunError) -> (How, u8) {
+    match error {
+        RunError::Abandoned { .. } => (How::Stalled, codes::STALLED),
+        RunError::Record(_) | RunError::File { .. } => (How::Failed, codes::UNKEPT),
+        RunError::World(_) | RunError::Lost(_) | RunError::OutOfOrder { .. } => {
+            (How::Failed, codes::FAILED)
+        }
+    }
+}
+
+/// A folder with nothing of an earlier attempt in it.
+fn empty(folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder)?;
+    for file in fs::read_dir(folder)? {
+        let path = file?.path();
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        let ours = PRODUCTS.iter().any(|product| {
+            name.strip_prefix(product).is_some_and(|rest| rest.is_empty() || rest == ".partial")
+        });
+        if ours || name.starts_with(UNFINISHED) {
+            fs::remove_file(path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Removes what a run recorded, and its folder if nothing of others is in it.
+pub(super) fn discard(folder: &Path) -> io::Result<()> {
+    if folder.is_dir() {
+        empty(folder)?;
+        let _others_are_in_it = fs::remove_dir(folder);
+    }
+    Ok(())
+}
+
+pub(super) fn products(folder: &Path) -> Result<Vec<FileInfo>, String> {
+    let there = PRODUCTS.iter().filter(|name| folder.join(name).is_file());
+    let row = |name: &&str| {
+        let path = folder.join(name);
+        let (length, digest) = sum(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        Ok(FileInfo { name: (*name).to_owned(), length, digest: hex_of(&digest) })
+    };
+    there.map(row).collect()
+}
+
+fn sum(path: &Path) -> io::Result<(u64, [u8; 32])> {
+    let mut hasher = blake3::Hasher::new();
+    let length = io::copy(&mut BufReader::new(File::open(path)?), &mut hasher)?;
+    Ok((length, *hasher.finalize().as_bytes()))
+}

@@ -1,0 +1,154 @@
+//! From bytes to one tree: the main file, what it includes, and the overrides.
+
+use super::error::SceneError;
+use super::files::{Files, folder_of, key};
+use super::overrides::NAMED_LISTS;
+use super::tree::{self, Node, Text, Value};
+use std::sync::Arc;
+
+/// Deepest chain of includes: a longer one is a mistake, and each level costs stack.
+const MAX_INCLUDE_DEPTH: usize = 8;
+
+/// Longest scene file \[bytes\]: generators say in ten lines what a million lines would.
+const MAX_SCENE_BYTES: usize = 8 << 20;
+
+/// Reads the file under `main` and what it includes.
+pub fn read(files: &mut Files, main: &str) -> (Node, Option<Arc<Text>>, Vec<SceneError>) {
+    let mut errors = Vec::new();
+    let text = match text_of(files, main) {
+        Ok(text) => text,
+        Err(why) => {
+            let nowhere = Arc::new(Text {
+                label: files.label(main),
+                base: String::new(),
+                content: String::new(),
+            });
+            return (Node::empty_table(&nowhere), None, vec![SceneError::without_place(why)]);
+        }
+    };
+    let mut chain = vec![main.to_owned()];
+    let node = expand(files, &text, &mut chain, &mut errors);
+    (node, Some(text), errors)
+}
+
+fn text_of(files: &mut Files, key: &str) -> Result<Arc<Text>, String> {
+    let bytes = files.get(key).map_err(|error| error.to_string())?;
+    let label = files.label(key);
+    if bytes.len() > MAX_SCENE_BYTES {
+        return Err(format!("{label} is larger than {MAX_SCENE_BYTES} bytes"));
+    }
+    match std::str::from_utf8(&bytes) {
+        Ok(content) => {
+            let content = content.strip_prefix('\u{feff}').unwrap_or(content).to_owned();
+            Ok(Arc::new(Text { label, base: folder_of(key), content }))
+        }
+        Err(error) => {
+            Err(format!("{label} is not UTF-8 text: byte {} is wrong", error.valid_up_to()))
+        }
+    }
+}
+
+fn expand(
+    files: &mut Files,
+    text: &Arc<Text>,
+    chain: &mut Vec<String>,
+    errors: &mut Vec<SceneError>,
+) -> Node {
+    let (node, faults) = tree::parse(text);
+    errors.extend(faults);
+    included(files, node, chain, errors)
+}
+
+/// The key under which a specimen of the whole has its scene.
+pub const SCENE: &str = "scene";
+
+/// The scene of a specimen of the whole, laid on what it includes; any other document as it is.
+pub fn scene_of(
+    files: &mut Files,
+    mut root: Node,
+    main: &str,
+    errors: &mut Vec<SceneError>,
+) -> Node {
+    let below = match &mut root.value {
+        Value::Table(table) => table.remove(SCENE),
+        _ => None,
+    };
+    match below {
+        Some(entry) => included(files, entry.node, &mut vec![main.to_owned()], errors),
+        None => root,
+    }
+}
+
+/// A document laid on the files that it includes.
+fn included(
+    files: &mut Files,
+    node: Node,
+    chain: &mut Vec<String>,
+    errors: &mut Vec<SceneError>,
+) -> Node {
+    let mut whole: Option<Node> = None;
+    for item in node.items("include") {
+        let Some(path) = item.text() else { continue };
+        let included = key(&item.origin.text.base, path);
+        if chain.contains(&included) || chain.len() > MAX_INCLUDE_DEPTH {
+            let message = if chain.contains(&included) {
+                format!("{path} includes itself")
+            } else {
+                format!("includes go deeper than {MAX_INCLUDE_DEPTH} files")
+            };
+            errors.push(SceneError::at(&item.origin, "include", message));
+            continue;
+        }
+        match text_of(files, &included) {
+            Ok(inner) => {
+                chain.push(included);
+                let below = expand(files, &inner, chain, errors);
+                chain.pop();
+                whole = Some(match whole {
+                    Some(whole) => merge(whole, below, true),
+                    None => below,
+                });
+            }
+            Err(why) => errors.push(SceneError::at(&item.origin, "include", why)),
+        }
+    }
+    match whole {
+        Some(whole) => merge(whole, node, true),
+        None => node,
+    }
+}
+
+/// `over` laid on `under`: named lists follow one another, tables mix, other values are replaced.
+fn merge(under: Node, over: Node, top: bool) -> Node {
+    let origin = over.origin;
+    let (mut table, over_table) = match (under.value, over.value) {
+        (Value::Table(under), Value::Table(over)) => (under, over),
+        (_, value) => return Node { origin, value },
+    };
+    for (name, entry) in over_table {
+        let merged = match table.remove(&name) {
+            None => entry,
+            Some(before) => {
+                let mut entry = entry;
+                entry.node = if top && NAMED_LISTS.contains(&name.as_str()) {
+                    follow(before.node, entry.node)
+                } else {
+                    merge(before.node, entry.node, false)
+                };
+                entry
+            }
+        };
+        table.insert(name, merged);
+    }
+    Node { origin, value: Value::Table(table) }
+}
+
+fn follow(before: Node, after: Node) -> Node {
+    match (before.value, after.value) {
+        (Value::Array(mut first), Value::Array(second)) => {
+            first.extend(second);
+            Node { origin: after.origin, value: Value::Array(first) }
+        }
+        (_, value) => Node { origin: after.origin, value },
+    }
+}

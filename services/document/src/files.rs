@@ -1,0 +1,228 @@
+//! The files of a scene: from the disk, or from a bundle that a client sent.
+//!
+//! Each file has a *key*, a plain string: `scene/<path>` for what a scene file names (relative to
+//! the folder of the main file), `given/<path>` for what a `--set` argument names (relative to the
+//! current folder). A bundle maps keys to bytes, so a coordinator on another machine never opens a
+//! path of its own.
+
+use cullet_files::regular;
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Most bytes of one file: a scene must not fill the coordinator's memory.
+pub const MAX_FILE_BYTES: u64 = 256 << 20;
+
+/// Most bytes of all files of a scene together, for the same reason.
+pub const MAX_TOTAL_BYTES: u64 = 512 << 20;
+
+/// Most files of a scene: an include that fans out stops here.
+pub const MAX_FILES: usize = 256;
+
+/// The key prefix of files that a scene file names.
+pub const SCENE_BASE: &str = "scene/";
+
+/// The key prefix of files that an override names.
+pub const GIVEN_BASE: &str = "given/";
+
+/// Why a file could not be had.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FileError {
+    /// Not there, or not readable.
+    #[error("cannot read {path}: {reason}")]
+    Unreadable {
+        /// Which.
+        path: String,
+        /// What the system said.
+        reason: String,
+    },
+    /// The bundle does not have it.
+    #[error("{path} is not in the bundle")]
+    NotBundled {
+        /// Which key.
+        path: String,
+    },
+    /// Larger than accepted.
+    #[error("{path} is larger than {limit} bytes")]
+    TooLarge {
+        /// Which.
+        path: String,
+        /// The bound \[bytes\].
+        limit: u64,
+    },
+    /// More files than accepted.
+    #[error("the scene names more than {limit} files")]
+    TooMany {
+        /// The bound.
+        limit: usize,
+    },
+}
+
+/// One file that a scene used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneFile {
+    /// Its key.
+    pub key: String,
+    /// Its bytes.
+    pub bytes: Arc<Vec<u8>>,
+}
+
+/// A scene with everything it needs, to be sent elsewhere.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Bundle {
+    /// What the scene is called.
+    pub name: String,
+    /// The key of the main file.
+    pub main: String,
+    /// `path=value` arguments, in order.
+    pub overrides: Vec<String>,
+    /// Every file, by key.
+    pub files: Vec<SceneFile>,
+}
+
+/// Where files come from.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// The disk: the folder of the main file, and the current folder for overrides.
+    Disk {
+        /// Folder of the main scene file.
+        folder: PathBuf,
+    },
+    /// Memory.
+    Bundle(BTreeMap<String, Arc<Vec<u8>>>),
+}
+
+/// A source and what was taken from it so far.
+#[derive(Debug)]
+pub struct Files {
+    source: Source,
+    used: BTreeMap<String, Arc<Vec<u8>>>,
+    total: u64,
+}
+
+impl Files {
+    /// Nothing taken yet.
+    #[must_use]
+    pub fn new(source: Source) -> Self {
+        Self { source, used: BTreeMap::new(), total: 0 }
+    }
+
+    /// The bytes under `key`; the second call for a key costs nothing.
+    ///
+    /// # Errors
+    /// Missing, unreadable, or over a limit.
+    pub fn get(&mut self, key: &str) -> Result<Arc<Vec<u8>>, FileError> {
+        if let Some(bytes) = self.used.get(key) {
+            return Ok(Arc::clone(bytes));
+        }
+        if self.used.len() >= MAX_FILES {
+            return Err(FileError::TooMany { limit: MAX_FILES });
+        }
+        let bytes = match &self.source {
+            Source::Disk { folder } => Arc::new(read_disk(&disk_path(folder, key))?),
+            Source::Bundle(files) => match files.get(key) {
+                Some(bytes) => Arc::clone(bytes),
+                None => {
+                    return Err(FileError::NotBundled { path: key.to_owned() });
+                }
+            },
+        };
+        self.total += bytes.len() as u64;
+        if self.total > MAX_TOTAL_BYTES {
+            let path = "the scene with all its files".to_owned();
+            return Err(FileError::TooLarge { path, limit: MAX_TOTAL_BYTES });
+        }
+        self.used.insert(key.to_owned(), Arc::clone(&bytes));
+        Ok(bytes)
+    }
+
+    /// What a person calls the file under `key`.
+    #[must_use]
+    pub fn label(&self, key: &str) -> String {
+        match &self.source {
+            Source::Disk { folder } => disk_path(folder, key).display().to_string(),
+            Source::Bundle(_) => key.strip_prefix(SCENE_BASE).unwrap_or(key).to_owned(),
+        }
+    }
+
+    /// Everything taken, by key.
+    #[must_use]
+    pub fn into_used(self) -> Vec<SceneFile> {
+        self.used.into_iter().map(|(key, bytes)| SceneFile { key, bytes }).collect()
+    }
+}
+
+/// The key of `path` as written in a text whose base is `base`; `.` and `..` are worked out by
+/// name.
+#[must_use]
+pub fn key(base: &str, path: &str) -> String {
+    let path = path.replace('\\', "/");
+    if path.starts_with('/') {
+        let root = if base.starts_with(GIVEN_BASE) { GIVEN_BASE } else { SCENE_BASE };
+        return format!("{root}{path}");
+    }
+    let (root, folder) = match base.split_once('/') {
+        Some((root, folder)) => (root, folder),
+        None => (base, ""),
+    };
+    let absolute = folder.starts_with('/');
+    let mut parts: Vec<&str> = Vec::new();
+    for part in folder.split('/').chain(path.split('/')) {
+        match part {
+            "" | "." => {}
+            ".." if parts.last().is_some_and(|last| *last != "..") => {
+                parts.pop();
+            }
+            other => parts.push(other),
+        }
+    }
+    let slash = if absolute { "/" } else { "" };
+    format!("{root}/{slash}{}", parts.join("/"))
+}
+
+/// The base of texts under `key`: everything up to its last slash.
+#[must_use]
+pub fn folder_of(key: &str) -> String {
+    key.rfind('/').map_or_else(String::new, |at| key[..=at].to_owned())
+}
+
+fn disk_path(folder: &Path, key: &str) -> PathBuf {
+    match key.strip_prefix(SCENE_BASE) {
+        Some(path) => folder.join(path),
+        None => PathBuf::from(key.strip_prefix(GIVEN_BASE).unwrap_or(key)),
+    }
+}
+
+fn read_disk(path: &Path) -> Result<Vec<u8>, FileError> {
+    let name = path.display().to_string();
+    let unreadable = |error: std::io::Error| FileError::Unreadable {
+        path: name.clone(),
+        reason: regular::words(&error),
+    };
+    let file = regular::open(path).map_err(unreadable)?;
+    let mut bytes = Vec::new();
+    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(FileError::TooLarge { path: name, limit: MAX_FILE_BYTES });
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{folder_of, key};
+
+    #[test]
+    fn keys_are_worked_out_by_name() {
+        assert_eq!(key("scene/", "a/b.obj"), "scene/a/b.obj");
+        assert_eq!(key("scene/lib/", "./x/../b.obj"), "scene/lib/b.obj");
+        assert_eq!(key("scene/lib/", "../common.toml"), "scene/common.toml");
+        assert_eq!(key("scene/", "../common.toml"), "scene/../common.toml");
+        assert_eq!(key("scene/../", "../x.toml"), "scene/../../x.toml");
+        assert_eq!(key("given/", "/abs/x.obj"), "given//abs/x.obj");
+        assert_eq!(key("scene//abs/", "x.obj"), "scene//abs/x.obj");
+        assert_eq!(folder_of("scene/a/b.toml"), "scene/a/");
+        assert_eq!(folder_of("scene/b.toml"), "scene/");
+    }
+}

@@ -1,0 +1,96 @@
+//! What a specimen is made of: a material, and others in zones.
+
+use super::format::Document;
+use super::resolve::{Desk, Use, item, path};
+use cullet_document::tree::{Path, Step};
+use cullet_proto::Material;
+use cullet_proto::specimen as wire;
+use cullet_proto::strength::{EVEN, Strength};
+use cullet_scene::format::Material as Written;
+use cullet_scene::material::SceneMaterial;
+use cullet_scene::resolve::own_material;
+
+/// Strength and fracture energy of a material that cannot break and gives none.
+const UNBREAKABLE: (f64, f64) = (1e-3, 1e3);
+
+fn below(path: &[Step], name: &str) -> Path {
+    let mut longer = path.to_vec();
+    longer.push(name.into());
+    longer
+}
+
+impl Desk<'_> {
+    /// A material, without strength where nothing can break.
+    fn material(&mut self, written: &Written, breaks: bool, at: &Path) -> Option<SceneMaterial> {
+        let mut written = written.clone();
+        if !breaks {
+            written.breakable = Some(false);
+            if written.preset.is_none() {
+                let young = written.young.unwrap_or(1.0);
+                written.strength.get_or_insert(UNBREAKABLE.0 * young);
+                written.fracture_energy.get_or_insert(UNBREAKABLE.1);
+            }
+        }
+        own_material(&mut self.shop, &written, at)
+    }
+
+    pub(super) fn zones(&mut self, document: &Document) -> Vec<wire::Zone> {
+        let mut zones = Vec::new();
+        for (index, zone) in document.zone.iter().enumerate() {
+            let at = item("zone", index);
+            let part = self.region(&zone.region, &at, Use::Points);
+            let own = below(&at, "material");
+            for (key, given) in [
+                ("weibull", zone.material.weibull.is_some()),
+                ("correlation", zone.material.correlation.is_some()),
+                ("weak_plane", zone.material.weak_plane.is_some()),
+                ("layers", zone.material.layers.is_some()),
+            ] {
+                if given {
+                    self.wrong(&below(&own, key), format!("a zone takes no `{key}`"));
+                }
+            }
+            let made = self.material(&zone.material, document.solver.breaks, &own);
+            zones.extend(made.map(|made| wire::Zone { part, material: plain(&made) }));
+        }
+        zones
+    }
+
+    pub(super) fn whole(&mut self, document: &Document) -> Option<(Material, Strength)> {
+        let at = path(&["material"]);
+        let Some(written) = &document.material else {
+            self.wrong(&[], "`material` is missing");
+            return None;
+        };
+        let made = self.material(written, document.solver.breaks, &at)?;
+        let weak = made.weak_plane.map(|plane| (plane.normal, plane.ratio));
+        let layers = made.layers;
+        let strength = Strength {
+            seed: document.solver.seed,
+            weibull: if document.solver.flaws { made.weibull } else { EVEN },
+            correlation: made.correlation,
+            weak_plane: weak.map(|(normal, ratio)| cullet_proto::strength::WeakPlane {
+                normal: self.unit(normal, &at),
+                ratio,
+            }),
+            layers: layers.map(|layers| cullet_proto::strength::Layers {
+                normal: self.unit(layers.normal, &at),
+                thickness: layers.thickness,
+                ratio: layers.ratio,
+                jitter: layers.jitter,
+            }),
+            ..Strength::default()
+        };
+        Some((plain(&made), strength))
+    }
+}
+
+fn plain(made: &SceneMaterial) -> Material {
+    Material {
+        density: made.density,
+        young: made.young,
+        poisson: made.poisson,
+        failure_stress: made.strength,
+        fracture_energy: made.fracture_energy,
+    }
+}

@@ -1,0 +1,279 @@
+//! Probes of a body: names looked up, keys held against their kinds.
+
+use super::asked;
+use super::format::{Colour, Component, Document, Expected, Metric, Probe, ProbeKind, Reduce};
+use super::resolve::{Desk, Use, item};
+use cullet_document::error::suggest;
+use cullet_document::tree::{Path, Step};
+use cullet_proto::specimen as wire;
+
+/// Damage above which a point counts as damaged \[1\].
+const DAMAGED: f64 = 0.05;
+
+/// Share of broken points that may lie ahead of a tip \[1\].
+const AHEAD: f64 = 0.02;
+
+/// Least share of a body that counts as a piece \[1\].
+const PIECE: f64 = 0.01;
+
+/// What is watched and made of it.
+pub(super) struct Watched {
+    pub(super) probes: Vec<wire::Probe>,
+    pub(super) names: Vec<(String, &'static str)>,
+    pub(super) speeds: Vec<(usize, f64)>,
+    pub(super) metrics: Vec<(Metric, usize)>,
+    pub(super) expected: Vec<Option<Expected>>,
+}
+
+/// Reads probes, metrics and what is expected of them.
+pub(super) fn read(desk: &mut Desk<'_>, document: &Document) -> Watched {
+    let mut watched = Watched {
+        probes: Vec::new(),
+        names: Vec::new(),
+        speeds: Vec::new(),
+        metrics: Vec::new(),
+        expected: Vec::new(),
+    };
+    for (index, probe) in document.probe.iter().enumerate() {
+        let at = item("probe", index);
+        keys(desk, probe, &at);
+        if let Some(made) = one(desk, document, probe, &at) {
+            let speed = probe.kind == ProbeKind::CrackSpeed;
+            let window = probe.window.filter(|_| speed);
+            watched.speeds.extend(window.map(|window| (watched.probes.len(), window)));
+            watched.probes.push(made);
+            watched.names.push((probe.name.clone(), unit(probe.kind)));
+        }
+    }
+    let names: Vec<&str> = document.probe.iter().map(|probe| probe.name.as_str()).collect();
+    let asked = asked::read(&mut desk.shop, &document.metric, &document.expect, &names);
+    (watched.metrics, watched.expected) = asked;
+    watched
+}
+
+fn below(path: &[Step], name: &str) -> Path {
+    let mut longer = path.to_vec();
+    longer.push(name.into());
+    longer
+}
+
+const fn unit(kind: ProbeKind) -> &'static str {
+    match kind {
+        ProbeKind::Displacement | ProbeKind::CrackTip => "m",
+        ProbeKind::Velocity | ProbeKind::CrackSpeed => "m/s",
+        ProbeKind::Stress => "Pa",
+        ProbeKind::Strain
+        | ProbeKind::Damage
+        | ProbeKind::Broken
+        | ProbeKind::Pieces
+        | ProbeKind::Largest => "1",
+        ProbeKind::CrackAngle => "rad",
+        ProbeKind::Reaction | ProbeKind::Applied => "N",
+        ProbeKind::Kinetic
+        | ProbeKind::Elastic
+        | ProbeKind::Dissipated
+        | ProbeKind::Damped
+        | ProbeKind::Contact
+        | ProbeKind::Work
+        | ProbeKind::Balance => "J",
+        ProbeKind::Momentum => "kg m/s",
+        ProbeKind::AngularMomentum => "kg m2/s",
+        ProbeKind::DamagedVolume => "m3",
+        ProbeKind::CrackArea => "m2",
+    }
+}
+
+/// Keys that each kind takes beside `name` and `kind`; those with a star it needs.
+const fn takes(kind: ProbeKind) -> &'static [&'static str] {
+    match kind {
+        ProbeKind::Displacement | ProbeKind::Velocity | ProbeKind::Stress | ProbeKind::Strain => {
+            &["component*", "at", "region", "reduce"]
+        }
+        ProbeKind::Damage => &["at", "region", "reduce"],
+        ProbeKind::Reaction => &["support*", "component*"],
+        ProbeKind::Applied => &["load*", "component*"],
+        ProbeKind::Momentum | ProbeKind::AngularMomentum => &["component*"],
+        ProbeKind::Broken => &["region"],
+        ProbeKind::DamagedVolume => &["region", "threshold"],
+        ProbeKind::CrackArea => &["region", "direction*"],
+        ProbeKind::CrackTip => &["region", "direction*", "share", "otherwise"],
+        ProbeKind::CrackSpeed => &["region", "direction*", "share", "otherwise", "window*"],
+        ProbeKind::CrackAngle => &["region", "at*", "direction*", "towards*"],
+        ProbeKind::Pieces => &["share"],
+        ProbeKind::Kinetic
+        | ProbeKind::Elastic
+        | ProbeKind::Dissipated
+        | ProbeKind::Damped
+        | ProbeKind::Contact
+        | ProbeKind::Work
+        | ProbeKind::Balance
+        | ProbeKind::Largest => &[],
+    }
+}
+
+fn keys(desk: &mut Desk<'_>, probe: &Probe, at: &[Step]) {
+    let given = [
+        ("component", probe.component.is_some()),
+        ("at", probe.at.is_some()),
+        ("region", probe.region.is_some()),
+        ("reduce", probe.reduce.is_some()),
+        ("support", probe.support.is_some()),
+        ("load", probe.load.is_some()),
+        ("threshold", probe.threshold.is_some()),
+        ("direction", probe.direction.is_some()),
+        ("towards", probe.towards.is_some()),
+        ("share", probe.share.is_some()),
+        ("otherwise", probe.otherwise.is_some()),
+        ("window", probe.window.is_some()),
+    ];
+    let taken = takes(probe.kind);
+    asked::keys(&mut desk.shop, &given, taken, at);
+    if taken.contains(&"at")
+        && probe.at.is_some()
+        && (probe.region.is_some() || probe.reduce.is_some())
+    {
+        desk.wrong(&below(at, "at"), "takes `at`, or `region` and `reduce`");
+    }
+}
+
+fn one(
+    desk: &mut Desk<'_>,
+    document: &Document,
+    probe: &Probe,
+    at: &[Step],
+) -> Option<wire::Probe> {
+    let vector = || part(probe.component, false);
+    let made = match probe.kind {
+        ProbeKind::Displacement => points(desk, probe, wire::Field::Displacement, at)?,
+        ProbeKind::Velocity => points(desk, probe, wire::Field::Velocity, at)?,
+        ProbeKind::Stress => points(desk, probe, wire::Field::Stress, at)?,
+        ProbeKind::Strain => points(desk, probe, wire::Field::Strain, at)?,
+        ProbeKind::Damage => points(desk, probe, wire::Field::Damage, at)?,
+        ProbeKind::Reaction => {
+            let names: Vec<&str> = document.support.iter().map(|s| s.name.as_str()).collect();
+            let index = named(desk, "support", probe.support.as_deref()?, &names, at)?;
+            wire::Probe::Reaction(index, checked(desk, vector(), at)?)
+        }
+        ProbeKind::Applied => {
+            let names: Vec<&str> = document.load.iter().map(|s| s.name.as_str()).collect();
+            let index = named(desk, "load", probe.load.as_deref()?, &names, at)?;
+            wire::Probe::Applied(index, checked(desk, vector(), at)?)
+        }
+        ProbeKind::Kinetic => wire::Probe::Kinetic,
+        ProbeKind::Elastic => wire::Probe::Elastic,
+        ProbeKind::Dissipated => wire::Probe::Dissipated,
+        ProbeKind::Damped => wire::Probe::Damped,
+        ProbeKind::Contact => wire::Probe::Met,
+        ProbeKind::Work => wire::Probe::Work,
+        ProbeKind::Balance => wire::Probe::Balance,
+        ProbeKind::Momentum => wire::Probe::Momentum(checked(desk, vector(), at)?),
+        ProbeKind::AngularMomentum => wire::Probe::AngularMomentum(checked(desk, vector(), at)?),
+        ProbeKind::Broken => wire::Probe::Broken(area(desk, probe, at)),
+        ProbeKind::DamagedVolume => {
+            wire::Probe::DamagedVolume(area(desk, probe, at), probe.threshold.unwrap_or(DAMAGED))
+        }
+        ProbeKind::CrackArea => {
+            let along = desk.unit(probe.direction?, &below(at, "direction"));
+            wire::Probe::CrackArea(area(desk, probe, at), along)
+        }
+        ProbeKind::CrackTip | ProbeKind::CrackSpeed => {
+            let along = desk.unit(probe.direction?, &below(at, "direction"));
+            let behind = 1.0 - probe.share.unwrap_or(AHEAD);
+            let otherwise = probe.otherwise.unwrap_or(0.0);
+            wire::Probe::CrackTip(area(desk, probe, at), along, behind, otherwise)
+        }
+        ProbeKind::CrackAngle => {
+            let first = desk.unit(probe.direction?, &below(at, "direction"));
+            let second = desk.unit(probe.towards?, &below(at, "towards"));
+            wire::Probe::CrackAngle(area(desk, probe, at), probe.at?, [first, second])
+        }
+        ProbeKind::Pieces => wire::Probe::Pieces(probe.share.unwrap_or(PIECE)),
+        ProbeKind::Largest => wire::Probe::Largest,
+    };
+    Some(made)
+}
+
+fn area(desk: &mut Desk<'_>, probe: &Probe, at: &[Step]) -> wire::Where {
+    desk.region(probe.region.as_deref().unwrap_or("all"), at, Use::Points)
+}
+
+fn points(
+    desk: &mut Desk<'_>,
+    probe: &Probe,
+    field: wire::Field,
+    at: &[Step],
+) -> Option<wire::Probe> {
+    let tensor = matches!(field, wire::Field::Stress | wire::Field::Strain);
+    let part = match field {
+        wire::Field::Damage => wire::Part::Size,
+        _ => checked(desk, part(probe.component, tensor), at)?,
+    };
+    let spot = match probe.at {
+        Some(place) => wire::Spot::At(place),
+        None => {
+            let reduce = match probe.reduce.unwrap_or_default() {
+                Reduce::Mean => wire::Reduce::Mean,
+                Reduce::Max => wire::Reduce::Max,
+                Reduce::Min => wire::Reduce::Min,
+            };
+            wire::Spot::Over(area(desk, probe, at), reduce)
+        }
+    };
+    Some(wire::Probe::Points(field, part, spot))
+}
+
+fn checked(
+    desk: &mut Desk<'_>,
+    part: Result<wire::Part, &'static str>,
+    at: &[Step],
+) -> Option<wire::Part> {
+    part.map_err(|why| desk.wrong(&below(at, "component"), why)).ok()
+}
+
+pub(super) fn part(component: Option<Component>, tensor: bool) -> Result<wire::Part, &'static str> {
+    let Some(component) = component else {
+        // Said already: the kind needs one.
+        return Ok(wire::Part::Size);
+    };
+    let axis = |k| {
+        if tensor { Err("a tensor has xx, yy, zz, xy, yz, zx") } else { Ok(wire::Part::Axis(k)) }
+    };
+    let vector = Err("a vector has x, y, z and size");
+    let pair = |k| if tensor { Ok(wire::Part::Pair(k)) } else { vector };
+    let whole = |part| if tensor { Ok(part) } else { vector };
+    match component {
+        Component::X => axis(0),
+        Component::Y => axis(1),
+        Component::Z => axis(2),
+        Component::Size => Ok(wire::Part::Size),
+        Component::Xx => pair(0),
+        Component::Yy => pair(1),
+        Component::Zz => pair(2),
+        Component::Xy => pair(3),
+        Component::Yz => pair(4),
+        Component::Zx => pair(5),
+        Component::Greatest => whole(wire::Part::Greatest),
+        Component::Least => whole(wire::Part::Least),
+        Component::Mises => whole(wire::Part::Mises),
+        Component::Mean => whole(wire::Part::Mean),
+    }
+}
+
+fn named(desk: &mut Desk<'_>, key: &str, name: &str, names: &[&str], at: &[Step]) -> Option<u32> {
+    let found = names.iter().position(|known| *known == name);
+    if found.is_none() {
+        let message = format!("there is no {key} \"{name}\"");
+        desk.shop.wrong_with(&below(at, key), message, suggest(name, names));
+    }
+    found.map(|index| index as u32)
+}
+
+/// What colours the points of a recording.
+pub(super) const fn colour(colour: Colour) -> (wire::Field, wire::Part) {
+    match colour {
+        Colour::Damage => (wire::Field::Damage, wire::Part::Size),
+        Colour::Stress => (wire::Field::Stress, wire::Part::Greatest),
+        Colour::Speed => (wire::Field::Velocity, wire::Part::Size),
+        Colour::Displacement => (wire::Field::Displacement, wire::Part::Size),
+    }
+}

@@ -1,0 +1,179 @@
+//! A recording played back: what there is after each step of the world.
+
+use cullet_geometry::{Mat3, Quat, Solid, Vec3};
+use cullet_proto::recording::{Body, BodyPoses, EventKind, Grains};
+use cullet_record::Recording;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Where something is and how it moves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    pub(super) at: Vec3,
+    pub(super) turn: Quat,
+    pub(super) velocity: Vec3,
+    pub(super) spin: Vec3,
+}
+
+/// A body, a fragment or a grain.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    /// The body of the scene that it is of.
+    pub(super) object: String,
+    pub(super) mass: f64,
+    pub(super) volume: f64,
+    /// About its own centre of mass, in its own frame \[kg·m²\].
+    inertia: Mat3,
+    pub(super) fixed: bool,
+    pub(super) grain: bool,
+    /// Whether it is a body of the scene, not a part of one.
+    pub(super) whole: bool,
+    there: bool,
+    row: Option<Row>,
+    /// Where it was first.
+    pub(super) first: Option<Vec3>,
+}
+
+impl Part {
+    /// Where it is, if it is there.
+    pub(super) fn row(&self) -> Option<&Row> {
+        self.row.as_ref().filter(|_| self.there)
+    }
+
+    /// Inertia about its own centre of mass in the world's frame \[kg·m²\].
+    pub(super) fn inertia(&self, row: &Row) -> Mat3 {
+        let turn = row.turn.to_rotation_matrix();
+        turn.matrix() * self.inertia * turn.matrix().transpose()
+    }
+
+    fn put(&mut self, row: Row) {
+        self.row = Some(row);
+        self.first.get_or_insert(row.at);
+    }
+}
+
+/// All parts, after as many steps as were played.
+pub(super) struct State<'a> {
+    recording: &'a Recording,
+    pub(super) gravity: Vec3,
+    bodies: BTreeMap<u64, Part>,
+    grains: BTreeMap<u64, Part>,
+    /// How many of the recording's lists are played.
+    born: usize,
+    posed: usize,
+    strewn: usize,
+    told: usize,
+}
+
+impl<'a> State<'a> {
+    /// Before the first step.
+    pub(super) fn new(recording: &'a Recording) -> Self {
+        let gravity = recording.meta.get("gravity").map(String::as_str).unwrap_or_default();
+        let mut g = gravity.split_whitespace().map(|text| text.parse().unwrap_or(f64::NAN));
+        let mut next = || g.next().unwrap_or(f64::NAN);
+        let gravity = Vec3::new(next(), next(), next());
+        let (bodies, grains) = (BTreeMap::new(), BTreeMap::new());
+        Self { recording, gravity, bodies, grains, born: 0, posed: 0, strewn: 0, told: 0 }
+    }
+
+    /// Plays all up to the end of a step.
+    pub(super) fn play(&mut self, step: u64) {
+        let recording = self.recording;
+        while let Some(body) = recording.bodies.get(self.born).filter(|b| b.birth_step <= step) {
+            self.bodies.insert(body.id, part(recording, body));
+            self.born += 1;
+        }
+        while let Some(event) = recording.events.get(self.told).filter(|e| e.step <= step) {
+            if matches!(event.kind(), EventKind::Fractured | EventKind::Removed)
+                && let Some(gone) = event.body.and_then(|body| self.bodies.get_mut(&body))
+            {
+                gone.there = false;
+            }
+            self.told += 1;
+        }
+        while let Some(poses) = recording.poses.get(self.posed).filter(|p| p.step <= step) {
+            self.pose(poses);
+            self.posed += 1;
+        }
+        while let Some(grains) = recording.debris.get(self.strewn).filter(|g| g.step <= step) {
+            self.strew(grains);
+            self.strewn += 1;
+        }
+    }
+
+    fn pose(&mut self, poses: &BodyPoses) {
+        let (at, turn) = (poses.positions.as_chunks::<3>().0, poses.rotations.as_chunks::<4>().0);
+        let (velocity, spin) =
+            (poses.velocities.as_chunks::<3>().0, poses.spins.as_chunks::<3>().0);
+        let rows = at.iter().zip(turn).zip(velocity.iter().zip(spin));
+        for (id, ((at, [x, y, z, w]), (velocity, spin))) in poses.ids.iter().zip(rows) {
+            if let Some(part) = self.bodies.get_mut(id) {
+                let turn = nalgebra::Quaternion::new(*w, *x, *y, *z);
+                part.put(Row {
+                    at: Vec3::from(*at),
+                    // As recorded: a unit quaternion bit for bit.
+                    turn: Quat::new_unchecked(turn),
+                    velocity: Vec3::from(*velocity),
+                    spin: Vec3::from(*spin),
+                });
+            }
+        }
+    }
+
+    fn strew(&mut self, grains: &Grains) {
+        let (at, velocity) =
+            (grains.positions.as_chunks::<3>().0, grains.velocities.as_chunks::<3>().0);
+        for (k, (id, (at, velocity))) in grains.ids.iter().zip(at.iter().zip(velocity)).enumerate()
+        {
+            if let (Some(mass), Some(parent)) = (grains.masses.get(k), grains.parents.get(k)) {
+                let Some(parent) = self.bodies.get(parent) else { continue };
+                let volume = mass / parent.mass * parent.volume;
+                let part = Part {
+                    mass: *mass,
+                    volume,
+                    inertia: Mat3::zeros(),
+                    grain: true,
+                    whole: false,
+                    there: true,
+                    row: None,
+                    first: None,
+                    ..parent.clone()
+                };
+                self.grains.insert(*id, part);
+            }
+            if let Some(part) = self.grains.get_mut(id) {
+                let (turn, spin) = (Quat::identity(), Vec3::zeros());
+                part.put(Row { at: Vec3::from(*at), turn, velocity: Vec3::from(*velocity), spin });
+            }
+        }
+    }
+
+    /// What is there of these bodies of the scene; of all that are not fixed without any.
+    pub(super) fn parts<'s>(
+        &'s self,
+        bodies: Option<&'s BTreeSet<String>>,
+    ) -> impl Iterator<Item = (&'s Part, &'s Row)> {
+        let wanted = move |part: &&Part| match bodies {
+            Some(names) => names.contains(&part.object),
+            None => !part.fixed,
+        };
+        let all = self.bodies.values().chain(self.grains.values()).filter(wanted);
+        all.filter_map(|part| Some((part, part.row()?)))
+    }
+}
+
+fn part(recording: &Recording, body: &Body) -> Part {
+    let solid = recording.geometries.get(&body.geometry).and_then(|g| Solid::try_from(g).ok());
+    let unit = solid.map_or_else(Mat3::zeros, |solid| solid.mesh.mass_properties().inertia);
+    Part {
+        object: body.object.clone(),
+        mass: body.mass,
+        volume: body.volume,
+        inertia: unit * (body.mass / body.volume),
+        fixed: body.fixed,
+        grain: false,
+        whole: body.parent.is_none(),
+        there: true,
+        row: None,
+        first: None,
+    }
+}

@@ -1,0 +1,210 @@
+//! Pictures of a run, drawn from its recording without a GPU: a contact sheet of eight moments, a
+//! short film, and large stills. Equal recordings give equal bytes.
+
+mod around;
+mod camera;
+mod change;
+mod direct;
+mod exhibit;
+mod film;
+mod font;
+mod picture;
+pub mod points;
+mod raster;
+mod shade;
+mod stage;
+#[cfg(test)]
+mod tests;
+mod track;
+
+pub use exhibit::exhibit;
+pub use picture::Picture;
+
+use cullet_record::{RecordError, Recording, Shares};
+use stage::{Focus, Reel};
+use std::path::{Path, PathBuf};
+use track::Track;
+
+/// Pixels of one moment of the contact sheet, and of a frame of the film.
+const SIZE: (usize, usize) = (480, 320);
+/// Moments in a row of the contact sheet.
+const COLUMNS: usize = 4;
+/// Pixels between moments.
+const GAP: usize = 6;
+/// The moment that a still shows unless it is told otherwise, and the sheet of a sweep: soon after
+/// the break.
+const SHOWN: usize = 2;
+/// Frames a second.
+const FPS: f64 = 12.5;
+/// Longest film \[s\]; a longer run plays faster.
+const LONGEST: f64 = 4.8;
+/// Slowest play \[1\]: a short break is stretched up to this, no further.
+const SLOWEST: f64 = 0.25;
+/// Most threads that draw frames: the run's own workers may still be about.
+const THREADS: usize = 4;
+
+/// The pictures of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pictures {
+    /// `preview.png`.
+    pub sheet: PathBuf,
+    /// `preview.gif`.
+    pub film: PathBuf,
+}
+
+/// Draws `preview.png` and `preview.gif` of a recording into a folder.
+///
+/// # Errors
+/// The recording cannot be read or a picture not written; the other one is written all the same.
+pub fn from_recording(recording: &Path, folder: &Path) -> Result<Pictures, RecordError> {
+    draw(&Recording::open(recording)?, folder, SIZE)
+}
+
+/// Draws only the contact sheet, into a file.
+///
+/// # Errors
+/// The recording cannot be read or the picture not written.
+pub fn sheet(recording: &Path, file: &Path) -> Result<(), RecordError> {
+    let recording = Recording::open(recording)?;
+    let track = Track::of(&recording);
+    let focus = direct::focus(&track, &recording.meta, SIZE);
+    contact_sheet(&draw_all(&track, &focus, &direct::moments(&track), SIZE, 2)).save(file)
+}
+
+fn draw(
+    recording: &Recording,
+    folder: &Path,
+    size: (usize, usize),
+) -> Result<Pictures, RecordError> {
+    let track = Track::of(recording);
+    let pictures = Pictures { sheet: folder.join("preview.png"), film: folder.join("preview.gif") };
+    let focus = direct::focus(&track, &recording.meta, size);
+    let moments = direct::moments(&track);
+    let sheet = contact_sheet(&draw_all(&track, &focus, &moments, size, 2)).save(&pictures.sheet);
+    let frames = draw_all(&track, &focus, &film_times(&track), size, 1);
+    film::gif(&frames, FPS, &pictures.film)?;
+    sheet.map(|()| pictures)
+}
+
+/// What a still shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Still {
+    /// When \[s\]; a moment after the first break without it.
+    pub time: Option<f64>,
+    /// Pixels across and down.
+    pub size: (usize, usize),
+    /// Whether what breaks fills the picture, as it is at that moment, in place of the view of the
+    /// other pictures.
+    pub close: bool,
+}
+
+/// Draws a still of a recording into a file; hands back the moment that it shows \[s\].
+///
+/// # Errors
+/// The recording cannot be read, it has no such moment, or the picture is not written.
+pub fn still(recording: &Path, wanted: &Still, file: &Path) -> Result<f64, RecordError> {
+    let recording = Recording::open(recording)?;
+    let track = Track::of(&recording);
+    if let Some(time) = wanted.time.filter(|time| *time > track.end + track.step) {
+        return Err(RecordError::Beyond { path: recording.path, time, end: track.end });
+    }
+    let mut focus = direct::focus(&track, &recording.meta, wanted.size);
+    let time = wanted.time.unwrap_or_else(|| direct::moments(&track)[SHOWN]).clamp(0.0, track.end);
+    if wanted.close {
+        focus = direct::close(&track, &focus, time, wanted.size);
+    }
+    let mut picture = Reel::fine(&track, &focus, wanted.size).draw(time);
+    picture.caption(&caption(&track, time), wanted.size.0.div_ceil(SIZE.0).min(4));
+    picture.save(file)?;
+    Ok(time)
+}
+
+/// Draws each of several recordings soon after its first break, with its caption and the time, side
+/// by side into a file: at their ends what broke may have flown out of all pictures.
+///
+/// # Errors
+/// A recording cannot be read or the picture not written.
+pub fn side_by_side(runs: &[(PathBuf, String)], file: &Path) -> Result<(), RecordError> {
+    let one = |(recording, text): &(PathBuf, String)| {
+        let recording = Recording::open(recording)?;
+        let track = Track::of(&recording);
+        let focus = direct::focus(&track, &recording.meta, SIZE);
+        let time = direct::moments(&track)[SHOWN];
+        let mut picture = Reel::new(&track, &focus, SIZE).draw(time);
+        picture.caption(&format!("{text}  {}", caption(&track, time)), 1);
+        Ok(picture)
+    };
+    let pictures: Result<Vec<Picture>, RecordError> = runs.iter().map(one).collect();
+    contact_sheet(&pictures?).save(file)
+}
+
+/// Puts pictures of one size side by side, at most four in a row.
+#[must_use]
+pub fn contact_sheet(pictures: &[Picture]) -> Picture {
+    let (width, height) = pictures.first().map_or(SIZE, |p| (p.width, p.height));
+    let rows = pictures.len().div_ceil(COLUMNS).max(1);
+    let across = pictures.len().clamp(1, COLUMNS) * (width + GAP) + GAP;
+    let mut sheet = Picture::filled(across, rows * (height + GAP) + GAP, [28, 30, 34]);
+    for (k, picture) in pictures.iter().enumerate() {
+        let (column, row) = (k % COLUMNS, k / COLUMNS);
+        sheet.paste(picture, GAP + column * (width + GAP), GAP + row * (height + GAP));
+    }
+    sheet
+}
+
+/// When the frames of the film are.
+fn film_times(track: &Track) -> Vec<f64> {
+    let (start, end) = direct::window(track);
+    let shown = (end - start).max(0.0);
+    let play = (shown / SLOWEST).clamp(0.1, LONGEST);
+    let count = (play * FPS).round().max(2.0) as u32;
+    let time = |k: u32| start + shown * f64::from(k) / f64::from(count - 1);
+    (0..count).map(time).collect()
+}
+
+/// Draws moments, each on whatever thread is free: none depends on another.
+fn draw_all(
+    track: &Track,
+    focus: &Focus,
+    times: &[f64],
+    size: (usize, usize),
+    zoom: usize,
+) -> Vec<Picture> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from).min(THREADS);
+    let some = |times: &[f64]| {
+        let mut reel = Reel::new(track, focus, size);
+        let one = |&time: &f64| {
+            let mut picture = reel.draw(time);
+            picture.caption(&caption(track, time), zoom);
+            picture
+        };
+        times.iter().map(one).collect::<Vec<_>>()
+    };
+    let batch = times.len().div_ceil(cores).max(1);
+    std::thread::scope(|scope| {
+        let batches: Vec<_> =
+            times.chunks(batch).map(|batch| scope.spawn(move || some(batch))).collect();
+        let drawn = batches.into_iter().map(|batch| match batch.join() {
+            Ok(pictures) => pictures,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        drawn.flatten().collect()
+    })
+}
+
+fn caption(track: &Track, time: f64) -> String {
+    let fragments = || track.present(time).filter(|(_, actor, _)| actor.fragment);
+    let shares: Option<Vec<(f64, bool)>> = fragments().map(|(_, actor, _)| actor.share).collect();
+    match (fragments().count(), shares) {
+        (0, _) => format!("{time:.3} s"),
+        (n, None) => format!("{time:.3} s  {n} fragments"),
+        (n, Some(shares)) => {
+            let drawn = || shares.iter().filter(|(_, sampled)| *sampled).map(|(mass, _)| mass);
+            let mass: f64 = shares.iter().map(|(mass, _)| mass).sum();
+            let all = Shares::of((n as u64, drawn().count() as u64), (mass, drawn().sum()));
+            let (solved, drawn) = (all.pieces - all.sampled_pieces, all.sampled_pieces);
+            let by_mass = 100.0 * all.sampled_mass;
+            format!("{time:.3} s  {solved} solved, {drawn} sampled, {by_mass:.0} % of mass")
+        }
+    }
+}

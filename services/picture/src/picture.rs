@@ -1,0 +1,107 @@
+//! A picture, its captions, and PNG files of it.
+
+use super::font;
+use cullet_record::RecordError;
+use std::path::{Path, PathBuf};
+
+/// Red, green and blue bytes, rows from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Three bytes a pixel.
+    pub rgb: Vec<u8>,
+}
+
+impl Picture {
+    /// A picture of one colour.
+    #[must_use]
+    pub fn filled(width: usize, height: usize, colour: [u8; 3]) -> Self {
+        Self { width, height, rgb: colour.repeat(width * height) }
+    }
+
+    /// Sets a pixel; one outside is left alone.
+    pub(super) fn set(&mut self, x: usize, y: usize, colour: [u8; 3]) {
+        if x < self.width && y < self.height {
+            let at = 3 * (y * self.width + x);
+            self.rgb[at..at + 3].copy_from_slice(&colour);
+        }
+    }
+
+    /// Copies another picture into this one.
+    pub(super) fn paste(&mut self, other: &Self, left: usize, top: usize) {
+        for y in 0..other.height.min(self.height.saturating_sub(top)) {
+            let n = other.width.min(self.width.saturating_sub(left));
+            let from = 3 * y * other.width;
+            let to = 3 * ((y + top) * self.width + left);
+            self.rgb[to..to + 3 * n].copy_from_slice(&other.rgb[from..from + 3 * n]);
+        }
+    }
+
+    /// Writes a line in the lower left corner on a darkened strip.
+    /// Letters are `zoom` times as large as they are, or as much as there is room for.
+    pub(super) fn caption(&mut self, text: &str, zoom: usize) {
+        let room = self.width / (font::width(text) + 4);
+        let zoom = zoom.min(room).max(1);
+        let strip = font::HEIGHT * zoom + 3 * zoom;
+        let top = self.height.saturating_sub(strip);
+        let end = (font::width(text) + 4) * zoom;
+        for y in top..self.height {
+            for x in 0..end.min(self.width) {
+                let at = 3 * (y * self.width + x);
+                self.rgb[at..at + 3].iter_mut().for_each(|c| *c = (u16::from(*c) * 2 / 5) as u8);
+            }
+        }
+        self.write(text, zoom, (2 * zoom, top + 3 * zoom / 2), [245, 245, 240]);
+    }
+
+    /// Writes a line whose upper left corner is there.
+    pub(super) fn write(
+        &mut self,
+        text: &str,
+        zoom: usize,
+        (left, top): (usize, usize),
+        colour: [u8; 3],
+    ) {
+        font::dots(text, |x, y| {
+            for k in 0..zoom * zoom {
+                self.set(left + x * zoom + k % zoom, top + y * zoom + k / zoom, colour);
+            }
+        });
+    }
+
+    /// Writes a PNG file: first beside its name, then under it.
+    ///
+    /// # Errors
+    /// The file cannot be written; nothing is left of it then.
+    pub fn save(&self, path: &Path) -> Result<(), RecordError> {
+        let fail = |error: png::EncodingError| RecordError::Picture {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        };
+        let mut bytes = Vec::new();
+        let size = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+        let mut encoder = png::Encoder::new(&mut bytes, size(self.width), size(self.height));
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header().map_err(fail)?;
+        writer.write_image_data(&self.rgb).map_err(fail)?;
+        writer.finish().map_err(fail)?;
+        place(path, &bytes)
+    }
+}
+
+/// Writes a file first beside its name, then under it, and leaves nothing of one that fails.
+pub(super) fn place(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".partial");
+    let unfinished = PathBuf::from(name);
+    let written =
+        std::fs::write(&unfinished, bytes).and_then(|()| std::fs::rename(&unfinished, path));
+    written.map_err(|error| {
+        let _never_there = std::fs::remove_file(&unfinished);
+        RecordError::io(path)(error)
+    })
+}

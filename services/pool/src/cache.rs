@@ -1,0 +1,225 @@
+//! Results of finished jobs, by the digest of the problem: a repeat is answered without a worker.
+//!
+//! In memory and, if there is a folder, on disk; both bounded, the least recently used goes first
+//! (`services/dispatch/src/shelf.rs`). A file holds a digest, the build that found the result, and
+//! the result; it is read only if both fit the digest, so a damaged one is as good as none. One of
+//! before builds were kept has the result alone.
+
+use cullet_dispatch::{Build, Job, Shelf};
+use cullet_files::state;
+use cullet_proto::JobId;
+use cullet_proto::ids::digest;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Ending of a file that holds a result.
+const ENDING: &str = "verdict";
+/// Behind the digest, where a build follows: a result alone begins with another word.
+const TAG: [u8; 8] = *b"by build";
+/// Bytes before the result: digest, tag, build.
+const HEAD: usize = 32 + TAG.len() + 32;
+
+/// A result's bytes, and what found it, if that is known.
+pub(super) type Found = (Arc<Vec<u8>>, Option<Build>);
+
+/// Where finished jobs are kept, and how much of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CacheConfig {
+    /// Most bytes in memory.
+    pub memory: u64,
+    /// Folder and most bytes in it; `None`: nothing on disk.
+    pub disk: Option<(PathBuf, u64)>,
+}
+
+impl Default for CacheConfig {
+    fn default() -> Self {
+        Self { memory: 256 << 20, disk: None }
+    }
+}
+
+pub(super) struct Cache {
+    memory: Shelf,
+    results: BTreeMap<Job, Found>,
+    disk: Option<(PathBuf, Shelf)>,
+    pub(super) hits: u64,
+}
+
+impl Cache {
+    /// Takes in what a folder holds, the oldest file first.
+    pub(super) fn open(config: &CacheConfig) -> Self {
+        let disk = config.disk.as_ref().and_then(|(folder, bound)| {
+            let found = listed(folder)
+                .map_err(|error| {
+                    tracing::warn!("no cache on disk: {}: {error}", folder.display());
+                })
+                .ok()?;
+            let mut shelf = Shelf::new(*bound);
+            for (job, bytes) in found {
+                for gone in shelf.put(job, bytes) {
+                    discard(folder, gone);
+                }
+            }
+            Some((folder.clone(), shelf))
+        });
+        let (memory, results) = (Shelf::new(config.memory), BTreeMap::new());
+        Self { memory, results, disk, hits: 0 }
+    }
+
+    /// A job's result, which answers an opening.
+    pub(super) fn get(&mut self, id: JobId) -> Option<Found> {
+        let found = self.look(id);
+        self.hits += u64::from(found.is_some());
+        found
+    }
+
+    /// Whether a job's result is kept.
+    pub(super) fn has(&self, id: JobId) -> bool {
+        let on_disk = self.disk.as_ref().is_some_and(|(_, shelf)| shelf.has(Job(id.0)));
+        on_disk || self.results.contains_key(&Job(id.0))
+    }
+
+    /// A job's result.
+    pub(super) fn look(&mut self, id: JobId) -> Option<Found> {
+        let job = Job(id.0);
+        if self.memory.touch(job) { self.results.get(&job).cloned() } else { self.read(job) }
+    }
+
+    fn read(&mut self, job: Job) -> Option<Found> {
+        let (folder, shelf) = self.disk.as_mut()?;
+        if !shelf.touch(job) {
+            return None;
+        }
+        let bytes = fs::read(file(folder, job)).ok().filter(|bytes| bytes.len() >= 32);
+        let sound = bytes.filter(|bytes| digest(&bytes[32..]) == bytes[..32]);
+        let Some(mut bytes) = sound else {
+            let path = file(folder, job);
+            tracing::warn!("{} is damaged: the job is done again", path.display());
+            shelf.remove(job);
+            discard(folder, job);
+            return None;
+        };
+        let build = bytes[32..].strip_prefix(&TAG).and_then(|rest| rest.first_chunk());
+        let build = build.copied().map(Build);
+        bytes.drain(..if build.is_some() { HEAD } else { 32 });
+        let found = (Arc::new(bytes), build);
+        self.hold(job, &found);
+        Some(found)
+    }
+
+    /// Keeps the bytes of a job's result, and what found it.
+    pub(super) fn put(&mut self, id: JobId, bytes: Vec<u8>, build: Build) {
+        let (job, bytes) = (Job(id.0), Arc::new(bytes));
+        self.hold(job, &(Arc::clone(&bytes), Some(build)));
+        let Some((folder, shelf)) = self.disk.as_mut() else {
+            return;
+        };
+        if let Err(error) = write(folder, job, (&bytes, build)) {
+            tracing::warn!("a result is not cached on disk: {error}");
+            return;
+        }
+        for gone in shelf.put(job, (bytes.len() + HEAD) as u64) {
+            discard(folder, gone);
+        }
+    }
+
+    fn hold(&mut self, job: Job, found: &Found) {
+        self.results.insert(job, found.clone());
+        for gone in self.memory.put(job, found.0.len() as u64) {
+            self.results.remove(&gone);
+        }
+    }
+}
+
+fn file(folder: &Path, job: Job) -> PathBuf {
+    folder.join(JobId(job.0).to_string()).with_extension(ENDING)
+}
+
+/// Whole or not at all: written beside and renamed.
+fn write(folder: &Path, job: Job, (bytes, build): (&[u8], Build)) -> std::io::Result<()> {
+    let mut beside = state::unfinished(folder)?;
+    beside.write_all(&digest_of(&[&TAG, &build.0, bytes]))?;
+    for part in [&TAG, build.0.as_slice(), bytes] {
+        beside.write_all(part)?;
+    }
+    beside.persist(file(folder, job)).map_err(|error| error.error)?;
+    Ok(())
+}
+
+/// The digest of these parts, one after another.
+fn digest_of(parts: &[&[u8]]) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    for part in parts {
+        hasher.update(part);
+    }
+    *hasher.finalize().as_bytes()
+}
+
+fn discard(folder: &Path, job: Job) {
+    if let Err(error) = fs::remove_file(file(folder, job)) {
+        tracing::warn!("a cached result stays on disk: {error}");
+    }
+}
+
+/// What a folder holds, the oldest file first.
+fn listed(folder: &Path) -> std::io::Result<Vec<(Job, u64)>> {
+    state::folder(folder)?;
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let path = entry.path();
+        let name = path.file_stem().and_then(|name| name.to_str()).and_then(JobId::from_hex);
+        if let (Some(job), true) = (name, path.extension().is_some_and(|e| e == ENDING)) {
+            let about = entry.metadata()?;
+            found.push((about.modified()?, Job(job.0), about.len()));
+        }
+    }
+    found.sort();
+    Ok(found.into_iter().map(|(_, job, bytes)| (job, bytes)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_come_back_from_disk_and_damaged_ones_do_not() -> std::io::Result<()> {
+        let folder = tempfile::tempdir()?;
+        let disk = Some((folder.path().to_owned(), 170));
+        let config = CacheConfig { memory: 100, disk };
+        let [a, b, c] = [1, 2, 3].map(|k| JobId([k; 32]));
+        let by = Build([3; 32]);
+        let mut cache = Cache::open(&config);
+        cache.put(a, vec![7; 10], by);
+        cache.put(b, vec![8; 10], by);
+        // A new life, which remembers only what is on disk.
+        let mut cache = Cache::open(&config);
+        assert_eq!(cache.get(a), Some((Arc::new(vec![7; 10]), Some(by))));
+        let path = file(folder.path(), Job(b.0));
+        let mut bytes = fs::read(&path)?;
+        // The result's, or the build's.
+        bytes[HEAD + 3] ^= 1;
+        fs::write(&path, bytes)?;
+        assert_eq!(cache.get(b), None);
+        assert!(!path.exists());
+        // No room for all: the least recently used goes, in memory and on disk.
+        cache.put(c, vec![9; 40], by);
+        assert!(cache.get(c).is_some() && cache.get(a).is_some());
+        assert!(!file(folder.path(), Job(a.0)).exists());
+        // One of before builds were kept is a result of nobody known.
+        let old = [&digest(b"CULT")[..], b"CULT"].concat();
+        fs::write(file(folder.path(), Job(a.0)), old)?;
+        let mut cache = Cache::open(&config);
+        assert_eq!(cache.get(a), Some((Arc::new(b"CULT".to_vec()), None)));
+        assert_eq!((cache.look(c).and_then(|(_, build)| build), cache.hits), (Some(by), 1));
+        let mut small = Cache::open(&CacheConfig { memory: 100, ..CacheConfig::default() });
+        for k in 0..20 {
+            small.put(JobId([k; 32]), vec![k; 10], by);
+        }
+        assert!(small.get(JobId([0; 32])).is_none() && small.get(JobId([19; 32])).is_some());
+        assert_eq!((small.memory.held(), small.results.len()), (100, 10));
+        Ok(())
+    }
+}

@@ -1,0 +1,199 @@
+//! The recording of a run: one MCAP file that any viewer opens, from which everything that decided
+//! the run can be read back.
+//!
+//! | topic | message | what |
+//! |---|---|---|
+//! | `/scene/<object>` | `foxglove.SceneUpdate` | an object's whole state, for viewers |
+//! | `/fragments` | `foxglove.PointCloud` | centres of bodies, for viewers without meshes |
+//! | `/tf` | `foxglove.FrameTransforms` | the world turned so that up is z |
+//! | `/log` | `foxglove.Log` | a line an event |
+//! | `/stats` | `cullet.RunStats` | numbers worth a plot |
+//! | `/geometry` | `cullet.Geometry` | each solid once, lossless, by digest |
+//! | `/body` | `cullet.Body` | each body at its birth |
+//! | `/bodies` | `cullet.BodyPoses` | the lossless pose track |
+//! | `/debris` | `cullet.Grains` | grains of debris: what is born, what flies |
+//! | `/cracks` | `cullet.Cracks` | cracks that end inside a body, as open surfaces |
+//! | `/events` | `cullet.RunEvent` | what happened |
+//! | `/jobs` | `cullet.JobReport` | how jobs came out |
+//! | `/sampled` | `cullet.Sampled` | which fragments were sampled, and not solved |
+//! | `/pool` | `cullet.PoolReport` | who computed them, and for how long |
+//!
+//! The digest of a run covers `/geometry`, `/body`, `/bodies`, `/debris`, `/cracks`, `/events` and
+//! `/jobs`: no wall time and no worker name is in them. Log time is simulated time; publish time is
+//! wall time since the start of the run.
+
+mod canvas;
+mod digest;
+mod display;
+mod event;
+mod inspect;
+mod layout;
+mod masses;
+mod meta;
+pub mod palette;
+pub mod points;
+mod read;
+mod recorder;
+mod recover;
+pub mod scale;
+mod shares;
+mod sink;
+mod summary;
+pub mod synthetic;
+#[cfg(test)]
+mod tests;
+mod trace;
+
+pub use digest::RunDigest;
+pub use event::{Event, Touch};
+pub use inspect::{Inspection, inspect};
+pub use masses::{Fit, Fits, FragmentMass, RESOLVED_CELLS, fit, masses, table};
+pub use meta::{RunMeta, View};
+pub use read::Recording;
+pub use recorder::{Finished, Level, PoseRow, Recorder};
+pub use recover::{Recovery, recover};
+pub use shares::Shares;
+pub use summary::{Jobs, LedgerTotals, SCHEMA_VERSION, Summary, Tally};
+pub use trace::{Trace, traces};
+
+use std::path::{Path, PathBuf};
+
+/// Topic of [`cullet_proto::recording::Geometry`].
+pub const GEOMETRY: &str = "/geometry";
+/// Topic of [`cullet_proto::recording::Body`].
+pub const BODY: &str = "/body";
+/// Topic of [`cullet_proto::recording::BodyPoses`].
+pub const BODIES: &str = "/bodies";
+/// Topic of [`cullet_proto::recording::Grains`].
+pub const DEBRIS: &str = "/debris";
+/// Topic of [`cullet_proto::recording::Cracks`].
+pub const CRACKS: &str = "/cracks";
+/// Topic of [`cullet_proto::recording::RunEvent`].
+pub const EVENTS: &str = "/events";
+/// Topic of [`cullet_proto::recording::JobReport`].
+pub const JOBS: &str = "/jobs";
+/// Topic of [`cullet_proto::recording::Sampled`].
+pub const SAMPLED: &str = "/sampled";
+/// Topic of [`cullet_proto::recording::PoolReport`].
+pub const POOL: &str = "/pool";
+/// Topic of [`cullet_proto::recording::RunStats`].
+pub const STATS: &str = "/stats";
+
+/// What the library says, or, where it only passes it on, what the system said to it.
+fn words(error: &mcap::McapError) -> String {
+    match error {
+        mcap::McapError::Io(source) => cullet_files::regular::words(source),
+        other => other.to_string(),
+    }
+}
+
+/// Why a recording could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The file system said no.
+    #[error("{path}: {}", cullet_files::regular::words(source))]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What it said.
+        source: std::io::Error,
+    },
+    /// The MCAP library said no.
+    #[error("{path}: {}", words(source))]
+    Mcap {
+        /// Which file.
+        path: PathBuf,
+        /// What it said.
+        source: mcap::McapError,
+    },
+    /// The file does not begin as an MCAP file does.
+    #[error("{path} is not an MCAP file")]
+    NotMcap {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// Nothing in it is of a run.
+    #[error(
+        "{path} is an MCAP file, but no recording of a run: another program wrote it, or nothing \
+         is left of it"
+    )]
+    Foreign {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// The run that it holds has no such moment.
+    #[error("{path} has no moment {time} s: it goes from 0 to {end} s")]
+    Beyond {
+        /// Which file.
+        path: PathBuf,
+        /// Which moment \[s\].
+        time: f64,
+        /// Its last one \[s\].
+        end: f64,
+    },
+    /// It holds the points of a specimen, and no run.
+    #[error(
+        "{path} holds the points of a specimen, for a viewer: there is no run in it; \
+         its numbers are in the .csv beside it"
+    )]
+    Specimen {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// All that a recording had is damaged.
+    #[error("{path}: nothing can be saved, for all {damaged} records in it are damaged")]
+    Lost {
+        /// Which file.
+        path: PathBuf,
+        /// Chunks and records.
+        damaged: u64,
+    },
+    /// A message of ours does not decode.
+    #[error("a message on {topic} at {log_time} ns does not decode: {reason}")]
+    Decode {
+        /// Its topic.
+        topic: String,
+        /// Its log time \[ns\].
+        log_time: u64,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The recorder was told of a body that it does not know.
+    #[error("body {body} was not recorded before its {what}")]
+    UnknownBody {
+        /// Which.
+        body: u64,
+        /// What came too early.
+        what: &'static str,
+    },
+    /// A body was recorded whose geometry was not.
+    #[error("the geometry of body {body} was not recorded before it")]
+    UnknownGeometry {
+        /// Which.
+        body: u64,
+    },
+    /// A number that must be finite is not.
+    #[error("{what} is {value}; it must be finite")]
+    NotFinite {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A picture could not be encoded.
+    #[error("{path}: {reason}")]
+    Picture {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+impl RecordError {
+    /// An error of the file system, with the path that it is about.
+    pub fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Io { path, source }
+    }
+}

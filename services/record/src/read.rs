@@ -1,0 +1,276 @@
+//! Reading recordings, whole or cut off: every intact chunk counts, nothing else does.
+
+use super::RecordError;
+use super::points::SPECIMEN;
+use super::summary::decode;
+use super::{BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, SAMPLED, Summary, Tally};
+use cullet_proto::recording::Sampled;
+use cullet_proto::recording::{Body, BodyPoses, Cracks, Geometry, Grains, JobReport, RunEvent};
+use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Bytes that a chunk may claim to unpack to. Ours have 8 MiB plus one message; a damaged length
+/// must not ask for all memory.
+const MAX_CHUNK_BYTES: usize = 1 << 30;
+/// Bytes of a record's own header: opcode and length.
+const RECORD_HEADER: usize = 9;
+
+/// One thing found in a file, in file order.
+pub(super) enum Found {
+    Schema(SchemaHeader, Vec<u8>),
+    Channel(Channel),
+    Message(MessageHeader, Vec<u8>),
+    Attachment(mcap::records::AttachmentHeader, Vec<u8>),
+    Metadata(mcap::records::Metadata),
+    ChunkEnd,
+}
+
+/// What a walk over a file came across beside its content.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Walk {
+    /// True if the file ends as a finished file does.
+    pub(super) ended: bool,
+    /// Whole, intact chunks.
+    pub(super) chunks: u64,
+    /// Chunks that are there but damaged.
+    pub(super) damaged: u64,
+    /// Bytes at the end that are part of no whole record.
+    pub(super) lost_bytes: u64,
+}
+
+/// Reads a file, or the partial file of a run that never got its name.
+pub(super) fn load(path: &Path) -> Result<(PathBuf, Vec<u8>), RecordError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".partial");
+    let partial = path.with_file_name(name);
+    let path = if !path.exists() && partial.exists() { partial } else { path.to_owned() };
+    let bytes = cullet_files::regular::read(&path).map_err(RecordError::io(&path))?;
+    Ok((path, bytes))
+}
+
+/// Walks over the records of the data section and hands each piece of content to `found`.
+/// Damage ends the walk or skips a chunk; it is never an error.
+pub(super) fn walk(
+    path: &Path,
+    bytes: &[u8],
+    found: &mut dyn FnMut(Found) -> Result<(), RecordError>,
+) -> Result<Walk, RecordError> {
+    let Some(mut rest) = bytes.strip_prefix(mcap::MAGIC) else {
+        return Err(RecordError::NotMcap { path: path.to_owned() });
+    };
+    let mut walk = Walk::default();
+    while let Some((opcode, body, next)) = next_record(rest) {
+        let whole = &rest[..RECORD_HEADER + body.len()];
+        rest = next;
+        let record = mcap::parse_record(opcode, body);
+        match record {
+            Ok(Record::Chunk { .. }) => match unpack(whole) {
+                Some(content) => {
+                    walk.chunks += 1;
+                    content.into_iter().try_for_each(&mut *found)?;
+                    found(Found::ChunkEnd)?;
+                }
+                None => walk.damaged += 1,
+            },
+            Ok(Record::DataEnd(_)) => {
+                walk.ended = bytes.len() > 2 * mcap::MAGIC.len() && bytes.ends_with(mcap::MAGIC);
+                return Ok(walk);
+            }
+            Ok(record) => {
+                if let Some(content) = content(record) {
+                    found(content)?;
+                }
+            }
+            Err(_) => walk.damaged += 1,
+        }
+    }
+    walk.lost_bytes = rest.len() as u64;
+    Ok(walk)
+}
+
+/// Opcode and body of the next whole record, and what follows it.
+fn next_record(rest: &[u8]) -> Option<(u8, &[u8], &[u8])> {
+    let (head, tail) = rest.split_at_checked(RECORD_HEADER)?;
+    let length = u64::from_le_bytes(head[1..].try_into().ok()?);
+    let (body, next) = tail.split_at_checked(usize::try_from(length).ok()?)?;
+    Some((head[0], body, next))
+}
+
+/// The content of a chunk if all of it is intact. `record` is the whole record, opcode included.
+/// The check sum is verified before anything inside is believed: a damaged length would otherwise
+/// ask for more memory than there is.
+fn unpack(mut record: &[u8]) -> Option<Vec<Found>> {
+    let options = LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_prevalidate_chunk_crcs(true)
+        .with_record_length_limit(MAX_CHUNK_BYTES);
+    let mut reader = LinearReader::new_with_options(options);
+    let mut unpacked = Vec::new();
+    while let Some(event) = reader.next_event() {
+        match event.ok()? {
+            LinearReadEvent::ReadRequest(wanted) => {
+                let (now, later) = record.split_at(wanted.min(record.len()));
+                reader.insert(now.len()).copy_from_slice(now);
+                reader.notify_read(now.len());
+                record = later;
+            }
+            LinearReadEvent::Record { data, opcode } => {
+                unpacked.extend(content(mcap::parse_record(opcode, data).ok()?));
+            }
+        }
+    }
+    Some(unpacked)
+}
+
+fn content(record: Record<'_>) -> Option<Found> {
+    match record {
+        Record::Schema { header, data } => Some(Found::Schema(header, data.into_owned())),
+        Record::Channel(channel) => Some(Found::Channel(channel)),
+        Record::Message { header, data } => Some(Found::Message(header, data.into_owned())),
+        Record::Attachment { header, data, .. } => {
+            Some(Found::Attachment(header, data.into_owned()))
+        }
+        Record::Metadata(metadata) => Some(Found::Metadata(metadata)),
+        _ => None,
+    }
+}
+
+/// A recording in memory: everything of ours in it, decoded.
+#[derive(Clone, Debug, Default)]
+pub struct Recording {
+    /// The file that was read: the partial one where the run never finished.
+    pub path: PathBuf,
+    /// True if the run ended and the file is whole.
+    pub complete: bool,
+    /// The metadata record `run`.
+    pub meta: BTreeMap<String, String>,
+    /// The metadata record `end`; empty for a run that was cut off.
+    pub end: BTreeMap<String, String>,
+    /// Attachments by name.
+    pub attachments: BTreeMap<String, Vec<u8>>,
+    /// Solids by digest.
+    pub geometries: BTreeMap<Vec<u8>, Geometry>,
+    /// Bodies in order of birth.
+    pub bodies: Vec<Body>,
+    /// The pose track.
+    pub poses: Vec<BodyPoses>,
+    /// Grains of debris.
+    pub debris: Vec<Grains>,
+    /// Cracks that end inside bodies.
+    pub cracks: Vec<Cracks>,
+    /// What happened.
+    pub events: Vec<RunEvent>,
+    /// How jobs came out.
+    pub reports: Vec<JobReport>,
+    /// Which fragments were sampled; of an old recording nothing.
+    pub sampled: Vec<Sampled>,
+    /// Bytes at the end of the file that were part of no whole record.
+    pub lost_bytes: u64,
+    /// True if something in it is not as it was written, or its end is missing though it has the
+    /// name of a whole file.
+    pub damaged: bool,
+    tally: Tally,
+}
+
+impl Recording {
+    /// Reads `path`, or `<path>.partial` where only that exists. A file that was cut off reads up
+    /// to its last whole chunk.
+    ///
+    /// # Errors
+    /// No such file, no MCAP file, one of another program, or an intact chunk whose messages are
+    /// not ours.
+    pub fn open(path: &Path) -> Result<Self, RecordError> {
+        let (path, bytes) = load(path)?;
+        let mut recording = Self { path: path.clone(), ..Self::default() };
+        let mut topics: BTreeMap<u16, String> = BTreeMap::new();
+        let walk = walk(&path, &bytes, &mut |found| recording.take(found, &mut topics));
+        let walk = match walk {
+            // A topic of that name, but of another program.
+            Err(RecordError::Decode { .. }) if recording.is_foreign() => {
+                return Err(RecordError::Foreign { path });
+            }
+            walk => walk?,
+        };
+        // Of one that was cut off at its very beginning nothing is known.
+        let some = walk.ended || walk.chunks > 0 || walk.damaged > 0 || !topics.is_empty();
+        if some && recording.is_foreign() {
+            return Err(match walk.damaged {
+                0 => RecordError::Foreign { path },
+                damaged => RecordError::Lost { path, damaged },
+            });
+        }
+        let growing = path.extension().is_some_and(|end| end == "partial");
+        recording.damaged = walk.damaged > 0 || !walk.ended && !growing;
+        recording.complete =
+            walk.ended && walk.damaged == 0 && recording.end.contains_key("wall_seconds");
+        recording.lost_bytes = walk.lost_bytes;
+        Ok(recording)
+    }
+
+    fn take(
+        &mut self,
+        found: Found,
+        topics: &mut BTreeMap<u16, String>,
+    ) -> Result<(), RecordError> {
+        match found {
+            Found::Channel(channel) => {
+                topics.insert(channel.id, channel.topic);
+            }
+            Found::Message(header, data) => {
+                if let Some(topic) = topics.get(&header.channel_id) {
+                    self.message(topic, header.log_time, &data)?;
+                }
+            }
+            Found::Attachment(header, data) => {
+                self.attachments.insert(header.name, data);
+            }
+            Found::Metadata(metadata) if metadata.name == "run" => self.meta = metadata.metadata,
+            Found::Metadata(metadata) if metadata.name == "end" => self.end = metadata.metadata,
+            Found::Metadata(metadata) if metadata.name == SPECIMEN => {
+                return Err(RecordError::Specimen { path: self.path.clone() });
+            }
+            Found::Metadata(_) | Found::Schema(..) | Found::ChunkEnd => {}
+        }
+        Ok(())
+    }
+
+    /// Whether nothing of a run was found.
+    fn is_foreign(&self) -> bool {
+        let nothing = self.bodies.is_empty() && self.poses.is_empty() && self.events.is_empty();
+        nothing && !self.meta.contains_key("scene")
+    }
+
+    fn message(&mut self, topic: &str, time: u64, data: &[u8]) -> Result<(), RecordError> {
+        self.tally.message(topic, time, data)?;
+        match topic {
+            GEOMETRY => {
+                let geometry: Geometry = decode(topic, time, data)?;
+                self.geometries.insert(geometry.hash.clone(), geometry);
+            }
+            BODY => self.bodies.push(decode(topic, time, data)?),
+            BODIES => self.poses.push(decode(topic, time, data)?),
+            DEBRIS => self.debris.push(decode(topic, time, data)?),
+            CRACKS => self.cracks.push(decode(topic, time, data)?),
+            EVENTS => self.events.push(decode(topic, time, data)?),
+            JOBS => self.reports.push(decode(topic, time, data)?),
+            SAMPLED => self.sampled.push(decode(topic, time, data)?),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Spacing of the last solve of each body that made anything of it \[m\].
+    pub fn spacings(&self) -> BTreeMap<u64, f64> {
+        let made = self.reports.iter().filter(|report| report.fragments > 0);
+        made.map(|report| (report.body, report.spacing)).collect()
+    }
+
+    /// The summary, made from the messages.
+    #[must_use]
+    pub fn summary(&self) -> Summary {
+        self.tally.summary(&self.meta, &self.end)
+    }
+}

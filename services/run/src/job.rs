@@ -1,0 +1,203 @@
+//! From a body and its hits to a fracture problem for the wire.
+
+use cullet_geometry::Vec3;
+use cullet_geometry::math::scramble;
+use cullet_proto::job::MAX_IMPACTS;
+use cullet_proto::strength::Strength;
+use cullet_proto::{FractureJob, Impact, Material, Precision, Settings};
+use cullet_scene::SceneBody;
+use cullet_scene::format::{self, Fracture};
+use cullet_world::fidelity::Frame;
+use cullet_world::{BodyId, BodyView, Hit, Support};
+
+/// The family asked when the scene leaves it open.
+pub(super) const FIRST: &str = "brittle";
+/// The family that takes what the first one declines.
+const FALLBACK: &str = "geometric";
+
+/// How the scene wants an object and its fragments solved.
+#[derive(Clone, Debug)]
+pub(super) struct Choice {
+    solver: Option<&'static str>,
+    settings: Settings,
+    /// Whether the precision is the scene's.
+    precise: bool,
+    strength: Strength,
+}
+
+impl Choice {
+    /// `seed`: of the flaws, this body's own.
+    pub(super) fn of(body: &SceneBody, defaults: &Fracture, seed: u64) -> Self {
+        let settings = Settings {
+            spacing: body.spacing,
+            max_particles: body.particles.unwrap_or(defaults.max_particles),
+            max_steps: defaults.max_steps,
+            min_volume_ratio: defaults.min_volume_ratio,
+            detail: defaults.detail.values(),
+            max_fragments: defaults.max_fragments,
+            debris: defaults.debris,
+            grain: defaults.grain,
+            hairline: defaults.detail.hairline,
+            precision: match defaults.precision.unwrap_or_default() {
+                format::Precision::Single => Precision::Single,
+                format::Precision::Double => Precision::Double,
+            },
+            error: None,
+        };
+        let strength = Strength { seed, ..(*body.strength).clone() };
+        let precise = defaults.precision.is_some();
+        Self { solver: body.solver.solver(), settings, precise, strength }
+    }
+
+    /// Fragments keep the grid spacing \[m\] of the solve that made them: what they were made of
+    /// was not known more finely than that. Zero: that solve had no grid.
+    pub(super) fn no_finer_than(&mut self, spacing: f64) {
+        if spacing > 0.0 {
+            self.settings.spacing = Some(spacing);
+        }
+    }
+
+    /// The same on a grid of that spacing \[m\], to the error that is good enough, if any is: then
+    /// f32 is too.
+    pub(super) fn on_grid(&self, spacing: f64, error: Option<f64>) -> Self {
+        let mut choice = self.clone();
+        choice.settings.spacing = Some(spacing);
+        choice.settings.error = error;
+        if error.is_some() && !self.precise {
+            choice.settings.precision = Precision::Single;
+        }
+        choice
+    }
+
+    /// What is settled of a solve before anything is known of the hit; nothing where no stress is
+    /// solved for.
+    pub(super) fn frame(&self) -> Option<Frame> {
+        (self.solver != Some(FALLBACK)).then(|| Frame {
+            most_points: f64::from(self.settings.max_particles),
+            most_steps: f64::from(self.settings.max_steps),
+            finest: self.settings.spacing.unwrap_or(0.0),
+        })
+    }
+
+    /// A fragment keeps the flaws and the paint of the body it comes from; `centre`: where its own
+    /// origin was in that body's frame \[m\].
+    pub(super) fn of_fragment(&self, centre: &Vec3) -> Self {
+        let mut choice = self.clone();
+        let offset = Vec3::from(self.strength.offset) + centre;
+        choice.strength.offset = offset.into();
+        choice
+    }
+}
+
+/// The problem of a body that was hit. `geometric`: the gate found that no stress needs to be
+/// solved for. `fallback`: whether the family that takes anything may take it.
+pub(super) fn problem(
+    body: &BodyView<'_>,
+    (hits, supports, spin): (&[Hit], &[Support], Vec3),
+    choice: &Choice,
+    (geometric, fallback): (bool, bool),
+    seed: u64,
+) -> FractureJob {
+    let wanted = if geometric { FALLBACK } else { choice.solver.unwrap_or(FIRST) };
+    let material = body.material;
+    FractureJob {
+        solver: wanted.to_owned(),
+        fallback: (fallback && wanted != FALLBACK).then(|| FALLBACK.to_owned()),
+        solid: (**body.solid).clone(),
+        material: Material {
+            density: material.density,
+            young: material.young,
+            poisson: material.poisson,
+            failure_stress: material.failure_stress,
+            fracture_energy: material.fracture_energy,
+        },
+        strength: choice.strength.clone(),
+        impacts: strongest(hits).into_iter().map(impact).collect(),
+        supports: supports.iter().map(support).collect(),
+        spin,
+        settings: choice.settings,
+        seed: seed_of(body.id, seed),
+    }
+}
+
+/// The seed of a body's own randomness.
+pub(super) fn seed_of(body: BodyId, seed: u64) -> u64 {
+    scramble(seed ^ scramble(u64::from(body.0)))
+}
+
+/// The hits, or the strongest where there are more than a job takes, in their order.
+fn strongest(hits: &[Hit]) -> Vec<&Hit> {
+    let mut ranked: Vec<&Hit> = hits.iter().collect();
+    ranked.sort_by(|a, b| b.impact.impulse.total_cmp(&a.impact.impulse));
+    ranked.truncate(MAX_IMPACTS);
+    ranked.sort_by_key(|hit| hit.episode);
+    ranked
+}
+
+fn support(support: &Support) -> cullet_proto::Support {
+    cullet_proto::Support {
+        point: support.point.into(),
+        normal: support.normal.into(),
+        radius: support.radius,
+        mobility: support.mobility,
+    }
+}
+
+fn impact(hit: &Hit) -> Impact {
+    let i = &hit.impact;
+    Impact {
+        point: i.point,
+        normal: i.normal,
+        impulse: i.impulse,
+        duration: i.duration,
+        radius: i.radius,
+        energy: i.energy,
+        closing_speed: i.closing_speed,
+        crushing_pressure: i.crushing_pressure,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Choice;
+    use cullet_geometry::Vec3;
+    use cullet_proto::Settings;
+    use cullet_proto::strength::Strength;
+
+    #[test]
+    fn a_solve_without_a_grid_leaves_the_spacing_as_it_was() {
+        let settings = Settings {
+            spacing: None,
+            max_particles: 1000,
+            max_steps: 100,
+            min_volume_ratio: 0.0,
+            max_fragments: 10,
+            detail: cullet_proto::Detail::default(),
+            debris: 0.0,
+            grain: None,
+            hairline: None,
+            precision: cullet_proto::Precision::Double,
+            error: None,
+        };
+        let strength = Strength::default();
+        let mut choice = Choice { solver: None, settings, precise: false, strength };
+        choice.no_finer_than(0.0);
+        assert_eq!(choice.settings.spacing, None);
+        choice.no_finer_than(0.01);
+        choice.no_finer_than(0.0);
+        assert_eq!(choice.settings.spacing, Some(0.01));
+        let part = choice.of_fragment(&Vec3::x()).of_fragment(&Vec3::new(1.0, 0.0, -0.5));
+        assert_eq!(part.strength.offset, [2.0, 0.0, -0.5]);
+        assert_eq!(part.settings.spacing, Some(0.01));
+        // An error that is good enough is told, and f32 is good enough for it.
+        let asked = |choice: &Choice, error| {
+            let settings = choice.on_grid(0.02, error).settings;
+            (settings.spacing, settings.error, settings.precision)
+        };
+        let (single, double) = (cullet_proto::Precision::Single, cullet_proto::Precision::Double);
+        assert_eq!(asked(&choice, None), (Some(0.02), None, double));
+        assert_eq!(asked(&choice, Some(0.5)), (Some(0.02), Some(0.5), single));
+        choice.precise = true;
+        assert_eq!(asked(&choice, Some(0.5)), (Some(0.02), Some(0.5), double));
+    }
+}

@@ -1,0 +1,479 @@
+//! One run, from a scene to its recording: steps the world, sends hits to the pool, puts fragments
+//! back, writes it all down. Everything that decides happens here in one thread and in one order.
+
+mod convert;
+mod job;
+mod ladder;
+mod notices;
+mod settle;
+#[cfg(test)]
+mod tests;
+
+pub use cullet_proto::service::Position;
+
+use cullet_geometry::Vec3;
+use cullet_pool::{RunHandle, RunStats, Settlement};
+use cullet_proto::job::MAX_SUPPORTS;
+use cullet_proto::{BrokenBody, FractureJob, JobId};
+use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
+use cullet_scene::{Scene, rigid};
+use cullet_world::{BodyId, Gate, GateLimits, Hit, Support, World, WorldError};
+use ladder::{Experience, Kind, Ladder};
+use notices::Notices;
+use std::collections::{BTreeMap, VecDeque};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// How long the run waits for the pool before it looks at whether it was told to stop.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// Where a run has its fracture jobs done.
+pub trait Jobs {
+    /// Wants a job done.
+    fn open(&self, job: &FractureJob) -> JobId;
+    /// The next job to settle, in opening order; `None` if none does within `timeout`.
+    fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)>;
+    /// What is wanted, and how far it is.
+    fn load(&self) -> Load;
+    /// Nothing is wanted any more.
+    fn cancel(&self);
+}
+
+/// How much a pool has to do for a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Load {
+    /// Jobs that are wanted, at workers or not yet.
+    pub jobs: u64,
+    /// How far those at workers are, in the mean \[1/1000\].
+    pub permille: u16,
+    /// Why none of them can be at work, if so.
+    pub idle: Option<Idle>,
+}
+
+/// Why no job of a run can be at work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Idle {
+    /// There is no worker.
+    NoWorker,
+    /// There are so many, and all of them were drained.
+    Drained(u64),
+    /// There are so many, and none can solve what is wanted.
+    Unable(u64),
+}
+
+impl Jobs for RunHandle {
+    fn open(&self, job: &FractureJob) -> JobId {
+        RunHandle::open(self, job)
+    }
+
+    fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
+        RunHandle::settled(self, timeout)
+    }
+
+    fn load(&self) -> Load {
+        let stats = self.stats();
+        let permille = stats.permille.checked_div(stats.running).unwrap_or(0).min(1000) as u16;
+        let idle = match stats {
+            RunStats { workers: 0, .. } => Some(Idle::NoWorker),
+            RunStats { workers, ready: 0, .. } => Some(Idle::Drained(workers)),
+            RunStats { ready, unable: true, .. } => Some(Idle::Unable(ready)),
+            _ => None,
+        };
+        Load { jobs: stats.waiting + stats.running, permille, idle }
+    }
+
+    fn cancel(&self) {
+        RunHandle::cancel(self);
+    }
+}
+
+/// What a run needs beside its scene and its pool.
+#[derive(Clone, Copy, Debug)]
+pub struct RunOptions<'a> {
+    /// Folder for `run.mcap`, `summary.json` and the pictures; it exists.
+    pub out: &'a Path,
+    /// Set by another thread: finish the recording and return.
+    pub stop: &'a AtomicBool,
+}
+
+/// News for whoever watches a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum News {
+    /// How far it is.
+    At(Position),
+    /// A line worth a log.
+    Line(String),
+}
+
+/// A run that came to its end, or was told to stop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// What the recording says.
+    pub summary: Summary,
+    /// Expectations of the scene that do not hold, a sentence each.
+    pub unmet: Vec<String>,
+    /// Whether it was told to stop before its end.
+    pub interrupted: bool,
+    /// The recording.
+    pub recording: PathBuf,
+}
+
+/// Why a run could not go on.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The world broke down or refused a body.
+    #[error("the rigid world: {0}")]
+    World(#[from] WorldError),
+    /// The recording could not be written.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The world lost a body that it had.
+    #[error("there is no body {0}")]
+    Lost(BodyId),
+    /// The pool gave a job up after its last attempt.
+    #[error("job {job} of `{body}` was abandoned: {reason}")]
+    Abandoned {
+        /// Digest of the problem.
+        job: String,
+        /// Whose.
+        body: String,
+        /// What the pool says.
+        reason: String,
+    },
+    /// The pool answered with a job that is not the next one.
+    #[error("the pool settled job {got} where job {due} was due")]
+    OutOfOrder {
+        /// What came.
+        got: String,
+        /// What was due.
+        due: String,
+    },
+    /// A file could not be written.
+    #[error("{path}: {}", cullet_files::regular::words(source))]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+/// A job in the pool and what it is about.
+struct Pending {
+    id: JobId,
+    asked: String,
+    body: BodyId,
+    hits: Vec<Hit>,
+    supports: Vec<Support>,
+    ladder: Ladder,
+    /// The last solve of the hit that came to an end, kept while a finer one is at work.
+    held: Option<(JobId, BrokenBody)>,
+    due: u64,
+}
+
+/// What the scene says of an object, kept for all its fragments.
+#[derive(Clone)]
+struct Origin {
+    object: String,
+    material: String,
+    choice: job::Choice,
+}
+
+struct Run<'a> {
+    scene: &'a Scene,
+    pool: &'a dyn Jobs,
+    options: &'a RunOptions<'a>,
+    news: &'a mut dyn FnMut(&News),
+    world: World,
+    recorder: Recorder,
+    origins: BTreeMap<BodyId, Origin>,
+    pending: VecDeque<Pending>,
+    seen: Experience,
+    fractures: u64,
+    broken: BTreeMap<String, u64>,
+    notices: Notices,
+}
+
+/// Runs a scene to its end and writes `run.mcap` and `summary.json` into the folder.
+///
+/// # Errors
+/// The world breaks down, the pool abandons a job, or a file cannot be written. The recording then
+/// keeps its `.partial` name.
+pub fn run(
+    scene: &Scene,
+    pool: &dyn Jobs,
+    options: &RunOptions<'_>,
+    news: &mut dyn FnMut(&News),
+) -> Result<Outcome, RunError> {
+    let world = World::new(rigid::world_settings(scene))?;
+    let recorder = Recorder::create(&options.out.join("run.mcap"), &convert::meta(scene))?;
+    let mut run = Run {
+        scene,
+        pool,
+        options,
+        news,
+        world,
+        recorder,
+        origins: BTreeMap::new(),
+        pending: VecDeque::new(),
+        seen: Experience::default(),
+        fractures: 0,
+        broken: BTreeMap::new(),
+        notices: Notices::of(scene),
+    };
+    run.populate()?;
+    let interrupted = run.steps()?;
+    if interrupted {
+        // Before what there is is written and drawn, which takes a while.
+        pool.cancel();
+    }
+    run.finish(interrupted)
+}
+
+impl Run<'_> {
+    fn say(&mut self, line: impl Into<String>) {
+        (self.news)(&News::Line(line.into()));
+    }
+
+    /// Puts the scene's bodies into the world and into the recording.
+    fn populate(&mut self) -> Result<(), RunError> {
+        let scene = self.scene;
+        for line in &scene.warnings {
+            self.recorder.log(Level::Warning, line.clone())?;
+            self.say(line);
+        }
+        for body in &scene.bodies {
+            let id = self.world.insert(rigid::spec(body))?;
+            let origin = Origin {
+                object: body.name.clone(),
+                material: body.material.name.clone(),
+                choice: job::Choice::of(body, &scene.fracture, job::seed_of(id, scene.world.seed)),
+            };
+            self.origins.insert(id, origin);
+            self.record_birth(id)?;
+            self.tell_position();
+            if self.options.stop.load(Ordering::Relaxed) {
+                break;
+            }
+        }
+        self.record_poses()
+    }
+
+    fn steps(&mut self) -> Result<bool, RunError> {
+        let last = self.scene.steps();
+        while self.world.step_count() < last {
+            if self.options.stop.load(Ordering::Relaxed) {
+                return Ok(true);
+            }
+            let hits = self.world.step()?;
+            self.judge(hits)?;
+            if !self.settle_until(self.world.step_count())? {
+                return Ok(true);
+            }
+            self.record_poses()?;
+            self.tell_fallen();
+            self.tell_position();
+        }
+        // What the end of the run overtook settles too, and breaks nothing.
+        Ok(!self.settle_until(u64::MAX)?)
+    }
+
+    /// Records the hits of a step, asks the gate about them, and opens a job for each body that may
+    /// break.
+    fn judge(&mut self, hits: Vec<Hit>) -> Result<(), RunError> {
+        let mut by_body: BTreeMap<BodyId, Vec<Hit>> = BTreeMap::new();
+        for hit in hits {
+            self.event(&Event::Impact {
+                body: number(hit.body),
+                striker: number(hit.other),
+                point: hit.point,
+                impulse: hit.impact.impulse,
+                closing_speed: hit.impact.closing_speed,
+                energy: hit.impact.energy,
+                contact: Touch {
+                    duration: hit.impact.duration,
+                    radius: hit.impact.radius,
+                    peak_force: hit.peak_force,
+                    dissipated: hit.dissipated,
+                },
+            })?;
+            by_body.entry(hit.body).or_default().push(hit);
+        }
+        for (body, hits) in by_body {
+            if self.pending.iter().any(|pending| pending.body == body) {
+                let reason = "it is being solved for an earlier hit".to_owned();
+                self.event(&Event::Gate { body: number(body), reason })?;
+                continue;
+            }
+            self.ask_gate(body, hits)?;
+        }
+        Ok(())
+    }
+
+    fn ask_gate(&mut self, body: BodyId, hits: Vec<Hit>) -> Result<(), RunError> {
+        let all: f64 = hits.iter().map(|hit| hit.impact.energy).sum();
+        let asked = self.scene.fidelity.is_asked();
+        let limits = |hit: &Hit| {
+            if asked { GateLimits::fitted(hit.impact.energy / all) } else { GateLimits::default() }
+        };
+        let answers: Vec<Gate> =
+            hits.iter().filter_map(|hit| self.world.gate(hit, &limits(hit))).collect();
+        let solve = answers.iter().any(|gate| matches!(gate, Gate::Solve));
+        let geometric = answers.iter().find_map(|gate| match gate {
+            Gate::Geometric(reason) => Some(reason.to_string()),
+            _ => None,
+        });
+        if !solve && geometric.is_none() {
+            for gate in answers {
+                if let Gate::Rigid(reason) = gate {
+                    self.event(&Event::Gate { body: number(body), reason: reason.to_string() })?;
+                    self.notices.kept(body, all, reason.to_string());
+                }
+            }
+            return Ok(());
+        }
+        self.open(body, hits, geometric.filter(|_| !solve))
+    }
+
+    /// `geometric`: why no stress needs to be solved for, if none does.
+    fn open(
+        &mut self,
+        body: BodyId,
+        hits: Vec<Hit>,
+        mut geometric: Option<String>,
+    ) -> Result<(), RunError> {
+        let origin = self.origins.get(&body).ok_or(RunError::Lost(body))?;
+        let mut reasons = Vec::new();
+        let mut ladder = Ladder::default();
+        let need = convert::need(&self.scene.fidelity);
+        let frame = origin.choice.frame().filter(|_| geometric.is_none());
+        if let (Some(need), Some(frame)) = (need, frame) {
+            match self.world.plan(&hits, &need, &frame) {
+                Some(Ok(plan)) => {
+                    ladder = Ladder::new(&plan, &need, self.kind(body, &hits));
+                    reasons.push(plan.to_string());
+                }
+                Some(Err(reason)) => geometric = Some(reason.to_string()),
+                None => {}
+            }
+        }
+        let mut supports = self.world.supports(body, &hits);
+        supports.truncate(MAX_SUPPORTS);
+        if !supports.is_empty() {
+            reasons.push(format!("held at {} places", supports.len()));
+        }
+        let due = self.world.step_count() + u64::from(self.scene.world.latency_steps);
+        let (id, asked) = (JobId::of(&[]), String::new());
+        let pending = Pending { id, asked, body, hits, supports, ladder, held: None, due };
+        self.dispatch(pending, geometric, reasons)
+    }
+
+    /// What hits of a body are like: by the one of most energy.
+    fn kind(&self, body: BodyId, hits: &[Hit]) -> Kind {
+        let most = |a: &&Hit, b: &&Hit| a.impact.energy.total_cmp(&b.impact.energy);
+        let hardest = hits.iter().max_by(most).map(|hit| hit.impact);
+        let (speed, energy) = hardest.map_or((0.0, 0.0), |i| (i.closing_speed, i.energy));
+        let volume = self.world.body(body).map_or(0.0, |view| view.volume);
+        let material = self.origins.get(&body).map_or("", |origin| &origin.material);
+        Kind::new(material, volume, speed, energy)
+    }
+
+    /// Opens the next job of a hit.
+    fn dispatch(
+        &mut self,
+        mut pending: Pending,
+        geometric: Option<String>,
+        mut reasons: Vec<String>,
+    ) -> Result<(), RunError> {
+        let body = pending.body;
+        let lost = RunError::Lost(body);
+        let (Some(view), Some(origin)) = (self.world.body(body), self.origins.get(&body)) else {
+            return Err(lost);
+        };
+        let error = self.scene.fidelity.error;
+        let choice = pending.ladder.climb().map(|spacing| origin.choice.on_grid(spacing, error));
+        let choice = choice.as_ref().unwrap_or(&origin.choice);
+        let spin = self.world.stressing_spin(body, &pending.hits);
+        if spin != Vec3::zeros() {
+            reasons.push(format!("spins at {:.3e} rad/s", spin.norm()));
+        }
+        let load = (pending.hits.as_slice(), pending.supports.as_slice(), spin);
+        // What came to an end on a coarser grid is better than what stands in for any solve.
+        let last = !pending.ladder.goes_on() && pending.held.is_none();
+        let family = (geometric.is_some(), last);
+        let job = job::problem(&view, load, choice, family, self.scene.world.seed);
+        pending.asked = job.solver.clone();
+        pending.id = self.pool.open(&job);
+        // Without the gate's reason, another family than the first is the scene's choice.
+        let chosen = (pending.asked != job::FIRST).then(|| "the scene's choice".to_owned());
+        let reasons: Vec<String> = geometric.or(chosen).into_iter().chain(reasons).collect();
+        let (solver, reason) = (pending.asked.clone(), reasons.join("; "));
+        self.event(&Event::JobOpened { body: number(body), job: pending.id.0, solver, reason })?;
+        self.pending.push_back(pending);
+        Ok(())
+    }
+
+    /// Waits for the jobs that are due by a step and settles them. False: told to stop.
+    fn settle_until(&mut self, step: u64) -> Result<bool, RunError> {
+        while self.pending.front().is_some_and(|p| p.due <= step) {
+            let settled = loop {
+                if self.options.stop.load(Ordering::Relaxed) {
+                    return Ok(false);
+                }
+                if let Some(settled) = self.pool.settled(PATIENCE) {
+                    break settled;
+                }
+                self.recorder.flush_if_due()?;
+                self.tell_position();
+            };
+            let Some(pending) = self.pending.pop_front() else {
+                break;
+            };
+            let (id, settlement) = settled;
+            if id != pending.id {
+                return Err(RunError::OutOfOrder { got: id.short(), due: pending.id.short() });
+            }
+            self.settle(pending, settlement)?;
+        }
+        Ok(true)
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), RunError> {
+        let (step, time) = (self.world.step_count(), self.world.time());
+        Ok(self.recorder.event(step, time, event)?)
+    }
+
+    fn record_poses(&mut self) -> Result<(), RunError> {
+        let rows: Vec<PoseRow> = self
+            .world
+            .bodies()
+            .map(|view| PoseRow {
+                id: number(view.id),
+                pose: view.pose,
+                velocity: view.velocity,
+                spin: view.spin,
+            })
+            .collect();
+        let (step, time) = (self.world.step_count(), self.world.time());
+        self.recorder.grains(step, time, self.world.grains())?;
+        Ok(self.recorder.poses(step, time, &rows)?)
+    }
+
+    fn tell_position(&mut self) {
+        let load = self.pool.load();
+        self.tell_idle(&load);
+        (self.news)(&News::At(Position {
+            time: self.world.time(),
+            end: self.scene.world.duration,
+            bodies: self.world.len() as u64,
+            fractures: self.fractures,
+            jobs: load.jobs,
+            permille: load.permille,
+        }));
+    }
+}
+
+fn number(id: BodyId) -> u64 {
+    u64::from(id.0)
+}

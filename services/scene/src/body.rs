@@ -1,0 +1,339 @@
+//! A written body made ready: checked, given its form and its material, not yet placed.
+
+use super::form::{Form, Forms, Recipe};
+use super::format::{Anchor, Body, Fracture, Rotation, SolverChoice};
+use super::material::SceneMaterial;
+use cullet_document::check::tell;
+use cullet_document::error::{SceneError, nearest, suggest};
+use cullet_document::files::{FileError, Files, key};
+use cullet_document::tree::{Node, Path, Step, join, show};
+use cullet_geometry::{Quat, Vec3};
+use cullet_proto::strength::Strength;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// What resolving needs and collects.
+pub struct Workshop<'a> {
+    /// The tree, for places.
+    pub root: &'a Node,
+    /// Where meshes come from.
+    pub files: &'a mut Files,
+    /// Forms made so far.
+    pub forms: Forms,
+    /// Materials by name.
+    pub(super) materials: BTreeMap<String, Arc<SceneMaterial>>,
+    /// Names of materials that are wrong themselves: naming them is not a second error.
+    pub(super) spoiled_materials: BTreeSet<String>,
+    /// What is wrong.
+    pub errors: Vec<SceneError>,
+    /// What is unusual, a line each.
+    pub warnings: Vec<String>,
+    /// Paths of values that are wrong by themselves, which was said already.
+    pub(super) bad: Vec<Path>,
+    /// Whether a text is not TOML throughout: what seems to be missing may be there.
+    pub(super) garbled: bool,
+}
+
+/// A body before it has a place.
+#[derive(Clone)]
+pub(super) struct Mould {
+    pub(super) form: Arc<Form>,
+    pub(super) material: Arc<SceneMaterial>,
+    pub(super) strength: Arc<Strength>,
+    pub(super) rotation: Quat,
+    pub(super) position: Vec3,
+    /// From the centroid to the point that `position` places, in the body's frame \[m\].
+    pub(super) anchor: Vec3,
+    pub(super) velocity: Vec3,
+    pub(super) spin: Vec3,
+    pub(super) fixed: bool,
+    pub(super) breakable: bool,
+    pub(super) spacing: Option<f64>,
+    pub(super) particles: Option<u32>,
+    pub(super) impulse_threshold: Option<f64>,
+    pub(super) solver: SolverChoice,
+}
+
+impl<'a> Workshop<'a> {
+    /// With nothing made yet.
+    pub fn new(root: &'a Node, files: &'a mut Files) -> Self {
+        Self {
+            root,
+            files,
+            forms: Forms::default(),
+            materials: BTreeMap::new(),
+            spoiled_materials: BTreeSet::new(),
+            errors: Vec::new(),
+            warnings: Vec::new(),
+            bad: Vec::new(),
+            garbled: false,
+        }
+    }
+}
+
+impl Workshop<'_> {
+    /// Whether an item has none of these keys, as far as can be told: where one of them is wrong,
+    /// or one that is not known was meant for it, it is no second error that it is missing.
+    pub(super) fn lacks(&self, path: &[Step], keys: &[&str]) -> bool {
+        let meant = |bad: &Path| match bad.strip_prefix(path) {
+            Some([Step::Key(key), ..]) => nearest(key, keys.iter().copied()).is_some(),
+            Some(_) => true,
+            None => false,
+        };
+        !self.garbled && !self.bad.iter().any(meant)
+    }
+
+    /// Whether what is wrong at a path is the consequence of an error that was noted.
+    fn is_told(&self, path: &[Step]) -> bool {
+        let below = |bad: &Path| path.len() > 2 && bad.starts_with(path);
+        self.bad.iter().any(|bad| path.starts_with(bad) || below(bad))
+    }
+
+    /// Notes an error at a path.
+    pub fn wrong(&mut self, path: &[Step], message: impl Into<String>) {
+        self.wrong_with(path, message, None);
+    }
+
+    /// Notes an error at a path, with advice.
+    pub fn wrong_with(&mut self, path: &[Step], message: impl Into<String>, help: Option<String>) {
+        if self.is_told(path) {
+            return;
+        }
+        let error = SceneError::at(self.root.nearest(path), show(path), message);
+        self.errors.push(error.help(help));
+    }
+
+    /// Notes that no body can be made of what was read, or that there is no room for it.
+    pub(super) fn unmade(
+        &mut self,
+        path: &[Step],
+        message: impl Into<String>,
+        help: Option<String>,
+    ) {
+        let error = SceneError::at(self.root.nearest(path), show(path), message).help(help);
+        self.errors.push(SceneError { geometry: true, ..error });
+    }
+
+    /// Whether a mesh file is there, and of a format that is read; what is wrong is noted.
+    pub fn has_mesh(&mut self, key: &str, path: &[Step]) -> bool {
+        if let Err(why) = cullet_assets::known(key) {
+            self.wrong(path, why.to_string());
+            return false;
+        }
+        let Err(why) = self.files.get(key) else { return true };
+        let from = match key.split_once('/') {
+            Some((_, absolute)) if absolute.starts_with('/') => None,
+            Some(("given", _)) => Some("a path in --set is taken from the current folder"),
+            _ => Some("a path in a file is taken from the folder of that file"),
+        };
+        let there = matches!(why, FileError::Unreadable { .. });
+        self.wrong_with(path, why.to_string(), from.filter(|_| there).map(str::to_owned));
+        false
+    }
+
+    /// Makes a body ready; errors are noted, and `None` means that there were some.
+    pub(super) fn mould(&mut self, body: &Body, path: &Path, defaults: &Fracture) -> Option<Mould> {
+        let before = self.errors.len();
+        let material = self.material(body, path);
+        let rotation = self.rotation(&body.rotation, &join(path, "rotation"));
+        let form = self.form(body, path);
+        self.motion(body, path);
+        let resolution = body.resolution.unwrap_or_default();
+        if body.resolution.is_some()
+            && resolution.spacing.is_some() == resolution.particles.is_some()
+        {
+            self.wrong(&join(path, "resolution"), "takes `spacing` or `particles`, one of them");
+        }
+        let (Some(material), Some(form)) = (material, form) else {
+            return None;
+        };
+        let wanted = body.breakable.unwrap_or(!body.fixed && material.breakable);
+        if wanted {
+            for (_, fault) in material.faults() {
+                let message = format!("{} cannot break: {fault}", material.name);
+                self.wrong(&join(path, "material"), message);
+            }
+        }
+        let strength = Arc::new(self.strength(body, path, &material, &form));
+        if self.errors.len() > before {
+            return None;
+        }
+        let (low, high) = form.bounds;
+        let anchor = match body.anchor {
+            Anchor::Origin => form.origin,
+            Anchor::Centre => (low + high) / 2.0,
+            Anchor::Base => Vec3::new((low.x + high.x) / 2.0, (low.y + high.y) / 2.0, low.z),
+        };
+        Some(Mould {
+            form,
+            material,
+            strength,
+            rotation,
+            position: Vec3::from(body.position),
+            anchor,
+            velocity: Vec3::from(body.velocity),
+            spin: Vec3::from(body.spin),
+            fixed: body.fixed,
+            breakable: wanted,
+            spacing: resolution.spacing,
+            particles: resolution.particles,
+            impulse_threshold: body.impulse_threshold,
+            solver: body.solver.unwrap_or(defaults.solver),
+        })
+    }
+
+    fn material(&mut self, body: &Body, path: &Path) -> Option<Arc<SceneMaterial>> {
+        let Some(name) = &body.material else {
+            if self.lacks(path, &["material"]) {
+                self.wrong(path, "`material` is missing: a preset or a [[material]]");
+            }
+            return None;
+        };
+        if let Some(material) = self.materials.get(name) {
+            return Some(Arc::clone(material));
+        }
+        if !self.spoiled_materials.contains(name) {
+            let known: Vec<&str> = self.materials.keys().map(String::as_str).collect();
+            let help = suggest(name, &known);
+            let message = format!("there is no material \"{name}\"");
+            self.wrong_with(&join(path, "material"), message, help);
+        }
+        None
+    }
+
+    fn motion(&mut self, body: &Body, path: &Path) {
+        if body.fixed {
+            let moves = [("velocity", body.velocity), ("spin", body.spin)];
+            for (key, value) in moves {
+                if value != [0.0; 3] {
+                    self.wrong(&join(path, key), "a fixed body does not move");
+                }
+            }
+            if body.breakable == Some(true) {
+                self.wrong(&join(path, "breakable"), "a fixed body does not break");
+            }
+        }
+        let limits = [
+            ("position", body.position, MAX_DISTANCE, "m"),
+            ("velocity", body.velocity, MAX_SPEED, "m/s"),
+            ("spin", body.spin, MAX_SPIN, "rad/s"),
+        ];
+        for (key, value, limit, unit) in limits {
+            let value = Vec3::from(value);
+            // What is too large to be squared is told by its greatest component.
+            let size = if value.norm().is_finite() { value.norm() } else { value.amax() };
+            if size > limit {
+                let message = format!(
+                    "must be at most {} {unit} long; it is {} {unit}",
+                    tell(limit),
+                    tell(size)
+                );
+                self.wrong(&join(path, key), message);
+            }
+        }
+    }
+
+    fn form(&mut self, body: &Body, path: &Path) -> Option<Arc<Form>> {
+        let recipe = match (&body.shape, &body.mesh) {
+            (Some(_), Some(_)) => {
+                self.wrong(&join(path, "mesh"), "a body has a `shape` or a `mesh`, not both");
+                return None;
+            }
+            (None, None) => {
+                if self.lacks(path, &["shape", "mesh"]) {
+                    self.wrong(path, "a body needs a `shape` or a `mesh`");
+                }
+                return None;
+            }
+            (Some(shape), None) => {
+                let sizes = [("fit", body.fit), ("scale", body.scale)];
+                for (key, _) in sizes.into_iter().filter(|(_, value)| value.is_some()) {
+                    self.wrong(&join(path, key), "is for a `mesh`; a `shape` has its measures");
+                }
+                Recipe::Shape(shape.clone())
+            }
+            (None, Some(mesh)) => {
+                if body.fit.is_some() && body.scale.is_some() {
+                    self.wrong(&join(path, "scale"), "a mesh takes `fit` or `scale`, not both");
+                }
+                let written = join(path, "mesh");
+                let key = key(&self.root.nearest(&written).text.base, mesh);
+                if !self.has_mesh(&key, &written) {
+                    return None;
+                }
+                Recipe::Mesh {
+                    key,
+                    fit: body.fit,
+                    scale: body.scale,
+                    up: body.up,
+                    repair: body.repair,
+                }
+            }
+        };
+        match self.forms.get(&recipe, self.files) {
+            Ok(form) => Some(form),
+            Err(why) => {
+                let key = if body.mesh.is_some() { "mesh" } else { "shape" };
+                self.unmade(&join(path, key), why, None);
+                None
+            }
+        }
+    }
+
+    /// The rotation that is written in one of the three ways; two at once are an error.
+    pub fn rotation(&mut self, rotation: &Rotation, path: &Path) -> Quat {
+        let ways = [
+            rotation.axis.is_some() || rotation.degrees.is_some(),
+            rotation.euler_degrees.is_some(),
+            rotation.quaternion.is_some(),
+        ];
+        if ways.iter().filter(|used| **used).count() > 1 {
+            let message = "takes `axis` and `degrees`, or `euler_degrees`, or `quaternion`";
+            self.wrong(path, message);
+            return Quat::identity();
+        }
+        let radians = f64::to_radians;
+        if let Some([w, x, y, z]) = rotation.quaternion {
+            let quaternion = nalgebra::Quaternion::new(w, x, y, z);
+            return Quat::try_new(quaternion, MIN_LENGTH).unwrap_or_else(|| {
+                self.wrong(&join(path, "quaternion"), "must have a length above 1e-6");
+                Quat::identity()
+            });
+        }
+        if let Some([x, y, z]) = rotation.euler_degrees {
+            return Quat::from_euler_angles(radians(x), radians(y), radians(z));
+        }
+        match (rotation.axis, rotation.degrees) {
+            (None, None) => Quat::identity(),
+            (Some(axis), Some(degrees)) => {
+                match nalgebra::Unit::try_new(Vec3::from(axis), MIN_LENGTH) {
+                    Some(axis) => Quat::from_axis_angle(&axis, radians(degrees)),
+                    None => {
+                        self.wrong(&join(path, "axis"), "must have a length above 1e-6");
+                        Quat::identity()
+                    }
+                }
+            }
+            (Some(_), None) => {
+                self.wrong(path, "`degrees` is missing beside `axis`");
+                Quat::identity()
+            }
+            (None, Some(_)) => {
+                self.wrong(path, "`axis` is missing beside `degrees`");
+                Quat::identity()
+            }
+        }
+    }
+}
+
+/// Shortest axis or quaternion that still has a direction \[1\].
+const MIN_LENGTH: f64 = 1e-6;
+
+/// Farthest place from the world's origin \[m\]: farther, contacts lose their digits.
+pub(super) const MAX_DISTANCE: f64 = 1e5;
+
+/// Fastest body \[m/s\]: faster than that nothing here is brittle fracture any more.
+const MAX_SPEED: f64 = 1e4;
+
+/// Fastest spin \[rad/s\]: a turn must span some steps.
+const MAX_SPIN: f64 = 1e4;
