@@ -1,4 +1,4 @@
-//! The suites that hold the whole to its word live in `suites/`; this library is where they meet.
+//! The suites that hold the whole to its word live beside this; this library is where they meet.
 
 use std::path::{Path, PathBuf};
 

@@ -4,7 +4,7 @@
 //! shell does the same with [`Hand::step`]. Read [`event`] first, then [`machine`] and [`hand`].
 //!
 //! What the machines keep to, each held by an oracle of the simulation (`docs/pool.md`), and how
-//! much each tenant and run gets by `tests/machine.rs`:
+//! much each tenant and run gets by `tests/fast/machine.rs`:
 //! - every opening of a job settles exactly once, in the opening order of its run; runs do not wait
 //!   for each other;
 //! - a job opened by several runs is computed once and settles in each;

@@ -18,10 +18,10 @@ use crate::mpm::symmetric::{Sym3, below, eigen};
 ///
 /// Spreading G_f over any other length dissipates the wrong energy (F03). With k = σ_f² h/(2EG_f),
 /// how sharply a cell breaks, the width w = 2.44 k/(k + 0.0245) is the one for which a crack that
-/// runs through the notched bar of `services/fracture/tests/bar.rs` (F-B) dissipates G_f per area
-/// in the mean over seeds, at k = 0.05, 0.09, 0.19, 0.38 and where strength is capped. Softer cells
-/// (small k) part while many of their points are only half broken. Measure again when the kernel,
-/// the sampling, the damage law or the parting of nodes changes.
+/// runs through the notched bar of `services/fracture/tests/verification/bar.rs` (F-B) dissipates
+/// G_f per area in the mean over seeds, at k = 0.05, 0.09, 0.19, 0.38 and where strength is capped.
+/// Softer cells (small k) part while many of their points are only half broken. Measure again when
+/// the kernel, the sampling, the damage law or the parting of nodes changes.
 pub const BAND_WIDTH: f64 = 2.44;
 
 /// The k at which the band is half as wide.

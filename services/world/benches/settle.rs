@@ -1,6 +1,6 @@
 //! How long a step takes while fragments settle.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/fast/common/mod.rs"]
 mod common;
 
 use common::*;

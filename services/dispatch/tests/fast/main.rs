@@ -1,0 +1,6 @@
+//! The machine of the pool, from outside.
+
+mod common;
+
+mod deaths;
+mod machine;

@@ -1,0 +1,8 @@
+//! The solver against closed forms and against itself.
+
+mod bar;
+mod brittle;
+mod cracks;
+mod elastic;
+mod kernel;
+mod partial;

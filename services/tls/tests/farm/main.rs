@@ -1,0 +1,3 @@
+//! The TLS link between two ends on loopback.
+
+mod flips;

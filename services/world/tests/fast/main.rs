@@ -1,0 +1,15 @@
+//! The rigid world, from outside.
+
+mod common;
+
+mod birth;
+mod debris;
+mod fidelity;
+mod gates;
+mod impacts;
+mod late;
+mod replace;
+mod run;
+mod settling;
+mod supports;
+mod thin;

@@ -1,0 +1,3 @@
+//! What needs nothing but the sources.
+
+mod tidy;

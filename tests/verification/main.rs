@@ -1,0 +1,12 @@
+//! The physics over the program: the catalogue of specimens, the shipped scenes, the frontier of
+//! truth and time. A suite is a module: `cargo test --release --workspace --test verification
+//! scenes::`.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod coupling;
+mod fidelity;
+mod frontier;
+mod scenes;
+mod specimens;
