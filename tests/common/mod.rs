@@ -8,11 +8,13 @@ pub(crate) mod history;
 pub(crate) mod left;
 pub(crate) mod proxy;
 
+use std::collections::BTreeMap;
 use std::fs::OpenOptions;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -249,8 +251,17 @@ pub(crate) fn until(what: &str, limit: Duration, mut holds: impl FnMut() -> bool
 /// A run is done: as its scene expects, or not, which a seed may decide.
 pub(crate) const DONE: [i32; 2] = [0, 3];
 
-/// The digest of the drop scene on a quiet machine.
+/// The digest of the drop scene with these arguments on a quiet machine. It is run once for all
+/// tests of a process: the bits are the same each time, which `command` holds.
 pub(crate) fn quiet_digest(args: &[&str]) -> serde_json::Value {
+    type Known = BTreeMap<Vec<String>, Arc<OnceLock<serde_json::Value>>>;
+    static KNOWN: Mutex<Known> = Mutex::new(BTreeMap::new());
+    let key = args.iter().map(|arg| (*arg).to_owned()).collect();
+    let once = KNOWN.lock().expect("a list").entry(key).or_default().clone();
+    once.get_or_init(|| run_alone(args)).clone()
+}
+
+fn run_alone(args: &[&str]) -> serde_json::Value {
     let out = unique("quiet");
     let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--no-pictures", "--out"])
         .path(&out)

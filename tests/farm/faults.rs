@@ -3,25 +3,12 @@
 
 use crate::common;
 
-use common::{Cullet, Going, children_of, corpus, signal, summary, unique};
+use common::{Cullet, Going, LONGER, children_of, corpus, quiet_digest, signal, summary, unique};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
-
-/// The drop scene, finer, so that a job lasts long enough to be hit.
-const LONGER: [&str; 2] = ["--set", "fracture.max_particles=12000"];
-
-fn quiet_digest() -> serde_json::Value {
-    let out = unique("quiet");
-    let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--out"])
-        .path(&out)
-        .args(&LONGER)
-        .output();
-    assert_eq!(run.code, 0, "{}", run.stderr);
-    summary(&out)["digest"].clone()
-}
 
 /// Waits until the run has worker processes, and returns them.
 fn workers_of(parent: u32) -> Vec<u32> {
@@ -72,7 +59,7 @@ fn a_worker_killed_in_the_middle_of_a_job_costs_time_and_no_result() {
     assert_eq!(run.wait(Duration::from_secs(120)), Some(0), "{}", run.stderr());
     let summary = summary(&out);
     assert!(summary["jobs"]["resent"].as_u64() >= Some(1), "{summary:#}");
-    assert_eq!(summary["digest"], quiet_digest());
+    assert_eq!(summary["digest"], quiet_digest(&LONGER));
     let timeline = fs::read_to_string(out.join("timeline.svg")).expect("a timeline");
     assert!(timeline.contains("lost with w") && timeline.contains("; sent again to w"));
     let trace = fs::read_to_string(out.join("timeline.trace.json")).expect("a trace");

@@ -5,13 +5,13 @@
 use crate::common;
 
 use common::proxy::{Weather, proxy};
-use common::{Cullet, Going, LONGER, corpus, fetched, signal, unique};
+use common::{Cullet, Going, LONGER, corpus, fetched, quiet_digest, signal, unique};
 use serde_json::Value;
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
@@ -109,17 +109,11 @@ impl Stage {
             assert!(self.begun.elapsed() < LONG, "never: {shown:#}");
             sleep(Duration::from_millis(50));
         }
-        assert_eq!(fetched(&self.run, &["--connect", &self.endpoint]), *quiet());
+        assert_eq!(fetched(&self.run, &["--connect", &self.endpoint]), quiet_digest(&LONGER));
         let shown = self.show();
         assert_eq!(shown["jobs"]["opened"], shown["jobs"]["settled"], "{shown:#}");
         shown
     }
-}
-
-/// The digest of the scene on a quiet machine.
-fn quiet() -> &'static Value {
-    static DIGEST: OnceLock<Value> = OnceLock::new();
-    DIGEST.get_or_init(|| common::quiet_digest(&LONGER))
 }
 
 #[test]
@@ -304,7 +298,7 @@ fn bits_of_ciphertext_that_turn_over_end_links_and_change_nothing() {
     assert_eq!(said.code, 0, "{}", said.stderr);
     // The recording has enough large blocks for all the flips that are left, and more.
     weather.flips.fetch_add(5, Ordering::SeqCst);
-    assert_eq!(fetched(&run, &who), *quiet());
+    assert_eq!(fetched(&run, &who), quiet_digest(&LONGER));
     let flipped = weather.flipped.load(Ordering::SeqCst);
     assert!(flipped >= 5, "{flipped} bits were turned over");
     for (name, process) in [("coordinator", &mut coordinator), ("worker", &mut worker)] {
