@@ -153,40 +153,6 @@ fn another_seed_is_another_run() {
     assert_ne!(digest("5"), digest("6"));
 }
 
-/// R4: whether a body breaks, and into how many, does not hang on the time step of the world. One
-/// break is a matter of chance (F78), its fragments by half of their number: the means of eight
-/// differ by no more than 2.6 standard errors of their difference.
-#[test]
-fn the_world_step_decides_nothing() {
-    let _left = common::left::NobodyLeft::watch();
-    let count = |step: &str, seed: u32| {
-        let out = unique("step");
-        let set = [format!("world.step=\"{step} s\""), format!("world.seed={seed}")];
-        let run = Cullet::new(&["run", &corpus("ball.toml"), "-q"])
-            .args(&["--set", &set[0], "--set", &set[1], "--out"])
-            .path(&out)
-            .output();
-        assert_eq!(run.code, 0, "{}", run.stderr);
-        let told = summary(&out);
-        assert_eq!(told["fractures"], 1, "{told:#}");
-        told["fragments"].as_f64().expect("a number")
-    };
-    // The mean, and the square of its standard error.
-    let mean = |step: &str| {
-        let counts: Vec<f64> = (3..11).map(|seed| count(step, seed)).collect();
-        let mean = counts.iter().sum::<f64>() / 8.0;
-        let squares: f64 = counts.iter().map(|count| (count - mean).powi(2)).sum();
-        (mean, squares / (8.0 * 7.0))
-    };
-    let (reference, its_error) = mean("1/480");
-    for step in ["1/60", "1/120", "1/960"] {
-        let (mean, error) = mean(step);
-        let bound = 2.6 * (error + its_error).sqrt();
-        let off = (mean - reference).abs();
-        assert!(off <= bound, "{step} s: {mean} fragments, {reference} at 1/480 s, {bound} apart");
-    }
-}
-
 #[test]
 fn a_run_whose_picture_cannot_be_drawn_is_kept_and_told() {
     let _left = common::left::NobodyLeft::watch();

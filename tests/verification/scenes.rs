@@ -6,15 +6,15 @@ use common::{Cullet, corpus, summary, unique};
 use cullet_record::Recording;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::OnceLock;
 
-/// Runs a shipped scene; its own expectations decide the exit code, the ledger is looked at here.
-/// Returns what happened, a line an event.
-fn holds(name: &str) -> String {
+/// Runs a shipped scene into a folder; its own expectations decide the exit code, the ledger is
+/// looked at here. Returns what happened, a line an event.
+fn holds_in(out: &Path, name: &str) -> String {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
-    let out = unique(name);
-    let run = Cullet::new(&["run", "-q", "--out"]).path(&out).path(&scene).output();
+    let run = Cullet::new(&["run", "-q", "--out"]).path(out).path(&scene).output();
     assert_eq!(run.code, 0, "{name}: {}", run.stderr);
-    let told = summary(&out);
+    let told = summary(out);
     assert_eq!(told["open_fragments"], 0, "{told:#}");
     assert_eq!(told["jobs"]["opened"], told["jobs"]["settled"], "{told:#}");
     assert_eq!(told["jobs"]["failed"], 0, "{told:#}");
@@ -31,8 +31,14 @@ fn holds(name: &str) -> String {
     }
     let inspect = Cullet::new(&["inspect"]).path(&out.join("run.mcap")).output();
     assert_eq!(inspect.code, 0, "{name}: {}", inspect.stderr);
-    std::fs::remove_dir_all(&out).ok();
     inspect.stdout
+}
+
+fn holds(name: &str) -> String {
+    let out = unique(name);
+    let told = holds_in(&out, name);
+    std::fs::remove_dir_all(&out).ok();
+    told
 }
 
 #[test]
@@ -65,9 +71,21 @@ fn column() {
     holds("column");
 }
 
+/// What happens in the scene of the pane, and its recording: one run for both tests of it.
+fn the_pane() -> &'static (String, Recording) {
+    static PANE: OnceLock<(String, Recording)> = OnceLock::new();
+    PANE.get_or_init(|| {
+        let out = unique("pane");
+        let told = holds_in(&out, "pane");
+        let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+        std::fs::remove_dir_all(&out).ok();
+        (told, recording)
+    })
+}
+
 #[test]
 fn pane() {
-    let told = holds("pane");
+    let (told, _) = the_pane();
     let opened = told.lines().find(|line| line.contains("opened for pane"));
     assert!(opened.is_some_and(|line| line.contains("held at ")), "{opened:?}");
 }
@@ -110,9 +128,8 @@ fn played(scene: &Path, name: &str) -> Recording {
 /// A pane that lies on ledges and is hit from above: what broke it threw nothing back up.
 #[test]
 fn a_held_pane_does_not_rise_towards_what_strikes_it() {
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/pane");
-    let recording = played(&scene, "pane-rises");
-    let steps = parts_along(&recording, "pane", 2);
+    let (_, recording) = the_pane();
+    let steps = parts_along(recording, "pane", 2);
     assert!(steps.last().is_some_and(|parts| parts.len() > 8), "it broke");
     let height = |parts: &Vec<(f64, f64, f64)>| {
         let mass: f64 = parts.iter().map(|part| part.0).sum();
