@@ -57,8 +57,7 @@ fn a_job_that_kills_its_workers_is_abandoned_and_the_others_settle() {
 fn a_worker_whose_every_job_dies_ends_none_while_another_is_busy_and_is_sent_away() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let exe = std::env::current_exe().expect("this test has a path");
-    let exe = exe.parent().and_then(Path::parent).expect("a folder").join("examples/stub");
+    let exe = crate::kit::stub();
     let hire = |name, memory| {
         let command = JobCommand { exe: exe.clone(), args: vec!["job".into()], memory };
         let own = WorkerConfig { job: Some(command), ..WorkerConfig::default() };
@@ -136,8 +135,7 @@ fn cancellation_reaches_the_solver_within_a_slice_of_a_renewal() {
 #[test]
 fn a_worker_ends_with_the_parent_that_held_its_input() {
     let pool = Pool::start(config()).expect("a pool on loopback");
-    let exe = std::env::current_exe().expect("this test has a path");
-    let exe = exe.parent().and_then(Path::parent).expect("a folder").join("examples/stub");
+    let exe = crate::kit::stub();
     let mut child = Command::new(exe)
         .args(["--connect", pool.endpoint(), "--name", "orphan", "--parent-watch"])
         .stdin(Stdio::piped())

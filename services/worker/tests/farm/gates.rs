@@ -27,9 +27,7 @@ struct Stub(Child);
 
 impl Stub {
     fn start(endpoint: &str, name: &str, args: &[&str], log: Option<&Path>) -> Self {
-        let exe = std::env::current_exe().expect("a path");
-        let folder = exe.parent().and_then(Path::parent).expect("a target folder");
-        let mut call = Command::new(folder.join("examples/stub"));
+        let mut call = Command::new(crate::kit::stub());
         call.args(["worker", "--connect", endpoint, "--name", name, "--parent-watch"]);
         call.args(args);
         if let Some(log) = log {

@@ -21,6 +21,15 @@ pub(crate) fn config() -> PoolConfig {
     PoolConfig { timing, patience, ..PoolConfig::default() }
 }
 
+/// The example `stub`, which `cargo test` builds too unless it is told which targets to test.
+pub(crate) fn stub() -> PathBuf {
+    let exe = std::env::current_exe().expect("this test has a path");
+    let folder = exe.parent().and_then(|deps| deps.parent()).expect("a target folder");
+    let stub = folder.join("examples/stub");
+    assert!(stub.exists(), "first: cargo build --release --workspace --examples");
+    stub
+}
+
 /// A pool that keeps worker processes of the example `stub`.
 pub(crate) fn with_processes(workers: usize) -> Pool {
     with_processes_of(workers, Timing::test())
@@ -28,10 +37,7 @@ pub(crate) fn with_processes(workers: usize) -> Pool {
 
 /// The same, as patient as that.
 pub(crate) fn with_processes_of(workers: usize, timing: Timing) -> Pool {
-    let exe = std::env::current_exe().expect("this test has a path");
-    let folder = exe.parent().and_then(|deps| deps.parent()).map(PathBuf::from);
-    let exe = folder.expect("a target folder").join("examples/stub");
-    let spawn = Some(SpawnConfig::new(exe, workers, 1));
+    let spawn = Some(SpawnConfig::new(stub(), workers, 1));
     Pool::start(PoolConfig { spawn, timing, ..config() }).expect("a pool on loopback")
 }
 
