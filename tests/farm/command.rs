@@ -57,7 +57,7 @@ fn the_digest_is_the_same_for_any_number_of_workers_and_threads() {
     let mut digests = Vec::new();
     for (workers, threads) in [("1", "1"), ("2", "1"), ("4", "1"), ("1", "2"), ("2", "2")] {
         let out = unique("digest");
-        let run = Cullet::new(&["run", &corpus("drop.toml"), "-q"])
+        let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--no-pictures"])
             .args(&["--workers", workers, "--threads", threads, "--out"])
             .path(&out)
             .output();
@@ -71,7 +71,7 @@ fn the_digest_is_the_same_for_any_number_of_workers_and_threads() {
 fn late(steps: u32, workers: &str) -> (i32, serde_json::Value, std::path::PathBuf) {
     let out = unique("late");
     let set = format!("world.latency_steps={steps}");
-    let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--set", &set])
+    let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--no-pictures", "--set", &set])
         .args(&["--workers", workers, "--out"])
         .path(&out)
         .output();
@@ -118,9 +118,8 @@ fn fragments_keep_the_spacing_of_the_solve_that_made_them() {
     let _left = common::left::NobodyLeft::watch();
     let out = unique("spacing");
     let finer = ["--set", "fracture.max_particles=20000", "--set", "world.duration=0.08"];
-    let run =
-        Cullet::new(&["run", &corpus("drop.toml"), "-q"]).args(&finer).args(&["--out"]).path(&out);
-    let run = run.output();
+    let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--no-pictures"]).args(&finer);
+    let run = run.args(&["--out"]).path(&out).output();
     assert_eq!(run.code, 0, "{}", run.stderr);
     let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
     let parent = |body: u64| recording.bodies.iter().find(|b| b.id == body)?.parent;
@@ -144,7 +143,8 @@ fn another_seed_is_another_run() {
     let digest = |seed: &str| {
         let out = unique("seed");
         let set = format!("world.seed={seed}");
-        let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--set", &set, "--out"])
+        let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--no-pictures"])
+            .args(&["--set", &set, "--out"])
             .path(&out)
             .output();
         assert_eq!(run.code, 0, "{}", run.stderr);

@@ -14,6 +14,7 @@ fn run(values: &[&str], workers: &str) -> PathBuf {
     let values = fixed.iter().chain(values);
     let sets: Vec<&str> = values.flat_map(|value| ["--set", value]).collect();
     let run = Cullet::new(&["run", &corpus("drop.toml"), "-q", "--workers", workers])
+        .args(&["--no-pictures"])
         .args(&sets)
         .args(&["--out"])
         .path(&out)

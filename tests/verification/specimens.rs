@@ -240,7 +240,7 @@ fn shot(speed: u32, seed: u32, more: &[&str]) -> PathBuf {
     ];
     let sets: Vec<&str> = values.iter().map(String::as_str).chain(more.iter().copied()).collect();
     let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
-    let run = Cullet::new(&["run", "-q", "--workers", "1"])
+    let run = Cullet::new(&["run", "-q", "--no-pictures", "--workers", "1"])
         .path(&specimens().join("scenes/g3-sphere.toml"))
         .args(&[&sets[..], &["--out"]].concat())
         .path(&out)
