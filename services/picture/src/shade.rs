@@ -1,5 +1,5 @@
 //! Pixels to colours: one key light with a soft shadow, sky and floor as ambient light, darkening
-//! where surfaces meet, thin lines around bodies, a checkered floor that fades into the sky.
+//! where surfaces meet, thin lines around bodies, a chequered floor that fades into the sky.
 
 use super::around;
 use super::camera::Camera;
