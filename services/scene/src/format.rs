@@ -1,81 +1,100 @@
-//! The scene file as it is written: plain data, the one source of the reader and of the schema.
+//! The scene file as it is written: plain data, the one source of the reader, of the schema and of
+//! the reference in `docs/scene.md`.
 //!
 //! Numbers are SI when they arrive here: `check` has turned "6 mm" into 0.006 by the units in it.
+//! Each description has its unit in brackets, `[1]` for counts and ratios; `x-default` says what
+//! holds without a key whose default is no plain value.
 
+mod body;
 mod fidelity;
+mod generator;
 mod material;
+mod shape;
 mod show;
 
+pub use body::{Anchor, Axis, Body, RepairChoice, Resolution, Rotation};
 pub use fidelity::Fidelity;
+pub use generator::{Grid, Scatter, Stack};
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};
+pub use shape::Shape;
 pub use show::{Bounds, Expect, ShareBounds, View};
 
 use super::look::Detail;
 use cullet_document::unit;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-/// A scene: what there is, how it moves, and what must happen.
+/// A scene file: which bodies there are, how they move, how they break, and what a run must show.
+/// A scene has at least one body.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[derive(Default)]
 pub struct Document {
-    /// What the scene shows, in a line.
+    /// What the scene shows, in one line.
     pub description: String,
-    /// Files read before this one, relative to it. Their lists come first; this file's values win.
+    /// Other scene files to read before this one; paths are relative to this file. Lists such as
+    /// `[[body]]` are joined, those of included files first; for other keys this file's value
+    /// replaces theirs. Included files may include more, up to 8 files deep.
     #[schemars(length(max = 64))]
     pub include: Vec<String>,
-    /// The rigid world and its clock.
+    /// The simulation of rigid bodies: gravity, time and limits.
     pub world: World,
-    /// How bodies are broken, unless a body says otherwise.
+    /// How bodies are broken.
     pub fracture: Fracture,
-    /// How true and how dear solves should be.
+    /// How accurate fracture solves must be, and what they may cost.
     pub fidelity: Fidelity,
-    /// Materials beside the presets.
+    /// Materials of this scene, beside the presets.
     pub material: Vec<Material>,
-    /// Bodies, one each.
+    /// Single bodies, each with its own name.
     pub body: Vec<Body>,
-    /// Bodies in rows, columns and layers.
+    /// Equal bodies in rows, columns and layers.
     pub grid: Vec<Grid>,
-    /// Bodies on top of one another.
+    /// Equal bodies on top of one another.
     pub stack: Vec<Stack>,
-    /// Bodies strewn in a box by a seed.
+    /// Equal bodies at random places in a box.
     pub scatter: Vec<Scatter>,
-    /// What the scene must show.
+    /// What a run of the scene must show.
     pub expect: Expect,
-    /// Where the preview looks from.
+    /// The camera and time window of the preview pictures.
+    #[schemars(extend("x-default" = "a camera that shows the bodies that break"))]
     pub view: Option<View>,
 }
 
-/// The rigid world and its clock.
+/// The simulation of rigid bodies: gravity, time and limits.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct World {
-    /// Gravity \[m/s²\].
+    /// Acceleration of gravity \[m/s²\]; z points up. Its length is at most 10000 m/s².
     #[schemars(schema_with = "unit::acceleration3")]
     pub gravity: [f64; 3],
-    /// Time step \[s\].
+    /// Time step of the rigid bodies \[s\]; fracture solves choose their own. A run takes at most
+    /// 1e7 steps.
     #[schemars(schema_with = "unit::time", extend("minimum" = 1e-6, "maximum" = 0.05))]
     pub step: f64,
-    /// Simulated time \[s\].
+    /// Simulated time \[s\], at least one `step`.
     #[schemars(schema_with = "unit::time", extend("exclusiveMinimum" = 0, "maximum" = 600))]
     pub duration: f64,
-    /// The only source of randomness.
+    /// Seed of everything random \[1\]. The same scene with the same seed gives the same result,
+    /// bit for bit.
     #[schemars(range(max = 9_223_372_036_854_775_807_u64))]
     pub seed: u64,
-    /// Steps between a hit and its fragments: 0 means that the world waits for the solver.
+    /// Time steps between a hit and the appearance of its fragments \[1\]. With 0 the world waits
+    /// for the solver, which is exact; otherwise it moves on in the meantime.
     #[schemars(range(max = 100_000))]
     pub latency_steps: u32,
-    /// Hits below this impulse break nothing \[N·s\].
+    /// Least impulse of a hit that can break a body \[N·s\]. A body can have a threshold of its
+    /// own.
     #[schemars(schema_with = "unit::impulse", extend("minimum" = 0))]
     pub impulse_threshold: f64,
-    /// Most bodies in the world at once: over it nothing breaks any more.
+    /// Most bodies in the world at once, fragments included \[1\]. A body whose fragments would
+    /// exceed it does not break. At least the number of bodies in the scene.
     #[schemars(range(min = 1, max = 100_000))]
     pub max_bodies: u32,
-    /// Fragments of this generation break no more: bodies of the scene have 0, their fragments 1.
+    /// Generation whose fragments do not break again \[1\]. Bodies of the scene have generation 0,
+    /// their fragments 1, the fragments of those 2. With 0 nothing breaks.
     #[schemars(range(max = 16))]
     pub max_generation: u32,
-    /// What fragments may do, by their share of the first body's volume.
+    /// Which fragments can break again, by their size.
     pub tiers: Tiers,
 }
 
@@ -95,14 +114,15 @@ impl Default for World {
     }
 }
 
-/// What fragments may do, by their share of the first body's volume.
+/// Size classes of fragments, by their share of the volume of the scene's body that they come from.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tiers {
-    /// Below this share a fragment is one convex hull and unbreakable \[1\].
+    /// Fragments below this share of the volume cannot break, and collide as one convex hull \[1\].
+    /// At most `small`.
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 1))]
     pub tiny: f64,
-    /// Below this share a fragment is unbreakable \[1\].
+    /// Fragments below this share of the volume cannot break \[1\].
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.98))]
     pub small: f64,
 }
@@ -113,16 +133,17 @@ impl Default for Tiers {
     }
 }
 
-/// Which way of breaking is asked.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+/// Which solver family breaks a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverChoice {
-    /// The gate decides.
+    /// Cullet chooses: `brittle`, or `geometric` where a hit needs no stress field.
     #[default]
     Auto,
-    /// Brittle solids: material points and damage.
+    /// Stress and damage on material points, for brittle solids; `geometric` takes over where it
+    /// declines.
     Brittle,
-    /// Cells around the point of the hit, their number from the energy.
+    /// Voronoi cells around the point of the hit, their number from its energy: fast.
     Geometric,
 }
 
@@ -138,14 +159,14 @@ impl SolverChoice {
     }
 }
 
-/// Numbers that the points of a solve are worked out in; its nodes keep f64.
+/// Floating-point precision of the material points of a solve; its grid nodes keep f64.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {
-    /// f64
+    /// 64 bits (f64).
     #[default]
     Double,
-    /// f32
+    /// 32 bits (f32): faster.
     Single,
 }
 
@@ -153,32 +174,34 @@ pub enum Precision {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fracture {
-    /// Which solver.
+    /// Which solver family breaks bodies.
     pub solver: SolverChoice,
-    /// Most material points of one solve.
+    /// Most material points of one solve \[1\]: more resolve finer cracks and take longer.
     #[schemars(range(min = 64, max = 50_000_000))]
     pub max_particles: u32,
-    /// Most time steps of one solve.
+    /// Most time steps of one solve \[1\]. A hit that needs more is left to `geometric`.
     #[schemars(range(min = 1, max = 10_000_000))]
     pub max_steps: u32,
-    /// Most fragments of one body.
+    /// Most fragments that one body breaks into \[1\].
     #[schemars(range(min = 2, max = 100_000))]
     pub max_fragments: u32,
-    /// Smaller shares of the body's volume are merged into a neighbour \[1\].
+    /// Fragments below this share of the body's volume are merged into a neighbour \[1\].
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.5))]
     pub min_volume_ratio: f64,
-    /// How crack faces look closer than the grid resolves.
+    /// Detail of crack faces that is finer than the grid of the solve.
     pub detail: Detail,
-    /// Parts below this share of the body's volume become debris: grains that fly, are recorded and
-    /// drawn, and hit nothing; 0 makes none \[1\].
+    /// Parts below this share of the body's volume become debris \[1\]: grains that fly, are
+    /// recorded and drawn, and collide with nothing. With 0 there is no debris.
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.1))]
     pub debris: f64,
-    /// Size of its grains, half the mass being in larger ones; half a grid spacing without it
-    /// \[m\].
-    #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
+    /// Median grain size of debris by mass \[m\]: larger grains hold half of it.
+    #[schemars(
+        schema_with = "unit::length",
+        extend("exclusiveMinimum" = 0, "x-default" = "half the grid spacing")
+    )]
     pub grain: Option<f64>,
-    /// What points are worked out in; without it double, and single where a solve has an error that
-    /// is good enough.
+    /// Floating-point precision of the material points of a solve.
+    #[schemars(extend("x-default" = "double, or single where `fidelity.error` is given"))]
     pub precision: Option<Precision>,
 }
 
@@ -196,290 +219,4 @@ impl Default for Fracture {
             precision: None,
         }
     }
-}
-
-/// A shape by its measures. z is up; see each kind for its origin.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Shape {
-    /// A box; its origin is its centre.
-    Box {
-        /// Edge lengths along x, y, z \[m\].
-        #[schemars(schema_with = "unit::size3")]
-        size: [f64; 3],
-    },
-    /// A ball; its origin is its centre.
-    Sphere {
-        /// Radius \[m\].
-        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-        radius: f64,
-        /// Corners around the equator.
-        #[serde(default = "default_segments")]
-        #[schemars(range(min = 8, max = 256))]
-        segments: u32,
-    },
-    /// A cylinder about z; its origin is its centre.
-    Cylinder {
-        /// Radius \[m\].
-        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-        radius: f64,
-        /// Height along z \[m\].
-        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-        height: f64,
-        /// Corners around.
-        #[serde(default = "default_segments")]
-        #[schemars(range(min = 3, max = 256))]
-        segments: u32,
-    },
-    /// A cone about z; its origin is the middle of its axis.
-    Cone {
-        /// Radius of the base \[m\].
-        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-        radius: f64,
-        /// Radius of the top: 0 is a tip \[m\].
-        #[serde(default)]
-        #[schemars(schema_with = "unit::length", extend("minimum" = 0))]
-        top_radius: f64,
-        /// Height along z \[m\].
-        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-        height: f64,
-        /// Corners around.
-        #[serde(default = "default_segments")]
-        #[schemars(range(min = 3, max = 256))]
-        segments: u32,
-    },
-    /// A ring about z; its origin is its centre.
-    Torus {
-        /// From the centre to the middle of the tube \[m\].
-        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-        ring_radius: f64,
-        /// Radius of the tube \[m\].
-        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-        tube_radius: f64,
-        /// Corners around the ring.
-        #[serde(default = "default_segments")]
-        #[schemars(range(min = 8, max = 256))]
-        segments: u32,
-    },
-    /// A cylinder about z with half balls as ends; its origin is its centre.
-    Capsule {
-        /// Radius \[m\].
-        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-        radius: f64,
-        /// Length of the cylinder between the half balls \[m\].
-        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-        length: f64,
-        /// Corners around.
-        #[serde(default = "default_segments")]
-        #[schemars(range(min = 8, max = 256))]
-        segments: u32,
-    },
-    /// A polygon in x, y drawn along z; its origin is the polygon's own, at half its height.
-    Extrusion {
-        /// Corners in order, either way round \[m\].
-        #[schemars(schema_with = "unit::points2")]
-        polygon: Vec<[f64; 2]>,
-        /// Height along z \[m\].
-        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-        height: f64,
-    },
-    /// A profile turned about z: solid, or a vessel with walls. Its origin is the profile's own.
-    Lathe {
-        /// Outline from bottom to top: radius and height of each point \[m\].
-        #[schemars(schema_with = "unit::points2")]
-        profile: Vec<[f64; 2]>,
-        /// Wall and floor thickness of an open vessel; solid without it \[m\].
-        #[serde(default)]
-        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-        wall: Option<f64>,
-        /// Corners around.
-        #[serde(default = "default_segments")]
-        #[schemars(range(min = 3, max = 256))]
-        segments: u32,
-    },
-}
-
-const fn default_segments() -> u32 {
-    32
-}
-
-/// What happens to a mesh file that is not a closed, clean surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum RepairChoice {
-    /// It is repaired, and the report says how.
-    #[default]
-    Auto,
-    /// It is refused, and the error says why.
-    Refuse,
-}
-
-/// An axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Axis {
-    /// x
-    X,
-    /// y
-    Y,
-    /// z
-    Z,
-}
-
-/// A point of a body.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Anchor {
-    /// The origin of the shape or of the mesh file.
-    #[default]
-    Origin,
-    /// The middle of the box around it, before it is turned.
-    Centre,
-    /// The middle of the bottom of that box.
-    Base,
-}
-
-/// How fine a body is resolved when it breaks: one of the two.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Resolution {
-    /// Grid spacing h \[m\].
-    #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-    pub spacing: Option<f64>,
-    /// About so many material points.
-    #[schemars(range(min = 64, max = 50_000_000))]
-    pub particles: Option<u32>,
-}
-
-/// A turn, in one of three ways.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Rotation {
-    /// Axis of a turn by `degrees`; need not have length 1.
-    pub axis: Option<[f64; 3]>,
-    /// Angle about `axis`, by the right hand \[°\].
-    pub degrees: Option<f64>,
-    /// Turns about the fixed x, then y, then z axis \[°\].
-    pub euler_degrees: Option<[f64; 3]>,
-    /// w, x, y, z; need not have length 1.
-    pub quaternion: Option<[f64; 4]>,
-}
-
-/// A body, or the template of many.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Body {
-    /// What messages, `[expect]` and `--set` call it. A template has none.
-    pub name: Option<String>,
-    /// A shape by its measures. Either this or `mesh`.
-    pub shape: Option<Shape>,
-    /// A mesh file: .obj, .stl, .ply or .glb, relative to this file. Its origin is the file's own.
-    pub mesh: Option<String>,
-    /// The mesh is scaled so that its longest side is this \[m\].
-    #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
-    pub fit: Option<f64>,
-    /// The mesh is scaled by this \[1\].
-    #[schemars(schema_with = "unit::ratio", extend("exclusiveMinimum" = 0))]
-    pub scale: Option<f64>,
-    /// The axis of the mesh file that points up; z without it, but y in .glb files.
-    pub up: Option<Axis>,
-    /// What happens to a mesh that is not closed and clean.
-    pub repair: RepairChoice,
-    /// Which point of the body `position` places.
-    pub anchor: Anchor,
-    /// Where the anchor is put: the origin of the shape or of the mesh, unless `anchor` says else
-    /// \[m\].
-    #[schemars(schema_with = "unit::length3")]
-    pub position: [f64; 3],
-    /// The turn about the anchor.
-    pub rotation: Rotation,
-    /// Velocity of the centre of mass \[m/s\].
-    #[schemars(schema_with = "unit::velocity3")]
-    pub velocity: [f64; 3],
-    /// Angular velocity \[rad/s\].
-    #[schemars(schema_with = "unit::angular_velocity3")]
-    pub spin: [f64; 3],
-    /// A preset or a `[[material]]`.
-    pub material: Option<String>,
-    /// Whether it never moves.
-    pub fixed: bool,
-    /// Whether it can break; without it, if it is not fixed and its material breaks.
-    pub breakable: Option<bool>,
-    /// How fine it is resolved when it breaks.
-    pub resolution: Option<Resolution>,
-    /// In place of the world's impulse threshold \[N·s\].
-    #[schemars(schema_with = "unit::impulse", extend("minimum" = 0))]
-    pub impulse_threshold: Option<f64>,
-    /// In place of the scene's solver.
-    pub solver: Option<SolverChoice>,
-    /// Where it is weaker or stronger than its material.
-    pub paint: Vec<Paint>,
-}
-
-/// Bodies in rows, columns and layers, called `name-i-j-k`.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Grid {
-    /// First part of their names.
-    pub name: String,
-    /// How many along x, y, z.
-    pub count: [u32; 3],
-    /// From one to the next along x, y, z \[m\].
-    #[schemars(schema_with = "unit::length3")]
-    pub spacing: [f64; 3],
-    /// Every second layer is shifted along x by this share of the spacing: 0.5 is a brick bond
-    /// \[1\].
-    #[serde(default)]
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 1))]
-    pub bond: f64,
-    /// What is repeated; its position is the first one's.
-    pub body: Body,
-}
-
-/// Bodies on top of one another, called `name-i`.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Stack {
-    /// First part of their names.
-    pub name: String,
-    /// How many.
-    #[schemars(range(min = 1, max = 100_000))]
-    pub count: u32,
-    /// From one to the next \[m\].
-    #[schemars(schema_with = "unit::length3")]
-    pub offset: [f64; 3],
-    /// Each is turned about z by so much more than the one before \[°\].
-    #[serde(default)]
-    pub twist_degrees: f64,
-    /// What is repeated; its position is the first one's.
-    pub body: Body,
-}
-
-/// Bodies strewn in a box without overlap, called `name-i`.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Scatter {
-    /// First part of their names.
-    pub name: String,
-    /// How many.
-    #[schemars(range(min = 1, max = 100_000))]
-    pub count: u32,
-    /// Lowest corner of the box that holds them \[m\].
-    #[schemars(schema_with = "unit::length3")]
-    pub min: [f64; 3],
-    /// Highest corner \[m\].
-    #[schemars(schema_with = "unit::length3")]
-    pub max: [f64; 3],
-    /// Least distance between the spheres around them \[m\].
-    #[serde(default)]
-    #[schemars(schema_with = "unit::length", extend("minimum" = 0))]
-    pub gap: f64,
-    /// Whether each is turned at random.
-    #[serde(default)]
-    pub turn: bool,
-    /// In place of the world's seed.
-    #[serde(default)]
-    pub seed: Option<u64>,
-    /// What is repeated; it has no position.
-    pub body: Body,
 }

@@ -1,74 +1,112 @@
-//! How crack faces look closer than the grid resolves: a named look, and what differs from it.
+//! Detail of crack faces that is finer than the grid: a named look, and what differs from it.
 
 use cullet_document::unit;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-/// A look of crack faces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+/// What a number of [`Detail`] is without its key, as the schema has it.
+const LOOKS: &str = "that of `look`";
+
+/// A named set of values for the detail of crack faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Look {
-    /// As the grid resolves them: costs nothing.
+    /// No detail beyond the grid; costs nothing.
     #[default]
     Plain,
-    /// Smooth, with ribs where the front was at equal times (Wallner lines).
+    /// Smooth, with ribs along the crack front (Wallner lines).
     Glass,
-    /// Long ledges along the way the crack ran.
+    /// Long ledges in the direction in which the crack ran.
     Ice,
-    /// Fine ledges, fine grain.
+    /// Fine ledges with fine grain.
     Porcelain,
     /// Sugary grain over short ledges.
     Marble,
-    /// High ledges, coarse grain.
+    /// High ledges with coarse grain.
     Stone,
-    /// Low, wide waves.
+    /// Wide, soft ledges with some coarse grain.
     Clay,
-    /// Grain of its aggregates, hardly any ledges.
+    /// Grain as of aggregates, with hardly any ledges.
     Concrete,
-    /// Fine grain.
+    /// Fine grain with low ledges.
     Brick,
 }
 
-/// Detail of crack faces. Lengths are in grid spacings unless they have a unit: a look is as fine
-/// as the solve. Zero `height`, `ribs` and `grain` are no detail.
+/// Detail of crack faces that is finer than the grid of the solve. Most lengths are in grid
+/// spacings, so that the detail is as fine as the solve. With `height`, `ribs` and `grain` all 0
+/// there is no detail.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Detail {
-    /// Gives what is not said here.
+    /// Named set of values for the keys that are not written here.
     pub look: Look,
-    /// Longest edge of a crack face, and the step along a chevron line, d.
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.1, "maximum" = 2))]
+    /// Longest edge of a crack face, and the step along a chevron line, d, in grid spacings \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0.1, "maximum" = 2, "x-default" = LOOKS)
+    )]
     pub edge: Option<f64>,
-    /// Longest chevron line, `l_c`.
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.5, "maximum" = 100))]
+    /// Length of the longest chevron lines, `l_c`, in grid spacings \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0.5, "maximum" = 100, "x-default" = LOOKS)
+    )]
     pub length: Option<f64>,
-    /// How far a chevron line keeps others away, s.
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.1, "maximum" = 10))]
+    /// Distance at which a chevron line keeps others away, s, in grid spacings \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0.1, "maximum" = 10, "x-default" = LOOKS)
+    )]
     pub influence: Option<f64>,
-    /// Over what heights and damage times are smoothed, `h_c`.
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.3, "maximum" = 4))]
+    /// Length over which heights and damage times are smoothed, `h_c`, in grid spacings \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0.3, "maximum" = 4, "x-default" = LOOKS)
+    )]
     pub grid: Option<f64>,
-    /// Height of chevrons, G.
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.5))]
+    /// Height of the chevrons, G, in grid spacings \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "maximum" = 0.5, "x-default" = LOOKS)
+    )]
     pub height: Option<f64>,
-    /// Share of the chevron lines, longest first, that grow along their way, m.
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 1))]
+    /// Share of the chevron lines, longest first, whose height grows along them, m \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "maximum" = 1, "x-default" = LOOKS)
+    )]
     pub share: Option<f64>,
-    /// Height of ribs: where the front was at equal times.
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.5))]
+    /// Height of the ribs, which mark the crack front at equal times, in grid spacings \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "maximum" = 0.5, "x-default" = LOOKS)
+    )]
     pub ribs: Option<f64>,
-    /// Distance between ribs.
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.5, "maximum" = 100))]
+    /// Distance between two ribs, in grid spacings \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0.5, "maximum" = 100, "x-default" = LOOKS)
+    )]
     pub rib_spacing: Option<f64>,
-    /// Height of grain.
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.5))]
+    /// Height of the grain, in grid spacings \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "maximum" = 0.5, "x-default" = LOOKS)
+    )]
     pub grain: Option<f64>,
-    /// Size of the coarsest grain.
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.2, "maximum" = 20))]
+    /// Size of the coarsest grain, in grid spacings \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0.2, "maximum" = 20, "x-default" = LOOKS)
+    )]
     pub grain_size: Option<f64>,
-    /// Cuts cracks that end inside a fragment as slits of this width, at most a fifth of a grid
-    /// spacing; what is cut away becomes debris. Without it they are lines \[m\].
-    #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
+    /// Width of the slits that are cut along cracks which end inside a fragment \[m\]; what is cut
+    /// away becomes debris. `brittle` takes at most a fifth of a grid spacing. Without slits such
+    /// cracks are lines.
+    #[schemars(
+        schema_with = "unit::length",
+        extend("exclusiveMinimum" = 0, "x-default" = "no slits")
+    )]
     pub hairline: Option<f64>,
 }
 

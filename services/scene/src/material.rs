@@ -372,13 +372,13 @@ impl From<&Preset> for SceneMaterial {
 }
 
 /// Weibull modulus of a material that does not say \[1\].
-const DEFAULT_WEIBULL: f64 = 10.0;
+pub(super) const DEFAULT_WEIBULL: f64 = 10.0;
 
 /// Restitution of a material that does not say \[1\].
-const DEFAULT_RESTITUTION: f64 = 0.3;
+pub(super) const DEFAULT_RESTITUTION: f64 = 0.3;
 
 /// Friction of a material that does not say \[1\].
-const DEFAULT_FRICTION: f64 = 0.5;
+pub(super) const DEFAULT_FRICTION: f64 = 0.5;
 
 /// Bounds of σ_f/E \[1\]: outside, a unit was mistaken or the solid is not brittle (F77).
 pub(super) const STRENGTH_OVER_YOUNG: (f64, f64) = (1e-5, 1e-1);

@@ -4,33 +4,45 @@ use super::unit;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// How true and how dear solves should be: each hit then gets the spacing that this needs, and no
-/// finer unless it proves too coarse; a third of a hit's energy must be enough for its smallest
-/// section. Without any of these values `fracture.max_particles` decides.
+/// How accurate fracture solves must be, and what they may cost. Each hit gets the grid spacing
+/// that the keys given here need. Without any of them `fracture.max_particles` sets the spacing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fidelity {
-    /// Relative error of crack area and largest fragment that is good enough \[1\]. Coarser
-    /// solves come first, and finer ones while they still differ by more, as far as
-    /// `fracture.max_particles` and `budget_s` go; each ends when too little breaks to matter to
-    /// it, and is in single precision unless the scene asks for double.
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.01, "maximum" = 1))]
+    /// Accepted relative error of the crack area and of the largest fragment \[1\]. Each hit is
+    /// solved on a coarse grid first, then on finer ones while two results differ by more, as far
+    /// as `fracture.max_particles` and `budget_s` allow. A solve ends early when what still breaks
+    /// cannot change the result by more.
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0.01, "maximum" = 1, "x-default" = "none")
+    )]
     pub error: Option<f64>,
-    /// Processor time that all solves of one hit may take, as reckoned for a common machine \[s\];
-    /// without it, what `fracture.max_particles` allows.
-    #[schemars(schema_with = "unit::time", extend("minimum" = 0.001, "maximum" = 1e6))]
+    /// Most processor time for all solves of one hit \[s\], estimated for a common machine so that
+    /// the result is the same on every machine.
+    #[schemars(
+        schema_with = "unit::time",
+        extend("minimum" = 0.001, "maximum" = 1e6, "x-default" = "no limit")
+    )]
     pub budget_s: Option<f64>,
-    /// The smallest fragment wanted: four cells across it \[m\].
-    #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
+    /// Size of the smallest fragment that the grid must resolve, with four cells across it \[m\].
+    #[schemars(
+        schema_with = "unit::length",
+        extend("exclusiveMinimum" = 0, "x-default" = "none")
+    )]
     pub smallest: Option<f64>,
-    /// What a pixel of the picture covers where the bodies are: nothing finer than a quarter of
-    /// two pixels is resolved, and bodies whose halves are smaller get geometric pieces \[m\].
-    #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
+    /// Length that one pixel of the picture covers at the bodies \[m\]. Grids are no finer than a
+    /// quarter of two pixels; bodies whose halves would be smaller than two pixels are broken by
+    /// `geometric`.
+    #[schemars(
+        schema_with = "unit::length",
+        extend("exclusiveMinimum" = 0, "x-default" = "none")
+    )]
     pub pixel: Option<f64>,
-    /// Whether the cone under the contact matters: four cells of the contact's radius.
+    /// Whether the cone crack under the contact matters: then the contact radius has four cells.
     pub cone: bool,
-    /// Whether cracks have to start at the material's strength, which coarse grids lower (F01): the
-    /// spacing that this takes.
+    /// Whether cracks must start at the material's strength, which a coarse grid lowers (F01): then
+    /// the grid is fine enough for that.
     pub strength: bool,
 }
 

@@ -1,204 +1,246 @@
 //! Materials, and how strength varies within a body, as they are written.
 
+use crate::material::{DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL};
+use cullet_document::check::tell;
 use cullet_document::unit;
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
-/// A material: all its values, or a preset and what differs.
+/// What holds for a value that neither the material nor its preset gives, as the schema has it.
+fn preset_or(value: f64) -> String {
+    format!("the preset's, or {} without `preset`", tell(value))
+}
+
+/// What holds for a value that must come from the material or from its preset.
+const PRESET: &str = "the preset's, but required without `preset`";
+
+/// A material: either all its values, or a preset and the values that differ from it. Of a material
+/// that breaks, `strength` over `young` is from 1e-5 to 0.1.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
-    /// What bodies call it.
+    /// Name by which bodies refer to the material; used once in a scene.
     pub name: String,
-    /// The preset that gives what is not said here.
+    /// Name of the preset that gives the values that are not written here.
     #[serde(default)]
+    #[schemars(extend("x-default" = "none"))]
     pub preset: Option<String>,
-    /// Mass density \[kg/m³\].
+    /// Mass density of the material \[kg/m³\].
     #[serde(default)]
-    #[schemars(schema_with = "unit::density", extend("minimum" = 0.01, "maximum" = 30000))]
+    #[schemars(
+        schema_with = "unit::density",
+        extend("minimum" = 0.01, "maximum" = 30000, "x-default" = PRESET)
+    )]
     pub density: Option<f64>,
     /// Young's modulus E \[Pa\].
     #[serde(default)]
-    #[schemars(schema_with = "unit::pressure", extend("minimum" = 1e3, "maximum" = 2e12))]
+    #[schemars(
+        schema_with = "unit::pressure",
+        extend("minimum" = 1e3, "maximum" = 2e12, "x-default" = PRESET)
+    )]
     pub young: Option<f64>,
     /// Poisson's ratio ν \[1\].
     #[serde(default)]
     #[schemars(
         schema_with = "unit::ratio",
-        extend("minimum" = -0.99, "maximum" = 0.4999)
+        extend("minimum" = -0.99, "maximum" = 0.4999, "x-default" = PRESET)
     )]
     pub poisson: Option<f64>,
     /// Tensile strength σ_f \[Pa\].
     #[serde(default)]
-    #[schemars(schema_with = "unit::pressure", extend("exclusiveMinimum" = 0, "maximum" = 1e11))]
+    #[schemars(
+        schema_with = "unit::pressure",
+        extend("exclusiveMinimum" = 0, "maximum" = 1e11, "x-default" = PRESET)
+    )]
     pub strength: Option<f64>,
-    /// Fracture energy G_f \[J/m²\].
+    /// Fracture energy G_f of cracks in tension (mode I) \[J/m²\].
     #[serde(default)]
     #[schemars(
         schema_with = "unit::energy_per_area",
-        extend("exclusiveMinimum" = 0, "maximum" = 1e7)
+        extend("exclusiveMinimum" = 0, "maximum" = 1e7, "x-default" = PRESET)
     )]
     pub fracture_energy: Option<f64>,
-    /// Weibull modulus of the flaws: 5 scatters widely, 30 hardly \[1\].
+    /// Weibull modulus of the strength \[1\]: strength varies widely within a body at 5, hardly at
+    /// 30, and not at all at 1000.
     #[serde(default)]
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 1, "maximum" = 1000))]
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 1, "maximum" = 1000, "x-default" = preset_or(DEFAULT_WEIBULL))
+    )]
     pub weibull: Option<f64>,
-    /// Distance over which flaws are alike: at least four grid spacings, and that without it
-    /// \[m\].
+    /// Distance over which strength stays alike \[m\]; a solve uses at least four grid spacings.
     #[serde(default)]
-    #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
+    #[schemars(
+        schema_with = "unit::length",
+        extend("exclusiveMinimum" = 0, "x-default" = "four grid spacings")
+    )]
     pub correlation: Option<f64>,
-    /// Planes along which it splits.
+    /// Direction of planes along which the material splits.
     #[serde(default)]
+    #[schemars(extend("x-default" = "none"))]
     pub weak_plane: Option<WeakPlane>,
-    /// Layers of two strengths.
+    /// Layers that alternate between two strengths.
     #[serde(default)]
+    #[schemars(extend("x-default" = "none"))]
     pub layers: Option<Layers>,
-    /// Speed after over speed before a bounce \[1\].
+    /// Coefficient of restitution \[1\]: speed after a bounce over the speed before it.
     #[serde(default)]
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 1))]
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "maximum" = 1, "x-default" = preset_or(DEFAULT_RESTITUTION))
+    )]
     pub restitution: Option<f64>,
-    /// Coulomb friction \[1\].
+    /// Coefficient of Coulomb friction \[1\].
     #[serde(default)]
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 10))]
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "maximum" = 10, "x-default" = preset_or(DEFAULT_FRICTION))
+    )]
     pub friction: Option<f64>,
-    /// Whether bodies of it break unless they say otherwise.
+    /// Whether bodies of this material break, unless a body says otherwise.
     #[serde(default)]
+    #[schemars(extend("x-default" = "the preset's, or `true` without `preset`"))]
     pub breakable: Option<bool>,
 }
 
-/// Across planes of one direction the material is weaker: slate, wood, mica.
+/// A direction in which the material is weaker in tension, as slate, wood and mica are.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WeakPlane {
-    /// Normal of the planes in the body's own frame; need not have length 1.
+    /// Normal of the planes in the axes of the shape or mesh \[1\]. Its length does not matter, but
+    /// is above 1e-6.
     pub normal: [f64; 3],
-    /// Strength across them over the material's \[1\].
+    /// Strength along the normal over the strength of the material \[1\].
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.01, "maximum" = 1))]
     pub ratio: f64,
 }
 
-/// Layers that are in turn as strong as the material and `ratio` of it.
+/// Layers that alternate between the strength of the material and `ratio` times that strength.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Layers {
-    /// Normal of the layers in the body's own frame; need not have length 1.
+    /// Normal of the layers in the axes of the shape or mesh \[1\]. Its length does not matter, but
+    /// is above 1e-6.
     pub normal: [f64; 3],
-    /// Thickness of one layer; the first begins at the body's origin \[m\].
+    /// Thickness of one layer \[m\]; the first begins at the body's origin.
     #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
     pub thickness: f64,
-    /// Strength of every second layer over the material's \[1\].
+    /// Strength of every second layer over the strength of the material \[1\].
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.01, "maximum" = 100))]
     pub ratio: f64,
-    /// Each boundary is moved at random by up to half this share of the thickness \[1\].
+    /// Each boundary is moved at random, by up to half this share of the thickness \[1\].
     #[serde(default)]
     #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 0.9))]
     pub jitter: f64,
 }
 
-/// A colour of a mesh's corners.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
+/// A channel of the colours of a mesh's corners.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize, JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Channel {
-    /// Red.
+    /// The red channel.
     #[default]
     Red,
-    /// Green.
+    /// The green channel.
     Green,
-    /// Blue.
+    /// The blue channel.
     Blue,
 }
 
-/// A part of a body whose strength is multiplied, in the frame of its shape or mesh as it stands
-/// after `fit` or `scale`, before `rotation`.
+/// A region of a body whose strength is multiplied. `kind` names its shape. Places are relative to
+/// the origin of the shape or mesh, after `fit` or `scale` and before `rotation`.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Paint {
-    /// A box along the axes.
+    /// A box along the axes, from `min` to `max`.
     Box {
-        /// Lowest corner \[m\].
+        /// Lowest corner of the box \[m\].
         #[schemars(schema_with = "unit::length3")]
         min: [f64; 3],
-        /// Highest corner \[m\].
+        /// Highest corner of the box \[m\]; above `min` along each axis.
         #[schemars(schema_with = "unit::length3")]
         max: [f64; 3],
-        /// Strength within over strength without \[1\].
+        /// Strength inside over strength outside \[1\].
         #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.01, "maximum" = 100))]
         factor: f64,
-        /// Width of the seam over which the factor comes in \[m\].
+        /// Width of the zone over which the factor goes from 1 to its value \[m\].
         #[serde(default)]
         #[schemars(schema_with = "unit::length", extend("minimum" = 0))]
         edge: f64,
     },
-    /// A ball.
+    /// A ball about `centre`.
     Sphere {
-        /// Centre \[m\].
+        /// Centre of the ball \[m\].
         #[schemars(schema_with = "unit::length3")]
         centre: [f64; 3],
-        /// Radius \[m\].
+        /// Radius of the ball \[m\].
         #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
         radius: f64,
-        /// Strength within over strength without \[1\].
+        /// Strength inside over strength outside \[1\].
         #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.01, "maximum" = 100))]
         factor: f64,
-        /// Width of the seam over which the factor comes in \[m\].
+        /// Width of the zone over which the factor goes from 1 to its value \[m\].
         #[serde(default)]
         #[schemars(schema_with = "unit::length", extend("minimum" = 0))]
         edge: f64,
     },
-    /// All that lies against the normal of a plane.
+    /// All that lies behind a plane, on the side that its normal points away from.
     HalfSpace {
-        /// A point of the plane \[m\].
+        /// Any point of the plane \[m\].
         #[schemars(schema_with = "unit::length3")]
         point: [f64; 3],
-        /// Normal of the plane, out of the half-space; need not have length 1.
+        /// Normal of the plane, out of the region \[1\]. Its length does not matter, but is above
+        /// 1e-6.
         normal: [f64; 3],
-        /// Strength within over strength without \[1\].
+        /// Strength inside over strength outside \[1\].
         #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.01, "maximum" = 100))]
         factor: f64,
-        /// Width of the seam over which the factor comes in \[m\].
+        /// Width of the zone over which the factor goes from 1 to its value \[m\].
         #[serde(default)]
         #[schemars(schema_with = "unit::length", extend("minimum" = 0))]
         edge: f64,
     },
-    /// A cylinder.
+    /// A cylinder about the line between two points.
     Cylinder {
-        /// Middle of one end \[m\].
+        /// Centre of one end \[m\].
         #[schemars(schema_with = "unit::length3")]
         from: [f64; 3],
-        /// Middle of the other \[m\].
+        /// Centre of the other end \[m\]; not equal to `from`.
         #[schemars(schema_with = "unit::length3")]
         to: [f64; 3],
-        /// Radius \[m\].
+        /// Radius of the cylinder \[m\].
         #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
         radius: f64,
-        /// Strength within over strength without \[1\].
+        /// Strength inside over strength outside \[1\].
         #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.01, "maximum" = 100))]
         factor: f64,
-        /// Width of the seam over which the factor comes in \[m\].
+        /// Width of the zone over which the factor goes from 1 to its value \[m\].
         #[serde(default)]
         #[schemars(schema_with = "unit::length", extend("minimum" = 0))]
         edge: f64,
     },
-    /// The corners of a mesh file: by their colours, or by a file of one factor a line.
+    /// The corners of a mesh file, by their colours or by a file of factors. Only with a `mesh`.
     Corners {
-        /// How deep the paint goes, fading \[m\].
+        /// Depth below the surface at which the factor has faded to 1 \[m\].
         #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
         reach: f64,
-        /// Which colour counts.
+        /// Which channel of the colours sets the factor.
         #[serde(default)]
         channel: Channel,
-        /// Strength over unpainted strength where that colour is 0 \[1\].
+        /// Strength over the unpainted strength where the channel is 0 \[1\].
         #[serde(default = "one")]
         #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.01, "maximum" = 100))]
         none: f64,
-        /// The same where it is full \[1\].
+        /// Strength over the unpainted strength where the channel is full \[1\].
         #[serde(default = "one")]
         #[schemars(schema_with = "unit::ratio", extend("minimum" = 0.01, "maximum" = 100))]
         full: f64,
-        /// In place of colours: a text file of one factor a corner, in the order of the mesh file,
-        /// relative to this file.
+        /// Text file with one factor from 0.01 to 100 in each line, for the corners in the order of
+        /// the mesh file; the path is relative to the scene file.
         #[serde(default)]
+        #[schemars(extend("x-default" = "the colours of the mesh, but required if it has none"))]
         file: Option<String>,
     },
 }

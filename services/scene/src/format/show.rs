@@ -1,89 +1,124 @@
-//! What a scene must show, and from where it is looked at.
+//! What a run of a scene must show, and from where its pictures are taken.
 
 use cullet_document::unit;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// A range that a count must lie in.
+/// The range in which a count must lie; `min` is at most `max`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Bounds {
-    /// Least accepted.
+    /// Least accepted count \[1\].
+    #[schemars(extend("x-default" = "no bound"))]
     pub min: Option<u64>,
-    /// Greatest accepted.
+    /// Greatest accepted count \[1\].
+    #[schemars(extend("x-default" = "no bound"))]
     pub max: Option<u64>,
 }
 
-/// A range that a share must lie in.
+/// The range in which a share must lie; `min` is at most `max`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ShareBounds {
-    /// Least accepted \[1\].
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 1))]
+    /// Least accepted share \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "maximum" = 1, "x-default" = "no bound")
+    )]
     pub min: Option<f64>,
-    /// Greatest accepted \[1\].
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0, "maximum" = 1))]
+    /// Greatest accepted share \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "maximum" = 1, "x-default" = "no bound")
+    )]
     pub max: Option<f64>,
 }
 
-/// What the scene must show.
+/// What a run of the scene must show. A run that does not meet an expectation reports it and ends
+/// with exit code 3.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Expect {
-    /// Bodies that broke.
+    /// Number of bodies that broke \[1\].
+    #[schemars(extend("x-default" = "not checked"))]
     pub fractures: Option<Bounds>,
-    /// Fragments made.
+    /// Number of fragments that were made \[1\].
+    #[schemars(extend("x-default" = "not checked"))]
     pub fragments: Option<Bounds>,
-    /// Bodies at the end.
+    /// Number of bodies at the end, fragments included \[1\].
+    #[schemars(extend("x-default" = "not checked"))]
     pub bodies_final: Option<Bounds>,
-    /// Jobs that failed.
+    /// Number of fracture jobs that failed \[1\].
+    #[schemars(extend("x-default" = "not checked"))]
     pub failed: Option<Bounds>,
-    /// Names of bodies that break; of a generator: at least one of its bodies breaks.
+    /// Names of bodies that must break. The name of a grid, stack or scatter means at least one of
+    /// its bodies.
     pub broken: Vec<String>,
-    /// Names of bodies that stay whole; of a generator: all of its bodies stay whole.
+    /// Names of bodies that must stay whole. The name of a grid, stack or scatter means all of its
+    /// bodies.
     pub unbroken: Vec<String>,
-    /// Least number of fragments of a body, by its name.
+    /// Least number of fragments of a body, or of all bodies of a grid, stack or scatter, by its
+    /// name \[1\].
     pub min_fragments_of: BTreeMap<String, u64>,
-    /// Greatest relative error of mass \[1\].
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0))]
+    /// Greatest accepted relative error of the mass of fragments \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "x-default" = "not checked")
+    )]
     pub mass_rel_error: Option<f64>,
-    /// Greatest relative error of momentum over the replacements \[1\].
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0))]
+    /// Greatest accepted relative error of momentum when fragments replace a body \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "x-default" = "not checked")
+    )]
     pub momentum_rel_error: Option<f64>,
-    /// Greatest relative growth of kinetic energy over the replacements \[1\].
-    #[schemars(schema_with = "unit::ratio", extend("minimum" = 0))]
+    /// Greatest accepted relative growth of kinetic energy when fragments replace a body \[1\].
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("minimum" = 0, "x-default" = "not checked")
+    )]
     pub energy_gain_rel: Option<f64>,
-    /// Fragments whose surface is not closed.
+    /// Number of fragments whose surface is not closed \[1\].
+    #[schemars(extend("x-default" = "not checked"))]
     pub open_fragments: Option<Bounds>,
-    /// Share of the fragments at the end that were sampled, that is drawn from a law, and not
+    /// Share, by number, of the fragments at the end that were sampled from a size law and not
     /// solved \[1\].
+    #[schemars(extend("x-default" = "not checked"))]
     pub sampled: Option<ShareBounds>,
-    /// The same by mass, with all debris \[1\].
+    /// Share, by mass, of the fragments and the debris at the end that was sampled from a size law
+    /// and not solved \[1\].
+    #[schemars(extend("x-default" = "not checked"))]
     pub sampled_mass: Option<ShareBounds>,
 }
 
-/// Where the preview looks from.
+/// The camera and the time window of the preview pictures.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct View {
-    /// Where the camera is \[m\].
+    /// Position of the camera \[m\]; not equal to `target`.
     #[schemars(schema_with = "unit::length3")]
     pub eye: [f64; 3],
-    /// What it looks at \[m\].
+    /// Point at which the camera looks \[m\].
     #[schemars(schema_with = "unit::length3")]
     pub target: [f64; 3],
-    /// Field of view from bottom to top \[rad\].
+    /// Field of view of the camera from bottom to top \[rad\].
     #[serde(default = "default_field")]
     #[schemars(schema_with = "unit::angle", extend("minimum" = 0.01, "maximum" = 3))]
     pub field: f64,
-    /// When the preview starts; shortly before the first break without it \[s\].
+    /// Simulated time at which the preview starts \[s\].
     #[serde(default)]
-    #[schemars(schema_with = "unit::time", extend("minimum" = 0))]
+    #[schemars(
+        schema_with = "unit::time",
+        extend("minimum" = 0, "x-default" = "shortly before the first break")
+    )]
     pub start: Option<f64>,
-    /// When it ends; a while after the last break without it \[s\].
+    /// Simulated time at which the preview ends \[s\]; after `start`.
     #[serde(default)]
-    #[schemars(schema_with = "unit::time", extend("exclusiveMinimum" = 0))]
+    #[schemars(
+        schema_with = "unit::time",
+        extend("exclusiveMinimum" = 0, "x-default" = "some time after the last break")
+    )]
     pub end: Option<f64>,
 }
 

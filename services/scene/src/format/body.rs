@@ -1,0 +1,155 @@
+//! A body as it is written: what it is made of, where it stands and how it moves.
+
+use super::{Paint, Shape, SolverChoice};
+use cullet_document::unit;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What happens to a mesh file that is not a closed, clean surface.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize, Serialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum RepairChoice {
+    /// The mesh is repaired; a warning says how.
+    #[default]
+    Auto,
+    /// The mesh is refused; an error says why.
+    Refuse,
+}
+
+/// One of the axes of a coordinate system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axis {
+    /// The x axis.
+    X,
+    /// The y axis.
+    Y,
+    /// The z axis.
+    Z,
+}
+
+/// A point of a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Anchor {
+    /// The origin of the shape or of the mesh file.
+    #[default]
+    Origin,
+    /// The centre of the body's bounding box before rotation.
+    Centre,
+    /// The centre of the bottom of that bounding box.
+    Base,
+}
+
+/// How finely a body is resolved when it breaks: either `spacing` or `particles`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Resolution {
+    /// Grid spacing of the solve \[m\].
+    #[schemars(
+        schema_with = "unit::length",
+        extend("exclusiveMinimum" = 0, "x-default" = "none, but required without `particles`")
+    )]
+    pub spacing: Option<f64>,
+    /// Approximate number of material points of the solve \[1\], in place of
+    /// `fracture.max_particles`.
+    #[schemars(
+        range(min = 64, max = 50_000_000),
+        extend("x-default" = "none, but required without `spacing`")
+    )]
+    pub particles: Option<u32>,
+}
+
+/// A rotation, written in one of three ways: `axis` with `degrees`, `euler_degrees`, or
+/// `quaternion`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Rotation {
+    /// Axis of the rotation by `degrees` \[1\]. Its length does not matter, but is above 1e-6.
+    #[schemars(extend("x-default" = "none, but required beside `degrees`"))]
+    pub axis: Option<[f64; 3]>,
+    /// Angle about `axis`, by the right-hand rule \[°\].
+    #[schemars(extend("x-default" = "none, but required beside `axis`"))]
+    pub degrees: Option<f64>,
+    /// Rotations about the fixed x, then y, then z axis \[°\].
+    #[schemars(extend("x-default" = "none"))]
+    pub euler_degrees: Option<[f64; 3]>,
+    /// Quaternion as (w, x, y, z) \[1\]. Its length does not matter, but is above 1e-6.
+    #[schemars(extend("x-default" = "none"))]
+    pub quaternion: Option<[f64; 4]>,
+}
+
+/// A body; or, inside a grid, stack or scatter, the template of its bodies. A body has either a
+/// `shape` or a `mesh`. Bodies must not overlap at the start, unless both are fixed.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Body {
+    /// Name of the body in messages, in recordings, in `[expect]` and in `--set`: 1 to 80 bytes,
+    /// without a slash, and used once in a scene. A template has no name.
+    #[schemars(extend("x-default" = "required in `[[body]]`"))]
+    pub name: Option<String>,
+    /// Shape given by its dimensions.
+    #[schemars(extend("x-default" = "required without `mesh`"))]
+    pub shape: Option<Shape>,
+    /// Mesh file (.obj, .stl, .ply or .glb); the path is relative to the scene file. Its origin is
+    /// the file's own.
+    #[schemars(extend("x-default" = "required without `shape`"))]
+    pub mesh: Option<String>,
+    /// The mesh is scaled so that its longest side has this length \[m\]. Not beside `scale`, and
+    /// only with a `mesh`.
+    #[schemars(
+        schema_with = "unit::length",
+        extend("exclusiveMinimum" = 0, "x-default" = "the size in the file, in metres")
+    )]
+    pub fit: Option<f64>,
+    /// The mesh is scaled by this factor \[1\]. Not beside `fit`, and only with a `mesh`.
+    #[schemars(
+        schema_with = "unit::ratio",
+        extend("exclusiveMinimum" = 0, "x-default" = "1")
+    )]
+    pub scale: Option<f64>,
+    /// Axis of the mesh file that points up.
+    #[schemars(extend("x-default" = "`z`, but `y` in .glb files"))]
+    pub up: Option<Axis>,
+    /// What happens to a mesh that is not a closed, clean surface.
+    pub repair: RepairChoice,
+    /// Which point of the body is at `position`, and stays there when the body is rotated.
+    pub anchor: Anchor,
+    /// Where the anchor is \[m\]: at most 100000 m from the world's origin. A template gives the
+    /// position of the first body; in a scatter it has none.
+    #[schemars(schema_with = "unit::length3")]
+    pub position: [f64; 3],
+    /// Rotation about the anchor.
+    pub rotation: Rotation,
+    /// Velocity of the centre of mass \[m/s\]; at most 10000 m/s. A fixed body has none.
+    #[schemars(schema_with = "unit::velocity3")]
+    pub velocity: [f64; 3],
+    /// Angular velocity in the world's axes \[rad/s\]; at most 10000 rad/s. A fixed body has none.
+    #[schemars(schema_with = "unit::angular_velocity3")]
+    pub spin: [f64; 3],
+    /// Name of a preset or of a `[[material]]`.
+    #[schemars(extend("x-default" = "required"))]
+    pub material: Option<String>,
+    /// Whether the body never moves. A fixed body does not break.
+    pub fixed: bool,
+    /// Whether the body can break.
+    #[schemars(extend("x-default" = "whether the material breaks, but `false` if `fixed`"))]
+    pub breakable: Option<bool>,
+    /// How finely the body is resolved when it breaks.
+    #[schemars(extend("x-default" = "as fine as `fracture.max_particles` allows"))]
+    pub resolution: Option<Resolution>,
+    /// Least impulse of a hit that can break this body \[N·s\].
+    #[schemars(
+        schema_with = "unit::impulse",
+        extend("minimum" = 0, "x-default" = "`world.impulse_threshold`")
+    )]
+    pub impulse_threshold: Option<f64>,
+    /// Which solver family breaks this body.
+    #[schemars(extend("x-default" = "`fracture.solver`"))]
+    pub solver: Option<SolverChoice>,
+    /// Regions of the body that are weaker or stronger than its material: at most 256, of which at
+    /// most one of kind `corners`.
+    pub paint: Vec<Paint>,
+}
