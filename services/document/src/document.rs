@@ -7,10 +7,10 @@ use super::tree::{self, Node, Text, Value};
 use std::sync::Arc;
 
 /// Deepest chain of includes: a longer one is a mistake, and each level costs stack.
-const MAX_INCLUDE_DEPTH: usize = 8;
+pub const MAX_INCLUDE_DEPTH: usize = 8;
 
 /// Longest scene file \[bytes\]: generators say in ten lines what a million lines would.
-const MAX_SCENE_BYTES: usize = 8 << 20;
+pub const MAX_SCENE_BYTES: usize = 8 << 20;
 
 /// Reads the file under `main` and what it includes.
 pub fn read(files: &mut Files, main: &str) -> (Node, Option<Arc<Text>>, Vec<SceneError>) {

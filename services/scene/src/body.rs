@@ -327,13 +327,13 @@ impl Workshop<'_> {
 }
 
 /// Shortest axis or quaternion that still has a direction \[1\].
-const MIN_LENGTH: f64 = 1e-6;
+pub(super) const MIN_LENGTH: f64 = 1e-6;
 
 /// Farthest place from the world's origin \[m\]: farther, contacts lose their digits.
 pub(super) const MAX_DISTANCE: f64 = 1e5;
 
 /// Fastest body \[m/s\]: faster than that nothing here is brittle fracture any more.
-const MAX_SPEED: f64 = 1e4;
+pub(super) const MAX_SPEED: f64 = 1e4;
 
 /// Fastest spin \[rad/s\]: a turn must span some steps.
-const MAX_SPIN: f64 = 1e4;
+pub(super) const MAX_SPIN: f64 = 1e4;

@@ -14,10 +14,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// Longest side of a body \[m\]: larger ones are a mistaken unit.
-const MAX_SIZE: f64 = 1e4;
+pub(super) const MAX_SIZE: f64 = 1e4;
 
 /// Shortest longest side of a body \[m\]: smaller ones are a mistaken unit.
-const MIN_SIZE: f64 = 1e-4;
+pub(super) const MIN_SIZE: f64 = 1e-4;
 
 /// A centroid within this share of the longest side of the origin is at it \[1\].
 const CENTRED: f64 = 1e-11;

@@ -17,6 +17,7 @@ pub mod material;
 mod overlap;
 pub mod paint;
 mod preflight;
+mod reference;
 pub mod resolve;
 pub mod rigid;
 pub mod schema;
@@ -30,6 +31,7 @@ pub use format::{Expect, SolverChoice, View};
 pub use material::{
     Kind, Preset, SceneMaterial, Sourced, is_preset, preset, presets, presets_json, presets_text,
 };
+pub use reference::reference;
 pub use schema::schema;
 
 use cullet_document::files::{Files, SCENE_BASE, Source};

@@ -7,10 +7,10 @@ use cullet_document::tree::Path;
 use cullet_geometry::Vec3;
 
 /// Greatest gravity \[m/s²\]: beyond it every contact is a hit.
-const MAX_GRAVITY: f64 = 1e4;
+pub(super) const MAX_GRAVITY: f64 = 1e4;
 
 /// Most steps of a run: more would fill a disk, and take days.
-const MAX_STEPS: f64 = 1e7;
+pub(super) const MAX_STEPS: f64 = 1e7;
 
 /// Says what does not fit together; `bodies`: how many there are.
 pub(super) fn check(workshop: &mut Workshop<'_>, document: &Document, bodies: usize) {

@@ -16,7 +16,7 @@ use cullet_proto::strength::{
 const MIN_LENGTH: f64 = 1e-6;
 
 /// Bounds of a painted factor \[1\].
-const FACTORS: (f64, f64) = (0.01, 100.0);
+pub(super) const FACTORS: (f64, f64) = (0.01, 100.0);
 
 /// The direction of a written normal, or what is wrong with it.
 pub fn direction(normal: [f64; 3]) -> Result<[f64; 3], &'static str> {

@@ -24,7 +24,7 @@ use std::sync::Arc;
 const MAX_OVERLAPS: usize = 10;
 
 /// Longest name of a body, material or generator \[bytes\]: it becomes a topic of the recording.
-const MAX_NAME: usize = 80;
+pub(super) const MAX_NAME: usize = 80;
 
 /// What was made of a tree.
 pub(super) struct Resolved {
