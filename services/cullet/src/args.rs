@@ -88,7 +88,8 @@ pub(crate) enum Command {
     Check(Check),
     /// List the material presets with the source of each value
     Materials(Materials),
-    /// Print the JSON schema of scene files, of specimen files or of standing sets
+    /// Print the JSON schema of scene files, of specimen files or of standing sets; or the reference
+    /// of scene files
     Schema(Schema),
     /// Make a folder with a scene to begin with, which says what each of its keys means
     New(New),
@@ -136,6 +137,9 @@ pub(crate) struct Man {
 
 #[derive(Debug, Args)]
 pub(crate) struct Schema {
+    /// Print every key of scene files with unit, default, bounds and meaning, as Markdown
+    #[arg(long, conflicts_with_all = ["specimen", "whole", "frontier"])]
+    pub(crate) reference: bool,
     /// That of specimen files
     #[arg(long, conflicts_with_all = ["frontier", "whole"])]
     pub(crate) specimen: bool,

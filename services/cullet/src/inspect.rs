@@ -127,6 +127,10 @@ pub(crate) fn materials(args: &args::Materials) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn schema(args: &args::Schema) -> Result<Exit, Trouble> {
+    if args.reference {
+        print(cullet_scene::reference())?;
+        return Ok(Exit::Done);
+    }
     print(match (args.specimen, args.whole, args.frontier) {
         (true, _, _) => cullet_lab::specimen::schema(),
         (_, true, _) => cullet_lab::specimen::whole::schema(),
