@@ -14,7 +14,7 @@ use super::schema::schema_json;
 use cullet_document::check::tell;
 use cullet_document::document::MAX_SCENE_BYTES;
 use cullet_document::unit::Dimension;
-use facts::{Key, plain, target};
+use facts::{Key, anchor, plain, target};
 use serde_json::Value as Json;
 use std::collections::BTreeSet;
 use tables::{Table, table};
@@ -25,11 +25,12 @@ use wrap::wrapped;
 pub fn reference() -> String {
     let schema = schema_json();
     let mut page = Page { schema, text: String::new(), written: BTreeSet::new() };
-    page.beginning();
     page.units();
     page.section("Document", 2);
     page.presets();
-    page.text
+    let sections = std::mem::take(&mut page.text);
+    page.beginning(&sections);
+    page.text + &sections
 }
 
 struct Page {
@@ -85,7 +86,7 @@ impl Page {
         self.text.push('\n');
     }
 
-    fn beginning(&mut self) {
+    fn beginning(&mut self, sections: &str) {
         self.heading(1, "Scene file reference");
         let how = "<!-- Written by `cullet schema --reference` from services/scene/src/format.rs: \
                    change it there. -->\n\n";
@@ -93,6 +94,10 @@ impl Page {
         for paragraph in BEGINNING {
             self.paragraph(&paragraph.replace("{size}", &(MAX_SCENE_BYTES >> 20).to_string()));
         }
+        let headings = sections.lines().filter_map(|line| line.strip_prefix("## "));
+        let links: Vec<String> =
+            headings.map(|heading| format!("[{heading}](#{})", anchor(heading))).collect();
+        self.paragraph(&format!("Sections: {}.", links.join(", ")));
     }
 
     fn units(&mut self) {
