@@ -1,6 +1,6 @@
 use super::format::{Expected, Metric, Reduction};
 use super::metric::{Verdict, reduce, speeds, weigh};
-use super::{Specimen, load};
+use super::{Specimen, load, schema, whole};
 use cullet_proto::specimen::{Course, Probe, Push};
 use cullet_proto::strength::Region;
 
@@ -19,6 +19,20 @@ spacing = "1 cm"
 [run]
 end = "1 ms"
 "#;
+
+/// The schemas beside the catalogue are those of the types.
+#[test]
+fn the_schemas_in_the_tree_are_the_types() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/specimens");
+    for (name, text) in [("specimen", schema()), ("whole", whole::schema())] {
+        let path = format!("{folder}/{name}.schema.json");
+        if std::env::var_os("CULLET_BLESS").is_some() {
+            std::fs::write(&path, &text).expect("writes");
+        }
+        let written = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(written == text, "cullet schema --{name} > tests/specimens/{name}.schema.json");
+    }
+}
 
 fn read(text: &str, overrides: &[&str]) -> Result<Specimen, String> {
     let folder = tempfile::tempdir().expect("a folder");
