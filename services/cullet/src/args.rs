@@ -88,8 +88,8 @@ pub(crate) enum Command {
     Check(Check),
     /// List the material presets with the source of each value
     Materials(Materials),
-    /// Print the JSON schema of scene files, of specimen files or of standing sets; or the reference
-    /// of scene files
+    /// Print the reference of scene files, or the JSON schema of scene files, of specimen files or of
+    /// standing sets
     Schema(Schema),
     /// Make a folder with a scene to begin with, which says what each of its keys means
     New(New),

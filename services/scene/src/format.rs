@@ -90,7 +90,7 @@ pub struct World {
     /// exceed it does not break. At least the number of bodies in the scene.
     #[schemars(range(min = 1, max = 100_000))]
     pub max_bodies: u32,
-    /// Generation whose fragments do not break again \[1\]. Bodies of the scene have generation 0,
+    /// Generation from which on bodies do not break \[1\]. Bodies of the scene have generation 0,
     /// their fragments 1, the fragments of those 2. With 0 nothing breaks.
     #[schemars(range(max = 16))]
     pub max_generation: u32,

@@ -1,9 +1,9 @@
 //! The scene loader: a TOML file to bodies that are ready for the world, or every error at once.
 //!
-//! [`mod@format`] is the one source of the schema and of the reader. `cullet_document` reads the text;
-//! `resolve` makes bodies of it. `position` places the *origin* of a shape or
-//! mesh file (or the point that `anchor` names); a loaded body's own origin is its centroid, and
-//! its pose makes up for it.
+//! [`mod@format`] is the one source of the reader, of the schema and of the [`reference()`].
+//! `cullet_document` reads the text; `resolve` makes bodies of it. `position` places the *origin*
+//! of a shape or mesh file (or the point that `anchor` names); a loaded body's own origin is its
+//! centroid, and its pose makes up for it.
 
 mod admission;
 pub mod body;

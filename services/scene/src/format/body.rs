@@ -87,7 +87,7 @@ pub struct Rotation {
 #[serde(deny_unknown_fields, default)]
 pub struct Body {
     /// Name of the body in messages, in recordings, in `[expect]` and in `--set`: 1 to 80 bytes,
-    /// without a slash, and used once in a scene. A template has no name.
+    /// without a slash, and unique in the scene. A template has no name.
     #[schemars(extend("x-default" = "required in `[[body]]`"))]
     pub name: Option<String>,
     /// Shape given by its dimensions.

@@ -10,7 +10,7 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
-    /// First part of the names of its bodies: 1 to 80 bytes, without a slash, and used once in a
+    /// First part of the names of its bodies: 1 to 80 bytes, without a slash, and unique in the
     /// scene.
     pub name: String,
     /// Number of bodies along x, y and z \[1\], each at least 1. The scene has at most
@@ -33,7 +33,7 @@ pub struct Grid {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stack {
-    /// First part of the names of its bodies: 1 to 80 bytes, without a slash, and used once in a
+    /// First part of the names of its bodies: 1 to 80 bytes, without a slash, and unique in the
     /// scene.
     pub name: String,
     /// Number of bodies \[1\]. The scene has at most `world.max_bodies` bodies.
@@ -54,7 +54,7 @@ pub struct Stack {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scatter {
-    /// First part of the names of its bodies: 1 to 80 bytes, without a slash, and used once in a
+    /// First part of the names of its bodies: 1 to 80 bytes, without a slash, and unique in the
     /// scene.
     pub name: String,
     /// Number of bodies \[1\]. The scene has at most `world.max_bodies` bodies.

@@ -19,7 +19,7 @@ const PRESET: &str = "the preset's, but required without `preset`";
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
-    /// Name by which bodies refer to the material; used once in a scene.
+    /// Name by which bodies refer to the material; unique in the scene.
     pub name: String,
     /// Name of the preset that gives the values that are not written here.
     #[serde(default)]
