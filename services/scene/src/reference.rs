@@ -54,12 +54,11 @@ const BEGINNING: &[&str] = &[
      unit. A unit of \\[1\\] marks counts and ratios.",
 ];
 
-const UNITS: &[&str] =
-    &["A key whose type is one of these quantities takes a number in the SI unit, or text with a \
-     number and one of the units: `0.006` and `\"6 mm\"` are the same length. The number in a text \
-     may be a fraction, as in `\"1/240 s\"`; µ, ², ³, ° and · may be written for u, 2, 3, deg \
-     and a space. A ratio may be text in percent. A key whose type is *number* or *integer* takes \
-     no text."];
+const UNITS: &str = "A key whose type is one of these quantities takes a number in the SI unit, or \
+     text with a number and one of the units: `0.006` and `\"6 mm\"` are the same length. The \
+     number in a text may be a fraction, as in `\"1/240 s\"`; µ, ², ³, ° and · may be written for u, \
+     2, 3, deg and a space. A ratio may be text in percent. A key whose type is *number* or \
+     *integer* takes no text.";
 
 const PRESETS: &str = "A body can name one of these as its `material`, and a `[[material]]` as its \
      `preset`. `cullet materials` prints their values, `cullet materials --json` also the source \
@@ -101,7 +100,7 @@ impl Page {
 
     fn units(&mut self) {
         self.heading(2, "Units");
-        UNITS.iter().for_each(|paragraph| self.paragraph(paragraph));
+        self.paragraph(UNITS);
         let schema = self.schema.to_string();
         let used = |dimension: &Dimension| {
             schema.contains(&format!("\"x-unit\":\"{}\"", dimension.name()))
