@@ -56,8 +56,8 @@ const BEGINNING: &[&str] = &[
 
 const UNITS: &str = "A key whose type is one of these quantities takes a number in the SI unit, or \
      text with a number and one of the units: `0.006` and `\"6 mm\"` are the same length. The \
-     number in a text may be a fraction, as in `\"1/240 s\"`; µ, ², ³, ° and · may be written for u, \
-     2, 3, deg and a space. A ratio may be text in percent. A key whose type is *number* or \
+     number in a text may be a fraction, as in `\"1/240 s\"`; µ, ², ³, ° and · may be written for \
+     u, 2, 3, deg and a space. A ratio may be text in percent. A key whose type is *number* or \
      *integer* takes no text.";
 
 const PRESETS: &str = "A body can name one of these as its `material`, and a `[[material]]` as its \
