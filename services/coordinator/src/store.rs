@@ -282,9 +282,11 @@ fn marked(folder: &Path) -> Result<bool, ServiceError> {
         }
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
             let all = fs::read_dir(folder).map_err(ServiceError::file(folder))?;
-            let mut others = all.flatten();
-            if let Some(other) = others.find(|entry| entry.file_name() != "runs") {
-                let text = other.file_name().to_string_lossy().into_owned();
+            // A coordinator that was killed as it made the mark leaves a part of it.
+            let ours = |name: &str| name == "runs" || name.starts_with(UNFINISHED);
+            let mut names =
+                all.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
+            if let Some(text) = names.find(|name| !ours(name)) {
                 return Err(ServiceError::Foreign { folder: folder.to_owned(), text });
             }
             put(&mark, TITLE.as_bytes()).map_err(ServiceError::file(&mark))?;

@@ -114,6 +114,17 @@ fn a_number_in_which_a_bit_turned_is_named_and_not_used() {
     }
 }
 
+/// The first of all files is the mark; who was killed as it was written can begin again.
+#[test]
+fn a_folder_whose_mark_was_cut_short_is_taken() {
+    let folder = tempfile::tempdir().expect("a folder");
+    put(&folder.path().join(".cullet-x1"), b"half").expect("a file");
+    drop(Store::open(Some(folder.path())).expect("it opens"));
+    let other = tempfile::tempdir().expect("a folder");
+    put(&other.path().join("notes"), b"somebody's").expect("a file");
+    assert!(matches!(Store::open(Some(other.path())), Err(ServiceError::Foreign { .. })));
+}
+
 #[test]
 fn what_nobody_knows_of_is_set_aside_and_nothing_is_deleted() {
     let folder = tempfile::tempdir().expect("a folder");
