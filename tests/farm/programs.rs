@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::time::Duration;
 
-const LONG: Duration = Duration::from_secs(120);
+const LONG: Duration = Duration::from_secs(300);
 /// A run that is soon over, and one that is not.
 const QUICK: [&str; 2] = ["--set", "world.duration=0.02"];
 const ENDLESS: [&str; 2] = ["--set", "world.duration=600"];

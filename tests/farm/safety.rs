@@ -11,7 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Longest a test waits for a run.
-const LONG: Duration = Duration::from_secs(120);
+const LONG: Duration = Duration::from_secs(300);
 /// Longest that a command may take to say that it is not let in.
 const BOUND: Duration = Duration::from_secs(20);
 

@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
-const LONG: Duration = Duration::from_secs(120);
+const LONG: Duration = Duration::from_secs(300);
 /// Longest that a process may take to end, or to say why it does not begin.
 const SOON: Duration = Duration::from_secs(20);
 
