@@ -21,9 +21,9 @@
 //!
 //! A file is whole or not there: it is written beside its place, written through, and renamed. The
 //! folder and its files are their owner's alone. A bit that turned is found wherever it is read:
-//! the journal has the digest of each bundle, and the other files have checksums (`cullet_files::state`). A
-//! folder of the first generation has none, and is read as it is; the first start makes it one of
-//! the second, which a program of before does not open.
+//! the journal has the digest of each bundle, and the other files have checksums
+//! (`cullet_files::state`). A folder of the first generation has none, and is read as it is; the
+//! first start makes it one of the second, which a program of before does not open.
 
 use super::ServiceError;
 use cullet_files::output::UNFINISHED;

@@ -13,6 +13,7 @@ use clap::{Args, Parser, Subcommand};
 use cullet_lab::Sweep;
 use cullet_proto::WorkerId;
 use cullet_proto::keys::DEFAULT_COORDINATOR;
+use cullet_record::RESOLVED_CELLS;
 use std::path::PathBuf;
 
 /// Cullet breaks things, truthfully and at scale.
@@ -88,8 +89,8 @@ pub(crate) enum Command {
     Check(Check),
     /// List the material presets with the source of each value
     Materials(Materials),
-    /// Print the reference of scene files, or the JSON schema of scene files, of specimen files or of
-    /// standing sets
+    /// Print the reference of scene files, or the JSON schema of scene files, of specimen files or
+    /// of standing sets
     Schema(Schema),
     /// Make a folder with a scene to begin with, which says what each of its keys means
     New(New),
@@ -377,7 +378,7 @@ pub(crate) struct Inspect {
     #[arg(long, conflicts_with = "json")]
     pub(crate) masses: bool,
     /// Fit fragments of at least so many cells of the grid that made them
-    #[arg(long, value_name = "N", requires = "masses", default_value_t = cullet_record::RESOLVED_CELLS)]
+    #[arg(long, value_name = "N", requires = "masses", default_value_t = RESOLVED_CELLS)]
     pub(crate) cells: f64,
 }
 

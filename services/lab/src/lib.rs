@@ -1,4 +1,5 @@
-//! The laboratory: specimens and the bench. Specimens run over sweeps of their settings, each in a process of its own.
+//! The laboratory: specimens and the bench. Specimens run over sweeps of their settings, each in a
+//! process of its own.
 //!
 //! A run of a body is a pure job of the pool: its id is the digest of what is solved. One of the
 //! whole is a scene, run as `cullet run` does, and read off its recording. A process that hangs

@@ -1,0 +1,4 @@
+//! The coordinator's service against submitters that mean harm, and the roles of its users.
+
+mod hostile;
+mod roles;
