@@ -5,7 +5,6 @@ use crate::common;
 
 use common::{Cullet, Going, LONGER, children_of, corpus, quiet_digest, signal, summary, unique};
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -283,6 +282,13 @@ fn a_coordinator_interrupted_twice_quits_at_once() {
     all_end(&workers);
 }
 
+/// Runs a line of shell. A program that this process wrote itself could be busy: a child that
+/// another test is just starting still holds what is open for writing here.
+fn shell(line: &str) {
+    let status = std::process::Command::new("sh").args(["-c", line]).status().expect("a shell");
+    assert!(status.success(), "{line}");
+}
+
 /// The scene is a named pipe: once the process has opened it, what it starts as workers can be put
 /// in the place of its own program.
 #[test]
@@ -292,11 +298,11 @@ fn a_pool_whose_workers_cannot_live_ends_aloud() {
     fs::create_dir_all(folder.join("own")).expect("a folder");
     let program = folder.join("cullet");
     let run = |worker: Option<&str>| {
-        fs::copy(env!("CARGO_BIN_EXE_cullet"), &program).expect("a copy of the program");
+        shell(&format!("cp '{}' '{}'", env!("CARGO_BIN_EXE_cullet"), program.display()));
         if let Some(worker) = worker {
             let place = folder.join("cullet (deleted)");
-            fs::write(&place, worker).expect("a program");
-            fs::set_permissions(&place, fs::Permissions::from_mode(0o755)).expect("it may run");
+            let place = place.display();
+            shell(&format!("printf '%s' '{worker}' >'{place}' && chmod 755 '{place}'"));
         }
         let call = Cullet::of(&program, &["run", "-q", "--out"]).path(&folder.join("own"));
         let mut run = call.args(&[&corpus("drop.toml")]).spawn();
