@@ -1,9 +1,9 @@
 //! Eight looks of one broken cube: `cargo run --release -p cullet-tests --example looks [PNG]`.
 
-use cullet_fracture::cut::{CutSettings, DamageField, Partition, extract};
-use cullet_fracture::detail::Detail;
+use cullet_fragment::cut::{CutSettings, DamageField, Partition, extract};
 use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Quat, Solid, Vec3, shapes};
+use cullet_model::Detail;
 use cullet_picture::{contact_sheet, exhibit};
 use cullet_scene::look::Look;
 use std::path::PathBuf;

@@ -11,7 +11,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("proto", &["geometry"]),
     ("services/geometry", &[]),
     ("services/dispatch", &[]),
-    ("services/fracture", &["geometry"]),
+    ("services/model", &["geometry"]),
+    ("services/fragment", &["geometry", "model"]),
+    ("services/fracture", &["fragment", "geometry", "model"]),
+    ("services/geometric", &["fragment", "geometry", "model"]),
     ("services/world", &["geometry"]),
     ("services/tls", &[]),
     ("services/files", &["proto"]),
@@ -27,7 +30,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &["document", "files", "geometry", "picture", "pool", "proto", "record", "scene"],
     ),
     ("services/coordinator", &["files", "picture", "pool", "proto", "run", "scene"]),
-    ("services/worker", &["dispatch", "fracture", "geometry", "proto"]),
+    ("services/worker", &["dispatch", "fracture", "geometric", "geometry", "model", "proto"]),
     (
         "services/cullet",
         &[
@@ -47,8 +50,15 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
 ];
 
-const PURE: &[&str] =
-    &["services/geometry", "services/fracture", "services/world", "services/dispatch"];
+const PURE: &[&str] = &[
+    "services/geometry",
+    "services/model",
+    "services/fragment",
+    "services/fracture",
+    "services/geometric",
+    "services/world",
+    "services/dispatch",
+];
 
 /// A library, and the only places that may name it.
 const NAMED_ONLY_IN: &[(&str, &[&str])] = &[

@@ -1,9 +1,9 @@
 //! Points with damage, as a solve leaves them, and what every cut along it keeps.
 
-use cullet_fracture::cut::{CutSettings, DamageField, Partition, extract};
-use cullet_fracture::detail::Detail;
+use cullet_fragment::cut::{CutSettings, DamageField, Partition, extract};
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Vec3};
+use cullet_model::Detail;
 
 pub(crate) const SETTINGS: CutSettings =
     CutSettings { min_volume_ratio: 1e-4, max_fragments: 100, seed: 1, detail: Detail::NONE };

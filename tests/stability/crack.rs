@@ -1,14 +1,15 @@
 //! Cracks and the fields on their sides: F03, F17 to F21, F28.
 
 use crate::kit::{H, PLASTER, STRONG, body, rows, uneven};
-use cullet_fracture::Material;
 use cullet_fracture::damage::{BAND_WIDTH, Softening};
-use cullet_fracture::mpm::domain::{Fields, Grip, REFRESH};
+use cullet_fracture::mpm::domain::{Fields, Grip};
 use cullet_fracture::mpm::footing::Footing;
 use cullet_fracture::mpm::kernel::Stencil;
 use cullet_fracture::mpm::{Domain, quadrature};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, inside::Inside, sample};
+use cullet_model::Material;
+use cullet_model::tolerance::REFRESH;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 

@@ -2,13 +2,13 @@
 
 use crate::cloud::{Cloud, SETTINGS, cube, is_lawful};
 use crate::kit::{cuboid, is_solid};
-use cullet_fracture::cut::{CutSettings, Partition, by_sites};
-use cullet_fracture::detail::Detail;
-use cullet_fracture::pieces::{Ball, Rubble};
-use cullet_fracture::solvers::brittle::lean;
+use cullet_fracture::brittle::lean;
+use cullet_fragment::cut::{CutSettings, Partition, by_sites};
+use cullet_fragment::pieces::{Ball, Rubble};
 use cullet_geometry::door::{DoorError, Repair, admit};
 use cullet_geometry::voronoi::{Cells, VoronoiError};
 use cullet_geometry::{Solid, Vec3};
+use cullet_model::Detail;
 
 fn halved(solid: &Solid, sites: [Vec3; 2]) -> Partition {
     let settings = CutSettings {

@@ -4,12 +4,12 @@ use crate::cloud::Cloud;
 use crate::kit::{
     H, PLASTER, STRONG, blow, body, cuboid, keeps_the_books, problem, rows, solved, told,
 };
+use cullet_fracture::brittle::{Brittle, lean};
 use cullet_fracture::mpm::kernel::{Stencil, gather, packed, vector};
-use cullet_fracture::solvers::brittle::{Brittle, lean};
-use cullet_fracture::strength::Strength;
-use cullet_fracture::{Impact, Material, Problem, Refusal, Settings, Solver, StrengthField};
 use cullet_geometry::shapes::{Detail, torus};
 use cullet_geometry::{Solid, Surface, Vec3, math::unit};
+use cullet_model::Strength;
+use cullet_model::{Impact, Material, Problem, Refusal, Settings, Solver, StrengthField};
 use cullet_world::fidelity::branched;
 
 /// F14: cells are flattened across a plate that bends, and told. One that is hit where the contact,

@@ -4,12 +4,12 @@
 use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
 use cullet_fracture::particles::Particles;
-use cullet_fracture::solvers::by_name;
-use cullet_fracture::{
-    Failure, Fracture, Impact, Material, Problem, Progress, Refusal, Settings, StrengthField,
-};
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Solid, TriMesh, Vec3, shapes};
+use cullet_model::{
+    Failure, Fracture, Impact, Material, Problem, Progress, Refusal, Settings, StrengthField,
+};
+use cullet_worker::families::by_name;
 use std::sync::Arc;
 
 pub(crate) const PLASTER: Material = Material {

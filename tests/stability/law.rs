@@ -7,8 +7,8 @@ use cullet_fracture::mpm::domain::{Grip, stable_step};
 use cullet_fracture::mpm::elastic::Elastic;
 use cullet_fracture::mpm::symmetric;
 use cullet_fracture::mpm::watch::{Given, Watch, ahead};
-use cullet_fracture::{Failure, Material, Refusal};
 use cullet_geometry::{Mat3, Quat, Vec3, math::unit};
+use cullet_model::{Failure, Material, Refusal};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! Bodies with legs: a crack in one must not reach the other through the gap (F27).
 
 use crate::cloud::{Cloud, SETTINGS, is_lawful, volumes};
-use cullet_fracture::cut::{CutSettings, by_sites};
+use cullet_fragment::cut::{CutSettings, by_sites};
 use cullet_geometry::{Solid, TriMesh, Vec3};
 
 /// A horseshoe: two legs along z, `gap` apart, joined at the top.

@@ -3,10 +3,10 @@
 use crate::kit::{H, PLASTER, STRONG, blow, body, cuboid, problem, rows, solved};
 use cullet_document::files::{Bundle, SceneFile};
 use cullet_fracture::mpm::watch::{Given, Watch};
-use cullet_fracture::{Failure, Problem};
 use cullet_geometry::{Vec3, math::unit};
 use cullet_lab::frontier;
 use cullet_lab::frontier::stats::ensemble;
+use cullet_model::{Failure, Problem};
 use cullet_scene::load_bundle;
 use std::sync::Arc;
 

@@ -7,11 +7,11 @@
 use crate::common;
 
 use common::{Cullet, Said, corpus, summary, unique};
-use cullet_fracture::cut::{CutSettings, Partition, by_sites};
-use cullet_fracture::detail::Detail;
+use cullet_fragment::cut::{CutSettings, Partition, by_sites};
 use cullet_geometry::math::unit;
 use cullet_geometry::shapes::{self, Detail as Facets};
 use cullet_geometry::{Mat3, Solid, TriMesh, Vec3};
+use cullet_model::Detail;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -6,13 +6,14 @@
 //! the same seed: the area between the two shares of mass below a size, sizes as powers of two;
 //! in `seed` rows it is between one seed and the next.
 
+use cullet_fracture::brittle::{Brittle, Pace};
 use cullet_fracture::mpm::Domain;
-use cullet_fracture::mpm::kernel::{Path, Precision, vector};
-use cullet_fracture::solvers::brittle::{Brittle, Pace};
-use cullet_fracture::{
+use cullet_fracture::mpm::kernel::{Path, vector};
+use cullet_geometry::{Solid, Vec3, shapes};
+use cullet_model::Precision;
+use cullet_model::{
     Fracture, Impact, Material, Problem, Progress, Settings, Solver, StrengthField,
 };
-use cullet_geometry::{Solid, Vec3, shapes};
 use std::sync::Arc;
 use std::time::Instant;
 

@@ -4,12 +4,13 @@
 //! row with the time that the processor gave to it and the calibration loops of the same moment;
 //! `=WORDS` keeps the rows that have them.
 
-use cullet_fracture::Material;
 use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
-use cullet_fracture::mpm::kernel::{Path, Precision};
+use cullet_fracture::mpm::kernel::Path;
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, math::unit};
+use cullet_model::Material;
+use cullet_model::Precision;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use std::fmt;

@@ -9,9 +9,9 @@
 //! than G_f/l (as far as it can without snapping back). Weakening the pulled part of the
 //! undamaged stress, as is often done, has no potential where Poisson's ratio couples directions.
 
-use crate::material::Material;
 use crate::mpm::elastic::Elastic;
 use crate::mpm::symmetric::{Sym3, below, eigen};
+use cullet_model::Material;
 
 /// Width over which the grid smears a crack, in spacings, where the material breaks sharply: w_b/h,
 /// Poisson-disk points, 8 a cell.

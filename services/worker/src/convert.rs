@@ -1,8 +1,8 @@
 //! The wire's twins to the core's types and back.
 
-use cullet_fracture as core;
-use cullet_fracture::strength as field;
 use cullet_geometry::Vec3;
+use cullet_model as core;
+use cullet_model::strength as field;
 use cullet_proto as wire;
 use cullet_proto::strength as twin;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Names of the families that a worker of this program solves.
 #[must_use]
 pub fn solvers() -> Vec<&'static str> {
-    cullet_fracture::solvers::SOLVERS.iter().map(|entry| entry.name).collect()
+    crate::families::FAMILIES.iter().map(|entry| entry.name).collect()
 }
 
 /// The problem of a job.
@@ -52,8 +52,8 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
             hairline: settings.hairline,
             detail: detail_of(settings.detail),
             precision: match settings.precision {
-                wire::Precision::Single => core::mpm::kernel::Precision::Single,
-                wire::Precision::Double => core::mpm::kernel::Precision::Double,
+                wire::Precision::Single => core::Precision::Single,
+                wire::Precision::Double => core::Precision::Double,
             },
             error: settings.error,
         },
@@ -61,8 +61,8 @@ pub fn problem_of(job: &wire::FractureJob) -> core::Problem {
     }
 }
 
-fn detail_of(detail: wire::Detail) -> core::detail::Detail {
-    core::detail::Detail {
+fn detail_of(detail: wire::Detail) -> core::Detail {
+    core::Detail {
         edge: detail.edge,
         length: detail.length,
         influence: detail.influence,

@@ -8,6 +8,7 @@
 //! Absent on purpose: rigid bodies, scenes, recordings, decisions about who does what.
 
 mod convert;
+pub mod families;
 mod job;
 mod link;
 pub mod memory;

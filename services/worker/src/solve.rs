@@ -1,8 +1,9 @@
 //! A job, from the problem to the verdict.
 
 use crate::convert::{fracture_of, problem_of};
-use cullet_fracture::solvers::{Entry, Run, by_name};
-use cullet_fracture::{Failure, Fracture, Progress, Refusal};
+use crate::families::by_name;
+use cullet_model::{Entry, Run};
+use cullet_model::{Failure, Fracture, Progress, Refusal};
 use cullet_proto::pool::Family;
 use cullet_proto::{FractureJob, Verdict};
 use std::any::Any;
@@ -48,7 +49,7 @@ impl Watch {
 #[must_use]
 pub fn families() -> Vec<Family> {
     let family = |name: &str| Family { name: name.into(), single: true, double: true };
-    cullet_fracture::solvers::SOLVERS.iter().map(|entry| family(entry.name)).collect()
+    crate::families::FAMILIES.iter().map(|entry| family(entry.name)).collect()
 }
 
 enum Solved {
@@ -142,7 +143,7 @@ fn words(panic: &(dyn Any + Send)) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cullet_fracture::{Cost, Problem, Report, Solver};
+    use cullet_model::{Cost, Problem, Report, Solver};
 
     struct Slow(u32);
 

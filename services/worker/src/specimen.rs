@@ -1,11 +1,11 @@
 //! A specimen, from the wire to its result.
 
 use crate::convert::{region_of, strength_of};
-use cullet_fracture as core;
 use cullet_fracture::mpm::domain::Fields;
-use cullet_fracture::mpm::kernel::Precision;
 use cullet_fracture::specimen as bench;
 use cullet_geometry::{Mat3, Quat, Vec3};
+use cullet_model as core;
+use cullet_model::Precision;
 use cullet_proto::specimen as wire;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;

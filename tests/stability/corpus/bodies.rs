@@ -1,8 +1,8 @@
 //! Materials at every bound, blows where they are worst, and bodies broken again and again.
 
 use crate::kit::{Out, PLASTER, blow, cuboid, keeps_the_books, problem, solve};
-use cullet_fracture::{Fracture, Impact, Material, Problem, Refusal};
 use cullet_geometry::{Solid, Vec3};
+use cullet_model::{Fracture, Impact, Material, Problem, Refusal};
 use std::sync::Arc;
 
 /// Holds both families to an outcome in words or a fracture that keeps its books; the fracture.
@@ -121,8 +121,8 @@ fn blows_of_every_size_keep_the_books() {
     }
 }
 
-fn coarse(problem: &Problem) -> cullet_fracture::Settings {
-    cullet_fracture::Settings { max_particles: 400, ..problem.settings }
+fn coarse(problem: &Problem) -> cullet_model::Settings {
+    cullet_model::Settings { max_particles: 400, ..problem.settings }
 }
 
 /// The largest fragment as a body of its own, its centre at the origin.

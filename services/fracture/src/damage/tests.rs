@@ -1,9 +1,9 @@
 //! The point law: what it spends, keeps and bears.
 
 use super::{Response, Softening, State, WeakPlane};
-use crate::material::Material;
 use crate::mpm::symmetric::Sym3;
 use cullet_geometry::math::unit;
+use cullet_model::Material;
 
 /// So stiff that no strain is large.
 const STONE: Material = Material {

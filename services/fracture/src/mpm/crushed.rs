@@ -14,12 +14,12 @@ mod sizes;
 mod tests;
 
 use super::lattice::Lattice;
-use crate::material::Material;
 use crate::particles::Particles;
-use crate::pieces::{Ball, Pieces, Rubble};
-use crate::tolerance::Tolerance;
+use cullet_fragment::pieces::{Ball, Pieces, Rubble};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::{scramble, unit};
+use cullet_model::Material;
+use cullet_model::Tolerance;
 use division::Division;
 use sizes::Mott;
 

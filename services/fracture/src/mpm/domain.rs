@@ -9,28 +9,22 @@ use super::contact::{self, Contact, Facing};
 use super::elastic::{Elastic, green_strain};
 use super::front::Front;
 use super::grid::{Element, Grid};
-use super::kernel::{Kernel, Kind, Law, Path, Precision, Stencil, gather, packed};
+use super::kernel::{Kernel, Kind, Law, Path, Stencil, gather, least_share, packed};
 use super::parting::Changes;
 use super::separation::Separation;
 use super::spin::Spin;
 use crate::damage::{Softening, State};
-use crate::material::Material;
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3};
+use cullet_model::Material;
+use cullet_model::Precision;
+use cullet_model::tolerance::{REFRESH, SAFETY};
 use rayon::prelude::*;
 use std::sync::Arc;
 use wide::f64x4;
 
-/// Step over the bound of [`stable_step`]: the bound holds for any sampling and any crack, but for
-/// small strain; a tenth of compression makes waves faster by as much (F04).
-pub const SAFETY: f64 = 0.8;
-
 /// A strength, in those of the law, that no stress reaches.
 const UNBREAKABLE: f64 = 1e12;
-
-/// Steps between looks at what has parted: a crack at Rayleigh's speed comes less than two cells
-/// far (F21).
-pub const REFRESH: u64 = 4;
 
 /// Nodes of a piece of work.
 const NODES: usize = 512;
@@ -194,7 +188,7 @@ impl Domain {
     pub fn select(&mut self, precision: Precision, path: Path) {
         self.kernel = Kernel::new(&self.grid, &self.particles, precision, path);
         let heaviest = self.grid.nodes.mass.iter().fold(0.0_f64, |most, &mass| most.max(mass));
-        self.least_mass = precision.least_share() * heaviest;
+        self.least_mass = least_share(precision) * heaviest;
     }
 
     /// Where the cap on strength is for cracks that grow, keeps track of where those are.

@@ -1,10 +1,10 @@
 //! What a problem must be like for this method, and the grid that its budget allows.
 
-use crate::cut::slit::WIDEST;
-use crate::solver::{Impact, Problem, Refusal, Support};
+use cullet_fragment::cut::slit::WIDEST;
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::{Inside, Nearest};
 use cullet_geometry::sample::{self, SampleError};
+use cullet_model::{Impact, Problem, Refusal, Support};
 
 /// Points a cell: fewer widen the band and make numerical gaps, more only cost (F-B, F15).
 pub(crate) const PER_CELL: f64 = 8.0;

@@ -2,8 +2,8 @@
 //! hit.
 
 use super::symmetric::Sym3;
-use crate::material::Material;
 use cullet_geometry::Mat3;
+use cullet_model::Material;
 
 /// Volume ratio J below which a point counts as crushed (F07).
 pub const CRUSHED: f64 = 0.2;

@@ -11,8 +11,8 @@ mod pass;
 mod spline;
 mod tension;
 
-pub use pass::{Path, Precision};
-pub(crate) use {law::Kind, law::Law, pass::Kernel};
+pub use pass::Path;
+pub(crate) use {law::Kind, law::Law, pass::Kernel, pass::least_share};
 
 use super::grid::AROUND;
 use cullet_geometry::{Mat3, Vec3};

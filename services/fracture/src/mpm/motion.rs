@@ -1,8 +1,8 @@
 //! The rigid motion that carries a part's momentum and angular momentum.
 
 use super::domain::Domain;
-use crate::solver::{Fragment, Problem};
 use cullet_geometry::{Mat3, Vec3};
+use cullet_model::Problem;
 
 /// Mass, momentum and angular momentum of a set of points about their own centroid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,45 +80,15 @@ pub fn of_parts(domain: &Domain, part: &[u32], parts: usize) -> Vec<Motion> {
     motions
 }
 
-/// Makes fragments carry exactly the momentum and the angular momentum of `pushes`: points \[m\]
-/// and impulses \[N·s\].
-///
-/// A fragment's mesh holds a little more or less mass than its points, and its velocity was taken
-/// where it had come to, not where it was before the hit: one rigid motion of all makes up for
-/// both.
-pub(crate) fn balance(fragments: &mut [Fragment], pushes: &[(Vec3, Vec3)], density: f64) {
-    let own: Vec<_> = fragments.iter().map(|f| f.solid.mesh.mass_properties()).collect();
-    let volume: f64 = own.iter().map(|p| p.volume).sum();
-    let centre = own.iter().map(|p| p.centroid * p.volume).sum::<Vec3>() / volume;
-    let (mut linear, mut angular, mut inertia) = (Vec3::zeros(), Vec3::zeros(), Mat3::zeros());
-    for (point, impulse) in pushes {
-        linear += impulse / density;
-        angular += (point - centre).cross(impulse) / density;
-    }
-    for (fragment, p) in fragments.iter().zip(&own) {
-        let r = p.centroid - centre;
-        linear -= fragment.velocity * p.volume;
-        angular -= r.cross(&fragment.velocity) * p.volume + p.inertia * fragment.spin;
-        let square = Mat3::identity() * r.norm_squared() - r * r.transpose();
-        inertia += p.inertia + square * p.volume;
-    }
-    let shift = linear / volume;
-    let turn = inertia.try_inverse().map_or(Vec3::zeros(), |inverse| inverse * angular);
-    for (fragment, p) in fragments.iter_mut().zip(&own) {
-        fragment.velocity += shift + turn.cross(&(p.centroid - centre));
-        fragment.spin += turn;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::of_parts;
     use crate::damage::Softening;
-    use crate::material::Material;
     use crate::mpm::Domain;
     use crate::mpm::kernel::packed;
     use crate::particles::Particles;
     use cullet_geometry::{Vec3, math::unit};
+    use cullet_model::Material;
 
     const STONE: Material = Material {
         density: 2450.0,

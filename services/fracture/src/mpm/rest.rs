@@ -4,9 +4,9 @@
 use super::domain::Domain;
 use super::footing::Footing;
 use super::load::{LEAST_RADIUS, disc};
-use crate::material::Material;
-use crate::solver::Support;
 use cullet_geometry::Vec3;
+use cullet_model::Material;
+use cullet_model::Support;
 
 /// One support, under the points that rest on it.
 #[derive(Clone, Debug, PartialEq)]

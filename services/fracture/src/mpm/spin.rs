@@ -66,11 +66,11 @@ impl Spin {
 mod tests {
     use super::Spin;
     use crate::damage::Softening;
-    use crate::material::Material;
     use crate::mpm::Domain;
     use crate::mpm::kernel::{packed, vector};
     use crate::particles::Particles;
     use cullet_geometry::{Quat, Vec3};
+    use cullet_model::Material;
 
     const HARD: Material = Material {
         density: 2450.0,

@@ -1,7 +1,7 @@
 //! The contact between striker and body as a spring: Hertz's, that yields where the pressure
 //! reaches what either of the two bears (F13).
 
-use crate::solver::Impact;
+use cullet_model::Impact;
 
 /// Duration of a Hertz contact over δ_max/v.
 const HERTZ_TIME: f64 = 2.943_3;
@@ -146,8 +146,8 @@ fn power(x: f64, n: i32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::{Spring, duration};
-    use crate::solver::Impact;
     use cullet_geometry::Vec3;
+    use cullet_model::Impact;
 
     /// A ball of 12 mm and 57 g, at 99 m/s, on plaster.
     fn impact(crushing_pressure: f64) -> Impact {

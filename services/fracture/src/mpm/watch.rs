@@ -1,8 +1,8 @@
 //! What a solve looks at while it runs: numbers, energy, momentum and damage.
 
 use super::domain::Domain;
-use crate::solver::Failure;
 use cullet_geometry::Vec3;
+use cullet_model::Failure;
 
 /// Steps between looks.
 pub const LOOK: u64 = 64;

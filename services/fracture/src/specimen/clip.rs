@@ -1,8 +1,8 @@
 //! What of a flat piece of the surface lies in a part of space.
 
 use super::Where;
-use crate::strength::Region;
 use cullet_geometry::Vec3;
+use cullet_model::strength::Region;
 use std::f64::consts::{PI, TAU};
 
 /// Planes that stand for a round side. Their polygon has the circle's area.

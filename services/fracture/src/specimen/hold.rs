@@ -4,8 +4,8 @@ use super::build::Frame;
 use super::{Hold, Specimen, within};
 use crate::mpm::grid::{Grid, Nodes};
 use crate::mpm::kernel::{packed, vector};
-use crate::solver::Refusal;
 use cullet_geometry::Vec3;
+use cullet_model::Refusal;
 
 /// Distance of a plane of symmetry from the next nodes that counts as none, in spacings.
 const ON_NODES: f64 = 1e-6;

@@ -18,11 +18,12 @@ pub use course::Course;
 pub use probe::{Field, Part, Probe, Reduce, Spot};
 pub use run::{Ending, Frame, Outcome, SpecimenRun, Step};
 
-use crate::material::Material;
 use crate::mpm::domain::Fields;
-use crate::mpm::kernel::Precision;
-use crate::strength::{Region, StrengthField};
 use cullet_geometry::{Mat3, Quat, TriMesh, Vec3};
+use cullet_model::Material;
+use cullet_model::Precision;
+use cullet_model::StrengthField;
+use cullet_model::strength::Region;
 
 /// A part of the specimen: the points in all of these regions; none means everywhere.
 pub type Where = Vec<Region>;

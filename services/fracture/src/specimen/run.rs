@@ -8,8 +8,8 @@ use super::{Field, Specimen};
 use crate::mpm::Domain;
 use crate::mpm::contact::Shove;
 use crate::mpm::kernel::{packed, vector};
-use crate::solver::Refusal;
 use cullet_geometry::Vec3;
+use cullet_model::Refusal;
 
 /// Particle-steps of a slice: some tens of milliseconds.
 const SLICE: u64 = 200_000;

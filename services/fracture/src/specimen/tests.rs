@@ -1,7 +1,7 @@
 use super::*;
 use crate::mpm::domain::stable_step;
-use crate::solver::Refusal;
 use cullet_geometry::shapes;
+use cullet_model::Refusal;
 
 const STONE: Material = Material {
     density: 2450.0,

@@ -1,12 +1,12 @@
 //! F-B: a pulled bar breaks in a band that dissipates G_f per area, whatever the grid.
 
-use cullet_fracture::Material;
 use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::domain::Grip;
 use cullet_fracture::mpm::{Domain, quadrature};
 use cullet_fracture::particles::Particles;
-use cullet_fracture::strength::{Strength, StrengthField};
 use cullet_geometry::{Vec3, inside::Inside, sample, shapes};
+use cullet_model::Material;
+use cullet_model::{Strength, StrengthField};
 use rayon::prelude::*;
 use std::sync::Arc;
 

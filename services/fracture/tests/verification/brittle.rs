@@ -1,16 +1,18 @@
 //! The brittle solver from problem to fragments.
 
-use cullet_fracture::mpm::kernel::Precision;
+use cullet_fracture::brittle::Brittle;
+use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::load::Load;
 use cullet_fracture::mpm::{Domain, symmetric};
 use cullet_fracture::particles::Particles;
-use cullet_fracture::solvers::{brittle::Brittle, by_name};
-use cullet_fracture::{
-    Fracture, Impact, Material, Problem, Progress, Refusal, Settings, Solver, StrengthField,
-    Support, damage::Softening,
-};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::{Solid, Vec3, sample, shapes};
+use cullet_model::Precision;
+use cullet_model::{
+    Fracture, Impact, Material, Problem, Progress, Refusal, Settings, Solver, StrengthField,
+    Support,
+};
+use cullet_model::entry;
 use std::sync::Arc;
 
 const PLASTER: Material = Material {
@@ -52,7 +54,7 @@ fn cube(material: Material, impacts: Vec<Impact>) -> Problem {
 }
 
 fn solve(problem: &Problem) -> Fracture {
-    let entry = by_name(Brittle::NAME).expect("in the table");
+    let entry = entry::<Brittle>();
     let mut run = (entry.begin)(problem.clone()).expect("accepted");
     let mut share = 0.0;
     loop {
@@ -69,7 +71,7 @@ fn solve(problem: &Problem) -> Fracture {
 
 /// About the origin.
 fn angular_momentum(fracture: &Fracture, density: f64) -> Vec3 {
-    let own = |f: &cullet_fracture::Fragment| {
+    let own = |f: &cullet_model::Fragment| {
         let p = f.solid.mesh.mass_properties();
         p.centroid.cross(&f.velocity) * p.volume + p.inertia * f.spin
     };
@@ -78,7 +80,7 @@ fn angular_momentum(fracture: &Fracture, density: f64) -> Vec3 {
 
 fn momentum(fracture: &Fracture, density: f64) -> Vec3 {
     let carried =
-        |f: &cullet_fracture::Fragment| f.velocity * (density * f.solid.mesh.signed_volume());
+        |f: &cullet_model::Fragment| f.velocity * (density * f.solid.mesh.signed_volume());
     fracture.fragments.iter().map(carried).sum()
 }
 

@@ -1,6 +1,5 @@
 //! Elastic verification: patch (E1), objectivity (E2), impact of two bars (E5), conservation (E11).
 
-use cullet_fracture::Material;
 use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
 use cullet_fracture::mpm::domain::stable_step;
@@ -8,6 +7,7 @@ use cullet_fracture::mpm::elastic::Elastic;
 use cullet_fracture::mpm::kernel::{packed, vector};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Mat3, Vec3, math::unit};
+use cullet_model::Material;
 
 const STONE: Material = Material {
     density: 2450.0,

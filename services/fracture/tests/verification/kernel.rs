@@ -1,14 +1,15 @@
 //! The points' pass: the same bits on every path and with any number of threads; f32 beside f64.
 
+use cullet_fracture::brittle::{Brittle, Pace};
 use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
-use cullet_fracture::mpm::kernel::{Path, Precision, vector};
+use cullet_fracture::mpm::kernel::{Path, vector};
 use cullet_fracture::particles::Particles;
-use cullet_fracture::solvers::brittle::{Brittle, Pace};
-use cullet_fracture::{
+use cullet_geometry::{Solid, Vec3, math::unit, shapes};
+use cullet_model::Precision;
+use cullet_model::{
     Fracture, Impact, Material, Problem, Progress, Settings, Solver, StrengthField,
 };
-use cullet_geometry::{Solid, Vec3, math::unit, shapes};
 use std::sync::Arc;
 
 const SPACING: f64 = 0.01;

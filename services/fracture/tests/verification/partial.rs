@@ -1,10 +1,11 @@
 //! Cracks that stop inside a body, from problem to sheet.
 
-use cullet_fracture::solvers::{brittle::Brittle, by_name};
-use cullet_fracture::{
+use cullet_fracture::brittle::Brittle;
+use cullet_geometry::{Solid, Vec3, shapes};
+use cullet_model::{
     Fracture, Impact, Material, Problem, Progress, Settings, Solver, StrengthField,
 };
-use cullet_geometry::{Solid, Vec3, shapes};
+use cullet_model::entry;
 use std::sync::Arc;
 
 const PLASTER: Material = Material {
@@ -19,7 +20,7 @@ const PLASTER: Material = Material {
 const HALF: Vec3 = Vec3::new(0.15, 0.05, 0.05);
 
 fn solve(problem: &Problem) -> Fracture {
-    let entry = by_name(Brittle::NAME).expect("in the table");
+    let entry = entry::<Brittle>();
     let mut run = (entry.begin)(problem.clone()).expect("accepted");
     loop {
         match run.advance() {

@@ -2,7 +2,7 @@
 
 use super::sizes::balance;
 use super::{FULL_WEIGHT, LEAST_SIZE, Lattice, MIDDLE_WEIGHT, Rules, STREAM};
-use crate::pieces::{Ball, direction};
+use cullet_fragment::pieces::{Ball, direction};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! Of what volumes drawn pieces are, and that their cells have them.
 
 use super::STREAM;
-use crate::pieces::Ball;
+use cullet_fragment::pieces::Ball;
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
 use rayon::prelude::*;

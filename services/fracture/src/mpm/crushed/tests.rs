@@ -2,10 +2,10 @@
 
 use super::sizes::Mott;
 use super::{LEAST_SIZE, Lattice, Rules, Tolerance, pieces};
-use crate::material::Material;
 use crate::particles::Particles;
-use crate::pieces::{Ball, Pieces};
+use cullet_fragment::pieces::{Ball, Pieces};
 use cullet_geometry::Vec3;
+use cullet_model::Material;
 
 /// Fragments are finer than a cell at any rate.
 const CHALK: Material = Material {

@@ -6,6 +6,7 @@ use super::law::Law;
 use crate::mpm::domain::Tally;
 use crate::mpm::grid::{Element, Grid, Rows};
 use crate::particles::Particles;
+use cullet_model::Precision;
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 use wide::f64x4;
@@ -14,35 +15,15 @@ use wide::f64x4;
 /// most of its nodes, and fills four tiles.
 const ELEMENTS: usize = 64;
 
-/// What the points' pass is done in. Nodes keep their state in f64 either way.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Precision {
-    /// f32.
-    Single,
-    /// f64.
-    #[default]
-    Double,
-}
-
-impl Precision {
-    /// Least that a strain differs by from none \[1\].
-    pub(crate) fn epsilon(self) -> f64 {
-        match self {
-            Self::Single => f64::from(f32::EPSILON),
-            Self::Double => f64::EPSILON,
-        }
-    }
-
-    /// Mass of a node, over the heaviest's, below which it is pushed as if it had that \[1\].
-    ///
-    /// The forces of an element are rounded as its heaviest node's are: on a node that hardly sees
-    /// a point what is left of f32 is noise, and noise over its mass runs away, until its
-    /// displacement is more than f32 can tell the strain of its neighbours from (F04).
-    pub(crate) fn least_share(self) -> f64 {
-        match self {
-            Self::Single => 1e-7,
-            Self::Double => 0.0,
-        }
+/// Mass of a node, over the heaviest's, below which it is pushed as if it had that \[1\].
+///
+/// The forces of an element are rounded as its heaviest node's are: on a node that hardly sees
+/// a point what is left of f32 is noise, and noise over its mass runs away, until its
+/// displacement is more than f32 can tell the strain of its neighbours from (F04).
+pub(crate) fn least_share(precision: Precision) -> f64 {
+    match precision {
+        Precision::Single => 1e-7,
+        Precision::Double => 0.0,
     }
 }
 

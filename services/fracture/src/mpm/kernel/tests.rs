@@ -1,12 +1,13 @@
 //! The slow twin of the points' pass, straight from the textbook.
 
-use super::{AROUND, Kernel, Kind, Law, Path, Precision, Stencil, gather, packed, vector};
+use super::{AROUND, Kernel, Kind, Law, Path, Stencil, gather, packed, vector};
 use crate::damage::{Softening, State};
-use crate::material::Material;
 use crate::mpm::elastic::{Elastic, green_strain, matrix};
 use crate::mpm::grid::{Element, Grid};
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3, math::unit};
+use cullet_model::Material;
+use cullet_model::Precision;
 
 const STONE: Material = Material {
     density: 2300.0,

@@ -2,12 +2,12 @@
 //! the directions in which a body falls apart that nothing else directs.
 
 use super::specimen::{H, Points, STONE, Specimen};
+use cullet_fracture::brittle::Brittle;
 use cullet_fracture::mpm::domain::Fields;
 use cullet_fracture::mpm::{Domain, quadrature};
 use cullet_fracture::particles::Particles;
-use cullet_fracture::solvers::brittle::Brittle;
-use cullet_fracture::{Impact, Material, Problem, Progress, Settings, Solver, StrengthField};
 use cullet_geometry::{Mat3, Quat, Solid, Surface, Vec3, inside::Inside, sample, shapes};
+use cullet_model::{Impact, Material, Problem, Progress, Settings, Solver, StrengthField};
 use rayon::prelude::*;
 use std::sync::Arc;
 

@@ -1,11 +1,9 @@
 //! F11 and F13: what a striker's contact does to the body under it, on two grids.
 
+use cullet_fracture::brittle::Brittle;
 use cullet_fracture::mpm::{load, symmetric};
-use cullet_fracture::solvers::brittle::Brittle;
-use cullet_fracture::{
-    Impact, Material, Problem, Progress, Settings, Solver, StrengthField, solvers::Run,
-};
 use cullet_geometry::{Solid, Vec3, shapes};
+use cullet_model::{Impact, Material, Problem, Progress, Run, Settings, Solver, StrengthField};
 use std::sync::Arc;
 
 const PLASTER: Material = Material {

@@ -1,6 +1,5 @@
 //! The cube with an edge crack of the thesis's Fig. 3.14 and 3.17 to 3.19, and what is measured.
 
-use cullet_fracture::Material;
 use cullet_fracture::damage::{Softening, State};
 use cullet_fracture::mpm::domain::{Fields, Grip, Motion};
 use cullet_fracture::mpm::elastic::green_strain;
@@ -8,6 +7,7 @@ use cullet_fracture::mpm::symmetric::Sym3;
 use cullet_fracture::mpm::{Domain, quadrature};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Quat, TriMesh, Vec3, inside::Inside, sample, shapes};
+use cullet_model::Material;
 use std::sync::Arc;
 
 pub(crate) const STONE: Material = Material {

@@ -7,12 +7,13 @@
 
 use super::specimen::{H, STONE, Specimen};
 use cullet_fracture::damage::{Softening, State};
-use cullet_fracture::mpm::domain::{Grip, Motion, SAFETY, stable_step};
+use cullet_fracture::mpm::domain::{Grip, Motion, stable_step};
 use cullet_fracture::mpm::elastic::{green_strain, matrix};
 use cullet_fracture::mpm::grid::AROUND;
 use cullet_fracture::mpm::kernel::Stencil;
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Mat3, Vec3};
+use cullet_model::tolerance::SAFETY;
 
 /// What becomes of pairs of a point and a node on the other side of the open crack.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,479 @@
+//! Brittle solids: particles, MLS-MPM under the Hertz push, Rankine damage, then the exact cut.
+
+mod chip;
+mod clock;
+#[cfg(test)]
+mod tests;
+mod warnings;
+
+use crate::damage::{Softening, WeakPlane};
+use crate::mpm::domain::stable_step;
+use crate::mpm::door::{
+    PER_CELL, check_contacts, check_hairline, check_impacts, check_material, check_spin,
+    check_supports, check_thickness, sample_points, spacing, stretch, within,
+};
+use crate::mpm::kernel::Path;
+use crate::mpm::load::{LEAST_RADIUS, Load};
+use crate::mpm::rest::Rest;
+use crate::mpm::spring;
+use crate::mpm::watch::{Given, LOOK, Watch};
+use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
+use crate::particles::Particles;
+pub use clock::Pace;
+use clock::{Clock, Growth};
+use cullet_fragment::crack::BROKEN;
+use cullet_fragment::cut::{self, CutError, CutSettings, DamageField, Partition, slit};
+use cullet_fragment::debris::{self, Mote, Motes};
+use cullet_geometry::Vec3;
+use cullet_geometry::inside::Inside;
+use cullet_model::Grain;
+use cullet_model::Precision;
+use cullet_model::Strength;
+use cullet_model::{
+    Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
+};
+pub use warnings::lean;
+
+/// Most points a solve may ask for: 8 million take about 3 GB.
+const MOST_PARTICLES: f64 = 8e6;
+
+/// Fewest points worth solving: below, no section has three cells.
+const LEAST_PARTICLES: usize = 200;
+
+/// Bytes a point needs, with its share of arenas and nodes.
+const BYTES: f64 = 800.0;
+
+/// Share of points that may be crushed before the numbers mean nothing (F07).
+const CRUSHED_SHARE: f64 = 0.02;
+
+/// How often an unstable solve is begun again with half the step (F76).
+const HALVINGS: u32 = 2;
+
+/// Particle-steps of a slice: some tens of milliseconds.
+const SLICE: u64 = 200_000;
+
+/// A brittle solve in progress.
+#[derive(Debug)]
+pub struct Brittle {
+    problem: Problem,
+    domain: Domain,
+    loads: Vec<Load>,
+    rests: Vec<Rest>,
+    /// Whether cracks may start at each contact.
+    torn: Vec<bool>,
+    strength_ratio: f64,
+    pace: Pace,
+    clock: Clock,
+    total: Tally,
+    push_over: Option<f64>,
+    growth: Growth,
+    watch: Watch,
+    fastest: f64,
+    warnings: Vec<String>,
+    path: Path,
+    halvings: u32,
+}
+
+impl Solver for Brittle {
+    const NAME: &'static str = "brittle";
+
+    fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
+        check_material(problem)?;
+        check_impacts(&problem.impacts)?;
+        check_supports(&problem.supports)?;
+        check_spin(problem)?;
+        if let Some(error) = problem.settings.error {
+            within("the error that is good enough", error, f64::MIN_POSITIVE, 1.0)?;
+        }
+        let spacing = spacing(problem)?;
+        check_contacts(problem, &spacing, LEAST_RADIUS)?;
+        check_hairline(problem, &spacing)?;
+        let volume = problem.solid.mesh.signed_volume();
+        let particles = PER_CELL * volume / spacing.product();
+        within("the number of particles", particles, LEAST_PARTICLES as f64, f64::INFINITY)?;
+        let most = f64::from(problem.settings.max_particles).min(MOST_PARTICLES);
+        // A spacing that was asked for may overshoot by what rounding and sampling do.
+        if particles > 1.05 * most {
+            return Err(Refusal::TooLarge {
+                what: "the number of particles",
+                value: particles,
+                limit: most,
+            });
+        }
+        let step = time_step(problem, &spacing);
+        let clock = Clock::new(problem, &Pace::default());
+        let steps = (clock.spin_up + clock.end) / step;
+        let limit = f64::from(problem.settings.max_steps);
+        if steps > limit {
+            return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });
+        }
+        Ok(Cost { particles, steps, bytes: particles * BYTES })
+    }
+
+    fn begin(problem: Problem) -> Result<Self, Refusal> {
+        Self::paced(problem, Pace::default(), Path::best())
+    }
+
+    fn advance(&mut self) -> Progress {
+        let slice = (SLICE / self.domain.particles.len().max(1) as u64).max(1);
+        for _ in 0..slice {
+            let done = match self.step() {
+                Ok(()) if self.over() => self.finish().map(|whole| Some(self.chipped(whole))),
+                other => other.map(|()| None),
+            };
+            match done {
+                Ok(None) => {}
+                Ok(Some(fracture)) => return Progress::Done(Box::new(fracture)),
+                Err(failure) => match self.again(&failure) {
+                    Some(again) => *self = again,
+                    None => return Progress::Failed(failure),
+                },
+            }
+        }
+        let Clock { spin_up, end, .. } = self.clock;
+        Progress::Running(((spin_up + self.domain.time) / (spin_up + end)).min(1.0))
+    }
+}
+
+/// A cut whose faces show the grid at every attempt is none: another family takes the body (F22).
+fn may_be_shown(partition: Partition) -> Result<Partition, CutError> {
+    match partition.bias {
+        bias if bias.shows() => Err(CutError::Grid { times: bias.times }),
+        _ => Ok(partition),
+    }
+}
+
+impl Brittle {
+    /// Like `begin`, at another pace and on another path of the processor.
+    ///
+    /// # Errors
+    /// If the problem is not for this solver.
+    pub fn paced(problem: Problem, pace: Pace, path: Path) -> Result<Self, Refusal> {
+        Self::accepts(&problem)?;
+        let spacing = spacing(&problem)?;
+        let mesh = &problem.solid.mesh;
+        let inside = Inside::new(mesh);
+        let points = sample_points(&problem, &spacing)?;
+        within("the number of particles", points.len() as f64, LEAST_PARTICLES as f64, 1e9)?;
+        check_thickness(&problem, &points, &spacing)?;
+        let material = &problem.material;
+        let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
+        particles.volume = quadrature::volumes(&points, &inside, spacing, mesh.signed_volume());
+        let strength = Strength::new(&problem.strength, spacing.max());
+        for (factor, x) in particles.strength.iter_mut().zip(&points) {
+            *factor = strength.factor(x);
+        }
+        let mut softening = Softening::on_grid(material, spacing.max());
+        softening.weak_plane =
+            strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
+        let mut domain = Domain::new(particles, material, softening, spacing);
+        domain.select(problem.settings.precision, path);
+        domain.step = time_step(&problem, &spacing);
+        domain.refresh = problem.settings.tolerance().refresh();
+        let clock = Clock::new(&problem, &pace);
+        domain.time = -clock.spin_up;
+        let loads: Vec<Load> =
+            problem.impacts.iter().map(|impact| load(impact, &problem, &domain, &clock)).collect();
+        for &(id, _) in loads.iter().flat_map(|load| &load.footing.shares) {
+            let slot = domain.slot(id);
+            domain.particles.shielded[slot] = true;
+        }
+        let rests =
+            problem.supports.iter().map(|support| Rest::new(support, &domain, material)).collect();
+        let warnings = warnings::first(&problem, &softening, &clock, &spacing);
+        Ok(Self {
+            problem,
+            domain,
+            torn: vec![false; loads.len()],
+            rests,
+            loads,
+            strength_ratio: softening.strength_ratio,
+            pace,
+            clock,
+            total: Tally::default(),
+            push_over: None,
+            growth: Growth::default(),
+            watch: Watch::default(),
+            fastest: 0.0,
+            warnings,
+            path,
+            halvings: 0,
+        })
+    }
+
+    /// The solve from its beginning with half the step, where numbers went wrong and the budget of
+    /// steps lasts (F76).
+    fn again(&self, failure: &Failure) -> Option<Self> {
+        let numbers = matches!(failure, Failure::NotFinite { .. } | Failure::Unstable { .. });
+        if !numbers || self.halvings == HALVINGS {
+            return None;
+        }
+        let mut problem = self.problem.clone();
+        problem.settings.precision = Precision::Double;
+        let mut fresh = Self::paced(problem, self.pace, self.path).ok()?;
+        fresh.halvings = self.halvings + 1;
+        fresh.domain.step /= f64::from(1_u32 << fresh.halvings);
+        let steps = (fresh.clock.spin_up + fresh.clock.end) / fresh.domain.step;
+        if steps > f64::from(self.problem.settings.max_steps) {
+            return None;
+        }
+        let single = self.problem.settings.precision == Precision::Single;
+        let wider = if single { ", in f64" } else { "" };
+        let step = fresh.domain.step;
+        let told = format!("{failure}: solved again with steps of {step:.3e} s{wider} (F76)");
+        fresh.warnings = self.warnings.iter().cloned().chain([told]).collect();
+        Some(fresh)
+    }
+
+    /// The body on its grid as it is now.
+    #[must_use]
+    pub fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
+    fn step(&mut self) -> Result<(), Failure> {
+        if self.clock.spin_up > 0.0 {
+            self.domain.spin = Some(self.clock.spin(self.problem.spin, self.domain.time));
+        }
+        if self.domain.time >= 0.0 {
+            for load in &mut self.loads {
+                load.push(&mut self.domain);
+            }
+            for rest in &mut self.rests {
+                rest.push(&mut self.domain);
+            }
+            self.open_contacts();
+        }
+        let tally = self.domain.advance();
+        self.total.dissipated += tally.dissipated;
+        self.total.crushed = self.total.crushed.max(tally.crushed);
+        self.total.broken += tally.broken;
+        self.fastest = self.fastest.max(tally.fastest);
+        let points = self.domain.particles.len() as f64;
+        self.growth.note(self.domain.time, self.total.broken, points, self.clock.transit);
+        let share = f64::from(self.total.crushed) / points;
+        if share > CRUSHED_SHARE {
+            return Err(Failure::Unstable { ratio: share, step: self.domain.steps });
+        }
+        let step = self.domain.steps;
+        if step.is_multiple_of(LOOK) {
+            self.look()?;
+        }
+        Ok(())
+    }
+
+    /// Lets cracks start where the rim of a contact that is too narrow for the grid tears. On a
+    /// plate they lie in the face that bending presses together, and start nothing.
+    fn open_contacts(&mut self) {
+        if self.domain.grid.spacing.min() < self.domain.grid.spacing.max() {
+            return;
+        }
+        let pairs = self.loads.iter().zip(&mut self.torn);
+        for (load, torn) in pairs.filter(|(_, torn)| !**torn) {
+            if load.cracks(&self.problem.material) {
+                *torn = true;
+                let time = self.domain.time;
+                load.footing.shares.iter().for_each(|&(id, _)| self.domain.open(id, time));
+            }
+        }
+    }
+
+    fn look(&mut self) -> Result<(), Failure> {
+        let lost: f64 = self.loads.iter().map(Load::lost).sum();
+        let spun = self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
+        let loads = self.loads.iter().map(|load| load.direction * load.delivered);
+        let rests = self.rests.iter().map(|rest| rest.normal * rest.delivered);
+        let momentum = self.domain.spin.is_none().then(|| loads.chain(rests).sum());
+        self.watch.look(&self.domain, &Given { energy: lost + spun, momentum })
+    }
+
+    fn over(&mut self) -> bool {
+        let time = self.domain.time;
+        if self.loads.iter().any(|load| !load.is_over()) {
+            return false;
+        }
+        let push = *self.push_over.get_or_insert(time);
+        let quiet = time - self.growth.last.max(push);
+        let transit = self.clock.transit;
+        let end = quiet > self.pace.quiet * transit || time > push + self.pace.after * transit;
+        let points = self.domain.particles.len() as f64;
+        let growth = self.problem.settings.tolerance().growth();
+        let small = growth.is_some_and(|share| self.growth.is_small(share, points));
+        if let (false, true, Some(error)) = (end, small, self.problem.settings.error) {
+            self.warnings.push(format!(
+                "ended {:.2} of a wave's way after the push: too little broke in one to matter to \
+                 an error of {error}",
+                (time - push) / transit
+            ));
+        }
+        end || small
+    }
+
+    fn finish(&mut self) -> Result<Fracture, Failure> {
+        self.look()?;
+        let (positions, damage, damage_time, normals) = self.field();
+        let pieces = self.domain.pieces();
+        let pieces = crushed::pieces(&self.domain.particles, pieces, &self.rules());
+        let field = DamageField {
+            spacing: self.domain.grid.spacing.max(),
+            positions: &positions,
+            damage: &damage,
+            damage_time: &damage_time,
+            time_step: self.domain.step,
+            top_speed: self.problem.material.shear_speed(),
+            scale: Vec3::repeat(1.0),
+            normals: Some(&normals),
+            pieces: Some(&pieces),
+        };
+        let settings = self.cut_settings();
+        let stretch = stretch(&self.domain.grid.spacing);
+        let partition = cut::extract_stretched(&self.problem.solid, &field, &settings, &stretch)
+            .and_then(may_be_shown)
+            .map_err(|error| Failure::Cut(error.to_string()))?;
+        let mut report = self.report(&damage);
+        report.crack_area = partition.crack_area;
+        report.fracture_energy = self.problem.material.fracture_energy * partition.crack_area;
+        report.warnings.extend(partition.warnings);
+        if !pieces.rubble.balls.is_empty() {
+            report.warnings.push(format!(
+                "crushed: {:.3} of the body is finer than the grid can tell; {} pieces drawn there",
+                pieces.crushed,
+                pieces.rubble.balls.len()
+            ));
+        }
+        let motions =
+            motion::of_parts(&self.domain, &partition.particle_part, partition.parts.len());
+        let mut sampled = pieces.sampled(&partition.particle_part, partition.parts.len());
+        let (mut fragments, mut cracks) = (Vec::new(), Vec::new());
+        for (part, motion) in partition.parts.into_iter().zip(motions) {
+            fragments.push(Fragment {
+                solid: part.solid,
+                hulls: part.hulls,
+                velocity: motion.velocity,
+                spin: motion.spin,
+                sheet: slit::joined(&part.cracks),
+            });
+            cracks.push(part.cracks);
+        }
+        let pushes = self.loads.iter().zip(&self.problem.impacts);
+        let pushes = pushes.map(|(load, hit)| (hit.point, load.direction * load.delivered));
+        let rests = self.rests.iter().map(|rest| (rest.point, rest.normal * rest.delivered));
+        let pushes: Vec<(Vec3, Vec3)> = pushes.chain(rests).collect();
+        cullet_fragment::motion::balance(&mut fragments, &pushes, self.problem.material.density);
+        let motes = self.motes();
+        let mut debris = self.crumble(&mut fragments, &motes);
+        if let Some(width) = self.problem.settings.hairline {
+            let spacing = self.domain.grid.spacing.min();
+            let (grain, seed, motes) = (self.grain(), self.problem.seed, &motes);
+            let terms = slit::Terms { width, spacing, grain, seed, motes };
+            let (dust, warnings) = slit::hairlines(&mut fragments, &cracks, &terms);
+            debris.extend(dust);
+            report.warnings.extend(warnings);
+        }
+        let reactions = self.rests.iter().map(|rest| rest.delivered).collect();
+        // Debris is the last of them.
+        sampled.truncate(fragments.len());
+        Ok(Fracture { fragments, sampled, debris, reactions, report })
+    }
+
+    fn cut_settings(&self) -> CutSettings {
+        CutSettings {
+            min_volume_ratio: self.problem.settings.min_volume_ratio,
+            max_fragments: self.problem.settings.max_fragments,
+            seed: self.problem.seed,
+            detail: self.problem.settings.detail,
+        }
+    }
+
+    /// Takes the smallest fragments out, as debris. The two largest stay whatever their size.
+    fn crumble(&self, fragments: &mut Vec<Fragment>, motes: &Motes) -> Vec<Grain> {
+        let settings = &self.problem.settings;
+        let least = settings.debris * self.problem.solid.mesh.signed_volume();
+        // They come by falling volume.
+        let large = fragments.partition_point(|f| f.solid.mesh.signed_volume() >= least).max(2);
+        let small = fragments.split_off(large.min(fragments.len()));
+        small
+            .iter()
+            .enumerate()
+            .flat_map(|(i, f)| {
+                let (mesh, motes) = (&f.solid.mesh, motes.around(&f.solid.mesh));
+                let (velocity, spin) = (f.velocity, f.spin);
+                let part = debris::Part { mesh, velocity, spin, motes: &motes };
+                debris::grains(&part, self.grain(), self.problem.seed.wrapping_add(i as u64)).grains
+            })
+            .collect()
+    }
+
+    /// The broken points and how they move.
+    fn motes(&self) -> Motes {
+        let particles = &self.domain.particles;
+        let motions = self.domain.motions();
+        let broken = (0..particles.len() as u32).map(|id| self.domain.slot(id));
+        let broken = broken.filter(|&p| particles.damage[p] >= BROKEN);
+        let mote = |p: usize| Mote { place: particles.reference[p], velocity: motions[p].velocity };
+        Motes { all: broken.map(mote).collect(), reach: self.domain.grid.spacing.max() }
+    }
+
+    /// Median size of debris \[m\].
+    fn grain(&self) -> f64 {
+        self.problem.settings.grain.unwrap_or(0.5 * self.domain.grid.spacing.max())
+    }
+
+    fn rules(&self) -> crushed::Rules {
+        let push: Vec3 = self.problem.impacts.iter().map(|hit| hit.normal * hit.impulse).sum();
+        crushed::Rules {
+            spacing: self.domain.grid.spacing,
+            material: self.problem.material,
+            seed: self.problem.seed,
+            tolerance: self.problem.settings.tolerance(),
+            most: self.problem.settings.max_fragments,
+            push: push.try_normalize(0.0).unwrap_or_default(),
+        }
+    }
+
+    /// Damage in the order in which the points were sampled.
+    fn field(&self) -> (Vec<Vec3>, Vec<f64>, Vec<f64>, Vec<Vec3>) {
+        let particles = &self.domain.particles;
+        let slots = (0..particles.len() as u32).map(|id| self.domain.slot(id));
+        let slots: Vec<usize> = slots.collect();
+        (
+            slots.iter().map(|&p| particles.reference[p]).collect(),
+            slots.iter().map(|&p| particles.damage[p]).collect(),
+            slots.iter().map(|&p| particles.damage_time[p].max(0.0)).collect(),
+            slots.iter().map(|&p| particles.normal[p]).collect(),
+        )
+    }
+
+    fn report(&self, damage: &[f64]) -> Report {
+        let particles = self.domain.particles.len();
+        let damaged = damage.iter().filter(|&&c| c > 0.5).count();
+        let mut report = Report {
+            solver: Self::NAME.to_owned(),
+            spacing: self.domain.grid.spacing.max(),
+            particles: particles as u64,
+            steps: self.domain.steps,
+            simulated: self.clock.spin_up + self.domain.time,
+            dissipated_energy: self.total.dissipated,
+            strength_ratio: self.strength_ratio,
+            damaged_fraction: damaged as f64 / particles as f64,
+            delivered_impulse: self.loads.iter().map(|load| load.delivered).sum(),
+            warnings: self.warnings.clone(),
+            ..Report::default()
+        };
+        self.last_warnings(&mut report);
+        report
+    }
+}
+
+/// The step of a solve that is not repeated \[s\].
+fn time_step(problem: &Problem, spacing: &Vec3) -> f64 {
+    problem.settings.tolerance().step() * stable_step(&problem.material, spacing.min())
+}
+
+/// The push of an impact: a longer one than the clock's has the same peak force and delivers less;
+/// the striker keeps the rest.
+fn load(impact: &Impact, problem: &Problem, domain: &Domain, clock: &Clock) -> Load {
+    let duration = spring::duration(impact).min(clock.push);
+    let mobility = motion::mobility(problem, &impact.point, &impact.normal);
+    Load::new(impact, domain, duration, mobility)
+}

@@ -1,0 +1,22 @@
+//! What a solve is worked out in.
+
+/// What the passes over points are done in. What they are summed into stays f64 either way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// f32.
+    Single,
+    /// f64.
+    #[default]
+    Double,
+}
+
+impl Precision {
+    /// Least that a strain differs by from none \[1\].
+    #[must_use]
+    pub fn epsilon(self) -> f64 {
+        match self {
+            Self::Single => f64::from(f32::EPSILON),
+            Self::Double => f64::EPSILON,
+        }
+    }
+}

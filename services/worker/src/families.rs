@@ -1,0 +1,14 @@
+//! The families of solvers that a worker hosts: a line each.
+
+use cullet_fracture::Brittle;
+use cullet_geometric::Geometric;
+use cullet_model::{Entry, entry};
+
+/// Every family.
+pub const FAMILIES: &[Entry] = &[entry::<Brittle>(), entry::<Geometric>()];
+
+/// The family of that name.
+#[must_use]
+pub fn by_name(name: &str) -> Option<&'static Entry> {
+    FAMILIES.iter().find(|family| family.name == name)
+}
