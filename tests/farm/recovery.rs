@@ -11,8 +11,9 @@ use crate::common;
 use common::farm::{Farm, Role};
 use common::figures::{gate, number, tell};
 use common::history::{lines, moment};
-use common::{Cullet, DONE, Going, LONGER, children_of, corpus, fetched, quiet_digest, signal};
-use common::{unique, until};
+use common::{
+    Cullet, DONE, Going, LONGER, children_of, corpus, fetched, quiet_digest, signal, unique, until,
+};
 use serde_json::Value;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;

@@ -8,8 +8,7 @@ use cullet_fracture::brittle::{Brittle, lean};
 use cullet_fracture::mpm::kernel::{Stencil, gather, packed, vector};
 use cullet_geometry::shapes::{Detail, torus};
 use cullet_geometry::{Solid, Surface, Vec3, math::unit};
-use cullet_model::Strength;
-use cullet_model::{Impact, Material, Problem, Refusal, Settings, Solver, StrengthField};
+use cullet_model::{Impact, Material, Problem, Refusal, Settings, Solver, Strength, StrengthField};
 use cullet_world::fidelity::branched;
 
 /// F14: cells are flattened across a plate that bends, and told. One that is hit where the contact,

@@ -2,11 +2,10 @@
 
 use crate::kit::{H, Out, PLASTER, STRONG, blow, body, cuboid, energy, problem, rows, solve, told};
 use cullet_fracture::damage::{Softening, State};
-use cullet_fracture::mpm::Domain;
 use cullet_fracture::mpm::domain::{Grip, stable_step};
 use cullet_fracture::mpm::elastic::Elastic;
-use cullet_fracture::mpm::symmetric;
 use cullet_fracture::mpm::watch::{Given, Watch, ahead};
+use cullet_fracture::mpm::{Domain, symmetric};
 use cullet_geometry::{Mat3, Quat, Vec3, math::unit};
 use cullet_model::{Failure, Material, Refusal};
 use std::collections::BTreeMap;

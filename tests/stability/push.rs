@@ -8,8 +8,7 @@ use cullet_fracture::mpm::crushed::{Rules, pieces};
 use cullet_fracture::mpm::load::Load;
 use cullet_fracture::mpm::spring::Spring;
 use cullet_geometry::Vec3;
-use cullet_model::Tolerance;
-use cullet_model::{Impact, Problem};
+use cullet_model::{Impact, Problem, Tolerance};
 use std::f64::consts::PI;
 
 /// A cube of 0.1 m that is hit in the middle of a face.

@@ -6,14 +6,13 @@ use cullet_files::clock::unix_ms;
 use cullet_pool::bundle;
 use cullet_pool::users::{Asked, Parcel};
 use cullet_proto::codec::WireError;
-use cullet_proto::envelope;
 use cullet_proto::ids::digest;
 use cullet_proto::keys::UserVerb;
-use cullet_proto::service::{About, Drain, Drained, Fetch, Fetched, Follow};
-use cullet_proto::service::{MAX_TICKET, MAX_WAIT_MS, Which};
-use cullet_proto::service::{News, Noted, RunInfo, Runs, State, Submit, SubmitAnswer};
-use cullet_proto::service::{WorkerInfo, Workers, digest_of, hex_of};
-use cullet_proto::{WorkerId, chunks};
+use cullet_proto::service::{
+    About, Drain, Drained, Fetch, Fetched, Follow, MAX_TICKET, MAX_WAIT_MS, News, Noted, RunInfo,
+    Runs, State, Submit, SubmitAnswer, Which, WorkerInfo, Workers, digest_of, hex_of,
+};
+use cullet_proto::{WorkerId, chunks, envelope};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -394,8 +393,9 @@ fn piece(path: &Path, index: u32) -> io::Result<Vec<u8>> {
 mod tests {
     use super::brief;
     use crate::board::MAX_KEPT;
-    use cullet_proto::service::{FileInfo, JobCounts, MAX_LINE, MAX_TICKET, Position};
-    use cullet_proto::service::{RunInfo, Runs, State};
+    use cullet_proto::service::{
+        FileInfo, JobCounts, MAX_LINE, MAX_TICKET, Position, RunInfo, Runs, State,
+    };
 
     #[test]
     fn all_runs_that_are_remembered_fit_into_one_answer() {

@@ -16,8 +16,7 @@
 
 use super::ServiceError;
 use super::board::{Board, Event};
-use cullet_files::set_aside;
-use cullet_files::state;
+use cullet_files::{set_aside, state};
 use cullet_proto::chunks::sum;
 use std::collections::BTreeMap;
 use std::fs::File;

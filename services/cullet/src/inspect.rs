@@ -1,10 +1,9 @@
 //! Commands that look: at recordings, materials, the schema of scenes.
 
-use crate::args;
 use crate::exit::{Exit, Trouble, print};
 use crate::folder::{Folder, refuse_itself};
-use crate::logs;
 use crate::shown::{lines, shown};
+use crate::{args, logs};
 use cullet_picture::{Still, from_recording};
 use std::path::{Path, PathBuf};
 

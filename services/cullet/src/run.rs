@@ -1,12 +1,11 @@
 //! `cullet run` and `cullet check`.
 
-use crate::args;
 use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::Folder;
 use crate::progress::Progress;
 use crate::shown::{lines as lines_of, shown};
 use crate::signals::stop_when_told;
-use crate::{logs, sweep};
+use crate::{args, logs, sweep};
 use cullet_coordinator::run_here;
 use cullet_pool::{Pool, PoolConfig, Share, SpawnConfig};
 use cullet_proto::keys::DEFAULT_COORDINATOR;

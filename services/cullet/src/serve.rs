@@ -1,12 +1,11 @@
 //! `cullet coordinator`, `cullet worker` and `cullet router`: the same run across terminals and
 //! machines.
 
-use crate::args;
 use crate::exit::{Exit, Trouble, print, refused};
-use crate::logs;
 use crate::shown::lines;
 use crate::signals::stop_when_told;
 use crate::tls::{self, Link};
+use crate::{args, logs};
 use cullet_coordinator::{ServiceConfig, ServiceError, Store, serve, total};
 use cullet_pool::router::{self, Router};
 use cullet_pool::{LinkError, Pool, PoolConfig, SpawnConfig};

@@ -1,11 +1,10 @@
 //! Any other file that is written like a scene: held against the schema of its type, with all
 //! errors at once.
 
-use super::check;
-use super::document;
 use super::error::{SceneError, SceneErrors};
 use super::files::{Files, SCENE_BASE, Source};
 use super::tree::{Node, Step};
+use super::{check, document};
 use crate::schema::plain_brackets;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;

@@ -10,9 +10,8 @@ use cullet_fracture::brittle::{Brittle, Pace};
 use cullet_fracture::mpm::Domain;
 use cullet_fracture::mpm::kernel::{Path, vector};
 use cullet_geometry::{Solid, Vec3, shapes};
-use cullet_model::Precision;
 use cullet_model::{
-    Fracture, Impact, Material, Problem, Progress, Settings, Solver, StrengthField,
+    Fracture, Impact, Material, Precision, Problem, Progress, Settings, Solver, StrengthField,
 };
 use std::sync::Arc;
 use std::time::Instant;

@@ -15,9 +15,8 @@ use crate::mpm::door::{
 use crate::mpm::kernel::Path;
 use crate::mpm::load::{LEAST_RADIUS, Load};
 use crate::mpm::rest::Rest;
-use crate::mpm::spring;
 use crate::mpm::watch::{Given, LOOK, Watch};
-use crate::mpm::{Domain, Tally, crushed, motion, quadrature};
+use crate::mpm::{Domain, Tally, crushed, motion, quadrature, spring};
 use crate::particles::Particles;
 pub use clock::Pace;
 use clock::{Clock, Growth};
@@ -26,11 +25,9 @@ use cullet_fragment::cut::{self, CutError, CutSettings, DamageField, Partition, 
 use cullet_fragment::debris::{self, Mote, Motes};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
-use cullet_model::Grain;
-use cullet_model::Precision;
-use cullet_model::Strength;
 use cullet_model::{
-    Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
+    Cost, Failure, Fracture, Fragment, Grain, Impact, Precision, Problem, Progress, Refusal,
+    Report, Solver, Strength,
 };
 pub use warnings::lean;
 

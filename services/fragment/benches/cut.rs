@@ -6,8 +6,7 @@
 use cullet_fragment::cut::{CutSettings, DamageField, by_sites, extract};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
-use cullet_geometry::shapes;
-use cullet_geometry::{Solid, TriMesh, Vec3};
+use cullet_geometry::{Solid, TriMesh, Vec3, shapes};
 use cullet_model::Detail;
 
 fn main() {

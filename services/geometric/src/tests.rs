@@ -1,8 +1,9 @@
 use super::Geometric;
 use cullet_geometry::{Solid, TriMesh, Vec3};
-use cullet_model::Material;
-use cullet_model::StrengthField;
-use cullet_model::{Fracture, Impact, Problem, Progress, Refusal, Settings, Solver, Support};
+use cullet_model::{
+    Fracture, Impact, Material, Problem, Progress, Refusal, Settings, Solver, StrengthField,
+    Support,
+};
 use std::sync::Arc;
 
 const GLASS: Material = Material {

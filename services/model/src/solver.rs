@@ -1,10 +1,6 @@
 //! The contract between a fracture problem and the ways to solve it.
 
-use crate::Detail;
-use crate::Material;
-use crate::Precision;
-use crate::StrengthField;
-use crate::Tolerance;
+use crate::{Detail, Material, Precision, StrengthField, Tolerance};
 use cullet_geometry::{Sheet, Solid, Vec3};
 use std::sync::Arc;
 

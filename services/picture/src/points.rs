@@ -1,9 +1,8 @@
 //! Points coloured by a number: four moments side by side, the last one last.
 
 use super::camera::Camera;
-use super::font;
 use super::picture::Picture;
-use super::{contact_sheet, raster::Corner};
+use super::{contact_sheet, font, raster::Corner};
 use cullet_geometry::Vec3;
 use cullet_proto::specimen::Frame;
 pub use cullet_record::scale::{colour, range};

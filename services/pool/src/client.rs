@@ -6,8 +6,10 @@ use cullet_document::Bundle;
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, UserVerb};
 use cullet_proto::security::Rules;
-use cullet_proto::service::{self, Fetch, Fetched, FileInfo, Follow, MAX_INLINE, News};
-use cullet_proto::service::{Piece, PieceAnswer, Refused, RunInfo, Submit, SubmitAnswer, Which};
+use cullet_proto::service::{
+    self, Fetch, Fetched, FileInfo, Follow, MAX_INLINE, News, Piece, PieceAnswer, Refused, RunInfo,
+    Submit, SubmitAnswer, Which,
+};
 use cullet_proto::transport::Patience;
 use cullet_proto::{WorkerId, chunks};
 use serde::Serialize;

@@ -2,13 +2,12 @@
 
 use super::bulk::reply;
 use super::ledger::Wanted;
-use super::quarantine;
 use super::shell::{Said, Shell};
-use super::{Attempted, Ending, Reproduction, Settlement};
+use super::{Attempted, Ending, Reproduction, Settlement, quarantine};
 use cullet_dispatch::{
-    Cause, Digest, Effect, Epoch as DispatchEpoch, Job, Loss, Millis, Outcome, Reason,
+    Cause, Digest, Effect, Epoch as DispatchEpoch, Job, Loss, Millis, Outcome, Reason, Run,
+    Verdict as Decision, Worker,
 };
-use cullet_dispatch::{Run, Verdict as Decision, Worker};
 use cullet_proto::pool::{self, Grant, HeedAnswer, OVERDUE, PollAnswer, RenewAnswer};
 use cullet_proto::{Epoch, JobId, SessionId, Verdict, WorkerId};
 use std::time::Instant;

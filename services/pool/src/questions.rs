@@ -8,8 +8,9 @@ use cullet_dispatch::{Digest, Epoch, Event, Job, Outcome, Receipt, Trouble, Work
 use cullet_proto::codec::MAX_HEADER;
 use cullet_proto::envelope::PREFIX;
 use cullet_proto::keys::{Verb, WorkerVerb, parse_rpc};
-use cullet_proto::pool::{self, CommitAnswer, FetchAnswer, HeedAnswer, Noted, PollAnswer};
-use cullet_proto::pool::{Refusal, RenewAnswer};
+use cullet_proto::pool::{
+    self, CommitAnswer, FetchAnswer, HeedAnswer, Noted, PollAnswer, Refusal, RenewAnswer,
+};
 use cullet_proto::{Verdict, WorkerId, chunks};
 use serde::Serialize;
 use std::sync::Arc;

@@ -10,14 +10,14 @@ use super::ledger::Ledger;
 use super::lives::Lives;
 use super::net::Net;
 use super::openings::Opening;
-use super::quarantine;
 use super::questions::Heed;
 use super::roster::Roster;
 use super::run::AttemptNews;
 use super::staff::Staff;
-use super::{LinkError, PoolConfig, PoolStats, Refusals, RunStats, Settlement};
-use cullet_dispatch::{Dispatch, Event, Heir, Job, Millis, Receipt, Run, Share, Skills};
-use cullet_dispatch::{Timing, Worker};
+use super::{LinkError, PoolConfig, PoolStats, Refusals, RunStats, Settlement, quarantine};
+use cullet_dispatch::{
+    Dispatch, Event, Heir, Job, Millis, Receipt, Run, Share, Skills, Timing, Worker,
+};
 use cullet_proto::pool::{Grant, RenewAnswer};
 use cullet_proto::{JobId, SessionId, WorkerId};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};

@@ -1,11 +1,13 @@
 //! Reading recordings, whole or cut off: every intact chunk counts, nothing else does.
 
-use super::RecordError;
 use super::points::SPECIMEN;
 use super::summary::decode;
-use super::{BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, SAMPLED, Summary, Tally};
-use cullet_proto::recording::Sampled;
-use cullet_proto::recording::{Body, BodyPoses, Cracks, Geometry, Grains, JobReport, RunEvent};
+use super::{
+    BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, RecordError, SAMPLED, Summary, Tally,
+};
+use cullet_proto::recording::{
+    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, RunEvent, Sampled,
+};
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::collections::BTreeMap;

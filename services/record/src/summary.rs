@@ -2,8 +2,7 @@
 //! with the same code, from a finished file.
 
 use super::shares::{Census, Shares};
-use super::{BODIES, BODY, DEBRIS, EVENTS, GEOMETRY, JOBS, POOL, SAMPLED};
-use super::{RecordError, RunDigest};
+use super::{BODIES, BODY, DEBRIS, EVENTS, GEOMETRY, JOBS, POOL, RecordError, RunDigest, SAMPLED};
 use cullet_geometry::Solid;
 use cullet_proto::recording::{
     Body, BodyPoses, EventKind, Geometry, Grains, JobReport, Ledger, PoolReport, Recorded,

@@ -1,16 +1,11 @@
 //! From the tree to a scene that runs: every section read, every body made and placed.
 
-use super::admission;
 use super::body::{MAX_DISTANCE, Mould, Workshop};
 use super::format::{self, Body, Document, Grid, Scatter, Stack};
 use super::generate::{self, Instance};
-use super::limits;
 use super::material::{self, SceneMaterial};
-use super::overlap;
-use super::paint;
-use super::preflight;
 use super::taken::Taken;
-use super::{Scene, SceneBody};
+use super::{Scene, SceneBody, admission, limits, overlap, paint, preflight};
 use cullet_document::check::{Findings, tell};
 use cullet_document::error::{SceneError, nearest, suggest};
 use cullet_document::files::Files;

@@ -2,8 +2,7 @@
 
 use crate::convert::{fracture_of, problem_of};
 use crate::families::by_name;
-use cullet_model::{Entry, Run};
-use cullet_model::{Failure, Fracture, Progress, Refusal};
+use cullet_model::{Entry, Failure, Fracture, Progress, Refusal, Run};
 use cullet_proto::pool::Family;
 use cullet_proto::{FractureJob, Verdict};
 use std::any::Any;

@@ -10,13 +10,12 @@ use cullet_proto::claim::{Claim, Reply};
 use cullet_proto::envelope::PREFIX;
 use cullet_proto::keys::{parse_live, parse_rpc};
 use cullet_proto::outline::{Outline, Parted};
-use cullet_proto::pool;
 use cullet_proto::service::{self, BundleFile, BundleTable};
 use cullet_proto::specimen::{Ending, Frame, SpecimenJob, SpecimenResult};
 use cullet_proto::strength::{Region, Strength, Stroke};
 use cullet_proto::{
     BrokenBody, Epoch, FractureJob, Fragment, Grain, JobId, Report, SessionId, Support, Verdict,
-    WireError, WorkerId,
+    WireError, WorkerId, pool,
 };
 use cullet_tests::root;
 use serde::de::DeserializeOwned;

@@ -5,8 +5,9 @@ use cullet_coordinator::{ServiceConfig, Store, serve};
 use cullet_pool::{Pool, PoolConfig};
 use cullet_proto::WorkerId;
 use cullet_proto::keys::{self, UserVerb};
-use cullet_proto::service::{BundleFile, BundleTable, RunInfo, State, Submit, SubmitAnswer};
-use cullet_proto::service::{codes, seal};
+use cullet_proto::service::{
+    BundleFile, BundleTable, RunInfo, State, Submit, SubmitAnswer, codes, seal,
+};
 use cullet_proto::transport::{self, Patience};
 use serde_json::{Value, json};
 use std::path::Path;

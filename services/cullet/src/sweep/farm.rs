@@ -1,14 +1,13 @@
 //! Sweeps at a coordinator: handed in at once, fetched together, then or later.
 
 use super::{Named, Plan, Row, finish, lines, plan, read, worst};
-use crate::args;
 use crate::client::{
     ask, bring, connect, exit_of, follow, hand_in, has_summary, known, print_json, ticket,
 };
 use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::{Folder, refuse_fetched, refuse_taken};
-use crate::logs;
 use crate::shown::shown;
+use crate::{args, logs};
 use cullet_document::Bundle;
 use cullet_pool::client::{Client, Terms};
 use cullet_pool::{Fetching, mark};

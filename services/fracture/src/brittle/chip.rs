@@ -16,8 +16,7 @@ use cullet_fragment::cut::{CutError, CutSettings, Part, Partition, by_sites};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Vec3};
-use cullet_model::Material;
-use cullet_model::{Fracture, Fragment, Problem};
+use cullet_model::{Fracture, Fragment, Material, Problem};
 
 /// Cells a contact radius that show a cone crack (H2).
 const CELLS: f64 = 6.0;

@@ -4,9 +4,10 @@ use super::Brittle;
 use cullet_fragment::cut::Partition;
 use cullet_fragment::grid_bias::GridBias;
 use cullet_geometry::{Solid, Vec3, shapes};
-use cullet_model::Precision;
-use cullet_model::{Failure, Fracture, Impact, Problem, Progress, Settings, Solver};
-use cullet_model::{Material, StrengthField};
+use cullet_model::{
+    Failure, Fracture, Impact, Material, Precision, Problem, Progress, Settings, Solver,
+    StrengthField,
+};
 use std::sync::Arc;
 
 const PLASTER: Material = Material {

@@ -18,8 +18,7 @@ use crate::particles::Particles;
 use cullet_fragment::pieces::{Ball, Pieces, Rubble};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::{scramble, unit};
-use cullet_model::Material;
-use cullet_model::Tolerance;
+use cullet_model::{Material, Tolerance};
 use division::Division;
 use sizes::Mott;
 

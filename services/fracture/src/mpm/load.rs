@@ -4,8 +4,7 @@ use super::domain::Domain;
 use super::footing::Footing;
 use super::spring::{self, Spring};
 use cullet_geometry::Vec3;
-use cullet_model::Impact;
-use cullet_model::Material;
+use cullet_model::{Impact, Material};
 
 /// Least radius of the loaded disc, in spacings (F11): a smaller one is a point force on this grid,
 /// whose stress grows as the grid shrinks.

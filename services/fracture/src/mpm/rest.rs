@@ -5,8 +5,7 @@ use super::domain::Domain;
 use super::footing::Footing;
 use super::load::{LEAST_RADIUS, disc};
 use cullet_geometry::Vec3;
-use cullet_model::Material;
-use cullet_model::Support;
+use cullet_model::{Material, Support};
 
 /// One support, under the points that rest on it.
 #[derive(Clone, Debug, PartialEq)]

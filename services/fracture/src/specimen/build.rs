@@ -3,17 +3,14 @@
 use super::{Points, Probe, Settings, Specimen, Spot, Start, Where, Zone, within};
 use crate::damage::{Softening, WeakPlane};
 use crate::mpm::domain::{Surface, stable_step};
-use crate::mpm::door;
 use crate::mpm::kernel::Path;
-use crate::mpm::{Domain, quadrature};
+use crate::mpm::{Domain, door, quadrature};
 use crate::particles::Particles;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::sample::{self, SampleError};
 use cullet_geometry::{Pose, Quat, TriMesh, Vec3};
-use cullet_model::Material;
-use cullet_model::Refusal;
-use cullet_model::Strength;
+use cullet_model::{Material, Refusal, Strength};
 use std::cell::Cell;
 
 /// Stress that no specimen reaches \[Pa\], and the energy it would take \[J/m²\].

@@ -20,10 +20,8 @@ pub use run::{Ending, Frame, Outcome, SpecimenRun, Step};
 
 use crate::mpm::domain::Fields;
 use cullet_geometry::{Mat3, Quat, TriMesh, Vec3};
-use cullet_model::Material;
-use cullet_model::Precision;
-use cullet_model::StrengthField;
 use cullet_model::strength::Region;
+use cullet_model::{Material, Precision, StrengthField};
 
 /// A part of the specimen: the points in all of these regions; none means everywhere.
 pub type Where = Vec<Region>;

@@ -5,8 +5,7 @@ use cullet_fracture::mpm::domain::Grip;
 use cullet_fracture::mpm::{Domain, quadrature};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, inside::Inside, sample, shapes};
-use cullet_model::Material;
-use cullet_model::{Strength, StrengthField};
+use cullet_model::{Material, Strength, StrengthField};
 use rayon::prelude::*;
 use std::sync::Arc;
 

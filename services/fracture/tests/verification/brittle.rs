@@ -7,12 +7,10 @@ use cullet_fracture::mpm::{Domain, symmetric};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::{Solid, Vec3, sample, shapes};
-use cullet_model::Precision;
 use cullet_model::{
-    Fracture, Impact, Material, Problem, Progress, Refusal, Settings, Solver, StrengthField,
-    Support,
+    Fracture, Impact, Material, Precision, Problem, Progress, Refusal, Settings, Solver,
+    StrengthField, Support, entry,
 };
-use cullet_model::entry;
 use std::sync::Arc;
 
 const PLASTER: Material = Material {

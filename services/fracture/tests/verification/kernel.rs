@@ -6,9 +6,8 @@ use cullet_fracture::mpm::Domain;
 use cullet_fracture::mpm::kernel::{Path, vector};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Solid, Vec3, math::unit, shapes};
-use cullet_model::Precision;
 use cullet_model::{
-    Fracture, Impact, Material, Problem, Progress, Settings, Solver, StrengthField,
+    Fracture, Impact, Material, Precision, Problem, Progress, Settings, Solver, StrengthField,
 };
 use std::sync::Arc;
 

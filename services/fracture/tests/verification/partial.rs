@@ -3,9 +3,8 @@
 use cullet_fracture::brittle::Brittle;
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
-    Fracture, Impact, Material, Problem, Progress, Settings, Solver, StrengthField,
+    Fracture, Impact, Material, Problem, Progress, Settings, Solver, StrengthField, entry,
 };
-use cullet_model::entry;
 use std::sync::Arc;
 
 const PLASTER: Material = Material {

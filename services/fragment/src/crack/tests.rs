@@ -7,8 +7,7 @@ use cullet_geometry::boolean::Exact;
 use cullet_geometry::math::unit;
 use cullet_geometry::voronoi::WALL;
 use cullet_geometry::{Vec3, shapes};
-use cullet_model::Detail;
-use cullet_model::Tolerance;
+use cullet_model::{Detail, Tolerance};
 
 const H: f64 = 0.05;
 

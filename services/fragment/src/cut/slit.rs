@@ -10,8 +10,7 @@ use cullet_geometry::boolean::{BooleanError, Exact, MAX_TAG};
 use cullet_geometry::inside::closest_on_triangle;
 use cullet_geometry::surface::{barycentric, interpolate};
 use cullet_geometry::{Sheet, Solid, Surface, TriMesh, Vec3};
-use cullet_model::Fragment;
-use cullet_model::Grain;
+use cullet_model::{Fragment, Grain};
 use std::collections::BTreeSet;
 
 /// Widest slit \[spacings\]: what is wider is not thin beside what the grid resolves.

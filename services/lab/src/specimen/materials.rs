@@ -3,9 +3,8 @@
 use super::format::Document;
 use super::resolve::{Desk, Use, item, path};
 use cullet_document::tree::{Path, Step};
-use cullet_proto::Material;
-use cullet_proto::specimen as wire;
 use cullet_proto::strength::{EVEN, Strength};
+use cullet_proto::{Material, specimen as wire};
 use cullet_scene::format::Material as Written;
 use cullet_scene::material::SceneMaterial;
 use cullet_scene::resolve::own_material;

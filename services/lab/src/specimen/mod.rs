@@ -16,12 +16,11 @@ pub mod whole;
 pub use format::{Ends, Expected, Metric, Reduction};
 pub use metric::{Verdict, Weighed, reduce, speeds, weigh};
 
-use cullet_document::check;
-use cullet_document::document;
 use cullet_document::error::{SceneError, SceneErrors};
 use cullet_document::files::{Files, SCENE_BASE, Source};
 use cullet_document::overrides::{Known, apply_overrides};
 use cullet_document::tree::Node;
+use cullet_document::{check, document};
 use cullet_proto::specimen::{Field, Settings, SpecimenJob};
 use cullet_scene::is_preset;
 use cullet_scene::schema::{plain_brackets, printed};

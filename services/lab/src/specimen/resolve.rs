@@ -1,9 +1,7 @@
 //! From the tree to a job: every name looked up, every part made ready.
 
-use super::asked;
 use super::format::{self, Document, Family, Fields, Points, Side};
-use super::watch;
-use super::{Specimen, Subject};
+use super::{Specimen, Subject, asked, watch};
 use cullet_document::error::{SceneError, suggest};
 use cullet_document::files::{Files, key};
 use cullet_document::tree::{Node, Path, Step, show};

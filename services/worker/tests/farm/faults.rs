@@ -1,7 +1,8 @@
 //! Workers that die, hang or stop.
 
-use crate::kit::with_processes_of;
-use crate::kit::{Hand, config, job, next, solve, verdict, wait_for, with_processes};
+use crate::kit::{
+    Hand, config, job, next, solve, verdict, wait_for, with_processes, with_processes_of,
+};
 use cullet_pool::{Ending, Pool, PoolConfig, Share, SpawnConfig, Timing};
 use cullet_proto::{FractureJob, Verdict};
 use cullet_worker::{JobCommand, Watch, WorkerConfig};

@@ -1,7 +1,6 @@
 //! What the tests share.
 
-use cullet_pool::{Ending, Pool, PoolConfig, RunHandle, Settlement};
-use cullet_pool::{SpawnConfig, Timing};
+use cullet_pool::{Ending, Pool, PoolConfig, RunHandle, Settlement, SpawnConfig, Timing};
 use cullet_proto::transport::Patience;
 use cullet_proto::{BrokenBody, FractureJob, Fragment, JobId, Report, Verdict};
 use cullet_worker::{SolveFn, Watch, WorkerConfig, run_with};

@@ -6,8 +6,7 @@ use crate::mpm::elastic::{Elastic, green_strain, matrix};
 use crate::mpm::grid::{Element, Grid};
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3, math::unit};
-use cullet_model::Material;
-use cullet_model::Precision;
+use cullet_model::{Material, Precision};
 
 const STONE: Material = Material {
     density: 2300.0,

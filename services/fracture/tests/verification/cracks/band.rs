@@ -7,8 +7,7 @@ use cullet_fracture::mpm::domain::Grip;
 use cullet_fracture::mpm::{Domain, crushed, quadrature};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, inside::Inside, sample, shapes};
-use cullet_model::Material;
-use cullet_model::Tolerance;
+use cullet_model::{Material, Tolerance};
 use std::sync::Arc;
 
 /// So strong that the grid caps its strength: points break at once, all those of a layer alike.
