@@ -1,3 +1,5 @@
 //! What needs nothing but the sources.
 
+mod modules;
+mod names;
 mod tidy;
