@@ -251,7 +251,7 @@ pub enum Effect {
         /// The other one.
         other: Digest,
     },
-    /// Hand the verdict to the run. One for each opening, in the run's opening order.
+    /// WorkerMachine the verdict to the run. One for each opening, in the run's opening order.
     Settle {
         /// Which run.
         run: Run,

@@ -59,7 +59,7 @@ impl Dispatch {
             return if gone_on { Ok(()) } else { Err(StopReason::Superseded) };
         };
         record.lapsed = None;
-        self.staff.back(now, back.worker, self.timing.patience());
+        self.worker_table.back(now, back.worker, self.timing.patience());
         let charged = self.shares.charge(now, back.run, false);
         self.hold(now, job, Lease { expires, suspect: false, slow: false, charged, ..back });
         Ok(())
@@ -77,8 +77,8 @@ impl Dispatch {
         for held in record.leases.iter().filter(|held| held.slow && !alone) {
             self.slow.remove(&(held.granted, job));
         }
-        if let Some(peer) = self.staff.get_mut(&lease.worker) {
-            peer.held.push((job, lease.epoch));
+        if let Some(state) = self.worker_table.get_mut(&lease.worker) {
+            state.held.push((job, lease.epoch));
         }
         self.turn(now, job, Phase::Held);
     }
@@ -90,9 +90,9 @@ impl Dispatch {
         if lease.slow {
             self.slow.remove(&(lease.granted, job));
         }
-        if let Some(peer) = self.staff.get_mut(&lease.worker) {
-            peer.held.retain(|held| *held != (job, lease.epoch));
-            peer.heard = now;
+        if let Some(state) = self.worker_table.get_mut(&lease.worker) {
+            state.held.retain(|held| *held != (job, lease.epoch));
+            state.heard = now;
         }
     }
 
@@ -197,12 +197,12 @@ impl Dispatch {
     /// It is gone.
     fn part(&mut self, worker: Worker) {
         self.unpark(worker);
-        self.staff.part(worker);
+        self.worker_table.part(worker);
     }
 
     /// Its question is not answered any more.
     fn unpark(&mut self, worker: Worker) {
-        let ticket = self.staff.get_mut(&worker).and_then(|peer| peer.parked.take());
+        let ticket = self.worker_table.get_mut(&worker).and_then(|state| state.parked.take());
         ticket.and_then(|ticket| self.parked.take(ticket));
     }
 
@@ -212,16 +212,20 @@ impl Dispatch {
         if self.is(Mutant::GhostAwaited) {
             return Vec::new();
         }
-        self.staff.unheard(now, self.timing.patience())
+        self.worker_table.unheard(now, self.timing.patience())
     }
 
     fn held_by(&self, worker: Worker) -> Vec<(Job, Epoch)> {
         #[cfg(test)]
         if self.is(Mutant::DownTakesAll) {
-            let all = self.staff.names().into_iter().filter_map(|name| self.staff.get(&name));
-            return all.flat_map(|peer| peer.held.iter().copied()).collect();
+            let all = self
+                .worker_table
+                .names()
+                .into_iter()
+                .filter_map(|name| self.worker_table.get(&name));
+            return all.flat_map(|state| state.held.iter().copied()).collect();
         }
-        self.staff.get(&worker).map(|peer| peer.held.clone()).unwrap_or_default()
+        self.worker_table.get(&worker).map(|state| state.held.clone()).unwrap_or_default()
     }
 
     pub(crate) fn tick(&mut self, now: Millis, out: &mut Vec<Effect>) {
@@ -229,8 +233,8 @@ impl Dispatch {
             self.look_at(now, job, out);
         }
         while let Some(asker) = self.parked.overdue(now).and_then(|t| self.parked.take(t)) {
-            if let Some(peer) = self.staff.get_mut(&asker.worker) {
-                peer.parked = None;
+            if let Some(state) = self.worker_table.get_mut(&asker.worker) {
+                state.parked = None;
             }
             out.push(Effect::Idle { worker: asker.worker, seq: asker.seq });
         }
@@ -348,7 +352,7 @@ impl Dispatch {
             record.crashes += 1;
             record.ask.died(worker);
             if record.ask.killers == [worker] {
-                self.staff.died_alone(now, worker, job);
+                self.worker_table.died_alone(now, worker, job);
             }
         }
         if loss == Loss::Silent {
@@ -364,7 +368,8 @@ impl Dispatch {
         record.leases.iter_mut().for_each(|other| other.slow = false);
         self.note_slow(now, job);
         self.drop_lease(now, job, &lease, false);
-        let idle = self.staff.get(&worker).is_some_and(|p| p.held.is_empty() && p.parked.is_none());
+        let idle =
+            self.worker_table.get(&worker).is_some_and(|p| p.held.is_empty() && p.parked.is_none());
         if matches!(loss, Loss::Silent | Loss::Down) && idle {
             // Nobody may have noticed its end: one that is not heard of does not count as there.
             self.part(worker);
@@ -372,7 +377,7 @@ impl Dispatch {
         out.push(Effect::Lost { job, worker, epoch, loss, charged });
         let died = Reason::Crashes { deaths: crashes, workers: killers as u32 };
         // Where there is nobody else, no second one can clear it.
-        let others = || self.jobs.get(&job).is_some_and(|r| self.staff.others(&r.ask));
+        let others = || self.jobs.get(&job).is_some_and(|r| self.worker_table.others(&r.ask));
         if crashes >= timing.max_crashes && (killers >= timing.min_killers as usize || !others()) {
             self.abandon(now, job, died, out);
         } else if !alone {

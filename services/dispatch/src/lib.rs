@@ -1,7 +1,7 @@
 //! The pool as a state machine: events in, effects out; time is an argument.
 //!
 //! A shell feeds [`Dispatch::step`] what it heard and does, in order, what comes back; a worker's
-//! shell does the same with [`Hand::step`]. Read [`event`] first, then [`machine`] and [`hand`].
+//! shell does the same with [`WorkerMachine::step`]. Read [`event`] first, then [`machine`] and [`worker_machine`].
 //!
 //! What the machines keep to, each held by an oracle of the simulation (`docs/pool.md`), and how
 //! much each tenant and run gets by `tests/fast/machine.rs`:
@@ -52,26 +52,26 @@
 //!
 //! Absent on purpose: clocks, wires, threads, entropy, names of workers, contents of jobs.
 
-mod askers;
+mod blame;
 pub mod counts;
-mod doubt;
 pub mod effect;
 pub mod event;
-pub mod hand;
 mod jobs;
 mod lease;
 mod leases;
+mod lru_index;
 pub mod machine;
 #[cfg(test)]
 mod mutant;
 mod orphans;
+mod parked_polls;
 mod poll;
 mod settle;
 mod share;
-mod shelf;
-mod staff;
 mod timers;
 pub mod timing;
+pub mod worker_machine;
+mod worker_table;
 
 #[cfg(test)]
 mod sim;
@@ -80,7 +80,7 @@ pub use counts::Counts;
 pub use effect::{Bound, Cause, Effect, Loss, Reason, Receipt, StopReason, Verdict};
 pub use event::{Build, Digest, Epoch, Event, Heir, Job, Millis, Outcome, Prior, Run};
 pub use event::{Share, Skills, Tenant, Trouble, Worker};
-pub use hand::{Act, Hand, Heard, Question, Work};
+pub use lru_index::LruIndex;
 pub use machine::Dispatch;
-pub use shelf::Shelf;
 pub use timing::Timing;
+pub use worker_machine::{Question, Work, WorkerInput, WorkerMachine, WorkerOutput};

@@ -1,19 +1,19 @@
 //! The state machine: what it knows, and how jobs open and end.
 
-use crate::askers::Askers;
 use crate::counts::Counts;
 use crate::effect::{Bound, Cause, Effect, Loss, Reason, Receipt, Verdict};
 use crate::event::{Build, Epoch, Event, Heir, Job, Millis, Prior, Run, Skills, Worker};
 use crate::jobs::{ByJob, Jobs};
 use crate::leases::Leases;
+use crate::lru_index::LruIndex;
 #[cfg(test)]
 use crate::mutant::Mutant;
 use crate::orphans::{Orphan, Word};
+use crate::parked_polls::ParkedPolls;
 use crate::share::Shares;
-use crate::shelf::Shelf;
-use crate::staff::{Ask, Staff};
 use crate::timers::Timers;
 use crate::timing::Timing;
+use crate::worker_table::{Ask, WorkerTable};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Jobs kept in quarantine; beyond it the oldest are let out.
@@ -94,13 +94,13 @@ pub struct Dispatch {
     pub(crate) timers: Timers,
     /// Attempts older than a lease lasts and without a duplicate, oldest first.
     pub(crate) slow: BTreeSet<(Millis, Job)>,
-    pub(crate) parked: Askers,
-    pub(crate) staff: Staff,
+    pub(crate) parked: ParkedPolls,
+    pub(crate) worker_table: WorkerTable,
     /// Jobs that wait for a worker, by what they ask of it.
     pub(crate) ready: BTreeMap<Skills, u64>,
     pub(crate) past: ByJob<Verdict>,
     pub(crate) past_order: VecDeque<Job>,
-    pub(crate) quarantine: Shelf,
+    pub(crate) quarantine: LruIndex,
     pub(crate) orphans: ByJob<Orphan>,
     /// Who will want what was at work when an earlier life ended, and is not over.
     pub(crate) heirs: ByJob<Vec<Heir>>,
@@ -124,12 +124,12 @@ impl Dispatch {
             shares: Shares::default(),
             timers: Timers::default(),
             slow: BTreeSet::new(),
-            parked: Askers::default(),
-            staff: Staff::default(),
+            parked: ParkedPolls::default(),
+            worker_table: WorkerTable::default(),
             ready: BTreeMap::new(),
             past: ByJob::default(),
             past_order: VecDeque::new(),
-            quarantine: Shelf::new(MAX_QUARANTINE),
+            quarantine: LruIndex::new(MAX_QUARANTINE),
             orphans: ByJob::default(),
             heirs: ByJob::default(),
             unsettled: 0,
@@ -156,8 +156,8 @@ impl Dispatch {
 
     /// What jobs wait for, and how many, that no worker here can give.
     pub fn stranded(&self) -> impl Iterator<Item = (Skills, u64)> {
-        let ready = self.ready.iter().filter(|_| !self.staff.is_empty());
-        ready.filter(|(need, _)| !self.staff.can(**need)).map(|(need, jobs)| (*need, *jobs))
+        let ready = self.ready.iter().filter(|_| !self.worker_table.is_empty());
+        ready.filter(|(need, _)| !self.worker_table.can(**need)).map(|(need, jobs)| (*need, *jobs))
     }
 
     /// Whether this job is open and its verdict still out.
@@ -193,7 +193,7 @@ impl Dispatch {
     }
 
     pub(crate) fn build_of(&self, worker: Worker) -> Option<Build> {
-        self.staff.get(&worker).map(|peer| peer.build)
+        self.worker_table.get(&worker).map(|state| state.build)
     }
 
     /// Whether a run may open one more, or which bound is reached.

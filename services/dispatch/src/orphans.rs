@@ -70,7 +70,7 @@ impl Dispatch {
         match event {
             #[cfg(test)]
             Event::Bar(_) if self.is(Mutant::DrainForgotten) => {}
-            Event::Bar(worker) => self.staff.bar(worker),
+            Event::Bar(worker) => self.worker_table.bar(worker),
             Event::Inherit(job, heir) if self.jobs.get(&job).is_none() => {
                 if let Some(heirs) = self.heirs.get_mut(&job) {
                     heirs.push(heir);
@@ -138,9 +138,9 @@ impl Dispatch {
         };
         let Lease { worker, epoch, expires, stage, .. } = lease;
         let at = expires.saturating_sub(self.timing.lease);
-        let word = self.staff.get(&worker).map(|peer| {
+        let word = self.worker_table.get(&worker).map(|state| {
             let begun = stage >= Stage::Begun;
-            Word { worker, build: peer.build, skills: peer.skills, epoch, begun, at }
+            Word { worker, build: state.build, skills: state.skills, epoch, begun, at }
         });
         self.give_back(now, job, &lease);
         self.orphans.insert(job, Orphan { until: expires, word });
@@ -199,8 +199,10 @@ impl Dispatch {
         }
         let Word { worker, build, skills, epoch, begun, at } = word;
         // Who asks for work, or has some, is not at this any more.
-        let at_else = |peer: &crate::staff::Peer| peer.parked.is_some() || !peer.held.is_empty();
-        if !self.earlier(epoch) || self.staff.get(&worker).is_some_and(at_else) {
+        let at_else = |state: &crate::worker_table::WorkerState| {
+            state.parked.is_some() || !state.held.is_empty()
+        };
+        if !self.earlier(epoch) || self.worker_table.get(&worker).is_some_and(at_else) {
             return false;
         }
         let Some(record) = self.jobs.get_mut(&job).filter(|_| self.past.get(&job).is_none()) else {
@@ -214,7 +216,7 @@ impl Dispatch {
         record.attempts += 1;
         record.last = Some(worker);
         self.arrive(worker, build, skills, out);
-        self.staff.back(now, worker, self.timing.patience());
+        self.worker_table.back(now, worker, self.timing.patience());
         let charged = self.shares.charge(now, run, false);
         let (expires, hard) = (at + self.timing.lease, now + self.timing.hard);
         let stage = if begun { Stage::Begun } else { Stage::Granted };

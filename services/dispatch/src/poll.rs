@@ -1,12 +1,12 @@
 //! Questions for work: answered once each, parked, granted, hedged, dismissed.
 
-use crate::askers::{Asker, Askers, Ticket};
 use crate::effect::{Cause, Effect};
 use crate::event::{Build, Epoch, Job, Millis, Run, Skills, Worker};
 use crate::machine::{Dispatch, Lease, Phase, Stage};
 #[cfg(test)]
 use crate::mutant::Mutant;
-use crate::staff::{Ask, Staff};
+use crate::parked_polls::{Asker, ParkedPolls, Ticket};
+use crate::worker_table::{Ask, WorkerTable};
 
 /// Attempts looked at for one that takes long.
 const MAX_SLOW: usize = 8;
@@ -20,33 +20,33 @@ impl Dispatch {
         (free, park): (bool, bool),
         out: &mut Vec<Effect>,
     ) {
-        let Some(peer) = self.staff.get_mut(&worker) else {
+        let Some(state) = self.worker_table.get_mut(&worker) else {
             return;
         };
         #[cfg(test)]
         if self.mutant == Some(Mutant::PollMintsTwice) {
-            peer.granted = None;
-            peer.last_seq = seq.saturating_sub(1);
+            state.granted = None;
+            state.last_seq = seq.saturating_sub(1);
         }
-        if seq < peer.last_seq {
+        if seq < state.last_seq {
             out.push(Effect::Idle { worker, seq });
             return;
         }
-        if seq == peer.last_seq {
+        if seq == state.last_seq {
             return self.repeat(now, worker, seq, out);
         }
-        (peer.last_seq, peer.granted) = (seq, None);
-        if let Some(ticket) = peer.parked.take() {
+        (state.last_seq, state.granted) = (seq, None);
+        if let Some(ticket) = state.parked.take() {
             self.parked.take(ticket);
         }
-        self.staff.back(now, worker, self.timing.patience());
+        self.worker_table.back(now, worker, self.timing.patience());
         if let Some(cause) = self.doubt(now, worker) {
             self.drain(worker, cause, out);
         }
-        let Some(peer) = self.staff.get_mut(&worker) else {
+        let Some(state) = self.worker_table.get_mut(&worker) else {
             return;
         };
-        if peer.drained {
+        if state.drained {
             out.push(Effect::Dismiss { worker, seq });
             return;
         }
@@ -55,15 +55,16 @@ impl Dispatch {
             return;
         }
         let until = now + self.timing.park;
-        peer.parked = Some(self.parked.add(peer.skills, Asker { worker, seq, until }));
+        state.parked = Some(self.parked.add(state.skills, Asker { worker, seq, until }));
         self.grant(now, out);
-        let Some(peer) = self.staff.get_mut(&worker).filter(|peer| peer.parked.is_some()) else {
+        let Some(state) = self.worker_table.get_mut(&worker).filter(|state| state.parked.is_some())
+        else {
             return;
         };
         if park {
             out.push(Effect::Park { worker, seq });
         } else {
-            if let Some(ticket) = peer.parked.take() {
+            if let Some(ticket) = state.parked.take() {
                 self.parked.take(ticket);
             }
             out.push(Effect::Idle { worker, seq });
@@ -72,10 +73,10 @@ impl Dispatch {
 
     /// Answers a poll that was asked before as it was answered then.
     fn repeat(&mut self, now: Millis, worker: Worker, seq: u64, out: &mut Vec<Effect>) {
-        let Some(peer) = self.staff.get(&worker) else {
+        let Some(state) = self.worker_table.get(&worker) else {
             return;
         };
-        let held = peer.granted.and_then(|(job, epoch)| {
+        let held = state.granted.and_then(|(job, epoch)| {
             let leases = &self.jobs.get(&job)?.leases;
             let lease = leases.iter().find(|lease| lease.epoch == epoch)?;
             Some((job, lease.run, epoch, lease.hard.saturating_sub(now)))
@@ -83,9 +84,9 @@ impl Dispatch {
         out.push(if let Some((job, run, epoch, hard)) = held {
             let lease = self.timing.lease;
             Effect::Grant { worker, seq, job, run, epoch, lease, hard }
-        } else if peer.parked.is_some() {
+        } else if state.parked.is_some() {
             Effect::Park { worker, seq }
-        } else if peer.drained {
+        } else if state.drained {
             Effect::Dismiss { worker, seq }
         } else {
             Effect::Idle { worker, seq }
@@ -98,13 +99,14 @@ impl Dispatch {
         #[cfg(test)]
         let age = if self.is(Mutant::NoAgeing) { Millis::MAX } else { age };
         while !self.parked.is_empty() {
-            let (parked, staff, meek) = (&self.parked, &self.staff, self.meek());
+            let (parked, worker_table, meek) = (&self.parked, &self.worker_table, self.meek());
             #[cfg(test)]
             let will = self.mutant == Some(Mutant::AnybodyWill);
             #[cfg(not(test))]
             let will = false;
             let can = |ask: &Ask| {
-                let fit = || ask.killers.is_empty() || asker(parked, staff, ask, meek).is_some();
+                let fit =
+                    || ask.killers.is_empty() || asker(parked, worker_table, ask, meek).is_some();
                 will || parked.can(ask.need) && fit()
             };
             let Some((run, job)) = self.shares.pick(now, age, can) else {
@@ -124,7 +126,7 @@ impl Dispatch {
             return self.parked.overdue(Millis::MAX);
         }
         let record = self.jobs.get(&job)?;
-        asker(&self.parked, &self.staff, &record.ask, self.meek())
+        asker(&self.parked, &self.worker_table, &record.ask, self.meek())
     }
 
     /// Whether a job is held back from those under whom it died.
@@ -142,9 +144,9 @@ impl Dispatch {
         };
         self.next_epoch += 1;
         let epoch = Epoch(self.next_epoch);
-        if let Some(peer) = self.staff.get_mut(&worker) {
-            peer.parked = None;
-            peer.granted = Some((job, epoch));
+        if let Some(state) = self.worker_table.get_mut(&worker) {
+            state.parked = None;
+            state.granted = Some((job, epoch));
         }
         let resent = self.jobs.get_mut(&job).is_some_and(|record| {
             record.attempts += 1;
@@ -207,17 +209,17 @@ impl Dispatch {
         skills: Skills,
         out: &mut Vec<Effect>,
     ) {
-        if self.staff.arrive(worker, build, skills) {
+        if self.worker_table.arrive(worker, build, skills) {
             out.push(Effect::Drained { worker, cause: Cause::Before });
         }
     }
 
     /// No further job for this worker.
     pub(crate) fn drain(&mut self, worker: Worker, cause: Cause, out: &mut Vec<Effect>) {
-        if !self.staff.drain(worker) {
+        if !self.worker_table.drain(worker) {
             return;
         }
-        let ticket = self.staff.get_mut(&worker).and_then(|peer| peer.parked.take());
+        let ticket = self.worker_table.get_mut(&worker).and_then(|state| state.parked.take());
         out.push(Effect::Drained { worker, cause });
         if let Some(Asker { worker, seq, .. }) = ticket.and_then(|t| self.parked.take(t)) {
             out.push(Effect::Dismiss { worker, seq });
@@ -227,13 +229,18 @@ impl Dispatch {
 
 /// The worker that has waited longest, of those under whom the job has not died. One under whom it
 /// has gets it only if there is nobody else, not even a busy one: else the job waits for that one.
-fn asker(parked: &Askers, staff: &Staff, ask: &Ask, meek: bool) -> Option<Ticket> {
+fn asker(
+    parked: &ParkedPolls,
+    worker_table: &WorkerTable,
+    ask: &Ask,
+    meek: bool,
+) -> Option<Ticket> {
     if ask.killers.is_empty() {
         return parked.first(ask.need, |_| true);
     }
     let clean = parked.first(ask.need, |worker| !ask.killers.contains(&worker));
     clean.or_else(|| {
-        let nobody = !meek || !staff.others(ask);
+        let nobody = !meek || !worker_table.others(ask);
         parked.first(ask.need, |_| nobody)
     })
 }

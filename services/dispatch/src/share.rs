@@ -9,7 +9,7 @@
 
 use crate::counts::Counts;
 use crate::event::{Job, Millis, Run, Share, Tenant};
-use crate::staff::Ask;
+use crate::worker_table::Ask;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Passes are charged in 2⁻¹⁰ ms, so that the highest priority still moves.

@@ -1,4 +1,4 @@
-//! The production machines, [`Dispatch`](crate::Dispatch) and [`Hand`](crate::Hand), under random
+//! The production machines, [`Dispatch`](crate::Dispatch) and [`WorkerMachine`](crate::WorkerMachine), under random
 //! schedules of faults with a simulated clock, network and journal; a checker keeps its own
 //! account.
 //!

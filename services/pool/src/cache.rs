@@ -1,11 +1,11 @@
 //! Results of finished jobs, by the digest of the problem: a repeat is answered without a worker.
 //!
 //! In memory and, if there is a folder, on disk; both bounded, the least recently used goes first
-//! (`services/dispatch/src/shelf.rs`). A file holds a digest, the build that found the result, and
+//! (`services/dispatch/src/lru_index.rs`). A file holds a digest, the build that found the result, and
 //! the result; it is read only if both fit the digest, so a damaged one is as good as none. One of
 //! before builds were kept has the result alone.
 
-use cullet_dispatch::{Build, Job, Shelf};
+use cullet_dispatch::{Build, Job, LruIndex};
 use cullet_files::state;
 use cullet_proto::JobId;
 use cullet_proto::ids::digest;
@@ -41,9 +41,9 @@ impl Default for CacheConfig {
 }
 
 pub(super) struct Cache {
-    memory: Shelf,
+    memory: LruIndex,
     results: BTreeMap<Job, Found>,
-    disk: Option<(PathBuf, Shelf)>,
+    disk: Option<(PathBuf, LruIndex)>,
     pub(super) hits: u64,
 }
 
@@ -56,15 +56,15 @@ impl Cache {
                     tracing::warn!("no cache on disk: {}: {error}", folder.display());
                 })
                 .ok()?;
-            let mut shelf = Shelf::new(*bound);
+            let mut index = LruIndex::new(*bound);
             for (job, bytes) in found {
-                for gone in shelf.put(job, bytes) {
+                for gone in index.put(job, bytes) {
                     discard(folder, gone);
                 }
             }
-            Some((folder.clone(), shelf))
+            Some((folder.clone(), index))
         });
-        let (memory, results) = (Shelf::new(config.memory), BTreeMap::new());
+        let (memory, results) = (LruIndex::new(config.memory), BTreeMap::new());
         Self { memory, results, disk, hits: 0 }
     }
 
@@ -77,7 +77,7 @@ impl Cache {
 
     /// Whether a job's result is kept.
     pub(super) fn has(&self, id: JobId) -> bool {
-        let on_disk = self.disk.as_ref().is_some_and(|(_, shelf)| shelf.has(Job(id.0)));
+        let on_disk = self.disk.as_ref().is_some_and(|(_, index)| index.has(Job(id.0)));
         on_disk || self.results.contains_key(&Job(id.0))
     }
 
@@ -88,8 +88,8 @@ impl Cache {
     }
 
     fn read(&mut self, job: Job) -> Option<Found> {
-        let (folder, shelf) = self.disk.as_mut()?;
-        if !shelf.touch(job) {
+        let (folder, index) = self.disk.as_mut()?;
+        if !index.touch(job) {
             return None;
         }
         let bytes = fs::read(file(folder, job)).ok().filter(|bytes| bytes.len() >= 32);
@@ -97,7 +97,7 @@ impl Cache {
         let Some(mut bytes) = sound else {
             let path = file(folder, job);
             tracing::warn!("{} is damaged: the job is done again", path.display());
-            shelf.remove(job);
+            index.remove(job);
             discard(folder, job);
             return None;
         };
@@ -113,14 +113,14 @@ impl Cache {
     pub(super) fn put(&mut self, id: JobId, bytes: Vec<u8>, build: Build) {
         let (job, bytes) = (Job(id.0), Arc::new(bytes));
         self.hold(job, &(Arc::clone(&bytes), Some(build)));
-        let Some((folder, shelf)) = self.disk.as_mut() else {
+        let Some((folder, index)) = self.disk.as_mut() else {
             return;
         };
         if let Err(error) = write(folder, job, (&bytes, build)) {
             tracing::warn!("a result is not cached on disk: {error}");
             return;
         }
-        for gone in shelf.put(job, (bytes.len() + HEAD) as u64) {
+        for gone in index.put(job, (bytes.len() + HEAD) as u64) {
             discard(folder, gone);
         }
     }

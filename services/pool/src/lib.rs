@@ -24,7 +24,7 @@ mod roster;
 pub mod router;
 mod run;
 mod shell;
-mod staff;
+mod skill_table;
 pub mod users;
 
 use crate::shell::{Input, Shell};

@@ -7,7 +7,7 @@
 use super::cache::Found;
 use super::effects::outcome_of;
 use super::shell::Shell;
-use super::staff::Skill;
+use super::skill_table::Skill;
 use super::{Ending, Settlement};
 use cullet_dispatch::{Bound, Digest, Event, Job, Prior, Run, Skills};
 use cullet_proto::outline::Parted;
@@ -117,7 +117,7 @@ impl Shell {
             _ if !fit => Prior::Unfit,
             known => known.unwrap_or(Prior::Nothing),
         };
-        let need = if fit { self.staff.need(&asks) } else { Skills::NONE };
+        let need = if fit { self.skill_table.need(&asks) } else { Skills::NONE };
         if let Some(listener) = self.runs.get_mut(&run) {
             listener.needs.insert(need);
         }

@@ -72,7 +72,7 @@ impl Shell {
             WorkerVerb::Hello => {
                 let (hello, _) = pool::read_ask::<pool::Hello>(bytes)?;
                 hello.check()?;
-                self.staff.introduce(&hello, &self.lives.up);
+                self.skill_table.introduce(&hello, &self.lives.up);
                 self.roster.introduced(Worker(hello.session.0), name, &hello);
                 answer(&query, &Noted)
             }
@@ -119,7 +119,7 @@ impl Shell {
 
     fn poll(&mut self, query: Query, name: &WorkerId, poll: &pool::Poll) -> Result<(), Refusal> {
         let worker = Worker(poll.session.0);
-        let (build, skills) = self.staff.get(worker).ok_or(Refusal::Stranger)?;
+        let (build, skills) = self.skill_table.get(worker).ok_or(Refusal::Stranger)?;
         self.know(worker, name);
         // One that asks again has given up the question it asked before.
         if self.polls.get(&worker).is_none_or(|(asked, _)| *asked <= poll.seq) {
@@ -135,7 +135,7 @@ impl Shell {
     fn renew(&mut self, name: &WorkerId, renew: &pool::Renew) -> Result<RenewAnswer, Refusal> {
         let (worker, job) = (Worker(renew.session.0), Job(renew.job.0));
         let (epoch, begun) = (Epoch(renew.epoch.0), renew.permille > 0);
-        let (build, skills) = self.staff.get(worker).ok_or(Refusal::Stranger)?;
+        let (build, skills) = self.skill_table.get(worker).ok_or(Refusal::Stranger)?;
         self.know(worker, name);
         let event = Event::Renew { worker, job, epoch, begun, build, skills };
         let said = self.step(event).renew.unwrap_or(RenewAnswer::Stop);
@@ -151,7 +151,7 @@ impl Shell {
     /// Holds the question: at most one of each worker, whose job it is about.
     fn heed(&mut self, query: Query, heed: &pool::Heed) -> Result<(), Refusal> {
         let (worker, epoch) = (Worker(heed.session.0), Epoch(heed.epoch.0));
-        self.staff.get(worker).ok_or(Refusal::Stranger)?;
+        self.skill_table.get(worker).ok_or(Refusal::Stranger)?;
         self.answer_heed(worker, None, HeedAnswer::Go);
         let (job, since) = (Job(heed.job.0), Instant::now());
         self.heeds.insert(worker, Heed { job, epoch, since, query });
@@ -197,7 +197,7 @@ impl Shell {
 
     fn commit(&mut self, name: &WorkerId, commit: &pool::Commit) -> Result<CommitAnswer, Refusal> {
         let worker = Worker(commit.session.0);
-        let (build, _) = self.staff.get(worker).ok_or(Refusal::Stranger)?;
+        let (build, _) = self.skill_table.get(worker).ok_or(Refusal::Stranger)?;
         self.know(worker, name);
         let (job, epoch) = (Job(commit.job.0), Epoch(commit.epoch.0));
         if !self.dispatch.takes(job, epoch, build) {
@@ -227,7 +227,7 @@ impl Shell {
     fn count(&mut self, commit: &pool::Commit, outcome: Outcome) -> CommitAnswer {
         let (worker, job) = (Worker(commit.session.0), Job(commit.job.0));
         let (epoch, digest) = (Epoch(commit.epoch.0), Digest(commit.digest));
-        let Some((build, skills)) = self.staff.get(worker) else {
+        let Some((build, skills)) = self.skill_table.get(worker) else {
             return CommitAnswer::Done(None);
         };
         self.roster.left(worker, commit.job);

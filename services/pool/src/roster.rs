@@ -1,7 +1,7 @@
 //! The workers that are known, for whoever asks about them. Decides nothing.
 
 use super::lives::Lives;
-use super::staff;
+use super::skill_table;
 use cullet_dispatch::Worker;
 use cullet_proto::pool::Hello;
 use cullet_proto::service::WorkerInfo;
@@ -116,7 +116,7 @@ impl Roster {
             memory: row.about.memory,
             version: row.about.version.clone(),
             build: JobId(row.about.build).short(),
-            solvers: row.about.families.as_deref().map(staff::words),
+            solvers: row.about.families.as_deref().map(skill_table::words),
             jobs: row.jobs.iter().map(ToString::to_string).collect(),
             done: row.done,
         };

@@ -2,7 +2,7 @@
 
 use super::Settlement;
 use super::shell::{Input, Listener};
-use super::staff::{self, Skill};
+use super::skill_table::{self, Skill};
 use cullet_dispatch::{Counts, Event, Run, Share};
 use cullet_proto::outline::Parted;
 use cullet_proto::specimen::SpecimenJob;
@@ -132,7 +132,7 @@ impl RunHandle {
     /// Wants a job done; it settles through [`RunHandle::settled`]. A job over a limit of the wire
     /// settles as abandoned.
     pub fn open(&self, job: &FractureJob) -> JobId {
-        self.want(Parted::of(job), staff::asks(job), job)
+        self.want(Parted::of(job), skill_table::asks(job), job)
     }
 
     /// As [`RunHandle::open`], for a specimen.

@@ -13,7 +13,7 @@ use super::openings::Opening;
 use super::questions::Heed;
 use super::roster::Roster;
 use super::run::AttemptNews;
-use super::staff::Staff;
+use super::skill_table::SkillTable;
 use super::{LinkError, PoolConfig, PoolStats, Refusals, RunStats, Settlement, quarantine};
 use cullet_dispatch::{
     Dispatch, Event, Heir, Job, Millis, Receipt, Run, Share, Skills, Timing, Worker,
@@ -99,7 +99,7 @@ pub(super) struct Shell {
     /// Bytes of meshes sent to workers.
     pub(super) mesh_bytes: u64,
     pub(super) roster: Roster,
-    pub(super) staff: Staff,
+    pub(super) skill_table: SkillTable,
     pub(super) names: BTreeMap<Worker, WorkerId>,
     pub(super) lives: Lives,
     pub(super) ledger: Ledger,
@@ -148,7 +148,7 @@ impl Shell {
             refusals: Refusals::default(),
             mesh_bytes: 0,
             roster: Roster::default(),
-            staff: Staff::default(),
+            skill_table: SkillTable::default(),
             names: BTreeMap::new(),
             lives: Lives::new(Duration::from_millis(closing)),
             ledger: Ledger::default(),
@@ -266,7 +266,7 @@ impl Shell {
                 }
                 self.polls.remove(&worker);
                 self.heeds.remove(&worker);
-                self.staff.gone(worker);
+                self.skill_table.gone(worker);
                 self.roster.gone(worker);
                 self.step(Event::Down(worker));
                 // What is told of its jobs has its name.
@@ -277,7 +277,7 @@ impl Shell {
         self.step(Event::Tick);
         self.answer_old_heeds();
         self.tell_twins();
-        self.staff.tell(self.dispatch.stranded());
+        self.skill_table.tell(self.dispatch.stranded());
         self.inbox.sweep();
     }
 

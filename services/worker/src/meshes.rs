@@ -2,7 +2,7 @@
 //! others are asked for, a piece at a time.
 
 use crate::link::NoAnswer;
-use cullet_dispatch::{Job, Shelf, Trouble};
+use cullet_dispatch::{Job, LruIndex, Trouble};
 use cullet_proto::ids::digest;
 use cullet_proto::outline::Outline;
 use cullet_proto::pool::{Fetch, FetchAnswer, Grant};
@@ -24,24 +24,24 @@ type Lack = (Trouble, String);
 
 /// Large parts by digest: the most recently used, as much as fits.
 pub(crate) struct Meshes {
-    shelf: Shelf,
+    index: LruIndex,
     held: BTreeMap<[u8; 32], Arc<Vec<u8>>>,
 }
 
 impl Meshes {
     /// Room for so many bytes.
     pub(crate) fn new(bound: u64) -> Self {
-        Self { shelf: Shelf::new(bound), held: BTreeMap::new() }
+        Self { index: LruIndex::new(bound), held: BTreeMap::new() }
     }
 
     fn get(&mut self, name: &[u8; 32]) -> Option<Arc<Vec<u8>>> {
-        self.shelf.touch(Job(*name));
+        self.index.touch(Job(*name));
         self.held.get(name).map(Arc::clone)
     }
 
     fn put(&mut self, name: [u8; 32], part: &Arc<Vec<u8>>) {
         self.held.insert(name, Arc::clone(part));
-        for gone in self.shelf.put(Job(name), part.len() as u64) {
+        for gone in self.index.put(Job(name), part.len() as u64) {
             self.held.remove(&gone.0);
         }
     }

@@ -1,5 +1,5 @@
 //! The supervising half of a worker: does what its machine
-//! ([`Hand`], `services/dispatch/src/hand.rs`) says.
+//! ([`WorkerMachine`], `services/dispatch/src/worker_machine.rs`) says.
 //!
 //! Four threads beside this one: the talker asks, the renewer says how far the job is, the heeder
 //! holds a question until the job is not wanted any more, the job runs. All put what they have to
@@ -11,7 +11,9 @@ use crate::meshes::Meshes;
 use crate::solve::{SolveFn, Watch};
 use crate::talk::{News, Order, Talker};
 use crate::{EXIT_WEDGED, WorkerConfig, WorkerError, start_threads};
-use cullet_dispatch::{Act, Digest, Epoch, Hand, Heard, Job, Millis, Question, Trouble};
+use cullet_dispatch::{
+    Digest, Epoch, Job, Millis, Question, Trouble, WorkerInput, WorkerMachine, WorkerOutput,
+};
 use cullet_proto::SessionId;
 use cullet_proto::ids::digest;
 use cullet_proto::pool::{Grant, Hello, OVERDUE};
@@ -51,7 +53,7 @@ type Task = (Epoch, Vec<u8>, Watch);
 
 pub(crate) struct Supervisor {
     config: WorkerConfig,
-    hand: Hand,
+    machine: WorkerMachine,
     start: Instant,
     news: Receiver<News>,
     orders: Sender<Order>,
@@ -120,7 +122,7 @@ impl Supervisor {
         let worker = start("cullet-job", move || work(place, &queue, &say, &mark))?;
         Ok(Some(Self {
             config,
-            hand: Hand::default(),
+            machine: WorkerMachine::default(),
             start: Instant::now(),
             news,
             orders,
@@ -145,17 +147,17 @@ impl Supervisor {
     /// Asks for jobs and does them until told to stop or drained.
     pub(crate) fn work(mut self) {
         let mut quitting = false;
-        self.step(Heard::Begin);
-        while !self.hand.left() && !self.orphaned.load(Ordering::Relaxed) {
+        self.step(WorkerInput::Begin);
+        while !self.machine.left() && !self.orphaned.load(Ordering::Relaxed) {
             if !quitting && self.config.stop.load(Ordering::Relaxed) {
                 quitting = true;
-                self.step(Heard::Quit);
+                self.step(WorkerInput::Quit);
                 continue;
             }
-            let wake = self.hand.wake().map_or(Millis::MAX, |at| at.saturating_sub(self.now()));
+            let wake = self.machine.wake().map_or(Millis::MAX, |at| at.saturating_sub(self.now()));
             match self.news.recv_timeout(LOOK.min(Duration::from_millis(wake))) {
                 Ok(news) => self.take(news),
-                Err(RecvTimeoutError::Timeout) => self.step(Heard::Tick),
+                Err(RecvTimeoutError::Timeout) => self.step(WorkerInput::Tick),
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             self.look_at_overdue();
@@ -178,16 +180,18 @@ impl Supervisor {
 
     fn take(&mut self, news: News) {
         // What a job that was killed still has to say is not about the one at hand.
-        let at = self.hand.at().map(|work| work.epoch);
+        let at = self.machine.at().map(|work| work.epoch);
         let next = news.grant;
         match news.heard {
-            Heard::Fetched { epoch } if at == Some(epoch) => self.bytes = news.bytes,
-            Heard::Solved { epoch, .. } if at == Some(epoch) => self.blob = Arc::new(news.bytes),
-            Heard::Trouble { epoch, .. } if at == Some(epoch) => self.text = news.text,
+            WorkerInput::Fetched { epoch } if at == Some(epoch) => self.bytes = news.bytes,
+            WorkerInput::Solved { epoch, .. } if at == Some(epoch) => {
+                self.blob = Arc::new(news.bytes)
+            }
+            WorkerInput::Trouble { epoch, .. } if at == Some(epoch) => self.text = news.text,
             _ => {}
         }
         self.tell(news.heard, at);
-        if let Heard::Grant { .. } | Heard::Receipt { .. } = news.heard
+        if let WorkerInput::Grant { .. } | WorkerInput::Receipt { .. } = news.heard
             && next.is_some()
         {
             self.grant = next;
@@ -196,7 +200,7 @@ impl Supervisor {
     }
 
     /// A line about the job at hand.
-    fn tell(&self, heard: Heard, at: Option<Epoch>) {
+    fn tell(&self, heard: WorkerInput, at: Option<Epoch>) {
         let Some(grant) = self.grant.filter(|grant| at.is_some_and(|at| at.0 == grant.epoch.0))
         else {
             return;
@@ -204,22 +208,24 @@ impl Supervisor {
         let (run, job, seconds) =
             (grant.run, grant.job.short(), self.since.elapsed().as_secs_f64());
         match heard {
-            Heard::Fetched { .. } => tracing::debug!(run, job, seconds, "job here"),
-            Heard::Solved { .. } => tracing::info!(run, job, seconds, "job solved"),
-            Heard::Receipt { .. } => tracing::debug!(run, job, seconds, "result handed in"),
-            Heard::Stop { .. } => tracing::info!(run, job, seconds, "job not wanted any more"),
-            Heard::Trouble { trouble, .. } => {
+            WorkerInput::Fetched { .. } => tracing::debug!(run, job, seconds, "job here"),
+            WorkerInput::Solved { .. } => tracing::info!(run, job, seconds, "job solved"),
+            WorkerInput::Receipt { .. } => tracing::debug!(run, job, seconds, "result handed in"),
+            WorkerInput::Stop { .. } => {
+                tracing::info!(run, job, seconds, "job not wanted any more")
+            }
+            WorkerInput::Trouble { trouble, .. } => {
                 tracing::warn!(run, job, seconds, ?trouble, text = self.text, "job given back");
             }
             _ => {}
         }
     }
 
-    fn step(&mut self, heard: Heard) {
+    fn step(&mut self, heard: WorkerInput) {
         let now = self.now();
-        let before = self.hand.at();
-        let acts = self.hand.step(now, heard);
-        let at = self.hand.at();
+        let before = self.machine.at();
+        let acts = self.machine.step(now, heard);
+        let at = self.machine.at();
         if at != before {
             self.over.store(true, Ordering::Relaxed);
             self.over = Arc::default();
@@ -232,12 +238,12 @@ impl Supervisor {
     }
 
     /// The threads end only after this one does, so their queues are open.
-    fn act(&mut self, heard: Heard, act: Act) {
+    fn act(&mut self, heard: WorkerInput, act: WorkerOutput) {
         match act {
-            Act::Ask(Question::Renew { job, epoch, begun }) => {
+            WorkerOutput::Ask(Question::Renew { job, epoch, begun }) => {
                 let _closed = self.renewals.send((job, epoch, begun, self.watch.clone()));
             }
-            Act::Ask(question) => {
+            WorkerOutput::Ask(question) => {
                 let text = match question {
                     Question::Fail { .. } => std::mem::take(&mut self.text),
                     _ => String::new(),
@@ -245,7 +251,7 @@ impl Supervisor {
                 let order = Order::Ask(question, text, Arc::clone(&self.blob));
                 let _closed = self.orders.send(order);
             }
-            Act::Fetch(work) => {
+            WorkerOutput::Fetch(work) => {
                 self.watch = Watch::default();
                 self.text.clear();
                 self.since = Instant::now();
@@ -256,19 +262,19 @@ impl Supervisor {
                     let _closed = self.orders.send(Order::Fetch(grant, self.watch.clone()));
                 }
             }
-            Act::Solve(work) => {
+            WorkerOutput::Solve(work) => {
                 let task = (work.epoch, std::mem::take(&mut self.bytes), self.watch.clone());
                 let _closed = self.tasks.send(task);
             }
-            Act::Kill(epoch) => {
+            WorkerOutput::Kill(epoch) => {
                 self.watch.cancel();
                 // Only the clock kills at the limit.
-                if heard == Heard::Tick {
+                if heard == WorkerInput::Tick {
                     self.text = OVERDUE.to_owned();
                     self.overdue = Some((epoch, Instant::now()));
                 }
             }
-            Act::Leave => {}
+            WorkerOutput::Leave => {}
         }
     }
 
@@ -348,7 +354,7 @@ fn heed(talker: &Talker, queue: &Receiver<Wanted>) {
             match talker.heed((job, epoch), &over) {
                 Ok(Some(false)) => {}
                 Ok(Some(true)) => {
-                    if talker.news.send(News::of(Heard::Stop { epoch })).is_err() {
+                    if talker.news.send(News::of(WorkerInput::Stop { epoch })).is_err() {
                         return;
                     }
                     break;
@@ -379,12 +385,12 @@ fn work(mut place: Place, tasks: &Receiver<Task>, news: &Sender<News>, busy: &At
         };
         let trouble = |trouble: Trouble, text: String| News {
             text,
-            ..News::of(Heard::Trouble { epoch, trouble })
+            ..News::of(WorkerInput::Trouble { epoch, trouble })
         };
         let told = match ended {
             Attempt::Solved(bytes) => {
                 let digest = Digest(digest(&bytes));
-                News { bytes, ..News::of(Heard::Solved { epoch, digest }) }
+                News { bytes, ..News::of(WorkerInput::Solved { epoch, digest }) }
             }
             // Whoever cancelled it has gone on.
             Attempt::Cancelled => continue,

@@ -3,7 +3,7 @@
 use crate::link::{Line, NoAnswer};
 use crate::meshes::{Fetcher, Meshes};
 use crate::solve::Watch;
-use cullet_dispatch::{Digest, Epoch, Heard, Job, Question, Trouble, Work};
+use cullet_dispatch::{Digest, Epoch, Job, Question, Trouble, Work, WorkerInput};
 use cullet_proto::keys::WorkerVerb;
 use cullet_proto::pool::{self, ChunkAnswer, CommitAnswer, Grant, Noted, PollAnswer, Refusal};
 use cullet_proto::pool::{HeedAnswer, RenewAnswer, Trouble as Told};
@@ -31,7 +31,7 @@ pub(crate) enum Order {
 
 /// What came of it.
 pub(crate) struct News {
-    pub(crate) heard: Heard,
+    pub(crate) heard: WorkerInput,
     /// The grant that was heard of.
     pub(crate) grant: Option<Grant>,
     /// A job's bytes, or a verdict's.
@@ -41,12 +41,12 @@ pub(crate) struct News {
 }
 
 impl News {
-    pub(crate) fn of(heard: Heard) -> Self {
+    pub(crate) fn of(heard: WorkerInput) -> Self {
         Self { heard, grant: None, bytes: Vec::new(), text: String::new() }
     }
 
     fn trouble(epoch: Epoch, trouble: Trouble, text: String) -> Self {
-        Self { text, ..Self::of(Heard::Trouble { epoch, trouble }) }
+        Self { text, ..Self::of(WorkerInput::Trouble { epoch, trouble }) }
     }
 }
 
@@ -102,11 +102,11 @@ impl Talker {
                 let (job, epoch) = (JobId(job.0), cullet_proto::Epoch(epoch.0));
                 let fail = pool::Fail { session, job, epoch, trouble, text };
                 let said = self.line.ask::<_, Noted>(WorkerVerb::Fail, &fail, &[]);
-                said.map(|_| News::of(Heard::Noted))
+                said.map(|_| News::of(WorkerInput::Noted))
             }
             Question::Bye => {
                 let said = self.line.ask::<_, Noted>(WorkerVerb::Bye, &pool::Bye { session }, &[]);
-                said.map(|_| News::of(Heard::Noted))
+                said.map(|_| News::of(WorkerInput::Noted))
             }
         };
         if !matches!(answer, Err(NoAnswer::Silence)) {
@@ -115,15 +115,15 @@ impl Talker {
         answer.unwrap_or_else(|error| match error {
             NoAnswer::Silence => {
                 self.tell_silence();
-                News::of(Heard::Silence(question))
+                News::of(WorkerInput::Silence(question))
             }
             NoAnswer::Refused(refusal) => {
                 tracing::error!("refused: {refusal}");
-                News::of(Heard::Refused(question))
+                News::of(WorkerInput::Refused(question))
             }
             NoAnswer::Unreadable(text) => {
                 tracing::error!("an answer is unreadable: {text}");
-                News::of(Heard::Refused(question))
+                News::of(WorkerInput::Refused(question))
             }
         })
     }
@@ -170,11 +170,11 @@ impl Talker {
         let (said, _) = self.introduced(ask)?;
         Ok(match said {
             PollAnswer::Grant(grant) => {
-                let heard = Heard::Grant { seq, work: work_of(&grant) };
+                let heard = WorkerInput::Grant { seq, work: work_of(&grant) };
                 News { grant: Some(grant), ..News::of(heard) }
             }
-            PollAnswer::Idle => News::of(Heard::Idle { seq }),
-            PollAnswer::Drain => News::of(Heard::Dismiss { seq }),
+            PollAnswer::Idle => News::of(WorkerInput::Idle { seq }),
+            PollAnswer::Drain => News::of(WorkerInput::Dismiss { seq }),
         })
     }
 
@@ -188,8 +188,8 @@ impl Talker {
         let renew = pool::Renew { session, job: JobId(job.0), epoch: told, permille };
         let (said, _) = self.again(|| self.line.ask(WorkerVerb::Renew, &renew, &[]))?;
         Ok(News::of(match said {
-            RenewAnswer::Stop => Heard::Stop { epoch },
-            RenewAnswer::Go { .. } => Heard::Tick,
+            RenewAnswer::Stop => WorkerInput::Stop { epoch },
+            RenewAnswer::Go { .. } => WorkerInput::Tick,
         }))
     }
 
@@ -232,7 +232,7 @@ impl Talker {
             match self.introduced(ask)?.0 {
                 CommitAnswer::Done(grant) => {
                     let next = grant.as_ref().map(work_of);
-                    return Ok(News { grant, ..News::of(Heard::Receipt { epoch, next }) });
+                    return Ok(News { grant, ..News::of(WorkerInput::Receipt { epoch, next }) });
                 }
                 CommitAnswer::Missing(missing) => self.send(blob, digest.0, &missing)?,
                 CommitAnswer::Damaged => tracing::warn!("a result came over damaged"),
@@ -270,7 +270,7 @@ impl Talker {
         let ask = |fetch: pool::Fetch| self.line.ask(WorkerVerb::Fetch, &fetch, &[]);
         let stop = || watch.cancelled();
         match (Fetcher { meshes, ask: &ask, stop: &stop }).job(grant) {
-            Ok(bytes) => News { bytes, ..News::of(Heard::Fetched { epoch }) },
+            Ok(bytes) => News { bytes, ..News::of(WorkerInput::Fetched { epoch }) },
             Err((trouble, text)) => News::trouble(epoch, trouble, text),
         }
     }

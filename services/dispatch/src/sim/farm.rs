@@ -24,11 +24,11 @@ enum Note {
     /// A question of a worker reaches the coordinator.
     Asked(Worker, Question),
     /// An answer reaches a worker.
-    Told(Worker, Heard),
+    Told(Worker, WorkerInput),
     /// A worker's transport gives a question up.
     Timeout(Worker, Question, u64),
     /// Something in a worker's own process.
-    Own(Worker, Heard),
+    Own(Worker, WorkerInput),
     Wake(Worker),
     /// One more worker, in that place.
     Born(usize),
@@ -44,7 +44,7 @@ enum Note {
 }
 
 struct Body {
-    hand: Hand,
+    machine: WorkerMachine,
     frozen: Millis,
     cut: Millis,
     asks: u64,
@@ -163,7 +163,7 @@ impl Farm {
             }
             Note::Timeout(worker, question, asks) => {
                 if self.bodies.get(&worker).is_some_and(|body| body.asks == asks) {
-                    return self.hear(worker, Heard::Silence(question), Some(note));
+                    return self.hear(worker, WorkerInput::Silence(question), Some(note));
                 }
                 Ok(())
             }
@@ -334,11 +334,11 @@ impl Farm {
                 return self.check.isolated(job);
             }
             Effect::Grant { worker, seq, job, epoch, hard, .. } => {
-                (worker, Heard::Grant { seq, work: self.work(job, epoch, hard) })
+                (worker, WorkerInput::Grant { seq, work: self.work(job, epoch, hard) })
             }
-            Effect::Idle { worker, seq } => (worker, Heard::Idle { seq }),
-            Effect::Dismiss { worker, seq } => (worker, Heard::Dismiss { seq }),
-            Effect::Cancel { worker, epoch, .. } => (worker, Heard::Stop { epoch }),
+            Effect::Idle { worker, seq } => (worker, WorkerInput::Idle { seq }),
+            Effect::Dismiss { worker, seq } => (worker, WorkerInput::Dismiss { seq }),
+            Effect::Cancel { worker, epoch, .. } => (worker, WorkerInput::Stop { epoch }),
             _ => return,
         };
         self.send(worker, Note::Told(worker, heard));
@@ -361,7 +361,7 @@ impl Farm {
                 self.step_then(event, |farm, effect, said| {
                     if let Effect::Stop { .. } = effect {
                         *said = true;
-                        farm.send(worker, Note::Told(worker, Heard::Stop { epoch }));
+                        farm.send(worker, Note::Told(worker, WorkerInput::Stop { epoch }));
                     }
                 })
             }
@@ -397,7 +397,7 @@ impl Farm {
 
     fn noted(&mut self, worker: Worker) {
         if self.machine.is_some() {
-            self.send(worker, Note::Told(worker, Heard::Noted));
+            self.send(worker, Note::Told(worker, WorkerInput::Noted));
         }
     }
 
@@ -435,7 +435,7 @@ impl Farm {
             if accepted {
                 self.check.acknowledged(job);
             }
-            self.send(worker, Note::Told(worker, Heard::Receipt { epoch, next: granted }));
+            self.send(worker, Note::Told(worker, WorkerInput::Receipt { epoch, next: granted }));
         }
         if self.is(Mutant::AckedBeforeKept) && accepted {
             let found = (digest, outcome, build);

@@ -302,7 +302,7 @@ fn second_life(inherited: &[u64]) -> Pool {
 fn what_an_earlier_life_has_granted_goes_on_and_waits_for_its_worker_for_a_lease() {
     let mut pool = second_life(&[1, 2, 3]);
     let before = |k| (job(k), Epoch(1 << 32 | k));
-    // Heard of before a run has opened it.
+    // WorkerInput of before a run has opened it.
     assert!(matches!(pool.step(renewal(11, before(1), true))[..], [Effect::Renewed { .. }]));
     let said = pool.open(1, 1);
     assert!(matches!(said[..], [Effect::Adopted { worker: Worker(11), .. }]), "{said:?}");

@@ -1,6 +1,6 @@
 //! Bytes that are not as they should be get an answer that says so.
 
-use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
+use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_for};
 use cullet_pool::{CacheConfig, Ending, Pool, PoolConfig, Refusals, Share};
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, WorkerVerb};
@@ -148,7 +148,7 @@ fn a_worker_that_takes_a_job_and_falls_silent_loses_it_to_another() {
     let id = run.open(&job("echo", 3, 0));
     let said: PollAnswer = forger.ask(WorkerVerb::Poll, &poll, &[]);
     assert!(matches!(said, PollAnswer::Grant(_)));
-    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
     let settlement = next(&run, id);
     assert_eq!((settlement.attempts, settlement.worker.as_str()), (2, "w"));
 }
@@ -181,7 +181,7 @@ fn a_worker_that_vanishes_is_charged_to_a_job_that_its_solver_has_and_to_no_othe
             wait_for("it is missed", || pool.stats().workers == 0);
             wait_for("it has lost the job", || pool.stats().jobs.running == 0);
         }
-        let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+        let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
         let settlement = next(&run, id);
         let abandoned = matches!(settlement.ending, Ending::Abandoned(_));
         assert_eq!(abandoned, charged, "{settlement:?}");
@@ -201,7 +201,7 @@ fn a_late_result_of_another_build_is_fenced_and_a_stranger_is_asked_who_it_is() 
     let id = run.open(&problem);
     let said: PollAnswer = forger.ask(WorkerVerb::Poll, &poll(9), &[]);
     let PollAnswer::Grant(Grant { job, epoch, .. }) = said else { panic!("no grant: {said:?}") };
-    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
     wait_for("another has it", || pool.stats().jobs.resent == 1);
     // What it hands in was right, and nobody can know that.
     let blob = answer(&problem).encode().expect("a verdict");
@@ -280,7 +280,7 @@ fn chunks_that_nobody_asked_for_keep_the_result_of_another_worker_out_at_no_time
         let said: ChunkAnswer = forger.ask(WorkerVerb::Chunk, &chunk, &end);
         assert_eq!(said, ChunkAnswer::Have);
     }
-    let _hand = Hand::hire(&pool, "honest", Arc::new(solve));
+    let _hand = HiredWorker::hire(&pool, "honest", Arc::new(solve));
     let id = run.open(&job("echo", 3, 0));
     verdict(next(&run, id));
     pool.shutdown();

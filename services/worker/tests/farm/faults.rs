@@ -1,7 +1,7 @@
 //! Workers that die, hang or stop.
 
 use crate::kit::{
-    Hand, config, job, next, solve, verdict, wait_for, with_processes, with_processes_of,
+    HiredWorker, config, job, next, solve, verdict, wait_for, with_processes, with_processes_of,
 };
 use cullet_pool::{Ending, Pool, PoolConfig, Share, SpawnConfig, Timing};
 use cullet_proto::{FractureJob, Verdict};
@@ -62,7 +62,7 @@ fn a_worker_whose_every_job_dies_ends_none_while_another_is_busy_and_is_sent_awa
     let hire = |name, memory| {
         let command = JobCommand { exe: exe.clone(), args: vec!["job".into()], memory };
         let own = WorkerConfig { job: Some(command), ..WorkerConfig::default() };
-        Hand::hire_as(&pool, name, Arc::new(solve), own)
+        HiredWorker::hire_as(&pool, name, Arc::new(solve), own)
     };
     let _able = hire("able", Some(256 << 20));
     let long = run.open(&job("echo", 1, 6_000));
@@ -152,11 +152,11 @@ fn a_worker_ends_with_the_parent_that_held_its_input() {
 fn a_job_given_back_by_a_worker_that_stops_goes_to_another() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let leaving = Hand::hire(&pool, "a", Arc::new(solve));
+    let leaving = HiredWorker::hire(&pool, "a", Arc::new(solve));
     let id = run.open(&job("echo", 1, 300));
     wait_for("it runs", || pool.stats().jobs.running == 1);
     leaving.tell();
-    let _staying = Hand::hire(&pool, "b", Arc::new(solve));
+    let _staying = HiredWorker::hire(&pool, "b", Arc::new(solve));
     let settlement = next(&run, id);
     assert_eq!((settlement.attempts, settlement.worker.as_str()), (2, "b"));
 }
@@ -173,7 +173,7 @@ fn processes_that_never_ask_for_work_are_given_up() {
     let stats = pool.stats();
     assert_eq!((stats.children, stats.respawned), (0, 2 * 5), "it was tried no more and no less");
     // Somebody from elsewhere is as good.
-    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
     wait_for("a worker", || pool.stats().workers == 1);
     let id = run.open(&job("echo", 2, 300));
     verdict(next(&run, id));
@@ -184,15 +184,15 @@ fn a_worker_told_to_stop_leaves_though_its_question_is_held() {
     let timing = Timing { park: 600_000, ..Timing::test() };
     let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let hired = HiredWorker::hire(&pool, "w", Arc::new(solve));
     // A job done: the next question finds none and is held.
     let id = run.open(&job("echo", 1, 0));
     verdict(next(&run, id));
     std::thread::sleep(Duration::from_millis(500));
-    hand.tell();
+    hired.tell();
     wait_for("it is gone", || pool.stats().workers == 0);
     let id = run.open(&job("echo", 2, 0));
-    let _other = Hand::hire(&pool, "x", Arc::new(solve));
+    let _other = HiredWorker::hire(&pool, "x", Arc::new(solve));
     assert_eq!(next(&run, id).worker, "x");
 }
 
@@ -201,7 +201,7 @@ fn a_solver_over_the_hard_limit_is_stopped_and_in_the_end_abandoned() {
     let timing = Timing { hard: 300, ..Timing::test() };
     let pool = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
     let id = run.open(&job("echo", 1, 60_000));
     let settlement = next(&run, id);
     assert_eq!(settlement.attempts, 3);
@@ -212,7 +212,7 @@ fn a_solver_over_the_hard_limit_is_stopped_and_in_the_end_abandoned() {
 fn a_worker_may_come_before_its_coordinator_and_outlive_it() {
     let first = Pool::start(config()).expect("a pool on loopback");
     let endpoint = first.endpoint().to_owned();
-    let hand = Hand::hire(&first, "w", Arc::new(solve));
+    let hired = HiredWorker::hire(&first, "w", Arc::new(solve));
     let run = first.run(Share::default());
     let id = run.open(&job("echo", 1, 0));
     verdict(next(&run, id));
@@ -223,7 +223,7 @@ fn a_worker_may_come_before_its_coordinator_and_outlive_it() {
     let run = second.run(Share::default());
     let id = run.open(&job("echo", 2, 0));
     assert_eq!(next(&run, id).worker, "w");
-    drop(hand);
+    drop(hired);
 }
 
 #[test]
@@ -237,7 +237,7 @@ fn a_result_that_cannot_be_sent_is_no_result() {
         body.fragments[0].velocity.x = f64::NAN;
         Some(Verdict::Broken(body))
     };
-    let _hand = Hand::hire(&pool, "w", Arc::new(nonsense));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(nonsense));
     let id = run.open(&job("echo", 1, 0));
     let settlement = next(&run, id);
     let Ending::Abandoned(text) = settlement.ending else { panic!("{settlement:?}") };

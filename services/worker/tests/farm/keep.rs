@@ -1,6 +1,6 @@
 //! What the pool keeps, and what it tells while it works.
 
-use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
+use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_for};
 use cullet_pool::{CacheConfig, Ending, Pool, PoolConfig, RunHandle, Share, Timing};
 use cullet_proto::{FractureJob, Verdict, WorkerId};
 use cullet_run::Jobs;
@@ -16,11 +16,11 @@ fn a_repeat_is_answered_without_a_worker_also_by_the_next_life() {
     let start = || Pool::start(PoolConfig { cache: cache.clone(), ..config() }).expect("a pool");
     let pool = start();
     let run = pool.run(Share::default());
-    let hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let hired = HiredWorker::hire(&pool, "w", Arc::new(solve));
     let id = run.open(&problem);
     let first = next(&run, id);
     assert!(!first.cached && first.attempts == 1);
-    drop(hand);
+    drop(hired);
     for pool in [pool, start()] {
         let run = pool.run(Share::default());
         let id = run.open(&problem);
@@ -37,7 +37,7 @@ fn a_job_that_kills_its_workers_leaves_what_reproduces_it_and_stalls_its_run_alo
     let quarantine = Some(folder.path().to_owned());
     let timing = Timing { hard: 200, ..Timing::test() };
     let pool = Pool::start(PoolConfig { quarantine, timing, ..config() }).expect("a pool");
-    let hands = ["a", "b"].map(|name| Hand::hire(&pool, name, Arc::new(solve)));
+    let hands = ["a", "b"].map(|name| HiredWorker::hire(&pool, name, Arc::new(solve)));
     let (sick, well) = (pool.run(Share::default()), pool.run(Share::default()));
     let poison = job("echo", 1, 60_000);
     let bad = sick.open(&poison);
@@ -83,7 +83,7 @@ fn a_job_that_kills_its_workers_leaves_what_reproduces_it_and_stalls_its_run_alo
     pool.shutdown();
     let pool = start();
     let run = pool.run(Share::default());
-    let _hand = Hand::hire(&pool, "c", Arc::new(solve));
+    let _hand = HiredWorker::hire(&pool, "c", Arc::new(solve));
     run.open(&poison);
     wait_for("it is tried", || pool.stats().jobs.running == 1);
 }
@@ -92,14 +92,14 @@ fn a_job_that_kills_its_workers_leaves_what_reproduces_it_and_stalls_its_run_alo
 fn a_drained_worker_finishes_its_job_and_gets_no_other() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let _a = Hand::hire(&pool, "a", Arc::new(solve));
+    let _a = HiredWorker::hire(&pool, "a", Arc::new(solve));
     let first = run.open(&job("echo", 1, 200));
     wait_for("it runs", || pool.stats().jobs.running == 1);
     pool.drain(WorkerId::new("a").expect("a name"));
     let second = run.open(&job("echo", 2, 0));
     assert_eq!(next(&run, first).worker, "a");
     wait_for("it leaves", || pool.stats().workers == 0);
-    let _b = Hand::hire(&pool, "b", Arc::new(solve));
+    let _b = HiredWorker::hire(&pool, "b", Arc::new(solve));
     assert_eq!(next(&run, second).worker, "b");
 }
 
@@ -111,7 +111,7 @@ fn how_far_a_solve_is_streams_back() {
         watch.progress(0.5);
         solve(job, watch)
     };
-    let hand = Hand::hire(&pool, "w", Arc::new(half));
+    let hired = HiredWorker::hire(&pool, "w", Arc::new(half));
     let id = run.open(&job("echo", 1, 10_000));
     let load = |run: &RunHandle| (run.load().jobs, run.load().permille);
     wait_for("half of it", || load(&run) == (1, 500));
@@ -122,13 +122,13 @@ fn how_far_a_solve_is_streams_back() {
     other.open(&job("echo", 2, 1_500));
     wait_for("the mean", || load(&other) == (2, 500));
     // It is given back, and begins at the beginning.
-    drop(hand);
+    drop(hired);
     wait_for("nobody is at it", || (load(&run), load(&other)) == ((1, 0), (2, 0)));
     run.cancel();
     other.cancel();
     assert_eq!(next(&run, id).ending, Ending::Cancelled);
     wait_for("nothing is wanted", || load(&run) == (0, 0));
-    let _hand = Hand::hire(&pool, "v", Arc::new(half));
+    let _hand = HiredWorker::hire(&pool, "v", Arc::new(half));
     let id = run.open(&job("echo", 3, 1_500));
     wait_for("half of another", || load(&run) == (1, 500));
     verdict(next(&run, id));

@@ -73,12 +73,12 @@ pub(crate) fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
 }
 
 /// A worker on a thread of this process.
-pub(crate) struct Hand {
+pub(crate) struct HiredWorker {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Hand {
+impl HiredWorker {
     pub(crate) fn hire(pool: &Pool, name: &str, solve: SolveFn) -> Self {
         Self::hire_as(pool, name, solve, WorkerConfig::default())
     }
@@ -104,7 +104,7 @@ impl Hand {
     }
 }
 
-impl Drop for Hand {
+impl Drop for HiredWorker {
     fn drop(&mut self) {
         self.tell();
         if let Some(thread) = self.thread.take() {

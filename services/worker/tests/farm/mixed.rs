@@ -1,6 +1,6 @@
 //! Meshes that travel once, workers that differ, and queues that are full.
 
-use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for};
+use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_for};
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_pool::{Ending, Pool, PoolConfig, Share, Timing};
 use cullet_proto::pool::Family;
@@ -20,7 +20,7 @@ fn large(seed: u64) -> FractureJob {
 fn a_mesh_goes_to_each_worker_once_and_again_to_one_that_keeps_none() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let hired = HiredWorker::hire(&pool, "w", Arc::new(solve));
     let mut sent = Vec::new();
     for seed in 0..3 {
         let id = run.open(&large(seed));
@@ -29,9 +29,9 @@ fn a_mesh_goes_to_each_worker_once_and_again_to_one_that_keeps_none() {
     }
     assert!(sent[0] > 1 << 20, "{sent:?}: more than a chunk");
     assert_eq!(sent[1..], [sent[0]; 2], "a mesh was sent again");
-    drop(hand);
+    drop(hired);
     let poor = WorkerConfig { meshes: 0, ..WorkerConfig::default() };
-    let _hand = Hand::hire_as(&pool, "poor", Arc::new(solve), poor);
+    let _hand = HiredWorker::hire_as(&pool, "poor", Arc::new(solve), poor);
     for seed in 3..5 {
         let id = run.open(&large(seed));
         verdict(next(&run, id));
@@ -47,7 +47,7 @@ fn a_job_waits_aloud_for_a_worker_that_has_its_family() {
         let family = Family { name: "echo".into(), single, double: true };
         WorkerConfig { families: Some(vec![family]), ..WorkerConfig::default() }
     };
-    let _plain = Hand::hire_as(&pool, "plain", Arc::new(solve), with(false));
+    let _plain = HiredWorker::hire_as(&pool, "plain", Arc::new(solve), with(false));
     let mut hard = job("echo", 1, 0);
     hard.settings.precision = Precision::Single;
     // One that can be done shows that the worker is there, and passes the other.
@@ -55,7 +55,7 @@ fn a_job_waits_aloud_for_a_worker_that_has_its_family() {
     wait_for("the second is done", || pool.stats().jobs.waiting == 1);
     wait_for("the first waits aloud", || pool.stats().stranded == 1);
     assert!(run.settled(Duration::from_millis(100)).is_none());
-    let _full = Hand::hire_as(&pool, "full", Arc::new(solve), with(true));
+    let _full = HiredWorker::hire_as(&pool, "full", Arc::new(solve), with(true));
     assert_eq!(next(&run, first).worker, "full");
     assert_eq!(next(&run, second).worker, "plain");
     assert_eq!(pool.stats().stranded, 0);
@@ -81,12 +81,12 @@ fn a_run_at_its_bound_waits_and_goes_on_in_order() {
     assert_eq!((run.stats().waiting, pool.stats().queued), (20, 17));
     // Others have room of their own.
     let another = other.open(&job("echo", 77, 0));
-    let hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let hired = HiredWorker::hire(&pool, "w", Arc::new(solve));
     verdict(next(&other, another));
     for (id, job) in ids.iter().zip(&jobs) {
         assert_eq!(verdict(next(&run, *id)), answer(job));
     }
-    drop(hand);
+    drop(hired);
     // What waits for room is cancelled with the rest, after the rest.
     let ids: Vec<_> = jobs.iter().map(|job| other.open(job)).collect();
     let fresh: Vec<_> = (100..110).map(|seed| other.open(&job("echo", seed, 0))).collect();
@@ -114,7 +114,7 @@ fn a_run_that_wants_more_than_may_wait_is_turned_out_and_others_go_on() {
     }
     let (now, all) = (run.stats(), other.stats());
     assert_eq!((now.waiting, all.waiting, pool.stats().jobs.waiting), (0, 7, 7));
-    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
     for id in [fine].into_iter().chain(full) {
         verdict(next(&other, id));
     }
@@ -126,10 +126,10 @@ fn a_settlement_tells_who_had_the_job_and_when() {
     let run = pool.run_as(7, Share::default());
     let id = run.open(&job("echo", 1, 300));
     std::thread::sleep(Duration::from_millis(200));
-    let leaving = Hand::hire(&pool, "a", Arc::new(solve));
+    let leaving = HiredWorker::hire(&pool, "a", Arc::new(solve));
     wait_for("it runs", || pool.stats().jobs.running == 1);
     leaving.tell();
-    let _staying = Hand::hire(&pool, "b", Arc::new(solve));
+    let _staying = HiredWorker::hire(&pool, "b", Arc::new(solve));
     let settlement = next(&run, id);
     let [first, second] = &settlement.tries[..] else { panic!("{settlement:?}") };
     assert_eq!((first.worker.as_str(), second.worker.as_str()), ("a", "b"));

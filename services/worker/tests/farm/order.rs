@@ -1,6 +1,8 @@
 //! The number of workers and their haste do not show in the results.
 
-use crate::kit::{Hand, answer, config, job, next, solve, verdict, wait_for, with_processes_of};
+use crate::kit::{
+    HiredWorker, answer, config, job, next, solve, verdict, wait_for, with_processes_of,
+};
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
 use cullet_pool::{Ending, Pool, PoolConfig, Share, Timing};
 use cullet_proto::{BrokenBody, FractureJob, Fragment, Report, Verdict};
@@ -19,7 +21,7 @@ fn thirty_jobs_settle_in_order_with_the_same_results_on_one_two_and_three_worker
         let run = pool.run(Share::default());
         let names: Vec<_> = (0..workers).map(|k| format!("w{k}")).collect();
         let _hands: Vec<_> =
-            names.iter().map(|name| Hand::hire(&pool, name, Arc::new(solve))).collect();
+            names.iter().map(|name| HiredWorker::hire(&pool, name, Arc::new(solve))).collect();
         let ids: Vec<_> = jobs.iter().map(|job| run.open(job)).collect();
         for (id, truth) in ids.iter().zip(&truth) {
             let settlement = next(&run, *id);
@@ -60,7 +62,7 @@ fn one_problem_opened_twice_is_settled_twice() {
     let job = job("echo", 3, 20);
     let (first, second) = (run.open(&job), run.open(&job));
     assert_eq!(first, second);
-    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
     for _ in 0..2 {
         assert_eq!(verdict(next(&run, first)), answer(&job));
     }
@@ -83,7 +85,7 @@ fn a_job_and_a_result_of_twenty_megabytes_go_over_in_chunks() {
         let report = Report::default();
         Some(Verdict::Broken(Box::new(BrokenBody { fragments, report, ..BrokenBody::default() })))
     };
-    let _hand = Hand::hire(&pool, "w", Arc::new(back));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(back));
     let id = run.open(&large);
     let Verdict::Broken(body) = verdict(next(&run, id)) else { panic!("another verdict") };
     assert_eq!(body.fragments[0].solid, large.solid);
@@ -101,7 +103,7 @@ fn refusals_failures_and_panics_are_verdicts() {
             _ => panic!("a bug"),
         }
     };
-    let _hand = Hand::hire(&pool, "w", Arc::new(say));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(say));
     let ids = ["no", "bad", "bug"].map(|solver| run.open(&job(solver, 0, 0)));
     assert!(matches!(verdict(next(&run, ids[0])), Verdict::Refused { .. }));
     assert!(matches!(verdict(next(&run, ids[1])), Verdict::Failed { .. }));
@@ -118,7 +120,7 @@ fn a_job_over_a_limit_is_abandoned_with_the_bound_and_holds_up_nothing() {
     let mut bad = job("echo", 1, 0);
     bad.material.young = f64::NAN;
     let (bad, good) = (run.open(&bad), run.open(&job("echo", 2, 0)));
-    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
     let Ending::Abandoned(text) = next(&run, bad).ending else { panic!("not abandoned") };
     assert!(text.contains("material is not finite"), "{text}");
     verdict(next(&run, good));
@@ -128,7 +130,7 @@ fn a_job_over_a_limit_is_abandoned_with_the_bound_and_holds_up_nothing() {
 fn what_is_cancelled_settles_so_and_the_worker_is_free_again() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
     let long = run.open(&job("echo", 1, 60_000));
     crate::kit::wait_for("the job runs", || pool.stats().jobs.running == 1);
     run.cancel();
@@ -144,7 +146,7 @@ fn a_worker_whose_job_is_cancelled_is_told_long_before_it_renews() {
     let hour = 3_600_000;
     let timing = Timing { renew: hour, lease: 2 * hour, hard: 2 * hour, ..Timing::test() };
     let on_thread = Pool::start(PoolConfig { timing, ..config() }).expect("a pool on loopback");
-    let _hand = Hand::hire(&on_thread, "w", Arc::new(solve));
+    let _hand = HiredWorker::hire(&on_thread, "w", Arc::new(solve));
     for pool in [on_thread, with_processes_of(1, timing)] {
         let (run, other) = (pool.run(Share::default()), pool.run(Share::default()));
         let long = job("echo", 1, hour as u32);
@@ -168,7 +170,7 @@ fn a_worker_whose_job_is_cancelled_is_told_long_before_it_renews() {
 #[test]
 fn runs_share_a_pool_and_settle_each_in_its_own_order() {
     let pool = Pool::start(config()).expect("a pool on loopback");
-    let _hands = ["a", "b"].map(|name| Hand::hire(&pool, name, Arc::new(solve)));
+    let _hands = ["a", "b"].map(|name| HiredWorker::hire(&pool, name, Arc::new(solve)));
     let (one, two) = (pool.run(Share::default()), pool.run(Share::default()));
     let common = job("echo", 99, 20);
     let of = |run: u64| (0..10).map(move |k| job("echo", 100 * run + k, 10 - k as u32));
@@ -198,7 +200,7 @@ fn one_run_is_paused_or_dropped_and_the_others_go_on() {
     let (idle, busy) = (pool.run(Share::default()), pool.run(Share::default()));
     idle.pause();
     let waiting = idle.open(&job("echo", 1, 0));
-    let _hand = Hand::hire(&pool, "w", Arc::new(solve));
+    let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
     let id = busy.open(&job("echo", 2, 0));
     verdict(next(&busy, id));
     assert!(idle.settled(Duration::from_millis(100)).is_none());

@@ -9,33 +9,33 @@ impl Checker {
         &mut self,
         now: Millis,
         worker: Worker,
-        heard: Heard,
+        heard: WorkerInput,
         before: Option<Work>,
-        acts: &[Act],
+        acts: &[WorkerOutput],
     ) -> Result<(), Wrong> {
-        let killed = acts.iter().any(|act| matches!(act, Act::Kill(_)));
+        let killed = acts.iter().any(|act| matches!(act, WorkerOutput::Kill(_)));
         if let Some((epoch, since)) = self.solving.get(&worker).copied() {
             let slack = self.timing.renew + 1;
             match heard {
-                Heard::Stop { epoch: e } if e == epoch && !killed => {
+                WorkerInput::Stop { epoch: e } if e == epoch && !killed => {
                     return wrong(Oracle::Stop, "goes on though told to stop");
                 }
-                Heard::Tick if !killed && now > since + self.timing.hard + slack => {
+                WorkerInput::Tick if !killed && now > since + self.timing.hard + slack => {
                     return wrong(Oracle::Watchdog, "solves for ever");
                 }
                 _ => {}
             }
         }
-        if let Heard::Receipt { epoch, .. } | Heard::Trouble { epoch, .. } = heard
+        if let WorkerInput::Receipt { epoch, .. } | WorkerInput::Trouble { epoch, .. } = heard
             && self.results.get(&worker) == Some(&epoch)
         {
             self.results.remove(&worker);
         }
         for act in acts {
             match act {
-                Act::Solve(work) => {
+                WorkerOutput::Solve(work) => {
                     let Work { job, epoch, .. } = *work;
-                    let said = Act::Ask(Question::Renew { job, epoch, begun: true });
+                    let said = WorkerOutput::Ask(Question::Renew { job, epoch, begun: true });
                     if acts.iter().take_while(|other| *other != act).all(|other| *other != said) {
                         return wrong(Oracle::Poison, "a solver has a job, and nobody is told");
                     }
@@ -44,20 +44,20 @@ impl Checker {
                     self.began.insert(work.epoch);
                     self.solving.insert(worker, (work.epoch, now.saturating_sub(left)));
                 }
-                Act::Kill(_) | Act::Leave => {
+                WorkerOutput::Kill(_) | WorkerOutput::Leave => {
                     self.solving.remove(&worker);
                 }
-                Act::Ask(Question::Commit { epoch, .. }) => {
+                WorkerOutput::Ask(Question::Commit { epoch, .. }) => {
                     self.solving.remove(&worker);
                     self.results.insert(worker, *epoch);
                 }
-                Act::Ask(Question::Fail { .. }) => {
+                WorkerOutput::Ask(Question::Fail { .. }) => {
                     self.solving.remove(&worker);
                 }
-                Act::Ask(Question::Poll { .. }) if self.results.contains_key(&worker) => {
+                WorkerOutput::Ask(Question::Poll { .. }) if self.results.contains_key(&worker) => {
                     return wrong(Oracle::Result, "a result is thrown away");
                 }
-                Act::Ask(_) | Act::Fetch(_) => {}
+                WorkerOutput::Ask(_) | WorkerOutput::Fetch(_) => {}
             }
         }
         Ok(())

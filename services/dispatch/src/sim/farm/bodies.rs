@@ -11,18 +11,18 @@ impl Farm {
         self.places.insert(worker, place);
         let sick = self.bad(self.plan.chaos.sick) && self.bodies.len() < 3;
         let sick = sick || self.plan.bad.contains(&place);
-        let mut hand = Hand::default();
-        hand.mutant = self.mutant;
-        let body = Body { hand, frozen: 0, cut: 0, asks: 0, sick, waking: Millis::MAX };
+        let mut machine = WorkerMachine::default();
+        machine.mutant = self.mutant;
+        let body = Body { machine, frozen: 0, cut: 0, asks: 0, sick, waking: Millis::MAX };
         self.bodies.insert(worker, body);
-        self.hear(worker, Heard::Begin, None)
+        self.hear(worker, WorkerInput::Begin, None)
     }
 
     /// A worker hears something, unless it is stopped: then later.
     pub(super) fn hear(
         &mut self,
         worker: Worker,
-        heard: Heard,
+        heard: WorkerInput,
         note: Option<Note>,
     ) -> Result<(), Wrong> {
         let now = self.now;
@@ -36,8 +36,8 @@ impl Farm {
             }
             return Ok(());
         }
-        let before = body.hand.at();
-        let acts = body.hand.step(now, heard);
+        let before = body.machine.at();
+        let acts = body.machine.step(now, heard);
         self.check.worker(now, worker, heard, before, &acts)?;
         for act in acts {
             self.does(worker, act)?;
@@ -51,7 +51,7 @@ impl Farm {
         let Some(body) = self.bodies.get_mut(&worker) else {
             return;
         };
-        if let Some(at) = body.hand.wake().map(|at| at.max(now + 1))
+        if let Some(at) = body.machine.wake().map(|at| at.max(now + 1))
             && at < body.waking
         {
             body.waking = at;
@@ -87,7 +87,7 @@ impl Farm {
             self.post(after, Note::Wake(worker));
             return Ok(());
         }
-        self.hear(worker, Heard::Tick, None)
+        self.hear(worker, WorkerInput::Tick, None)
     }
 
     pub(super) fn crash(&mut self, worker: Worker) {
@@ -105,25 +105,25 @@ impl Farm {
         self.post(after, Note::Born(self.places[&worker]));
     }
 
-    fn does(&mut self, worker: Worker, act: Act) -> Result<(), Wrong> {
+    fn does(&mut self, worker: Worker, act: WorkerOutput) -> Result<(), Wrong> {
         match act {
-            Act::Ask(question) => self.ask(worker, question),
-            Act::Fetch(work) => {
+            WorkerOutput::Ask(question) => self.ask(worker, question),
+            WorkerOutput::Fetch(work) => {
                 let epoch = work.epoch;
                 let cut = self.bodies.get(&worker).is_some_and(|body| body.cut > self.now);
                 let there = self.machine.as_ref().is_some_and(|m| m.wants(work.job));
                 let trouble = Trouble::Dropped;
                 let heard = if there && !cut {
-                    Heard::Fetched { epoch }
+                    WorkerInput::Fetched { epoch }
                 } else {
-                    Heard::Trouble { epoch, trouble }
+                    WorkerInput::Trouble { epoch, trouble }
                 };
                 let after = 1 + self.rng.below(100);
                 self.post(after, Note::Own(worker, heard));
             }
-            Act::Solve(work) => self.solve(worker, work),
-            Act::Kill(_) => {}
-            Act::Leave => {
+            WorkerOutput::Solve(work) => self.solve(worker, work),
+            WorkerOutput::Kill(_) => {}
+            WorkerOutput::Leave => {
                 self.bodies.remove(&worker);
                 let after = 100 + self.rng.below(1_000);
                 self.post(after, Note::Born(self.places[&worker]));
@@ -158,18 +158,18 @@ impl Farm {
                 return self.crash(worker);
             }
             let trouble = Trouble::Crashed;
-            self.post(after, Note::Own(worker, Heard::Trouble { epoch, trouble }));
+            self.post(after, Note::Own(worker, WorkerInput::Trouble { epoch, trouble }));
         } else if self.plan.wedge.contains(&job) {
             // Nothing ever comes of it.
         } else if sick {
             let trouble = Trouble::Crashed;
-            self.post(after, Note::Own(worker, Heard::Trouble { epoch, trouble }));
+            self.post(after, Note::Own(worker, WorkerInput::Trouble { epoch, trouble }));
         } else {
             let mut digest = result_of(job, self.plan.build(worker));
             if self.bad(self.plan.chaos.flaky) {
                 digest = twin_of(digest);
             }
-            self.post(after, Note::Own(worker, Heard::Solved { epoch, digest }));
+            self.post(after, Note::Own(worker, WorkerInput::Solved { epoch, digest }));
         }
     }
 }

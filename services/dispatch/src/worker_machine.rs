@@ -1,7 +1,7 @@
 //! A worker's side of the pool as a state machine: what it asks, repeats, renews, stops, gives
 //! back.
 //!
-//! The shell in `services/worker` feeds [`Hand::step`] what it heard and does what comes back; the
+//! The shell in `services/worker` feeds [`WorkerMachine::step`] what it heard and does what comes back; the
 //! simulation runs the same machine. What it keeps to:
 //! - one question for work at a time; a repeat of it has the same number;
 //! - a result is handed in until there is a receipt, however long the coordinator is away;
@@ -77,7 +77,7 @@ pub enum Question {
 
 /// Something that a worker hears, from the coordinator or from its own job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum WorkerInput {
     /// It has begun.
     Begin,
     /// The answer to a question for work: this.
@@ -142,7 +142,7 @@ pub enum Heard {
 
 /// Something for the worker to do, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Act {
+pub enum WorkerOutput {
     /// Ask.
     Ask(Question),
     /// Get the job's bytes.
@@ -169,7 +169,7 @@ enum State {
 
 /// A worker.
 #[derive(Debug)]
-pub struct Hand {
+pub struct WorkerMachine {
     state: State,
     seq: u64,
     /// The question that waits for an answer, or for its repeat.
@@ -184,7 +184,7 @@ pub struct Hand {
     pub(crate) mutant: Option<Mutant>,
 }
 
-impl Default for Hand {
+impl Default for WorkerMachine {
     fn default() -> Self {
         Self {
             state: State::Born,
@@ -202,8 +202,8 @@ impl Default for Hand {
     }
 }
 
-impl Hand {
-    /// When it wants to hear [`Heard::Tick`] at the latest.
+impl WorkerMachine {
+    /// When it wants to hear [`WorkerInput::Tick`] at the latest.
     #[must_use]
     pub fn wake(&self) -> Option<Millis> {
         let busy = match self.state {
@@ -233,81 +233,85 @@ impl Hand {
     }
 
     /// Takes in what was heard at `now` \[ms\] and says what to do about it.
-    pub fn step(&mut self, now: Millis, heard: Heard) -> Vec<Act> {
+    pub fn step(&mut self, now: Millis, heard: WorkerInput) -> Vec<WorkerOutput> {
         let mut out = Vec::new();
         match (heard, self.state) {
-            (Heard::Begin, State::Born) => self.next(&mut out),
-            (Heard::Grant { seq, work }, State::Asking) if seq == self.seq => {
+            (WorkerInput::Begin, State::Born) => self.next(&mut out),
+            (WorkerInput::Grant { seq, work }, State::Asking) if seq == self.seq => {
                 self.begin(now, work, &mut out);
             }
-            (Heard::Idle { seq }, State::Asking) if seq == self.seq => self.next(&mut out),
-            (Heard::Dismiss { seq }, State::Asking) if seq == self.seq => self.leave(&mut out),
-            (Heard::Stop { epoch }, State::Fetching(work) | State::Solving(work))
+            (WorkerInput::Idle { seq }, State::Asking) if seq == self.seq => self.next(&mut out),
+            (WorkerInput::Dismiss { seq }, State::Asking) if seq == self.seq => {
+                self.leave(&mut out)
+            }
+            (WorkerInput::Stop { epoch }, State::Fetching(work) | State::Solving(work))
                 if epoch == work.epoch =>
             {
-                out.push(Act::Kill(epoch));
+                out.push(WorkerOutput::Kill(epoch));
                 self.next(&mut out);
             }
-            (Heard::Fetched { epoch }, State::Fetching(work)) if epoch == work.epoch => {
+            (WorkerInput::Fetched { epoch }, State::Fetching(work)) if epoch == work.epoch => {
                 self.state = State::Solving(work);
                 // Said before it can take this process with it.
                 self.renew(now, work, &mut out);
-                out.push(Act::Solve(work));
+                out.push(WorkerOutput::Solve(work));
             }
-            (Heard::Solved { epoch, digest }, State::Solving(work)) if epoch == work.epoch => {
+            (WorkerInput::Solved { epoch, digest }, State::Solving(work))
+                if epoch == work.epoch =>
+            {
                 self.state = State::Handing(work);
                 self.seq += 1;
                 let (job, next) = (work.job, self.seq);
                 self.ask(Question::Commit { job, epoch, digest, next }, &mut out);
             }
             (
-                Heard::Trouble { epoch, trouble },
+                WorkerInput::Trouble { epoch, trouble },
                 State::Fetching(work) | State::Solving(work) | State::Handing(work),
             ) if epoch == work.epoch => self.give_back(work, trouble, &mut out),
-            (Heard::Receipt { epoch, next }, State::Handing(work)) if epoch == work.epoch => {
+            (WorkerInput::Receipt { epoch, next }, State::Handing(work)) if epoch == work.epoch => {
                 match next.filter(|_| !self.quit) {
                     Some(next) => self.begin(now, next, &mut out),
                     None => self.next(&mut out),
                 }
             }
-            (Heard::Noted, State::Returning(_)) => self.next(&mut out),
-            (Heard::Noted, State::Leaving) => self.end(&mut out),
-            (Heard::Silence(question), _) if self.asked == Some(question) => {
+            (WorkerInput::Noted, State::Returning(_)) => self.next(&mut out),
+            (WorkerInput::Noted, State::Leaving) => self.end(&mut out),
+            (WorkerInput::Silence(question), _) if self.asked == Some(question) => {
                 self.unanswered(now, &mut out);
             }
-            (Heard::Refused(question), _) if self.asked == Some(question) => {
+            (WorkerInput::Refused(question), _) if self.asked == Some(question) => {
                 self.refuse(now, question, &mut out);
             }
-            (Heard::Quit, _) => self.stop(&mut out),
-            (Heard::Tick, _) => self.tick(now, &mut out),
+            (WorkerInput::Quit, _) => self.stop(&mut out),
+            (WorkerInput::Tick, _) => self.tick(now, &mut out),
             // Late, twice, or of another job: nothing to do with what is at hand.
             (
-                Heard::Begin
-                | Heard::Grant { .. }
-                | Heard::Idle { .. }
-                | Heard::Dismiss { .. }
-                | Heard::Stop { .. }
-                | Heard::Fetched { .. }
-                | Heard::Solved { .. }
-                | Heard::Trouble { .. }
-                | Heard::Receipt { .. }
-                | Heard::Noted
-                | Heard::Silence(_)
-                | Heard::Refused(_),
+                WorkerInput::Begin
+                | WorkerInput::Grant { .. }
+                | WorkerInput::Idle { .. }
+                | WorkerInput::Dismiss { .. }
+                | WorkerInput::Stop { .. }
+                | WorkerInput::Fetched { .. }
+                | WorkerInput::Solved { .. }
+                | WorkerInput::Trouble { .. }
+                | WorkerInput::Receipt { .. }
+                | WorkerInput::Noted
+                | WorkerInput::Silence(_)
+                | WorkerInput::Refused(_),
                 _,
             ) => {}
         }
         out
     }
 
-    fn ask(&mut self, question: Question, out: &mut Vec<Act>) {
+    fn ask(&mut self, question: Question, out: &mut Vec<WorkerOutput>) {
         (self.asked, self.repeat) = (Some(question), None);
         (self.pause, self.refused) = (FIRST_PAUSE, 0);
-        out.push(Act::Ask(question));
+        out.push(WorkerOutput::Ask(question));
     }
 
     /// Asks for work, or leaves if it is to stop.
-    fn next(&mut self, out: &mut Vec<Act>) {
+    fn next(&mut self, out: &mut Vec<WorkerOutput>) {
         if self.quit {
             return self.leave(out);
         }
@@ -316,36 +320,36 @@ impl Hand {
         self.ask(Question::Poll { seq: self.seq }, out);
     }
 
-    fn begin(&mut self, now: Millis, work: Work, out: &mut Vec<Act>) {
+    fn begin(&mut self, now: Millis, work: Work, out: &mut Vec<WorkerOutput>) {
         self.state = State::Fetching(work);
         (self.asked, self.repeat) = (None, None);
         (self.renewal, self.deadline) = (now + work.renew, now + work.hard);
-        out.push(Act::Fetch(work));
+        out.push(WorkerOutput::Fetch(work));
     }
 
-    fn give_back(&mut self, work: Work, trouble: Trouble, out: &mut Vec<Act>) {
+    fn give_back(&mut self, work: Work, trouble: Trouble, out: &mut Vec<WorkerOutput>) {
         self.state = State::Returning(work);
         self.ask(Question::Fail { job: work.job, epoch: work.epoch, trouble }, out);
     }
 
-    fn leave(&mut self, out: &mut Vec<Act>) {
+    fn leave(&mut self, out: &mut Vec<WorkerOutput>) {
         self.state = State::Leaving;
         self.ask(Question::Bye, out);
     }
 
-    fn end(&mut self, out: &mut Vec<Act>) {
+    fn end(&mut self, out: &mut Vec<WorkerOutput>) {
         self.state = State::Left;
         (self.asked, self.repeat) = (None, None);
-        out.push(Act::Leave);
+        out.push(WorkerOutput::Leave);
     }
 
-    fn stop(&mut self, out: &mut Vec<Act>) {
+    fn stop(&mut self, out: &mut Vec<WorkerOutput>) {
         self.quit = true;
         match self.state {
             State::Born => self.end(out),
             State::Asking => self.leave(out),
             State::Fetching(work) | State::Solving(work) => {
-                out.push(Act::Kill(work.epoch));
+                out.push(WorkerOutput::Kill(work.epoch));
                 self.leave(out);
             }
             // What is being asked gets one more chance.
@@ -353,7 +357,7 @@ impl Hand {
         }
     }
 
-    fn unanswered(&mut self, now: Millis, out: &mut Vec<Act>) {
+    fn unanswered(&mut self, now: Millis, out: &mut Vec<WorkerOutput>) {
         if self.quit {
             return match self.state {
                 State::Leaving => self.end(out),
@@ -370,7 +374,7 @@ impl Hand {
         self.pause = (self.pause * 2).min(LAST_PAUSE);
     }
 
-    fn refuse(&mut self, now: Millis, question: Question, out: &mut Vec<Act>) {
+    fn refuse(&mut self, now: Millis, question: Question, out: &mut Vec<WorkerOutput>) {
         self.refused += 1;
         let poll = matches!(question, Question::Poll { .. });
         if self.quit || (self.refused >= MAX_REFUSALS && !poll) {
@@ -382,12 +386,12 @@ impl Hand {
         self.repeat = Some(now + LAST_PAUSE);
     }
 
-    fn tick(&mut self, now: Millis, out: &mut Vec<Act>) {
+    fn tick(&mut self, now: Millis, out: &mut Vec<WorkerOutput>) {
         if let (Some(at), Some(question)) = (self.repeat, self.asked)
             && at <= now
         {
             self.repeat = None;
-            out.push(Act::Ask(question));
+            out.push(WorkerOutput::Ask(question));
         }
         let Some(work) = self.at() else {
             return;
@@ -397,7 +401,7 @@ impl Hand {
         #[cfg(not(test))]
         let late = self.deadline <= now;
         if late && let State::Fetching(_) | State::Solving(_) = self.state {
-            out.push(Act::Kill(work.epoch));
+            out.push(WorkerOutput::Kill(work.epoch));
             let solving = matches!(self.state, State::Solving(_));
             let trouble = if solving { Trouble::Crashed } else { Trouble::Dropped };
             return self.give_back(work, trouble, out);
@@ -407,10 +411,10 @@ impl Hand {
         }
     }
 
-    fn renew(&mut self, now: Millis, work: Work, out: &mut Vec<Act>) {
+    fn renew(&mut self, now: Millis, work: Work, out: &mut Vec<WorkerOutput>) {
         let Work { job, epoch, renew, .. } = work;
         let begun = matches!(self.state, State::Solving(_));
         self.renewal = now + renew;
-        out.push(Act::Ask(Question::Renew { job, epoch, begun }));
+        out.push(WorkerOutput::Ask(Question::Renew { job, epoch, begun }));
     }
 }

@@ -38,7 +38,7 @@ pub(super) fn asks(job: &FractureJob) -> Vec<Skill> {
 }
 
 #[derive(Debug, Default)]
-pub(super) struct Staff {
+pub(super) struct SkillTable {
     /// Which bit is which.
     bits: Vec<Skill>,
     known: BTreeMap<Worker, (Build, Skills)>,
@@ -46,7 +46,7 @@ pub(super) struct Staff {
     told: BTreeSet<Skills>,
 }
 
-impl Staff {
+impl SkillTable {
     fn bit(&mut self, skill: Skill) -> Skills {
         let at = self.bits.iter().position(|known| *known == skill);
         let at = at.unwrap_or_else(|| {
@@ -112,20 +112,20 @@ mod tests {
 
     #[test]
     fn a_job_asks_for_its_families_in_its_precision() {
-        let mut staff = Staff::default();
+        let mut skill_table = SkillTable::default();
         let family = |name: &str, single, double| Family { name: name.into(), single, double };
         let hello =
             |session, families| Hello { session: SessionId(session), families, ..Hello::default() };
         let mut of = |session, families| {
-            staff.introduce(&hello(session, families), &BTreeSet::new());
-            staff.get(Worker(session)).map_or(Skills::NONE, |(_, skills)| skills)
+            skill_table.introduce(&hello(session, families), &BTreeSet::new());
+            skill_table.get(Worker(session)).map_or(Skills::NONE, |(_, skills)| skills)
         };
         let (any, none) = (of(1, None), of(2, Some(Vec::new())));
         let plain = of(3, Some(vec![family("brittle", false, true)]));
         let full = of(4, Some(vec![family("brittle", true, true), family("other", true, true)]));
         let mut job = FractureJob::smallest("brittle", 1);
         let mut met = |job: &FractureJob| {
-            let need = staff.need(&asks(job));
+            let need = skill_table.need(&asks(job));
             [any, none, plain, full].map(|skills| skills.meet(need))
         };
         assert_eq!(met(&job), [true, false, true, true]);

@@ -10,16 +10,16 @@ impl Dispatch {
     /// A job that is done here had died elsewhere: there, it was not the job's fault. Who has done
     /// one is not under suspicion.
     pub(crate) fn blame(&mut self, worker: Worker, job: Job, out: &mut Vec<Effect>) {
-        if let Some(peer) = self.staff.get_mut(&worker) {
-            peer.alone.clear();
+        if let Some(state) = self.worker_table.get_mut(&worker) {
+            state.alone.clear();
         }
         let killers = self.jobs.get(&job).map(|r| r.ask.killers.clone()).unwrap_or_default();
         for killer in killers.into_iter().filter(|killer| *killer != worker) {
-            let Some(peer) = self.staff.get_mut(&killer) else {
+            let Some(state) = self.worker_table.get_mut(&killer) else {
                 continue;
             };
-            peer.blame += 1;
-            if peer.blame >= self.timing.max_blame && self.staff.spares(killer) {
+            state.blame += 1;
+            if state.blame >= self.timing.max_blame && self.worker_table.spares(killer) {
                 self.drain(killer, Cause::Blamed, out);
             }
         }
@@ -32,9 +32,9 @@ impl Dispatch {
     /// whoever has them: where others are free those die under them too, and count no more.
     pub(crate) fn doubt(&mut self, now: Millis, worker: Worker) -> Option<Cause> {
         let (most, lease) = (self.timing.max_blame, self.timing.lease);
-        let peer = self.staff.get_mut(&worker).filter(|peer| !peer.drained)?;
-        let blamed = peer.blame >= most;
-        if !blamed && peer.alone.is_empty() {
+        let state = self.worker_table.get_mut(&worker).filter(|state| !state.drained)?;
+        let blamed = state.blame >= most;
+        if !blamed && state.alone.is_empty() {
             return None;
         }
         let jobs = &self.jobs;
@@ -43,14 +43,16 @@ impl Dispatch {
         let stays = self.mutant == Some(Mutant::BlameStays);
         #[cfg(not(test))]
         let stays = false;
-        peer.alone.retain(|(job, _)| stays || open(job).is_some_and(|r| r.ask.killers == [worker]));
+        state
+            .alone
+            .retain(|(job, _)| stays || open(job).is_some_and(|r| r.ask.killers == [worker]));
         let untried = |(job, died): &&(Job, Millis)| {
             stays || died + lease <= now && open(job).is_some_and(|r| r.phase != Phase::Held)
         };
-        let alone = peer.alone.iter().filter(untried).count() >= most as usize;
+        let alone = state.alone.iter().filter(untried).count() >= most as usize;
         #[cfg(test)]
         let alone = alone && self.mutant != Some(Mutant::NeverDrained);
-        if !(blamed || alone) || !self.staff.spares(worker) {
+        if !(blamed || alone) || !self.worker_table.spares(worker) {
             return None;
         }
         Some(if blamed { Cause::Blamed } else { Cause::Alone })

@@ -20,12 +20,12 @@ pub(crate) type Ticket = (Skills, u64);
 
 /// Farms have few kinds of workers: a step looks at each kind, never at each worker.
 #[derive(Debug, Default)]
-pub(crate) struct Askers {
+pub(crate) struct ParkedPolls {
     kinds: BTreeMap<Skills, BTreeMap<u64, Asker>>,
     last: u64,
 }
 
-impl Askers {
+impl ParkedPolls {
     pub(crate) fn is_empty(&self) -> bool {
         self.kinds.is_empty()
     }

@@ -4,9 +4,9 @@
 use crate::event::Job;
 use std::collections::BTreeMap;
 
-/// The books of a store of finished jobs.
+/// Which results a bounded store keeps: the most recently used.
 #[derive(Debug, Default)]
-pub struct Shelf {
+pub struct LruIndex {
     bound: u64,
     held: u64,
     clock: u64,
@@ -14,8 +14,8 @@ pub struct Shelf {
     oldest: BTreeMap<u64, Job>,
 }
 
-impl Shelf {
-    /// A shelf for so many bytes.
+impl LruIndex {
+    /// An index for so many bytes.
     #[must_use]
     pub fn new(bound: u64) -> Self {
         Self { bound, ..Self::default() }
@@ -33,7 +33,7 @@ impl Shelf {
         self.kept.contains_key(&job)
     }
 
-    /// Puts a job's result on it: which others have to go. One larger than the shelf goes itself.
+    /// Puts a job's result on it: which others have to go. One larger than the index goes itself.
     pub fn put(&mut self, job: Job, bytes: u64) -> Vec<Job> {
         self.remove(job);
         self.clock += 1;
@@ -78,14 +78,14 @@ mod tests {
     #[test]
     fn the_least_recently_used_goes_first_and_the_bound_holds() {
         let [a, b, c, huge] = [1, 2, 3, 4].map(|k| Job([k; 32]));
-        let mut shelf = Shelf::new(100);
-        assert!(shelf.put(a, 40).is_empty() && shelf.put(b, 40).is_empty());
-        assert!(shelf.touch(a));
-        assert_eq!(shelf.put(c, 40), [b]);
-        assert_eq!((shelf.held(), shelf.touch(b)), (80, false));
+        let mut index = LruIndex::new(100);
+        assert!(index.put(a, 40).is_empty() && index.put(b, 40).is_empty());
+        assert!(index.touch(a));
+        assert_eq!(index.put(c, 40), [b]);
+        assert_eq!((index.held(), index.touch(b)), (80, false));
         // The same again, of another size, counts once.
-        assert_eq!(shelf.put(c, 60), []);
-        assert_eq!(shelf.put(huge, 101), [a, c, huge]);
-        assert_eq!(shelf.held(), 0);
+        assert_eq!(index.put(c, 60), []);
+        assert_eq!(index.put(huge, 101), [a, c, huge]);
+        assert_eq!(index.held(), 0);
     }
 }

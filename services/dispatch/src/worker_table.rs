@@ -1,8 +1,8 @@
 //! The workers: who is there, what each can do, under whom jobs died.
 
-use crate::askers::Ticket;
 use crate::event::{Build, Epoch, Job, Millis, Skills, Worker};
 use crate::jobs::ByWorker;
+use crate::parked_polls::Ticket;
 use std::collections::{BTreeMap, VecDeque};
 
 /// Workers remembered after their end, so that a late copy of their polls mints no grant.
@@ -33,7 +33,7 @@ impl Ask {
 }
 
 #[derive(Clone, Debug)]
-pub(crate) struct Peer {
+pub(crate) struct WorkerState {
     pub(crate) build: Build,
     pub(crate) skills: Skills,
     pub(crate) last_seq: u64,
@@ -56,8 +56,8 @@ pub(crate) struct Peer {
 
 /// All of them. Counted by kind as they come and go, so that no step goes through them.
 #[derive(Debug, Default)]
-pub(crate) struct Staff {
-    peers: ByWorker<Peer>,
+pub(crate) struct WorkerTable {
+    workers: ByWorker<WorkerState>,
     /// Those that are there and not drained, by what they can do.
     kinds: BTreeMap<Skills, usize>,
     /// Who is not known yet, and gets nothing when it is.
@@ -67,18 +67,18 @@ pub(crate) struct Staff {
     watch: VecDeque<(Millis, Worker)>,
 }
 
-impl Staff {
-    pub(crate) fn get(&self, worker: &Worker) -> Option<&Peer> {
-        self.peers.get(worker)
+impl WorkerTable {
+    pub(crate) fn get(&self, worker: &Worker) -> Option<&WorkerState> {
+        self.workers.get(worker)
     }
 
-    pub(crate) fn get_mut(&mut self, worker: &Worker) -> Option<&mut Peer> {
-        self.peers.get_mut(worker)
+    pub(crate) fn get_mut(&mut self, worker: &Worker) -> Option<&mut WorkerState> {
+        self.workers.get_mut(worker)
     }
 
     #[cfg(test)]
     pub(crate) fn names(&self) -> Vec<Worker> {
-        self.peers.names()
+        self.workers.names()
     }
 
     /// Whether nobody is there.
@@ -105,17 +105,18 @@ impl Staff {
 
     /// Whether another is there who can do all that this one can.
     pub(crate) fn spares(&self, worker: Worker) -> bool {
-        self.get(&worker)
-            .is_some_and(|peer| self.able(peer.skills) > usize::from(!peer.gone && !peer.drained))
+        self.get(&worker).is_some_and(|state| {
+            self.able(state.skills) > usize::from(!state.gone && !state.drained)
+        })
     }
 
     /// A worker is there, perhaps for the first time; whether it turns out to be drained.
     pub(crate) fn arrive(&mut self, worker: Worker, build: Build, skills: Skills) -> bool {
-        if self.peers.get(&worker).is_some() {
+        if self.workers.get(&worker).is_some() {
             return false;
         }
         let drained = self.barred.remove(&worker).is_some();
-        let peer = Peer {
+        let state = WorkerState {
             build,
             skills,
             last_seq: 0,
@@ -130,30 +131,30 @@ impl Staff {
             heard: 0,
             watch: None,
         };
-        self.peers.insert(worker, peer);
+        self.workers.insert(worker, state);
         drained
     }
 
     /// It gets nothing once it is there.
     pub(crate) fn bar(&mut self, worker: Worker) {
-        if self.peers.get(&worker).is_none() {
+        if self.workers.get(&worker).is_none() {
             self.barred.insert(worker, ());
         }
     }
 
     /// It asks for work at `now`, or goes on with what it has; it is looked after `patience` later.
     pub(crate) fn back(&mut self, now: Millis, worker: Worker, patience: Millis) {
-        let Some(peer) = self.peers.get_mut(&worker) else {
+        let Some(state) = self.workers.get_mut(&worker) else {
             return;
         };
-        peer.heard = now;
-        if peer.watch.is_none() {
-            peer.watch = Some(now + patience);
+        state.heard = now;
+        if state.watch.is_none() {
+            state.watch = Some(now + patience);
             self.watch.push_back((now + patience, worker));
         }
-        if peer.gone {
-            peer.gone = false;
-            let (skills, counts) = (peer.skills, !peer.drained);
+        if state.gone {
+            state.gone = false;
+            let (skills, counts) = (state.skills, !state.drained);
             self.gone.retain(|gone| *gone != worker);
             self.count(skills, counts, 1);
         }
@@ -161,9 +162,9 @@ impl Staff {
 
     /// It is gone: remembered for a while; a new question of its own brings it back.
     pub(crate) fn part(&mut self, worker: Worker) {
-        if let Some(peer) = self.peers.get_mut(&worker).filter(|peer| !peer.gone) {
-            peer.gone = true;
-            let (skills, counts) = (peer.skills, !peer.drained);
+        if let Some(state) = self.workers.get_mut(&worker).filter(|state| !state.gone) {
+            state.gone = true;
+            let (skills, counts) = (state.skills, !state.drained);
             self.gone.push_back(worker);
             self.count(skills, counts, -1);
         }
@@ -171,19 +172,19 @@ impl Staff {
             let Some(oldest) = self.gone.pop_front() else {
                 break;
             };
-            if self.peers.get(&oldest).is_some_and(|peer| peer.gone && peer.held.is_empty()) {
-                self.peers.remove(&oldest);
+            if self.workers.get(&oldest).is_some_and(|state| state.gone && state.held.is_empty()) {
+                self.workers.remove(&oldest);
             }
         }
     }
 
     /// It gets no more; whether that is new.
     pub(crate) fn drain(&mut self, worker: Worker) -> bool {
-        let Some(peer) = self.peers.get_mut(&worker).filter(|peer| !peer.drained) else {
+        let Some(state) = self.workers.get_mut(&worker).filter(|state| !state.drained) else {
             return false;
         };
-        peer.drained = true;
-        let (skills, counts) = (peer.skills, !peer.gone);
+        state.drained = true;
+        let (skills, counts) = (state.skills, !state.gone);
         self.count(skills, counts, -1);
         true
     }
@@ -200,11 +201,11 @@ impl Staff {
 
     /// A job died under it, and under nobody else.
     pub(crate) fn died_alone(&mut self, now: Millis, worker: Worker, job: Job) {
-        if let Some(peer) = self.peers.get_mut(&worker)
-            && peer.alone.iter().all(|(known, _)| *known != job)
-            && peer.alone.len() < MAX_ALONE
+        if let Some(state) = self.workers.get_mut(&worker)
+            && state.alone.iter().all(|(known, _)| *known != job)
+            && state.alone.len() < MAX_ALONE
         {
-            peer.alone.push((job, now));
+            state.alone.push((job, now));
         }
     }
 
@@ -214,17 +215,17 @@ impl Staff {
         let mut unheard = Vec::new();
         while let Some((at, worker)) = self.watch.front().copied().filter(|(at, _)| *at <= now) {
             self.watch.pop_front();
-            let Some(peer) = self.peers.get_mut(&worker).filter(|p| p.watch == Some(at)) else {
+            let Some(state) = self.workers.get_mut(&worker).filter(|p| p.watch == Some(at)) else {
                 continue;
             };
-            peer.watch = None;
-            if peer.gone {
+            state.watch = None;
+            if state.gone {
                 continue;
             }
-            if peer.held.is_empty() && peer.heard + patience <= now {
+            if state.held.is_empty() && state.heard + patience <= now {
                 unheard.push(worker);
             } else {
-                peer.watch = Some(now + patience);
+                state.watch = Some(now + patience);
                 self.watch.push_back((now + patience, worker));
             }
         }
