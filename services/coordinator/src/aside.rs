@@ -3,8 +3,8 @@
 use super::attempt::{CUT_OFF, products};
 use super::board::{End, Entry, Event};
 use super::here::{TIMELINE, leave};
-use super::live::Live;
-use super::timeline::Past;
+use super::live::RunStatus;
+use super::timeline::RunHistory;
 use super::{Service, Store};
 use cullet_files::clock::unix_ms;
 use cullet_proto::service::{FileInfo, codes};
@@ -39,7 +39,11 @@ impl Service<'_> {
 }
 
 /// What a run has left that had begun and does not go on. `out`: where runs record.
-pub(super) fn left(entry: &Entry, (store, out): (&Store, &Path), live: &Live) -> Vec<FileInfo> {
+pub(super) fn left(
+    entry: &Entry,
+    (store, out): (&Store, &Path),
+    live: &RunStatus,
+) -> Vec<FileInfo> {
     let Some(folder) = entry.folder.as_ref().map(|name| out.join(name)) else {
         return Vec::new();
     };
@@ -48,7 +52,7 @@ pub(super) fn left(entry: &Entry, (store, out): (&Store, &Path), live: &Live) ->
         return Vec::new();
     }
     if !folder.join(TIMELINE[0]).is_file() {
-        let told = Past::told(&store.run(entry.run));
+        let told = RunHistory::told(&store.run(entry.run));
         leave(&folder, (&entry.order.name, &told), live, &mut |line| live.say(&line));
     }
     products(&folder).unwrap_or_else(|text| {

@@ -3,10 +3,10 @@
 use super::board::{End, Entry, How, Reached};
 use super::cutoff::{Reach, seen};
 use super::here::{REPRODUCTION, TIMELINE, leave};
-use super::keeper::{Desk, Keeper};
-use super::live::Live;
+use super::keeper::{Desk, ReplayingPool};
+use super::live::RunStatus;
 use super::store::Kept;
-use super::timeline::Past;
+use super::timeline::RunHistory;
 use cullet_files::clock::unix_ms;
 use cullet_files::output::UNFINISHED;
 use cullet_pool::bundle;
@@ -48,7 +48,7 @@ pub(super) struct Attempt {
     pub(super) state: PathBuf,
     /// Where it says how far it is; nowhere, where nobody comes back to it.
     pub(super) reach: Option<Reach>,
-    pub(super) live: Arc<Live>,
+    pub(super) live: Arc<RunStatus>,
     pub(super) stop: Arc<AtomicBool>,
 }
 
@@ -80,8 +80,8 @@ impl Attempt {
             return self.ended(Ended::failed(codes::UNKEPT, text));
         }
         let seen = seen(&self.state);
-        let past = Past::begin(&self.state, self.entry.attempt, unix_ms(), seen);
-        let keeper = Keeper::new(pool, Some(self.kept.clone()), &self.live).noting(&past);
+        let past = RunHistory::begin(&self.state, self.entry.attempt, unix_ms(), seen);
+        let keeper = ReplayingPool::new(pool, Some(self.kept.clone()), &self.live).noting(&past);
         let (mut told, mut last) = (Instant::now(), String::new());
         let mut reach = self.reach.take();
         let options = RunOptions { out: &self.folder, stop: &self.stop };
@@ -133,7 +133,7 @@ impl Attempt {
         ended
     }
 
-    fn over(&self, outcome: &Outcome, past: &Past) -> Ended {
+    fn over(&self, outcome: &Outcome, past: &RunHistory) -> Ended {
         let drawn = cullet_picture::from_recording(&outcome.recording, &self.folder);
         if let Err(error) = &drawn {
             self.live.say(&format!("warning: the run has no picture: {error}"));
@@ -157,7 +157,7 @@ impl Attempt {
         Ended { how, end, at: unix_ms() }
     }
 
-    fn leave(&self, past: &Past) {
+    fn leave(&self, past: &RunHistory) {
         let told = (&*self.entry.order.name, &past.timeline(self.live.timeline()));
         leave(&self.folder, told, &self.live, &mut |line| self.live.say(&line));
     }

@@ -4,7 +4,7 @@
 use super::aside::{ends_here, left};
 use super::board::{Board, Deaths, End, Event, How, Reached, Wish};
 use super::journal::Journal;
-use super::live::Live;
+use super::live::RunStatus;
 use super::{ServiceError, Store};
 use cullet_files::clock::unix_ms;
 use cullet_files::state;
@@ -123,7 +123,7 @@ pub(super) fn returned(
     let mut last = Vec::new();
     for run in &going {
         let Ok(entry) = board.get(*run) else { continue };
-        let live = Live::open(&store.run(*run).join("log"));
+        let live = RunStatus::open(&store.run(*run).join("log"));
         live.say(&line(entry.deaths));
         if entry.wish == Some(Wish::Cancel) {
             let files = left(entry, (store, out), &live);

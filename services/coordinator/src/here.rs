@@ -1,7 +1,7 @@
 //! A run without a queue, on a pool of its own, and what every run leaves beside its recording.
 
-use super::keeper::Keeper;
-use super::live::Live;
+use super::keeper::ReplayingPool;
+use super::live::RunStatus;
 use super::timeline::{self, Timeline};
 use cullet_files::output::write_file;
 use cullet_pool::RunHandle;
@@ -27,8 +27,8 @@ pub fn run_here(
 ) -> Result<Outcome, RunError> {
     let _span = tracing::info_span!("run", run = pool.number()).entered();
     tracing::info!(scene = scene.name, "run started");
-    let live = Live::default();
-    let keeper = Keeper::new(pool, None, &live);
+    let live = RunStatus::default();
+    let keeper = ReplayingPool::new(pool, None, &live);
     let outcome = run(scene, &keeper, options, news);
     keeper.close();
     // A run that came to nothing leaves nothing.
@@ -46,7 +46,7 @@ pub fn run_here(
 pub(super) fn leave(
     folder: &Path,
     (name, timeline): (&str, &Timeline),
-    live: &Live,
+    live: &RunStatus,
     say: &mut dyn FnMut(String),
 ) {
     let (svg, trace) = (timeline::svg(name, timeline), timeline::trace(name, timeline));

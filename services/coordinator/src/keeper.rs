@@ -2,9 +2,9 @@
 //! from what was kept, and every verdict is kept before the run acts on it. A run is deterministic,
 //! so that an attempt that begins anew asks for the same jobs in the same order.
 
-use super::live::{Clock, Live};
+use super::live::{Clock, RunStatus};
 use super::store::Kept;
-use super::timeline::{Attempt, Attempts, Fate, Job, Past, Stretch};
+use super::timeline::{Attempt, Attempts, Fate, Job, RunHistory, Stretch};
 use cullet_pool::{Attempted, Ending, RunHandle, Settlement, Try};
 use cullet_proto::{FractureJob, JobId, Verdict};
 use cullet_run::{Jobs, Load};
@@ -33,28 +33,28 @@ struct Due {
 }
 
 /// The desk of one attempt.
-pub(super) struct Keeper<'a> {
+pub(super) struct ReplayingPool<'a> {
     pool: &'a dyn Desk,
     /// Verdicts of earlier attempts; `None`: there is no second one.
     kept: Option<Kept>,
-    live: &'a Live,
+    live: &'a RunStatus,
     clock: Clock,
     due: RefCell<VecDeque<Due>>,
     /// The attempts at each job that is due, and how often it is.
     attempts: RefCell<BTreeMap<JobId, (u32, Attempts)>>,
     /// Where it is written down for later attempts; nowhere, where there is none.
-    past: Option<&'a Past>,
+    past: Option<&'a RunHistory>,
 }
 
-impl<'a> Keeper<'a> {
-    pub(super) fn new(pool: &'a dyn Desk, kept: Option<Kept>, live: &'a Live) -> Self {
+impl<'a> ReplayingPool<'a> {
+    pub(super) fn new(pool: &'a dyn Desk, kept: Option<Kept>, live: &'a RunStatus) -> Self {
         live.begin();
         let (due, attempts) = Default::default();
         Self { pool, kept, live, clock: Clock::start(), due, attempts, past: None }
     }
 
     /// The same, and what happens is written down for later attempts.
-    pub(super) fn noting(self, past: &'a Past) -> Self {
+    pub(super) fn noting(self, past: &'a RunHistory) -> Self {
         Self { past: Some(past), ..self }
     }
 
@@ -143,7 +143,7 @@ impl<'a> Keeper<'a> {
     }
 }
 
-impl Jobs for Keeper<'_> {
+impl Jobs for ReplayingPool<'_> {
     fn open(&self, job: &FractureJob) -> JobId {
         let known = job.encode().ok().map(|bytes| JobId::of(&bytes));
         let kept = known.and_then(|job| self.kept.as_ref()?.get(job));

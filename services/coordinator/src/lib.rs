@@ -34,13 +34,13 @@ use attempt::{Attempt, Ended};
 use board::{Board, Entry, Event, How, Wish};
 use cullet_files::clock::unix_ms;
 use cullet_files::output::next_folder;
-use cullet_pool::users::Door;
+use cullet_pool::users::RequestServer;
 use cullet_pool::{LinkError, Pool, Share, Tenant};
 use cullet_proto::WorkerId;
 use cullet_proto::service::{JobCounts, State, codes};
 use cutoff::Reach;
 use journal::Journal;
-use live::Live;
+use live::RunStatus;
 use metrics::Metrics;
 use quota::Quota;
 use std::collections::{BTreeMap, BTreeSet};
@@ -51,7 +51,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tell::tell;
-use timeline::Past;
+use timeline::RunHistory;
 
 /// Between looks at the runs, where no question comes.
 const PERIOD: Duration = Duration::from_millis(20);
@@ -106,8 +106,8 @@ struct Service<'a> {
     journal: Journal,
     board: Board,
     quota: Quota,
-    door: Door,
-    lives: BTreeMap<u64, Arc<Live>>,
+    door: RequestServer,
+    lives: BTreeMap<u64, Arc<RunStatus>>,
     going: BTreeMap<u64, Going>,
     watchers: Vec<Watcher>,
     awaited: BTreeMap<u64, Instant>,
@@ -133,7 +133,7 @@ struct Service<'a> {
 /// It leaves, too, where another coordinator of its name has been there for longer.
 ///
 /// # Errors
-/// The journal or the door does not open; [`LinkError::Rival`].
+/// The journal or the door does not open; [`LinkError::Conflict`].
 pub fn serve(
     store: Store,
     pool: &Arc<Pool>,
@@ -153,7 +153,7 @@ pub fn serve(
         service.hush();
     }
     service.leave();
-    rival.map_or(Ok(()), |rival| Err(LinkError::Rival(rival).into()))
+    rival.map_or(Ok(()), |rival| Err(LinkError::Conflict(rival).into()))
 }
 
 impl<'a> Service<'a> {
@@ -184,7 +184,7 @@ impl<'a> Service<'a> {
             journal,
             board,
             quota: Quota::new(config.quota),
-            door: Door::open(pool)?,
+            door: RequestServer::open(pool)?,
             lives: BTreeMap::new(),
             going: BTreeMap::new(),
             watchers: Vec::new(),
@@ -270,9 +270,9 @@ impl<'a> Service<'a> {
         }
     }
 
-    fn live(&mut self, run: u64) -> Arc<Live> {
+    fn live(&mut self, run: u64) -> Arc<RunStatus> {
         let path = self.store.run(run).join("log");
-        let live = self.lives.entry(run).or_insert_with(|| Arc::new(Live::open(&path)));
+        let live = self.lives.entry(run).or_insert_with(|| Arc::new(RunStatus::open(&path)));
         Arc::clone(live)
     }
 
@@ -430,7 +430,7 @@ impl<'a> Service<'a> {
         self.admit(Event::Ended { run, how, end, at });
         if self.board.get(run).is_ok_and(|entry| entry.state == State::Done) {
             self.store.kept(run).forget();
-            Past::forget(&self.store.run(run));
+            RunHistory::forget(&self.store.run(run));
         }
     }
 

@@ -24,7 +24,7 @@ const DAMAGED: &str = "(here was a line, which is torn or damaged)";
 
 /// What one run says; its thread writes, whoever answers questions reads.
 #[derive(Debug, Default)]
-pub(super) struct Live {
+pub(super) struct RunStatus {
     inner: Mutex<Inner>,
 }
 
@@ -42,7 +42,7 @@ struct Inner {
     written: u64,
 }
 
-impl Live {
+impl RunStatus {
     /// With what the file says already.
     pub(super) fn open(path: &Path) -> Self {
         let mut inner = Inner::default();
@@ -197,17 +197,17 @@ impl Clock {
 
 #[cfg(test)]
 mod tests {
-    use super::{DAMAGED, Live, MAX_KEPT, MAX_LINES};
+    use super::{DAMAGED, MAX_KEPT, MAX_LINES, RunStatus};
     use cullet_files::state;
 
     #[test]
     fn lines_come_once_and_in_order_also_after_a_restart() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("log");
-        let live = Live::open(&path);
+        let live = RunStatus::open(&path);
         let said: Vec<String> = (0..MAX_LINES + 5).map(|k| format!("line {k}")).collect();
         said.iter().for_each(|line| live.say(line));
-        for live in [live, Live::open(&path)] {
+        for live in [live, RunStatus::open(&path)] {
             let (mut seen, mut from) = (Vec::new(), 0);
             loop {
                 let (lines, next, end) = live.lines(from);
@@ -228,7 +228,7 @@ mod tests {
     fn a_run_that_is_remembered_holds_no_file_open() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("log");
-        let live = Live::open(&path);
+        let live = RunStatus::open(&path);
         live.say("a line");
         let open = std::fs::read_dir("/proc/self/fd").expect("files").flatten();
         let of_it = open.filter_map(|file| std::fs::read_link(file.path()).ok());
@@ -242,16 +242,16 @@ mod tests {
         let path = folder.path().join("log");
         // Of before there were checksums.
         std::fs::write(&path, "an old line\n").expect("a log");
-        let live = Live::open(&path);
+        let live = RunStatus::open(&path);
         ["one", "two"].iter().for_each(|line| live.say(line));
         let sound = std::fs::read(&path).expect("a log");
-        assert_eq!(Live::open(&path).lines(0).0, ["an old line", "one", "two"]);
+        assert_eq!(RunStatus::open(&path).lines(0).0, ["an old line", "one", "two"]);
         let second = sound.len() - state::line("two").len();
         for at in 8 * second..8 * (sound.len() - 1) {
             let mut bytes = sound.clone();
             bytes[at / 8] ^= 1 << (at % 8);
             std::fs::write(&path, &bytes).expect("a log");
-            let lines = Live::open(&path).lines(0).0;
+            let lines = RunStatus::open(&path).lines(0).0;
             assert_eq!(lines[..2], ["an old line", "one"], "bit {at}");
             assert!(lines[2..].iter().all(|line| line == DAMAGED), "bit {at}: {lines:?}");
         }
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn the_newest_lines_stay_in_memory_and_one_line_is_one_line() {
-        let live = Live::default();
+        let live = RunStatus::default();
         (0..MAX_KEPT + 10).for_each(|k| live.say(&format!("{k}\nsecond")));
         let (lines, next, end) = live.lines(0);
         assert_eq!((lines[0].as_str(), next, end), ("10 second", 10 + MAX_LINES as u64, false));

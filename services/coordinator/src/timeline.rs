@@ -4,7 +4,7 @@
 mod past;
 mod picture;
 
-pub(super) use past::Past;
+pub(super) use past::RunHistory;
 pub(super) use picture::{svg, trace};
 
 use serde::{Deserialize, Serialize};

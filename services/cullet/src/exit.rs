@@ -178,7 +178,7 @@ pub(crate) fn refused(error: &LinkError) -> Trouble {
         }
         LinkError::File { .. } => Exit::File,
         LinkError::Unknown(_) => Exit::Unknown,
-        LinkError::Busy { .. } | LinkError::Later(_) | LinkError::Rival(_) => Exit::Later,
+        LinkError::Busy { .. } | LinkError::Later(_) | LinkError::Conflict(_) => Exit::Later,
         LinkError::Refused(_) => Exit::Refused,
         LinkError::Garbled(_) => Exit::Garbled,
         // Of one's own: a scene, a name, a question.
@@ -202,7 +202,7 @@ pub(crate) fn refused(error: &LinkError) -> Trouble {
         | LinkError::Refused(_)
         | LinkError::Garbled(_)
         | LinkError::Wire(_)
-        | LinkError::Rival(_)
+        | LinkError::Conflict(_)
         | LinkError::Thread(_) => trouble,
     }
 }

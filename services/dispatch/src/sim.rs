@@ -1,6 +1,6 @@
-//! The production machines, [`Dispatch`](crate::Dispatch) and [`WorkerMachine`](crate::WorkerMachine), under random
-//! schedules of faults with a simulated clock, network and journal; a checker keeps its own
-//! account.
+//! The production machines, [`Dispatch`](crate::Dispatch) and
+//! [`WorkerMachine`](crate::WorkerMachine), under random schedules of faults with a simulated
+//! clock, network and journal; a checker keeps its own account.
 //!
 //! Chaos first, then everything heals and everything must be done. A schedule is its seed:
 //! `CULLET_SEED=n` runs one, `CULLET_SCHEDULES=n` so many, from number `CULLET_FIRST` on. A failure

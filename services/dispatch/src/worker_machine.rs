@@ -1,8 +1,8 @@
 //! A worker's side of the pool as a state machine: what it asks, repeats, renews, stops, gives
 //! back.
 //!
-//! The shell in `services/worker` feeds [`WorkerMachine::step`] what it heard and does what comes back; the
-//! simulation runs the same machine. What it keeps to:
+//! The shell in `services/worker` feeds [`WorkerMachine::step`] what it heard and does what comes
+//! back; the simulation runs the same machine. What it keeps to:
 //! - one question for work at a time; a repeat of it has the same number;
 //! - a result is handed in until there is a receipt, however long the coordinator is away;
 //! - a solve that outlasts the hard limit is killed here, whoever else may have forgotten it;
@@ -242,7 +242,7 @@ impl WorkerMachine {
             }
             (WorkerInput::Idle { seq }, State::Asking) if seq == self.seq => self.next(&mut out),
             (WorkerInput::Dismiss { seq }, State::Asking) if seq == self.seq => {
-                self.leave(&mut out)
+                self.leave(&mut out);
             }
             (WorkerInput::Stop { epoch }, State::Fetching(work) | State::Solving(work))
                 if epoch == work.epoch =>

@@ -13,7 +13,7 @@ use std::path::Path;
 
 /// A file that was read, to say later where in it something is wrong.
 #[derive(Debug)]
-pub struct Sheet {
+pub struct ConfigDocument {
     root: Node,
 }
 
@@ -25,7 +25,7 @@ pub fn schema_of<T: JsonSchema>(title: &str) -> Json {
     schema
 }
 
-impl Sheet {
+impl ConfigDocument {
     /// Reads a file that has that schema.
     ///
     /// # Errors

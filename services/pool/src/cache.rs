@@ -1,9 +1,9 @@
 //! Results of finished jobs, by the digest of the problem: a repeat is answered without a worker.
 //!
 //! In memory and, if there is a folder, on disk; both bounded, the least recently used goes first
-//! (`services/dispatch/src/lru_index.rs`). A file holds a digest, the build that found the result, and
-//! the result; it is read only if both fit the digest, so a damaged one is as good as none. One of
-//! before builds were kept has the result alone.
+//! (`services/dispatch/src/lru_index.rs`). A file holds a digest, the build that found the result,
+//! and the result; it is read only if both fit the digest, so a damaged one is as good as none. One
+//! of before builds were kept has the result alone.
 
 use cullet_dispatch::{Build, Job, LruIndex};
 use cullet_files::state;

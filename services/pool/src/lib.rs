@@ -8,10 +8,10 @@ mod bulk;
 pub mod bundle;
 mod cache;
 mod children;
-mod claim;
 pub mod client;
 mod drained;
 mod effects;
+mod election;
 mod fetching;
 mod inbox;
 mod ledger;
@@ -45,9 +45,9 @@ use std::time::Duration;
 pub use bundle::{MAX_BUNDLE, check_path, mark};
 pub use cache::CacheConfig;
 pub use children::SpawnConfig;
-pub use claim::Rival;
 pub use cullet_dispatch::Timing;
 pub use cullet_dispatch::{Share, Tenant};
+pub use election::Conflict;
 pub use fetching::Fetching;
 pub use run::{Attempted, RunHandle, RunStats};
 
@@ -129,7 +129,7 @@ pub enum LinkError {
     Garbled(String),
     /// Another coordinator has the name.
     #[error(transparent)]
-    Rival(#[from] Rival),
+    Conflict(#[from] Conflict),
     /// A path that must not be in a bundle.
     #[error("{path:?} may not be in a bundle: {reason}")]
     Path {
@@ -352,7 +352,7 @@ pub struct Pool {
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
     workers: Arc<Mutex<Vec<WorkerInfo>>>,
-    herald: claim::Herald,
+    herald: election::Announcement,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -361,8 +361,8 @@ impl Pool {
     /// the worker processes.
     ///
     /// # Errors
-    /// [`LinkError::Listen`], [`LinkError::Spawn`], [`LinkError::Thread`], [`LinkError::Rival`], or
-    /// a name that is none.
+    /// [`LinkError::Listen`], [`LinkError::Spawn`], [`LinkError::Thread`], [`LinkError::Conflict`],
+    /// or a name that is none.
     pub fn start(config: PoolConfig) -> Result<Self, LinkError> {
         let name = config.name.as_deref().unwrap_or(keys::DEFAULT_COORDINATOR);
         let coordinator = WorkerId::new(name)?;
@@ -385,7 +385,7 @@ impl Pool {
     /// Another coordinator of this name, which was there first: workers are not answered here any
     /// more, and whoever owns this pool is to leave.
     #[must_use]
-    pub fn rival(&self) -> Option<Rival> {
+    pub fn rival(&self) -> Option<Conflict> {
         self.herald.rival()
     }
 

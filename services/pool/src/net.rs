@@ -1,6 +1,6 @@
 //! The coordinator's end of the transport.
 
-use super::claim::{Herald, Standing};
+use super::election::{Announcement, Standing};
 use super::shell::Input;
 use super::{LinkError, PoolConfig};
 use cullet_proto::security::Rules;
@@ -66,7 +66,7 @@ impl Net {
     }
 
     /// What tells whether there is another of this name.
-    pub(super) fn herald(&self) -> Herald {
+    pub(super) fn herald(&self) -> Announcement {
         self.standing.as_ref().map(Standing::herald).unwrap_or_default()
     }
 

@@ -21,7 +21,7 @@ const QUEUE: usize = 512;
 const MAX_QUESTION: usize = chunks::CHUNK + MAX_LINE + 1;
 
 /// The door of one coordinator.
-pub struct Door {
+pub struct RequestServer {
     queue: Receiver<Query>,
     inbox: Inbox,
     bulk: Arc<Bulk>,
@@ -51,7 +51,7 @@ pub enum Parcel {
     Damaged,
 }
 
-impl Door {
+impl RequestServer {
     /// Opens the door of this pool's coordinator.
     ///
     /// # Errors
@@ -175,7 +175,7 @@ impl Door {
     }
 }
 
-impl Drop for Door {
+impl Drop for RequestServer {
     fn drop(&mut self) {
         self.close();
     }

@@ -12,7 +12,7 @@ use cullet_geometry::{Pose, Sheet, Solid, Vec3};
 use cullet_proto::recording::{
     Body, BodyPoses, Cracks, Geometry, Grains, JobReport, PoolReport, Sampled, geometry_hash,
 };
-use cullet_world::Speck;
+use cullet_world::DebrisParticle;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -268,7 +268,12 @@ impl Recorder {
     ///
     /// # Errors
     /// A time that is not finite, or a file that cannot be written.
-    pub fn grains(&mut self, step: u64, time: f64, grains: &[Speck]) -> Result<(), RecordError> {
+    pub fn grains(
+        &mut self,
+        step: u64,
+        time: f64,
+        grains: &[DebrisParticle],
+    ) -> Result<(), RecordError> {
         let (known, lying) = self.specks;
         if grains.len() == lying {
             return Ok(());
@@ -401,7 +406,7 @@ impl Recorder {
     }
 }
 
-fn put_grain(message: &mut Grains, grain: &Speck) {
+fn put_grain(message: &mut Grains, grain: &DebrisParticle) {
     message.ids.push(grain.id);
     message.positions.extend(grain.position.iter());
     message.velocities.extend(grain.velocity.iter());

@@ -3,7 +3,7 @@
 use super::{Event, Finished, PoseRow, RecordError, Recorder, RunMeta, Touch};
 use cullet_geometry::{Pose, Quat, Sheet, Solid, Surface, TriMesh, Vec3};
 use cullet_proto::recording::{Body, Hit, JobReport, Ledger, PoolReport, Tier, Vector3, Verdict};
-use cullet_world::{BodyId, Speck};
+use cullet_world::{BodyId, DebrisParticle};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -124,12 +124,12 @@ fn rows(step: u64) -> Vec<PoseRow> {
 }
 
 /// Two grains that fly apart and lie down at the end.
-fn grains(step: u64) -> Vec<Speck> {
+fn grains(step: u64) -> Vec<DebrisParticle> {
     let since = step.checked_sub(BREAK).map(|steps| steps as f64 * STEP);
     let grain = |since: f64, id: u64, side: f64| {
         let flown = since.min(0.3);
         let resting = since > 0.3;
-        Speck {
+        DebrisParticle {
             id,
             parent: BodyId(1),
             mass: 0.015,

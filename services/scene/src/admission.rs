@@ -2,7 +2,7 @@
 //! of all of them, so that nothing that was checked is refused later.
 
 use super::Scene;
-use super::body::Workshop;
+use super::body::ResolveContext;
 use super::rigid::{spec, world_settings};
 use cullet_document::tree::{Path, join};
 use cullet_world::{World, WorldError, WorldSettings};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// Notes each body that the world refuses; `paths`: where each was written. What a shape of a
 /// material comes to is asked once for all bodies that share both.
-pub(super) fn check(workshop: &mut Workshop<'_>, scene: &Scene, paths: &[Path]) {
+pub(super) fn check(workshop: &mut ResolveContext<'_>, scene: &Scene, paths: &[Path]) {
     let world = match World::new(world_settings(scene)) {
         Ok(world) => world,
         Err(error) => {

@@ -1,6 +1,6 @@
 //! A written body made ready: checked, given its form and its material, not yet placed.
 
-use super::form::{Form, Forms, Recipe};
+use super::form::{BodyGeometry, Forms, GeometrySource};
 use super::format::{Anchor, Body, Fracture, Rotation, SolverChoice};
 use super::material::SceneMaterial;
 use cullet_document::check::tell;
@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// What resolving needs and collects.
-pub struct Workshop<'a> {
+pub struct ResolveContext<'a> {
     /// The tree, for places.
     pub root: &'a Node,
     /// Where meshes come from.
@@ -36,8 +36,8 @@ pub struct Workshop<'a> {
 
 /// A body before it has a place.
 #[derive(Clone)]
-pub(super) struct Mould {
-    pub(super) form: Arc<Form>,
+pub(super) struct BodyTemplate {
+    pub(super) form: Arc<BodyGeometry>,
     pub(super) material: Arc<SceneMaterial>,
     pub(super) strength: Arc<Strength>,
     pub(super) rotation: Quat,
@@ -54,7 +54,7 @@ pub(super) struct Mould {
     pub(super) solver: SolverChoice,
 }
 
-impl<'a> Workshop<'a> {
+impl<'a> ResolveContext<'a> {
     /// With nothing made yet.
     pub fn new(root: &'a Node, files: &'a mut Files) -> Self {
         Self {
@@ -71,7 +71,7 @@ impl<'a> Workshop<'a> {
     }
 }
 
-impl Workshop<'_> {
+impl ResolveContext<'_> {
     /// Whether an item has none of these keys, as far as can be told: where one of them is wrong,
     /// or one that is not known was meant for it, it is no second error that it is missing.
     pub(super) fn lacks(&self, path: &[Step], keys: &[&str]) -> bool {
@@ -132,7 +132,12 @@ impl Workshop<'_> {
     }
 
     /// Makes a body ready; errors are noted, and `None` means that there were some.
-    pub(super) fn mould(&mut self, body: &Body, path: &Path, defaults: &Fracture) -> Option<Mould> {
+    pub(super) fn mould(
+        &mut self,
+        body: &Body,
+        path: &Path,
+        defaults: &Fracture,
+    ) -> Option<BodyTemplate> {
         let before = self.errors.len();
         let material = self.material(body, path);
         let rotation = self.rotation(&body.rotation, &join(path, "rotation"));
@@ -164,7 +169,7 @@ impl Workshop<'_> {
             Anchor::Centre => (low + high) / 2.0,
             Anchor::Base => Vec3::new((low.x + high.x) / 2.0, (low.y + high.y) / 2.0, low.z),
         };
-        Some(Mould {
+        Some(BodyTemplate {
             form,
             material,
             strength,
@@ -233,7 +238,7 @@ impl Workshop<'_> {
         }
     }
 
-    fn form(&mut self, body: &Body, path: &Path) -> Option<Arc<Form>> {
+    fn form(&mut self, body: &Body, path: &Path) -> Option<Arc<BodyGeometry>> {
         let recipe = match (&body.shape, &body.mesh) {
             (Some(_), Some(_)) => {
                 self.wrong(&join(path, "mesh"), "a body has a `shape` or a `mesh`, not both");
@@ -250,7 +255,7 @@ impl Workshop<'_> {
                 for (key, _) in sizes.into_iter().filter(|(_, value)| value.is_some()) {
                     self.wrong(&join(path, key), "is for a `mesh`; a `shape` has its measures");
                 }
-                Recipe::Shape(shape.clone())
+                GeometrySource::Shape(shape.clone())
             }
             (None, Some(mesh)) => {
                 if body.fit.is_some() && body.scale.is_some() {
@@ -261,7 +266,7 @@ impl Workshop<'_> {
                 if !self.has_mesh(&key, &written) {
                     return None;
                 }
-                Recipe::Mesh {
+                GeometrySource::Mesh {
                     key,
                     fit: body.fit,
                     scale: body.scale,

@@ -33,7 +33,7 @@ const MOST_TRIANGLES: usize = 16_000_000;
 
 /// What a form is made from.
 #[derive(Clone, Debug)]
-pub enum Recipe {
+pub enum GeometrySource {
     /// By measures.
     Shape(Shape),
     /// From a file.
@@ -53,7 +53,7 @@ pub enum Recipe {
 
 /// A solid about its centroid, and what goes with it.
 #[derive(Clone, Debug)]
-pub struct Form {
+pub struct BodyGeometry {
     /// The solid; its centroid is the origin \[m\].
     pub solid: Arc<Solid>,
     /// Convex parts for collisions, in the same frame \[m\].
@@ -70,7 +70,7 @@ pub struct Form {
     pub(super) placement: (Axis, f64),
 }
 
-impl Form {
+impl BodyGeometry {
     /// A point of the mesh file in the frame that the scene speaks of \[m\].
     pub(super) fn placed(&self, point: &Vec3) -> Vec3 {
         let (up, factor) = self.placement;
@@ -86,13 +86,17 @@ impl Form {
 /// Forms already made.
 #[derive(Default)]
 pub struct Forms {
-    made: BTreeMap<String, Result<Arc<Form>, String>>,
+    made: BTreeMap<String, Result<Arc<BodyGeometry>, String>>,
     triangles: usize,
 }
 
 impl Forms {
     /// The form of a recipe; the second call for an equal recipe costs nothing.
-    pub fn get(&mut self, recipe: &Recipe, files: &mut Files) -> Result<Arc<Form>, String> {
+    pub fn get(
+        &mut self,
+        recipe: &GeometrySource,
+        files: &mut Files,
+    ) -> Result<Arc<BodyGeometry>, String> {
         // The derived text of a recipe has every number in full, so it is as good as the recipe.
         let key = format!("{recipe:?}");
         if let Some(form) = self.made.get(&key) {
@@ -105,7 +109,7 @@ impl Forms {
         made
     }
 
-    fn admit(&mut self, form: Form) -> Result<Arc<Form>, String> {
+    fn admit(&mut self, form: BodyGeometry) -> Result<Arc<BodyGeometry>, String> {
         let count = self.triangles + form.solid.mesh.triangles.len();
         if count > MOST_TRIANGLES {
             return Err(full(count));
@@ -122,13 +126,13 @@ fn full(count: usize) -> String {
     )
 }
 
-fn make(recipe: &Recipe, files: &mut Files) -> Result<Form, String> {
+fn make(recipe: &GeometrySource, files: &mut Files) -> Result<BodyGeometry, String> {
     match recipe {
-        Recipe::Shape(shape) => {
+        GeometrySource::Shape(shape) => {
             let mesh = shape::mesh(shape)?;
             finish(mesh, shape::convex(shape), Vec::new())
         }
-        Recipe::Mesh { key, fit, scale, up, repair } => {
+        GeometrySource::Mesh { key, fit, scale, up, repair } => {
             let bytes = files.get(key).map_err(|error| error.to_string())?;
             let mesh = cullet_assets::read(key, &bytes).map_err(|error| error.to_string())?;
             let default = if key.to_lowercase().ends_with(".glb") { Axis::Y } else { Axis::Z };
@@ -145,7 +149,7 @@ fn make(recipe: &Recipe, files: &mut Files) -> Result<Form, String> {
             let (mesh, report) = door::admit(&mesh, repair).map_err(|error| error.to_string())?;
             let repairs = if report.is_clean() { Vec::new() } else { vec![report.to_string()] };
             let form = finish(mesh, false, repairs)?;
-            Ok(Form { placement: (up, factor), origin: form.origin - away, ..form })
+            Ok(BodyGeometry { placement: (up, factor), origin: form.origin - away, ..form })
         }
     }
 }
@@ -225,7 +229,7 @@ pub(super) fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
     points.iter().fold((*first, *first), |(low, high), v| (low.inf(v), high.sup(v)))
 }
 
-fn finish(mut mesh: TriMesh, convex: bool, repairs: Vec<String>) -> Result<Form, String> {
+fn finish(mut mesh: TriMesh, convex: bool, repairs: Vec<String>) -> Result<BodyGeometry, String> {
     let longest = longest_side(&mesh);
     if !(MIN_SIZE..=MAX_SIZE).contains(&longest) {
         return Err(format!(
@@ -245,7 +249,7 @@ fn finish(mut mesh: TriMesh, convex: bool, repairs: Vec<String>) -> Result<Form,
     let solid = Solid::outer(mesh);
     let hulls =
         if convex { vec![solid.mesh.vertices.clone()] } else { hull::convex_parts(&solid, HULLS) };
-    Ok(Form {
+    Ok(BodyGeometry {
         solid: Arc::new(solid),
         hulls: Arc::new(hulls),
         mass,
@@ -258,13 +262,13 @@ fn finish(mut mesh: TriMesh, convex: bool, repairs: Vec<String>) -> Result<Form,
 
 #[cfg(test)]
 mod tests {
-    use super::{Files, Forms, MOST_TRIANGLES, Recipe, Shape};
+    use super::{Files, Forms, GeometrySource, MOST_TRIANGLES, Shape};
     use cullet_document::files::Source;
     use std::collections::BTreeMap;
 
     #[test]
     fn shapes_are_bounded_together() {
-        let cube = |edge: f64| Recipe::Shape(Shape::Box { size: [edge; 3] });
+        let cube = |edge: f64| GeometrySource::Shape(Shape::Box { size: [edge; 3] });
         let mut files = Files::new(Source::Bundle(BTreeMap::new()));
         let mut forms = Forms { triangles: MOST_TRIANGLES - 24, ..Forms::default() };
         for edge in [1.0, 2.0, 1.0, 2.0] {

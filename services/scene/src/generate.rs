@@ -1,6 +1,6 @@
 //! Many bodies from one template: rows, stacks, and bodies strewn by a seed.
 
-use super::body::{Mould, Workshop};
+use super::body::{BodyTemplate, ResolveContext};
 use super::format::{Body, Grid, Scatter, Stack};
 use cullet_document::tree::{Path, join};
 use cullet_geometry::math::{scramble, unit};
@@ -24,7 +24,7 @@ pub(super) fn grid_count(grid: &Grid) -> u64 {
 }
 
 /// The bodies of a grid, layer by layer.
-pub(super) fn grid(grid: &Grid, mould: &Mould) -> Vec<Instance> {
+pub(super) fn grid(grid: &Grid, mould: &BodyTemplate) -> Vec<Instance> {
     let [nx, ny, nz] = grid.count;
     let [dx, dy, dz] = grid.spacing;
     let mut instances = Vec::new();
@@ -47,7 +47,7 @@ pub(super) fn grid(grid: &Grid, mould: &Mould) -> Vec<Instance> {
 }
 
 /// The bodies of a stack, from the first on.
-pub(super) fn stack(stack: &Stack, mould: &Mould) -> Vec<Instance> {
+pub(super) fn stack(stack: &Stack, mould: &BodyTemplate) -> Vec<Instance> {
     let offset = Vec3::from(stack.offset);
     let instance = |i: u32| {
         let turn = f64::from(i) * stack.twist_degrees.to_radians();
@@ -61,13 +61,13 @@ pub(super) fn stack(stack: &Stack, mould: &Mould) -> Vec<Instance> {
     (0..stack.count).map(instance).collect()
 }
 
-impl Workshop<'_> {
+impl ResolveContext<'_> {
     /// The strewn bodies: the spheres around them lie in the box and do not meet.
     pub(super) fn scatter(
         &mut self,
         scatter: &Scatter,
         path: &Path,
-        mould: &Mould,
+        mould: &BodyTemplate,
         world_seed: u64,
     ) -> Vec<Instance> {
         let radius = mould.form.radius();

@@ -1,6 +1,6 @@
 //! What must hold between the values of a scene, beyond the range of each.
 
-use super::body::Workshop;
+use super::body::ResolveContext;
 use super::format::{Document, World};
 use cullet_document::check::tell;
 use cullet_document::tree::Path;
@@ -13,7 +13,7 @@ pub(super) const MAX_GRAVITY: f64 = 1e4;
 pub(super) const MAX_STEPS: f64 = 1e7;
 
 /// Says what does not fit together; `bodies`: how many there are.
-pub(super) fn check(workshop: &mut Workshop<'_>, document: &Document, bodies: usize) {
+pub(super) fn check(workshop: &mut ResolveContext<'_>, document: &Document, bodies: usize) {
     world(workshop, &document.world);
     let most = document.world.max_bodies;
     if bodies > most as usize {
@@ -58,7 +58,7 @@ pub(super) fn check(workshop: &mut Workshop<'_>, document: &Document, bodies: us
     }
 }
 
-fn world(workshop: &mut Workshop<'_>, world: &World) {
+fn world(workshop: &mut ResolveContext<'_>, world: &World) {
     let (tiers, step, duration) = (world.tiers, world.step, world.duration);
     if tiers.tiny > tiers.small {
         let (tiny, small) = (tiers.tiny, tiers.small);

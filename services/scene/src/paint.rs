@@ -1,7 +1,7 @@
 //! From what a scene says of strength to the field that travels with a job.
 
-use super::body::Workshop;
-use super::form::Form;
+use super::body::ResolveContext;
+use super::form::BodyGeometry;
 use super::format::{self, Body, Channel, Paint};
 use super::material::SceneMaterial;
 use cullet_document::check::tell;
@@ -45,14 +45,14 @@ impl SceneMaterial {
     }
 }
 
-impl Workshop<'_> {
+impl ResolveContext<'_> {
     /// The strength field of a body.
     pub(super) fn strength(
         &mut self,
         body: &Body,
         path: &Path,
         material: &SceneMaterial,
-        form: &Form,
+        form: &BodyGeometry,
     ) -> Strength {
         let mut field = Strength { offset: (-form.origin).into(), ..material.field() };
         let (own, path) = (path, join(path, "paint"));
@@ -81,7 +81,7 @@ impl Workshop<'_> {
         &mut self,
         (body, own): (&Body, &Path),
         (paint, path): (&Paint, &Path),
-        form: &Form,
+        form: &BodyGeometry,
     ) -> Option<VertexPaint> {
         let Paint::Corners { reach, channel, none, full, file } = paint else { return None };
         let Some(mesh) = &body.mesh else {

@@ -1,6 +1,6 @@
 //! From the tree to a scene that runs: every section read, every body made and placed.
 
-use super::body::{MAX_DISTANCE, Mould, Workshop};
+use super::body::{BodyTemplate, MAX_DISTANCE, ResolveContext};
 use super::format::{self, Body, Document, Grid, Scatter, Stack};
 use super::generate::{self, Instance};
 use super::material::{self, SceneMaterial};
@@ -37,7 +37,7 @@ pub(super) fn resolve(
     garbled: bool,
     files: &mut Files,
 ) -> Resolved {
-    let mut workshop = Workshop::new(root, files);
+    let mut workshop = ResolveContext::new(root, files);
     (workshop.bad, workshop.garbled) = (findings.bad, garbled);
     let document = read_sections(&mut workshop);
     materials(&mut workshop);
@@ -49,7 +49,7 @@ pub(super) fn resolve(
     builder.finish()
 }
 
-fn read_sections(workshop: &mut Workshop<'_>) -> Document {
+fn read_sections(workshop: &mut ResolveContext<'_>) -> Document {
     let mut document = Document::default();
     read(workshop, "description", &mut document.description);
     read(workshop, "world", &mut document.world);
@@ -61,7 +61,7 @@ fn read_sections(workshop: &mut Workshop<'_>) -> Document {
 }
 
 /// A section as far as it is right.
-fn read<T: DeserializeOwned>(workshop: &mut Workshop<'_>, key: &str, section: &mut T) {
+fn read<T: DeserializeOwned>(workshop: &mut ResolveContext<'_>, key: &str, section: &mut T) {
     if let Some(node) = workshop.root.get(key)
         && let Some(taken) = workshop.take(node, &[key.into()])
     {
@@ -69,7 +69,7 @@ fn read<T: DeserializeOwned>(workshop: &mut Workshop<'_>, key: &str, section: &m
     }
 }
 
-fn materials(workshop: &mut Workshop<'_>) {
+fn materials(workshop: &mut ResolveContext<'_>) {
     for preset in material::presets() {
         workshop.materials.insert(preset.name.to_owned(), Arc::new(SceneMaterial::from(preset)));
     }
@@ -97,7 +97,7 @@ fn materials(workshop: &mut Workshop<'_>) {
 
 /// The material that a document writes out, or the preset that it names and what it changes of it.
 pub fn own_material(
-    workshop: &mut Workshop<'_>,
+    workshop: &mut ResolveContext<'_>,
     written: &format::Material,
     path: &Path,
 ) -> Option<SceneMaterial> {
@@ -139,7 +139,7 @@ pub fn own_material(
 }
 
 struct Builder<'a> {
-    workshop: Workshop<'a>,
+    workshop: ResolveContext<'a>,
     document: Document,
     bodies: Vec<SceneBody>,
     /// Where each body was written.
@@ -174,7 +174,7 @@ impl Builder<'_> {
         self.scatters();
     }
 
-    fn mould(&mut self, body: &Body, path: &Path) -> Option<Mould> {
+    fn mould(&mut self, body: &Body, path: &Path) -> Option<BodyTemplate> {
         let defaults = self.document.fracture;
         self.workshop.mould(body, path, &defaults)
     }
@@ -254,7 +254,7 @@ impl Builder<'_> {
 
     fn place(
         &mut self,
-        mould: &Mould,
+        mould: &BodyTemplate,
         instances: Vec<Instance>,
         generator: Option<&str>,
         path: &Path,

@@ -1,6 +1,6 @@
 //! Items of a document, read as far as they are right.
 
-use super::body::Workshop;
+use super::body::ResolveContext;
 use cullet_document::tree::{Node, Path, Step};
 use serde::de::DeserializeOwned;
 
@@ -13,7 +13,7 @@ pub(super) struct Taken<T> {
     pub(super) whole: bool,
 }
 
-impl Workshop<'_> {
+impl ResolveContext<'_> {
     /// Reads an item. Nothing where too little of it is left; why is noted, unless it was already.
     pub(super) fn take<T: DeserializeOwned>(
         &mut self,

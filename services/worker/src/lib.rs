@@ -1,9 +1,9 @@
 //! The worker: asks for jobs, hosts a solver in slices, hands results back.
 //!
 //! Two halves. The *supervisor* ([`run`]) talks: it polls, fetches, renews and hands in, as its
-//! state machine says (`services/dispatch/src/worker_machine.rs`). The *job* runs in a process of its own
-//! ([`serve_jobs`]), which may crash, hang or take too much memory: the supervisor ends it, gives
-//! the job back and goes on. A panic in a solver is a verdict.
+//! state machine says (`services/dispatch/src/worker_machine.rs`). The *job* runs in a process of
+//! its own ([`serve_jobs`]), which may crash, hang or take too much memory: the supervisor ends it,
+//! gives the job back and goes on. A panic in a solver is a verdict.
 //!
 //! Absent on purpose: rigid bodies, scenes, recordings, decisions about who does what.
 

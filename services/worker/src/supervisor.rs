@@ -185,7 +185,7 @@ impl Supervisor {
         match news.heard {
             WorkerInput::Fetched { epoch } if at == Some(epoch) => self.bytes = news.bytes,
             WorkerInput::Solved { epoch, .. } if at == Some(epoch) => {
-                self.blob = Arc::new(news.bytes)
+                self.blob = Arc::new(news.bytes);
             }
             WorkerInput::Trouble { epoch, .. } if at == Some(epoch) => self.text = news.text,
             _ => {}
@@ -212,7 +212,7 @@ impl Supervisor {
             WorkerInput::Solved { .. } => tracing::info!(run, job, seconds, "job solved"),
             WorkerInput::Receipt { .. } => tracing::debug!(run, job, seconds, "result handed in"),
             WorkerInput::Stop { .. } => {
-                tracing::info!(run, job, seconds, "job not wanted any more")
+                tracing::info!(run, job, seconds, "job not wanted any more");
             }
             WorkerInput::Trouble { trouble, .. } => {
                 tracing::warn!(run, job, seconds, ?trouble, text = self.text, "job given back");

@@ -22,7 +22,7 @@ pub struct Grain {
 
 /// A grain in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Speck {
+pub struct DebrisParticle {
     /// Its number among grains: increasing, never reused.
     pub id: u64,
     /// The body that it broke from.
@@ -42,7 +42,7 @@ pub struct Speck {
 /// Grains that fly at once: more lie where they broke off.
 const MOST_FLYING: usize = 20_000;
 
-impl Speck {
+impl DebrisParticle {
     pub(crate) fn part(&self) -> Part {
         let (centre, velocity, mass) = (self.position, self.velocity, self.mass);
         Part { mass, inertia: Mat3::zeros(), centre, velocity, spin: Vec3::zeros() }
@@ -64,7 +64,7 @@ impl Speck {
 impl World {
     /// All grains, oldest first.
     #[must_use]
-    pub fn grains(&self) -> &[Speck] {
+    pub fn grains(&self) -> &[DebrisParticle] {
         &self.grains
     }
 
@@ -82,7 +82,7 @@ impl World {
         let mut ids = Vec::with_capacity(grains.len());
         for (k, (grain, part)) in grains.iter().zip(parts).enumerate() {
             let id = self.grains.last().map_or(0, |last| last.id + 1);
-            self.grains.push(Speck {
+            self.grains.push(DebrisParticle {
                 id,
                 parent: BodyId(parent),
                 mass: part.mass,

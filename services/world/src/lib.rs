@@ -35,7 +35,7 @@ pub use body::{BodyId, BodySpec, BodyView, Tier};
 pub use error::{ReplaceError, WorldError};
 pub use exchange::Exchange;
 pub use gate::{Gate, GateBody, GateLimits, Reason, gate};
-pub use grains::{Grain, Speck};
+pub use grains::{DebrisParticle, Grain};
 pub use hertz::{Elastic, Hertz, effective_modulus, hertz};
 pub use impact::{Hit, Impact};
 pub use ledger::Totals;

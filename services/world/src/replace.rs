@@ -82,7 +82,7 @@ pub struct Replacement {
 
 /// What a replacement settled for the other body of an episode, should that break too.
 #[derive(Clone, Debug)]
-pub(crate) struct Debt {
+pub(crate) struct PendingExchange {
     /// What the other body holds from the episode, all told.
     pub(crate) mine: Exchange,
     /// What the fragments hold from it.
@@ -351,7 +351,8 @@ impl World {
                 let (held, given) =
                     if k == 0 { (*theirs, *mine) } else { (Exchange::zero(), Exchange::zero()) };
                 let others = others.clone();
-                let debt = Debt { mine: held, theirs: given, others, purse: purse * left };
+                let debt =
+                    PendingExchange { mine: held, theirs: given, others, purse: purse * left };
                 self.debts.insert((hit.episode, id), debt);
             }
         }

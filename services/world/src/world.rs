@@ -6,10 +6,10 @@ use crate::episode::{Episode, Episodes};
 use crate::error::WorldError;
 use crate::exchange::{Received, Stepped, received, rest, sums};
 use crate::frozen::Frozen;
-use crate::grains::Speck;
+use crate::grains::DebrisParticle;
 use crate::impact::{Hit, Outcome, Party, effective_mass, hits};
 use crate::ledger::{Sink, Totals};
-use crate::replace::Debt;
+use crate::replace::PendingExchange;
 use crate::rigid::{BadPart, Contact, Fit, Rigid, Shape};
 use crate::settings::WorldSettings;
 use crate::settling::Settling;
@@ -31,7 +31,7 @@ pub struct World {
     /// What became of bodies that broke.
     pub(crate) children: BTreeMap<u32, Vec<u32>>,
     /// What a replacement already settled for the other body of an episode.
-    pub(crate) debts: BTreeMap<(u64, u32), Debt>,
+    pub(crate) debts: BTreeMap<(u64, u32), PendingExchange>,
     pub(crate) sink: Sink,
     pub(crate) episodes: Episodes,
     /// What the pairs that rest did lately.
@@ -39,7 +39,7 @@ pub struct World {
     /// Bodies that nothing has struck yet.
     pub(crate) settling: Settling,
     /// Debris.
-    pub(crate) grains: Vec<Speck>,
+    pub(crate) grains: Vec<DebrisParticle>,
     pub(crate) next_id: u32,
     pub(crate) frozen: Frozen,
     pub(crate) steps: u64,
@@ -218,7 +218,7 @@ impl World {
         let moving = self.bodies.iter().filter(|(_, body)| !body.fixed);
         let bodies =
             moving.filter_map(|(&id, body)| Some(Part::new(body, &self.rigid.motion(id)?)));
-        let parts: Vec<Part> = bodies.chain(self.grains.iter().map(Speck::part)).collect();
+        let parts: Vec<Part> = bodies.chain(self.grains.iter().map(DebrisParticle::part)).collect();
         let total = sum(parts.iter());
         let weigh = |p: &Part| -p.mass * self.settings.gravity.dot(&p.centre);
         Totals {

@@ -1,7 +1,7 @@
-use super::{Desk, Keeper};
-use crate::live::Live;
+use super::{Desk, ReplayingPool};
+use crate::live::RunStatus;
 use crate::store::Store;
-use crate::timeline::{Past, svg, trace};
+use crate::timeline::{RunHistory, svg, trace};
 use cullet_pool::{Attempted, Ending, Settlement};
 use cullet_proto::{FractureJob, JobId, Verdict};
 use cullet_run::{Jobs, Load};
@@ -65,8 +65,8 @@ fn job(seed: u64) -> FractureJob {
 
 #[test]
 fn what_a_run_does_not_want_any_more_the_pool_hears_of() {
-    let (pool, live) = (Stub::default(), Live::default());
-    let keeper = Keeper::new(&pool, None, &live);
+    let (pool, live) = (Stub::default(), RunStatus::default());
+    let keeper = ReplayingPool::new(&pool, None, &live);
     keeper.open(&job(1));
     assert_eq!(pool.open.borrow().len(), 1);
     keeper.cancel();
@@ -76,9 +76,9 @@ fn what_a_run_does_not_want_any_more_the_pool_hears_of() {
 #[test]
 fn a_second_attempt_asks_the_pool_for_what_is_new_alone_and_hears_the_same_in_order() {
     let (store, pool) = (Store::open(None).expect("a folder"), Stub::default());
-    let live = Live::default();
+    let live = RunStatus::default();
     let attempt = |wanted: &[u64], settle: usize| {
-        let keeper = Keeper::new(&pool, Some(store.kept(1)), &live);
+        let keeper = ReplayingPool::new(&pool, Some(store.kept(1)), &live);
         let ids: Vec<JobId> = wanted.iter().map(|seed| keeper.open(&job(*seed))).collect();
         let heard: Vec<_> = (0..settle).filter_map(|_| keeper.settled(Duration::ZERO)).collect();
         assert!(heard.iter().map(|(id, _)| *id).eq(ids[..settle].iter().copied()));
@@ -98,9 +98,9 @@ fn a_second_attempt_asks_the_pool_for_what_is_new_alone_and_hears_the_same_in_or
 #[test]
 fn who_was_at_what_has_not_settled_is_in_the_timeline_also_of_a_life_that_ended() {
     let (folder, pool, live) =
-        (tempfile::tempdir().expect("a folder"), Stub::default(), Live::default());
-    let past = Past::begin(folder.path(), 1, 10_000, None);
-    let keeper = Keeper::new(&pool, None, &live).noting(&past);
+        (tempfile::tempdir().expect("a folder"), Stub::default(), RunStatus::default());
+    let past = RunHistory::begin(folder.path(), 1, 10_000, None);
+    let keeper = ReplayingPool::new(&pool, None, &live).noting(&past);
     let (first, second) = (keeper.open(&job(1)), keeper.open(&job(2)));
     // Nothing settles; the first is lost with its worker, and it gets it again.
     let tell = |job, (grant, worker): (u64, &str), after: u64, lost: Option<&str>| Attempted {
@@ -122,7 +122,7 @@ fn who_was_at_what_has_not_settled_is_in_the_timeline_also_of_a_life_that_ended(
     ]);
     keeper.hear();
     // The coordinator dies 7 s after the run began. Its next life has all of it.
-    let next = Past::begin(folder.path(), 2, 60_000, Some(17_000));
+    let next = RunHistory::begin(folder.path(), 2, 60_000, Some(17_000));
     let told: serde_json::Value =
         serde_json::from_str(&trace("pot", &next.timeline(Vec::new()))).expect("JSON");
     let events = told["traceEvents"].as_array().expect("events");

@@ -43,7 +43,7 @@ enum Line {
 
 /// The file of one run, as one attempt has it.
 #[derive(Debug)]
-pub(crate) struct Past {
+pub(crate) struct RunHistory {
     path: PathBuf,
     attempt: u32,
     began: u64,
@@ -53,7 +53,7 @@ pub(crate) struct Past {
     full: Cell<bool>,
 }
 
-impl Past {
+impl RunHistory {
     /// An attempt begins at `now`. `seen`: when the coordinator was last seen to work on an attempt
     /// before \[ms since 1970\].
     pub(crate) fn begin(folder: &Path, attempt: u32, now: u64, seen: Option<u64>) -> Self {
@@ -260,7 +260,7 @@ fn earlier(text: &str, attempt: u32, seen: Option<u64>) -> Timeline {
 
 #[cfg(test)]
 mod tests {
-    use super::{Fate, Job, MOST, NAME, Past, Timeline};
+    use super::{Fate, Job, MOST, NAME, RunHistory, Timeline};
     use crate::timeline::{Span, Stretch, svg, trace};
     use std::fs;
     use std::path::Path;
@@ -275,19 +275,19 @@ mod tests {
 
     /// The first attempt is cut off with a job settled and one wanted, the second ends in order
     /// with one wanted, the third goes on.
-    fn three(folder: &Path) -> (Past, Timeline) {
-        let first = Past::begin(folder, 1, 10_000, None);
+    fn three(folder: &Path) -> (RunHistory, Timeline) {
+        let first = RunHistory::begin(folder, 1, 10_000, None);
         first.opened("aa", 0.5);
         first.settled(&job("aa", "w1", 0.5, 1.5));
         first.opened("bb", 2.0);
         drop(first);
         // It was seen 3 s after it had begun, and back after 60.
-        let second = Past::begin(folder, 2, 70_000, Some(13_000));
+        let second = RunHistory::begin(folder, 2, 70_000, Some(13_000));
         second.opened("bb", 0.25);
         second.settled(&job("bb", "w2", 0.25, 1.0));
         second.opened("cc", 1.0);
         second.ended(2.0);
-        let third = Past::begin(folder, 3, 80_000, Some(71_000));
+        let third = RunHistory::begin(folder, 3, 80_000, Some(71_000));
         let kept = Job { kept: true, tries: Vec::new(), ..job("aa", "", 0.0, 0.0) };
         let all = third.timeline(vec![kept, job("cc", "w1", 0.5, 4.0)]);
         (third, all)
@@ -339,13 +339,13 @@ mod tests {
     #[test]
     fn a_torn_line_is_left_out_and_a_clock_that_is_set_back_turns_nothing_round() {
         let folder = tempfile::tempdir().expect("a folder");
-        let first = Past::begin(folder.path(), 1, 10_000, None);
+        let first = RunHistory::begin(folder.path(), 1, 10_000, None);
         first.opened("aa", 0.5);
         first.settled(&job("aa", "w1", 0.5, 1.5));
         let path = folder.path().join(NAME);
         let text = fs::read_to_string(&path).expect("a file");
         fs::write(&path, &text[..text.len() - 19]).expect("it is torn");
-        let all = Past::begin(folder.path(), 2, 4_000, Some(3_000)).timeline(Vec::new());
+        let all = RunHistory::begin(folder.path(), 2, 4_000, Some(3_000)).timeline(Vec::new());
         assert_eq!(all.jobs.len(), 1, "{all:?}");
         assert_eq!(all.jobs[0].ending, Fate::CutOff, "its end is torn");
         assert_eq!(all.spans[1], Span { attempt: 2, from: 0.5, to: 0.5, cut_off: false });
@@ -354,7 +354,7 @@ mod tests {
     #[test]
     fn a_line_in_which_a_bit_turned_is_left_out() {
         let folder = tempfile::tempdir().expect("a folder");
-        let first = Past::begin(folder.path(), 1, 10_000, None);
+        let first = RunHistory::begin(folder.path(), 1, 10_000, None);
         first.opened("aa", 0.5);
         let path = folder.path().join(NAME);
         let before = fs::read(&path).expect("a file");
@@ -364,7 +364,7 @@ mod tests {
             let mut bytes = sound.clone();
             bytes[at / 8] ^= 1 << (at % 8);
             fs::write(&path, &bytes).expect("a file");
-            let all = Past::told(folder.path());
+            let all = RunHistory::told(folder.path());
             let told: Vec<_> = all.jobs.iter().map(|job| (&job.job[..], job.ending)).collect();
             assert_eq!(told, [("aa", Fate::CutOff)], "bit {at}");
         }
@@ -373,7 +373,7 @@ mod tests {
     #[test]
     fn the_file_has_a_bound_and_what_is_beyond_it_is_told() {
         let folder = tempfile::tempdir().expect("a folder");
-        let first = Past::begin(folder.path(), 1, 0, None);
+        let first = RunHistory::begin(folder.path(), 1, 0, None);
         let mut long = job("aa", "w1", 0.0, 1.0);
         long.tries = vec![Stretch { lost: "x".repeat(2_000), ..long.tries[0].clone() }; 16];
         for _ in 0..MOST / 10_000 {
@@ -382,11 +382,11 @@ mod tests {
         first.ended(2.0);
         let length = fs::metadata(folder.path().join(NAME)).expect("a file").len();
         assert!((MOST..MOST + (64 << 10)).contains(&length), "{length}");
-        let second = Past::begin(folder.path(), 2, 5_000, None);
+        let second = RunHistory::begin(folder.path(), 2, 5_000, None);
         let all = second.timeline(Vec::new());
         assert!(all.untold && svg("pot", &all).contains("not all is told"));
         assert_eq!(all.spans[0], Span { attempt: 1, from: 0.0, to: 2.0, cut_off: false });
-        Past::forget(folder.path());
+        RunHistory::forget(folder.path());
         assert!(!folder.path().join(NAME).exists());
     }
 }

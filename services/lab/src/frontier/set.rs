@@ -4,7 +4,7 @@ use super::super::sweep::Sweep;
 use super::format::{ChartForm, Document, OptionForm};
 use crate::specimen::{self, Specimen};
 use cullet_document::error::{SceneError, SceneErrors};
-use cullet_document::sheet::{Sheet, schema_of};
+use cullet_document::sheet::{ConfigDocument, schema_of};
 use serde_json::Value as Json;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -111,11 +111,15 @@ pub fn schema() -> String {
 /// # Errors
 /// Everything that is wrong with it and with the specimens and scenes that it names.
 pub fn load(path: &Path, only: &[String], quick: bool) -> Result<Set, SceneErrors> {
-    let (document, sheet) = Sheet::read::<Document>(path, schema_json())?;
+    let (document, sheet) = ConfigDocument::read::<Document>(path, schema_json())?;
     let names: Vec<&str> = document.chart.iter().map(|chart| chart.name.as_str()).collect();
     let unknown = only.iter().find(|name| !names.contains(&name.as_str()));
-    let mut desk =
-        Desk { sheet, folder: path.parent().unwrap_or(Path::new("")), quick, errors: Vec::new() };
+    let mut desk = SetBuilder {
+        sheet,
+        folder: path.parent().unwrap_or(Path::new("")),
+        quick,
+        errors: Vec::new(),
+    };
     if let Some(name) = unknown {
         let message = format!("there is no chart \"{name}\" in it; known: {}", names.join(", "));
         desk.errors.push(SceneError::without_place(message));
@@ -135,7 +139,7 @@ pub fn load(path: &Path, only: &[String], quick: bool) -> Result<Set, SceneError
         }
     }
     if !desk.errors.is_empty() {
-        return Err(Sheet::all(desk.errors));
+        return Err(ConfigDocument::all(desk.errors));
     }
     Ok(Set { description: document.description, charts })
 }
@@ -151,14 +155,14 @@ struct Curve<'a> {
     first: bool,
 }
 
-struct Desk<'a> {
-    sheet: Sheet,
+struct SetBuilder<'a> {
+    sheet: ConfigDocument,
     folder: &'a Path,
     quick: bool,
     errors: Vec<SceneError>,
 }
 
-impl Desk<'_> {
+impl SetBuilder<'_> {
     fn wrong(&mut self, at: &str, message: impl Into<String>) {
         let error = self.sheet.wrong(at, message);
         self.errors.push(error);

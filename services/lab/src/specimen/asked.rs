@@ -4,7 +4,7 @@ use super::format::{Expected, Metric, Reduction};
 use super::resolve::{item, path};
 use cullet_document::error::suggest;
 use cullet_document::tree::{Step, join};
-use cullet_scene::body::Workshop;
+use cullet_scene::body::ResolveContext;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Metrics, each with the number of its probe, and what each must come to.
@@ -12,7 +12,7 @@ pub(super) type Asked = (Vec<(Metric, usize)>, Vec<Option<Expected>>);
 
 /// Names by which others know the items of a list: each is that of one.
 pub(super) fn named_once<'a>(
-    shop: &mut Workshop<'_>,
+    shop: &mut ResolveContext<'_>,
     list: &str,
     names: impl Iterator<Item = &'a str>,
 ) {
@@ -29,7 +29,7 @@ pub(super) fn named_once<'a>(
 
 /// Looks up the names of probes in metrics and of metrics in what is expected.
 pub(super) fn read(
-    shop: &mut Workshop<'_>,
+    shop: &mut ResolveContext<'_>,
     metrics: &[Metric],
     expects: &BTreeMap<String, Expected>,
     probes: &[&str],
@@ -71,7 +71,12 @@ pub(super) fn read(
 }
 
 /// Holds the keys that a probe has against those that its kind takes; it needs those with a star.
-pub(super) fn keys(shop: &mut Workshop<'_>, given: &[(&str, bool)], taken: &[&str], at: &[Step]) {
+pub(super) fn keys(
+    shop: &mut ResolveContext<'_>,
+    given: &[(&str, bool)],
+    taken: &[&str],
+    at: &[Step],
+) {
     for &(name, given) in given {
         let known = taken.iter().find(|key| key.trim_end_matches('*') == name);
         if given && known.is_none() {
@@ -88,7 +93,7 @@ pub(super) fn keys(shop: &mut Workshop<'_>, given: &[(&str, bool)], taken: &[&st
     }
 }
 
-fn bounds(shop: &mut Workshop<'_>, expected: &Expected, at: &[Step]) {
+fn bounds(shop: &mut ResolveContext<'_>, expected: &Expected, at: &[Step]) {
     let near = expected.tolerance.is_some() || expected.absolute.is_some();
     let range = expected.min.is_some() || expected.max.is_some();
     if near && expected.value.is_none() {
@@ -103,7 +108,7 @@ fn bounds(shop: &mut Workshop<'_>, expected: &Expected, at: &[Step]) {
 }
 
 /// The numbers that a reduction needs.
-fn numbers(shop: &mut Workshop<'_>, metric: &Metric, at: &[Step]) {
+fn numbers(shop: &mut ResolveContext<'_>, metric: &Metric, at: &[Step]) {
     let timed = metric.reduce == Reduction::At;
     let bound = matches!(metric.reduce, Reduction::TimeReached | Reduction::TimeAbove);
     let windowed = metric.reduce == Reduction::MaxSlope;

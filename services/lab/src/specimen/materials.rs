@@ -1,7 +1,7 @@
 //! What a specimen is made of: a material, and others in zones.
 
 use super::format::Document;
-use super::resolve::{Desk, Use, item, path};
+use super::resolve::{SpecimenBuilder, Use, item, path};
 use cullet_document::tree::{Path, Step};
 use cullet_proto::strength::{EVEN, Strength};
 use cullet_proto::{Material, specimen as wire};
@@ -18,7 +18,7 @@ fn below(path: &[Step], name: &str) -> Path {
     longer
 }
 
-impl Desk<'_> {
+impl SpecimenBuilder<'_> {
     /// A material, without strength where nothing can break.
     fn material(&mut self, written: &Written, breaks: bool, at: &Path) -> Option<SceneMaterial> {
         let mut written = written.clone();

@@ -9,8 +9,8 @@ use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Pose, Quat, Solid, TriMesh, Vec3};
 use cullet_proto::specimen as wire;
 use cullet_proto::strength::Region;
-use cullet_scene::body::Workshop;
-use cullet_scene::form::Recipe;
+use cullet_scene::body::ResolveContext;
+use cullet_scene::form::GeometrySource;
 use cullet_scene::format::{Axis, Precision};
 use cullet_scene::{paint, shape};
 use serde::Deserialize;
@@ -25,8 +25,8 @@ pub(super) enum Use {
 }
 
 /// A document on its way to a job.
-pub(super) struct Desk<'a> {
-    pub(super) shop: Workshop<'a>,
+pub(super) struct SpecimenBuilder<'a> {
+    pub(super) shop: ResolveContext<'a>,
     pub(super) bounds: (Vec3, Vec3),
     pub(super) spacing: f64,
     regions: BTreeMap<String, Vec<format::Part>>,
@@ -36,14 +36,19 @@ pub(super) struct Desk<'a> {
 
 /// Makes a specimen of a tree that was held against the schema, or says what is wrong.
 pub(super) fn resolve(root: &Node, files: &mut Files) -> Result<Specimen, Vec<SceneError>> {
-    let shop = Workshop::new(root, files);
+    let shop = ResolveContext::new(root, files);
     let document = match Document::deserialize(root.to_toml()) {
         Ok(document) => document,
         Err(error) => return Err(vec![SceneError::at(&root.origin, "", error.message().trim())]),
     };
     let none = (Vec3::zeros(), Vec3::zeros());
-    let mut desk =
-        Desk { shop, bounds: none, spacing: 1.0, regions: BTreeMap::new(), flaws: Vec::new() };
+    let mut desk = SpecimenBuilder {
+        shop,
+        bounds: none,
+        spacing: 1.0,
+        regions: BTreeMap::new(),
+        flaws: Vec::new(),
+    };
     let specimen = desk.specimen(&document);
     match specimen.filter(|_| desk.shop.errors.is_empty()) {
         Some(specimen) => Ok(specimen),
@@ -66,7 +71,7 @@ fn below(path: &[Step], name: &str) -> Path {
     longer
 }
 
-impl Desk<'_> {
+impl SpecimenBuilder<'_> {
     pub(super) fn wrong(&mut self, path: &[Step], message: impl Into<String>) {
         self.shop.wrong(path, message);
     }
@@ -180,7 +185,7 @@ impl Desk<'_> {
                 if !self.shop.has_mesh(&key, &written) {
                     return None;
                 }
-                let recipe = Recipe::Mesh {
+                let recipe = GeometrySource::Mesh {
                     key,
                     fit: geometry.fit,
                     scale: geometry.scale,

@@ -2,7 +2,7 @@
 
 use super::asked;
 use super::format::{Colour, Component, Document, Expected, Metric, Probe, ProbeKind, Reduce};
-use super::resolve::{Desk, Use, item};
+use super::resolve::{SpecimenBuilder, Use, item};
 use cullet_document::error::suggest;
 use cullet_document::tree::{Path, Step};
 use cullet_proto::specimen as wire;
@@ -26,7 +26,7 @@ pub(super) struct Watched {
 }
 
 /// Reads probes, metrics and what is expected of them.
-pub(super) fn read(desk: &mut Desk<'_>, document: &Document) -> Watched {
+pub(super) fn read(desk: &mut SpecimenBuilder<'_>, document: &Document) -> Watched {
     let mut watched = Watched {
         probes: Vec::new(),
         names: Vec::new(),
@@ -111,7 +111,7 @@ const fn takes(kind: ProbeKind) -> &'static [&'static str] {
     }
 }
 
-fn keys(desk: &mut Desk<'_>, probe: &Probe, at: &[Step]) {
+fn keys(desk: &mut SpecimenBuilder<'_>, probe: &Probe, at: &[Step]) {
     let given = [
         ("component", probe.component.is_some()),
         ("at", probe.at.is_some()),
@@ -137,7 +137,7 @@ fn keys(desk: &mut Desk<'_>, probe: &Probe, at: &[Step]) {
 }
 
 fn one(
-    desk: &mut Desk<'_>,
+    desk: &mut SpecimenBuilder<'_>,
     document: &Document,
     probe: &Probe,
     at: &[Step],
@@ -193,12 +193,12 @@ fn one(
     Some(made)
 }
 
-fn area(desk: &mut Desk<'_>, probe: &Probe, at: &[Step]) -> wire::Where {
+fn area(desk: &mut SpecimenBuilder<'_>, probe: &Probe, at: &[Step]) -> wire::Where {
     desk.region(probe.region.as_deref().unwrap_or("all"), at, Use::Points)
 }
 
 fn points(
-    desk: &mut Desk<'_>,
+    desk: &mut SpecimenBuilder<'_>,
     probe: &Probe,
     field: wire::Field,
     at: &[Step],
@@ -223,7 +223,7 @@ fn points(
 }
 
 fn checked(
-    desk: &mut Desk<'_>,
+    desk: &mut SpecimenBuilder<'_>,
     part: Result<wire::Part, &'static str>,
     at: &[Step],
 ) -> Option<wire::Part> {
@@ -259,7 +259,13 @@ pub(super) fn part(component: Option<Component>, tensor: bool) -> Result<wire::P
     }
 }
 
-fn named(desk: &mut Desk<'_>, key: &str, name: &str, names: &[&str], at: &[Step]) -> Option<u32> {
+fn named(
+    desk: &mut SpecimenBuilder<'_>,
+    key: &str,
+    name: &str,
+    names: &[&str],
+    at: &[Step],
+) -> Option<u32> {
     let found = names.iter().position(|known| *known == name);
     if found.is_none() {
         let message = format!("there is no {key} \"{name}\"");

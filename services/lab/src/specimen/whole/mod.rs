@@ -15,7 +15,7 @@ use cullet_document::files::Files;
 use cullet_document::overrides::{Known, apply_overrides};
 use cullet_document::tree::{Node, Value};
 use cullet_proto::JobId;
-use cullet_scene::body::Workshop;
+use cullet_scene::body::ResolveContext;
 use cullet_scene::schema::{plain_brackets, printed};
 use cullet_scene::{Scene, is_preset, load};
 use format::Document;
@@ -100,7 +100,7 @@ fn resolve(
     document: &Document,
     (path, scene): (&Path, Result<Scene, Flaw>),
 ) -> Result<Specimen, SceneErrors> {
-    let mut shop = Workshop::new(root, files);
+    let mut shop = ResolveContext::new(root, files);
     // Without its bodies nobody knows what their probes would be about.
     let watches = scene
         .as_ref()

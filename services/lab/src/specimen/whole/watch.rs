@@ -7,7 +7,7 @@ use super::format::{Probe, ProbeKind};
 use cullet_document::error::suggest;
 use cullet_document::tree::{Step, join};
 use cullet_proto::specimen::Part;
-use cullet_scene::body::Workshop;
+use cullet_scene::body::ResolveContext;
 use cullet_scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
 
@@ -82,7 +82,7 @@ pub(super) const fn unit(kind: ProbeKind) -> &'static str {
 }
 
 /// Reads the probes of a document.
-pub(super) fn read(shop: &mut Workshop<'_>, probes: &[Probe], scene: &Scene) -> Vec<Watch> {
+pub(super) fn read(shop: &mut ResolveContext<'_>, probes: &[Probe], scene: &Scene) -> Vec<Watch> {
     let mut watches = Vec::new();
     for (index, probe) in probes.iter().enumerate() {
         let at = item("probe", index);
@@ -116,7 +116,7 @@ pub(super) fn read(shop: &mut Workshop<'_>, probes: &[Probe], scene: &Scene) -> 
 
 /// The bodies that are called so, or were made by what is.
 fn named(
-    shop: &mut Workshop<'_>,
+    shop: &mut ResolveContext<'_>,
     key: &str,
     name: Option<&str>,
     scene: &Scene,

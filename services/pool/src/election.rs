@@ -4,12 +4,13 @@
 //! A sign of life alone refuses nobody: that of a process that was killed may be seen until its
 //! link is given up. One that stays seen, and never answers, does.
 //!
-//! [`Books`] decides and does no I/O. A thread keeps them, so that nothing waits in a callback.
+//! [`ElectionState`] decides and does no I/O. A thread keeps it, so that nothing waits in a
+//! callback.
 
-mod books;
+mod state;
 
-pub use books::Rival;
-use books::{AGAIN, Books};
+pub use state::Conflict;
+use state::{AGAIN, ElectionState};
 
 use super::LinkError;
 use cullet_proto::claim::{Claim, MAX_HOST, Reply};
@@ -38,7 +39,7 @@ const QUEUE: usize = 256;
 #[derive(Debug, Default)]
 struct Shared {
     /// Whether this one is to serve, and whether it has to leave.
-    state: Mutex<(bool, Option<Rival>)>,
+    state: Mutex<(bool, Option<Conflict>)>,
     changed: Condvar,
 }
 
@@ -59,11 +60,11 @@ pub(super) struct Standing {
 
 /// What tells whether a coordinator has to leave.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Herald(Arc<Shared>);
+pub(super) struct Announcement(Arc<Shared>);
 
-impl Herald {
+impl Announcement {
     /// Beside whom it does not stay, if there is such a one.
-    pub(super) fn rival(&self) -> Option<Rival> {
+    pub(super) fn rival(&self) -> Option<Conflict> {
         self.0.state.lock().unwrap_or_else(PoisonError::into_inner).1.clone()
     }
 }
@@ -109,7 +110,7 @@ impl Standing {
             .map_err(failed)?;
         let closing = patience.lease_ms + patience.wait_before_close_ms;
         let closing = Duration::from_millis(closing) + SLACK;
-        let books = Books::new(coordinator.to_string(), own, closing);
+        let books = ElectionState::new(coordinator.to_string(), own, closing);
         let line = Line { session: session.clone(), name: coordinator.clone(), inputs };
         let (inputs, told) = (line.inputs.clone(), Arc::clone(&shared));
         let looks = line.clone();
@@ -129,16 +130,16 @@ impl Standing {
     /// Waits until it is to serve.
     fn clear(&self) -> Result<(), LinkError> {
         let state = self.shared.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let open = |state: &mut (bool, Option<Rival>)| !state.0 && state.1.is_none();
+        let open = |state: &mut (bool, Option<Conflict>)| !state.0 && state.1.is_none();
         let state = self.shared.changed.wait_while(state, open);
         match &state.unwrap_or_else(PoisonError::into_inner).1 {
-            Some(rival) => Err(LinkError::Rival(rival.clone())),
+            Some(rival) => Err(LinkError::Conflict(rival.clone())),
             None => Ok(()),
         }
     }
 
-    pub(super) fn herald(&self) -> Herald {
-        Herald(Arc::clone(&self.shared))
+    pub(super) fn herald(&self) -> Announcement {
+        Announcement(Arc::clone(&self.shared))
     }
 }
 
@@ -217,7 +218,7 @@ impl Line {
 
 /// Keeps the books until told to quit.
 fn uphold(
-    mut books: Books,
+    mut books: ElectionState,
     line: &Line,
     queue: &Receiver<Input>,
     shared: &Shared,
@@ -257,7 +258,7 @@ fn uphold(
     }
 }
 
-fn answer(books: &mut Books, query: &Query) {
+fn answer(books: &mut ElectionState, query: &Query) {
     let bytes = query.payload().map(|payload| payload.to_bytes().into_owned());
     let Ok((theirs, _)) = pool::read_ask::<Claim>(&bytes.unwrap_or_default()) else { return };
     if theirs.check().is_err() || theirs.life == books.own.life {

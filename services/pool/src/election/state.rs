@@ -11,7 +11,7 @@ pub(super) const AGAIN: [Duration; 2] = [Duration::from_millis(100), Duration::f
 
 /// Another coordinator of the same name, beside which this one does not stay.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Rival {
+pub struct Conflict {
     /// The name of both.
     pub name: String,
     /// Who it is; `None`: it does not answer.
@@ -20,7 +20,7 @@ pub struct Rival {
     pub late: bool,
 }
 
-impl fmt::Display for Rival {
+impl fmt::Display for Conflict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, claim, late } = self;
         match claim {
@@ -50,7 +50,7 @@ impl fmt::Display for Rival {
     }
 }
 
-impl std::error::Error for Rival {}
+impl std::error::Error for Conflict {}
 
 /// A time as people write it; of another process, which may say anything.
 fn moment(unix_ms: u64) -> String {
@@ -74,18 +74,18 @@ struct Other {
 
 /// What one coordinator knows of the others.
 #[derive(Debug)]
-pub(super) struct Books {
+pub(super) struct ElectionState {
     name: String,
     pub(super) own: Claim,
     others: BTreeMap<SessionId, Other>,
     /// Whether the first look is over.
     pub(super) looked: bool,
-    pub(super) lost: Option<Rival>,
+    pub(super) lost: Option<Conflict>,
     /// How long one that begins waits for an answer.
     patience: Duration,
 }
 
-impl Books {
+impl ElectionState {
     pub(super) fn new(name: String, own: Claim, patience: Duration) -> Self {
         Self { name, own, others: BTreeMap::new(), looked: false, lost: None, patience }
     }
@@ -121,7 +121,7 @@ impl Books {
 
     fn lose(&mut self, claim: Option<Claim>) {
         let (name, late) = (self.name.clone(), self.own.settled);
-        self.lost.get_or_insert(Rival { name, claim, late });
+        self.lost.get_or_insert(Conflict { name, claim, late });
     }
 
     /// Time has passed: whom to ask now.
@@ -149,13 +149,13 @@ impl Books {
 mod tests {
     use super::*;
 
-    fn books(life: u64, since_ms: u64) -> Books {
+    fn books(life: u64, since_ms: u64) -> ElectionState {
         let own = Claim { life: SessionId(life), since_ms, process: 7, ..Claim::default() };
-        Books::new("main".into(), own, Duration::from_secs(9))
+        ElectionState::new("main".into(), own, Duration::from_secs(9))
     }
 
     /// One asks the other, once each sees the other's sign.
-    fn meet(one: &mut Books, other: &mut Books, now: Instant) {
+    fn meet(one: &mut ElectionState, other: &mut ElectionState, now: Instant) {
         one.sign(other.own.life, true, now);
         if one.tick(now).contains(&other.own.life) {
             let reply = other.asked(&one.own);
@@ -242,7 +242,7 @@ mod tests {
         let told = two.lost.map(|rival| rival.to_string()).unwrap_or_default();
         assert!(told.contains("does not answer"), "{told}");
         let claim = Some(Claim { host: "a\u{1b}[2J\n".into(), ..Claim::default() });
-        let told = Rival { name: "main".into(), claim, late: false }.to_string();
+        let told = Conflict { name: "main".into(), claim, late: false }.to_string();
         assert!(told.contains("process 0 on a[2J, there"), "{told}");
     }
 
