@@ -3,7 +3,8 @@
 use super::error::SceneError;
 use super::files::{Files, folder_of, key};
 use super::overrides::NAMED_LISTS;
-use super::tree::{self, Node, Text, Value};
+use super::tree::{self, Node, Value};
+use crate::origin::Text;
 use std::sync::Arc;
 
 /// Deepest chain of includes: a longer one is a mistake, and each level costs stack.

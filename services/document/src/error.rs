@@ -1,6 +1,6 @@
 //! Errors of a scene: all of them at once, each with its place, its value and its bound.
 
-use super::tree::{Node, Origin};
+use super::origin::Origin;
 use std::fmt;
 use std::ops::Range;
 
@@ -88,13 +88,6 @@ impl SceneError {
     pub fn without_place(message: impl Into<String>) -> Self {
         let (path, message) = (String::new(), message.into());
         Self { place: None, path, message, help: None, geometry: false }
-    }
-
-    /// The same, with the names of items in place of their numbers.
-    #[must_use]
-    pub fn named(mut self, root: &Node) -> Self {
-        self.path = root.with_names(&self.path);
-        self
     }
 
     /// The same, with advice.

@@ -11,6 +11,7 @@ pub mod check;
 pub mod document;
 pub mod error;
 pub mod files;
+pub mod origin;
 pub mod overrides;
 pub mod schema;
 pub mod sheet;

@@ -2,7 +2,8 @@
 
 use super::error::{SceneError, suggest};
 use super::files::GIVEN_BASE;
-use super::tree::{self, Entry, Node, Origin, Text, Value};
+use super::tree::{self, Entry, Node, Value};
+use crate::origin::{Origin, Text};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;

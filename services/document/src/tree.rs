@@ -1,32 +1,13 @@
 //! A scene document as a tree in which every key and value knows where it was written.
 
 use super::error::SceneError;
+use super::origin::{Origin, Text};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
 /// Most errors of grammar reported for one file: the rest follow from the first ones.
 const MAX_SYNTAX_ERRORS: usize = 20;
-
-/// A text that values came from: a file, or one `--set` argument.
-#[derive(Debug, PartialEq, Eq)]
-pub struct Text {
-    /// How the text is called in messages.
-    pub label: String,
-    /// Prefix of file names that are relative to this text: its folder's key (see `files`).
-    pub base: String,
-    /// Its characters.
-    pub content: String,
-}
-
-/// Where something was written.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Origin {
-    /// Which text.
-    pub text: Arc<Text>,
-    /// Byte range in it.
-    pub range: Range<usize>,
-}
 
 /// A table entry.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +25,15 @@ pub struct Node {
     pub origin: Origin,
     /// What.
     pub value: Value,
+}
+
+impl SceneError {
+    /// The same, with the names of items in place of their numbers.
+    #[must_use]
+    pub fn named(mut self, root: &Node) -> Self {
+        self.path = root.with_names(&self.path);
+        self
+    }
 }
 
 /// What a node holds.

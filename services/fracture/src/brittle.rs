@@ -362,7 +362,7 @@ impl Brittle {
         if let Some(width) = self.problem.settings.hairline {
             let spacing = self.domain.grid.spacing.min();
             let (grain, seed, motes) = (self.grain(), self.problem.seed, &motes);
-            let terms = slit::Terms { width, spacing, grain, seed, motes };
+            let terms = slit::SlitTerms { width, spacing, grain, seed, motes };
             let (dust, warnings) = slit::hairlines(&mut fragments, &cracks, &terms);
             debris.extend(dust);
             report.warnings.extend(warnings);

@@ -21,7 +21,7 @@ use crate::pieces::{Pieces, Rubble};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::mesh::bounds;
 use cullet_geometry::{Mat3, TriMesh, Vec3};
-use lattice::Lattice;
+use lattice::{Lattice, NODE};
 
 /// A particle is broken from this damage on (thesis Sec. 3.3 takes fully damaged ones; the last
 /// tenth is asymptotic in explicit time stepping).
@@ -47,8 +47,6 @@ const MARGIN: f64 = 2.0;
 /// ... and begins at a place that faces of bodies and their halves and quarters keep clear of, or
 /// corners of cracks would lie in them (F25).
 const OFFSET: [f64; 3] = [2.0371, 2.0813, 2.1237];
-/// The bit of `Nodes::inside` for the node itself.
-const NODE: u8 = 8;
 /// No label.
 const NONE: u32 = u32::MAX;
 

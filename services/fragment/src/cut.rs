@@ -24,7 +24,7 @@ use crate::crack::Nodes;
 use crate::grid_bias::GridBias;
 use crate::pieces::Pieces;
 use crate::region::agglomerate;
-use crate::region::relief::Terms;
+use crate::region::terms::ReliefTerms;
 use cullet_geometry::boolean::{BooleanError, Exact, MAX_TAG};
 use cullet_geometry::math::{scramble, unit};
 use cullet_geometry::voronoi::{Cells, VoronoiError};
@@ -236,7 +236,7 @@ fn extract_once(
     let floor = settings.min_volume_ratio.max(share) * body.volume;
     nodes.fill();
     merge_labels(&mut nodes, field, body.volume, floor, settings);
-    let terms = Terms {
+    let terms = ReliefTerms {
         detail: settings.detail,
         spacing: field.spacing,
         time_step: field.time_step,

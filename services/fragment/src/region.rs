@@ -5,6 +5,7 @@ pub(crate) mod overlap;
 mod refine;
 pub(crate) mod relief;
 mod sheet;
+pub(crate) mod terms;
 
 use cullet_geometry::voronoi::{Cells, Face, Key, VoronoiError, WALL};
 use cullet_geometry::{TriMesh, Vec3};

@@ -3,103 +3,23 @@
 //! A round body is a prism or polyhedron *inscribed* in the true surface; a body of revolution with
 //! n segments has exactly sin(2π/n)/(2π/n) of the true volume.
 
+mod detail;
 mod lathe;
 mod outline;
 mod refine;
 
+pub use detail::{Detail, MAX_SEGMENTS, MAX_TRIANGLES, MIN_SEGMENTS, SIZE_RANGE, ShapeError};
 pub use lathe::{lathe_shell, lathe_solid};
 pub use outline::{extrude, triangulate};
 pub use refine::refine;
 
 use crate::math::Vec3;
 use crate::mesh::TriMesh;
+use detail::{check_count, check_edge, check_segments, check_size};
 use lathe::{check_section, revolve};
+use refine::finished;
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
-
-/// Fewest segments that make a solid of revolution.
-pub const MIN_SEGMENTS: u32 = 3;
-/// Most segments a turn: finer than any solver here can see, and a torus of it is already past
-/// [`MAX_TRIANGLES`].
-pub const MAX_SEGMENTS: u32 = 4096;
-/// Most triangles a shape may have; a boolean at this size takes seconds a piece.
-pub const MAX_TRIANGLES: usize = 4_000_000;
-/// Longest and shortest dimension \[m\]: beyond these, products of four lengths leave the range in
-/// which f64 keeps its digits next to SI densities.
-pub const SIZE_RANGE: (f64, f64) = (1e-6, 1e6);
-
-/// How finely a shape is divided.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Detail {
-    /// Segments of a full turn, [`MIN_SEGMENTS`]..=[`MAX_SEGMENTS`].
-    pub segments: u32,
-    /// Edges longer than this \[m\] are divided; `None` leaves flat parts as large as they can be.
-    pub edge: Option<f64>,
-}
-
-impl Default for Detail {
-    fn default() -> Self {
-        Self { segments: 48, edge: None }
-    }
-}
-
-/// Why a shape cannot be made.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ShapeError {
-    /// A parameter is outside its bounds, or not a number.
-    #[error("{what} is {value:e}; it must lie in [{low:e}, {high:e}]")]
-    OutOfRange {
-        /// Which parameter.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// Least accepted.
-        low: f64,
-        /// Greatest accepted.
-        high: f64,
-    },
-    /// The shape would have too many triangles.
-    #[error("the shape would have {triangles} triangles; at most {MAX_TRIANGLES} are accepted")]
-    TooFine {
-        /// How many it would have.
-        triangles: usize,
-    },
-    /// An outline has too few or too many points.
-    #[error("the outline has {points} distinct points; {low} to {high} are accepted")]
-    Points {
-        /// Points left after equal neighbours are merged.
-        points: usize,
-        /// Fewest accepted.
-        low: usize,
-        /// Most accepted.
-        high: usize,
-    },
-    /// Two edges of an outline cross or touch.
-    #[error(
-        "the outline crosses itself: the edges from point {first} and from point {second} meet"
-    )]
-    Crossing {
-        /// Start of one edge.
-        first: usize,
-        /// Start of the other.
-        second: usize,
-    },
-    /// An outline encloses nothing.
-    #[error("the outline encloses no area")]
-    Flat,
-    /// The profile of a lathe touches the axis between its ends, which would pinch the body.
-    #[error("point {point} of the profile lies on the axis; only the first and last may")]
-    Pinched {
-        /// Which point.
-        point: usize,
-    },
-    /// The wall of a vessel does not fit inside its profile.
-    #[error("a wall of {thickness} m does not fit inside the profile")]
-    Wall {
-        /// Thickness asked for \[m\].
-        thickness: f64,
-    },
-}
 
 /// A box of the given edge lengths \[m\], centred on the origin, with even grids on its faces.
 ///
@@ -262,15 +182,6 @@ fn spun(section: &[[f64; 2]], on_axis: bool, detail: Detail) -> Result<TriMesh, 
     finished(revolve(section, on_axis, detail), detail)
 }
 
-/// Divides long edges where that was asked for.
-fn finished(mesh: TriMesh, detail: Detail) -> Result<TriMesh, ShapeError> {
-    check_count(mesh.triangles.len())?;
-    match detail.edge {
-        None => Ok(mesh),
-        Some(_) => refine(&mesh, check_edge(detail)?),
-    }
-}
-
 /// The icosahedron, each face divided into `frequency`² triangles, pushed out to the sphere.
 fn geodesic(radius: f64, frequency: u32) -> TriMesh {
     let (corners, faces) = icosahedron();
@@ -330,36 +241,6 @@ fn icosahedron() -> ([Vec3; 12], Vec<[u32; 3]>) {
         }
     }
     (corners, faces)
-}
-
-fn check_range(what: &'static str, value: f64, low: f64, high: f64) -> Result<(), ShapeError> {
-    if value >= low && value <= high {
-        Ok(())
-    } else {
-        Err(ShapeError::OutOfRange { what, value, low, high })
-    }
-}
-
-fn check_size(what: &'static str, value: f64) -> Result<(), ShapeError> {
-    check_range(what, value, SIZE_RANGE.0, SIZE_RANGE.1)
-}
-
-fn check_segments(detail: Detail) -> Result<(), ShapeError> {
-    let (low, high) = (f64::from(MIN_SEGMENTS), f64::from(MAX_SEGMENTS));
-    check_range("segments", f64::from(detail.segments), low, high)
-}
-
-/// The longest edge wanted; infinite where none was given.
-fn check_edge(detail: Detail) -> Result<f64, ShapeError> {
-    let Some(edge) = detail.edge else {
-        return Ok(f64::INFINITY);
-    };
-    check_size("edge length", edge)?;
-    Ok(edge)
-}
-
-fn check_count(triangles: usize) -> Result<(), ShapeError> {
-    if triangles <= MAX_TRIANGLES { Ok(()) } else { Err(ShapeError::TooFine { triangles }) }
 }
 
 #[cfg(test)]

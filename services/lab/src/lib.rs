@@ -10,6 +10,7 @@
 pub mod chart;
 mod crew;
 pub mod frontier;
+mod limits;
 mod pool;
 mod process;
 pub mod specimen;
@@ -19,7 +20,8 @@ mod table;
 mod tests;
 mod whole;
 
-pub use pool::{Limits, run_all};
+pub use limits::Limits;
+pub use pool::run_all;
 pub use sweep::{Sweep, plan};
 pub use table::{COLUMNS, csv, file_names, history, json, text};
 

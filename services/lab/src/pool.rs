@@ -3,6 +3,7 @@
 //! A specimen that crashes or hangs is a finding. It is not tried again, and no result is kept for
 //! a repeat, whose costs would then be another run's.
 
+use super::limits::Limits;
 use super::{Point, whole};
 use crate::specimen::Subject;
 use crate::specimen::whole::Whole;
@@ -13,33 +14,13 @@ use cullet_pool::{
 use cullet_proto::pool::OVERDUE;
 use cullet_proto::specimen::{Ending, SpecimenResult};
 use cullet_proto::{JobId, Verdict};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 /// How often a result is waited for before it is waited for again.
 const LOOK: Duration = Duration::from_secs(1);
 /// Longest that a run may take at all.
 const LONGEST: Duration = Duration::from_secs(1_000_000_000);
-
-/// How runs are run.
-#[derive(Clone, Debug)]
-pub struct Limits {
-    /// The program whose `worker` command solves.
-    pub exe: PathBuf,
-    /// More words for the command of each worker.
-    pub words: Vec<String>,
-    /// How many runs at once.
-    pub workers: usize,
-    /// Longest wall time of a run.
-    pub time: Duration,
-}
-
-impl Limits {
-    /// What is said of a run that took too long.
-    pub(super) fn late(&self) -> String {
-        format!("ended after {} s, the limit", self.time.as_secs_f64())
-    }
-}
 
 /// Runs every point in a process of its own; `done` is told each result, in the order of the
 /// points, with the recording of a scene, which is gone afterwards.

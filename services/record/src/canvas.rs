@@ -1,47 +1,19 @@
 //! When viewers get a new drawing of an object, and what is drawn beside the objects.
 
 use super::display::{self, Live};
+use super::object::scene_topic;
 use super::{RecordError, Recorder, STATS};
 use cullet_proto::recording::RunStats;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Least time between two drawings of one object \[s\]: 15 a second, less a rounding error.
 const DRAW_INTERVAL: f64 = 1.0 / 15.0 - 1e-9;
-/// Bytes of viewers' messages a run, before compression. Past its share of this a moving object is
-/// drawn less often; the lossless track is not touched.
-const DRAW_BYTES: f64 = 200e6;
 /// Most share that may be saved up \[s\], so that a quiet start does not pay for one long burst.
 const DRAW_SAVINGS: f64 = 0.5;
-
-/// Bytes of drawings a simulated second \[bytes/s\].
-pub(super) fn rate(duration: f64) -> f64 {
-    DRAW_BYTES / duration.max(1.0)
-}
 
 /// Most bytes that may be saved up \[bytes\].
 fn savings(rate: f64) -> f64 {
     rate * DRAW_SAVINGS
-}
-
-/// An object of the scene: what is left of it, and when it was last drawn.
-#[derive(Debug, Default)]
-pub(super) struct Object {
-    pub(super) parts: BTreeSet<u64>,
-    pub(super) moved: bool,
-    pub(super) changed: bool,
-    drawn_at: Option<f64>,
-}
-
-/// The viewers' topic of an object.
-pub(super) fn scene_topic(object: &str) -> String {
-    let mut topic = "/scene/".to_owned();
-    for c in object.chars() {
-        match c {
-            c if c.is_alphanumeric() || "-_.".contains(c) => topic.push(c),
-            c => topic.push_str(&format!("_{:x}_", u32::from(c))),
-        }
-    }
-    topic
 }
 
 impl Recorder {

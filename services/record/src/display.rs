@@ -1,8 +1,8 @@
 //! What viewers draw: an object's whole state a message, so that jumping in time loses nothing.
 
 use super::palette::{self, Rgb};
-use super::recorder::PoseRow;
 use super::trace::Trace;
+use crate::pose_row::PoseRow;
 use cullet_geometry::{Quat, Solid, Surface, Vec3};
 use cullet_proto::recording::{Body, Tier};
 use foxglove::bytes::{BufMut, Bytes, BytesMut};

@@ -14,7 +14,7 @@ pub(super) fn layout<'a>(
 ) -> String {
     let mut topics = serde_json::Map::new();
     for object in objects {
-        topics.insert(super::canvas::scene_topic(object), json!({ "visible": true }));
+        topics.insert(super::object::scene_topic(object), json!({ "visible": true }));
     }
     topics.insert("/fragments".to_owned(), json!({ "visible": false }));
     let scene = json!({

@@ -1,14 +1,15 @@
 //! The recorder: the run loop tells it what happens, it writes the file and keeps the tally.
 
-use super::canvas::Object;
 use super::display::{self, Live, Shape};
 use super::meta::{RunMeta, meta_map, up};
+use super::object::{self, Object};
+use super::pose_row::PoseRow;
 use super::sink::{Sink, Stamp};
 use super::{
     BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, SAMPLED,
-    Summary, Tally, canvas, event,
+    Summary, Tally, event,
 };
-use cullet_geometry::{Pose, Sheet, Solid, Vec3};
+use cullet_geometry::{Sheet, Solid, Vec3};
 use cullet_proto::recording::{
     Body, BodyPoses, Cracks, Geometry, Grains, JobReport, PoolReport, Sampled, geometry_hash,
 };
@@ -28,19 +29,6 @@ const FLUSH_SIMULATED: f64 = 0.25;
 const FLUSH_FRACTURE_WALL: f64 = 0.1;
 /// The same in a deterministic recording \[s\].
 const FLUSH_FRACTURE_SIMULATED: f64 = 0.02;
-/// Where one body is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PoseRow {
-    /// The body.
-    pub id: u64,
-    /// Body frame to world; the origin of the body frame is the centre of mass.
-    pub pose: Pose,
-    /// Velocity of the centre of mass \[m/s\].
-    pub velocity: Vec3,
-    /// Angular velocity \[rad/s\].
-    pub spin: Vec3,
-}
-
 /// A recording that is complete.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finished {
@@ -103,7 +91,7 @@ impl Recorder {
             sink.attach(name, "application/octet-stream", data)?;
         }
         sink.known("/tf", Stamp::default(), &display::frames(0, up(meta.gravity)))?;
-        let rate = canvas::rate(meta.duration);
+        let rate = object::rate(meta.duration);
         Ok(Self {
             sink,
             path: path.to_owned(),

@@ -1,22 +1,14 @@
 //! A body: what one is made from, what the world keeps of it, what others may see of it.
 
 use crate::error::WorldError;
-use crate::gate::GateBody;
+use crate::gate_body::GateBody;
+use crate::id::BodyId;
 use crate::mass::{extents, lever, reach, rounding, sound_inertia};
 use crate::material::{Bound, Material};
+use crate::motion::Motion;
 use crate::settings::Tiers;
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
 use std::sync::{Arc, OnceLock};
-
-/// The name of a body in a run: increasing, never reused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct BodyId(pub u32);
-
-impl std::fmt::Display for BodyId {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "#{}", self.0)
-    }
-}
 
 /// Size class of a body by its volume ratio to the original body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -120,30 +112,6 @@ pub struct BodyView<'a> {
     pub parent: Option<BodyId>,
     /// How many fractures it has behind it.
     pub generation: u32,
-}
-
-/// Where a body is and how it moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Motion {
-    pub(crate) pose: Pose,
-    pub(crate) velocity: Vec3,
-    pub(crate) spin: Vec3,
-}
-
-impl Motion {
-    pub(crate) fn centre(&self) -> Vec3 {
-        self.pose.translation.vector
-    }
-
-    pub(crate) fn velocity_at(&self, point: &Vec3) -> Vec3 {
-        self.velocity + self.spin.cross(&(point - self.centre()))
-    }
-
-    pub(crate) fn finite(&self) -> bool {
-        let q = self.pose.rotation.coords;
-        q.iter().chain(self.centre().iter()).all(|x| x.is_finite())
-            && self.velocity.iter().chain(self.spin.iter()).all(|x| x.is_finite())
-    }
 }
 
 /// What the world keeps of a body beside its motion, which the engine holds.

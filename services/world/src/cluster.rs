@@ -1,6 +1,7 @@
 //! Bodies taken together, so that impulses can be given to several as if they were one.
 
-use crate::body::{Body, Motion, invert, shifted};
+use crate::body::{Body, invert, shifted};
+use crate::motion::Motion;
 use cullet_geometry::{Mat3, Vec3};
 use std::collections::BTreeMap;
 

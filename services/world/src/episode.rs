@@ -3,8 +3,8 @@
 //! A pair's impulse is summed over all contact points and steps of one episode and judged once, so
 //! that four contact points are one hit and the step does not decide.
 
-use crate::body::Motion;
 use crate::exchange::{Exchange, Received};
+use crate::motion::Motion;
 use crate::rigid::Contact;
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! What can go wrong, with the place, the value and the bound.
 
-use crate::body::BodyId;
+use crate::id::BodyId;
 use cullet_geometry::Vec3;
 
 /// A body or a setting that the world does not take, or a world that came to grief.

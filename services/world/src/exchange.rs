@@ -1,6 +1,6 @@
 //! What one body of a pair received over a contact episode.
 
-use crate::body::Motion;
+use crate::motion::Motion;
 use crate::rigid::Contact;
 use cullet_geometry::{Mat3, Vec3};
 use std::collections::{BTreeMap, BTreeSet};

@@ -4,7 +4,8 @@
 //! (how long, how fast, on how thick a body) into a spacing, and says in numbers which of them
 //! decided. Nothing here looks at a clock: costs are reckoned, so that a plan is the same anywhere.
 
-use crate::gate::{GateBody, Reason};
+use crate::gate::Reason;
+use crate::gate_body::GateBody;
 use crate::impact::Hit;
 use crate::material::Material;
 use crate::world::World;

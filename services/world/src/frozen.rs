@@ -1,7 +1,7 @@
 //! Do places follow velocities (F42)?
 
-use crate::body::Motion;
 use crate::error::WorldError;
+use crate::motion::{Motion, least_speed};
 use crate::world::World;
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
@@ -26,14 +26,6 @@ struct Halt {
 /// The bodies that do not follow their velocities just now.
 #[derive(Debug, Default)]
 pub(crate) struct Frozen(BTreeMap<u32, Halt>);
-
-/// The speed that counts for whether a body followed its velocity over a step \[m/s\]: the least of
-/// those before the step, after it, and of the mean of both. A body that bounces, or is stopped or
-/// hit within the step, does not count for it.
-pub(crate) fn least_speed(before: &Motion, after: &Motion) -> f64 {
-    let mean = (before.velocity + after.velocity) / 2.0;
-    mean.norm().min(before.velocity.norm()).min(after.velocity.norm())
-}
 
 impl Frozen {
     /// Looks at one body over a step of that many \[s\]. If it is frozen: what it moved over the

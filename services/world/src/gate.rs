@@ -3,8 +3,10 @@
 //! Gate 1 asks energy, gate 2 asks stress. Both err on the side of solving: only what cannot crack
 //! is `Rigid`.
 
-use crate::body::{Body, BodyId};
+use crate::body::Body;
+use crate::gate_body::GateBody;
 use crate::hertz::DURATION_OVER_APPROACH;
+use crate::id::BodyId;
 use crate::impact::Hit;
 use crate::mass::{extents, reach, section};
 use crate::material::Material;
@@ -158,27 +160,6 @@ impl Default for GateLimits {
     fn default() -> Self {
         Self { efficiency: 1.0, safety: 0.5, solve_generation: 1, solve_volume_ratio: 0.05 }
     }
-}
-
-/// What the gates know of a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GateBody {
-    /// Volume \[m³\].
-    pub volume: f64,
-    /// Greatest extent L \[m\].
-    pub length: f64,
-    /// Typical wall thickness t = 2V/A \[m\], at most the least extent.
-    pub thickness: f64,
-    /// Thickness for bending as a solver sees it \[m\]: [`Nearest::thickness`].
-    pub depth: f64,
-    /// Smallest section of several through the body \[m²\].
-    pub section: f64,
-    /// Volume over the original body's \[1\].
-    pub volume_ratio: f64,
-    /// How many fractures it has behind it.
-    pub generation: u32,
-    /// Least strength anywhere in it over its material's \[1\].
-    pub weakest: f64,
 }
 
 /// Share of the strength below which the stress of a spin does not matter \[1\] (F12).

@@ -1,8 +1,8 @@
 //! Debris: grains too small to be bodies. They fly as gravity lets them, come to rest where they
 //! meet a body that never moves, and touch nothing else. Their mass and momentum stay in the books.
 
-use crate::body::BodyId;
 use crate::cluster::Part;
+use crate::id::BodyId;
 use crate::rigid::Rigid;
 use crate::world::World;
 use cullet_geometry::{Mat3, Vec3};

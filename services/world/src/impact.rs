@@ -1,9 +1,11 @@
 //! From a finished contact episode to an impact that a solver understands.
 
-use crate::body::{Body, BodyId, Motion};
+use crate::body::Body;
 use crate::curvature::{nearest, radius};
 use crate::exchange::Exchange;
 use crate::hertz::{Elastic, effective_modulus, hertz};
+use crate::id::BodyId;
+use crate::motion::Motion;
 use cullet_geometry::{Quat, Vec3};
 
 /// One hit, in the body's own frame (origin at the centre of mass).

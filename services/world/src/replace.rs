@@ -1,11 +1,13 @@
 //! A body goes, its fragments come: same mass, same momentum, no energy from nowhere (F41, R1–R3).
 
-use crate::body::{Body, BodyId, BodySpec, Motion, Tier};
+use crate::body::{Body, BodySpec, Tier};
 use crate::cluster::{Part, Sum, sum};
 use crate::error::ReplaceError;
 use crate::exchange::Exchange;
 use crate::grains::Grain;
+use crate::id::BodyId;
 use crate::impact::Hit;
+use crate::motion::Motion;
 use crate::rigid::{BadPart, Fit, Shape};
 use crate::settle::{Scene, Settled, Striker, TooDear, settle};
 use crate::support::Reaction;

@@ -6,7 +6,7 @@
 //! All of that is as slow as such a height makes it. A body that falls further before it touches
 //! anything, one that the scene throws and one that was struck are none of these.
 
-use crate::body::Motion;
+use crate::motion::Motion;
 use std::collections::BTreeMap;
 
 /// A body that moves no further than this before it first touches something is set down \[m\].

@@ -1,9 +1,9 @@
 //! Who takes part in a replacement beside the broken body: what hit it, and what held it.
 
-use crate::body::Motion;
 use crate::cluster::{Part, Parts};
 use crate::exchange::Exchange;
 use crate::impact::Hit;
+use crate::motion::Motion;
 use crate::replace::turn;
 use crate::settle::Striker;
 use crate::support::Reaction;

@@ -6,10 +6,12 @@
 //! read off its exchanges. What went on to the ground is taken back from the ground; where nothing
 //! under the support is fixed, the support is taken to keep all of it.
 
-use crate::body::{Body, BodyId, Motion};
+use crate::body::Body;
 use crate::exchange::{Exchange, Received};
+use crate::id::BodyId;
 use crate::impact::Hit;
-use crate::rigid::Contact;
+use crate::motion::Motion;
+use crate::rigid::{Contact, Patch};
 use crate::world::World;
 use cullet_geometry::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
@@ -49,15 +51,6 @@ pub struct Reaction {
     pub support: Support,
     /// How much.
     pub impulse: f64,
-}
-
-/// Points where two bodies touch with one normal.
-pub(crate) struct Patch {
-    pub(crate) other: u32,
-    /// World frame, before the last step \[m\].
-    pub(crate) points: Vec<Vec3>,
-    /// Unit, into the body asked about.
-    pub(crate) normal: Vec3,
 }
 
 /// Most discs of one patch.

@@ -1,14 +1,16 @@
 //! The world: bodies in, steps, hits out.
 
-use crate::body::{Body, BodyId, BodySpec, BodyView, Motion};
+use crate::body::{Body, BodySpec, BodyView};
 use crate::cluster::{Part, sum};
 use crate::episode::{Episode, Episodes};
 use crate::error::WorldError;
 use crate::exchange::{Received, Stepped, received, rest, sums};
 use crate::frozen::Frozen;
 use crate::grains::DebrisParticle;
+use crate::id::BodyId;
 use crate::impact::{Hit, Outcome, Party, effective_mass, hits};
 use crate::ledger::{Sink, Totals};
+use crate::motion::Motion;
 use crate::replace::PendingExchange;
 use crate::rigid::{BadPart, Contact, Fit, Rigid, Shape};
 use crate::settings::WorldSettings;

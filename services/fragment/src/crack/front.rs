@@ -1,7 +1,7 @@
 //! When the crack passed, and which way it ran: damage time as a plane fitted to the nodes around.
 
 use super::Nodes;
-use crate::region::relief::Front;
+use crate::region::terms::Front;
 use cullet_geometry::{Mat3, Vec3};
 
 /// Fewest nodes with a time for a direction.

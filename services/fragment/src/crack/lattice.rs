@@ -1,9 +1,11 @@
 //! The box of nodes that a crack is found on.
 
-use super::NODE;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::{Mat3, Vec3};
 use rayon::prelude::*;
+
+/// The bit of `Nodes::inside` for the node itself.
+pub(super) const NODE: u8 = 8;
 
 /// A box of lattice nodes.
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@
 
 use super::smooth::{Net, shape};
 use super::{NONE, Nodes};
-use crate::region::relief::Terms;
+use crate::region::terms::ReliefTerms;
 use crate::region::{Mosaic, overlap};
 use cullet_geometry::Vec3;
 use cullet_geometry::voronoi::WALL;
@@ -15,7 +15,7 @@ const RETREATS: usize = 8;
 
 impl Nodes {
     /// The box divided among the labels, with relief where its terms are given.
-    pub(crate) fn mosaic(&self, relief: Option<&Terms>) -> Mosaic {
+    pub(crate) fn mosaic(&self, relief: Option<&ReliefTerms>) -> Mosaic {
         let (mut mosaic, mut net) = self.net();
         net.project(|(one, two), place| {
             let (way, beyond) = self.rubble.beyond(one, two, &(place / self.cell));

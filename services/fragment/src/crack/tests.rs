@@ -1,7 +1,7 @@
 use super::{LatticeChoice, Nodes};
 use crate::cut::DamageField;
 use crate::pieces::{Ball, Pieces, Rubble};
-use crate::region::relief::Terms;
+use crate::region::terms::ReliefTerms;
 use crate::region::{Mosaic, overlap};
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::math::unit;
@@ -39,8 +39,8 @@ fn mosaic(damaged: impl Fn(Vec3) -> bool) -> (Nodes, Mosaic) {
     (nodes, mosaic)
 }
 
-fn terms(detail: Detail) -> Terms {
-    Terms { detail, spacing: H, time_step: 1e-9, seed: 7 }
+fn terms(detail: Detail) -> ReliefTerms {
+    ReliefTerms { detail, spacing: H, time_step: 1e-9, seed: 7 }
 }
 
 /// Unit normals and areas of the faces between labels that lie inside the cube.

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::crack::Nodes;
 use crate::grid_bias::GridBias;
-use crate::region::relief::Terms;
+use crate::region::terms::ReliefTerms;
 use crate::region::{Mosaic, Side, agglomerate, triangle_area};
 use amend::Homes;
 use cullet_geometry::boolean::Exact;
@@ -140,7 +140,7 @@ impl Cutting {
         let mut mosaic = Mosaic::of_cells(&cells, times)?;
         if attempt == 0 && !settings.detail.is_none() {
             let spacing = libm::cbrt(body.volume / labels.len() as f64) / CELL;
-            let terms = Terms {
+            let terms = ReliefTerms {
                 detail: settings.detail,
                 spacing,
                 time_step: f64::INFINITY,

@@ -189,7 +189,7 @@ pub fn joined(cracks: &[OpenCrack]) -> Sheet {
 
 /// What hairlines are cut with.
 #[derive(Clone, Copy, Debug)]
-pub struct Terms<'a> {
+pub struct SlitTerms<'a> {
     /// Width \[m\].
     pub width: f64,
     /// Grid spacing, the least of all axes \[m\].
@@ -208,7 +208,7 @@ pub struct Terms<'a> {
 pub fn hairlines(
     fragments: &mut [Fragment],
     cracks: &[Vec<OpenCrack>],
-    terms: &Terms<'_>,
+    terms: &SlitTerms<'_>,
 ) -> (Vec<Grain>, Vec<String>) {
     let (mut dust, mut warnings) = (Vec::new(), Vec::new());
     for (k, (fragment, cracks)) in fragments.iter_mut().zip(cracks).enumerate() {
@@ -232,7 +232,7 @@ pub fn hairlines(
 }
 
 /// Lets the fragment go on as what is left of it, and its kerf as grains: the motion is the same.
-fn taken(fragment: &mut Fragment, slit: &Slit, terms: &Terms<'_>, seed: u64) -> Vec<Grain> {
+fn taken(fragment: &mut Fragment, slit: &Slit, terms: &SlitTerms<'_>, seed: u64) -> Vec<Grain> {
     let centre = |mesh: &TriMesh| mesh.mass_properties().centroid;
     let (before, spin) = (centre(&fragment.solid.mesh), fragment.spin);
     let at = |place: Vec3| fragment.velocity + spin.cross(&(place - before));

@@ -1,8 +1,8 @@
 //! Chevron lines: the way the crack ran, as flow lines of the damage time over the crack faces
 //! (thesis 3.7, Algorithm 4, corrected as in F35).
 
-use super::relief::{Front, Terms};
 use super::sheet::Sheet;
+use super::terms::{Front, ReliefTerms};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
 
@@ -32,7 +32,7 @@ pub(super) struct Flow<'a> {
 }
 
 impl<'a> Flow<'a> {
-    pub(super) fn new(sheet: &'a Sheet, fronts: &[Option<Front>], terms: &Terms) -> Self {
+    pub(super) fn new(sheet: &'a Sheet, fronts: &[Option<Front>], terms: &ReliefTerms) -> Self {
         let least = terms.time_step / terms.spacing;
         let way: Vec<Vec3> = fronts
             .iter()
@@ -105,7 +105,12 @@ struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    fn new(sheet: &'a Sheet, way: &'a [Vec3], fronts: &[Option<Front>], terms: &Terms) -> Self {
+    fn new(
+        sheet: &'a Sheet,
+        way: &'a [Vec3],
+        fronts: &[Option<Front>],
+        terms: &ReliefTerms,
+    ) -> Self {
         let mut order: Vec<u32> =
             (0..way.len() as u32).filter(|&v| way[v as usize] != Vec3::zeros()).collect();
         let time = |v: &u32| fronts[*v as usize].map_or(f64::INFINITY, |front| front.time);
@@ -183,7 +188,7 @@ impl<'a> Tracer<'a> {
 }
 
 /// β = 1 along every line; the longest ones grow by r, the share of the way behind (F35).
-fn marks(lines: &[Line], terms: &Terms) -> Vec<Mark> {
+fn marks(lines: &[Line], terms: &ReliefTerms) -> Vec<Mark> {
     let mut by_length: Vec<usize> = (0..lines.len()).collect();
     by_length.sort_by_key(|&k| (std::cmp::Reverse(lines[k].points.len()), k));
     let enhanced = (terms.detail.share * lines.len() as f64).round() as usize;
@@ -265,7 +270,7 @@ impl Buckets {
 #[cfg(test)]
 mod tests {
     use super::{Line, marks};
-    use crate::region::relief::Terms;
+    use crate::region::terms::ReliefTerms;
     use cullet_geometry::Vec3;
     use cullet_model::Detail;
 
@@ -274,7 +279,7 @@ mod tests {
         // F35: the seed's β + (1 − r) is highest at the source.
         let line = |start, n| Line { start, points: (0..n).map(|_| Vec3::zeros()).collect() };
         let detail = Detail { share: 0.5, ..Detail::NONE };
-        let terms = Terms { detail, spacing: 1.0, time_step: 0.0, seed: 4 };
+        let terms = ReliefTerms { detail, spacing: 1.0, time_step: 0.0, seed: 4 };
         let marks = marks(&[line(0, 11), line(1, 5)], &terms);
         let heights: Vec<f64> = marks.iter().map(|mark| mark.height.abs()).collect();
         assert!(heights[..11].windows(2).all(|w| w[1] > w[0]), "{heights:?}");

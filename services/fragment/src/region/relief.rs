@@ -4,10 +4,10 @@
 
 use super::flow::Flow;
 use super::sheet::Sheet;
+use super::terms::{Front, ReliefTerms};
 use super::{Mosaic, overlap};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
-use cullet_model::Detail;
 use rayon::prelude::*;
 
 /// Corners move by no more than this share of their distance to where faces meet.
@@ -21,30 +21,11 @@ const RETREATS: usize = 7;
 /// Most triangles that edges are divided for; beyond, they stay longer.
 const MOST: usize = 1_500_000;
 
-/// What is known of the crack front at a place: when it passed \[s\], and the gradient of that
-/// \[s/m\].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Front {
-    pub(crate) time: f64,
-    pub(crate) slope: Vec3,
-}
-
-/// What a relief is made with.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Terms {
-    pub(crate) detail: Detail,
-    /// h \[m\].
-    pub(crate) spacing: f64,
-    /// Differences of damage time over h below this tell no direction (F35) \[s\].
-    pub(crate) time_step: f64,
-    pub(crate) seed: u64,
-}
-
 impl Mosaic {
     /// Divides faces that are `wanted` and gives them relief. `front` tells of the crack front.
     pub(crate) fn engrave(
         &mut self,
-        terms: &Terms,
+        terms: &ReliefTerms,
         front: impl Fn(Vec3) -> Option<Front> + Sync,
         wanted: impl Fn([Vec3; 3]) -> bool + Sync,
     ) {
@@ -107,7 +88,7 @@ impl Mosaic {
 }
 
 /// The height of each corner along its normal \[m\].
-fn heights(sheet: &Sheet, fronts: &[Option<Front>], terms: &Terms) -> Vec<f64> {
+fn heights(sheet: &Sheet, fronts: &[Option<Front>], terms: &ReliefTerms) -> Vec<f64> {
     let (detail, h) = (&terms.detail, terms.spacing);
     let mut heights = vec![0.0; fronts.len()];
     if detail.height > 0.0 || detail.ribs > 0.0 {
@@ -142,7 +123,7 @@ fn rib(way: f64) -> f64 {
 }
 
 /// Grain: moves space itself, seams included, so nothing that was apart meets \[m\].
-fn warp(place: Vec3, terms: &Terms) -> Vec3 {
+fn warp(place: Vec3, terms: &ReliefTerms) -> Vec3 {
     let (detail, h) = (&terms.detail, terms.spacing);
     let mut sum = Vec3::zeros();
     let (mut height, mut size) = (detail.grain * h, detail.grain_size * h);

@@ -1,9 +1,12 @@
 //! Bodies of revolution about z.
 
+use super::detail::{
+    self, Detail, ShapeError, check_count, check_edge, check_segments, check_size,
+};
 use super::outline::{
     check_coordinates, check_points, checked_loop, segments_meet, signed_area, turn,
 };
-use super::{Detail, ShapeError, check_count, check_edge, check_segments, check_size, finished};
+use super::refine::finished;
 use crate::math::Vec3;
 use crate::mesh::TriMesh;
 use std::f64::consts::TAU;
@@ -166,7 +169,7 @@ fn divided(section: &[[f64; 2]], on_axis: bool, detail: Detail) -> Vec<Circle> {
 fn checked_profile(profile: &[[f64; 2]], least: usize) -> Result<Vec<[f64; 2]>, ShapeError> {
     check_coordinates(profile)?;
     for p in profile {
-        super::check_range("profile radius", p[0], 0.0, super::SIZE_RANGE.1)?;
+        detail::check_range("profile radius", p[0], 0.0, detail::SIZE_RANGE.1)?;
     }
     let mut points = profile.to_vec();
     points.dedup();

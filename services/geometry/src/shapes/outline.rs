@@ -1,6 +1,7 @@
 //! Plane outlines: checks, triangulation, extrusion.
 
-use super::{Detail, ShapeError, check_size, finished};
+use super::detail::{self, Detail, ShapeError, check_size};
+use super::refine::finished;
 use crate::math::Vec3;
 use crate::mesh::TriMesh;
 use robust::{Coord, orient2d};
@@ -103,9 +104,9 @@ pub(super) fn check_points(points: usize, low: usize) -> Result<(), ShapeError> 
 }
 
 pub(super) fn check_coordinates(points: &[[f64; 2]]) -> Result<(), ShapeError> {
-    let (low, high) = (-super::SIZE_RANGE.1, super::SIZE_RANGE.1);
+    let (low, high) = (-detail::SIZE_RANGE.1, detail::SIZE_RANGE.1);
     for &value in points.iter().flatten() {
-        super::check_range("outline coordinate", value, low, high)?;
+        detail::check_range("outline coordinate", value, low, high)?;
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Division of long edges without moving the surface.
 
-use super::{ShapeError, check_count};
+use super::detail::{Detail, ShapeError, check_count, check_edge};
 use crate::divide::{divide_triangle, key};
 use crate::mesh::TriMesh;
 use std::collections::BTreeMap;
@@ -53,4 +53,13 @@ fn divide_edges(mesh: &mut TriMesh, edge: f64) -> BTreeMap<[u32; 2], u32> {
         }
     }
     middles
+}
+
+/// Divides long edges where that was asked for.
+pub(super) fn finished(mesh: TriMesh, detail: Detail) -> Result<TriMesh, ShapeError> {
+    check_count(mesh.triangles.len())?;
+    match detail.edge {
+        None => Ok(mesh),
+        Some(_) => refine(&mesh, check_edge(detail)?),
+    }
 }

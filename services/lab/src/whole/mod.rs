@@ -7,8 +7,8 @@ mod state;
 #[cfg(test)]
 mod tests;
 
-use super::Limits;
 use super::crew::in_order;
+use super::limits::Limits;
 use super::process::{End, Order, Ran, run as run_process};
 use crate::specimen::whole::Whole;
 use cullet_proto::specimen::{Ending, SpecimenResult};

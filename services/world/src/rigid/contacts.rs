@@ -1,10 +1,10 @@
 //! What the contacts of the last step did to each pair of bodies.
 
+use super::Patch;
 use super::Rigid;
 use super::convert::vec3;
 use super::meet::Push;
-use crate::body::Motion;
-use crate::support::Patch;
+use crate::motion::Motion;
 use cullet_geometry::Vec3;
 use rapier3d_f64::prelude::{ColliderHandle, ContactManifold, ContactPair, SolverContact};
 use std::collections::BTreeMap;

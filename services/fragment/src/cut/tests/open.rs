@@ -186,7 +186,7 @@ fn a_slit_and_its_dust_move_as_the_fragment_did() {
     let (velocity, spin) = (Vec3::new(1.0, -2.0, 0.5), Vec3::new(30.0, -10.0, 20.0));
     let (solid, hulls, sheet) = (cube(), Vec::new(), crack.inside.clone());
     let mut fragments = [Fragment { solid, hulls, velocity, spin, sheet }];
-    let terms = slit::Terms {
+    let terms = slit::SlitTerms {
         width: 0.1 * H,
         spacing: H,
         grain: 0.5 * H,
