@@ -1,5 +1,6 @@
-//! What needs nothing but the sources.
+//! What needs nothing but the sources, and a family of solvers that is as small as one can be.
 
+mod chain;
 mod modules;
 mod names;
 mod tidy;

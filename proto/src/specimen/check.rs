@@ -1,12 +1,15 @@
 //! What a specimen from the wire is held to: numbers that are numbers, indices that name something,
-//! counts within their limits. Whether it can be solved the solver says.
+//! counts within their limits. Whether it can be solved the family says.
 
 use super::{
-    Course, Hold, Load, MAX_FRAMES, MAX_PROBES, MAX_SAMPLES, Part, Probe, Push, Setup, Spot, Where,
+    Course, Hold, Load, MAX_FAMILY, MAX_FRAMES, MAX_PROBES, MAX_SAMPLES, Matter, Output, Part,
+    Probe, Push, SpecimenProblem, Spot, Where,
 };
 use crate::codec::{self, WireError};
-use crate::job::Material;
-use crate::strength::Region;
+use crate::strength::MAX_STROKES;
+use cullet_geometry::{Mat3, Vec3};
+use cullet_model::strength::Region;
+use cullet_model::{Material, StrengthField};
 
 fn bad(what: impl std::fmt::Display) -> WireError {
     WireError::Header(what.to_string())
@@ -25,29 +28,42 @@ fn part(part: Part) -> Result<(), WireError> {
     }
 }
 
+fn vector(what: &'static str, v: &Vec3) -> Result<(), WireError> {
+    codec::finite(what, v.as_slice())
+}
+
+fn matrix(what: &'static str, m: &Mat3) -> Result<(), WireError> {
+    codec::finite(what, m.as_slice())
+}
+
 /// A direction: its parts over its length are numbers.
 fn direction(what: &'static str, v: &[f64]) -> Result<(), WireError> {
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
     codec::finite(what, &v.iter().map(|c| c / length).collect::<Vec<_>>())
 }
 
-fn place(part: &Where) -> Result<(), WireError> {
+fn region(region: &Region) -> Result<(), WireError> {
     let what = "a region of a specimen";
-    part.iter().try_for_each(|region| match region {
-        Region::Box(low, high) => codec::finite(what, &[*low, *high].concat()),
-        Region::Sphere(centre, radius) => {
-            codec::finite(what, centre)?;
+    match region {
+        Region::Box { low, high } => vector(what, low).and_then(|()| vector(what, high)),
+        Region::Sphere { centre, radius } => {
+            vector(what, centre)?;
             codec::finite(what, &[*radius])
         }
-        Region::HalfSpace(point, normal) => {
-            codec::finite(what, point)?;
-            direction(what, normal)
+        Region::HalfSpace { point, normal } => {
+            vector(what, point)?;
+            direction(what, normal.as_slice())
         }
-        Region::Cylinder(from, to, radius) => {
-            codec::finite(what, &[*from, *to].concat())?;
+        Region::Cylinder { from, to, radius } => {
+            vector(what, from)?;
+            vector(what, to)?;
             codec::finite(what, &[*radius])
         }
-    })
+    }
+}
+
+fn place(part: &Where) -> Result<(), WireError> {
+    part.iter().try_for_each(region)
 }
 
 fn share(what: &str, value: f64) -> Result<(), WireError> {
@@ -58,6 +74,27 @@ fn share(what: &str, value: f64) -> Result<(), WireError> {
 fn material(m: &Material) -> Result<(), WireError> {
     let numbers = [m.density, m.young, m.poisson, m.failure_stress, m.fracture_energy];
     codec::finite("a specimen's material", &numbers)
+}
+
+fn strength(field: &StrengthField) -> Result<(), WireError> {
+    let what = "a specimen's strength";
+    codec::limit("a specimen's painted regions", field.strokes.len() as u64, MAX_STROKES as u64)?;
+    codec::finite(what, &[field.weibull, field.correlation.unwrap_or(0.0)])?;
+    vector(what, &field.offset)?;
+    if let Some((normal, ratio)) = &field.weak_plane {
+        direction(what, normal.as_slice())?;
+        codec::finite(what, &[*ratio])?;
+    }
+    if let Some(layers) = &field.layers {
+        direction(what, layers.normal.as_slice())?;
+        codec::finite(what, &[layers.thickness, layers.ratio, layers.jitter])?;
+    }
+    for stroke in &field.strokes {
+        region(&stroke.region)?;
+        codec::finite(what, &[stroke.factor, stroke.edge])?;
+    }
+    let painted = field.vertices.is_some();
+    if painted { Err(bad("a specimen has no paint on its surface")) } else { Ok(()) }
 }
 
 fn course(course: &Course) -> Result<(), WireError> {
@@ -71,7 +108,7 @@ fn course(course: &Course) -> Result<(), WireError> {
                 Err(bad(format!("{what}: the time {time} s follows {before} s")))
             })
         }
-        &Course::HalfSine(start, duration) => {
+        &Course::HalfSine { start, duration } => {
             codec::finite(what, &[start, duration])?;
             let holds = duration > 0.0;
             if holds { Ok(()) } else { Err(bad(format!("{what} lasts {duration} s"))) }
@@ -82,37 +119,39 @@ fn course(course: &Course) -> Result<(), WireError> {
 fn hold(hold: &Hold) -> Result<(), WireError> {
     place(&hold.part)?;
     let what = "a support's velocity";
-    codec::finite(what, &[hold.velocity, hold.centre].concat())?;
-    codec::finite(what, &hold.gradient.concat())?;
+    vector(what, &hold.velocity)?;
+    vector(what, &hold.centre)?;
+    matrix(what, &hold.gradient)?;
     codec::finite("the end of a support", &hold.until.map_or([0.0], |until| [until]))?;
     course(&hold.course)
 }
 
 fn load(load: &Load) -> Result<(), WireError> {
     place(&load.part)?;
-    match load.push {
-        Push::Traction(v) | Push::Force(v) | Push::Acceleration(v) => codec::finite("a load", &v)?,
-        Push::Pressure(p) => codec::finite("a load", &[p])?,
+    match &load.push {
+        Push::Traction(v) | Push::Force(v) | Push::Acceleration(v) => vector("a load", v)?,
+        Push::Pressure(p) => codec::finite("a load", &[*p])?,
     }
     course(&load.course)
 }
 
-fn probe(probe: &Probe, setup: &Setup) -> Result<(), WireError> {
+fn probe(probe: &Probe, problem: &SpecimenProblem) -> Result<(), WireError> {
+    let axis = "the direction of a probe";
     match probe {
         Probe::Points(_, component, Spot::At(x)) => {
             part(*component)?;
-            codec::finite("the place of a probe", x)
+            vector("the place of a probe", x)
         }
         Probe::Points(_, component, Spot::Over(region, _)) => {
             part(*component)?;
             place(region)
         }
         Probe::Reaction(support, component) => {
-            index("the support of a probe", *support, setup.holds.len())?;
+            index("the support of a probe", *support, problem.holds.len())?;
             part(*component)
         }
         Probe::Applied(load, component) => {
-            index("the load of a probe", *load, setup.loads.len())?;
+            index("the load of a probe", *load, problem.loads.len())?;
             part(*component)
         }
         Probe::Momentum(component) | Probe::AngularMomentum(component) => part(*component),
@@ -122,18 +161,18 @@ fn probe(probe: &Probe, setup: &Setup) -> Result<(), WireError> {
             place(region)
         }
         Probe::CrackArea(region, normal) => {
-            direction("the direction of a probe", normal)?;
+            direction(axis, normal.as_slice())?;
             place(region)
         }
-        Probe::CrackTip(region, along, behind, otherwise) => {
-            direction("the direction of a probe", along)?;
+        Probe::CrackTip { part: region, along, share: behind, otherwise } => {
+            direction(axis, along.as_slice())?;
             share("the share of a probe", *behind)?;
             codec::finite("the place of a probe", &[*otherwise])?;
             place(region)
         }
         Probe::CrackAngle(region, about, directions) => {
-            directions.iter().try_for_each(|v| direction("the direction of a probe", v))?;
-            codec::finite("the place of a probe", about)?;
+            directions.iter().try_for_each(|v| direction(axis, v.as_slice()))?;
+            vector("the place of a probe", about)?;
             place(region)
         }
         Probe::Pieces(least) => share("the share of a probe", *least),
@@ -148,59 +187,83 @@ fn probe(probe: &Probe, setup: &Setup) -> Result<(), WireError> {
     }
 }
 
-fn settings(setup: &Setup) -> Result<(), WireError> {
-    let s = &setup.settings;
-    let numbers = [s.spacing, s.step_factor, s.per_cell, s.damping, s.max_points, s.max_steps];
+fn settings(problem: &SpecimenProblem) -> Result<(), WireError> {
+    let (s, points) = (&problem.settings, &problem.settings.points);
+    let numbers = [s.spacing, s.step_factor, points.per_cell, s.damping, s.max_points, s.max_steps];
     codec::finite("a specimen's settings", &numbers)?;
-    let more = [s.softening_length, s.damped_until].map(|number| number.unwrap_or(0.0));
-    codec::finite("a specimen's settings", &more)?;
-    codec::finite("a specimen's end", &[setup.end])?;
-    part(setup.colour.1)
+    let more = [points.softening_length, s.damped_until].map(|number| number.unwrap_or(0.0));
+    codec::finite("a specimen's settings", &more)
 }
 
-/// Holds a setup for a mesh of so many triangles to all that.
-pub(super) fn check(setup: &Setup, triangles: u32) -> Result<(), WireError> {
-    codec::limit("a specimen's probes", setup.probes.len() as u64, MAX_PROBES)?;
-    codec::limit("a specimen's samples", u64::from(setup.samples), MAX_SAMPLES)?;
-    codec::limit("a specimen's frames", u64::from(setup.frames), MAX_FRAMES)?;
-    setup.strength.check()?;
-    settings(setup)?;
-    direction("a specimen's turn", &setup.turn)?;
-    codec::finite("a specimen's shift", &setup.shift)?;
-    codec::finite("a specimen's displacement gradient", &setup.stretch.concat())?;
-    material(&setup.material)?;
+fn output(output: &Output) -> Result<(), WireError> {
+    codec::limit("a specimen's probes", output.probes.len() as u64, MAX_PROBES)?;
+    codec::limit("a specimen's samples", u64::from(output.samples), MAX_SAMPLES)?;
+    codec::limit("a specimen's frames", u64::from(output.frames), MAX_FRAMES)?;
+    codec::finite("a specimen's end", &[output.end])?;
+    part(output.colour.1)
+}
+
+fn matter(matter: &Matter) -> Result<(), WireError> {
+    strength(&matter.strength)?;
+    material(&matter.material)?;
+    for zone in &matter.zones {
+        place(&zone.part)?;
+        material(&zone.material)?;
+    }
+    for patch in &matter.patches {
+        place(&patch.part)?;
+        codec::finite("the strength of a patch", &[patch.strength])?;
+        share("the damage of a patch", patch.damage)?;
+    }
+    Ok(())
+}
+
+fn body(problem: &SpecimenProblem, triangles: u32) -> Result<(), WireError> {
+    let body = &problem.body;
+    direction("a specimen's turn", body.turn.coords.as_slice())?;
+    vector("a specimen's shift", &body.shift)?;
     let mut last = 0;
-    for &first in &setup.bodies {
+    for &first in &body.parts {
         codec::limit("the first triangle of a body", u64::from(first) + 1, triangles.into())?;
         if first <= last {
             return Err(bad(format!("a body begins at triangle {first}, behind {last}")));
         }
         last = first;
     }
-    for zone in &setup.zones {
-        place(&zone.part)?;
-        material(&zone.material)?;
-    }
-    for patch in &setup.patches {
-        place(&patch.part)?;
-        codec::finite("the strength of a patch", &[patch.strength])?;
-        share("the damage of a patch", patch.damage)?;
-    }
-    for notch in &setup.notches {
+    Ok(())
+}
+
+fn initial(problem: &SpecimenProblem) -> Result<(), WireError> {
+    let initial = &problem.initial;
+    matrix("a specimen's displacement gradient", &initial.stretch)?;
+    for notch in &initial.notches {
         place(&notch.part)?;
-        codec::finite("a notch", &notch.point)?;
-        direction("a notch", &notch.normal)?;
+        vector("a notch", &notch.point)?;
+        direction("a notch", notch.normal.as_slice())?;
     }
-    for &(axis, at) in &setup.symmetries {
-        codec::limit("the axis of a plane of symmetry", axis.into(), 2)?;
-        codec::finite("a plane of symmetry", &[at])?;
-    }
-    for start in &setup.starts {
+    for start in &initial.starts {
         place(&start.part)?;
-        codec::finite("a start", &[start.velocity, start.centre, [start.noise; 3]].concat())?;
-        codec::finite("a start", &start.gradient.concat())?;
+        vector("a start", &start.velocity)?;
+        vector("a start", &start.centre)?;
+        matrix("a start", &start.gradient)?;
+        codec::finite("a start", &[start.noise])?;
     }
-    setup.holds.iter().try_for_each(hold)?;
-    setup.loads.iter().try_for_each(load)?;
-    setup.probes.iter().try_for_each(|one| probe(one, setup))
+    Ok(())
+}
+
+/// Holds a problem for a mesh of so many triangles to all that.
+pub(super) fn check(problem: &SpecimenProblem, triangles: u32) -> Result<(), WireError> {
+    codec::limit("the name of a specimen's family", problem.family.len() as u64, MAX_FAMILY)?;
+    output(&problem.output)?;
+    settings(problem)?;
+    body(problem, triangles)?;
+    matter(&problem.matter)?;
+    initial(problem)?;
+    for plane in &problem.symmetries {
+        codec::limit("the axis of a plane of symmetry", plane.axis.into(), 2)?;
+        codec::finite("a plane of symmetry", &[plane.at])?;
+    }
+    problem.holds.iter().try_for_each(hold)?;
+    problem.loads.iter().try_for_each(load)?;
+    problem.output.probes.iter().try_for_each(|one| probe(one, problem))
 }

@@ -1,6 +1,6 @@
 //! What came out of a specimen: a header, then the samples as slabs of little-endian numbers.
 
-use super::{MAX_PROBES, MAX_SAMPLES};
+use super::{Ending, Frame, MAX_PROBES, MAX_SAMPLES, SpecimenOutcome};
 use crate::codec::{self, WireError};
 use crate::envelope::{self, Kind};
 use crate::mesh::Slabs;
@@ -8,34 +8,6 @@ use serde::{Deserialize, Serialize};
 
 /// Most numbers of all frames together.
 const MAX_FRAME_NUMBERS: u64 = 1 << 28;
-
-/// How a run ended. Each is a result.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Ending {
-    /// At its end.
-    Ok,
-    /// Energy appeared from nowhere.
-    Unstable(String),
-    /// A number stopped being one.
-    NotFinite(String),
-    /// It was not for this solver.
-    Refused(String),
-    /// The program failed, not the physics: it did not start, panicked or died.
-    Crashed(String),
-    /// It took too long.
-    Timeout(String),
-    /// The body could not be made.
-    Geometry(String),
-}
-
-/// All points at one time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Frame {
-    /// When \[s\].
-    pub time: f64,
-    /// Place \[m\] and colouring number of each.
-    pub points: Vec<[f32; 4]>,
-}
 
 /// What it cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -48,29 +20,13 @@ pub struct Price {
     pub peak: u64,
 }
 
-/// What came out of a specimen.
+/// What came out of a specimen, and what it cost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpecimenResult {
-    /// How it ended.
-    pub ending: Ending,
-    /// Time step \[s\].
-    pub step: f64,
-    /// Steps taken.
-    pub steps: u64,
-    /// Points.
-    pub points: u64,
-    /// Stress at which cracks grow over σ_f \[1\].
-    pub strength_ratio: f64,
+    /// What came out.
+    pub outcome: SpecimenOutcome,
     /// What it cost.
     pub price: Price,
-    /// Shares of the body that its pieces have \[1\].
-    pub pieces: Vec<f64>,
-    /// Times of the samples \[s\].
-    pub times: Vec<f64>,
-    /// A row for each probe.
-    pub rows: Vec<Vec<f64>>,
-    /// Pictures.
-    pub frames: Vec<Frame>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -88,21 +44,10 @@ struct Header {
 }
 
 impl SpecimenResult {
-    /// A run that came to nothing.
+    /// A run that came to nothing, and cost nothing.
     #[must_use]
     pub fn ended(ending: Ending) -> Self {
-        Self {
-            ending,
-            step: 0.0,
-            steps: 0,
-            points: 0,
-            strength_ratio: 1.0,
-            price: Price::default(),
-            pieces: Vec::new(),
-            times: Vec::new(),
-            rows: Vec::new(),
-            frames: Vec::new(),
-        }
+        Self { outcome: SpecimenOutcome::ended(ending), price: Price::default() }
     }
 
     /// The bytes.
@@ -110,23 +55,24 @@ impl SpecimenResult {
     /// # Errors
     /// The limit of the wire that it breaks.
     pub fn encode(&self) -> Result<Vec<u8>, WireError> {
-        let frames = self.frames.iter().map(|f| (f.time, f.points.len() as u32)).collect();
+        let out = &self.outcome;
+        let frames = out.frames.iter().map(|f| (f.time, f.points.len() as u32)).collect();
         let header = Header {
-            ending: self.ending.clone(),
-            step: self.step,
-            steps: self.steps,
-            points: self.points,
-            strength_ratio: self.strength_ratio,
+            ending: out.ending.clone(),
+            step: out.step,
+            steps: out.steps,
+            points: out.points,
+            strength_ratio: out.strength_ratio,
             price: self.price,
-            pieces: self.pieces.len() as u32,
-            times: self.times.len() as u32,
-            rows: self.rows.len() as u32,
+            pieces: out.pieces.len() as u32,
+            times: out.times.len() as u32,
+            rows: out.rows.len() as u32,
             frames,
         };
         let mut bulk = Vec::new();
-        let numbers = self.pieces.iter().chain(&self.times).chain(self.rows.iter().flatten());
+        let numbers = out.pieces.iter().chain(&out.times).chain(out.rows.iter().flatten());
         numbers.for_each(|x| bulk.extend_from_slice(&x.to_le_bytes()));
-        let points = self.frames.iter().flat_map(|frame| frame.points.iter().flatten());
+        let points = out.frames.iter().flat_map(|frame| frame.points.iter().flatten());
         points.for_each(|x| bulk.extend_from_slice(&x.to_le_bytes()));
         envelope::seal(Kind::SpecimenResult, &header, &bulk)
     }
@@ -157,8 +103,18 @@ impl SpecimenResult {
         }
         slabs.end("a result")?;
         let Header { ending, step, steps, points, strength_ratio, price, .. } = header;
-        let (ending, price) = (ending, price);
-        Ok(Self { ending, step, steps, points, strength_ratio, price, pieces, times, rows, frames })
+        let outcome = SpecimenOutcome {
+            ending,
+            step,
+            steps,
+            points,
+            strength_ratio,
+            pieces,
+            times,
+            rows,
+            frames,
+        };
+        Ok(Self { outcome, price })
     }
 }
 
@@ -169,13 +125,15 @@ mod tests {
     #[test]
     fn a_result_comes_back_as_it_went_or_says_what_is_missing() -> Result<(), WireError> {
         let frame = Frame { time: 0.5, points: vec![[1.0, 2.0, 3.0, 4.0]; 3] };
-        let result = SpecimenResult {
+        let outcome = SpecimenOutcome {
             times: vec![0.0, 1.0],
             rows: vec![vec![1.0, 2.0], vec![f64::INFINITY, -1.0], vec![0.0; 2]],
             pieces: vec![1.0],
             frames: vec![frame],
-            ..SpecimenResult::ended(Ending::Unstable("why".into()))
+            ..SpecimenOutcome::ended(Ending::Unstable("why".into()))
         };
+        let price = Price { wall: 1.0, cpu: 2.0, peak: 3 };
+        let result = SpecimenResult { outcome, price };
         let bytes = result.encode()?;
         assert_eq!(SpecimenResult::decode(&bytes)?, result);
         let short = SpecimenResult::decode(&bytes[..bytes.len() - 1]);

@@ -100,7 +100,7 @@ fn told(measured: &Measured) -> String {
     let (result, point) = (&measured.result, &measured.point);
     let swept = point.swept.join(" ");
     if point.specimen.job().is_none() {
-        let (name, ending, wall) = (&point.specimen.name, &result.ending, result.price.wall);
+        let (name, ending, wall) = (&point.specimen.name, &result.ending, measured.price.wall);
         let (word, steps) = (status(ending), result.steps);
         return format!("{name} {swept}: {word}, {steps} steps of the world, {wall:.2} s");
     }
@@ -110,7 +110,7 @@ fn told(measured: &Measured) -> String {
         status(&result.ending),
         result.points,
         result.steps,
-        result.price.wall
+        measured.price.wall
     )
 }
 

@@ -26,7 +26,7 @@ pub(crate) fn job(args: &args::Job) -> Result<Exit, Trouble> {
         Verdict::Broken(body) => format!("{} fragments", body.fragments.len()),
         Verdict::Refused { solver, text } => format!("{solver} refuses: {text}"),
         Verdict::Failed { solver, text } => format!("{solver} failed: {text}"),
-        Verdict::Measured(result) => format!("a specimen: {:?}", result.ending),
+        Verdict::Measured(result) => format!("a specimen: {:?}", result.outcome.ending),
     };
     print(format!("{told}; result {digest}\n"))?;
     Ok(Exit::Done)

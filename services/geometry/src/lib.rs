@@ -15,6 +15,7 @@ pub mod sample;
 pub mod shapes;
 pub mod sheet;
 pub mod surface;
+pub mod symmetric;
 pub mod voronoi;
 
 pub use math::{Mat3, Pose, Quat, Vec3};

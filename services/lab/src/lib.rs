@@ -26,7 +26,7 @@ pub use sweep::{Sweep, plan};
 pub use table::{COLUMNS, csv, file_names, history, json, text};
 
 use crate::specimen::{Ends, Specimen, Verdict, Weighed, reduce, speeds, weigh};
-use cullet_proto::specimen::{Ending, SpecimenResult};
+use cullet_proto::specimen::{Ending, Price, SpecimenOutcome, SpecimenResult};
 use cullet_record::{RecordError, points};
 use std::path::Path;
 
@@ -62,7 +62,9 @@ pub struct Measured {
     /// What was run.
     pub point: Point,
     /// What came back.
-    pub result: SpecimenResult,
+    pub result: SpecimenOutcome,
+    /// What it cost.
+    pub price: Price,
     /// Its numbers.
     pub rows: Vec<Row>,
 }
@@ -134,7 +136,8 @@ pub fn trouble(ending: &Ending) -> Option<&str> {
 impl Measured {
     /// Makes the numbers of a run.
     #[must_use]
-    pub fn new(point: Point, mut result: SpecimenResult) -> Self {
+    pub fn new(point: Point, result: SpecimenResult) -> Self {
+        let SpecimenResult { outcome: mut result, price } = result;
         for &(probe, window) in &point.specimen.speeds {
             if let Some(row) = result.rows.get_mut(probe) {
                 *row = speeds(&result.times, row, window);
@@ -163,7 +166,7 @@ impl Measured {
                 gap: expected.as_ref().and_then(|e| e.gap.clone()),
             });
         }
-        Self { point, result, rows }
+        Self { point, result, price, rows }
     }
 
     /// Whether anything that was expected does not hold, or the run ended otherwise than it must.

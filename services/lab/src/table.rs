@@ -2,7 +2,8 @@
 
 use super::{Measured, Point, Row, status, trouble};
 use crate::specimen::Verdict;
-use cullet_proto::specimen::Settings;
+use cullet_model::Precision;
+use cullet_specimen::SpecimenSettings;
 use serde_json::json;
 
 /// Columns of the CSV.
@@ -26,23 +27,23 @@ pub fn file_names(points: &[Point]) -> Vec<String> {
 pub fn csv(measured: &Measured) -> String {
     let settings = measured.point.specimen.settings();
     let result = &measured.result;
-    let grid = |number: fn(&Settings) -> String| settings.map(number).unwrap_or_default();
+    let grid = |number: fn(&SpecimenSettings) -> String| settings.map(number).unwrap_or_default();
     let head = format!(
         "{},{},{},{},{},{},{},{:.4},{:.2},{},{},{}",
         quoted(&measured.point.label()),
         measured.point.specimen.solver,
         grid(|s| s.spacing.to_string()),
         result.step,
-        grid(|s| s.per_cell.to_string()),
-        grid(|s| if s.single { "single" } else { "double" }.to_owned()),
+        grid(|s| s.points.per_cell.to_string()),
+        grid(|s| precision_word(s.precision).to_owned()),
         settings.map_or(1, |s| s.threads),
-        result.price.wall,
-        result.price.cpu,
+        measured.price.wall,
+        measured.price.cpu,
         result.steps,
         settings
             .map(|_| result.steps.saturating_mul(result.points).to_string())
             .unwrap_or_default(),
-        result.price.peak,
+        measured.price.peak,
     );
     let word = status(&result.ending);
     let line = |row: &Row| {
@@ -62,6 +63,13 @@ pub fn csv(measured: &Measured) -> String {
         return format!("{head},,,,,{word}\n");
     }
     measured.rows.iter().map(line).collect()
+}
+
+pub(super) const fn precision_word(precision: Precision) -> &'static str {
+    match precision {
+        Precision::Single => "single",
+        Precision::Double => "double",
+    }
 }
 
 pub(super) fn quoted(text: &str) -> String {
@@ -115,7 +123,7 @@ pub fn text(all: &[Measured]) -> String {
         let settings = measured.point.specimen.settings();
         let spacing = settings.map(|s| short(1e3 * s.spacing)).unwrap_or_default();
         let whole = settings.map_or(name.clone(), |_| format!("{name} at h = {spacing} mm"));
-        let cost = format!("{:.2} s", result.price.wall);
+        let cost = format!("{:.2} s", measured.price.wall);
         if let Some(why) = trouble(&result.ending) {
             // A place in `[geometry]` begins with the status' own word.
             let word = format!("{}: ", status(&result.ending));
@@ -223,9 +231,9 @@ pub fn json(measured: &Measured) -> serde_json::Value {
         "steps": result.steps,
         "points": result.points,
         "strength_ratio": result.strength_ratio,
-        "wall_s": result.price.wall,
-        "cpu_s": result.price.cpu,
-        "peak_bytes": result.price.peak,
+        "wall_s": measured.price.wall,
+        "cpu_s": measured.price.cpu,
+        "peak_bytes": measured.price.peak,
         "pieces": result.pieces,
         "status": status(&result.ending),
         "trouble": trouble(&result.ending),

@@ -43,8 +43,8 @@ fn measured(values: Vec<f64>) -> Measured {
     let specimen = load(&folder.path().join("bar.toml"), &[]).expect("it loads");
     let point = Point { specimen, swept: vec!["seed=3".to_owned()] };
     let mut result = SpecimenResult::ended(Ending::Ok);
-    result.times = (0..values.len()).map(|k| k as f64).collect();
-    result.rows = vec![values];
+    result.outcome.times = (0..values.len()).map(|k| k as f64).collect();
+    result.outcome.rows = vec![values];
     Measured::new(point, result)
 }
 
@@ -58,8 +58,8 @@ fn a_plan_is_every_specimen_with_every_combination() {
     assert_eq!(points.len(), 8);
     let last = &points[7];
     assert_eq!(last.specimen.name, "other");
-    assert_eq!(last.specimen.job().expect("a body").setup.settings.spacing, 0.005);
-    assert_eq!(last.specimen.job().expect("a body").setup.shift, [0.0, 0.0, 0.001]);
+    assert_eq!(last.specimen.job().expect("a body").0.settings.spacing, 0.005);
+    assert_eq!(last.specimen.job().expect("a body").0.body.shift.z, 0.001);
     assert_eq!(last.label(), "other[geometry.shift=[0,0,\"1 mm\"]]");
     for bad in ["spacing", "=1", "spacing=1,,2"] {
         assert!(bad.parse::<Sweep>().is_err(), "{bad}");
@@ -90,7 +90,7 @@ fn a_metric_may_be_over_another() {
     std::fs::write(folder.path().join("bar.toml"), format!("{BAR}{more}")).expect("a file");
     let specimen = load(&folder.path().join("bar.toml"), &[]).expect("it loads");
     let mut result = SpecimenResult::ended(Ending::Ok);
-    (result.times, result.rows) = (vec![0.0, 1.0, 2.0], vec![vec![0.0, 4.0, 1.0]]);
+    (result.outcome.times, result.outcome.rows) = (vec![0.0, 1.0, 2.0], vec![vec![0.0, 4.0, 1.0]]);
     let rows = Measured::new(Point { specimen, swept: Vec::new() }, result).rows;
     assert_eq!((rows[1].metric.as_str(), rows[1].value), ("share", 0.25));
     let wrong = format!("{BAR}{}", more.replace("over = \"most\"", "over = \"mots\""));
@@ -125,7 +125,7 @@ fn a_job_without_a_result_is_a_status() {
             tries: Vec::new(),
         };
         let limits = Limits { exe: "none".into(), words: Vec::new(), workers: 1, time: wall };
-        result_of(settlement, &limits).ending
+        result_of(settlement, &limits).outcome.ending
     };
     let told = |ending: &Ending| trouble(ending).unwrap_or_default().to_owned();
     let crash = of(Settled::Abandoned("too many workers ended: signal: 9".to_owned()));

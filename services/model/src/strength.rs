@@ -37,6 +37,7 @@ const JITTER: u64 = 0x1a7e;
 
 /// Alternating layers: that of `0 ≤ normal·x < thickness` has σ_f, the next `ratio` of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct Layers {
     /// Unit normal.
     pub normal: Vec3,
@@ -50,6 +51,7 @@ pub struct Layers {
 
 /// What is known of a body's strength beside σ_f. Fragments keep all of it but `offset`.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct StrengthField {
     /// Of the original body, so that fragments keep its flaws.
     pub seed: u64,
@@ -67,7 +69,8 @@ pub struct StrengthField {
     pub layers: Option<Layers>,
     /// Painted regions; their factors multiply.
     pub strokes: Vec<Stroke>,
-    /// Factors painted on the surface.
+    /// Factors painted on the surface; on the wire they travel behind the rest.
+    #[cfg_attr(feature = "wire", serde(skip))]
     pub vertices: Option<Arc<VertexPaint>>,
 }
 

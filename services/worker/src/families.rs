@@ -1,11 +1,15 @@
 //! The families of solvers that a worker hosts: a line each.
 
-use cullet_fracture::Brittle;
+use cullet_fracture::{Brittle, specimen};
 use cullet_geometric::Geometric;
 use cullet_model::{Entry, entry};
+use cullet_specimen::SpecimenFamily;
 
 /// Every family.
 pub const FAMILIES: &[Entry] = &[entry::<Brittle>(), entry::<Geometric>()];
+
+/// Every family that makes specimens discrete.
+pub const SPECIMEN_FAMILIES: &[SpecimenFamily] = &[specimen::FAMILY];
 
 /// The family of that name.
 #[must_use]

@@ -11,7 +11,7 @@ use cullet_proto::envelope::PREFIX;
 use cullet_proto::keys::{parse_live, parse_rpc};
 use cullet_proto::outline::{Outline, Parted};
 use cullet_proto::service::{self, BundleFile, BundleTable};
-use cullet_proto::specimen::{Ending, Frame, SpecimenJob, SpecimenResult};
+use cullet_proto::specimen::{Ending, Frame, Price, SpecimenJob, SpecimenOutcome, SpecimenResult};
 use cullet_proto::strength::{Region, Strength, Stroke};
 use cullet_proto::{
     BrokenBody, Epoch, FractureJob, Fragment, Grain, JobId, Report, SessionId, Support, Verdict,
@@ -141,21 +141,23 @@ fn specimens_and_results() {
     let file = root().join("tests/specimens/d2-branching.toml");
     let specimen = specimen::load(&file, &[]).expect("a specimen");
     let specimen = specimen.job().expect("one of a body");
-    let result = SpecimenResult {
+    let outcome = SpecimenOutcome {
         pieces: vec![0.5, 0.25],
         times: vec![0.0, 1.0],
         rows: vec![vec![1.0, 2.0], vec![3.0, 4.0]],
         frames: vec![Frame { time: 0.5, points: vec![[1.0, 2.0, 3.0, 4.0]; 3] }],
-        ..SpecimenResult::ended(Ending::Refused("too thin".into()))
+        ..SpecimenOutcome::ended(Ending::Refused("too thin".into()))
     };
+    let result = SpecimenResult { outcome, price: Price::default() };
     let seeds = [specimen.encode().expect("a job"), result.encode().expect("a result")];
     hold(&seeds, |which, bytes| {
         if which == 0 {
             let Some(job) = in_words(SpecimenJob::decode(bytes)) else { return };
-            is_sound(&job.solid);
+            is_sound(&Solid::outer(job.0.body.mesh.clone()));
             assert!(job.id().is_ok(), "what was read can be written");
         } else if let Some(result) = in_words(SpecimenResult::decode(bytes)) {
-            assert!(result.rows.iter().all(|row| row.len() == result.times.len()));
+            let out = &result.outcome;
+            assert!(out.rows.iter().all(|row| row.len() == out.times.len()));
         }
     });
 }

@@ -1,8 +1,8 @@
 //! Compressible neo-Hookean solid in the displacement gradient H = F − I, in the frame before the
 //! hit.
 
-use super::symmetric::Sym3;
 use cullet_geometry::Mat3;
+use cullet_geometry::symmetric::Sym3;
 use cullet_model::Material;
 
 /// Volume ratio J below which a point counts as crushed (F07).

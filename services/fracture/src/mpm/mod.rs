@@ -23,7 +23,7 @@ pub mod rest;
 mod separation;
 pub mod spin;
 pub mod spring;
-pub mod symmetric;
 pub mod watch;
 
+pub use cullet_geometry::symmetric;
 pub use domain::{Domain, Tally};

@@ -1,16 +1,19 @@
 //! From a specimen to a body on its grid.
 
-use super::{Points, Probe, Settings, Specimen, Spot, Start, Where, Zone, within};
 use crate::damage::{Softening, WeakPlane};
-use crate::mpm::domain::{Surface, stable_step};
+use crate::mpm::domain::{Fields, Surface, stable_step};
 use crate::mpm::kernel::Path;
 use crate::mpm::{Domain, door, quadrature};
 use crate::particles::Particles;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::sample::{self, SampleError};
-use cullet_geometry::{Pose, Quat, TriMesh, Vec3};
+use cullet_geometry::{Pose, TriMesh, Vec3};
 use cullet_model::{Material, Refusal, Strength};
+use cullet_specimen::{
+    GridFrame, PointLayout, Probe, SpecimenProblem, SpecimenSettings, Spot, Start, Where, Zone,
+    within,
+};
 use std::cell::Cell;
 
 /// Stress that no specimen reaches \[Pa\], and the energy it would take \[J/m²\].
@@ -25,50 +28,12 @@ const FAR: f64 = 2.0;
 /// Spacings from a notch within which cracks may grow from it.
 const TIP: f64 = 0.75;
 
-/// From the specimen's frame to the grid's and back.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
-    turn: Quat,
-    shift: Vec3,
-}
-
-impl Frame {
-    pub(super) fn new(specimen: &Specimen) -> Self {
-        Self { turn: specimen.turn, shift: specimen.shift }
-    }
-
-    /// A place of the specimen on the grid \[m\].
-    pub(super) fn onto(&self, x: &Vec3) -> Vec3 {
-        self.turn * x + self.shift
-    }
-
-    /// A place of the grid in the specimen \[m\].
-    pub(super) fn back(&self, x: &Vec3) -> Vec3 {
-        self.turn.inverse() * (x - self.shift)
-    }
-
-    /// A direction of the specimen on the grid.
-    pub(super) fn turned(&self, v: &Vec3) -> Vec3 {
-        self.turn * v
-    }
-
-    /// A direction of the grid in the specimen.
-    pub(super) fn unturned(&self, v: &Vec3) -> Vec3 {
-        self.turn.inverse() * v
-    }
-
-    /// Whether both have the same axes.
-    pub(super) fn is_straight(&self) -> bool {
-        self.turn.angle() < 1e-12
-    }
-}
-
 /// Refuses what cannot be solved, with the bound.
-pub(super) fn check(specimen: &Specimen) -> Result<(), Refusal> {
+pub(super) fn check(specimen: &SpecimenProblem) -> Result<(), Refusal> {
     let s = &specimen.settings;
-    let several = specimen.zones.len() as f64 + 1.0;
+    let several = specimen.matter.zones.len() as f64 + 1.0;
     door::within("the number of materials", several, 1.0, MOST_MATERIALS)?;
-    for m in materials(specimen) {
+    for m in specimen.matter.materials() {
         door::within("density [kg/m^3]", m.density, 1e-3, 1e6)?;
         door::within("Young's modulus [Pa]", m.young, 1.0, 1e14)?;
         door::within("Poisson's ratio", m.poisson, door::POISSON_RANGE.0, door::POISSON_RANGE.1)?;
@@ -78,31 +43,21 @@ pub(super) fn check(specimen: &Specimen) -> Result<(), Refusal> {
             door::within("failure stress over Young's modulus", ratio, 1e-9, 1.0)?;
         }
     }
-    door::within("the spacing [m]", s.spacing, 1e-9, 1e6)?;
-    door::within("the step over its bound", s.step_factor, 1e-6, 100.0)?;
-    door::within("points a cell", s.per_cell, 0.5, 1000.0)?;
-    door::within("the end [s]", specimen.end, f64::MIN_POSITIVE, 1e9)?;
-    let volume = specimen.mesh.signed_volume();
-    door::within("the body's volume [m^3]", volume, 1e-18, 1e12)?;
-    let points = s.per_cell * volume / (s.spacing * s.spacing * s.spacing);
-    at_most("the number of points", points, s.max_points)?;
-    at_most("the number of steps", specimen.end / step(specimen), s.max_steps)
+    door::within("points a cell", s.points.per_cell, 0.5, 1000.0)?;
+    let cell = s.spacing * s.spacing * s.spacing;
+    let points = s.points.per_cell * specimen.body.mesh.signed_volume() / cell;
+    at_most("the number of points", points, s.max_points)
 }
 
 fn at_most(what: &'static str, value: f64, limit: f64) -> Result<(), Refusal> {
     if value <= limit { Ok(()) } else { Err(Refusal::TooLarge { what, value, limit }) }
 }
 
-/// Its materials, that of each zone after that of the whole.
-fn materials(specimen: &Specimen) -> impl Iterator<Item = &Material> {
-    [&specimen.material].into_iter().chain(specimen.zones.iter().map(|zone| &zone.material))
-}
-
-/// The time step \[s\].
-pub(super) fn step(specimen: &Specimen) -> f64 {
-    let settings = &specimen.settings;
-    let steps = materials(specimen).map(|m| stable_step(m, settings.spacing));
-    settings.step_factor * steps.fold(f64::INFINITY, f64::min)
+/// The greatest stable step \[s\].
+pub(super) fn step(specimen: &SpecimenProblem) -> f64 {
+    let spacing = specimen.settings.spacing;
+    let steps = specimen.matter.materials().map(|m| stable_step(m, spacing));
+    steps.fold(f64::INFINITY, f64::min)
 }
 
 /// Points of all bodies, with their volumes \[m³\] and bodies.
@@ -114,17 +69,17 @@ struct Filling {
 }
 
 impl Filling {
-    fn add(&mut self, mesh: &TriMesh, body: u8, s: &Settings) -> Result<(), Refusal> {
+    fn add(&mut self, mesh: &TriMesh, body: u8, s: &SpecimenSettings) -> Result<(), Refusal> {
         let (inside, volume) = (Inside::new(mesh), mesh.signed_volume());
         let points = points(&inside, s)?;
         let count = points.len() as f64;
         door::within("the number of points in the body", count, 8.0, s.max_points * 1.2)?;
         self.bodies.extend(points.iter().map(|_| body));
-        self.volumes.extend(match s.points {
-            Points::Scattered => {
+        self.volumes.extend(match s.points.layout {
+            PointLayout::Scattered => {
                 quadrature::volumes(&points, &inside, Vec3::repeat(s.spacing), volume)
             }
-            Points::Rows => vec![volume / count; points.len()],
+            PointLayout::Rows => vec![volume / count; points.len()],
         });
         self.points.extend(points);
         Ok(())
@@ -132,14 +87,14 @@ impl Filling {
 }
 
 /// The bodies one by one, on the grid.
-fn bodies(specimen: &Specimen) -> Vec<TriMesh> {
-    let pose = Pose::from_parts(specimen.shift.into(), specimen.turn);
-    let mesh = specimen.mesh.transformed(&pose);
-    if specimen.bodies.is_empty() {
+fn bodies(specimen: &SpecimenProblem) -> Vec<TriMesh> {
+    let pose = Pose::from_parts(specimen.body.shift.into(), specimen.body.turn);
+    let mesh = specimen.body.mesh.transformed(&pose);
+    if specimen.body.parts.is_empty() {
         return vec![mesh];
     }
     let end = mesh.triangles.len();
-    let starts: Vec<usize> = specimen.bodies.iter().map(|&first| first as usize).collect();
+    let starts: Vec<usize> = specimen.body.parts.iter().map(|&first| first as usize).collect();
     let bounds: Vec<usize> = [0].into_iter().chain(starts).chain([end]).collect();
     let part = |w: &[usize]| mesh.submesh(&(w[0]..w[1]).collect::<Vec<_>>());
     bounds.windows(2).map(part).collect()
@@ -157,23 +112,24 @@ pub(super) fn idle(what: &'static str, mut all: impl Iterator<Item = bool>) -> R
 }
 
 /// Refuses zones, patches, starts and places of probes that take none of the points.
-fn taken(specimen: &Specimen, places: &[Vec3]) -> Result<(), Refusal> {
+fn taken(specimen: &SpecimenProblem, places: &[Vec3]) -> Result<(), Refusal> {
     let none = |part: &Where| !places.iter().any(|x| within(part, x, 0.0));
-    idle("zone", specimen.zones.iter().map(|zone| none(&zone.part)))?;
-    idle("patch", specimen.patches.iter().map(|patch| none(&patch.part)))?;
-    idle("start", specimen.starts.iter().map(|start| !start.is_none() && none(&start.part)))?;
+    idle("zone", specimen.matter.zones.iter().map(|zone| none(&zone.part)))?;
+    idle("patch", specimen.matter.patches.iter().map(|patch| none(&patch.part)))?;
+    let starts = specimen.initial.starts.iter();
+    idle("start", starts.map(|start| !start.is_none() && none(&start.part)))?;
     let near = FAR * specimen.settings.spacing;
     let beside = |x: &Vec3| !places.iter().any(|at| (at - x).norm() <= near);
     let away = |probe: &Probe| match probe {
         Probe::Points(_, _, Spot::At(x)) => beside(x),
         _ => false,
     };
-    idle("probe", specimen.probes.iter().map(away))
+    idle("probe", specimen.output.probes.iter().map(away))
 }
 
 /// The body on its grid, moving as it starts.
-pub(super) fn domain(specimen: &Specimen) -> Result<Domain, Refusal> {
-    let (s, frame) = (&specimen.settings, Frame::new(specimen));
+pub(super) fn domain(specimen: &SpecimenProblem) -> Result<Domain, Refusal> {
+    let (s, frame) = (&specimen.settings, GridFrame::new(&specimen.body));
     let meshes = bodies(specimen);
     let mut filling = Filling::default();
     for (body, mesh) in meshes.iter().enumerate() {
@@ -184,47 +140,47 @@ pub(super) fn domain(specimen: &Specimen) -> Result<Domain, Refusal> {
     let surfaces: Vec<Surface> = meshes.iter().filter(|_| several).map(Surface::new).collect();
     clear(&points, &bodies, &surfaces)?;
     let volume = volumes.iter().sum();
-    let mut particles = Particles::at_rest(&points, volume, specimen.material.density);
+    let mut particles = Particles::at_rest(&points, volume, specimen.matter.material.density);
     particles.volume = volumes;
-    particles.density = materials(specimen).map(|m| m.density).collect();
+    particles.density = specimen.matter.materials().map(|m| m.density).collect();
     let places: Vec<Vec3> = points.iter().map(|x| frame.back(x)).collect();
     taken(specimen, &places)?;
-    let strength = Strength::new(&specimen.strength, s.spacing);
+    let strength = Strength::new(&specimen.matter.strength, s.spacing);
     for (p, x) in places.iter().enumerate() {
-        particles.kind[p] = kind(&specimen.zones, x);
+        particles.kind[p] = kind(&specimen.matter.zones, x);
         particles.strength[p] = strength.factor(x);
-        for patch in specimen.patches.iter().filter(|patch| within(&patch.part, x, 0.0)) {
+        for patch in specimen.matter.patches.iter().filter(|patch| within(&patch.part, x, 0.0)) {
             particles.strength[p] *= patch.strength;
             particles.damage[p] = particles.damage[p].max(patch.damage);
         }
     }
-    let plane = specimen.strength.weak_plane;
+    let plane = specimen.matter.strength.weak_plane;
     let weak_plane = plane.map(|(n, ratio)| WeakPlane { normal: frame.turned(&n).into(), ratio });
     let law = |m: &Material| {
         let mut law = softening(m, s);
         law.weak_plane = weak_plane;
         (*m, law)
     };
-    let laws: Vec<_> = materials(specimen).map(law).collect();
+    let laws: Vec<_> = specimen.matter.materials().map(law).collect();
     let mut domain = Domain::mixed(particles, &laws, Vec3::repeat(s.spacing));
     domain.select(s.precision, Path::best());
-    domain.fields = s.fields;
-    domain.refresh = s.look.max(1);
-    domain.step = step(specimen);
+    domain.fields = if s.points.welded { Fields::Single } else { Fields::Split };
+    domain.refresh = u64::from(s.points.look.max(1));
     if several {
         domain.part_bodies(&bodies, &surfaces);
     }
     notch(specimen, &frame, &mut domain)?;
-    if specimen.stretch.norm() > 0.0 {
-        domain.displace(|x| frame.turned(&(specimen.stretch * frame.back(x))));
+    let stretch = specimen.initial.stretch;
+    if stretch.norm() > 0.0 {
+        domain.displace(|x| frame.turned(&(stretch * frame.back(x))));
     }
     launch(specimen, &frame, &mut domain);
     Ok(domain)
 }
 
-fn points(inside: &Inside, s: &Settings) -> Result<Vec<Vec3>, Refusal> {
-    let apart = s.spacing / libm::cbrt(s.per_cell);
-    if s.points == Points::Scattered {
+fn points(inside: &Inside, s: &SpecimenSettings) -> Result<Vec<Vec3>, Refusal> {
+    let apart = s.spacing / libm::cbrt(s.points.per_cell);
+    if s.points.layout == PointLayout::Scattered {
         return sample::poisson(inside, apart, s.seed).map_err(|error| {
             let value = match error {
                 SampleError::TooMany { candidates, .. } => candidates,
@@ -267,28 +223,32 @@ fn clear(points: &[Vec3], bodies: &[u8], surfaces: &[Surface]) -> Result<(), Ref
 }
 
 /// The least stress at which cracks grow over σ_f of its material \[1\].
-pub(super) fn strength_ratio(specimen: &Specimen) -> f64 {
+pub(super) fn strength_ratio(specimen: &SpecimenProblem) -> f64 {
     let ratio = |m: &Material| softening(m, &specimen.settings).strength_ratio;
-    materials(specimen).map(ratio).fold(1.0, f64::min)
+    specimen.matter.materials().map(ratio).fold(1.0, f64::min)
 }
 
-fn softening(material: &Material, s: &Settings) -> Softening {
+fn softening(material: &Material, s: &SpecimenSettings) -> Softening {
     if !s.breaks {
         let (failure_stress, fracture_energy) = UNBREAKABLE;
         let strong = Material { failure_stress, fracture_energy, ..*material };
         return Softening::new(&strong, s.spacing);
     }
-    match s.softening_length {
+    match s.points.softening_length {
         Some(length) => Softening::new(material, length),
         None => Softening::on_grid(material, s.spacing),
     }
 }
 
 /// Cuts the bonds that cross a notch, and lets cracks grow from there.
-fn notch(specimen: &Specimen, frame: &Frame, domain: &mut Domain) -> Result<(), Refusal> {
+fn notch(
+    specimen: &SpecimenProblem,
+    frame: &GridFrame,
+    domain: &mut Domain,
+) -> Result<(), Refusal> {
     let slack = 1e-9 * specimen.settings.spacing;
     let mut cut = Vec::new();
-    for notch in &specimen.notches {
+    for notch in &specimen.initial.notches {
         let height = |x: &Vec3| (frame.back(x) - notch.point).dot(&notch.normal);
         let some = Cell::new(false);
         domain.sever(|a, b| {
@@ -316,14 +276,15 @@ fn notch(specimen: &Specimen, frame: &Frame, domain: &mut Domain) -> Result<(), 
     idle("notch", cut.into_iter().map(|some| !some))
 }
 
-fn launch(specimen: &Specimen, frame: &Frame, domain: &mut Domain) {
-    if specimen.starts.is_empty() {
+fn launch(specimen: &SpecimenProblem, frame: &GridFrame, domain: &mut Domain) {
+    let starts = &specimen.initial.starts;
+    if starts.is_empty() {
         return;
     }
     let seed = specimen.settings.seed;
     domain.launch(|x| {
         let at = frame.back(x);
-        let parts = specimen.starts.iter().filter(|start| within(&start.part, &at, 0.0));
+        let parts = starts.iter().filter(|start| within(&start.part, &at, 0.0));
         frame.turned(&parts.map(|start| velocity(start, &at, seed)).sum())
     });
 }

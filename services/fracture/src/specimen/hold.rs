@@ -1,11 +1,10 @@
 //! Supports and planes of symmetry: what some nodes may not do.
 
-use super::build::Frame;
-use super::{Hold, Specimen, within};
 use crate::mpm::grid::{Grid, Nodes};
 use crate::mpm::kernel::{packed, vector};
 use cullet_geometry::Vec3;
 use cullet_model::Refusal;
+use cullet_specimen::{GridFrame, Hold, SpecimenProblem, SymmetryPlane, within};
 
 /// Distance of a plane of symmetry from the next nodes that counts as none, in spacings.
 const ON_NODES: f64 = 1e-6;
@@ -15,8 +14,6 @@ const ON_NODES: f64 = 1e-6;
 pub(super) struct Held {
     /// Each once, with its velocity at 1 of the course in the specimen's frame \[m/s\].
     pub(super) nodes: Vec<(u32, Vec3)>,
-    /// Force on the body in the last step, in the specimen's frame \[N\].
-    pub(super) force: Vec3,
 }
 
 /// A plane of symmetry: nodes on it, and pairs to both sides of it.
@@ -41,8 +38,8 @@ impl Held {
 
 /// The nodes that each support holds. Nodes outside the box around the specimen count by the
 /// nearest point of that.
-pub(super) fn held(specimen: &Specimen, frame: &Frame, grid: &Grid) -> Vec<Held> {
-    let (low, high) = specimen.mesh.bounds().unwrap_or_default();
+pub(super) fn held(specimen: &SpecimenProblem, frame: &GridFrame, grid: &Grid) -> Vec<Held> {
+    let (low, high) = specimen.body.mesh.bounds().unwrap_or_default();
     let slack = 1e-6 * specimen.settings.spacing;
     let places: Vec<Vec3> = (0..grid.nodes.len()).map(|n| frame.back(&grid.place(n))).collect();
     let nodes = |hold: &Hold| {
@@ -50,18 +47,19 @@ pub(super) fn held(specimen: &Specimen, frame: &Frame, grid: &Grid) -> Vec<Held>
         let all = (0_u32..).zip(&places).filter(|(_, x)| inside(x));
         all.map(|(n, x)| (n, hold.velocity + hold.gradient * (x - hold.centre))).collect()
     };
-    specimen.holds.iter().map(|hold| Held { nodes: nodes(hold), ..Held::default() }).collect()
+    specimen.holds.iter().map(|hold| Held { nodes: nodes(hold) }).collect()
 }
 
 /// The velocity that each held node shall have along the axes that it is held along, in the
-/// specimen's frame \[m/s\]: the sum over its supports. `wanted` goes by node; others stay.
-pub(super) fn add_up(held: &[Held], holds: &[Hold], time: f64, wanted: &mut [Vec3]) {
-    let active = || held.iter().zip(holds).filter(|(_, hold)| time <= hold.until);
-    for (node, _) in active().flat_map(|(held, _)| &held.nodes) {
+/// specimen's frame \[m/s\]: the sum over its supports by the factor of each, where it has not let
+/// go. `wanted` goes by node; others stay.
+pub(super) fn add_up(held: &[Held], holds: &[Hold], factors: &[Option<f64>], wanted: &mut [Vec3]) {
+    let rows = held.iter().zip(holds).zip(factors);
+    let active = rows.filter_map(|((held, hold), factor)| Some((held, hold, (*factor)?)));
+    for (node, _) in active.clone().flat_map(|(held, _, _)| &held.nodes) {
         wanted[*node as usize] = Vec3::zeros();
     }
-    for (held, hold) in active() {
-        let factor = hold.course.at(time);
+    for (held, hold, factor) in active {
         for (node, velocity) in &held.nodes {
             for axis in (0..3).filter(|&a| hold.axes[a]) {
                 wanted[*node as usize][axis] += factor * velocity[axis];
@@ -72,20 +70,25 @@ pub(super) fn add_up(held: &[Held], holds: &[Hold], time: f64, wanted: &mut [Vec
 
 /// Pairs the nodes about each plane of symmetry.
 pub(super) fn mirrors(
-    specimen: &Specimen,
-    frame: &Frame,
+    specimen: &SpecimenProblem,
+    frame: &GridFrame,
     grid: &Grid,
 ) -> Result<Vec<Mirror>, Refusal> {
     if !specimen.symmetries.is_empty() && !frame.is_straight() {
         let (what, value) = ("the specimen's turn beside a plane of symmetry [rad]", 1.0);
-        let value = specimen.turn.angle().max(value * f64::MIN_POSITIVE);
+        let value = specimen.body.turn.angle().max(value * f64::MIN_POSITIVE);
         return Err(Refusal::OutOfRange { what, value, low: 0.0, high: 0.0 });
     }
-    specimen.symmetries.iter().map(|&(axis, at)| mirror(specimen, grid, axis, at)).collect()
+    specimen.symmetries.iter().map(|&plane| mirror(specimen, grid, plane)).collect()
 }
 
-fn mirror(specimen: &Specimen, grid: &Grid, axis: usize, at: f64) -> Result<Mirror, Refusal> {
-    let place = (at + specimen.shift[axis]) / specimen.settings.spacing;
+fn mirror(
+    specimen: &SpecimenProblem,
+    grid: &Grid,
+    plane: SymmetryPlane,
+) -> Result<Mirror, Refusal> {
+    let axis = usize::from(plane.axis.min(2));
+    let place = (plane.at + specimen.body.shift[axis]) / specimen.settings.spacing;
     let plane = place.round();
     let off = (place - plane).abs();
     if off > ON_NODES {

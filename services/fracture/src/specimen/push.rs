@@ -1,24 +1,17 @@
 //! Loads: what part of them each node takes.
 
-use super::build::Frame;
-use super::clip::{clip, measure};
-use super::{Load, Push, Specimen, Where, within};
 use crate::mpm::Domain;
 use crate::mpm::grid::{Grid, Nodes};
 use crate::mpm::kernel::Stencil;
-use cullet_geometry::{TriMesh, Vec3};
-
-/// Longest edge of a piece of surface that takes its load at one point, in spacings.
-const FACET: f64 = 0.3;
-
-/// Least share of such a piece that is any of it.
-const LEAST: f64 = 1e-9;
+use cullet_geometry::Vec3;
+use cullet_specimen::surface::pieces;
+use cullet_specimen::{GridFrame, Load, Push, SpecimenProblem, within};
 
 /// A load at 1 of its course, by node, in the grid's frame \[N\].
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pushed {
     pub(super) nodes: Vec<(u32, Vec3)>,
-    /// Their sum in the specimen's frame \[N\].
+    /// Their sum \[N\].
     pub(super) total: Vec3,
 }
 
@@ -56,21 +49,26 @@ impl Pushed {
 }
 
 /// The nodes of each load.
-pub(super) fn pushed(specimen: &Specimen, frame: &Frame, domain: &Domain) -> Vec<Pushed> {
-    let facets = specimen.loads.iter().any(is_surface).then(|| facets(specimen));
+pub(super) fn pushed(
+    specimen: &SpecimenProblem,
+    frame: &GridFrame,
+    domain: &Domain,
+) -> Vec<Pushed> {
+    let surface = || pieces(&specimen.body.mesh, specimen.settings.spacing);
+    let surface = specimen.loads.iter().any(is_surface).then(surface);
     let order = by_place(&domain.grid);
     let one = |load: &Load| {
         let mut forces = vec![Vec3::zeros(); domain.grid.nodes.len()];
         match load.push {
             Push::Traction(_) | Push::Pressure(_) => {
-                for facet in facets.iter().flatten().filter_map(|f| f.within(&load.part)) {
-                    let force = frame.turned(&facet.force(&load.push));
-                    spread(&domain.grid, &order, &frame.onto(&facet.middle), force, &mut forces);
+                for piece in surface.iter().flatten().filter_map(|piece| piece.within(&load.part)) {
+                    let force = frame.turned(&piece.force(&load.push));
+                    spread(&domain.grid, &order, &frame.onto(&piece.middle), force, &mut forces);
                 }
             }
             Push::Force(_) | Push::Acceleration(_) => on_mass(load, frame, domain, &mut forces),
         }
-        let total = frame.unturned(&forces.iter().sum());
+        let total = forces.iter().sum();
         let nodes = (0_u32..).zip(forces).filter(|(_, force)| force.norm_squared() > 0.0);
         Pushed { nodes: nodes.collect(), total }
     };
@@ -79,64 +77,6 @@ pub(super) fn pushed(specimen: &Specimen, frame: &Frame, domain: &Domain) -> Vec
 
 fn is_surface(load: &Load) -> bool {
     matches!(load.push, Push::Traction(_) | Push::Pressure(_))
-}
-
-/// A small piece of the surface, in the specimen's frame.
-#[derive(Clone, Copy)]
-struct Facet {
-    corners: [Vec3; 3],
-    middle: Vec3,
-    /// Outward normal times area \[m²\].
-    area: Vec3,
-    slack: f64,
-}
-
-impl Facet {
-    /// What of it lies in a part: all as it is, or what is left where the part's bounds cut it.
-    fn within(&self, part: &Where) -> Option<Self> {
-        if self.corners.iter().all(|x| within(part, x, self.slack)) {
-            return Some(*self);
-        }
-        let mut piece = self.corners.to_vec();
-        clip(&mut piece, part, self.slack);
-        let (middle, area) = measure(&piece);
-        (area.norm() > LEAST * self.area.norm()).then_some(Self { middle, area, ..*self })
-    }
-
-    fn force(&self, push: &Push) -> Vec3 {
-        match *push {
-            Push::Traction(traction) => traction * self.area.norm(),
-            Push::Pressure(pressure) => -self.area * pressure,
-            Push::Force(_) | Push::Acceleration(_) => Vec3::zeros(),
-        }
-    }
-}
-
-fn facets(specimen: &Specimen) -> Vec<Facet> {
-    let spacing = specimen.settings.spacing;
-    let (longest, slack) = (FACET * spacing, 1e-6 * spacing);
-    let mesh: &TriMesh = &specimen.mesh;
-    let mut facets = Vec::new();
-    for t in 0..mesh.triangles.len() {
-        let [a, b, c] = mesh.corners(t);
-        let edge = (b - a).norm().max((c - b).norm()).max((a - c).norm());
-        let n = (edge / longest).ceil().max(1.0) as usize;
-        let (u, v) = ((b - a) / n as f64, (c - a) / n as f64);
-        let area = u.cross(&v) / 2.0;
-        for i in 0..n {
-            for j in 0..n - i {
-                let corner = a + u * i as f64 + v * j as f64;
-                let (right, left) = (corner + u, corner + v);
-                let middle = corner + (u + v) / 3.0;
-                facets.push(Facet { corners: [corner, right, left], middle, area, slack });
-                if i + j + 1 < n {
-                    let middle = corner + (u + v) * (2.0 / 3.0);
-                    facets.push(Facet { corners: [right, right + v, left], middle, area, slack });
-                }
-            }
-        }
-    }
-    facets
 }
 
 /// Nodes by place, copies beside each other.
@@ -167,7 +107,7 @@ fn spread(grid: &Grid, order: &[([i32; 3], u32)], at: &Vec3, force: Vec3, forces
     }
 }
 
-fn on_mass(load: &Load, frame: &Frame, domain: &Domain, forces: &mut [Vec3]) {
+fn on_mass(load: &Load, frame: &GridFrame, domain: &Domain, forces: &mut [Vec3]) {
     let particles = &domain.particles;
     let taken: Vec<bool> =
         particles.reference.iter().map(|x| within(&load.part, &frame.back(x), 0.0)).collect();

@@ -2,6 +2,7 @@
 
 use super::super::crew::in_order;
 use super::super::process::{self, End, Order};
+use super::super::table::precision_word;
 use super::super::{Limits, Measured, Point, run_all, status};
 use super::row::Row;
 use super::set::{Chart, FINEST, MASS, MOTT, PIECES, Planned, Work};
@@ -93,12 +94,12 @@ fn specimens(
 fn row_of(chart: &Chart, run: &Planned, point: &Point, result: SpecimenResult) -> Row {
     let settings = point.specimen.settings();
     let (spacing, per_cell, threads) =
-        settings.map_or((0.0, 0.0, 1), |s| (s.spacing, s.per_cell, s.threads));
-    let single = settings.is_some_and(|settings| settings.single);
-    let precision = if single { "single" } else { "double" }.to_owned();
-    let (step, steps, price) = (result.step, result.steps, result.price);
-    let particle_steps = steps.saturating_mul(result.points);
-    let word = status(&result.ending).to_owned();
+        settings.map_or((0.0, 0.0, 1), |s| (s.spacing, s.points.per_cell, s.threads));
+    let precision = settings.map_or("double", |s| precision_word(s.precision)).to_owned();
+    let (out, price) = (&result.outcome, result.price);
+    let (step, steps) = (out.step, out.steps);
+    let particle_steps = steps.saturating_mul(out.points);
+    let word = status(&out.ending).to_owned();
     let measured = Measured::new(point.clone(), result);
     let found = measured.rows.iter().find(|row| row.metric == chart.metric);
     let mut row = Row {

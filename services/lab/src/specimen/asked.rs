@@ -1,7 +1,7 @@
 //! What is asked of probes: metrics and what they must come to, whatever the probes watch.
 
 use super::format::{Expected, Metric, Reduction};
-use super::resolve::{item, path};
+use super::paths::{item, path};
 use cullet_document::error::suggest;
 use cullet_document::tree::{Step, join};
 use cullet_scene::body::ResolveContext;

@@ -89,15 +89,6 @@ pub struct Geometry {
     pub displacement_gradient: [[f64; 3]; 3],
 }
 
-/// Which way of solving.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Family {
-    /// Material points on a grid: the method of the brittle solver.
-    #[default]
-    Brittle,
-}
-
 /// How points lie in the body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -124,8 +115,10 @@ pub enum Fields {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
-    /// Which solver.
-    pub family: Family,
+    /// Name of the family that solves it: `brittle` is the material-point method. The process that
+    /// solves knows which there are.
+    #[schemars(length(min = 1, max = 64))]
+    pub family: String,
     /// Grid spacing h \[m\].
     #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
     pub spacing: Option<f64>,
@@ -174,7 +167,7 @@ pub struct Solver {
 impl Default for Solver {
     fn default() -> Self {
         Self {
-            family: Family::Brittle,
+            family: "brittle".to_owned(),
             spacing: None,
             step_factor: 0.8,
             points_per_cell: 8.0,

@@ -1,22 +1,20 @@
 //! What a specimen is made of: a material, and others in zones.
 
+use super::builder::{SpecimenBuilder, Use};
 use super::format::Document;
-use super::resolve::{SpecimenBuilder, Use, item, path};
-use cullet_document::tree::{Path, Step};
-use cullet_proto::strength::{EVEN, Strength};
-use cullet_proto::{Material, specimen as wire};
+use super::paths::{below, item, path};
+use cullet_document::tree::Path;
+use cullet_geometry::Vec3;
+use cullet_model::strength::Layers;
+use cullet_model::{Material, StrengthField};
+use cullet_proto::strength::EVEN;
 use cullet_scene::format::Material as Written;
 use cullet_scene::material::SceneMaterial;
 use cullet_scene::resolve::own_material;
+use cullet_specimen::Zone;
 
 /// Strength and fracture energy of a material that cannot break and gives none.
 const UNBREAKABLE: (f64, f64) = (1e-3, 1e3);
-
-fn below(path: &[Step], name: &str) -> Path {
-    let mut longer = path.to_vec();
-    longer.push(name.into());
-    longer
-}
 
 impl SpecimenBuilder<'_> {
     /// A material, without strength where nothing can break.
@@ -33,7 +31,7 @@ impl SpecimenBuilder<'_> {
         own_material(&mut self.shop, &written, at)
     }
 
-    pub(super) fn zones(&mut self, document: &Document) -> Vec<wire::Zone> {
+    pub(super) fn zones(&mut self, document: &Document) -> Vec<Zone> {
         let mut zones = Vec::new();
         for (index, zone) in document.zone.iter().enumerate() {
             let at = item("zone", index);
@@ -50,12 +48,12 @@ impl SpecimenBuilder<'_> {
                 }
             }
             let made = self.material(&zone.material, document.solver.breaks, &own);
-            zones.extend(made.map(|made| wire::Zone { part, material: plain(&made) }));
+            zones.extend(made.map(|made| Zone { part, material: plain(&made) }));
         }
         zones
     }
 
-    pub(super) fn whole(&mut self, document: &Document) -> Option<(Material, Strength)> {
+    pub(super) fn whole(&mut self, document: &Document) -> Option<(Material, StrengthField)> {
         let at = path(&["material"]);
         let Some(written) = &document.material else {
             self.wrong(&[], "`material` is missing");
@@ -64,21 +62,20 @@ impl SpecimenBuilder<'_> {
         let made = self.material(written, document.solver.breaks, &at)?;
         let weak = made.weak_plane.map(|plane| (plane.normal, plane.ratio));
         let layers = made.layers;
-        let strength = Strength {
+        let strength = StrengthField {
             seed: document.solver.seed,
             weibull: if document.solver.flaws { made.weibull } else { EVEN },
             correlation: made.correlation,
-            weak_plane: weak.map(|(normal, ratio)| cullet_proto::strength::WeakPlane {
-                normal: self.unit(normal, &at),
-                ratio,
-            }),
-            layers: layers.map(|layers| cullet_proto::strength::Layers {
+            weak_plane: weak.map(|(normal, ratio)| (self.unit(normal, &at), ratio)),
+            layers: layers.map(|layers| Layers {
                 normal: self.unit(layers.normal, &at),
                 thickness: layers.thickness,
                 ratio: layers.ratio,
                 jitter: layers.jitter,
             }),
-            ..Strength::default()
+            offset: Vec3::zeros(),
+            strokes: Vec::new(),
+            vertices: None,
         };
         Some((plain(&made), strength))
     }

@@ -1,8 +1,9 @@
 use super::format::{Expected, Metric, Reduction};
 use super::metric::{Verdict, reduce, speeds, weigh};
 use super::{Specimen, load, schema, whole};
-use cullet_proto::specimen::{Course, Probe, Push};
-use cullet_proto::strength::Region;
+use cullet_geometry::Vec3;
+use cullet_model::strength::Region;
+use cullet_specimen::{Course, Probe, Push};
 
 const HEAD: &str = r#"
 [geometry]
@@ -166,13 +167,15 @@ fn a_side_has_the_depth_of_its_use() {
          time = { kind = \"ramp\", rise = \"1 us\" }\n\
          [[probe]]\nname = \"end\"\nkind = \"broken\"\nregion = \"+x\"",
     );
-    let setup = &specimen.job().expect("a body").setup;
-    let load = &setup.loads[0];
-    assert_eq!(load.push, Push::Traction([1e6, 0.0, 0.0]));
+    let problem = &specimen.job().expect("a body").0;
+    let load = &problem.loads[0];
+    assert_eq!(load.push, Push::Traction(Vec3::x() * 1e6));
     assert_eq!(load.course, Course::Table(vec![(0.0, 0.0), (1e-6, 1.0)]));
-    assert_eq!(load.part, [Region::HalfSpace([0.05, 0.0, 0.0], [-1.0, 0.0, 0.0])]);
-    let Probe::Broken(part) = &setup.probes[0] else { panic!("{:?}", setup.probes) };
-    assert_eq!(part, &[Region::HalfSpace([0.05 - 0.01, 0.0, 0.0], [-1.0, 0.0, 0.0])]);
+    let side = |x: f64| Region::HalfSpace { point: Vec3::x() * x, normal: -Vec3::x() };
+    assert_eq!(load.part, [side(0.05)]);
+    let probes = &problem.output.probes;
+    let Probe::Broken(part) = &probes[0] else { panic!("{probes:?}") };
+    assert_eq!(part, &[side(0.05 - 0.01)]);
 }
 
 #[test]
@@ -180,9 +183,9 @@ fn overrides_reach_tables_lists_by_name_and_the_solver_by_one_name() {
     let tail = "[[load]]\nname = \"pull\"\nregion = \"+x\"\npressure = \"1 MPa\"";
     let set = ["spacing=5mm", "material.young=1 GPa", "load.pull.pressure=2 MPa", "samples=7"];
     let specimen = read(&format!("{HEAD}{tail}"), &set).unwrap_or_else(|why| panic!("{why}"));
-    let setup = &specimen.job().expect("a body").setup;
-    assert_eq!((setup.settings.spacing, setup.material.young), (0.005, 1e9));
-    assert_eq!((setup.loads[0].push, setup.samples), (Push::Pressure(2e6), 7));
+    let problem = &specimen.job().expect("a body").0;
+    assert_eq!((problem.settings.spacing, problem.matter.material.young), (0.005, 1e9));
+    assert_eq!((problem.loads[0].push, problem.output.samples), (Push::Pressure(2e6), 7));
 }
 
 /// A slot takes its volume out of the body.
@@ -190,7 +193,7 @@ fn overrides_reach_tables_lists_by_name_and_the_solver_by_one_name() {
 fn a_slot_is_cut_out() {
     let slot = "[[slot]]\nshape = { kind = \"box\", size = [\"2 cm\", \"8 cm\", \"1 cm\"] }\n\
                 position = [0, 0, \"1 cm\"]";
-    let volume = good(slot).job().expect("a body").solid.volume();
+    let volume = good(slot).job().expect("a body").0.body.mesh.signed_volume();
     let wanted = 0.1 * 0.04 * 0.02 - 0.02 * 0.04 * 0.005;
     assert!((volume / wanted - 1.0).abs() < 1e-9, "{volume} of {wanted}");
 }
@@ -312,14 +315,14 @@ fn zones_and_bodies_arrive() {
          [[body]]\nshape = { kind = \"sphere\", radius = \"1 cm\" }\nposition = [\"6 cm\", 0, 0]\n\
          [[body]]\nshape = { kind = \"box\", size = [1, 1, 1] }\nposition = [2, 0, 0]\n",
     );
-    let setup = &specimen.job().expect("a body").setup;
-    assert_eq!(setup.zones.len(), 1);
-    assert_eq!(setup.zones[0].material.density, 5.0);
-    assert!(setup.zones[0].material.young > 1e11);
-    let all = specimen.job().expect("a body").solid.mesh.triangles.len() as u32;
-    let [first, second] = setup.bodies[..] else { panic!("{:?}", setup.bodies) };
+    let problem = &specimen.job().expect("a body").0;
+    assert_eq!(problem.matter.zones.len(), 1);
+    assert_eq!(problem.matter.zones[0].material.density, 5.0);
+    assert!(problem.matter.zones[0].material.young > 1e11);
+    let all = problem.body.mesh.triangles.len() as u32;
+    let [first, second] = problem.body.parts[..] else { panic!("{:?}", problem.body.parts) };
     assert!(first == 12 && second == all - 12, "{first} {second} of {all}");
-    let (low, high) = specimen.job().expect("a body").solid.mesh.bounds().expect("bounds");
+    let (low, high) = problem.body.mesh.bounds().expect("bounds");
     assert!((low.x + 0.05).abs() < 1e-12 && (high.x - 2.5).abs() < 1e-12);
 }
 

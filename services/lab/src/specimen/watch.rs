@@ -1,11 +1,14 @@
 //! Probes of a body: names looked up, keys held against their kinds.
 
 use super::asked;
+use super::builder::{SpecimenBuilder, Use};
 use super::format::{Colour, Component, Document, Expected, Metric, Probe, ProbeKind, Reduce};
-use super::resolve::{SpecimenBuilder, Use, item};
+use super::paths::{below, item};
 use cullet_document::error::suggest;
-use cullet_document::tree::{Path, Step};
-use cullet_proto::specimen as wire;
+use cullet_document::tree::Step;
+use cullet_geometry::Vec3;
+use cullet_specimen as core;
+use cullet_specimen::Field;
 
 /// Damage above which a point counts as damaged \[1\].
 const DAMAGED: f64 = 0.05;
@@ -18,7 +21,7 @@ const PIECE: f64 = 0.01;
 
 /// What is watched and made of it.
 pub(super) struct Watched {
-    pub(super) probes: Vec<wire::Probe>,
+    pub(super) probes: Vec<core::Probe>,
     pub(super) names: Vec<(String, &'static str)>,
     pub(super) speeds: Vec<(usize, f64)>,
     pub(super) metrics: Vec<(Metric, usize)>,
@@ -51,22 +54,25 @@ pub(super) fn read(desk: &mut SpecimenBuilder<'_>, document: &Document) -> Watch
     watched
 }
 
-fn below(path: &[Step], name: &str) -> Path {
-    let mut longer = path.to_vec();
-    longer.push(name.into());
-    longer
+/// The field of points that a kind reads, if it does.
+const fn field(kind: ProbeKind) -> Option<Field> {
+    match kind {
+        ProbeKind::Displacement => Some(Field::Displacement),
+        ProbeKind::Velocity => Some(Field::Velocity),
+        ProbeKind::Stress => Some(Field::Stress),
+        ProbeKind::Strain => Some(Field::Strain),
+        ProbeKind::Damage => Some(Field::Damage),
+        _ => None,
+    }
 }
 
 const fn unit(kind: ProbeKind) -> &'static str {
+    if let Some(field) = field(kind) {
+        return field.unit();
+    }
     match kind {
-        ProbeKind::Displacement | ProbeKind::CrackTip => "m",
-        ProbeKind::Velocity | ProbeKind::CrackSpeed => "m/s",
-        ProbeKind::Stress => "Pa",
-        ProbeKind::Strain
-        | ProbeKind::Damage
-        | ProbeKind::Broken
-        | ProbeKind::Pieces
-        | ProbeKind::Largest => "1",
+        ProbeKind::CrackTip => "m",
+        ProbeKind::CrackSpeed => "m/s",
         ProbeKind::CrackAngle => "rad",
         ProbeKind::Reaction | ProbeKind::Applied => "N",
         ProbeKind::Kinetic
@@ -80,6 +86,7 @@ const fn unit(kind: ProbeKind) -> &'static str {
         ProbeKind::AngularMomentum => "kg m2/s",
         ProbeKind::DamagedVolume => "m3",
         ProbeKind::CrackArea => "m2",
+        _ => "1",
     }
 }
 
@@ -141,121 +148,124 @@ fn one(
     document: &Document,
     probe: &Probe,
     at: &[Step],
-) -> Option<wire::Probe> {
+) -> Option<core::Probe> {
     let vector = || part(probe.component, false);
+    if let Some(field) = field(probe.kind) {
+        return points(desk, probe, field, at);
+    }
     let made = match probe.kind {
-        ProbeKind::Displacement => points(desk, probe, wire::Field::Displacement, at)?,
-        ProbeKind::Velocity => points(desk, probe, wire::Field::Velocity, at)?,
-        ProbeKind::Stress => points(desk, probe, wire::Field::Stress, at)?,
-        ProbeKind::Strain => points(desk, probe, wire::Field::Strain, at)?,
-        ProbeKind::Damage => points(desk, probe, wire::Field::Damage, at)?,
         ProbeKind::Reaction => {
             let names: Vec<&str> = document.support.iter().map(|s| s.name.as_str()).collect();
             let index = named(desk, "support", probe.support.as_deref()?, &names, at)?;
-            wire::Probe::Reaction(index, checked(desk, vector(), at)?)
+            core::Probe::Reaction(index, checked(desk, vector(), at)?)
         }
         ProbeKind::Applied => {
             let names: Vec<&str> = document.load.iter().map(|s| s.name.as_str()).collect();
             let index = named(desk, "load", probe.load.as_deref()?, &names, at)?;
-            wire::Probe::Applied(index, checked(desk, vector(), at)?)
+            core::Probe::Applied(index, checked(desk, vector(), at)?)
         }
-        ProbeKind::Kinetic => wire::Probe::Kinetic,
-        ProbeKind::Elastic => wire::Probe::Elastic,
-        ProbeKind::Dissipated => wire::Probe::Dissipated,
-        ProbeKind::Damped => wire::Probe::Damped,
-        ProbeKind::Contact => wire::Probe::Met,
-        ProbeKind::Work => wire::Probe::Work,
-        ProbeKind::Balance => wire::Probe::Balance,
-        ProbeKind::Momentum => wire::Probe::Momentum(checked(desk, vector(), at)?),
-        ProbeKind::AngularMomentum => wire::Probe::AngularMomentum(checked(desk, vector(), at)?),
-        ProbeKind::Broken => wire::Probe::Broken(area(desk, probe, at)),
+        ProbeKind::Kinetic => core::Probe::Kinetic,
+        ProbeKind::Elastic => core::Probe::Elastic,
+        ProbeKind::Dissipated => core::Probe::Dissipated,
+        ProbeKind::Damped => core::Probe::Damped,
+        ProbeKind::Contact => core::Probe::Met,
+        ProbeKind::Work => core::Probe::Work,
+        ProbeKind::Balance => core::Probe::Balance,
+        ProbeKind::Momentum => core::Probe::Momentum(checked(desk, vector(), at)?),
+        ProbeKind::AngularMomentum => core::Probe::AngularMomentum(checked(desk, vector(), at)?),
+        ProbeKind::Broken => core::Probe::Broken(area(desk, probe, at)),
         ProbeKind::DamagedVolume => {
-            wire::Probe::DamagedVolume(area(desk, probe, at), probe.threshold.unwrap_or(DAMAGED))
+            core::Probe::DamagedVolume(area(desk, probe, at), probe.threshold.unwrap_or(DAMAGED))
         }
         ProbeKind::CrackArea => {
             let along = desk.unit(probe.direction?, &below(at, "direction"));
-            wire::Probe::CrackArea(area(desk, probe, at), along)
+            core::Probe::CrackArea(area(desk, probe, at), along)
         }
         ProbeKind::CrackTip | ProbeKind::CrackSpeed => {
             let along = desk.unit(probe.direction?, &below(at, "direction"));
             let behind = 1.0 - probe.share.unwrap_or(AHEAD);
             let otherwise = probe.otherwise.unwrap_or(0.0);
-            wire::Probe::CrackTip(area(desk, probe, at), along, behind, otherwise)
+            core::Probe::CrackTip { part: area(desk, probe, at), along, share: behind, otherwise }
         }
         ProbeKind::CrackAngle => {
             let first = desk.unit(probe.direction?, &below(at, "direction"));
             let second = desk.unit(probe.towards?, &below(at, "towards"));
-            wire::Probe::CrackAngle(area(desk, probe, at), probe.at?, [first, second])
+            core::Probe::CrackAngle(area(desk, probe, at), Vec3::from(probe.at?), [first, second])
         }
-        ProbeKind::Pieces => wire::Probe::Pieces(probe.share.unwrap_or(PIECE)),
-        ProbeKind::Largest => wire::Probe::Largest,
+        ProbeKind::Pieces => core::Probe::Pieces(probe.share.unwrap_or(PIECE)),
+        ProbeKind::Largest => core::Probe::Largest,
+        ProbeKind::Displacement
+        | ProbeKind::Velocity
+        | ProbeKind::Stress
+        | ProbeKind::Strain
+        | ProbeKind::Damage => return None,
     };
     Some(made)
 }
 
-fn area(desk: &mut SpecimenBuilder<'_>, probe: &Probe, at: &[Step]) -> wire::Where {
+fn area(desk: &mut SpecimenBuilder<'_>, probe: &Probe, at: &[Step]) -> core::Where {
     desk.region(probe.region.as_deref().unwrap_or("all"), at, Use::Points)
 }
 
 fn points(
     desk: &mut SpecimenBuilder<'_>,
     probe: &Probe,
-    field: wire::Field,
+    field: Field,
     at: &[Step],
-) -> Option<wire::Probe> {
-    let tensor = matches!(field, wire::Field::Stress | wire::Field::Strain);
+) -> Option<core::Probe> {
+    let tensor = field.is_tensor();
     let part = match field {
-        wire::Field::Damage => wire::Part::Size,
+        Field::Damage => core::Part::Size,
         _ => checked(desk, part(probe.component, tensor), at)?,
     };
     let spot = match probe.at {
-        Some(place) => wire::Spot::At(place),
+        Some(place) => core::Spot::At(Vec3::from(place)),
         None => {
             let reduce = match probe.reduce.unwrap_or_default() {
-                Reduce::Mean => wire::Reduce::Mean,
-                Reduce::Max => wire::Reduce::Max,
-                Reduce::Min => wire::Reduce::Min,
+                Reduce::Mean => core::Reduce::Mean,
+                Reduce::Max => core::Reduce::Max,
+                Reduce::Min => core::Reduce::Min,
             };
-            wire::Spot::Over(area(desk, probe, at), reduce)
+            core::Spot::Over(area(desk, probe, at), reduce)
         }
     };
-    Some(wire::Probe::Points(field, part, spot))
+    Some(core::Probe::Points(field, part, spot))
 }
 
 fn checked(
     desk: &mut SpecimenBuilder<'_>,
-    part: Result<wire::Part, &'static str>,
+    part: Result<core::Part, &'static str>,
     at: &[Step],
-) -> Option<wire::Part> {
+) -> Option<core::Part> {
     part.map_err(|why| desk.wrong(&below(at, "component"), why)).ok()
 }
 
-pub(super) fn part(component: Option<Component>, tensor: bool) -> Result<wire::Part, &'static str> {
+pub(super) fn part(component: Option<Component>, tensor: bool) -> Result<core::Part, &'static str> {
     let Some(component) = component else {
         // Said already: the kind needs one.
-        return Ok(wire::Part::Size);
+        return Ok(core::Part::Size);
     };
     let axis = |k| {
-        if tensor { Err("a tensor has xx, yy, zz, xy, yz, zx") } else { Ok(wire::Part::Axis(k)) }
+        if tensor { Err("a tensor has xx, yy, zz, xy, yz, zx") } else { Ok(core::Part::Axis(k)) }
     };
     let vector = Err("a vector has x, y, z and size");
-    let pair = |k| if tensor { Ok(wire::Part::Pair(k)) } else { vector };
+    let pair = |k| if tensor { Ok(core::Part::Pair(k)) } else { vector };
     let whole = |part| if tensor { Ok(part) } else { vector };
     match component {
         Component::X => axis(0),
         Component::Y => axis(1),
         Component::Z => axis(2),
-        Component::Size => Ok(wire::Part::Size),
+        Component::Size => Ok(core::Part::Size),
         Component::Xx => pair(0),
         Component::Yy => pair(1),
         Component::Zz => pair(2),
         Component::Xy => pair(3),
         Component::Yz => pair(4),
         Component::Zx => pair(5),
-        Component::Greatest => whole(wire::Part::Greatest),
-        Component::Least => whole(wire::Part::Least),
-        Component::Mises => whole(wire::Part::Mises),
-        Component::Mean => whole(wire::Part::Mean),
+        Component::Greatest => whole(core::Part::Greatest),
+        Component::Least => whole(core::Part::Least),
+        Component::Mises => whole(core::Part::Mises),
+        Component::Mean => whole(core::Part::Mean),
     }
 }
 
@@ -275,11 +285,11 @@ fn named(
 }
 
 /// What colours the points of a recording.
-pub(super) const fn colour(colour: Colour) -> (wire::Field, wire::Part) {
+pub(super) const fn colour(colour: Colour) -> (Field, core::Part) {
     match colour {
-        Colour::Damage => (wire::Field::Damage, wire::Part::Size),
-        Colour::Stress => (wire::Field::Stress, wire::Part::Greatest),
-        Colour::Speed => (wire::Field::Velocity, wire::Part::Size),
-        Colour::Displacement => (wire::Field::Displacement, wire::Part::Size),
+        Colour::Damage => (Field::Damage, core::Part::Size),
+        Colour::Stress => (Field::Stress, core::Part::Greatest),
+        Colour::Speed => (Field::Velocity, core::Part::Size),
+        Colour::Displacement => (Field::Displacement, core::Part::Size),
     }
 }

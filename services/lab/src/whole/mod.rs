@@ -57,17 +57,18 @@ fn run(whole: &Whole, limits: &Limits) -> Run {
     });
     let ending = ending(&ran, limits);
     let ended = SpecimenResult::ended(ending);
-    let mut result = SpecimenResult { price: ran.price, step: whole.step, ..ended };
-    if result.ending != Ending::Ok {
+    let mut result = SpecimenResult { price: ran.price, ..ended };
+    result.outcome.step = whole.step;
+    if result.outcome.ending != Ending::Ok {
         return (result, None);
     }
     match Recording::open(&folder.path().join(RECORDING)) {
         Ok(recording) => {
-            read::fill(&mut result, whole, &recording);
+            read::fill(&mut result.outcome, whole, &recording);
             (result, Some(folder))
         }
         Err(why) => {
-            result.ending = Ending::Crashed(why.to_string());
+            result.outcome.ending = Ending::Crashed(why.to_string());
             (result, None)
         }
     }

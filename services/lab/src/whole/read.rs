@@ -5,14 +5,14 @@ use super::state::{Part, Row, State};
 use crate::specimen::whole::format::ProbeKind;
 use crate::specimen::whole::{Watch, Whole};
 use cullet_geometry::{Mat3, Vec3};
-use cullet_proto::specimen::{Part as Component, SpecimenResult};
 use cullet_record::Recording;
+use cullet_specimen::{Part as Component, SpecimenOutcome};
 
 /// Most samples of a run: of a longer one every second step is read, or every third.
 const MOST: u64 = 1_000_000;
 
 /// Fills in what a recording says.
-pub(super) fn fill(result: &mut SpecimenResult, whole: &Whole, recording: &Recording) {
+pub(super) fn fill(result: &mut SpecimenOutcome, whole: &Whole, recording: &Recording) {
     let last = recording.events.last().map_or(0, |event| event.step);
     result.steps = last;
     result.points = recording.reports.iter().map(|report| report.particles).sum();

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 /// A part of space, pattern frame \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub enum Region {
     /// A box along the axes.
     Box {
@@ -40,6 +41,7 @@ pub enum Region {
 
 /// A region whose strength is multiplied.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct Stroke {
     /// Where.
     pub region: Region,

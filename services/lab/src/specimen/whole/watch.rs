@@ -1,14 +1,14 @@
 //! Probes of the whole: names of bodies looked up, keys held against their kinds.
 
 use super::super::asked;
-use super::super::resolve::item;
+use super::super::paths::item;
 use super::super::watch::part;
 use super::format::{Probe, ProbeKind};
 use cullet_document::error::suggest;
 use cullet_document::tree::{Step, join};
-use cullet_proto::specimen::Part;
 use cullet_scene::body::ResolveContext;
 use cullet_scene::{Scene, SceneBody};
+use cullet_specimen::Part;
 use std::collections::BTreeSet;
 
 /// A probe with its names looked up.

@@ -22,6 +22,7 @@ pub fn below(s: &Sym3, limit: f64) -> bool {
 
 /// Eigenvalues in no order, and the unit eigenvector of each (cyclic Jacobi).
 #[must_use]
+#[inline]
 pub fn eigen(s: &Sym3) -> ([f64; 3], [[f64; 3]; 3]) {
     let mut a = [[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]];
     let mut v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -63,7 +64,7 @@ fn rotate(a: &mut [[f64; 3]; 3], v: &mut [[f64; 3]; 3], [p, q, r]: [usize; 3]) {
 #[cfg(test)]
 mod tests {
     use super::{Sym3, below, eigen};
-    use cullet_geometry::math::unit;
+    use crate::math::unit;
 
     fn random(index: u64) -> Sym3 {
         let mut s = [0.0; 6];

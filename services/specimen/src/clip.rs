@@ -1,6 +1,6 @@
 //! What of a flat piece of the surface lies in a part of space.
 
-use super::Where;
+use crate::place::Where;
 use cullet_geometry::Vec3;
 use cullet_model::strength::Region;
 use std::f64::consts::{PI, TAU};

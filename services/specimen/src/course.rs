@@ -2,6 +2,7 @@
 
 /// A factor that depends on time.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub enum Course {
     /// Straight lines between points of time \[s\] and factor, constant before and after; times
     /// ascend, two equal ones are a jump.
