@@ -10,10 +10,10 @@ pub use result::{Ending, Frame, Price, SpecimenResult};
 use crate::codec::WireError;
 use crate::envelope::{self, Kind};
 use crate::ids::JobId;
-use crate::job::Material;
 use crate::mesh::{self, Slabs};
-use crate::strength::{Region, Strength};
 use cullet_geometry::Solid;
+use cullet_model::strength::Region;
+use cullet_model::{Material, StrengthField};
 use serde::{Deserialize, Serialize};
 
 /// Most samples of a probe.
@@ -270,7 +270,7 @@ pub struct Setup {
     /// Parts of other materials; the last of several holds.
     pub zones: Vec<Zone>,
     /// How strength varies; nothing painted on the surface.
-    pub strength: Strength,
+    pub strength: StrengthField,
     /// Parts that differ.
     pub patches: Vec<Patch>,
     /// Cracks from the start.
@@ -356,9 +356,10 @@ impl SpecimenJob {
 mod tests {
     use super::*;
     use crate::job::tests::tetrahedron;
+    use cullet_geometry::Vec3;
 
     fn job() -> SpecimenJob {
-        let part = vec![Region::Sphere([0.0; 3], 1.0)];
+        let part = vec![Region::Sphere { centre: Vec3::zeros(), radius: 1.0 }];
         let settings = Settings {
             spacing: 0.01,
             step_factor: 0.8,
@@ -389,7 +390,7 @@ mod tests {
             bodies: vec![2],
             zones: vec![Zone { part: part.clone(), material }],
             material,
-            strength: Strength::default(),
+            strength: StrengthField::even(),
             patches: vec![Patch { part: part.clone(), strength: 2.0, damage: 0.0 }],
             notches: Vec::new(),
             symmetries: vec![(1, 0.5)],
@@ -455,7 +456,8 @@ mod tests {
             ("turn is not finite", &|s| s.turn = [0.0; 4]),
             ("settings is not finite", &|s| s.settings.damped_until = Some(f64::NAN)),
             ("region of a specimen is not finite", &|s| {
-                s.patches[0].part = vec![Region::Sphere([0.0, f64::NAN, 0.0], 1.0)];
+                s.patches[0].part =
+                    vec![Region::Sphere { centre: Vec3::new(0.0, f64::NAN, 0.0), radius: 1.0 }];
             }),
             ("first triangle of a body is 5", &|s| s.bodies = vec![4]),
             ("behind 2", &|s| s.bodies = vec![2, 2]),

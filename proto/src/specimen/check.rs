@@ -5,8 +5,9 @@ use super::{
     Course, Hold, Load, MAX_FRAMES, MAX_PROBES, MAX_SAMPLES, Part, Probe, Push, Setup, Spot, Where,
 };
 use crate::codec::{self, WireError};
-use crate::job::Material;
-use crate::strength::Region;
+use crate::strength;
+use cullet_model::Material;
+use cullet_model::strength::Region;
 
 fn bad(what: impl std::fmt::Display) -> WireError {
     WireError::Header(what.to_string())
@@ -34,17 +35,19 @@ fn direction(what: &'static str, v: &[f64]) -> Result<(), WireError> {
 fn place(part: &Where) -> Result<(), WireError> {
     let what = "a region of a specimen";
     part.iter().try_for_each(|region| match region {
-        Region::Box(low, high) => codec::finite(what, &[*low, *high].concat()),
-        Region::Sphere(centre, radius) => {
-            codec::finite(what, centre)?;
+        Region::Box { low, high } => {
+            codec::finite(what, &[low.as_slice(), high.as_slice()].concat())
+        }
+        Region::Sphere { centre, radius } => {
+            codec::finite(what, centre.as_slice())?;
             codec::finite(what, &[*radius])
         }
-        Region::HalfSpace(point, normal) => {
-            codec::finite(what, point)?;
-            direction(what, normal)
+        Region::HalfSpace { point, normal } => {
+            codec::finite(what, point.as_slice())?;
+            direction(what, normal.as_slice())
         }
-        Region::Cylinder(from, to, radius) => {
-            codec::finite(what, &[*from, *to].concat())?;
+        Region::Cylinder { from, to, radius } => {
+            codec::finite(what, &[from.as_slice(), to.as_slice()].concat())?;
             codec::finite(what, &[*radius])
         }
     })
@@ -163,7 +166,7 @@ pub(super) fn check(setup: &Setup, triangles: u32) -> Result<(), WireError> {
     codec::limit("a specimen's probes", setup.probes.len() as u64, MAX_PROBES)?;
     codec::limit("a specimen's samples", u64::from(setup.samples), MAX_SAMPLES)?;
     codec::limit("a specimen's frames", u64::from(setup.frames), MAX_FRAMES)?;
-    setup.strength.check()?;
+    strength::check(&setup.strength)?;
     settings(setup)?;
     direction("a specimen's turn", &setup.turn)?;
     codec::finite("a specimen's shift", &setup.shift)?;

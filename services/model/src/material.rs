@@ -2,6 +2,7 @@
 
 /// A brittle, isotropic solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct Material {
     /// Mass density ρ \[kg/m³\].
     pub density: f64,

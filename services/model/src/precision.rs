@@ -2,6 +2,7 @@
 
 /// What the passes over points are done in. What they are summed into stays f64 either way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub enum Precision {
     /// f32.
     Single,

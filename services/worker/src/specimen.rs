@@ -1,6 +1,5 @@
 //! A specimen, from the wire to its result.
 
-use crate::convert::{region_of, strength_of};
 use cullet_fracture::mpm::domain::Fields;
 use cullet_fracture::specimen as bench;
 use cullet_geometry::{Mat3, Quat, Vec3};
@@ -69,19 +68,17 @@ fn result_of(outcome: bench::Outcome) -> wire::SpecimenResult {
 
 fn specimen_of(job: &wire::SpecimenJob) -> bench::Specimen {
     let s = &job.setup;
-    let zone = |zone: &wire::Zone| bench::Zone {
-        part: where_of(&zone.part),
-        material: material_of(&zone.material),
-    };
+    let zone =
+        |zone: &wire::Zone| bench::Zone { part: where_of(&zone.part), material: zone.material };
     let [w, i, j, k] = s.turn;
     bench::Specimen {
         mesh: job.solid.mesh.clone(),
         turn: Quat::new_normalize([i, j, k, w].into()),
         shift: Vec3::from(s.shift),
         bodies: s.bodies.clone(),
-        material: material_of(&s.material),
+        material: s.material,
         zones: s.zones.iter().map(zone).collect(),
-        strength: even(strength_of(&s.strength)),
+        strength: even(s.strength.clone()),
         patches: s.patches.iter().map(patch_of).collect(),
         notches: s.notches.iter().map(notch_of).collect(),
         symmetries: s.symmetries.iter().map(|&(a, at)| (usize::from(a.min(2)), at)).collect(),
@@ -100,22 +97,12 @@ fn specimen_of(job: &wire::SpecimenJob) -> bench::Specimen {
 
 fn even(field: core::StrengthField) -> core::StrengthField {
     let weibull =
-        if field.weibull < cullet_proto::strength::EVEN { field.weibull } else { f64::INFINITY };
+        if field.weibull < cullet_model::strength::EVEN { field.weibull } else { f64::INFINITY };
     core::StrengthField { weibull, ..field }
 }
 
-fn material_of(m: &cullet_proto::Material) -> core::Material {
-    core::Material {
-        density: m.density,
-        young: m.young,
-        poisson: m.poisson,
-        failure_stress: m.failure_stress,
-        fracture_energy: m.fracture_energy,
-    }
-}
-
 fn where_of(part: &wire::Where) -> bench::Where {
-    part.iter().map(region_of).collect()
+    part.clone()
 }
 
 fn matrix(rows: &[[f64; 3]; 3]) -> Mat3 {

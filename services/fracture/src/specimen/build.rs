@@ -199,7 +199,8 @@ pub(super) fn domain(specimen: &Specimen) -> Result<Domain, Refusal> {
         }
     }
     let plane = specimen.strength.weak_plane;
-    let weak_plane = plane.map(|(n, ratio)| WeakPlane { normal: frame.turned(&n).into(), ratio });
+    let weak_plane = plane
+        .map(|weak| WeakPlane { normal: frame.turned(&weak.normal).into(), ratio: weak.ratio });
     let law = |m: &Material| {
         let mut law = softening(m, s);
         law.weak_plane = weak_plane;

@@ -3,8 +3,9 @@
 use super::format::Document;
 use super::resolve::{SpecimenBuilder, Use, item, path};
 use cullet_document::tree::{Path, Step};
-use cullet_proto::strength::{EVEN, Strength};
-use cullet_proto::{Material, specimen as wire};
+use cullet_model::strength::EVEN;
+use cullet_model::{Material, StrengthField};
+use cullet_proto::specimen as wire;
 use cullet_scene::format::Material as Written;
 use cullet_scene::material::SceneMaterial;
 use cullet_scene::resolve::own_material;
@@ -55,7 +56,7 @@ impl SpecimenBuilder<'_> {
         zones
     }
 
-    pub(super) fn whole(&mut self, document: &Document) -> Option<(Material, Strength)> {
+    pub(super) fn whole(&mut self, document: &Document) -> Option<(Material, StrengthField)> {
         let at = path(&["material"]);
         let Some(written) = &document.material else {
             self.wrong(&[], "`material` is missing");
@@ -64,21 +65,21 @@ impl SpecimenBuilder<'_> {
         let made = self.material(written, document.solver.breaks, &at)?;
         let weak = made.weak_plane.map(|plane| (plane.normal, plane.ratio));
         let layers = made.layers;
-        let strength = Strength {
+        let strength = StrengthField {
             seed: document.solver.seed,
             weibull: if document.solver.flaws { made.weibull } else { EVEN },
             correlation: made.correlation,
-            weak_plane: weak.map(|(normal, ratio)| cullet_proto::strength::WeakPlane {
-                normal: self.unit(normal, &at),
+            weak_plane: weak.map(|(normal, ratio)| cullet_model::WeakPlane {
+                normal: self.unit(normal, &at).into(),
                 ratio,
             }),
-            layers: layers.map(|layers| cullet_proto::strength::Layers {
-                normal: self.unit(layers.normal, &at),
+            layers: layers.map(|layers| cullet_model::strength::Layers {
+                normal: self.unit(layers.normal, &at).into(),
                 thickness: layers.thickness,
                 ratio: layers.ratio,
                 jitter: layers.jitter,
             }),
-            ..Strength::default()
+            ..StrengthField::even()
         };
         Some((plain(&made), strength))
     }

@@ -7,8 +7,8 @@ use cullet_document::files::{Files, key};
 use cullet_document::tree::{Node, Path, Step, show};
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Pose, Quat, Solid, TriMesh, Vec3};
+use cullet_model::strength::Region;
 use cullet_proto::specimen as wire;
-use cullet_proto::strength::Region;
 use cullet_scene::body::ResolveContext;
 use cullet_scene::form::GeometrySource;
 use cullet_scene::format::{Axis, Precision};
@@ -263,17 +263,25 @@ impl SpecimenBuilder<'_> {
         let (mut point, mut normal) = ([0.0; 3], [0.0; 3]);
         point[axis] = if high { top[axis] - depth } else { low[axis] + depth };
         normal[axis] = if high { -1.0 } else { 1.0 };
-        Region::HalfSpace(point, normal)
+        Region::HalfSpace { point: point.into(), normal: normal.into() }
     }
 
     fn part(&mut self, part: &format::Part, at: &[Step]) -> Region {
         match part {
-            format::Part::Box { min, max } => Region::Box(*min, *max),
-            format::Part::Ball { centre, radius } => Region::Sphere(*centre, *radius),
-            format::Part::HalfSpace { point, normal } => {
-                Region::HalfSpace(*point, self.unit(*normal, at))
+            format::Part::Box { min, max } => {
+                Region::Box { low: (*min).into(), high: (*max).into() }
             }
-            format::Part::Cylinder { from, to, radius } => Region::Cylinder(*from, *to, *radius),
+            format::Part::Ball { centre, radius } => {
+                Region::Sphere { centre: (*centre).into(), radius: *radius }
+            }
+            format::Part::HalfSpace { point, normal } => {
+                let normal = self.unit(*normal, at).into();
+                Region::HalfSpace { point: (*point).into(), normal }
+            }
+            format::Part::Cylinder { from, to, radius } => {
+                let (from, to) = ((*from).into(), (*to).into());
+                Region::Cylinder { from, to, radius: *radius }
+            }
             format::Part::Face { side, depth } => self.face(*side, *depth),
         }
     }

@@ -1,8 +1,9 @@
 use super::format::{Expected, Metric, Reduction};
 use super::metric::{Verdict, reduce, speeds, weigh};
 use super::{Specimen, load, schema, whole};
+use cullet_geometry::Vec3;
+use cullet_model::strength::Region;
 use cullet_proto::specimen::{Course, Probe, Push};
-use cullet_proto::strength::Region;
 
 const HEAD: &str = r#"
 [geometry]
@@ -170,9 +171,15 @@ fn a_side_has_the_depth_of_its_use() {
     let load = &setup.loads[0];
     assert_eq!(load.push, Push::Traction([1e6, 0.0, 0.0]));
     assert_eq!(load.course, Course::Table(vec![(0.0, 0.0), (1e-6, 1.0)]));
-    assert_eq!(load.part, [Region::HalfSpace([0.05, 0.0, 0.0], [-1.0, 0.0, 0.0])]);
+    assert_eq!(
+        load.part,
+        [Region::HalfSpace { point: Vec3::new(0.05, 0.0, 0.0), normal: -Vec3::x() }]
+    );
     let Probe::Broken(part) = &setup.probes[0] else { panic!("{:?}", setup.probes) };
-    assert_eq!(part, &[Region::HalfSpace([0.05 - 0.01, 0.0, 0.0], [-1.0, 0.0, 0.0])]);
+    assert_eq!(
+        part,
+        &[Region::HalfSpace { point: Vec3::new(0.05 - 0.01, 0.0, 0.0), normal: -Vec3::x() }]
+    );
 }
 
 #[test]

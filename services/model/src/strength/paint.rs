@@ -5,17 +5,21 @@ use std::sync::Arc;
 
 /// A part of space, pattern frame \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub enum Region {
     /// A box along the axes.
     Box {
         /// Lowest corner.
+        #[cfg_attr(feature = "wire", serde(with = "crate::wire::vector"))]
         low: Vec3,
         /// Highest corner.
+        #[cfg_attr(feature = "wire", serde(with = "crate::wire::vector"))]
         high: Vec3,
     },
     /// A ball.
     Sphere {
         /// Centre.
+        #[cfg_attr(feature = "wire", serde(with = "crate::wire::vector"))]
         centre: Vec3,
         /// Radius.
         radius: f64,
@@ -23,15 +27,19 @@ pub enum Region {
     /// All that lies against the normal of a plane.
     HalfSpace {
         /// A point of the plane.
+        #[cfg_attr(feature = "wire", serde(with = "crate::wire::vector"))]
         point: Vec3,
         /// Unit normal, out of the half-space.
+        #[cfg_attr(feature = "wire", serde(with = "crate::wire::vector"))]
         normal: Vec3,
     },
     /// A cylinder.
     Cylinder {
         /// Middle of one end.
+        #[cfg_attr(feature = "wire", serde(with = "crate::wire::vector"))]
         from: Vec3,
         /// Middle of the other.
+        #[cfg_attr(feature = "wire", serde(with = "crate::wire::vector"))]
         to: Vec3,
         /// Radius.
         radius: f64,
@@ -40,6 +48,7 @@ pub enum Region {
 
 /// A region whose strength is multiplied.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct Stroke {
     /// Where.
     pub region: Region,
