@@ -71,6 +71,14 @@ pub enum WireError {
         /// The bound.
         limit: u64,
     },
+    /// A kind of body or law that does not travel yet.
+    #[error("{what} is of the kind {kind}, which this version does not send")]
+    Unknown {
+        /// What.
+        what: &'static str,
+        /// Of which kind.
+        kind: &'static str,
+    },
     /// A number that is none.
     #[error("{what} is not finite")]
     NotFinite {

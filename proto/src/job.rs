@@ -1,11 +1,18 @@
 //! A fracture problem on its way to a worker.
+//!
+//! The layout of a solid with the brittle law is as old as the first version: the digest of a
+//! problem is its name, in recordings too. Another kind of body or law gets a kind of message of
+//! its own.
 
 use crate::codec::{self, WireError};
 use crate::envelope::{self, Kind};
 use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
-use crate::strength::Strength;
-use cullet_geometry::{Solid, Vec3};
+use crate::strength;
+use cullet_model::{
+    Body, BrittleSettings, Detail, Impact, Law, Material, Precision, Problem, Settings,
+    StrengthField, Support,
+};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -16,144 +23,6 @@ pub const MAX_SUPPORTS: usize = 256;
 /// Longest solver name \[bytes\].
 pub const MAX_SOLVER: usize = 64;
 
-/// A brittle, isotropic solid.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Material {
-    /// Mass density ρ \[kg/m³\].
-    pub density: f64,
-    /// Young's modulus E \[Pa\].
-    pub young: f64,
-    /// Poisson's ratio ν \[1\].
-    pub poisson: f64,
-    /// Rankine threshold σ_f \[Pa\].
-    pub failure_stress: f64,
-    /// Mode I fracture energy G_f \[J/m²\].
-    pub fracture_energy: f64,
-}
-
-/// One hit, in the body's own frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Impact {
-    /// Where the striker touched \[m\].
-    pub point: Vec3,
-    /// Unit direction of the push, into the body.
-    pub normal: Vec3,
-    /// Impulse along `normal` over the contact episode \[N·s\].
-    pub impulse: f64,
-    /// Hertz contact duration \[s\].
-    pub duration: f64,
-    /// Greatest Hertz contact radius \[m\].
-    pub radius: f64,
-    /// Kinetic energy of the approach \[J\].
-    pub energy: f64,
-    /// How fast the surfaces closed before they touched \[m/s\].
-    pub closing_speed: f64,
-    /// Pressure in the middle of the contact at which it crushes, body or striker \[Pa\].
-    pub crushing_pressure: f64,
-}
-
-/// How crack faces look closer than the grid resolves. Lengths in grid spacings h; zero `height`,
-/// `ribs` and `grain` are no detail.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Detail {
-    /// Longest edge of a crack face \[h\].
-    pub edge: f64,
-    /// Longest chevron line \[h\].
-    pub length: f64,
-    /// How far a chevron line keeps others away \[h\].
-    pub influence: f64,
-    /// Over what heights and damage times are smoothed \[h\].
-    pub grid: f64,
-    /// Height of chevrons \[h\].
-    pub height: f64,
-    /// Share of the chevron lines that grow along their way.
-    pub share: f64,
-    /// Height of ribs \[h\].
-    pub ribs: f64,
-    /// Distance between ribs \[h\].
-    pub rib_spacing: f64,
-    /// Height of grain \[h\].
-    pub grain: f64,
-    /// Size of the coarsest grain \[h\].
-    pub grain_size: f64,
-}
-
-/// No detail, and the edges at which some begins.
-impl Default for Detail {
-    fn default() -> Self {
-        Self {
-            edge: 0.4,
-            length: 10.0,
-            influence: 0.5,
-            grid: 0.8,
-            height: 0.0,
-            share: 0.5,
-            ribs: 0.0,
-            rib_spacing: 3.0,
-            grain: 0.0,
-            grain_size: 2.0,
-        }
-    }
-}
-
-impl Detail {
-    fn numbers(&self) -> [f64; 10] {
-        let Self { edge, length, influence, grid, height, share, ribs, rib_spacing, .. } = *self;
-        let (grain, size) = (self.grain, self.grain_size);
-        [edge, length, influence, grid, height, share, ribs, rib_spacing, grain, size]
-    }
-}
-
-/// Where a body rests on another, in the body's own frame.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Support {
-    /// Middle of the disc, on the surface \[m\].
-    pub point: [f64; 3],
-    /// Unit direction in which it can push, into the body.
-    pub normal: [f64; 3],
-    /// Radius of the disc \[m\].
-    pub radius: f64,
-    /// Velocity against `normal` that it takes up over the impulse it has given \[1/kg\].
-    pub mobility: f64,
-}
-
-/// Numbers that a solve's points are worked out in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Precision {
-    /// f32.
-    Single,
-    /// f64.
-    #[default]
-    Double,
-}
-
-/// What the scene decides about a solve. `None` means "let the solver choose".
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Settings {
-    /// Grid spacing h \[m\].
-    pub spacing: Option<f64>,
-    /// Particle budget.
-    pub max_particles: u32,
-    /// Budget of time steps.
-    pub max_steps: u32,
-    /// Fragments below this share of the body's volume are merged \[1\].
-    pub min_volume_ratio: f64,
-    /// At most this many fragments.
-    pub max_fragments: u32,
-    /// How crack faces look.
-    pub detail: Detail,
-    /// Parts below this share of the body's volume become debris \[1\].
-    pub debris: f64,
-    /// Size of a grain of it \[m\].
-    pub grain: Option<f64>,
-    /// Width of the slits cut along cracks that end inside a fragment \[m\]; `None` cuts none.
-    pub hairline: Option<f64>,
-    /// What points are worked out in.
-    pub precision: Precision,
-    /// Relative error of the fragments that is good enough \[1\]; `None`: as true as can be.
-    pub error: Option<f64>,
-}
-
 /// A problem, who is to solve it, and who if that one refuses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FractureJob {
@@ -161,22 +30,24 @@ pub struct FractureJob {
     pub solver: String,
     /// Name of the family asked if the first refuses.
     pub fallback: Option<String>,
-    /// The body in its own frame, origin at the centre of mass \[m\].
-    pub solid: Solid,
-    /// Its material.
-    pub material: Material,
-    /// How its strength varies.
-    pub strength: Strength,
-    /// At least one hit.
-    pub impacts: Vec<Impact>,
-    /// What it rests on.
-    pub supports: Vec<Support>,
-    /// Angular velocity before the hits \[rad/s\]; zero where its stress does not matter.
-    pub spin: Vec3,
-    /// How it may be solved.
-    pub settings: Settings,
-    /// The only source of randomness.
-    pub seed: u64,
+    /// What is to be solved.
+    pub problem: Problem,
+}
+
+/// [`Settings`] in the order in which they travel.
+#[derive(Serialize, Deserialize)]
+struct SettingsRow {
+    spacing: Option<f64>,
+    max_particles: u32,
+    max_steps: u32,
+    min_volume_ratio: f64,
+    max_fragments: u32,
+    detail: Detail,
+    debris: f64,
+    grain: Option<f64>,
+    hairline: Option<f64>,
+    precision: Precision,
+    error: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -184,38 +55,57 @@ struct Header {
     solver: String,
     fallback: Option<String>,
     material: Material,
-    strength: Strength,
+    strength: StrengthField,
     painted: Option<(u32, f64)>,
-    impacts: Vec<[f64; 12]>,
+    impacts: Vec<Impact>,
     supports: Vec<Support>,
     spin: [f64; 3],
-    settings: Settings,
+    settings: SettingsRow,
     seed: u64,
     vertices: u32,
     triangles: u32,
 }
 
-impl Impact {
-    fn row(&self) -> [f64; 12] {
-        let (p, n) = (self.point, self.normal);
-        let (t, a, e) = (self.duration, self.radius, self.energy);
-        let (v, c) = (self.closing_speed, self.crushing_pressure);
-        [p.x, p.y, p.z, n.x, n.y, n.z, self.impulse, t, a, e, v, c]
+impl SettingsRow {
+    fn of(settings: &Settings) -> Self {
+        let BrittleSettings { detail, hairline } = settings.brittle;
+        Self {
+            spacing: settings.spacing,
+            max_particles: settings.max_particles,
+            max_steps: settings.max_steps,
+            min_volume_ratio: settings.min_volume_ratio,
+            max_fragments: settings.max_fragments,
+            detail,
+            debris: settings.debris,
+            grain: settings.grain,
+            hairline,
+            precision: settings.precision,
+            error: settings.error,
+        }
     }
 
-    fn from_row(row: [f64; 12]) -> Self {
-        let [px, py, pz, nx, ny, nz, impulse, duration, radius, energy, closing_speed, c] = row;
-        let (point, normal) = (Vec3::new(px, py, pz), Vec3::new(nx, ny, nz));
-        Self {
-            point,
-            normal,
-            impulse,
-            duration,
-            radius,
-            energy,
-            closing_speed,
-            crushing_pressure: c,
+    fn settings(self) -> Settings {
+        Settings {
+            spacing: self.spacing,
+            max_particles: self.max_particles,
+            max_steps: self.max_steps,
+            min_volume_ratio: self.min_volume_ratio,
+            max_fragments: self.max_fragments,
+            debris: self.debris,
+            grain: self.grain,
+            precision: self.precision,
+            error: self.error,
+            brittle: BrittleSettings { detail: self.detail, hairline: self.hairline },
         }
+    }
+
+    fn check(&self) -> Result<(), WireError> {
+        codec::finite("a job's spacing", self.spacing.as_slice())?;
+        codec::finite("a job's detail", &self.detail.bounds().map(|(_, value, ..)| value))?;
+        codec::finite("a job's grain", self.grain.as_slice())?;
+        codec::finite("a job's hairline", self.hairline.as_slice())?;
+        codec::finite("a job's error", self.error.as_slice())?;
+        codec::finite("a job's least volume ratios", &[self.min_volume_ratio, self.debris])
     }
 }
 
@@ -230,29 +120,36 @@ impl FractureJob {
 
     /// The canonical bytes, and where in them the mesh and what is painted on one are.
     pub(crate) fn slabs(&self) -> Result<(Vec<u8>, [Range<usize>; 2]), WireError> {
-        let (vertices, triangles) = mesh::counts(&self.solid)?;
+        let Problem { body, law, impacts, supports, spin, settings, seed } = &self.problem;
+        let Body::Solid(solid) = body else {
+            return Err(WireError::Unknown { what: "a job's body", kind: body.kind() });
+        };
+        let Law::Brittle { material, strength } = law else {
+            return Err(WireError::Unknown { what: "a job's law", kind: law.kind() });
+        };
+        let (vertices, triangles) = mesh::counts(solid)?;
         let header = Header {
             solver: self.solver.clone(),
             fallback: self.fallback.clone(),
-            material: self.material,
-            strength: Strength { vertices: None, ..self.strength.clone() },
-            painted: self.strength.announced()?,
-            impacts: self.impacts.iter().map(Impact::row).collect(),
-            supports: self.supports.clone(),
-            spin: self.spin.into(),
-            settings: self.settings,
-            seed: self.seed,
+            material: *material,
+            strength: StrengthField { vertices: None, ..strength.clone() },
+            painted: strength::announced(strength)?,
+            impacts: impacts.clone(),
+            supports: supports.clone(),
+            spin: (*spin).into(),
+            settings: SettingsRow::of(settings),
+            seed: *seed,
             vertices,
             triangles,
         };
         header.check()?;
         let mut slabs = Vec::new();
-        mesh::put_solid(&mut slabs, &self.solid);
-        let solid = slabs.len();
-        self.strength.put(&mut slabs);
+        mesh::put_solid(&mut slabs, solid);
+        let middle = slabs.len();
+        strength::put(strength, &mut slabs);
         let bytes = envelope::seal(Kind::Job, &header, &slabs)?;
         let first = bytes.len() - slabs.len();
-        let (middle, last) = (first + solid, bytes.len());
+        let (middle, last) = (first + middle, bytes.len());
         Ok((bytes, [first..middle, middle..last]))
     }
 
@@ -265,20 +162,18 @@ impl FractureJob {
         header.check()?;
         let mut slabs = Slabs::new(slabs);
         let solid = slabs.solid(header.vertices, header.triangles)?;
-        header.strength.take(header.painted, &mut slabs)?;
+        strength::take(&mut header.strength, header.painted, &mut slabs)?;
         slabs.end("a job")?;
-        Ok(Self {
-            solver: header.solver,
-            fallback: header.fallback,
-            solid,
-            material: header.material,
-            strength: header.strength,
-            impacts: header.impacts.into_iter().map(Impact::from_row).collect(),
+        let problem = Problem {
+            body: solid.into(),
+            law: Law::Brittle { material: header.material, strength: header.strength },
+            impacts: header.impacts,
             supports: header.supports,
             spin: header.spin.into(),
-            settings: header.settings,
+            settings: header.settings.settings(),
             seed: header.seed,
-        })
+        };
+        Ok(Self { solver: header.solver, fallback: header.fallback, problem })
     }
 
     /// The digest of [`FractureJob::encode`].
@@ -298,34 +193,35 @@ impl Header {
         }
         codec::limit("a job's impacts", self.impacts.len() as u64, MAX_IMPACTS as u64)?;
         codec::limit("a job's supports", self.supports.len() as u64, MAX_SUPPORTS as u64)?;
-        if self.impacts.is_empty() {
-            return Err(WireError::Short { what: "a job's impacts", have: 0, need: 1 });
-        }
         let Material { density, young, poisson, failure_stress, fracture_energy } = self.material;
         let material = [density, young, poisson, failure_stress, fracture_energy];
         codec::finite("a job's material", &material)?;
-        self.strength.check()?;
-        codec::finite("a job's impacts", self.impacts.as_flattened())?;
+        strength::check(&self.strength)?;
+        for Impact { point, normal, impulse, duration, radius, energy, .. } in &self.impacts {
+            codec::finite("a job's impacts", point.as_slice())?;
+            codec::finite("a job's impacts", normal.as_slice())?;
+            codec::finite("a job's impacts", &[*impulse, *duration, *radius, *energy])?;
+        }
+        for Impact { closing_speed, crushing_pressure, .. } in &self.impacts {
+            codec::finite("a job's impacts", &[*closing_speed, *crushing_pressure])?;
+        }
         for Support { point, normal, radius, mobility } in &self.supports {
-            let numbers = [point.as_slice(), normal, &[*radius, *mobility]].concat();
-            codec::finite("a job's supports", &numbers)?;
+            codec::finite("a job's supports", point.as_slice())?;
+            codec::finite("a job's supports", normal.as_slice())?;
+            codec::finite("a job's supports", &[*radius, *mobility])?;
         }
         codec::finite("a job's spin", &self.spin)?;
-        codec::finite("a job's spacing", self.settings.spacing.as_slice())?;
-        codec::finite("a job's detail", &self.settings.detail.numbers())?;
-        codec::finite("a job's grain", self.settings.grain.as_slice())?;
-        codec::finite("a job's hairline", self.settings.hairline.as_slice())?;
-        codec::finite("a job's error", self.settings.error.as_slice())?;
-        let Settings { min_volume_ratio, debris, .. } = self.settings;
-        codec::finite("a job's least volume ratios", &[min_volume_ratio, debris])
+        self.settings.check()
     }
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::strength::{Layers, Region, Stroke, VertexPaint, WeakPlane};
-    use cullet_geometry::{Surface, TriMesh};
+    use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
+    use cullet_model::WeakPlane;
+    use cullet_model::strength::{Layers, Region, Stroke, VertexPaint};
+    use std::sync::Arc;
 
     pub(crate) fn tetrahedron() -> Solid {
         let vertices = vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
@@ -335,81 +231,98 @@ pub(crate) mod tests {
         solid
     }
 
-    fn strength() -> Strength {
-        Strength {
+    fn strength() -> StrengthField {
+        StrengthField {
             seed: 3,
             correlation: Some(0.02),
-            weak_plane: Some(WeakPlane { normal: [0.0, 0.0, 1.0], ratio: 0.3 }),
-            layers: Some(Layers {
-                normal: [0.0, 1.0, 0.0],
-                thickness: 0.1,
-                ratio: 0.5,
-                jitter: 0.2,
-            }),
+            weak_plane: Some(WeakPlane { normal: Vec3::z(), ratio: 0.3 }),
+            layers: Some(Layers { normal: Vec3::y(), thickness: 0.1, ratio: 0.5, jitter: 0.2 }),
             strokes: vec![
-                Stroke { region: Region::Box([0.0; 3], [1.0; 3]), factor: 0.5, edge: 0.01 },
-                Stroke { region: Region::Sphere([0.0; 3], 1.0), factor: 0.5, edge: 0.0 },
-                Stroke { region: Region::HalfSpace([0.0; 3], [1.0; 3]), factor: 2.0, edge: 0.0 },
                 Stroke {
-                    region: Region::Cylinder([0.0; 3], [1.0; 3], 0.2),
+                    region: Region::Box { low: Vec3::zeros(), high: Vec3::repeat(1.0) },
+                    factor: 0.5,
+                    edge: 0.01,
+                },
+                Stroke {
+                    region: Region::Sphere { centre: Vec3::zeros(), radius: 1.0 },
+                    factor: 0.5,
+                    edge: 0.0,
+                },
+                Stroke {
+                    region: Region::HalfSpace { point: Vec3::zeros(), normal: Vec3::repeat(1.0) },
+                    factor: 2.0,
+                    edge: 0.0,
+                },
+                Stroke {
+                    region: Region::Cylinder {
+                        from: Vec3::zeros(),
+                        to: Vec3::repeat(1.0),
+                        radius: 0.2,
+                    },
                     factor: 2.0,
                     edge: 0.0,
                 },
             ],
-            vertices: Some(VertexPaint {
+            vertices: Some(Arc::new(VertexPaint {
                 points: vec![Vec3::x(), Vec3::y()],
                 factors: vec![0.5, 1.0],
                 reach: 0.1,
-            }),
-            ..Strength::default()
+            })),
+            ..StrengthField::even()
         }
     }
 
     pub(crate) fn sample() -> FractureJob {
-        FractureJob {
-            solver: "brittle".into(),
-            fallback: Some("geometric".into()),
-            solid: tetrahedron(),
-            material: Material {
-                density: 2500.0,
-                young: 7e10,
-                poisson: 0.22,
-                failure_stress: 4e7,
-                fracture_energy: 8.0,
-            },
-            strength: strength(),
-            impacts: vec![Impact {
-                point: Vec3::new(0.1, 0.2, 0.3),
-                normal: -Vec3::z(),
-                impulse: 0.5,
-                duration: 1e-4,
-                radius: 1e-3,
-                energy: 2.0,
-                closing_speed: 3.0,
-                crushing_pressure: 1e9,
-            }],
-            supports: vec![Support {
-                point: [0.0; 3],
-                normal: [0.0, 0.0, 1.0],
-                radius: 0.02,
-                mobility: 0.5,
-            }],
+        let material = Material {
+            density: 2500.0,
+            young: 7e10,
+            poisson: 0.22,
+            failure_stress: 4e7,
+            fracture_energy: 8.0,
+        };
+        let impact = Impact {
+            point: Vec3::new(0.1, 0.2, 0.3),
+            normal: -Vec3::z(),
+            impulse: 0.5,
+            duration: 1e-4,
+            radius: 1e-3,
+            energy: 2.0,
+            closing_speed: 3.0,
+            crushing_pressure: 1e9,
+        };
+        let (point, normal) = (Vec3::zeros(), Vec3::z());
+        let detail = Detail { height: 0.1, ..Detail::default() };
+        let problem = Problem {
+            body: tetrahedron().into(),
+            law: Law::Brittle { material, strength: strength() },
+            impacts: vec![impact],
+            supports: vec![Support { point, normal, radius: 0.02, mobility: 0.5 }],
             spin: Vec3::new(0.0, 0.0, 100.0),
             settings: Settings {
-                spacing: None,
-                max_particles: 16_000,
-                max_steps: 20_000,
-                min_volume_ratio: 1e-4,
-                max_fragments: 400,
-                detail: Detail { height: 0.1, ..Detail::default() },
-                debris: 5e-4,
                 grain: Some(1e-3),
-                hairline: Some(1e-4),
-                precision: Precision::Double,
                 error: Some(0.5),
+                brittle: BrittleSettings { detail, hairline: Some(1e-4) },
+                ..Settings::default()
             },
             seed: 7,
-        }
+        };
+        FractureJob { solver: "brittle".into(), fallback: Some("geometric".into()), problem }
+    }
+
+    fn solid(job: &mut FractureJob) -> &mut Solid {
+        let Body::Solid(solid) = &mut job.problem.body else { panic!("another body") };
+        Arc::make_mut(solid)
+    }
+
+    fn law(job: &mut FractureJob) -> (&mut Material, &mut StrengthField) {
+        let Law::Brittle { material, strength } = &mut job.problem.law else {
+            panic!("another law")
+        };
+        (material, strength)
+    }
+
+    fn paint(job: &mut FractureJob) -> &mut VertexPaint {
+        Arc::make_mut(law(job).1.vertices.as_mut().expect("paint"))
     }
 
     #[test]
@@ -425,27 +338,27 @@ pub(crate) mod tests {
     #[test]
     fn any_change_of_the_problem_changes_its_id() -> Result<(), WireError> {
         let change: [fn(&mut FractureJob); 21] = [
-            |j| j.settings.hairline = None,
-            |j| j.settings.error = None,
-            |j| j.settings.detail.height = 0.2,
-            |j| j.seed += 1,
+            |j| j.problem.settings.brittle.hairline = None,
+            |j| j.problem.settings.error = None,
+            |j| j.problem.settings.brittle.detail.height = 0.2,
+            |j| j.problem.seed += 1,
             |j| j.solver.push('x'),
             |j| j.fallback = None,
-            |j| j.material.young *= 1.0 + f64::EPSILON,
-            |j| j.strength.seed += 1,
-            |j| j.strength.offset[0] = 1e-9,
-            |j| j.strength.strokes[3].edge = 1e-9,
-            |j| j.strength.vertices.iter_mut().for_each(|paint| paint.factors[1] = 0.9),
-            |j| j.impacts[0].energy += 1.0,
-            |j| j.impacts[0].closing_speed += 1.0,
-            |j| j.impacts[0].crushing_pressure += 1.0,
-            |j| j.settings.spacing = Some(0.1),
-            |j| j.settings.grain = None,
-            |j| j.settings.precision = Precision::Single,
-            |j| j.supports[0].radius = 0.03,
-            |j| j.spin.x = 1.0,
-            |j| j.solid.mesh.vertices[0].x = 1e-300,
-            |j| j.solid.surface[0] = Surface::crack(0.0),
+            |j| law(j).0.young *= 1.0 + f64::EPSILON,
+            |j| law(j).1.seed += 1,
+            |j| law(j).1.offset[0] = 1e-9,
+            |j| law(j).1.strokes[3].edge = 1e-9,
+            |j| paint(j).factors[1] = 0.9,
+            |j| j.problem.impacts[0].energy += 1.0,
+            |j| j.problem.impacts[0].closing_speed += 1.0,
+            |j| j.problem.impacts[0].crushing_pressure += 1.0,
+            |j| j.problem.settings.spacing = Some(0.1),
+            |j| j.problem.settings.grain = None,
+            |j| j.problem.settings.precision = Precision::Single,
+            |j| j.problem.supports[0].radius = 0.03,
+            |j| j.problem.spin.x = 1.0,
+            |j| solid(j).mesh.vertices[0].x = 1e-300,
+            |j| solid(j).surface[0] = Surface::crack(0.0),
         ];
         for (index, change) in change.iter().enumerate() {
             let mut other = sample();
@@ -462,34 +375,32 @@ pub(crate) mod tests {
             change(&mut job);
             job.encode().err()
         };
-        let nan = refused(|j| j.material.young = f64::NAN);
+        let nan = refused(|j| law(j).0.young = f64::NAN);
         assert_eq!(nan, Some(WireError::NotFinite { what: "a job's material" }));
-        let strength = refused(|j| j.strength.strokes[1].factor = f64::NAN);
+        let strength = refused(|j| law(j).1.strokes[1].factor = f64::NAN);
         assert_eq!(strength, Some(WireError::NotFinite { what: "a job's strength" }));
-        let strength = refused(|j| j.strength.offset[1] = f64::NAN);
+        let strength = refused(|j| law(j).1.offset[1] = f64::NAN);
         assert_eq!(strength, Some(WireError::NotFinite { what: "a job's strength" }));
-        let short = refused(|j| j.strength.vertices.iter_mut().for_each(|p| p.factors.clear()));
+        let short = refused(|j| paint(j).factors.clear());
         assert!(matches!(short, Some(WireError::Short { have: 0, need: 2, .. })));
-        let none = refused(|j| j.impacts.clear());
-        assert!(matches!(none, Some(WireError::Short { .. })));
-        let support = refused(|j| j.supports[0].point[2] = f64::NAN);
+        let support = refused(|j| j.problem.supports[0].point[2] = f64::NAN);
         assert_eq!(support, Some(WireError::NotFinite { what: "a job's supports" }));
-        let many = refused(|j| j.supports = vec![j.supports[0]; MAX_SUPPORTS + 1]);
+        let many = refused(|j| j.problem.supports = vec![j.problem.supports[0]; MAX_SUPPORTS + 1]);
         assert!(matches!(many, Some(WireError::Limit { limit: 256, .. })));
-        let many = refused(|j| j.impacts = vec![j.impacts[0]; MAX_IMPACTS + 1]);
+        let many = refused(|j| j.problem.impacts = vec![j.problem.impacts[0]; MAX_IMPACTS + 1]);
         assert!(matches!(many, Some(WireError::Limit { limit: 256, .. })));
-        let tags = refused(|j| j.solid.surface.clear());
+        let tags = refused(|j| solid(j).surface.clear());
         assert!(matches!(tags, Some(WireError::Short { .. })));
         let mut far = sample();
-        far.solid.mesh.triangles[2][1] = 4;
+        solid(&mut far).mesh.triangles[2][1] = 4;
         let far = far.encode().and_then(|bytes| FractureJob::decode(&bytes));
         assert_eq!(far, Err(WireError::Index { triangle: 2, index: 4, vertices: 4 }));
         let mut early = sample();
-        early.solid.surface[3] = Surface::crack(f32::NAN);
+        solid(&mut early).surface[3] = Surface::crack(f32::NAN);
         let early = early.encode().and_then(|bytes| FractureJob::decode(&bytes));
         assert!(matches!(early, Err(WireError::Mark { index: 0, .. })));
         let mut lost = sample();
-        lost.solid.mesh.vertices[1].y = f64::INFINITY;
+        solid(&mut lost).mesh.vertices[1].y = f64::INFINITY;
         let lost = lost.encode().and_then(|bytes| FractureJob::decode(&bytes));
         assert_eq!(lost, Err(WireError::NotFinite { what: "a mesh's vertices" }));
     }

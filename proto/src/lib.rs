@@ -1,6 +1,6 @@
 //! Everything that crosses a process boundary.
 //!
-//! Types here are twins of the core types that cross. Doors ([`FractureJob::decode`],
+//! What solvers take and give has the types of `cullet_model`; messages of our own are here. Doors ([`FractureJob::decode`],
 //! [`Verdict::decode`], [`envelope::open`]) check what comes in; nothing is allocated before the
 //! counts that ask for it are checked against the bytes that are there.
 //!
@@ -27,5 +27,5 @@ pub mod verdict;
 
 pub use codec::WireError;
 pub use ids::{Epoch, JobId, SessionId, WorkerId};
-pub use job::{Detail, FractureJob, Impact, Material, Precision, Settings, Support};
-pub use verdict::{BrokenBody, Fragment, Grain, Report, Verdict};
+pub use job::FractureJob;
+pub use verdict::Verdict;

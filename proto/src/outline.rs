@@ -129,16 +129,20 @@ impl<'a> Outline<'a> {
 mod tests {
     use super::*;
     use cullet_geometry::{Solid, Vec3, shapes};
+    use cullet_model::Law;
+    use cullet_model::strength::VertexPaint;
 
     fn job(segments: u32) -> FractureJob {
         let mut job = FractureJob::smallest("brittle", 7);
         let detail = shapes::Detail { segments, ..shapes::Detail::default() };
-        job.solid = Solid::outer(shapes::cylinder(0.1, 0.1, detail).expect("a cylinder"));
-        job.strength.vertices = Some(crate::strength::VertexPaint {
+        let solid = Solid::outer(shapes::cylinder(0.1, 0.1, detail).expect("a cylinder"));
+        job.problem.body = solid.into();
+        let Law::Brittle { strength, .. } = &mut job.problem.law else { panic!("another law") };
+        strength.vertices = Some(Arc::new(VertexPaint {
             points: vec![Vec3::x(); 500],
             factors: vec![0.5; 500],
             reach: 0.1,
-        });
+        }));
         job
     }
 
@@ -154,7 +158,7 @@ mod tests {
         assert_eq!(outline.whole(&parts[..1]), None);
         assert_eq!(outline.whole(&[parts[1], parts[0]]), None);
         // Another hit of the same body has the same parts.
-        job.impacts[0].impulse *= 2.0;
+        job.problem.impacts[0].impulse *= 2.0;
         let other = Parted::of(&job)?;
         assert_eq!(other.parts, parted.parts);
         assert_ne!(other.id, parted.id);

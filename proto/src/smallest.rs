@@ -1,8 +1,8 @@
 //! The smallest job there is, for tests and measurements of what carries jobs.
 
-use crate::job::{Detail, FractureJob, Impact, Material, Precision, Settings};
-use crate::strength::Strength;
+use crate::job::FractureJob;
 use cullet_geometry::{Solid, TriMesh, Vec3};
+use cullet_model::{Impact, Law, Material, Problem, Settings, StrengthField};
 
 impl FractureJob {
     /// A glass tetrahedron of 1 m, hit once; `seed` tells it from others.
@@ -28,29 +28,22 @@ impl FractureJob {
             crushing_pressure: 1e12,
         };
         let settings = Settings {
-            spacing: None,
             max_particles: 1,
             max_steps: 1,
             min_volume_ratio: 0.0,
             max_fragments: 9,
-            detail: Detail::default(),
             debris: 0.0,
-            grain: None,
-            hairline: None,
-            precision: Precision::Double,
-            error: None,
+            ..Settings::default()
         };
-        Self {
-            solver: solver.into(),
-            fallback: None,
-            solid: Solid::outer(TriMesh { vertices, triangles }),
-            material,
-            strength: Strength::default(),
+        let problem = Problem {
+            body: Solid::outer(TriMesh { vertices, triangles }).into(),
+            law: Law::Brittle { material, strength: StrengthField::even() },
             impacts: vec![impact],
             supports: Vec::new(),
             spin: Vec3::zeros(),
             settings,
             seed,
-        }
+        };
+        Self { solver: solver.into(), fallback: None, problem }
     }
 }

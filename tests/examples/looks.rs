@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn detail_of(d: cullet_proto::Detail) -> Detail {
+fn detail_of(d: cullet_model::Detail) -> Detail {
     Detail {
         edge: d.edge,
         length: d.length,

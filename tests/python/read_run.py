@@ -25,6 +25,7 @@ SCHEMAS = {
     "/fragments": "foxglove.PointCloud",
     "/geometry": "cullet.Geometry",
     "/body": "cullet.Body",
+    "/shape": "cullet.Shape",
     "/bodies": "cullet.BodyPoses",
     "/debris": "cullet.Grains",
     "/cracks": "cullet.Cracks",
@@ -100,6 +101,11 @@ class Run:
         self.want(body.id not in self.bodies, f"body {body.id} is born twice")
         self.bodies[body.id] = body
         self.alive.add(body.id)
+
+    def on_shape(self, shape):
+        self.want(shape.geometry in self.solids, f"body {shape.body} takes an unknown shape")
+        self.want(shape.body in self.alive, f"body {shape.body} takes a shape, but is not there")
+        self.want(shape.mass == self.bodies[shape.body].mass, f"body {shape.body} changes its mass")
 
     def on_bodies(self, poses):
         n = len(poses.ids)

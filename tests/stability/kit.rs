@@ -7,7 +7,7 @@ use cullet_fracture::particles::Particles;
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Solid, TriMesh, Vec3, shapes};
 use cullet_model::{
-    Failure, Fracture, Impact, Material, Problem, Progress, Refusal, Settings, StrengthField,
+    BrittleProblem, Failure, Fracture, Impact, Material, Progress, Refusal, Settings, StrengthField,
 };
 use cullet_worker::families::by_name;
 use std::sync::Arc;
@@ -84,8 +84,8 @@ pub(crate) fn blow(point: Vec3, normal: Vec3, impulse: f64) -> Impact {
     }
 }
 
-pub(crate) fn problem(mesh: TriMesh, material: Material, impact: Impact) -> Problem {
-    Problem {
+pub(crate) fn problem(mesh: TriMesh, material: Material, impact: Impact) -> BrittleProblem {
+    BrittleProblem {
         solid: Arc::new(Solid::outer(mesh)),
         material,
         strength: StrengthField { seed: 7, ..StrengthField::default() },
@@ -106,23 +106,25 @@ pub(crate) enum Out {
 }
 
 /// Solves with the family of that name.
-pub(crate) fn solve(family: &str, problem: &Problem) -> Out {
+pub(crate) fn solve(family: &str, problem: &BrittleProblem) -> Out {
     let entry = by_name(family).expect("in the table");
-    let mut run = match (entry.begin)(problem.clone()) {
+    let mut run = match (entry.begin)(problem.clone().into()) {
         Ok(run) => run,
         Err(refusal) => return Out::Refused(refusal),
     };
     loop {
         match run.advance() {
             Progress::Running(_) => {}
-            Progress::Done(fracture) => return Out::Done(fracture),
+            Progress::Done(outcome) => {
+                return Out::Done(Box::new(outcome.fracture().expect("a fracture")));
+            }
             Progress::Failed(failure) => return Out::Failed(failure),
         }
     }
 }
 
 /// Solves a problem that has to have an outcome.
-pub(crate) fn solved(problem: &Problem) -> Fracture {
+pub(crate) fn solved(problem: &BrittleProblem) -> Fracture {
     match solve("brittle", problem) {
         Out::Done(fracture) => *fracture,
         other => panic!("{other:?}"),
@@ -130,14 +132,14 @@ pub(crate) fn solved(problem: &Problem) -> Fracture {
 }
 
 /// Whether the report of a solve tells of a mode.
-pub(crate) fn told(mode: &str, problem: &Problem) -> bool {
+pub(crate) fn told(mode: &str, problem: &BrittleProblem) -> bool {
     let mark = format!("({mode})");
     solved(problem).report.warnings.iter().any(|line| line.contains(&mark))
 }
 
 /// Holds a fracture to its books: closed parts whose volumes sum with the grains' to the body's,
 /// motions that are numbers, and the momentum that the blows gave.
-pub(crate) fn keeps_the_books(what: &str, problem: &Problem, fracture: &Fracture) {
+pub(crate) fn keeps_the_books(what: &str, problem: &BrittleProblem, fracture: &Fracture) {
     let whole = problem.solid.mesh.signed_volume();
     let (mut volume, mut momentum) = (0.0, Vec3::zeros());
     for fragment in &fracture.fragments {
@@ -155,7 +157,8 @@ pub(crate) fn keeps_the_books(what: &str, problem: &Problem, fracture: &Fracture
     }
     assert!((volume / whole - 1.0).abs() < 1e-9, "{what}: {volume} of {whole} m³");
     if let [impact] = problem.impacts[..] {
-        let wanted = impact.normal * fracture.report.delivered_impulse;
+        let wanted =
+            impact.normal * fracture.report.detail("delivered_impulse").unwrap_or_default();
         let got = momentum * problem.material.density;
         let error = (got - wanted).norm();
         assert!(error <= 1e-9 * wanted.norm() + 1e-15, "{what}: momentum {got} of {wanted}");

@@ -31,6 +31,8 @@ enumeration! {
         Failed = 4,
         /// The pool lost it for good.
         Abandoned = 5,
+        /// One body still, of another shape.
+        Deformed = 6,
     }
 }
 
@@ -57,6 +59,8 @@ enumeration! {
         Expectation = 8,
         /// The last step was taken.
         Finished = 9,
+        /// A body was given a new shape.
+        Deformed = 10,
     }
 }
 
@@ -258,6 +262,39 @@ message! {
         "18" [double] delivered_impulse: f64,
         /// What the detectors noticed and let pass.
         "19" [string, repeated] warnings: Vec<String>,
+        /// What only the family knows, beside fields 16 to 18.
+        "20" [message, repeated] details: Vec<Detail>,
+    }
+}
+
+message! {
+    /// A number that a family of solvers reports beside what all of them do.
+    Detail {
+        /// What it is.
+        "1" [string] name: String,
+        /// Its SI unit; 1 where it has none.
+        "2" [string] unit: String,
+        /// How much.
+        "3" [double] value: f64,
+    }
+}
+
+message! {
+    /// The new shape of a body that was deformed and did not break. Its body frame is a new one,
+    /// with its origin at the new centre of mass, from the pose of this step on.
+    Shape {
+        /// Steps taken.
+        "1" [uint64] step: u64,
+        /// Simulated time \[s\].
+        "2" [double] time: f64,
+        /// The body.
+        "3" [uint64] body: u64,
+        /// Digest of its new [`Geometry`].
+        "4" [bytes = "vec"] geometry: Vec<u8>,
+        /// Mass \[kg\].
+        "5" [double] mass: f64,
+        /// Volume \[m³\].
+        "6" [double] volume: f64,
     }
 }
 
@@ -273,6 +310,16 @@ message! {
         "3" [uint64] body: u64,
         /// Its fragments that were sampled; the others were solved.
         "4" [uint64, repeated] fragments: Vec<u64>,
+        /// Digest of the problem that was solved.
+        "5" [bytes = "vec"] job: Vec<u8>,
+        /// Volume of the fragments that were solved \[m³\].
+        "6" [double] solved_volume: f64,
+        /// Volume of the fragments that were sampled, and of the debris \[m³\].
+        "7" [double] sampled_volume: f64,
+        /// Crack area of the fragments that were solved: half of their faces \[m²\].
+        "8" [double] solved_crack_area: f64,
+        /// Crack area of those that were sampled, likewise \[m²\].
+        "9" [double] sampled_crack_area: f64,
     }
 }
 
@@ -397,6 +444,8 @@ pub fn schema_bytes() -> Vec<u8> {
         Cracks::descriptor(),
         Hit::descriptor(),
         JobReport::descriptor(),
+        Detail::descriptor(),
+        Shape::descriptor(),
         Sampled::descriptor(),
         PoolReport::descriptor(),
         Ledger::descriptor(),

@@ -56,7 +56,10 @@ fn job() -> SpecimenJob {
         matter: Matter {
             material,
             zones: vec![Zone { part: part.clone(), material }],
-            strength: StrengthField { weak_plane: Some((Vec3::x(), 0.5)), ..Default::default() },
+            strength: StrengthField {
+                weak_plane: Some(cullet_model::WeakPlane { normal: Vec3::x(), ratio: 0.5 }),
+                ..Default::default()
+            },
             patches: vec![Patch { part: part.clone(), strength: 2.0, damage: 0.0 }],
         },
         initial: InitialState::default(),

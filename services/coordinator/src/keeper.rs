@@ -99,7 +99,7 @@ impl<'a> ReplayingPool<'a> {
 
     fn note(&self, due: &Due, settlement: &Settlement) {
         let ending = match &settlement.ending {
-            Ending::Verdict(Verdict::Broken(_) | Verdict::Measured(_)) => Fate::Solved,
+            Ending::Verdict(Verdict::Solved(_) | Verdict::Measured(_)) => Fate::Solved,
             Ending::Verdict(Verdict::Refused { .. }) => Fate::Refused,
             Ending::Verdict(Verdict::Failed { .. }) => Fate::Failed,
             Ending::Abandoned(_) => Fate::Abandoned,
@@ -135,7 +135,7 @@ impl<'a> ReplayingPool<'a> {
         let (job, worker) = (due.job.short(), &settlement.worker);
         let (attempts, kept) = (settlement.attempts, due.kept.is_some() || settlement.cached);
         let fragments = match &settlement.ending {
-            Ending::Verdict(Verdict::Broken(body)) => body.fragments.len(),
+            Ending::Verdict(Verdict::Solved(outcome)) => outcome.bodies(),
             _ => 0,
         };
         let (ending, seconds) = (ending.word(), settled - due.opened);

@@ -2,6 +2,7 @@
 
 use crate::args::{self, Memory};
 use crate::exit::{Exit, Trouble, print};
+use cullet_model::Outcome;
 use cullet_proto::Verdict;
 use cullet_worker::{JobCommand, replay, serve_jobs, solve};
 use std::sync::Arc;
@@ -23,7 +24,8 @@ pub(crate) fn job(args: &args::Job) -> Result<Exit, Trouble> {
     cullet_files::regular::open(file).map_err(|error| Trouble::file(file, error))?;
     let (digest, verdict) = replay(file, threads).map_err(|error| Trouble::file(file, error))?;
     let told = match verdict {
-        Verdict::Broken(body) => format!("{} fragments", body.fragments.len()),
+        Verdict::Solved(Outcome::Deformed(body)) => format!("deformed, {:.3e} J", body.work),
+        Verdict::Solved(outcome) => format!("{} fragments", outcome.bodies()),
         Verdict::Refused { solver, text } => format!("{solver} refuses: {text}"),
         Verdict::Failed { solver, text } => format!("{solver} failed: {text}"),
         Verdict::Measured(result) => format!("a specimen: {:?}", result.outcome.ending),

@@ -11,7 +11,8 @@ use cullet_fracture::mpm::Domain;
 use cullet_fracture::mpm::kernel::{Path, vector};
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
-    Fracture, Impact, Material, Precision, Problem, Progress, Settings, Solver, StrengthField,
+    BrittleProblem, Fracture, Impact, Material, Precision, Progress, Settings, Solver,
+    StrengthField,
 };
 use std::sync::Arc;
 use std::time::Instant;
@@ -23,7 +24,7 @@ const SEEDS: u64 = 5;
 const BLOCK: usize = 64;
 
 /// A steel ball of 25 m/s against the shaft of `scenes/column`.
-fn column() -> Problem {
+fn column() -> BrittleProblem {
     let profile = [
         [0.0, 0.0],
         [0.16, 0.0],
@@ -57,7 +58,7 @@ fn column() -> Problem {
 }
 
 /// A plaster block of `scenes/threshold` that flies corner first against a wall at 8 m/s.
-fn threshold() -> Problem {
+fn threshold() -> BrittleProblem {
     let mesh = shapes::cuboid(Vec3::repeat(0.14), shapes::Detail::default()).expect("a block");
     let impact = Impact {
         point: Vec3::new(0.07, -0.07, 0.07),
@@ -79,8 +80,8 @@ fn threshold() -> Problem {
     problem(mesh, plaster, impact)
 }
 
-fn problem(mesh: cullet_geometry::TriMesh, material: Material, impact: Impact) -> Problem {
-    Problem {
+fn problem(mesh: cullet_geometry::TriMesh, material: Material, impact: Impact) -> BrittleProblem {
+    BrittleProblem {
         solid: Arc::new(Solid::outer(mesh)),
         material,
         strength: StrengthField::default(),
@@ -125,7 +126,7 @@ fn still(domain: &Domain, faint: f64) -> [f64; 2] {
     shares
 }
 
-fn solve(problem: &Problem, pace: Pace) -> Outcome {
+fn solve(problem: &BrittleProblem, pace: Pace) -> Outcome {
     let strain = problem.material.failure_stress / problem.material.young;
     let mut run = Brittle::paced(problem.clone(), pace, Path::best()).expect("accepted");
     let (mut looks, mut sound, mut shares) = (0.0, 0.0, [0.0; 2]);
@@ -143,9 +144,10 @@ fn solve(problem: &Problem, pace: Pace) -> Outcome {
                 let now = still(domain, 1e-6 * strain * domain.grid.spacing.max());
                 shares = [shares[0] + now[0], shares[1] + now[1]];
             }
-            Progress::Done(fracture) => {
+            Progress::Done(outcome) => {
+                let fracture = outcome.fracture().expect("a fracture");
                 let (sound, still) = (sound / looks, shares.map(|share| share / looks));
-                return Outcome { fracture: *fracture, solve, whole, sound, still };
+                return Outcome { fracture, solve, whole, sound, still };
             }
             Progress::Failed(failure) => panic!("{failure}"),
         }
@@ -179,11 +181,11 @@ fn far(a: &Fracture, b: &Fracture) -> f64 {
 }
 
 /// The levers: a name, a pace, and what becomes of the problem.
-type Lever = (&'static str, Pace, fn(&mut Problem));
+type Lever = (&'static str, Pace, fn(&mut BrittleProblem));
 
 fn levers() -> Vec<Lever> {
     let usual = Pace::default();
-    let none = |_: &mut Problem| ();
+    let none = |_: &mut BrittleProblem| ();
     vec![
         ("f32", usual, |problem| problem.settings.precision = Precision::Single),
         ("no stop", Pace { quiet: f64::INFINITY, ..usual }, none),
@@ -203,7 +205,7 @@ fn row(scene: &str, lever: &str, seed: u64, outcome: &Outcome, from: &Outcome, b
         report.steps,
         fracture.fragments.len(),
         report.dissipated_energy,
-        report.delivered_impulse,
+        report.detail("delivered_impulse").unwrap_or_default(),
         far(fracture, &from.fracture),
         still[0],
         still[1],
@@ -225,7 +227,7 @@ fn main() {
         for (scene, base) in [("column", column()), ("threshold", threshold())] {
             let seeded = |seed: u64| {
                 let strength = StrengthField { seed, ..base.strength.clone() };
-                Problem { seed, strength, ..base.clone() }
+                BrittleProblem { seed, strength, ..base.clone() }
             };
             let usual: Vec<Outcome> =
                 (0..SEEDS).map(|seed| solve(&seeded(seed), Pace::default())).collect();

@@ -25,9 +25,10 @@ use cullet_fragment::cut::{self, CutError, CutSettings, DamageField, Partition, 
 use cullet_fragment::debris::{self, Mote, Motes};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
+use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    Cost, Failure, Fracture, Fragment, Grain, Impact, Precision, Problem, Progress, Refusal,
-    Report, Solver, Strength,
+    BrittleProblem, Cost, Failure, Fracture, Fragment, Grain, Impact, Precision, Problem, Progress,
+    Refusal, Report, Solver, Strength,
 };
 pub use warnings::lean;
 
@@ -52,7 +53,7 @@ const SLICE: u64 = 200_000;
 /// A brittle solve in progress.
 #[derive(Debug)]
 pub struct Brittle {
-    problem: Problem,
+    problem: BrittleProblem,
     domain: Domain,
     loads: Vec<Load>,
     rests: Vec<Rest>,
@@ -73,41 +74,14 @@ pub struct Brittle {
 
 impl Solver for Brittle {
     const NAME: &'static str = "brittle";
+    const PRECISIONS: &'static [Precision] = &[Precision::Single, Precision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
-        check_material(problem)?;
-        check_impacts(&problem.impacts)?;
-        check_supports(&problem.supports)?;
-        check_spin(problem)?;
-        if let Some(error) = problem.settings.error {
-            within("the error that is good enough", error, f64::MIN_POSITIVE, 1.0)?;
-        }
-        let spacing = spacing(problem)?;
-        check_contacts(problem, &spacing, LEAST_RADIUS)?;
-        check_hairline(problem, &spacing)?;
-        let volume = problem.solid.mesh.signed_volume();
-        let particles = PER_CELL * volume / spacing.product();
-        within("the number of particles", particles, LEAST_PARTICLES as f64, f64::INFINITY)?;
-        let most = f64::from(problem.settings.max_particles).min(MOST_PARTICLES);
-        // A spacing that was asked for may overshoot by what rounding and sampling do.
-        if particles > 1.05 * most {
-            return Err(Refusal::TooLarge {
-                what: "the number of particles",
-                value: particles,
-                limit: most,
-            });
-        }
-        let step = time_step(problem, &spacing);
-        let clock = Clock::new(problem, &Pace::default());
-        let steps = (clock.spin_up + clock.end) / step;
-        let limit = f64::from(problem.settings.max_steps);
-        if steps > limit {
-            return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });
-        }
-        Ok(Cost { particles, steps, bytes: particles * BYTES })
+        cost(&BrittleProblem::of(problem.clone(), Self::NAME)?)
     }
 
     fn begin(problem: Problem) -> Result<Self, Refusal> {
+        let problem = BrittleProblem::of(problem, Self::NAME)?;
         Self::paced(problem, Pace::default(), Path::best())
     }
 
@@ -120,7 +94,7 @@ impl Solver for Brittle {
             };
             match done {
                 Ok(None) => {}
-                Ok(Some(fracture)) => return Progress::Done(Box::new(fracture)),
+                Ok(Some(fracture)) => return Progress::Done(fracture.into()),
                 Err(failure) => match self.again(&failure) {
                     Some(again) => *self = again,
                     None => return Progress::Failed(failure),
@@ -130,6 +104,40 @@ impl Solver for Brittle {
         let Clock { spin_up, end, .. } = self.clock;
         Progress::Running(((spin_up + self.domain.time) / (spin_up + end)).min(1.0))
     }
+}
+
+/// What a problem would cost, or the bound that it breaks.
+fn cost(problem: &BrittleProblem) -> Result<Cost, Refusal> {
+    check_material(problem)?;
+    check_impacts(&problem.impacts)?;
+    check_supports(&problem.supports)?;
+    check_spin(problem)?;
+    if let Some(error) = problem.settings.error {
+        within("the error that is good enough", error, f64::MIN_POSITIVE, 1.0)?;
+    }
+    let spacing = spacing(problem)?;
+    check_contacts(problem, &spacing, LEAST_RADIUS)?;
+    check_hairline(problem, &spacing)?;
+    let volume = problem.solid.mesh.signed_volume();
+    let particles = PER_CELL * volume / spacing.product();
+    within("the number of particles", particles, LEAST_PARTICLES as f64, f64::INFINITY)?;
+    let most = f64::from(problem.settings.max_particles).min(MOST_PARTICLES);
+    // A spacing that was asked for may overshoot by what rounding and sampling do.
+    if particles > 1.05 * most {
+        return Err(Refusal::TooLarge {
+            what: "the number of particles",
+            value: particles,
+            limit: most,
+        });
+    }
+    let step = time_step(problem, &spacing);
+    let clock = Clock::new(problem, &Pace::default());
+    let steps = (clock.spin_up + clock.end) / step;
+    let limit = f64::from(problem.settings.max_steps);
+    if steps > limit {
+        return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });
+    }
+    Ok(Cost { particles, steps, bytes: particles * BYTES })
 }
 
 /// A cut whose faces show the grid at every attempt is none: another family takes the body (F22).
@@ -145,8 +153,8 @@ impl Brittle {
     ///
     /// # Errors
     /// If the problem is not for this solver.
-    pub fn paced(problem: Problem, pace: Pace, path: Path) -> Result<Self, Refusal> {
-        Self::accepts(&problem)?;
+    pub fn paced(problem: BrittleProblem, pace: Pace, path: Path) -> Result<Self, Refusal> {
+        cost(&problem)?;
         let spacing = spacing(&problem)?;
         let mesh = &problem.solid.mesh;
         let inside = Inside::new(mesh);
@@ -162,7 +170,7 @@ impl Brittle {
         }
         let mut softening = Softening::on_grid(material, spacing.max());
         softening.weak_plane =
-            strength.weak_plane.map(|(normal, ratio)| WeakPlane { normal: normal.into(), ratio });
+            strength.weak_plane.map(|w| WeakPlane { normal: w.normal.into(), ratio: w.ratio });
         let mut domain = Domain::new(particles, material, softening, spacing);
         domain.select(problem.settings.precision, path);
         domain.step = time_step(&problem, &spacing);
@@ -359,7 +367,7 @@ impl Brittle {
         cullet_fragment::motion::balance(&mut fragments, &pushes, self.problem.material.density);
         let motes = self.motes();
         let mut debris = self.crumble(&mut fragments, &motes);
-        if let Some(width) = self.problem.settings.hairline {
+        if let Some(width) = self.problem.settings.brittle.hairline {
             let spacing = self.domain.grid.spacing.min();
             let (grain, seed, motes) = (self.grain(), self.problem.seed, &motes);
             let terms = slit::SlitTerms { width, spacing, grain, seed, motes };
@@ -378,7 +386,7 @@ impl Brittle {
             min_volume_ratio: self.problem.settings.min_volume_ratio,
             max_fragments: self.problem.settings.max_fragments,
             seed: self.problem.seed,
-            detail: self.problem.settings.detail,
+            detail: self.problem.settings.brittle.detail,
         }
     }
 
@@ -441,6 +449,11 @@ impl Brittle {
         )
     }
 
+    /// Impulse that the loads have put into the body \[N·s\].
+    fn delivered(&self) -> f64 {
+        self.loads.iter().map(|load| load.delivered).sum()
+    }
+
     fn report(&self, damage: &[f64]) -> Report {
         let particles = self.domain.particles.len();
         let damaged = damage.iter().filter(|&&c| c > 0.5).count();
@@ -451,25 +464,25 @@ impl Brittle {
             steps: self.domain.steps,
             simulated: self.clock.spin_up + self.domain.time,
             dissipated_energy: self.total.dissipated,
-            strength_ratio: self.strength_ratio,
-            damaged_fraction: damaged as f64 / particles as f64,
-            delivered_impulse: self.loads.iter().map(|load| load.delivered).sum(),
             warnings: self.warnings.clone(),
             ..Report::default()
-        };
+        }
+        .with(STRENGTH_RATIO, "1", self.strength_ratio)
+        .with(DAMAGED_FRACTION, "1", damaged as f64 / particles as f64)
+        .with(DELIVERED_IMPULSE, "N·s", self.delivered());
         self.last_warnings(&mut report);
         report
     }
 }
 
 /// The step of a solve that is not repeated \[s\].
-fn time_step(problem: &Problem, spacing: &Vec3) -> f64 {
+fn time_step(problem: &BrittleProblem, spacing: &Vec3) -> f64 {
     problem.settings.tolerance().step() * stable_step(&problem.material, spacing.min())
 }
 
 /// The push of an impact: a longer one than the clock's has the same peak force and delivers less;
 /// the striker keeps the rest.
-fn load(impact: &Impact, problem: &Problem, domain: &Domain, clock: &Clock) -> Load {
+fn load(impact: &Impact, problem: &BrittleProblem, domain: &Domain, clock: &Clock) -> Load {
     let duration = spring::duration(impact).min(clock.push);
     let mobility = motion::mobility(problem, &impact.point, &impact.normal);
     Load::new(impact, domain, duration, mobility)

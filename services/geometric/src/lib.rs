@@ -11,8 +11,10 @@ mod web;
 use cullet_fragment::cut::{CutError, CutSettings, Cutting, Part, Partition};
 use cullet_fragment::motion::balance;
 use cullet_geometry::{MassProperties, Sheet, Vec3};
+use cullet_model::outcome::{DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    Cost, Failure, Fracture, Fragment, Impact, Problem, Progress, Refusal, Report, Solver,
+    BrittleProblem, Cost, Failure, Fracture, Fragment, Impact, Precision, Problem, Progress,
+    Refusal, Report, Solver,
 };
 use probes::{PROBES, Probes};
 
@@ -29,7 +31,7 @@ const ATTEMPTS: u64 = 3;
 /// Those that lie on a support are stopped by it.
 #[derive(Debug)]
 pub struct Geometric {
-    problem: Problem,
+    problem: BrittleProblem,
     body: MassProperties,
     /// Where cells may be, the most important first \[m\].
     sites: Vec<Vec3>,
@@ -43,8 +45,10 @@ pub struct Geometric {
 
 impl Solver for Geometric {
     const NAME: &'static str = "geometric";
+    const PRECISIONS: &'static [Precision] = &[Precision::Single, Precision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
+        let problem = &BrittleProblem::of(problem.clone(), Self::NAME)?;
         check_body(problem)?;
         in_range("number of impacts", problem.impacts.len() as f64, 1.0, f64::MAX)?;
         problem.impacts.iter().try_for_each(check_impact)?;
@@ -58,6 +62,7 @@ impl Solver for Geometric {
 
     fn begin(problem: Problem) -> Result<Self, Refusal> {
         Self::accepts(&problem)?;
+        let problem = BrittleProblem::of(problem, Self::NAME)?;
         let body = problem.solid.mesh.mass_properties();
         let probes = Probes::new(&problem, body.volume);
         let mut sites = probes.sites(&problem);
@@ -115,7 +120,7 @@ impl Geometric {
             self.cutting = None;
             return Ok(Progress::Running(0.0));
         }
-        Ok(Progress::Done(Box::new(self.fracture(partition))))
+        Ok(Progress::Done(self.fracture(partition).into()))
     }
 
     fn cut(&self) -> Result<Cutting, CutError> {
@@ -123,7 +128,7 @@ impl Geometric {
             min_volume_ratio: self.problem.settings.min_volume_ratio,
             max_fragments: self.problem.settings.max_fragments,
             seed: self.problem.seed,
-            detail: self.problem.settings.detail,
+            detail: self.problem.settings.brittle.detail,
         };
         // One cell is the whole body, wherever its site is.
         let whole = [self.body.centroid];
@@ -144,11 +149,11 @@ impl Geometric {
             crack_area,
             fracture_energy,
             dissipated_energy: fracture_energy,
-            strength_ratio: 1.0,
-            delivered_impulse: self.problem.impacts.iter().map(delivered).sum(),
             warnings,
             ..Default::default()
-        };
+        }
+        .with(STRENGTH_RATIO, "1", 1.0)
+        .with(DELIVERED_IMPULSE, "N·s", self.problem.impacts.iter().map(delivered).sum());
         let mut fragments: Vec<Fragment> =
             partition.parts.into_iter().map(|part| motion.carry(part)).collect();
         let reactions = self.hold(&mut fragments);
@@ -160,7 +165,7 @@ impl Geometric {
     /// Lets the supports stop what lies on them; what the pieces have in all is then what the hits
     /// and the supports gave.
     fn hold(&self, fragments: &mut [Fragment]) -> Vec<f64> {
-        let Problem { impacts, supports, material, .. } = &self.problem;
+        let BrittleProblem { impacts, supports, material, .. } = &self.problem;
         let reactions = held::stop(fragments, supports, material.density);
         if reactions.iter().any(|&impulse| impulse > 0.0) {
             let hits = impacts.iter().map(|hit| (hit.point, hit.normal * delivered(hit)));
@@ -175,7 +180,7 @@ impl Geometric {
 /// The most fragments that the rate of strain allows: the momentum of a fragment larger than
 /// Grady's size tears it apart, a smaller one has too little to do so. With a thickness t below
 /// that size, fragments are slabs. A body smaller than that size stays whole.
-fn dynamic_count(problem: &Problem, body: &MassProperties) -> usize {
+fn dynamic_count(problem: &BrittleProblem, body: &MassProperties) -> usize {
     let material = &problem.material;
     let length = libm::cbrt(body.volume);
     let speed = problem.impacts.iter().map(|i| i.closing_speed).fold(0.0, f64::max);
@@ -230,7 +235,7 @@ impl Motion {
     }
 }
 
-fn check_body(problem: &Problem) -> Result<(), Refusal> {
+fn check_body(problem: &BrittleProblem) -> Result<(), Refusal> {
     const LEAST: f64 = f64::MIN_POSITIVE;
     let mesh = &problem.solid.mesh;
     in_range("triangles of the body", mesh.triangles.len() as f64, 4.0, f64::from(u32::MAX))?;

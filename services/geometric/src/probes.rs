@@ -4,7 +4,7 @@ use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::voronoi::Cells;
-use cullet_model::{Impact, Problem};
+use cullet_model::{BrittleProblem, Impact};
 use rayon::prelude::*;
 
 /// The body is probed at about this many points: the crack area of a pattern is then known within
@@ -31,7 +31,7 @@ pub(super) struct Probes {
 }
 
 impl Probes {
-    pub(super) fn new(problem: &Problem, volume: f64) -> Self {
+    pub(super) fn new(problem: &BrittleProblem, volume: f64) -> Self {
         let (low, high) = problem.solid.mesh.bounds().unwrap_or_default();
         let extent = high - low;
         let wanted = PROBES.max(8.0 * f64::from(problem.settings.max_fragments));
@@ -72,7 +72,7 @@ impl Probes {
     /// All probes, each moved within its own cell, drawn without replacement with a chance that
     /// falls with the distance r to the nearest impact as 1/(1 + r/r₀)²: the first n of them are
     /// the sites of a pattern of n cells, dense near the impact.
-    pub(super) fn sites(&self, problem: &Problem) -> Vec<Vec3> {
+    pub(super) fn sites(&self, problem: &BrittleProblem) -> Vec<Vec3> {
         let size = (self.high - self.low).norm();
         let chance = |p: Vec3| {
             let from = |impact: &Impact| {

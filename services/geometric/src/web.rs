@@ -6,7 +6,7 @@
 
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
-use cullet_model::{Impact, Problem};
+use cullet_model::{BrittleProblem, Impact};
 use std::f64::consts::TAU;
 
 /// A body whose least extent is at most this share of the next is a plate.
@@ -23,7 +23,7 @@ const STREAM: u64 = 0x3eb;
 
 /// At most `most` sites of such a pattern, from the impact outward; `None` where the body is no
 /// plate or nothing hits its face.
-pub(super) fn sites(problem: &Problem, most: usize) -> Option<Vec<Vec3>> {
+pub(super) fn sites(problem: &BrittleProblem, most: usize) -> Option<Vec<Vec3>> {
     let (low, high) = problem.solid.mesh.bounds()?;
     let extent = high - low;
     let axis = extent.imin();

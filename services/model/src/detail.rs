@@ -5,6 +5,7 @@
 /// The seven numbers of the thesis's Table 3.2 and four of our own. `height`, `ribs` and `grain`
 /// of zero are no detail at all, at no cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct Detail {
     /// d: longest edge of a crack face, and the step along a chevron line \[h\].
     pub edge: f64,

@@ -1,21 +1,29 @@
-//! What every family of fracture solvers shares: the body, its material, its hits and supports, the
-//! settings of a solve, what comes of it, and the [`Solver`] trait. Read [`solver`] first.
+//! What every family of fracture solvers shares: the body, its law, its hits and supports, the
+//! settings of a solve, what comes of it, and the [`Solver`] trait. Read [`problem`], [`outcome`]
+//! and [`solver`] in this order.
 //!
 //! Absent on purpose: how anything is solved.
 
+pub mod body;
 pub mod detail;
+pub mod law;
 pub mod material;
+pub mod outcome;
 pub mod precision;
+pub mod problem;
 pub mod solver;
 pub mod strength;
 pub mod tolerance;
 
+pub use body::Body;
 pub use detail::Detail;
+pub use law::Law;
 pub use material::Material;
-pub use precision::Precision;
-pub use solver::{
-    Cost, Entry, Failure, Fracture, Fragment, Grain, Impact, Problem, Progress, Refusal, Report,
-    Run, Settings, Solver, Support, entry,
+pub use outcome::{
+    Amount, Deformation, Figure, Fracture, Fragment, Grain, Outcome, Report, SolvedShares,
 };
-pub use strength::{Strength, StrengthField};
+pub use precision::Precision;
+pub use problem::{BrittleProblem, BrittleSettings, Impact, Problem, Settings, Support};
+pub use solver::{Cost, Entry, Failure, Progress, Refusal, Run, Solver, entry};
+pub use strength::{Strength, StrengthField, WeakPlane};
 pub use tolerance::Tolerance;

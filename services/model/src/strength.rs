@@ -22,6 +22,9 @@ pub const CORRELATION: f64 = 4.0;
 /// Modulus of a material of which nothing is said \[1\].
 pub const WEIBULL: f64 = 10.0;
 
+/// Modulus from which on strength is as good as even \[1\]: what travels has no infinity.
+pub const EVEN: f64 = 1e3;
+
 /// Greatest deviation of the Gaussian field, in standard deviations: one flaw in 741 is cut off.
 pub const TAIL: f64 = 3.0;
 
@@ -49,6 +52,16 @@ pub struct Layers {
     pub jitter: f64,
 }
 
+/// Across planes of this normal the strength is a share of σ_f.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
+pub struct WeakPlane {
+    /// Unit normal, pattern frame.
+    pub normal: Vec3,
+    /// The share \[1\].
+    pub ratio: f64,
+}
+
 /// What is known of a body's strength beside σ_f. Fragments keep all of it but `offset`.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
@@ -63,8 +76,8 @@ pub struct StrengthField {
     /// From a point of the body's frame to where it was in the pattern frame, that of the original
     /// body as it was drawn \[m\]: fragments are moved from their parent's frame, never turned.
     pub offset: Vec3,
-    /// Unit normal; across such planes the strength is that share of σ_f.
-    pub weak_plane: Option<(Vec3, f64)>,
+    /// A weak plane.
+    pub weak_plane: Option<WeakPlane>,
     /// Layers.
     pub layers: Option<Layers>,
     /// Painted regions; their factors multiply.
@@ -89,6 +102,14 @@ impl Default for StrengthField {
     }
 }
 
+impl StrengthField {
+    /// No flaws that matter, nothing painted.
+    #[must_use]
+    pub fn even() -> Self {
+        Self { weibull: EVEN, ..Self::default() }
+    }
+}
+
 /// A strength field made ready for one spacing.
 #[derive(Clone, Debug)]
 pub struct Strength {
@@ -98,7 +119,7 @@ pub struct Strength {
     mean: f64,
     brush: Option<Brush>,
     /// As in the field.
-    pub weak_plane: Option<(Vec3, f64)>,
+    pub weak_plane: Option<WeakPlane>,
 }
 
 impl Strength {

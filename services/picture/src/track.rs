@@ -265,6 +265,7 @@ impl Track {
         }
         track.place(recording, &index);
         track.happen(recording, &index);
+        track.reshape(recording, &mut index, &meshes);
         track.crumble(recording, &index);
         track.open(recording, &index);
         track
@@ -313,6 +314,35 @@ impl Track {
         }
     }
 
+    /// A body that got a new shape is another actor from then on.
+    fn reshape(
+        &mut self,
+        recording: &Recording,
+        index: &mut BTreeMap<u64, usize>,
+        meshes: &BTreeMap<&[u8], Arc<Mesh>>,
+    ) {
+        for shape in &recording.shapes {
+            let mesh = meshes.get(&shape.geometry[..]);
+            let (Some(mesh), Some(place)) = (mesh, index.get_mut(&shape.body)) else {
+                continue;
+            };
+            let next = self.actors.len();
+            let old = &mut self.actors[*place];
+            let from = old.rows.partition_point(|(time, _)| *time < shape.time);
+            let new = Actor {
+                object: old.object.clone(),
+                share: old.share.map(|(_, sampled)| (shape.mass, sampled)),
+                mesh: mesh.clone(),
+                rows: old.rows.split_off(from),
+                velocities: old.velocities.split_off(from),
+                ..*old
+            };
+            old.end = old.end.min(shape.time);
+            *place = next;
+            self.actors.push(new);
+        }
+    }
+
     /// Grains, each as a small solid in the colour of the crack faces of what it broke from.
     fn crumble(&mut self, recording: &Recording, index: &BTreeMap<u64, usize>) {
         let mut known: BTreeMap<u64, usize> = BTreeMap::new();
@@ -338,10 +368,9 @@ impl Track {
 
     /// Cracks that end inside bodies, each as a ribbon on the surface of its body.
     fn open(&mut self, recording: &Recording, index: &BTreeMap<u64, usize>) {
-        let geometry: BTreeMap<u64, &[u8]> =
-            recording.bodies.iter().map(|body| (body.id, &body.geometry[..])).collect();
         for cracks in &recording.cracks {
-            let solid = geometry.get(&cracks.body).and_then(|hash| recording.geometries.get(*hash));
+            let hash = recording.geometry_of(cracks.body, cracks.step);
+            let solid = hash.and_then(|hash| recording.geometries.get(hash));
             let solid = solid.and_then(|geometry| Solid::try_from(geometry).ok());
             let (Some(&actor), Some(solid)) = (index.get(&cracks.body), solid) else {
                 continue;

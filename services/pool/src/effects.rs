@@ -242,7 +242,7 @@ impl Shell {
 
 pub(super) fn outcome_of(verdict: &Verdict) -> Outcome {
     match verdict {
-        Verdict::Broken(_) | Verdict::Measured(_) => Outcome::Broken,
+        Verdict::Solved(_) | Verdict::Measured(_) => Outcome::Broken,
         Verdict::Refused { .. } => Outcome::Refused,
         Verdict::Failed { .. } => Outcome::Failed,
     }

@@ -1,8 +1,9 @@
 //! What workers can do, as the bits that the machine goes by.
 
 use cullet_dispatch::{Build, Skills, Worker};
+use cullet_model::Precision;
 use cullet_proto::pool::{Family, Hello};
-use cullet_proto::{FractureJob, Precision, SessionId};
+use cullet_proto::{FractureJob, SessionId};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Workers remembered; beyond it those whose link is down are forgotten, and asked again.
@@ -34,7 +35,7 @@ pub(super) fn words(families: &[Family]) -> Vec<String> {
 /// What a job asks of a worker: its family, and the one asked if that refuses.
 pub(super) fn asks(job: &FractureJob) -> Vec<Skill> {
     let names = [Some(&job.solver), job.fallback.as_ref()].into_iter().flatten();
-    names.map(|name| (name.clone(), job.settings.precision)).collect()
+    names.map(|name| (name.clone(), job.problem.settings.precision)).collect()
 }
 
 #[derive(Debug, Default)]
@@ -129,7 +130,7 @@ mod tests {
             [any, none, plain, full].map(|skills| skills.meet(need))
         };
         assert_eq!(met(&job), [true, false, true, true]);
-        job.settings.precision = Precision::Single;
+        job.problem.settings.precision = Precision::Single;
         assert_eq!(met(&job), [true, false, false, true]);
         job.fallback = Some("unheard-of".into());
         assert_eq!(met(&job), [true, false, false, false]);

@@ -1,6 +1,6 @@
 //! The digest of a run.
 
-use super::{BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS};
+use super::{BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, SHAPE};
 
 /// BLAKE3 over everything that decided a run, in recorded order: geometry, bodies, poses, events
 /// and job reports. Wall times and worker names are on other topics and never reach it.
@@ -12,7 +12,7 @@ pub struct RunDigest {
 impl RunDigest {
     /// Takes in one message if its topic decides; others are passed over.
     pub fn update(&mut self, topic: &str, payload: &[u8]) {
-        if ![GEOMETRY, BODY, BODIES, DEBRIS, CRACKS, EVENTS, JOBS].contains(&topic) {
+        if ![GEOMETRY, BODY, SHAPE, BODIES, DEBRIS, CRACKS, EVENTS, JOBS].contains(&topic) {
             return;
         }
         self.hasher.update(&(topic.len() as u64).to_le_bytes());

@@ -83,6 +83,15 @@ pub enum Event {
         /// What the replacement kept and cost.
         ledger: Ledger,
     },
+    /// A body was given a new shape.
+    Deformed {
+        /// The body.
+        body: u64,
+        /// Digest of the problem.
+        job: [u8; 32],
+        /// What this kept and cost.
+        ledger: Ledger,
+    },
     /// A body stayed whole after a job.
     KeptWhole {
         /// The body.
@@ -160,6 +169,11 @@ impl Event {
                     ..of(EventKind::Fractured, *parent)
                 }
             }
+            Self::Deformed { body, job, ledger } => RunEvent {
+                job: job.to_vec(),
+                ledger: Some(*ledger),
+                ..of(EventKind::Deformed, *body)
+            },
             Self::KeptWhole { body, job, reason } => RunEvent {
                 job: job.to_vec(),
                 text: reason.clone(),
@@ -213,6 +227,13 @@ pub(super) fn line(event: &RunEvent, name: &dyn Fn(u64) -> String) -> String {
                 event.alpha,
                 ledger.mass_rel_error,
                 ledger.momentum_rel_error
+            )
+        }
+        EventKind::Deformed => {
+            let ledger = event.ledger.unwrap_or_default();
+            format!(
+                "{body} is deformed: {:.4} J, mass error {:.1e}, momentum {:.1e}",
+                ledger.fracture_energy, ledger.mass_rel_error, ledger.momentum_rel_error
             )
         }
         EventKind::KeptWhole => format!("{body} stays whole{}", after_colon(&event.text)),

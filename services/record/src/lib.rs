@@ -10,6 +10,7 @@
 //! | `/stats` | `cullet.RunStats` | numbers worth a plot |
 //! | `/geometry` | `cullet.Geometry` | each solid once, lossless, by digest |
 //! | `/body` | `cullet.Body` | each body at its birth |
+//! | `/shape` | `cullet.Shape` | the new shape of a body that was deformed |
 //! | `/bodies` | `cullet.BodyPoses` | the lossless pose track |
 //! | `/debris` | `cullet.Grains` | grains of debris: what is born, what flies |
 //! | `/cracks` | `cullet.Cracks` | cracks that end inside a body, as open surfaces |
@@ -18,7 +19,7 @@
 //! | `/sampled` | `cullet.Sampled` | which fragments were sampled, and not solved |
 //! | `/pool` | `cullet.PoolReport` | who computed them, and for how long |
 //!
-//! The digest of a run covers `/geometry`, `/body`, `/bodies`, `/debris`, `/cracks`, `/events` and
+//! The digest of a run covers `/geometry`, `/body`, `/shape`, `/bodies`, `/debris`, `/cracks`, `/events` and
 //! `/jobs`: no wall time and no worker name is in them. Log time is simulated time; publish time is
 //! wall time since the start of the run.
 
@@ -65,6 +66,8 @@ use std::path::{Path, PathBuf};
 pub const GEOMETRY: &str = "/geometry";
 /// Topic of [`cullet_proto::recording::Body`].
 pub const BODY: &str = "/body";
+/// Topic of [`cullet_proto::recording::Shape`].
+pub const SHAPE: &str = "/shape";
 /// Topic of [`cullet_proto::recording::BodyPoses`].
 pub const BODIES: &str = "/bodies";
 /// Topic of [`cullet_proto::recording::Grains`].

@@ -3,10 +3,11 @@
 use super::points::SPECIMEN;
 use super::summary::decode;
 use super::{
-    BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, RecordError, SAMPLED, Summary, Tally,
+    BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, RecordError, SAMPLED, SHAPE, Summary,
+    Tally,
 };
 use cullet_proto::recording::{
-    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, RunEvent, Sampled,
+    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, RunEvent, Sampled, Shape,
 };
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -157,6 +158,8 @@ pub struct Recording {
     pub geometries: BTreeMap<Vec<u8>, Geometry>,
     /// Bodies in order of birth.
     pub bodies: Vec<Body>,
+    /// New shapes of bodies, in the order in which they got them.
+    pub shapes: Vec<Shape>,
     /// The pose track.
     pub poses: Vec<BodyPoses>,
     /// Grains of debris.
@@ -253,6 +256,7 @@ impl Recording {
                 self.geometries.insert(geometry.hash.clone(), geometry);
             }
             BODY => self.bodies.push(decode(topic, time, data)?),
+            SHAPE => self.shapes.push(decode(topic, time, data)?),
             BODIES => self.poses.push(decode(topic, time, data)?),
             DEBRIS => self.debris.push(decode(topic, time, data)?),
             CRACKS => self.cracks.push(decode(topic, time, data)?),
@@ -262,6 +266,15 @@ impl Recording {
             _ => {}
         }
         Ok(())
+    }
+
+    /// Digest of the geometry that a body has after so many steps; `None` of one that was never
+    /// recorded.
+    #[must_use]
+    pub fn geometry_of(&self, body: u64, step: u64) -> Option<&[u8]> {
+        let later = self.shapes.iter().rev().find(|it| it.body == body && it.step <= step);
+        let born = || self.bodies.iter().find(|it| it.id == body).map(|it| &it.geometry[..]);
+        later.map(|shape| &shape.geometry[..]).or_else(born)
     }
 
     /// Spacing of the last solve of each body that made anything of it \[m\].

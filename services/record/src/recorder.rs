@@ -1,17 +1,17 @@
 //! The recorder: the run loop tells it what happens, it writes the file and keeps the tally.
 
-use super::display::{self, Live, Shape};
+use super::display::{self, Live};
 use super::meta::{RunMeta, meta_map, up};
 use super::object::{self, Object};
 use super::pose_row::PoseRow;
 use super::sink::{Sink, Stamp};
 use super::{
-    BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, SAMPLED,
+    BODIES, BODY, CRACKS, DEBRIS, EVENTS, Event, GEOMETRY, JOBS, POOL, RecordError, SAMPLED, SHAPE,
     Summary, Tally, event,
 };
 use cullet_geometry::{Sheet, Solid, Vec3};
 use cullet_proto::recording::{
-    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, PoolReport, Sampled, geometry_hash,
+    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, PoolReport, Sampled, Shape, geometry_hash,
 };
 use cullet_world::DebrisParticle;
 use std::collections::BTreeMap;
@@ -47,7 +47,7 @@ pub struct Recorder {
     deterministic: bool,
     up: Vec3,
     pub(super) tally: Tally,
-    solids: BTreeMap<[u8; 32], Arc<Shape>>,
+    solids: BTreeMap<[u8; 32], Arc<display::Shape>>,
     pub(super) bodies: BTreeMap<u64, Live>,
     names: BTreeMap<u64, String>,
     /// The number of each material: its place among their names, from 1 on; and of each body's.
@@ -163,7 +163,7 @@ impl Recorder {
             };
             let geometry = Geometry::with_materials(solid, number);
             self.deciding(GEOMETRY, &geometry)?;
-            self.solids.insert(hash, Arc::new(Shape::of(solid)));
+            self.solids.insert(hash, Arc::new(display::Shape::of(solid)));
         }
         Ok(hash)
     }
@@ -188,6 +188,31 @@ impl Recorder {
         self.bodies
             .insert(body.id, Live { body: body.clone(), shape, row: None, traces: Vec::new() });
         Ok(())
+    }
+
+    /// Records the new shape of a body. Its geometry comes first.
+    ///
+    /// # Errors
+    /// A body or geometry that is not recorded, or a file that cannot be written.
+    pub fn shape(&mut self, shape: &Shape) -> Result<(), RecordError> {
+        self.at(shape.step, shape.time)?;
+        let hash = <[u8; 32]>::try_from(&shape.geometry[..]).ok();
+        let Some(drawn) = hash.and_then(|hash| self.solids.get(&hash)).cloned() else {
+            return Err(RecordError::UnknownGeometry { body: shape.body });
+        };
+        let Some(live) = self.bodies.get_mut(&shape.body) else {
+            return Err(RecordError::UnknownBody { body: shape.body, what: "shape" });
+        };
+        live.shape = drawn;
+        // They lay in the old frame, on the old surface.
+        live.traces.clear();
+        (live.body.geometry, live.body.mass) = (shape.geometry.clone(), shape.mass);
+        live.body.volume = shape.volume;
+        if let Some(object) = self.objects.get_mut(&live.body.object) {
+            object.changed = true;
+        }
+        self.flush_wanted = true;
+        self.deciding(SHAPE, shape)
     }
 
     /// Records the cracks that end inside a body of this solid; nothing if there are none.
@@ -403,7 +428,9 @@ fn put_grain(message: &mut Grains, grain: &DebrisParticle) {
 fn level_of(event: &Event) -> Level {
     match event {
         Event::Expectation { held: false, .. } => Level::Error,
-        Event::Fractured { .. } | Event::JobSettled { .. } => Level::Warning,
+        Event::Fractured { .. } | Event::Deformed { .. } | Event::JobSettled { .. } => {
+            Level::Warning
+        }
         _ => Level::Info,
     }
 }

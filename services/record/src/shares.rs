@@ -1,6 +1,6 @@
 //! How much of what a run broke was solved, and how much was sampled: drawn from a law.
 
-use cullet_proto::recording::{Body, Sampled};
+use cullet_proto::recording::{Body, Sampled, Shape};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -16,19 +16,31 @@ pub struct Shares {
     pub sampled: f64,
     /// The same by mass. Grains of debris are sampled: their sizes are drawn \[1\].
     pub sampled_mass: f64,
+    /// Share of the volume that broke, over all fractures, that was sampled \[1\]; nothing where
+    /// the recording does not say, as old ones do not.
+    #[serde(default)]
+    pub sampled_volume: Option<f64>,
+    /// The same of the crack area: half of the faces of the sampled fragments, over half of all
+    /// \[1\].
+    #[serde(default)]
+    pub sampled_crack_area: Option<f64>,
+}
+
+/// The part over the whole, in [0, 1]; nothing of nothing.
+fn share(part: f64, all: f64) -> f64 {
+    if all > 0.0 { (part / all).clamp(0.0, 1.0) } else { 0.0 }
 }
 
 impl Shares {
     /// Of so many pieces and so much mass \[kg\], of which so much was sampled.
     #[must_use]
     pub fn of((pieces, sampled_pieces): (u64, u64), (mass, sampled_mass): (f64, f64)) -> Self {
-        let share =
-            |part: f64, all: f64| if all > 0.0 { (part / all).clamp(0.0, 1.0) } else { 0.0 };
         Self {
             pieces,
             sampled_pieces,
             sampled: share(sampled_pieces as f64, pieces as f64),
             sampled_mass: share(sampled_mass, mass),
+            ..Self::default()
         }
     }
 }
@@ -43,7 +55,16 @@ impl fmt::Display for Shares {
             self.sampled_pieces,
             100.0 * self.sampled,
             100.0 * self.sampled_mass
-        )
+        )?;
+        match (self.sampled_volume, self.sampled_crack_area) {
+            (Some(volume), Some(area)) if self.pieces > 0 => write!(
+                f,
+                "; of what broke, {:.0} % of the volume and {:.0} % of the crack area were sampled",
+                100.0 * volume,
+                100.0 * area
+            ),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -55,9 +76,21 @@ pub(super) struct Census {
     sampled: BTreeSet<u64>,
     /// Fractures whose fragments are known to be one or the other.
     told: u64,
+    /// Those of them whose volumes and crack areas are known, too, and these: solved, sampled.
+    measured: u64,
+    /// \[m³\]
+    volume: [f64; 2],
+    /// \[m²\]
+    crack_area: [f64; 2],
 }
 
 impl Census {
+    pub(super) fn reshaped(&mut self, shape: &Shape) {
+        if let Some(mass) = self.masses.get_mut(&shape.body) {
+            *mass = shape.mass;
+        }
+    }
+
     pub(super) fn born(&mut self, body: &Body) {
         if body.parent.is_some() {
             self.masses.insert(body.id, body.mass);
@@ -71,6 +104,13 @@ impl Census {
     pub(super) fn mark(&mut self, sampled: &Sampled) {
         self.told += 1;
         self.sampled.extend(&sampled.fragments);
+        let volume = [sampled.solved_volume, sampled.sampled_volume];
+        let area = [sampled.solved_crack_area, sampled.sampled_crack_area];
+        self.measured += u64::from(volume != [0.0; 2]);
+        for k in 0..2 {
+            self.volume[k] += volume[k];
+            self.crack_area[k] += area[k];
+        }
     }
 
     /// The shares; nothing where they are not known of all fractures. `debris`: mass of grains
@@ -83,18 +123,25 @@ impl Census {
         let pieces = (self.masses.len() as u64, drawn().count() as u64);
         let mass = self.masses.values().sum::<f64>() + debris;
         let sampled = drawn().map(|(_, mass)| mass).sum::<f64>() + debris;
-        Some(Shares::of(pieces, (mass, sampled)))
+        let measured = self.measured >= fractures;
+        let part = |[solved, sampled]: [f64; 2]| share(sampled, solved + sampled);
+        Some(Shares {
+            sampled_volume: measured.then(|| part(self.volume)),
+            sampled_crack_area: measured.then(|| part(self.crack_area)),
+            ..Shares::of(pieces, (mass, sampled))
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Body, Census, Sampled, Shares};
+    use super::{Body, Census, Sampled};
 
     #[test]
     fn both_shares_are_of_what_is_there_at_the_end() {
         let mut census = Census::default();
-        assert_eq!(census.shares(0, 0.0), Some(Shares::default()), "nothing broke");
+        let none = census.shares(0, 0.0).expect("nothing broke");
+        assert_eq!((none.pieces, none.sampled_volume), (0, Some(0.0)));
         for (id, mass) in [(0, 9.0), (1, 6.0), (2, 2.0), (3, 1.0)] {
             census.born(&Body { id, parent: (id > 0).then_some(0), mass, ..Body::default() });
         }

@@ -2,11 +2,13 @@
 //! with the same code, from a finished file.
 
 use super::shares::{Census, Shares};
-use super::{BODIES, BODY, DEBRIS, EVENTS, GEOMETRY, JOBS, POOL, RecordError, RunDigest, SAMPLED};
+use super::{
+    BODIES, BODY, DEBRIS, EVENTS, GEOMETRY, JOBS, POOL, RecordError, RunDigest, SAMPLED, SHAPE,
+};
 use cullet_geometry::Solid;
 use cullet_proto::recording::{
     Body, BodyPoses, EventKind, Geometry, Grains, JobReport, Ledger, PoolReport, Recorded,
-    RunEvent, Verdict,
+    RunEvent, Shape, Verdict,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -87,6 +89,9 @@ pub struct Summary {
     pub bodies_final: u64,
     /// Replacements of a body by fragments.
     pub fractures: u64,
+    /// Bodies that were given a new shape and did not break.
+    #[serde(default)]
+    pub deformed: u64,
     /// Fragments made.
     pub fragments: u64,
     /// Grains of debris made.
@@ -155,6 +160,13 @@ impl Tally {
                 let poses: BodyPoses = decode(topic, log_time, payload)?;
                 self.at(poses.step, poses.time);
             }
+            SHAPE => {
+                let shape: Shape = decode(topic, log_time, payload)?;
+                self.at(shape.step, shape.time);
+                self.census.reshaped(&shape);
+                let sound = self.sound.get(&shape.geometry).copied().unwrap_or(false);
+                self.summary.open_fragments += u64::from(!sound);
+            }
             DEBRIS => {
                 let grains: Grains = decode(topic, log_time, payload)?;
                 self.at(grains.step, grains.time);
@@ -216,13 +228,17 @@ impl Tally {
                 match event.verdict() {
                     Verdict::Refused => jobs.refused += 1,
                     Verdict::Failed | Verdict::Abandoned => jobs.failed += 1,
-                    Verdict::Broken | Verdict::Kept | Verdict::Unspecified => {}
+                    Verdict::Broken | Verdict::Deformed | Verdict::Kept | Verdict::Unspecified => {}
                 }
             }
             EventKind::Fractured => {
                 self.summary.fractures += 1;
                 self.summary.ledger.add(&event.ledger.unwrap_or_default());
                 self.gone(event);
+            }
+            EventKind::Deformed => {
+                self.summary.deformed += 1;
+                self.summary.ledger.add(&event.ledger.unwrap_or_default());
             }
             EventKind::Removed => self.gone(event),
             EventKind::Impact

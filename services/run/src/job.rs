@@ -2,13 +2,16 @@
 
 use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
+use cullet_model::{
+    Body, BrittleSettings, Law, Material, Precision, Problem, Settings, StrengthField,
+};
+use cullet_proto::FractureJob;
 use cullet_proto::job::MAX_IMPACTS;
-use cullet_proto::strength::Strength;
-use cullet_proto::{FractureJob, Impact, Material, Precision, Settings};
 use cullet_scene::SceneBody;
 use cullet_scene::format::{self, Fracture};
 use cullet_world::fidelity::Frame;
-use cullet_world::{BodyId, BodyView, Hit, Support};
+use cullet_world::{BodyId, BodyView, HeldContact, Hit};
+use std::sync::Arc;
 
 /// The family asked when the scene leaves it open.
 pub(super) const FIRST: &str = "brittle";
@@ -22,7 +25,7 @@ pub(super) struct Choice {
     settings: Settings,
     /// Whether the precision is the scene's.
     precise: bool,
-    strength: Strength,
+    strength: StrengthField,
 }
 
 impl Choice {
@@ -33,18 +36,20 @@ impl Choice {
             max_particles: body.particles.unwrap_or(defaults.max_particles),
             max_steps: defaults.max_steps,
             min_volume_ratio: defaults.min_volume_ratio,
-            detail: defaults.detail.values(),
             max_fragments: defaults.max_fragments,
             debris: defaults.debris,
             grain: defaults.grain,
-            hairline: defaults.detail.hairline,
             precision: match defaults.precision.unwrap_or_default() {
                 format::Precision::Single => Precision::Single,
                 format::Precision::Double => Precision::Double,
             },
             error: None,
+            brittle: BrittleSettings {
+                detail: defaults.detail.values(),
+                hairline: defaults.detail.hairline,
+            },
         };
-        let strength = Strength { seed, ..(*body.strength).clone() };
+        let strength = StrengthField { seed, ..(*body.strength).clone() };
         let precise = defaults.precision.is_some();
         Self { solver: body.solver.solver(), settings, precise, strength }
     }
@@ -83,8 +88,7 @@ impl Choice {
     /// origin was in that body's frame \[m\].
     pub(super) fn of_fragment(&self, centre: &Vec3) -> Self {
         let mut choice = self.clone();
-        let offset = Vec3::from(self.strength.offset) + centre;
-        choice.strength.offset = offset.into();
+        choice.strength.offset += centre;
         choice
     }
 }
@@ -93,31 +97,30 @@ impl Choice {
 /// solved for. `fallback`: whether the family that takes anything may take it.
 pub(super) fn problem(
     body: &BodyView<'_>,
-    (hits, supports, spin): (&[Hit], &[Support], Vec3),
+    (hits, supports, spin): (&[Hit], &[HeldContact], Vec3),
     choice: &Choice,
     (geometric, fallback): (bool, bool),
     seed: u64,
 ) -> FractureJob {
     let wanted = if geometric { FALLBACK } else { choice.solver.unwrap_or(FIRST) };
-    let material = body.material;
-    FractureJob {
-        solver: wanted.to_owned(),
-        fallback: (fallback && wanted != FALLBACK).then(|| FALLBACK.to_owned()),
-        solid: (**body.solid).clone(),
-        material: Material {
-            density: material.density,
-            young: material.young,
-            poisson: material.poisson,
-            failure_stress: material.failure_stress,
-            fracture_energy: material.fracture_energy,
-        },
-        strength: choice.strength.clone(),
-        impacts: strongest(hits).into_iter().map(impact).collect(),
-        supports: supports.iter().map(support).collect(),
+    let material = Material {
+        density: body.density,
+        young: body.material.young,
+        poisson: body.material.poisson,
+        failure_stress: body.material.failure_stress,
+        fracture_energy: body.material.fracture_energy,
+    };
+    let problem = Problem {
+        body: Body::Solid(Arc::clone(body.solid)),
+        law: Law::Brittle { material, strength: choice.strength.clone() },
+        impacts: strongest(hits).into_iter().map(|hit| hit.impact).collect(),
+        supports: supports.iter().map(|support| support.held).collect(),
         spin,
         settings: choice.settings,
         seed: seed_of(body.id, seed),
-    }
+    };
+    let fallback = (fallback && wanted != FALLBACK).then(|| FALLBACK.to_owned());
+    FractureJob { solver: wanted.to_owned(), fallback, problem }
 }
 
 /// The seed of a body's own randomness.
@@ -134,52 +137,16 @@ fn strongest(hits: &[Hit]) -> Vec<&Hit> {
     ranked
 }
 
-fn support(support: &Support) -> cullet_proto::Support {
-    cullet_proto::Support {
-        point: support.point.into(),
-        normal: support.normal.into(),
-        radius: support.radius,
-        mobility: support.mobility,
-    }
-}
-
-fn impact(hit: &Hit) -> Impact {
-    let i = &hit.impact;
-    Impact {
-        point: i.point,
-        normal: i.normal,
-        impulse: i.impulse,
-        duration: i.duration,
-        radius: i.radius,
-        energy: i.energy,
-        closing_speed: i.closing_speed,
-        crushing_pressure: i.crushing_pressure,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::Choice;
     use cullet_geometry::Vec3;
-    use cullet_proto::Settings;
-    use cullet_proto::strength::Strength;
+    use cullet_model::{Precision, Settings, StrengthField};
 
     #[test]
     fn a_solve_without_a_grid_leaves_the_spacing_as_it_was() {
-        let settings = Settings {
-            spacing: None,
-            max_particles: 1000,
-            max_steps: 100,
-            min_volume_ratio: 0.0,
-            max_fragments: 10,
-            detail: cullet_proto::Detail::default(),
-            debris: 0.0,
-            grain: None,
-            hairline: None,
-            precision: cullet_proto::Precision::Double,
-            error: None,
-        };
-        let strength = Strength::default();
+        let settings = Settings { max_particles: 1000, max_steps: 100, ..Settings::default() };
+        let strength = StrengthField::even();
         let mut choice = Choice { solver: None, settings, precise: false, strength };
         choice.no_finer_than(0.0);
         assert_eq!(choice.settings.spacing, None);
@@ -187,14 +154,14 @@ mod tests {
         choice.no_finer_than(0.0);
         assert_eq!(choice.settings.spacing, Some(0.01));
         let part = choice.of_fragment(&Vec3::x()).of_fragment(&Vec3::new(1.0, 0.0, -0.5));
-        assert_eq!(part.strength.offset, [2.0, 0.0, -0.5]);
+        assert_eq!(part.strength.offset, Vec3::new(2.0, 0.0, -0.5));
         assert_eq!(part.settings.spacing, Some(0.01));
         // An error that is good enough is told, and f32 is good enough for it.
         let asked = |choice: &Choice, error| {
             let settings = choice.on_grid(0.02, error).settings;
             (settings.spacing, settings.error, settings.precision)
         };
-        let (single, double) = (cullet_proto::Precision::Single, cullet_proto::Precision::Double);
+        let (single, double) = (Precision::Single, Precision::Double);
         assert_eq!(asked(&choice, None), (Some(0.02), None, double));
         assert_eq!(asked(&choice, Some(0.5)), (Some(0.02), Some(0.5), single));
         choice.precise = true;

@@ -2,7 +2,7 @@
 //! two still differ by more than the scene allows, or where like hits did. Beyond the plan's
 //! spacing only where the last two differ by more, and as far as budget and points go.
 
-use cullet_proto::BrokenBody;
+use cullet_model::Fracture;
 use cullet_world::fidelity::{Figures, Need, Plan, branched, estimate};
 use std::collections::{BTreeMap, VecDeque};
 
@@ -134,7 +134,7 @@ impl Ladder {
     /// Whether an outcome is good enough, by the solve before it or by hits like this one. The
     /// plan's is, and finer ones, unless it differs from the one before it by more than the error
     /// and something is left to spend.
-    pub(super) fn next(&mut self, outcome: Option<&BrokenBody>, seen: &mut Experience) -> Next {
+    pub(super) fn next(&mut self, outcome: Option<&Fracture>, seen: &mut Experience) -> Next {
         let Some(now) = outcome.and_then(figures) else {
             self.last = None;
             return match self.goes_on() {
@@ -194,7 +194,7 @@ fn told(coarse: usize, fine: usize) -> String {
 }
 
 /// What solves are compared by; nothing of one without a grid, which another family made.
-fn figures(broken: &BrokenBody) -> Option<Figures> {
+fn figures(broken: &Fracture) -> Option<Figures> {
     let volumes = broken.fragments.iter().map(|part| part.solid.mesh.signed_volume());
     let whole: f64 = volumes.clone().sum();
     let largest = volumes.fold(0.0, f64::max);

@@ -12,12 +12,13 @@ mod tests;
 pub use cullet_proto::service::Position;
 
 use cullet_geometry::Vec3;
+use cullet_model::Outcome as Solved;
 use cullet_pool::{RunHandle, RunStats, Settlement};
 use cullet_proto::job::MAX_SUPPORTS;
-use cullet_proto::{BrokenBody, FractureJob, JobId};
+use cullet_proto::{FractureJob, JobId};
 use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
 use cullet_scene::{Scene, rigid};
-use cullet_world::{BodyId, Gate, GateLimits, Hit, Support, World, WorldError};
+use cullet_world::{BodyId, Gate, GateLimits, HeldContact, Hit, World, WorldError};
 use ladder::{Experience, Kind, Ladder};
 use notices::Notices;
 use std::collections::{BTreeMap, VecDeque};
@@ -165,10 +166,10 @@ struct Pending {
     asked: String,
     body: BodyId,
     hits: Vec<Hit>,
-    supports: Vec<Support>,
+    supports: Vec<HeldContact>,
     ladder: Ladder,
     /// The last solve of the hit that came to an end, kept while a finer one is at work.
-    held: Option<(JobId, BrokenBody)>,
+    held: Option<(JobId, Solved)>,
     due: u64,
 }
 

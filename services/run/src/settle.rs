@@ -3,11 +3,16 @@
 use super::ladder::Next;
 use super::{News, Origin, Outcome, Pending, Run, RunError, convert, number};
 use cullet_geometry::{Sheet, Vec3};
+use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
+use cullet_model::{
+    Body, Deformation, Figure, Fracture, Fragment, Outcome as Solved, Report, SolvedShares,
+};
 use cullet_pool::{Ending, Settlement};
+use cullet_proto::Verdict;
 use cullet_proto::recording::{self, JobReport, PoolReport, Vector3};
-use cullet_proto::{BrokenBody, Report, Verdict};
 use cullet_record::{Event, Level};
-use cullet_world::{BodyId, Breakage, Grain, Hit, Piece, Reaction, Replacement};
+use cullet_world::{BodyId, Breakage, HeldContact, Hit, Reaction, Replacement, Reshape};
+use std::sync::Arc;
 
 impl Run<'_> {
     /// Records a job's verdict and, if the body broke, puts its fragments into the world.
@@ -28,22 +33,26 @@ impl Run<'_> {
             }
         };
         let outcome = match &verdict {
-            Verdict::Broken(broken) => Some(&**broken),
+            Verdict::Solved(Solved::Broken(fracture) | Solved::Unchanged(fracture)) => {
+                Some(&**fracture)
+            }
+            // A family that deforms bodies has no spacings to compare.
+            Verdict::Solved(Solved::Deformed(_)) => None,
             Verdict::Refused { .. } | Verdict::Failed { .. } | Verdict::Measured(_) => None,
         };
         let enough = match job.ladder.next(outcome, &mut self.seen) {
             Next::Finer(why) => return self.solve_finer(job, verdict, why),
             Next::Use(why) => why.map(|why| format!("no finer solve: {why}")),
         };
-        if let Verdict::Broken(mut broken) = verdict {
-            broken.report.warnings.extend(enough);
-            return self.broken(job, *broken);
+        if let Verdict::Solved(mut solved) = verdict {
+            solved.report_mut().warnings.extend(enough);
+            return self.solved(job, solved);
         }
         let held = job.held.take();
         let instead = if held.is_some() { "; the solve before it is used" } else { "" };
         self.declined(&job, verdict, instead)?;
         match held {
-            Some((id, broken)) => self.put(Pending { id, ..job }, broken),
+            Some((id, solved)) => self.put(Pending { id, ..job }, solved),
             None => Ok(()),
         }
     }
@@ -53,7 +62,7 @@ impl Run<'_> {
         let (verdict, solver, text) = match verdict {
             Verdict::Refused { solver, text } => (recording::Verdict::Refused, solver, text),
             Verdict::Failed { solver, text } => (recording::Verdict::Failed, solver, text),
-            Verdict::Broken(_) | Verdict::Measured(_) => {
+            Verdict::Solved(_) | Verdict::Measured(_) => {
                 let name = self.world.body(job.body).map_or("", |view| view.name).to_owned();
                 return self.abandoned(job, name, "a specimen's result came for it".to_owned());
             }
@@ -73,17 +82,14 @@ impl Run<'_> {
         verdict: Verdict,
         why: String,
     ) -> Result<(), RunError> {
-        if let Verdict::Broken(broken) = verdict {
+        if let Verdict::Solved(solved) = verdict {
             let verdict = recording::Verdict::Kept;
-            self.recorder.report(&JobReport {
-                verdict: verdict as i32,
-                fragments: broken.fragments.len() as u32,
-                ..reported(&job, &broken.report)
-            })?;
-            let found = broken.fragments.len();
-            let told = format!("{found} fragments, a trial; {}", told(&broken.report));
+            self.recorder
+                .report(&JobReport { verdict: verdict as i32, ..reported(&job, &solved) })?;
+            let found = solved.bodies();
+            let told = format!("{found} fragments, a trial; {}", told(solved.report()));
             self.settled(&job, verdict, told)?;
-            job.held = Some((job.id, *broken));
+            job.held = Some((job.id, solved));
         } else {
             self.declined(&job, verdict, "")?;
         }
@@ -104,29 +110,25 @@ impl Run<'_> {
         self.event(&Event::JobSettled { body: number(job.body), job: job.id.0, verdict, reason })
     }
 
-    fn broken(&mut self, job: Pending, broken: BrokenBody) -> Result<(), RunError> {
-        let verdict =
-            if broken.is_intact() { recording::Verdict::Kept } else { recording::Verdict::Broken };
-        self.recorder.report(&JobReport {
-            verdict: verdict as i32,
-            fragments: broken.fragments.len() as u32,
-            ..reported(&job, &broken.report)
-        })?;
-        self.settled(&job, verdict, told(&broken.report))?;
-        self.put(job, broken)
+    fn solved(&mut self, job: Pending, solved: Solved) -> Result<(), RunError> {
+        let verdict = match &solved {
+            Solved::Broken(_) => recording::Verdict::Broken,
+            Solved::Deformed(_) => recording::Verdict::Deformed,
+            Solved::Unchanged(_) => recording::Verdict::Kept,
+        };
+        let report = JobReport { verdict: verdict as i32, ..reported(&job, &solved) };
+        self.recorder.report(&report)?;
+        self.settled(&job, verdict, told(solved.report()))?;
+        self.put(job, solved)
     }
 
     /// Puts what a solve came to into the world.
-    fn put(&mut self, job: Pending, mut broken: BrokenBody) -> Result<(), RunError> {
-        let intact = broken.is_intact();
-        let sheets: Vec<Sheet> =
-            broken.fragments.iter_mut().map(|f| std::mem::take(&mut f.sheet)).collect();
-        if intact {
-            if let Some(sheet) = sheets.first() {
-                self.record_cracks(job.body, sheet)?;
+    fn put(&mut self, job: Pending, solved: Solved) -> Result<(), RunError> {
+        if let Solved::Unchanged(whole) = &solved {
+            if let Some(fragment) = whole.fragments.first() {
+                self.record_cracks(job.body, &fragment.sheet)?;
             }
-            let reason = "no crack separated it".to_owned();
-            return self.kept(&job, reason);
+            return self.kept(&job, "no crack separated it".to_owned());
         }
         let early = job.due.saturating_sub(self.world.step_count());
         if early > 0 {
@@ -134,31 +136,65 @@ impl Run<'_> {
             let reason = format!("the run ended {early} {steps} before its fragments were due");
             return self.kept(&job, reason);
         }
-        let middle =
-            |fragment: &cullet_proto::Fragment| fragment.solid.mesh.mass_properties().centroid;
+        match solved {
+            Solved::Broken(fracture) => self.break_up(job, *fracture),
+            Solved::Deformed(deformation) => self.deform(job, *deformation),
+            Solved::Unchanged(_) => Ok(()),
+        }
+    }
+
+    fn break_up(&mut self, job: Pending, mut broken: Fracture) -> Result<(), RunError> {
+        let sheets: Vec<Sheet> =
+            broken.fragments.iter_mut().map(|f| std::mem::take(&mut f.sheet)).collect();
+        let middle = |fragment: &Fragment| fragment.solid.mesh.mass_properties().centroid;
         let centres: Vec<Vec3> = broken.fragments.iter().map(middle).collect();
         let moved = sheets.iter().zip(&centres).map(|(sheet, centre)| sheet.translated(-centre));
         let parts: Vec<(Vec3, Sheet)> = centres.iter().copied().zip(moved).collect();
-        let sampled = broken.sampled();
-        let told = broken.reactions.len() == job.supports.len();
-        let held = job.supports.iter().cloned().zip(broken.reactions);
+        let shares = broken.shares();
+        let Fracture { mut fragments, sampled, debris, reactions, report } = broken;
+        // Crack faces without a parent are those of this fracture.
+        fragments.iter_mut().for_each(|f| f.solid.name_parent(job.body.0));
         let breakage = Breakage {
-            pieces: broken.fragments.into_iter().map(|f| piece(f, job.body)).collect(),
-            grains: broken.debris.iter().map(grain).collect(),
-            reactions: held
-                .filter(|_| told)
-                .map(|(support, impulse)| Reaction { support, impulse })
-                .collect(),
-            fracture_energy: broken.report.fracture_energy,
+            pieces: fragments,
+            grains: debris,
+            reactions: reacted(&job.supports, &reactions),
+            fracture_energy: report.fracture_energy,
         };
         match self.world.break_up(job.body, &job.hits, breakage) {
             Ok(done) => {
-                let drawn = sampled.map(|sampled| drawn(&done, &sampled));
-                self.replaced(&job, &done, &parts, broken.report.spacing)?;
+                let drawn = shares.map(|shares| (drawn(&done, &sampled), shares));
+                self.replaced(&job, &done, &parts, report.spacing)?;
                 self.told_of(&job, &done, drawn)
             }
             Err(error) => self.kept(&job, error.to_string()),
         }
+    }
+
+    /// Gives the body the shape that a solve found.
+    fn deform(&mut self, job: Pending, deformation: Deformation) -> Result<(), RunError> {
+        let Deformation { body, hulls, velocity, spin, work, reactions, report } = deformation;
+        let Body::Solid(solid) = body else {
+            let reason = format!("the world takes no {}", body.kind());
+            return self.kept(&job, reason);
+        };
+        let solid = Arc::unwrap_or_clone(solid);
+        let centre = solid.mesh.mass_properties().centroid;
+        let reactions = reacted(&job.supports, &reactions);
+        let new = Reshape { solid, hulls, velocity, spin, reactions, work };
+        let done = match self.world.reshape(job.body, &job.hits, new) {
+            Ok(done) => done,
+            Err(error) => return self.kept(&job, error.to_string()),
+        };
+        if let Some(origin) = self.origins.get_mut(&job.body) {
+            origin.choice = origin.choice.of_fragment(&centre);
+            origin.choice.no_finer_than(report.spacing);
+        }
+        self.record_shape(job.body)?;
+        let ledger = convert::ledger(&done);
+        self.event(&Event::Deformed { body: number(job.body), job: job.id.0, ledger })?;
+        let object = self.origins.get(&job.body).map_or("", |origin| &origin.object);
+        self.say(format!("{object} is deformed, which takes {work:.3e} J"));
+        Ok(())
     }
 
     fn kept(&mut self, job: &Pending, reason: String) -> Result<(), RunError> {
@@ -209,21 +245,29 @@ impl Run<'_> {
         &mut self,
         job: &Pending,
         done: &Replacement,
-        sampled: Option<Vec<u64>>,
+        sampled: Option<(Vec<u64>, SolvedShares)>,
     ) -> Result<(), RunError> {
         let (all, grains) = (done.fragments.len(), done.grains.len());
         let first = done.fragments.first().and_then(|id| self.origins.get(id));
         let object = first.map_or_else(String::new, |origin| origin.object.clone());
         let debris = if grains > 0 { format!(" and {grains} grains") } else { String::new() };
-        let shares = sampled.as_ref().map(|sampled| {
+        let shares = sampled.as_ref().map(|(sampled, _)| {
             let drawn = sampled.len();
             format!(": {} solved, {drawn} sampled", all - drawn)
         });
         self.say(format!("{object} breaks into {all}{debris}{}", shares.unwrap_or_default()));
-        if let Some(fragments) = sampled {
-            let (step, time) = (self.world.step_count(), self.world.time());
-            let body = number(job.body);
-            self.recorder.sampled(&recording::Sampled { step, time, body, fragments })?;
+        if let Some((fragments, SolvedShares { solved, sampled })) = sampled {
+            self.recorder.sampled(&recording::Sampled {
+                step: self.world.step_count(),
+                time: self.world.time(),
+                body: number(job.body),
+                fragments,
+                job: job.id.0.to_vec(),
+                solved_volume: solved.volume,
+                sampled_volume: sampled.volume,
+                solved_crack_area: solved.crack_area,
+                sampled_crack_area: sampled.crack_area,
+            })?;
         }
         Ok(())
     }
@@ -232,6 +276,20 @@ impl Run<'_> {
         let view = self.world.body(id).ok_or(RunError::Lost(id))?;
         let now = (self.world.step_count(), self.world.time());
         Ok(self.recorder.cracks(now, number(id), view.solid, sheet)?)
+    }
+
+    fn record_shape(&mut self, id: BodyId) -> Result<(), RunError> {
+        let view = self.world.body(id).ok_or(RunError::Lost(id))?;
+        let geometry = self.recorder.geometry(view.solid)?;
+        let shape = recording::Shape {
+            step: self.world.step_count(),
+            time: self.world.time(),
+            body: number(id),
+            geometry: geometry.to_vec(),
+            mass: view.mass,
+            volume: view.volume,
+        };
+        Ok(self.recorder.shape(&shape)?)
     }
 
     pub(super) fn record_birth(&mut self, id: BodyId) -> Result<(), RunError> {
@@ -303,16 +361,11 @@ fn drawn(done: &Replacement, sampled: &[bool]) -> Vec<u64> {
     marked.map(|(&id, _)| number(id)).collect()
 }
 
-fn grain(grain: &cullet_proto::Grain) -> Grain {
-    let cullet_proto::Grain { position, velocity, volume, size } = *grain;
-    Grain { position, velocity, volume, size }
-}
-
-fn piece(fragment: cullet_proto::Fragment, body: BodyId) -> Piece {
-    // Crack faces without a parent are those of this fracture.
-    let mut solid = fragment.solid;
-    solid.name_parent(body.0);
-    Piece { solid, hulls: fragment.hulls, velocity: fragment.velocity, spin: fragment.spin }
+/// The supports of a job with what the solver says that they gave; nothing where it knows none.
+fn reacted(supports: &[HeldContact], impulses: &[f64]) -> Vec<Reaction> {
+    let known = supports.len() == impulses.len();
+    let held = supports.iter().cloned().zip(impulses).filter(|_| known);
+    held.map(|(support, &impulse)| Reaction { support, impulse }).collect()
 }
 
 /// What a report says in one line: which family, why not the one asked, what was noticed.
@@ -334,8 +387,14 @@ fn about(job: &Pending, solver: &str) -> JobReport {
     }
 }
 
-fn reported(job: &Pending, report: &Report) -> JobReport {
+fn reported(job: &Pending, solved: &Solved) -> JobReport {
+    let report = solved.report();
+    // What the brittle family has reported from the first version on has fields of its own.
+    let own = [STRENGTH_RATIO, DAMAGED_FRACTION, DELIVERED_IMPULSE];
+    let old = own.map(|name| report.detail(name).unwrap_or_default());
+    let rest = report.details.iter().filter(|figure| !own.contains(&figure.name.as_str()));
     JobReport {
+        fragments: solved.bodies() as u32,
         refusal: report.refusal.clone().unwrap_or_default(),
         spacing: report.spacing,
         particles: report.particles,
@@ -344,12 +403,18 @@ fn reported(job: &Pending, report: &Report) -> JobReport {
         crack_area: report.crack_area,
         fracture_energy: report.fracture_energy,
         dissipated_energy: report.dissipated_energy,
-        strength_ratio: report.strength_ratio,
-        damaged_fraction: report.damaged_fraction,
-        delivered_impulse: report.delivered_impulse,
+        strength_ratio: old[0],
+        damaged_fraction: old[1],
+        delivered_impulse: old[2],
         warnings: report.warnings.clone(),
+        details: rest.map(detail).collect(),
         ..about(job, &report.solver)
     }
+}
+
+fn detail(figure: &Figure) -> recording::Detail {
+    let Figure { name, unit, value } = figure.clone();
+    recording::Detail { name, unit, value }
 }
 
 fn hit(hit: &Hit) -> recording::Hit {

@@ -1,11 +1,13 @@
+mod dent;
 mod solids;
 
 use super::{Jobs, Load, RunOptions, run};
 use cullet_geometry::shapes::{Detail, cuboid};
 use cullet_geometry::{Sheet, Solid, Vec3};
+use cullet_model::{Fracture, Fragment, Report};
 use cullet_pool::{Ending, Settlement};
 use cullet_proto::recording::EventKind;
-use cullet_proto::{BrokenBody, FractureJob, Fragment, JobId, Report, Verdict};
+use cullet_proto::{FractureJob, JobId, Verdict};
 use cullet_record::Recording;
 use cullet_scene::load;
 use std::cell::RefCell;
@@ -26,7 +28,7 @@ struct Halver {
 impl Jobs for Halver {
     fn open(&self, job: &FractureJob) -> JobId {
         let id = JobId::of(&job.encode().expect("a job"));
-        let spacing = job.settings.spacing.unwrap_or(0.0);
+        let spacing = job.problem.settings.spacing.unwrap_or(0.0);
         self.waiting.borrow_mut().push_back((id, spacing));
         self.asked.borrow_mut().push((id, spacing, job.fallback.is_some()));
         id
@@ -37,7 +39,7 @@ impl Jobs for Halver {
         let verdict = if spacing < self.fails_below {
             Verdict::Failed { solver: "brittle".to_owned(), text: "it ran away".to_owned() }
         } else {
-            Verdict::Broken(Box::new(halves(spacing)))
+            halves(spacing).into()
         };
         let settlement = Settlement {
             ending: Ending::Verdict(verdict),
@@ -58,7 +60,7 @@ impl Jobs for Halver {
     fn cancel(&self) {}
 }
 
-fn halves(spacing: f64) -> BrokenBody {
+fn halves(spacing: f64) -> Fracture {
     let half = |x: f64| {
         let mesh = cuboid(Vec3::new(0.05, 0.1, 0.1), Detail::default()).expect("a box");
         let mesh = mesh.translated(Vec3::new(x, 0.0, 0.0));
@@ -68,7 +70,7 @@ fn halves(spacing: f64) -> BrokenBody {
     };
     let crack_area = 0.01 * (1.0 + 200.0 * spacing);
     let report = Report { solver: "brittle".to_owned(), spacing, crack_area, ..Report::default() };
-    BrokenBody { fragments: vec![half(-0.025), half(0.025)], report, ..Default::default() }
+    Fracture { fragments: vec![half(-0.025), half(0.025)], report, ..Default::default() }
 }
 
 /// Spacings asked of the first hit \[m\], that of the solve whose halves are in the world, and all

@@ -8,7 +8,7 @@ use cullet_document::error::{SceneError, nearest, suggest};
 use cullet_document::files::{FileError, Files, key};
 use cullet_document::tree::{Node, Path, Step, join, show};
 use cullet_geometry::{Quat, Vec3};
-use cullet_proto::strength::Strength;
+use cullet_model::StrengthField;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -39,7 +39,7 @@ pub struct ResolveContext<'a> {
 pub(super) struct BodyTemplate {
     pub(super) form: Arc<BodyGeometry>,
     pub(super) material: Arc<SceneMaterial>,
-    pub(super) strength: Arc<Strength>,
+    pub(super) strength: Arc<StrengthField>,
     pub(super) rotation: Quat,
     pub(super) position: Vec3,
     /// From the centroid to the point that `position` places, in the body's frame \[m\].

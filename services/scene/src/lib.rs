@@ -38,7 +38,7 @@ use cullet_document::files::{Files, SCENE_BASE, Source};
 use cullet_document::overrides::{Known, apply_overrides};
 use cullet_document::{Bundle, SceneError, SceneErrors, SceneFile, check, document};
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
-use cullet_proto::strength::Strength;
+use cullet_model::StrengthField;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -69,7 +69,7 @@ pub struct SceneBody {
     /// What it is made of. Shared by bodies of one material.
     pub material: Arc<SceneMaterial>,
     /// How its strength varies; the seed is the run's affair. Shared by bodies of one mould.
-    pub strength: Arc<Strength>,
+    pub strength: Arc<StrengthField>,
     /// The least share of its material's strength that the scene gave a part of it \[1\].
     pub weakest: f64,
     /// Whether it never moves.

@@ -8,9 +8,10 @@ use cullet_document::check::tell;
 use cullet_document::files::key;
 use cullet_document::tree::{Path, join};
 use cullet_geometry::Vec3;
-use cullet_proto::strength::{
-    Layers, MAX_STROKES, Region, Strength, Stroke, VertexPaint, WeakPlane,
-};
+use cullet_model::strength::{Layers, Region, Stroke, VertexPaint};
+use cullet_model::{StrengthField, WeakPlane};
+use cullet_proto::strength::MAX_STROKES;
+use std::sync::Arc;
 
 /// Shortest normal that still has a direction \[1\].
 const MIN_LENGTH: f64 = 1e-6;
@@ -26,8 +27,8 @@ pub fn direction(normal: [f64; 3]) -> Result<[f64; 3], &'static str> {
 
 impl SceneMaterial {
     /// The field of a body of it that is not painted; the seed is the run's affair.
-    fn field(&self) -> Strength {
-        let plain = |normal| direction(normal).unwrap_or([0.0, 0.0, 1.0]);
+    fn field(&self) -> StrengthField {
+        let plain = |normal| direction(normal).map_or(Vec3::z(), Vec3::from);
         let weak = |w: format::WeakPlane| WeakPlane { normal: plain(w.normal), ratio: w.ratio };
         let layers = |l: format::Layers| Layers {
             normal: plain(l.normal),
@@ -35,12 +36,12 @@ impl SceneMaterial {
             ratio: l.ratio,
             jitter: l.jitter,
         };
-        Strength {
+        StrengthField {
             weibull: self.weibull,
             correlation: self.correlation,
             weak_plane: self.weak_plane.map(weak),
             layers: self.layers.map(layers),
-            ..Strength::default()
+            ..StrengthField::even()
         }
     }
 }
@@ -53,8 +54,8 @@ impl ResolveContext<'_> {
         path: &Path,
         material: &SceneMaterial,
         form: &BodyGeometry,
-    ) -> Strength {
-        let mut field = Strength { offset: (-form.origin).into(), ..material.field() };
+    ) -> StrengthField {
+        let mut field = StrengthField { offset: -form.origin, ..material.field() };
         let (own, path) = (path, join(path, "paint"));
         if body.paint.len() > MAX_STROKES {
             let message = format!("at most {MAX_STROKES} items; it has {}", body.paint.len());
@@ -82,7 +83,7 @@ impl ResolveContext<'_> {
         (body, own): (&Body, &Path),
         (paint, path): (&Paint, &Path),
         form: &BodyGeometry,
-    ) -> Option<VertexPaint> {
+    ) -> Option<Arc<VertexPaint>> {
         let Paint::Corners { reach, channel, none, full, file } = paint else { return None };
         let Some(mesh) = &body.mesh else {
             self.wrong(path, "only a `mesh` has corners to paint");
@@ -116,7 +117,7 @@ impl ResolveContext<'_> {
             }
         };
         let points = corners.points.iter().map(|p| form.placed(p)).collect();
-        Some(VertexPaint { points, factors, reach: *reach })
+        Some(Arc::new(VertexPaint { points, factors, reach: *reach }))
     }
 
     /// One factor a line.
@@ -157,20 +158,20 @@ fn stroke(paint: &Paint) -> Result<Option<Stroke>, (&'static str, String)> {
                     format!("must be above `min` along each axis; {high} m is not above {low} m");
                 return Err(("max", why));
             }
-            (Region::Box(min, max), factor, edge)
+            (Region::Box { low: min.into(), high: max.into() }, factor, edge)
         }
         Paint::Sphere { centre, radius, factor, edge } => {
-            (Region::Sphere(centre, radius), factor, edge)
+            (Region::Sphere { centre: centre.into(), radius }, factor, edge)
         }
         Paint::HalfSpace { point, normal, factor, edge } => {
             let normal = direction(normal).map_err(|why| ("normal", why.to_owned()))?;
-            (Region::HalfSpace(point, normal), factor, edge)
+            (Region::HalfSpace { point: point.into(), normal: normal.into() }, factor, edge)
         }
         Paint::Cylinder { from, to, radius, factor, edge } => {
             if from == to {
                 return Err(("to", "must differ from `from`".to_owned()));
             }
-            (Region::Cylinder(from, to, radius), factor, edge)
+            (Region::Cylinder { from: from.into(), to: to.into(), radius }, factor, edge)
         }
         Paint::Corners { .. } => return Ok(None),
     };
@@ -178,7 +179,7 @@ fn stroke(paint: &Paint) -> Result<Option<Stroke>, (&'static str, String)> {
 }
 
 /// The least share of σ_f that the scene itself gave a part of a body \[1\]; flaws apart.
-pub(super) fn weakest(field: &Strength) -> f64 {
+pub(super) fn weakest(field: &StrengthField) -> f64 {
     let painted: f64 = field.strokes.iter().map(|stroke| stroke.factor.min(1.0)).product();
     let corners = field.vertices.iter().flat_map(|paint| &paint.factors);
     let corner = corners.copied().fold(1.0, f64::min);

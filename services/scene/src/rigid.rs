@@ -42,6 +42,7 @@ fn length_unit(scene: &Scene) -> f64 {
 #[must_use]
 pub fn spec(body: &SceneBody) -> BodySpec {
     BodySpec {
+        density: None,
         name: body.name.clone(),
         solid: body.solid.clone(),
         hulls: (*body.hulls).clone(),

@@ -26,7 +26,7 @@ type Done = Result<(), Box<dyn std::error::Error>>;
 
 fn job(seed: u64, millis: u32) -> FractureJob {
     let mut job = FractureJob::smallest("sleep", seed);
-    job.settings.max_steps = millis;
+    job.problem.settings.max_steps = millis;
     job
 }
 

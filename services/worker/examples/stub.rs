@@ -2,8 +2,9 @@
 //! settings, so that no physics is needed to try the pool.
 
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
+use cullet_model::{Fracture, Fragment, Report};
 use cullet_proto::transport::Patience;
-use cullet_proto::{BrokenBody, FractureJob, Fragment, Report, Verdict};
+use cullet_proto::{FractureJob, Verdict};
 use cullet_worker::{JobCommand, Watch, WorkerConfig, run_with, serve_jobs};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -73,7 +74,7 @@ fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
         hoard.push(vec![1u8; 8 << 20]);
         std::thread::sleep(Duration::from_millis(5));
     }
-    let until = Instant::now() + Duration::from_millis(u64::from(job.settings.max_steps));
+    let until = Instant::now() + Duration::from_millis(u64::from(job.problem.settings.max_steps));
     while Instant::now() < until {
         if watch.cancelled() && job.solver != "hang" {
             return None;
@@ -81,17 +82,18 @@ fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
         std::thread::sleep(Duration::from_millis(5));
     }
     let fragment = |k: u64| Fragment {
-        solid: job.solid.clone(),
+        solid: (**job.problem.body.solid().expect("a solid")).clone(),
         hulls: Vec::new(),
-        velocity: job.impacts[0].normal * k as f64,
-        spin: job.impacts[0].point,
+        velocity: job.problem.impacts[0].normal * k as f64,
+        spin: job.problem.impacts[0].point,
         sheet: Sheet::default(),
     };
-    let mut fragments: Vec<_> = (0..job.seed % 7).map(fragment).collect();
+    let mut fragments: Vec<_> = (0..job.problem.seed % 7).map(fragment).collect();
     if let Some(size) = job.solver.strip_prefix("bulk") {
         let size = size.strip_prefix('-').and_then(|size| size.parse().ok()).unwrap_or(50);
         fragments = vec![Fragment { solid: bulk(size), ..fragment(1) }];
     }
-    let report = Report { solver: job.solver.clone(), steps: job.seed, ..Report::default() };
-    Some(Verdict::Broken(Box::new(BrokenBody { fragments, report, ..BrokenBody::default() })))
+    let report =
+        Report { solver: job.solver.clone(), steps: job.problem.seed, ..Report::default() };
+    Some(Fracture { fragments, report, ..Fracture::default() }.into())
 }

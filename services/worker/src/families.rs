@@ -16,3 +16,9 @@ pub const SPECIMEN_FAMILIES: &[SpecimenFamily] = &[specimen::FAMILY];
 pub fn by_name(name: &str) -> Option<&'static Entry> {
     FAMILIES.iter().find(|family| family.name == name)
 }
+
+/// Names of the families that a worker of this program solves.
+#[must_use]
+pub fn solvers() -> Vec<&'static str> {
+    FAMILIES.iter().map(|entry| entry.name).collect()
+}

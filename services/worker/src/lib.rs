@@ -7,7 +7,6 @@
 //!
 //! Absent on purpose: rigid bodies, scenes, recordings, decisions about who does what.
 
-mod convert;
 pub mod families;
 mod job;
 mod link;
@@ -29,7 +28,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-pub use convert::{fracture_of, problem_of, solvers};
+pub use families::solvers;
 pub use job::{JobCommand, serve_jobs};
 pub use solve::{SolveFn, Watch};
 

@@ -147,8 +147,9 @@ mod tests {
         let detail = shapes::Detail { segments: 48, edge: Some(0.003) };
         let solid = shapes::cuboid(Vec3::repeat(0.2), detail).expect("a box");
         let job = |seed| {
-            let solid = Solid::outer(solid.clone());
-            Parted::of(&FractureJob { solid, ..FractureJob::smallest("echo", seed) })
+            let mut job = FractureJob::smallest("echo", seed);
+            job.problem.body = Solid::outer(solid.clone()).into();
+            Parted::of(&job)
         };
         Ok([job(1)?, job(2)?])
     }

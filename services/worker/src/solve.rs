@@ -1,8 +1,7 @@
 //! A job, from the problem to the verdict.
 
-use crate::convert::{fracture_of, problem_of};
 use crate::families::by_name;
-use cullet_model::{Entry, Failure, Fracture, Progress, Refusal, Run};
+use cullet_model::{Entry, Failure, Outcome, Precision, Progress, Refusal, Run};
 use cullet_proto::pool::Family;
 use cullet_proto::{FractureJob, Verdict};
 use std::any::Any;
@@ -44,15 +43,20 @@ impl Watch {
     }
 }
 
-/// The families of `cullet-fracture`, each in both precisions.
+/// The families of the table, each with the precisions that it has.
 #[must_use]
 pub fn families() -> Vec<Family> {
-    let family = |name: &str| Family { name: name.into(), single: true, double: true };
-    crate::families::FAMILIES.iter().map(|entry| family(entry.name)).collect()
+    let has = |entry: &Entry, precision| entry.precisions.contains(&precision);
+    let family = |entry: &Entry| Family {
+        name: entry.name.into(),
+        single: has(entry, Precision::Single),
+        double: has(entry, Precision::Double),
+    };
+    crate::families::FAMILIES.iter().map(family).collect()
 }
 
 enum Solved {
-    Done(Box<Fracture>),
+    Done(Outcome),
     Refused(String),
     Failed(Failure),
     Cancelled,
@@ -76,7 +80,7 @@ fn with_lookup(
         Solved::Refused(text) => text,
         // What was solved could not be cut into fragments that may be shown.
         Solved::Failed(failure @ Failure::Cut(_)) if other.is_some() => failure.to_string(),
-        Solved::Done(fracture) => return Some(broken(*fracture, None)),
+        Solved::Done(outcome) => return Some(Verdict::Solved(outcome)),
         Solved::Failed(failure) => return Some(failed(named, &failure.to_string())),
         Solved::Cancelled => return None,
     };
@@ -88,14 +92,13 @@ fn with_lookup(
             let text = format!("{refusal}; {other}: {text}");
             Some(Verdict::Refused { solver: named, text })
         }
-        Solved::Done(fracture) => Some(broken(*fracture, Some(refusal))),
+        Solved::Done(mut outcome) => {
+            outcome.report_mut().refusal = Some(refusal);
+            Some(Verdict::Solved(outcome))
+        }
         Solved::Failed(failure) => Some(failed(other.clone(), &failure.to_string())),
         Solved::Cancelled => None,
     }
-}
-
-fn broken(fracture: Fracture, refusal: Option<String>) -> Verdict {
-    Verdict::Broken(Box::new(fracture_of(fracture, refusal)))
 }
 
 fn failed(solver: String, text: &str) -> Verdict {
@@ -111,7 +114,7 @@ fn slices(
     let Some(entry) = lookup(name) else {
         return Solved::Refused(format!("no solver is named {name:?} here"));
     };
-    let begun: Result<Box<dyn Run>, Refusal> = (entry.begin)(problem_of(job));
+    let begun: Result<Box<dyn Run>, Refusal> = (entry.begin)(job.problem.clone());
     let mut run = match begun {
         Ok(run) => run,
         Err(refusal) => return Solved::Refused(refusal.to_string()),
@@ -119,7 +122,7 @@ fn slices(
     while !watch.cancelled() {
         match run.advance() {
             Progress::Running(share) => watch.progress(share),
-            Progress::Done(fracture) => return Solved::Done(fracture),
+            Progress::Done(outcome) => return Solved::Done(outcome),
             Progress::Failed(failure) => return Solved::Failed(failure),
         }
     }
@@ -142,7 +145,7 @@ fn words(panic: &(dyn Any + Send)) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cullet_model::{Cost, Problem, Report, Solver};
+    use cullet_model::{Cost, Fracture, Problem, Report, Solver};
 
     struct Slow(u32);
 
@@ -154,7 +157,7 @@ mod tests {
                 _ => {
                     let solver = "slow".to_owned();
                     let report = Report { solver, ..Report::default() };
-                    Progress::Done(Box::new(Fracture { report, ..Fracture::default() }))
+                    Progress::Done(Fracture { report, ..Fracture::default() }.into())
                 }
             }
         }
@@ -164,6 +167,7 @@ mod tests {
 
     impl Solver for Picky {
         const NAME: &'static str = "picky";
+        const PRECISIONS: &'static [Precision] = &[Precision::Double];
         fn accepts(_: &Problem) -> Result<Cost, Refusal> {
             Err(Refusal::TooThin { thickness: 1e-3, cells: 1.0, minimum: 3.0 })
         }
@@ -191,10 +195,10 @@ mod tests {
     }
 
     const TABLE: [Entry; 4] = [
-        Entry { name: "slow", begin: |_| Ok(Box::new(Slow(0))) },
-        Entry { name: "picky", begin: refuse },
-        Entry { name: "sick", begin: |_| Ok(Box::new(Picky)) },
-        Entry { name: "uncut", begin: |_| Ok(Box::new(Uncut)) },
+        Entry { name: "slow", precisions: &[Precision::Double], begin: |_| Ok(Box::new(Slow(0))) },
+        Entry { name: "picky", precisions: &[Precision::Double], begin: refuse },
+        Entry { name: "sick", precisions: &[Precision::Double], begin: |_| Ok(Box::new(Picky)) },
+        Entry { name: "uncut", precisions: &[Precision::Double], begin: |_| Ok(Box::new(Uncut)) },
     ];
     static ENTRIES: [Entry; 4] = TABLE;
 
@@ -209,9 +213,9 @@ mod tests {
     #[test]
     fn a_refusal_falls_back_and_the_report_says_so() {
         let solved = with_lookup(&job("picky", Some("slow")), &Watch::default(), lookup);
-        let Some(Verdict::Broken(body)) = solved else { panic!("{solved:?}") };
-        assert_eq!(body.report.solver, "slow");
-        assert!(body.report.refusal.is_some_and(|text| text.starts_with("too thin")));
+        let Some(Verdict::Solved(outcome)) = solved else { panic!("{solved:?}") };
+        assert_eq!(outcome.report().solver, "slow");
+        assert!(outcome.report().refusal.as_ref().is_some_and(|text| text.starts_with("too thin")));
     }
 
     /// F22: a body whose cut shows the grid is handed over, and the report says why; where there is
@@ -220,9 +224,9 @@ mod tests {
     fn what_cannot_be_cut_is_handed_over() {
         let ask = |b: Option<&str>| with_lookup(&job("uncut", b), &Watch::default(), lookup);
         let solved = ask(Some("slow"));
-        let Some(Verdict::Broken(body)) = solved else { panic!("{solved:?}") };
-        assert_eq!(body.report.solver, "slow");
-        let why = body.report.refusal.expect("why");
+        let Some(Verdict::Solved(outcome)) = solved else { panic!("{solved:?}") };
+        assert_eq!(outcome.report().solver, "slow");
+        let why = outcome.report().refusal.clone().expect("why");
         assert!(why.starts_with("the cut failed: ") && why.contains("21.9 times"), "{why}");
         assert!(matches!(ask(None), Some(Verdict::Failed { .. })));
     }
@@ -236,7 +240,7 @@ mod tests {
         }
         assert!(matches!(ask("sick", Some("slow")), Some(Verdict::Failed { .. })));
         assert!(
-            matches!(ask("slow", None), Some(Verdict::Broken(b)) if b.report.refusal.is_none())
+            matches!(ask("slow", None), Some(Verdict::Solved(o)) if o.report().refusal.is_none())
         );
     }
 

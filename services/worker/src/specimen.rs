@@ -2,10 +2,10 @@
 
 use crate::families::SPECIMEN_FAMILIES;
 use cullet_geometry::Quat;
+use cullet_model::strength::EVEN;
 use cullet_proto::specimen::{
     Ending, Price, SpecimenJob, SpecimenOutcome, SpecimenProblem, SpecimenResult,
 };
-use cullet_proto::strength::EVEN;
 use cullet_specimen::{SpecimenFamily, SpecimenRun};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;

@@ -55,6 +55,9 @@ pub struct BodySpec {
     pub hulls: Vec<Vec<Vec3>>,
     /// What it is made of.
     pub material: Material,
+    /// Mean density, where it is not the material's: of a body whose volume has changed
+    /// \[kg/m³\].
+    pub density: Option<f64>,
     /// Body frame to world frame \[m\].
     pub pose: Pose,
     /// Velocity of the centre of mass \[m/s\].
@@ -96,6 +99,8 @@ pub struct BodyView<'a> {
     pub spin: Vec3,
     /// Mass \[kg\].
     pub mass: f64,
+    /// Mean density \[kg/m³\].
+    pub density: f64,
     /// Volume \[m³\].
     pub volume: f64,
     /// Volume over the original body's \[1\].
@@ -123,6 +128,8 @@ pub(crate) struct Body {
     pub(crate) volume: f64,
     pub(crate) original_volume: f64,
     pub(crate) mass: f64,
+    /// Mean \[kg/m³\].
+    pub(crate) density: f64,
     /// About the centre of mass, body frame \[kg·m²\].
     pub(crate) inertia: Mat3,
     /// Greatest distance of a corner from the centre \[m\].
@@ -181,14 +188,17 @@ impl Body {
         let original_volume = spec.original_volume.unwrap_or(m.volume);
         spec.within("original_volume [m³]", original_volume, f64::MIN_POSITIVE, 1e12)?;
         let tier = Tier::of(m.volume / original_volume, tiers);
+        let density = spec.density.unwrap_or(spec.material.density);
+        spec.within("density [kg/m³]", density, f64::MIN_POSITIVE, 1e9)?;
         Ok(Self {
             name: spec.name.clone(),
             solid: Arc::clone(&spec.solid),
             material: spec.material,
             volume: m.volume,
             original_volume,
-            mass: m.volume * spec.material.density,
-            inertia: inertia * spec.material.density,
+            mass: m.volume * density,
+            density,
+            inertia: inertia * density,
             reach,
             thickness: extents(spec.solid.mesh.vertices.iter()).min(),
             fixed: spec.fixed,

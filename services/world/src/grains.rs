@@ -6,19 +6,7 @@ use crate::id::BodyId;
 use crate::rigid::Rigid;
 use crate::world::World;
 use cullet_geometry::{Mat3, Vec3};
-
-/// A part of a broken body too small to be a body, in that body's frame before it broke.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grain {
-    /// Where \[m\].
-    pub position: Vec3,
-    /// Velocity that the hit gave it, beside the body's motion before the hit \[m/s\].
-    pub velocity: Vec3,
-    /// Volume \[m³\].
-    pub volume: f64,
-    /// Diameter \[m\].
-    pub size: f64,
-}
+use cullet_model::Grain;
 
 /// A grain in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]

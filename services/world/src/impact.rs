@@ -7,27 +7,7 @@ use crate::hertz::{Elastic, effective_modulus, hertz};
 use crate::id::BodyId;
 use crate::motion::Motion;
 use cullet_geometry::{Quat, Vec3};
-
-/// One hit, in the body's own frame (origin at the centre of mass).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Impact {
-    /// Where the striker touched, on the surface \[m\].
-    pub point: Vec3,
-    /// Unit direction of the push, *into* the body.
-    pub normal: Vec3,
-    /// Impulse along `normal` over the contact episode \[N·s\].
-    pub impulse: f64,
-    /// Hertz contact duration t_c \[s\].
-    pub duration: f64,
-    /// Greatest Hertz contact radius a \[m\].
-    pub radius: f64,
-    /// Kinetic energy of the approach, ½ m* v² \[J\]: no crack can cost more.
-    pub energy: f64,
-    /// How fast the surfaces closed before they touched \[m/s\].
-    pub closing_speed: f64,
-    /// Pressure in the middle of the contact at which the weaker of the two crushes \[Pa\].
-    pub crushing_pressure: f64,
-}
+use cullet_model::Impact;
 
 /// A contact episode that reached a body's threshold.
 #[derive(Clone, Debug, PartialEq)]

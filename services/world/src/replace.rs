@@ -4,7 +4,6 @@ use crate::body::{Body, BodySpec, Tier};
 use crate::cluster::{Part, Sum, sum};
 use crate::error::ReplaceError;
 use crate::exchange::Exchange;
-use crate::grains::Grain;
 use crate::id::BodyId;
 use crate::impact::Hit;
 use crate::motion::Motion;
@@ -13,29 +12,16 @@ use crate::settle::{Scene, Settled, Striker, TooDear, settle};
 use crate::support::Reaction;
 use crate::world::World;
 use crate::{WorldError, ledger::Sink};
-use cullet_geometry::{Mat3, Pose, Quat, Solid, Vec3};
+use cullet_geometry::{Mat3, Pose, Quat, Vec3};
+use cullet_model::{Fragment, Grain};
 use std::collections::BTreeSet;
 use std::sync::Arc;
-
-/// One part of a broken body, in the body's frame before it broke.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Piece {
-    /// Its closed boundary \[m\].
-    pub solid: Solid,
-    /// Convex parts that stand in for it in collisions: corner sets \[m\].
-    pub hulls: Vec<Vec<Vec3>>,
-    /// Velocity of its centroid that the hit gave it, beside the body's motion before the hit
-    /// \[m/s\].
-    pub velocity: Vec3,
-    /// Angular velocity that the hit gave it, likewise \[rad/s\].
-    pub spin: Vec3,
-}
 
 /// What a solver made of a body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Breakage {
-    /// Its parts.
-    pub pieces: Vec<Piece>,
+    /// Its parts; the cracks inside them are not looked at.
+    pub pieces: Vec<Fragment>,
     /// Parts too small to be bodies.
     pub grains: Vec<Grain>,
     /// What held it meanwhile, as [`World::supports`] told; none where the solver knows no
@@ -46,7 +32,7 @@ pub struct Breakage {
 }
 
 /// What a replacement came to. Errors are measured on the state that the engine holds afterwards.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replacement {
     /// The fragments in the order of the pieces.
     pub fragments: Vec<BodyId>,
@@ -105,6 +91,32 @@ struct Draft {
     poses: Vec<Pose>,
 }
 
+/// What a body has become, before its motion is settled.
+pub(crate) struct Parted {
+    /// At rest where they are, the grains last.
+    pub(crate) fragments: Vec<Part>,
+    /// There are grains.
+    pub(crate) loose: bool,
+    /// Velocity \[m/s\] and spin \[rad/s\] that the solver gave each, world frame.
+    pub(crate) given: Vec<(Vec3, Vec3)>,
+    /// What the motion pays \[J\].
+    pub(crate) cost: f64,
+}
+
+/// A replacement's motion, settled.
+pub(crate) struct Exchanged {
+    pub(crate) scene: Scene,
+    pub(crate) settled: Settled,
+    /// What each hit's contact took out of the motion \[J\].
+    pub(crate) purses: Vec<f64>,
+}
+
+/// A body at rest in its place.
+pub(crate) fn still((child, pose): (&Body, &Pose)) -> Part {
+    let at_rest = Motion { pose: *pose, velocity: Vec3::zeros(), spin: Vec3::zeros() };
+    Part::new(child, &at_rest)
+}
+
 impl World {
     /// [`World::break_up`] into pieces only.
     ///
@@ -114,7 +126,7 @@ impl World {
         &mut self,
         body: BodyId,
         hits: &[Hit],
-        pieces: Vec<Piece>,
+        pieces: Vec<Fragment>,
         fracture_energy: f64,
     ) -> Result<Replacement, ReplaceError> {
         let breakage = Breakage { pieces, fracture_energy, ..Breakage::default() };
@@ -144,35 +156,16 @@ impl World {
         let own = own.chain(grains.iter().map(|g| (g.velocity, Vec3::zeros())));
         let given = own.map(|(v, w)| (turn(&motion, &v), turn(&motion, &w))).collect();
         let draft = self.draft(body, &parent, &motion, pieces)?;
-        let still = |(child, pose): (&Body, &Pose)| {
-            let at_rest = Motion { pose: *pose, velocity: Vec3::zeros(), spin: Vec3::zeros() };
-            Part::new(child, &at_rest)
-        };
-        let mut strikers = self.strikers(body.0, hits);
-        strikers.extend(reactions.iter().flat_map(|reaction| self.holders(reaction, &motion)));
-        let parts = self.movers(&strikers);
         let specks = grains.iter().map(|grain| speck(grain, &parent, &motion));
         let placed = draft.bodies.iter().zip(&draft.poses).map(still);
-        let purses = self.purses(body.0, hits);
-        let supported: f64 = reactions.iter().map(|reaction| reaction.support.dissipated).sum();
-        let first = hits.first();
-        let turned = |hit: &Hit| hit.orientation * motion.pose.rotation.inverse();
-        let scene = Scene {
-            body: Part::new(&parent, &motion),
-            fixed: parent.fixed,
+        let parts = Parted {
             fragments: placed.chain(specks).collect(),
             loose: !grains.is_empty(),
             given,
-            strikers,
-            parts,
-            fracture_energy,
-            purse: (purses.iter().sum::<f64>() + supported).max(0.0),
-            back: first.map_or_else(Quat::identity, turned),
-            late: first.is_some_and(|hit| hit.step < self.step_count()),
+            cost: fracture_energy,
         };
-        let settled = settle(&scene).map_err(|TooDear { available, payable }| {
-            ReplaceError::Unaffordable { fracture_energy, available, payable }
-        })?;
+        let Exchanged { scene, settled, purses } =
+            self.exchange((body, &parent, &motion), hits, parts, &reactions)?;
         let tiers = draft.bodies.iter().map(|child| child.tier).collect();
         let volumes = draft.bodies.iter().map(|child| child.volume);
         let volume: f64 = volumes.chain(grains.iter().map(|grain| grain.volume)).sum();
@@ -186,6 +179,41 @@ impl World {
         report.tiers = tiers;
         report.volume_rel_error = (volume / parent.volume - 1.0).abs();
         Ok(report)
+    }
+
+    /// What hits and supports gave a body and its strikers, settled anew with what the solver says.
+    pub(crate) fn exchange(
+        &self,
+        (body, parent, motion): (BodyId, &Body, &Motion),
+        hits: &[Hit],
+        parted: Parted,
+        reactions: &[Reaction],
+    ) -> Result<Exchanged, ReplaceError> {
+        let Parted { fragments, loose, given, cost } = parted;
+        let mut strikers = self.strikers(body.0, hits);
+        strikers.extend(reactions.iter().flat_map(|reaction| self.holders(reaction, motion)));
+        let parts = self.movers(&strikers);
+        let purses = self.purses(body.0, hits);
+        let supported: f64 = reactions.iter().map(|reaction| reaction.support.dissipated).sum();
+        let first = hits.first();
+        let turned = |hit: &Hit| hit.orientation * motion.pose.rotation.inverse();
+        let scene = Scene {
+            body: Part::new(parent, motion),
+            fixed: parent.fixed,
+            fragments,
+            loose,
+            given,
+            strikers,
+            parts,
+            fracture_energy: cost,
+            purse: (purses.iter().sum::<f64>() + supported).max(0.0),
+            back: first.map_or_else(Quat::identity, turned),
+            late: first.is_some_and(|hit| hit.step < self.step_count()),
+        };
+        let settled = settle(&scene).map_err(|TooDear { available, payable }| {
+            ReplaceError::Unaffordable { fracture_energy: cost, available, payable }
+        })?;
+        Ok(Exchanged { scene, settled, purses })
     }
 
     fn check(&self, parent: &Body, breakage: &Breakage) -> Result<(), ReplaceError> {
@@ -250,7 +278,7 @@ impl World {
         id: BodyId,
         parent: &Body,
         motion: &Motion,
-        pieces: Vec<Piece>,
+        pieces: Vec<Fragment>,
     ) -> Result<Draft, ReplaceError> {
         let settings = &self.settings;
         let birth = self.time();
@@ -267,6 +295,7 @@ impl World {
                 solid: Arc::new(piece.solid),
                 hulls: piece.hulls,
                 material: parent.material,
+                density: Some(parent.density),
                 pose: motion.pose * nalgebra::Translation3::from(centre),
                 velocity: Vec3::zeros(),
                 spin: Vec3::zeros(),
@@ -330,7 +359,7 @@ impl World {
 
     /// Notes for each striker that may itself be waiting to break what it holds from the episode by
     /// now.
-    fn remember(
+    pub(crate) fn remember(
         &mut self,
         scene: &Scene,
         hits: &[Hit],
@@ -361,7 +390,12 @@ impl World {
     }
 
     /// Compares what the engine holds now with what it held before.
-    fn audit(&self, scene: &Scene, settled: &Settled, fragments: &[BodyId]) -> Replacement {
+    pub(crate) fn audit(
+        &self,
+        scene: &Scene,
+        settled: &Settled,
+        fragments: &[BodyId],
+    ) -> Replacement {
         let now = |id: u32| {
             let (body, motion) = (self.bodies.get(&id)?, self.rigid.motion(id)?);
             Some(Part::new(body, &motion))
@@ -415,7 +449,7 @@ fn ratio(part: f64, whole: f64) -> f64 {
 /// A grain, at rest beside the others.
 fn speck(grain: &Grain, parent: &Body, motion: &Motion) -> Part {
     Part {
-        mass: grain.volume * parent.material.density,
+        mass: grain.volume * parent.density,
         inertia: Mat3::zeros(),
         centre: (motion.pose * nalgebra::Point3::from(grain.position)).coords,
         velocity: Vec3::zeros(),

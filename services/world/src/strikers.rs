@@ -42,7 +42,7 @@ impl World {
         if support.kept > 0.0 {
             self.alive(support.other.0, &mut ids);
         }
-        let push = turn(motion, &support.normal) * reaction.impulse;
+        let push = turn(motion, &support.held.normal) * reaction.impulse;
         let holder = |ids: Vec<u32>, share: f64| Striker {
             mine: support.exchanged.scaled(share),
             theirs: if ids.is_empty() {
@@ -52,7 +52,7 @@ impl World {
             },
             ids,
             weight: 0.0,
-            point: (motion.pose * nalgebra::Point3::from(support.point)).coords,
+            point: (motion.pose * nalgebra::Point3::from(support.held.point)).coords,
             lever: support.lever,
             reaction: Some(push * share),
         };

@@ -14,22 +14,18 @@ use crate::motion::Motion;
 use crate::rigid::{Contact, Patch};
 use crate::world::World;
 use cullet_geometry::Vec3;
+use cullet_model::Support;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Where a body rests on another: a disc in the body's own frame.
+/// Where a body rests on another, and what the engine let that do.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Support {
+pub struct HeldContact {
     /// The body that supports it.
     pub other: BodyId,
-    /// Middle of the disc, on the surface \[m\].
-    pub point: Vec3,
-    /// Unit direction in which it can push, *into* the body.
-    pub normal: Vec3,
-    /// Radius of the disc \[m\].
-    pub radius: f64,
-    /// Velocity against `normal` that an impulse spread over all discs of `other` gives it there,
-    /// over that on this disc \[1/kg\]; 0 where it does not move.
-    pub mobility: f64,
+    /// The disc that holds the body, in its own frame. Its mobility is the velocity against the
+    /// normal that an impulse spread over all discs of `other` gives it there, over that on this
+    /// disc \[1/kg\].
+    pub held: Support,
     /// Share of what `other` gets that it keeps as its own motion \[1\]; the rest goes to the
     /// ground.
     pub kept: f64,
@@ -48,7 +44,7 @@ pub struct Support {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reaction {
     /// Which.
-    pub support: Support,
+    pub support: HeldContact,
     /// How much.
     pub impulse: f64,
 }
@@ -112,7 +108,7 @@ impl World {
     /// What a body rested on when these hits, of the step just taken, struck it: bodies that it
     /// touched more slowly than a hit, each as discs that cover where they touch.
     #[must_use]
-    pub fn supports(&self, body: BodyId, hits: &[Hit]) -> Vec<Support> {
+    pub fn supports(&self, body: BodyId, hits: &[Hit]) -> Vec<HeldContact> {
         let (Some(own), Some(motion)) = (self.bodies.get(&body.0), self.rigid.before(body.0))
         else {
             return Vec::new();
@@ -120,7 +116,7 @@ impl World {
         let began = hits.iter().map(|hit| hit.time).fold(f64::INFINITY, f64::min);
         let step = (began / self.settings.step).round().min(self.step_count() as f64) as u64;
         let back = motion.pose.inverse();
-        let mut supports: Vec<Support> = Vec::new();
+        let mut supports: Vec<HeldContact> = Vec::new();
         for patch in self.rigid.patches(body.0) {
             let other = BodyId(patch.other);
             let (Some(under), Some(its)) =
@@ -141,12 +137,15 @@ impl World {
             for (point, radius) in discs(&patch, LEAST_RADIUS * own.reach) {
                 let known = supports.iter().any(|support| support.other == other);
                 let share = if known { 0.0 } else { 1.0 };
-                supports.push(Support {
-                    other,
+                let held = Support {
                     point: (back * nalgebra::Point3::from(point)).coords,
                     normal: back.rotation * patch.normal,
                     radius,
                     mobility: kept * mobility(under, its, &point, &patch.normal),
+                };
+                supports.push(HeldContact {
+                    other,
+                    held,
                     kept,
                     lever: if under.fixed { Vec3::zeros() } else { point - its.centre() },
                     exchanged: received.exchange.scaled(share),
@@ -158,7 +157,7 @@ impl World {
         // Discs of one body yield together.
         let count = |other| supports.iter().filter(|s| s.other == other).count() as f64;
         let counts: Vec<f64> = supports.iter().map(|support| count(support.other)).collect();
-        supports.iter_mut().zip(counts).for_each(|(support, count)| support.mobility *= count);
+        supports.iter_mut().zip(counts).for_each(|(support, count)| support.held.mobility *= count);
         supports
     }
 

@@ -197,6 +197,7 @@ impl World {
             velocity: motion.velocity,
             spin: motion.spin,
             mass: body.mass,
+            density: body.density,
             volume: body.volume,
             volume_ratio: body.volume / body.original_volume,
             tier: body.tier,
@@ -428,6 +429,7 @@ mod tests {
         let triangles = vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]];
         BodySpec {
             name: "tetrahedron".into(),
+            density: None,
             hulls: vec![vertices.clone()],
             solid: Arc::new(Solid::outer(TriMesh { vertices, triangles })),
             material: Material {

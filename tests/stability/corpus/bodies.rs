@@ -2,11 +2,11 @@
 
 use crate::kit::{Out, PLASTER, blow, cuboid, keeps_the_books, problem, solve};
 use cullet_geometry::{Solid, Vec3};
-use cullet_model::{Fracture, Impact, Material, Problem, Refusal};
+use cullet_model::{BrittleProblem, Fracture, Impact, Material, Refusal};
 use std::sync::Arc;
 
 /// Holds both families to an outcome in words or a fracture that keeps its books; the fracture.
-fn holds(what: &str, problem: &Problem) -> [Option<Fracture>; 2] {
+fn holds(what: &str, problem: &BrittleProblem) -> [Option<Fracture>; 2] {
     ["brittle", "geometric"].map(|family| match solve(family, problem) {
         Out::Done(fracture) => {
             keeps_the_books(&format!("{what}, {family}"), problem, &fracture);
@@ -24,7 +24,7 @@ fn side_blow(impulse: f64) -> Impact {
     blow(Vec3::new(-0.1, 0.02, 0.03), Vec3::x(), impulse)
 }
 
-fn cube(material: Material, impact: Impact) -> Problem {
+fn cube(material: Material, impact: Impact) -> BrittleProblem {
     problem(cuboid(Vec3::repeat(0.2)), material, impact)
 }
 
@@ -65,7 +65,7 @@ fn materials_at_their_bounds_end_in_words_and_beyond_are_refused_by_name() {
                 other => panic!("{what}: {other:?}"),
             }
             set(&mut material, beyond);
-            match solve("brittle", &Problem { material, ..problem }) {
+            match solve("brittle", &BrittleProblem { material, ..problem }) {
                 Out::Refused(Refusal::OutOfRange { what, .. }) => {
                     assert!(what.contains(name), "{what} for {name}");
                 }
@@ -112,7 +112,7 @@ fn blows_of_every_size_keep_the_books() {
                 Out::Done(fracture) => keeps_the_books(&what, &body, &fracture),
                 other => panic!("{what}: {other:?}"),
             }
-            match solve("brittle", &Problem { settings: coarse(&body), ..body.clone() }) {
+            match solve("brittle", &BrittleProblem { settings: coarse(&body), ..body.clone() }) {
                 Out::Done(fracture) => keeps_the_books(&what, &body, &fracture),
                 Out::Refused(refusal) => assert!(!refusal.to_string().is_empty(), "{what}"),
                 Out::Failed(failure) => assert!(!failure.to_string().is_empty(), "{what}"),
@@ -121,7 +121,7 @@ fn blows_of_every_size_keep_the_books() {
     }
 }
 
-fn coarse(problem: &Problem) -> cullet_model::Settings {
+fn coarse(problem: &BrittleProblem) -> cullet_model::Settings {
     cullet_model::Settings { max_particles: 400, ..problem.settings }
 }
 

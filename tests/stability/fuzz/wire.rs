@@ -5,6 +5,8 @@ use super::bytes::{INPUT, damaged};
 use super::timed;
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3, shapes};
 use cullet_lab::specimen;
+use cullet_model::strength::{Region, Stroke};
+use cullet_model::{Fracture, Fragment, Grain, Law, Outcome, Report, Support};
 use cullet_proto::chunks::{self, Assembly, CHUNK};
 use cullet_proto::claim::{Claim, Reply};
 use cullet_proto::envelope::PREFIX;
@@ -12,11 +14,7 @@ use cullet_proto::keys::{parse_live, parse_rpc};
 use cullet_proto::outline::{Outline, Parted};
 use cullet_proto::service::{self, BundleFile, BundleTable};
 use cullet_proto::specimen::{Ending, Frame, Price, SpecimenJob, SpecimenOutcome, SpecimenResult};
-use cullet_proto::strength::{Region, Strength, Stroke};
-use cullet_proto::{
-    BrokenBody, Epoch, FractureJob, Fragment, Grain, JobId, Report, SessionId, Support, Verdict,
-    WireError, WorkerId, pool,
-};
+use cullet_proto::{Epoch, FractureJob, JobId, SessionId, Verdict, WireError, WorkerId, pool};
 use cullet_tests::root;
 use serde::de::DeserializeOwned;
 use std::panic::RefUnwindSafe;
@@ -27,23 +25,26 @@ fn cube() -> Solid {
 }
 
 fn job() -> FractureJob {
-    let support = Support { point: [0.0; 3], normal: [0.0, 0.0, 1.0], radius: 0.02, mobility: 0.1 };
-    let stroke = Stroke { region: Region::Sphere([0.0; 3], 1.0), factor: 0.5, edge: 0.0 };
-    FractureJob {
-        fallback: Some("geometric".into()),
-        solid: cube(),
-        strength: Strength { strokes: vec![stroke], ..Strength::default() },
-        supports: vec![support],
-        spin: Vec3::z(),
-        ..FractureJob::smallest("brittle", 7)
-    }
+    let (point, normal) = (Vec3::zeros(), Vec3::z());
+    let support = Support { point, normal, radius: 0.02, mobility: 0.1 };
+    let region = Region::Sphere { centre: Vec3::zeros(), radius: 1.0 };
+    let mut job = FractureJob::smallest("brittle", 7);
+    job.fallback = Some("geometric".into());
+    job.problem.body = cube().into();
+    job.problem.supports = vec![support];
+    job.problem.spin = Vec3::z();
+    let Law::Brittle { strength, .. } = &mut job.problem.law else { panic!("another law") };
+    strength.strokes = vec![Stroke { region, factor: 0.5, edge: 0.0 }];
+    job
 }
 
 /// A job whose mesh does not fit its outline.
 fn parted() -> Parted {
     let detail = shapes::Detail { edge: Some(0.01), ..shapes::Detail::default() };
     let mesh = shapes::cuboid(Vec3::repeat(0.1), detail).expect("a box");
-    let parted = Parted::of(&FractureJob { solid: Solid::outer(mesh), ..job() }).expect("a job");
+    let mut job = job();
+    job.problem.body = Solid::outer(mesh).into();
+    let parted = Parted::of(&job).expect("a job");
     assert_eq!(parted.parts.len(), 1);
     parted
 }
@@ -61,13 +62,14 @@ fn verdict() -> Verdict {
     };
     let other = Fragment { hulls: Vec::new(), sheet: Sheet::default(), ..fragment.clone() };
     let grain = Grain { position: Vec3::x(), velocity: Vec3::y(), volume: 1e-9, size: 1e-3 };
-    Verdict::Broken(Box::new(BrokenBody {
+    Fracture {
         fragments: vec![fragment, other],
         sampled: vec![false, true],
         debris: vec![grain],
         reactions: vec![0.5],
         report: Report { warnings: vec!["a word".into()], ..Report::default() },
-    }))
+    }
+    .into()
 }
 
 /// What a body must be once it is past the door.
@@ -108,10 +110,12 @@ fn jobs_and_verdicts() {
     hold(&seeds, |which, bytes| {
         if which == 0 {
             let Some(job) = in_words(FractureJob::decode(bytes)) else { return };
-            is_sound(&job.solid);
-            assert!(job.material.young.is_finite() && !job.impacts.is_empty());
+            is_sound(job.problem.body.solid().expect("a solid"));
+            assert!(job.problem.law.density().is_finite());
             assert!(job.id().is_ok(), "what was read can be written");
-        } else if let Some(Verdict::Broken(body)) = in_words(Verdict::decode(bytes)) {
+        } else if let Some(Verdict::Solved(Outcome::Broken(body))) =
+            in_words(Verdict::decode(bytes))
+        {
             body.fragments.iter().for_each(|fragment| is_sound(&fragment.solid));
             let moves = body.fragments.iter().flat_map(|f| f.velocity.iter().chain(f.spin.iter()));
             assert!(moves.copied().all(f64::is_finite));

@@ -16,7 +16,7 @@ use cullet_fragment::cut::{CutError, CutSettings, Part, Partition, by_sites};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Vec3};
-use cullet_model::{Fracture, Fragment, Material, Problem};
+use cullet_model::{BrittleProblem, Fracture, Fragment, Material};
 
 /// Cells a contact radius that show a cone crack (H2).
 const CELLS: f64 = 6.0;
@@ -150,7 +150,7 @@ impl Brittle {
         if torn.is_empty() || parted || seen {
             return fracture;
         }
-        let Problem { solid, material, .. } = &self.problem;
+        let BrittleProblem { solid, material, .. } = &self.problem;
         let spacing = self.domain.grid.spacing.max();
         let chips = match chips(solid, &torn, material, spacing, &self.cut_settings()) {
             Ok(Some(chips)) => chips,

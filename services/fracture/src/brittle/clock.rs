@@ -3,7 +3,7 @@
 use crate::mpm::spin::Spin;
 use crate::mpm::spring;
 use cullet_geometry::Vec3;
-use cullet_model::Problem;
+use cullet_model::BrittleProblem;
 use std::collections::VecDeque;
 
 /// The push is shortened to this many transits L/c_s: beyond about six the stress follows the
@@ -56,7 +56,7 @@ pub(super) struct Clock {
 }
 
 impl Clock {
-    pub(super) fn new(problem: &Problem, pace: &Pace) -> Self {
+    pub(super) fn new(problem: &BrittleProblem, pace: &Pace) -> Self {
         let transit = problem.solid.mesh.diagonal() / problem.material.shear_speed();
         let longest = problem.impacts.iter().fold(0.0_f64, |m, i| m.max(spring::duration(i)));
         let push = longest.min(pace.push * transit);

@@ -8,14 +8,14 @@ use crate::mpm::spring::{self, Spring};
 use crate::mpm::watch;
 use cullet_fragment::grid_bias::grid_bias;
 use cullet_geometry::{Solid, Vec3};
-use cullet_model::{Problem, Report};
+use cullet_model::{BrittleProblem, Report};
 
 /// Strain at which a point is broken through above which the solid is not brittle on this grid.
 const DUCTILE: f64 = 0.05;
 
 /// What is known before the first step.
 pub(super) fn first(
-    problem: &Problem,
+    problem: &BrittleProblem,
     softening: &Softening,
     clock: &Clock,
     spacing: &Vec3,
@@ -74,7 +74,7 @@ impl Brittle {
     pub(super) fn last_warnings(&self, report: &mut Report) {
         let warnings = &mut report.warnings;
         let impulse: f64 = self.problem.impacts.iter().map(|hit| hit.impulse).sum();
-        let share = report.delivered_impulse / impulse;
+        let share = self.delivered() / impulse;
         if share < 1.0 - 1e-9 {
             warnings
                 .push(format!("{share:.3} of the impulse was taken; the striker keeps the rest"));

@@ -4,7 +4,7 @@ use cullet_fragment::cut::slit::WIDEST;
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::{Inside, Nearest};
 use cullet_geometry::sample::{self, SampleError};
-use cullet_model::{Impact, Problem, Refusal, Support};
+use cullet_model::{BrittleProblem, Impact, Refusal, Support};
 
 /// Points a cell: fewer widen the band and make numerical gaps, more only cost (F-B, F15).
 pub(crate) const PER_CELL: f64 = 8.0;
@@ -32,7 +32,7 @@ const FLATTEST: f64 = 3.0;
 /// The spacing asked for, or the finest that the particle budget allows: N = 8V/h³ \[m\]. Where
 /// that leaves a flat body along an axis with fewer than three cells across, cells are flattened:
 /// as many points, finer across and coarser in the plane (F14).
-pub(crate) fn spacing(problem: &Problem) -> Result<Vec3, Refusal> {
+pub(crate) fn spacing(problem: &BrittleProblem) -> Result<Vec3, Refusal> {
     let volume = problem.solid.mesh.signed_volume();
     within("the body's volume [m^3]", volume, 1e-18, 1e12)?;
     let finest = libm::cbrt(PER_CELL * volume / f64::from(problem.settings.max_particles.max(1)));
@@ -55,7 +55,11 @@ pub(crate) fn spacing(problem: &Problem) -> Result<Vec3, Refusal> {
 /// Refuses blows on the face of a plate whose contact, widened to `least` cells of the plane, would
 /// be wider than the plate is thick: it would punch out a disc instead of bending the plate (F11,
 /// F14).
-pub(crate) fn check_contacts(problem: &Problem, spacing: &Vec3, least: f64) -> Result<(), Refusal> {
+pub(crate) fn check_contacts(
+    problem: &BrittleProblem,
+    spacing: &Vec3,
+    least: f64,
+) -> Result<(), Refusal> {
     let (low, high) = problem.solid.mesh.bounds().unwrap_or_default();
     let axis = spacing.imin();
     let (thickness, plane) = ((high - low)[axis], spacing.max());
@@ -71,7 +75,10 @@ pub(crate) fn stretch(spacing: &Vec3) -> Vec3 {
     spacing.map(|h| spacing.max() / h)
 }
 
-pub(crate) fn sample_points(problem: &Problem, spacing: &Vec3) -> Result<Vec<Vec3>, Refusal> {
+pub(crate) fn sample_points(
+    problem: &BrittleProblem,
+    spacing: &Vec3,
+) -> Result<Vec<Vec3>, Refusal> {
     let stretch = stretch(spacing);
     let mut mesh = problem.solid.mesh.clone();
     mesh.vertices.iter_mut().for_each(|x| x.component_mul_assign(&stretch));
@@ -96,7 +103,7 @@ pub(crate) fn within(what: &'static str, value: f64, low: f64, high: f64) -> Res
     Err(Refusal::OutOfRange { what, value, low, high })
 }
 
-pub(crate) fn check_material(problem: &Problem) -> Result<(), Refusal> {
+pub(crate) fn check_material(problem: &BrittleProblem) -> Result<(), Refusal> {
     let m = &problem.material;
     within("density [kg/m^3]", m.density, 1e-3, 1e6)?;
     within("Young's modulus [Pa]", m.young, 1.0, 1e14)?;
@@ -122,8 +129,8 @@ pub(crate) fn check_impacts(impacts: &[Impact]) -> Result<(), Refusal> {
 }
 
 /// Refuses hairlines wider than what is thin beside the grid.
-pub(crate) fn check_hairline(problem: &Problem, spacing: &Vec3) -> Result<(), Refusal> {
-    let Some(width) = problem.settings.hairline else {
+pub(crate) fn check_hairline(problem: &BrittleProblem, spacing: &Vec3) -> Result<(), Refusal> {
+    let Some(width) = problem.settings.brittle.hairline else {
         return Ok(());
     };
     within("width of hairlines [m]", width, f64::MIN_POSITIVE, WIDEST * spacing.min())
@@ -141,7 +148,7 @@ pub(crate) fn check_supports(supports: &[Support]) -> Result<(), Refusal> {
 }
 
 /// Refuses a spin whose rim outruns the sound: the stress would be beyond any strength.
-pub(crate) fn check_spin(problem: &Problem) -> Result<(), Refusal> {
+pub(crate) fn check_spin(problem: &BrittleProblem) -> Result<(), Refusal> {
     let rim = problem.solid.mesh.vertices.iter().map(|x| problem.spin.cross(x).norm());
     within(
         "rim speed of the spin [m/s]",
@@ -153,7 +160,7 @@ pub(crate) fn check_spin(problem: &Problem) -> Result<(), Refusal> {
 
 /// The section in which four fifths of the body lie is at least three cells thick.
 pub(crate) fn check_thickness(
-    problem: &Problem,
+    problem: &BrittleProblem,
     points: &[Vec3],
     spacing: &Vec3,
 ) -> Result<(), Refusal> {

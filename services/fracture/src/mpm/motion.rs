@@ -2,7 +2,7 @@
 
 use super::domain::Domain;
 use cullet_geometry::{Mat3, Vec3};
-use cullet_model::Problem;
+use cullet_model::BrittleProblem;
 
 /// Mass, momentum and angular momentum of a set of points about their own centroid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,7 @@ impl Default for Motion {
 /// Velocity along `n` that a unit impulse along `n` at `point` gives the whole body there:
 /// 1/m + n·[I⁻¹(r×n)]×r \[1/kg\]  [Gate 0].
 #[must_use]
-pub fn mobility(problem: &Problem, point: &Vec3, n: &Vec3) -> f64 {
+pub fn mobility(problem: &BrittleProblem, point: &Vec3, n: &Vec3) -> f64 {
     let whole = problem.solid.mesh.mass_properties();
     let density = problem.material.density;
     let arm = (point - whole.centroid).cross(n);

@@ -155,7 +155,8 @@ pub(super) fn domain(specimen: &SpecimenProblem) -> Result<Domain, Refusal> {
         }
     }
     let plane = specimen.matter.strength.weak_plane;
-    let weak_plane = plane.map(|(n, ratio)| WeakPlane { normal: frame.turned(&n).into(), ratio });
+    let weak_plane = plane
+        .map(|weak| WeakPlane { normal: frame.turned(&weak.normal).into(), ratio: weak.ratio });
     let law = |m: &Material| {
         let mut law = softening(m, s);
         law.weak_plane = weak_plane;

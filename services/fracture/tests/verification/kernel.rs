@@ -7,7 +7,8 @@ use cullet_fracture::mpm::kernel::{Path, vector};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Solid, Vec3, math::unit, shapes};
 use cullet_model::{
-    Fracture, Impact, Material, Precision, Problem, Progress, Settings, Solver, StrengthField,
+    BrittleProblem, Fracture, Impact, Material, Precision, Progress, Settings, Solver,
+    StrengthField,
 };
 use std::sync::Arc;
 
@@ -98,7 +99,7 @@ fn solve(precision: Precision, path: Path, threads: usize) -> Fracture {
         crushing_pressure: 1e12,
     };
     let mesh = shapes::cuboid(Vec3::repeat(0.2), shapes::Detail::default()).expect("a block");
-    let problem = Problem {
+    let problem = BrittleProblem {
         solid: Arc::new(Solid::outer(mesh)),
         material: plaster,
         strength: StrengthField { seed: 7, ..StrengthField::default() },
@@ -114,7 +115,7 @@ fn solve(precision: Precision, path: Path, threads: usize) -> Fracture {
         loop {
             match run.advance() {
                 Progress::Running(_) => {}
-                Progress::Done(fracture) => return *fracture,
+                Progress::Done(outcome) => return outcome.fracture().expect("a fracture"),
                 Progress::Failed(failure) => panic!("{failure}"),
             }
         }

@@ -3,7 +3,7 @@
 use cullet_fracture::brittle::Brittle;
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
-    Fracture, Impact, Material, Problem, Progress, Settings, Solver, StrengthField, entry,
+    BrittleProblem, Fracture, Impact, Material, Progress, Settings, Solver, StrengthField, entry,
 };
 use std::sync::Arc;
 
@@ -18,19 +18,19 @@ const PLASTER: Material = Material {
 /// Half the edges of the bar \[m\].
 const HALF: Vec3 = Vec3::new(0.15, 0.05, 0.05);
 
-fn solve(problem: &Problem) -> Fracture {
+fn solve(problem: &BrittleProblem) -> Fracture {
     let entry = entry::<Brittle>();
-    let mut run = (entry.begin)(problem.clone()).expect("accepted");
+    let mut run = (entry.begin)(problem.clone().into()).expect("accepted");
     loop {
         match run.advance() {
             Progress::Running(_) => {}
-            Progress::Done(fracture) => return *fracture,
+            Progress::Done(outcome) => return outcome.fracture().expect("a fracture"),
             Progress::Failed(failure) => panic!("{failure}"),
         }
     }
 }
 
-fn bar(impulse: f64, material: Material) -> Problem {
+fn bar(impulse: f64, material: Material) -> BrittleProblem {
     let mesh = shapes::cuboid(Vec3::new(0.3, 0.1, 0.1), shapes::Detail::default()).expect("a box");
     let (closing_speed, energy) = (20.0, 10.0 * impulse);
     let hit = Impact {
@@ -43,7 +43,7 @@ fn bar(impulse: f64, material: Material) -> Problem {
         closing_speed,
         crushing_pressure: 1e12,
     };
-    Problem {
+    BrittleProblem {
         solid: Arc::new(Solid::outer(mesh)),
         material,
         strength: StrengthField { seed: 7, ..StrengthField::default() },
@@ -106,7 +106,7 @@ fn a_hairline_keeps_mass_and_momentum() {
     let before = solve(&plain);
     let h = before.report.spacing;
     let mut problem = plain.clone();
-    problem.settings.hairline = Some(0.1 * h);
+    problem.settings.brittle.hairline = Some(0.1 * h);
     let after = solve(&problem);
     assert_eq!(after.report.warnings, before.report.warnings);
     let slit = &after.fragments[0];
@@ -126,7 +126,8 @@ fn a_hairline_keeps_mass_and_momentum() {
     };
     let (a, b) = (momentum(&before), momentum(&after));
     assert!((a - b).norm() < 1e-9 * a.norm(), "{a} {b}");
-    problem.settings.hairline = Some(0.5 * h);
-    let refusal = Brittle::accepts(&problem).expect_err("wider than the grid resolves");
+    problem.settings.brittle.hairline = Some(0.5 * h);
+    let refusal =
+        Brittle::accepts(&problem.clone().into()).expect_err("wider than the grid resolves");
     assert!(refusal.to_string().contains("width of hairlines"), "{refusal}");
 }

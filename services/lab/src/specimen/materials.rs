@@ -5,9 +5,8 @@ use super::format::Document;
 use super::paths::{below, item, path};
 use cullet_document::tree::Path;
 use cullet_geometry::Vec3;
-use cullet_model::strength::Layers;
-use cullet_model::{Material, StrengthField};
-use cullet_proto::strength::EVEN;
+use cullet_model::strength::{EVEN, Layers};
+use cullet_model::{Material, StrengthField, WeakPlane};
 use cullet_scene::format::Material as Written;
 use cullet_scene::material::SceneMaterial;
 use cullet_scene::resolve::own_material;
@@ -66,7 +65,8 @@ impl SpecimenBuilder<'_> {
             seed: document.solver.seed,
             weibull: if document.solver.flaws { made.weibull } else { EVEN },
             correlation: made.correlation,
-            weak_plane: weak.map(|(normal, ratio)| (self.unit(normal, &at), ratio)),
+            weak_plane: weak
+                .map(|(normal, ratio)| WeakPlane { normal: self.unit(normal, &at), ratio }),
             layers: layers.map(|layers| Layers {
                 normal: self.unit(layers.normal, &at),
                 thickness: layers.thickness,

@@ -62,6 +62,7 @@ pub(super) struct State<'a> {
     posed: usize,
     strewn: usize,
     told: usize,
+    shaped: usize,
 }
 
 impl<'a> State<'a> {
@@ -71,8 +72,17 @@ impl<'a> State<'a> {
         let mut g = gravity.split_whitespace().map(|text| text.parse().unwrap_or(f64::NAN));
         let mut next = || g.next().unwrap_or(f64::NAN);
         let gravity = Vec3::new(next(), next(), next());
-        let (bodies, grains) = (BTreeMap::new(), BTreeMap::new());
-        Self { recording, gravity, bodies, grains, born: 0, posed: 0, strewn: 0, told: 0 }
+        Self {
+            recording,
+            gravity,
+            bodies: BTreeMap::new(),
+            grains: BTreeMap::new(),
+            born: 0,
+            posed: 0,
+            strewn: 0,
+            told: 0,
+            shaped: 0,
+        }
     }
 
     /// Plays all up to the end of a step.
@@ -89,6 +99,13 @@ impl<'a> State<'a> {
                 gone.there = false;
             }
             self.told += 1;
+        }
+        while let Some(shape) = recording.shapes.get(self.shaped).filter(|s| s.step <= step) {
+            if let Some(part) = self.bodies.get_mut(&shape.body) {
+                (part.mass, part.volume) = (shape.mass, shape.volume);
+                part.inertia = inertia(recording, &shape.geometry) * (shape.mass / shape.volume);
+            }
+            self.shaped += 1;
         }
         while let Some(poses) = recording.poses.get(self.posed).filter(|p| p.step <= step) {
             self.pose(poses);
@@ -161,14 +178,18 @@ impl<'a> State<'a> {
     }
 }
 
+/// Of a solid over its density \[m⁵\].
+fn inertia(recording: &Recording, geometry: &[u8]) -> Mat3 {
+    let solid = recording.geometries.get(geometry).and_then(|g| Solid::try_from(g).ok());
+    solid.map_or_else(Mat3::zeros, |solid| solid.mesh.mass_properties().inertia)
+}
+
 fn part(recording: &Recording, body: &Body) -> Part {
-    let solid = recording.geometries.get(&body.geometry).and_then(|g| Solid::try_from(g).ok());
-    let unit = solid.map_or_else(Mat3::zeros, |solid| solid.mesh.mass_properties().inertia);
     Part {
         object: body.object.clone(),
         mass: body.mass,
         volume: body.volume,
-        inertia: unit * (body.mass / body.volume),
+        inertia: inertia(recording, &body.geometry) * (body.mass / body.volume),
         fixed: body.fixed,
         grain: false,
         whole: body.parent.is_none(),

@@ -1,5 +1,5 @@
 use super::{Experience, Kind, Ladder, Next};
-use cullet_proto::BrokenBody;
+use cullet_model::{Fracture, Fragment, Report};
 use cullet_world::fidelity::{Bound, Need, Plan, Regime};
 
 fn plan(coarsest: f64) -> Plan {
@@ -59,7 +59,7 @@ fn a_solve_that_failed_is_followed_by_a_finer_one_and_the_last_is_final() {
 }
 
 /// A body that stays whole at that spacing.
-fn whole(spacing: f64) -> BrokenBody {
+fn whole(spacing: f64) -> Fracture {
     let corner = |p: [f64; 3]| cullet_geometry::Vec3::from(p);
     let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(corner);
     let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
@@ -67,9 +67,9 @@ fn whole(spacing: f64) -> BrokenBody {
     let solid = cullet_geometry::Solid::outer(mesh);
     let (still, sheet) = (cullet_geometry::Vec3::zeros(), cullet_geometry::Sheet::default());
     let (velocity, spin) = (still, still);
-    let fragment = cullet_proto::Fragment { solid, hulls: Vec::new(), velocity, spin, sheet };
-    let report = cullet_proto::Report { spacing, ..Default::default() };
-    BrokenBody { fragments: vec![fragment], report, ..Default::default() }
+    let fragment = Fragment { solid, hulls: Vec::new(), velocity, spin, sheet };
+    let report = Report { spacing, ..Default::default() };
+    Fracture { fragments: vec![fragment], report, ..Default::default() }
 }
 
 /// F23: half again as many pieces on the finer grid.

@@ -3,7 +3,8 @@ use crate::{Scene, load_bundle, presets};
 use cullet_document::SceneErrors;
 use cullet_document::files::{Bundle, SceneFile};
 use cullet_geometry::Vec3;
-use cullet_proto::strength::{Region, Strength};
+use cullet_model::StrengthField;
+use cullet_model::strength::Region;
 use std::sync::Arc;
 
 const SCENE: &str = r#"
@@ -54,7 +55,7 @@ fn load(text: &str, overrides: &[&str], files: &[(&str, &str)]) -> Result<Scene,
     })
 }
 
-fn strength(text: &str, overrides: &[&str], files: &[(&str, &str)]) -> Arc<Strength> {
+fn strength(text: &str, overrides: &[&str], files: &[(&str, &str)]) -> Arc<StrengthField> {
     let scene = load(text, overrides, files).unwrap_or_else(|errors| panic!("{errors}"));
     Arc::clone(&scene.bodies[0].strength)
 }
@@ -68,13 +69,19 @@ fn a_scene_says_how_strength_varies() {
     let field = strength(SCENE, &[], &[]);
     assert_eq!((field.weibull, field.correlation), (9.0, Some(0.012)));
     let weak = field.weak_plane.expect("a weak plane");
-    assert_eq!((weak.normal, weak.ratio), ([0.0, 0.0, 1.0], 0.25));
+    assert_eq!((weak.normal, weak.ratio), (Vec3::z(), 0.25));
     let layers = field.layers.expect("layers");
     assert!((Vec3::from(layers.normal) - Vec3::new(0.0, 0.6, 0.8)).norm() < 1e-15);
     assert_eq!((layers.thickness, layers.ratio, layers.jitter), (0.005, 0.6, 0.3));
     assert_eq!(field.strokes.len(), 4);
-    assert_eq!(field.strokes[0].region, Region::Sphere([0.0, 0.0, 0.1], 0.02));
-    assert_eq!(field.strokes[2].region, Region::HalfSpace([0.0; 3], [0.0, 0.0, 1.0]));
+    assert_eq!(
+        field.strokes[0].region,
+        Region::Sphere { centre: Vec3::new(0.0, 0.0, 0.1), radius: 0.02 }
+    );
+    assert_eq!(
+        field.strokes[2].region,
+        Region::HalfSpace { point: Vec3::zeros(), normal: Vec3::z() }
+    );
     // A cone's centroid is a quarter of its height above its base, a quarter below its origin.
     assert!((Vec3::from(field.offset) - Vec3::new(0.0, 0.0, -0.1)).norm() < 1e-12);
     assert!((weakest(&field) - 0.5 * 0.5 * 0.6 * 0.25).abs() < 1e-12);

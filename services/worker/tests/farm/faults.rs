@@ -1,7 +1,8 @@
 //! Workers that die, hang or stop.
 
 use crate::kit::{
-    HiredWorker, config, job, next, solve, verdict, wait_for, with_processes, with_processes_of,
+    HiredWorker, config, job, next, parts, solve, verdict, wait_for, with_processes,
+    with_processes_of,
 };
 use cullet_pool::{Ending, Pool, PoolConfig, Share, SpawnConfig, Timing};
 use cullet_proto::{FractureJob, Verdict};
@@ -31,8 +32,8 @@ fn a_worker_killed_in_the_middle_of_a_job_costs_a_repeat_and_no_result() {
     let first = pool.pids()[0];
     kill(first);
     for (id, job) in ids.iter().zip(&jobs) {
-        let Verdict::Broken(body) = verdict(next(&run, *id)) else { panic!("not broken") };
-        assert_eq!(body.fragments.len() as u64, job.seed % 7);
+        let body = parts(next(&run, *id));
+        assert_eq!(body.fragments.len() as u64, job.problem.seed % 7);
     }
     wait_for("another in its place", || pool.stats().respawned == 1);
     assert_eq!(pool.stats().jobs.resent, 1);
@@ -231,11 +232,12 @@ fn a_result_that_cannot_be_sent_is_no_result() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
     let nonsense = |job: &FractureJob, watch: &Watch| {
-        let Some(Verdict::Broken(mut body)) = solve(job, watch) else {
+        let Some(Verdict::Solved(outcome)) = solve(job, watch) else {
             return None;
         };
+        let mut body = outcome.fracture()?;
         body.fragments[0].velocity.x = f64::NAN;
-        Some(Verdict::Broken(body))
+        Some(body.into())
     };
     let _hand = HiredWorker::hire(&pool, "w", Arc::new(nonsense));
     let id = run.open(&job("echo", 1, 0));

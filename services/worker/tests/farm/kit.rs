@@ -1,8 +1,9 @@
 //! What the tests share.
 
+use cullet_model::{Fracture, Fragment, Report};
 use cullet_pool::{Ending, Pool, PoolConfig, RunHandle, Settlement, SpawnConfig, Timing};
 use cullet_proto::transport::Patience;
-use cullet_proto::{BrokenBody, FractureJob, Fragment, JobId, Report, Verdict};
+use cullet_proto::{FractureJob, JobId, Verdict};
 use cullet_worker::{SolveFn, Watch, WorkerConfig, run_with};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -43,26 +44,28 @@ pub(crate) fn with_processes_of(workers: usize, timing: Timing) -> Pool {
 /// A job that takes so long \[ms\] and tells itself from others by its seed.
 pub(crate) fn job(solver: &str, seed: u64, millis: u32) -> FractureJob {
     let mut job = FractureJob::smallest(solver, seed);
-    job.settings.max_steps = millis;
+    job.problem.settings.max_steps = millis;
     job
 }
 
 /// What [`solve`] makes of a job: a pure function of it.
 pub(crate) fn answer(job: &FractureJob) -> Verdict {
+    let solid = job.problem.body.solid().expect("a solid");
     let fragment = |k: u64| Fragment {
-        solid: job.solid.clone(),
-        hulls: vec![job.solid.mesh.vertices.clone()],
+        hulls: vec![solid.mesh.vertices.clone()],
+        solid: (**solid).clone(),
         velocity: Vec3::repeat(k as f64),
         spin: Vec3::zeros(),
         sheet: Sheet::default(),
     };
-    let fragments = (0..job.seed % 5).map(fragment).collect();
-    let report = Report { solver: job.solver.clone(), steps: job.seed, ..Report::default() };
-    Verdict::Broken(Box::new(BrokenBody { fragments, report, ..BrokenBody::default() }))
+    let fragments = (0..job.problem.seed % 5).map(fragment).collect();
+    let report =
+        Report { solver: job.solver.clone(), steps: job.problem.seed, ..Report::default() };
+    Fracture { fragments, report, ..Fracture::default() }.into()
 }
 
 pub(crate) fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
-    let until = Instant::now() + Duration::from_millis(u64::from(job.settings.max_steps));
+    let until = Instant::now() + Duration::from_millis(u64::from(job.problem.settings.max_steps));
     while Instant::now() < until {
         if watch.cancelled() {
             return None;
@@ -121,6 +124,12 @@ pub(crate) fn next(run: &RunHandle, id: JobId) -> Settlement {
 }
 
 /// The verdict of a settlement that must have one.
+/// The parts that a settlement brings.
+pub(crate) fn parts(settlement: Settlement) -> Fracture {
+    let Verdict::Solved(outcome) = verdict(settlement) else { panic!("another verdict") };
+    outcome.fracture().expect("parts")
+}
+
 pub(crate) fn verdict(settlement: Settlement) -> Verdict {
     match settlement.ending {
         Ending::Verdict(verdict) => verdict,

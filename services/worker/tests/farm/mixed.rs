@@ -2,9 +2,10 @@
 
 use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_for};
 use cullet_geometry::{Solid, Vec3, shapes};
+use cullet_model::Precision;
 use cullet_pool::{Ending, Pool, PoolConfig, Share, Timing};
+use cullet_proto::FractureJob;
 use cullet_proto::pool::Family;
-use cullet_proto::{FractureJob, Precision};
 use cullet_worker::WorkerConfig;
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,7 +14,9 @@ use std::time::Duration;
 fn large(seed: u64) -> FractureJob {
     let detail = shapes::Detail { edge: Some(0.003), ..shapes::Detail::default() };
     let solid = Solid::outer(shapes::cuboid(Vec3::repeat(0.2), detail).expect("a box"));
-    FractureJob { solid, ..job("echo", seed, 0) }
+    let mut large = job("echo", seed, 0);
+    large.problem.body = solid.into();
+    large
 }
 
 #[test]
@@ -49,7 +52,7 @@ fn a_job_waits_aloud_for_a_worker_that_has_its_family() {
     };
     let _plain = HiredWorker::hire_as(&pool, "plain", Arc::new(solve), with(false));
     let mut hard = job("echo", 1, 0);
-    hard.settings.precision = Precision::Single;
+    hard.problem.settings.precision = Precision::Single;
     // One that can be done shows that the worker is there, and passes the other.
     let (first, second) = (run.open(&hard), run.open(&job("echo", 2, 0)));
     wait_for("the second is done", || pool.stats().jobs.waiting == 1);

@@ -1,11 +1,12 @@
 //! The number of workers and their haste do not show in the results.
 
 use crate::kit::{
-    HiredWorker, answer, config, job, next, solve, verdict, wait_for, with_processes_of,
+    HiredWorker, answer, config, job, next, parts, solve, verdict, wait_for, with_processes_of,
 };
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
+use cullet_model::{Fracture, Fragment, Report};
 use cullet_pool::{Ending, Pool, PoolConfig, Share, Timing};
-use cullet_proto::{BrokenBody, FractureJob, Fragment, Report, Verdict};
+use cullet_proto::{FractureJob, Verdict};
 use cullet_run::Jobs;
 use cullet_worker::Watch;
 use std::sync::Arc;
@@ -45,7 +46,7 @@ fn a_thousand_jobs_of_no_length_settle_once_and_in_order_through_eight_workers()
     for (seed, id) in ids.iter().enumerate() {
         let settlement = next(&run, *id);
         assert_eq!((settlement.attempts, settlement.cached), (1, false));
-        let Verdict::Broken(body) = verdict(settlement) else { panic!("another verdict") };
+        let body = parts(settlement);
         assert_eq!((body.report.steps, body.fragments.len()), (seed as u64, seed % 7));
     }
     assert!(run.settled(Duration::from_millis(50)).is_none(), "one has settled twice");
@@ -76,19 +77,19 @@ fn a_job_and_a_result_of_twenty_megabytes_go_over_in_chunks() {
     let triangles = (0..200_000).map(|k| [k, k + 1, k + 2]).collect();
     let solid = Solid::outer(TriMesh { vertices: grid, triangles });
     let mut large = job("large", 1, 0);
-    large.solid = solid;
+    large.problem.body = solid.clone().into();
     let back = |job: &FractureJob, _: &Watch| {
-        let solid = job.solid.clone();
+        let solid = (**job.problem.body.solid().expect("a solid")).clone();
         let (velocity, spin) = (Vec3::x(), Vec3::y());
         let (hulls, sheet) = (Vec::new(), Sheet::default());
         let fragments = vec![Fragment { solid, hulls, velocity, spin, sheet }];
         let report = Report::default();
-        Some(Verdict::Broken(Box::new(BrokenBody { fragments, report, ..BrokenBody::default() })))
+        Some(Fracture { fragments, report, ..Fracture::default() }.into())
     };
     let _hand = HiredWorker::hire(&pool, "w", Arc::new(back));
     let id = run.open(&large);
-    let Verdict::Broken(body) = verdict(next(&run, id)) else { panic!("another verdict") };
-    assert_eq!(body.fragments[0].solid, large.solid);
+    let body = parts(next(&run, id));
+    assert_eq!(body.fragments[0].solid, solid);
 }
 
 #[test]
@@ -118,11 +119,11 @@ fn a_job_over_a_limit_is_abandoned_with_the_bound_and_holds_up_nothing() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
     let mut bad = job("echo", 1, 0);
-    bad.material.young = f64::NAN;
+    bad.problem.impacts[0].energy = f64::NAN;
     let (bad, good) = (run.open(&bad), run.open(&job("echo", 2, 0)));
     let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
     let Ending::Abandoned(text) = next(&run, bad).ending else { panic!("not abandoned") };
-    assert!(text.contains("material is not finite"), "{text}");
+    assert!(text.contains("impacts is not finite"), "{text}");
     verdict(next(&run, good));
 }
 

@@ -4,7 +4,8 @@ use crate::common;
 
 use common::*;
 use cullet_geometry::{Solid, Vec3};
-use cullet_world::{BodyId, Piece, ReplaceError, World, WorldSettings};
+use cullet_model::Fragment;
+use cullet_world::{BodyId, ReplaceError, World, WorldSettings};
 
 #[test]
 fn birth_is_quiet() {
@@ -15,7 +16,7 @@ fn birth_is_quiet() {
         Vec3::new(st * cp, st * sp, ct) * (0.1 + 0.01 * p[2] as f64)
     };
     let ring = Grid { place: &shell_place };
-    let shell: Vec<Piece> = (0..2)
+    let shell: Vec<Fragment> = (0..2)
         .flat_map(|i| (0..4).map(move |j| (i, j)))
         .map(|(i, j)| ring.piece([2 * i, 2 * j, 0], [2 * i + 2, 2 * j + 2, 1]))
         .collect();
@@ -50,7 +51,7 @@ fn birth_is_quiet() {
 }
 
 /// Moves a solid and its pieces to their centre of mass.
-fn centred(mut solid: Solid, mut pieces: Vec<Piece>) -> (Solid, Vec<Piece>) {
+fn centred(mut solid: Solid, mut pieces: Vec<Fragment>) -> (Solid, Vec<Fragment>) {
     let (mut volume, mut first) = (0.0, Vec3::zeros());
     for t in 0..solid.mesh.triangles.len() {
         let [a, b, c] = solid.mesh.corners(t);

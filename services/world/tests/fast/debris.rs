@@ -4,10 +4,11 @@ use crate::common;
 
 use common::*;
 use cullet_geometry::Vec3;
-use cullet_world::{Breakage, Grain, Piece, ReplaceError, World};
+use cullet_model::{Fragment, Grain};
+use cullet_world::{Breakage, ReplaceError, World};
 
 /// The cells of the cube, the last of them as grains of these shares.
-fn crumbled(shares: &[f64]) -> (Vec<Piece>, Vec<Grain>) {
+fn crumbled(shares: &[f64]) -> (Vec<Fragment>, Vec<Grain>) {
     let mut pieces = cells(CUBE, 2, 0.0);
     let last = pieces.pop().unwrap();
     let moments = last.solid.mesh.mass_properties();

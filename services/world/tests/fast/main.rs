@@ -9,6 +9,7 @@ mod gates;
 mod impacts;
 mod late;
 mod replace;
+mod reshape;
 mod run;
 mod settling;
 mod supports;

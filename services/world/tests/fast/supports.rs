@@ -5,7 +5,7 @@ use crate::common;
 use common::*;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Vec3};
-use cullet_world::{BodyId, BodySpec, Breakage, Hit, Reaction, ReplaceError, Support, World};
+use cullet_world::{BodyId, BodySpec, Breakage, HeldContact, Hit, Reaction, ReplaceError, World};
 
 fn ball(at: Vec3, velocity: Vec3) -> BodySpec {
     BodySpec { velocity, breakable: false, ..body("ball", sphere(0.03, 6), STEEL, at) }
@@ -54,7 +54,7 @@ fn standing(under: Under, places: &[(f64, f64)]) -> (World, BodyId, Vec<Hit>) {
 }
 
 /// Shares an impulse \[N·s\] out to supports.
-fn reactions(supports: Vec<Support>, impulse: f64) -> Vec<Reaction> {
+fn reactions(supports: Vec<HeldContact>, impulse: f64) -> Vec<Reaction> {
     let each = impulse / supports.len() as f64;
     supports.into_iter().map(|support| Reaction { support, impulse: each }).collect()
 }
@@ -65,12 +65,12 @@ fn a_body_that_lies_is_held_from_below_where_it_touches() {
     let supports = world.supports(cube, &hits);
     assert!(!supports.is_empty());
     for support in &supports {
-        assert!((support.normal - Vec3::z()).norm() < 1e-3, "{}", support.normal);
-        assert!((support.point.z + 0.1).abs() < 2e-3, "{}", support.point);
+        assert!((support.held.normal - Vec3::z()).norm() < 1e-3, "{}", support.held.normal);
+        assert!((support.held.point.z + 0.1).abs() < 2e-3, "{}", support.held.point);
     }
     let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)];
     for corner in corners.map(|(x, y)| Vec3::new(0.099 * x, 0.099 * y, -0.1)) {
-        let held = |s: &Support| (s.point - corner).norm() < s.radius + 2e-3;
+        let held = |s: &HeldContact| (s.held.point - corner).norm() < s.held.radius + 2e-3;
         assert!(supports.iter().any(held), "the corner at {corner} is free");
     }
     let engine: Vec3 = supports.iter().map(|s| s.exchanged.linear).sum();
@@ -102,9 +102,9 @@ fn ledges_hold_only_where_they_are() {
     let supports = world.supports(pane, &hits);
     assert!((8..=64).contains(&supports.len()), "{}", supports.len());
     for s in &supports {
-        assert!((s.point.x.abs() - 0.19).abs() < 0.011 && s.radius < 0.03, "{s:?}");
+        assert!((s.held.point.x.abs() - 0.19).abs() < 0.011 && s.held.radius < 0.03, "{s:?}");
     }
-    let reach = supports.iter().map(|s| s.point.y.abs() + s.radius).fold(0.0, f64::max);
+    let reach = supports.iter().map(|s| s.held.point.y.abs() + s.held.radius).fold(0.0, f64::max);
     assert!(reach > 0.19, "the ends of the ledges hold too: {reach}");
 }
 
@@ -198,7 +198,7 @@ fn a_slab_on_the_floor_passes_on_what_it_gets_and_a_loose_one_keeps_it() {
     assert!(engine.z > 0.3 * hits[0].impact.impulse, "the slab answered {engine}");
     let opposite: Vec3 = supports.iter().map(|s| s.exchanged_other.linear).sum();
     assert!((engine + opposite).z.abs() < 1e-3 * engine.norm(), "{engine} {opposite}");
-    assert!(supports.iter().all(|s| s.kept < 0.2 && s.mobility < 0.25 / mass), "{supports:?}");
+    assert!(supports.iter().all(|s| s.kept < 0.2 && s.held.mobility < 0.25 / mass), "{supports:?}");
 
     let (world, cube, hits) = standing(Under::Nothing, &[(0.0, 0.0)]);
     let supports = world.supports(cube, &hits);
@@ -208,7 +208,11 @@ fn a_slab_on_the_floor_passes_on_what_it_gets_and_a_loose_one_keeps_it() {
         assert_eq!(s.kept, 1.0);
         // 1/m in the middle, at a corner with the arm's (r×n)·I⁻¹(r×n) on top.
         let least = 0.999 * count / mass;
-        assert!(s.mobility > least && s.mobility < 8.0 * least, "{} of {least}", s.mobility);
+        assert!(
+            s.held.mobility > least && s.held.mobility < 8.0 * least,
+            "{} of {least}",
+            s.held.mobility
+        );
     }
 }
 

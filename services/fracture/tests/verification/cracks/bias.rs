@@ -7,7 +7,7 @@ use cullet_fracture::mpm::domain::Fields;
 use cullet_fracture::mpm::{Domain, quadrature};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Mat3, Quat, Solid, Surface, Vec3, inside::Inside, sample, shapes};
-use cullet_model::{Impact, Material, Problem, Progress, Settings, Solver, StrengthField};
+use cullet_model::{BrittleProblem, Impact, Material, Progress, Settings, Solver, StrengthField};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -176,7 +176,7 @@ fn faces(way: Vec3, seed: u64) -> [Vec<(Vec3, f64)>; 2] {
         closing_speed: 20.0,
         crushing_pressure: 1e12,
     };
-    let problem = Problem {
+    let problem = BrittleProblem {
         solid: Arc::new(Solid::outer(mesh)),
         material: Material { density: 1150.0, young: 3e9, fracture_energy: 5.0, ..STONE },
         strength: StrengthField { seed, ..StrengthField::default() },
@@ -186,12 +186,12 @@ fn faces(way: Vec3, seed: u64) -> [Vec<(Vec3, f64)>; 2] {
         settings: Settings { max_particles: 6000, ..Settings::default() },
         seed,
     };
-    let mut run = Brittle::begin(problem).expect("accepted");
+    let mut run = Brittle::begin(problem.into()).expect("accepted");
     let (mut points, mut found) = (Vec::new(), Vec::new());
     let fracture = loop {
         match run.advance() {
             Progress::Running(_) => points = broken(run.domain()),
-            Progress::Done(fracture) => break fracture,
+            Progress::Done(outcome) => break outcome.fracture().expect("a fracture"),
             Progress::Failed(failure) => panic!("{failure}"),
         }
     };

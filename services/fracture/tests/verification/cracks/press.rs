@@ -3,7 +3,9 @@
 use cullet_fracture::brittle::Brittle;
 use cullet_fracture::mpm::{load, symmetric};
 use cullet_geometry::{Solid, Vec3, shapes};
-use cullet_model::{Impact, Material, Problem, Progress, Run, Settings, Solver, StrengthField};
+use cullet_model::{
+    BrittleProblem, Impact, Material, Progress, Run, Settings, Solver, StrengthField,
+};
 use std::sync::Arc;
 
 const PLASTER: Material = Material {
@@ -31,7 +33,7 @@ struct Crater {
 }
 
 /// A ball of `radius` \[m\] and 0.2 kg, as stiff as the block, that hits its face at 5 m/s.
-fn hit(radius: f64, spacing: f64) -> (Impact, Problem) {
+fn hit(radius: f64, spacing: f64) -> (Impact, BrittleProblem) {
     let (mass, speed) = (0.2, 7.0);
     let modulus = PLASTER.young / (1.0 - PLASTER.poisson * PLASTER.poisson) / 2.0;
     let energy = 0.5 * mass * speed * speed;
@@ -50,7 +52,7 @@ fn hit(radius: f64, spacing: f64) -> (Impact, Problem) {
     let mesh = shapes::cuboid(Vec3::repeat(EDGE), shapes::Detail::default()).expect("a box");
     let settings =
         Settings { spacing: Some(spacing), max_particles: 200_000, ..Settings::default() };
-    let problem = Problem {
+    let problem = BrittleProblem {
         solid: Arc::new(Solid::outer(mesh)),
         material: PLASTER,
         strength: StrengthField { seed: 7, ..StrengthField::default() },
@@ -65,7 +67,7 @@ fn hit(radius: f64, spacing: f64) -> (Impact, Problem) {
 
 fn crater(radius: f64, spacing: f64) -> Crater {
     let (impact, problem) = hit(radius, spacing);
-    let mut run = Brittle::begin(problem).expect("accepted");
+    let mut run = Brittle::begin(problem.into()).expect("accepted");
     let mut crater = Crater::default();
     let wide = run.domain().particles.reference.iter().zip(&run.domain().particles.shielded);
     let reach = wide.filter(|(_, under)| **under).map(|(x, _)| x.xz().norm()).fold(0.0, f64::max);

@@ -2,8 +2,9 @@
 #![allow(dead_code, unreachable_pub)]
 
 use cullet_geometry::math::unit;
-use cullet_geometry::{Pose, Quat, Solid, TriMesh, Vec3};
-use cullet_world::{BodyId, BodySpec, Hit, Material, Piece, World, WorldSettings};
+use cullet_geometry::{Pose, Quat, Sheet, Solid, TriMesh, Vec3};
+use cullet_model::Fragment;
+use cullet_world::{BodyId, BodySpec, Hit, Material, World, WorldSettings};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -79,12 +80,13 @@ impl Grid<'_> {
     }
 
     /// A piece that the hit gave nothing.
-    pub fn piece(&self, low: [usize; 3], high: [usize; 3]) -> Piece {
-        Piece {
+    pub fn piece(&self, low: [usize; 3], high: [usize; 3]) -> Fragment {
+        Fragment {
             solid: Solid::outer(self.mesh(low, high)),
             hulls: self.hulls(low, high),
             velocity: Vec3::zeros(),
             spin: Vec3::zeros(),
+            sheet: Sheet::default(),
         }
     }
 }
@@ -109,7 +111,7 @@ pub fn cuboid(size: Vec3) -> (Solid, Vec<Vec<Vec3>>) {
 }
 
 /// The pieces of a box: all cells of a jittered grid.
-pub fn cells(size: Vec3, n: usize, jitter: f64) -> Vec<Piece> {
+pub fn cells(size: Vec3, n: usize, jitter: f64) -> Vec<Fragment> {
     let place = boxed(size, n, jitter);
     let grid = Grid { place: &place };
     let mut pieces = Vec::new();
@@ -152,6 +154,7 @@ pub fn body(
     at: Vec3,
 ) -> BodySpec {
     BodySpec {
+        density: None,
         name: name.into(),
         solid: Arc::new(solid),
         hulls,
@@ -213,7 +216,7 @@ pub fn any3(case: u64, what: u64) -> Vec3 {
 }
 
 /// Gives the pieces a push along `n` that sums up to `impulse`, unevenly, and some spin.
-pub fn shove(pieces: &mut [Piece], case: u64, n: &Vec3, impulse: f64, mass: f64, wild: f64) {
+pub fn shove(pieces: &mut [Fragment], case: u64, n: &Vec3, impulse: f64, mass: f64, wild: f64) {
     for (k, piece) in pieces.iter_mut().enumerate() {
         let k = 100 + 10 * k as u64;
         piece.velocity = n * (impulse / mass) + any3(case, k) * wild;
@@ -262,7 +265,7 @@ pub fn aim(case: u64) -> Vec3 {
 
 /// Gives the pieces of a cube of that side and mass the motion of one body that an impulse moved,
 /// in full agreement with where it acts.
-pub fn push_at(pieces: &mut [Piece], side: f64, mass: f64, point: &Vec3, impulse: &Vec3) {
+pub fn push_at(pieces: &mut [Fragment], side: f64, mass: f64, point: &Vec3, impulse: &Vec3) {
     let spin = point.cross(impulse) / (mass * side * side / 6.0);
     for piece in pieces {
         let centre = piece.solid.mesh.mass_properties().centroid;

@@ -1,0 +1,204 @@
+//! A body gets a new shape and stays the body that it is: a dent. Its mass is kept, the momentum of
+//! the pair too, and what the deformation cost is paid from the motion.
+
+use crate::body::{Body, BodySpec, Tier};
+use crate::error::{ReplaceError, WorldError};
+use crate::id::BodyId;
+use crate::impact::Hit;
+use crate::motion::Motion;
+use crate::replace::{Exchanged, Parted, Replacement, still, turn};
+use crate::rigid::{BadPart, Fit, Shape};
+use crate::support::Reaction;
+use crate::world::World;
+use cullet_geometry::{Pose, Solid, Vec3};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// What a solver made of a body that did not break, in the body's frame before the hit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reshape {
+    /// The new shape \[m\].
+    pub solid: Solid,
+    /// Convex parts that stand in for it in collisions: corner sets \[m\].
+    pub hulls: Vec<Vec<Vec3>>,
+    /// Velocity of its centroid that the hit gave it, beside the body's motion before the hit
+    /// \[m/s\].
+    pub velocity: Vec3,
+    /// Angular velocity that the hit gave it, likewise \[rad/s\].
+    pub spin: Vec3,
+    /// What held it meanwhile, as [`World::supports`] found it; none where the solver knows no
+    /// supports.
+    pub reactions: Vec<Reaction>,
+    /// What the deformation cost \[J\].
+    pub work: f64,
+}
+
+impl World {
+    /// Gives a body a new shape: its id, name, tier and generation stay. Its mass is the old one,
+    /// spread evenly over the new volume. On any error nothing has changed.
+    ///
+    /// The hits are as in [`World::break_up`]. A body that never moves keeps its place; what
+    /// contacts took out of the motion then has to pay the work.
+    ///
+    /// # Errors
+    /// See [`ReplaceError`].
+    pub fn reshape(
+        &mut self,
+        id: BodyId,
+        hits: &[Hit],
+        new: Reshape,
+    ) -> Result<Replacement, ReplaceError> {
+        let unknown = ReplaceError::Unknown(id);
+        let old = self.bodies.get(&id.0).cloned().ok_or_else(|| unknown.clone())?;
+        let motion = self.rigid.motion(id.0).ok_or(unknown)?;
+        check(&new)?;
+        let made = self.reshaped(&old, &motion, &new)?;
+        if old.fixed {
+            return self.reshape_fixed(id, &old, hits, made, new.work);
+        }
+        let parted = Parted {
+            fragments: vec![still((&made.body, &made.pose))],
+            loose: false,
+            given: vec![(turn(&motion, &new.velocity), turn(&motion, &new.spin))],
+            cost: new.work,
+        };
+        let exchanged = self.exchange((id, &old, &motion), hits, parted, &new.reactions)?;
+        let Exchanged { scene, settled, purses } = exchanged;
+        let (part, volume) = (&settled.fragments[0], made.body.volume);
+        self.put_shape(id, made, (part.velocity, part.spin));
+        for (&other, part) in &settled.parts {
+            self.rigid.set_velocity(other, &part.velocity, &part.spin);
+        }
+        // A bulge may overlap what made it.
+        let strikers = scene.strikers.iter().flat_map(|striker| striker.ids.iter().copied());
+        let strikers: BTreeSet<u32> = strikers.collect();
+        for other in strikers {
+            self.rigid.hush(&[id.0.max(other)], &[id.0.min(other)]);
+        }
+        self.sink.linear += settled.sink.linear;
+        self.sink.angular += settled.sink.angular;
+        self.remember(&scene, hits, &purses, &settled, &[id]);
+        let mut report = self.audit(&scene, &settled, &[id]);
+        report.volume_rel_error = (volume / old.volume - 1.0).abs();
+        report.tiers = vec![old.tier];
+        Ok(report)
+    }
+
+    fn reshaped(
+        &self,
+        old: &Body,
+        motion: &Motion,
+        new: &Reshape,
+    ) -> Result<Reshaped, ReplaceError> {
+        let mass = new.solid.mesh.mass_properties();
+        let centre = mass.centroid;
+        let mut solid = new.solid.clone();
+        solid.mesh.vertices.iter_mut().for_each(|p| *p -= centre);
+        let mut hulls = new.hulls.clone();
+        hulls.iter_mut().flatten().for_each(|p| *p -= centre);
+        if hulls.is_empty() {
+            hulls.push(solid.mesh.vertices.clone());
+        }
+        let spec = BodySpec {
+            name: old.name.clone(),
+            solid: Arc::new(solid),
+            hulls,
+            material: old.material,
+            density: Some(old.mass / mass.volume),
+            pose: motion.pose * nalgebra::Translation3::from(centre),
+            velocity: Vec3::zeros(),
+            spin: Vec3::zeros(),
+            fixed: old.fixed,
+            breakable: old.breakable,
+            weakest: old.weakest,
+            threshold: old.threshold,
+            parent: old.parent,
+            generation: old.generation,
+            original_volume: Some(old.original_volume),
+        };
+        let settings = &self.settings;
+        let mut body = Body::new(&spec, &settings.tiers, settings.max_generation, old.birth)?;
+        // It is as much of the original as it was, whatever its volume.
+        (body.mass, body.tier, body.breakable) = (old.mass, old.tier, old.breakable);
+        let fit = if body.tier == Tier::Tiny { Fit::Tiny } else { Fit::Fragment };
+        let shape = Shape::new(&body, &spec.hulls, fit).map_err(|BadPart { index, why }| {
+            WorldError::Hull { name: spec.name.clone(), index, count: spec.hulls.len(), why }
+        })?;
+        Ok(Reshaped { body, shape, pose: spec.pose })
+    }
+
+    /// Puts a body's new shape in the place of the old one, with that velocity \[m/s\] and spin
+    /// \[rad/s\].
+    fn put_shape(&mut self, id: BodyId, made: Reshaped, (velocity, spin): (Vec3, Vec3)) {
+        let Reshaped { body, shape, pose } = made;
+        self.rigid.remove(id.0);
+        self.episodes.forget(id.0);
+        self.settling.end(id.0);
+        self.debts.retain(|&(_, other), _| other != id.0);
+        let damping = if body.tier == Tier::Whole { 0.0 } else { self.settings.debris_damping };
+        self.rigid.insert(id.0, &body, shape, &Motion { pose, velocity, spin }, damping);
+        self.bodies.insert(id.0, body);
+    }
+
+    /// A body that never moves keeps its place, and what its contacts took out of the motion pays.
+    fn reshape_fixed(
+        &mut self,
+        id: BodyId,
+        old: &Body,
+        hits: &[Hit],
+        made: Reshaped,
+        work: f64,
+    ) -> Result<Replacement, ReplaceError> {
+        let available = self.purses(id.0, hits).iter().sum::<f64>().max(0.0);
+        if work > available {
+            let payable = available;
+            return Err(ReplaceError::Unaffordable { fracture_energy: work, available, payable });
+        }
+        let volume_rel_error = (made.body.volume / old.volume - 1.0).abs();
+        self.put_shape(id, made, (Vec3::zeros(), Vec3::zeros()));
+        Ok(Replacement {
+            fragments: vec![id],
+            tiers: vec![old.tier],
+            volume_rel_error,
+            energy_before: available,
+            fracture_energy: work,
+            ..Replacement::default()
+        })
+    }
+}
+
+/// A body in its new shape, and where its new centre of mass is.
+struct Reshaped {
+    body: Body,
+    shape: Shape,
+    pose: Pose,
+}
+
+/// Refuses what is no shape or no motion.
+fn check(new: &Reshape) -> Result<(), ReplaceError> {
+    let mesh = &new.solid.mesh;
+    let bad = |what, value| Err(ReplaceError::Piece { index: 0, what, value });
+    let corners = mesh.vertices.len() as u32;
+    let highest = mesh.triangles.iter().flatten().copied().max();
+    if highest.is_none_or(|i| i >= corners) {
+        return bad("the highest corner index", f64::from(highest.unwrap_or(0)));
+    }
+    let volume = mesh.mass_properties().volume;
+    if !(volume.is_finite() && volume > 0.0) {
+        return bad("the volume [m³]", volume);
+    }
+    let speed = new.velocity.norm() + new.spin.norm();
+    if !speed.is_finite() {
+        return bad("the speed [m/s]", speed);
+    }
+    if !(new.work.is_finite() && new.work >= 0.0) {
+        return bad("the work of the deformation [J]", new.work);
+    }
+    for (index, reaction) in new.reactions.iter().enumerate() {
+        let value = reaction.impulse;
+        if !(value.is_finite() && value >= 0.0) {
+            return Err(ReplaceError::Reaction { index, value });
+        }
+    }
+    Ok(())
+}
