@@ -10,7 +10,7 @@ use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
 use crate::strength;
 use cullet_model::{
-    Body, BrittleSettings, Detail, Impact, Law, Material, Precision, Problem, Settings,
+    BodyShape, BrittleSettings, Detail, Impact, Law, Material, Precision, Problem, Settings,
     StrengthField, Support,
 };
 use serde::{Deserialize, Serialize};
@@ -121,7 +121,7 @@ impl FractureJob {
     /// The canonical bytes, and where in them the mesh and what is painted on one are.
     pub(crate) fn slabs(&self) -> Result<(Vec<u8>, [Range<usize>; 2]), WireError> {
         let Problem { body, law, impacts, supports, spin, settings, seed } = &self.problem;
-        let Body::Solid(solid) = body else {
+        let BodyShape::Solid(solid) = body else {
             return Err(WireError::Unknown { what: "a job's body", kind: body.kind() });
         };
         let Law::Brittle { material, strength } = law else {
@@ -310,7 +310,7 @@ pub(crate) mod tests {
     }
 
     fn solid(job: &mut FractureJob) -> &mut Solid {
-        let Body::Solid(solid) = &mut job.problem.body else { panic!("another body") };
+        let BodyShape::Solid(solid) = &mut job.problem.body else { panic!("another body") };
         Arc::make_mut(solid)
     }
 

@@ -6,7 +6,7 @@ use crate::mesh::{self, Slabs};
 use crate::specimen::SpecimenResult;
 use cullet_geometry::Vec3;
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
-use cullet_model::{Body, Deformation, Figure, Fracture, Fragment, Grain, Outcome, Report};
+use cullet_model::{BodyShape, Deformation, Figure, Fracture, Fragment, Grain, Outcome, Report};
 use serde::{Deserialize, Serialize};
 
 /// Most fragments of one body: an order above what a scene may ask for.
@@ -126,12 +126,12 @@ enum Header {
         reactions: Vec<f64>,
         report: Report,
     },
-    Deformed(Shape),
+    Deformed(DeformedHeader),
 }
 
 /// A body of a new shape, ahead of its mesh.
 #[derive(Serialize, Deserialize)]
-struct Shape {
+struct DeformedHeader {
     vertices: u32,
     triangles: u32,
     hulls: u32,
@@ -305,14 +305,14 @@ fn decode_parts(
 }
 
 fn encode_deformed(deformation: &Deformation) -> Result<Vec<u8>, WireError> {
-    let Body::Solid(solid) = &deformation.body else {
+    let BodyShape::Solid(solid) = &deformation.body else {
         let kind = deformation.body.kind();
         return Err(WireError::Unknown { what: "a deformed body", kind });
     };
     let (vertices, triangles) = mesh::counts(solid)?;
     let hulls = deformation.hulls.len();
     codec::limit("a body's convex parts", hulls as u64, MAX_HULLS as u64)?;
-    let shape = Shape {
+    let shape = DeformedHeader {
         vertices,
         triangles,
         hulls: hulls as u32,
@@ -330,7 +330,7 @@ fn encode_deformed(deformation: &Deformation) -> Result<Vec<u8>, WireError> {
     envelope::seal(Kind::Verdict, &Header::Deformed(shape), &slabs)
 }
 
-fn decode_deformed(shape: Shape, mut slabs: Slabs<'_>) -> Result<Deformation, WireError> {
+fn decode_deformed(shape: DeformedHeader, mut slabs: Slabs<'_>) -> Result<Deformation, WireError> {
     shape.check()?;
     let sizes = slabs.u32s("a body's convex parts", shape.hulls as usize)?;
     let solid = slabs.solid(shape.vertices, shape.triangles)?;
@@ -348,7 +348,7 @@ fn decode_deformed(shape: Shape, mut slabs: Slabs<'_>) -> Result<Deformation, Wi
     })
 }
 
-impl Shape {
+impl DeformedHeader {
     fn check(&self) -> Result<(), WireError> {
         codec::limit("a body's convex parts", u64::from(self.hulls), MAX_HULLS as u64)?;
         let motion = [self.velocity, self.spin];

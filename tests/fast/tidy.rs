@@ -16,16 +16,20 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("services/specimen", &["geometry", "model"]),
     ("services/fracture", &["fragment", "geometry", "model", "specimen"]),
     ("services/geometric", &["fragment", "geometry", "model"]),
-    ("services/world", &["geometry"]),
+    ("services/world", &["geometry", "model"]),
+    ("services/plan", &["geometry", "model", "world"]),
     ("services/tls", &[]),
     ("services/files", &["proto"]),
     ("services/document", &["files"]),
     ("services/assets", &["geometry"]),
     ("services/record", &["files", "geometry", "proto", "world"]),
     ("services/picture", &["geometry", "proto", "record"]),
-    ("services/scene", &["assets", "document", "geometry", "proto", "world"]),
-    ("services/pool", &["dispatch", "document", "files", "geometry", "proto"]),
-    ("services/run", &["files", "geometry", "pool", "proto", "record", "scene", "world"]),
+    ("services/scene", &["assets", "document", "geometry", "model", "plan", "proto", "world"]),
+    ("services/pool", &["dispatch", "document", "files", "geometry", "model", "proto"]),
+    (
+        "services/run",
+        &["files", "geometry", "model", "plan", "pool", "proto", "record", "scene", "world"],
+    ),
     (
         "services/lab",
         &[
@@ -45,6 +49,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "document",
             "files",
             "geometry",
+            "model",
             "lab",
             "picture",
             "pool",
@@ -65,6 +70,7 @@ const PURE: &[&str] = &[
     "services/fracture",
     "services/geometric",
     "services/world",
+    "services/plan",
     "services/dispatch",
 ];
 

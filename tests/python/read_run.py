@@ -25,7 +25,7 @@ SCHEMAS = {
     "/fragments": "foxglove.PointCloud",
     "/geometry": "cullet.Geometry",
     "/body": "cullet.Body",
-    "/shape": "cullet.Shape",
+    "/shape": "cullet.NewShape",
     "/bodies": "cullet.BodyPoses",
     "/debris": "cullet.Grains",
     "/cracks": "cullet.Cracks",

@@ -11,7 +11,7 @@ use cullet_geometry::{Solid, Surface, Vec3, math::unit};
 use cullet_model::{
     BrittleProblem, Impact, Material, Refusal, Settings, Solver, Strength, StrengthField,
 };
-use cullet_world::fidelity::branched;
+use cullet_plan::brittle::branched;
 
 /// F14: cells are flattened across a plate that bends, and told. One that is hit where the contact,
 /// widened to two cells of its plane, would be wider than the plate is thick is refused: it would

@@ -263,13 +263,13 @@ message! {
         /// What the detectors noticed and let pass.
         "19" [string, repeated] warnings: Vec<String>,
         /// What only the family knows, beside fields 16 to 18.
-        "20" [message, repeated] details: Vec<Detail>,
+        "20" [message, repeated] details: Vec<ReportFigure>,
     }
 }
 
 message! {
     /// A number that a family of solvers reports beside what all of them do.
-    Detail {
+    ReportFigure {
         /// What it is.
         "1" [string] name: String,
         /// Its SI unit; 1 where it has none.
@@ -282,7 +282,7 @@ message! {
 message! {
     /// The new shape of a body that was deformed and did not break. Its body frame is a new one,
     /// with its origin at the new centre of mass, from the pose of this step on.
-    Shape {
+    NewShape {
         /// Steps taken.
         "1" [uint64] step: u64,
         /// Simulated time \[s\].
@@ -444,8 +444,8 @@ pub fn schema_bytes() -> Vec<u8> {
         Cracks::descriptor(),
         Hit::descriptor(),
         JobReport::descriptor(),
-        Detail::descriptor(),
-        Shape::descriptor(),
+        ReportFigure::descriptor(),
+        NewShape::descriptor(),
         Sampled::descriptor(),
         PoolReport::descriptor(),
         Ledger::descriptor(),

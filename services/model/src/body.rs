@@ -7,12 +7,12 @@ use std::sync::Arc;
 /// will follow: a family refuses those that it does not know.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum Body {
+pub enum BodyShape {
     /// What a closed surface encloses \[m\].
     Solid(Arc<Solid>),
 }
 
-impl Body {
+impl BodyShape {
     /// The solid, if it is one.
     #[must_use]
     pub fn solid(&self) -> Option<&Arc<Solid>> {
@@ -30,7 +30,7 @@ impl Body {
     }
 }
 
-impl From<Solid> for Body {
+impl From<Solid> for BodyShape {
     fn from(solid: Solid) -> Self {
         Self::Solid(Arc::new(solid))
     }

@@ -5,17 +5,19 @@
 //! Absent on purpose: how anything is solved.
 
 pub mod body;
+pub mod brittle;
 pub mod detail;
 pub mod law;
 pub mod material;
 pub mod outcome;
 pub mod precision;
 pub mod problem;
+pub mod refusal;
 pub mod solver;
 pub mod strength;
 pub mod tolerance;
 
-pub use body::Body;
+pub use body::BodyShape;
 pub use detail::Detail;
 pub use law::Law;
 pub use material::Material;
@@ -24,6 +26,7 @@ pub use outcome::{
 };
 pub use precision::Precision;
 pub use problem::{BrittleProblem, BrittleSettings, Impact, Problem, Settings, Support};
-pub use solver::{Cost, Entry, Failure, Progress, Refusal, Run, Solver, entry};
+pub use refusal::{Failure, Refusal};
+pub use solver::{Cost, Entry, Progress, Run, Solver, entry};
 pub use strength::{Strength, StrengthField, WeakPlane};
 pub use tolerance::Tolerance;

@@ -1,6 +1,6 @@
 //! What comes of a solve.
 
-use crate::Body;
+use crate::BodyShape;
 use cullet_geometry::{Sheet, Solid, Surface, Vec3};
 
 /// One part of a broken body, in the body's frame before it broke.
@@ -115,7 +115,7 @@ pub struct Fracture {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deformation {
     /// The new shape \[m\].
-    pub body: Body,
+    pub body: BodyShape,
     /// Convex parts that stand in for it in collisions: corner sets \[m\].
     pub hulls: Vec<Vec<Vec3>>,
     /// Velocity of its centroid that the hit gave it, beside the body's motion before the hit

@@ -1,6 +1,6 @@
 //! What a solver is given: the body, its law, its hits and supports, and how it may be solved.
 
-use crate::{Body, Detail, Law, Material, Precision, Refusal, StrengthField, Tolerance};
+use crate::{BodyShape, Detail, Law, Material, Precision, Refusal, StrengthField, Tolerance};
 use cullet_geometry::{Solid, Vec3};
 use std::sync::Arc;
 
@@ -108,7 +108,7 @@ impl Settings {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
     /// The body in its own frame, origin at the centre of mass \[m\].
-    pub body: Body,
+    pub body: BodyShape,
     /// How its material behaves.
     pub law: Law,
     /// Its hits; a family that needs one refuses a problem without.
@@ -167,7 +167,7 @@ impl From<BrittleProblem> for Problem {
     fn from(problem: BrittleProblem) -> Self {
         let BrittleProblem { solid, material, strength, .. } = problem;
         let BrittleProblem { impacts, supports, spin, settings, seed, .. } = problem;
-        let (body, law) = (Body::Solid(solid), Law::Brittle { material, strength });
+        let (body, law) = (BodyShape::Solid(solid), Law::Brittle { material, strength });
         Self { body, law, impacts, supports, spin, settings, seed }
     }
 }

@@ -10,7 +10,7 @@
 //! | `/stats` | `cullet.RunStats` | numbers worth a plot |
 //! | `/geometry` | `cullet.Geometry` | each solid once, lossless, by digest |
 //! | `/body` | `cullet.Body` | each body at its birth |
-//! | `/shape` | `cullet.Shape` | the new shape of a body that was deformed |
+//! | `/shape` | `cullet.NewShape` | the new shape of a body that was deformed |
 //! | `/bodies` | `cullet.BodyPoses` | the lossless pose track |
 //! | `/debris` | `cullet.Grains` | grains of debris: what is born, what flies |
 //! | `/cracks` | `cullet.Cracks` | cracks that end inside a body, as open surfaces |
@@ -66,7 +66,7 @@ use std::path::{Path, PathBuf};
 pub const GEOMETRY: &str = "/geometry";
 /// Topic of [`cullet_proto::recording::Body`].
 pub const BODY: &str = "/body";
-/// Topic of [`cullet_proto::recording::Shape`].
+/// Topic of [`cullet_proto::recording::NewShape`].
 pub const SHAPE: &str = "/shape";
 /// Topic of [`cullet_proto::recording::BodyPoses`].
 pub const BODIES: &str = "/bodies";

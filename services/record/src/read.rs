@@ -7,7 +7,7 @@ use super::{
     Tally,
 };
 use cullet_proto::recording::{
-    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, RunEvent, Sampled, Shape,
+    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape, RunEvent, Sampled,
 };
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -159,7 +159,7 @@ pub struct Recording {
     /// Bodies in order of birth.
     pub bodies: Vec<Body>,
     /// New shapes of bodies, in the order in which they got them.
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<NewShape>,
     /// The pose track.
     pub poses: Vec<BodyPoses>,
     /// Grains of debris.

@@ -11,7 +11,8 @@ use super::{
 };
 use cullet_geometry::{Sheet, Solid, Vec3};
 use cullet_proto::recording::{
-    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, PoolReport, Sampled, Shape, geometry_hash,
+    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape, PoolReport, Sampled,
+    geometry_hash,
 };
 use cullet_world::DebrisParticle;
 use std::collections::BTreeMap;
@@ -194,7 +195,7 @@ impl Recorder {
     ///
     /// # Errors
     /// A body or geometry that is not recorded, or a file that cannot be written.
-    pub fn shape(&mut self, shape: &Shape) -> Result<(), RecordError> {
+    pub fn shape(&mut self, shape: &NewShape) -> Result<(), RecordError> {
         self.at(shape.step, shape.time)?;
         let hash = <[u8; 32]>::try_from(&shape.geometry[..]).ok();
         let Some(drawn) = hash.and_then(|hash| self.solids.get(&hash)).cloned() else {

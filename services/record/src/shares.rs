@@ -1,6 +1,6 @@
 //! How much of what a run broke was solved, and how much was sampled: drawn from a law.
 
-use cullet_proto::recording::{Body, Sampled, Shape};
+use cullet_proto::recording::{Body, NewShape, Sampled};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -85,7 +85,7 @@ pub(super) struct Census {
 }
 
 impl Census {
-    pub(super) fn reshaped(&mut self, shape: &Shape) {
+    pub(super) fn reshaped(&mut self, shape: &NewShape) {
         if let Some(mass) = self.masses.get_mut(&shape.body) {
             *mass = shape.mass;
         }

@@ -7,8 +7,8 @@ use super::{
 };
 use cullet_geometry::Solid;
 use cullet_proto::recording::{
-    Body, BodyPoses, EventKind, Geometry, Grains, JobReport, Ledger, PoolReport, Recorded,
-    RunEvent, Shape, Verdict,
+    Body, BodyPoses, EventKind, Geometry, Grains, JobReport, Ledger, NewShape, PoolReport,
+    Recorded, RunEvent, Verdict,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -161,7 +161,7 @@ impl Tally {
                 self.at(poses.step, poses.time);
             }
             SHAPE => {
-                let shape: Shape = decode(topic, log_time, payload)?;
+                let shape: NewShape = decode(topic, log_time, payload)?;
                 self.at(shape.step, shape.time);
                 self.census.reshaped(&shape);
                 let sound = self.sound.get(&shape.geometry).copied().unwrap_or(false);

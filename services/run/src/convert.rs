@@ -1,11 +1,11 @@
 //! From a scene to the recorder's terms.
 
 use cullet_geometry::Vec3;
+use cullet_plan::AccuracyTarget;
 use cullet_record::{RunMeta, Summary, View};
 use cullet_scene::format::Fidelity;
 use cullet_scene::{Observed, Scene, SceneMaterial};
 use cullet_world::Replacement;
-use cullet_world::fidelity::Need;
 use std::collections::BTreeMap;
 
 /// Name of the attachment that holds the `path=value` arguments of the run.
@@ -80,7 +80,7 @@ pub(super) fn observed(summary: &Summary, broken: &BTreeMap<String, u64>) -> Obs
 }
 
 /// What the scene asks of its solves; nothing where it asks nothing.
-pub(super) fn need(fidelity: &Fidelity) -> Option<Need> {
+pub(super) fn target(fidelity: &Fidelity) -> Option<AccuracyTarget> {
     let Fidelity { error, budget_s: budget, smallest, pixel, cone, strength } = *fidelity;
-    fidelity.is_asked().then_some(Need { error, budget, smallest, pixel, cone, strength })
+    fidelity.is_asked().then_some(AccuracyTarget { error, budget, smallest, pixel, cone, strength })
 }

@@ -3,25 +3,19 @@
 use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
 use cullet_model::{
-    Body, BrittleSettings, Law, Material, Precision, Problem, Settings, StrengthField,
+    BodyShape, BrittleSettings, Law, Material, Precision, Problem, Settings, StrengthField,
 };
-use cullet_proto::FractureJob;
-use cullet_proto::job::MAX_IMPACTS;
+use cullet_plan::{AccuracyTarget, Policy, SolveLimits, SolveOrder};
+use cullet_proto::job::{MAX_IMPACTS, MAX_SUPPORTS};
 use cullet_scene::SceneBody;
 use cullet_scene::format::{self, Fracture};
-use cullet_world::fidelity::Frame;
-use cullet_world::{BodyId, BodyView, HeldContact, Hit};
+use cullet_world::{BodyId, BodyView, Hit};
 use std::sync::Arc;
-
-/// The family asked when the scene leaves it open.
-pub(super) const FIRST: &str = "brittle";
-/// The family that takes what the first one declines.
-const FALLBACK: &str = "geometric";
 
 /// How the scene wants an object and its fragments solved.
 #[derive(Clone, Debug)]
 pub(super) struct Choice {
-    solver: Option<&'static str>,
+    solver: Option<String>,
     settings: Settings,
     /// Whether the precision is the scene's.
     precise: bool,
@@ -51,7 +45,7 @@ impl Choice {
         };
         let strength = StrengthField { seed, ..(*body.strength).clone() };
         let precise = defaults.precision.is_some();
-        Self { solver: body.solver.solver(), settings, precise, strength }
+        Self { solver: body.solver.name().map(str::to_owned), settings, precise, strength }
     }
 
     /// Fragments keep the grid spacing \[m\] of the solve that made them: what they were made of
@@ -74,14 +68,19 @@ impl Choice {
         choice
     }
 
-    /// What is settled of a solve before anything is known of the hit; nothing where no stress is
-    /// solved for.
-    pub(super) fn frame(&self) -> Option<Frame> {
-        (self.solver != Some(FALLBACK)).then(|| Frame {
+    /// What the solves of a body are asked for.
+    pub(super) fn policy<'a>(
+        &'a self,
+        target: Option<AccuracyTarget>,
+        material: &'a str,
+    ) -> Policy<'a> {
+        let limits = SolveLimits {
             most_points: f64::from(self.settings.max_particles),
             most_steps: f64::from(self.settings.max_steps),
             finest: self.settings.spacing.unwrap_or(0.0),
-        })
+        };
+        let family = self.solver.as_deref();
+        Policy { target, family, material, limits, most_supports: MAX_SUPPORTS }
     }
 
     /// A fragment keeps the flaws and the paint of the body it comes from; `centre`: where its own
@@ -93,16 +92,14 @@ impl Choice {
     }
 }
 
-/// The problem of a body that was hit. `geometric`: the gate found that no stress needs to be
-/// solved for. `fallback`: whether the family that takes anything may take it.
+/// The problem of a body that was hit.
 pub(super) fn problem(
     body: &BodyView<'_>,
-    (hits, supports, spin): (&[Hit], &[HeldContact], Vec3),
+    hits: &[Hit],
+    order: &SolveOrder,
     choice: &Choice,
-    (geometric, fallback): (bool, bool),
     seed: u64,
-) -> FractureJob {
-    let wanted = if geometric { FALLBACK } else { choice.solver.unwrap_or(FIRST) };
+) -> Problem {
     let material = Material {
         density: body.density,
         young: body.material.young,
@@ -110,17 +107,15 @@ pub(super) fn problem(
         failure_stress: body.material.failure_stress,
         fracture_energy: body.material.fracture_energy,
     };
-    let problem = Problem {
-        body: Body::Solid(Arc::clone(body.solid)),
+    Problem {
+        body: BodyShape::Solid(Arc::clone(body.solid)),
         law: Law::Brittle { material, strength: choice.strength.clone() },
         impacts: strongest(hits).into_iter().map(|hit| hit.impact).collect(),
-        supports: supports.iter().map(|support| support.held).collect(),
-        spin,
+        supports: order.supports.iter().map(|support| support.held).collect(),
+        spin: order.spin,
         settings: choice.settings,
         seed: seed_of(body.id, seed),
-    };
-    let fallback = (fallback && wanted != FALLBACK).then(|| FALLBACK.to_owned());
-    FractureJob { solver: wanted.to_owned(), fallback, problem }
+    }
 }
 
 /// The seed of a body's own randomness.

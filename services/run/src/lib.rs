@@ -3,7 +3,6 @@
 
 mod convert;
 mod job;
-mod ladder;
 mod notices;
 mod settle;
 #[cfg(test)]
@@ -13,13 +12,12 @@ pub use cullet_proto::service::Position;
 
 use cullet_geometry::Vec3;
 use cullet_model::Outcome as Solved;
+use cullet_plan::{Decision, Experience, SolveOrder, decide};
 use cullet_pool::{RunHandle, RunStats, Settlement};
-use cullet_proto::job::MAX_SUPPORTS;
 use cullet_proto::{FractureJob, JobId};
 use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
 use cullet_scene::{Scene, rigid};
-use cullet_world::{BodyId, Gate, GateLimits, HeldContact, Hit, World, WorldError};
-use ladder::{Experience, Kind, Ladder};
+use cullet_world::{BodyId, Hit, World, WorldError};
 use notices::Notices;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -166,8 +164,7 @@ struct Pending {
     asked: String,
     body: BodyId,
     hits: Vec<Hit>,
-    supports: Vec<HeldContact>,
-    ladder: Ladder,
+    order: SolveOrder,
     /// The last solve of the hit that came to an end, kept while a finer one is at work.
     held: Option<(JobId, Solved)>,
     due: u64,
@@ -280,8 +277,7 @@ impl Run<'_> {
         Ok(!self.settle_until(u64::MAX)?)
     }
 
-    /// Records the hits of a step, asks the gate about them, and opens a job for each body that may
-    /// break.
+    /// Records the hits of a step, decides about them, and opens a job for each body that may break.
     fn judge(&mut self, hits: Vec<Hit>) -> Result<(), RunError> {
         let mut by_body: BTreeMap<BodyId, Vec<Hit>> = BTreeMap::new();
         for hit in hits {
@@ -307,108 +303,58 @@ impl Run<'_> {
                 self.event(&Event::Gate { body: number(body), reason })?;
                 continue;
             }
-            self.ask_gate(body, hits)?;
+            self.decide(body, hits)?;
         }
         Ok(())
     }
 
-    fn ask_gate(&mut self, body: BodyId, hits: Vec<Hit>) -> Result<(), RunError> {
-        let all: f64 = hits.iter().map(|hit| hit.impact.energy).sum();
-        let asked = self.scene.fidelity.is_asked();
-        let limits = |hit: &Hit| {
-            if asked { GateLimits::fitted(hit.impact.energy / all) } else { GateLimits::default() }
-        };
-        let answers: Vec<Gate> =
-            hits.iter().filter_map(|hit| self.world.gate(hit, &limits(hit))).collect();
-        let solve = answers.iter().any(|gate| matches!(gate, Gate::Solve));
-        let geometric = answers.iter().find_map(|gate| match gate {
-            Gate::Geometric(reason) => Some(reason.to_string()),
-            _ => None,
-        });
-        if !solve && geometric.is_none() {
-            for gate in answers {
-                if let Gate::Rigid(reason) = gate {
-                    self.event(&Event::Gate { body: number(body), reason: reason.to_string() })?;
-                    self.notices.kept(body, all, reason.to_string());
-                }
-            }
-            return Ok(());
-        }
-        self.open(body, hits, geometric.filter(|_| !solve))
-    }
-
-    /// `geometric`: why no stress needs to be solved for, if none does.
-    fn open(
-        &mut self,
-        body: BodyId,
-        hits: Vec<Hit>,
-        mut geometric: Option<String>,
-    ) -> Result<(), RunError> {
+    /// Decides about the hits of a body, and opens the first job if it is to be solved.
+    fn decide(&mut self, body: BodyId, hits: Vec<Hit>) -> Result<(), RunError> {
         let origin = self.origins.get(&body).ok_or(RunError::Lost(body))?;
-        let mut reasons = Vec::new();
-        let mut ladder = Ladder::default();
-        let need = convert::need(&self.scene.fidelity);
-        let frame = origin.choice.frame().filter(|_| geometric.is_none());
-        if let (Some(need), Some(frame)) = (need, frame) {
-            match self.world.plan(&hits, &need, &frame) {
-                Some(Ok(plan)) => {
-                    ladder = Ladder::new(&plan, &need, self.kind(body, &hits));
-                    reasons.push(plan.to_string());
+        let target = convert::target(&self.scene.fidelity);
+        let policy = origin.choice.policy(target, &origin.material);
+        let order = match decide(&self.world, body, &hits, &policy) {
+            None => return Err(RunError::Lost(body)),
+            Some(Decision::Keep(reasons)) => {
+                let all: f64 = hits.iter().map(|hit| hit.impact.energy).sum();
+                for reason in reasons {
+                    let reason = reason.to_string();
+                    let event = Event::Gate { body: number(body), reason: reason.clone() };
+                    self.event(&event)?;
+                    self.notices.kept(body, all, reason);
                 }
-                Some(Err(reason)) => geometric = Some(reason.to_string()),
-                None => {}
+                return Ok(());
             }
-        }
-        let mut supports = self.world.supports(body, &hits);
-        supports.truncate(MAX_SUPPORTS);
-        if !supports.is_empty() {
-            reasons.push(format!("held at {} places", supports.len()));
-        }
+            Some(Decision::Solve(order)) => *order,
+        };
         let due = self.world.step_count() + u64::from(self.scene.world.latency_steps);
-        let (id, asked) = (JobId::of(&[]), String::new());
-        let pending = Pending { id, asked, body, hits, supports, ladder, held: None, due };
-        self.dispatch(pending, geometric, reasons)
-    }
-
-    /// What hits of a body are like: by the one of most energy.
-    fn kind(&self, body: BodyId, hits: &[Hit]) -> Kind {
-        let most = |a: &&Hit, b: &&Hit| a.impact.energy.total_cmp(&b.impact.energy);
-        let hardest = hits.iter().max_by(most).map(|hit| hit.impact);
-        let (speed, energy) = hardest.map_or((0.0, 0.0), |i| (i.closing_speed, i.energy));
-        let volume = self.world.body(body).map_or(0.0, |view| view.volume);
-        let material = self.origins.get(&body).map_or("", |origin| &origin.material);
-        Kind::new(material, volume, speed, energy)
+        let (id, asked, reasons) = (JobId::of(&[]), String::new(), order.reasons.clone());
+        let pending = Pending { id, asked, body, hits, order, held: None, due };
+        self.dispatch(pending, reasons)
     }
 
     /// Opens the next job of a hit.
-    fn dispatch(
-        &mut self,
-        mut pending: Pending,
-        geometric: Option<String>,
-        mut reasons: Vec<String>,
-    ) -> Result<(), RunError> {
+    fn dispatch(&mut self, mut pending: Pending, mut reasons: Vec<String>) -> Result<(), RunError> {
         let body = pending.body;
         let lost = RunError::Lost(body);
         let (Some(view), Some(origin)) = (self.world.body(body), self.origins.get(&body)) else {
             return Err(lost);
         };
         let error = self.scene.fidelity.error;
-        let choice = pending.ladder.climb().map(|spacing| origin.choice.on_grid(spacing, error));
+        let order = &mut pending.order;
+        let choice = order.refinement.climb().map(|spacing| origin.choice.on_grid(spacing, error));
         let choice = choice.as_ref().unwrap_or(&origin.choice);
-        let spin = self.world.stressing_spin(body, &pending.hits);
-        if spin != Vec3::zeros() {
-            reasons.push(format!("spins at {:.3e} rad/s", spin.norm()));
+        if order.spin != Vec3::zeros() {
+            reasons.push(format!("spins at {:.3e} rad/s", order.spin.norm()));
         }
-        let load = (pending.hits.as_slice(), pending.supports.as_slice(), spin);
         // What came to an end on a coarser grid is better than what stands in for any solve.
-        let last = !pending.ladder.goes_on() && pending.held.is_none();
-        let family = (geometric.is_some(), last);
-        let job = job::problem(&view, load, choice, family, self.scene.world.seed);
+        let last = !order.refinement.goes_on() && pending.held.is_none();
+        let fallback = order.fallback.filter(|_| last);
+        let problem = job::problem(&view, &pending.hits, order, choice, self.scene.world.seed);
+        let fallback = fallback.map(str::to_owned);
+        let job = FractureJob { solver: order.family.clone(), fallback, problem };
         pending.asked = job.solver.clone();
         pending.id = self.pool.open(&job);
-        // Without the gate's reason, another family than the first is the scene's choice.
-        let chosen = (pending.asked != job::FIRST).then(|| "the scene's choice".to_owned());
-        let reasons: Vec<String> = geometric.or(chosen).into_iter().chain(reasons).collect();
         let (solver, reason) = (pending.asked.clone(), reasons.join("; "));
         self.event(&Event::JobOpened { body: number(body), job: pending.id.0, solver, reason })?;
         self.pending.push_back(pending);

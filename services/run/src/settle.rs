@@ -1,12 +1,12 @@
 //! What a verdict does to the world and to the recording.
 
-use super::ladder::Next;
 use super::{News, Origin, Outcome, Pending, Run, RunError, convert, number};
 use cullet_geometry::{Sheet, Vec3};
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    Body, Deformation, Figure, Fracture, Fragment, Outcome as Solved, Report, SolvedShares,
+    BodyShape, Deformation, Figure, Fracture, Fragment, Outcome as Solved, Report, SolvedShares,
 };
+use cullet_plan::Next;
 use cullet_pool::{Ending, Settlement};
 use cullet_proto::Verdict;
 use cullet_proto::recording::{self, JobReport, PoolReport, Vector3};
@@ -40,7 +40,7 @@ impl Run<'_> {
             Verdict::Solved(Solved::Deformed(_)) => None,
             Verdict::Refused { .. } | Verdict::Failed { .. } | Verdict::Measured(_) => None,
         };
-        let enough = match job.ladder.next(outcome, &mut self.seen) {
+        let enough = match job.order.refinement.next(outcome, &mut self.seen) {
             Next::Finer(why) => return self.solve_finer(job, verdict, why),
             Next::Use(why) => why.map(|why| format!("no finer solve: {why}")),
         };
@@ -93,7 +93,9 @@ impl Run<'_> {
         } else {
             self.declined(&job, verdict, "")?;
         }
-        self.dispatch(job, None, vec![format!("finer than before: {why}")])
+        let mut reasons: Vec<String> = job.order.choice().into_iter().map(str::to_owned).collect();
+        reasons.push(format!("finer than before: {why}"));
+        self.dispatch(job, reasons)
     }
 
     fn abandoned(&mut self, job: &Pending, body: String, reason: String) -> Result<(), RunError> {
@@ -157,7 +159,7 @@ impl Run<'_> {
         let breakage = Breakage {
             pieces: fragments,
             grains: debris,
-            reactions: reacted(&job.supports, &reactions),
+            reactions: reacted(&job.order.supports, &reactions),
             fracture_energy: report.fracture_energy,
         };
         match self.world.break_up(job.body, &job.hits, breakage) {
@@ -173,13 +175,13 @@ impl Run<'_> {
     /// Gives the body the shape that a solve found.
     fn deform(&mut self, job: Pending, deformation: Deformation) -> Result<(), RunError> {
         let Deformation { body, hulls, velocity, spin, work, reactions, report } = deformation;
-        let Body::Solid(solid) = body else {
+        let BodyShape::Solid(solid) = body else {
             let reason = format!("the world takes no {}", body.kind());
             return self.kept(&job, reason);
         };
         let solid = Arc::unwrap_or_clone(solid);
         let centre = solid.mesh.mass_properties().centroid;
-        let reactions = reacted(&job.supports, &reactions);
+        let reactions = reacted(&job.order.supports, &reactions);
         let new = Reshape { solid, hulls, velocity, spin, reactions, work };
         let done = match self.world.reshape(job.body, &job.hits, new) {
             Ok(done) => done,
@@ -281,7 +283,7 @@ impl Run<'_> {
     fn record_shape(&mut self, id: BodyId) -> Result<(), RunError> {
         let view = self.world.body(id).ok_or(RunError::Lost(id))?;
         let geometry = self.recorder.geometry(view.solid)?;
-        let shape = recording::Shape {
+        let shape = recording::NewShape {
             step: self.world.step_count(),
             time: self.world.time(),
             body: number(id),
@@ -412,9 +414,9 @@ fn reported(job: &Pending, solved: &Solved) -> JobReport {
     }
 }
 
-fn detail(figure: &Figure) -> recording::Detail {
+fn detail(figure: &Figure) -> recording::ReportFigure {
     let Figure { name, unit, value } = figure.clone();
-    recording::Detail { name, unit, value }
+    recording::ReportFigure { name, unit, value }
 }
 
 fn hit(hit: &Hit) -> recording::Hit {

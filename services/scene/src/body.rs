@@ -183,7 +183,7 @@ impl ResolveContext<'_> {
             spacing: resolution.spacing,
             particles: resolution.particles,
             impulse_threshold: body.impulse_threshold,
-            solver: body.solver.unwrap_or(defaults.solver),
+            solver: body.solver.clone().unwrap_or_else(|| defaults.solver.clone()),
         })
     }
 

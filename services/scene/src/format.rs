@@ -21,8 +21,10 @@ pub use show::{Bounds, Expect, ShareBounds, View};
 
 use super::look::Detail;
 use cullet_document::unit;
-use schemars::JsonSchema;
+use cullet_plan::family::{DEFAULT, FAMILIES, SAMPLED};
+use schemars::{JsonSchema, json_schema};
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 /// A scene file: which bodies there are, how they move, how they break, and what a run must show.
 /// A scene has at least one body.
@@ -133,29 +135,44 @@ impl Default for Tiers {
     }
 }
 
-/// Which solver family breaks a body.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum SolverChoice {
-    /// Cullet chooses: `brittle`, or `geometric` where a hit needs no stress field.
-    #[default]
-    Auto,
-    /// Stress and damage on material points, for brittle solids; `geometric` takes over where it
-    /// declines.
-    Brittle,
-    /// Voronoi cells around the point of the hit, their number from its energy: fast.
-    Geometric,
+/// Which solver family breaks a body: `auto`, or the name of a family.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(transparent)]
+pub struct SolverChoice(String);
+
+/// Leaves the choice to Cullet.
+const AUTO: &str = "auto";
+
+impl Default for SolverChoice {
+    fn default() -> Self {
+        Self(AUTO.to_owned())
+    }
 }
 
 impl SolverChoice {
-    /// The solver asked for by name; nothing where the gate decides.
+    /// The family asked for by name; nothing where Cullet chooses.
     #[must_use]
-    pub const fn solver(self) -> Option<&'static str> {
-        match self {
-            Self::Auto => None,
-            Self::Brittle => Some("brittle"),
-            Self::Geometric => Some("geometric"),
-        }
+    pub fn name(&self) -> Option<&str> {
+        (self.0 != AUTO).then_some(self.0.as_str())
+    }
+}
+
+/// The names are those of [`cullet_plan::family::FAMILIES`], each with what it is.
+impl JsonSchema for SolverChoice {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "SolverChoice".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let about = format!(
+            "Cullet chooses: `{DEFAULT}`, or `{SAMPLED}` where a hit needs no stress field."
+        );
+        let families = FAMILIES.iter().map(|family| (family.name, family.about));
+        let rows = [(AUTO, about.as_str())].into_iter().chain(families);
+        let rows = rows
+            .map(|(name, about)| json!({"description": about, "type": "string", "const": name}));
+        let rows: Vec<_> = rows.collect();
+        json_schema!({"description": "Which solver family breaks a body.", "oneOf": rows})
     }
 }
 
@@ -171,7 +188,7 @@ pub enum Precision {
 }
 
 /// How bodies are broken, unless a body says otherwise.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fracture {
     /// Which solver family breaks bodies.
@@ -208,7 +225,7 @@ pub struct Fracture {
 impl Default for Fracture {
     fn default() -> Self {
         Self {
-            solver: SolverChoice::Auto,
+            solver: SolverChoice::default(),
             max_particles: 16_000,
             max_steps: 20_000,
             max_fragments: 400,

@@ -175,7 +175,7 @@ impl Builder<'_> {
     }
 
     fn mould(&mut self, body: &Body, path: &Path) -> Option<BodyTemplate> {
-        let defaults = self.document.fracture;
+        let defaults = self.document.fracture.clone();
         self.workshop.mould(body, path, &defaults)
     }
 
@@ -288,7 +288,7 @@ impl Builder<'_> {
                 spacing: mould.spacing,
                 particles: mould.particles,
                 impulse_threshold: mould.impulse_threshold,
-                solver: mould.solver,
+                solver: mould.solver.clone(),
                 repairs: mould.form.repairs.clone(),
             });
             self.paths.push(path.clone());

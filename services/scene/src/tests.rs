@@ -124,7 +124,7 @@ fn overrides_reach_every_value_by_name() {
     assert!((scene.bodies[1].velocity.y - 3.0).abs() < 1e-15);
     assert!((scene.bodies[0].material.young - 60e9).abs() < 1.0);
     assert!((scene.bodies[0].material.density - 2640.0).abs() < 1e-9, "the rest is the preset's");
-    assert_eq!(scene.bodies[0].solver.solver(), Some("geometric"));
+    assert_eq!(scene.bodies[0].solver.name(), Some("geometric"));
     assert_eq!(scene.bodies[0].spacing, Some(0.004));
 }
 

@@ -1,10 +1,10 @@
 //! A body: what one is made from, what the world keeps of it, what others may see of it.
 
 use crate::error::WorldError;
-use crate::gate_body::GateBody;
 use crate::id::BodyId;
 use crate::mass::{extents, lever, reach, rounding, sound_inertia};
 use crate::material::{Bound, Material};
+use crate::measure::BodyMeasure;
 use crate::motion::Motion;
 use crate::settings::Tiers;
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
@@ -105,6 +105,8 @@ pub struct BodyView<'a> {
     pub volume: f64,
     /// Volume over the original body's \[1\].
     pub volume_ratio: f64,
+    /// Least strength anywhere in it over its material's \[1\].
+    pub weakest: f64,
     /// Size class.
     pub tier: Tier,
     /// Never moves.
@@ -145,8 +147,8 @@ pub(crate) struct Body {
     pub(crate) tier: Tier,
     /// When it came into the world \[s\]; bodies of the scene are as old as time.
     pub(crate) birth: f64,
-    /// What the gates know of it, once they have asked.
-    pub(crate) gate: OnceLock<GateBody>,
+    /// Its sizes, once they were asked for.
+    pub(crate) measure: OnceLock<BodyMeasure>,
 }
 
 /// Farthest place a body may be put at \[m\]: f64 still resolves 1e-7 m there.
@@ -209,7 +211,7 @@ impl Body {
             generation: spec.generation,
             tier,
             birth,
-            gate: OnceLock::new(),
+            measure: OnceLock::new(),
         })
     }
 

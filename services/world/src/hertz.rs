@@ -32,7 +32,7 @@ pub fn effective_modulus(one: Elastic, two: Elastic) -> f64 {
 }
 
 /// Duration of a Hertz impact over δ/v \[1\]: 2∫₀¹ dx/√(1 − x^{5/2}).
-pub(crate) const DURATION_OVER_APPROACH: f64 = 2.943_3;
+pub const DURATION_OVER_APPROACH: f64 = 2.943_3;
 
 /// The impact of effective mass `mass` \[kg\], modulus `modulus` \[Pa\] and radius `radius` \[m\]
 /// at closing speed `speed` \[m/s\].

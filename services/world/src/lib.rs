@@ -1,7 +1,6 @@
-//! The rigid world: bodies, impacts, the gate, the replacement of a body by its fragments.
+//! The rigid world: bodies, impacts, the replacement of a body by its fragments or by a new shape.
 //!
-//! Read `world.rs` first: [`World::step`] turns contacts into [`Hit`]s, [`gate`] asks whether a hit
-//! can crack anything, [`World::replace`] puts the fragments where the body was and keeps the
+//! Read `world.rs` first: [`World::step`] turns contacts into [`Hit`]s, [`World::replace`] puts the fragments where the body was and keeps the
 //! books.
 //!
 //! Absent on purpose: files, clocks, threads, randomness, and any word about how a body breaks.
@@ -13,10 +12,7 @@ mod curvature;
 mod episode;
 mod error;
 mod exchange;
-pub mod fidelity;
 mod frozen;
-mod gate;
-mod gate_body;
 mod grains;
 mod hertz;
 mod id;
@@ -24,6 +20,7 @@ mod impact;
 mod ledger;
 mod mass;
 mod material;
+mod measure;
 mod motion;
 mod replace;
 mod reshape;
@@ -38,14 +35,13 @@ mod world;
 pub use body::{BodySpec, BodyView, Tier};
 pub use error::{ReplaceError, WorldError};
 pub use exchange::Exchange;
-pub use gate::{Gate, GateLimits, Reason, gate};
-pub use gate_body::GateBody;
 pub use grains::DebrisParticle;
-pub use hertz::{Elastic, Hertz, effective_modulus, hertz};
+pub use hertz::{DURATION_OVER_APPROACH, Elastic, Hertz, effective_modulus, hertz};
 pub use id::BodyId;
 pub use impact::Hit;
 pub use ledger::Totals;
 pub use material::Material;
+pub use measure::BodyMeasure;
 pub use replace::{Breakage, Replacement};
 pub use reshape::Reshape;
 pub use rigid::hulls_overlap;

@@ -10,6 +10,7 @@ use crate::grains::DebrisParticle;
 use crate::id::BodyId;
 use crate::impact::{Hit, Outcome, Party, effective_mass, hits};
 use crate::ledger::{Sink, Totals};
+use crate::measure::BodyMeasure;
 use crate::motion::Motion;
 use crate::replace::PendingExchange;
 use crate::rigid::{BadPart, Contact, Fit, Rigid, Shape};
@@ -186,6 +187,12 @@ impl World {
         self.bodies.get(&id.0).and_then(|body| self.view(id.0, body))
     }
 
+    /// The sizes of a body, worked out once; `None` when it is gone.
+    #[must_use]
+    pub fn measure(&self, id: BodyId) -> Option<&BodyMeasure> {
+        self.bodies.get(&id.0).map(BodyMeasure::of_body)
+    }
+
     fn view<'a>(&'a self, id: u32, body: &'a Body) -> Option<BodyView<'a>> {
         let motion = self.rigid.motion(id)?;
         Some(BodyView {
@@ -200,6 +207,7 @@ impl World {
             density: body.density,
             volume: body.volume,
             volume_ratio: body.volume / body.original_volume,
+            weakest: body.weakest,
             tier: body.tier,
             fixed: body.fixed,
             breakable: body.breakable,

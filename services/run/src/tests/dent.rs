@@ -4,8 +4,8 @@
 use super::super::{Jobs, Load, RunOptions, run};
 use cullet_geometry::{Solid, Vec3};
 use cullet_model::{
-    Body, BrittleProblem, Cost, Deformation, Entry, Outcome, Precision, Problem, Progress, Refusal,
-    Report, Run, Solver, entry,
+    BodyShape, BrittleProblem, Cost, Deformation, Entry, Outcome, Precision, Problem, Progress,
+    Refusal, Report, Run, Solver, entry,
 };
 use cullet_pool::{Ending, Settlement};
 use cullet_proto::recording::EventKind;
@@ -73,7 +73,7 @@ impl Jobs for Pressing {
     fn settled(&self, _: Duration) -> Option<(JobId, Settlement)> {
         let job = self.waiting.borrow_mut().pop_front()?;
         let id = job.id().expect("a job");
-        let Body::Solid(solid) = &job.problem.body else { panic!("another body") };
+        let BodyShape::Solid(solid) = &job.problem.body else { panic!("another body") };
         let mass = job.problem.law.density() * solid.mesh.signed_volume();
         self.masses.borrow_mut().push(mass);
         let mut solve: Box<dyn Run> = (PRESS.begin)(job.problem).expect("a solve");

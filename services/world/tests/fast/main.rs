@@ -4,8 +4,6 @@ mod common;
 
 mod birth;
 mod debris;
-mod fidelity;
-mod gates;
 mod impacts;
 mod late;
 mod replace;

@@ -1,6 +1,6 @@
-use super::{Experience, Kind, Ladder, Next};
+use super::{Experience, Kind, Next, Refinement};
+use crate::brittle::{AccuracyTarget, Bound, Plan, Regime};
 use cullet_model::{Fracture, Fragment, Report};
-use cullet_world::fidelity::{Bound, Need, Plan, Regime};
 
 fn plan(coarsest: f64) -> Plan {
     Plan {
@@ -26,13 +26,17 @@ fn brick() -> Kind {
     Kind::new("brick", 2e-3, 4.0, 14.0)
 }
 
-fn ladder(coarsest: f64, error: Option<f64>) -> Ladder {
-    Ladder::new(&plan(coarsest), &Need { error, ..Need::default() }, brick())
+fn ladder(coarsest: f64, error: Option<f64>) -> Refinement {
+    Refinement::new(
+        &plan(coarsest),
+        &AccuracyTarget { error, ..AccuracyTarget::default() },
+        brick(),
+    )
 }
 
 #[test]
 fn coarser_solves_come_first_where_the_body_has_room_for_them() {
-    let all = |mut ladder: Ladder| {
+    let all = |mut ladder: Refinement| {
         let mut spacings = Vec::new();
         while let Some(h) = ladder.climb() {
             spacings.push(h);
@@ -43,7 +47,7 @@ fn coarser_solves_come_first_where_the_body_has_room_for_them() {
     assert_eq!(all(ladder(5e-3, Some(0.1))), [5e-3, 2.5e-3, 1e-3]);
     assert_eq!(all(ladder(2.9e-3, Some(0.1))), [1e-3]);
     assert_eq!(all(ladder(1.0, None)), [1e-3]);
-    assert!(all(Ladder::default()).is_empty());
+    assert!(all(Refinement::default()).is_empty());
 }
 
 #[test]
@@ -92,8 +96,8 @@ fn a_hit_like_others_is_taken_at_its_word() {
     let mut seen = Experience::default();
     let climbs = |speed: f64, seen: &mut Experience| {
         let kind = Kind::new("brick", 2e-3, speed, 14.0);
-        let need = Need { error: Some(0.1), ..Need::default() };
-        let mut ladder = Ladder::new(&plan(5e-3), &need, kind);
+        let need = AccuracyTarget { error: Some(0.1), ..AccuracyTarget::default() };
+        let mut ladder = Refinement::new(&plan(5e-3), &need, kind);
         let mut told = Vec::new();
         while let Some(h) = ladder.climb() {
             let next = ladder.next(Some(&whole(h)), seen);
@@ -118,8 +122,11 @@ fn a_hit_like_others_is_taken_at_its_word() {
 /// by a fifth a millimetre: the spacings \[m\], and all that is said from the plan's on.
 fn climbed(finest: (f64, Bound), budget: Option<f64>) -> (Vec<f64>, Vec<String>) {
     let plan = Plan { finest, ..plan(5e-3) };
-    let mut ladder =
-        Ladder::new(&plan, &Need { error: Some(0.1), budget, ..Need::default() }, brick());
+    let mut ladder = Refinement::new(
+        &plan,
+        &AccuracyTarget { error: Some(0.1), budget, ..AccuracyTarget::default() },
+        brick(),
+    );
     let (mut spacings, mut said, mut seen) = (Vec::new(), Vec::new(), Experience::default());
     while let Some(h) = ladder.climb() {
         spacings.push(h);

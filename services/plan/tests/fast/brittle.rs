@@ -4,11 +4,13 @@ use crate::common;
 
 use common::*;
 use cullet_geometry::Vec3;
-use cullet_world::fidelity::{
-    Bound, Figures, Frame, Need, Plan, Regime, Statistics, cost, estimate, grady_size,
-    ladder_error, pieces_of_energy, plan, regime, softening_spacing, statistics, thickness_points,
+use cullet_plan::Reason;
+use cullet_plan::brittle::{
+    AccuracyTarget, Bound, Figures, Plan, Regime, SolveLimits, Statistics, cost, estimate,
+    grady_size, ladder_error, pieces_of_energy, plan, regime, softening_spacing, statistics,
+    thickness_points,
 };
-use cullet_world::{GateBody, Hit, Material, Reason, World};
+use cullet_world::{BodyMeasure, Hit, Material, World};
 
 fn near(found: f64, wanted: f64, tolerance: f64) {
     assert!((found / wanted - 1.0).abs() < tolerance, "{found}, not {wanted}");
@@ -85,7 +87,7 @@ fn the_spacing_that_keeps_the_strength_and_what_it_costs() {
 }
 
 /// A cube of glass of 10 cm, hit on its face by a ball of steel at 20 m/s.
-fn struck() -> (Hit, GateBody) {
+fn struck() -> (Hit, BodyMeasure) {
     let mut world = World::new(weightless()).unwrap();
     let size = Vec3::repeat(0.1);
     let cube = put(&mut world, body("cube", cuboid(size), GLASS, Vec3::zeros()));
@@ -94,12 +96,16 @@ fn struck() -> (Hit, GateBody) {
     let hits = until_hit(&mut world, 60);
     let hit = hits.into_iter().find(|hit| hit.body == cube).unwrap();
     let (solid, _) = cuboid(size);
-    (hit, GateBody::of(&solid, 1e-3, 1.0, 0))
+    (hit, BodyMeasure::of(&solid, 1e-3, 1.0, 0))
 }
 
-const FREE: Frame = Frame { most_points: 1e9, most_steps: 1e9, finest: 0.0 };
+const FREE: SolveLimits = SolveLimits { most_points: 1e9, most_steps: 1e9, finest: 0.0 };
 
-fn planned(need: &Need, frame: &Frame, change: impl Fn(&mut GateBody)) -> Result<Plan, Reason> {
+fn planned(
+    need: &AccuracyTarget,
+    frame: &SolveLimits,
+    change: impl Fn(&mut BodyMeasure),
+) -> Result<Plan, Reason> {
     let (hit, mut body) = struck();
     change(&mut body);
     plan(&hit, &GLASS, &body, need, frame)
@@ -107,26 +113,32 @@ fn planned(need: &Need, frame: &Frame, change: impl Fn(&mut GateBody)) -> Result
 
 #[test]
 fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
-    let same = |_: &mut GateBody| {};
-    let of = |need: Need| planned(&need, &FREE, same).unwrap();
+    let same = |_: &mut BodyMeasure| {};
+    let of = |need: AccuracyTarget| planned(&need, &FREE, same).unwrap();
     // A section of 10 cm across: 36 cells for 10 %, 12 for 30 %.
-    let tenth = of(Need { error: Some(0.1), ..Need::default() });
+    let tenth = of(AccuracyTarget { error: Some(0.1), ..AccuracyTarget::default() });
     near(tenth.spacing, 0.1 / 36.0, 1e-9);
     assert_eq!(tenth.bound, Bound::Error);
     near(tenth.error, 0.1, 1e-9);
-    near(of(Need { error: Some(0.3), ..Need::default() }).spacing, 0.1 / 12.0, 1e-9);
-    let small = of(Need { smallest: Some(8e-3), ..Need::default() });
+    near(
+        of(AccuracyTarget { error: Some(0.3), ..AccuracyTarget::default() }).spacing,
+        0.1 / 12.0,
+        1e-9,
+    );
+    let small = of(AccuracyTarget { smallest: Some(8e-3), ..AccuracyTarget::default() });
     near(small.spacing, 2e-3, 1e-9);
     assert_eq!(small.bound, Bound::Smallest);
     // Both: the finer.
-    let both = of(Need { error: Some(0.1), smallest: Some(8e-3), ..Need::default() });
+    let both =
+        of(AccuracyTarget { error: Some(0.1), smallest: Some(8e-3), ..AccuracyTarget::default() });
     assert_eq!(both, small);
     // Four fifths of a cube lie less than 0.207 of its edge deep: three cells and a margin.
-    let rough = of(Need { error: Some(1.0), ..Need::default() });
+    let rough = of(AccuracyTarget { error: Some(1.0), ..AccuracyTarget::default() });
     near(rough.spacing, 2.5 * 0.207 * 0.1 / 3.3, 0.02);
     assert_eq!(rough.bound, Bound::Thickness);
     // A budget coarsens: the cost comes out at it.
-    let budget = of(Need { error: Some(0.1), budget: Some(0.5), ..Need::default() });
+    let budget =
+        of(AccuracyTarget { error: Some(0.1), budget: Some(0.5), ..AccuracyTarget::default() });
     assert_eq!(budget.bound, Bound::Budget);
     near(budget.cost, 0.5, 1e-9);
     assert!(budget.spacing > tenth.spacing && budget.error > 0.1);
@@ -138,18 +150,23 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
     let fine = Plan { spacing: 0.5 * budget.softening, ..budget };
     assert!(!fine.to_string().contains("toughness"), "{fine}");
     // So do the scene's most points, and the solve that the body comes from.
-    let frame = Frame { most_points: 1000.0, ..FREE };
-    let few = planned(&Need { error: Some(0.3), ..Need::default() }, &frame, same);
+    let frame = SolveLimits { most_points: 1000.0, ..FREE };
+    let few =
+        planned(&AccuracyTarget { error: Some(0.3), ..AccuracyTarget::default() }, &frame, same);
     let Err(Reason::Thin { points, .. }) = few else { panic!("{few:?}") };
     // 3.3 cells of 0.519 of the edge: (3.3/0.519)³ cells of 8 points.
     near(points, 8.0 * (3.3_f64 / 0.519).powi(3), 0.05);
     let told = few.unwrap_err().to_string();
     assert!(told.contains(&format!("takes {points:.0} points")), "{told}");
-    let frame = Frame { finest: 5e-3, ..FREE };
-    let parent = planned(&Need { error: Some(0.1), ..Need::default() }, &frame, same).unwrap();
+    let frame = SolveLimits { finest: 5e-3, ..FREE };
+    let parent =
+        planned(&AccuracyTarget { error: Some(0.1), ..AccuracyTarget::default() }, &frame, same)
+            .unwrap();
     assert_eq!((parent.spacing, parent.bound), (5e-3, Bound::Parent));
-    let steps = Frame { most_steps: 300.0, ..FREE };
-    let short = planned(&Need { error: Some(0.1), ..Need::default() }, &steps, same).unwrap();
+    let steps = SolveLimits { most_steps: 300.0, ..FREE };
+    let short =
+        planned(&AccuracyTarget { error: Some(0.1), ..AccuracyTarget::default() }, &steps, same)
+            .unwrap();
     assert_eq!(short.bound, Bound::Steps);
     near(short.steps, 300.0, 1e-9);
 }
@@ -158,16 +175,17 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
 /// it allow, whatever the budget; what broke from another not at all.
 #[test]
 fn a_plan_knows_how_fine_a_solve_may_become() {
-    let need = Need { error: Some(0.1), budget: Some(0.5), ..Need::default() };
-    let finest = |need: Need, frame: Frame| planned(&need, &frame, |_| {}).unwrap().finest;
+    let need = AccuracyTarget { error: Some(0.1), budget: Some(0.5), ..AccuracyTarget::default() };
+    let finest =
+        |need: AccuracyTarget, frame: SolveLimits| planned(&need, &frame, |_| {}).unwrap().finest;
     let points = |most: f64| 0.1 * (8.0 / most).cbrt();
     let (spacing, by) = finest(need, FREE);
     near(spacing, points(1e9), 0.01);
     assert_eq!(by, Bound::Points);
-    assert_eq!(finest(need, Frame { finest: 1e-3, ..FREE }), (1e-3, Bound::Parent));
-    let pixel = Need { pixel: Some(4e-3), ..need };
-    assert_eq!(finest(pixel, Frame { finest: 1e-3, ..FREE }), (2e-3, Bound::Pixel));
-    assert_eq!(finest(need, Frame { most_steps: 300.0, ..FREE }).1, Bound::Steps);
+    assert_eq!(finest(need, SolveLimits { finest: 1e-3, ..FREE }), (1e-3, Bound::Parent));
+    let pixel = AccuracyTarget { pixel: Some(4e-3), ..need };
+    assert_eq!(finest(pixel, SolveLimits { finest: 1e-3, ..FREE }), (2e-3, Bound::Pixel));
+    assert_eq!(finest(need, SolveLimits { most_steps: 300.0, ..FREE }).1, Bound::Steps);
     let later = planned(&need, &FREE, |body| body.generation = 1).unwrap();
     assert_eq!(later.finest, (later.spacing, Bound::Generation));
     assert_eq!(later.bound, Bound::Budget, "{later}");
@@ -178,14 +196,14 @@ fn a_plan_knows_how_fine_a_solve_may_become() {
 #[test]
 fn the_contact_the_strength_and_a_short_wave_bound_the_spacing() {
     let (hit, body) = struck();
-    let rough = Need { error: Some(1.0), ..Need::default() };
-    let most = Frame { most_points: 1e12, ..FREE };
-    let of = |hit: &Hit, need: Need| plan(hit, &GLASS, &body, &need, &most).unwrap();
-    let cone = of(&hit, Need { cone: true, ..rough });
+    let rough = AccuracyTarget { error: Some(1.0), ..AccuracyTarget::default() };
+    let most = SolveLimits { most_points: 1e12, ..FREE };
+    let of = |hit: &Hit, need: AccuracyTarget| plan(hit, &GLASS, &body, &need, &most).unwrap();
+    let cone = of(&hit, AccuracyTarget { cone: true, ..rough });
     near(cone.spacing, hit.impact.radius / 4.0, 1e-12);
     assert_eq!(cone.bound, Bound::Cone);
     assert!(cone.to_string().contains("by the contact's radius"), "{cone}");
-    let strong = of(&hit, Need { strength: true, ..rough });
+    let strong = of(&hit, AccuracyTarget { strength: true, ..rough });
     near(strong.spacing, softening_spacing(&GLASS, 0.8 / 0.375), 1e-12);
     assert_eq!(strong.bound, Bound::Strength);
     let text = strong.to_string();
@@ -216,23 +234,23 @@ fn the_contact_the_strength_and_a_short_wave_bound_the_spacing() {
 /// The depth of plate, bar, cube and ball against what the points of a solve would say.
 #[test]
 fn thickness_is_what_a_solver_sees() {
-    let of = |size: Vec3| GateBody::of(&cuboid(size).0, size.product(), 1.0, 0).depth;
+    let of = |size: Vec3| BodyMeasure::of(&cuboid(size).0, size.product(), 1.0, 0).depth;
     near(of(Vec3::new(1.0, 1.0, 0.01)), 0.01, 0.03);
     // 1 − (1 − 2d/t)² = 0.8 and 1 − (1 − 2d/t)³ = 0.8.
     near(of(Vec3::new(0.02, 0.02, 1.0)), 2.5 * 0.2764 * 0.02, 0.05);
     near(of(Vec3::repeat(0.1)), 2.5 * 0.2076 * 0.1, 0.02);
-    let ball = GateBody::of(&sphere(0.1, 16).0, 4.0 / 3.0 * std::f64::consts::PI * 1e-3, 1.0, 0);
+    let ball = BodyMeasure::of(&sphere(0.1, 16).0, 4.0 / 3.0 * std::f64::consts::PI * 1e-3, 1.0, 0);
     near(ball.depth, 2.5 * 0.4152 * 0.1, 0.03);
 }
 
 #[test]
 fn a_fragment_is_solved_a_level_lower_and_a_crumb_not_at_all() {
-    let need = Need { error: Some(0.1), ..Need::default() };
+    let need = AccuracyTarget { error: Some(0.1), ..AccuracyTarget::default() };
     let first = planned(&need, &FREE, |_| {}).unwrap();
     let later = planned(&need, &FREE, |body| body.generation = 1).unwrap();
     near(later.spacing / first.spacing, 2.0, 1e-9);
     near(first.cost / later.cost, 16.0, 1e-9);
-    let frame = Frame { finest: 0.04, ..FREE };
+    let frame = SolveLimits { finest: 0.04, ..FREE };
     let crumb = planned(&need, &frame, |_| {});
     assert!(matches!(crumb, Err(Reason::Cells { cells, .. }) if cells < 27.0), "{crumb:?}");
     let text = crumb.unwrap_err().to_string();
@@ -242,7 +260,11 @@ fn a_fragment_is_solved_a_level_lower_and_a_crumb_not_at_all() {
 /// Gate 0: what is smaller than two pixels is neither solved for nor resolved.
 #[test]
 fn nothing_is_resolved_that_no_pixel_shows() {
-    let need = |pixel: f64| Need { error: Some(0.1), pixel: Some(pixel), ..Need::default() };
+    let need = |pixel: f64| AccuracyTarget {
+        error: Some(0.1),
+        pixel: Some(pixel),
+        ..AccuracyTarget::default()
+    };
     let sharp = planned(&need(1e-3), &FREE, |_| {}).unwrap();
     assert_eq!(sharp.bound, Bound::Error);
     // Four cells of two pixels of 8 mm.

@@ -2,8 +2,9 @@
 //! two still differ by more than the scene allows, or where like hits did. Beyond the plan's
 //! spacing only where the last two differ by more, and as far as budget and points go.
 
+use crate::brittle::{AccuracyTarget, Figures, Plan, branched, estimate};
 use cullet_model::Fracture;
-use cullet_world::fidelity::{Figures, Need, Plan, branched, estimate};
+use cullet_world::Hit;
 use std::collections::{BTreeMap, VecDeque};
 
 /// Spacings fall by this from one solve to the next: each costs sixteen times the one before.
@@ -18,17 +19,27 @@ const LIKE: usize = 3;
 /// Errors of spacings, as far as hits of one run have told them; filled in the order in which jobs
 /// settle, so that it is the same with any pool.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Experience(BTreeMap<(Kind, u64), Vec<f64>>);
+pub struct Experience(BTreeMap<(Kind, u64), Vec<f64>>);
 
 /// What makes hits alike: material, size of the body, speed and energy, in powers of two.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Kind(String, [i64; 3]);
+pub struct Kind(String, [i64; 3]);
 
 impl Kind {
     /// `volume` \[m³\] of the body, `speed` \[m/s\] and `energy` \[J\] of the hardest of its hits.
-    pub(super) fn new(material: &str, volume: f64, speed: f64, energy: f64) -> Self {
+    #[must_use]
+    pub fn new(material: &str, volume: f64, speed: f64, energy: f64) -> Self {
         let octave = |x: f64| libm::log2(x.max(f64::MIN_POSITIVE)).floor() as i64;
         Self(material.to_owned(), [volume, speed, energy].map(octave))
+    }
+
+    /// What hits of a body of `volume` \[m³\] are like: by the one of most energy.
+    #[must_use]
+    pub fn of(material: &str, volume: f64, hits: &[Hit]) -> Self {
+        let most = |a: &&Hit, b: &&Hit| a.impact.energy.total_cmp(&b.impact.energy);
+        let hardest = hits.iter().max_by(most).map(|hit| hit.impact);
+        let (speed, energy) = hardest.map_or((0.0, 0.0), |i| (i.closing_speed, i.energy));
+        Self::new(material, volume, speed, energy)
     }
 }
 
@@ -47,7 +58,7 @@ impl Experience {
 
 /// What follows a solve.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Next {
+pub enum Next {
     /// It is used; with why no finer one follows, where one could.
     Use(Option<String>),
     /// A finer one, because.
@@ -56,7 +67,7 @@ pub(super) enum Next {
 
 /// What is left to solve of a hit, and what the last solve came to.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Ladder {
+pub struct Refinement {
     left: VecDeque<f64>,
     last: Option<Figures>,
     error: f64,
@@ -100,24 +111,25 @@ impl Reach {
     }
 }
 
-impl Ladder {
+impl Refinement {
     /// From the coarsest that the body bears to the plan's spacing; without an error that is good
     /// enough the plan's alone. A single coarser one would have nothing to be compared with.
-    pub(super) fn new(plan: &Plan, need: &Need, kind: Kind) -> Self {
+    #[must_use]
+    pub fn new(plan: &Plan, target: &AccuracyTarget, kind: Kind) -> Self {
         let coarser = std::iter::successors(Some(plan.coarsest), |h| Some(h / STEP));
-        let coarser = coarser.take_while(|&h| need.error.is_some() && h > NEAR * plan.spacing);
+        let coarser = coarser.take_while(|&h| target.error.is_some() && h > NEAR * plan.spacing);
         let mut left: VecDeque<f64> = coarser.collect();
         if left.len() < 2 {
             left.clear();
         }
         left.push_back(plan.spacing);
-        let budget = need.budget.unwrap_or(f64::INFINITY);
+        let budget = target.budget.unwrap_or(f64::INFINITY);
         let reach = Reach { plan: *plan, budget, spent: 0.0, now: plan.spacing };
-        Self { left, last: None, error: need.error.unwrap_or(0.0), kind, reach: Some(reach) }
+        Self { left, last: None, error: target.error.unwrap_or(0.0), kind, reach: Some(reach) }
     }
 
     /// The next spacing \[m\]; none where no plan was made or all are done.
-    pub(super) fn climb(&mut self) -> Option<f64> {
+    pub fn climb(&mut self) -> Option<f64> {
         let spacing = self.left.pop_front()?;
         if let Some(reach) = &mut self.reach {
             reach.spent += reach.cost(spacing);
@@ -127,14 +139,15 @@ impl Ladder {
     }
 
     /// Whether finer solves than the one at hand are planned.
-    pub(super) fn goes_on(&self) -> bool {
+    #[must_use]
+    pub fn goes_on(&self) -> bool {
         !self.left.is_empty()
     }
 
     /// Whether an outcome is good enough, by the solve before it or by hits like this one. The
     /// plan's is, and finer ones, unless it differs from the one before it by more than the error
     /// and something is left to spend.
-    pub(super) fn next(&mut self, outcome: Option<&Fracture>, seen: &mut Experience) -> Next {
+    pub fn next(&mut self, outcome: Option<&Fracture>, seen: &mut Experience) -> Next {
         let Some(now) = outcome.and_then(figures) else {
             self.last = None;
             return match self.goes_on() {

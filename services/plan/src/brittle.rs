@@ -1,18 +1,17 @@
-//! How finely a hit is worth solving: gates 3 to 6 and the ladder of the catalogue's part 3.
+//! How finely the brittle family has to solve a hit: gates 3 to 6 and the ladder of the
+//! catalogue's part 3.
 //!
 //! [`plan`] turns what a scene asks for (an error, a budget, a smallest fragment) and what a hit is
 //! (how long, how fast, on how thick a body) into a spacing, and says in numbers which of them
 //! decided. Nothing here looks at a clock: costs are reckoned, so that a plan is the same anywhere.
 
-use crate::gate::Reason;
-use crate::gate_body::GateBody;
-use crate::impact::Hit;
-use crate::material::Material;
-use crate::world::World;
+use crate::reason::Reason;
+use cullet_model::brittle::{AFTER_TRANSITS, POINTS_PER_CELL, PUSH_TRANSITS};
+use cullet_world::{BodyMeasure, Hit, Material};
 
 /// What a scene asks of a solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Need {
+pub struct AccuracyTarget {
     /// Relative error of what breaks how that is good enough \[1\].
     pub error: Option<f64>,
     /// Processor time that the solves of one impact may take \[s\].
@@ -29,7 +28,7 @@ pub struct Need {
 
 /// What of a solve the scene has already fixed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct SolveLimits {
     /// Most points \[1\].
     pub most_points: f64,
     /// Most time steps \[1\].
@@ -126,8 +125,6 @@ pub struct Plan {
     pub softening: f64,
 }
 
-/// Points of a cell.
-const PER_CELL: f64 = 8.0;
 /// Processor time of a point's step, all in, of small solves in f64 \[s\]: docs/performance.md.
 const POINT_STEP: f64 = 2e-7;
 /// Time step over h/c_d.
@@ -151,9 +148,6 @@ const CONE_CELLS: f64 = 4.0;
 const THICKNESS_CELLS: f64 = 3.3;
 /// A body of fewer cells gets geometric pieces (ladder).
 const LEAST_CELLS: f64 = 27.0;
-/// Transits of a shear wave that a push is followed for at most, and those after it.
-const PUSH_TRANSITS: f64 = 6.0;
-const AFTER_TRANSITS: f64 = 4.0;
 /// Fragments that broke from a fragment are solved this much more coarsely (ladder).
 const LATER: f64 = 2.0;
 
@@ -174,7 +168,7 @@ pub fn regime(duration: f64, length: f64, pressure_speed: f64) -> (f64, Regime) 
 #[must_use]
 pub fn thickness_points(volume: f64, thickness: f64, cells: f64) -> f64 {
     let spacing = thickness / cells;
-    PER_CELL * volume / (spacing * spacing * spacing)
+    POINTS_PER_CELL * volume / (spacing * spacing * spacing)
 }
 
 /// Grady's size of fragments at a strain rate \[m\], s = (24 G_f/ρε̇²)^⅓ [Gate 5].
@@ -221,7 +215,7 @@ pub fn softening_spacing(material: &Material, band: f64) -> f64 {
 /// processor time \[s\], as h⁻⁴ [Gate 6].
 #[must_use]
 pub fn cost(volume: f64, duration: f64, pressure_speed: f64, spacing: f64) -> (f64, f64, f64) {
-    let points = PER_CELL * volume / (spacing * spacing * spacing);
+    let points = POINTS_PER_CELL * volume / (spacing * spacing * spacing);
     let steps = duration * pressure_speed / (STEP * spacing);
     (points, steps, POINT_STEP * points * steps)
 }
@@ -233,21 +227,26 @@ pub fn ladder_error(across: f64) -> f64 {
 }
 
 /// How much more coarsely a body is solved that broke from another \[1\].
-fn later(body: &GateBody) -> f64 {
+fn later(body: &BodyMeasure) -> f64 {
     if body.generation > 0 { LATER } else { 1.0 }
 }
 
 /// The spacings that a scene's needs ask for [Gate 6].
-fn wanted(hit: &Hit, material: &Material, body: &GateBody, need: &Need) -> Vec<(f64, Bound)> {
+fn wanted(
+    hit: &Hit,
+    material: &Material,
+    body: &BodyMeasure,
+    target: &AccuracyTarget,
+) -> Vec<(f64, Bound)> {
     let mut wanted = Vec::new();
-    wanted.extend(need.error.map(|error| {
+    wanted.extend(target.error.map(|error| {
         let cells = 12.0 * ERROR_OF_TWELVE / error;
         (later(body) * body.section.sqrt() / cells, Bound::Error)
     }));
-    wanted.extend(need.smallest.map(|d| (later(body) * d / FRAGMENT_CELLS, Bound::Smallest)));
-    wanted.extend(need.cone.then_some((hit.impact.radius / CONE_CELLS, Bound::Cone)));
+    wanted.extend(target.smallest.map(|d| (later(body) * d / FRAGMENT_CELLS, Bound::Smallest)));
+    wanted.extend(target.cone.then_some((hit.impact.radius / CONE_CELLS, Bound::Cone)));
     let strength = || (softening_spacing(material, BAND), Bound::Strength);
-    wanted.extend(need.strength.then(strength));
+    wanted.extend(target.strength.then(strength));
     wanted
 }
 
@@ -258,9 +257,9 @@ fn wanted(hit: &Hit, material: &Material, body: &GateBody, need: &Need) -> Vec<(
 pub fn plan(
     hit: &Hit,
     material: &Material,
-    body: &GateBody,
-    need: &Need,
-    frame: &Frame,
+    body: &BodyMeasure,
+    target: &AccuracyTarget,
+    limits: &SolveLimits,
 ) -> Result<Plan, Reason> {
     let (pressure, shear) = (material.pressure_speed(), material.shear_speed());
     let (ratio, regime) = regime(hit.impact.duration, body.length, pressure);
@@ -272,11 +271,11 @@ pub fn plan(
     let paid = pieces_of_energy(body.volume, hit.impact.energy, material.fracture_energy);
     let count = (body.volume / (size * size * size)).min(paid);
     let across = body.section.sqrt();
-    if let Some(limit) = need.pixel.map(|p| SEEN * p).filter(|&limit| 0.5 * across < limit) {
+    if let Some(limit) = target.pixel.map(|p| SEEN * p).filter(|&limit| 0.5 * across < limit) {
         return Err(Reason::Unseen { size: 0.5 * across, limit });
     }
-    let most = libm::cbrt(PER_CELL * body.volume / frame.most_points);
-    let mut wanted = wanted(hit, material, body, need);
+    let most = libm::cbrt(POINTS_PER_CELL * body.volume / limits.most_points);
+    let mut wanted = wanted(hit, material, body, target);
     if wanted.is_empty() {
         wanted.push((later(body) * most, Bound::Points));
     }
@@ -288,10 +287,10 @@ pub fn plan(
     let finest = |a: (f64, Bound), b: (f64, Bound)| if b.0 < a.0 { b } else { a };
     let spacing = wanted.into_iter().fold((f64::INFINITY, Bound::Points), finest);
     let (_, steps, unit) = cost(body.volume, duration, pressure, 1.0);
-    let budget = need.budget.map(|budget| ((unit / budget).sqrt().sqrt(), Bound::Budget));
-    let pixel = need.pixel.map(|pixel| (SEEN * pixel / FRAGMENT_CELLS, Bound::Pixel));
+    let budget = target.budget.map(|budget| ((unit / budget).sqrt().sqrt(), Bound::Budget));
+    let pixel = target.pixel.map(|pixel| (SEEN * pixel / FRAGMENT_CELLS, Bound::Pixel));
     let coarsest = |a: (f64, Bound), b: (f64, Bound)| if b.0 > a.0 { b } else { a };
-    let rest = [(frame.finest, Bound::Parent), (steps / frame.most_steps, Bound::Steps)];
+    let rest = [(limits.finest, Bound::Parent), (steps / limits.most_steps, Bound::Steps)];
     let floor = rest.into_iter().chain(pixel).fold((most, Bound::Points), coarsest);
     let (spacing, bound) = [floor].into_iter().chain(budget).fold(spacing, coarsest);
     let finest = if body.generation > 0 { (spacing, Bound::Generation) } else { floor };
@@ -419,17 +418,18 @@ pub fn branched(coarse: usize, fine: usize) -> Option<String> {
         .then(|| format!("{coarse} pieces, then {fine}: their number is the grid's (F23)"))
 }
 
-impl World {
-    /// [`plan`] for the hits of one body: the finest that any of them needs; `None` when the body
-    /// is gone.
-    #[must_use]
-    pub fn plan(&self, hits: &[Hit], need: &Need, frame: &Frame) -> Option<Result<Plan, Reason>> {
-        let body = self.bodies.get(&hits.first()?.body.0)?;
-        let gate = GateBody::of_body(body);
-        let plans = hits.iter().map(|hit| plan(hit, &body.material, &gate, need, frame));
-        plans.reduce(|one, two| match (one, two) {
-            (Ok(one), Ok(two)) => Ok(if two.spacing < one.spacing { two } else { one }),
-            (Err(_), other) | (other, Err(_)) => other,
-        })
-    }
+/// [`plan`] for the hits of one body: the finest that any of them needs; `None` of no hits.
+#[must_use]
+pub fn finest(
+    hits: &[Hit],
+    material: &Material,
+    body: &BodyMeasure,
+    target: &AccuracyTarget,
+    limits: &SolveLimits,
+) -> Option<Result<Plan, Reason>> {
+    let plans = hits.iter().map(|hit| plan(hit, material, body, target, limits));
+    plans.reduce(|one, two| match (one, two) {
+        (Ok(one), Ok(two)) => Ok(if two.spacing < one.spacing { two } else { one }),
+        (Err(_), other) | (other, Err(_)) => other,
+    })
 }

@@ -1,0 +1,125 @@
+//! The decision about all hits that reach one body in one step.
+
+use crate::brittle::{self, AccuracyTarget, SolveLimits};
+use crate::family;
+use crate::gate::{Gate, GateLimits, gate, stressing_spin};
+use crate::reason::Reason;
+use crate::refinement::{Kind, Refinement};
+use cullet_geometry::Vec3;
+use cullet_world::{BodyId, HeldContact, Hit, World};
+
+/// What the scene asks of the solves of a body.
+#[derive(Clone, Copy, Debug)]
+pub struct Policy<'a> {
+    /// How accurate they have to be; `None` where the scene does not say.
+    pub target: Option<AccuracyTarget>,
+    /// The family that the scene names for the body; `None` leaves it open.
+    pub family: Option<&'a str>,
+    /// Name of the body's material, for what makes hits alike.
+    pub material: &'a str,
+    /// What of a solve is already fixed.
+    pub limits: SolveLimits,
+    /// Most supports that a job takes.
+    pub most_supports: usize,
+}
+
+/// What to do about the hits.
+#[derive(Clone, Debug)]
+pub enum Decision {
+    /// Nothing can crack: why, for each of the hits.
+    Keep(Vec<Reason>),
+    /// Solve.
+    Solve(Box<SolveOrder>),
+}
+
+/// A solve, as it is to be ordered.
+#[derive(Clone, Debug)]
+pub struct SolveOrder {
+    /// The family that is asked.
+    pub family: String,
+    /// The family that takes what that one declines.
+    pub fallback: Option<&'static str>,
+    /// Why this family, where it is not the default; then what the plan says.
+    pub reasons: Vec<String>,
+    /// The spacings at which the hit is solved; empty where none was planned.
+    pub refinement: Refinement,
+    /// What the body rests on.
+    pub supports: Vec<HeldContact>,
+    /// Its spin before the hits, if its stress matters; else zero \[rad/s\].
+    pub spin: Vec3,
+}
+
+impl SolveOrder {
+    /// Why a job asks the family that it asks, where that is the scene's choice.
+    #[must_use]
+    pub fn choice(&self) -> Option<&'static str> {
+        (self.family != family::DEFAULT).then_some("the scene's choice")
+    }
+}
+
+/// Decides about the hits of one body, as one [`World::step`] returned them; `None` when the body
+/// is gone.
+#[must_use]
+pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) -> Option<Decision> {
+    let view = world.body(body)?;
+    let measure = world.measure(body)?;
+    let answers: Vec<Gate> = hits
+        .iter()
+        .map(|hit| gate(hit, view.material, measure, &limits(hits, hit, policy)))
+        .collect();
+    let mut sampled = answers.iter().find_map(|gate| match gate {
+        Gate::Geometric(reason) => Some(*reason),
+        _ => None,
+    });
+    if answers.contains(&Gate::Solve) {
+        sampled = None;
+    } else if sampled.is_none() {
+        let rigid = answers.into_iter().filter_map(|gate| match gate {
+            Gate::Rigid(reason) => Some(reason),
+            _ => None,
+        });
+        return Some(Decision::Keep(rigid.collect()));
+    }
+    let wanted = policy.family.unwrap_or(family::DEFAULT);
+    let mut refinement = Refinement::default();
+    let mut planned = None;
+    let known = family::by_name(wanted).is_some_and(|family| family.planned);
+    if let Some(target) = policy.target.filter(|_| known && sampled.is_none()) {
+        match brittle::finest(hits, view.material, measure, &target, &policy.limits) {
+            Some(Ok(plan)) => {
+                let kind = Kind::of(policy.material, view.volume, hits);
+                refinement = Refinement::new(&plan, &target, kind);
+                planned = Some(plan.to_string());
+            }
+            Some(Err(reason)) => sampled = Some(reason),
+            None => {}
+        }
+    }
+    let family = if sampled.is_some() { family::SAMPLED } else { wanted };
+    let mut supports = world.supports(body, hits);
+    supports.truncate(policy.most_supports);
+    let held = (!supports.is_empty()).then(|| format!("held at {} places", supports.len()));
+    let spin = stressing_spin(&view, hits);
+    let mut order = SolveOrder {
+        family: family.to_owned(),
+        fallback: family::by_name(family).map_or(Some(family::SAMPLED), |known| known.fallback),
+        reasons: Vec::new(),
+        refinement,
+        supports,
+        spin,
+    };
+    let why = sampled.map(|reason| reason.to_string());
+    let why = why.or_else(|| order.choice().map(str::to_owned));
+    order.reasons = why.into_iter().chain(planned).chain(held).collect();
+    Some(Decision::Solve(Box::new(order)))
+}
+
+/// Where the gates stand for a hit: by its share of the energy of all of them where the scene asks
+/// for an accuracy.
+fn limits(hits: &[Hit], hit: &Hit, policy: &Policy<'_>) -> GateLimits {
+    if policy.target.is_none() {
+        return GateLimits::default();
+    }
+    let all: f64 = hits.iter().map(|hit| hit.impact.energy).sum();
+    GateLimits::fitted(hit.impact.energy / all)
+}

@@ -1,0 +1,42 @@
+//! The families of solvers that a scene may name, and what takes over from each.
+
+/// What is known of a family before any worker is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FamilyPlan {
+    /// Its name on the wire and in scenes.
+    pub name: &'static str,
+    /// One sentence for the reference of scenes.
+    pub about: &'static str,
+    /// The family that takes what this one declines.
+    pub fallback: Option<&'static str>,
+    /// Whether there is a model of its cost and error, so that its spacing can be planned.
+    pub planned: bool,
+}
+
+/// The family that is asked where a scene leaves it open.
+pub const DEFAULT: &str = "brittle";
+/// The family for bodies that do not deserve a solve: its fragments are sampled.
+pub const SAMPLED: &str = "geometric";
+
+/// Every family.
+pub const FAMILIES: &[FamilyPlan] = &[
+    FamilyPlan {
+        name: DEFAULT,
+        about: "Stress and damage on material points, for brittle solids; `geometric` takes over \
+                where it declines.",
+        fallback: Some(SAMPLED),
+        planned: true,
+    },
+    FamilyPlan {
+        name: SAMPLED,
+        about: "Voronoi cells around the point of the hit, their number from its energy: fast.",
+        fallback: None,
+        planned: false,
+    },
+];
+
+/// The family of that name.
+#[must_use]
+pub fn by_name(name: &str) -> Option<&'static FamilyPlan> {
+    FAMILIES.iter().find(|family| family.name == name)
+}

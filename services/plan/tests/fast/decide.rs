@@ -1,0 +1,80 @@
+//! One answer for all hits of a body: whether, by whom, how finely.
+
+use crate::common;
+
+use common::*;
+use cullet_geometry::Vec3;
+use cullet_plan::{AccuracyTarget, Decision, Policy, SolveLimits, SolveOrder, decide, family};
+use cullet_world::{BodyId, BodySpec, Hit, World};
+
+/// A cube of glass of 10 cm on the floor, hit from above by a ball of steel at that speed.
+fn struck(speed: f64) -> (World, BodyId, Vec<Hit>) {
+    let mut world = World::new(weightless()).unwrap();
+    put(&mut world, floor());
+    let cube = body("cube", cuboid(Vec3::repeat(0.1)), GLASS, Vec3::new(0.0, 0.0, 0.05));
+    let cube = put(&mut world, cube);
+    let ball = body("ball", sphere(0.02, 8), STEEL, Vec3::new(0.01, 0.0, 0.2));
+    put(&mut world, BodySpec { velocity: -Vec3::z() * speed, breakable: false, ..ball });
+    let hits = until_hit(&mut world, 240).into_iter().filter(|hit| hit.body == cube).collect();
+    (world, cube, hits)
+}
+
+fn policy(target: Option<AccuracyTarget>, family: Option<&str>) -> Policy<'_> {
+    let limits = SolveLimits { most_points: 1e9, most_steps: 1e9, finest: 0.0 };
+    Policy { target, family, material: "glass", limits, most_supports: 8 }
+}
+
+fn order(speed: f64, policy: &Policy<'_>) -> SolveOrder {
+    let (world, cube, hits) = struck(speed);
+    match decide(&world, cube, &hits, policy) {
+        Some(Decision::Solve(order)) => *order,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn what_cannot_crack_is_kept_with_a_reason_for_each_hit() {
+    let (world, cube, hits) = struck(0.3);
+    let decision = decide(&world, cube, &hits, &policy(None, None));
+    let Some(Decision::Keep(reasons)) = decision else { panic!("{decision:?}") };
+    assert_eq!(reasons.len(), hits.len());
+    assert!(decide(&world, BodyId(99), &hits, &policy(None, None)).is_none(), "no such body");
+}
+
+#[test]
+fn the_default_family_is_asked_and_the_sampled_one_stands_by() {
+    let order = order(30.0, &policy(None, None));
+    assert_eq!((order.family.as_str(), order.fallback), (family::DEFAULT, Some(family::SAMPLED)));
+    assert_eq!(order.choice(), None);
+    assert!(order.reasons.iter().all(|reason| reason.starts_with("held at ")), "{order:?}");
+    let mut refinement = order.refinement;
+    assert_eq!(refinement.climb(), None, "no accuracy was asked for");
+}
+
+#[test]
+fn a_target_gives_a_plan_and_its_spacings() {
+    let target = AccuracyTarget { error: Some(0.3), ..AccuracyTarget::default() };
+    let order = order(30.0, &policy(Some(target), None));
+    assert!(order.reasons.iter().any(|reason| reason.contains("by the error asked for")));
+    let mut refinement = order.refinement;
+    let first = refinement.climb().expect("a spacing");
+    assert!(refinement.goes_on() && first > 0.0);
+    // What is too small to be seen is not worth a solve: its fragments are sampled.
+    let unseen = AccuracyTarget { pixel: Some(0.1), ..target };
+    let order = self::order(30.0, &policy(Some(unseen), None));
+    assert_eq!((order.family.as_str(), order.fallback), (family::SAMPLED, None));
+    assert!(order.reasons[0].contains("below two pixels"), "{:?}", order.reasons);
+}
+
+#[test]
+fn the_scene_may_name_a_family_known_here_or_not() {
+    let target = AccuracyTarget { error: Some(0.3), ..AccuracyTarget::default() };
+    let order = order(30.0, &policy(Some(target), Some(family::SAMPLED)));
+    assert_eq!((order.family.as_str(), order.fallback), (family::SAMPLED, None));
+    assert_eq!(order.reasons[0], "the scene's choice");
+    let mut refinement = order.refinement;
+    assert_eq!(refinement.climb(), None, "there is nothing to plan");
+    let order = self::order(30.0, &policy(Some(target), Some("mine")));
+    assert_eq!((order.family.as_str(), order.fallback), ("mine", Some(family::SAMPLED)));
+    assert_eq!(order.reasons[0], "the scene's choice");
+}
