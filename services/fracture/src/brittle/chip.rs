@@ -12,7 +12,7 @@
 
 use super::Brittle;
 use crate::mpm::load::Load;
-use cullet_fragment::cut::{CutError, CutSettings, Part, Partition, by_sites};
+use cullet_fragment::cut::{CutError, CutSettings, CutPart, Partition, by_sites};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Vec3};
@@ -133,7 +133,7 @@ fn first(end: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
 }
 
 /// Volume of what fell off, over the whole \[1\].
-pub(super) fn share(parts: &[Part]) -> f64 {
+pub(super) fn share(parts: &[CutPart]) -> f64 {
     let whole: f64 = parts.iter().map(|part| part.volume).sum();
     let most = parts.iter().map(|part| part.volume).fold(0.0, f64::max);
     1.0 - most / whole
@@ -164,7 +164,7 @@ impl Brittle {
         let (flakes, share) = (partition.parts.len() - 1, share(&partition.parts));
         let whole = fracture.fragments.remove(0);
         let centre = solid.mesh.mass_properties().centroid;
-        let piece = |part: Part| {
+        let piece = |part: CutPart| {
             let arm = part.solid.mesh.mass_properties().centroid - centre;
             let sheet = whole.sheet.clipped(&Inside::new(&part.solid.mesh));
             let (velocity, spin) = (whole.velocity + whole.spin.cross(&arm), whole.spin);
