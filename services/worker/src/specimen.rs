@@ -122,10 +122,10 @@ fn matrix(rows: &[[f64; 3]; 3]) -> Mat3 {
     Mat3::from_fn(|i, j| rows[i][j])
 }
 
-fn course_of(course: &wire::Course) -> bench::Course {
+fn course_of(course: &wire::Course) -> bench::Amplitude {
     match course {
-        wire::Course::Table(rows) => bench::Course::Table(rows.clone()),
-        &wire::Course::HalfSine(start, duration) => bench::Course::HalfSine { start, duration },
+        wire::Course::Table(rows) => bench::Amplitude::Table(rows.clone()),
+        &wire::Course::HalfSine(start, duration) => bench::Amplitude::HalfSine { start, duration },
     }
 }
 
@@ -152,8 +152,8 @@ fn start_of(start: &wire::Start) -> bench::Start {
     }
 }
 
-fn hold_of(hold: &wire::Hold) -> bench::Hold {
-    bench::Hold {
+fn hold_of(hold: &wire::Hold) -> bench::DirichletBc {
+    bench::DirichletBc {
         part: where_of(&hold.part),
         axes: hold.axes,
         velocity: Vec3::from(hold.velocity),
@@ -166,10 +166,10 @@ fn hold_of(hold: &wire::Hold) -> bench::Hold {
 
 fn load_of(load: &wire::Load) -> bench::Load {
     let push = match load.push {
-        wire::Push::Traction(v) => bench::Push::Traction(Vec3::from(v)),
-        wire::Push::Pressure(p) => bench::Push::Pressure(p),
-        wire::Push::Force(v) => bench::Push::Force(Vec3::from(v)),
-        wire::Push::Acceleration(v) => bench::Push::Acceleration(Vec3::from(v)),
+        wire::Push::Traction(v) => bench::LoadKind::Traction(Vec3::from(v)),
+        wire::Push::Pressure(p) => bench::LoadKind::Pressure(p),
+        wire::Push::Force(v) => bench::LoadKind::Force(Vec3::from(v)),
+        wire::Push::Acceleration(v) => bench::LoadKind::Acceleration(Vec3::from(v)),
     };
     bench::Load { part: where_of(&load.part), push, course: course_of(&load.course) }
 }

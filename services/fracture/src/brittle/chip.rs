@@ -12,7 +12,7 @@
 
 use super::Brittle;
 use crate::mpm::load::Load;
-use cullet_fragment::cut::{CutError, CutSettings, CutPart, Partition, by_sites};
+use cullet_fragment::cut::{CutError, CutPart, CutSettings, Partition, by_sites};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Vec3};
@@ -62,7 +62,9 @@ pub(super) fn chips(
     let mut sites = vec![solid.mesh.mass_properties().centroid];
     let mut labels = vec![0];
     let mut longest = 0.0_f64;
-    for (stream, load) in loads.iter().enumerate().filter(|(_, l)| spacing * CELLS > l.contact()) {
+    for (stream, load) in
+        loads.iter().enumerate().filter(|(_, l)| spacing * CELLS > l.contact_radius())
+    {
         // χ P = K c^{3/2}
         let length = libm::pow(ROESLER * load.peak() / toughness, 2.0 / 3.0);
         let turn = unit(settings.seed, STREAM, stream as u64);
@@ -95,7 +97,7 @@ fn flake(inside: &Inside, load: &Load, angle: f64, length: f64) -> Option<Flake>
         .or_else(|| into.cross(&Vec3::x()).try_normalize(1e-3))?;
     let (sin, cos) = libm::sincos(angle);
     let out = across * cos + into.cross(&across) * sin;
-    let radius = RING * load.contact();
+    let radius = RING * load.contact_radius();
     let surface = |from: f64| {
         let foot = load.point + out * from;
         // From outside down, as far as the surface may fall away.

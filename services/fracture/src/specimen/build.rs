@@ -3,8 +3,8 @@
 use super::{Points, Probe, Settings, Specimen, Spot, Start, Where, Zone, within};
 use crate::damage::{Softening, WeakPlane};
 use crate::mpm::domain::{Surface, stable_step};
-use crate::mpm::kernel::Path;
-use crate::mpm::{Domain, door, quadrature};
+use crate::mpm::kernel::SimdLevel;
+use crate::mpm::{Domain, preconditions, quadrature};
 use crate::particles::Particles;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
@@ -67,23 +67,28 @@ impl Frame {
 pub(super) fn check(specimen: &Specimen) -> Result<(), Refusal> {
     let s = &specimen.settings;
     let several = specimen.zones.len() as f64 + 1.0;
-    door::within("the number of materials", several, 1.0, MOST_MATERIALS)?;
+    preconditions::within("the number of materials", several, 1.0, MOST_MATERIALS)?;
     for m in materials(specimen) {
-        door::within("density [kg/m^3]", m.density, 1e-3, 1e6)?;
-        door::within("Young's modulus [Pa]", m.young, 1.0, 1e14)?;
-        door::within("Poisson's ratio", m.poisson, door::POISSON_RANGE.0, door::POISSON_RANGE.1)?;
+        preconditions::within("density [kg/m^3]", m.density, 1e-3, 1e6)?;
+        preconditions::within("Young's modulus [Pa]", m.young, 1.0, 1e14)?;
+        preconditions::within(
+            "Poisson's ratio",
+            m.poisson,
+            preconditions::POISSON_RANGE.0,
+            preconditions::POISSON_RANGE.1,
+        )?;
         if s.breaks {
             let ratio = m.failure_stress / m.young;
-            door::within("fracture energy [J/m^2]", m.fracture_energy, 1e-9, 1e12)?;
-            door::within("failure stress over Young's modulus", ratio, 1e-9, 1.0)?;
+            preconditions::within("fracture energy [J/m^2]", m.fracture_energy, 1e-9, 1e12)?;
+            preconditions::within("failure stress over Young's modulus", ratio, 1e-9, 1.0)?;
         }
     }
-    door::within("the spacing [m]", s.spacing, 1e-9, 1e6)?;
-    door::within("the step over its bound", s.step_factor, 1e-6, 100.0)?;
-    door::within("points a cell", s.per_cell, 0.5, 1000.0)?;
-    door::within("the end [s]", specimen.end, f64::MIN_POSITIVE, 1e9)?;
+    preconditions::within("the spacing [m]", s.spacing, 1e-9, 1e6)?;
+    preconditions::within("the step over its bound", s.step_factor, 1e-6, 100.0)?;
+    preconditions::within("points a cell", s.per_cell, 0.5, 1000.0)?;
+    preconditions::within("the end [s]", specimen.end, f64::MIN_POSITIVE, 1e9)?;
     let volume = specimen.mesh.signed_volume();
-    door::within("the body's volume [m^3]", volume, 1e-18, 1e12)?;
+    preconditions::within("the body's volume [m^3]", volume, 1e-18, 1e12)?;
     let points = s.per_cell * volume / (s.spacing * s.spacing * s.spacing);
     at_most("the number of points", points, s.max_points)?;
     at_most("the number of steps", specimen.end / step(specimen), s.max_steps)
@@ -118,7 +123,7 @@ impl Filling {
         let (inside, volume) = (Inside::new(mesh), mesh.signed_volume());
         let points = points(&inside, s)?;
         let count = points.len() as f64;
-        door::within("the number of points in the body", count, 8.0, s.max_points * 1.2)?;
+        preconditions::within("the number of points in the body", count, 8.0, s.max_points * 1.2)?;
         self.bodies.extend(points.iter().map(|_| body));
         self.volumes.extend(match s.points {
             Points::Scattered => {
@@ -207,9 +212,9 @@ pub(super) fn domain(specimen: &Specimen) -> Result<Domain, Refusal> {
     };
     let laws: Vec<_> = materials(specimen).map(law).collect();
     let mut domain = Domain::mixed(particles, &laws, Vec3::repeat(s.spacing));
-    domain.select(s.precision, Path::best());
+    domain.select(s.precision, SimdLevel::best());
     domain.fields = s.fields;
-    domain.refresh = s.look.max(1);
+    domain.check_cracks_every(s.look);
     domain.step = step(specimen);
     if several {
         domain.part_bodies(&bodies, &surfaces);
@@ -263,7 +268,7 @@ fn clear(points: &[Vec3], bodies: &[u8], surfaces: &[Surface]) -> Result<(), Ref
         others.any(|(_, other)| other.contains(x))
     });
     let what = "points of a body that lie in another: bodies may touch, not overlap; their number";
-    door::within(what, shared.count() as f64, 0.0, 0.0)
+    preconditions::within(what, shared.count() as f64, 0.0, 0.0)
 }
 
 /// The least stress at which cracks grow over σ_f of its material \[1\].

@@ -1,9 +1,9 @@
 //! Supports and planes of symmetry: what some nodes may not do.
 
 use super::build::Frame;
-use super::{Hold, Specimen, within};
+use super::{DirichletBc, Specimen, within};
 use crate::mpm::grid::{Grid, Nodes};
-use crate::mpm::kernel::{packed, vector};
+use crate::mpm::stencil::{packed, vector};
 use cullet_geometry::Vec3;
 use cullet_model::Refusal;
 
@@ -45,7 +45,7 @@ pub(super) fn held(specimen: &Specimen, frame: &Frame, grid: &Grid) -> Vec<Held>
     let (low, high) = specimen.mesh.bounds().unwrap_or_default();
     let slack = 1e-6 * specimen.settings.spacing;
     let places: Vec<Vec3> = (0..grid.nodes.len()).map(|n| frame.back(&grid.place(n))).collect();
-    let nodes = |hold: &Hold| {
+    let nodes = |hold: &DirichletBc| {
         let inside = |x: &Vec3| within(&hold.part, &x.sup(&low).inf(&high), slack);
         let all = (0_u32..).zip(&places).filter(|(_, x)| inside(x));
         all.map(|(n, x)| (n, hold.velocity + hold.gradient * (x - hold.centre))).collect()
@@ -55,7 +55,7 @@ pub(super) fn held(specimen: &Specimen, frame: &Frame, grid: &Grid) -> Vec<Held>
 
 /// The velocity that each held node shall have along the axes that it is held along, in the
 /// specimen's frame \[m/s\]: the sum over its supports. `wanted` goes by node; others stay.
-pub(super) fn add_up(held: &[Held], holds: &[Hold], time: f64, wanted: &mut [Vec3]) {
+pub(super) fn add_up(held: &[Held], holds: &[DirichletBc], time: f64, wanted: &mut [Vec3]) {
     let active = || held.iter().zip(holds).filter(|(_, hold)| time <= hold.until);
     for (node, _) in active().flat_map(|(held, _)| &held.nodes) {
         wanted[*node as usize] = Vec3::zeros();

@@ -4,9 +4,9 @@
 //! against a formula. Lengths, places and directions are in the specimen's own frame; the grid sees
 //! it turned and shifted.
 
+mod amplitude;
 mod build;
 mod clip;
-mod course;
 mod hold;
 mod probe;
 mod push;
@@ -14,7 +14,7 @@ mod run;
 #[cfg(test)]
 mod tests;
 
-pub use course::Course;
+pub use amplitude::Amplitude;
 pub use probe::{Field, Part, Probe, Reduce, Spot};
 pub use run::{Ending, Frame, Outcome, SpecimenRun, Step};
 
@@ -66,7 +66,7 @@ pub struct Notch {
 /// Nodes whose velocity is given along some axes; where several hold a node along the same axis,
 /// their velocities add up.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Hold {
+pub struct DirichletBc {
     /// Which nodes.
     pub part: Where,
     /// Which axes of the specimen's frame.
@@ -78,14 +78,14 @@ pub struct Hold {
     /// Place where the velocity is `velocity` \[m\].
     pub centre: Vec3,
     /// Of the velocity.
-    pub course: Course,
+    pub course: Amplitude,
     /// When it lets go \[s\].
     pub until: f64,
 }
 
 /// What a load is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Push {
+pub enum LoadKind {
     /// On the surface in the part \[Pa\].
     Traction(Vec3),
     /// On the surface in the part, against its outward normal \[Pa\].
@@ -96,7 +96,7 @@ pub enum Push {
     Acceleration(Vec3),
 }
 
-impl Push {
+impl LoadKind {
     /// Whether it is nothing, wherever it is.
     pub(super) fn is_none(&self) -> bool {
         match *self {
@@ -114,9 +114,9 @@ pub struct Load {
     /// Where.
     pub part: Where,
     /// What, at 1 of the course.
-    pub push: Push,
+    pub push: LoadKind,
     /// Of the load.
-    pub course: Course,
+    pub course: Amplitude,
 }
 
 /// How a part of the specimen starts.
@@ -213,7 +213,7 @@ pub struct Specimen {
     /// Velocities at the start; they add up.
     pub starts: Vec<Start>,
     /// Prescribed velocities.
-    pub holds: Vec<Hold>,
+    pub holds: Vec<DirichletBc>,
     /// Loads.
     pub loads: Vec<Load>,
     /// What is watched.

@@ -4,7 +4,7 @@ use super::build::Frame;
 use super::run::Books;
 use super::{Where, within};
 use crate::mpm::Domain;
-use crate::mpm::domain::Motion;
+use crate::mpm::domain::PointMotion;
 use crate::mpm::symmetric::{Sym3, eigen};
 use cullet_geometry::{Mat3, Vec3};
 use std::collections::BTreeMap;
@@ -128,7 +128,7 @@ pub(super) struct Reading<'a> {
     pub(super) books: &'a Books,
     /// Where the points of the body are in the specimen.
     pub(super) places: &'a [Vec3],
-    motions: Vec<Motion>,
+    motions: Vec<PointMotion>,
     stresses: Vec<Sym3>,
 }
 

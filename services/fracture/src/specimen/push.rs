@@ -2,10 +2,10 @@
 
 use super::build::Frame;
 use super::clip::{clip, measure};
-use super::{Load, Push, Specimen, Where, within};
+use super::{Load, LoadKind, Specimen, Where, within};
 use crate::mpm::Domain;
 use crate::mpm::grid::{Grid, Nodes};
-use crate::mpm::kernel::Stencil;
+use crate::mpm::stencil::Stencil;
 use cullet_geometry::{TriMesh, Vec3};
 
 /// Longest edge of a piece of surface that takes its load at one point, in spacings.
@@ -62,13 +62,15 @@ pub(super) fn pushed(specimen: &Specimen, frame: &Frame, domain: &Domain) -> Vec
     let one = |load: &Load| {
         let mut forces = vec![Vec3::zeros(); domain.grid.nodes.len()];
         match load.push {
-            Push::Traction(_) | Push::Pressure(_) => {
+            LoadKind::Traction(_) | LoadKind::Pressure(_) => {
                 for facet in facets.iter().flatten().filter_map(|f| f.within(&load.part)) {
                     let force = frame.turned(&facet.force(&load.push));
                     spread(&domain.grid, &order, &frame.onto(&facet.middle), force, &mut forces);
                 }
             }
-            Push::Force(_) | Push::Acceleration(_) => on_mass(load, frame, domain, &mut forces),
+            LoadKind::Force(_) | LoadKind::Acceleration(_) => {
+                on_mass(load, frame, domain, &mut forces);
+            }
         }
         let total = frame.unturned(&forces.iter().sum());
         let nodes = (0_u32..).zip(forces).filter(|(_, force)| force.norm_squared() > 0.0);
@@ -78,7 +80,7 @@ pub(super) fn pushed(specimen: &Specimen, frame: &Frame, domain: &Domain) -> Vec
 }
 
 fn is_surface(load: &Load) -> bool {
-    matches!(load.push, Push::Traction(_) | Push::Pressure(_))
+    matches!(load.push, LoadKind::Traction(_) | LoadKind::Pressure(_))
 }
 
 /// A small piece of the surface, in the specimen's frame.
@@ -103,11 +105,11 @@ impl Facet {
         (area.norm() > LEAST * self.area.norm()).then_some(Self { middle, area, ..*self })
     }
 
-    fn force(&self, push: &Push) -> Vec3 {
+    fn force(&self, push: &LoadKind) -> Vec3 {
         match *push {
-            Push::Traction(traction) => traction * self.area.norm(),
-            Push::Pressure(pressure) => -self.area * pressure,
-            Push::Force(_) | Push::Acceleration(_) => Vec3::zeros(),
+            LoadKind::Traction(traction) => traction * self.area.norm(),
+            LoadKind::Pressure(pressure) => -self.area * pressure,
+            LoadKind::Force(_) | LoadKind::Acceleration(_) => Vec3::zeros(),
         }
     }
 }
@@ -173,8 +175,8 @@ fn on_mass(load: &Load, frame: &Frame, domain: &Domain, forces: &mut [Vec3]) {
         particles.reference.iter().map(|x| within(&load.part, &frame.back(x), 0.0)).collect();
     let mass: f64 = (0..taken.len()).filter(|&p| taken[p]).map(|p| particles.mass(p)).sum();
     let rate = match load.push {
-        Push::Acceleration(acceleration) => acceleration,
-        Push::Force(force) if mass > 0.0 => force / mass,
+        LoadKind::Acceleration(acceleration) => acceleration,
+        LoadKind::Force(force) if mass > 0.0 => force / mass,
         _ => Vec3::zeros(),
     };
     let rate = frame.turned(&rate);

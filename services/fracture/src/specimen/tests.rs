@@ -78,16 +78,16 @@ fn everywhere(field: Field, part: Part) -> Probe {
 fn a_driven_bar_agrees_with_one_written_by_hand() {
     use crate::damage::Softening;
     use crate::mpm::Domain;
-    use crate::mpm::domain::Grip;
+    use crate::mpm::domain::PrescribedVelocity;
     use crate::particles::Particles;
     let (h, length) = (0.01, 0.2);
-    let hold = Hold {
+    let hold = DirichletBc {
         part: face(0, 0.0, false),
         axes: [true; 3],
         velocity: Vec3::x(),
         gradient: Mat3::zeros(),
         centre: Vec3::zeros(),
-        course: Course::constant(),
+        course: Amplitude::constant(),
         until: f64::INFINITY,
     };
     let probes = vec![everywhere(Field::Velocity, Part::Axis(0)), Probe::Elastic];
@@ -108,7 +108,7 @@ fn a_driven_bar_agrees_with_one_written_by_hand() {
     let mut domain = Domain::new(particles, &STONE, Softening::new(&strong, h), Vec3::repeat(h));
     domain.step = 1e-4 / steps;
     let grip = |x: Vec3| (x.x < 1e-9).then(Vec3::x);
-    domain.grip = Some(Grip(std::sync::Arc::new(grip)));
+    domain.prescribed = Some(PrescribedVelocity(std::sync::Arc::new(grip)));
     (0..steps as u64).for_each(|_| _ = domain.advance());
     let mean = domain.motions().iter().map(|m| m.velocity.x).sum::<f64>() / 640.0;
     let sampled = outcome.rows[0].last().expect("a sample");
@@ -121,9 +121,9 @@ fn a_driven_bar_agrees_with_one_written_by_hand() {
 /// work done is the energy that it has.
 #[test]
 fn loads_give_their_impulse_and_their_work() {
-    let pull = |push| Load { part: face(0, 0.2, true), push, course: Course::constant() };
-    let traction = Push::Traction(Vec3::new(1e5, 2e4, 0.0));
-    for push in [traction, Push::Pressure(-1e5)] {
+    let pull = |push| Load { part: face(0, 0.2, true), push, course: Amplitude::constant() };
+    let traction = LoadKind::Traction(Vec3::new(1e5, 2e4, 0.0));
+    for push in [traction, LoadKind::Pressure(-1e5)] {
         let probes = vec![
             Probe::Momentum(Part::Axis(0)),
             Probe::Applied(0, Part::Axis(0)),
@@ -167,8 +167,9 @@ fn the_force_on_a_part_of_a_face_is_that_of_its_area() {
         for degrees in [0.0_f64, 31.0] {
             let turn = Quat::from_axis_angle(&Vec3::z_axis(), degrees.to_radians());
             let loads = parts.iter().flat_map(|(part, ..)| {
-                let pushes = [Push::Pressure(1e6), Push::Traction(Vec3::new(0.0, 1e6, 0.0))];
-                pushes.map(|push| Load { part: part.clone(), push, course: Course::constant() })
+                let pushes =
+                    [LoadKind::Pressure(1e6), LoadKind::Traction(Vec3::new(0.0, 1e6, 0.0))];
+                pushes.map(|push| Load { part: part.clone(), push, course: Amplitude::constant() })
             });
             let loads: Vec<Load> = loads.collect();
             let probes = (0..loads.len()).map(|k| Probe::Applied(k, Part::Axis(k % 2))).collect();
@@ -189,8 +190,8 @@ fn the_force_on_a_part_of_a_face_is_that_of_its_area() {
 fn a_plane_of_symmetry_stands_for_the_other_half() {
     let ends = |x: f64, up| Load {
         part: face(0, x, up),
-        push: Push::Pressure(-1e6),
-        course: Course::constant(),
+        push: LoadKind::Pressure(-1e6),
+        course: Amplitude::constant(),
     };
     let at = |x: f64| {
         let at = Spot::At(Vec3::new(x, 0.012, 0.013));
@@ -273,13 +274,13 @@ fn what_cannot_be_solved_is_refused_with_its_bound() {
 /// broken; what is sampled is the dissipated energy and the stress along x.
 fn stretched(length: f64) -> Specimen {
     let rate = 2.0;
-    let hold = Hold {
+    let hold = DirichletBc {
         part: Vec::new(),
         axes: [true; 3],
         velocity: Vec3::zeros(),
         gradient: Mat3::from_diagonal(&Vec3::new(rate, 0.0, 0.0)),
         centre: Vec3::zeros(),
-        course: Course::constant(),
+        course: Amplitude::constant(),
         until: f64::INFINITY,
     };
     let probes = vec![
@@ -322,7 +323,7 @@ fn two_supports_of_the_same_nodes_are_one_of_their_sum() {
     one.probes.push(Probe::Reaction(0, Part::Axis(0)));
     let mut two = one.clone();
     two.holds[0].gradient *= 0.25;
-    let rest = Hold { gradient: two.holds[0].gradient * 3.0, ..two.holds[0].clone() };
+    let rest = DirichletBc { gradient: two.holds[0].gradient * 3.0, ..two.holds[0].clone() };
     two.holds.push(rest);
     two.probes.push(Probe::Reaction(1, Part::Axis(0)));
     let (one, two) = (run(one), run(two));
@@ -414,10 +415,10 @@ fn a_bar_on_which_nothing_acts_stays_at_rest_to_its_end() {
 #[test]
 fn what_acts_on_nothing_is_refused_by_its_number() {
     let beside = || face(0, 5.0, true);
-    let load = |part, push| Load { part, push, course: Course::Table(vec![(0.0, 1.0)]) };
-    let pull = |size: f64| Push::Traction(Vec3::x() * size);
+    let load = |part, push| Load { part, push, course: Amplitude::Table(vec![(0.0, 1.0)]) };
+    let pull = |size: f64| LoadKind::Traction(Vec3::x() * size);
     let mut loads = vec![load(face(0, 0.1, true), pull(1.0)), load(beside(), pull(1.0))];
-    let said = |loads: &[Load], holds: &[Hold]| {
+    let said = |loads: &[Load], holds: &[DirichletBc]| {
         let (loads, holds) = (loads.to_vec(), holds.to_vec());
         let specimen = Specimen { loads, holds, ..bar(0.1, 0.04, 0.01) };
         SpecimenRun::begin(specimen).err().map(|refusal| refusal.to_string())
@@ -426,17 +427,19 @@ fn what_acts_on_nothing_is_refused_by_its_number() {
     // Nothing is put on nothing: a sweep from zero on.
     loads[1].push = pull(0.0);
     assert_eq!(said(&loads, &[]), None);
-    for push in [Push::Pressure(1.0), Push::Force(Vec3::x()), Push::Acceleration(Vec3::x())] {
+    for push in
+        [LoadKind::Pressure(1.0), LoadKind::Force(Vec3::x()), LoadKind::Acceleration(Vec3::x())]
+    {
         loads[1].push = push;
         assert!(said(&loads, &[]).is_some());
     }
-    let hold = |part| Hold {
+    let hold = |part| DirichletBc {
         part,
         axes: [true; 3],
         velocity: Vec3::zeros(),
         gradient: Mat3::zeros(),
         centre: Vec3::zeros(),
-        course: Course::Table(vec![(0.0, 1.0)]),
+        course: Amplitude::Table(vec![(0.0, 1.0)]),
         until: f64::INFINITY,
     };
     assert_eq!(said(&[], &[hold(face(0, 0.0, false))]), None);

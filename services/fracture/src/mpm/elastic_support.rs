@@ -2,15 +2,14 @@
 //! belongs to does, and does not pull.
 
 use super::domain::Domain;
-use super::footing::Footing;
-use super::load::{LEAST_RADIUS, disc};
+use super::load_patch::{LEAST_RADIUS, LoadPatch};
 use cullet_geometry::Vec3;
 use cullet_model::{Material, Support};
 
 /// One support, under the points that rest on it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rest {
-    footing: Footing,
+pub struct ElasticSupport {
+    patch: LoadPatch,
     /// Direction in which it can push.
     pub normal: Vec3,
     /// Where \[m\].
@@ -25,16 +24,15 @@ pub struct Rest {
     pub delivered: f64,
 }
 
-impl Rest {
+impl ElasticSupport {
     /// Puts `support` under the points near it. It is as stiff as a half-space of the body's own
     /// material under a flat punch, k = 2aE/(1 − ν²).
     #[must_use]
     pub fn new(support: &Support, domain: &Domain, material: &Material) -> Self {
-        let shares = disc(domain, &support.point, &support.normal, support.radius);
         let radius = support.radius.max(LEAST_RADIUS * domain.grid.spacing.max());
         let modulus = material.young / (1.0 - material.poisson * material.poisson);
         Self {
-            footing: Footing::new(shares),
+            patch: LoadPatch::on_disc(domain, &support.point, &support.normal, support.radius),
             normal: support.normal,
             point: support.point,
             stiffness: 2.0 * radius * modulus,
@@ -48,10 +46,10 @@ impl Rest {
     pub fn push(&mut self, domain: &mut Domain) {
         let impulse = self.stiffness * self.depth.max(0.0) * domain.step;
         let own = -self.mobility * self.delivered;
-        self.depth -= (self.footing.speed(domain, &self.normal) - own) * domain.step;
+        self.depth -= (self.patch.speed(domain, &self.normal) - own) * domain.step;
         if impulse > 0.0 {
             self.delivered += impulse;
-            self.footing.push(domain, self.normal * impulse);
+            self.patch.push(domain, self.normal * impulse);
         }
     }
 }

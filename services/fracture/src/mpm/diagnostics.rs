@@ -1,17 +1,17 @@
-//! What a solve looks at while it runs: numbers, energy, momentum and damage.
+//! What is checked while a solve runs: numbers, energy, momentum and damage.
 
 use super::domain::Domain;
 use cullet_geometry::Vec3;
 use cullet_model::Failure;
 
-/// Steps between looks.
-pub const LOOK: u64 = 64;
+/// Steps between checks.
+pub const CHECK_PERIOD: u64 = 64;
 
 /// Energy over what the strikers have lost that counts as instability (F04).
 pub const GROWTH: f64 = 1.1;
 
-/// Momentum that nothing gave, over what the nodes carry, from which on it is told \[1\]: rounding
-/// in f32 comes to 10⁻⁵.
+/// Momentum that nothing gave, over what the nodes carry, above which it is reported \[1\]:
+/// rounding in f32 comes to 10⁻⁵.
 const DRIFT: f64 = 1e-3;
 
 /// Rounding of a sum of damage \[1\].
@@ -32,20 +32,20 @@ pub struct Given {
     pub momentum: Option<Vec3>,
 }
 
-/// What looks have found so far.
+/// What the checks have found so far.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Watch {
+pub struct Diagnostics {
     damage: f64,
     drift: f64,
     healed: u32,
 }
 
-impl Watch {
-    /// Looks at a body that was given so much.
+impl Diagnostics {
+    /// Checks a body that was given so much.
     ///
     /// # Errors
     /// A number that is none (F76); more energy than was given, [`GROWTH`] times (F04).
-    pub fn look(&mut self, domain: &Domain, given: &Given) -> Result<(), Failure> {
+    pub fn check(&mut self, domain: &Domain, given: &Given) -> Result<(), Failure> {
         let step = domain.steps;
         if !domain.is_finite() {
             return Err(Failure::NotFinite { what: "position or velocity", step });

@@ -32,7 +32,7 @@ const FLATTEST: f64 = 3.0;
 /// The spacing asked for, or the finest that the particle budget allows: N = 8V/h³ \[m\]. Where
 /// that leaves a flat body along an axis with fewer than three cells across, cells are flattened:
 /// as many points, finer across and coarser in the plane (F14).
-pub(crate) fn spacing(problem: &Problem) -> Result<Vec3, Refusal> {
+pub(crate) fn choose_spacing(problem: &Problem) -> Result<Vec3, Refusal> {
     let volume = problem.solid.mesh.signed_volume();
     within("the body's volume [m^3]", volume, 1e-18, 1e12)?;
     let finest = libm::cbrt(PER_CELL * volume / f64::from(problem.settings.max_particles.max(1)));

@@ -1,7 +1,7 @@
 //! How long a brittle solve goes on, and what happens when.
 
+use crate::mpm::hertz_contact;
 use crate::mpm::spin::Spin;
-use crate::mpm::spring;
 use cullet_geometry::Vec3;
 use cullet_model::Problem;
 use std::collections::VecDeque;
@@ -30,7 +30,7 @@ const CRUSHED: f64 = 0.25;
 
 /// How long a solve goes on, in transits L/c_s \[1\]: the levers that `benches/levers.rs` measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pace {
+pub struct TerminationCriteria {
     /// A longer push is shortened to this.
     pub push: f64,
     /// Without growth after the push, until the end.
@@ -39,7 +39,7 @@ pub struct Pace {
     pub after: f64,
 }
 
-impl Default for Pace {
+impl Default for TerminationCriteria {
     fn default() -> Self {
         Self { push: PUSH_TRANSITS, quiet: QUIET_TRANSITS, after: AFTER_TRANSITS }
     }
@@ -47,7 +47,7 @@ impl Default for Pace {
 
 /// When the push ends and when the solve does \[s\]; the push begins at 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Clock {
+pub(super) struct Schedule {
     pub(super) transit: f64,
     /// How long the stress of the spin is put on before the push.
     pub(super) spin_up: f64,
@@ -55,14 +55,15 @@ pub(super) struct Clock {
     pub(super) end: f64,
 }
 
-impl Clock {
-    pub(super) fn new(problem: &Problem, pace: &Pace) -> Self {
+impl Schedule {
+    pub(super) fn new(problem: &Problem, criteria: &TerminationCriteria) -> Self {
         let transit = problem.solid.mesh.diagonal() / problem.material.shear_speed();
-        let longest = problem.impacts.iter().fold(0.0_f64, |m, i| m.max(spring::duration(i)));
-        let push = longest.min(pace.push * transit);
+        let longest =
+            problem.impacts.iter().fold(0.0_f64, |m, i| m.max(hertz_contact::duration(i)));
+        let push = longest.min(criteria.push * transit);
         let spins = problem.spin != Vec3::zeros();
         let spin_up = if spins { SPIN_TRANSITS * transit } else { 0.0 };
-        Self { transit, spin_up, push, end: push + pace.after * transit }
+        Self { transit, spin_up, push, end: push + criteria.after * transit }
     }
 
     /// The turning frame at `time` \[s\]: before the push its forces grow as 3s² − 2s³, and motion
@@ -76,7 +77,7 @@ impl Clock {
 
 /// How cracks grow, by the points that have broken.
 #[derive(Debug, Default)]
-pub(super) struct Growth {
+pub(super) struct CrackActivity {
     /// When there was some last \[s\].
     pub(super) last: f64,
     /// How many were broken then.
@@ -87,7 +88,7 @@ pub(super) struct Growth {
     is_long: bool,
 }
 
-impl Growth {
+impl CrackActivity {
     /// Notes that `broken` of `points` are by a time \[s\]; `transit` \[s\] is L/c_s.
     pub(super) fn note(&mut self, time: f64, broken: u32, points: f64, transit: f64) {
         if f64::from(broken - self.then) > GROWTH_SHARE * points {

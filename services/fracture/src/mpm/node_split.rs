@@ -1,10 +1,10 @@
-//! Parts nodes whose points are no longer connected, and makes elements of points that still see
+//! Splits nodes whose points are no longer connected, and makes elements of points that still see
 //! the same nodes.
 
+use super::bonds::Bonds;
+use super::clusters::{NONE, PointClusters};
 use super::grid::{AROUND, Element, Grid, Nodes, Rows};
-use super::kernel::share;
-use super::knots::{Knots, NONE};
-use super::separation::Separation;
+use super::stencil::share;
 use crate::particles::Particles;
 use cullet_geometry::Vec3;
 use rayon::prelude::*;
@@ -12,9 +12,9 @@ use rayon::prelude::*;
 /// Nodes of a piece of work.
 const CHUNK: usize = 256;
 
-/// What parting has changed.
+/// What the split has changed.
 #[derive(Debug, Default)]
-pub(super) struct Changes {
+pub(super) struct SplitChanges {
     /// First points of the elements that see other nodes now, ascending.
     pub(super) elements: Vec<u32>,
     /// Places of the points that are elsewhere in the arrays now.
@@ -32,7 +32,7 @@ struct Move {
 
 /// A set of connected points at a node.
 #[derive(Default)]
-struct Part {
+struct NodePart {
     /// Points by place in the arrays, with the node's number among the 27 of their element.
     points: Vec<(u32, u32)>,
     mass: f64,
@@ -40,7 +40,7 @@ struct Part {
     moment: Vec3,
 }
 
-impl Part {
+impl NodePart {
     /// Adds up what the node carries of it.
     fn measure(&mut self, grid: &Grid, particles: &Particles) {
         for &(p, k) in &self.points {
@@ -53,30 +53,30 @@ impl Part {
 
     fn weigh(&self, nodes: &mut Nodes, node: u32) {
         nodes.mass[node as usize] = self.mass;
-        nodes.lean[node as usize] = self.moment / self.mass;
+        nodes.points_offset[node as usize] = self.moment / self.mass;
     }
 }
 
-/// Parts those of `nodes`, each named once, whose points are not connected.
-pub(super) fn part(
-    separation: &Separation,
+/// Splits those of `nodes`, each named once, whose points are not connected.
+pub(super) fn split(
+    bonds: &Bonds,
     nodes: &[u32],
     grid: &mut Grid,
     particles: &mut Particles,
     slots: &[u32],
-) -> Changes {
+) -> SplitChanges {
     let rows = grid.rows_of(nodes);
     let mut asked = vec![false; grid.elements.len()];
     rows.entries.iter().for_each(|&row| asked[row as usize / AROUND] = true);
     let elements: Vec<u32> = (0..asked.len() as u32).filter(|&e| asked[e as usize]).collect();
-    let knots = Knots::new(&elements, separation, grid, particles, slots);
-    let around = Around { separation, knots: &knots, rows: &rows, grid, particles };
-    let found: Vec<(u32, Vec<Part>)> = nodes
+    let clusters = PointClusters::new(&elements, bonds, grid, particles, slots);
+    let search = SplitSearch { bonds, clusters: &clusters, rows: &rows, grid, particles };
+    let found: Vec<(u32, Vec<NodePart>)> = nodes
         .par_chunks(CHUNK)
         .map_init(
-            || Marks::new(particles.len(), knots.len()),
-            |marks, nodes| -> Vec<(u32, Vec<Part>)> {
-                let parts = nodes.iter().map(|&node| (node, around.parts(node, marks)));
+            || Marks::new(particles.len(), clusters.len()),
+            |marks, nodes| -> Vec<(u32, Vec<NodePart>)> {
+                let parts = nodes.iter().map(|&node| (node, search.parts(node, marks)));
                 parts.filter(|(_, parts)| parts.len() > 1).collect()
             },
         )
@@ -100,56 +100,56 @@ pub(super) fn part(
 }
 
 /// What the search for a node's parts goes by.
-struct Around<'a> {
-    separation: &'a Separation,
-    knots: &'a Knots,
+struct SplitSearch<'a> {
+    bonds: &'a Bonds,
+    clusters: &'a PointClusters,
     rows: &'a Rows,
     grid: &'a Grid,
     particles: &'a Particles,
 }
 
-impl Around<'_> {
+impl SplitSearch<'_> {
     /// The connected sets of a node's whole points, in the order of their first points; none where
     /// there are not several. Broken points join nothing: each goes with the set that it has most
     /// bonds with, or where it is surrounded by broken ones, with its neighbour.
-    fn parts(&self, node: u32, marks: &mut Marks) -> Vec<Part> {
+    fn parts(&self, node: u32, marks: &mut Marks) -> Vec<NodePart> {
         let rows = self.rows.of(node as usize);
         for &row in rows {
-            for knot in self.knots.of_element(row / AROUND as u32) {
-                marks.knots[knot as usize] = OPEN;
-                marks.own.push(knot);
+            for cluster in self.clusters.of_element(row / AROUND as u32) {
+                marks.clusters[cluster as usize] = OPEN;
+                marks.own.push(cluster);
             }
         }
         let (mut count, mut at, mut open) = (0, 0, marks.own.len());
         while open > 0 {
             let start = marks.own[at];
-            if marks.knots[start as usize] == OPEN {
+            if marks.clusters[start as usize] == OPEN {
                 open -= self.flood(start, count, open, marks);
                 count += 1;
             }
             at += 1;
         }
         let parts = if count > 1 { self.divide(rows, count, marks) } else { Vec::new() };
-        for knot in marks.own.drain(..) {
-            marks.knots[knot as usize] = AWAY;
+        for cluster in marks.own.drain(..) {
+            marks.clusters[cluster as usize] = AWAY;
         }
         parts
     }
 
-    /// Numbers the knots connected to `start` among those that are open; how many. No more than
+    /// Numbers the clusters connected to `start` among those that are open; how many. No more than
     /// `most` are.
     fn flood(&self, start: u32, number: u32, most: usize, marks: &mut Marks) -> usize {
-        marks.knots[start as usize] = number;
+        marks.clusters[start as usize] = number;
         marks.stack.push(start);
         let mut found = 1;
-        while let Some(knot) = marks.stack.pop() {
+        while let Some(cluster) = marks.stack.pop() {
             if found == most {
                 marks.stack.clear();
                 break;
             }
-            for &other in self.knots.next(knot) {
-                if marks.knots[other as usize] == OPEN {
-                    marks.knots[other as usize] = number;
+            for &other in self.clusters.next(cluster) {
+                if marks.clusters[other as usize] == OPEN {
+                    marks.clusters[other as usize] = number;
                     marks.stack.push(other);
                     found += 1;
                 }
@@ -159,20 +159,20 @@ impl Around<'_> {
     }
 
     /// The points of each of `count` sets.
-    fn divide(&self, rows: &[u32], count: u32, marks: &mut Marks) -> Vec<Part> {
+    fn divide(&self, rows: &[u32], count: u32, marks: &mut Marks) -> Vec<NodePart> {
         let elements = rows.iter().map(|&row| &self.grid.elements[row as usize / AROUND]);
         for &id in elements.flat_map(|element| &self.particles.id[element.points()]) {
-            let knot = self.knots.of(id);
-            if knot == NONE {
+            let cluster = self.clusters.of(id);
+            if cluster == NONE {
                 marks.points[id as usize] = OPEN;
                 marks.broken.push(id);
             } else {
-                marks.points[id as usize] = marks.knots[knot as usize];
+                marks.points[id as usize] = marks.clusters[cluster as usize];
             }
         }
         self.share_broken(count, marks);
         marks.broken.clear();
-        let mut parts: Vec<Part> = (0..count).map(|_| Part::default()).collect();
+        let mut parts: Vec<NodePart> = (0..count).map(|_| NodePart::default()).collect();
         for &row in rows {
             for p in self.grid.elements[row as usize / AROUND].points() {
                 let label = &mut marks.points[self.particles.id[p] as usize];
@@ -201,7 +201,7 @@ impl Around<'_> {
             }
             asked.clear();
             for &(id, _) in &found {
-                for other in self.separation.others(id) {
+                for other in self.bonds.others(id) {
                     if marks.points[other as usize] == OPEN {
                         marks.points[other as usize] = ASKED;
                         asked.push(other);
@@ -219,7 +219,7 @@ impl Around<'_> {
     /// The set that a broken point has most bonds with, the first of equal ones.
     fn favourite(&self, id: u32, marks: &Marks, votes: &mut [u32]) -> Option<u32> {
         votes.fill(0);
-        for (other, weight) in self.separation.votes(id) {
+        for (other, weight) in self.bonds.votes(id) {
             if let Some(votes) = votes.get_mut(marks.points[other as usize] as usize) {
                 *votes += weight;
             }
@@ -236,11 +236,11 @@ const OPEN: u32 = u32::MAX - 1;
 /// Likewise, and is asked for.
 const ASKED: u32 = u32::MAX - 2;
 
-/// The knots and the points of the node at hand.
+/// The clusters and the points of the node at hand.
 struct Marks {
     own: Vec<u32>,
-    /// Set of each knot.
-    knots: Vec<u32>,
+    /// Set of each cluster.
+    clusters: Vec<u32>,
     /// Set of each point by id.
     points: Vec<u32>,
     /// The node's broken points by id.
@@ -249,10 +249,10 @@ struct Marks {
 }
 
 impl Marks {
-    fn new(points: usize, knots: usize) -> Self {
+    fn new(points: usize, clusters: usize) -> Self {
         Self {
             own: Vec::new(),
-            knots: vec![AWAY; knots],
+            clusters: vec![AWAY; clusters],
             points: vec![AWAY; points],
             broken: Vec::new(),
             stack: Vec::new(),
@@ -261,8 +261,8 @@ impl Marks {
 }
 
 /// Gives points their new nodes and makes elements of those that still see the same ones.
-fn regroup(grid: &mut Grid, particles: &mut Particles, moves: &[Move]) -> Changes {
-    let mut changes = Changes::default();
+fn regroup(grid: &mut Grid, particles: &mut Particles, moves: &[Move]) -> SplitChanges {
+    let mut changes = SplitChanges::default();
     if moves.is_empty() {
         return changes;
     }

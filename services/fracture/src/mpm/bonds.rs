@@ -12,7 +12,6 @@
 //! each other, and touch nowhere, are not welded by the grid either.
 
 use super::grid::Grid;
-use super::parting::{Changes, part};
 use crate::particles::Particles;
 use cullet_geometry::Vec3;
 
@@ -27,7 +26,7 @@ const OPEN: u32 = u32::MAX;
 
 /// Bonds and how far cracks have cut them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Separation {
+pub(super) struct Bonds {
     /// Place of each point by id, in cells.
     places: Vec<Vec3>,
     /// One over the size of a cell by axis \[1/m\].
@@ -63,7 +62,7 @@ impl Bond {
     }
 }
 
-impl Separation {
+impl Bonds {
     pub(super) fn new(particles: &Particles, spacing: &Vec3) -> Self {
         let n = particles.len();
         let scale = spacing.map(|h| 1.0 / h);
@@ -139,15 +138,13 @@ impl Separation {
         piece.into_iter().map(|number| (number < OPEN).then_some(number)).collect()
     }
 
-    /// Cuts the bonds for which `apart` holds, either way round, and parts all nodes that are not
-    /// connected.
+    /// Cuts the bonds for which `apart` holds, either way round.
     pub(super) fn sever(
         &mut self,
         apart: impl Fn(&Vec3, &Vec3) -> bool,
-        grid: &mut Grid,
-        particles: &mut Particles,
+        particles: &Particles,
         slots: &[u32],
-    ) -> Changes {
+    ) {
         for id in 0..self.places.len() as u32 {
             let place = |id: u32| &particles.reference[slots[id as usize] as usize];
             for at in self.range(id) {
@@ -157,18 +154,16 @@ impl Separation {
                 }
             }
         }
-        let nodes: Vec<u32> = (0..grid.nodes.len() as u32).collect();
-        part(self, &nodes, grid, particles, slots)
     }
 
-    /// Cuts what the `broken` points (by id) cut, and parts the nodes that this disconnects.
+    /// Cuts what the `broken` points (by id) cut; the nodes that this may disconnect, ascending.
     pub(super) fn grow(
         &mut self,
         broken: &[u32],
-        grid: &mut Grid,
-        particles: &mut Particles,
+        grid: &Grid,
+        particles: &Particles,
         slots: &[u32],
-    ) -> Changes {
+    ) -> Vec<u32> {
         let is_broken = |id: u32| particles.damage[slots[id as usize] as usize] >= 1.0;
         for &id in broken {
             // In cells a plane's normal is the covector n·h.
@@ -176,9 +171,9 @@ impl Separation {
             let normal = normal.try_normalize(0.0).unwrap_or_else(Vec3::x);
             let centre = self.places[id as usize];
             let whole = self.bonds(id).map(Bond::other).filter(|&other| !is_broken(other));
-            let lean: f64 =
+            let side: f64 =
                 whole.map(|other| normal.dot(&(self.places[other as usize] - centre))).sum();
-            self.stays[id as usize] = if lean < 0.0 { -normal } else { normal };
+            self.stays[id as usize] = if side < 0.0 { -normal } else { normal };
         }
         broken.iter().for_each(|&id| self.loosen(id));
         let mut touched: Vec<u32> = Vec::new();
@@ -195,7 +190,7 @@ impl Separation {
         }
         nodes.sort_unstable();
         nodes.dedup();
-        part(self, &nodes, grid, particles, slots)
+        nodes
     }
 
     /// Cuts the bonds of one broken point and those between whole points that cross its disc.

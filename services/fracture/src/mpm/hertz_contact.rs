@@ -12,7 +12,7 @@ const HERTZ_TIME: f64 = 2.943_3;
 /// which it crushes; beyond, F = F_y + πR p_c (δ − δ_y), and the way back is Hertz's for the
 /// flatter contact that the crushing left  [Thornton 1997, Eq. 1–12].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spring {
+pub struct HertzContact {
     /// k \[N/m^{3/2}\].
     stiffness: f64,
     /// δ_y \[m\].
@@ -23,7 +23,7 @@ pub struct Spring {
     radius: f64,
 }
 
-impl Spring {
+impl HertzContact {
     /// The spring of an impact: the one whose Hertz contact takes its duration, δ_max = v t_c/2.943
     /// and ½ m* v² = ⅖ k δ_max^{5/2}  (H1).
     #[must_use]
@@ -80,14 +80,14 @@ impl Spring {
 
     /// Radius of the contact at an approach of `depth`: a = √(Rδ) \[m\].
     #[must_use]
-    pub fn contact(&self, depth: f64) -> f64 {
+    pub fn radius(&self, depth: f64) -> f64 {
         (self.radius * depth.max(0.0)).sqrt()
     }
 
     /// Radius of the contact now that it has been through its deepest \[m\].
     #[must_use]
     pub fn widest(&self) -> f64 {
-        self.contact(self.deepest)
+        self.radius(self.deepest)
     }
 
     /// Greatest force so far \[N\].
@@ -120,7 +120,7 @@ impl Spring {
 /// throws back what has not been spent \[s\].
 #[must_use]
 pub fn duration(impact: &Impact) -> f64 {
-    let spring = Spring::new(impact);
+    let spring = HertzContact::new(impact);
     if !spring.crushes(impact.energy) {
         return impact.duration;
     }
@@ -145,7 +145,7 @@ fn power(x: f64, n: i32) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Spring, duration};
+    use super::{HertzContact, duration};
     use cullet_geometry::Vec3;
     use cullet_model::Impact;
 
@@ -171,7 +171,7 @@ mod tests {
     /// Flies a mass into the spring: duration \[s\], peak force \[N\], rebound speed over closing
     /// speed.
     fn fly(impact: &Impact) -> (f64, f64, f64) {
-        let mut spring = Spring::new(impact);
+        let mut spring = HertzContact::new(impact);
         let mass = 2.0 * impact.energy / impact.closing_speed.powi(2);
         let (mut depth, mut speed, mut time, mut peak) = (0.0, impact.closing_speed, 0.0, 0.0);
         let step = 1e-5 * impact.duration;
@@ -197,7 +197,7 @@ mod tests {
         assert!((peak / wanted - 1.0).abs() < 1e-3, "{peak} N, not {wanted}");
         assert!((back - 1.0).abs() < 1e-3, "{back}");
         assert_eq!(duration(&hit), hit.duration);
-        assert!(!Spring::new(&hit).crushes(hit.energy));
+        assert!(!HertzContact::new(&hit).crushes(hit.energy));
     }
 
     /// A tenth of the pressure: a longer push of less force that throws back little.
@@ -206,7 +206,7 @@ mod tests {
         let hard = fly(&impact(1e12));
         let hit = impact(72e6);
         let (time, peak, back) = fly(&hit);
-        let spring = Spring::new(&hit);
+        let spring = HertzContact::new(&hit);
         assert!((duration(&hit) / time - 1.0).abs() < 0.02, "{} and {time} s", duration(&hit));
         assert!((spring.peak(hit.energy) / peak - 1.0).abs() < 1e-3, "{peak} N");
         assert!(peak < 0.4 * hard.1 && time > 1.5 * hard.0, "{peak} N for {time} s");
@@ -216,7 +216,7 @@ mod tests {
         let wanted = 1.18 * slow.powf(0.25);
         assert!((back / wanted - 1.0).abs() < 0.15, "{back}, about {wanted}");
         // The mean pressure stays at what it bears.
-        let widest = spring.contact(spring.depth(hit.energy));
+        let widest = spring.radius(spring.depth(hit.energy));
         let mean = peak / (std::f64::consts::PI * widest * widest);
         assert!(mean < 72e6 && mean > 0.9 * 72e6, "{mean} Pa");
     }
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn what_was_crushed_stays() {
         let hit = impact(72e6);
-        let mut spring = Spring::new(&hit);
+        let mut spring = HertzContact::new(&hit);
         let far = 0.8 * spring.depth(hit.energy);
         let mut work = [0.0; 4];
         for (pass, sum) in work.iter_mut().enumerate() {
