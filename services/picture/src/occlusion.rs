@@ -1,7 +1,8 @@
 //! How much of the ambient light reaches a sample: less where other surfaces stand close over it.
 
+use super::camera::Camera;
 use super::raster::Buffers;
-use super::stage::Stage;
+use cullet_geometry::Vec3;
 use std::ops::Range;
 
 /// Farthest that a sample looks around itself \[samples\].
@@ -17,7 +18,7 @@ const PATTERN: [(f32, f32); 6] =
 const TURNS: usize = 4;
 
 /// The pattern in samples to the right and down, at each size and turn.
-pub(super) struct Around {
+pub(super) struct AmbientOcclusion {
     offsets: Vec<[[(i32, i32); PATTERN.len()]; TURNS]>,
 }
 
@@ -31,7 +32,7 @@ pub(super) const fn turned(dx: f32, dy: f32, turn: usize) -> (f32, f32) {
     }
 }
 
-impl Default for Around {
+impl Default for AmbientOcclusion {
     fn default() -> Self {
         let at = |size: usize, turn: usize, k: usize| {
             let (dx, dy) = turned(PATTERN[k].0, PATTERN[k].1, turn);
@@ -43,8 +44,29 @@ impl Default for Around {
     }
 }
 
+/// From where samples are looked at, and how far surfaces darken each other.
+pub(super) struct Viewpoint {
+    focal: f64,
+    axes: [Vec3; 3],
+    /// How far a surface darkens its neighbours \[m\].
+    contact: f64,
+}
+
+impl Viewpoint {
+    pub(super) fn new(camera: &Camera, contact: f64) -> Self {
+        let axes = [camera.right, camera.above, camera.forward];
+        Self { focal: camera.focal, axes, contact }
+    }
+
+    /// A direction in the axes of the eye.
+    fn to_eye(&self, n: [f32; 3]) -> [f32; 3] {
+        let n = Vec3::from(n.map(f64::from));
+        self.axes.map(|axis| n.dot(&axis) as f32)
+    }
+}
+
 /// A sample and the plane of its surface.
-struct Spot {
+struct SurfaceSample {
     x: usize,
     y: usize,
     /// Distance \[m\].
@@ -55,24 +77,24 @@ struct Spot {
     reach: f32,
 }
 
-impl Around {
+impl AmbientOcclusion {
     /// Share of the ambient light that surfaces close by let through. `turns`: of the pattern.
     pub(super) fn open(
         &self,
-        stage: &Stage<'_>,
+        view: &Viewpoint,
         seen: &Buffers,
         index: usize,
         turns: Range<usize>,
     ) -> f32 {
-        let (here, focal) = (1.0 / seen.near[index], stage.focal as f32);
-        let reach = stage.contact as f32;
+        let (here, focal) = (1.0 / seen.near[index], view.focal as f32);
+        let reach = view.contact as f32;
         let far = (focal * reach / here).clamp(NEAREST, FARTHEST as f32);
-        let [nx, ny, nz] = stage.to_eye(seen.normal[index]);
+        let [nx, ny, nz] = view.to_eye(seen.normal[index]);
         // Seen edge-on, any neighbour may be nearer without standing over it.
         let steep = here / focal / (-nz).max(0.15);
         let slope = (-nx * steep, ny * steep);
         let (x, y) = (index % seen.width, index / seen.width);
-        let spot = Spot { x, y, here, slope, reach };
+        let spot = SurfaceSample { x, y, here, slope, reach };
         let patterns = &self.offsets[(2.0 * far) as usize];
         let taps = (PATTERN.len() * turns.len()) as f32;
         // The first turn and the last are opposite: where both find nothing, there is nothing.
@@ -89,7 +111,7 @@ impl Around {
     }
 }
 
-impl Spot {
+impl SurfaceSample {
     fn all(&self, seen: &Buffers, offsets: &[(i32, i32); PATTERN.len()]) -> f32 {
         let mut sum = 0.0;
         for &offset in offsets {
