@@ -9,10 +9,10 @@ use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Pose, Quat, Solid, TriMesh, Vec3};
 use cullet_proto::specimen as wire;
 use cullet_proto::strength::Region;
-use cullet_scene::body::ResolveContext;
-use cullet_scene::form::GeometrySource;
+use cullet_scene::context::ResolveContext;
 use cullet_scene::format::{Axis, Precision};
-use cullet_scene::{paint, shape};
+use cullet_scene::geometry::GeometrySource;
+use cullet_scene::{direction, shape};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -192,7 +192,7 @@ impl SpecimenBuilder<'_> {
                     up: geometry.up,
                     repair: geometry.repair,
                 };
-                let form = self.shop.forms.get(&recipe, self.shop.files);
+                let form = self.shop.geometries.get(&recipe, self.shop.files);
                 form.map(|form| form.solid.mesh.translated(-form.origin))
             }
         };
@@ -280,7 +280,7 @@ impl SpecimenBuilder<'_> {
 
     /// A direction of length 1.
     pub(super) fn unit(&mut self, direction: [f64; 3], at: &[Step]) -> [f64; 3] {
-        paint::direction(direction).unwrap_or_else(|why| {
+        direction::direction(direction).unwrap_or_else(|why| {
             self.wrong(at, why);
             [1.0, 0.0, 0.0]
         })

@@ -7,7 +7,7 @@ use super::format::{Probe, ProbeKind};
 use cullet_document::error::suggest;
 use cullet_document::tree::{Step, join};
 use cullet_proto::specimen::Part;
-use cullet_scene::body::ResolveContext;
+use cullet_scene::context::ResolveContext;
 use cullet_scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
 

@@ -1,6 +1,6 @@
-//! A body's form: its solid about its own centroid and what stands in for it in collisions.
+//! A body's geometry: its solid about its own centroid and what stands in for it in collisions.
 //!
-//! A form is made once for all bodies that share it: 200 bricks cost one mesh and one hull.
+//! A geometry is made once for all bodies that share it: 200 bricks cost one mesh and one hull.
 
 use super::format::{Axis, RepairChoice, Shape};
 use super::shape;
@@ -31,7 +31,7 @@ const HULLS: HullSettings =
 /// scene may make a coordinator hold is bounded before any of it is simulated.
 const MOST_TRIANGLES: usize = 16_000_000;
 
-/// What a form is made from.
+/// What a geometry is made from.
 #[derive(Clone, Debug)]
 pub enum GeometrySource {
     /// By measures.
@@ -83,39 +83,39 @@ impl BodyGeometry {
     }
 }
 
-/// Forms already made.
+/// GeometryCache already made.
 #[derive(Default)]
-pub struct Forms {
+pub struct GeometryCache {
     made: BTreeMap<String, Result<Arc<BodyGeometry>, String>>,
     triangles: usize,
 }
 
-impl Forms {
-    /// The form of a recipe; the second call for an equal recipe costs nothing.
+impl GeometryCache {
+    /// The geometry of a source; the second call for an equal source costs nothing.
     pub fn get(
         &mut self,
-        recipe: &GeometrySource,
+        source: &GeometrySource,
         files: &mut Files,
     ) -> Result<Arc<BodyGeometry>, String> {
-        // The derived text of a recipe has every number in full, so it is as good as the recipe.
-        let key = format!("{recipe:?}");
-        if let Some(form) = self.made.get(&key) {
-            return form.clone();
+        // The derived text of a source has every number in full, so it is as good as the source.
+        let key = format!("{source:?}");
+        if let Some(geometry) = self.made.get(&key) {
+            return geometry.clone();
         }
-        let made = catch_unwind(AssertUnwindSafe(|| make(recipe, files)))
+        let made = catch_unwind(AssertUnwindSafe(|| make(source, files)))
             .unwrap_or_else(|_| Err("the form could not be made of these numbers".to_owned()))
-            .and_then(|form| self.admit(form));
+            .and_then(|geometry| self.admit(geometry));
         self.made.insert(key, made.clone());
         made
     }
 
-    fn admit(&mut self, form: BodyGeometry) -> Result<Arc<BodyGeometry>, String> {
-        let count = self.triangles + form.solid.mesh.triangles.len();
+    fn admit(&mut self, geometry: BodyGeometry) -> Result<Arc<BodyGeometry>, String> {
+        let count = self.triangles + geometry.solid.mesh.triangles.len();
         if count > MOST_TRIANGLES {
             return Err(full(count));
         }
         self.triangles = count;
-        Ok(Arc::new(form))
+        Ok(Arc::new(geometry))
     }
 }
 
@@ -126,8 +126,8 @@ fn full(count: usize) -> String {
     )
 }
 
-fn make(recipe: &GeometrySource, files: &mut Files) -> Result<BodyGeometry, String> {
-    match recipe {
+fn make(source: &GeometrySource, files: &mut Files) -> Result<BodyGeometry, String> {
+    match source {
         GeometrySource::Shape(shape) => {
             let mesh = shape::mesh(shape)?;
             finish(mesh, shape::convex(shape), Vec::new())
@@ -148,8 +148,8 @@ fn make(recipe: &GeometrySource, files: &mut Files) -> Result<BodyGeometry, Stri
             };
             let (mesh, report) = door::admit(&mesh, repair).map_err(|error| error.to_string())?;
             let repairs = if report.is_clean() { Vec::new() } else { vec![report.to_string()] };
-            let form = finish(mesh, false, repairs)?;
-            Ok(BodyGeometry { placement: (up, factor), origin: form.origin - away, ..form })
+            let geometry = finish(mesh, false, repairs)?;
+            Ok(BodyGeometry { placement: (up, factor), origin: geometry.origin - away, ..geometry })
         }
     }
 }
@@ -262,7 +262,7 @@ fn finish(mut mesh: TriMesh, convex: bool, repairs: Vec<String>) -> Result<BodyG
 
 #[cfg(test)]
 mod tests {
-    use super::{Files, Forms, GeometrySource, MOST_TRIANGLES, Shape};
+    use super::{Files, GeometryCache, GeometrySource, MOST_TRIANGLES, Shape};
     use cullet_document::files::Source;
     use std::collections::BTreeMap;
 
@@ -270,12 +270,13 @@ mod tests {
     fn shapes_are_bounded_together() {
         let cube = |edge: f64| GeometrySource::Shape(Shape::Box { size: [edge; 3] });
         let mut files = Files::new(Source::Bundle(BTreeMap::new()));
-        let mut forms = Forms { triangles: MOST_TRIANGLES - 24, ..Forms::default() };
+        let mut cache =
+            GeometryCache { triangles: MOST_TRIANGLES - 24, ..GeometryCache::default() };
         for edge in [1.0, 2.0, 1.0, 2.0] {
-            forms.get(&cube(edge), &mut files).expect("two shapes of 12 triangles");
+            cache.get(&cube(edge), &mut files).expect("two shapes of 12 triangles");
         }
-        let said = forms.get(&cube(3.0), &mut files).expect_err("a third one");
+        let said = cache.get(&cube(3.0), &mut files).expect_err("a third one");
         assert!(said.contains("16000012 triangles; at most 16000000"), "{said}");
-        assert!(forms.get(&cube(1.0), &mut files).is_ok(), "what is there is there");
+        assert!(cache.get(&cube(1.0), &mut files).is_ok(), "what is there is there");
     }
 }
