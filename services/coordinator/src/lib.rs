@@ -202,7 +202,7 @@ impl<'a> Service<'a> {
             say,
         };
         let goes_on = |entry: &&Entry| matches!(entry.state, State::Queued | State::Running);
-        pool.heirs(service.board.entries().filter(goes_on).map(|entry| entry.run).collect());
+        pool.retain_claimants(service.board.entries().filter(goes_on).map(|entry| entry.run).collect());
         service.clear();
         Ok(service)
     }
@@ -257,7 +257,7 @@ impl<'a> Service<'a> {
     fn apply(&mut self, event: &Event) {
         tell(event);
         if let Event::Cancelled { run, .. } | Event::Paused { run } = event {
-            self.pool.renounce(*run);
+            self.pool.release(*run);
         }
         if let Event::Cancelled { run, end, .. } = event
             && !end.files.is_empty()
@@ -406,7 +406,7 @@ impl<'a> Service<'a> {
     fn end(&mut self, run: u64, ended: Ended) {
         self.quota.changed(run);
         // One that never came to the pool wants nothing either.
-        self.pool.renounce(run);
+        self.pool.release(run);
         let Ended { how, mut end, at } = ended;
         let wish = self.board.get(run).ok().and_then(|entry| entry.wish);
         let live = self.live(run);

@@ -109,7 +109,7 @@ impl Shell {
         let wanted = self.ledger.get(Job(job.0)).map(|wanted| wanted.openings.keys());
         let runs: Vec<u64> = wanted.into_iter().flatten().map(|run| self.label(*run)).collect();
         let dispatch = &self.dispatch;
-        let counts = |id: &JobId| dispatch.wants(Job(id.0)) || dispatch.orphaned(Job(id.0));
+        let counts = |id: &JobId| dispatch.wants(Job(id.0)) || dispatch.is_inherited(Job(id.0));
         if let Some(file) = &mut self.at_work {
             file.took(job, runs, counts);
         }

@@ -28,7 +28,7 @@ mod skill_table;
 pub mod users;
 
 use crate::shell::{Input, Shell};
-use cullet_dispatch::{Event, Heir, Job, Run};
+use cullet_dispatch::{Claimant, Event, Job, Run};
 use cullet_proto::pool::Refusal;
 use cullet_proto::security::Rules;
 use cullet_proto::service::WorkerInfo;
@@ -455,13 +455,13 @@ impl Pool {
 
     /// Of what was at work when the last life ended, only what these runs want goes on, by the
     /// numbers that [`Pool::run_as`] gave them then.
-    pub fn heirs(&self, runs: BTreeSet<u64>) {
-        let _closed = self.inputs.send(Input::Heirs(runs));
+    pub fn retain_claimants(&self, runs: BTreeSet<u64>) {
+        let _closed = self.inputs.send(Input::Claimants(runs));
     }
 
     /// A run that was not begun in this life wants nothing of what is at work from the last one.
-    pub fn renounce(&self, run: u64) {
-        let _closed = self.inputs.send(Input::Say(Event::Renounce(Heir(run))));
+    pub fn release(&self, run: u64) {
+        let _closed = self.inputs.send(Input::Say(Event::Release(Claimant(run))));
     }
 
     /// A job in quarantine may be tried again.

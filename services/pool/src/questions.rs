@@ -155,7 +155,7 @@ impl Shell {
         self.answer_heed(worker, None, HeedAnswer::Go);
         let (job, since) = (Job(heed.job.0), Instant::now());
         self.heeds.insert(worker, Heed { job, epoch, since, query });
-        self.step(Event::Heed { worker, job, epoch });
+        self.step(Event::WatchCancel { worker, job, epoch });
         Ok(())
     }
 
@@ -165,7 +165,7 @@ impl Shell {
         let held = self.heeds.iter().filter(before);
         let held: Vec<_> = held.map(|(worker, heed)| (*worker, heed.job, heed.epoch)).collect();
         for (worker, job, epoch) in held {
-            self.step(Event::Heed { worker, job, epoch });
+            self.step(Event::WatchCancel { worker, job, epoch });
         }
     }
 

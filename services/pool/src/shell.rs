@@ -16,7 +16,7 @@ use super::run::AttemptNews;
 use super::skill_table::SkillTable;
 use super::{LinkError, PoolConfig, PoolStats, Refusals, RunStats, Settlement, quarantine};
 use cullet_dispatch::{
-    Dispatch, Event, Heir, Job, Millis, Receipt, Run, Share, Skills, Timing, Worker,
+    Claimant, Dispatch, Event, Job, Millis, Receipt, Run, Share, Skills, Timing, Worker,
 };
 use cullet_proto::pool::{Grant, RenewAnswer};
 use cullet_proto::{JobId, SessionId, WorkerId};
@@ -51,7 +51,7 @@ pub(super) enum Input {
     /// Something about a run, or a wish about a worker.
     Say(Event),
     /// Of the runs of earlier lives only these want anything.
-    Heirs(BTreeSet<u64>),
+    Claimants(BTreeSet<u64>),
     /// The worker of that name gets no further job.
     Drain(WorkerId, Sender<()>),
     /// No worker is answered any more: another coordinator has this one's name, or will.
@@ -233,9 +233,11 @@ impl Shell {
             }
             Input::Open(run, id, opening) => self.want(run, id, opening),
             Input::Say(event) => self.say(event),
-            Input::Heirs(runs) => {
-                for heir in self.dispatch.heirs().into_iter().filter(|of| !runs.contains(&of.0)) {
-                    self.say(Event::Renounce(heir));
+            Input::Claimants(runs) => {
+                for claimant in
+                    self.dispatch.claimants().into_iter().filter(|of| !runs.contains(&of.0))
+                {
+                    self.say(Event::Release(claimant));
                 }
             }
             Input::Drain(name, done) => {
@@ -277,7 +279,7 @@ impl Shell {
         self.step(Event::Tick);
         self.answer_old_heeds();
         self.tell_twins();
-        self.skill_table.tell(self.dispatch.stranded());
+        self.skill_table.tell(self.dispatch.unschedulable());
         self.inbox.sweep();
     }
 
@@ -311,16 +313,16 @@ impl Shell {
         match event {
             Event::Cancel(run) => {
                 self.cancel_held(run);
-                self.say(Event::Renounce(Heir(self.label(run))));
+                self.say(Event::Release(Claimant(self.label(run))));
             }
             Event::End(run) => {
                 if let Some(listener) = self.runs.get_mut(&run) {
                     listener.over = true;
                     listener.held.clear();
                 }
-                self.say(Event::Renounce(Heir(self.label(run))));
+                self.say(Event::Release(Claimant(self.label(run))));
             }
-            Event::Renounce(_) => self.heed_again(),
+            Event::Release(_) => self.heed_again(),
             Event::Pardon(job) => self.pardon(JobId(job.0)),
             _ => {}
         }
@@ -343,7 +345,7 @@ impl Shell {
         let pids = children.map(Children::pids).unwrap_or_default();
         let (mut held, mut permille) = (0, 0);
         let (workers, ready) = (self.lives.up.len() as u64, self.roster.ready(&self.lives));
-        let stranded: Vec<Skills> = self.dispatch.stranded().map(|(need, _)| need).collect();
+        let stranded: Vec<Skills> = self.dispatch.unschedulable().map(|(need, _)| need).collect();
         for (run, listener) in &self.runs {
             held += listener.held.len() as u64;
             permille += listener.permille;
@@ -361,7 +363,7 @@ impl Shell {
             respawned: children.map_or(0, |c| c.respawned),
             alarms: counts.alarms,
             fenced: counts.fenced,
-            stranded: counts.stranded,
+            stranded: counts.unschedulable,
             quarantined: counts.quarantined,
             hedged: counts.hedged,
             adopted: counts.adopted,
@@ -432,7 +434,7 @@ fn held(folder: Option<&Path>) -> Vec<JobId> {
 fn inherited(dispatch: &mut Dispatch, path: &Path, cache: &Cache) -> AtWork {
     let (at_work, left) = AtWork::open(path, |job| !cache.has(*job));
     for (job, run) in &left {
-        dispatch.step(0, Event::Inherit(Job(job.0), Heir(*run)));
+        dispatch.step(0, Event::Inherit(Job(job.0), Claimant(*run)));
     }
     if !left.is_empty() {
         tracing::info!(jobs = left.len(), "were at work when the last life ended, and may go on");
