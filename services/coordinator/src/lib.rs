@@ -147,7 +147,7 @@ pub fn serve(
     while !stop.load(Ordering::Relaxed) && !enough(service.ended) && rival.is_none() {
         service.begin();
         service.turn();
-        rival = pool.rival();
+        rival = pool.conflict();
     }
     if rival.is_some() {
         service.hush();
@@ -452,7 +452,7 @@ impl<'a> Service<'a> {
         let keeps = self.store.named().is_some();
         if keeps {
             // Runs that are laid down want nothing any more, and no worker is to hear of that.
-            self.pool.hush();
+            self.pool.stop_answering();
         }
         for run in self.going.keys().copied().collect::<Vec<_>>() {
             if !keeps {
