@@ -2,8 +2,8 @@
 
 mod http;
 
-use super::ServiceError;
 use super::board::Board;
+use super::error::ServiceError;
 use cullet_pool::{PoolStats, Refusals};
 use cullet_proto::service::State;
 use http::Server;

@@ -1,7 +1,10 @@
 //! Questions of people and programs, and what they are told.
 
 use super::board::{Entry, Event, MAX_KEPT, No, Order};
-use super::{Service, ServiceError, journal};
+use super::clients::Follower;
+use super::error::ServiceError;
+use super::journal;
+use super::service::Service;
 use cullet_files::clock::unix_ms;
 use cullet_pool::bundle;
 use cullet_pool::users::{Asked, Parcel};
@@ -19,19 +22,12 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Clients that may wait for news at one time; the oldest is answered at once beyond it.
-const MAX_WATCHERS: usize = 1_024;
+const MAX_FOLLOWERS: usize = 1_024;
 /// Most `path=value` arguments, and most bytes of one.
 const MAX_OVERRIDES: usize = 1_024;
 const MAX_OVERRIDE: usize = 4_096;
 /// Most bytes of all of them: a run that is remembered holds them in memory.
 const MAX_OVERRIDDEN: u64 = 65_536;
-
-/// A client that waits for news.
-pub(super) struct Watcher {
-    asked: Asked,
-    follow: Follow,
-    until: Instant,
-}
 
 /// Why a question has no answer.
 enum Trouble {
@@ -79,7 +75,7 @@ impl Service<'_> {
             Err(Trouble::Unknown(what)) => asked.unknown(what),
             Err(Trouble::Wrong(why)) => asked.refuse(why),
             Err(Trouble::Later(why)) => asked.later(why),
-            Err(Trouble::Garbled(why)) => self.door.garbled(&asked, why),
+            Err(Trouble::Garbled(why)) => self.clients.server.garbled(&asked, why),
         }
     }
 
@@ -116,7 +112,7 @@ impl Service<'_> {
             UserVerb::Fetch => self.fetch(asked)?,
             UserVerb::Bye => {
                 let Which { run } = asked.read()?.0;
-                self.awaited.remove(&run);
+                self.clients.awaited.remove(&run);
                 asked.answer(&Noted { noted: true });
             }
             UserVerb::Workers => asked.answer(&Workers { workers: self.workers() }),
@@ -141,7 +137,7 @@ impl Service<'_> {
         check(&submit)?;
         let user = asked.user.to_string();
         if let Some(run) = self.board.known(&user, &submit.ticket) {
-            self.awaited.insert(run, Instant::now());
+            self.clients.awaited.insert(run, Instant::now());
             return Ok(SubmitAnswer::Accepted { run });
         }
         // Before a bundle that came in pieces is taken out: it need not come again.
@@ -150,11 +146,13 @@ impl Service<'_> {
         }
         let bytes = match &submit.digest {
             None => inline.to_vec(),
-            Some(digest) => match self.door.take(&user, &digest_of(digest)?, submit.length)? {
-                Parcel::Whole(bytes) => bytes,
-                Parcel::Missing(pieces) => return Ok(SubmitAnswer::Missing { pieces }),
-                Parcel::Damaged => return Ok(SubmitAnswer::Damaged),
-            },
+            Some(digest) => {
+                match self.clients.server.take(&user, &digest_of(digest)?, submit.length)? {
+                    Parcel::Whole(bytes) => bytes,
+                    Parcel::Missing(pieces) => return Ok(SubmitAnswer::Missing { pieces }),
+                    Parcel::Damaged => return Ok(SubmitAnswer::Damaged),
+                }
+            }
         };
         let bundle = bundle::decode(&bytes, &submit.overrides)
             .map_err(|error| Trouble::Garbled(error.to_string()))?;
@@ -172,15 +170,15 @@ impl Service<'_> {
         self.journal.room(told, &self.board)?;
         let need = bytes.len() as u64 + told;
         self.room(need)?;
-        let place = (&self.store, self.out.as_path(), &self.journal);
-        self.quota.room((asked.user.as_str(), need), &self.board, place)?;
-        let kept = self.store.keep_bundle(run, &bytes).and_then(|()| self.record(&events));
+        let place = (&self.storage.store, self.storage.out.as_path(), &self.journal);
+        self.storage.quota.room((asked.user.as_str(), need), &self.board, place)?;
+        let kept = self.storage.store.keep_bundle(run, &bytes).and_then(|()| self.record(&events));
         if let Err(error) = kept {
-            let _swept_at_the_next_start = self.store.forget(run);
+            let _swept_at_the_next_start = self.storage.store.forget(run);
             return Err(error.into());
         }
-        self.clear();
-        self.awaited.insert(run, Instant::now());
+        self.prune();
+        self.clients.awaited.insert(run, Instant::now());
         Ok(SubmitAnswer::Accepted { run })
     }
 
@@ -209,7 +207,7 @@ impl Service<'_> {
             UserVerb::Retry => {
                 let event = self.board.retry(run)?;
                 // The pool would turn the job down that it has in quarantine.
-                let given_up = self.lives.get(&run).and_then(|live| live.given_up());
+                let given_up = self.runs.statuses.get(&run).and_then(|live| live.given_up());
                 given_up.into_iter().for_each(|job| self.pool.pardon(job));
                 event
             }
@@ -236,20 +234,20 @@ impl Service<'_> {
         if let Some(event) = self.board.delete(run)? {
             self.record(std::slice::from_ref(&event))?;
             tracing::info!(run, %user, "run deleted");
-            self.clear();
+            self.prune();
         }
         Ok(())
     }
 
     fn fetch(&mut self, asked: &Asked) -> Result<(), Trouble> {
         let Fetch { run, file, index } = asked.read()?.0;
-        self.awaited.insert(run, Instant::now());
+        self.clients.awaited.insert(run, Instant::now());
         let entry = self.board.get(run)?;
         let listed = entry.end.files.iter().any(|known| known.name == file);
         let Some(folder) = entry.folder.as_ref().filter(|_| listed) else {
             return Err(Trouble::Unknown(format!("run {run} has no file {file:?}")));
         };
-        let path = self.out.join(folder).join(&file);
+        let path = self.storage.out.join(folder).join(&file);
         let piece = piece(&path, index)
             .map_err(|error| Trouble::Unknown(format!("{file} is gone: {error}")))?;
         asked.answer_bulk(&Fetched { sum: chunks::sum(&piece) }, &piece);
@@ -259,38 +257,43 @@ impl Service<'_> {
     fn follow(&mut self, asked: Asked) {
         match asked.read::<Follow>() {
             Ok((follow, _)) => {
-                self.awaited.insert(follow.run, Instant::now());
+                self.clients.awaited.insert(follow.run, Instant::now());
                 let wait = Duration::from_millis(follow.wait_ms.min(MAX_WAIT_MS));
-                if self.watchers.len() >= MAX_WATCHERS {
-                    self.watchers[0].until = Instant::now();
+                if self.clients.followers.len() >= MAX_FOLLOWERS {
+                    self.clients.followers[0].until = Instant::now();
                 }
-                self.watchers.push(Watcher { asked, follow, until: Instant::now() + wait });
+                self.clients.followers.push(Follower {
+                    asked,
+                    follow,
+                    until: Instant::now() + wait,
+                });
             }
-            Err(error) => self.door.garbled(&asked, error),
+            Err(error) => self.clients.server.garbled(&asked, error),
         }
     }
 
     /// Answers those whose run has news, and those that have waited long enough.
-    pub(super) fn news(&mut self) {
-        for watcher in std::mem::take(&mut self.watchers) {
-            let Watcher { asked, follow, until } = watcher;
+    pub(super) fn answer_followers(&mut self) {
+        for follower in std::mem::take(&mut self.clients.followers) {
+            let Follower { asked, follow, until } = follower;
             let entry = match self.board.get(follow.run) {
                 Ok(entry) => entry.clone(),
                 Err(no) => {
-                    self.awaited.remove(&follow.run);
+                    self.clients.awaited.remove(&follow.run);
                     asked.unknown(no);
                     continue;
                 }
             };
-            let (lines, next, all) = self.live(follow.run).lines(follow.from);
+            let (lines, next, all) = self.status(follow.run).lines(follow.from);
             let end = all && entry.state.is_over();
-            let leaving = self.leaving && self.store.named().is_some() && !entry.state.is_over();
+            let leaving =
+                self.leaving && self.storage.store.named().is_some() && !entry.state.is_over();
             if lines.is_empty() && !end && !leaving && Instant::now() < until {
-                self.watchers.push(Watcher { asked, follow, until });
+                self.clients.followers.push(Follower { asked, follow, until });
                 continue;
             }
             if leaving {
-                self.awaited.remove(&follow.run);
+                self.clients.awaited.remove(&follow.run);
             }
             let run = self.info(&entry);
             asked.answer(&News { run, lines, next, end, leaving });
@@ -299,7 +302,7 @@ impl Service<'_> {
 
     fn info(&self, entry: &Entry) -> RunInfo {
         let running = entry.state == State::Running;
-        let live = self.lives.get(&entry.run);
+        let live = self.runs.statuses.get(&entry.run);
         let jobs = if entry.state.is_over() { entry.end.jobs } else { self.jobs(entry.run) };
         let order = &entry.order;
         RunInfo {
@@ -337,19 +340,19 @@ impl Service<'_> {
     }
 
     fn about(&self) -> About {
-        let state = self.store.named();
+        let state = self.storage.store.named();
         About {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             wire: envelope::MAJOR,
             now_ms: unix_ms(),
-            up_ms: self.since.elapsed().as_millis() as u64,
+            up_ms: self.times.since.elapsed().as_millis() as u64,
             cores: std::thread::available_parallelism().map_or(1, |n| n.get() as u32),
             runs_at_once: self.config.runs as u32,
             state: state.map(|folder| folder.display().to_string()).unwrap_or_default(),
-            free_bytes: self.store.free_bytes(),
+            free_bytes: self.storage.store.free_bytes(),
             workers: self.pool.stats().workers,
             queued: self.board.count(State::Queued) as u64,
-            running: self.going.len() as u64,
+            running: self.runs.going.len() as u64,
         }
     }
 }

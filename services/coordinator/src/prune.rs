@@ -7,8 +7,10 @@
 
 use super::attempt::discard;
 use super::board::{Board, Entry, Event};
+use super::error::ServiceError;
 use super::journal::Journal;
-use super::{Service, ServiceError, Store};
+use super::service::Service;
+use super::store::Store;
 use cullet_files::set_aside;
 use std::collections::BTreeSet;
 use std::fs;
@@ -20,29 +22,30 @@ const AGAIN: Duration = Duration::from_secs(60);
 
 impl Service<'_> {
     /// Removes what runs left that are not remembered any more.
-    pub(super) fn clear(&mut self) {
-        let tried = |run: &u64| self.stuck.get(run).is_some_and(|at| at.elapsed() < AGAIN);
+    pub(super) fn prune(&mut self) {
+        let tried = |run: &u64| self.pruning.stuck.get(run).is_some_and(|at| at.elapsed() < AGAIN);
         let leaving = self.board.leaving().filter(|entry| !tried(&entry.run));
         for entry in leaving.cloned().collect::<Vec<_>>() {
             let run = entry.run;
-            self.lives.remove(&run);
-            self.awaited.remove(&run);
-            self.quota.changed(run);
+            self.runs.statuses.remove(&run);
+            self.clients.awaited.remove(&run);
+            self.storage.quota.changed(run);
             // A folder that is gone may be another run's by now.
             let free =
                 |name: &&String| self.board.entries().all(|e| e.folder.as_ref() != Some(name));
-            let recording = entry.folder.as_ref().filter(free).map(|name| self.out.join(name));
+            let recording =
+                entry.folder.as_ref().filter(free).map(|name| self.storage.out.join(name));
             self.mark_given(run);
-            let kept = self.store.forget(run);
+            let kept = self.storage.store.forget(run);
             let recorded = recording.as_deref().map_or(Ok(()), discard);
             match kept.and(recorded) {
                 Ok(()) => {
-                    self.stuck.remove(&run);
+                    self.pruning.stuck.remove(&run);
                     self.admit(Event::Removed { run });
                 }
                 Err(error) => {
                     tracing::warn!(run, "its files do not go, and are tried again: {error}");
-                    self.stuck.insert(run, Instant::now());
+                    self.pruning.stuck.insert(run, Instant::now());
                 }
             }
         }
@@ -50,12 +53,12 @@ impl Service<'_> {
 
     /// The folder of a run is what says, beside the journal, that its number was given.
     fn mark_given(&mut self, run: u64) {
-        if run <= self.given {
+        if run <= self.pruning.given {
             return;
         }
         let last = self.board.last();
-        match self.store.give(last) {
-            Ok(()) => self.given = last,
+        match self.storage.store.give(last) {
+            Ok(()) => self.pruning.given = last,
             // Where there is no room, this makes some.
             Err(error) => tracing::warn!("{error}"),
         }

@@ -3,8 +3,8 @@
 
 use super::board::{End, Event, Wish};
 
-/// Says what happened to a run.
-pub(super) fn tell(event: &Event) {
+/// Logs what happened to a run.
+pub(super) fn log(event: &Event) {
     match event {
         Event::Submitted { run, order } => {
             let (ticket, user, scene, sweep) =

@@ -2,7 +2,7 @@
 //! from what was kept, and every verdict is kept before the run acts on it. A run is deterministic,
 //! so that an attempt that begins anew asks for the same jobs in the same order.
 
-use super::live::{Clock, RunStatus};
+use super::run_status::{Clock, RunStatus};
 use super::store::Kept;
 use super::timeline::{Attempt, Attempts, Fate, Job, RunHistory, Stretch};
 use cullet_pool::{Attempted, Ending, RunHandle, Settlement, Try};
@@ -14,12 +14,12 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 /// A pool that tells who is at what.
-pub(super) trait Desk: Jobs {
+pub(super) trait ReportingPool: Jobs {
     /// Who was given which job since this was asked last, and which attempts were lost.
     fn attempts(&self) -> Vec<Attempted>;
 }
 
-impl Desk for RunHandle {
+impl ReportingPool for RunHandle {
     fn attempts(&self) -> Vec<Attempted> {
         Self::attempts(self)
     }
@@ -32,9 +32,9 @@ struct Due {
     kept: Option<Verdict>,
 }
 
-/// The desk of one attempt.
+/// The pool as one attempt sees it.
 pub(super) struct ReplayingPool<'a> {
-    pool: &'a dyn Desk,
+    pool: &'a dyn ReportingPool,
     /// Verdicts of earlier attempts; `None`: there is no second one.
     kept: Option<Kept>,
     live: &'a RunStatus,
@@ -47,7 +47,11 @@ pub(super) struct ReplayingPool<'a> {
 }
 
 impl<'a> ReplayingPool<'a> {
-    pub(super) fn new(pool: &'a dyn Desk, kept: Option<Kept>, live: &'a RunStatus) -> Self {
+    pub(super) fn new(
+        pool: &'a dyn ReportingPool,
+        kept: Option<Kept>,
+        live: &'a RunStatus,
+    ) -> Self {
         live.begin();
         let (due, attempts) = Default::default();
         Self { pool, kept, live, clock: Clock::start(), due, attempts, past: None }

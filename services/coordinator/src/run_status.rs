@@ -77,7 +77,7 @@ impl RunStatus {
     }
 
     /// Says a line.
-    pub(super) fn say(&self, line: &str) {
+    pub(super) fn log(&self, line: &str) {
         let plain = line.replace(['\n', '\r'], " ");
         let line = plain[..plain.floor_char_boundary(MAX_LINE)].to_owned();
         let mut inner = self.inner();
@@ -206,7 +206,7 @@ mod tests {
         let path = folder.path().join("log");
         let live = RunStatus::open(&path);
         let said: Vec<String> = (0..MAX_LINES + 5).map(|k| format!("line {k}")).collect();
-        said.iter().for_each(|line| live.say(line));
+        said.iter().for_each(|line| live.log(line));
         for live in [live, RunStatus::open(&path)] {
             let (mut seen, mut from) = (Vec::new(), 0);
             loop {
@@ -229,7 +229,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("log");
         let live = RunStatus::open(&path);
-        live.say("a line");
+        live.log("a line");
         let open = std::fs::read_dir("/proc/self/fd").expect("files").flatten();
         let of_it = open.filter_map(|file| std::fs::read_link(file.path()).ok());
         assert_eq!(of_it.filter(|target| *target == path).count(), 0);
@@ -243,7 +243,7 @@ mod tests {
         // Of before there were checksums.
         std::fs::write(&path, "an old line\n").expect("a log");
         let live = RunStatus::open(&path);
-        ["one", "two"].iter().for_each(|line| live.say(line));
+        ["one", "two"].iter().for_each(|line| live.log(line));
         let sound = std::fs::read(&path).expect("a log");
         assert_eq!(RunStatus::open(&path).lines(0).0, ["an old line", "one", "two"]);
         let second = sound.len() - state::line("two").len();
@@ -260,7 +260,7 @@ mod tests {
     #[test]
     fn the_newest_lines_stay_in_memory_and_one_line_is_one_line() {
         let live = RunStatus::default();
-        (0..MAX_KEPT + 10).for_each(|k| live.say(&format!("{k}\nsecond")));
+        (0..MAX_KEPT + 10).for_each(|k| live.log(&format!("{k}\nsecond")));
         let (lines, next, end) = live.lines(0);
         assert_eq!((lines[0].as_str(), next, end), ("10 second", 10 + MAX_LINES as u64, false));
     }

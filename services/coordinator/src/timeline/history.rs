@@ -6,7 +6,7 @@
 //! jobs beyond [`MOST`] bytes are not written, and that alone is told.
 
 use super::{Attempt, Attempts, Fate, Job, Timeline};
-use crate::cutoff::seen;
+use crate::reach::seen;
 use cullet_files::state;
 use cullet_proto::verdict;
 use serde::{Deserialize, Serialize};
@@ -105,7 +105,7 @@ impl RunHistory {
     }
 
     /// The timeline of a run that does not go on, from its part of the state folder.
-    pub(crate) fn told(folder: &Path) -> Timeline {
+    pub(crate) fn left(folder: &Path) -> Timeline {
         earlier(&read(&folder.join(NAME)), u32::MAX, seen(folder))
     }
 
@@ -364,7 +364,7 @@ mod tests {
             let mut bytes = sound.clone();
             bytes[at / 8] ^= 1 << (at % 8);
             fs::write(&path, &bytes).expect("a file");
-            let all = RunHistory::told(folder.path());
+            let all = RunHistory::left(folder.path());
             let told: Vec<_> = all.jobs.iter().map(|job| (&job.job[..], job.ending)).collect();
             assert_eq!(told, [("aa", Fate::CutOff)], "bit {at}");
         }

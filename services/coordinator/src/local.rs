@@ -1,7 +1,7 @@
 //! A run without a queue, on a pool of its own, and what every run leaves beside its recording.
 
-use super::keeper::ReplayingPool;
-use super::live::RunStatus;
+use super::replaying_pool::ReplayingPool;
+use super::run_status::RunStatus;
 use super::timeline::{self, Timeline};
 use cullet_files::output::write_file;
 use cullet_pool::RunHandle;
@@ -28,14 +28,14 @@ pub fn run_here(
     let _span = tracing::info_span!("run", run = pool.number()).entered();
     tracing::info!(scene = scene.name, "run started");
     let live = RunStatus::default();
-    let keeper = ReplayingPool::new(pool, None, &live);
-    let outcome = run(scene, &keeper, options, news);
-    keeper.close();
+    let replaying = ReplayingPool::new(pool, None, &live);
+    let outcome = run(scene, &replaying, options, news);
+    replaying.close();
     // A run that came to nothing leaves nothing.
     if outcome.is_ok() || live.jobs().opened > 0 {
         let timeline = Timeline::of(live.timeline());
-        let mut say = |line| news(&News::Line(line));
-        leave(options.out, (&scene.name, &timeline), &live, &mut say);
+        let mut warn = |line| news(&News::Line(line));
+        leave(options.out, (&scene.name, &timeline), &live, &mut warn);
     }
     let (jobs, error) = (live.jobs(), outcome.as_ref().err().map(ToString::to_string));
     tracing::info!(opened = jobs.opened, settled = jobs.settled, error, "run ended");
@@ -47,7 +47,7 @@ pub(super) fn leave(
     folder: &Path,
     (name, timeline): (&str, &Timeline),
     live: &RunStatus,
-    say: &mut dyn FnMut(String),
+    warn: &mut dyn FnMut(String),
 ) {
     let (svg, trace) = (timeline::svg(name, timeline), timeline::trace(name, timeline));
     let timeline = TIMELINE.into_iter().zip([svg, trace].map(String::into_bytes));
@@ -55,7 +55,7 @@ pub(super) fn leave(
     let reproduction = reproduction.into_iter().flat_map(|both| REPRODUCTION.into_iter().zip(both));
     for (file, bytes) in timeline.into_iter().chain(reproduction) {
         if let Err(error) = write_file(&folder.join(file), &bytes) {
-            say(format!("warning: {file}: {error}"));
+            warn(format!("warning: {file}: {error}"));
         }
     }
 }

@@ -1,5 +1,5 @@
-use super::{Desk, ReplayingPool};
-use crate::live::RunStatus;
+use super::{ReplayingPool, ReportingPool};
+use crate::run_status::RunStatus;
 use crate::store::Store;
 use crate::timeline::{RunHistory, svg, trace};
 use cullet_pool::{Attempted, Ending, Settlement};
@@ -53,7 +53,7 @@ impl Jobs for Stub {
     }
 }
 
-impl Desk for Stub {
+impl ReportingPool for Stub {
     fn attempts(&self) -> Vec<Attempted> {
         self.news.take()
     }
