@@ -1,5 +1,5 @@
-//! The loop of the service: it answers questions, starts runs, takes in those that ended, and leaves
-//! in order.
+//! The loop of the service: it answers questions, starts runs, takes in those that ended, and
+//! leaves in order.
 
 use super::attempt::{Attempt, Ended};
 use super::board::{Board, Entry, Event, How, Wish};

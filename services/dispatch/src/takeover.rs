@@ -71,8 +71,8 @@ impl Dispatch {
         }
     }
 
-    /// The last run that had a job open wants it no more, but a claimant may yet, and its worker has
-    /// it from an earlier life, or is still waited for: it is inherited again. Whether it is.
+    /// The last run that had a job open wants it no more. Where a claimant may yet, and its worker
+    /// has it from an earlier life or is still waited for, it is inherited again. Whether it is.
     pub(crate) fn inherit_again(&mut self, now: Millis, job: Job) -> bool {
         #[cfg(test)]
         if self.is(Mutant::ClaimantPassedOver) {

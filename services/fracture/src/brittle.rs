@@ -475,7 +475,7 @@ fn time_step(problem: &Problem, spacing: &Vec3) -> f64 {
     problem.settings.tolerance().step() * stable_step(&problem.material, spacing.min())
 }
 
-/// The push of an impact: one that is longer than the schedule's has the same peak force and delivers
+/// The push of an impact: where the schedule shortens it, it has the same peak force and delivers
 /// less; the striker keeps the rest.
 fn load(impact: &Impact, problem: &Problem, domain: &Domain, schedule: &Schedule) -> Load {
     let duration = hertz_contact::duration(impact).min(schedule.push);

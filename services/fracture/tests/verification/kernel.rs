@@ -1,5 +1,5 @@
-//! The points' pass: the same bits with all instructions of the processor and any number of threads;
-//! f32 beside f64.
+//! The points' pass: the same bits with all instructions of the processor and any number of
+//! threads; f32 beside f64.
 
 use cullet_fracture::brittle::{Brittle, TerminationCriteria};
 use cullet_fracture::damage::Softening;
