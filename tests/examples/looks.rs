@@ -5,7 +5,7 @@ use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Quat, Solid, Vec3, shapes};
 use cullet_model::Detail;
 use cullet_picture::{contact_sheet, exhibit};
-use cullet_scene::look::Look;
+use cullet_scene::surface_detail::Look;
 use std::path::PathBuf;
 
 /// Side of the cube \[m\].

@@ -2,9 +2,9 @@
 
 use crate::kit::{H, PLASTER, STRONG, body, rows, uneven};
 use cullet_fracture::damage::{BAND_WIDTH, Softening};
-use cullet_fracture::mpm::domain::{Fields, Grip};
-use cullet_fracture::mpm::footing::Footing;
-use cullet_fracture::mpm::kernel::Stencil;
+use cullet_fracture::mpm::domain::{Fields, PrescribedVelocity};
+use cullet_fracture::mpm::load_patch::LoadPatch;
+use cullet_fracture::mpm::stencil::Stencil;
 use cullet_fracture::mpm::{Domain, quadrature};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, inside::Inside, sample};
@@ -37,7 +37,8 @@ fn spent(law: Softening, seed: u64) -> f64 {
     let mut domain = Domain::new(particles, &BRITTLE, law, Vec3::repeat(H));
     let way = move |x: f64| Vec3::x() * (speed * (x / (0.9 * half)).clamp(-1.0, 1.0));
     domain.launch(|x| way(x.x));
-    domain.grip = Some(Grip(Arc::new(move |x| (x.x.abs() > 0.9 * half).then(|| way(x.x)))));
+    domain.prescribed =
+        Some(PrescribedVelocity(Arc::new(move |x| (x.x.abs() > 0.9 * half).then(|| way(x.x)))));
     let (mut energy, mut parted) = (0.0, f64::INFINITY);
     while domain.time < 1.7 * parted && domain.steps < 20_000 {
         energy += domain.advance().dissipated;
@@ -92,10 +93,10 @@ fn halved(set: impl Fn(&mut Domain)) -> (f64, Domain) {
 fn f17_two_fields_let_go_of_what_one_holds() {
     let (kept, domain) = halved(|_| {});
     assert!(kept > 0.6, "{kept} of the way");
-    assert!(halves(&domain) == 2 && domain.partings() > 0);
+    assert!(halves(&domain) == 2 && domain.splits() > 0);
     let (kept, domain) = halved(|domain| domain.fields = Fields::Single);
     println!("one field: {kept} of the way");
-    assert!(kept < 0.2 && domain.partings() == 0, "{kept} of the way");
+    assert!(kept < 0.2 && domain.splits() == 0, "{kept} of the way");
 }
 
 /// F21: nodes part within a few steps of the crack, before its sides can hold each other back;
@@ -105,7 +106,7 @@ fn f21_nodes_part_as_the_crack_runs() {
     let rayleigh = TOUGH.rayleigh_speed() * body(&rows([3, 3, 3]), &TOUGH).step;
     assert!(REFRESH as f64 * rayleigh < 2.0 * H, "a crack outruns its looks");
     let (kept, _) = halved(|_| {});
-    let (late, _) = halved(|domain| domain.refresh = 1000);
+    let (late, _) = halved(|domain| domain.check_cracks_every(1000));
     println!("{kept} of the way, {late} where nodes part late");
     assert!(kept > 0.6 && late < 0.2, "{kept} and {late}");
 }
@@ -234,14 +235,14 @@ fn f20_the_sides_of_a_thick_band_are_told_by_connection() {
     let slopes = slopes(&thick);
     let blind = inner.iter().filter(|&&p| slopes[p].y.abs() < 0.05).count();
     assert!(blind * 5 > inner.len(), "{blind} of {} know no side by gradient", inner.len());
-    assert_eq!(thick.partings(), 0);
+    assert_eq!(thick.splits(), 0);
     let motions = thick.motions();
     for (p, x) in thick.particles.reference.iter().enumerate().filter(|(_, x)| x.y.abs() > H) {
         let own = motions[p].velocity.y * x.y.signum();
         assert!(own > 0.5, "a point at {:.2} cells goes at {own} m/s", x.y / H);
     }
     let (thin, inner) = torn(1.0);
-    assert!(thin.partings() > 0);
+    assert!(thin.splits() > 0);
     let motions = thin.motions();
     for side in [1.0, -1.0] {
         let own = inner.iter().filter(|&&p| thin.particles.reference[p].y * side > 0.0);
@@ -336,7 +337,7 @@ fn f19_a_footing_stays_on_its_side_of_a_crack() {
             .map(|(i, _)| domain.particles.id[*i as usize])
             .collect();
         let share = 1.0 / under.len() as f64;
-        Footing::new(under.into_iter().map(|id| (id, share)).collect())
+        LoadPatch::new(under.into_iter().map(|id| (id, share)).collect())
     });
     let rest = feet.each_mut().map(|foot| foot.speed(&domain, &Vec3::x()));
     assert_eq!(rest, [0.0, 0.0]);

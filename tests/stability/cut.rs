@@ -2,7 +2,7 @@
 
 use crate::cloud::{Cloud, SETTINGS, cube, is_lawful};
 use crate::kit::{cuboid, is_solid};
-use cullet_fracture::brittle::lean;
+use cullet_fracture::brittle::grid_bias_warning;
 use cullet_fragment::cut::{CutSettings, Partition, by_sites};
 use cullet_fragment::pieces::{Ball, Rubble};
 use cullet_geometry::door::{DoorError, Repair, admit};
@@ -87,7 +87,7 @@ fn f26_cracks_are_no_staircases() {
     let sides: Vec<u32> = lattice.iter().map(|x| u32::from(x.dot(&normal) > 0.0)).collect();
     let stairs = by_sites(&cube(), &lattice, &sides, &[0.0; 216], &SETTINGS).expect("a cut");
     let smooth = Cloud::in_cube(0.08, |p| p.dot(&normal).abs() < 0.064).cut();
-    let told = |cut: &Partition| lean(cut.parts.iter().map(|part| &part.solid));
+    let told = |cut: &Partition| grid_bias_warning(cut.parts.iter().map(|part| &part.solid));
     assert!(told(&stairs).is_some_and(|words| words.contains("as often as chance")));
     assert_eq!(told(&smooth), None);
     let flat: Vec3 = crack_normals(&smooth.parts[0].solid).iter().sum();

@@ -4,8 +4,8 @@ use crate::cloud::Cloud;
 use crate::kit::{
     H, PLASTER, STRONG, blow, body, cuboid, keeps_the_books, problem, rows, solved, told,
 };
-use cullet_fracture::brittle::{Brittle, lean};
-use cullet_fracture::mpm::kernel::{Stencil, gather, packed, vector};
+use cullet_fracture::brittle::{Brittle, grid_bias_warning};
+use cullet_fracture::mpm::stencil::{Stencil, gather, packed, vector};
 use cullet_geometry::shapes::{Detail, torus};
 use cullet_geometry::{Solid, Surface, Vec3, math::unit};
 use cullet_model::{
@@ -144,12 +144,12 @@ fn f22_points_know_no_axes_and_faces_that_do_are_told() {
         let cloud = Cloud::in_cube(0.08, |p| p.dot(&normal).abs() < 0.064);
         let parts = cloud.cut().parts;
         assert_eq!(parts.len(), 2);
-        lean(parts.iter().map(|part| &part.solid))
+        grid_bias_warning(parts.iter().map(|part| &part.solid))
     };
     // A plane crack lies along some grid as often as not; steps in two directions lie in no other.
     assert_eq!(cut(Vec3::y()), None);
     assert_eq!(cut(Vec3::new(1.0, 0.7, 0.5).normalize()), None);
-    let words = lean([stairs()].iter()).expect("it leans");
+    let words = grid_bias_warning([stairs()].iter()).expect("it leans");
     assert!(words.ends_with("times as often as chance (F22)"), "{words}");
 }
 
@@ -168,7 +168,11 @@ fn f22_a_ring_breaks_off_the_grid() {
         keeps_the_books("ring", &problem, &fracture);
         println!("seed {seed}: {} fragments", fracture.fragments.len());
         broke += usize::from(fracture.fragments.len() > 1);
-        assert_eq!(lean(fracture.fragments.iter().map(|part| &part.solid)), None, "seed {seed}");
+        assert_eq!(
+            grid_bias_warning(fracture.fragments.iter().map(|part| &part.solid)),
+            None,
+            "seed {seed}"
+        );
     }
     assert_eq!(broke, 4);
 }

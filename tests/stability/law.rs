@@ -2,9 +2,9 @@
 
 use crate::kit::{H, Out, PLASTER, STRONG, blow, body, cuboid, energy, problem, rows, solve, told};
 use cullet_fracture::damage::{Softening, State};
-use cullet_fracture::mpm::domain::{Grip, stable_step};
+use cullet_fracture::mpm::diagnostics::{Diagnostics, Given, ahead};
+use cullet_fracture::mpm::domain::{PrescribedVelocity, stable_step};
 use cullet_fracture::mpm::elastic::Elastic;
-use cullet_fracture::mpm::watch::{Given, Watch, ahead};
 use cullet_fracture::mpm::{Domain, symmetric};
 use cullet_geometry::{Mat3, Quat, Vec3, math::unit};
 use cullet_model::{Failure, Material, Refusal};
@@ -96,10 +96,10 @@ fn f04_a_lone_point_at_a_cells_face_shortens_no_step() {
         domain.step = share * stable_step(&STRONG, H);
         domain.launch(noise);
         let given = Given { energy: 1.5 * energy(&domain), momentum: Some(domain.momentum()) };
-        let mut watch = Watch::default();
+        let mut diagnostics = Diagnostics::default();
         let looks = (0..3000).map(|_| {
             domain.advance();
-            watch.look(&domain, &given)
+            diagnostics.check(&domain, &given)
         });
         looks.collect::<Result<(), Failure>>()
     };
@@ -155,7 +155,7 @@ fn lead(share: f64) -> f64 {
     domain.step = share * stable_step(&weak, H);
     let end = -12.0 * H;
     let grip = move |x: Vec3| (x.x < end + 0.5 * H).then(|| -20.0 * Vec3::x());
-    domain.grip = Some(Grip(Arc::new(grip)));
+    domain.prescribed = Some(PrescribedVelocity(Arc::new(grip)));
     let mut lead = f64::NEG_INFINITY;
     while domain.time * weak.pressure_speed() < 8.0 * H {
         domain.advance();
@@ -263,21 +263,21 @@ fn f09_damage_never_falls() {
     let slope = pull(0.5, top.damage).stress[0] / (0.5 * law.strength);
     assert!((slope - (1.0 - top.damage)).abs() < 5e-3, "{slope}");
     let mut domain = body(&rows([4, 3, 3]), &Material { fracture_energy: 500.0, ..PLASTER });
-    let (mut watch, given) = (Watch::default(), Given { energy: 1e9, momentum: None });
+    let (mut diagnostics, given) = (Diagnostics::default(), Given { energy: 1e9, momentum: None });
     let (mut lost, mut damage) = (Vec::new(), 0.0);
     for strain in [2e-3, 1e-3, -1e-3, 1.5e-3] {
         domain.displace(|x| strain * x.x * Vec3::x());
         lost.push(domain.advance().dissipated);
-        watch.look(&domain, &given).expect("numbers");
+        diagnostics.check(&domain, &given).expect("numbers");
         let now: f64 = domain.particles.damage.iter().sum();
         assert!(now > 0.0 && now >= damage, "{now} after {damage}");
         damage = now;
     }
     assert!(lost[0] > 0.0 && lost[1..].iter().all(|lost| *lost == 0.0), "{lost:?}");
-    assert_eq!(watch.warnings(), Vec::<String>::new());
+    assert_eq!(diagnostics.warnings(), Vec::<String>::new());
     domain.particles.damage.iter_mut().for_each(|damage| *damage *= 0.5);
-    watch.look(&domain, &given).expect("numbers");
-    assert!(watch.warnings()[0].contains("(F09)"), "{:?}", watch.warnings());
+    diagnostics.check(&domain, &given).expect("numbers");
+    assert!(diagnostics.warnings()[0].contains("(F09)"), "{:?}", diagnostics.warnings());
 }
 
 /// Looks at a stretched body that is let go, whose forces act so many times.
@@ -285,7 +285,7 @@ fn let_go(times: f64, push: Vec3) -> (Result<(), Failure>, Vec<String>) {
     let mut domain = body(&rows([4, 3, 3]), &STRONG);
     domain.displace(|x| 1e-3 * x.x * Vec3::x());
     let given = Given { energy: 1.3 * energy(&domain), momentum: Some(Vec3::zeros()) };
-    let mut watch = Watch::default();
+    let mut diagnostics = Diagnostics::default();
     for _ in 0..200 {
         let before = domain.grid.nodes.velocity.clone();
         domain.advance();
@@ -301,11 +301,11 @@ fn let_go(times: f64, push: Vec3) -> (Result<(), Failure>, Vec<String>) {
             let all = domain.motions()[0].velocity + push;
             domain.launch(|_| all);
         }
-        if let Err(failure) = watch.look(&domain, &given) {
-            return (Err(failure), watch.warnings());
+        if let Err(failure) = diagnostics.check(&domain, &given) {
+            return (Err(failure), diagnostics.warnings());
         }
     }
-    (Ok(()), watch.warnings())
+    (Ok(()), diagnostics.warnings())
 }
 
 /// F10: a rigid turn leaves no stress, and a stretched body that is let go keeps its energy and

@@ -4,9 +4,9 @@ use crate::kit::{
     H, PLASTER, STRONG, blow, body, cuboid, energy, keeps_the_books, problem, rows, solved, told,
 };
 use cullet_fracture::damage::{Softening, State};
-use cullet_fracture::mpm::crushed::{Rules, pieces};
+use cullet_fracture::mpm::crushed::{CrushRules, pieces};
+use cullet_fracture::mpm::hertz_contact::HertzContact;
 use cullet_fracture::mpm::load::Load;
-use cullet_fracture::mpm::spring::Spring;
 use cullet_geometry::Vec3;
 use cullet_model::{BrittleProblem, Impact, Tolerance};
 use std::f64::consts::PI;
@@ -28,7 +28,7 @@ fn f11_a_contact_is_no_point() {
     let impact = Impact { point: Vec3::new(-4.0 * H, 0.0, 0.0), radius: 0.1 * H, ..tap() };
     let load = Load::new(&impact, &domain, impact.duration, 1.0);
     let place = |id: u32| domain.particles.reference[domain.slot(id)];
-    let shares = &load.footing.shares;
+    let shares = &load.patch.shares;
     let reach = shares.iter().map(|(id, _)| place(*id).yz().norm()).fold(0.0, f64::max);
     let most = shares.iter().map(|(_, share)| *share).fold(0.0, f64::max);
     assert!(load.radius == 2.0 * H && reach > 1.5 * H && most < 0.05, "{reach} m, {most}");
@@ -93,9 +93,9 @@ fn f12_a_push_ends_when_the_striker_has_nothing_left() {
 fn f13_a_weak_contact_crushes_and_crushed_zones_are_divided() {
     let hard = Impact { energy: 1.0, impulse: 0.1, ..tap() };
     let peak = |impact: &Impact| {
-        let spring = Spring::new(impact);
-        let wide = spring.contact(spring.depth(impact.energy));
-        (spring.crushes(impact.energy), spring.peak(impact.energy), wide)
+        let contact = HertzContact::new(impact);
+        let wide = contact.radius(contact.depth(impact.energy));
+        (contact.crushes(impact.energy), contact.peak(impact.energy), wide)
     };
     let (crushes, force, wide) = peak(&hard);
     let pressure = 1.5 * force / (PI * wide * wide);
@@ -105,11 +105,11 @@ fn f13_a_weak_contact_crushes_and_crushed_zones_are_divided() {
     let mean = less / (PI * wider * wider);
     assert!(crushes && less < 0.4 * force && wider > wide, "{less} of {force} N");
     assert!(mean < 0.1 * pressure && mean > 0.08 * pressure, "{mean} of {pressure} Pa");
-    let mut spring = Spring::new(&weak);
-    let deep = spring.depth(weak.energy);
-    let way_in = spring.force(0.8 * deep);
-    spring.force(deep);
-    let back = spring.force(0.8 * deep);
+    let mut contact = HertzContact::new(&weak);
+    let deep = contact.depth(weak.energy);
+    let way_in = contact.force(0.8 * deep);
+    contact.force(deep);
+    let back = contact.force(0.8 * deep);
     assert!(back < 0.5 * way_in, "{back} and {way_in} N");
     assert!(told("F13", &cube(Impact { crushing_pressure: 1e3, ..tap() })));
     assert!(!told("F13", &cube(tap())));
@@ -118,7 +118,7 @@ fn f13_a_weak_contact_crushes_and_crushed_zones_are_divided() {
     let mut particles = domain.particles.clone();
     // Torn so fast that grains are as small as the grid can tell.
     particles.onset_rate.fill(1e7);
-    let rules = Rules {
+    let rules = CrushRules {
         spacing: Vec3::repeat(H),
         material: PLASTER,
         seed: 1,

@@ -1,10 +1,10 @@
 //! One attempt at a run: from its bundle to its files.
 
 use super::board::{End, Entry, How, Reached};
-use super::cutoff::{Reach, seen};
-use super::here::{REPRODUCTION, TIMELINE, leave};
-use super::keeper::{Desk, ReplayingPool};
-use super::live::RunStatus;
+use super::local::{REPRODUCTION, TIMELINE, leave};
+use super::reach::{Reach, seen};
+use super::replaying_pool::{ReplayingPool, ReportingPool};
+use super::run_status::RunStatus;
 use super::store::Kept;
 use super::timeline::RunHistory;
 use cullet_files::clock::unix_ms;
@@ -69,7 +69,7 @@ impl Ended {
 
 impl Attempt {
     /// Runs the scene to its end, to trouble, or until it is told to stop.
-    pub(super) fn run(mut self, pool: &dyn Desk) -> Ended {
+    pub(super) fn run(mut self, pool: &dyn ReportingPool) -> Ended {
         let _span = tracing::info_span!("run", run = self.entry.run).entered();
         let scene = match self.scene() {
             Ok(scene) => scene,
@@ -81,12 +81,12 @@ impl Attempt {
         }
         let seen = seen(&self.state);
         let past = RunHistory::begin(&self.state, self.entry.attempt, unix_ms(), seen);
-        let keeper = ReplayingPool::new(pool, Some(self.kept.clone()), &self.live).noting(&past);
+        let replaying = ReplayingPool::new(pool, Some(self.kept.clone()), &self.live).noting(&past);
         let (mut told, mut last) = (Instant::now(), String::new());
         let mut reach = self.reach.take();
         let options = RunOptions { out: &self.folder, stop: &self.stop };
-        let outcome = run(&scene, &keeper, &options, &mut |news| match news {
-            News::Line(line) => self.live.say(line),
+        let outcome = run(&scene, &replaying, &options, &mut |news| match news {
+            News::Line(line) => self.live.log(line),
             News::At(p) => {
                 self.live.at(Some(*p));
                 let (time, settled) = ((p.time * 1e6) as u64, self.live.jobs().settled);
@@ -99,14 +99,14 @@ impl Attempt {
                     let text = text + &solving(p);
                     // One that stands still is said once: why is a line of its own.
                     if text != last {
-                        self.live.say(&text);
+                        self.live.log(&text);
                         last = text;
                     }
                 }
             }
         });
         self.live.at(None);
-        keeper.close();
+        replaying.close();
         let ended = match outcome {
             Ok(outcome) => self.over(&outcome, &past),
             Err(error) => {
@@ -128,7 +128,7 @@ impl Attempt {
 
     fn ended(&self, ended: Ended) -> Ended {
         if !ended.end.text.is_empty() {
-            self.live.say(&format!("error: {}", ended.end.text));
+            self.live.log(&format!("error: {}", ended.end.text));
         }
         ended
     }
@@ -136,10 +136,10 @@ impl Attempt {
     fn over(&self, outcome: &Outcome, past: &RunHistory) -> Ended {
         let drawn = cullet_picture::from_recording(&outcome.recording, &self.folder);
         if let Err(error) = &drawn {
-            self.live.say(&format!("warning: the run has no picture: {error}"));
+            self.live.log(&format!("warning: the run has no picture: {error}"));
         }
         for text in &outcome.unmet {
-            self.live.say(&format!("expected, and does not hold: {text}"));
+            self.live.log(&format!("expected, and does not hold: {text}"));
         }
         self.leave(past);
         let files = match products(&self.folder) {
@@ -159,7 +159,7 @@ impl Attempt {
 
     fn leave(&self, past: &RunHistory) {
         let told = (&*self.entry.order.name, &past.timeline(self.live.timeline()));
-        leave(&self.folder, told, &self.live, &mut |line| self.live.say(&line));
+        leave(&self.folder, told, &self.live, &mut |line| self.live.log(&line));
     }
 }
 

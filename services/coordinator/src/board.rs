@@ -7,9 +7,10 @@
 //! again; what was wished of a run while it ran is done when it ends, also across a crash.
 
 mod deaths;
+mod suspects;
 
 use cullet_proto::service::{FileInfo, JobCounts, MAX_PRIORITY, State};
-pub(super) use deaths::{Deaths, Reached};
+pub(crate) use deaths::{Deaths, Reached};
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, VecDeque};
@@ -192,7 +193,7 @@ impl Board {
     }
 
     /// Events that make this board.
-    pub(super) fn told(&self) -> Vec<Event> {
+    pub(super) fn to_events(&self) -> Vec<Event> {
         let mut all: Vec<(u64, Vec<Event>)> = Vec::new();
         // One that nothing has befallen takes no more room than it did.
         let kept = |entry: &Entry| match *entry == Entry::new(entry.run, &entry.order) {
@@ -203,8 +204,8 @@ impl Board {
         let forgotten = |entry: &Entry| vec![kept(entry), Event::Forgotten { run: entry.run }];
         all.extend(self.leaving().map(|entry| (entry.run, forgotten(entry))));
         all.sort_by_key(|(run, _)| *run);
-        let told = all.last().map_or(0, |(run, _)| *run);
-        let last = (told < self.last).then_some(Event::Numbered { last: self.last });
+        let highest = all.last().map_or(0, |(run, _)| *run);
+        let last = (highest < self.last).then_some(Event::Numbered { last: self.last });
         all.into_iter().flat_map(|(_, events)| events).chain(last).collect()
     }
 

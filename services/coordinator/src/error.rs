@@ -1,6 +1,5 @@
 //! Why the service does not start or go on.
 
-use super::quota;
 use cullet_pool::LinkError;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -31,7 +30,7 @@ pub enum ServiceError {
     #[error(
         "{folder}: {free} bytes of the disk are free{}, and {reserve} are kept for runs that go \
          on (cullet coordinator --reserve): make room, by cullet delete for one, and try again",
-        quota::wanted(*more)
+        wanted(*more)
     )]
     Full {
         /// Which.
@@ -46,7 +45,7 @@ pub enum ServiceError {
     /// A user's runs hold as much of the disk as they may.
     #[error(
         "the runs of {user} hold {used} bytes of the disk here{}",
-        quota::beyond(*more, *bound)
+        beyond(*more, *bound)
     )]
     Quota {
         /// Whose.
@@ -141,4 +140,20 @@ impl ServiceError {
 /// Where a copy is, in the middle of a sentence.
 fn copied(kept: Option<&Path>) -> String {
     kept.map(|kept| format!(", and a copy is kept as {}", kept.display())).unwrap_or_default()
+}
+
+/// What is needed beside, in the middle of a sentence about what there is.
+fn wanted(more: u64) -> String {
+    match more {
+        0 => String::new(),
+        _ => format!(", this run needs {more}"),
+    }
+}
+
+/// How far beyond the bound a user is, at the end of a sentence about what there is.
+fn beyond(more: u64, bound: u64) -> String {
+    match more {
+        0 => format!(", more than the {bound} that a user may hold"),
+        _ => format!(", and this one needs {more} more; a user may hold {bound}"),
+    }
 }

@@ -14,8 +14,8 @@
 //! what happens to the runs that are there is written all the same. A journal is read to its end
 //! however long it is.
 
-use super::ServiceError;
 use super::board::{Board, Event};
+use super::error::ServiceError;
 use cullet_files::{set_aside, state};
 use cullet_proto::chunks::sum;
 use std::collections::BTreeMap;
@@ -262,7 +262,7 @@ fn anew(
     let mut length = title.len() as u64;
     let mut out = BufWriter::new(beside.as_file_mut());
     out.write_all(title.as_bytes())?;
-    for event in board.told() {
+    for event in board.to_events() {
         let line = line(&event);
         out.write_all(line.as_bytes())?;
         sizes.count(&event, line.len());

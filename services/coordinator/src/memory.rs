@@ -4,9 +4,9 @@
 //! all, and what is stopped is the run with the most bodies. A process does not give back all that
 //! a run leaves, so a further one is stopped only where more is held than when the last one was.
 //! What grows too fast to be seen here ends the process; what then becomes of its runs is in
-//! [`super::cutoff`].
+//! [`super::recovery`].
 
-use super::Service;
+use super::service::Service;
 use cullet_files::process_memory::of_process;
 use cullet_proto::service::codes;
 use std::sync::atomic::Ordering;
@@ -16,22 +16,22 @@ const GROWTH: f64 = 0.05;
 
 impl Service<'_> {
     /// Stops the largest run if more is held than may be.
-    pub(super) fn lighten(&mut self) {
+    pub(super) fn stop_largest(&mut self) {
         let (Some(most), Some(held)) = (self.config.memory, resident()) else { return };
         if held <= most {
-            self.heaviest = 0;
+            self.runs.heaviest = 0;
             return;
         }
-        let grown = held as f64 > self.heaviest as f64 * (1.0 + GROWTH);
-        if !grown || self.going.values().any(|going| going.over.is_some()) {
+        let grown = held as f64 > self.runs.heaviest as f64 * (1.0 + GROWTH);
+        if !grown || self.runs.going.values().any(|going| going.over.is_some()) {
             return;
         }
         let bodies = |run: &u64| {
-            let position = self.lives.get(run).and_then(|live| live.position());
+            let position = self.runs.statuses.get(run).and_then(|live| live.position());
             position.map_or(0, |position| position.bodies)
         };
         // The oldest of several that are alike.
-        let largest = self.going.keys().rev().max_by_key(|run| bodies(run)).copied();
+        let largest = self.runs.going.keys().rev().max_by_key(|run| bodies(run)).copied();
         let Some(run) = largest else { return };
         let text = format!(
             "stopped: the coordinator came to hold {} MB of memory, and may hold {} \
@@ -40,9 +40,9 @@ impl Service<'_> {
             most / 1_000_000,
             bodies(&run)
         );
-        self.heaviest = held;
+        self.runs.heaviest = held;
         tracing::warn!(run, held, most, "{text}");
-        if let Some(going) = self.going.get_mut(&run) {
+        if let Some(going) = self.runs.going.get_mut(&run) {
             going.over = Some((codes::FAILED, text));
             going.stop.store(true, Ordering::Relaxed);
         }

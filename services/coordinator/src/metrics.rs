@@ -2,8 +2,8 @@
 
 mod http;
 
-use super::ServiceError;
 use super::board::Board;
+use super::error::ServiceError;
 use cullet_pool::{PoolStats, Refusals};
 use cullet_proto::service::State;
 use http::Server;
@@ -88,11 +88,11 @@ pub(super) fn text(
         ("jobs_hedged_total", "counter", "Second copies of slow jobs.", stats.hedged),
         ("jobs_quarantined", "gauge", "Jobs in quarantine.", stats.quarantined),
         ("jobs_queued_total", "counter", "Openings that had to wait for room.", stats.queued),
-        ("jobs_stranded", "gauge", "Jobs that no worker here can solve.", stats.stranded),
+        ("jobs_stranded", "gauge", "Jobs that no worker here can solve.", stats.unschedulable),
         ("jobs_waiting", "gauge", "Jobs that wait for a worker.", stats.jobs.waiting),
         ("jobs_running", "gauge", "Jobs at workers.", stats.jobs.running),
         ("workers", "gauge", "Workers whose link is up.", stats.workers),
-        ("workers_twins", "gauge", "Workers under a name that another has.", stats.twins),
+        ("workers_twins", "gauge", "Workers under a name that another has.", stats.duplicate_names),
         ("workers_respawned_total", "counter", "Own workers started again.", stats.respawned),
         ("links_lost_total", "counter", "Workers that left, or whose link did.", stats.lost),
         ("links_back_total", "counter", "Links of workers that came back.", stats.back),

@@ -8,9 +8,9 @@
 //! written anew beside itself: without it no run is taken, and none begins.
 
 use super::board::{Board, Entry};
+use super::error::ServiceError;
 use super::journal::Journal;
-use super::store::{free, total};
-use super::{ServiceError, Store};
+use super::store::{Store, free, total};
 use cullet_proto::service::State;
 use std::collections::BTreeMap;
 use std::fs;
@@ -102,22 +102,6 @@ pub(super) fn disks(
         }
     }
     Ok(())
-}
-
-/// What is needed beside, in the middle of a sentence about what there is.
-pub(super) fn wanted(more: u64) -> String {
-    match more {
-        0 => String::new(),
-        _ => format!(", this run needs {more}"),
-    }
-}
-
-/// How far beyond the bound a user is, at the end of a sentence about what there is.
-pub(super) fn beyond(more: u64, bound: u64) -> String {
-    match more {
-        0 => format!(", more than the {bound} that a user may hold"),
-        _ => format!(", and this one needs {more} more; a user may hold {bound}"),
-    }
 }
 
 /// Bytes of the disk under a folder. What cannot be read holds nothing.

@@ -25,7 +25,7 @@
 //! (`cullet_files::state`). A folder of the first generation has none, and is read as it is; the
 //! first start makes it one of the second, which a program of before does not open.
 
-use super::ServiceError;
+use super::error::ServiceError;
 use cullet_files::output::UNFINISHED;
 use cullet_files::set_aside;
 use cullet_files::state::{self, put, sync};

@@ -1,10 +1,10 @@
 //! Who solved what and when in a run, in all its attempts: as a picture (SVG) and as a trace that
 //! Chrome and Perfetto open.
 
-mod past;
+mod history;
 mod picture;
 
-pub(super) use past::RunHistory;
+pub(super) use history::RunHistory;
 pub(super) use picture::{svg, trace};
 
 use serde::{Deserialize, Serialize};

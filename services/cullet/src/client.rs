@@ -1,12 +1,12 @@
 //! Commands about the runs of a coordinator.
 
-use crate::args::{self, Place, What};
+use crate::args::{self, Place};
 use crate::exit::{Exit, Trouble, print, refused, unread};
 use crate::folder::{Folder, refuse_fetched, refuse_taken};
 use crate::progress::{Progress, text as place};
 use crate::run::read_scene;
 use crate::shown::{self, cell, shown};
-use crate::{logs, sweep, tls};
+use crate::{logs, tls};
 use cullet_document::Bundle;
 use cullet_pool::LinkError;
 use cullet_pool::client::{Client, Terms};
@@ -29,9 +29,6 @@ const ROOM: Duration = Duration::from_secs(2);
 
 pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     let place = &args.place;
-    if sweep::is_one(&args.scene.scene) {
-        return sweep::submit(args);
-    }
     if args.rest {
         return Err(Trouble::new(Exit::Usage, "--rest is for sweeps, and this is a scene"));
     }
@@ -313,16 +310,13 @@ pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
     Ok(exit)
 }
 
-pub(crate) fn fetch(args: &args::Fetch) -> Result<Exit, Trouble> {
+/// `cullet fetch RUN`.
+pub(crate) fn fetch(args: &args::Fetch, run: u64) -> Result<Exit, Trouble> {
     let place = &args.place;
-    let run = match &args.what {
-        What::Run(_) if !args.set.is_empty() => {
-            let text = "--set is for sweeps: it says which of their runs are meant";
-            return Err(Trouble::new(Exit::Usage, text));
-        }
-        What::Run(run) => *run,
-        What::Sweep(file) => return sweep::fetch(args, file),
-    };
+    if !args.set.is_empty() {
+        let text = "--set is for sweeps: it says which of their runs are meant";
+        return Err(Trouble::new(Exit::Usage, text));
+    }
     args.out.as_deref().map_or(Ok(()), refuse_fetched)?;
     let client = connect(place)?;
     let info = match args.follow {

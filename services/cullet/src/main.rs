@@ -22,7 +22,7 @@ mod sweep;
 mod tls;
 mod workers;
 
-use args::{Cli, Command, Log, Voice};
+use args::{Cli, Command, Log, Voice, What};
 use clap::Parser;
 use cullet_proto::keys::UserVerb;
 use std::io::Write;
@@ -75,11 +75,13 @@ fn not_understood(error: &clap::Error, json: bool) -> ExitCode {
 
 fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
     match command {
+        Command::Run(args) if sweep::is_one(&args.scene.scene) => sweep::run(args),
         Command::Run(args) => run::run(args),
         Command::Coordinator(args) => serve::coordinator(args),
         Command::Worker(args) => serve::worker(args),
         Command::Router(args) => serve::router(args),
         Command::Job(args) => job::job(args),
+        Command::Submit(args) if sweep::is_one(&args.scene.scene) => sweep::submit(args),
         Command::Submit(args) => client::submit(args),
         Command::Ps(args) => client::ps(args),
         Command::Show(args) => client::show(args),
@@ -91,7 +93,10 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Resume(args) => client::control(args, UserVerb::Resume),
         Command::Retry(args) => client::control(args, UserVerb::Retry),
         Command::Delete(args) => client::delete(args),
-        Command::Fetch(args) => client::fetch(args),
+        Command::Fetch(args) => match &args.what {
+            What::Run(run) => client::fetch(args, *run),
+            What::Sweep(file) => sweep::fetch(args, file),
+        },
         Command::Workers(args) => workers::workers(args),
         Command::Drain(args) => workers::drain(args),
         Command::Doctor(args) => doctor::doctor(args),
@@ -99,6 +104,7 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Recover(args) => inspect::recover(args),
         Command::Preview(args) => inspect::preview(args),
         Command::Still(args) => inspect::still(args),
+        Command::Check(args) if sweep::is_one(&args.scene.scene) => sweep::check(&args.scene),
         Command::Check(args) => run::check(args),
         Command::Materials(args) => inspect::materials(args),
         Command::Schema(args) => inspect::schema(args),

@@ -5,7 +5,7 @@ use crate::folder::Folder;
 use crate::progress::Progress;
 use crate::shown::{lines as lines_of, shown};
 use crate::signals::stop_when_told;
-use crate::{args, logs, sweep};
+use crate::{args, logs};
 use cullet_coordinator::run_here;
 use cullet_pool::{Pool, PoolConfig, Share, SpawnConfig};
 use cullet_proto::keys::DEFAULT_COORDINATOR;
@@ -14,10 +14,6 @@ use cullet_scene::{Scene, load};
 use std::path::Path;
 
 pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
-    if sweep::is_one(&args.scene.scene) {
-        let stop = stop_when_told("the recording is finished first")?;
-        return sweep::run(args, &stop);
-    }
     let scene = read_scene(&args.scene)?;
     let stop = stop_when_told("the recording is finished first")?;
     let folder = Folder::of(args.out.as_deref(), &scene.name)?;
@@ -43,9 +39,6 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
 }
 
 pub(crate) fn check(args: &args::Check) -> Result<Exit, Trouble> {
-    if sweep::is_one(&args.scene.scene) {
-        return sweep::check(&args.scene);
-    }
     let scene = read_scene(&args.scene)?;
     let mut lines = vec![
         format!("{}: {}", shown(&scene.name), lines_of(&scene.description)),

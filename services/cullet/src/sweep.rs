@@ -12,6 +12,7 @@ use crate::folder::Folder;
 use crate::logs;
 use crate::run::{draw, exit_of, read_scene, start_pool, trouble};
 use crate::shown::{lines as lines_of, shown};
+use crate::signals::stop_when_told;
 use cullet_coordinator::run_here;
 use cullet_coordinator::sweep::{Sweep, is_sweep};
 use cullet_files::output::write_file;
@@ -24,8 +25,7 @@ use cullet_scene::Scene;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 /// The contact sheet and the table of a sweep.
 const SHEET: &str = "sheet.png";
@@ -121,7 +121,8 @@ pub(crate) fn check(args: &SceneArgs) -> Result<Exit, Trouble> {
 }
 
 /// `cullet run SWEEP`: one after another on one pool.
-pub(crate) fn run(args: &args::Run, stop: &Arc<AtomicBool>) -> Result<Exit, Trouble> {
+pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
+    let stop = &stop_when_told("the recording is finished first")?;
     let Plan { named, scenes } = plan(&args.scene)?;
     let sweep = &named.sweep;
     let folder = Folder::of(args.out.as_deref(), &named.name)?;

@@ -2,7 +2,8 @@
 
 use crate::effect::{Cause, Effect};
 use crate::event::{Job, Millis, Worker};
-use crate::machine::{Dispatch, Phase};
+use crate::job_record::Phase;
+use crate::machine::Dispatch;
 #[cfg(test)]
 use crate::mutant::Mutant;
 

@@ -2,7 +2,7 @@
 
 use crate::effect::Verdict;
 use crate::event::Outcome;
-use crate::machine::Phase;
+use crate::job_record::Phase;
 
 /// How many of each there are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub struct Counts {
     /// Late results of another build than the one that has the job now, or had it last.
     pub fenced: u64,
     /// Jobs that wait though workers are there: none of these can do them.
-    pub stranded: u64,
+    pub unschedulable: u64,
     /// Jobs in quarantine.
     pub quarantined: u64,
 }
@@ -53,6 +53,11 @@ impl Counts {
             Phase::Held => self.running = self.running.saturating_add_signed(sign),
             Phase::Over(_) => {}
         }
+    }
+
+    /// Openings whose verdict is still out, or waits for that of one before it.
+    pub(crate) fn unsettled(&self) -> u64 {
+        self.opened - self.settled
     }
 
     /// An opening settles.

@@ -63,7 +63,7 @@ pub struct Run(pub u64);
 
 /// A run by the number that it keeps in all lives of the coordinator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Heir(pub u64);
+pub struct Claimant(pub u64);
 
 /// On whose behalf runs are made: the pool is shared evenly between tenants first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -192,8 +192,8 @@ pub enum Event {
         /// What it can do.
         skills: Skills,
     },
-    /// A worker wants to be told as soon as its job is not wanted any more.
-    Heed {
+    /// A worker asks for a cancellation as soon as its job is not wanted any more.
+    WatchCancel {
         /// Who.
         worker: Worker,
         /// At what.
@@ -253,9 +253,9 @@ pub enum Event {
     Bar(Worker),
     /// This job was at work when an earlier life ended, and that run wanted it; said before any run
     /// begins.
-    Inherit(Job, Heir),
+    Inherit(Job, Claimant),
     /// That run wants nothing any more of what was at work and what it has not opened since.
-    Renounce(Heir),
+    Release(Claimant),
     /// An earlier life has put this job into quarantine.
     Isolate(Job),
     /// A quarantined job may be tried again.

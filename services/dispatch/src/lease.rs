@@ -2,21 +2,23 @@
 
 use crate::effect::{Effect, Loss, Reason, Receipt, StopReason, Verdict};
 use crate::event::{Epoch, Job, Millis, Trouble, Worker};
-use crate::machine::{Dispatch, Lease, Phase, Record, Stage};
+use crate::inherited::LeaseRenewal;
+use crate::job_record::{JobRecord, Phase};
+use crate::leases::{Lease, Stage};
+use crate::machine::Dispatch;
 #[cfg(test)]
 use crate::mutant::Mutant;
-use crate::orphans::Word;
 
 impl Dispatch {
-    pub(crate) fn renew(&mut self, job: Job, word: Word, out: &mut Vec<Effect>) {
-        let (worker, lease) = (word.worker, self.timing.lease);
-        let said = match self.prolong(job, word, out) {
+    pub(crate) fn renew(&mut self, job: Job, renewal: LeaseRenewal, out: &mut Vec<Effect>) {
+        let (worker, lease) = (renewal.worker, self.timing.lease);
+        let said = match self.prolong(job, renewal, out) {
             Ok(()) => Effect::Renewed { worker, job, lease },
             Err(reason) => Effect::Stop { worker, job, reason },
         };
         out.push(said);
-        if word.begun {
-            self.reach(job, word.epoch, Stage::Begun);
+        if renewal.begun {
+            self.reach(job, renewal.epoch, Stage::Begun);
         }
     }
 
@@ -27,11 +29,16 @@ impl Dispatch {
         }
     }
 
-    fn prolong(&mut self, job: Job, word: Word, out: &mut Vec<Effect>) -> Result<(), StopReason> {
-        let (now, epoch) = (word.at, word.epoch);
+    fn prolong(
+        &mut self,
+        job: Job,
+        renewal: LeaseRenewal,
+        out: &mut Vec<Effect>,
+    ) -> Result<(), StopReason> {
+        let (now, epoch) = (renewal.at, renewal.epoch);
         let expires = now + self.timing.lease;
         let Some(record) = self.jobs.get_mut(&job) else {
-            if self.remember_word(job, word) {
+            if self.renew_inherited(job, renewal) {
                 return Ok(());
             }
             let known = self.past.get(&job).is_some();
@@ -46,7 +53,7 @@ impl Dispatch {
         }
         if let Some(held) = record.leases.find(epoch) {
             (held.expires, held.suspect) = (expires, false);
-            self.set_timer(job);
+            self.jobs.set_timer(job, self.timing.lease);
             return Ok(());
         }
         let back = record
@@ -55,7 +62,7 @@ impl Dispatch {
             .copied()
             .filter(|last| last.epoch == epoch && record.phase != Phase::Held);
         let Some(back) = back else {
-            let gone_on = self.take_up(now, job, word, out);
+            let gone_on = self.resume(now, job, renewal, out);
             return if gone_on { Ok(()) } else { Err(StopReason::Superseded) };
         };
         record.lapsed = None;
@@ -74,13 +81,19 @@ impl Dispatch {
         let alone = record.leases.only().is_some();
         #[cfg(test)]
         let alone = alone || self.mutant == Some(Mutant::HedgedAgain);
-        for held in record.leases.iter().filter(|held| held.slow && !alone) {
-            self.slow.remove(&(held.granted, job));
+        let hedged: Vec<_> = record
+            .leases
+            .iter()
+            .filter(|held| held.slow && !alone)
+            .map(|held| held.granted)
+            .collect();
+        for granted in hedged {
+            self.jobs.forget_slow(granted, job);
         }
         if let Some(state) = self.worker_table.get_mut(&lease.worker) {
             state.held.push((job, lease.epoch));
         }
-        self.turn(now, job, Phase::Held);
+        self.set_phase(now, job, Phase::Held);
     }
 
     /// A lease is over, however: it is charged what it took.
@@ -88,7 +101,7 @@ impl Dispatch {
         let took = now.saturating_sub(lease.granted);
         self.shares.took(lease.run, lease.charged, took, whole);
         if lease.slow {
-            self.slow.remove(&(lease.granted, job));
+            self.jobs.forget_slow(lease.granted, job);
         }
         if let Some(state) = self.worker_table.get_mut(&lease.worker) {
             state.held.retain(|held| *held != (job, lease.epoch));
@@ -134,7 +147,11 @@ impl Dispatch {
 
     /// One that has a job wants to hear when nobody wants it any more: perhaps that is so already.
     /// Of a grant of an earlier life nothing is known: that is for a renewal to say.
-    pub(crate) fn heed(&self, (worker, job, epoch): (Worker, Job, Epoch), out: &mut Vec<Effect>) {
+    pub(crate) fn watch_cancel(
+        &self,
+        (worker, job, epoch): (Worker, Job, Epoch),
+        out: &mut Vec<Effect>,
+    ) {
         let over = match self.jobs.get(&job) {
             None => self.past.get(&job).is_some(),
             Some(record) => match record.phase {
@@ -155,7 +172,7 @@ impl Dispatch {
         trouble: Trouble,
         out: &mut Vec<Effect>,
     ) {
-        let held = |r: &Record| r.leases.iter().any(|lease| lease.epoch == epoch);
+        let held = |r: &JobRecord| r.leases.iter().any(|lease| lease.epoch == epoch);
         if self.jobs.get(&job).is_some_and(held) {
             match trouble {
                 Trouble::Crashed => self.lose(now, job, epoch, Loss::Crashed, out),
@@ -182,13 +199,13 @@ impl Dispatch {
                 lease.expires = lease.expires.min(until);
                 lease.suspect = true;
             }
-            self.set_timer(job);
+            self.jobs.set_timer(job, self.timing.lease);
         }
     }
 
     pub(crate) fn leave(&mut self, now: Millis, worker: Worker, loss: Loss, out: &mut Vec<Effect>) {
         self.part(worker);
-        self.forget_words(worker);
+        self.inherited.forget_worker(worker);
         for (job, epoch) in self.held_by(worker) {
             self.lose(now, job, epoch, loss, out);
         }
@@ -229,7 +246,7 @@ impl Dispatch {
     }
 
     pub(crate) fn tick(&mut self, now: Millis, out: &mut Vec<Effect>) {
-        for job in self.due(now) {
+        for job in self.jobs.due(now) {
             self.look_at(now, job, out);
         }
         while let Some(asker) = self.parked.overdue(now).and_then(|t| self.parked.take(t)) {
@@ -244,79 +261,21 @@ impl Dispatch {
         self.hedge(now, out);
     }
 
-    /// The jobs whose time has come, in order of time and name. One that was woken too soon, as its
-    /// time was put off, sleeps on.
-    fn due(&mut self, now: Millis) -> Vec<Job> {
-        let mut due = Vec::new();
-        for place in self.timers.due(now) {
-            let Some((job, record)) = self.jobs.at(place) else {
-                continue;
-            };
-            match record.timer {
-                Some(at) if at <= now => {
-                    record.timer = None;
-                    due.push((at, job));
-                }
-                later => self.timers.set(place, later),
-            }
-        }
-        due.sort_unstable();
-        due.into_iter().map(|(_, job)| job).collect()
-    }
-
-    /// When a job is to be looked at: its pause is over, a lease of it runs out, or the only one
-    /// is older than a lease lasts.
-    pub(crate) fn set_timer(&mut self, job: Job) {
-        let lease = self.timing.lease;
-        let Some(place) = self.jobs.place(&job) else {
-            return;
-        };
-        let Some(record) = self.jobs.get_mut(&job) else {
-            return;
-        };
-        let next = match record.phase {
-            Phase::Waiting(until) => Some(until),
-            Phase::Held => {
-                let ends = record.leases.iter().map(|lease| lease.expires.min(lease.hard)).min();
-                let young = record.leases.only().filter(|only| !only.slow);
-                let slow = young.map(|only| only.granted + lease);
-                ends.map(|ends| slow.map_or(ends, |slow| slow.min(ends)))
-            }
-            Phase::Ready | Phase::Over(_) => None,
-        };
-        if record.timer != next {
-            record.timer = next;
-            self.timers.set(place, next);
-        }
-    }
-
-    /// Counts an attempt among the slow ones once it is older than a lease lasts.
-    fn note_slow(&mut self, now: Millis, job: Job) {
-        let lasts = self.timing.lease;
-        let Some(record) = self.jobs.get_mut(&job).filter(|r| r.leases.only().is_some()) else {
-            return;
-        };
-        let old = |lease: &&mut Lease| !lease.slow && lease.granted + lasts <= now;
-        if let Some(lease) = record.leases.iter_mut().find(old) {
-            lease.slow = true;
-            self.slow.insert((lease.granted, job));
-        }
-    }
-
     /// A job whose time has come: its pause is over, or a lease of it.
     fn look_at(&mut self, now: Millis, job: Job, out: &mut Vec<Effect>) {
         if let Some(Phase::Waiting(_)) = self.jobs.get(&job).map(|record| record.phase) {
-            return self.turn(now, job, Phase::Ready);
+            return self.set_phase(now, job, Phase::Ready);
         }
-        self.note_slow(now, job);
-        self.set_timer(job);
+        self.jobs.note_slow(now, job, self.timing.lease);
+        self.jobs.set_timer(job, self.timing.lease);
+        #[cfg(test)]
+        if self.is(Mutant::NoExpiry) {
+            // The lease stays as it is, and nobody looks any more.
+            return self.jobs.get_mut(&job).into_iter().for_each(|record| record.timer = None);
+        }
         let Some(record) = self.jobs.get(&job) else {
             return;
         };
-        #[cfg(test)]
-        if self.is(Mutant::NoExpiry) {
-            return self.never_expire(job);
-        }
         let lost = |lease: &Lease| match (lease.hard <= now, lease.expires <= now, lease.suspect) {
             (true, _, _) => Some(Loss::TooLong),
             (false, true, true) => Some(Loss::Down),
@@ -366,7 +325,7 @@ impl Dispatch {
         let killers = record.ask.killers.len();
         let alone = record.leases.is_empty();
         record.leases.iter_mut().for_each(|other| other.slow = false);
-        self.note_slow(now, job);
+        self.jobs.note_slow(now, job, self.timing.lease);
         self.drop_lease(now, job, &lease, false);
         let idle =
             self.worker_table.get(&worker).is_some_and(|p| p.held.is_empty() && p.parked.is_none());
@@ -381,7 +340,7 @@ impl Dispatch {
         if crashes >= timing.max_crashes && (killers >= timing.min_killers as usize || !others()) {
             self.abandon(now, job, died, out);
         } else if !alone {
-            self.set_timer(job);
+            self.jobs.set_timer(job, self.timing.lease);
         } else if attempts >= timing.max_attempts {
             let enough = crashes >= timing.max_crashes;
             let reason = if enough { died } else { Reason::Attempts };
@@ -389,7 +348,7 @@ impl Dispatch {
         } else {
             let doublings = attempts.saturating_sub(1).min(16);
             let pause = (timing.backoff << doublings).min(timing.lease);
-            self.turn(now, job, Phase::Waiting(now + pause));
+            self.set_phase(now, job, Phase::Waiting(now + pause));
         }
     }
 }

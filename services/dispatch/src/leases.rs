@@ -1,7 +1,32 @@
 //! The leases of a job: one, and rarely a second, so that the first lies where the job does.
 
-use crate::event::Epoch;
-use crate::machine::Lease;
+use crate::event::{Epoch, Millis, Run, Worker};
+
+/// How far an attempt is, as its worker has said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Stage {
+    Granted,
+    /// A solver has the job.
+    Begun,
+    /// The solver is done with it.
+    Offered,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lease {
+    pub(crate) worker: Worker,
+    pub(crate) epoch: Epoch,
+    pub(crate) granted: Millis,
+    pub(crate) expires: Millis,
+    pub(crate) hard: Millis,
+    pub(crate) suspect: bool,
+    pub(crate) stage: Stage,
+    /// It is among the slow attempts, or was.
+    pub(crate) slow: bool,
+    /// To whom and how much it is charged.
+    pub(crate) run: Run,
+    pub(crate) charged: Millis,
+}
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Leases {

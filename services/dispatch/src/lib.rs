@@ -53,10 +53,14 @@
 //!
 //! Absent on purpose: clocks, wires, threads, entropy, names of workers, contents of jobs.
 
+mod ask;
 mod blame;
+mod by_name;
 pub mod counts;
 pub mod effect;
 pub mod event;
+mod inherited;
+mod job_record;
 mod jobs;
 mod lease;
 mod leases;
@@ -64,11 +68,12 @@ mod lru_index;
 pub mod machine;
 #[cfg(test)]
 mod mutant;
-mod orphans;
 mod parked_polls;
+mod past;
 mod poll;
 mod settle;
 mod share;
+mod takeover;
 mod timers;
 pub mod timing;
 pub mod worker_machine;
@@ -79,7 +84,7 @@ mod sim;
 
 pub use counts::Counts;
 pub use effect::{Bound, Cause, Effect, Loss, Reason, Receipt, StopReason, Verdict};
-pub use event::{Build, Digest, Epoch, Event, Heir, Job, Millis, Outcome, Prior, Run};
+pub use event::{Build, Claimant, Digest, Epoch, Event, Job, Millis, Outcome, Prior, Run};
 pub use event::{Share, Skills, Tenant, Trouble, Worker};
 pub use lru_index::LruIndex;
 pub use machine::Dispatch;

@@ -1,88 +1,24 @@
 //! The state machine: what it knows, and how jobs open and end.
 
+use crate::ask::Ask;
 use crate::counts::Counts;
 use crate::effect::{Bound, Cause, Effect, Loss, Reason, Receipt, Verdict};
-use crate::event::{Build, Epoch, Event, Heir, Job, Millis, Prior, Run, Skills, Worker};
-use crate::jobs::{ByJob, Jobs};
-use crate::leases::Leases;
+use crate::event::{Build, Epoch, Event, Job, Millis, Prior, Run, Skills, Worker};
+use crate::inherited::{InheritedJobs, LeaseRenewal};
+use crate::job_record::{JobRecord, Phase, Want};
+use crate::jobs::Jobs;
+use crate::leases::{Leases, Stage};
 use crate::lru_index::LruIndex;
 #[cfg(test)]
 use crate::mutant::Mutant;
-use crate::orphans::{Orphan, Word};
 use crate::parked_polls::ParkedPolls;
+use crate::past::PastVerdicts;
 use crate::share::Shares;
-use crate::timers::Timers;
 use crate::timing::Timing;
-use crate::worker_table::{Ask, WorkerTable};
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use crate::worker_table::WorkerTable;
 
 /// Jobs kept in quarantine; beyond it the oldest are let out.
 const MAX_QUARANTINE: u64 = 1_024;
-
-/// How far an attempt is, as its worker has said.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Stage {
-    Granted,
-    /// A solver has the job.
-    Begun,
-    /// The solver is done with it.
-    Offered,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Lease {
-    pub(crate) worker: Worker,
-    pub(crate) epoch: Epoch,
-    pub(crate) granted: Millis,
-    pub(crate) expires: Millis,
-    pub(crate) hard: Millis,
-    pub(crate) suspect: bool,
-    pub(crate) stage: Stage,
-    /// It is among the [`Dispatch::slow`], or was.
-    pub(crate) slow: bool,
-    /// To whom and how much it is charged.
-    pub(crate) run: Run,
-    pub(crate) charged: Millis,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Phase {
-    /// Not before then.
-    Waiting(Millis),
-    /// In the lines of its runs.
-    Ready,
-    /// Under one lease, or two.
-    Held,
-    Over(Verdict),
-}
-
-/// What a run wants of a job.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Want {
-    pub(crate) run: Run,
-    /// The run's first opening of it.
-    pub(crate) opening: u64,
-    /// Unsettled openings.
-    pub(crate) count: u32,
-}
-
-#[derive(Clone, Debug)]
-pub(crate) struct Record {
-    pub(crate) wants: Vec<Want>,
-    /// Whom it may be given to; under whom it died.
-    pub(crate) ask: Ask,
-    pub(crate) phase: Phase,
-    pub(crate) leases: Leases,
-    /// The grant that ran silent last, which a late renewal may take up again.
-    pub(crate) lapsed: Option<Box<Lease>>,
-    /// To whom it was granted last.
-    pub(crate) last: Option<Worker>,
-    pub(crate) attempts: u32,
-    /// How often it died, or its worker did after a solver had it.
-    pub(crate) crashes: u32,
-    /// When it is to be looked at next; [`Dispatch::timers`] wakes it by then.
-    pub(crate) timer: Option<Millis>,
-}
 
 /// The pool.
 #[derive(Debug)]
@@ -90,21 +26,11 @@ pub struct Dispatch {
     pub(crate) timing: Timing,
     pub(crate) jobs: Jobs,
     pub(crate) shares: Shares,
-    /// When to look at which job: its pause is over, or a lease of it.
-    pub(crate) timers: Timers,
-    /// Attempts older than a lease lasts and without a duplicate, oldest first.
-    pub(crate) slow: BTreeSet<(Millis, Job)>,
     pub(crate) parked: ParkedPolls,
     pub(crate) worker_table: WorkerTable,
-    /// Jobs that wait for a worker, by what they ask of it.
-    pub(crate) ready: BTreeMap<Skills, u64>,
-    pub(crate) past: ByJob<Verdict>,
-    pub(crate) past_order: VecDeque<Job>,
+    pub(crate) past: PastVerdicts,
     pub(crate) quarantine: LruIndex,
-    pub(crate) orphans: ByJob<Orphan>,
-    /// Who will want what was at work when an earlier life ended, and is not over.
-    pub(crate) heirs: ByJob<Vec<Heir>>,
-    pub(crate) unsettled: u64,
+    pub(crate) inherited: InheritedJobs,
     pub(crate) next_epoch: u64,
     pub(crate) counts: Counts,
     /// Runs whose first opening may be over.
@@ -122,17 +48,11 @@ impl Dispatch {
             timing,
             jobs: Jobs::default(),
             shares: Shares::default(),
-            timers: Timers::default(),
-            slow: BTreeSet::new(),
             parked: ParkedPolls::default(),
             worker_table: WorkerTable::default(),
-            ready: BTreeMap::new(),
-            past: ByJob::default(),
-            past_order: VecDeque::new(),
+            past: PastVerdicts::default(),
             quarantine: LruIndex::new(MAX_QUARANTINE),
-            orphans: ByJob::default(),
-            heirs: ByJob::default(),
-            unsettled: 0,
+            inherited: InheritedJobs::default(),
             next_epoch: u64::from(incarnation) << 32,
             counts: Counts::default(),
             dirty: Vec::new(),
@@ -144,8 +64,8 @@ impl Dispatch {
     /// How many of each there are now.
     #[must_use]
     pub fn counts(&self) -> Counts {
-        let stranded = self.stranded().map(|(_, jobs)| jobs).sum();
-        Counts { quarantined: self.quarantine.held(), stranded, ..self.counts }
+        let unschedulable = self.unschedulable().map(|(_, jobs)| jobs).sum();
+        Counts { quarantined: self.quarantine.held(), unschedulable, ..self.counts }
     }
 
     /// The same of one run; nothing if there is no such run.
@@ -155,8 +75,8 @@ impl Dispatch {
     }
 
     /// What jobs wait for, and how many, that no worker here can give.
-    pub fn stranded(&self) -> impl Iterator<Item = (Skills, u64)> {
-        let ready = self.ready.iter().filter(|_| !self.worker_table.is_empty());
+    pub fn unschedulable(&self) -> impl Iterator<Item = (Skills, u64)> {
+        let ready = self.jobs.ready().iter().filter(|_| !self.worker_table.is_empty());
         ready.filter(|(need, _)| !self.worker_table.can(**need)).map(|(need, jobs)| (*need, *jobs))
     }
 
@@ -171,13 +91,18 @@ impl Dispatch {
     /// the coordinator ended.
     #[must_use]
     pub fn takes(&self, job: Job, epoch: Epoch, build: Build) -> bool {
-        self.bequeathed(job, epoch) || self.wants(job) && !self.foreign(job, epoch, build)
+        self.is_inherited_by(job, epoch) || self.wants(job) && !self.foreign(job, epoch, build)
     }
 
     /// Whether anything is remembered of this job: it is open, or was not long ago.
     #[must_use]
     pub fn knows(&self, job: Job) -> bool {
         self.jobs.get(&job).is_some() || self.past.get(&job).is_some()
+    }
+
+    #[cfg(test)]
+    pub(crate) fn is(&self, mutant: Mutant) -> bool {
+        self.mutant == Some(mutant)
     }
 
     fn foreign(&self, job: Job, epoch: Epoch, build: Build) -> bool {
@@ -208,7 +133,7 @@ impl Dispatch {
         match self.shares.get(run) {
             None => Err(Bound::NoRun),
             Some(run) if run.openings.len() as u64 >= self.timing.max_open => Err(Bound::Run),
-            Some(_) if self.unsettled >= self.timing.max_pool => Err(Bound::Pool),
+            Some(_) if self.counts.unsettled() >= self.timing.max_pool => Err(Bound::Pool),
             Some(_) => Ok(()),
         }
     }
@@ -221,7 +146,7 @@ impl Dispatch {
             Event::Open { run, job, need, prior } => match self.room(run) {
                 Ok(()) => {
                     self.open(now, run, (job, need), &mut out);
-                    self.weigh(now, job, prior, &mut out);
+                    self.apply_prior(now, job, prior, &mut out);
                     self.adopt(now, job, &mut out);
                 }
                 Err(bound) => out.push(Effect::Busy { run, job, bound }),
@@ -235,22 +160,14 @@ impl Dispatch {
                 self.poll(now, worker, seq, (slots > 0, park), &mut out);
             }
             Event::Renew { worker, job, epoch, begun, build, skills } => {
-                self.renew(job, Word { worker, build, skills, epoch, begun, at: now }, &mut out);
+                let renewal = LeaseRenewal { worker, build, skills, epoch, begun, at: now };
+                self.renew(job, renewal, &mut out);
             }
-            Event::Heed { worker, job, epoch } => self.heed((worker, job, epoch), &mut out),
+            Event::WatchCancel { worker, job, epoch } => {
+                self.watch_cancel((worker, job, epoch), &mut out);
+            }
             Event::Offer { job, epoch } => self.reach(job, epoch, Stage::Offered),
-            Event::Commit { worker, job, epoch, build, digest, outcome, prior } => {
-                let foreign = self.foreign(job, epoch, build);
-                let done =
-                    Verdict::Done { digest, outcome, worker: Some(worker), build: Some(build) };
-                let kept = self.kept(prior);
-                let receipt = if kept.is_none() && self.bequeathed(job, epoch) {
-                    self.bury(job, done)
-                } else {
-                    self.commit(now, (worker, job), (done, foreign), kept, &mut out)
-                };
-                out.push(Effect::Taken { worker, receipt });
-            }
+            Event::Commit { .. } => self.take_result(now, event, &mut out),
             Event::Fail { worker, job, epoch, trouble } => {
                 self.fail(now, (worker, job, epoch), trouble, &mut out);
             }
@@ -267,9 +184,9 @@ impl Dispatch {
             }
             Event::Drain(worker) => self.drain(worker, Cause::Asked, &mut out),
             Event::Bar(_) | Event::Inherit(..) | Event::Isolate(_) | Event::Pardon(_) => {
-                self.recall(now, event);
+                self.learn_past(now, event);
             }
-            Event::Renounce(heir) => self.renounce(heir, &mut out),
+            Event::Release(claimant) => self.release_claims(claimant, &mut out),
             Event::Forsaken => {
                 for job in self.jobs.names() {
                     self.abandon(now, job, Reason::Forsaken, &mut out);
@@ -284,6 +201,22 @@ impl Dispatch {
         out
     }
 
+    /// A worker hands in a result ([`Event::Commit`]).
+    fn take_result(&mut self, now: Millis, event: Event, out: &mut Vec<Effect>) {
+        let Event::Commit { worker, job, epoch, build, digest, outcome, prior } = event else {
+            return;
+        };
+        let foreign = self.foreign(job, epoch, build);
+        let done = Verdict::Done { digest, outcome, worker: Some(worker), build: Some(build) };
+        let kept = self.kept(prior);
+        let receipt = if kept.is_none() && self.is_inherited_by(job, epoch) {
+            self.complete_unclaimed(job, done)
+        } else {
+            self.commit(now, (worker, job), (done, foreign), kept, out)
+        };
+        out.push(Effect::Taken { worker, receipt });
+    }
+
     fn open(&mut self, now: Millis, run: Run, (job, need): (Job, Skills), out: &mut Vec<Effect>) {
         let Some(account) = self.shares.get_mut(run) else {
             return;
@@ -292,7 +225,6 @@ impl Dispatch {
         account.counts.opened += 1;
         account.openings.push_back(job);
         self.counts.opened += 1;
-        self.unsettled += 1;
         let want = Want { run, opening, count: 1 };
         let Some(record) = self.jobs.get_mut(&job) else {
             return self.admit(now, (job, need), want, out);
@@ -301,7 +233,7 @@ impl Dispatch {
             Some(want) => want.count += 1,
             None => {
                 record.wants.push(want);
-                self.tally(job, 1);
+                self.count_want(job, 1);
                 if let Some(record) = self.jobs.get(&job)
                     && record.phase == Phase::Ready
                 {
@@ -313,7 +245,7 @@ impl Dispatch {
     }
 
     /// Acts on what is known of a job before anybody is asked.
-    fn weigh(&mut self, now: Millis, job: Job, prior: Prior, out: &mut Vec<Effect>) {
+    fn apply_prior(&mut self, now: Millis, job: Job, prior: Prior, out: &mut Vec<Effect>) {
         match self.kept(prior) {
             Some(done) => self.end(now, job, done, out),
             None if prior == Prior::Unfit => self.abandon(now, job, Reason::Invalid, out),
@@ -338,7 +270,7 @@ impl Dispatch {
         want: Want,
         out: &mut Vec<Effect>,
     ) {
-        let record = Record {
+        let record = JobRecord {
             wants: vec![want],
             ask: Ask::of(need),
             phase: Phase::Waiting(now),
@@ -351,15 +283,15 @@ impl Dispatch {
         };
         self.jobs.insert(job, record);
         self.counts.waiting += 1;
-        self.tally(job, 1);
-        self.turn(now, job, self.awaited(now, job));
+        self.count_want(job, 1);
+        self.set_phase(now, job, self.awaited(now, job));
         if self.quarantine.touch(job) {
             self.abandon(now, job, Reason::Crashes { deaths: 0, workers: 0 }, out);
         }
     }
 
     /// A job changes its phase: everything that follows from the phase alone is done here.
-    pub(crate) fn turn(&mut self, now: Millis, job: Job, phase: Phase) {
+    pub(crate) fn set_phase(&mut self, now: Millis, job: Job, phase: Phase) {
         let Some(record) = self.jobs.get_mut(&job) else {
             return;
         };
@@ -382,23 +314,12 @@ impl Dispatch {
         self.counts.moved(old, phase);
         let need = ask.need;
         let ready = |phase| i64::from(phase == Phase::Ready);
-        self.count_ready(need, ready(phase) - ready(old));
-        self.set_timer(job);
-    }
-
-    /// So many jobs more, or fewer, wait for a worker.
-    pub(crate) fn count_ready(&mut self, need: Skills, more: i64) {
-        if more != 0 {
-            let jobs = self.ready.entry(need).or_default();
-            *jobs = jobs.saturating_add_signed(more);
-            if *jobs == 0 {
-                self.ready.remove(&need);
-            }
-        }
+        self.jobs.count_ready(need, ready(phase) - ready(old));
+        self.jobs.set_timer(job, self.timing.lease);
     }
 
     /// Books a job that a run begins (`1`) or ceases (`-1`) to want.
-    pub(crate) fn tally(&mut self, job: Job, sign: i64) {
+    pub(crate) fn count_want(&mut self, job: Job, sign: i64) {
         let Some(record) = self.jobs.get(&job) else {
             return;
         };
@@ -422,7 +343,7 @@ impl Dispatch {
         let over = match self.jobs.get(&job).map(|r| r.phase) {
             Some(Phase::Over(verdict)) => Some(verdict),
             Some(Phase::Waiting(_) | Phase::Ready | Phase::Held) => None,
-            None => match self.past.get(&job).copied().or(kept) {
+            None => match self.past.get(&job).or(kept) {
                 Some(verdict) => Some(verdict),
                 None => return Receipt::Unknown,
             },
@@ -482,8 +403,8 @@ impl Dispatch {
         if let Phase::Over(_) = record.phase {
             return;
         }
-        self.heirs.remove(&job);
+        self.inherited.drop_claims(job);
         self.release(now, job, verdict, out);
-        self.turn(now, job, Phase::Over(verdict));
+        self.set_phase(now, job, Phase::Over(verdict));
     }
 }

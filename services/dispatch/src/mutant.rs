@@ -1,8 +1,6 @@
 //! Bugs planted on purpose: the simulation must find each of them (`docs/pool.md`).
 
 use crate::effect::Loss;
-use crate::event::{Job, Run};
-use crate::machine::{Dispatch, Phase};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mutant {
@@ -63,15 +61,15 @@ pub(crate) enum Mutant {
     /// A new life does not know who was drained.
     DrainForgotten,
     /// A new life gives a job that was at work to whoever asks, at once.
-    OrphanUnawaited,
+    InheritedUnawaited,
     /// A new life stops what the last one has granted.
-    OrphanSuperseded,
+    InheritedSuperseded,
     /// A new life knows nothing of a job before a run has opened it.
-    OrphanUnknown,
+    InheritedUnknown,
     /// A new life lets a job go on whose runs are over.
-    OrphanKept,
-    /// A run that does not want a job any more ends it for an heir, too.
-    HeirPassedOver,
+    InheritedKept,
+    /// A run that does not want a job any more ends it for a claimant, too.
+    ClaimantPassedOver,
 }
 
 impl Mutant {
@@ -81,30 +79,6 @@ impl Mutant {
             Self::ChargedUnbegun => charged || loss == Loss::Down,
             Self::VanishedUncharged => charged && loss == Loss::Crashed,
             _ => charged,
-        }
-    }
-}
-
-impl Dispatch {
-    pub(crate) fn is(&self, mutant: Mutant) -> bool {
-        self.mutant == Some(mutant)
-    }
-
-    pub(crate) fn settle_as_they_come(&mut self, run: Run) {
-        if !self.is(Mutant::SettleAsTheyCome) {
-            return;
-        }
-        let jobs = &self.jobs;
-        let open = |job: &Job| !matches!(jobs.get(job).map(|r| r.phase), Some(Phase::Over(_)));
-        if let Some(account) = self.shares.get_mut(run) {
-            account.openings.make_contiguous().sort_by_key(open);
-        }
-    }
-
-    /// Leaves the lease as it is, and looks no more.
-    pub(crate) fn never_expire(&mut self, job: Job) {
-        if let Some(record) = self.jobs.get_mut(&job) {
-            record.timer = None;
         }
     }
 }

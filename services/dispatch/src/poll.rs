@@ -1,12 +1,15 @@
 //! Questions for work: answered once each, parked, granted, hedged, dismissed.
 
+use crate::ask::Ask;
 use crate::effect::{Cause, Effect};
 use crate::event::{Build, Epoch, Job, Millis, Run, Skills, Worker};
-use crate::machine::{Dispatch, Lease, Phase, Stage};
+use crate::job_record::Phase;
+use crate::leases::{Lease, Stage};
+use crate::machine::Dispatch;
 #[cfg(test)]
 use crate::mutant::Mutant;
 use crate::parked_polls::{Asker, ParkedPolls, Ticket};
-use crate::worker_table::{Ask, WorkerTable};
+use crate::worker_table::WorkerTable;
 
 /// Attempts looked at for one that takes long.
 const MAX_SLOW: usize = 8;
@@ -99,14 +102,17 @@ impl Dispatch {
         #[cfg(test)]
         let age = if self.is(Mutant::NoAgeing) { Millis::MAX } else { age };
         while !self.parked.is_empty() {
-            let (parked, worker_table, meek) = (&self.parked, &self.worker_table, self.meek());
+            let (parked, worker_table, avoids_killers) =
+                (&self.parked, &self.worker_table, self.avoids_killers());
             #[cfg(test)]
             let will = self.mutant == Some(Mutant::AnybodyWill);
             #[cfg(not(test))]
             let will = false;
             let can = |ask: &Ask| {
-                let fit =
-                    || ask.killers.is_empty() || asker(parked, worker_table, ask, meek).is_some();
+                let fit = || {
+                    ask.killers.is_empty()
+                        || asker(parked, worker_table, ask, avoids_killers).is_some()
+                };
                 will || parked.can(ask.need) && fit()
             };
             let Some((run, job)) = self.shares.pick(now, age, can) else {
@@ -126,11 +132,11 @@ impl Dispatch {
             return self.parked.overdue(Millis::MAX);
         }
         let record = self.jobs.get(&job)?;
-        asker(&self.parked, &self.worker_table, &record.ask, self.meek())
+        asker(&self.parked, &self.worker_table, &record.ask, self.avoids_killers())
     }
 
     /// Whether a job is held back from those under whom it died.
-    fn meek(&self) -> bool {
+    fn avoids_killers(&self) -> bool {
         #[cfg(test)]
         return !self.is(Mutant::KillerAgain);
         #[cfg(not(test))]
@@ -175,8 +181,7 @@ impl Dispatch {
         if self.parked.is_empty() {
             return;
         }
-        let oldest: Vec<_> = self.slow.iter().take(MAX_SLOW).copied().collect();
-        for (granted, job) in oldest {
+        for (granted, job) in self.jobs.slowest(MAX_SLOW) {
             let Some(record) = self.jobs.get(&job).filter(|r| r.phase == Phase::Held) else {
                 continue;
             };
@@ -233,14 +238,14 @@ fn asker(
     parked: &ParkedPolls,
     worker_table: &WorkerTable,
     ask: &Ask,
-    meek: bool,
+    avoids_killers: bool,
 ) -> Option<Ticket> {
     if ask.killers.is_empty() {
         return parked.first(ask.need, |_| true);
     }
     let clean = parked.first(ask.need, |worker| !ask.killers.contains(&worker));
     clean.or_else(|| {
-        let nobody = !meek || !worker_table.others(ask);
+        let nobody = !avoids_killers || !worker_table.others(ask);
         parked.first(ask.need, |_| nobody)
     })
 }

@@ -2,29 +2,22 @@
 
 use crate::effect::{Effect, Verdict};
 use crate::event::{Job, Millis, Run};
-use crate::machine::{Dispatch, Phase, Record};
+use crate::job_record::{JobRecord, Phase};
+use crate::machine::Dispatch;
 #[cfg(test)]
 use crate::mutant::Mutant;
-
-/// Settled jobs whose results are remembered, to tell a duplicate from a stranger. Beyond it the
-/// oldest are forgotten, and a result that comes that late is answered "unknown".
-const MAX_PAST: usize = 65_536;
 
 impl Dispatch {
     /// No run has the job open any more.
     fn withdraw(&mut self, now: Millis, job: Job, out: &mut Vec<Effect>) {
-        let orphan = self.hand_on(now, job);
+        let inherited = self.inherit_again(now, job);
         self.release(now, job, Verdict::Cancelled, out);
-        if let Some(place) = self.jobs.place(&job) {
-            self.timers.set(place, None);
-        }
         if let Some(record) = self.jobs.remove(&job) {
             self.counts.stands(record.phase, -1);
-            self.count_ready(record.ask.need, -i64::from(record.phase == Phase::Ready));
         }
-        if !orphan {
-            self.heirs.remove(&job);
-            self.remember(job, Verdict::Cancelled);
+        if !inherited {
+            self.inherited.drop_claims(job);
+            self.past.remember(job, Verdict::Cancelled);
         }
     }
 
@@ -67,14 +60,13 @@ impl Dispatch {
         let opening = account.counts.settled;
         account.counts.settle(verdict);
         self.counts.settle(verdict);
-        self.unsettled -= 1;
         let attempts = self.jobs.get(&job).map_or(0, |record| record.attempts);
         out.push(Effect::Settle { run, opening, job, verdict, attempts });
         self.unwant(run, job);
-        let spent = |r: &Record| r.wants.is_empty() && matches!(r.phase, Phase::Over(_));
+        let spent = |r: &JobRecord| r.wants.is_empty() && matches!(r.phase, Phase::Over(_));
         if self.jobs.get(&job).is_some_and(spent) {
             self.jobs.remove(&job);
-            self.remember(job, verdict);
+            self.past.remember(job, verdict);
         }
     }
 
@@ -93,7 +85,7 @@ impl Dispatch {
         let last = record.wants.len() - 1;
         record.wants.swap(at, last);
         let (phase, opening) = (record.phase, record.wants[last].opening);
-        self.tally(job, -1);
+        self.count_want(job, -1);
         if let Some(record) = self.jobs.get_mut(&job) {
             if phase == Phase::Ready {
                 self.shares.unready(run, &record.ask, opening);
@@ -102,17 +94,15 @@ impl Dispatch {
         }
     }
 
-    pub(crate) fn remember(&mut self, job: Job, verdict: Verdict) {
-        if verdict == Verdict::Cancelled && self.past.get(&job).is_some() {
+    #[cfg(test)]
+    fn settle_as_they_come(&mut self, run: Run) {
+        if !self.is(Mutant::SettleAsTheyCome) {
             return;
         }
-        if self.past.insert(job, verdict).is_none() {
-            self.past_order.push_back(job);
-        }
-        while self.past_order.len() > MAX_PAST {
-            if let Some(oldest) = self.past_order.pop_front() {
-                self.past.remove(&oldest);
-            }
+        let jobs = &self.jobs;
+        let open = |job: &Job| !matches!(jobs.get(job).map(|r| r.phase), Some(Phase::Over(_)));
+        if let Some(account) = self.shares.get_mut(run) {
+            account.openings.make_contiguous().sort_by_key(open);
         }
     }
 }

@@ -7,9 +7,9 @@
 //! Ageing: a run that has had work and no grant for [`Timing::age`](crate::Timing::age) lets one
 //! other pass and goes next, so that no priority starves another. All in integers.
 
+use crate::ask::Ask;
 use crate::counts::Counts;
 use crate::event::{Job, Millis, Run, Share, Tenant};
-use crate::worker_table::Ask;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Passes are charged in 2⁻¹⁰ ms, so that the highest priority still moves.
@@ -41,7 +41,7 @@ pub(crate) struct Account {
 }
 
 #[derive(Debug, Default)]
-struct House {
+struct TenantQueue {
     pass: u64,
     /// Pass of the run that went last: where a run that comes back starts.
     clock: u64,
@@ -53,7 +53,7 @@ struct House {
 #[derive(Debug, Default)]
 pub(crate) struct Shares {
     accounts: BTreeMap<Run, Account>,
-    houses: BTreeMap<Tenant, House>,
+    tenants: BTreeMap<Tenant, TenantQueue>,
     line: BTreeSet<(u64, Tenant)>,
     waiting: BTreeSet<(Millis, Run)>,
     clock: u64,
@@ -62,12 +62,12 @@ pub(crate) struct Shares {
 impl Shares {
     pub(crate) fn begin(&mut self, now: Millis, run: Run, mut share: Share) {
         share.priority = share.priority.min(Share::HIGHEST);
-        self.houses.entry(share.tenant).or_default().runs += 1;
+        self.tenants.entry(share.tenant).or_default().runs += 1;
         if self.accounts.contains_key(&run) {
             self.delist(run);
             if let Some(account) = self.accounts.get_mut(&run) {
                 let old = std::mem::replace(&mut account.share, share);
-                // A pass means nothing in another house.
+                // A pass means nothing in another queue.
                 account.pass = if old.tenant == share.tenant { account.pass } else { 0 };
                 self.leave(old.tenant);
             }
@@ -97,10 +97,10 @@ impl Shares {
     }
 
     fn leave(&mut self, tenant: Tenant) {
-        if let Some(house) = self.houses.get_mut(&tenant) {
-            house.runs -= 1;
-            if house.runs == 0 {
-                self.houses.remove(&tenant);
+        if let Some(queue) = self.tenants.get_mut(&tenant) {
+            queue.runs -= 1;
+            if queue.runs == 0 {
+                self.tenants.remove(&tenant);
             }
         }
     }
@@ -162,7 +162,7 @@ impl Shares {
     ) -> Option<(Run, Job)> {
         let asks = |account: &Account| account.ready.keys().any(&somebody);
         let can = |run: &Run| self.accounts.get(run).is_some_and(asks);
-        let of = |tenant: &Tenant| self.houses.get(tenant)?.line.iter().find(|(_, run)| can(run));
+        let of = |tenant: &Tenant| self.tenants.get(tenant)?.line.iter().find(|(_, run)| can(run));
         let first = self.line.iter().find_map(|(at, tenant)| Some((*at, *tenant, *of(tenant)?)));
         let (at, tenant, (pass, mut run)) = first?;
         let mut late =
@@ -175,8 +175,8 @@ impl Shares {
                 let starved = other.and_then(|(_, run)| self.accounts.get_mut(&run));
                 starved.into_iter().for_each(|account| account.passed = true);
                 self.clock = self.clock.max(at);
-                if let Some(house) = self.houses.get_mut(&tenant) {
-                    house.clock = house.clock.max(pass);
+                if let Some(queue) = self.tenants.get_mut(&tenant) {
+                    queue.clock = queue.clock.max(pass);
                 }
             }
         }
@@ -235,11 +235,11 @@ impl Shares {
         };
         account.pass = moved(account.pass, u32::from(account.share.priority));
         let tenant = account.share.tenant;
-        if let Some(house) = self.houses.get_mut(&tenant) {
-            let in_line = self.line.remove(&(house.pass, tenant));
-            house.pass = moved(house.pass, 0);
+        if let Some(queue) = self.tenants.get_mut(&tenant) {
+            let in_line = self.line.remove(&(queue.pass, tenant));
+            queue.pass = moved(queue.pass, 0);
             if in_line {
-                self.line.insert((house.pass, tenant));
+                self.line.insert((queue.pass, tenant));
             }
         }
     }
@@ -252,10 +252,10 @@ impl Shares {
         if account.since.is_some() {
             return;
         }
-        if let Some(house) = self.houses.get_mut(&account.share.tenant) {
-            account.pass = account.pass.max(house.clock);
-            if house.line.is_empty() {
-                house.pass = house.pass.max(self.clock);
+        if let Some(queue) = self.tenants.get_mut(&account.share.tenant) {
+            account.pass = account.pass.max(queue.clock);
+            if queue.line.is_empty() {
+                queue.pass = queue.pass.max(self.clock);
             }
         }
         self.put(now, run);
@@ -270,13 +270,13 @@ impl Shares {
             return;
         }
         let tenant = account.share.tenant;
-        let Some(house) = self.houses.get_mut(&tenant) else {
+        let Some(queue) = self.tenants.get_mut(&tenant) else {
             return;
         };
         account.since = Some(now);
         self.waiting.insert((now, run));
-        self.line.insert((house.pass, tenant));
-        house.line.insert((account.pass, run));
+        self.line.insert((queue.pass, tenant));
+        queue.line.insert((account.pass, run));
     }
 
     /// Takes a run out of the line; since when it was in it.
@@ -285,10 +285,10 @@ impl Shares {
         let since = account.since.take()?;
         self.waiting.remove(&(since, run));
         let tenant = account.share.tenant;
-        let house = self.houses.get_mut(&tenant)?;
-        house.line.remove(&(account.pass, run));
-        if house.line.is_empty() {
-            self.line.remove(&(house.pass, tenant));
+        let queue = self.tenants.get_mut(&tenant)?;
+        queue.line.remove(&(account.pass, run));
+        if queue.line.is_empty() {
+            self.line.remove(&(queue.pass, tenant));
         }
         Some(since)
     }

@@ -1,7 +1,8 @@
 //! The workers: who is there, what each can do, under whom jobs died.
 
+use crate::ask::Ask;
+use crate::by_name::ByWorker;
 use crate::event::{Build, Epoch, Job, Millis, Skills, Worker};
-use crate::jobs::ByWorker;
 use crate::parked_polls::Ticket;
 use std::collections::{BTreeMap, VecDeque};
 
@@ -9,28 +10,6 @@ use std::collections::{BTreeMap, VecDeque};
 const MAX_GONE: usize = 4_096;
 /// Jobs remembered that died under one worker alone.
 const MAX_ALONE: usize = 64;
-
-/// What a job asks of a worker: to be able, and not to be one under whom it died.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Ask {
-    pub(crate) need: Skills,
-    /// In order.
-    pub(crate) killers: Vec<Worker>,
-}
-
-impl Ask {
-    /// Of a job that has not died.
-    pub(crate) fn of(need: Skills) -> Self {
-        Self { need, killers: Vec::new() }
-    }
-
-    /// It died under this worker.
-    pub(crate) fn died(&mut self, worker: Worker) {
-        if let Err(at) = self.killers.binary_search(&worker) {
-            self.killers.insert(at, worker);
-        }
-    }
-}
 
 #[derive(Clone, Debug)]
 pub(crate) struct WorkerState {

@@ -6,9 +6,10 @@
 //! the same seed: the area between the two shares of mass below a size, sizes as powers of two;
 //! in `seed` rows it is between one seed and the next.
 
-use cullet_fracture::brittle::{Brittle, Pace};
+use cullet_fracture::brittle::{Brittle, TerminationCriteria};
 use cullet_fracture::mpm::Domain;
-use cullet_fracture::mpm::kernel::{Path, vector};
+use cullet_fracture::mpm::kernel::SimdLevel;
+use cullet_fracture::mpm::stencil::vector;
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
     BrittleProblem, Fracture, Impact, Material, Precision, Progress, Settings, Solver,
@@ -126,9 +127,9 @@ fn still(domain: &Domain, faint: f64) -> [f64; 2] {
     shares
 }
 
-fn solve(problem: &BrittleProblem, pace: Pace) -> Outcome {
+fn solve(problem: &BrittleProblem, pace: TerminationCriteria) -> Outcome {
     let strain = problem.material.failure_stress / problem.material.young;
-    let mut run = Brittle::paced(problem.clone(), pace, Path::best()).expect("accepted");
+    let mut run = Brittle::with(problem.clone(), pace, SimdLevel::best()).expect("accepted");
     let (mut looks, mut sound, mut shares) = (0.0, 0.0, [0.0; 2]);
     let (mut solve, mut whole) = (0.0, 0.0);
     loop {
@@ -181,17 +182,17 @@ fn far(a: &Fracture, b: &Fracture) -> f64 {
 }
 
 /// The levers: a name, a pace, and what becomes of the problem.
-type Lever = (&'static str, Pace, fn(&mut BrittleProblem));
+type Lever = (&'static str, TerminationCriteria, fn(&mut BrittleProblem));
 
 fn levers() -> Vec<Lever> {
-    let usual = Pace::default();
+    let usual = TerminationCriteria::default();
     let none = |_: &mut BrittleProblem| ();
     vec![
         ("f32", usual, |problem| problem.settings.precision = Precision::Single),
-        ("no stop", Pace { quiet: f64::INFINITY, ..usual }, none),
-        ("quiet 1.5", Pace { quiet: 1.5, ..usual }, none),
-        ("push 1.5", Pace { push: 1.5, ..usual }, none),
-        ("push 12", Pace { push: 12.0, ..usual }, none),
+        ("no stop", TerminationCriteria { quiet: f64::INFINITY, ..usual }, none),
+        ("quiet 1.5", TerminationCriteria { quiet: 1.5, ..usual }, none),
+        ("push 1.5", TerminationCriteria { push: 1.5, ..usual }, none),
+        ("push 12", TerminationCriteria { push: 12.0, ..usual }, none),
         ("half the points", usual, |problem| problem.settings.max_particles /= 2),
     ]
 }
@@ -229,8 +230,9 @@ fn main() {
                 let strength = StrengthField { seed, ..base.strength.clone() };
                 BrittleProblem { seed, strength, ..base.clone() }
             };
-            let usual: Vec<Outcome> =
-                (0..SEEDS).map(|seed| solve(&seeded(seed), Pace::default())).collect();
+            let usual: Vec<Outcome> = (0..SEEDS)
+                .map(|seed| solve(&seeded(seed), TerminationCriteria::default()))
+                .collect();
             for (seed, outcome) in usual.iter().enumerate() {
                 let next = &usual[(seed + 1) % usual.len()];
                 row(scene, "seed", seed as u64, outcome, next, begun);

@@ -6,7 +6,7 @@
 
 use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
-use cullet_fracture::mpm::kernel::Path;
+use cullet_fracture::mpm::kernel::SimdLevel;
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, math::unit};
 use cullet_model::{Material, Precision};
@@ -43,7 +43,7 @@ struct Case {
 impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { count, state, precision, threads, .. } = self;
-        write!(f, "{count} {state:?} {precision:?} {} {threads}", Path::all()[self.path])
+        write!(f, "{count} {state:?} {precision:?} {} {threads}", SimdLevel::all()[self.path])
     }
 }
 
@@ -63,7 +63,7 @@ fn cases() -> Vec<Case> {
     for precision in [Precision::Single, Precision::Double] {
         cases.push(Case { state: State::Breaking, precision, ..base });
     }
-    for path in 1..Path::all().len() {
+    for path in 1..SimdLevel::all().len() {
         for precision in [Precision::Single, Precision::Double] {
             cases.push(Case { path, precision, ..base });
         }
@@ -110,7 +110,7 @@ fn cube(case: &Case) -> Domain {
     }
     let law = Softening::on_grid(&stone, spacing);
     let mut domain = Domain::new(particles, &stone, law, Vec3::repeat(spacing));
-    domain.select(case.precision, Path::all()[case.path]);
+    domain.select(case.precision, SimdLevel::all()[case.path]);
     let spin = Vec3::new(3.0, -2.0, 4.0);
     domain.launch(|x| spin.cross(x) + Vec3::new(0.3 * x.x, -0.1 * x.y, 0.2 * x.z));
     if cracked {

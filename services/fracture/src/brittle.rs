@@ -1,36 +1,38 @@
 //! Brittle solids: particles, MLS-MPM under the Hertz push, Rankine damage, then the exact cut.
 
 mod chip;
-mod clock;
+mod report;
+mod schedule;
 #[cfg(test)]
 mod tests;
 mod warnings;
 
 use crate::damage::{Softening, WeakPlane};
+use crate::mpm::diagnostics::{CHECK_PERIOD, Diagnostics, Given};
 use crate::mpm::domain::stable_step;
-use crate::mpm::door::{
-    PER_CELL, check_contacts, check_hairline, check_impacts, check_material, check_spin,
-    check_supports, check_thickness, sample_points, spacing, stretch, within,
+use crate::mpm::elastic_support::ElasticSupport;
+use crate::mpm::kernel::SimdLevel;
+use crate::mpm::load::Load;
+use crate::mpm::load_patch::LEAST_RADIUS;
+use crate::mpm::preconditions::{
+    check_contacts, check_hairline, check_impacts, check_material, check_spin, check_supports,
+    check_thickness, choose_spacing, sample_points, stretch, within,
 };
-use crate::mpm::kernel::Path;
-use crate::mpm::load::{LEAST_RADIUS, Load};
-use crate::mpm::rest::Rest;
-use crate::mpm::watch::{Given, LOOK, Watch};
-use crate::mpm::{Domain, Tally, crushed, motion, quadrature, spring};
+use crate::mpm::{Domain, StepTally, crushed, hertz_contact, motion, quadrature};
 use crate::particles::Particles;
-pub use clock::Pace;
-use clock::{Clock, Growth};
 use cullet_fragment::crack::BROKEN;
 use cullet_fragment::cut::{self, CutError, CutSettings, DamageField, Partition, slit};
 use cullet_fragment::debris::{self, Mote, Motes};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
-use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
+use cullet_model::brittle::POINTS_PER_CELL;
 use cullet_model::{
     BrittleProblem, Cost, Failure, Fracture, Fragment, Grain, Impact, Precision, Problem, Progress,
-    Refusal, Report, Solver, Strength,
+    Refusal, Solver, Strength,
 };
-pub use warnings::lean;
+pub use schedule::TerminationCriteria;
+use schedule::{CrackActivity, Schedule};
+pub use warnings::grid_bias_warning;
 
 /// Most points a solve may ask for: 8 million take about 3 GB.
 const MOST_PARTICLES: f64 = 8e6;
@@ -56,20 +58,35 @@ pub struct Brittle {
     problem: BrittleProblem,
     domain: Domain,
     loads: Vec<Load>,
-    rests: Vec<Rest>,
+    supports: Vec<ElasticSupport>,
     /// Whether cracks may start at each contact.
     torn: Vec<bool>,
-    strength_ratio: f64,
-    pace: Pace,
-    clock: Clock,
-    total: Tally,
+    schedule: Schedule,
     push_over: Option<f64>,
-    growth: Growth,
-    watch: Watch,
+    setup: SolveSetup,
+    record: SolveRecord,
+}
+
+/// How a solve is done.
+#[derive(Clone, Copy, Debug)]
+struct SolveSetup {
+    criteria: TerminationCriteria,
+    simd_level: SimdLevel,
+    /// Strength at which cracks grow, over the material's \[1\].
+    strength_ratio: f64,
+    /// How often it was begun again with half the step.
+    halvings: u32,
+}
+
+/// What a solve has seen so far.
+#[derive(Debug, Default)]
+struct SolveRecord {
+    total: StepTally,
+    activity: CrackActivity,
+    diagnostics: Diagnostics,
+    /// Greatest |v|² of a node \[m²/s²\].
     fastest: f64,
     warnings: Vec<String>,
-    path: Path,
-    halvings: u32,
 }
 
 impl Solver for Brittle {
@@ -77,12 +94,12 @@ impl Solver for Brittle {
     const PRECISIONS: &'static [Precision] = &[Precision::Single, Precision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
-        cost(&BrittleProblem::of(problem.clone(), Self::NAME)?)
+        estimate_cost(&BrittleProblem::of(problem.clone(), Self::NAME)?)
     }
 
     fn begin(problem: Problem) -> Result<Self, Refusal> {
         let problem = BrittleProblem::of(problem, Self::NAME)?;
-        Self::paced(problem, Pace::default(), Path::best())
+        Self::with(problem, TerminationCriteria::default(), SimdLevel::best())
     }
 
     fn advance(&mut self) -> Progress {
@@ -101,13 +118,13 @@ impl Solver for Brittle {
                 },
             }
         }
-        let Clock { spin_up, end, .. } = self.clock;
+        let Schedule { spin_up, end, .. } = self.schedule;
         Progress::Running(((spin_up + self.domain.time) / (spin_up + end)).min(1.0))
     }
 }
 
 /// What a problem would cost, or the bound that it breaks.
-fn cost(problem: &BrittleProblem) -> Result<Cost, Refusal> {
+fn estimate_cost(problem: &BrittleProblem) -> Result<Cost, Refusal> {
     check_material(problem)?;
     check_impacts(&problem.impacts)?;
     check_supports(&problem.supports)?;
@@ -115,11 +132,11 @@ fn cost(problem: &BrittleProblem) -> Result<Cost, Refusal> {
     if let Some(error) = problem.settings.error {
         within("the error that is good enough", error, f64::MIN_POSITIVE, 1.0)?;
     }
-    let spacing = spacing(problem)?;
+    let spacing = choose_spacing(problem)?;
     check_contacts(problem, &spacing, LEAST_RADIUS)?;
     check_hairline(problem, &spacing)?;
     let volume = problem.solid.mesh.signed_volume();
-    let particles = PER_CELL * volume / spacing.product();
+    let particles = POINTS_PER_CELL * volume / spacing.product();
     within("the number of particles", particles, LEAST_PARTICLES as f64, f64::INFINITY)?;
     let most = f64::from(problem.settings.max_particles).min(MOST_PARTICLES);
     // A spacing that was asked for may overshoot by what rounding and sampling do.
@@ -131,8 +148,8 @@ fn cost(problem: &BrittleProblem) -> Result<Cost, Refusal> {
         });
     }
     let step = time_step(problem, &spacing);
-    let clock = Clock::new(problem, &Pace::default());
-    let steps = (clock.spin_up + clock.end) / step;
+    let schedule = Schedule::new(problem, &TerminationCriteria::default());
+    let steps = (schedule.spin_up + schedule.end) / step;
     let limit = f64::from(problem.settings.max_steps);
     if steps > limit {
         return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });
@@ -149,13 +166,17 @@ fn may_be_shown(partition: Partition) -> Result<Partition, CutError> {
 }
 
 impl Brittle {
-    /// Like `begin`, at another pace and on another path of the processor.
+    /// Like `begin`, with other criteria for the end and other instructions of the processor.
     ///
     /// # Errors
     /// If the problem is not for this solver.
-    pub fn paced(problem: BrittleProblem, pace: Pace, path: Path) -> Result<Self, Refusal> {
-        cost(&problem)?;
-        let spacing = spacing(&problem)?;
+    pub fn with(
+        problem: BrittleProblem,
+        criteria: TerminationCriteria,
+        simd_level: SimdLevel,
+    ) -> Result<Self, Refusal> {
+        estimate_cost(&problem)?;
+        let spacing = choose_spacing(&problem)?;
         let mesh = &problem.solid.mesh;
         let inside = Inside::new(mesh);
         let points = sample_points(&problem, &spacing)?;
@@ -172,37 +193,38 @@ impl Brittle {
         softening.weak_plane =
             strength.weak_plane.map(|w| WeakPlane { normal: w.normal.into(), ratio: w.ratio });
         let mut domain = Domain::new(particles, material, softening, spacing);
-        domain.select(problem.settings.precision, path);
+        domain.select(problem.settings.precision, simd_level);
         domain.step = time_step(&problem, &spacing);
-        domain.refresh = problem.settings.tolerance().refresh();
-        let clock = Clock::new(&problem, &pace);
-        domain.time = -clock.spin_up;
-        let loads: Vec<Load> =
-            problem.impacts.iter().map(|impact| load(impact, &problem, &domain, &clock)).collect();
-        for &(id, _) in loads.iter().flat_map(|load| &load.footing.shares) {
+        domain.check_cracks_every(problem.settings.tolerance().refresh());
+        let schedule = Schedule::new(&problem, &criteria);
+        domain.time = -schedule.spin_up;
+        let loads: Vec<Load> = problem
+            .impacts
+            .iter()
+            .map(|impact| load(impact, &problem, &domain, &schedule))
+            .collect();
+        for &(id, _) in loads.iter().flat_map(|load| &load.patch.shares) {
             let slot = domain.slot(id);
             domain.particles.shielded[slot] = true;
         }
-        let rests =
-            problem.supports.iter().map(|support| Rest::new(support, &domain, material)).collect();
-        let warnings = warnings::first(&problem, &softening, &clock, &spacing);
+        let support = |support| ElasticSupport::new(support, &domain, material);
+        let supports = problem.supports.iter().map(support).collect();
+        let warnings = warnings::first(&problem, &softening, &schedule, &spacing);
         Ok(Self {
             problem,
             domain,
             torn: vec![false; loads.len()],
-            rests,
+            supports,
             loads,
-            strength_ratio: softening.strength_ratio,
-            pace,
-            clock,
-            total: Tally::default(),
+            schedule,
             push_over: None,
-            growth: Growth::default(),
-            watch: Watch::default(),
-            fastest: 0.0,
-            warnings,
-            path,
-            halvings: 0,
+            setup: SolveSetup {
+                criteria,
+                simd_level,
+                strength_ratio: softening.strength_ratio,
+                halvings: 0,
+            },
+            record: SolveRecord { warnings, ..SolveRecord::default() },
         })
     }
 
@@ -210,23 +232,23 @@ impl Brittle {
     /// steps lasts (F76).
     fn again(&self, failure: &Failure) -> Option<Self> {
         let numbers = matches!(failure, Failure::NotFinite { .. } | Failure::Unstable { .. });
-        if !numbers || self.halvings == HALVINGS {
+        if !numbers || self.setup.halvings == HALVINGS {
             return None;
         }
         let mut problem = self.problem.clone();
         problem.settings.precision = Precision::Double;
-        let mut fresh = Self::paced(problem, self.pace, self.path).ok()?;
-        fresh.halvings = self.halvings + 1;
-        fresh.domain.step /= f64::from(1_u32 << fresh.halvings);
-        let steps = (fresh.clock.spin_up + fresh.clock.end) / fresh.domain.step;
+        let mut fresh = Self::with(problem, self.setup.criteria, self.setup.simd_level).ok()?;
+        fresh.setup.halvings = self.setup.halvings + 1;
+        fresh.domain.step /= f64::from(1_u32 << fresh.setup.halvings);
+        let steps = (fresh.schedule.spin_up + fresh.schedule.end) / fresh.domain.step;
         if steps > f64::from(self.problem.settings.max_steps) {
             return None;
         }
         let single = self.problem.settings.precision == Precision::Single;
         let wider = if single { ", in f64" } else { "" };
         let step = fresh.domain.step;
-        let told = format!("{failure}: solved again with steps of {step:.3e} s{wider} (F76)");
-        fresh.warnings = self.warnings.iter().cloned().chain([told]).collect();
+        let warning = format!("{failure}: solved again with steps of {step:.3e} s{wider} (F76)");
+        fresh.record.warnings = self.record.warnings.iter().cloned().chain([warning]).collect();
         Some(fresh)
     }
 
@@ -237,32 +259,37 @@ impl Brittle {
     }
 
     fn step(&mut self) -> Result<(), Failure> {
-        if self.clock.spin_up > 0.0 {
-            self.domain.spin = Some(self.clock.spin(self.problem.spin, self.domain.time));
+        if self.schedule.spin_up > 0.0 {
+            self.domain.spin = Some(self.schedule.spin(self.problem.spin, self.domain.time));
         }
         if self.domain.time >= 0.0 {
             for load in &mut self.loads {
                 load.push(&mut self.domain);
             }
-            for rest in &mut self.rests {
-                rest.push(&mut self.domain);
+            for support in &mut self.supports {
+                support.push(&mut self.domain);
             }
             self.open_contacts();
         }
         let tally = self.domain.advance();
-        self.total.dissipated += tally.dissipated;
-        self.total.crushed = self.total.crushed.max(tally.crushed);
-        self.total.broken += tally.broken;
-        self.fastest = self.fastest.max(tally.fastest);
+        self.record.total.dissipated += tally.dissipated;
+        self.record.total.crushed = self.record.total.crushed.max(tally.crushed);
+        self.record.total.broken += tally.broken;
+        self.record.fastest = self.record.fastest.max(tally.fastest);
         let points = self.domain.particles.len() as f64;
-        self.growth.note(self.domain.time, self.total.broken, points, self.clock.transit);
-        let share = f64::from(self.total.crushed) / points;
+        self.record.activity.note(
+            self.domain.time,
+            self.record.total.broken,
+            points,
+            self.schedule.transit,
+        );
+        let share = f64::from(self.record.total.crushed) / points;
         if share > CRUSHED_SHARE {
             return Err(Failure::Unstable { ratio: share, step: self.domain.steps });
         }
         let step = self.domain.steps;
-        if step.is_multiple_of(LOOK) {
-            self.look()?;
+        if step.is_multiple_of(CHECK_PERIOD) {
+            self.check()?;
         }
         Ok(())
     }
@@ -278,18 +305,18 @@ impl Brittle {
             if load.cracks(&self.problem.material) {
                 *torn = true;
                 let time = self.domain.time;
-                load.footing.shares.iter().for_each(|&(id, _)| self.domain.open(id, time));
+                load.patch.shares.iter().for_each(|&(id, _)| self.domain.open(id, time));
             }
         }
     }
 
-    fn look(&mut self) -> Result<(), Failure> {
+    fn check(&mut self) -> Result<(), Failure> {
         let lost: f64 = self.loads.iter().map(Load::lost).sum();
         let spun = self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
         let loads = self.loads.iter().map(|load| load.direction * load.delivered);
-        let rests = self.rests.iter().map(|rest| rest.normal * rest.delivered);
-        let momentum = self.domain.spin.is_none().then(|| loads.chain(rests).sum());
-        self.watch.look(&self.domain, &Given { energy: lost + spun, momentum })
+        let supports = self.supports.iter().map(|one| one.normal * one.delivered);
+        let momentum = self.domain.spin.is_none().then(|| loads.chain(supports).sum());
+        self.record.diagnostics.check(&self.domain, &Given { energy: lost + spun, momentum })
     }
 
     fn over(&mut self) -> bool {
@@ -298,14 +325,15 @@ impl Brittle {
             return false;
         }
         let push = *self.push_over.get_or_insert(time);
-        let quiet = time - self.growth.last.max(push);
-        let transit = self.clock.transit;
-        let end = quiet > self.pace.quiet * transit || time > push + self.pace.after * transit;
+        let quiet = time - self.record.activity.last.max(push);
+        let transit = self.schedule.transit;
+        let end = quiet > self.setup.criteria.quiet * transit
+            || time > push + self.setup.criteria.after * transit;
         let points = self.domain.particles.len() as f64;
         let growth = self.problem.settings.tolerance().growth();
-        let small = growth.is_some_and(|share| self.growth.is_small(share, points));
+        let small = growth.is_some_and(|share| self.record.activity.is_small(share, points));
         if let (false, true, Some(error)) = (end, small, self.problem.settings.error) {
-            self.warnings.push(format!(
+            self.record.warnings.push(format!(
                 "ended {:.2} of a wave's way after the push: too little broke in one to matter to \
                  an error of {error}",
                 (time - push) / transit
@@ -315,7 +343,7 @@ impl Brittle {
     }
 
     fn finish(&mut self) -> Result<Fracture, Failure> {
-        self.look()?;
+        self.check()?;
         let (positions, damage, damage_time, normals) = self.field();
         let pieces = self.domain.pieces();
         let pieces = crushed::pieces(&self.domain.particles, pieces, &self.rules());
@@ -362,8 +390,8 @@ impl Brittle {
         }
         let pushes = self.loads.iter().zip(&self.problem.impacts);
         let pushes = pushes.map(|(load, hit)| (hit.point, load.direction * load.delivered));
-        let rests = self.rests.iter().map(|rest| (rest.point, rest.normal * rest.delivered));
-        let pushes: Vec<(Vec3, Vec3)> = pushes.chain(rests).collect();
+        let supports = self.supports.iter().map(|one| (one.point, one.normal * one.delivered));
+        let pushes: Vec<(Vec3, Vec3)> = pushes.chain(supports).collect();
         cullet_fragment::motion::balance(&mut fragments, &pushes, self.problem.material.density);
         let motes = self.motes();
         let mut debris = self.crumble(&mut fragments, &motes);
@@ -375,7 +403,7 @@ impl Brittle {
             debris.extend(dust);
             report.warnings.extend(warnings);
         }
-        let reactions = self.rests.iter().map(|rest| rest.delivered).collect();
+        let reactions = self.supports.iter().map(|one| one.delivered).collect();
         // Debris is the last of them.
         sampled.truncate(fragments.len());
         Ok(Fracture { fragments, sampled, debris, reactions, report })
@@ -424,9 +452,9 @@ impl Brittle {
         self.problem.settings.grain.unwrap_or(0.5 * self.domain.grid.spacing.max())
     }
 
-    fn rules(&self) -> crushed::Rules {
+    fn rules(&self) -> crushed::CrushRules {
         let push: Vec3 = self.problem.impacts.iter().map(|hit| hit.normal * hit.impulse).sum();
-        crushed::Rules {
+        crushed::CrushRules {
             spacing: self.domain.grid.spacing,
             material: self.problem.material,
             seed: self.problem.seed,
@@ -448,31 +476,6 @@ impl Brittle {
             slots.iter().map(|&p| particles.normal[p]).collect(),
         )
     }
-
-    /// Impulse that the loads have put into the body \[N·s\].
-    fn delivered(&self) -> f64 {
-        self.loads.iter().map(|load| load.delivered).sum()
-    }
-
-    fn report(&self, damage: &[f64]) -> Report {
-        let particles = self.domain.particles.len();
-        let damaged = damage.iter().filter(|&&c| c > 0.5).count();
-        let mut report = Report {
-            solver: Self::NAME.to_owned(),
-            spacing: self.domain.grid.spacing.max(),
-            particles: particles as u64,
-            steps: self.domain.steps,
-            simulated: self.clock.spin_up + self.domain.time,
-            dissipated_energy: self.total.dissipated,
-            warnings: self.warnings.clone(),
-            ..Report::default()
-        }
-        .with(STRENGTH_RATIO, "1", self.strength_ratio)
-        .with(DAMAGED_FRACTION, "1", damaged as f64 / particles as f64)
-        .with(DELIVERED_IMPULSE, "N·s", self.delivered());
-        self.last_warnings(&mut report);
-        report
-    }
 }
 
 /// The step of a solve that is not repeated \[s\].
@@ -480,10 +483,10 @@ fn time_step(problem: &BrittleProblem, spacing: &Vec3) -> f64 {
     problem.settings.tolerance().step() * stable_step(&problem.material, spacing.min())
 }
 
-/// The push of an impact: a longer one than the clock's has the same peak force and delivers less;
-/// the striker keeps the rest.
-fn load(impact: &Impact, problem: &BrittleProblem, domain: &Domain, clock: &Clock) -> Load {
-    let duration = spring::duration(impact).min(clock.push);
+/// The push of an impact: where the schedule shortens it, it has the same peak force and delivers
+/// less; the striker keeps the rest.
+fn load(impact: &Impact, problem: &BrittleProblem, domain: &Domain, schedule: &Schedule) -> Load {
+    let duration = hertz_contact::duration(impact).min(schedule.push);
     let mobility = motion::mobility(problem, &impact.point, &impact.normal);
     Load::new(impact, domain, duration, mobility)
 }

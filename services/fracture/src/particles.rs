@@ -31,7 +31,7 @@ pub struct Particles {
     /// Under a striker: undamaged while in compression (F11).
     pub shielded: Vec<bool>,
     /// Broken and torn apart: bears nothing any more, whatever its nodes do.
-    pub gone: Vec<bool>,
+    pub eroded: Vec<bool>,
 }
 
 /// Some of the points, to be changed apart from the others.
@@ -46,7 +46,7 @@ pub(crate) struct View<'a> {
     pub(crate) strength: &'a [f64],
     pub(crate) front_time: &'a [f64],
     pub(crate) shielded: &'a [bool],
-    pub(crate) gone: &'a mut [bool],
+    pub(crate) eroded: &'a mut [bool],
 }
 
 impl Particles {
@@ -68,7 +68,7 @@ impl Particles {
             strength: vec![1.0; n],
             front_time: vec![0.0; n],
             shielded: vec![false; n],
-            gone: vec![false; n],
+            eroded: vec![false; n],
         }
     }
 
@@ -97,7 +97,7 @@ impl Particles {
         pick(&mut self.strength, order);
         pick(&mut self.front_time, order);
         pick(&mut self.shielded, order);
-        pick(&mut self.gone, order);
+        pick(&mut self.eroded, order);
     }
 
     /// Takes the points at `olds` to `news`, which are the same places in another order.
@@ -113,7 +113,7 @@ impl Particles {
         carry(&mut self.strength, olds, news);
         carry(&mut self.front_time, olds, news);
         carry(&mut self.shielded, olds, news);
-        carry(&mut self.gone, olds, news);
+        carry(&mut self.eroded, olds, news);
     }
 
     /// Cuts the arrays at `starts` (first point of each piece, then the number of points).
@@ -122,7 +122,7 @@ impl Particles {
         let mut damage_time = self.damage_time.as_mut_slice();
         let mut onset_rate = self.onset_rate.as_mut_slice();
         let mut normal = self.normal.as_mut_slice();
-        let mut gone = self.gone.as_mut_slice();
+        let mut eroded = self.eroded.as_mut_slice();
         starts
             .windows(2)
             .map(|pair| {
@@ -133,7 +133,7 @@ impl Particles {
                     damage_time: take(&mut damage_time, n),
                     onset_rate: take(&mut onset_rate, n),
                     normal: take(&mut normal, n),
-                    gone: take(&mut gone, n),
+                    eroded: take(&mut eroded, n),
                     kind: &self.kind[range.clone()],
                     reference: &self.reference[range.clone()],
                     volume: &self.volume[range.clone()],

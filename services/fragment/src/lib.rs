@@ -6,6 +6,8 @@
 pub mod crack;
 pub mod cut;
 pub mod debris;
+pub mod error;
+pub mod field;
 pub mod grid_bias;
 pub mod motion;
 pub mod pieces;

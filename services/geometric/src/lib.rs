@@ -8,7 +8,7 @@ mod probes;
 mod tests;
 mod web;
 
-use cullet_fragment::cut::{CutError, CutSettings, Cutting, Part, Partition};
+use cullet_fragment::cut::{CutError, CutPart, CutSettings, Cutting, Partition};
 use cullet_fragment::motion::balance;
 use cullet_geometry::{MassProperties, Sheet, Vec3};
 use cullet_model::outcome::{DELIVERED_IMPULSE, STRENGTH_RATIO};
@@ -223,7 +223,7 @@ impl Motion {
         }
     }
 
-    fn carry(&self, part: Part) -> Fragment {
+    fn carry(&self, part: CutPart) -> Fragment {
         let arm = part.solid.mesh.mass_properties().centroid - self.centroid;
         Fragment {
             solid: part.solid,

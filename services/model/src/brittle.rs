@@ -1,12 +1,14 @@
 //! Numbers of a brittle solve that both its solver and the plan of its cost go by.
 
-/// Material points of a cell.
+/// Material points of a cell: fewer widen the band of a crack and make numerical gaps, more only
+/// cost (F-B, F15).
 pub const POINTS_PER_CELL: f64 = 8.0;
 
-/// Most transits of a shear wave that a push is followed for (F12).
+/// Transits of a shear wave L/c_s that a longer push is shortened to: beyond about six the stress
+/// follows the force and the body's own motion has died out of the ratio.
 pub const PUSH_TRANSITS: f64 = 6.0;
 
-/// Transits that a solve goes on for after the push.
+/// Transits after the push at which a solve ends even where damage still grows (F12).
 pub const AFTER_TRANSITS: f64 = 4.0;
 
 /// Fewest cells across a section: bending needs a gradient (F14).

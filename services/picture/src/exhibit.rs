@@ -2,7 +2,8 @@
 
 use super::camera::Camera;
 use super::picture::Picture;
-use super::stage::{Focus, Reel};
+use super::reel::Reel;
+use super::stage::Focus;
 use super::track::{Actor, Mesh, Track};
 use cullet_geometry::{Pose, Solid, Vec3};
 use cullet_record::palette;

@@ -1,16 +1,18 @@
 //! Pictures of a run, drawn from its recording without a GPU: a contact sheet of eight moments, a
 //! short film, and large stills. Equal recordings give equal bytes.
 
-mod around;
 mod camera;
 mod change;
 mod direct;
 mod exhibit;
 mod film;
 mod font;
+mod light;
+mod occlusion;
 mod picture;
 pub mod points;
 mod raster;
+mod reel;
 mod shade;
 mod stage;
 #[cfg(test)]
@@ -21,7 +23,8 @@ pub use exhibit::exhibit;
 pub use picture::Picture;
 
 use cullet_record::{RecordError, Recording, Shares};
-use stage::{Focus, Reel};
+use reel::Reel;
+use stage::Focus;
 use std::path::{Path, PathBuf};
 use track::Track;
 

@@ -1,12 +1,13 @@
 //! Pixels to colours: one key light with a soft shadow, sky and floor as ambient light, darkening
 //! where surfaces meet, thin lines around bodies, a chequered floor that fades into the sky.
 
-use super::around;
 use super::camera::Camera;
 use super::change::Changes;
+use super::light::TAP_REACH;
+use super::occlusion::FARTHEST;
 use super::picture::Picture;
 use super::raster::{Buffers, NOBODY};
-use super::stage::{self, SAMPLES, Stage};
+use super::stage::{SAMPLES, Stage};
 use cullet_geometry::Vec3;
 use std::ops::Range;
 
@@ -52,8 +53,8 @@ pub(super) struct Changed {
 impl Changed {
     pub(super) fn between(old: (&Buffers, &Buffers), new: (&Buffers, &Buffers)) -> Self {
         Self {
-            screen: Changes::between(old.0, new.0).spread(around::FARTHEST),
-            light: Changes::between(old.1, new.1).spread(stage::TAP_REACH),
+            screen: Changes::between(old.0, new.0).spread(FARTHEST),
+            light: Changes::between(old.1, new.1).spread(TAP_REACH),
         }
     }
 
@@ -210,7 +211,7 @@ impl Shot<'_> {
         let point = self.camera.eye + ray / near;
         let n = self.seen.normal[index].map(f64::from);
         let normal = Vec3::from(n).try_normalize(1e-12).unwrap_or(stage.up);
-        let open = stage.around.open(stage, self.seen, index, turns.clone());
+        let open = stage.occlusion.open(&stage.view, self.seen, index, turns.clone());
         let at = Surface { point, normal, turns };
         let actor = stage.track.actor(body(who));
         if !actor.fixed {

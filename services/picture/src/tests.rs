@@ -69,7 +69,7 @@ fn sheet_and_film_are_what_they_claim() {
 /// A moment of the run as bytes, without a caption.
 fn moment(track: &Track, time: f64) -> Picture {
     let focus = direct::focus(track, &std::collections::BTreeMap::new(), SMALL);
-    stage::Reel::new(track, &focus, SMALL).draw(time)
+    reel::Reel::new(track, &focus, SMALL).draw(time)
 }
 
 /// Share of the pixels near a colour of the screen in hue: red over blue by that much at least.
@@ -167,9 +167,9 @@ fn what_is_kept_of_the_last_moment_is_what_would_be_drawn_anew() {
     let dir = tempfile::tempdir().expect("folder");
     let track = Track::of(&recorded(dir.path()));
     let focus = direct::focus(&track, &std::collections::BTreeMap::new(), LARGER);
-    let mut reel = stage::Reel::new(&track, &focus, LARGER);
+    let mut reel = reel::Reel::new(&track, &focus, LARGER);
     for time in [0.0, 0.05, 0.3, 0.39, 0.43, 0.5, 0.6, 0.9, 0.95, 0.1] {
-        let anew = stage::Reel::new(&track, &focus, LARGER).draw(time);
+        let anew = reel::Reel::new(&track, &focus, LARGER).draw(time);
         assert!(reel.draw(time) == anew, "the moment at {time} s hangs on the one before it");
     }
 }
@@ -179,7 +179,7 @@ fn samples_shaded_together_look_as_if_each_was_shaded_for_itself() {
     let dir = tempfile::tempdir().expect("folder");
     let track = Track::of(&recorded(dir.path()));
     let focus = direct::focus(&track, &std::collections::BTreeMap::new(), LARGER);
-    let mut reel = stage::Reel::new(&track, &focus, LARGER);
+    let mut reel = reel::Reel::new(&track, &focus, LARGER);
     for time in [0.2, 0.39, 0.5, 0.9] {
         let (fast, slow) = (reel.draw(time), reel.slow(time));
         let apart = fast.rgb.iter().zip(&slow.rgb).map(|(a, b)| a.abs_diff(*b));

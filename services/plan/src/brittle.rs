@@ -6,7 +6,7 @@
 //! decided. Nothing here looks at a clock: costs are reckoned, so that a plan is the same anywhere.
 
 use crate::reason::Reason;
-use cullet_model::brittle::{AFTER_TRANSITS, POINTS_PER_CELL, PUSH_TRANSITS};
+use cullet_model::brittle::{AFTER_TRANSITS, CELLS_ACROSS_CHOSEN, POINTS_PER_CELL, PUSH_TRANSITS};
 use cullet_world::{BodyMeasure, Hit, Material};
 
 /// What a scene asks of a solve.
@@ -144,8 +144,6 @@ const WAVE_CELLS: f64 = 20.0;
 const BAND: f64 = 0.8 / 0.375;
 /// Cells of the contact's radius where the cone matters [Gate 6].
 const CONE_CELLS: f64 = 4.0;
-/// Cells through the thickness (F14), and a margin for how that is measured.
-const THICKNESS_CELLS: f64 = 3.3;
 /// A body of fewer cells gets geometric pieces (ladder).
 const LEAST_CELLS: f64 = 27.0;
 /// Fragments that broke from a fragment are solved this much more coarsely (ladder).
@@ -279,7 +277,7 @@ pub fn plan(
     if wanted.is_empty() {
         wanted.push((later(body) * most, Bound::Points));
     }
-    let bending = body.depth / THICKNESS_CELLS;
+    let bending = body.depth / CELLS_ACROSS_CHOSEN;
     wanted.push((bending, Bound::Thickness));
     if regime == Regime::Wave {
         wanted.push((hit.impact.duration * pressure / WAVE_CELLS, Bound::Wave));
@@ -300,8 +298,8 @@ pub fn plan(
     }
     if spacing > bending * (1.0 + 1e-9) {
         let cells = body.depth / spacing;
-        let points = thickness_points(body.volume, body.depth, THICKNESS_CELLS);
-        return Err(Reason::Thin { cells, limit: THICKNESS_CELLS, spacing, points });
+        let points = thickness_points(body.volume, body.depth, CELLS_ACROSS_CHOSEN);
+        return Err(Reason::Thin { cells, limit: CELLS_ACROSS_CHOSEN, spacing, points });
     }
     let (points, steps, cost) = cost(body.volume, duration, pressure, spacing);
     let error = ladder_error(across / spacing);

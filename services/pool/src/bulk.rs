@@ -1,6 +1,6 @@
 //! Large answers, on a thread of their own: sending blocks while a link is congested.
 
-use super::LinkError;
+use super::error::LinkError;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use zenoh::Wait;

@@ -1,6 +1,6 @@
 //! A scene and its files as one blob: a line of JSON that names them, then their bytes.
 
-use super::LinkError;
+use super::error::LinkError;
 use cullet_document::files::{Bundle, SceneFile};
 use cullet_proto::codec::{self, WireError};
 use cullet_proto::ids::digest;

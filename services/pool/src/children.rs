@@ -1,6 +1,6 @@
 //! Worker processes kept by the pool.
 
-use super::LinkError;
+use super::error::LinkError;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};

@@ -1,7 +1,8 @@
 //! The client's end: hand a scene in, follow it, fetch what came of it.
 
+use super::error::LinkError;
 use super::fetching::{Fetching, beside};
-use super::{LinkError, bundle, net};
+use super::{bundle, net};
 use cullet_document::Bundle;
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, UserVerb};

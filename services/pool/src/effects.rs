@@ -1,53 +1,57 @@
 //! What the machine says, done.
 
-use super::bulk::reply;
+use super::attempts::Attempted;
 use super::ledger::Wanted;
-use super::shell::{Said, Shell};
-use super::{Attempted, Ending, Reproduction, Settlement, quarantine};
+use super::quarantine;
+use super::settlement::{Ending, Reproduction, Settlement};
+use super::shell::{Shell, StepAnswers};
 use cullet_dispatch::{
-    Cause, Digest, Effect, Epoch as DispatchEpoch, Job, Loss, Millis, Outcome, Reason, Run,
+    Cause, Digest, Effect, Epoch as DispatchEpoch, Job, Loss, Millis, Reason, Run,
     Verdict as Decision, Worker,
 };
-use cullet_proto::pool::{self, Grant, HeedAnswer, OVERDUE, PollAnswer, RenewAnswer};
-use cullet_proto::{Epoch, JobId, SessionId, Verdict, WorkerId};
+use cullet_proto::pool::{Grant, HeedAnswer, OVERDUE, PollAnswer, RenewAnswer};
+use cullet_proto::{Epoch, JobId, SessionId, WorkerId};
 use std::time::Instant;
 
 impl Shell {
-    pub(super) fn act(&mut self, effect: Effect, said: &mut Said) {
+    pub(super) fn act(&mut self, effect: Effect, answers: &mut StepAnswers) {
         match effect {
             Effect::Grant { worker, seq, job, run, epoch, lease, hard } => {
                 let (job, epoch) = (JobId(job.0), Epoch(epoch.0));
                 let grant = self.granted((worker, run), job, epoch, (lease, hard));
-                if !self.answer_poll(worker, seq, PollAnswer::Grant(grant)) {
-                    said.grant = Some(grant);
+                if !self.waiting.answer_poll(worker, seq, PollAnswer::Grant(grant)) {
+                    answers.grant = Some(grant);
                 }
             }
             Effect::Idle { worker, seq } => {
-                self.answer_poll(worker, seq, PollAnswer::Idle);
+                self.waiting.answer_poll(worker, seq, PollAnswer::Idle);
             }
             Effect::Park { .. } => {}
-            Effect::Renewed { lease, .. } => said.renew = Some(RenewAnswer::Go { lease_ms: lease }),
+            Effect::Renewed { lease, .. } => {
+                answers.renew = Some(RenewAnswer::Go { lease_ms: lease });
+            }
             Effect::Adopted { worker, job, run, epoch } => {
                 let (id, run, name) = (JobId(job.0), self.label(run), self.name(worker));
-                let news = self.ledger.granted(id, epoch, (&name, self.roster.about(worker)));
-                self.tell(news);
-                self.roster.took(worker, id);
+                let news =
+                    self.ledger.granted(id, epoch, (&name, self.workers.roster.about(worker)));
+                self.notify_runs(news);
+                self.workers.roster.took(worker, id);
                 let job = id.short();
                 tracing::info!(run, job, worker = name, epoch = epoch.0, "goes on from before");
             }
-            Effect::Stop { .. } => said.renew = Some(RenewAnswer::Stop),
+            Effect::Stop { .. } => answers.renew = Some(RenewAnswer::Stop),
             Effect::Cancel { worker, job, epoch } => {
-                self.roster.left(worker, JobId(job.0));
-                self.answer_heed(worker, Some(epoch), HeedAnswer::Stop);
+                self.workers.roster.left(worker, JobId(job.0));
+                self.waiting.answer_watch(worker, Some(epoch), HeedAnswer::Stop);
             }
-            Effect::Taken { receipt, .. } => said.receipt = Some(receipt),
+            Effect::Taken { receipt, .. } => answers.receipt = Some(receipt),
             Effect::Dismiss { worker, seq } => {
-                self.answer_poll(worker, seq, PollAnswer::Drain);
+                self.waiting.answer_poll(worker, seq, PollAnswer::Drain);
             }
             Effect::Drained { worker, cause } => {
-                self.roster.drained(worker);
-                self.lives.leaves(SessionId(worker.0));
-                let on_disk = self.drained.as_mut().filter(|_| cause != Cause::Before);
+                self.workers.roster.drained(worker);
+                self.workers.lives.leaves(SessionId(worker.0));
+                let on_disk = self.kept.drained.as_mut().filter(|_| cause != Cause::Before);
                 on_disk.into_iter().for_each(|file| file.keep(worker));
                 let why = why(cause);
                 tracing::warn!(worker = self.name(worker), why, "it gets no further job");
@@ -68,18 +72,6 @@ impl Shell {
         }
     }
 
-    fn answer_poll(&mut self, worker: Worker, seq: u64, answer: PollAnswer) -> bool {
-        if self.polls.get(&worker).is_none_or(|(asked, _)| *asked != seq) {
-            return false;
-        }
-        if let Some((_, query)) = self.polls.remove(&worker)
-            && let Ok(bytes) = pool::answer(&answer, &[])
-        {
-            reply(&query, bytes);
-        }
-        true
-    }
-
     /// What a worker is told of its grant.
     fn granted(
         &mut self,
@@ -90,10 +82,11 @@ impl Shell {
     ) -> Grant {
         let outline = self.ledger.get(Job(job.0)).map_or(0, |wanted| wanted.outline.len());
         let (run, name) = (self.label(run), self.name(worker));
-        let (grant, by) = (DispatchEpoch(epoch.0), (name.as_str(), self.roster.about(worker)));
+        let (grant, by) =
+            (DispatchEpoch(epoch.0), (name.as_str(), self.workers.roster.about(worker)));
         let news = self.ledger.granted(job, grant, by);
-        self.tell(news);
-        self.roster.took(worker, job);
+        self.notify_runs(news);
+        self.workers.roster.took(worker, job);
         let own = self.children.as_ref().is_some_and(|children| children.has(&name));
         if !own {
             self.note_at_work(job);
@@ -109,19 +102,19 @@ impl Shell {
         let wanted = self.ledger.get(Job(job.0)).map(|wanted| wanted.openings.keys());
         let runs: Vec<u64> = wanted.into_iter().flatten().map(|run| self.label(*run)).collect();
         let dispatch = &self.dispatch;
-        let counts = |id: &JobId| dispatch.wants(Job(id.0)) || dispatch.orphaned(Job(id.0));
-        if let Some(file) = &mut self.at_work {
+        let counts = |id: &JobId| dispatch.wants(Job(id.0)) || dispatch.is_inherited(Job(id.0));
+        if let Some(file) = &mut self.kept.at_work {
             file.took(job, runs, counts);
         }
     }
 
     pub(super) fn name(&self, worker: Worker) -> String {
-        self.names.get(&worker).map_or_else(String::new, WorkerId::to_string)
+        self.workers.names.get(&worker).map_or_else(String::new, WorkerId::to_string)
     }
 
     /// A run's number for people.
     pub(super) fn label(&self, run: Run) -> u64 {
-        self.runs.get(&run).map_or(run.0, |listener| listener.label)
+        self.runs.listeners.get(&run).map_or(run.0, |listener| listener.label)
     }
 
     /// The runs that want a job, for a line of the log.
@@ -137,7 +130,7 @@ impl Shell {
         (worker, epoch): (Worker, DispatchEpoch),
         (loss, charged): (Loss, bool),
     ) {
-        self.roster.left(worker, JobId(job.0));
+        self.workers.roster.left(worker, JobId(job.0));
         let (id, runs, name) = (JobId(job.0).short(), self.runs_of(job), self.name(worker));
         tracing::warn!(run = runs, job = id, worker = name, ?loss, charged, "attempt lost");
         // The next attempt begins at the beginning.
@@ -148,14 +141,14 @@ impl Shell {
         let spared = !charged && matches!(loss, Loss::Down | Loss::TooLong);
         let how = if spared { " (no solver had the job)" } else { "" };
         let news = self.ledger.ended(JobId(job.0), epoch, &format!("{loss:?}{how}"));
-        self.tell(news);
+        self.notify_runs(news);
     }
 
     /// Runs that want a job hear what befalls an attempt at it.
-    fn tell(&self, news: Option<Attempted>) {
+    fn notify_runs(&self, news: Option<Attempted>) {
         let wanted = news.as_ref().and_then(|news| self.ledger.get(Job(news.job.0)));
         for run in wanted.into_iter().flat_map(|wanted| wanted.openings.keys()) {
-            if let Some(listener) = self.runs.get(run) {
+            if let Some(listener) = self.runs.listeners.get(run) {
                 listener.attempts.put(news.clone());
             }
         }
@@ -165,7 +158,7 @@ impl Shell {
     fn isolate(&self, job: Job, crashes: u32) {
         let (id, runs) = (JobId(job.0), self.runs_of(job));
         tracing::error!(run = &runs, job = id.short(), crashes, "job put in quarantine");
-        let (Some(folder), Some(bytes)) = (&self.quarantine, self.ledger.whole(job)) else {
+        let (Some(folder), Some(bytes)) = (&self.kept.quarantine, self.ledger.whole(job)) else {
             return;
         };
         match quarantine::write(folder, id, &bytes, &self.ledger.lines(job, &runs)) {
@@ -176,7 +169,7 @@ impl Shell {
 
     /// A job may be tried again, in later lives too.
     pub(super) fn pardon(&self, id: JobId) {
-        if let Some(folder) = &self.quarantine
+        if let Some(folder) = &self.kept.quarantine
             && let Err(error) = quarantine::release(folder, id)
         {
             tracing::error!(job = id.short(), "its quarantine outlives this pool: {error}");
@@ -190,7 +183,7 @@ impl Shell {
             return None;
         };
         let (bytes, told) = (self.ledger.whole(job)?, self.ledger.lines(job, &self.runs_of(job)));
-        let kept = self.quarantine.as_deref().filter(|_| told.is_empty());
+        let kept = self.kept.quarantine.as_deref().filter(|_| told.is_empty());
         let kept = kept.and_then(|folder| quarantine::attempts(folder, JobId(job.0)));
         Some(Reproduction { job: bytes, attempts: kept.unwrap_or(told) })
     }
@@ -204,8 +197,8 @@ impl Shell {
             (matches!(decision, Decision::Done { worker: None, .. }), wanted.tries(opened));
         let (ending, worker) = match (decision, wanted.result) {
             (Decision::Done { worker, .. }, Some(verdict)) => {
-                worker.into_iter().for_each(|worker| self.roster.done(worker));
-                let name = worker.and_then(|worker| self.names.get(&worker));
+                worker.into_iter().for_each(|worker| self.workers.roster.done(worker));
+                let name = worker.and_then(|worker| self.workers.names.get(&worker));
                 (Ending::Verdict(verdict), name.map(WorkerId::to_string).unwrap_or_default())
             }
             (Decision::Done { .. }, None) => {
@@ -219,12 +212,12 @@ impl Shell {
         let wall = opened.elapsed();
         let settlement = Settlement { ending, attempts, worker, cached, wall, tries, reproduction };
         // Sent once the counts that go with it can be read.
-        self.settled.push((run, JobId(job.0), settlement));
+        self.runs.settled.push((run, JobId(job.0), settlement));
     }
 
     fn close(&mut self, run: Run, job: Job) -> Option<(Wanted, Instant)> {
         let (wanted, opened) = self.ledger.close(run, job)?;
-        if let Some(listener) = self.runs.get_mut(&run)
+        if let Some(listener) = self.runs.listeners.get_mut(&run)
             && !wanted.openings.contains_key(&run)
         {
             listener.permille -= i64::from(wanted.permille);
@@ -237,14 +230,6 @@ impl Shell {
         if self.close(run, job).is_some() {
             self.end_unopened(run, JobId(job.0));
         }
-    }
-}
-
-pub(super) fn outcome_of(verdict: &Verdict) -> Outcome {
-    match verdict {
-        Verdict::Solved(_) | Verdict::Measured(_) => Outcome::Broken,
-        Verdict::Refused { .. } => Outcome::Refused,
-        Verdict::Failed { .. } => Outcome::Failed,
     }
 }
 

@@ -12,7 +12,7 @@ mod state;
 pub use state::Conflict;
 use state::{AGAIN, ElectionState};
 
-use super::LinkError;
+use super::error::LinkError;
 use cullet_proto::claim::{Claim, MAX_HOST, Reply};
 use cullet_proto::transport::{Patience, plain};
 use cullet_proto::{SessionId, WorkerId, keys, pool};
@@ -64,7 +64,7 @@ pub(super) struct Announcement(Arc<Shared>);
 
 impl Announcement {
     /// Beside whom it does not stay, if there is such a one.
-    pub(super) fn rival(&self) -> Option<Conflict> {
+    pub(super) fn conflict(&self) -> Option<Conflict> {
         self.0.state.lock().unwrap_or_else(PoisonError::into_inner).1.clone()
     }
 }
@@ -87,7 +87,7 @@ impl Standing {
         let shared = Arc::<Shared>::default();
         // Who is seen can be asked: first it answers, then it shows itself, then it looks.
         let questions = inputs.clone();
-        let door = session
+        let queryable = session
             .declare_queryable(keys::claim(coordinator, own.life))
             .callback(move |query| drop(questions.try_send(Input::Question(query))))
             .wait()
@@ -110,15 +110,15 @@ impl Standing {
             .map_err(failed)?;
         let closing = patience.lease_ms + patience.wait_before_close_ms;
         let closing = Duration::from_millis(closing) + SLACK;
-        let books = ElectionState::new(coordinator.to_string(), own, closing);
+        let election = ElectionState::new(coordinator.to_string(), own, closing);
         let line = Line { session: session.clone(), name: coordinator.clone(), inputs };
         let (inputs, told) = (line.inputs.clone(), Arc::clone(&shared));
         let looks = line.clone();
         let thread = std::thread::Builder::new()
             .name("cullet-claim".into())
             .spawn(move || {
-                uphold(books, &line, &queue, &told, leave);
-                drop((door, sign, watch));
+                uphold(election, &line, &queue, &told, leave);
+                drop((queryable, sign, watch));
             })
             .map_err(LinkError::Thread)?;
         let standing = Self { inputs, shared, thread: Some(thread) };
@@ -133,12 +133,12 @@ impl Standing {
         let open = |state: &mut (bool, Option<Conflict>)| !state.0 && state.1.is_none();
         let state = self.shared.changed.wait_while(state, open);
         match &state.unwrap_or_else(PoisonError::into_inner).1 {
-            Some(rival) => Err(LinkError::Conflict(rival.clone())),
+            Some(conflict) => Err(LinkError::Conflict(conflict.clone())),
             None => Ok(()),
         }
     }
 
-    pub(super) fn herald(&self) -> Announcement {
+    pub(super) fn announcement(&self) -> Announcement {
         Announcement(Arc::clone(&self.shared))
     }
 }
@@ -216,9 +216,9 @@ impl Line {
     }
 }
 
-/// Keeps the books until told to quit.
+/// Keeps the state until told to quit.
 fn uphold(
-    mut books: ElectionState,
+    mut election: ElectionState,
     line: &Line,
     queue: &Receiver<Input>,
     shared: &Shared,
@@ -226,7 +226,7 @@ fn uphold(
 ) {
     let mut heard = false;
     loop {
-        let wait = AGAIN[usize::from(books.own.settled)];
+        let wait = AGAIN[usize::from(election.own.settled)];
         let mut next = match queue.recv_timeout(wait) {
             Ok(input) => Some(input),
             Err(RecvTimeoutError::Timeout) => None,
@@ -234,37 +234,37 @@ fn uphold(
         };
         while let Some(input) = next {
             match input {
-                Input::Sign(life, up) => books.sign(life, up, Instant::now()),
-                Input::Question(query) => answer(&mut books, &query),
-                Input::Reply(reply) => books.told(reply),
-                Input::Looked => books.looked = true,
+                Input::Sign(life, up) => election.sign(life, up, Instant::now()),
+                Input::Question(query) => answer(&mut election, &query),
+                Input::Reply(reply) => election.take_reply(reply),
+                Input::Looked => election.looked = true,
                 Input::Quit => return,
             }
             next = queue.try_recv().ok();
         }
-        for life in books.tick(Instant::now()) {
-            line.ask(life, &books.own);
+        for life in election.tick(Instant::now()) {
+            line.ask(life, &election.own);
         }
         let mut state = shared.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let news = (books.own.settled, books.lost.clone());
+        let news = (election.own.settled, election.lost.clone());
         if *state != news {
             *state = news;
             shared.changed.notify_all();
         }
         drop(state);
-        if !heard && books.lost.as_ref().is_some_and(|rival| rival.late) {
+        if !heard && election.lost.as_ref().is_some_and(|conflict| conflict.late) {
             heard = leave();
         }
     }
 }
 
-fn answer(books: &mut ElectionState, query: &Query) {
+fn answer(election: &mut ElectionState, query: &Query) {
     let bytes = query.payload().map(|payload| payload.to_bytes().into_owned());
     let Ok((theirs, _)) = pool::read_ask::<Claim>(&bytes.unwrap_or_default()) else { return };
-    if theirs.check().is_err() || theirs.life == books.own.life {
+    if theirs.check().is_err() || theirs.life == election.own.life {
         return;
     }
-    if let Ok(bytes) = pool::answer(&books.asked(&theirs), &[]) {
+    if let Ok(bytes) = pool::answer(&election.asked(&theirs), &[]) {
         super::bulk::reply(query, bytes);
     }
 }

@@ -1,7 +1,7 @@
 //! A fetch that goes on in a folder: while it does, and where it was broken off, a file there says
 //! what of, so that the same one may go on there, and no other.
 
-use super::LinkError;
+use super::error::LinkError;
 use cullet_files::output::UNFINISHED;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, Write};

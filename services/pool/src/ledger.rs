@@ -1,6 +1,7 @@
 //! The jobs that runs want: their bytes, their results, who waits for them, who tried them.
 
-use super::{Attempted, Try};
+use super::attempts::Attempted;
+use super::settlement::Try;
 use cullet_dispatch::{Epoch, Job, Run};
 use cullet_proto::outline::{Outline, Parted};
 use cullet_proto::{JobId, Verdict};

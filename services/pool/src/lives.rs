@@ -22,7 +22,7 @@ pub(super) struct Lives {
     /// Names that several have.
     several: BTreeSet<WorkerId>,
     /// Those that were told of, by name.
-    told: BTreeMap<WorkerId, BTreeSet<SessionId>>,
+    reported: BTreeMap<WorkerId, BTreeSet<SessionId>>,
     /// Those that get no further job.
     leaving: BTreeSet<SessionId>,
     away: BTreeSet<SessionId>,
@@ -80,39 +80,39 @@ impl Lives {
     }
 
     /// Whether it was told of as one of several.
-    pub(super) fn is_twin(&self, life: SessionId) -> bool {
-        self.told.values().any(|all| all.contains(&life))
+    pub(super) fn has_duplicate_name(&self, life: SessionId) -> bool {
+        self.reported.values().any(|all| all.contains(&life))
     }
 
     /// How many were.
-    pub(super) fn twins(&self) -> u64 {
-        self.told.values().map(|all| all.len() as u64).sum()
+    pub(super) fn duplicate_names(&self) -> u64 {
+        self.reported.values().map(|all| all.len() as u64).sum()
     }
 
     /// Time has passed: names that others share now than before, with all who have each; where one
     /// is left, nobody.
     pub(super) fn tick(&mut self, now: Instant) -> Vec<(WorkerId, BTreeSet<SessionId>)> {
         let mut news = Vec::new();
-        let names = self.several.iter().chain(self.told.keys());
+        let names = self.several.iter().chain(self.reported.keys());
         for name in names.cloned().collect::<BTreeSet<_>>() {
             let all = self.named.get(&name).into_iter().flatten();
             let stays = |(life, since): &(&SessionId, &Instant)| {
                 !self.leaving.contains(life) && now.duration_since(**since) >= self.patience
             };
-            let mut twins: BTreeSet<_> = all.filter(stays).map(|(life, _)| *life).collect();
-            if twins.len() < 2 {
-                twins.clear();
+            let mut alike: BTreeSet<_> = all.filter(stays).map(|(life, _)| *life).collect();
+            if alike.len() < 2 {
+                alike.clear();
             }
-            if self.told.get(&name) == Some(&twins)
-                || twins.is_empty() && !self.told.contains_key(&name)
+            if self.reported.get(&name) == Some(&alike)
+                || alike.is_empty() && !self.reported.contains_key(&name)
             {
                 continue;
             }
-            match twins.is_empty() {
-                true => self.told.remove(&name),
-                false => self.told.insert(name.clone(), twins.clone()),
+            match alike.is_empty() {
+                true => self.reported.remove(&name),
+                false => self.reported.insert(name.clone(), alike.clone()),
             };
-            news.push((name, twins));
+            news.push((name, alike));
         }
         news
     }
@@ -151,13 +151,13 @@ mod tests {
         let more = [&steps[..], &[(9, None), (10, None), (11, None)]].concat();
         let (said, lives) = told(&more);
         assert_eq!(said, [[1, 2]]);
-        assert!(lives.is_twin(SessionId(1)) && lives.twins() == 2);
+        assert!(lives.has_duplicate_name(SessionId(1)) && lives.duplicate_names() == 2);
         let third = [&more[..], &[(12, Some((3, true))), (20, None)]].concat();
         assert_eq!(told(&third).0, [vec![1, 2], vec![1, 2, 3]]);
         let end = [&more[..], &[(12, Some((1, false))), (30, None)]].concat();
         let (said, lives) = told(&end);
         assert_eq!(said, [vec![1, 2], vec![]]);
-        assert!(!lives.is_twin(SessionId(2)) && lives.twins() == 0);
+        assert!(!lives.has_duplicate_name(SessionId(2)) && lives.duplicate_names() == 0);
     }
 
     #[test]

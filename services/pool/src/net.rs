@@ -1,8 +1,9 @@
 //! The coordinator's end of the transport.
 
+use super::config::PoolConfig;
 use super::election::{Announcement, Standing};
-use super::shell::Input;
-use super::{LinkError, PoolConfig};
+use super::error::LinkError;
+use super::input::Input;
 use cullet_proto::security::Rules;
 use cullet_proto::transport::Patience;
 use cullet_proto::{WorkerId, keys, transport};
@@ -30,7 +31,7 @@ pub(super) struct Net {
     session: zenoh::Session,
     endpoint: String,
     /// What answers workers; `None`: nobody any more.
-    door: Option<Queryable<()>>,
+    queryable: Option<Queryable<()>>,
     /// The claim to the coordinator's name, where others may come to have it too.
     standing: Option<Standing>,
 }
@@ -61,18 +62,18 @@ impl Net {
         });
         let standing = standing.transpose()?;
         let failed = |text: String| LinkError::Listen { endpoint: endpoint.clone(), text };
-        let door = Some(declare(&session, coordinator, inputs).map_err(failed)?);
-        Ok(Self { session, endpoint, door, standing })
+        let queryable = Some(declare(&session, coordinator, inputs).map_err(failed)?);
+        Ok(Self { session, endpoint, queryable, standing })
     }
 
     /// What tells whether there is another of this name.
-    pub(super) fn herald(&self) -> Announcement {
-        self.standing.as_ref().map(Standing::herald).unwrap_or_default()
+    pub(super) fn announcement(&self) -> Announcement {
+        self.standing.as_ref().map(Standing::announcement).unwrap_or_default()
     }
 
     /// Answers no worker any more: another does.
-    pub(super) fn hush(&mut self) {
-        self.door = None;
+    pub(super) fn stop_answering(&mut self) {
+        self.queryable = None;
     }
 
     pub(super) fn endpoint(&self) -> &str {
@@ -84,7 +85,7 @@ impl Net {
     }
 
     pub(super) fn close(self) {
-        drop((self.door, self.standing));
+        drop((self.queryable, self.standing));
         if let Err(error) = self.session.close().wait() {
             tracing::warn!("closing the link: {error}");
         }
@@ -192,7 +193,7 @@ fn declare(
     inputs: &SyncSender<Input>,
 ) -> Result<Queryable<()>, String> {
     let queue = inputs.clone();
-    let door = session
+    let queryable = session
         .declare_queryable(keys::worker_rpcs(coordinator))
         .callback(move |query| match queue.try_send(Input::Question(query)) {
             Ok(()) | Err(TrySendError::Disconnected(_)) => {}
@@ -216,5 +217,5 @@ fn declare(
         .background()
         .wait()
         .map_err(|e| e.to_string())?;
-    Ok(door)
+    Ok(queryable)
 }

@@ -5,29 +5,22 @@
 //! Whoever wants more is turned out, so that what waits here has a bound whatever opens it.
 
 use super::cache::Found;
-use super::effects::outcome_of;
+use super::convert::outcome_of;
+use super::input::{Listener, Opening};
+use super::settlement::{Ending, Settlement};
 use super::shell::Shell;
-use super::skill_table::Skill;
-use super::{Ending, Settlement};
 use cullet_dispatch::{Bound, Digest, Event, Job, Prior, Run, Skills};
-use cullet_proto::outline::Parted;
 use cullet_proto::{JobId, Verdict};
 use std::time::Duration;
-
-/// Openings of a run that may wait here: as many as a scene may have bodies.
-pub(super) const MAX_HELD: usize = 100_000;
-
-/// A job that a run wants and what it asks of a worker; or why it cannot be sent.
-pub(super) type Opening = Result<(Parted, Vec<Skill>), String>;
 
 impl Shell {
     /// A run wants a job. Where the machine is full the run waits, and nobody else.
     pub(super) fn want(&mut self, run: Run, id: JobId, opening: Opening) {
-        let listener = self.runs.get(&run);
+        let listener = self.runs.listeners.get(&run);
         if listener.is_some_and(|listener| listener.out.is_some()) {
             return self.end_unopened(run, id);
         }
-        if listener.is_some_and(|listener| listener.held.len() >= self.most) {
+        if listener.is_some_and(|listener| listener.held.len() >= self.runs.most) {
             return self.turn_out(run, id);
         }
         let first = listener.is_none_or(|listener| listener.held.is_empty());
@@ -35,8 +28,8 @@ impl Shell {
             Ok(()) if first => self.open(run, id, opening),
             Err(Bound::NoRun) => {}
             Ok(()) | Err(Bound::Run | Bound::Pool) => {
-                self.queued += 1;
-                if let Some(listener) = self.runs.get_mut(&run) {
+                self.runs.queued += 1;
+                if let Some(listener) = self.runs.listeners.get_mut(&run) {
                     listener.held.push_back((id, opening));
                 }
             }
@@ -46,22 +39,23 @@ impl Shell {
     /// A run wants more than may wait: everything that it wants ends now, in order, and it gets
     /// nothing any more. Others go on.
     fn turn_out(&mut self, run: Run, id: JobId) {
-        let text = format!("the run is turned out: {} of its jobs wait already", self.most);
+        let text = format!("the run is turned out: {} of its jobs wait already", self.runs.most);
         tracing::error!(run = self.label(run), "{text}");
-        if let Some(listener) = self.runs.get_mut(&run) {
+        if let Some(listener) = self.runs.listeners.get_mut(&run) {
             listener.out = Some(text);
         }
-        self.say(Event::Cancel(run));
+        self.hear(Event::Cancel(run));
         self.end_unopened(run, id);
     }
 
     /// Opens what was held, where there is room now: one of each run in turn.
     pub(super) fn open_held(&mut self) {
-        let with = |(run, l): (&Run, &super::shell::Listener)| (!l.held.is_empty()).then_some(*run);
-        let mut runs: Vec<Run> = self.runs.iter().filter_map(with).collect();
+        let with = |(run, l): (&Run, &Listener)| (!l.held.is_empty()).then_some(*run);
+        let mut runs: Vec<Run> = self.runs.listeners.iter().filter_map(with).collect();
         while !runs.is_empty() {
             runs.retain(|run| {
-                let held = self.runs.get_mut(run).filter(|_| self.dispatch.room(*run).is_ok());
+                let held =
+                    self.runs.listeners.get_mut(run).filter(|_| self.dispatch.room(*run).is_ok());
                 let Some((id, opening)) = held.and_then(|listener| listener.held.pop_front())
                 else {
                     return false;
@@ -74,7 +68,8 @@ impl Shell {
 
     /// What a run wanted and was not opened yet ends with the rest of it, after the rest.
     pub(super) fn cancel_held(&mut self, run: Run) {
-        let held = self.runs.get_mut(&run).map(|listener| std::mem::take(&mut listener.held));
+        let held =
+            self.runs.listeners.get_mut(&run).map(|listener| std::mem::take(&mut listener.held));
         for (id, _) in held.into_iter().flatten() {
             self.end_unopened(run, id);
         }
@@ -82,7 +77,7 @@ impl Shell {
 
     /// How what a run does not get ends.
     pub(super) fn unwanted(&self, run: Run) -> Ending {
-        let out = self.runs.get(&run).and_then(|listener| listener.out.clone());
+        let out = self.runs.listeners.get(&run).and_then(|listener| listener.out.clone());
         out.map_or(Ending::Cancelled, Ending::Abandoned)
     }
 
@@ -97,7 +92,7 @@ impl Shell {
             tries: Vec::new(),
             reproduction: None,
         };
-        self.settled.push((run, id, settlement));
+        self.runs.settled.push((run, id, settlement));
     }
 
     fn open(&mut self, run: Run, id: JobId, opening: Opening) {
@@ -108,7 +103,7 @@ impl Shell {
         };
         let fit = parted.is_ok();
         let permille = self.ledger.open(run, id, parted);
-        if let Some(listener) = self.runs.get_mut(&run) {
+        if let Some(listener) = self.runs.listeners.get_mut(&run) {
             listener.permille += i64::from(permille);
             let wanted = self.ledger.get(job);
             listener.attempts.put(wanted.into_iter().flat_map(|wanted| wanted.news(id)));
@@ -117,19 +112,19 @@ impl Shell {
             _ if !fit => Prior::Unfit,
             known => known.unwrap_or(Prior::Nothing),
         };
-        let need = if fit { self.skill_table.need(&asks) } else { Skills::NONE };
-        if let Some(listener) = self.runs.get_mut(&run) {
+        let need = if fit { self.workers.skill_table.need(&asks) } else { Skills::NONE };
+        if let Some(listener) = self.runs.listeners.get_mut(&run) {
             listener.needs.insert(need);
         }
         self.step(Event::Open { run, job, need, prior });
-        if self.at_work.as_ref().is_some_and(|file| file.has(id)) && self.dispatch.wants(job) {
+        if self.kept.at_work.as_ref().is_some_and(|file| file.has(id)) && self.dispatch.wants(job) {
             self.note_at_work(id);
         }
     }
 
     /// What the cache says of a job that is opened.
     fn known(&mut self, id: JobId) -> Option<Prior> {
-        let found = self.cache.get(id)?;
+        let found = self.kept.cache.get(id)?;
         let (verdict, prior) = prior_of(&found)?;
         self.ledger.keep(id, verdict);
         Some(prior)
@@ -138,7 +133,7 @@ impl Shell {
     /// What is kept of a job that the machine may not know.
     pub(super) fn kept(&mut self, id: JobId) -> Prior {
         let known = self.dispatch.knows(Job(id.0));
-        let found = if known { None } else { self.cache.look(id) };
+        let found = if known { None } else { self.kept.cache.look(id) };
         found.as_ref().and_then(prior_of).map_or(Prior::Nothing, |(_, prior)| prior)
     }
 }
@@ -149,23 +144,4 @@ fn prior_of((bytes, build): &Found) -> Option<(Verdict, Prior)> {
     let (outcome, build) = (outcome_of(&verdict), *build);
     let digest = Digest(cullet_proto::ids::digest(bytes));
     Some((verdict, Prior::Result { digest, outcome, build }))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::MAX_HELD;
-    use serde_json::Value;
-
-    #[test]
-    fn no_scene_has_more_bodies_than_may_wait() {
-        let schema = include_str!("../../../scenes/scene.schema.json");
-        let schema: Value = serde_json::from_str(schema).expect("a schema");
-        let mut most = Vec::new();
-        let mut rest = vec![&schema];
-        while let Some(next) = rest.pop() {
-            most.extend(next.get("max_bodies").and_then(|bound| bound["maximum"].as_u64()));
-            rest.extend(next.as_object().into_iter().flat_map(serde_json::Map::values));
-        }
-        assert_eq!(most, [MAX_HELD as u64]);
-    }
 }

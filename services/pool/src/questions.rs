@@ -1,33 +1,21 @@
 //! Questions of workers and clients, from the bytes to the answer.
 
 use super::bulk::{refuse, reply};
-use super::effects::outcome_of;
+use super::convert::outcome_of;
 use super::inbox::Blob;
 use super::shell::Shell;
 use cullet_dispatch::{Digest, Epoch, Event, Job, Outcome, Receipt, Trouble, Worker};
 use cullet_proto::codec::MAX_HEADER;
 use cullet_proto::envelope::PREFIX;
 use cullet_proto::keys::{Verb, WorkerVerb, parse_rpc};
-use cullet_proto::pool::{
-    self, CommitAnswer, FetchAnswer, HeedAnswer, Noted, PollAnswer, Refusal, RenewAnswer,
-};
+use cullet_proto::pool::{self, CommitAnswer, FetchAnswer, Noted, Refusal, RenewAnswer};
 use cullet_proto::{Verdict, WorkerId, chunks};
 use serde::Serialize;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 use zenoh::query::Query;
 
 /// Largest question \[bytes\]: a chunk and its header.
 const MAX_QUESTION: usize = chunks::CHUNK + MAX_HEADER + PREFIX;
-
-/// A worker wants to hear when its job is not wanted any more.
-pub(super) struct Heed {
-    job: Job,
-    /// By which grant it has it.
-    epoch: Epoch,
-    since: Instant,
-    query: Query,
-}
 
 impl Shell {
     /// Answers, refuses or parks a question.
@@ -46,7 +34,7 @@ impl Shell {
             }
         };
         if let Err(refusal) = done {
-            self.refusals.count(&refusal);
+            self.transfers.refusals.count(&refusal);
             let (reason, key) = (refusal.name(), kept.key_expr());
             match refusal {
                 // The way back to a new life: it introduces itself, and asks again.
@@ -72,8 +60,8 @@ impl Shell {
             WorkerVerb::Hello => {
                 let (hello, _) = pool::read_ask::<pool::Hello>(bytes)?;
                 hello.check()?;
-                self.skill_table.introduce(&hello, &self.lives.up);
-                self.roster.introduced(Worker(hello.session.0), name, &hello);
+                self.workers.skill_table.introduce(&hello, &self.workers.lives.up);
+                self.workers.roster.introduced(Worker(hello.session.0), name, &hello);
                 answer(&query, &Noted)
             }
             WorkerVerb::Renew => {
@@ -82,7 +70,7 @@ impl Shell {
             }
             WorkerVerb::Heed => {
                 let (heed, _) = pool::read_ask::<pool::Heed>(bytes)?;
-                self.heed(query, &heed)
+                self.watch_cancel(query, &heed)
             }
             WorkerVerb::Fetch => {
                 let (fetch, _) = pool::read_ask::<pool::Fetch>(bytes)?;
@@ -92,7 +80,7 @@ impl Shell {
                 let whole = outline.as_ref().or(part.as_ref());
                 let piece = whole.and_then(|bytes| chunks::slice(bytes, fetch.index));
                 if part.is_some() {
-                    self.mesh_bytes += piece.map_or(0, <[u8]>::len) as u64;
+                    self.transfers.mesh_bytes += piece.map_or(0, <[u8]>::len) as u64;
                 }
                 self.send_piece(query, piece)
             }
@@ -110,7 +98,7 @@ impl Shell {
             WorkerVerb::Bye => {
                 let (bye, _) = pool::read_ask::<pool::Bye>(bytes)?;
                 let worker = Worker(bye.session.0);
-                self.polls.remove(&worker);
+                self.waiting.forget_poll(worker);
                 self.step(Event::Bye(worker));
                 answer(&query, &Noted)
             }
@@ -119,14 +107,9 @@ impl Shell {
 
     fn poll(&mut self, query: Query, name: &WorkerId, poll: &pool::Poll) -> Result<(), Refusal> {
         let worker = Worker(poll.session.0);
-        let (build, skills) = self.skill_table.get(worker).ok_or(Refusal::Stranger)?;
+        let (build, skills) = self.workers.skill_table.get(worker).ok_or(Refusal::Stranger)?;
         self.know(worker, name);
-        // One that asks again has given up the question it asked before.
-        if self.polls.get(&worker).is_none_or(|(asked, _)| *asked <= poll.seq) {
-            self.polls.insert(worker, (poll.seq, query));
-        } else if let Ok(bytes) = pool::answer(&PollAnswer::Idle, &[]) {
-            reply(&query, bytes);
-        }
+        self.waiting.poll(worker, poll.seq, query);
         let (seq, slots) = (poll.seq, poll.slots);
         self.step(Event::Poll { worker, seq, slots, park: true, build, skills });
         Ok(())
@@ -135,77 +118,54 @@ impl Shell {
     fn renew(&mut self, name: &WorkerId, renew: &pool::Renew) -> Result<RenewAnswer, Refusal> {
         let (worker, job) = (Worker(renew.session.0), Job(renew.job.0));
         let (epoch, begun) = (Epoch(renew.epoch.0), renew.permille > 0);
-        let (build, skills) = self.skill_table.get(worker).ok_or(Refusal::Stranger)?;
+        let (build, skills) = self.workers.skill_table.get(worker).ok_or(Refusal::Stranger)?;
         self.know(worker, name);
         let event = Event::Renew { worker, job, epoch, begun, build, skills };
         let said = self.step(event).renew.unwrap_or(RenewAnswer::Stop);
         if said != RenewAnswer::Stop {
             if !self.dispatch.knows(job) {
-                self.roster.took(worker, renew.job);
+                self.workers.roster.took(worker, renew.job);
             }
             self.progress(renew.job, renew.permille);
         }
         Ok(said)
     }
 
-    /// Holds the question: at most one of each worker, whose job it is about.
-    fn heed(&mut self, query: Query, heed: &pool::Heed) -> Result<(), Refusal> {
+    /// A worker wants to hear when its job is not wanted any more.
+    fn watch_cancel(&mut self, query: Query, heed: &pool::Heed) -> Result<(), Refusal> {
         let (worker, epoch) = (Worker(heed.session.0), Epoch(heed.epoch.0));
-        self.skill_table.get(worker).ok_or(Refusal::Stranger)?;
-        self.answer_heed(worker, None, HeedAnswer::Go);
-        let (job, since) = (Job(heed.job.0), Instant::now());
-        self.heeds.insert(worker, Heed { job, epoch, since, query });
-        self.step(Event::Heed { worker, job, epoch });
+        self.workers.skill_table.get(worker).ok_or(Refusal::Stranger)?;
+        let job = Job(heed.job.0);
+        self.waiting.watch(worker, job, epoch, query);
+        self.step(Event::WatchCancel { worker, job, epoch });
         Ok(())
     }
 
     /// What nobody wants any more is said to those, too, who have not renewed in this life.
-    pub(super) fn heed_again(&mut self) {
-        let before = |(_, heed): &(&Worker, &Heed)| self.dispatch.earlier(heed.epoch);
-        let held = self.heeds.iter().filter(before);
-        let held: Vec<_> = held.map(|(worker, heed)| (*worker, heed.job, heed.epoch)).collect();
-        for (worker, job, epoch) in held {
-            self.step(Event::Heed { worker, job, epoch });
-        }
-    }
-
-    /// Answers what a worker asked about this grant, or about any.
-    pub(super) fn answer_heed(&mut self, worker: Worker, of: Option<Epoch>, said: HeedAnswer) {
-        let asked = self.heeds.get(&worker).is_some_and(|heed| of.is_none_or(|e| e == heed.epoch));
-        if asked
-            && let Some(Heed { query, .. }) = self.heeds.remove(&worker)
-            && let Ok(bytes) = pool::answer(&said, &[])
-        {
-            reply(&query, bytes);
-        }
-    }
-
-    /// Answers those that have asked for long.
-    pub(super) fn answer_old_heeds(&mut self) {
-        let held = Duration::from_millis(self.timing.park);
-        let old =
-            |(worker, heed): (&Worker, &Heed)| (heed.since.elapsed() >= held).then_some(*worker);
-        for worker in self.heeds.iter().filter_map(old).collect::<Vec<_>>() {
-            self.answer_heed(worker, None, HeedAnswer::Go);
+    pub(super) fn renew_watches(&mut self) {
+        let watched = self.waiting.watched();
+        let before: Vec<_> = watched.filter(|(.., epoch)| self.dispatch.earlier(*epoch)).collect();
+        for (worker, job, epoch) in before {
+            self.step(Event::WatchCancel { worker, job, epoch });
         }
     }
 
     fn chunk(&mut self, query: &Query, name: &WorkerId, bytes: &[u8]) -> Result<(), Refusal> {
         let (chunk, bulk) = pool::read_ask::<pool::Chunk>(bytes)?;
-        answer(query, &self.inbox.put(name.as_str(), &chunk, bulk)?)
+        answer(query, &self.transfers.inbox.put(name.as_str(), &chunk, bulk)?)
     }
 
     fn commit(&mut self, name: &WorkerId, commit: &pool::Commit) -> Result<CommitAnswer, Refusal> {
         let worker = Worker(commit.session.0);
-        let (build, _) = self.skill_table.get(worker).ok_or(Refusal::Stranger)?;
+        let (build, _) = self.workers.skill_table.get(worker).ok_or(Refusal::Stranger)?;
         self.know(worker, name);
         let (job, epoch) = (Job(commit.job.0), Epoch(commit.epoch.0));
         if !self.dispatch.takes(job, epoch, build) {
-            self.inbox.forget(name.as_str(), &commit.digest);
+            self.transfers.inbox.forget(name.as_str(), &commit.digest);
             // Over already: the machine compares the digests and may raise an alarm.
             return Ok(self.count(commit, Outcome::Broken));
         }
-        let bytes = match self.inbox.take(name.as_str(), &commit.digest, commit.length)? {
+        let bytes = match self.transfers.inbox.take(name.as_str(), &commit.digest, commit.length)? {
             Blob::Whole(bytes) => bytes,
             Blob::Missing(missing) => {
                 self.step(Event::Offer { job, epoch });
@@ -219,7 +179,7 @@ impl Shell {
         };
         let outcome = outcome_of(&verdict);
         self.ledger.keep(commit.job, verdict);
-        self.cache.put(commit.job, bytes, build);
+        self.kept.cache.put(commit.job, bytes, build);
         self.ledger.ended(commit.job, epoch, "");
         Ok(self.count(commit, outcome))
     }
@@ -227,10 +187,10 @@ impl Shell {
     fn count(&mut self, commit: &pool::Commit, outcome: Outcome) -> CommitAnswer {
         let (worker, job) = (Worker(commit.session.0), Job(commit.job.0));
         let (epoch, digest) = (Epoch(commit.epoch.0), Digest(commit.digest));
-        let Some((build, skills)) = self.skill_table.get(worker) else {
+        let Some((build, skills)) = self.workers.skill_table.get(worker) else {
             return CommitAnswer::Done(None);
         };
-        self.roster.left(worker, commit.job);
+        self.workers.roster.left(worker, commit.job);
         let (short, runs, name) = (commit.job.short(), self.runs_of(job), self.name(worker));
         let prior = self.kept(commit.job);
         let event = Event::Commit { worker, job, epoch, build, digest, outcome, prior };
@@ -269,7 +229,7 @@ impl Shell {
         tracing::warn!(run = runs, job, worker = %name, text = fail.text, "job given back");
         self.ledger.note_trouble(fail.job, &fail.text);
         let (worker, job) = (Worker(fail.session.0), Job(fail.job.0));
-        self.roster.left(worker, fail.job);
+        self.workers.roster.left(worker, fail.job);
         self.step(Event::Fail { worker, job, epoch: Epoch(fail.epoch.0), trouble });
     }
 
@@ -278,7 +238,7 @@ impl Shell {
             return answer(&query, &FetchAnswer::Gone);
         };
         let head = FetchAnswer::Chunk { sum: chunks::sum(piece) };
-        self.bulk.send(query, pool::answer(&head, piece)?);
+        self.transfers.bulk.send(query, pool::answer(&head, piece)?);
         Ok(())
     }
 }

@@ -109,7 +109,7 @@ impl Roster {
             name: row.name.clone(),
             session: SessionId(worker.0).to_string(),
             up: lives.up.contains(&SessionId(worker.0)),
-            twin: lives.is_twin(SessionId(worker.0)),
+            twin: lives.has_duplicate_name(SessionId(worker.0)),
             drained: row.drained,
             threads: row.about.threads,
             cores: row.about.cores,

@@ -1,7 +1,8 @@
 //! A router alone: what coordinators, workers and clients connect to, where none of them is to be
 //! reached itself. It keeps nothing: it may be killed and started again at any time.
 
-use super::{LinkError, net};
+use super::error::LinkError;
+use super::net;
 use cullet_proto::security::Rules;
 use cullet_proto::transport::{self, Patience};
 use serde_json::{Map, Value};

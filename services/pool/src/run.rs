@@ -1,96 +1,18 @@
 //! One run's end of the pool.
 
-use super::Settlement;
-use super::shell::{Input, Listener};
+use super::attempts::{AttemptNews, Attempted};
+use super::input::{Input, Listener};
+use super::settlement::Settlement;
 use super::skill_table::{self, Skill};
-use cullet_dispatch::{Counts, Event, Run, Share};
+use super::stats::RunStats;
+use cullet_dispatch::{Event, Run, Share};
 use cullet_proto::outline::Parted;
 use cullet_proto::specimen::SpecimenJob;
 use cullet_proto::{FractureJob, JobId, WireError};
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
-
-/// What the pool has done and is doing for one run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RunStats {
-    /// Jobs opened.
-    pub opened: u64,
-    /// Jobs settled.
-    pub settled: u64,
-    /// Of these, refused by the solvers.
-    pub refused: u64,
-    /// Of these, failed in the solver.
-    pub failed: u64,
-    /// Of these, abandoned.
-    pub abandoned: u64,
-    /// Attempts beyond a job's first.
-    pub resent: u64,
-    /// Jobs waiting for a worker now.
-    pub waiting: u64,
-    /// Jobs at workers now.
-    pub running: u64,
-    /// How far those are, summed \[1/1000\].
-    pub permille: u64,
-    /// Workers whose link is up.
-    pub workers: u64,
-    /// Of these, those that take jobs: they were not drained.
-    pub ready: u64,
-    /// Whether jobs of it wait that none of these can solve.
-    pub unable: bool,
-}
-
-impl RunStats {
-    pub(super) fn of(counts: &Counts, held: u64, permille: i64) -> Self {
-        Self {
-            opened: counts.opened + held,
-            settled: counts.settled,
-            refused: counts.refused,
-            failed: counts.failed,
-            abandoned: counts.abandoned,
-            resent: counts.resent,
-            waiting: counts.waiting + held,
-            running: counts.running,
-            permille: permille.max(0) as u64,
-            ..Self::default()
-        }
-    }
-}
-
-/// News of attempts that are kept until somebody asks; what is beyond it is told as a job settles.
-const MAX_NEWS: usize = 4_096;
-
-/// News of an attempt at a job that has not settled.
-#[derive(Clone, Debug)]
-pub struct Attempted {
-    /// Which job.
-    pub job: JobId,
-    /// By which grant.
-    pub grant: u64,
-    /// Whose attempt.
-    pub worker: String,
-    /// When.
-    pub at: Instant,
-    /// How the attempt was lost; `None`: the worker was given the job.
-    pub lost: Option<String>,
-}
-
-/// Where such news is put and found.
-#[derive(Clone, Debug, Default)]
-pub(super) struct AttemptNews(Arc<Mutex<Vec<Attempted>>>);
-
-impl AttemptNews {
-    pub(super) fn put(&self, news: impl IntoIterator<Item = Attempted>) {
-        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let room = MAX_NEWS - all.len();
-        all.extend(news.into_iter().take(room));
-    }
-
-    fn take(&self) -> Vec<Attempted> {
-        std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-}
+use std::time::Duration;
 
 /// A run in the pool: opens jobs and hears of their ends, in opening order. Dropping it cancels
 /// what is open.
@@ -178,31 +100,31 @@ impl RunHandle {
 
     /// Wants nothing any more: every job that is not over settles as cancelled.
     pub fn cancel(&self) {
-        self.say(Event::Cancel(self.run));
+        self.send(Event::Cancel(self.run));
     }
 
     /// No further job of this run goes to a worker until it is resumed; those at work go on.
     pub fn pause(&self) {
-        self.say(Event::Pause(self.run));
+        self.send(Event::Pause(self.run));
     }
 
     /// The run goes on.
     pub fn resume(&self) {
-        self.say(Event::Resume(self.run));
+        self.send(Event::Resume(self.run));
     }
 
     /// Changes the run's share of the workers.
     pub fn share(&self, share: Share) {
-        self.say(Event::Begin { run: self.run, share });
+        self.send(Event::Begin { run: self.run, share });
     }
 
-    fn say(&self, event: Event) {
+    fn send(&self, event: Event) {
         let _closed = self.inputs.send(Input::Say(event));
     }
 }
 
 impl Drop for RunHandle {
     fn drop(&mut self) {
-        self.say(Event::End(self.run));
+        self.send(Event::End(self.run));
     }
 }

@@ -4,28 +4,31 @@ use super::at_work::AtWork;
 use super::bulk::Bulk;
 use super::cache::Cache;
 use super::children::Children;
+use super::config::PoolConfig;
 use super::drained::DrainedLives;
+use super::error::LinkError;
 use super::inbox::Inbox;
+use super::input::{Input, Listener};
 use super::ledger::Ledger;
 use super::lives::Lives;
 use super::net::Net;
-use super::openings::Opening;
-use super::questions::Heed;
+use super::quarantine;
 use super::roster::Roster;
-use super::run::AttemptNews;
+use super::settlement::Settlement;
 use super::skill_table::SkillTable;
-use super::{LinkError, PoolConfig, PoolStats, Refusals, RunStats, Settlement, quarantine};
+use super::stats::{PoolStats, Refusals, RunStats};
+use super::waiting::WaitingQuestions;
 use cullet_dispatch::{
-    Dispatch, Event, Heir, Job, Millis, Receipt, Run, Share, Skills, Timing, Worker,
+    Claimant, Dispatch, Event, Job, Millis, Receipt, Run, Skills, Timing, Worker,
 };
 use cullet_proto::pool::{Grant, RenewAnswer};
+use cullet_proto::service::WorkerInfo;
 use cullet_proto::{JobId, SessionId, WorkerId};
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
-use zenoh::query::Query;
 
 /// Inputs that may wait. Each is a message of at most 1 MiB and a bit; beyond it questions are
 /// dropped, and asked again.
@@ -37,86 +40,69 @@ const MAX_NAMES: usize = 4_096;
 /// How often the clock is looked at: a small part of the shortest time in a test's profile.
 const TICK: Duration = Duration::from_millis(25);
 
-/// Something for the thread to take in.
-#[derive(Debug)]
-pub(super) enum Input {
-    /// A question from a worker or client.
-    Question(Query),
-    /// A sign of life came or went.
-    Link { name: WorkerId, session: SessionId, up: bool },
-    /// A run begins: its settlements go there.
-    Begin(Run, Share, Listener),
-    /// A run wants a job.
-    Open(Run, JobId, Opening),
-    /// Something about a run, or a wish about a worker.
-    Say(Event),
-    /// Of the runs of earlier lives only these want anything.
-    Heirs(BTreeSet<u64>),
-    /// The worker of that name gets no further job.
-    Drain(WorkerId, Sender<()>),
-    /// No worker is answered any more: another coordinator has this one's name, or will.
-    Leave,
-    /// The end.
-    Quit,
-}
-
-/// Who hears of a run.
-#[derive(Debug)]
-pub(super) struct Listener {
-    pub(super) settle: Sender<(JobId, Settlement)>,
-    pub(super) stats: Arc<Mutex<RunStats>>,
-    pub(super) attempts: AttemptNews,
-    pub(super) over: bool,
-    /// Its number for people, in log lines.
-    pub(super) label: u64,
-    /// What it wants and there was no room for, in order.
-    pub(super) held: VecDeque<(JobId, Opening)>,
-    /// Why it gets nothing any more, if it wanted too much.
-    pub(super) out: Option<String>,
-    /// Sum of how far the jobs at work are \[1/1000\].
-    pub(super) permille: i64,
-    /// What its jobs have asked of workers.
-    pub(super) needs: BTreeSet<Skills>,
-}
-
-/// What a step of the machine said to whom it listened to.
+/// What a step of the machine answers to the question that it was about.
 #[derive(Debug, Default)]
-pub(super) struct Said {
+pub(super) struct StepAnswers {
     pub(super) renew: Option<RenewAnswer>,
     pub(super) receipt: Option<Receipt>,
     pub(super) grant: Option<Grant>,
 }
 
-pub(super) struct Shell {
-    pub(super) dispatch: Dispatch,
-    pub(super) timing: Timing,
-    pub(super) inbox: Inbox,
-    pub(super) bulk: Bulk,
-    pub(super) polls: BTreeMap<Worker, (u64, Query)>,
-    /// Workers that want to hear when a job is not wanted any more.
-    pub(super) heeds: BTreeMap<Worker, Heed>,
-    pub(super) refusals: Refusals,
-    /// Bytes of meshes sent to workers.
-    pub(super) mesh_bytes: u64,
+/// The workers that are known: what each is, can do, is called, and whether its link is up.
+pub(super) struct KnownWorkers {
     pub(super) roster: Roster,
     pub(super) skill_table: SkillTable,
     pub(super) names: BTreeMap<Worker, WorkerId>,
     pub(super) lives: Lives,
-    pub(super) ledger: Ledger,
-    pub(super) cache: Cache,
-    pub(super) quarantine: Option<PathBuf>,
-    pub(super) at_work: Option<AtWork>,
-    pub(super) drained: Option<DrainedLives>,
-    pub(super) children: Option<Children>,
-    net: Net,
-    pub(super) runs: BTreeMap<Run, Listener>,
+}
+
+/// The runs that want jobs, and what is to be said to them.
+pub(super) struct OpenRuns {
+    pub(super) listeners: BTreeMap<Run, Listener>,
     /// Openings that had to wait for room.
     pub(super) queued: u64,
     /// Openings of a run that may wait.
     pub(super) most: usize,
     pub(super) settled: Vec<(Run, JobId, Settlement)>,
+}
+
+/// What is kept of jobs and workers, by which a next life goes on.
+pub(super) struct KeptState {
+    pub(super) cache: Cache,
+    pub(super) quarantine: Option<PathBuf>,
+    pub(super) at_work: Option<AtWork>,
+    pub(super) drained: Option<DrainedLives>,
+}
+
+/// What comes and goes in pieces, and how much of it was refused or sent.
+pub(super) struct Transfers {
+    pub(super) inbox: Inbox,
+    pub(super) bulk: Bulk,
+    pub(super) refusals: Refusals,
+    /// Bytes of meshes sent to workers.
+    pub(super) mesh_bytes: u64,
+}
+
+/// What others see of the pool.
+#[derive(Debug, Default)]
+struct Published {
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
+}
+
+/// The pool, as its thread owns it.
+pub(super) struct Shell {
+    pub(super) dispatch: Dispatch,
+    pub(super) timing: Timing,
+    pub(super) waiting: WaitingQuestions,
+    pub(super) transfers: Transfers,
+    pub(super) workers: KnownWorkers,
+    pub(super) ledger: Ledger,
+    pub(super) kept: KeptState,
+    pub(super) children: Option<Children>,
+    net: Net,
+    pub(super) runs: OpenRuns,
+    published: Published,
     start: Instant,
 }
 
@@ -141,39 +127,44 @@ impl Shell {
         Ok(Self {
             dispatch,
             timing: config.timing,
-            inbox: Inbox::default(),
-            bulk: Bulk::start()?,
-            polls: BTreeMap::new(),
-            heeds: BTreeMap::new(),
-            refusals: Refusals::default(),
-            mesh_bytes: 0,
-            roster: Roster::default(),
-            skill_table: SkillTable::default(),
-            names: BTreeMap::new(),
-            lives: Lives::new(Duration::from_millis(closing)),
+            waiting: WaitingQuestions::default(),
+            transfers: Transfers {
+                inbox: Inbox::default(),
+                bulk: Bulk::start()?,
+                refusals: Refusals::default(),
+                mesh_bytes: 0,
+            },
+            workers: KnownWorkers {
+                roster: Roster::default(),
+                skill_table: SkillTable::default(),
+                names: BTreeMap::new(),
+                lives: Lives::new(Duration::from_millis(closing)),
+            },
             ledger: Ledger::default(),
-            cache,
-            at_work,
-            drained,
-            quarantine: config.quarantine.clone(),
+            kept: KeptState { cache, quarantine: config.quarantine.clone(), at_work, drained },
             children,
             net,
-            runs: BTreeMap::new(),
-            queued: 0,
-            most: config.held,
-            settled: Vec::new(),
-            stats: Arc::default(),
-            pids: Arc::new(Mutex::new(pids)),
+            runs: OpenRuns {
+                listeners: BTreeMap::new(),
+                queued: 0,
+                most: config.held,
+                settled: Vec::new(),
+            },
+            published: Published { stats: Arc::default(), pids: Arc::new(Mutex::new(pids)) },
             start: Instant::now(),
         })
     }
 
     pub(super) fn stats_handle(&self) -> Arc<Mutex<PoolStats>> {
-        Arc::clone(&self.stats)
+        Arc::clone(&self.published.stats)
     }
 
     pub(super) fn pids_handle(&self) -> Arc<Mutex<Vec<u32>>> {
-        Arc::clone(&self.pids)
+        Arc::clone(&self.published.pids)
+    }
+
+    pub(super) fn workers_handle(&self) -> Arc<Mutex<Vec<WorkerInfo>>> {
+        self.workers.roster.handle()
     }
 
     /// Until told to quit.
@@ -197,19 +188,18 @@ impl Shell {
             }
             self.open_held();
             self.publish();
-            self.roster.publish(&self.lives);
-            for (run, id, settlement) in self.settled.drain(..) {
+            self.workers.roster.publish(&self.workers.lives);
+            for (run, id, settlement) in self.runs.settled.drain(..) {
                 // One that nobody listens for is of a run whose handle is gone.
-                if let Some(listener) = self.runs.get(&run) {
+                if let Some(listener) = self.runs.listeners.get(&run) {
                     let _closed = listener.settle.send((id, settlement));
                 }
             }
-            self.runs.retain(|_, listener| !listener.over);
+            self.runs.listeners.retain(|_, listener| !listener.over);
         }
         self.children = None;
-        self.polls.clear();
-        self.heeds.clear();
-        drop(self.bulk);
+        self.waiting.clear();
+        drop(self.transfers.bulk);
         self.net.close();
     }
 
@@ -217,25 +207,26 @@ impl Shell {
         match input {
             Input::Question(query) => self.question(query),
             Input::Link { name, session, up } => {
-                self.lives.sign(name, session, up, Instant::now());
-                self.roster.changed();
+                self.workers.lives.sign(name, session, up, Instant::now());
+                self.workers.roster.changed();
                 if up {
                     return;
                 }
                 let worker = Worker(session.0);
-                self.polls.remove(&worker);
-                self.heeds.remove(&worker);
+                self.waiting.forget(worker);
                 self.step(Event::Suspect(worker));
             }
             Input::Begin(run, share, listener) => {
-                self.runs.insert(run, listener);
+                self.runs.listeners.insert(run, listener);
                 self.step(Event::Begin { run, share });
             }
             Input::Open(run, id, opening) => self.want(run, id, opening),
-            Input::Say(event) => self.say(event),
-            Input::Heirs(runs) => {
-                for heir in self.dispatch.heirs().into_iter().filter(|of| !runs.contains(&of.0)) {
-                    self.say(Event::Renounce(heir));
+            Input::Say(event) => self.hear(event),
+            Input::Claimants(runs) => {
+                for claimant in
+                    self.dispatch.claimants().into_iter().filter(|of| !runs.contains(&of.0))
+                {
+                    self.hear(Event::Release(claimant));
                 }
             }
             Input::Drain(name, done) => {
@@ -246,9 +237,8 @@ impl Shell {
             }
             Input::Leave => {
                 // Workers that asked here ask again, and the other answers.
-                self.net.hush();
-                self.polls.clear();
-                self.heeds.clear();
+                self.net.stop_answering();
+                self.waiting.clear();
             }
             Input::Quit => {}
         }
@@ -261,30 +251,29 @@ impl Shell {
             let named = self.named(&name);
             let alone = named.len() == 1;
             for worker in named {
-                if !alone && self.lives.up.contains(&SessionId(worker.0)) {
+                if !alone && self.workers.lives.up.contains(&SessionId(worker.0)) {
                     continue;
                 }
-                self.polls.remove(&worker);
-                self.heeds.remove(&worker);
-                self.skill_table.gone(worker);
-                self.roster.gone(worker);
+                self.waiting.forget(worker);
+                self.workers.skill_table.gone(worker);
+                self.workers.roster.gone(worker);
                 self.step(Event::Down(worker));
                 // What is told of its jobs has its name.
-                self.names.remove(&worker);
+                self.workers.names.remove(&worker);
             }
         }
         self.forsake();
         self.step(Event::Tick);
-        self.answer_old_heeds();
-        self.tell_twins();
-        self.skill_table.tell(self.dispatch.stranded());
-        self.inbox.sweep();
+        self.waiting.answer_old_watches(Duration::from_millis(self.timing.park));
+        self.report_duplicate_names();
+        self.workers.skill_table.report(self.dispatch.unschedulable());
+        self.transfers.inbox.sweep();
     }
 
-    /// Says aloud, once, that workers have one name, and that they do not any more.
-    fn tell_twins(&mut self) {
-        for (name, lives) in self.lives.tick(Instant::now()) {
-            self.roster.changed();
+    /// Logs, once, that several workers have one name, and that they do not any more.
+    fn report_duplicate_names(&mut self) {
+        for (name, lives) in self.workers.lives.tick(Instant::now()) {
+            self.workers.roster.changed();
             let count = lives.len();
             let sessions: Vec<String> = lives.iter().map(ToString::to_string).collect();
             let sessions = sessions.join(" ");
@@ -302,25 +291,25 @@ impl Shell {
 
     /// The lives of workers of that name.
     fn named(&self, name: &str) -> Vec<Worker> {
-        let known = self.names.iter().filter(|(_, known)| known.as_str() == name);
+        let known = self.workers.names.iter().filter(|(_, known)| known.as_str() == name);
         known.map(|(worker, _)| *worker).collect()
     }
 
-    pub(super) fn say(&mut self, event: Event) {
+    pub(super) fn hear(&mut self, event: Event) {
         self.step(event);
         match event {
             Event::Cancel(run) => {
                 self.cancel_held(run);
-                self.say(Event::Renounce(Heir(self.label(run))));
+                self.hear(Event::Release(Claimant(self.label(run))));
             }
             Event::End(run) => {
-                if let Some(listener) = self.runs.get_mut(&run) {
+                if let Some(listener) = self.runs.listeners.get_mut(&run) {
                     listener.over = true;
                     listener.held.clear();
                 }
-                self.say(Event::Renounce(Heir(self.label(run))));
+                self.hear(Event::Release(Claimant(self.label(run))));
             }
-            Event::Renounce(_) => self.heed_again(),
+            Event::Release(_) => self.renew_watches(),
             Event::Pardon(job) => self.pardon(JobId(job.0)),
             _ => {}
         }
@@ -331,7 +320,7 @@ impl Shell {
         let Some(text) = self.children.as_ref().and_then(Children::hopeless) else {
             return;
         };
-        if self.lives.up.is_empty() && !self.ledger.is_empty() {
+        if self.workers.lives.up.is_empty() && !self.ledger.is_empty() {
             self.ledger.trouble_all(&text);
             self.step(Event::Forsaken);
         }
@@ -342,14 +331,16 @@ impl Shell {
         let children = self.children.as_ref();
         let pids = children.map(Children::pids).unwrap_or_default();
         let (mut held, mut permille) = (0, 0);
-        let (workers, ready) = (self.lives.up.len() as u64, self.roster.ready(&self.lives));
-        let stranded: Vec<Skills> = self.dispatch.stranded().map(|(need, _)| need).collect();
-        for (run, listener) in &self.runs {
+        let (workers, ready) =
+            (self.workers.lives.up.len() as u64, self.workers.roster.ready(&self.workers.lives));
+        let unschedulable: Vec<Skills> =
+            self.dispatch.unschedulable().map(|(need, _)| need).collect();
+        for (run, listener) in &self.runs.listeners {
             held += listener.held.len() as u64;
             permille += listener.permille;
             if let Some(counts) = self.dispatch.counts_of(*run) {
                 let stats = RunStats::of(&counts, listener.held.len() as u64, listener.permille);
-                let lacks = stranded.iter().any(|need| listener.needs.contains(need));
+                let lacks = unschedulable.iter().any(|need| listener.needs.contains(need));
                 let unable = lacks && stats.running == 0 && stats.waiting > 0;
                 *listener.stats.lock().unwrap_or_else(PoisonError::into_inner) =
                     RunStats { workers, ready, unable, ..stats };
@@ -357,45 +348,47 @@ impl Shell {
         }
         let stats = PoolStats {
             jobs: RunStats::of(&counts, held, permille),
-            workers: self.lives.up.len() as u64,
+            workers: self.workers.lives.up.len() as u64,
             respawned: children.map_or(0, |c| c.respawned),
             alarms: counts.alarms,
             fenced: counts.fenced,
-            stranded: counts.stranded,
+            unschedulable: counts.unschedulable,
             quarantined: counts.quarantined,
             hedged: counts.hedged,
             adopted: counts.adopted,
-            queued: self.queued,
-            cached: self.cache.hits,
-            damaged: self.inbox.damaged,
-            lost: self.lives.lost,
-            back: self.lives.back,
-            twins: self.lives.twins(),
-            refusals: self.refusals,
-            mesh_bytes: self.mesh_bytes,
+            queued: self.runs.queued,
+            cached: self.kept.cache.hits,
+            damaged: self.transfers.inbox.damaged,
+            lost: self.workers.lives.lost,
+            back: self.workers.lives.back,
+            duplicate_names: self.workers.lives.duplicate_names(),
+            refusals: self.transfers.refusals,
+            mesh_bytes: self.transfers.mesh_bytes,
             children: pids.len() as u64,
         };
-        *self.stats.lock().unwrap_or_else(PoisonError::into_inner) = stats;
-        *self.pids.lock().unwrap_or_else(PoisonError::into_inner) = pids;
+        *self.published.stats.lock().unwrap_or_else(PoisonError::into_inner) = stats;
+        *self.published.pids.lock().unwrap_or_else(PoisonError::into_inner) = pids;
     }
 
     /// A worker says how far it is.
     pub(super) fn progress(&mut self, id: JobId, permille: u16) {
         for (run, gain) in self.ledger.progress(id, permille.min(1000)) {
-            if let Some(listener) = self.runs.get_mut(&run) {
+            if let Some(listener) = self.runs.listeners.get_mut(&run) {
                 listener.permille += gain;
             }
         }
     }
 
     pub(super) fn know(&mut self, worker: Worker, name: &WorkerId) {
-        self.names.entry(worker).or_insert_with(|| name.clone());
+        self.workers.names.entry(worker).or_insert_with(|| name.clone());
         if let Some(children) = &mut self.children {
             children.alive(name.as_str());
         }
-        if self.names.len() > MAX_NAMES {
-            let up = &self.lives.up;
-            self.names.retain(|known, _| *known == worker || up.contains(&SessionId(known.0)));
+        if self.workers.names.len() > MAX_NAMES {
+            let up = &self.workers.lives.up;
+            self.workers
+                .names
+                .retain(|known, _| *known == worker || up.contains(&SessionId(known.0)));
         }
     }
 
@@ -403,13 +396,13 @@ impl Shell {
         self.start.elapsed().as_millis() as Millis
     }
 
-    pub(super) fn step(&mut self, event: Event) -> Said {
+    pub(super) fn step(&mut self, event: Event) -> StepAnswers {
         let now = self.now();
-        let mut said = Said::default();
+        let mut answers = StepAnswers::default();
         for effect in self.dispatch.step(now, event) {
-            self.act(effect, &mut said);
+            self.act(effect, &mut answers);
         }
-        said
+        answers
     }
 }
 
@@ -432,7 +425,7 @@ fn held(folder: Option<&Path>) -> Vec<JobId> {
 fn inherited(dispatch: &mut Dispatch, path: &Path, cache: &Cache) -> AtWork {
     let (at_work, left) = AtWork::open(path, |job| !cache.has(*job));
     for (job, run) in &left {
-        dispatch.step(0, Event::Inherit(Job(job.0), Heir(*run)));
+        dispatch.step(0, Event::Inherit(Job(job.0), Claimant(*run)));
     }
     if !left.is_empty() {
         tracing::info!(jobs = left.len(), "were at work when the last life ended, and may go on");

@@ -88,9 +88,9 @@ impl SkillTable {
     }
 
     /// Says once, aloud, what jobs wait for that nobody here has.
-    pub(super) fn tell(&mut self, stranded: impl Iterator<Item = (Skills, u64)>) {
+    pub(super) fn report(&mut self, unschedulable: impl Iterator<Item = (Skills, u64)>) {
         let mut still = BTreeSet::new();
-        for (need, jobs) in stranded {
+        for (need, jobs) in unschedulable {
             still.insert(need);
             if !self.told.contains(&need) {
                 let lack = self.words(need);

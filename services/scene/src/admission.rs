@@ -1,9 +1,9 @@
 //! Whether the rigid world takes the bodies of a scene: asked before any of them is simulated, and
 //! of all of them, so that nothing that was checked is refused later.
 
-use super::Scene;
-use super::body::ResolveContext;
+use super::context::ResolveContext;
 use super::rigid::{spec, world_settings};
+use super::scene::Scene;
 use cullet_document::tree::{Path, join};
 use cullet_world::{World, WorldError, WorldSettings};
 use std::collections::BTreeSet;
@@ -11,13 +11,13 @@ use std::sync::Arc;
 
 /// Notes each body that the world refuses; `paths`: where each was written. What a shape of a
 /// material comes to is asked once for all bodies that share both.
-pub(super) fn check(workshop: &mut ResolveContext<'_>, scene: &Scene, paths: &[Path]) {
+pub(super) fn check(context: &mut ResolveContext<'_>, scene: &Scene, paths: &[Path]) {
     let world = match World::new(world_settings(scene)) {
         Ok(world) => world,
         Err(error) => {
             // With another error the settings may be the defaults of those that are missing.
-            if workshop.errors.is_empty() {
-                workshop.wrong(&["world".into()], error.to_string());
+            if context.errors.is_empty() {
+                context.wrong(&["world".into()], error.to_string());
             }
             match World::new(WorldSettings::default()) {
                 Ok(world) => world,
@@ -34,8 +34,8 @@ pub(super) fn check(workshop: &mut ResolveContext<'_>, scene: &Scene, paths: &[P
         if let Err(error) = taken {
             let template = body.generator.as_ref().map(|_| join(path, "body"));
             let path = template.unwrap_or_else(|| path.clone());
-            let key = if workshop.root.has(&join(&path, "mesh")) { "mesh" } else { "shape" };
-            workshop.unmade(&join(&path, key), error.to_string(), None);
+            let key = if context.root.has(&join(&path, "mesh")) { "mesh" } else { "shape" };
+            context.unmade(&join(&path, key), error.to_string(), None);
         }
     }
 }

@@ -1,49 +1,36 @@
-//! A written body made ready: checked, given its form and its material, not yet placed.
+//! A written body made ready: checked, given its geometry and its material, not yet placed.
 
-use super::form::{BodyGeometry, Forms, GeometrySource};
+use super::context::ResolveContext;
+use super::direction::MIN_LENGTH;
 use super::format::{Anchor, Body, Fracture, Rotation, SolverChoice};
+use super::geometry::{BodyGeometry, GeometrySource};
 use super::material::SceneMaterial;
+use super::strength::strength;
 use cullet_document::check::tell;
-use cullet_document::error::{SceneError, nearest, suggest};
-use cullet_document::files::{FileError, Files, key};
-use cullet_document::tree::{Node, Path, Step, join, show};
+use cullet_document::error::suggest;
+use cullet_document::files::key;
+use cullet_document::tree::{Path, join};
 use cullet_geometry::{Quat, Vec3};
 use cullet_model::StrengthField;
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// What resolving needs and collects.
-pub struct ResolveContext<'a> {
-    /// The tree, for places.
-    pub root: &'a Node,
-    /// Where meshes come from.
-    pub files: &'a mut Files,
-    /// Forms made so far.
-    pub forms: Forms,
-    /// Materials by name.
-    pub(super) materials: BTreeMap<String, Arc<SceneMaterial>>,
-    /// Names of materials that are wrong themselves: naming them is not a second error.
-    pub(super) spoiled_materials: BTreeSet<String>,
-    /// What is wrong.
-    pub errors: Vec<SceneError>,
-    /// What is unusual, a line each.
-    pub warnings: Vec<String>,
-    /// Paths of values that are wrong by themselves, which was said already.
-    pub(super) bad: Vec<Path>,
-    /// Whether a text is not TOML throughout: what seems to be missing may be there.
-    pub(super) garbled: bool,
+/// Where a body is to be.
+#[derive(Clone, Copy)]
+pub(super) struct TemplatePlacement {
+    pub(super) rotation: Quat,
+    /// Where the anchor is \[m\].
+    pub(super) position: Vec3,
+    /// From the centroid to the anchor, in the body's frame \[m\].
+    pub(super) anchor: Vec3,
 }
 
 /// A body before it has a place.
 #[derive(Clone)]
 pub(super) struct BodyTemplate {
-    pub(super) form: Arc<BodyGeometry>,
+    pub(super) geometry: Arc<BodyGeometry>,
     pub(super) material: Arc<SceneMaterial>,
     pub(super) strength: Arc<StrengthField>,
-    pub(super) rotation: Quat,
-    pub(super) position: Vec3,
-    /// From the centroid to the point that `position` places, in the body's frame \[m\].
-    pub(super) anchor: Vec3,
+    pub(super) placement: TemplatePlacement,
     pub(super) velocity: Vec3,
     pub(super) spin: Vec3,
     pub(super) fixed: bool,
@@ -54,85 +41,9 @@ pub(super) struct BodyTemplate {
     pub(super) solver: SolverChoice,
 }
 
-impl<'a> ResolveContext<'a> {
-    /// With nothing made yet.
-    pub fn new(root: &'a Node, files: &'a mut Files) -> Self {
-        Self {
-            root,
-            files,
-            forms: Forms::default(),
-            materials: BTreeMap::new(),
-            spoiled_materials: BTreeSet::new(),
-            errors: Vec::new(),
-            warnings: Vec::new(),
-            bad: Vec::new(),
-            garbled: false,
-        }
-    }
-}
-
 impl ResolveContext<'_> {
-    /// Whether an item has none of these keys, as far as can be told: where one of them is wrong,
-    /// or one that is not known was meant for it, it is no second error that it is missing.
-    pub(super) fn lacks(&self, path: &[Step], keys: &[&str]) -> bool {
-        let meant = |bad: &Path| match bad.strip_prefix(path) {
-            Some([Step::Key(key), ..]) => nearest(key, keys.iter().copied()).is_some(),
-            Some(_) => true,
-            None => false,
-        };
-        !self.garbled && !self.bad.iter().any(meant)
-    }
-
-    /// Whether what is wrong at a path is the consequence of an error that was noted.
-    fn is_told(&self, path: &[Step]) -> bool {
-        let below = |bad: &Path| path.len() > 2 && bad.starts_with(path);
-        self.bad.iter().any(|bad| path.starts_with(bad) || below(bad))
-    }
-
-    /// Notes an error at a path.
-    pub fn wrong(&mut self, path: &[Step], message: impl Into<String>) {
-        self.wrong_with(path, message, None);
-    }
-
-    /// Notes an error at a path, with advice.
-    pub fn wrong_with(&mut self, path: &[Step], message: impl Into<String>, help: Option<String>) {
-        if self.is_told(path) {
-            return;
-        }
-        let error = SceneError::at(self.root.nearest(path), show(path), message);
-        self.errors.push(error.help(help));
-    }
-
-    /// Notes that no body can be made of what was read, or that there is no room for it.
-    pub(super) fn unmade(
-        &mut self,
-        path: &[Step],
-        message: impl Into<String>,
-        help: Option<String>,
-    ) {
-        let error = SceneError::at(self.root.nearest(path), show(path), message).help(help);
-        self.errors.push(SceneError { geometry: true, ..error });
-    }
-
-    /// Whether a mesh file is there, and of a format that is read; what is wrong is noted.
-    pub fn has_mesh(&mut self, key: &str, path: &[Step]) -> bool {
-        if let Err(why) = cullet_assets::known(key) {
-            self.wrong(path, why.to_string());
-            return false;
-        }
-        let Err(why) = self.files.get(key) else { return true };
-        let from = match key.split_once('/') {
-            Some((_, absolute)) if absolute.starts_with('/') => None,
-            Some(("given", _)) => Some("a path in --set is taken from the current folder"),
-            _ => Some("a path in a file is taken from the folder of that file"),
-        };
-        let there = matches!(why, FileError::Unreadable { .. });
-        self.wrong_with(path, why.to_string(), from.filter(|_| there).map(str::to_owned));
-        false
-    }
-
     /// Makes a body ready; errors are noted, and `None` means that there were some.
-    pub(super) fn mould(
+    pub(super) fn body_template(
         &mut self,
         body: &Body,
         path: &Path,
@@ -141,7 +52,7 @@ impl ResolveContext<'_> {
         let before = self.errors.len();
         let material = self.material(body, path);
         let rotation = self.rotation(&body.rotation, &join(path, "rotation"));
-        let form = self.form(body, path);
+        let geometry = self.geometry(body, path);
         self.motion(body, path);
         let resolution = body.resolution.unwrap_or_default();
         if body.resolution.is_some()
@@ -149,7 +60,7 @@ impl ResolveContext<'_> {
         {
             self.wrong(&join(path, "resolution"), "takes `spacing` or `particles`, one of them");
         }
-        let (Some(material), Some(form)) = (material, form) else {
+        let (Some(material), Some(geometry)) = (material, geometry) else {
             return None;
         };
         let wanted = body.breakable.unwrap_or(!body.fixed && material.breakable);
@@ -159,23 +70,21 @@ impl ResolveContext<'_> {
                 self.wrong(&join(path, "material"), message);
             }
         }
-        let strength = Arc::new(self.strength(body, path, &material, &form));
+        let strength = Arc::new(strength(self, body, path, &material, &geometry));
         if self.errors.len() > before {
             return None;
         }
-        let (low, high) = form.bounds;
+        let (low, high) = geometry.bounds;
         let anchor = match body.anchor {
-            Anchor::Origin => form.origin,
+            Anchor::Origin => geometry.origin,
             Anchor::Centre => (low + high) / 2.0,
             Anchor::Base => Vec3::new((low.x + high.x) / 2.0, (low.y + high.y) / 2.0, low.z),
         };
         Some(BodyTemplate {
-            form,
+            geometry,
             material,
             strength,
-            rotation,
-            position: Vec3::from(body.position),
-            anchor,
+            placement: TemplatePlacement { rotation, position: Vec3::from(body.position), anchor },
             velocity: Vec3::from(body.velocity),
             spin: Vec3::from(body.spin),
             fixed: body.fixed,
@@ -238,8 +147,8 @@ impl ResolveContext<'_> {
         }
     }
 
-    fn form(&mut self, body: &Body, path: &Path) -> Option<Arc<BodyGeometry>> {
-        let recipe = match (&body.shape, &body.mesh) {
+    fn geometry(&mut self, body: &Body, path: &Path) -> Option<Arc<BodyGeometry>> {
+        let source = match (&body.shape, &body.mesh) {
             (Some(_), Some(_)) => {
                 self.wrong(&join(path, "mesh"), "a body has a `shape` or a `mesh`, not both");
                 return None;
@@ -275,8 +184,8 @@ impl ResolveContext<'_> {
                 }
             }
         };
-        match self.forms.get(&recipe, self.files) {
-            Ok(form) => Some(form),
+        match self.geometries.get(&source, self.files) {
+            Ok(geometry) => Some(geometry),
             Err(why) => {
                 let key = if body.mesh.is_some() { "mesh" } else { "shape" };
                 self.unmade(&join(path, key), why, None);
@@ -330,9 +239,6 @@ impl ResolveContext<'_> {
         }
     }
 }
-
-/// Shortest axis or quaternion that still has a direction \[1\].
-pub(super) const MIN_LENGTH: f64 = 1e-6;
 
 /// Farthest place from the world's origin \[m\]: farther, contacts lose their digits.
 pub(super) const MAX_DISTANCE: f64 = 1e5;

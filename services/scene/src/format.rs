@@ -16,10 +16,11 @@ pub use body::{Anchor, Axis, Body, RepairChoice, Resolution, Rotation};
 pub use fidelity::Fidelity;
 pub use generator::{Grid, Scatter, Stack};
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};
+pub(crate) use material::{DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL};
 pub use shape::Shape;
 pub use show::{Bounds, Expect, ShareBounds, View};
 
-use super::look::Detail;
+use super::surface_detail::Detail;
 use cullet_document::unit;
 use cullet_plan::family::{DEFAULT, FAMILIES, SAMPLED};
 use schemars::{JsonSchema, json_schema};

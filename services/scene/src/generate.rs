@@ -1,6 +1,7 @@
 //! Many bodies from one template: rows, stacks, and bodies strewn by a seed.
 
-use super::body::{BodyTemplate, ResolveContext};
+use super::body::BodyTemplate;
+use super::context::ResolveContext;
 use super::format::{Body, Grid, Scatter, Stack};
 use cullet_document::tree::{Path, join};
 use cullet_geometry::math::{scramble, unit};
@@ -24,7 +25,7 @@ pub(super) fn grid_count(grid: &Grid) -> u64 {
 }
 
 /// The bodies of a grid, layer by layer.
-pub(super) fn grid(grid: &Grid, mould: &BodyTemplate) -> Vec<Instance> {
+pub(super) fn grid(grid: &Grid, template: &BodyTemplate) -> Vec<Instance> {
     let [nx, ny, nz] = grid.count;
     let [dx, dy, dz] = grid.spacing;
     let mut instances = Vec::new();
@@ -36,8 +37,8 @@ pub(super) fn grid(grid: &Grid, mould: &BodyTemplate) -> Vec<Instance> {
                     Vec3::new(f64::from(i) * dx + shift, f64::from(j) * dy, f64::from(k) * dz);
                 instances.push(Instance {
                     name: format!("{}-{i}-{j}-{k}", grid.name),
-                    position: mould.position + offset,
-                    rotation: mould.rotation,
+                    position: template.placement.position + offset,
+                    rotation: template.placement.rotation,
                     by_centroid: false,
                 });
             }
@@ -47,14 +48,14 @@ pub(super) fn grid(grid: &Grid, mould: &BodyTemplate) -> Vec<Instance> {
 }
 
 /// The bodies of a stack, from the first on.
-pub(super) fn stack(stack: &Stack, mould: &BodyTemplate) -> Vec<Instance> {
+pub(super) fn stack(stack: &Stack, template: &BodyTemplate) -> Vec<Instance> {
     let offset = Vec3::from(stack.offset);
     let instance = |i: u32| {
         let turn = f64::from(i) * stack.twist_degrees.to_radians();
         Instance {
             name: format!("{}-{i}", stack.name),
-            position: mould.position + f64::from(i) * offset,
-            rotation: Quat::from_axis_angle(&Vec3::z_axis(), turn) * mould.rotation,
+            position: template.placement.position + f64::from(i) * offset,
+            rotation: Quat::from_axis_angle(&Vec3::z_axis(), turn) * template.placement.rotation,
             by_centroid: false,
         }
     };
@@ -67,10 +68,10 @@ impl ResolveContext<'_> {
         &mut self,
         scatter: &Scatter,
         path: &Path,
-        mould: &BodyTemplate,
+        template: &BodyTemplate,
         world_seed: u64,
     ) -> Vec<Instance> {
-        let radius = mould.form.radius();
+        let radius = template.geometry.radius();
         let low = Vec3::from(scatter.min).add_scalar(radius);
         let room = Vec3::from(scatter.max).add_scalar(-radius) - low;
         if room.min() < 0.0 {
@@ -100,7 +101,7 @@ impl ResolveContext<'_> {
                 return Vec::new();
             };
             let turn = [number(0), number(1), number(2)];
-            let rotation = if scatter.turn { any_turn(turn) } else { mould.rotation };
+            let rotation = if scatter.turn { any_turn(turn) } else { template.placement.rotation };
             let name = format!("{}-{i}", scatter.name);
             instances.push(Instance { name, position, rotation, by_centroid: true });
         }

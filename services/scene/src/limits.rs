@@ -1,6 +1,6 @@
 //! What must hold between the values of a scene, beyond the range of each.
 
-use super::body::ResolveContext;
+use super::context::ResolveContext;
 use super::format::{Document, World};
 use cullet_document::check::tell;
 use cullet_document::tree::Path;
@@ -13,12 +13,12 @@ pub(super) const MAX_GRAVITY: f64 = 1e4;
 pub(super) const MAX_STEPS: f64 = 1e7;
 
 /// Says what does not fit together; `bodies`: how many there are.
-pub(super) fn check(workshop: &mut ResolveContext<'_>, document: &Document, bodies: usize) {
-    world(workshop, &document.world);
+pub(super) fn check(context: &mut ResolveContext<'_>, document: &Document, bodies: usize) {
+    world(context, &document.world);
     let most = document.world.max_bodies;
     if bodies > most as usize {
         let message = format!("must be at least {bodies}, the bodies of the scene; it is {most}");
-        workshop.wrong(&path(&["world", "max_bodies"]), message);
+        context.wrong(&path(&["world", "max_bodies"]), message);
     }
     let e = &document.expect;
     let ranges = [
@@ -33,7 +33,7 @@ pub(super) fn check(workshop: &mut ResolveContext<'_>, document: &Document, bodi
             && least > most
         {
             let message = format!("`min` must be at most `max`; they are {least} and {most}");
-            workshop.wrong(&path(&["expect", name]), message);
+            context.wrong(&path(&["expect", name]), message);
         }
     }
     for (name, range) in [("sampled", e.sampled), ("sampled_mass", e.sampled_mass)] {
@@ -41,45 +41,45 @@ pub(super) fn check(workshop: &mut ResolveContext<'_>, document: &Document, bodi
             && least > most
         {
             let message = format!("`min` must be at most `max`; they are {least} and {most}");
-            workshop.wrong(&path(&["expect", name]), message);
+            context.wrong(&path(&["expect", name]), message);
         }
     }
     if document.view.as_ref().is_some_and(|view| view.eye == view.target) {
-        workshop.wrong(&path(&["view", "eye"]), "must differ from `target`");
+        context.wrong(&path(&["view", "eye"]), "must differ from `target`");
     }
     let window = document.view.as_ref().and_then(|view| view.start.zip(view.end));
     if let Some((start, end)) = window.filter(|(start, end)| end <= start) {
         let message = format!("must be after `start`, {start} s; it is {end} s");
-        workshop.wrong(&path(&["view", "end"]), message);
+        context.wrong(&path(&["view", "end"]), message);
     }
     let lists = ["body", "grid", "stack", "scatter"];
-    if lists.iter().all(|list| workshop.root.items(list).is_empty()) {
-        workshop.wrong(&[], "the scene has no body");
+    if lists.iter().all(|list| context.root.items(list).is_empty()) {
+        context.wrong(&[], "the scene has no body");
     }
 }
 
-fn world(workshop: &mut ResolveContext<'_>, world: &World) {
+fn world(context: &mut ResolveContext<'_>, world: &World) {
     let (tiers, step, duration) = (world.tiers, world.step, world.duration);
     if tiers.tiny > tiers.small {
         let (tiny, small) = (tiers.tiny, tiers.small);
         let message = format!("`tiny` must be at most `small`; they are {tiny} and {small}");
-        workshop.wrong(&path(&["world", "tiers"]), message);
+        context.wrong(&path(&["world", "tiers"]), message);
     }
     if duration < step {
         let message = format!("must be at least one step, {step} s; it is {duration} s");
-        workshop.wrong(&path(&["world", "duration"]), message);
+        context.wrong(&path(&["world", "duration"]), message);
     }
     let steps = (duration / step).round();
     if steps > MAX_STEPS {
         let (steps, most) = (tell(steps), tell(MAX_STEPS));
         let message = format!("{duration} s would take {steps} steps; at most {most} are taken");
-        workshop.wrong(&path(&["world", "step"]), message);
+        context.wrong(&path(&["world", "step"]), message);
     }
     let gravity = Vec3::from(world.gravity);
     if gravity.amax() > MAX_GRAVITY || gravity.norm() > MAX_GRAVITY {
         let (most, size) = (tell(MAX_GRAVITY), tell(gravity.amax()));
         let message = format!("must be at most {most} m/s2 long; a component is {size} m/s2");
-        workshop.wrong(&path(&["world", "gravity"]), message);
+        context.wrong(&path(&["world", "gravity"]), message);
     }
 }
 

@@ -1,7 +1,9 @@
 //! Materials: the presets with a source for every value, and what a scene makes of them.
 
-use super::format::{self, Layers, WeakPlane};
-use super::paint::direction;
+use super::direction::direction;
+use super::format::{
+    self, DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL, Layers, WeakPlane,
+};
 use cullet_document::check::tell;
 
 /// How a value was come by.
@@ -370,15 +372,6 @@ impl From<&Preset> for SceneMaterial {
         }
     }
 }
-
-/// Weibull modulus of a material that does not say \[1\].
-pub(super) const DEFAULT_WEIBULL: f64 = 10.0;
-
-/// Restitution of a material that does not say \[1\].
-pub(super) const DEFAULT_RESTITUTION: f64 = 0.3;
-
-/// Friction of a material that does not say \[1\].
-pub(super) const DEFAULT_FRICTION: f64 = 0.5;
 
 /// Bounds of σ_f/E \[1\]: outside, a unit was mistaken or the solid is not brittle (F77).
 pub(super) const STRENGTH_OVER_YOUNG: (f64, f64) = (1e-5, 1e-1);

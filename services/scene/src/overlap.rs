@@ -2,7 +2,7 @@
 //!
 //! Judged by the convex parts that collide, because those are what would push bodies apart.
 
-use super::form::bounds;
+use super::geometry::bounds;
 use cullet_geometry::{Pose, Vec3};
 use cullet_world::hulls_overlap;
 

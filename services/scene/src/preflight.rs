@@ -1,8 +1,8 @@
 //! What is certain of a scene before it runs: that nothing in it can break, or that something only
 //! falls. Everything here is a bound: where it is silent, nothing is promised.
 
-use super::SceneBody;
 use super::format::World;
+use super::scene::SceneBody;
 use cullet_document::check::tell;
 use cullet_geometry::Vec3;
 use std::collections::VecDeque;

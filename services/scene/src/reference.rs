@@ -8,9 +8,9 @@ mod tables;
 mod tests;
 mod wrap;
 
-use super::look::Look;
 use super::material::presets;
 use super::schema::schema_json;
+use super::surface_detail::Look;
 use cullet_document::check::tell;
 use cullet_document::document::MAX_SCENE_BYTES;
 use cullet_document::unit::Dimension;

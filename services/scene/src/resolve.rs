@@ -1,11 +1,13 @@
 //! From the tree to a scene that runs: every section read, every body made and placed.
 
-use super::body::{BodyTemplate, MAX_DISTANCE, ResolveContext};
+use super::body::{BodyTemplate, MAX_DISTANCE};
+use super::context::ResolveContext;
 use super::format::{self, Body, Document, Grid, Scatter, Stack};
 use super::generate::{self, Instance};
 use super::material::{self, SceneMaterial};
+use super::scene::{Scene, SceneBody};
 use super::taken::Taken;
-use super::{Scene, SceneBody, admission, limits, overlap, paint, preflight};
+use super::{admission, limits, overlap, preflight, strength};
 use cullet_document::check::{Findings, tell};
 use cullet_document::error::{SceneError, nearest, suggest};
 use cullet_document::files::Files;
@@ -37,59 +39,59 @@ pub(super) fn resolve(
     garbled: bool,
     files: &mut Files,
 ) -> Resolved {
-    let mut workshop = ResolveContext::new(root, files);
-    (workshop.bad, workshop.garbled) = (findings.bad, garbled);
-    let document = read_sections(&mut workshop);
-    materials(&mut workshop);
-    let mut builder = Builder { workshop, document, bodies: Vec::new(), paths: Vec::new() };
+    let mut context = ResolveContext::new(root, files);
+    (context.bad, context.garbled) = (findings.bad, garbled);
+    let document = read_sections(&mut context);
+    materials(&mut context);
+    let mut builder = Builder { context, document, bodies: Vec::new(), paths: Vec::new() };
     builder.bodies();
     builder.names();
-    limits::check(&mut builder.workshop, &builder.document, builder.bodies.len());
+    limits::check(&mut builder.context, &builder.document, builder.bodies.len());
     builder.overlaps();
     builder.finish()
 }
 
-fn read_sections(workshop: &mut ResolveContext<'_>) -> Document {
+fn read_sections(context: &mut ResolveContext<'_>) -> Document {
     let mut document = Document::default();
-    read(workshop, "description", &mut document.description);
-    read(workshop, "world", &mut document.world);
-    read(workshop, "fracture", &mut document.fracture);
-    read(workshop, "fidelity", &mut document.fidelity);
-    read(workshop, "expect", &mut document.expect);
-    read(workshop, "view", &mut document.view);
+    read(context, "description", &mut document.description);
+    read(context, "world", &mut document.world);
+    read(context, "fracture", &mut document.fracture);
+    read(context, "fidelity", &mut document.fidelity);
+    read(context, "expect", &mut document.expect);
+    read(context, "view", &mut document.view);
     document
 }
 
 /// A section as far as it is right.
-fn read<T: DeserializeOwned>(workshop: &mut ResolveContext<'_>, key: &str, section: &mut T) {
-    if let Some(node) = workshop.root.get(key)
-        && let Some(taken) = workshop.take(node, &[key.into()])
+fn read<T: DeserializeOwned>(context: &mut ResolveContext<'_>, key: &str, section: &mut T) {
+    if let Some(node) = context.root.get(key)
+        && let Some(taken) = context.take(node, &[key.into()])
     {
         *section = taken.value;
     }
 }
 
-fn materials(workshop: &mut ResolveContext<'_>) {
+fn materials(context: &mut ResolveContext<'_>) {
     for preset in material::presets() {
-        workshop.materials.insert(preset.name.to_owned(), Arc::new(SceneMaterial::from(preset)));
+        context.materials.insert(preset.name.to_owned(), Arc::new(SceneMaterial::from(preset)));
     }
     let mut own: BTreeSet<&str> = BTreeSet::new();
-    for (index, node) in workshop.root.items("material").iter().enumerate() {
+    for (index, node) in context.root.items("material").iter().enumerate() {
         let path: Path = vec!["material".into(), index.into()];
         let name = node.get("name").and_then(Node::text).unwrap_or("");
         if !own.insert(name) {
-            workshop.wrong(&join(&path, "name"), format!("a second material is called \"{name}\""));
+            context.wrong(&join(&path, "name"), format!("a second material is called \"{name}\""));
         }
-        let written = workshop.take::<format::Material>(node, &path);
+        let written = context.take::<format::Material>(node, &path);
         let whole = written.as_ref().is_some_and(|written| written.whole);
-        let made = written.and_then(|written| own_material(workshop, &written.value, &path));
+        let made = written.and_then(|written| own_material(context, &written.value, &path));
         match made.filter(|_| whole) {
             Some(made) => {
-                workshop.materials.insert(name.to_owned(), Arc::new(made));
+                context.materials.insert(name.to_owned(), Arc::new(made));
             }
             None => {
-                workshop.materials.remove(name);
-                workshop.spoiled_materials.insert(name.to_owned());
+                context.materials.remove(name);
+                context.spoiled_materials.insert(name.to_owned());
             }
         }
     }
@@ -97,7 +99,7 @@ fn materials(workshop: &mut ResolveContext<'_>) {
 
 /// The material that a document writes out, or the preset that it names and what it changes of it.
 pub fn own_material(
-    workshop: &mut ResolveContext<'_>,
+    context: &mut ResolveContext<'_>,
     written: &format::Material,
     path: &Path,
 ) -> Option<SceneMaterial> {
@@ -108,7 +110,7 @@ pub fn own_material(
             None => {
                 let known: Vec<&str> = material::presets().iter().map(|p| p.name).collect();
                 let message = format!("there is no preset \"{name}\"");
-                workshop.wrong_with(&join(path, "preset"), message, suggest(name, &known));
+                context.wrong_with(&join(path, "preset"), message, suggest(name, &known));
                 return None;
             }
         },
@@ -117,29 +119,29 @@ pub fn own_material(
         Ok(made) => made,
         Err(missing) => {
             for key in missing {
-                if workshop.lacks(path, &[key, "preset"]) {
-                    workshop.wrong(path, format!("`{key}` is missing: give it, or a `preset`"));
+                if context.lacks(path, &[key, "preset"]) {
+                    context.wrong(path, format!("`{key}` is missing: give it, or a `preset`"));
                 }
             }
             return None;
         }
     };
     for (key, fault) in made.directions() {
-        workshop.wrong(&join(&join(path, key), "normal"), fault);
+        context.wrong(&join(&join(path, key), "normal"), fault);
     }
     for (key, doubt) in made.doubts() {
-        workshop.warnings.push(format!("{}: {}", show(&join(path, key)), doubt));
+        context.warnings.push(format!("{}: {}", show(&join(path, key)), doubt));
     }
     let faults = if made.breakable { made.faults() } else { Vec::new() };
     let sound = faults.is_empty();
     for (key, fault) in faults {
-        workshop.wrong(&join(path, key), fault);
+        context.wrong(&join(path, key), fault);
     }
     sound.then_some(made)
 }
 
 struct Builder<'a> {
-    workshop: ResolveContext<'a>,
+    context: ResolveContext<'a>,
     document: Document,
     bodies: Vec<SceneBody>,
     /// Where each body was written.
@@ -148,25 +150,25 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     fn bodies(&mut self) {
-        let root = self.workshop.root;
+        let root = self.context.root;
         for (index, node) in root.items("body").iter().enumerate() {
             let path: Path = vec!["body".into(), index.into()];
-            let Some(taken) = self.workshop.take::<Body>(node, &path) else {
+            let Some(taken) = self.context.take::<Body>(node, &path) else {
                 continue;
             };
             let body = taken.value;
-            let mould = self.mould(&body, &path);
-            if body.name.is_none() && self.workshop.lacks(&path, &["name"]) {
-                self.workshop.wrong(&path, "`name` is missing");
+            let template = self.template(&body, &path);
+            if body.name.is_none() && self.context.lacks(&path, &["name"]) {
+                self.context.wrong(&path, "`name` is missing");
             }
-            if let (Some(mould), Some(name), true) = (mould, body.name, taken.whole) {
+            if let (Some(template), Some(name), true) = (template, body.name, taken.whole) {
                 let instance = Instance {
                     name,
-                    position: mould.position,
-                    rotation: mould.rotation,
+                    position: template.placement.position,
+                    rotation: template.placement.rotation,
                     by_centroid: false,
                 };
-                self.place(&mould, vec![instance], None, &path);
+                self.place(&template, vec![instance], None, &path);
             }
         }
         self.grids();
@@ -174,66 +176,66 @@ impl Builder<'_> {
         self.scatters();
     }
 
-    fn mould(&mut self, body: &Body, path: &Path) -> Option<BodyTemplate> {
+    fn template(&mut self, body: &Body, path: &Path) -> Option<BodyTemplate> {
         let defaults = self.document.fracture.clone();
-        self.workshop.mould(body, path, &defaults)
+        self.context.body_template(body, path, &defaults)
     }
 
     fn grids(&mut self) {
-        let root = self.workshop.root;
+        let root = self.context.root;
         for (index, node) in root.items("grid").iter().enumerate() {
             let path: Path = vec!["grid".into(), index.into()];
-            let Some(Taken { value: grid, whole }) = self.workshop.take::<Grid>(node, &path) else {
+            let Some(Taken { value: grid, whole }) = self.context.take::<Grid>(node, &path) else {
                 continue;
             };
             let template = join(&path, "body");
-            self.workshop.template(&grid.body, &template, true);
+            self.context.template(&grid.body, &template, true);
             let fits = self.fits(generate::grid_count(&grid), &join(&path, "count"));
-            let mould = self.mould(&grid.body, &template);
-            if let Some(mould) = mould.filter(|_| fits && whole) {
-                let instances = generate::grid(&grid, &mould);
-                self.place(&mould, instances, Some(&grid.name), &path);
+            let template = self.template(&grid.body, &template);
+            if let Some(template) = template.filter(|_| fits && whole) {
+                let instances = generate::grid(&grid, &template);
+                self.place(&template, instances, Some(&grid.name), &path);
             }
         }
     }
 
     fn stacks(&mut self) {
-        let root = self.workshop.root;
+        let root = self.context.root;
         for (index, node) in root.items("stack").iter().enumerate() {
             let path: Path = vec!["stack".into(), index.into()];
-            let Some(Taken { value: stack, whole }) = self.workshop.take::<Stack>(node, &path)
+            let Some(Taken { value: stack, whole }) = self.context.take::<Stack>(node, &path)
             else {
                 continue;
             };
             let template = join(&path, "body");
-            self.workshop.template(&stack.body, &template, true);
+            self.context.template(&stack.body, &template, true);
             let fits = self.fits(stack.count.into(), &join(&path, "count"));
-            let mould = self.mould(&stack.body, &template);
-            if let Some(mould) = mould.filter(|_| fits && whole) {
-                let instances = generate::stack(&stack, &mould);
-                self.place(&mould, instances, Some(&stack.name), &path);
+            let template = self.template(&stack.body, &template);
+            if let Some(template) = template.filter(|_| fits && whole) {
+                let instances = generate::stack(&stack, &template);
+                self.place(&template, instances, Some(&stack.name), &path);
             }
         }
     }
 
     fn scatters(&mut self) {
-        let root = self.workshop.root;
+        let root = self.context.root;
         for (index, node) in root.items("scatter").iter().enumerate() {
             let path: Path = vec!["scatter".into(), index.into()];
-            let Some(Taken { value: scatter, whole }) = self.workshop.take::<Scatter>(node, &path)
+            let Some(Taken { value: scatter, whole }) = self.context.take::<Scatter>(node, &path)
             else {
                 continue;
             };
             let template = join(&path, "body");
-            self.workshop.template(&scatter.body, &template, false);
+            self.context.template(&scatter.body, &template, false);
             let fits = self.fits(scatter.count.into(), &join(&path, "count"));
-            let mould = self.mould(&scatter.body, &template);
+            let template = self.template(&scatter.body, &template);
             // Its places follow the seed.
-            let seeded = !self.workshop.is_bad(&["world".into(), "seed".into()]);
-            if let Some(mould) = mould.filter(|_| fits && whole && seeded) {
+            let seeded = !self.context.is_bad(&["world".into(), "seed".into()]);
+            if let Some(template) = template.filter(|_| fits && whole && seeded) {
                 let seed = self.document.world.seed;
-                let instances = self.workshop.scatter(&scatter, &path, &mould, seed);
-                self.place(&mould, instances, Some(&scatter.name), &path);
+                let instances = self.context.scatter(&scatter, &path, &template, seed);
+                self.place(&template, instances, Some(&scatter.name), &path);
             }
         }
     }
@@ -243,18 +245,18 @@ impl Builder<'_> {
         let most = u64::from(self.document.world.max_bodies);
         let count = more.saturating_add(self.bodies.len() as u64);
         if more == 0 {
-            self.workshop.wrong(path, "must be at least 1 in each direction");
+            self.context.wrong(path, "must be at least 1 in each direction");
         } else if count > most {
             let message =
                 format!("the scene would have {count} bodies; world.max_bodies is {most}");
-            self.workshop.wrong(path, message);
+            self.context.wrong(path, message);
         }
         more > 0 && count <= most
     }
 
     fn place(
         &mut self,
-        mould: &BodyTemplate,
+        template: &BodyTemplate,
         instances: Vec<Instance>,
         generator: Option<&str>,
         path: &Path,
@@ -265,31 +267,32 @@ impl Builder<'_> {
             let message = format!(
                 "its bodies must lie within {most} m of the origin; one lies at {farthest} m"
             );
-            return self.workshop.wrong(path, message);
+            return self.context.wrong(path, message);
         }
         for instance in instances {
-            let anchor = if instance.by_centroid { Vec3::zeros() } else { mould.anchor };
+            let anchor =
+                if instance.by_centroid { Vec3::zeros() } else { template.placement.anchor };
             let centre = instance.position - instance.rotation * anchor;
             self.bodies.push(SceneBody {
                 name: instance.name,
                 generator: generator.map(str::to_owned),
-                solid: Arc::clone(&mould.form.solid),
-                hulls: Arc::clone(&mould.form.hulls),
-                volume: mould.form.mass.volume,
-                inertia: mould.form.mass.inertia,
+                solid: Arc::clone(&template.geometry.solid),
+                hulls: Arc::clone(&template.geometry.hulls),
+                volume: template.geometry.mass.volume,
+                inertia: template.geometry.mass.inertia,
                 pose: Pose::from_parts(centre.into(), instance.rotation),
-                velocity: mould.velocity,
-                spin: mould.spin,
-                material: Arc::clone(&mould.material),
-                strength: Arc::clone(&mould.strength),
-                weakest: paint::weakest(&mould.strength),
-                fixed: mould.fixed,
-                breakable: mould.breakable,
-                spacing: mould.spacing,
-                particles: mould.particles,
-                impulse_threshold: mould.impulse_threshold,
-                solver: mould.solver.clone(),
-                repairs: mould.form.repairs.clone(),
+                velocity: template.velocity,
+                spin: template.spin,
+                material: Arc::clone(&template.material),
+                strength: Arc::clone(&template.strength),
+                weakest: strength::weakest(&template.strength),
+                fixed: template.fixed,
+                breakable: template.breakable,
+                spacing: template.spacing,
+                particles: template.particles,
+                impulse_threshold: template.impulse_threshold,
+                solver: template.solver.clone(),
+                repairs: template.geometry.repairs.clone(),
             });
             self.paths.push(path.clone());
         }
@@ -299,16 +302,16 @@ impl Builder<'_> {
     fn names(&mut self) {
         let mut known: BTreeSet<String> = BTreeSet::new();
         for list in ["body", "grid", "stack", "scatter"] {
-            for (index, node) in self.workshop.root.items(list).iter().enumerate() {
+            for (index, node) in self.context.root.items(list).iter().enumerate() {
                 let path: Path = vec![list.into(), index.into(), "name".into()];
                 let Some(name) = node.get("name").and_then(Node::text) else {
                     continue;
                 };
                 if name.trim().is_empty() || name.len() > MAX_NAME || name.contains('/') {
                     let message = format!("a name has 1 to {MAX_NAME} bytes and no slash");
-                    self.workshop.wrong(&path, message);
+                    self.context.wrong(&path, message);
                 } else if !known.insert(name.to_owned()) {
-                    self.workshop.wrong(&path, format!("a second one is called \"{name}\""));
+                    self.context.wrong(&path, format!("a second one is called \"{name}\""));
                 }
             }
         }
@@ -316,7 +319,7 @@ impl Builder<'_> {
         for (body, path) in self.bodies.iter().zip(&self.paths) {
             if body.generator.is_some() && !known.insert(body.name.clone()) {
                 let message = format!("makes a second body called \"{}\"", body.name);
-                self.workshop.wrong(path, message);
+                self.context.wrong(path, message);
                 break;
             }
         }
@@ -329,16 +332,16 @@ impl Builder<'_> {
         let made: BTreeSet<&str> =
             self.bodies.iter().filter_map(|body| body.generator.as_deref()).collect();
         let lists = ["grid", "stack", "scatter"].into_iter();
-        let items = lists.flat_map(|list| self.workshop.root.items(list));
+        let items = lists.flat_map(|list| self.context.root.items(list));
         let mut lost =
             items.map(|item| item.get("name").and_then(Node::text)).filter(|generator| {
                 generator.is_none_or(|generator| {
                     !made.contains(generator) && name.starts_with(generator)
                 })
             });
-        let nameless = self.workshop.root.items("body").iter();
+        let nameless = self.context.root.items("body").iter();
         let mut nameless = nameless.map(|item| item.get("name").and_then(Node::text));
-        self.workshop.garbled || lost.next().is_some() || nameless.any(|name| name.is_none())
+        self.context.garbled || lost.next().is_some() || nameless.any(|name| name.is_none())
     }
 
     fn expected_names(&mut self, known: &BTreeSet<String>, written: &BTreeSet<String>) {
@@ -359,13 +362,13 @@ impl Builder<'_> {
                 let help = nearest(name, written.iter().map(String::as_str))
                     .map(|near| format!("did you mean `{near}`?"));
                 let message = format!("there is no body \"{name}\"");
-                self.workshop.wrong_with(&path, message, help);
+                self.context.wrong_with(&path, message, help);
             }
         }
     }
 
     fn overlaps(&mut self) {
-        if self.workshop.garbled {
+        if self.context.garbled {
             return;
         }
         let placed: Vec<overlap::Placed<'_>> =
@@ -377,7 +380,7 @@ impl Builder<'_> {
             let message = format!("\"{two}\" overlaps \"{one}\" at the start");
             let help = "bodies may touch; move one of them, or make it smaller".to_owned();
             let path = self.paths[second].clone();
-            self.workshop.unmade(&join(&path, "position"), message, Some(help));
+            self.context.unmade(&join(&path, "position"), message, Some(help));
         }
     }
 
@@ -385,13 +388,13 @@ impl Builder<'_> {
         for body in &self.bodies {
             let first = body.generator.is_none() || body.name.ends_with("-0");
             for line in body.repairs.iter().filter(|_| first) {
-                self.workshop.warnings.push(format!("{}: {line}", body.name));
+                self.context.warnings.push(format!("{}: {line}", body.name));
             }
             if let Some(line) = own_load(body, &self.document.world.gravity).filter(|_| first) {
-                self.workshop.warnings.push(format!("{}: {line}", body.name));
+                self.context.warnings.push(format!("{}: {line}", body.name));
             }
         }
-        self.workshop.warnings.extend(preflight::warnings(&self.document.world, &self.bodies));
+        self.context.warnings.extend(preflight::warnings(&self.document.world, &self.bodies));
         let document = self.document;
         let scene = Scene {
             name: String::new(),
@@ -402,14 +405,14 @@ impl Builder<'_> {
             bodies: self.bodies,
             expect: document.expect,
             view: document.view,
-            warnings: std::mem::take(&mut self.workshop.warnings),
+            warnings: std::mem::take(&mut self.context.warnings),
             source_text: String::new(),
             overrides: Vec::new(),
             main: String::new(),
             files: Vec::new(),
         };
-        admission::check(&mut self.workshop, &scene, &self.paths);
-        Resolved { scene, errors: self.workshop.errors }
+        admission::check(&mut self.context, &scene, &self.paths);
+        Resolved { scene, errors: self.context.errors }
     }
 }
 

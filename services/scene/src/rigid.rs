@@ -1,6 +1,7 @@
 //! From a scene to the terms of the rigid world.
 
-use super::{Scene, SceneBody, SceneMaterial};
+use super::material::SceneMaterial;
+use super::scene::{Scene, SceneBody};
 use cullet_geometry::Vec3;
 use cullet_world::{BodySpec, Material, Tiers, WorldSettings};
 

@@ -1,6 +1,6 @@
 //! Items of a document, read as far as they are right.
 
-use super::body::ResolveContext;
+use super::context::ResolveContext;
 use cullet_document::tree::{Node, Path, Step};
 use serde::de::DeserializeOwned;
 

@@ -7,7 +7,6 @@
 //! stalled, and `retry` begins it again. A run that comes further at each life, however often
 //! somebody kills the coordinator, is no suspect.
 
-use super::{Board, Entry, Wish};
 use serde::{Deserialize, Serialize};
 
 /// Deaths without getting further that make a suspect.
@@ -18,18 +17,18 @@ const PROOF: u32 = 3;
 /// How far a run came: simulated time \[µs\], and jobs settled by then; what it did before a death
 /// it does again after it, so that these compare.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub(in super::super) struct Reached {
-    pub(in super::super) time: u64,
-    pub(in super::super) settled: u64,
+pub(crate) struct Reached {
+    pub(crate) time: u64,
+    pub(crate) settled: u64,
 }
 
 /// Deaths of the coordinator in the middle of a run, since it last came further than ever.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(in super::super) struct Deaths {
-    pub(in super::super) all: u32,
+pub(crate) struct Deaths {
+    pub(crate) all: u32,
     /// Those at which it was a suspect and went on alone.
-    pub(in super::super) alone: u32,
-    pub(in super::super) reached: Reached,
+    pub(crate) alone: u32,
+    pub(crate) reached: Reached,
 }
 
 impl Deaths {
@@ -48,28 +47,11 @@ impl Deaths {
         self.alone = 0;
     }
 
-    pub(in super::super) fn is_suspect(self) -> bool {
+    pub(crate) fn is_suspect(self) -> bool {
         self.all >= SUSPECT
     }
 
-    fn is_proof(self) -> bool {
+    pub(super) fn is_proof(self) -> bool {
         self.alone >= PROOF
-    }
-}
-
-impl Board {
-    /// The runs to lay aside before any goes on: the coordinator died of them.
-    pub(in super::super) fn deadly(&self) -> Vec<u64> {
-        let deadly = |entry: &&Entry| entry.deaths.is_proof() && entry.wish != Some(Wish::Cancel);
-        self.running().filter(deadly).map(|entry| entry.run).collect()
-    }
-
-    /// Whether a run may begin beside those that go on: a suspect is alone.
-    pub(super) fn may_begin(&self, entry: &Entry) -> bool {
-        let mut running = self.running();
-        match entry.deaths.is_suspect() {
-            true => running.next().is_none(),
-            false => !running.any(|other| other.deaths.is_suspect()),
-        }
     }
 }

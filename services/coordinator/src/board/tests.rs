@@ -204,7 +204,7 @@ fn a_run_that_is_over_is_deleted_once_and_its_number_does_not_come_again() {
     assert_eq!(board.leaving().map(|entry| entry.run).collect::<Vec<_>>(), [3]);
     take(&mut board, [Event::Removed { run: 3 }]);
     let mut anew = Board::default();
-    take(&mut anew, board.told());
+    take(&mut anew, board.to_events());
     assert_eq!((anew.leaving().count(), submit(&mut anew, order("a", 0, 9))), (0, 4));
 }
 
@@ -249,7 +249,7 @@ fn the_same_events_make_the_same_board() {
         let (mut again, mut anew) = (Board::default(), Board::default());
         take(&mut again, events);
         assert_eq!(again, board, "seed {seed}");
-        take(&mut anew, board.told());
+        take(&mut anew, board.to_events());
         assert_eq!(anew, board, "seed {seed}");
     }
 }

@@ -340,17 +340,17 @@ impl Checker {
             Event::Renew { worker, job, epoch, begun, .. } => {
                 let wanted = self.jobs.get(&job).is_some_and(|k| !k.over && !k.wants.is_empty());
                 let stop = effects.iter().any(|e| matches!(e, Effect::Stop { .. }));
-                if !wanted && !stop && !self.orphan(job) {
+                if !wanted && !stop && !self.is_inherited(job) {
                     return wrong(Oracle::Stop, "told to go on with what nobody wants");
                 }
-                self.word(now, (worker, job, epoch), begun, effects)?;
+                self.inherited_renewal(now, (worker, job, epoch), begun, effects)?;
             }
             Event::Poll { worker, seq, .. } => {
                 self.deaths.asks(now, worker, seq);
                 self.asked(worker);
             }
             Event::Fail { job, epoch, .. } => self.returned(job, epoch),
-            Event::Renounce(heir) => self.renounced(heir.0 as usize),
+            Event::Release(claimant) => self.released(claimant.0 as usize),
             Event::Down(worker) | Event::Bye(worker) => {
                 self.deaths.doubt(worker, true);
                 self.silenced(worker);
@@ -363,7 +363,7 @@ impl Checker {
             Event::Begin { .. }
             | Event::Pause(_)
             | Event::Resume(_)
-            | Event::Heed { .. }
+            | Event::WatchCancel { .. }
             | Event::Cancel(_)
             | Event::End(_)
             | Event::Drain(_)

@@ -175,7 +175,7 @@ impl Farm {
                 self.disk.cancelled.insert(run);
                 self.check.cancelled(run);
                 self.step(Event::Cancel(number(run)))?;
-                self.step(Event::Renounce(heir(run)))
+                self.step(Event::Release(claimant(run)))
             }
             Note::Pause(run, paused) => self.pause(run, paused),
             Note::Drain(place) => self.drain(place),
@@ -219,7 +219,7 @@ impl Farm {
                 self.post(at - self.now, Note::Open(run));
                 return Ok(());
             }
-            let prior = self.prior(job);
+            let prior = self.disk.prior(job);
             let event = Event::Open { run: number(run), job, need: self.plan.need(job), prior };
             if self.check.full(run, self.plan.max_open) {
                 self.step(event)?;
@@ -251,9 +251,9 @@ impl Farm {
         for worker in self.disk.drained.clone() {
             self.step(Event::Bar(worker))?;
         }
-        for (job, run) in self.at_work() {
+        for (job, run) in self.disk.at_work(&mut self.rng) {
             self.check.inherits(self.now, job, run);
-            self.step(Event::Inherit(job, heir(run)))?;
+            self.step(Event::Inherit(job, claimant(run)))?;
         }
         for job in self.disk.quarantine.clone() {
             self.step(Event::Isolate(job))?;
@@ -395,6 +395,12 @@ impl Farm {
         (self.plan.build(worker), self.plan.workers[self.places[&worker]])
     }
 
+    /// The disk keeps a result.
+    fn keep(&mut self, job: Job, found: Found) {
+        self.disk.results.insert(job, found);
+        self.check.keeps(job, (found.0, found.2));
+    }
+
     fn noted(&mut self, worker: Worker) {
         if self.machine.is_some() {
             self.send(worker, Note::Told(worker, WorkerInput::Noted));
@@ -416,7 +422,7 @@ impl Farm {
         }
         let mut accepted = false;
         let known = self.machine.as_ref().is_some_and(|machine| machine.knows(job));
-        let prior = if known { Prior::Nothing } else { self.prior(job) };
+        let prior = if known { Prior::Nothing } else { self.disk.prior(job) };
         let event = Event::Commit { worker, job, epoch, build, digest, outcome, prior };
         self.step_then(event, |_, effect, _| {
             accepted |= matches!(effect, Effect::Taken { receipt: Receipt::Accepted, .. });
@@ -449,8 +455,8 @@ pub(super) fn number(run: usize) -> Run {
     Run(run as u64)
 }
 
-fn heir(run: usize) -> Heir {
-    Heir(run as u64)
+fn claimant(run: usize) -> Claimant {
+    Claimant(run as u64)
 }
 
 /// Runs a schedule; what is wrong with it.

@@ -40,11 +40,11 @@ const MUTANTS: [(Mutant, Oracle); 33] = [
     (Mutant::BlameStays, Oracle::Drained),
     (Mutant::GhostAwaited, Oracle::Live),
     (Mutant::DrainForgotten, Oracle::Drained),
-    (Mutant::OrphanUnawaited, Oracle::Anew),
-    (Mutant::OrphanSuperseded, Oracle::Anew),
-    (Mutant::OrphanUnknown, Oracle::Anew),
-    (Mutant::OrphanKept, Oracle::Stop),
-    (Mutant::HeirPassedOver, Oracle::Told),
+    (Mutant::InheritedUnawaited, Oracle::Anew),
+    (Mutant::InheritedSuperseded, Oracle::Anew),
+    (Mutant::InheritedUnknown, Oracle::Anew),
+    (Mutant::InheritedKept, Oracle::Stop),
+    (Mutant::ClaimantPassedOver, Oracle::Told),
 ];
 
 fn from_environment(name: &str) -> Option<u64> {

@@ -216,26 +216,31 @@ fn who_has_a_job_that_nobody_wants_any_more_is_told_at_once() {
     pool.open(2, 1);
     pool.open(1, 2);
     let (common, own) = (pool.ask(1).expect("a job"), pool.ask(2).expect("another"));
-    let heed = |worker, (job, epoch)| Event::Heed { worker: Worker(worker), job, epoch };
+    let watch_cancel =
+        |worker, (job, epoch)| Event::WatchCancel { worker: Worker(worker), job, epoch };
     for (worker, grant) in [(1, common), (2, own)] {
-        assert_eq!(told(&pool.step(heed(worker, grant))), []);
+        assert_eq!(told(&pool.step(watch_cancel(worker, grant))), []);
     }
     // Another run wants the first still.
     assert_eq!(told(&pool.step(Event::Cancel(Run(1)))), [(2, own.1)]);
-    assert_eq!(told(&pool.step(heed(2, own))), [(2, own.1)], "asked again, it is told again");
-    assert_eq!(told(&pool.step(heed(1, common))), []);
+    assert_eq!(
+        told(&pool.step(watch_cancel(2, own))),
+        [(2, own.1)],
+        "asked again, it is told again"
+    );
+    assert_eq!(told(&pool.step(watch_cancel(1, common))), []);
     // Its lease runs out, another has it, and is overtaken by the first.
     pool.pass(2_000);
     pool.pass(100);
-    assert_eq!(told(&pool.step(heed(1, common))), [], "a renewal takes it up again");
+    assert_eq!(told(&pool.step(watch_cancel(1, common))), [], "a renewal takes it up again");
     let again = pool.ask(2).expect("the job again");
-    assert_eq!(told(&pool.step(heed(1, common))), [(1, common.1)]);
+    assert_eq!(told(&pool.step(watch_cancel(1, common))), [(1, common.1)]);
     assert_eq!(told(&pool.done(1, common)), [(2, again.1)]);
     // Who hands in what counts knows that; and of another life nothing is known.
     pool.open(1, 3);
     let last = pool.ask(1).expect("a job");
     assert_eq!(told(&pool.done(1, last)), []);
-    assert_eq!(told(&pool.step(heed(1, (job(9), Epoch(3))))), []);
+    assert_eq!(told(&pool.step(watch_cancel(1, (job(9), Epoch(3))))), []);
 }
 
 #[test]
@@ -245,21 +250,21 @@ fn a_job_waits_for_a_worker_that_can_do_it_and_others_pass_it() {
     pool.begin(2, 1, 0);
     let hard = Event::Open { run: Run(1), job: job(1), need: Skills(0b10), prior: Prior::Nothing };
     pool.step(hard);
-    assert_eq!(pool.machine.counts().stranded, 0, "nobody is there");
+    assert_eq!(pool.machine.counts().unschedulable, 0, "nobody is there");
     pool.open(2, 2);
     let said = pool.step(poll(Worker(1), 1, Skills(0b01)));
     assert_eq!(granted(&said, Worker(1)).map(|(job, _)| job), Some(job(2)));
-    assert_eq!(pool.machine.stranded().collect::<Vec<_>>(), [(Skills(0b10), 1)]);
+    assert_eq!(pool.machine.unschedulable().collect::<Vec<_>>(), [(Skills(0b10), 1)]);
     let both = Skills(0b11);
     let said = pool.step(poll(Worker(2), 1, both));
     assert_eq!(granted(&said, Worker(2)).map(|(job, _)| job), Some(job(1)));
-    assert_eq!(pool.machine.counts().stranded, 0);
+    assert_eq!(pool.machine.counts().unschedulable, 0);
     // The last who can goes: what waits then waits aloud.
     pool.step(Event::Down(Worker(2)));
     pool.pass(300);
-    assert_eq!(pool.machine.counts().stranded, 1);
+    assert_eq!(pool.machine.counts().unschedulable, 1);
     pool.step(Event::Cancel(Run(1)));
-    assert_eq!(pool.machine.counts().stranded, 0);
+    assert_eq!(pool.machine.counts().unschedulable, 0);
 }
 
 /// Whichever way they are kept: by when their time was, and where it was the same, by name.
@@ -293,7 +298,7 @@ fn what_runs_out_in_one_tick_is_looked_at_in_order_of_time_and_name() {
 /// Of a machine in its second life.
 fn second_life(inherited: &[u64]) -> Pool {
     let mut pool = Pool { machine: Dispatch::new(Timing::test(), 2), now: 0, seq: 0 };
-    inherited.iter().for_each(|k| drop(pool.step(Event::Inherit(job(*k), Heir(1)))));
+    inherited.iter().for_each(|k| drop(pool.step(Event::Inherit(job(*k), Claimant(1)))));
     pool.begin(1, 1, 4);
     pool
 }
@@ -322,18 +327,21 @@ fn what_an_earlier_life_has_granted_goes_on_and_waits_for_its_worker_for_a_lease
 #[test]
 fn who_is_at_what_an_earlier_life_has_granted_is_told_when_the_runs_that_wanted_it_are_over() {
     let mut pool = second_life(&[1, 2, 3]);
-    pool.step(Event::Inherit(job(3), Heir(2)));
-    assert_eq!(pool.machine.heirs().into_iter().collect::<Vec<_>>(), [Heir(1), Heir(2)]);
+    pool.step(Event::Inherit(job(3), Claimant(2)));
+    assert_eq!(
+        pool.machine.claimants().into_iter().collect::<Vec<_>>(),
+        [Claimant(1), Claimant(2)]
+    );
     let before = |k| (job(k), Epoch(1 << 32 | k));
     pool.renew(11, before(1));
     pool.renew(13, before(3));
     // Who was heard is told at once, and who was not hears it when it speaks.
-    let said = pool.step(Event::Renounce(Heir(1)));
+    let said = pool.step(Event::Release(Claimant(1)));
     let told = Effect::Cancel { worker: Worker(11), job: job(1), epoch: before(1).1 };
     assert_eq!(said, [told]);
     let told = Effect::Cancel { worker: Worker(12), job: job(2), epoch: before(2).1 };
-    let heed = Event::Heed { worker: Worker(12), job: job(2), epoch: before(2).1 };
-    assert_eq!(pool.step(heed), [told]);
+    let watch = Event::WatchCancel { worker: Worker(12), job: job(2), epoch: before(2).1 };
+    assert_eq!(pool.step(watch), [told]);
     for (worker, k) in [(11, 1), (12, 2)] {
         assert!(matches!(pool.step(renewal(worker, before(k), true))[..], [Effect::Stop { .. }]));
         let said = pool.done(worker, before(k));
@@ -352,7 +360,7 @@ fn who_is_at_what_an_earlier_life_has_granted_is_told_when_the_runs_that_wanted_
 fn a_run_that_wants_an_orphan_no_more_leaves_it_to_the_next_heir() {
     let mut pool = second_life(&[1, 2, 3, 4]);
     for k in [1, 2, 4] {
-        pool.step(Event::Inherit(job(k), Heir(2)));
+        pool.step(Event::Inherit(job(k), Claimant(2)));
     }
     let before = |k| (job(k), Epoch(1 << 32 | k));
     // The workers of the first and the third are heard, the second goes to somebody else, and the
@@ -370,10 +378,10 @@ fn a_run_that_wants_an_orphan_no_more_leaves_it_to_the_next_heir() {
     let said = pool.step(Event::Cancel(Run(1)));
     let told: Vec<_> = said.iter().filter(|e| matches!(e, Effect::Cancel { .. })).collect();
     assert_eq!(told, [&Effect::Cancel { worker: Worker(5), job: job(2), epoch: second.1 }]);
-    let said = pool.step(Event::Renounce(Heir(1)));
+    let said = pool.step(Event::Release(Claimant(1)));
     let told = Effect::Cancel { worker: Worker(13), job: job(3), epoch: before(3).1 };
     assert_eq!(said, [told], "nobody else will want the third");
-    assert_eq!([1, 2, 3, 4].map(|k| pool.machine.orphaned(job(k))), [true, false, false, true]);
+    assert_eq!([1, 2, 3, 4].map(|k| pool.machine.is_inherited(job(k))), [true, false, false, true]);
     for (worker, k) in [(11, 1), (14, 4)] {
         let said = pool.step(renewal(worker, before(k), true));
         assert!(matches!(said[..], [Effect::Renewed { .. }]), "{said:?}");
@@ -384,7 +392,7 @@ fn a_run_that_wants_an_orphan_no_more_leaves_it_to_the_next_heir() {
     let said = pool.step(Event::Cancel(Run(2)));
     assert!(said.iter().all(|effect| !matches!(effect, Effect::Cancel { .. })), "{said:?}");
     let told = Effect::Cancel { worker: Worker(11), job: job(1), epoch: before(1).1 };
-    let said = pool.step(Event::Renounce(Heir(2)));
+    let said = pool.step(Event::Release(Claimant(2)));
     assert!(said.contains(&told) && said.len() == 2, "{said:?}");
-    assert!(pool.machine.heirs().is_empty());
+    assert!(pool.machine.claimants().is_empty());
 }

@@ -12,7 +12,7 @@
 
 use super::Brittle;
 use crate::mpm::load::Load;
-use cullet_fragment::cut::{CutError, CutSettings, Part, Partition, by_sites};
+use cullet_fragment::cut::{CutError, CutPart, CutSettings, Partition, by_sites};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Vec3};
@@ -62,7 +62,9 @@ pub(super) fn chips(
     let mut sites = vec![solid.mesh.mass_properties().centroid];
     let mut labels = vec![0];
     let mut longest = 0.0_f64;
-    for (stream, load) in loads.iter().enumerate().filter(|(_, l)| spacing * CELLS > l.contact()) {
+    for (stream, load) in
+        loads.iter().enumerate().filter(|(_, l)| spacing * CELLS > l.contact_radius())
+    {
         // χ P = K c^{3/2}
         let length = libm::pow(ROESLER * load.peak() / toughness, 2.0 / 3.0);
         let turn = unit(settings.seed, STREAM, stream as u64);
@@ -95,7 +97,7 @@ fn flake(inside: &Inside, load: &Load, angle: f64, length: f64) -> Option<Flake>
         .or_else(|| into.cross(&Vec3::x()).try_normalize(1e-3))?;
     let (sin, cos) = libm::sincos(angle);
     let out = across * cos + into.cross(&across) * sin;
-    let radius = RING * load.contact();
+    let radius = RING * load.contact_radius();
     let surface = |from: f64| {
         let foot = load.point + out * from;
         // From outside down, as far as the surface may fall away.
@@ -133,7 +135,7 @@ fn first(end: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
 }
 
 /// Volume of what fell off, over the whole \[1\].
-pub(super) fn share(parts: &[Part]) -> f64 {
+pub(super) fn share(parts: &[CutPart]) -> f64 {
     let whole: f64 = parts.iter().map(|part| part.volume).sum();
     let most = parts.iter().map(|part| part.volume).fold(0.0, f64::max);
     1.0 - most / whole
@@ -164,7 +166,7 @@ impl Brittle {
         let (flakes, share) = (partition.parts.len() - 1, share(&partition.parts));
         let whole = fracture.fragments.remove(0);
         let centre = solid.mesh.mass_properties().centroid;
-        let piece = |part: Part| {
+        let piece = |part: CutPart| {
             let arm = part.solid.mesh.mass_properties().centroid - centre;
             let sheet = whole.sheet.clipped(&Inside::new(&part.solid.mesh));
             let (velocity, spin) = (whole.velocity + whole.spin.cross(&arm), whole.spin);

@@ -79,7 +79,7 @@ fn an_unstable_solve_is_tried_again_with_half_the_step() {
     assert!(told(&again, "s, in f64 (F76)"), "{:?}", again.report);
     // Where no try is left the failure is told.
     let mut last = struck(PLASTER);
-    last.halvings = super::HALVINGS;
+    last.setup.halvings = super::HALVINGS;
     last.domain.step *= 2.5;
     assert!(matches!(end(last), Err(Failure::Unstable { .. } | Failure::NotFinite { .. })));
 }
@@ -111,8 +111,9 @@ fn a_solve_ends_when_too_little_breaks_to_matter() {
 /// What has parted is looked at more rarely where an error is good enough.
 #[test]
 fn a_tolerance_reaches_the_domain() {
-    let refresh =
-        |error| with(PLASTER, 1.0, Settings { error, ..Settings::default() }).domain.refresh;
+    let refresh = |error| {
+        with(PLASTER, 1.0, Settings { error, ..Settings::default() }).domain.crack_check_period()
+    };
     assert_eq!([None, Some(0.5)].map(refresh), [4, 7]);
 }
 
@@ -121,7 +122,7 @@ fn a_tolerance_reaches_the_domain() {
 #[test]
 fn growth_is_small_beside_what_has_broken() {
     let small = |broken: &[u32], error: f64| {
-        let mut growth = super::Growth::default();
+        let mut growth = super::CrackActivity::default();
         for (step, &count) in broken.iter().enumerate() {
             growth.note(step as f64, count, 400.0, 4.0);
         }
@@ -165,15 +166,15 @@ fn what_the_watch_finds_is_told() {
     };
     let mut solve = struck(PLASTER);
     (0..16).for_each(|_| solve.step().expect("a step"));
-    solve.look().expect("numbers");
+    solve.check().expect("numbers");
     assert!(!told(&solve, "(F09)") && !told(&solve, "(F10)"));
     for damage in [0.5, 0.4] {
         solve.domain.particles.damage[0] = damage;
-        solve.look().expect("numbers");
+        solve.check().expect("numbers");
     }
     assert!(told(&solve, "(F09)") && !told(&solve, "(F10)"));
     solve.domain.launch(|_| Vec3::zeros());
-    solve.look().expect("numbers");
+    solve.check().expect("numbers");
     assert!(told(&solve, "(F10)"));
 }
 
@@ -182,7 +183,7 @@ fn what_the_watch_finds_is_told() {
 fn damage_that_cost_more_than_there_was_is_told() {
     let mut solve = struck(PLASTER);
     for (cost, found) in [(0.49, false), (0.51, true)] {
-        solve.total.dissipated = cost;
+        solve.record.total.dissipated = cost;
         let told = solve.report(&[]).warnings;
         let words = "damage cost 5.100e-1 J, approach and spin had 5.000e-1 J";
         assert_eq!(told.iter().any(|line| line.starts_with(words)), found, "{told:?}");
@@ -198,12 +199,12 @@ fn faces_that_lie_along_the_grid_are_told() {
     };
     let size = Vec3::repeat(0.1);
     let cube = cracked(shapes::cuboid(size, shapes::Detail::default()).expect("a cube"));
-    let told = super::warnings::lean([&cube].into_iter()).expect("it leans");
+    let told = super::warnings::grid_bias_warning([&cube].into_iter()).expect("it leans");
     // 1 / 3 (1 − cos 10°).
     assert!(told.contains("21.9 times as often as chance (F22)"), "{told}");
     let ball = cracked(shapes::sphere(0.1, shapes::Detail::default()).expect("a ball"));
-    assert_eq!(super::warnings::lean([&ball].into_iter()), None);
-    assert_eq!(super::warnings::lean([&Solid::outer(cube.mesh)].into_iter()), None);
+    assert_eq!(super::warnings::grid_bias_warning([&ball].into_iter()), None);
+    assert_eq!(super::warnings::grid_bias_warning([&Solid::outer(cube.mesh)].into_iter()), None);
 }
 
 /// F22: a cut whose faces show the grid is not handed out; its name says how often they do.

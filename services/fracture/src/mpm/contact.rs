@@ -2,7 +2,7 @@
 //! of a node may part and slide, not pass through each other (F18).
 
 use super::grid::{Nodes, Rows};
-use super::kernel::{packed, vector};
+use super::stencil::{packed, vector};
 use cullet_geometry::Vec3;
 
 /// Least distance between the centres of two sides, in cells, that tells where they lie.
@@ -37,6 +37,8 @@ pub(super) struct Facing {
 /// The pairs of copies of a body's nodes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contact {
+    /// How bodies lie at the nodes that several reach, by node and bodies ascending.
+    pub(super) facings: Vec<Facing>,
     pairs: Vec<Pair>,
     shoves: Vec<Shove>,
 }
@@ -51,9 +53,9 @@ pub(crate) struct Shove {
 }
 
 impl Contact {
-    /// The pairs of copies, and the normals between them from where their points lie; those of two
-    /// bodies from `facings`, by node and bodies ascending.
-    pub(super) fn new(nodes: &Nodes, spacing: &Vec3, facings: &[Facing]) -> Self {
+    /// Finds the pairs of copies, and the normals between them: from where their points lie, or for
+    /// two bodies from how they face each other. What passed in the last step stays known.
+    pub(super) fn find(&mut self, nodes: &Nodes, spacing: &Vec3) {
         let places = Rows::new(nodes.origin.iter().copied(), nodes.len());
         let (mut pairs, mut copies) = (Vec::new(), Vec::new());
         for node in 0..nodes.len() {
@@ -66,11 +68,12 @@ impl Contact {
             copies.sort_by(|a, b| mass(b).total_cmp(&mass(a)));
             for (i, &first) in copies.iter().enumerate().take(HEAVY) {
                 for &second in &copies[i + 1..] {
-                    if let Some(facing) = facing(nodes, facings, [first, second]) {
+                    if let Some(facing) = facing(nodes, &self.facings, [first, second]) {
                         pairs.extend(facing);
                         continue;
                     }
-                    let across = nodes.lean[second as usize] - nodes.lean[first as usize];
+                    let across =
+                        nodes.points_offset[second as usize] - nodes.points_offset[first as usize];
                     if across.norm() > LEAST {
                         // The normal of a plane, given in cells, in metres.
                         let normal = across.component_div(spacing).normalize();
@@ -79,7 +82,7 @@ impl Contact {
                 }
             }
         }
-        Self { pairs, shoves: Vec::new() }
+        self.pairs = pairs;
     }
 
     /// Stops the copies that would overlap at the end of the step: to the velocity that closes what
@@ -102,11 +105,6 @@ impl Contact {
             let Pair { first, second, normal, .. } = *pair;
             self.shoves.push(Shove { nodes: [first, second], impulse: normal * impulse });
         }
-    }
-
-    /// Takes the pairs of another, which has more of them; what passed stays known.
-    pub(super) fn find(&mut self, other: Self) {
-        self.pairs = other.pairs;
     }
 
     /// What passed between copies in the last step.

@@ -5,14 +5,16 @@ mod sums;
 
 pub(crate) use bodies::Surface;
 
-use super::contact::{self, Contact, Facing};
+use super::bonds::Bonds;
+use super::contact::{Contact, Shove};
 use super::elastic::{Elastic, green_strain};
 use super::front::Front;
 use super::grid::{Element, Grid};
-use super::kernel::{Kernel, Kind, Law, Path, Stencil, gather, least_share, packed};
-use super::parting::Changes;
-use super::separation::Separation;
+use super::kernel::{Kernel, Law, MaterialLaw, SimdLevel, least_share};
+use super::node_split::{SplitChanges, split};
 use super::spin::Spin;
+use super::stencil::{Stencil, gather, packed};
+use super::tally::StepTally;
 use crate::damage::{Softening, State};
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3};
@@ -31,11 +33,11 @@ const NODES: usize = 512;
 /// Velocity that holds at some nodes, for verification: place before the hit \[m\] to velocity
 /// \[m/s\].
 #[derive(Clone)]
-pub struct Grip(pub Arc<dyn Fn(Vec3) -> Option<Vec3> + Send + Sync>);
+pub struct PrescribedVelocity(pub Arc<dyn Fn(Vec3) -> Option<Vec3> + Send + Sync>);
 
-impl std::fmt::Debug for Grip {
+impl std::fmt::Debug for PrescribedVelocity {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Grip")
+        f.write_str("PrescribedVelocity")
     }
 }
 
@@ -62,57 +64,43 @@ pub struct Domain {
     pub time: f64,
     /// Steps taken.
     pub steps: u64,
-    /// Steps between looks at what has parted.
-    pub refresh: u64,
     /// Prescribed node velocities; `None` for a free body.
-    pub grip: Option<Grip>,
+    pub prescribed: Option<PrescribedVelocity>,
     /// What becomes of the velocity field at cracks.
     pub fields: Fields,
     /// The frame's turning; `None` for one at rest.
     pub spin: Option<Spin>,
-    kinds: Vec<Kind>,
-    facings: Vec<Facing>,
-    front: Option<Front>,
-    separation: Separation,
+    cracks: Cracks,
     contact: Contact,
+    response: PointResponse,
+    slot: Vec<u32>,
+}
+
+/// What cracks have parted, and where they may grow.
+#[derive(Clone, Debug)]
+struct Cracks {
+    bonds: Bonds,
+    front: Option<Front>,
+    /// Points that broke since nodes were last split, by id.
+    broken: Vec<u32>,
+    /// How often nodes have been split.
+    splits: u64,
+    /// Steps between checks of what has parted.
+    refresh: u64,
+}
+
+/// What the points bear.
+#[derive(Clone, Debug)]
+struct PointResponse {
+    laws: Vec<MaterialLaw>,
     kernel: Kernel,
     /// A lighter node is pushed as if it had this mass \[kg\].
     least_mass: f64,
-    slot: Vec<u32>,
-    /// Points that broke since nodes were last parted, by id.
-    broken: Vec<u32>,
-    partings: u64,
-}
-
-/// What a step noticed.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tally {
-    /// Energy lost to damage \[J\].
-    pub dissipated: f64,
-    /// Points whose damage grew.
-    pub grown: u32,
-    /// Points that reached full damage.
-    pub broken: u32,
-    /// Points with J ≤ 0.2 now (F07).
-    pub crushed: u32,
-    /// Greatest |v|² of a node \[m²/s²\].
-    pub fastest: f64,
-}
-
-impl Tally {
-    pub(super) fn add(mut self, other: Self) -> Self {
-        self.dissipated += other.dissipated;
-        self.grown += other.grown;
-        self.broken += other.broken;
-        self.crushed += other.crushed;
-        self.fastest = self.fastest.max(other.fastest);
-        self
-    }
 }
 
 /// The motion of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
+pub struct PointMotion {
     /// Displacement \[m\].
     pub displacement: Vec3,
     /// H = F − I \[1\].
@@ -155,50 +143,47 @@ impl Domain {
         spacing: Vec3,
     ) -> Self {
         let grid = Grid::new(&mut particles, spacing);
-        let separation = Separation::new(&particles, &spacing);
-        let kernel = Kernel::new(&grid, &particles, Precision::default(), Path::best());
+        let bonds = Bonds::new(&particles, &spacing);
+        let kernel = Kernel::new(&grid, &particles, Precision::default(), SimdLevel::best());
         let mut domain = Self {
             step: SAFETY * least_step(materials, spacing.min()),
             particles,
             grid,
             time: 0.0,
             steps: 0,
-            refresh: REFRESH,
-            grip: None,
+            prescribed: None,
             fields: Fields::default(),
             spin: None,
-            kinds: materials.iter().map(kind).collect(),
-            facings: Vec::new(),
-            front: None,
-            separation,
+            cracks: Cracks { bonds, front: None, broken: Vec::new(), splits: 0, refresh: REFRESH },
             contact: Contact::default(),
-            kernel,
-            least_mass: 0.0,
+            response: PointResponse {
+                laws: materials.iter().map(law_of).collect(),
+                kernel,
+                least_mass: 0.0,
+            },
             slot: Vec::new(),
-            broken: Vec::new(),
-            partings: 0,
         };
         domain.locate();
-        domain.watch(materials);
+        domain.follow_fronts(materials);
         domain
     }
 
     /// Does the points' pass in another precision and on another path of the processor.
-    pub fn select(&mut self, precision: Precision, path: Path) {
-        self.kernel = Kernel::new(&self.grid, &self.particles, precision, path);
+    pub fn select(&mut self, precision: Precision, simd_level: SimdLevel) {
+        self.response.kernel = Kernel::new(&self.grid, &self.particles, precision, simd_level);
         let heaviest = self.grid.nodes.mass.iter().fold(0.0_f64, |most, &mass| most.max(mass));
-        self.least_mass = least_share(precision) * heaviest;
+        self.response.least_mass = least_share(precision) * heaviest;
     }
 
     /// Where the cap on strength is for cracks that grow, keeps track of where those are.
-    fn watch(&mut self, materials: &[(Material, Softening)]) {
+    fn follow_fronts(&mut self, materials: &[(Material, Softening)]) {
         if materials.iter().all(|(_, softening)| softening.strength_ratio >= 1.0) {
             return;
         }
         let ids = 0..self.particles.len() as u32;
         let places = ids.clone().map(|id| self.particles.reference[self.slot(id)]).collect();
         let speed = materials.iter().map(|row| row.0.rayleigh_speed()).fold(0.0, f64::max);
-        self.front = Some(Front::new(places, self.grid.spacing.max(), speed));
+        self.cracks.front = Some(Front::new(places, self.grid.spacing.max(), speed));
         self.particles.front_time.fill(f64::INFINITY);
         let broken: Vec<u32> =
             ids.filter(|&id| self.particles.damage[self.slot(id)] >= 1.0).collect();
@@ -208,8 +193,8 @@ impl Domain {
     /// Lets a crack that is at the point `id` at `time` \[s\] grow from there.
     pub fn open(&mut self, id: u32, time: f64) {
         let (slots, times) = (&self.slot, &mut self.particles.front_time);
-        let kernel = &mut self.kernel;
-        if let Some(front) = &self.front {
+        let kernel = &mut self.response.kernel;
+        if let Some(front) = &self.cracks.front {
             front.around(id, |other, delay| {
                 let slot = slots[other as usize];
                 let known = &mut times[slot as usize];
@@ -270,44 +255,46 @@ impl Domain {
     /// `None` for broken points.
     #[must_use]
     pub fn pieces(&self) -> Vec<Option<u32>> {
-        self.separation.pieces()
+        self.cracks.bonds.pieces()
     }
 
     /// Cuts the bonds between points for which `apart` holds, either way round: a crack that is
     /// there from the start, given by the places of two points \[m\].
     pub fn sever(&mut self, apart: impl Fn(&Vec3, &Vec3) -> bool) {
-        let (grid, particles) = (&mut self.grid, &mut self.particles);
-        let changes = self.separation.sever(apart, grid, particles, &self.slot);
-        self.parted(&changes);
+        self.cracks.bonds.sever(apart, &self.particles, &self.slot);
+        let nodes: Vec<u32> = (0..self.grid.nodes.len() as u32).collect();
+        self.split(&nodes);
     }
 
-    fn parted(&mut self, changes: &Changes) {
+    /// Splits those of these nodes whose points no longer connect.
+    fn split(&mut self, nodes: &[u32]) {
+        let (grid, particles) = (&mut self.grid, &mut self.particles);
+        let changes: SplitChanges = split(&self.cracks.bonds, nodes, grid, particles, &self.slot);
         if changes.elements.is_empty() {
             return;
         }
         for &p in &changes.moved {
             self.slot[self.particles.id[p as usize] as usize] = p;
         }
-        self.partings += 1;
-        self.kernel.refresh(&self.grid, &self.particles, &changes.elements);
+        self.cracks.splits += 1;
+        self.response.kernel.refresh(&self.grid, &self.particles, &changes.elements);
         self.touch();
     }
 
     /// Finds what may touch.
     fn touch(&mut self) {
-        let found = Contact::new(&self.grid.nodes, &self.grid.spacing, &self.facings);
-        self.contact.find(found);
+        self.contact.find(&self.grid.nodes, &self.grid.spacing);
     }
 
     /// What passed between sides that met in the last step.
-    pub(crate) fn shoves(&self) -> &[contact::Shove] {
+    pub(crate) fn shoves(&self) -> &[Shove] {
         self.contact.shoves()
     }
 
-    /// How often nodes have been parted.
+    /// How often nodes have been split.
     #[must_use]
-    pub fn partings(&self) -> u64 {
-        self.partings
+    pub fn splits(&self) -> u64 {
+        self.cracks.splits
     }
 
     /// The nodes that see points with these shares, ascending, and what falls to each \[1\].
@@ -323,8 +310,19 @@ impl Domain {
         (0..).zip(all).filter(|one| one.1 > 0.0).collect()
     }
 
+    /// Looks each so many steps at what has parted, at least one.
+    pub fn check_cracks_every(&mut self, steps: u64) {
+        self.cracks.refresh = steps.max(1);
+    }
+
+    /// Steps between checks of what has parted.
+    #[must_use]
+    pub fn crack_check_period(&self) -> u64 {
+        self.cracks.refresh
+    }
+
     /// Takes one step.
-    pub fn advance(&mut self) -> Tally {
+    pub fn advance(&mut self) -> StepTally {
         let tally = self.strain();
         let fastest = self.accelerate();
         if let Some(spin) = self.spin {
@@ -338,12 +336,12 @@ impl Domain {
             self.grow();
         }
         if self.fields == Fields::Split
-            && self.steps.is_multiple_of(self.refresh)
-            && !self.broken.is_empty()
+            && self.steps.is_multiple_of(self.cracks.refresh)
+            && !self.cracks.broken.is_empty()
         {
             self.separate();
         }
-        Tally { fastest, ..tally }
+        StepTally { fastest, ..tally }
     }
 
     /// Opens the way for cracks at the points that broke in this step.
@@ -352,28 +350,31 @@ impl Domain {
         let broken: Vec<u32> =
             pairs.filter(|(time, _)| **time == self.time).map(|(_, &id)| id).collect();
         broken.iter().for_each(|&id| self.open(id, self.time));
-        self.broken.extend(broken);
+        self.cracks.broken.extend(broken);
     }
 
     /// Parts the nodes that the cracks since the last time have passed.
     fn separate(&mut self) {
-        let broken = std::mem::take(&mut self.broken);
-        let (grid, particles) = (&mut self.grid, &mut self.particles);
-        let changes = self.separation.grow(&broken, grid, particles, &self.slot);
-        self.parted(&changes);
+        let broken = std::mem::take(&mut self.cracks.broken);
+        let nodes = self.cracks.bonds.grow(&broken, &self.grid, &self.particles, &self.slot);
+        self.split(&nodes);
     }
 
     /// Stress, damage and the forces of each element.
-    fn strain(&mut self) -> Tally {
-        let law =
-            Law { kinds: &self.kinds, spacing: self.grid.spacing, time: self.time + self.step };
-        self.kernel.strain(&law, &self.grid, &mut self.particles)
+    fn strain(&mut self) -> StepTally {
+        let law = Law {
+            kinds: &self.response.laws,
+            spacing: self.grid.spacing,
+            time: self.time + self.step,
+        };
+        self.response.kernel.strain(&law, &self.grid, &mut self.particles)
     }
 
     /// Velocities after the step; the greatest |v|².
     fn accelerate(&mut self) -> f64 {
-        let (grid, step, kernel) = (&mut self.grid, self.step, &self.kernel);
-        let (spacing, grip, least) = (grid.spacing, self.grip.as_ref(), self.least_mass);
+        let (grid, step, kernel) = (&mut self.grid, self.step, &self.response.kernel);
+        let (spacing, prescribed, least) =
+            (grid.spacing, self.prescribed.as_ref(), self.response.least_mass);
         let (mass, place) = (&grid.nodes.mass, &grid.nodes.place);
         let fastest: Vec<f64> = grid
             .nodes
@@ -385,9 +386,9 @@ impl Domain {
                 for (i, v) in velocities.iter_mut().enumerate() {
                     let n = chunk * NODES + i;
                     *v += kernel.force(n) * f64x4::splat(step * inverse(mass[n].max(least)));
-                    if let Some(grip) = grip {
+                    if let Some(prescribed) = prescribed {
                         let x = Vec3::from(place[n].map(f64::from)).component_mul(&spacing);
-                        if let Some(held) = grip.0(x) {
+                        if let Some(held) = prescribed.0(x) {
                             *v = packed(held);
                         }
                     }
@@ -409,7 +410,7 @@ impl Domain {
 
     /// The motion of each point, in the order of the arrays.
     #[must_use]
-    pub fn motions(&self) -> Vec<Motion> {
+    pub fn motions(&self) -> Vec<PointMotion> {
         let (nodes, gain) = (&self.grid.nodes, self.grid.spacing.map(|h| 4.0 / h));
         let mut motions = Vec::with_capacity(self.particles.len());
         for element in &self.grid.elements {
@@ -419,7 +420,7 @@ impl Domain {
                 let stencil = Stencil::new(&self.particles.reference[p], &self.grid.spacing);
                 let (displacement, displacement_gradient) = gather(&u, &stencil, &gain);
                 let (velocity, velocity_gradient) = gather(&v, &stencil, &gain);
-                motions.push(Motion {
+                motions.push(PointMotion {
                     displacement,
                     displacement_gradient,
                     velocity,
@@ -439,17 +440,17 @@ impl Domain {
     }
 
     fn stress(&self, p: usize, h: &Mat3) -> [f64; 6] {
-        if self.particles.gone[p] {
+        if self.particles.eroded[p] {
             return [0.0; 6];
         }
-        let kind = &self.kinds[self.particles.kind[p] as usize];
+        let law = &self.response.laws[self.particles.kind[p] as usize];
         let state = State {
             damage: self.particles.damage[p],
             strength: UNBREAKABLE,
             shielded: self.particles.shielded[p],
             sudden: false,
         };
-        kind.softening.respond(&green_strain(h), state).stress
+        law.softening.respond(&green_strain(h), state).stress
     }
 
     /// Whether every displacement and velocity is a number (F76).
@@ -461,8 +462,8 @@ impl Domain {
     }
 }
 
-fn kind((material, softening): &(Material, Softening)) -> Kind {
-    Kind { elastic: Elastic::new(material), softening: *softening }
+fn law_of((material, softening): &(Material, Softening)) -> MaterialLaw {
+    MaterialLaw { elastic: Elastic::new(material), softening: *softening }
 }
 
 fn least_step(materials: &[(Material, Softening)], spacing: f64) -> f64 {

@@ -5,13 +5,11 @@
 //! through a filter (F05). Nodes carry the state. A node that a crack has passed is there more than
 //! once, a copy for each side; the points of one cell that see the same copies are an element.
 
-use super::kernel::Stencil;
+pub use super::stencil::AROUND;
+use super::stencil::Stencil;
 use crate::particles::Particles;
 use cullet_geometry::Vec3;
 use wide::f64x4;
-
-/// Nodes around a point.
-pub const AROUND: usize = 27;
 
 /// Points of one cell that see the same 27 nodes.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,7 +48,7 @@ pub struct Nodes {
     /// Which of several bodies each carries.
     pub body: Vec<u8>,
     /// Where the points of a node with copies lie about it, by weight, in cells.
-    pub(super) lean: Vec<Vec3>,
+    pub(super) points_offset: Vec<Vec3>,
 }
 
 impl Nodes {
@@ -77,7 +75,7 @@ impl Nodes {
             velocity: zero,
             origin: (0..n as u32).collect(),
             body: vec![0; n],
-            lean: vec![Vec3::zeros(); n],
+            points_offset: vec![Vec3::zeros(); n],
         }
     }
 
@@ -90,7 +88,7 @@ impl Nodes {
         self.velocity.push(self.velocity[n]);
         self.origin.push(self.origin[n]);
         self.body.push(self.body[n]);
-        self.lean.push(Vec3::zeros());
+        self.points_offset.push(Vec3::zeros());
         (self.place.len() - 1) as u32
     }
 }

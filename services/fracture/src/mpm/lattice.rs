@@ -1,6 +1,6 @@
 //! The nodes around a set of points, as one dense array.
 
-use super::kernel::Stencil;
+use super::stencil::Stencil;
 use cullet_geometry::Vec3;
 
 /// The nodes that the kernels of some points reach, z fastest.

@@ -1,20 +1,10 @@
 //! The striker's push: Hertz pressure on the contact disc, through the contact's spring.
 
 use super::domain::Domain;
-use super::footing::Footing;
-use super::spring::{self, Spring};
+use super::hertz_contact::{self, HertzContact};
+use super::load_patch::{LEAST_RADIUS, LoadPatch};
 use cullet_geometry::Vec3;
 use cullet_model::{Impact, Material};
-
-/// Least radius of the loaded disc, in spacings (F11): a smaller one is a point force on this grid,
-/// whose stress grows as the grid shrinks.
-pub const LEAST_RADIUS: f64 = 2.0;
-
-/// Depth of the loaded layer, in spacings: one kernel's reach under the surface.
-pub const DEPTH: f64 = 1.5;
-
-/// Fewest points that may carry a load; the nearest ones are taken where the disc holds fewer.
-pub const LEAST_POINTS: usize = 8;
 
 /// Radius of the widest contact over the reach of the body from its centre: beyond, what is pressed
 /// is no half-space.
@@ -26,11 +16,11 @@ const LONGEST: f64 = 3.0;
 /// Durations apart after which the two have parted for good.
 const APART: f64 = 0.5;
 
-/// One impact: a striker that presses on points near the contact through a [`Spring`].
+/// One impact: a striker that presses on points near the contact through a [`HertzContact`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
     /// The points that it presses on.
-    pub footing: Footing,
+    pub patch: LoadPatch,
     /// Where \[m\].
     pub point: Vec3,
     /// Radius of the loaded disc \[m\].
@@ -47,20 +37,32 @@ pub struct Load {
     pub work: f64,
     /// Force now \[N\].
     pub force: f64,
-    spring: Spring,
-    /// Speed of the striker along the push at first, seen from the body at rest \[m/s\].
+    contact: HertzContact,
+    striker: RigidStriker,
+    state: PushState,
+}
+
+/// How far a push is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct PushState {
+    /// Given in the last step \[N·s\].
+    last: f64,
+    /// When the two last touched \[s\].
+    touched: f64,
+    over: bool,
+}
+
+/// The striker, as a mass that moves along the push.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct RigidStriker {
+    /// Its speed at first, seen from the body at rest \[m/s\].
     closing_speed: f64,
     /// The same now \[m/s\].
     speed: f64,
-    /// Of the striker along the push \[1/kg\].
+    /// Speed that a unit impulse takes from it \[1/kg\].
     mobility: f64,
     /// Approach of striker and body since they touched, δ \[m\].
     approach: f64,
-    /// Given in the last step \[N·s\].
-    last: f64,
-    /// When they last touched \[s\].
-    touched: f64,
-    over: bool,
 }
 
 impl Load {
@@ -71,15 +73,14 @@ impl Load {
     /// with m* s² and v/s: same spring, same peak force, s times the impulse.
     #[must_use]
     pub fn new(impact: &Impact, domain: &Domain, duration: f64, mobility: f64) -> Self {
-        let spring = Spring::new(impact);
+        let contact = HertzContact::new(impact);
         let reach = domain.particles.reference.iter().map(Vec3::norm).fold(0.0, f64::max);
         let widest = impact.radius.max(WIDEST * reach);
-        let radius = spring.contact(spring.depth(impact.energy)).min(widest);
-        let shares = disc(domain, &impact.point, &impact.normal, radius);
-        let share = duration / spring::duration(impact);
+        let radius = contact.radius(contact.depth(impact.energy)).min(widest);
+        let share = duration / hertz_contact::duration(impact);
         let reduced = 2.0 * impact.energy / (impact.closing_speed * impact.closing_speed);
         Self {
-            footing: Footing::new(shares),
+            patch: LoadPatch::on_disc(domain, &impact.point, &impact.normal, radius),
             point: impact.point,
             radius: radius.max(LEAST_RADIUS * domain.grid.spacing.max()),
             direction: impact.normal,
@@ -88,15 +89,15 @@ impl Load {
             delivered: 0.0,
             work: 0.0,
             force: 0.0,
-            spring,
-            closing_speed: impact.closing_speed / share,
-            speed: impact.closing_speed / share,
-            // 1/m* is the sum of the two mobilities [Gate 0]
-            mobility: (1.0 / (reduced * share * share) - mobility).max(0.0),
-            approach: 0.0,
-            last: 0.0,
-            touched: 0.0,
-            over: false,
+            contact,
+            striker: RigidStriker {
+                closing_speed: impact.closing_speed / share,
+                speed: impact.closing_speed / share,
+                // 1/m* is the sum of the two mobilities [Gate 0]
+                mobility: (1.0 / (reduced * share * share) - mobility).max(0.0),
+                approach: 0.0,
+            },
+            state: PushState::default(),
         }
     }
 
@@ -107,7 +108,7 @@ impl Load {
     /// √(a/10) where that is less than the material's EG_f/σ_f² [Gate 2].
     #[must_use]
     pub fn cracks(&self, material: &Material) -> bool {
-        let radius = self.spring.widest();
+        let radius = self.contact.widest();
         let area = 2.0 * core::f64::consts::PI * radius * radius;
         let rim = (1.0 - 2.0 * material.poisson) * self.force / area;
         let strength = material.failure_stress;
@@ -118,26 +119,26 @@ impl Load {
 
     /// Greatest radius of the contact so far, were it not widened \[m\].
     #[must_use]
-    pub fn contact(&self) -> f64 {
-        self.spring.widest()
+    pub fn contact_radius(&self) -> f64 {
+        self.contact.widest()
     }
 
     /// Greatest force so far \[N\].
     #[must_use]
     pub fn peak(&self) -> f64 {
-        self.spring.greatest()
+        self.contact.greatest()
     }
 
     /// Energy that the striker has lost \[J\]: what the body has got, and what the spring holds.
     #[must_use]
     pub fn lost(&self) -> f64 {
-        0.5 * self.delivered * (self.closing_speed + self.speed)
+        0.5 * self.delivered * (self.striker.closing_speed + self.striker.speed)
     }
 
     /// Whether nothing more is to come.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        self.over
+        self.state.over
     }
 
     /// Pushes the body by what falls into the domain's next step.
@@ -145,59 +146,27 @@ impl Load {
     /// The force is the spring's: it ends when the body gives way or the two part, so no push does
     /// more work than the striker loses (F12), nor gives more than `impulse`.
     pub fn push(&mut self, domain: &mut Domain) {
-        if self.over {
+        if self.state.over {
             return;
         }
         // What the force of the last step did, and how near that brought the two.
-        let surface = self.footing.speed(domain, &self.direction);
-        self.work += self.last * surface;
-        self.approach += (self.speed - surface) * domain.step;
-        self.force = self.spring.force(self.approach.max(0.0));
+        let surface = self.patch.speed(domain, &self.direction);
+        self.work += self.state.last * surface;
+        self.striker.approach += (self.striker.speed - surface) * domain.step;
+        self.force = self.contact.force(self.striker.approach.max(0.0));
         let left = self.impulse - self.delivered;
         let size = (self.force * domain.step).min(left);
         if size > 0.0 {
-            self.touched = domain.time;
+            self.state.touched = domain.time;
         }
-        self.over = size == left
+        self.state.over = size == left
             || domain.time > LONGEST * self.duration
-            || domain.time - self.touched > APART * self.duration;
-        self.last = size;
+            || domain.time - self.state.touched > APART * self.duration;
+        self.state.last = size;
         if size > 0.0 {
             self.delivered += size;
-            self.speed -= size * self.mobility;
-            self.footing.push(domain, self.direction * size);
+            self.striker.speed -= size * self.striker.mobility;
+            self.patch.push(domain, self.direction * size);
         }
     }
-}
-
-/// The points near a contact and their shares of its force, which sum to 1: Hertz's pressure over a
-/// disc of `radius` \[m\], no narrower than the grid can tell.
-pub(super) fn disc(domain: &Domain, point: &Vec3, normal: &Vec3, radius: f64) -> Vec<(u32, f64)> {
-    let spacing = &domain.grid.spacing;
-    let radius = radius.max(LEAST_RADIUS * spacing.max());
-    let depth = DEPTH * spacing.component_mul(normal).norm();
-    let particles = &domain.particles;
-    let mut shares: Vec<(u32, f64)> = Vec::new();
-    let mut near: Vec<(f64, u32)> = Vec::new();
-    for (x, &id) in particles.reference.iter().zip(&particles.id) {
-        let arm = x - point;
-        let along = arm.dot(normal);
-        let aside = (arm.norm_squared() - along * along).max(0.0) / (radius * radius);
-        near.push((arm.norm_squared(), id));
-        // The disc of a curved surface sinks by up to its radius.
-        if aside < 1.0 && along.abs() < depth.max(0.5 * radius) {
-            // p = p₀ √(1 − r²/a²)  [H1]
-            shares.push((id, (1.0 - aside).sqrt()));
-        }
-    }
-    if shares.len() < LEAST_POINTS {
-        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        shares = near.iter().take(LEAST_POINTS).map(|&(_, id)| (id, 1.0)).collect();
-    }
-    shares.sort_unstable_by_key(|share| share.0);
-    let sum: f64 = shares.iter().map(|share| share.1).sum();
-    for share in &mut shares {
-        share.1 /= sum;
-    }
-    shares
 }

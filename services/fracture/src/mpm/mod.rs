@@ -4,26 +4,29 @@
 //! A step takes strain and stress at the points, sums their forces at the nodes, moves the nodes.
 //! Every sum has a fixed order, so the bits do not depend on the number of threads (F75).
 
+mod bonds;
+mod clusters;
 pub(crate) mod contact;
 pub mod crushed;
+pub mod diagnostics;
 pub mod domain;
-pub(crate) mod door;
 pub mod elastic;
-pub mod footing;
+pub mod elastic_support;
 mod front;
 pub mod grid;
+pub mod hertz_contact;
 pub mod kernel;
-mod knots;
 mod lattice;
 pub mod load;
+pub mod load_patch;
 pub mod motion;
-mod parting;
+mod node_split;
+pub(crate) mod preconditions;
 pub mod quadrature;
-pub mod rest;
-mod separation;
 pub mod spin;
-pub mod spring;
-pub mod watch;
+pub mod stencil;
+pub mod tally;
 
 pub use cullet_geometry::symmetric;
-pub use domain::{Domain, Tally};
+pub use domain::Domain;
+pub use tally::StepTally;

@@ -6,7 +6,7 @@ use cullet_model::BrittleProblem;
 
 /// Mass, momentum and angular momentum of a set of points about their own centroid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
+pub struct RigidMotion {
     /// Velocity of the centroid \[m/s\].
     pub velocity: Vec3,
     /// Angular velocity \[rad/s\].
@@ -16,7 +16,7 @@ pub struct Motion {
     volume: f64,
 }
 
-impl Default for Motion {
+impl Default for RigidMotion {
     fn default() -> Self {
         Self { velocity: Vec3::zeros(), spin: Vec3::zeros(), points: 0, volume: 0.0 }
     }
@@ -38,11 +38,11 @@ const LEAST_POINTS: usize = 4;
 
 /// The motion of each of `parts` parts; `part` tells the part of each point by id.
 #[must_use]
-pub fn of_parts(domain: &Domain, part: &[u32], parts: usize) -> Vec<Motion> {
+pub fn of_parts(domain: &Domain, part: &[u32], parts: usize) -> Vec<RigidMotion> {
     let particles = &domain.particles;
     let points = domain.motions();
     let position = |p: usize| particles.reference[p] + points[p].displacement;
-    let mut motions = vec![Motion::default(); parts];
+    let mut motions = vec![RigidMotion::default(); parts];
     let mut centroids = vec![Vec3::zeros(); parts];
     let place = |p: usize| part[particles.id[p] as usize] as usize;
     for (p, point) in points.iter().enumerate().filter(|&(p, _)| place(p) < parts) {
@@ -85,7 +85,7 @@ mod tests {
     use super::of_parts;
     use crate::damage::Softening;
     use crate::mpm::Domain;
-    use crate::mpm::kernel::packed;
+    use crate::mpm::stencil::packed;
     use crate::particles::Particles;
     use cullet_geometry::{Vec3, math::unit};
     use cullet_model::Material;

@@ -1,7 +1,7 @@
 //! A body that spins: what its nodes feel in a frame that turns as the body did before the hit.
 
 use super::grid::Grid;
-use super::kernel::{packed, vector};
+use super::stencil::{packed, vector};
 use cullet_geometry::Vec3;
 use rayon::prelude::*;
 
@@ -67,7 +67,7 @@ mod tests {
     use super::Spin;
     use crate::damage::Softening;
     use crate::mpm::Domain;
-    use crate::mpm::kernel::{packed, vector};
+    use crate::mpm::stencil::{packed, vector};
     use crate::particles::Particles;
     use cullet_geometry::{Quat, Vec3};
     use cullet_model::Material;

@@ -6,7 +6,7 @@ use super::push::{self, Pushed};
 use super::read;
 use crate::mpm::Domain;
 use crate::mpm::contact::Shove;
-use crate::mpm::kernel::{packed, vector};
+use crate::mpm::stencil::{packed, vector};
 use cullet_geometry::Vec3;
 use cullet_model::Refusal;
 use cullet_specimen::{

@@ -2,8 +2,8 @@
 
 use crate::damage::{Softening, WeakPlane};
 use crate::mpm::domain::{Fields, Surface, stable_step};
-use crate::mpm::kernel::Path;
-use crate::mpm::{Domain, door, quadrature};
+use crate::mpm::kernel::SimdLevel;
+use crate::mpm::{Domain, preconditions, quadrature};
 use crate::particles::Particles;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
@@ -32,18 +32,23 @@ const TIP: f64 = 0.75;
 pub(super) fn check(specimen: &SpecimenProblem) -> Result<(), Refusal> {
     let s = &specimen.settings;
     let several = specimen.matter.zones.len() as f64 + 1.0;
-    door::within("the number of materials", several, 1.0, MOST_MATERIALS)?;
+    preconditions::within("the number of materials", several, 1.0, MOST_MATERIALS)?;
     for m in specimen.matter.materials() {
-        door::within("density [kg/m^3]", m.density, 1e-3, 1e6)?;
-        door::within("Young's modulus [Pa]", m.young, 1.0, 1e14)?;
-        door::within("Poisson's ratio", m.poisson, door::POISSON_RANGE.0, door::POISSON_RANGE.1)?;
+        preconditions::within("density [kg/m^3]", m.density, 1e-3, 1e6)?;
+        preconditions::within("Young's modulus [Pa]", m.young, 1.0, 1e14)?;
+        preconditions::within(
+            "Poisson's ratio",
+            m.poisson,
+            preconditions::POISSON_RANGE.0,
+            preconditions::POISSON_RANGE.1,
+        )?;
         if s.breaks {
             let ratio = m.failure_stress / m.young;
-            door::within("fracture energy [J/m^2]", m.fracture_energy, 1e-9, 1e12)?;
-            door::within("failure stress over Young's modulus", ratio, 1e-9, 1.0)?;
+            preconditions::within("fracture energy [J/m^2]", m.fracture_energy, 1e-9, 1e12)?;
+            preconditions::within("failure stress over Young's modulus", ratio, 1e-9, 1.0)?;
         }
     }
-    door::within("points a cell", s.points.per_cell, 0.5, 1000.0)?;
+    preconditions::within("points a cell", s.points.per_cell, 0.5, 1000.0)?;
     let cell = s.spacing * s.spacing * s.spacing;
     let points = s.points.per_cell * specimen.body.mesh.signed_volume() / cell;
     at_most("the number of points", points, s.max_points)
@@ -73,7 +78,7 @@ impl Filling {
         let (inside, volume) = (Inside::new(mesh), mesh.signed_volume());
         let points = points(&inside, s)?;
         let count = points.len() as f64;
-        door::within("the number of points in the body", count, 8.0, s.max_points * 1.2)?;
+        preconditions::within("the number of points in the body", count, 8.0, s.max_points * 1.2)?;
         self.bodies.extend(points.iter().map(|_| body));
         self.volumes.extend(match s.points.layout {
             PointLayout::Scattered => {
@@ -164,9 +169,9 @@ pub(super) fn domain(specimen: &SpecimenProblem) -> Result<Domain, Refusal> {
     };
     let laws: Vec<_> = specimen.matter.materials().map(law).collect();
     let mut domain = Domain::mixed(particles, &laws, Vec3::repeat(s.spacing));
-    domain.select(s.precision, Path::best());
+    domain.select(s.precision, SimdLevel::best());
     domain.fields = if s.points.welded { Fields::Single } else { Fields::Split };
-    domain.refresh = u64::from(s.points.look.max(1));
+    domain.check_cracks_every(s.points.look.into());
     if several {
         domain.part_bodies(&bodies, &surfaces);
     }
@@ -220,7 +225,7 @@ fn clear(points: &[Vec3], bodies: &[u8], surfaces: &[Surface]) -> Result<(), Ref
         others.any(|(_, other)| other.contains(x))
     });
     let what = "points of a body that lie in another: bodies may touch, not overlap; their number";
-    door::within(what, shared.count() as f64, 0.0, 0.0)
+    preconditions::within(what, shared.count() as f64, 0.0, 0.0)
 }
 
 /// The least stress at which cracks grow over σ_f of its material \[1\].

@@ -1,7 +1,7 @@
 //! Supports and planes of symmetry: what some nodes may not do.
 
 use crate::mpm::grid::{Grid, Nodes};
-use crate::mpm::kernel::{packed, vector};
+use crate::mpm::stencil::{packed, vector};
 use cullet_geometry::Vec3;
 use cullet_model::Refusal;
 use cullet_specimen::{GridFrame, Hold, SpecimenProblem, SymmetryPlane, within};

@@ -2,7 +2,7 @@
 
 use crate::mpm::Domain;
 use crate::mpm::grid::{Grid, Nodes};
-use crate::mpm::kernel::Stencil;
+use crate::mpm::stencil::Stencil;
 use cullet_geometry::Vec3;
 use cullet_specimen::surface::pieces;
 use cullet_specimen::{GridFrame, Load, Push, SpecimenProblem, within};

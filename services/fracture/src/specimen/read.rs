@@ -1,7 +1,7 @@
 //! What is read off material points on a grid.
 
 use crate::mpm::Domain;
-use crate::mpm::domain::Motion;
+use crate::mpm::domain::PointMotion;
 use crate::mpm::elastic::green_strain;
 use cullet_specimen::{Field, FieldValues, LocalVector, PointFields};
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ pub(super) fn points(domain: &Domain, fields: &[Field]) -> PointFields {
     let moves = |field: &Field| !matches!(field, Field::Damage | Field::Stress);
     let motions = if fields.iter().any(moves) { domain.motions() } else { Vec::new() };
     let vectors =
-        |one: fn(&Motion) -> LocalVector| FieldValues::Vectors(motions.iter().map(one).collect());
+        |one: fn(&PointMotion) -> LocalVector| FieldValues::Vectors(motions.iter().map(one).collect());
     let values = |field| match field {
         Field::Displacement => vectors(|motion| LocalVector {
             value: motion.displacement,
@@ -24,7 +24,7 @@ pub(super) fn points(domain: &Domain, fields: &[Field]) -> PointFields {
         }),
         Field::Stress => FieldValues::Tensors(domain.stresses()),
         Field::Strain => {
-            let strain = |motion: &Motion| green_strain(&motion.displacement_gradient);
+            let strain = |motion: &PointMotion| green_strain(&motion.displacement_gradient);
             FieldValues::Tensors(motions.iter().map(strain).collect())
         }
         Field::Damage => FieldValues::Numbers(particles.damage.clone()),

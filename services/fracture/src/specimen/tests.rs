@@ -100,7 +100,7 @@ fn everywhere(field: Field, part: Part) -> Probe {
 fn a_driven_bar_agrees_with_one_written_by_hand() {
     use crate::damage::Softening;
     use crate::mpm::Domain;
-    use crate::mpm::domain::Grip;
+    use crate::mpm::domain::PrescribedVelocity;
     use crate::particles::Particles;
     let (h, length) = (0.01, 0.2);
     let hold = Hold {
@@ -131,7 +131,7 @@ fn a_driven_bar_agrees_with_one_written_by_hand() {
     let mut domain = Domain::new(particles, &STONE, Softening::new(&strong, h), Vec3::repeat(h));
     domain.step = 1e-4 / steps;
     let grip = |x: Vec3| (x.x < 1e-9).then(Vec3::x);
-    domain.grip = Some(Grip(std::sync::Arc::new(grip)));
+    domain.prescribed = Some(PrescribedVelocity(std::sync::Arc::new(grip)));
     (0..steps as u64).for_each(|_| _ = domain.advance());
     let mean = domain.motions().iter().map(|m| m.velocity.x).sum::<f64>() / 640.0;
     let sampled = outcome.rows[0].last().expect("a sample");

@@ -1,7 +1,7 @@
 //! F-B: a pulled bar breaks in a band that dissipates G_f per area, whatever the grid.
 
 use cullet_fracture::damage::Softening;
-use cullet_fracture::mpm::domain::Grip;
+use cullet_fracture::mpm::domain::PrescribedVelocity;
 use cullet_fracture::mpm::{Domain, quadrature};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, inside::Inside, sample, shapes};
@@ -65,7 +65,7 @@ impl Bar {
         let grip = move |at: Vec3| {
             (at.x.abs() > 0.9 * half).then(|| Vec3::new(speed * at.x.signum(), 0.0, 0.0))
         };
-        domain.grip = Some(Grip(Arc::new(grip)));
+        domain.prescribed = Some(PrescribedVelocity(Arc::new(grip)));
         domain
     }
 

@@ -4,7 +4,7 @@ use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
 use cullet_fracture::mpm::domain::stable_step;
 use cullet_fracture::mpm::elastic::Elastic;
-use cullet_fracture::mpm::kernel::{packed, vector};
+use cullet_fracture::mpm::stencil::{packed, vector};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Mat3, Vec3, math::unit};
 use cullet_model::Material;

@@ -1,9 +1,11 @@
-//! The points' pass: the same bits on every path and with any number of threads; f32 beside f64.
+//! The points' pass: the same bits with all instructions of the processor and any number of
+//! threads; f32 beside f64.
 
-use cullet_fracture::brittle::{Brittle, Pace};
+use cullet_fracture::brittle::{Brittle, TerminationCriteria};
 use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
-use cullet_fracture::mpm::kernel::{Path, vector};
+use cullet_fracture::mpm::kernel::SimdLevel;
+use cullet_fracture::mpm::stencil::vector;
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Solid, Vec3, math::unit, shapes};
 use cullet_model::{
@@ -23,7 +25,7 @@ const STONE: Material = Material {
 };
 
 /// A block with a notch, pulled apart and sheared so `fiercely` that cracks run and part it.
-fn block(precision: Precision, path: Path, fiercely: f64) -> Domain {
+fn block(precision: Precision, level: SimdLevel, fiercely: f64) -> Domain {
     let cells = [12, 10, 6];
     let points: Vec<Vec3> = (0..8 * cells[0] * cells[1] * cells[2])
         .map(|i| {
@@ -42,7 +44,7 @@ fn block(precision: Precision, path: Path, fiercely: f64) -> Domain {
     }
     let law = Softening::on_grid(&STONE, SPACING);
     let mut domain = Domain::new(particles, &STONE, law, Vec3::repeat(SPACING));
-    domain.select(precision, path);
+    domain.select(precision, level);
     domain.sever(|a, b| a.y < -0.03 && b.y < -0.03 && a.x < 0.0 && b.x >= 0.0);
     domain.launch(|x| Vec3::new(8.0 * x.x, -2.0 * x.z, 2.0 * x.x + x.y) * fiercely);
     domain
@@ -58,8 +60,8 @@ fn state(domain: &Domain) -> Vec<(f64, Vec3)> {
 #[test]
 fn the_bits_depend_neither_on_the_path_nor_on_the_threads() {
     for precision in [Precision::Single, Precision::Double] {
-        let run = |path: Path, threads: usize| {
-            let mut domain = block(precision, path, 3.0);
+        let run = |level: SimdLevel, threads: usize| {
+            let mut domain = block(precision, level, 3.0);
             let whole = domain.grid.nodes.len();
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             let lost: f64 = pool
@@ -70,17 +72,20 @@ fn the_bits_depend_neither_on_the_path_nor_on_the_threads() {
             let damage: Vec<u64> = domain.particles.damage.iter().map(|c| c.to_bits()).collect();
             (nodes.collect::<Vec<_>>(), damage, lost.to_bits())
         };
-        let wanted = run(Path::portable(), 1);
-        for path in Path::all() {
+        let wanted = run(SimdLevel::portable(), 1);
+        for level in SimdLevel::all() {
             for threads in [1, 3] {
-                assert!(wanted == run(path, threads), "{precision:?} on {path}, {threads} threads");
+                assert!(
+                    wanted == run(level, threads),
+                    "{precision:?} on {level}, {threads} threads"
+                );
             }
         }
     }
 }
 
 /// A whole solve of a plaster block: fragments, their motion and the report.
-fn solve(precision: Precision, path: Path, threads: usize) -> Fracture {
+fn solve(precision: Precision, level: SimdLevel, threads: usize) -> Fracture {
     let plaster = Material {
         density: 1150.0,
         young: 3e9,
@@ -111,7 +116,8 @@ fn solve(precision: Precision, path: Path, threads: usize) -> Fracture {
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
     pool.install(|| {
-        let mut run = Brittle::paced(problem, Pace::default(), path).expect("accepted");
+        let mut run =
+            Brittle::with(problem, TerminationCriteria::default(), level).expect("accepted");
         loop {
             match run.advance() {
                 Progress::Running(_) => {}
@@ -125,11 +131,11 @@ fn solve(precision: Precision, path: Path, threads: usize) -> Fracture {
 #[test]
 fn a_solve_has_the_same_bits_on_every_path_and_with_any_number_of_threads() {
     let [single, double] = [Precision::Single, Precision::Double].map(|precision| {
-        let wanted = solve(precision, Path::portable(), 1);
+        let wanted = solve(precision, SimdLevel::portable(), 1);
         assert!(wanted.fragments.len() > 3, "{} fragments", wanted.fragments.len());
-        for path in Path::all() {
-            let found = solve(precision, path, 3);
-            assert!(wanted == found, "{precision:?} on {path}");
+        for level in SimdLevel::all() {
+            let found = solve(precision, level, 3);
+            assert!(wanted == found, "{precision:?} on {level}");
         }
         wanted
     });
@@ -140,9 +146,9 @@ fn a_solve_has_the_same_bits_on_every_path_and_with_any_number_of_threads() {
 /// 2e-5.
 #[test]
 fn single_stays_near_double() {
-    let path = Path::best();
+    let level = SimdLevel::best();
     let (mut single, mut double) =
-        (block(Precision::Single, path, 1.0), block(Precision::Double, path, 1.0));
+        (block(Precision::Single, level, 1.0), block(Precision::Double, level, 1.0));
     let (mut lost, mut broken) = ([0.0; 2], [0; 2]);
     for _ in 0..200 {
         for (k, domain) in [&mut single, &mut double].into_iter().enumerate() {
@@ -169,7 +175,7 @@ fn single_stays_near_double() {
 #[test]
 fn light_nodes_do_not_run_away_in_single() {
     let fastest = |precision| {
-        let mut domain = block(precision, Path::best(), 3.0);
+        let mut domain = block(precision, SimdLevel::best(), 3.0);
         (0..600).map(|_| domain.advance().fastest.sqrt()).fold(0.0, f64::max)
     };
     let (single, double) = (fastest(Precision::Single), fastest(Precision::Double));

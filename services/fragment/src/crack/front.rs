@@ -1,6 +1,6 @@
 //! When the crack passed, and which way it ran: damage time as a plane fitted to the nodes around.
 
-use super::Nodes;
+use super::nodes::LatticeNodes;
 use crate::region::terms::Front;
 use cullet_geometry::{Mat3, Vec3};
 
@@ -10,7 +10,7 @@ const FEWEST: usize = 6;
 /// thin.
 const THIN: f64 = 0.004;
 
-impl Nodes {
+impl LatticeNodes {
     /// The damage time at a place and its gradient, by least squares over the nodes that have a
     /// time of their own within `reach` \[units\] along every axis: masked, so what lies off the
     /// band does not count (F35). `None` where too few have.
@@ -22,10 +22,10 @@ impl Nodes {
         let (mut spread, mut slope) = (Mat3::zeros(), Vec3::zeros());
         let node = lattice.node(lattice.nearest(place));
         for i in lattice.around(node, self.steps(radius)) {
-            if !self.known[i] {
+            if !self.damage.known[i] {
                 continue;
             }
-            let arm = (self.heart[i] - place) / self.unit;
+            let arm = (self.damage.centroid[i] - place) / self.unit;
             let w: f64 = lattice
                 .along(arm)
                 .iter()
@@ -34,9 +34,9 @@ impl Nodes {
             weights += w;
             count += usize::from(w > 0.0);
             mean += w * arm;
-            time += w * self.time[i];
+            time += w * self.damage.time[i];
             spread += w * arm * arm.transpose();
-            slope += w * self.time[i] * arm;
+            slope += w * self.damage.time[i] * arm;
         }
         if count < FEWEST {
             return None;
@@ -52,7 +52,7 @@ impl Nodes {
 
     /// The damage time of the node nearest to a place \[s\]; zero where it has none.
     pub(crate) fn time_at(&self, place: Vec3) -> f64 {
-        let time = self.time[self.lattice.nearest(place)];
+        let time = self.damage.time[self.lattice.nearest(place)];
         if time.is_finite() { time } else { 0.0 }
     }
 

@@ -102,3 +102,29 @@ impl Lattice {
         (0..self.len()).into_par_iter().map(bits).collect()
     }
 }
+
+/// How a lattice lies and how fine it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LatticeChoice {
+    /// Unit vectors along its directions, as columns.
+    pub(crate) axes: Mat3,
+    /// Distance of its nodes over what the pieces ask for.
+    pub(crate) refinement: f64,
+}
+
+impl Default for LatticeChoice {
+    fn default() -> Self {
+        Self { axes: Mat3::identity(), refinement: 1.0 }
+    }
+}
+
+/// Quadratic B-spline weights along each axis, and the first node they fall on.
+pub(super) fn weights(at: Vec3) -> ([usize; 3], [[f64; 3]; 3]) {
+    let base = [0, 1, 2].map(|k| (at[k] - 0.5) as usize);
+    let along = |k: usize| {
+        let x = at[k] - base[k] as f64;
+        let (a, b, c) = (1.5 - x, x - 1.0, x - 0.5);
+        [0.5 * a * a, 0.75 - b * b, 0.5 * c * c]
+    };
+    (base, [along(0), along(1), along(2)])
+}

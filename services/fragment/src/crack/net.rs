@@ -2,8 +2,9 @@
 //! of the lattice between different labels. Corners in the middle of their cubes make voxels, which
 //! fill the box without overlap; each then moves, for all cells at once, but never out of its cube.
 
+use super::nodes::LatticeNodes;
+use super::odds::NONE;
 use super::smooth::{Net, shape};
-use super::{NONE, Nodes};
 use crate::region::terms::ReliefTerms;
 use crate::region::{Mosaic, overlap};
 use cullet_geometry::Vec3;
@@ -13,13 +14,13 @@ use cullet_geometry::voronoi::WALL;
 /// after them, all the way.
 const RETREATS: usize = 8;
 
-impl Nodes {
+impl LatticeNodes {
     /// The box divided among the labels, with relief where its terms are given.
     pub(crate) fn mosaic(&self, relief: Option<&ReliefTerms>) -> Mosaic {
         let (mut mosaic, mut net) = self.net();
         net.project(|(one, two), place| {
-            let (way, beyond) = self.rubble.beyond(one, two, &(place / self.cell));
-            way * (-beyond * self.cell)
+            let (way, beyond) = self.sampled.rubble.beyond(one, two, &(place / self.sampled.cell));
+            way * (-beyond * self.sampled.cell)
         });
         shape(&mut net, &mosaic);
         self.part(&mut mosaic, &mut net);
@@ -86,7 +87,7 @@ fn corners_of(pair: &[[u32; 3]]) -> [u32; 4] {
 }
 
 pub(super) struct Builder<'a> {
-    nodes: &'a Nodes,
+    nodes: &'a LatticeNodes,
     /// The corner in each cube of nodes, or `NONE`.
     corner: Vec<u32>,
     mosaic: Mosaic,
@@ -94,7 +95,7 @@ pub(super) struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    pub(super) fn new(nodes: &'a Nodes) -> Self {
+    pub(super) fn new(nodes: &'a LatticeNodes) -> Self {
         let net = Net::new(nodes.lattice);
         let cubes = nodes.lattice.dims.iter().map(|d| d + 1).product();
         Self { nodes, corner: vec![NONE; cubes], mosaic: Mosaic::default(), net }
@@ -186,8 +187,8 @@ impl<'a> Builder<'a> {
         let mut place = nodes.lattice.place(nodes.lattice.node(i));
         place += nodes.lattice.axes.column(axis) * (nodes.crossing(i, j) * nodes.lattice.spacing);
         let gap = nodes.is_inside(i) && nodes.is_inside(j) && !nodes.connects(i, j);
-        let free = !gap && (nodes.near[i] || nodes.near[j]);
-        let drawn = nodes.drawn(i, j);
+        let free = !gap && (nodes.damage.near[i] || nodes.damage.near[j]);
+        let drawn = nodes.sampled.pair(i, j);
         for corner in quad {
             self.net.pull(corner, place, free);
             if let Some(pair) = drawn {
@@ -197,10 +198,10 @@ impl<'a> Builder<'a> {
                 self.net.lock(corner);
             }
         }
-        match (nodes.time[i].is_finite(), nodes.time[j].is_finite()) {
-            (true, true) => 0.5 * (nodes.time[i] + nodes.time[j]),
-            (true, false) => nodes.time[i],
-            (false, true) => nodes.time[j],
+        match (nodes.damage.time[i].is_finite(), nodes.damage.time[j].is_finite()) {
+            (true, true) => 0.5 * (nodes.damage.time[i] + nodes.damage.time[j]),
+            (true, false) => nodes.damage.time[i],
+            (false, true) => nodes.damage.time[j],
             // Damage without a time: none is known anywhere.
             (false, false) => 0.0,
         }

@@ -5,10 +5,11 @@
 //! there is damage between them, the crack crosses their edge: surface nets as between labels, but
 //! which side is which need only be known from node to node, so a net may end, and branch.
 
+use super::damage::BROKEN;
 use super::net::Builder;
+use super::nodes::LatticeNodes;
 use super::smooth::shape;
-use super::{BROKEN, Nodes};
-use crate::cut::DamageField;
+use crate::field::DamageField;
 use crate::region::triangle_area;
 use cullet_geometry::{Mat3, Sheet, TriMesh, Vec3};
 use rayon::prelude::*;
@@ -32,7 +33,7 @@ const FLATNESS: f64 = 1.0;
 const SHARE: f64 = 0.2;
 /// Neighbours whose planes stand at more than this angle see different cracks: cosine of 60°.
 const ALIKE: f64 = 0.5;
-/// Nodes farther than this from their plane tell nothing \[units\].
+/// LatticeNodes farther than this from their plane tell nothing \[units\].
 const FAR: f64 = 1.5;
 /// Nets of less area are dropped \[units²\], ...
 const LEAST: f64 = 4.0;
@@ -61,7 +62,7 @@ struct Point {
     away: bool,
 }
 
-impl Nodes {
+impl LatticeNodes {
     /// Nets through the damage that parts none of the names; `name`: of each label, what it ended
     /// as. Each with its name; no times yet.
     pub(crate) fn partial(
@@ -223,7 +224,7 @@ impl Nodes {
         let agreed = normal.dot(&(across * normal)) >= AGREED;
         let flat = normal.dot(&(spread * normal)) <= THICK;
         let height = -normal.dot(&mean);
-        let share = if share > 0.0 { share / self.weight[node as usize] } else { 0.0 };
+        let share = if share > 0.0 { share / self.damage.weight[node as usize] } else { 0.0 };
         let away = away > 0.5 * whole;
         let plane = Plane { node, height: height * self.unit, normal, share, away };
         (agreed && flat && height.abs() <= FAR).then_some(plane)

@@ -1,5 +1,5 @@
-use super::{LatticeChoice, Nodes};
-use crate::cut::DamageField;
+use super::{LatticeChoice, LatticeNodes};
+use crate::field::DamageField;
 use crate::pieces::{Ball, Pieces, Rubble};
 use crate::region::terms::ReliefTerms;
 use crate::region::{Mosaic, overlap};
@@ -12,7 +12,7 @@ use cullet_model::{Detail, Tolerance};
 const H: f64 = 0.05;
 
 /// The mosaic of a unit cube, eight particles to a cell, damaged where `damaged` says.
-fn mosaic(damaged: impl Fn(Vec3) -> bool) -> (Nodes, Mosaic) {
+fn mosaic(damaged: impl Fn(Vec3) -> bool) -> (LatticeNodes, Mosaic) {
     let body = shapes::cuboid(Vec3::repeat(1.0), Default::default()).unwrap();
     let n = (2.0 / H).round() as u64;
     let at = |i: u64, k: u64, node: u64| {
@@ -33,7 +33,7 @@ fn mosaic(damaged: impl Fn(Vec3) -> bool) -> (Nodes, Mosaic) {
         normals: None,
         pieces: None,
     };
-    let mut nodes = Nodes::new(&body, &field, &LatticeChoice::default()).unwrap();
+    let mut nodes = LatticeNodes::new(&body, &field, &LatticeChoice::default()).unwrap();
     nodes.fill();
     let mosaic = nodes.mosaic(None);
     (nodes, mosaic)
@@ -204,7 +204,8 @@ fn the_lattice_is_as_fine_as_the_error_asks() {
             normals: None,
             pieces: Some(&pieces),
         };
-        (Nodes::new(&body, &field, &LatticeChoice::default()).unwrap().lattice.spacing / H * 1e6)
+        (LatticeNodes::new(&body, &field, &LatticeChoice::default()).unwrap().lattice.spacing / H
+            * 1e6)
             .round()
             / 1e6
     };

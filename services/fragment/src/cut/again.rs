@@ -3,8 +3,12 @@
 //! A lattice that is turned out of the grid's axes has nothing in common with them nor with faces
 //! of the body along them, and a finer one has smaller steps; faces without relief cross least.
 
-use super::{CutError, CutSettings, DamageField, Partition, stretched};
+use super::once::CutAttempt;
+use super::partition::{CutSettings, Partition};
+use super::stretched;
 use crate::crack::{BROKEN, LatticeChoice};
+use crate::error::CutError;
+use crate::field::DamageField;
 use crate::grid_bias::{GridBias, grid_bias, turn};
 use cullet_geometry::math::scramble;
 use cullet_geometry::{Mat3, Solid, Vec3};
@@ -14,30 +18,21 @@ const STREAM: u64 = 0xa6a1;
 
 /// What is changed from one attempt to the next.
 #[derive(Clone, Copy, Debug)]
-struct Step {
+struct RetryStep {
     turned: bool,
     refinement: f64,
     relief: bool,
 }
 
 /// The attempts, the most wanted first.
-const STEPS: [Step; 6] = [
-    Step { turned: false, refinement: 1.0, relief: true },
-    Step { turned: true, refinement: 1.0, relief: true },
-    Step { turned: true, refinement: 1.0, relief: false },
-    Step { turned: true, refinement: 0.7, relief: true },
-    Step { turned: true, refinement: 0.7, relief: false },
-    Step { turned: true, refinement: 0.8, relief: false },
+const STEPS: [RetryStep; 6] = [
+    RetryStep { turned: false, refinement: 1.0, relief: true },
+    RetryStep { turned: true, refinement: 1.0, relief: true },
+    RetryStep { turned: true, refinement: 1.0, relief: false },
+    RetryStep { turned: true, refinement: 0.7, relief: true },
+    RetryStep { turned: true, refinement: 0.7, relief: false },
+    RetryStep { turned: true, refinement: 0.8, relief: false },
 ];
-
-/// How a body is cut at one attempt.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Way {
-    /// The lattice that labels are spread on.
-    pub(super) lattice: LatticeChoice,
-    /// Whether crack faces get relief.
-    pub(super) relief: bool,
-}
 
 /// Cuts a body along its damage; see [`super::extract`]. Each axis is drawn out by `stretch` \[1\]
 /// before: the field's spacing is that of the cubes there, its positions are the body's own.
@@ -60,8 +55,8 @@ pub fn extract_stretched(
             false => Mat3::identity(),
         };
         let lattice = LatticeChoice { axes, refinement: step.refinement };
-        let way = Way { lattice, relief: step.relief };
-        match stretched::attempt(solid, field, settings, stretch, &way) {
+        let attempt = CutAttempt { lattice, relief: step.relief };
+        match stretched::attempt(solid, field, settings, stretch, &attempt) {
             Ok(mut partition) => {
                 partition.bias = bias(&partition, &broken, &axes, stretch);
                 partition.warnings.extend(first.iter().map(|why| again(k, step, why)));
@@ -103,7 +98,7 @@ fn bias(partition: &Partition, broken: &[Vec3], axes: &Mat3, stretch: &Vec3) -> 
 }
 
 /// What is said of a cut that was tried again.
-fn again(attempt: usize, step: &Step, why: &CutError) -> String {
+fn again(attempt: usize, step: &RetryStep, why: &CutError) -> String {
     let finer = if step.refinement < 1.0 { "finer, " } else { "" };
     let relief = if step.relief { "" } else { ", without relief" };
     format!("cut again on a {finer}turned lattice{relief}, attempt {}: {why}", attempt + 1)

@@ -1,123 +1,43 @@
 //! One cut, in steps: regions, pieces, second thoughts, parts.
 
-mod amend;
-
-use super::{
-    Body, CutError, CutSettings, FACET, OUTER, Part, Partition, VOLUME_TOLERANCE, boxed, unrelieved,
-};
-use crate::crack::Nodes;
+use super::body::{CutBody, hulls};
+use super::ground::Ground;
+use super::homes::Homes;
+use super::partition::{CutPart, CutSettings, Partition};
+use super::piece::{CutPiece, groups};
+use super::regions::Regions;
+use super::sites::cells_of;
+use super::workpiece::Workpiece;
+use crate::error::{CutError, VOLUME_TOLERANCE};
 use crate::grid_bias::GridBias;
+use crate::region::Mosaic;
 use crate::region::terms::ReliefTerms;
-use crate::region::{Mosaic, Side, agglomerate, triangle_area};
-use amend::Homes;
-use cullet_geometry::boolean::Exact;
-use cullet_geometry::hull::{HullSettings, convex_parts};
-use cullet_geometry::inside::{Inside, closest_on_triangle};
+use cullet_geometry::inside::Inside;
 use cullet_geometry::math::scramble;
-use cullet_geometry::surface::{barycentric, interpolate};
-use cullet_geometry::voronoi::WALL;
-use cullet_geometry::{Solid, Surface, Vec3};
+use cullet_geometry::{Solid, Vec3};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
-use std::sync::Arc;
 
 /// Pieces are looked over at most this often. A second round is rare; after the last, pieces that
 /// are still to join a neighbour do so solid to solid.
 const ROUNDS: u32 = 4;
-/// Regions cut in one step: large enough to feed every core, small enough to cancel between steps.
-const BATCH: usize = 64;
-/// Times and speeds of a front are fitted over this many spacings.
-const FRONT: f64 = 1.5;
 /// A cell is this many spacings wide, where a look is given in spacings.
 const CELL: f64 = 6.0;
 /// Edges outside the body may be this long \[spacings\] before it is asked whether they matter.
 const COARSE: f64 = 3.0;
-/// Most facets, and triangles of a body, that can be named.
-const MOST: usize = 1 << 30;
-
-/// The lattice that a cut was found on, and how its fronts are measured.
-#[derive(Clone, Debug)]
-pub(super) struct Ground {
-    pub(super) nodes: Arc<Nodes>,
-    /// As in [`super::DamageField`].
-    pub(super) scale: Vec3,
-    pub(super) top_speed: f64,
-}
-
-/// When the front passed \[s\], and how fast \[m/s\].
-type Mark = [f32; 2];
-
-impl Ground {
-    /// When and how fast the front passed a place; `time` where the lattice does not tell.
-    pub(super) fn mark(&self, place: Vec3, time: f64) -> Mark {
-        let Some(front) = self.nodes.front(place, FRONT) else {
-            return [time as f32, 0.0];
-        };
-        let slope = front.slope.component_div(&self.scale).norm();
-        let speed = if slope * self.top_speed > 1.0 { 1.0 / slope } else { self.top_speed };
-        [front.time.max(0.0) as f32, speed as f32]
-    }
-}
-
-/// The mark of each corner of a mosaic that lies on a face between cells: where there is no ground,
-/// or it does not tell, the mean time of the facets there. Both sides of a crack read them.
-fn marks(mosaic: &Mosaic, ground: Option<&Ground>) -> Vec<Mark> {
-    let mut sums = vec![(0.0, 0u32); mosaic.places.len()];
-    for facet in mosaic.facets.iter().filter(|facet| facet.cells.1 < WALL) {
-        for &corner in mosaic.of(facet).as_flattened() {
-            sums[corner as usize].0 += facet.time;
-            sums[corner as usize].1 += 1;
-        }
-    }
-    let mark = |(&place, (sum, count)): (&Vec3, (f64, u32))| {
-        let time = sum / f64::from(count.max(1));
-        match ground {
-            Some(ground) if count > 0 => ground.mark(place, time),
-            _ => [time as f32, 0.0],
-        }
-    };
-    mosaic.places.par_iter().zip(sums).map(mark).collect()
-}
-
-/// A piece of the body: a connected part of one region's share.
-#[derive(Debug)]
-struct Piece {
-    label: u32,
-    /// Labels of pieces that joined it.
-    also: Vec<u32>,
-    /// With faces named by facet.
-    exact: Exact,
-    /// With the true damage times.
-    solid: Solid,
-    volume: f64,
-    /// The facets it ends at, and the area \[m²\] of each that is inside the body.
-    contacts: Vec<(u32, f64)>,
-    /// Area of those \[m²\], and of those with damage near by.
-    crack: f64,
-    damaged: f64,
-    /// Whether all its faces are new.
-    buried: bool,
-}
 
 /// A cut under way. [`Cutting::step`] until it is done, or [`Cutting::run`].
 #[derive(Debug)]
 pub struct Cutting {
-    body: Body,
-    mosaic: Mosaic,
-    /// The label of each cell.
-    labels: Vec<u32>,
+    workpiece: Workpiece,
+    regions: Regions,
+    /// What was cut in all rounds so far.
+    pieces: Vec<CutPiece>,
+    /// Parts are at least so large \[m³\].
     floor: f64,
+    /// Most parts.
     max: usize,
-    ground: Option<Ground>,
-    /// Of each corner of the mosaic.
-    marks: Vec<Mark>,
-    pieces: Vec<Piece>,
-    /// Facets around each label of the current round, and the labels still to cut.
-    sides: Vec<Vec<Side>>,
-    todo: Vec<u32>,
-    cut: usize,
     round: u32,
-    pub(super) warnings: Vec<String>,
+    warnings: Vec<String>,
     /// Labels of the cells that each part of the result comes from.
     pub(super) part_labels: Vec<Vec<u32>>,
 }
@@ -135,8 +55,8 @@ impl Cutting {
         settings: &CutSettings,
         attempt: u64,
     ) -> Result<Self, CutError> {
-        let body = Body::new(solid, settings)?;
-        let cells = boxed(&body, sites, labels, times, settings.seed, attempt)?;
+        let body = CutBody::new(solid, settings)?;
+        let cells = cells_of(&body, sites, labels, times, settings.seed, attempt)?;
         let mut mosaic = Mosaic::of_cells(&cells, times)?;
         if attempt == 0 && !settings.detail.is_none() {
             let spacing = libm::cbrt(body.volume / labels.len() as f64) / CELL;
@@ -166,38 +86,31 @@ impl Cutting {
         let floor = settings.min_volume_ratio * body.volume;
         let mut cutting =
             Self::assemble(body, mosaic, labels, (floor, settings.max_fragments), None)?;
-        cutting.warnings.extend(unrelieved(settings, attempt));
+        if attempt > 0 && !settings.detail.is_none() {
+            let count = attempt + 1;
+            let warning =
+                format!("crack faces have no relief: only attempt {count} at the cut closed");
+            cutting.warnings.push(warning);
+        }
         Ok(cutting)
     }
 
     /// `labels`: of each cell, all of 0, 1, 2, … in use. Parts are at least `floor` \[m³\], and at
-    /// most `most`.
+    /// most `max_fragments`.
     pub(super) fn assemble(
-        body: Body,
+        body: CutBody,
         mosaic: Mosaic,
         labels: Vec<u32>,
         (floor, max_fragments): (f64, u32),
         ground: Option<Ground>,
     ) -> Result<Self, CutError> {
-        let most = mosaic.facets.len().max(body.solid.mesh.triangles.len());
-        if most >= MOST {
-            let (value, limit) = (most as f64, MOST as f64);
-            return Err(CutError::TooLarge { what: "facets", value, limit });
-        }
-        let count = labels.iter().max().map_or(0, |&most| most as usize + 1);
-        let sides = mosaic.sides(&labels, count);
+        let workpiece = Workpiece::new(body, mosaic, ground)?;
         Ok(Self {
-            marks: marks(&mosaic, ground.as_ref()),
-            body,
-            mosaic,
-            labels,
+            regions: Regions::new(&workpiece.mosaic, labels),
+            workpiece,
+            pieces: Vec::new(),
             floor,
             max: max_fragments.max(1) as usize,
-            ground,
-            pieces: Vec::new(),
-            sides,
-            todo: (0..count as u32).collect(),
-            cut: 0,
             round: 0,
             warnings: Vec::new(),
             part_labels: Vec::new(),
@@ -219,7 +132,7 @@ impl Cutting {
     /// The share of the known work that is done, in `[0, 1]`.
     #[must_use]
     pub fn share(&self) -> f64 {
-        self.cut as f64 / self.todo.len().max(1) as f64
+        self.regions.share()
     }
 
     /// Does a bounded piece of work; the result once there is nothing left to do.
@@ -227,121 +140,63 @@ impl Cutting {
     /// # Errors
     /// As [`Cutting::run`].
     pub fn step(&mut self) -> Result<Option<Partition>, CutError> {
-        if self.sides.len() == 1 {
+        if self.regions.sides.len() == 1 {
             self.part_labels = vec![vec![0]];
-            let mut whole = self.body.clone().untouched(0);
+            let mut whole = self.workpiece.body.clone().untouched(0);
             whole.warnings.append(&mut self.warnings);
             return Ok(Some(whole));
         }
-        if self.cut < self.todo.len() {
-            let batch = &self.todo[self.cut..(self.cut + BATCH).min(self.todo.len())];
-            let cut: Vec<Vec<Piece>> = batch
-                .par_iter()
-                .map(|&label| self.pieces_of(label))
-                .collect::<Result<_, CutError>>()?;
-            self.cut += batch.len();
+        let batch = self.regions.batch();
+        if !batch.is_empty() {
+            let pieces_of =
+                |&label: &u32| self.workpiece.pieces_of(label, &self.regions.sides[label as usize]);
+            let cut: Vec<Vec<CutPiece>> =
+                batch.par_iter().map(pieces_of).collect::<Result<_, CutError>>()?;
+            self.regions.advance(cut.len());
             self.pieces.extend(cut.into_iter().flatten());
             return Ok(None);
         }
         self.pieces.sort_by_key(|piece| piece.label);
-        let groups = self.groups();
+        let groups = groups(&self.pieces, self.floor, self.max);
         self.round += 1;
-        if self.round < ROUNDS && self.relabel(&groups) {
+        let mosaic = &self.workpiece.mosaic;
+        if self.round < ROUNDS && self.regions.relabel(mosaic, &mut self.pieces, &groups) {
             return Ok(None);
         }
         self.join(&groups);
         self.finish().map(Some)
     }
 
-    fn pieces_of(&self, label: u32) -> Result<Vec<Piece>, CutError> {
-        let sides = &self.sides[label as usize];
-        if sides.is_empty() {
-            return Ok(Vec::new());
-        }
-        let (mesh, names) = self.mosaic.region(sides);
-        let tags: Vec<u32> = names.iter().map(|name| FACET + name).collect();
-        let share = self.body.exact.intersect(&Exact::tagged(&mesh, &tags)?)?;
-        let parts = share.components()?;
-        parts.into_iter().map(|part| self.piece(label, part)).collect()
-    }
-
-    /// Reads which facets a piece ends at, and gives its crack faces their times.
-    fn piece(&self, label: u32, exact: Exact) -> Result<Piece, CutError> {
-        let (mesh, tags) = exact.to_tagged()?;
-        let mut solid = Solid { surface: Vec::with_capacity(tags.len()), mesh };
-        let mut contacts: BTreeMap<u32, f64> = BTreeMap::new();
-        let (mut crack, mut damaged) = (0.0, 0.0);
-        for (t, &tag) in tags.iter().enumerate() {
-            let corners = solid.mesh.corners(t);
-            let Some(name) = facet_of(tag) else {
-                solid.surface.push(self.body.surface_of(tag, corners));
+    /// Joins pieces with siblings elsewhere (cells reach across gaps) to their hosts, solid to
+    /// solid. What the kernel cannot join stays.
+    fn join(&mut self, groups: &[u32]) {
+        let mut gone = vec![false; self.pieces.len()];
+        let mut left = 0;
+        for (p, &host) in groups.iter().enumerate() {
+            let host = host as usize;
+            if host == p {
                 continue;
-            };
-            let area = triangle_area(&solid.mesh.vertices, solid.mesh.triangles[t]);
-            *contacts.entry(name).or_insert(0.0) += area;
-            crack += area;
-            let middle = corners.iter().sum::<Vec3>() / 3.0;
-            if self.ground.as_ref().is_none_or(|ground| ground.nodes.holds(middle)) {
-                damaged += area;
             }
-            let [damage_time, front_speed] = self.marks_in(name, corners);
-            solid.surface.push(Surface::Crack { damage_time, front_speed, parent: 0 });
-        }
-        let volume = solid.mesh.signed_volume();
-        let contacts = contacts.into_iter().collect();
-        let buried = tags.iter().all(|&tag| facet_of(tag).is_some());
-        let also = Vec::new();
-        Ok(Piece { label, also, exact, solid, volume, contacts, crack, damaged, buried })
-    }
-
-    /// Times and speeds at the corners of a triangle that lies in a facet.
-    fn marks_in(&self, facet: u32, corners: [Vec3; 3]) -> [[f32; 3]; 2] {
-        let Mosaic { facets, places, .. } = &self.mosaic;
-        let own = self.mosaic.of(&facets[facet as usize]);
-        let at = |p: Vec3| -> Mark {
-            if let Some(&v) = own.as_flattened().iter().find(|&&v| places[v as usize] == p) {
-                return self.marks[v as usize];
-            }
-            let near = own.iter().map(|t| {
-                let q = closest_on_triangle(p, t.map(|v| places[v as usize]));
-                ((q - p).norm_squared(), t, q)
-            });
-            let Some((_, t, q)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) else {
-                return [0.0; 2];
-            };
-            let weights = barycentric(q, t.map(|v| places[v as usize]));
-            [0, 1].map(|k| interpolate(t.map(|v| self.marks[v as usize][k]), weights))
-        };
-        let marks = corners.map(at);
-        [0, 1].map(|k| marks.map(|mark| mark[k]))
-    }
-
-    /// Which pieces belong together, each group named by its largest.
-    fn groups(&self) -> Vec<u32> {
-        let mut ends: Vec<(u32, u32, f64)> = Vec::new();
-        for (p, piece) in self.pieces.iter().enumerate() {
-            ends.extend(piece.contacts.iter().map(|&(facet, area)| (facet, p as u32, area)));
-        }
-        ends.sort_unstable_by_key(|&(facet, piece, _)| (facet, piece));
-        let mut shared: BTreeMap<(u32, u32), f64> = BTreeMap::new();
-        for group in ends.chunk_by(|a, b| a.0 == b.0) {
-            for (k, &(_, p, mine)) in group.iter().enumerate() {
-                for &(_, q, other) in &group[k + 1..] {
-                    if self.pieces[p as usize].label != self.pieces[q as usize].label {
-                        *shared.entry((p, q)).or_insert(0.0) += mine.min(other);
-                    }
+            match self.workpiece.union(&self.pieces[host], &self.pieces[p]) {
+                Some(mut joined) => {
+                    joined.also.extend(self.pieces[host].also.iter().copied());
+                    joined.also.extend(self.pieces[p].also.iter().copied());
+                    joined.also.push(self.pieces[p].label);
+                    self.pieces[host] = joined;
+                    gone[p] = true;
                 }
+                None => left += 1,
             }
         }
-        let volumes: Vec<f64> = self.pieces.iter().map(|piece| piece.volume).collect();
-        // A crack of which less than half has damage behind it is an artefact (F27).
-        let forced: Vec<bool> =
-            self.pieces.iter().map(|piece| piece.damaged < 0.5 * piece.crack).collect();
-        agglomerate(&volumes, &forced, &shared, self.floor, self.max)
+        if left > 0 {
+            self.warnings.push(format!("{left} small parts could not be joined to a neighbour"));
+        }
+        let mut gone = gone.into_iter();
+        self.pieces.retain(|_| !gone.next().unwrap_or(false));
     }
 
     fn finish(&mut self) -> Result<Partition, CutError> {
-        let mut parts: Vec<(Part, Vec3, Vec<u32>)> = Vec::new();
+        let mut parts: Vec<(CutPart, Vec3, Vec<u32>)> = Vec::new();
         let mut area = 0.0;
         // F33: what has no face of the body's own touches other parts only.
         let buried = self.pieces.iter().filter(|piece| piece.buried).count();
@@ -352,7 +207,7 @@ impl Cutting {
             area += piece.solid.mesh.area();
             let centroid = piece.solid.mesh.mass_properties().centroid;
             let (solid, volume) = (piece.solid, piece.volume);
-            let part = Part { hulls: Vec::new(), solid, volume, cracks: Vec::new() };
+            let part = CutPart { hulls: Vec::new(), solid, volume, cracks: Vec::new() };
             parts.push((part, centroid, piece.also));
         }
         parts.sort_by(|(p, a, _), (q, b, _)| {
@@ -362,15 +217,16 @@ impl Cutting {
             })
         });
         self.part_labels = parts.iter_mut().map(|part| std::mem::take(&mut part.2)).collect();
-        let mut parts: Vec<Part> = parts.into_iter().map(|part| part.0).collect();
-        let (sum, whole) = (parts.iter().map(|part| part.volume).sum::<f64>(), self.body.volume);
+        let mut parts: Vec<CutPart> = parts.into_iter().map(|part| part.0).collect();
+        let (sum, whole) =
+            (parts.iter().map(|part| part.volume).sum::<f64>(), self.workpiece.body.volume);
         let closes = (sum - whole).abs() <= VOLUME_TOLERANCE * whole;
         if parts.is_empty() || !closes || parts.iter().any(|part| part.volume <= 0.0) {
             return Err(CutError::Volume { parts: parts.len(), sum, whole });
         }
         if parts.len() == 1 {
-            self.part_labels = vec![(0..self.sides.len() as u32).collect()];
-            return Ok(self.body.clone().untouched(0));
+            self.part_labels = vec![(0..self.regions.sides.len() as u32).collect()];
+            return Ok(self.workpiece.body.clone().untouched(0));
         }
         self.note(&parts, buried);
         parts.par_iter_mut().for_each(|part| part.hulls = hulls(&part.solid));
@@ -379,13 +235,13 @@ impl Cutting {
             particle_part: Vec::new(),
             bias: GridBias::default(),
             // Both sides of a crack are new surface, and nothing else is.
-            crack_area: (0.5 * (area - self.body.area)).max(0.0),
+            crack_area: (0.5 * (area - self.workpiece.body.area)).max(0.0),
             warnings: std::mem::take(&mut self.warnings),
         })
     }
 
     /// Says what the settings asked for and the parts do not keep.
-    fn note(&mut self, parts: &[Part], buried: usize) {
+    fn note(&mut self, parts: &[CutPart], buried: usize) {
         let small = parts.iter().filter(|part| part.volume < self.floor).count();
         if small > 0 {
             self.warnings.push(format!(
@@ -402,11 +258,11 @@ impl Cutting {
     }
 
     /// The part that each particle lies in, for the parts of the last [`Cutting::finish`].
-    pub(super) fn locate(&self, positions: &[Vec3], parts: &[Part]) -> Vec<u32> {
-        let (Some(ground), true) = (&self.ground, parts.len() > 1) else {
+    pub(super) fn locate(&self, positions: &[Vec3], parts: &[CutPart]) -> Vec<u32> {
+        let (Some(ground), true) = (&self.workpiece.ground, parts.len() > 1) else {
             return vec![0; positions.len()];
         };
-        let mut of_label: Vec<Vec<u32>> = vec![Vec::new(); self.sides.len()];
+        let mut of_label: Vec<Vec<u32>> = vec![Vec::new(); self.regions.sides.len()];
         for (p, labels) in self.part_labels.iter().enumerate() {
             for &label in labels {
                 of_label[label as usize].push(p as u32);
@@ -414,7 +270,7 @@ impl Cutting {
         }
         let all: Vec<u32> = (0..parts.len() as u32).collect();
         let choices = |&place: &Vec3| -> Vec<u32> {
-            let near = ground.nodes.cells_at(place).map(|cell| self.labels[cell as usize]);
+            let near = ground.nodes.cells_at(place).map(|cell| self.regions.labels[cell as usize]);
             let mut parts: Vec<u32> =
                 near.flat_map(|label| of_label[label as usize].iter().copied()).collect();
             parts.sort_unstable();
@@ -433,14 +289,4 @@ impl Cutting {
         };
         positions.par_iter().zip(&choices).map(home).collect()
     }
-}
-
-/// Convex stand-ins for a solid.
-pub(super) fn hulls(solid: &Solid) -> Vec<Vec<Vec3>> {
-    convex_parts(solid, HullSettings::default())
-}
-
-/// The facet that a tag names.
-fn facet_of(tag: u32) -> Option<u32> {
-    (tag < OUTER).then(|| tag.checked_sub(FACET)).flatten()
 }

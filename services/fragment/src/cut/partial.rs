@@ -1,7 +1,8 @@
 //! Cracks that end inside a part: nets from the damage, with times and speeds, clipped to it.
 
-use super::cutting::Ground;
-use super::{DamageField, OpenCrack, Part};
+use super::ground::Ground;
+use super::partition::{CutPart, OpenCrack};
+use crate::field::DamageField;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::shapes::refine;
 use cullet_geometry::{Sheet, Vec3};
@@ -15,7 +16,7 @@ const LEAST: f64 = 1.0;
 
 /// Gives each part the cracks that end inside it. `labels`: those that each part comes from.
 pub(super) fn attach(
-    parts: &mut [Part],
+    parts: &mut [CutPart],
     field: &DamageField<'_>,
     ground: &Ground,
     labels: &[Vec<u32>],

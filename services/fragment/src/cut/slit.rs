@@ -3,7 +3,8 @@
 //! The sheet becomes a slab with blunt borders, which is taken away exactly. What is taken away is
 //! handed back too, so that nobody has to lose its volume: the solver makes debris of it.
 
-use super::{FACET, OpenCrack};
+use super::body::FACET;
+use super::partition::OpenCrack;
 use crate::debris::{self, Motes};
 use crate::region::overlap::crossing;
 use cullet_geometry::boolean::{BooleanError, Exact, MAX_TAG};

@@ -1,7 +1,9 @@
 //! The cut of a body whose cells are no cubes: in a frame in which they are.
 
-use super::again::Way;
-use super::{CutError, CutSettings, DamageField, Partition, extract_once};
+use super::once::{CutAttempt, extract_once};
+use super::partition::{CutSettings, Partition};
+use crate::error::CutError;
+use crate::field::DamageField;
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
 
 /// One attempt at [`super::extract_stretched`], in the frame in which each axis is drawn out by
@@ -12,10 +14,10 @@ pub(super) fn attempt(
     field: &DamageField<'_>,
     settings: &CutSettings,
     stretch: &Vec3,
-    way: &Way,
+    how: &CutAttempt,
 ) -> Result<Partition, CutError> {
     if *stretch == Vec3::repeat(1.0) {
-        return extract_once(solid, field, settings, way);
+        return extract_once(solid, field, settings, how);
     }
     let mut drawn = solid.clone();
     scale(&mut drawn.mesh, stretch);
@@ -29,7 +31,7 @@ pub(super) fn attempt(
         scale: field.scale.component_mul(&back),
         ..*field
     };
-    let mut partition = extract_once(&drawn, &drawn_field, settings, way)?;
+    let mut partition = extract_once(&drawn, &drawn_field, settings, how)?;
     let mut area = -crack_area(solid);
     for part in &mut partition.parts {
         scale(&mut part.solid.mesh, &back);

@@ -4,7 +4,7 @@ use super::format::{Expected, Metric, Reduction};
 use super::paths::{item, path};
 use cullet_document::error::suggest;
 use cullet_document::tree::{Step, join};
-use cullet_scene::body::ResolveContext;
+use cullet_scene::context::ResolveContext;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Metrics, each with the number of its probe, and what each must come to.

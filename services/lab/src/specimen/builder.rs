@@ -7,8 +7,8 @@ use cullet_document::files::Files;
 use cullet_document::tree::{Node, Step, show};
 use cullet_geometry::Vec3;
 use cullet_model::strength::Region;
-use cullet_scene::body::ResolveContext;
-use cullet_scene::paint;
+use cullet_scene::context::ResolveContext;
+use cullet_scene::direction;
 use cullet_specimen::Where;
 use std::collections::BTreeMap;
 
@@ -125,7 +125,7 @@ impl SpecimenBuilder<'_> {
 
     /// A direction of length 1.
     pub(super) fn unit(&mut self, direction: [f64; 3], at: &[Step]) -> Vec3 {
-        let unit = paint::direction(direction).unwrap_or_else(|why| {
+        let unit = direction::direction(direction).unwrap_or_else(|why| {
             self.wrong(at, why);
             [1.0, 0.0, 0.0]
         });

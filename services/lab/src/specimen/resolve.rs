@@ -12,7 +12,7 @@ use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Mat3, Pose, Quat, Solid, TriMesh, Vec3};
 use cullet_model::{Material, Precision, StrengthField};
 use cullet_proto::specimen::SpecimenJob;
-use cullet_scene::form::GeometrySource;
+use cullet_scene::geometry::GeometrySource;
 use cullet_scene::format::{Axis, Precision as WrittenPrecision};
 use cullet_scene::shape;
 use cullet_specimen as core;
@@ -144,7 +144,7 @@ impl SpecimenBuilder<'_> {
                     up: geometry.up,
                     repair: geometry.repair,
                 };
-                let form = self.shop.forms.get(&recipe, self.shop.files);
+                let form = self.shop.geometries.get(&recipe, self.shop.files);
                 form.map(|form| form.solid.mesh.translated(-form.origin))
             }
         };

@@ -111,7 +111,7 @@ impl ElectionState {
     }
 
     /// Another has answered.
-    pub(super) fn told(&mut self, reply: Reply) {
+    pub(super) fn take_reply(&mut self, reply: Reply) {
         if reply.stays {
             self.lose(Some(reply.claim));
         } else if let Some(other) = self.others.get_mut(&reply.claim.life) {
@@ -149,7 +149,7 @@ impl ElectionState {
 mod tests {
     use super::*;
 
-    fn books(life: u64, since_ms: u64) -> ElectionState {
+    fn election(life: u64, since_ms: u64) -> ElectionState {
         let own = Claim { life: SessionId(life), since_ms, process: 7, ..Claim::default() };
         ElectionState::new("main".into(), own, Duration::from_secs(9))
     }
@@ -159,7 +159,7 @@ mod tests {
         one.sign(other.own.life, true, now);
         if one.tick(now).contains(&other.own.life) {
             let reply = other.asked(&one.own);
-            one.told(reply);
+            one.take_reply(reply);
         }
     }
 
@@ -169,7 +169,7 @@ mod tests {
         // is over.
         for turn in 0..8 {
             let now = Instant::now();
-            let (mut a, mut b) = (books(2, 5), books(1, 6));
+            let (mut a, mut b) = (election(2, 5), election(1, 6));
             let (one, other) = if turn % 2 == 0 { (&mut a, &mut b) } else { (&mut b, &mut a) };
             if turn & 2 == 0 {
                 // Nobody is there at its first look: it serves from then on.
@@ -199,7 +199,7 @@ mod tests {
     fn two_that_serve_and_find_each_other_agree_who_was_first() {
         for turn in 0..2 {
             let now = Instant::now();
-            let (mut first, mut second) = (books(9, 5), books(1, 6));
+            let (mut first, mut second) = (election(9, 5), election(1, 6));
             for one in [&mut first, &mut second] {
                 one.looked = true;
                 one.tick(now);
@@ -210,8 +210,10 @@ mod tests {
             } else {
                 meet(&mut second, &mut first, now);
             }
-            assert!(first.lost.is_none() && second.lost.as_ref().is_some_and(|rival| rival.late));
-            let told = second.lost.map(|rival| rival.to_string()).unwrap_or_default();
+            assert!(
+                first.lost.is_none() && second.lost.as_ref().is_some_and(|conflict| conflict.late)
+            );
+            let told = second.lost.map(|conflict| conflict.to_string()).unwrap_or_default();
             assert!(told.contains("process 7") && told.contains("it was there first"), "{told}");
         }
     }
@@ -220,7 +222,7 @@ mod tests {
     fn a_sign_without_an_answer_is_waited_for_until_it_is_gone_and_refuses_if_it_stays() {
         let (now, other) = (Instant::now(), SessionId(4));
         let later = now + Duration::from_secs(8);
-        let mut one = books(1, 5);
+        let mut one = election(1, 5);
         one.looked = true;
         one.sign(other, true, now);
         assert_eq!(one.tick(now), [other]);
@@ -235,11 +237,11 @@ mod tests {
         one.sign(other, true, later);
         one.tick(later + Duration::from_secs(60));
         assert!(one.lost.is_none());
-        let mut two = books(2, 6);
+        let mut two = election(2, 6);
         two.looked = true;
         two.sign(other, true, now);
         two.tick(now + Duration::from_secs(10));
-        let told = two.lost.map(|rival| rival.to_string()).unwrap_or_default();
+        let told = two.lost.map(|conflict| conflict.to_string()).unwrap_or_default();
         assert!(told.contains("does not answer"), "{told}");
         let claim = Some(Claim { host: "a\u{1b}[2J\n".into(), ..Claim::default() });
         let told = Conflict { name: "main".into(), claim, late: false }.to_string();

@@ -1,10 +1,18 @@
 //! Materials, and how strength varies within a body, as they are written.
 
-use crate::material::{DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL};
 use cullet_document::check::tell;
 use cullet_document::unit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// Weibull modulus of a material that does not say \[1\].
+pub(crate) const DEFAULT_WEIBULL: f64 = 10.0;
+
+/// Restitution of a material that does not say \[1\].
+pub(crate) const DEFAULT_RESTITUTION: f64 = 0.3;
+
+/// Friction of a material that does not say \[1\].
+pub(crate) const DEFAULT_FRICTION: f64 = 0.5;
 
 /// What holds for a value that neither the material nor its preset gives, as the schema has it.
 fn preset_or(value: f64) -> String {

@@ -6,7 +6,7 @@ use crate::format::{
     Body, Bounds, Document, Expect, Fidelity, Fracture, Grid, Layers, Material, Paint, Resolution,
     Rotation, Scatter, Shape, ShareBounds, Stack, Tiers, View, WeakPlane, World,
 };
-use crate::look::Detail;
+use crate::surface_detail::Detail;
 
 /// A type of the schema that is written as a table.
 pub(super) struct Table {

@@ -5,7 +5,7 @@ use super::facts::{Key, anchor, bracket, plain, pretty, target};
 use super::reference;
 use super::tables::{TABLES, Table, table};
 use crate::schema::schema_json;
-use crate::{body, form, limits, load_bundle, material, paint, resolve};
+use crate::{body, direction, geometry, limits, load_bundle, material, resolve, strength};
 use cullet_document::check::tell;
 use cullet_document::document::MAX_INCLUDE_DEPTH;
 use cullet_document::files::{Bundle, SceneFile};
@@ -131,7 +131,7 @@ fn every_type_kind_and_word_has_a_meaning() {
 /// Bounds that the loader checks beyond the schema, and whose description has them.
 #[test]
 fn what_the_loader_bounds_is_described() {
-    let (weakest, strongest) = paint::FACTORS;
+    let (weakest, strongest) = strength::FACTORS;
     let (least, most) = material::STRENGTH_OVER_YOUNG;
     let described: [(&str, &str, f64); 18] = [
         ("World", "gravity", limits::MAX_GRAVITY),
@@ -144,12 +144,12 @@ fn what_the_loader_bounds_is_described() {
         ("Body", "spin", body::MAX_SPIN),
         ("Body", "name", resolve::MAX_NAME as f64),
         ("Body", "paint", MAX_STROKES as f64),
-        ("Rotation", "axis", body::MIN_LENGTH),
-        ("Rotation", "quaternion", body::MIN_LENGTH),
-        ("WeakPlane", "normal", body::MIN_LENGTH),
-        ("Layers", "normal", body::MIN_LENGTH),
-        ("Shape", "", form::MIN_SIZE),
-        ("Shape", "", form::MAX_SIZE),
+        ("Rotation", "axis", direction::MIN_LENGTH),
+        ("Rotation", "quaternion", direction::MIN_LENGTH),
+        ("WeakPlane", "normal", direction::MIN_LENGTH),
+        ("Layers", "normal", direction::MIN_LENGTH),
+        ("Shape", "", geometry::MIN_SIZE),
+        ("Shape", "", geometry::MAX_SIZE),
         ("Material", "", least),
         ("Material", "", most),
     ];

@@ -56,12 +56,12 @@ fn a_job_waits_aloud_for_a_worker_that_has_its_family() {
     // One that can be done shows that the worker is there, and passes the other.
     let (first, second) = (run.open(&hard), run.open(&job("echo", 2, 0)));
     wait_for("the second is done", || pool.stats().jobs.waiting == 1);
-    wait_for("the first waits aloud", || pool.stats().stranded == 1);
+    wait_for("the first waits aloud", || pool.stats().unschedulable == 1);
     assert!(run.settled(Duration::from_millis(100)).is_none());
     let _full = HiredWorker::hire_as(&pool, "full", Arc::new(solve), with(true));
     assert_eq!(next(&run, first).worker, "full");
     assert_eq!(next(&run, second).worker, "plain");
-    assert_eq!(pool.stats().stranded, 0);
+    assert_eq!(pool.stats().unschedulable, 0);
     let shown: Vec<_> = pool.workers().into_iter().map(|w| (w.name, w.solvers)).collect();
     let solvers = |text: &str| Some(vec![text.to_owned()]);
     let due = [

@@ -142,7 +142,7 @@ impl Checker {
         let Event::Renew { epoch, begun, .. } = event else {
             return wrong(Oracle::Stop, "renewed what?");
         };
-        if self.orphan(job) {
+        if self.is_inherited(job) {
             return Ok(());
         }
         let known = self.jobs.entry(job).or_default();

@@ -9,17 +9,17 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Default)]
 pub(super) struct Lives {
     /// Jobs that were at work, as the disk has it, and until when nobody else may have them.
-    orphans: BTreeMap<Job, Millis>,
+    inherited: BTreeMap<Job, Millis>,
     /// Those of them that no run has open.
     unopened: BTreeSet<Job>,
     /// The runs that will want what was at work and is not over.
-    heirs: BTreeMap<Job, BTreeSet<usize>>,
+    claimants: BTreeMap<Job, BTreeSet<usize>>,
     /// Who was heard last to be at one of those.
     at: BTreeMap<Job, (Worker, Epoch)>,
     /// Those that have been over in this life.
     over: BTreeSet<Job>,
     /// The last renewal by each grant of an earlier life, and whether a solver has the job.
-    words: BTreeMap<Epoch, (Millis, bool)>,
+    renewals: BTreeMap<Epoch, (Millis, bool)>,
     /// Who has asked for work.
     asked: BTreeSet<Worker>,
 }
@@ -27,26 +27,26 @@ pub(super) struct Lives {
 impl Lives {
     /// Whether a job waits for its worker, or did until the coordinator looks at its clock again.
     pub(super) fn waits(&self, now: Millis, job: &Job) -> bool {
-        self.orphans.get(job).is_some_and(|until| now <= until + SLACK)
+        self.inherited.get(job).is_some_and(|until| now <= until + SLACK)
     }
 }
 
 impl Checker {
     /// The disk has it that this job was at work, and that this run wants it.
     pub(in super::super) fn inherits(&mut self, now: Millis, job: Job, run: usize) {
-        self.lives.orphans.insert(job, now + self.timing.lease);
+        self.lives.inherited.insert(job, now + self.timing.lease);
         self.lives.unopened.insert(job);
-        self.lives.heirs.entry(job).or_default().insert(run);
+        self.lives.claimants.entry(job).or_default().insert(run);
     }
 
     /// A run is over: what nobody else will want is to end.
-    pub(super) fn renounced(&mut self, run: usize) {
-        let heirs = std::mem::take(&mut self.lives.heirs);
-        for (job, mut runs) in heirs {
+    pub(super) fn released(&mut self, run: usize) {
+        let claimants = std::mem::take(&mut self.lives.claimants);
+        for (job, mut runs) in claimants {
             runs.remove(&run);
             if !runs.is_empty() {
-                self.lives.heirs.insert(job, runs);
-            } else if self.orphan(job) {
+                self.lives.claimants.insert(job, runs);
+            } else if self.is_inherited(job) {
                 if let Some((_, epoch)) = self.lives.at.remove(&job) {
                     self.due.insert(epoch);
                 }
@@ -58,19 +58,19 @@ impl Checker {
     /// The last run that had a job open wants it no more: whether somebody who may be at it since
     /// an earlier life goes on for a run that will want it.
     pub(super) fn handed_on(&mut self, job: Job, left: &Known) -> bool {
-        if left.over || !self.lives.heirs.contains_key(&job) {
+        if left.over || !self.lives.claimants.contains_key(&job) {
             return false;
         }
         let holders: Vec<Epoch> = left.holders.iter().copied().collect();
         match holders[..] {
             // Who was heard before the run had opened it was silent for longer than a lease since.
             [] if left.grants == 0 => drop(self.lives.at.remove(&job)),
-            [epoch] if self.lives.words.contains_key(&epoch) => {
+            [epoch] if self.lives.renewals.contains_key(&epoch) => {
                 let Some(held) = self.held.remove(&epoch) else { return false };
                 let suspected = held.suspect.map(|since| since + self.timing.suspect);
                 let until = held.heard + self.timing.lease;
-                self.lives.orphans.insert(job, suspected.map_or(until, |at| at.min(until)));
-                self.lives.words.insert(epoch, (held.heard, held.begun));
+                self.lives.inherited.insert(job, suspected.map_or(until, |at| at.min(until)));
+                self.lives.renewals.insert(epoch, (held.heard, held.begun));
                 self.lives.at.insert(job, (held.worker, epoch));
             }
             _ => return false,
@@ -89,7 +89,7 @@ impl Checker {
     }
 
     /// No run has it open, and somebody may be at it since an earlier life.
-    pub(super) fn orphan(&self, job: Job) -> bool {
+    pub(super) fn is_inherited(&self, job: Job) -> bool {
         self.lives.unopened.contains(&job)
     }
 
@@ -99,14 +99,14 @@ impl Checker {
 
     /// Nothing is to be waited for any more.
     pub(super) fn mourned(&mut self, job: Job) {
-        self.lives.orphans.remove(&job);
+        self.lives.inherited.remove(&job);
         self.lives.unopened.remove(&job);
     }
 
     /// The job is over, and may be opened again: who is still at it is stopped.
     pub(super) fn buried(&mut self, job: Job) {
         self.lives.over.insert(job);
-        self.lives.heirs.remove(&job);
+        self.lives.claimants.remove(&job);
         self.mourned(job);
     }
 
@@ -114,12 +114,12 @@ impl Checker {
     pub(super) fn returned(&mut self, job: Job, epoch: Epoch) {
         if !self.held.contains_key(&epoch) {
             self.mourned(job);
-            self.lives.heirs.remove(&job);
+            self.lives.claimants.remove(&job);
         }
     }
 
     /// A renewal by a grant of an earlier life.
-    pub(super) fn word(
+    pub(super) fn inherited_renewal(
         &mut self,
         now: Millis,
         (worker, job, epoch): (Worker, Job, Epoch),
@@ -130,7 +130,7 @@ impl Checker {
             return Ok(());
         }
         let gone_on = effects.iter().any(|e| matches!(e, Effect::Renewed { .. }));
-        if self.orphan(job) && !gone_on {
+        if self.is_inherited(job) && !gone_on {
             return wrong(Oracle::Anew, "stopped before any run has opened what it is at");
         }
         let elsewhere = self.lives.asked.contains(&worker)
@@ -142,8 +142,8 @@ impl Checker {
         if free && !elsewhere && !gone_on {
             return wrong(Oracle::Anew, "stopped at what nobody else has");
         }
-        self.lives.words.insert(epoch, (now, begun));
-        if self.orphan(job) {
+        self.lives.renewals.insert(epoch, (now, begun));
+        if self.is_inherited(job) {
             self.lives.at.insert(job, (worker, epoch));
         }
         Ok(())
@@ -152,7 +152,7 @@ impl Checker {
     /// A result of a job that is not known.
     pub(super) fn unknown(&self, event: Event) -> Result<(), Wrong> {
         match event {
-            Event::Commit { job, .. } if self.orphan(job) => {
+            Event::Commit { job, .. } if self.is_inherited(job) => {
                 wrong(Oracle::Anew, "a result is thrown away before any run has opened its job")
             }
             _ => Ok(()),
@@ -161,7 +161,7 @@ impl Checker {
 
     /// A job is granted: nobody may be waited for.
     pub(super) fn granted_anew(&self, now: Millis, job: Job) -> Result<(), Wrong> {
-        match self.lives.orphans.get(&job) {
+        match self.lives.inherited.get(&job) {
             Some(until) if now < *until => {
                 wrong(Oracle::Anew, "begun anew before its worker could be heard")
             }
@@ -179,7 +179,7 @@ impl Checker {
         if known.is_none_or(|(by, _, what)| (*by, *what) != (worker, job)) {
             return wrong(Oracle::Epoch, "goes on with what it was never granted");
         }
-        let Some((heard, begun)) = self.lives.words.get(&epoch).copied() else {
+        let Some((heard, begun)) = self.lives.renewals.get(&epoch).copied() else {
             return wrong(Oracle::Anew, "goes on, and nobody has heard it");
         };
         if self.held.contains_key(&epoch) || now - heard >= self.timing.lease {

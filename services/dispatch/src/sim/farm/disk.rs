@@ -1,6 +1,6 @@
 //! What the simulated coordinator keeps.
 
-use super::Farm;
+use super::super::plan::Rng;
 use crate::*;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,33 +22,26 @@ pub(super) struct Disk {
     pub(super) opened: Vec<usize>,
 }
 
-impl Farm {
-    /// What the disk has of a job.
+impl Disk {
+    /// What is kept of a job.
     pub(super) fn prior(&self, job: Job) -> Prior {
-        let known = self.disk.results.get(&job).copied();
+        let known = self.results.get(&job).copied();
         known.map_or(Prior::Nothing, |(digest, outcome, build)| {
             let build = Some(build);
             Prior::Result { digest, outcome, build }
         })
     }
 
-    pub(super) fn keep(&mut self, job: Job, found: Found) {
-        self.disk.results.insert(job, found);
-        self.check.keeps(job, (found.0, found.2));
-    }
-
     /// What was granted and has no result, and the runs that want it and are not over, as far as
     /// that was written.
-    pub(super) fn at_work(&mut self) -> Vec<(Job, usize)> {
-        let mut granted = std::mem::take(&mut self.disk.granted);
+    pub(super) fn at_work(&mut self, rng: &mut Rng) -> Vec<(Job, usize)> {
+        let Self { granted, results, quarantine, cancelled, .. } = self;
         granted.retain(|job, runs| {
-            let Disk { results, quarantine, cancelled, .. } = &self.disk;
-            runs.retain(|run| !cancelled.contains(run) && !self.rng.chance(5));
+            runs.retain(|run| !cancelled.contains(run) && !rng.chance(5));
             !results.contains_key(job) && !quarantine.contains(job) && !runs.is_empty()
         });
-        self.disk.granted = granted.clone();
         let each =
             |(job, runs): (Job, BTreeSet<usize>)| runs.into_iter().map(move |run| (job, run));
-        granted.into_iter().flat_map(each).collect()
+        granted.clone().into_iter().flat_map(each).collect()
     }
 }

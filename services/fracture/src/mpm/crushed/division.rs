@@ -1,7 +1,8 @@
 //! Balls put down in a zone that is being divided.
 
+use super::rules::{CrushRules, FULL_WEIGHT, LEAST_SIZE, MIDDLE_WEIGHT, STREAM};
 use super::sizes::balance;
-use super::{FULL_WEIGHT, LEAST_SIZE, Lattice, MIDDLE_WEIGHT, Rules, STREAM};
+use crate::mpm::lattice::Lattice;
 use cullet_fragment::pieces::{Ball, direction};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
@@ -52,7 +53,7 @@ impl<'a> Division<'a> {
         order: Vec<usize>,
         means: Vec<f64>,
         weights: &[f64],
-        rules: &Rules,
+        rules: &CrushRules,
     ) -> Self {
         let mut rank = vec![None; lattice.len()];
         order.iter().zip(0..).for_each(|(&n, k)| rank[n] = Some(k));

@@ -1,6 +1,6 @@
 //! Of what volumes drawn pieces are, and that their cells have them.
 
-use super::STREAM;
+use super::rules::STREAM;
 use cullet_fragment::pieces::Ball;
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;

@@ -1,11 +1,11 @@
 //! Crushed zones of bars and blocks.
 
 use super::sizes::Mott;
-use super::{LEAST_SIZE, Lattice, Rules, Tolerance, pieces};
+use super::{CrushRules, LEAST_SIZE, Lattice, divide, pieces};
 use crate::particles::Particles;
 use cullet_fragment::pieces::{Ball, Pieces};
 use cullet_geometry::Vec3;
-use cullet_model::Material;
+use cullet_model::{Material, Tolerance};
 
 /// Fragments are finer than a cell at any rate.
 const CHALK: Material = Material {
@@ -15,7 +15,7 @@ const CHALK: Material = Material {
     failure_stress: 1e6,
     fracture_energy: 1.0,
 };
-const RULES: Rules = Rules {
+const RULES: CrushRules = CrushRules {
     spacing: Vec3::new(1.0, 1.0, 1.0),
     material: CHALK,
     seed: 5,
@@ -38,7 +38,7 @@ fn asked_of_bar(error: Option<f64>, piece: impl Fn(&Vec3) -> Option<u32>) -> (Ve
     let points: Vec<Vec3> = (0..40 * 144).map(point).collect();
     let mut particles = Particles::at_rest(&points, 720.0, 1.0);
     particles.onset_rate.fill(10.0);
-    let rules = Rules { tolerance: Tolerance(error), ..RULES };
+    let rules = CrushRules { tolerance: Tolerance(error), ..RULES };
     let found = pieces(&particles, points.iter().map(&piece).collect(), &rules);
     (points, found)
 }
@@ -139,7 +139,7 @@ fn few_pieces_keep_the_whole_range() {
     let mut particles = Particles::at_rest(&points, 8000.0, 1.0);
     particles.onset_rate.fill(10.0);
     let of = |most: u32| {
-        let rules = Rules { most, ..RULES };
+        let rules = CrushRules { most, ..RULES };
         let found = pieces(&particles, vec![None; points.len()], &rules);
         let mut masses = vec![0.0; found.rubble.balls.len()];
         found.of.iter().flatten().for_each(|&piece| masses[piece as usize] += 1.0);
@@ -200,7 +200,7 @@ fn every_node_goes_to_the_nearest_of_all_sites() {
     let lattice = Lattice::new(&points, RULES.spacing);
     let (weights, zone) = (vec![8.0; lattice.len()], (0..lattice.len()).collect::<Vec<_>>());
     let mut labels = vec![None; lattice.len()];
-    let sites = lattice.divide(&mut labels, &zone, &weights, &particles, &RULES, 4000.0);
+    let sites = divide(&lattice, &mut labels, &zone, &weights, &particles, &RULES, 4000.0);
     assert!(sites.len() > 100 && sites[0].size > 2.0 * sites[sites.len() / 2].size);
     for (n, label) in labels.iter().enumerate() {
         let x = lattice.place(n, RULES.seed);

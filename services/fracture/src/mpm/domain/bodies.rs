@@ -74,7 +74,7 @@ impl Domain {
                 self.grid.nodes.body[node as usize] = own;
             }
         }
-        self.facings = self.faced(surfaces);
+        self.contact.facings = self.faced(surfaces);
         self.touch();
     }
 
@@ -93,12 +93,14 @@ impl Domain {
         for own in rows.chunk_by(|a, b| a.0 == b.0) {
             let parts: Vec<_> = own.chunk_by(|a, b| a.1 == b.1).collect();
             let x = self.grid.place(own[0].0 as usize);
-            let lean = |part: &[(u32, u8, usize)]| {
-                let sum: Vec3 = part.iter().map(|row| nodes.lean[row.2] * nodes.mass[row.2]).sum();
+            let offset = |part: &[(u32, u8, usize)]| {
+                let sum: Vec3 =
+                    part.iter().map(|row| nodes.points_offset[row.2] * nodes.mass[row.2]).sum();
                 sum / part.iter().map(|row| nodes.mass[row.2]).sum::<f64>()
             };
             for (i, j) in (0..parts.len()).flat_map(|i| (i + 1..parts.len()).map(move |j| (i, j))) {
-                let across = (lean(parts[j]) - lean(parts[i])).component_div(&self.grid.spacing);
+                let across =
+                    (offset(parts[j]) - offset(parts[i])).component_div(&self.grid.spacing);
                 if let Some(normal) = across.try_normalize(0.0) {
                     let bodies = [parts[i][0].1, parts[j][0].1];
                     let [first, second] = bodies.map(|body| &surfaces[usize::from(body)]);

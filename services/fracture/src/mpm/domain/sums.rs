@@ -2,7 +2,7 @@
 
 use super::Domain;
 use crate::mpm::elastic::green_strain;
-use crate::mpm::kernel::vector;
+use crate::mpm::stencil::vector;
 use cullet_geometry::Vec3;
 
 impl Domain {
@@ -10,11 +10,11 @@ impl Domain {
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
         let (motions, particles) = (self.motions(), &self.particles);
-        let points = motions.iter().enumerate().filter(|(p, _)| !particles.gone[*p]);
+        let points = motions.iter().enumerate().filter(|(p, _)| !particles.eroded[*p]);
         points
             .map(|(p, motion)| {
                 let strain = green_strain(&motion.displacement_gradient);
-                let law = &self.kinds[particles.kind[p] as usize].softening;
+                let law = &self.response.laws[particles.kind[p] as usize].softening;
                 particles.volume[p] * law.energy(&strain, particles.damage[p])
             })
             .sum()

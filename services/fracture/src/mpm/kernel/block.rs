@@ -4,10 +4,10 @@ use super::lanes::{Field, LANES, Lanes, Real, V, load, store};
 use super::law::{Effective, Law, WATCH, idle, second_piola, stiffness};
 use super::spline::{basis, fall, gather, rise, scatter};
 use super::tension::weakened;
-use super::{Stencil, gather as gather_one};
-use crate::mpm::domain::Tally;
 use crate::mpm::elastic::{CRUSHED, LOOSE};
 use crate::mpm::grid::{AROUND, Element, Nodes};
+use crate::mpm::stencil::{Stencil, gather as gather_one};
+use crate::mpm::tally::StepTally;
 use crate::particles::{Particles, View};
 use cullet_geometry::Vec3;
 use fearless_simd::{Select, Simd, SimdBase, SimdMask};
@@ -126,11 +126,11 @@ impl<R: Real> Block<R> {
         view: &mut View<'_>,
         forces: &mut [Four<R>],
         scratch: &mut Scratch<R>,
-    ) -> Tally {
+    ) -> StepTally {
         if self.stale {
             self.watch(law, view);
         }
-        let tallies = [Tally::default(); LANES];
+        let tallies = [StepTally::default(); LANES];
         let mut cold = Cold { law, nodes, ids: &self.nodes, view, tallies };
         take(&self.nodes, nodes, &mut scratch.nodes);
         forces.fill([R::of(0.0); 4]);
@@ -145,7 +145,7 @@ impl<R: Real> Block<R> {
             }
             drain(&tile.nodes, &scratch.forces, forces);
         }
-        cold.tallies.into_iter().fold(Tally::default(), Tally::add)
+        cold.tallies.into_iter().fold(StepTally::default(), StepTally::add)
     }
 
     /// Takes limits and damage from the points.
@@ -182,7 +182,7 @@ impl<R: Real> Slot<R> {
         self.limit.0[lane] = R::of(law.limit(view, p));
         self.taken.0[lane] = R::of(law.taken(view, p));
         self.damaged |= view.damage[p] > 0.0;
-        if view.gone[p] {
+        if view.eroded[p] {
             self.weight.0[lane] = R::of(0.0);
         }
     }
@@ -312,7 +312,7 @@ struct Cold<'a, 'b> {
     ids: &'a [u32],
     view: &'a mut View<'b>,
     /// By lane, since registers of other widths take the lanes in another order.
-    tallies: [Tally; LANES],
+    tallies: [StepTally; LANES],
 }
 
 impl Cold<'_, '_> {
@@ -347,7 +347,7 @@ impl Cold<'_, '_> {
                 0.5 * (c + c.transpose()).norm()
             };
             let weakened = if self.view.damage[p] >= 1.0 && square > LOOSE {
-                self.view.gone[p] = true;
+                self.view.eroded[p] = true;
                 tally.dissipated += self.law.held(self.view, p, &strain);
                 [0.0; 6]
             } else {

@@ -3,9 +3,9 @@
 use super::lanes::{Real, V};
 use super::tension::adjugate;
 use crate::damage::{Softening, State};
-use crate::mpm::domain::Tally;
 use crate::mpm::elastic::{CRUSHED, Elastic};
 use crate::mpm::symmetric::Sym3;
+use crate::mpm::tally::StepTally;
 use crate::particles::View;
 use cullet_geometry::Vec3;
 use fearless_simd::{Select, Simd, SimdBase};
@@ -17,7 +17,7 @@ pub(super) const WATCH: f64 = 1e12;
 
 /// What a kind of material does.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Kind {
+pub(crate) struct MaterialLaw {
     pub(crate) elastic: Elastic,
     pub(crate) softening: Softening,
 }
@@ -26,7 +26,7 @@ pub(crate) struct Kind {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Law<'a> {
     /// At least one.
-    pub(crate) kinds: &'a [Kind],
+    pub(crate) kinds: &'a [MaterialLaw],
     /// Spacing of the grid \[m\].
     pub(crate) spacing: Vec3,
     /// At the end of the step \[s\].
@@ -161,7 +161,7 @@ impl Law<'_> {
         view: &mut View<'_>,
         p: usize,
         strain: &Sym3,
-        tally: &mut Tally,
+        tally: &mut StepTally,
         rate: impl FnOnce() -> f64,
     ) -> Sym3 {
         let (strength, lone) = self.strength(view, p, self.time);

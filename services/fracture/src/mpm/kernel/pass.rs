@@ -3,8 +3,8 @@
 use super::block::{Block, Four, Scratch};
 use super::lanes::Real;
 use super::law::Law;
-use crate::mpm::domain::Tally;
 use crate::mpm::grid::{Element, Grid, Rows};
+use crate::mpm::tally::StepTally;
 use crate::particles::Particles;
 use cullet_model::Precision;
 use fearless_simd::{Level, dispatch};
@@ -29,9 +29,9 @@ pub(crate) fn least_share(precision: Precision) -> f64 {
 
 /// Instructions of the processor; all give the same bits.
 #[derive(Clone, Copy, Debug)]
-pub struct Path(Level);
+pub struct SimdLevel(Level);
 
-impl Path {
+impl SimdLevel {
     /// The widest that this processor has.
     #[must_use]
     pub fn best() -> Self {
@@ -57,7 +57,7 @@ impl Path {
     }
 }
 
-impl std::fmt::Display for Path {
+impl std::fmt::Display for SimdLevel {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let name = format!("{:?}", self.0);
         f.write_str(name.split('(').next().unwrap_or_default())
@@ -121,8 +121,8 @@ impl<R: Real> Pass<R> {
         law: &Law<'_>,
         grid: &Grid,
         particles: &mut Particles,
-        path: Path,
-    ) -> Tally {
+        simd_level: SimdLevel,
+    ) -> StepTally {
         let mut rest = self.forces.as_mut_slice();
         let mut views = particles.views(&self.starts);
         let mut work: Vec<_> = self
@@ -135,14 +135,14 @@ impl<R: Real> Pass<R> {
                 (block, view, forces)
             })
             .collect();
-        let (nodes, level) = (&grid.nodes, path.0);
-        let tallies: Vec<Tally> = work
+        let (nodes, level) = (&grid.nodes, simd_level.0);
+        let tallies: Vec<StepTally> = work
             .par_iter_mut()
             .map_init(Scratch::new, |scratch, (block, view, forces)| {
                 dispatch!(level, simd => block.strain(simd, law, nodes, view, forces, scratch))
             })
             .collect();
-        tallies.into_iter().fold(Tally::default(), Tally::add)
+        tallies.into_iter().fold(StepTally::default(), StepTally::add)
     }
 
     /// Sum of the forces on a node \[N\].
@@ -166,16 +166,21 @@ enum Either {
 #[derive(Clone, Debug)]
 pub(crate) struct Kernel {
     pass: Either,
-    path: Path,
+    simd_level: SimdLevel,
 }
 
 impl Kernel {
-    pub(crate) fn new(grid: &Grid, particles: &Particles, as_is: Precision, path: Path) -> Self {
+    pub(crate) fn new(
+        grid: &Grid,
+        particles: &Particles,
+        as_is: Precision,
+        simd_level: SimdLevel,
+    ) -> Self {
         let pass = match as_is {
             Precision::Single => Either::Single(Pass::new(grid, particles)),
             Precision::Double => Either::Double(Pass::new(grid, particles)),
         };
-        Self { pass, path }
+        Self { pass, simd_level }
     }
 
     /// After the elements that began at the points `changed` have; points may only have moved
@@ -201,10 +206,10 @@ impl Kernel {
         law: &Law<'_>,
         grid: &Grid,
         particles: &mut Particles,
-    ) -> Tally {
+    ) -> StepTally {
         match &mut self.pass {
-            Either::Single(pass) => pass.strain(law, grid, particles, self.path),
-            Either::Double(pass) => pass.strain(law, grid, particles, self.path),
+            Either::Single(pass) => pass.strain(law, grid, particles, self.simd_level),
+            Either::Double(pass) => pass.strain(law, grid, particles, self.simd_level),
         }
     }
 

@@ -1,9 +1,10 @@
 //! The slow twin of the points' pass, straight from the textbook.
 
-use super::{AROUND, Kernel, Kind, Law, Path, Stencil, gather, packed, vector};
+use super::{Kernel, Law, MaterialLaw, SimdLevel};
 use crate::damage::{Softening, State};
 use crate::mpm::elastic::{Elastic, green_strain, matrix};
 use crate::mpm::grid::{Element, Grid};
+use crate::mpm::stencil::{AROUND, Stencil, gather, packed, vector};
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3, math::unit};
 use cullet_model::{Material, Precision};
@@ -17,7 +18,7 @@ const STONE: Material = Material {
 };
 
 /// A cloud of points, some of them damaged, on nodes moved at random.
-fn cloud() -> (Grid, Particles, Vec3, Vec<Kind>) {
+fn cloud() -> (Grid, Particles, Vec3, Vec<MaterialLaw>) {
     let spacing = Vec3::new(0.1, 0.08, 0.13);
     let random = |stream, i| Vec3::from([0, 1, 2].map(|a| unit(stream, a, i) - 0.5));
     let points: Vec<Vec3> = (0..3000).map(|i| random(5, i)).collect();
@@ -36,7 +37,7 @@ fn cloud() -> (Grid, Particles, Vec3, Vec<Kind>) {
         let material = Material { young: share * STONE.young, poisson, ..STONE };
         let mut softening = Softening::new(&material, 0.2);
         softening.strength = 1e10;
-        Kind { elastic: Elastic::new(&material), softening }
+        MaterialLaw { elastic: Elastic::new(&material), softening }
     });
     (grid, particles, spacing, kinds.to_vec())
 }
@@ -91,7 +92,7 @@ fn forces_agree_with_the_textbook() {
     let law = Law { kinds: &kinds, spacing, time: 1.0 };
     let wanted = naive_forces(&grid, &particles, &law);
     let size = wanted.iter().fold(0.0_f64, |m, f| m.max(f.norm()));
-    for path in Path::all() {
+    for path in SimdLevel::all() {
         // The twin takes no differences: in f64 its own rounding is what is seen.
         for (precision, bound) in [(Precision::Single, 2e-6), (Precision::Double, 1e-11)] {
             let mut kernel = Kernel::new(&grid, &particles, precision, path);

@@ -3,7 +3,7 @@
 
 use super::specimen::{H, STONE, pieces};
 use cullet_fracture::damage::Softening;
-use cullet_fracture::mpm::domain::Grip;
+use cullet_fracture::mpm::domain::PrescribedVelocity;
 use cullet_fracture::mpm::{Domain, crushed, quadrature};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, inside::Inside, sample, shapes};
@@ -33,11 +33,11 @@ fn torn(half: f64) -> Domain {
     let pulled = |y: f64| Vec3::y() * (SPEED * y / (HALF.y * H));
     domain.launch(|x| pulled(x.y));
     let held = move |x: Vec3| (x.y.abs() > (HALF.y - 1.0) * H).then(|| pulled(x.y));
-    domain.grip = Some(Grip(Arc::new(held)));
+    domain.prescribed = Some(PrescribedVelocity(Arc::new(held)));
     while domain.steps < 60 {
         domain.advance();
     }
-    domain.grip = None;
+    domain.prescribed = None;
     domain
 }
 
@@ -102,7 +102,8 @@ fn the_sides_of_a_thick_band_part_meet_and_part_again() {
 fn rubble_beyond_a_cracks_band_is_divided() {
     let (spacing, tolerance) = (Vec3::repeat(H), Tolerance::default());
     let push = Vec3::z();
-    let rules = crushed::Rules { spacing, material: HARD, seed: 1, tolerance, most: 400, push };
+    let rules =
+        crushed::CrushRules { spacing, material: HARD, seed: 1, tolerance, most: 400, push };
     for (half, wide) in [(1.5, false), (5.0, true)] {
         let mut domain = torn(half);
         // Torn so fast that grains are as small as the grid can tell.

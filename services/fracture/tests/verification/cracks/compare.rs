@@ -3,7 +3,7 @@
 use super::specimen::{Now, STONE, Specimen};
 use super::twin::{Coupling, Twin};
 use cullet_fracture::mpm::Domain;
-use cullet_fracture::mpm::domain::{Fields, Motion};
+use cullet_fracture::mpm::domain::{Fields, PointMotion};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::Vec3;
 use rayon::prelude::*;
@@ -24,7 +24,7 @@ const FADE: f64 = 0.9;
 trait Body {
     /// Takes one step; the energy that went into damage \[J\].
     fn advance(&mut self) -> f64;
-    fn points(&self) -> (&Particles, Vec<Motion>);
+    fn points(&self) -> (&Particles, Vec<PointMotion>);
     /// The grips hold still from then on.
     fn hold(&mut self, specimen: &Specimen);
     /// Takes a share of all velocities.
@@ -36,12 +36,12 @@ impl Body for Domain {
         Domain::advance(self).dissipated
     }
 
-    fn points(&self) -> (&Particles, Vec<Motion>) {
+    fn points(&self) -> (&Particles, Vec<PointMotion>) {
         (&self.particles, self.motions())
     }
 
     fn hold(&mut self, specimen: &Specimen) {
-        self.grip = Some(specimen.grip(Vec3::zeros()));
+        self.prescribed = Some(specimen.grip(Vec3::zeros()));
     }
 
     fn damp(&mut self) {
@@ -54,7 +54,7 @@ impl Body for Twin {
         Twin::advance(self)
     }
 
-    fn points(&self) -> (&Particles, Vec<Motion>) {
+    fn points(&self) -> (&Particles, Vec<PointMotion>) {
         (&self.particles, self.motions())
     }
 

@@ -1,7 +1,7 @@
 //! F11 and F13: what a striker's contact does to the body under it, on two grids.
 
 use cullet_fracture::brittle::Brittle;
-use cullet_fracture::mpm::{load, symmetric};
+use cullet_fracture::mpm::{load_patch, symmetric};
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
     BrittleProblem, Impact, Material, Progress, Run, Settings, Solver, StrengthField,
@@ -86,7 +86,7 @@ fn crater(radius: f64, spacing: f64) -> Crater {
         crater.pressed = crater.pressed.max(pressed / f64::max(damaged, 100.0));
     }
     let particles = &run.domain().particles;
-    let disc = impact.radius.max(load::LEAST_RADIUS * spacing);
+    let disc = impact.radius.max(load_patch::LEAST_RADIUS * spacing);
     let (mut near, mut all) = ([0.0; 2], 0.0);
     for p in (0..particles.len()).filter(|&p| particles.damage[p] >= 1.0) {
         let far = (particles.reference[p] - impact.point).norm();

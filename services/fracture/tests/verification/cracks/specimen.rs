@@ -1,7 +1,7 @@
 //! The cube with an edge crack of the thesis's Fig. 3.14 and 3.17 to 3.19, and what is measured.
 
 use cullet_fracture::damage::{Softening, State};
-use cullet_fracture::mpm::domain::{Fields, Grip, Motion};
+use cullet_fracture::mpm::domain::{Fields, PointMotion, PrescribedVelocity};
 use cullet_fracture::mpm::elastic::green_strain;
 use cullet_fracture::mpm::symmetric::Sym3;
 use cullet_fracture::mpm::{Domain, quadrature};
@@ -101,9 +101,9 @@ impl Specimen {
         move |x| own.turn * way * (own.local(x).y / own.half.y).clamp(-1.0, 1.0)
     }
 
-    pub(crate) fn grip(&self, way: Vec3) -> Grip {
+    pub(crate) fn grip(&self, way: Vec3) -> PrescribedVelocity {
         let own = *self;
-        Grip(Arc::new(move |x| {
+        PrescribedVelocity(Arc::new(move |x| {
             let y = own.local(&x).y;
             (y.abs() > 0.8 * own.half.y).then(|| own.turn * way * y.signum())
         }))
@@ -119,7 +119,7 @@ impl Specimen {
         });
         domain.fields = fields;
         domain.launch(self.launch(way));
-        domain.grip = Some(self.grip(way));
+        domain.prescribed = Some(self.grip(way));
         domain
     }
 
@@ -129,7 +129,7 @@ impl Specimen {
         particles.strength.fill(1e6);
         let mut domain = Domain::new(particles, &STONE, Self::law(), Vec3::repeat(H));
         domain.launch(self.launch(way));
-        domain.grip = Some(self.grip(way));
+        domain.prescribed = Some(self.grip(way));
         domain
     }
 
@@ -184,15 +184,15 @@ pub(crate) struct Now {
 }
 
 /// Second Piola–Kirchhoff stress of a point as it is weakened now \[Pa\].
-fn stress(law: &Softening, motion: &Motion, particles: &Particles, p: usize) -> Sym3 {
-    let damage = if particles.gone[p] { 1.0 } else { particles.damage[p] };
+fn stress(law: &Softening, motion: &PointMotion, particles: &Particles, p: usize) -> Sym3 {
+    let damage = if particles.eroded[p] { 1.0 } else { particles.damage[p] };
     let state = State { damage, strength: 1e12, shielded: false, sudden: false };
     law.respond(&green_strain(&motion.displacement_gradient), state).stress
 }
 
 impl Specimen {
     /// Energies and the pull, from the points alone: the same for every method.
-    pub(crate) fn now(&self, particles: &Particles, motions: &[Motion]) -> Now {
+    pub(crate) fn now(&self, particles: &Particles, motions: &[PointMotion]) -> Now {
         let (law, mut found, mut volume) = (Self::law(), Now::default(), 0.0);
         let across = self.turn * Vec3::y();
         for (p, motion) in motions.iter().enumerate() {

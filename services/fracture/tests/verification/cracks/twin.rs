@@ -7,10 +7,10 @@
 
 use super::specimen::{H, STONE, Specimen};
 use cullet_fracture::damage::{Softening, State};
-use cullet_fracture::mpm::domain::{Grip, Motion, stable_step};
+use cullet_fracture::mpm::domain::{PointMotion, PrescribedVelocity, stable_step};
 use cullet_fracture::mpm::elastic::{green_strain, matrix};
 use cullet_fracture::mpm::grid::AROUND;
-use cullet_fracture::mpm::kernel::Stencil;
+use cullet_fracture::mpm::stencil::Stencil;
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Mat3, Vec3};
 use cullet_model::tolerance::SAFETY;
@@ -36,13 +36,13 @@ const REFRESH: u64 = 4;
 /// For cubes along the grid.
 pub(crate) struct Twin {
     pub(crate) particles: Particles,
-    pub(crate) grip: Option<Grip>,
+    pub(crate) grip: Option<PrescribedVelocity>,
     pub(crate) step: f64,
     pub(crate) steps: u64,
     coupling: Coupling,
     specimen: Specimen,
     law: Softening,
-    motions: Vec<Motion>,
+    motions: Vec<PointMotion>,
     stencils: Vec<Stencil>,
     /// Nodes and weights of each point.
     around: Vec<[(u32, f64); AROUND]>,
@@ -79,7 +79,7 @@ impl Twin {
         let tiles = (2.0 * half * FINE) as usize;
         let launch = specimen.launch(way);
         let rise = Mat3::from_columns(&[Vec3::zeros(), way / (half * H), Vec3::zeros()]);
-        let start = |x: &Vec3| Motion {
+        let start = |x: &Vec3| PointMotion {
             displacement: Vec3::zeros(),
             displacement_gradient: Mat3::zeros(),
             velocity: launch(x),
@@ -112,7 +112,7 @@ impl Twin {
         twin
     }
 
-    pub(crate) fn motions(&self) -> Vec<Motion> {
+    pub(crate) fn motions(&self) -> Vec<PointMotion> {
         self.motions.clone()
     }
 

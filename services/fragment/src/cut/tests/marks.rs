@@ -1,13 +1,13 @@
 //! What crack faces know at their corners.
 
 use super::{Cloud, NO_DETAIL, SETTINGS, by_sites, cube, extract};
-use crate::cut::{CutSettings, Part};
+use crate::cut::{CutPart, CutSettings};
 use cullet_geometry::math::unit;
 use cullet_geometry::{Surface, Vec3};
 use cullet_model::Detail;
 
 /// Place, time and speed at each corner of a part's crack faces.
-fn corners(part: &Part) -> Vec<(Vec3, [f32; 2])> {
+fn corners(part: &CutPart) -> Vec<(Vec3, [f32; 2])> {
     let mut all = Vec::new();
     for (t, surface) in part.solid.surface.iter().enumerate() {
         if let Surface::Crack { damage_time, front_speed, .. } = *surface {
@@ -19,7 +19,7 @@ fn corners(part: &Part) -> Vec<(Vec3, [f32; 2])> {
 }
 
 /// Two bands that cross, the front running along a third direction and slowing down.
-fn quarters(detail: Detail) -> Vec<Part> {
+fn quarters(detail: Detail) -> Vec<CutPart> {
     let h = 0.08;
     let band = |x: f64| (x - 0.5).abs() < 0.8 * h;
     let mut cloud = Cloud::in_cube(h, |p| band(p.y) || band(p.x + 0.1 * p.z));

@@ -13,7 +13,7 @@ use cullet_document::files::Files;
 use cullet_document::overrides::{Known, apply_overrides};
 use cullet_document::tree::{Node, Value};
 use cullet_proto::JobId;
-use cullet_scene::body::ResolveContext;
+use cullet_scene::context::ResolveContext;
 use cullet_scene::{Scene, is_preset, load};
 use serde::Deserialize;
 use std::path::Path;

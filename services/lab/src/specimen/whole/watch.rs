@@ -6,7 +6,7 @@ use super::super::watch::part;
 use super::format::{Probe, ProbeKind};
 use cullet_document::error::suggest;
 use cullet_document::tree::{Step, join};
-use cullet_scene::body::ResolveContext;
+use cullet_scene::context::ResolveContext;
 use cullet_scene::{Scene, SceneBody};
 use cullet_specimen::Part;
 use std::collections::BTreeSet;

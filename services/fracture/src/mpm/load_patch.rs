@@ -1,0 +1,98 @@
+//! Where something presses on a body: points with their shares of the force, and what these are
+//! on the grid.
+
+use super::domain::Domain;
+use super::stencil::{packed, vector};
+use cullet_geometry::Vec3;
+
+/// Least radius of the loaded disc, in spacings (F11): a smaller one is a point force on this grid,
+/// whose stress grows as the grid shrinks.
+pub const LEAST_RADIUS: f64 = 2.0;
+
+/// Depth of the loaded layer, in spacings: one kernel's reach under the surface.
+pub const DEPTH: f64 = 1.5;
+
+/// Fewest points that may carry a load; the nearest ones are taken where the disc holds fewer.
+pub const LEAST_POINTS: usize = 8;
+
+/// Points with shares that sum to 1, and the nodes that carry them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadPatch {
+    /// Point ids and their shares.
+    pub shares: Vec<(u32, f64)>,
+    /// Nodes and their shares, as long as no node is split.
+    nodes: Vec<(u32, f64)>,
+    /// Splits that the domain had seen when those were found.
+    seen: Option<u64>,
+}
+
+impl LoadPatch {
+    /// Under these points.
+    #[must_use]
+    pub fn new(shares: Vec<(u32, f64)>) -> Self {
+        Self { shares, ..Self::default() }
+    }
+
+    /// Under the points near a contact: Hertz's pressure over a disc of `radius` \[m\] across
+    /// `normal`, no narrower than the grid can tell.
+    #[must_use]
+    pub fn on_disc(domain: &Domain, point: &Vec3, normal: &Vec3, radius: f64) -> Self {
+        Self::new(disc(domain, point, normal, radius))
+    }
+
+    /// The nodes as they are now: weights stay, a crack makes copies.
+    fn find(&mut self, domain: &Domain) {
+        if self.seen != Some(domain.splits()) {
+            self.nodes = domain.carriers(&self.shares);
+            self.seen = Some(domain.splits());
+        }
+    }
+
+    /// Velocity along `direction` in the mean \[m/s\].
+    pub fn speed(&mut self, domain: &Domain, direction: &Vec3) -> f64 {
+        self.find(domain);
+        let velocity = &domain.grid.nodes.velocity;
+        self.nodes.iter().map(|&(n, s)| s * vector(velocity[n as usize]).dot(direction)).sum()
+    }
+
+    /// Pushes the points with `impulse` \[N·s\] in all.
+    pub fn push(&mut self, domain: &mut Domain, impulse: Vec3) {
+        self.find(domain);
+        let nodes = &mut domain.grid.nodes;
+        for &(n, share) in &self.nodes {
+            let n = n as usize;
+            nodes.velocity[n] += packed(impulse * (share / nodes.mass[n]));
+        }
+    }
+}
+
+/// The points near a contact and their shares of its force, which sum to 1.
+fn disc(domain: &Domain, point: &Vec3, normal: &Vec3, radius: f64) -> Vec<(u32, f64)> {
+    let spacing = &domain.grid.spacing;
+    let radius = radius.max(LEAST_RADIUS * spacing.max());
+    let depth = DEPTH * spacing.component_mul(normal).norm();
+    let particles = &domain.particles;
+    let mut shares: Vec<(u32, f64)> = Vec::new();
+    let mut near: Vec<(f64, u32)> = Vec::new();
+    for (x, &id) in particles.reference.iter().zip(&particles.id) {
+        let arm = x - point;
+        let along = arm.dot(normal);
+        let aside = (arm.norm_squared() - along * along).max(0.0) / (radius * radius);
+        near.push((arm.norm_squared(), id));
+        // The disc of a curved surface sinks by up to its radius.
+        if aside < 1.0 && along.abs() < depth.max(0.5 * radius) {
+            // p = p₀ √(1 − r²/a²)  [H1]
+            shares.push((id, (1.0 - aside).sqrt()));
+        }
+    }
+    if shares.len() < LEAST_POINTS {
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        shares = near.iter().take(LEAST_POINTS).map(|&(_, id)| (id, 1.0)).collect();
+    }
+    shares.sort_unstable_by_key(|share| share.0);
+    let sum: f64 = shares.iter().map(|share| share.1).sum();
+    for share in &mut shares {
+        share.1 /= sum;
+    }
+    shares
+}

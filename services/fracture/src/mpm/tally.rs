@@ -1,0 +1,27 @@
+//! What a step noticed.
+
+/// What a step noticed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepTally {
+    /// Energy lost to damage \[J\].
+    pub dissipated: f64,
+    /// Points whose damage grew.
+    pub grown: u32,
+    /// Points that reached full damage.
+    pub broken: u32,
+    /// Points with J ≤ 0.2 now (F07).
+    pub crushed: u32,
+    /// Greatest |v|² of a node \[m²/s²\].
+    pub fastest: f64,
+}
+
+impl StepTally {
+    pub(super) fn add(mut self, other: Self) -> Self {
+        self.dissipated += other.dissipated;
+        self.grown += other.grown;
+        self.broken += other.broken;
+        self.crushed += other.crushed;
+        self.fastest = self.fastest.max(other.fastest);
+        self
+    }
+}

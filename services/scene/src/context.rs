@@ -1,0 +1,109 @@
+//! What resolving a document needs, and what is wrong with it.
+
+use super::geometry::GeometryCache;
+use super::material::SceneMaterial;
+use cullet_document::error::{SceneError, nearest};
+use cullet_document::files::{FileError, Files};
+use cullet_document::tree::{Node, Path, Step, show};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// What resolving needs and collects.
+pub struct ResolveContext<'a> {
+    /// The tree, for places.
+    pub root: &'a Node,
+    /// Where meshes come from.
+    pub files: &'a mut Files,
+    /// Solids made so far.
+    pub geometries: GeometryCache,
+    /// Materials by name.
+    pub(super) materials: BTreeMap<String, Arc<SceneMaterial>>,
+    /// Names of materials that are wrong themselves: naming them is not a second error.
+    pub(super) spoiled_materials: BTreeSet<String>,
+    /// What is wrong.
+    pub errors: Vec<SceneError>,
+    /// What is unusual, a line each.
+    pub warnings: Vec<String>,
+    /// Paths of values that are wrong by themselves, which was said already.
+    pub(super) bad: Vec<Path>,
+    /// Whether a text is not TOML throughout: what seems to be missing may be there.
+    pub(super) garbled: bool,
+}
+
+impl<'a> ResolveContext<'a> {
+    /// With nothing made yet.
+    pub fn new(root: &'a Node, files: &'a mut Files) -> Self {
+        Self {
+            root,
+            files,
+            geometries: GeometryCache::default(),
+            materials: BTreeMap::new(),
+            spoiled_materials: BTreeSet::new(),
+            errors: Vec::new(),
+            warnings: Vec::new(),
+            bad: Vec::new(),
+            garbled: false,
+        }
+    }
+}
+
+impl ResolveContext<'_> {
+    /// Whether an item has none of these keys, as far as can be told: where one of them is wrong,
+    /// or one that is not known was meant for it, it is no second error that it is missing.
+    pub(super) fn lacks(&self, path: &[Step], keys: &[&str]) -> bool {
+        let meant = |bad: &Path| match bad.strip_prefix(path) {
+            Some([Step::Key(key), ..]) => nearest(key, keys.iter().copied()).is_some(),
+            Some(_) => true,
+            None => false,
+        };
+        !self.garbled && !self.bad.iter().any(meant)
+    }
+
+    /// Whether what is wrong at a path is the consequence of an error that was noted.
+    fn is_told(&self, path: &[Step]) -> bool {
+        let below = |bad: &Path| path.len() > 2 && bad.starts_with(path);
+        self.bad.iter().any(|bad| path.starts_with(bad) || below(bad))
+    }
+
+    /// Notes an error at a path.
+    pub fn wrong(&mut self, path: &[Step], message: impl Into<String>) {
+        self.wrong_with(path, message, None);
+    }
+
+    /// Notes an error at a path, with advice.
+    pub fn wrong_with(&mut self, path: &[Step], message: impl Into<String>, help: Option<String>) {
+        if self.is_told(path) {
+            return;
+        }
+        let error = SceneError::at(self.root.nearest(path), show(path), message);
+        self.errors.push(error.help(help));
+    }
+
+    /// Notes that no body can be made of what was read, or that there is no room for it.
+    pub(super) fn unmade(
+        &mut self,
+        path: &[Step],
+        message: impl Into<String>,
+        help: Option<String>,
+    ) {
+        let error = SceneError::at(self.root.nearest(path), show(path), message).help(help);
+        self.errors.push(SceneError { geometry: true, ..error });
+    }
+
+    /// Whether a mesh file is there, and of a format that is read; what is wrong is noted.
+    pub fn has_mesh(&mut self, key: &str, path: &[Step]) -> bool {
+        if let Err(why) = cullet_assets::known(key) {
+            self.wrong(path, why.to_string());
+            return false;
+        }
+        let Err(why) = self.files.get(key) else { return true };
+        let from = match key.split_once('/') {
+            Some((_, absolute)) if absolute.starts_with('/') => None,
+            Some(("given", _)) => Some("a path in --set is taken from the current folder"),
+            _ => Some("a path in a file is taken from the folder of that file"),
+        };
+        let there = matches!(why, FileError::Unreadable { .. });
+        self.wrong_with(path, why.to_string(), from.filter(|_| there).map(str::to_owned));
+        false
+    }
+}

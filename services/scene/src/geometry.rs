@@ -1,0 +1,282 @@
+//! A body's geometry: its solid about its own centroid and what stands in for it in collisions.
+//!
+//! A geometry is made once for all bodies that share it: 200 bricks cost one mesh and one hull.
+
+use super::format::{Axis, RepairChoice, Shape};
+use super::shape;
+use cullet_document::check::tell;
+use cullet_document::files::Files;
+use cullet_geometry::door::{self, Repair};
+use cullet_geometry::hull::{self, HullSettings};
+use cullet_geometry::{MassProperties, Solid, TriMesh, Vec3};
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+/// Longest side of a body \[m\]: larger ones are a mistaken unit.
+pub(super) const MAX_SIZE: f64 = 1e4;
+
+/// Shortest longest side of a body \[m\]: smaller ones are a mistaken unit.
+pub(super) const MIN_SIZE: f64 = 1e-4;
+
+/// A centroid within this share of the longest side of the origin is at it \[1\].
+const CENTRED: f64 = 1e-11;
+
+/// Whole bodies are few and seen from near: more parts than fragments get, so that vessels stay
+/// hollow.
+const HULLS: HullSettings =
+    HullSettings { max_parts: 32, max_vertices: 32, slack: 1.2, shrink: 0.0 };
+
+/// Most triangles of all shapes of a scene together, bodies of equal shape counted once: what a
+/// scene may make a coordinator hold is bounded before any of it is simulated.
+const MOST_TRIANGLES: usize = 16_000_000;
+
+/// What a geometry is made from.
+#[derive(Clone, Debug)]
+pub enum GeometrySource {
+    /// By measures.
+    Shape(Shape),
+    /// From a file.
+    Mesh {
+        /// Its key.
+        key: String,
+        /// Longest side \[m\].
+        fit: Option<f64>,
+        /// Factor \[1\].
+        scale: Option<f64>,
+        /// The file's axis that points up.
+        up: Option<Axis>,
+        /// What happens to faults.
+        repair: RepairChoice,
+    },
+}
+
+/// A solid about its centroid, and what goes with it.
+#[derive(Clone, Debug)]
+pub struct BodyGeometry {
+    /// The solid; its centroid is the origin \[m\].
+    pub solid: Arc<Solid>,
+    /// Convex parts for collisions, in the same frame \[m\].
+    pub(super) hulls: Arc<Vec<Vec<Vec3>>>,
+    /// At unit density; the centroid is zero.
+    pub(super) mass: MassProperties,
+    /// Where the origin of the shape or file is in this frame \[m\].
+    pub origin: Vec3,
+    /// Corners of the box around the solid, in this frame \[m\].
+    pub(super) bounds: (Vec3, Vec3),
+    /// What was repaired, a line each.
+    pub(super) repairs: Vec<String>,
+    /// The axis of the mesh file that became z, and what the file was scaled by \[1\].
+    pub(super) placement: (Axis, f64),
+}
+
+impl BodyGeometry {
+    /// A point of the mesh file in the frame that the scene speaks of \[m\].
+    pub(super) fn placed(&self, point: &Vec3) -> Vec3 {
+        let (up, factor) = self.placement;
+        upright(point, up) * factor
+    }
+
+    /// Greatest distance of a corner from the centroid \[m\].
+    pub(super) fn radius(&self) -> f64 {
+        self.solid.mesh.vertices.iter().map(Vec3::norm).fold(0.0, f64::max)
+    }
+}
+
+/// GeometryCache already made.
+#[derive(Default)]
+pub struct GeometryCache {
+    made: BTreeMap<String, Result<Arc<BodyGeometry>, String>>,
+    triangles: usize,
+}
+
+impl GeometryCache {
+    /// The geometry of a source; the second call for an equal source costs nothing.
+    pub fn get(
+        &mut self,
+        source: &GeometrySource,
+        files: &mut Files,
+    ) -> Result<Arc<BodyGeometry>, String> {
+        // The derived text of a source has every number in full, so it is as good as the source.
+        let key = format!("{source:?}");
+        if let Some(geometry) = self.made.get(&key) {
+            return geometry.clone();
+        }
+        let made = catch_unwind(AssertUnwindSafe(|| make(source, files)))
+            .unwrap_or_else(|_| Err("the form could not be made of these numbers".to_owned()))
+            .and_then(|geometry| self.admit(geometry));
+        self.made.insert(key, made.clone());
+        made
+    }
+
+    fn admit(&mut self, geometry: BodyGeometry) -> Result<Arc<BodyGeometry>, String> {
+        let count = self.triangles + geometry.solid.mesh.triangles.len();
+        if count > MOST_TRIANGLES {
+            return Err(full(count));
+        }
+        self.triangles = count;
+        Ok(Arc::new(geometry))
+    }
+}
+
+fn full(count: usize) -> String {
+    format!(
+        "with it the scene's shapes would have {count} triangles; at most {MOST_TRIANGLES} are \
+         taken, and equal shapes count once"
+    )
+}
+
+fn make(source: &GeometrySource, files: &mut Files) -> Result<BodyGeometry, String> {
+    match source {
+        GeometrySource::Shape(shape) => {
+            let mesh = shape::mesh(shape)?;
+            finish(mesh, shape::convex(shape), Vec::new())
+        }
+        GeometrySource::Mesh { key, fit, scale, up, repair } => {
+            let bytes = files.get(key).map_err(|error| error.to_string())?;
+            let mesh = cullet_assets::read(key, &bytes).map_err(|error| error.to_string())?;
+            let default = if key.to_lowercase().ends_with(".glb") { Axis::Y } else { Axis::Z };
+            let up = up.unwrap_or(default);
+            let mut mesh = mesh;
+            mesh.vertices.iter_mut().for_each(|v| *v = upright(v, up));
+            let (mut mesh, factor) = sized(mesh, *fit, *scale)?;
+            let away = away(&mesh);
+            mesh.vertices.iter_mut().for_each(|v| *v -= away);
+            let repair = match repair {
+                RepairChoice::Auto => Repair::Auto,
+                RepairChoice::Refuse => Repair::Refuse,
+            };
+            let (mesh, report) = door::admit(&mesh, repair).map_err(|error| error.to_string())?;
+            let repairs = if report.is_clean() { Vec::new() } else { vec![report.to_string()] };
+            let geometry = finish(mesh, false, repairs)?;
+            Ok(BodyGeometry { placement: (up, factor), origin: geometry.origin - away, ..geometry })
+        }
+    }
+}
+
+/// The point turned so that `up` becomes z.
+fn upright(v: &Vec3, up: Axis) -> Vec3 {
+    match up {
+        Axis::X => Vec3::new(-v.z, v.y, v.x),
+        Axis::Y => Vec3::new(v.x, -v.z, v.y),
+        Axis::Z => *v,
+    }
+}
+
+/// The mesh at its size, and what it was scaled by.
+fn sized(
+    mut mesh: TriMesh,
+    fit: Option<f64>,
+    scale: Option<f64>,
+) -> Result<(TriMesh, f64), String> {
+    let longest = longest_side(&mesh);
+    if longest <= 0.0 {
+        return Err("the mesh has no extent".to_owned());
+    }
+    let factor = match (fit, scale) {
+        (Some(fit), _) => fit / longest,
+        (None, Some(scale)) => scale,
+        (None, None) => 1.0,
+    };
+    let size = longest * factor;
+    if !(MIN_SIZE..=MAX_SIZE).contains(&size) {
+        return Err(format!(
+            "the longest side is {} m; it must lie in [{}, {}] m: `fit` sets it",
+            tell(size),
+            tell(MIN_SIZE),
+            tell(MAX_SIZE)
+        ));
+    }
+    for v in &mut mesh.vertices {
+        *v *= factor;
+    }
+    Ok((mesh, factor))
+}
+
+/// Middle of a mesh that lies farther from its origin than four times its size \[m\], else zero:
+/// there, what is made of it would lose digits.
+fn away(mesh: &TriMesh) -> Vec3 {
+    let (low, high) = bounds(&mesh.vertices);
+    let middle = (low + high) / 2.0;
+    if middle.norm() > 4.0 * (high - low).max() { middle } else { Vec3::zeros() }
+}
+
+/// Moves a mesh so that its centroid is the origin; says what was taken off each corner \[m\].
+fn centred(mesh: &mut TriMesh, size: f64) -> Vec3 {
+    let mut moved = Vec3::zeros();
+    // Once is enough, but for thin solids and those that lie far off.
+    for _ in 0..3 {
+        let centroid = mesh.mass_properties().centroid;
+        if moved != Vec3::zeros() && centroid.norm() <= CENTRED * size {
+            break;
+        }
+        mesh.vertices.iter_mut().for_each(|v| *v -= centroid);
+        moved += centroid;
+    }
+    moved
+}
+
+fn longest_side(mesh: &TriMesh) -> f64 {
+    let (low, high) = bounds(&mesh.vertices);
+    (high - low).max()
+}
+
+/// Corners of the box around points; zero for none \[m\].
+pub(super) fn bounds(points: &[Vec3]) -> (Vec3, Vec3) {
+    let Some(first) = points.first() else {
+        return (Vec3::zeros(), Vec3::zeros());
+    };
+    points.iter().fold((*first, *first), |(low, high), v| (low.inf(v), high.sup(v)))
+}
+
+fn finish(mut mesh: TriMesh, convex: bool, repairs: Vec<String>) -> Result<BodyGeometry, String> {
+    let longest = longest_side(&mesh);
+    if !(MIN_SIZE..=MAX_SIZE).contains(&longest) {
+        return Err(format!(
+            "the longest side must lie in [{}, {}] m; it is {}",
+            tell(MIN_SIZE),
+            tell(MAX_SIZE),
+            tell(longest)
+        ));
+    }
+    let mut mass = mesh.mass_properties();
+    if mass.volume.is_nan() || mass.volume <= 0.0 {
+        return Err(format!("the volume must be above 0 m³; it is {}", tell(mass.volume)));
+    }
+    let shift = centred(&mut mesh, longest);
+    mass.centroid = Vec3::zeros();
+    let bounds = bounds(&mesh.vertices);
+    let solid = Solid::outer(mesh);
+    let hulls =
+        if convex { vec![solid.mesh.vertices.clone()] } else { hull::convex_parts(&solid, HULLS) };
+    Ok(BodyGeometry {
+        solid: Arc::new(solid),
+        hulls: Arc::new(hulls),
+        mass,
+        origin: -shift,
+        bounds,
+        repairs,
+        placement: (Axis::Z, 1.0),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Files, GeometryCache, GeometrySource, MOST_TRIANGLES, Shape};
+    use cullet_document::files::Source;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn shapes_are_bounded_together() {
+        let cube = |edge: f64| GeometrySource::Shape(Shape::Box { size: [edge; 3] });
+        let mut files = Files::new(Source::Bundle(BTreeMap::new()));
+        let mut cache =
+            GeometryCache { triangles: MOST_TRIANGLES - 24, ..GeometryCache::default() };
+        for edge in [1.0, 2.0, 1.0, 2.0] {
+            cache.get(&cube(edge), &mut files).expect("two shapes of 12 triangles");
+        }
+        let said = cache.get(&cube(3.0), &mut files).expect_err("a third one");
+        assert!(said.contains("16000012 triangles; at most 16000000"), "{said}");
+        assert!(cache.get(&cube(1.0), &mut files).is_ok(), "what is there is there");
+    }
+}

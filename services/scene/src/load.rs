@@ -1,0 +1,106 @@
+//! A scene from its file, or from what another machine bundled.
+
+use super::material::is_preset;
+use super::resolve;
+use super::scene::Scene;
+use super::schema;
+use cullet_document::files::{Files, SCENE_BASE, Source};
+use cullet_document::overrides::{Known, apply_overrides};
+use cullet_document::{Bundle, SceneError, SceneErrors, check, document};
+use std::path::Path;
+use std::sync::Arc;
+
+/// The name of the scene file in a scene's folder.
+pub const SCENE_FILE: &str = "scene.toml";
+
+/// Loads a scene: a file, or its folder. `overrides` are `path=value` arguments, applied in order.
+///
+/// # Errors
+/// Everything that is wrong with it, in the order of the text.
+pub fn load(path: &Path, overrides: &[String]) -> Result<Scene, SceneErrors> {
+    let file = if path.is_dir() { path.join(SCENE_FILE) } else { path.to_owned() };
+    let folder = file.parent().map(Path::to_owned).unwrap_or_default();
+    let base = file.file_name().map(|name| name.to_string_lossy().into_owned());
+    let Some(base) = base else {
+        let message = format!("{} is no file", path.display());
+        return Err(SceneErrors { errors: vec![SceneError::without_place(message)] });
+    };
+    let name = name_of(&file, &base);
+    let source = Source::Disk { folder };
+    build(name, Files::new(source), format!("{SCENE_BASE}{base}"), overrides)
+}
+
+/// What a scene at this path is called.
+#[must_use]
+pub fn name_at(path: &Path) -> String {
+    let file = if path.is_dir() { path.join(SCENE_FILE) } else { path.to_owned() };
+    let base = file.file_name().map(|name| name.to_string_lossy().into_owned());
+    name_of(&file, &base.unwrap_or_default())
+}
+
+/// Loads a scene that another machine bundled; no file of this machine is opened.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_bundle(bundle: &Bundle) -> Result<Scene, SceneErrors> {
+    let files =
+        bundle.files.iter().map(|file| (file.key.clone(), Arc::clone(&file.bytes))).collect();
+    let files = Files::new(Source::Bundle(files));
+    build(bundle.name.clone(), files, bundle.main.clone(), &bundle.overrides)
+}
+
+/// The folder's name for `…/pot/scene.toml`, the file's for `…/pot.toml`.
+fn name_of(file: &Path, base: &str) -> String {
+    let stem = || file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let folder = || {
+        let folder = file.parent()?;
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let name = folder.canonicalize().ok()?;
+        name.file_name().map(|name| name.to_string_lossy().into_owned())
+    };
+    let name = if base == SCENE_FILE { folder().or_else(stem) } else { stem() };
+    name.unwrap_or_else(|| "scene".to_owned())
+}
+
+fn build(
+    name: String,
+    mut files: Files,
+    main: String,
+    overrides: &[String],
+) -> Result<Scene, SceneErrors> {
+    let (root, text, mut errors) = document::read(&mut files, &main);
+    let Some(text) = text else {
+        return Err(SceneErrors { errors });
+    };
+    let garbled = !errors.is_empty();
+    let mut root = document::scene_of(&mut files, root, &main, &mut errors);
+    let schema = schema::schema_json();
+    let sections: Vec<&str> = schema["properties"]
+        .as_object()
+        .map(|sections| sections.keys().map(String::as_str).collect())
+        .unwrap_or_default();
+    let known = Known { sections: &sections, is_preset };
+    errors.extend(apply_overrides(&mut root, known, overrides));
+    let mut findings = check::check(schema, &mut root);
+    if garbled {
+        // What is no TOML is left out, and may be what is missing.
+        findings.errors.retain(|error| !error.message.ends_with("is missing"));
+    }
+    errors.append(&mut findings.errors);
+    let resolved = resolve::resolve(&root, findings, garbled, &mut files);
+    errors.extend(resolved.errors);
+    if !errors.is_empty() {
+        let errors = errors.into_iter().map(|error| error.named(&root)).collect();
+        return Err(SceneErrors::sorted(errors));
+    }
+    let mut scene = resolved.scene;
+    for line in &mut scene.warnings {
+        *line = root.with_names(line);
+    }
+    scene.name = name;
+    scene.source_text = text.content.clone();
+    scene.overrides = overrides.to_vec();
+    scene.main = main;
+    scene.files = files.into_used();
+    Ok(scene)
+}

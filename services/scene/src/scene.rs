@@ -1,0 +1,101 @@
+//! A scene and its bodies, ready for the world.
+
+use super::format::{self, Expect, SolverChoice, View};
+use super::material::SceneMaterial;
+use cullet_document::{Bundle, SceneFile};
+use cullet_geometry::{Mat3, Pose, Solid, Vec3};
+use cullet_model::StrengthField;
+use std::sync::Arc;
+
+/// A body of a scene, ready for the world.
+#[derive(Clone, Debug)]
+pub struct SceneBody {
+    /// What the scene calls it.
+    pub name: String,
+    /// The generator that made it.
+    pub generator: Option<String>,
+    /// Its shape; the centroid is the origin \[m\]. Shared by bodies of equal shape.
+    pub solid: Arc<Solid>,
+    /// Convex parts that stand in for it in collisions, in the same frame \[m\]. Shared likewise.
+    pub hulls: Arc<Vec<Vec<Vec3>>>,
+    /// Volume \[m³\].
+    pub volume: f64,
+    /// Inertia about the centroid at unit density, in the body's frame \[m⁵\].
+    pub inertia: Mat3,
+    /// Body frame to world frame \[m\].
+    pub pose: Pose,
+    /// Velocity of the centroid \[m/s\].
+    pub velocity: Vec3,
+    /// Angular velocity in the world frame \[rad/s\].
+    pub spin: Vec3,
+    /// What it is made of. Shared by bodies of one material.
+    pub material: Arc<SceneMaterial>,
+    /// How its strength varies; the seed is the run's affair. Shared by bodies of one template.
+    pub strength: Arc<StrengthField>,
+    /// The least share of its material's strength that the scene gave a part of it \[1\].
+    pub weakest: f64,
+    /// Whether it never moves.
+    pub fixed: bool,
+    /// Whether it can break.
+    pub breakable: bool,
+    /// Grid spacing of its solves \[m\]; the solver chooses without it.
+    pub spacing: Option<f64>,
+    /// About so many material points in place of the scene's `max_particles`.
+    pub particles: Option<u32>,
+    /// In place of the world's impulse threshold \[N·s\].
+    pub impulse_threshold: Option<f64>,
+    /// Which solver: the body's own choice, or the scene's.
+    pub solver: SolverChoice,
+    /// What was repaired of its mesh, a line each.
+    pub repairs: Vec<String>,
+}
+
+/// A scene, checked and complete.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The name of its folder, or of its file.
+    pub name: String,
+    /// What it shows, in a line.
+    pub description: String,
+    /// The rigid world and its clock.
+    pub world: format::World,
+    /// How bodies are broken.
+    pub fracture: format::Fracture,
+    /// How true and how dear solves should be.
+    pub fidelity: format::Fidelity,
+    /// The bodies, in the order of the file, then grids, stacks and scatters.
+    pub bodies: Vec<SceneBody>,
+    /// What the scene must show.
+    pub expect: Expect,
+    /// Where the preview looks from.
+    pub view: Option<View>,
+    /// What is unusual or was repaired, a line each.
+    pub warnings: Vec<String>,
+    /// The main file as it is written.
+    pub source_text: String,
+    /// The `path=value` arguments that were applied.
+    pub overrides: Vec<String>,
+    /// The key of the main file.
+    pub main: String,
+    /// Every file that was read, by key.
+    pub files: Vec<SceneFile>,
+}
+
+impl Scene {
+    /// Everything that another machine needs to load the same scene by [`crate::load_bundle`].
+    #[must_use]
+    pub fn bundle(&self) -> Bundle {
+        Bundle {
+            name: self.name.clone(),
+            main: self.main.clone(),
+            overrides: self.overrides.clone(),
+            files: self.files.clone(),
+        }
+    }
+
+    /// How many steps the run takes.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        (self.world.duration / self.world.step).round() as u64
+    }
+}
