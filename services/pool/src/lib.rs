@@ -9,6 +9,7 @@ pub mod bundle;
 mod cache;
 mod children;
 pub mod client;
+mod control;
 mod drained;
 mod effects;
 mod election;

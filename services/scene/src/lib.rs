@@ -120,6 +120,26 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Loads a scene: a file, or the folder that holds [`SCENE_FILE`]. `overrides` are `path=value`
+    /// arguments as `--set` takes them, applied in order.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn load(path: impl AsRef<Path>, overrides: &[String]) -> Result<Self, SceneErrors> {
+        load(path.as_ref(), overrides)
+    }
+
+    /// Reads a scene from its text, under this name. It can include and name no other file.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn parse(name: &str, text: &str, overrides: &[String]) -> Result<Self, SceneErrors> {
+        let main = format!("{SCENE_BASE}{SCENE_FILE}");
+        let files = vec![SceneFile { key: main.clone(), bytes: Arc::new(text.into()) }];
+        let (name, overrides) = (name.to_owned(), overrides.to_vec());
+        load_bundle(&Bundle { name, main, overrides, files })
+    }
+
     /// Everything that another machine needs to load the same scene by [`load_bundle`].
     #[must_use]
     pub fn bundle(&self) -> Bundle {
