@@ -301,6 +301,19 @@ fn exists(root: &Path, path: &str) -> bool {
         || ["rs"].iter().any(|end| root.join("services").join(format!("{path}.{end}")).exists())
 }
 
+/// `just` is a convenience: whoever does not have it reads the same commands.
+#[test]
+fn the_justfile_calls_what_contributing_names() {
+    let text = fs::read_to_string(root().join("justfile")).expect("a justfile");
+    let page = fs::read_to_string(root().join("CONTRIBUTING.md")).expect("CONTRIBUTING.md");
+    let calls = text.lines().filter_map(|line| line.strip_prefix("    "));
+    let calls: Vec<&str> = calls.filter(|call| !call.starts_with('@')).collect();
+    assert!(calls.len() >= 5, "{calls:?}");
+    for call in calls {
+        assert!(page.contains(&format!("`{call}`")), "CONTRIBUTING.md does not name `{call}`");
+    }
+}
+
 #[test]
 fn the_project_speaks_of_itself_alone() {
     let root = root();
