@@ -18,7 +18,7 @@ use std::path::PathBuf;
 
 /// Simulate things that break, on this machine or on a farm of workers
 #[derive(Debug, Parser)]
-#[command(version, about, max_term_width = 100, after_help = EXIT_CODES)]
+#[command(version, max_term_width = 100, after_help = EXIT_CODES)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -265,7 +265,7 @@ pub(crate) struct Coordinator {
     pub(crate) name: String,
     #[command(flatten)]
     pub(crate) guard: Guard,
-    /// Folder that keeps the runs, so that they continue after a crash [default: runs are not kept]
+    /// Folder in which runs are kept, so that they continue after a crash [default: none is kept]
     #[arg(long, value_name = "DIR")]
     pub(crate) state: Option<PathBuf>,
     /// Size in GB of the cache of finished jobs in the state folder; 0: no cache
@@ -326,9 +326,8 @@ pub(crate) struct Guard {
     /// Folder with ca.pem, cert.pem and key.pem for mutual TLS; the endpoint is then tls/HOST:PORT
     #[arg(long, value_name = "DIR", requires = "roles")]
     pub(crate) tls: Option<PathBuf>,
-    /// File that names the certificates of workers, of users, who may submit runs, and of
-    /// operators, who may control everybody's runs: workers = ["a"], users = ["ann"],
-    /// operators = ["olga"]
+    /// File that names the certificates of workers, of users (who submit runs) and of operators
+    /// (who control everybody's runs): workers = ["a"], users = ["ann"], operators = ["olga"]
     #[arg(long, value_name = "FILE", requires = "tls")]
     pub(crate) roles: Option<PathBuf>,
     /// Let other machines connect without TLS, and read the metrics, which have no TLS
