@@ -42,3 +42,49 @@ impl Recording {
         there.into_values().collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::synthetic::{self, BREAK, STEP};
+    use super::super::{RecordError, Recording};
+
+    fn split() -> Recording {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.mcap");
+        synthetic::run(&path, &synthetic::meta()).expect("a recording");
+        Recording::open(&path).expect("it reads")
+    }
+
+    #[test]
+    fn bodies_are_there_from_their_first_pose_until_they_break() {
+        let recording = split();
+        let there =
+            |time: f64| -> Vec<u64> { recording.poses_at(time).iter().map(|row| row.id).collect() };
+        let breaks = BREAK as f64 * STEP;
+        assert_eq!(there(-1.0), [0; 0]);
+        assert_eq!(there(0.0), [0, 1]);
+        assert_eq!(there(breaks - 0.5 * STEP), [0, 1]);
+        assert_eq!(there(breaks), [0, 2, 3]);
+        assert_eq!(there(f64::INFINITY), [0, 2, 3]);
+        // Between steps a body is where it was at the last one.
+        let height = |time: f64| recording.poses_at(time)[1].pose.translation.z;
+        let fallen = |steps: f64| 0.9 - 0.5 * 9.81 * (steps * STEP).powi(2);
+        assert!((height(10.9 * STEP) - fallen(10.0)).abs() < 1e-12, "{}", height(10.9 * STEP));
+    }
+
+    #[test]
+    fn a_mesh_is_the_body_or_an_error_that_names_it() {
+        let mut recording = split();
+        let cube = recording.body(1).expect("the cube").clone();
+        let mesh = recording.mesh(&cube).expect("its mesh");
+        assert!((mesh.volume() - cube.volume).abs() < 1e-12, "{} m³", mesh.volume());
+        assert!(recording.body(9).is_none());
+        let geometry = recording.geometries.get_mut(&cube.geometry).expect("its geometry");
+        geometry.vertices[0] += 1e-9;
+        let damaged = recording.mesh(&cube).expect_err("it is another mesh");
+        assert!(matches!(damaged, RecordError::Geometry { body: 1, .. }), "{damaged}");
+        recording.geometries.clear();
+        let lost = recording.mesh(&cube).expect_err("it is gone");
+        assert!(matches!(lost, RecordError::UnknownGeometry { body: 1 }), "{lost}");
+    }
+}
