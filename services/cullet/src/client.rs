@@ -265,31 +265,30 @@ fn ended(info: &RunInfo) -> String {
     format!("run {} is {}{why}", info.run, info.state.word())
 }
 
-pub(crate) fn control(args: &args::OfRun, verb: UserVerb) -> Result<Exit, Trouble> {
+/// What is done with a run at its coordinator.
+type Act = fn(&Client, u64) -> Result<RunInfo, LinkError>;
+
+/// `stops`: what a run is called that the act stops.
+pub(crate) fn control(args: &args::OfRun, act: Act, stops: Option<&str>) -> Result<Exit, Trouble> {
     let client = connect(&args.place)?;
-    let mut info: RunInfo = ask(&client, verb, &Which { run: args.run })?;
+    let mut info = act(&client, args.run).map_err(|error| refused(&error))?;
     let begun = Instant::now();
-    let stops = matches!(verb, UserVerb::Cancel | UserVerb::Pause);
     // A run that goes on stops at its next step.
-    while stops && info.state == State::Running && begun.elapsed() < STOPS {
+    while stops.is_some() && info.state == State::Running && begun.elapsed() < STOPS {
         std::thread::sleep(LOOK);
         info = known(&client, args.run)?;
     }
     match args.place.who.json {
         true => print_json(&info)?,
-        false => print(format!("run {} is {}\n", info.run, doing(&info, verb)))?,
+        false => {
+            // A run that has not stopped yet is as it was.
+            let stopping = stops.filter(|_| info.state == State::Running);
+            let stopping = stopping.map(|word| format!(", and is being {word}"));
+            let state = info.state.word();
+            print(format!("run {} is {state}{}\n", info.run, stopping.unwrap_or_default()))?;
+        }
     }
     Ok(Exit::Done)
-}
-
-/// A run that has not stopped yet is as it was.
-fn doing(info: &RunInfo, verb: UserVerb) -> String {
-    let word = info.state.word();
-    match (info.state, verb) {
-        (State::Running, UserVerb::Cancel) => format!("{word}, and is being cancelled"),
-        (State::Running, UserVerb::Pause) => format!("{word}, and is being paused"),
-        _ => word.to_owned(),
-    }
 }
 
 pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
