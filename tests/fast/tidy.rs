@@ -301,6 +301,20 @@ fn exists(root: &Path, path: &str) -> bool {
         || ["rs"].iter().any(|end| root.join("services").join(format!("{path}.{end}")).exists())
 }
 
+/// They show what a program that uses Cullet looks like, which depends on one crate.
+#[test]
+fn examples_are_short_and_use_the_facade_alone() {
+    let all =
+        sources().into_iter().filter(|(name, _)| name.starts_with("services/cullet/examples"));
+    let all: Vec<_> = all.collect();
+    assert!(all.len() >= 5, "{all:?}");
+    for (name, text) in all {
+        assert!(text.contains("use cullet::"), "{name} does not use the facade");
+        assert!(!text.contains("cullet_"), "{name} uses a crate below the facade");
+        assert!(text.lines().count() <= 60, "{name} is no short program");
+    }
+}
+
 /// `just` is a convenience: whoever does not have it reads the same commands.
 #[test]
 fn the_justfile_calls_what_contributing_names() {
