@@ -7,6 +7,7 @@ mod common;
 mod beginning;
 mod command;
 mod delete;
+mod examples;
 mod faults;
 mod history;
 mod http;

@@ -406,7 +406,7 @@ fn a_job_over_the_limit_of_memory_ends_by_that_name_and_the_default_lets_it_live
     assert_eq!(asks.say(&["wait", &run]).code, 0);
     assert_eq!(common::fetched(&run, &["--connect", &endpoint]), quiet_digest(&LONGER));
     let bad = Cullet::new(&["worker", "--connect", &endpoint, "--memory", "3"]).output();
-    says(&bad, 64, "from 16 on");
+    says(&bad, 64, "at least 16");
 }
 
 /// Each of two users is within a quota of half of the disk, and together they leave less than what

@@ -29,7 +29,9 @@ fn modules(folder: &str) -> BTreeMap<Path, String> {
         let text = fs::read_to_string(&file).expect("a source file is readable");
         let end = text.find("#[cfg(test)]\nmod tests {").unwrap_or(text.len());
         let code = |line: &str| line.split("//").next().unwrap_or("").to_owned();
-        found.insert(path, text[..end].lines().map(code).collect::<Vec<_>>().join("\n"));
+        // A library and its program are both the root.
+        let all: &mut String = found.entry(path).or_default();
+        text[..end].lines().map(code).for_each(|line| *all += &(line + "\n"));
     }
     found
 }

@@ -350,6 +350,33 @@ fn exists(root: &Path, path: &str) -> bool {
         || ["rs"].iter().any(|end| root.join("services").join(format!("{path}.{end}")).exists())
 }
 
+/// They show what a program that uses Cullet looks like, which depends on one crate.
+#[test]
+fn examples_are_short_and_use_the_facade_alone() {
+    let all =
+        sources().into_iter().filter(|(name, _)| name.starts_with("services/cullet/examples"));
+    let all: Vec<_> = all.collect();
+    assert!(all.len() >= 5, "{all:?}");
+    for (name, text) in all {
+        assert!(text.contains("use cullet::"), "{name} does not use the facade");
+        assert!(!text.contains("cullet_"), "{name} uses a crate below the facade");
+        assert!(text.lines().count() <= 60, "{name} is no short program");
+    }
+}
+
+/// `just` is a convenience: whoever does not have it reads the same commands.
+#[test]
+fn the_justfile_calls_what_contributing_names() {
+    let text = fs::read_to_string(root().join("justfile")).expect("a justfile");
+    let page = fs::read_to_string(root().join("CONTRIBUTING.md")).expect("CONTRIBUTING.md");
+    let calls = text.lines().filter_map(|line| line.strip_prefix("    "));
+    let calls: Vec<&str> = calls.filter(|call| !call.starts_with('@')).collect();
+    assert!(calls.len() >= 5, "{calls:?}");
+    for call in calls {
+        assert!(page.contains(&format!("`{call}`")), "CONTRIBUTING.md does not name `{call}`");
+    }
+}
+
 #[test]
 fn the_project_speaks_of_itself_alone() {
     let root = root();

@@ -7,11 +7,10 @@ use crate::progress::{Progress, text as place};
 use crate::run::read_scene;
 use crate::shown::{self, cell, shown};
 use crate::{logs, tls};
+use cullet::{Client, LinkError, Terms};
 use cullet_document::Bundle;
-use cullet_pool::LinkError;
-use cullet_pool::client::{Client, Terms};
 use cullet_proto::keys::UserVerb;
-use cullet_proto::service::{self, About, FileInfo, Noted, RunInfo, Runs, State, Which};
+use cullet_proto::service::{self, FileInfo, RunInfo, Runs, State, Which};
 use cullet_run::News;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -36,7 +35,7 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
     // Said before the run and not after it.
     args.out.as_deref().map_or(Ok(()), refuse_taken)?;
     let client = connect(place)?;
-    let terms = Terms { ticket: ticket(), priority: args.priority, ..Terms::default() };
+    let terms = Terms { priority: args.priority, ..Terms::unique() };
     let waits = (!args.detach).then_some(!place.who.voice.quiet);
     let run = hand_in(&client, &scene.bundle(), terms, waits)?;
     if args.detach {
@@ -105,7 +104,7 @@ fn print_summary(out: &Path) -> Result<(), Trouble> {
 }
 
 pub(crate) fn ps(args: &args::Ps) -> Result<Exit, Trouble> {
-    let Runs { runs } = ask(&connect(&args.place)?, UserVerb::Runs, &service::Nothing {})?;
+    let runs = connect(&args.place)?.runs().map_err(|error| refused(&error))?;
     if args.place.who.json {
         print_json(&Runs { runs })?;
         return Ok(Exit::Done);
@@ -263,31 +262,30 @@ fn ended(info: &RunInfo) -> String {
     format!("run {} is {}{why}", info.run, info.state.word())
 }
 
-pub(crate) fn control(args: &args::OfRun, verb: UserVerb) -> Result<Exit, Trouble> {
+/// What is done with a run at its coordinator.
+type Act = fn(&Client, u64) -> Result<RunInfo, LinkError>;
+
+/// `stops`: what a run is called that the act stops.
+pub(crate) fn control(args: &args::OfRun, act: Act, stops: Option<&str>) -> Result<Exit, Trouble> {
     let client = connect(&args.place)?;
-    let mut info: RunInfo = ask(&client, verb, &Which { run: args.run })?;
+    let mut info = act(&client, args.run).map_err(|error| refused(&error))?;
     let begun = Instant::now();
-    let stops = matches!(verb, UserVerb::Cancel | UserVerb::Pause);
     // A run that goes on stops at its next step.
-    while stops && info.state == State::Running && begun.elapsed() < STOPS {
+    while stops.is_some() && info.state == State::Running && begun.elapsed() < STOPS {
         std::thread::sleep(LOOK);
         info = known(&client, args.run)?;
     }
     match args.place.who.json {
         true => print_json(&info)?,
-        false => print(format!("run {} is {}\n", info.run, doing(&info, verb)))?,
+        false => {
+            // A run that has not stopped yet is as it was.
+            let stopping = stops.filter(|_| info.state == State::Running);
+            let stopping = stopping.map(|word| format!(", and is being {word}"));
+            let state = info.state.word();
+            print(format!("run {} is {state}{}\n", info.run, stopping.unwrap_or_default()))?;
+        }
     }
     Ok(Exit::Done)
-}
-
-/// A run that has not stopped yet is as it was.
-fn doing(info: &RunInfo, verb: UserVerb) -> String {
-    let word = info.state.word();
-    match (info.state, verb) {
-        (State::Running, UserVerb::Cancel) => format!("{word}, and is being cancelled"),
-        (State::Running, UserVerb::Pause) => format!("{word}, and is being laid aside"),
-        _ => word.to_owned(),
-    }
 }
 
 pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
@@ -295,9 +293,9 @@ pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
     let mut exit = Exit::Done;
     for &run in &args.runs {
         // One that does not go does not keep the others.
-        match ask::<_, Noted>(&client, UserVerb::Delete, &Which { run }) {
-            Ok(_) if args.place.who.json => print_json(&Which { run })?,
-            Ok(_) => print(format!("run {run} is deleted\n"))?,
+        match client.delete(run).map_err(|error| refused(&error)) {
+            Ok(()) if args.place.who.json => print_json(&Which { run })?,
+            Ok(()) => print(format!("run {run} is deleted\n"))?,
             Err(trouble) => {
                 logs::error(&trouble);
                 exit = exit.worse(trouble.exit);
@@ -347,9 +345,7 @@ pub(crate) fn connect(place: &Place) -> Result<Client, Trouble> {
         .map_err(|error| no_link(&link, &error, place))?;
     if link.is_tls() {
         // A denial is silent: it is told here, and not by whatever is asked next.
-        let _about: About = client
-            .question(UserVerb::About, &service::Nothing {})
-            .map_err(|error| link.trouble(&error, &place.connect))?;
+        let _about = client.about().map_err(|error| link.trouble(&error, &place.connect))?;
     }
     Ok(client)
 }
@@ -380,7 +376,7 @@ pub(crate) fn ask<Q: Serialize, A: serde::de::DeserializeOwned>(
 }
 
 pub(crate) fn known(client: &Client, run: u64) -> Result<RunInfo, Trouble> {
-    ask(client, UserVerb::Run, &Which { run })
+    client.run(run).map_err(|error| refused(&error))
 }
 
 /// Follows a run; `bar`: shows how far it is, where there is a terminal.
@@ -445,13 +441,4 @@ pub(crate) fn exit_of(info: &RunInfo) -> Exit {
 pub(crate) fn print_json<T: Serialize>(said: &T) -> Result<(), Trouble> {
     let text = serde_json::to_string(said);
     print(text.map_err(|error| Trouble::new(Exit::Broken, error))? + "\n")
-}
-
-/// A name that no other submission has: the process and the moment.
-pub(crate) fn ticket() -> String {
-    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-    let nanoseconds = since.map_or(0, |since| since.as_nanos() as u64);
-    let mixed =
-        cullet_geometry::math::scramble(nanoseconds ^ (u64::from(std::process::id()) << 32));
-    format!("{mixed:016x}")
 }

@@ -24,7 +24,7 @@ mod workers;
 
 use args::{Cli, Command, Log, Voice, What};
 use clap::Parser;
-use cullet_proto::keys::UserVerb;
+use cullet::Client;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -88,10 +88,10 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Logs(args) => client::logs(args),
         Command::Watch(args) => client::watch(args),
         Command::Wait(args) => client::wait(args),
-        Command::Cancel(args) => client::control(args, UserVerb::Cancel),
-        Command::Pause(args) => client::control(args, UserVerb::Pause),
-        Command::Resume(args) => client::control(args, UserVerb::Resume),
-        Command::Retry(args) => client::control(args, UserVerb::Retry),
+        Command::Cancel(args) => client::control(args, Client::cancel, Some("cancelled")),
+        Command::Pause(args) => client::control(args, Client::pause, Some("paused")),
+        Command::Resume(args) => client::control(args, Client::resume, None),
+        Command::Retry(args) => client::control(args, Client::retry, None),
         Command::Delete(args) => client::delete(args),
         Command::Fetch(args) => match &args.what {
             What::Run(run) => client::fetch(args, *run),

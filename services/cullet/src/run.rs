@@ -6,11 +6,8 @@ use crate::progress::Progress;
 use crate::shown::{lines as lines_of, shown};
 use crate::signals::stop_when_told;
 use crate::{args, logs};
-use cullet_coordinator::run_here;
-use cullet_pool::{Pool, PoolConfig, Share, SpawnConfig};
-use cullet_proto::keys::DEFAULT_COORDINATOR;
-use cullet_run::{Outcome, RunError, RunOptions};
-use cullet_scene::{Scene, load};
+use cullet::{LocalPool, LocalRunError, LocalWorkers, Scene, spare_cores};
+use cullet::{Outcome, RunError, RunOptions};
 use std::path::Path;
 
 pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
@@ -21,10 +18,9 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
     let mut progress = Progress::new(args.voice.quiet);
     let options = RunOptions { out, stop: &stop };
-    let outcome =
-        run_here(&scene, &pool.run(Share::default()), &options, &mut |news| progress.show(news));
+    let outcome = pool.run(&scene, &options, &mut |news| progress.show(news));
     progress.done();
-    pool.shutdown();
+    drop(pool);
     let outcome = outcome.map_err(|error| {
         folder.forget();
         trouble(&error)
@@ -59,19 +55,21 @@ pub(crate) fn check(args: &args::Check) -> Result<Exit, Trouble> {
 /// Reads a scene, or says everything that is wrong with it.
 pub(crate) fn read_scene(args: &args::SceneArgs) -> Result<Scene, Trouble> {
     let wrong = |errors| Trouble::new(Exit::Usage, errors).at(args.scene.display());
-    load(&args.scene, &args.set).map_err(wrong)
+    Scene::load(&args.scene, &args.set).map_err(wrong)
 }
 
-pub(crate) fn start_pool(args: &args::Run) -> Result<Pool, Trouble> {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let workers = args.workers.map_or((cores - 1).max(1), usize::from);
+pub(crate) fn start_pool(args: &args::Run) -> Result<LocalPool, Trouble> {
+    let workers = args.workers.map_or_else(spare_cores, usize::from);
     let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::Broken, error))?;
-    let mut spawn = SpawnConfig::new(exe, workers, usize::from(args.threads));
-    spawn.args.extend(args.voice.words());
-    spawn.args.extend(args.memory.words(workers));
-    spawn.args.extend(["--coordinator".to_owned(), DEFAULT_COORDINATOR.to_owned()]);
-    let config = PoolConfig { spawn: Some(spawn), ..PoolConfig::default() };
-    Pool::start(config).map_err(|error| refused(&error))
+    let mut processes = LocalWorkers::processes(exe, workers, usize::from(args.threads));
+    if let LocalWorkers::Processes(spawn) = &mut processes {
+        spawn.args.extend(args.voice.words());
+        spawn.args.extend(args.memory.words(workers));
+    }
+    LocalPool::start(&processes).map_err(|error| match error {
+        LocalRunError::Pool(error) => refused(&error),
+        other => Trouble::new(Exit::Broken, other),
+    })
 }
 
 pub(crate) fn trouble(error: &RunError) -> Trouble {

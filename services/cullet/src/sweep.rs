@@ -13,15 +13,11 @@ use crate::logs;
 use crate::run::{draw, exit_of, read_scene, start_pool, trouble};
 use crate::shown::{lines as lines_of, shown};
 use crate::signals::stop_when_told;
-use cullet_coordinator::run_here;
+use cullet::{News, RunOptions, Scene, Summary};
 use cullet_coordinator::sweep::{Sweep, is_sweep};
 use cullet_files::output::write_file;
 use cullet_files::regular;
-use cullet_pool::Share;
 use cullet_proto::service::MAX_TICKET;
-use cullet_record::Summary;
-use cullet_run::{News, RunOptions};
-use cullet_scene::Scene;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -135,11 +131,10 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
             logs::say(format!("{}: {}", index + 1, shown(&sweep.label(&sweep.rows[index]))));
         }
         let options = RunOptions { out: &out, stop };
-        let outcome =
-            run_here(scene, &pool.run(Share::default()), &options, &mut |news| match news {
-                News::Line(line) if args.voice.verbose > 0 => logs::say(lines_of(line)),
-                News::Line(_) | News::At(_) => {}
-            });
+        let outcome = pool.run(scene, &options, &mut |news| match news {
+            News::Line(line) if args.voice.verbose > 0 => logs::say(lines_of(line)),
+            News::Line(_) | News::At(_) => {}
+        });
         let exit = match &outcome {
             Ok(outcome) => {
                 let drawn = args.no_pictures || draw(&outcome.recording, &out).is_ok();
@@ -158,7 +153,7 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
             break;
         }
     }
-    pool.shutdown();
+    drop(pool);
     finish(sweep, &rows, &folder.path, args.json, args.voice.quiet)
 }
 

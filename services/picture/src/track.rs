@@ -4,7 +4,7 @@ use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Quat, Sheet, Solid, Surface, TriMesh, Vec3};
 use cullet_proto::recording::EventKind;
 use cullet_record::palette::{self, Rgb};
-use cullet_record::{Recording, Trace, traces};
+use cullet_record::{PoseRow, Recording, Trace, traces};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -274,21 +274,14 @@ impl Track {
     fn place(&mut self, recording: &Recording, index: &BTreeMap<u64, usize>) {
         for poses in &recording.poses {
             self.end = self.end.max(poses.time);
-            let triple = |column: &[f64], i: usize| match column.get(3 * i..3 * i + 3) {
-                Some(c) => Vec3::new(c[0], c[1], c[2]),
-                None => Vec3::zeros(),
-            };
-            for (i, id) in poses.ids.iter().enumerate() {
-                let Some(&actor) = index.get(id) else {
+            for row in PoseRow::of(poses) {
+                let Some(&actor) = index.get(&row.id) else {
                     continue;
                 };
-                let Some(q) = poses.rotations.get(4 * i..4 * i + 4) else {
-                    continue;
-                };
-                let turn = Quat::new_normalize(nalgebra::Quaternion::new(q[3], q[0], q[1], q[2]));
-                let pose = Pose::from_parts(triple(&poses.positions, i).into(), turn);
+                let turn = Quat::new_normalize(row.pose.rotation.into_inner());
+                let pose = Pose::from_parts(row.pose.translation, turn);
                 self.actors[actor].rows.push((poses.time, pose));
-                self.actors[actor].velocities.push(triple(&poses.velocities, i));
+                self.actors[actor].velocities.push(row.velocity);
             }
         }
     }

@@ -11,6 +11,7 @@ mod cache;
 mod children;
 pub mod client;
 mod config;
+mod control;
 mod convert;
 mod drained;
 mod effects;

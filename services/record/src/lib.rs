@@ -31,6 +31,7 @@ mod inspect;
 mod layout;
 mod masses;
 mod meta;
+mod moment;
 mod object;
 pub mod palette;
 pub mod points;
@@ -60,6 +61,7 @@ pub use shares::Shares;
 pub use summary::{Jobs, LedgerTotals, SCHEMA_VERSION, Summary, Tally};
 pub use trace::{Trace, traces};
 
+use cullet_proto::recording::GeometryError;
 use std::path::{Path, PathBuf};
 
 /// Topic of [`cullet_proto::recording::Geometry`].
@@ -177,6 +179,14 @@ pub enum RecordError {
     UnknownGeometry {
         /// Which.
         body: u64,
+    },
+    /// The mesh of a body is not a solid, or is not the one that was recorded.
+    #[error("the geometry of body {body}: {source}")]
+    Geometry {
+        /// Which.
+        body: u64,
+        /// What is wrong with it.
+        source: GeometryError,
     },
     /// A number that must be finite is not.
     #[error("{what} is {value}; it must be finite")]

@@ -6,7 +6,7 @@ use super::scene::Scene;
 use super::schema;
 use cullet_document::files::{Files, SCENE_BASE, Source};
 use cullet_document::overrides::{Known, apply_overrides};
-use cullet_document::{Bundle, SceneError, SceneErrors, check, document};
+use cullet_document::{Bundle, SceneError, SceneErrors, SceneFile, check, document};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -103,4 +103,26 @@ fn build(
     scene.main = main;
     scene.files = files.into_used();
     Ok(scene)
+}
+
+impl Scene {
+    /// Loads a scene: a file, or the folder that holds [`SCENE_FILE`]. `overrides` are `path=value`
+    /// arguments as `--set` takes them, applied in order.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn load(path: impl AsRef<Path>, overrides: &[String]) -> Result<Self, SceneErrors> {
+        load(path.as_ref(), overrides)
+    }
+
+    /// Reads a scene from its text, under this name. It can include and name no other file.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn parse(name: &str, text: &str, overrides: &[String]) -> Result<Self, SceneErrors> {
+        let main = format!("{SCENE_BASE}{SCENE_FILE}");
+        let files = vec![SceneFile { key: main.clone(), bytes: Arc::new(text.into()) }];
+        let (name, overrides) = (name.to_owned(), overrides.to_vec());
+        load_bundle(&Bundle { name, main, overrides, files })
+    }
 }

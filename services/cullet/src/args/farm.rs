@@ -1,11 +1,11 @@
-//! What a person types to a farm.
+//! Commands to a farm, their arguments and their help.
 
-use super::{Guard, SceneArgs, Voice, endpoint, moment, name};
+use super::{Guard, SceneArgs, Voice, endpoint, name, non_negative};
 use clap::Args;
 use cullet_proto::keys::DEFAULT_COORDINATOR;
 use std::path::PathBuf;
 
-/// Where a coordinator listens that is not told otherwise.
+/// Where a coordinator listens by default.
 pub(crate) const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 
 /// Where the coordinator is, and who asks.
@@ -19,24 +19,24 @@ pub(crate) struct Place {
     pub(crate) who: Who,
 }
 
-/// Who asks, and how to be told.
+/// Who asks, and in which form the answer is printed.
 #[derive(Debug, Args)]
 pub(crate) struct Who {
-    /// Folder with ca.pem, cert.pem and key.pem: mutual TLS
+    /// Folder with ca.pem, cert.pem and key.pem for mutual TLS
     #[arg(long, value_name = "DIR", env = "CULLET_TLS")]
     pub(crate) tls: Option<PathBuf>,
-    /// Name of who asks: runs of different users share the workers evenly [default: the
-    /// certificate's, or user]
+    /// Name of the user; runs of different users share the workers evenly [default: the
+    /// certificate's name, or user]
     #[arg(long, value_name = "NAME", env = "CULLET_USER", value_parser = name)]
     pub(crate) user: Option<String>,
-    /// Which coordinator, where there are several on a network: its --name
+    /// Name of the coordinator (its --name), if there are several on the network
     #[arg(long, value_name = "NAME", env = "CULLET_COORDINATOR",
         default_value = DEFAULT_COORDINATOR, value_parser = name)]
     pub(crate) coordinator: String,
-    /// How long to try to connect, and then how long to ask for an answer, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = moment)]
+    /// Longest time in seconds to try to connect, and then to wait for each answer
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = non_negative)]
     pub(crate) patience: f64,
-    /// Print as JSON on standard output
+    /// Print JSON to standard output
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -48,7 +48,7 @@ pub(crate) struct Router {
     /// Zenoh endpoint to listen on
     #[arg(long, default_value = DEFAULT_ENDPOINT, value_parser = endpoint)]
     pub(crate) listen: String,
-    /// Print the router's settings as a configuration file of zenohd (zenohd -c FILE), and leave
+    /// Print the router's settings as a configuration file for zenohd (zenohd -c FILE), and exit
     #[arg(long)]
     pub(crate) print_config: bool,
     #[command(flatten)]
@@ -63,19 +63,19 @@ pub(crate) struct Submit {
     pub(crate) scene: SceneArgs,
     #[command(flatten)]
     pub(crate) place: Place,
-    /// Higher ones go first, -100 to 100
+    /// Priority, from -100 to 100; higher ones run first
     #[arg(long, default_value_t = 0, allow_hyphen_values = true)]
     pub(crate) priority: i32,
-    /// Of a sweep, hand in only those runs that are not there yet, and take the others as they are
+    /// Of a sweep, submit only the runs that the coordinator does not have yet
     #[arg(long)]
     pub(crate) rest: bool,
-    /// Print the run's number and leave; see `watch`, `wait` and `fetch`
+    /// Print the run's number and exit; see `watch`, `wait` and `fetch`
     #[arg(long, conflicts_with_all = ["watch", "out"])]
     pub(crate) detach: bool,
-    /// Show how far it is while it runs, as `watch` does
+    /// Show the progress while it runs, as `watch` does
     #[arg(long)]
     pub(crate) watch: bool,
-    /// Where to put what the run produced [default: runs/SCENE-N]
+    /// Folder for the results [default: runs/SCENE-N]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }
@@ -83,7 +83,7 @@ pub(crate) struct Submit {
 /// A run at a coordinator.
 #[derive(Debug, Args)]
 pub(crate) struct OfRun {
-    /// Its number, as `submit` and `ps` tell it
+    /// The run's number, as `submit` and `ps` print it
     #[arg(value_name = "RUN", value_parser = number)]
     pub(crate) run: u64,
     #[command(flatten)]
@@ -93,7 +93,7 @@ pub(crate) struct OfRun {
 /// Runs at a coordinator.
 #[derive(Debug, Args)]
 pub(crate) struct OfRuns {
-    /// Their numbers, as `submit` and `ps` tell them
+    /// The runs' numbers, as `submit` and `ps` print them
     #[arg(value_name = "RUN", required = true, value_parser = number)]
     pub(crate) runs: Vec<u64>,
     #[command(flatten)]
@@ -108,18 +108,18 @@ pub(crate) struct Ps {
 
 #[derive(Debug, Args)]
 pub(crate) struct Fetch {
-    /// A run's number, or a sweep's file: all of its runs, with a contact sheet and a table
+    /// The number of a run, or a sweep file, for all of its runs with a contact sheet and a table
     #[arg(value_name = "RUN|SWEEP", value_parser = what)]
     pub(crate) what: What,
     #[command(flatten)]
     pub(crate) place: Place,
-    /// Follow it to its end first
+    /// Follow the run to its end first
     #[arg(long)]
     pub(crate) follow: bool,
-    /// With a sweep, what was given to `submit` with it
+    /// With a sweep, the same --set values as for its `submit`
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Where to put what the run produced [default: runs/SCENE-N]
+    /// Folder for the results [default: runs/SCENE-N]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
 }
@@ -145,10 +145,10 @@ fn what(text: &str) -> Result<What, String> {
 
 #[derive(Debug, Args)]
 pub(crate) struct Doctor {
-    /// Zenoh endpoint of a coordinator; without one only this machine is looked at
+    /// Zenoh endpoint of a coordinator; without one, only this machine is checked
     #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", value_parser = endpoint)]
     pub(crate) connect: Option<String>,
-    /// Folder whose disk is looked at
+    /// Folder whose disk is checked
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub(crate) disk: PathBuf,
     #[command(flatten)]
@@ -157,7 +157,7 @@ pub(crate) struct Doctor {
 
 #[derive(Debug, Args)]
 pub(crate) struct Drain {
-    /// The worker's name, as `workers` tells it
+    /// The worker's name, as `workers` prints it
     pub(crate) worker: String,
     #[command(flatten)]
     pub(crate) place: Place,

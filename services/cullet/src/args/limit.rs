@@ -1,21 +1,21 @@
-//! How much memory a job may hold.
+//! The memory limit of a job.
 
-/// The limit as it is typed.
+/// The limit as it is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Memory {
-    /// What there is, less a reserve, shared among those who are started together.
+    /// The memory of the machine, less a reserve, divided among workers that start together.
     Auto,
-    /// None.
+    /// No limit.
     None,
     /// So many MiB.
     Mib(u64),
 }
 
-/// Less than a job process holds before it has a job \[MiB\].
+/// The least limit: less than a job process holds before it has a job \[MiB\].
 const LEAST: u64 = 16;
 
 impl Memory {
-    /// The limit of each of so many jobs at once \[bytes\].
+    /// The limit of each of this many jobs at once \[bytes\].
     pub(crate) fn bytes(self, jobs: usize) -> Option<u64> {
         match self {
             Self::Auto => cullet_worker::memory::share(jobs),
@@ -24,7 +24,7 @@ impl Memory {
         }
     }
 
-    /// The arguments that give it to each of so many workers.
+    /// The arguments that pass it on to each of this many workers.
     pub(crate) fn words(self, workers: usize) -> [String; 2] {
         let word = self.bytes(workers).map(|bytes| (bytes >> 20).max(LEAST).to_string());
         ["--memory".to_owned(), word.unwrap_or_else(|| "none".to_owned())]
@@ -36,7 +36,7 @@ pub(crate) fn memory(text: &str) -> Result<Memory, String> {
         ("auto", _) => Ok(Memory::Auto),
         ("none", _) => Ok(Memory::None),
         (_, Ok(mib)) if (LEAST..=u64::MAX >> 20).contains(&mib) => Ok(Memory::Mib(mib)),
-        _ => Err(format!("a limit of memory is auto, none, or a number of MiB from {LEAST} on")),
+        _ => Err(format!("a memory limit is auto, none, or a number of MiB of at least {LEAST}")),
     }
 }
 
@@ -51,7 +51,7 @@ mod tests {
         assert_eq!(memory("3500"), Ok(Memory::Mib(3500)));
         for bad in ["", "15", "-1", "4G", "18446744073709551615"] {
             let said = memory(bad).expect_err(bad);
-            assert!(said.contains("from 16 on"), "{said}");
+            assert!(said.contains("at least 16"), "{said}");
         }
         assert_eq!(Memory::None.words(3), ["--memory", "none"]);
         assert_eq!(Memory::Mib(64).words(3), ["--memory", "64"]);

@@ -1,32 +1,32 @@
-//! How much is said, and how.
+//! How much is logged, and in which form.
 
 use super::Command;
 use clap::Args;
 
 #[derive(Debug, Args)]
 pub(crate) struct Voice {
-    /// Say nothing but errors
+    /// Log errors only
     #[arg(short, long, conflicts_with = "verbose")]
     pub(crate) quiet: bool,
-    /// Say more; twice: what the libraries say too
+    /// Log more; if given twice, messages of the libraries too
     #[arg(short, long, action = clap::ArgAction::Count)]
     pub(crate) verbose: u8,
-    /// How log lines on standard error look
+    /// Format of the log lines on standard error
     #[arg(long, value_enum, default_value_t = Log::Text)]
     pub(crate) log: Log,
 }
 
-/// How log lines look.
+/// The format of log lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Log {
-    /// For people
+    /// Text for people
     Text,
-    /// A JSON object a line
+    /// One JSON object per line
     Json,
 }
 
 impl Voice {
-    /// The words that make a process of ours speak in the same way.
+    /// The arguments that make a process of ours log in the same way.
     pub(crate) fn words(&self) -> Vec<String> {
         let json = ["--log", "json"].iter().filter(|_| self.log == Log::Json);
         let quiet = ["--quiet"].iter().filter(|_| self.quiet);
@@ -36,7 +36,7 @@ impl Voice {
 }
 
 impl Command {
-    /// How it was told to speak; a command without log lines says only what it was asked.
+    /// How it logs; a command without log lines prints only what it was asked for.
     pub(crate) fn voice(&self) -> Option<&Voice> {
         match self {
             Self::Run(args) => Some(&args.voice),

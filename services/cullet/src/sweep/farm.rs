@@ -1,18 +1,15 @@
 //! Sweeps at a coordinator: handed in at once, fetched together, then or later.
 
 use super::{Named, Plan, Row, finish, lines, plan, read, worst};
-use crate::client::{
-    ask, bring, connect, exit_of, follow, hand_in, has_summary, known, print_json, ticket,
-};
+use crate::client::{bring, connect, exit_of, follow, hand_in, has_summary, known, print_json};
 use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::{Folder, refuse_fetched, refuse_taken};
 use crate::shown::shown;
 use crate::{args, logs};
+use cullet::{Client, Terms};
 use cullet_document::Bundle;
-use cullet_pool::client::{Client, Terms};
 use cullet_pool::{Fetching, mark};
-use cullet_proto::keys::UserVerb;
-use cullet_proto::service::{Nothing, RunInfo, Runs, Which};
+use cullet_proto::service::{RunInfo, Which};
 use cullet_scene::{Scene, name_at};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -59,7 +56,7 @@ fn hand_all(
         let run = match runs[index] {
             Some(run) => run,
             None => {
-                let ticket = format!("{}-{}", marks[index], ticket());
+                let ticket = format!("{}-{}", marks[index], Terms::unique().ticket);
                 let (priority, sweep) = (args.priority, named.name.clone());
                 let terms = Terms { ticket, priority, sweep, ..Terms::default() };
                 let bundle: Bundle = scene.bundle();
@@ -158,7 +155,7 @@ fn find(
     sets: &[Vec<String>],
     marks: Option<&[String]>,
 ) -> Result<Vec<Option<u64>>, Trouble> {
-    let Runs { runs } = ask(client, UserVerb::Runs, &Nothing {})?;
+    let runs = client.runs().map_err(|error| refused(&error))?;
     let scene = name_at(&named.scene);
     let own = runs
         .iter()

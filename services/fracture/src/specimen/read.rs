@@ -11,8 +11,9 @@ pub(super) fn points(domain: &Domain, fields: &[Field]) -> PointFields {
     let particles = &domain.particles;
     let moves = |field: &Field| !matches!(field, Field::Damage | Field::Stress);
     let motions = if fields.iter().any(moves) { domain.motions() } else { Vec::new() };
-    let vectors =
-        |one: fn(&PointMotion) -> LocalVector| FieldValues::Vectors(motions.iter().map(one).collect());
+    let vectors = |one: fn(&PointMotion) -> LocalVector| {
+        FieldValues::Vectors(motions.iter().map(one).collect())
+    };
     let values = |field| match field {
         Field::Displacement => vectors(|motion| LocalVector {
             value: motion.displacement,

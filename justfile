@@ -1,0 +1,30 @@
+# Everyday commands. Each calls what CONTRIBUTING.md names; nothing needs `just`.
+
+# List the commands
+default:
+    @just --list
+
+# Build the program, target/release/cullet
+build:
+    cargo build --release
+
+# Run the fast tests
+fast:
+    cargo test --release --workspace --lib --bins --test fast
+
+# Run all tests: fast, farm, verification, and the programs in the documentation
+test:
+    cargo test --release --workspace
+
+# Check format and lints
+lint:
+    cargo fmt --all --check
+    cargo clippy --release --workspace --all-targets -- -D warnings
+
+# Write the documentation of the crates, target/doc/cullet/index.html
+doc:
+    cargo doc --release --workspace --no-deps
+
+# Do what CI does before a change lands
+ci:
+    .ci/run
