@@ -32,12 +32,12 @@ pub enum Kind {
     Refusal = 5,
     /// A file bundle's table.
     Bundle = 6,
-    /// A specimen with its mesh.
-    Specimen = 7,
-    /// What came out of one.
+    /// What came out of a specimen.
     SpecimenResult = 8,
     /// A job without its large parts.
     Outline = 9,
+    /// A specimen with its mesh; 7 was its kind in version 0.1.
+    Specimen = 10,
 }
 
 /// A message: header and bulk in an envelope.

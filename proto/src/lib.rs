@@ -1,8 +1,8 @@
 //! Everything that crosses a process boundary.
 //!
 //! What solvers take and give has the types of `cullet_model`; messages of our own are here. Doors
-//! ([`FractureJob::decode`], [`Verdict::decode`], [`envelope::open`]) check what comes in; nothing is
-//! allocated before the counts that ask for it are checked against the bytes that are there.
+//! ([`FractureJob::decode`], [`Verdict::decode`], [`envelope::open`]) check what comes in; nothing
+//! is allocated before the counts that ask for it are checked against the bytes that are there.
 //!
 //! Absent on purpose: mechanics, sockets, files, clocks.
 

@@ -98,7 +98,7 @@ impl OldReport {
 
 /// The numbers ahead of a body in parts.
 #[derive(Clone, Copy, Serialize, Deserialize)]
-struct Counts {
+struct PartCounts {
     fragments: u32,
     hulls: u32,
     grains: u32,
@@ -109,7 +109,7 @@ struct Counts {
 enum Header {
     /// As version 0.1 wrote it; caches hold such.
     Old {
-        counts: Counts,
+        counts: PartCounts,
         reactions: Vec<f64>,
         report: OldReport,
     },
@@ -122,7 +122,7 @@ enum Header {
         text: String,
     },
     Parts {
-        counts: Counts,
+        counts: PartCounts,
         reactions: Vec<f64>,
         report: Report,
     },
@@ -228,8 +228,11 @@ fn encode_parts(body: &Fracture) -> Result<Vec<u8>, WireError> {
     codec::limit("a body's grains", body.debris.len() as u64, MAX_GRAINS as u64)?;
     check_reactions(&body.reactions)?;
     let hulls = body.fragments.iter().map(|f| f.hulls.len()).sum::<usize>();
-    let counts =
-        Counts { fragments: count as u32, hulls: hulls as u32, grains: body.debris.len() as u32 };
+    let counts = PartCounts {
+        fragments: count as u32,
+        hulls: hulls as u32,
+        grains: body.debris.len() as u32,
+    };
     let (reactions, report) = (body.reactions.clone(), cut_report(&body.report));
     let head = Header::Parts { counts, reactions, report };
     let mut slabs = Vec::new();
@@ -263,12 +266,12 @@ fn encode_parts(body: &Fracture) -> Result<Vec<u8>, WireError> {
 }
 
 fn decode_parts(
-    counts: Counts,
+    counts: PartCounts,
     reactions: Vec<f64>,
     report: Report,
     mut slabs: Slabs<'_>,
 ) -> Result<Fracture, WireError> {
-    let Counts { fragments, hulls, grains } = counts;
+    let PartCounts { fragments, hulls, grains } = counts;
     codec::limit("a body's fragments", u64::from(fragments), MAX_FRAGMENTS as u64)?;
     codec::limit("a body's grains", u64::from(grains), MAX_GRAINS as u64)?;
     check_reactions(&reactions)?;

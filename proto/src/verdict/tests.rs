@@ -81,7 +81,7 @@ fn verdicts_of_version_0_1_are_read() -> Result<(), WireError> {
             strength_ratio: 0.5,
             ..OldReport::default()
         };
-        let counts = Counts { fragments: 3, hulls: 4, grains: 2 };
+        let counts = PartCounts { fragments: 3, hulls: 4, grains: 2 };
         let head = Header::Old { counts, reactions: now.reactions.clone(), report };
         let bytes = encode_parts(now)?;
         let (_, _, slabs) = envelope::split(&bytes)?;
@@ -118,7 +118,7 @@ fn long_words_are_cut_between_letters() -> Result<(), WireError> {
 #[test]
 fn counts_that_promise_too_much_allocate_nothing() -> Result<(), WireError> {
     let header = |fragments, grains| Header::Parts {
-        counts: Counts { fragments, hulls: 0, grains },
+        counts: PartCounts { fragments, hulls: 0, grains },
         reactions: Vec::new(),
         report: Report::default(),
     };

@@ -18,7 +18,7 @@ use crate::mpm::preconditions::{
     check_contacts, check_hairline, check_impacts, check_material, check_spin, check_supports,
     check_thickness, choose_spacing, sample_points, stretch, within,
 };
-use crate::mpm::{Domain, StepTally, crushed, hertz_contact, motion, quadrature};
+use crate::mpm::{Domain, DomainTally, crushed, hertz_contact, motion, quadrature};
 use crate::particles::Particles;
 use cullet_fragment::crack::BROKEN;
 use cullet_fragment::cut::{self, CutError, CutSettings, DamageField, Partition, slit};
@@ -81,7 +81,7 @@ struct SolveSetup {
 /// What a solve has seen so far.
 #[derive(Debug, Default)]
 struct SolveRecord {
-    total: StepTally,
+    total: DomainTally,
     activity: CrackActivity,
     diagnostics: Diagnostics,
     /// Greatest |v|² of a node \[m²/s²\].

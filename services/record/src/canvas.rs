@@ -19,10 +19,10 @@ fn savings(rate: f64) -> f64 {
 impl Recorder {
     /// Draws the objects that changed, and those that moved if they are due and can be afforded.
     pub(super) fn draw(&mut self, all: bool) -> Result<(), RecordError> {
-        let earned = (self.time - self.drawn_at).max(0.0) * self.draw_rate;
-        let savings = savings(self.draw_rate);
-        self.draw_left = (self.draw_left + earned).min(savings);
-        self.drawn_at = self.time;
+        let earned = (self.time - self.drawing.at).max(0.0) * self.drawing.rate;
+        let savings = savings(self.drawing.rate);
+        self.drawing.left = (self.drawing.left + earned).min(savings);
+        self.drawing.at = self.time;
         let mut due: Vec<(f64, String)> = Vec::new();
         for (name, object) in &self.objects {
             let last = object.drawn_at.unwrap_or(f64::NEG_INFINITY);
@@ -42,8 +42,8 @@ impl Recorder {
         for (_, name) in due {
             self.draw_object(&name, all)?;
         }
-        if drew && (all || self.time - self.overview_at >= DRAW_INTERVAL) {
-            self.overview_at = self.time;
+        if drew && (all || self.time - self.drawing.overview_at >= DRAW_INTERVAL) {
+            self.drawing.overview_at = self.time;
             self.draw_overview()?;
         }
         Ok(())
@@ -51,7 +51,7 @@ impl Recorder {
 
     fn draw_object(&mut self, name: &str, all: bool) -> Result<(), RecordError> {
         let stamp = self.stamp();
-        let (time, left) = (self.time, self.draw_left);
+        let (time, left) = (self.time, self.drawing.left);
         let Some(object) = self.objects.get_mut(name) else {
             return Ok(());
         };
@@ -63,7 +63,7 @@ impl Recorder {
         let parts: Vec<&Live> = object.parts.iter().filter_map(|id| self.bodies.get(id)).collect();
         let update = display::scene_update(name, stamp.log, &parts);
         let bytes = self.sink.known(&scene_topic(name), stamp, &update)?;
-        self.draw_left -= bytes as f64;
+        self.drawing.left -= bytes as f64;
         Ok(())
     }
 

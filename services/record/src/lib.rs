@@ -19,9 +19,9 @@
 //! | `/sampled` | `cullet.Sampled` | which fragments were sampled, and not solved |
 //! | `/pool` | `cullet.PoolReport` | who computed them, and for how long |
 //!
-//! The digest of a run covers `/geometry`, `/body`, `/shape`, `/bodies`, `/debris`, `/cracks`, `/events` and
-//! `/jobs`: no wall time and no worker name is in them. Log time is simulated time; publish time is
-//! wall time since the start of the run.
+//! The digest of a run covers `/geometry`, `/body`, `/shape`, `/bodies`, `/debris`, `/cracks`,
+//! `/events` and `/jobs`: no wall time and no worker name is in them. Log time is simulated time;
+//! publish time is wall time since the start of the run.
 
 mod canvas;
 mod digest;

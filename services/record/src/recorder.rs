@@ -39,6 +39,29 @@ pub struct Finished {
     pub summary: Summary,
 }
 
+/// What viewers' drawings may still take.
+pub(super) struct DrawBudget {
+    /// Bytes a simulated second \[bytes/s\].
+    pub(super) rate: f64,
+    /// Bytes saved up.
+    pub(super) left: f64,
+    /// When that was \[s\].
+    pub(super) at: f64,
+    /// When all centres were last drawn \[s\].
+    pub(super) overview_at: f64,
+}
+
+/// When the recording was last brought onto the disk.
+#[derive(Default)]
+struct Flushed {
+    /// Wall time since the start \[s\].
+    wall: f64,
+    /// Simulated time \[s\].
+    time: f64,
+    /// Something broke since.
+    wanted: bool,
+}
+
 /// Writes one run. It writes `<path>.partial` and gives it its name when the run is over.
 pub struct Recorder {
     pub(super) sink: Sink,
@@ -56,15 +79,10 @@ pub struct Recorder {
     /// Grains told of, and how many from the oldest on lie for good.
     specks: (usize, usize),
     pub(super) objects: BTreeMap<String, Object>,
-    pub(super) draw_rate: f64,
-    pub(super) draw_left: f64,
-    pub(super) drawn_at: f64,
-    pub(super) overview_at: f64,
-    told_layout: bool,
+    pub(super) drawing: DrawBudget,
+    laid_out: bool,
     started: Instant,
-    flushed_wall: f64,
-    flushed_time: f64,
-    flush_wanted: bool,
+    flushed: Flushed,
     now: u64,
     pub(super) step: u64,
     pub(super) time: f64,
@@ -107,15 +125,10 @@ impl Recorder {
             materials: (meta.materials.keys().cloned().collect(), BTreeMap::new()),
             specks: (0, 0),
             objects: BTreeMap::new(),
-            draw_rate: rate,
-            draw_left: 0.0,
-            drawn_at: 0.0,
-            overview_at: f64::NEG_INFINITY,
-            told_layout: false,
+            drawing: DrawBudget { rate, left: 0.0, at: 0.0, overview_at: f64::NEG_INFINITY },
+            laid_out: false,
             started: Instant::now(),
-            flushed_wall: 0.0,
-            flushed_time: 0.0,
-            flush_wanted: false,
+            flushed: Flushed::default(),
             now: 0,
             step: 0,
             time: 0.0,
@@ -212,7 +225,7 @@ impl Recorder {
         if let Some(object) = self.objects.get_mut(&live.body.object) {
             object.changed = true;
         }
-        self.flush_wanted = true;
+        self.flushed.wanted = true;
         self.deciding(SHAPE, shape)
     }
 
@@ -266,8 +279,8 @@ impl Recorder {
         if !message.ids.is_empty() {
             self.deciding(BODIES, &message)?;
         }
-        if !self.told_layout {
-            self.told_layout = true;
+        if !self.laid_out {
+            self.laid_out = true;
             let (centre, radius) = display::surroundings(self.bodies.values(), self.up);
             let objects = self.objects.keys().map(String::as_str);
             let layout = super::layout::layout(objects, centre, radius);
@@ -326,7 +339,7 @@ impl Recorder {
         match event {
             Event::Fractured { parent, .. } => {
                 self.bury(*parent);
-                self.flush_wanted = true;
+                self.flushed.wanted = true;
             }
             Event::Removed { body, .. } => self.bury(*body),
             _ => {}
@@ -384,13 +397,13 @@ impl Recorder {
     pub fn flush_if_due(&mut self) -> Result<(), RecordError> {
         let wall = self.wall();
         let (passed, calm, broken) = if self.deterministic {
-            (self.time - self.flushed_time, FLUSH_SIMULATED, FLUSH_FRACTURE_SIMULATED)
+            (self.time - self.flushed.time, FLUSH_SIMULATED, FLUSH_FRACTURE_SIMULATED)
         } else {
-            (wall - self.flushed_wall, FLUSH_WALL, FLUSH_FRACTURE_WALL)
+            (wall - self.flushed.wall, FLUSH_WALL, FLUSH_FRACTURE_WALL)
         };
-        if passed >= if self.flush_wanted { broken } else { calm } {
-            (self.flushed_wall, self.flushed_time) = (wall, self.time);
-            self.flush_wanted = false;
+        if passed >= if self.flushed.wanted { broken } else { calm } {
+            (self.flushed.wall, self.flushed.time) = (wall, self.time);
+            self.flushed.wanted = false;
             self.sink.flush()?;
         }
         Ok(())

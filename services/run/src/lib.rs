@@ -3,17 +3,18 @@
 
 mod convert;
 mod job;
+mod jobs;
 mod notices;
 mod settle;
 #[cfg(test)]
 mod tests;
 
 pub use cullet_proto::service::Position;
+pub use jobs::{Idle, Jobs, Load};
 
 use cullet_geometry::Vec3;
 use cullet_model::Outcome as Solved;
 use cullet_plan::{Decision, Experience, SolveOrder, decide};
-use cullet_pool::{RunHandle, RunStats, Settlement};
 use cullet_proto::{FractureJob, JobId};
 use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
 use cullet_scene::{Scene, rigid};
@@ -26,66 +27,6 @@ use std::time::Duration;
 
 /// How long the run waits for the pool before it looks at whether it was told to stop.
 const PATIENCE: Duration = Duration::from_millis(50);
-
-/// Where a run has its fracture jobs done.
-pub trait Jobs {
-    /// Wants a job done.
-    fn open(&self, job: &FractureJob) -> JobId;
-    /// The next job to settle, in opening order; `None` if none does within `timeout`.
-    fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)>;
-    /// What is wanted, and how far it is.
-    fn load(&self) -> Load;
-    /// Nothing is wanted any more.
-    fn cancel(&self);
-}
-
-/// How much a pool has to do for a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Load {
-    /// Jobs that are wanted, at workers or not yet.
-    pub jobs: u64,
-    /// How far those at workers are, in the mean \[1/1000\].
-    pub permille: u16,
-    /// Why none of them can be at work, if so.
-    pub idle: Option<Idle>,
-}
-
-/// Why no job of a run can be at work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Idle {
-    /// There is no worker.
-    NoWorker,
-    /// There are so many, and all of them were drained.
-    Drained(u64),
-    /// There are so many, and none can solve what is wanted.
-    Unable(u64),
-}
-
-impl Jobs for RunHandle {
-    fn open(&self, job: &FractureJob) -> JobId {
-        RunHandle::open(self, job)
-    }
-
-    fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
-        RunHandle::settled(self, timeout)
-    }
-
-    fn load(&self) -> Load {
-        let stats = self.stats();
-        let permille = stats.permille.checked_div(stats.running).unwrap_or(0).min(1000) as u16;
-        let idle = match stats {
-            RunStats { workers: 0, .. } => Some(Idle::NoWorker),
-            RunStats { workers, ready: 0, .. } => Some(Idle::Drained(workers)),
-            RunStats { ready, unable: true, .. } => Some(Idle::Unable(ready)),
-            _ => None,
-        };
-        Load { jobs: stats.waiting + stats.running, permille, idle }
-    }
-
-    fn cancel(&self) {
-        RunHandle::cancel(self);
-    }
-}
 
 /// What a run needs beside its scene and its pool.
 #[derive(Clone, Copy, Debug)]
@@ -270,7 +211,9 @@ impl Run<'_> {
                 return Ok(true);
             }
             self.record_poses()?;
-            self.tell_fallen();
+            if let Some(line) = self.notices.fallen(&self.world) {
+                self.say(line);
+            }
             self.tell_position();
         }
         // What the end of the run overtook settles too, and breaks nothing.
@@ -409,7 +352,10 @@ impl Run<'_> {
 
     fn tell_position(&mut self) {
         let load = self.pool.load();
-        self.tell_idle(&load);
+        let asked = self.pending.front().map_or("", |pending| &pending.asked);
+        if let Some(line) = self.notices.idle(&load, asked) {
+            self.say(line);
+        }
         (self.news)(&News::At(Position {
             time: self.world.time(),
             end: self.scene.world.duration,

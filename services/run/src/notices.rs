@@ -1,10 +1,10 @@
 //! What a run says of itself that is no event: that nobody works for it, that something has fallen
 //! past all that could hold it, that nothing broke. Decides nothing, and is not recorded.
 
-use super::{Idle, Load, Run};
+use super::jobs::{Idle, Load};
 use cullet_geometry::Vec3;
 use cullet_scene::Scene;
-use cullet_world::BodyId;
+use cullet_world::{BodyId, World};
 use std::time::{Duration, Instant};
 
 /// How long a run waits for workers before it says so: those of its own need a moment to start.
@@ -48,70 +48,56 @@ impl Notices {
     }
 }
 
-impl Run<'_> {
-    /// Says once that no job can be at work, and that it can again.
-    pub(super) fn tell_idle(&mut self, load: &Load) {
-        match (load.idle, self.notices.idle) {
-            (None, None) => {}
+impl Notices {
+    /// Says once that no job can be at work, and that one can again. `asked`: the solver that the
+    /// next one is for.
+    pub(super) fn idle(&mut self, load: &Load, asked: &str) -> Option<String> {
+        match (load.idle, self.idle) {
+            (None, None) => None,
             (None, Some(_)) => {
-                self.notices.idle = None;
-                if std::mem::take(&mut self.notices.told) {
-                    self.say("a worker is there, and the run goes on");
-                }
+                self.idle = None;
+                let told = std::mem::take(&mut self.told);
+                told.then(|| "a worker is there, and the run goes on".to_owned())
             }
             (Some(idle), Some((before, since))) if idle == before => {
-                if !self.notices.told && since.elapsed() >= GRACE {
-                    self.notices.told = true;
-                    let asked = self.pending.front().map_or("", |pending| &pending.asked);
-                    let line = idle_line(load, asked).unwrap_or_default();
-                    self.say(line);
+                if self.told || since.elapsed() < GRACE {
+                    return None;
                 }
+                self.told = true;
+                idle_line(load, asked)
             }
             (Some(idle), _) => {
-                (self.notices.idle, self.notices.told) = (Some((idle, Instant::now())), false);
+                (self.idle, self.told) = (Some((idle, Instant::now())), false);
+                None
             }
         }
     }
 
     /// Says once that a body of the scene is below all that is fixed, and falls.
-    pub(super) fn tell_fallen(&mut self) {
-        let Some((up, floor)) = self.notices.floor else {
-            return;
-        };
-        let below = self.world.bodies().filter(|view| view.parent.is_none() && !view.fixed);
+    pub(super) fn fallen(&mut self, world: &World) -> Option<String> {
+        let (up, floor) = self.floor?;
+        let below = world.bodies().filter(|view| view.parent.is_none() && !view.fixed);
         let mut below = below.filter(|view| {
             let height = up.dot(&view.pose.translation.vector);
             let reach = || view.solid.mesh.vertices.iter().map(Vec3::norm).fold(0.0, f64::max);
             height < floor && up.dot(&view.velocity) < 0.0 && height + reach() < floor
         });
-        if let Some(view) = below.next() {
-            let (name, time) = (view.name.to_owned(), self.world.time());
-            drop(below);
-            self.notices.floor = None;
-            self.say(format!(
-                "warning: `{name}` is below all that is fixed since {time:.3} s, and only falls"
-            ));
-        }
+        let (name, time) = (below.next()?.name, world.time());
+        self.floor = None;
+        Some(format!(
+            "warning: `{name}` is below all that is fixed since {time:.3} s, and only falls"
+        ))
     }
 
-    /// Says why nothing broke, if so.
-    pub(super) fn tell_unbroken(&mut self) {
-        if self.fractures > 0 || !self.scene.bodies.iter().any(|body| body.breakable) {
-            return;
-        }
-        let line = match self.notices.hardest.take() {
-            None => "nothing broke: no hit reached the impulse threshold of a body that can break"
-                .to_owned(),
-            Some((body, energy, reason)) => {
-                let name = self.world.body(body).map_or("a body", |view| view.name);
-                let hits = self.notices.hits;
-                format!(
-                    "nothing broke: the hardest of {hits} hits, {energy:.3e} J on `{name}`: \
-                     {reason}"
-                )
-            }
+    /// Why nothing broke.
+    pub(super) fn unbroken(&mut self, world: &World) -> String {
+        let Some((body, energy, reason)) = self.hardest.take() else {
+            return "nothing broke: no hit reached the impulse threshold of a body that can break"
+                .to_owned();
         };
-        self.say(line);
+        let name = world.body(body).map_or("a body", |view| view.name);
+        let hits = self.hits;
+        format!("nothing broke: the hardest of {hits} hits, {energy:.3e} J on `{name}`: {reason}")
     }
 }
 

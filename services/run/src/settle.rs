@@ -322,8 +322,10 @@ impl Run<'_> {
             self.recorder.log(Level::Warning, line.clone())?;
             self.say(line);
         }
-        if !interrupted {
-            self.tell_unbroken();
+        let breakable = self.scene.bodies.iter().any(|body| body.breakable);
+        if !interrupted && self.fractures == 0 && breakable {
+            let line = self.notices.unbroken(&self.world);
+            self.say(line);
         }
         let mut unmet = Vec::new();
         if !interrupted {

@@ -215,6 +215,15 @@ impl Body {
         })
     }
 
+    /// Its sizes, worked out once.
+    pub(crate) fn measure(&self) -> &BodyMeasure {
+        self.measure.get_or_init(|| {
+            let ratio = self.volume / self.original_volume;
+            let measure = BodyMeasure::of(&self.solid, self.volume, ratio, self.generation);
+            BodyMeasure { weakest: self.weakest, ..measure }
+        })
+    }
+
     /// Inertia about the centre of mass in the world frame \[kg·m²\].
     pub(crate) fn world_inertia(&self, pose: &Pose) -> Mat3 {
         let r = pose.rotation.to_rotation_matrix();

@@ -221,3 +221,16 @@ pub(crate) fn rest(body: &Stepped, gravity: &Vec3, dt: f64, normal: &Normals) ->
         spin: mean_spin,
     }
 }
+
+/// What a replacement settled for the other body of an episode, should that break too.
+#[derive(Clone, Debug)]
+pub(crate) struct PendingExchange {
+    /// What the other body holds from the episode, all told.
+    pub(crate) mine: Exchange,
+    /// What the fragments hold from it.
+    pub(crate) theirs: Exchange,
+    /// The fragments.
+    pub(crate) others: Vec<u32>,
+    /// What is left of the energy that the contact took \[J\].
+    pub(crate) purse: f64,
+}

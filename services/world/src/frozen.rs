@@ -1,8 +1,6 @@
 //! Do places follow velocities (F42)?
 
-use crate::error::WorldError;
 use crate::motion::{Motion, least_speed};
-use crate::world::World;
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
 
@@ -59,29 +57,6 @@ impl Frozen {
     /// Forgets all but these.
     pub(crate) fn keep(&mut self, stays: impl Fn(u32) -> bool) {
         self.0.retain(|&id, _| stays(id));
-    }
-}
-
-impl World {
-    /// Whether bodies go where their velocities take them (F42).
-    pub(crate) fn check_places(&mut self) -> Result<(), WorldError> {
-        let (bodies, step) = (&self.bodies, self.settings.step);
-        self.frozen.keep(|id| bodies.contains_key(&id));
-        for (&id, body) in bodies.iter().filter(|(_, body)| !body.fixed) {
-            let (Some(before), Some(after)) = (self.rigid.before(id), self.rigid.motion(id)) else {
-                continue;
-            };
-            if let Some((moved, due)) = self.frozen.look(id, before, &after, step) {
-                return Err(WorldError::Frozen {
-                    name: body.name.clone(),
-                    step: self.steps,
-                    velocity: after.velocity,
-                    moved,
-                    due,
-                });
-            }
-        }
-        Ok(())
     }
 }
 

@@ -57,7 +57,7 @@ pub(crate) struct Party<'a> {
 }
 
 /// What an episode came to.
-pub(crate) struct Outcome {
+pub(crate) struct EpisodeOutcome {
     pub(crate) episode: u64,
     pub(crate) time: f64,
     pub(crate) point: Vec3,
@@ -100,7 +100,7 @@ pub(crate) fn effective_mass(
 }
 
 /// The hits on both parties, the first party's first.
-pub(crate) fn hits(outcome: &Outcome, one: &Party<'_>, two: &Party<'_>) -> [Hit; 2] {
+pub(crate) fn hits(outcome: &EpisodeOutcome, one: &Party<'_>, two: &Party<'_>) -> [Hit; 2] {
     let (point, into) = (&outcome.point, &outcome.normal);
     let mass = effective_mass((one.body, one.motion), (two.body, two.motion), point, into);
     let (local_one, r1) = surface_radius(one, point, into);

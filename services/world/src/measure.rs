@@ -1,6 +1,5 @@
 //! The sizes of a body that decide whether and how it can be solved.
 
-use crate::body::Body;
 use crate::mass::{extents, reach, section};
 use cullet_geometry::inside::{Inside, Nearest};
 use cullet_geometry::{Solid, TriMesh, Vec3, sample};
@@ -47,14 +46,6 @@ impl BodyMeasure {
             generation,
             weakest: 1.0,
         }
-    }
-
-    pub(crate) fn of_body(body: &Body) -> &Self {
-        body.measure.get_or_init(|| {
-            let ratio = body.volume / body.original_volume;
-            let measure = Self::of(&body.solid, body.volume, ratio, body.generation);
-            Self { weakest: body.weakest, ..measure }
-        })
     }
 }
 

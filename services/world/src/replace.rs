@@ -3,7 +3,7 @@
 use crate::body::{Body, BodySpec, Tier};
 use crate::cluster::{Part, Sum, sum};
 use crate::error::ReplaceError;
-use crate::exchange::Exchange;
+use crate::exchange::{Exchange, PendingExchange};
 use crate::id::BodyId;
 use crate::impact::Hit;
 use crate::motion::Motion;
@@ -68,19 +68,6 @@ pub struct Replacement {
     pub energy_gain_rel: f64,
 }
 
-/// What a replacement settled for the other body of an episode, should that break too.
-#[derive(Clone, Debug)]
-pub(crate) struct PendingExchange {
-    /// What the other body holds from the episode, all told.
-    pub(crate) mine: Exchange,
-    /// What the fragments hold from it.
-    pub(crate) theirs: Exchange,
-    /// The fragments.
-    pub(crate) others: Vec<u32>,
-    /// What is left of the energy that the contact took \[J\].
-    pub(crate) purse: f64,
-}
-
 /// The pieces must fill the body to this share.
 const VOLUME_TOLERANCE: f64 = 1e-9;
 
@@ -92,7 +79,9 @@ struct Draft {
 }
 
 /// What a body has become, before its motion is settled.
-pub(crate) struct Parted {
+pub(crate) struct SettleInput {
+    /// The body as it moves now, with the momenta that it has.
+    pub(crate) body: Part,
     /// At rest where they are, the grains last.
     pub(crate) fragments: Vec<Part>,
     /// There are grains.
@@ -158,7 +147,8 @@ impl World {
         let draft = self.draft(body, &parent, &motion, pieces)?;
         let specks = grains.iter().map(|grain| speck(grain, &parent, &motion));
         let placed = draft.bodies.iter().zip(&draft.poses).map(still);
-        let parts = Parted {
+        let parts = SettleInput {
+            body: Part::new(&parent, &motion),
             fragments: placed.chain(specks).collect(),
             loose: !grains.is_empty(),
             given,
@@ -186,10 +176,10 @@ impl World {
         &self,
         (body, parent, motion): (BodyId, &Body, &Motion),
         hits: &[Hit],
-        parted: Parted,
+        parted: SettleInput,
         reactions: &[Reaction],
     ) -> Result<Exchanged, ReplaceError> {
-        let Parted { fragments, loose, given, cost } = parted;
+        let SettleInput { body: whole, fragments, loose, given, cost } = parted;
         let mut strikers = self.strikers(body.0, hits);
         strikers.extend(reactions.iter().flat_map(|reaction| self.holders(reaction, motion)));
         let parts = self.movers(&strikers);
@@ -198,7 +188,7 @@ impl World {
         let first = hits.first();
         let turned = |hit: &Hit| hit.orientation * motion.pose.rotation.inverse();
         let scene = Scene {
-            body: Part::new(parent, motion),
+            body: whole,
             fixed: parent.fixed,
             fragments,
             loose,

@@ -1,16 +1,17 @@
 //! A body gets a new shape and stays the body that it is: a dent. Its mass is kept, the momentum of
 //! the pair too, and what the deformation cost is paid from the motion.
 
-use crate::body::{Body, BodySpec, Tier};
+use crate::body::{Body, BodySpec, Tier, invert};
+use crate::cluster::{Part, sum};
 use crate::error::{ReplaceError, WorldError};
 use crate::id::BodyId;
 use crate::impact::Hit;
 use crate::motion::Motion;
-use crate::replace::{Exchanged, Parted, Replacement, still, turn};
+use crate::replace::{Exchanged, Replacement, SettleInput, still, turn};
 use crate::rigid::{BadPart, Fit, Shape};
 use crate::support::Reaction;
 use crate::world::World;
-use cullet_geometry::{Pose, Solid, Vec3};
+use cullet_geometry::{Mat3, Pose, Solid, Vec3};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -35,7 +36,8 @@ pub struct Reshape {
 
 impl World {
     /// Gives a body a new shape: its id, name, tier and generation stay. Its mass is the old one,
-    /// spread evenly over the new volume. On any error nothing has changed.
+    /// spread evenly over the new volume, and its centre of mass stays where it is: a deformation
+    /// moves no mass on the whole. On any error nothing has changed.
     ///
     /// The hits are as in [`World::break_up`]. A body that never moves keeps its place; what
     /// contacts took out of the motion then has to pay the work.
@@ -56,11 +58,16 @@ impl World {
         if old.fixed {
             return self.reshape_fixed(id, &old, hits, made, new.work);
         }
-        let parted = Parted {
+        let now = Part::new(&old, &motion);
+        let body = as_reshaped(&now, &made.body.world_inertia(&made.pose));
+        // A body that draws in spins faster; what that takes is paid, too.
+        let drawn = (sum([body].iter()).kinetic - sum([now].iter()).kinetic).max(0.0);
+        let parted = SettleInput {
+            body,
             fragments: vec![still((&made.body, &made.pose))],
             loose: false,
             given: vec![(turn(&motion, &new.velocity), turn(&motion, &new.spin))],
-            cost: new.work,
+            cost: new.work + drawn,
         };
         let exchanged = self.exchange((id, &old, &motion), hits, parted, &new.reactions)?;
         let Exchanged { scene, settled, purses } = exchanged;
@@ -81,6 +88,8 @@ impl World {
         let mut report = self.audit(&scene, &settled, &[id]);
         report.volume_rel_error = (volume / old.volume - 1.0).abs();
         report.tiers = vec![old.tier];
+        report.fracture_energy = new.work;
+        report.energy_before -= drawn;
         Ok(report)
     }
 
@@ -105,7 +114,7 @@ impl World {
             hulls,
             material: old.material,
             density: Some(old.mass / mass.volume),
-            pose: motion.pose * nalgebra::Translation3::from(centre),
+            pose: motion.pose,
             velocity: Vec3::zeros(),
             spin: Vec3::zeros(),
             fixed: old.fixed,
@@ -167,7 +176,14 @@ impl World {
     }
 }
 
-/// A body in its new shape, and where its new centre of mass is.
+/// A body as it moves when it takes another inertia (about its centre, world frame \[kg·m²\]): its
+/// centre, momentum and angular momentum are kept.
+fn as_reshaped(now: &Part, inertia: &Mat3) -> Part {
+    let spin = invert(inertia) * (now.inertia * now.spin);
+    Part { inertia: *inertia, spin, ..*now }
+}
+
+/// A body in its new shape, and where it is.
 struct Reshaped {
     body: Body,
     shape: Shape,

@@ -2,21 +2,20 @@
 
 use crate::body::{Body, BodySpec, BodyView};
 use crate::cluster::{Part, sum};
+use crate::debris::DebrisParticle;
 use crate::episode::{Episode, Episodes};
 use crate::error::WorldError;
-use crate::exchange::{Received, Stepped, received, rest, sums};
+use crate::exchange::{PendingExchange, Received, Stepped, received, rest, sums};
 use crate::frozen::Frozen;
-use crate::grains::DebrisParticle;
 use crate::id::BodyId;
-use crate::impact::{Hit, Outcome, Party, effective_mass, hits};
+use crate::impact::{EpisodeOutcome, Hit, Party, effective_mass, hits};
 use crate::ledger::{Sink, Totals};
 use crate::measure::BodyMeasure;
 use crate::motion::Motion;
-use crate::replace::PendingExchange;
+use crate::resting::Resting;
 use crate::rigid::{BadPart, Contact, Fit, Rigid, Shape};
 use crate::settings::WorldSettings;
 use crate::settling::Settling;
-use crate::support::Resting;
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
 
@@ -190,7 +189,7 @@ impl World {
     /// The sizes of a body, worked out once; `None` when it is gone.
     #[must_use]
     pub fn measure(&self, id: BodyId) -> Option<&BodyMeasure> {
-        self.bodies.get(&id.0).map(BodyMeasure::of_body)
+        self.bodies.get(&id.0).map(Body::measure)
     }
 
     fn view<'a>(&'a self, id: u32, body: &'a Body) -> Option<BodyView<'a>> {
@@ -396,7 +395,7 @@ impl World {
         let Some(normal) = episode.normal().filter(|_| over(one) || over(two)) else {
             return Vec::new();
         };
-        let outcome = Outcome {
+        let outcome = EpisodeOutcome {
             episode: episode.number,
             time: episode.opened,
             point: episode.point(),

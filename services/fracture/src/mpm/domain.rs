@@ -10,11 +10,11 @@ use super::contact::{Contact, Shove};
 use super::elastic::{Elastic, green_strain};
 use super::front::Front;
 use super::grid::{Element, Grid};
-use super::kernel::{Kernel, Law, MaterialLaw, SimdLevel, least_share};
+use super::kernel::{Kernel, MaterialLaw, PointLaw, SimdLevel, least_share};
 use super::node_split::{SplitChanges, split};
 use super::spin::Spin;
 use super::stencil::{Stencil, gather, packed};
-use super::tally::StepTally;
+use super::tally::DomainTally;
 use crate::damage::{Softening, State};
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3};
@@ -322,7 +322,7 @@ impl Domain {
     }
 
     /// Takes one step.
-    pub fn advance(&mut self) -> StepTally {
+    pub fn advance(&mut self) -> DomainTally {
         let tally = self.strain();
         let fastest = self.accelerate();
         if let Some(spin) = self.spin {
@@ -341,7 +341,7 @@ impl Domain {
         {
             self.separate();
         }
-        StepTally { fastest, ..tally }
+        DomainTally { fastest, ..tally }
     }
 
     /// Opens the way for cracks at the points that broke in this step.
@@ -361,8 +361,8 @@ impl Domain {
     }
 
     /// Stress, damage and the forces of each element.
-    fn strain(&mut self) -> StepTally {
-        let law = Law {
+    fn strain(&mut self) -> DomainTally {
+        let law = PointLaw {
             kinds: &self.response.laws,
             spacing: self.grid.spacing,
             time: self.time + self.step,

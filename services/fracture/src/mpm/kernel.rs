@@ -14,4 +14,4 @@ mod tension;
 mod tests;
 
 pub use pass::SimdLevel;
-pub(crate) use {law::Law, law::MaterialLaw, pass::Kernel, pass::least_share};
+pub(crate) use {law::MaterialLaw, law::PointLaw, pass::Kernel, pass::least_share};

@@ -29,4 +29,4 @@ pub mod tally;
 
 pub use cullet_geometry::symmetric;
 pub use domain::Domain;
-pub use tally::StepTally;
+pub use tally::DomainTally;

@@ -2,7 +2,7 @@
 
 /// What a step noticed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StepTally {
+pub struct DomainTally {
     /// Energy lost to damage \[J\].
     pub dissipated: f64,
     /// Points whose damage grew.
@@ -15,7 +15,7 @@ pub struct StepTally {
     pub fastest: f64,
 }
 
-impl StepTally {
+impl DomainTally {
     pub(super) fn add(mut self, other: Self) -> Self {
         self.dissipated += other.dissipated;
         self.grown += other.grown;

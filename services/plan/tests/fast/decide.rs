@@ -53,12 +53,12 @@ fn the_default_family_is_asked_and_the_sampled_one_stands_by() {
 
 #[test]
 fn a_target_gives_a_plan_and_its_spacings() {
-    let target = AccuracyTarget { error: Some(0.3), ..AccuracyTarget::default() };
+    let target = AccuracyTarget { error: Some(0.05), ..AccuracyTarget::default() };
     let order = order(30.0, &policy(Some(target), None));
     assert!(order.reasons.iter().any(|reason| reason.contains("by the error asked for")));
     let mut refinement = order.refinement;
     let first = refinement.climb().expect("a spacing");
-    assert!(refinement.goes_on() && first > 0.0);
+    assert!(refinement.goes_on() && first > 0.0, "{first}");
     // What is too small to be seen is not worth a solve: its fragments are sampled.
     let unseen = AccuracyTarget { pixel: Some(0.1), ..target };
     let order = self::order(30.0, &policy(Some(unseen), None));

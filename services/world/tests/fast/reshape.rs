@@ -11,7 +11,7 @@ use cullet_world::{BodyId, BodySpec, Hit, ReplaceError, Reshape, World};
 fn pressed(world: &World, cube: BodyId, hit: &Hit, work: f64) -> Reshape {
     let view = world.body(cube).expect("the cube");
     let mut mesh = view.solid.mesh.clone();
-    mesh.vertices.iter_mut().for_each(|p| p.z *= 0.9);
+    mesh.vertices.iter_mut().for_each(|p| *p = Vec3::new(p.x, p.y, 0.9 * p.z + 0.003));
     let hulls = vec![mesh.vertices.clone()];
     let velocity = hit.impact.normal * (hit.impact.impulse / view.mass);
     let (solid, spin) = (Solid::outer(mesh), Vec3::zeros());

@@ -1,13 +1,13 @@
 //! A block of elements: their points, sixteen elements side by side, and the nodes they share.
 
 use super::lanes::{Field, LANES, Lanes, Real, V, load, store};
-use super::law::{Effective, Law, WATCH, idle, second_piola, stiffness};
+use super::law::{Effective, PointLaw, WATCH, idle, second_piola, stiffness};
 use super::spline::{basis, fall, gather, rise, scatter};
 use super::tension::weakened;
 use crate::mpm::elastic::{CRUSHED, LOOSE};
 use crate::mpm::grid::{AROUND, Element, Nodes};
 use crate::mpm::stencil::{Stencil, gather as gather_one};
-use crate::mpm::tally::StepTally;
+use crate::mpm::tally::DomainTally;
 use crate::particles::{Particles, View};
 use cullet_geometry::Vec3;
 use fearless_simd::{Select, Simd, SimdBase, SimdMask};
@@ -121,16 +121,16 @@ impl<R: Real> Block<R> {
     pub(super) fn strain<S: Simd>(
         &mut self,
         simd: S,
-        law: &Law<'_>,
+        law: &PointLaw<'_>,
         nodes: &Nodes,
         view: &mut View<'_>,
         forces: &mut [Four<R>],
         scratch: &mut Scratch<R>,
-    ) -> StepTally {
+    ) -> DomainTally {
         if self.stale {
             self.watch(law, view);
         }
-        let tallies = [StepTally::default(); LANES];
+        let tallies = [DomainTally::default(); LANES];
         let mut cold = Cold { law, nodes, ids: &self.nodes, view, tallies };
         take(&self.nodes, nodes, &mut scratch.nodes);
         forces.fill([R::of(0.0); 4]);
@@ -145,11 +145,11 @@ impl<R: Real> Block<R> {
             }
             drain(&tile.nodes, &scratch.forces, forces);
         }
-        cold.tallies.into_iter().fold(StepTally::default(), StepTally::add)
+        cold.tallies.into_iter().fold(DomainTally::default(), DomainTally::add)
     }
 
     /// Takes limits and damage from the points.
-    fn watch(&mut self, law: &Law<'_>, view: &View<'_>) {
+    fn watch(&mut self, law: &PointLaw<'_>, view: &View<'_>) {
         for slot in self.tiles.iter_mut().flat_map(|tile| &mut tile.slots) {
             for lane in 0..LANES {
                 if slot.point[lane] != NONE {
@@ -169,7 +169,7 @@ impl<R: Real> Slot<R> {
         Self { at: [zero; 3], weight, limit, taken, damaged: false, own: None, point }
     }
 
-    fn watch(&mut self, lane: usize, law: &Law<'_>, view: &View<'_>) {
+    fn watch(&mut self, lane: usize, law: &PointLaw<'_>, view: &View<'_>) {
         let p = self.point[lane] as usize;
         let kind = view.kind[p] as usize;
         if kind > 0 {
@@ -307,12 +307,12 @@ fn column<S: Simd, R: Real>(
 
 /// What the few points need whose damage may grow.
 struct Cold<'a, 'b> {
-    law: &'a Law<'a>,
+    law: &'a PointLaw<'a>,
     nodes: &'a Nodes,
     ids: &'a [u32],
     view: &'a mut View<'b>,
     /// By lane, since registers of other widths take the lanes in another order.
-    tallies: [StepTally; LANES],
+    tallies: [DomainTally; LANES],
 }
 
 impl Cold<'_, '_> {

@@ -5,7 +5,7 @@ use super::tension::adjugate;
 use crate::damage::{Softening, State};
 use crate::mpm::elastic::{CRUSHED, Elastic};
 use crate::mpm::symmetric::Sym3;
-use crate::mpm::tally::StepTally;
+use crate::mpm::tally::DomainTally;
 use crate::particles::View;
 use cullet_geometry::Vec3;
 use fearless_simd::{Select, Simd, SimdBase};
@@ -24,7 +24,7 @@ pub(crate) struct MaterialLaw {
 
 /// What a point needs to know.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Law<'a> {
+pub(crate) struct PointLaw<'a> {
     /// At least one.
     pub(crate) kinds: &'a [MaterialLaw],
     /// Spacing of the grid \[m\].
@@ -119,7 +119,7 @@ pub(super) fn idle<S: Simd, R: Real>(
     a.simd_gt(zero) & minor.simd_gt(zero) & det.simd_gt(zero) & effective.square.simd_gt(floor)
 }
 
-impl Law<'_> {
+impl PointLaw<'_> {
     fn softening(&self, view: &View<'_>, p: usize) -> &Softening {
         &self.kinds[view.kind[p] as usize].softening
     }
@@ -161,7 +161,7 @@ impl Law<'_> {
         view: &mut View<'_>,
         p: usize,
         strain: &Sym3,
-        tally: &mut StepTally,
+        tally: &mut DomainTally,
         rate: impl FnOnce() -> f64,
     ) -> Sym3 {
         let (strength, lone) = self.strength(view, p, self.time);

@@ -2,9 +2,9 @@
 
 use super::block::{Block, Four, Scratch};
 use super::lanes::Real;
-use super::law::Law;
+use super::law::PointLaw;
 use crate::mpm::grid::{Element, Grid, Rows};
-use crate::mpm::tally::StepTally;
+use crate::mpm::tally::DomainTally;
 use crate::particles::Particles;
 use cullet_model::Precision;
 use fearless_simd::{Level, dispatch};
@@ -118,11 +118,11 @@ impl<R: Real> Pass<R> {
 
     fn strain(
         &mut self,
-        law: &Law<'_>,
+        law: &PointLaw<'_>,
         grid: &Grid,
         particles: &mut Particles,
         simd_level: SimdLevel,
-    ) -> StepTally {
+    ) -> DomainTally {
         let mut rest = self.forces.as_mut_slice();
         let mut views = particles.views(&self.starts);
         let mut work: Vec<_> = self
@@ -136,13 +136,13 @@ impl<R: Real> Pass<R> {
             })
             .collect();
         let (nodes, level) = (&grid.nodes, simd_level.0);
-        let tallies: Vec<StepTally> = work
+        let tallies: Vec<DomainTally> = work
             .par_iter_mut()
             .map_init(Scratch::new, |scratch, (block, view, forces)| {
                 dispatch!(level, simd => block.strain(simd, law, nodes, view, forces, scratch))
             })
             .collect();
-        tallies.into_iter().fold(StepTally::default(), StepTally::add)
+        tallies.into_iter().fold(DomainTally::default(), DomainTally::add)
     }
 
     /// Sum of the forces on a node \[N\].
@@ -203,10 +203,10 @@ impl Kernel {
     /// Damages the points and takes the forces.
     pub(crate) fn strain(
         &mut self,
-        law: &Law<'_>,
+        law: &PointLaw<'_>,
         grid: &Grid,
         particles: &mut Particles,
-    ) -> StepTally {
+    ) -> DomainTally {
         match &mut self.pass {
             Either::Single(pass) => pass.strain(law, grid, particles, self.simd_level),
             Either::Double(pass) => pass.strain(law, grid, particles, self.simd_level),

@@ -1,6 +1,6 @@
 //! The slow twin of the points' pass, straight from the textbook.
 
-use super::{Kernel, Law, MaterialLaw, SimdLevel};
+use super::{Kernel, MaterialLaw, PointLaw, SimdLevel};
 use crate::damage::{Softening, State};
 use crate::mpm::elastic::{Elastic, green_strain, matrix};
 use crate::mpm::grid::{Element, Grid};
@@ -58,7 +58,7 @@ fn naive_weight(element: &Element, k: usize, x: &Vec3, spacing: &Vec3) -> (f64, 
 }
 
 /// Forces \[N\] on the nodes, point by point, node by node.
-fn naive_forces(grid: &Grid, particles: &Particles, law: &Law<'_>) -> Vec<Vec3> {
+fn naive_forces(grid: &Grid, particles: &Particles, law: &PointLaw<'_>) -> Vec<Vec3> {
     let mut forces = vec![Vec3::zeros(); grid.nodes.len()];
     for element in &grid.elements {
         for p in element.points() {
@@ -89,7 +89,7 @@ fn naive_forces(grid: &Grid, particles: &Particles, law: &Law<'_>) -> Vec<Vec3> 
 #[test]
 fn forces_agree_with_the_textbook() {
     let (grid, particles, spacing, kinds) = cloud();
-    let law = Law { kinds: &kinds, spacing, time: 1.0 };
+    let law = PointLaw { kinds: &kinds, spacing, time: 1.0 };
     let wanted = naive_forces(&grid, &particles, &law);
     let size = wanted.iter().fold(0.0_f64, |m, f| m.max(f.norm()));
     for path in SimdLevel::all() {

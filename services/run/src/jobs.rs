@@ -1,0 +1,65 @@
+//! Where a run has its fracture jobs done, and how much there is to do.
+
+use cullet_pool::{RunHandle, RunStats, Settlement};
+use cullet_proto::{FractureJob, JobId};
+use std::time::Duration;
+
+/// Where a run has its fracture jobs done.
+pub trait Jobs {
+    /// Wants a job done.
+    fn open(&self, job: &FractureJob) -> JobId;
+    /// The next job to settle, in opening order; `None` if none does within `timeout`.
+    fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)>;
+    /// What is wanted, and how far it is.
+    fn load(&self) -> Load;
+    /// Nothing is wanted any more.
+    fn cancel(&self);
+}
+
+/// How much a pool has to do for a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Load {
+    /// Jobs that are wanted, at workers or not yet.
+    pub jobs: u64,
+    /// How far those at workers are, in the mean \[1/1000\].
+    pub permille: u16,
+    /// Why none of them can be at work, if so.
+    pub idle: Option<Idle>,
+}
+
+/// Why no job of a run can be at work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Idle {
+    /// There is no worker.
+    NoWorker,
+    /// There are so many, and all of them were drained.
+    Drained(u64),
+    /// There are so many, and none can solve what is wanted.
+    Unable(u64),
+}
+
+impl Jobs for RunHandle {
+    fn open(&self, job: &FractureJob) -> JobId {
+        RunHandle::open(self, job)
+    }
+
+    fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)> {
+        RunHandle::settled(self, timeout)
+    }
+
+    fn load(&self) -> Load {
+        let stats = self.stats();
+        let permille = stats.permille.checked_div(stats.running).unwrap_or(0).min(1000) as u16;
+        let idle = match stats {
+            RunStats { workers: 0, .. } => Some(Idle::NoWorker),
+            RunStats { workers, ready: 0, .. } => Some(Idle::Drained(workers)),
+            RunStats { ready, unable: true, .. } => Some(Idle::Unable(ready)),
+            _ => None,
+        };
+        Load { jobs: stats.waiting + stats.running, permille, idle }
+    }
+
+    fn cancel(&self) {
+        RunHandle::cancel(self);
+    }
+}
