@@ -1,4 +1,4 @@
-//! `docs/failures.md` has a row for each mode, whose first test is in this suite, named after the
+//! `docs/failures.md` has an item for each mode, whose first test is in this suite, named after the
 //! mode, and has been seen to fail; each test that it cites exists.
 
 use cullet_tests::root;
@@ -13,20 +13,45 @@ fn modes() -> impl Iterator<Item = u32> {
     (1..=43).chain(73..=78)
 }
 
+/// The items of a mode: from its head to the next head or heading.
+fn items<'a>(table: &'a str, mode: &str) -> Vec<&'a str> {
+    let start = format!("- **{mode} ");
+    let heads = table.match_indices(&start).filter(|(at, _)| table[..*at].ends_with('\n'));
+    heads
+        .map(|(at, _)| {
+            let rest = &table[at..];
+            let end = rest[1..].find("\n- **").unwrap_or(rest.len() - 1);
+            let end = end.min(rest.find("\n#").unwrap_or(rest.len()));
+            &rest[..end]
+        })
+        .collect()
+}
+
+/// What an item says under a label.
+fn entry<'a>(item: &'a str, label: &str) -> &'a str {
+    let start = format!("\n  - {label}: ");
+    let Some((_, rest)) = item.split_once(&start) else { return "" };
+    rest.split("\n  - ").next().unwrap_or_default().trim()
+}
+
 #[test]
-fn every_mode_has_a_row_and_a_test() {
+fn every_mode_has_an_item_and_a_test() {
     let table = table();
     for mode in modes() {
-        let start = format!("| F{mode:02} ");
-        let rows: Vec<&str> = table.lines().filter(|line| line.starts_with(&start)).collect();
-        assert_eq!(rows.len(), 1, "F{mode:02} has {} rows", rows.len());
-        let cells: Vec<&str> = rows[0].trim_matches('|').split(" | ").collect();
-        assert_eq!(cells.len(), 5, "F{mode:02}: {cells:?}");
-        assert!(cells.iter().all(|cell| !cell.trim().is_empty()), "F{mode:02}: {cells:?}");
-        assert!(!["–", "-", "none"].contains(&cells[2].trim()), "F{mode:02} has no detector");
-        let (path, name) = *cited(rows[0]).first().expect("a test");
-        assert!(path.starts_with("tests/stability/"), "F{mode:02}: {path}");
-        assert!(name.starts_with(&format!("f{mode:02}_")), "F{mode:02}: {name}");
+        let name = format!("F{mode:02}");
+        let items = items(&table, &name);
+        assert_eq!(items.len(), 1, "{name} has {} items", items.len());
+        for label in ["Symptom", "Detector", "Remedy", "Test"] {
+            let text = entry(items[0], label);
+            assert!(
+                !["", "–.", "-.", "none."].contains(&text),
+                "{name} has no {label}: {}",
+                items[0]
+            );
+        }
+        let (path, test) = *cited(entry(items[0], "Test")).first().expect("a test");
+        assert!(path.starts_with("tests/stability/"), "{name}: {path}");
+        assert!(test.starts_with(&format!("f{mode:02}_")), "{name}: {test}");
     }
 }
 
@@ -41,8 +66,9 @@ fn the_first_test_of_every_mode_has_been_seen_to_fail() {
     let table = table();
     let (modes, seen) = table.split_once("\n## Tests, ").expect("both tables");
     let seen = cited(seen);
-    for row in modes.lines().filter(|line| line.starts_with("| F")) {
-        let first = cited(row).first().copied().expect("a test");
+    for mode in self::modes() {
+        let item = items(modes, &format!("F{mode:02}"))[0];
+        let first = cited(entry(item, "Test")).first().copied().expect("a test");
         assert!(seen.contains(&first), "{first:?}");
     }
 }
