@@ -417,3 +417,30 @@ fn a_bar_on_which_nothing_acts_stays_at_rest_to_its_end() {
         assert!(out.steps > 400, "{} steps", out.steps);
     }
 }
+
+/// Cracks put points in another order: a frame shows each where it is then, whenever the last
+/// sample was.
+#[test]
+fn a_frame_between_two_samples_shows_points_where_they_are() {
+    let end = |x: f64, up: bool| Hold {
+        part: face(0, x, up),
+        axes: [true, false, false],
+        velocity: Vec3::x() * if up { 1.0 } else { -1.0 },
+        gradient: Mat3::zeros(),
+        centre: Vec3::zeros(),
+        course: Course::constant(),
+        until: None,
+    };
+    let torn = |samples: u32| {
+        let mut bar = bar(0.2, 0.04, 0.01);
+        bar.holds = vec![end(0.0, false), end(0.2, true)];
+        bar.settings.breaks = true;
+        bar.output.end = 3e-4;
+        (bar.output.samples, bar.output.frames) = (samples, 20);
+        run(bar)
+    };
+    let (often, seldom) = (torn(20), torn(3));
+    assert!(often.pieces[0] < 0.9, "it is not torn: {:?}", often.pieces);
+    assert_eq!((often.frames.len(), seldom.times.len()), (21, 4));
+    assert!(often.frames == seldom.frames);
+}
