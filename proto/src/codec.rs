@@ -47,7 +47,7 @@ pub enum WireError {
     Trailing {
         /// Behind what.
         what: &'static str,
-        /// How many.
+        /// How many bytes there are too many.
         extra: usize,
     },
     /// The header was damaged on the way.
@@ -74,7 +74,7 @@ pub enum WireError {
     /// A kind of body or law that does not travel yet.
     #[error("{what} is of the kind {kind}, which this version does not send")]
     Unknown {
-        /// What.
+        /// What the value is.
         what: &'static str,
         /// Of which kind.
         kind: &'static str,
@@ -82,7 +82,7 @@ pub enum WireError {
     /// A number that is none.
     #[error("{what} is not finite")]
     NotFinite {
-        /// Which.
+        /// What the value is.
         what: &'static str,
     },
     /// An index beyond the vertices.

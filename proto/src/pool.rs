@@ -162,7 +162,7 @@ pub enum RenewAnswer {
 pub struct Heed {
     /// Its life.
     pub session: SessionId,
-    /// Which job.
+    /// The job concerned.
     pub job: JobId,
     /// By which grant.
     pub epoch: Epoch,
@@ -247,11 +247,11 @@ pub enum Trouble {
 pub struct Fail {
     /// Its life.
     pub session: SessionId,
-    /// Which job.
+    /// The job concerned.
     pub job: JobId,
     /// By which grant.
     pub epoch: Epoch,
-    /// Why.
+    /// What went wrong.
     pub trouble: Trouble,
     /// In words.
     pub text: String,

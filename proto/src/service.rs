@@ -171,7 +171,7 @@ pub enum SubmitAnswer {
     },
     /// These pieces are not here (perhaps more).
     Missing {
-        /// Which.
+        /// The pieces concerned.
         pieces: Vec<u32>,
     },
     /// The bundle does not match its digest: send all of it again.
@@ -339,7 +339,7 @@ pub struct Runs {
 pub struct Fetch {
     /// Of which run.
     pub run: u64,
-    /// Which file.
+    /// The file concerned.
     pub file: String,
     /// Which piece: bytes from `index` MiB on.
     pub index: u32,

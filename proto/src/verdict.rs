@@ -44,7 +44,7 @@ pub enum Verdict {
     Failed {
         /// The family that failed.
         solver: String,
-        /// How.
+        /// The reason, in words.
         text: String,
     },
     /// What came out of a specimen, however it ended.

@@ -274,7 +274,7 @@ message! {
         "1" [string] name: String,
         /// Its SI unit; 1 where it has none.
         "2" [string] unit: String,
-        /// How much.
+        /// The value itself.
         "3" [double] value: f64,
     }
 }
@@ -365,7 +365,7 @@ message! {
 message! {
     /// Something that happened in the run. Which fields are set depends on `kind`.
     RunEvent {
-        /// What happened.
+        /// What kind of event it is.
         "1" [enumeration = "EventKind"] kind: i32,
         /// Steps taken.
         "2" [uint64] step: u64,

@@ -77,7 +77,7 @@ pub enum MeshFileError {
     /// More triangles than accepted.
     #[error("the file has {count} triangles; at most {limit} are read")]
     TooLarge {
-        /// How many.
+        /// How many there are.
         count: usize,
         /// The bound.
         limit: usize,
@@ -85,7 +85,7 @@ pub enum MeshFileError {
     /// Something of the format that is not read here.
     #[error("{what} is not read here")]
     Unsupported {
-        /// What.
+        /// What the value is.
         what: String,
     },
 }

@@ -10,9 +10,9 @@ pub enum ServiceError {
     /// The disk does not give or take a file.
     #[error("{path}: {source}")]
     File {
-        /// Which.
+        /// The file concerned.
         path: PathBuf,
-        /// Why.
+        /// What the system reported.
         source: std::io::Error,
     },
     /// A folder that is not a state folder of this generation.
@@ -21,7 +21,7 @@ pub enum ServiceError {
          folder, or move what is there away"
     )]
     Foreign {
-        /// Which.
+        /// The folder concerned.
         folder: PathBuf,
         /// What is there.
         text: String,
@@ -33,7 +33,7 @@ pub enum ServiceError {
         wanted(*more)
     )]
     Full {
-        /// Which.
+        /// The folder concerned.
         folder: PathBuf,
         /// Bytes.
         free: u64,
@@ -60,7 +60,7 @@ pub enum ServiceError {
     /// A state folder in use.
     #[error("{folder}: another coordinator uses this state folder")]
     Taken {
-        /// Which.
+        /// The folder concerned.
         folder: PathBuf,
     },
     /// A journal that cannot be read.
@@ -70,7 +70,7 @@ pub enum ServiceError {
         copied(kept.as_deref())
     )]
     Journal {
-        /// Which.
+        /// The file concerned.
         path: PathBuf,
         /// Where, from 1.
         line: usize,
@@ -89,7 +89,7 @@ pub enum ServiceError {
         path: PathBuf,
         /// Where the runs lie.
         runs: PathBuf,
-        /// How many.
+        /// How many grains lie.
         lie: usize,
     },
     /// What is told of runs takes as much room as it may.
@@ -110,7 +110,7 @@ pub enum ServiceError {
     /// A file that is not as it was written.
     #[error("{path} is damaged: {why}. Nothing is changed; {mend}")]
     Damaged {
-        /// Which.
+        /// The file concerned.
         path: PathBuf,
         /// What is wrong.
         why: String,
@@ -123,9 +123,9 @@ pub enum ServiceError {
     /// Nobody can ask for metrics.
     #[error("cannot listen on {address}: {text}")]
     Metrics {
-        /// Where.
+        /// The address that was asked for.
         address: SocketAddr,
-        /// Why.
+        /// The reason, in words.
         text: String,
     },
 }

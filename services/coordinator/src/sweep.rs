@@ -70,7 +70,7 @@ pub enum SweepError {
     /// Values of a key that are none.
     #[error("{key:?}: {why}")]
     Values {
-        /// Which.
+        /// The key concerned.
         key: String,
         /// What is wrong.
         why: String,

@@ -305,7 +305,7 @@ struct Bar<'a> {
     ending: &'static str,
     /// Which attempt, from 1; 0: nobody was asked.
     attempt: usize,
-    /// What happened.
+    /// The reason, in words.
     text: String,
 }
 

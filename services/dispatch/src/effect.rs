@@ -115,11 +115,11 @@ pub enum Bound {
 pub enum Effect {
     /// Answer the poll `seq` of `worker` with a job.
     Grant {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
         /// Which poll.
         seq: u64,
-        /// What.
+        /// The job concerned.
         job: Job,
         /// For which run, of those that want it.
         run: Run,
@@ -132,35 +132,35 @@ pub enum Effect {
     },
     /// Hold the poll `seq` of `worker`.
     Park {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
         /// Which poll.
         seq: u64,
     },
     /// Answer the poll `seq` of `worker`: nothing to do.
     Idle {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
         /// Which poll.
         seq: u64,
     },
     /// Answer the poll `seq` of `worker`: leave.
     Dismiss {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
         /// Which poll.
         seq: u64,
     },
     /// A worker gets no more. Say so aloud.
     Drained {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
-        /// Why.
+        /// The cause.
         cause: Cause,
     },
     /// Answer a renewal: go on.
     Renewed {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
         /// At what.
         job: Job,
@@ -169,7 +169,7 @@ pub enum Effect {
     },
     /// A worker goes on with what an earlier life has granted it.
     Adopted {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
         /// At what.
         job: Job,
@@ -180,26 +180,26 @@ pub enum Effect {
     },
     /// Answer a renewal: stop.
     Stop {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
-        /// What.
+        /// The job concerned.
         job: Job,
-        /// Why.
+        /// The reason.
         reason: StopReason,
     },
     /// Tell a worker at once that nobody wants what it does by this grant. If that is lost, its
     /// next renewal is answered with [`Effect::Stop`].
     Cancel {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
-        /// What.
+        /// The job concerned.
         job: Job,
         /// By which grant.
         epoch: Epoch,
     },
     /// Answer a result, a job given back, or a leave.
     Taken {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
         /// What became of it.
         receipt: Receipt,
@@ -212,7 +212,7 @@ pub enum Effect {
         worker: Worker,
         /// By which grant.
         epoch: Epoch,
-        /// Why.
+        /// How the worker was lost.
         loss: Loss,
         /// Whether it counts against the job.
         charged: bool,
@@ -228,23 +228,23 @@ pub enum Effect {
     },
     /// A job has no attempt left: say so aloud. Its runs hear of it by [`Effect::Settle`].
     Stall {
-        /// Which.
+        /// The job concerned.
         job: Job,
-        /// Why.
+        /// The reason.
         reason: Reason,
         /// Attempts made.
         attempts: u32,
     },
     /// A job killed its workers: keep what reproduces it. [`Effect::Stall`] follows.
     Quarantine {
-        /// Which.
+        /// The job concerned.
         job: Job,
         /// Attempts that died.
         crashes: u32,
     },
     /// Two results of one pure job differ: say so aloud.
     Alarm {
-        /// Which.
+        /// The job concerned.
         job: Job,
         /// The result that counts.
         kept: Digest,

@@ -141,7 +141,7 @@ pub enum Prior {
 pub enum Event {
     /// A run begins, or changes its share.
     Begin {
-        /// Which.
+        /// The run concerned.
         run: Run,
         /// Its claim.
         share: Share,
@@ -151,7 +151,7 @@ pub enum Event {
     Open {
         /// Which run.
         run: Run,
-        /// What.
+        /// The job concerned.
         job: Job,
         /// What it asks of a worker; of a job that is open, what it asked first.
         need: Skills,
@@ -179,7 +179,7 @@ pub enum Event {
     },
     /// A worker is still at it.
     Renew {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
         /// At what.
         job: Job,
@@ -194,7 +194,7 @@ pub enum Event {
     },
     /// A worker asks for a cancellation as soon as its job is not wanted any more.
     WatchCancel {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
         /// At what.
         job: Job,
@@ -210,7 +210,7 @@ pub enum Event {
     },
     /// A worker hands in a result; the shell has checked its bytes against `digest`.
     Commit {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
         /// Of what.
         job: Job,
@@ -228,13 +228,13 @@ pub enum Event {
     },
     /// A worker gives a job back.
     Fail {
-        /// Who.
+        /// The worker concerned.
         worker: Worker,
-        /// What.
+        /// The job concerned.
         job: Job,
         /// By which grant.
         epoch: Epoch,
-        /// Why.
+        /// What went wrong.
         trouble: Trouble,
     },
     /// The link to a worker is gone; links flap, so it may be back.

@@ -24,7 +24,7 @@ const MAX_REFUSALS: u32 = 5;
 /// A job to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Work {
-    /// Which.
+    /// The job concerned.
     pub job: Job,
     /// By which grant.
     pub epoch: Epoch,
@@ -64,11 +64,11 @@ pub enum Question {
     },
     /// To take a job back.
     Fail {
-        /// Which.
+        /// The job concerned.
         job: Job,
         /// By which grant.
         epoch: Epoch,
-        /// Why.
+        /// What went wrong.
         trouble: Trouble,
     },
     /// To leave.
@@ -84,7 +84,7 @@ pub enum WorkerInput {
     Grant {
         /// To which.
         seq: u64,
-        /// What.
+        /// The work that is asked for.
         work: Work,
     },
     /// The answer to a question for work: nothing now.

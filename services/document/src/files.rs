@@ -32,7 +32,7 @@ pub enum FileError {
     /// Not there, or not readable.
     #[error("cannot read {path}: {reason}")]
     Unreadable {
-        /// Which.
+        /// The file concerned.
         path: String,
         /// What the system said.
         reason: String,
@@ -46,7 +46,7 @@ pub enum FileError {
     /// Larger than accepted.
     #[error("{path} is larger than {limit} bytes")]
     TooLarge {
-        /// Which.
+        /// The file concerned.
         path: String,
         /// The bound \[bytes\].
         limit: u64,

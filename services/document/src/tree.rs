@@ -21,9 +21,9 @@ pub struct Entry {
 /// A value and where it stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// Where.
+    /// Where the value comes from.
     pub origin: Origin,
-    /// What.
+    /// The value itself.
     pub value: Value,
 }
 

@@ -72,7 +72,7 @@ impl Particles {
         }
     }
 
-    /// How many.
+    /// How many there are.
     #[must_use]
     pub fn len(&self) -> usize {
         self.id.len()

@@ -28,7 +28,7 @@ pub enum CutError {
     TooLarge {
         /// What there would be.
         what: &'static str,
-        /// How many.
+        /// The value itself.
         value: f64,
         /// The limit.
         limit: f64,

@@ -90,7 +90,7 @@ pub enum DoorError {
     /// Triangles without area.
     #[error("{count} triangles have no area, the first is triangle {first}")]
     Degenerate {
-        /// How many.
+        /// How many there are.
         count: usize,
         /// The first.
         first: usize,
@@ -98,7 +98,7 @@ pub enum DoorError {
     /// Triangles with the same three corners.
     #[error("{count} triangles have the corners of another, the first is triangle {first}")]
     Duplicate {
-        /// How many.
+        /// How many there are.
         count: usize,
         /// The first.
         first: usize,
@@ -106,7 +106,7 @@ pub enum DoorError {
     /// Edges with one triangle: the mesh has holes.
     #[error("{count} edges are open, the first at {}", place(first))]
     OpenEdges {
-        /// How many.
+        /// How many there are.
         count: usize,
         /// Middle of the first \[m\].
         first: Vec3,
@@ -114,7 +114,7 @@ pub enum DoorError {
     /// Edges with more than two triangles.
     #[error("{count} edges have more than two triangles, the first at {}", place(first))]
     NonManifold {
-        /// How many.
+        /// How many there are.
         count: usize,
         /// Middle of the first \[m\].
         first: Vec3,
@@ -122,7 +122,7 @@ pub enum DoorError {
     /// Neighbouring triangles that face opposite ways.
     #[error("{count} edges have triangles that face opposite ways, the first at {}", place(first))]
     NotOriented {
-        /// How many.
+        /// How many there are.
         count: usize,
         /// Middle of the first \[m\].
         first: Vec3,

@@ -55,7 +55,7 @@ pub struct Figure {
     pub name: String,
     /// Its SI unit; 1 where it has none.
     pub unit: String,
-    /// How much.
+    /// The value itself.
     pub value: f64,
 }
 

@@ -66,7 +66,7 @@ pub enum Failure {
     NotFinite {
         /// Which field.
         what: &'static str,
-        /// When.
+        /// The step at which it happened.
         step: u64,
     },
     /// Energy appeared from nowhere (F04).
@@ -74,7 +74,7 @@ pub enum Failure {
     Unstable {
         /// Excess over what the strikers have lost \[1\].
         ratio: f64,
-        /// When.
+        /// The step at which it happened.
         step: u64,
     },
     /// The step budget ran out before the solve was over.

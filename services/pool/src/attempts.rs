@@ -10,13 +10,13 @@ const MAX_NEWS: usize = 4_096;
 /// News of an attempt at a job that has not settled.
 #[derive(Clone, Debug)]
 pub struct Attempted {
-    /// Which job.
+    /// The job concerned.
     pub job: JobId,
     /// By which grant.
     pub grant: u64,
     /// Whose attempt.
     pub worker: String,
-    /// When.
+    /// The moment of it.
     pub at: Instant,
     /// How the attempt was lost; `None`: the worker was given the job.
     pub lost: Option<String>,

@@ -24,7 +24,7 @@ const LET_GO: Duration = Duration::from_millis(1500);
 pub struct SpawnConfig {
     /// The program.
     pub exe: PathBuf,
-    /// How many.
+    /// How many workers there are.
     pub workers: usize,
     /// Threads that each gives a job.
     pub threads: usize,

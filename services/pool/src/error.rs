@@ -10,19 +10,19 @@ pub enum LinkError {
     /// The transport does not open.
     #[error("cannot listen on {endpoint}: {text}")]
     Listen {
-        /// Where.
+        /// The address of the link.
         endpoint: String,
-        /// Why.
+        /// The reason, in words.
         text: String,
     },
     /// The transport does not connect.
     #[error("cannot connect to {endpoint}: tried for {seconds} s; {text}")]
     Connect {
-        /// Where.
+        /// The address of the link.
         endpoint: String,
         /// For how long \[s\].
         seconds: f64,
-        /// Why.
+        /// The reason, in words.
         text: String,
     },
     /// A worker process does not start.
@@ -30,7 +30,7 @@ pub enum LinkError {
     Spawn {
         /// Which program.
         exe: PathBuf,
-        /// Why.
+        /// What the system reported.
         source: std::io::Error,
     },
     /// A thread does not start.
@@ -42,7 +42,7 @@ pub enum LinkError {
     /// The coordinator does not answer.
     #[error("the coordinator at {endpoint} has not answered {what} for {seconds} s")]
     Silent {
-        /// Where.
+        /// The address of the link.
         endpoint: String,
         /// What was asked.
         what: &'static str,
@@ -55,7 +55,7 @@ pub enum LinkError {
     /// The coordinator is about to end.
     #[error("the coordinator at {endpoint} leaves; run {run} goes on when it is back")]
     Left {
-        /// Where.
+        /// The address of the link.
         endpoint: String,
         /// Which run was followed.
         run: u64,
@@ -66,7 +66,7 @@ pub enum LinkError {
          another run when one of those that wait begins"
     )]
     Busy {
-        /// Where.
+        /// The address of the link.
         endpoint: String,
         /// For how long \[s\].
         seconds: f64,
@@ -86,15 +86,15 @@ pub enum LinkError {
     /// A path that must not be in a bundle.
     #[error("{path:?} may not be in a bundle: {reason}")]
     Path {
-        /// Which.
+        /// The file concerned.
         path: String,
-        /// Why.
+        /// The reason.
         reason: &'static str,
     },
     /// A folder that another fetch has.
     #[error("{folder}: {why}; name another folder")]
     Occupied {
-        /// Which.
+        /// The folder concerned.
         folder: PathBuf,
         /// By whom.
         why: &'static str,
@@ -102,9 +102,9 @@ pub enum LinkError {
     /// The disk does not give or take a file.
     #[error("{path}: {}", cullet_files::regular::words(source))]
     File {
-        /// Which.
+        /// The file concerned.
         path: PathBuf,
-        /// Why.
+        /// What the system reported.
         source: std::io::Error,
     },
 }

@@ -98,14 +98,14 @@ pub enum Event {
         body: u64,
         /// Digest of the problem.
         job: [u8; 32],
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// A body left the world.
     Removed {
         /// The body.
         body: u64,
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// What the scene expected.

@@ -1,7 +1,7 @@
 //! What a recording says: the summary again, and a line an event.
 
 use super::{RecordError, Recording, Summary, event};
-use cullet_proto::recording::{EventKind, RunEvent};
+use cullet_proto::recording::{EventKind, RunEvent, Sampled};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -27,14 +27,13 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordError> {
     let names: BTreeMap<u64, &str> =
         recording.bodies.iter().map(|body| (body.id, body.name.as_str())).collect();
     let name = |id: u64| names.get(&id).map_or_else(|| format!("body {id}"), ToString::to_string);
-    // Of each fracture, how many of its fragments were sampled.
-    let sampled: BTreeMap<u64, usize> =
-        recording.sampled.iter().map(|of| (of.body, of.fragments.len())).collect();
+    let sampled: BTreeMap<u64, &Sampled> =
+        recording.sampled.iter().map(|of| (of.body, of)).collect();
     let line = |e: &RunEvent| {
         let told = event::line(e, &name);
         let broken = e.body.filter(|_| e.kind() == EventKind::Fractured);
         match broken.and_then(|body| sampled.get(&body)) {
-            Some(drawn) => format!("{told}; {} solved, {drawn} sampled", e.fragments.len() - drawn),
+            Some(of) => format!("{told}; {}", parts(e.fragments.len(), of)),
             None => told,
         }
     };
@@ -47,4 +46,37 @@ pub fn inspect(path: &Path) -> Result<Inspection, RecordError> {
         complete: recording.complete,
         damaged: recording.damaged,
     })
+}
+
+/// How much of a fracture was solved, and how much was sampled.
+fn parts(fragments: usize, of: &Sampled) -> String {
+    let drawn = of.fragments.len();
+    let counts = format!("{} solved, {drawn} sampled", fragments - drawn);
+    let volume = of.solved_volume + of.sampled_volume;
+    if volume <= 0.0 {
+        // A recording of before says no more.
+        return counts;
+    }
+    let area = of.solved_crack_area + of.sampled_crack_area;
+    let percent = |part: f64, all: f64| if all > 0.0 { 100.0 * part / all } else { 0.0 };
+    format!(
+        "{counts}: {:.0} % of the volume, {:.0} % of the crack area",
+        percent(of.sampled_volume, volume),
+        percent(of.sampled_crack_area, area)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Sampled, parts};
+
+    #[test]
+    fn a_fracture_says_what_share_was_sampled() {
+        let old = Sampled { fragments: vec![4], ..Sampled::default() };
+        assert_eq!(parts(3, &old), "2 solved, 1 sampled");
+        let (solved_volume, sampled_volume) = (3e-4, 1e-4);
+        let now = Sampled { solved_volume, sampled_volume, solved_crack_area: 0.1, ..old };
+        let line = "2 solved, 1 sampled: 25 % of the volume, 0 % of the crack area";
+        assert_eq!(parts(3, &now), line);
+    }
 }

@@ -101,7 +101,7 @@ pub enum RecordError {
     /// The file system said no.
     #[error("{path}: {}", cullet_files::regular::words(source))]
     Io {
-        /// Which file.
+        /// The file concerned.
         path: PathBuf,
         /// What it said.
         source: std::io::Error,
@@ -109,7 +109,7 @@ pub enum RecordError {
     /// The MCAP library said no.
     #[error("{path}: {}", words(source))]
     Mcap {
-        /// Which file.
+        /// The file concerned.
         path: PathBuf,
         /// What it said.
         source: mcap::McapError,
@@ -117,7 +117,7 @@ pub enum RecordError {
     /// The file does not begin as an MCAP file does.
     #[error("{path} is not an MCAP file")]
     NotMcap {
-        /// Which file.
+        /// The file concerned.
         path: PathBuf,
     },
     /// Nothing in it is of a run.
@@ -126,13 +126,13 @@ pub enum RecordError {
          is left of it"
     )]
     Foreign {
-        /// Which file.
+        /// The file concerned.
         path: PathBuf,
     },
     /// The run that it holds has no such moment.
     #[error("{path} has no moment {time} s: it goes from 0 to {end} s")]
     Beyond {
-        /// Which file.
+        /// The file concerned.
         path: PathBuf,
         /// Which moment \[s\].
         time: f64,
@@ -145,13 +145,13 @@ pub enum RecordError {
          its numbers are in the .csv beside it"
     )]
     Specimen {
-        /// Which file.
+        /// The file concerned.
         path: PathBuf,
     },
     /// All that a recording had is damaged.
     #[error("{path}: nothing can be saved, for all {damaged} records in it are damaged")]
     Lost {
-        /// Which file.
+        /// The file concerned.
         path: PathBuf,
         /// Chunks and records.
         damaged: u64,
@@ -169,7 +169,7 @@ pub enum RecordError {
     /// The recorder was told of a body that it does not know.
     #[error("body {body} was not recorded before its {what}")]
     UnknownBody {
-        /// Which.
+        /// The body concerned.
         body: u64,
         /// What came too early.
         what: &'static str,
@@ -177,13 +177,13 @@ pub enum RecordError {
     /// A body was recorded whose geometry was not.
     #[error("the geometry of body {body} was not recorded before it")]
     UnknownGeometry {
-        /// Which.
+        /// The body concerned.
         body: u64,
     },
     /// The mesh of a body is not a solid, or is not the one that was recorded.
     #[error("the geometry of body {body}: {source}")]
     Geometry {
-        /// Which.
+        /// The body concerned.
         body: u64,
         /// What is wrong with it.
         source: GeometryError,
@@ -199,7 +199,7 @@ pub enum RecordError {
     /// A picture could not be encoded.
     #[error("{path}: {reason}")]
     Picture {
-        /// Which file.
+        /// The file concerned.
         path: PathBuf,
         /// What is wrong.
         reason: String,

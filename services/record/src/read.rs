@@ -166,7 +166,7 @@ pub struct Recording {
     pub debris: Vec<Grains>,
     /// Cracks that end inside bodies.
     pub cracks: Vec<Cracks>,
-    /// What happened.
+    /// What happened, in order.
     pub events: Vec<RunEvent>,
     /// How jobs came out.
     pub reports: Vec<JobReport>,

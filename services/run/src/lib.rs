@@ -92,9 +92,9 @@ pub enum RunError {
     /// A file could not be written.
     #[error("{path}: {}", cullet_files::regular::words(source))]
     File {
-        /// Which.
+        /// The file concerned.
         path: PathBuf,
-        /// Why.
+        /// What the system reported.
         source: std::io::Error,
     },
 }
@@ -220,7 +220,8 @@ impl Run<'_> {
         Ok(!self.settle_until(u64::MAX)?)
     }
 
-    /// Records the hits of a step, decides about them, and opens a job for each body that may break.
+    /// Records the hits of a step, decides about them, and opens a job for each body that may
+    /// break.
     fn judge(&mut self, hits: Vec<Hit>) -> Result<(), RunError> {
         let mut by_body: BTreeMap<BodyId, Vec<Hit>> = BTreeMap::new();
         for hit in hits {

@@ -27,7 +27,7 @@ pub struct SpecimenBody {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct Zone {
-    /// Where.
+    /// The part of the body that it acts on.
     pub part: Where,
     /// What it is made of.
     pub material: Material,
@@ -37,7 +37,7 @@ pub struct Zone {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct Patch {
-    /// Where.
+    /// The part of the body that it acts on.
     pub part: Where,
     /// Strength over the material's \[1\].
     pub strength: f64,
@@ -82,7 +82,7 @@ pub struct Notch {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct Start {
-    /// Where.
+    /// The part of the body that it acts on.
     pub part: Where,
     /// Velocity \[m/s\].
     pub velocity: Vec3,
@@ -178,7 +178,7 @@ impl Push {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct Load {
-    /// Where.
+    /// The part of the body that it acts on.
     pub part: Where,
     /// What, at 1 of the course.
     pub push: Push,

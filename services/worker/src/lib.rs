@@ -41,9 +41,9 @@ pub enum WorkerError {
     /// The transport does not open.
     #[error("cannot open the link to {endpoints}: {text}")]
     Connect {
-        /// Where.
+        /// The addresses of the links.
         endpoints: String,
-        /// Why.
+        /// The reason, in words.
         text: String,
     },
     /// No endpoint was given.
@@ -52,9 +52,9 @@ pub enum WorkerError {
     /// Threads do not start.
     #[error("cannot start {threads} threads: {text}")]
     Threads {
-        /// How many.
+        /// How many threads.
         threads: usize,
-        /// Why.
+        /// The reason, in words.
         text: String,
     },
     /// A name that is none.

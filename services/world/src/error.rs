@@ -9,7 +9,7 @@ pub enum WorldError {
     /// A setting lies outside its range.
     #[error("world setting {what} is {value:.6e}; it must lie in [{low:.3e}, {high:.3e}]")]
     Setting {
-        /// Which.
+        /// What the value is.
         what: &'static str,
         /// Its value.
         value: f64,
@@ -72,7 +72,7 @@ pub enum WorldError {
     NotFinite {
         /// The body's name.
         name: String,
-        /// When.
+        /// The step at which it happened.
         step: u64,
     },
     /// A body's place does not follow its velocity (F42).
@@ -85,7 +85,7 @@ pub enum WorldError {
     Frozen {
         /// The body's name.
         name: String,
-        /// When.
+        /// The step at which it happened.
         step: u64,
         /// Its velocity \[m/s\].
         velocity: Vec3,
@@ -97,7 +97,7 @@ pub enum WorldError {
     /// The rigid-body engine panicked; the world must not be used further.
     #[error("the rigid-body engine failed at step {step}")]
     Engine {
-        /// When.
+        /// The step at which it happened.
         step: u64,
     },
 }

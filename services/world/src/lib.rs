@@ -1,7 +1,7 @@
 //! The rigid world: bodies, impacts, the replacement of a body by its fragments or by a new shape.
 //!
-//! Read `world.rs` first: [`World::step`] turns contacts into [`Hit`]s, [`World::replace`] puts the fragments where the body was and keeps the
-//! books.
+//! Read `world.rs` first: [`World::step`] turns contacts into [`Hit`]s, [`World::replace`] puts the
+//! fragments where the body was and keeps the books.
 //!
 //! Absent on purpose: files, clocks, threads, randomness, and any word about how a body breaks.
 //! Only `rigid/` names the engine; everything public speaks `cullet_geometry`.

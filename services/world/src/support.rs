@@ -43,9 +43,9 @@ pub struct HeldContact {
 /// A support, and the impulse that the solver says it gave along its normal \[N·s\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reaction {
-    /// Which.
+    /// The support that gave it.
     pub support: HeldContact,
-    /// How much.
+    /// The impulse that it gave \[N·s\].
     pub impulse: f64,
 }
 

@@ -19,12 +19,6 @@ use crate::settling::Settling;
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
 
-/// Mass ratio up to which the engine carries a body on another \[1\].
-const CARRIED: f64 = 200.0;
-
-/// Overlap over the size of the lighter body from which on it has sunk \[1\].
-const SUNK: f64 = 0.02;
-
 /// Rigid bodies, their contacts, and the books.
 pub struct World {
     pub(crate) settings: WorldSettings,
@@ -114,35 +108,6 @@ impl World {
         };
         let shape = Shape::new(&body, &spec.hulls, Fit::Body).map_err(told)?;
         Ok((body, shape))
-    }
-
-    /// Pairs of bodies that overlap where they are, with an estimate of the depth \[m\]; at least
-    /// one of each can move.
-    #[must_use]
-    pub fn overlaps(&self) -> Vec<(BodyId, BodyId, f64)> {
-        let found = self.rigid.overlaps();
-        found.into_iter().map(|(a, b, depth)| (BodyId(a), BodyId(b), depth)).collect()
-    }
-
-    /// Bodies that lie sunk into others more than 200 times as heavy, deeper than a fiftieth of
-    /// their own size: the engine does not carry such weights (F36). A sentence each.
-    #[must_use]
-    pub fn sunk(&self) -> Vec<String> {
-        let told = |(a, b, depth): (BodyId, BodyId, f64)| {
-            let (a, b) = (self.bodies.get(&a.0)?, self.bodies.get(&b.0)?);
-            let (light, heavy) = if a.mass < b.mass { (a, b) } else { (b, a) };
-            let ratio = heavy.mass / light.mass;
-            let share = depth / libm::cbrt(light.volume);
-            let sunk = !heavy.fixed && ratio > CARRIED && share > SUNK;
-            sunk.then(|| {
-                format!(
-                    "{} and {} overlap by {depth:.3e} m, {share:.2} of its size: the other has \
-                     {ratio:.0} times its mass, {CARRIED} are carried (F36)",
-                    light.name, heavy.name
-                )
-            })
-        };
-        self.overlaps().into_iter().filter_map(told).collect()
     }
 
     /// Simulated time \[s\].

@@ -80,7 +80,7 @@ impl PointClusters {
         clusters
     }
 
-    /// How many.
+    /// How many there are.
     pub(super) fn len(&self) -> usize {
         self.starts.len() - 1
     }

@@ -51,7 +51,7 @@ pub enum VoronoiError {
     /// A site is not strictly inside the box.
     #[error("site {site} is not strictly inside the box")]
     Outside {
-        /// Which.
+        /// The site concerned.
         site: usize,
     },
     /// Five generators meet at one point, or two sites coincide.

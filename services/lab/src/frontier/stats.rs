@@ -139,7 +139,7 @@ pub fn richardson(values: [f64; 3], ratio: f64) -> Richardson {
 /// What several seeds say.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ensemble {
-    /// How many.
+    /// How many there are.
     pub count: usize,
     /// Their mean.
     pub mean: f64,

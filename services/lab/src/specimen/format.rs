@@ -248,7 +248,7 @@ pub struct Body {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Zone {
-    /// Where.
+    /// Name of the region that it acts on.
     pub region: String,
     /// What it is made of.
     pub material: Material,
@@ -258,7 +258,7 @@ pub struct Zone {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Patch {
-    /// Where.
+    /// Name of the region that it acts on.
     pub region: String,
     /// Strength over the material's \[1\].
     #[serde(default = "one")]
@@ -322,7 +322,7 @@ pub struct Symmetry {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Start {
-    /// Where.
+    /// Name of the region that it acts on.
     pub region: String,
     /// Velocity \[m/s\].
     #[schemars(schema_with = "unit::velocity3")]
@@ -403,7 +403,7 @@ pub enum Course {
 pub struct Support {
     /// What probes call it.
     pub name: String,
-    /// Where.
+    /// Name of the region that it acts on.
     pub region: String,
     /// Along which axes of the specimen: some of x, y, z.
     #[serde(default = "xyz")]
@@ -438,7 +438,7 @@ fn xyz() -> String {
 pub struct Load {
     /// What probes call it.
     pub name: String,
-    /// Where.
+    /// Name of the region that it acts on.
     pub region: String,
     /// On the surface in the region \[Pa\].
     #[serde(default)]

@@ -43,7 +43,7 @@ pub enum Region {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct Stroke {
-    /// Where.
+    /// Name of the region that it acts on.
     pub region: Region,
     /// Strength within over strength without \[1\].
     pub factor: f64,

@@ -214,7 +214,7 @@ pub struct Metric {
     pub name: String,
     /// The probe.
     pub probe: String,
-    /// How.
+    /// How the values of the points become one number.
     pub reduce: Reduction,
     /// Earlier samples are left out \[s\].
     #[serde(default)]
