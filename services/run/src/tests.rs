@@ -41,16 +41,7 @@ impl Jobs for Halver {
         } else {
             halves(spacing).into()
         };
-        let settlement = Settlement {
-            ending: Ending::Verdict(verdict),
-            attempts: 1,
-            worker: "w".to_owned(),
-            wall: Duration::ZERO,
-            cached: false,
-            tries: Vec::new(),
-            reproduction: None,
-        };
-        Some((id, settlement))
+        Some((id, settlement(verdict)))
     }
 
     fn load(&self) -> Load {
@@ -58,6 +49,19 @@ impl Jobs for Halver {
     }
 
     fn cancel(&self) {}
+}
+
+/// A verdict as a pool of one brings it.
+fn settlement(verdict: Verdict) -> Settlement {
+    Settlement {
+        ending: Ending::Verdict(verdict),
+        attempts: 1,
+        worker: "w".to_owned(),
+        wall: Duration::ZERO,
+        cached: false,
+        tries: Vec::new(),
+        reproduction: None,
+    }
 }
 
 fn halves(spacing: f64) -> Fracture {

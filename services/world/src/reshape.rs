@@ -12,6 +12,7 @@ use crate::rigid::{BadPart, Fit, Shape};
 use crate::support::Reaction;
 use crate::world::World;
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
+use nalgebra::Translation3;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -39,7 +40,7 @@ impl World {
     /// spread evenly over the new volume, and its centre of mass stays where it is: a deformation
     /// moves no mass on the whole. On any error nothing has changed.
     ///
-    /// The hits are as in [`World::break_up`]. A body that never moves keeps its place; what
+    /// The hits are as in [`World::break_up`]. A body that never moves stays where it was drawn; what
     /// contacts took out of the motion then has to pay the work.
     ///
     /// # Errors
@@ -114,7 +115,7 @@ impl World {
             hulls,
             material: old.material,
             density: Some(old.mass / mass.volume),
-            pose: motion.pose,
+            pose: if old.fixed { motion.pose * Translation3::from(centre) } else { motion.pose },
             velocity: Vec3::zeros(),
             spin: Vec3::zeros(),
             fixed: old.fixed,

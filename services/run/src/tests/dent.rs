@@ -2,12 +2,13 @@
 //! recording, and back out of it.
 
 use super::super::{Jobs, Load, RunOptions, run};
+use super::settlement;
 use cullet_geometry::{Solid, Vec3};
 use cullet_model::{
     BodyShape, BrittleProblem, Cost, Deformation, Entry, Outcome, Precision, Problem, Progress,
     Refusal, Report, Run, Solver, entry,
 };
-use cullet_pool::{Ending, Settlement};
+use cullet_pool::Settlement;
 use cullet_proto::recording::EventKind;
 use cullet_proto::{FractureJob, JobId, Verdict};
 use cullet_record::{Inspection, Recording, inspect};
@@ -79,16 +80,7 @@ impl Jobs for Pressing {
         let mut solve: Box<dyn Run> = (PRESS.begin)(job.problem).expect("a solve");
         let Progress::Done(outcome) = solve.advance() else { panic!("not done") };
         let bytes = Verdict::Solved(outcome).encode().expect("a verdict");
-        let settlement = Settlement {
-            ending: Ending::Verdict(Verdict::decode(&bytes).expect("the same verdict")),
-            attempts: 1,
-            worker: "w".to_owned(),
-            wall: Duration::ZERO,
-            cached: false,
-            tries: Vec::new(),
-            reproduction: None,
-        };
-        Some((id, settlement))
+        Some((id, settlement(Verdict::decode(&bytes).expect("the same verdict"))))
     }
 
     fn load(&self) -> Load {

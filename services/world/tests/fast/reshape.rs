@@ -93,6 +93,10 @@ fn a_body_that_never_moves_keeps_its_place() {
     let view = world.body(wall).expect("the wall");
     assert!(view.fixed && view.velocity == Vec3::zeros());
     assert!((view.solid.mesh.mass_properties().volume / (0.9 * 0.008) - 1.0).abs() < 1e-12);
+    // What the solver left as it was has not moved: the shape lies where it was drawn.
+    let there = |p: &Vec3| (view.pose * nalgebra::Point3::from(*p)).coords;
+    let drawn = view.solid.mesh.vertices.iter().zip(&new.solid.mesh.vertices);
+    assert!(drawn.into_iter().all(|(p, q)| (there(p) - q).norm() < 1e-12), "{}", view.pose);
     let dear = Reshape { work: 10.0 * hits[0].dissipated, ..new };
     assert!(matches!(world.reshape(wall, &hits, dear), Err(ReplaceError::Unaffordable { .. })));
 }
