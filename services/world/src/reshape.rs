@@ -40,8 +40,8 @@ impl World {
     /// spread evenly over the new volume, and its centre of mass stays where it is: a deformation
     /// moves no mass on the whole. On any error nothing has changed.
     ///
-    /// The hits are as in [`World::break_up`]. A body that never moves stays where it was drawn; what
-    /// contacts took out of the motion then has to pay the work.
+    /// The hits are as in [`World::break_up`]. A body that never moves stays where it was drawn;
+    /// what contacts took out of the motion then has to pay the work.
     ///
     /// # Errors
     /// See [`ReplaceError`].
