@@ -232,5 +232,5 @@ pub(crate) struct PendingExchange {
     /// The fragments.
     pub(crate) others: Vec<u32>,
     /// What is left of the energy that the contact took \[J\].
-    pub(crate) purse: f64,
+    pub(crate) energy_budget: f64,
 }

@@ -4,27 +4,28 @@
 use crate::cluster::Part;
 use crate::debris::DebrisParticle;
 use crate::id::BodyId;
-use crate::world::World;
+use crate::rigid::Rigid;
+use cullet_geometry::Vec3;
 use cullet_model::Grain;
 
 /// Grains that fly at once: more lie where they broke off.
 const MOST_FLYING: usize = 20_000;
 
-impl World {
-    /// All grains, oldest first.
-    #[must_use]
-    pub fn grains(&self) -> &[DebrisParticle] {
-        &self.grains
-    }
+/// All grains, oldest first.
+#[derive(Default)]
+pub(crate) struct Debris {
+    pub(crate) grains: Vec<DebrisParticle>,
+}
 
-    pub(crate) fn fly(&mut self) {
-        let (gravity, dt) = (self.settings.gravity, self.settings.step);
+impl Debris {
+    /// Moves the grains that fly by one step of `dt` \[s\].
+    pub(crate) fn advance(&mut self, gravity: &Vec3, dt: f64, rigid: &Rigid) {
         for grain in self.grains.iter_mut().filter(|grain| !grain.resting) {
-            grain.fly(&gravity, dt, &self.rigid);
+            grain.fly(gravity, dt, rigid);
         }
     }
 
-    /// Lets grains go that move as `parts` say; hands back the numbers they got.
+    /// Adds grains that move as `parts` say; returns the numbers they got.
     pub(crate) fn scatter(&mut self, parent: u32, grains: &[Grain], parts: &[Part]) -> Vec<u64> {
         let flying = self.grains.iter().filter(|grain| !grain.resting).count();
         let room = MOST_FLYING.saturating_sub(flying);

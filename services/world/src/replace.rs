@@ -6,11 +6,14 @@ use crate::error::ReplaceError;
 use crate::exchange::{Exchange, PendingExchange};
 use crate::id::BodyId;
 use crate::impact::Hit;
+use crate::impulse_exchange::{
+    InsufficientEnergy, ReplacementProblem, ReplacementSolution, Striker, exchange_impulses,
+};
 use crate::motion::Motion;
 use crate::rigid::{BadPart, Fit, Shape};
-use crate::settle::{Scene, Settled, Striker, TooDear, settle};
+use crate::state::WorldState;
+use crate::strikers::{find_strikers, moving_parts, remaining_budgets, supporting_strikers};
 use crate::support::Reaction;
-use crate::world::World;
 use crate::{WorldError, ledger::Sink};
 use cullet_geometry::{Mat3, Pose, Quat, Vec3};
 use cullet_model::{Fragment, Grain};
@@ -24,8 +27,8 @@ pub struct Breakage {
     pub pieces: Vec<Fragment>,
     /// Parts too small to be bodies.
     pub grains: Vec<Grain>,
-    /// What held it meanwhile, as [`World::supports`] told; none where the solver knows no
-    /// supports.
+    /// What held it meanwhile, as [`crate::World::supports`] found it; none where the solver knows
+    /// no supports.
     pub reactions: Vec<Reaction>,
     /// G_f times the crack area \[J\].
     pub fracture_energy: f64,
@@ -79,7 +82,7 @@ struct Draft {
 }
 
 /// What a body has become, before its motion is settled.
-pub(crate) struct SettleInput {
+pub(crate) struct ExchangeInput {
     /// The body as it moves now, with the momenta that it has.
     pub(crate) body: Part,
     /// At rest where they are, the grains last.
@@ -94,10 +97,10 @@ pub(crate) struct SettleInput {
 
 /// A replacement's motion, settled.
 pub(crate) struct Exchanged {
-    pub(crate) scene: Scene,
-    pub(crate) settled: Settled,
+    pub(crate) problem: ReplacementProblem,
+    pub(crate) solution: ReplacementSolution,
     /// What each hit's contact took out of the motion \[J\].
-    pub(crate) purses: Vec<f64>,
+    pub(crate) energy_budgets: Vec<f64>,
 }
 
 /// A body at rest in its place.
@@ -106,319 +109,302 @@ pub(crate) fn still((child, pose): (&Body, &Pose)) -> Part {
     Part::new(child, &at_rest)
 }
 
-impl World {
-    /// [`World::break_up`] into pieces only.
-    ///
-    /// # Errors
-    /// See [`ReplaceError`].
-    pub fn replace(
-        &mut self,
-        body: BodyId,
-        hits: &[Hit],
-        pieces: Vec<Fragment>,
-        fracture_energy: f64,
-    ) -> Result<Replacement, ReplaceError> {
-        let breakage = Breakage { pieces, fracture_energy, ..Breakage::default() };
-        self.break_up(body, hits, breakage)
-    }
+/// [`crate::World::break_up`].
+pub(crate) fn break_up(
+    world: &mut WorldState,
+    body: BodyId,
+    hits: &[Hit],
+    breakage: Breakage,
+) -> Result<Replacement, ReplaceError> {
+    let unknown = ReplaceError::Unknown(body);
+    let parent = world.bodies.get(&body.0).cloned().ok_or_else(|| unknown.clone())?;
+    let motion = world.rigid.motion(body.0).ok_or(unknown)?;
+    check(world, &parent, &breakage)?;
+    let Breakage { pieces, grains, reactions, fracture_energy } = breakage;
+    let own = pieces.iter().map(|p| (p.velocity, p.spin));
+    let own = own.chain(grains.iter().map(|g| (g.velocity, Vec3::zeros())));
+    let given = own.map(|(v, w)| (turn(&motion, &v), turn(&motion, &w))).collect();
+    let draft = make_bodies(world, body, &parent, &motion, pieces)?;
+    let specks = grains.iter().map(|grain| grain_part(grain, &parent, &motion));
+    let placed = draft.bodies.iter().zip(&draft.poses).map(still);
+    let parts = ExchangeInput {
+        body: Part::new(&parent, &motion),
+        fragments: placed.chain(specks).collect(),
+        loose: !grains.is_empty(),
+        given,
+        cost: fracture_energy,
+    };
+    let Exchanged { problem, solution, energy_budgets } =
+        solve_exchange(world, (body, &parent, &motion), hits, parts, &reactions)?;
+    let tiers = draft.bodies.iter().map(|child| child.tier).collect();
+    let volumes = draft.bodies.iter().map(|child| child.volume);
+    let volume: f64 = volumes.chain(grains.iter().map(|grain| grain.volume)).sum();
+    let fragments = put_in(world, body.0, draft, &solution, &problem.strikers);
+    record_pending(world, &problem, hits, &energy_budgets, &solution, &fragments);
+    let specks = &solution.fragments[fragments.len()..];
+    let ids = world.debris.scatter(body.0, &grains, specks);
+    let mut report = audit(world, &problem, &solution, &fragments);
+    report.grains = ids;
+    report.grain_mass = specks.iter().map(|part| part.mass).sum();
+    report.tiers = tiers;
+    report.volume_rel_error = (volume / parent.volume - 1.0).abs();
+    Ok(report)
+}
 
-    /// Replaces a body by its pieces.
-    ///
-    /// The hits are those that broke it, as one [`World::step`] returned them (the fragments may be
-    /// late). With none, the pieces keep the body's motion and only move apart. On any error
-    /// nothing has changed.
-    ///
-    /// # Errors
-    /// See [`ReplaceError`].
-    pub fn break_up(
-        &mut self,
-        body: BodyId,
-        hits: &[Hit],
-        breakage: Breakage,
-    ) -> Result<Replacement, ReplaceError> {
-        let unknown = ReplaceError::Unknown(body);
-        let parent = self.bodies.get(&body.0).cloned().ok_or_else(|| unknown.clone())?;
-        let motion = self.rigid.motion(body.0).ok_or(unknown)?;
-        self.check(&parent, &breakage)?;
-        let Breakage { pieces, grains, reactions, fracture_energy } = breakage;
-        let own = pieces.iter().map(|p| (p.velocity, p.spin));
-        let own = own.chain(grains.iter().map(|g| (g.velocity, Vec3::zeros())));
-        let given = own.map(|(v, w)| (turn(&motion, &v), turn(&motion, &w))).collect();
-        let draft = self.draft(body, &parent, &motion, pieces)?;
-        let specks = grains.iter().map(|grain| speck(grain, &parent, &motion));
-        let placed = draft.bodies.iter().zip(&draft.poses).map(still);
-        let parts = SettleInput {
-            body: Part::new(&parent, &motion),
-            fragments: placed.chain(specks).collect(),
-            loose: !grains.is_empty(),
-            given,
-            cost: fracture_energy,
-        };
-        let Exchanged { scene, settled, purses } =
-            self.exchange((body, &parent, &motion), hits, parts, &reactions)?;
-        let tiers = draft.bodies.iter().map(|child| child.tier).collect();
-        let volumes = draft.bodies.iter().map(|child| child.volume);
-        let volume: f64 = volumes.chain(grains.iter().map(|grain| grain.volume)).sum();
-        let fragments = self.commit(body.0, draft, &settled, &scene.strikers);
-        self.remember(&scene, hits, &purses, &settled, &fragments);
-        let specks = &settled.fragments[fragments.len()..];
-        let ids = self.scatter(body.0, &grains, specks);
-        let mut report = self.audit(&scene, &settled, &fragments);
-        report.grains = ids;
-        report.grain_mass = specks.iter().map(|part| part.mass).sum();
-        report.tiers = tiers;
-        report.volume_rel_error = (volume / parent.volume - 1.0).abs();
-        Ok(report)
-    }
-
-    /// What hits and supports gave a body and its strikers, settled anew with what the solver says.
-    pub(crate) fn exchange(
-        &self,
-        (body, parent, motion): (BodyId, &Body, &Motion),
-        hits: &[Hit],
-        parted: SettleInput,
-        reactions: &[Reaction],
-    ) -> Result<Exchanged, ReplaceError> {
-        let SettleInput { body: whole, fragments, loose, given, cost } = parted;
-        let mut strikers = self.strikers(body.0, hits);
-        strikers.extend(reactions.iter().flat_map(|reaction| self.holders(reaction, motion)));
-        let parts = self.movers(&strikers);
-        let purses = self.purses(body.0, hits);
-        let supported: f64 = reactions.iter().map(|reaction| reaction.support.dissipated).sum();
-        let first = hits.first();
-        let turned = |hit: &Hit| hit.orientation * motion.pose.rotation.inverse();
-        let scene = Scene {
-            body: whole,
-            fixed: parent.fixed,
-            fragments,
-            loose,
-            given,
-            strikers,
-            parts,
-            fracture_energy: cost,
-            purse: (purses.iter().sum::<f64>() + supported).max(0.0),
-            back: first.map_or_else(Quat::identity, turned),
-            late: first.is_some_and(|hit| hit.step < self.step_count()),
-        };
-        let settled = settle(&scene).map_err(|TooDear { available, payable }| {
+/// What hits and supports gave a body and its strikers, settled anew with what the solver says.
+pub(crate) fn solve_exchange(
+    world: &WorldState,
+    (body, parent, motion): (BodyId, &Body, &Motion),
+    hits: &[Hit],
+    parted: ExchangeInput,
+    reactions: &[Reaction],
+) -> Result<Exchanged, ReplaceError> {
+    let ExchangeInput { body: whole, fragments, loose, given, cost } = parted;
+    let mut strikers = find_strikers(world, body.0, hits);
+    strikers
+        .extend(reactions.iter().flat_map(|reaction| supporting_strikers(world, reaction, motion)));
+    let parts = moving_parts(world, &strikers);
+    let energy_budgets = remaining_budgets(world, body.0, hits);
+    let supported: f64 = reactions.iter().map(|reaction| reaction.support.dissipated).sum();
+    let first = hits.first();
+    let turned = |hit: &Hit| hit.orientation * motion.pose.rotation.inverse();
+    let problem = ReplacementProblem {
+        body: whole,
+        fixed: parent.fixed,
+        fragments,
+        loose,
+        given,
+        strikers,
+        parts,
+        fracture_energy: cost,
+        energy_budget: (energy_budgets.iter().sum::<f64>() + supported).max(0.0),
+        back: first.map_or_else(Quat::identity, turned),
+        late: first.is_some_and(|hit| hit.step < world.steps),
+    };
+    let solution =
+        exchange_impulses(&problem).map_err(|InsufficientEnergy { available, payable }| {
             ReplaceError::Unaffordable { fracture_energy: cost, available, payable }
         })?;
-        Ok(Exchanged { scene, settled, purses })
-    }
+    Ok(Exchanged { problem, solution, energy_budgets })
+}
 
-    fn check(&self, parent: &Body, breakage: &Breakage) -> Result<(), ReplaceError> {
-        let Breakage { pieces, grains, reactions, fracture_energy: cost } = breakage;
-        if pieces.len() + grains.len() < 2 {
-            return Err(ReplaceError::TooFew(pieces.len() + grains.len()));
-        }
-        let (count, limit) = (self.bodies.len() - 1 + pieces.len(), self.settings.max_bodies);
-        if count > limit {
-            return Err(ReplaceError::Budget { pieces: pieces.len(), count, limit });
-        }
-        let mut volume = 0.0;
-        for (index, piece) in pieces.iter().enumerate() {
-            let corners = piece.solid.mesh.vertices.len() as u32;
-            let highest = piece.solid.mesh.triangles.iter().flatten().copied().max();
-            let bad = |what, value| Err(ReplaceError::Piece { index, what, value });
-            if highest.is_none_or(|i| i >= corners) {
-                return bad("the highest corner index", f64::from(highest.unwrap_or(0)));
-            }
-            let own = piece.solid.mesh.mass_properties().volume;
-            if !(own.is_finite() && own > 0.0) {
-                return bad("the volume [m³]", own);
-            }
-            let speed = piece.velocity.norm() + piece.spin.norm();
-            if !speed.is_finite() {
-                return bad("the speed [m/s]", speed);
-            }
-            volume += own;
-        }
-        for (index, grain) in grains.iter().enumerate() {
-            let motion = grain.velocity.norm() + grain.position.norm();
-            let sound = grain.volume > 0.0 && grain.size > 0.0 && motion.is_finite();
-            if !(sound && grain.volume.is_finite() && grain.size.is_finite()) {
-                let value = grain.volume;
-                return Err(ReplaceError::Grain { index, value });
-            }
-            volume += grain.volume;
-        }
-        for (index, reaction) in reactions.iter().enumerate() {
-            let value = reaction.impulse;
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(ReplaceError::Reaction { index, value });
-            }
-        }
-        let ratio = volume / parent.volume;
-        if (ratio - 1.0).abs() > VOLUME_TOLERANCE {
-            return Err(ReplaceError::Volume { ratio, bound: VOLUME_TOLERANCE });
-        }
-        if !(cost.is_finite() && *cost >= 0.0) {
-            return Err(ReplaceError::Piece {
-                index: 0,
-                what: "the fracture energy [J]",
-                value: *cost,
-            });
-        }
-        Ok(())
+fn check(world: &WorldState, parent: &Body, breakage: &Breakage) -> Result<(), ReplaceError> {
+    let Breakage { pieces, grains, reactions, fracture_energy: cost } = breakage;
+    if pieces.len() + grains.len() < 2 {
+        return Err(ReplaceError::TooFew(pieces.len() + grains.len()));
     }
-
-    /// Makes bodies of the pieces: each re-centred on its own centre of mass.
-    fn draft(
-        &self,
-        id: BodyId,
-        parent: &Body,
-        motion: &Motion,
-        pieces: Vec<Fragment>,
-    ) -> Result<Draft, ReplaceError> {
-        let settings = &self.settings;
-        let birth = self.time();
-        let mut draft = Draft { bodies: Vec::new(), shapes: Vec::new(), poses: Vec::new() };
-        for (k, mut piece) in pieces.into_iter().enumerate() {
-            let centre = piece.solid.mesh.mass_properties().centroid;
-            piece.solid.mesh.vertices.iter_mut().for_each(|p| *p -= centre);
-            piece.hulls.iter_mut().flatten().for_each(|p| *p -= centre);
-            if piece.hulls.is_empty() {
-                piece.hulls.push(piece.solid.mesh.vertices.clone());
-            }
-            let spec = BodySpec {
-                name: format!("{}.{k}", parent.name),
-                solid: Arc::new(piece.solid),
-                hulls: piece.hulls,
-                material: parent.material,
-                density: Some(parent.density),
-                pose: motion.pose * nalgebra::Translation3::from(centre),
-                velocity: Vec3::zeros(),
-                spin: Vec3::zeros(),
-                fixed: false,
-                breakable: parent.breakable,
-                weakest: parent.weakest,
-                threshold: parent.threshold,
-                parent: Some(id),
-                generation: parent.generation + 1,
-                original_volume: Some(parent.original_volume),
-            };
-            let body = Body::new(&spec, &settings.tiers, settings.max_generation, birth)?;
-            let fit = if body.tier == Tier::Tiny { Fit::Tiny } else { Fit::Fragment };
-            let shape = Shape::new(&body, &spec.hulls, fit).map_err(|BadPart { index, why }| {
-                WorldError::Hull { name: spec.name.clone(), index, count: spec.hulls.len(), why }
-            })?;
-            draft.bodies.push(body);
-            draft.shapes.push(shape);
-            draft.poses.push(spec.pose);
-        }
-        Ok(draft)
+    let (count, limit) = (world.bodies.len() - 1 + pieces.len(), world.settings.max_bodies);
+    if count > limit {
+        return Err(ReplaceError::Budget { pieces: pieces.len(), count, limit });
     }
-
-    fn commit(
-        &mut self,
-        body: u32,
-        draft: Draft,
-        settled: &Settled,
-        strikers: &[Striker],
-    ) -> Vec<BodyId> {
-        self.rigid.remove(body);
-        self.bodies.remove(&body);
-        self.episodes.forget(body);
-        self.settling.end(body);
-        self.debts.retain(|&(_, id), _| id != body);
-        let mut ids = Vec::with_capacity(draft.bodies.len());
-        let placed = draft.bodies.into_iter().zip(draft.shapes).zip(draft.poses);
-        for (((child, shape), pose), part) in placed.zip(&settled.fragments) {
-            let id = self.next_id;
-            self.next_id += 1;
-            let motion = Motion { pose, velocity: part.velocity, spin: part.spin };
-            let damping =
-                if child.tier == Tier::Whole { 0.0 } else { self.settings.debris_damping };
-            self.rigid.insert(id, &child, shape, &motion, damping);
-            self.bodies.insert(id, child);
-            ids.push(id);
+    let mut volume = 0.0;
+    for (index, piece) in pieces.iter().enumerate() {
+        let corners = piece.solid.mesh.vertices.len() as u32;
+        let highest = piece.solid.mesh.triangles.iter().flatten().copied().max();
+        let bad = |what, value| Err(ReplaceError::Piece { index, what, value });
+        if highest.is_none_or(|i| i >= corners) {
+            return bad("the highest corner index", f64::from(highest.unwrap_or(0)));
         }
-        for (&id, part) in &settled.parts {
-            self.rigid.set_velocity(id, &part.velocity, &part.spin);
+        let own = piece.solid.mesh.mass_properties().volume;
+        if !(own.is_finite() && own > 0.0) {
+            return bad("the volume [m³]", own);
         }
-        // A support goes on to hold the fragments.
-        let others = strikers.iter().filter(|striker| striker.reaction.is_none());
-        let others: BTreeSet<u32> = others.flat_map(|striker| striker.ids.clone()).collect();
-        let others: Vec<u32> = others.into_iter().collect();
-        self.rigid.hush(&ids, &others);
-        self.sink.linear += settled.sink.linear;
-        self.sink.angular += settled.sink.angular;
-        self.children.insert(body, ids.clone());
-        ids.into_iter().map(BodyId).collect()
+        let speed = piece.velocity.norm() + piece.spin.norm();
+        if !speed.is_finite() {
+            return bad("the speed [m/s]", speed);
+        }
+        volume += own;
     }
-
-    /// Notes for each striker that may itself be waiting to break what it holds from the episode by
-    /// now.
-    pub(crate) fn remember(
-        &mut self,
-        scene: &Scene,
-        hits: &[Hit],
-        purses: &[f64],
-        settled: &Settled,
-        fragments: &[BodyId],
-    ) {
-        let others: Vec<u32> = fragments.iter().map(|id| id.0).collect();
-        let left = if scene.purse > 0.0 { settled.purse / scene.purse } else { 0.0 };
-        for (striker, (mine, theirs)) in scene.strikers.iter().zip(&settled.nets) {
-            let &[id] = striker.ids.as_slice() else {
-                continue;
-            };
-            if !self.bodies.get(&id).is_some_and(|body| body.breakable) {
-                continue;
-            }
-            let own = hits.iter().zip(purses).filter(|(hit, _)| hit.other.0 == id);
-            for (k, (hit, purse)) in own.enumerate() {
-                // The first episode of a pair carries the whole exchange; none is settled twice.
-                let (held, given) =
-                    if k == 0 { (*theirs, *mine) } else { (Exchange::zero(), Exchange::zero()) };
-                let others = others.clone();
-                let debt =
-                    PendingExchange { mine: held, theirs: given, others, purse: purse * left };
-                self.debts.insert((hit.episode, id), debt);
-            }
+    for (index, grain) in grains.iter().enumerate() {
+        let motion = grain.velocity.norm() + grain.position.norm();
+        let sound = grain.volume > 0.0 && grain.size > 0.0 && motion.is_finite();
+        if !(sound && grain.volume.is_finite() && grain.size.is_finite()) {
+            let value = grain.volume;
+            return Err(ReplaceError::Grain { index, value });
+        }
+        volume += grain.volume;
+    }
+    for (index, reaction) in reactions.iter().enumerate() {
+        let value = reaction.impulse;
+        if !(value.is_finite() && value >= 0.0) {
+            return Err(ReplaceError::Reaction { index, value });
         }
     }
+    let ratio = volume / parent.volume;
+    if (ratio - 1.0).abs() > VOLUME_TOLERANCE {
+        return Err(ReplaceError::Volume { ratio, bound: VOLUME_TOLERANCE });
+    }
+    if !(cost.is_finite() && *cost >= 0.0) {
+        return Err(ReplaceError::Piece {
+            index: 0,
+            what: "the fracture energy [J]",
+            value: *cost,
+        });
+    }
+    Ok(())
+}
 
-    /// Compares what the engine holds now with what it held before.
-    pub(crate) fn audit(
-        &self,
-        scene: &Scene,
-        settled: &Settled,
-        fragments: &[BodyId],
-    ) -> Replacement {
-        let now = |id: u32| {
-            let (body, motion) = (self.bodies.get(&id)?, self.rigid.motion(id)?);
-            Some(Part::new(body, &motion))
+/// Makes bodies of the pieces: each re-centred on its own centre of mass.
+fn make_bodies(
+    world: &WorldState,
+    id: BodyId,
+    parent: &Body,
+    motion: &Motion,
+    pieces: Vec<Fragment>,
+) -> Result<Draft, ReplaceError> {
+    let settings = &world.settings;
+    let birth = world.time();
+    let mut draft = Draft { bodies: Vec::new(), shapes: Vec::new(), poses: Vec::new() };
+    for (k, mut piece) in pieces.into_iter().enumerate() {
+        let centre = piece.solid.mesh.mass_properties().centroid;
+        piece.solid.mesh.vertices.iter_mut().for_each(|p| *p -= centre);
+        piece.hulls.iter_mut().flatten().for_each(|p| *p -= centre);
+        if piece.hulls.is_empty() {
+            piece.hulls.push(piece.solid.mesh.vertices.clone());
+        }
+        let spec = BodySpec {
+            name: format!("{}.{k}", parent.name),
+            solid: Arc::new(piece.solid),
+            hulls: piece.hulls,
+            material: parent.material,
+            density: Some(parent.density),
+            pose: motion.pose * nalgebra::Translation3::from(centre),
+            velocity: Vec3::zeros(),
+            spin: Vec3::zeros(),
+            fixed: false,
+            breakable: parent.breakable,
+            weakest: parent.weakest,
+            threshold: parent.threshold,
+            parent: Some(id),
+            generation: parent.generation + 1,
+            original_volume: Some(parent.original_volume),
         };
-        let pieces: Vec<Part> = fragments.iter().filter_map(|id| now(id.0)).collect();
-        let others: Vec<Part> = settled.parts.keys().filter_map(|&id| now(id)).collect();
-        let old: Vec<Part> = scene.parts.values().copied().collect();
-        let own = if scene.fixed { &[][..] } else { std::slice::from_ref(&scene.body) };
-        let before = sum(old.iter().chain(own));
-        let specks = &settled.fragments[fragments.len()..];
-        let pieces: Vec<Part> = pieces.iter().chain(specks).copied().collect();
-        let after = sum(pieces.iter().chain(&others));
-        let all: Vec<Part> = old.iter().chain(own).chain(&pieces).chain(&others).copied().collect();
-        let (linear, angular) = drift(&before, &after, &settled.sink, &all);
-        let (paid, start) = (scene.fracture_energy, settled.energy_before);
-        let gain = (after.kinetic + paid - start).max(0.0);
-        let mass: f64 = pieces.iter().map(|p| p.mass).sum();
-        Replacement {
-            fragments: fragments.to_vec(),
-            tiers: Vec::new(),
-            grains: Vec::new(),
-            grain_mass: 0.0,
-            momentum_scale: settled.alpha,
-            spread_scale: settled.beta,
-            mass_rel_error: (mass / scene.body.mass - 1.0).abs(),
-            volume_rel_error: 0.0,
-            momentum_rel_error: linear,
-            angular_momentum_rel_error: angular,
-            energy_before: start,
-            energy_after: after.kinetic,
-            fracture_energy: paid,
-            energy_gain_rel: ratio(gain, start),
+        let body = Body::new(&spec, &settings.tiers, settings.max_generation, birth)?;
+        let fit = if body.tier == Tier::Tiny { Fit::Tiny } else { Fit::Fragment };
+        let shape = Shape::new(&body, &spec.hulls, fit).map_err(|BadPart { index, why }| {
+            WorldError::Hull { name: spec.name.clone(), index, count: spec.hulls.len(), why }
+        })?;
+        draft.bodies.push(body);
+        draft.shapes.push(shape);
+        draft.poses.push(spec.pose);
+    }
+    Ok(draft)
+}
+
+fn put_in(
+    world: &mut WorldState,
+    body: u32,
+    draft: Draft,
+    solution: &ReplacementSolution,
+    strikers: &[Striker],
+) -> Vec<BodyId> {
+    world.rigid.remove(body);
+    world.bodies.remove(&body);
+    world.episodes.forget(body);
+    world.settling.end(body);
+    world.replaced.drop_pending(body);
+    let mut ids = Vec::with_capacity(draft.bodies.len());
+    let placed = draft.bodies.into_iter().zip(draft.shapes).zip(draft.poses);
+    for (((child, shape), pose), part) in placed.zip(&solution.fragments) {
+        let id = world.take_id();
+        let motion = Motion { pose, velocity: part.velocity, spin: part.spin };
+        let damping = if child.tier == Tier::Whole { 0.0 } else { world.settings.debris_damping };
+        world.rigid.insert(id, &child, shape, &motion, damping);
+        world.bodies.insert(id, child);
+        ids.push(id);
+    }
+    for (&id, part) in &solution.parts {
+        world.rigid.set_velocity(id, &part.velocity, &part.spin);
+    }
+    // A support goes on to hold the fragments.
+    let others = strikers.iter().filter(|striker| striker.reaction.is_none());
+    let others: BTreeSet<u32> = others.flat_map(|striker| striker.ids.clone()).collect();
+    let others: Vec<u32> = others.into_iter().collect();
+    world.rigid.suppress_contacts(&ids, &others);
+    world.replaced.add_to_sink(&solution.sink);
+    world.replaced.children.insert(body, ids.clone());
+    ids.into_iter().map(BodyId).collect()
+}
+
+/// Notes for each striker that may itself be waiting to break what it holds from the episode by
+/// now.
+pub(crate) fn record_pending(
+    world: &mut WorldState,
+    problem: &ReplacementProblem,
+    hits: &[Hit],
+    energy_budgets: &[f64],
+    solution: &ReplacementSolution,
+    fragments: &[BodyId],
+) {
+    let others: Vec<u32> = fragments.iter().map(|id| id.0).collect();
+    let left = if problem.energy_budget > 0.0 {
+        solution.energy_budget / problem.energy_budget
+    } else {
+        0.0
+    };
+    for (striker, (mine, theirs)) in problem.strikers.iter().zip(&solution.nets) {
+        let &[id] = striker.ids.as_slice() else {
+            continue;
+        };
+        if !world.bodies.get(&id).is_some_and(|body| body.breakable) {
+            continue;
         }
+        let own = hits.iter().zip(energy_budgets).filter(|(hit, _)| hit.other.0 == id);
+        for (k, (hit, energy_budget)) in own.enumerate() {
+            // The first episode of a pair carries the whole exchange; none is settled twice.
+            let (held, given) =
+                if k == 0 { (*theirs, *mine) } else { (Exchange::zero(), Exchange::zero()) };
+            let others = others.clone();
+            let pending = PendingExchange {
+                mine: held,
+                theirs: given,
+                others,
+                energy_budget: energy_budget * left,
+            };
+            world.replaced.pending.insert((hit.episode, id), pending);
+        }
+    }
+}
+
+/// Compares what the engine holds now with what it held before.
+pub(crate) fn audit(
+    world: &WorldState,
+    problem: &ReplacementProblem,
+    solution: &ReplacementSolution,
+    fragments: &[BodyId],
+) -> Replacement {
+    let now = |id: u32| {
+        let (body, motion) = (world.bodies.get(&id)?, world.rigid.motion(id)?);
+        Some(Part::new(body, &motion))
+    };
+    let pieces: Vec<Part> = fragments.iter().filter_map(|id| now(id.0)).collect();
+    let others: Vec<Part> = solution.parts.keys().filter_map(|&id| now(id)).collect();
+    let old: Vec<Part> = problem.parts.values().copied().collect();
+    let own = if problem.fixed { &[][..] } else { std::slice::from_ref(&problem.body) };
+    let before = sum(old.iter().chain(own));
+    let specks = &solution.fragments[fragments.len()..];
+    let pieces: Vec<Part> = pieces.iter().chain(specks).copied().collect();
+    let after = sum(pieces.iter().chain(&others));
+    let all: Vec<Part> = old.iter().chain(own).chain(&pieces).chain(&others).copied().collect();
+    let (linear, angular) = drift(&before, &after, &solution.sink, &all);
+    let (paid, start) = (problem.fracture_energy, solution.energy_before);
+    let gain = (after.kinetic + paid - start).max(0.0);
+    let mass: f64 = pieces.iter().map(|p| p.mass).sum();
+    Replacement {
+        fragments: fragments.to_vec(),
+        tiers: Vec::new(),
+        grains: Vec::new(),
+        grain_mass: 0.0,
+        momentum_scale: solution.alpha,
+        spread_scale: solution.beta,
+        mass_rel_error: (mass / problem.body.mass - 1.0).abs(),
+        volume_rel_error: 0.0,
+        momentum_rel_error: linear,
+        angular_momentum_rel_error: angular,
+        energy_before: start,
+        energy_after: after.kinetic,
+        fracture_energy: paid,
+        energy_gain_rel: ratio(gain, start),
     }
 }
 
@@ -437,7 +423,7 @@ fn ratio(part: f64, whole: f64) -> f64 {
 }
 
 /// A grain, at rest beside the others.
-fn speck(grain: &Grain, parent: &Body, motion: &Motion) -> Part {
+fn grain_part(grain: &Grain, parent: &Body, motion: &Motion) -> Part {
     Part {
         mass: grain.volume * parent.density,
         inertia: Mat3::zeros(),

@@ -7,10 +7,13 @@ use crate::error::{ReplaceError, WorldError};
 use crate::id::BodyId;
 use crate::impact::Hit;
 use crate::motion::Motion;
-use crate::replace::{Exchanged, Replacement, SettleInput, still, turn};
+use crate::replace::{
+    ExchangeInput, Exchanged, Replacement, audit, record_pending, solve_exchange, still, turn,
+};
 use crate::rigid::{BadPart, Fit, Shape};
+use crate::state::WorldState;
+use crate::strikers::remaining_budgets;
 use crate::support::Reaction;
-use crate::world::World;
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
 use nalgebra::Translation3;
 use std::collections::BTreeSet;
@@ -28,153 +31,142 @@ pub struct Reshape {
     pub velocity: Vec3,
     /// Angular velocity that the hit gave it, likewise \[rad/s\].
     pub spin: Vec3,
-    /// What held it meanwhile, as [`World::supports`] found it; none where the solver knows no
-    /// supports.
+    /// What held it meanwhile, as [`crate::World::supports`] found it; none where the solver knows
+    /// no supports.
     pub reactions: Vec<Reaction>,
     /// What the deformation cost \[J\].
     pub work: f64,
 }
 
-impl World {
-    /// Gives a body a new shape: its id, name, tier and generation stay. Its mass is the old one,
-    /// spread evenly over the new volume, and its centre of mass stays where it is: a deformation
-    /// moves no mass on the whole. On any error nothing has changed.
-    ///
-    /// The hits are as in [`World::break_up`]. A body that never moves stays where it was drawn;
-    /// what contacts took out of the motion then has to pay the work.
-    ///
-    /// # Errors
-    /// See [`ReplaceError`].
-    pub fn reshape(
-        &mut self,
-        id: BodyId,
-        hits: &[Hit],
-        new: Reshape,
-    ) -> Result<Replacement, ReplaceError> {
-        let unknown = ReplaceError::Unknown(id);
-        let old = self.bodies.get(&id.0).cloned().ok_or_else(|| unknown.clone())?;
-        let motion = self.rigid.motion(id.0).ok_or(unknown)?;
-        check(&new)?;
-        let made = self.reshaped(&old, &motion, &new)?;
-        if old.fixed {
-            return self.reshape_fixed(id, &old, hits, made, new.work);
-        }
-        let now = Part::new(&old, &motion);
-        let body = as_reshaped(&now, &made.body.world_inertia(&made.pose));
-        // A body that draws in spins faster; what that takes is paid, too.
-        let drawn = (sum([body].iter()).kinetic - sum([now].iter()).kinetic).max(0.0);
-        let parted = SettleInput {
-            body,
-            fragments: vec![still((&made.body, &made.pose))],
-            loose: false,
-            given: vec![(turn(&motion, &new.velocity), turn(&motion, &new.spin))],
-            cost: new.work + drawn,
-        };
-        let exchanged = self.exchange((id, &old, &motion), hits, parted, &new.reactions)?;
-        let Exchanged { scene, settled, purses } = exchanged;
-        let (part, volume) = (&settled.fragments[0], made.body.volume);
-        self.put_shape(id, made, (part.velocity, part.spin));
-        for (&other, part) in &settled.parts {
-            self.rigid.set_velocity(other, &part.velocity, &part.spin);
-        }
-        // A bulge may overlap what made it.
-        let strikers = scene.strikers.iter().flat_map(|striker| striker.ids.iter().copied());
-        let strikers: BTreeSet<u32> = strikers.collect();
-        for other in strikers {
-            self.rigid.hush(&[id.0.max(other)], &[id.0.min(other)]);
-        }
-        self.sink.linear += settled.sink.linear;
-        self.sink.angular += settled.sink.angular;
-        self.remember(&scene, hits, &purses, &settled, &[id]);
-        let mut report = self.audit(&scene, &settled, &[id]);
-        report.volume_rel_error = (volume / old.volume - 1.0).abs();
-        report.tiers = vec![old.tier];
-        report.fracture_energy = new.work;
-        report.energy_before -= drawn;
-        Ok(report)
+/// [`crate::World::reshape`].
+pub(crate) fn reshape(
+    world: &mut WorldState,
+    id: BodyId,
+    hits: &[Hit],
+    new: Reshape,
+) -> Result<Replacement, ReplaceError> {
+    let unknown = ReplaceError::Unknown(id);
+    let old = world.bodies.get(&id.0).cloned().ok_or_else(|| unknown.clone())?;
+    let motion = world.rigid.motion(id.0).ok_or(unknown)?;
+    check(&new)?;
+    let made = make_body(world, &old, &motion, &new)?;
+    if old.fixed {
+        return reshape_fixed(world, id, &old, hits, made, new.work);
     }
+    let now = Part::new(&old, &motion);
+    let body = as_reshaped(&now, &made.body.world_inertia(&made.pose));
+    // A body that draws in spins faster; what that takes is paid, too.
+    let turning = (sum([body].iter()).kinetic - sum([now].iter()).kinetic).max(0.0);
+    let parted = ExchangeInput {
+        body,
+        fragments: vec![still((&made.body, &made.pose))],
+        loose: false,
+        given: vec![(turn(&motion, &new.velocity), turn(&motion, &new.spin))],
+        cost: new.work + turning,
+    };
+    let exchanged = solve_exchange(world, (id, &old, &motion), hits, parted, &new.reactions)?;
+    let Exchanged { problem, solution, energy_budgets } = exchanged;
+    let (part, volume) = (&solution.fragments[0], made.body.volume);
+    put_shape(world, id, made, (part.velocity, part.spin));
+    for (&other, part) in &solution.parts {
+        world.rigid.set_velocity(other, &part.velocity, &part.spin);
+    }
+    // A bulge may overlap what made it.
+    let strikers = problem.strikers.iter().flat_map(|striker| striker.ids.iter().copied());
+    let strikers: BTreeSet<u32> = strikers.collect();
+    for other in strikers {
+        world.rigid.suppress_contacts(&[id.0.max(other)], &[id.0.min(other)]);
+    }
+    world.replaced.add_to_sink(&solution.sink);
+    record_pending(world, &problem, hits, &energy_budgets, &solution, &[id]);
+    let mut report = audit(world, &problem, &solution, &[id]);
+    report.volume_rel_error = (volume / old.volume - 1.0).abs();
+    report.tiers = vec![old.tier];
+    report.fracture_energy = new.work;
+    report.energy_before -= turning;
+    Ok(report)
+}
 
-    fn reshaped(
-        &self,
-        old: &Body,
-        motion: &Motion,
-        new: &Reshape,
-    ) -> Result<Reshaped, ReplaceError> {
-        let mass = new.solid.mesh.mass_properties();
-        let centre = mass.centroid;
-        let mut solid = new.solid.clone();
-        solid.mesh.vertices.iter_mut().for_each(|p| *p -= centre);
-        let mut hulls = new.hulls.clone();
-        hulls.iter_mut().flatten().for_each(|p| *p -= centre);
-        if hulls.is_empty() {
-            hulls.push(solid.mesh.vertices.clone());
-        }
-        let spec = BodySpec {
-            name: old.name.clone(),
-            solid: Arc::new(solid),
-            hulls,
-            material: old.material,
-            density: Some(old.mass / mass.volume),
-            pose: if old.fixed { motion.pose * Translation3::from(centre) } else { motion.pose },
-            velocity: Vec3::zeros(),
-            spin: Vec3::zeros(),
-            fixed: old.fixed,
-            breakable: old.breakable,
-            weakest: old.weakest,
-            threshold: old.threshold,
-            parent: old.parent,
-            generation: old.generation,
-            original_volume: Some(old.original_volume),
-        };
-        let settings = &self.settings;
-        let mut body = Body::new(&spec, &settings.tiers, settings.max_generation, old.birth)?;
-        // It is as much of the original as it was, whatever its volume.
-        (body.mass, body.tier, body.breakable) = (old.mass, old.tier, old.breakable);
-        let fit = if body.tier == Tier::Tiny { Fit::Tiny } else { Fit::Fragment };
-        let shape = Shape::new(&body, &spec.hulls, fit).map_err(|BadPart { index, why }| {
-            WorldError::Hull { name: spec.name.clone(), index, count: spec.hulls.len(), why }
-        })?;
-        Ok(Reshaped { body, shape, pose: spec.pose })
+fn make_body(
+    world: &WorldState,
+    old: &Body,
+    motion: &Motion,
+    new: &Reshape,
+) -> Result<Reshaped, ReplaceError> {
+    let mass = new.solid.mesh.mass_properties();
+    let centre = mass.centroid;
+    let mut solid = new.solid.clone();
+    solid.mesh.vertices.iter_mut().for_each(|p| *p -= centre);
+    let mut hulls = new.hulls.clone();
+    hulls.iter_mut().flatten().for_each(|p| *p -= centre);
+    if hulls.is_empty() {
+        hulls.push(solid.mesh.vertices.clone());
     }
+    let spec = BodySpec {
+        name: old.name.clone(),
+        solid: Arc::new(solid),
+        hulls,
+        material: old.material,
+        density: Some(old.mass / mass.volume),
+        pose: if old.fixed { motion.pose * Translation3::from(centre) } else { motion.pose },
+        velocity: Vec3::zeros(),
+        spin: Vec3::zeros(),
+        fixed: old.fixed,
+        breakable: old.breakable,
+        weakest: old.weakest,
+        threshold: old.threshold,
+        parent: old.parent,
+        generation: old.generation,
+        original_volume: Some(old.original_volume),
+    };
+    let settings = &world.settings;
+    let mut body = Body::new(&spec, &settings.tiers, settings.max_generation, old.birth)?;
+    // It is as much of the original as it was, whatever its volume.
+    (body.mass, body.tier, body.breakable) = (old.mass, old.tier, old.breakable);
+    let fit = if body.tier == Tier::Tiny { Fit::Tiny } else { Fit::Fragment };
+    let shape = Shape::new(&body, &spec.hulls, fit).map_err(|BadPart { index, why }| {
+        WorldError::Hull { name: spec.name.clone(), index, count: spec.hulls.len(), why }
+    })?;
+    Ok(Reshaped { body, shape, pose: spec.pose })
+}
 
-    /// Puts a body's new shape in the place of the old one, with that velocity \[m/s\] and spin
-    /// \[rad/s\].
-    fn put_shape(&mut self, id: BodyId, made: Reshaped, (velocity, spin): (Vec3, Vec3)) {
-        let Reshaped { body, shape, pose } = made;
-        self.rigid.remove(id.0);
-        self.episodes.forget(id.0);
-        self.settling.end(id.0);
-        self.debts.retain(|&(_, other), _| other != id.0);
-        let damping = if body.tier == Tier::Whole { 0.0 } else { self.settings.debris_damping };
-        self.rigid.insert(id.0, &body, shape, &Motion { pose, velocity, spin }, damping);
-        self.bodies.insert(id.0, body);
-    }
+/// Puts a body's new shape in the place of the old one, with that velocity \[m/s\] and spin
+/// \[rad/s\].
+fn put_shape(world: &mut WorldState, id: BodyId, made: Reshaped, (velocity, spin): (Vec3, Vec3)) {
+    let Reshaped { body, shape, pose } = made;
+    world.rigid.remove(id.0);
+    world.episodes.forget(id.0);
+    world.settling.end(id.0);
+    world.replaced.drop_pending(id.0);
+    let damping = if body.tier == Tier::Whole { 0.0 } else { world.settings.debris_damping };
+    world.rigid.insert(id.0, &body, shape, &Motion { pose, velocity, spin }, damping);
+    world.bodies.insert(id.0, body);
+}
 
-    /// A body that never moves keeps its place, and what its contacts took out of the motion pays.
-    fn reshape_fixed(
-        &mut self,
-        id: BodyId,
-        old: &Body,
-        hits: &[Hit],
-        made: Reshaped,
-        work: f64,
-    ) -> Result<Replacement, ReplaceError> {
-        let available = self.purses(id.0, hits).iter().sum::<f64>().max(0.0);
-        if work > available {
-            let payable = available;
-            return Err(ReplaceError::Unaffordable { fracture_energy: work, available, payable });
-        }
-        let volume_rel_error = (made.body.volume / old.volume - 1.0).abs();
-        self.put_shape(id, made, (Vec3::zeros(), Vec3::zeros()));
-        Ok(Replacement {
-            fragments: vec![id],
-            tiers: vec![old.tier],
-            volume_rel_error,
-            energy_before: available,
-            fracture_energy: work,
-            ..Replacement::default()
-        })
+/// A body that never moves keeps its place, and what its contacts took out of the motion pays.
+fn reshape_fixed(
+    world: &mut WorldState,
+    id: BodyId,
+    old: &Body,
+    hits: &[Hit],
+    made: Reshaped,
+    work: f64,
+) -> Result<Replacement, ReplaceError> {
+    let available = remaining_budgets(world, id.0, hits).iter().sum::<f64>().max(0.0);
+    if work > available {
+        let payable = available;
+        return Err(ReplaceError::Unaffordable { fracture_energy: work, available, payable });
     }
+    let volume_rel_error = (made.body.volume / old.volume - 1.0).abs();
+    put_shape(world, id, made, (Vec3::zeros(), Vec3::zeros()));
+    Ok(Replacement {
+        fragments: vec![id],
+        tiers: vec![old.tier],
+        volume_rel_error,
+        energy_before: available,
+        fracture_energy: work,
+        ..Replacement::default()
+    })
 }
 
 /// A body as it moves when it takes another inertia (about its centre, world frame \[kg·m²\]): its

@@ -12,7 +12,7 @@ use crate::id::BodyId;
 use crate::impact::Hit;
 use crate::motion::Motion;
 use crate::rigid::Patch;
-use crate::world::World;
+use crate::state::WorldState;
 use cullet_geometry::Vec3;
 use cullet_model::Support;
 use std::collections::BTreeSet;
@@ -54,96 +54,91 @@ const MOST_DISCS: usize = 16;
 /// Least radius of a disc, as a share of the body's reach: a corner carries too.
 const LEAST_RADIUS: f64 = 0.02;
 
-impl World {
-    /// What a body rested on when these hits, of the step just taken, struck it: bodies that it
-    /// touched more slowly than a hit, each as discs that cover where they touch.
-    #[must_use]
-    pub fn supports(&self, body: BodyId, hits: &[Hit]) -> Vec<HeldContact> {
-        let (Some(own), Some(motion)) = (self.bodies.get(&body.0), self.rigid.before(body.0))
+/// [`crate::World::supports`].
+pub(crate) fn find_supports(world: &WorldState, body: BodyId, hits: &[Hit]) -> Vec<HeldContact> {
+    let (Some(own), Some(motion)) = (world.bodies.get(&body.0), world.rigid.before(body.0)) else {
+        return Vec::new();
+    };
+    let began = hits.iter().map(|hit| hit.time).fold(f64::INFINITY, f64::min);
+    let step = (began / world.settings.step).round().min(world.steps as f64) as u64;
+    let back = motion.pose.inverse();
+    let mut supports: Vec<HeldContact> = Vec::new();
+    for patch in world.rigid.patches(body.0) {
+        let other = BodyId(patch.other);
+        let (Some(under), Some(its)) =
+            (world.bodies.get(&patch.other), world.rigid.before(patch.other))
         else {
-            return Vec::new();
+            continue;
         };
-        let began = hits.iter().map(|hit| hit.time).fold(f64::INFINITY, f64::min);
-        let step = (began / self.settings.step).round().min(self.step_count() as f64) as u64;
-        let back = motion.pose.inverse();
-        let mut supports: Vec<HeldContact> = Vec::new();
-        for patch in self.rigid.patches(body.0) {
-            let other = BodyId(patch.other);
-            let (Some(under), Some(its)) =
-                (self.bodies.get(&patch.other), self.rigid.before(patch.other))
-            else {
-                continue;
-            };
-            let (Some(received), Some(received_other)) = (
-                self.resting.since(body.0, patch.other, step),
-                self.resting.since(patch.other, body.0, step),
-            ) else {
-                continue;
-            };
-            if hits.iter().any(|hit| hit.other == other) {
-                continue;
-            }
-            let kept = self.kept(patch.other, body.0, &patch.normal, step);
-            for (point, radius) in discs(&patch, LEAST_RADIUS * own.reach) {
-                let known = supports.iter().any(|support| support.other == other);
-                let share = if known { 0.0 } else { 1.0 };
-                let held = Support {
-                    point: (back * nalgebra::Point3::from(point)).coords,
-                    normal: back.rotation * patch.normal,
-                    radius,
-                    mobility: kept * mobility(under, its, &point, &patch.normal),
-                };
-                supports.push(HeldContact {
-                    other,
-                    held,
-                    kept,
-                    lever: if under.fixed { Vec3::zeros() } else { point - its.centre() },
-                    exchanged: received.exchange.scaled(share),
-                    exchanged_other: received_other.exchange.scaled(share),
-                    dissipated: (received.taken + received_other.taken) * share,
-                });
-            }
-        }
-        // Discs of one body yield together.
-        let count = |other| supports.iter().filter(|s| s.other == other).count() as f64;
-        let counts: Vec<f64> = supports.iter().map(|support| count(support.other)).collect();
-        supports.iter_mut().zip(counts).for_each(|(support, count)| support.held.mobility *= count);
-        supports
-    }
-
-    /// Share of what `support` got from `body` since `step`, against `normal`, that it did not pass
-    /// on to the ground \[1\].
-    fn kept(&self, support: u32, body: u32, normal: &Vec3, step: u64) -> f64 {
-        if self.bodies.get(&support).is_none_or(|under| under.fixed) {
-            return 0.0;
-        }
-        let got = |from: u32| {
-            let received = self.resting.since(support, from, step);
-            received.map_or(0.0, |received| -received.exchange.linear.dot(normal))
+        let (Some(received), Some(received_other)) = (
+            world.resting.since(body.0, patch.other, step),
+            world.resting.since(patch.other, body.0, step),
+        ) else {
+            continue;
         };
-        let (own, whole) = (got(body), self.resting.partners(support).map(got).sum::<f64>());
-        if own <= 0.0 || !self.is_grounded(support, body) {
-            return 1.0;
+        if hits.iter().any(|hit| hit.other == other) {
+            continue;
         }
-        (whole / own).clamp(0.0, 1.0)
+        let kept = kept_share(world, patch.other, body.0, &patch.normal, step);
+        for (point, radius) in discs(&patch, LEAST_RADIUS * own.reach) {
+            let known = supports.iter().any(|support| support.other == other);
+            let share = if known { 0.0 } else { 1.0 };
+            let held = Support {
+                point: (back * nalgebra::Point3::from(point)).coords,
+                normal: back.rotation * patch.normal,
+                radius,
+                mobility: kept * mobility(under, its, &point, &patch.normal),
+            };
+            supports.push(HeldContact {
+                other,
+                held,
+                kept,
+                lever: if under.fixed { Vec3::zeros() } else { point - its.centre() },
+                exchanged: received.exchange.scaled(share),
+                exchanged_other: received_other.exchange.scaled(share),
+                dissipated: (received.taken + received_other.taken) * share,
+            });
+        }
     }
+    // Discs of one body yield together.
+    let count = |other| supports.iter().filter(|s| s.other == other).count() as f64;
+    let counts: Vec<f64> = supports.iter().map(|support| count(support.other)).collect();
+    supports.iter_mut().zip(counts).for_each(|(support, count)| support.held.mobility *= count);
+    supports
+}
 
-    /// Does a body rest on something fixed, directly or through others, but for `body`?
-    fn is_grounded(&self, support: u32, body: u32) -> bool {
-        let mut seen = BTreeSet::from([support, body]);
-        let mut open = vec![support];
-        while let Some(id) = open.pop() {
-            for other in self.resting.partners(id) {
-                if seen.insert(other) {
-                    if self.bodies.get(&other).is_some_and(|it| it.fixed) {
-                        return true;
-                    }
-                    open.push(other);
+/// Share of what `support` got from `body` since `step`, against `normal`, that it did not pass
+/// on to the ground \[1\].
+fn kept_share(world: &WorldState, support: u32, body: u32, normal: &Vec3, step: u64) -> f64 {
+    if world.bodies.get(&support).is_none_or(|under| under.fixed) {
+        return 0.0;
+    }
+    let got = |from: u32| {
+        let received = world.resting.since(support, from, step);
+        received.map_or(0.0, |received| -received.exchange.linear.dot(normal))
+    };
+    let (own, whole) = (got(body), world.resting.partners(support).map(got).sum::<f64>());
+    if own <= 0.0 || !is_grounded(world, support, body) {
+        return 1.0;
+    }
+    (whole / own).clamp(0.0, 1.0)
+}
+
+/// Does a body rest on something fixed, directly or through others, but for `body`?
+fn is_grounded(world: &WorldState, support: u32, body: u32) -> bool {
+    let mut seen = BTreeSet::from([support, body]);
+    let mut open = vec![support];
+    while let Some(id) = open.pop() {
+        for other in world.resting.partners(id) {
+            if seen.insert(other) {
+                if world.bodies.get(&other).is_some_and(|it| it.fixed) {
+                    return true;
                 }
+                open.push(other);
             }
         }
-        false
     }
+    false
 }
 
 /// Velocity along `normal` that a unit impulse along it gives a free body at a point \[1/kg\].

@@ -2,8 +2,8 @@
 
 use super::Patch;
 use super::Rigid;
+use super::ccd::Push;
 use super::convert::vec3;
-use super::meet::Push;
 use crate::motion::Motion;
 use cullet_geometry::Vec3;
 use rapier3d_f64::prelude::{ColliderHandle, ContactManifold, ContactPair, SolverContact};

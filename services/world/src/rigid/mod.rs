@@ -1,12 +1,12 @@
 //! The rigid-body engine behind our own words: the only folder that names rapier, parry or glam.
 
+mod ccd;
 mod contacts;
 mod convert;
 mod hulls;
-mod meet;
 mod patch;
-mod quiet;
 mod relax;
+mod suppressed;
 mod sweep;
 
 pub(crate) use contacts::Contact;
@@ -17,18 +17,18 @@ pub(crate) use patch::Patch;
 use crate::body::Body;
 use crate::motion::{Motion, least_speed};
 use crate::settings::WorldSettings;
+use ccd::{CcdSolver, Push, set_back};
 use convert::{engine_pose, mass_properties, pose, vec3, vector};
 use cullet_geometry::Vec3;
 use hulls::{Part, boxed, fault, part};
-use meet::{Crowd, Push, set_back};
-use quiet::{Placed, Quiet, depth};
 use rapier3d_f64::prelude::{
     ActiveHooks, Collider, ColliderBuilder, IntegrationParameters, PhysicsWorld, QueryFilter,
     QueryFilterFlags, Ray, RigidBody, RigidBodyBuilder, RigidBodyHandle, SpringCoefficients,
 };
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use sweep::{Kind, Scene, Way};
+use suppressed::{Placed, SuppressedPairs, depth};
+use sweep::{SweepContext, SweptBody, SweptKind};
 
 /// Contact stiffness between moving bodies \[Hz\]: at 240 steps of 8 iterations a stack of 10 sags
 /// by 0.6 mm and a slice under 100 times its mass by 0.9 mm; at half the stiffness by 1.8 mm and
@@ -56,8 +56,8 @@ const CAUGHT_SHARE: f64 = 0.5;
 const CAUGHT_SPEED: f64 = 0.2;
 /// Fragments slower than this are damped; above twice of it they no longer are \[m/s\].
 const DAMPED_SPEED: f64 = 0.2;
-/// Quiet pairs are looked at every so many steps.
-const QUIET_EVERY: u64 = 4;
+/// Suppressed pairs are reviewed every so many steps.
+const REVIEW_EVERY: u64 = 4;
 /// Fragments within this share of their size are looked at for overlap at birth.
 const NEAR: f64 = 1.01;
 
@@ -86,7 +86,7 @@ pub(crate) struct BadPart {
 pub(crate) struct Rigid {
     world: PhysicsWorld,
     slots: BTreeMap<u32, Slot>,
-    quiet: Quiet,
+    suppressed: SuppressedPairs,
     /// Motions before the last step, in id order.
     before: Vec<(u32, Motion)>,
     prior: Vec<(u32, Motion)>,
@@ -122,7 +122,7 @@ impl Rigid {
         Self {
             world,
             slots: BTreeMap::new(),
-            quiet: Quiet::default(),
+            suppressed: SuppressedPairs::default(),
             before: Vec::new(),
             prior: Vec::new(),
             pushes: Vec::new(),
@@ -185,7 +185,7 @@ impl Rigid {
         if let Some(slot) = self.slots.remove(&id) {
             self.world.remove_body(slot.handle);
         }
-        self.quiet.forget(id);
+        self.suppressed.forget(id);
     }
 
     /// Where a body is and how it moves, as the engine has it.
@@ -234,14 +234,14 @@ impl Rigid {
         }
         self.choose_damped();
         let done = catch_unwind(AssertUnwindSafe(|| {
-            self.world.step_with_events(&self.quiet, &());
+            self.world.step_with_events(&self.suppressed, &());
             self.set_back_where_they_meet();
         }));
         #[cfg(test)]
         self.hold();
         self.steps += 1;
-        if self.steps.is_multiple_of(QUIET_EVERY) {
-            self.review_quiet();
+        if self.steps.is_multiple_of(REVIEW_EVERY) {
+            self.review_suppressed();
         }
         done.map_err(|_| Broken)
     }
@@ -308,32 +308,33 @@ impl Rigid {
     /// Bodies that met within the step are set back to where they then are (F42).
     fn set_back_where_they_meet(&mut self) {
         let moving = self.before.iter().zip(&self.slots);
-        let ways = moving.filter_map(|((_, before), (&id, slot))| {
+        let swept = moving.filter_map(|((_, before), (&id, slot))| {
             let body = self.world.bodies.get(slot.handle)?;
             if !body.position().translation.is_finite() {
                 return None;
             }
             let (kind, share) = match slot.fit {
-                _ if slot.fixed => (Kind::Fixed, SWEEP_SHARE),
-                Fit::Tiny => (Kind::Tiny, SWEEP_SHARE),
-                Fit::Fragment => (Kind::Moving, SWEEP_SHARE),
-                Fit::Body => (Kind::Moving, LANDING_SHARE),
+                _ if slot.fixed => (SweptKind::Fixed, SWEEP_SHARE),
+                Fit::Tiny => (SweptKind::Tiny, SWEEP_SHARE),
+                Fit::Fragment => (SweptKind::Moving, SWEEP_SHARE),
+                Fit::Body => (SweptKind::Moving, LANDING_SHARE),
             };
             let which = (id, slot.handle, body);
             let before = engine_pose(&before.pose);
-            let mut way = Way::new(which, &slot.parts, (kind, share * slot.thickness), &before);
-            way.caught = self.caught(id);
-            Some(way)
+            let mut swept =
+                SweptBody::new(which, &slot.parts, (kind, share * slot.thickness), &before);
+            swept.caught = self.caught(id);
+            Some(swept)
         });
-        let ways: Vec<Way<'_>> = ways.collect();
-        if !ways.iter().any(Way::far) {
+        let swept: Vec<SweptBody<'_>> = swept.collect();
+        if !swept.iter().any(SweptBody::far) {
             return;
         }
         let of = &self.world.integration_parameters;
         let slop = of.allowed_linear_error();
         let (touching, step) = (&self.world.narrow_phase, of.dt);
-        let scene = Scene { quiet: &self.quiet, touching, slop, step };
-        let met = Crowd::new(ways).go(&scene);
+        let context = SweepContext { suppressed: &self.suppressed, touching, slop, step };
+        let met = CcdSolver::new(swept).solve(&context);
         for (handle, velocity, spin) in met.motions {
             if let Some(body) = self.world.bodies.get_mut(handle) {
                 body.set_linvel(velocity, true);
@@ -375,19 +376,19 @@ impl Rigid {
 
     /// Marks the newborn that overlap each other or those that broke their parent (ids in rising
     /// order, the newborn last).
-    pub(crate) fn hush(&mut self, newborn: &[u32], strikers: &[u32]) {
-        let mut quiet = std::mem::take(&mut self.quiet);
+    pub(crate) fn suppress_contacts(&mut self, newborn: &[u32], strikers: &[u32]) {
+        let mut suppressed = std::mem::take(&mut self.suppressed);
         for (k, &b) in newborn.iter().enumerate() {
             for &a in strikers.iter().chain(&newborn[..k]) {
                 if !self.near(a, b) {
                     continue;
                 }
                 if let (Some(pa), Some(pb)) = (self.placed(a), self.placed(b)) {
-                    quiet.admit((a, b), &pa, &pb);
+                    suppressed.admit((a, b), &pa, &pb);
                 }
             }
         }
-        self.quiet = quiet;
+        self.suppressed = suppressed;
     }
 
     /// Do the balls around two bodies meet?
@@ -402,18 +403,18 @@ impl Rigid {
         }
     }
 
-    fn review_quiet(&mut self) {
-        let mut pairs = std::mem::take(&mut self.quiet.pairs);
+    fn review_suppressed(&mut self) {
+        let mut pairs = std::mem::take(&mut self.suppressed.pairs);
         pairs.retain(|&(a, b), limit| {
             if self.sleeping(a) && self.sleeping(b) {
                 return true;
             }
             match (self.placed(a), self.placed(b)) {
-                (Some(pa), Some(pb)) => Quiet::keeps(*limit, &pa, &pb),
+                (Some(pa), Some(pb)) => SuppressedPairs::keeps(*limit, &pa, &pb),
                 _ => false,
             }
         });
-        self.quiet.pairs = pairs;
+        self.suppressed.pairs = pairs;
     }
 
     /// Bodies that overlap where they are, and how deep \[m\]; at least one of each pair can move.

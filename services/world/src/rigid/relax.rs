@@ -1,6 +1,6 @@
 //! What a meeting does to the ways of those that touch.
 
-use super::sweep::Way;
+use super::sweep::SweptBody;
 use rapier3d_f64::math::Vector;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -39,16 +39,16 @@ impl Touches {
     pub(super) fn meet(
         &mut self,
         touch: Touch,
-        ways: &[Way<'_>],
+        bodies: &[SweptBody<'_>],
         share: f64,
     ) -> BTreeMap<usize, Vector> {
         let (a, b, new) = (touch.a, touch.b, self.all.len());
         self.all.push(touch);
         self.of[a].push(new);
         self.of[b].push(new);
-        let mut along = Along { ways, new: BTreeMap::new(), left: 1.0 - share };
-        for k in [a, b].into_iter().filter(|&k| ways[k].ease > 0.0) {
-            along.new.insert(k, ways[k].along());
+        let mut along = Along { bodies, new: BTreeMap::new(), left: 1.0 - share };
+        for k in [a, b].into_iter().filter(|&k| bodies[k].ease > 0.0) {
+            along.new.insert(k, bodies[k].along());
         }
         let mut queue = VecDeque::from([new]);
         let mut queued = BTreeSet::from([new]);
@@ -60,7 +60,7 @@ impl Touches {
             if !along.part(touch, std::mem::take(&mut fresh)) {
                 continue;
             }
-            let ends = [touch.a, touch.b].into_iter().filter(|&end| ways[end].ease > 0.0);
+            let ends = [touch.a, touch.b].into_iter().filter(|&end| bodies[end].ease > 0.0);
             for &other in ends.flat_map(|end| &self.of[end]) {
                 if other != k && queued.insert(other) {
                     queue.push_back(other);
@@ -70,7 +70,7 @@ impl Touches {
         // Whatever is left over, nothing goes on into what is fixed.
         let moved: Vec<usize> = along.new.keys().copied().collect();
         for touch in moved.iter().flat_map(|&k| &self.of[k]).map(|&k| &self.all[k]) {
-            if ways[touch.a].ease == 0.0 || ways[touch.b].ease == 0.0 {
+            if bodies[touch.a].ease == 0.0 || bodies[touch.b].ease == 0.0 {
                 along.part(touch, false);
             }
         }
@@ -80,7 +80,7 @@ impl Touches {
 
 /// The ways as they are being changed.
 struct Along<'a> {
-    ways: &'a [Way<'a>],
+    bodies: &'a [SweptBody<'a>],
     new: BTreeMap<usize, Vector>,
     /// What is left of the step \[1\].
     left: f64,
@@ -88,7 +88,7 @@ struct Along<'a> {
 
 impl Along<'_> {
     fn of(&self, k: usize) -> Vector {
-        self.new.get(&k).copied().unwrap_or_else(|| self.ways[k].along())
+        self.new.get(&k).copied().unwrap_or_else(|| self.bodies[k].along())
     }
 
     /// Takes out what closes between two, if it is more than they may sink, or if they have just
@@ -101,7 +101,7 @@ impl Along<'_> {
         if closing * self.left <= least && !(new && touch.together) {
             return false;
         }
-        let [one, two] = [a, b].map(|k| self.ways[k].ease);
+        let [one, two] = [a, b].map(|k| self.bodies[k].ease);
         let gone = if touch.together { between } else { n * closing };
         let push = gone / (one + two);
         for (k, ease) in [(a, -one), (b, two)].into_iter().filter(|(_, ease)| *ease != 0.0) {

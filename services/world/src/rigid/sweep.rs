@@ -1,7 +1,7 @@
-//! The way of a body over a step, and when the ways of two bodies bring them into contact.
+//! The path of a body over a step, and when the paths of two bodies bring them into contact.
 
 use super::hulls::Part;
-use super::quiet::Quiet;
+use super::suppressed::SuppressedPairs;
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d_f64::parry::query;
@@ -24,7 +24,7 @@ const WHIRL: f64 = 1.0;
 
 /// What a body meets.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum SweptKind {
     /// Nothing moves it.
     Fixed,
     /// Meets what is fixed alone.
@@ -33,11 +33,11 @@ pub(super) enum Kind {
     Moving,
 }
 
-/// The way of a body over a step.
-pub(super) struct Way<'a> {
+/// A body and its path over a step.
+pub(super) struct SweptBody<'a> {
     pub(super) id: u32,
     pub(super) handle: RigidBodyHandle,
-    pub(super) kind: Kind,
+    pub(super) kind: SweptKind,
     pub(super) body: &'a RigidBody,
     pub(super) parts: &'a [Part],
     /// The way against another over which the two must be looked at \[m\].
@@ -56,29 +56,29 @@ pub(super) struct Way<'a> {
     pub(super) span: Aabb,
 }
 
-impl<'a> Way<'a> {
+impl<'a> SweptBody<'a> {
     /// The way of `body` from where it was before the step.
     pub(super) fn new(
         (id, handle, body): (u32, RigidBodyHandle, &'a RigidBody),
         parts: &'a [Part],
-        (kind, least): (Kind, f64),
+        (kind, least): (SweptKind, f64),
         before: &Pose,
     ) -> Self {
         let reach = parts.iter().map(|part| part.centre.length() + part.reach).fold(0.0, f64::max);
         let sweep = Sweep::from_poses(before, body.position(), Vector::ZERO);
-        let ease = if kind == Kind::Fixed { 0.0 } else { 1.0 / body.mass() };
+        let ease = if kind == SweptKind::Fixed { 0.0 } else { 1.0 / body.mass() };
         let (bent, span) = (None, Aabb::new_invalid());
         let caught = false;
-        let mut way =
+        let mut swept =
             Self { id, handle, kind, body, parts, least, sweep, reach, ease, caught, bent, span };
-        way.span = match kind {
+        swept.span = match kind {
             // A floor is much larger than what may meet it, and lower.
-            Kind::Fixed => parts.iter().fold(Aabb::new_invalid(), |span, part| {
+            SweptKind::Fixed => parts.iter().fold(Aabb::new_invalid(), |span, part| {
                 span.merged(&part.shape.compute_aabb(body.position()))
             }),
-            Kind::Tiny | Kind::Moving => way.span_from(0.0),
+            SweptKind::Tiny | SweptKind::Moving => swept.span_from(0.0),
         };
-        way
+        swept
     }
 
     /// Did it move so far that it may have passed through something?
@@ -120,8 +120,9 @@ impl<'a> Way<'a> {
     /// Can the two meet?
     fn meets(&self, other: &Self) -> bool {
         match (self.kind, other.kind) {
-            (Kind::Fixed, Kind::Fixed) | (Kind::Tiny, Kind::Tiny | Kind::Moving) => false,
-            (one, Kind::Tiny) => one == Kind::Fixed,
+            (SweptKind::Fixed, SweptKind::Fixed)
+            | (SweptKind::Tiny, SweptKind::Tiny | SweptKind::Moving) => false,
+            (one, SweptKind::Tiny) => one == SweptKind::Fixed,
             _ => true,
         }
     }
@@ -132,7 +133,7 @@ pub(super) type Pair = (usize, usize, usize, usize);
 
 /// That two bodies meet, and how.
 #[derive(Clone, Copy)]
-pub(super) struct Meeting {
+pub(super) struct SweepHit {
     /// Share of the step at which they do \[1\].
     pub(super) share: f64,
     /// Which of their parts.
@@ -143,9 +144,9 @@ pub(super) struct Meeting {
     pub(super) core: bool,
 }
 
-/// What stands around the ways.
-pub(super) struct Scene<'a> {
-    pub(super) quiet: &'a Quiet,
+/// What the sweeps of one step share.
+pub(super) struct SweepContext<'a> {
+    pub(super) suppressed: &'a SuppressedPairs,
     pub(super) touching: &'a NarrowPhase,
     /// Distance at which bodies touch \[m\].
     pub(super) slop: f64,
@@ -153,16 +154,16 @@ pub(super) struct Scene<'a> {
     pub(super) step: f64,
 }
 
-impl Scene<'_> {
+impl SweepContext<'_> {
     /// Does a body turn so fast that the step does not show how it rolls?
-    pub(super) fn whirls(&self, way: &Way<'_>) -> bool {
-        way.ease > 0.0 && way.body.angvel().length() * self.step > WHIRL
+    pub(super) fn whirls(&self, swept: &SweptBody<'_>) -> bool {
+        swept.ease > 0.0 && swept.body.angvel().length() * self.step > WHIRL
     }
 
-    pub(super) fn may_meet(&self, a: &Way<'_>, b: &Way<'_>) -> bool {
+    pub(super) fn may_meet(&self, a: &SweptBody<'_>, b: &SweptBody<'_>) -> bool {
         a.span.loosened(self.slop).intersects(&b.span)
             && a.meets(b)
-            && !self.quiet.pairs.contains_key(&(a.id, b.id))
+            && !self.suppressed.pairs.contains_key(&(a.id, b.id))
     }
 
     /// When two bodies touch, if they do after `from`, parts that have met in this step apart; of
@@ -170,12 +171,14 @@ impl Scene<'_> {
     /// cores do.
     pub(super) fn meeting(
         &self,
-        (i, a): (usize, &Way<'_>),
-        (j, b): (usize, &Way<'_>),
+        (i, a): (usize, &SweptBody<'_>),
+        (j, b): (usize, &SweptBody<'_>),
         from: f64,
         met: &BTreeSet<Pair>,
-    ) -> Option<Meeting> {
-        let rest = |way: &Way<'_>| Sweep::from_poses(&way.at(from), &way.at(1.0), Vector::ZERO);
+    ) -> Option<SweepHit> {
+        let rest = |swept: &SweptBody<'_>| {
+            Sweep::from_poses(&swept.at(from), &swept.at(1.0), Vector::ZERO)
+        };
         let (x, y) = (rest(a), rest(b));
         let way = (y.c2 - y.c1) - (x.c2 - x.c1);
         let between = y.c1 - x.c1;
@@ -187,7 +190,7 @@ impl Scene<'_> {
         }
         let free = a.bent.is_none() && b.bent.is_none();
         let (start_a, start_b) = (x.transform_at(0.0), y.transform_at(0.0));
-        let mut first: Option<Meeting> = None;
+        let mut first: Option<SweepHit> = None;
         for (k, (p, &collider_p)) in a.parts.iter().zip(a.body.colliders()).enumerate() {
             for (l, (q, &collider_q)) in b.parts.iter().zip(b.body.colliders()).enumerate() {
                 let gap = (start_a * p.centre - start_b * q.centre).length() - p.reach - q.reach;
@@ -201,12 +204,12 @@ impl Scene<'_> {
                 let at = self.touch([p, q], [&x, &y], most, core);
                 // Those that touch already meet as well, unless they part.
                 if at < most && (at > 0.0 || closes([p, q], [&x, &y], whole)) {
-                    first = Some(Meeting { share: at, parts: (k, l), held, core });
+                    first = Some(SweepHit { share: at, parts: (k, l), held, core });
                 }
             }
         }
         let late = |share: f64| from + share * (1.0 - from);
-        first.map(|meeting| Meeting { share: late(meeting.share), ..meeting })
+        first.map(|meeting| SweepHit { share: late(meeting.share), ..meeting })
     }
 
     /// Does the solver have the two in contact?

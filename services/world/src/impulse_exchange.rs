@@ -53,7 +53,7 @@ impl Striker {
 }
 
 /// The state before: the broken body, its fragments at rest relative to it, and the strikers.
-pub(crate) struct Scene {
+pub(crate) struct ReplacementProblem {
     /// The broken body as the engine left it.
     pub(crate) body: Part,
     /// It never moved before it broke.
@@ -71,7 +71,7 @@ pub(crate) struct Scene {
     /// G_f times the crack area \[J\].
     pub(crate) fracture_energy: f64,
     /// What the contacts took out of the motion and nobody has spent yet \[J\].
-    pub(crate) purse: f64,
+    pub(crate) energy_budget: f64,
     /// The turn that leads back to how the body lay when it was hit: the engine lets it spin on
     /// within the step of the hit, and beyond.
     pub(crate) back: Quat,
@@ -80,7 +80,7 @@ pub(crate) struct Scene {
 }
 
 /// Motion after, and what it cost.
-pub(crate) struct Settled {
+pub(crate) struct ReplacementSolution {
     pub(crate) fragments: Vec<Part>,
     pub(crate) parts: Parts,
     pub(crate) sink: Sink,
@@ -89,12 +89,12 @@ pub(crate) struct Settled {
     pub(crate) energy_before: f64,
     /// Net exchange of each striker over hit and replacement: what the fragments got, what it got.
     pub(crate) nets: Vec<(Exchange, Exchange)>,
-    /// What is left of the purse \[J\].
-    pub(crate) purse: f64,
+    /// What is left of the energy budget \[J\].
+    pub(crate) energy_budget: f64,
 }
 
 /// The motion cannot pay.
-pub(crate) struct TooDear {
+pub(crate) struct InsufficientEnergy {
     pub(crate) available: f64,
     pub(crate) payable: f64,
 }
@@ -121,44 +121,46 @@ const ROUNDING: f64 = 1e-12;
 /// too \[1\].
 const SQUEEZED: f64 = 1e-9;
 
-pub(crate) fn settle(scene: &Scene) -> Result<Settled, TooDear> {
-    let (base, surplus) = undo(scene);
-    let (push, spread) = push(scene, &base);
-    let (now, present) = present(scene);
+pub(crate) fn exchange_impulses(
+    problem: &ReplacementProblem,
+) -> Result<ReplacementSolution, InsufficientEnergy> {
+    let (base, surplus) = undo(problem);
+    let (push, spread) = push(problem, &base);
+    let (now, present) = present(problem);
     let changes = Changes { base: &base, push: &push, spread: &spread, now: &now };
     // What there was before the contacts took their share of it.
-    let held = kinetic(&now) - present + scene.purse;
+    let held = kinetic(&now) - present + problem.energy_budget;
     let start = kinetic(&base) - surplus;
     // Others that pushed the body meanwhile, and that are not undone, make the base faster than it
     // ever was.
     let squeezed = held < start * (1.0 - SQUEEZED);
     let excess = if squeezed { start - held } else { 0.0 };
-    let strikers = !scene.strikers.is_empty();
+    let strikers = !problem.strikers.is_empty();
     let find = |late: bool| {
         // What the grains have more than the body had is paid like the crack.
         let surplus = if late { present } else { surplus };
-        let cost = (scene.fracture_energy + surplus).max(0.0);
-        let purse = if late { scene.purse } else { -excess };
+        let cost = (problem.fracture_energy + surplus).max(0.0);
+        let energy_budget = if late { problem.energy_budget } else { -excess };
         let energy = |alpha: f64, beta: f64| kinetic(&changes.state(late, alpha, beta));
-        let (alpha, beta) = affordable(&energy, purse, cost, strikers)?;
+        let (alpha, beta) = affordable(&energy, energy_budget, cost, strikers)?;
         let energy_before = if late { held } else { start - excess };
         Ok((late, alpha, beta, energy_before))
     };
     // Where such a base can pay for nothing, the motion now can.
-    let found = match find(scene.late) {
-        Err(TooDear { .. }) if !scene.late && squeezed => find(true),
+    let found = match find(problem.late) {
+        Err(InsufficientEnergy { .. }) if !problem.late && squeezed => find(true),
         found => found,
     };
     let (late, alpha, beta, energy_before) = found?;
     let state = changes.state(late, alpha, beta);
-    let left = held - scene.fracture_energy - kinetic(&state);
+    let left = held - problem.fracture_energy - kinetic(&state);
     let net = |held: &Exchange, pushed: &Exchange| {
         let mut net = held.scaled(if late { 1.0 - alpha } else { 0.0 });
         net.add(&pushed.scaled(alpha));
         net
     };
-    let each = scene.strikers.iter().zip(&push.nets);
-    Ok(Settled {
+    let each = problem.strikers.iter().zip(&push.nets);
+    Ok(ReplacementSolution {
         nets: each.map(|(s, p)| (net(&s.mine, &p.0), net(&s.theirs, &p.1))).collect(),
         fragments: state.fragments,
         parts: state.parts,
@@ -166,7 +168,7 @@ pub(crate) fn settle(scene: &Scene) -> Result<Settled, TooDear> {
         alpha,
         beta,
         energy_before,
-        purse: left.max(0.0),
+        energy_budget: left.max(0.0),
     })
 }
 
@@ -189,18 +191,18 @@ impl Changes<'_> {
     }
 }
 
-/// The largest β at α = 1, else the largest α at β = 0, with K(α, β) + G_f A ≤ K(0, 0) + purse
-/// [F41]. Where the purse more than pays for the crack, the largest α = β: the pieces part as far
-/// as the exchange gives way.
+/// The largest β at α = 1, else the largest α at β = 0, with K(α, β) + G_f A ≤ K(0, 0) + E, E the
+/// energy budget [F41]. Where the budget more than pays for the crack, the largest α = β: the
+/// pieces part as far as the exchange gives way.
 fn affordable(
     energy: &dyn Fn(f64, f64) -> f64,
-    purse: f64,
+    energy_budget: f64,
     cost: f64,
     pushed: bool,
-) -> Result<(f64, f64), TooDear> {
+) -> Result<(f64, f64), InsufficientEnergy> {
     let full = if pushed { 1.0 } else { 0.0 };
     let start = energy(0.0, 0.0);
-    let before = start + purse;
+    let before = start + energy_budget;
     let (budget, slack) = (before - cost, ROUNDING * before);
     let (all, rigid) = (energy(full, 1.0), energy(full, 0.0));
     // Motion that a solver gave to a body that nothing hit is its own affair: it has no one to
@@ -208,7 +210,7 @@ fn affordable(
     if all <= budget + slack {
         return Ok((full, 1.0));
     }
-    let room = purse - cost;
+    let room = energy_budget - cost;
     let together = room > 0.0;
     if rigid <= budget + slack && !together {
         // K(α, β) = K(α, 0) + β² (K(α, 1) − K(α, 0))
@@ -219,41 +221,41 @@ fn affordable(
     let (half, whole) = if together { (energy(0.5, 0.5), all) } else { (energy(0.5, 0.0), rigid) };
     let c2 = 2.0 * (whole + start - 2.0 * half);
     let c1 = whole - start - c2;
-    let refuse = |payable: f64| TooDear { available: before, payable };
+    let refuse = |payable: f64| InsufficientEnergy { available: before, payable };
     if !pushed || c2.is_nan() || c2 <= 0.0 || (c1 >= 0.0 && room < 0.0) {
-        return Err(refuse(purse));
+        return Err(refuse(energy_budget));
     }
     let root = c1 * c1 + 4.0 * c2 * room;
     if root < 0.0 {
-        return Err(refuse(purse + c1 * c1 / (4.0 * c2)));
+        return Err(refuse(energy_budget + c1 * c1 / (4.0 * c2)));
     }
     if room < 0.0 && -c1 - root.sqrt() > 2.0 * c2 {
         // More than the whole push would have to be handed over.
-        return Err(refuse(purse - c1 - c2));
+        return Err(refuse(energy_budget - c1 - c2));
     }
     let alpha = ((-c1 + root.sqrt()) / (2.0 * c2)).clamp(0.0, 1.0);
     Ok((alpha, if together { alpha } else { 0.0 }))
 }
 
 /// The motion as the engine left it: the fragments move as the body does; and their surplus.
-fn present(scene: &Scene) -> (State, f64) {
-    let body = &scene.body;
-    let (fragments, surplus) = carried(scene, &body.velocity, &body.spin);
-    (State { fragments, parts: scene.parts.clone(), sink: Sink::default() }, surplus)
+fn present(problem: &ReplacementProblem) -> (State, f64) {
+    let body = &problem.body;
+    let (fragments, surplus) = carried(problem, &body.velocity, &body.spin);
+    (State { fragments, parts: problem.parts.clone(), sink: Sink::default() }, surplus)
 }
 
 /// The fragments with the momentum and the angular momentum that the body has at a velocity and
 /// spin, and how much more energy they have than it \[J\].
-fn carried(scene: &Scene, velocity: &Vec3, spin: &Vec3) -> (Vec<Part>, f64) {
-    let body = Part { velocity: *velocity, spin: *spin, ..scene.body };
-    if !scene.loose {
+fn carried(problem: &ReplacementProblem, velocity: &Vec3, spin: &Vec3) -> (Vec<Part>, f64) {
+    let body = Part { velocity: *velocity, spin: *spin, ..problem.body };
+    if !problem.loose {
         let field = Field { velocity: *velocity, spin: *spin, centre: body.centre };
-        return (moved(&scene.fragments, &field), 0.0);
+        return (moved(&problem.fragments, &field), 0.0);
     }
-    let whole = joint(scene.fragments.iter());
+    let whole = joint(problem.fragments.iter());
     let linear = body.momentum();
     let torque = body.angular() - whole.centre.cross(&linear);
-    let parts = moved(&scene.fragments, &whole.field(&linear, &torque));
+    let parts = moved(&problem.fragments, &whole.field(&linear, &torque));
     let surplus = sum(parts.iter()).kinetic - body.kinetic();
     (parts, surplus)
 }
@@ -269,30 +271,30 @@ fn kinetic(state: &State) -> f64 {
 }
 
 /// The motion before the hit: each striker's exchange taken back on both sides, equal and opposite.
-fn undo(scene: &Scene) -> (State, f64) {
-    let body = &scene.body;
+fn undo(problem: &ReplacementProblem) -> (State, f64) {
+    let body = &problem.body;
     let mut field = Field { velocity: body.velocity, spin: body.spin, centre: body.centre };
     let own = joint([*body].iter());
-    for striker in &scene.strikers {
-        if !scene.fixed {
+    for striker in &problem.strikers {
+        if !problem.fixed {
             let back = own.field(&-striker.mine.linear, &-striker.mine.torque);
             field.velocity += back.velocity;
             field.spin += back.spin;
         }
     }
-    let (fragments, surplus) = carried(scene, &field.velocity, &field.spin);
-    let mut state = State { fragments, parts: scene.parts.clone(), sink: Sink::default() };
-    for striker in &scene.strikers {
+    let (fragments, surplus) = carried(problem, &field.velocity, &field.spin);
+    let mut state = State { fragments, parts: problem.parts.clone(), sink: Sink::default() };
+    for striker in &problem.strikers {
         let lost = Exchange { linear: -striker.mine.linear, torque: -striker.mine.torque };
         let gained = Exchange { linear: striker.mine.linear, torque: -striker.theirs.torque };
-        give_back(scene, striker, &mut state, &lost, &gained);
+        give_back(problem, striker, &mut state, &lost, &gained);
     }
     (state, surplus)
 }
 
 /// Lets a striker have what it had before, and closes the balance of the pair.
 fn give_back(
-    scene: &Scene,
+    problem: &ReplacementProblem,
     striker: &Striker,
     state: &mut State,
     lost: &Exchange,
@@ -300,9 +302,9 @@ fn give_back(
 ) {
     let mut linear = Vec3::zeros();
     let mut angular = Vec3::zeros();
-    if !scene.fixed {
+    if !problem.fixed {
         linear += lost.linear;
-        angular += scene.body.centre.cross(&lost.linear) + lost.torque;
+        angular += problem.body.centre.cross(&lost.linear) + lost.torque;
     }
     if !striker.fixed() {
         let whole = group(&state.parts, &striker.ids);
@@ -310,25 +312,25 @@ fn give_back(
         linear += gained.linear;
         angular += whole.centre.cross(&gained.linear) + gained.torque;
     }
-    if scene.fixed || striker.fixed() {
+    if problem.fixed || striker.fixed() {
         state.sink.linear -= linear;
         state.sink.angular -= angular;
         return;
     }
     // Both moved on since the hit: the couple that is left goes to both.
-    let [mine, theirs] = close(scene, striker, &state.parts, &-angular);
+    let [mine, theirs] = close(problem, striker, &state.parts, &-angular);
     state.fragments.iter_mut().for_each(|part| mine.field.apply(part, 1.0));
     apply(&mut state.parts, &striker.ids, &theirs.field);
 }
 
 /// What the solver gave, in its rigid and its spreading part, and the strikers' answer to the rigid
 /// part.
-fn push(scene: &Scene, base: &State) -> (Push, Vec<Change>) {
-    let whole = joint(scene.fragments.iter());
-    let moved: Vec<Part> = scene
+fn push(problem: &ReplacementProblem, base: &State) -> (Push, Vec<Change>) {
+    let whole = joint(problem.fragments.iter());
+    let moved: Vec<Part> = problem
         .fragments
         .iter()
-        .zip(&scene.given)
+        .zip(&problem.given)
         .map(|(part, &(velocity, spin))| Part { velocity, spin, ..*part })
         .collect();
     let total = sum(moved.iter());
@@ -336,11 +338,11 @@ fn push(scene: &Scene, base: &State) -> (Push, Vec<Change>) {
     let rigid = whole.field(&total.linear, &torque);
     let spread =
         moved.iter().map(|p| (p.velocity - rigid.at(&p.centre), p.spin - rigid.spin)).collect();
-    let then = |v: Vec3| scene.back * v;
+    let then = |v: Vec3| problem.back * v;
     let (linear, torque) = (then(total.linear), then(torque));
     let rigid = whole.field(&linear, &torque);
     let mut push = Push {
-        fragments: scene.fragments.iter().map(|p| (rigid.at(&p.centre), rigid.spin)).collect(),
+        fragments: problem.fragments.iter().map(|p| (rigid.at(&p.centre), rigid.spin)).collect(),
         parts: Vec::new(),
         sink: Sink::default(),
         nets: Vec::new(),
@@ -351,22 +353,22 @@ fn push(scene: &Scene, base: &State) -> (Push, Vec<Change>) {
         (then(linear), then((striker.point - whole.centre).cross(&linear)))
     };
     let (mut left, mut couple) = (linear, torque);
-    for (linear, torque) in scene.strikers.iter().map(held) {
+    for (linear, torque) in problem.strikers.iter().map(held) {
         left -= linear;
         couple -= torque;
     }
-    for striker in &scene.strikers {
+    for striker in &problem.strikers {
         let (linear, torque) = match striker.reaction {
             Some(_) => held(striker),
             None => (left * striker.weight, couple * striker.weight),
         };
-        answer(scene, striker, base, &mut push, &linear, &torque, &whole);
+        answer(problem, striker, base, &mut push, &linear, &torque, &whole);
     }
     (push, spread)
 }
 
 fn answer(
-    scene: &Scene,
+    problem: &ReplacementProblem,
     striker: &Striker,
     base: &State,
     push: &mut Push,
@@ -383,11 +385,11 @@ fn answer(
         return;
     }
     let group = group(&base.parts, &striker.ids);
-    let lever = if scene.late { striker.lever } else { striker.point - group.centre };
+    let lever = if problem.late { striker.lever } else { striker.point - group.centre };
     let own = lever.cross(&-linear);
     let angular = gained + group.centre.cross(&-linear) + own;
-    let [mine, theirs] = close(scene, striker, &base.parts, &-angular);
-    for (part, change) in scene.fragments.iter().zip(&mut push.fragments) {
+    let [mine, theirs] = close(problem, striker, &base.parts, &-angular);
+    for (part, change) in problem.fragments.iter().zip(&mut push.fragments) {
         change.0 += mine.field.at(&part.centre);
         change.1 += mine.field.spin;
     }
@@ -412,10 +414,15 @@ struct Share {
 /// A couple shared between the fragments and a striker. At once by their inertia: the lighter would
 /// spin up for nothing. Late they may be far apart: then as if they were one body, which takes the
 /// least energy.
-fn close(scene: &Scene, striker: &Striker, parts: &Parts, couple: &Vec3) -> [Share; 2] {
-    let (mine, theirs) = (joint(scene.fragments.iter()), group(parts, &striker.ids));
-    if scene.late {
-        let all = joint(scene.fragments.iter().chain(&members(parts, &striker.ids)));
+fn close(
+    problem: &ReplacementProblem,
+    striker: &Striker,
+    parts: &Parts,
+    couple: &Vec3,
+) -> [Share; 2] {
+    let (mine, theirs) = (joint(problem.fragments.iter()), group(parts, &striker.ids));
+    if problem.late {
+        let all = joint(problem.fragments.iter().chain(&members(parts, &striker.ids)));
         let side = |part: &Joint| {
             let field = all.field(&Vec3::zeros(), couple);
             let linear = field.at(&part.centre) * part.mass;

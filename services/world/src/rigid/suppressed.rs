@@ -1,7 +1,7 @@
-//! Quiet birth (F34): siblings whose convex stand-ins overlap when they are born do not push each
-//! other apart.
+//! Contacts that are suppressed at birth (F34): siblings whose convex parts overlap when they are
+//! born do not push each other apart.
 //!
-//! A pair stays quiet until it separates; should it sink deeper than it was born, contact begins
+//! A pair stays suppressed until it separates; if it sinks deeper than it was born, contact begins
 //! after all.
 
 use super::convert::engine_pose;
@@ -17,16 +17,16 @@ pub(super) struct Placed<'a> {
     pub(super) pose: Pose,
 }
 
-/// The quiet pairs (lower id first) and how deep each may sink before contact begins \[m\].
+/// The suppressed pairs (lower id first) and how deep each may sink before contact begins \[m\].
 #[derive(Default)]
-pub(super) struct Quiet {
+pub(super) struct SuppressedPairs {
     pub(super) pairs: BTreeMap<(u32, u32), f64>,
 }
 
-/// A quiet pair may sink this share of its smaller part deeper than it was born.
+/// A suppressed pair may sink this share of its smaller part deeper than it was born.
 const SINK: f64 = 0.05;
 
-impl Quiet {
+impl SuppressedPairs {
     /// Marks the pair if its stand-ins overlap where they are.
     pub(super) fn admit(&mut self, key: (u32, u32), a: &Placed<'_>, b: &Placed<'_>) {
         let depth = depth(a, b);
@@ -36,7 +36,7 @@ impl Quiet {
         }
     }
 
-    /// Should the pair stay quiet where it is now?
+    /// Does the pair stay suppressed where it is now?
     pub(super) fn keeps(limit: f64, a: &Placed<'_>, b: &Placed<'_>) -> bool {
         let depth = depth(a, b);
         depth > 0.0 && depth <= limit
@@ -67,15 +67,15 @@ pub(super) fn depth(a: &Placed<'_>, b: &Placed<'_>) -> f64 {
     deepest
 }
 
-impl PhysicsHooks for Quiet {
+impl PhysicsHooks for SuppressedPairs {
     fn filter_contact_pair(&self, context: &PairFilterContext<'_>) -> Option<SolverFlags> {
         let id = |handle: Option<RigidBodyHandle>| {
             handle.and_then(|h| context.bodies.get(h)).map(|body| body.user_data as u32)
         };
-        let quiet = match (id(context.rigid_body1), id(context.rigid_body2)) {
+        let suppressed = match (id(context.rigid_body1), id(context.rigid_body2)) {
             (Some(a), Some(b)) => self.pairs.contains_key(&(a.min(b), a.max(b))),
             _ => false,
         };
-        (!quiet).then_some(SolverFlags::COMPUTE_RIGID_IMPULSES)
+        (!suppressed).then_some(SolverFlags::COMPUTE_RIGID_IMPULSES)
     }
 }

@@ -24,7 +24,7 @@
 //! The engine's own sweeps are off: they know one of two moving bodies, and no order.
 
 use super::relax::{Touch, Touches};
-use super::sweep::{Kind, Meeting, Pair, Scene, Way, facing, slack};
+use super::sweep::{Pair, SweepContext, SweepHit, SweptBody, SweptKind, facing, slack};
 use rapier3d_f64::math::{Pose, Vector};
 use rapier3d_f64::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d_f64::parry::partitioning::{Bvh, BvhBuildStrategy};
@@ -55,16 +55,16 @@ pub(super) struct Met {
     pub(super) pushes: Vec<Push>,
 }
 
-/// Bodies, in the order of their ids, that meet each other.
-pub(super) struct Crowd<'a> {
-    ways: Vec<Way<'a>>,
+/// Continuous collision detection over one step; bodies in the order of their ids.
+pub(super) struct CcdSolver<'a> {
+    bodies: Vec<SweptBody<'a>>,
     touches: Touches,
     /// Parts that have met.
     met: BTreeSet<Pair>,
     /// Which two meet when, and how: shares are not negative, so their bits are in their order.
-    events: BTreeMap<Event, Meeting>,
+    events: BTreeMap<Event, SweepHit>,
     of: Vec<Vec<Event>>,
-    /// Of the spans of the ways.
+    /// Bounding volumes of the spans.
     index: Bvh,
     /// Velocities and spins that have changed.
     motions: BTreeMap<usize, (Vector, Vector)>,
@@ -73,12 +73,12 @@ pub(super) struct Crowd<'a> {
 
 type Event = (u64, usize, usize);
 
-impl<'a> Crowd<'a> {
-    pub(super) fn new(ways: Vec<Way<'a>>) -> Self {
-        let of = vec![Vec::new(); ways.len()];
+impl<'a> CcdSolver<'a> {
+    pub(super) fn new(bodies: Vec<SweptBody<'a>>) -> Self {
+        let of = vec![Vec::new(); bodies.len()];
         Self {
-            touches: Touches::new(ways.len()),
-            ways,
+            touches: Touches::new(bodies.len()),
+            bodies,
             met: BTreeSet::new(),
             events: BTreeMap::new(),
             of,
@@ -88,47 +88,47 @@ impl<'a> Crowd<'a> {
         }
     }
 
-    /// Has them all meet.
-    pub(super) fn go(mut self, scene: &Scene<'_>) -> Met {
-        self.look(scene);
+    /// Handles all meetings, the first in time first.
+    pub(super) fn solve(mut self, context: &SweepContext<'_>) -> Met {
+        self.find_pairs(context);
         while let Some(((_, a, b), meeting)) = self.events.pop_first() {
-            self.join(a, b, meeting, scene);
+            self.join(a, b, meeting, context);
         }
-        let motions = self.motions.iter().map(|(&k, &(v, w))| (self.ways[k].handle, v, w));
+        let motions = self.motions.iter().map(|(&k, &(v, w))| (self.bodies[k].handle, v, w));
         Met {
-            ends: self.ways.iter().filter_map(|way| Some((way.handle, way.end()?))).collect(),
+            ends: self.bodies.iter().filter_map(|body| Some((body.handle, body.end()?))).collect(),
             motions: motions.collect(),
             pushes: self.pushes,
         }
     }
 
-    /// Finds who would meet whom, at least one of them far, if none met another before.
-    fn look(&mut self, scene: &Scene<'_>) {
-        let far: Vec<bool> = self.ways.iter().map(Way::far).collect();
+    /// Finds the pairs that would meet, at least one of them far, if none met another before.
+    fn find_pairs(&mut self, context: &SweepContext<'_>) {
+        let far: Vec<bool> = self.bodies.iter().map(SweptBody::far).collect();
         if !far.contains(&true) {
             return;
         }
-        let spans: Vec<Aabb> = self.ways.iter().map(|way| way.span).collect();
+        let spans: Vec<Aabb> = self.bodies.iter().map(|body| body.span).collect();
         self.index = Bvh::from_leaves(BvhBuildStrategy::Binned, &spans);
-        for a in (0..self.ways.len()).filter(|&a| far[a]) {
+        for a in (0..self.bodies.len()).filter(|&a| far[a]) {
             // Two that both are far are looked at once.
-            for b in self.around(a, scene).into_iter().filter(|&b| b > a || !far[b]) {
-                self.meet(a.min(b), a.max(b), 0.0, scene);
+            for b in self.around(a, context).into_iter().filter(|&b| b > a || !far[b]) {
+                self.meet(a.min(b), a.max(b), 0.0, context);
             }
         }
     }
 
     /// Who may be met on what is left of a way, and who is on it.
-    fn around(&self, k: usize, scene: &Scene<'_>) -> Vec<usize> {
-        let span = self.ways[k].span.loosened(scene.slop);
+    fn around(&self, k: usize, context: &SweepContext<'_>) -> Vec<usize> {
+        let span = self.bodies[k].span.loosened(context.slop);
         self.index.intersect_aabb(&span).map(|other| other as usize).collect()
     }
 
     /// Notes when the two meet, if they do after `from`.
-    fn meet(&mut self, a: usize, b: usize, from: f64, scene: &Scene<'_>) {
-        let (one, two) = (&self.ways[a], &self.ways[b]);
-        if scene.may_meet(one, two)
-            && let Some(meeting) = scene.meeting((a, one), (b, two), from, &self.met)
+    fn meet(&mut self, a: usize, b: usize, from: f64, context: &SweepContext<'_>) {
+        let (one, two) = (&self.bodies[a], &self.bodies[b]);
+        if context.may_meet(one, two)
+            && let Some(meeting) = context.meeting((a, one), (b, two), from, &self.met)
         {
             let event = (meeting.share.to_bits(), a, b);
             self.events.insert(event, meeting);
@@ -138,10 +138,10 @@ impl<'a> Crowd<'a> {
     }
 
     /// Two meet: they and those that they are pushed against go other ways from there.
-    fn join(&mut self, a: usize, b: usize, meeting: Meeting, scene: &Scene<'_>) {
-        let Meeting { share, parts: (p, q), held, core } = meeting;
+    fn join(&mut self, a: usize, b: usize, meeting: SweepHit, context: &SweepContext<'_>) {
+        let SweepHit { share, parts: (p, q), held, core } = meeting;
         self.met.insert((a, b, p, q));
-        let (one, two) = (&self.ways[a], &self.ways[b]);
+        let (one, two) = (&self.bodies[a], &self.bodies[b]);
         let (p, q) = (&one.parts[p], &two.parts[q]);
         let poses = [one.at(share), two.at(share)];
         let Some((point, normal)) = facing([p, q], [&poses[0], &poses[1]]) else {
@@ -156,22 +156,22 @@ impl<'a> Crowd<'a> {
         }
         // Who whirls may seem to roll along what is in its way: where they touch nothing closes,
         // but the middle runs into it.
-        let whirl = [a, b].into_iter().any(|k| scene.whirls(&self.ways[k]));
+        let whirl = [a, b].into_iter().any(|k| context.whirls(&self.bodies[k]));
         if whirl || caught {
             self.push((a, b), point, (Vector::ZERO, Vector::ZERO), normal);
         }
-        let turned = self.touches.meet(touch, &self.ways, share);
+        let turned = self.touches.meet(touch, &self.bodies, share);
         for (&k, &way) in &turned {
-            self.ways[k].bend(share, way);
-            self.index.insert(self.ways[k].span, k as u32);
+            self.bodies[k].bend(share, way);
+            self.index.insert(self.bodies[k].span, k as u32);
             for event in std::mem::take(&mut self.of[k]) {
                 self.events.remove(&event);
             }
         }
         for &k in turned.keys() {
-            for other in self.around(k, scene) {
+            for other in self.around(k, context) {
                 if other > k || !turned.contains_key(&other) {
-                    self.meet(k.min(other), k.max(other), share, scene);
+                    self.meet(k.min(other), k.max(other), share, context);
                 }
             }
         }
@@ -186,14 +186,15 @@ impl<'a> Crowd<'a> {
         arms: (Vector, Vector),
         normal: Vector,
     ) {
-        let (one, two) = (&self.ways[a], &self.ways[b]);
-        let of = |k: usize, way: &Way<'_>| {
-            let own = (way.body.linvel(), way.body.angvel());
+        let (one, two) = (&self.bodies[a], &self.bodies[b]);
+        let of = |k: usize, swept: &SweptBody<'_>| {
+            let own = (swept.body.linvel(), swept.body.angvel());
             self.motions.get(&k).copied().unwrap_or(own)
         };
         let ((v, spin_v), (w, spin_w)) = (of(a, one), of(b, two));
         let closing = (v + spin_v.cross(arms.0) - w - spin_w.cross(arms.1)).dot(normal);
-        let turns = [(one, arms.0), (two, arms.1)].map(|(way, arm)| turn(way, arm.cross(normal)));
+        let turns =
+            [(one, arms.0), (two, arms.1)].map(|(swept, arm)| turn(swept, arm.cross(normal)));
         let give = |arm: Vector, turn: Vector| turn.cross(arm).dot(normal);
         let eased = one.ease + two.ease + give(arms.0, turns[0]) + give(arms.1, turns[1]);
         let impulse = closing / eased;
@@ -205,19 +206,19 @@ impl<'a> Crowd<'a> {
             (a, (v - normal * (impulse * one.ease), spin_v - turns[0] * impulse)),
             (b, (w + normal * (impulse * two.ease), spin_w + turns[1] * impulse)),
         ];
-        let free = after.into_iter().filter(|&(k, _)| self.ways[k].ease > 0.0);
+        let free = after.into_iter().filter(|&(k, _)| self.bodies[k].ease > 0.0);
         self.motions.extend(free.collect::<Vec<_>>());
         self.pushes.push(Push { ids, point, arms, normal, impulse });
     }
 }
 
 /// The spin that a torque impulse gives a body.
-fn turn(way: &Way<'_>, torque: Vector) -> Vector {
-    if way.kind == Kind::Fixed {
+fn turn(swept: &SweptBody<'_>, torque: Vector) -> Vector {
+    if swept.kind == SweptKind::Fixed {
         return Vector::ZERO;
     }
-    let local = way.body.mass_properties().local_mprops;
-    local.world_inv_inertia(&way.body.position().rotation) * torque
+    let local = swept.body.mass_properties().local_mprops;
+    local.world_inv_inertia(&swept.body.position().rotation) * torque
 }
 
 /// Sets a body back. Its velocity stays; its spin is the one with the same angular momentum there.

@@ -1,0 +1,157 @@
+//! One step of the world: the engine moves the bodies, contacts become hits.
+
+use crate::body::Body;
+use crate::episode::Episode;
+use crate::error::WorldError;
+use crate::exchange::{Received, Stepped, received, rest, sums};
+use crate::id::BodyId;
+use crate::impact::{EpisodeOutcome, Hit, Party, effective_mass, hits};
+use crate::places::check_places;
+use crate::rigid::Contact;
+use crate::state::WorldState;
+
+/// [`crate::World::step`].
+pub(crate) fn step(world: &mut WorldState) -> Result<Vec<Hit>, WorldError> {
+    let start = world.time();
+    world.steps += 1;
+    world.rigid.step().map_err(|_| WorldError::Engine { step: world.steps })?;
+    check_finite(world)?;
+    check_places(world)?;
+    let WorldState { settings, rigid, debris, .. } = &mut *world;
+    debris.advance(&settings.gravity, settings.step, rigid);
+    let contacts = world.rigid.contacts();
+    follow(world, &contacts, start);
+    see_who_settles(world);
+    let settings = &world.settings;
+    let over = world.episodes.take_over(world.time(), settings.resting_speed, settings.episode);
+    let judged = over.iter().flat_map(|(pair, episode)| judge(world, *pair, episode));
+    let mut hits: Vec<Hit> = judged.collect();
+    hits.sort_by_key(|hit| (hit.body, hit.episode));
+    Ok(hits)
+}
+
+fn check_finite(world: &WorldState) -> Result<(), WorldError> {
+    let lost = world.rigid.quarantined().or_else(|| {
+        let finite = |id: u32| world.rigid.motion(id).is_none_or(|m| m.finite());
+        world.bodies.keys().copied().find(|&id| !finite(id))
+    });
+    let name = |id: u32| world.bodies.get(&id).map_or_else(String::new, |body| body.name.clone());
+    match lost {
+        Some(id) => Err(WorldError::NotFinite { name: name(id), step: world.steps }),
+        None => Ok(()),
+    }
+}
+
+/// Opens episodes and takes in one step of those that are open.
+fn follow(world: &mut WorldState, contacts: &[Contact], start: f64) {
+    world.episodes.begin_step();
+    let longest = (world.settings.episode / world.settings.step).ceil() as u64 + 2;
+    world.resting.forget(world.steps.saturating_sub(longest));
+    let received = received_over_step(world, contacts);
+    let (dt, gravity) = (world.settings.step, world.settings.gravity);
+    for (contact, received) in contacts.iter().zip(&received) {
+        let pair = (contact.a, contact.b);
+        let (Some(a), Some(b)) = (world.bodies.get(&pair.0), world.bodies.get(&pair.1)) else {
+            continue;
+        };
+        let before = [world.rigid.before(pair.0).copied(), world.rigid.before(pair.1).copied()];
+        let [Some(before_a), Some(before_b)] = before else {
+            continue;
+        };
+        let Some(n) = contact.on_b.try_normalize(0.0) else {
+            continue;
+        };
+        let fall = |body: &Body| if body.fixed { 0.0 } else { gravity.dot(&n) };
+        let closing_gain = (fall(a) - fall(b)).max(0.0) * dt;
+        let speed = contact.closing_speed();
+        let fresh = !world.episodes.open.contains_key(&pair);
+        world.settling.touch(pair.0, &before_a);
+        world.settling.touch(pair.1, &before_b);
+        if fresh {
+            let young = a.birth.max(b.birth) + world.settings.birth_grace > start;
+            let pause = world.settings.episode;
+            let least = world.settings.resting_speed;
+            if speed <= world.settling.least(pair, [a.fixed, b.fixed], least) {
+                world.resting.add(contact, world.steps, *received);
+                continue;
+            }
+            if young || !world.episodes.ready(pair, start, pause, speed) {
+                continue;
+            }
+            // Gravity works until they touch: for the time that the gap takes in this step, and
+            // in the last one for as long as they moved.
+            let late = |id: u32, body: &Body| fall(body) * dt * (1.0 - world.rigid.moved(id));
+            let early = (contact.gap() / (speed * dt)).min(1.0);
+            let touch = speed + early * closing_gain - late(pair.0, a) + late(pair.1, b);
+            world.episodes.open(contact, start, [before_a, before_b], touch);
+            world.settling.end(pair.0);
+            world.settling.end(pair.1);
+        }
+        let point = contact.moment / contact.impulse;
+        let mass = effective_mass((a, &before_a), (b, &before_b), &point, &n);
+        let weight = mass * closing_gain * if fresh { 0.5 } else { 1.0 };
+        if let Some(episode) = world.episodes.open.get_mut(&pair) {
+            episode.add(contact, weight, received);
+        }
+    }
+}
+
+fn see_who_settles(world: &mut WorldState) {
+    let (now, resting) = (world.time(), world.settings.resting_speed);
+    let (rigid, bodies) = (&world.rigid, &world.bodies);
+    let motion = |id: u32| Some((rigid.motion(id)?, bodies.get(&id)?.reach));
+    world.settling.look(now, resting, motion);
+}
+
+/// What both bodies of each pair received from their contact over the last step.
+fn received_over_step(world: &WorldState, contacts: &[Contact]) -> Vec<[Received; 2]> {
+    let moving = |(id, normals)| {
+        let body = world.bodies.get(&id).filter(|body| !body.fixed)?;
+        let (&before, after) = (world.rigid.before(id)?, world.rigid.motion(id)?);
+        let stepped = Stepped {
+            mass: body.mass,
+            inertia: body.world_inertia(&before.pose),
+            inertia_after: body.world_inertia(&after.pose),
+            before,
+            after,
+        };
+        Some((id, rest(&stepped, &world.settings.gravity, world.settings.step, &normals)))
+    };
+    received(contacts, sums(contacts).into_iter().filter_map(moving).collect())
+}
+
+/// The hits of a finished episode: none, or one a body that may break and whose threshold it
+/// reached.
+fn judge(world: &WorldState, (a, b): (u32, u32), episode: &Episode) -> Vec<Hit> {
+    let (Some(one), Some(two)) = (world.bodies.get(&b), world.bodies.get(&a)) else {
+        return Vec::new();
+    };
+    let impulse = episode.net_impulse();
+    let over = |body: &Body| {
+        body.breakable
+            && impulse > 0.0
+            && impulse >= body.threshold.unwrap_or(world.settings.impulse_threshold)
+    };
+    let Some(normal) = episode.normal().filter(|_| over(one) || over(two)) else {
+        return Vec::new();
+    };
+    let outcome = EpisodeOutcome {
+        episode: episode.number,
+        time: episode.opened,
+        point: episode.point(),
+        normal,
+        impulse,
+        closing_speed: episode.closing_speed,
+        step: world.steps,
+        dissipated: episode.dissipated.max(0.0),
+    };
+    let party = |id: u32, body, side: usize| Party {
+        id: BodyId(id),
+        body,
+        motion: &episode.first[side],
+        exchanged: episode.exchanged[side],
+    };
+    let [first, second] = hits(&outcome, &party(b, one, 1), &party(a, two, 0));
+    let each = [(over(one), first), (over(two), second)];
+    each.into_iter().filter(|(over, _)| *over).map(|(_, hit)| hit).collect()
+}
