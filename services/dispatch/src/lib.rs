@@ -58,26 +58,32 @@ mod blame;
 mod by_name;
 pub mod counts;
 pub mod effect;
+mod ending;
 pub mod event;
+mod grants;
 mod inherited;
 mod job_record;
 mod jobs;
-mod lease;
 mod leases;
+mod loss;
 mod lru_index;
 pub mod machine;
 #[cfg(test)]
 mod mutant;
+mod opening;
 mod parked_polls;
 mod past;
 mod poll;
+mod renewal;
 mod settle;
 mod share;
+mod state;
 mod takeover;
 mod timers;
 pub mod timing;
 pub mod worker_machine;
 mod worker_table;
+mod workers;
 
 #[cfg(test)]
 mod sim;

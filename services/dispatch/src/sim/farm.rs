@@ -245,7 +245,7 @@ impl Farm {
             self.disk.incarnation += 1;
         }
         let mut machine = Dispatch::new(self.timing, self.disk.incarnation);
-        machine.mutant = self.mutant;
+        machine.state.mutant = self.mutant;
         self.machine = Some(machine);
         self.check.life();
         for worker in self.disk.drained.clone() {
