@@ -1,8 +1,8 @@
 //! The pool as a state machine: events in, effects out; time is an argument.
 //!
 //! A shell feeds [`Dispatch::step`] what it heard and does, in order, what comes back; a worker's
-//! shell does the same with [`WorkerMachine::step`]. Read [`event`] first, then [`machine`] and
-//! [`worker_machine`].
+//! shell does the same with [`WorkerMachine::step`]. Read [`event`] first, then [`machine`], which
+//! leads from each event to the file that handles it, and [`worker_machine`].
 //!
 //! What the machines keep to, each held by an oracle of the simulation (`docs/pool.md`), and how
 //! much each tenant and run gets by `tests/fast/machine.rs`:
