@@ -196,7 +196,7 @@ impl Header {
         let Material { density, young, poisson, failure_stress, fracture_energy } = self.material;
         let material = [density, young, poisson, failure_stress, fracture_energy];
         codec::finite("a job's material", &material)?;
-        strength::check(&self.strength)?;
+        strength::check(&self.strength, ("a job's painted regions", "a job's strength"))?;
         for Impact { point, normal, impulse, duration, radius, energy, .. } in &self.impacts {
             codec::finite("a job's impacts", point.as_slice())?;
             codec::finite("a job's impacts", normal.as_slice())?;

@@ -10,9 +10,12 @@ use std::sync::Arc;
 /// Most painted regions: they travel in the header.
 pub const MAX_STROKES: usize = 256;
 
-/// Holds its numbers to the limits of the wire.
-pub(crate) fn check(field: &StrengthField) -> Result<(), WireError> {
-    codec::limit("a job's painted regions", field.strokes.len() as u64, MAX_STROKES as u64)?;
+/// Checks its numbers against the limits of the wire; the two texts name them in errors.
+pub(crate) fn check(
+    field: &StrengthField,
+    (what_regions, what_numbers): (&'static str, &'static str),
+) -> Result<(), WireError> {
+    codec::limit(what_regions, field.strokes.len() as u64, MAX_STROKES as u64)?;
     let mut numbers = vec![field.weibull];
     numbers.extend(field.correlation);
     numbers.extend(field.offset.iter());
@@ -38,7 +41,7 @@ pub(crate) fn check(field: &StrengthField) -> Result<(), WireError> {
             }
         }
     }
-    codec::finite("a job's strength", &numbers)
+    codec::finite(what_numbers, &numbers)
 }
 
 /// How many painted points there are, and how deep they reach, for the header.

@@ -5,8 +5,9 @@ use crate::bodies::{
     until_hit, weightless,
 };
 use cullet_geometry::{Quat, Vec3};
+use cullet_model::Material;
 use cullet_world::{
-    BodyId, BodySpec, Hit, Material, ReplaceError, Tier, World, WorldError, WorldSettings,
+    BodyId, BodySpec, ContactMaterial, Hit, ReplaceError, Tier, World, WorldError, WorldSettings,
 };
 
 /// Two cubes that meet at `at`, and the hits of their meeting.
@@ -14,7 +15,7 @@ fn meeting(at: Vec3, density: f64) -> (World, [BodyId; 2], Vec<Hit>) {
     let mut world =
         World::new(WorldSettings { impulse_threshold: 1e-9, ..weightless() }).expect("settings");
     let left = body("left", cuboid(CUBE), GLASS, at - 0.25 * Vec3::x());
-    let light = Material { density, ..GLASS };
+    let light = ContactMaterial { solid: Material { density, ..GLASS.solid }, ..GLASS };
     let mut right = body("right", cuboid(CUBE / 2.0), light, at + 0.013 * Vec3::y());
     // A corner first: where faces meet, rounding decides which of their points touch.
     right.pose.rotation = Quat::from_euler_angles(0.6, 0.7, 0.3);
@@ -48,7 +49,8 @@ fn f36_extreme_masses_keep_momentum_and_make_no_energy() {
 fn sink_of_block_on_slice(ratio: f64) -> (f64, Vec<String>) {
     let mut world = World::new(settings()).expect("settings");
     put(&mut world, floor());
-    let slice = Material { density: 1e4 / ratio, ..GLASS };
+    let density = 1e4 / ratio;
+    let slice = ContactMaterial { solid: Material { density, ..GLASS.solid }, ..GLASS };
     let thin = cuboid(Vec3::new(0.2, 0.2, 0.05));
     put(&mut world, body("thin", thin, slice, Vec3::new(0.0, 0.0, 0.025)));
     let block = body("block", cuboid(CUBE), GLASS, Vec3::new(0.0, 0.0, 0.15));
@@ -99,7 +101,8 @@ fn f38_a_blow_of_many_steps_is_one_hit() {
         let thin = cuboid(Vec3::new(0.2, 0.2, 0.05));
         let thin = put(&mut world, body("thin", thin, GLASS, Vec3::new(0.0, 0.0, 0.025)));
         // Four times the volume.
-        let heavy = Material { density: 80.0 * GLASS.density, ..GLASS };
+        let density = 80.0 * GLASS.solid.density;
+        let heavy = ContactMaterial { solid: Material { density, ..GLASS.solid }, ..GLASS };
         let block = body("block", cuboid(CUBE), heavy, Vec3::new(0.0, 0.0, 0.25));
         let block = BodySpec { velocity: Vec3::new(0.0, 0.0, -2.0), ..block };
         let block = put(&mut world, block);
@@ -128,7 +131,7 @@ fn f38_a_blow_of_many_steps_is_one_hit() {
 /// would have reached the threshold.
 #[test]
 fn f39_four_corners_are_one_hit_with_the_whole_impulse() {
-    let flat = Material { restitution: 0.0, ..GLASS };
+    let flat = ContactMaterial { restitution: 0.0, ..GLASS };
     let size = Vec3::new(0.2, 0.1, 0.06);
     let whole = GLASS.density * size.product() * 2.0;
     let mut world = World::new(WorldSettings { impulse_threshold: 0.6 * whole, ..weightless() })

@@ -6,10 +6,9 @@ use super::{
     Probe, Push, SpecimenProblem, Spot, Where,
 };
 use crate::codec::{self, WireError};
-use crate::strength::MAX_STROKES;
 use cullet_geometry::{Mat3, Vec3};
 use cullet_model::strength::Region;
-use cullet_model::{Material, StrengthField, WeakPlane};
+use cullet_model::{Material, StrengthField};
 
 fn bad(what: impl std::fmt::Display) -> WireError {
     WireError::Header(what.to_string())
@@ -78,21 +77,14 @@ fn material(m: &Material) -> Result<(), WireError> {
 
 fn strength(field: &StrengthField) -> Result<(), WireError> {
     let what = "a specimen's strength";
-    codec::limit("a specimen's painted regions", field.strokes.len() as u64, MAX_STROKES as u64)?;
-    codec::finite(what, &[field.weibull, field.correlation.unwrap_or(0.0)])?;
-    vector(what, &field.offset)?;
-    if let Some(WeakPlane { normal, ratio }) = &field.weak_plane {
-        direction(what, normal.as_slice())?;
-        codec::finite(what, &[*ratio])?;
+    crate::strength::check(field, ("a specimen's painted regions", what))?;
+    if let Some(weak) = &field.weak_plane {
+        direction(what, weak.normal.as_slice())?;
     }
     if let Some(layers) = &field.layers {
         direction(what, layers.normal.as_slice())?;
-        codec::finite(what, &[layers.thickness, layers.ratio, layers.jitter])?;
     }
-    for stroke in &field.strokes {
-        region(&stroke.region)?;
-        codec::finite(what, &[stroke.factor, stroke.edge])?;
-    }
+    field.strokes.iter().try_for_each(|stroke| region(&stroke.region))?;
     let painted = field.vertices.is_some();
     if painted { Err(bad("a specimen has no paint on its surface")) } else { Ok(()) }
 }

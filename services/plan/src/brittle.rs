@@ -6,8 +6,9 @@
 //! decided. Nothing here looks at a clock: costs are reckoned, so that a plan is the same anywhere.
 
 use crate::reason::Reason;
+use cullet_model::Material;
 use cullet_model::brittle::{AFTER_TRANSITS, CELLS_ACROSS_CHOSEN, POINTS_PER_CELL, PUSH_TRANSITS};
-use cullet_world::{BodyMeasure, Hit, Material};
+use cullet_world::{BodyMeasure, Hit};
 
 /// What a scene asks of a solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

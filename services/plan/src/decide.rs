@@ -65,7 +65,7 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
     let measure = world.measure(body)?;
     let answers: Vec<Gate> = hits
         .iter()
-        .map(|hit| gate(hit, view.material, measure, &limits(hits, hit, policy)))
+        .map(|hit| gate(hit, &view.material.solid, measure, &limits(hits, hit, policy)))
         .collect();
     let mut sampled = answers.iter().find_map(|gate| match gate {
         Gate::Geometric(reason) => Some(*reason),
@@ -85,7 +85,7 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
     let mut planned = None;
     let known = family::by_name(wanted).is_some_and(|family| family.planned);
     if let Some(target) = policy.target.filter(|_| known && sampled.is_none()) {
-        match brittle::finest(hits, view.material, measure, &target, &policy.limits) {
+        match brittle::finest(hits, &view.material.solid, measure, &target, &policy.limits) {
             Some(Ok(plan)) => {
                 let kind = Kind::of(policy.material, view.volume, hits);
                 refinement = Refinement::new(&plan, &target, kind);

@@ -5,7 +5,8 @@
 
 use crate::reason::Reason;
 use cullet_geometry::Vec3;
-use cullet_world::{BodyMeasure, BodyView, DURATION_OVER_APPROACH, Hit, Material};
+use cullet_model::Material;
+use cullet_world::{BodyMeasure, BodyView, DURATION_OVER_APPROACH, Hit};
 
 /// What to do about a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,7 +136,7 @@ pub fn stressing_spin(body: &BodyView<'_>, hits: &[Hit]) -> Vec3 {
         return Vec3::zeros();
     };
     let speeds = body.solid.mesh.vertices.iter().map(|x| hit.spin.cross(x).norm_squared());
-    let stress = body.material.density * speeds.fold(0.0, f64::max);
-    let strength = body.weakest * body.material.failure_stress;
+    let stress = body.material.solid.density * speeds.fold(0.0, f64::max);
+    let strength = body.weakest * body.material.solid.failure_stress;
     if stress > STRESSING_SPIN * strength { hit.spin } else { Vec3::zeros() }
 }

@@ -100,13 +100,7 @@ pub(super) fn problem(
     choice: &Choice,
     seed: u64,
 ) -> Problem {
-    let material = Material {
-        density: body.density,
-        young: body.material.young,
-        poisson: body.material.poisson,
-        failure_stress: body.material.failure_stress,
-        fracture_energy: body.material.fracture_energy,
-    };
+    let material = Material { density: body.density, ..body.material.solid };
     Problem {
         body: BodyShape::Solid(Arc::clone(body.solid)),
         law: Law::Brittle { material, strength: choice.strength.clone() },

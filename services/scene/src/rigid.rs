@@ -3,7 +3,8 @@
 use super::material::SceneMaterial;
 use super::scene::{Scene, SceneBody};
 use cullet_geometry::Vec3;
-use cullet_world::{BodySpec, Material, Tiers, WorldSettings};
+use cullet_model::Material;
+use cullet_world::{BodySpec, ContactMaterial, Tiers, WorldSettings};
 
 /// The engine's tolerances scale with this share of the typical size of a moving body: the size of
 /// its fragments.
@@ -61,13 +62,15 @@ pub fn spec(body: &SceneBody) -> BodySpec {
     }
 }
 
-fn material(material: &SceneMaterial) -> Material {
-    Material {
-        density: material.density,
-        young: material.young,
-        poisson: material.poisson,
-        failure_stress: material.strength,
-        fracture_energy: material.fracture_energy,
+fn material(material: &SceneMaterial) -> ContactMaterial {
+    ContactMaterial {
+        solid: Material {
+            density: material.density,
+            young: material.young,
+            poisson: material.poisson,
+            failure_stress: material.strength,
+            fracture_energy: material.fracture_energy,
+        },
         restitution: material.restitution,
         friction: material.friction,
     }

@@ -3,7 +3,7 @@
 use crate::error::WorldError;
 use crate::id::BodyId;
 use crate::mass::{extents, lever, reach, rounding, sound_inertia};
-use crate::material::{Bound, Material};
+use crate::material::{Bound, ContactMaterial};
 use crate::measure::BodyMeasure;
 use crate::motion::Motion;
 use crate::settings::Tiers;
@@ -54,7 +54,7 @@ pub struct BodySpec {
     /// Convex parts that stand in for it in collisions, same frame: corner sets \[m\].
     pub hulls: Vec<Vec<Vec3>>,
     /// What it is made of.
-    pub material: Material,
+    pub material: ContactMaterial,
     /// Mean density, where it is not the material's: of a body whose volume has changed
     /// \[kg/m³\].
     pub density: Option<f64>,
@@ -90,7 +90,7 @@ pub struct BodyView<'a> {
     /// Exact shape, body frame \[m\].
     pub solid: &'a Arc<Solid>,
     /// What it is made of.
-    pub material: &'a Material,
+    pub material: &'a ContactMaterial,
     /// Body frame to world frame \[m\].
     pub pose: Pose,
     /// Velocity of the centre of mass \[m/s\].
@@ -126,7 +126,7 @@ pub struct BodyView<'a> {
 pub(crate) struct Body {
     pub(crate) name: String,
     pub(crate) solid: Arc<Solid>,
-    pub(crate) material: Material,
+    pub(crate) material: ContactMaterial,
     pub(crate) volume: f64,
     pub(crate) original_volume: f64,
     pub(crate) mass: f64,
@@ -190,7 +190,7 @@ impl Body {
         let original_volume = spec.original_volume.unwrap_or(m.volume);
         spec.within("original_volume [m³]", original_volume, f64::MIN_POSITIVE, 1e12)?;
         let tier = Tier::of(m.volume / original_volume, tiers);
-        let density = spec.density.unwrap_or(spec.material.density);
+        let density = spec.density.unwrap_or(spec.material.solid.density);
         spec.within("density [kg/m³]", density, f64::MIN_POSITIVE, 1e9)?;
         Ok(Self {
             name: spec.name.clone(),

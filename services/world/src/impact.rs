@@ -79,7 +79,7 @@ const CRUSHING: f64 = 24.0;
 const WIDEST_CONTACT: f64 = 0.5;
 
 fn elastic(body: &Body) -> Elastic {
-    Elastic { young: body.material.young, poisson: body.material.poisson }
+    Elastic { young: body.material.solid.young, poisson: body.material.solid.poisson }
 }
 
 fn surface_radius(party: &Party<'_>, point: &Vec3, into: &Vec3) -> (Vec3, f64) {
@@ -107,7 +107,7 @@ pub(crate) fn hits(outcome: &EpisodeOutcome, one: &Party<'_>, two: &Party<'_>) -
     let (local_two, r2) = surface_radius(two, point, &-into);
     let curvature = 1.0 / r1 + 1.0 / r2;
     let modulus = effective_modulus(elastic(one.body), elastic(two.body));
-    let weaker = one.body.material.failure_stress.min(two.body.material.failure_stress);
+    let weaker = one.body.material.solid.failure_stress.min(two.body.material.solid.failure_stress);
     let h = hertz(mass, modulus, 1.0 / curvature, outcome.closing_speed);
     let widest = WIDEST_CONTACT * one.body.reach.min(two.body.reach);
     let make = |me: &Party<'_>, you: &Party<'_>, local: Vec3, yours: Vec3, into: Vec3| Hit {

@@ -45,7 +45,7 @@ pub use hertz::{DURATION_OVER_APPROACH, Elastic, Hertz, effective_modulus, hertz
 pub use id::BodyId;
 pub use impact::Hit;
 pub use ledger::Totals;
-pub use material::Material;
+pub use material::ContactMaterial;
 pub use measure::BodyMeasure;
 pub use replace::{Breakage, Replacement};
 pub use reshape::Reshape;

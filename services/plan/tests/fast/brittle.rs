@@ -4,20 +4,26 @@ use crate::common;
 
 use common::*;
 use cullet_geometry::Vec3;
+use cullet_model::Material;
 use cullet_plan::Reason;
 use cullet_plan::brittle::{
     AccuracyTarget, Bound, Figures, Plan, Regime, SolveLimits, Statistics, cost, estimate,
     grady_size, ladder_error, pieces_of_energy, plan, regime, softening_spacing, statistics,
     thickness_points,
 };
-use cullet_world::{BodyMeasure, Hit, Material, World};
+use cullet_world::{BodyMeasure, Hit, World};
 
 fn near(found: f64, wanted: f64, tolerance: f64) {
     assert!((found / wanted - 1.0).abs() < tolerance, "{found}, not {wanted}");
 }
 
-const CONCRETE: Material =
-    Material { density: 2400.0, young: 32e9, failure_stress: 3e6, fracture_energy: 100.0, ..GLASS };
+const CONCRETE: Material = Material {
+    density: 2400.0,
+    young: 32e9,
+    failure_stress: 3e6,
+    fracture_energy: 100.0,
+    ..GLASS.solid
+};
 
 /// Gate 3: a steel ball on 10 mm of glass, 92 µs against 3.6 µs there and back.
 #[test]
@@ -41,7 +47,7 @@ fn thin_plates_cost_points_by_the_square() {
 /// Gate 5: glass at 10³ and 10⁴ /s, concrete at 10² and 10³ /s.
 #[test]
 fn gradys_sizes_are_those_of_the_catalogue() {
-    let glass = Material { fracture_energy: 8.0, density: 2440.0, ..GLASS };
+    let glass = Material { fracture_energy: 8.0, density: 2440.0, ..GLASS.solid };
     for (material, rate, size) in [
         (glass, 1e3, 4.3e-3),
         (glass, 1e4, 0.92e-3),
@@ -76,7 +82,7 @@ fn few_pieces_are_a_cut_and_many_small_ones_are_fines() {
 #[test]
 fn the_spacing_that_keeps_the_strength_and_what_it_costs() {
     near(softening_spacing(&CONCRETE, 4.0), 0.2 * 0.711, 0.01);
-    let glass = Material { young: 70e9, failure_stress: 50e6, fracture_energy: 8.0, ..GLASS };
+    let glass = Material { young: 70e9, failure_stress: 50e6, fracture_energy: 8.0, ..GLASS.solid };
     near(softening_spacing(&glass, 4.0), 0.2 * 0.448e-3, 0.01);
     let (points, steps, coarse) = cost(1e-3, 1e-4, 5000.0, 2e-3);
     near(points, 8e-3 / 8e-9, 1e-12);
@@ -108,7 +114,7 @@ fn planned(
 ) -> Result<Plan, Reason> {
     let (hit, mut body) = struck();
     change(&mut body);
-    plan(&hit, &GLASS, &body, need, frame)
+    plan(&hit, &GLASS.solid, &body, need, frame)
 }
 
 #[test]
@@ -145,7 +151,7 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
     let text = budget.to_string();
     assert!(text.contains("by the budget") && text.contains("0.50 s"), "{text}");
     // 0.75 · E G_f/σ_f² of this glass, far below: cracks run at their toughness, not the strength.
-    near(budget.softening, softening_spacing(&GLASS, 0.8 / 0.375), 1e-12);
+    near(budget.softening, softening_spacing(&GLASS.solid, 0.8 / 0.375), 1e-12);
     assert!(budget.spacing > budget.softening && text.contains("toughness-controlled"), "{text}");
     let fine = Plan { spacing: 0.5 * budget.softening, ..budget };
     assert!(!fine.to_string().contains("toughness"), "{fine}");
@@ -198,19 +204,20 @@ fn the_contact_the_strength_and_a_short_wave_bound_the_spacing() {
     let (hit, body) = struck();
     let rough = AccuracyTarget { error: Some(1.0), ..AccuracyTarget::default() };
     let most = SolveLimits { most_points: 1e12, ..FREE };
-    let of = |hit: &Hit, need: AccuracyTarget| plan(hit, &GLASS, &body, &need, &most).unwrap();
+    let of =
+        |hit: &Hit, need: AccuracyTarget| plan(hit, &GLASS.solid, &body, &need, &most).unwrap();
     let cone = of(&hit, AccuracyTarget { cone: true, ..rough });
     near(cone.spacing, hit.impact.radius / 4.0, 1e-12);
     assert_eq!(cone.bound, Bound::Cone);
     assert!(cone.to_string().contains("by the contact's radius"), "{cone}");
     let strong = of(&hit, AccuracyTarget { strength: true, ..rough });
-    near(strong.spacing, softening_spacing(&GLASS, 0.8 / 0.375), 1e-12);
+    near(strong.spacing, softening_spacing(&GLASS.solid, 0.8 / 0.375), 1e-12);
     assert_eq!(strong.bound, Bound::Strength);
     let text = strong.to_string();
     assert!(text.contains("by the strength") && !text.contains("toughness"), "{text}");
     // A tenth of the way there and back: spall.
     let mut short = hit.clone();
-    let speed = GLASS.pressure_speed();
+    let speed = GLASS.solid.pressure_speed();
     short.impact.duration = 0.1 * 2.0 * body.length / speed;
     let wave = of(&short, rough);
     assert_eq!((wave.regime, wave.bound), (Regime::Wave, Bound::Wave));
@@ -220,12 +227,12 @@ fn the_contact_the_strength_and_a_short_wave_bound_the_spacing() {
     long.impact.duration = 12.0 * body.length / speed;
     let held = of(&long, rough);
     assert_eq!(held.regime, Regime::Static);
-    near(held.duration, 10.0 * body.length / GLASS.shear_speed(), 1e-9);
+    near(held.duration, 10.0 * body.length / GLASS.solid.shear_speed(), 1e-9);
     // What the energy cannot pay for is not counted.
     let mut weak = hit;
     weak.impact.energy = 0.02;
     let few = of(&weak, rough);
-    let paid = pieces_of_energy(body.volume, 0.02, GLASS.fracture_energy);
+    let paid = pieces_of_energy(body.volume, 0.02, GLASS.solid.fracture_energy);
     assert!(1.0 < paid && paid < 2.0, "{paid}");
     assert_eq!(few.count, paid);
     assert!(few.to_string().contains("one cut would do"), "{few}");

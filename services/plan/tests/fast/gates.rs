@@ -4,10 +4,10 @@ use crate::common;
 
 use common::*;
 use cullet_geometry::{Pose, Solid, TriMesh, Vec3};
+use cullet_model::Material;
 use cullet_plan::{Gate, GateLimits, Reason, gate, stressing_spin};
 use cullet_world::{
-    BodyMeasure, BodySpec, Elastic, Hit, Material, World, WorldError, WorldSettings,
-    effective_modulus, hertz,
+    BodyMeasure, BodySpec, Elastic, Hit, World, WorldError, WorldSettings, effective_modulus, hertz,
 };
 use std::sync::Arc;
 
@@ -41,12 +41,12 @@ fn energy_rarely_excludes_a_marble_but_a_touch_is_no_crack() {
     let (hit, body) = marble(5.0);
     let limits = GateLimits { efficiency: 1.0, ..GateLimits::default() };
     // 33 mJ in the pair's frame open 42 cm² at 8 J/m²; the section is 2 cm².
-    let affordable = hit.impact.energy / GLASS.fracture_energy;
+    let affordable = hit.impact.energy / GLASS.solid.fracture_energy;
     assert!((affordable / 41.9e-4 - 1.0).abs() < 0.01, "{affordable} m²");
     assert!(body.section > 1.2e-4 && body.section < 2.1e-4, "section {} m²", body.section);
-    assert_eq!(gate(&hit, &GLASS, &body, &limits), Gate::Solve);
+    assert_eq!(gate(&hit, &GLASS.solid, &body, &limits), Gate::Solve);
     let (soft, body) = marble(0.5);
-    match gate(&soft, &GLASS, &body, &limits) {
+    match gate(&soft, &GLASS.solid, &body, &limits) {
         Gate::Rigid(Reason::Energy { affordable, section, .. }) => assert!(affordable < section),
         other => panic!("{other:?}"),
     }
@@ -68,16 +68,16 @@ fn a_heavy_glass_ball_that_falls_on_stone_is_solved() {
     hit.impact.energy = 0.5 * 5.3 * 9.2 * 9.2;
     (hit.impact.duration, hit.impact.radius) = (h.duration, h.radius);
     let body = BodyMeasure::of(&sphere(0.08, 16).0, 2.14e-3, 1.0, 0);
-    assert_eq!(gate(&hit, &GLASS, &body, &GateLimits::default()), Gate::Solve);
+    assert_eq!(gate(&hit, &GLASS.solid, &body, &GateLimits::default()), Gate::Solve);
 }
 
 /// What a scene with a fidelity asks of the energy: a third of it, of all the hits together.
 #[test]
 fn a_fitted_gate_counts_a_third_of_the_energy_that_arrives() {
     let (mut hit, body) = marble(5.0);
-    hit.impact.energy = 2.0 * body.section * GLASS.fracture_energy;
-    let verdict = |share: f64| gate(&hit, &GLASS, &body, &GateLimits::fitted(share));
-    assert_eq!(gate(&hit, &GLASS, &body, &GateLimits::default()), Gate::Solve);
+    hit.impact.energy = 2.0 * body.section * GLASS.solid.fracture_energy;
+    let verdict = |share: f64| gate(&hit, &GLASS.solid, &body, &GateLimits::fitted(share));
+    assert_eq!(gate(&hit, &GLASS.solid, &body, &GateLimits::default()), Gate::Solve);
     let Gate::Rigid(reason) = verdict(1.0) else { panic!("{:?}", verdict(1.0)) };
     assert!(reason.to_string().starts_with("0.30 of the energy opens at most"), "{reason}");
     // One of two like hits: 0.6 of its own energy; never more than all of it.
@@ -88,7 +88,7 @@ fn a_fitted_gate_counts_a_third_of_the_energy_that_arrives() {
 #[test]
 fn a_strong_material_is_left_whole_and_the_reason_has_numbers() {
     let (hit, body) = marble(5.0);
-    let strong = Material { failure_stress: 50e9, ..GLASS };
+    let strong = Material { failure_stress: 50e9, ..GLASS.solid };
     let verdict = gate(&hit, &strong, &body, &GateLimits::default());
     let Gate::Rigid(reason @ Reason::Stress { stress, strength, safety }) = verdict else {
         panic!("{verdict:?}");
@@ -101,7 +101,7 @@ fn a_strong_material_is_left_whole_and_the_reason_has_numbers() {
     assert_ne!(gate(&hit, &strong, &painted, &GateLimits::default()), verdict);
     // Twice the stress needs at least the speed^(2/5): monotone in speed.
     let (fast, body) = marble(100.0);
-    assert_ne!(gate(&fast, &GLASS, &body, &GateLimits::default()), verdict);
+    assert_ne!(gate(&fast, &GLASS.solid, &body, &GateLimits::default()), verdict);
 }
 
 #[test]
@@ -110,9 +110,9 @@ fn late_generations_and_crumbs_get_geometric_pieces() {
     let limits = GateLimits::default();
     let late = BodyMeasure { generation: 2, ..body };
     let wanted = Gate::Geometric(Reason::Generation { generation: 2, limit: 1 });
-    assert_eq!(gate(&hit, &GLASS, &late, &limits), wanted);
+    assert_eq!(gate(&hit, &GLASS.solid, &late, &limits), wanted);
     let crumb = BodyMeasure { volume_ratio: 0.01, ..body };
-    let verdict = gate(&hit, &GLASS, &crumb, &limits);
+    let verdict = gate(&hit, &GLASS.solid, &crumb, &limits);
     assert_eq!(verdict, Gate::Geometric(Reason::Size { ratio: 0.01, limit: 0.05 }));
 }
 
@@ -149,8 +149,8 @@ fn bad_bodies_are_refused_by_name_and_number() {
     range(|s| s.velocity.x = f64::NAN, "speed");
     range(|s| s.spin.x = f64::INFINITY, "spin");
     range(|s| s.pose = Pose::translation(f64::NAN, 0.0, 0.0), "origin");
-    range(|s| s.material.density = -1.0, "density");
-    range(|s| s.material.poisson = 0.5, "poisson");
+    range(|s| s.material.solid.density = -1.0, "density");
+    range(|s| s.material.solid.poisson = 0.5, "poisson");
     range(|s| s.hulls.clear(), "convex parts");
     range(|s| s.threshold = Some(f64::NAN), "threshold");
     range(|s| mesh(s).vertices[0].x = f64::NAN, "corner");
@@ -238,13 +238,13 @@ fn only_a_fast_spin_is_told_and_opens_the_gate() {
     let mut hit = hits[0].clone();
     hit.impact.energy = 1e-9;
     let limits = GateLimits::default();
-    assert!(matches!(gate(&hit, &GLASS, &soft, &limits), Gate::Rigid(Reason::Energy { .. })));
+    assert!(matches!(gate(&hit, &GLASS.solid, &soft, &limits), Gate::Rigid(Reason::Energy { .. })));
     hit.spin *= 223.0 / 45.0;
     let disc = BodyMeasure { length: 0.2, ..soft };
-    assert_eq!(gate(&hit, &GLASS, &disc, &limits), Gate::Solve);
+    assert_eq!(gate(&hit, &GLASS.solid, &disc, &limits), Gate::Solve);
     // Of a glass that bears more it is told: (3 + ν)/8 ρω²R² and next to nothing of the hit.
     (hit.impact.closing_speed, hit.impact.energy) = (1e-9, 1e-24);
-    let strong = Material { failure_stress: 1e9, ..GLASS };
+    let strong = Material { failure_stress: 1e9, ..GLASS.solid };
     let limits = GateLimits { efficiency: 1e30, ..limits };
     let Gate::Rigid(Reason::Stress { stress, .. }) = gate(&hit, &strong, &disc, &limits) else {
         panic!("it is not told");

@@ -1,8 +1,9 @@
 //! Motions that are no numbers, bodies that do not follow their velocities, a free fall.
 
 use super::*;
-use crate::Material;
+use crate::ContactMaterial;
 use cullet_geometry::{Pose, Solid, TriMesh};
+use cullet_model::Material;
 use std::sync::Arc;
 
 /// A tetrahedron around the origin.
@@ -20,12 +21,14 @@ fn spec() -> BodySpec {
         density: None,
         hulls: vec![vertices.clone()],
         solid: Arc::new(Solid::outer(TriMesh { vertices, triangles })),
-        material: Material {
-            density: 1000.0,
-            young: 1e9,
-            poisson: 0.2,
-            failure_stress: 1e6,
-            fracture_energy: 10.0,
+        material: ContactMaterial {
+            solid: Material {
+                density: 1000.0,
+                young: 1e9,
+                poisson: 0.2,
+                failure_stress: 1e6,
+                fracture_energy: 10.0,
+            },
             restitution: 0.2,
             friction: 0.5,
         },

@@ -4,9 +4,11 @@ use crate::common;
 
 use common::*;
 use cullet_geometry::{Quat, Vec3};
-use cullet_world::{BodySpec, Elastic, Material, World, WorldSettings, effective_modulus, hertz};
+use cullet_world::{
+    BodySpec, ContactMaterial, Elastic, World, WorldSettings, effective_modulus, hertz,
+};
 
-fn drop_ball(step: f64, height: f64, material: Material) -> (World, Vec<cullet_world::Hit>) {
+fn drop_ball(step: f64, height: f64, material: ContactMaterial) -> (World, Vec<cullet_world::Hit>) {
     let mut world = World::new(WorldSettings { step, ..settings() }).unwrap();
     put(&mut world, floor());
     put(&mut world, body("ball", sphere(0.05, 8), material, Vec3::new(0.0, 0.0, 0.05 + height)));
@@ -22,7 +24,7 @@ fn an_impulse_is_mass_times_change_of_speed() {
         let ball = body(
             "ball",
             sphere(0.05, 8),
-            Material { restitution, ..GLASS },
+            ContactMaterial { restitution, ..GLASS },
             Vec3::new(0.0, 0.0, 0.2),
         );
         let floor_e = STEEL.restitution;

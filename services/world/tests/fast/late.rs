@@ -6,7 +6,7 @@ use crate::common;
 use common::*;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Quat, Vec3};
-use cullet_world::{BodyId, BodySpec, Hit, Material, ReplaceError, Totals, World};
+use cullet_world::{BodyId, BodySpec, ContactMaterial, Hit, ReplaceError, Totals, World};
 
 /// How many steps the fragments are late.
 const LATE: [u32; 4] = [1, 5, 20, 60];
@@ -82,7 +82,7 @@ fn late_fragments_keep_momentum_and_make_no_energy() {
 /// A ball that hits the middle of a face of a turning cube, without friction: nothing but the
 /// normal impulse passes, along the line between the centres.
 fn central() -> (World, BodyId, BodyId) {
-    let slick = |m: Material| Material { friction: 0.0, ..m };
+    let slick = |m: ContactMaterial| ContactMaterial { friction: 0.0, ..m };
     let mut world = World::new(weightless()).unwrap();
     let turn = Quat::from_scaled_axis(Vec3::z() * -0.37);
     let cube = body("cube", cuboid(CUBE), slick(GLASS), Vec3::zeros());

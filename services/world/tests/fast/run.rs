@@ -4,13 +4,13 @@ use crate::common;
 
 use common::*;
 use cullet_geometry::Vec3;
-use cullet_world::{Material, World};
+use cullet_world::{ContactMaterial, World};
 
 #[test]
 fn a_drop_loses_only_what_bouncing_friction_and_cracks_cost() {
     let mut world = World::new(settings()).unwrap();
     put(&mut world, floor());
-    let material = Material { restitution: 0.7, ..GLASS };
+    let material = ContactMaterial { restitution: 0.7, ..GLASS };
     put(&mut world, body("ball", sphere(0.05, 4), material, Vec3::new(0.0, 0.0, 0.55)));
     let energy = |world: &World| world.totals().kinetic_energy + world.totals().potential_energy;
     let start = energy(&world);

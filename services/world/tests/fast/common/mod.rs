@@ -3,27 +3,31 @@
 
 use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Quat, Sheet, Solid, TriMesh, Vec3};
-use cullet_model::Fragment;
-use cullet_world::{BodyId, BodySpec, Hit, Material, World, WorldSettings};
+use cullet_model::{Fragment, Material};
+use cullet_world::{BodyId, BodySpec, ContactMaterial, Hit, World, WorldSettings};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-pub const GLASS: Material = Material {
-    density: 2500.0,
-    young: 70e9,
-    poisson: 0.22,
-    failure_stress: 50e6,
-    fracture_energy: 8.0,
+pub const GLASS: ContactMaterial = ContactMaterial {
+    solid: Material {
+        density: 2500.0,
+        young: 70e9,
+        poisson: 0.22,
+        failure_stress: 50e6,
+        fracture_energy: 8.0,
+    },
     restitution: 0.3,
     friction: 0.4,
 };
 
-pub const STEEL: Material = Material {
-    density: 7800.0,
-    young: 210e9,
-    poisson: 0.3,
-    failure_stress: 800e6,
-    fracture_energy: 1e5,
+pub const STEEL: ContactMaterial = ContactMaterial {
+    solid: Material {
+        density: 7800.0,
+        young: 210e9,
+        poisson: 0.3,
+        failure_stress: 800e6,
+        fracture_energy: 1e5,
+    },
     restitution: 0.3,
     friction: 0.4,
 };
@@ -150,7 +154,7 @@ pub fn weightless() -> WorldSettings {
 pub fn body(
     name: &str,
     (solid, hulls): (Solid, Vec<Vec<Vec3>>),
-    material: Material,
+    material: ContactMaterial,
     at: Vec3,
 ) -> BodySpec {
     BodySpec {
