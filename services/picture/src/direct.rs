@@ -54,10 +54,14 @@ pub(super) fn moments(track: &Track) -> Vec<f64> {
     moments
 }
 
-/// The objects that break, or all that move where none does.
+/// The objects that break or dent, or all that move where none does.
 fn heroes(track: &Track) -> BTreeSet<&str> {
-    let broken: BTreeSet<&str> =
-        track.actors.iter().filter(|a| a.fragment).map(|a| a.object.as_str()).collect();
+    let broken: BTreeSet<&str> = track
+        .actors
+        .iter()
+        .filter(|a| a.fragment || a.deformed)
+        .map(|a| a.object.as_str())
+        .collect();
     if !broken.is_empty() {
         return broken;
     }

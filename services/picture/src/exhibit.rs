@@ -25,6 +25,7 @@ pub fn exhibit(
         object: material.to_owned(),
         share: None,
         fragment: true,
+        deformed: false,
         fixed: false,
         outer,
         inner,

@@ -1,6 +1,7 @@
 //! Pictures of a run made by hand.
 
 use super::*;
+use cullet_proto::recording::NewShape;
 use cullet_proto::specimen::Frame;
 use cullet_record::{palette, synthetic};
 
@@ -246,6 +247,31 @@ fn the_moments_show_the_break_and_the_end() {
     assert_eq!(counts, [0, 0, 2, 2, 2, 2, 2, 2]);
     assert!(moments.windows(2).all(|m| m[0] <= m[1]), "{moments:?}");
     assert!((moments[7] - track.end).abs() < 1e-9);
+}
+
+/// A dent is a moment to look at, and the body that has it the one to look at.
+#[test]
+fn the_moments_show_a_dent() {
+    let dir = tempfile::tempdir().expect("folder");
+    let mut recording = recorded(dir.path());
+    recording.events.clear();
+    recording.bodies.retain(|body| body.parent.is_none());
+    let struck = recording.bodies.iter().find(|body| body.id == 1).expect("the cube").clone();
+    let step = recording.meta["step"].parse::<f64>().expect("a number");
+    recording.shapes.push(NewShape {
+        step: (0.6 / step) as u64,
+        time: 0.6,
+        body: 1,
+        geometry: struck.geometry,
+        mass: struck.mass,
+        volume: struck.volume,
+    });
+    let track = Track::of(&recording);
+    assert_eq!(direct::climax(&track), Some(0.6));
+    let moments = direct::moments(&track);
+    assert!(moments[1] < 0.6 && moments[2] > 0.6, "{moments:?}");
+    let dented = track.actors.iter().filter(|actor| actor.deformed).map(|actor| actor.id);
+    assert_eq!(dented.collect::<Vec<_>>(), [1, 1], "before and after");
 }
 
 #[test]

@@ -40,6 +40,8 @@ pub(super) struct Actor {
     pub(super) id: u64,
     pub(super) object: String,
     pub(super) fragment: bool,
+    /// It has a new shape, or gets one.
+    pub(super) deformed: bool,
     /// Mass \[kg\], and whether it was sampled; nothing where that is not known.
     pub(super) share: Option<(f64, bool)>,
     pub(super) fixed: bool,
@@ -62,7 +64,7 @@ pub(super) struct Track {
     pub(super) specks: Vec<Actor>,
     /// Lines of cracks that end inside bodies, as actors that move with them.
     pub(super) lines: Vec<Actor>,
-    /// When something broke \[s\], in order, and what.
+    /// When a body broke or took a new shape \[s\], in order, and which.
     pub(super) breaks: Vec<(f64, u64)>,
     /// What was struck by what, in order.
     pub(super) strikes: Vec<(f64, u64, u64)>,
@@ -114,6 +116,7 @@ impl Actor {
             id: GRAIN,
             object: self.object.clone(),
             fragment: false,
+            deformed: false,
             share: None,
             fixed: false,
             outer: self.inner,
@@ -148,6 +151,7 @@ impl Actor {
             id: GRAIN,
             object: self.object.clone(),
             fragment: false,
+            deformed: false,
             share: None,
             fixed: self.fixed,
             outer: palette::dark(self.outer),
@@ -251,6 +255,7 @@ impl Track {
                 id: body.id,
                 object: body.object.clone(),
                 fragment: body.parent.is_some(),
+                deformed: false,
                 share: body.parent.and_then(|parent| {
                     sampled.get(&parent).map(|of| (body.mass, of.contains(&body.id)))
                 }),
@@ -320,7 +325,9 @@ impl Track {
                 continue;
             };
             let next = self.actors.len();
+            self.breaks.push((shape.time, shape.body));
             let old = &mut self.actors[*place];
+            old.deformed = true;
             let from = old.rows.partition_point(|(time, _)| *time < shape.time);
             let new = Actor {
                 object: old.object.clone(),
@@ -334,6 +341,7 @@ impl Track {
             *place = next;
             self.actors.push(new);
         }
+        self.breaks.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
 
     /// Grains, each as a small solid in the colour of the crack faces of what it broke from.
