@@ -133,7 +133,7 @@ fn f38_a_blow_of_many_steps_is_one_hit() {
 fn f39_four_corners_are_one_hit_with_the_whole_impulse() {
     let flat = ContactMaterial { restitution: 0.0, ..GLASS };
     let size = Vec3::new(0.2, 0.1, 0.06);
-    let whole = GLASS.density * size.product() * 2.0;
+    let whole = GLASS.solid.density * size.product() * 2.0;
     let mut world = World::new(WorldSettings { impulse_threshold: 0.6 * whole, ..weightless() })
         .expect("settings");
     put(&mut world, floor());

@@ -15,6 +15,11 @@ impl Motion {
         self.pose.translation.vector
     }
 
+    /// A vector of the body's frame in the world's.
+    pub(crate) fn to_world(self, v: &Vec3) -> Vec3 {
+        self.pose.rotation * v
+    }
+
     pub(crate) fn velocity_at(&self, point: &Vec3) -> Vec3 {
         self.velocity + self.spin.cross(&(point - self.centre()))
     }

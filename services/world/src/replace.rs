@@ -123,7 +123,7 @@ pub(crate) fn break_up(
     let Breakage { pieces, grains, reactions, fracture_energy } = breakage;
     let own = pieces.iter().map(|p| (p.velocity, p.spin));
     let own = own.chain(grains.iter().map(|g| (g.velocity, Vec3::zeros())));
-    let given = own.map(|(v, w)| (turn(&motion, &v), turn(&motion, &w))).collect();
+    let given = own.map(|(v, w)| (motion.to_world(&v), motion.to_world(&w))).collect();
     let draft = make_bodies(world, body, &parent, &motion, pieces)?;
     let specks = grains.iter().map(|grain| grain_part(grain, &parent, &motion));
     let placed = draft.bodies.iter().zip(&draft.poses).map(still);
@@ -431,8 +431,4 @@ fn grain_part(grain: &Grain, parent: &Body, motion: &Motion) -> Part {
         velocity: Vec3::zeros(),
         spin: Vec3::zeros(),
     }
-}
-
-pub(crate) fn turn(motion: &Motion, v: &Vec3) -> Vec3 {
-    motion.pose.rotation * v
 }

@@ -8,7 +8,7 @@ use crate::id::BodyId;
 use crate::impact::Hit;
 use crate::motion::Motion;
 use crate::replace::{
-    ExchangeInput, Exchanged, Replacement, audit, record_pending, solve_exchange, still, turn,
+    ExchangeInput, Exchanged, Replacement, audit, record_pending, solve_exchange, still,
 };
 use crate::rigid::{BadPart, Fit, Shape};
 use crate::state::WorldState;
@@ -61,7 +61,7 @@ pub(crate) fn reshape(
         body,
         fragments: vec![still((&made.body, &made.pose))],
         loose: false,
-        given: vec![(turn(&motion, &new.velocity), turn(&motion, &new.spin))],
+        given: vec![(motion.to_world(&new.velocity), motion.to_world(&new.spin))],
         cost: new.work + turning,
     };
     let exchanged = solve_exchange(world, (id, &old, &motion), hits, parted, &new.reactions)?;

@@ -5,7 +5,6 @@ use crate::exchange::Exchange;
 use crate::impact::Hit;
 use crate::impulse_exchange::Striker;
 use crate::motion::Motion;
-use crate::replace::turn;
 use crate::state::WorldState;
 use crate::support::Reaction;
 use cullet_geometry::Vec3;
@@ -43,7 +42,7 @@ pub(crate) fn supporting_strikers(
     if support.kept > 0.0 {
         add_living_descendants(world, support.other.0, &mut ids);
     }
-    let push = turn(motion, &support.held.normal) * reaction.impulse;
+    let push = motion.to_world(&support.held.normal) * reaction.impulse;
     let holder = |ids: Vec<u32>, share: f64| Striker {
         mine: support.exchanged.scaled(share),
         theirs: if ids.is_empty() {
