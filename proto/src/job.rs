@@ -10,8 +10,8 @@ use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
 use crate::strength;
 use cullet_model::{
-    BodyShape, BrittleSettings, Detail, Impact, Law, Material, Precision, Problem, Settings,
-    StrengthField, Support,
+    BodyShape, BrittleSettings, CrackFaceDetail, Impact, Law, Material, Precision, Problem,
+    Settings, StrengthField, Support,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -42,7 +42,7 @@ struct SettingsRow {
     max_steps: u32,
     min_volume_ratio: f64,
     max_fragments: u32,
-    detail: Detail,
+    detail: CrackFaceDetail,
     debris: f64,
     grain: Option<f64>,
     hairline: Option<f64>,
@@ -219,8 +219,8 @@ impl Header {
 pub(crate) mod tests {
     use super::*;
     use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
-    use cullet_model::WeakPlane;
-    use cullet_model::strength::{Layers, Region, Stroke, VertexPaint};
+    use cullet_model::PatternWeakPlane;
+    use cullet_model::strength::{Region, StrengthLayers, Stroke, VertexPaint};
     use std::sync::Arc;
 
     pub(crate) fn tetrahedron() -> Solid {
@@ -235,8 +235,13 @@ pub(crate) mod tests {
         StrengthField {
             seed: 3,
             correlation: Some(0.02),
-            weak_plane: Some(WeakPlane { normal: Vec3::z(), ratio: 0.3 }),
-            layers: Some(Layers { normal: Vec3::y(), thickness: 0.1, ratio: 0.5, jitter: 0.2 }),
+            weak_plane: Some(PatternWeakPlane { normal: Vec3::z(), ratio: 0.3 }),
+            layers: Some(StrengthLayers {
+                normal: Vec3::y(),
+                thickness: 0.1,
+                ratio: 0.5,
+                jitter: 0.2,
+            }),
             strokes: vec![
                 Stroke {
                     region: Region::Box { low: Vec3::zeros(), high: Vec3::repeat(1.0) },
@@ -291,7 +296,7 @@ pub(crate) mod tests {
             crushing_pressure: 1e9,
         };
         let (point, normal) = (Vec3::zeros(), Vec3::z());
-        let detail = Detail { height: 0.1, ..Detail::default() };
+        let detail = CrackFaceDetail { height: 0.1, ..CrackFaceDetail::default() };
         let problem = Problem {
             body: tetrahedron().into(),
             law: Law::Brittle { material, strength: strength() },

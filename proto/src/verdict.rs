@@ -6,7 +6,9 @@ use crate::mesh::{self, Slabs};
 use crate::specimen::SpecimenResult;
 use cullet_geometry::Vec3;
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
-use cullet_model::{BodyShape, Deformation, Figure, Fracture, Fragment, Grain, Outcome, Report};
+use cullet_model::{
+    BodyShape, Deformation, Figure, Fragment, Fragmentation, Grain, Outcome, Report,
+};
 use serde::{Deserialize, Serialize};
 
 /// Most fragments of one body: an order above what a scene may ask for.
@@ -51,8 +53,8 @@ pub enum Verdict {
     Measured(Box<SpecimenResult>),
 }
 
-impl From<Fracture> for Verdict {
-    fn from(fracture: Fracture) -> Self {
+impl From<Fragmentation> for Verdict {
+    fn from(fracture: Fragmentation) -> Self {
         Self::Solved(fracture.into())
     }
 }
@@ -222,7 +224,7 @@ fn put_hull_sizes<'a>(
     Ok(())
 }
 
-fn encode_parts(body: &Fracture) -> Result<Vec<u8>, WireError> {
+fn encode_parts(body: &Fragmentation) -> Result<Vec<u8>, WireError> {
     let count = body.fragments.len();
     codec::limit("a body's fragments", count as u64, MAX_FRAGMENTS as u64)?;
     codec::limit("a body's grains", body.debris.len() as u64, MAX_GRAINS as u64)?;
@@ -270,7 +272,7 @@ fn decode_parts(
     reactions: Vec<f64>,
     report: Report,
     mut slabs: Slabs<'_>,
-) -> Result<Fracture, WireError> {
+) -> Result<Fragmentation, WireError> {
     let PartCounts { fragments, hulls, grains } = counts;
     codec::limit("a body's fragments", u64::from(fragments), MAX_FRAGMENTS as u64)?;
     codec::limit("a body's grains", u64::from(grains), MAX_GRAINS as u64)?;
@@ -304,7 +306,7 @@ fn decode_parts(
         false => marks(slabs.take("a body's marks", fragments.len(), 1)?)?,
     };
     slabs.end("a verdict")?;
-    Ok(Fracture { fragments, sampled, debris, reactions, report })
+    Ok(Fragmentation { fragments, sampled, debris, reactions, report })
 }
 
 fn encode_deformed(deformation: &Deformation) -> Result<Vec<u8>, WireError> {

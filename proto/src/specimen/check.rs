@@ -9,7 +9,7 @@ use crate::codec::{self, WireError};
 use crate::strength::MAX_STROKES;
 use cullet_geometry::{Mat3, Vec3};
 use cullet_model::strength::Region;
-use cullet_model::{Material, StrengthField, WeakPlane};
+use cullet_model::{Material, PatternWeakPlane, StrengthField};
 
 fn bad(what: impl std::fmt::Display) -> WireError {
     WireError::Header(what.to_string())
@@ -81,7 +81,7 @@ fn strength(field: &StrengthField) -> Result<(), WireError> {
     codec::limit("a specimen's painted regions", field.strokes.len() as u64, MAX_STROKES as u64)?;
     codec::finite(what, &[field.weibull, field.correlation.unwrap_or(0.0)])?;
     vector(what, &field.offset)?;
-    if let Some(WeakPlane { normal, ratio }) = &field.weak_plane {
+    if let Some(PatternWeakPlane { normal, ratio }) = &field.weak_plane {
         direction(what, normal.as_slice())?;
         codec::finite(what, &[*ratio])?;
     }

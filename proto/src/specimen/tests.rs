@@ -57,7 +57,7 @@ fn job() -> SpecimenJob {
             material,
             zones: vec![Zone { part: part.clone(), material }],
             strength: StrengthField {
-                weak_plane: Some(cullet_model::WeakPlane { normal: Vec3::x(), ratio: 0.5 }),
+                weak_plane: Some(cullet_model::PatternWeakPlane { normal: Vec3::x(), ratio: 0.5 }),
                 ..Default::default()
             },
             patches: vec![Patch { part: part.clone(), strength: 2.0, damage: 0.0 }],

@@ -30,7 +30,7 @@ fn sample() -> Verdict {
     let debris = vec![grain, Grain { size: 2e-3, ..grain }];
     let reactions = vec![0.5, 0.0];
     let sampled = vec![true, false, true];
-    Fracture { fragments, sampled, debris, reactions, report }.into()
+    Fragmentation { fragments, sampled, debris, reactions, report }.into()
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn verdicts_come_back() -> Result<(), WireError> {
     Ok(())
 }
 
-fn fracture() -> Fracture {
+fn fracture() -> Fragmentation {
     let Verdict::Solved(outcome) = sample() else { panic!("another verdict") };
     outcome.fracture().expect("a fracture")
 }
@@ -73,7 +73,7 @@ fn a_body_of_a_new_shape_comes_back() -> Result<(), WireError> {
 fn verdicts_of_version_0_1_are_read() -> Result<(), WireError> {
     let mut now = fracture();
     let Verdict::Solved(_) = sample() else { panic!("another verdict") };
-    let old = |now: &Fracture, solver: &str| {
+    let old = |now: &Fragmentation, solver: &str| {
         let report = OldReport {
             solver: solver.to_owned(),
             refusal: now.report.refusal.clone(),

@@ -27,8 +27,8 @@ use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 use cullet_model::brittle::POINTS_PER_CELL;
 use cullet_model::{
-    BrittleProblem, Cost, Failure, Fracture, Fragment, Grain, Impact, Precision, Problem, Progress,
-    Refusal, Solver, Strength,
+    BrittleProblem, Cost, Failure, Fragment, Fragmentation, Grain, Impact, Precision, Problem,
+    Progress, Refusal, Solver, Strength,
 };
 pub use schedule::TerminationCriteria;
 use schedule::{CrackActivity, Schedule};
@@ -342,7 +342,7 @@ impl Brittle {
         end || small
     }
 
-    fn finish(&mut self) -> Result<Fracture, Failure> {
+    fn finish(&mut self) -> Result<Fragmentation, Failure> {
         self.check()?;
         let (positions, damage, damage_time, normals) = self.field();
         let pieces = self.domain.pieces();
@@ -406,7 +406,7 @@ impl Brittle {
         let reactions = self.supports.iter().map(|one| one.delivered).collect();
         // Debris is the last of them.
         sampled.truncate(fragments.len());
-        Ok(Fracture { fragments, sampled, debris, reactions, report })
+        Ok(Fragmentation { fragments, sampled, debris, reactions, report })
     }
 
     fn cut_settings(&self) -> CutSettings {

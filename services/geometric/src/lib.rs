@@ -13,7 +13,7 @@ use cullet_fragment::motion::balance;
 use cullet_geometry::{MassProperties, Sheet, Vec3};
 use cullet_model::outcome::{DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    BrittleProblem, Cost, Failure, Fracture, Fragment, Impact, Precision, Problem, Progress,
+    BrittleProblem, Cost, Failure, Fragment, Fragmentation, Impact, Precision, Problem, Progress,
     Refusal, Report, Solver,
 };
 use probes::{PROBES, Probes};
@@ -138,7 +138,7 @@ impl Geometric {
         Cutting::begin(&self.problem.solid, sites, &labels, &times, &settings, self.attempt)
     }
 
-    fn fracture(&mut self, partition: Partition) -> Fracture {
+    fn fracture(&mut self, partition: Partition) -> Fragmentation {
         let motion = Motion::new(&self.problem.impacts, &self.body, self.problem.material.density);
         let crack_area = partition.crack_area;
         let fracture_energy = crack_area * self.problem.material.fracture_energy;
@@ -159,7 +159,7 @@ impl Geometric {
         let reactions = self.hold(&mut fragments);
         // Where nothing parted there is nothing that was drawn.
         let sampled = vec![fragments.len() > 1; fragments.len()];
-        Fracture { fragments, sampled, reactions, report, ..Fracture::default() }
+        Fragmentation { fragments, sampled, reactions, report, ..Fragmentation::default() }
     }
 
     /// Lets the supports stop what lies on them; what the pieces have in all is then what the hits

@@ -97,7 +97,7 @@ pub struct Grain {
 
 /// A body taken apart. One fragment means that nothing separated.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Fracture {
+pub struct Fragmentation {
     /// Closed parts whose volumes, with those of the debris, sum to the body's within 1e-9 of it.
     pub fragments: Vec<Fragment>,
     /// Of each fragment: whether it was sampled, that is drawn from a law, and not solved.
@@ -136,11 +136,11 @@ pub struct Deformation {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
     /// The body is in parts.
-    Broken(Box<Fracture>),
+    Broken(Box<Fragmentation>),
     /// It is one body still, of another shape.
     Deformed(Box<Deformation>),
     /// It is as it was: the one fragment is the whole body, with the cracks that end inside it.
-    Unchanged(Box<Fracture>),
+    Unchanged(Box<Fragmentation>),
 }
 
 impl Outcome {
@@ -172,7 +172,7 @@ impl Outcome {
 
     /// The parts, or the whole as one part; nothing of a body that was deformed.
     #[must_use]
-    pub fn fracture(self) -> Option<Fracture> {
+    pub fn fracture(self) -> Option<Fragmentation> {
         match self {
             Self::Broken(fracture) | Self::Unchanged(fracture) => Some(*fracture),
             Self::Deformed(_) => None,
@@ -180,7 +180,7 @@ impl Outcome {
     }
 }
 
-impl Fracture {
+impl Fragmentation {
     /// Whether nothing separated.
     #[must_use]
     pub fn is_intact(&self) -> bool {
@@ -236,8 +236,8 @@ pub struct SolvedShares {
     pub sampled: Amount,
 }
 
-impl From<Fracture> for Outcome {
-    fn from(fracture: Fracture) -> Self {
+impl From<Fragmentation> for Outcome {
+    fn from(fracture: Fragmentation) -> Self {
         match fracture.is_intact() {
             true => Self::Unchanged(Box::new(fracture)),
             false => Self::Broken(Box::new(fracture)),

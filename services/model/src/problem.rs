@@ -1,6 +1,8 @@
 //! What a solver is given: the body, its law, its hits and supports, and how it may be solved.
 
-use crate::{BodyShape, Detail, Law, Material, Precision, Refusal, StrengthField, Tolerance};
+use crate::{
+    BodyShape, CrackFaceDetail, Law, Material, Precision, Refusal, StrengthField, Tolerance,
+};
 use cullet_geometry::{Solid, Vec3};
 use std::sync::Arc;
 
@@ -73,7 +75,7 @@ pub struct Settings {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BrittleSettings {
     /// How crack faces look closer than the grid resolves.
-    pub detail: Detail,
+    pub detail: CrackFaceDetail,
     /// Width of the slits that are cut along cracks which end inside a fragment \[m\], at most
     /// `cullet_fragment::cut::slit::WIDEST` of the spacing; `None` cuts none.
     pub hairline: Option<f64>,

@@ -49,31 +49,31 @@ pub trait Solver: Sized + 'static {
 }
 
 /// A solve in progress, whatever its family.
-pub trait Run {
+pub trait SolveInProgress {
     /// See [`Solver::advance`].
     fn advance(&mut self) -> Progress;
 }
 
-impl<S: Solver> Run for S {
+impl<S: Solver> SolveInProgress for S {
     fn advance(&mut self) -> Progress {
         Solver::advance(self)
     }
 }
 
 /// One line of the table.
-pub struct Entry {
+pub struct SolverEntry {
     /// [`Solver::NAME`].
     pub name: &'static str,
     /// [`Solver::PRECISIONS`].
     pub precisions: &'static [Precision],
     /// [`Solver::begin`], after [`Solver::accepts`].
-    pub begin: fn(Problem) -> Result<Box<dyn Run>, Refusal>,
+    pub begin: fn(Problem) -> Result<Box<dyn SolveInProgress>, Refusal>,
 }
 
 /// The line of a family.
 #[must_use]
-pub const fn entry<S: Solver>() -> Entry {
-    Entry {
+pub const fn entry<S: Solver>() -> SolverEntry {
+    SolverEntry {
         name: S::NAME,
         precisions: S::PRECISIONS,
         begin: |problem| {

@@ -3,7 +3,7 @@
 //! spacing only where the last two differ by more, and as far as budget and points go.
 
 use crate::brittle::{AccuracyTarget, Figures, Plan, branched, estimate};
-use cullet_model::Fracture;
+use cullet_model::Fragmentation;
 use cullet_world::Hit;
 use std::collections::{BTreeMap, VecDeque};
 
@@ -147,7 +147,7 @@ impl Refinement {
     /// Whether an outcome is good enough, by the solve before it or by hits like this one. The
     /// plan's is, and finer ones, unless it differs from the one before it by more than the error
     /// and something is left to spend.
-    pub fn next(&mut self, outcome: Option<&Fracture>, seen: &mut Experience) -> Next {
+    pub fn next(&mut self, outcome: Option<&Fragmentation>, seen: &mut Experience) -> Next {
         let Some(now) = outcome.and_then(figures) else {
             self.last = None;
             return match self.goes_on() {
@@ -207,7 +207,7 @@ fn told(coarse: usize, fine: usize) -> String {
 }
 
 /// What solves are compared by; nothing of one without a grid, which another family made.
-fn figures(broken: &Fracture) -> Option<Figures> {
+fn figures(broken: &Fragmentation) -> Option<Figures> {
     let volumes = broken.fragments.iter().map(|part| part.solid.mesh.signed_volume());
     let whole: f64 = volumes.clone().sum();
     let largest = volumes.fold(0.0, f64::max);

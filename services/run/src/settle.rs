@@ -4,7 +4,8 @@ use super::{News, Origin, Outcome, Pending, Run, RunError, convert, number};
 use cullet_geometry::{Sheet, Vec3};
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    BodyShape, Deformation, Figure, Fracture, Fragment, Outcome as Solved, Report, SolvedShares,
+    BodyShape, Deformation, Figure, Fragment, Fragmentation, Outcome as Solved, Report,
+    SolvedShares,
 };
 use cullet_plan::Next;
 use cullet_pool::{Ending, Settlement};
@@ -145,7 +146,7 @@ impl Run<'_> {
         }
     }
 
-    fn break_up(&mut self, job: Pending, mut broken: Fracture) -> Result<(), RunError> {
+    fn break_up(&mut self, job: Pending, mut broken: Fragmentation) -> Result<(), RunError> {
         let sheets: Vec<Sheet> =
             broken.fragments.iter_mut().map(|f| std::mem::take(&mut f.sheet)).collect();
         let middle = |fragment: &Fragment| fragment.solid.mesh.mass_properties().centroid;
@@ -153,7 +154,7 @@ impl Run<'_> {
         let moved = sheets.iter().zip(&centres).map(|(sheet, centre)| sheet.translated(-centre));
         let parts: Vec<(Vec3, Sheet)> = centres.iter().copied().zip(moved).collect();
         let shares = broken.shares();
-        let Fracture { mut fragments, sampled, debris, reactions, report } = broken;
+        let Fragmentation { mut fragments, sampled, debris, reactions, report } = broken;
         // Crack faces without a parent are those of this fracture.
         fragments.iter_mut().for_each(|f| f.solid.name_parent(job.body.0));
         let breakage = Breakage {

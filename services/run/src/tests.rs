@@ -4,7 +4,7 @@ mod solids;
 use super::{Jobs, Load, RunOptions, run};
 use cullet_geometry::shapes::{Detail, cuboid};
 use cullet_geometry::{Sheet, Solid, Vec3};
-use cullet_model::{Fracture, Fragment, Report};
+use cullet_model::{Fragment, Fragmentation, Report};
 use cullet_pool::{Ending, Settlement};
 use cullet_proto::recording::EventKind;
 use cullet_proto::{FractureJob, JobId, Verdict};
@@ -64,7 +64,7 @@ fn settlement(verdict: Verdict) -> Settlement {
     }
 }
 
-fn halves(spacing: f64) -> Fracture {
+fn halves(spacing: f64) -> Fragmentation {
     let half = |x: f64| {
         let mesh = cuboid(Vec3::new(0.05, 0.1, 0.1), Detail::default()).expect("a box");
         let mesh = mesh.translated(Vec3::new(x, 0.0, 0.0));
@@ -74,7 +74,7 @@ fn halves(spacing: f64) -> Fracture {
     };
     let crack_area = 0.01 * (1.0 + 200.0 * spacing);
     let report = Report { solver: "brittle".to_owned(), spacing, crack_area, ..Report::default() };
-    Fracture { fragments: vec![half(-0.025), half(0.025)], report, ..Default::default() }
+    Fragmentation { fragments: vec![half(-0.025), half(0.025)], report, ..Default::default() }
 }
 
 /// Spacings asked of the first hit \[m\], that of the solve whose halves are in the world, and all

@@ -2,7 +2,7 @@
 //! settings, so that no physics is needed to try the pool.
 
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
-use cullet_model::{Fracture, Fragment, Report};
+use cullet_model::{Fragment, Fragmentation, Report};
 use cullet_proto::transport::Patience;
 use cullet_proto::{FractureJob, Verdict};
 use cullet_worker::{JobCommand, Watch, WorkerConfig, run_with, serve_jobs};
@@ -95,5 +95,5 @@ fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
     }
     let report =
         Report { solver: job.solver.clone(), steps: job.problem.seed, ..Report::default() };
-    Some(Fracture { fragments, report, ..Fracture::default() }.into())
+    Some(Fragmentation { fragments, report, ..Fragmentation::default() }.into())
 }

@@ -1,7 +1,7 @@
 //! A job, from the problem to the verdict.
 
 use crate::families::by_name;
-use cullet_model::{Entry, Failure, Outcome, Precision, Progress, Refusal, Run};
+use cullet_model::{Failure, Outcome, Precision, Progress, Refusal, SolveInProgress, SolverEntry};
 use cullet_proto::pool::Family;
 use cullet_proto::{FractureJob, Verdict};
 use std::any::Any;
@@ -46,8 +46,8 @@ impl Watch {
 /// The families of the table, each with the precisions that it has.
 #[must_use]
 pub fn families() -> Vec<Family> {
-    let has = |entry: &Entry, precision| entry.precisions.contains(&precision);
-    let family = |entry: &Entry| Family {
+    let has = |entry: &SolverEntry, precision| entry.precisions.contains(&precision);
+    let family = |entry: &SolverEntry| Family {
         name: entry.name.into(),
         single: has(entry, Precision::Single),
         double: has(entry, Precision::Double),
@@ -72,7 +72,7 @@ pub fn by_table(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
 fn with_lookup(
     job: &FractureJob,
     watch: &Watch,
-    lookup: impl Fn(&str) -> Option<&'static Entry>,
+    lookup: impl Fn(&str) -> Option<&'static SolverEntry>,
 ) -> Option<Verdict> {
     let named = job.solver.clone();
     let other = job.fallback.as_ref().filter(|other| **other != named);
@@ -109,12 +109,12 @@ fn slices(
     job: &FractureJob,
     name: &str,
     watch: &Watch,
-    lookup: &impl Fn(&str) -> Option<&'static Entry>,
+    lookup: &impl Fn(&str) -> Option<&'static SolverEntry>,
 ) -> Solved {
     let Some(entry) = lookup(name) else {
         return Solved::Refused(format!("no solver is named {name:?} here"));
     };
-    let begun: Result<Box<dyn Run>, Refusal> = (entry.begin)(job.problem.clone());
+    let begun: Result<Box<dyn SolveInProgress>, Refusal> = (entry.begin)(job.problem.clone());
     let mut run = match begun {
         Ok(run) => run,
         Err(refusal) => return Solved::Refused(refusal.to_string()),
@@ -145,11 +145,11 @@ fn words(panic: &(dyn Any + Send)) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cullet_model::{Cost, Fracture, Problem, Report, Solver};
+    use cullet_model::{Cost, Fragmentation, Problem, Report, Solver};
 
     struct Slow(u32);
 
-    impl Run for Slow {
+    impl SolveInProgress for Slow {
         fn advance(&mut self) -> Progress {
             self.0 += 1;
             match self.0 {
@@ -157,7 +157,7 @@ mod tests {
                 _ => {
                     let solver = "slow".to_owned();
                     let report = Report { solver, ..Report::default() };
-                    Progress::Done(Fracture { report, ..Fracture::default() }.into())
+                    Progress::Done(Fragmentation { report, ..Fragmentation::default() }.into())
                 }
             }
         }
@@ -179,7 +179,7 @@ mod tests {
         }
     }
 
-    fn refuse(problem: Problem) -> Result<Box<dyn Run>, Refusal> {
+    fn refuse(problem: Problem) -> Result<Box<dyn SolveInProgress>, Refusal> {
         Picky::accepts(&problem)?;
         Ok(Box::new(Picky::begin(problem)?))
     }
@@ -187,22 +187,34 @@ mod tests {
     /// Solves, and has no cut.
     struct Uncut;
 
-    impl Run for Uncut {
+    impl SolveInProgress for Uncut {
         fn advance(&mut self) -> Progress {
             let why = "crack faces lie along the grid's planes 21.9 times as often as chance (F22)";
             Progress::Failed(Failure::Cut(why.to_owned()))
         }
     }
 
-    const TABLE: [Entry; 4] = [
-        Entry { name: "slow", precisions: &[Precision::Double], begin: |_| Ok(Box::new(Slow(0))) },
-        Entry { name: "picky", precisions: &[Precision::Double], begin: refuse },
-        Entry { name: "sick", precisions: &[Precision::Double], begin: |_| Ok(Box::new(Picky)) },
-        Entry { name: "uncut", precisions: &[Precision::Double], begin: |_| Ok(Box::new(Uncut)) },
+    const TABLE: [SolverEntry; 4] = [
+        SolverEntry {
+            name: "slow",
+            precisions: &[Precision::Double],
+            begin: |_| Ok(Box::new(Slow(0))),
+        },
+        SolverEntry { name: "picky", precisions: &[Precision::Double], begin: refuse },
+        SolverEntry {
+            name: "sick",
+            precisions: &[Precision::Double],
+            begin: |_| Ok(Box::new(Picky)),
+        },
+        SolverEntry {
+            name: "uncut",
+            precisions: &[Precision::Double],
+            begin: |_| Ok(Box::new(Uncut)),
+        },
     ];
-    static ENTRIES: [Entry; 4] = TABLE;
+    static ENTRIES: [SolverEntry; 4] = TABLE;
 
-    fn lookup(name: &str) -> Option<&'static Entry> {
+    fn lookup(name: &str) -> Option<&'static SolverEntry> {
         ENTRIES.iter().find(|entry| entry.name == name)
     }
 

@@ -6,7 +6,7 @@ use super::timed;
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3, shapes};
 use cullet_lab::specimen;
 use cullet_model::strength::{Region, Stroke};
-use cullet_model::{Fracture, Fragment, Grain, Law, Outcome, Report, Support};
+use cullet_model::{Fragment, Fragmentation, Grain, Law, Outcome, Report, Support};
 use cullet_proto::chunks::{self, Assembly, CHUNK};
 use cullet_proto::claim::{Claim, Reply};
 use cullet_proto::envelope::PREFIX;
@@ -62,7 +62,7 @@ fn verdict() -> Verdict {
     };
     let other = Fragment { hulls: Vec::new(), sheet: Sheet::default(), ..fragment.clone() };
     let grain = Grain { position: Vec3::x(), velocity: Vec3::y(), volume: 1e-9, size: 1e-3 };
-    Fracture {
+    Fragmentation {
         fragments: vec![fragment, other],
         sampled: vec![false, true],
         debris: vec![grain],

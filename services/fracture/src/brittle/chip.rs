@@ -16,7 +16,7 @@ use cullet_fragment::cut::{CutError, CutPart, CutSettings, Partition, by_sites};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Vec3};
-use cullet_model::{BrittleProblem, Fracture, Fragment, Material};
+use cullet_model::{BrittleProblem, Fragment, Fragmentation, Material};
 
 /// Cells a contact radius that show a cone crack (H2).
 const CELLS: f64 = 6.0;
@@ -143,7 +143,7 @@ pub(super) fn share(parts: &[CutPart]) -> f64 {
 
 impl Brittle {
     /// A body in which the grid saw no crack, less what cone cracks too fine for it cut off.
-    pub(super) fn chipped(&self, mut fracture: Fracture) -> Fracture {
+    pub(super) fn chipped(&self, mut fracture: Fragmentation) -> Fragmentation {
         let torn = self.loads.iter().zip(&self.torn).filter(|(_, torn)| **torn);
         let torn: Vec<&Load> = torn.map(|(load, _)| load).collect();
         // A crack that the grid has seen, though it parts nothing, has eased what drives a cone.

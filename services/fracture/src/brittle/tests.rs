@@ -5,8 +5,8 @@ use cullet_fragment::cut::Partition;
 use cullet_fragment::grid_bias::GridBias;
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
-    BrittleProblem, Failure, Fracture, Impact, Material, Precision, Progress, Settings, Solver,
-    StrengthField,
+    BrittleProblem, Failure, Fragmentation, Impact, Material, Precision, Progress, Settings,
+    Solver, StrengthField,
 };
 use std::sync::Arc;
 
@@ -46,7 +46,7 @@ fn with(material: Material, faster: f64, settings: Settings) -> Brittle {
     Brittle::begin(problem.into()).expect("a solve")
 }
 
-fn end(mut solve: Brittle) -> Result<Fracture, Failure> {
+fn end(mut solve: Brittle) -> Result<Fragmentation, Failure> {
     loop {
         match solve.advance() {
             Progress::Running(_) => {}
@@ -56,7 +56,7 @@ fn end(mut solve: Brittle) -> Result<Fracture, Failure> {
     }
 }
 
-fn told(fracture: &Fracture, what: &str) -> bool {
+fn told(fracture: &Fragmentation, what: &str) -> bool {
     fracture.report.warnings.iter().any(|line| line.contains(what))
 }
 

@@ -359,7 +359,7 @@ fn weak_planes_turn_with_the_specimen() {
         for turn in [0.0, std::f64::consts::FRAC_PI_2] {
             let mut specimen = stretched(0.008);
             specimen.matter.strength.weak_plane =
-                Some(cullet_model::WeakPlane { normal, ratio: 0.6 });
+                Some(cullet_model::PatternWeakPlane { normal, ratio: 0.6 });
             specimen.body.turn = Quat::from_axis_angle(&Vec3::z_axis(), turn);
             let peak = peak(&run(specimen));
             assert!((peak - wanted).abs() < 0.02, "{peak} of {wanted}, turned by {turn}");

@@ -8,8 +8,8 @@ use cullet_fracture::particles::Particles;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::{Solid, Vec3, sample, shapes};
 use cullet_model::{
-    BrittleProblem, Fracture, Impact, Material, Precision, Progress, Refusal, Settings, Solver,
-    StrengthField, Support, entry,
+    BrittleProblem, Fragmentation, Impact, Material, Precision, Progress, Refusal, Settings,
+    Solver, StrengthField, Support, entry,
 };
 use std::sync::Arc;
 
@@ -51,7 +51,7 @@ fn cube(material: Material, impacts: Vec<Impact>) -> BrittleProblem {
     block(Vec3::repeat(0.2), material, impacts)
 }
 
-fn solve(problem: &BrittleProblem) -> Fracture {
+fn solve(problem: &BrittleProblem) -> Fragmentation {
     let entry = entry::<Brittle>();
     let mut run = (entry.begin)(problem.clone().into()).expect("accepted");
     let mut share = 0.0;
@@ -68,7 +68,7 @@ fn solve(problem: &BrittleProblem) -> Fracture {
 }
 
 /// About the origin.
-fn angular_momentum(fracture: &Fracture, density: f64) -> Vec3 {
+fn angular_momentum(fracture: &Fragmentation, density: f64) -> Vec3 {
     let own = |f: &cullet_model::Fragment| {
         let p = f.solid.mesh.mass_properties();
         p.centroid.cross(&f.velocity) * p.volume + p.inertia * f.spin
@@ -76,7 +76,7 @@ fn angular_momentum(fracture: &Fracture, density: f64) -> Vec3 {
     fracture.fragments.iter().map(own).sum::<Vec3>() * density
 }
 
-fn momentum(fracture: &Fracture, density: f64) -> Vec3 {
+fn momentum(fracture: &Fragmentation, density: f64) -> Vec3 {
     let carried =
         |f: &cullet_model::Fragment| f.velocity * (density * f.solid.mesh.signed_volume());
     fracture.fragments.iter().map(carried).sum()

@@ -9,7 +9,7 @@ use cullet_fracture::mpm::stencil::vector;
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Solid, Vec3, math::unit, shapes};
 use cullet_model::{
-    BrittleProblem, Fracture, Impact, Material, Precision, Progress, Settings, Solver,
+    BrittleProblem, Fragmentation, Impact, Material, Precision, Progress, Settings, Solver,
     StrengthField,
 };
 use std::sync::Arc;
@@ -85,7 +85,7 @@ fn the_bits_depend_neither_on_the_path_nor_on_the_threads() {
 }
 
 /// A whole solve of a plaster block: fragments, their motion and the report.
-fn solve(precision: Precision, level: SimdLevel, threads: usize) -> Fracture {
+fn solve(precision: Precision, level: SimdLevel, threads: usize) -> Fragmentation {
     let plaster = Material {
         density: 1150.0,
         young: 3e9,

@@ -272,13 +272,13 @@ mod tests {
     use super::{Line, marks};
     use crate::region::terms::ReliefTerms;
     use cullet_geometry::Vec3;
-    use cullet_model::Detail;
+    use cullet_model::CrackFaceDetail;
 
     #[test]
     fn chevrons_rise_away_from_where_they_began() {
         // F35: the seed's β + (1 − r) is highest at the source.
         let line = |start, n| Line { start, points: (0..n).map(|_| Vec3::zeros()).collect() };
-        let detail = Detail { share: 0.5, ..Detail::NONE };
+        let detail = CrackFaceDetail { share: 0.5, ..CrackFaceDetail::NONE };
         let terms = ReliefTerms { detail, spacing: 1.0, time_step: 0.0, seed: 4 };
         let marks = marks(&[line(0, 11), line(1, 5)], &terms);
         let heights: Vec<f64> = marks.iter().map(|mark| mark.height.abs()).collect();

@@ -5,8 +5,8 @@ use super::format::Document;
 use super::paths::{below, item, path};
 use cullet_document::tree::Path;
 use cullet_geometry::Vec3;
-use cullet_model::strength::{EVEN, Layers};
-use cullet_model::{Material, StrengthField, WeakPlane};
+use cullet_model::strength::{EVEN, StrengthLayers};
+use cullet_model::{Material, PatternWeakPlane, StrengthField};
 use cullet_scene::format::Material as Written;
 use cullet_scene::material::SceneMaterial;
 use cullet_scene::resolve::own_material;
@@ -66,8 +66,8 @@ impl SpecimenBuilder<'_> {
             weibull: if document.solver.flaws { made.weibull } else { EVEN },
             correlation: made.correlation,
             weak_plane: weak
-                .map(|(normal, ratio)| WeakPlane { normal: self.unit(normal, &at), ratio }),
-            layers: layers.map(|layers| Layers {
+                .map(|(normal, ratio)| PatternWeakPlane { normal: self.unit(normal, &at), ratio }),
+            layers: layers.map(|layers| StrengthLayers {
                 normal: self.unit(layers.normal, &at),
                 thickness: layers.thickness,
                 ratio: layers.ratio,

@@ -1,6 +1,6 @@
 use super::{Experience, Kind, Next, Refinement};
 use crate::brittle::{AccuracyTarget, Bound, Plan, Regime};
-use cullet_model::{Fracture, Fragment, Report};
+use cullet_model::{Fragment, Fragmentation, Report};
 
 fn plan(coarsest: f64) -> Plan {
     Plan {
@@ -63,7 +63,7 @@ fn a_solve_that_failed_is_followed_by_a_finer_one_and_the_last_is_final() {
 }
 
 /// A body that stays whole at that spacing.
-fn whole(spacing: f64) -> Fracture {
+fn whole(spacing: f64) -> Fragmentation {
     let corner = |p: [f64; 3]| cullet_geometry::Vec3::from(p);
     let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(corner);
     let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
@@ -73,7 +73,7 @@ fn whole(spacing: f64) -> Fracture {
     let (velocity, spin) = (still, still);
     let fragment = Fragment { solid, hulls: Vec::new(), velocity, spin, sheet };
     let report = Report { spacing, ..Default::default() };
-    Fracture { fragments: vec![fragment], report, ..Default::default() }
+    Fragmentation { fragments: vec![fragment], report, ..Default::default() }
 }
 
 /// F23: half again as many pieces on the finer grid.

@@ -5,8 +5,8 @@ use super::super::{Jobs, Load, RunOptions, run};
 use super::settlement;
 use cullet_geometry::{Solid, Vec3};
 use cullet_model::{
-    BodyShape, BrittleProblem, Cost, Deformation, Entry, Outcome, Precision, Problem, Progress,
-    Refusal, Report, Run, Solver, entry,
+    BodyShape, BrittleProblem, Cost, Deformation, Outcome, Precision, Problem, Progress, Refusal,
+    Report, SolveInProgress, Solver, SolverEntry, entry,
 };
 use cullet_pool::Settlement;
 use cullet_proto::recording::EventKind;
@@ -62,7 +62,7 @@ struct Pressing {
     masses: RefCell<Vec<f64>>,
 }
 
-const PRESS: Entry = entry::<Press>();
+const PRESS: SolverEntry = entry::<Press>();
 
 impl Jobs for Pressing {
     fn open(&self, job: &FractureJob) -> JobId {
@@ -77,7 +77,7 @@ impl Jobs for Pressing {
         let BodyShape::Solid(solid) = &job.problem.body else { panic!("another body") };
         let mass = job.problem.law.density() * solid.mesh.signed_volume();
         self.masses.borrow_mut().push(mass);
-        let mut solve: Box<dyn Run> = (PRESS.begin)(job.problem).expect("a solve");
+        let mut solve: Box<dyn SolveInProgress> = (PRESS.begin)(job.problem).expect("a solve");
         let Progress::Done(outcome) = solve.advance() else { panic!("not done") };
         let bytes = Verdict::Solved(outcome).encode().expect("a verdict");
         Some((id, settlement(Verdict::decode(&bytes).expect("the same verdict"))))

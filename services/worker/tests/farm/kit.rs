@@ -1,6 +1,6 @@
 //! What the tests share.
 
-use cullet_model::{Fracture, Fragment, Report};
+use cullet_model::{Fragment, Fragmentation, Report};
 use cullet_pool::{Ending, Pool, PoolConfig, RunHandle, Settlement, SpawnConfig, Timing};
 use cullet_proto::transport::Patience;
 use cullet_proto::{FractureJob, JobId, Verdict};
@@ -61,7 +61,7 @@ pub(crate) fn answer(job: &FractureJob) -> Verdict {
     let fragments = (0..job.problem.seed % 5).map(fragment).collect();
     let report =
         Report { solver: job.solver.clone(), steps: job.problem.seed, ..Report::default() };
-    Fracture { fragments, report, ..Fracture::default() }.into()
+    Fragmentation { fragments, report, ..Fragmentation::default() }.into()
 }
 
 pub(crate) fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
@@ -125,7 +125,7 @@ pub(crate) fn next(run: &RunHandle, id: JobId) -> Settlement {
 
 /// The verdict of a settlement that must have one.
 /// The parts that a settlement brings.
-pub(crate) fn parts(settlement: Settlement) -> Fracture {
+pub(crate) fn parts(settlement: Settlement) -> Fragmentation {
     let Verdict::Solved(outcome) = verdict(settlement) else { panic!("another verdict") };
     outcome.fracture().expect("parts")
 }

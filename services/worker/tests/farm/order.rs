@@ -4,7 +4,7 @@ use crate::kit::{
     HiredWorker, answer, config, job, next, parts, solve, verdict, wait_for, with_processes_of,
 };
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
-use cullet_model::{Fracture, Fragment, Report};
+use cullet_model::{Fragment, Fragmentation, Report};
 use cullet_pool::{Ending, Pool, PoolConfig, Share, Timing};
 use cullet_proto::{FractureJob, Verdict};
 use cullet_run::Jobs;
@@ -84,7 +84,7 @@ fn a_job_and_a_result_of_twenty_megabytes_go_over_in_chunks() {
         let (hulls, sheet) = (Vec::new(), Sheet::default());
         let fragments = vec![Fragment { solid, hulls, velocity, spin, sheet }];
         let report = Report::default();
-        Some(Fracture { fragments, report, ..Fracture::default() }.into())
+        Some(Fragmentation { fragments, report, ..Fragmentation::default() }.into())
     };
     let _hand = HiredWorker::hire(&pool, "w", Arc::new(back));
     let id = run.open(&large);
