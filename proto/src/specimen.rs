@@ -5,9 +5,10 @@ mod check;
 mod result;
 
 pub use cullet_specimen::{
-    Course, Ending, Field, Frame, Hold, InitialState, Load, Matter, Notch, Output, Part, Patch,
-    PointLayout, PointSettings, Probe, Push, Reduce, SpecimenBody, SpecimenOutcome,
-    SpecimenProblem, SpecimenSettings, Spot, Start, SymmetryPlane, Where, Zone,
+    Amplitude, Ending, Frame, Hold, InitialState, Load, LoadKind, Matter, Notch, Output,
+    PointField, PointLayout, PointSettings, Probe, Reduce, SpecimenBody, SpecimenOutcome,
+    SpecimenProblem, SpecimenSettings, Spot, Start, StrengthPatch, SymmetryPlane, TensorPart,
+    Where, Zone,
 };
 pub use result::{Price, SpecimenResult};
 

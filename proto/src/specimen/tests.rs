@@ -42,7 +42,7 @@ fn job() -> SpecimenJob {
         velocity: Vec3::new(1.0, 2.0, 3.0),
         gradient: Mat3::from_fn(|i, j| (3 * i + j) as f64),
         centre: Vec3::zeros(),
-        course: Course::HalfSine { start: 0.0, duration: 1.0 },
+        course: Amplitude::HalfSine { start: 0.0, duration: 1.0 },
         until: Some(2.0),
     };
     SpecimenJob(SpecimenProblem {
@@ -60,7 +60,7 @@ fn job() -> SpecimenJob {
                 weak_plane: Some(cullet_model::PatternWeakPlane { normal: Vec3::x(), ratio: 0.5 }),
                 ..Default::default()
             },
-            patches: vec![Patch { part: part.clone(), strength: 2.0, damage: 0.0 }],
+            patches: vec![StrengthPatch { part: part.clone(), strength: 2.0, damage: 0.0 }],
         },
         initial: InitialState::default(),
         holds: vec![hold],
@@ -71,7 +71,7 @@ fn job() -> SpecimenJob {
             probes: vec![Probe::Kinetic, Probe::Broken(part)],
             samples: 10,
             frames: 0,
-            colour: (Field::Damage, Part::Size),
+            colour: (PointField::Damage, TensorPart::Size),
         },
         settings: settings(),
     })
@@ -106,14 +106,16 @@ type Spoiled<'a> = (&'a str, &'a dyn Fn(&mut SpecimenProblem));
 fn bad_numbers_and_indices_are_told_at_the_door() {
     let line = |rows: &[(f64, f64)]| Load {
         part: Vec::new(),
-        push: Push::Pressure(1.0),
-        course: Course::Table(rows.to_vec()),
+        push: LoadKind::Pressure(1.0),
+        course: Amplitude::Table(rows.to_vec()),
     };
     let none = Quat::new_unchecked(Quat::identity().into_inner() * 0.0);
     let cases: [Spoiled<'_>; 18] = [
-        ("support of a probe is 2", &|s| s.output.probes = vec![Probe::Reaction(1, Part::Size)]),
-        ("load of a probe is 4", &|s| s.output.probes = vec![Probe::Applied(3, Part::Size)]),
-        ("axis of a probe is 3", &|s| s.output.probes = vec![Probe::Momentum(Part::Axis(3))]),
+        ("support of a probe is 2", &|s| {
+            s.output.probes = vec![Probe::Reaction(1, TensorPart::Size)]
+        }),
+        ("load of a probe is 4", &|s| s.output.probes = vec![Probe::Applied(3, TensorPart::Size)]),
+        ("axis of a probe is 3", &|s| s.output.probes = vec![Probe::Momentum(TensorPart::Axis(3))]),
         ("share of a probe is 1.5", &|s| {
             let (part, along) = (Vec::new(), Vec3::x());
             s.output.probes = vec![Probe::CrackTip { part, along, share: 1.5, otherwise: 0.0 }];

@@ -3,8 +3,8 @@
 
 use crate::discretisation::Discrete;
 use crate::frame::GridFrame;
-use crate::probe::{Field, Probe};
-use crate::problem::{Push, SpecimenProblem};
+use crate::probe::{PointField, Probe};
+use crate::problem::{LoadKind, SpecimenProblem};
 use cullet_model::{Precision, Refusal};
 use std::fmt;
 
@@ -12,7 +12,7 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
     /// A field of the points.
-    Field(Field),
+    Field(PointField),
     /// What points are worked out in.
     Precision(Precision),
     /// A load on the surface.
@@ -91,10 +91,10 @@ impl SpecimenProblem {
         ask(!self.holds.is_empty(), Feature::Support);
         ask(!self.symmetries.is_empty(), Feature::Symmetry);
         asked.extend(self.loads.iter().map(|load| match load.push {
-            Push::Traction(_) => Feature::Traction,
-            Push::Pressure(_) => Feature::Pressure,
-            Push::Force(_) => Feature::Force,
-            Push::Acceleration(_) => Feature::Acceleration,
+            LoadKind::Traction(_) => Feature::Traction,
+            LoadKind::Pressure(_) => Feature::Pressure,
+            LoadKind::Force(_) => Feature::Force,
+            LoadKind::Acceleration(_) => Feature::Acceleration,
         }));
         asked.extend(self.output.probes.iter().filter_map(Probe::field).map(Feature::Field));
         let colour = (self.output.frames > 0).then_some(Feature::Field(self.output.colour.0));

@@ -8,7 +8,7 @@ use cullet_lab::specimen::load;
 use cullet_lab::{Measured, Point};
 use cullet_model::{Precision, Refusal};
 use cullet_proto::specimen::Ending;
-use cullet_specimen::{Discrete, Feature, Field, GridFrame, SpecimenFamily, SpecimenProblem};
+use cullet_specimen::{Discrete, Feature, GridFrame, PointField, SpecimenFamily, SpecimenProblem};
 use cullet_tests::root;
 use cullet_worker::specimen::{solve, solve_with};
 
@@ -30,9 +30,9 @@ const TOO_HEAVY: SpecimenFamily = SpecimenFamily {
 };
 
 const FEATURES: &[Feature] = &[
-    Feature::Field(Field::Displacement),
-    Feature::Field(Field::Velocity),
-    Feature::Field(Field::Stress),
+    Feature::Field(PointField::Displacement),
+    Feature::Field(PointField::Velocity),
+    Feature::Field(PointField::Stress),
     Feature::Precision(Precision::Double),
     Feature::Acceleration,
     Feature::Support,

@@ -10,7 +10,7 @@ use crate::mpm::stencil::{packed, vector};
 use cullet_geometry::Vec3;
 use cullet_model::Refusal;
 use cullet_specimen::{
-    BodySums, Discrete, Discretisation, Drive, Field, GridFrame, Hold, PointFields,
+    BodySums, Discrete, Discretisation, Drive, GridFrame, Hold, PointField, PointFields,
     SpecimenProblem, StepTally,
 };
 
@@ -107,7 +107,7 @@ impl Discretisation for GridSpecimen {
         }
     }
 
-    fn points(&self, fields: &[Field]) -> PointFields {
+    fn points(&self, fields: &[PointField]) -> PointFields {
         read::points(&self.domain, fields)
     }
 

@@ -166,9 +166,9 @@ impl SpecimenBuilder<'_> {
         Some(mesh)
     }
 
-    fn patches(&mut self, document: &Document) -> Vec<core::Patch> {
+    fn patches(&mut self, document: &Document) -> Vec<core::StrengthPatch> {
         let rows = document.patch.iter().enumerate();
-        rows.map(|(index, patch)| core::Patch {
+        rows.map(|(index, patch)| core::StrengthPatch {
             part: self.region(&patch.region, &item("patch", index), Use::Points),
             strength: patch.strength,
             damage: patch.damage,
@@ -232,11 +232,11 @@ impl SpecimenBuilder<'_> {
         let mut loads = Vec::new();
         for (index, load) in document.load.iter().enumerate() {
             let at = item("load", index);
-            let pushes: Vec<core::Push> = [
-                load.traction.map(|v| core::Push::Traction(Vec3::from(v))),
-                load.pressure.map(core::Push::Pressure),
-                load.force.map(|v| core::Push::Force(Vec3::from(v))),
-                load.acceleration.map(|v| core::Push::Acceleration(Vec3::from(v))),
+            let pushes: Vec<core::LoadKind> = [
+                load.traction.map(|v| core::LoadKind::Traction(Vec3::from(v))),
+                load.pressure.map(core::LoadKind::Pressure),
+                load.force.map(|v| core::LoadKind::Force(Vec3::from(v))),
+                load.acceleration.map(|v| core::LoadKind::Acceleration(Vec3::from(v))),
             ]
             .into_iter()
             .flatten()
@@ -247,8 +247,8 @@ impl SpecimenBuilder<'_> {
                 continue;
             };
             let used = match push {
-                core::Push::Traction(_) | core::Push::Pressure(_) => Use::Surface,
-                core::Push::Force(_) | core::Push::Acceleration(_) => Use::Points,
+                core::LoadKind::Traction(_) | core::LoadKind::Pressure(_) => Use::Surface,
+                core::LoadKind::Force(_) | core::LoadKind::Acceleration(_) => Use::Points,
             };
             let part = self.region(&load.region, &at, used);
             loads.push(core::Load { part, push, course: self.course(&load.time, &at) });
@@ -256,21 +256,21 @@ impl SpecimenBuilder<'_> {
         loads
     }
 
-    fn course(&mut self, course: &format::Course, at: &[Step]) -> core::Course {
+    fn course(&mut self, course: &format::Course, at: &[Step]) -> core::Amplitude {
         let at = below(at, "time");
         match course {
-            format::Course::Constant => core::Course::Table(vec![(0.0, 1.0)]),
-            &format::Course::Ramp { rise } => core::Course::Table(vec![(0.0, 0.0), (rise, 1.0)]),
+            format::Course::Constant => core::Amplitude::Table(vec![(0.0, 1.0)]),
+            &format::Course::Ramp { rise } => core::Amplitude::Table(vec![(0.0, 0.0), (rise, 1.0)]),
             &format::Course::Step { from, until } => {
                 if until <= from {
                     self.wrong(&at, format!("`until` must be after {from} s; it is {until} s"));
                 }
                 let before = if from > 0.0 { vec![(0.0, 0.0), (from, 0.0)] } else { Vec::new() };
                 let rows = before.into_iter().chain([(from, 1.0), (until, 1.0), (until, 0.0)]);
-                core::Course::Table(rows.collect())
+                core::Amplitude::Table(rows.collect())
             }
             &format::Course::HalfSine { from, duration } => {
-                core::Course::HalfSine { start: from, duration }
+                core::Amplitude::HalfSine { start: from, duration }
             }
             format::Course::Table { times, factors } => {
                 if times.len() != factors.len() {
@@ -284,7 +284,7 @@ impl SpecimenBuilder<'_> {
                     let message = format!("`times` must ascend; {} follows {}", pair[1], pair[0]);
                     self.wrong(&at, message);
                 }
-                core::Course::Table(times.iter().copied().zip(factors.iter().copied()).collect())
+                core::Amplitude::Table(times.iter().copied().zip(factors.iter().copied()).collect())
             }
         }
     }

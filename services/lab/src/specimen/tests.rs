@@ -3,7 +3,7 @@ use super::metric::{Verdict, reduce, speeds, weigh};
 use super::{Specimen, load, schema, whole};
 use cullet_geometry::Vec3;
 use cullet_model::strength::Region;
-use cullet_specimen::{Course, Probe, Push};
+use cullet_specimen::{Amplitude, LoadKind, Probe};
 
 const HEAD: &str = r#"
 [geometry]
@@ -169,8 +169,8 @@ fn a_side_has_the_depth_of_its_use() {
     );
     let problem = &specimen.job().expect("a body").0;
     let load = &problem.loads[0];
-    assert_eq!(load.push, Push::Traction(Vec3::x() * 1e6));
-    assert_eq!(load.course, Course::Table(vec![(0.0, 0.0), (1e-6, 1.0)]));
+    assert_eq!(load.push, LoadKind::Traction(Vec3::x() * 1e6));
+    assert_eq!(load.course, Amplitude::Table(vec![(0.0, 0.0), (1e-6, 1.0)]));
     let side = |x: f64| Region::HalfSpace { point: Vec3::x() * x, normal: -Vec3::x() };
     assert_eq!(load.part, [side(0.05)]);
     let probes = &problem.output.probes;
@@ -185,7 +185,7 @@ fn overrides_reach_tables_lists_by_name_and_the_solver_by_one_name() {
     let specimen = read(&format!("{HEAD}{tail}"), &set).unwrap_or_else(|why| panic!("{why}"));
     let problem = &specimen.job().expect("a body").0;
     assert_eq!((problem.settings.spacing, problem.matter.material.young), (0.005, 1e9));
-    assert_eq!((problem.loads[0].push, problem.output.samples), (Push::Pressure(2e6), 7));
+    assert_eq!((problem.loads[0].push, problem.output.samples), (LoadKind::Pressure(2e6), 7));
 }
 
 /// A slot takes its volume out of the body.

@@ -8,7 +8,7 @@ use cullet_document::error::suggest;
 use cullet_document::tree::Step;
 use cullet_geometry::Vec3;
 use cullet_specimen as core;
-use cullet_specimen::Field;
+use cullet_specimen::PointField;
 
 /// Damage above which a point counts as damaged \[1\].
 const DAMAGED: f64 = 0.05;
@@ -55,13 +55,13 @@ pub(super) fn read(desk: &mut SpecimenBuilder<'_>, document: &Document) -> Watch
 }
 
 /// The field of points that a kind reads, if it does.
-const fn field(kind: ProbeKind) -> Option<Field> {
+const fn field(kind: ProbeKind) -> Option<PointField> {
     match kind {
-        ProbeKind::Displacement => Some(Field::Displacement),
-        ProbeKind::Velocity => Some(Field::Velocity),
-        ProbeKind::Stress => Some(Field::Stress),
-        ProbeKind::Strain => Some(Field::Strain),
-        ProbeKind::Damage => Some(Field::Damage),
+        ProbeKind::Displacement => Some(PointField::Displacement),
+        ProbeKind::Velocity => Some(PointField::Velocity),
+        ProbeKind::Stress => Some(PointField::Stress),
+        ProbeKind::Strain => Some(PointField::Strain),
+        ProbeKind::Damage => Some(PointField::Damage),
         _ => None,
     }
 }
@@ -210,12 +210,12 @@ fn area(desk: &mut SpecimenBuilder<'_>, probe: &Probe, at: &[Step]) -> core::Whe
 fn points(
     desk: &mut SpecimenBuilder<'_>,
     probe: &Probe,
-    field: Field,
+    field: PointField,
     at: &[Step],
 ) -> Option<core::Probe> {
     let tensor = field.is_tensor();
     let part = match field {
-        Field::Damage => core::Part::Size,
+        PointField::Damage => core::TensorPart::Size,
         _ => checked(desk, part(probe.component, tensor), at)?,
     };
     let spot = match probe.at {
@@ -234,38 +234,45 @@ fn points(
 
 fn checked(
     desk: &mut SpecimenBuilder<'_>,
-    part: Result<core::Part, &'static str>,
+    part: Result<core::TensorPart, &'static str>,
     at: &[Step],
-) -> Option<core::Part> {
+) -> Option<core::TensorPart> {
     part.map_err(|why| desk.wrong(&below(at, "component"), why)).ok()
 }
 
-pub(super) fn part(component: Option<Component>, tensor: bool) -> Result<core::Part, &'static str> {
+pub(super) fn part(
+    component: Option<Component>,
+    tensor: bool,
+) -> Result<core::TensorPart, &'static str> {
     let Some(component) = component else {
         // Said already: the kind needs one.
-        return Ok(core::Part::Size);
+        return Ok(core::TensorPart::Size);
     };
     let axis = |k| {
-        if tensor { Err("a tensor has xx, yy, zz, xy, yz, zx") } else { Ok(core::Part::Axis(k)) }
+        if tensor {
+            Err("a tensor has xx, yy, zz, xy, yz, zx")
+        } else {
+            Ok(core::TensorPart::Axis(k))
+        }
     };
     let vector = Err("a vector has x, y, z and size");
-    let pair = |k| if tensor { Ok(core::Part::Pair(k)) } else { vector };
+    let pair = |k| if tensor { Ok(core::TensorPart::Pair(k)) } else { vector };
     let whole = |part| if tensor { Ok(part) } else { vector };
     match component {
         Component::X => axis(0),
         Component::Y => axis(1),
         Component::Z => axis(2),
-        Component::Size => Ok(core::Part::Size),
+        Component::Size => Ok(core::TensorPart::Size),
         Component::Xx => pair(0),
         Component::Yy => pair(1),
         Component::Zz => pair(2),
         Component::Xy => pair(3),
         Component::Yz => pair(4),
         Component::Zx => pair(5),
-        Component::Greatest => whole(core::Part::Greatest),
-        Component::Least => whole(core::Part::Least),
-        Component::Mises => whole(core::Part::Mises),
-        Component::Mean => whole(core::Part::Mean),
+        Component::Greatest => whole(core::TensorPart::Greatest),
+        Component::Least => whole(core::TensorPart::Least),
+        Component::Mises => whole(core::TensorPart::Mises),
+        Component::Mean => whole(core::TensorPart::Mean),
     }
 }
 
@@ -285,11 +292,11 @@ fn named(
 }
 
 /// What colours the points of a recording.
-pub(super) const fn colour(colour: Colour) -> (Field, core::Part) {
+pub(super) const fn colour(colour: Colour) -> (PointField, core::TensorPart) {
     match colour {
-        Colour::Damage => (Field::Damage, core::Part::Size),
-        Colour::Stress => (Field::Stress, core::Part::Greatest),
-        Colour::Speed => (Field::Velocity, core::Part::Size),
-        Colour::Displacement => (Field::Displacement, core::Part::Size),
+        Colour::Damage => (PointField::Damage, core::TensorPart::Size),
+        Colour::Stress => (PointField::Stress, core::TensorPart::Greatest),
+        Colour::Speed => (PointField::Velocity, core::TensorPart::Size),
+        Colour::Displacement => (PointField::Displacement, core::TensorPart::Size),
     }
 }

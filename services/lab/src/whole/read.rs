@@ -6,7 +6,7 @@ use crate::specimen::whole::format::ProbeKind;
 use crate::specimen::whole::{Watch, Whole};
 use cullet_geometry::{Mat3, Vec3};
 use cullet_record::Recording;
-use cullet_specimen::{Part as Component, SpecimenOutcome};
+use cullet_specimen::{SpecimenOutcome, TensorPart as Component};
 
 /// Most samples of a run: of a longer one every second step is read, or every third.
 const MOST: u64 = 1_000_000;

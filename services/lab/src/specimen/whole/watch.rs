@@ -8,7 +8,7 @@ use cullet_document::error::suggest;
 use cullet_document::tree::{Step, join};
 use cullet_scene::context::ResolveContext;
 use cullet_scene::{Scene, SceneBody};
-use cullet_specimen::Part;
+use cullet_specimen::TensorPart;
 use std::collections::BTreeSet;
 
 /// A probe with its names looked up.
@@ -21,7 +21,7 @@ pub struct Watch {
     /// What hits them; anything without any.
     pub others: Option<BTreeSet<String>>,
     /// Which number of a vector or tensor.
-    pub part: Part,
+    pub part: TensorPart,
     /// Which of the hits, from 0.
     pub nth: usize,
     /// Least share of the mass that counts \[1\].
@@ -96,7 +96,7 @@ pub(super) fn read(shop: &mut ResolveContext<'_>, probes: &[Probe], scene: &Scen
         asked::keys(shop, &given, takes(probe.kind), &at);
         let tensor = probe.kind == ProbeKind::Inertia;
         let mut part = part(probe.component, tensor);
-        if part == Ok(Part::Mises) {
+        if part == Ok(TensorPart::Mises) {
             part = Err("moments of inertia have no equivalent of von Mises'");
         }
         watches.push(Watch {
@@ -105,7 +105,7 @@ pub(super) fn read(shop: &mut ResolveContext<'_>, probes: &[Probe], scene: &Scen
             others: named(shop, "other", probe.other.as_deref(), scene, &at),
             part: part.unwrap_or_else(|why| {
                 shop.wrong(&join(&at, "component"), why);
-                Part::Size
+                TensorPart::Size
             }),
             nth: probe.nth.unwrap_or(1).saturating_sub(1) as usize,
             share: probe.share.unwrap_or(0.0),
