@@ -139,7 +139,8 @@ impl Geometric {
     }
 
     fn fracture(&mut self, partition: Partition) -> Fragmentation {
-        let motion = Motion::new(&self.problem.impacts, &self.body, self.problem.material.density);
+        let motion =
+            BodyMotion::new(&self.problem.impacts, &self.body, self.problem.material.density);
         let crack_area = partition.crack_area;
         let fracture_energy = crack_area * self.problem.material.fracture_energy;
         let mut warnings = std::mem::take(&mut self.warnings);
@@ -200,13 +201,13 @@ fn delivered(impact: &Impact) -> f64 {
 }
 
 /// The rigid motion that the hits give to the whole body.
-struct Motion {
+struct BodyMotion {
     centroid: Vec3,
     velocity: Vec3,
     spin: Vec3,
 }
 
-impl Motion {
+impl BodyMotion {
     fn new(impacts: &[Impact], body: &MassProperties, density: f64) -> Self {
         let (mut push, mut turn) = (Vec3::zeros(), Vec3::zeros());
         for impact in impacts {
