@@ -431,7 +431,7 @@ impl Brittle {
             .flat_map(|(i, f)| {
                 let (mesh, motes) = (&f.solid.mesh, motes.around(&f.solid.mesh));
                 let (velocity, spin) = (f.velocity, f.spin);
-                let part = debris::Part { mesh, velocity, spin, motes: &motes };
+                let part = debris::CrumblingPart { mesh, velocity, spin, motes: &motes };
                 debris::grains(&part, self.grain(), self.problem.seed.wrapping_add(i as u64)).grains
             })
             .collect()

@@ -21,7 +21,7 @@ const STEPS: usize = 16;
 
 /// The corners.
 #[derive(Debug)]
-pub(super) struct Net {
+pub(super) struct SurfaceNet {
     lattice: Lattice,
     /// The middle of the corner's cube \[m\].
     pub(super) middle: Vec<Vec3>,
@@ -33,7 +33,7 @@ pub(super) struct Net {
     drawn: Vec<Vec<(u32, u32)>>,
 }
 
-impl Net {
+impl SurfaceNet {
     pub(super) fn new(lattice: Lattice) -> Self {
         let (middle, place, pulls) = (Vec::new(), Vec::new(), Vec::new());
         Self {
@@ -135,7 +135,7 @@ impl Net {
 
 /// Smooths the faces between labels. Corners where three or more faces meet, or a face ends, move
 /// along those lines; those on walls and far from damage stay.
-pub(super) fn shape(net: &mut Net, mosaic: &Mosaic) {
+pub(super) fn shape(net: &mut SurfaceNet, mosaic: &Mosaic) {
     let threads = threads(net, mosaic);
     let from = net.place.clone();
     for _ in 0..STEPS {
@@ -145,7 +145,7 @@ pub(super) fn shape(net: &mut Net, mosaic: &Mosaic) {
 }
 
 /// For each corner that may move, the corners that it is smoothed with.
-fn threads(net: &Net, mosaic: &Mosaic) -> Vec<Vec<u32>> {
+fn threads(net: &SurfaceNet, mosaic: &Mosaic) -> Vec<Vec<u32>> {
     let mut edges: Vec<(u32, u32)> = Vec::new();
     for facet in mosaic.facets.iter().filter(|facet| facet.cells.1 < WALL) {
         let [a, b, c] = mosaic.of(facet)[0];

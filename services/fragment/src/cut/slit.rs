@@ -240,6 +240,6 @@ fn taken(fragment: &mut Fragment, slit: &Slit, terms: &SlitTerms<'_>, seed: u64)
     let (velocity, rest) = (at(centre(&slit.kerf)), at(centre(&slit.solid.mesh)));
     fragment.velocity = rest;
     let motes = terms.motes.around(&slit.kerf);
-    let part = debris::Part { mesh: &slit.kerf, velocity, spin, motes: &motes };
+    let part = debris::CrumblingPart { mesh: &slit.kerf, velocity, spin, motes: &motes };
     debris::grains(&part, terms.grain, seed).grains
 }

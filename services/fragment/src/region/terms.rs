@@ -6,7 +6,7 @@ use cullet_model::CrackFaceDetail;
 /// What is known of the crack front at a place: when it passed \[s\], and the gradient of that
 /// \[s/m\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Front {
+pub(crate) struct FrontSample {
     pub(crate) time: f64,
     pub(crate) slope: Vec3,
 }
