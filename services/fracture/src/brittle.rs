@@ -7,12 +7,12 @@ mod schedule;
 mod tests;
 mod warnings;
 
-use crate::damage::{Softening, WeakPlane};
+use crate::damage::{BodyWeakPlane, Softening};
 use crate::mpm::diagnostics::{CHECK_PERIOD, Diagnostics, Given};
 use crate::mpm::domain::stable_step;
 use crate::mpm::elastic_support::ElasticSupport;
 use crate::mpm::kernel::SimdLevel;
-use crate::mpm::load::Load;
+use crate::mpm::load::ImpactLoad;
 use crate::mpm::load_patch::LEAST_RADIUS;
 use crate::mpm::preconditions::{
     check_contacts, check_hairline, check_impacts, check_material, check_spin, check_supports,
@@ -57,7 +57,7 @@ const SLICE: u64 = 200_000;
 pub struct Brittle {
     problem: BrittleProblem,
     domain: Domain,
-    loads: Vec<Load>,
+    loads: Vec<ImpactLoad>,
     supports: Vec<ElasticSupport>,
     /// Whether cracks may start at each contact.
     torn: Vec<bool>,
@@ -191,14 +191,14 @@ impl Brittle {
         }
         let mut softening = Softening::on_grid(material, spacing.max());
         softening.weak_plane =
-            strength.weak_plane.map(|w| WeakPlane { normal: w.normal.into(), ratio: w.ratio });
+            strength.weak_plane.map(|w| BodyWeakPlane { normal: w.normal.into(), ratio: w.ratio });
         let mut domain = Domain::new(particles, material, softening, spacing);
         domain.select(problem.settings.precision, simd_level);
         domain.step = time_step(&problem, &spacing);
         domain.check_cracks_every(problem.settings.tolerance().refresh());
         let schedule = Schedule::new(&problem, &criteria);
         domain.time = -schedule.spin_up;
-        let loads: Vec<Load> = problem
+        let loads: Vec<ImpactLoad> = problem
             .impacts
             .iter()
             .map(|impact| load(impact, &problem, &domain, &schedule))
@@ -311,7 +311,7 @@ impl Brittle {
     }
 
     fn check(&mut self) -> Result<(), Failure> {
-        let lost: f64 = self.loads.iter().map(Load::lost).sum();
+        let lost: f64 = self.loads.iter().map(ImpactLoad::lost).sum();
         let spun = self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
         let loads = self.loads.iter().map(|load| load.direction * load.delivered);
         let supports = self.supports.iter().map(|one| one.normal * one.delivered);
@@ -485,8 +485,13 @@ fn time_step(problem: &BrittleProblem, spacing: &Vec3) -> f64 {
 
 /// The push of an impact: where the schedule shortens it, it has the same peak force and delivers
 /// less; the striker keeps the rest.
-fn load(impact: &Impact, problem: &BrittleProblem, domain: &Domain, schedule: &Schedule) -> Load {
+fn load(
+    impact: &Impact,
+    problem: &BrittleProblem,
+    domain: &Domain,
+    schedule: &Schedule,
+) -> ImpactLoad {
     let duration = hertz_contact::duration(impact).min(schedule.push);
     let mobility = motion::mobility(problem, &impact.point, &impact.normal);
-    Load::new(impact, domain, duration, mobility)
+    ImpactLoad::new(impact, domain, duration, mobility)
 }

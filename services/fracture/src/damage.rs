@@ -9,7 +9,7 @@
 //! than G_f/l (as far as it can without snapping back). Weakening the pulled part of the
 //! undamaged stress, as is often done, has no potential where Poisson's ratio couples directions.
 
-use crate::mpm::elastic::Elastic;
+use crate::mpm::elastic::LameParameters;
 use crate::mpm::symmetric::{Sym3, below, eigen};
 use cullet_model::Material;
 
@@ -53,14 +53,14 @@ pub struct Softening {
     /// Stress at which cracks grow over σ_f \[1\]; below 1 the body is toughness-controlled (F01).
     pub strength_ratio: f64,
     /// Planes across which the material is weaker, if there are any.
-    pub weak_plane: Option<WeakPlane>,
+    pub weak_plane: Option<BodyWeakPlane>,
     young: f64,
-    elastic: Elastic,
+    elastic: LameParameters,
 }
 
 /// Planes across which a material breaks sooner: cleavage, bedding, grain.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WeakPlane {
+pub struct BodyWeakPlane {
     /// Unit normal in the frame before the hit.
     pub normal: [f64; 3],
     /// Strength across them over the strength in any other direction, in (0, 1].
@@ -82,7 +82,7 @@ pub struct Response {
 
 /// State of a point before the law is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
+pub struct DamageState {
     /// Damage so far \[1\].
     pub damage: f64,
     /// Local strength over the law's strength \[1\].
@@ -116,7 +116,7 @@ impl Softening {
             strength_ratio: strength / material.failure_stress,
             weak_plane: None,
             young: material.young,
-            elastic: Elastic::new(material),
+            elastic: LameParameters::new(material),
         }
     }
 
@@ -176,7 +176,7 @@ impl Softening {
     /// Damages and weakens a point of Green's strain `strain` \[1\].
     #[must_use]
     #[inline]
-    pub fn respond(&self, strain: &Sym3, state: State) -> Response {
+    pub fn respond(&self, strain: &Sym3, state: DamageState) -> Response {
         let (sound, _) = self.elastic.stress(strain);
         let strength = self.strength * state.strength;
         if state.damage <= 0.0 && below(&sound, strength * self.weakest()) {
@@ -189,7 +189,7 @@ impl Softening {
         &self,
         strain: &Sym3,
         sound: &Sym3,
-        state: State,
+        state: DamageState,
         strength: f64,
     ) -> Response {
         let held = Response::held(sound, state.damage);
@@ -300,7 +300,7 @@ impl Cracked {
         let pulls = &self.pulls;
         let first = (0..3).fold(0, |m, k| if pulls[k] > pulls[m] { k } else { m });
         let (most, axis) = (pulls[first], self.axes[first]);
-        let Some(WeakPlane { normal: n, ratio }) = law.weak_plane else {
+        let Some(BodyWeakPlane { normal: n, ratio }) = law.weak_plane else {
             return (most, axis);
         };
         let onto = |a: &[f64; 3]| a[0] * n[0] + a[1] * n[1] + a[2] * n[2];

@@ -17,7 +17,7 @@ mod zones;
 
 pub use rules::CrushRules;
 
-use super::lattice::Lattice;
+use super::lattice::KernelLattice;
 use crate::particles::Particles;
 use cullet_fragment::pieces::{Ball, Pieces, Rubble};
 use cullet_geometry::math::scramble;
@@ -52,7 +52,7 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Crush
     for piece in &mut pieces {
         *piece = piece.filter(|&piece| sizes[piece as usize] >= LEAST_POINTS);
     }
-    let lattice = Lattice::new(&particles.reference, rules.spacing);
+    let lattice = KernelLattice::new(&particles.reference, rules.spacing);
     let (mut weights, mut held) = (vec![0.0; lattice.len()], vec![0.0; lattice.len()]);
     for (x, &id) in particles.reference.iter().zip(&particles.id) {
         let share = f64::from(u8::from(pieces[id as usize].is_some()));
@@ -105,7 +105,7 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Crush
 /// Gives the nodes of crushed zones to pieces drawn at random, which are told: balls of their
 /// sizes, the largest first, each where there is room.
 fn divide(
-    lattice: &Lattice,
+    lattice: &KernelLattice,
     labels: &mut [Option<u32>],
     zone: &[usize],
     weights: &[f64],

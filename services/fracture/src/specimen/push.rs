@@ -1,7 +1,7 @@
 //! Loads: what part of them each node takes.
 
 use crate::mpm::Domain;
-use crate::mpm::grid::{Grid, Nodes};
+use crate::mpm::grid::{BackgroundGrid, Nodes};
 use crate::mpm::stencil::Stencil;
 use cullet_geometry::Vec3;
 use cullet_specimen::surface::pieces;
@@ -82,7 +82,7 @@ fn is_surface(load: &Load) -> bool {
 }
 
 /// Nodes by place, copies beside each other.
-fn by_place(grid: &Grid) -> Vec<([i32; 3], u32)> {
+fn by_place(grid: &BackgroundGrid) -> Vec<([i32; 3], u32)> {
     let mut order: Vec<([i32; 3], u32)> =
         grid.nodes.place.iter().enumerate().map(|(n, &place)| (place, n as u32)).collect();
     order.sort_unstable();
@@ -91,7 +91,13 @@ fn by_place(grid: &Grid) -> Vec<([i32; 3], u32)> {
 
 /// Spreads a force at a place over the nodes around it by weight and mass: light nodes, which the
 /// surface has many of, are moved no more than others.
-fn spread(grid: &Grid, order: &[([i32; 3], u32)], at: &Vec3, force: Vec3, forces: &mut [Vec3]) {
+fn spread(
+    grid: &BackgroundGrid,
+    order: &[([i32; 3], u32)],
+    at: &Vec3,
+    force: Vec3,
+    forces: &mut [Vec3],
+) {
     let stencil = Stencil::new(at, &grid.spacing);
     let mut shares: Vec<(u32, f64)> = Vec::with_capacity(27);
     stencil.visit(|k, weight, _| {

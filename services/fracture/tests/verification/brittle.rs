@@ -2,7 +2,7 @@
 
 use cullet_fracture::brittle::Brittle;
 use cullet_fracture::damage::Softening;
-use cullet_fracture::mpm::load::Load;
+use cullet_fracture::mpm::load::ImpactLoad;
 use cullet_fracture::mpm::{Domain, symmetric};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::inside::Inside;
@@ -214,7 +214,7 @@ fn a_long_push_is_quasi_static() {
     let peak = |transits: f64| {
         let (mut domain, mass) = block_on_grid(0.025);
         let impact = blow(0.25, mass, 2.0, 18.0 * TRANSIT);
-        let mut load = Load::new(&impact, &domain, transits * TRANSIT, 1.0 / mass);
+        let mut load = ImpactLoad::new(&impact, &domain, transits * TRANSIT, 1.0 / mass);
         let mut most: f64 = 0.0;
         while !load.is_over() {
             load.push(&mut domain);
@@ -244,7 +244,7 @@ fn the_push_is_hertzian() {
     let (mut domain, mass) = block_on_grid(0.025);
     let elastic = blow(0.25, mass, 2.0, 18.0 * TRANSIT);
     let impact = Impact { impulse: 1.5 * elastic.impulse, ..elastic };
-    let mut load = Load::new(&impact, &domain, impact.duration, 1.0 / mass);
+    let mut load = ImpactLoad::new(&impact, &domain, impact.duration, 1.0 / mass);
     assert!((load.patch.shares.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
     for &(id, _) in &load.patch.shares {
         let x = domain.particles.reference[domain.slot(id)];
@@ -270,7 +270,7 @@ fn the_push_is_hertzian() {
 fn a_push_shortened_in_time_gives_its_share() {
     let (mut domain, mass) = block_on_grid(0.02);
     let impact = blow(3.0, mass, 5.0, 6e-3);
-    let mut load = Load::new(&impact, &domain, 3e-3, 1.0 / mass);
+    let mut load = ImpactLoad::new(&impact, &domain, 3e-3, 1.0 / mass);
     assert!((load.impulse / impact.impulse - 0.5).abs() < 1e-12);
     while !load.is_over() {
         load.push(&mut domain);

@@ -2,7 +2,7 @@
 
 use super::rules::{CrushRules, FULL_WEIGHT, LEAST_SIZE, MIDDLE_WEIGHT, STREAM};
 use super::sizes::balance;
-use crate::mpm::lattice::Lattice;
+use crate::mpm::lattice::KernelLattice;
 use cullet_fragment::pieces::{Ball, direction};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
@@ -26,7 +26,7 @@ const ROUND: f64 = 1.0;
 
 /// A zone that is being divided.
 pub(super) struct Division<'a> {
-    lattice: &'a Lattice,
+    lattice: &'a KernelLattice,
     seed: u64,
     /// Its nodes, in the order in which they are tried.
     order: Vec<usize>,
@@ -49,7 +49,7 @@ pub(super) struct Division<'a> {
 
 impl<'a> Division<'a> {
     pub(super) fn new(
-        lattice: &'a Lattice,
+        lattice: &'a KernelLattice,
         order: Vec<usize>,
         means: Vec<f64>,
         weights: &[f64],

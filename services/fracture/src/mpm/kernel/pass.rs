@@ -3,7 +3,7 @@
 use super::block::{Block, Four, Scratch};
 use super::lanes::Real;
 use super::law::PointLaw;
-use crate::mpm::grid::{Element, Grid, Rows};
+use crate::mpm::grid::{BackgroundGrid, GridElement, Rows};
 use crate::mpm::tally::DomainTally;
 use crate::particles::Particles;
 use cullet_model::Precision;
@@ -77,7 +77,7 @@ struct Pass<R> {
 }
 
 impl<R: Real> Pass<R> {
-    fn new(grid: &Grid, particles: &Particles) -> Self {
+    fn new(grid: &BackgroundGrid, particles: &Particles) -> Self {
         let starts = grid.elements.iter().step_by(ELEMENTS).map(|e| e.first);
         let starts = starts.chain([particles.len() as u32]).collect();
         let (blocks, forces, rows) = (Vec::new(), Vec::new(), Rows::default());
@@ -88,7 +88,7 @@ impl<R: Real> Pass<R> {
 
     /// Makes anew the blocks of the elements that begin at the points `changed`, ascending, or all
     /// of them. Points must have stayed in their block.
-    fn refresh(&mut self, grid: &Grid, particles: &Particles, changed: Option<&[u32]>) {
+    fn refresh(&mut self, grid: &BackgroundGrid, particles: &Particles, changed: Option<&[u32]>) {
         let mut old = std::mem::take(&mut self.blocks).into_iter();
         let (mut rest, mut work) = (grid.elements.as_slice(), Vec::new());
         for pair in self.starts.windows(2) {
@@ -100,7 +100,7 @@ impl<R: Real> Pass<R> {
             });
             work.push((own, old.next().filter(|_| !is_new)));
         }
-        let make = |places: &mut Vec<u16>, (own, old): (&[Element], Option<Block<R>>)| {
+        let make = |places: &mut Vec<u16>, (own, old): (&[GridElement], Option<Block<R>>)| {
             old.unwrap_or_else(|| Block::new(own, particles, &grid.spacing, places))
         };
         let places = || vec![0; grid.nodes.len()];
@@ -119,7 +119,7 @@ impl<R: Real> Pass<R> {
     fn strain(
         &mut self,
         law: &PointLaw<'_>,
-        grid: &Grid,
+        grid: &BackgroundGrid,
         particles: &mut Particles,
         simd_level: SimdLevel,
     ) -> DomainTally {
@@ -171,7 +171,7 @@ pub(crate) struct Kernel {
 
 impl Kernel {
     pub(crate) fn new(
-        grid: &Grid,
+        grid: &BackgroundGrid,
         particles: &Particles,
         as_is: Precision,
         simd_level: SimdLevel,
@@ -185,7 +185,12 @@ impl Kernel {
 
     /// After the elements that began at the points `changed` have; points may only have moved
     /// within their cell.
-    pub(crate) fn refresh(&mut self, grid: &Grid, particles: &Particles, changed: &[u32]) {
+    pub(crate) fn refresh(
+        &mut self,
+        grid: &BackgroundGrid,
+        particles: &Particles,
+        changed: &[u32],
+    ) {
         match &mut self.pass {
             Either::Single(pass) => pass.refresh(grid, particles, Some(changed)),
             Either::Double(pass) => pass.refresh(grid, particles, Some(changed)),
@@ -204,7 +209,7 @@ impl Kernel {
     pub(crate) fn strain(
         &mut self,
         law: &PointLaw<'_>,
-        grid: &Grid,
+        grid: &BackgroundGrid,
         particles: &mut Particles,
     ) -> DomainTally {
         match &mut self.pass {
