@@ -16,7 +16,7 @@ pub struct Text {
 
 /// Where something was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Origin {
+pub struct SourceSpan {
     /// Which text.
     pub text: Arc<Text>,
     /// Byte range in it.

@@ -10,7 +10,7 @@ use cullet_document::check;
 use cullet_document::document::SCENE;
 use cullet_document::error::{SceneError, SceneErrors};
 use cullet_document::files::Files;
-use cullet_document::overrides::{Known, apply_overrides};
+use cullet_document::overrides::{OverrideRules, apply_overrides};
 use cullet_document::tree::{Node, Value};
 use cullet_proto::JobId;
 use cullet_scene::context::ResolveContext;
@@ -54,7 +54,11 @@ pub(in crate::specimen) fn read(
     let sections = schema["properties"].as_object();
     let sections: Vec<&str> =
         sections.map(|all| all.keys().map(String::as_str).collect()).unwrap_or_default();
-    errors.extend(apply_overrides(&mut root, Known { sections: &sections, is_preset }, &outer));
+    errors.extend(apply_overrides(
+        &mut root,
+        OverrideRules { sections: &sections, is_preset },
+        &outer,
+    ));
     errors.extend(check::check(schema, &mut root).errors);
     if !errors.is_empty() {
         return Err(SceneErrors::sorted(errors));
