@@ -5,7 +5,7 @@
 //! its own.
 
 use crate::codec::{self, WireError};
-use crate::envelope::{self, Kind};
+use crate::envelope::{self, MessageKind};
 use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
 use crate::strength;
@@ -51,7 +51,7 @@ struct SettingsRow {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Header {
+struct JobHeader {
     solver: String,
     fallback: Option<String>,
     material: Material,
@@ -128,7 +128,7 @@ impl FractureJob {
             return Err(WireError::Unknown { what: "a job's law", kind: law.kind() });
         };
         let (vertices, triangles) = mesh::counts(solid)?;
-        let header = Header {
+        let header = JobHeader {
             solver: self.solver.clone(),
             fallback: self.fallback.clone(),
             material: *material,
@@ -147,7 +147,7 @@ impl FractureJob {
         mesh::put_solid(&mut slabs, solid);
         let middle = slabs.len();
         strength::put(strength, &mut slabs);
-        let bytes = envelope::seal(Kind::Job, &header, &slabs)?;
+        let bytes = envelope::seal(MessageKind::Job, &header, &slabs)?;
         let first = bytes.len() - slabs.len();
         let (middle, last) = (first + middle, bytes.len());
         Ok((bytes, [first..middle, middle..last]))
@@ -158,7 +158,7 @@ impl FractureJob {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
-        let (mut header, slabs) = envelope::open::<Header>(Kind::Job, bytes)?;
+        let (mut header, slabs) = envelope::open::<JobHeader>(MessageKind::Job, bytes)?;
         header.check()?;
         let mut slabs = Slabs::new(slabs);
         let solid = slabs.solid(header.vertices, header.triangles)?;
@@ -185,7 +185,7 @@ impl FractureJob {
     }
 }
 
-impl Header {
+impl JobHeader {
     fn check(&self) -> Result<(), WireError> {
         let names = [Some(&self.solver), self.fallback.as_ref()];
         for name in names.into_iter().flatten() {

@@ -113,7 +113,7 @@ impl State {
 /// A piece of a bundle that is too large for its [`Submit`]; the piece is the bulk.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Piece {
+pub struct BundlePiece {
     /// The blake3 digest of the whole bundle, in hex.
     pub digest: String,
     /// Bytes of the whole bundle.
@@ -226,7 +226,7 @@ pub struct Follow {
 
 /// The answer to a [`Follow`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct News {
+pub struct RunUpdate {
     /// The run.
     pub run: RunInfo,
     /// Lines from the one asked for on.
@@ -336,7 +336,7 @@ pub struct Runs {
 /// A piece of a file of a run that is over.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Fetch {
+pub struct FetchFile {
     /// Of which run.
     pub run: u64,
     /// The file concerned.
@@ -388,7 +388,7 @@ pub struct About {
 
 /// Why a question was not answered: the error reply's line.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Refused {
+pub struct ErrorReply {
     /// In words.
     pub error: String,
     /// Whether what was named is not there.

@@ -1,7 +1,7 @@
 //! What a worker says of a job.
 
 use crate::codec::{self, WireError};
-use crate::envelope::{self, Kind};
+use crate::envelope::{self, MessageKind};
 use crate::mesh::{self, Slabs};
 use crate::specimen::SpecimenResult;
 use cullet_geometry::Vec3;
@@ -108,7 +108,7 @@ struct PartCounts {
 
 /// Variants are told apart by their place: new ones go to the end.
 #[derive(Serialize, Deserialize)]
-enum Header {
+enum VerdictHeader {
     /// As version 0.1 wrote it; caches hold such.
     Old {
         counts: PartCounts,
@@ -157,11 +157,11 @@ impl Verdict {
             Self::Solved(Outcome::Deformed(deformation)) => encode_deformed(deformation),
             Self::Refused { solver, text } => {
                 let (solver, text) = (cut(solver), cut(text));
-                envelope::seal(Kind::Verdict, &Header::Refused { solver, text }, &[])
+                envelope::seal(MessageKind::Verdict, &VerdictHeader::Refused { solver, text }, &[])
             }
             Self::Failed { solver, text } => {
                 let (solver, text) = (cut(solver), cut(text));
-                envelope::seal(Kind::Verdict, &Header::Failed { solver, text }, &[])
+                envelope::seal(MessageKind::Verdict, &VerdictHeader::Failed { solver, text }, &[])
             }
             Self::Measured(result) => result.encode(),
         }
@@ -172,13 +172,13 @@ impl Verdict {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
-        if envelope::is(Kind::SpecimenResult, bytes) {
+        if envelope::is(MessageKind::SpecimenResult, bytes) {
             return Ok(Self::Measured(Box::new(SpecimenResult::decode(bytes)?)));
         }
-        let (header, slabs) = envelope::open::<Header>(Kind::Verdict, bytes)?;
+        let (header, slabs) = envelope::open::<VerdictHeader>(MessageKind::Verdict, bytes)?;
         let slabs = Slabs::new(slabs);
         match header {
-            Header::Old { counts, reactions, report } => {
+            VerdictHeader::Old { counts, reactions, report } => {
                 let mut fracture = decode_parts(counts, reactions, report.report(), slabs)?;
                 // All that the geometric family made was sampled, before there were marks.
                 if fracture.sampled.is_empty() && fracture.report.solver == "geometric" {
@@ -186,18 +186,18 @@ impl Verdict {
                 }
                 Ok(fracture.into())
             }
-            Header::Parts { counts, reactions, report } => {
+            VerdictHeader::Parts { counts, reactions, report } => {
                 Ok(decode_parts(counts, reactions, report, slabs)?.into())
             }
-            Header::Deformed(shape) => {
+            VerdictHeader::Deformed(shape) => {
                 let deformation = Box::new(decode_deformed(shape, slabs)?);
                 Ok(Self::Solved(Outcome::Deformed(deformation)))
             }
-            Header::Refused { solver, text } => {
+            VerdictHeader::Refused { solver, text } => {
                 slabs.end("a verdict")?;
                 Ok(Self::Refused { solver, text })
             }
-            Header::Failed { solver, text } => {
+            VerdictHeader::Failed { solver, text } => {
                 slabs.end("a verdict")?;
                 Ok(Self::Failed { solver, text })
             }
@@ -236,7 +236,7 @@ fn encode_parts(body: &Fragmentation) -> Result<Vec<u8>, WireError> {
         grains: body.debris.len() as u32,
     };
     let (reactions, report) = (body.reactions.clone(), cut_report(&body.report));
-    let head = Header::Parts { counts, reactions, report };
+    let head = VerdictHeader::Parts { counts, reactions, report };
     let mut slabs = Vec::new();
     for fragment in &body.fragments {
         let (nv, nt) = mesh::counts(&fragment.solid)?;
@@ -264,7 +264,7 @@ fn encode_parts(body: &Fragmentation) -> Result<Vec<u8>, WireError> {
         }
         slabs.extend(body.sampled.iter().map(|&sampled| u8::from(sampled)));
     }
-    envelope::seal(Kind::Verdict, &head, &slabs)
+    envelope::seal(MessageKind::Verdict, &head, &slabs)
 }
 
 fn decode_parts(
@@ -332,7 +332,7 @@ fn encode_deformed(deformation: &Deformation) -> Result<Vec<u8>, WireError> {
     put_hull_sizes(&mut slabs, deformation.hulls.iter())?;
     mesh::put_solid(&mut slabs, solid);
     deformation.hulls.iter().for_each(|hull| mesh::put_points(&mut slabs, hull));
-    envelope::seal(Kind::Verdict, &Header::Deformed(shape), &slabs)
+    envelope::seal(MessageKind::Verdict, &VerdictHeader::Deformed(shape), &slabs)
 }
 
 fn decode_deformed(shape: DeformedHeader, mut slabs: Slabs<'_>) -> Result<Deformation, WireError> {

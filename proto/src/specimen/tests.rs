@@ -95,7 +95,7 @@ fn bytes(job: &SpecimenJob) -> Vec<u8> {
     let (vertices, triangles) = mesh::counts(&solid).expect("a mesh");
     let mut slabs = Vec::new();
     mesh::put_solid(&mut slabs, &solid);
-    envelope::seal(Kind::Specimen, &(&job.0, vertices, triangles), &slabs).expect("sealed")
+    envelope::seal(MessageKind::Specimen, &(&job.0, vertices, triangles), &slabs).expect("sealed")
 }
 
 /// Words of an error, and what brings it about.

@@ -82,10 +82,10 @@ fn verdicts_of_version_0_1_are_read() -> Result<(), WireError> {
             ..OldReport::default()
         };
         let counts = PartCounts { fragments: 3, hulls: 4, grains: 2 };
-        let head = Header::Old { counts, reactions: now.reactions.clone(), report };
+        let head = VerdictHeader::Old { counts, reactions: now.reactions.clone(), report };
         let bytes = encode_parts(now)?;
         let (_, _, slabs) = envelope::split(&bytes)?;
-        envelope::seal(Kind::Verdict, &head, slabs)
+        envelope::seal(MessageKind::Verdict, &head, slabs)
     };
     let read = |bytes: Vec<u8>| match Verdict::decode(&bytes)? {
         Verdict::Solved(outcome) => Ok(outcome.fracture().expect("a fracture")),
@@ -117,19 +117,19 @@ fn long_words_are_cut_between_letters() -> Result<(), WireError> {
 
 #[test]
 fn counts_that_promise_too_much_allocate_nothing() -> Result<(), WireError> {
-    let header = |fragments, grains| Header::Parts {
+    let header = |fragments, grains| VerdictHeader::Parts {
         counts: PartCounts { fragments, hulls: 0, grains },
         reactions: Vec::new(),
         report: Report::default(),
     };
     let head = header(16_000, 0);
-    let bytes = envelope::seal(Kind::Verdict, &head, &[1, 2, 3])?;
+    let bytes = envelope::seal(MessageKind::Verdict, &head, &[1, 2, 3])?;
     assert!(matches!(Verdict::decode(&bytes), Err(WireError::Short { have: 3, .. })));
     for head in [header(u32::MAX, 0), header(0, u32::MAX)] {
-        let bytes = envelope::seal(Kind::Verdict, &head, &[])?;
+        let bytes = envelope::seal(MessageKind::Verdict, &head, &[])?;
         assert!(matches!(Verdict::decode(&bytes), Err(WireError::Limit { .. })));
     }
-    let bytes = envelope::seal(Kind::Verdict, &header(0, 2), &[0; 64])?;
+    let bytes = envelope::seal(MessageKind::Verdict, &header(0, 2), &[0; 64])?;
     assert!(matches!(Verdict::decode(&bytes), Err(WireError::Short { have: 64, need: 128, .. })));
     Ok(())
 }

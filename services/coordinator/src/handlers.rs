@@ -12,8 +12,8 @@ use cullet_proto::codec::WireError;
 use cullet_proto::ids::digest;
 use cullet_proto::keys::UserVerb;
 use cullet_proto::service::{
-    About, Drain, Drained, Fetch, Fetched, Follow, MAX_TICKET, MAX_WAIT_MS, News, Noted, RunInfo,
-    Runs, State, Submit, SubmitAnswer, Which, WorkerInfo, Workers, digest_of, hex_of,
+    About, Drain, Drained, FetchFile, Fetched, Follow, MAX_TICKET, MAX_WAIT_MS, Noted, RunInfo,
+    RunUpdate, Runs, State, Submit, SubmitAnswer, Which, WorkerInfo, Workers, digest_of, hex_of,
 };
 use cullet_proto::{WorkerId, chunks, envelope};
 use std::fs::File;
@@ -240,7 +240,7 @@ impl Service<'_> {
     }
 
     fn fetch(&mut self, asked: &Asked) -> Result<(), Trouble> {
-        let Fetch { run, file, index } = asked.read()?.0;
+        let FetchFile { run, file, index } = asked.read()?.0;
         self.clients.awaited.insert(run, Instant::now());
         let entry = self.board.get(run)?;
         let listed = entry.end.files.iter().any(|known| known.name == file);
@@ -296,7 +296,7 @@ impl Service<'_> {
                 self.clients.awaited.remove(&follow.run);
             }
             let run = self.info(&entry);
-            asked.answer(&News { run, lines, next, end, leaving });
+            asked.answer(&RunUpdate { run, lines, next, end, leaving });
         }
     }
 

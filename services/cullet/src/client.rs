@@ -200,7 +200,7 @@ pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, Trouble> {
     let mut from = 0;
     loop {
         let question = service::Follow { run: args.run, from, wait_ms: 0 };
-        let news: service::News = ask(&client, UserVerb::Follow, &question)?;
+        let news: service::RunUpdate = ask(&client, UserVerb::Follow, &question)?;
         if news.lines.is_empty() {
             client.enough(args.run);
             return Ok(Exit::Done);

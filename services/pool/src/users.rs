@@ -4,8 +4,8 @@ use super::bulk::{Bulk, refuse, reply};
 use super::inbox::{Blob, Inbox};
 use super::{LinkError, Pool, Refusals};
 use cullet_proto::keys::{self, UserVerb, Verb, parse_rpc};
-use cullet_proto::pool::{Chunk, ChunkAnswer, Refusal};
-use cullet_proto::service::{self, MAX_LINE, Piece, PieceAnswer, Refused};
+use cullet_proto::pool::{Chunk, ChunkAnswer, QuestionRefusal};
+use cullet_proto::service::{self, BundlePiece, ErrorReply, MAX_LINE, PieceAnswer};
 use cullet_proto::{WireError, WorkerId, chunks};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -93,12 +93,12 @@ impl RequestServer {
         let bulk = Arc::clone(&self.bulk);
         let key = query.key_expr().as_str().to_owned();
         let Some(Verb::User(user, verb)) = parse_rpc(&key) else {
-            self.unread(&query, &Refusal::Malformed("no such question".to_owned()));
+            self.unread(&query, &QuestionRefusal::Malformed("no such question".to_owned()));
             return None;
         };
         if bytes.len() > MAX_QUESTION {
             let (bytes, limit) = (bytes.len() as u64, MAX_QUESTION as u64);
-            self.unread(&query, &Refusal::TooLarge { bytes, limit });
+            self.unread(&query, &QuestionRefusal::TooLarge { bytes, limit });
             return None;
         }
         let asked = Asked { query, bulk, bytes, user, verb };
@@ -106,7 +106,7 @@ impl RequestServer {
             return Some(asked);
         }
         let user = asked.user.as_str();
-        let piece = asked.read::<Piece>();
+        let piece = asked.read::<BundlePiece>();
         match piece.and_then(|(piece, bytes)| self.piece(user, &piece, bytes)) {
             Ok(said) => asked.answer(&said),
             Err(error) => self.garbled(&asked, error),
@@ -116,7 +116,7 @@ impl RequestServer {
 
     /// Says that a question cannot be read, or goes beyond what a question may have.
     pub fn garbled(&mut self, asked: &Asked, why: impl std::fmt::Display) {
-        self.unread(&asked.query, &Refusal::Malformed(why.to_string()));
+        self.unread(&asked.query, &QuestionRefusal::Malformed(why.to_string()));
     }
 
     /// Questions that were not understood.
@@ -125,13 +125,18 @@ impl RequestServer {
         self.refusals
     }
 
-    fn unread(&mut self, query: &Query, refusal: &Refusal) {
+    fn unread(&mut self, query: &Query, refusal: &QuestionRefusal) {
         self.refusals.count(refusal);
         tracing::warn!(reason = refusal.name(), "{}: {refusal}", query.key_expr());
         send(query, &refusal.to_string(), false, false);
     }
 
-    fn piece(&mut self, user: &str, piece: &Piece, bytes: &[u8]) -> Result<PieceAnswer, WireError> {
+    fn piece(
+        &mut self,
+        user: &str,
+        piece: &BundlePiece,
+        bytes: &[u8],
+    ) -> Result<PieceAnswer, WireError> {
         let sum = piece.sum.unwrap_or_else(|| chunks::sum(bytes));
         let digest = service::digest_of(&piece.digest)?;
         let chunk = Chunk { digest, length: piece.length, index: piece.index, sum };
@@ -229,6 +234,6 @@ impl Asked {
 
 fn send(query: &Query, why: &str, unknown: bool, later: bool) {
     let error = cullet_proto::verdict::cut(why);
-    let refused = Refused { error, unknown, later };
+    let refused = ErrorReply { error, unknown, later };
     refuse(query, service::seal(&refused, &[]).unwrap_or_default());
 }

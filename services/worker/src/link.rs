@@ -2,7 +2,7 @@
 
 use crate::{WorkerConfig, WorkerError};
 use cullet_proto::keys::{self, WorkerVerb};
-use cullet_proto::pool::{self, Refusal};
+use cullet_proto::pool::{self, QuestionRefusal};
 use cullet_proto::{SessionId, WorkerId, transport};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -32,7 +32,7 @@ pub(crate) enum NoAnswer {
     /// Ask again.
     Silence,
     /// The coordinator refuses the question as it is.
-    Refused(Refusal),
+    Refused(QuestionRefusal),
     /// The answer cannot be read.
     Unreadable(String),
 }

@@ -5,8 +5,10 @@ use crate::meshes::{Fetcher, Meshes};
 use crate::solve::Watch;
 use cullet_dispatch::{Digest, Epoch, Job, Question, Trouble, Work, WorkerInput};
 use cullet_proto::keys::WorkerVerb;
-use cullet_proto::pool::{self, ChunkAnswer, CommitAnswer, Grant, Noted, PollAnswer, Refusal};
-use cullet_proto::pool::{HeedAnswer, RenewAnswer, Trouble as Told};
+use cullet_proto::pool::{
+    self, Acknowledged, ChunkAnswer, CommitAnswer, Grant, PollAnswer, QuestionRefusal,
+};
+use cullet_proto::pool::{GiveBackReason as Told, HeedAnswer, RenewAnswer};
 use cullet_proto::{JobId, chunks};
 use std::cell::Cell;
 use std::sync::Arc;
@@ -101,11 +103,12 @@ impl Talker {
                 };
                 let (job, epoch) = (JobId(job.0), cullet_proto::Epoch(epoch.0));
                 let fail = pool::Fail { session, job, epoch, trouble, text };
-                let said = self.line.ask::<_, Noted>(WorkerVerb::Fail, &fail, &[]);
+                let said = self.line.ask::<_, Acknowledged>(WorkerVerb::Fail, &fail, &[]);
                 said.map(|_| News::of(WorkerInput::Noted))
             }
             Question::Bye => {
-                let said = self.line.ask::<_, Noted>(WorkerVerb::Bye, &pool::Bye { session }, &[]);
+                let said =
+                    self.line.ask::<_, Acknowledged>(WorkerVerb::Bye, &pool::Bye { session }, &[]);
                 said.map(|_| News::of(WorkerInput::Noted))
             }
         };
@@ -143,7 +146,7 @@ impl Talker {
 
     /// Tells the coordinator who asks.
     fn introduce(&self) -> Result<(), NoAnswer> {
-        let said = self.line.ask::<_, Noted>(WorkerVerb::Hello, self.hello.as_ref(), &[]);
+        let said = self.line.ask::<_, Acknowledged>(WorkerVerb::Hello, self.hello.as_ref(), &[]);
         said.map(|_| self.known.set(true))
     }
 
@@ -158,7 +161,9 @@ impl Talker {
     /// Asks; if the coordinator has forgotten who does, tells it and asks again.
     fn again<A>(&self, ask: impl Fn() -> Result<A, NoAnswer>) -> Result<A, NoAnswer> {
         match ask() {
-            Err(NoAnswer::Refused(Refusal::Stranger)) => self.introduce().and_then(|()| ask()),
+            Err(NoAnswer::Refused(QuestionRefusal::Stranger)) => {
+                self.introduce().and_then(|()| ask())
+            }
             said => said,
         }
     }
@@ -205,7 +210,7 @@ impl Talker {
         match self.again(|| self.line.ask_unless(over, WorkerVerb::Heed, &heed, &[])) {
             Ok((HeedAnswer::Stop, _)) => Ok(Some(true)),
             Ok((HeedAnswer::Go, _)) => Ok(Some(false)),
-            Err(NoAnswer::Silence | NoAnswer::Refused(Refusal::Stranger)) => Ok(None),
+            Err(NoAnswer::Silence | NoAnswer::Refused(QuestionRefusal::Stranger)) => Ok(None),
             Err(other) => Err(other),
         }
     }
@@ -267,7 +272,7 @@ impl Talker {
 
     fn fetch(&self, grant: &Grant, watch: &Watch, meshes: &mut Meshes) -> News {
         let epoch = Epoch(grant.epoch.0);
-        let ask = |fetch: pool::Fetch| self.line.ask(WorkerVerb::Fetch, &fetch, &[]);
+        let ask = |fetch: pool::FetchBlob| self.line.ask(WorkerVerb::Fetch, &fetch, &[]);
         let stop = || watch.cancelled();
         match (Fetcher { meshes, ask: &ask, stop: &stop }).job(grant) {
             Ok(bytes) => News { bytes, ..News::of(WorkerInput::Fetched { epoch }) },

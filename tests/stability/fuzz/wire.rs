@@ -178,7 +178,7 @@ fn read_all(bytes: &[u8]) {
     }
     ask::<pool::Hello>(bytes);
     ask::<pool::Poll>(bytes);
-    ask::<pool::Fetch>(bytes);
+    ask::<pool::FetchBlob>(bytes);
     ask::<pool::Renew>(bytes);
     ask::<pool::Heed>(bytes);
     ask::<Claim>(bytes);
@@ -193,7 +193,7 @@ fn read_all(bytes: &[u8]) {
     answer::<Reply>(bytes);
     answer::<pool::ChunkAnswer>(bytes);
     answer::<pool::CommitAnswer>(bytes);
-    answer::<pool::Noted>(bytes);
+    answer::<pool::Acknowledged>(bytes);
     let _refusal = in_words(pool::read_refusal(bytes));
 }
 
@@ -203,12 +203,12 @@ fn read_json(bytes: &[u8]) {
         let _read = in_words(service::open::<T>(bytes).map(|_| ()));
     }
     json::<service::Submit>(bytes);
-    json::<service::Piece>(bytes);
+    json::<service::BundlePiece>(bytes);
     json::<service::Which>(bytes);
     json::<service::Follow>(bytes);
-    json::<service::Fetch>(bytes);
+    json::<service::FetchFile>(bytes);
     json::<service::Drain>(bytes);
-    json::<service::News>(bytes);
+    json::<service::RunUpdate>(bytes);
     json::<service::Runs>(bytes);
     json::<BundleTable>(bytes);
 }
@@ -240,10 +240,10 @@ fn messages() {
     let poll = pool::Poll { session, seq: 5, slots: 1, threads: 2 };
     let commit =
         pool::Commit { session, job, epoch, digest: [9; 32], length: 77, next: Some(poll) };
-    let trouble = pool::Trouble::Crashed;
+    let trouble = pool::GiveBackReason::Crashed;
     let fail = pool::Fail { session, job, epoch, trouble, text: "it died".into() };
     let missing = pool::CommitAnswer::Missing(vec![1, 2, 3]);
-    let refusal = pool::Refusal::TooLarge { bytes: 9, limit: 8 };
+    let refusal = pool::QuestionRefusal::TooLarge { bytes: 9, limit: 8 };
     let family = pool::Family { name: "brittle".into(), single: true, double: true };
     let hello = pool::Hello { session, families: Some(vec![family]), ..pool::Hello::default() };
     let grant =
