@@ -7,7 +7,7 @@ use super::journal;
 use super::service::Service;
 use cullet_files::clock::unix_ms;
 use cullet_pool::bundle;
-use cullet_pool::users::{Asked, Parcel};
+use cullet_pool::users::{Parcel, UserQuery};
 use cullet_proto::codec::WireError;
 use cullet_proto::ids::digest;
 use cullet_proto::keys::UserVerb;
@@ -65,7 +65,7 @@ impl From<ServiceError> for Trouble {
 
 impl Service<'_> {
     /// Answers a question, or keeps it until there is news.
-    pub(super) fn answer(&mut self, asked: Asked) {
+    pub(super) fn answer(&mut self, asked: UserQuery) {
         if asked.verb == UserVerb::Follow {
             self.follow(asked);
             return;
@@ -79,7 +79,7 @@ impl Service<'_> {
         }
     }
 
-    fn try_answer(&mut self, asked: &Asked) -> Result<(), Trouble> {
+    fn try_answer(&mut self, asked: &UserQuery) -> Result<(), Trouble> {
         match asked.verb {
             UserVerb::About => asked.answer(&self.about()),
             UserVerb::Submit => {
@@ -132,7 +132,7 @@ impl Service<'_> {
         Ok(())
     }
 
-    fn submit(&mut self, asked: &Asked) -> Result<SubmitAnswer, Trouble> {
+    fn submit(&mut self, asked: &UserQuery) -> Result<SubmitAnswer, Trouble> {
         let (submit, inline) = asked.read::<Submit>()?;
         check(&submit)?;
         let user = asked.user.to_string();
@@ -239,7 +239,7 @@ impl Service<'_> {
         Ok(())
     }
 
-    fn fetch(&mut self, asked: &Asked) -> Result<(), Trouble> {
+    fn fetch(&mut self, asked: &UserQuery) -> Result<(), Trouble> {
         let FetchFile { run, file, index } = asked.read()?.0;
         self.clients.awaited.insert(run, Instant::now());
         let entry = self.board.get(run)?;
@@ -254,7 +254,7 @@ impl Service<'_> {
         Ok(())
     }
 
-    fn follow(&mut self, asked: Asked) {
+    fn follow(&mut self, asked: UserQuery) {
         match asked.read::<Follow>() {
             Ok((follow, _)) => {
                 self.clients.awaited.insert(follow.run, Instant::now());

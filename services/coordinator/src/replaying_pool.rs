@@ -5,7 +5,7 @@
 use super::run_status::{Clock, RunStatus};
 use super::store::Kept;
 use super::timeline::{Attempt, Attempts, Fate, Job, RunHistory, Stretch};
-use cullet_pool::{Attempted, Ending, RunHandle, Settlement, Try};
+use cullet_pool::{Attempted, JobEnding, RunHandle, Settlement, Try};
 use cullet_proto::{FractureJob, JobId, Verdict};
 use cullet_run::{Jobs, Load};
 use std::cell::RefCell;
@@ -103,11 +103,11 @@ impl<'a> ReplayingPool<'a> {
 
     fn note(&self, due: &Due, settlement: &Settlement) {
         let ending = match &settlement.ending {
-            Ending::Verdict(Verdict::Solved(_) | Verdict::Measured(_)) => Fate::Solved,
-            Ending::Verdict(Verdict::Refused { .. }) => Fate::Refused,
-            Ending::Verdict(Verdict::Failed { .. }) => Fate::Failed,
-            Ending::Abandoned(_) => Fate::Abandoned,
-            Ending::Cancelled => Fate::Cancelled,
+            JobEnding::Verdict(Verdict::Solved(_) | Verdict::Measured(_)) => Fate::Solved,
+            JobEnding::Verdict(Verdict::Refused { .. }) => Fate::Refused,
+            JobEnding::Verdict(Verdict::Failed { .. }) => Fate::Failed,
+            JobEnding::Abandoned(_) => Fate::Abandoned,
+            JobEnding::Cancelled => Fate::Cancelled,
         };
         let settled = self.clock.now();
         let at = |since: Duration| due.opened + since.as_secs_f64();
@@ -133,13 +133,13 @@ impl<'a> ReplayingPool<'a> {
             self.past.into_iter().for_each(|past| past.settled(&job));
         }
         self.live.settled(job);
-        if let Ending::Abandoned(_) = settlement.ending {
+        if let JobEnding::Abandoned(_) = settlement.ending {
             self.live.give_up(due.job, settlement.reproduction.clone());
         }
         let (job, worker) = (due.job.short(), &settlement.worker);
         let (attempts, kept) = (settlement.attempts, due.kept.is_some() || settlement.cached);
         let fragments = match &settlement.ending {
-            Ending::Verdict(Verdict::Solved(outcome)) => outcome.bodies(),
+            JobEnding::Verdict(Verdict::Solved(outcome)) => outcome.bodies(),
             _ => 0,
         };
         let (ending, seconds) = (ending.word(), settled - due.opened);
@@ -178,7 +178,7 @@ impl Jobs for ReplayingPool<'_> {
         };
         let settlement = match &due.kept {
             Some(verdict) => Settlement {
-                ending: Ending::Verdict(verdict.clone()),
+                ending: JobEnding::Verdict(verdict.clone()),
                 attempts: 0,
                 worker: String::new(),
                 wall: Duration::ZERO,
@@ -196,7 +196,7 @@ impl Jobs for ReplayingPool<'_> {
                 }
             },
         };
-        if let (None, Ending::Verdict(verdict)) = (&due.kept, &settlement.ending)
+        if let (None, JobEnding::Verdict(verdict)) = (&due.kept, &settlement.ending)
             && let Some(Err(error)) = self.kept.as_ref().map(|kept| kept.put(due.job, verdict))
         {
             tracing::warn!(job = %due.job.short(), "a verdict is not kept: {error}");

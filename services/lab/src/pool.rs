@@ -8,7 +8,7 @@ use super::{Point, whole};
 use crate::specimen::Subject;
 use crate::specimen::whole::Whole;
 use cullet_pool::{
-    CacheConfig, Ending as Settled, LinkError, Pool, PoolConfig, Settlement, Share, SpawnConfig,
+    CacheConfig, JobEnding as Settled, LinkError, Pool, PoolConfig, Settlement, Share, SpawnConfig,
     Timing,
 };
 use cullet_proto::pool::OVERDUE;

@@ -1,7 +1,7 @@
 use super::pool::result_of;
 use super::*;
 use crate::specimen::load;
-use cullet_pool::{Ending as Settled, Settlement};
+use cullet_pool::{JobEnding as Settled, Settlement};
 use cullet_proto::Verdict;
 use cullet_proto::pool::OVERDUE;
 use cullet_proto::specimen::Frame;

@@ -43,7 +43,7 @@ struct Shared {
     changed: Condvar,
 }
 
-enum Input {
+enum ElectionInput {
     Sign(SessionId, bool),
     Question(Query),
     Reply(Reply),
@@ -53,7 +53,7 @@ enum Input {
 
 /// A claim to a name, upheld until it is dropped.
 pub(super) struct Standing {
-    inputs: SyncSender<Input>,
+    inputs: SyncSender<ElectionInput>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
@@ -89,7 +89,7 @@ impl Standing {
         let questions = inputs.clone();
         let queryable = session
             .declare_queryable(keys::claim(coordinator, own.life))
-            .callback(move |query| drop(questions.try_send(Input::Question(query))))
+            .callback(move |query| drop(questions.try_send(ElectionInput::Question(query))))
             .wait()
             .map_err(failed)?;
         let sign = keys::coordinator_live(coordinator, own.life);
@@ -103,7 +103,7 @@ impl Standing {
                 let life = keys::parse_coordinator_live(sample.key_expr().as_str());
                 let up = sample.kind() == SampleKind::Put;
                 if let Some(life) = life {
-                    drop(signs.try_send(Input::Sign(life, up)));
+                    drop(signs.try_send(ElectionInput::Sign(life, up)));
                 }
             })
             .wait()
@@ -111,7 +111,7 @@ impl Standing {
         let closing = patience.lease_ms + patience.wait_before_close_ms;
         let closing = Duration::from_millis(closing) + SLACK;
         let election = ElectionState::new(coordinator.to_string(), own, closing);
-        let line = Line { session: session.clone(), name: coordinator.clone(), inputs };
+        let line = ElectionSession { session: session.clone(), name: coordinator.clone(), inputs };
         let (inputs, told) = (line.inputs.clone(), Arc::clone(&shared));
         let looks = line.clone();
         let thread = std::thread::Builder::new()
@@ -145,7 +145,7 @@ impl Standing {
 
 impl Drop for Standing {
     fn drop(&mut self) {
-        let _ended = self.inputs.send(Input::Quit);
+        let _ended = self.inputs.send(ElectionInput::Quit);
         if let Some(thread) = self.thread.take() {
             let _panicked = thread.join();
         }
@@ -168,13 +168,13 @@ fn own() -> Claim {
 
 /// Where others are asked.
 #[derive(Clone)]
-struct Line {
+struct ElectionSession {
     session: zenoh::Session,
     name: WorkerId,
-    inputs: SyncSender<Input>,
+    inputs: SyncSender<ElectionInput>,
 }
 
-impl Line {
+impl ElectionSession {
     /// Whoever shows a sign of life now is known before [`Input::Looked`].
     fn look(&self) -> Result<(), zenoh::Error> {
         let key = keys::coordinators_live(&self.name);
@@ -182,10 +182,10 @@ impl Line {
         while let Ok(reply) = found.recv() {
             let Ok(sample) = reply.into_result() else { continue };
             if let Some(life) = keys::parse_coordinator_live(sample.key_expr().as_str()) {
-                let _ended = self.inputs.send(Input::Sign(life, true));
+                let _ended = self.inputs.send(ElectionInput::Sign(life, true));
             }
         }
-        let _ended = self.inputs.send(Input::Looked);
+        let _ended = self.inputs.send(ElectionInput::Looked);
         Ok(())
     }
 
@@ -206,7 +206,7 @@ impl Line {
                     && reply.claim.check().is_ok()
                     && reply.claim.life == life
                 {
-                    let _full = inputs.try_send(Input::Reply(reply));
+                    let _full = inputs.try_send(ElectionInput::Reply(reply));
                 }
             })
             .wait();
@@ -219,8 +219,8 @@ impl Line {
 /// Keeps the state until told to quit.
 fn uphold(
     mut election: ElectionState,
-    line: &Line,
-    queue: &Receiver<Input>,
+    line: &ElectionSession,
+    queue: &Receiver<ElectionInput>,
     shared: &Shared,
     leave: impl Fn() -> bool,
 ) {
@@ -234,11 +234,11 @@ fn uphold(
         };
         while let Some(input) = next {
             match input {
-                Input::Sign(life, up) => election.sign(life, up, Instant::now()),
-                Input::Question(query) => answer(&mut election, &query),
-                Input::Reply(reply) => election.take_reply(reply),
-                Input::Looked => election.looked = true,
-                Input::Quit => return,
+                ElectionInput::Sign(life, up) => election.sign(life, up, Instant::now()),
+                ElectionInput::Question(query) => answer(&mut election, &query),
+                ElectionInput::Reply(reply) => election.take_reply(reply),
+                ElectionInput::Looked => election.looked = true,
+                ElectionInput::Quit => return,
             }
             next = queue.try_recv().ok();
         }

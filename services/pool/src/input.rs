@@ -14,7 +14,7 @@ use zenoh::query::Query;
 
 /// Something for the thread to take in.
 #[derive(Debug)]
-pub(super) enum Input {
+pub(super) enum PoolInput {
     /// A question from a worker or client.
     Question(Query),
     /// A sign of life came or went.

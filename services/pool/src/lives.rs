@@ -15,7 +15,7 @@ const MAX_AWAY: usize = 4_096;
 
 /// Those that are there.
 #[derive(Debug, Default)]
-pub(super) struct Lives {
+pub(super) struct LiveWorkers {
     pub(super) up: BTreeSet<SessionId>,
     /// Since when each is there, by name.
     named: BTreeMap<WorkerId, BTreeMap<SessionId, Instant>>,
@@ -34,7 +34,7 @@ pub(super) struct Lives {
     pub(super) back: u64,
 }
 
-impl Lives {
+impl LiveWorkers {
     /// `patience`: how long a link that died is held.
     pub(super) fn new(patience: Duration) -> Self {
         Self { patience, ..Self::default() }
@@ -120,7 +120,7 @@ impl Lives {
 
 #[cfg(test)]
 mod tests {
-    use super::Lives;
+    use super::LiveWorkers;
     use cullet_proto::{SessionId, WorkerId};
     use std::time::{Duration, Instant};
 
@@ -128,8 +128,8 @@ mod tests {
 
     /// What is told at each step: a sign of a life that comes or goes, or nothing, after so many
     /// seconds.
-    fn told(steps: &[(u64, Option<(u64, bool)>)]) -> (Vec<Vec<u64>>, Lives) {
-        let (mut lives, begun) = (Lives::new(PATIENCE), Instant::now());
+    fn told(steps: &[(u64, Option<(u64, bool)>)]) -> (Vec<Vec<u64>>, LiveWorkers) {
+        let (mut lives, begun) = (LiveWorkers::new(PATIENCE), Instant::now());
         let mut told = Vec::new();
         for (at, sign) in steps {
             let now = begun + Duration::from_secs(*at);
@@ -167,7 +167,7 @@ mod tests {
             told(&[(0, Some((1, true))), (9, Some((2, true))), (14, Some((1, false))), (99, None)]);
         assert!(said.is_empty(), "{said:?}");
         assert_eq!((lives.lost, lives.back), (1, 0));
-        let (mut lives, begun) = (Lives::new(PATIENCE), Instant::now());
+        let (mut lives, begun) = (LiveWorkers::new(PATIENCE), Instant::now());
         for life in [1, 2] {
             let name = WorkerId::new("far").expect("a name");
             lives.sign(name, SessionId(life), true, begun);

@@ -30,7 +30,7 @@ pub struct RequestServer {
 }
 
 /// A question that waits for its answer.
-pub struct Asked {
+pub struct UserQuery {
     query: Query,
     bulk: Arc<Bulk>,
     bytes: Vec<u8>,
@@ -79,7 +79,7 @@ impl RequestServer {
 
     /// The next question that can be read, within `timeout`. What cannot be read is refused here,
     /// and pieces of bundles are put aside.
-    pub fn next(&mut self, timeout: Duration) -> Option<Asked> {
+    pub fn next(&mut self, timeout: Duration) -> Option<UserQuery> {
         let query = match self.queue.recv_timeout(timeout) {
             Ok(query) => query,
             Err(RecvTimeoutError::Timeout) => return None,
@@ -101,7 +101,7 @@ impl RequestServer {
             self.unread(&query, &QuestionRefusal::TooLarge { bytes, limit });
             return None;
         }
-        let asked = Asked { query, bulk, bytes, user, verb };
+        let asked = UserQuery { query, bulk, bytes, user, verb };
         if verb != UserVerb::Piece {
             return Some(asked);
         }
@@ -115,7 +115,7 @@ impl RequestServer {
     }
 
     /// Says that a question cannot be read, or goes beyond what a question may have.
-    pub fn garbled(&mut self, asked: &Asked, why: impl std::fmt::Display) {
+    pub fn garbled(&mut self, asked: &UserQuery, why: impl std::fmt::Display) {
         self.unread(&asked.query, &QuestionRefusal::Malformed(why.to_string()));
     }
 
@@ -186,7 +186,7 @@ impl Drop for RequestServer {
     }
 }
 
-impl Asked {
+impl UserQuery {
     /// The question and its bulk.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use cullet_model::{
     SolvedShares,
 };
 use cullet_plan::Next;
-use cullet_pool::{Ending, Settlement};
+use cullet_pool::{JobEnding, Settlement};
 use cullet_proto::Verdict;
 use cullet_proto::recording::{self, JobReport, PoolReport, Vector3};
 use cullet_record::{Event, Level};
@@ -27,9 +27,9 @@ impl Run<'_> {
             cached: settled.cached,
         })?;
         let verdict = match settled.ending {
-            Ending::Verdict(verdict) => verdict,
-            Ending::Abandoned(reason) => return self.abandoned(&job, name, reason),
-            Ending::Cancelled => {
+            JobEnding::Verdict(verdict) => verdict,
+            JobEnding::Abandoned(reason) => return self.abandoned(&job, name, reason),
+            JobEnding::Cancelled => {
                 return self.abandoned(&job, name, "it was cancelled".to_owned());
             }
         };

@@ -5,7 +5,7 @@ use super::{Jobs, Load, RunOptions, run};
 use cullet_geometry::shapes::{Detail, cuboid};
 use cullet_geometry::{Sheet, Solid, Vec3};
 use cullet_model::{Fragment, Fragmentation, Report};
-use cullet_pool::{Ending, Settlement};
+use cullet_pool::{JobEnding, Settlement};
 use cullet_proto::recording::EventKind;
 use cullet_proto::{FractureJob, JobId, Verdict};
 use cullet_record::Recording;
@@ -54,7 +54,7 @@ impl Jobs for Halver {
 /// A verdict as a pool of one brings it.
 fn settlement(verdict: Verdict) -> Settlement {
     Settlement {
-        ending: Ending::Verdict(verdict),
+        ending: JobEnding::Verdict(verdict),
         attempts: 1,
         worker: "w".to_owned(),
         wall: Duration::ZERO,

@@ -2,7 +2,7 @@ use super::{ReplayingPool, ReportingPool};
 use crate::run_status::RunStatus;
 use crate::store::Store;
 use crate::timeline::{RunHistory, svg, trace};
-use cullet_pool::{Attempted, Ending, Settlement};
+use cullet_pool::{Attempted, JobEnding, Settlement};
 use cullet_proto::{FractureJob, JobId, Verdict};
 use cullet_run::{Jobs, Load};
 use std::cell::RefCell;
@@ -28,7 +28,7 @@ impl Jobs for Stub {
     fn settled(&self, _: Duration) -> Option<(JobId, Settlement)> {
         let id = self.open.borrow_mut().pop_front()?;
         let verdict = Verdict::Refused { solver: "stub".into(), text: id.short() };
-        let (ending, worker) = (Ending::Verdict(verdict), "w".to_owned());
+        let (ending, worker) = (JobEnding::Verdict(verdict), "w".to_owned());
         let (wall, tries) = (Duration::ZERO, Vec::new());
         Some((
             id,

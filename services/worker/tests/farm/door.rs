@@ -1,7 +1,7 @@
 //! Bytes that are not as they should be get an answer that says so.
 
 use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_for};
-use cullet_pool::{CacheConfig, Ending, Pool, PoolConfig, Refusals, Share};
+use cullet_pool::{CacheConfig, JobEnding, Pool, PoolConfig, Refusals, Share};
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, WorkerVerb};
 use cullet_proto::pool::{
@@ -183,7 +183,7 @@ fn a_worker_that_vanishes_is_charged_to_a_job_that_its_solver_has_and_to_no_othe
         }
         let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
         let settlement = next(&run, id);
-        let abandoned = matches!(settlement.ending, Ending::Abandoned(_));
+        let abandoned = matches!(settlement.ending, JobEnding::Abandoned(_));
         assert_eq!(abandoned, charged, "{settlement:?}");
         assert_eq!(settlement.attempts, if abandoned { 3 } else { 4 });
     }

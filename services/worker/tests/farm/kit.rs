@@ -1,7 +1,7 @@
 //! What the tests share.
 
 use cullet_model::{Fragment, Fragmentation, Report};
-use cullet_pool::{Ending, Pool, PoolConfig, RunHandle, Settlement, SpawnConfig, Timing};
+use cullet_pool::{JobEnding, Pool, PoolConfig, RunHandle, Settlement, SpawnConfig, Timing};
 use cullet_proto::transport::Patience;
 use cullet_proto::{FractureJob, JobId, Verdict};
 use cullet_worker::{SolveFn, Watch, WorkerConfig, run_with};
@@ -132,7 +132,7 @@ pub(crate) fn parts(settlement: Settlement) -> Fragmentation {
 
 pub(crate) fn verdict(settlement: Settlement) -> Verdict {
     match settlement.ending {
-        Ending::Verdict(verdict) => verdict,
+        JobEnding::Verdict(verdict) => verdict,
         other => panic!("no verdict: {other:?}"),
     }
 }

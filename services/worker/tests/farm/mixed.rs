@@ -3,7 +3,7 @@
 use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_for};
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::Precision;
-use cullet_pool::{Ending, Pool, PoolConfig, Share, Timing};
+use cullet_pool::{JobEnding, Pool, PoolConfig, Share, Timing};
 use cullet_proto::FractureJob;
 use cullet_proto::pool::Family;
 use cullet_worker::WorkerConfig;
@@ -98,7 +98,7 @@ fn a_run_at_its_bound_waits_and_goes_on_in_order() {
     }
     other.cancel();
     for id in fresh {
-        assert_eq!(next(&other, id).ending, Ending::Cancelled);
+        assert_eq!(next(&other, id).ending, JobEnding::Cancelled);
     }
 }
 
@@ -112,7 +112,7 @@ fn a_run_that_wants_more_than_may_wait_is_turned_out_and_others_go_on() {
     // The eighth is one too many; what comes after that is not held either.
     let ids: Vec<_> = (0..20).map(|seed| run.open(&job("echo", seed, 0))).collect();
     for id in ids {
-        let Ending::Abandoned(text) = next(&run, id).ending else { panic!("it is not over") };
+        let JobEnding::Abandoned(text) = next(&run, id).ending else { panic!("it is not over") };
         assert!(text.contains("turned out: 4 of its jobs wait already"), "{text}");
     }
     let (now, all) = (run.stats(), other.stats());

@@ -5,7 +5,7 @@ use crate::kit::{
 };
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
 use cullet_model::{Fragment, Fragmentation, Report};
-use cullet_pool::{Ending, Pool, PoolConfig, Share, Timing};
+use cullet_pool::{JobEnding, Pool, PoolConfig, Share, Timing};
 use cullet_proto::{FractureJob, Verdict};
 use cullet_run::Jobs;
 use cullet_worker::Watch;
@@ -122,7 +122,7 @@ fn a_job_over_a_limit_is_abandoned_with_the_bound_and_holds_up_nothing() {
     bad.problem.impacts[0].energy = f64::NAN;
     let (bad, good) = (run.open(&bad), run.open(&job("echo", 2, 0)));
     let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
-    let Ending::Abandoned(text) = next(&run, bad).ending else { panic!("not abandoned") };
+    let JobEnding::Abandoned(text) = next(&run, bad).ending else { panic!("not abandoned") };
     assert!(text.contains("impacts is not finite"), "{text}");
     verdict(next(&run, good));
 }
@@ -135,7 +135,7 @@ fn what_is_cancelled_settles_so_and_the_worker_is_free_again() {
     let long = run.open(&job("echo", 1, 60_000));
     crate::kit::wait_for("the job runs", || pool.stats().jobs.running == 1);
     run.cancel();
-    assert_eq!(next(&run, long).ending, Ending::Cancelled);
+    assert_eq!(next(&run, long).ending, JobEnding::Cancelled);
     let short = run.open(&job("echo", 2, 0));
     verdict(next(&run, short));
     assert!(run.settled(Duration::from_millis(50)).is_none());
@@ -158,7 +158,7 @@ fn a_worker_whose_job_is_cancelled_is_told_long_before_it_renews() {
             std::thread::sleep(Duration::from_millis(pause));
             let pids = pool.pids();
             run.cancel();
-            assert_eq!(next(&run, id).ending, Ending::Cancelled);
+            assert_eq!(next(&run, id).ending, JobEnding::Cancelled);
             let free = other.open(&job("echo", 2 + pause, 0));
             verdict(next(&other, free));
             assert_eq!((pool.pids(), pool.stats().jobs.resent), (pids, 0));
