@@ -30,7 +30,7 @@ use std::time::Duration;
 
 pub use families::solvers;
 pub use job::{JobCommand, serve_jobs};
-pub use solve::{SolveFn, Watch};
+pub use solve::{JobControl, SolveFn};
 
 /// Exit code of a worker whose solver hung past the hard limit.
 pub const EXIT_WEDGED: i32 = 71;
@@ -171,8 +171,8 @@ pub fn replay(path: &Path, threads: usize) -> std::io::Result<(JobId, Verdict)> 
     let pool = start_threads(threads).map_err(std::io::Error::other)?;
     let bytes = std::fs::read(path)?;
     let solve: SolveFn = Arc::new(solve::by_table);
-    match pool.install(|| job::attempt(&bytes, &solve, &Watch::default())) {
-        job::Attempt::Solved(blob) => {
+    match pool.install(|| job::attempt(&bytes, &solve, &JobControl::default())) {
+        job::AttemptResult::Solved(blob) => {
             let verdict = Verdict::decode(&blob).map_err(std::io::Error::other)?;
             Ok((JobId::of(&blob), verdict))
         }

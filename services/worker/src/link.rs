@@ -75,7 +75,7 @@ fn first_open(turns: &[zenoh::Config], stop: &AtomicBool) -> Result<zenoh::Sessi
 }
 
 /// An open link, and the sign of life on it.
-pub(crate) struct Line {
+pub(crate) struct CoordinatorLink {
     link: zenoh::Session,
     coordinator: WorkerId,
     worker: WorkerId,
@@ -85,7 +85,7 @@ pub(crate) struct Line {
     _alive: LivelinessToken,
 }
 
-impl Line {
+impl CoordinatorLink {
     /// Opens the link, for as long as it takes; nothing if it is to stop before.
     pub(crate) fn open(
         config: &WorkerConfig,

@@ -10,16 +10,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 
 /// A way to solve: a verdict, or `None` if it was cancelled.
-pub type SolveFn = Arc<dyn Fn(&FractureJob, &Watch) -> Option<Verdict> + Send + Sync>;
+pub type SolveFn = Arc<dyn Fn(&FractureJob, &JobControl) -> Option<Verdict> + Send + Sync>;
 
 /// What a job sees of the world: whether it is still wanted, and where to say how far it is.
 #[derive(Clone, Debug, Default)]
-pub struct Watch {
+pub struct JobControl {
     cancelled: Arc<AtomicBool>,
     permille: Arc<AtomicU16>,
 }
 
-impl Watch {
+impl JobControl {
     /// Whether the result is not wanted any more.
     #[must_use]
     pub fn cancelled(&self) -> bool {
@@ -65,13 +65,13 @@ enum Solved {
 /// Solves with the family that the job names; if that refuses, or cannot cut what it solved, with
 /// its fallback. The report says which ran and why another did not.
 #[must_use]
-pub fn by_table(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
+pub fn by_table(job: &FractureJob, watch: &JobControl) -> Option<Verdict> {
     with_lookup(job, watch, by_name)
 }
 
 fn with_lookup(
     job: &FractureJob,
-    watch: &Watch,
+    watch: &JobControl,
     lookup: impl Fn(&str) -> Option<&'static SolverEntry>,
 ) -> Option<Verdict> {
     let named = job.solver.clone();
@@ -108,7 +108,7 @@ fn failed(solver: String, text: &str) -> Verdict {
 fn slices(
     job: &FractureJob,
     name: &str,
-    watch: &Watch,
+    watch: &JobControl,
     lookup: &impl Fn(&str) -> Option<&'static SolverEntry>,
 ) -> Solved {
     let Some(entry) = lookup(name) else {
@@ -130,7 +130,7 @@ fn slices(
 }
 
 /// Solves, and makes a verdict of a panic too: a job is pure, so it would panic anywhere.
-pub(crate) fn guarded(solve: &SolveFn, job: &FractureJob, watch: &Watch) -> Option<Verdict> {
+pub(crate) fn guarded(solve: &SolveFn, job: &FractureJob, watch: &JobControl) -> Option<Verdict> {
     let caught = catch_unwind(AssertUnwindSafe(|| solve(job, watch)));
     caught.unwrap_or_else(|panic| {
         Some(failed(job.solver.clone(), &format!("the solver panicked: {}", words(&*panic))))
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn a_refusal_falls_back_and_the_report_says_so() {
-        let solved = with_lookup(&job("picky", Some("slow")), &Watch::default(), lookup);
+        let solved = with_lookup(&job("picky", Some("slow")), &JobControl::default(), lookup);
         let Some(Verdict::Solved(outcome)) = solved else { panic!("{solved:?}") };
         assert_eq!(outcome.report().solver, "slow");
         assert!(outcome.report().refusal.as_ref().is_some_and(|text| text.starts_with("too thin")));
@@ -234,7 +234,7 @@ mod tests {
     /// no other family, it has failed.
     #[test]
     fn what_cannot_be_cut_is_handed_over() {
-        let ask = |b: Option<&str>| with_lookup(&job("uncut", b), &Watch::default(), lookup);
+        let ask = |b: Option<&str>| with_lookup(&job("uncut", b), &JobControl::default(), lookup);
         let solved = ask(Some("slow"));
         let Some(Verdict::Solved(outcome)) = solved else { panic!("{solved:?}") };
         assert_eq!(outcome.report().solver, "slow");
@@ -245,7 +245,8 @@ mod tests {
 
     #[test]
     fn what_nobody_takes_is_refused_and_what_goes_wrong_is_failed() {
-        let ask = |a: &str, b: Option<&str>| with_lookup(&job(a, b), &Watch::default(), lookup);
+        let ask =
+            |a: &str, b: Option<&str>| with_lookup(&job(a, b), &JobControl::default(), lookup);
         for (first, second) in [("picky", None), ("picky", Some("picky")), ("none", Some("nor"))] {
             let solved = ask(first, second);
             assert!(matches!(&solved, Some(Verdict::Refused { solver, .. }) if solver == first));
@@ -258,7 +259,7 @@ mod tests {
 
     #[test]
     fn cancel_is_seen_between_slices_and_progress_is_told() {
-        let watch = Watch::default();
+        let watch = JobControl::default();
         with_lookup(&job("slow", None), &watch, lookup);
         assert_eq!(watch.permille(), 750);
         watch.cancel();
@@ -268,7 +269,7 @@ mod tests {
     #[test]
     fn a_panic_is_a_verdict() {
         let solve: SolveFn = Arc::new(|_, _| panic!("index out of range"));
-        let verdict = guarded(&solve, &job("slow", None), &Watch::default());
+        let verdict = guarded(&solve, &job("slow", None), &JobControl::default());
         let Some(Verdict::Failed { text, .. }) = verdict else { panic!("{verdict:?}") };
         assert_eq!(text, "the solver panicked: index out of range");
     }

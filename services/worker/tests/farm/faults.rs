@@ -6,7 +6,7 @@ use crate::kit::{
 };
 use cullet_pool::{JobEnding, Pool, PoolConfig, Share, SpawnConfig, Timing};
 use cullet_proto::{FractureJob, Verdict};
-use cullet_worker::{JobCommand, Watch, WorkerConfig};
+use cullet_worker::{JobCommand, JobControl, WorkerConfig};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
@@ -231,7 +231,7 @@ fn a_worker_may_come_before_its_coordinator_and_outlive_it() {
 fn a_result_that_cannot_be_sent_is_no_result() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let nonsense = |job: &FractureJob, watch: &Watch| {
+    let nonsense = |job: &FractureJob, watch: &JobControl| {
         let Some(Verdict::Solved(outcome)) = solve(job, watch) else {
             return None;
         };

@@ -4,7 +4,7 @@ use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_fo
 use cullet_pool::{CacheConfig, JobEnding, Pool, PoolConfig, RunHandle, Share, Timing};
 use cullet_proto::{FractureJob, Verdict, WorkerId};
 use cullet_run::Jobs;
-use cullet_worker::Watch;
+use cullet_worker::JobControl;
 use std::sync::Arc;
 
 #[test]
@@ -107,7 +107,7 @@ fn a_drained_worker_finishes_its_job_and_gets_no_other() {
 fn how_far_a_solve_is_streams_back() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let half = |job: &FractureJob, watch: &Watch| -> Option<Verdict> {
+    let half = |job: &FractureJob, watch: &JobControl| -> Option<Verdict> {
         watch.progress(0.5);
         solve(job, watch)
     };

@@ -4,7 +4,7 @@ use cullet_model::{Fragment, Fragmentation, Report};
 use cullet_pool::{JobEnding, Pool, PoolConfig, RunHandle, Settlement, SpawnConfig, Timing};
 use cullet_proto::transport::Patience;
 use cullet_proto::{FractureJob, JobId, Verdict};
-use cullet_worker::{SolveFn, Watch, WorkerConfig, run_with};
+use cullet_worker::{JobControl, SolveFn, WorkerConfig, run_with};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -64,7 +64,7 @@ pub(crate) fn answer(job: &FractureJob) -> Verdict {
     Fragmentation { fragments, report, ..Fragmentation::default() }.into()
 }
 
-pub(crate) fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
+pub(crate) fn solve(job: &FractureJob, watch: &JobControl) -> Option<Verdict> {
     let until = Instant::now() + Duration::from_millis(u64::from(job.problem.settings.max_steps));
     while Instant::now() < until {
         if watch.cancelled() {

@@ -8,7 +8,7 @@ use cullet_model::{Fragment, Fragmentation, Report};
 use cullet_pool::{JobEnding, Pool, PoolConfig, Share, Timing};
 use cullet_proto::{FractureJob, Verdict};
 use cullet_run::Jobs;
-use cullet_worker::Watch;
+use cullet_worker::JobControl;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -78,7 +78,7 @@ fn a_job_and_a_result_of_twenty_megabytes_go_over_in_chunks() {
     let solid = Solid::outer(TriMesh { vertices: grid, triangles });
     let mut large = job("large", 1, 0);
     large.problem.body = solid.clone().into();
-    let back = |job: &FractureJob, _: &Watch| {
+    let back = |job: &FractureJob, _: &JobControl| {
         let solid = (**job.problem.body.solid().expect("a solid")).clone();
         let (velocity, spin) = (Vec3::x(), Vec3::y());
         let (hulls, sheet) = (Vec::new(), Sheet::default());
@@ -96,7 +96,7 @@ fn a_job_and_a_result_of_twenty_megabytes_go_over_in_chunks() {
 fn refusals_failures_and_panics_are_verdicts() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let say = |job: &FractureJob, _: &Watch| {
+    let say = |job: &FractureJob, _: &JobControl| {
         let (solver, text) = (job.solver.clone(), "so".to_owned());
         match job.solver.as_str() {
             "no" => Some(Verdict::Refused { solver, text }),
