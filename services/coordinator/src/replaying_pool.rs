@@ -7,14 +7,14 @@ use super::store::Kept;
 use super::timeline::{Attempt, Attempts, Fate, Job, RunHistory, Stretch};
 use cullet_pool::{Attempted, JobEnding, RunHandle, Settlement, Try};
 use cullet_proto::{FractureJob, JobId, Verdict};
-use cullet_run::{Jobs, Load};
+use cullet_run::{JobPool, PoolLoad};
 use std::cell::RefCell;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 /// A pool that tells who is at what.
-pub(super) trait ReportingPool: Jobs {
+pub(super) trait ReportingPool: JobPool {
     /// Who was given which job since this was asked last, and which attempts were lost.
     fn attempts(&self) -> Vec<Attempted>;
 }
@@ -147,7 +147,7 @@ impl<'a> ReplayingPool<'a> {
     }
 }
 
-impl Jobs for ReplayingPool<'_> {
+impl JobPool for ReplayingPool<'_> {
     fn open(&self, job: &FractureJob) -> JobId {
         let known = job.encode().ok().map(|bytes| JobId::of(&bytes));
         let kept = known.and_then(|job| self.kept.as_ref()?.get(job));
@@ -205,7 +205,7 @@ impl Jobs for ReplayingPool<'_> {
         Some((due.job, settlement))
     }
 
-    fn load(&self) -> Load {
+    fn load(&self) -> PoolLoad {
         self.pool.load()
     }
 

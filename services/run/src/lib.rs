@@ -10,7 +10,7 @@ mod settle;
 mod tests;
 
 pub use cullet_proto::service::Position;
-pub use jobs::{Idle, Jobs, Load};
+pub use jobs::{Idle, JobPool, PoolLoad};
 
 use cullet_geometry::Vec3;
 use cullet_model::Outcome as Solved;
@@ -113,20 +113,20 @@ struct Pending {
 
 /// What the scene says of an object, kept for all its fragments.
 #[derive(Clone)]
-struct Origin {
+struct ObjectOrigin {
     object: String,
     material: String,
     choice: job::Choice,
 }
 
-struct Run<'a> {
+struct SceneRun<'a> {
     scene: &'a Scene,
-    pool: &'a dyn Jobs,
+    pool: &'a dyn JobPool,
     options: &'a RunOptions<'a>,
     news: &'a mut dyn FnMut(&News),
     world: World,
     recorder: Recorder,
-    origins: BTreeMap<BodyId, Origin>,
+    origins: BTreeMap<BodyId, ObjectOrigin>,
     pending: VecDeque<Pending>,
     seen: Experience,
     fractures: u64,
@@ -141,13 +141,13 @@ struct Run<'a> {
 /// keeps its `.partial` name.
 pub fn run(
     scene: &Scene,
-    pool: &dyn Jobs,
+    pool: &dyn JobPool,
     options: &RunOptions<'_>,
     news: &mut dyn FnMut(&News),
 ) -> Result<Outcome, RunError> {
     let world = World::new(rigid::world_settings(scene))?;
     let recorder = Recorder::create(&options.out.join("run.mcap"), &convert::meta(scene))?;
-    let mut run = Run {
+    let mut run = SceneRun {
         scene,
         pool,
         options,
@@ -170,7 +170,7 @@ pub fn run(
     run.finish(interrupted)
 }
 
-impl Run<'_> {
+impl SceneRun<'_> {
     fn say(&mut self, line: impl Into<String>) {
         (self.news)(&News::Line(line.into()));
     }
@@ -184,7 +184,7 @@ impl Run<'_> {
         }
         for body in &scene.bodies {
             let id = self.world.insert(rigid::spec(body))?;
-            let origin = Origin {
+            let origin = ObjectOrigin {
                 object: body.name.clone(),
                 material: body.material.name.clone(),
                 choice: job::Choice::of(body, &scene.fracture, job::seed_of(id, scene.world.seed)),

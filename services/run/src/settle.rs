@@ -1,6 +1,6 @@
 //! What a verdict does to the world and to the recording.
 
-use super::{News, Origin, Outcome, Pending, Run, RunError, convert, number};
+use super::{News, ObjectOrigin, Outcome, Pending, RunError, SceneRun, convert, number};
 use cullet_geometry::{Sheet, Vec3};
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
@@ -15,7 +15,7 @@ use cullet_record::{Event, Level};
 use cullet_world::{BodyId, Breakage, HeldContact, Hit, Reaction, Replacement, Reshape};
 use std::sync::Arc;
 
-impl Run<'_> {
+impl SceneRun<'_> {
     /// Records a job's verdict and, if the body broke, puts its fragments into the world.
     pub(super) fn settle(&mut self, mut job: Pending, settled: Settlement) -> Result<(), RunError> {
         let name = self.world.body(job.body).map_or_else(String::new, |view| view.name.to_owned());
@@ -220,7 +220,7 @@ impl Run<'_> {
         origin.choice.no_finer_than(spacing);
         for (&id, (centre, sheet)) in done.fragments.iter().zip(parts) {
             let choice = origin.choice.of_fragment(centre);
-            self.origins.insert(id, Origin { choice, ..origin.clone() });
+            self.origins.insert(id, ObjectOrigin { choice, ..origin.clone() });
             self.record_birth(id)?;
             self.record_cracks(id, sheet)?;
         }

@@ -1,7 +1,7 @@
 mod dent;
 mod solids;
 
-use super::{Jobs, Load, RunOptions, run};
+use super::{JobPool, PoolLoad, RunOptions, run};
 use cullet_geometry::shapes::{Detail, cuboid};
 use cullet_geometry::{Sheet, Solid, Vec3};
 use cullet_model::{Fragment, Fragmentation, Report};
@@ -25,7 +25,7 @@ struct Halver {
     asked: RefCell<Vec<(JobId, f64, bool)>>,
 }
 
-impl Jobs for Halver {
+impl JobPool for Halver {
     fn open(&self, job: &FractureJob) -> JobId {
         let id = JobId::of(&job.encode().expect("a job"));
         let spacing = job.problem.settings.spacing.unwrap_or(0.0);
@@ -44,8 +44,8 @@ impl Jobs for Halver {
         Some((id, settlement(verdict)))
     }
 
-    fn load(&self) -> Load {
-        Load::default()
+    fn load(&self) -> PoolLoad {
+        PoolLoad::default()
     }
 
     fn cancel(&self) {}

@@ -1,7 +1,7 @@
 //! A family that deforms and does not break, from the solver over the wire into the world and the
 //! recording, and back out of it.
 
-use super::super::{Jobs, Load, RunOptions, run};
+use super::super::{JobPool, PoolLoad, RunOptions, run};
 use super::settlement;
 use cullet_geometry::{Solid, Vec3};
 use cullet_model::{
@@ -64,7 +64,7 @@ struct Pressing {
 
 const PRESS: SolverEntry = entry::<Press>();
 
-impl Jobs for Pressing {
+impl JobPool for Pressing {
     fn open(&self, job: &FractureJob) -> JobId {
         let bytes = job.encode().expect("a job");
         self.waiting.borrow_mut().push_back(FractureJob::decode(&bytes).expect("the same job"));
@@ -83,8 +83,8 @@ impl Jobs for Pressing {
         Some((id, settlement(Verdict::decode(&bytes).expect("the same verdict"))))
     }
 
-    fn load(&self) -> Load {
-        Load::default()
+    fn load(&self) -> PoolLoad {
+        PoolLoad::default()
     }
 
     fn cancel(&self) {}

@@ -3,7 +3,7 @@
 use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_for};
 use cullet_pool::{CacheConfig, JobEnding, Pool, PoolConfig, RunHandle, Share, Timing};
 use cullet_proto::{FractureJob, Verdict, WorkerId};
-use cullet_run::Jobs;
+use cullet_run::JobPool;
 use cullet_worker::JobControl;
 use std::sync::Arc;
 

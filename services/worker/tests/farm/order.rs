@@ -7,7 +7,7 @@ use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
 use cullet_model::{Fragment, Fragmentation, Report};
 use cullet_pool::{JobEnding, Pool, PoolConfig, Share, Timing};
 use cullet_proto::{FractureJob, Verdict};
-use cullet_run::Jobs;
+use cullet_run::JobPool;
 use cullet_worker::JobControl;
 use std::sync::Arc;
 use std::time::Duration;
