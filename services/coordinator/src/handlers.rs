@@ -1,6 +1,6 @@
 //! Questions of people and programs, and what they are told.
 
-use super::board::{Entry, Event, MAX_KEPT, No, Order};
+use super::board::{MAX_KEPT, No, RunEntry, RunJournalEvent, Submission};
 use super::clients::Follower;
 use super::error::ServiceError;
 use super::journal;
@@ -30,7 +30,7 @@ const MAX_OVERRIDE: usize = 4_096;
 const MAX_OVERRIDDEN: u64 = 65_536;
 
 /// Why a question has no answer.
-enum Trouble {
+enum AnswerError {
     Unknown(String),
     Wrong(String),
     /// Not as long as something is so.
@@ -39,7 +39,7 @@ enum Trouble {
     Garbled(String),
 }
 
-impl From<No> for Trouble {
+impl From<No> for AnswerError {
     fn from(no: No) -> Self {
         match no {
             No::Unknown(_) | No::Gone(_) => Self::Unknown(no.to_string()),
@@ -48,13 +48,13 @@ impl From<No> for Trouble {
     }
 }
 
-impl From<WireError> for Trouble {
+impl From<WireError> for AnswerError {
     fn from(error: WireError) -> Self {
         Self::Garbled(error.to_string())
     }
 }
 
-impl From<ServiceError> for Trouble {
+impl From<ServiceError> for AnswerError {
     fn from(error: ServiceError) -> Self {
         match error {
             ServiceError::Full { .. } | ServiceError::Long { .. } => Self::Later(error.to_string()),
@@ -72,14 +72,14 @@ impl Service<'_> {
         }
         match self.try_answer(&asked) {
             Ok(()) => {}
-            Err(Trouble::Unknown(what)) => asked.unknown(what),
-            Err(Trouble::Wrong(why)) => asked.refuse(why),
-            Err(Trouble::Later(why)) => asked.later(why),
-            Err(Trouble::Garbled(why)) => self.clients.server.garbled(&asked, why),
+            Err(AnswerError::Unknown(what)) => asked.unknown(what),
+            Err(AnswerError::Wrong(why)) => asked.refuse(why),
+            Err(AnswerError::Later(why)) => asked.later(why),
+            Err(AnswerError::Garbled(why)) => self.clients.server.garbled(&asked, why),
         }
     }
 
-    fn try_answer(&mut self, asked: &UserQuery) -> Result<(), Trouble> {
+    fn try_answer(&mut self, asked: &UserQuery) -> Result<(), AnswerError> {
         match asked.verb {
             UserVerb::About => asked.answer(&self.about()),
             UserVerb::Submit => {
@@ -87,7 +87,7 @@ impl Service<'_> {
                 asked.answer(&said);
             }
             UserVerb::Runs => {
-                let entries: Vec<Entry> = self.board.entries().cloned().collect();
+                let entries: Vec<RunEntry> = self.board.entries().cloned().collect();
                 let runs = entries.iter().map(|entry| brief(self.info(entry))).collect();
                 asked.answer(&Runs { runs });
             }
@@ -119,10 +119,10 @@ impl Service<'_> {
             UserVerb::Drain => {
                 let Drain { worker } = asked.read()?.0;
                 if !self.operates(&asked.user) {
-                    return Err(Trouble::Wrong("only an operator drains workers".to_owned()));
+                    return Err(AnswerError::Wrong("only an operator drains workers".to_owned()));
                 }
                 let Some(sessions) = self.drain(&worker) else {
-                    return Err(Trouble::Unknown(format!("there is no worker {worker:?}")));
+                    return Err(AnswerError::Unknown(format!("there is no worker {worker:?}")));
                 };
                 asked.answer(&Drained { noted: true, sessions });
             }
@@ -132,7 +132,7 @@ impl Service<'_> {
         Ok(())
     }
 
-    fn submit(&mut self, asked: &UserQuery) -> Result<SubmitAnswer, Trouble> {
+    fn submit(&mut self, asked: &UserQuery) -> Result<SubmitAnswer, AnswerError> {
         let (submit, inline) = asked.read::<Submit>()?;
         check(&submit)?;
         let user = asked.user.to_string();
@@ -155,15 +155,16 @@ impl Service<'_> {
             }
         };
         let bundle = bundle::decode(&bytes, &submit.overrides)
-            .map_err(|error| Trouble::Garbled(error.to_string()))?;
+            .map_err(|error| AnswerError::Garbled(error.to_string()))?;
         let Submit { ticket, priority, overrides, sweep, .. } = submit;
         let (name, at) = (bundle.name, unix_ms());
         let digest = hex_of(&digest(&bytes));
-        let order = Order { ticket, user, name, sweep, priority, overrides, at, bundle: digest };
+        let order =
+            Submission { ticket, user, name, sweep, priority, overrides, at, bundle: digest };
         let keep = self.config.keep.unwrap_or(MAX_KEPT);
         let events = self.board.submit(order, keep)?;
-        let Some(Event::Submitted { run, .. }) = events.first() else {
-            return Err(Trouble::Wrong("the board took nothing".to_owned()));
+        let Some(RunJournalEvent::Submitted { run, .. }) = events.first() else {
+            return Err(AnswerError::Wrong("the board took nothing".to_owned()));
         };
         let run = *run;
         let told = journal::size(&events);
@@ -188,18 +189,18 @@ impl Service<'_> {
     }
 
     /// Whether a run is somebody's to control.
-    fn may_control(&self, user: &WorkerId, verb: UserVerb, run: u64) -> Result<(), Trouble> {
+    fn may_control(&self, user: &WorkerId, verb: UserVerb, run: u64) -> Result<(), AnswerError> {
         let owner = &self.board.get(run)?.order.user;
         if *owner == user.as_str() || self.operates(user) {
             return Ok(());
         }
         let verb = verb.word();
-        Err(Trouble::Wrong(format!(
+        Err(AnswerError::Wrong(format!(
             "run {run} is of {owner}: {owner} or an operator may {verb} it"
         )))
     }
 
-    fn control(&mut self, verb: UserVerb, run: u64) -> Result<RunInfo, Trouble> {
+    fn control(&mut self, verb: UserVerb, run: u64) -> Result<RunInfo, AnswerError> {
         let at = unix_ms();
         let event = match verb {
             UserVerb::Pause => self.board.pause(run)?,
@@ -218,7 +219,7 @@ impl Service<'_> {
         };
         if let Some(event) = event {
             self.record(std::slice::from_ref(&event))?;
-            if let Event::Wished { .. } = event {
+            if let RunJournalEvent::Wished { .. } = event {
                 self.stop_run(run);
             }
         }
@@ -227,7 +228,7 @@ impl Service<'_> {
     }
 
     /// Deletes a run that is over; one that went already is nobody's any more.
-    fn delete(&mut self, user: &WorkerId, run: u64) -> Result<(), Trouble> {
+    fn delete(&mut self, user: &WorkerId, run: u64) -> Result<(), AnswerError> {
         if self.board.get(run).is_ok() {
             self.may_control(user, UserVerb::Delete, run)?;
         }
@@ -239,17 +240,17 @@ impl Service<'_> {
         Ok(())
     }
 
-    fn fetch(&mut self, asked: &UserQuery) -> Result<(), Trouble> {
+    fn fetch(&mut self, asked: &UserQuery) -> Result<(), AnswerError> {
         let FetchFile { run, file, index } = asked.read()?.0;
         self.clients.awaited.insert(run, Instant::now());
         let entry = self.board.get(run)?;
         let listed = entry.end.files.iter().any(|known| known.name == file);
         let Some(folder) = entry.folder.as_ref().filter(|_| listed) else {
-            return Err(Trouble::Unknown(format!("run {run} has no file {file:?}")));
+            return Err(AnswerError::Unknown(format!("run {run} has no file {file:?}")));
         };
         let path = self.storage.out.join(folder).join(&file);
         let piece = piece(&path, index)
-            .map_err(|error| Trouble::Unknown(format!("{file} is gone: {error}")))?;
+            .map_err(|error| AnswerError::Unknown(format!("{file} is gone: {error}")))?;
         asked.answer_bulk(&Fetched { sum: chunks::sum(&piece) }, &piece);
         Ok(())
     }
@@ -300,7 +301,7 @@ impl Service<'_> {
         }
     }
 
-    fn info(&self, entry: &Entry) -> RunInfo {
+    fn info(&self, entry: &RunEntry) -> RunInfo {
         let running = entry.state == State::Running;
         let live = self.runs.statuses.get(&entry.run);
         let jobs = if entry.state.is_over() { entry.end.jobs } else { self.jobs(entry.run) };

@@ -1,7 +1,7 @@
 //! What is left of runs that had begun and do not go on: what they had recorded is kept.
 
 use super::attempt::{CUT_OFF, products};
-use super::board::Entry;
+use super::board::RunEntry;
 use super::local::{TIMELINE, leave};
 use super::run_status::RunStatus;
 use super::store::Store;
@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// What a run has left that had begun and does not go on. `out`: where runs record.
 pub(super) fn left(
-    entry: &Entry,
+    entry: &RunEntry,
     (store, out): (&Store, &Path),
     live: &RunStatus,
 ) -> Vec<FileInfo> {

@@ -4,7 +4,7 @@
 
 use super::run_status::{Clock, RunStatus};
 use super::store::Kept;
-use super::timeline::{Attempt, Attempts, Fate, Job, RunHistory, Stretch};
+use super::timeline::{Attempts, JobAttempt, JobFate, JobTimes, RunHistory, Stretch};
 use cullet_pool::{Attempted, JobEnding, RunHandle, Settlement, Try};
 use cullet_proto::{FractureJob, JobId, Verdict};
 use cullet_run::{JobPool, PoolLoad};
@@ -70,7 +70,8 @@ impl<'a> ReplayingPool<'a> {
         for Due { job, opened, .. } in self.due.borrow_mut().drain(..) {
             let tries = attempts.get(&job).map(|(_, all)| all.stretches(opened, settled));
             let times = (opened, settled);
-            let left = Job::left(job.short(), times, tries.unwrap_or_default(), Fate::Unsettled);
+            let left =
+                JobTimes::left(job.short(), times, tries.unwrap_or_default(), JobFate::Unsettled);
             self.live.unsettled(left);
         }
         if let Some(past) = self.past {
@@ -83,7 +84,7 @@ impl<'a> ReplayingPool<'a> {
         let mut due = self.attempts.borrow_mut();
         for Attempted { job, grant, worker, at, lost } in self.pool.attempts() {
             let (id, at) = (job.short(), self.clock.at(at));
-            let news = Attempt { job: id, grant, worker, at, lost };
+            let news = JobAttempt { job: id, grant, worker, at, lost };
             let taken = due.get_mut(&job).is_some_and(|(_, all)| all.take(&news));
             if let (Some(past), true) = (self.past, taken) {
                 past.attempted(&news);
@@ -103,11 +104,11 @@ impl<'a> ReplayingPool<'a> {
 
     fn note(&self, due: &Due, settlement: &Settlement) {
         let ending = match &settlement.ending {
-            JobEnding::Verdict(Verdict::Solved(_) | Verdict::Measured(_)) => Fate::Solved,
-            JobEnding::Verdict(Verdict::Refused { .. }) => Fate::Refused,
-            JobEnding::Verdict(Verdict::Failed { .. }) => Fate::Failed,
-            JobEnding::Abandoned(_) => Fate::Abandoned,
-            JobEnding::Cancelled => Fate::Cancelled,
+            JobEnding::Verdict(Verdict::Solved(_) | Verdict::Measured(_)) => JobFate::Solved,
+            JobEnding::Verdict(Verdict::Refused { .. }) => JobFate::Refused,
+            JobEnding::Verdict(Verdict::Failed { .. }) => JobFate::Failed,
+            JobEnding::Abandoned(_) => JobFate::Abandoned,
+            JobEnding::Cancelled => JobFate::Cancelled,
         };
         let settled = self.clock.now();
         let at = |since: Duration| due.opened + since.as_secs_f64();
@@ -117,7 +118,7 @@ impl<'a> ReplayingPool<'a> {
             to: tried.ended.map_or(settled, at),
             lost: tried.how.clone(),
         };
-        let job = Job {
+        let job = JobTimes {
             job: due.job.short(),
             tries: settlement.tries.iter().map(stretch).collect(),
             worker: settlement.worker.clone(),

@@ -24,14 +24,14 @@ pub(crate) struct Reached {
 
 /// Deaths of the coordinator in the middle of a run, since it last came further than ever.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Deaths {
+pub(crate) struct CoordinatorDeaths {
     pub(crate) all: u32,
     /// Those at which it was a suspect and went on alone.
     pub(crate) alone: u32,
     pub(crate) reached: Reached,
 }
 
-impl Deaths {
+impl CoordinatorDeaths {
     pub(super) fn count(&mut self, reached: Reached, alone: bool) {
         let alone = u32::from(alone && self.is_suspect());
         if reached > self.reached {
