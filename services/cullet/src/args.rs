@@ -10,7 +10,7 @@ pub(crate) use limit::{Memory, memory};
 pub(crate) use voice::{Log, Voice};
 
 use clap::{Args, Parser, Subcommand};
-use cullet_lab::Sweep;
+use cullet_lab::SweptSetting;
 use cullet_proto::WorkerId;
 use cullet_proto::keys::DEFAULT_COORDINATOR;
 use cullet_record::RESOLVED_CELLS;
@@ -192,7 +192,7 @@ pub(crate) struct Bench {
     /// Run with each of these values, such as spacing=2mm,1mm,0.5mm; if repeated, with every
     /// combination
     #[arg(long, value_name = "KEY=A,B,C")]
-    pub(crate) sweep: Vec<Sweep>,
+    pub(crate) sweep: Vec<SweptSetting>,
     /// Override a value of every specimen, such as solver.precision=single
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub(crate) set: Vec<String>,

@@ -5,7 +5,7 @@ use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::{Folder, refuse_itself};
 use crate::logs;
 use cullet_lab::{
-    COLUMNS, Limits, Measured, Point, csv, file_names, json, plan, run_all, status, text,
+    COLUMNS, Limits, Measured, SweepPoint, csv, file_names, json, plan, run_all, status, text,
 };
 use std::io::Write;
 use std::path::Path;
@@ -69,7 +69,7 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
     Ok(if all.iter().any(Measured::fails) { Exit::Unmet } else { Exit::Done })
 }
 
-fn warnings(points: &[Point]) -> Vec<String> {
+fn warnings(points: &[SweepPoint]) -> Vec<String> {
     let all = points.iter().flat_map(|point| {
         point.specimen.warnings.iter().map(|line| format!("{}: {line}", point.specimen.name))
     });

@@ -4,7 +4,7 @@ use crate::args::{self, Memory};
 use crate::exit::{Exit, Trouble, print, refused};
 use crate::folder::Folder;
 use crate::logs;
-use cullet_lab::frontier::{Chart, Row, Set, csv, load, measure, read, rows, text};
+use cullet_lab::frontier::{FrontierChart, FrontierRow, Set, csv, load, measure, read, rows, text};
 use cullet_lab::{Limits, chart};
 use std::path::Path;
 use std::time::Duration;
@@ -38,7 +38,7 @@ pub(crate) fn frontier(args: &args::Frontier) -> Result<Exit, Trouble> {
 }
 
 /// The rows of a table; none where there is no file, if it need not be there.
-fn known(table: &Path, needed: bool) -> Result<Vec<Row>, Trouble> {
+fn known(table: &Path, needed: bool) -> Result<Vec<FrontierRow>, Trouble> {
     if !needed && !table.exists() {
         return Ok(Vec::new());
     }
@@ -49,7 +49,12 @@ fn known(table: &Path, needed: bool) -> Result<Vec<Row>, Trouble> {
 }
 
 /// Runs the charts of a set, each written as soon as it is done.
-fn run(args: &args::Frontier, set: &Set, table: &Path, all: &mut Vec<Row>) -> Result<(), Trouble> {
+fn run(
+    args: &args::Frontier,
+    set: &Set,
+    table: &Path,
+    all: &mut Vec<FrontierRow>,
+) -> Result<(), Trouble> {
     let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::Broken, error))?;
     let limits = Limits {
         exe,
@@ -74,7 +79,7 @@ fn run(args: &args::Frontier, set: &Set, table: &Path, all: &mut Vec<Row>) -> Re
     Ok(())
 }
 
-fn told(row: &Row) -> String {
+fn told(row: &FrontierRow) -> String {
     let (option, along, seed, status) = (&row.option, &row.along, row.seed, &row.status);
     format!("{option} {along} seed={seed}: {status}, {:.2} s", row.cpu)
 }
@@ -82,8 +87,8 @@ fn told(row: &Row) -> String {
 /// Prints a chart and draws it.
 fn show(
     args: &args::Frontier,
-    set: &Chart,
-    (all, machine): (&[Row], &str),
+    set: &FrontierChart,
+    (all, machine): (&[FrontierRow], &str),
     folder: &Path,
 ) -> Result<(), Trouble> {
     let reading = read(set, all);

@@ -1,7 +1,7 @@
 //! What a specimen is made of: a material, and others in zones.
 
 use super::builder::{SpecimenBuilder, Use};
-use super::format::Document;
+use super::format::SpecimenDocument;
 use super::paths::{below, item, path};
 use cullet_document::tree::Path;
 use cullet_geometry::Vec3;
@@ -30,7 +30,7 @@ impl SpecimenBuilder<'_> {
         own_material(&mut self.shop, &written, at)
     }
 
-    pub(super) fn zones(&mut self, document: &Document) -> Vec<Zone> {
+    pub(super) fn zones(&mut self, document: &SpecimenDocument) -> Vec<Zone> {
         let mut zones = Vec::new();
         for (index, zone) in document.zone.iter().enumerate() {
             let at = item("zone", index);
@@ -52,7 +52,10 @@ impl SpecimenBuilder<'_> {
         zones
     }
 
-    pub(super) fn whole(&mut self, document: &Document) -> Option<(Material, StrengthField)> {
+    pub(super) fn whole(
+        &mut self,
+        document: &SpecimenDocument,
+    ) -> Option<(Material, StrengthField)> {
         let at = path(&["material"]);
         let Some(written) = &document.material else {
             self.wrong(&[], "`material` is missing");

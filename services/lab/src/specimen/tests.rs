@@ -1,5 +1,5 @@
 use super::format::{Expected, Metric, Reduction};
-use super::metric::{Verdict, reduce, speeds, weigh};
+use super::metric::{MetricVerdict, reduce, speeds, weigh};
 use super::{Specimen, load, schema, whole};
 use cullet_geometry::Vec3;
 use cullet_model::strength::Region;
@@ -298,13 +298,13 @@ fn a_body_that_cannot_be_made_is_a_flaw_and_no_error() {
 fn a_gap_is_no_failure_and_what_is_no_number_never_holds() {
     let expected = Expected { value: Some(2.0), tolerance: Some(0.1), ..Expected::default() };
     let verdict = |expected: &Expected, value| weigh(Some(expected), value).verdict;
-    assert_eq!(verdict(&expected, 2.19), Verdict::Holds);
-    assert_eq!(verdict(&expected, 2.21), Verdict::Fails);
-    assert_eq!(verdict(&expected, f64::NAN), Verdict::Fails);
+    assert_eq!(verdict(&expected, 2.19), MetricVerdict::Holds);
+    assert_eq!(verdict(&expected, 2.21), MetricVerdict::Fails);
+    assert_eq!(verdict(&expected, f64::NAN), MetricVerdict::Fails);
     let gap = Expected { gap: Some("why".into()), ..expected };
-    assert_eq!(verdict(&gap, 2.21), Verdict::Gap);
-    assert_eq!(verdict(&gap, 2.1), Verdict::Holds);
-    assert_eq!(weigh(None, 1.0).verdict, Verdict::Free);
+    assert_eq!(verdict(&gap, 2.21), MetricVerdict::Gap);
+    assert_eq!(verdict(&gap, 2.1), MetricVerdict::Holds);
+    assert_eq!(weigh(None, 1.0).verdict, MetricVerdict::Free);
 }
 
 /// Zones and further bodies arrive in the order of the file, each body where its triangles begin.

@@ -2,7 +2,9 @@
 
 use super::asked;
 use super::builder::{SpecimenBuilder, Use};
-use super::format::{Colour, Component, Document, Expected, Metric, Probe, ProbeKind, Reduce};
+use super::format::{
+    Colour, Component, Expected, Metric, ProbeConfig, ProbeKind, ReduceChoice, SpecimenDocument,
+};
 use super::paths::{below, item};
 use cullet_document::error::suggest;
 use cullet_document::tree::Step;
@@ -29,7 +31,7 @@ pub(super) struct Watched {
 }
 
 /// Reads probes, metrics and what is expected of them.
-pub(super) fn read(desk: &mut SpecimenBuilder<'_>, document: &Document) -> Watched {
+pub(super) fn read(desk: &mut SpecimenBuilder<'_>, document: &SpecimenDocument) -> Watched {
     let mut watched = Watched {
         probes: Vec::new(),
         names: Vec::new(),
@@ -118,7 +120,7 @@ const fn takes(kind: ProbeKind) -> &'static [&'static str] {
     }
 }
 
-fn keys(desk: &mut SpecimenBuilder<'_>, probe: &Probe, at: &[Step]) {
+fn keys(desk: &mut SpecimenBuilder<'_>, probe: &ProbeConfig, at: &[Step]) {
     let given = [
         ("component", probe.component.is_some()),
         ("at", probe.at.is_some()),
@@ -145,8 +147,8 @@ fn keys(desk: &mut SpecimenBuilder<'_>, probe: &Probe, at: &[Step]) {
 
 fn one(
     desk: &mut SpecimenBuilder<'_>,
-    document: &Document,
-    probe: &Probe,
+    document: &SpecimenDocument,
+    probe: &ProbeConfig,
     at: &[Step],
 ) -> Option<core::Probe> {
     let vector = || part(probe.component, false);
@@ -203,13 +205,13 @@ fn one(
     Some(made)
 }
 
-fn area(desk: &mut SpecimenBuilder<'_>, probe: &Probe, at: &[Step]) -> core::Where {
+fn area(desk: &mut SpecimenBuilder<'_>, probe: &ProbeConfig, at: &[Step]) -> core::Where {
     desk.region(probe.region.as_deref().unwrap_or("all"), at, Use::Points)
 }
 
 fn points(
     desk: &mut SpecimenBuilder<'_>,
-    probe: &Probe,
+    probe: &ProbeConfig,
     field: PointField,
     at: &[Step],
 ) -> Option<core::Probe> {
@@ -222,9 +224,9 @@ fn points(
         Some(place) => core::Spot::At(Vec3::from(place)),
         None => {
             let reduce = match probe.reduce.unwrap_or_default() {
-                Reduce::Mean => core::Reduce::Mean,
-                Reduce::Max => core::Reduce::Max,
-                Reduce::Min => core::Reduce::Min,
+                ReduceChoice::Mean => core::Reduce::Mean,
+                ReduceChoice::Max => core::Reduce::Max,
+                ReduceChoice::Min => core::Reduce::Min,
             };
             core::Spot::Over(area(desk, probe, at), reduce)
         }

@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 /// A side of the box around the specimen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-pub enum Side {
+pub enum BoxSide {
     /// Least x.
     #[serde(rename = "-x")]
     LowX,
@@ -27,7 +27,7 @@ pub enum Side {
     HighZ,
 }
 
-impl Side {
+impl BoxSide {
     /// Every side with its name.
     pub const ALL: [(&'static str, Self); 6] = [
         ("-x", Self::LowX),
@@ -55,7 +55,7 @@ impl Side {
 /// A part of space in the specimen's frame.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Part {
+pub enum RegionPart {
     /// A box along the axes.
     Box {
         /// Lowest corner \[m\].
@@ -97,7 +97,7 @@ pub enum Part {
     /// What lies under a side of the box around the specimen.
     Face {
         /// Which side.
-        side: Side,
+        side: BoxSide,
         /// How deep \[m\].
         #[schemars(schema_with = "unit::length", extend("minimum" = 0))]
         depth: f64,
@@ -107,10 +107,10 @@ pub enum Part {
 /// A part of the specimen with a name.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Region {
+pub struct RegionConfig {
     /// What others call it.
     pub name: String,
     /// The points in all of these.
     #[schemars(length(min = 1, max = 16))]
-    pub parts: Vec<Part>,
+    pub parts: Vec<RegionPart>,
 }

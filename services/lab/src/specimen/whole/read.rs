@@ -2,7 +2,7 @@
 
 use super::super::asked;
 use super::super::subject::{Specimen, Subject};
-use super::format::Document;
+use super::format::SceneBenchmarkDocument;
 use super::scene::Whole;
 use super::schema::schema_json;
 use super::watch;
@@ -63,7 +63,7 @@ pub(in crate::specimen) fn read(
     if !errors.is_empty() {
         return Err(SceneErrors::sorted(errors));
     }
-    let document = Document::deserialize(root.to_toml()).map_err(|error| {
+    let document = SceneBenchmarkDocument::deserialize(root.to_toml()).map_err(|error| {
         let error = SceneError::at(&root.origin, "", error.message().trim());
         SceneErrors { errors: vec![error] }
     })?;
@@ -80,7 +80,7 @@ fn resolve(
     name: String,
     root: &Node,
     files: &mut Files,
-    document: &Document,
+    document: &SceneBenchmarkDocument,
     (path, scene): (&Path, Result<Scene, Flaw>),
 ) -> Result<Specimen, SceneErrors> {
     let mut shop = ResolveContext::new(root, files);
