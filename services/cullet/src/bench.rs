@@ -1,7 +1,7 @@
 //! `cullet bench`.
 
 use crate::args::{self, Memory};
-use crate::exit::{Exit, Trouble, print, refused};
+use crate::exit::{CommandError, Exit, print, refused};
 use crate::folder::{Folder, refuse_itself};
 use crate::logs;
 use cullet_lab::{
@@ -11,8 +11,8 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
-pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
-    let usage = |error: String| Trouble::new(Exit::Usage, error);
+pub(crate) fn bench(args: &args::Bench) -> Result<Exit, CommandError> {
+    let usage = |error: String| CommandError::new(Exit::Usage, error);
     let points = plan(&args.specimens, &args.set, &args.sweep).map_err(usage)?;
     if !args.voice.quiet {
         for warning in warnings(&points) {
@@ -27,7 +27,8 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
             for specimen in &args.specimens {
                 refuse_itself(specimen, path)?;
             }
-            let file = std::fs::File::create(path).map_err(|error| Trouble::file(path, error))?;
+            let file =
+                std::fs::File::create(path).map_err(|error| CommandError::file(path, error))?;
             Some((path, file))
         }
         None => None,
@@ -35,12 +36,12 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
     let mut write = |line: &str| match &mut table {
         Some((path, file)) => {
             let done = file.write_all(line.as_bytes()).and_then(|()| file.flush());
-            done.map_err(|error| Trouble::file(path, error))
+            done.map_err(|error| CommandError::file(path, error))
         }
         None => Ok(()),
     };
     write(&format!("{COLUMNS}\n"))?;
-    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::Broken, error))?;
+    let exe = std::env::current_exe().map_err(|error| CommandError::new(Exit::Broken, error))?;
     let workers = args.workers.map_or_else(spare_cores, usize::from).clamp(1, points.len().max(1));
     let limits = Limits {
         exe,
@@ -83,14 +84,14 @@ fn keep(
     args: &args::Bench,
     measured: &Measured,
     (name, recording): (&str, Option<&Path>),
-) -> Result<(), Trouble> {
+) -> Result<(), CommandError> {
     if args.json {
         print(format!("{}\n", json(measured)))?;
     }
     match &args.out {
         Some(folder) => {
             let saved = measured.save(folder, name, recording);
-            saved.map_err(|error| Trouble::new(Exit::File, error))
+            saved.map_err(|error| CommandError::new(Exit::File, error))
         }
         None => Ok(()),
     }

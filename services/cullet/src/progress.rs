@@ -13,7 +13,7 @@ const PLAIN_PERIOD: Duration = Duration::from_secs(5);
 const PARTS: u64 = 1000;
 
 /// Shows news of a run on standard error.
-pub(crate) struct Progress {
+pub(crate) struct ProgressDisplay {
     bar: Option<ProgressBar>,
     quiet: bool,
     started: Instant,
@@ -82,7 +82,7 @@ fn about(seconds: f64) -> String {
     }
 }
 
-impl Progress {
+impl ProgressDisplay {
     pub(crate) fn new(quiet: bool) -> Self {
         let bar = (!quiet && logs::plain() && stderr().is_terminal()).then(|| {
             let bar = ProgressBar::new(PARTS);
