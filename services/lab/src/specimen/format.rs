@@ -115,6 +115,7 @@ pub enum Fields {
 
 /// How it is solved.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[schemars(rename = "Solver")]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverConfig {
     /// Name of the family that solves it: `brittle` is the material-point method. The process that
@@ -192,6 +193,7 @@ impl Default for SolverConfig {
 
 /// How long, and how often it is looked at.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[schemars(rename = "Run")]
 #[serde(deny_unknown_fields, default)]
 pub struct RunConfig {
     /// Simulated time \[s\].
@@ -234,6 +236,7 @@ impl Default for RunConfig {
 
 /// Another body. It may touch the others where it starts, not overlap them.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Body")]
 #[serde(deny_unknown_fields)]
 pub struct BodyConfig {
     /// Its shape.
@@ -248,6 +251,7 @@ pub struct BodyConfig {
 
 /// A part of another material. Scatter, weak planes and layers are those of the whole.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[schemars(rename = "Zone")]
 #[serde(deny_unknown_fields)]
 pub struct ZoneConfig {
     /// Name of the region that it acts on.
@@ -258,6 +262,7 @@ pub struct ZoneConfig {
 
 /// A part that is stronger, weaker or damaged.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Patch")]
 #[serde(deny_unknown_fields)]
 pub struct PatchConfig {
     /// Name of the region that it acts on.
@@ -278,6 +283,7 @@ const fn one() -> f64 {
 
 /// A crack without width: the part of a plane that lies in a region.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Notch")]
 #[serde(deny_unknown_fields)]
 pub struct NotchConfig {
     /// A point of the plane \[m\].
@@ -296,6 +302,7 @@ fn all() -> String {
 
 /// A part cut out of the specimen.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Slot")]
 #[serde(deny_unknown_fields)]
 pub struct SlotConfig {
     /// Its shape.
@@ -322,6 +329,7 @@ pub struct Symmetry {
 
 /// How a part moves at the start: `velocity + spin × (x − centre) + gradient (x − centre) + noise`.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Start")]
 #[serde(deny_unknown_fields, default)]
 pub struct StartConfig {
     /// Name of the region that it acts on.
@@ -357,6 +365,7 @@ impl Default for StartConfig {
 
 /// How a load or velocity goes with time: a factor.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Course")]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum AmplitudeConfig {
     /// 1 from the start.
@@ -401,6 +410,7 @@ pub enum AmplitudeConfig {
 /// Nodes whose velocity is given. They are the nodes in the region and those outside the specimen
 /// beyond it.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Support")]
 #[serde(deny_unknown_fields)]
 pub struct SupportConfig {
     /// What probes call it.
@@ -436,6 +446,7 @@ fn xyz() -> String {
 
 /// A load: one of `traction`, `pressure`, `force`, `acceleration`.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Load")]
 #[serde(deny_unknown_fields)]
 pub struct LoadConfig {
     /// What probes call it.

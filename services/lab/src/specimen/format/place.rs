@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 /// A side of the box around the specimen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[schemars(rename = "Side")]
 pub enum BoxSide {
     /// Least x.
     #[serde(rename = "-x")]
@@ -54,6 +55,7 @@ impl BoxSide {
 
 /// A part of space in the specimen's frame.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Part")]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum RegionPart {
     /// A box along the axes.
@@ -106,6 +108,7 @@ pub enum RegionPart {
 
 /// A part of the specimen with a name.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Region")]
 #[serde(deny_unknown_fields)]
 pub struct RegionConfig {
     /// What others call it.

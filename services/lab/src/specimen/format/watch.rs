@@ -98,6 +98,7 @@ pub enum Component {
 
 /// What becomes of the numbers of many points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[schemars(rename = "Reduce")]
 #[serde(rename_all = "kebab-case")]
 pub enum ReduceChoice {
     /// Their mean by volume.
@@ -111,6 +112,7 @@ pub enum ReduceChoice {
 
 /// A number that is sampled in time. `kind` says which of the other keys it takes.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Probe")]
 #[serde(deny_unknown_fields)]
 pub struct ProbeConfig {
     /// What metrics call it, and the head of its column.

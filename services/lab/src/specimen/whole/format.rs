@@ -32,6 +32,7 @@ pub struct SceneBenchmarkDocument {
 
 /// How it must end.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[schemars(rename = "Run")]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneRunConfig {
     /// How it must end.
@@ -40,6 +41,7 @@ pub struct SceneRunConfig {
 
 /// What a probe watches. A body is all that came of it: fragments and grains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[schemars(rename = "ProbeKind")]
 #[serde(rename_all = "kebab-case")]
 pub enum SceneProbeKind {
     /// Centre of mass \[m\]: `body`, `component`.
@@ -127,6 +129,7 @@ pub enum SceneProbeKind {
 
 /// A number that is read after each step. `kind` says which of the other keys it takes.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Probe")]
 #[serde(deny_unknown_fields)]
 pub struct SceneProbeConfig {
     /// What metrics call it, and the head of its column.
