@@ -68,7 +68,7 @@ impl Ended {
 }
 
 impl RunAttempt {
-    /// Runs the scene to its end, to trouble, or until it is told to stop.
+    /// Runs the scene to its end, to trouble, or until it is asked to stop.
     pub(super) fn run(mut self, pool: &dyn ReportingPool) -> Ended {
         let _span = tracing::info_span!("run", run = self.entry.run).entered();
         let scene = match self.scene() {
@@ -147,7 +147,7 @@ impl RunAttempt {
             Err(text) => return Ended::failed(codes::UNKEPT, text),
         };
         let (how, code) = match (outcome.interrupted, outcome.unmet.is_empty(), drawn.is_ok()) {
-            // Who told it to stop knows what for, and gives it a code.
+            // Who asked it to stop knows what for, and gives it a code.
             (true, _, _) => (AttemptEnd::Stopped, None),
             (false, false, _) => (AttemptEnd::Done, Some(codes::UNMET)),
             (false, true, false) => (AttemptEnd::Done, Some(codes::UNPICTURED)),

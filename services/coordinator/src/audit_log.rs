@@ -1,37 +1,37 @@
 //! The life of runs as log lines: one for each event that the journal has. Those of their jobs are
 //! written where jobs are opened, granted and settled.
 
-use super::board::{RunEnd, RunJournalEvent, Wish};
+use super::board::{BoardEvent, RunEnd, Wish};
 
 /// Logs what happened to a run.
-pub(super) fn log(event: &RunJournalEvent) {
+pub(super) fn log(event: &BoardEvent) {
     match event {
-        RunJournalEvent::Submitted { run, order } => {
+        BoardEvent::Submitted { run, order } => {
             let (ticket, user, scene, sweep) =
                 (&order.ticket, &order.user, &order.name, &order.sweep);
             let priority = order.priority;
             tracing::info!(run, ticket, user, scene, sweep, priority, "run handed in");
         }
-        RunJournalEvent::Started { run, folder, .. } => tracing::info!(run, folder, "run started"),
-        RunJournalEvent::Ended { run, how, end, .. } => ended(*run, &format!("{how:?}"), end),
-        RunJournalEvent::Cancelled { run, end, .. } => ended(*run, "Cancelled", end),
-        RunJournalEvent::Wished { run, wish: Wish::Cancel } => {
+        BoardEvent::Started { run, folder, .. } => tracing::info!(run, folder, "run started"),
+        BoardEvent::Ended { run, how, end, .. } => ended(*run, &format!("{how:?}"), end),
+        BoardEvent::Cancelled { run, end, .. } => ended(*run, "Cancelled", end),
+        BoardEvent::Wished { run, wish: Wish::Cancel } => {
             tracing::info!(run, "run is to be cancelled")
         }
-        RunJournalEvent::Wished { run, wish: Wish::Pause } => {
-            tracing::info!(run, "run is to be laid aside")
+        BoardEvent::Wished { run, wish: Wish::Pause } => {
+            tracing::info!(run, "run is to be paused")
         }
-        RunJournalEvent::Paused { run } => tracing::info!(run, "run laid aside"),
-        RunJournalEvent::Queued { run } => tracing::info!(run, "run queued again"),
-        RunJournalEvent::Died { run, reached } => {
+        BoardEvent::Paused { run } => tracing::info!(run, "run paused"),
+        BoardEvent::Queued { run } => tracing::info!(run, "run queued again"),
+        BoardEvent::Died { run, reached } => {
             let (time_us, settled) = (reached.time, reached.settled);
             tracing::warn!(run, time_us, settled, "the coordinator died while the run went on");
         }
-        RunJournalEvent::Forgotten { run } => tracing::info!(run, "run forgotten"),
-        RunJournalEvent::Removed { .. }
-        | RunJournalEvent::Numbered { .. }
-        | RunJournalEvent::Returned { .. }
-        | RunJournalEvent::Kept { .. } => {}
+        BoardEvent::Forgotten { run } => tracing::info!(run, "run forgotten"),
+        BoardEvent::Removed { .. }
+        | BoardEvent::Numbered { .. }
+        | BoardEvent::Returned { .. }
+        | BoardEvent::Kept { .. } => {}
     }
 }
 

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, VecDeque};
 
-/// Runs that may wait; a further one is told to come again.
+/// Runs that may wait; a further one is refused for now.
 pub(super) const MAX_WAITING: usize = 1_024;
 /// Of these, those of one user: nobody fills the queue alone.
 pub(super) const MAX_WAITING_OF_ONE: usize = 768;
@@ -24,7 +24,7 @@ pub(super) const MAX_KEPT: usize = 4_096;
 /// Waiting this long counts as much as one step of priority \[ms\], so that nobody waits for ever.
 const AGEING_MS: u64 = 600_000;
 
-/// A run, as the journal tells it.
+/// A run, as the journal has it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct RunEntry {
     pub(super) run: u64,
@@ -41,7 +41,7 @@ pub(super) struct RunEntry {
     pub(super) deaths: CoordinatorDeaths,
 }
 
-/// What was handed in.
+/// A scene as a user submitted it, with its options.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Submission {
     pub(super) ticket: String,
@@ -64,7 +64,7 @@ pub(super) enum Wish {
     Pause,
 }
 
-/// How an attempt came to its end.
+/// How an attempt at a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum AttemptEnd {
@@ -74,7 +74,7 @@ pub(super) enum AttemptEnd {
     Failed,
     /// The pool gave a job up.
     Stalled,
-    /// It was told to stop: by a wish, or because the coordinator leaves.
+    /// It was asked to stop: by a wish, or because the coordinator leaves.
     Stopped,
 }
 
@@ -89,10 +89,10 @@ pub(super) struct RunEnd {
     pub(super) jobs: JobCounts,
 }
 
-/// What happened; what the journal keeps.
+/// A change of the board: what the journal keeps.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "lowercase")]
-pub(super) enum RunJournalEvent {
+pub(super) enum BoardEvent {
     /// Somebody handed a run in.
     Submitted { run: u64, order: Submission },
     /// An attempt began, in that folder.
@@ -101,9 +101,9 @@ pub(super) enum RunJournalEvent {
     Ended { run: u64, how: AttemptEnd, end: RunEnd, at: u64 },
     /// Somebody wants something of a run that goes on.
     Wished { run: u64, wish: Wish },
-    /// A run that waited was laid aside.
+    /// A run that waited was paused.
     Paused { run: u64 },
-    /// A run that was laid aside or over is back in the queue.
+    /// A run that was paused or over is back in the queue.
     Queued { run: u64 },
     /// A run that did not go on is not wanted any more.
     Cancelled { run: u64, end: RunEnd, at: u64 },
@@ -121,7 +121,7 @@ pub(super) enum RunJournalEvent {
     Kept { entry: Box<RunEntry> },
 }
 
-impl RunJournalEvent {
+impl BoardEvent {
     /// The run that it is about, if it is about one.
     pub(super) fn run(&self) -> Option<u64> {
         match self {
@@ -193,20 +193,19 @@ impl Board {
     }
 
     /// Events that make this board.
-    pub(super) fn to_events(&self) -> Vec<RunJournalEvent> {
-        let mut all: Vec<(u64, Vec<RunJournalEvent>)> = Vec::new();
+    pub(super) fn to_events(&self) -> Vec<BoardEvent> {
+        let mut all: Vec<(u64, Vec<BoardEvent>)> = Vec::new();
         // One that nothing has befallen takes no more room than it did.
         let kept = |entry: &RunEntry| match *entry == RunEntry::new(entry.run, &entry.order) {
-            true => RunJournalEvent::Submitted { run: entry.run, order: entry.order.clone() },
-            false => RunJournalEvent::Kept { entry: Box::new(entry.clone()) },
+            true => BoardEvent::Submitted { run: entry.run, order: entry.order.clone() },
+            false => BoardEvent::Kept { entry: Box::new(entry.clone()) },
         };
         all.extend(self.entries().map(|entry| (entry.run, vec![kept(entry)])));
-        let forgotten =
-            |entry: &RunEntry| vec![kept(entry), RunJournalEvent::Forgotten { run: entry.run }];
+        let forgotten = |one: &RunEntry| vec![kept(one), BoardEvent::Forgotten { run: one.run }];
         all.extend(self.leaving().map(|entry| (entry.run, forgotten(entry))));
         all.sort_by_key(|(run, _)| *run);
         let highest = all.last().map_or(0, |(run, _)| *run);
-        let last = (highest < self.last).then_some(RunJournalEvent::Numbered { last: self.last });
+        let last = (highest < self.last).then_some(BoardEvent::Numbered { last: self.last });
         all.into_iter().flat_map(|(_, events)| events).chain(last).collect()
     }
 
@@ -236,20 +235,16 @@ impl Board {
     }
 
     /// What handing that in comes to; forgets the oldest where more than `keep` are remembered.
-    pub(super) fn submit(
-        &self,
-        order: Submission,
-        keep: usize,
-    ) -> Result<Vec<RunJournalEvent>, No> {
+    pub(super) fn submit(&self, order: Submission, keep: usize) -> Result<Vec<BoardEvent>, No> {
         if !(-MAX_PRIORITY..=MAX_PRIORITY).contains(&order.priority) {
             return Err(No::Priority);
         }
         if self.is_full(&order.user) {
             return Err(No::Full);
         }
-        let mut events = vec![RunJournalEvent::Submitted { run: self.last + 1, order }];
+        let mut events = vec![BoardEvent::Submitted { run: self.last + 1, order }];
         let extra = (self.entries.len() + 1).saturating_sub(keep.min(MAX_KEPT));
-        events.extend(self.oldest(extra).into_iter().map(|run| RunJournalEvent::Forgotten { run }));
+        events.extend(self.oldest(extra).into_iter().map(|run| BoardEvent::Forgotten { run }));
         Ok(events)
     }
 
@@ -265,49 +260,44 @@ impl Board {
     }
 
     /// `end`: what is left of it if it does not go on.
-    pub(super) fn cancel(
-        &self,
-        run: u64,
-        end: RunEnd,
-        at: u64,
-    ) -> Result<Option<RunJournalEvent>, No> {
+    pub(super) fn cancel(&self, run: u64, end: RunEnd, at: u64) -> Result<Option<BoardEvent>, No> {
         match self.get(run)? {
             RunEntry { wish: Some(Wish::Cancel), .. } => Ok(None),
             RunEntry { state: State::Running, .. } => {
-                Ok(Some(RunJournalEvent::Wished { run, wish: Wish::Cancel }))
+                Ok(Some(BoardEvent::Wished { run, wish: Wish::Cancel }))
             }
             RunEntry { state: State::Queued | State::Paused, .. } => {
-                Ok(Some(RunJournalEvent::Cancelled { run, end, at }))
+                Ok(Some(BoardEvent::Cancelled { run, end, at }))
             }
             RunEntry { state: State::Cancelled, .. } => Ok(None),
             entry => Err(entry.refuse("cancelled")),
         }
     }
 
-    pub(super) fn pause(&self, run: u64) -> Result<Option<RunJournalEvent>, No> {
+    pub(super) fn pause(&self, run: u64) -> Result<Option<BoardEvent>, No> {
         match self.get(run)? {
             RunEntry { wish: Some(Wish::Pause), .. } => Ok(None),
             RunEntry { state: State::Running, wish: None, .. } => {
-                Ok(Some(RunJournalEvent::Wished { run, wish: Wish::Pause }))
+                Ok(Some(BoardEvent::Wished { run, wish: Wish::Pause }))
             }
-            RunEntry { state: State::Queued, .. } => Ok(Some(RunJournalEvent::Paused { run })),
+            RunEntry { state: State::Queued, .. } => Ok(Some(BoardEvent::Paused { run })),
             RunEntry { state: State::Paused, .. } => Ok(None),
             entry => Err(entry.refuse("paused")),
         }
     }
 
-    pub(super) fn resume(&self, run: u64) -> Result<Option<RunJournalEvent>, No> {
+    pub(super) fn resume(&self, run: u64) -> Result<Option<BoardEvent>, No> {
         match self.get(run)? {
-            RunEntry { state: State::Paused, .. } => Ok(Some(RunJournalEvent::Queued { run })),
+            RunEntry { state: State::Paused, .. } => Ok(Some(BoardEvent::Queued { run })),
             RunEntry { state: State::Queued, .. } => Ok(None),
             entry => Err(entry.refuse("resumed")),
         }
     }
 
-    pub(super) fn retry(&self, run: u64) -> Result<Option<RunJournalEvent>, No> {
+    pub(super) fn retry(&self, run: u64) -> Result<Option<BoardEvent>, No> {
         match self.get(run)? {
             RunEntry { state: State::Failed | State::Stalled | State::Cancelled, .. } => {
-                Ok(Some(RunJournalEvent::Queued { run }))
+                Ok(Some(BoardEvent::Queued { run }))
             }
             RunEntry { state: State::Queued, .. } => Ok(None),
             entry => Err(entry.refuse("tried again")),
@@ -315,20 +305,19 @@ impl Board {
     }
 
     /// One that went already is gone.
-    pub(super) fn delete(&self, run: u64) -> Result<Option<RunJournalEvent>, No> {
+    pub(super) fn delete(&self, run: u64) -> Result<Option<BoardEvent>, No> {
         match self.get(run) {
-            Ok(entry) if entry.state.is_over() => Ok(Some(RunJournalEvent::Forgotten { run })),
+            Ok(entry) if entry.state.is_over() => Ok(Some(BoardEvent::Forgotten { run })),
             Ok(entry) => Err(entry.refuse("deleted before it is cancelled")),
             Err(No::Gone(_)) => Ok(None),
             Err(no) => Err(no),
         }
     }
 
-    /// The run whose turn it is. Of each user it is the run of the highest priority, with what its
-    /// waiting adds, then the oldest. Between users it is the highest priority, with what waiting
-    /// adds since a run of that user last began: who hands in much gains nothing by it. Then comes
-    /// who has the fewest going on, then whose last began first. None while it must be alone and is
-    /// not.
+    /// The run whose turn it is: of each user the one of highest priority (waiting raises it), then
+    /// the oldest; between users the highest priority, raised by the time since a run of that user
+    /// last began, so that many queued runs do not delay other users; then the user with the fewest
+    /// running, then whose last began first. None while it must run alone and others still run.
     pub(super) fn next(&self, now: u64) -> Option<&RunEntry> {
         let rank = |entry: &RunEntry, since: u64| {
             let waited = now.saturating_sub(since) / AGEING_MS;
@@ -357,19 +346,17 @@ impl Board {
     ///
     /// # Errors
     /// It does not fit what is there: the journal is not one of this board.
-    pub(super) fn apply(&mut self, event: &RunJournalEvent) -> Result<(), No> {
+    pub(super) fn apply(&mut self, event: &BoardEvent) -> Result<(), No> {
         match event {
-            RunJournalEvent::Submitted { run, order } => {
-                self.insert(*run, RunEntry::new(*run, order))
-            }
-            RunJournalEvent::Kept { entry } => self.insert(entry.run, (**entry).clone()),
-            RunJournalEvent::Died { run, reached } => {
+            BoardEvent::Submitted { run, order } => self.insert(*run, RunEntry::new(*run, order)),
+            BoardEvent::Kept { entry } => self.insert(entry.run, (**entry).clone()),
+            BoardEvent::Died { run, reached } => {
                 let alone = self.count(State::Running) == 1;
                 self.change(*run, &[State::Running], "cut off", |entry| {
                     entry.deaths.count(*reached, alone);
                 })
             }
-            RunJournalEvent::Returned { at } => {
+            BoardEvent::Returned { at } => {
                 for entry in self.entries.values_mut() {
                     if entry.state == State::Running {
                         entry.stopped(RunEnd::default(), *at);
@@ -377,7 +364,7 @@ impl Board {
                 }
                 Ok(())
             }
-            RunJournalEvent::Forgotten { run } => {
+            BoardEvent::Forgotten { run } => {
                 let entry = self.get(*run)?;
                 if !entry.state.is_over() {
                     return Err(entry.refuse("forgotten"));
@@ -386,14 +373,14 @@ impl Board {
                 self.leaving.extend(entry.map(|entry| (*run, entry)));
                 Ok(())
             }
-            RunJournalEvent::Removed { run } => {
+            BoardEvent::Removed { run } => {
                 self.leaving.remove(run).map(drop).ok_or(No::Unknown(*run))
             }
-            RunJournalEvent::Numbered { last } => {
+            BoardEvent::Numbered { last } => {
                 self.last = self.last.max(*last);
                 Ok(())
             }
-            RunJournalEvent::Started { run, folder, at } => {
+            BoardEvent::Started { run, folder, at } => {
                 self.change(*run, &[State::Queued], "started", |entry| {
                     entry.state = State::Running;
                     entry.attempt += 1;
@@ -401,7 +388,7 @@ impl Board {
                     entry.started = Some(*at);
                 })
             }
-            RunJournalEvent::Ended { run, how, end, at } => {
+            BoardEvent::Ended { run, how, end, at } => {
                 self.change(*run, &[State::Running], "ended", |entry| match how {
                     AttemptEnd::Done => entry.over(State::Done, end, *at),
                     AttemptEnd::Failed => entry.over(State::Failed, end, *at),
@@ -409,21 +396,19 @@ impl Board {
                     AttemptEnd::Stopped => entry.stopped(end.clone(), *at),
                 })
             }
-            RunJournalEvent::Wished { run, wish } => {
+            BoardEvent::Wished { run, wish } => {
                 self.change(*run, &[State::Running], "stopped", |entry| entry.wish = Some(*wish))
             }
-            RunJournalEvent::Paused { run } => {
-                self.change(*run, &[State::Queued], "paused", |entry| {
-                    entry.state = State::Paused;
-                })
-            }
-            RunJournalEvent::Cancelled { run, end, at } => {
+            BoardEvent::Paused { run } => self.change(*run, &[State::Queued], "paused", |entry| {
+                entry.state = State::Paused;
+            }),
+            BoardEvent::Cancelled { run, end, at } => {
                 let from = [State::Queued, State::Paused];
                 self.change(*run, &from, "cancelled", |entry| {
                     entry.over(State::Cancelled, end, *at);
                 })
             }
-            RunJournalEvent::Queued { run } => {
+            BoardEvent::Queued { run } => {
                 let from = [State::Paused, State::Failed, State::Stalled, State::Cancelled];
                 self.change(*run, &from, "queued", |entry| {
                     entry.requeue();

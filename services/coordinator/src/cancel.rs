@@ -1,6 +1,6 @@
 //! How runs end that wait and do not go on.
 
-use super::board::{RunEnd, RunJournalEvent};
+use super::board::{BoardEvent, RunEnd};
 use super::remains::left;
 use super::service::Service;
 use cullet_files::clock::unix_ms;
@@ -32,7 +32,7 @@ impl Service<'_> {
             if !end.text.is_empty() {
                 self.status(run).log(&format!("error: {}", end.text));
             }
-            self.admit(RunJournalEvent::Cancelled { run, end, at: unix_ms() });
+            self.admit(BoardEvent::Cancelled { run, end, at: unix_ms() });
         }
     }
 }

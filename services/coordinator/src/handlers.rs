@@ -1,6 +1,6 @@
-//! Questions of people and programs, and what they are told.
+//! Questions of people and programs, and their answers.
 
-use super::board::{MAX_KEPT, No, RunEntry, RunJournalEvent, Submission};
+use super::board::{BoardEvent, MAX_KEPT, No, RunEntry, Submission};
 use super::clients::Follower;
 use super::error::ServiceError;
 use super::journal;
@@ -163,7 +163,7 @@ impl Service<'_> {
             Submission { ticket, user, name, sweep, priority, overrides, at, bundle: digest };
         let keep = self.config.keep.unwrap_or(MAX_KEPT);
         let events = self.board.submit(order, keep)?;
-        let Some(RunJournalEvent::Submitted { run, .. }) = events.first() else {
+        let Some(BoardEvent::Submitted { run, .. }) = events.first() else {
             return Err(AnswerError::Wrong("the board took nothing".to_owned()));
         };
         let run = *run;
@@ -219,7 +219,7 @@ impl Service<'_> {
         };
         if let Some(event) = event {
             self.record(std::slice::from_ref(&event))?;
-            if let RunJournalEvent::Wished { .. } = event {
+            if let BoardEvent::Wished { .. } = event {
                 self.stop_run(run);
             }
         }

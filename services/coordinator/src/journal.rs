@@ -1,9 +1,9 @@
 //! What happened to runs, on disk: a line an event, each with its checksum, written through before
-//! anybody is told of it.
+//! anybody hears of it.
 //!
-//! **Torn.** A crash can leave a last line without its end: nobody was told of it, and it is
+//! **Torn.** A crash can leave a last line without its end: nobody has heard of it, and it is
 //! dropped, aloud, and a copy kept. A line that has its end and a wrong checksum is damaged,
-//! wherever it is, the last one too: somebody may have been told of it. Then nothing is changed,
+//! wherever it is, the last one too: somebody may have heard of it. Then nothing is changed,
 //! and the coordinator does not start: what it could go on from would lack a run that it had
 //! accepted.
 //!
@@ -14,7 +14,7 @@
 //! what happens to the runs that are there is written all the same. A journal is read to its end
 //! however long it is.
 
-use super::board::{Board, RunJournalEvent};
+use super::board::{Board, BoardEvent};
 use super::error::ServiceError;
 use cullet_files::{set_aside, state};
 use cullet_proto::chunks::sum;
@@ -67,10 +67,10 @@ struct Sizes {
 }
 
 impl Sizes {
-    fn count(&mut self, event: &RunJournalEvent, bytes: usize) {
+    fn count(&mut self, event: &BoardEvent, bytes: usize) {
         let Some(run) = event.run() else { return };
         *self.of.entry(run).or_default() += bytes as u64;
-        if let RunJournalEvent::Removed { run } = event {
+        if let BoardEvent::Removed { run } = event {
             self.gone += self.of.remove(run).unwrap_or(0);
         }
     }
@@ -125,7 +125,7 @@ impl Journal {
     }
 
     /// Writes events through, all or none.
-    pub(super) fn append(&mut self, events: &[RunJournalEvent]) -> Result<(), ServiceError> {
+    pub(super) fn append(&mut self, events: &[BoardEvent]) -> Result<(), ServiceError> {
         let lines: Vec<String> = events.iter().map(line).collect();
         let new = lines.concat();
         let text = std::mem::take(&mut self.owed) + &new;
@@ -146,7 +146,7 @@ impl Journal {
     }
 
     /// Something happened, and must be kept as soon as that goes.
-    pub(super) fn owe(&mut self, event: &RunJournalEvent) {
+    pub(super) fn owe(&mut self, event: &BoardEvent) {
         let line = line(event);
         self.sizes.count(event, line.len());
         self.owed += &line;
@@ -240,11 +240,11 @@ fn next(length: u64) -> u64 {
 }
 
 /// Bytes that these events take.
-pub(super) fn size(events: &[RunJournalEvent]) -> u64 {
+pub(super) fn size(events: &[BoardEvent]) -> u64 {
     events.iter().map(|event| line(event).len() as u64).sum()
 }
 
-fn line(event: &RunJournalEvent) -> String {
+fn line(event: &BoardEvent) -> String {
     let json = serde_json::to_string(event).unwrap_or_default();
     format!("{:08x} {json}\n", sum(json.as_bytes()))
 }
@@ -342,7 +342,7 @@ fn damaged(path: &Path, line: usize, why: String) -> ServiceError {
 }
 
 /// The event of a line without its end.
-fn parse(bytes: &[u8]) -> Result<RunJournalEvent, &'static str> {
+fn parse(bytes: &[u8]) -> Result<BoardEvent, &'static str> {
     let line = std::str::from_utf8(bytes).map_err(|_| "it is no text")?;
     let (told, json) = line.split_once(' ').ok_or("it has no checksum")?;
     if told != format!("{:08x}", sum(json.as_bytes())) {

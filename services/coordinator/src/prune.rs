@@ -1,12 +1,12 @@
 //! How a run goes: by a user's word, or because too many are remembered.
 //!
-//! First the journal says so, and from then on nobody is told of the run; then its files go; then
+//! First the journal says so, and from then on no answer has the run; then its files go; then
 //! the journal says that they are gone. A coordinator that is killed in between goes on with it at
 //! its next start, before any run begins, and what is still there counts towards the quota. So no
 //! run is there in half, and nothing is on the disk that nobody knows of.
 
 use super::attempt::discard;
-use super::board::{Board, RunEntry, RunJournalEvent};
+use super::board::{Board, BoardEvent, RunEntry};
 use super::error::ServiceError;
 use super::journal::Journal;
 use super::service::Service;
@@ -41,7 +41,7 @@ impl Service<'_> {
             match kept.and(recorded) {
                 Ok(()) => {
                     self.pruning.stuck.remove(&run);
-                    self.admit(RunJournalEvent::Removed { run });
+                    self.admit(BoardEvent::Removed { run });
                 }
                 Err(error) => {
                     tracing::warn!(run, "its files do not go, and are tried again: {error}");
@@ -74,7 +74,7 @@ pub(super) fn numbered(
 ) -> Result<u64, ServiceError> {
     let last = store.given(board.last())?;
     if last > board.last() {
-        let numbered = RunJournalEvent::Numbered { last };
+        let numbered = BoardEvent::Numbered { last };
         journal.append(std::slice::from_ref(&numbered))?;
         // It fits any board.
         let _fits = board.apply(&numbered);

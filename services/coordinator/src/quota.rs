@@ -119,7 +119,7 @@ fn held(folder: &Path) -> u64 {
 mod tests {
     use super::{BLOCK, Quota, RESERVE, disks, held};
     use crate::attempt::discard;
-    use crate::board::{Board, RunJournalEvent, Submission};
+    use crate::board::{Board, BoardEvent, Submission};
     use crate::journal::{Journal, MAX_BYTES, size};
     use crate::{ServiceError, Store};
     use std::fs;
@@ -176,10 +176,9 @@ mod tests {
             fs::create_dir_all(out.join(&folder)).expect("a folder");
             fs::write(out.join(&folder).join("run.mcap"), vec![0; 5000]).expect("a recording");
             store.keep_bundle(run, &[0; 100]).expect("a bundle");
-            for event in [
-                RunJournalEvent::Submitted { run, order },
-                RunJournalEvent::Started { run, folder, at: 1 },
-            ] {
+            for event in
+                [BoardEvent::Submitted { run, order }, BoardEvent::Started { run, folder, at: 1 }]
+            {
                 board.apply(&event).expect("it fits");
             }
         }
@@ -196,7 +195,7 @@ mod tests {
         let kept = |bytes: usize| fs::write(store.run(1).join("log"), vec![0; bytes]);
         kept(1).expect("a log");
         assert!(quota.room(("ann", BLOCK + 1), &board, place).is_err());
-        board.apply(&RunJournalEvent::Returned { at: 2 }).expect("it fits");
+        board.apply(&BoardEvent::Returned { at: 2 }).expect("it fits");
         kept(BLOCK as usize + 1).expect("a log");
         assert!(quota.room(("ann", BLOCK), &board, place).is_ok());
         quota.changed(1);
@@ -212,17 +211,15 @@ mod tests {
         };
         let before = used(&board);
         let (end, at) = (Default::default(), 3);
-        for event in
-            [RunJournalEvent::Cancelled { run: 1, end, at }, RunJournalEvent::Forgotten { run: 1 }]
-        {
+        for event in [BoardEvent::Cancelled { run: 1, end, at }, BoardEvent::Forgotten { run: 1 }] {
             board.apply(&event).expect("it fits");
         }
         assert_eq!(used(&board), before);
-        board.apply(&RunJournalEvent::Removed { run: 1 }).expect("it fits");
+        board.apply(&BoardEvent::Removed { run: 1 }).expect("it fits");
         assert_ne!(used(&board), before);
         assert!(Quota::new(None).room(("ann", u64::MAX), &board, place).is_ok());
         // What the journal tells of a run counts, too.
-        let told = [RunJournalEvent::Paused { run: 3 }];
+        let told = [BoardEvent::Paused { run: 3 }];
         let used = |journal: &Journal| {
             let place = (&store, out.as_path(), journal);
             match Quota::new(Some(0)).room(("ann", 1), &board, place) {

@@ -36,6 +36,6 @@ pub(super) fn left(
 pub(super) fn ends_here(files: &[FileInfo]) -> &'static str {
     match files.iter().any(|file| file.name == CUT_OFF) {
         true => "the recording was cut off; `cullet recover` makes it readable",
-        false => "the recording ends where the run was laid aside",
+        false => "the recording ends where the run was paused",
     }
 }

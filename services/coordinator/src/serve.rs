@@ -2,7 +2,7 @@
 //! leaves in order.
 
 use super::attempt::{Ended, RunAttempt};
-use super::board::{AttemptEnd, Board, RunEntry, RunJournalEvent, Wish};
+use super::board::{AttemptEnd, Board, BoardEvent, RunEntry, Wish};
 use super::clients::Clients;
 use super::config::ServiceConfig;
 use super::error::ServiceError;
@@ -33,9 +33,9 @@ const SWEEP: Duration = Duration::from_secs(1);
 /// A client that has not asked for this long is gone: nobody waits for it before leaving.
 const LINGER: Duration = Duration::from_secs(10);
 
-/// Serves until told to stop, and then leaves in order: with a state folder the runs at hand go on
-/// when it is back; without one they end with the recording so far, and those that wait are told.
-/// It leaves, too, where another coordinator of its name has been there for longer.
+/// Serves until asked to stop, and then leaves in order: with a state folder the runs at hand go on
+/// when it is back; without one they end with the recording so far, and those that wait are
+/// reported. It leaves, too, where another coordinator of its name has been there for longer.
 ///
 /// # Errors
 /// The journal or the door does not open; [`LinkError::Conflict`].
@@ -154,7 +154,7 @@ impl Service<'_> {
         }
     }
 
-    /// What is left of the disk is for runs that go on: another one waits, which is told once.
+    /// What is left of the disk is for runs that go on: another one waits, which is logged once.
     fn waits_for_room(&mut self, run: u64) -> bool {
         let Err(full) = self.room(0) else {
             self.runs.short = false;
@@ -181,7 +181,7 @@ impl Service<'_> {
         let out = self.storage.out.join(&folder);
         let live = self.status(run);
         live.begin();
-        let kept = self.record(&[RunJournalEvent::Started { run, folder, at: unix_ms() }]);
+        let kept = self.record(&[BoardEvent::Started { run, folder, at: unix_ms() }]);
         if let (Err(_), None) = (&kept, &entry.folder) {
             // Nobody knows of it; the next try makes one.
             let _empty = std::fs::remove_dir(&out);
@@ -285,7 +285,7 @@ impl Service<'_> {
             (self.report)(&format!("run {run}: {}", end.text));
         }
         self.runs.ended += 1;
-        self.admit(RunJournalEvent::Ended { run, how, end, at });
+        self.admit(BoardEvent::Ended { run, how, end, at });
         if self.board.get(run).is_ok_and(|entry| entry.state == State::Done) {
             self.storage.store.kept(run).forget();
             RunHistory::forget(&self.storage.store.run(run));
@@ -307,7 +307,7 @@ impl Service<'_> {
         }
         for run in self.runs.going.keys().copied().collect::<Vec<_>>() {
             if !keeps {
-                self.admit(RunJournalEvent::Wished { run, wish: Wish::Cancel });
+                self.admit(BoardEvent::Wished { run, wish: Wish::Cancel });
             }
             self.stop_run(run);
         }

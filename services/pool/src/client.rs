@@ -184,7 +184,7 @@ impl Client {
         self.question(UserVerb::Follow, &Follow { run, from, wait_ms: NEWS_MS })
     }
 
-    /// Follows a run from a line on until it is over or laid aside, a call for each piece of news.
+    /// Follows a run from a line on until it is over or paused, a call for each piece of news.
     ///
     /// # Errors
     /// As [`Client::news`]; [`LinkError::Left`] if the coordinator is about to end.

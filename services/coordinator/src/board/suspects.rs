@@ -3,7 +3,7 @@
 use super::{Board, RunEntry, Wish};
 
 impl Board {
-    /// The runs to lay aside before any goes on: the coordinator died of them.
+    /// The runs to end as stalled before any goes on: the coordinator died of them.
     pub(crate) fn deadly(&self) -> Vec<u64> {
         let deadly =
             |entry: &&RunEntry| entry.deaths.is_proof() && entry.wish != Some(Wish::Cancel);

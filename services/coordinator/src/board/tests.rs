@@ -1,6 +1,6 @@
 use super::{
-    AGEING_MS, AttemptEnd, Board, MAX_KEPT, MAX_WAITING, MAX_WAITING_OF_ONE, No, Reached, RunEnd,
-    RunEntry, RunJournalEvent, Submission, Wish,
+    AGEING_MS, AttemptEnd, Board, BoardEvent, MAX_KEPT, MAX_WAITING, MAX_WAITING_OF_ONE, No,
+    Reached, RunEnd, RunEntry, Submission, Wish,
 };
 use cullet_geometry::math::scramble;
 use cullet_proto::service::State;
@@ -10,7 +10,7 @@ fn order(user: &str, priority: i32, at: u64) -> Submission {
     Submission { user: user.into(), priority, at, ..Submission::default() }
 }
 
-fn take(board: &mut Board, events: impl IntoIterator<Item = RunJournalEvent>) {
+fn take(board: &mut Board, events: impl IntoIterator<Item = BoardEvent>) {
     for event in events {
         board.apply(&event).unwrap_or_else(|no| panic!("{event:?}: {no}"));
     }
@@ -23,11 +23,11 @@ fn submit(board: &mut Board, order: Submission) -> u64 {
 }
 
 fn start(board: &mut Board, run: u64) {
-    take(board, [RunJournalEvent::Started { run, folder: "f".into(), at: 1 }]);
+    take(board, [BoardEvent::Started { run, folder: "f".into(), at: 1 }]);
 }
 
 fn end(board: &mut Board, run: u64, how: AttemptEnd) {
-    take(board, [RunJournalEvent::Ended { run, how, end: RunEnd::default(), at: 2 }]);
+    take(board, [BoardEvent::Ended { run, how, end: RunEnd::default(), at: 2 }]);
 }
 
 fn state(board: &Board, run: u64) -> State {
@@ -47,7 +47,7 @@ fn a_wish_is_done_when_the_attempt_ends_also_by_a_crash() {
         take(&mut board, event.expect("it may be"));
         assert_eq!(state(&board, run), State::Running, "it has not ended yet");
         let mut crashed = board.clone();
-        take(&mut crashed, [RunJournalEvent::Returned { at: 3 }]);
+        take(&mut crashed, [BoardEvent::Returned { at: 3 }]);
         assert_eq!(state(&crashed, run), want);
         end(&mut board, run, AttemptEnd::Stopped);
         assert_eq!(state(&board, run), want);
@@ -61,10 +61,7 @@ fn a_crash_puts_what_went_on_back_into_the_queue_and_leaves_the_rest() {
     start(&mut board, runs[0]);
     start(&mut board, runs[1]);
     end(&mut board, runs[1], AttemptEnd::Done);
-    take(
-        &mut board,
-        [RunJournalEvent::Paused { run: runs[2] }, RunJournalEvent::Returned { at: 9 }],
-    );
+    take(&mut board, [BoardEvent::Paused { run: runs[2] }, BoardEvent::Returned { at: 9 }]);
     let states: Vec<State> = runs.iter().map(|run| state(&board, *run)).collect();
     assert_eq!(states, [State::Queued, State::Done, State::Paused, State::Queued]);
     assert_eq!(board.next(0).map(|entry| entry.run), Some(runs[0]));
@@ -111,10 +108,7 @@ fn priority_goes_first_then_who_has_less_then_age_and_waiting_counts() {
         Some(other),
         "it has waited as long as a priority is worth"
     );
-    take(
-        &mut board,
-        [RunJournalEvent::Paused { run: other }, RunJournalEvent::Paused { run: urgent }],
-    );
+    take(&mut board, [BoardEvent::Paused { run: other }, BoardEvent::Paused { run: urgent }]);
     assert_eq!(next(&board, 0), Some(second));
 }
 
@@ -139,7 +133,7 @@ fn who_hands_in_much_does_not_go_before_who_hands_in_one() {
                 while going.len() < slots {
                     let Some(run) = board.next(now).map(|entry| entry.run) else { break };
                     let (folder, at) = (run.to_string(), now);
-                    take(&mut board, [RunJournalEvent::Started { run, folder, at }]);
+                    take(&mut board, [BoardEvent::Started { run, folder, at }]);
                     began.push(board.get(run).expect("it is there").order.user.clone());
                     going.push_back(run);
                 }
@@ -197,7 +191,7 @@ fn a_run_that_is_over_is_deleted_once_and_its_number_does_not_come_again() {
     let mut board = Board::default();
     let runs: Vec<u64> = (0..3).map(|at| submit(&mut board, order("a", 0, at))).collect();
     start(&mut board, runs[0]);
-    take(&mut board, [RunJournalEvent::Paused { run: runs[1] }]);
+    take(&mut board, [BoardEvent::Paused { run: runs[1] }]);
     for (run, word) in runs.iter().zip(["running", "paused", "queued"]) {
         let said = board.delete(*run).expect_err("it is not over").to_string();
         assert!(said.contains(word) && said.contains("cancelled"), "{said}");
@@ -210,7 +204,7 @@ fn a_run_that_is_over_is_deleted_once_and_its_number_does_not_come_again() {
     assert_eq!(board.get(runs[2]), Err(No::Gone(3)));
     assert_eq!(board.delete(runs[2]), Ok(None), "asked again it is as it was");
     assert_eq!(board.leaving().map(|entry| entry.run).collect::<Vec<_>>(), [3]);
-    take(&mut board, [RunJournalEvent::Removed { run: 3 }]);
+    take(&mut board, [BoardEvent::Removed { run: 3 }]);
     let mut anew = Board::default();
     take(&mut anew, board.to_events());
     assert_eq!((anew.leaving().count(), submit(&mut anew, order("a", 0, 9))), (0, 4));
@@ -228,7 +222,7 @@ fn the_same_events_make_the_same_board() {
             let how =
                 [AttemptEnd::Done, AttemptEnd::Failed, AttemptEnd::Stalled, AttemptEnd::Stopped]
                     [(dice >> 8) as usize % 4];
-            let proposed: Vec<RunJournalEvent> = match dice >> 16 & 7 {
+            let proposed: Vec<BoardEvent> = match dice >> 16 & 7 {
                 0 | 1 => board.submit(order("a", (dice % 3) as i32, at), 4).unwrap_or_default(),
                 2 => board.cancel(run, RunEnd::default(), at).into_iter().flatten().collect(),
                 3 => board.pause(run).into_iter().flatten().collect(),
@@ -236,24 +230,22 @@ fn the_same_events_make_the_same_board() {
                 5 => board.retry(run).into_iter().flatten().collect(),
                 6 if dice >> 20 & 3 == 0 => {
                     let reached = Reached { time: dice >> 40 & 3, settled: 0 };
-                    let died = |e: &RunEntry| RunJournalEvent::Died { run: e.run, reached };
-                    board.running().map(died).chain([RunJournalEvent::Returned { at }]).collect()
+                    let died = |e: &RunEntry| BoardEvent::Died { run: e.run, reached };
+                    board.running().map(died).chain([BoardEvent::Returned { at }]).collect()
                 }
                 6 if dice >> 20 & 3 == 1 => board.delete(run).into_iter().flatten().collect(),
-                6 if dice >> 20 & 3 == 2 => board
-                    .leaving()
-                    .take(1)
-                    .map(|e| RunJournalEvent::Removed { run: e.run })
-                    .collect(),
+                6 if dice >> 20 & 3 == 2 => {
+                    board.leaving().take(1).map(|e| BoardEvent::Removed { run: e.run }).collect()
+                }
                 6 => match board.entries().find(|entry| entry.state == State::Running) {
                     Some(e) => {
-                        vec![RunJournalEvent::Ended { run: e.run, how, end: RunEnd::default(), at }]
+                        vec![BoardEvent::Ended { run: e.run, how, end: RunEnd::default(), at }]
                     }
                     None => Vec::new(),
                 },
                 _ => match board.next(at) {
                     Some(e) => {
-                        vec![RunJournalEvent::Started { run: e.run, folder: "f".into(), at }]
+                        vec![BoardEvent::Started { run: e.run, folder: "f".into(), at }]
                     }
                     None => Vec::new(),
                 },
@@ -272,13 +264,13 @@ fn the_same_events_make_the_same_board() {
 fn die(board: &mut Board, reached: &[(u64, u64)]) -> Vec<u64> {
     for (run, time) in reached {
         let reached = Reached { time: *time, settled: 0 };
-        take(board, [RunJournalEvent::Died { run: *run, reached }]);
+        take(board, [BoardEvent::Died { run: *run, reached }]);
     }
     let deadly = board.deadly();
     for run in &deadly {
         end(board, *run, AttemptEnd::Stalled);
     }
-    take(board, [RunJournalEvent::Returned { at: 3 }]);
+    take(board, [BoardEvent::Returned { at: 3 }]);
     deadly
 }
 
@@ -295,7 +287,7 @@ fn begin(board: &mut Board) -> Vec<u64> {
 /// One of three runs kills the coordinator at 70 wherever it comes by; the others end once they
 /// are left alone.
 #[test]
-fn a_run_that_kills_the_coordinator_is_laid_aside_and_the_others_end() {
+fn a_run_that_kills_the_coordinator_ends_as_stalled_and_the_others_end() {
     let mut board = Board::default();
     let runs: Vec<u64> = (0..3).map(|at| submit(&mut board, order("a", 0, at))).collect();
     let guilty = runs[1];
@@ -335,7 +327,7 @@ fn a_run_that_kills_the_coordinator_is_laid_aside_and_the_others_end() {
 }
 
 #[test]
-fn a_run_that_gets_on_is_never_laid_aside_however_often_the_coordinator_is_killed() {
+fn a_run_that_gets_on_never_ends_as_stalled_however_often_the_coordinator_is_killed() {
     let mut board = Board::default();
     let runs: Vec<u64> = (0..2).map(|at| submit(&mut board, order("a", 0, at))).collect();
     for life in 1..50 {
@@ -343,7 +335,7 @@ fn a_run_that_gets_on_is_never_laid_aside_however_often_the_coordinator_is_kille
         assert!(die(&mut board, &[(runs[0], life), (runs[1], life)]).is_empty());
     }
     // One that gets on at every third life only goes on alone at times, and goes on.
-    take(&mut board, [RunJournalEvent::Paused { run: runs[1] }]);
+    take(&mut board, [BoardEvent::Paused { run: runs[1] }]);
     for life in 150..200 {
         assert_eq!(begin(&mut board), [runs[0]]);
         assert!(die(&mut board, &[(runs[0], life / 3)]).is_empty(), "life {life}");

@@ -1,5 +1,5 @@
 use super::{Journal, LEAST, MAX_BYTES, RewriteStep, ServiceError, line, size};
-use crate::board::{AttemptEnd, Board, Reached, RunEnd, RunJournalEvent, Submission, Wish};
+use crate::board::{AttemptEnd, Board, BoardEvent, Reached, RunEnd, Submission, Wish};
 use cullet_proto::service::State;
 use std::path::{Path, PathBuf};
 
@@ -14,8 +14,17 @@ fn place(name: &str) -> PathBuf {
     folder.join("journal")
 }
 
-fn submitted(run: u64) -> RunJournalEvent {
-    RunJournalEvent::Submitted {
+/// The steps of writing a journal anew, in their order.
+const ALL_STEPS: [RewriteStep; 5] = [
+    RewriteStep::Begin,
+    RewriteStep::Line,
+    RewriteStep::Written,
+    RewriteStep::Through,
+    RewriteStep::Named,
+];
+
+fn submitted(run: u64) -> BoardEvent {
+    BoardEvent::Submitted {
         run,
         order: Submission { name: format!("scene-{run}"), ..Submission::default() },
     }
@@ -25,7 +34,7 @@ fn filled(path: &Path) -> Vec<u8> {
     let (mut journal, _, torn) = Journal::open(path, MAX_BYTES).expect("it opens");
     assert_eq!(torn, None);
     journal.append(&[submitted(1), submitted(2)]).expect("it is written");
-    journal.append(&[RunJournalEvent::Paused { run: 1 }]).expect("it is written");
+    journal.append(&[BoardEvent::Paused { run: 1 }]).expect("it is written");
     std::fs::read(path).expect("a journal")
 }
 
@@ -68,7 +77,7 @@ fn a_journal_damaged_in_the_middle_is_refused_with_the_line() {
         assert!(matches!(said, ServiceError::Journal { line: at, .. } if at == line));
     }
     // Sound lines that cannot have happened.
-    let event = super::line(&RunJournalEvent::Paused { run: 9 });
+    let event = super::line(&BoardEvent::Paused { run: 9 });
     std::fs::write(&path, format!("{}\n{event}", super::TITLE)).expect("a file");
     let said = Journal::open(&path, MAX_BYTES).expect_err("nobody is run 9");
     assert!(matches!(said, ServiceError::Journal { line: 2, .. }), "{said}");
@@ -96,7 +105,7 @@ fn what_is_not_kept_is_an_error_and_what_is_owed_comes_before_the_rest() {
     use cullet_proto::service::State;
     let path = place("full");
     let (mut journal, _, _) = Journal::open(&path, MAX_BYTES).expect("it opens");
-    let started = RunJournalEvent::Started { run: 1, folder: "f".into(), at: 1 };
+    let started = BoardEvent::Started { run: 1, folder: "f".into(), at: 1 };
     journal.append(&[submitted(1), started]).expect("it is written");
     let before = std::fs::read(&path).expect("a journal");
     let full = std::fs::OpenOptions::new().append(true).open("/dev/full").expect("a device");
@@ -104,13 +113,13 @@ fn what_is_not_kept_is_an_error_and_what_is_owed_comes_before_the_rest() {
     let said = journal.append(&[submitted(2)]).expect_err("there is no room");
     assert!(said.to_string().contains("No space left"), "{said}");
     let (how, end) = (crate::board::AttemptEnd::Failed, Default::default());
-    journal.owe(&RunJournalEvent::Ended { run: 1, how, end, at: 2 });
+    journal.owe(&BoardEvent::Ended { run: 1, how, end, at: 2 });
     assert!(journal.settle().is_err() && journal.append(&[submitted(2)]).is_err());
     assert_eq!(std::fs::read(&path).expect("a journal"), before);
     journal.file = sound;
     // Half of what did not fit.
     std::fs::write(&path, [&before[..], b"01234567 {\"event"].concat()).expect("it is torn");
-    journal.append(&[RunJournalEvent::Queued { run: 1 }, submitted(2)]).expect("there is room");
+    journal.append(&[BoardEvent::Queued { run: 1 }, submitted(2)]).expect("there is room");
     let length = journal.length;
     journal.settle().expect("nothing is owed");
     assert_eq!(journal.length, length);
@@ -168,30 +177,30 @@ fn a_journal_that_is_opened_again_says_the_same() {
 }
 
 /// Runs in all states, one that is leaving, and numbers that are gone.
-fn varied() -> Vec<RunJournalEvent> {
-    let started = |run| RunJournalEvent::Started { run, folder: format!("pot-{run}"), at: 2 };
+fn varied() -> Vec<BoardEvent> {
+    let started = |run| BoardEvent::Started { run, folder: format!("pot-{run}"), at: 2 };
     let end = |text: &str| RunEnd { code: Some(0), text: text.into(), ..RunEnd::default() };
-    let ended = |run, how| RunJournalEvent::Ended { run, how, end: end("so it ended"), at: 3 };
+    let ended = |run, how| BoardEvent::Ended { run, how, end: end("so it ended"), at: 3 };
     let reached = Reached { time: 4, settled: 5 };
-    let mut all: Vec<RunJournalEvent> = (1..=7).map(submitted).collect();
+    let mut all: Vec<BoardEvent> = (1..=7).map(submitted).collect();
     all.extend((1..=4).map(started));
-    all.push(RunJournalEvent::Wished { run: 3, wish: Wish::Pause });
+    all.push(BoardEvent::Wished { run: 3, wish: Wish::Pause });
     all.push(ended(1, AttemptEnd::Done));
     all.push(ended(2, AttemptEnd::Failed));
-    all.push(RunJournalEvent::Died { run: 4, reached });
-    all.push(RunJournalEvent::Returned { at: 6 });
-    all.push(RunJournalEvent::Paused { run: 5 });
-    all.push(RunJournalEvent::Cancelled { run: 6, end: end("no more"), at: 7 });
-    all.extend([1, 2].map(|run| RunJournalEvent::Forgotten { run }));
-    all.push(RunJournalEvent::Removed { run: 1 });
-    all.push(RunJournalEvent::Queued { run: 6 });
-    all.push(RunJournalEvent::Numbered { last: 9 });
+    all.push(BoardEvent::Died { run: 4, reached });
+    all.push(BoardEvent::Returned { at: 6 });
+    all.push(BoardEvent::Paused { run: 5 });
+    all.push(BoardEvent::Cancelled { run: 6, end: end("no more"), at: 7 });
+    all.extend([1, 2].map(|run| BoardEvent::Forgotten { run }));
+    all.push(BoardEvent::Removed { run: 1 });
+    all.push(BoardEvent::Queued { run: 6 });
+    all.push(BoardEvent::Numbered { last: 9 });
     all.push(submitted(10));
     all
 }
 
 /// What the first events come to, for each number of them.
-fn boards(events: &[RunJournalEvent]) -> Vec<Board> {
+fn boards(events: &[BoardEvent]) -> Vec<Board> {
     let mut boards = vec![Board::default()];
     for event in events {
         let mut next = boards.last().expect("one").clone();
@@ -202,7 +211,7 @@ fn boards(events: &[RunJournalEvent]) -> Vec<Board> {
 }
 
 /// A journal of all of it as it was written, event by event.
-fn written(events: &[RunJournalEvent]) -> Vec<u8> {
+fn written(events: &[BoardEvent]) -> Vec<u8> {
     let lines: String = events.iter().map(line).collect();
     format!("{}\n{lines}", super::TITLE).into_bytes()
 }
@@ -337,28 +346,13 @@ fn a_crash_while_it_is_written_anew_loses_nothing() {
     };
     journal.try_rewrite(&board, &mut crashed).expect("it is written anew");
     seen.dedup();
-    assert_eq!(
-        seen,
-        [
-            RewriteStep::Begin,
-            RewriteStep::Line,
-            RewriteStep::Written,
-            RewriteStep::Through,
-            RewriteStep::Named
-        ]
-    );
+    assert_eq!(seen, ALL_STEPS);
 }
 
 /// A disk that fails at each step: the one that is there stays, takes what comes, and is whole.
 #[test]
 fn a_disk_that_fails_while_it_is_written_anew_loses_nothing() {
-    for fails in [
-        RewriteStep::Begin,
-        RewriteStep::Line,
-        RewriteStep::Written,
-        RewriteStep::Through,
-        RewriteStep::Named,
-    ] {
+    for fails in ALL_STEPS {
         let path = place("fails");
         let events = varied();
         let mut board = boards(&events).pop().expect("the last");
@@ -370,7 +364,7 @@ fn a_disk_that_fails_while_it_is_written_anew_loses_nothing() {
         };
         assert!(journal.try_rewrite(&board, &mut step).is_err(), "{fails:?}");
         assert_eq!(journal.unnamed, fails == RewriteStep::Named);
-        let more = [submitted(11), RunJournalEvent::Paused { run: 11 }];
+        let more = [submitted(11), BoardEvent::Paused { run: 11 }];
         journal.append(&more).expect("it goes on");
         assert!(!journal.unnamed, "{fails:?}: its name is not written through");
         more.iter().for_each(|event| board.apply(event).expect("it fits"));
@@ -382,17 +376,11 @@ fn a_disk_that_fails_while_it_is_written_anew_loses_nothing() {
 }
 
 /// A run that came, was done and went, over and over.
-fn gone(run: u64) -> [RunJournalEvent; 5] {
+fn gone(run: u64) -> [BoardEvent; 5] {
     let (how, end) = (AttemptEnd::Done, RunEnd::default());
-    let start = RunJournalEvent::Started { run, folder: "pot-1".into(), at: 1 };
-    let ended = RunJournalEvent::Ended { run, how, end, at: 2 };
-    [
-        submitted(run),
-        start,
-        ended,
-        RunJournalEvent::Forgotten { run },
-        RunJournalEvent::Removed { run },
-    ]
+    let start = BoardEvent::Started { run, folder: "pot-1".into(), at: 1 };
+    let ended = BoardEvent::Ended { run, how, end, at: 2 };
+    [submitted(run), start, ended, BoardEvent::Forgotten { run }, BoardEvent::Removed { run }]
 }
 
 #[test]
@@ -439,7 +427,7 @@ fn a_journal_that_is_as_long_as_it_may_be_takes_no_run_until_others_go_and_forge
     assert!(matches!(said, ServiceError::Long { bound: 4_000, .. }) && run > 10, "{said}");
     assert!(journal.length() <= bound);
     // What happens to those that are there is kept all the same.
-    let over = |run| RunJournalEvent::Cancelled { run, end: RunEnd::default(), at: 1 };
+    let over = |run| BoardEvent::Cancelled { run, end: RunEnd::default(), at: 1 };
     for event in (1..run).map(over) {
         journal.append(std::slice::from_ref(&event)).expect("it is written");
         board.apply(&event).expect("it fits");
@@ -449,8 +437,8 @@ fn a_journal_that_is_as_long_as_it_may_be_takes_no_run_until_others_go_and_forge
     let (mut journal, found, torn) = Journal::open(&path, bound).expect("it opens");
     assert!(found == board && torn.is_none());
     assert!(hand_in(&mut journal, &mut board, run).is_err());
-    for event in (1..run)
-        .flat_map(|run| [RunJournalEvent::Forgotten { run }, RunJournalEvent::Removed { run }])
+    for event in
+        (1..run).flat_map(|run| [BoardEvent::Forgotten { run }, BoardEvent::Removed { run }])
     {
         journal.append(std::slice::from_ref(&event)).expect("it is written");
         board.apply(&event).expect("it fits");
@@ -464,12 +452,11 @@ fn a_journal_that_is_as_long_as_it_may_be_takes_no_run_until_others_go_and_forge
 fn what_is_owed_is_in_a_journal_that_is_written_anew() {
     let path = place("owed");
     let (mut journal, mut board, _) = Journal::open(&path, MAX_BYTES).expect("it opens");
-    for event in [submitted(1), RunJournalEvent::Started { run: 1, folder: "f".into(), at: 1 }] {
+    for event in [submitted(1), BoardEvent::Started { run: 1, folder: "f".into(), at: 1 }] {
         journal.append(std::slice::from_ref(&event)).expect("it is written");
         board.apply(&event).expect("it fits");
     }
-    let ended =
-        RunJournalEvent::Ended { run: 1, how: AttemptEnd::Done, end: RunEnd::default(), at: 2 };
+    let ended = BoardEvent::Ended { run: 1, how: AttemptEnd::Done, end: RunEnd::default(), at: 2 };
     journal.owe(&ended);
     board.apply(&ended).expect("it fits");
     journal.rewrite(&board);

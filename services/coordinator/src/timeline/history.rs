@@ -3,7 +3,7 @@
 //!
 //! A line as a job is wanted, as a worker is given it or loses it, and as it settles, in a file
 //! beside the run's bundle; no part of what the run is or records. A line that is torn is left out;
-//! jobs beyond [`MOST`] bytes are not written, and that alone is told.
+//! jobs beyond [`MOST`] bytes are not written, and that alone is reported.
 
 use super::{Attempts, JobAttempt, JobFate, JobTimes, Timeline};
 use crate::reach::seen;
@@ -330,7 +330,7 @@ mod tests {
         let events = said["traceEvents"].as_array().expect("events").iter();
         let away = events.filter(|event| event["cat"] == "away");
         let away: Vec<_> = away.map(|event| (&event["name"], &event["ts"])).collect();
-        let due = [(&"coordinator away".into(), &3e6.into()), (&"laid aside".into(), &62e6.into())];
+        let due = [(&"coordinator away".into(), &3e6.into()), (&"paused".into(), &62e6.into())];
         assert_eq!(away, due);
         let alone = svg("pot", &Timeline::of(vec![job("aa", "w1", 0.0, 1.0)]));
         assert!(alone.contains("1 jobs in 1.00 s</text>"), "{alone}");

@@ -70,7 +70,7 @@ fn lives(timeline: &Timeline, tid: usize) -> Vec<Value> {
         events.push(span(&name, "attempt", (one.from, one.to), "the run went on"));
     }
     for gap in timeline.gaps() {
-        let name = if gap.cut_off { "coordinator away" } else { "laid aside" };
+        let name = if gap.cut_off { "coordinator away" } else { "paused" };
         events.push(span(name, "away", (gap.from, gap.to), gap.what()));
     }
     events
