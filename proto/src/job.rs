@@ -10,7 +10,7 @@ use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
 use crate::strength;
 use cullet_model::{
-    BodyShape, BrittleSettings, CrackFaceDetail, Impact, Law, Material, Precision, Problem,
+    BodyShape, BrittleSettings, CrackFaceDetail, Impact, Law, Material, PointPrecision, Problem,
     Settings, StrengthField, Support,
 };
 use serde::{Deserialize, Serialize};
@@ -46,7 +46,7 @@ struct SettingsRow {
     debris: f64,
     grain: Option<f64>,
     hairline: Option<f64>,
-    precision: Precision,
+    precision: PointPrecision,
     error: Option<f64>,
 }
 
@@ -359,7 +359,7 @@ pub(crate) mod tests {
             |j| j.problem.impacts[0].crushing_pressure += 1.0,
             |j| j.problem.settings.spacing = Some(0.1),
             |j| j.problem.settings.grain = None,
-            |j| j.problem.settings.precision = Precision::Single,
+            |j| j.problem.settings.precision = PointPrecision::Single,
             |j| j.problem.supports[0].radius = 0.03,
             |j| j.problem.spin.x = 1.0,
             |j| solid(j).mesh.vertices[0].x = 1e-300,

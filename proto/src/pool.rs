@@ -21,7 +21,7 @@ pub const MAX_VERSION: usize = 64;
 /// Most solver families that a worker may name.
 pub const MAX_FAMILIES: usize = 32;
 
-/// A worker says what it is and can do: first, and whenever it is told that it is not known.
+/// A worker says what it is and can do: first, and whenever the answer is that it is not known.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Hello {
     /// Its life.
@@ -119,7 +119,7 @@ pub struct FetchBlob {
     pub index: u32,
 }
 
-/// The answer to a [`Fetch`]; the chunk is the bulk.
+/// The answer to a [`FetchBlob`]; the chunk is the bulk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FetchAnswer {
     /// Here it is.

@@ -125,7 +125,7 @@ pub struct BundlePiece {
     pub sum: Option<u32>,
 }
 
-/// The answer to a [`Piece`].
+/// The answer to a [`BundlePiece`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "piece", rename_all = "lowercase")]
 pub enum PieceAnswer {
@@ -345,7 +345,7 @@ pub struct FetchFile {
     pub index: u32,
 }
 
-/// The answer to a [`Fetch`]; the piece is the bulk.
+/// The answer to a [`FetchFile`]; the piece is the bulk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fetched {
     /// The piece's CRC-32C.

@@ -7,7 +7,7 @@ use crate::specimen::SpecimenResult;
 use cullet_geometry::Vec3;
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    BodyShape, Deformation, Figure, Fragment, Fragmentation, Grain, Outcome, Report,
+    BodyShape, Deformation, Figure, Fragment, Fragmentation, Grain, Report, SolveOutcome,
 };
 use serde::{Deserialize, Serialize};
 
@@ -34,7 +34,7 @@ const ROW: usize = 5;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
     /// It was solved.
-    Solved(Outcome),
+    Solved(SolveOutcome),
     /// No family asked took the problem.
     Refused {
         /// The family asked first.
@@ -106,7 +106,7 @@ struct PartCounts {
     grains: u32,
 }
 
-/// Variants are told apart by their place: new ones go to the end.
+/// Variants are distinguished by their place: new ones go to the end.
 #[derive(Serialize, Deserialize)]
 enum VerdictHeader {
     /// As version 0.1 wrote it; caches hold such.
@@ -151,10 +151,10 @@ impl Verdict {
     /// The limit of the wire that the verdict breaks.
     pub fn encode(&self) -> Result<Vec<u8>, WireError> {
         match self {
-            Self::Solved(Outcome::Broken(fracture) | Outcome::Unchanged(fracture)) => {
+            Self::Solved(SolveOutcome::Broken(fracture) | SolveOutcome::Unchanged(fracture)) => {
                 encode_parts(fracture)
             }
-            Self::Solved(Outcome::Deformed(deformation)) => encode_deformed(deformation),
+            Self::Solved(SolveOutcome::Deformed(deformation)) => encode_deformed(deformation),
             Self::Refused { solver, text } => {
                 let (solver, text) = (cut(solver), cut(text));
                 envelope::seal(MessageKind::Verdict, &VerdictHeader::Refused { solver, text }, &[])
@@ -191,7 +191,7 @@ impl Verdict {
             }
             VerdictHeader::Deformed(shape) => {
                 let deformation = Box::new(decode_deformed(shape, slabs)?);
-                Ok(Self::Solved(Outcome::Deformed(deformation)))
+                Ok(Self::Solved(SolveOutcome::Deformed(deformation)))
             }
             VerdictHeader::Refused { solver, text } => {
                 slabs.end("a verdict")?;

@@ -3,13 +3,13 @@ use crate::codec::WireError;
 use crate::job::tests::tetrahedron;
 use cullet_geometry::{Mat3, Quat, Vec3};
 use cullet_model::strength::Region;
-use cullet_model::{Material, Precision, StrengthField};
+use cullet_model::{Material, PointPrecision, StrengthField};
 
 fn settings() -> SpecimenSettings {
     SpecimenSettings {
         spacing: 0.01,
         step_factor: 0.8,
-        precision: Precision::Double,
+        precision: PointPrecision::Double,
         breaks: true,
         damping: 0.0,
         damped_until: None,
@@ -101,7 +101,7 @@ fn bytes(job: &SpecimenJob) -> Vec<u8> {
 /// Words of an error, and what brings it about.
 type Spoiled<'a> = (&'a str, &'a dyn Fn(&mut SpecimenProblem));
 
-/// What is wrong is told at the door, before anything is solved.
+/// What is wrong is reported on arrival, before anything is solved.
 #[test]
 fn bad_numbers_and_indices_are_told_at_the_door() {
     let line = |rows: &[(f64, f64)]| Load {

@@ -60,7 +60,7 @@ fn a_body_of_a_new_shape_comes_back() -> Result<(), WireError> {
         reactions: vec![0.5],
         report: Report::default().with("plastic_strain", "1", 0.1),
     };
-    let verdict = |d: &Deformation| Verdict::Solved(Outcome::Deformed(Box::new(d.clone())));
+    let verdict = |d: &Deformation| Verdict::Solved(SolveOutcome::Deformed(Box::new(d.clone())));
     let bytes = verdict(&deformation).encode()?;
     assert_eq!(Verdict::decode(&bytes)?, verdict(&deformation));
     let dear = Deformation { work: f64::NAN, ..deformation };
@@ -165,7 +165,7 @@ fn damaged_bytes_never_panic_and_what_passes_is_sound() -> Result<(), WireError>
     let (verdict, job) = (sample().encode()?, job().encode()?);
     let mut passed = 0;
     for round in 0..60_000 {
-        if let Ok(Verdict::Solved(Outcome::Broken(body))) =
+        if let Ok(Verdict::Solved(SolveOutcome::Broken(body))) =
             Verdict::decode(&damaged(&verdict, round))
         {
             passed += 1;

@@ -21,9 +21,9 @@ const STOPS: Duration = Duration::from_secs(10);
 const LOOK: Duration = Duration::from_millis(50);
 /// Most letters of a name in a table: `show` has the whole.
 pub(crate) const NAME: usize = 40;
-/// Before it is told that a run waits in the queue.
+/// Before it is reported that a run waits in the queue.
 const QUEUED: Duration = Duration::from_secs(3);
-/// Before it is told that a queue is full.
+/// Before it is reported that a queue is full.
 const ROOM: Duration = Duration::from_secs(2);
 
 pub(crate) fn submit(args: &args::SubmitArgs) -> Result<Exit, CommandError> {
@@ -92,7 +92,7 @@ fn tell_number(client: &Client, run: u64, place: &ConnectArgs) -> Result<Exit, C
     Ok(Exit::Done)
 }
 
-/// Whether a run has come to its end, or was told to stop there.
+/// Whether a run has come to its end, or was stopped there.
 pub(crate) fn has_summary(info: &RunInfo) -> bool {
     info.files.iter().any(|file| file.name == "summary.json")
 }
@@ -348,7 +348,7 @@ pub(crate) fn connect(place: &ConnectArgs) -> Result<Client, CommandError> {
         .and_then(|client| client.with(&who.coordinator, &link.name))
         .map_err(|error| no_link(&link, &error, place))?;
     if link.is_tls() {
-        // A denial is silent: it is told here, and not by whatever is asked next.
+        // A denial is silent: it is reported here, and not by whatever is asked next.
         let _about = client.about().map_err(|error| link.trouble(&error, &place.connect))?;
     }
     Ok(client)

@@ -77,7 +77,7 @@ impl Exit {
         CODES.iter().find(|(exit, ..)| *exit == self).map_or(codes::BROKEN, |(_, code, _)| *code)
     }
 
-    /// Its name, as errors have it that are told as JSON.
+    /// Its name, as errors have it that are written as JSON.
     pub(crate) fn word(self) -> &'static str {
         CODES.iter().find(|(exit, ..)| *exit == self).map_or("broken", |(.., word)| word)
     }

@@ -2,7 +2,7 @@
 
 use crate::args::{self, Memory};
 use crate::exit::{CommandError, Exit, print};
-use cullet_model::Outcome;
+use cullet_model::SolveOutcome;
 use cullet_proto::Verdict;
 use cullet_worker::{JobCommand, replay, serve_jobs, solve};
 use std::sync::Arc;
@@ -25,7 +25,7 @@ pub(crate) fn job(args: &args::JobArgs) -> Result<Exit, CommandError> {
     let (digest, verdict) =
         replay(file, threads).map_err(|error| CommandError::file(file, error))?;
     let told = match verdict {
-        Verdict::Solved(Outcome::Deformed(body)) => format!("deformed, {:.3e} J", body.work),
+        Verdict::Solved(SolveOutcome::Deformed(body)) => format!("deformed, {:.3e} J", body.work),
         Verdict::Solved(outcome) => format!("{} fragments", outcome.bodies()),
         Verdict::Refused { solver, text } => format!("{solver} refuses: {text}"),
         Verdict::Failed { solver, text } => format!("{solver} failed: {text}"),

@@ -32,7 +32,7 @@ pub(crate) fn man(args: &args::Man) -> Result<Exit, CommandError> {
     Ok(Exit::Done)
 }
 
-/// An argument that is none, but the name of a value of scenes, is told with how that is set.
+/// An argument that is none, but the name of a value of scenes, is reported with how that is set.
 pub(crate) fn with_tip(mut error: clap::Error) -> clap::Error {
     let argument = match (error.kind(), error.get(ContextKind::InvalidArg)) {
         (ErrorKind::UnknownArgument, Some(ContextValue::String(argument))) => argument.clone(),

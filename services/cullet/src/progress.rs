@@ -193,7 +193,7 @@ mod tests {
         let uneven = shown(23.0, statue);
         let far = uneven.iter().filter(|(wall, left)| *left > 4.0 * (23.0 - wall).max(1.0));
         assert_eq!(far.collect::<Vec<_>>(), Vec::<&(f64, f64)>::new(), "{uneven:?}");
-        // A run that stands still is never told to end soon.
+        // A run that stands still is never said to end soon.
         let still = shown(60.0, |wall| (wall / 10.0).min(0.5));
         let lies = still.iter().filter(|(wall, left)| *wall > 25.0 && *left < 5.0);
         assert_eq!(lies.count(), 0, "{still:?}");

@@ -95,7 +95,7 @@ fn quota(args: &args::Coordinator) -> Option<u64> {
     }
 }
 
-/// Opens the pool; a router that is not there yet is waited for until told to stop.
+/// Opens the pool; a router that is not there yet is waited for until asked to stop.
 fn open(
     settings: &PoolConfig,
     link: &LinkConfig,

@@ -1,4 +1,4 @@
-//! How the process is told to stop.
+//! How the process is asked to stop.
 
 use crate::exit::{CommandError, Exit};
 use crate::logs;
@@ -39,11 +39,14 @@ pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, Comm
     Ok(stop)
 }
 
-#[cfg(unix)]
+/// The signals that ask the process to stop, as far as the system has them.
 struct Signals {
+    #[cfg(unix)]
     interrupt: tokio::signal::unix::Signal,
+    #[cfg(unix)]
     terminate: tokio::signal::unix::Signal,
     /// Nothing where it was ignored at the start.
+    #[cfg(unix)]
     hangup: Option<tokio::signal::unix::Signal>,
 }
 
@@ -78,12 +81,9 @@ fn hangup_is_ignored() -> bool {
 }
 
 #[cfg(not(unix))]
-struct Signals;
-
-#[cfg(not(unix))]
 impl Signals {
     fn listen() -> io::Result<Self> {
-        Ok(Self)
+        Ok(Self {})
     }
 
     async fn next(&mut self) -> bool {

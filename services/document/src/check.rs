@@ -148,7 +148,7 @@ impl SchemaChecker<'_> {
         }
     }
 
-    /// A choice of words, or of tables told apart by their `kind`.
+    /// A choice of words, or of tables distinguished by their `kind`.
     fn one_of(&mut self, choices: &[Json], node: &mut Node, path: &Path) {
         let kind_of =
             |choice: &Json| choice["properties"]["kind"]["const"].as_str().map(str::to_owned);

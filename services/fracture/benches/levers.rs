@@ -12,7 +12,7 @@ use cullet_fracture::mpm::kernel::SimdLevel;
 use cullet_fracture::mpm::stencil::vector;
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
-    BrittleProblem, Fragmentation, Impact, Material, Precision, Progress, Settings, Solver,
+    BrittleProblem, Fragmentation, Impact, Material, PointPrecision, Progress, Settings, Solver,
     StrengthField,
 };
 use std::sync::Arc;
@@ -89,7 +89,7 @@ fn problem(mesh: cullet_geometry::TriMesh, material: Material, impact: Impact) -
         impacts: vec![impact],
         supports: Vec::new(),
         spin: Vec3::zeros(),
-        settings: Settings { precision: Precision::Double, ..Settings::default() },
+        settings: Settings { precision: PointPrecision::Double, ..Settings::default() },
         seed: 0,
     }
 }
@@ -188,7 +188,7 @@ fn levers() -> Vec<Lever> {
     let usual = TerminationCriteria::default();
     let none = |_: &mut BrittleProblem| ();
     vec![
-        ("f32", usual, |problem| problem.settings.precision = Precision::Single),
+        ("f32", usual, |problem| problem.settings.precision = PointPrecision::Single),
         ("no stop", TerminationCriteria { quiet: f64::INFINITY, ..usual }, none),
         ("quiet 1.5", TerminationCriteria { quiet: 1.5, ..usual }, none),
         ("push 1.5", TerminationCriteria { push: 1.5, ..usual }, none),

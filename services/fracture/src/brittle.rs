@@ -27,7 +27,7 @@ use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 use cullet_model::brittle::POINTS_PER_CELL;
 use cullet_model::{
-    BrittleProblem, Cost, Failure, Fragment, Fragmentation, Grain, Impact, Precision, Problem,
+    BrittleProblem, Cost, Failure, Fragment, Fragmentation, Grain, Impact, PointPrecision, Problem,
     Progress, Refusal, Solver, Strength,
 };
 pub use schedule::TerminationCriteria;
@@ -91,7 +91,7 @@ struct SolveRecord {
 
 impl Solver for Brittle {
     const NAME: &'static str = "brittle";
-    const PRECISIONS: &'static [Precision] = &[Precision::Single, Precision::Double];
+    const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Single, PointPrecision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
         estimate_cost(&BrittleProblem::of(problem.clone(), Self::NAME)?)
@@ -236,7 +236,7 @@ impl Brittle {
             return None;
         }
         let mut problem = self.problem.clone();
-        problem.settings.precision = Precision::Double;
+        problem.settings.precision = PointPrecision::Double;
         let mut fresh = Self::with(problem, self.setup.criteria, self.setup.simd_level).ok()?;
         fresh.setup.halvings = self.setup.halvings + 1;
         fresh.domain.step /= f64::from(1_u32 << fresh.setup.halvings);
@@ -244,7 +244,7 @@ impl Brittle {
         if steps > f64::from(self.problem.settings.max_steps) {
             return None;
         }
-        let single = self.problem.settings.precision == Precision::Single;
+        let single = self.problem.settings.precision == PointPrecision::Single;
         let wider = if single { ", in f64" } else { "" };
         let step = fresh.domain.step;
         let warning = format!("{failure}: solved again with steps of {step:.3e} s{wider} (F76)");

@@ -140,7 +140,7 @@ impl Softening {
         share / (1.0 - share)
     }
 
-    /// Share of a pull in [`Elastic::pulls`] that damage takes: c/(1 + ν(1 − c)) \[1\].
+    /// Share of a pull in [`LameParameters::pulls`] that damage takes: c/(1 + ν(1 − c)) \[1\].
     #[must_use]
     pub fn taken(&self, damage: f64) -> f64 {
         damage / (1.0 + self.elastic.poisson() * (1.0 - damage))
@@ -215,7 +215,7 @@ impl Softening {
             })),
             (false, _) => before,
         };
-        // ∫ Y dc along the softening branch, on which c is told by the pull κ, is Y₁ (c₁ − c₀)
+        // ∫ Y dc along the softening branch, on which c follows from the pull κ, is Y₁ (c₁ − c₀)
         // κ₀/κ₁. What breaks at once gives back all that it holds.
         let dissipated = match (grows, state.sudden) {
             (true, true) => {

@@ -92,8 +92,8 @@ const STREAM: u64 = 0xdeb1;
 /// [`MOST`] grains cannot be so fine, they are as fine as they can be.
 ///
 /// Mass and momentum are the part's up to rounding. Angular momentum is too where the grains can
-/// carry it without more energy than the part had; what is left is told. Beside the part's motion
-/// they have no more energy than the points of the solve had beside theirs.
+/// carry it without more energy than the part had; what is left is returned. Beside the part's
+/// motion they have no more energy than the points of the solve had beside theirs.
 #[must_use]
 pub fn grains(part: &CrumblingPart<'_>, median: f64, seed: u64) -> Fines {
     let whole = part.mesh.mass_properties();
@@ -377,7 +377,7 @@ mod tests {
         let part = CrumblingPart { mesh: &mesh, velocity: Vec3::x(), spin: Vec3::z(), motes: &[] };
         assert_eq!(grains(&part, 0.003, 5), grains(&part, 0.003, 5));
         assert_ne!(grains(&part, 0.003, 5), grains(&part, 0.003, 6));
-        // One grain spins about nothing: all of it is told.
+        // One grain spins about nothing: all of it is returned.
         let lost = grains(&part, 1.0, 5).lost;
         assert!((lost - mesh.mass_properties().inertia * Vec3::z()).norm() < 1e-18);
     }

@@ -13,8 +13,8 @@ use cullet_fragment::motion::balance;
 use cullet_geometry::{MassProperties, Sheet, Vec3};
 use cullet_model::outcome::{DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    BrittleProblem, Cost, Failure, Fragment, Fragmentation, Impact, Precision, Problem, Progress,
-    Refusal, Report, Solver,
+    BrittleProblem, Cost, Failure, Fragment, Fragmentation, Impact, PointPrecision, Problem,
+    Progress, Refusal, Report, Solver,
 };
 use probes::{PROBES, Probes};
 
@@ -45,7 +45,7 @@ pub struct Geometric {
 
 impl Solver for Geometric {
     const NAME: &'static str = "geometric";
-    const PRECISIONS: &'static [Precision] = &[Precision::Single, Precision::Double];
+    const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Single, PointPrecision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
         let problem = &BrittleProblem::of(problem.clone(), Self::NAME)?;
@@ -158,7 +158,7 @@ impl Geometric {
         let mut fragments: Vec<Fragment> =
             partition.parts.into_iter().map(|part| motion.carry(part)).collect();
         let reactions = self.hold(&mut fragments);
-        // Where nothing parted there is nothing that was drawn.
+        // Where nothing parted there is nothing that was sampled.
         let sampled = vec![fragments.len() > 1; fragments.len()];
         Fragmentation { fragments, sampled, reactions, report, ..Fragmentation::default() }
     }

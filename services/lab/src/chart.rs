@@ -196,7 +196,7 @@ impl<D: DrawingBackend> Pen<'_, D> {
         self.area.draw(&text).map_err(|error| error.to_string())
     }
 
-    /// Lines at the errors whose costs are told.
+    /// Lines at the errors whose costs are reported.
     fn targets(&self) -> Result<(), String> {
         let [left, _, right, _] = PLOT;
         for target in TARGETS {

@@ -22,7 +22,7 @@ const LOOK: Duration = Duration::from_secs(1);
 /// Longest that a run may take at all.
 const LONGEST: Duration = Duration::from_secs(1_000_000_000);
 
-/// Runs every point in a process of its own; `done` is told each result, in the order of the
+/// Runs every point in a process of its own; `done` gets each result, in the order of the
 /// points, with the recording of a scene, which is gone afterwards.
 ///
 /// # Errors

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// How often a run is looked at.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// Longest piece of what a process said that is told \[letters\].
+/// Longest piece of what a process said that is reported \[letters\].
 const SAID: usize = 400;
 
 /// How a process ended.

@@ -2,7 +2,7 @@
 
 use super::{Measured, MetricRow, SweepPoint, status, trouble};
 use crate::specimen::MetricVerdict;
-use cullet_model::Precision;
+use cullet_model::PointPrecision;
 use cullet_specimen::SpecimenSettings;
 use serde_json::json;
 
@@ -65,10 +65,10 @@ pub fn csv(measured: &Measured) -> String {
     measured.rows.iter().map(line).collect()
 }
 
-pub(super) const fn precision_word(precision: Precision) -> &'static str {
+pub(super) const fn precision_word(precision: PointPrecision) -> &'static str {
     match precision {
-        Precision::Single => "single",
-        Precision::Double => "double",
+        PointPrecision::Single => "single",
+        PointPrecision::Double => "double",
     }
 }
 

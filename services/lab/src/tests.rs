@@ -142,7 +142,7 @@ fn a_job_without_a_result_is_a_status() {
     assert_eq!(status(&of(Settled::Verdict(Verdict::Measured(Box::new(result))))), "nan");
 }
 
-/// A sample that is no number is not passed over: what is made of it is none, and is told so.
+/// A sample that is no number is not passed over: what is made of it is none, and is reported so.
 #[test]
 fn a_sample_that_is_no_number_makes_the_metric_none() {
     let spoiled = measured(vec![0.0, f64::NAN, 2.0]);

@@ -35,7 +35,7 @@ impl Default for CrackFaceDetail {
     }
 }
 
-/// A value of [`Detail`], its name, and its bounds.
+/// A value of [`CrackFaceDetail`], its name, and its bounds.
 pub type DetailBound = (&'static str, f64, f64, f64);
 
 impl CrackFaceDetail {

@@ -22,9 +22,9 @@ pub use detail::CrackFaceDetail;
 pub use law::Law;
 pub use material::Material;
 pub use outcome::{
-    Amount, Deformation, Figure, Fragment, Fragmentation, Grain, Outcome, Report, SolvedShares,
+    Amount, Deformation, Figure, Fragment, Fragmentation, Grain, Report, SolveOutcome, SolvedShares,
 };
-pub use precision::Precision;
+pub use precision::PointPrecision;
 pub use problem::{BrittleProblem, BrittleSettings, Impact, Problem, Settings, Support};
 pub use refusal::{Failure, Refusal};
 pub use solver::{Cost, Progress, SolveInProgress, Solver, SolverEntry, entry};

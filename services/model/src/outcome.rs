@@ -100,7 +100,7 @@ pub struct Grain {
 pub struct Fragmentation {
     /// Closed parts whose volumes, with those of the debris, sum to the body's within 1e-9 of it.
     pub fragments: Vec<Fragment>,
-    /// Of each fragment: whether it was sampled, that is drawn from a law, and not solved.
+    /// Of each fragment: whether it was sampled from a law, and not solved.
     pub sampled: Vec<bool>,
     /// Parts too small to be fragments.
     pub debris: Vec<Grain>,
@@ -126,7 +126,7 @@ pub struct Deformation {
     /// What the deformation cost, paid from the hit: plastic work and cracks that part nothing
     /// \[J\].
     pub work: f64,
-    /// As [`Fracture::reactions`].
+    /// As [`Fragmentation::reactions`].
     pub reactions: Vec<f64>,
     /// What it cost.
     pub report: Report,
@@ -134,7 +134,7 @@ pub struct Deformation {
 
 /// What comes of a solve.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
+pub enum SolveOutcome {
     /// The body is in parts.
     Broken(Box<Fragmentation>),
     /// It is one body still, of another shape.
@@ -143,7 +143,7 @@ pub enum Outcome {
     Unchanged(Box<Fragmentation>),
 }
 
-impl Outcome {
+impl SolveOutcome {
     /// What the solve cost and what it found out.
     #[must_use]
     pub fn report(&self) -> &Report {
@@ -227,7 +227,7 @@ pub struct Amount {
     pub crack_area: f64,
 }
 
-/// How much of what broke was solved from stress, and how much was drawn from a law.
+/// How much of what broke was solved from stress, and how much was sampled from a law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SolvedShares {
     /// Solved.
@@ -236,7 +236,7 @@ pub struct SolvedShares {
     pub sampled: Amount,
 }
 
-impl From<Fragmentation> for Outcome {
+impl From<Fragmentation> for SolveOutcome {
     fn from(fracture: Fragmentation) -> Self {
         match fracture.is_intact() {
             true => Self::Unchanged(Box::new(fracture)),

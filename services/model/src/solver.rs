@@ -1,7 +1,7 @@
 //! The contract between a problem and the ways to solve it.
 
-use crate::outcome::Outcome;
-use crate::precision::Precision;
+use crate::outcome::SolveOutcome;
+use crate::precision::PointPrecision;
 use crate::problem::Problem;
 use crate::refusal::{Failure, Refusal};
 
@@ -22,7 +22,7 @@ pub enum Progress {
     /// Share done \[0, 1\].
     Running(f64),
     /// Finished.
-    Done(Outcome),
+    Done(SolveOutcome),
     /// Numerics went wrong.
     Failed(Failure),
 }
@@ -33,7 +33,7 @@ pub trait Solver: Sized + 'static {
     /// Name on the wire, in charts, in recordings. Never reused for another method.
     const NAME: &'static str;
     /// What its points may be worked out in.
-    const PRECISIONS: &'static [Precision];
+    const PRECISIONS: &'static [PointPrecision];
     /// What the problem would cost here, or why it is not for this solver.
     ///
     /// # Errors
@@ -65,7 +65,7 @@ pub struct SolverEntry {
     /// [`Solver::NAME`].
     pub name: &'static str,
     /// [`Solver::PRECISIONS`].
-    pub precisions: &'static [Precision],
+    pub precisions: &'static [PointPrecision],
     /// [`Solver::begin`], after [`Solver::accepts`].
     pub begin: fn(Problem) -> Result<Box<dyn SolveInProgress>, Refusal>,
 }

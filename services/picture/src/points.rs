@@ -118,7 +118,7 @@ fn draw(frame: &Frame, camera: &Camera, size: f64, span: (f32, f32)) -> Picture 
                 let pixel = &mut depth[v * SIZE.0 + u];
                 if square <= 1.0 && near > *pixel {
                     *pixel = near;
-                    // Darker towards the rim, so that points are told apart.
+                    // Darker towards the rim, so that points can be distinguished.
                     let shade = 1.0 - 0.35 * square;
                     picture.set(u, v, rgb.map(|c| (f64::from(c) * shade) as u8));
                 }

@@ -20,7 +20,7 @@ pub(super) struct ScreenCorner {
 pub(super) struct Buffers {
     pub(super) width: usize,
     pub(super) height: usize,
-    /// [`Corner::near`] of the nearest surface; −∞ where there is none.
+    /// [`ScreenCorner::near`] of the nearest surface; −∞ where there is none.
     pub(super) near: Vec<f32>,
     /// Who it belongs to; empty if only depth is wanted.
     pub(super) who: Vec<u32>,
@@ -50,7 +50,7 @@ struct ScreenTriangle {
     edges: [Edge; 3],
     /// Turns edge functions into the shares of the corners \[1\].
     scale: f64,
-    /// [`Corner::near`] as a function of the place.
+    /// [`ScreenCorner::near`] as a function of the place.
     near: Edge,
     who: u32,
 }

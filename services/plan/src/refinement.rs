@@ -16,7 +16,7 @@ const NEAR: f64 = 1.5;
 /// Hits whose errors must be known before one like them is taken at its word.
 const LIKE: usize = 3;
 
-/// Errors of spacings, as far as hits of one run have told them; filled in the order in which jobs
+/// Errors of spacings, as far as hits of one run have shown them; filled in the order in which jobs
 /// settle, so that it is the same with any pool.
 #[derive(Clone, Debug, Default)]
 pub struct Experience(BTreeMap<(HitClass, u64), Vec<f64>>);

@@ -72,7 +72,7 @@ impl Shell {
         }
     }
 
-    /// What a worker is told of its grant.
+    /// What a worker gets to know of its grant.
     fn granted(
         &mut self,
         (worker, run): (Worker, Run),

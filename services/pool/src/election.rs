@@ -175,7 +175,7 @@ struct ElectionSession {
 }
 
 impl ElectionSession {
-    /// Whoever shows a sign of life now is known before [`Input::Looked`].
+    /// Whoever shows a sign of life now is known before [`ElectionInput::Looked`].
     fn look(&self) -> Result<(), zenoh::Error> {
         let key = keys::coordinators_live(&self.name);
         let found = self.session.liveliness().get(key).timeout(LOOK).wait()?;
@@ -216,7 +216,7 @@ impl ElectionSession {
     }
 }
 
-/// Keeps the state until told to quit.
+/// Keeps the state until asked to quit.
 fn uphold(
     mut election: ElectionState,
     line: &ElectionSession,

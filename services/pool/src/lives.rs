@@ -3,8 +3,8 @@
 //!
 //! A name is a worker's own, but nobody keeps two from having the same where no certificate does.
 //! One that is started again is called as the one before was, whose sign may be seen a little
-//! longer, as is one that finishes its last job. So two are told only when both have been there for
-//! longer than a link that died is held, and neither is on its way out.
+//! longer, as is one that finishes its last job. So two are reported only when both have been there
+//! for longer than a link that died is held, and neither is on its way out.
 
 use cullet_proto::{SessionId, WorkerId};
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,7 +21,7 @@ pub(super) struct LiveWorkers {
     named: BTreeMap<WorkerId, BTreeMap<SessionId, Instant>>,
     /// Names that several have.
     several: BTreeSet<WorkerId>,
-    /// Those that were told of, by name.
+    /// Those that were reported, by name.
     reported: BTreeMap<WorkerId, BTreeSet<SessionId>>,
     /// Those that get no further job.
     leaving: BTreeSet<SessionId>,
@@ -79,7 +79,7 @@ impl LiveWorkers {
         }
     }
 
-    /// Whether it was told of as one of several.
+    /// Whether it was reported as one of several.
     pub(super) fn has_duplicate_name(&self, life: SessionId) -> bool {
         self.reported.values().any(|all| all.contains(&life))
     }
@@ -126,8 +126,8 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(8);
 
-    /// What is told at each step: a sign of a life that comes or goes, or nothing, after so many
-    /// seconds.
+    /// What is reported at each step: a sign of a life that comes or goes, or nothing, after so
+    /// many seconds.
     fn told(steps: &[(u64, Option<(u64, bool)>)]) -> (Vec<Vec<u64>>, LiveWorkers) {
         let (mut lives, begun) = (LiveWorkers::new(PATIENCE), Instant::now());
         let mut told = Vec::new();

@@ -15,7 +15,7 @@ use zenoh::Wait;
 use zenoh::query::Queryable;
 use zenoh::sample::SampleKind;
 
-/// Where a pool listens if it is not told.
+/// Where a pool listens if no endpoint is given.
 const LOOPBACK: &str = "tcp/127.0.0.1:0";
 /// A router that cannot be connected to within this is reported.
 const CONNECT: Duration = Duration::from_secs(7);

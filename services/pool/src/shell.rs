@@ -167,7 +167,7 @@ impl Shell {
         self.workers.roster.handle()
     }
 
-    /// Until told to quit.
+    /// Until asked to quit.
     pub(super) fn run(mut self, queue: &Receiver<PoolInput>) {
         let mut ticked = Instant::now();
         'life: loop {
@@ -258,7 +258,7 @@ impl Shell {
                 self.workers.skill_table.gone(worker);
                 self.workers.roster.gone(worker);
                 self.step(Event::Down(worker));
-                // What is told of its jobs has its name.
+                // What is logged of its jobs has its name.
                 self.workers.names.remove(&worker);
             }
         }

@@ -13,7 +13,7 @@ pub use cullet_proto::service::Position;
 pub use jobs::{Idle, JobPool, PoolLoad};
 
 use cullet_geometry::Vec3;
-use cullet_model::Outcome as Solved;
+use cullet_model::SolveOutcome as Solved;
 use cullet_plan::{Decision, Experience, SolveOrder, decide};
 use cullet_proto::{FractureJob, JobId};
 use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// How long the run waits for the pool before it looks at whether it was told to stop.
+/// How long the run waits for the pool before it looks at whether it was asked to stop.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// What a run needs beside its scene and its pool.
@@ -46,14 +46,14 @@ pub enum News {
     Line(String),
 }
 
-/// A run that came to its end, or was told to stop.
+/// A run that came to its end, or was asked to stop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// What the recording says.
     pub summary: Summary,
     /// Expectations of the scene that do not hold, a sentence each.
     pub unmet: Vec<String>,
-    /// Whether it was told to stop before its end.
+    /// Whether it was asked to stop before its end.
     pub interrupted: bool,
     /// The recording.
     pub recording: PathBuf,
@@ -305,7 +305,7 @@ impl SceneRun<'_> {
         Ok(())
     }
 
-    /// Waits for the jobs that are due by a step and settles them. False: told to stop.
+    /// Waits for the jobs that are due by a step and settles them. False: asked to stop.
     fn settle_until(&mut self, step: u64) -> Result<bool, RunError> {
         while self.pending.front().is_some_and(|p| p.due <= step) {
             let settled = loop {

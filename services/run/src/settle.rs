@@ -4,7 +4,7 @@ use super::{News, ObjectOrigin, Outcome, Pending, RunError, SceneRun, convert, n
 use cullet_geometry::{Sheet, Vec3};
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    BodyShape, Deformation, Figure, Fragment, Fragmentation, Outcome as Solved, Report,
+    BodyShape, Deformation, Figure, Fragment, Fragmentation, Report, SolveOutcome as Solved,
     SolvedShares,
 };
 use cullet_plan::Next;

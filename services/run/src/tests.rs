@@ -118,7 +118,7 @@ fn the_finest_solve_is_used_beyond_the_plan() {
     assert!(told.contains("none below 2.000e-3 m by the most points"), "{told}");
 }
 
-/// A finer solve that fails takes nothing away: the one before it is used, and that is told.
+/// A finer solve that fails takes nothing away: the one before it is used, and that is reported.
 #[test]
 fn the_solve_before_one_that_fails_is_used() {
     let (spacings, used, told) = dropped(3e-3);

@@ -5,7 +5,7 @@ use crate::discretisation::Discrete;
 use crate::frame::GridFrame;
 use crate::probe::{PointField, Probe};
 use crate::problem::{LoadKind, SpecimenProblem};
-use cullet_model::{Precision, Refusal};
+use cullet_model::{PointPrecision, Refusal};
 use std::fmt;
 
 /// What a specimen may ask for and not every family has.
@@ -14,7 +14,7 @@ pub enum Feature {
     /// A field of the points.
     Field(PointField),
     /// What points are worked out in.
-    Precision(Precision),
+    Precision(PointPrecision),
     /// A load on the surface.
     Traction,
     /// A load on the surface, along its normal.
@@ -51,8 +51,8 @@ impl fmt::Display for Feature {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Field(field) => return write!(f, "field {}", field.name()),
-            Self::Precision(Precision::Single) => "precision single",
-            Self::Precision(Precision::Double) => "precision double",
+            Self::Precision(PointPrecision::Single) => "precision single",
+            Self::Precision(PointPrecision::Double) => "precision double",
             Self::Traction => "load by traction",
             Self::Pressure => "load by pressure",
             Self::Force => "load by force",
@@ -103,7 +103,7 @@ impl SpecimenProblem {
     }
 }
 
-/// Why a specimen is not solved. Normal: it is told with the run.
+/// Why a specimen is not solved. Normal: it is reported with the run.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unfit {
     /// Nobody has that name.

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 /// How often the supervisor looks at the job and its memory.
 const LOOK: Duration = Duration::from_millis(20);
-/// A job that is told to stop may end its slice within this.
+/// A job that is asked to stop may end its slice within this.
 const GRACE: Duration = Duration::from_secs(2);
 /// How often a job says how far it is, at most.
 const TOLD: Duration = Duration::from_millis(100);
@@ -63,7 +63,7 @@ pub struct JobCommand {
 pub(crate) enum AttemptResult {
     /// With a verdict, encoded.
     Solved(Vec<u8>),
-    /// It was told to stop, and did.
+    /// It was asked to stop, and did.
     Cancelled,
     /// The job cannot be read, or its verdict cannot be sent.
     Invalid(String),
@@ -93,7 +93,7 @@ impl JobProcess {
         Self { command, alive: None }
     }
 
-    /// Solves in the process; ends it if it does not end by itself when told to stop. A specimen
+    /// Solves in the process; ends it if it does not end by itself when asked to stop. A specimen
     /// has a process of its own: what it costs is read off it.
     pub(crate) fn solve(&mut self, job: &[u8], watch: &JobControl) -> AttemptResult {
         let alone = SpecimenJob::is(job);

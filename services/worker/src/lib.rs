@@ -125,7 +125,7 @@ impl WorkerConfig {
     }
 }
 
-/// Works for a coordinator with the families of `cullet-fracture` until told to stop or drained.
+/// Works for a coordinator with the families of `cullet-fracture` until asked to stop or drained.
 /// A coordinator that is not there yet, or is gone for a while, is waited for.
 ///
 /// # Errors

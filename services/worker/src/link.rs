@@ -41,7 +41,7 @@ pub(crate) enum NoAnswer {
 const UNABLE: &str = "Unable to connect";
 
 /// Settings with which a link is tried, in turn: the transport waits without end for the first of
-/// several places, unless it is told otherwise; once it was connected, it looks at them all.
+/// several places, unless another number is given; once it was connected, it looks at them all.
 fn turns(config: &WorkerConfig) -> Result<Vec<zenoh::Config>, String> {
     let mut places = config.connect.clone();
     let mut all = Vec::new();

@@ -1,7 +1,9 @@
 //! A job, from the problem to the verdict.
 
 use crate::families::by_name;
-use cullet_model::{Failure, Outcome, Precision, Progress, Refusal, SolveInProgress, SolverEntry};
+use cullet_model::{
+    Failure, PointPrecision, Progress, Refusal, SolveInProgress, SolveOutcome, SolverEntry,
+};
 use cullet_proto::pool::Family;
 use cullet_proto::{FractureJob, Verdict};
 use std::any::Any;
@@ -49,14 +51,14 @@ pub fn families() -> Vec<Family> {
     let has = |entry: &SolverEntry, precision| entry.precisions.contains(&precision);
     let family = |entry: &SolverEntry| Family {
         name: entry.name.into(),
-        single: has(entry, Precision::Single),
-        double: has(entry, Precision::Double),
+        single: has(entry, PointPrecision::Single),
+        double: has(entry, PointPrecision::Double),
     };
     crate::families::FAMILIES.iter().map(family).collect()
 }
 
 enum Solved {
-    Done(Outcome),
+    Done(SolveOutcome),
     Refused(String),
     Failed(Failure),
     Cancelled,
@@ -167,7 +169,7 @@ mod tests {
 
     impl Solver for Picky {
         const NAME: &'static str = "picky";
-        const PRECISIONS: &'static [Precision] = &[Precision::Double];
+        const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Double];
         fn accepts(_: &Problem) -> Result<Cost, Refusal> {
             Err(Refusal::TooThin { thickness: 1e-3, cells: 1.0, minimum: 3.0 })
         }
@@ -197,18 +199,18 @@ mod tests {
     const TABLE: [SolverEntry; 4] = [
         SolverEntry {
             name: "slow",
-            precisions: &[Precision::Double],
+            precisions: &[PointPrecision::Double],
             begin: |_| Ok(Box::new(Slow(0))),
         },
-        SolverEntry { name: "picky", precisions: &[Precision::Double], begin: refuse },
+        SolverEntry { name: "picky", precisions: &[PointPrecision::Double], begin: refuse },
         SolverEntry {
             name: "sick",
-            precisions: &[Precision::Double],
+            precisions: &[PointPrecision::Double],
             begin: |_| Ok(Box::new(Picky)),
         },
         SolverEntry {
             name: "uncut",
-            precisions: &[Precision::Double],
+            precisions: &[PointPrecision::Double],
             begin: |_| Ok(Box::new(Uncut)),
         },
     ];

@@ -71,7 +71,7 @@ pub(crate) struct Supervisor {
     blob: Arc<Vec<u8>>,
     text: String,
     watch: JobControl,
-    /// A job that was told to stop at its hard limit, on a thread of ours.
+    /// A job that was asked to stop at its hard limit, on a thread of ours.
     overdue: Option<(Epoch, Instant)>,
     /// What a thread of ours solves; zero: nothing.
     busy: Arc<AtomicU64>,
@@ -144,7 +144,7 @@ impl Supervisor {
         }))
     }
 
-    /// Asks for jobs and does them until told to stop or drained.
+    /// Asks for jobs and does them until asked to stop or drained.
     pub(crate) fn work(mut self) {
         let mut quitting = false;
         self.step(WorkerInput::Begin);

@@ -64,7 +64,7 @@ pub(crate) struct Talker {
     pub(crate) hello: Arc<pool::Hello>,
     /// Whether it has.
     pub(crate) known: Cell<bool>,
-    /// Since when nobody has answered; whether that was told.
+    /// Since when nobody has answered; whether that was logged.
     pub(crate) unheard: Cell<Option<(Instant, bool)>>,
     pub(crate) stop: Arc<AtomicBool>,
     pub(crate) news: Sender<TalkerResult>,
@@ -150,7 +150,7 @@ impl Talker {
         said.map(|_| self.known.set(true))
     }
 
-    /// Asks, once the coordinator has been told who does.
+    /// Asks, once the coordinator knows who does.
     fn introduced<A>(&self, ask: impl Fn() -> Result<A, NoAnswer>) -> Result<A, NoAnswer> {
         if !self.known.get() {
             self.introduce()?;

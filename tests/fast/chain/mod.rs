@@ -6,7 +6,7 @@ mod body;
 use body::Chain;
 use cullet_lab::specimen::load;
 use cullet_lab::{Measured, SweepPoint};
-use cullet_model::{Precision, Refusal};
+use cullet_model::{PointPrecision, Refusal};
 use cullet_proto::specimen::Ending;
 use cullet_specimen::{Discrete, Feature, GridFrame, PointField, SpecimenFamily, SpecimenProblem};
 use cullet_tests::root;
@@ -33,7 +33,7 @@ const FEATURES: &[Feature] = &[
     Feature::Field(PointField::Displacement),
     Feature::Field(PointField::Velocity),
     Feature::Field(PointField::Stress),
-    Feature::Precision(Precision::Double),
+    Feature::Precision(PointPrecision::Double),
     Feature::Acceleration,
     Feature::Support,
     Feature::Damping,

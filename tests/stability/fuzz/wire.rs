@@ -6,7 +6,7 @@ use super::timed;
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3, shapes};
 use cullet_lab::specimen;
 use cullet_model::strength::{Region, Stroke};
-use cullet_model::{Fragment, Fragmentation, Grain, Law, Outcome, Report, Support};
+use cullet_model::{Fragment, Fragmentation, Grain, Law, Report, SolveOutcome, Support};
 use cullet_proto::chunks::{self, Assembly, CHUNK};
 use cullet_proto::claim::{Claim, Reply};
 use cullet_proto::envelope::PREFIX;
@@ -113,7 +113,7 @@ fn jobs_and_verdicts() {
             is_sound(job.problem.body.solid().expect("a solid"));
             assert!(job.problem.law.density().is_finite());
             assert!(job.id().is_ok(), "what was read can be written");
-        } else if let Some(Verdict::Solved(Outcome::Broken(body))) =
+        } else if let Some(Verdict::Solved(SolveOutcome::Broken(body))) =
             in_words(Verdict::decode(bytes))
         {
             body.fragments.iter().for_each(|fragment| is_sound(&fragment.solid));

@@ -19,7 +19,7 @@ use crate::damage::{DamageState, Softening};
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3};
 use cullet_model::tolerance::{REFRESH, SAFETY};
-use cullet_model::{Material, Precision};
+use cullet_model::{Material, PointPrecision};
 use rayon::prelude::*;
 use std::sync::Arc;
 use wide::f64x4;
@@ -144,7 +144,7 @@ impl Domain {
     ) -> Self {
         let grid = BackgroundGrid::new(&mut particles, spacing);
         let bonds = Bonds::new(&particles, &spacing);
-        let kernel = Kernel::new(&grid, &particles, Precision::default(), SimdLevel::best());
+        let kernel = Kernel::new(&grid, &particles, PointPrecision::default(), SimdLevel::best());
         let mut domain = Self {
             step: SAFETY * least_step(materials, spacing.min()),
             particles,
@@ -169,7 +169,7 @@ impl Domain {
     }
 
     /// Does the points' pass in another precision and on another path of the processor.
-    pub fn select(&mut self, precision: Precision, simd_level: SimdLevel) {
+    pub fn select(&mut self, precision: PointPrecision, simd_level: SimdLevel) {
         self.response.kernel = Kernel::new(&self.grid, &self.particles, precision, simd_level);
         let heaviest = self.grid.nodes.mass.iter().fold(0.0_f64, |most, &mass| most.max(mass));
         self.response.least_mass = least_share(precision) * heaviest;

@@ -9,7 +9,7 @@ mod read;
 #[cfg(test)]
 mod tests;
 
-use cullet_model::Precision;
+use cullet_model::PointPrecision;
 use cullet_specimen::{Feature, PointField, SpecimenFamily};
 
 /// The row of the brittle family.
@@ -22,8 +22,8 @@ const FEATURES: &[Feature] = &[
     Feature::Field(PointField::Stress),
     Feature::Field(PointField::Strain),
     Feature::Field(PointField::Damage),
-    Feature::Precision(Precision::Single),
-    Feature::Precision(Precision::Double),
+    Feature::Precision(PointPrecision::Single),
+    Feature::Precision(PointPrecision::Double),
     Feature::Traction,
     Feature::Pressure,
     Feature::Force,

@@ -4,7 +4,7 @@ use super::FAMILY;
 use crate::mpm::domain::stable_step;
 use cullet_geometry::{Mat3, Quat, Vec3, shapes};
 use cullet_model::strength::Region;
-use cullet_model::{Material, Precision, StrengthField};
+use cullet_model::{Material, PointPrecision, StrengthField};
 use cullet_specimen::{
     Amplitude, Ending, Hold, InitialState, Load, LoadKind, Matter, Output, PointField, PointLayout,
     PointSettings, Probe, Reduce, SpecimenBody, SpecimenOutcome, SpecimenProblem, SpecimenRun,
@@ -53,7 +53,7 @@ fn settings(spacing: f64) -> SpecimenSettings {
     SpecimenSettings {
         spacing,
         step_factor: 0.8,
-        precision: Precision::Double,
+        precision: PointPrecision::Double,
         breaks: false,
         damping: 0.0,
         damped_until: None,
@@ -274,7 +274,7 @@ fn a_turned_specimen_speaks_in_its_own_frame() {
     assert!((straight[0] / wanted - 1.0).abs() < 1e-3, "{} and {wanted}", straight[0]);
 }
 
-/// A step far over its bound is told as an instability, not as numbers.
+/// A step far over its bound is reported as an instability, not as numbers.
 #[test]
 fn a_step_over_its_bound_ends_as_unstable() {
     let start = Start {
@@ -291,7 +291,7 @@ fn a_step_over_its_bound_ends_as_unstable() {
     assert!(matches!(ending, Ending::Unstable(_) | Ending::NotFinite(_)), "{ending:?}");
 }
 
-/// A cube whose every node is told to move as an even stretch along x asks, until all of it is
+/// A cube whose every node is made to move as an even stretch along x asks, until all of it is
 /// broken; what is sampled is the dissipated energy and the stress along x.
 fn stretched(length: f64) -> SpecimenProblem {
     let rate = 2.0;
@@ -415,7 +415,7 @@ fn two_bodies_of_two_materials_meet_and_part() {
 /// What is there then is rounding, and no instability.
 #[test]
 fn a_bar_on_which_nothing_acts_stays_at_rest_to_its_end() {
-    for precision in [Precision::Single, Precision::Double] {
+    for precision in [PointPrecision::Single, PointPrecision::Double] {
         let mut specimen = bar(0.1, 0.04, 0.01);
         specimen.output.end = 1e-3;
         specimen.settings.points.layout = PointLayout::Scattered;

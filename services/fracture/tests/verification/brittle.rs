@@ -8,7 +8,7 @@ use cullet_fracture::particles::Particles;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::{Solid, Vec3, sample, shapes};
 use cullet_model::{
-    BrittleProblem, Fragmentation, Impact, Material, Precision, Progress, Refusal, Settings,
+    BrittleProblem, Fragmentation, Impact, Material, PointPrecision, Progress, Refusal, Settings,
     Solver, StrengthField, Support, entry,
 };
 use std::sync::Arc;
@@ -150,7 +150,7 @@ fn torn_points_make_no_energy() {
     (problem.seed, problem.strength.seed) = (27, 27);
     assert!(solve(&problem).fragments.len() > 10);
     // In f32 their stress is no number: it must not count as nought times that.
-    problem.settings.precision = Precision::Single;
+    problem.settings.precision = PointPrecision::Single;
     assert!(solve(&problem).fragments.len() > 10);
 }
 

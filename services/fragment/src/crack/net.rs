@@ -10,7 +10,7 @@ use crate::region::{Mosaic, overlap};
 use cullet_geometry::Vec3;
 use cullet_geometry::voronoi::WALL;
 
-/// Rounds in which corners whose faces cross are drawn half-way back to the middle of their cubes;
+/// Rounds in which corners whose faces cross are pulled half-way back to the middle of their cubes;
 /// after them, all the way.
 const RETREATS: usize = 8;
 

@@ -14,7 +14,7 @@ const MOVE: f64 = 0.5;
 /// about eight edges go, longer ones stay as they are.
 const SHRINK: f64 = 0.5;
 const GROW: f64 = -0.526;
-/// Rounds in which corners are moved on to the borders of drawn pieces.
+/// Rounds in which corners are moved on to the borders of sampled pieces.
 const ROUNDS: usize = 8;
 /// Pairs of steps.
 const STEPS: usize = 16;
@@ -29,7 +29,7 @@ pub(super) struct SurfaceNet {
     pulls: Vec<f64>,
     free: Vec<bool>,
     locked: Vec<bool>,
-    /// Pairs of drawn pieces whose borders pass through the corner's cube.
+    /// Pairs of sampled pieces whose borders pass through the corner's cube.
     drawn: Vec<Vec<(u32, u32)>>,
 }
 
@@ -65,18 +65,18 @@ impl SurfaceNet {
         self.free[corner] |= free;
     }
 
-    /// The border between two drawn pieces passes through the corner's cube.
+    /// The border between two sampled pieces passes through the corner's cube.
     pub(super) fn lay(&mut self, corner: u32, pair: (u32, u32)) {
         self.drawn[corner as usize].push(pair);
     }
 
-    /// Whether all faces at a corner are borders between drawn pieces.
+    /// Whether all faces at a corner are borders between sampled pieces.
     fn is_drawn(&self, v: usize) -> bool {
         let faces = self.drawn[v].len();
         !self.locked[v] && faces > 0 && faces as f64 == self.pulls[v]
     }
 
-    /// Moves corners between drawn pieces to where all their borders meet, as far as that is in
+    /// Moves corners between sampled pieces to where all their borders meet, as far as that is in
     /// their cubes; `way` leads from a place to the border of a pair.
     pub(super) fn project(&mut self, way: impl Fn((u32, u32), &Vec3) -> Vec3) {
         let drawn: Vec<usize> = (0..self.place.len()).filter(|&v| self.is_drawn(v)).collect();

@@ -146,7 +146,7 @@ fn slab(sheet: &Sheet, width: f64) -> Result<(TriMesh, Vec<u32>), SlitError> {
     Err(SlitError::Crossing { count: crossing(&slab.vertices, &slab.triangles).len() })
 }
 
-/// A closed slab about a sheet, of the width \[m\] told for each of its corners, and the sheet's
+/// A closed slab about a sheet, of the width \[m\] given for each of its corners, and the sheet's
 /// triangle that each of its faces belongs to.
 fn thickened(sheet: &Sheet, widths: &[f64]) -> (TriMesh, Vec<u32>) {
     let mesh = &sheet.mesh;

@@ -16,7 +16,7 @@ const NEAR_SEAM: f64 = 0.35;
 const STEEPEST: f64 = 1.2;
 /// Passes that take away what is steeper.
 const PASSES: usize = 4;
-/// Rounds in which corners whose faces cross are drawn half-way back; after them, all the way.
+/// Rounds in which corners whose faces cross are pulled half-way back; after them, all the way.
 const RETREATS: usize = 7;
 /// Most triangles that edges are divided for; beyond, they stay longer.
 const MOST: usize = 1_500_000;

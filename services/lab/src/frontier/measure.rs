@@ -16,7 +16,7 @@ use cullet_scene::load;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Runs all of a chart; equal runs are run once. `say` is told each, as it ends: its number, how
+/// Runs all of a chart; equal runs are run once. `say` gets each, as it ends: its number, how
 /// many there are, and its row, for a scene still without its value.
 ///
 /// # Errors

@@ -7,7 +7,7 @@ use super::stats::{
 };
 use std::fmt::Write;
 
-/// Errors whose cost is told \[1\].
+/// Errors whose cost is reported \[1\].
 pub const TARGETS: [f64; 2] = [0.1, 0.03];
 
 /// Least cost: a tick of the clock that counts processor time \[s\].

@@ -47,7 +47,7 @@ impl SpecimenBuilder<'_> {
         self.shop.wrong(path, message);
     }
 
-    /// Notes that the body cannot be made: what is read is right, and a run can still be told of.
+    /// Notes that the body cannot be made: what is read is right, and a run can still be reported.
     pub(super) fn flaw(&mut self, path: &[Step], message: impl std::fmt::Display) {
         self.flaws.push(format!("{}: {message}", show(path)));
     }

@@ -10,7 +10,7 @@ use cullet_document::files::{Files, key};
 use cullet_document::tree::{Node, Step};
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Mat3, Pose, Quat, Solid, TriMesh, Vec3};
-use cullet_model::{Material, Precision, StrengthField};
+use cullet_model::{Material, PointPrecision, StrengthField};
 use cullet_proto::specimen::SpecimenJob;
 use cullet_scene::format::{Axis, Precision as WrittenPrecision};
 use cullet_scene::geometry::GeometrySource;
@@ -324,8 +324,8 @@ fn settings(document: &SpecimenDocument) -> core::SpecimenSettings {
         spacing: s.spacing.unwrap_or(1.0),
         step_factor: s.step_factor,
         precision: match s.precision {
-            WrittenPrecision::Single => Precision::Single,
-            WrittenPrecision::Double => Precision::Double,
+            WrittenPrecision::Single => PointPrecision::Single,
+            WrittenPrecision::Double => PointPrecision::Double,
         },
         breaks: s.breaks,
         damping: s.damping,

@@ -119,7 +119,7 @@ fn errors_name_their_place_and_bound() {
     assert!(missing.contains("`spacing` is missing"), "{missing}");
 }
 
-/// What would be read as something else, or as nothing, is told where it stands.
+/// What would be read as something else, or as nothing, is reported where it stands.
 #[test]
 fn boxes_inside_out_and_names_given_twice_are_told() {
     let cases = [
@@ -271,7 +271,7 @@ fn speeds_are_those_of_the_last_window() {
     }
 }
 
-/// A body that cannot be made is told with its place beside a specimen that was read; what is
+/// A body that cannot be made is reported with its place beside a specimen that was read; what is
 /// wrong with the file is still an error.
 #[test]
 fn a_body_that_cannot_be_made_is_a_flaw_and_no_error() {

@@ -81,7 +81,7 @@ impl<'a> Books<'a> {
         self.events.iter().filter(own).map(|event| (event.step, number(event))).collect()
     }
 
-    /// The hits that a probe is about, each with how many hits were told of in earlier steps.
+    /// The hits that a probe is about, each with how many hits were reported in earlier steps.
     fn hits(&self, watch: &ResolvedProbe) -> Vec<(u64, &RunEvent)> {
         let (mut earlier, mut now, mut step) = (0, 0, 0);
         let mut found = Vec::new();
@@ -126,7 +126,7 @@ impl<'a> Books<'a> {
     fn hit_loss(&self, watch: &ResolvedProbe) -> Entries {
         let names = watch.bodies.as_ref();
         let mut entries = Entries::new();
-        // Of each step and pair, what it took: both bodies of a pair may be told of it.
+        // Of each step and pair, what it took: both bodies of a pair may have a report of it.
         let mut taken: BTreeMap<(u64, u64, u64), f64> = BTreeMap::new();
         // The step of the hits that each body's last job is about.
         let mut asked: BTreeMap<u64, u64> = BTreeMap::new();

@@ -19,7 +19,7 @@ use tempfile::TempDir;
 /// A run and the folder of its recording.
 type RecordedRun = (SpecimenResult, Option<TempDir>);
 
-/// Runs scenes, several at once, but those that have a flaw; `done` is told each result, with its
+/// Runs scenes, several at once, but those that have a flaw; `done` gets each result, with its
 /// recording where there is one, in their order.
 pub(super) fn run_all(
     wholes: &[(&Whole, Option<&str>)],

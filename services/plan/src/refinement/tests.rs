@@ -158,7 +158,7 @@ fn a_plan_that_proves_too_coarse_is_gone_beyond() {
     );
 }
 
-/// What bounds the finest solve is told, and reached where that is worth its while.
+/// What bounds the finest solve is reported, and reached where that is worth its while.
 #[test]
 fn nothing_is_finer_than_points_and_generation_allow() {
     let (spacings, said) = climbed((8e-4, SpacingBound::Points), None);

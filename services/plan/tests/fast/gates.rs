@@ -244,7 +244,7 @@ fn only_a_fast_spin_is_told_and_opens_the_gate() {
     hit.spin *= 223.0 / 45.0;
     let disc = BodyMeasure { length: 0.2, ..soft };
     assert_eq!(gate(&hit, &GLASS, &disc, &limits), Gate::Solve);
-    // Of a glass that bears more it is told: (3 + ν)/8 ρω²R² and next to nothing of the hit.
+    // Of a glass that bears more it is reported: (3 + ν)/8 ρω²R² and next to nothing of the hit.
     (hit.impact.closing_speed, hit.impact.energy) = (1e-9, 1e-24);
     let strong = Material { failure_stress: 1e9, ..GLASS };
     let limits = GateLimits { efficiency: 1e30, ..limits };

@@ -5,8 +5,8 @@ use super::super::{JobPool, PoolLoad, RunOptions, run};
 use super::settlement;
 use cullet_geometry::{Solid, Vec3};
 use cullet_model::{
-    BodyShape, BrittleProblem, Cost, Deformation, Outcome, Precision, Problem, Progress, Refusal,
-    Report, SolveInProgress, Solver, SolverEntry, entry,
+    BodyShape, BrittleProblem, Cost, Deformation, PointPrecision, Problem, Progress, Refusal,
+    Report, SolveInProgress, SolveOutcome, Solver, SolverEntry, entry,
 };
 use cullet_pool::Settlement;
 use cullet_proto::recording::EventKind;
@@ -24,7 +24,7 @@ struct Press(BrittleProblem);
 
 impl Solver for Press {
     const NAME: &'static str = "press";
-    const PRECISIONS: &'static [Precision] = &[Precision::Double];
+    const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Double];
 
     fn accepts(_: &Problem) -> Result<Cost, Refusal> {
         Ok(Cost { particles: 0.0, steps: 1.0, bytes: 0.0 })
@@ -43,7 +43,7 @@ impl Solver for Press {
         let mass = problem.material.density * problem.solid.mesh.signed_volume();
         let work = 0.1 * hit.energy;
         let report = Report { solver: Self::NAME.to_owned(), steps: 1, ..Report::default() };
-        Progress::Done(Outcome::Deformed(Box::new(Deformation {
+        Progress::Done(SolveOutcome::Deformed(Box::new(Deformation {
             body: Solid::outer(mesh).into(),
             hulls,
             velocity: hit.normal * (hit.impulse / mass),

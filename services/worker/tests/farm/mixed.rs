@@ -2,7 +2,7 @@
 
 use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_for};
 use cullet_geometry::{Solid, Vec3, shapes};
-use cullet_model::Precision;
+use cullet_model::PointPrecision;
 use cullet_pool::{JobEnding, Pool, PoolConfig, Share, Timing};
 use cullet_proto::FractureJob;
 use cullet_proto::pool::Family;
@@ -52,7 +52,7 @@ fn a_job_waits_aloud_for_a_worker_that_has_its_family() {
     };
     let _plain = HiredWorker::hire_as(&pool, "plain", Arc::new(solve), with(false));
     let mut hard = job("echo", 1, 0);
-    hard.problem.settings.precision = Precision::Single;
+    hard.problem.settings.precision = PointPrecision::Single;
     // One that can be done shows that the worker is there, and passes the other.
     let (first, second) = (run.open(&hard), run.open(&job("echo", 2, 0)));
     wait_for("the second is done", || pool.stats().jobs.waiting == 1);

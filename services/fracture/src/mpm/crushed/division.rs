@@ -17,7 +17,7 @@ const SPLINTER: [f64; 2] = [1.0, 1.7];
 /// How far the direction of a splinter is from the push: as far as this times any direction.
 const STRAY: f64 = 0.7;
 
-/// Volume of the cubes of the sizes of drawn pieces over that of their zone: balls of these
+/// Volume of the cubes of the sizes of sampled pieces over that of their zone: balls of these
 /// diameters still find room, put down one by one.
 const FILLING: f64 = 0.65;
 

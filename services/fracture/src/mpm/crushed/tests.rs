@@ -158,7 +158,7 @@ fn few_pieces_keep_the_whole_range() {
     assert!(ratio > 25.0 && 6 * all.len() > 7 * count, "{ratio}, {}", all.len());
 }
 
-/// Pieces drawn in a crushed zone are of many sizes, as those of real rubble are.
+/// Pieces sampled in a crushed zone are of many sizes, as those of real rubble are.
 #[test]
 fn drawn_pieces_are_large_and_small() {
     let (_, found) = bar(|_| None);

@@ -69,7 +69,7 @@ pub(super) struct Effective<V> {
     pub(super) square: V,
 }
 
-/// As [`Elastic::second_piola`].
+/// As [`LameParameters::second_piola`].
 #[inline(always)]
 pub(super) fn second_piola<S: Simd, R: Real>(
     simd: S,

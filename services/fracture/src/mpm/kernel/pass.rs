@@ -6,7 +6,7 @@ use super::law::PointLaw;
 use crate::mpm::grid::{BackgroundGrid, GridElement, Rows};
 use crate::mpm::tally::DomainTally;
 use crate::particles::Particles;
-use cullet_model::Precision;
+use cullet_model::PointPrecision;
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 use wide::f64x4;
@@ -20,10 +20,10 @@ const ELEMENTS: usize = 64;
 /// The forces of an element are rounded as its heaviest node's are: on a node that hardly sees
 /// a point what is left of f32 is noise, and noise over its mass runs away, until its
 /// displacement is more than f32 can tell the strain of its neighbours from (F04).
-pub(crate) fn least_share(precision: Precision) -> f64 {
+pub(crate) fn least_share(precision: PointPrecision) -> f64 {
     match precision {
-        Precision::Single => 1e-7,
-        Precision::Double => 0.0,
+        PointPrecision::Single => 1e-7,
+        PointPrecision::Double => 0.0,
     }
 }
 
@@ -173,12 +173,12 @@ impl Kernel {
     pub(crate) fn new(
         grid: &BackgroundGrid,
         particles: &Particles,
-        as_is: Precision,
+        as_is: PointPrecision,
         simd_level: SimdLevel,
     ) -> Self {
         let pass = match as_is {
-            Precision::Single => Either::Single(Pass::new(grid, particles)),
-            Precision::Double => Either::Double(Pass::new(grid, particles)),
+            PointPrecision::Single => Either::Single(Pass::new(grid, particles)),
+            PointPrecision::Double => Either::Double(Pass::new(grid, particles)),
         };
         Self { pass, simd_level }
     }

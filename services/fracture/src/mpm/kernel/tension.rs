@@ -8,7 +8,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 const LEAST: f64 = 1e-20;
 
 /// The stress \[Pa\] of Green's strain `e` where damage takes the share `taken` of what is pulled:
-/// as [`Elastic::pulls`](crate::mpm::elastic::Elastic::pulls), of which that share is taken where
+/// as [`pulls`](crate::mpm::elastic::LameParameters::pulls), of which that share is taken where
 /// they pull.
 ///
 /// With 2μE = m I + B and p² = B:B/6 the principal value farthest from the others is m ± 2py, where

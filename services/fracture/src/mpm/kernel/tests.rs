@@ -7,7 +7,7 @@ use crate::mpm::grid::{BackgroundGrid, GridElement};
 use crate::mpm::stencil::{AROUND, Stencil, gather, packed, vector};
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3, math::unit};
-use cullet_model::{Material, Precision};
+use cullet_model::{Material, PointPrecision};
 
 const STONE: Material = Material {
     density: 2300.0,
@@ -94,7 +94,8 @@ fn forces_agree_with_the_textbook() {
     let size = wanted.iter().fold(0.0_f64, |m, f| m.max(f.norm()));
     for path in SimdLevel::all() {
         // The twin takes no differences: in f64 its own rounding is what is seen.
-        for (precision, bound) in [(Precision::Single, 2e-6), (Precision::Double, 1e-11)] {
+        for (precision, bound) in [(PointPrecision::Single, 2e-6), (PointPrecision::Double, 1e-11)]
+        {
             let mut kernel = Kernel::new(&grid, &particles, precision, path);
             let mut particles = particles.clone();
             let tally = kernel.strain(&law, &grid, &mut particles);

@@ -1,4 +1,4 @@
-//! What is told before anything is solved.
+//! What is reported before anything is solved.
 
 use super::{STONE, bar, begun, face};
 use cullet_geometry::{Mat3, Vec3};

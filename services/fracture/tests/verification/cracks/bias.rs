@@ -208,7 +208,7 @@ fn faces(way: Vec3, seed: u64) -> [Vec<(Vec3, f64)>; 2] {
 }
 
 /// F22: how much more often than in other directions crack faces lie along the grid: hardly more
-/// than the points that broke, for borders of drawn pieces are laid where they are.
+/// than the points that broke, for borders of sampled pieces are laid where they are.
 #[test]
 fn crack_faces_follow_the_grid_no_more_than_they_do() {
     let hits: Vec<u64> = (0..6).collect();
