@@ -224,7 +224,7 @@ pub struct Follow {
     pub wait_ms: u64,
 }
 
-/// The answer to a [`Follow`].
+/// The answer to a [`Follow`]: where the run stands, and its next lines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunUpdate {
     /// The run.
@@ -333,7 +333,7 @@ pub struct Runs {
     pub runs: Vec<RunInfo>,
 }
 
-/// A piece of a file of a run that is over.
+/// A request for a piece of a file of a run that is over.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FetchFile {

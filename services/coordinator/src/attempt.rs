@@ -38,7 +38,7 @@ pub(super) const CUT_OFF: &str = "run.mcap.partial";
 /// Between two lines of a run's position.
 const NEWS_PERIOD: Duration = Duration::from_secs(2);
 
-/// What an attempt needs.
+/// An attempt at a run, with all that it needs.
 pub(super) struct RunAttempt {
     pub(super) entry: RunEntry,
     pub(super) bundle: Vec<u8>,

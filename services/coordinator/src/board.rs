@@ -78,7 +78,7 @@ pub(super) enum AttemptEnd {
     Stopped,
 }
 
-/// What is left of a run that is over.
+/// How a run that is over ended, and what it left.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct RunEnd {
     pub(super) code: Option<u8>,

@@ -29,7 +29,7 @@ const MAX_OVERRIDE: usize = 4_096;
 /// Most bytes of all of them: a run that is remembered holds them in memory.
 const MAX_OVERRIDDEN: u64 = 65_536;
 
-/// Why a question has no answer.
+/// Why a question is not answered.
 enum AnswerError {
     Unknown(String),
     Wrong(String),

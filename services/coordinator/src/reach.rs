@@ -14,7 +14,7 @@ const NAME: &str = "reached";
 /// Between two writings, where no job settled.
 const PERIOD: Duration = Duration::from_millis(200);
 
-/// Writes how far an attempt is, so that the next life of the coordinator knows.
+/// Writes how far an attempt at a run has come, for the coordinator's next start.
 #[derive(Debug)]
 pub(super) struct ReachWriter {
     path: PathBuf,

@@ -22,7 +22,7 @@ pub(super) struct Stretch {
     pub(super) lost: String,
 }
 
-/// What befalls a job that has not settled.
+/// An attempt at a job that has not settled: that it began, or how it was lost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct JobAttempt {
     /// The first digits of its id.

@@ -110,7 +110,7 @@ pub(crate) struct CommandError {
     place: Option<String>,
 }
 
-/// The same for programs.
+/// A command's error as a line of JSON.
 #[derive(Debug, Serialize)]
 struct ErrorLine<'a> {
     code: u8,

@@ -132,6 +132,7 @@ pub(crate) fn plain() -> bool {
 /// A line of JSON. What the spans say that it is in is said by the line itself.
 struct JsonLine;
 
+/// A log event as a line of JSON.
 #[derive(Serialize)]
 struct LogLine<'a> {
     timestamp: String,

@@ -12,7 +12,7 @@ const PLAIN_PERIOD: Duration = Duration::from_secs(5);
 /// Parts of the bar; finer than any terminal is wide.
 const PARTS: u64 = 1000;
 
-/// Shows news of a run on standard error.
+/// Shows the progress of a run on standard error.
 pub(crate) struct ProgressDisplay {
     bar: Option<ProgressBar>,
     quiet: bool,

@@ -156,7 +156,7 @@ pub(crate) fn router(args: &args::RouterArgs) -> Result<Exit, CommandError> {
     Ok(Exit::Done)
 }
 
-/// Who one is, and who else may come in.
+/// Who this process is to others, and who may connect to it.
 struct ServerAccess {
     link: LinkConfig,
     rules: Rules,

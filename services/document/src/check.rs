@@ -42,6 +42,7 @@ pub fn resolve<'a>(root: &'a Json, schema: &'a Json) -> &'a Json {
     }
 }
 
+/// Checks a document against its schema and collects the errors.
 struct SchemaChecker<'a> {
     root: &'a Json,
     found: Findings,

@@ -14,7 +14,7 @@ pub struct Text {
     pub content: String,
 }
 
-/// Where something was written.
+/// A range of bytes in a source text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceSpan {
     /// Which text.

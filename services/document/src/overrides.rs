@@ -26,6 +26,7 @@ const RIVALS: [(&str, &[&str]); 8] = [
 /// Most steps of a path: deeper than any scene value.
 const MAX_STEPS: usize = 16;
 
+/// A part of an override's path.
 struct PathPart {
     name: String,
     range: Range<usize>,

@@ -80,7 +80,7 @@ pub struct Response {
     pub normal: [f64; 3],
 }
 
-/// State of a point before the law is asked.
+/// State of a point before the damage law is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DamageState {
     /// Damage so far \[1\].

@@ -34,7 +34,7 @@ pub struct Particles {
     pub eroded: Vec<bool>,
 }
 
-/// Some of the points, to be changed apart from the others.
+/// Some of the points, borrowed so that they are changed apart from the others.
 pub(crate) struct ParticlesMut<'a> {
     pub(crate) kind: &'a [u8],
     pub(crate) volume: &'a [f64],

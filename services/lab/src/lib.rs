@@ -30,7 +30,7 @@ use cullet_proto::specimen::{Ending, Price, SpecimenOutcome, SpecimenResult};
 use cullet_record::{RecordError, points};
 use std::path::Path;
 
-/// One run of the plan.
+/// One run of a sweep: a specimen with its overrides.
 #[derive(Clone, Debug)]
 pub struct SweepPoint {
     /// The specimen, with its overrides.
@@ -39,7 +39,7 @@ pub struct SweepPoint {
     pub swept: Vec<String>,
 }
 
-/// One number of one run.
+/// One metric of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MetricRow {
     /// The metric.

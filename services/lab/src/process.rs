@@ -35,7 +35,7 @@ pub(super) struct Ran {
     pub(super) said: String,
 }
 
-/// A scene on its way to a process.
+/// A process that runs a scene: its command line and its time limit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SceneCommand<'a> {
     /// The program whose `run` command runs it.

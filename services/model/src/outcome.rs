@@ -132,7 +132,7 @@ pub struct Deformation {
     pub report: Report,
 }
 
-/// What comes of a solve.
+/// The result of a solve.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SolveOutcome {
     /// The body is in parts.

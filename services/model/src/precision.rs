@@ -1,6 +1,6 @@
 //! What a solve is worked out in.
 
-/// What the passes over points are done in. What they are summed into stays f64 either way.
+/// The floating-point type of the passes over points; what they are summed into stays f64.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub enum PointPrecision {

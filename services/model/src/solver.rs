@@ -60,7 +60,7 @@ impl<S: Solver> SolveInProgress for S {
     }
 }
 
-/// One line of the table.
+/// One line of the worker's table of solvers.
 pub struct SolverEntry {
     /// [`Solver::NAME`].
     pub name: &'static str,

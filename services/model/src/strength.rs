@@ -52,7 +52,7 @@ pub struct StrengthLayers {
     pub jitter: f64,
 }
 
-/// Across planes of this normal the strength is a share of σ_f.
+/// Planes of one normal across which the strength is a share of σ_f.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub struct PatternWeakPlane {

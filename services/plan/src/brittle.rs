@@ -89,7 +89,7 @@ pub enum Statistics {
     Fines,
 }
 
-/// A solve as it is meant to be, and what it is reckoned to cost.
+/// The planned solve of a body's hits, and its estimated cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolvePlan {
     /// Statics or dynamics.

@@ -1,6 +1,6 @@
 //! Why a hit is not solved, with the bound.
 
-/// Why not to solve.
+/// Why a hit is not solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RigidReason {
     /// Gate 1: the energy of the hit opens less crack than any way through the body needs.

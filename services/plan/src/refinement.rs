@@ -75,8 +75,7 @@ pub struct Refinement {
     reach: Option<RefinementReach>,
 }
 
-/// How far beyond the plan a hit may be solved: by what was planned and is reckoned to have been
-/// spent, never by a clock.
+/// How far beyond the plan a hit may be solved: by planned and estimated costs, never by a clock.
 #[derive(Clone, Debug)]
 struct RefinementReach {
     plan: SolvePlan,

@@ -43,6 +43,7 @@ struct Shared {
     changed: Condvar,
 }
 
+/// An input of the election's thread.
 enum ElectionInput {
     Sign(SessionId, bool),
     Question(Query),
@@ -166,7 +167,7 @@ fn own() -> Claim {
     Claim { life, since_ms, settled: false, process, host, version }
 }
 
-/// Where others are asked.
+/// The session on which other coordinators are asked.
 #[derive(Clone)]
 struct ElectionSession {
     session: zenoh::Session,

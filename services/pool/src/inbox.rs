@@ -33,6 +33,7 @@ pub(super) enum Blob {
 /// A blob that was asked for, by who sends it and its digest.
 type BlobKey = (String, [u8; 32]);
 
+/// A blob whose chunks have not all arrived.
 #[derive(Debug)]
 struct OpenBlob {
     blob: Assembly,

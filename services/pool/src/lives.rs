@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 /// Lives remembered whose sign is gone.
 const MAX_AWAY: usize = 4_096;
 
-/// Those that are there.
+/// The sessions of connected workers, and the names that several of them have.
 #[derive(Debug, Default)]
 pub(super) struct LiveWorkers {
     pub(super) up: BTreeSet<SessionId>,

@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Lives of workers remembered; beyond it those whose link is down are forgotten.
 const MAX_KNOWN: usize = 4_096;
 
+/// A worker as the roster lists it.
 #[derive(Debug, Default)]
 struct RosterRow {
     name: String,

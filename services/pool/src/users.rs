@@ -29,7 +29,7 @@ pub struct RequestServer {
     queryable: Option<zenoh::query::Queryable<()>>,
 }
 
-/// A question that waits for its answer.
+/// A query of a user that waits for its answer.
 pub struct UserQuery {
     query: Query,
     bulk: Arc<Bulk>,

@@ -4,7 +4,7 @@ use cullet_pool::{RunHandle, RunStats, Settlement};
 use cullet_proto::{FractureJob, JobId};
 use std::time::Duration;
 
-/// Where a run has its fracture jobs done.
+/// A pool that does the fracture jobs of a run.
 pub trait JobPool {
     /// Wants a job done.
     fn open(&self, job: &FractureJob) -> JobId;

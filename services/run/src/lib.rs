@@ -119,6 +119,7 @@ struct ObjectOrigin {
     choice: job::Choice,
 }
 
+/// A run of a scene in progress.
 struct SceneRun<'a> {
     scene: &'a Scene,
     pool: &'a dyn JobPool,

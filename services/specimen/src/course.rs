@@ -1,6 +1,6 @@
 //! How a load or a velocity goes with time.
 
-/// A factor that depends on time.
+/// A factor that depends on time, of a load or a given velocity.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub enum Amplitude {

@@ -147,7 +147,7 @@ pub struct SymmetryPlane {
     pub at: f64,
 }
 
-/// What a load is.
+/// What a load applies, and how much of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub enum LoadKind {

@@ -58,7 +58,7 @@ pub struct JobCommand {
     pub memory: Option<u64>,
 }
 
-/// How an attempt ended.
+/// How an attempt at a job ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum AttemptResult {
     /// With a verdict, encoded.

@@ -74,7 +74,7 @@ fn first_open(turns: &[zenoh::Config], stop: &AtomicBool) -> Result<zenoh::Sessi
     Err(last)
 }
 
-/// An open link, and the sign of life on it.
+/// An open link to the coordinator, with the worker's liveliness token.
 pub(crate) struct CoordinatorLink {
     link: zenoh::Session,
     coordinator: WorkerId,

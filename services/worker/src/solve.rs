@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 /// A way to solve: a verdict, or `None` if it was cancelled.
 pub type SolveFn = Arc<dyn Fn(&FractureJob, &JobControl) -> Option<Verdict> + Send + Sync>;
 
-/// What a job sees of the world: whether it is still wanted, and where to say how far it is.
+/// What a running job shares with its worker: whether it is cancelled, and how far it is.
 #[derive(Clone, Debug, Default)]
 pub struct JobControl {
     cancelled: Arc<AtomicBool>,

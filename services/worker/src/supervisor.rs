@@ -36,7 +36,7 @@ const SOON: Duration = Duration::from_millis(200);
 /// Before that is asked again, where nobody answered.
 const AGAIN: Duration = Duration::from_secs(1);
 
-/// Where jobs run.
+/// Where jobs run: on a thread of the worker, or in a process of their own.
 enum JobRunner {
     Thread(SolveFn, ThreadPool),
     Process(JobProcess),
@@ -45,7 +45,7 @@ enum JobRunner {
 /// Which grant to renew, whether a solver has the job, and how far it is.
 type Renewal = (Job, Epoch, bool, JobControl);
 
-/// A job that may cease to be wanted, until it is over here.
+/// A job at work here, and the flag that cancels it.
 type CancellableJob = (Job, Epoch, Arc<AtomicBool>);
 
 /// A job for the job's thread.

@@ -23,7 +23,7 @@ const BUSY: Duration = Duration::from_secs(1);
 /// Silence of this length on a link that is up is worth a word.
 const UNHEARD: Duration = Duration::from_secs(5);
 
-/// Something for the talker to do.
+/// A task for the thread that talks to the coordinator.
 pub(crate) enum TalkerTask {
     /// Ask this; the text goes with a job given back, the blob with a commit.
     Ask(Question, String, Arc<Vec<u8>>),
@@ -31,7 +31,7 @@ pub(crate) enum TalkerTask {
     Fetch(Grant, JobControl),
 }
 
-/// What came of it.
+/// The result of a [`TalkerTask`].
 pub(crate) struct TalkerResult {
     pub(crate) heard: WorkerInput,
     /// The grant that was heard of.

@@ -23,6 +23,7 @@ const MOST: u64 = 8 << 20;
 /// Bytes beyond them for where attempts begin and end.
 const EDGES: u64 = 64 << 10;
 
+/// A line of the file that a timeline is kept in.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum TimelineLine {
@@ -151,7 +152,7 @@ fn short(time: f64) -> f64 {
 /// When a job was wanted that has not settled, and who was given it.
 type OpenJob = (VecDeque<f64>, Attempts);
 
-/// An attempt as it is read.
+/// An attempt at a run while its lines are read.
 #[derive(Default)]
 struct AttemptDraft {
     attempt: u32,

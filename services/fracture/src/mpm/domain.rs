@@ -41,7 +41,7 @@ impl std::fmt::Debug for PrescribedVelocity {
     }
 }
 
-/// What becomes of the velocity field where a crack has passed.
+/// How many velocity fields a node has where a crack has passed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VelocityFields {
     /// One field: the sides of a crack stay welded at the nodes between them (F17).

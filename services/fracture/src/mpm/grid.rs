@@ -11,7 +11,7 @@ use crate::particles::Particles;
 use cullet_geometry::Vec3;
 use wide::f64x4;
 
-/// Points of one cell that see the same 27 nodes.
+/// The points of one cell, which see the same 27 nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridElement {
     /// The nodes, z fastest.

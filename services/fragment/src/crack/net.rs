@@ -86,6 +86,7 @@ fn corners_of(pair: &[[u32; 3]]) -> [u32; 4] {
     [a, b, c, pair[1][2]]
 }
 
+/// Builds a surface net from the labels of lattice nodes.
 pub(super) struct NetBuilder<'a> {
     nodes: &'a LatticeNodes,
     /// The corner in each cube of nodes, or `NONE`.

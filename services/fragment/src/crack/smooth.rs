@@ -19,7 +19,7 @@ const ROUNDS: usize = 8;
 /// Pairs of steps.
 const STEPS: usize = 16;
 
-/// The corners.
+/// The corners of a surface net.
 #[derive(Debug)]
 pub(super) struct SurfaceNet {
     lattice: Lattice,

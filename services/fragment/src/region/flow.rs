@@ -91,7 +91,7 @@ impl<'a> Flow<'a> {
     }
 }
 
-/// A line: where it began, and its points.
+/// A chevron line: where it begins, and its points.
 struct ChevronLine {
     start: u32,
     points: Vec<Vec3>,

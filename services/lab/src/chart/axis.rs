@@ -3,7 +3,7 @@
 /// Decades from which on only powers of ten have labels \[1\].
 const MANY: f64 = 2.4;
 
-/// From values to pixels, evenly in the logarithm.
+/// A logarithmic axis of a chart: from values to pixels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LogAxis {
     /// Logarithms of its ends.

@@ -128,7 +128,7 @@ fn row_of(
     row
 }
 
-/// What a run of a scene left.
+/// The result of a scene's run, as charts measure it.
 struct MeasuredRun {
     row: FrontierRow,
     /// What broke no further.
@@ -149,6 +149,7 @@ impl MeasuredRun {
     }
 }
 
+/// A body at the end of a run, as charts measure it.
 #[derive(Clone)]
 struct MeasuredPart {
     object: String,

@@ -34,7 +34,7 @@ pub(super) const MASS: &str = "share of mass sampled";
 /// What changes along a curve of a scene: its points, times this.
 const POINTS: &str = "points";
 
-/// What a run solves.
+/// What a run of a chart solves.
 #[derive(Clone, Debug)]
 pub enum ChartWork {
     /// A specimen, with its overrides.

@@ -36,7 +36,7 @@ fn within(error: f64, target: f64) -> bool {
     error <= target * (1.0 + SLACK)
 }
 
-/// What an error costs.
+/// The cost at which an error is reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorCost {
     /// In the unit of the points' cost.

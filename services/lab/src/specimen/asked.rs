@@ -7,7 +7,7 @@ use cullet_document::tree::{Step, join};
 use cullet_scene::context::ResolveContext;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Metrics, each with the number of its probe, and what each must come to.
+/// The metrics of a specimen, each with the number of its probe, and what is expected of each.
 pub(super) type RequestedMetrics = (Vec<(Metric, usize)>, Vec<Option<Expected>>);
 
 /// Names by which others know the items of a list: each is that of one.

@@ -173,7 +173,7 @@ fn decrement(rows: &[(f64, f64)]) -> f64 {
     }
 }
 
-/// Whether a number is what it must be.
+/// Whether a metric meets what is expected of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MetricVerdict {
     /// Nothing is expected of it.
@@ -186,7 +186,7 @@ pub enum MetricVerdict {
     Gap,
 }
 
-/// A number held against what is expected of it.
+/// A metric compared with what is expected of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MetricCheck {
     /// The reference, if there is one.

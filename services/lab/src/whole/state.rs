@@ -5,7 +5,7 @@ use cullet_proto::recording::{Body, BodyPoses, EventKind, Grains};
 use cullet_record::Recording;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Where something is and how it moves.
+/// Where a part is and how it moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PartMotion {
     pub(super) at: Vec3,
@@ -51,7 +51,7 @@ impl RecordedPart {
     }
 }
 
-/// All parts, after as many steps as were played.
+/// All parts of a recording at the step to which it was replayed.
 pub(super) struct ReplayState<'a> {
     recording: &'a Recording,
     pub(super) gravity: Vec3,

@@ -8,7 +8,7 @@ use cullet_geometry::{TriMesh, Vec3};
 /// Lines that run along an edge of a triangle count as through it, by this share of its size.
 const SEAM: f64 = 1e-9;
 
-/// A body among others, to be asked where its surface is.
+/// A body's surface, for queries of inside and distance.
 pub(crate) struct BodySurface {
     inside: Inside,
     nearest: Nearest,
