@@ -48,7 +48,7 @@ pub struct MetricRow {
     pub value: f64,
     /// Whether it is no number because a sample is none.
     pub spoiled: bool,
-    /// Held against what is expected.
+    /// Compared with what is expected.
     pub weighed: MetricCheck,
     /// Where the reference comes from.
     pub source: String,

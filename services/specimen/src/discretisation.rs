@@ -1,7 +1,7 @@
 //! What a family of solvers does for specimens: the body made discrete, a step at a time.
 //!
 //! The run tells a [`Discretisation`] the step and the factor of each load and support, and reads
-//! off it sums and what points carry. Nothing else is asked, so that every family is held against
+//! off it sums and what points carry. Nothing else is asked, so that every family is compared with
 //! the same formulas by the same specimens.
 
 use crate::frame::GridFrame;

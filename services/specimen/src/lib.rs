@@ -1,5 +1,5 @@
 //! Benchmark specimens: a body under given supports and loads, solved by a family of solvers, with
-//! probes on it. Everything is prescribed, so that what comes out can be held against a formula.
+//! probes on it. Everything is prescribed, so that what comes out can be compared with a formula.
 //!
 //! A family takes part by one trait, [`Discretisation`], and one row, [`SpecimenFamily`]. It makes
 //! a [`SpecimenProblem`] discrete, takes steps and shows what its points carry. The

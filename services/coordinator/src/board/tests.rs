@@ -314,7 +314,7 @@ fn a_run_that_kills_the_coordinator_ends_as_stalled_and_the_others_end() {
         assert_eq!(state(&board, run), State::Done);
     }
     assert_eq!(lives.len(), 2 + 3 + 2, "{lives:?}");
-    // What `retry` begins again is a suspect still, and three more deaths lay it aside again.
+    // What `retry` begins again is a suspect still, and three more deaths stall it again.
     let event = board.retry(guilty).expect("it may be").expect("an event");
     take(&mut board, [event]);
     let other = submit(&mut board, order("a", 0, 9));

@@ -87,7 +87,7 @@ pub fn read(chart: &FrontierChart, rows: &[FrontierRow]) -> Reading {
     }
     let spots: Vec<ChartPoint> =
         groups.iter().map(|(curve, _, rows)| spot(chart, *curve, rows)).collect();
-    // What a curve is held against is no way to solve anything, and what shows another number
+    // What a curve is compared with is no way to solve anything, and what shows another number
     // undercuts nothing.
     let other = |name: &str| own().any(|row| row.option == name && row.metric != chart.metric);
     let rivals: Vec<bool> = curves.iter().map(|name| name != FINEST && !other(name)).collect();

@@ -16,7 +16,7 @@ pub const LEAST_SEEDS: u32 = 8;
 /// Values along a curve, and seeds, of a quick run.
 const QUICK: (usize, u32) = (2, 2);
 
-/// The name of the curve that a scene's runs are held against.
+/// The name of the curve that a scene's runs are compared with.
 pub const FINEST: &str = "finest";
 
 /// What a scene's charts measure: how far masses are from those of the run [`FINEST`].

@@ -1,4 +1,4 @@
-//! Numbers made of samples, and held against what is expected.
+//! Numbers made of samples, and compared with what is expected.
 
 use super::format::{Expected, Metric, Reduction};
 use cullet_document::check::tell;

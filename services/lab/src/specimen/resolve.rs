@@ -18,7 +18,7 @@ use cullet_scene::shape;
 use cullet_specimen as core;
 use serde::Deserialize;
 
-/// Makes a specimen of a tree that was held against the schema, or says what is wrong.
+/// Makes a specimen of a tree that was checked against the schema, or says what is wrong.
 pub(super) fn resolve(root: &Node, files: &mut Files) -> Result<Specimen, Vec<SceneError>> {
     let document = match SpecimenDocument::deserialize(root.to_toml()) {
         Ok(document) => document,

@@ -1,4 +1,4 @@
-//! Probes of a body: names looked up, keys held against their kinds.
+//! Probes of a body: names looked up, keys checked against their kinds.
 
 use super::asked;
 use super::builder::{SpecimenBuilder, Use};

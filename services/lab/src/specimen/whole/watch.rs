@@ -1,4 +1,4 @@
-//! Probes of the whole: names of bodies looked up, keys held against their kinds.
+//! Probes of the whole: names of bodies looked up, keys checked against their kinds.
 
 use super::super::asked;
 use super::super::paths::item;
