@@ -12,7 +12,7 @@ pub const MAX_HOST: usize = 64;
 /// What a coordinator says of itself to others of its name: the question, and part of the answer.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Claim {
-    /// Its life, drawn by chance at its start.
+    /// Its life, chosen at random at its start.
     pub life: SessionId,
     /// When it was started \[ms since 1970, by its own clock\].
     pub since_ms: u64,

@@ -19,7 +19,7 @@ pub const PREFIX: usize = 20;
 /// What a message is. Numbers are never reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u16)]
-pub enum Kind {
+pub enum MessageKind {
     /// A problem with its slabs.
     Job = 1,
     /// A verdict with its slabs.
@@ -44,7 +44,11 @@ pub enum Kind {
 ///
 /// # Errors
 /// [`WireError::Limit`] if the header is too large.
-pub fn seal<T: Serialize>(kind: Kind, header: &T, bulk: &[u8]) -> Result<Vec<u8>, WireError> {
+pub fn seal<T: Serialize>(
+    kind: MessageKind,
+    header: &T,
+    bulk: &[u8],
+) -> Result<Vec<u8>, WireError> {
     let header = codec::encode(header)?;
     let mut out = Vec::with_capacity(PREFIX + header.len() + bulk.len());
     out.extend_from_slice(&MAGIC);
@@ -62,7 +66,7 @@ pub fn seal<T: Serialize>(kind: Kind, header: &T, bulk: &[u8]) -> Result<Vec<u8>
 ///
 /// # Errors
 /// The first thing wrong with it, the version before anything else of ours is read.
-pub fn open<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T, &[u8]), WireError> {
+pub fn open<T: DeserializeOwned>(kind: MessageKind, bytes: &[u8]) -> Result<(T, &[u8]), WireError> {
     let (given, header, bulk) = split(bytes)?;
     if given != kind as u16 {
         return Err(WireError::Kind { given, wanted: kind as u16 });
@@ -72,7 +76,7 @@ pub fn open<T: DeserializeOwned>(kind: Kind, bytes: &[u8]) -> Result<(T, &[u8]),
 
 /// Whether this is a sound message of that kind.
 #[must_use]
-pub fn is(kind: Kind, bytes: &[u8]) -> bool {
+pub fn is(kind: MessageKind, bytes: &[u8]) -> bool {
     split(bytes).is_ok_and(|(given, ..)| given == kind as u16)
 }
 
@@ -110,20 +114,20 @@ mod tests {
 
     #[test]
     fn the_envelope_is_fixed() -> Result<(), WireError> {
-        let sealed = seal(Kind::Ask, &7u32, b"xy")?;
+        let sealed = seal(MessageKind::Ask, &7u32, b"xy")?;
         assert_eq!(&sealed[..16], b"CULT\x01\0\0\0\x03\0\0\0\x04\0\0\0");
         assert_eq!(&sealed[20..], b"\x07\0\0\0xy");
-        assert_eq!(open::<u32>(Kind::Ask, &sealed)?, (7, &b"xy"[..]));
+        assert_eq!(open::<u32>(MessageKind::Ask, &sealed)?, (7, &b"xy"[..]));
         Ok(())
     }
 
     #[test]
     fn each_wrong_part_is_named() -> Result<(), WireError> {
-        let good = seal(Kind::Ask, &7u32, b"")?;
+        let good = seal(MessageKind::Ask, &7u32, b"")?;
         let with = |at: usize, byte: u8| {
             let mut bad = good.clone();
             bad[at] = byte;
-            open::<u32>(Kind::Ask, &bad).map(|(header, _)| header)
+            open::<u32>(MessageKind::Ask, &bad).map(|(header, _)| header)
         };
         assert_eq!(with(0, 0), Err(WireError::Magic));
         assert_eq!(with(4, 9), Err(WireError::Version { theirs: 9, ours: 1 }));
@@ -131,7 +135,7 @@ mod tests {
         assert!(matches!(with(12, 9), Err(WireError::Short { .. })));
         assert!(matches!(with(15, 9), Err(WireError::Limit { .. })));
         assert!(matches!(with(20, 9), Err(WireError::Checksum { .. })));
-        assert!(matches!(open::<u32>(Kind::Ask, &good[..9]), Err(WireError::Short { .. })));
+        assert!(matches!(open::<u32>(MessageKind::Ask, &good[..9]), Err(WireError::Short { .. })));
         Ok(())
     }
 }

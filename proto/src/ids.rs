@@ -39,7 +39,7 @@ impl fmt::Display for WorkerId {
     }
 }
 
-/// One life of a worker process: drawn at its start, never used again.
+/// One life of a worker process: chosen at random at its start, never used again.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]

@@ -5,13 +5,13 @@
 //! its own.
 
 use crate::codec::{self, WireError};
-use crate::envelope::{self, Kind};
+use crate::envelope::{self, MessageKind};
 use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
 use crate::strength;
 use cullet_model::{
-    BodyShape, BrittleSettings, Detail, Impact, Law, Material, Precision, Problem, Settings,
-    StrengthField, Support,
+    BodyShape, BrittleSettings, CrackFaceDetail, Impact, Law, Material, PointPrecision, Problem,
+    Settings, StrengthField, Support,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -42,16 +42,16 @@ struct SettingsRow {
     max_steps: u32,
     min_volume_ratio: f64,
     max_fragments: u32,
-    detail: Detail,
+    detail: CrackFaceDetail,
     debris: f64,
     grain: Option<f64>,
     hairline: Option<f64>,
-    precision: Precision,
+    precision: PointPrecision,
     error: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct Header {
+struct JobHeader {
     solver: String,
     fallback: Option<String>,
     material: Material,
@@ -128,7 +128,7 @@ impl FractureJob {
             return Err(WireError::Unknown { what: "a job's law", kind: law.kind() });
         };
         let (vertices, triangles) = mesh::counts(solid)?;
-        let header = Header {
+        let header = JobHeader {
             solver: self.solver.clone(),
             fallback: self.fallback.clone(),
             material: *material,
@@ -147,7 +147,7 @@ impl FractureJob {
         mesh::put_solid(&mut slabs, solid);
         let middle = slabs.len();
         strength::put(strength, &mut slabs);
-        let bytes = envelope::seal(Kind::Job, &header, &slabs)?;
+        let bytes = envelope::seal(MessageKind::Job, &header, &slabs)?;
         let first = bytes.len() - slabs.len();
         let (middle, last) = (first + middle, bytes.len());
         Ok((bytes, [first..middle, middle..last]))
@@ -158,7 +158,7 @@ impl FractureJob {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
-        let (mut header, slabs) = envelope::open::<Header>(Kind::Job, bytes)?;
+        let (mut header, slabs) = envelope::open::<JobHeader>(MessageKind::Job, bytes)?;
         header.check()?;
         let mut slabs = Slabs::new(slabs);
         let solid = slabs.solid(header.vertices, header.triangles)?;
@@ -185,7 +185,7 @@ impl FractureJob {
     }
 }
 
-impl Header {
+impl JobHeader {
     fn check(&self) -> Result<(), WireError> {
         let names = [Some(&self.solver), self.fallback.as_ref()];
         for name in names.into_iter().flatten() {
@@ -219,8 +219,8 @@ impl Header {
 pub(crate) mod tests {
     use super::*;
     use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
-    use cullet_model::WeakPlane;
-    use cullet_model::strength::{Layers, Region, Stroke, VertexPaint};
+    use cullet_model::PatternWeakPlane;
+    use cullet_model::strength::{Region, StrengthLayers, Stroke, VertexPaint};
     use std::sync::Arc;
 
     pub(crate) fn tetrahedron() -> Solid {
@@ -235,8 +235,13 @@ pub(crate) mod tests {
         StrengthField {
             seed: 3,
             correlation: Some(0.02),
-            weak_plane: Some(WeakPlane { normal: Vec3::z(), ratio: 0.3 }),
-            layers: Some(Layers { normal: Vec3::y(), thickness: 0.1, ratio: 0.5, jitter: 0.2 }),
+            weak_plane: Some(PatternWeakPlane { normal: Vec3::z(), ratio: 0.3 }),
+            layers: Some(StrengthLayers {
+                normal: Vec3::y(),
+                thickness: 0.1,
+                ratio: 0.5,
+                jitter: 0.2,
+            }),
             strokes: vec![
                 Stroke {
                     region: Region::Box { low: Vec3::zeros(), high: Vec3::repeat(1.0) },
@@ -291,7 +296,7 @@ pub(crate) mod tests {
             crushing_pressure: 1e9,
         };
         let (point, normal) = (Vec3::zeros(), Vec3::z());
-        let detail = Detail { height: 0.1, ..Detail::default() };
+        let detail = CrackFaceDetail { height: 0.1, ..CrackFaceDetail::default() };
         let problem = Problem {
             body: tetrahedron().into(),
             law: Law::Brittle { material, strength: strength() },
@@ -354,7 +359,7 @@ pub(crate) mod tests {
             |j| j.problem.impacts[0].crushing_pressure += 1.0,
             |j| j.problem.settings.spacing = Some(0.1),
             |j| j.problem.settings.grain = None,
-            |j| j.problem.settings.precision = Precision::Single,
+            |j| j.problem.settings.precision = PointPrecision::Single,
             |j| j.problem.supports[0].radius = 0.03,
             |j| j.problem.spin.x = 1.0,
             |j| solid(j).mesh.vertices[0].x = 1e-300,

@@ -4,7 +4,7 @@
 
 use crate::chunks::MAX_BLOB;
 use crate::codec::{self, WireError};
-use crate::envelope::{self, Kind};
+use crate::envelope::{self, MessageKind};
 use crate::ids::{JobId, digest};
 use crate::job::FractureJob;
 use crate::specimen::SpecimenJob;
@@ -19,7 +19,7 @@ pub const MAX_PARTS: usize = 8;
 
 /// A part of a job that is not in its outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Part {
+pub struct JobPart {
     /// Its digest.
     pub digest: [u8; 32],
     /// Where it begins in the whole \[bytes\].
@@ -43,7 +43,7 @@ pub struct Parted {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outline<'a> {
     /// What is not in it, in order.
-    pub parts: Vec<Part>,
+    pub parts: Vec<JobPart>,
     rest: &'a [u8],
 }
 
@@ -75,12 +75,12 @@ impl Parted {
             let part = bytes[slab.clone()].to_vec();
             let name = digest(&part);
             rest.extend_from_slice(&bytes[from..slab.start]);
-            rows.push(Part { digest: name, at: slab.start as u64, length: part.len() as u64 });
+            rows.push(JobPart { digest: name, at: slab.start as u64, length: part.len() as u64 });
             parts.push((name, Arc::new(part)));
             from = slab.end;
         }
         rest.extend_from_slice(&bytes[from..]);
-        let outline = envelope::seal(Kind::Outline, &rows, &rest)?;
+        let outline = envelope::seal(MessageKind::Outline, &rows, &rest)?;
         Ok(Self { id: JobId::of(bytes), outline, parts })
     }
 }
@@ -91,7 +91,7 @@ impl<'a> Outline<'a> {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn open(bytes: &'a [u8]) -> Result<Self, WireError> {
-        let (parts, rest) = envelope::open::<Vec<Part>>(Kind::Outline, bytes)?;
+        let (parts, rest) = envelope::open::<Vec<JobPart>>(MessageKind::Outline, bytes)?;
         codec::limit("an outline's parts", parts.len() as u64, MAX_PARTS as u64)?;
         let mut whole = rest.len() as u64;
         let mut end = 0;
@@ -172,9 +172,9 @@ mod tests {
 
     #[test]
     fn an_outline_that_cannot_be_is_refused() -> Result<(), WireError> {
-        let part = |at, length| Part { digest: [0; 32], at, length };
-        let open = |parts: Vec<Part>| -> Result<(), WireError> {
-            Outline::open(&envelope::seal(Kind::Outline, &parts, b"rest")?).map(drop)
+        let part = |at, length| JobPart { digest: [0; 32], at, length };
+        let open = |parts: Vec<JobPart>| -> Result<(), WireError> {
+            Outline::open(&envelope::seal(MessageKind::Outline, &parts, b"rest")?).map(drop)
         };
         assert_eq!(open(vec![part(0, 5), part(5, 5)]), Ok(()));
         let bad = [

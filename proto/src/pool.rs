@@ -5,7 +5,7 @@
 //! fields and variants is the wire: never reorder; a new field is a new variant.
 
 use crate::codec::{self, WireError};
-use crate::envelope::{self, Kind};
+use crate::envelope::{self, MessageKind};
 use crate::ids::{Epoch, JobId, SessionId};
 use crate::job::MAX_SOLVER;
 use serde::de::DeserializeOwned;
@@ -21,7 +21,7 @@ pub const MAX_VERSION: usize = 64;
 /// Most solver families that a worker may name.
 pub const MAX_FAMILIES: usize = 32;
 
-/// A worker says what it is and can do: first, and whenever it is told that it is not known.
+/// A worker says what it is and can do: first, and whenever the answer is that it is not known.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Hello {
     /// Its life.
@@ -112,14 +112,14 @@ pub enum PollAnswer {
 
 /// A worker asks for a piece of a job's outline, or of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Fetch {
+pub struct FetchBlob {
     /// The job's id, or the part's digest.
     pub blob: [u8; 32],
     /// Which chunk.
     pub index: u32,
 }
 
-/// The answer to a [`Fetch`]; the chunk is the bulk.
+/// The answer to a [`FetchBlob`]; the chunk is the bulk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FetchAnswer {
     /// Here it is.
@@ -233,7 +233,7 @@ pub enum CommitAnswer {
 
 /// Why a job is given back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Trouble {
+pub enum GiveBackReason {
     /// The attempt died or hung.
     Crashed,
     /// The worker could not take it up.
@@ -252,7 +252,7 @@ pub struct Fail {
     /// By which grant.
     pub epoch: Epoch,
     /// What went wrong.
-    pub trouble: Trouble,
+    pub trouble: GiveBackReason,
     /// In words.
     pub text: String,
 }
@@ -266,11 +266,11 @@ pub struct Bye {
 
 /// The answer to [`Fail`] and [`Bye`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Noted;
+pub struct Acknowledged;
 
 /// Why a question was not answered.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
-pub enum Refusal {
+pub enum QuestionRefusal {
     /// Another generation of the wire.
     #[error("the coordinator speaks wire version {ours}")]
     Unsupported {
@@ -293,7 +293,7 @@ pub enum Refusal {
     Stranger,
 }
 
-impl Refusal {
+impl QuestionRefusal {
     /// Its name, as it is counted and logged.
     #[must_use]
     pub fn name(&self) -> &'static str {
@@ -306,7 +306,7 @@ impl Refusal {
     }
 }
 
-impl From<WireError> for Refusal {
+impl From<WireError> for QuestionRefusal {
     fn from(error: WireError) -> Self {
         match error {
             WireError::Version { ours, .. } => Self::Unsupported { ours },
@@ -320,7 +320,7 @@ impl From<WireError> for Refusal {
 /// # Errors
 /// [`WireError::Limit`] if its header is too large.
 pub fn ask<T: Serialize>(question: &T, bulk: &[u8]) -> Result<Vec<u8>, WireError> {
-    envelope::seal(Kind::Ask, question, bulk)
+    envelope::seal(MessageKind::Ask, question, bulk)
 }
 
 /// The bytes of an answer.
@@ -328,15 +328,15 @@ pub fn ask<T: Serialize>(question: &T, bulk: &[u8]) -> Result<Vec<u8>, WireError
 /// # Errors
 /// [`WireError::Limit`] if its header is too large.
 pub fn answer<T: Serialize>(answer: &T, bulk: &[u8]) -> Result<Vec<u8>, WireError> {
-    envelope::seal(Kind::Answer, answer, bulk)
+    envelope::seal(MessageKind::Answer, answer, bulk)
 }
 
 /// The question in these bytes, and its bulk.
 ///
 /// # Errors
 /// What is to be answered instead.
-pub fn read_ask<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, &[u8]), Refusal> {
-    Ok(envelope::open(Kind::Ask, bytes)?)
+pub fn read_ask<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, &[u8]), QuestionRefusal> {
+    Ok(envelope::open(MessageKind::Ask, bytes)?)
 }
 
 /// The answer in these bytes, and its bulk.
@@ -344,21 +344,21 @@ pub fn read_ask<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, &[u8]), Refusal
 /// # Errors
 /// What is wrong with them.
 pub fn read_answer<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, &[u8]), WireError> {
-    envelope::open(Kind::Answer, bytes)
+    envelope::open(MessageKind::Answer, bytes)
 }
 
 /// The bytes of a refusal.
 #[must_use]
-pub fn refuse(refusal: &Refusal) -> Vec<u8> {
-    envelope::seal(Kind::Refusal, refusal, &[]).unwrap_or_default()
+pub fn refuse(refusal: &QuestionRefusal) -> Vec<u8> {
+    envelope::seal(MessageKind::Refusal, refusal, &[]).unwrap_or_default()
 }
 
 /// The refusal in these bytes.
 ///
 /// # Errors
 /// What is wrong with them.
-pub fn read_refusal(bytes: &[u8]) -> Result<Refusal, WireError> {
-    Ok(envelope::open(Kind::Refusal, bytes)?.0)
+pub fn read_refusal(bytes: &[u8]) -> Result<QuestionRefusal, WireError> {
+    Ok(envelope::open(MessageKind::Refusal, bytes)?.0)
 }
 
 #[cfg(test)]
@@ -397,8 +397,8 @@ mod tests {
             answer(&CommitAnswer::Missing(vec![7, 9]), &[])?,
             "01000000-0200000000000000-07000000-09000000",
         );
-        golden(refuse(&Refusal::Unsupported { ours: 1 }), "00000000-0100");
-        golden(refuse(&Refusal::Stranger), "03000000");
+        golden(refuse(&QuestionRefusal::Unsupported { ours: 1 }), "00000000-0100");
+        golden(refuse(&QuestionRefusal::Stranger), "03000000");
         let family = Family { name: "a".into(), single: false, double: true };
         let hello = Hello { session, cores: 2, families: Some(vec![family]), ..Hello::default() };
         let none = format!("01{z}-00{z}-{}-02000000-00000000-00", "00".repeat(32));
@@ -410,9 +410,9 @@ mod tests {
     fn another_generation_is_told_which_one_is_spoken() -> Result<(), WireError> {
         let mut old = ask(&Bye { session: SessionId(1) }, &[])?;
         old[4] = 0;
-        assert_eq!(read_ask::<Bye>(&old), Err(Refusal::Unsupported { ours: 1 }));
-        let bytes = refuse(&Refusal::Unsupported { ours: 1 });
-        assert_eq!(read_refusal(&bytes)?, Refusal::Unsupported { ours: 1 });
+        assert_eq!(read_ask::<Bye>(&old), Err(QuestionRefusal::Unsupported { ours: 1 }));
+        let bytes = refuse(&QuestionRefusal::Unsupported { ours: 1 });
+        assert_eq!(read_refusal(&bytes)?, QuestionRefusal::Unsupported { ours: 1 });
         Ok(())
     }
 }

@@ -113,7 +113,7 @@ impl State {
 /// A piece of a bundle that is too large for its [`Submit`]; the piece is the bulk.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Piece {
+pub struct BundlePiece {
     /// The blake3 digest of the whole bundle, in hex.
     pub digest: String,
     /// Bytes of the whole bundle.
@@ -125,7 +125,7 @@ pub struct Piece {
     pub sum: Option<u32>,
 }
 
-/// The answer to a [`Piece`].
+/// The answer to a [`BundlePiece`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "piece", rename_all = "lowercase")]
 pub enum PieceAnswer {
@@ -224,9 +224,9 @@ pub struct Follow {
     pub wait_ms: u64,
 }
 
-/// The answer to a [`Follow`].
+/// The answer to a [`Follow`]: where the run stands, and its next lines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct News {
+pub struct RunUpdate {
     /// The run.
     pub run: RunInfo,
     /// Lines from the one asked for on.
@@ -333,10 +333,10 @@ pub struct Runs {
     pub runs: Vec<RunInfo>,
 }
 
-/// A piece of a file of a run that is over.
+/// A request for a piece of a file of a run that is over.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Fetch {
+pub struct FetchFile {
     /// Of which run.
     pub run: u64,
     /// The file concerned.
@@ -345,7 +345,7 @@ pub struct Fetch {
     pub index: u32,
 }
 
-/// The answer to a [`Fetch`]; the piece is the bulk.
+/// The answer to a [`FetchFile`]; the piece is the bulk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fetched {
     /// The piece's CRC-32C.
@@ -388,7 +388,7 @@ pub struct About {
 
 /// Why a question was not answered: the error reply's line.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Refused {
+pub struct ErrorReply {
     /// In words.
     pub error: String,
     /// Whether what was named is not there.

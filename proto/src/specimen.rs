@@ -5,14 +5,15 @@ mod check;
 mod result;
 
 pub use cullet_specimen::{
-    Course, Ending, Field, Frame, Hold, InitialState, Load, Matter, Notch, Output, Part, Patch,
-    PointLayout, PointSettings, Probe, Push, Reduce, SpecimenBody, SpecimenOutcome,
-    SpecimenProblem, SpecimenSettings, Spot, Start, SymmetryPlane, Where, Zone,
+    Amplitude, Ending, Frame, Hold, InitialState, Load, LoadKind, Matter, Notch, Output,
+    PointField, PointLayout, PointSettings, Probe, Reduce, SpecimenBody, SpecimenOutcome,
+    SpecimenProblem, SpecimenSettings, Spot, Start, StrengthPatch, SymmetryPlane, TensorPart,
+    Where, Zone,
 };
 pub use result::{Price, SpecimenResult};
 
 use crate::codec::WireError;
-use crate::envelope::{self, Kind};
+use crate::envelope::{self, MessageKind};
 use crate::ids::JobId;
 use crate::mesh::{self, Slabs};
 use cullet_geometry::Solid;
@@ -41,13 +42,13 @@ impl SpecimenJob {
         check::check(&self.0, triangles)?;
         let mut slabs = Vec::new();
         mesh::put_solid(&mut slabs, &solid);
-        envelope::seal(Kind::Specimen, &(&self.0, vertices, triangles), &slabs)
+        envelope::seal(MessageKind::Specimen, &(&self.0, vertices, triangles), &slabs)
     }
 
     /// Whether these bytes hold a specimen, and no body to be broken.
     #[must_use]
     pub fn is(bytes: &[u8]) -> bool {
-        envelope::is(Kind::Specimen, bytes)
+        envelope::is(MessageKind::Specimen, bytes)
     }
 
     /// The specimen in these bytes.
@@ -55,7 +56,8 @@ impl SpecimenJob {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
-        let (header, slabs) = envelope::open::<(SpecimenProblem, u32, u32)>(Kind::Specimen, bytes)?;
+        let (header, slabs) =
+            envelope::open::<(SpecimenProblem, u32, u32)>(MessageKind::Specimen, bytes)?;
         let (mut problem, vertices, triangles) = header;
         check::check(&problem, triangles)?;
         let mut slabs = Slabs::new(slabs);

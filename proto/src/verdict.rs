@@ -1,12 +1,14 @@
 //! What a worker says of a job.
 
 use crate::codec::{self, WireError};
-use crate::envelope::{self, Kind};
+use crate::envelope::{self, MessageKind};
 use crate::mesh::{self, Slabs};
 use crate::specimen::SpecimenResult;
 use cullet_geometry::Vec3;
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
-use cullet_model::{BodyShape, Deformation, Figure, Fracture, Fragment, Grain, Outcome, Report};
+use cullet_model::{
+    BodyShape, Deformation, Figure, Fragment, Fragmentation, Grain, Report, SolveOutcome,
+};
 use serde::{Deserialize, Serialize};
 
 /// Most fragments of one body: an order above what a scene may ask for.
@@ -32,7 +34,7 @@ const ROW: usize = 5;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
     /// It was solved.
-    Solved(Outcome),
+    Solved(SolveOutcome),
     /// No family asked took the problem.
     Refused {
         /// The family asked first.
@@ -51,8 +53,8 @@ pub enum Verdict {
     Measured(Box<SpecimenResult>),
 }
 
-impl From<Fracture> for Verdict {
-    fn from(fracture: Fracture) -> Self {
+impl From<Fragmentation> for Verdict {
+    fn from(fracture: Fragmentation) -> Self {
         Self::Solved(fracture.into())
     }
 }
@@ -104,9 +106,9 @@ struct PartCounts {
     grains: u32,
 }
 
-/// Variants are told apart by their place: new ones go to the end.
+/// Variants are distinguished by their place: new ones go to the end.
 #[derive(Serialize, Deserialize)]
-enum Header {
+enum VerdictHeader {
     /// As version 0.1 wrote it; caches hold such.
     Old {
         counts: PartCounts,
@@ -149,17 +151,17 @@ impl Verdict {
     /// The limit of the wire that the verdict breaks.
     pub fn encode(&self) -> Result<Vec<u8>, WireError> {
         match self {
-            Self::Solved(Outcome::Broken(fracture) | Outcome::Unchanged(fracture)) => {
+            Self::Solved(SolveOutcome::Broken(fracture) | SolveOutcome::Unchanged(fracture)) => {
                 encode_parts(fracture)
             }
-            Self::Solved(Outcome::Deformed(deformation)) => encode_deformed(deformation),
+            Self::Solved(SolveOutcome::Deformed(deformation)) => encode_deformed(deformation),
             Self::Refused { solver, text } => {
                 let (solver, text) = (cut(solver), cut(text));
-                envelope::seal(Kind::Verdict, &Header::Refused { solver, text }, &[])
+                envelope::seal(MessageKind::Verdict, &VerdictHeader::Refused { solver, text }, &[])
             }
             Self::Failed { solver, text } => {
                 let (solver, text) = (cut(solver), cut(text));
-                envelope::seal(Kind::Verdict, &Header::Failed { solver, text }, &[])
+                envelope::seal(MessageKind::Verdict, &VerdictHeader::Failed { solver, text }, &[])
             }
             Self::Measured(result) => result.encode(),
         }
@@ -170,13 +172,13 @@ impl Verdict {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
-        if envelope::is(Kind::SpecimenResult, bytes) {
+        if envelope::is(MessageKind::SpecimenResult, bytes) {
             return Ok(Self::Measured(Box::new(SpecimenResult::decode(bytes)?)));
         }
-        let (header, slabs) = envelope::open::<Header>(Kind::Verdict, bytes)?;
+        let (header, slabs) = envelope::open::<VerdictHeader>(MessageKind::Verdict, bytes)?;
         let slabs = Slabs::new(slabs);
         match header {
-            Header::Old { counts, reactions, report } => {
+            VerdictHeader::Old { counts, reactions, report } => {
                 let mut fracture = decode_parts(counts, reactions, report.report(), slabs)?;
                 // All that the geometric family made was sampled, before there were marks.
                 if fracture.sampled.is_empty() && fracture.report.solver == "geometric" {
@@ -184,18 +186,18 @@ impl Verdict {
                 }
                 Ok(fracture.into())
             }
-            Header::Parts { counts, reactions, report } => {
+            VerdictHeader::Parts { counts, reactions, report } => {
                 Ok(decode_parts(counts, reactions, report, slabs)?.into())
             }
-            Header::Deformed(shape) => {
+            VerdictHeader::Deformed(shape) => {
                 let deformation = Box::new(decode_deformed(shape, slabs)?);
-                Ok(Self::Solved(Outcome::Deformed(deformation)))
+                Ok(Self::Solved(SolveOutcome::Deformed(deformation)))
             }
-            Header::Refused { solver, text } => {
+            VerdictHeader::Refused { solver, text } => {
                 slabs.end("a verdict")?;
                 Ok(Self::Refused { solver, text })
             }
-            Header::Failed { solver, text } => {
+            VerdictHeader::Failed { solver, text } => {
                 slabs.end("a verdict")?;
                 Ok(Self::Failed { solver, text })
             }
@@ -222,7 +224,7 @@ fn put_hull_sizes<'a>(
     Ok(())
 }
 
-fn encode_parts(body: &Fracture) -> Result<Vec<u8>, WireError> {
+fn encode_parts(body: &Fragmentation) -> Result<Vec<u8>, WireError> {
     let count = body.fragments.len();
     codec::limit("a body's fragments", count as u64, MAX_FRAGMENTS as u64)?;
     codec::limit("a body's grains", body.debris.len() as u64, MAX_GRAINS as u64)?;
@@ -234,7 +236,7 @@ fn encode_parts(body: &Fracture) -> Result<Vec<u8>, WireError> {
         grains: body.debris.len() as u32,
     };
     let (reactions, report) = (body.reactions.clone(), cut_report(&body.report));
-    let head = Header::Parts { counts, reactions, report };
+    let head = VerdictHeader::Parts { counts, reactions, report };
     let mut slabs = Vec::new();
     for fragment in &body.fragments {
         let (nv, nt) = mesh::counts(&fragment.solid)?;
@@ -262,7 +264,7 @@ fn encode_parts(body: &Fracture) -> Result<Vec<u8>, WireError> {
         }
         slabs.extend(body.sampled.iter().map(|&sampled| u8::from(sampled)));
     }
-    envelope::seal(Kind::Verdict, &head, &slabs)
+    envelope::seal(MessageKind::Verdict, &head, &slabs)
 }
 
 fn decode_parts(
@@ -270,7 +272,7 @@ fn decode_parts(
     reactions: Vec<f64>,
     report: Report,
     mut slabs: Slabs<'_>,
-) -> Result<Fracture, WireError> {
+) -> Result<Fragmentation, WireError> {
     let PartCounts { fragments, hulls, grains } = counts;
     codec::limit("a body's fragments", u64::from(fragments), MAX_FRAGMENTS as u64)?;
     codec::limit("a body's grains", u64::from(grains), MAX_GRAINS as u64)?;
@@ -304,7 +306,7 @@ fn decode_parts(
         false => marks(slabs.take("a body's marks", fragments.len(), 1)?)?,
     };
     slabs.end("a verdict")?;
-    Ok(Fracture { fragments, sampled, debris, reactions, report })
+    Ok(Fragmentation { fragments, sampled, debris, reactions, report })
 }
 
 fn encode_deformed(deformation: &Deformation) -> Result<Vec<u8>, WireError> {
@@ -330,7 +332,7 @@ fn encode_deformed(deformation: &Deformation) -> Result<Vec<u8>, WireError> {
     put_hull_sizes(&mut slabs, deformation.hulls.iter())?;
     mesh::put_solid(&mut slabs, solid);
     deformation.hulls.iter().for_each(|hull| mesh::put_points(&mut slabs, hull));
-    envelope::seal(Kind::Verdict, &Header::Deformed(shape), &slabs)
+    envelope::seal(MessageKind::Verdict, &VerdictHeader::Deformed(shape), &slabs)
 }
 
 fn decode_deformed(shape: DeformedHeader, mut slabs: Slabs<'_>) -> Result<Deformation, WireError> {

@@ -3,7 +3,7 @@
 use cullet_fragment::cut::{CutSettings, DamageField, Partition, extract};
 use cullet_geometry::math::unit;
 use cullet_geometry::{Pose, Quat, Solid, Vec3, shapes};
-use cullet_model::Detail;
+use cullet_model::CrackFaceDetail;
 use cullet_picture::{contact_sheet, exhibit};
 use cullet_scene::surface_detail::Look;
 use std::path::PathBuf;
@@ -32,8 +32,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn detail_of(d: cullet_model::Detail) -> Detail {
-    Detail {
+fn detail_of(d: cullet_model::CrackFaceDetail) -> CrackFaceDetail {
+    CrackFaceDetail {
         edge: d.edge,
         length: d.length,
         influence: d.influence,
@@ -69,7 +69,7 @@ fn place(solid: &Solid) -> Pose {
 }
 
 /// The cube, broken by three curved cracks that start near one corner.
-fn broken(detail: Detail) -> Result<Partition, Box<dyn std::error::Error>> {
+fn broken(detail: CrackFaceDetail) -> Result<Partition, Box<dyn std::error::Error>> {
     let cube = Solid::outer(shapes::cuboid(Vec3::repeat(SIDE), Default::default())?);
     let n = (2.0 * SIDE / H).round() as u64;
     let step = SIDE / n as f64;

@@ -356,7 +356,7 @@ fn a_job_goes_on_for_the_next_heir_when_the_first_is_cancelled() {
     assert_eq!(digest, quiet_digest(&[&fine[..], &["--set", "world.seed=0"]].concat()));
 }
 
-/// It has begun, and is cancelled while it does not go on: laid aside, or in the queue again after
+/// It has begun, and is cancelled while it does not go on: paused, or in the queue again after
 /// the coordinator was killed.
 #[test]
 fn what_a_run_had_recorded_is_there_when_it_is_cancelled_while_it_waits() {

@@ -169,9 +169,7 @@ fn what_is_anothers_is_controlled_by_its_owner_and_by_operators() {
         assert!(said.stderr.contains("is of ann"), "{verb}: {}", said.stderr);
     }
     assert_eq!(farm.ask("ann", &["pause", &run]).code, 0);
-    common::until("it is laid aside", LONG, || {
-        farm.json("ann", &["show", &run])["state"] == "paused"
-    });
+    common::until("it is paused", LONG, || farm.json("ann", &["show", &run])["state"] == "paused");
     assert_eq!(farm.ask("olga", &["cancel", &run]).code, 0);
     assert_eq!(farm.ends("ann", &run)["state"], "cancelled");
     for who in ["bob", "w1"] {

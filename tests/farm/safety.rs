@@ -288,9 +288,9 @@ fn what_the_journal_does_not_take_is_not_acknowledged() {
 }
 
 /// A run that needs more memory than there is takes the coordinator with it, and whoever goes on
-/// beside it. It is laid aside in the end; the other run comes to its end.
+/// beside it. It ends as stalled; the other run comes to its end.
 #[test]
-fn a_run_that_the_coordinator_dies_of_is_laid_aside_and_the_others_end() {
+fn a_run_that_the_coordinator_dies_of_ends_as_stalled_and_the_others_end() {
     let _left = common::left::NobodyLeft::watch();
     let (endpoint, state) = (common::free_endpoint(), unique("deadly"));
     fs::create_dir_all(&state).expect("a folder");
@@ -321,7 +321,7 @@ fn a_run_that_the_coordinator_dies_of_is_laid_aside_and_the_others_end() {
     assert_eq!(common::fetched(&innocent, &["--connect", &endpoint]), quiet_digest(&LONGER));
     let said = asks.say(&["wait", &guilty]);
     assert_eq!(said.code, 6, "{}", said.stderr);
-    assert!(said.stderr.contains("laid aside"), "{}", said.stderr);
+    assert!(said.stderr.contains("is stalled: the coordinator died"), "{}", said.stderr);
     assert!(asks.say(&["logs", &guilty]).stdout.contains("it goes on alone"));
     let next = asks.say(&["submit", &corpus("drop.toml"), "--set", "world.duration=0.02"]);
     assert_eq!(next.code, 0, "{}", next.stderr);

@@ -3,10 +3,14 @@
 use cullet_fragment::cut::{CutSettings, DamageField, Partition, extract};
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Vec3};
-use cullet_model::Detail;
+use cullet_model::CrackFaceDetail;
 
-pub(crate) const SETTINGS: CutSettings =
-    CutSettings { min_volume_ratio: 1e-4, max_fragments: 100, seed: 1, detail: Detail::NONE };
+pub(crate) const SETTINGS: CutSettings = CutSettings {
+    min_volume_ratio: 1e-4,
+    max_fragments: 100,
+    seed: 1,
+    detail: CrackFaceDetail::NONE,
+};
 
 /// A cube of edge 1 about the origin.
 pub(crate) fn cube() -> Solid {

@@ -2,7 +2,7 @@
 
 use crate::kit::{H, PLASTER, STRONG, body, rows, uneven};
 use cullet_fracture::damage::{BAND_WIDTH, Softening};
-use cullet_fracture::mpm::domain::{Fields, PrescribedVelocity};
+use cullet_fracture::mpm::domain::{PrescribedVelocity, VelocityFields};
 use cullet_fracture::mpm::load_patch::LoadPatch;
 use cullet_fracture::mpm::stencil::Stencil;
 use cullet_fracture::mpm::{Domain, quadrature};
@@ -94,7 +94,7 @@ fn f17_two_fields_let_go_of_what_one_holds() {
     let (kept, domain) = halved(|_| {});
     assert!(kept > 0.6, "{kept} of the way");
     assert!(halves(&domain) == 2 && domain.splits() > 0);
-    let (kept, domain) = halved(|domain| domain.fields = Fields::Single);
+    let (kept, domain) = halved(|domain| domain.fields = VelocityFields::Single);
     println!("one field: {kept} of the way");
     assert!(kept < 0.2 && domain.splits() == 0, "{kept} of the way");
 }
@@ -302,10 +302,10 @@ fn away(sector: usize) -> Vec3 {
 }
 
 /// The greatest part of its speed that a point of three sectors lost, which fly apart.
-fn drag(fields: Fields) -> f64 {
+fn drag(fields: VelocityFields) -> f64 {
     let mut domain: Domain = body(&rows([6, 6, 2]), &STRONG);
     domain.fields = fields;
-    if fields == Fields::Split {
+    if fields == VelocityFields::Split {
         domain.sever(|a, b| sector(a) != sector(b));
     }
     domain.launch(|x| away(sector(x)));
@@ -318,7 +318,7 @@ fn drag(fields: Fields) -> f64 {
 /// alone. With one field they hold on to each other.
 #[test]
 fn f19_three_pieces_at_a_junction_let_go_of_each_other() {
-    let (split, single) = (drag(Fields::Split), drag(Fields::Single));
+    let (split, single) = (drag(VelocityFields::Split), drag(VelocityFields::Single));
     assert!(split < 1e-9, "{split}");
     assert!(single > 0.1, "{single}");
 }

@@ -8,14 +8,14 @@ use cullet_fragment::pieces::{Ball, Rubble};
 use cullet_geometry::door::{DoorError, Repair, admit};
 use cullet_geometry::voronoi::{Cells, VoronoiError};
 use cullet_geometry::{Solid, Vec3};
-use cullet_model::Detail;
+use cullet_model::CrackFaceDetail;
 
 fn halved(solid: &Solid, sites: [Vec3; 2]) -> Partition {
     let settings = CutSettings {
         min_volume_ratio: 1e-4,
         max_fragments: 100,
         seed: 3,
-        detail: Detail::default(),
+        detail: CrackFaceDetail::default(),
     };
     by_sites(solid, &sites, &[0, 1], &[0.0; 2], &settings).expect("a cut")
 }
@@ -168,7 +168,10 @@ fn f32_parts_are_large_enough_to_have_an_inertia() {
 fn f33_an_enclosed_part_is_kept_and_told_of() {
     let h = 0.06;
     let cloud = Cloud::in_cube(h, |p| (p.norm() - 0.28).abs() < 0.8 * h);
-    for detail in [Detail::NONE, Detail { height: 0.3, grain: 0.2, ..Detail::NONE }] {
+    for detail in [
+        CrackFaceDetail::NONE,
+        CrackFaceDetail { height: 0.3, grain: 0.2, ..CrackFaceDetail::NONE },
+    ] {
         let cut = cloud.cut_of(&cube(), &CutSettings { detail, ..SETTINGS });
         assert_eq!(cut.parts.len(), 2);
         let ball = 4.0 / 3.0 * std::f64::consts::PI * 0.021952;
@@ -185,7 +188,7 @@ fn steps(time_step: f64) -> (f64, f64) {
     let h = 0.08;
     let mut cloud = Cloud::in_cube(h, |p| p.z.abs() < 0.8 * h);
     cloud.time_step = time_step;
-    let detail = Detail { height: 0.4, ..Detail::NONE };
+    let detail = CrackFaceDetail { height: 0.4, ..CrackFaceDetail::NONE };
     let cut = cloud.cut_of(&cube(), &CutSettings { detail, ..SETTINGS });
     assert_eq!(cut.parts.len(), 2);
     let solid = &cut.parts[0].solid;

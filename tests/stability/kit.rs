@@ -7,7 +7,8 @@ use cullet_fracture::particles::Particles;
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Solid, TriMesh, Vec3, shapes};
 use cullet_model::{
-    BrittleProblem, Failure, Fracture, Impact, Material, Progress, Refusal, Settings, StrengthField,
+    BrittleProblem, Failure, Fragmentation, Impact, Material, Progress, Refusal, Settings,
+    StrengthField,
 };
 use cullet_worker::families::by_name;
 use std::sync::Arc;
@@ -100,7 +101,7 @@ pub(crate) fn problem(mesh: TriMesh, material: Material, impact: Impact) -> Brit
 /// How a solve can come out.
 #[derive(Debug)]
 pub(crate) enum Out {
-    Done(Box<Fracture>),
+    Done(Box<Fragmentation>),
     Refused(Refusal),
     Failed(Failure),
 }
@@ -124,7 +125,7 @@ pub(crate) fn solve(family: &str, problem: &BrittleProblem) -> Out {
 }
 
 /// Solves a problem that has to have an outcome.
-pub(crate) fn solved(problem: &BrittleProblem) -> Fracture {
+pub(crate) fn solved(problem: &BrittleProblem) -> Fragmentation {
     match solve("brittle", problem) {
         Out::Done(fracture) => *fracture,
         other => panic!("{other:?}"),
@@ -139,7 +140,7 @@ pub(crate) fn told(mode: &str, problem: &BrittleProblem) -> bool {
 
 /// Holds a fracture to its books: closed parts whose volumes sum with the grains' to the body's,
 /// motions that are numbers, and the momentum that the blows gave.
-pub(crate) fn keeps_the_books(what: &str, problem: &BrittleProblem, fracture: &Fracture) {
+pub(crate) fn keeps_the_books(what: &str, problem: &BrittleProblem, fracture: &Fragmentation) {
     let whole = problem.solid.mesh.signed_volume();
     let (mut volume, mut momentum) = (0.0, Vec3::zeros());
     for fragment in &fracture.fragments {

@@ -1,10 +1,10 @@
 //! The law of damage and the time step: F01 to F10.
 
 use crate::kit::{H, Out, PLASTER, STRONG, blow, body, cuboid, energy, problem, rows, solve, told};
-use cullet_fracture::damage::{Softening, State};
+use cullet_fracture::damage::{DamageState, Softening};
 use cullet_fracture::mpm::diagnostics::{Diagnostics, Given, ahead};
 use cullet_fracture::mpm::domain::{PrescribedVelocity, stable_step};
-use cullet_fracture::mpm::elastic::Elastic;
+use cullet_fracture::mpm::elastic::LameParameters;
 use cullet_fracture::mpm::{Domain, symmetric};
 use cullet_geometry::{Mat3, Quat, Vec3, math::unit};
 use cullet_model::{Failure, Material, Refusal};
@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A point as good as new, or of that damage.
-fn state(damage: f64) -> State {
-    State { damage, strength: 1.0, shielded: false, sudden: false }
+fn state(damage: f64) -> DamageState {
+    DamageState { damage, strength: 1.0, shielded: false, sudden: false }
 }
 
 /// Strain of a bar with free sides whose solid bears `pull` \[Pa\] between the cracks of `damage`.
@@ -190,7 +190,7 @@ fn f06_damage_does_not_outrun_sound() {
 /// One that is far beyond, J < −0.2, has a stress that is a number, and is not: the law knows J².
 #[test]
 fn f07_a_point_turned_inside_out_is_counted_and_finite() {
-    let law = Elastic::new(&PLASTER);
+    let law = LameParameters::new(&PLASTER);
     for squeeze in [-0.8, -0.999, -1.0, -1.0 - 1e-12, -1.5, -3.0] {
         let flat = Mat3::from_diagonal(&Vec3::new(squeeze, 0.0, 0.0));
         let all = Mat3::from_diagonal(&Vec3::repeat(squeeze));

@@ -3,10 +3,10 @@
 use crate::kit::{
     H, PLASTER, STRONG, blow, body, cuboid, energy, keeps_the_books, problem, rows, solved, told,
 };
-use cullet_fracture::damage::{Softening, State};
+use cullet_fracture::damage::{DamageState, Softening};
 use cullet_fracture::mpm::crushed::{CrushRules, pieces};
 use cullet_fracture::mpm::hertz_contact::HertzContact;
-use cullet_fracture::mpm::load::Load;
+use cullet_fracture::mpm::load::ImpactLoad;
 use cullet_geometry::Vec3;
 use cullet_model::{BrittleProblem, Impact, Tolerance};
 use std::f64::consts::PI;
@@ -26,7 +26,7 @@ fn tap() -> Impact {
 fn f11_a_contact_is_no_point() {
     let domain = body(&rows([8, 8, 8]), &STRONG);
     let impact = Impact { point: Vec3::new(-4.0 * H, 0.0, 0.0), radius: 0.1 * H, ..tap() };
-    let load = Load::new(&impact, &domain, impact.duration, 1.0);
+    let load = ImpactLoad::new(&impact, &domain, impact.duration, 1.0);
     let place = |id: u32| domain.particles.reference[domain.slot(id)];
     let shares = &load.patch.shares;
     let reach = shares.iter().map(|(id, _)| place(*id).yz().norm()).fold(0.0, f64::max);
@@ -37,11 +37,11 @@ fn f11_a_contact_is_no_point() {
     assert!(!told("F11", &cube(Impact { radius: 0.04, ..tap() })));
 
     let law = Softening::new(&PLASTER, 0.001);
-    let under = State { damage: 0.0, strength: 1.0, shielded: true, sudden: false };
+    let under = DamageState { damage: 0.0, strength: 1.0, shielded: true, sudden: false };
     let one = law.strength / PLASTER.young;
     let squeezed = [3.8, -4.6, 0.2, 0.0, 0.0, 0.0].map(|e| e * one);
     let pulled = [3.0, -0.6, -0.6, 0.0, 0.0, 0.0].map(|e| e * one);
-    assert!(law.respond(&squeezed, State { shielded: false, ..under }).damage > 0.0);
+    assert!(law.respond(&squeezed, DamageState { shielded: false, ..under }).damage > 0.0);
     assert_eq!(law.respond(&squeezed, under).damage, 0.0);
     assert!(law.respond(&pulled, under).damage > 0.0);
 }
@@ -64,7 +64,7 @@ fn f12_a_push_ends_when_the_striker_has_nothing_left() {
         duration: 2e-3,
         ..tap()
     };
-    let mut load = Load::new(&impact, &domain, impact.duration, 1.0 / mass);
+    let mut load = ImpactLoad::new(&impact, &domain, impact.duration, 1.0 / mass);
     while !load.is_over() {
         load.push(&mut domain);
         domain.advance();
@@ -155,7 +155,7 @@ fn f73_a_stiff_light_striker_gives_no_more_than_it_has() {
             radius: 1e-3,
             ..blow(Vec3::new(-0.04, 0.0, 0.0), Vec3::x(), 1.0)
         };
-        let mut load = Load::new(&impact, &domain, impact.duration, 1.0 / mass);
+        let mut load = ImpactLoad::new(&impact, &domain, impact.duration, 1.0 / mass);
         let mut most: f64 = 0.0;
         while !load.is_over() {
             load.push(&mut domain);

@@ -11,7 +11,7 @@ use cullet_fragment::cut::{CutSettings, Partition, by_sites};
 use cullet_geometry::math::unit;
 use cullet_geometry::shapes::{self, Detail as Facets};
 use cullet_geometry::{Mat3, Solid, TriMesh, Vec3};
-use cullet_model::Detail;
+use cullet_model::CrackFaceDetail;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -59,8 +59,12 @@ fn ball(radius: f64, segments: u32) -> TriMesh {
 /// Cuts a body along the cells of sites, each a part of its own.
 fn cut(mesh: &TriMesh, sites: &[Vec3]) -> Partition {
     let labels: Vec<u32> = (0..sites.len() as u32).collect();
-    let settings =
-        CutSettings { min_volume_ratio: 0.0, max_fragments: 1000, seed: 1, detail: Detail::NONE };
+    let settings = CutSettings {
+        min_volume_ratio: 0.0,
+        max_fragments: 1000,
+        seed: 1,
+        detail: CrackFaceDetail::NONE,
+    };
     let times = vec![1e-5; sites.len()];
     by_sites(&Solid::outer(mesh.clone()), sites, &labels, &times, &settings).expect("a cut")
 }

@@ -73,9 +73,9 @@ macro_rules! enumeration {
 pub(super) use enumeration;
 
 /// A field as [`message!`] writes it: tag, name, prost's words for its kind, Rust type.
-pub(super) type Field = (&'static str, &'static str, &'static str, &'static str);
+pub(super) type MessageField = (&'static str, &'static str, &'static str, &'static str);
 
-pub(super) fn message_descriptor(name: &str, fields: &[Field]) -> DescriptorProto {
+pub(super) fn message_descriptor(name: &str, fields: &[MessageField]) -> DescriptorProto {
     let mut message = DescriptorProto { name: Some(name.to_owned()), ..Default::default() };
     for field in fields {
         let field = field_descriptor(field, &mut message.oneof_decl);
@@ -85,7 +85,7 @@ pub(super) fn message_descriptor(name: &str, fields: &[Field]) -> DescriptorProt
 }
 
 fn field_descriptor(
-    &(tag, name, kind, rust): &Field,
+    &(tag, name, kind, rust): &MessageField,
     oneofs: &mut Vec<OneofDescriptorProto>,
 ) -> FieldDescriptorProto {
     let words: Vec<&str> = kind.split(',').map(str::trim).collect();

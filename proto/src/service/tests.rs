@@ -3,7 +3,7 @@ use super::*;
 #[test]
 fn messages_are_the_text_that_the_protocol_page_shows() -> Result<(), WireError> {
     let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-    let piece = Piece { digest: "00".repeat(32), length: 5, index: 0, sum: None };
+    let piece = BundlePiece { digest: "00".repeat(32), length: 5, index: 0, sum: None };
     let zeros = "00".repeat(32);
     let line = format!(r#"{{"digest":"{zeros}","length":5,"index":0}}"#);
     assert_eq!(text(seal(&piece, b"a\nbcd")?), format!("{line}\na\nbcd"));

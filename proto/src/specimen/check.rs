@@ -2,8 +2,8 @@
 //! counts within their limits. Whether it can be solved the family says.
 
 use super::{
-    Course, Hold, Load, MAX_FAMILY, MAX_FRAMES, MAX_PROBES, MAX_SAMPLES, Matter, Output, Part,
-    Probe, Push, SpecimenProblem, Spot, Where,
+    Amplitude, Hold, Load, LoadKind, MAX_FAMILY, MAX_FRAMES, MAX_PROBES, MAX_SAMPLES, Matter,
+    Output, Probe, SpecimenProblem, Spot, TensorPart, Where,
 };
 use crate::codec::{self, WireError};
 use cullet_geometry::{Mat3, Vec3};
@@ -19,10 +19,10 @@ fn index(what: &'static str, index: u32, count: usize) -> Result<(), WireError> 
     codec::limit(what, u64::from(index) + 1, count as u64)
 }
 
-fn part(part: Part) -> Result<(), WireError> {
+fn part(part: TensorPart) -> Result<(), WireError> {
     match part {
-        Part::Axis(k) => codec::limit("the axis of a probe", k.into(), 2),
-        Part::Pair(k) => codec::limit("the component of a probe", k.into(), 5),
+        TensorPart::Axis(k) => codec::limit("the axis of a probe", k.into(), 2),
+        TensorPart::Pair(k) => codec::limit("the component of a probe", k.into(), 5),
         _ => Ok(()),
     }
 }
@@ -89,10 +89,10 @@ fn strength(field: &StrengthField) -> Result<(), WireError> {
     if painted { Err(bad("a specimen has no paint on its surface")) } else { Ok(()) }
 }
 
-fn course(course: &Course) -> Result<(), WireError> {
+fn course(course: &Amplitude) -> Result<(), WireError> {
     let what = "the course of a load or support";
     match course {
-        Course::Table(rows) => {
+        Amplitude::Table(rows) => {
             rows.iter().try_for_each(|&(time, factor)| codec::finite(what, &[time, factor]))?;
             let falls = rows.windows(2).find(|pair| pair[1].0 < pair[0].0);
             falls.map_or(Ok(()), |pair| {
@@ -100,7 +100,7 @@ fn course(course: &Course) -> Result<(), WireError> {
                 Err(bad(format!("{what}: the time {time} s follows {before} s")))
             })
         }
-        &Course::HalfSine { start, duration } => {
+        &Amplitude::HalfSine { start, duration } => {
             codec::finite(what, &[start, duration])?;
             let holds = duration > 0.0;
             if holds { Ok(()) } else { Err(bad(format!("{what} lasts {duration} s"))) }
@@ -121,8 +121,10 @@ fn hold(hold: &Hold) -> Result<(), WireError> {
 fn load(load: &Load) -> Result<(), WireError> {
     place(&load.part)?;
     match &load.push {
-        Push::Traction(v) | Push::Force(v) | Push::Acceleration(v) => vector("a load", v)?,
-        Push::Pressure(p) => codec::finite("a load", &[*p])?,
+        LoadKind::Traction(v) | LoadKind::Force(v) | LoadKind::Acceleration(v) => {
+            vector("a load", v)?
+        }
+        LoadKind::Pressure(p) => codec::finite("a load", &[*p])?,
     }
     course(&load.course)
 }

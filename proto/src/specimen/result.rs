@@ -2,7 +2,7 @@
 
 use super::{Ending, Frame, MAX_PROBES, MAX_SAMPLES, SpecimenOutcome};
 use crate::codec::{self, WireError};
-use crate::envelope::{self, Kind};
+use crate::envelope::{self, MessageKind};
 use crate::mesh::Slabs;
 use serde::{Deserialize, Serialize};
 
@@ -30,7 +30,7 @@ pub struct SpecimenResult {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Header {
+struct ResultHeader {
     ending: Ending,
     step: f64,
     steps: u64,
@@ -57,7 +57,7 @@ impl SpecimenResult {
     pub fn encode(&self) -> Result<Vec<u8>, WireError> {
         let out = &self.outcome;
         let frames = out.frames.iter().map(|f| (f.time, f.points.len() as u32)).collect();
-        let header = Header {
+        let header = ResultHeader {
             ending: out.ending.clone(),
             step: out.step,
             steps: out.steps,
@@ -74,7 +74,7 @@ impl SpecimenResult {
         numbers.for_each(|x| bulk.extend_from_slice(&x.to_le_bytes()));
         let points = out.frames.iter().flat_map(|frame| frame.points.iter().flatten());
         points.for_each(|x| bulk.extend_from_slice(&x.to_le_bytes()));
-        envelope::seal(Kind::SpecimenResult, &header, &bulk)
+        envelope::seal(MessageKind::SpecimenResult, &header, &bulk)
     }
 
     /// The result in these bytes.
@@ -82,7 +82,7 @@ impl SpecimenResult {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
-        let (header, bulk) = envelope::open::<Header>(Kind::SpecimenResult, bytes)?;
+        let (header, bulk) = envelope::open::<ResultHeader>(MessageKind::SpecimenResult, bytes)?;
         codec::limit("a result's rows", u64::from(header.rows), MAX_PROBES)?;
         codec::limit("a result's samples", u64::from(header.times), 2 * MAX_SAMPLES)?;
         let all: u64 = header.frames.iter().map(|frame| 4 * u64::from(frame.1)).sum();
@@ -102,7 +102,7 @@ impl SpecimenResult {
             frames.push(Frame { time, points: numbers.as_chunks::<4>().0.to_vec() });
         }
         slabs.end("a result")?;
-        let Header { ending, step, steps, points, strength_ratio, price, .. } = header;
+        let ResultHeader { ending, step, steps, points, strength_ratio, price, .. } = header;
         let outcome = SpecimenOutcome {
             ending,
             step,

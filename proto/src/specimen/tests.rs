@@ -3,13 +3,13 @@ use crate::codec::WireError;
 use crate::job::tests::tetrahedron;
 use cullet_geometry::{Mat3, Quat, Vec3};
 use cullet_model::strength::Region;
-use cullet_model::{Material, Precision, StrengthField};
+use cullet_model::{Material, PointPrecision, StrengthField};
 
 fn settings() -> SpecimenSettings {
     SpecimenSettings {
         spacing: 0.01,
         step_factor: 0.8,
-        precision: Precision::Double,
+        precision: PointPrecision::Double,
         breaks: true,
         damping: 0.0,
         damped_until: None,
@@ -42,7 +42,7 @@ fn job() -> SpecimenJob {
         velocity: Vec3::new(1.0, 2.0, 3.0),
         gradient: Mat3::from_fn(|i, j| (3 * i + j) as f64),
         centre: Vec3::zeros(),
-        course: Course::HalfSine { start: 0.0, duration: 1.0 },
+        course: Amplitude::HalfSine { start: 0.0, duration: 1.0 },
         until: Some(2.0),
     };
     SpecimenJob(SpecimenProblem {
@@ -57,10 +57,10 @@ fn job() -> SpecimenJob {
             material,
             zones: vec![Zone { part: part.clone(), material }],
             strength: StrengthField {
-                weak_plane: Some(cullet_model::WeakPlane { normal: Vec3::x(), ratio: 0.5 }),
+                weak_plane: Some(cullet_model::PatternWeakPlane { normal: Vec3::x(), ratio: 0.5 }),
                 ..Default::default()
             },
-            patches: vec![Patch { part: part.clone(), strength: 2.0, damage: 0.0 }],
+            patches: vec![StrengthPatch { part: part.clone(), strength: 2.0, damage: 0.0 }],
         },
         initial: InitialState::default(),
         holds: vec![hold],
@@ -71,7 +71,7 @@ fn job() -> SpecimenJob {
             probes: vec![Probe::Kinetic, Probe::Broken(part)],
             samples: 10,
             frames: 0,
-            colour: (Field::Damage, Part::Size),
+            colour: (PointField::Damage, TensorPart::Size),
         },
         settings: settings(),
     })
@@ -95,25 +95,27 @@ fn bytes(job: &SpecimenJob) -> Vec<u8> {
     let (vertices, triangles) = mesh::counts(&solid).expect("a mesh");
     let mut slabs = Vec::new();
     mesh::put_solid(&mut slabs, &solid);
-    envelope::seal(Kind::Specimen, &(&job.0, vertices, triangles), &slabs).expect("sealed")
+    envelope::seal(MessageKind::Specimen, &(&job.0, vertices, triangles), &slabs).expect("sealed")
 }
 
 /// Words of an error, and what brings it about.
 type Spoiled<'a> = (&'a str, &'a dyn Fn(&mut SpecimenProblem));
 
-/// What is wrong is told at the door, before anything is solved.
+/// What is wrong is reported on arrival, before anything is solved.
 #[test]
 fn bad_numbers_and_indices_are_told_at_the_door() {
     let line = |rows: &[(f64, f64)]| Load {
         part: Vec::new(),
-        push: Push::Pressure(1.0),
-        course: Course::Table(rows.to_vec()),
+        push: LoadKind::Pressure(1.0),
+        course: Amplitude::Table(rows.to_vec()),
     };
     let none = Quat::new_unchecked(Quat::identity().into_inner() * 0.0);
     let cases: [Spoiled<'_>; 18] = [
-        ("support of a probe is 2", &|s| s.output.probes = vec![Probe::Reaction(1, Part::Size)]),
-        ("load of a probe is 4", &|s| s.output.probes = vec![Probe::Applied(3, Part::Size)]),
-        ("axis of a probe is 3", &|s| s.output.probes = vec![Probe::Momentum(Part::Axis(3))]),
+        ("support of a probe is 2", &|s| {
+            s.output.probes = vec![Probe::Reaction(1, TensorPart::Size)]
+        }),
+        ("load of a probe is 4", &|s| s.output.probes = vec![Probe::Applied(3, TensorPart::Size)]),
+        ("axis of a probe is 3", &|s| s.output.probes = vec![Probe::Momentum(TensorPart::Axis(3))]),
         ("share of a probe is 1.5", &|s| {
             let (part, along) = (Vec::new(), Vec3::x());
             s.output.probes = vec![Probe::CrackTip { part, along, share: 1.5, otherwise: 0.0 }];

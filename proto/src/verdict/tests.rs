@@ -30,7 +30,7 @@ fn sample() -> Verdict {
     let debris = vec![grain, Grain { size: 2e-3, ..grain }];
     let reactions = vec![0.5, 0.0];
     let sampled = vec![true, false, true];
-    Fracture { fragments, sampled, debris, reactions, report }.into()
+    Fragmentation { fragments, sampled, debris, reactions, report }.into()
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn verdicts_come_back() -> Result<(), WireError> {
     Ok(())
 }
 
-fn fracture() -> Fracture {
+fn fracture() -> Fragmentation {
     let Verdict::Solved(outcome) = sample() else { panic!("another verdict") };
     outcome.fracture().expect("a fracture")
 }
@@ -60,7 +60,7 @@ fn a_body_of_a_new_shape_comes_back() -> Result<(), WireError> {
         reactions: vec![0.5],
         report: Report::default().with("plastic_strain", "1", 0.1),
     };
-    let verdict = |d: &Deformation| Verdict::Solved(Outcome::Deformed(Box::new(d.clone())));
+    let verdict = |d: &Deformation| Verdict::Solved(SolveOutcome::Deformed(Box::new(d.clone())));
     let bytes = verdict(&deformation).encode()?;
     assert_eq!(Verdict::decode(&bytes)?, verdict(&deformation));
     let dear = Deformation { work: f64::NAN, ..deformation };
@@ -73,7 +73,7 @@ fn a_body_of_a_new_shape_comes_back() -> Result<(), WireError> {
 fn verdicts_of_version_0_1_are_read() -> Result<(), WireError> {
     let mut now = fracture();
     let Verdict::Solved(_) = sample() else { panic!("another verdict") };
-    let old = |now: &Fracture, solver: &str| {
+    let old = |now: &Fragmentation, solver: &str| {
         let report = OldReport {
             solver: solver.to_owned(),
             refusal: now.report.refusal.clone(),
@@ -82,10 +82,10 @@ fn verdicts_of_version_0_1_are_read() -> Result<(), WireError> {
             ..OldReport::default()
         };
         let counts = PartCounts { fragments: 3, hulls: 4, grains: 2 };
-        let head = Header::Old { counts, reactions: now.reactions.clone(), report };
+        let head = VerdictHeader::Old { counts, reactions: now.reactions.clone(), report };
         let bytes = encode_parts(now)?;
         let (_, _, slabs) = envelope::split(&bytes)?;
-        envelope::seal(Kind::Verdict, &head, slabs)
+        envelope::seal(MessageKind::Verdict, &head, slabs)
     };
     let read = |bytes: Vec<u8>| match Verdict::decode(&bytes)? {
         Verdict::Solved(outcome) => Ok(outcome.fracture().expect("a fracture")),
@@ -117,19 +117,19 @@ fn long_words_are_cut_between_letters() -> Result<(), WireError> {
 
 #[test]
 fn counts_that_promise_too_much_allocate_nothing() -> Result<(), WireError> {
-    let header = |fragments, grains| Header::Parts {
+    let header = |fragments, grains| VerdictHeader::Parts {
         counts: PartCounts { fragments, hulls: 0, grains },
         reactions: Vec::new(),
         report: Report::default(),
     };
     let head = header(16_000, 0);
-    let bytes = envelope::seal(Kind::Verdict, &head, &[1, 2, 3])?;
+    let bytes = envelope::seal(MessageKind::Verdict, &head, &[1, 2, 3])?;
     assert!(matches!(Verdict::decode(&bytes), Err(WireError::Short { have: 3, .. })));
     for head in [header(u32::MAX, 0), header(0, u32::MAX)] {
-        let bytes = envelope::seal(Kind::Verdict, &head, &[])?;
+        let bytes = envelope::seal(MessageKind::Verdict, &head, &[])?;
         assert!(matches!(Verdict::decode(&bytes), Err(WireError::Limit { .. })));
     }
-    let bytes = envelope::seal(Kind::Verdict, &header(0, 2), &[0; 64])?;
+    let bytes = envelope::seal(MessageKind::Verdict, &header(0, 2), &[0; 64])?;
     assert!(matches!(Verdict::decode(&bytes), Err(WireError::Short { have: 64, need: 128, .. })));
     Ok(())
 }
@@ -165,7 +165,7 @@ fn damaged_bytes_never_panic_and_what_passes_is_sound() -> Result<(), WireError>
     let (verdict, job) = (sample().encode()?, job().encode()?);
     let mut passed = 0;
     for round in 0..60_000 {
-        if let Ok(Verdict::Solved(Outcome::Broken(body))) =
+        if let Ok(Verdict::Solved(SolveOutcome::Broken(body))) =
             Verdict::decode(&damaged(&verdict, round))
         {
             passed += 1;

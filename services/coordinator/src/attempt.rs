@@ -1,8 +1,8 @@
 //! One attempt at a run: from its bundle to its files.
 
-use super::board::{End, Entry, How, Reached};
+use super::board::{AttemptEnd, Reached, RunEnd, RunEntry};
 use super::local::{REPRODUCTION, TIMELINE, leave};
-use super::reach::{Reach, seen};
+use super::reach::{ReachWriter, seen};
 use super::replaying_pool::{ReplayingPool, ReportingPool};
 use super::run_status::RunStatus;
 use super::store::Kept;
@@ -38,16 +38,16 @@ pub(super) const CUT_OFF: &str = "run.mcap.partial";
 /// Between two lines of a run's position.
 const NEWS_PERIOD: Duration = Duration::from_secs(2);
 
-/// What an attempt needs.
-pub(super) struct Attempt {
-    pub(super) entry: Entry,
+/// An attempt at a run, with all that it needs.
+pub(super) struct RunAttempt {
+    pub(super) entry: RunEntry,
     pub(super) bundle: Vec<u8>,
     pub(super) folder: PathBuf,
     pub(super) kept: Kept,
     /// Its part of the state folder.
     pub(super) state: PathBuf,
     /// Where it says how far it is; nowhere, where nobody comes back to it.
-    pub(super) reach: Option<Reach>,
+    pub(super) reach: Option<ReachWriter>,
     pub(super) live: Arc<RunStatus>,
     pub(super) stop: Arc<AtomicBool>,
 }
@@ -55,20 +55,20 @@ pub(super) struct Attempt {
 /// How an attempt ended, and when.
 #[derive(Debug)]
 pub(super) struct Ended {
-    pub(super) how: How,
-    pub(super) end: End,
+    pub(super) how: AttemptEnd,
+    pub(super) end: RunEnd,
     pub(super) at: u64,
 }
 
 impl Ended {
     pub(super) fn failed(code: u8, text: String) -> Self {
-        let end = End { code: Some(code), text, ..End::default() };
-        Self { how: How::Failed, end, at: unix_ms() }
+        let end = RunEnd { code: Some(code), text, ..RunEnd::default() };
+        Self { how: AttemptEnd::Failed, end, at: unix_ms() }
     }
 }
 
-impl Attempt {
-    /// Runs the scene to its end, to trouble, or until it is told to stop.
+impl RunAttempt {
+    /// Runs the scene to its end, to trouble, or until it is asked to stop.
     pub(super) fn run(mut self, pool: &dyn ReportingPool) -> Ended {
         let _span = tracing::info_span!("run", run = self.entry.run).entered();
         let scene = match self.scene() {
@@ -147,13 +147,13 @@ impl Attempt {
             Err(text) => return Ended::failed(codes::UNKEPT, text),
         };
         let (how, code) = match (outcome.interrupted, outcome.unmet.is_empty(), drawn.is_ok()) {
-            // Who told it to stop knows what for, and gives it a code.
-            (true, _, _) => (How::Stopped, None),
-            (false, false, _) => (How::Done, Some(codes::UNMET)),
-            (false, true, false) => (How::Done, Some(codes::UNPICTURED)),
-            (false, true, true) => (How::Done, Some(codes::DONE)),
+            // Who asked it to stop knows what for, and gives it a code.
+            (true, _, _) => (AttemptEnd::Stopped, None),
+            (false, false, _) => (AttemptEnd::Done, Some(codes::UNMET)),
+            (false, true, false) => (AttemptEnd::Done, Some(codes::UNPICTURED)),
+            (false, true, true) => (AttemptEnd::Done, Some(codes::DONE)),
         };
-        let end = End { code, files, ..End::default() };
+        let end = RunEnd { code, files, ..RunEnd::default() };
         Ended { how, end, at: unix_ms() }
     }
 
@@ -171,12 +171,12 @@ fn solving(p: &Position) -> String {
     }
 }
 
-fn kind(error: &RunError) -> (How, u8) {
+fn kind(error: &RunError) -> (AttemptEnd, u8) {
     match error {
-        RunError::Abandoned { .. } => (How::Stalled, codes::STALLED),
-        RunError::Record(_) | RunError::File { .. } => (How::Failed, codes::UNKEPT),
+        RunError::Abandoned { .. } => (AttemptEnd::Stalled, codes::STALLED),
+        RunError::Record(_) | RunError::File { .. } => (AttemptEnd::Failed, codes::UNKEPT),
         RunError::World(_) | RunError::Lost(_) | RunError::OutOfOrder { .. } => {
-            (How::Failed, codes::FAILED)
+            (AttemptEnd::Failed, codes::FAILED)
         }
     }
 }

@@ -10,12 +10,12 @@ mod deaths;
 mod suspects;
 
 use cullet_proto::service::{FileInfo, JobCounts, MAX_PRIORITY, State};
-pub(crate) use deaths::{Deaths, Reached};
+pub(crate) use deaths::{CoordinatorDeaths, Reached};
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, VecDeque};
 
-/// Runs that may wait; a further one is told to come again.
+/// Runs that may wait; a further one is refused for now.
 pub(super) const MAX_WAITING: usize = 1_024;
 /// Of these, those of one user: nobody fills the queue alone.
 pub(super) const MAX_WAITING_OF_ONE: usize = 768;
@@ -24,26 +24,26 @@ pub(super) const MAX_KEPT: usize = 4_096;
 /// Waiting this long counts as much as one step of priority \[ms\], so that nobody waits for ever.
 const AGEING_MS: u64 = 600_000;
 
-/// A run, as the journal tells it.
+/// A run, as the journal has it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Entry {
+pub(super) struct RunEntry {
     pub(super) run: u64,
-    pub(super) order: Order,
+    pub(super) order: Submission,
     pub(super) state: State,
     pub(super) wish: Option<Wish>,
     pub(super) attempt: u32,
     pub(super) folder: Option<String>,
     pub(super) started: Option<u64>,
     pub(super) ended: Option<u64>,
-    pub(super) end: End,
+    pub(super) end: RunEnd,
     /// None in a line that is older than this field.
     #[serde(default)]
-    pub(super) deaths: Deaths,
+    pub(super) deaths: CoordinatorDeaths,
 }
 
-/// What was handed in.
+/// A scene as a user submitted it, with its options.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Order {
+pub(super) struct Submission {
     pub(super) ticket: String,
     pub(super) user: String,
     pub(super) name: String,
@@ -64,23 +64,23 @@ pub(super) enum Wish {
     Pause,
 }
 
-/// How an attempt came to its end.
+/// How an attempt at a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum How {
+pub(super) enum AttemptEnd {
     /// At the end of the scene.
     Done,
     /// It could not go on.
     Failed,
     /// The pool gave a job up.
     Stalled,
-    /// It was told to stop: by a wish, or because the coordinator leaves.
+    /// It was asked to stop: by a wish, or because the coordinator leaves.
     Stopped,
 }
 
-/// What is left of a run that is over.
+/// How a run that is over ended, and what it left.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct End {
+pub(super) struct RunEnd {
     pub(super) code: Option<u8>,
     pub(super) text: String,
     pub(super) files: Vec<FileInfo>,
@@ -89,24 +89,24 @@ pub(super) struct End {
     pub(super) jobs: JobCounts,
 }
 
-/// What happened; what the journal keeps.
+/// A change of the board: what the journal keeps.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "lowercase")]
-pub(super) enum Event {
+pub(super) enum BoardEvent {
     /// Somebody handed a run in.
-    Submitted { run: u64, order: Order },
+    Submitted { run: u64, order: Submission },
     /// An attempt began, in that folder.
     Started { run: u64, folder: String, at: u64 },
     /// It ended.
-    Ended { run: u64, how: How, end: End, at: u64 },
+    Ended { run: u64, how: AttemptEnd, end: RunEnd, at: u64 },
     /// Somebody wants something of a run that goes on.
     Wished { run: u64, wish: Wish },
-    /// A run that waited was laid aside.
+    /// A run that waited was paused.
     Paused { run: u64 },
-    /// A run that was laid aside or over is back in the queue.
+    /// A run that was paused or over is back in the queue.
     Queued { run: u64 },
     /// A run that did not go on is not wanted any more.
-    Cancelled { run: u64, end: End, at: u64 },
+    Cancelled { run: u64, end: RunEnd, at: u64 },
     /// A run that is over is not remembered any more; what it left is still on the disk.
     Forgotten { run: u64 },
     /// Now it is not.
@@ -118,10 +118,10 @@ pub(super) enum Event {
     /// The coordinator came back: what went on then does not now.
     Returned { at: u64 },
     /// All there is to know of a run: what a journal that was written anew begins with.
-    Kept { entry: Box<Entry> },
+    Kept { entry: Box<RunEntry> },
 }
 
-impl Event {
+impl BoardEvent {
     /// The run that it is about, if it is about one.
     pub(super) fn run(&self) -> Option<u64> {
         match self {
@@ -149,7 +149,7 @@ struct Turn<'a> {
     /// When one began last.
     began: Option<u64>,
     /// Which would be next.
-    best: Option<&'a Entry>,
+    best: Option<&'a RunEntry>,
 }
 
 /// Why something is not done.
@@ -170,14 +170,14 @@ pub(super) enum No {
 /// All runs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Board {
-    entries: BTreeMap<u64, Entry>,
+    entries: BTreeMap<u64, RunEntry>,
     /// Not remembered any more, with something on the disk still.
-    leaving: BTreeMap<u64, Entry>,
+    leaving: BTreeMap<u64, RunEntry>,
     last: u64,
 }
 
 impl Board {
-    pub(super) fn get(&self, run: u64) -> Result<&Entry, No> {
+    pub(super) fn get(&self, run: u64) -> Result<&RunEntry, No> {
         let gone = (1..=self.last).contains(&run);
         self.entries.get(&run).ok_or(if gone { No::Gone(run) } else { No::Unknown(run) })
     }
@@ -188,32 +188,32 @@ impl Board {
     }
 
     /// Those that are not remembered any more and have left something on the disk.
-    pub(super) fn leaving(&self) -> impl Iterator<Item = &Entry> {
+    pub(super) fn leaving(&self) -> impl Iterator<Item = &RunEntry> {
         self.leaving.values()
     }
 
     /// Events that make this board.
-    pub(super) fn to_events(&self) -> Vec<Event> {
-        let mut all: Vec<(u64, Vec<Event>)> = Vec::new();
+    pub(super) fn to_events(&self) -> Vec<BoardEvent> {
+        let mut all: Vec<(u64, Vec<BoardEvent>)> = Vec::new();
         // One that nothing has befallen takes no more room than it did.
-        let kept = |entry: &Entry| match *entry == Entry::new(entry.run, &entry.order) {
-            true => Event::Submitted { run: entry.run, order: entry.order.clone() },
-            false => Event::Kept { entry: Box::new(entry.clone()) },
+        let kept = |entry: &RunEntry| match *entry == RunEntry::new(entry.run, &entry.order) {
+            true => BoardEvent::Submitted { run: entry.run, order: entry.order.clone() },
+            false => BoardEvent::Kept { entry: Box::new(entry.clone()) },
         };
         all.extend(self.entries().map(|entry| (entry.run, vec![kept(entry)])));
-        let forgotten = |entry: &Entry| vec![kept(entry), Event::Forgotten { run: entry.run }];
+        let forgotten = |one: &RunEntry| vec![kept(one), BoardEvent::Forgotten { run: one.run }];
         all.extend(self.leaving().map(|entry| (entry.run, forgotten(entry))));
         all.sort_by_key(|(run, _)| *run);
         let highest = all.last().map_or(0, |(run, _)| *run);
-        let last = (highest < self.last).then_some(Event::Numbered { last: self.last });
+        let last = (highest < self.last).then_some(BoardEvent::Numbered { last: self.last });
         all.into_iter().flat_map(|(_, events)| events).chain(last).collect()
     }
 
-    pub(super) fn entries(&self) -> impl Iterator<Item = &Entry> {
+    pub(super) fn entries(&self) -> impl Iterator<Item = &RunEntry> {
         self.entries.values()
     }
 
-    pub(super) fn running(&self) -> impl Iterator<Item = &Entry> {
+    pub(super) fn running(&self) -> impl Iterator<Item = &RunEntry> {
         self.entries().filter(|entry| entry.state == State::Running)
     }
 
@@ -223,7 +223,7 @@ impl Board {
 
     /// The run of that ticket.
     pub(super) fn known(&self, user: &str, ticket: &str) -> Option<u64> {
-        let same = |e: &&Entry| e.order.user == user && e.order.ticket == ticket;
+        let same = |e: &&RunEntry| e.order.user == user && e.order.ticket == ticket;
         self.entries().find(same).map(|entry| entry.run)
     }
 
@@ -235,16 +235,16 @@ impl Board {
     }
 
     /// What handing that in comes to; forgets the oldest where more than `keep` are remembered.
-    pub(super) fn submit(&self, order: Order, keep: usize) -> Result<Vec<Event>, No> {
+    pub(super) fn submit(&self, order: Submission, keep: usize) -> Result<Vec<BoardEvent>, No> {
         if !(-MAX_PRIORITY..=MAX_PRIORITY).contains(&order.priority) {
             return Err(No::Priority);
         }
         if self.is_full(&order.user) {
             return Err(No::Full);
         }
-        let mut events = vec![Event::Submitted { run: self.last + 1, order }];
+        let mut events = vec![BoardEvent::Submitted { run: self.last + 1, order }];
         let extra = (self.entries.len() + 1).saturating_sub(keep.min(MAX_KEPT));
-        events.extend(self.oldest(extra).into_iter().map(|run| Event::Forgotten { run }));
+        events.extend(self.oldest(extra).into_iter().map(|run| BoardEvent::Forgotten { run }));
         Ok(events)
     }
 
@@ -260,67 +260,66 @@ impl Board {
     }
 
     /// `end`: what is left of it if it does not go on.
-    pub(super) fn cancel(&self, run: u64, end: End, at: u64) -> Result<Option<Event>, No> {
+    pub(super) fn cancel(&self, run: u64, end: RunEnd, at: u64) -> Result<Option<BoardEvent>, No> {
         match self.get(run)? {
-            Entry { wish: Some(Wish::Cancel), .. } => Ok(None),
-            Entry { state: State::Running, .. } => {
-                Ok(Some(Event::Wished { run, wish: Wish::Cancel }))
+            RunEntry { wish: Some(Wish::Cancel), .. } => Ok(None),
+            RunEntry { state: State::Running, .. } => {
+                Ok(Some(BoardEvent::Wished { run, wish: Wish::Cancel }))
             }
-            Entry { state: State::Queued | State::Paused, .. } => {
-                Ok(Some(Event::Cancelled { run, end, at }))
+            RunEntry { state: State::Queued | State::Paused, .. } => {
+                Ok(Some(BoardEvent::Cancelled { run, end, at }))
             }
-            Entry { state: State::Cancelled, .. } => Ok(None),
+            RunEntry { state: State::Cancelled, .. } => Ok(None),
             entry => Err(entry.refuse("cancelled")),
         }
     }
 
-    pub(super) fn pause(&self, run: u64) -> Result<Option<Event>, No> {
+    pub(super) fn pause(&self, run: u64) -> Result<Option<BoardEvent>, No> {
         match self.get(run)? {
-            Entry { wish: Some(Wish::Pause), .. } => Ok(None),
-            Entry { state: State::Running, wish: None, .. } => {
-                Ok(Some(Event::Wished { run, wish: Wish::Pause }))
+            RunEntry { wish: Some(Wish::Pause), .. } => Ok(None),
+            RunEntry { state: State::Running, wish: None, .. } => {
+                Ok(Some(BoardEvent::Wished { run, wish: Wish::Pause }))
             }
-            Entry { state: State::Queued, .. } => Ok(Some(Event::Paused { run })),
-            Entry { state: State::Paused, .. } => Ok(None),
+            RunEntry { state: State::Queued, .. } => Ok(Some(BoardEvent::Paused { run })),
+            RunEntry { state: State::Paused, .. } => Ok(None),
             entry => Err(entry.refuse("paused")),
         }
     }
 
-    pub(super) fn resume(&self, run: u64) -> Result<Option<Event>, No> {
+    pub(super) fn resume(&self, run: u64) -> Result<Option<BoardEvent>, No> {
         match self.get(run)? {
-            Entry { state: State::Paused, .. } => Ok(Some(Event::Queued { run })),
-            Entry { state: State::Queued, .. } => Ok(None),
+            RunEntry { state: State::Paused, .. } => Ok(Some(BoardEvent::Queued { run })),
+            RunEntry { state: State::Queued, .. } => Ok(None),
             entry => Err(entry.refuse("resumed")),
         }
     }
 
-    pub(super) fn retry(&self, run: u64) -> Result<Option<Event>, No> {
+    pub(super) fn retry(&self, run: u64) -> Result<Option<BoardEvent>, No> {
         match self.get(run)? {
-            Entry { state: State::Failed | State::Stalled | State::Cancelled, .. } => {
-                Ok(Some(Event::Queued { run }))
+            RunEntry { state: State::Failed | State::Stalled | State::Cancelled, .. } => {
+                Ok(Some(BoardEvent::Queued { run }))
             }
-            Entry { state: State::Queued, .. } => Ok(None),
+            RunEntry { state: State::Queued, .. } => Ok(None),
             entry => Err(entry.refuse("tried again")),
         }
     }
 
     /// One that went already is gone.
-    pub(super) fn delete(&self, run: u64) -> Result<Option<Event>, No> {
+    pub(super) fn delete(&self, run: u64) -> Result<Option<BoardEvent>, No> {
         match self.get(run) {
-            Ok(entry) if entry.state.is_over() => Ok(Some(Event::Forgotten { run })),
+            Ok(entry) if entry.state.is_over() => Ok(Some(BoardEvent::Forgotten { run })),
             Ok(entry) => Err(entry.refuse("deleted before it is cancelled")),
             Err(No::Gone(_)) => Ok(None),
             Err(no) => Err(no),
         }
     }
 
-    /// The run whose turn it is. Of each user it is the run of the highest priority, with what its
-    /// waiting adds, then the oldest. Between users it is the highest priority, with what waiting
-    /// adds since a run of that user last began: who hands in much gains nothing by it. Then comes
-    /// who has the fewest going on, then whose last began first. None while it must be alone and is
-    /// not.
-    pub(super) fn next(&self, now: u64) -> Option<&Entry> {
-        let rank = |entry: &Entry, since: u64| {
+    /// The run whose turn it is: of each user the one of highest priority (waiting raises it), then
+    /// the oldest; between users the highest priority, raised by the time since a run of that user
+    /// last began, so that many queued runs do not delay other users; then the user with the fewest
+    /// running, then whose last began first. None while it must run alone and others still run.
+    pub(super) fn next(&self, now: u64) -> Option<&RunEntry> {
+        let rank = |entry: &RunEntry, since: u64| {
             let waited = now.saturating_sub(since) / AGEING_MS;
             Reverse(i64::from(entry.order.priority).saturating_add_unsigned(waited))
         };
@@ -330,7 +329,7 @@ impl Board {
             turn.busy += usize::from(entry.state == State::Running);
             turn.began = turn.began.max(entry.started);
             if entry.state == State::Queued {
-                let own = |entry: &Entry| (rank(entry, entry.order.at), entry.run);
+                let own = |entry: &RunEntry| (rank(entry, entry.order.at), entry.run);
                 let best = turn.best.into_iter().chain([entry]);
                 turn.best = best.min_by_key(|entry| own(entry));
             }
@@ -347,25 +346,25 @@ impl Board {
     ///
     /// # Errors
     /// It does not fit what is there: the journal is not one of this board.
-    pub(super) fn apply(&mut self, event: &Event) -> Result<(), No> {
+    pub(super) fn apply(&mut self, event: &BoardEvent) -> Result<(), No> {
         match event {
-            Event::Submitted { run, order } => self.insert(*run, Entry::new(*run, order)),
-            Event::Kept { entry } => self.insert(entry.run, (**entry).clone()),
-            Event::Died { run, reached } => {
+            BoardEvent::Submitted { run, order } => self.insert(*run, RunEntry::new(*run, order)),
+            BoardEvent::Kept { entry } => self.insert(entry.run, (**entry).clone()),
+            BoardEvent::Died { run, reached } => {
                 let alone = self.count(State::Running) == 1;
                 self.change(*run, &[State::Running], "cut off", |entry| {
                     entry.deaths.count(*reached, alone);
                 })
             }
-            Event::Returned { at } => {
+            BoardEvent::Returned { at } => {
                 for entry in self.entries.values_mut() {
                     if entry.state == State::Running {
-                        entry.stopped(End::default(), *at);
+                        entry.stopped(RunEnd::default(), *at);
                     }
                 }
                 Ok(())
             }
-            Event::Forgotten { run } => {
+            BoardEvent::Forgotten { run } => {
                 let entry = self.get(*run)?;
                 if !entry.state.is_over() {
                     return Err(entry.refuse("forgotten"));
@@ -374,12 +373,14 @@ impl Board {
                 self.leaving.extend(entry.map(|entry| (*run, entry)));
                 Ok(())
             }
-            Event::Removed { run } => self.leaving.remove(run).map(drop).ok_or(No::Unknown(*run)),
-            Event::Numbered { last } => {
+            BoardEvent::Removed { run } => {
+                self.leaving.remove(run).map(drop).ok_or(No::Unknown(*run))
+            }
+            BoardEvent::Numbered { last } => {
                 self.last = self.last.max(*last);
                 Ok(())
             }
-            Event::Started { run, folder, at } => {
+            BoardEvent::Started { run, folder, at } => {
                 self.change(*run, &[State::Queued], "started", |entry| {
                     entry.state = State::Running;
                     entry.attempt += 1;
@@ -387,27 +388,27 @@ impl Board {
                     entry.started = Some(*at);
                 })
             }
-            Event::Ended { run, how, end, at } => {
+            BoardEvent::Ended { run, how, end, at } => {
                 self.change(*run, &[State::Running], "ended", |entry| match how {
-                    How::Done => entry.over(State::Done, end, *at),
-                    How::Failed => entry.over(State::Failed, end, *at),
-                    How::Stalled => entry.over(State::Stalled, end, *at),
-                    How::Stopped => entry.stopped(end.clone(), *at),
+                    AttemptEnd::Done => entry.over(State::Done, end, *at),
+                    AttemptEnd::Failed => entry.over(State::Failed, end, *at),
+                    AttemptEnd::Stalled => entry.over(State::Stalled, end, *at),
+                    AttemptEnd::Stopped => entry.stopped(end.clone(), *at),
                 })
             }
-            Event::Wished { run, wish } => {
+            BoardEvent::Wished { run, wish } => {
                 self.change(*run, &[State::Running], "stopped", |entry| entry.wish = Some(*wish))
             }
-            Event::Paused { run } => self.change(*run, &[State::Queued], "paused", |entry| {
+            BoardEvent::Paused { run } => self.change(*run, &[State::Queued], "paused", |entry| {
                 entry.state = State::Paused;
             }),
-            Event::Cancelled { run, end, at } => {
+            BoardEvent::Cancelled { run, end, at } => {
                 let from = [State::Queued, State::Paused];
                 self.change(*run, &from, "cancelled", |entry| {
                     entry.over(State::Cancelled, end, *at);
                 })
             }
-            Event::Queued { run } => {
+            BoardEvent::Queued { run } => {
                 let from = [State::Paused, State::Failed, State::Stalled, State::Cancelled];
                 self.change(*run, &from, "queued", |entry| {
                     entry.requeue();
@@ -417,7 +418,7 @@ impl Board {
         }
     }
 
-    fn insert(&mut self, run: u64, entry: Entry) -> Result<(), No> {
+    fn insert(&mut self, run: u64, entry: RunEntry) -> Result<(), No> {
         if run <= self.last {
             let state = self.get(run).map_or("forgotten", |entry| entry.state.word());
             return Err(No::State { run, state, verb: "handed in" });
@@ -432,7 +433,7 @@ impl Board {
         run: u64,
         from: &[State],
         verb: &'static str,
-        change: impl FnOnce(&mut Entry),
+        change: impl FnOnce(&mut RunEntry),
     ) -> Result<(), No> {
         let entry = self.entries.get_mut(&run).ok_or(No::Unknown(run))?;
         if !from.contains(&entry.state) {
@@ -443,8 +444,8 @@ impl Board {
     }
 }
 
-impl Entry {
-    fn new(run: u64, order: &Order) -> Self {
+impl RunEntry {
+    fn new(run: u64, order: &Submission) -> Self {
         Self {
             run,
             order: order.clone(),
@@ -454,8 +455,8 @@ impl Entry {
             folder: None,
             started: None,
             ended: None,
-            end: End::default(),
-            deaths: Deaths::default(),
+            end: RunEnd::default(),
+            deaths: CoordinatorDeaths::default(),
         }
     }
 
@@ -468,7 +469,7 @@ impl Entry {
         No::State { run: self.run, state: self.state.word(), verb }
     }
 
-    fn over(&mut self, state: State, end: &End, at: u64) {
+    fn over(&mut self, state: State, end: &RunEnd, at: u64) {
         self.state = state;
         self.wish = None;
         self.ended = Some(at);
@@ -479,11 +480,11 @@ impl Entry {
         self.state = State::Queued;
         self.wish = None;
         self.ended = None;
-        self.end = End::default();
+        self.end = RunEnd::default();
     }
 
     /// An attempt that was stopped, or that a crash stopped.
-    fn stopped(&mut self, end: End, at: u64) {
+    fn stopped(&mut self, end: RunEnd, at: u64) {
         match self.wish {
             Some(Wish::Cancel) => self.over(State::Cancelled, &end, at),
             Some(Wish::Pause) => {

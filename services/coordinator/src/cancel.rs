@@ -1,6 +1,6 @@
 //! How runs end that wait and do not go on.
 
-use super::board::{End, Event};
+use super::board::{BoardEvent, RunEnd};
 use super::remains::left;
 use super::service::Service;
 use cullet_files::clock::unix_ms;
@@ -9,16 +9,17 @@ use cullet_proto::service::codes;
 impl Service<'_> {
     /// How a run ends that is cancelled while it waits: with what it has recorded, or, where it has
     /// not begun, with these words.
-    pub(super) fn cut_short(&mut self, run: u64, unbegun: &str) -> End {
+    pub(super) fn cut_short(&mut self, run: u64, unbegun: &str) -> RunEnd {
         let (code, jobs, live) = (Some(codes::CANCELLED), self.jobs(run), self.status(run));
-        let end = End { code, jobs, ..End::default() };
+        let end = RunEnd { code, jobs, ..RunEnd::default() };
         let Ok(entry) = self.board.get(run) else { return end };
         match entry.folder {
             _ if !entry.waits() => end,
-            None => End { text: unbegun.to_owned(), ..end },
-            Some(_) => {
-                End { files: left(entry, (&self.storage.store, &self.storage.out), &live), ..end }
-            }
+            None => RunEnd { text: unbegun.to_owned(), ..end },
+            Some(_) => RunEnd {
+                files: left(entry, (&self.storage.store, &self.storage.out), &live),
+                ..end
+            },
         }
     }
 
@@ -31,7 +32,7 @@ impl Service<'_> {
             if !end.text.is_empty() {
                 self.status(run).log(&format!("error: {}", end.text));
             }
-            self.admit(Event::Cancelled { run, end, at: unix_ms() });
+            self.admit(BoardEvent::Cancelled { run, end, at: unix_ms() });
         }
     }
 }

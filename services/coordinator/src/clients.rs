@@ -1,13 +1,13 @@
 //! Who asks, and who waits for an answer.
 
-use cullet_pool::users::{Asked, RequestServer};
+use cullet_pool::users::{RequestServer, UserQuery};
 use cullet_proto::service::Follow;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// A client that follows a run, and waits for news of it.
 pub(super) struct Follower {
-    pub(super) asked: Asked,
+    pub(super) asked: UserQuery,
     pub(super) follow: Follow,
     pub(super) until: Instant,
 }

@@ -92,7 +92,7 @@ pub enum ServiceError {
         /// How many grains lie.
         lie: usize,
     },
-    /// What is told of runs takes as much room as it may.
+    /// What is kept of runs takes as much room as it may.
     #[error(
         "{path}: it holds {length} bytes, this run needs {more}, and it takes at most {bound}: \
          make room, by cullet delete, and try again"

@@ -1,19 +1,19 @@
-//! Questions of people and programs, and what they are told.
+//! Questions of people and programs, and their answers.
 
-use super::board::{Entry, Event, MAX_KEPT, No, Order};
+use super::board::{BoardEvent, MAX_KEPT, No, RunEntry, Submission};
 use super::clients::Follower;
 use super::error::ServiceError;
 use super::journal;
 use super::service::Service;
 use cullet_files::clock::unix_ms;
 use cullet_pool::bundle;
-use cullet_pool::users::{Asked, Parcel};
+use cullet_pool::users::{Parcel, UserQuery};
 use cullet_proto::codec::WireError;
 use cullet_proto::ids::digest;
 use cullet_proto::keys::UserVerb;
 use cullet_proto::service::{
-    About, Drain, Drained, Fetch, Fetched, Follow, MAX_TICKET, MAX_WAIT_MS, News, Noted, RunInfo,
-    Runs, State, Submit, SubmitAnswer, Which, WorkerInfo, Workers, digest_of, hex_of,
+    About, Drain, Drained, FetchFile, Fetched, Follow, MAX_TICKET, MAX_WAIT_MS, Noted, RunInfo,
+    RunUpdate, Runs, State, Submit, SubmitAnswer, Which, WorkerInfo, Workers, digest_of, hex_of,
 };
 use cullet_proto::{WorkerId, chunks, envelope};
 use std::fs::File;
@@ -29,8 +29,8 @@ const MAX_OVERRIDE: usize = 4_096;
 /// Most bytes of all of them: a run that is remembered holds them in memory.
 const MAX_OVERRIDDEN: u64 = 65_536;
 
-/// Why a question has no answer.
-enum Trouble {
+/// Why a question is not answered.
+enum AnswerError {
     Unknown(String),
     Wrong(String),
     /// Not as long as something is so.
@@ -39,7 +39,7 @@ enum Trouble {
     Garbled(String),
 }
 
-impl From<No> for Trouble {
+impl From<No> for AnswerError {
     fn from(no: No) -> Self {
         match no {
             No::Unknown(_) | No::Gone(_) => Self::Unknown(no.to_string()),
@@ -48,13 +48,13 @@ impl From<No> for Trouble {
     }
 }
 
-impl From<WireError> for Trouble {
+impl From<WireError> for AnswerError {
     fn from(error: WireError) -> Self {
         Self::Garbled(error.to_string())
     }
 }
 
-impl From<ServiceError> for Trouble {
+impl From<ServiceError> for AnswerError {
     fn from(error: ServiceError) -> Self {
         match error {
             ServiceError::Full { .. } | ServiceError::Long { .. } => Self::Later(error.to_string()),
@@ -65,21 +65,21 @@ impl From<ServiceError> for Trouble {
 
 impl Service<'_> {
     /// Answers a question, or keeps it until there is news.
-    pub(super) fn answer(&mut self, asked: Asked) {
+    pub(super) fn answer(&mut self, asked: UserQuery) {
         if asked.verb == UserVerb::Follow {
             self.follow(asked);
             return;
         }
         match self.try_answer(&asked) {
             Ok(()) => {}
-            Err(Trouble::Unknown(what)) => asked.unknown(what),
-            Err(Trouble::Wrong(why)) => asked.refuse(why),
-            Err(Trouble::Later(why)) => asked.later(why),
-            Err(Trouble::Garbled(why)) => self.clients.server.garbled(&asked, why),
+            Err(AnswerError::Unknown(what)) => asked.unknown(what),
+            Err(AnswerError::Wrong(why)) => asked.refuse(why),
+            Err(AnswerError::Later(why)) => asked.later(why),
+            Err(AnswerError::Garbled(why)) => self.clients.server.garbled(&asked, why),
         }
     }
 
-    fn try_answer(&mut self, asked: &Asked) -> Result<(), Trouble> {
+    fn try_answer(&mut self, asked: &UserQuery) -> Result<(), AnswerError> {
         match asked.verb {
             UserVerb::About => asked.answer(&self.about()),
             UserVerb::Submit => {
@@ -87,7 +87,7 @@ impl Service<'_> {
                 asked.answer(&said);
             }
             UserVerb::Runs => {
-                let entries: Vec<Entry> = self.board.entries().cloned().collect();
+                let entries: Vec<RunEntry> = self.board.entries().cloned().collect();
                 let runs = entries.iter().map(|entry| brief(self.info(entry))).collect();
                 asked.answer(&Runs { runs });
             }
@@ -119,10 +119,10 @@ impl Service<'_> {
             UserVerb::Drain => {
                 let Drain { worker } = asked.read()?.0;
                 if !self.operates(&asked.user) {
-                    return Err(Trouble::Wrong("only an operator drains workers".to_owned()));
+                    return Err(AnswerError::Wrong("only an operator drains workers".to_owned()));
                 }
                 let Some(sessions) = self.drain(&worker) else {
-                    return Err(Trouble::Unknown(format!("there is no worker {worker:?}")));
+                    return Err(AnswerError::Unknown(format!("there is no worker {worker:?}")));
                 };
                 asked.answer(&Drained { noted: true, sessions });
             }
@@ -132,7 +132,7 @@ impl Service<'_> {
         Ok(())
     }
 
-    fn submit(&mut self, asked: &Asked) -> Result<SubmitAnswer, Trouble> {
+    fn submit(&mut self, asked: &UserQuery) -> Result<SubmitAnswer, AnswerError> {
         let (submit, inline) = asked.read::<Submit>()?;
         check(&submit)?;
         let user = asked.user.to_string();
@@ -155,15 +155,16 @@ impl Service<'_> {
             }
         };
         let bundle = bundle::decode(&bytes, &submit.overrides)
-            .map_err(|error| Trouble::Garbled(error.to_string()))?;
+            .map_err(|error| AnswerError::Garbled(error.to_string()))?;
         let Submit { ticket, priority, overrides, sweep, .. } = submit;
         let (name, at) = (bundle.name, unix_ms());
         let digest = hex_of(&digest(&bytes));
-        let order = Order { ticket, user, name, sweep, priority, overrides, at, bundle: digest };
+        let order =
+            Submission { ticket, user, name, sweep, priority, overrides, at, bundle: digest };
         let keep = self.config.keep.unwrap_or(MAX_KEPT);
         let events = self.board.submit(order, keep)?;
-        let Some(Event::Submitted { run, .. }) = events.first() else {
-            return Err(Trouble::Wrong("the board took nothing".to_owned()));
+        let Some(BoardEvent::Submitted { run, .. }) = events.first() else {
+            return Err(AnswerError::Wrong("the board took nothing".to_owned()));
         };
         let run = *run;
         let told = journal::size(&events);
@@ -188,18 +189,18 @@ impl Service<'_> {
     }
 
     /// Whether a run is somebody's to control.
-    fn may_control(&self, user: &WorkerId, verb: UserVerb, run: u64) -> Result<(), Trouble> {
+    fn may_control(&self, user: &WorkerId, verb: UserVerb, run: u64) -> Result<(), AnswerError> {
         let owner = &self.board.get(run)?.order.user;
         if *owner == user.as_str() || self.operates(user) {
             return Ok(());
         }
         let verb = verb.word();
-        Err(Trouble::Wrong(format!(
+        Err(AnswerError::Wrong(format!(
             "run {run} is of {owner}: {owner} or an operator may {verb} it"
         )))
     }
 
-    fn control(&mut self, verb: UserVerb, run: u64) -> Result<RunInfo, Trouble> {
+    fn control(&mut self, verb: UserVerb, run: u64) -> Result<RunInfo, AnswerError> {
         let at = unix_ms();
         let event = match verb {
             UserVerb::Pause => self.board.pause(run)?,
@@ -218,7 +219,7 @@ impl Service<'_> {
         };
         if let Some(event) = event {
             self.record(std::slice::from_ref(&event))?;
-            if let Event::Wished { .. } = event {
+            if let BoardEvent::Wished { .. } = event {
                 self.stop_run(run);
             }
         }
@@ -227,7 +228,7 @@ impl Service<'_> {
     }
 
     /// Deletes a run that is over; one that went already is nobody's any more.
-    fn delete(&mut self, user: &WorkerId, run: u64) -> Result<(), Trouble> {
+    fn delete(&mut self, user: &WorkerId, run: u64) -> Result<(), AnswerError> {
         if self.board.get(run).is_ok() {
             self.may_control(user, UserVerb::Delete, run)?;
         }
@@ -239,22 +240,22 @@ impl Service<'_> {
         Ok(())
     }
 
-    fn fetch(&mut self, asked: &Asked) -> Result<(), Trouble> {
-        let Fetch { run, file, index } = asked.read()?.0;
+    fn fetch(&mut self, asked: &UserQuery) -> Result<(), AnswerError> {
+        let FetchFile { run, file, index } = asked.read()?.0;
         self.clients.awaited.insert(run, Instant::now());
         let entry = self.board.get(run)?;
         let listed = entry.end.files.iter().any(|known| known.name == file);
         let Some(folder) = entry.folder.as_ref().filter(|_| listed) else {
-            return Err(Trouble::Unknown(format!("run {run} has no file {file:?}")));
+            return Err(AnswerError::Unknown(format!("run {run} has no file {file:?}")));
         };
         let path = self.storage.out.join(folder).join(&file);
         let piece = piece(&path, index)
-            .map_err(|error| Trouble::Unknown(format!("{file} is gone: {error}")))?;
+            .map_err(|error| AnswerError::Unknown(format!("{file} is gone: {error}")))?;
         asked.answer_bulk(&Fetched { sum: chunks::sum(&piece) }, &piece);
         Ok(())
     }
 
-    fn follow(&mut self, asked: Asked) {
+    fn follow(&mut self, asked: UserQuery) {
         match asked.read::<Follow>() {
             Ok((follow, _)) => {
                 self.clients.awaited.insert(follow.run, Instant::now());
@@ -296,11 +297,11 @@ impl Service<'_> {
                 self.clients.awaited.remove(&follow.run);
             }
             let run = self.info(&entry);
-            asked.answer(&News { run, lines, next, end, leaving });
+            asked.answer(&RunUpdate { run, lines, next, end, leaving });
         }
     }
 
-    fn info(&self, entry: &Entry) -> RunInfo {
+    fn info(&self, entry: &RunEntry) -> RunInfo {
         let running = entry.state == State::Running;
         let live = self.runs.statuses.get(&entry.run);
         let jobs = if entry.state.is_over() { entry.end.jobs } else { self.jobs(entry.run) };

@@ -1,9 +1,9 @@
 //! What happened to runs, on disk: a line an event, each with its checksum, written through before
-//! anybody is told of it.
+//! anybody hears of it.
 //!
-//! **Torn.** A crash can leave a last line without its end: nobody was told of it, and it is
+//! **Torn.** A crash can leave a last line without its end: nobody has heard of it, and it is
 //! dropped, aloud, and a copy kept. A line that has its end and a wrong checksum is damaged,
-//! wherever it is, the last one too: somebody may have been told of it. Then nothing is changed,
+//! wherever it is, the last one too: somebody may have heard of it. Then nothing is changed,
 //! and the coordinator does not start: what it could go on from would lack a run that it had
 //! accepted.
 //!
@@ -14,7 +14,7 @@
 //! what happens to the runs that are there is written all the same. A journal is read to its end
 //! however long it is.
 
-use super::board::{Board, Event};
+use super::board::{Board, BoardEvent};
 use super::error::ServiceError;
 use cullet_files::{set_aside, state};
 use cullet_proto::chunks::sum;
@@ -67,10 +67,10 @@ struct Sizes {
 }
 
 impl Sizes {
-    fn count(&mut self, event: &Event, bytes: usize) {
+    fn count(&mut self, event: &BoardEvent, bytes: usize) {
         let Some(run) = event.run() else { return };
         *self.of.entry(run).or_default() += bytes as u64;
-        if let Event::Removed { run } = event {
+        if let BoardEvent::Removed { run } = event {
             self.gone += self.of.remove(run).unwrap_or(0);
         }
     }
@@ -78,7 +78,7 @@ impl Sizes {
 
 /// A step of writing a journal anew; a test stops at each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Step {
+enum RewriteStep {
     /// Nothing is there yet.
     Begin,
     /// A line more.
@@ -125,7 +125,7 @@ impl Journal {
     }
 
     /// Writes events through, all or none.
-    pub(super) fn append(&mut self, events: &[Event]) -> Result<(), ServiceError> {
+    pub(super) fn append(&mut self, events: &[BoardEvent]) -> Result<(), ServiceError> {
         let lines: Vec<String> = events.iter().map(line).collect();
         let new = lines.concat();
         let text = std::mem::take(&mut self.owed) + &new;
@@ -146,7 +146,7 @@ impl Journal {
     }
 
     /// Something happened, and must be kept as soon as that goes.
-    pub(super) fn owe(&mut self, event: &Event) {
+    pub(super) fn owe(&mut self, event: &BoardEvent) {
         let line = line(event);
         self.sizes.count(event, line.len());
         self.owed += &line;
@@ -204,7 +204,7 @@ impl Journal {
     fn try_rewrite(
         &mut self,
         board: &Board,
-        step: &mut dyn FnMut(Step) -> io::Result<()>,
+        step: &mut dyn FnMut(RewriteStep) -> io::Result<()>,
     ) -> io::Result<()> {
         let Fresh { file, length, sizes, named } = anew(&self.path, board, step)?;
         let before = self.length;
@@ -240,11 +240,11 @@ fn next(length: u64) -> u64 {
 }
 
 /// Bytes that these events take.
-pub(super) fn size(events: &[Event]) -> u64 {
+pub(super) fn size(events: &[BoardEvent]) -> u64 {
     events.iter().map(|event| line(event).len() as u64).sum()
 }
 
-fn line(event: &Event) -> String {
+fn line(event: &BoardEvent) -> String {
     let json = serde_json::to_string(event).unwrap_or_default();
     format!("{:08x} {json}\n", sum(json.as_bytes()))
 }
@@ -253,10 +253,10 @@ fn line(event: &Event) -> String {
 fn anew(
     path: &Path,
     board: &Board,
-    step: &mut dyn FnMut(Step) -> io::Result<()>,
+    step: &mut dyn FnMut(RewriteStep) -> io::Result<()>,
 ) -> io::Result<Fresh> {
     let folder = path.parent().unwrap_or(Path::new("."));
-    step(Step::Begin)?;
+    step(RewriteStep::Begin)?;
     let mut beside = state::unfinished(folder)?;
     let (title, mut sizes) = (format!("{TITLE}\n"), Sizes::default());
     let mut length = title.len() as u64;
@@ -267,15 +267,15 @@ fn anew(
         out.write_all(line.as_bytes())?;
         sizes.count(&event, line.len());
         length += line.len() as u64;
-        step(Step::Line)?;
+        step(RewriteStep::Line)?;
     }
     out.flush()?;
     drop(out);
-    step(Step::Written)?;
+    step(RewriteStep::Written)?;
     beside.as_file().sync_all()?;
-    step(Step::Through)?;
+    step(RewriteStep::Through)?;
     let file = beside.persist(path).map_err(|error| error.error)?;
-    let named = step(Step::Named).and_then(|()| state::sync(folder));
+    let named = step(RewriteStep::Named).and_then(|()| state::sync(folder));
     Ok(Fresh { file, length, sizes, named })
 }
 
@@ -342,7 +342,7 @@ fn damaged(path: &Path, line: usize, why: String) -> ServiceError {
 }
 
 /// The event of a line without its end.
-fn parse(bytes: &[u8]) -> Result<Event, &'static str> {
+fn parse(bytes: &[u8]) -> Result<BoardEvent, &'static str> {
     let line = std::str::from_utf8(bytes).map_err(|_| "it is no text")?;
     let (told, json) = line.split_once(' ').ok_or("it has no checksum")?;
     if told != format!("{:08x}", sum(json.as_bytes())) {

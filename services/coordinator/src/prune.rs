@@ -1,12 +1,12 @@
 //! How a run goes: by a user's word, or because too many are remembered.
 //!
-//! First the journal says so, and from then on nobody is told of the run; then its files go; then
+//! First the journal says so, and from then on no answer has the run; then its files go; then
 //! the journal says that they are gone. A coordinator that is killed in between goes on with it at
 //! its next start, before any run begins, and what is still there counts towards the quota. So no
 //! run is there in half, and nothing is on the disk that nobody knows of.
 
 use super::attempt::discard;
-use super::board::{Board, Entry, Event};
+use super::board::{Board, BoardEvent, RunEntry};
 use super::error::ServiceError;
 use super::journal::Journal;
 use super::service::Service;
@@ -41,7 +41,7 @@ impl Service<'_> {
             match kept.and(recorded) {
                 Ok(()) => {
                     self.pruning.stuck.remove(&run);
-                    self.admit(Event::Removed { run });
+                    self.admit(BoardEvent::Removed { run });
                 }
                 Err(error) => {
                     tracing::warn!(run, "its files do not go, and are tried again: {error}");
@@ -74,7 +74,7 @@ pub(super) fn numbered(
 ) -> Result<u64, ServiceError> {
     let last = store.given(board.last())?;
     if last > board.last() {
-        let numbered = Event::Numbered { last };
+        let numbered = BoardEvent::Numbered { last };
         journal.append(std::slice::from_ref(&numbered))?;
         // It fits any board.
         let _fits = board.apply(&numbered);
@@ -92,7 +92,8 @@ pub(super) fn sweep(store: &Store, board: &Board, own: Option<&Path>) {
     let all = || board.entries().chain(board.leaving());
     let known: BTreeSet<u64> = all().map(|entry| entry.run).collect();
     store.sweep(&|run| known.contains(&run));
-    let named: BTreeSet<&str> = all().filter_map(|entry: &Entry| entry.folder.as_deref()).collect();
+    let named: BTreeSet<&str> =
+        all().filter_map(|entry: &RunEntry| entry.folder.as_deref()).collect();
     for folder in own.and_then(|own| fs::read_dir(own).ok()).into_iter().flatten().flatten() {
         let empty = || fs::read_dir(folder.path()).is_ok_and(|mut files| files.next().is_none());
         if folder.file_name().to_str().is_some_and(|name| !named.contains(name)) && empty() {

@@ -7,7 +7,7 @@
 //! together leave a part of the disk to runs that go on, and as much as the journal holds, which is
 //! written anew beside itself: without it no run is taken, and none begins.
 
-use super::board::{Board, Entry};
+use super::board::{Board, RunEntry};
 use super::error::ServiceError;
 use super::journal::Journal;
 use super::store::{Store, free, total};
@@ -55,7 +55,7 @@ impl Quota {
         };
         let all = board.entries().chain(board.leaving());
         let own = all.filter(|entry| entry.order.user == user);
-        let bytes = |entry: &Entry| self.of(entry, store, out) + journal.of(entry.run);
+        let bytes = |entry: &RunEntry| self.of(entry, store, out) + journal.of(entry.run);
         let used: u64 = own.map(bytes).sum();
         match used.saturating_add(more) > bound {
             true => Err(ServiceError::Quota { user: user.to_owned(), used, more, bound }),
@@ -63,7 +63,7 @@ impl Quota {
         }
     }
 
-    fn of(&mut self, entry: &Entry, store: &Store, out: &Path) -> u64 {
+    fn of(&mut self, entry: &RunEntry, store: &Store, out: &Path) -> u64 {
         let lately = |(_, at): &&(u64, Instant)| at.elapsed() < RECOUNT;
         if entry.state != State::Running
             && let Some((bytes, _)) = self.counted.get(&entry.run).filter(lately)
@@ -119,7 +119,7 @@ fn held(folder: &Path) -> u64 {
 mod tests {
     use super::{BLOCK, Quota, RESERVE, disks, held};
     use crate::attempt::discard;
-    use crate::board::{Board, Event, Order};
+    use crate::board::{Board, BoardEvent, Submission};
     use crate::journal::{Journal, MAX_BYTES, size};
     use crate::{ServiceError, Store};
     use std::fs;
@@ -170,12 +170,15 @@ mod tests {
         let (mut journal, mut board, _) =
             Journal::open(&store.folder().join("journal"), MAX_BYTES).expect("a journal");
         for (run, user) in [(1, "ann"), (2, "bob"), (3, "ann")] {
-            let order = Order { user: user.into(), ticket: run.to_string(), ..Order::default() };
+            let order =
+                Submission { user: user.into(), ticket: run.to_string(), ..Submission::default() };
             let folder = format!("pot-{run}");
             fs::create_dir_all(out.join(&folder)).expect("a folder");
             fs::write(out.join(&folder).join("run.mcap"), vec![0; 5000]).expect("a recording");
             store.keep_bundle(run, &[0; 100]).expect("a bundle");
-            for event in [Event::Submitted { run, order }, Event::Started { run, folder, at: 1 }] {
+            for event in
+                [BoardEvent::Submitted { run, order }, BoardEvent::Started { run, folder, at: 1 }]
+            {
                 board.apply(&event).expect("it fits");
             }
         }
@@ -192,7 +195,7 @@ mod tests {
         let kept = |bytes: usize| fs::write(store.run(1).join("log"), vec![0; bytes]);
         kept(1).expect("a log");
         assert!(quota.room(("ann", BLOCK + 1), &board, place).is_err());
-        board.apply(&Event::Returned { at: 2 }).expect("it fits");
+        board.apply(&BoardEvent::Returned { at: 2 }).expect("it fits");
         kept(BLOCK as usize + 1).expect("a log");
         assert!(quota.room(("ann", BLOCK), &board, place).is_ok());
         quota.changed(1);
@@ -208,15 +211,15 @@ mod tests {
         };
         let before = used(&board);
         let (end, at) = (Default::default(), 3);
-        for event in [Event::Cancelled { run: 1, end, at }, Event::Forgotten { run: 1 }] {
+        for event in [BoardEvent::Cancelled { run: 1, end, at }, BoardEvent::Forgotten { run: 1 }] {
             board.apply(&event).expect("it fits");
         }
         assert_eq!(used(&board), before);
-        board.apply(&Event::Removed { run: 1 }).expect("it fits");
+        board.apply(&BoardEvent::Removed { run: 1 }).expect("it fits");
         assert_ne!(used(&board), before);
         assert!(Quota::new(None).room(("ann", u64::MAX), &board, place).is_ok());
         // What the journal tells of a run counts, too.
-        let told = [Event::Paused { run: 3 }];
+        let told = [BoardEvent::Paused { run: 3 }];
         let used = |journal: &Journal| {
             let place = (&store, out.as_path(), journal);
             match Quota::new(Some(0)).room(("ann", 1), &board, place) {

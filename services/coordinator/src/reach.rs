@@ -14,15 +14,15 @@ const NAME: &str = "reached";
 /// Between two writings, where no job settled.
 const PERIOD: Duration = Duration::from_millis(200);
 
-/// Writes how far an attempt is, so that the next life of the coordinator knows.
+/// Writes how far an attempt at a run has come, for the coordinator's next start.
 #[derive(Debug)]
-pub(super) struct Reach {
+pub(super) struct ReachWriter {
     path: PathBuf,
     file: Option<File>,
     told: Option<(Reached, Instant)>,
 }
 
-impl Reach {
+impl ReachWriter {
     pub(super) fn new(folder: &Path) -> Self {
         Self { path: folder.join(NAME), file: None, told: None }
     }
@@ -94,7 +94,7 @@ pub(super) fn reached(folder: &Path) -> Reached {
 
 #[cfg(test)]
 mod tests {
-    use super::{Reach, Reached, reached, seen};
+    use super::{ReachWriter, Reached, reached, seen};
     use cullet_files::clock::unix_ms;
 
     #[test]
@@ -103,7 +103,7 @@ mod tests {
         assert_eq!((reached(folder.path()), seen(folder.path())), (Reached::default(), None));
         let begun = unix_ms();
         for (time, settled) in [(u64::MAX, 3), (5, 0), (7, 1)] {
-            let mut reach = Reach::new(folder.path());
+            let mut reach = ReachWriter::new(folder.path());
             reach.note(Reached { time, settled });
             assert_eq!(reached(folder.path()), Reached { time, settled });
             // A job that settled is noted at once, whatever the clock says.
@@ -123,7 +123,7 @@ mod tests {
     fn how_far_it_is_is_not_known_where_a_bit_turned() {
         let folder = tempfile::tempdir().expect("a folder");
         let told = Reached { time: 5, settled: 3 };
-        Reach::new(folder.path()).note(told);
+        ReachWriter::new(folder.path()).note(told);
         let path = folder.path().join(super::NAME);
         let sound = std::fs::read(&path).expect("a file");
         assert_eq!(reached(folder.path()), told);

@@ -1,7 +1,7 @@
 //! What becomes of runs that went on when the coordinator died, at its next start.
 
 use super::audit_log;
-use super::board::{Board, Deaths, End, Event, How, Wish};
+use super::board::{AttemptEnd, Board, BoardEvent, CoordinatorDeaths, RunEnd, Wish};
 use super::error::ServiceError;
 use super::journal::Journal;
 use super::reach::reached;
@@ -13,7 +13,7 @@ use cullet_proto::service::codes;
 use std::path::Path;
 
 /// Journals that the coordinator is back: runs that went on wait again, and those that it died of
-/// are laid aside. How many went on.
+/// are ended as stalled. How many went on.
 pub(super) fn returned(
     (store, out): (&Store, &Path),
     journal: &mut Journal,
@@ -24,7 +24,7 @@ pub(super) fn returned(
     if going.is_empty() {
         return Ok(0);
     }
-    let mut keep = |board: &mut Board, events: Vec<Event>| -> Result<(), ServiceError> {
+    let mut keep = |board: &mut Board, events: Vec<BoardEvent>| -> Result<(), ServiceError> {
         journal.append(&events)?;
         for event in &events {
             audit_log::log(event);
@@ -33,7 +33,7 @@ pub(super) fn returned(
         }
         Ok(())
     };
-    let died = |run: &u64| Event::Died { run: *run, reached: reached(&store.run(*run)) };
+    let died = |run: &u64| BoardEvent::Died { run: *run, reached: reached(&store.run(*run)) };
     keep(board, going.iter().map(died).collect())?;
     let mut last = Vec::new();
     for run in &going {
@@ -43,24 +43,34 @@ pub(super) fn returned(
         if entry.wish == Some(Wish::Cancel) {
             let files = left(entry, (store, out), &live);
             live.log(&format!("cancelled: {}", ends_here(&files)));
-            let end = End { code: Some(codes::CANCELLED), files, ..End::default() };
-            last.push(Event::Ended { run: *run, how: How::Stopped, end, at: unix_ms() });
+            let end = RunEnd { code: Some(codes::CANCELLED), files, ..RunEnd::default() };
+            last.push(BoardEvent::Ended {
+                run: *run,
+                how: AttemptEnd::Stopped,
+                end,
+                at: unix_ms(),
+            });
         } else if board.deadly().contains(run) {
             let text = verdict(entry.deaths);
             live.log(&format!("error: {text}"));
             report(&format!("run {run}: {text}"));
             let files = left(entry, (store, out), &live);
-            let end = End { code: Some(codes::STALLED), text, files, ..End::default() };
-            last.push(Event::Ended { run: *run, how: How::Stalled, end, at: unix_ms() });
+            let end = RunEnd { code: Some(codes::STALLED), text, files, ..RunEnd::default() };
+            last.push(BoardEvent::Ended {
+                run: *run,
+                how: AttemptEnd::Stalled,
+                end,
+                at: unix_ms(),
+            });
         }
     }
-    last.push(Event::Returned { at: unix_ms() });
+    last.push(BoardEvent::Returned { at: unix_ms() });
     keep(board, last)?;
     Ok(going.len())
 }
 
-fn line(deaths: Deaths) -> String {
-    let Deaths { all, reached, .. } = deaths;
+fn line(deaths: CoordinatorDeaths) -> String {
+    let CoordinatorDeaths { all, reached, .. } = deaths;
     let at = reached.time as f64 * 1e-6;
     match (all, deaths.is_suspect()) {
         (_, false) => "the coordinator died while the run went on".to_owned(),
@@ -71,12 +81,12 @@ fn line(deaths: Deaths) -> String {
     }
 }
 
-fn verdict(deaths: Deaths) -> String {
-    let Deaths { all, alone, reached } = deaths;
+fn verdict(deaths: CoordinatorDeaths) -> String {
+    let CoordinatorDeaths { all, alone, reached } = deaths;
     format!(
-        "laid aside: the coordinator died {all} times while it went on, the last {alone} while it \
-         alone went on, and it never came further than {:.3} s and {} jobs. It may need more \
-         memory than there is here; `retry` begins it again",
+        "the coordinator died {all} times while the run went on, the last {alone} while it alone \
+         went on, and it never came further than {:.3} s and {} jobs. It may need more memory than \
+         there is here; `retry` begins it again",
         reached.time as f64 * 1e-6,
         reached.settled
     )

@@ -1,7 +1,7 @@
 //! What is left of runs that had begun and do not go on: what they had recorded is kept.
 
 use super::attempt::{CUT_OFF, products};
-use super::board::Entry;
+use super::board::RunEntry;
 use super::local::{TIMELINE, leave};
 use super::run_status::RunStatus;
 use super::store::Store;
@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// What a run has left that had begun and does not go on. `out`: where runs record.
 pub(super) fn left(
-    entry: &Entry,
+    entry: &RunEntry,
     (store, out): (&Store, &Path),
     live: &RunStatus,
 ) -> Vec<FileInfo> {
@@ -36,6 +36,6 @@ pub(super) fn left(
 pub(super) fn ends_here(files: &[FileInfo]) -> &'static str {
     match files.iter().any(|file| file.name == CUT_OFF) {
         true => "the recording was cut off; `cullet recover` makes it readable",
-        false => "the recording ends where the run was laid aside",
+        false => "the recording ends where the run was paused",
     }
 }

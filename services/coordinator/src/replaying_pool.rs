@@ -4,17 +4,17 @@
 
 use super::run_status::{Clock, RunStatus};
 use super::store::Kept;
-use super::timeline::{Attempt, Attempts, Fate, Job, RunHistory, Stretch};
-use cullet_pool::{Attempted, Ending, RunHandle, Settlement, Try};
+use super::timeline::{Attempts, JobAttempt, JobFate, JobTimes, RunHistory, Stretch};
+use cullet_pool::{Attempted, JobEnding, RunHandle, Settlement, Try};
 use cullet_proto::{FractureJob, JobId, Verdict};
-use cullet_run::{Jobs, Load};
+use cullet_run::{JobPool, PoolLoad};
 use std::cell::RefCell;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 /// A pool that tells who is at what.
-pub(super) trait ReportingPool: Jobs {
+pub(super) trait ReportingPool: JobPool {
     /// Who was given which job since this was asked last, and which attempts were lost.
     fn attempts(&self) -> Vec<Attempted>;
 }
@@ -70,7 +70,8 @@ impl<'a> ReplayingPool<'a> {
         for Due { job, opened, .. } in self.due.borrow_mut().drain(..) {
             let tries = attempts.get(&job).map(|(_, all)| all.stretches(opened, settled));
             let times = (opened, settled);
-            let left = Job::left(job.short(), times, tries.unwrap_or_default(), Fate::Unsettled);
+            let left =
+                JobTimes::left(job.short(), times, tries.unwrap_or_default(), JobFate::Unsettled);
             self.live.unsettled(left);
         }
         if let Some(past) = self.past {
@@ -83,7 +84,7 @@ impl<'a> ReplayingPool<'a> {
         let mut due = self.attempts.borrow_mut();
         for Attempted { job, grant, worker, at, lost } in self.pool.attempts() {
             let (id, at) = (job.short(), self.clock.at(at));
-            let news = Attempt { job: id, grant, worker, at, lost };
+            let news = JobAttempt { job: id, grant, worker, at, lost };
             let taken = due.get_mut(&job).is_some_and(|(_, all)| all.take(&news));
             if let (Some(past), true) = (self.past, taken) {
                 past.attempted(&news);
@@ -103,11 +104,11 @@ impl<'a> ReplayingPool<'a> {
 
     fn note(&self, due: &Due, settlement: &Settlement) {
         let ending = match &settlement.ending {
-            Ending::Verdict(Verdict::Solved(_) | Verdict::Measured(_)) => Fate::Solved,
-            Ending::Verdict(Verdict::Refused { .. }) => Fate::Refused,
-            Ending::Verdict(Verdict::Failed { .. }) => Fate::Failed,
-            Ending::Abandoned(_) => Fate::Abandoned,
-            Ending::Cancelled => Fate::Cancelled,
+            JobEnding::Verdict(Verdict::Solved(_) | Verdict::Measured(_)) => JobFate::Solved,
+            JobEnding::Verdict(Verdict::Refused { .. }) => JobFate::Refused,
+            JobEnding::Verdict(Verdict::Failed { .. }) => JobFate::Failed,
+            JobEnding::Abandoned(_) => JobFate::Abandoned,
+            JobEnding::Cancelled => JobFate::Cancelled,
         };
         let settled = self.clock.now();
         let at = |since: Duration| due.opened + since.as_secs_f64();
@@ -117,7 +118,7 @@ impl<'a> ReplayingPool<'a> {
             to: tried.ended.map_or(settled, at),
             lost: tried.how.clone(),
         };
-        let job = Job {
+        let job = JobTimes {
             job: due.job.short(),
             tries: settlement.tries.iter().map(stretch).collect(),
             worker: settlement.worker.clone(),
@@ -133,13 +134,13 @@ impl<'a> ReplayingPool<'a> {
             self.past.into_iter().for_each(|past| past.settled(&job));
         }
         self.live.settled(job);
-        if let Ending::Abandoned(_) = settlement.ending {
+        if let JobEnding::Abandoned(_) = settlement.ending {
             self.live.give_up(due.job, settlement.reproduction.clone());
         }
         let (job, worker) = (due.job.short(), &settlement.worker);
         let (attempts, kept) = (settlement.attempts, due.kept.is_some() || settlement.cached);
         let fragments = match &settlement.ending {
-            Ending::Verdict(Verdict::Solved(outcome)) => outcome.bodies(),
+            JobEnding::Verdict(Verdict::Solved(outcome)) => outcome.bodies(),
             _ => 0,
         };
         let (ending, seconds) = (ending.word(), settled - due.opened);
@@ -147,7 +148,7 @@ impl<'a> ReplayingPool<'a> {
     }
 }
 
-impl Jobs for ReplayingPool<'_> {
+impl JobPool for ReplayingPool<'_> {
     fn open(&self, job: &FractureJob) -> JobId {
         let known = job.encode().ok().map(|bytes| JobId::of(&bytes));
         let kept = known.and_then(|job| self.kept.as_ref()?.get(job));
@@ -178,7 +179,7 @@ impl Jobs for ReplayingPool<'_> {
         };
         let settlement = match &due.kept {
             Some(verdict) => Settlement {
-                ending: Ending::Verdict(verdict.clone()),
+                ending: JobEnding::Verdict(verdict.clone()),
                 attempts: 0,
                 worker: String::new(),
                 wall: Duration::ZERO,
@@ -196,7 +197,7 @@ impl Jobs for ReplayingPool<'_> {
                 }
             },
         };
-        if let (None, Ending::Verdict(verdict)) = (&due.kept, &settlement.ending)
+        if let (None, JobEnding::Verdict(verdict)) = (&due.kept, &settlement.ending)
             && let Some(Err(error)) = self.kept.as_ref().map(|kept| kept.put(due.job, verdict))
         {
             tracing::warn!(job = %due.job.short(), "a verdict is not kept: {error}");
@@ -205,7 +206,7 @@ impl Jobs for ReplayingPool<'_> {
         Some((due.job, settlement))
     }
 
-    fn load(&self) -> Load {
+    fn load(&self) -> PoolLoad {
         self.pool.load()
     }
 

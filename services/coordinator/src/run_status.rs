@@ -1,6 +1,6 @@
 //! What a run says while it goes on: lines, kept in a file too, how far it is, and its jobs.
 
-use super::timeline::Job;
+use super::timeline::JobTimes;
 use cullet_files::state;
 use cullet_pool::Reproduction;
 use cullet_proto::JobId;
@@ -34,7 +34,7 @@ struct Inner {
     dropped: u64,
     position: Option<Position>,
     jobs: JobCounts,
-    timeline: Vec<Job>,
+    timeline: Vec<JobTimes>,
     given_up: Option<JobId>,
     reproduction: Option<Reproduction>,
     /// Where lines are kept; opened for each of them, as there may be thousands of runs.
@@ -112,7 +112,7 @@ impl RunStatus {
         self.inner().jobs.opened += 1;
     }
 
-    pub(super) fn settled(&self, job: Job) {
+    pub(super) fn settled(&self, job: JobTimes) {
         let mut inner = self.inner();
         inner.jobs.settled += 1;
         inner.jobs.kept += u64::from(job.kept);
@@ -121,7 +121,7 @@ impl RunStatus {
     }
 
     /// The run is over, and this job had not settled.
-    pub(super) fn unsettled(&self, job: Job) {
+    pub(super) fn unsettled(&self, job: JobTimes) {
         self.inner().timeline.push(job);
     }
 
@@ -145,7 +145,7 @@ impl RunStatus {
         self.inner().jobs
     }
 
-    pub(super) fn timeline(&self) -> Vec<Job> {
+    pub(super) fn timeline(&self) -> Vec<JobTimes> {
         self.inner().timeline.clone()
     }
 

@@ -1,15 +1,15 @@
 //! The loop of the service: it answers questions, starts runs, takes in those that ended, and
 //! leaves in order.
 
-use super::attempt::{Attempt, Ended};
-use super::board::{Board, Entry, Event, How, Wish};
+use super::attempt::{Ended, RunAttempt};
+use super::board::{AttemptEnd, Board, BoardEvent, RunEntry, Wish};
 use super::clients::Clients;
 use super::config::ServiceConfig;
 use super::error::ServiceError;
 use super::journal::{self, Journal};
 use super::metrics::{self, Metrics};
 use super::quota::Quota;
-use super::reach::Reach;
+use super::reach::ReachWriter;
 use super::service::{Going, Pruning, RunTable, Service, Storage, Times};
 use super::store::Store;
 use super::timeline::RunHistory;
@@ -33,9 +33,9 @@ const SWEEP: Duration = Duration::from_secs(1);
 /// A client that has not asked for this long is gone: nobody waits for it before leaving.
 const LINGER: Duration = Duration::from_secs(10);
 
-/// Serves until told to stop, and then leaves in order: with a state folder the runs at hand go on
-/// when it is back; without one they end with the recording so far, and those that wait are told.
-/// It leaves, too, where another coordinator of its name has been there for longer.
+/// Serves until asked to stop, and then leaves in order: with a state folder the runs at hand go on
+/// when it is back; without one they end with the recording so far, and those that wait are
+/// reported. It leaves, too, where another coordinator of its name has been there for longer.
 ///
 /// # Errors
 /// The journal or the door does not open; [`LinkError::Conflict`].
@@ -105,7 +105,7 @@ fn open<'a>(
         leaving: false,
         report,
     };
-    let goes_on = |entry: &&Entry| matches!(entry.state, State::Queued | State::Running);
+    let goes_on = |entry: &&RunEntry| matches!(entry.state, State::Queued | State::Running);
     pool.retain_claimants(service.board.entries().filter(goes_on).map(|entry| entry.run).collect());
     service.prune();
     Ok(service)
@@ -154,7 +154,7 @@ impl Service<'_> {
         }
     }
 
-    /// What is left of the disk is for runs that go on: another one waits, which is told once.
+    /// What is left of the disk is for runs that go on: another one waits, which is logged once.
     fn waits_for_room(&mut self, run: u64) -> bool {
         let Err(full) = self.room(0) else {
             self.runs.short = false;
@@ -168,7 +168,7 @@ impl Service<'_> {
         true
     }
 
-    fn start(&mut self, entry: Entry) -> Result<(), ServiceError> {
+    fn start(&mut self, entry: RunEntry) -> Result<(), ServiceError> {
         let run = entry.run;
         let folder = match &entry.folder {
             Some(name) => name.clone(),
@@ -181,7 +181,7 @@ impl Service<'_> {
         let out = self.storage.out.join(&folder);
         let live = self.status(run);
         live.begin();
-        let kept = self.record(&[Event::Started { run, folder, at: unix_ms() }]);
+        let kept = self.record(&[BoardEvent::Started { run, folder, at: unix_ms() }]);
         if let (Err(_), None) = (&kept, &entry.folder) {
             // Nobody knows of it; the next try makes one.
             let _empty = std::fs::remove_dir(&out);
@@ -198,9 +198,10 @@ impl Service<'_> {
         let (pool, kept) = (Arc::clone(self.pool), self.storage.store.kept(run));
         let state = self.storage.store.run(run);
         let share = share(&entry.order.user, entry.order.priority);
-        let entry = self.board.get(run).map_or(entry, Entry::clone);
+        let entry = self.board.get(run).map_or(entry, RunEntry::clone);
         let bundle = self.storage.store.bundle(run, &entry.order.bundle);
-        let reach = self.storage.store.named().map(|_| Reach::new(&self.storage.store.run(run)));
+        let reach =
+            self.storage.store.named().map(|_| ReachWriter::new(&self.storage.store.run(run)));
         let attempt_stop = Arc::clone(&stop);
         let work = move || {
             let bundle = match bundle {
@@ -208,7 +209,7 @@ impl Service<'_> {
                 Err(error) => return Ended::failed(codes::UNKEPT, error.to_string()),
             };
             let (folder, stop) = (out, attempt_stop);
-            let attempt = Attempt { entry, bundle, folder, kept, state, reach, live, stop };
+            let attempt = RunAttempt { entry, bundle, folder, kept, state, reach, live, stop };
             let run = attempt.entry.run;
             attempt.run(&pool.run_as(run, share))
         };
@@ -233,8 +234,11 @@ impl Service<'_> {
                 Ended::failed(codes::FAILED, "its thread panicked: a defect here".to_owned())
             });
             let wished = self.board.get(run).is_ok_and(|entry| entry.wish.is_some());
-            if let (How::Stopped, Some((code, text)), false) = (ended.how, going.over, wished) {
-                (ended.how, ended.end.code, ended.end.text) = (How::Failed, Some(code), text);
+            if let (AttemptEnd::Stopped, Some((code, text)), false) =
+                (ended.how, going.over, wished)
+            {
+                (ended.how, ended.end.code, ended.end.text) =
+                    (AttemptEnd::Failed, Some(code), text);
                 self.status(run).log(&format!("error: {}", ended.end.text));
             }
             self.end(run, ended);
@@ -264,22 +268,24 @@ impl Service<'_> {
         let live = self.status(run);
         end.jobs = live.jobs();
         match (how, wish) {
-            (How::Stopped, Some(Wish::Cancel)) => {
+            (AttemptEnd::Stopped, Some(Wish::Cancel)) => {
                 end.code = Some(codes::CANCELLED);
                 let left = "the coordinator was told to stop: the recording ends here";
                 let leaves = self.leaving && self.storage.store.named().is_none();
                 end.text = if leaves { left } else { "" }.to_owned();
                 live.log(if leaves { left } else { "cancelled: the recording ends here" });
             }
-            (How::Stopped, Some(Wish::Pause)) => live.log("paused"),
-            (How::Stopped, None) => live.log("the coordinator leaves; the run goes on later"),
-            (How::Done | How::Failed | How::Stalled, _) => {}
+            (AttemptEnd::Stopped, Some(Wish::Pause)) => live.log("paused"),
+            (AttemptEnd::Stopped, None) => {
+                live.log("the coordinator leaves; the run goes on later")
+            }
+            (AttemptEnd::Done | AttemptEnd::Failed | AttemptEnd::Stalled, _) => {}
         }
         if !end.text.is_empty() {
             (self.report)(&format!("run {run}: {}", end.text));
         }
         self.runs.ended += 1;
-        self.admit(Event::Ended { run, how, end, at });
+        self.admit(BoardEvent::Ended { run, how, end, at });
         if self.board.get(run).is_ok_and(|entry| entry.state == State::Done) {
             self.storage.store.kept(run).forget();
             RunHistory::forget(&self.storage.store.run(run));
@@ -301,7 +307,7 @@ impl Service<'_> {
         }
         for run in self.runs.going.keys().copied().collect::<Vec<_>>() {
             if !keeps {
-                self.admit(Event::Wished { run, wish: Wish::Cancel });
+                self.admit(BoardEvent::Wished { run, wish: Wish::Cancel });
             }
             self.stop_run(run);
         }

@@ -2,7 +2,7 @@
 
 use super::attempt::Ended;
 use super::audit_log;
-use super::board::{Board, Event};
+use super::board::{Board, BoardEvent};
 use super::clients::Clients;
 use super::config::ServiceConfig;
 use super::error::ServiceError;
@@ -84,7 +84,7 @@ pub(super) struct Service<'a> {
 
 impl Service<'_> {
     /// Keeps what happened, then lets it happen.
-    pub(super) fn record(&mut self, events: &[Event]) -> Result<(), ServiceError> {
+    pub(super) fn record(&mut self, events: &[BoardEvent]) -> Result<(), ServiceError> {
         self.journal.append(events)?;
         events.iter().for_each(|event| self.apply(event));
         self.journal.tidy(&self.board);
@@ -92,7 +92,7 @@ impl Service<'_> {
     }
 
     /// What happened happened, even if it cannot be kept.
-    pub(super) fn admit(&mut self, event: Event) {
+    pub(super) fn admit(&mut self, event: BoardEvent) {
         if let Err(error) = self.journal.append(std::slice::from_ref(&event)) {
             tracing::error!("not kept until there is room, or done again: {error}");
             self.journal.owe(&event);
@@ -103,12 +103,12 @@ impl Service<'_> {
 
     /// What the journal has happens. A test stops the coordinator at a line of the log: kept, and
     /// not answered yet.
-    fn apply(&mut self, event: &Event) {
+    fn apply(&mut self, event: &BoardEvent) {
         audit_log::log(event);
-        if let Event::Cancelled { run, .. } | Event::Paused { run } = event {
+        if let BoardEvent::Cancelled { run, .. } | BoardEvent::Paused { run } = event {
             self.pool.release(*run);
         }
-        if let Event::Cancelled { run, end, .. } = event
+        if let BoardEvent::Cancelled { run, end, .. } = event
             && !end.files.is_empty()
         {
             self.storage.quota.changed(*run);

@@ -22,9 +22,9 @@ pub(super) struct Stretch {
     pub(super) lost: String,
 }
 
-/// What befalls a job that has not settled.
+/// An attempt at a job that has not settled: that it began, or how it was lost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Attempt {
+pub(super) struct JobAttempt {
     /// The first digits of its id.
     pub(super) job: String,
     /// By which grant.
@@ -44,8 +44,8 @@ pub(super) struct Attempts(Vec<(u64, Stretch)>);
 
 impl Attempts {
     /// Takes in what befalls the job; whether that is news.
-    pub(super) fn take(&mut self, news: &Attempt) -> bool {
-        let Attempt { grant, worker, at, lost, .. } = news;
+    pub(super) fn take(&mut self, news: &JobAttempt) -> bool {
+        let JobAttempt { grant, worker, at, lost, .. } = news;
         let known = self.0.iter_mut().find(|(of, _)| of == grant);
         match (known, lost) {
             (Some((_, one)), Some(how)) if one.lost.is_empty() => {
@@ -74,7 +74,7 @@ impl Attempts {
 /// How a job ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum Fate {
+pub(super) enum JobFate {
     /// With fragments, or numbers.
     Solved,
     /// No solver took it.
@@ -91,7 +91,7 @@ pub(super) enum Fate {
     CutOff,
 }
 
-impl Fate {
+impl JobFate {
     pub(super) fn word(self) -> &'static str {
         match self {
             Self::Solved => "solved",
@@ -115,7 +115,7 @@ impl Fate {
 
 /// A fracture job of a run that settled, or that an attempt wanted to its end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Job {
+pub(super) struct JobTimes {
     /// The first digits of its id.
     pub(super) job: String,
     /// Whose result counts.
@@ -131,7 +131,7 @@ pub(super) struct Job {
     /// When it was at which worker.
     pub(super) tries: Vec<Stretch>,
     /// How it ended.
-    pub(super) ending: Fate,
+    pub(super) ending: JobFate,
 }
 
 /// One attempt at the run, in wall times since the first one began \[s\].
@@ -151,14 +151,14 @@ pub(super) struct Timeline {
     /// When that was \[ms since 1970\].
     began: Option<u64>,
     spans: Vec<Span>,
-    jobs: Vec<Job>,
+    jobs: Vec<JobTimes>,
     /// Whether there was no room to write down all jobs of an earlier attempt.
     untold: bool,
 }
 
 impl Timeline {
     /// Of a run with one attempt.
-    pub(super) fn of(jobs: Vec<Job>) -> Self {
+    pub(super) fn of(jobs: Vec<JobTimes>) -> Self {
         let mut all = Self::default();
         all.add((1, 0), jobs, 0.0, false);
         all
@@ -166,7 +166,13 @@ impl Timeline {
 
     /// A further attempt: its number, when it began \[ms since 1970\], and its jobs, in times since
     /// then. It lasted as long as they did, and at least so long \[s\].
-    fn add(&mut self, (attempt, began): (u32, u64), jobs: Vec<Job>, lasted: f64, cut_off: bool) {
+    fn add(
+        &mut self,
+        (attempt, began): (u32, u64),
+        jobs: Vec<JobTimes>,
+        lasted: f64,
+        cut_off: bool,
+    ) {
         let first = *self.began.get_or_insert(began);
         let before = self.spans.last().map_or(0.0, |span| span.to);
         // Clocks are set back, too.
@@ -197,13 +203,13 @@ impl Span {
     }
 }
 
-impl Job {
+impl JobTimes {
     /// One that had not settled when its attempt was over.
     pub(super) fn left(
         job: String,
         (opened, settled): (f64, f64),
         tries: Vec<Stretch>,
-        ending: Fate,
+        ending: JobFate,
     ) -> Self {
         let attempts = tries.len() as u32;
         let worker = String::new();
@@ -226,7 +232,7 @@ impl Job {
         let last = self.tries.last().map_or("nobody", |last| &last.worker);
         match (self.kept, self.worker.as_str()) {
             (true, _) => "kept",
-            (false, "") if matches!(self.ending, Fate::Unsettled | Fate::CutOff) => last,
+            (false, "") if matches!(self.ending, JobFate::Unsettled | JobFate::CutOff) => last,
             (false, "") => "nobody",
             (false, worker) => worker,
         }
@@ -235,8 +241,8 @@ impl Job {
     fn colour(&self) -> &'static str {
         match (self.kept, self.ending) {
             (true, _) => "#8a8f98",
-            (false, Fate::Solved) => "#3f7fb5",
-            (false, Fate::Unsettled | Fate::CutOff) => "#c4c8ce",
+            (false, JobFate::Solved) => "#3f7fb5",
+            (false, JobFate::Unsettled | JobFate::CutOff) => "#c4c8ce",
             (false, _) => "#b5483f",
         }
     }
@@ -268,10 +274,10 @@ impl Job {
         let word = self.ending.word();
         let (ending, colour, text) = match (one.lost.as_str(), self.ending) {
             ("", _) if one.worker == self.worker => (word, self.colour(), word.to_owned()),
-            ("", Fate::Solved | Fate::Refused | Fate::Failed) => {
+            ("", JobFate::Solved | JobFate::Refused | JobFate::Failed) => {
                 (OVERTAKEN, LATE, "overtaken: another's result came first".to_owned())
             }
-            ("", Fate::Unsettled | Fate::CutOff) => {
+            ("", JobFate::Unsettled | JobFate::CutOff) => {
                 (word, self.colour(), self.ending.sentence().to_owned())
             }
             ("", _) => (word, self.colour(), format!("stopped: the job was {word}")),
@@ -288,7 +294,7 @@ impl Job {
         let then = match (next.or(beside), self.ending) {
             (Some(other), _) if other.from < one.to => format!("{} was at it too", other.worker),
             (Some(next), _) => format!("sent again to {}", next.worker),
-            (None, Fate::Abandoned) => "the job was given up".to_owned(),
+            (None, JobFate::Abandoned) => "the job was given up".to_owned(),
             (None, _) => "not sent again".to_owned(),
         };
         format!("lost with {} ({why}); {then}", one.worker)

@@ -5,12 +5,14 @@ mod limit;
 mod voice;
 
 pub(crate) use farm::DEFAULT_ENDPOINT;
-pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, OfRuns, Place, Ps, Router, Submit, What, Who};
+pub(crate) use farm::{
+    ConnectArgs, Doctor, DrainArgs, FetchArgs, OfRun, OfRuns, Ps, RouterArgs, SubmitArgs, What, Who,
+};
 pub(crate) use limit::{Memory, memory};
 pub(crate) use voice::{Log, Voice};
 
 use clap::{Args, Parser, Subcommand};
-use cullet_lab::Sweep;
+use cullet_lab::SweptSetting;
 use cullet_proto::WorkerId;
 use cullet_proto::keys::DEFAULT_COORDINATOR;
 use cullet_record::RESOLVED_CELLS;
@@ -41,15 +43,15 @@ quits at once.";
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Run a scene on this machine, with worker processes of its own
-    Run(Run),
+    Run(RunArgs),
     /// Run the scenes that clients submit, with workers from other terminals or machines
     Coordinator(Coordinator),
     /// Solve jobs for a coordinator
-    Worker(Worker),
+    Worker(WorkerArgs),
     /// Relay messages between coordinators, workers and clients that connect to it
-    Router(Router),
+    Router(RouterArgs),
     /// Send a scene or a sweep to a coordinator, follow it, and fetch its results
-    Submit(Submit),
+    Submit(SubmitArgs),
     /// List the runs of a coordinator
     Ps(Ps),
     /// Print the details of a run
@@ -71,11 +73,11 @@ pub(crate) enum Command {
     /// Delete runs that are over, with their recordings, from the coordinator's disk
     Delete(OfRuns),
     /// Fetch the results of a run, or of all runs of a sweep
-    Fetch(Fetch),
+    Fetch(FetchArgs),
     /// List the workers of a coordinator
     Workers(Ps),
     /// Give a worker no more jobs: it finishes its current job and leaves
-    Drain(Drain),
+    Drain(DrainArgs),
     /// Check a coordinator and this machine: connections, versions, clocks, disk, cores
     Doctor(Doctor),
     /// Print the events and the summary of a recording
@@ -85,7 +87,7 @@ pub(crate) enum Command {
     /// Draw preview.png and preview.gif from a recording
     Preview(Preview),
     /// Draw one moment of a recording as a large picture
-    Still(Still),
+    Still(StillArgs),
     /// Check a scene or a sweep and list its contents, without running it
     Check(Check),
     /// List the material presets with the source of each value
@@ -105,11 +107,11 @@ pub(crate) enum Command {
     Frontier(Frontier),
     /// Solve the job in a file, such as a quarantined one; without a file, the jobs a worker sends
     #[command(hide = true)]
-    Job(Job),
+    Job(JobArgs),
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct Job {
+pub(crate) struct JobArgs {
     /// The file: `job.bin` of a stalled run or from the quarantine
     pub(crate) file: Option<PathBuf>,
     /// Threads that solve a job
@@ -192,7 +194,7 @@ pub(crate) struct Bench {
     /// Run with each of these values, such as spacing=2mm,1mm,0.5mm; if repeated, with every
     /// combination
     #[arg(long, value_name = "KEY=A,B,C")]
-    pub(crate) sweep: Vec<Sweep>,
+    pub(crate) sweep: Vec<SweptSetting>,
     /// Override a value of every specimen, such as solver.precision=single
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub(crate) set: Vec<String>,
@@ -225,7 +227,7 @@ pub(crate) struct SceneArgs {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct Run {
+pub(crate) struct RunArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// Worker processes [default: cores − 1, at least 1]
@@ -264,7 +266,7 @@ pub(crate) struct Coordinator {
     #[arg(long, default_value = DEFAULT_COORDINATOR, value_parser = name)]
     pub(crate) name: String,
     #[command(flatten)]
-    pub(crate) guard: Guard,
+    pub(crate) guard: AccessArgs,
     /// Folder in which runs are kept, so that they continue after a crash [default: none is kept]
     #[arg(long, value_name = "DIR")]
     pub(crate) state: Option<PathBuf>,
@@ -322,7 +324,7 @@ pub(crate) struct Coordinator {
 
 /// Who may connect.
 #[derive(Debug, Args)]
-pub(crate) struct Guard {
+pub(crate) struct AccessArgs {
     /// Folder with ca.pem, cert.pem and key.pem for mutual TLS; the endpoint is then tls/HOST:PORT
     #[arg(long, value_name = "DIR", requires = "roles")]
     pub(crate) tls: Option<PathBuf>,
@@ -336,7 +338,7 @@ pub(crate) struct Guard {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct Worker {
+pub(crate) struct WorkerArgs {
     /// Zenoh endpoint of the coordinator or its router; may be repeated, for other ways to the same
     /// coordinator: a worker uses the first endpoint that it reaches
     #[arg(long, required = true, value_name = "ENDPOINT", env = "CULLET_CONNECT",
@@ -404,7 +406,7 @@ pub(crate) struct Preview {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct Still {
+pub(crate) struct StillArgs {
     /// A recording, or the folder of a run
     pub(crate) recording: PathBuf,
     /// Time of the picture, in seconds of the run [default: shortly after the first fracture]

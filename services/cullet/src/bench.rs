@@ -1,18 +1,18 @@
 //! `cullet bench`.
 
 use crate::args::{self, Memory};
-use crate::exit::{Exit, Trouble, print, refused};
+use crate::exit::{CommandError, Exit, print, refused};
 use crate::folder::{Folder, refuse_itself};
 use crate::logs;
 use cullet_lab::{
-    COLUMNS, Limits, Measured, Point, csv, file_names, json, plan, run_all, status, text,
+    COLUMNS, Limits, Measured, SweepPoint, csv, file_names, json, plan, run_all, status, text,
 };
 use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
-pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
-    let usage = |error: String| Trouble::new(Exit::Usage, error);
+pub(crate) fn bench(args: &args::Bench) -> Result<Exit, CommandError> {
+    let usage = |error: String| CommandError::new(Exit::Usage, error);
     let points = plan(&args.specimens, &args.set, &args.sweep).map_err(usage)?;
     if !args.voice.quiet {
         for warning in warnings(&points) {
@@ -27,7 +27,8 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
             for specimen in &args.specimens {
                 refuse_itself(specimen, path)?;
             }
-            let file = std::fs::File::create(path).map_err(|error| Trouble::file(path, error))?;
+            let file =
+                std::fs::File::create(path).map_err(|error| CommandError::file(path, error))?;
             Some((path, file))
         }
         None => None,
@@ -35,12 +36,12 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
     let mut write = |line: &str| match &mut table {
         Some((path, file)) => {
             let done = file.write_all(line.as_bytes()).and_then(|()| file.flush());
-            done.map_err(|error| Trouble::file(path, error))
+            done.map_err(|error| CommandError::file(path, error))
         }
         None => Ok(()),
     };
     write(&format!("{COLUMNS}\n"))?;
-    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::Broken, error))?;
+    let exe = std::env::current_exe().map_err(|error| CommandError::new(Exit::Broken, error))?;
     let workers = args.workers.map_or_else(spare_cores, usize::from).clamp(1, points.len().max(1));
     let limits = Limits {
         exe,
@@ -69,7 +70,7 @@ pub(crate) fn bench(args: &args::Bench) -> Result<Exit, Trouble> {
     Ok(if all.iter().any(Measured::fails) { Exit::Unmet } else { Exit::Done })
 }
 
-fn warnings(points: &[Point]) -> Vec<String> {
+fn warnings(points: &[SweepPoint]) -> Vec<String> {
     let all = points.iter().flat_map(|point| {
         point.specimen.warnings.iter().map(|line| format!("{}: {line}", point.specimen.name))
     });
@@ -83,14 +84,14 @@ fn keep(
     args: &args::Bench,
     measured: &Measured,
     (name, recording): (&str, Option<&Path>),
-) -> Result<(), Trouble> {
+) -> Result<(), CommandError> {
     if args.json {
         print(format!("{}\n", json(measured)))?;
     }
     match &args.out {
         Some(folder) => {
             let saved = measured.save(folder, name, recording);
-            saved.map_err(|error| Trouble::new(Exit::File, error))
+            saved.map_err(|error| CommandError::new(Exit::File, error))
         }
         None => Ok(()),
     }

@@ -1,9 +1,9 @@
 //! Commands about the runs of a coordinator.
 
-use crate::args::{self, Place};
-use crate::exit::{Exit, Trouble, print, refused, unread};
+use crate::args::{self, ConnectArgs};
+use crate::exit::{CommandError, Exit, print, refused, unread};
 use crate::folder::{Folder, refuse_fetched, refuse_taken};
-use crate::progress::{Progress, text as place};
+use crate::progress::{ProgressDisplay, text as place};
 use crate::run::read_scene;
 use crate::shown::{self, cell, shown};
 use crate::{logs, tls};
@@ -21,15 +21,15 @@ const STOPS: Duration = Duration::from_secs(10);
 const LOOK: Duration = Duration::from_millis(50);
 /// Most letters of a name in a table: `show` has the whole.
 pub(crate) const NAME: usize = 40;
-/// Before it is told that a run waits in the queue.
+/// Before it is reported that a run waits in the queue.
 const QUEUED: Duration = Duration::from_secs(3);
-/// Before it is told that a queue is full.
+/// Before it is reported that a queue is full.
 const ROOM: Duration = Duration::from_secs(2);
 
-pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
+pub(crate) fn submit(args: &args::SubmitArgs) -> Result<Exit, CommandError> {
     let place = &args.place;
     if args.rest {
-        return Err(Trouble::new(Exit::Usage, "--rest is for sweeps, and this is a scene"));
+        return Err(CommandError::new(Exit::Usage, "--rest is for sweeps, and this is a scene"));
     }
     let scene = read_scene(&args.scene)?;
     // Said before the run and not after it.
@@ -65,7 +65,7 @@ pub(crate) fn hand_in(
     bundle: &Bundle,
     mut terms: Terms,
     waits: Option<bool>,
-) -> Result<u64, Trouble> {
+) -> Result<u64, CommandError> {
     terms.room = waits.map(|_| ROOM);
     let mut told = waits != Some(true);
     loop {
@@ -83,7 +83,7 @@ pub(crate) fn hand_in(
     }
 }
 
-fn tell_number(client: &Client, run: u64, place: &Place) -> Result<Exit, Trouble> {
+fn tell_number(client: &Client, run: u64, place: &ConnectArgs) -> Result<Exit, CommandError> {
     client.enough(run);
     match place.who.json {
         true => print_json(&Which { run })?,
@@ -92,18 +92,18 @@ fn tell_number(client: &Client, run: u64, place: &Place) -> Result<Exit, Trouble
     Ok(Exit::Done)
 }
 
-/// Whether a run has come to its end, or was told to stop there.
+/// Whether a run has come to its end, or was stopped there.
 pub(crate) fn has_summary(info: &RunInfo) -> bool {
     info.files.iter().any(|file| file.name == "summary.json")
 }
 
-fn print_summary(out: &Path) -> Result<(), Trouble> {
+fn print_summary(out: &Path) -> Result<(), CommandError> {
     let path = out.join("summary.json");
-    let text = std::fs::read_to_string(&path).map_err(|error| Trouble::file(&path, error))?;
+    let text = std::fs::read_to_string(&path).map_err(|error| CommandError::file(&path, error))?;
     print(text)
 }
 
-pub(crate) fn ps(args: &args::Ps) -> Result<Exit, Trouble> {
+pub(crate) fn ps(args: &args::Ps) -> Result<Exit, CommandError> {
     let runs = connect(&args.place)?.runs().map_err(|error| refused(&error))?;
     if args.place.who.json {
         print_json(&Runs { runs })?;
@@ -144,7 +144,7 @@ fn place_of(run: &RunInfo) -> String {
     }
 }
 
-pub(crate) fn show(args: &args::OfRun) -> Result<Exit, Trouble> {
+pub(crate) fn show(args: &args::OfRun) -> Result<Exit, CommandError> {
     let info = known(&connect(&args.place)?, args.run)?;
     match args.place.who.json {
         true => print_json(&info)?,
@@ -195,12 +195,12 @@ struct Said<'a> {
     text: &'a str,
 }
 
-pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, Trouble> {
+pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, CommandError> {
     let client = connect(&args.place)?;
     let mut from = 0;
     loop {
         let question = service::Follow { run: args.run, from, wait_ms: 0 };
-        let news: service::News = ask(&client, UserVerb::Follow, &question)?;
+        let news: service::RunUpdate = ask(&client, UserVerb::Follow, &question)?;
         if news.lines.is_empty() {
             client.enough(args.run);
             return Ok(Exit::Done);
@@ -220,7 +220,7 @@ pub(crate) fn logs(args: &args::OfRun) -> Result<Exit, Trouble> {
     }
 }
 
-pub(crate) fn watch(args: &args::OfRun) -> Result<Exit, Trouble> {
+pub(crate) fn watch(args: &args::OfRun) -> Result<Exit, CommandError> {
     let client = connect(&args.place)?;
     if args.place.who.json {
         let mut trouble = Ok(());
@@ -242,7 +242,7 @@ pub(crate) fn watch(args: &args::OfRun) -> Result<Exit, Trouble> {
     Ok(exit_of(&info))
 }
 
-pub(crate) fn wait(args: &args::OfRun) -> Result<Exit, Trouble> {
+pub(crate) fn wait(args: &args::OfRun) -> Result<Exit, CommandError> {
     let client = connect(&args.place)?;
     // The lines are of no interest: from beyond the last.
     let info = client.follow(args.run, u64::MAX, |_| {}).map_err(|error| refused(&error))?;
@@ -266,7 +266,11 @@ fn ended(info: &RunInfo) -> String {
 type Act = fn(&Client, u64) -> Result<RunInfo, LinkError>;
 
 /// `stops`: what a run is called that the act stops.
-pub(crate) fn control(args: &args::OfRun, act: Act, stops: Option<&str>) -> Result<Exit, Trouble> {
+pub(crate) fn control(
+    args: &args::OfRun,
+    act: Act,
+    stops: Option<&str>,
+) -> Result<Exit, CommandError> {
     let client = connect(&args.place)?;
     let mut info = act(&client, args.run).map_err(|error| refused(&error))?;
     let begun = Instant::now();
@@ -288,7 +292,7 @@ pub(crate) fn control(args: &args::OfRun, act: Act, stops: Option<&str>) -> Resu
     Ok(Exit::Done)
 }
 
-pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
+pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, CommandError> {
     let client = connect(&args.place)?;
     let mut exit = Exit::Done;
     for &run in &args.runs {
@@ -309,11 +313,11 @@ pub(crate) fn delete(args: &args::OfRuns) -> Result<Exit, Trouble> {
 }
 
 /// `cullet fetch RUN`.
-pub(crate) fn fetch(args: &args::Fetch, run: u64) -> Result<Exit, Trouble> {
+pub(crate) fn fetch(args: &args::FetchArgs, run: u64) -> Result<Exit, CommandError> {
     let place = &args.place;
     if !args.set.is_empty() {
         let text = "--set is for sweeps: it says which of their runs are meant";
-        return Err(Trouble::new(Exit::Usage, text));
+        return Err(CommandError::new(Exit::Usage, text));
     }
     args.out.as_deref().map_or(Ok(()), refuse_fetched)?;
     let client = connect(place)?;
@@ -325,7 +329,7 @@ pub(crate) fn fetch(args: &args::Fetch, run: u64) -> Result<Exit, Trouble> {
     if !info.state.is_over() {
         let state = info.state.word();
         let text = format!("run {run} is {state}: there is nothing to fetch before its end");
-        return Err(Trouble::new(Exit::Later, format!("{text} (--follow waits for it)")));
+        return Err(CommandError::new(Exit::Later, format!("{text} (--follow waits for it)")));
     }
     match out {
         _ if place.who.json => print_json(&info)?,
@@ -336,7 +340,7 @@ pub(crate) fn fetch(args: &args::Fetch, run: u64) -> Result<Exit, Trouble> {
     Ok(exit_of(&info))
 }
 
-pub(crate) fn connect(place: &Place) -> Result<Client, Trouble> {
+pub(crate) fn connect(place: &ConnectArgs) -> Result<Client, CommandError> {
     let who = &place.who;
     let link = tls::link(who.tls.as_deref(), &place.connect, who.user.as_deref(), "user")?;
     let patience = Duration::from_secs_f64(who.patience.clamp(0.1, 86_400.0));
@@ -344,14 +348,14 @@ pub(crate) fn connect(place: &Place) -> Result<Client, Trouble> {
         .and_then(|client| client.with(&who.coordinator, &link.name))
         .map_err(|error| no_link(&link, &error, place))?;
     if link.is_tls() {
-        // A denial is silent: it is told here, and not by whatever is asked next.
+        // A denial is silent: it is reported here, and not by whatever is asked next.
         let _about = client.about().map_err(|error| link.trouble(&error, &place.connect))?;
     }
     Ok(client)
 }
 
 /// Why there is no link, and what to look at.
-fn no_link(link: &tls::Link, error: &LinkError, place: &Place) -> Trouble {
+fn no_link(link: &tls::LinkConfig, error: &LinkError, place: &ConnectArgs) -> CommandError {
     let trouble = link.trouble(error, &place.connect);
     match error {
         LinkError::Connect { .. } => {
@@ -371,11 +375,11 @@ pub(crate) fn ask<Q: Serialize, A: serde::de::DeserializeOwned>(
     client: &Client,
     verb: UserVerb,
     question: &Q,
-) -> Result<A, Trouble> {
+) -> Result<A, CommandError> {
     client.question(verb, question).map_err(|error| refused(&error))
 }
 
-pub(crate) fn known(client: &Client, run: u64) -> Result<RunInfo, Trouble> {
+pub(crate) fn known(client: &Client, run: u64) -> Result<RunInfo, CommandError> {
     client.run(run).map_err(|error| refused(&error))
 }
 
@@ -384,11 +388,11 @@ pub(crate) fn follow(
     client: &Client,
     run: u64,
     from: u64,
-    place: &Place,
+    place: &ConnectArgs,
     bar: bool,
-) -> Result<RunInfo, Trouble> {
+) -> Result<RunInfo, CommandError> {
     let quiet = place.who.voice.quiet;
-    let mut progress = Progress::new(quiet || !bar);
+    let mut progress = ProgressDisplay::new(quiet || !bar);
     let mut queued = Some(Instant::now()).filter(|_| !quiet);
     let info = client.follow(run, from, |news| {
         let waits = news.run.state == State::Queued;
@@ -414,7 +418,7 @@ pub(crate) fn bring(
     client: &Client,
     info: &RunInfo,
     asked: Option<&Path>,
-) -> Result<Option<PathBuf>, Trouble> {
+) -> Result<Option<PathBuf>, CommandError> {
     let fetched = match info.files.is_empty() {
         true => Ok(None),
         false => Folder::to_fetch(asked, &info.name).and_then(|out| {
@@ -438,7 +442,7 @@ pub(crate) fn exit_of(info: &RunInfo) -> Exit {
     info.code.and_then(Exit::of_run).unwrap_or(by_state)
 }
 
-pub(crate) fn print_json<T: Serialize>(said: &T) -> Result<(), Trouble> {
+pub(crate) fn print_json<T: Serialize>(said: &T) -> Result<(), CommandError> {
     let text = serde_json::to_string(said);
-    print(text.map_err(|error| Trouble::new(Exit::Broken, error))? + "\n")
+    print(text.map_err(|error| CommandError::new(Exit::Broken, error))? + "\n")
 }

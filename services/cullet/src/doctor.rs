@@ -2,9 +2,9 @@
 
 use crate::args;
 use crate::client::print_json;
-use crate::exit::{Exit, Trouble, print};
+use crate::exit::{CommandError, Exit, print};
 use crate::shown::lines;
-use crate::tls::{self, Certificate, Link};
+use crate::tls::{self, Certificate, LinkConfig};
 use cullet_coordinator::free;
 use cullet_pool::client::Client;
 use cullet_proto::keys::UserVerb;
@@ -33,7 +33,7 @@ fn finding(what: &'static str, good: bool, text: impl Into<String>) -> Finding {
     Finding { what, good, text: text.into() }
 }
 
-pub(crate) fn doctor(args: &args::Doctor) -> Result<Exit, Trouble> {
+pub(crate) fn doctor(args: &args::Doctor) -> Result<Exit, CommandError> {
     let who = &args.who;
     let mut found = here(args);
     if let Some(endpoint) = &args.connect {
@@ -98,7 +98,7 @@ fn about_certificate(certificate: &Certificate) -> Finding {
     finding("certificate", days >= SOON, text)
 }
 
-fn there(endpoint: &str, link: &Link, who: &args::Who, found: &mut Vec<Finding>) {
+fn there(endpoint: &str, link: &LinkConfig, who: &args::Who, found: &mut Vec<Finding>) {
     let asked = Instant::now();
     let patience = Duration::from_secs_f64(who.patience.clamp(0.1, 86_400.0));
     let client = Client::connect_as(endpoint, &link.rules, patience)

@@ -77,7 +77,7 @@ impl Exit {
         CODES.iter().find(|(exit, ..)| *exit == self).map_or(codes::BROKEN, |(_, code, _)| *code)
     }
 
-    /// Its name, as errors have it that are told as JSON.
+    /// Its name, as errors have it that are written as JSON.
     pub(crate) fn word(self) -> &'static str {
         CODES.iter().find(|(exit, ..)| *exit == self).map_or("broken", |(.., word)| word)
     }
@@ -103,23 +103,23 @@ impl From<Exit> for ExitCode {
 
 /// Why a command could not do its work.
 #[derive(Debug)]
-pub(crate) struct Trouble {
+pub(crate) struct CommandError {
     /// How the process ends because of it.
     pub(crate) exit: Exit,
     text: String,
     place: Option<String>,
 }
 
-/// The same for programs.
+/// A command's error as a line of JSON.
 #[derive(Debug, Serialize)]
-struct Told<'a> {
+struct ErrorLine<'a> {
     code: u8,
     kind: &'a str,
     message: &'a str,
     place: Option<&'a str>,
 }
 
-impl Trouble {
+impl CommandError {
     /// Trouble of that kind, in words.
     pub(crate) fn new(exit: Exit, text: impl fmt::Display) -> Self {
         Self { exit, text: plain(&text.to_string()), place: None }
@@ -143,7 +143,7 @@ impl Trouble {
     /// As one JSON object: code, kind, message and place.
     pub(crate) fn json(&self) -> String {
         let (code, kind) = (self.exit.code(), self.exit.word());
-        let told = Told { code, kind, message: &self.text, place: self.place() };
+        let told = ErrorLine { code, kind, message: &self.text, place: self.place() };
         serde_json::to_string(&told).unwrap_or_default()
     }
 
@@ -154,7 +154,7 @@ impl Trouble {
     }
 }
 
-impl fmt::Display for Trouble {
+impl fmt::Display for CommandError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)
     }
@@ -171,7 +171,7 @@ fn plain(text: &str) -> String {
 }
 
 /// What trouble with a link is, and where.
-pub(crate) fn refused(error: &LinkError) -> Trouble {
+pub(crate) fn refused(error: &LinkError) -> CommandError {
     let exit = match error {
         LinkError::Silent { .. } | LinkError::Connect { .. } | LinkError::Left { .. } => {
             Exit::Unreachable
@@ -185,7 +185,7 @@ pub(crate) fn refused(error: &LinkError) -> Trouble {
         LinkError::Wire(_) | LinkError::Path { .. } | LinkError::Occupied { .. } => Exit::Usage,
         LinkError::Listen { .. } | LinkError::Spawn { .. } | LinkError::Thread(_) => Exit::Broken,
     };
-    let trouble = Trouble::new(exit, shown::lines(&error.to_string()));
+    let trouble = CommandError::new(exit, shown::lines(&error.to_string()));
     match error {
         LinkError::Silent { endpoint, .. }
         | LinkError::Connect { endpoint, .. }
@@ -211,7 +211,7 @@ pub(crate) fn refused(error: &LinkError) -> Trouble {
 static GONE: AtomicBool = AtomicBool::new(false);
 
 /// Writes to standard output. A reader that has seen enough, as `head` has, is no trouble.
-pub(crate) fn print(text: impl fmt::Display) -> Result<(), Trouble> {
+pub(crate) fn print(text: impl fmt::Display) -> Result<(), CommandError> {
     let text = text.to_string();
     let mut out = std::io::stdout().lock();
     let done = out.write_all(shown::output(&text).as_bytes()).and_then(|()| out.flush());
@@ -219,13 +219,15 @@ pub(crate) fn print(text: impl fmt::Display) -> Result<(), Trouble> {
 }
 
 /// What it is that standard output was not written.
-pub(crate) fn unprinted(done: std::io::Result<()>) -> Result<(), Trouble> {
+pub(crate) fn unprinted(done: std::io::Result<()>) -> Result<(), CommandError> {
     match done {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
             GONE.store(true, Ordering::Relaxed);
             Ok(())
         }
-        done => done.map_err(|error| Trouble::new(Exit::File, format!("standard output: {error}"))),
+        done => {
+            done.map_err(|error| CommandError::new(Exit::File, format!("standard output: {error}")))
+        }
     }
 }
 
@@ -238,7 +240,7 @@ pub(crate) fn unread() -> bool {
 mod tests {
     use super::{CODES, Exit};
     use crate::args::EXIT_CODES;
-    use crate::exit::Trouble;
+    use crate::exit::CommandError;
     use serde_json::json;
     use std::collections::BTreeSet;
 
@@ -271,14 +273,14 @@ mod tests {
     #[test]
     fn trouble_is_one_object_of_one_line() {
         let file = std::path::Path::new("a \"b\"");
-        let told = Trouble::file(file, "no\nsuch file").json();
+        let told = CommandError::file(file, "no\nsuch file").json();
         assert!(!told.contains('\n'), "{told}");
         let told: serde_json::Value = serde_json::from_str(&told).expect("JSON");
         let message = "a \"b\": no\nsuch file";
         let want = json!({"code": 74, "kind": "file", "message": message, "place": "a \"b\""});
         assert_eq!(told, want);
         let told: serde_json::Value =
-            serde_json::from_str(&Trouble::new(Exit::Usage, "no").json()).expect("JSON");
+            serde_json::from_str(&CommandError::new(Exit::Usage, "no").json()).expect("JSON");
         assert_eq!(told, json!({"code": 64, "kind": "usage", "message": "no", "place": null}));
     }
 }

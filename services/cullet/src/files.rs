@@ -2,7 +2,7 @@
 //! links do not come about, which it does not say but panics or waits: it is found out before.
 
 use crate::args::Command;
-use crate::exit::{Exit, Trouble};
+use crate::exit::{CommandError, Exit};
 
 /// What the transport, its links and the program itself have open, with some room. A run here of
 /// two workers has 38, a coordinator of two workers and one run 45, a worker 31.
@@ -61,9 +61,9 @@ fn needed(command: &Command) -> Option<u64> {
 }
 
 /// Takes as many as this process is let have, and says so where they are too few for a command.
-pub(crate) fn enough(command: &Command) -> Result<(), Trouble> {
+pub(crate) fn enough(command: &Command) -> Result<(), CommandError> {
     match needed(command).zip(allowed()) {
-        Some((needed, allowed)) if allowed < needed => Err(Trouble::new(
+        Some((needed, allowed)) if allowed < needed => Err(CommandError::new(
             Exit::Broken,
             format!(
                 "this process may have {allowed} files and connections open, and needs at least \

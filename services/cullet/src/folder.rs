@@ -1,6 +1,6 @@
 //! Where a run puts its files.
 
-use crate::exit::{Exit, Trouble};
+use crate::exit::{CommandError, Exit};
 use cullet_files::output::next_folder;
 use cullet_pool::Fetching;
 use std::path::{Path, PathBuf};
@@ -18,33 +18,33 @@ pub(crate) struct Folder {
 
 impl Folder {
     /// The folder that was asked for, made if it is not there, or a new one.
-    pub(crate) fn of(asked: Option<&Path>, scene: &str) -> Result<Self, Trouble> {
+    pub(crate) fn of(asked: Option<&Path>, scene: &str) -> Result<Self, CommandError> {
         asked.map_or(Ok(()), refuse_taken)?;
         Self::to_fetch(asked, scene)
     }
 
     /// The same for what is fetched, which may go on where it was broken off: see
     /// [`refuse_fetched`].
-    pub(crate) fn to_fetch(asked: Option<&Path>, scene: &str) -> Result<Self, Trouble> {
+    pub(crate) fn to_fetch(asked: Option<&Path>, scene: &str) -> Result<Self, CommandError> {
         let target = asked.unwrap_or(Path::new(RUNS));
         if asked.is_some() {
             return Self::at(target);
         }
         let mut made = missing(target);
-        let path = next_folder(target, scene).map_err(|error| Trouble::file(target, error))?;
+        let path = next_folder(target, scene).map_err(|error| CommandError::file(target, error))?;
         made.insert(0, path.clone());
         Ok(Self { path, made })
     }
 
     /// That folder, made if it is not there.
-    pub(crate) fn at(target: &Path) -> Result<Self, Trouble> {
+    pub(crate) fn at(target: &Path) -> Result<Self, CommandError> {
         let made = missing(target);
         let there = made.last().map_or(Some(target), |outermost| outermost.parent());
         if let Some(file) = there.filter(|there| there.is_file()) {
             let text = format!("{}: it is a file, not a folder", file.display());
-            return Err(Trouble::new(Exit::Usage, text).at(file.display()));
+            return Err(CommandError::new(Exit::Usage, text).at(file.display()));
         }
-        std::fs::create_dir_all(target).map_err(|error| Trouble::file(target, error))?;
+        std::fs::create_dir_all(target).map_err(|error| CommandError::file(target, error))?;
         Ok(Self { path: target.to_owned(), made })
     }
 
@@ -72,28 +72,28 @@ fn missing(path: &Path) -> Vec<PathBuf> {
 }
 
 /// A folder that holds a run is not fetched into, unless that was begun there and broken off.
-pub(crate) fn refuse_fetched(folder: &Path) -> Result<(), Trouble> {
+pub(crate) fn refuse_fetched(folder: &Path) -> Result<(), CommandError> {
     if Fetching::is_in(folder) { Ok(()) } else { refuse_taken(folder) }
 }
 
 /// A folder that holds a run is not written into.
-pub(crate) fn refuse_taken(folder: &Path) -> Result<(), Trouble> {
+pub(crate) fn refuse_taken(folder: &Path) -> Result<(), CommandError> {
     let taken = ["run.mcap", "run.mcap.partial", "table.csv", "1/run.mcap"];
     if taken.iter().any(|name| folder.join(name).exists()) {
         let text = format!("{}: there is a run in this folder; name another", folder.display());
-        return Err(Trouble::new(Exit::Usage, text).at(folder.display()));
+        return Err(CommandError::new(Exit::Usage, text).at(folder.display()));
     }
     Ok(())
 }
 
 /// Refuses to write over a file that is read, under whatever name. The file of a run that never
 /// ended has an ending more.
-pub(crate) fn refuse_itself(read: &Path, output: &Path) -> Result<(), Trouble> {
+pub(crate) fn refuse_itself(read: &Path, output: &Path) -> Result<(), CommandError> {
     let mut partial = read.as_os_str().to_owned();
     partial.push(".partial");
     if is_same(read, output) || is_same(Path::new(&partial), output) {
         let text = format!("{}: that is what is read; name another file", output.display());
-        return Err(Trouble::new(Exit::Usage, text).at(output.display()));
+        return Err(CommandError::new(Exit::Usage, text).at(output.display()));
     }
     Ok(())
 }

@@ -1,10 +1,10 @@
 //! `cullet frontier`: error over cost.
 
 use crate::args::{self, Memory};
-use crate::exit::{Exit, Trouble, print, refused};
+use crate::exit::{CommandError, Exit, print, refused};
 use crate::folder::Folder;
 use crate::logs;
-use cullet_lab::frontier::{Chart, Row, Set, csv, load, measure, read, rows, text};
+use cullet_lab::frontier::{FrontierChart, FrontierRow, Set, csv, load, measure, read, rows, text};
 use cullet_lab::{Limits, chart};
 use std::path::Path;
 use std::time::Duration;
@@ -12,8 +12,8 @@ use std::time::Duration;
 /// Longest name of a machine \[letters\].
 const NAME: usize = 48;
 
-pub(crate) fn frontier(args: &args::Frontier) -> Result<Exit, Trouble> {
-    let usage = |errors| Trouble::new(Exit::Usage, errors);
+pub(crate) fn frontier(args: &args::Frontier) -> Result<Exit, CommandError> {
+    let usage = |errors| CommandError::new(Exit::Usage, errors);
     let set = load(&args.set, &args.only, args.quick).map_err(usage)?;
     let name = args.machine.clone().unwrap_or_else(this_machine);
     let name = if args.quick { format!("{name}-quick") } else { name };
@@ -38,19 +38,24 @@ pub(crate) fn frontier(args: &args::Frontier) -> Result<Exit, Trouble> {
 }
 
 /// The rows of a table; none where there is no file, if it need not be there.
-fn known(table: &Path, needed: bool) -> Result<Vec<Row>, Trouble> {
+fn known(table: &Path, needed: bool) -> Result<Vec<FrontierRow>, CommandError> {
     if !needed && !table.exists() {
         return Ok(Vec::new());
     }
-    let text =
-        cullet_files::regular::read_text(table).map_err(|error| Trouble::file(table, error))?;
-    let bad = |why: String| Trouble::new(Exit::Usage, format!("{}: {why}", table.display()));
+    let text = cullet_files::regular::read_text(table)
+        .map_err(|error| CommandError::file(table, error))?;
+    let bad = |why: String| CommandError::new(Exit::Usage, format!("{}: {why}", table.display()));
     rows(&text).map_err(bad)
 }
 
 /// Runs the charts of a set, each written as soon as it is done.
-fn run(args: &args::Frontier, set: &Set, table: &Path, all: &mut Vec<Row>) -> Result<(), Trouble> {
-    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::Broken, error))?;
+fn run(
+    args: &args::Frontier,
+    set: &Set,
+    table: &Path,
+    all: &mut Vec<FrontierRow>,
+) -> Result<(), CommandError> {
+    let exe = std::env::current_exe().map_err(|error| CommandError::new(Exit::Broken, error))?;
     let limits = Limits {
         exe,
         words: [args.voice.words(), Memory::Auto.words(usize::from(args.workers)).to_vec()]
@@ -69,12 +74,12 @@ fn run(args: &args::Frontier, set: &Set, table: &Path, all: &mut Vec<Row>) -> Re
         all.retain(|row| row.chart != chart.name);
         let at = at.min(all.len());
         all.splice(at..at, measured);
-        std::fs::write(table, csv(all)).map_err(|error| Trouble::file(table, error))?;
+        std::fs::write(table, csv(all)).map_err(|error| CommandError::file(table, error))?;
     }
     Ok(())
 }
 
-fn told(row: &Row) -> String {
+fn told(row: &FrontierRow) -> String {
     let (option, along, seed, status) = (&row.option, &row.along, row.seed, &row.status);
     format!("{option} {along} seed={seed}: {status}, {:.2} s", row.cpu)
 }
@@ -82,20 +87,20 @@ fn told(row: &Row) -> String {
 /// Prints a chart and draws it.
 fn show(
     args: &args::Frontier,
-    set: &Chart,
-    (all, machine): (&[Row], &str),
+    set: &FrontierChart,
+    (all, machine): (&[FrontierRow], &str),
     folder: &Path,
-) -> Result<(), Trouble> {
+) -> Result<(), CommandError> {
     let reading = read(set, all);
     if !args.voice.quiet {
         print(text(set, &reading) + "\n")?;
     }
-    let failed = |why| Trouble::new(Exit::Broken, format!("{}: {why}", set.name));
+    let failed = |why| CommandError::new(Exit::Broken, format!("{}: {why}", set.name));
     let path = folder.join(format!("{}.svg", set.name));
     let drawn = chart::svg(set, &reading, machine).map_err(failed)?;
-    std::fs::write(&path, drawn).map_err(|error| Trouble::file(&path, error))?;
+    std::fs::write(&path, drawn).map_err(|error| CommandError::file(&path, error))?;
     let picture = chart::picture(set, &reading, machine).map_err(failed)?;
-    let save = |error| Trouble::new(Exit::File, error);
+    let save = |error| CommandError::new(Exit::File, error);
     picture.save(&folder.join(format!("{}.png", set.name))).map_err(save)
 }
 

@@ -1,13 +1,13 @@
 //! Commands that look: at recordings, materials, the schema of scenes.
 
-use crate::exit::{Exit, Trouble, print};
+use crate::exit::{CommandError, Exit, print};
 use crate::folder::{Folder, refuse_itself};
 use crate::shown::{lines, shown};
 use crate::{args, logs};
 use cullet_picture::{Still, from_recording};
 use std::path::{Path, PathBuf};
 
-pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
+pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, CommandError> {
     let mut exit = Exit::Done;
     let mut look = |recording: &Path| {
         let recording = within(recording)?;
@@ -21,7 +21,7 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
         if told.damaged {
             exit = Exit::Unwell;
         }
-        Ok::<_, Trouble>((recording, told))
+        Ok::<_, CommandError>((recording, told))
     };
     if args.masses {
         let mut masses = Vec::new();
@@ -44,7 +44,7 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
 }
 
 /// The recording that is meant: of a folder of a run the one in it.
-fn within(named: &Path) -> Result<PathBuf, Trouble> {
+fn within(named: &Path) -> Result<PathBuf, CommandError> {
     if !named.is_dir() {
         return Ok(named.to_owned());
     }
@@ -55,10 +55,10 @@ fn within(named: &Path) -> Result<PathBuf, Trouble> {
     let one = named.join("1");
     let sweep = one.join("run.mcap").exists().then(|| format!("; {} has one", one.display()));
     let more = sweep.unwrap_or_default();
-    Err(Trouble::file(named, format!("it is a folder, and there is no run.mcap in it{more}")))
+    Err(CommandError::file(named, format!("it is a folder, and there is no run.mcap in it{more}")))
 }
 
-pub(crate) fn recover(args: &args::Recover) -> Result<Exit, Trouble> {
+pub(crate) fn recover(args: &args::Recover) -> Result<Exit, CommandError> {
     let mut named = within(&args.recording)?;
     if args.recording.is_dir() && !named.exists() {
         named.set_extension("mcap.partial");
@@ -67,7 +67,7 @@ pub(crate) fn recover(args: &args::Recover) -> Result<Exit, Trouble> {
     let output = args.output.clone().unwrap_or_else(|| default_output(recording));
     if output.exists() {
         let text = format!("{} is there already; name another with -o", output.display());
-        return Err(Trouble::new(Exit::Usage, text));
+        return Err(CommandError::new(Exit::Usage, text));
     }
     let saved = cullet_record::recover(recording, &output);
     let saved = saved.map_err(|error| unreadable(&error, recording))?;
@@ -82,7 +82,7 @@ fn default_output(recording: &Path) -> PathBuf {
     if is_partial && !plain.exists() { plain } else { recording.with_extension("recovered.mcap") }
 }
 
-pub(crate) fn preview(args: &args::Preview) -> Result<Exit, Trouble> {
+pub(crate) fn preview(args: &args::Preview) -> Result<Exit, CommandError> {
     let recording = within(&args.recording)?;
     let beside = recording.parent().unwrap_or(Path::new("")).to_owned();
     let out = args.out.clone().unwrap_or(beside);
@@ -97,17 +97,20 @@ pub(crate) fn preview(args: &args::Preview) -> Result<Exit, Trouble> {
     })
 }
 
-pub(crate) fn still(args: &args::Still) -> Result<Exit, Trouble> {
+pub(crate) fn still(args: &args::StillArgs) -> Result<Exit, CommandError> {
     let recording = within(&args.recording)?;
     let beside = || recording.with_file_name("still.png");
     let file = args.output.clone().unwrap_or_else(beside);
     refuse_itself(&recording, &file)?;
     if file.is_dir() {
-        return Err(Trouble::file(&file, "it is a folder; name a file in it, such as still.png"));
+        return Err(CommandError::file(
+            &file,
+            "it is a folder; name a file in it, such as still.png",
+        ));
     }
     if file.extension().is_none_or(|end| !end.eq_ignore_ascii_case("png")) {
         let text = format!("{}: a still is written as PNG; name it .png", file.display());
-        return Err(Trouble::new(Exit::Usage, text).at(file.display()));
+        return Err(CommandError::new(Exit::Usage, text).at(file.display()));
     }
     let wanted = Still { time: args.at, size: args.size, close: args.close };
     let time = cullet_picture::still(&recording, &wanted, &file);
@@ -116,7 +119,7 @@ pub(crate) fn still(args: &args::Still) -> Result<Exit, Trouble> {
     Ok(Exit::Done)
 }
 
-pub(crate) fn materials(args: &args::Materials) -> Result<Exit, Trouble> {
+pub(crate) fn materials(args: &args::Materials) -> Result<Exit, CommandError> {
     if args.json {
         print(format!("{:#}\n", cullet_scene::presets_json()))?;
     } else {
@@ -125,7 +128,7 @@ pub(crate) fn materials(args: &args::Materials) -> Result<Exit, Trouble> {
     Ok(Exit::Done)
 }
 
-pub(crate) fn schema(args: &args::Schema) -> Result<Exit, Trouble> {
+pub(crate) fn schema(args: &args::Schema) -> Result<Exit, CommandError> {
     if args.reference {
         print(cullet_scene::reference())?;
         return Ok(Exit::Done);
@@ -139,7 +142,7 @@ pub(crate) fn schema(args: &args::Schema) -> Result<Exit, Trouble> {
     Ok(Exit::Done)
 }
 
-fn unreadable(error: &cullet_record::RecordError, recording: &Path) -> Trouble {
+fn unreadable(error: &cullet_record::RecordError, recording: &Path) -> CommandError {
     let exit = match error {
         cullet_record::RecordError::NotMcap { .. }
         | cullet_record::RecordError::Foreign { .. }
@@ -147,5 +150,5 @@ fn unreadable(error: &cullet_record::RecordError, recording: &Path) -> Trouble {
         | cullet_record::RecordError::Specimen { .. } => Exit::Usage,
         _ => Exit::File,
     };
-    Trouble::new(exit, lines(&error.to_string())).at(recording.display())
+    CommandError::new(exit, lines(&error.to_string())).at(recording.display())
 }

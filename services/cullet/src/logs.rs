@@ -2,7 +2,7 @@
 //! objects, one a line, and nothing else is there.
 
 use crate::args::{Log, Voice};
-use crate::exit::Trouble;
+use crate::exit::CommandError;
 use crate::shown::{self, shown};
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -46,7 +46,7 @@ pub(crate) fn start(voice: &Voice) {
         Log::Text => logs.fmt_fields(debug_fn(field).delimited(" ")).init(),
         Log::Json => {
             JSON.store(true, Ordering::Relaxed);
-            logs.fmt_fields(JsonFields::new()).event_format(Line).init();
+            logs.fmt_fields(JsonFields::new()).event_format(JsonLine).init();
             std::panic::set_hook(Box::new(|panic| tracing::error!("{panic}")));
         }
     }
@@ -99,7 +99,7 @@ pub(crate) fn warn(text: impl fmt::Display) {
 }
 
 /// Says why something is not done: in words, or, to whom wants results as JSON, as an object.
-pub(crate) fn error(trouble: &Trouble) {
+pub(crate) fn error(trouble: &CommandError) {
     match (JSON.load(Ordering::Relaxed), OBJECTS.load(Ordering::Relaxed)) {
         (true, _) => {
             let (code, kind, place) = (trouble.exit.code(), trouble.exit.word(), trouble.place());
@@ -130,10 +130,11 @@ pub(crate) fn plain() -> bool {
 }
 
 /// A line of JSON. What the spans say that it is in is said by the line itself.
-struct Line;
+struct JsonLine;
 
+/// A log event as a line of JSON.
 #[derive(Serialize)]
-struct Told<'a> {
+struct LogLine<'a> {
     timestamp: String,
     level: &'a str,
     target: &'a str,
@@ -141,7 +142,7 @@ struct Told<'a> {
     fields: Map<String, Value>,
 }
 
-impl<S> FormatEvent<S, JsonFields> for Line
+impl<S> FormatEvent<S, JsonFields> for JsonLine
 where
     S: Subscriber + for<'a> LookupSpan<'a>,
 {
@@ -151,7 +152,7 @@ where
         mut writer: Writer<'_>,
         event: &Event<'_>,
     ) -> fmt::Result {
-        let mut fields = Fields::default();
+        let mut fields = LogFields::default();
         for span in context.event_scope().into_iter().flat_map(Scope::from_root) {
             let extensions = span.extensions();
             let known = extensions.get::<FormattedFields<JsonFields>>();
@@ -162,7 +163,7 @@ where
         let mut timestamp = String::new();
         SystemTime.format_time(&mut Writer::new(&mut timestamp))?;
         let (level, target) = (event.metadata().level().as_str(), event.metadata().target());
-        let told = Told { timestamp, level, target, fields: fields.0 };
+        let told = LogLine { timestamp, level, target, fields: fields.0 };
         let line = serde_json::to_string(&told).map_err(|_| fmt::Error)?;
         writeln!(writer, "{}", shown::output(&line))
     }
@@ -170,15 +171,15 @@ where
 
 /// The fields of one line.
 #[derive(Default)]
-struct Fields(Map<String, Value>);
+struct LogFields(Map<String, Value>);
 
-impl Fields {
+impl LogFields {
     fn put(&mut self, field: &Field, value: impl Into<Value>) {
         self.0.insert(field.name().to_owned(), value.into());
     }
 }
 
-impl Visit for Fields {
+impl Visit for LogFields {
     fn record_f64(&mut self, field: &Field, value: f64) {
         self.put(field, value);
     }
@@ -206,7 +207,7 @@ impl Visit for Fields {
 
 #[cfg(test)]
 mod tests {
-    use super::{JsonFields, Line, MakeExt, debug_fn, field};
+    use super::{JsonFields, JsonLine, MakeExt, debug_fn, field};
     use serde_json::Value;
     use std::io::Write;
     use std::sync::{Arc, Mutex};
@@ -246,7 +247,7 @@ mod tests {
         let page = Page::default();
         let writer = page.clone();
         let logs = tracing_subscriber::fmt().with_writer(move || writer.clone());
-        let logs = logs.fmt_fields(JsonFields::new()).event_format(Line).finish();
+        let logs = logs.fmt_fields(JsonFields::new()).event_format(JsonLine).finish();
         tracing::subscriber::with_default(logs, || {
             let _run = tracing::info_span!("run", run = 7).entered();
             let job = "ab\"c\n";

@@ -65,7 +65,7 @@ fn not_understood(error: &clap::Error, json: bool) -> ExitCode {
     let text = error.render().to_string();
     if json || logs::asked() || shown::output(&text) != text {
         let text = text.trim_end().trim_start_matches("error: ");
-        logs::error(&exit::Trouble::new(exit::Exit::Usage, text));
+        logs::error(&exit::CommandError::new(exit::Exit::Usage, text));
     } else {
         // As clap has it, in colours.
         let _nobody_hears_it = error.print();
@@ -73,7 +73,7 @@ fn not_understood(error: &clap::Error, json: bool) -> ExitCode {
     exit::Exit::Usage.into()
 }
 
-fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
+fn obey(command: &Command) -> Result<exit::Exit, exit::CommandError> {
     match command {
         Command::Run(args) if sweep::is_one(&args.scene.scene) => sweep::run(args),
         Command::Run(args) => run::run(args),

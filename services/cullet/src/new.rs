@@ -1,7 +1,7 @@
 //! `cullet new`.
 
 use crate::args;
-use crate::exit::{Exit, Trouble, print};
+use crate::exit::{CommandError, Exit, print};
 use crate::folder::Folder;
 use cullet_files::output::write_file;
 
@@ -11,12 +11,12 @@ const SCENE: &str = include_str!("new/scene.toml");
 const SCHEMA_FILE: &str = "scene.schema.json";
 
 /// Makes a folder with a scene; what is there already is left alone.
-pub(crate) fn new(args: &args::New) -> Result<Exit, Trouble> {
+pub(crate) fn new(args: &args::New) -> Result<Exit, CommandError> {
     let folder = &args.folder;
     let there = std::fs::read_dir(folder).map(|mut entries| entries.next().is_some());
     if there.unwrap_or(folder.exists()) {
         let text = format!("{}: it is there already; nothing was written", folder.display());
-        return Err(Trouble::new(Exit::Usage, text).at(folder.display()));
+        return Err(CommandError::new(Exit::Usage, text).at(folder.display()));
     }
     let made = Folder::at(folder)?;
     let files =
@@ -25,7 +25,7 @@ pub(crate) fn new(args: &args::New) -> Result<Exit, Trouble> {
         let path = folder.join(name);
         write_file(&path, text.as_bytes()).map_err(|error| {
             made.forget();
-            Trouble::file(&path, error)
+            CommandError::file(&path, error)
         })?;
     }
     let name = folder.display();

@@ -1,7 +1,7 @@
 //! What is made of the list of commands: completions, manual pages, advice on arguments.
 
 use crate::args::{self, Cli};
-use crate::exit::{Exit, Trouble, print};
+use crate::exit::{CommandError, Exit, print};
 use crate::folder::Folder;
 use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -18,21 +18,21 @@ const OF_SCENES: [(&str, &str, &str); 8] = [
     ("--error", "fidelity.error", "0.3"),
 ];
 
-pub(crate) fn completions(args: &args::Completions) -> Result<Exit, Trouble> {
+pub(crate) fn completions(args: &args::Completions) -> Result<Exit, CommandError> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "cullet", &mut text);
     print(String::from_utf8_lossy(&text))?;
     Ok(Exit::Done)
 }
 
-pub(crate) fn man(args: &args::Man) -> Result<Exit, Trouble> {
+pub(crate) fn man(args: &args::Man) -> Result<Exit, CommandError> {
     let folder = Folder::at(&args.folder)?;
     let written = clap_mangen::generate_to(Cli::command(), &folder.path);
-    written.map_err(|error| Trouble::file(&args.folder, error))?;
+    written.map_err(|error| CommandError::file(&args.folder, error))?;
     Ok(Exit::Done)
 }
 
-/// An argument that is none, but the name of a value of scenes, is told with how that is set.
+/// An argument that is none, but the name of a value of scenes, is reported with how that is set.
 pub(crate) fn with_tip(mut error: clap::Error) -> clap::Error {
     let argument = match (error.kind(), error.get(ContextKind::InvalidArg)) {
         (ErrorKind::UnknownArgument, Some(ContextValue::String(argument))) => argument.clone(),

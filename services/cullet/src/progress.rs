@@ -12,8 +12,8 @@ const PLAIN_PERIOD: Duration = Duration::from_secs(5);
 /// Parts of the bar; finer than any terminal is wide.
 const PARTS: u64 = 1000;
 
-/// Shows news of a run on standard error.
-pub(crate) struct Progress {
+/// Shows the progress of a run on standard error.
+pub(crate) struct ProgressDisplay {
     bar: Option<ProgressBar>,
     quiet: bool,
     started: Instant,
@@ -82,7 +82,7 @@ fn about(seconds: f64) -> String {
     }
 }
 
-impl Progress {
+impl ProgressDisplay {
     pub(crate) fn new(quiet: bool) -> Self {
         let bar = (!quiet && logs::plain() && stderr().is_terminal()).then(|| {
             let bar = ProgressBar::new(PARTS);
@@ -193,7 +193,7 @@ mod tests {
         let uneven = shown(23.0, statue);
         let far = uneven.iter().filter(|(wall, left)| *left > 4.0 * (23.0 - wall).max(1.0));
         assert_eq!(far.collect::<Vec<_>>(), Vec::<&(f64, f64)>::new(), "{uneven:?}");
-        // A run that stands still is never told to end soon.
+        // A run that stands still is never said to end soon.
         let still = shown(60.0, |wall| (wall / 10.0).min(0.5));
         let lies = still.iter().filter(|(wall, left)| *wall > 25.0 && *left < 5.0);
         assert_eq!(lies.count(), 0, "{still:?}");

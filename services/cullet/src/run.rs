@@ -1,8 +1,8 @@
 //! `cullet run` and `cullet check`.
 
-use crate::exit::{Exit, Trouble, print, refused};
+use crate::exit::{CommandError, Exit, print, refused};
 use crate::folder::Folder;
-use crate::progress::Progress;
+use crate::progress::ProgressDisplay;
 use crate::shown::{lines as lines_of, shown};
 use crate::signals::stop_when_told;
 use crate::{args, logs};
@@ -10,13 +10,13 @@ use cullet::{LocalPool, LocalRunError, LocalWorkers, Scene, spare_cores};
 use cullet::{Outcome, RunError, RunOptions};
 use std::path::Path;
 
-pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
+pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
     let scene = read_scene(&args.scene)?;
     let stop = stop_when_told("the recording is finished first")?;
     let folder = Folder::of(args.out.as_deref(), &scene.name)?;
     let out = &folder.path;
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
-    let mut progress = Progress::new(args.voice.quiet);
+    let mut progress = ProgressDisplay::new(args.voice.quiet);
     let options = RunOptions { out, stop: &stop };
     let outcome = pool.run(&scene, &options, &mut |news| progress.show(news));
     progress.done();
@@ -34,7 +34,7 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
     Ok(exit_of(&outcome, drawn.is_ok()))
 }
 
-pub(crate) fn check(args: &args::Check) -> Result<Exit, Trouble> {
+pub(crate) fn check(args: &args::Check) -> Result<Exit, CommandError> {
     let scene = read_scene(&args.scene)?;
     let mut lines = vec![
         format!("{}: {}", shown(&scene.name), lines_of(&scene.description)),
@@ -53,14 +53,14 @@ pub(crate) fn check(args: &args::Check) -> Result<Exit, Trouble> {
 }
 
 /// Reads a scene, or says everything that is wrong with it.
-pub(crate) fn read_scene(args: &args::SceneArgs) -> Result<Scene, Trouble> {
-    let wrong = |errors| Trouble::new(Exit::Usage, errors).at(args.scene.display());
+pub(crate) fn read_scene(args: &args::SceneArgs) -> Result<Scene, CommandError> {
+    let wrong = |errors| CommandError::new(Exit::Usage, errors).at(args.scene.display());
     Scene::load(&args.scene, &args.set).map_err(wrong)
 }
 
-pub(crate) fn start_pool(args: &args::Run) -> Result<LocalPool, Trouble> {
+pub(crate) fn start_pool(args: &args::RunArgs) -> Result<LocalPool, CommandError> {
     let workers = args.workers.map_or_else(spare_cores, usize::from);
-    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::Broken, error))?;
+    let exe = std::env::current_exe().map_err(|error| CommandError::new(Exit::Broken, error))?;
     let mut processes = LocalWorkers::processes(exe, workers, usize::from(args.threads));
     if let LocalWorkers::Processes(spawn) = &mut processes {
         spawn.args.extend(args.voice.words());
@@ -68,22 +68,22 @@ pub(crate) fn start_pool(args: &args::Run) -> Result<LocalPool, Trouble> {
     }
     LocalPool::start(&processes).map_err(|error| match error {
         LocalRunError::Pool(error) => refused(&error),
-        other => Trouble::new(Exit::Broken, other),
+        other => CommandError::new(Exit::Broken, other),
     })
 }
 
-pub(crate) fn trouble(error: &RunError) -> Trouble {
+pub(crate) fn trouble(error: &RunError) -> CommandError {
     let exit = match error {
         RunError::Record(_) | RunError::File { .. } => Exit::Unkept,
         RunError::Abandoned { .. } => Exit::Stalled,
         RunError::World(_) | RunError::Lost(_) | RunError::OutOfOrder { .. } => Exit::Failed,
     };
-    Trouble::new(exit, error)
+    CommandError::new(exit, error)
 }
 
 /// Draws the pictures of a recording into a folder.
-pub(crate) fn draw(recording: &Path, out: &Path) -> Result<(), Trouble> {
-    let failed = |error| Trouble::new(Exit::File, format!("the run has no picture: {error}"));
+pub(crate) fn draw(recording: &Path, out: &Path) -> Result<(), CommandError> {
+    let failed = |error| CommandError::new(Exit::File, format!("the run has no picture: {error}"));
     cullet_picture::from_recording(recording, out).map(|_| ()).map_err(failed)
 }
 
@@ -97,7 +97,7 @@ pub(crate) fn exit_of(outcome: &Outcome, pictured: bool) -> Exit {
     }
 }
 
-fn report(outcome: &Outcome, out: &Path, json: bool, quiet: bool) -> Result<(), Trouble> {
+fn report(outcome: &Outcome, out: &Path, json: bool, quiet: bool) -> Result<(), CommandError> {
     if json {
         print(outcome.summary.to_json())?;
     }

@@ -1,10 +1,10 @@
 //! `cullet coordinator`, `cullet worker` and `cullet router`: the same run across terminals and
 //! machines.
 
-use crate::exit::{Exit, Trouble, print, refused};
+use crate::exit::{CommandError, Exit, print, refused};
 use crate::shown::lines;
 use crate::signals::stop_when_told;
-use crate::tls::{self, Link};
+use crate::tls::{self, LinkConfig};
 use crate::{args, logs};
 use cullet_coordinator::{ServiceConfig, ServiceError, Store, serve, total};
 use cullet_pool::router::{self, Router};
@@ -24,7 +24,7 @@ const AGAIN: Duration = Duration::from_millis(500);
 /// Folder for recordings, where there is no state folder.
 const RUNS: &str = "runs";
 
-pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
+pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, CommandError> {
     let stop = stop_when_told("clients are told first")?;
     let endpoint = args.router.as_ref().unwrap_or(&args.listen);
     let guard = guard(&args.guard, endpoint, args.router.is_none())?;
@@ -72,7 +72,7 @@ pub(crate) fn coordinator(args: &args::Coordinator) -> Result<Exit, Trouble> {
 }
 
 /// Metrics are for whoever reaches them, and nothing there is encrypted.
-fn may_be_read(args: &args::Coordinator) -> Result<(), Trouble> {
+fn may_be_read(args: &args::Coordinator) -> Result<(), CommandError> {
     match args.metrics {
         Some(address) if !address.ip().to_canonical().is_loopback() && !args.guard.insecure => {
             let text = format!(
@@ -81,7 +81,7 @@ fn may_be_read(args: &args::Coordinator) -> Result<(), Trouble> {
                  127.0.0.1:{}",
                 address.port()
             );
-            Err(Trouble::new(Exit::Usage, text))
+            Err(CommandError::new(Exit::Usage, text))
         }
         _ => Ok(()),
     }
@@ -95,13 +95,13 @@ fn quota(args: &args::Coordinator) -> Option<u64> {
     }
 }
 
-/// Opens the pool; a router that is not there yet is waited for until told to stop.
+/// Opens the pool; a router that is not there yet is waited for until asked to stop.
 fn open(
     settings: &PoolConfig,
-    link: &Link,
+    link: &LinkConfig,
     endpoint: &str,
     stop: &AtomicBool,
-) -> Result<Option<Pool>, Trouble> {
+) -> Result<Option<Pool>, CommandError> {
     let mut told = false;
     while !stop.load(Ordering::Relaxed) {
         let error = match Pool::start(settings.clone()) {
@@ -122,8 +122,11 @@ fn open(
 
 /// Workers of the coordinator's own. They show its certificate, and are called after it: roles let
 /// such names in.
-fn own_workers(args: &args::Coordinator, guard: &Guard) -> Result<SpawnConfig, Trouble> {
-    let exe = std::env::current_exe().map_err(|error| Trouble::new(Exit::Broken, error))?;
+fn own_workers(
+    args: &args::Coordinator,
+    guard: &ServerAccess,
+) -> Result<SpawnConfig, CommandError> {
+    let exe = std::env::current_exe().map_err(|error| CommandError::new(Exit::Broken, error))?;
     let mut spawn = SpawnConfig::new(exe, usize::from(args.workers), usize::from(args.threads));
     spawn.args.extend(args.voice.words());
     spawn.args.extend(args.memory.words(usize::from(args.workers)));
@@ -135,7 +138,7 @@ fn own_workers(args: &args::Coordinator, guard: &Guard) -> Result<SpawnConfig, T
     Ok(spawn)
 }
 
-pub(crate) fn router(args: &args::Router) -> Result<Exit, Trouble> {
+pub(crate) fn router(args: &args::RouterArgs) -> Result<Exit, CommandError> {
     let stop = stop_when_told("links end")?;
     let guard = guard(&args.guard, &args.listen, true)?;
     if args.print_config {
@@ -153,17 +156,17 @@ pub(crate) fn router(args: &args::Router) -> Result<Exit, Trouble> {
     Ok(Exit::Done)
 }
 
-/// Who one is, and who else may come in.
-struct Guard {
-    link: Link,
+/// Who this process is to others, and who may connect to it.
+struct ServerAccess {
+    link: LinkConfig,
     rules: Rules,
     roles: Option<Roles>,
 }
 
-impl Guard {
+impl ServerAccess {
     /// Nobody hears a coordinator of a name that is not in the roles, nor one behind a router whose
     /// certificate they do not name.
-    fn may_answer(&self, name: &str, routed: bool) -> Result<(), Trouble> {
+    fn may_answer(&self, name: &str, routed: bool) -> Result<(), CommandError> {
         let (Some(roles), Some(certificate)) = (&self.roles, &self.link.certificate) else {
             return Ok(());
         };
@@ -172,7 +175,7 @@ impl Guard {
             let text = format!(
                 "--name {name}: the roles have no coordinator of that name (names = {all:?})"
             );
-            return Err(Trouble::new(Exit::Usage, text));
+            return Err(CommandError::new(Exit::Usage, text));
         }
         if !routed {
             return Ok(());
@@ -185,14 +188,18 @@ impl Guard {
             "the certificate is of {shown:?}, and the roles have {named:?} for coordinator: \
              behind a router that has them nobody would hear it"
         );
-        Err(Trouble::new(Exit::Usage, text))
+        Err(CommandError::new(Exit::Usage, text))
     }
 }
 
 /// Identity and roles; `listens`: others come here, which roles rule, and which is not open to
 /// other machines without them.
-fn guard(args: &args::Guard, endpoint: &str, listens: bool) -> Result<Guard, Trouble> {
-    let usage = |text: String| Trouble::new(Exit::Usage, text);
+fn guard(
+    args: &args::AccessArgs,
+    endpoint: &str,
+    listens: bool,
+) -> Result<ServerAccess, CommandError> {
+    let usage = |text: String| CommandError::new(Exit::Usage, text);
     let link = tls::link(args.tls.as_deref(), endpoint, None, COORDINATOR)?;
     let mut rules = link.rules.clone();
     let Some(path) = &args.roles else {
@@ -203,10 +210,10 @@ fn guard(args: &args::Guard, endpoint: &str, listens: bool) -> Result<Guard, Tro
                     .to_owned(),
             ));
         }
-        return Ok(Guard { link, rules, roles: None });
+        return Ok(ServerAccess { link, rules, roles: None });
     };
     let text =
-        cullet_files::regular::read_text(path).map_err(|error| Trouble::file(path, error))?;
+        cullet_files::regular::read_text(path).map_err(|error| CommandError::file(path, error))?;
     let wrong = |error: &dyn std::fmt::Display| {
         usage(format!("{}: {error}", path.display())).at(path.display())
     };
@@ -215,7 +222,7 @@ fn guard(args: &args::Guard, endpoint: &str, listens: bool) -> Result<Guard, Tro
     if listens {
         rules.extend(roles.access());
     }
-    Ok(Guard { link, rules, roles: Some(roles) })
+    Ok(ServerAccess { link, rules, roles: Some(roles) })
 }
 
 /// Whether an endpoint can only be reached from this machine.
@@ -226,7 +233,7 @@ fn is_loopback(endpoint: &str) -> bool {
     host == "localhost" || host.parse::<std::net::IpAddr>().is_ok_and(|ip| ip.is_loopback())
 }
 
-fn trouble(error: &ServiceError) -> Trouble {
+fn trouble(error: &ServiceError) -> CommandError {
     let exit = match error {
         ServiceError::File { .. }
         | ServiceError::Taken { .. }
@@ -240,7 +247,7 @@ fn trouble(error: &ServiceError) -> Trouble {
         ServiceError::Link(error) => return refused(error),
         ServiceError::Metrics { .. } => Exit::Broken,
     };
-    let trouble = Trouble::new(exit, error);
+    let trouble = CommandError::new(exit, error);
     match error {
         ServiceError::File { path, .. }
         | ServiceError::Journal { path, .. }
@@ -255,12 +262,14 @@ fn trouble(error: &ServiceError) -> Trouble {
     }
 }
 
-pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
+pub(crate) fn worker(args: &args::WorkerArgs) -> Result<Exit, CommandError> {
     let first = args.connect.first().map(String::as_str).unwrap_or_default();
     let anonymous = format!("worker-{}", std::process::id());
     let link = tls::link(args.tls.as_deref(), first, args.name.as_deref(), &anonymous)?;
     if let (false, Some(why)) = (args.parent_watch, link.refusal(first)) {
-        return Err(Trouble::new(Exit::Unreachable, format!("no link to {first}: {why}")).at(first));
+        return Err(
+            CommandError::new(Exit::Unreachable, format!("no link to {first}: {why}")).at(first)
+        );
     }
     let name = link.name.clone();
     if !args.voice.quiet && !args.parent_watch {
@@ -297,17 +306,17 @@ pub(crate) fn worker(args: &args::Worker) -> Result<Exit, Trouble> {
         WorkerError::Threads { .. } => Exit::Broken,
         WorkerError::NoEndpoint | WorkerError::Wire(_) => Exit::Usage,
     };
-    cullet_worker::run(config).map_err(|error| Trouble::new(exit(&error), error))?;
+    cullet_worker::run(config).map_err(|error| CommandError::new(exit(&error), error))?;
     if expired.load(Ordering::Relaxed) {
         let text = "the certificate has expired: put a new one in its place and start again";
-        return Err(Trouble::new(Exit::Unreachable, text));
+        return Err(CommandError::new(Exit::Unreachable, text));
     }
     Ok(Exit::Done)
 }
 
 /// The link ends with the certificate, and no other comes about: better to leave, and to be started
 /// again with a new one.
-fn leave_when_expired(link: &Link, stop: &Arc<AtomicBool>) -> Arc<AtomicBool> {
+fn leave_when_expired(link: &LinkConfig, stop: &Arc<AtomicBool>) -> Arc<AtomicBool> {
     let (stop, expired) = (Arc::clone(stop), Arc::<AtomicBool>::default());
     let told = Arc::clone(&expired);
     if let Some(certificate) = &link.certificate {

@@ -1,6 +1,6 @@
-//! How the process is told to stop.
+//! How the process is asked to stop.
 
-use crate::exit::{Exit, Trouble};
+use crate::exit::{CommandError, Exit};
 use crate::logs;
 use std::io;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use tokio::runtime::{Builder, Runtime};
 /// A second SIGINT ends the process at once. A second SIGTERM does not: supervisors send one to the
 /// process and one to its group. A terminal that goes away sends SIGHUP; to who was started with
 /// `nohup`, which has it ignored, it means nothing.
-pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, Trouble> {
+pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, CommandError> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
     let listen = || -> io::Result<(Runtime, Signals)> {
@@ -21,7 +21,8 @@ pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, Trou
         let signals = runtime.block_on(async { Signals::listen() })?;
         Ok((runtime, signals))
     };
-    let (runtime, mut signals) = listen().map_err(|error| Trouble::new(Exit::Broken, error))?;
+    let (runtime, mut signals) =
+        listen().map_err(|error| CommandError::new(Exit::Broken, error))?;
     std::thread::spawn(move || {
         runtime.block_on(async {
             loop {
@@ -38,11 +39,14 @@ pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, Trou
     Ok(stop)
 }
 
-#[cfg(unix)]
+/// The signals that ask the process to stop, as far as the system has them.
 struct Signals {
+    #[cfg(unix)]
     interrupt: tokio::signal::unix::Signal,
+    #[cfg(unix)]
     terminate: tokio::signal::unix::Signal,
     /// Nothing where it was ignored at the start.
+    #[cfg(unix)]
     hangup: Option<tokio::signal::unix::Signal>,
 }
 
@@ -77,12 +81,9 @@ fn hangup_is_ignored() -> bool {
 }
 
 #[cfg(not(unix))]
-struct Signals;
-
-#[cfg(not(unix))]
 impl Signals {
     fn listen() -> io::Result<Self> {
-        Ok(Self)
+        Ok(Self {})
     }
 
     async fn next(&mut self) -> bool {

@@ -7,7 +7,7 @@ pub(crate) use farm::{fetch, submit};
 
 use crate::args::{self, SceneArgs};
 use crate::client::print_json;
-use crate::exit::{Exit, Trouble, print};
+use crate::exit::{CommandError, Exit, print};
 use crate::folder::Folder;
 use crate::logs;
 use crate::run::{draw, exit_of, read_scene, start_pool, trouble};
@@ -40,10 +40,10 @@ struct Named {
     scene: PathBuf,
 }
 
-fn read(file: &Path) -> Result<Named, Trouble> {
-    let text = regular::read_text(file).map_err(|error| Trouble::file(file, error))?;
+fn read(file: &Path) -> Result<Named, CommandError> {
+    let text = regular::read_text(file).map_err(|error| CommandError::file(file, error))?;
     let wrong = |text: String| {
-        Trouble::new(Exit::Usage, format!("{}: {text}", file.display())).at(file.display())
+        CommandError::new(Exit::Usage, format!("{}: {text}", file.display())).at(file.display())
     };
     if !is_sweep(&text) {
         return Err(wrong("it is no sweep: it has neither [product] nor [[zip]]".to_owned()));
@@ -57,23 +57,23 @@ fn read(file: &Path) -> Result<Named, Trouble> {
 }
 
 /// A sweep with all its scenes, each checked.
-struct Plan {
+struct PreparedSweep {
     named: Named,
     scenes: Vec<Scene>,
 }
 
-fn plan(args: &SceneArgs) -> Result<Plan, Trouble> {
+fn plan(args: &SceneArgs) -> Result<PreparedSweep, CommandError> {
     let named = read(&args.scene)?;
     let Named { sweep, scene, .. } = &named;
     let mut scenes = Vec::new();
     for (row, set) in sweep.rows.iter().zip(named.sets(&args.set)) {
-        let told = |t: Trouble| {
+        let told = |t: CommandError| {
             let text = format!("{}: {t}", sweep.label(row));
             t.said(text)
         };
         scenes.push(read_scene(&SceneArgs { scene: scene.clone(), set }).map_err(told)?);
     }
-    Ok(Plan { named, scenes })
+    Ok(PreparedSweep { named, scenes })
 }
 
 impl Named {
@@ -85,7 +85,7 @@ impl Named {
 }
 
 /// What came of one run of a sweep.
-struct Row {
+struct SweepRow {
     /// Its number at the coordinator.
     run: Option<u64>,
     folder: Option<PathBuf>,
@@ -93,7 +93,7 @@ struct Row {
     exit: Exit,
 }
 
-impl Row {
+impl SweepRow {
     /// Its exit code, if it is over.
     fn code(&self) -> Option<u8> {
         (!matches!(self.exit, Exit::Unknown | Exit::Later)).then(|| self.exit.code())
@@ -101,8 +101,8 @@ impl Row {
 }
 
 /// `cullet check SWEEP`: what each of its runs is.
-pub(crate) fn check(args: &SceneArgs) -> Result<Exit, Trouble> {
-    let Plan { named: Named { name, sweep, .. }, scenes } = plan(args)?;
+pub(crate) fn check(args: &SceneArgs) -> Result<Exit, CommandError> {
+    let PreparedSweep { named: Named { name, sweep, .. }, scenes } = plan(args)?;
     let mut lines = vec![format!("{}: {} runs", shown(&name), scenes.len())];
     for (scene, row) in scenes.iter().zip(&sweep.rows) {
         let (name, bodies) = (shown(&scene.name), scene.bodies.len());
@@ -117,16 +117,16 @@ pub(crate) fn check(args: &SceneArgs) -> Result<Exit, Trouble> {
 }
 
 /// `cullet run SWEEP`: one after another on one pool.
-pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
+pub(crate) fn run(args: &args::RunArgs) -> Result<Exit, CommandError> {
     let stop = &stop_when_told("the recording is finished first")?;
-    let Plan { named, scenes } = plan(&args.scene)?;
+    let PreparedSweep { named, scenes } = plan(&args.scene)?;
     let sweep = &named.sweep;
     let folder = Folder::of(args.out.as_deref(), &named.name)?;
     let pool = start_pool(args).inspect_err(|_| folder.forget())?;
     let mut rows = Vec::new();
     for (index, scene) in scenes.iter().enumerate() {
         let out = folder.path.join(format!("{}", index + 1));
-        std::fs::create_dir_all(&out).map_err(|error| Trouble::file(&out, error))?;
+        std::fs::create_dir_all(&out).map_err(|error| CommandError::file(&out, error))?;
         if !args.voice.quiet {
             logs::say(format!("{}: {}", index + 1, shown(&sweep.label(&sweep.rows[index]))));
         }
@@ -148,7 +148,7 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
                 trouble.exit
             }
         };
-        rows.push(Row { run: None, folder: outcome.is_ok().then_some(out), exit });
+        rows.push(SweepRow { run: None, folder: outcome.is_ok().then_some(out), exit });
         if stop.load(Ordering::Relaxed) {
             break;
         }
@@ -160,15 +160,15 @@ pub(crate) fn run(args: &args::Run) -> Result<Exit, Trouble> {
 /// Draws the sheet, writes the table; the worst end is the end of the whole.
 fn finish(
     sweep: &Sweep,
-    rows: &[Row],
+    rows: &[SweepRow],
     out: &Path,
     json: bool,
     quiet: bool,
-) -> Result<Exit, Trouble> {
+) -> Result<Exit, CommandError> {
     let path = out.join(TABLE);
     let table = table(sweep, rows)?;
-    write_file(&path, table.as_bytes()).map_err(|error| Trouble::file(&path, error))?;
-    let labelled = |(row, values): (&Row, &Vec<String>)| {
+    write_file(&path, table.as_bytes()).map_err(|error| CommandError::file(&path, error))?;
+    let labelled = |(row, values): (&SweepRow, &Vec<String>)| {
         let recording = row.folder.as_ref()?.join("run.mcap");
         Some((recording, sweep.label(values)))
     };
@@ -186,11 +186,11 @@ fn finish(
 }
 
 /// The worst end of all.
-fn worst(rows: &[Row]) -> Exit {
+fn worst(rows: &[SweepRow]) -> Exit {
     rows.iter().map(|row| row.exit).reduce(Exit::worse).unwrap_or(Exit::Interrupted)
 }
 
-fn table(sweep: &Sweep, rows: &[Row]) -> Result<String, Trouble> {
+fn table(sweep: &Sweep, rows: &[SweepRow]) -> Result<String, CommandError> {
     let keys: Vec<String> = sweep.keys.iter().map(|key| quoted(key)).collect();
     let mut text = format!(
         "row,{},code,run,fractures,fragments,grains,bodies,jobs,wall_seconds,digest\n",
@@ -222,7 +222,7 @@ fn table(sweep: &Sweep, rows: &[Row]) -> Result<String, Trouble> {
 }
 
 /// The same as JSON, a line a run.
-fn lines(sweep: &Sweep, rows: &[Row]) -> Result<(), Trouble> {
+fn lines(sweep: &Sweep, rows: &[SweepRow]) -> Result<(), CommandError> {
     for (index, (row, values)) in rows.iter().zip(&sweep.rows).enumerate() {
         let set: BTreeMap<_, _> =
             sweep.keys.iter().zip(values.iter().map(|value| bare(value))).collect();
@@ -242,10 +242,10 @@ fn bare(value: &str) -> &str {
     inside.unwrap_or(value)
 }
 
-fn summary(folder: &Path) -> Result<Summary, Trouble> {
+fn summary(folder: &Path) -> Result<Summary, CommandError> {
     let path = folder.join("summary.json");
-    let text = std::fs::read_to_string(&path).map_err(|error| Trouble::file(&path, error))?;
-    serde_json::from_str(&text).map_err(|error| Trouble::file(&path, error))
+    let text = std::fs::read_to_string(&path).map_err(|error| CommandError::file(&path, error))?;
+    serde_json::from_str(&text).map_err(|error| CommandError::file(&path, error))
 }
 
 /// A field of a CSV table.

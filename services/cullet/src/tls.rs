@@ -1,7 +1,7 @@
 //! Identities for a link, and why one is not taken. The transport says only that there is no link:
 //! what a certificate lacks is found out here, by looking at it and by a handshake of our own.
 
-use crate::exit::{Exit, Trouble};
+use crate::exit::{CommandError, Exit};
 use crate::shown::shown;
 use cullet_pool::LinkError;
 use cullet_proto::security::{self, Rules};
@@ -31,7 +31,7 @@ pub(crate) struct Certificate {
 
 /// How to connect, and as whom.
 #[derive(Debug)]
-pub(crate) struct Link {
+pub(crate) struct LinkConfig {
     /// Settings of the transport.
     pub(crate) rules: Rules,
     /// As whom.
@@ -43,7 +43,7 @@ pub(crate) struct Link {
 
 impl Certificate {
     /// Reads the certificate in a folder, which must be good now.
-    fn read(folder: &Path) -> Result<Self, Trouble> {
+    fn read(folder: &Path) -> Result<Self, CommandError> {
         let path = folder.join(security::FILES[1]);
         let wrong = |text: &str| wrong(&path, text);
         let der = CertificateDer::from_pem_file(&path).map_err(|e| wrong(&e.to_string()))?;
@@ -75,28 +75,28 @@ fn now() -> i64 {
 /// A certificate with those that vouch for it, and its key.
 type Identity = (Vec<CertificateDer<'static>>, PrivateKeyDer<'static>);
 
-fn wrong(path: &Path, text: impl std::fmt::Display) -> Trouble {
+fn wrong(path: &Path, text: impl std::fmt::Display) -> CommandError {
     let name = path.display().to_string();
-    Trouble::new(Exit::Usage, format!("{}: {text}", shown(&name))).at(name)
+    CommandError::new(Exit::Usage, format!("{}: {text}", shown(&name))).at(name)
 }
 
 /// Reads the files of an identity. Of one that is not there, is no file, is empty, or is not what
 /// its name says, the transport would only make no link.
-fn read_identity(folder: &Path) -> Result<Identity, Trouble> {
+fn read_identity(folder: &Path) -> Result<Identity, CommandError> {
     let [ca, cert, key] = security::FILES.map(|name| folder.join(name));
     if folder.is_file() {
         let names = security::FILES.join(", ");
         return Err(wrong(folder, format!("it is a file; --tls takes a folder with {names}")));
     }
-    let read = |path: &Path, what: &str| -> Result<Vec<u8>, Trouble> {
-        let known = std::fs::metadata(path).map_err(|error| Trouble::file(path, error))?;
+    let read = |path: &Path, what: &str| -> Result<Vec<u8>, CommandError> {
+        let known = std::fs::metadata(path).map_err(|error| CommandError::file(path, error))?;
         if known.is_dir() {
             return Err(wrong(path, format!("it is a folder, not a file with {what}")));
         }
         if !known.is_file() {
             return Err(wrong(path, format!("it is no file with {what}")));
         }
-        let bytes = std::fs::read(path).map_err(|error| Trouble::file(path, error))?;
+        let bytes = std::fs::read(path).map_err(|error| CommandError::file(path, error))?;
         match bytes.is_empty() {
             true => Err(wrong(path, format!("it is empty; there must be {what} in PEM in it"))),
             false => Ok(bytes),
@@ -125,7 +125,7 @@ fn read_identity(folder: &Path) -> Result<Identity, Trouble> {
 }
 
 /// Whether the key is that of the certificate.
-fn fits(folder: &Path, (chain, secret): Identity) -> Result<(), Trouble> {
+fn fits(folder: &Path, (chain, secret): Identity) -> Result<(), CommandError> {
     let [_, cert, key] = security::FILES;
     let provider = rustls::crypto::ring::default_provider();
     let fits = rustls::sign::CertifiedKey::from_der(chain, secret, &provider);
@@ -141,17 +141,19 @@ pub(crate) fn link(
     endpoint: &str,
     named: Option<&str>,
     other: &str,
-) -> Result<Link, Trouble> {
+) -> Result<LinkConfig, CommandError> {
     let certificate = match (folder, endpoint.starts_with("tls/")) {
         (None, false) => None,
-        (None, true) => return Err(Trouble::new(Exit::Usage, "a tls/ endpoint needs --tls DIR")),
+        (None, true) => {
+            return Err(CommandError::new(Exit::Usage, "a tls/ endpoint needs --tls DIR"));
+        }
         (Some(_), false) => {
             let typed = |arg: OsString| arg.to_string_lossy().starts_with("--tls");
             let text = match std::env::args_os().any(typed) {
                 true => "--tls needs an endpoint tls/HOST:PORT".to_owned(),
                 false => format!("CULLET_TLS is set, and {endpoint} is no endpoint tls/HOST:PORT"),
             };
-            return Err(Trouble::new(Exit::Usage, text));
+            return Err(CommandError::new(Exit::Usage, text));
         }
         (Some(folder), true) => {
             let identity = read_identity(folder)?;
@@ -163,16 +165,21 @@ pub(crate) fn link(
     let shown = certificate.as_ref().map(|certificate| certificate.name.as_str());
     let name = named.or(shown).unwrap_or(other).to_owned();
     let rules = folder.map(security::identity).unwrap_or_default();
-    Ok(Link { rules, name, certificate, folder: folder.map(Path::to_owned).unwrap_or_default() })
+    Ok(LinkConfig {
+        rules,
+        name,
+        certificate,
+        folder: folder.map(Path::to_owned).unwrap_or_default(),
+    })
 }
 
-impl Link {
+impl LinkConfig {
     pub(crate) fn is_tls(&self) -> bool {
         self.certificate.is_some()
     }
 
     /// Why there is no link or no answer, as far as it can be told.
-    pub(crate) fn trouble(&self, error: &LinkError, endpoint: &str) -> Trouble {
+    pub(crate) fn trouble(&self, error: &LinkError, endpoint: &str) -> CommandError {
         let why = match (error, &self.certificate) {
             (LinkError::Connect { .. }, Some(_)) => self.refusal(endpoint),
             (LinkError::Silent { .. }, Some(certificate)) => Some(format!(
@@ -184,7 +191,7 @@ impl Link {
         };
         let exit = crate::exit::refused(error);
         why.map_or(exit, |why| {
-            Trouble::new(Exit::Unreachable, format!("{error}: {why}")).at(endpoint)
+            CommandError::new(Exit::Unreachable, format!("{error}: {why}")).at(endpoint)
         })
     }
 

@@ -3,12 +3,12 @@
 use crate::args;
 use crate::client::{NAME, ask, connect, print_json};
 use crate::doctor;
-use crate::exit::{Exit, Trouble, print};
+use crate::exit::{CommandError, Exit, print};
 use crate::shown::{cell, shown};
 use cullet_proto::keys::UserVerb;
 use cullet_proto::service::{Drain, Drained, Nothing, Workers};
 
-pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
+pub(crate) fn workers(args: &args::Ps) -> Result<Exit, CommandError> {
     let said: Workers = ask(&connect(&args.place)?, UserVerb::Workers, &Nothing {})?;
     if args.place.who.json {
         print_json(&said)?;
@@ -44,7 +44,7 @@ pub(crate) fn workers(args: &args::Ps) -> Result<Exit, Trouble> {
     Ok(Exit::Done)
 }
 
-pub(crate) fn drain(args: &args::Drain) -> Result<Exit, Trouble> {
+pub(crate) fn drain(args: &args::DrainArgs) -> Result<Exit, CommandError> {
     let question = Drain { worker: args.worker.clone() };
     let said: Drained = ask(&connect(&args.place)?, UserVerb::Drain, &question)?;
     let (name, lives) = (shown(&args.worker), said.sessions.join(", "));

@@ -3,7 +3,7 @@
 //! Only the words of JSON schema that our own types produce are understood.
 
 use super::error::{SceneError, suggest};
-use super::tree::{Entry, Node, Path, Value, join, show};
+use super::tree::{Node, Path, TableEntry, Value, join, show};
 use super::unit::{self, Dimension};
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ pub struct Findings {
 /// Checks `node` against `schema` and turns text with units into SI numbers in place.
 #[must_use]
 pub fn check(schema: &Json, node: &mut Node) -> Findings {
-    let mut checker = Checker { root: schema, found: Findings::default() };
+    let mut checker = SchemaChecker { root: schema, found: Findings::default() };
     checker.node(schema, node, &Path::new());
     checker.found
 }
@@ -42,12 +42,13 @@ pub fn resolve<'a>(root: &'a Json, schema: &'a Json) -> &'a Json {
     }
 }
 
-struct Checker<'a> {
+/// Checks a document against its schema and collects the errors.
+struct SchemaChecker<'a> {
     root: &'a Json,
     found: Findings,
 }
 
-impl Checker<'_> {
+impl SchemaChecker<'_> {
     fn wrong(&mut self, node: &Node, path: &Path, message: String) {
         self.found.errors.push(SceneError::at(&node.origin, show(path), message));
         self.found.bad.push(path.clone());
@@ -122,7 +123,7 @@ impl Checker<'_> {
         }
     }
 
-    fn unknown_key(&mut self, key: &str, entry: &Entry, names: &[&str], path: &Path) {
+    fn unknown_key(&mut self, key: &str, entry: &TableEntry, names: &[&str], path: &Path) {
         let error = SceneError::at(&entry.key, show(path), format!("unknown key `{key}`"));
         self.found.errors.push(error.help(suggest(key, names)));
         self.found.bad.push(path.clone());
@@ -148,7 +149,7 @@ impl Checker<'_> {
         }
     }
 
-    /// A choice of words, or of tables told apart by their `kind`.
+    /// A choice of words, or of tables distinguished by their `kind`.
     fn one_of(&mut self, choices: &[Json], node: &mut Node, path: &Path) {
         let kind_of =
             |choice: &Json| choice["properties"]["kind"]["const"].as_str().map(str::to_owned);

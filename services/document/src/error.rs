@@ -1,6 +1,6 @@
 //! Errors of a scene: all of them at once, each with its place, its value and its bound.
 
-use super::origin::Origin;
+use super::origin::SourceSpan;
 use std::fmt;
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ const MAX_LINE: usize = 160;
 
 /// A place in a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct SourcePlace {
     /// The file, or the `--set` argument.
     pub file: String,
     /// Line, from 1.
@@ -28,8 +28,8 @@ pub struct Place {
     pub text: String,
 }
 
-impl Place {
-    fn of(origin: &Origin) -> Self {
+impl SourcePlace {
+    fn of(origin: &SourceSpan) -> Self {
         let content = &origin.text.content;
         let start = floor_boundary(content, origin.range.start);
         let end = floor_boundary(content, origin.range.end).max(start);
@@ -59,7 +59,7 @@ fn floor_boundary(text: &str, index: usize) -> usize {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneError {
     /// Where, if it has a place in a text.
-    pub place: Option<Place>,
+    pub place: Option<SourcePlace>,
     /// Path of the value, as `--set` takes it; may be empty.
     pub path: String,
     /// What is wrong: the value and the bound.
@@ -73,9 +73,9 @@ pub struct SceneError {
 impl SceneError {
     /// An error at a place.
     #[must_use]
-    pub fn at(origin: &Origin, path: impl Into<String>, message: impl Into<String>) -> Self {
+    pub fn at(origin: &SourceSpan, path: impl Into<String>, message: impl Into<String>) -> Self {
         Self {
-            place: Some(Place::of(origin)),
+            place: Some(SourcePlace::of(origin)),
             path: path.into(),
             message: message.into(),
             help: None,

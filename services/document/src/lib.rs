@@ -18,6 +18,6 @@ pub mod sheet;
 pub mod tree;
 pub mod unit;
 
-pub use error::{Place, SceneError, SceneErrors};
+pub use error::{SceneError, SceneErrors, SourcePlace};
 pub use files::{Bundle, FileError, SceneFile};
 pub use schema::printed;

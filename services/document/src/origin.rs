@@ -14,9 +14,9 @@ pub struct Text {
     pub content: String,
 }
 
-/// Where something was written.
+/// A range of bytes in a source text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Origin {
+pub struct SourceSpan {
     /// Which text.
     pub text: Arc<Text>,
     /// Byte range in it.

@@ -2,8 +2,8 @@
 
 use super::error::{SceneError, suggest};
 use super::files::GIVEN_BASE;
-use super::tree::{self, Entry, Node, Value};
-use crate::origin::{Origin, Text};
+use super::tree::{self, Node, TableEntry, Value};
+use crate::origin::{SourceSpan, Text};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -26,14 +26,15 @@ const RIVALS: [(&str, &[&str]); 8] = [
 /// Most steps of a path: deeper than any scene value.
 const MAX_STEPS: usize = 16;
 
-struct Part {
+/// A part of an override's path.
+struct PathPart {
     name: String,
     range: Range<usize>,
 }
 
 /// What the format of a document says that overrides must know.
 #[derive(Clone, Copy, Debug)]
-pub struct Known<'a> {
+pub struct OverrideRules<'a> {
     /// The keys of its top level.
     pub sections: &'a [&'a str],
     /// Whether a material of that name exists without being written.
@@ -42,20 +43,24 @@ pub struct Known<'a> {
 
 /// Puts each `path=value` into the tree, in order; what cannot be put is an error, the rest is
 /// done.
-pub fn apply_overrides(root: &mut Node, known: Known<'_>, arguments: &[String]) -> Vec<SceneError> {
+pub fn apply_overrides(
+    root: &mut Node,
+    known: OverrideRules<'_>,
+    arguments: &[String],
+) -> Vec<SceneError> {
     arguments
         .iter()
         .filter_map(|argument| apply(root, known, argument).err().map(|error| *error))
         .collect()
 }
 
-fn apply(root: &mut Node, known: Known<'_>, argument: &str) -> Result<(), Box<SceneError>> {
+fn apply(root: &mut Node, known: OverrideRules<'_>, argument: &str) -> Result<(), Box<SceneError>> {
     let text = Arc::new(Text {
         label: "--set".to_owned(),
         base: GIVEN_BASE.to_owned(),
         content: argument.to_owned(),
     });
-    let whole = Origin { text: Arc::clone(&text), range: 0..argument.len() };
+    let whole = SourceSpan { text: Arc::clone(&text), range: 0..argument.len() };
     let Some(equals) = find_equals(argument) else {
         return Err(SceneError::at(&whole, "", "an override is written path=value").into());
     };
@@ -64,7 +69,7 @@ fn apply(root: &mut Node, known: Known<'_>, argument: &str) -> Result<(), Box<Sc
     let value = parse_value(&text, equals + 1);
     let first = &parts[0];
     if !known.sections.contains(&first.name.as_str()) {
-        let origin = Origin { text: Arc::clone(&text), range: first.range.clone() };
+        let origin = SourceSpan { text: Arc::clone(&text), range: first.range.clone() };
         let error = SceneError::at(&origin, "", format!("there is no `{}`", first.name));
         return Err(Box::new(error.help(suggest(&first.name, known.sections))));
     }
@@ -100,14 +105,14 @@ fn find_equals(argument: &str) -> Option<usize> {
 }
 
 /// Splits `body."my name".velocity[0]` into its names.
-fn split(path: &str) -> Result<Vec<Part>, String> {
+fn split(path: &str) -> Result<Vec<PathPart>, String> {
     let mut parts = Vec::new();
     let mut name = String::new();
     let (mut start, mut quoted) = (0, false);
     let mut flush = |name: &mut String, range: Range<usize>| {
         let name = std::mem::take(name).trim().to_owned();
         if !name.is_empty() {
-            parts.push(Part { name, range });
+            parts.push(PathPart { name, range });
         }
     };
     for (at, c) in path.char_indices() {
@@ -131,7 +136,7 @@ fn split(path: &str) -> Result<Vec<Part>, String> {
 fn parse_value(text: &Arc<Text>, from: usize) -> Node {
     let written = text.content[from..].trim();
     let start = from + (text.content[from..].len() - text.content[from..].trim_start().len());
-    let origin = Origin { text: Arc::clone(text), range: start..start + written.len() };
+    let origin = SourceSpan { text: Arc::clone(text), range: start..start + written.len() };
     let padded = format!("v={}{written}", " ".repeat(start.saturating_sub(2)));
     let shadow =
         Arc::new(Text { label: text.label.clone(), base: text.base.clone(), content: padded });
@@ -145,7 +150,8 @@ fn parse_value(text: &Arc<Text>, from: usize) -> Node {
 
 /// The same node, said to stand in `text`.
 fn relocate(node: &Node, text: &Arc<Text>) -> Node {
-    let place = |origin: &Origin| Origin { text: Arc::clone(text), range: origin.range.clone() };
+    let place =
+        |origin: &SourceSpan| SourceSpan { text: Arc::clone(text), range: origin.range.clone() };
     let value = match &node.value {
         Value::Array(items) => {
             Value::Array(items.iter().map(|item| relocate(item, text)).collect())
@@ -155,7 +161,7 @@ fn relocate(node: &Node, text: &Arc<Text>) -> Node {
                 .iter()
                 .map(|(key, entry)| {
                     let node = relocate(&entry.node, text);
-                    (key.clone(), Entry { key: place(&entry.key), node })
+                    (key.clone(), TableEntry { key: place(&entry.key), node })
                 })
                 .collect(),
         ),
@@ -168,11 +174,11 @@ fn relocate(node: &Node, text: &Arc<Text>) -> Node {
 fn find_named<'a>(
     root: &'a mut Node,
     text: &Arc<Text>,
-    parts: &[Part],
+    parts: &[PathPart],
     is_preset: fn(&str) -> bool,
 ) -> Result<&'a mut Node, Box<SceneError>> {
     let list = &parts[0].name;
-    let origin = |part: &Part| Origin { text: Arc::clone(text), range: part.range.clone() };
+    let origin = |part: &PathPart| SourceSpan { text: Arc::clone(text), range: part.range.clone() };
     let Some(wanted) = parts.get(1) else {
         let message = format!("`{list}` is a list: name one of its items, as in {list}.NAME.KEY=…");
         return Err(SceneError::at(&origin(&parts[0]), "", message).into());
@@ -206,19 +212,19 @@ fn find_named<'a>(
 }
 
 /// Adds `[[material]]` with the name and the values of a preset; returns its index.
-fn append_preset(root: &mut Node, text: &Arc<Text>, wanted: &Part) -> usize {
-    let origin = Origin { text: Arc::clone(text), range: wanted.range.clone() };
-    let word = |word: &str| Entry {
+fn append_preset(root: &mut Node, text: &Arc<Text>, wanted: &PathPart) -> usize {
+    let origin = SourceSpan { text: Arc::clone(text), range: wanted.range.clone() };
+    let word = |word: &str| TableEntry {
         key: origin.clone(),
         node: Node { origin: origin.clone(), value: Value::String(word.to_owned()) },
     };
-    let item: BTreeMap<String, Entry> =
+    let item: BTreeMap<String, TableEntry> =
         [("name".to_owned(), word(&wanted.name)), ("preset".to_owned(), word(&wanted.name))].into();
     let item = Node { origin: origin.clone(), value: Value::Table(item) };
     let Value::Table(table) = &mut root.value else {
         return 0;
     };
-    let entry = table.entry("material".to_owned()).or_insert_with(|| Entry {
+    let entry = table.entry("material".to_owned()).or_insert_with(|| TableEntry {
         key: origin.clone(),
         node: Node { origin, value: Value::Array(Vec::new()) },
     });
@@ -235,14 +241,14 @@ fn append_preset(root: &mut Node, text: &Arc<Text>, wanted: &Part) -> usize {
 fn put(
     node: &mut Node,
     text: &Arc<Text>,
-    parts: &[Part],
+    parts: &[PathPart],
     value: Node,
 ) -> Result<(), Box<SceneError>> {
     let Some((part, rest)) = parts.split_first() else {
         *node = value;
         return Ok(());
     };
-    let origin = Origin { text: Arc::clone(text), range: part.range.clone() };
+    let origin = SourceSpan { text: Arc::clone(text), range: part.range.clone() };
     match &mut node.value {
         Value::Table(table) => {
             for (key, rivals) in RIVALS {
@@ -253,7 +259,7 @@ fn put(
             let empty = Node { origin: origin.clone(), value: Value::Table(BTreeMap::new()) };
             let entry = table
                 .entry(part.name.clone())
-                .or_insert_with(|| Entry { key: origin.clone(), node: empty });
+                .or_insert_with(|| TableEntry { key: origin.clone(), node: empty });
             entry.key = origin;
             put(&mut entry.node, text, rest, value)
         }

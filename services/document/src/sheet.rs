@@ -1,4 +1,4 @@
-//! Any other file that is written like a scene: held against the schema of its type, with all
+//! Any other file that is written like a scene: checked against the schema of its type, with all
 //! errors at once.
 
 use super::error::{SceneError, SceneErrors};

@@ -1,7 +1,7 @@
 //! A scene document as a tree in which every key and value knows where it was written.
 
 use super::error::SceneError;
-use super::origin::{Origin, Text};
+use super::origin::{SourceSpan, Text};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,9 +11,9 @@ const MAX_SYNTAX_ERRORS: usize = 20;
 
 /// A table entry.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
+pub struct TableEntry {
     /// Where the key stands.
-    pub key: Origin,
+    pub key: SourceSpan,
     /// What it holds.
     pub node: Node,
 }
@@ -22,7 +22,7 @@ pub struct Entry {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
     /// Where the value comes from.
-    pub origin: Origin,
+    pub origin: SourceSpan,
     /// The value itself.
     pub value: Value,
 }
@@ -52,7 +52,7 @@ pub enum Value {
     /// A list.
     Array(Vec<Node>),
     /// Keys and values, sorted by key.
-    Table(BTreeMap<String, Entry>),
+    Table(BTreeMap<String, TableEntry>),
 }
 
 impl Value {
@@ -124,13 +124,13 @@ impl Node {
     /// An empty table that stands nowhere in particular in `text`.
     #[must_use]
     pub fn empty_table(text: &Arc<Text>) -> Self {
-        let origin = Origin { text: Arc::clone(text), range: 0..0 };
+        let origin = SourceSpan { text: Arc::clone(text), range: 0..0 };
         Self { origin, value: Value::Table(BTreeMap::new()) }
     }
 
     /// The entries, where this is a table.
     #[must_use]
-    pub fn table(&self) -> Option<&BTreeMap<String, Entry>> {
+    pub fn table(&self) -> Option<&BTreeMap<String, TableEntry>> {
         match &self.value {
             Value::Table(table) => Some(table),
             _ => None,
@@ -179,7 +179,7 @@ impl Node {
 
     /// The place of the deepest step of `path` that exists.
     #[must_use]
-    pub fn nearest(&self, path: &[Step]) -> &Origin {
+    pub fn nearest(&self, path: &[Step]) -> &SourceSpan {
         let mut node = self;
         for step in path {
             let next = match step {
@@ -265,7 +265,7 @@ pub fn parse(text: &Arc<Text>) -> (Node, Vec<SceneError>) {
     let mut errors = Vec::new();
     for fault in faults.into_iter().take(MAX_SYNTAX_ERRORS) {
         let range = fault.span().unwrap_or(0..0);
-        let origin = Origin { text: Arc::clone(text), range };
+        let origin = SourceSpan { text: Arc::clone(text), range };
         errors.push(SceneError::at(&origin, "", fault.message().trim().to_owned()));
     }
     let span = table.span();
@@ -281,11 +281,11 @@ fn convert_table(
 ) -> Node {
     let mut entries = BTreeMap::new();
     for (key, value) in table {
-        let key_origin = Origin { text: Arc::clone(text), range: key.span() };
+        let key_origin = SourceSpan { text: Arc::clone(text), range: key.span() };
         let node = convert(text, value, errors);
-        entries.insert(key.into_inner().into_owned(), Entry { key: key_origin, node });
+        entries.insert(key.into_inner().into_owned(), TableEntry { key: key_origin, node });
     }
-    Node { origin: Origin { text: Arc::clone(text), range }, value: Value::Table(entries) }
+    Node { origin: SourceSpan { text: Arc::clone(text), range }, value: Value::Table(entries) }
 }
 
 fn convert(
@@ -295,7 +295,7 @@ fn convert(
 ) -> Node {
     use toml::de::DeValue;
     let range = value.span();
-    let origin = Origin { text: Arc::clone(text), range: range.clone() };
+    let origin = SourceSpan { text: Arc::clone(text), range: range.clone() };
     let value = match value.into_inner() {
         DeValue::String(string) => Value::String(string.into_owned()),
         DeValue::Boolean(flag) => Value::Boolean(flag),

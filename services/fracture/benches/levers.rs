@@ -12,7 +12,7 @@ use cullet_fracture::mpm::kernel::SimdLevel;
 use cullet_fracture::mpm::stencil::vector;
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
-    BrittleProblem, Fracture, Impact, Material, Precision, Progress, Settings, Solver,
+    BrittleProblem, Fragmentation, Impact, Material, PointPrecision, Progress, Settings, Solver,
     StrengthField,
 };
 use std::sync::Arc;
@@ -89,14 +89,14 @@ fn problem(mesh: cullet_geometry::TriMesh, material: Material, impact: Impact) -
         impacts: vec![impact],
         supports: Vec::new(),
         spin: Vec3::zeros(),
-        settings: Settings { precision: Precision::Double, ..Settings::default() },
+        settings: Settings { precision: PointPrecision::Double, ..Settings::default() },
         seed: 0,
     }
 }
 
 /// What came of a solve.
 struct Outcome {
-    fracture: Fracture,
+    fracture: Fragmentation,
     /// Seconds of the processor until the nodes stood still, and with the cut.
     solve: f64,
     whole: f64,
@@ -156,7 +156,7 @@ fn solve(problem: &BrittleProblem, pace: TerminationCriteria) -> Outcome {
 }
 
 /// Fragments' shares of the body's volume, by size, with their cumulated sums.
-fn sizes(fracture: &Fracture) -> Vec<(f64, f64)> {
+fn sizes(fracture: &Fragmentation) -> Vec<(f64, f64)> {
     let volumes = fracture.fragments.iter().map(|f| f.solid.mesh.signed_volume());
     let mut volumes: Vec<f64> = volumes.chain(fracture.debris.iter().map(|g| g.volume)).collect();
     volumes.sort_by(f64::total_cmp);
@@ -170,7 +170,7 @@ fn sizes(fracture: &Fracture) -> Vec<(f64, f64)> {
 }
 
 /// Area between two shares of mass below a size \[powers of two\].
-fn far(a: &Fracture, b: &Fracture) -> f64 {
+fn far(a: &Fragmentation, b: &Fragmentation) -> f64 {
     let (a, b) = (sizes(a), sizes(b));
     let mut places: Vec<f64> = a.iter().chain(&b).map(|size| size.0).collect();
     places.sort_by(f64::total_cmp);
@@ -188,7 +188,7 @@ fn levers() -> Vec<Lever> {
     let usual = TerminationCriteria::default();
     let none = |_: &mut BrittleProblem| ();
     vec![
-        ("f32", usual, |problem| problem.settings.precision = Precision::Single),
+        ("f32", usual, |problem| problem.settings.precision = PointPrecision::Single),
         ("no stop", TerminationCriteria { quiet: f64::INFINITY, ..usual }, none),
         ("quiet 1.5", TerminationCriteria { quiet: 1.5, ..usual }, none),
         ("push 1.5", TerminationCriteria { push: 1.5, ..usual }, none),

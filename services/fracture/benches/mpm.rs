@@ -9,7 +9,7 @@ use cullet_fracture::mpm::Domain;
 use cullet_fracture::mpm::kernel::SimdLevel;
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, math::unit};
-use cullet_model::{Material, Precision};
+use cullet_model::{Material, PointPrecision};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use std::fmt;
@@ -35,7 +35,7 @@ enum State {
 struct Case {
     count: usize,
     state: State,
-    precision: Precision,
+    precision: PointPrecision,
     path: usize,
     threads: usize,
 }
@@ -52,7 +52,7 @@ fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for count in COUNTS {
         for state in [State::Intact, State::Cracked] {
-            for precision in [Precision::Single, Precision::Double] {
+            for precision in [PointPrecision::Single, PointPrecision::Double] {
                 for threads in [1, 2] {
                     cases.push(Case { count, state, precision, path: 0, threads });
                 }
@@ -60,11 +60,11 @@ fn cases() -> Vec<Case> {
         }
     }
     let base = cases[8];
-    for precision in [Precision::Single, Precision::Double] {
+    for precision in [PointPrecision::Single, PointPrecision::Double] {
         cases.push(Case { state: State::Breaking, precision, ..base });
     }
     for path in 1..SimdLevel::all().len() {
-        for precision in [Precision::Single, Precision::Double] {
+        for precision in [PointPrecision::Single, PointPrecision::Double] {
             cases.push(Case { path, precision, ..base });
         }
     }

@@ -7,12 +7,12 @@ mod schedule;
 mod tests;
 mod warnings;
 
-use crate::damage::{Softening, WeakPlane};
+use crate::damage::{BodyWeakPlane, Softening};
 use crate::mpm::diagnostics::{CHECK_PERIOD, Diagnostics, Given};
 use crate::mpm::domain::stable_step;
 use crate::mpm::elastic_support::ElasticSupport;
 use crate::mpm::kernel::SimdLevel;
-use crate::mpm::load::Load;
+use crate::mpm::load::ImpactLoad;
 use crate::mpm::load_patch::LEAST_RADIUS;
 use crate::mpm::preconditions::{
     check_contacts, check_hairline, check_impacts, check_material, check_spin, check_supports,
@@ -27,8 +27,8 @@ use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 use cullet_model::brittle::POINTS_PER_CELL;
 use cullet_model::{
-    BrittleProblem, Cost, Failure, Fracture, Fragment, Grain, Impact, Precision, Problem, Progress,
-    Refusal, Solver, Strength,
+    BrittleProblem, Cost, Failure, Fragment, Fragmentation, Grain, Impact, PointPrecision, Problem,
+    Progress, Refusal, Solver, Strength,
 };
 pub use schedule::TerminationCriteria;
 use schedule::{CrackActivity, Schedule};
@@ -57,7 +57,7 @@ const SLICE: u64 = 200_000;
 pub struct Brittle {
     problem: BrittleProblem,
     domain: Domain,
-    loads: Vec<Load>,
+    loads: Vec<ImpactLoad>,
     supports: Vec<ElasticSupport>,
     /// Whether cracks may start at each contact.
     torn: Vec<bool>,
@@ -91,7 +91,7 @@ struct SolveRecord {
 
 impl Solver for Brittle {
     const NAME: &'static str = "brittle";
-    const PRECISIONS: &'static [Precision] = &[Precision::Single, Precision::Double];
+    const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Single, PointPrecision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
         estimate_cost(&BrittleProblem::of(problem.clone(), Self::NAME)?)
@@ -191,14 +191,14 @@ impl Brittle {
         }
         let mut softening = Softening::on_grid(material, spacing.max());
         softening.weak_plane =
-            strength.weak_plane.map(|w| WeakPlane { normal: w.normal.into(), ratio: w.ratio });
+            strength.weak_plane.map(|w| BodyWeakPlane { normal: w.normal.into(), ratio: w.ratio });
         let mut domain = Domain::new(particles, material, softening, spacing);
         domain.select(problem.settings.precision, simd_level);
         domain.step = time_step(&problem, &spacing);
         domain.check_cracks_every(problem.settings.tolerance().refresh());
         let schedule = Schedule::new(&problem, &criteria);
         domain.time = -schedule.spin_up;
-        let loads: Vec<Load> = problem
+        let loads: Vec<ImpactLoad> = problem
             .impacts
             .iter()
             .map(|impact| load(impact, &problem, &domain, &schedule))
@@ -236,7 +236,7 @@ impl Brittle {
             return None;
         }
         let mut problem = self.problem.clone();
-        problem.settings.precision = Precision::Double;
+        problem.settings.precision = PointPrecision::Double;
         let mut fresh = Self::with(problem, self.setup.criteria, self.setup.simd_level).ok()?;
         fresh.setup.halvings = self.setup.halvings + 1;
         fresh.domain.step /= f64::from(1_u32 << fresh.setup.halvings);
@@ -244,7 +244,7 @@ impl Brittle {
         if steps > f64::from(self.problem.settings.max_steps) {
             return None;
         }
-        let single = self.problem.settings.precision == Precision::Single;
+        let single = self.problem.settings.precision == PointPrecision::Single;
         let wider = if single { ", in f64" } else { "" };
         let step = fresh.domain.step;
         let warning = format!("{failure}: solved again with steps of {step:.3e} s{wider} (F76)");
@@ -311,7 +311,7 @@ impl Brittle {
     }
 
     fn check(&mut self) -> Result<(), Failure> {
-        let lost: f64 = self.loads.iter().map(Load::lost).sum();
+        let lost: f64 = self.loads.iter().map(ImpactLoad::lost).sum();
         let spun = self.domain.spin.map_or(0.0, |spin| spin.work(&self.domain.grid));
         let loads = self.loads.iter().map(|load| load.direction * load.delivered);
         let supports = self.supports.iter().map(|one| one.normal * one.delivered);
@@ -342,7 +342,7 @@ impl Brittle {
         end || small
     }
 
-    fn finish(&mut self) -> Result<Fracture, Failure> {
+    fn finish(&mut self) -> Result<Fragmentation, Failure> {
         self.check()?;
         let (positions, damage, damage_time, normals) = self.field();
         let pieces = self.domain.pieces();
@@ -406,7 +406,7 @@ impl Brittle {
         let reactions = self.supports.iter().map(|one| one.delivered).collect();
         // Debris is the last of them.
         sampled.truncate(fragments.len());
-        Ok(Fracture { fragments, sampled, debris, reactions, report })
+        Ok(Fragmentation { fragments, sampled, debris, reactions, report })
     }
 
     fn cut_settings(&self) -> CutSettings {
@@ -431,7 +431,7 @@ impl Brittle {
             .flat_map(|(i, f)| {
                 let (mesh, motes) = (&f.solid.mesh, motes.around(&f.solid.mesh));
                 let (velocity, spin) = (f.velocity, f.spin);
-                let part = debris::Part { mesh, velocity, spin, motes: &motes };
+                let part = debris::CrumblingPart { mesh, velocity, spin, motes: &motes };
                 debris::grains(&part, self.grain(), self.problem.seed.wrapping_add(i as u64)).grains
             })
             .collect()
@@ -485,8 +485,13 @@ fn time_step(problem: &BrittleProblem, spacing: &Vec3) -> f64 {
 
 /// The push of an impact: where the schedule shortens it, it has the same peak force and delivers
 /// less; the striker keeps the rest.
-fn load(impact: &Impact, problem: &BrittleProblem, domain: &Domain, schedule: &Schedule) -> Load {
+fn load(
+    impact: &Impact,
+    problem: &BrittleProblem,
+    domain: &Domain,
+    schedule: &Schedule,
+) -> ImpactLoad {
     let duration = hertz_contact::duration(impact).min(schedule.push);
     let mobility = motion::mobility(problem, &impact.point, &impact.normal);
-    Load::new(impact, domain, duration, mobility)
+    ImpactLoad::new(impact, domain, duration, mobility)
 }

@@ -9,7 +9,7 @@
 //! than G_f/l (as far as it can without snapping back). Weakening the pulled part of the
 //! undamaged stress, as is often done, has no potential where Poisson's ratio couples directions.
 
-use crate::mpm::elastic::Elastic;
+use crate::mpm::elastic::LameParameters;
 use crate::mpm::symmetric::{Sym3, below, eigen};
 use cullet_model::Material;
 
@@ -53,14 +53,14 @@ pub struct Softening {
     /// Stress at which cracks grow over σ_f \[1\]; below 1 the body is toughness-controlled (F01).
     pub strength_ratio: f64,
     /// Planes across which the material is weaker, if there are any.
-    pub weak_plane: Option<WeakPlane>,
+    pub weak_plane: Option<BodyWeakPlane>,
     young: f64,
-    elastic: Elastic,
+    elastic: LameParameters,
 }
 
 /// Planes across which a material breaks sooner: cleavage, bedding, grain.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WeakPlane {
+pub struct BodyWeakPlane {
     /// Unit normal in the frame before the hit.
     pub normal: [f64; 3],
     /// Strength across them over the strength in any other direction, in (0, 1].
@@ -80,9 +80,9 @@ pub struct Response {
     pub normal: [f64; 3],
 }
 
-/// State of a point before the law is asked.
+/// State of a point before the damage law is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
+pub struct DamageState {
     /// Damage so far \[1\].
     pub damage: f64,
     /// Local strength over the law's strength \[1\].
@@ -116,7 +116,7 @@ impl Softening {
             strength_ratio: strength / material.failure_stress,
             weak_plane: None,
             young: material.young,
-            elastic: Elastic::new(material),
+            elastic: LameParameters::new(material),
         }
     }
 
@@ -140,7 +140,7 @@ impl Softening {
         share / (1.0 - share)
     }
 
-    /// Share of a pull in [`Elastic::pulls`] that damage takes: c/(1 + ν(1 − c)) \[1\].
+    /// Share of a pull in [`LameParameters::pulls`] that damage takes: c/(1 + ν(1 − c)) \[1\].
     #[must_use]
     pub fn taken(&self, damage: f64) -> f64 {
         damage / (1.0 + self.elastic.poisson() * (1.0 - damage))
@@ -176,7 +176,7 @@ impl Softening {
     /// Damages and weakens a point of Green's strain `strain` \[1\].
     #[must_use]
     #[inline]
-    pub fn respond(&self, strain: &Sym3, state: State) -> Response {
+    pub fn respond(&self, strain: &Sym3, state: DamageState) -> Response {
         let (sound, _) = self.elastic.stress(strain);
         let strength = self.strength * state.strength;
         if state.damage <= 0.0 && below(&sound, strength * self.weakest()) {
@@ -189,7 +189,7 @@ impl Softening {
         &self,
         strain: &Sym3,
         sound: &Sym3,
-        state: State,
+        state: DamageState,
         strength: f64,
     ) -> Response {
         let held = Response::held(sound, state.damage);
@@ -215,7 +215,7 @@ impl Softening {
             })),
             (false, _) => before,
         };
-        // ∫ Y dc along the softening branch, on which c is told by the pull κ, is Y₁ (c₁ − c₀)
+        // ∫ Y dc along the softening branch, on which c follows from the pull κ, is Y₁ (c₁ − c₀)
         // κ₀/κ₁. What breaks at once gives back all that it holds.
         let dissipated = match (grows, state.sudden) {
             (true, true) => {
@@ -300,7 +300,7 @@ impl Cracked {
         let pulls = &self.pulls;
         let first = (0..3).fold(0, |m, k| if pulls[k] > pulls[m] { k } else { m });
         let (most, axis) = (pulls[first], self.axes[first]);
-        let Some(WeakPlane { normal: n, ratio }) = law.weak_plane else {
+        let Some(BodyWeakPlane { normal: n, ratio }) = law.weak_plane else {
             return (most, axis);
         };
         let onto = |a: &[f64; 3]| a[0] * n[0] + a[1] * n[1] + a[2] * n[2];

@@ -34,8 +34,8 @@ pub struct Particles {
     pub eroded: Vec<bool>,
 }
 
-/// Some of the points, to be changed apart from the others.
-pub(crate) struct View<'a> {
+/// Some of the points, borrowed so that they are changed apart from the others.
+pub(crate) struct ParticlesMut<'a> {
     pub(crate) kind: &'a [u8],
     pub(crate) volume: &'a [f64],
     pub(crate) reference: &'a [Vec3],
@@ -117,7 +117,7 @@ impl Particles {
     }
 
     /// Cuts the arrays at `starts` (first point of each piece, then the number of points).
-    pub(crate) fn views(&mut self, starts: &[u32]) -> Vec<View<'_>> {
+    pub(crate) fn views(&mut self, starts: &[u32]) -> Vec<ParticlesMut<'_>> {
         let mut damage = self.damage.as_mut_slice();
         let mut damage_time = self.damage_time.as_mut_slice();
         let mut onset_rate = self.onset_rate.as_mut_slice();
@@ -128,7 +128,7 @@ impl Particles {
             .map(|pair| {
                 let range = pair[0] as usize..pair[1] as usize;
                 let n = range.len();
-                View {
+                ParticlesMut {
                     damage: take(&mut damage, n),
                     damage_time: take(&mut damage_time, n),
                     onset_rate: take(&mut onset_rate, n),

@@ -7,7 +7,7 @@ use cullet_fragment::cut::{CutSettings, DamageField, by_sites, extract};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, TriMesh, Vec3, shapes};
-use cullet_model::Detail;
+use cullet_model::CrackFaceDetail;
 
 fn main() {
     divan::main();
@@ -52,8 +52,12 @@ fn extract_from_150k_particles(bencher: divan::Bencher<'_, '_>) {
         normals: None,
         pieces: None,
     };
-    let settings =
-        CutSettings { min_volume_ratio: 1e-4, max_fragments: 400, seed: 1, detail: Detail::NONE };
+    let settings = CutSettings {
+        min_volume_ratio: 1e-4,
+        max_fragments: 400,
+        seed: 1,
+        detail: CrackFaceDetail::NONE,
+    };
     bencher.bench(|| {
         let parts = extract(&plate, &field, &settings).expect("a cut").parts.len();
         assert_eq!(parts, 5);
@@ -61,7 +65,7 @@ fn extract_from_150k_particles(bencher: divan::Bencher<'_, '_>) {
 }
 
 /// A body cut by uniformly random cells.
-fn cut(bencher: divan::Bencher<'_, '_>, mesh: &str, count: usize, detail: Detail) {
+fn cut(bencher: divan::Bencher<'_, '_>, mesh: &str, count: usize, detail: CrackFaceDetail) {
     let solid = Solid::outer(load(mesh).unwrap_or_else(noisy_sphere));
     let (low, high) = solid.mesh.bounds().expect("a body");
     let inside = Inside::new(&solid.mesh);
@@ -79,18 +83,19 @@ fn cut(bencher: divan::Bencher<'_, '_>, mesh: &str, count: usize, detail: Detail
 
 #[divan::bench(sample_count = 3)]
 fn rocker_arm_into_50(bencher: divan::Bencher<'_, '_>) {
-    cut(bencher, "rocker-arm.obj", 50, Detail::NONE);
+    cut(bencher, "rocker-arm.obj", 50, CrackFaceDetail::NONE);
 }
 
 #[divan::bench(sample_count = 3)]
 fn spot_into_1000(bencher: divan::Bencher<'_, '_>) {
-    cut(bencher, "spot.obj", 1000, Detail::NONE);
+    cut(bencher, "spot.obj", 1000, CrackFaceDetail::NONE);
 }
 
 /// Faces with noise, of the body and the number of cells at which other tools were timed.
 #[divan::bench(sample_count = 3)]
 fn rocker_arm_into_27_with_noisy_faces(bencher: divan::Bencher<'_, '_>) {
-    let noise = Detail { edge: 0.5, grain: 0.15, grain_size: 2.0, ..Detail::NONE };
+    let noise =
+        CrackFaceDetail { edge: 0.5, grain: 0.15, grain_size: 2.0, ..CrackFaceDetail::NONE };
     cut(bencher, "rocker-arm.obj", 27, noise);
 }
 

@@ -38,7 +38,7 @@ impl Motes {
 
 /// A part that crumbles.
 #[derive(Clone, Copy, Debug)]
-pub struct Part<'a> {
+pub struct CrumblingPart<'a> {
     /// Its closed boundary \[m\].
     pub mesh: &'a TriMesh,
     /// Velocity of its centroid \[m/s\].
@@ -92,10 +92,10 @@ const STREAM: u64 = 0xdeb1;
 /// [`MOST`] grains cannot be so fine, they are as fine as they can be.
 ///
 /// Mass and momentum are the part's up to rounding. Angular momentum is too where the grains can
-/// carry it without more energy than the part had; what is left is told. Beside the part's motion
-/// they have no more energy than the points of the solve had beside theirs.
+/// carry it without more energy than the part had; what is left is returned. Beside the part's
+/// motion they have no more energy than the points of the solve had beside theirs.
 #[must_use]
-pub fn grains(part: &Part<'_>, median: f64, seed: u64) -> Fines {
+pub fn grains(part: &CrumblingPart<'_>, median: f64, seed: u64) -> Fines {
     let whole = part.mesh.mass_properties();
     let volumes = volumes(whole.volume, median, seed);
     let mut places = places(part.mesh, whole.centroid, volumes.len(), seed);
@@ -311,7 +311,8 @@ mod tests {
         for seed in 0..40 {
             let median = 0.001 + 0.001 * seed as f64;
             let motes = around(&mesh, seed);
-            let fines = grains(&Part { mesh: &mesh, velocity, spin, motes: &motes }, median, seed);
+            let fines =
+                grains(&CrumblingPart { mesh: &mesh, velocity, spin, motes: &motes }, median, seed);
             let grains = &fines.grains;
             let volume: f64 = grains.iter().map(|g| g.volume).sum();
             assert!((volume / whole.volume - 1.0).abs() < 1e-13);
@@ -339,7 +340,7 @@ mod tests {
     fn sizes_follow_the_power_law_and_the_median() {
         let mesh = block();
         let (velocity, spin) = (Vec3::zeros(), Vec3::zeros());
-        let rest = Part { mesh: &mesh, velocity, spin, motes: &[] };
+        let rest = CrumblingPart { mesh: &mesh, velocity, spin, motes: &[] };
         let fine = grains(&rest, 0.0095, 1).grains;
         assert!(fine.len() > 50, "{}", fine.len());
         // The slope of log rank over log size, by least squares, is −D.
@@ -373,10 +374,10 @@ mod tests {
     #[test]
     fn equal_seeds_give_equal_grains() {
         let mesh = block();
-        let part = Part { mesh: &mesh, velocity: Vec3::x(), spin: Vec3::z(), motes: &[] };
+        let part = CrumblingPart { mesh: &mesh, velocity: Vec3::x(), spin: Vec3::z(), motes: &[] };
         assert_eq!(grains(&part, 0.003, 5), grains(&part, 0.003, 5));
         assert_ne!(grains(&part, 0.003, 5), grains(&part, 0.003, 6));
-        // One grain spins about nothing: all of it is told.
+        // One grain spins about nothing: all of it is returned.
         let lost = grains(&part, 1.0, 5).lost;
         assert!((lost - mesh.mass_properties().inertia * Vec3::z()).norm() < 1e-18);
     }
@@ -386,8 +387,9 @@ mod tests {
     fn grains_spread_as_the_points_around_them_do() {
         let mesh = block();
         let (motes, velocity, spin) = (around(&mesh, 3), Vec3::x() * 5.0, Vec3::zeros());
-        let some =
-            |motes: &[Mote]| grains(&Part { mesh: &mesh, velocity, spin, motes }, 0.009, 3).grains;
+        let some = |motes: &[Mote]| {
+            grains(&CrumblingPart { mesh: &mesh, velocity, spin, motes }, 0.009, 3).grains
+        };
         let (spread, rigid) = (some(&motes), some(&[]));
         let apart = |all: &[Grain]| {
             let pairs =
@@ -412,7 +414,8 @@ mod tests {
         let back = |x: &Vec3| turn.inverse() * x;
         let mut mesh = flat;
         mesh.vertices.iter_mut().for_each(|x| *x = turn * *x);
-        let part = Part { mesh: &mesh, velocity: Vec3::x(), spin: Vec3::zeros(), motes: &[] };
+        let part =
+            CrumblingPart { mesh: &mesh, velocity: Vec3::x(), spin: Vec3::zeros(), motes: &[] };
         let all = grains(&part, 1e-4, 4).grains;
         assert_eq!(all.len(), MOST);
         let at: Vec<Vec3> = all.iter().map(|g| back(&g.position)).collect();

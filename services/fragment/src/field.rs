@@ -23,7 +23,7 @@ pub struct DamageField<'a> {
     /// Unit normal of the crack at each broken particle, zero where it is not known; without it,
     /// cracks that end inside a part are not looked for.
     pub normals: Option<&'a [Vec3]>,
-    /// The piece that each particle belongs to, and how those that were drawn were; without it,
+    /// The piece that each particle belongs to, and how those that were sampled were; without it,
     /// pieces are what the damage leaves connected on the lattice.
     pub pieces: Option<&'a Pieces>,
 }

@@ -1,11 +1,11 @@
-//! The pieces that a solve leaves: those it found, and those drawn where it cannot tell.
+//! The pieces that a solve leaves: those it found, and those sampled where it cannot tell.
 
 use cullet_geometry::math::{scramble, unit};
 use cullet_geometry::{Mat3, Vec3};
 use cullet_model::Tolerance;
 use std::f64::consts::TAU;
 
-/// Waves that bend the borders of drawn pieces.
+/// Waves that bend the borders of sampled pieces.
 const WAVES: u64 = 8;
 /// The shortest of them and the longest \[cells\].
 const LENGTHS: [f64; 2] = [1.2, 6.0];
@@ -25,9 +25,9 @@ const STREAM: u64 = 0x0b3d;
 pub struct Pieces {
     /// The piece of each point by id; `None` where a crack ran, to be shared between its sides.
     pub of: Vec<Option<u32>>,
-    /// How many were found; drawn ones are numbered from here on.
+    /// How many were found; sampled ones are numbered from here on.
     pub found: u32,
-    /// Those that were drawn.
+    /// Those that were sampled.
     pub rubble: Rubble,
     /// Share of the body in crushed zones \[1\].
     pub crushed: f64,
@@ -36,14 +36,14 @@ pub struct Pieces {
 }
 
 impl Pieces {
-    /// The number among drawn pieces of one that was drawn.
+    /// The number among sampled pieces of one that was sampled.
     #[must_use]
     pub fn drawn(&self, piece: u32) -> Option<u32> {
         piece.checked_sub(self.found)
     }
 
-    /// Which parts of a cut were sampled: most of their points lie in drawn pieces. `part_of`: the
-    /// part of each point by id.
+    /// Which parts of a cut were sampled: most of their points lie in sampled pieces. `part_of`:
+    /// the part of each point by id.
     #[must_use]
     pub fn sampled(&self, part_of: &[u32], parts: usize) -> Vec<bool> {
         let mut votes = vec![0_i64; parts];
@@ -56,10 +56,10 @@ impl Pieces {
     }
 }
 
-/// Pieces drawn at random: cells of the power diagram of balls, some of them flattened or drawn out
-/// (Alpers et al., Generalized balanced power diagrams for 3D representations of polycrystals,
-/// 2015), with bent borders. All places are in cells: metres over the size of a cell along each
-/// axis.
+/// Pieces sampled at random: cells of the power diagram of balls, some of them flattened or
+/// stretched (Alpers et al., Generalized balanced power diagrams for 3D representations of
+/// polycrystals, 2015), with bent borders. All places are in cells: metres over the size of a cell
+/// along each axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rubble {
     /// A ball for each.
@@ -191,7 +191,7 @@ mod tests {
     use cullet_geometry::Vec3;
     use cullet_geometry::math::unit;
 
-    /// A heap of balls of all sizes in a box of 8 cells, some of them flattened or drawn out.
+    /// A heap of balls of all sizes in a box of 8 cells, some of them flattened or stretched.
     fn heap(seed: u64) -> Rubble {
         let number = |k: u64, of: u64| unit(seed, of, k);
         let place = |k| 8.0 * Vec3::new(number(k, 0), number(k, 1), number(k, 2));

@@ -35,7 +35,7 @@ pub(crate) struct Mosaic {
 }
 
 /// A facet, and whether it is seen from its second cell.
-pub(crate) type Side = (u32, bool);
+pub(crate) type FacetSide = (u32, bool);
 
 impl Mosaic {
     /// Every Voronoi cell, on the current pool; the result does not depend on its size. `times`
@@ -91,7 +91,7 @@ impl Mosaic {
     }
 
     /// The facets that bound each of the labels `0..count`.
-    pub(crate) fn sides(&self, labels: &[u32], count: usize) -> Vec<Vec<Side>> {
+    pub(crate) fn sides(&self, labels: &[u32], count: usize) -> Vec<Vec<FacetSide>> {
         let mut sides = vec![Vec::new(); count];
         for (k, facet) in self.facets.iter().enumerate() {
             let (i, j) = facet.cells;
@@ -108,7 +108,7 @@ impl Mosaic {
     }
 
     /// The closed boundary of a region, and the facet that each of its triangles belongs to.
-    pub(crate) fn region(&self, sides: &[Side]) -> (TriMesh, Vec<u32>) {
+    pub(crate) fn region(&self, sides: &[FacetSide]) -> (TriMesh, Vec<u32>) {
         let mut mesh = TriMesh::default();
         let mut names = Vec::new();
         for &(name, behind) in sides {

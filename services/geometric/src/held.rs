@@ -17,7 +17,7 @@ const TOGETHER: f64 = 0.9;
 
 /// A support and a piece that lies on it, by their places; `share`: of the stopping of that piece
 /// \[1\].
-struct Contact {
+struct SupportContact {
     support: usize,
     piece: usize,
     share: f64,
@@ -34,7 +34,7 @@ pub(super) fn stop(fragments: &mut [Fragment], supports: &[Support], density: f6
     let contacts = contacts(fragments, supports);
     let mut given = vec![0.0; supports.len()];
     for _ in 0..PASSES {
-        let speed = |contact: &Contact| {
+        let speed = |contact: &SupportContact| {
             let support = &supports[contact.support];
             let own = support.mobility * given[contact.support];
             (-fragments[contact.piece].velocity.dot(&support.normal) - own).max(0.0)
@@ -44,7 +44,7 @@ pub(super) fn stop(fragments: &mut [Fragment], supports: &[Support], density: f6
         for (contact, _) in contacts.iter().zip(&speeds).filter(|(_, speed)| **speed > 0.0) {
             carried[contact.support] += masses[contact.piece] * contact.share;
         }
-        for (Contact { support, piece, share }, speed) in contacts.iter().zip(speeds) {
+        for (SupportContact { support, piece, share }, speed) in contacts.iter().zip(speeds) {
             let Support { normal, mobility, .. } = supports[*support];
             let change = share * speed / (1.0 + mobility * carried[*support]);
             fragments[*piece].velocity += normal * change;
@@ -54,7 +54,7 @@ pub(super) fn stop(fragments: &mut [Fragment], supports: &[Support], density: f6
     given
 }
 
-fn contacts(fragments: &[Fragment], supports: &[Support]) -> Vec<Contact> {
+fn contacts(fragments: &[Fragment], supports: &[Support]) -> Vec<SupportContact> {
     let mut contacts = Vec::new();
     for (piece, fragment) in fragments.iter().enumerate() {
         let on: Vec<usize> =
@@ -63,7 +63,7 @@ fn contacts(fragments: &[Fragment], supports: &[Support]) -> Vec<Contact> {
             let normal = supports[support].normal;
             let like = |&&other: &&usize| supports[other].normal.dot(&normal) > TOGETHER;
             let share = 1.0 / on.iter().filter(like).count() as f64;
-            contacts.push(Contact { support, piece, share });
+            contacts.push(SupportContact { support, piece, share });
         }
     }
     contacts

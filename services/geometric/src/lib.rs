@@ -13,8 +13,8 @@ use cullet_fragment::motion::balance;
 use cullet_geometry::{MassProperties, Sheet, Vec3};
 use cullet_model::outcome::{DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    BrittleProblem, Cost, Failure, Fracture, Fragment, Impact, Precision, Problem, Progress,
-    Refusal, Report, Solver,
+    BrittleProblem, Cost, Failure, Fragment, Fragmentation, Impact, PointPrecision, Problem,
+    Progress, Refusal, Report, Solver,
 };
 use probes::{PROBES, Probes};
 
@@ -45,7 +45,7 @@ pub struct Geometric {
 
 impl Solver for Geometric {
     const NAME: &'static str = "geometric";
-    const PRECISIONS: &'static [Precision] = &[Precision::Single, Precision::Double];
+    const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Single, PointPrecision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
         let problem = &BrittleProblem::of(problem.clone(), Self::NAME)?;
@@ -138,8 +138,9 @@ impl Geometric {
         Cutting::begin(&self.problem.solid, sites, &labels, &times, &settings, self.attempt)
     }
 
-    fn fracture(&mut self, partition: Partition) -> Fracture {
-        let motion = Motion::new(&self.problem.impacts, &self.body, self.problem.material.density);
+    fn fracture(&mut self, partition: Partition) -> Fragmentation {
+        let motion =
+            BodyMotion::new(&self.problem.impacts, &self.body, self.problem.material.density);
         let crack_area = partition.crack_area;
         let fracture_energy = crack_area * self.problem.material.fracture_energy;
         let mut warnings = std::mem::take(&mut self.warnings);
@@ -157,9 +158,9 @@ impl Geometric {
         let mut fragments: Vec<Fragment> =
             partition.parts.into_iter().map(|part| motion.carry(part)).collect();
         let reactions = self.hold(&mut fragments);
-        // Where nothing parted there is nothing that was drawn.
+        // Where nothing parted there is nothing that was sampled.
         let sampled = vec![fragments.len() > 1; fragments.len()];
-        Fracture { fragments, sampled, reactions, report, ..Fracture::default() }
+        Fragmentation { fragments, sampled, reactions, report, ..Fragmentation::default() }
     }
 
     /// Lets the supports stop what lies on them; what the pieces have in all is then what the hits
@@ -200,13 +201,13 @@ fn delivered(impact: &Impact) -> f64 {
 }
 
 /// The rigid motion that the hits give to the whole body.
-struct Motion {
+struct BodyMotion {
     centroid: Vec3,
     velocity: Vec3,
     spin: Vec3,
 }
 
-impl Motion {
+impl BodyMotion {
     fn new(impacts: &[Impact], body: &MassProperties, density: f64) -> Self {
         let (mut push, mut turn) = (Vec3::zeros(), Vec3::zeros());
         for impact in impacts {

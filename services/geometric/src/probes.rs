@@ -69,7 +69,7 @@ impl Probes {
         Self { low, high, step, places, next }
     }
 
-    /// All probes, each moved within its own cell, drawn without replacement with a chance that
+    /// All probes, each moved within its own cell, sampled without replacement with a chance that
     /// falls with the distance r to the nearest impact as 1/(1 + r/r₀)²: the first n of them are
     /// the sites of a pattern of n cells, dense near the impact.
     pub(super) fn sites(&self, problem: &BrittleProblem) -> Vec<Vec3> {

@@ -1,8 +1,8 @@
 use super::Geometric;
 use cullet_geometry::{Solid, TriMesh, Vec3};
 use cullet_model::{
-    BrittleProblem, Fracture, Impact, Material, Progress, Refusal, Settings, Solver, StrengthField,
-    Support,
+    BrittleProblem, Fragmentation, Impact, Material, Progress, Refusal, Settings, Solver,
+    StrengthField, Support,
 };
 use std::sync::Arc;
 
@@ -54,7 +54,7 @@ fn problem(size: Vec3, energy: f64) -> BrittleProblem {
     }
 }
 
-fn solve(problem: BrittleProblem) -> Fracture {
+fn solve(problem: BrittleProblem) -> Fragmentation {
     let mut run = Geometric::begin(problem.into()).unwrap();
     for _ in 0..10_000 {
         match run.advance() {

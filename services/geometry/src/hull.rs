@@ -11,7 +11,7 @@ pub use convex::{Hull, hull_volume};
 
 use crate::math::{Mat3, Vec3};
 use crate::mesh::{Solid, bounds};
-use piece::{Piece, extremes};
+use piece::{HullPiece, extremes};
 
 /// Most parts of one body; a collision engine pays for each.
 pub const MAX_PARTS: u32 = 64;
@@ -57,7 +57,7 @@ pub fn convex_parts(solid: &Solid, settings: HullSettings) -> Vec<Vec<Vec3>> {
         let centre = hull.centroid();
         hull.vertices().iter().map(|p| centre + (1.0 - shrink) * (p - centre)).collect()
     };
-    let mut parts: Vec<Weighed> = match Piece::of(solid).and_then(weigh) {
+    let mut parts: Vec<PieceWithHull> = match HullPiece::of(solid).and_then(weigh) {
         Some(whole) => vec![whole],
         None => return vec![box_around(&solid.mesh.vertices)],
     };
@@ -68,7 +68,7 @@ pub fn convex_parts(solid: &Solid, settings: HullSettings) -> Vec<Vec<Vec3>> {
         let part = parts.swap_remove(worst);
         match divide(&part) {
             Some((a, b)) => parts.extend([a, b]),
-            None => parts.push(Weighed { divisible: false, ..part }),
+            None => parts.push(PieceWithHull { divisible: false, ..part }),
         }
     }
     let hulls = parts.iter().filter_map(|p| Hull::of(&p.corners, max_vertices));
@@ -77,8 +77,8 @@ pub fn convex_parts(solid: &Solid, settings: HullSettings) -> Vec<Vec<Vec3>> {
 }
 
 /// A piece beside its hull.
-struct Weighed {
-    piece: Piece,
+struct PieceWithHull {
+    piece: HullPiece,
     /// Of its surface, each once.
     corners: Vec<Vec3>,
     hull: Hull,
@@ -87,7 +87,7 @@ struct Weighed {
     divisible: bool,
 }
 
-impl Weighed {
+impl PieceWithHull {
     /// Radius of gyration \[m\]. Weighing hulls with it breaks the tie of cuts that empty nothing
     /// yet (a ring in two half rings, or in two flat rings) in favour of compact parts.
     fn gyration(&self) -> f64 {
@@ -106,12 +106,12 @@ impl Weighed {
     }
 }
 
-fn weigh(piece: Piece) -> Option<Weighed> {
+fn weigh(piece: HullPiece) -> Option<PieceWithHull> {
     let volume = piece.volume();
     let corners = piece.corners();
     let hull = Hull::of(&extremes(&corners), PROBE_VERTICES)?;
     let hull_volume = hull.volume();
-    (volume > 0.0 && hull_volume > 0.0).then_some(Weighed {
+    (volume > 0.0 && hull_volume > 0.0).then_some(PieceWithHull {
         piece,
         corners,
         hull,
@@ -122,23 +122,25 @@ fn weigh(piece: Piece) -> Option<Weighed> {
 }
 
 /// The divisible part with the most empty space, if any has too much.
-fn worst(parts: &[Weighed], slack: f64) -> Option<usize> {
-    let empty = |p: &Weighed| p.hull_volume - p.volume;
+fn worst(parts: &[PieceWithHull], slack: f64) -> Option<usize> {
+    let empty = |p: &PieceWithHull| p.hull_volume - p.volume;
     let candidates =
         parts.iter().enumerate().filter(|(_, p)| p.divisible && p.hull_volume > slack * p.volume);
     candidates.max_by(|(_, a), (_, b)| empty(a).total_cmp(&empty(b))).map(|(i, _)| i)
 }
 
 /// Divides a part by the plane that leaves the least hull volume in the most compact parts.
-fn divide(part: &Weighed) -> Option<(Weighed, Weighed)> {
+fn divide(part: &PieceWithHull) -> Option<(PieceWithHull, PieceWithHull)> {
     let (centroid, covariance) = part.piece.moments();
     let hollow = deepest(part);
     let axes = principal_axes(covariance);
-    let mut best: Option<(f64, Weighed, Weighed)> = None;
+    let mut best: Option<(f64, PieceWithHull, PieceWithHull)> = None;
     for (axis, through) in axes.iter().flat_map(|a| [(a, centroid), (a, hollow)]) {
         let (above, below) = part.piece.split(*axis, axis.dot(&through));
-        let halves =
-            (weigh(above).filter(Weighed::is_thick), weigh(below).filter(Weighed::is_thick));
+        let halves = (
+            weigh(above).filter(PieceWithHull::is_thick),
+            weigh(below).filter(PieceWithHull::is_thick),
+        );
         if let (Some(a), Some(b)) = halves {
             let cost = a.hull_volume * a.gyration() + b.hull_volume * b.gyration();
             if best.as_ref().is_none_or(|(least, _, _)| cost < *least) {
@@ -150,7 +152,7 @@ fn divide(part: &Weighed) -> Option<(Weighed, Weighed)> {
 }
 
 /// The surface point deepest inside the hull.
-fn deepest(part: &Weighed) -> Vec3 {
+fn deepest(part: &PieceWithHull) -> Vec3 {
     let planes = part.hull.planes();
     let mut best = (f64::NEG_INFINITY, part.hull.centroid());
     for p in &part.corners {

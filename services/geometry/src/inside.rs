@@ -14,7 +14,7 @@ const MAX_SIDE: usize = 1024;
 
 /// One triangle as the ray along +z sees it.
 #[derive(Clone, Copy, Debug)]
-struct Facet {
+struct RayTriangle {
     corners: [Vec3; 3],
     low: [f64; 2],
     high: [f64; 2],
@@ -26,7 +26,7 @@ struct Facet {
 /// a ray through an edge or corner counts once: no cracks, no epsilon.
 #[derive(Clone, Debug)]
 pub struct Inside {
-    facets: Vec<Facet>,
+    facets: Vec<RayTriangle>,
     low: Vec3,
     high: Vec3,
     side: [usize; 2],
@@ -40,8 +40,8 @@ impl Inside {
     #[must_use]
     pub fn new(mesh: &TriMesh) -> Self {
         let (low, high) = mesh.bounds().unwrap_or((Vec3::repeat(1.0), Vec3::repeat(-1.0)));
-        let facets: Vec<Facet> =
-            (0..mesh.triangles.len()).map(|t| Facet::new(mesh.corners(t))).collect();
+        let facets: Vec<RayTriangle> =
+            (0..mesh.triangles.len()).map(|t| RayTriangle::new(mesh.corners(t))).collect();
         let (side, per_metre) = layout(high - low, facets.len());
         let mut inside =
             Self { facets, low, high, side, per_metre, starts: Vec::new(), members: Vec::new() };
@@ -103,7 +103,7 @@ impl Inside {
     }
 }
 
-impl Facet {
+impl RayTriangle {
     fn new(corners: [Vec3; 3]) -> Self {
         let [a, b, c] = corners;
         let (low, high) = (a.inf(&b).inf(&c), a.sup(&b).sup(&c));

@@ -34,7 +34,7 @@ pub fn cuboid(size: Vec3, detail: Detail) -> Result<TriMesh, ShapeError> {
     let [x, y, z] = cells;
     check_count((4.0 * (x * y + y * z + z * x)) as usize)?;
     let n = cells.map(|c| c as u32);
-    let mut grid = Grid { size, n, index: BTreeMap::new(), mesh: TriMesh::default() };
+    let mut grid = BoxLattice { size, n, index: BTreeMap::new(), mesh: TriMesh::default() };
     for axis in 0..3 {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         for (i, j) in (0..n[u]).flat_map(|i| (0..n[v]).map(move |j| (i, j))) {
@@ -56,14 +56,14 @@ pub fn cuboid(size: Vec3, detail: Detail) -> Result<TriMesh, ShapeError> {
 }
 
 /// The lattice of points on the surface of a box.
-struct Grid {
+struct BoxLattice {
     size: Vec3,
     n: [u32; 3],
     index: BTreeMap<[u32; 3], u32>,
     mesh: TriMesh,
 }
 
-impl Grid {
+impl BoxLattice {
     fn vertex(&mut self, key: [u32; 3]) -> u32 {
         let (size, n, vertices) = (self.size, self.n, &mut self.mesh.vertices);
         *self.index.entry(key).or_insert_with(|| {

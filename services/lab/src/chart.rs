@@ -4,9 +4,10 @@ mod axis;
 mod canvas;
 
 use super::frontier::{
-    Chart, FINEST, Reading, Spot, TARGETS, doubt, measured, percent, short, shown, told,
+    ChartPoint, FINEST, FrontierChart, Reading, TARGETS, doubt, measured, percent, short, shown,
+    told,
 };
-use axis::Axis;
+use axis::LogAxis;
 use canvas::Canvas;
 use cullet_picture::Picture;
 use plotters::coord::Shift;
@@ -54,7 +55,7 @@ const COLOURS: [RGBColor; 12] = [
 ///
 /// # Errors
 /// What the drawing library says.
-pub fn svg(chart: &Chart, reading: &Reading, machine: &str) -> Result<String, String> {
+pub fn svg(chart: &FrontierChart, reading: &Reading, machine: &str) -> Result<String, String> {
     let mut text = String::new();
     draw(SVGBackend::with_string(&mut text, SIZE).into_drawing_area(), (chart, reading, machine))?;
     Ok(text)
@@ -64,7 +65,7 @@ pub fn svg(chart: &Chart, reading: &Reading, machine: &str) -> Result<String, St
 ///
 /// # Errors
 /// What the drawing library says.
-pub fn picture(chart: &Chart, reading: &Reading, machine: &str) -> Result<Picture, String> {
+pub fn picture(chart: &FrontierChart, reading: &Reading, machine: &str) -> Result<Picture, String> {
     let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
     let mut picture = Picture::filled(width, height, [255; 3]);
     draw(Canvas::on(&mut picture).into_drawing_area(), (chart, reading, machine))?;
@@ -73,7 +74,7 @@ pub fn picture(chart: &Chart, reading: &Reading, machine: &str) -> Result<Pictur
 
 fn draw<D: DrawingBackend>(
     area: DrawingArea<D, Shift>,
-    (chart, reading, machine): (&Chart, &Reading, &str),
+    (chart, reading, machine): (&FrontierChart, &Reading, &str),
 ) -> Result<(), String> {
     let (x, y) = axes(reading);
     let pen = Pen { area: &area, chart, reading, machine, x, y };
@@ -90,7 +91,7 @@ fn draw<D: DrawingBackend>(
 }
 
 /// Axes that all points fit on: costs, and errors from below the least that counts to above 1.
-fn axes(reading: &Reading) -> (Axis, Axis) {
+fn axes(reading: &Reading) -> (LogAxis, LogAxis) {
     let costs = reading.spots.iter().map(|spot| spot.cost);
     let errors = reading.spots.iter().filter_map(|spot| spot.error);
     let least = errors.clone().map(|e| if e.1 > 0.0 { e.1 } else { e.0 });
@@ -99,23 +100,26 @@ fn axes(reading: &Reading) -> (Axis, Axis) {
     let (cheap, dear) = costs.fold((f64::INFINITY, 0.0), |(a, b), c| (c.min(a), c.max(b)));
     let (cheap, dear) = if dear > 0.0 { (cheap, dear) } else { (0.1, 10.0) };
     let [left, top, right, bottom] = PLOT;
-    (Axis::new(cheap / 1.6, dear * 1.6, left, right), Axis::new(low / 1.6, high * 1.8, bottom, top))
+    (
+        LogAxis::new(cheap / 1.6, dear * 1.6, left, right),
+        LogAxis::new(low / 1.6, high * 1.8, bottom, top),
+    )
 }
 
 struct Pen<'a, D: DrawingBackend> {
     area: &'a DrawingArea<D, Shift>,
-    chart: &'a Chart,
+    chart: &'a FrontierChart,
     reading: &'a Reading,
     machine: &'a str,
-    x: Axis,
-    y: Axis,
+    x: LogAxis,
+    y: LogAxis,
 }
 
 /// A text: where, how high, in which colour, and how it lies about its place.
-type Place = ((i32, i32), i32, RGBColor, HPos);
+type TextPlacement = ((i32, i32), i32, RGBColor, HPos);
 
 impl<D: DrawingBackend> Pen<'_, D> {
-    fn text(&self, text: &str, (at, size, colour, side): Place) -> Result<(), String> {
+    fn text(&self, text: &str, (at, size, colour, side): TextPlacement) -> Result<(), String> {
         let style = ("sans-serif", size).into_font().color(&colour);
         let style = style.pos(Pos::new(side, VPos::Center));
         let text = Text::new(text.to_owned(), at, style);
@@ -192,7 +196,7 @@ impl<D: DrawingBackend> Pen<'_, D> {
         self.area.draw(&text).map_err(|error| error.to_string())
     }
 
-    /// Lines at the errors whose costs are told.
+    /// Lines at the errors whose costs are reported.
     fn targets(&self) -> Result<(), String> {
         let [left, _, right, _] = PLOT;
         for target in TARGETS {
@@ -205,7 +209,7 @@ impl<D: DrawingBackend> Pen<'_, D> {
         Ok(())
     }
 
-    fn place(&self, spot: &Spot) -> (i32, i32) {
+    fn place(&self, spot: &ChartPoint) -> (i32, i32) {
         let top = PLOT[1];
         (self.x.at(spot.cost), spot.error.map_or(top, |error| self.y.at(error.0)))
     }
@@ -235,7 +239,7 @@ impl<D: DrawingBackend> Pen<'_, D> {
         let colour = self.colour(curve);
         let own = || self.reading.spots.iter().enumerate().filter(|(_, s)| s.curve == curve);
         // A failed point parts the line.
-        let all: Vec<&Spot> = own().map(|(_, spot)| spot).collect();
+        let all: Vec<&ChartPoint> = own().map(|(_, spot)| spot).collect();
         for line in all.split(|spot| spot.error.is_none()).filter(|line| line.len() > 1) {
             let line: Vec<(i32, i32)> = line.iter().map(|spot| self.place(spot)).collect();
             self.path(&line, colour, 2)?;

@@ -1,10 +1,10 @@
-//! Work that several do at once and that is told in its order.
+//! Work that several do at once and that is reported in its order.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 
-/// Does `count` pieces of work, `workers` of them at once; `done` is told what came of each, in
+/// Does `count` pieces of work, `workers` of them at once; `done` gets what came of each, in
 /// their order.
 pub(super) fn in_order<T: Send>(
     count: usize,
@@ -44,7 +44,7 @@ mod tests {
     use std::sync::{Mutex, mpsc};
     use std::time::Duration;
 
-    /// The first is over only once the third is at work: others go on beside it, and are told
+    /// The first is over only once the third is at work: others go on beside it, and are reported
     /// after it.
     #[test]
     fn work_is_done_at_once_and_told_in_order() {

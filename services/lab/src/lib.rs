@@ -22,34 +22,34 @@ mod whole;
 
 pub use limits::Limits;
 pub use pool::run_all;
-pub use sweep::{Sweep, plan};
+pub use sweep::{SweptSetting, plan};
 pub use table::{COLUMNS, csv, file_names, history, json, text};
 
-use crate::specimen::{Ends, Specimen, Verdict, Weighed, reduce, speeds, weigh};
+use crate::specimen::{Ends, MetricCheck, MetricVerdict, Specimen, reduce, speeds, weigh};
 use cullet_proto::specimen::{Ending, Price, SpecimenOutcome, SpecimenResult};
 use cullet_record::{RecordError, points};
 use std::path::Path;
 
-/// One run of the plan.
+/// One run of a sweep: a specimen with its overrides.
 #[derive(Clone, Debug)]
-pub struct Point {
+pub struct SweepPoint {
     /// The specimen, with its overrides.
     pub specimen: Specimen,
     /// What was swept, `key=value` each.
     pub swept: Vec<String>,
 }
 
-/// One number of one run.
+/// One metric of one run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct MetricRow {
     /// The metric.
     pub metric: String,
     /// Its value; not a number where the run came to none.
     pub value: f64,
     /// Whether it is no number because a sample is none.
     pub spoiled: bool,
-    /// Held against what is expected.
-    pub weighed: Weighed,
+    /// Compared with what is expected.
+    pub weighed: MetricCheck,
     /// Where the reference comes from.
     pub source: String,
     /// Why it is known not to hold.
@@ -60,16 +60,16 @@ pub struct Row {
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// What was run.
-    pub point: Point,
+    pub point: SweepPoint,
     /// What came back.
     pub result: SpecimenOutcome,
     /// What it cost.
     pub price: Price,
     /// Its numbers.
-    pub rows: Vec<Row>,
+    pub rows: Vec<MetricRow>,
 }
 
-impl Point {
+impl SweepPoint {
     /// What it is called in tables: the specimen, and what was swept beside what has a column.
     #[must_use]
     pub fn label(&self) -> String {
@@ -136,7 +136,7 @@ pub fn trouble(ending: &Ending) -> Option<&str> {
 impl Measured {
     /// Makes the numbers of a run.
     #[must_use]
-    pub fn new(point: Point, result: SpecimenResult) -> Self {
+    pub fn new(point: SweepPoint, result: SpecimenResult) -> Self {
         let SpecimenResult { outcome: mut result, price } = result;
         for &(probe, window) in &point.specimen.speeds {
             if let Some(row) = result.rows.get_mut(probe) {
@@ -145,7 +145,7 @@ impl Measured {
         }
         let ended = result.ending == Ending::Ok;
         let pairs = point.specimen.metrics.iter().zip(&point.specimen.expected);
-        let mut rows: Vec<Row> = Vec::new();
+        let mut rows: Vec<MetricRow> = Vec::new();
         for ((metric, probe), expected) in pairs {
             let samples = result.rows.get(*probe).filter(|_| ended);
             let own = samples.map_or(f64::NAN, |row| reduce(metric, &result.times, row));
@@ -157,7 +157,7 @@ impl Measured {
             let value = left / over.map_or(1.0, |row| row.value);
             let other = [minus, over].into_iter().flatten().any(|row| row.spoiled);
             let none = samples.is_some_and(|row| row.iter().any(|sample| sample.is_nan()));
-            rows.push(Row {
+            rows.push(MetricRow {
                 metric: metric.name.clone(),
                 value,
                 spoiled: value.is_nan() && (none || other),
@@ -180,7 +180,7 @@ impl Measured {
             Ends::Geometry => "geometry",
         };
         let ended = self.result.ending == Ending::Ok;
-        let missed = |row: &Row| row.weighed.verdict == Verdict::Fails;
+        let missed = |row: &MetricRow| row.weighed.verdict == MetricVerdict::Fails;
         status(&self.result.ending) != ends || ended && self.rows.iter().any(missed)
     }
 

@@ -4,11 +4,11 @@
 //! a repeat, whose costs would then be another run's.
 
 use super::limits::Limits;
-use super::{Point, whole};
+use super::{SweepPoint, whole};
 use crate::specimen::Subject;
 use crate::specimen::whole::Whole;
 use cullet_pool::{
-    CacheConfig, Ending as Settled, LinkError, Pool, PoolConfig, Settlement, Share, SpawnConfig,
+    CacheConfig, JobEnding as Settled, LinkError, Pool, PoolConfig, Settlement, Share, SpawnConfig,
     Timing,
 };
 use cullet_proto::pool::OVERDUE;
@@ -22,17 +22,17 @@ const LOOK: Duration = Duration::from_secs(1);
 /// Longest that a run may take at all.
 const LONGEST: Duration = Duration::from_secs(1_000_000_000);
 
-/// Runs every point in a process of its own; `done` is told each result, in the order of the
+/// Runs every point in a process of its own; `done` gets each result, in the order of the
 /// points, with the recording of a scene, which is gone afterwards.
 ///
 /// # Errors
 /// The pool does not start.
 pub fn run_all(
-    points: &[Point],
+    points: &[SweepPoint],
     limits: &Limits,
     done: &mut dyn FnMut(usize, SpecimenResult, Option<&Path>),
 ) -> Result<(), LinkError> {
-    let is_body = |point: &Point| point.specimen.job().is_some();
+    let is_body = |point: &SweepPoint| point.specimen.job().is_some();
     let mut first = 0;
     for group in points.chunk_by(|a, b| is_body(a) == is_body(b)) {
         let wholes: Vec<_> = group.iter().filter_map(scene_of).collect();
@@ -49,7 +49,7 @@ pub fn run_all(
 }
 
 /// A scene, and why it cannot be run, if so.
-fn scene_of(point: &Point) -> Option<(&Whole, Option<&str>)> {
+fn scene_of(point: &SweepPoint) -> Option<(&Whole, Option<&str>)> {
     match &point.specimen.subject {
         Subject::Whole(whole) => Some((whole, point.specimen.flaw.as_deref())),
         Subject::Body(_) => None,
@@ -58,7 +58,7 @@ fn scene_of(point: &Point) -> Option<(&Whole, Option<&str>)> {
 
 /// Has bodies solved by worker processes.
 fn bodies(
-    points: &[Point],
+    points: &[SweepPoint],
     limits: &Limits,
     done: &mut dyn FnMut(usize, SpecimenResult),
 ) -> Result<(), LinkError> {
@@ -79,7 +79,7 @@ fn bodies(
         ..PoolConfig::default()
     })?;
     let run = pool.run(Share::default());
-    let open = |point: &Point| {
+    let open = |point: &SweepPoint| {
         if let Some(flaw) = &point.specimen.flaw {
             return Err(Ending::Geometry(flaw.clone()));
         }

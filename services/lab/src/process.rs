@@ -10,12 +10,12 @@ use std::time::{Duration, Instant};
 /// How often a run is looked at.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// Longest piece of what a process said that is told \[letters\].
+/// Longest piece of what a process said that is reported \[letters\].
 const SAID: usize = 400;
 
 /// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum End {
+pub(super) enum ProcessEnd {
     /// The run is complete, whatever its scene expected.
     Complete,
     /// Refused before it began.
@@ -29,15 +29,15 @@ pub(super) enum End {
 /// What became of a process.
 #[derive(Clone, Debug)]
 pub(super) struct Ran {
-    pub(super) end: End,
+    pub(super) end: ProcessEnd,
     pub(super) price: Price,
     /// The last of what it had to say.
     pub(super) said: String,
 }
 
-/// A scene on its way to a process.
+/// A process that runs a scene: its command line and its time limit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Order<'a> {
+pub(super) struct SceneCommand<'a> {
     /// The program whose `run` command runs it.
     pub(super) exe: &'a Path,
     /// The file of the scene.
@@ -49,7 +49,7 @@ pub(super) struct Order<'a> {
 }
 
 /// Runs a scene with one worker of one thread.
-pub(super) fn run(order: Order<'_>) -> Ran {
+pub(super) fn run(order: SceneCommand<'_>) -> Ran {
     let mut command = Command::new(order.exe);
     command.arg("run").arg(order.scene).arg("--out").arg(order.out);
     command.args(["--quiet", "--no-pictures", "--workers", "1", "--threads", "1"]);
@@ -62,10 +62,10 @@ pub(super) fn run(order: Order<'_>) -> Ran {
     let start = Instant::now();
     let (end, mut price, failed) = match started {
         Ok(child) => watch(child, order.limit),
-        Err(why) => (End::Broken, Price::default(), format!("it did not start: {why}")),
+        Err(why) => (ProcessEnd::Broken, Price::default(), format!("it did not start: {why}")),
     };
     price.wall = start.elapsed().as_secs_f64();
-    if end == End::Late {
+    if end == ProcessEnd::Late {
         // A run that was ended has cost what it was given.
         price.cpu = price.cpu.max(order.limit.as_secs_f64());
     }
@@ -76,7 +76,7 @@ pub(super) fn run(order: Order<'_>) -> Ran {
 }
 
 /// Waits for the end of a process; what it cost is read before it is let go.
-fn watch(mut child: Child, limit: Duration) -> (End, Price, String) {
+fn watch(mut child: Child, limit: Duration) -> (ProcessEnd, Price, String) {
     let (start, mut price) = (Instant::now(), Price::default());
     let late = loop {
         let most = of_process(&child.id().to_string(), "VmHWM:");
@@ -94,10 +94,10 @@ fn watch(mut child: Child, limit: Duration) -> (End, Price, String) {
     let status = child.wait();
     let code = status.as_ref().ok().and_then(std::process::ExitStatus::code);
     let end = match code.and_then(|code| u8::try_from(code).ok()) {
-        _ if late => End::Late,
-        Some(codes::DONE | codes::UNMET) => End::Complete,
-        Some(codes::USAGE) => End::Refused,
-        _ => End::Broken,
+        _ if late => ProcessEnd::Late,
+        Some(codes::DONE | codes::UNMET) => ProcessEnd::Complete,
+        Some(codes::USAGE) => ProcessEnd::Refused,
+        _ => ProcessEnd::Broken,
     };
     (end, price, status.map_or_else(|why| why.to_string(), |status| status.to_string()))
 }

@@ -1,6 +1,6 @@
 //! Sweeps: which runs there are.
 
-use super::Point;
+use super::SweepPoint;
 use crate::specimen::load;
 use cullet_document::SceneErrors;
 use std::path::{Path, PathBuf};
@@ -10,14 +10,14 @@ const MAX_RUNS: usize = 100_000;
 
 /// A setting and the values that it takes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Sweep {
+pub struct SweptSetting {
     /// Its path, as overrides take it.
     pub key: String,
     /// As they are written.
     pub values: Vec<String>,
 }
 
-impl std::str::FromStr for Sweep {
+impl std::str::FromStr for SweptSetting {
     type Err = String;
 
     /// Reads `key=a,b,c`; commas in brackets or quotes belong to a value.
@@ -48,7 +48,7 @@ impl std::str::FromStr for Sweep {
 }
 
 /// Every combination of the values of all sweeps, the last sweep fastest.
-fn combinations(sweeps: &[Sweep]) -> Result<Vec<Vec<String>>, String> {
+fn combinations(sweeps: &[SweptSetting]) -> Result<Vec<Vec<String>>, String> {
     let count = sweeps.iter().try_fold(1_usize, |all, s| all.checked_mul(s.values.len()));
     if count.is_none_or(|count| count > MAX_RUNS) {
         return Err(format!("the sweeps make more than {MAX_RUNS} runs"));
@@ -96,7 +96,11 @@ fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, String> {
 ///
 /// # Errors
 /// A sentence for what is wrong with the sweeps or the files, every error of a specimen.
-pub fn plan(paths: &[PathBuf], set: &[String], sweeps: &[Sweep]) -> Result<Vec<Point>, String> {
+pub fn plan(
+    paths: &[PathBuf],
+    set: &[String],
+    sweeps: &[SweptSetting],
+) -> Result<Vec<SweepPoint>, String> {
     let combinations = combinations(sweeps)?;
     let mut points = Vec::new();
     for file in files(paths)? {
@@ -107,7 +111,7 @@ pub fn plan(paths: &[PathBuf], set: &[String], sweeps: &[Sweep]) -> Result<Vec<P
     Ok(points)
 }
 
-fn point(file: &Path, set: &[String], swept: &[String]) -> Result<Point, SceneErrors> {
+fn point(file: &Path, set: &[String], swept: &[String]) -> Result<SweepPoint, SceneErrors> {
     let overrides: Vec<String> = set.iter().chain(swept).cloned().collect();
-    Ok(Point { specimen: load(file, &overrides)?, swept: swept.to_vec() })
+    Ok(SweepPoint { specimen: load(file, &overrides)?, swept: swept.to_vec() })
 }

@@ -1,8 +1,8 @@
 //! Results as a table for people, as CSV, and as JSON.
 
-use super::{Measured, Point, Row, status, trouble};
-use crate::specimen::Verdict;
-use cullet_model::Precision;
+use super::{Measured, MetricRow, SweepPoint, status, trouble};
+use crate::specimen::MetricVerdict;
+use cullet_model::PointPrecision;
 use cullet_specimen::SpecimenSettings;
 use serde_json::json;
 
@@ -12,7 +12,7 @@ pub const COLUMNS: &str = "bench,solver,h,dt,ppc,precision,threads,wall_s,cpu_s,
 
 /// A name for the files of each run, none twice, whatever the case of its letters.
 #[must_use]
-pub fn file_names(points: &[Point]) -> Vec<String> {
+pub fn file_names(points: &[SweepPoint]) -> Vec<String> {
     let mut taken = std::collections::BTreeSet::new();
     let mut free = |name: String| {
         let more = (2..).map(|k| format!("{name}.{k}"));
@@ -46,7 +46,7 @@ pub fn csv(measured: &Measured) -> String {
         measured.price.peak,
     );
     let word = status(&result.ending);
-    let line = |row: &Row| {
+    let line = |row: &MetricRow| {
         let number = |value: Option<f64>| {
             value.filter(|v| v.is_finite()).map(|v| v.to_string()).unwrap_or_default()
         };
@@ -65,10 +65,10 @@ pub fn csv(measured: &Measured) -> String {
     measured.rows.iter().map(line).collect()
 }
 
-pub(super) const fn precision_word(precision: Precision) -> &'static str {
+pub(super) const fn precision_word(precision: PointPrecision) -> &'static str {
     match precision {
-        Precision::Single => "single",
-        Precision::Double => "double",
+        PointPrecision::Single => "single",
+        PointPrecision::Double => "double",
     }
 }
 
@@ -146,12 +146,12 @@ pub fn text(all: &[Measured]) -> String {
             let word = match (ended, row.weighed.verdict) {
                 (false, _) => status(&result.ending),
                 _ if row.spoiled => "nan",
-                (_, Verdict::Free) => "",
-                (_, Verdict::Holds) => "ok",
-                (_, Verdict::Fails) => "FAILS",
-                (_, Verdict::Gap) => "gap",
+                (_, MetricVerdict::Free) => "",
+                (_, MetricVerdict::Holds) => "ok",
+                (_, MetricVerdict::Fails) => "FAILS",
+                (_, MetricVerdict::Gap) => "gap",
             };
-            if let (Verdict::Gap, Some(why)) = (row.weighed.verdict, &row.gap) {
+            if let (MetricVerdict::Gap, Some(why)) = (row.weighed.verdict, &row.gap) {
                 notes.push(format!("{name}, {}: gap: {why}", row.metric));
             }
             let first = |text: &String| if k == 0 { text.clone() } else { String::new() };
@@ -210,10 +210,10 @@ pub fn json(measured: &Measured) -> serde_json::Value {
                 "error": row.weighed.error.map(number),
                 "asked": row.weighed.asked,
                 "verdict": match row.weighed.verdict {
-                    Verdict::Free => "free",
-                    Verdict::Holds => "holds",
-                    Verdict::Fails => "fails",
-                    Verdict::Gap => "gap",
+                    MetricVerdict::Free => "free",
+                    MetricVerdict::Holds => "holds",
+                    MetricVerdict::Fails => "fails",
+                    MetricVerdict::Gap => "gap",
                 },
                 "source": row.source,
                 "gap": row.gap,

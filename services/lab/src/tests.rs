@@ -1,7 +1,7 @@
 use super::pool::result_of;
 use super::*;
 use crate::specimen::load;
-use cullet_pool::{Ending as Settled, Settlement};
+use cullet_pool::{JobEnding as Settled, Settlement};
 use cullet_proto::Verdict;
 use cullet_proto::pool::OVERDUE;
 use cullet_proto::specimen::Frame;
@@ -41,7 +41,7 @@ fn folder(name: &str) -> tempfile::TempDir {
 fn measured(values: Vec<f64>) -> Measured {
     let folder = folder("bar");
     let specimen = load(&folder.path().join("bar.toml"), &[]).expect("it loads");
-    let point = Point { specimen, swept: vec!["seed=3".to_owned()] };
+    let point = SweepPoint { specimen, swept: vec!["seed=3".to_owned()] };
     let mut result = SpecimenResult::ended(Ending::Ok);
     result.outcome.times = (0..values.len()).map(|k| k as f64).collect();
     result.outcome.rows = vec![values];
@@ -53,7 +53,7 @@ fn a_plan_is_every_specimen_with_every_combination() {
     let folder = folder("bar");
     std::fs::write(folder.path().join("other.toml"), BAR).expect("a file");
     let sweeps = ["spacing=1cm,5 mm", "geometry.shift=[0,0,0],[0,0,\"1 mm\"]"];
-    let sweeps: Vec<Sweep> = sweeps.iter().map(|s| s.parse().expect("a sweep")).collect();
+    let sweeps: Vec<SweptSetting> = sweeps.iter().map(|s| s.parse().expect("a sweep")).collect();
     let points = plan(&[folder.path().to_owned()], &[], &sweeps).expect("a plan");
     assert_eq!(points.len(), 8);
     let last = &points[7];
@@ -62,7 +62,7 @@ fn a_plan_is_every_specimen_with_every_combination() {
     assert_eq!(last.specimen.job().expect("a body").0.body.shift.z, 0.001);
     assert_eq!(last.label(), "other[geometry.shift=[0,0,\"1 mm\"]]");
     for bad in ["spacing", "=1", "spacing=1,,2"] {
-        assert!(bad.parse::<Sweep>().is_err(), "{bad}");
+        assert!(bad.parse::<SweptSetting>().is_err(), "{bad}");
     }
     let empty = tempfile::tempdir().expect("a folder");
     assert!(plan(&[empty.path().to_owned()], &[], &[]).is_err());
@@ -91,7 +91,7 @@ fn a_metric_may_be_over_another() {
     let specimen = load(&folder.path().join("bar.toml"), &[]).expect("it loads");
     let mut result = SpecimenResult::ended(Ending::Ok);
     (result.outcome.times, result.outcome.rows) = (vec![0.0, 1.0, 2.0], vec![vec![0.0, 4.0, 1.0]]);
-    let rows = Measured::new(Point { specimen, swept: Vec::new() }, result).rows;
+    let rows = Measured::new(SweepPoint { specimen, swept: Vec::new() }, result).rows;
     assert_eq!((rows[1].metric.as_str(), rows[1].value), ("share", 0.25));
     let wrong = format!("{BAR}{}", more.replace("over = \"most\"", "over = \"mots\""));
     std::fs::write(folder.path().join("bar.toml"), wrong).expect("a file");
@@ -142,7 +142,7 @@ fn a_job_without_a_result_is_a_status() {
     assert_eq!(status(&of(Settled::Verdict(Verdict::Measured(Box::new(result))))), "nan");
 }
 
-/// A sample that is no number is not passed over: what is made of it is none, and is told so.
+/// A sample that is no number is not passed over: what is made of it is none, and is reported so.
 #[test]
 fn a_sample_that_is_no_number_makes_the_metric_none() {
     let spoiled = measured(vec![0.0, f64::NAN, 2.0]);
@@ -156,7 +156,7 @@ fn a_sample_that_is_no_number_makes_the_metric_none() {
 /// Runs whose names are the same, or become so as files, keep their files apart.
 #[test]
 fn no_two_runs_write_the_same_files() {
-    let mut points: Vec<Point> = (0..5).map(|_| measured(vec![]).point).collect();
+    let mut points: Vec<SweepPoint> = (0..5).map(|_| measured(vec![]).point).collect();
     let swept = ["a=1 mm", "a=1_mm", "a=1_MM", "a=2", "a=1_mm.2"];
     points.iter_mut().zip(swept).for_each(|(point, text)| point.swept = vec![text.to_owned()]);
     let names = file_names(&points);

@@ -6,7 +6,7 @@
 /// of zero are no detail at all, at no cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
-pub struct Detail {
+pub struct CrackFaceDetail {
     /// d: longest edge of a crack face, and the step along a chevron line \[h\].
     pub edge: f64,
     /// `l_c`: longest chevron line \[h\].
@@ -29,16 +29,16 @@ pub struct Detail {
     pub grain_size: f64,
 }
 
-impl Default for Detail {
+impl Default for CrackFaceDetail {
     fn default() -> Self {
         Self::NONE
     }
 }
 
-/// A value of [`Detail`], its name, and its bounds.
-pub type Bound = (&'static str, f64, f64, f64);
+/// A value of [`CrackFaceDetail`], its name, and its bounds.
+pub type DetailBound = (&'static str, f64, f64, f64);
 
-impl Detail {
+impl CrackFaceDetail {
     /// Faces as the grid resolves them.
     pub const NONE: Self = Self {
         edge: 0.4,
@@ -61,7 +61,7 @@ impl Detail {
 
     /// Every value with its name, least and greatest.
     #[must_use]
-    pub fn bounds(&self) -> [Bound; 10] {
+    pub fn bounds(&self) -> [DetailBound; 10] {
         [
             ("edge", self.edge, 0.1, 2.0),
             ("length", self.length, 0.5, 100.0),
@@ -78,7 +78,7 @@ impl Detail {
 
     /// The first value that is out of its bounds.
     #[must_use]
-    pub fn wrong(&self) -> Option<Bound> {
+    pub fn wrong(&self) -> Option<DetailBound> {
         self.bounds().into_iter().find(|&(_, value, least, most)| !(least..=most).contains(&value))
     }
 }

@@ -18,15 +18,15 @@ pub mod strength;
 pub mod tolerance;
 
 pub use body::BodyShape;
-pub use detail::Detail;
+pub use detail::CrackFaceDetail;
 pub use law::Law;
 pub use material::Material;
 pub use outcome::{
-    Amount, Deformation, Figure, Fracture, Fragment, Grain, Outcome, Report, SolvedShares,
+    Amount, Deformation, Figure, Fragment, Fragmentation, Grain, Report, SolveOutcome, SolvedShares,
 };
-pub use precision::Precision;
+pub use precision::PointPrecision;
 pub use problem::{BrittleProblem, BrittleSettings, Impact, Problem, Settings, Support};
 pub use refusal::{Failure, Refusal};
-pub use solver::{Cost, Entry, Progress, Run, Solver, entry};
-pub use strength::{Strength, StrengthField, WeakPlane};
+pub use solver::{Cost, Progress, SolveInProgress, Solver, SolverEntry, entry};
+pub use strength::{PatternWeakPlane, Strength, StrengthField};
 pub use tolerance::Tolerance;

@@ -97,10 +97,10 @@ pub struct Grain {
 
 /// A body taken apart. One fragment means that nothing separated.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Fracture {
+pub struct Fragmentation {
     /// Closed parts whose volumes, with those of the debris, sum to the body's within 1e-9 of it.
     pub fragments: Vec<Fragment>,
-    /// Of each fragment: whether it was sampled, that is drawn from a law, and not solved.
+    /// Of each fragment: whether it was sampled from a law, and not solved.
     pub sampled: Vec<bool>,
     /// Parts too small to be fragments.
     pub debris: Vec<Grain>,
@@ -126,24 +126,24 @@ pub struct Deformation {
     /// What the deformation cost, paid from the hit: plastic work and cracks that part nothing
     /// \[J\].
     pub work: f64,
-    /// As [`Fracture::reactions`].
+    /// As [`Fragmentation::reactions`].
     pub reactions: Vec<f64>,
     /// What it cost.
     pub report: Report,
 }
 
-/// What comes of a solve.
+/// The result of a solve.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
+pub enum SolveOutcome {
     /// The body is in parts.
-    Broken(Box<Fracture>),
+    Broken(Box<Fragmentation>),
     /// It is one body still, of another shape.
     Deformed(Box<Deformation>),
     /// It is as it was: the one fragment is the whole body, with the cracks that end inside it.
-    Unchanged(Box<Fracture>),
+    Unchanged(Box<Fragmentation>),
 }
 
-impl Outcome {
+impl SolveOutcome {
     /// What the solve cost and what it found out.
     #[must_use]
     pub fn report(&self) -> &Report {
@@ -172,7 +172,7 @@ impl Outcome {
 
     /// The parts, or the whole as one part; nothing of a body that was deformed.
     #[must_use]
-    pub fn fracture(self) -> Option<Fracture> {
+    pub fn fracture(self) -> Option<Fragmentation> {
         match self {
             Self::Broken(fracture) | Self::Unchanged(fracture) => Some(*fracture),
             Self::Deformed(_) => None,
@@ -180,7 +180,7 @@ impl Outcome {
     }
 }
 
-impl Fracture {
+impl Fragmentation {
     /// Whether nothing separated.
     #[must_use]
     pub fn is_intact(&self) -> bool {
@@ -227,7 +227,7 @@ pub struct Amount {
     pub crack_area: f64,
 }
 
-/// How much of what broke was solved from stress, and how much was drawn from a law.
+/// How much of what broke was solved from stress, and how much was sampled from a law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SolvedShares {
     /// Solved.
@@ -236,8 +236,8 @@ pub struct SolvedShares {
     pub sampled: Amount,
 }
 
-impl From<Fracture> for Outcome {
-    fn from(fracture: Fracture) -> Self {
+impl From<Fragmentation> for SolveOutcome {
+    fn from(fracture: Fragmentation) -> Self {
         match fracture.is_intact() {
             true => Self::Unchanged(Box::new(fracture)),
             false => Self::Broken(Box::new(fracture)),

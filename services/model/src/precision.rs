@@ -1,9 +1,9 @@
 //! What a solve is worked out in.
 
-/// What the passes over points are done in. What they are summed into stays f64 either way.
+/// The floating-point type of the passes over points; what they are summed into stays f64.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
-pub enum Precision {
+pub enum PointPrecision {
     /// f32.
     Single,
     /// f64.
@@ -11,7 +11,7 @@ pub enum Precision {
     Double,
 }
 
-impl Precision {
+impl PointPrecision {
     /// Least that a strain differs by from none \[1\].
     #[must_use]
     pub fn epsilon(self) -> f64 {

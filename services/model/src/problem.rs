@@ -1,6 +1,8 @@
 //! What a solver is given: the body, its law, its hits and supports, and how it may be solved.
 
-use crate::{BodyShape, Detail, Law, Material, Precision, Refusal, StrengthField, Tolerance};
+use crate::{
+    BodyShape, CrackFaceDetail, Law, Material, PointPrecision, Refusal, StrengthField, Tolerance,
+};
 use cullet_geometry::{Solid, Vec3};
 use std::sync::Arc;
 
@@ -61,7 +63,7 @@ pub struct Settings {
     /// Size of a grain of it, half the mass being in larger ones \[m\]; `None`: half the spacing.
     pub grain: Option<f64>,
     /// What points are worked out in.
-    pub precision: Precision,
+    pub precision: PointPrecision,
     /// Relative error of the fragments that is good enough, in (0, 1] \[1\]: what that lets a solve
     /// leave out is [`crate::Tolerance`]. `None`: as true as can be.
     pub error: Option<f64>,
@@ -73,7 +75,7 @@ pub struct Settings {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BrittleSettings {
     /// How crack faces look closer than the grid resolves.
-    pub detail: Detail,
+    pub detail: CrackFaceDetail,
     /// Width of the slits that are cut along cracks which end inside a fragment \[m\], at most
     /// `cullet_fragment::cut::slit::WIDEST` of the spacing; `None` cuts none.
     pub hairline: Option<f64>,
@@ -89,7 +91,7 @@ impl Default for Settings {
             max_fragments: 400,
             debris: 5e-4,
             grain: None,
-            precision: Precision::Double,
+            precision: PointPrecision::Double,
             error: None,
             brittle: BrittleSettings::default(),
         }

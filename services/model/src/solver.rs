@@ -1,7 +1,7 @@
 //! The contract between a problem and the ways to solve it.
 
-use crate::outcome::Outcome;
-use crate::precision::Precision;
+use crate::outcome::SolveOutcome;
+use crate::precision::PointPrecision;
 use crate::problem::Problem;
 use crate::refusal::{Failure, Refusal};
 
@@ -22,7 +22,7 @@ pub enum Progress {
     /// Share done \[0, 1\].
     Running(f64),
     /// Finished.
-    Done(Outcome),
+    Done(SolveOutcome),
     /// Numerics went wrong.
     Failed(Failure),
 }
@@ -33,7 +33,7 @@ pub trait Solver: Sized + 'static {
     /// Name on the wire, in charts, in recordings. Never reused for another method.
     const NAME: &'static str;
     /// What its points may be worked out in.
-    const PRECISIONS: &'static [Precision];
+    const PRECISIONS: &'static [PointPrecision];
     /// What the problem would cost here, or why it is not for this solver.
     ///
     /// # Errors
@@ -49,31 +49,31 @@ pub trait Solver: Sized + 'static {
 }
 
 /// A solve in progress, whatever its family.
-pub trait Run {
+pub trait SolveInProgress {
     /// See [`Solver::advance`].
     fn advance(&mut self) -> Progress;
 }
 
-impl<S: Solver> Run for S {
+impl<S: Solver> SolveInProgress for S {
     fn advance(&mut self) -> Progress {
         Solver::advance(self)
     }
 }
 
-/// One line of the table.
-pub struct Entry {
+/// One line of the worker's table of solvers.
+pub struct SolverEntry {
     /// [`Solver::NAME`].
     pub name: &'static str,
     /// [`Solver::PRECISIONS`].
-    pub precisions: &'static [Precision],
+    pub precisions: &'static [PointPrecision],
     /// [`Solver::begin`], after [`Solver::accepts`].
-    pub begin: fn(Problem) -> Result<Box<dyn Run>, Refusal>,
+    pub begin: fn(Problem) -> Result<Box<dyn SolveInProgress>, Refusal>,
 }
 
 /// The line of a family.
 #[must_use]
-pub const fn entry<S: Solver>() -> Entry {
-    Entry {
+pub const fn entry<S: Solver>() -> SolverEntry {
+    SolverEntry {
         name: S::NAME,
         precisions: S::PRECISIONS,
         begin: |problem| {

@@ -41,7 +41,7 @@ const JITTER: u64 = 0x1a7e;
 /// Alternating layers: that of `0 ≤ normal·x < thickness` has σ_f, the next `ratio` of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
-pub struct Layers {
+pub struct StrengthLayers {
     /// Unit normal.
     pub normal: Vec3,
     /// Thickness of one layer \[m\].
@@ -52,10 +52,10 @@ pub struct Layers {
     pub jitter: f64,
 }
 
-/// Across planes of this normal the strength is a share of σ_f.
+/// Planes of one normal across which the strength is a share of σ_f.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
-pub struct WeakPlane {
+pub struct PatternWeakPlane {
     /// Unit normal, pattern frame.
     pub normal: Vec3,
     /// The share \[1\].
@@ -77,9 +77,9 @@ pub struct StrengthField {
     /// body as it was drawn \[m\]: fragments are moved from their parent's frame, never turned.
     pub offset: Vec3,
     /// A weak plane.
-    pub weak_plane: Option<WeakPlane>,
+    pub weak_plane: Option<PatternWeakPlane>,
     /// Layers.
-    pub layers: Option<Layers>,
+    pub layers: Option<StrengthLayers>,
     /// Painted regions; their factors multiply.
     pub strokes: Vec<Stroke>,
     /// Factors painted on the surface; on the wire they travel behind the rest.
@@ -119,7 +119,7 @@ pub struct Strength {
     mean: f64,
     brush: Option<Brush>,
     /// As in the field.
-    pub weak_plane: Option<WeakPlane>,
+    pub weak_plane: Option<PatternWeakPlane>,
 }
 
 impl Strength {
@@ -172,7 +172,7 @@ fn mode(seed: u64, index: u64, length: f64) -> (Vec3, f64) {
     (k * (std::f64::consts::SQRT_2 / length), turn * draw(6))
 }
 
-impl Layers {
+impl StrengthLayers {
     fn factor(&self, x: &Vec3, seed: u64) -> f64 {
         let height = self.normal.dot(x) / self.thickness;
         let below = height.floor();

@@ -6,7 +6,7 @@ pub const SAFETY: f64 = 0.8;
 /// Steps of a brittle solve between looks at what has parted: a crack at Rayleigh's speed comes
 /// less than two cells far (F21).
 pub const REFRESH: u64 = 4;
-/// How much coarser drawn pieces may be for each of the error, ...
+/// How much coarser sampled pieces may be for each of the error, ...
 const COARSER: f64 = 1.8;
 /// ... and at most: pieces of 4.1 times the mass, on as many nodes each.
 const COARSEST: f64 = 1.6;
@@ -31,7 +31,7 @@ impl Tolerance {
         self.0.unwrap_or(0.0)
     }
 
-    /// How many times larger pieces are drawn than the grid allows, and how many times farther
+    /// How many times larger pieces are sampled than the grid allows, and how many times farther
     /// apart the nodes of the lattice are that cuts them: on a coarser lattice without larger
     /// pieces the least would join whole ones.
     #[must_use]

@@ -1,6 +1,6 @@
 //! Where a picture is taken from.
 
-use super::raster::Corner;
+use super::raster::ScreenCorner;
 use cullet_geometry::Vec3;
 
 /// Vertical field of view where the scene names none \[degrees\].
@@ -113,9 +113,9 @@ impl Camera {
     }
 
     /// A point before the eye on the screen.
-    pub(super) fn project(&self, local: Vec3) -> Corner {
+    pub(super) fn project(&self, local: Vec3) -> ScreenCorner {
         let near = 1.0 / local.z;
-        Corner {
+        ScreenCorner {
             x: self.centre[0] + self.focal * local.x * near,
             y: self.centre[1] - self.focal * local.y * near,
             near,

@@ -6,13 +6,13 @@ use super::raster::Buffers;
 const TILE: usize = 8;
 
 /// The tiles in which two pictures of one size differ.
-pub(super) struct Changes {
+pub(super) struct ChangedTiles {
     across: usize,
     down: usize,
     tiles: Vec<bool>,
 }
 
-impl Changes {
+impl ChangedTiles {
     /// Compares all that is seen; a number that is none counts as a difference.
     pub(super) fn between(old: &Buffers, new: &Buffers) -> Self {
         let (across, down) = (new.width.div_ceil(TILE), new.height.div_ceil(TILE));

@@ -16,7 +16,7 @@ const BITS: u32 = 5;
 const BINS: usize = 1 << (3 * BITS);
 
 /// A box of counted colours that becomes one colour of the palette.
-struct Share {
+struct ColourBox {
     bins: Vec<u32>,
     weight: u64,
 }
@@ -43,9 +43,9 @@ fn palette(frames: &[Picture]) -> (Vec<u8>, Vec<u8>) {
     }
     let used: Vec<u32> = (0..BINS as u32).filter(|&b| counts[b as usize] > 0).collect();
     let weight = used.iter().map(|&b| counts[b as usize]).sum();
-    let mut boxes = vec![Share { bins: used, weight }];
+    let mut boxes = vec![ColourBox { bins: used, weight }];
     while boxes.len() < COLOURS {
-        let worth = |b: &Share| {
+        let worth = |b: &ColourBox| {
             let (_, extent) = widest(&b.bins);
             // The root keeps small bright parts from losing to a large sky.
             f64::from(extent) * (b.weight as f64).sqrt()
@@ -78,7 +78,7 @@ fn widest(bins: &[u32]) -> (u32, u32) {
     (0..3).map(|axis| (axis, extent(axis))).max_by_key(|&(_, e)| e).unwrap_or((0, 0))
 }
 
-fn halved(share: Share, counts: &[u64]) -> (Share, Share) {
+fn halved(share: ColourBox, counts: &[u64]) -> (ColourBox, ColourBox) {
     let (axis, _) = widest(&share.bins);
     let mut bins = share.bins;
     bins.sort_by_key(|&b| (channel(b, axis), b));
@@ -90,7 +90,7 @@ fn halved(share: Share, counts: &[u64]) -> (Share, Share) {
     }
     let high = bins.split_off(at);
     let weight = |bins: &[u32]| bins.iter().map(|&b| counts[b as usize]).sum();
-    (Share { weight: weight(&bins), bins }, Share { weight: weight(&high), bins: high })
+    (ColourBox { weight: weight(&bins), bins }, ColourBox { weight: weight(&high), bins: high })
 }
 
 /// Writes frames of one size as a GIF that repeats: first beside its name, then under it.

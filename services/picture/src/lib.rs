@@ -34,7 +34,7 @@ const SIZE: (usize, usize) = (480, 320);
 const COLUMNS: usize = 4;
 /// Pixels between moments.
 const GAP: usize = 6;
-/// The moment that a still shows unless it is told otherwise, and the sheet of a sweep: soon after
+/// The moment that a still shows unless another time is given, and the sheet of a sweep: soon after
 /// the break.
 const SHOWN: usize = 2;
 /// Frames a second.

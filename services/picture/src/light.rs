@@ -1,8 +1,8 @@
 //! The key light, and which points of the scene it reaches.
 
-use super::change::Changes;
+use super::change::ChangedTiles;
 use super::occlusion::turned;
-use super::raster::{Buffers, Corner};
+use super::raster::{Buffers, ScreenCorner};
 use cullet_geometry::Vec3;
 use std::ops::Range;
 
@@ -27,10 +27,10 @@ impl Light {
     }
 
     /// A point in the light's picture; `near` is the way towards the light \[m\].
-    pub(super) fn project(&self, point: Vec3) -> Corner {
+    pub(super) fn project(&self, point: Vec3) -> ScreenCorner {
         let d = point - self.target;
         let scale = self.side as f64 / 2.0 / self.half;
-        Corner {
+        ScreenCorner {
             x: self.side as f64 / 2.0 + d.dot(&self.right) * scale,
             y: self.side as f64 / 2.0 - d.dot(&self.above) * scale,
             near: d.dot(&self.towards),
@@ -78,7 +78,7 @@ impl Light {
         let inner = if agreed { outer } else { lit(&INNER[turns]) };
         // A cast takes what is below zero to zero.
         let (x, y) = ((at.x as usize).min(self.side - 1), (at.y as usize).min(self.side - 1));
-        let tile = Changes::tile(self.side, x, y) as u32;
+        let tile = ChangedTiles::tile(self.side, x, y) as u32;
         (f32::from(outer + inner) / f32::from(2 * count), Some(tile))
     }
 }

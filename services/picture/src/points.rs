@@ -2,7 +2,7 @@
 
 use super::camera::Camera;
 use super::picture::Picture;
-use super::{contact_sheet, font, raster::Corner};
+use super::{contact_sheet, font, raster::ScreenCorner};
 use cullet_geometry::Vec3;
 use cullet_proto::specimen::Frame;
 pub use cullet_record::scale::{colour, range};
@@ -106,7 +106,7 @@ fn draw(frame: &Frame, camera: &Camera, size: f64, span: (f32, f32)) -> Picture 
         if local.z <= 1e-9 {
             continue;
         }
-        let Corner { x, y, near } = camera.project(local);
+        let ScreenCorner { x, y, near } = camera.project(local);
         let radius = (0.75 * size * camera.focal * near).clamp(0.7, 30.0);
         let rgb = colour(point[3], span);
         let (left, right) = ((x - radius).max(0.0) as usize, (x + radius).max(0.0) as usize);
@@ -118,7 +118,7 @@ fn draw(frame: &Frame, camera: &Camera, size: f64, span: (f32, f32)) -> Picture 
                 let pixel = &mut depth[v * SIZE.0 + u];
                 if square <= 1.0 && near > *pixel {
                     *pixel = near;
-                    // Darker towards the rim, so that points are told apart.
+                    // Darker towards the rim, so that points can be distinguished.
                     let shade = 1.0 - 0.35 * square;
                     picture.set(u, v, rgb.map(|c| (f64::from(c) * shade) as u8));
                 }

@@ -7,7 +7,7 @@ pub(super) const NOBODY: u32 = u32::MAX;
 
 /// A corner on the screen.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corner {
+pub(super) struct ScreenCorner {
     /// Pixels from the left.
     pub(super) x: f64,
     /// Pixels from the top.
@@ -20,7 +20,7 @@ pub(super) struct Corner {
 pub(super) struct Buffers {
     pub(super) width: usize,
     pub(super) height: usize,
-    /// [`Corner::near`] of the nearest surface; −∞ where there is none.
+    /// [`ScreenCorner::near`] of the nearest surface; −∞ where there is none.
     pub(super) near: Vec<f32>,
     /// Who it belongs to; empty if only depth is wanted.
     pub(super) who: Vec<u32>,
@@ -36,7 +36,7 @@ struct Edge {
 }
 
 impl Edge {
-    fn between(p: Corner, q: Corner) -> Self {
+    fn between(p: ScreenCorner, q: ScreenCorner) -> Self {
         Self { a: p.y - q.y, b: q.x - p.x, c: p.x * q.y - p.y * q.x }
     }
 
@@ -46,11 +46,11 @@ impl Edge {
 }
 
 /// A triangle on the screen.
-struct Facet {
+struct ScreenTriangle {
     edges: [Edge; 3],
     /// Turns edge functions into the shares of the corners \[1\].
     scale: f64,
-    /// [`Corner::near`] as a function of the place.
+    /// [`ScreenCorner::near`] as a function of the place.
     near: Edge,
     who: u32,
 }
@@ -72,7 +72,7 @@ impl Buffers {
     /// `normals` is asked only where something is drawn.
     pub(super) fn triangle(
         &mut self,
-        corners: [Corner; 3],
+        corners: [ScreenCorner; 3],
         who: u32,
         normals: impl FnOnce() -> [Vec3; 3],
     ) {
@@ -94,7 +94,7 @@ impl Buffers {
             scale * edges.iter().zip(&corners).map(|(e, c)| part(e) * c.near).sum::<f64>()
         };
         let near = Edge { a: weigh(|e| e.a), b: weigh(|e| e.b), c: weigh(|e| e.c) };
-        let facet = Facet { edges, scale, near, who };
+        let facet = ScreenTriangle { edges, scale, near, who };
         let wanted = (!self.who.is_empty()).then(normals);
         for y in rows {
             self.row(y, &columns, &facet, wanted.as_ref());
@@ -105,7 +105,7 @@ impl Buffers {
         &mut self,
         y: usize,
         columns: &std::ops::Range<usize>,
-        facet: &Facet,
+        facet: &ScreenTriangle,
         normals: Option<&[Vec3; 3]>,
     ) {
         let yc = y as f64 + 0.5;
@@ -134,7 +134,7 @@ impl Buffers {
         &mut self,
         y: usize,
         columns: std::ops::Range<usize>,
-        facet: &Facet,
+        facet: &ScreenTriangle,
         normals: Option<&[Vec3; 3]>,
     ) {
         let yc = y as f64 + 0.5;
@@ -182,11 +182,11 @@ fn pixel_range(low: f64, high: f64, size: usize) -> std::ops::Range<usize> {
 mod tests {
     use super::*;
 
-    fn corner(x: f64, y: f64, near: f64) -> Corner {
-        Corner { x, y, near }
+    fn corner(x: f64, y: f64, near: f64) -> ScreenCorner {
+        ScreenCorner { x, y, near }
     }
 
-    fn draw(buffers: &mut Buffers, corners: [Corner; 3], who: u32) {
+    fn draw(buffers: &mut Buffers, corners: [ScreenCorner; 3], who: u32) {
         buffers.triangle(corners, who, || [Vec3::z(); 3]);
     }
 

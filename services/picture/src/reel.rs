@@ -4,11 +4,11 @@ use super::camera::Camera;
 use super::light::Light;
 use super::occlusion::AmbientOcclusion;
 use super::picture::Picture;
-use super::raster::{Buffers, Corner};
+use super::raster::{Buffers, ScreenCorner};
 #[cfg(test)]
 use super::shade::slow;
 use super::shade::{CRACK, Changed, Shaded, Shot};
-use super::stage::{Focus, SAMPLES, Stage};
+use super::stage::{Focus, RenderContext, SAMPLES};
 use super::track::{Actor, Track};
 use cullet_geometry::{Pose, Vec3};
 
@@ -69,9 +69,10 @@ impl<'a> Reel<'a> {
     }
 
     /// Puts everything where it is at that time, before the eye and before the light.
-    fn set(&self, time: f64) -> (Stage<'_>, Camera, Buffers) {
+    fn set(&self, time: f64) -> (RenderContext<'_>, Camera, Buffers) {
         let camera = self.focus.camera.scaled(SAMPLES as f64);
-        let mut stage = Stage::set(self.track, self.focus, &camera, &self.occlusion, self.shadow);
+        let mut stage =
+            RenderContext::set(self.track, self.focus, &camera, &self.occlusion, self.shadow);
         let mut seen = Buffers::new(self.size.0 * SAMPLES, self.size.1 * SAMPLES);
         let nearest = NEAREST * self.focus.reach;
         for (who, actor, pose) in self.track.present(time) {
@@ -99,7 +100,7 @@ fn draw_actor(
 ) {
     let mesh = &actor.mesh;
     let locals: Vec<Vec3> = placed(actor, pose).map(|v| camera.local(v)).collect();
-    let corners: Vec<Corner> = locals.iter().map(|local| camera.project(*local)).collect();
+    let corners: Vec<ScreenCorner> = locals.iter().map(|local| camera.project(*local)).collect();
     for (t, &[a, b, c]) in mesh.triangles.iter().enumerate() {
         let who = if mesh.crack[t] { who | CRACK } else { who };
         let normals = || mesh.normals[t].map(|n| pose.rotation * n);
@@ -145,7 +146,7 @@ fn clipped(
 }
 
 fn shadow_actor(light: &mut Light, actor: &Actor, pose: &Pose) {
-    let corners: Vec<Corner> = placed(actor, pose).map(|v| light.project(v)).collect();
+    let corners: Vec<ScreenCorner> = placed(actor, pose).map(|v| light.project(v)).collect();
     for &[a, b, c] in &actor.mesh.triangles {
         let corners = [corners[a as usize], corners[b as usize], corners[c as usize]];
         light.seen.triangle(corners, 0, || [Vec3::zeros(); 3]);

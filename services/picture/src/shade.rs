@@ -2,24 +2,24 @@
 //! where surfaces meet, thin lines around bodies, a chequered floor that fades into the sky.
 
 use super::camera::Camera;
-use super::change::Changes;
+use super::change::ChangedTiles;
 use super::light::TAP_REACH;
 use super::occlusion::FARTHEST;
 use super::picture::Picture;
 use super::raster::{Buffers, NOBODY};
-use super::stage::{SAMPLES, Stage};
+use super::stage::{RenderContext, SAMPLES};
 use cullet_geometry::Vec3;
 use std::ops::Range;
 
 /// Linear light, red, green, blue.
-pub(super) type Colour = [f32; 3];
+pub(super) type LinearRgb = [f32; 3];
 
-const KEY: Colour = [1.18, 1.10, 0.98];
-const SKY_LIGHT: Colour = [0.44, 0.49, 0.56];
-const FLOOR_LIGHT: Colour = [0.27, 0.25, 0.23];
-const HORIZON: Colour = [0.80, 0.82, 0.84];
-const ZENITH: Colour = [0.46, 0.58, 0.72];
-const FLOOR: [Colour; 2] = [[0.50, 0.49, 0.47], [0.44, 0.43, 0.415]];
+const KEY: LinearRgb = [1.18, 1.10, 0.98];
+const SKY_LIGHT: LinearRgb = [0.44, 0.49, 0.56];
+const FLOOR_LIGHT: LinearRgb = [0.27, 0.25, 0.23];
+const HORIZON: LinearRgb = [0.80, 0.82, 0.84];
+const ZENITH: LinearRgb = [0.46, 0.58, 0.72];
+const FLOOR: [LinearRgb; 2] = [[0.50, 0.49, 0.47], [0.44, 0.43, 0.415]];
 /// Marks a crack face in the buffer of who is seen.
 pub(super) const CRACK: u32 = 1 << 31;
 /// How much of its light a pixel keeps beside another body, and beside what stands behind it.
@@ -39,26 +39,26 @@ const COUNT: usize = SAMPLES * SAMPLES;
 /// Where they are.
 type Samples = [(usize, usize); COUNT];
 /// The tile of the light's picture that each of them asked, or [`UNASKED`].
-type Asked = [u32; COUNT];
+type RequestedTiles = [u32; COUNT];
 
 /// Marks a sample that asks nothing of the light's picture.
 const UNASKED: u32 = u32::MAX;
 
 /// What changed since a picture was shaded, on the screen and in the light's picture.
 pub(super) struct Changed {
-    screen: Changes,
-    light: Changes,
+    screen: ChangedTiles,
+    light: ChangedTiles,
 }
 
 impl Changed {
     pub(super) fn between(old: (&Buffers, &Buffers), new: (&Buffers, &Buffers)) -> Self {
         Self {
-            screen: Changes::between(old.0, new.0).spread(FARTHEST),
-            light: Changes::between(old.1, new.1).spread(TAP_REACH),
+            screen: ChangedTiles::between(old.0, new.0).spread(FARTHEST),
+            light: ChangedTiles::between(old.1, new.1).spread(TAP_REACH),
         }
     }
 
-    fn touches(&self, tile: usize, asked: &Asked) -> bool {
+    fn touches(&self, tile: usize, asked: &RequestedTiles) -> bool {
         let touched = |tile: &u32| *tile != UNASKED && self.light.touched(*tile as usize);
         self.screen.touched(tile) || asked.iter().any(touched)
     }
@@ -67,7 +67,7 @@ impl Changed {
 /// A shaded picture.
 pub(super) struct Shaded {
     pub(super) picture: Picture,
-    asked: Vec<Asked>,
+    asked: Vec<RequestedTiles>,
 }
 
 impl Shaded {
@@ -81,7 +81,7 @@ impl Shaded {
         let (width, height) = (self.picture.width, self.picture.height);
         for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
             let asked = &mut self.asked[y * width + x];
-            let tile = Changes::tile(shot.seen.width, x * SAMPLES, y * SAMPLES);
+            let tile = ChangedTiles::tile(shot.seen.width, x * SAMPLES, y * SAMPLES);
             if changed.is_none_or(|changed| changed.touches(tile, asked)) {
                 let (colour, tiles) = shot.pixel((x * SAMPLES, y * SAMPLES));
                 *asked = tiles;
@@ -99,16 +99,16 @@ fn screen(light: f32) -> u8 {
 
 /// All that a pixel's colour depends on.
 pub(super) struct Shot<'a> {
-    pub(super) stage: &'a Stage<'a>,
+    pub(super) stage: &'a RenderContext<'a>,
     pub(super) camera: &'a Camera,
     pub(super) seen: &'a Buffers,
 }
 
 /// A colour, and the tile of the light's picture that decided it.
-type Lit = (Colour, u32);
+type Lit = (LinearRgb, u32);
 
 /// A point of a surface, and the quarter turns of the patterns that it is looked at with.
-struct Surface {
+struct SurfacePoint {
     point: Vec3,
     normal: Vec3,
     turns: Range<usize>,
@@ -116,7 +116,7 @@ struct Surface {
 
 impl Shot<'_> {
     /// A pixel, from its samples together if they are alike; `corner` is the first of them.
-    fn pixel(&self, corner: (usize, usize)) -> (Colour, Asked) {
+    fn pixel(&self, corner: (usize, usize)) -> (LinearRgb, RequestedTiles) {
         let samples = samples(corner);
         if !self.alike(&samples) {
             return self.mean(&samples);
@@ -128,7 +128,7 @@ impl Shot<'_> {
     }
 
     /// The mean of samples, each shaded for itself.
-    fn mean(&self, samples: &Samples) -> (Colour, Asked) {
+    fn mean(&self, samples: &Samples) -> (LinearRgb, RequestedTiles) {
         let mut asked = [UNASKED; COUNT];
         let mut sum = [0.0_f32; 3];
         for (k, &(x, y)) in samples.iter().enumerate() {
@@ -205,14 +205,14 @@ impl Shot<'_> {
         near: f64,
         index: usize,
         turns: Range<usize>,
-        floor: impl Fn(Vec3) -> Colour,
+        floor: impl Fn(Vec3) -> LinearRgb,
     ) -> Lit {
         let stage = self.stage;
         let point = self.camera.eye + ray / near;
         let n = self.seen.normal[index].map(f64::from);
         let normal = Vec3::from(n).try_normalize(1e-12).unwrap_or(stage.up);
         let open = stage.occlusion.open(&stage.view, self.seen, index, turns.clone());
-        let at = Surface { point, normal, turns };
+        let at = SurfacePoint { point, normal, turns };
         let actor = stage.track.actor(body(who));
         if !actor.fixed {
             let base = if who & CRACK == 0 { actor.outer } else { actor.inner };
@@ -238,7 +238,7 @@ impl Shot<'_> {
             return (sky(stage, ray), UNASKED);
         }
         let point = camera.eye + ray * along;
-        let at = Surface { point, normal: stage.up, turns };
+        let at = SurfacePoint { point, normal: stage.up, turns };
         let (lit, asked) = light(stage, &at, checker(stage, point), 1.0);
         (fade(stage, camera, ray, point, lit), asked)
     }
@@ -249,7 +249,7 @@ fn samples((x, y): (usize, usize)) -> Samples {
     std::array::from_fn(|k| (x + k % SAMPLES, y + k / SAMPLES))
 }
 
-fn light(stage: &Stage<'_>, at: &Surface, base: Colour, open: f32) -> Lit {
+fn light(stage: &RenderContext<'_>, at: &SurfacePoint, base: LinearRgb, open: f32) -> Lit {
     let (key, up, normal) = (&stage.light, stage.up, at.normal);
     let facing = normal.dot(&key.towards).max(0.0) as f32;
     let (mut lit, mut asked) = (0.0, UNASKED);
@@ -265,7 +265,7 @@ fn light(stage: &Stage<'_>, at: &Surface, base: Colour, open: f32) -> Lit {
     (colour, asked)
 }
 
-fn checker(stage: &Stage<'_>, point: Vec3) -> Colour {
+fn checker(stage: &RenderContext<'_>, point: Vec3) -> LinearRgb {
     let (u, v) = stage.floor_axes;
     let cell = |axis: Vec3| whole(point.dot(&axis) / stage.tile);
     FLOOR[(cell(u) + cell(v)).rem_euclid(2) as usize]
@@ -278,7 +278,13 @@ fn whole(x: f64) -> i64 {
 }
 
 /// The floor far away goes over into the horizon.
-fn fade(stage: &Stage<'_>, camera: &Camera, ray: Vec3, point: Vec3, colour: Colour) -> Colour {
+fn fade(
+    stage: &RenderContext<'_>,
+    camera: &Camera,
+    ray: Vec3,
+    point: Vec3,
+    colour: LinearRgb,
+) -> LinearRgb {
     let far = (point - camera.eye).norm() / stage.reach;
     let share = ((far - 2.5) / 9.0).clamp(0.0, 1.0) as f32;
     if share == 0.0 {
@@ -289,14 +295,14 @@ fn fade(stage: &Stage<'_>, camera: &Camera, ray: Vec3, point: Vec3, colour: Colo
     std::array::from_fn(|i| colour[i] + (sky[i] - colour[i]) * share)
 }
 
-fn sky(stage: &Stage<'_>, ray: Vec3) -> Colour {
+fn sky(stage: &RenderContext<'_>, ray: Vec3) -> LinearRgb {
     let height = (ray.dot(&stage.up) / ray.norm()).clamp(0.0, 1.0) as f32;
     let share = (height * 2.2).min(1.0);
     std::array::from_fn(|i| HORIZON[i] + (ZENITH[i] - HORIZON[i]) * share)
 }
 
 /// Darkens a pixel whose right or lower neighbour belongs to someone else.
-fn outline(stage: &Stage<'_>, seen: &Buffers, x: usize, y: usize) -> f32 {
+fn outline(stage: &RenderContext<'_>, seen: &Buffers, x: usize, y: usize) -> f32 {
     let index = y * seen.width + x;
     let here = seen.who[index];
     let moves = |who: u32| who != NOBODY && !stage.track.actor(body(who)).fixed;

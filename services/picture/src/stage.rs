@@ -14,7 +14,7 @@ const SHADOW_REACH: f64 = 2.2;
 const CONTACT: f64 = 0.12;
 
 /// All that stays the same while a moment is drawn, and what of it depends on the moment.
-pub(super) struct Stage<'a> {
+pub(super) struct RenderContext<'a> {
     pub(super) track: &'a Track,
     pub(super) up: Vec3,
     pub(super) light: Light,
@@ -41,7 +41,7 @@ pub(super) struct Focus {
     pub(super) floor: Option<f64>,
 }
 
-impl<'a> Stage<'a> {
+impl<'a> RenderContext<'a> {
     pub(super) fn set(
         track: &'a Track,
         focus: &Focus,

@@ -5,7 +5,7 @@
 //! (how long, how fast, on how thick a body) into a spacing, and says in numbers which of them
 //! decided. Nothing here looks at a clock: costs are reckoned, so that a plan is the same anywhere.
 
-use crate::reason::Reason;
+use crate::reason::RigidReason;
 use cullet_model::Material;
 use cullet_model::brittle::{AFTER_TRANSITS, CELLS_ACROSS_CHOSEN, POINTS_PER_CELL, PUSH_TRANSITS};
 use cullet_world::{BodyMeasure, Hit};
@@ -51,7 +51,7 @@ pub enum Regime {
 
 /// What decided a spacing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bound {
+pub enum SpacingBound {
     /// The scene's error.
     Error,
     /// Four cells of the smallest fragment wanted.
@@ -90,9 +90,9 @@ pub enum Statistics {
     Fines,
 }
 
-/// A solve as it is meant to be, and what it is reckoned to cost.
+/// The planned solve of a body's hits, and its estimated cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan {
+pub struct SolvePlan {
     /// Statics or dynamics.
     pub regime: Regime,
     /// Π = t_c c_d / 2L \[1\].
@@ -110,10 +110,10 @@ pub struct Plan {
     /// The coarsest that the body can be solved at all \[m\].
     pub coarsest: f64,
     /// What decided the spacing.
-    pub bound: Bound,
+    pub bound: SpacingBound,
     /// The finest that a solve may be where this spacing proves too coarse, and what keeps it from
     /// finer ones: all but the budget, which knows what was spent \[m\].
-    pub finest: (f64, Bound),
+    pub finest: (f64, SpacingBound),
     /// Material points \[1\].
     pub points: f64,
     /// Time steps \[1\].
@@ -236,15 +236,17 @@ fn wanted(
     material: &Material,
     body: &BodyMeasure,
     target: &AccuracyTarget,
-) -> Vec<(f64, Bound)> {
+) -> Vec<(f64, SpacingBound)> {
     let mut wanted = Vec::new();
     wanted.extend(target.error.map(|error| {
         let cells = 12.0 * ERROR_OF_TWELVE / error;
-        (later(body) * body.section.sqrt() / cells, Bound::Error)
+        (later(body) * body.section.sqrt() / cells, SpacingBound::Error)
     }));
-    wanted.extend(target.smallest.map(|d| (later(body) * d / FRAGMENT_CELLS, Bound::Smallest)));
-    wanted.extend(target.cone.then_some((hit.impact.radius / CONE_CELLS, Bound::Cone)));
-    let strength = || (softening_spacing(material, BAND), Bound::Strength);
+    wanted.extend(
+        target.smallest.map(|d| (later(body) * d / FRAGMENT_CELLS, SpacingBound::Smallest)),
+    );
+    wanted.extend(target.cone.then_some((hit.impact.radius / CONE_CELLS, SpacingBound::Cone)));
+    let strength = || (softening_spacing(material, BAND), SpacingBound::Strength);
     wanted.extend(target.strength.then(strength));
     wanted
 }
@@ -259,7 +261,7 @@ pub fn plan(
     body: &BodyMeasure,
     target: &AccuracyTarget,
     limits: &SolveLimits,
-) -> Result<Plan, Reason> {
+) -> Result<SolvePlan, RigidReason> {
     let (pressure, shear) = (material.pressure_speed(), material.shear_speed());
     let (ratio, regime) = regime(hit.impact.duration, body.length, pressure);
     let transit = body.length / shear;
@@ -271,40 +273,41 @@ pub fn plan(
     let count = (body.volume / (size * size * size)).min(paid);
     let across = body.section.sqrt();
     if let Some(limit) = target.pixel.map(|p| SEEN * p).filter(|&limit| 0.5 * across < limit) {
-        return Err(Reason::Unseen { size: 0.5 * across, limit });
+        return Err(RigidReason::Unseen { size: 0.5 * across, limit });
     }
     let most = libm::cbrt(POINTS_PER_CELL * body.volume / limits.most_points);
     let mut wanted = wanted(hit, material, body, target);
     if wanted.is_empty() {
-        wanted.push((later(body) * most, Bound::Points));
+        wanted.push((later(body) * most, SpacingBound::Points));
     }
     let bending = body.depth / CELLS_ACROSS_CHOSEN;
-    wanted.push((bending, Bound::Thickness));
+    wanted.push((bending, SpacingBound::Thickness));
     if regime == Regime::Wave {
-        wanted.push((hit.impact.duration * pressure / WAVE_CELLS, Bound::Wave));
+        wanted.push((hit.impact.duration * pressure / WAVE_CELLS, SpacingBound::Wave));
     }
-    let finest = |a: (f64, Bound), b: (f64, Bound)| if b.0 < a.0 { b } else { a };
-    let spacing = wanted.into_iter().fold((f64::INFINITY, Bound::Points), finest);
+    let finest = |a: (f64, SpacingBound), b: (f64, SpacingBound)| if b.0 < a.0 { b } else { a };
+    let spacing = wanted.into_iter().fold((f64::INFINITY, SpacingBound::Points), finest);
     let (_, steps, unit) = cost(body.volume, duration, pressure, 1.0);
-    let budget = target.budget.map(|budget| ((unit / budget).sqrt().sqrt(), Bound::Budget));
-    let pixel = target.pixel.map(|pixel| (SEEN * pixel / FRAGMENT_CELLS, Bound::Pixel));
-    let coarsest = |a: (f64, Bound), b: (f64, Bound)| if b.0 > a.0 { b } else { a };
-    let rest = [(limits.finest, Bound::Parent), (steps / limits.most_steps, Bound::Steps)];
-    let floor = rest.into_iter().chain(pixel).fold((most, Bound::Points), coarsest);
+    let budget = target.budget.map(|budget| ((unit / budget).sqrt().sqrt(), SpacingBound::Budget));
+    let pixel = target.pixel.map(|pixel| (SEEN * pixel / FRAGMENT_CELLS, SpacingBound::Pixel));
+    let coarsest = |a: (f64, SpacingBound), b: (f64, SpacingBound)| if b.0 > a.0 { b } else { a };
+    let rest =
+        [(limits.finest, SpacingBound::Parent), (steps / limits.most_steps, SpacingBound::Steps)];
+    let floor = rest.into_iter().chain(pixel).fold((most, SpacingBound::Points), coarsest);
     let (spacing, bound) = [floor].into_iter().chain(budget).fold(spacing, coarsest);
-    let finest = if body.generation > 0 { (spacing, Bound::Generation) } else { floor };
+    let finest = if body.generation > 0 { (spacing, SpacingBound::Generation) } else { floor };
     let cells = body.volume / (spacing * spacing * spacing);
     if cells < LEAST_CELLS {
-        return Err(Reason::Cells { cells, limit: LEAST_CELLS, spacing });
+        return Err(RigidReason::Cells { cells, limit: LEAST_CELLS, spacing });
     }
     if spacing > bending * (1.0 + 1e-9) {
         let cells = body.depth / spacing;
         let points = thickness_points(body.volume, body.depth, CELLS_ACROSS_CHOSEN);
-        return Err(Reason::Thin { cells, limit: CELLS_ACROSS_CHOSEN, spacing, points });
+        return Err(RigidReason::Thin { cells, limit: CELLS_ACROSS_CHOSEN, spacing, points });
     }
     let (points, steps, cost) = cost(body.volume, duration, pressure, spacing);
     let error = ladder_error(across / spacing);
-    Ok(Plan {
+    Ok(SolvePlan {
         regime,
         ratio,
         duration,
@@ -323,7 +326,7 @@ pub fn plan(
     })
 }
 
-impl std::fmt::Display for Bound {
+impl std::fmt::Display for SpacingBound {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Error => "the error asked for",
@@ -342,7 +345,7 @@ impl std::fmt::Display for Bound {
     }
 }
 
-impl std::fmt::Display for Plan {
+impl std::fmt::Display for SolvePlan {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let regime = match self.regime {
             Regime::Static => "static",
@@ -425,7 +428,7 @@ pub fn finest(
     body: &BodyMeasure,
     target: &AccuracyTarget,
     limits: &SolveLimits,
-) -> Option<Result<Plan, Reason>> {
+) -> Option<Result<SolvePlan, RigidReason>> {
     let plans = hits.iter().map(|hit| plan(hit, material, body, target, limits));
     plans.reduce(|one, two| match (one, two) {
         (Ok(one), Ok(two)) => Ok(if two.spacing < one.spacing { two } else { one }),

@@ -3,8 +3,8 @@
 use crate::brittle::{self, AccuracyTarget, SolveLimits};
 use crate::family;
 use crate::gate::{Gate, GateLimits, gate, stressing_spin};
-use crate::reason::Reason;
-use crate::refinement::{Kind, Refinement};
+use crate::reason::RigidReason;
+use crate::refinement::{HitClass, Refinement};
 use cullet_geometry::Vec3;
 use cullet_world::{BodyId, HeldContact, Hit, World};
 
@@ -27,7 +27,7 @@ pub struct Policy<'a> {
 #[derive(Clone, Debug)]
 pub enum Decision {
     /// Nothing can crack: why, for each of the hits.
-    Keep(Vec<Reason>),
+    Keep(Vec<RigidReason>),
     /// Solve.
     Solve(Box<SolveOrder>),
 }
@@ -87,7 +87,7 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
     if let Some(target) = policy.target.filter(|_| known && sampled.is_none()) {
         match brittle::finest(hits, &view.material.solid, measure, &target, &policy.limits) {
             Some(Ok(plan)) => {
-                let kind = Kind::of(policy.material, view.volume, hits);
+                let kind = HitClass::of(policy.material, view.volume, hits);
                 refinement = Refinement::new(&plan, &target, kind);
                 planned = Some(plan.to_string());
             }

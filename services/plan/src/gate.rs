@@ -3,7 +3,7 @@
 //! Gate 1 asks energy, gate 2 asks stress. Both err on the side of solving: only what cannot crack
 //! is `Rigid`.
 
-use crate::reason::Reason;
+use crate::reason::RigidReason;
 use cullet_geometry::Vec3;
 use cullet_model::Material;
 use cullet_world::{BodyMeasure, BodyView, DURATION_OVER_APPROACH, Hit};
@@ -12,9 +12,9 @@ use cullet_world::{BodyMeasure, BodyView, DURATION_OVER_APPROACH, Hit};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Gate {
     /// Nothing can crack: leave the body whole.
-    Rigid(Reason),
+    Rigid(RigidReason),
     /// It may crack, but does not deserve a solver: geometric pieces will do.
-    Geometric(Reason),
+    Geometric(RigidReason),
     /// Solve it.
     Solve,
 }
@@ -111,19 +111,23 @@ pub fn gate(hit: &Hit, material: &Material, body: &BodyMeasure, limits: &GateLim
     let affordable = limits.efficiency * hit.impact.energy / material.fracture_energy;
     if affordable < body.section && spin < least {
         let (efficiency, section) = (limits.efficiency, body.section);
-        return Gate::Rigid(Reason::Energy { efficiency, affordable, section });
+        return Gate::Rigid(RigidReason::Energy { efficiency, affordable, section });
     }
     let greatest = contact.max(bending).max(wave) + spin;
     if greatest < least {
-        return Gate::Rigid(Reason::Stress { stress: greatest, strength, safety: limits.safety });
+        return Gate::Rigid(RigidReason::Stress {
+            stress: greatest,
+            strength,
+            safety: limits.safety,
+        });
     }
     if body.generation > limits.solve_generation {
         let (generation, limit) = (body.generation, limits.solve_generation);
-        return Gate::Geometric(Reason::Generation { generation, limit });
+        return Gate::Geometric(RigidReason::Generation { generation, limit });
     }
     if body.volume_ratio < limits.solve_volume_ratio {
         let (ratio, limit) = (body.volume_ratio, limits.solve_volume_ratio);
-        return Gate::Geometric(Reason::Size { ratio, limit });
+        return Gate::Geometric(RigidReason::Size { ratio, limit });
     }
     Gate::Solve
 }

@@ -17,5 +17,5 @@ mod refinement;
 pub use brittle::{AccuracyTarget, SolveLimits};
 pub use decide::{Decision, Policy, SolveOrder, decide};
 pub use gate::{Gate, GateLimits, gate, stressing_spin};
-pub use reason::Reason;
-pub use refinement::{Experience, Kind, Next, Refinement};
+pub use reason::RigidReason;
+pub use refinement::{Experience, HitClass, Next, Refinement};

@@ -1,8 +1,8 @@
 //! Why a hit is not solved, with the bound.
 
-/// Why not to solve.
+/// Why a hit is not solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Reason {
+pub enum RigidReason {
     /// Gate 1: the energy of the hit opens less crack than any way through the body needs.
     Energy {
         /// η \[1\].
@@ -64,7 +64,7 @@ pub enum Reason {
     },
 }
 
-impl std::fmt::Display for Reason {
+impl std::fmt::Display for RigidReason {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match *self {
             Self::Energy { efficiency, affordable, section } => {

@@ -2,8 +2,8 @@
 //! two still differ by more than the scene allows, or where like hits did. Beyond the plan's
 //! spacing only where the last two differ by more, and as far as budget and points go.
 
-use crate::brittle::{AccuracyTarget, Figures, Plan, branched, estimate};
-use cullet_model::Fracture;
+use crate::brittle::{AccuracyTarget, Figures, SolvePlan, branched, estimate};
+use cullet_model::Fragmentation;
 use cullet_world::Hit;
 use std::collections::{BTreeMap, VecDeque};
 
@@ -16,16 +16,16 @@ const NEAR: f64 = 1.5;
 /// Hits whose errors must be known before one like them is taken at its word.
 const LIKE: usize = 3;
 
-/// Errors of spacings, as far as hits of one run have told them; filled in the order in which jobs
+/// Errors of spacings, as far as hits of one run have shown them; filled in the order in which jobs
 /// settle, so that it is the same with any pool.
 #[derive(Clone, Debug, Default)]
-pub struct Experience(BTreeMap<(Kind, u64), Vec<f64>>);
+pub struct Experience(BTreeMap<(HitClass, u64), Vec<f64>>);
 
 /// What makes hits alike: material, size of the body, speed and energy, in powers of two.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Kind(String, [i64; 3]);
+pub struct HitClass(String, [i64; 3]);
 
-impl Kind {
+impl HitClass {
     /// `volume` \[m³\] of the body, `speed` \[m/s\] and `energy` \[J\] of the hardest of its hits.
     #[must_use]
     pub fn new(material: &str, volume: f64, speed: f64, energy: f64) -> Self {
@@ -44,12 +44,12 @@ impl Kind {
 }
 
 impl Experience {
-    fn learn(&mut self, kind: &Kind, spacing: f64, error: f64) {
+    fn learn(&mut self, kind: &HitClass, spacing: f64, error: f64) {
         self.0.entry((kind.clone(), spacing.to_bits())).or_default().push(error);
     }
 
     /// The greatest error of a spacing, and of how many hits like this one.
-    fn of(&self, kind: &Kind, spacing: f64) -> Option<(f64, usize)> {
+    fn of(&self, kind: &HitClass, spacing: f64) -> Option<(f64, usize)> {
         let known = self.0.get(&(kind.clone(), spacing.to_bits()))?;
         let greatest = known.iter().copied().fold(0.0, f64::max);
         (known.len() >= LIKE).then_some((greatest, known.len()))
@@ -71,15 +71,14 @@ pub struct Refinement {
     left: VecDeque<f64>,
     last: Option<Figures>,
     error: f64,
-    kind: Kind,
-    reach: Option<Reach>,
+    kind: HitClass,
+    reach: Option<RefinementReach>,
 }
 
-/// How far beyond the plan a hit may be solved: by what was planned and is reckoned to have been
-/// spent, never by a clock.
+/// How far beyond the plan a hit may be solved: by planned and estimated costs, never by a clock.
 #[derive(Clone, Debug)]
-struct Reach {
-    plan: Plan,
+struct RefinementReach {
+    plan: SolvePlan,
     /// Processor time that all solves of the hit may take \[s\].
     budget: f64,
     /// What those so far were reckoned to take \[s\].
@@ -88,7 +87,7 @@ struct Reach {
     now: f64,
 }
 
-impl Reach {
+impl RefinementReach {
     /// Processor time of a solve, as h⁻⁴ \[s\].
     fn cost(&self, spacing: f64) -> f64 {
         let finer = self.plan.spacing / spacing;
@@ -115,7 +114,7 @@ impl Refinement {
     /// From the coarsest that the body bears to the plan's spacing; without an error that is good
     /// enough the plan's alone. A single coarser one would have nothing to be compared with.
     #[must_use]
-    pub fn new(plan: &Plan, target: &AccuracyTarget, kind: Kind) -> Self {
+    pub fn new(plan: &SolvePlan, target: &AccuracyTarget, kind: HitClass) -> Self {
         let coarser = std::iter::successors(Some(plan.coarsest), |h| Some(h / STEP));
         let coarser = coarser.take_while(|&h| target.error.is_some() && h > NEAR * plan.spacing);
         let mut left: VecDeque<f64> = coarser.collect();
@@ -124,7 +123,7 @@ impl Refinement {
         }
         left.push_back(plan.spacing);
         let budget = target.budget.unwrap_or(f64::INFINITY);
-        let reach = Reach { plan: *plan, budget, spent: 0.0, now: plan.spacing };
+        let reach = RefinementReach { plan: *plan, budget, spent: 0.0, now: plan.spacing };
         Self { left, last: None, error: target.error.unwrap_or(0.0), kind, reach: Some(reach) }
     }
 
@@ -147,7 +146,7 @@ impl Refinement {
     /// Whether an outcome is good enough, by the solve before it or by hits like this one. The
     /// plan's is, and finer ones, unless it differs from the one before it by more than the error
     /// and something is left to spend.
-    pub fn next(&mut self, outcome: Option<&Fracture>, seen: &mut Experience) -> Next {
+    pub fn next(&mut self, outcome: Option<&Fragmentation>, seen: &mut Experience) -> Next {
         let Some(now) = outcome.and_then(figures) else {
             self.last = None;
             return match self.goes_on() {
@@ -207,7 +206,7 @@ fn told(coarse: usize, fine: usize) -> String {
 }
 
 /// What solves are compared by; nothing of one without a grid, which another family made.
-fn figures(broken: &Fracture) -> Option<Figures> {
+fn figures(broken: &Fragmentation) -> Option<Figures> {
     let volumes = broken.fragments.iter().map(|part| part.solid.mesh.signed_volume());
     let whole: f64 = volumes.clone().sum();
     let largest = volumes.fold(0.0, f64::max);

@@ -23,14 +23,14 @@ const MAX_BYTES: u64 = 64 << 20;
 pub(super) struct AtWork {
     path: PathBuf,
     file: Option<File>,
-    jobs: Jobs,
+    jobs: RunsByJob,
     lines: usize,
     /// Lines beyond which most no longer count.
     many: usize,
 }
 
 /// The numbers of the runs that want each job, which they keep in all lives.
-type Jobs = BTreeMap<JobId, BTreeSet<u64>>;
+type RunsByJob = BTreeMap<JobId, BTreeSet<u64>>;
 
 impl AtWork {
     /// What the last life has left, and a file for this one that begins with those that still
@@ -41,7 +41,7 @@ impl AtWork {
     ) -> (Self, Vec<(JobId, u64)>) {
         let mut jobs = read(path).unwrap_or_else(|error| {
             tracing::warn!("{}: {error}: what was at work is begun anew", path.display());
-            Jobs::new()
+            RunsByJob::new()
         });
         jobs.retain(|job, _| counts(job));
         let left = pairs(&jobs).collect();
@@ -93,7 +93,7 @@ impl AtWork {
     }
 }
 
-fn pairs(jobs: &Jobs) -> impl Iterator<Item = (JobId, u64)> {
+fn pairs(jobs: &RunsByJob) -> impl Iterator<Item = (JobId, u64)> {
     jobs.iter().flat_map(|(job, runs)| runs.iter().map(|run| (*job, *run)))
 }
 
@@ -108,13 +108,13 @@ fn pair(line: &str) -> Option<(JobId, u64)> {
 }
 
 /// A line that a crash tore says nothing, nor one in which a bit turned.
-fn read(path: &Path) -> Result<Jobs> {
+fn read(path: &Path) -> Result<RunsByJob> {
     let mut text = Vec::new();
     match File::open(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Jobs::new()),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(RunsByJob::new()),
         file => file?.take(MAX_BYTES).read_to_end(&mut text)?,
     };
-    let (mut jobs, mut bad) = (Jobs::new(), 0);
+    let (mut jobs, mut bad) = (RunsByJob::new(), 0);
     for line in String::from_utf8_lossy(&text).split_inclusive('\n') {
         match line.strip_suffix('\n').and_then(pair) {
             Some((job, run)) => drop(jobs.entry(job).or_default().insert(run)),
@@ -130,7 +130,7 @@ fn read(path: &Path) -> Result<Jobs> {
 }
 
 /// Whole or not at all: written beside and renamed.
-fn write(path: &Path, jobs: &Jobs) -> Result<File> {
+fn write(path: &Path, jobs: &RunsByJob) -> Result<File> {
     let folder = path.parent().unwrap_or(Path::new("."));
     state::folder(folder)?;
     let mut beside = state::unfinished(folder)?;

@@ -4,7 +4,8 @@ use cullet_proto::JobId;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-/// News of attempts that are kept until somebody asks; what is beyond it is told as a job settles.
+/// News of attempts that are kept until somebody asks; what is beyond it is reported as a job
+/// settles.
 const MAX_NEWS: usize = 4_096;
 
 /// News of an attempt at a job that has not settled.

@@ -23,7 +23,7 @@ const TAG: [u8; 8] = *b"by build";
 const HEAD: usize = 32 + TAG.len() + 32;
 
 /// A result's bytes, and what found it, if that is known.
-pub(super) type Found = (Arc<Vec<u8>>, Option<Build>);
+pub(super) type CachedResult = (Arc<Vec<u8>>, Option<Build>);
 
 /// Where finished jobs are kept, and how much of them.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ impl Default for CacheConfig {
 
 pub(super) struct Cache {
     memory: LruIndex,
-    results: BTreeMap<Job, Found>,
+    results: BTreeMap<Job, CachedResult>,
     disk: Option<(PathBuf, LruIndex)>,
     pub(super) hits: u64,
 }
@@ -69,7 +69,7 @@ impl Cache {
     }
 
     /// A job's result, which answers an opening.
-    pub(super) fn get(&mut self, id: JobId) -> Option<Found> {
+    pub(super) fn get(&mut self, id: JobId) -> Option<CachedResult> {
         let found = self.look(id);
         self.hits += u64::from(found.is_some());
         found
@@ -82,12 +82,12 @@ impl Cache {
     }
 
     /// A job's result.
-    pub(super) fn look(&mut self, id: JobId) -> Option<Found> {
+    pub(super) fn look(&mut self, id: JobId) -> Option<CachedResult> {
         let job = Job(id.0);
         if self.memory.touch(job) { self.results.get(&job).cloned() } else { self.read(job) }
     }
 
-    fn read(&mut self, job: Job) -> Option<Found> {
+    fn read(&mut self, job: Job) -> Option<CachedResult> {
         let (folder, index) = self.disk.as_mut()?;
         if !index.touch(job) {
             return None;
@@ -125,7 +125,7 @@ impl Cache {
         }
     }
 
-    fn hold(&mut self, job: Job, found: &Found) {
+    fn hold(&mut self, job: Job, found: &CachedResult) {
         self.results.insert(job, found.clone());
         for gone in self.memory.put(job, found.0.len() as u64) {
             self.results.remove(&gone);

@@ -44,7 +44,7 @@ impl SpawnConfig {
 
 /// One place for a worker process; a name is used for one process only.
 #[derive(Debug)]
-struct Slot {
+struct ProcessSlot {
     child: Option<Child>,
     name: String,
     born: Instant,
@@ -61,7 +61,7 @@ struct Slot {
 pub(super) struct Children {
     config: SpawnConfig,
     endpoint: String,
-    slots: Vec<Slot>,
+    slots: Vec<ProcessSlot>,
     named: u64,
     pub(super) respawned: u64,
 }
@@ -74,7 +74,7 @@ impl Children {
             let (name, now) = (all.name(), Instant::now());
             // Stopping here drops `all`, which ends those that did start.
             let child = Some(all.spawn(&name)?);
-            all.slots.push(Slot {
+            all.slots.push(ProcessSlot {
                 child,
                 name,
                 born: now,
@@ -131,7 +131,7 @@ impl Children {
     /// Why no process will ever ask for work, if so.
     pub(super) fn hopeless(&self) -> Option<String> {
         let last = self.slots.last()?;
-        self.slots.iter().all(Slot::given_up).then(|| {
+        self.slots.iter().all(ProcessSlot::given_up).then(|| {
             let exe = self.config.exe.display();
             let ending = &last.ending;
             format!(
@@ -184,7 +184,7 @@ impl Children {
     }
 }
 
-impl Slot {
+impl ProcessSlot {
     /// Its process ended, and the next one has to wait.
     fn ended(&mut self, how: String, now: Instant) {
         self.next = now + self.pause;

@@ -8,8 +8,8 @@ use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, UserVerb};
 use cullet_proto::security::Rules;
 use cullet_proto::service::{
-    self, Fetch, Fetched, FileInfo, Follow, MAX_INLINE, News, Piece, PieceAnswer, Refused, RunInfo,
-    Submit, SubmitAnswer, Which,
+    self, BundlePiece, ErrorReply, FetchFile, Fetched, FileInfo, Follow, MAX_INLINE, PieceAnswer,
+    RunInfo, RunUpdate, Submit, SubmitAnswer, Which,
 };
 use cullet_proto::transport::Patience;
 use cullet_proto::{WorkerId, chunks};
@@ -148,7 +148,7 @@ impl Client {
             return Ok(());
         };
         let (digest, length) = (digest.to_owned(), blob.len() as u64);
-        let piece = Piece { digest, length, index, sum: Some(chunks::sum(bytes)) };
+        let piece = BundlePiece { digest, length, index, sum: Some(chunks::sum(bytes)) };
         let said: PieceAnswer = self.ask(UserVerb::Piece, "a piece of a bundle", &piece, bytes)?.0;
         if said == PieceAnswer::Busy {
             std::thread::sleep(PAUSE);
@@ -180,11 +180,11 @@ impl Client {
     ///
     /// # Errors
     /// A refusal, silence, or a run that is not known there.
-    pub fn news(&self, run: u64, from: u64) -> Result<News, LinkError> {
+    pub fn news(&self, run: u64, from: u64) -> Result<RunUpdate, LinkError> {
         self.question(UserVerb::Follow, &Follow { run, from, wait_ms: NEWS_MS })
     }
 
-    /// Follows a run from a line on until it is over or laid aside, a call for each piece of news.
+    /// Follows a run from a line on until it is over or paused, a call for each piece of news.
     ///
     /// # Errors
     /// As [`Client::news`]; [`LinkError::Left`] if the coordinator is about to end.
@@ -192,7 +192,7 @@ impl Client {
         &self,
         run: u64,
         mut from: u64,
-        mut tell: impl FnMut(&News),
+        mut tell: impl FnMut(&RunUpdate),
     ) -> Result<RunInfo, LinkError> {
         loop {
             let news = self.news(run, from)?;
@@ -262,7 +262,7 @@ impl Client {
     }
 
     fn fetch_piece(&self, run: u64, file: &FileInfo, index: u32) -> Result<Vec<u8>, LinkError> {
-        let fetch = Fetch { run, file: file.name.clone(), index };
+        let fetch = FetchFile { run, file: file.name.clone(), index };
         let since = Instant::now();
         while since.elapsed() < self.patience {
             let (said, piece) = self.ask::<_, Fetched>(UserVerb::Fetch, "a file", &fetch, &[])?;
@@ -292,7 +292,7 @@ impl Client {
                 },
                 Some(Err(bytes)) => {
                     // A refusal that is none of ours is Zenoh's own: a timeout.
-                    if let Ok((Refused { error, unknown, later }, _)) = service::open(&bytes) {
+                    if let Ok((ErrorReply { error, unknown, later }, _)) = service::open(&bytes) {
                         return Err(match (unknown, later) {
                             (true, _) => LinkError::Unknown(error),
                             (false, true) => LinkError::Later(error),

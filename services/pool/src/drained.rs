@@ -1,5 +1,5 @@
 //! The workers that get no further job, on disk, so that they get none of the next life either: a
-//! line a worker's life, written through before anybody is told.
+//! line a worker's life, written through before anybody gets an answer.
 
 use cullet_dispatch::Worker;
 use cullet_files::state;

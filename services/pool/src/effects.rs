@@ -3,7 +3,7 @@
 use super::attempts::Attempted;
 use super::ledger::Wanted;
 use super::quarantine;
-use super::settlement::{Ending, Reproduction, Settlement};
+use super::settlement::{JobEnding, Reproduction, Settlement};
 use super::shell::{Shell, StepAnswers};
 use cullet_dispatch::{
     Cause, Digest, Effect, Epoch as DispatchEpoch, Job, Loss, Millis, Reason, Run,
@@ -72,7 +72,7 @@ impl Shell {
         }
     }
 
-    /// What a worker is told of its grant.
+    /// What a worker gets to know of its grant.
     fn granted(
         &mut self,
         (worker, run): (Worker, Run),
@@ -199,13 +199,13 @@ impl Shell {
             (Decision::Done { worker, .. }, Some(verdict)) => {
                 worker.into_iter().for_each(|worker| self.workers.roster.done(worker));
                 let name = worker.and_then(|worker| self.workers.names.get(&worker));
-                (Ending::Verdict(verdict), name.map(WorkerId::to_string).unwrap_or_default())
+                (JobEnding::Verdict(verdict), name.map(WorkerId::to_string).unwrap_or_default())
             }
             (Decision::Done { .. }, None) => {
-                (Ending::Abandoned("its result was lost here".into()), String::new())
+                (JobEnding::Abandoned("its result was lost here".into()), String::new())
             }
             (Decision::Abandoned(reason), _) => {
-                (Ending::Abandoned(words(reason, attempts, &wanted.trouble)), String::new())
+                (JobEnding::Abandoned(words(reason, attempts, &wanted.trouble)), String::new())
             }
             (Decision::Cancelled, _) => (self.unwanted(run), String::new()),
         };

@@ -43,7 +43,8 @@ struct Shared {
     changed: Condvar,
 }
 
-enum Input {
+/// An input of the election's thread.
+enum ElectionInput {
     Sign(SessionId, bool),
     Question(Query),
     Reply(Reply),
@@ -53,7 +54,7 @@ enum Input {
 
 /// A claim to a name, upheld until it is dropped.
 pub(super) struct Standing {
-    inputs: SyncSender<Input>,
+    inputs: SyncSender<ElectionInput>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
@@ -89,7 +90,7 @@ impl Standing {
         let questions = inputs.clone();
         let queryable = session
             .declare_queryable(keys::claim(coordinator, own.life))
-            .callback(move |query| drop(questions.try_send(Input::Question(query))))
+            .callback(move |query| drop(questions.try_send(ElectionInput::Question(query))))
             .wait()
             .map_err(failed)?;
         let sign = keys::coordinator_live(coordinator, own.life);
@@ -103,7 +104,7 @@ impl Standing {
                 let life = keys::parse_coordinator_live(sample.key_expr().as_str());
                 let up = sample.kind() == SampleKind::Put;
                 if let Some(life) = life {
-                    drop(signs.try_send(Input::Sign(life, up)));
+                    drop(signs.try_send(ElectionInput::Sign(life, up)));
                 }
             })
             .wait()
@@ -111,7 +112,7 @@ impl Standing {
         let closing = patience.lease_ms + patience.wait_before_close_ms;
         let closing = Duration::from_millis(closing) + SLACK;
         let election = ElectionState::new(coordinator.to_string(), own, closing);
-        let line = Line { session: session.clone(), name: coordinator.clone(), inputs };
+        let line = ElectionSession { session: session.clone(), name: coordinator.clone(), inputs };
         let (inputs, told) = (line.inputs.clone(), Arc::clone(&shared));
         let looks = line.clone();
         let thread = std::thread::Builder::new()
@@ -145,7 +146,7 @@ impl Standing {
 
 impl Drop for Standing {
     fn drop(&mut self) {
-        let _ended = self.inputs.send(Input::Quit);
+        let _ended = self.inputs.send(ElectionInput::Quit);
         if let Some(thread) = self.thread.take() {
             let _panicked = thread.join();
         }
@@ -166,26 +167,26 @@ fn own() -> Claim {
     Claim { life, since_ms, settled: false, process, host, version }
 }
 
-/// Where others are asked.
+/// The session on which other coordinators are asked.
 #[derive(Clone)]
-struct Line {
+struct ElectionSession {
     session: zenoh::Session,
     name: WorkerId,
-    inputs: SyncSender<Input>,
+    inputs: SyncSender<ElectionInput>,
 }
 
-impl Line {
-    /// Whoever shows a sign of life now is known before [`Input::Looked`].
+impl ElectionSession {
+    /// Whoever shows a sign of life now is known before [`ElectionInput::Looked`].
     fn look(&self) -> Result<(), zenoh::Error> {
         let key = keys::coordinators_live(&self.name);
         let found = self.session.liveliness().get(key).timeout(LOOK).wait()?;
         while let Ok(reply) = found.recv() {
             let Ok(sample) = reply.into_result() else { continue };
             if let Some(life) = keys::parse_coordinator_live(sample.key_expr().as_str()) {
-                let _ended = self.inputs.send(Input::Sign(life, true));
+                let _ended = self.inputs.send(ElectionInput::Sign(life, true));
             }
         }
-        let _ended = self.inputs.send(Input::Looked);
+        let _ended = self.inputs.send(ElectionInput::Looked);
         Ok(())
     }
 
@@ -206,7 +207,7 @@ impl Line {
                     && reply.claim.check().is_ok()
                     && reply.claim.life == life
                 {
-                    let _full = inputs.try_send(Input::Reply(reply));
+                    let _full = inputs.try_send(ElectionInput::Reply(reply));
                 }
             })
             .wait();
@@ -216,11 +217,11 @@ impl Line {
     }
 }
 
-/// Keeps the state until told to quit.
+/// Keeps the state until asked to quit.
 fn uphold(
     mut election: ElectionState,
-    line: &Line,
-    queue: &Receiver<Input>,
+    line: &ElectionSession,
+    queue: &Receiver<ElectionInput>,
     shared: &Shared,
     leave: impl Fn() -> bool,
 ) {
@@ -234,11 +235,11 @@ fn uphold(
         };
         while let Some(input) = next {
             match input {
-                Input::Sign(life, up) => election.sign(life, up, Instant::now()),
-                Input::Question(query) => answer(&mut election, &query),
-                Input::Reply(reply) => election.take_reply(reply),
-                Input::Looked => election.looked = true,
-                Input::Quit => return,
+                ElectionInput::Sign(life, up) => election.sign(life, up, Instant::now()),
+                ElectionInput::Question(query) => answer(&mut election, &query),
+                ElectionInput::Reply(reply) => election.take_reply(reply),
+                ElectionInput::Looked => election.looked = true,
+                ElectionInput::Quit => return,
             }
             next = queue.try_recv().ok();
         }

@@ -31,10 +31,11 @@ pub(super) enum Blob {
 }
 
 /// A blob that was asked for, by who sends it and its digest.
-type Key = (String, [u8; 32]);
+type BlobKey = (String, [u8; 32]);
 
+/// A blob whose chunks have not all arrived.
 #[derive(Debug)]
-struct Open {
+struct OpenBlob {
     blob: Assembly,
     touched: Instant,
 }
@@ -43,7 +44,7 @@ struct Open {
 pub(super) struct Inbox {
     bound: usize,
     own: usize,
-    blobs: BTreeMap<Key, Open>,
+    blobs: BTreeMap<BlobKey, OpenBlob>,
     pub(super) damaged: u64,
 }
 
@@ -100,7 +101,7 @@ impl Inbox {
         let known = self.blobs.get_mut(&key).filter(|open| open.blob.length() == length);
         let Some(open) = known else {
             // Held to the limit here, so that an absurd length is refused and not sent.
-            let open = Open { blob: Assembly::new(length)?, touched: Instant::now() };
+            let open = OpenBlob { blob: Assembly::new(length)?, touched: Instant::now() };
             let missing = open.blob.missing(MAX_MISSING);
             self.blobs.remove(&key);
             self.bound_open(sender);
@@ -133,9 +134,9 @@ impl Inbox {
     /// Whether there is room for so many bytes more of that blob. A sender displaces what it has
     /// left lying itself. Where all are too many, whoever holds most makes room for who holds
     /// less: however many hold much, who holds little is never kept out.
-    fn makes_room(&mut self, key: &Key, more: usize) -> bool {
+    fn makes_room(&mut self, key: &BlobKey, more: usize) -> bool {
         while self.held(Some(&key.0)) + more > self.own {
-            let idle = |(other, open): &(&Key, &Open)| {
+            let idle = |(other, open): &(&BlobKey, &OpenBlob)| {
                 other.0 == key.0 && *other != key && open.touched.elapsed() >= IDLE
             };
             if !self.displace(idle) {
@@ -161,7 +162,7 @@ impl Inbox {
     }
 
     /// Forgets of these, as far as they hold anything, the one that waits longest.
-    fn displace(&mut self, which: impl Fn(&(&Key, &Open)) -> bool) -> bool {
+    fn displace(&mut self, which: impl Fn(&(&BlobKey, &OpenBlob)) -> bool) -> bool {
         let held = self.blobs.iter().filter(|(_, open)| open.blob.held() > 0).filter(which);
         let oldest = held.min_by_key(|(_, open)| open.touched).map(|(key, _)| key.clone());
         oldest.is_some_and(|key| self.blobs.remove(&key).is_some())
@@ -171,7 +172,7 @@ impl Inbox {
     fn bound_open(&mut self, sender: &str) {
         let own = self.blobs.keys().filter(|key| key.0 == sender).count();
         let all = self.blobs.len();
-        let counts = |key: &Key| {
+        let counts = |key: &BlobKey| {
             (own >= MAX_OPEN_OF_ONE && key.0 == sender)
                 || (own < MAX_OPEN_OF_ONE && all >= MAX_OPEN)
         };

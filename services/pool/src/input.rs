@@ -12,9 +12,9 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
 use zenoh::query::Query;
 
-/// Something for the thread to take in.
+/// An input of the pool's thread.
 #[derive(Debug)]
-pub(super) enum Input {
+pub(super) enum PoolInput {
     /// A question from a worker or client.
     Question(Query),
     /// A sign of life came or went.

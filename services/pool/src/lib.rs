@@ -36,7 +36,7 @@ mod stats;
 pub mod users;
 mod waiting;
 
-use crate::input::Input;
+use crate::input::PoolInput;
 use crate::shell::Shell;
 use cullet_dispatch::{Claimant, Event, Job, Run};
 use cullet_proto::service::WorkerInfo;
@@ -58,7 +58,7 @@ pub use election::Conflict;
 pub use error::LinkError;
 pub use fetching::Fetching;
 pub use run::RunHandle;
-pub use settlement::{Ending, Reproduction, Settlement, Try};
+pub use settlement::{JobEnding, Reproduction, Settlement, Try};
 pub use stats::{PoolStats, Refusals, RunStats};
 
 /// A pool of workers. Dropping it ends its worker processes.
@@ -67,7 +67,7 @@ pub struct Pool {
     endpoint: String,
     name: WorkerId,
     session: zenoh::Session,
-    inputs: SyncSender<Input>,
+    inputs: SyncSender<PoolInput>,
     runs: AtomicU64,
     stats: Arc<Mutex<PoolStats>>,
     pids: Arc<Mutex<Vec<u32>>>,
@@ -87,7 +87,7 @@ impl Pool {
         let name = config.name.as_deref().unwrap_or(keys::DEFAULT_COORDINATOR);
         let coordinator = WorkerId::new(name)?;
         let (inputs, queue) = std::sync::mpsc::sync_channel(shell::QUEUE);
-        let net = net::Net::listen(&config, &coordinator, &inputs)?;
+        let net = net::Transport::listen(&config, &coordinator, &inputs)?;
         let endpoint = net.endpoint().to_owned();
         let (session, announcement) = (net.session().clone(), net.announcement());
         let shell = Shell::new(&config, net)?;
@@ -175,29 +175,29 @@ impl Pool {
     /// coordinator neither: once this returns it is so. No worker: no effect.
     pub fn drain(&self, worker: WorkerId) {
         let (done, heard) = std::sync::mpsc::channel();
-        let _closed = self.inputs.send(Input::Drain(worker, done));
+        let _closed = self.inputs.send(PoolInput::Drain(worker, done));
         let _closed = heard.recv();
     }
 
     /// Answers no worker any more: what each is at goes on for whoever has this name next.
     pub fn stop_answering(&self) {
-        let _closed = self.inputs.send(Input::Leave);
+        let _closed = self.inputs.send(PoolInput::Leave);
     }
 
     /// Of what was at work when the last life ended, only what these runs want goes on, by the
     /// numbers that [`Pool::run_as`] gave them then.
     pub fn retain_claimants(&self, runs: BTreeSet<u64>) {
-        let _closed = self.inputs.send(Input::Claimants(runs));
+        let _closed = self.inputs.send(PoolInput::Claimants(runs));
     }
 
     /// A run that was not begun in this life wants nothing of what is at work from the last one.
     pub fn release(&self, run: u64) {
-        let _closed = self.inputs.send(Input::Say(Event::Release(Claimant(run))));
+        let _closed = self.inputs.send(PoolInput::Say(Event::Release(Claimant(run))));
     }
 
     /// A job in quarantine may be tried again.
     pub fn pardon(&self, job: JobId) {
-        let _closed = self.inputs.send(Input::Say(Event::Pardon(Job(job.0))));
+        let _closed = self.inputs.send(PoolInput::Say(Event::Pardon(Job(job.0))));
     }
 
     /// Ends the worker processes and the transport; leaves nothing behind.
@@ -206,7 +206,7 @@ impl Pool {
     }
 
     fn close(&mut self) {
-        let _closed = self.inputs.send(Input::Quit);
+        let _closed = self.inputs.send(PoolInput::Quit);
         if let Some(thread) = self.thread.take() {
             let _panicked = thread.join();
         }

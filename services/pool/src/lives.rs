@@ -3,8 +3,8 @@
 //!
 //! A name is a worker's own, but nobody keeps two from having the same where no certificate does.
 //! One that is started again is called as the one before was, whose sign may be seen a little
-//! longer, as is one that finishes its last job. So two are told only when both have been there for
-//! longer than a link that died is held, and neither is on its way out.
+//! longer, as is one that finishes its last job. So two are reported only when both have been there
+//! for longer than a link that died is held, and neither is on its way out.
 
 use cullet_proto::{SessionId, WorkerId};
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,15 +13,15 @@ use std::time::{Duration, Instant};
 /// Lives remembered whose sign is gone.
 const MAX_AWAY: usize = 4_096;
 
-/// Those that are there.
+/// The sessions of connected workers, and the names that several of them have.
 #[derive(Debug, Default)]
-pub(super) struct Lives {
+pub(super) struct LiveWorkers {
     pub(super) up: BTreeSet<SessionId>,
     /// Since when each is there, by name.
     named: BTreeMap<WorkerId, BTreeMap<SessionId, Instant>>,
     /// Names that several have.
     several: BTreeSet<WorkerId>,
-    /// Those that were told of, by name.
+    /// Those that were reported, by name.
     reported: BTreeMap<WorkerId, BTreeSet<SessionId>>,
     /// Those that get no further job.
     leaving: BTreeSet<SessionId>,
@@ -34,7 +34,7 @@ pub(super) struct Lives {
     pub(super) back: u64,
 }
 
-impl Lives {
+impl LiveWorkers {
     /// `patience`: how long a link that died is held.
     pub(super) fn new(patience: Duration) -> Self {
         Self { patience, ..Self::default() }
@@ -79,7 +79,7 @@ impl Lives {
         }
     }
 
-    /// Whether it was told of as one of several.
+    /// Whether it was reported as one of several.
     pub(super) fn has_duplicate_name(&self, life: SessionId) -> bool {
         self.reported.values().any(|all| all.contains(&life))
     }
@@ -120,16 +120,16 @@ impl Lives {
 
 #[cfg(test)]
 mod tests {
-    use super::Lives;
+    use super::LiveWorkers;
     use cullet_proto::{SessionId, WorkerId};
     use std::time::{Duration, Instant};
 
     const PATIENCE: Duration = Duration::from_secs(8);
 
-    /// What is told at each step: a sign of a life that comes or goes, or nothing, after so many
-    /// seconds.
-    fn told(steps: &[(u64, Option<(u64, bool)>)]) -> (Vec<Vec<u64>>, Lives) {
-        let (mut lives, begun) = (Lives::new(PATIENCE), Instant::now());
+    /// What is reported at each step: a sign of a life that comes or goes, or nothing, after so
+    /// many seconds.
+    fn told(steps: &[(u64, Option<(u64, bool)>)]) -> (Vec<Vec<u64>>, LiveWorkers) {
+        let (mut lives, begun) = (LiveWorkers::new(PATIENCE), Instant::now());
         let mut told = Vec::new();
         for (at, sign) in steps {
             let now = begun + Duration::from_secs(*at);
@@ -167,7 +167,7 @@ mod tests {
             told(&[(0, Some((1, true))), (9, Some((2, true))), (14, Some((1, false))), (99, None)]);
         assert!(said.is_empty(), "{said:?}");
         assert_eq!((lives.lost, lives.back), (1, 0));
-        let (mut lives, begun) = (Lives::new(PATIENCE), Instant::now());
+        let (mut lives, begun) = (LiveWorkers::new(PATIENCE), Instant::now());
         for life in [1, 2] {
             let name = WorkerId::new("far").expect("a name");
             lives.sign(name, SessionId(life), true, begun);

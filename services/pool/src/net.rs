@@ -3,7 +3,7 @@
 use super::config::PoolConfig;
 use super::election::{Announcement, Standing};
 use super::error::LinkError;
-use super::input::Input;
+use super::input::PoolInput;
 use cullet_proto::security::Rules;
 use cullet_proto::transport::Patience;
 use cullet_proto::{WorkerId, keys, transport};
@@ -15,7 +15,7 @@ use zenoh::Wait;
 use zenoh::query::Queryable;
 use zenoh::sample::SampleKind;
 
-/// Where a pool listens if it is not told.
+/// Where a pool listens if no endpoint is given.
 const LOOPBACK: &str = "tcp/127.0.0.1:0";
 /// A router that cannot be connected to within this is reported.
 const CONNECT: Duration = Duration::from_secs(7);
@@ -27,7 +27,7 @@ const UNABLE: &str = "Unable to connect";
 const MAX_PORTS: usize = 8;
 
 /// An open transport. Dropping it closes it.
-pub(super) struct Net {
+pub(super) struct Transport {
     session: zenoh::Session,
     endpoint: String,
     /// What answers workers; `None`: nobody any more.
@@ -36,11 +36,11 @@ pub(super) struct Net {
     standing: Option<Standing>,
 }
 
-impl Net {
+impl Transport {
     pub(super) fn listen(
         config: &PoolConfig,
         coordinator: &WorkerId,
-        inputs: &SyncSender<Input>,
+        inputs: &SyncSender<PoolInput>,
     ) -> Result<Self, LinkError> {
         let (session, endpoint) = match &config.router {
             Some(router) => {
@@ -57,7 +57,7 @@ impl Net {
         let standing = shared.then(|| {
             let (inputs, patience) = (inputs.clone(), config.patience);
             let leave =
-                move || !matches!(inputs.try_send(Input::Leave), Err(TrySendError::Full(_)));
+                move || !matches!(inputs.try_send(PoolInput::Leave), Err(TrySendError::Full(_)));
             Standing::take(&session, coordinator, patience, leave)
         });
         let standing = standing.transpose()?;
@@ -190,12 +190,12 @@ fn concrete(asked: &str) -> Result<String, LinkError> {
 fn declare(
     session: &zenoh::Session,
     coordinator: &WorkerId,
-    inputs: &SyncSender<Input>,
+    inputs: &SyncSender<PoolInput>,
 ) -> Result<Queryable<()>, String> {
     let queue = inputs.clone();
     let queryable = session
         .declare_queryable(keys::worker_rpcs(coordinator))
-        .callback(move |query| match queue.try_send(Input::Question(query)) {
+        .callback(move |query| match queue.try_send(PoolInput::Question(query)) {
             Ok(()) | Err(TrySendError::Disconnected(_)) => {}
             Err(TrySendError::Full(_)) => tracing::warn!("the queue is full: question dropped"),
         })
@@ -212,7 +212,7 @@ fn declare(
             };
             let up = sample.kind() == SampleKind::Put;
             // A lost sign of life costs time, never a result: the lease runs out instead.
-            let _full = queue.try_send(Input::Link { name, session, up });
+            let _full = queue.try_send(PoolInput::Link { name, session, up });
         })
         .background()
         .wait()

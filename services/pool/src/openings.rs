@@ -4,10 +4,10 @@
 //! (`services/run/src/lib.rs`), and a scene at most as many bodies as may be held.
 //! Whoever wants more is turned out, so that what waits here has a bound whatever opens it.
 
-use super::cache::Found;
+use super::cache::CachedResult;
 use super::convert::outcome_of;
 use super::input::{Listener, Opening};
-use super::settlement::{Ending, Settlement};
+use super::settlement::{JobEnding, Settlement};
 use super::shell::Shell;
 use cullet_dispatch::{Bound, Digest, Event, Job, Prior, Run, Skills};
 use cullet_proto::{JobId, Verdict};
@@ -76,9 +76,9 @@ impl Shell {
     }
 
     /// How what a run does not get ends.
-    pub(super) fn unwanted(&self, run: Run) -> Ending {
+    pub(super) fn unwanted(&self, run: Run) -> JobEnding {
         let out = self.runs.listeners.get(&run).and_then(|listener| listener.out.clone());
-        out.map_or(Ending::Cancelled, Ending::Abandoned)
+        out.map_or(JobEnding::Cancelled, JobEnding::Abandoned)
     }
 
     /// An opening ends that the machine never had.
@@ -139,7 +139,7 @@ impl Shell {
 }
 
 /// What a kept result is, if it can be read.
-fn prior_of((bytes, build): &Found) -> Option<(Verdict, Prior)> {
+fn prior_of((bytes, build): &CachedResult) -> Option<(Verdict, Prior)> {
     let verdict = Verdict::decode(bytes).ok()?;
     let (outcome, build) = (outcome_of(&verdict), *build);
     let digest = Digest(cullet_proto::ids::digest(bytes));

@@ -8,7 +8,9 @@ use cullet_dispatch::{Digest, Epoch, Event, Job, Outcome, Receipt, Trouble, Work
 use cullet_proto::codec::MAX_HEADER;
 use cullet_proto::envelope::PREFIX;
 use cullet_proto::keys::{Verb, WorkerVerb, parse_rpc};
-use cullet_proto::pool::{self, CommitAnswer, FetchAnswer, Noted, Refusal, RenewAnswer};
+use cullet_proto::pool::{
+    self, Acknowledged, CommitAnswer, FetchAnswer, QuestionRefusal, RenewAnswer,
+};
 use cullet_proto::{Verdict, WorkerId, chunks};
 use serde::Serialize;
 use std::sync::Arc;
@@ -26,11 +28,13 @@ impl Shell {
         let kept = query.clone();
         let done = if bytes.len() > MAX_QUESTION {
             let (bytes, limit) = (bytes.len() as u64, MAX_QUESTION as u64);
-            Err(Refusal::TooLarge { bytes, limit })
+            Err(QuestionRefusal::TooLarge { bytes, limit })
         } else {
             match verb {
                 Some(Verb::Worker(name, verb)) => self.worker(query, &name, verb, &bytes),
-                Some(Verb::User(..)) | None => Err(Refusal::Malformed("no such question".into())),
+                Some(Verb::User(..)) | None => {
+                    Err(QuestionRefusal::Malformed("no such question".into()))
+                }
             }
         };
         if let Err(refusal) = done {
@@ -38,7 +42,7 @@ impl Shell {
             let (reason, key) = (refusal.name(), kept.key_expr());
             match refusal {
                 // The way back to a new life: it introduces itself, and asks again.
-                Refusal::Stranger => tracing::info!(reason, "{key}: {refusal}"),
+                QuestionRefusal::Stranger => tracing::info!(reason, "{key}: {refusal}"),
                 _ => tracing::warn!(reason, "{key}: {refusal}"),
             }
             refuse(&kept, pool::refuse(&refusal));
@@ -51,7 +55,7 @@ impl Shell {
         name: &WorkerId,
         verb: WorkerVerb,
         bytes: &[u8],
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), QuestionRefusal> {
         match verb {
             WorkerVerb::Poll => {
                 let (poll, _) = pool::read_ask::<pool::Poll>(bytes)?;
@@ -62,7 +66,7 @@ impl Shell {
                 hello.check()?;
                 self.workers.skill_table.introduce(&hello, &self.workers.lives.up);
                 self.workers.roster.introduced(Worker(hello.session.0), name, &hello);
-                answer(&query, &Noted)
+                answer(&query, &Acknowledged)
             }
             WorkerVerb::Renew => {
                 let (renew, _) = pool::read_ask::<pool::Renew>(bytes)?;
@@ -73,7 +77,7 @@ impl Shell {
                 self.watch_cancel(query, &heed)
             }
             WorkerVerb::Fetch => {
-                let (fetch, _) = pool::read_ask::<pool::Fetch>(bytes)?;
+                let (fetch, _) = pool::read_ask::<pool::FetchBlob>(bytes)?;
                 let wanted = self.ledger.get(Job(fetch.blob));
                 let outline = wanted.map(|wanted| Arc::clone(&wanted.outline));
                 let part = self.ledger.part(&fetch.blob).filter(|_| outline.is_none());
@@ -93,21 +97,27 @@ impl Shell {
             WorkerVerb::Fail => {
                 let (fail, _) = pool::read_ask::<pool::Fail>(bytes)?;
                 self.fail(name, &fail);
-                answer(&query, &Noted)
+                answer(&query, &Acknowledged)
             }
             WorkerVerb::Bye => {
                 let (bye, _) = pool::read_ask::<pool::Bye>(bytes)?;
                 let worker = Worker(bye.session.0);
                 self.waiting.forget_poll(worker);
                 self.step(Event::Bye(worker));
-                answer(&query, &Noted)
+                answer(&query, &Acknowledged)
             }
         }
     }
 
-    fn poll(&mut self, query: Query, name: &WorkerId, poll: &pool::Poll) -> Result<(), Refusal> {
+    fn poll(
+        &mut self,
+        query: Query,
+        name: &WorkerId,
+        poll: &pool::Poll,
+    ) -> Result<(), QuestionRefusal> {
         let worker = Worker(poll.session.0);
-        let (build, skills) = self.workers.skill_table.get(worker).ok_or(Refusal::Stranger)?;
+        let (build, skills) =
+            self.workers.skill_table.get(worker).ok_or(QuestionRefusal::Stranger)?;
         self.know(worker, name);
         self.waiting.poll(worker, poll.seq, query);
         let (seq, slots) = (poll.seq, poll.slots);
@@ -115,10 +125,15 @@ impl Shell {
         Ok(())
     }
 
-    fn renew(&mut self, name: &WorkerId, renew: &pool::Renew) -> Result<RenewAnswer, Refusal> {
+    fn renew(
+        &mut self,
+        name: &WorkerId,
+        renew: &pool::Renew,
+    ) -> Result<RenewAnswer, QuestionRefusal> {
         let (worker, job) = (Worker(renew.session.0), Job(renew.job.0));
         let (epoch, begun) = (Epoch(renew.epoch.0), renew.permille > 0);
-        let (build, skills) = self.workers.skill_table.get(worker).ok_or(Refusal::Stranger)?;
+        let (build, skills) =
+            self.workers.skill_table.get(worker).ok_or(QuestionRefusal::Stranger)?;
         self.know(worker, name);
         let event = Event::Renew { worker, job, epoch, begun, build, skills };
         let said = self.step(event).renew.unwrap_or(RenewAnswer::Stop);
@@ -132,9 +147,9 @@ impl Shell {
     }
 
     /// A worker wants to hear when its job is not wanted any more.
-    fn watch_cancel(&mut self, query: Query, heed: &pool::Heed) -> Result<(), Refusal> {
+    fn watch_cancel(&mut self, query: Query, heed: &pool::Heed) -> Result<(), QuestionRefusal> {
         let (worker, epoch) = (Worker(heed.session.0), Epoch(heed.epoch.0));
-        self.workers.skill_table.get(worker).ok_or(Refusal::Stranger)?;
+        self.workers.skill_table.get(worker).ok_or(QuestionRefusal::Stranger)?;
         let job = Job(heed.job.0);
         self.waiting.watch(worker, job, epoch, query);
         self.step(Event::WatchCancel { worker, job, epoch });
@@ -150,14 +165,23 @@ impl Shell {
         }
     }
 
-    fn chunk(&mut self, query: &Query, name: &WorkerId, bytes: &[u8]) -> Result<(), Refusal> {
+    fn chunk(
+        &mut self,
+        query: &Query,
+        name: &WorkerId,
+        bytes: &[u8],
+    ) -> Result<(), QuestionRefusal> {
         let (chunk, bulk) = pool::read_ask::<pool::Chunk>(bytes)?;
         answer(query, &self.transfers.inbox.put(name.as_str(), &chunk, bulk)?)
     }
 
-    fn commit(&mut self, name: &WorkerId, commit: &pool::Commit) -> Result<CommitAnswer, Refusal> {
+    fn commit(
+        &mut self,
+        name: &WorkerId,
+        commit: &pool::Commit,
+    ) -> Result<CommitAnswer, QuestionRefusal> {
         let worker = Worker(commit.session.0);
-        let (build, _) = self.workers.skill_table.get(worker).ok_or(Refusal::Stranger)?;
+        let (build, _) = self.workers.skill_table.get(worker).ok_or(QuestionRefusal::Stranger)?;
         self.know(worker, name);
         let (job, epoch) = (Job(commit.job.0), Epoch(commit.epoch.0));
         if !self.dispatch.takes(job, epoch, build) {
@@ -221,9 +245,9 @@ impl Shell {
 
     fn fail(&mut self, name: &WorkerId, fail: &pool::Fail) {
         let trouble = match fail.trouble {
-            pool::Trouble::Crashed => Trouble::Crashed,
-            pool::Trouble::Dropped => Trouble::Dropped,
-            pool::Trouble::Invalid => Trouble::Invalid,
+            pool::GiveBackReason::Crashed => Trouble::Crashed,
+            pool::GiveBackReason::Dropped => Trouble::Dropped,
+            pool::GiveBackReason::Invalid => Trouble::Invalid,
         };
         let (job, runs) = (fail.job.short(), self.runs_of(Job(fail.job.0)));
         tracing::warn!(run = runs, job, worker = %name, text = fail.text, "job given back");
@@ -233,7 +257,7 @@ impl Shell {
         self.step(Event::Fail { worker, job, epoch: Epoch(fail.epoch.0), trouble });
     }
 
-    fn send_piece(&self, query: Query, piece: Option<&[u8]>) -> Result<(), Refusal> {
+    fn send_piece(&self, query: Query, piece: Option<&[u8]>) -> Result<(), QuestionRefusal> {
         let Some(piece) = piece else {
             return answer(&query, &FetchAnswer::Gone);
         };
@@ -243,7 +267,7 @@ impl Shell {
     }
 }
 
-fn answer<T: Serialize>(query: &Query, said: &T) -> Result<(), Refusal> {
+fn answer<T: Serialize>(query: &Query, said: &T) -> Result<(), QuestionRefusal> {
     reply(query, pool::answer(said, &[])?);
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! The workers that are known, for whoever asks about them. Decides nothing.
 
-use super::lives::Lives;
+use super::lives::LiveWorkers;
 use super::skill_table;
 use cullet_dispatch::Worker;
 use cullet_proto::pool::Hello;
@@ -12,8 +12,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Lives of workers remembered; beyond it those whose link is down are forgotten.
 const MAX_KNOWN: usize = 4_096;
 
+/// A worker as the roster lists it.
 #[derive(Debug, Default)]
-struct Row {
+struct RosterRow {
     name: String,
     about: Hello,
     drained: bool,
@@ -24,7 +25,7 @@ struct Row {
 /// What has been seen of each life of each worker.
 #[derive(Debug, Default)]
 pub(super) struct Roster {
-    rows: BTreeMap<Worker, Row>,
+    rows: BTreeMap<Worker, RosterRow>,
     shown: Arc<Mutex<Vec<WorkerInfo>>>,
     stale: bool,
     /// Workers whose link is up and that were drained, as they were published last.
@@ -37,7 +38,7 @@ impl Roster {
         Arc::clone(&self.shown)
     }
 
-    fn row(&mut self, worker: Worker) -> &mut Row {
+    fn row(&mut self, worker: Worker) -> &mut RosterRow {
         self.stale = true;
         self.rows.entry(worker).or_default()
     }
@@ -51,7 +52,7 @@ impl Roster {
 
     /// What a worker is, in words.
     pub(super) fn about(&self, worker: Worker) -> String {
-        let Some(Row { about, .. }) = self.rows.get(&worker) else {
+        let Some(RosterRow { about, .. }) = self.rows.get(&worker) else {
             return "it has not said what it is".to_owned();
         };
         let Hello { version, threads, cores, .. } = about;
@@ -89,23 +90,23 @@ impl Roster {
     }
 
     /// Workers that take jobs: all that are there, less those that were drained.
-    pub(super) fn ready(&self, lives: &Lives) -> u64 {
+    pub(super) fn ready(&self, lives: &LiveWorkers) -> u64 {
         (lives.up.len() as u64).saturating_sub(self.drained)
     }
 
     /// Shows what has changed.
-    pub(super) fn publish(&mut self, lives: &Lives) {
+    pub(super) fn publish(&mut self, lives: &LiveWorkers) {
         if !std::mem::take(&mut self.stale) {
             return;
         }
         if self.rows.len() > MAX_KNOWN {
             self.rows.retain(|worker, _| lives.up.contains(&SessionId(worker.0)));
         }
-        let still = |(worker, row): &(&Worker, &Row)| {
+        let still = |(worker, row): &(&Worker, &RosterRow)| {
             row.drained && lives.up.contains(&SessionId(worker.0))
         };
         self.drained = self.rows.iter().filter(still).count() as u64;
-        let info = |(worker, row): (&Worker, &Row)| WorkerInfo {
+        let info = |(worker, row): (&Worker, &RosterRow)| WorkerInfo {
             name: row.name.clone(),
             session: SessionId(worker.0).to_string(),
             up: lives.up.contains(&SessionId(worker.0)),

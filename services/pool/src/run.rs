@@ -1,7 +1,7 @@
 //! One run's end of the pool.
 
 use super::attempts::{AttemptNews, Attempted};
-use super::input::{Input, Listener};
+use super::input::{Listener, PoolInput};
 use super::settlement::Settlement;
 use super::skill_table::{self, Skill};
 use super::stats::RunStats;
@@ -19,14 +19,14 @@ use std::time::Duration;
 #[derive(Debug)]
 pub struct RunHandle {
     run: Run,
-    inputs: SyncSender<Input>,
+    inputs: SyncSender<PoolInput>,
     settlements: Mutex<Receiver<(JobId, Settlement)>>,
     stats: Arc<Mutex<RunStats>>,
     attempts: AttemptNews,
 }
 
 impl RunHandle {
-    pub(super) fn begin(run: Run, label: u64, share: Share, inputs: SyncSender<Input>) -> Self {
+    pub(super) fn begin(run: Run, label: u64, share: Share, inputs: SyncSender<PoolInput>) -> Self {
         let (settle, settlements) = std::sync::mpsc::channel();
         let stats = Arc::<Mutex<RunStats>>::default();
         let attempts = AttemptNews::default();
@@ -41,7 +41,7 @@ impl RunHandle {
             permille: 0,
             needs: BTreeSet::new(),
         };
-        let _closed = inputs.send(Input::Begin(run, share, listener));
+        let _closed = inputs.send(PoolInput::Begin(run, share, listener));
         Self { run, inputs, settlements: Mutex::new(settlements), stats, attempts }
     }
 
@@ -75,7 +75,7 @@ impl RunHandle {
                 (JobId::of(format!("{job:?}").as_bytes()), Err(error.to_string()))
             }
         };
-        let _closed = self.inputs.send(Input::Open(self.run, id, opening));
+        let _closed = self.inputs.send(PoolInput::Open(self.run, id, opening));
         id
     }
 
@@ -119,7 +119,7 @@ impl RunHandle {
     }
 
     fn send(&self, event: Event) {
-        let _closed = self.inputs.send(Input::Say(event));
+        let _closed = self.inputs.send(PoolInput::Say(event));
     }
 }
 

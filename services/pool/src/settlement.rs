@@ -5,7 +5,7 @@ use std::time::Duration;
 
 /// How a job ended.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Ending {
+pub enum JobEnding {
     /// With a verdict, which is final.
     Verdict(Verdict),
     /// With no attempt left, and why. Never physics: the run has to stop aloud.
@@ -18,7 +18,7 @@ pub enum Ending {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settlement {
     /// How it ended.
-    pub ending: Ending,
+    pub ending: JobEnding,
     /// Attempts made.
     pub attempts: u32,
     /// Name of the worker whose result counts; empty without one.

@@ -8,10 +8,10 @@ use super::config::PoolConfig;
 use super::drained::DrainedLives;
 use super::error::LinkError;
 use super::inbox::Inbox;
-use super::input::{Input, Listener};
+use super::input::{Listener, PoolInput};
 use super::ledger::Ledger;
-use super::lives::Lives;
-use super::net::Net;
+use super::lives::LiveWorkers;
+use super::net::Transport;
 use super::quarantine;
 use super::roster::Roster;
 use super::settlement::Settlement;
@@ -53,7 +53,7 @@ pub(super) struct KnownWorkers {
     pub(super) roster: Roster,
     pub(super) skill_table: SkillTable,
     pub(super) names: BTreeMap<Worker, WorkerId>,
-    pub(super) lives: Lives,
+    pub(super) lives: LiveWorkers,
 }
 
 /// The runs that want jobs, and what is to be said to them.
@@ -100,14 +100,14 @@ pub(super) struct Shell {
     pub(super) ledger: Ledger,
     pub(super) kept: KeptState,
     pub(super) children: Option<Children>,
-    net: Net,
+    net: Transport,
     pub(super) runs: OpenRuns,
     published: Published,
     start: Instant,
 }
 
 impl Shell {
-    pub(super) fn new(config: &PoolConfig, net: Net) -> Result<Self, LinkError> {
+    pub(super) fn new(config: &PoolConfig, net: Transport) -> Result<Self, LinkError> {
         let spawn = config.spawn.clone();
         let children = spawn.map(|spawn| Children::start(spawn, net.endpoint())).transpose()?;
         let pids = children.as_ref().map(Children::pids).unwrap_or_default();
@@ -138,7 +138,7 @@ impl Shell {
                 roster: Roster::default(),
                 skill_table: SkillTable::default(),
                 names: BTreeMap::new(),
-                lives: Lives::new(Duration::from_millis(closing)),
+                lives: LiveWorkers::new(Duration::from_millis(closing)),
             },
             ledger: Ledger::default(),
             kept: KeptState { cache, quarantine: config.quarantine.clone(), at_work, drained },
@@ -167,17 +167,17 @@ impl Shell {
         self.workers.roster.handle()
     }
 
-    /// Until told to quit.
-    pub(super) fn run(mut self, queue: &Receiver<Input>) {
+    /// Until asked to quit.
+    pub(super) fn run(mut self, queue: &Receiver<PoolInput>) {
         let mut ticked = Instant::now();
         'life: loop {
             match queue.recv_timeout(TICK) {
-                Ok(Input::Quit) | Err(RecvTimeoutError::Disconnected) => break,
+                Ok(PoolInput::Quit) | Err(RecvTimeoutError::Disconnected) => break,
                 Ok(input) => self.take(input),
                 Err(RecvTimeoutError::Timeout) => {}
             }
             for input in queue.try_iter().take(BATCH) {
-                if let Input::Quit = input {
+                if let PoolInput::Quit = input {
                     break 'life;
                 }
                 self.take(input);
@@ -203,10 +203,10 @@ impl Shell {
         self.net.close();
     }
 
-    fn take(&mut self, input: Input) {
+    fn take(&mut self, input: PoolInput) {
         match input {
-            Input::Question(query) => self.question(query),
-            Input::Link { name, session, up } => {
+            PoolInput::Question(query) => self.question(query),
+            PoolInput::Link { name, session, up } => {
                 self.workers.lives.sign(name, session, up, Instant::now());
                 self.workers.roster.changed();
                 if up {
@@ -216,31 +216,31 @@ impl Shell {
                 self.waiting.forget(worker);
                 self.step(Event::Suspect(worker));
             }
-            Input::Begin(run, share, listener) => {
+            PoolInput::Begin(run, share, listener) => {
                 self.runs.listeners.insert(run, listener);
                 self.step(Event::Begin { run, share });
             }
-            Input::Open(run, id, opening) => self.want(run, id, opening),
-            Input::Say(event) => self.hear(event),
-            Input::Claimants(runs) => {
+            PoolInput::Open(run, id, opening) => self.want(run, id, opening),
+            PoolInput::Say(event) => self.hear(event),
+            PoolInput::Claimants(runs) => {
                 for claimant in
                     self.dispatch.claimants().into_iter().filter(|of| !runs.contains(&of.0))
                 {
                     self.hear(Event::Release(claimant));
                 }
             }
-            Input::Drain(name, done) => {
+            PoolInput::Drain(name, done) => {
                 for worker in self.named(name.as_str()) {
                     self.step(Event::Drain(worker));
                 }
                 let _gone = done.send(());
             }
-            Input::Leave => {
+            PoolInput::Leave => {
                 // Workers that asked here ask again, and the other answers.
                 self.net.stop_answering();
                 self.waiting.clear();
             }
-            Input::Quit => {}
+            PoolInput::Quit => {}
         }
     }
 
@@ -258,7 +258,7 @@ impl Shell {
                 self.workers.skill_table.gone(worker);
                 self.workers.roster.gone(worker);
                 self.step(Event::Down(worker));
-                // What is told of its jobs has its name.
+                // What is logged of its jobs has its name.
                 self.workers.names.remove(&worker);
             }
         }

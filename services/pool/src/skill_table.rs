@@ -1,7 +1,7 @@
 //! What workers can do, as the bits that the machine goes by.
 
 use cullet_dispatch::{Build, Skills, Worker};
-use cullet_model::Precision;
+use cullet_model::PointPrecision;
 use cullet_proto::pool::{Family, Hello};
 use cullet_proto::{FractureJob, SessionId};
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,13 +12,13 @@ const MAX_KNOWN: usize = 4_096;
 const LAST: usize = 63;
 
 /// A family of solvers in one precision.
-pub(super) type Skill = (String, Precision);
+pub(super) type Skill = (String, PointPrecision);
 
 /// Whether a worker has that family in that precision.
-fn has(family: &Family, precision: Precision) -> bool {
+fn has(family: &Family, precision: PointPrecision) -> bool {
     match precision {
-        Precision::Single => family.single,
-        Precision::Double => family.double,
+        PointPrecision::Single => family.single,
+        PointPrecision::Double => family.double,
     }
 }
 
@@ -43,7 +43,7 @@ pub(super) struct SkillTable {
     /// Which bit is which.
     bits: Vec<Skill>,
     known: BTreeMap<Worker, (Build, Skills)>,
-    /// Lacks that were told of.
+    /// Lacks that were reported.
     told: BTreeSet<Skills>,
 }
 
@@ -66,7 +66,7 @@ impl SkillTable {
     pub(super) fn introduce(&mut self, hello: &Hello, up: &BTreeSet<SessionId>) {
         let mut skills = if hello.families.is_none() { Skills::ALL } else { Skills::NONE };
         for family in hello.families.iter().flatten() {
-            for precision in [Precision::Single, Precision::Double] {
+            for precision in [PointPrecision::Single, PointPrecision::Double] {
                 if has(family, precision) {
                     skills.0 |= self.bit((family.name.clone(), precision)).0;
                 }
@@ -130,7 +130,7 @@ mod tests {
             [any, none, plain, full].map(|skills| skills.meet(need))
         };
         assert_eq!(met(&job), [true, false, true, true]);
-        job.problem.settings.precision = Precision::Single;
+        job.problem.settings.precision = PointPrecision::Single;
         assert_eq!(met(&job), [true, false, false, true]);
         job.fallback = Some("unheard-of".into());
         assert_eq!(met(&job), [true, false, false, false]);

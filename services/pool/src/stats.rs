@@ -1,7 +1,7 @@
 //! What a pool and each of its runs have done and are doing.
 
 use cullet_dispatch::Counts;
-use cullet_proto::pool::Refusal;
+use cullet_proto::pool::QuestionRefusal;
 
 /// What the pool has done and is doing for one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -104,12 +104,12 @@ pub struct Refusals {
 }
 
 impl Refusals {
-    pub(crate) fn count(&mut self, refusal: &Refusal) {
+    pub(crate) fn count(&mut self, refusal: &QuestionRefusal) {
         *match refusal {
-            Refusal::Unsupported { .. } => &mut self.unsupported,
-            Refusal::TooLarge { .. } => &mut self.too_large,
-            Refusal::Malformed(_) => &mut self.malformed,
-            Refusal::Stranger => &mut self.stranger,
+            QuestionRefusal::Unsupported { .. } => &mut self.unsupported,
+            QuestionRefusal::TooLarge { .. } => &mut self.too_large,
+            QuestionRefusal::Malformed(_) => &mut self.malformed,
+            QuestionRefusal::Stranger => &mut self.stranger,
         } += 1;
     }
 

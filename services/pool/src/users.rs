@@ -4,8 +4,8 @@ use super::bulk::{Bulk, refuse, reply};
 use super::inbox::{Blob, Inbox};
 use super::{LinkError, Pool, Refusals};
 use cullet_proto::keys::{self, UserVerb, Verb, parse_rpc};
-use cullet_proto::pool::{Chunk, ChunkAnswer, Refusal};
-use cullet_proto::service::{self, MAX_LINE, Piece, PieceAnswer, Refused};
+use cullet_proto::pool::{Chunk, ChunkAnswer, QuestionRefusal};
+use cullet_proto::service::{self, BundlePiece, ErrorReply, MAX_LINE, PieceAnswer};
 use cullet_proto::{WireError, WorkerId, chunks};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -29,8 +29,8 @@ pub struct RequestServer {
     queryable: Option<zenoh::query::Queryable<()>>,
 }
 
-/// A question that waits for its answer.
-pub struct Asked {
+/// A query of a user that waits for its answer.
+pub struct UserQuery {
     query: Query,
     bulk: Arc<Bulk>,
     bytes: Vec<u8>,
@@ -79,7 +79,7 @@ impl RequestServer {
 
     /// The next question that can be read, within `timeout`. What cannot be read is refused here,
     /// and pieces of bundles are put aside.
-    pub fn next(&mut self, timeout: Duration) -> Option<Asked> {
+    pub fn next(&mut self, timeout: Duration) -> Option<UserQuery> {
         let query = match self.queue.recv_timeout(timeout) {
             Ok(query) => query,
             Err(RecvTimeoutError::Timeout) => return None,
@@ -93,20 +93,20 @@ impl RequestServer {
         let bulk = Arc::clone(&self.bulk);
         let key = query.key_expr().as_str().to_owned();
         let Some(Verb::User(user, verb)) = parse_rpc(&key) else {
-            self.unread(&query, &Refusal::Malformed("no such question".to_owned()));
+            self.unread(&query, &QuestionRefusal::Malformed("no such question".to_owned()));
             return None;
         };
         if bytes.len() > MAX_QUESTION {
             let (bytes, limit) = (bytes.len() as u64, MAX_QUESTION as u64);
-            self.unread(&query, &Refusal::TooLarge { bytes, limit });
+            self.unread(&query, &QuestionRefusal::TooLarge { bytes, limit });
             return None;
         }
-        let asked = Asked { query, bulk, bytes, user, verb };
+        let asked = UserQuery { query, bulk, bytes, user, verb };
         if verb != UserVerb::Piece {
             return Some(asked);
         }
         let user = asked.user.as_str();
-        let piece = asked.read::<Piece>();
+        let piece = asked.read::<BundlePiece>();
         match piece.and_then(|(piece, bytes)| self.piece(user, &piece, bytes)) {
             Ok(said) => asked.answer(&said),
             Err(error) => self.garbled(&asked, error),
@@ -115,8 +115,8 @@ impl RequestServer {
     }
 
     /// Says that a question cannot be read, or goes beyond what a question may have.
-    pub fn garbled(&mut self, asked: &Asked, why: impl std::fmt::Display) {
-        self.unread(&asked.query, &Refusal::Malformed(why.to_string()));
+    pub fn garbled(&mut self, asked: &UserQuery, why: impl std::fmt::Display) {
+        self.unread(&asked.query, &QuestionRefusal::Malformed(why.to_string()));
     }
 
     /// Questions that were not understood.
@@ -125,13 +125,18 @@ impl RequestServer {
         self.refusals
     }
 
-    fn unread(&mut self, query: &Query, refusal: &Refusal) {
+    fn unread(&mut self, query: &Query, refusal: &QuestionRefusal) {
         self.refusals.count(refusal);
         tracing::warn!(reason = refusal.name(), "{}: {refusal}", query.key_expr());
         send(query, &refusal.to_string(), false, false);
     }
 
-    fn piece(&mut self, user: &str, piece: &Piece, bytes: &[u8]) -> Result<PieceAnswer, WireError> {
+    fn piece(
+        &mut self,
+        user: &str,
+        piece: &BundlePiece,
+        bytes: &[u8],
+    ) -> Result<PieceAnswer, WireError> {
         let sum = piece.sum.unwrap_or_else(|| chunks::sum(bytes));
         let digest = service::digest_of(&piece.digest)?;
         let chunk = Chunk { digest, length: piece.length, index: piece.index, sum };
@@ -181,7 +186,7 @@ impl Drop for RequestServer {
     }
 }
 
-impl Asked {
+impl UserQuery {
     /// The question and its bulk.
     ///
     /// # Errors
@@ -229,6 +234,6 @@ impl Asked {
 
 fn send(query: &Query, why: &str, unknown: bool, later: bool) {
     let error = cullet_proto::verdict::cut(why);
-    let refused = Refused { error, unknown, later };
+    let refused = ErrorReply { error, unknown, later };
     refuse(query, service::seal(&refused, &[]).unwrap_or_default());
 }

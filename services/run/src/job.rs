@@ -3,7 +3,7 @@
 use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
 use cullet_model::{
-    BodyShape, BrittleSettings, Law, Material, Precision, Problem, Settings, StrengthField,
+    BodyShape, BrittleSettings, Law, Material, PointPrecision, Problem, Settings, StrengthField,
 };
 use cullet_plan::{AccuracyTarget, Policy, SolveLimits, SolveOrder};
 use cullet_proto::job::{MAX_IMPACTS, MAX_SUPPORTS};
@@ -34,8 +34,8 @@ impl Choice {
             debris: defaults.debris,
             grain: defaults.grain,
             precision: match defaults.precision.unwrap_or_default() {
-                format::Precision::Single => Precision::Single,
-                format::Precision::Double => Precision::Double,
+                format::Precision::Single => PointPrecision::Single,
+                format::Precision::Double => PointPrecision::Double,
             },
             error: None,
             brittle: BrittleSettings {
@@ -63,7 +63,7 @@ impl Choice {
         choice.settings.spacing = Some(spacing);
         choice.settings.error = error;
         if error.is_some() && !self.precise {
-            choice.settings.precision = Precision::Single;
+            choice.settings.precision = PointPrecision::Single;
         }
         choice
     }
@@ -130,7 +130,7 @@ fn strongest(hits: &[Hit]) -> Vec<&Hit> {
 mod tests {
     use super::Choice;
     use cullet_geometry::Vec3;
-    use cullet_model::{Precision, Settings, StrengthField};
+    use cullet_model::{PointPrecision, Settings, StrengthField};
 
     #[test]
     fn a_solve_without_a_grid_leaves_the_spacing_as_it_was() {
@@ -145,12 +145,12 @@ mod tests {
         let part = choice.of_fragment(&Vec3::x()).of_fragment(&Vec3::new(1.0, 0.0, -0.5));
         assert_eq!(part.strength.offset, Vec3::new(2.0, 0.0, -0.5));
         assert_eq!(part.settings.spacing, Some(0.01));
-        // An error that is good enough is told, and f32 is good enough for it.
+        // An error that is good enough is reported, and f32 is good enough for it.
         let asked = |choice: &Choice, error| {
             let settings = choice.on_grid(0.02, error).settings;
             (settings.spacing, settings.error, settings.precision)
         };
-        let (single, double) = (Precision::Single, Precision::Double);
+        let (single, double) = (PointPrecision::Single, PointPrecision::Double);
         assert_eq!(asked(&choice, None), (Some(0.02), None, double));
         assert_eq!(asked(&choice, Some(0.5)), (Some(0.02), Some(0.5), single));
         choice.precise = true;

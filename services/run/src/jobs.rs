@@ -4,21 +4,21 @@ use cullet_pool::{RunHandle, RunStats, Settlement};
 use cullet_proto::{FractureJob, JobId};
 use std::time::Duration;
 
-/// Where a run has its fracture jobs done.
-pub trait Jobs {
+/// A pool that does the fracture jobs of a run.
+pub trait JobPool {
     /// Wants a job done.
     fn open(&self, job: &FractureJob) -> JobId;
     /// The next job to settle, in opening order; `None` if none does within `timeout`.
     fn settled(&self, timeout: Duration) -> Option<(JobId, Settlement)>;
     /// What is wanted, and how far it is.
-    fn load(&self) -> Load;
+    fn load(&self) -> PoolLoad;
     /// Nothing is wanted any more.
     fn cancel(&self);
 }
 
 /// How much a pool has to do for a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Load {
+pub struct PoolLoad {
     /// Jobs that are wanted, at workers or not yet.
     pub jobs: u64,
     /// How far those at workers are, in the mean \[1/1000\].
@@ -38,7 +38,7 @@ pub enum Idle {
     Unable(u64),
 }
 
-impl Jobs for RunHandle {
+impl JobPool for RunHandle {
     fn open(&self, job: &FractureJob) -> JobId {
         RunHandle::open(self, job)
     }
@@ -47,7 +47,7 @@ impl Jobs for RunHandle {
         RunHandle::settled(self, timeout)
     }
 
-    fn load(&self) -> Load {
+    fn load(&self) -> PoolLoad {
         let stats = self.stats();
         let permille = stats.permille.checked_div(stats.running).unwrap_or(0).min(1000) as u16;
         let idle = match stats {
@@ -56,7 +56,7 @@ impl Jobs for RunHandle {
             RunStats { ready, unable: true, .. } => Some(Idle::Unable(ready)),
             _ => None,
         };
-        Load { jobs: stats.waiting + stats.running, permille, idle }
+        PoolLoad { jobs: stats.waiting + stats.running, permille, idle }
     }
 
     fn cancel(&self) {

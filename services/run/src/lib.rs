@@ -10,10 +10,10 @@ mod settle;
 mod tests;
 
 pub use cullet_proto::service::Position;
-pub use jobs::{Idle, Jobs, Load};
+pub use jobs::{Idle, JobPool, PoolLoad};
 
 use cullet_geometry::Vec3;
-use cullet_model::Outcome as Solved;
+use cullet_model::SolveOutcome as Solved;
 use cullet_plan::{Decision, Experience, SolveOrder, decide};
 use cullet_proto::{FractureJob, JobId};
 use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// How long the run waits for the pool before it looks at whether it was told to stop.
+/// How long the run waits for the pool before it looks at whether it was asked to stop.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// What a run needs beside its scene and its pool.
@@ -46,14 +46,14 @@ pub enum News {
     Line(String),
 }
 
-/// A run that came to its end, or was told to stop.
+/// A run that came to its end, or was asked to stop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// What the recording says.
     pub summary: Summary,
     /// Expectations of the scene that do not hold, a sentence each.
     pub unmet: Vec<String>,
-    /// Whether it was told to stop before its end.
+    /// Whether it was asked to stop before its end.
     pub interrupted: bool,
     /// The recording.
     pub recording: PathBuf,
@@ -113,20 +113,21 @@ struct Pending {
 
 /// What the scene says of an object, kept for all its fragments.
 #[derive(Clone)]
-struct Origin {
+struct ObjectOrigin {
     object: String,
     material: String,
     choice: job::Choice,
 }
 
-struct Run<'a> {
+/// A run of a scene in progress.
+struct SceneRun<'a> {
     scene: &'a Scene,
-    pool: &'a dyn Jobs,
+    pool: &'a dyn JobPool,
     options: &'a RunOptions<'a>,
     news: &'a mut dyn FnMut(&News),
     world: World,
     recorder: Recorder,
-    origins: BTreeMap<BodyId, Origin>,
+    origins: BTreeMap<BodyId, ObjectOrigin>,
     pending: VecDeque<Pending>,
     seen: Experience,
     fractures: u64,
@@ -141,13 +142,13 @@ struct Run<'a> {
 /// keeps its `.partial` name.
 pub fn run(
     scene: &Scene,
-    pool: &dyn Jobs,
+    pool: &dyn JobPool,
     options: &RunOptions<'_>,
     news: &mut dyn FnMut(&News),
 ) -> Result<Outcome, RunError> {
     let world = World::new(rigid::world_settings(scene))?;
     let recorder = Recorder::create(&options.out.join("run.mcap"), &convert::meta(scene))?;
-    let mut run = Run {
+    let mut run = SceneRun {
         scene,
         pool,
         options,
@@ -170,7 +171,7 @@ pub fn run(
     run.finish(interrupted)
 }
 
-impl Run<'_> {
+impl SceneRun<'_> {
     fn say(&mut self, line: impl Into<String>) {
         (self.news)(&News::Line(line.into()));
     }
@@ -184,7 +185,7 @@ impl Run<'_> {
         }
         for body in &scene.bodies {
             let id = self.world.insert(rigid::spec(body))?;
-            let origin = Origin {
+            let origin = ObjectOrigin {
                 object: body.name.clone(),
                 material: body.material.name.clone(),
                 choice: job::Choice::of(body, &scene.fracture, job::seed_of(id, scene.world.seed)),
@@ -305,7 +306,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Waits for the jobs that are due by a step and settles them. False: told to stop.
+    /// Waits for the jobs that are due by a step and settles them. False: asked to stop.
     fn settle_until(&mut self, step: u64) -> Result<bool, RunError> {
         while self.pending.front().is_some_and(|p| p.due <= step) {
             let settled = loop {

@@ -1,7 +1,7 @@
 //! What a run says of itself that is no event: that nobody works for it, that something has fallen
 //! past all that could hold it, that nothing broke. Decides nothing, and is not recorded.
 
-use super::jobs::{Idle, Load};
+use super::jobs::{Idle, PoolLoad};
 use cullet_geometry::Vec3;
 use cullet_scene::Scene;
 use cullet_world::{BodyId, World};
@@ -51,7 +51,7 @@ impl Notices {
 impl Notices {
     /// Says once that no job can be at work, and that one can again. `asked`: the solver that the
     /// next one is for.
-    pub(super) fn idle(&mut self, load: &Load, asked: &str) -> Option<String> {
+    pub(super) fn idle(&mut self, load: &PoolLoad, asked: &str) -> Option<String> {
         match (load.idle, self.idle) {
             (None, None) => None,
             (None, Some(_)) => {
@@ -102,7 +102,7 @@ impl Notices {
 }
 
 /// Why no job can be at work, in words; `asked`: the solver that the next one is for.
-fn idle_line(load: &Load, asked: &str) -> Option<String> {
+fn idle_line(load: &PoolLoad, asked: &str) -> Option<String> {
     let why = match load.idle? {
         Idle::NoWorker => "no worker is connected".to_owned(),
         Idle::Drained(workers) => format!("all workers that are connected ({workers}) are drained"),
@@ -119,11 +119,11 @@ fn idle_line(load: &Load, asked: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Idle, Load, idle_line};
+    use super::{Idle, PoolLoad, idle_line};
 
     #[test]
     fn a_run_that_nobody_works_for_says_why() {
-        let line = |idle, jobs| idle_line(&Load { jobs, permille: 0, idle }, "brittle");
+        let line = |idle, jobs| idle_line(&PoolLoad { jobs, permille: 0, idle }, "brittle");
         assert_eq!(line(None, 3), None);
         let none = "no worker is connected: 3 jobs of this run wait";
         assert_eq!(line(Some(Idle::NoWorker), 3).as_deref(), Some(none));

@@ -1,20 +1,21 @@
 //! What a verdict does to the world and to the recording.
 
-use super::{News, Origin, Outcome, Pending, Run, RunError, convert, number};
+use super::{News, ObjectOrigin, Outcome, Pending, RunError, SceneRun, convert, number};
 use cullet_geometry::{Sheet, Vec3};
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
-    BodyShape, Deformation, Figure, Fracture, Fragment, Outcome as Solved, Report, SolvedShares,
+    BodyShape, Deformation, Figure, Fragment, Fragmentation, Report, SolveOutcome as Solved,
+    SolvedShares,
 };
 use cullet_plan::Next;
-use cullet_pool::{Ending, Settlement};
+use cullet_pool::{JobEnding, Settlement};
 use cullet_proto::Verdict;
 use cullet_proto::recording::{self, JobReport, PoolReport, Vector3};
 use cullet_record::{Event, Level};
 use cullet_world::{BodyId, Breakage, HeldContact, Hit, Reaction, Replacement, Reshape};
 use std::sync::Arc;
 
-impl Run<'_> {
+impl SceneRun<'_> {
     /// Records a job's verdict and, if the body broke, puts its fragments into the world.
     pub(super) fn settle(&mut self, mut job: Pending, settled: Settlement) -> Result<(), RunError> {
         let name = self.world.body(job.body).map_or_else(String::new, |view| view.name.to_owned());
@@ -26,9 +27,9 @@ impl Run<'_> {
             cached: settled.cached,
         })?;
         let verdict = match settled.ending {
-            Ending::Verdict(verdict) => verdict,
-            Ending::Abandoned(reason) => return self.abandoned(&job, name, reason),
-            Ending::Cancelled => {
+            JobEnding::Verdict(verdict) => verdict,
+            JobEnding::Abandoned(reason) => return self.abandoned(&job, name, reason),
+            JobEnding::Cancelled => {
                 return self.abandoned(&job, name, "it was cancelled".to_owned());
             }
         };
@@ -145,7 +146,7 @@ impl Run<'_> {
         }
     }
 
-    fn break_up(&mut self, job: Pending, mut broken: Fracture) -> Result<(), RunError> {
+    fn break_up(&mut self, job: Pending, mut broken: Fragmentation) -> Result<(), RunError> {
         let sheets: Vec<Sheet> =
             broken.fragments.iter_mut().map(|f| std::mem::take(&mut f.sheet)).collect();
         let middle = |fragment: &Fragment| fragment.solid.mesh.mass_properties().centroid;
@@ -153,7 +154,7 @@ impl Run<'_> {
         let moved = sheets.iter().zip(&centres).map(|(sheet, centre)| sheet.translated(-centre));
         let parts: Vec<(Vec3, Sheet)> = centres.iter().copied().zip(moved).collect();
         let shares = broken.shares();
-        let Fracture { mut fragments, sampled, debris, reactions, report } = broken;
+        let Fragmentation { mut fragments, sampled, debris, reactions, report } = broken;
         // Crack faces without a parent are those of this fracture.
         fragments.iter_mut().for_each(|f| f.solid.name_parent(job.body.0));
         let breakage = Breakage {
@@ -219,7 +220,7 @@ impl Run<'_> {
         origin.choice.no_finer_than(spacing);
         for (&id, (centre, sheet)) in done.fragments.iter().zip(parts) {
             let choice = origin.choice.of_fragment(centre);
-            self.origins.insert(id, Origin { choice, ..origin.clone() });
+            self.origins.insert(id, ObjectOrigin { choice, ..origin.clone() });
             self.record_birth(id)?;
             self.record_cracks(id, sheet)?;
         }

@@ -1,11 +1,11 @@
 mod dent;
 mod solids;
 
-use super::{Jobs, Load, RunOptions, run};
+use super::{JobPool, PoolLoad, RunOptions, run};
 use cullet_geometry::shapes::{Detail, cuboid};
 use cullet_geometry::{Sheet, Solid, Vec3};
-use cullet_model::{Fracture, Fragment, Report};
-use cullet_pool::{Ending, Settlement};
+use cullet_model::{Fragment, Fragmentation, Report};
+use cullet_pool::{JobEnding, Settlement};
 use cullet_proto::recording::EventKind;
 use cullet_proto::{FractureJob, JobId, Verdict};
 use cullet_record::Recording;
@@ -25,7 +25,7 @@ struct Halver {
     asked: RefCell<Vec<(JobId, f64, bool)>>,
 }
 
-impl Jobs for Halver {
+impl JobPool for Halver {
     fn open(&self, job: &FractureJob) -> JobId {
         let id = JobId::of(&job.encode().expect("a job"));
         let spacing = job.problem.settings.spacing.unwrap_or(0.0);
@@ -44,8 +44,8 @@ impl Jobs for Halver {
         Some((id, settlement(verdict)))
     }
 
-    fn load(&self) -> Load {
-        Load::default()
+    fn load(&self) -> PoolLoad {
+        PoolLoad::default()
     }
 
     fn cancel(&self) {}
@@ -54,7 +54,7 @@ impl Jobs for Halver {
 /// A verdict as a pool of one brings it.
 fn settlement(verdict: Verdict) -> Settlement {
     Settlement {
-        ending: Ending::Verdict(verdict),
+        ending: JobEnding::Verdict(verdict),
         attempts: 1,
         worker: "w".to_owned(),
         wall: Duration::ZERO,
@@ -64,7 +64,7 @@ fn settlement(verdict: Verdict) -> Settlement {
     }
 }
 
-fn halves(spacing: f64) -> Fracture {
+fn halves(spacing: f64) -> Fragmentation {
     let half = |x: f64| {
         let mesh = cuboid(Vec3::new(0.05, 0.1, 0.1), Detail::default()).expect("a box");
         let mesh = mesh.translated(Vec3::new(x, 0.0, 0.0));
@@ -74,7 +74,7 @@ fn halves(spacing: f64) -> Fracture {
     };
     let crack_area = 0.01 * (1.0 + 200.0 * spacing);
     let report = Report { solver: "brittle".to_owned(), spacing, crack_area, ..Report::default() };
-    Fracture { fragments: vec![half(-0.025), half(0.025)], report, ..Default::default() }
+    Fragmentation { fragments: vec![half(-0.025), half(0.025)], report, ..Default::default() }
 }
 
 /// Spacings asked of the first hit \[m\], that of the solve whose halves are in the world, and all
@@ -118,7 +118,7 @@ fn the_finest_solve_is_used_beyond_the_plan() {
     assert!(told.contains("none below 2.000e-3 m by the most points"), "{told}");
 }
 
-/// A finer solve that fails takes nothing away: the one before it is used, and that is told.
+/// A finer solve that fails takes nothing away: the one before it is used, and that is reported.
 #[test]
 fn the_solve_before_one_that_fails_is_used() {
     let (spacings, used, told) = dropped(3e-3);

@@ -5,7 +5,7 @@ use super::resolve;
 use super::scene::Scene;
 use super::schema;
 use cullet_document::files::{Files, SCENE_BASE, Source};
-use cullet_document::overrides::{Known, apply_overrides};
+use cullet_document::overrides::{OverrideRules, apply_overrides};
 use cullet_document::{Bundle, SceneError, SceneErrors, SceneFile, check, document};
 use std::path::Path;
 use std::sync::Arc;
@@ -79,7 +79,7 @@ fn build(
         .as_object()
         .map(|sections| sections.keys().map(String::as_str).collect())
         .unwrap_or_default();
-    let known = Known { sections: &sections, is_preset };
+    let known = OverrideRules { sections: &sections, is_preset };
     errors.extend(apply_overrides(&mut root, known, overrides));
     let mut findings = check::check(schema, &mut root);
     if garbled {

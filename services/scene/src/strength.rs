@@ -9,8 +9,8 @@ use cullet_document::check::tell;
 use cullet_document::files::key;
 use cullet_document::tree::{Path, join};
 use cullet_geometry::Vec3;
-use cullet_model::strength::{Layers, Region, Stroke, VertexPaint};
-use cullet_model::{StrengthField, WeakPlane};
+use cullet_model::strength::{Region, StrengthLayers, Stroke, VertexPaint};
+use cullet_model::{PatternWeakPlane, StrengthField};
 use cullet_proto::strength::MAX_STROKES;
 use std::sync::Arc;
 
@@ -120,8 +120,8 @@ fn factors(context: &mut ResolveContext<'_>, file: &str, count: usize) -> Result
 /// The field of a body of a material that is not painted; the seed is the run's affair.
 fn unpainted(material: &SceneMaterial) -> StrengthField {
     let plain = |normal| direction(normal).map_or(Vec3::z(), Vec3::from);
-    let weak = |w: format::WeakPlane| WeakPlane { normal: plain(w.normal), ratio: w.ratio };
-    let layers = |l: format::Layers| Layers {
+    let weak = |w: format::WeakPlane| PatternWeakPlane { normal: plain(w.normal), ratio: w.ratio };
+    let layers = |l: format::Layers| StrengthLayers {
         normal: plain(l.normal),
         thickness: l.thickness,
         ratio: l.ratio,

@@ -125,8 +125,8 @@ impl Look {
 
     /// The values of a look.
     #[must_use]
-    pub fn detail(self) -> cullet_model::Detail {
-        let mut d = cullet_model::Detail::default();
+    pub fn detail(self) -> cullet_model::CrackFaceDetail {
+        let mut d = cullet_model::CrackFaceDetail::default();
         match self {
             Self::Plain => {}
             Self::Glass => {
@@ -169,9 +169,9 @@ impl Look {
 impl Detail {
     /// The look with what differs from it.
     #[must_use]
-    pub fn values(&self) -> cullet_model::Detail {
+    pub fn values(&self) -> cullet_model::CrackFaceDetail {
         let look = self.look.detail();
-        cullet_model::Detail {
+        cullet_model::CrackFaceDetail {
             edge: self.edge.unwrap_or(look.edge),
             length: self.length.unwrap_or(look.length),
             influence: self.influence.unwrap_or(look.influence),

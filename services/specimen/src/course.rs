@@ -1,9 +1,9 @@
 //! How a load or a velocity goes with time.
 
-/// A factor that depends on time.
+/// A factor that depends on time, of a load or a given velocity.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
-pub enum Course {
+pub enum Amplitude {
     /// Straight lines between points of time \[s\] and factor, constant before and after; times
     /// ascend, two equal ones are a jump.
     Table(Vec<(f64, f64)>),
@@ -16,7 +16,7 @@ pub enum Course {
     },
 }
 
-impl Course {
+impl Amplitude {
     /// Always 1.
     #[must_use]
     pub fn constant() -> Self {
@@ -47,20 +47,20 @@ impl Course {
 
 #[cfg(test)]
 mod tests {
-    use super::Course;
+    use super::Amplitude;
 
     #[test]
     fn a_table_is_straight_between_its_rows_and_jumps_where_told() {
-        let course = Course::Table(vec![(1.0, 0.0), (2.0, 4.0), (2.0, 1.0), (3.0, 1.0)]);
+        let course = Amplitude::Table(vec![(1.0, 0.0), (2.0, 4.0), (2.0, 1.0), (3.0, 1.0)]);
         for (time, factor) in [(0.0, 0.0), (1.5, 2.0), (2.0, 1.0), (2.5, 1.0), (9.0, 1.0)] {
             assert_eq!(course.at(time), factor, "{time}");
         }
-        assert_eq!(Course::constant().at(-1.0), 1.0);
+        assert_eq!(Amplitude::constant().at(-1.0), 1.0);
     }
 
     #[test]
     fn a_half_sine_is_one_in_the_middle_and_nothing_outside() {
-        let course = Course::HalfSine { start: 1.0, duration: 2.0 };
+        let course = Amplitude::HalfSine { start: 1.0, duration: 2.0 };
         assert!((course.at(2.0) - 1.0).abs() < 1e-15);
         assert!((course.at(1.5) - 0.5_f64.sqrt()).abs() < 1e-15);
         assert_eq!((course.at(0.9), course.at(3.1)), (0.0, 0.0));

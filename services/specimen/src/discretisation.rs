@@ -1,11 +1,11 @@
 //! What a family of solvers does for specimens: the body made discrete, a step at a time.
 //!
 //! The run tells a [`Discretisation`] the step and the factor of each load and support, and reads
-//! off it sums and what points carry. Nothing else is asked, so that every family is held against
+//! off it sums and what points carry. Nothing else is asked, so that every family is compared with
 //! the same formulas by the same specimens.
 
 use crate::frame::GridFrame;
-use crate::probe::Field;
+use crate::probe::PointField;
 use cullet_geometry::symmetric::Sym3;
 use cullet_geometry::{Mat3, Vec3};
 use std::collections::BTreeMap;
@@ -21,7 +21,7 @@ pub trait Discretisation: Debug {
     fn sums(&self) -> BodySums;
 
     /// What points carry now. Only fields that the family says that it has are asked for.
-    fn points(&self, fields: &[Field]) -> PointFields;
+    fn points(&self, fields: &[PointField]) -> PointFields;
 
     /// Shares of the body's mass that its pieces have now, the largest first \[1\].
     fn pieces(&self) -> Vec<f64>;
@@ -119,5 +119,5 @@ pub struct PointFields {
     /// Volume of each \[m³\].
     pub volumes: Vec<f64>,
     /// What was asked for.
-    pub fields: BTreeMap<Field, FieldValues>,
+    pub fields: BTreeMap<PointField, FieldValues>,
 }

@@ -3,18 +3,18 @@
 
 use crate::discretisation::Discrete;
 use crate::frame::GridFrame;
-use crate::probe::{Field, Probe};
-use crate::problem::{Push, SpecimenProblem};
-use cullet_model::{Precision, Refusal};
+use crate::probe::{PointField, Probe};
+use crate::problem::{LoadKind, SpecimenProblem};
+use cullet_model::{PointPrecision, Refusal};
 use std::fmt;
 
 /// What a specimen may ask for and not every family has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
     /// A field of the points.
-    Field(Field),
+    Field(PointField),
     /// What points are worked out in.
-    Precision(Precision),
+    Precision(PointPrecision),
     /// A load on the surface.
     Traction,
     /// A load on the surface, along its normal.
@@ -51,8 +51,8 @@ impl fmt::Display for Feature {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Field(field) => return write!(f, "field {}", field.name()),
-            Self::Precision(Precision::Single) => "precision single",
-            Self::Precision(Precision::Double) => "precision double",
+            Self::Precision(PointPrecision::Single) => "precision single",
+            Self::Precision(PointPrecision::Double) => "precision double",
             Self::Traction => "load by traction",
             Self::Pressure => "load by pressure",
             Self::Force => "load by force",
@@ -91,10 +91,10 @@ impl SpecimenProblem {
         ask(!self.holds.is_empty(), Feature::Support);
         ask(!self.symmetries.is_empty(), Feature::Symmetry);
         asked.extend(self.loads.iter().map(|load| match load.push {
-            Push::Traction(_) => Feature::Traction,
-            Push::Pressure(_) => Feature::Pressure,
-            Push::Force(_) => Feature::Force,
-            Push::Acceleration(_) => Feature::Acceleration,
+            LoadKind::Traction(_) => Feature::Traction,
+            LoadKind::Pressure(_) => Feature::Pressure,
+            LoadKind::Force(_) => Feature::Force,
+            LoadKind::Acceleration(_) => Feature::Acceleration,
         }));
         asked.extend(self.output.probes.iter().filter_map(Probe::field).map(Feature::Field));
         let colour = (self.output.frames > 0).then_some(Feature::Field(self.output.colour.0));
@@ -103,7 +103,7 @@ impl SpecimenProblem {
     }
 }
 
-/// Why a specimen is not solved. Normal: it is told with the run.
+/// Why a specimen is not solved. Normal: it is reported with the run.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unfit {
     /// Nobody has that name.

@@ -1,5 +1,5 @@
 //! Benchmark specimens: a body under given supports and loads, solved by a family of solvers, with
-//! probes on it. Everything is prescribed, so that what comes out can be held against a formula.
+//! probes on it. Everything is prescribed, so that what comes out can be compared with a formula.
 //!
 //! A family takes part by one trait, [`Discretisation`], and one row, [`SpecimenFamily`]. It makes
 //! a [`SpecimenProblem`] discrete, takes steps and shows what its points carry. The
@@ -24,7 +24,7 @@ pub mod run;
 pub mod settings;
 pub mod surface;
 
-pub use course::Course;
+pub use course::Amplitude;
 pub use discretisation::{
     BodySums, Discrete, Discretisation, Drive, FieldValues, LocalVector, PointFields, StepTally,
 };
@@ -32,10 +32,10 @@ pub use family::{Feature, SpecimenFamily, Unfit, by_name};
 pub use frame::GridFrame;
 pub use outcome::{Ending, Frame, SpecimenOutcome};
 pub use place::{Where, within};
-pub use probe::{Field, Part, Probe, Reduce, Spot};
+pub use probe::{PointField, Probe, Reduce, Spot, TensorPart};
 pub use problem::{
-    Hold, InitialState, Load, Matter, Notch, Output, Patch, Push, SpecimenBody, SpecimenProblem,
-    Start, SymmetryPlane, Zone,
+    Hold, InitialState, Load, LoadKind, Matter, Notch, Output, SpecimenBody, SpecimenProblem,
+    Start, StrengthPatch, SymmetryPlane, Zone,
 };
 pub use run::SpecimenRun;
 pub use settings::{PointLayout, PointSettings, SpecimenSettings};

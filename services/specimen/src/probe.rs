@@ -6,7 +6,7 @@ use cullet_geometry::Vec3;
 /// What the points of a body may carry. A family says which of these its points do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
-pub enum Field {
+pub enum PointField {
     /// Displacement \[m\].
     Displacement,
     /// Velocity \[m/s\].
@@ -19,7 +19,7 @@ pub enum Field {
     Damage,
 }
 
-impl Field {
+impl PointField {
     /// What it is called.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -53,7 +53,7 @@ impl Field {
 /// One number of a vector or of a symmetric tensor, in the specimen's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
-pub enum Part {
+pub enum TensorPart {
     /// A component of a vector: 0, 1, 2.
     Axis(u8),
     /// A component of a tensor: xx, yy, zz, xy, yz, zx.
@@ -98,11 +98,11 @@ pub enum Spot {
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
 pub enum Probe {
     /// Of the points' fields.
-    Points(Field, Part, Spot),
+    Points(PointField, TensorPart, Spot),
     /// Force of a support on the body \[N\].
-    Reaction(u32, Part),
+    Reaction(u32, TensorPart),
     /// A load's force \[N\].
-    Applied(u32, Part),
+    Applied(u32, TensorPart),
     /// Kinetic energy \[J\].
     Kinetic,
     /// Elastic energy \[J\].
@@ -118,9 +118,9 @@ pub enum Probe {
     /// Energy that is there or was lost in a known way, less what was put in \[J\].
     Balance,
     /// Linear momentum \[kg·m/s\].
-    Momentum(Part),
+    Momentum(TensorPart),
     /// Angular momentum about the specimen's origin \[kg·m²/s\].
-    AngularMomentum(Part),
+    AngularMomentum(TensorPart),
     /// Fully broken points of a part \[1\].
     Broken(Where),
     /// Volume of the points of a part whose damage is above a bound \[m³\].
@@ -151,14 +151,14 @@ pub enum Probe {
 impl Probe {
     /// The field of the points that it is read off, if it is.
     #[must_use]
-    pub const fn field(&self) -> Option<Field> {
+    pub const fn field(&self) -> Option<PointField> {
         match self {
             Self::Points(field, _, _) => Some(*field),
             Self::Broken(_)
             | Self::DamagedVolume(_, _)
             | Self::CrackArea(_, _)
             | Self::CrackTip { .. }
-            | Self::CrackAngle(_, _, _) => Some(Field::Damage),
+            | Self::CrackAngle(_, _, _) => Some(PointField::Damage),
             _ => None,
         }
     }

@@ -1,8 +1,8 @@
 //! What is solved: a body of some matter, how it starts, what acts on it, what is watched.
 
-use crate::course::Course;
+use crate::course::Amplitude;
 use crate::place::Where;
-use crate::probe::{Field, Part, Probe};
+use crate::probe::{PointField, Probe, TensorPart};
 use crate::settings::SpecimenSettings;
 use cullet_geometry::{Mat3, Quat, TriMesh, Vec3};
 use cullet_model::{Material, StrengthField};
@@ -36,7 +36,7 @@ pub struct Zone {
 /// Strength and damage of a part of the specimen at the start.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
-pub struct Patch {
+pub struct StrengthPatch {
     /// The part of the body that it acts on.
     pub part: Where,
     /// Strength over the material's \[1\].
@@ -56,7 +56,7 @@ pub struct Matter {
     /// How strength varies; nothing painted on the surface.
     pub strength: StrengthField,
     /// Parts that are stronger, weaker or damaged.
-    pub patches: Vec<Patch>,
+    pub patches: Vec<StrengthPatch>,
 }
 
 impl Matter {
@@ -132,7 +132,7 @@ pub struct Hold {
     /// Place where the velocity is `velocity` \[m\].
     pub centre: Vec3,
     /// Of the velocity.
-    pub course: Course,
+    pub course: Amplitude,
     /// When it lets go \[s\]; never without it.
     pub until: Option<f64>,
 }
@@ -147,10 +147,10 @@ pub struct SymmetryPlane {
     pub at: f64,
 }
 
-/// What a load is.
+/// What a load applies, and how much of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "wire", derive(serde::Serialize, serde::Deserialize))]
-pub enum Push {
+pub enum LoadKind {
     /// On the surface in the part \[Pa\].
     Traction(Vec3),
     /// On the surface in the part, against its outward normal \[Pa\].
@@ -161,7 +161,7 @@ pub enum Push {
     Acceleration(Vec3),
 }
 
-impl Push {
+impl LoadKind {
     /// Whether it is nothing, wherever it is.
     #[must_use]
     pub fn is_none(&self) -> bool {
@@ -181,9 +181,9 @@ pub struct Load {
     /// The part of the body that it acts on.
     pub part: Where,
     /// What, at 1 of the course.
-    pub push: Push,
+    pub push: LoadKind,
     /// Of the load.
-    pub course: Course,
+    pub course: Amplitude,
 }
 
 /// What is watched, for how long.
@@ -199,7 +199,7 @@ pub struct Output {
     /// Pictures of all points, beside the one at the start; none takes none at all.
     pub frames: u32,
     /// What colours the points in them.
-    pub colour: (Field, Part),
+    pub colour: (PointField, TensorPart),
 }
 
 /// All that decides a run.

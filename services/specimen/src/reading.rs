@@ -4,7 +4,7 @@ use crate::books::EnergyBooks;
 use crate::discretisation::{BodySums, Discretisation, FieldValues, PointFields};
 use crate::frame::GridFrame;
 use crate::place::{Where, within};
-use crate::probe::{Field, Part, Probe, Reduce, Spot};
+use crate::probe::{PointField, Probe, Reduce, Spot, TensorPart};
 use cullet_geometry::symmetric::{Sym3, eigen};
 use cullet_geometry::{Mat3, Vec3};
 
@@ -72,7 +72,7 @@ impl ProbeReader<'_> {
     }
 
     /// One number of one point; `ahead` is how far from it to look \[m\].
-    pub(crate) fn at(&self, p: usize, field: Field, part: Part, ahead: &Vec3) -> f64 {
+    pub(crate) fn at(&self, p: usize, field: PointField, part: TensorPart, ahead: &Vec3) -> f64 {
         match self.points.fields.get(&field) {
             Some(FieldValues::Numbers(all)) => all[p],
             Some(FieldValues::Vectors(all)) => {
@@ -84,7 +84,7 @@ impl ProbeReader<'_> {
         }
     }
 
-    fn points(&self, field: Field, part: Part, spot: &Spot) -> f64 {
+    fn points(&self, field: PointField, part: TensorPart, spot: &Spot) -> f64 {
         match spot {
             Spot::At(x) => {
                 let far = |p: usize| (self.places[p] - x).norm_squared();
@@ -115,19 +115,19 @@ impl ProbeReader<'_> {
         }
     }
 
-    fn tensor_part(&self, s: &Sym3, part: Part) -> f64 {
+    fn tensor_part(&self, s: &Sym3, part: TensorPart) -> f64 {
         let trace = s[0] + s[1] + s[2];
         let square = |s: &Sym3| {
             let shear = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
             s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + 2.0 * shear
         };
         match part {
-            Part::Mean => trace / 3.0,
-            Part::Size => square(s).sqrt(),
-            Part::Mises => (1.5 * (square(s) - trace * trace / 3.0).max(0.0)).sqrt(),
-            Part::Greatest => eigen(s).0.into_iter().fold(f64::NEG_INFINITY, f64::max),
-            Part::Least => eigen(s).0.into_iter().fold(f64::INFINITY, f64::min),
-            Part::Pair(k) | Part::Axis(k) => {
+            TensorPart::Mean => trace / 3.0,
+            TensorPart::Size => square(s).sqrt(),
+            TensorPart::Mises => (1.5 * (square(s) - trace * trace / 3.0).max(0.0)).sqrt(),
+            TensorPart::Greatest => eigen(s).0.into_iter().fold(f64::NEG_INFINITY, f64::max),
+            TensorPart::Least => eigen(s).0.into_iter().fold(f64::INFINITY, f64::min),
+            TensorPart::Pair(k) | TensorPart::Axis(k) => {
                 let m = Mat3::new(s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2]);
                 let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
                 let (i, j) = pairs[usize::from(k).min(5)];
@@ -138,7 +138,7 @@ impl ProbeReader<'_> {
     }
 
     fn damage(&self) -> &[f64] {
-        match self.points.fields.get(&Field::Damage) {
+        match self.points.fields.get(&PointField::Damage) {
             Some(FieldValues::Numbers(all)) => all,
             _ => &[],
         }
@@ -186,9 +186,9 @@ fn most(values: impl Iterator<Item = f64>) -> f64 {
     values.reduce(greater).unwrap_or(f64::NAN)
 }
 
-fn vector_part(v: &Vec3, part: Part) -> f64 {
+fn vector_part(v: &Vec3, part: TensorPart) -> f64 {
     match part {
-        Part::Axis(k) => v[usize::from(k).min(2)],
+        TensorPart::Axis(k) => v[usize::from(k).min(2)],
         _ => v.norm(),
     }
 }

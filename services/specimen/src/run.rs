@@ -4,7 +4,7 @@ use crate::books::EnergyBooks;
 use crate::discretisation::{Discrete, Drive, PointFields};
 use crate::family::{SpecimenFamily, Unfit, by_name};
 use crate::outcome::{Ending, Frame, SpecimenOutcome};
-use crate::probe::{Field, Part, Probe};
+use crate::probe::{PointField, Probe, TensorPart};
 use crate::problem::SpecimenProblem;
 use crate::reading::ProbeReader;
 use cullet_geometry::Vec3;
@@ -180,7 +180,7 @@ impl SpecimenRun {
     }
 
     /// What is read off the body now, with those fields of its points.
-    fn reader(&self, fields: &[Field], with_sums: bool) -> ProbeReader<'_> {
+    fn reader(&self, fields: &[PointField], with_sums: bool) -> ProbeReader<'_> {
         let body = &*self.discrete.body;
         let points = if fields.is_empty() { PointFields::default() } else { body.points(fields) };
         let frame = &self.discrete.frame;
@@ -197,7 +197,7 @@ impl SpecimenRun {
 
     fn sample(&mut self) {
         let probes = &self.problem.output.probes;
-        let mut fields: Vec<Field> = probes.iter().filter_map(Probe::field).collect();
+        let mut fields: Vec<PointField> = probes.iter().filter_map(Probe::field).collect();
         fields.sort_unstable();
         fields.dedup();
         let summed = |probe: &Probe| {
@@ -222,7 +222,7 @@ impl SpecimenRun {
             return;
         }
         let (field, part) = output.colour;
-        let reader = self.reader(&[Field::Displacement, field], false);
+        let reader = self.reader(&[PointField::Displacement, field], false);
         let numbers = &reader.points.numbers;
         let mut order: Vec<usize> = (0..numbers.len()).collect();
         order.sort_unstable_by_key(|&p| numbers[p]);
@@ -230,7 +230,7 @@ impl SpecimenRun {
         let stride = order.len().div_ceil(most).max(1);
         let none = Vec3::zeros();
         let points = order.into_iter().step_by(stride).map(|p| {
-            let moved = |k| reader.at(p, Field::Displacement, Part::Axis(k), &none);
+            let moved = |k| reader.at(p, PointField::Displacement, TensorPart::Axis(k), &none);
             let x = reader.places[p] + Vec3::new(moved(0), moved(1), moved(2));
             [x.x as f32, x.y as f32, x.z as f32, reader.at(p, field, part, &none) as f32]
         });

@@ -1,6 +1,6 @@
 //! How a specimen is solved.
 
-use cullet_model::Precision;
+use cullet_model::PointPrecision;
 
 /// How points lie in a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub struct SpecimenSettings {
     /// Time step over the greatest stable one \[1\].
     pub step_factor: f64,
     /// What points are worked out in; a family says which it has.
-    pub precision: Precision,
+    pub precision: PointPrecision,
     /// Whether the material can break.
     pub breaks: bool,
     /// Rate at which velocities fall off by themselves \[1/s\].

@@ -2,7 +2,7 @@
 
 use crate::clip::{clip, measure};
 use crate::place::{Where, within};
-use crate::problem::Push;
+use crate::problem::LoadKind;
 use cullet_geometry::{TriMesh, Vec3};
 
 /// Longest edge of a piece of surface that takes its load at one point, in spacings.
@@ -37,11 +37,11 @@ impl SurfacePiece {
 
     /// The force of a load on it \[N\]; none of loads that act on mass.
     #[must_use]
-    pub fn force(&self, push: &Push) -> Vec3 {
+    pub fn force(&self, push: &LoadKind) -> Vec3 {
         match *push {
-            Push::Traction(traction) => traction * self.area.norm(),
-            Push::Pressure(pressure) => -self.area * pressure,
-            Push::Force(_) | Push::Acceleration(_) => Vec3::zeros(),
+            LoadKind::Traction(traction) => traction * self.area.norm(),
+            LoadKind::Pressure(pressure) => -self.area * pressure,
+            LoadKind::Force(_) | LoadKind::Acceleration(_) => Vec3::zeros(),
         }
     }
 }

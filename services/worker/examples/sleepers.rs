@@ -9,7 +9,7 @@
 //! `stub` beside it. Memory is the most that was held at one time: by this process, which is the
 //! coordinator, by one worker, and by a worker's job process.
 
-use cullet_pool::{Ending, Pool, PoolConfig, Share, SpawnConfig};
+use cullet_pool::{JobEnding, Pool, PoolConfig, Share, SpawnConfig};
 use cullet_proto::{FractureJob, JobId};
 use std::collections::VecDeque;
 use std::fmt::Display;
@@ -50,7 +50,7 @@ fn measure(millis: u32, each: u64, workers: usize) -> Done {
     for id in opened {
         let (settled, settlement) = run.settled(Duration::from_secs(60)).ok_or("no job")?;
         in_turn(settled, Some(id))?;
-        if !matches!(settlement.ending, Ending::Verdict(_)) {
+        if !matches!(settlement.ending, JobEnding::Verdict(_)) {
             return Err(format!("{settlement:?}").into());
         }
     }
@@ -112,7 +112,7 @@ fn bulk(jobs: u64, workers: usize) -> Done {
     for id in opened {
         let (settled, settlement) = run.settled(Duration::from_secs(120)).ok_or("no result")?;
         in_turn(settled, Some(id))?;
-        let Ending::Verdict(verdict) = settlement.ending else {
+        let JobEnding::Verdict(verdict) = settlement.ending else {
             return Err(format!("{:?}", settlement.ending).into());
         };
         mib = verdict.encode()?.len() as f64 / f64::from(1 << 20);
@@ -181,7 +181,7 @@ fn storm(places: u64, seconds: u64) -> Done {
                 deaths += u64::from(attempt.how.starts_with("Down"));
                 charged += u64::from(attempt.how == "Down");
             }
-            if !matches!(settlement.ending, Ending::Verdict(_)) {
+            if !matches!(settlement.ending, JobEnding::Verdict(_)) {
                 abandoned += 1;
                 eprintln!("{:?}: {:?}", settlement.ending, settlement.tries);
             }

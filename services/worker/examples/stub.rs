@@ -2,10 +2,10 @@
 //! settings, so that no physics is needed to try the pool.
 
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
-use cullet_model::{Fracture, Fragment, Report};
+use cullet_model::{Fragment, Fragmentation, Report};
 use cullet_proto::transport::Patience;
 use cullet_proto::{FractureJob, Verdict};
-use cullet_worker::{JobCommand, Watch, WorkerConfig, run_with, serve_jobs};
+use cullet_worker::{JobCommand, JobControl, WorkerConfig, run_with, serve_jobs};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -47,7 +47,7 @@ fn bulk(size: u32) -> Solid {
 }
 
 /// Takes `max_steps` ms; gives `seed % 7` fragments, each the body itself.
-fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
+fn solve(job: &FractureJob, watch: &JobControl) -> Option<Verdict> {
     if job.solver == "die" {
         std::process::abort();
     }
@@ -95,5 +95,5 @@ fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
     }
     let report =
         Report { solver: job.solver.clone(), steps: job.problem.seed, ..Report::default() };
-    Some(Fracture { fragments, report, ..Fracture::default() }.into())
+    Some(Fragmentation { fragments, report, ..Fragmentation::default() }.into())
 }

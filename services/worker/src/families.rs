@@ -2,18 +2,18 @@
 
 use cullet_fracture::{Brittle, specimen};
 use cullet_geometric::Geometric;
-use cullet_model::{Entry, entry};
+use cullet_model::{SolverEntry, entry};
 use cullet_specimen::SpecimenFamily;
 
 /// Every family.
-pub const FAMILIES: &[Entry] = &[entry::<Brittle>(), entry::<Geometric>()];
+pub const FAMILIES: &[SolverEntry] = &[entry::<Brittle>(), entry::<Geometric>()];
 
 /// Every family that makes specimens discrete.
 pub const SPECIMEN_FAMILIES: &[SpecimenFamily] = &[specimen::FAMILY];
 
 /// The family of that name.
 #[must_use]
-pub fn by_name(name: &str) -> Option<&'static Entry> {
+pub fn by_name(name: &str) -> Option<&'static SolverEntry> {
     FAMILIES.iter().find(|family| family.name == name)
 }
 

@@ -4,7 +4,7 @@
 //! frames: length, kind, bytes. It ends with its input, so it never outlives its supervisor. What
 //! it does, panic, abort, run out of memory, hang, ends an attempt and nothing else.
 
-use crate::solve::{SolveFn, Watch, guarded};
+use crate::solve::{JobControl, SolveFn, guarded};
 use crate::{EXIT_WEDGED, start_threads};
 use cullet_proto::specimen::SpecimenJob;
 use cullet_proto::{FractureJob, Verdict, chunks};
@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 /// How often the supervisor looks at the job and its memory.
 const LOOK: Duration = Duration::from_millis(20);
-/// A job that is told to stop may end its slice within this.
+/// A job that is asked to stop may end its slice within this.
 const GRACE: Duration = Duration::from_secs(2);
 /// How often a job says how far it is, at most.
 const TOLD: Duration = Duration::from_millis(100);
@@ -58,12 +58,12 @@ pub struct JobCommand {
     pub memory: Option<u64>,
 }
 
-/// How an attempt ended.
+/// How an attempt at a job ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Attempt {
+pub(crate) enum AttemptResult {
     /// With a verdict, encoded.
     Solved(Vec<u8>),
-    /// It was told to stop, and did.
+    /// It was asked to stop, and did.
     Cancelled,
     /// The job cannot be read, or its verdict cannot be sent.
     Invalid(String),
@@ -93,9 +93,9 @@ impl JobProcess {
         Self { command, alive: None }
     }
 
-    /// Solves in the process; ends it if it does not end by itself when told to stop. A specimen
+    /// Solves in the process; ends it if it does not end by itself when asked to stop. A specimen
     /// has a process of its own: what it costs is read off it.
-    pub(crate) fn solve(&mut self, job: &[u8], watch: &Watch) -> Attempt {
+    pub(crate) fn solve(&mut self, job: &[u8], watch: &JobControl) -> AttemptResult {
         let alone = SpecimenJob::is(job);
         if alone {
             self.end();
@@ -107,23 +107,25 @@ impl JobProcess {
         attempt
     }
 
-    fn solve_here(&mut self, job: &[u8], watch: &Watch) -> Attempt {
+    fn solve_here(&mut self, job: &[u8], watch: &JobControl) -> AttemptResult {
         let mut alive = match self.alive.take().map_or_else(|| self.start(), Ok) {
             Ok(alive) => alive,
             Err(error) => {
                 let exe = self.command.exe.display();
-                return Attempt::Unable(format!("the job process {exe} does not start: {error}"));
+                return AttemptResult::Unable(format!(
+                    "the job process {exe} does not start: {error}"
+                ));
             }
         };
         if let Err(error) = send(&mut alive.input, WORK, job) {
-            return Attempt::Died(format!("{}: {error}", alive.end()));
+            return AttemptResult::Died(format!("{}: {error}", alive.end()));
         }
         let attempt = self.wait(&mut alive, watch);
         match attempt {
-            Attempt::Solved(_) | Attempt::Cancelled | Attempt::Invalid(_) => {
+            AttemptResult::Solved(_) | AttemptResult::Cancelled | AttemptResult::Invalid(_) => {
                 self.alive = Some(alive);
             }
-            Attempt::Died(_) | Attempt::Unable(_) => drop(alive.end()),
+            AttemptResult::Died(_) | AttemptResult::Unable(_) => drop(alive.end()),
         }
         attempt
     }
@@ -161,7 +163,7 @@ impl JobProcess {
         Ok(Alive { child, input, frames, said, relay })
     }
 
-    fn wait(&self, alive: &mut Alive, watch: &Watch) -> Attempt {
+    fn wait(&self, alive: &mut Alive, watch: &JobControl) -> AttemptResult {
         let mut told: Option<Instant> = None;
         loop {
             match alive.frames.recv_timeout(LOOK) {
@@ -170,23 +172,25 @@ impl JobProcess {
                         watch.progress(f64::from(u16::from_le_bytes([a, b])) / 1000.0);
                     }
                 }
-                Ok((VERDICT, bytes)) => return Attempt::Solved(bytes),
-                Ok((CANCELLED, _)) => return Attempt::Cancelled,
+                Ok((VERDICT, bytes)) => return AttemptResult::Solved(bytes),
+                Ok((CANCELLED, _)) => return AttemptResult::Cancelled,
                 Ok((INVALID, text)) => {
-                    return Attempt::Invalid(String::from_utf8_lossy(&text).into_owned());
+                    return AttemptResult::Invalid(String::from_utf8_lossy(&text).into_owned());
                 }
-                Ok((kind, _)) => return Attempt::Died(format!("it sent a frame of kind {kind}")),
+                Ok((kind, _)) => {
+                    return AttemptResult::Died(format!("it sent a frame of kind {kind}"));
+                }
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Attempt::Died(self.over_request(alive.end()));
+                    return AttemptResult::Died(self.over_request(alive.end()));
                 }
                 Err(RecvTimeoutError::Timeout) => {}
             }
             if let Some(text) = self.over_memory(alive.child.id()) {
-                return Attempt::Died(text);
+                return AttemptResult::Died(text);
             }
             match told {
                 Some(since) if since.elapsed() > GRACE => {
-                    return Attempt::Died("it did not stop when told, and was killed".into());
+                    return AttemptResult::Died("it did not stop when told, and was killed".into());
                 }
                 None if watch.cancelled() => {
                     told = Some(Instant::now());
@@ -342,7 +346,7 @@ fn receive(pipe: &mut impl Read) -> std::io::Result<(u8, Vec<u8>)> {
 }
 
 /// An attempt in this process, with a solver in it.
-pub(crate) fn attempt(bytes: &[u8], solve: &SolveFn, watch: &Watch) -> Attempt {
+pub(crate) fn attempt(bytes: &[u8], solve: &SolveFn, watch: &JobControl) -> AttemptResult {
     let verdict = if SpecimenJob::is(bytes) {
         SpecimenJob::decode(bytes)
             .map(|job| Some(Verdict::Measured(Box::new(crate::specimen::solve(&job)))))
@@ -351,12 +355,12 @@ pub(crate) fn attempt(bytes: &[u8], solve: &SolveFn, watch: &Watch) -> Attempt {
     };
     let verdict = match verdict {
         Ok(verdict) => verdict,
-        Err(error) => return Attempt::Invalid(error.to_string()),
+        Err(error) => return AttemptResult::Invalid(error.to_string()),
     };
     match verdict.map(|verdict| verdict.encode()) {
-        Some(Ok(blob)) => Attempt::Solved(blob),
-        Some(Err(error)) => Attempt::Invalid(format!("its verdict cannot be sent: {error}")),
-        None => Attempt::Cancelled,
+        Some(Ok(blob)) => AttemptResult::Solved(blob),
+        Some(Err(error)) => AttemptResult::Invalid(format!("its verdict cannot be sent: {error}")),
+        None => AttemptResult::Cancelled,
     }
 }
 
@@ -367,7 +371,7 @@ pub(crate) fn attempt(bytes: &[u8], solve: &SolveFn, watch: &Watch) -> Attempt {
 pub fn serve_jobs(threads: usize, solve: SolveFn) -> std::io::Result<()> {
     volunteer();
     let pool = start_threads(threads).map_err(std::io::Error::other)?;
-    let current = Arc::new(Mutex::new(Watch::default()));
+    let current = Arc::new(Mutex::new(JobControl::default()));
     let seen = Arc::clone(&current);
     let (send_work, work) = channel::<Vec<u8>>();
     std::thread::Builder::new().name("cullet-orders".into()).spawn(move || {
@@ -375,7 +379,7 @@ pub fn serve_jobs(threads: usize, solve: SolveFn) -> std::io::Result<()> {
         while let Ok((kind, bytes)) = receive(&mut input) {
             match kind {
                 WORK => {
-                    *seen.lock().unwrap_or_else(PoisonError::into_inner) = Watch::default();
+                    *seen.lock().unwrap_or_else(PoisonError::into_inner) = JobControl::default();
                     if send_work.send(bytes).is_err() {
                         break;
                     }
@@ -398,18 +402,18 @@ pub fn serve_jobs(threads: usize, solve: SolveFn) -> std::io::Result<()> {
             attempt
         });
         let (kind, bytes) = match attempt {
-            Attempt::Solved(blob) => (VERDICT, blob),
-            Attempt::Cancelled => (CANCELLED, Vec::new()),
-            Attempt::Invalid(text) | Attempt::Died(text) | Attempt::Unable(text) => {
-                (INVALID, text.into_bytes())
-            }
+            AttemptResult::Solved(blob) => (VERDICT, blob),
+            AttemptResult::Cancelled => (CANCELLED, Vec::new()),
+            AttemptResult::Invalid(text)
+            | AttemptResult::Died(text)
+            | AttemptResult::Unable(text) => (INVALID, text.into_bytes()),
         };
         send(&mut std::io::stdout().lock(), kind, &bytes)?;
     }
     Ok(())
 }
 
-fn tell_progress(watch: &Watch, over: &Receiver<()>) {
+fn tell_progress(watch: &JobControl, over: &Receiver<()>) {
     let mut last = 0;
     while let Err(RecvTimeoutError::Timeout) = over.recv_timeout(TOLD) {
         let permille = watch.permille();

@@ -30,7 +30,7 @@ use std::time::Duration;
 
 pub use families::solvers;
 pub use job::{JobCommand, serve_jobs};
-pub use solve::{SolveFn, Watch};
+pub use solve::{JobControl, SolveFn};
 
 /// Exit code of a worker whose solver hung past the hard limit.
 pub const EXIT_WEDGED: i32 = 71;
@@ -125,7 +125,7 @@ impl WorkerConfig {
     }
 }
 
-/// Works for a coordinator with the families of `cullet-fracture` until told to stop or drained.
+/// Works for a coordinator with the families of `cullet-fracture` until asked to stop or drained.
 /// A coordinator that is not there yet, or is gone for a while, is waited for.
 ///
 /// # Errors
@@ -171,8 +171,8 @@ pub fn replay(path: &Path, threads: usize) -> std::io::Result<(JobId, Verdict)> 
     let pool = start_threads(threads).map_err(std::io::Error::other)?;
     let bytes = std::fs::read(path)?;
     let solve: SolveFn = Arc::new(solve::by_table);
-    match pool.install(|| job::attempt(&bytes, &solve, &Watch::default())) {
-        job::Attempt::Solved(blob) => {
+    match pool.install(|| job::attempt(&bytes, &solve, &JobControl::default())) {
+        job::AttemptResult::Solved(blob) => {
             let verdict = Verdict::decode(&blob).map_err(std::io::Error::other)?;
             Ok((JobId::of(&blob), verdict))
         }

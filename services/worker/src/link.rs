@@ -2,7 +2,7 @@
 
 use crate::{WorkerConfig, WorkerError};
 use cullet_proto::keys::{self, WorkerVerb};
-use cullet_proto::pool::{self, Refusal};
+use cullet_proto::pool::{self, QuestionRefusal};
 use cullet_proto::{SessionId, WorkerId, transport};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -32,7 +32,7 @@ pub(crate) enum NoAnswer {
     /// Ask again.
     Silence,
     /// The coordinator refuses the question as it is.
-    Refused(Refusal),
+    Refused(QuestionRefusal),
     /// The answer cannot be read.
     Unreadable(String),
 }
@@ -41,7 +41,7 @@ pub(crate) enum NoAnswer {
 const UNABLE: &str = "Unable to connect";
 
 /// Settings with which a link is tried, in turn: the transport waits without end for the first of
-/// several places, unless it is told otherwise; once it was connected, it looks at them all.
+/// several places, unless another number is given; once it was connected, it looks at them all.
 fn turns(config: &WorkerConfig) -> Result<Vec<zenoh::Config>, String> {
     let mut places = config.connect.clone();
     let mut all = Vec::new();
@@ -74,8 +74,8 @@ fn first_open(turns: &[zenoh::Config], stop: &AtomicBool) -> Result<zenoh::Sessi
     Err(last)
 }
 
-/// An open link, and the sign of life on it.
-pub(crate) struct Line {
+/// An open link to the coordinator, with the worker's liveliness token.
+pub(crate) struct CoordinatorLink {
     link: zenoh::Session,
     coordinator: WorkerId,
     worker: WorkerId,
@@ -85,7 +85,7 @@ pub(crate) struct Line {
     _alive: LivelinessToken,
 }
 
-impl Line {
+impl CoordinatorLink {
     /// Opens the link, for as long as it takes; nothing if it is to stop before.
     pub(crate) fn open(
         config: &WorkerConfig,

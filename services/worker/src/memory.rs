@@ -11,7 +11,7 @@ const RESERVE: u64 = 512 << 20;
 /// cores not every worker has a large job at once, and one that has is no harm.
 const LEAST: u64 = 2 << 30;
 
-/// Where limits of groups of processes are told.
+/// Where limits of groups of processes are found.
 const GROUPS: &str = "/sys/fs/cgroup";
 
 /// The limit of each of so many jobs at once \[bytes\]; nothing where the system does not say what

@@ -5,7 +5,7 @@ use crate::link::NoAnswer;
 use cullet_dispatch::{Job, LruIndex, Trouble};
 use cullet_proto::ids::digest;
 use cullet_proto::outline::Outline;
-use cullet_proto::pool::{Fetch, FetchAnswer, Grant};
+use cullet_proto::pool::{FetchAnswer, FetchBlob, Grant};
 use cullet_proto::{JobId, chunks};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -51,7 +51,7 @@ impl Meshes {
 /// answered with a sound one: nothing else acknowledges it.
 pub(crate) struct Fetcher<'a> {
     pub(crate) meshes: &'a mut Meshes,
-    pub(crate) ask: &'a dyn Fn(Fetch) -> Result<(FetchAnswer, Vec<u8>), NoAnswer>,
+    pub(crate) ask: &'a dyn Fn(FetchBlob) -> Result<(FetchAnswer, Vec<u8>), NoAnswer>,
     pub(crate) stop: &'a dyn Fn() -> bool,
 }
 
@@ -97,12 +97,12 @@ impl Fetcher<'_> {
         let mut bytes = Vec::new();
         for index in 0..chunks::count(length) {
             let need = (length as usize - bytes.len()).min(chunks::CHUNK);
-            bytes.extend_from_slice(&self.piece(Fetch { blob, index }, need)?);
+            bytes.extend_from_slice(&self.piece(FetchBlob { blob, index }, need)?);
         }
         Ok(bytes)
     }
 
-    fn piece(&self, fetch: Fetch, need: usize) -> Result<Vec<u8>, Lack> {
+    fn piece(&self, fetch: FetchBlob, need: usize) -> Result<Vec<u8>, Lack> {
         let mut last = String::new();
         for _ in 0..MAX_TRIES {
             if (self.stop)() {
@@ -164,9 +164,9 @@ mod tests {
         meshes: &mut Meshes,
         job: &Parted,
         harm: impl Fn(usize, &mut Vec<u8>),
-    ) -> (Result<Vec<u8>, Lack>, Vec<Fetch>) {
+    ) -> (Result<Vec<u8>, Lack>, Vec<FetchBlob>) {
         let asked = RefCell::new(Vec::new());
-        let ask = |fetch: Fetch| {
+        let ask = |fetch: FetchBlob| {
             asked.borrow_mut().push(fetch);
             let part = job.parts.iter().find(|(name, _)| *name == fetch.blob);
             let blob = part.map_or(job.outline.as_slice(), |(_, part)| part.as_slice());

@@ -1,7 +1,9 @@
 //! A job, from the problem to the verdict.
 
 use crate::families::by_name;
-use cullet_model::{Entry, Failure, Outcome, Precision, Progress, Refusal, Run};
+use cullet_model::{
+    Failure, PointPrecision, Progress, Refusal, SolveInProgress, SolveOutcome, SolverEntry,
+};
 use cullet_proto::pool::Family;
 use cullet_proto::{FractureJob, Verdict};
 use std::any::Any;
@@ -10,16 +12,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 
 /// A way to solve: a verdict, or `None` if it was cancelled.
-pub type SolveFn = Arc<dyn Fn(&FractureJob, &Watch) -> Option<Verdict> + Send + Sync>;
+pub type SolveFn = Arc<dyn Fn(&FractureJob, &JobControl) -> Option<Verdict> + Send + Sync>;
 
-/// What a job sees of the world: whether it is still wanted, and where to say how far it is.
+/// What a running job shares with its worker: whether it is cancelled, and how far it is.
 #[derive(Clone, Debug, Default)]
-pub struct Watch {
+pub struct JobControl {
     cancelled: Arc<AtomicBool>,
     permille: Arc<AtomicU16>,
 }
 
-impl Watch {
+impl JobControl {
     /// Whether the result is not wanted any more.
     #[must_use]
     pub fn cancelled(&self) -> bool {
@@ -46,17 +48,17 @@ impl Watch {
 /// The families of the table, each with the precisions that it has.
 #[must_use]
 pub fn families() -> Vec<Family> {
-    let has = |entry: &Entry, precision| entry.precisions.contains(&precision);
-    let family = |entry: &Entry| Family {
+    let has = |entry: &SolverEntry, precision| entry.precisions.contains(&precision);
+    let family = |entry: &SolverEntry| Family {
         name: entry.name.into(),
-        single: has(entry, Precision::Single),
-        double: has(entry, Precision::Double),
+        single: has(entry, PointPrecision::Single),
+        double: has(entry, PointPrecision::Double),
     };
     crate::families::FAMILIES.iter().map(family).collect()
 }
 
 enum Solved {
-    Done(Outcome),
+    Done(SolveOutcome),
     Refused(String),
     Failed(Failure),
     Cancelled,
@@ -65,14 +67,14 @@ enum Solved {
 /// Solves with the family that the job names; if that refuses, or cannot cut what it solved, with
 /// its fallback. The report says which ran and why another did not.
 #[must_use]
-pub fn by_table(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
+pub fn by_table(job: &FractureJob, watch: &JobControl) -> Option<Verdict> {
     with_lookup(job, watch, by_name)
 }
 
 fn with_lookup(
     job: &FractureJob,
-    watch: &Watch,
-    lookup: impl Fn(&str) -> Option<&'static Entry>,
+    watch: &JobControl,
+    lookup: impl Fn(&str) -> Option<&'static SolverEntry>,
 ) -> Option<Verdict> {
     let named = job.solver.clone();
     let other = job.fallback.as_ref().filter(|other| **other != named);
@@ -108,13 +110,13 @@ fn failed(solver: String, text: &str) -> Verdict {
 fn slices(
     job: &FractureJob,
     name: &str,
-    watch: &Watch,
-    lookup: &impl Fn(&str) -> Option<&'static Entry>,
+    watch: &JobControl,
+    lookup: &impl Fn(&str) -> Option<&'static SolverEntry>,
 ) -> Solved {
     let Some(entry) = lookup(name) else {
         return Solved::Refused(format!("no solver is named {name:?} here"));
     };
-    let begun: Result<Box<dyn Run>, Refusal> = (entry.begin)(job.problem.clone());
+    let begun: Result<Box<dyn SolveInProgress>, Refusal> = (entry.begin)(job.problem.clone());
     let mut run = match begun {
         Ok(run) => run,
         Err(refusal) => return Solved::Refused(refusal.to_string()),
@@ -130,7 +132,7 @@ fn slices(
 }
 
 /// Solves, and makes a verdict of a panic too: a job is pure, so it would panic anywhere.
-pub(crate) fn guarded(solve: &SolveFn, job: &FractureJob, watch: &Watch) -> Option<Verdict> {
+pub(crate) fn guarded(solve: &SolveFn, job: &FractureJob, watch: &JobControl) -> Option<Verdict> {
     let caught = catch_unwind(AssertUnwindSafe(|| solve(job, watch)));
     caught.unwrap_or_else(|panic| {
         Some(failed(job.solver.clone(), &format!("the solver panicked: {}", words(&*panic))))
@@ -145,11 +147,11 @@ fn words(panic: &(dyn Any + Send)) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cullet_model::{Cost, Fracture, Problem, Report, Solver};
+    use cullet_model::{Cost, Fragmentation, Problem, Report, Solver};
 
     struct Slow(u32);
 
-    impl Run for Slow {
+    impl SolveInProgress for Slow {
         fn advance(&mut self) -> Progress {
             self.0 += 1;
             match self.0 {
@@ -157,7 +159,7 @@ mod tests {
                 _ => {
                     let solver = "slow".to_owned();
                     let report = Report { solver, ..Report::default() };
-                    Progress::Done(Fracture { report, ..Fracture::default() }.into())
+                    Progress::Done(Fragmentation { report, ..Fragmentation::default() }.into())
                 }
             }
         }
@@ -167,7 +169,7 @@ mod tests {
 
     impl Solver for Picky {
         const NAME: &'static str = "picky";
-        const PRECISIONS: &'static [Precision] = &[Precision::Double];
+        const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Double];
         fn accepts(_: &Problem) -> Result<Cost, Refusal> {
             Err(Refusal::TooThin { thickness: 1e-3, cells: 1.0, minimum: 3.0 })
         }
@@ -179,7 +181,7 @@ mod tests {
         }
     }
 
-    fn refuse(problem: Problem) -> Result<Box<dyn Run>, Refusal> {
+    fn refuse(problem: Problem) -> Result<Box<dyn SolveInProgress>, Refusal> {
         Picky::accepts(&problem)?;
         Ok(Box::new(Picky::begin(problem)?))
     }
@@ -187,22 +189,34 @@ mod tests {
     /// Solves, and has no cut.
     struct Uncut;
 
-    impl Run for Uncut {
+    impl SolveInProgress for Uncut {
         fn advance(&mut self) -> Progress {
             let why = "crack faces lie along the grid's planes 21.9 times as often as chance (F22)";
             Progress::Failed(Failure::Cut(why.to_owned()))
         }
     }
 
-    const TABLE: [Entry; 4] = [
-        Entry { name: "slow", precisions: &[Precision::Double], begin: |_| Ok(Box::new(Slow(0))) },
-        Entry { name: "picky", precisions: &[Precision::Double], begin: refuse },
-        Entry { name: "sick", precisions: &[Precision::Double], begin: |_| Ok(Box::new(Picky)) },
-        Entry { name: "uncut", precisions: &[Precision::Double], begin: |_| Ok(Box::new(Uncut)) },
+    const TABLE: [SolverEntry; 4] = [
+        SolverEntry {
+            name: "slow",
+            precisions: &[PointPrecision::Double],
+            begin: |_| Ok(Box::new(Slow(0))),
+        },
+        SolverEntry { name: "picky", precisions: &[PointPrecision::Double], begin: refuse },
+        SolverEntry {
+            name: "sick",
+            precisions: &[PointPrecision::Double],
+            begin: |_| Ok(Box::new(Picky)),
+        },
+        SolverEntry {
+            name: "uncut",
+            precisions: &[PointPrecision::Double],
+            begin: |_| Ok(Box::new(Uncut)),
+        },
     ];
-    static ENTRIES: [Entry; 4] = TABLE;
+    static ENTRIES: [SolverEntry; 4] = TABLE;
 
-    fn lookup(name: &str) -> Option<&'static Entry> {
+    fn lookup(name: &str) -> Option<&'static SolverEntry> {
         ENTRIES.iter().find(|entry| entry.name == name)
     }
 
@@ -212,7 +226,7 @@ mod tests {
 
     #[test]
     fn a_refusal_falls_back_and_the_report_says_so() {
-        let solved = with_lookup(&job("picky", Some("slow")), &Watch::default(), lookup);
+        let solved = with_lookup(&job("picky", Some("slow")), &JobControl::default(), lookup);
         let Some(Verdict::Solved(outcome)) = solved else { panic!("{solved:?}") };
         assert_eq!(outcome.report().solver, "slow");
         assert!(outcome.report().refusal.as_ref().is_some_and(|text| text.starts_with("too thin")));
@@ -222,7 +236,7 @@ mod tests {
     /// no other family, it has failed.
     #[test]
     fn what_cannot_be_cut_is_handed_over() {
-        let ask = |b: Option<&str>| with_lookup(&job("uncut", b), &Watch::default(), lookup);
+        let ask = |b: Option<&str>| with_lookup(&job("uncut", b), &JobControl::default(), lookup);
         let solved = ask(Some("slow"));
         let Some(Verdict::Solved(outcome)) = solved else { panic!("{solved:?}") };
         assert_eq!(outcome.report().solver, "slow");
@@ -233,7 +247,8 @@ mod tests {
 
     #[test]
     fn what_nobody_takes_is_refused_and_what_goes_wrong_is_failed() {
-        let ask = |a: &str, b: Option<&str>| with_lookup(&job(a, b), &Watch::default(), lookup);
+        let ask =
+            |a: &str, b: Option<&str>| with_lookup(&job(a, b), &JobControl::default(), lookup);
         for (first, second) in [("picky", None), ("picky", Some("picky")), ("none", Some("nor"))] {
             let solved = ask(first, second);
             assert!(matches!(&solved, Some(Verdict::Refused { solver, .. }) if solver == first));
@@ -246,7 +261,7 @@ mod tests {
 
     #[test]
     fn cancel_is_seen_between_slices_and_progress_is_told() {
-        let watch = Watch::default();
+        let watch = JobControl::default();
         with_lookup(&job("slow", None), &watch, lookup);
         assert_eq!(watch.permille(), 750);
         watch.cancel();
@@ -256,7 +271,7 @@ mod tests {
     #[test]
     fn a_panic_is_a_verdict() {
         let solve: SolveFn = Arc::new(|_, _| panic!("index out of range"));
-        let verdict = guarded(&solve, &job("slow", None), &Watch::default());
+        let verdict = guarded(&solve, &job("slow", None), &JobControl::default());
         let Some(Verdict::Failed { text, .. }) = verdict else { panic!("{verdict:?}") };
         assert_eq!(text, "the solver panicked: index out of range");
     }

@@ -5,11 +5,11 @@
 //! holds a question until the job is not wanted any more, the job runs. All put what they have to
 //! say into one queue.
 
-use crate::job::{Attempt, JobProcess, attempt};
-use crate::link::Line;
+use crate::job::{AttemptResult, JobProcess, attempt};
+use crate::link::CoordinatorLink;
 use crate::meshes::Meshes;
-use crate::solve::{SolveFn, Watch};
-use crate::talk::{News, Order, Talker};
+use crate::solve::{JobControl, SolveFn};
+use crate::talk::{Talker, TalkerResult, TalkerTask};
 use crate::{EXIT_WEDGED, WorkerConfig, WorkerError, start_threads};
 use cullet_dispatch::{
     Digest, Epoch, Job, Millis, Question, Trouble, WorkerInput, WorkerMachine, WorkerOutput,
@@ -36,33 +36,33 @@ const SOON: Duration = Duration::from_millis(200);
 /// Before that is asked again, where nobody answered.
 const AGAIN: Duration = Duration::from_secs(1);
 
-/// Where jobs run.
-enum Place {
+/// Where jobs run: on a thread of the worker, or in a process of their own.
+enum JobRunner {
     Thread(SolveFn, ThreadPool),
     Process(JobProcess),
 }
 
 /// Which grant to renew, whether a solver has the job, and how far it is.
-type Renewal = (Job, Epoch, bool, Watch);
+type Renewal = (Job, Epoch, bool, JobControl);
 
-/// A job that may cease to be wanted, until it is over here.
-type Wanted = (Job, Epoch, Arc<AtomicBool>);
+/// A job at work here, and the flag that cancels it.
+type CancellableJob = (Job, Epoch, Arc<AtomicBool>);
 
 /// A job for the job's thread.
-type Task = (Epoch, Vec<u8>, Watch);
+type Task = (Epoch, Vec<u8>, JobControl);
 
 pub(crate) struct Supervisor {
     config: WorkerConfig,
     machine: WorkerMachine,
     start: Instant,
-    news: Receiver<News>,
-    orders: Sender<Order>,
+    news: Receiver<TalkerResult>,
+    orders: Sender<TalkerTask>,
     renewals: Sender<Renewal>,
-    heeds: Sender<Wanted>,
+    heeds: Sender<CancellableJob>,
     /// Set when the job at hand is over.
     over: Arc<AtomicBool>,
     tasks: Sender<Task>,
-    line: Arc<Line>,
+    line: Arc<CoordinatorLink>,
     /// The grant at hand, its bytes or its verdict, and words about its trouble.
     grant: Option<Grant>,
     /// When that was.
@@ -70,8 +70,8 @@ pub(crate) struct Supervisor {
     bytes: Vec<u8>,
     blob: Arc<Vec<u8>>,
     text: String,
-    watch: Watch,
-    /// A job that was told to stop at its hard limit, on a thread of ours.
+    watch: JobControl,
+    /// A job that was asked to stop at its hard limit, on a thread of ours.
     overdue: Option<(Epoch, Instant)>,
     /// What a thread of ours solves; zero: nothing.
     busy: Arc<AtomicU64>,
@@ -89,10 +89,10 @@ impl Supervisor {
         orphaned: Arc<AtomicBool>,
     ) -> Result<Option<Self>, WorkerError> {
         let place = match &config.job {
-            Some(command) => Place::Process(JobProcess::new(command.clone())),
-            None => Place::Thread(solve, start_threads(config.threads)?),
+            Some(command) => JobRunner::Process(JobProcess::new(command.clone())),
+            None => JobRunner::Thread(solve, start_threads(config.threads)?),
         };
-        let Some(line) = Line::open(&config, draw_session())? else {
+        let Some(line) = CoordinatorLink::open(&config, draw_session())? else {
             return Ok(None);
         };
         let line = Arc::new(line);
@@ -136,7 +136,7 @@ impl Supervisor {
             bytes: Vec::new(),
             blob: Arc::default(),
             text: String::new(),
-            watch: Watch::default(),
+            watch: JobControl::default(),
             overdue: None,
             busy,
             worker,
@@ -144,7 +144,7 @@ impl Supervisor {
         }))
     }
 
-    /// Asks for jobs and does them until told to stop or drained.
+    /// Asks for jobs and does them until asked to stop or drained.
     pub(crate) fn work(mut self) {
         let mut quitting = false;
         self.step(WorkerInput::Begin);
@@ -178,7 +178,7 @@ impl Supervisor {
         self.start.elapsed().as_millis() as Millis
     }
 
-    fn take(&mut self, news: News) {
+    fn take(&mut self, news: TalkerResult) {
         // What a job that was killed still has to say is not about the one at hand.
         let at = self.machine.at().map(|work| work.epoch);
         let next = news.grant;
@@ -248,18 +248,18 @@ impl Supervisor {
                     Question::Fail { .. } => std::mem::take(&mut self.text),
                     _ => String::new(),
                 };
-                let order = Order::Ask(question, text, Arc::clone(&self.blob));
+                let order = TalkerTask::Ask(question, text, Arc::clone(&self.blob));
                 let _closed = self.orders.send(order);
             }
             WorkerOutput::Fetch(work) => {
-                self.watch = Watch::default();
+                self.watch = JobControl::default();
                 self.text.clear();
                 self.since = Instant::now();
                 let grant = self.grant.filter(|grant| grant.epoch.0 == work.epoch.0);
                 if let Some(grant) = grant {
                     let (run, job) = (grant.run, grant.job.short());
                     tracing::info!(run, job, epoch = grant.epoch.0, "job taken");
-                    let _closed = self.orders.send(Order::Fetch(grant, self.watch.clone()));
+                    let _closed = self.orders.send(TalkerTask::Fetch(grant, self.watch.clone()));
                 }
             }
             WorkerOutput::Solve(work) => {
@@ -341,7 +341,7 @@ fn renew(talker: &Talker, queue: &Receiver<Renewal>) {
 }
 
 /// Hears as soon as a job is not wanted any more.
-fn heed(talker: &Talker, queue: &Receiver<Wanted>) {
+fn heed(talker: &Talker, queue: &Receiver<CancellableJob>) {
     for (job, epoch, over) in queue {
         let wait = |time: Duration| {
             let since = Instant::now();
@@ -354,7 +354,7 @@ fn heed(talker: &Talker, queue: &Receiver<Wanted>) {
             match talker.heed((job, epoch), &over) {
                 Ok(Some(false)) => {}
                 Ok(Some(true)) => {
-                    if talker.news.send(News::of(WorkerInput::Stop { epoch })).is_err() {
+                    if talker.news.send(TalkerResult::of(WorkerInput::Stop { epoch })).is_err() {
                         return;
                     }
                     break;
@@ -371,32 +371,37 @@ fn heed(talker: &Talker, queue: &Receiver<Wanted>) {
 }
 
 /// Does jobs, one at a time.
-fn work(mut place: Place, tasks: &Receiver<Task>, news: &Sender<News>, busy: &AtomicU64) {
+fn work(
+    mut place: JobRunner,
+    tasks: &Receiver<Task>,
+    news: &Sender<TalkerResult>,
+    busy: &AtomicU64,
+) {
     for (epoch, bytes, watch) in tasks {
         let ended = match &mut place {
-            _ if watch.cancelled() => Attempt::Cancelled,
-            Place::Thread(solve, threads) => {
+            _ if watch.cancelled() => AttemptResult::Cancelled,
+            JobRunner::Thread(solve, threads) => {
                 busy.store(epoch.0, Ordering::Relaxed);
                 let ended = threads.install(|| attempt(&bytes, solve, &watch));
                 busy.store(0, Ordering::Relaxed);
                 ended
             }
-            Place::Process(process) => process.solve(&bytes, &watch),
+            JobRunner::Process(process) => process.solve(&bytes, &watch),
         };
-        let trouble = |trouble: Trouble, text: String| News {
+        let trouble = |trouble: Trouble, text: String| TalkerResult {
             text,
-            ..News::of(WorkerInput::Trouble { epoch, trouble })
+            ..TalkerResult::of(WorkerInput::Trouble { epoch, trouble })
         };
         let told = match ended {
-            Attempt::Solved(bytes) => {
+            AttemptResult::Solved(bytes) => {
                 let digest = Digest(digest(&bytes));
-                News { bytes, ..News::of(WorkerInput::Solved { epoch, digest }) }
+                TalkerResult { bytes, ..TalkerResult::of(WorkerInput::Solved { epoch, digest }) }
             }
             // Whoever cancelled it has gone on.
-            Attempt::Cancelled => continue,
-            Attempt::Invalid(text) => trouble(Trouble::Invalid, text),
-            Attempt::Died(text) => trouble(Trouble::Crashed, text),
-            Attempt::Unable(text) => trouble(Trouble::Dropped, text),
+            AttemptResult::Cancelled => continue,
+            AttemptResult::Invalid(text) => trouble(Trouble::Invalid, text),
+            AttemptResult::Died(text) => trouble(Trouble::Crashed, text),
+            AttemptResult::Unable(text) => trouble(Trouble::Dropped, text),
         };
         if news.send(told).is_err() {
             return;

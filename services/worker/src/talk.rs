@@ -1,12 +1,14 @@
 //! What a worker asks, one question at a time, and what it makes of the answers.
 
-use crate::link::{Line, NoAnswer};
+use crate::link::{CoordinatorLink, NoAnswer};
 use crate::meshes::{Fetcher, Meshes};
-use crate::solve::Watch;
+use crate::solve::JobControl;
 use cullet_dispatch::{Digest, Epoch, Job, Question, Trouble, Work, WorkerInput};
 use cullet_proto::keys::WorkerVerb;
-use cullet_proto::pool::{self, ChunkAnswer, CommitAnswer, Grant, Noted, PollAnswer, Refusal};
-use cullet_proto::pool::{HeedAnswer, RenewAnswer, Trouble as Told};
+use cullet_proto::pool::{
+    self, Acknowledged, ChunkAnswer, CommitAnswer, Grant, PollAnswer, QuestionRefusal,
+};
+use cullet_proto::pool::{GiveBackReason as Told, HeedAnswer, RenewAnswer};
 use cullet_proto::{JobId, chunks};
 use std::cell::Cell;
 use std::sync::Arc;
@@ -21,16 +23,16 @@ const BUSY: Duration = Duration::from_secs(1);
 /// Silence of this length on a link that is up is worth a word.
 const UNHEARD: Duration = Duration::from_secs(5);
 
-/// Something for the talker to do.
-pub(crate) enum Order {
+/// A task for the thread that talks to the coordinator.
+pub(crate) enum TalkerTask {
     /// Ask this; the text goes with a job given back, the blob with a commit.
     Ask(Question, String, Arc<Vec<u8>>),
     /// Get a job's bytes.
-    Fetch(Grant, Watch),
+    Fetch(Grant, JobControl),
 }
 
-/// What came of it.
-pub(crate) struct News {
+/// The result of a [`TalkerTask`].
+pub(crate) struct TalkerResult {
     pub(crate) heard: WorkerInput,
     /// The grant that was heard of.
     pub(crate) grant: Option<Grant>,
@@ -40,7 +42,7 @@ pub(crate) struct News {
     pub(crate) text: String,
 }
 
-impl News {
+impl TalkerResult {
     pub(crate) fn of(heard: WorkerInput) -> Self {
         Self { heard, grant: None, bytes: Vec::new(), text: String::new() }
     }
@@ -57,23 +59,23 @@ pub(crate) fn work_of(grant: &Grant) -> Work {
 
 /// The talker's thread: until the orders end.
 pub(crate) struct Talker {
-    pub(crate) line: Arc<Line>,
+    pub(crate) line: Arc<CoordinatorLink>,
     /// What it says first.
     pub(crate) hello: Arc<pool::Hello>,
     /// Whether it has.
     pub(crate) known: Cell<bool>,
-    /// Since when nobody has answered; whether that was told.
+    /// Since when nobody has answered; whether that was logged.
     pub(crate) unheard: Cell<Option<(Instant, bool)>>,
     pub(crate) stop: Arc<AtomicBool>,
-    pub(crate) news: Sender<News>,
+    pub(crate) news: Sender<TalkerResult>,
 }
 
 impl Talker {
-    pub(crate) fn run(&self, orders: &Receiver<Order>, mut meshes: Meshes) {
+    pub(crate) fn run(&self, orders: &Receiver<TalkerTask>, mut meshes: Meshes) {
         for order in orders {
             let news = match order {
-                Order::Ask(question, text, blob) => self.ask(question, text, &blob),
-                Order::Fetch(grant, watch) => self.fetch(&grant, &watch, &mut meshes),
+                TalkerTask::Ask(question, text, blob) => self.ask(question, text, &blob),
+                TalkerTask::Fetch(grant, watch) => self.fetch(&grant, &watch, &mut meshes),
             };
             if self.news.send(news).is_err() {
                 return;
@@ -85,7 +87,7 @@ impl Talker {
         pool::Poll { session: self.line.session, seq, slots: 1, threads: self.hello.threads }
     }
 
-    fn ask(&self, question: Question, text: String, blob: &[u8]) -> News {
+    fn ask(&self, question: Question, text: String, blob: &[u8]) -> TalkerResult {
         let session = self.line.session;
         let answer = match question {
             Question::Poll { seq } => self.poll(seq),
@@ -101,12 +103,13 @@ impl Talker {
                 };
                 let (job, epoch) = (JobId(job.0), cullet_proto::Epoch(epoch.0));
                 let fail = pool::Fail { session, job, epoch, trouble, text };
-                let said = self.line.ask::<_, Noted>(WorkerVerb::Fail, &fail, &[]);
-                said.map(|_| News::of(WorkerInput::Noted))
+                let said = self.line.ask::<_, Acknowledged>(WorkerVerb::Fail, &fail, &[]);
+                said.map(|_| TalkerResult::of(WorkerInput::Noted))
             }
             Question::Bye => {
-                let said = self.line.ask::<_, Noted>(WorkerVerb::Bye, &pool::Bye { session }, &[]);
-                said.map(|_| News::of(WorkerInput::Noted))
+                let said =
+                    self.line.ask::<_, Acknowledged>(WorkerVerb::Bye, &pool::Bye { session }, &[]);
+                said.map(|_| TalkerResult::of(WorkerInput::Noted))
             }
         };
         if !matches!(answer, Err(NoAnswer::Silence)) {
@@ -115,15 +118,15 @@ impl Talker {
         answer.unwrap_or_else(|error| match error {
             NoAnswer::Silence => {
                 self.tell_silence();
-                News::of(WorkerInput::Silence(question))
+                TalkerResult::of(WorkerInput::Silence(question))
             }
             NoAnswer::Refused(refusal) => {
                 tracing::error!("refused: {refusal}");
-                News::of(WorkerInput::Refused(question))
+                TalkerResult::of(WorkerInput::Refused(question))
             }
             NoAnswer::Unreadable(text) => {
                 tracing::error!("an answer is unreadable: {text}");
-                News::of(WorkerInput::Refused(question))
+                TalkerResult::of(WorkerInput::Refused(question))
             }
         })
     }
@@ -143,11 +146,11 @@ impl Talker {
 
     /// Tells the coordinator who asks.
     fn introduce(&self) -> Result<(), NoAnswer> {
-        let said = self.line.ask::<_, Noted>(WorkerVerb::Hello, self.hello.as_ref(), &[]);
+        let said = self.line.ask::<_, Acknowledged>(WorkerVerb::Hello, self.hello.as_ref(), &[]);
         said.map(|_| self.known.set(true))
     }
 
-    /// Asks, once the coordinator has been told who does.
+    /// Asks, once the coordinator knows who does.
     fn introduced<A>(&self, ask: impl Fn() -> Result<A, NoAnswer>) -> Result<A, NoAnswer> {
         if !self.known.get() {
             self.introduce()?;
@@ -158,12 +161,14 @@ impl Talker {
     /// Asks; if the coordinator has forgotten who does, tells it and asks again.
     fn again<A>(&self, ask: impl Fn() -> Result<A, NoAnswer>) -> Result<A, NoAnswer> {
         match ask() {
-            Err(NoAnswer::Refused(Refusal::Stranger)) => self.introduce().and_then(|()| ask()),
+            Err(NoAnswer::Refused(QuestionRefusal::Stranger)) => {
+                self.introduce().and_then(|()| ask())
+            }
             said => said,
         }
     }
 
-    fn poll(&self, seq: u64) -> Result<News, NoAnswer> {
+    fn poll(&self, seq: u64) -> Result<TalkerResult, NoAnswer> {
         let poll = self.poll_of(seq);
         // A question for work may be held for long and is nothing to wait for when leaving.
         let ask = || self.line.ask_unless(&self.stop, WorkerVerb::Poll, &poll, &[]);
@@ -171,10 +176,10 @@ impl Talker {
         Ok(match said {
             PollAnswer::Grant(grant) => {
                 let heard = WorkerInput::Grant { seq, work: work_of(&grant) };
-                News { grant: Some(grant), ..News::of(heard) }
+                TalkerResult { grant: Some(grant), ..TalkerResult::of(heard) }
             }
-            PollAnswer::Idle => News::of(WorkerInput::Idle { seq }),
-            PollAnswer::Drain => News::of(WorkerInput::Dismiss { seq }),
+            PollAnswer::Idle => TalkerResult::of(WorkerInput::Idle { seq }),
+            PollAnswer::Drain => TalkerResult::of(WorkerInput::Dismiss { seq }),
         })
     }
 
@@ -183,11 +188,11 @@ impl Talker {
         &self,
         (job, epoch): (Job, Epoch),
         permille: u16,
-    ) -> Result<News, NoAnswer> {
+    ) -> Result<TalkerResult, NoAnswer> {
         let (session, told) = (self.line.session, cullet_proto::Epoch(epoch.0));
         let renew = pool::Renew { session, job: JobId(job.0), epoch: told, permille };
         let (said, _) = self.again(|| self.line.ask(WorkerVerb::Renew, &renew, &[]))?;
-        Ok(News::of(match said {
+        Ok(TalkerResult::of(match said {
             RenewAnswer::Stop => WorkerInput::Stop { epoch },
             RenewAnswer::Go { .. } => WorkerInput::Tick,
         }))
@@ -205,7 +210,7 @@ impl Talker {
         match self.again(|| self.line.ask_unless(over, WorkerVerb::Heed, &heed, &[])) {
             Ok((HeedAnswer::Stop, _)) => Ok(Some(true)),
             Ok((HeedAnswer::Go, _)) => Ok(Some(false)),
-            Err(NoAnswer::Silence | NoAnswer::Refused(Refusal::Stranger)) => Ok(None),
+            Err(NoAnswer::Silence | NoAnswer::Refused(QuestionRefusal::Stranger)) => Ok(None),
             Err(other) => Err(other),
         }
     }
@@ -218,7 +223,7 @@ impl Talker {
         digest: Digest,
         blob: &[u8],
         next: u64,
-    ) -> Result<News, NoAnswer> {
+    ) -> Result<TalkerResult, NoAnswer> {
         let commit = pool::Commit {
             session: self.line.session,
             job: JobId(job.0),
@@ -232,12 +237,15 @@ impl Talker {
             match self.introduced(ask)?.0 {
                 CommitAnswer::Done(grant) => {
                     let next = grant.as_ref().map(work_of);
-                    return Ok(News { grant, ..News::of(WorkerInput::Receipt { epoch, next }) });
+                    return Ok(TalkerResult {
+                        grant,
+                        ..TalkerResult::of(WorkerInput::Receipt { epoch, next })
+                    });
                 }
                 CommitAnswer::Missing(missing) => self.send(blob, digest.0, &missing)?,
                 CommitAnswer::Damaged => tracing::warn!("a result came over damaged"),
                 CommitAnswer::Unreadable(text) => {
-                    return Ok(News::trouble(epoch, Trouble::Crashed, text));
+                    return Ok(TalkerResult::trouble(epoch, Trouble::Crashed, text));
                 }
             }
         }
@@ -265,13 +273,13 @@ impl Talker {
         Ok(())
     }
 
-    fn fetch(&self, grant: &Grant, watch: &Watch, meshes: &mut Meshes) -> News {
+    fn fetch(&self, grant: &Grant, watch: &JobControl, meshes: &mut Meshes) -> TalkerResult {
         let epoch = Epoch(grant.epoch.0);
-        let ask = |fetch: pool::Fetch| self.line.ask(WorkerVerb::Fetch, &fetch, &[]);
+        let ask = |fetch: pool::FetchBlob| self.line.ask(WorkerVerb::Fetch, &fetch, &[]);
         let stop = || watch.cancelled();
         match (Fetcher { meshes, ask: &ask, stop: &stop }).job(grant) {
-            Ok(bytes) => News { bytes, ..News::of(WorkerInput::Fetched { epoch }) },
-            Err((trouble, text)) => News::trouble(epoch, trouble, text),
+            Ok(bytes) => TalkerResult { bytes, ..TalkerResult::of(WorkerInput::Fetched { epoch }) },
+            Err((trouble, text)) => TalkerResult::trouble(epoch, trouble, text),
         }
     }
 }

@@ -4,8 +4,8 @@
 use cullet_geometry::Vec3;
 use cullet_model::Refusal;
 use cullet_specimen::{
-    BodySums, Discretisation, Drive, Field, FieldValues, Hold, LocalVector, PointFields, Push,
-    SpecimenProblem, StepTally, within,
+    BodySums, Discretisation, Drive, FieldValues, Hold, LoadKind, LocalVector, PointField,
+    PointFields, SpecimenProblem, StepTally, within,
 };
 
 /// Point masses on a line.
@@ -75,7 +75,9 @@ impl Chain {
             |hold: &Hold| (0..=last).filter(|&k| within(&hold.part, &places[k], slack)).collect();
         let held: Vec<Vec<usize>> = problem.holds.iter().map(taken).collect();
         let pushed = problem.loads.iter().map(|load| {
-            let Push::Acceleration(rate) = load.push else { return vec![Vec3::zeros(); last + 1] };
+            let LoadKind::Acceleration(rate) = load.push else {
+                return vec![Vec3::zeros(); last + 1];
+            };
             let inside = |x: &Vec3| f64::from(u8::from(within(&load.part, x, 0.0)));
             places.iter().zip(&masses).map(|(x, mass)| rate * (mass * inside(x))).collect()
         });
@@ -260,7 +262,7 @@ impl Discretisation for Chain {
         }
     }
 
-    fn points(&self, fields: &[Field]) -> PointFields {
+    fn points(&self, fields: &[PointField]) -> PointFields {
         let last = self.len() - 1;
         let vectors = |all: &[Vec3]| {
             let local = |v: &Vec3| LocalVector { value: *v, gradient: Default::default() };
@@ -273,11 +275,11 @@ impl Discretisation for Chain {
             tensor[self.along] = (sides[0] + sides[1]) / (2.0 * self.section.area);
             tensor
         };
-        let values = |field: Field| match field {
-            Field::Displacement => Some(vectors(&self.displacement)),
-            Field::Velocity => Some(vectors(&self.velocity)),
-            Field::Stress => Some(FieldValues::Tensors((0..=last).map(stress).collect())),
-            Field::Strain | Field::Damage => None,
+        let values = |field: PointField| match field {
+            PointField::Displacement => Some(vectors(&self.displacement)),
+            PointField::Velocity => Some(vectors(&self.velocity)),
+            PointField::Stress => Some(FieldValues::Tensors((0..=last).map(stress).collect())),
+            PointField::Strain | PointField::Damage => None,
         };
         PointFields {
             places: self.places.clone(),

@@ -5,10 +5,10 @@ mod body;
 
 use body::Chain;
 use cullet_lab::specimen::load;
-use cullet_lab::{Measured, Point};
-use cullet_model::{Precision, Refusal};
+use cullet_lab::{Measured, SweepPoint};
+use cullet_model::{PointPrecision, Refusal};
 use cullet_proto::specimen::Ending;
-use cullet_specimen::{Discrete, Feature, Field, GridFrame, SpecimenFamily, SpecimenProblem};
+use cullet_specimen::{Discrete, Feature, GridFrame, PointField, SpecimenFamily, SpecimenProblem};
 use cullet_tests::root;
 use cullet_worker::specimen::{solve, solve_with};
 
@@ -30,10 +30,10 @@ const TOO_HEAVY: SpecimenFamily = SpecimenFamily {
 };
 
 const FEATURES: &[Feature] = &[
-    Feature::Field(Field::Displacement),
-    Feature::Field(Field::Velocity),
-    Feature::Field(Field::Stress),
-    Feature::Precision(Precision::Double),
+    Feature::Field(PointField::Displacement),
+    Feature::Field(PointField::Velocity),
+    Feature::Field(PointField::Stress),
+    Feature::Precision(PointPrecision::Double),
     Feature::Acceleration,
     Feature::Support,
     Feature::Damping,
@@ -61,7 +61,7 @@ fn measured(name: &str, overrides: &[&str], table: &[SpecimenFamily]) -> Measure
     let specimen = load(&file, &overrides).expect("a specimen");
     let job = specimen.job().expect("a body");
     let result = solve_with(job, table);
-    Measured::new(Point { specimen, swept: Vec::new() }, result)
+    Measured::new(SweepPoint { specimen, swept: Vec::new() }, result)
 }
 
 fn value(measured: &Measured, metric: &str) -> f64 {
@@ -70,8 +70,8 @@ fn value(measured: &Measured, metric: &str) -> f64 {
 
 /// The names of the metrics that are not what they must be.
 fn missed(measured: &Measured) -> Vec<&str> {
-    use cullet_lab::specimen::Verdict;
-    let rows = measured.rows.iter().filter(|row| row.weighed.verdict == Verdict::Fails);
+    use cullet_lab::specimen::MetricVerdict;
+    let rows = measured.rows.iter().filter(|row| row.weighed.verdict == MetricVerdict::Fails);
     rows.map(|row| row.metric.as_str()).collect()
 }
 

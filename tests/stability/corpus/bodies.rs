@@ -2,11 +2,11 @@
 
 use crate::kit::{Out, PLASTER, blow, cuboid, keeps_the_books, problem, solve};
 use cullet_geometry::{Solid, Vec3};
-use cullet_model::{BrittleProblem, Fracture, Impact, Material, Refusal};
+use cullet_model::{BrittleProblem, Fragmentation, Impact, Material, Refusal};
 use std::sync::Arc;
 
 /// Holds both families to an outcome in words or a fracture that keeps its books; the fracture.
-fn holds(what: &str, problem: &BrittleProblem) -> [Option<Fracture>; 2] {
+fn holds(what: &str, problem: &BrittleProblem) -> [Option<Fragmentation>; 2] {
     ["brittle", "geometric"].map(|family| match solve(family, problem) {
         Out::Done(fracture) => {
             keeps_the_books(&format!("{what}, {family}"), problem, &fracture);
@@ -126,7 +126,7 @@ fn coarse(problem: &BrittleProblem) -> cullet_model::Settings {
 }
 
 /// The largest fragment as a body of its own, its centre at the origin.
-fn largest(fracture: &Fracture) -> Solid {
+fn largest(fracture: &Fragmentation) -> Solid {
     let volume = |solid: &Solid| solid.mesh.signed_volume();
     let solids = fracture.fragments.iter().map(|f| &f.solid);
     let mut solid =

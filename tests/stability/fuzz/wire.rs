@@ -6,7 +6,7 @@ use super::timed;
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3, shapes};
 use cullet_lab::specimen;
 use cullet_model::strength::{Region, Stroke};
-use cullet_model::{Fracture, Fragment, Grain, Law, Outcome, Report, Support};
+use cullet_model::{Fragment, Fragmentation, Grain, Law, Report, SolveOutcome, Support};
 use cullet_proto::chunks::{self, Assembly, CHUNK};
 use cullet_proto::claim::{Claim, Reply};
 use cullet_proto::envelope::PREFIX;
@@ -62,7 +62,7 @@ fn verdict() -> Verdict {
     };
     let other = Fragment { hulls: Vec::new(), sheet: Sheet::default(), ..fragment.clone() };
     let grain = Grain { position: Vec3::x(), velocity: Vec3::y(), volume: 1e-9, size: 1e-3 };
-    Fracture {
+    Fragmentation {
         fragments: vec![fragment, other],
         sampled: vec![false, true],
         debris: vec![grain],
@@ -113,7 +113,7 @@ fn jobs_and_verdicts() {
             is_sound(job.problem.body.solid().expect("a solid"));
             assert!(job.problem.law.density().is_finite());
             assert!(job.id().is_ok(), "what was read can be written");
-        } else if let Some(Verdict::Solved(Outcome::Broken(body))) =
+        } else if let Some(Verdict::Solved(SolveOutcome::Broken(body))) =
             in_words(Verdict::decode(bytes))
         {
             body.fragments.iter().for_each(|fragment| is_sound(&fragment.solid));
@@ -178,7 +178,7 @@ fn read_all(bytes: &[u8]) {
     }
     ask::<pool::Hello>(bytes);
     ask::<pool::Poll>(bytes);
-    ask::<pool::Fetch>(bytes);
+    ask::<pool::FetchBlob>(bytes);
     ask::<pool::Renew>(bytes);
     ask::<pool::Heed>(bytes);
     ask::<Claim>(bytes);
@@ -193,7 +193,7 @@ fn read_all(bytes: &[u8]) {
     answer::<Reply>(bytes);
     answer::<pool::ChunkAnswer>(bytes);
     answer::<pool::CommitAnswer>(bytes);
-    answer::<pool::Noted>(bytes);
+    answer::<pool::Acknowledged>(bytes);
     let _refusal = in_words(pool::read_refusal(bytes));
 }
 
@@ -203,12 +203,12 @@ fn read_json(bytes: &[u8]) {
         let _read = in_words(service::open::<T>(bytes).map(|_| ()));
     }
     json::<service::Submit>(bytes);
-    json::<service::Piece>(bytes);
+    json::<service::BundlePiece>(bytes);
     json::<service::Which>(bytes);
     json::<service::Follow>(bytes);
-    json::<service::Fetch>(bytes);
+    json::<service::FetchFile>(bytes);
     json::<service::Drain>(bytes);
-    json::<service::News>(bytes);
+    json::<service::RunUpdate>(bytes);
     json::<service::Runs>(bytes);
     json::<BundleTable>(bytes);
 }
@@ -240,10 +240,10 @@ fn messages() {
     let poll = pool::Poll { session, seq: 5, slots: 1, threads: 2 };
     let commit =
         pool::Commit { session, job, epoch, digest: [9; 32], length: 77, next: Some(poll) };
-    let trouble = pool::Trouble::Crashed;
+    let trouble = pool::GiveBackReason::Crashed;
     let fail = pool::Fail { session, job, epoch, trouble, text: "it died".into() };
     let missing = pool::CommitAnswer::Missing(vec![1, 2, 3]);
-    let refusal = pool::Refusal::TooLarge { bytes: 9, limit: 8 };
+    let refusal = pool::QuestionRefusal::TooLarge { bytes: 9, limit: 8 };
     let family = pool::Family { name: "brittle".into(), single: true, double: true };
     let hello = pool::Hello { session, families: Some(vec![family]), ..pool::Hello::default() };
     let grant =

@@ -3,7 +3,7 @@
 //! A scene may need more memory than there is, and then takes all other runs with it, at each start
 //! anew. What a run does is the same each time, so it dies at the same place each time: a run that
 //! was there at two deaths and came no further in between is a suspect. A suspect goes on alone.
-//! Whoever is innocent ends then; at the third death in a row with it alone a run is laid aside as
+//! Whoever is innocent ends then; at the third death in a row with it alone a run ends as
 //! stalled, and `retry` begins it again. A run that comes further at each life, however often
 //! somebody kills the coordinator, is no suspect.
 
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// Deaths without getting further that make a suspect.
 const SUSPECT: u32 = 2;
-/// Of a suspect that went on alone, those that lay it aside.
+/// Of a suspect that went on alone, those after which it ends as stalled.
 const PROOF: u32 = 3;
 
 /// How far a run came: simulated time \[µs\], and jobs settled by then; what it did before a death
@@ -24,14 +24,14 @@ pub(crate) struct Reached {
 
 /// Deaths of the coordinator in the middle of a run, since it last came further than ever.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Deaths {
+pub(crate) struct CoordinatorDeaths {
     pub(crate) all: u32,
     /// Those at which it was a suspect and went on alone.
     pub(crate) alone: u32,
     pub(crate) reached: Reached,
 }
 
-impl Deaths {
+impl CoordinatorDeaths {
     pub(super) fn count(&mut self, reached: Reached, alone: bool) {
         let alone = u32::from(alone && self.is_suspect());
         if reached > self.reached {

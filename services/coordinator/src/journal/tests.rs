@@ -1,5 +1,5 @@
-use super::{Journal, LEAST, MAX_BYTES, ServiceError, Step, line, size};
-use crate::board::{Board, End, Event, How, Order, Reached, Wish};
+use super::{Journal, LEAST, MAX_BYTES, RewriteStep, ServiceError, line, size};
+use crate::board::{AttemptEnd, Board, BoardEvent, Reached, RunEnd, Submission, Wish};
 use cullet_proto::service::State;
 use std::path::{Path, PathBuf};
 
@@ -14,15 +14,27 @@ fn place(name: &str) -> PathBuf {
     folder.join("journal")
 }
 
-fn submitted(run: u64) -> Event {
-    Event::Submitted { run, order: Order { name: format!("scene-{run}"), ..Order::default() } }
+/// The steps of writing a journal anew, in their order.
+const ALL_STEPS: [RewriteStep; 5] = [
+    RewriteStep::Begin,
+    RewriteStep::Line,
+    RewriteStep::Written,
+    RewriteStep::Through,
+    RewriteStep::Named,
+];
+
+fn submitted(run: u64) -> BoardEvent {
+    BoardEvent::Submitted {
+        run,
+        order: Submission { name: format!("scene-{run}"), ..Submission::default() },
+    }
 }
 
 fn filled(path: &Path) -> Vec<u8> {
     let (mut journal, _, torn) = Journal::open(path, MAX_BYTES).expect("it opens");
     assert_eq!(torn, None);
     journal.append(&[submitted(1), submitted(2)]).expect("it is written");
-    journal.append(&[Event::Paused { run: 1 }]).expect("it is written");
+    journal.append(&[BoardEvent::Paused { run: 1 }]).expect("it is written");
     std::fs::read(path).expect("a journal")
 }
 
@@ -65,7 +77,7 @@ fn a_journal_damaged_in_the_middle_is_refused_with_the_line() {
         assert!(matches!(said, ServiceError::Journal { line: at, .. } if at == line));
     }
     // Sound lines that cannot have happened.
-    let event = super::line(&Event::Paused { run: 9 });
+    let event = super::line(&BoardEvent::Paused { run: 9 });
     std::fs::write(&path, format!("{}\n{event}", super::TITLE)).expect("a file");
     let said = Journal::open(&path, MAX_BYTES).expect_err("nobody is run 9");
     assert!(matches!(said, ServiceError::Journal { line: 2, .. }), "{said}");
@@ -93,21 +105,21 @@ fn what_is_not_kept_is_an_error_and_what_is_owed_comes_before_the_rest() {
     use cullet_proto::service::State;
     let path = place("full");
     let (mut journal, _, _) = Journal::open(&path, MAX_BYTES).expect("it opens");
-    let started = Event::Started { run: 1, folder: "f".into(), at: 1 };
+    let started = BoardEvent::Started { run: 1, folder: "f".into(), at: 1 };
     journal.append(&[submitted(1), started]).expect("it is written");
     let before = std::fs::read(&path).expect("a journal");
     let full = std::fs::OpenOptions::new().append(true).open("/dev/full").expect("a device");
     let sound = std::mem::replace(&mut journal.file, full);
     let said = journal.append(&[submitted(2)]).expect_err("there is no room");
     assert!(said.to_string().contains("No space left"), "{said}");
-    let (how, end) = (crate::board::How::Failed, Default::default());
-    journal.owe(&Event::Ended { run: 1, how, end, at: 2 });
+    let (how, end) = (crate::board::AttemptEnd::Failed, Default::default());
+    journal.owe(&BoardEvent::Ended { run: 1, how, end, at: 2 });
     assert!(journal.settle().is_err() && journal.append(&[submitted(2)]).is_err());
     assert_eq!(std::fs::read(&path).expect("a journal"), before);
     journal.file = sound;
     // Half of what did not fit.
     std::fs::write(&path, [&before[..], b"01234567 {\"event"].concat()).expect("it is torn");
-    journal.append(&[Event::Queued { run: 1 }, submitted(2)]).expect("there is room");
+    journal.append(&[BoardEvent::Queued { run: 1 }, submitted(2)]).expect("there is room");
     let length = journal.length;
     journal.settle().expect("nothing is owed");
     assert_eq!(journal.length, length);
@@ -165,30 +177,30 @@ fn a_journal_that_is_opened_again_says_the_same() {
 }
 
 /// Runs in all states, one that is leaving, and numbers that are gone.
-fn varied() -> Vec<Event> {
-    let started = |run| Event::Started { run, folder: format!("pot-{run}"), at: 2 };
-    let end = |text: &str| End { code: Some(0), text: text.into(), ..End::default() };
-    let ended = |run, how| Event::Ended { run, how, end: end("so it ended"), at: 3 };
+fn varied() -> Vec<BoardEvent> {
+    let started = |run| BoardEvent::Started { run, folder: format!("pot-{run}"), at: 2 };
+    let end = |text: &str| RunEnd { code: Some(0), text: text.into(), ..RunEnd::default() };
+    let ended = |run, how| BoardEvent::Ended { run, how, end: end("so it ended"), at: 3 };
     let reached = Reached { time: 4, settled: 5 };
-    let mut all: Vec<Event> = (1..=7).map(submitted).collect();
+    let mut all: Vec<BoardEvent> = (1..=7).map(submitted).collect();
     all.extend((1..=4).map(started));
-    all.push(Event::Wished { run: 3, wish: Wish::Pause });
-    all.push(ended(1, How::Done));
-    all.push(ended(2, How::Failed));
-    all.push(Event::Died { run: 4, reached });
-    all.push(Event::Returned { at: 6 });
-    all.push(Event::Paused { run: 5 });
-    all.push(Event::Cancelled { run: 6, end: end("no more"), at: 7 });
-    all.extend([1, 2].map(|run| Event::Forgotten { run }));
-    all.push(Event::Removed { run: 1 });
-    all.push(Event::Queued { run: 6 });
-    all.push(Event::Numbered { last: 9 });
+    all.push(BoardEvent::Wished { run: 3, wish: Wish::Pause });
+    all.push(ended(1, AttemptEnd::Done));
+    all.push(ended(2, AttemptEnd::Failed));
+    all.push(BoardEvent::Died { run: 4, reached });
+    all.push(BoardEvent::Returned { at: 6 });
+    all.push(BoardEvent::Paused { run: 5 });
+    all.push(BoardEvent::Cancelled { run: 6, end: end("no more"), at: 7 });
+    all.extend([1, 2].map(|run| BoardEvent::Forgotten { run }));
+    all.push(BoardEvent::Removed { run: 1 });
+    all.push(BoardEvent::Queued { run: 6 });
+    all.push(BoardEvent::Numbered { last: 9 });
     all.push(submitted(10));
     all
 }
 
 /// What the first events come to, for each number of them.
-fn boards(events: &[Event]) -> Vec<Board> {
+fn boards(events: &[BoardEvent]) -> Vec<Board> {
     let mut boards = vec![Board::default()];
     for event in events {
         let mut next = boards.last().expect("one").clone();
@@ -199,7 +211,7 @@ fn boards(events: &[Event]) -> Vec<Board> {
 }
 
 /// A journal of all of it as it was written, event by event.
-fn written(events: &[Event]) -> Vec<u8> {
+fn written(events: &[BoardEvent]) -> Vec<u8> {
     let lines: String = events.iter().map(line).collect();
     format!("{}\n{lines}", super::TITLE).into_bytes()
 }
@@ -314,7 +326,7 @@ fn a_crash_while_it_is_written_anew_loses_nothing() {
     std::fs::write(&path, written(&events)).expect("a journal");
     let (mut journal, ..) = Journal::open(&path, MAX_BYTES).expect("it opens");
     let mut seen = Vec::new();
-    let mut crashed = |step: Step| {
+    let mut crashed = |step: RewriteStep| {
         let files = std::fs::read_dir(&folder).expect("a folder").flatten();
         let files: Vec<_> = files
             .map(|file| (file.file_name(), std::fs::read(file.path()).expect("a file")))
@@ -322,7 +334,7 @@ fn a_crash_while_it_is_written_anew_loses_nothing() {
         for half in [false, true] {
             let copy = place("steps-crashed");
             for (name, bytes) in &files {
-                let unsure = half && name != "journal" && step != Step::Through;
+                let unsure = half && name != "journal" && step != RewriteStep::Through;
                 let bytes = &bytes[..if unsure { bytes.len() / 2 } else { bytes.len() }];
                 std::fs::write(copy.with_file_name(name), bytes).expect("a file");
             }
@@ -334,25 +346,25 @@ fn a_crash_while_it_is_written_anew_loses_nothing() {
     };
     journal.try_rewrite(&board, &mut crashed).expect("it is written anew");
     seen.dedup();
-    assert_eq!(seen, [Step::Begin, Step::Line, Step::Written, Step::Through, Step::Named]);
+    assert_eq!(seen, ALL_STEPS);
 }
 
 /// A disk that fails at each step: the one that is there stays, takes what comes, and is whole.
 #[test]
 fn a_disk_that_fails_while_it_is_written_anew_loses_nothing() {
-    for fails in [Step::Begin, Step::Line, Step::Written, Step::Through, Step::Named] {
+    for fails in ALL_STEPS {
         let path = place("fails");
         let events = varied();
         let mut board = boards(&events).pop().expect("the last");
         std::fs::write(&path, written(&events)).expect("a journal");
         let (mut journal, ..) = Journal::open(&path, MAX_BYTES).expect("it opens");
-        let mut step = |step: Step| match step == fails {
+        let mut step = |step: RewriteStep| match step == fails {
             true => Err(std::io::Error::other("the disk fails")),
             false => Ok(()),
         };
         assert!(journal.try_rewrite(&board, &mut step).is_err(), "{fails:?}");
-        assert_eq!(journal.unnamed, fails == Step::Named);
-        let more = [submitted(11), Event::Paused { run: 11 }];
+        assert_eq!(journal.unnamed, fails == RewriteStep::Named);
+        let more = [submitted(11), BoardEvent::Paused { run: 11 }];
         journal.append(&more).expect("it goes on");
         assert!(!journal.unnamed, "{fails:?}: its name is not written through");
         more.iter().for_each(|event| board.apply(event).expect("it fits"));
@@ -364,11 +376,11 @@ fn a_disk_that_fails_while_it_is_written_anew_loses_nothing() {
 }
 
 /// A run that came, was done and went, over and over.
-fn gone(run: u64) -> [Event; 5] {
-    let (how, end) = (How::Done, End::default());
-    let start = Event::Started { run, folder: "pot-1".into(), at: 1 };
-    let ended = Event::Ended { run, how, end, at: 2 };
-    [submitted(run), start, ended, Event::Forgotten { run }, Event::Removed { run }]
+fn gone(run: u64) -> [BoardEvent; 5] {
+    let (how, end) = (AttemptEnd::Done, RunEnd::default());
+    let start = BoardEvent::Started { run, folder: "pot-1".into(), at: 1 };
+    let ended = BoardEvent::Ended { run, how, end, at: 2 };
+    [submitted(run), start, ended, BoardEvent::Forgotten { run }, BoardEvent::Removed { run }]
 }
 
 #[test]
@@ -415,7 +427,7 @@ fn a_journal_that_is_as_long_as_it_may_be_takes_no_run_until_others_go_and_forge
     assert!(matches!(said, ServiceError::Long { bound: 4_000, .. }) && run > 10, "{said}");
     assert!(journal.length() <= bound);
     // What happens to those that are there is kept all the same.
-    let over = |run| Event::Cancelled { run, end: End::default(), at: 1 };
+    let over = |run| BoardEvent::Cancelled { run, end: RunEnd::default(), at: 1 };
     for event in (1..run).map(over) {
         journal.append(std::slice::from_ref(&event)).expect("it is written");
         board.apply(&event).expect("it fits");
@@ -425,7 +437,9 @@ fn a_journal_that_is_as_long_as_it_may_be_takes_no_run_until_others_go_and_forge
     let (mut journal, found, torn) = Journal::open(&path, bound).expect("it opens");
     assert!(found == board && torn.is_none());
     assert!(hand_in(&mut journal, &mut board, run).is_err());
-    for event in (1..run).flat_map(|run| [Event::Forgotten { run }, Event::Removed { run }]) {
+    for event in
+        (1..run).flat_map(|run| [BoardEvent::Forgotten { run }, BoardEvent::Removed { run }])
+    {
         journal.append(std::slice::from_ref(&event)).expect("it is written");
         board.apply(&event).expect("it fits");
     }
@@ -438,11 +452,11 @@ fn a_journal_that_is_as_long_as_it_may_be_takes_no_run_until_others_go_and_forge
 fn what_is_owed_is_in_a_journal_that_is_written_anew() {
     let path = place("owed");
     let (mut journal, mut board, _) = Journal::open(&path, MAX_BYTES).expect("it opens");
-    for event in [submitted(1), Event::Started { run: 1, folder: "f".into(), at: 1 }] {
+    for event in [submitted(1), BoardEvent::Started { run: 1, folder: "f".into(), at: 1 }] {
         journal.append(std::slice::from_ref(&event)).expect("it is written");
         board.apply(&event).expect("it fits");
     }
-    let ended = Event::Ended { run: 1, how: How::Done, end: End::default(), at: 2 };
+    let ended = BoardEvent::Ended { run: 1, how: AttemptEnd::Done, end: RunEnd::default(), at: 2 };
     journal.owe(&ended);
     board.apply(&ended).expect("it fits");
     journal.rewrite(&board);

@@ -2,9 +2,9 @@ use super::{ReplayingPool, ReportingPool};
 use crate::run_status::RunStatus;
 use crate::store::Store;
 use crate::timeline::{RunHistory, svg, trace};
-use cullet_pool::{Attempted, Ending, Settlement};
+use cullet_pool::{Attempted, JobEnding, Settlement};
 use cullet_proto::{FractureJob, JobId, Verdict};
-use cullet_run::{Jobs, Load};
+use cullet_run::{JobPool, PoolLoad};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -17,7 +17,7 @@ struct Stub {
     asked: RefCell<Vec<JobId>>,
 }
 
-impl Jobs for Stub {
+impl JobPool for Stub {
     fn open(&self, job: &FractureJob) -> JobId {
         let id = JobId::of(&job.encode().expect("a job"));
         self.open.borrow_mut().push_back(id);
@@ -28,7 +28,7 @@ impl Jobs for Stub {
     fn settled(&self, _: Duration) -> Option<(JobId, Settlement)> {
         let id = self.open.borrow_mut().pop_front()?;
         let verdict = Verdict::Refused { solver: "stub".into(), text: id.short() };
-        let (ending, worker) = (Ending::Verdict(verdict), "w".to_owned());
+        let (ending, worker) = (JobEnding::Verdict(verdict), "w".to_owned());
         let (wall, tries) = (Duration::ZERO, Vec::new());
         Some((
             id,
@@ -44,8 +44,8 @@ impl Jobs for Stub {
         ))
     }
 
-    fn load(&self) -> Load {
-        Load::default()
+    fn load(&self) -> PoolLoad {
+        PoolLoad::default()
     }
 
     fn cancel(&self) {

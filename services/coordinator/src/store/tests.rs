@@ -1,7 +1,7 @@
 use super::{Store, put};
 use crate::ServiceError;
 use cullet_geometry::Vec3;
-use cullet_model::{Fracture, Grain};
+use cullet_model::{Fragmentation, Grain};
 use cullet_proto::ids::digest;
 use cullet_proto::service::hex_of;
 use cullet_proto::{JobId, Verdict};
@@ -46,7 +46,7 @@ fn a_damaged_verdict_is_no_verdict() {
         size: 0.5,
     };
     let debris = (0..20).map(grain).collect();
-    let broken = Verdict::from(Fracture { debris, ..Fracture::default() });
+    let broken = Verdict::from(Fragmentation { debris, ..Fragmentation::default() });
     kept.put(job, &broken).expect("it is kept");
     let sound = std::fs::read(&path).expect("it is there");
     let mut passed = 0;

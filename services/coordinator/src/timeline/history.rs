@@ -3,9 +3,9 @@
 //!
 //! A line as a job is wanted, as a worker is given it or loses it, and as it settles, in a file
 //! beside the run's bundle; no part of what the run is or records. A line that is torn is left out;
-//! jobs beyond [`MOST`] bytes are not written, and that alone is told.
+//! jobs beyond [`MOST`] bytes are not written, and that alone is reported.
 
-use super::{Attempt, Attempts, Fate, Job, Timeline};
+use super::{Attempts, JobAttempt, JobFate, JobTimes, Timeline};
 use crate::reach::seen;
 use cullet_files::state;
 use cullet_proto::verdict;
@@ -23,18 +23,19 @@ const MOST: u64 = 8 << 20;
 /// Bytes beyond them for where attempts begin and end.
 const EDGES: u64 = 64 << 10;
 
+/// A line of the file that a timeline is kept in.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Line {
+enum TimelineLine {
     /// An attempt begins at that time; when the one before was last seen to go on
     /// \[ms since 1970\].
     Began { attempt: u32, at: u64, seen: Option<u64> },
     /// It wants a job; times are since it began \[s\].
     Opened { job: String, at: f64 },
     /// Somebody was given the job, or has lost it.
-    Attempted(Attempt),
+    Attempted(JobAttempt),
     /// A job of it settled.
-    Settled(Job),
+    Settled(JobTimes),
     /// It ends, in order.
     Ended { at: f64 },
     /// There was no room for a job.
@@ -64,41 +65,41 @@ impl RunHistory {
         let file = file.inspect_err(|error| tracing::warn!("{}: {error}", path.display())).ok();
         let past =
             Self { path, attempt, began: now, file: RefCell::new(file), full: Cell::default() };
-        past.put(&Line::Began { attempt, at: now, seen }, MOST + EDGES);
+        past.put(&TimelineLine::Began { attempt, at: now, seen }, MOST + EDGES);
         past
     }
 
     /// A job is wanted that was not kept.
     pub(crate) fn opened(&self, job: &str, at: f64) {
-        self.put_job(&Line::Opened { job: job.to_owned(), at: short(at) });
+        self.put_job(&TimelineLine::Opened { job: job.to_owned(), at: short(at) });
     }
 
     /// Somebody was given it, or has lost it.
-    pub(crate) fn attempted(&self, one: &Attempt) {
+    pub(crate) fn attempted(&self, one: &JobAttempt) {
         let mut one = one.clone();
         one.at = short(one.at);
         one.lost = one.lost.as_deref().map(verdict::cut);
-        self.put_job(&Line::Attempted(one));
+        self.put_job(&TimelineLine::Attempted(one));
     }
 
     /// It settled.
-    pub(crate) fn settled(&self, job: &Job) {
+    pub(crate) fn settled(&self, job: &JobTimes) {
         let mut job = job.clone();
         (job.opened, job.settled) = (short(job.opened), short(job.settled));
         for one in &mut job.tries {
             (one.from, one.to) = (short(one.from), short(one.to));
             one.lost = verdict::cut(&one.lost);
         }
-        self.put_job(&Line::Settled(job));
+        self.put_job(&TimelineLine::Settled(job));
     }
 
     /// The attempt ends, in order.
     pub(crate) fn ended(&self, at: f64) {
-        self.put(&Line::Ended { at: short(at) }, MOST + EDGES);
+        self.put(&TimelineLine::Ended { at: short(at) }, MOST + EDGES);
     }
 
     /// The timeline of the run with these jobs of this attempt.
-    pub(crate) fn timeline(&self, jobs: Vec<Job>) -> Timeline {
+    pub(crate) fn timeline(&self, jobs: Vec<JobTimes>) -> Timeline {
         let mut all = earlier(&read(&self.path), self.attempt, None);
         all.add((self.attempt, self.began), jobs, 0.0, false);
         all
@@ -119,14 +120,14 @@ impl RunHistory {
         }
     }
 
-    fn put_job(&self, line: &Line) {
+    fn put_job(&self, line: &TimelineLine) {
         if !self.put(line, MOST) && !self.full.replace(true) {
-            self.put(&Line::Full, MOST + EDGES);
+            self.put(&TimelineLine::Full, MOST + EDGES);
         }
     }
 
     /// Writes a line where the file is shorter than that; whether it was.
-    fn put(&self, line: &Line, most: u64) -> bool {
+    fn put(&self, line: &TimelineLine, most: u64) -> bool {
         let mut place = self.file.borrow_mut();
         let Some((file, length)) = place.as_mut() else { return true };
         if *length >= most {
@@ -149,34 +150,34 @@ fn short(time: f64) -> f64 {
 }
 
 /// When a job was wanted that has not settled, and who was given it.
-type Open = (VecDeque<f64>, Attempts);
+type OpenJob = (VecDeque<f64>, Attempts);
 
-/// An attempt as it is read.
+/// An attempt at a run while its lines are read.
 #[derive(Default)]
-struct Draft {
+struct AttemptDraft {
     attempt: u32,
     at: u64,
-    jobs: Vec<Job>,
+    jobs: Vec<JobTimes>,
     /// Wanted and not settled.
-    open: BTreeMap<String, Open>,
+    open: BTreeMap<String, OpenJob>,
     last: f64,
     ended: Option<f64>,
 }
 
-impl Draft {
-    fn take(&mut self, line: &Line) {
+impl AttemptDraft {
+    fn take(&mut self, line: &TimelineLine) {
         match line {
-            Line::Opened { job, at } => {
+            TimelineLine::Opened { job, at } => {
                 self.last = self.last.max(*at);
                 self.open.entry(job.clone()).or_default().0.push_back(*at);
             }
-            Line::Attempted(one) => {
+            TimelineLine::Attempted(one) => {
                 self.last = self.last.max(one.at);
                 if let Some((_, attempts)) = self.open.get_mut(&one.job) {
                     attempts.take(one);
                 }
             }
-            Line::Settled(job) => {
+            TimelineLine::Settled(job) => {
                 self.last = self.last.max(job.settled);
                 if let Some((openings, _)) = self.open.get_mut(&job.job) {
                     openings.pop_front();
@@ -186,8 +187,8 @@ impl Draft {
                 }
                 self.jobs.push(job.clone());
             }
-            Line::Ended { at } => self.ended = Some(*at),
-            Line::Began { .. } | Line::Full => {}
+            TimelineLine::Ended { at } => self.ended = Some(*at),
+            TimelineLine::Began { .. } | TimelineLine::Full => {}
         }
     }
 
@@ -195,15 +196,15 @@ impl Draft {
     fn close(mut self, seen: Option<u64>, all: &mut Timeline) {
         let seen = seen.map_or(0.0, |seen| seen.saturating_sub(self.at) as f64 / 1e3);
         let settled = self.ended.unwrap_or(seen).max(self.last);
-        let ending = if self.ended.is_some() { Fate::Unsettled } else { Fate::CutOff };
-        let left = |(job, (openings, attempts)): (String, Open)| {
+        let ending = if self.ended.is_some() { JobFate::Unsettled } else { JobFate::CutOff };
+        let left = |(job, (openings, attempts)): (String, OpenJob)| {
             let tell = move |opened| {
                 let tries = attempts.stretches(opened, settled);
-                Job::left(job.clone(), (opened, settled), tries, ending)
+                JobTimes::left(job.clone(), (opened, settled), tries, ending)
             };
             openings.into_iter().map(tell)
         };
-        let mut left: Vec<Job> = self.open.into_iter().flat_map(left).collect();
+        let mut left: Vec<JobTimes> = self.open.into_iter().flat_map(left).collect();
         left.sort_by(|one, other| one.opened.total_cmp(&other.opened));
         self.jobs.extend(left);
         let cut_off = self.ended.is_none();
@@ -212,7 +213,7 @@ impl Draft {
 }
 
 /// A line that is whole; one of before there were checksums has none.
-fn parse(line: &str) -> Option<Line> {
+fn parse(line: &str) -> Option<TimelineLine> {
     let whole = state::read_line(line).ok()?.0;
     serde_json::from_str(whole).ok()
 }
@@ -236,19 +237,19 @@ fn read(path: &Path) -> String {
 /// where no further one says so \[ms since 1970\].
 fn earlier(text: &str, attempt: u32, seen: Option<u64>) -> Timeline {
     let mut all = Timeline::default();
-    let mut draft: Option<Draft> = None;
+    let mut draft: Option<AttemptDraft> = None;
     for line in text.lines().filter_map(parse) {
         match line {
-            Line::Began { attempt: which, at, seen } => {
+            TimelineLine::Began { attempt: which, at, seen } => {
                 if let Some(draft) = draft.take() {
                     draft.close(seen, &mut all);
                 }
                 if which >= attempt {
                     break;
                 }
-                draft = Some(Draft { attempt: which, at, ..Draft::default() });
+                draft = Some(AttemptDraft { attempt: which, at, ..AttemptDraft::default() });
             }
-            Line::Full => all.untold = true,
+            TimelineLine::Full => all.untold = true,
             line => draft.iter_mut().for_each(|draft| draft.take(&line)),
         }
     }
@@ -260,17 +261,17 @@ fn earlier(text: &str, attempt: u32, seen: Option<u64>) -> Timeline {
 
 #[cfg(test)]
 mod tests {
-    use super::{Fate, Job, MOST, NAME, RunHistory, Timeline};
+    use super::{JobFate, JobTimes, MOST, NAME, RunHistory, Timeline};
     use crate::timeline::{Span, Stretch, svg, trace};
     use std::fs;
     use std::path::Path;
 
-    fn job(name: &str, worker: &str, opened: f64, settled: f64) -> Job {
+    fn job(name: &str, worker: &str, opened: f64, settled: f64) -> JobTimes {
         let tries =
             vec![Stretch { worker: worker.into(), from: opened, to: settled, lost: "".into() }];
         let (job, worker) = (name.to_owned(), worker.to_owned());
-        let ending = Fate::Solved;
-        Job { job, worker, opened, settled, attempts: 1, kept: false, tries, ending }
+        let ending = JobFate::Solved;
+        JobTimes { job, worker, opened, settled, attempts: 1, kept: false, tries, ending }
     }
 
     /// The first attempt is cut off with a job settled and one wanted, the second ends in order
@@ -288,7 +289,7 @@ mod tests {
         second.opened("cc", 1.0);
         second.ended(2.0);
         let third = RunHistory::begin(folder, 3, 80_000, Some(71_000));
-        let kept = Job { kept: true, tries: Vec::new(), ..job("aa", "", 0.0, 0.0) };
+        let kept = JobTimes { kept: true, tries: Vec::new(), ..job("aa", "", 0.0, 0.0) };
         let all = third.timeline(vec![kept, job("cc", "w1", 0.5, 4.0)]);
         (third, all)
     }
@@ -303,12 +304,12 @@ mod tests {
         assert_eq!(all.spans, spans);
         let told: Vec<_> = all.jobs.iter().map(|j| (&j.job[..], j.ending, j.settled)).collect();
         let due = [
-            ("aa", Fate::Solved, 1.5),
-            ("bb", Fate::CutOff, 3.0),
-            ("bb", Fate::Solved, 61.0),
-            ("cc", Fate::Unsettled, 62.0),
-            ("aa", Fate::Solved, 70.0),
-            ("cc", Fate::Solved, 74.0),
+            ("aa", JobFate::Solved, 1.5),
+            ("bb", JobFate::CutOff, 3.0),
+            ("bb", JobFate::Solved, 61.0),
+            ("cc", JobFate::Unsettled, 62.0),
+            ("aa", JobFate::Solved, 70.0),
+            ("cc", JobFate::Solved, 74.0),
         ];
         assert_eq!(told, due);
         assert_eq!(all.jobs[2].tries[0].from, 60.25);
@@ -330,7 +331,7 @@ mod tests {
         let events = said["traceEvents"].as_array().expect("events").iter();
         let away = events.filter(|event| event["cat"] == "away");
         let away: Vec<_> = away.map(|event| (&event["name"], &event["ts"])).collect();
-        let due = [(&"coordinator away".into(), &3e6.into()), (&"laid aside".into(), &62e6.into())];
+        let due = [(&"coordinator away".into(), &3e6.into()), (&"paused".into(), &62e6.into())];
         assert_eq!(away, due);
         let alone = svg("pot", &Timeline::of(vec![job("aa", "w1", 0.0, 1.0)]));
         assert!(alone.contains("1 jobs in 1.00 s</text>"), "{alone}");
@@ -347,7 +348,7 @@ mod tests {
         fs::write(&path, &text[..text.len() - 19]).expect("it is torn");
         let all = RunHistory::begin(folder.path(), 2, 4_000, Some(3_000)).timeline(Vec::new());
         assert_eq!(all.jobs.len(), 1, "{all:?}");
-        assert_eq!(all.jobs[0].ending, Fate::CutOff, "its end is torn");
+        assert_eq!(all.jobs[0].ending, JobFate::CutOff, "its end is torn");
         assert_eq!(all.spans[1], Span { attempt: 2, from: 0.5, to: 0.5, cut_off: false });
     }
 
@@ -366,7 +367,7 @@ mod tests {
             fs::write(&path, &bytes).expect("a file");
             let all = RunHistory::left(folder.path());
             let told: Vec<_> = all.jobs.iter().map(|job| (&job.job[..], job.ending)).collect();
-            assert_eq!(told, [("aa", Fate::CutOff)], "bit {at}");
+            assert_eq!(told, [("aa", JobFate::CutOff)], "bit {at}");
         }
     }
 

@@ -1,12 +1,12 @@
 //! A timeline as a picture and as a trace.
 
-use super::{Bar, Job, Span, Timeline};
+use super::{Bar, JobTimes, Span, Timeline};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
 /// Names of rows, each once, in order.
-fn rows(jobs: &[Job]) -> Vec<&str> {
+fn rows(jobs: &[JobTimes]) -> Vec<&str> {
     let mut names: Vec<&str> =
         jobs.iter().flat_map(|job| job.bars().into_iter().map(|bar| bar.who)).collect();
     names.sort_unstable();
@@ -70,7 +70,7 @@ fn lives(timeline: &Timeline, tid: usize) -> Vec<Value> {
         events.push(span(&name, "attempt", (one.from, one.to), "the run went on"));
     }
     for gap in timeline.gaps() {
-        let name = if gap.cut_off { "coordinator away" } else { "laid aside" };
+        let name = if gap.cut_off { "coordinator away" } else { "paused" };
         events.push(span(name, "away", (gap.from, gap.to), gap.what()));
     }
     events
@@ -133,7 +133,7 @@ impl Timeline {
 pub(crate) fn svg(name: &str, timeline: &Timeline) -> String {
     let end = timeline.drawn(timeline.end()).max(1e-3);
     let across = |time: f64| LEFT + (WIDTH - LEFT - 20.0) * timeline.drawn(time) / end;
-    let mut sorted: Vec<&Job> = timeline.jobs.iter().collect();
+    let mut sorted: Vec<&JobTimes> = timeline.jobs.iter().collect();
     sorted.sort_by(|a, b| a.who().cmp(b.who()).then(a.opened.total_cmp(&b.opened)));
     let height = TOP + ROW * sorted.len() as f64 + 30.0;
     let mut out = format!(
@@ -190,7 +190,7 @@ fn axis(out: &mut String, timeline: &Timeline, height: f64, across: &dyn Fn(f64)
 }
 
 /// One job.
-fn line(out: &mut String, job: &Job, y: f64, across: &dyn Fn(f64) -> f64) {
+fn line(out: &mut String, job: &JobTimes, y: f64, across: &dyn Fn(f64) -> f64) {
     let (waits, begins) = (across(job.opened), across(job.granted()));
     let (width, middle) = ((begins - waits).max(0.5), y + ROW / 2.0 - 1.0);
     let _ = writeln!(
@@ -219,7 +219,7 @@ fn line(out: &mut String, job: &Job, y: f64, across: &dyn Fn(f64) -> f64) {
 }
 
 /// How long a bar is, and whose it is where it is not its row's, if there is room for it.
-fn label(out: &mut String, job: &Job, bar: &Bar<'_>, (from, to, y): (f64, f64, f64)) {
+fn label(out: &mut String, job: &JobTimes, bar: &Bar<'_>, (from, to, y): (f64, f64, f64)) {
     let whose = if bar.who == job.who() { String::new() } else { format!("{}: ", bar.who) };
     let text = format!("{whose}{:.2} s", bar.to - bar.from);
     if to - from > LETTER * (text.chars().count() + 2) as f64 {

@@ -1,8 +1,8 @@
 use super::picture::escape;
-use super::{Fate, Job, Stretch, Timeline, svg, trace};
+use super::{JobFate, JobTimes, Stretch, Timeline, svg, trace};
 
-fn jobs() -> Vec<Job> {
-    let job = |worker: &str, opened, settled, attempts, kept| Job {
+fn jobs() -> Vec<JobTimes> {
+    let job = |worker: &str, opened, settled, attempts, kept| JobTimes {
         job: format!("{opened:08}"),
         worker: worker.into(),
         opened,
@@ -10,7 +10,7 @@ fn jobs() -> Vec<Job> {
         attempts,
         kept,
         tries: Vec::new(),
-        ending: Fate::Solved,
+        ending: JobFate::Solved,
     };
     let at = |worker: &str, from, to, lost: &str| {
         let (worker, lost) = (worker.to_owned(), lost.to_owned());
@@ -68,7 +68,7 @@ fn the_picture_has_an_axis_and_says_how_long_bars_are_and_whose() {
 }
 
 /// What the bars say, in the picture and in the trace.
-fn told(jobs: Vec<Job>) -> Vec<(String, String)> {
+fn told(jobs: Vec<JobTimes>) -> Vec<(String, String)> {
     let timeline = Timeline::of(jobs);
     let said: serde_json::Value = serde_json::from_str(&trace("pot", &timeline)).expect("JSON");
     let events = said["traceEvents"].as_array().expect("events").iter();
@@ -105,12 +105,12 @@ fn a_bar_says_what_became_of_its_attempt() {
 fn what_was_given_up_overtaken_or_left_is_told_so() {
     let [_, job, _] = &jobs()[..] else { panic!("three jobs") };
     let (mut poison, mut hedged, mut left) = (job.clone(), job.clone(), job.clone());
-    (poison.ending, poison.worker) = (Fate::Abandoned, String::new());
+    (poison.ending, poison.worker) = (JobFate::Abandoned, String::new());
     poison.tries[1].lost = "Crashed: a signal".into();
     hedged.tries[0].lost.clear();
-    (left.ending, left.tries) = (Fate::Unsettled, Vec::new());
+    (left.ending, left.tries) = (JobFate::Unsettled, Vec::new());
     left.worker.clear();
-    let said = |job: &Job| told(vec![job.clone()]);
+    let said = |job: &JobTimes| told(vec![job.clone()]);
     assert_eq!(said(&poison)[1].1, {
         "lost with a (its solver died: a signal); the job was given up; attempt 2 of 2"
     });

@@ -1,6 +1,6 @@
 //! Commands to a farm, their arguments and their help.
 
-use super::{Guard, SceneArgs, Voice, endpoint, name, non_negative};
+use super::{AccessArgs, SceneArgs, Voice, endpoint, name, non_negative};
 use clap::Args;
 use cullet_proto::keys::DEFAULT_COORDINATOR;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ pub(crate) const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 
 /// Where the coordinator is, and who asks.
 #[derive(Debug, Args)]
-pub(crate) struct Place {
+pub(crate) struct ConnectArgs {
     /// Zenoh endpoint of the coordinator
     #[arg(long, value_name = "ENDPOINT", env = "CULLET_CONNECT", default_value = DEFAULT_ENDPOINT,
         value_parser = endpoint)]
@@ -44,7 +44,7 @@ pub(crate) struct Who {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct Router {
+pub(crate) struct RouterArgs {
     /// Zenoh endpoint to listen on
     #[arg(long, default_value = DEFAULT_ENDPOINT, value_parser = endpoint)]
     pub(crate) listen: String,
@@ -52,17 +52,17 @@ pub(crate) struct Router {
     #[arg(long)]
     pub(crate) print_config: bool,
     #[command(flatten)]
-    pub(crate) guard: Guard,
+    pub(crate) guard: AccessArgs,
     #[command(flatten)]
     pub(crate) voice: Voice,
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct Submit {
+pub(crate) struct SubmitArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     #[command(flatten)]
-    pub(crate) place: Place,
+    pub(crate) place: ConnectArgs,
     /// Priority, from -100 to 100; higher ones run first
     #[arg(long, default_value_t = 0, allow_hyphen_values = true)]
     pub(crate) priority: i32,
@@ -87,7 +87,7 @@ pub(crate) struct OfRun {
     #[arg(value_name = "RUN", value_parser = number)]
     pub(crate) run: u64,
     #[command(flatten)]
-    pub(crate) place: Place,
+    pub(crate) place: ConnectArgs,
 }
 
 /// Runs at a coordinator.
@@ -97,22 +97,22 @@ pub(crate) struct OfRuns {
     #[arg(value_name = "RUN", required = true, value_parser = number)]
     pub(crate) runs: Vec<u64>,
     #[command(flatten)]
-    pub(crate) place: Place,
+    pub(crate) place: ConnectArgs,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct Ps {
     #[command(flatten)]
-    pub(crate) place: Place,
+    pub(crate) place: ConnectArgs,
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct Fetch {
+pub(crate) struct FetchArgs {
     /// The number of a run, or a sweep file, for all of its runs with a contact sheet and a table
     #[arg(value_name = "RUN|SWEEP", value_parser = what)]
     pub(crate) what: What,
     #[command(flatten)]
-    pub(crate) place: Place,
+    pub(crate) place: ConnectArgs,
     /// Follow the run to its end first
     #[arg(long)]
     pub(crate) follow: bool,
@@ -156,9 +156,9 @@ pub(crate) struct Doctor {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct Drain {
+pub(crate) struct DrainArgs {
     /// The worker's name, as `workers` prints it
     pub(crate) worker: String,
     #[command(flatten)]
-    pub(crate) place: Place,
+    pub(crate) place: ConnectArgs,
 }

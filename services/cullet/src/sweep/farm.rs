@@ -1,8 +1,8 @@
 //! Sweeps at a coordinator: handed in at once, fetched together, then or later.
 
-use super::{Named, Plan, Row, finish, lines, plan, read, worst};
+use super::{Named, PreparedSweep, SweepRow, finish, lines, plan, read, worst};
 use crate::client::{bring, connect, exit_of, follow, hand_in, has_summary, known, print_json};
-use crate::exit::{Exit, Trouble, print, refused};
+use crate::exit::{CommandError, Exit, print, refused};
 use crate::folder::{Folder, refuse_fetched, refuse_taken};
 use crate::shown::shown;
 use crate::{args, logs};
@@ -15,13 +15,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// `cullet submit SWEEP`: all at once to a coordinator.
-pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
-    let Plan { named, scenes } = plan(&args.scene)?;
+pub(crate) fn submit(args: &args::SubmitArgs) -> Result<Exit, CommandError> {
+    let PreparedSweep { named, scenes } = plan(&args.scene)?;
     args.out.as_deref().map_or(Ok(()), refuse_taken)?;
     let client = connect(&args.place)?;
     let mut runs = vec![None; scenes.len()];
     let handed = hand_all(args, &client, (&named, &scenes), &mut runs);
-    let how = How { client: &client, place: &args.place, follows: true, bar: args.watch };
+    let how = FetchOptions { client: &client, place: &args.place, follows: true, bar: args.watch };
     let file = args.scene.scene.as_path();
     handed.map_err(|trouble| advice(trouble, &runs, file, args))?;
     if args.detach {
@@ -38,11 +38,11 @@ pub(crate) fn submit(args: &args::Submit) -> Result<Exit, Trouble> {
 
 /// Hands in the runs of a sweep one after another, or those that are not there yet.
 fn hand_all(
-    args: &args::Submit,
+    args: &args::SubmitArgs,
     client: &Client,
     (named, scenes): (&Named, &[Scene]),
     runs: &mut [Option<u64>],
-) -> Result<(), Trouble> {
+) -> Result<(), CommandError> {
     let quiet = args.place.who.voice.quiet;
     let sets = named.sets(&args.scene.set);
     let marks: Result<Vec<String>, _> = scenes.iter().map(|scene| mark(&scene.bundle())).collect();
@@ -79,7 +79,12 @@ fn hand_all(
 }
 
 /// What is there of a sweep that was broken off, and how to go on with it.
-fn advice(trouble: Trouble, runs: &[Option<u64>], file: &Path, args: &args::Submit) -> Trouble {
+fn advice(
+    trouble: CommandError,
+    runs: &[Option<u64>],
+    file: &Path,
+    args: &args::SubmitArgs,
+) -> CommandError {
     let there: Vec<u64> = runs.iter().flatten().copied().collect();
     if there.is_empty() {
         return trouble;
@@ -122,10 +127,10 @@ fn numbers(runs: &[u64]) -> String {
 }
 
 /// `cullet fetch SWEEP`: what its runs recorded, with the sheet and the table.
-pub(crate) fn fetch(args: &args::Fetch, file: &Path) -> Result<Exit, Trouble> {
+pub(crate) fn fetch(args: &args::FetchArgs, file: &Path) -> Result<Exit, CommandError> {
     if !file.is_file() {
         let text = format!("{}: it is neither a run's number nor a sweep's file", file.display());
-        return Err(Trouble::new(Exit::Usage, text).at(file.display()));
+        return Err(CommandError::new(Exit::Usage, text).at(file.display()));
     }
     let named = read(file)?;
     args.out.as_deref().map_or(Ok(()), refuse_fetched)?;
@@ -134,7 +139,7 @@ pub(crate) fn fetch(args: &args::Fetch, file: &Path) -> Result<Exit, Trouble> {
     let place = &args.place;
     if runs.iter().all(Option::is_none) {
         let (name, user, at) = (&named.name, client.user(), &place.connect);
-        return Err(Trouble::new(
+        return Err(CommandError::new(
             Exit::Unknown,
             format!(
                 "{}: no run of it is at {at}: none that {user} has handed in as part of the sweep \
@@ -143,7 +148,7 @@ pub(crate) fn fetch(args: &args::Fetch, file: &Path) -> Result<Exit, Trouble> {
             ),
         ));
     }
-    let how = How { client: &client, place, follows: args.follow, bar: true };
+    let how = FetchOptions { client: &client, place, follows: args.follow, bar: true };
     how.rows(&named, &runs, args.out.as_deref())
 }
 
@@ -154,7 +159,7 @@ fn find(
     named: &Named,
     sets: &[Vec<String>],
     marks: Option<&[String]>,
-) -> Result<Vec<Option<u64>>, Trouble> {
+) -> Result<Vec<Option<u64>>, CommandError> {
     let runs = client.runs().map_err(|error| refused(&error))?;
     let scene = name_at(&named.scene);
     let own = runs
@@ -185,15 +190,15 @@ fn find(
 }
 
 /// How the runs of a sweep are fetched.
-struct How<'a> {
+struct FetchOptions<'a> {
     client: &'a Client,
-    place: &'a args::Place,
+    place: &'a args::ConnectArgs,
     /// To its end first; otherwise what is not over is left out.
     follows: bool,
     bar: bool,
 }
 
-impl How<'_> {
+impl FetchOptions<'_> {
     /// Fetches the runs into a folder, with the sheet and the table; where none is over, there is
     /// no folder.
     fn rows(
@@ -201,7 +206,7 @@ impl How<'_> {
         named: &Named,
         runs: &[Option<u64>],
         out: Option<&Path>,
-    ) -> Result<Exit, Trouble> {
+    ) -> Result<Exit, CommandError> {
         let folder = Folder::to_fetch(out, &named.name)?;
         let who = &self.place.who;
         let what = format!("sweep {}: {runs:?}\n", named.name);
@@ -211,7 +216,7 @@ impl How<'_> {
             let out = folder.path.join((index + 1).to_string());
             let row = match run {
                 Some(run) => self.row(*run, &out).inspect_err(|_| folder.forget_fetch())?,
-                None => Row { run: None, folder: None, exit: Exit::Unknown },
+                None => SweepRow { run: None, folder: None, exit: Exit::Unknown },
             };
             match (row.exit, run) {
                 (Exit::Later, Some(run)) => going.push(*run),
@@ -249,7 +254,7 @@ impl How<'_> {
     }
 
     /// Fetches one run.
-    fn row(&self, run: u64, out: &Path) -> Result<Row, Trouble> {
+    fn row(&self, run: u64, out: &Path) -> Result<SweepRow, CommandError> {
         let info = match self.follows {
             true => follow(self.client, run, u64::MAX, self.place, self.bar),
             false => known(self.client, run),
@@ -257,19 +262,19 @@ impl How<'_> {
         let info = match info {
             Err(trouble) if trouble.exit == Exit::Unknown => {
                 logs::error(&trouble);
-                return Ok(Row { run: None, folder: None, exit: Exit::Unknown });
+                return Ok(SweepRow { run: None, folder: None, exit: Exit::Unknown });
             }
             info => info?,
         };
         if !info.state.is_over() {
-            return Ok(Row { run: Some(run), folder: None, exit: Exit::Later });
+            return Ok(SweepRow { run: Some(run), folder: None, exit: Exit::Later });
         }
         // One that stalled has files, and is not done.
         let folder = bring(self.client, &info, Some(out))?.filter(|_| has_summary(&info));
         if !self.place.who.voice.quiet {
             logs::say(format!("run {run} is {}", info.state.word()));
         }
-        Ok(Row { run: Some(run), folder, exit: exit_of(&info) })
+        Ok(SweepRow { run: Some(run), folder, exit: exit_of(&info) })
     }
 }
 

@@ -11,12 +11,12 @@
 //! flakes.
 
 use super::Brittle;
-use crate::mpm::load::Load;
+use crate::mpm::load::ImpactLoad;
 use cullet_fragment::cut::{CutError, CutPart, CutSettings, Partition, by_sites};
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Vec3};
-use cullet_model::{BrittleProblem, Fracture, Fragment, Material};
+use cullet_model::{BrittleProblem, Fragment, Fragmentation, Material};
 
 /// Cells a contact radius that show a cone crack (H2).
 const CELLS: f64 = 6.0;
@@ -52,7 +52,7 @@ pub(super) struct Chips {
 /// Cuts off what cone cracks at these contacts separate; nothing if none comes out.
 pub(super) fn chips(
     solid: &Solid,
-    loads: &[&Load],
+    loads: &[&ImpactLoad],
     material: &Material,
     spacing: f64,
     settings: &CutSettings,
@@ -89,7 +89,7 @@ pub(super) fn chips(
 
 /// The flake at an angle about the axis of a contact, if a crack of this length comes half its way
 /// out \[m\].
-fn flake(inside: &Inside, load: &Load, angle: f64, length: f64) -> Option<Flake> {
+fn flake(inside: &Inside, load: &ImpactLoad, angle: f64, length: f64) -> Option<Flake> {
     let into = load.direction;
     let across = into
         .cross(&into.yzx())
@@ -143,9 +143,9 @@ pub(super) fn share(parts: &[CutPart]) -> f64 {
 
 impl Brittle {
     /// A body in which the grid saw no crack, less what cone cracks too fine for it cut off.
-    pub(super) fn chipped(&self, mut fracture: Fracture) -> Fracture {
+    pub(super) fn chipped(&self, mut fracture: Fragmentation) -> Fragmentation {
         let torn = self.loads.iter().zip(&self.torn).filter(|(_, torn)| **torn);
-        let torn: Vec<&Load> = torn.map(|(load, _)| load).collect();
+        let torn: Vec<&ImpactLoad> = torn.map(|(load, _)| load).collect();
         // A crack that the grid has seen, though it parts nothing, has eased what drives a cone.
         let seen = fracture.fragments.first().is_none_or(|whole| !whole.sheet.is_empty());
         let parted = fracture.fragments.len() + fracture.debris.len() > 1;

@@ -5,8 +5,8 @@ use cullet_fragment::cut::Partition;
 use cullet_fragment::grid_bias::GridBias;
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
-    BrittleProblem, Failure, Fracture, Impact, Material, Precision, Progress, Settings, Solver,
-    StrengthField,
+    BrittleProblem, Failure, Fragmentation, Impact, Material, PointPrecision, Progress, Settings,
+    Solver, StrengthField,
 };
 use std::sync::Arc;
 
@@ -46,7 +46,7 @@ fn with(material: Material, faster: f64, settings: Settings) -> Brittle {
     Brittle::begin(problem.into()).expect("a solve")
 }
 
-fn end(mut solve: Brittle) -> Result<Fracture, Failure> {
+fn end(mut solve: Brittle) -> Result<Fragmentation, Failure> {
     loop {
         match solve.advance() {
             Progress::Running(_) => {}
@@ -56,7 +56,7 @@ fn end(mut solve: Brittle) -> Result<Fracture, Failure> {
     }
 }
 
-fn told(fracture: &Fracture, what: &str) -> bool {
+fn told(fracture: &Fragmentation, what: &str) -> bool {
     fracture.report.warnings.iter().any(|line| line.contains(what))
 }
 
@@ -73,11 +73,11 @@ fn an_unstable_solve_is_tried_again_with_half_the_step() {
     assert!(told(&again, &format!("steps of {:.3e} s (F76)", 0.5 * step)), "{:?}", again.report);
     assert!(again.report.steps > good.report.steps * 3 / 2, "{} steps", again.report.steps);
     let mut single =
-        with(PLASTER, 1.0, Settings { precision: Precision::Single, ..Settings::default() });
+        with(PLASTER, 1.0, Settings { precision: PointPrecision::Single, ..Settings::default() });
     single.domain.step *= 2.5;
     let again = end(single).expect("the second try holds");
     assert!(told(&again, "s, in f64 (F76)"), "{:?}", again.report);
-    // Where no try is left the failure is told.
+    // Where no try is left the failure is reported.
     let mut last = struck(PLASTER);
     last.setup.halvings = super::HALVINGS;
     last.domain.step *= 2.5;
@@ -136,8 +136,8 @@ fn growth_is_small_beside_what_has_broken() {
     assert!(!small(&[0, 0, 0, 0, 200, 202, 202, 202], 1.0));
 }
 
-/// F06: a point that broke before the wave from the contact can have come to it is told; one that
-/// broke when the wave was there, or beside the contact, is not.
+/// F06: a point that broke before the wave from the contact can have come to it is reported; one
+/// that broke when the wave was there, or beside the contact, is not.
 #[test]
 fn what_breaks_ahead_of_sound_is_told() {
     let mut solve = struck(PLASTER);
@@ -158,7 +158,7 @@ fn what_breaks_ahead_of_sound_is_told() {
     assert_eq!(solve.ahead(), (0, 0.0));
 }
 
-/// F09, F10: damage that was taken back and momentum that nothing gave are told at the end.
+/// F09, F10: damage that was taken back and momentum that nothing gave are reported at the end.
 #[test]
 fn what_the_watch_finds_is_told() {
     let told = |solve: &Brittle, mode: &str| {
@@ -178,7 +178,7 @@ fn what_the_watch_finds_is_told() {
     assert!(told(&solve, "(F10)"));
 }
 
-/// F24: damage that cost more than approach and spin had is told with both.
+/// F24: damage that cost more than approach and spin had is reported with both.
 #[test]
 fn damage_that_cost_more_than_there_was_is_told() {
     let mut solve = struck(PLASTER);
@@ -190,7 +190,7 @@ fn damage_that_cost_more_than_there_was_is_told() {
     }
 }
 
-/// F22: faces in the grid's planes are told with how often, faces of all directions are not.
+/// F22: faces in the grid's planes are reported with how often, faces of all directions are not.
 #[test]
 fn faces_that_lie_along_the_grid_are_told() {
     let cracked = |mesh: cullet_geometry::TriMesh| {

@@ -1,6 +1,6 @@
 //! The point law: what it spends, keeps and bears.
 
-use super::{Response, Softening, State, WeakPlane};
+use super::{BodyWeakPlane, DamageState, Response, Softening};
 use crate::mpm::symmetric::Sym3;
 use cullet_geometry::math::unit;
 use cullet_model::Material;
@@ -15,8 +15,8 @@ const STONE: Material = Material {
 };
 
 /// A point as good as new, or of that damage.
-fn state(damage: f64) -> State {
-    State { damage, strength: 1.0, shielded: false, sudden: false }
+fn state(damage: f64) -> DamageState {
+    DamageState { damage, strength: 1.0, shielded: false, sudden: false }
 }
 
 /// Hooke's strain.
@@ -109,7 +109,7 @@ fn a_point_with_held_sides_spends_the_same() {
 /// A pull across weak planes breaks them first; along them the strength is the material's.
 #[test]
 fn weak_planes_break_first() {
-    let plane = WeakPlane { normal: [0.6, 0.8, 0.0], ratio: 0.5 };
+    let plane = BodyWeakPlane { normal: [0.6, 0.8, 0.0], ratio: 0.5 };
     let law = Softening { weak_plane: Some(plane), ..Softening::new(&STONE, 0.008) };
     let pull = |n: [f64; 3], size: f64| {
         let s = size * law.strength;
@@ -153,7 +153,7 @@ fn no_way_around_makes_or_takes_energy() {
         let random = |stream, k| 2.0 * unit(stream, k, index) - 1.0;
         let (damage, size) = ([1.0, 0.6, 1.0][index as usize % 3], [1e-3, 1e-3, 0.1]);
         let size = size[index as usize % 3];
-        let held = State { strength: 1e12, ..state(damage) };
+        let held = DamageState { strength: 1e12, ..state(damage) };
         let way = |a: f64| -> Sym3 {
             let (s, c) = libm::sincos(std::f64::consts::TAU * a);
             [0, 1, 2, 3, 4, 5].map(|k| size * (random(1, k) * s + random(2, k) * (c - 0.5)))

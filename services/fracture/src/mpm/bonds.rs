@@ -11,7 +11,7 @@
 //! Connection is asked for among a node's own points, so that parts of a body that come close to
 //! each other, and touch nowhere, are not welded by the grid either.
 
-use super::grid::Grid;
+use super::grid::BackgroundGrid;
 use crate::particles::Particles;
 use cullet_geometry::Vec3;
 
@@ -160,7 +160,7 @@ impl Bonds {
     pub(super) fn grow(
         &mut self,
         broken: &[u32],
-        grid: &Grid,
+        grid: &BackgroundGrid,
         particles: &Particles,
         slots: &[u32],
     ) -> Vec<u32> {

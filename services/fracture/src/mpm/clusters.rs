@@ -6,7 +6,7 @@
 //! nodes.
 
 use super::bonds::Bonds;
-use super::grid::Grid;
+use super::grid::BackgroundGrid;
 use crate::particles::Particles;
 
 /// No cluster: a broken point, or one of an element that was not asked for.
@@ -30,7 +30,7 @@ impl PointClusters {
     pub(super) fn new(
         elements: &[u32],
         bonds: &Bonds,
-        grid: &Grid,
+        grid: &BackgroundGrid,
         particles: &Particles,
         slots: &[u32],
     ) -> Self {

@@ -13,7 +13,7 @@ const HEAVY: usize = 3;
 
 /// Two copies of a node and the unit normal out of the first, into the second.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Pair {
+struct NodePair {
     first: u32,
     second: u32,
     normal: Vec3,
@@ -36,10 +36,10 @@ pub(super) struct Facing {
 
 /// The pairs of copies of a body's nodes.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Contact {
+pub(super) struct NodeContacts {
     /// How bodies lie at the nodes that several reach, by node and bodies ascending.
     pub(super) facings: Vec<Facing>,
-    pairs: Vec<Pair>,
+    pairs: Vec<NodePair>,
     shoves: Vec<Shove>,
 }
 
@@ -52,7 +52,7 @@ pub(crate) struct Shove {
     pub(crate) impulse: Vec3,
 }
 
-impl Contact {
+impl NodeContacts {
     /// Finds the pairs of copies, and the normals between them: from where their points lie, or for
     /// two bodies from how they face each other. What passed in the last step stays known.
     pub(super) fn find(&mut self, nodes: &Nodes, spacing: &Vec3) {
@@ -77,7 +77,7 @@ impl Contact {
                     if across.norm() > LEAST {
                         // The normal of a plane, given in cells, in metres.
                         let normal = across.component_div(spacing).normalize();
-                        pairs.push(Pair { first, second, normal, apart: 0.0 });
+                        pairs.push(NodePair { first, second, normal, apart: 0.0 });
                     }
                 }
             }
@@ -102,7 +102,7 @@ impl Contact {
             let impulse = overlap / step * first * second / (first + second);
             nodes.velocity[a] -= packed(pair.normal * (impulse / first));
             nodes.velocity[b] += packed(pair.normal * (impulse / second));
-            let Pair { first, second, normal, .. } = *pair;
+            let NodePair { first, second, normal, .. } = *pair;
             self.shoves.push(Shove { nodes: [first, second], impulse: normal * impulse });
         }
     }
@@ -114,7 +114,11 @@ impl Contact {
 }
 
 /// The pair of two bodies' copies, if they are of two: none where they do not face each other.
-fn facing(nodes: &Nodes, facings: &[Facing], [first, second]: [u32; 2]) -> Option<Option<Pair>> {
+fn facing(
+    nodes: &Nodes,
+    facings: &[Facing],
+    [first, second]: [u32; 2],
+) -> Option<Option<NodePair>> {
     let [a, b] = [first, second].map(|n| nodes.body[n as usize]);
     if a == b {
         return None;
@@ -125,7 +129,7 @@ fn facing(nodes: &Nodes, facings: &[Facing], [first, second]: [u32; 2]) -> Optio
     let [first, second] = if a < b { [first, second] } else { [second, first] };
     let pair = |at: usize| {
         let Facing { normal, apart, .. } = facings[at];
-        Pair { first, second, normal, apart }
+        NodePair { first, second, normal, apart }
     };
     Some(found.map(pair))
 }

@@ -17,7 +17,7 @@ mod zones;
 
 pub use rules::CrushRules;
 
-use super::lattice::Lattice;
+use super::lattice::KernelLattice;
 use crate::particles::Particles;
 use cullet_fragment::pieces::{Ball, Pieces, Rubble};
 use cullet_geometry::math::scramble;
@@ -31,16 +31,16 @@ pub const LEAST_POINTS: usize = 8;
 /// Share of a node's points, by weight, in pieces that makes it whole.
 const WHOLE_SHARE: f64 = 0.5;
 
-/// Least mean size of pieces drawn in a crushed zone, in cells over their coarseness: finer is not
-/// in the solve (gate 5), and with [`LEAST_SIZE`] at the other end the law has room for masses of
-/// 1 to 45 from the tenth percentile to the ninetieth, as rubble has.
+/// Least mean size of pieces sampled in a crushed zone, in cells over their coarseness: finer is
+/// not in the solve (gate 5), and with [`LEAST_SIZE`] at the other end the law has room for masses
+/// of 1 to 45 from the tenth percentile to the ninetieth, as rubble has.
 const LEAST_MEAN: f64 = 2.6;
 
-/// Greatest size of a drawn piece over the mean: one as wide as two half bands has a middle that no
-/// crack's band reaches, and the grid would have found it whole.
+/// Greatest size of a sampled piece over the mean: one as wide as two half bands has a middle that
+/// no crack's band reaches, and the grid would have found it whole.
 const MOST_SIZE: f64 = 2.0 * HALF_BAND / LEAST_MEAN;
 
-/// Share of the pieces that are wanted at most which are drawn and found; cuts make more of them.
+/// Share of the pieces that are wanted at most which are sampled and found; cuts make more of them.
 const BUDGET: f64 = 0.9;
 
 /// Drops from `pieces` (by id) those too small to be resolved, and divides crushed zones.
@@ -52,7 +52,7 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Crush
     for piece in &mut pieces {
         *piece = piece.filter(|&piece| sizes[piece as usize] >= LEAST_POINTS);
     }
-    let lattice = Lattice::new(&particles.reference, rules.spacing);
+    let lattice = KernelLattice::new(&particles.reference, rules.spacing);
     let (mut weights, mut held) = (vec![0.0; lattice.len()], vec![0.0; lattice.len()]);
     for (x, &id) in particles.reference.iter().zip(&particles.id) {
         let share = f64::from(u8::from(pieces[id as usize].is_some()));
@@ -90,7 +90,7 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Crush
             near.extend(drawn[node]);
         });
         if pieces[id as usize].is_none() && drawn[most.1].is_some() {
-            // Borders between drawn pieces are smooth, not steps from node to node, and the least
+            // Borders between sampled pieces are smooth, not steps from node to node, and the least
             // pieces lie between nodes.
             near.extend(&beside[most.1]);
             let at = x.component_div(&rules.spacing);
@@ -102,10 +102,10 @@ pub fn pieces(particles: &Particles, mut pieces: Vec<Option<u32>>, rules: &Crush
     Pieces { of: pieces, found: count as u32, rubble, crushed, tolerance: rules.tolerance }
 }
 
-/// Gives the nodes of crushed zones to pieces drawn at random, which are told: balls of their
+/// Gives the nodes of crushed zones to pieces sampled at random, which it returns: balls of their
 /// sizes, the largest first, each where there is room.
 fn divide(
-    lattice: &Lattice,
+    lattice: &KernelLattice,
     labels: &mut [Option<u32>],
     zone: &[usize],
     weights: &[f64],

@@ -3,23 +3,23 @@
 mod bodies;
 mod sums;
 
-pub(crate) use bodies::Surface;
+pub(crate) use bodies::BodySurface;
 
 use super::bonds::Bonds;
-use super::contact::{Contact, Shove};
-use super::elastic::{Elastic, green_strain};
+use super::contact::{NodeContacts, Shove};
+use super::elastic::{LameParameters, green_strain};
 use super::front::Front;
-use super::grid::{Element, Grid};
+use super::grid::{BackgroundGrid, GridElement};
 use super::kernel::{Kernel, MaterialLaw, PointLaw, SimdLevel, least_share};
 use super::node_split::{SplitChanges, split};
 use super::spin::Spin;
 use super::stencil::{Stencil, gather, packed};
 use super::tally::DomainTally;
-use crate::damage::{Softening, State};
+use crate::damage::{DamageState, Softening};
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3};
 use cullet_model::tolerance::{REFRESH, SAFETY};
-use cullet_model::{Material, Precision};
+use cullet_model::{Material, PointPrecision};
 use rayon::prelude::*;
 use std::sync::Arc;
 use wide::f64x4;
@@ -41,9 +41,9 @@ impl std::fmt::Debug for PrescribedVelocity {
     }
 }
 
-/// What becomes of the velocity field where a crack has passed.
+/// How many velocity fields a node has where a crack has passed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Fields {
+pub enum VelocityFields {
     /// One field: the sides of a crack stay welded at the nodes between them (F17).
     Single,
     /// As many fields at a node as sides that its points no longer connect.
@@ -57,7 +57,7 @@ pub struct Domain {
     /// The points.
     pub particles: Particles,
     /// Nodes and elements.
-    pub grid: Grid,
+    pub grid: BackgroundGrid,
     /// Time step \[s\].
     pub step: f64,
     /// Simulated time \[s\].
@@ -67,11 +67,11 @@ pub struct Domain {
     /// Prescribed node velocities; `None` for a free body.
     pub prescribed: Option<PrescribedVelocity>,
     /// What becomes of the velocity field at cracks.
-    pub fields: Fields,
+    pub fields: VelocityFields,
     /// The frame's turning; `None` for one at rest.
     pub spin: Option<Spin>,
     cracks: Cracks,
-    contact: Contact,
+    contact: NodeContacts,
     response: PointResponse,
     slot: Vec<u32>,
 }
@@ -142,9 +142,9 @@ impl Domain {
         materials: &[(Material, Softening)],
         spacing: Vec3,
     ) -> Self {
-        let grid = Grid::new(&mut particles, spacing);
+        let grid = BackgroundGrid::new(&mut particles, spacing);
         let bonds = Bonds::new(&particles, &spacing);
-        let kernel = Kernel::new(&grid, &particles, Precision::default(), SimdLevel::best());
+        let kernel = Kernel::new(&grid, &particles, PointPrecision::default(), SimdLevel::best());
         let mut domain = Self {
             step: SAFETY * least_step(materials, spacing.min()),
             particles,
@@ -152,10 +152,10 @@ impl Domain {
             time: 0.0,
             steps: 0,
             prescribed: None,
-            fields: Fields::default(),
+            fields: VelocityFields::default(),
             spin: None,
             cracks: Cracks { bonds, front: None, broken: Vec::new(), splits: 0, refresh: REFRESH },
-            contact: Contact::default(),
+            contact: NodeContacts::default(),
             response: PointResponse {
                 laws: materials.iter().map(law_of).collect(),
                 kernel,
@@ -169,7 +169,7 @@ impl Domain {
     }
 
     /// Does the points' pass in another precision and on another path of the processor.
-    pub fn select(&mut self, precision: Precision, simd_level: SimdLevel) {
+    pub fn select(&mut self, precision: PointPrecision, simd_level: SimdLevel) {
         self.response.kernel = Kernel::new(&self.grid, &self.particles, precision, simd_level);
         let heaviest = self.grid.nodes.mass.iter().fold(0.0_f64, |most, &mass| most.max(mass));
         self.response.least_mass = least_share(precision) * heaviest;
@@ -221,7 +221,7 @@ impl Domain {
 
     /// The element of a point.
     #[must_use]
-    fn element(&self, p: usize) -> &Element {
+    fn element(&self, p: usize) -> &GridElement {
         let after = self.grid.elements.partition_point(|e| e.first as usize <= p);
         &self.grid.elements[after - 1]
     }
@@ -335,7 +335,7 @@ impl Domain {
         if tally.broken > 0 {
             self.grow();
         }
-        if self.fields == Fields::Split
+        if self.fields == VelocityFields::Split
             && self.steps.is_multiple_of(self.cracks.refresh)
             && !self.cracks.broken.is_empty()
         {
@@ -444,7 +444,7 @@ impl Domain {
             return [0.0; 6];
         }
         let law = &self.response.laws[self.particles.kind[p] as usize];
-        let state = State {
+        let state = DamageState {
             damage: self.particles.damage[p],
             strength: UNBREAKABLE,
             shielded: self.particles.shielded[p],
@@ -463,7 +463,7 @@ impl Domain {
 }
 
 fn law_of((material, softening): &(Material, Softening)) -> MaterialLaw {
-    MaterialLaw { elastic: Elastic::new(material), softening: *softening }
+    MaterialLaw { elastic: LameParameters::new(material), softening: *softening }
 }
 
 fn least_step(materials: &[(Material, Softening)], spacing: f64) -> f64 {

@@ -15,14 +15,14 @@ pub const LOOSE: f64 = 2.25;
 
 /// Lamé parameters \[Pa\].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Elastic {
+pub struct LameParameters {
     /// λ \[Pa\].
     pub lame: f64,
     /// μ \[Pa\].
     pub shear: f64,
 }
 
-impl Elastic {
+impl LameParameters {
     /// The elasticity of `material`.
     #[must_use]
     pub fn new(material: &Material) -> Self {
@@ -176,10 +176,10 @@ pub fn matrix(s: &Sym3) -> Mat3 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Elastic, matrix};
+    use super::{LameParameters, matrix};
     use cullet_geometry::{Mat3, Quat, Vec3};
 
-    const STEEL: Elastic = Elastic { lame: 115e9, shear: 77e9 };
+    const STEEL: LameParameters = LameParameters { lame: 115e9, shear: 77e9 };
 
     /// E1 at a point: Hooke's law to second order in the strain.
     #[test]

@@ -11,9 +11,9 @@ use crate::particles::Particles;
 use cullet_geometry::Vec3;
 use wide::f64x4;
 
-/// Points of one cell that see the same 27 nodes.
+/// The points of one cell, which see the same 27 nodes.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Element {
+pub struct GridElement {
     /// The nodes, z fastest.
     pub nodes: [u32; AROUND],
     /// First point.
@@ -24,7 +24,7 @@ pub struct Element {
     pub cell: [i32; 3],
 }
 
-impl Element {
+impl GridElement {
     /// The places of its points in the arrays.
     #[must_use]
     pub fn points(&self) -> std::ops::Range<usize> {
@@ -132,16 +132,16 @@ impl Rows {
 
 /// Nodes and elements of a body.
 #[derive(Clone, Debug)]
-pub struct Grid {
+pub struct BackgroundGrid {
     /// Size of a cell along each axis \[m\].
     pub spacing: Vec3,
     /// The nodes.
     pub nodes: Nodes,
     /// The elements, by cell along a Z-order curve.
-    pub elements: Vec<Element>,
+    pub elements: Vec<GridElement>,
 }
 
-impl Grid {
+impl BackgroundGrid {
     /// Sorts the points by cell, ties by id, and makes the nodes they reach. Cells follow a Z-order
     /// curve, so that elements that follow each other share most of their nodes.
     #[must_use]
@@ -172,9 +172,9 @@ impl Grid {
         places.sort_unstable();
         places.dedup();
         let find = |place| places.binary_search(&place).map_or(0, |n| n as u32);
-        let elements: Vec<Element> = cells
+        let elements: Vec<GridElement> = cells
             .iter()
-            .map(|&(cell, first, count)| Element {
+            .map(|&(cell, first, count)| GridElement {
                 nodes: std::array::from_fn(|k| find(shifted(cell, k))),
                 first,
                 count,
@@ -240,7 +240,7 @@ fn z_order(cell: &[i32; 3], low: &[i32; 3]) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::Grid;
+    use super::BackgroundGrid;
     use crate::particles::Particles;
     use cullet_geometry::{Vec3, math::unit};
 
@@ -250,7 +250,7 @@ mod tests {
             .map(|i| Vec3::new(unit(1, 0, i) - 0.5, unit(1, 1, i), -unit(1, 2, i)))
             .collect();
         let mut particles = Particles::at_rest(&points, 1.0, 1.0);
-        let grid = Grid::new(&mut particles, Vec3::new(0.1, 0.1, 0.2));
+        let grid = BackgroundGrid::new(&mut particles, Vec3::new(0.1, 0.1, 0.2));
         let mut next = 0;
         for element in &grid.elements {
             assert_eq!(element.first, next);

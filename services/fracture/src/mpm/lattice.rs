@@ -4,14 +4,14 @@ use super::stencil::Stencil;
 use cullet_geometry::Vec3;
 
 /// The nodes that the kernels of some points reach, z fastest.
-pub(crate) struct Lattice {
+pub(crate) struct KernelLattice {
     pub(crate) size: [usize; 3],
     /// Size of a cell by axis \[m\].
     pub(crate) spacing: Vec3,
     origin: [i32; 3],
 }
 
-impl Lattice {
+impl KernelLattice {
     pub(crate) fn new(points: &[Vec3], spacing: Vec3) -> Self {
         let mut low = [i32::MAX; 3];
         let mut high = [i32::MIN; 3];

@@ -18,7 +18,7 @@ const APART: f64 = 0.5;
 
 /// One impact: a striker that presses on points near the contact through a [`HertzContact`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Load {
+pub struct ImpactLoad {
     /// The points that it presses on.
     pub patch: LoadPatch,
     /// Where \[m\].
@@ -65,7 +65,7 @@ struct RigidStriker {
     approach: f64,
 }
 
-impl Load {
+impl ImpactLoad {
     /// Spreads `impact` over the points of `domain` near it, for a contact of `duration` \[s\].
     ///
     /// `mobility` is the body's at the contact, 1/m + n·[I⁻¹(r×n)]×r \[1/kg\]; the striker's

@@ -3,7 +3,7 @@
 
 use super::bonds::Bonds;
 use super::clusters::{NONE, PointClusters};
-use super::grid::{AROUND, Element, Grid, Nodes, Rows};
+use super::grid::{AROUND, BackgroundGrid, GridElement, Nodes, Rows};
 use super::stencil::share;
 use crate::particles::Particles;
 use cullet_geometry::Vec3;
@@ -42,7 +42,7 @@ struct NodePart {
 
 impl NodePart {
     /// Adds up what the node carries of it.
-    fn measure(&mut self, grid: &Grid, particles: &Particles) {
+    fn measure(&mut self, grid: &BackgroundGrid, particles: &Particles) {
         for &(p, k) in &self.points {
             let (weight, away) = share(&particles.reference[p as usize], &grid.spacing, k as usize);
             let mass = weight * particles.mass(p as usize);
@@ -61,7 +61,7 @@ impl NodePart {
 pub(super) fn split(
     bonds: &Bonds,
     nodes: &[u32],
-    grid: &mut Grid,
+    grid: &mut BackgroundGrid,
     particles: &mut Particles,
     slots: &[u32],
 ) -> SplitChanges {
@@ -104,7 +104,7 @@ struct SplitSearch<'a> {
     bonds: &'a Bonds,
     clusters: &'a PointClusters,
     rows: &'a Rows,
-    grid: &'a Grid,
+    grid: &'a BackgroundGrid,
     particles: &'a Particles,
 }
 
@@ -261,13 +261,13 @@ impl Marks {
 }
 
 /// Gives points their new nodes and makes elements of those that still see the same ones.
-fn regroup(grid: &mut Grid, particles: &mut Particles, moves: &[Move]) -> SplitChanges {
+fn regroup(grid: &mut BackgroundGrid, particles: &mut Particles, moves: &[Move]) -> SplitChanges {
     let mut changes = SplitChanges::default();
     if moves.is_empty() {
         return changes;
     }
     let rows = Rows::new(moves.iter().map(|m| m.point), particles.len());
-    let mut elements: Vec<Element> = Vec::with_capacity(grid.elements.len() + moves.len() / 8);
+    let mut elements: Vec<GridElement> = Vec::with_capacity(grid.elements.len() + moves.len() / 8);
     let mut olds: Vec<u32> = Vec::new();
     // The groups of an element's points, and that of each point.
     let (mut groups, mut own): (Vec<[u32; AROUND]>, Vec<usize>) = (Vec::new(), Vec::new());
@@ -301,7 +301,12 @@ fn regroup(grid: &mut Grid, particles: &mut Particles, moves: &[Move]) -> SplitC
                 }
                 next += 1;
             }
-            elements.push(Element { nodes, first: start, count: next - start, cell: element.cell });
+            elements.push(GridElement {
+                nodes,
+                first: start,
+                count: next - start,
+                cell: element.cell,
+            });
         }
     }
     particles.shift(&olds, &changes.moved);

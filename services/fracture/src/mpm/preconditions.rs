@@ -63,7 +63,7 @@ pub(crate) fn check_contacts(
     Ok(())
 }
 
-/// The body and its frame drawn out so that cells are cubes of the largest spacing.
+/// The body and its frame stretched so that cells are cubes of the largest spacing.
 pub(crate) fn stretch(spacing: &Vec3) -> Vec3 {
     spacing.map(|h| spacing.max() / h)
 }

@@ -7,7 +7,7 @@
 //! strength. Eight points a cell leave the freedom to meet three sums a node: of all volumes that
 //! do, those nearest to equal ones are taken.
 
-use super::lattice::Lattice;
+use super::lattice::KernelLattice;
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 
@@ -31,7 +31,7 @@ const BOUNDS: (f64, f64) = (0.25, 4.0);
 /// The volume of each point, of `body_volume` \[m³\] in all.
 #[must_use]
 pub fn volumes(points: &[Vec3], inside: &Inside, spacing: Vec3, body_volume: f64) -> Vec<f64> {
-    let lattice = Lattice::new(points, spacing);
+    let lattice = KernelLattice::new(points, spacing);
     let even = body_volume / points.len().max(1) as f64;
     let share = even / spacing.product();
     let mut residual = integral(&lattice, inside, points);
@@ -49,7 +49,7 @@ pub fn volumes(points: &[Vec3], inside: &Inside, spacing: Vec3, body_volume: f64
 }
 
 /// First moment of each node over the body, in h⁴, from a regular set of samples.
-fn integral(lattice: &Lattice, inside: &Inside, points: &[Vec3]) -> Vec<Vec3> {
+fn integral(lattice: &KernelLattice, inside: &Inside, points: &[Vec3]) -> Vec<Vec3> {
     let mut near = vec![false; lattice.len()];
     for x in points {
         lattice.visit(x, |node, _, _| near[node] = true);
@@ -72,7 +72,7 @@ fn integral(lattice: &Lattice, inside: &Inside, points: &[Vec3]) -> Vec<Vec3> {
 }
 
 /// Σ V w (x_i − x_p) of each node, in h⁴; `volume` is a point's, in h³.
-fn moments(lattice: &Lattice, points: &[Vec3], volume: impl Fn(usize) -> f64) -> Vec<Vec3> {
+fn moments(lattice: &KernelLattice, points: &[Vec3], volume: impl Fn(usize) -> f64) -> Vec<Vec3> {
     let mut sums = vec![Vec3::zeros(); lattice.len()];
     for (p, x) in points.iter().enumerate() {
         let share = volume(p);
@@ -82,14 +82,19 @@ fn moments(lattice: &Lattice, points: &[Vec3], volume: impl Fn(usize) -> f64) ->
 }
 
 /// Σ w y·(x_i − x_p) over the nodes around a point: the transpose of [`moments`].
-fn at(lattice: &Lattice, x: &Vec3, multipliers: &[Vec3]) -> f64 {
+fn at(lattice: &KernelLattice, x: &Vec3, multipliers: &[Vec3]) -> f64 {
     let mut sum = 0.0;
     lattice.visit(x, |node, weight, away| sum += weight * multipliers[node].dot(&away));
     sum
 }
 
 /// Lagrange's multipliers: (V A Aᵀ + ε I) y = r by conjugate gradients.
-fn solve(lattice: &Lattice, points: &[Vec3], volume: f64, mut residual: Vec<Vec3>) -> Vec<Vec3> {
+fn solve(
+    lattice: &KernelLattice,
+    points: &[Vec3],
+    volume: f64,
+    mut residual: Vec<Vec3>,
+) -> Vec<Vec3> {
     let dot = |a: &[Vec3], b: &[Vec3]| -> f64 { a.iter().zip(b).map(|(x, y)| x.dot(y)).sum() };
     let mut solution = vec![Vec3::zeros(); residual.len()];
     let mut direction = residual.clone();
@@ -116,13 +121,13 @@ fn solve(lattice: &Lattice, points: &[Vec3], volume: f64, mut residual: Vec<Vec3
 #[cfg(test)]
 mod tests {
     use super::{integral, moments, volumes};
-    use crate::mpm::lattice::Lattice;
+    use crate::mpm::lattice::KernelLattice;
     use cullet_geometry::inside::Inside;
     use cullet_geometry::{Vec3, sample, shapes};
 
     /// Root mean square of the moments that a uniform stress leaves, in h⁴.
     fn noise(points: &[Vec3], inside: &Inside, spacing: f64, volumes: &[f64]) -> f64 {
-        let lattice = Lattice::new(points, Vec3::repeat(spacing));
+        let lattice = KernelLattice::new(points, Vec3::repeat(spacing));
         let cell = spacing * spacing * spacing;
         let wanted = integral(&lattice, inside, points);
         let have = moments(&lattice, points, |p| volumes[p] / cell);

@@ -1,6 +1,6 @@
 //! A body that spins: what its nodes feel in a frame that turns as the body did before the hit.
 
-use super::grid::Grid;
+use super::grid::BackgroundGrid;
 use super::stencil::{packed, vector};
 use cullet_geometry::Vec3;
 use rayon::prelude::*;
@@ -22,7 +22,7 @@ pub struct Spin {
 impl Spin {
     /// Velocities after a step \[s\] of a = −ω×(ω×x) − 2ω×v: half of the first, the turn by −2ω of
     /// the second, the other half, so that neither does work that the other should.
-    pub(super) fn push(&self, grid: &mut Grid, step: f64) {
+    pub(super) fn push(&self, grid: &mut BackgroundGrid, step: f64) {
         let (spacing, nodes) = (grid.spacing, &mut grid.nodes);
         let (place, moved) = (&nodes.place, &nodes.displacement);
         let share = self.onset.map_or(1.0, |onset| onset.0);
@@ -51,7 +51,7 @@ impl Spin {
     /// Work of the centrifugal forces since the nodes were in place: ½ Σ m (|ω×x|² − |ω×X|²), which
     /// is ½ Σ m (ω×u)·(ω×(2X + u)) \[J\].
     #[must_use]
-    pub fn work(&self, grid: &Grid) -> f64 {
+    pub fn work(&self, grid: &BackgroundGrid) -> f64 {
         (0..grid.nodes.len())
             .map(|n| {
                 let (x, u) = (grid.place(n), vector(grid.nodes.displacement[n]));

@@ -1,7 +1,7 @@
 //! A specimen as material points on a grid: its steps, with what supports and loads do in them.
 
 use super::build;
-use super::hold::{self, Held, Mirror};
+use super::hold::{self, Mirror, SupportNodes};
 use super::push::{self, Pushed};
 use super::read;
 use crate::mpm::Domain;
@@ -10,7 +10,7 @@ use crate::mpm::stencil::{packed, vector};
 use cullet_geometry::Vec3;
 use cullet_model::Refusal;
 use cullet_specimen::{
-    BodySums, Discrete, Discretisation, Drive, Field, GridFrame, Hold, PointFields,
+    BodySums, Discrete, Discretisation, Drive, GridFrame, Hold, PointField, PointFields,
     SpecimenProblem, StepTally,
 };
 
@@ -20,7 +20,7 @@ struct GridSpecimen {
     domain: Domain,
     frame: GridFrame,
     holds: Vec<Hold>,
-    held: Vec<Held>,
+    held: Vec<SupportNodes>,
     mirrors: Vec<Mirror>,
     pushed: Vec<Pushed>,
     /// The velocity that held nodes shall have, by node.
@@ -107,7 +107,7 @@ impl Discretisation for GridSpecimen {
         }
     }
 
-    fn points(&self, fields: &[Field]) -> PointFields {
+    fn points(&self, fields: &[PointField]) -> PointFields {
         read::points(&self.domain, fields)
     }
 

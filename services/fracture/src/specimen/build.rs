@@ -1,7 +1,7 @@
 //! From a specimen to a body on its grid.
 
-use crate::damage::{Softening, WeakPlane};
-use crate::mpm::domain::{Fields, Surface, stable_step};
+use crate::damage::{BodyWeakPlane, Softening};
+use crate::mpm::domain::{BodySurface, VelocityFields, stable_step};
 use crate::mpm::kernel::SimdLevel;
 use crate::mpm::{Domain, preconditions, quadrature};
 use crate::particles::Particles;
@@ -142,7 +142,8 @@ pub(super) fn domain(specimen: &SpecimenProblem) -> Result<Domain, Refusal> {
     }
     let Filling { points, volumes, bodies } = filling;
     let several = meshes.len() > 1;
-    let surfaces: Vec<Surface> = meshes.iter().filter(|_| several).map(Surface::new).collect();
+    let surfaces: Vec<BodySurface> =
+        meshes.iter().filter(|_| several).map(BodySurface::new).collect();
     clear(&points, &bodies, &surfaces)?;
     let volume = volumes.iter().sum();
     let mut particles = Particles::at_rest(&points, volume, specimen.matter.material.density);
@@ -161,7 +162,7 @@ pub(super) fn domain(specimen: &SpecimenProblem) -> Result<Domain, Refusal> {
     }
     let plane = specimen.matter.strength.weak_plane;
     let weak_plane = plane
-        .map(|weak| WeakPlane { normal: frame.turned(&weak.normal).into(), ratio: weak.ratio });
+        .map(|weak| BodyWeakPlane { normal: frame.turned(&weak.normal).into(), ratio: weak.ratio });
     let law = |m: &Material| {
         let mut law = softening(m, s);
         law.weak_plane = weak_plane;
@@ -170,7 +171,7 @@ pub(super) fn domain(specimen: &SpecimenProblem) -> Result<Domain, Refusal> {
     let laws: Vec<_> = specimen.matter.materials().map(law).collect();
     let mut domain = Domain::mixed(particles, &laws, Vec3::repeat(s.spacing));
     domain.select(s.precision, SimdLevel::best());
-    domain.fields = if s.points.welded { Fields::Single } else { Fields::Split };
+    domain.fields = if s.points.welded { VelocityFields::Single } else { VelocityFields::Split };
     domain.check_cracks_every(s.points.look.into());
     if several {
         domain.part_bodies(&bodies, &surfaces);
@@ -216,7 +217,7 @@ fn points(inside: &Inside, s: &SpecimenSettings) -> Result<Vec<Vec3>, Refusal> {
 }
 
 /// Refuses bodies that overlap.
-fn clear(points: &[Vec3], bodies: &[u8], surfaces: &[Surface]) -> Result<(), Refusal> {
+fn clear(points: &[Vec3], bodies: &[u8], surfaces: &[BodySurface]) -> Result<(), Refusal> {
     if surfaces.len() < 2 {
         return Ok(());
     }

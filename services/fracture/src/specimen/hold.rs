@@ -1,6 +1,6 @@
 //! Supports and planes of symmetry: what some nodes may not do.
 
-use crate::mpm::grid::{Grid, Nodes};
+use crate::mpm::grid::{BackgroundGrid, Nodes};
 use crate::mpm::stencil::{packed, vector};
 use cullet_geometry::Vec3;
 use cullet_model::Refusal;
@@ -11,7 +11,7 @@ const ON_NODES: f64 = 1e-6;
 
 /// The nodes of a support.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Held {
+pub(super) struct SupportNodes {
     /// Each once, with its velocity at 1 of the course in the specimen's frame \[m/s\].
     pub(super) nodes: Vec<(u32, Vec3)>,
 }
@@ -24,7 +24,7 @@ pub(super) struct Mirror {
     pairs: Vec<(u32, u32)>,
 }
 
-impl Held {
+impl SupportNodes {
     /// Holds the nodes from `first` on that were made of held ones.
     pub(super) fn follow(&mut self, nodes: &Nodes, first: u32) {
         for n in first..nodes.len() as u32 {
@@ -38,7 +38,11 @@ impl Held {
 
 /// The nodes that each support holds. Nodes outside the box around the specimen count by the
 /// nearest point of that.
-pub(super) fn held(specimen: &SpecimenProblem, frame: &GridFrame, grid: &Grid) -> Vec<Held> {
+pub(super) fn held(
+    specimen: &SpecimenProblem,
+    frame: &GridFrame,
+    grid: &BackgroundGrid,
+) -> Vec<SupportNodes> {
     let (low, high) = specimen.body.mesh.bounds().unwrap_or_default();
     let slack = 1e-6 * specimen.settings.spacing;
     let places: Vec<Vec3> = (0..grid.nodes.len()).map(|n| frame.back(&grid.place(n))).collect();
@@ -47,13 +51,18 @@ pub(super) fn held(specimen: &SpecimenProblem, frame: &GridFrame, grid: &Grid) -
         let all = (0_u32..).zip(&places).filter(|(_, x)| inside(x));
         all.map(|(n, x)| (n, hold.velocity + hold.gradient * (x - hold.centre))).collect()
     };
-    specimen.holds.iter().map(|hold| Held { nodes: nodes(hold) }).collect()
+    specimen.holds.iter().map(|hold| SupportNodes { nodes: nodes(hold) }).collect()
 }
 
 /// The velocity that each held node shall have along the axes that it is held along, in the
 /// specimen's frame \[m/s\]: the sum over its supports by the factor of each, where it has not let
 /// go. `wanted` goes by node; others stay.
-pub(super) fn add_up(held: &[Held], holds: &[Hold], factors: &[Option<f64>], wanted: &mut [Vec3]) {
+pub(super) fn add_up(
+    held: &[SupportNodes],
+    holds: &[Hold],
+    factors: &[Option<f64>],
+    wanted: &mut [Vec3],
+) {
     let rows = held.iter().zip(holds).zip(factors);
     let active = rows.filter_map(|((held, hold), factor)| Some((held, hold, (*factor)?)));
     for (node, _) in active.clone().flat_map(|(held, _, _)| &held.nodes) {
@@ -72,7 +81,7 @@ pub(super) fn add_up(held: &[Held], holds: &[Hold], factors: &[Option<f64>], wan
 pub(super) fn mirrors(
     specimen: &SpecimenProblem,
     frame: &GridFrame,
-    grid: &Grid,
+    grid: &BackgroundGrid,
 ) -> Result<Vec<Mirror>, Refusal> {
     if !specimen.symmetries.is_empty() && !frame.is_straight() {
         let (what, value) = ("the specimen's turn beside a plane of symmetry [rad]", 1.0);
@@ -84,7 +93,7 @@ pub(super) fn mirrors(
 
 fn mirror(
     specimen: &SpecimenProblem,
-    grid: &Grid,
+    grid: &BackgroundGrid,
     plane: SymmetryPlane,
 ) -> Result<Mirror, Refusal> {
     let axis = usize::from(plane.axis.min(2));
@@ -133,7 +142,7 @@ impl Mirror {
     }
 
     /// Makes the velocities of the step that was just taken symmetric, and the places with them.
-    pub(super) fn apply(&self, grid: &mut Grid, step: f64) {
+    pub(super) fn apply(&self, grid: &mut BackgroundGrid, step: f64) {
         let axis = self.axis;
         for &n in &self.on {
             let mut v = vector(grid.nodes.velocity[n as usize]);
@@ -154,7 +163,7 @@ impl Mirror {
 }
 
 /// Gives a node another velocity at the end of the step that was just taken.
-pub(super) fn set(grid: &mut Grid, node: u32, velocity: &Vec3, step: f64) {
+pub(super) fn set(grid: &mut BackgroundGrid, node: u32, velocity: &Vec3, step: f64) {
     let n = node as usize;
     let change = packed(*velocity) - grid.nodes.velocity[n];
     grid.nodes.velocity[n] += change;

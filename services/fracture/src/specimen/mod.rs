@@ -9,21 +9,21 @@ mod read;
 #[cfg(test)]
 mod tests;
 
-use cullet_model::Precision;
-use cullet_specimen::{Feature, Field, SpecimenFamily};
+use cullet_model::PointPrecision;
+use cullet_specimen::{Feature, PointField, SpecimenFamily};
 
 /// The row of the brittle family.
 pub const FAMILY: SpecimenFamily =
     SpecimenFamily { name: "brittle", features: FEATURES, build: body::discrete };
 
 const FEATURES: &[Feature] = &[
-    Feature::Field(Field::Displacement),
-    Feature::Field(Field::Velocity),
-    Feature::Field(Field::Stress),
-    Feature::Field(Field::Strain),
-    Feature::Field(Field::Damage),
-    Feature::Precision(Precision::Single),
-    Feature::Precision(Precision::Double),
+    Feature::Field(PointField::Displacement),
+    Feature::Field(PointField::Velocity),
+    Feature::Field(PointField::Stress),
+    Feature::Field(PointField::Strain),
+    Feature::Field(PointField::Damage),
+    Feature::Precision(PointPrecision::Single),
+    Feature::Precision(PointPrecision::Double),
     Feature::Traction,
     Feature::Pressure,
     Feature::Force,

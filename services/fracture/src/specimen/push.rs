@@ -1,11 +1,11 @@
 //! Loads: what part of them each node takes.
 
 use crate::mpm::Domain;
-use crate::mpm::grid::{Grid, Nodes};
+use crate::mpm::grid::{BackgroundGrid, Nodes};
 use crate::mpm::stencil::Stencil;
 use cullet_geometry::Vec3;
 use cullet_specimen::surface::pieces;
-use cullet_specimen::{GridFrame, Load, Push, SpecimenProblem, within};
+use cullet_specimen::{GridFrame, Load, LoadKind, SpecimenProblem, within};
 
 /// A load at 1 of its course, by node, in the grid's frame \[N\].
 #[derive(Clone, Debug, Default)]
@@ -60,13 +60,15 @@ pub(super) fn pushed(
     let one = |load: &Load| {
         let mut forces = vec![Vec3::zeros(); domain.grid.nodes.len()];
         match load.push {
-            Push::Traction(_) | Push::Pressure(_) => {
+            LoadKind::Traction(_) | LoadKind::Pressure(_) => {
                 for piece in surface.iter().flatten().filter_map(|piece| piece.within(&load.part)) {
                     let force = frame.turned(&piece.force(&load.push));
                     spread(&domain.grid, &order, &frame.onto(&piece.middle), force, &mut forces);
                 }
             }
-            Push::Force(_) | Push::Acceleration(_) => on_mass(load, frame, domain, &mut forces),
+            LoadKind::Force(_) | LoadKind::Acceleration(_) => {
+                on_mass(load, frame, domain, &mut forces)
+            }
         }
         let total = forces.iter().sum();
         let nodes = (0_u32..).zip(forces).filter(|(_, force)| force.norm_squared() > 0.0);
@@ -76,11 +78,11 @@ pub(super) fn pushed(
 }
 
 fn is_surface(load: &Load) -> bool {
-    matches!(load.push, Push::Traction(_) | Push::Pressure(_))
+    matches!(load.push, LoadKind::Traction(_) | LoadKind::Pressure(_))
 }
 
 /// Nodes by place, copies beside each other.
-fn by_place(grid: &Grid) -> Vec<([i32; 3], u32)> {
+fn by_place(grid: &BackgroundGrid) -> Vec<([i32; 3], u32)> {
     let mut order: Vec<([i32; 3], u32)> =
         grid.nodes.place.iter().enumerate().map(|(n, &place)| (place, n as u32)).collect();
     order.sort_unstable();
@@ -89,7 +91,13 @@ fn by_place(grid: &Grid) -> Vec<([i32; 3], u32)> {
 
 /// Spreads a force at a place over the nodes around it by weight and mass: light nodes, which the
 /// surface has many of, are moved no more than others.
-fn spread(grid: &Grid, order: &[([i32; 3], u32)], at: &Vec3, force: Vec3, forces: &mut [Vec3]) {
+fn spread(
+    grid: &BackgroundGrid,
+    order: &[([i32; 3], u32)],
+    at: &Vec3,
+    force: Vec3,
+    forces: &mut [Vec3],
+) {
     let stencil = Stencil::new(at, &grid.spacing);
     let mut shares: Vec<(u32, f64)> = Vec::with_capacity(27);
     stencil.visit(|k, weight, _| {
@@ -113,8 +121,8 @@ fn on_mass(load: &Load, frame: &GridFrame, domain: &Domain, forces: &mut [Vec3])
         particles.reference.iter().map(|x| within(&load.part, &frame.back(x), 0.0)).collect();
     let mass: f64 = (0..taken.len()).filter(|&p| taken[p]).map(|p| particles.mass(p)).sum();
     let rate = match load.push {
-        Push::Acceleration(acceleration) => acceleration,
-        Push::Force(force) if mass > 0.0 => force / mass,
+        LoadKind::Acceleration(acceleration) => acceleration,
+        LoadKind::Force(force) if mass > 0.0 => force / mass,
         _ => Vec3::zeros(),
     };
     let rate = frame.turned(&rate);

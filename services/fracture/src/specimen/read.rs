@@ -3,32 +3,32 @@
 use crate::mpm::Domain;
 use crate::mpm::domain::PointMotion;
 use crate::mpm::elastic::green_strain;
-use cullet_specimen::{Field, FieldValues, LocalVector, PointFields};
+use cullet_specimen::{FieldValues, LocalVector, PointField, PointFields};
 use std::collections::BTreeMap;
 
 /// What the points carry, in the order of the arrays.
-pub(super) fn points(domain: &Domain, fields: &[Field]) -> PointFields {
+pub(super) fn points(domain: &Domain, fields: &[PointField]) -> PointFields {
     let particles = &domain.particles;
-    let moves = |field: &Field| !matches!(field, Field::Damage | Field::Stress);
+    let moves = |field: &PointField| !matches!(field, PointField::Damage | PointField::Stress);
     let motions = if fields.iter().any(moves) { domain.motions() } else { Vec::new() };
     let vectors = |one: fn(&PointMotion) -> LocalVector| {
         FieldValues::Vectors(motions.iter().map(one).collect())
     };
     let values = |field| match field {
-        Field::Displacement => vectors(|motion| LocalVector {
+        PointField::Displacement => vectors(|motion| LocalVector {
             value: motion.displacement,
             gradient: motion.displacement_gradient,
         }),
-        Field::Velocity => vectors(|motion| LocalVector {
+        PointField::Velocity => vectors(|motion| LocalVector {
             value: motion.velocity,
             gradient: motion.velocity_gradient,
         }),
-        Field::Stress => FieldValues::Tensors(domain.stresses()),
-        Field::Strain => {
+        PointField::Stress => FieldValues::Tensors(domain.stresses()),
+        PointField::Strain => {
             let strain = |motion: &PointMotion| green_strain(&motion.displacement_gradient);
             FieldValues::Tensors(motions.iter().map(strain).collect())
         }
-        Field::Damage => FieldValues::Numbers(particles.damage.clone()),
+        PointField::Damage => FieldValues::Numbers(particles.damage.clone()),
     };
     PointFields {
         places: particles.reference.clone(),

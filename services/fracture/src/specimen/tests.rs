@@ -4,11 +4,11 @@ use super::FAMILY;
 use crate::mpm::domain::stable_step;
 use cullet_geometry::{Mat3, Quat, Vec3, shapes};
 use cullet_model::strength::Region;
-use cullet_model::{Material, Precision, StrengthField};
+use cullet_model::{Material, PointPrecision, StrengthField};
 use cullet_specimen::{
-    Course, Ending, Field, Hold, InitialState, Load, Matter, Output, Part, PointLayout,
-    PointSettings, Probe, Push, Reduce, SpecimenBody, SpecimenOutcome, SpecimenProblem,
-    SpecimenRun, SpecimenSettings, Spot, Start, SymmetryPlane, Unfit, Where, Zone,
+    Amplitude, Ending, Hold, InitialState, Load, LoadKind, Matter, Output, PointField, PointLayout,
+    PointSettings, Probe, Reduce, SpecimenBody, SpecimenOutcome, SpecimenProblem, SpecimenRun,
+    SpecimenSettings, Spot, Start, SymmetryPlane, TensorPart, Unfit, Where, Zone,
 };
 
 const STONE: Material = Material {
@@ -43,7 +43,7 @@ fn bar(length: f64, side: f64, spacing: f64) -> SpecimenProblem {
             probes: Vec::new(),
             samples: 100,
             frames: 0,
-            colour: (Field::Damage, Part::Size),
+            colour: (PointField::Damage, TensorPart::Size),
         },
         settings: settings(spacing),
     }
@@ -53,7 +53,7 @@ fn settings(spacing: f64) -> SpecimenSettings {
     SpecimenSettings {
         spacing,
         step_factor: 0.8,
-        precision: Precision::Double,
+        precision: PointPrecision::Double,
         breaks: false,
         damping: 0.0,
         damped_until: None,
@@ -91,7 +91,7 @@ fn face(axis: usize, place: f64, up: bool) -> Where {
     vec![Region::HalfSpace { point: Vec3::ith(axis, place), normal }]
 }
 
-fn everywhere(field: Field, part: Part) -> Probe {
+fn everywhere(field: PointField, part: TensorPart) -> Probe {
     Probe::Points(field, part, Spot::Over(Vec::new(), Reduce::Mean))
 }
 
@@ -109,10 +109,10 @@ fn a_driven_bar_agrees_with_one_written_by_hand() {
         velocity: Vec3::x(),
         gradient: Mat3::zeros(),
         centre: Vec3::zeros(),
-        course: Course::constant(),
+        course: Amplitude::constant(),
         until: None,
     };
-    let probes = vec![everywhere(Field::Velocity, Part::Axis(0)), Probe::Elastic];
+    let probes = vec![everywhere(PointField::Velocity, TensorPart::Axis(0)), Probe::Elastic];
     let bar = bar(length, 2.0 * h, h);
     let specimen = watching(SpecimenProblem { holds: vec![hold], ..bar }, probes);
     let step = 0.8 * stable_step(&STONE, h);
@@ -144,12 +144,12 @@ fn a_driven_bar_agrees_with_one_written_by_hand() {
 /// work done is the energy that it has.
 #[test]
 fn loads_give_their_impulse_and_their_work() {
-    let pull = |push| Load { part: face(0, 0.2, true), push, course: Course::constant() };
-    let traction = Push::Traction(Vec3::new(1e5, 2e4, 0.0));
-    for push in [traction, Push::Pressure(-1e5)] {
+    let pull = |push| Load { part: face(0, 0.2, true), push, course: Amplitude::constant() };
+    let traction = LoadKind::Traction(Vec3::new(1e5, 2e4, 0.0));
+    for push in [traction, LoadKind::Pressure(-1e5)] {
         let probes = vec![
-            Probe::Momentum(Part::Axis(0)),
-            Probe::Applied(0, Part::Axis(0)),
+            Probe::Momentum(TensorPart::Axis(0)),
+            Probe::Applied(0, TensorPart::Axis(0)),
             Probe::Work,
             Probe::Balance,
         ];
@@ -191,12 +191,13 @@ fn the_force_on_a_part_of_a_face_is_that_of_its_area() {
         for degrees in [0.0_f64, 31.0] {
             let turn = Quat::from_axis_angle(&Vec3::z_axis(), degrees.to_radians());
             let loads = parts.iter().flat_map(|(part, ..)| {
-                let pushes = [Push::Pressure(1e6), Push::Traction(Vec3::new(0.0, 1e6, 0.0))];
-                pushes.map(|push| Load { part: part.clone(), push, course: Course::constant() })
+                let pushes =
+                    [LoadKind::Pressure(1e6), LoadKind::Traction(Vec3::new(0.0, 1e6, 0.0))];
+                pushes.map(|push| Load { part: part.clone(), push, course: Amplitude::constant() })
             });
             let loads: Vec<Load> = loads.collect();
             let count = loads.len() as u32;
-            let axis = |k: u32| Part::Axis((k % 2) as u8);
+            let axis = |k: u32| TensorPart::Axis((k % 2) as u8);
             let mut specimen = SpecimenProblem { loads, ..bar(0.05, 0.04, spacing) };
             specimen.output.probes = (0..count).map(|k| Probe::Applied(k, axis(k))).collect();
             (specimen.output.end, specimen.output.samples) = (1e-8, 1);
@@ -216,12 +217,12 @@ fn the_force_on_a_part_of_a_face_is_that_of_its_area() {
 fn a_plane_of_symmetry_stands_for_the_other_half() {
     let ends = |x: f64, up| Load {
         part: face(0, x, up),
-        push: Push::Pressure(-1e6),
-        course: Course::constant(),
+        push: LoadKind::Pressure(-1e6),
+        course: Amplitude::constant(),
     };
     let at = |x: f64| {
         let at = Spot::At(Vec3::new(x, 0.012, 0.013));
-        Probe::Points(Field::Displacement, Part::Axis(0), at)
+        Probe::Points(PointField::Displacement, TensorPart::Axis(0), at)
     };
     let probes = vec![at(0.195), at(0.111)];
     let mut whole = watching(bar(0.2, 0.04, 0.01), probes.clone());
@@ -247,8 +248,15 @@ fn a_plane_of_symmetry_stands_for_the_other_half() {
 fn a_turned_specimen_speaks_in_its_own_frame() {
     let stretch = Mat3::new(1e-4, 2e-5, 0.0, 2e-5, -3e-5, 0.0, 0.0, 0.0, 0.0);
     let material = Material { poisson: 0.25, ..STONE };
-    let parts = [Part::Pair(0), Part::Pair(1), Part::Pair(3), Part::Greatest, Part::Mises];
-    let probes: Vec<Probe> = parts.iter().map(|&part| everywhere(Field::Stress, part)).collect();
+    let parts = [
+        TensorPart::Pair(0),
+        TensorPart::Pair(1),
+        TensorPart::Pair(3),
+        TensorPart::Greatest,
+        TensorPart::Mises,
+    ];
+    let probes: Vec<Probe> =
+        parts.iter().map(|&part| everywhere(PointField::Stress, part)).collect();
     let first = |turn| {
         let mut specimen = watching(bar(0.08, 0.04, 0.01), probes.clone());
         specimen.matter.material = material;
@@ -266,7 +274,7 @@ fn a_turned_specimen_speaks_in_its_own_frame() {
     assert!((straight[0] / wanted - 1.0).abs() < 1e-3, "{} and {wanted}", straight[0]);
 }
 
-/// A step far over its bound is told as an instability, not as numbers.
+/// A step far over its bound is reported as an instability, not as numbers.
 #[test]
 fn a_step_over_its_bound_ends_as_unstable() {
     let start = Start {
@@ -283,7 +291,7 @@ fn a_step_over_its_bound_ends_as_unstable() {
     assert!(matches!(ending, Ending::Unstable(_) | Ending::NotFinite(_)), "{ending:?}");
 }
 
-/// A cube whose every node is told to move as an even stretch along x asks, until all of it is
+/// A cube whose every node is made to move as an even stretch along x asks, until all of it is
 /// broken; what is sampled is the dissipated energy and the stress along x.
 fn stretched(length: f64) -> SpecimenProblem {
     let rate = 2.0;
@@ -293,12 +301,12 @@ fn stretched(length: f64) -> SpecimenProblem {
         velocity: Vec3::zeros(),
         gradient: Mat3::from_diagonal(&Vec3::new(rate, 0.0, 0.0)),
         centre: Vec3::zeros(),
-        course: Course::constant(),
+        course: Amplitude::constant(),
         until: None,
     };
     let probes = vec![
         Probe::Dissipated,
-        Probe::Points(Field::Stress, Part::Pair(0), Spot::Over(Vec::new(), Reduce::Max)),
+        Probe::Points(PointField::Stress, TensorPart::Pair(0), Spot::Over(Vec::new(), Reduce::Max)),
     ];
     let mut specimen = watching(bar(0.04, 0.04, 0.01), probes);
     specimen.holds = vec![hold];
@@ -335,12 +343,12 @@ fn two_supports_of_the_same_nodes_are_one_of_their_sum() {
     one.output.end *= 0.1;
     // It moves off as well, so that there is a force.
     one.holds[0].centre = Vec3::new(-1.0, 0.0, 0.0);
-    one.output.probes.push(Probe::Reaction(0, Part::Axis(0)));
+    one.output.probes.push(Probe::Reaction(0, TensorPart::Axis(0)));
     let mut two = one.clone();
     two.holds[0].gradient *= 0.25;
     let rest = Hold { gradient: two.holds[0].gradient * 3.0, ..two.holds[0].clone() };
     two.holds.push(rest);
-    two.output.probes.push(Probe::Reaction(1, Part::Axis(0)));
+    two.output.probes.push(Probe::Reaction(1, TensorPart::Axis(0)));
     let (one, two) = (run(one), run(two));
     let most = |row: &[f64]| row.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     assert!(most(&one.rows[1]) > 1e5 && most(&one.rows[2]) > 0.0);
@@ -359,7 +367,7 @@ fn weak_planes_turn_with_the_specimen() {
         for turn in [0.0, std::f64::consts::FRAC_PI_2] {
             let mut specimen = stretched(0.008);
             specimen.matter.strength.weak_plane =
-                Some(cullet_model::WeakPlane { normal, ratio: 0.6 });
+                Some(cullet_model::PatternWeakPlane { normal, ratio: 0.6 });
             specimen.body.turn = Quat::from_axis_angle(&Vec3::z_axis(), turn);
             let peak = peak(&run(specimen));
             assert!((peak - wanted).abs() < 0.02, "{peak} of {wanted}, turned by {turn}");
@@ -390,9 +398,9 @@ fn two_bodies_of_two_materials_meet_and_part() {
     }];
     let mean = |part: &Where| {
         let spot = Spot::Over(part.clone(), Reduce::Mean);
-        Probe::Points(Field::Velocity, Part::Axis(0), spot)
+        Probe::Points(PointField::Velocity, TensorPart::Axis(0), spot)
     };
-    specimen.output.probes = vec![mean(&left), mean(&right), Probe::Momentum(Part::Axis(0))];
+    specimen.output.probes = vec![mean(&left), mean(&right), Probe::Momentum(TensorPart::Axis(0))];
     specimen.output.end = 2.0 * 0.2 / 3614.0 * 1.6;
     let outcome = run(specimen);
     assert_eq!(outcome.ending, Ending::Ok);
@@ -407,7 +415,7 @@ fn two_bodies_of_two_materials_meet_and_part() {
 /// What is there then is rounding, and no instability.
 #[test]
 fn a_bar_on_which_nothing_acts_stays_at_rest_to_its_end() {
-    for precision in [Precision::Single, Precision::Double] {
+    for precision in [PointPrecision::Single, PointPrecision::Double] {
         let mut specimen = bar(0.1, 0.04, 0.01);
         specimen.output.end = 1e-3;
         specimen.settings.points.layout = PointLayout::Scattered;
@@ -428,7 +436,7 @@ fn a_frame_between_two_samples_shows_points_where_they_are() {
         velocity: Vec3::x() * if up { 1.0 } else { -1.0 },
         gradient: Mat3::zeros(),
         centre: Vec3::zeros(),
-        course: Course::constant(),
+        course: Amplitude::constant(),
         until: None,
     };
     let torn = |samples: u32| {

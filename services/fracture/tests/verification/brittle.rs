@@ -2,14 +2,14 @@
 
 use cullet_fracture::brittle::Brittle;
 use cullet_fracture::damage::Softening;
-use cullet_fracture::mpm::load::Load;
+use cullet_fracture::mpm::load::ImpactLoad;
 use cullet_fracture::mpm::{Domain, symmetric};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::{Solid, Vec3, sample, shapes};
 use cullet_model::{
-    BrittleProblem, Fracture, Impact, Material, Precision, Progress, Refusal, Settings, Solver,
-    StrengthField, Support, entry,
+    BrittleProblem, Fragmentation, Impact, Material, PointPrecision, Progress, Refusal, Settings,
+    Solver, StrengthField, Support, entry,
 };
 use std::sync::Arc;
 
@@ -51,7 +51,7 @@ fn cube(material: Material, impacts: Vec<Impact>) -> BrittleProblem {
     block(Vec3::repeat(0.2), material, impacts)
 }
 
-fn solve(problem: &BrittleProblem) -> Fracture {
+fn solve(problem: &BrittleProblem) -> Fragmentation {
     let entry = entry::<Brittle>();
     let mut run = (entry.begin)(problem.clone().into()).expect("accepted");
     let mut share = 0.0;
@@ -68,7 +68,7 @@ fn solve(problem: &BrittleProblem) -> Fracture {
 }
 
 /// About the origin.
-fn angular_momentum(fracture: &Fracture, density: f64) -> Vec3 {
+fn angular_momentum(fracture: &Fragmentation, density: f64) -> Vec3 {
     let own = |f: &cullet_model::Fragment| {
         let p = f.solid.mesh.mass_properties();
         p.centroid.cross(&f.velocity) * p.volume + p.inertia * f.spin
@@ -76,7 +76,7 @@ fn angular_momentum(fracture: &Fracture, density: f64) -> Vec3 {
     fracture.fragments.iter().map(own).sum::<Vec3>() * density
 }
 
-fn momentum(fracture: &Fracture, density: f64) -> Vec3 {
+fn momentum(fracture: &Fragmentation, density: f64) -> Vec3 {
     let carried =
         |f: &cullet_model::Fragment| f.velocity * (density * f.solid.mesh.signed_volume());
     fracture.fragments.iter().map(carried).sum()
@@ -150,7 +150,7 @@ fn torn_points_make_no_energy() {
     (problem.seed, problem.strength.seed) = (27, 27);
     assert!(solve(&problem).fragments.len() > 10);
     // In f32 their stress is no number: it must not count as nought times that.
-    problem.settings.precision = Precision::Single;
+    problem.settings.precision = PointPrecision::Single;
     assert!(solve(&problem).fragments.len() > 10);
 }
 
@@ -214,7 +214,7 @@ fn a_long_push_is_quasi_static() {
     let peak = |transits: f64| {
         let (mut domain, mass) = block_on_grid(0.025);
         let impact = blow(0.25, mass, 2.0, 18.0 * TRANSIT);
-        let mut load = Load::new(&impact, &domain, transits * TRANSIT, 1.0 / mass);
+        let mut load = ImpactLoad::new(&impact, &domain, transits * TRANSIT, 1.0 / mass);
         let mut most: f64 = 0.0;
         while !load.is_over() {
             load.push(&mut domain);
@@ -244,7 +244,7 @@ fn the_push_is_hertzian() {
     let (mut domain, mass) = block_on_grid(0.025);
     let elastic = blow(0.25, mass, 2.0, 18.0 * TRANSIT);
     let impact = Impact { impulse: 1.5 * elastic.impulse, ..elastic };
-    let mut load = Load::new(&impact, &domain, impact.duration, 1.0 / mass);
+    let mut load = ImpactLoad::new(&impact, &domain, impact.duration, 1.0 / mass);
     assert!((load.patch.shares.iter().map(|s| s.1).sum::<f64>() - 1.0).abs() < 1e-12);
     for &(id, _) in &load.patch.shares {
         let x = domain.particles.reference[domain.slot(id)];
@@ -270,7 +270,7 @@ fn the_push_is_hertzian() {
 fn a_push_shortened_in_time_gives_its_share() {
     let (mut domain, mass) = block_on_grid(0.02);
     let impact = blow(3.0, mass, 5.0, 6e-3);
-    let mut load = Load::new(&impact, &domain, 3e-3, 1.0 / mass);
+    let mut load = ImpactLoad::new(&impact, &domain, 3e-3, 1.0 / mass);
     assert!((load.impulse / impact.impulse - 0.5).abs() < 1e-12);
     while !load.is_over() {
         load.push(&mut domain);

@@ -3,7 +3,7 @@
 use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
 use cullet_fracture::mpm::domain::stable_step;
-use cullet_fracture::mpm::elastic::Elastic;
+use cullet_fracture::mpm::elastic::LameParameters;
 use cullet_fracture::mpm::stencil::{packed, vector};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Mat3, Vec3, math::unit};
@@ -55,7 +55,7 @@ fn a_patch_is_exact() {
     let m = Mat3::new(0.3, -0.7, 0.2, 1.1, 0.5, -0.4, 0.6, 0.9, -0.8) * 1e-4;
     let mut domain = cube();
     domain.displace(|x| m * x);
-    let wanted = Elastic::new(&STONE).second_piola(&m).0;
+    let wanted = LameParameters::new(&STONE).second_piola(&m).0;
     let scale = wanted.iter().fold(0.0_f64, |a, s| a.max(s.abs()));
     for stress in domain.stresses() {
         for (s, w) in stress.iter().zip(&wanted) {

@@ -9,7 +9,7 @@ use cullet_fracture::mpm::stencil::vector;
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Solid, Vec3, math::unit, shapes};
 use cullet_model::{
-    BrittleProblem, Fracture, Impact, Material, Precision, Progress, Settings, Solver,
+    BrittleProblem, Fragmentation, Impact, Material, PointPrecision, Progress, Settings, Solver,
     StrengthField,
 };
 use std::sync::Arc;
@@ -25,7 +25,7 @@ const STONE: Material = Material {
 };
 
 /// A block with a notch, pulled apart and sheared so `fiercely` that cracks run and part it.
-fn block(precision: Precision, level: SimdLevel, fiercely: f64) -> Domain {
+fn block(precision: PointPrecision, level: SimdLevel, fiercely: f64) -> Domain {
     let cells = [12, 10, 6];
     let points: Vec<Vec3> = (0..8 * cells[0] * cells[1] * cells[2])
         .map(|i| {
@@ -59,7 +59,7 @@ fn state(domain: &Domain) -> Vec<(f64, Vec3)> {
 
 #[test]
 fn the_bits_depend_neither_on_the_path_nor_on_the_threads() {
-    for precision in [Precision::Single, Precision::Double] {
+    for precision in [PointPrecision::Single, PointPrecision::Double] {
         let run = |level: SimdLevel, threads: usize| {
             let mut domain = block(precision, level, 3.0);
             let whole = domain.grid.nodes.len();
@@ -85,7 +85,7 @@ fn the_bits_depend_neither_on_the_path_nor_on_the_threads() {
 }
 
 /// A whole solve of a plaster block: fragments, their motion and the report.
-fn solve(precision: Precision, level: SimdLevel, threads: usize) -> Fracture {
+fn solve(precision: PointPrecision, level: SimdLevel, threads: usize) -> Fragmentation {
     let plaster = Material {
         density: 1150.0,
         young: 3e9,
@@ -130,7 +130,7 @@ fn solve(precision: Precision, level: SimdLevel, threads: usize) -> Fracture {
 
 #[test]
 fn a_solve_has_the_same_bits_on_every_path_and_with_any_number_of_threads() {
-    let [single, double] = [Precision::Single, Precision::Double].map(|precision| {
+    let [single, double] = [PointPrecision::Single, PointPrecision::Double].map(|precision| {
         let wanted = solve(precision, SimdLevel::portable(), 1);
         assert!(wanted.fragments.len() > 3, "{} fragments", wanted.fragments.len());
         for level in SimdLevel::all() {
@@ -148,7 +148,7 @@ fn a_solve_has_the_same_bits_on_every_path_and_with_any_number_of_threads() {
 fn single_stays_near_double() {
     let level = SimdLevel::best();
     let (mut single, mut double) =
-        (block(Precision::Single, level, 1.0), block(Precision::Double, level, 1.0));
+        (block(PointPrecision::Single, level, 1.0), block(PointPrecision::Double, level, 1.0));
     let (mut lost, mut broken) = ([0.0; 2], [0; 2]);
     for _ in 0..200 {
         for (k, domain) in [&mut single, &mut double].into_iter().enumerate() {
@@ -178,6 +178,6 @@ fn light_nodes_do_not_run_away_in_single() {
         let mut domain = block(precision, SimdLevel::best(), 3.0);
         (0..600).map(|_| domain.advance().fastest.sqrt()).fold(0.0, f64::max)
     };
-    let (single, double) = (fastest(Precision::Single), fastest(Precision::Double));
+    let (single, double) = (fastest(PointPrecision::Single), fastest(PointPrecision::Double));
     assert!(single < 3.0 * double, "{single:.0} m/s in f32, {double:.0} m/s in f64");
 }

@@ -3,7 +3,8 @@
 use cullet_fracture::brittle::Brittle;
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
-    BrittleProblem, Fracture, Impact, Material, Progress, Settings, Solver, StrengthField, entry,
+    BrittleProblem, Fragmentation, Impact, Material, Progress, Settings, Solver, StrengthField,
+    entry,
 };
 use std::sync::Arc;
 
@@ -18,7 +19,7 @@ const PLASTER: Material = Material {
 /// Half the edges of the bar \[m\].
 const HALF: Vec3 = Vec3::new(0.15, 0.05, 0.05);
 
-fn solve(problem: &BrittleProblem) -> Fracture {
+fn solve(problem: &BrittleProblem) -> Fragmentation {
     let entry = entry::<Brittle>();
     let mut run = (entry.begin)(problem.clone().into()).expect("accepted");
     loop {
@@ -118,7 +119,7 @@ fn a_hairline_keeps_mass_and_momentum() {
     let parts = after.fragments.iter().map(|f| f.solid.mesh.signed_volume());
     let volume = parts.sum::<f64>() + dust;
     assert!((volume / whole - 1.0).abs() < 1e-12, "{volume} of {whole}");
-    let momentum = |fracture: &Fracture| -> Vec3 {
+    let momentum = |fracture: &Fragmentation| -> Vec3 {
         let parts = fracture.fragments.iter();
         let parts = parts.map(|f| f.velocity * f.solid.mesh.signed_volume());
         let grains = fracture.debris.iter().map(|g| g.velocity * g.volume);

@@ -1,7 +1,7 @@
 //! When the crack passed, and which way it ran: damage time as a plane fitted to the nodes around.
 
 use super::nodes::LatticeNodes;
-use crate::region::terms::Front;
+use crate::region::terms::FrontSample;
 use cullet_geometry::{Mat3, Vec3};
 
 /// Fewest nodes with a time for a direction.
@@ -14,7 +14,7 @@ impl LatticeNodes {
     /// The damage time at a place and its gradient, by least squares over the nodes that have a
     /// time of their own within `reach` \[units\] along every axis: masked, so what lies off the
     /// band does not count (F35). `None` where too few have.
-    pub(crate) fn front(&self, place: Vec3, reach: f64) -> Option<Front> {
+    pub(crate) fn front(&self, place: Vec3, reach: f64) -> Option<FrontSample> {
         let lattice = &self.lattice;
         let radius = reach.max(1.0);
         let (mut weights, mut count) = (0.0, 0);
@@ -47,7 +47,7 @@ impl LatticeNodes {
         let widest = spread.trace();
         let inverse = (spread + Mat3::identity() * (THIN * widest)).try_inverse()?;
         let slope = inverse * slope;
-        Some(Front { time: time - slope.dot(&mean), slope: slope / self.unit })
+        Some(FrontSample { time: time - slope.dot(&mean), slope: slope / self.unit })
     }
 
     /// The damage time of the node nearest to a place \[s\]; zero where it has none.

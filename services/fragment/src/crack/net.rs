@@ -4,13 +4,13 @@
 
 use super::nodes::LatticeNodes;
 use super::odds::NONE;
-use super::smooth::{Net, shape};
+use super::smooth::{SurfaceNet, shape};
 use crate::region::terms::ReliefTerms;
 use crate::region::{Mosaic, overlap};
 use cullet_geometry::Vec3;
 use cullet_geometry::voronoi::WALL;
 
-/// Rounds in which corners whose faces cross are drawn half-way back to the middle of their cubes;
+/// Rounds in which corners whose faces cross are pulled half-way back to the middle of their cubes;
 /// after them, all the way.
 const RETREATS: usize = 8;
 
@@ -34,7 +34,7 @@ impl LatticeNodes {
 
     /// Draws corners whose faces cross back to the middle of their cubes, half-way at first, until
     /// no faces cross: those of cubes do not.
-    fn part(&self, mosaic: &mut Mosaic, net: &mut Net) {
+    fn part(&self, mosaic: &mut Mosaic, net: &mut SurfaceNet) {
         for round in 1.. {
             mosaic.places.clone_from(&net.place);
             fold(mosaic);
@@ -52,8 +52,8 @@ impl LatticeNodes {
     }
 
     /// The net before it is smoothed.
-    pub(super) fn net(&self) -> (Mosaic, Net) {
-        let mut builder = Builder::new(self);
+    pub(super) fn net(&self) -> (Mosaic, SurfaceNet) {
+        let mut builder = NetBuilder::new(self);
         for axis in 0..3 {
             builder.across(axis);
         }
@@ -86,23 +86,24 @@ fn corners_of(pair: &[[u32; 3]]) -> [u32; 4] {
     [a, b, c, pair[1][2]]
 }
 
-pub(super) struct Builder<'a> {
+/// Builds a surface net from the labels of lattice nodes.
+pub(super) struct NetBuilder<'a> {
     nodes: &'a LatticeNodes,
     /// The corner in each cube of nodes, or `NONE`.
     corner: Vec<u32>,
     mosaic: Mosaic,
-    net: Net,
+    net: SurfaceNet,
 }
 
-impl<'a> Builder<'a> {
+impl<'a> NetBuilder<'a> {
     pub(super) fn new(nodes: &'a LatticeNodes) -> Self {
-        let net = Net::new(nodes.lattice);
+        let net = SurfaceNet::new(nodes.lattice);
         let cubes = nodes.lattice.dims.iter().map(|d| d + 1).product();
         Self { nodes, corner: vec![NONE; cubes], mosaic: Mosaic::default(), net }
     }
 
     /// The net and its corners, each at the mean of its pulls.
-    pub(super) fn settled(self) -> (Mosaic, Net) {
+    pub(super) fn settled(self) -> (Mosaic, SurfaceNet) {
         let Self { mut mosaic, mut net, .. } = self;
         net.settle();
         mosaic.places.clone_from(&net.place);

@@ -24,7 +24,7 @@ const FEW: f64 = 0.1;
 /// Distance of lattice nodes over the spacing where the pieces are known point by point: small ones
 /// keep their shape, and faces lean less to the axes (F22). Points are half a spacing apart.
 const FINER: f64 = 0.7;
-/// ... and where some were drawn, which are smaller still, unless their coarseness is above 1.
+/// ... and where some were sampled, which are smaller still, unless their coarseness is above 1.
 const FINEST: f64 = 0.5;
 /// Most lattice nodes; beyond, memory (some 100 bytes each) would exceed a worker's share.
 const MAX_NODES: f64 = 5e7;
@@ -103,7 +103,7 @@ impl LatticeNodes {
     }
 
     /// Gives each node inside the body the piece that holds most of its particles by weight, where
-    /// that is at least half of them or nearly all are in some piece; drawn pieces count as one,
+    /// that is at least half of them or nearly all are in some piece; sampled pieces count as one,
     /// and the node goes to the nearest of them. Labels are numbered by their first nodes.
     fn take_labels(&mut self, positions: &[Vec3], pieces: &Pieces) {
         let mut shares: Vec<Vec<(Option<u32>, f64)>> = vec![Vec::new(); self.lattice.len()];
@@ -248,8 +248,9 @@ impl LatticeNodes {
     }
 }
 
-/// The found piece with the most of some shares, or `None` for all drawn ones together, where they
-/// have more: were each of them to stand alone, the found piece would reach in between any two.
+/// The found piece with the most of some shares, or `None` for all sampled ones together, where
+/// they have more: were each of them to stand alone, the found piece would reach in between any
+/// two.
 fn most(pieces: &Pieces, shares: &[(Option<u32>, f64)]) -> Option<(Option<u32>, f64)> {
     let (mut drawn, mut found) = (0.0, None);
     for &(piece, share) in shares {

@@ -9,7 +9,7 @@ pub(super) const NONE: u32 = u32::MAX;
 /// border itself would take one or the other as chance has it, and the faces would zigzag.
 pub(super) const TIE: f64 = 0.2;
 
-/// All drawn pieces together. Each alone would lose to a whole piece where two of them meet, and
+/// All sampled pieces together. Each alone would lose to a whole piece where two of them meet, and
 /// the whole piece would get a socket for each, with ridges between.
 pub(super) const ZONE: u32 = NONE - 1;
 

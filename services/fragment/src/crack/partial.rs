@@ -6,7 +6,7 @@
 //! which side is which need only be known from node to node, so a net may end, and branch.
 
 use super::damage::BROKEN;
-use super::net::Builder;
+use super::net::NetBuilder;
 use super::nodes::LatticeNodes;
 use super::smooth::shape;
 use crate::field::DamageField;
@@ -42,7 +42,7 @@ const AWAY: f64 = 1.0;
 
 /// The plane of the broken points around a node.
 #[derive(Clone, Copy, Debug)]
-struct Plane {
+struct BrokenPlane {
     node: u32,
     /// The node's distance from it \[m\], along `normal`.
     height: f64,
@@ -55,7 +55,7 @@ struct Plane {
 
 /// A broken point of no crack between pieces.
 #[derive(Clone, Copy, Debug)]
-struct Point {
+struct BrokenPoint {
     place: Vec3,
     normal: Vec3,
     /// Whether no such crack is near.
@@ -81,13 +81,13 @@ impl LatticeNodes {
         names.dedup();
         let nets = names.into_iter().map(|name| {
             let of = planes.iter().filter(|plane| own[plane.node as usize] == name);
-            (name, self.open_net(&of.copied().collect::<Vec<Plane>>()))
+            (name, self.open_net(&of.copied().collect::<Vec<BrokenPlane>>()))
         });
         nets.filter(|(_, net)| !net.is_empty()).collect()
     }
 
     /// A broken point, if it belongs to no crack between names.
-    fn point(&self, place: Vec3, normal: Vec3, own: &[u32]) -> Option<Point> {
+    fn point(&self, place: Vec3, normal: Vec3, own: &[u32]) -> Option<BrokenPoint> {
         let home = self.lattice.nearest(place);
         let (mut away, mut count) = (Vec3::zeros(), 0.0);
         let node = self.lattice.node(home);
@@ -101,14 +101,14 @@ impl LatticeNodes {
         let across = normal.dot(&away).abs() < ALONG * away.norm();
         let partial = count == 0.0 || (clear && across && normal != Vec3::zeros());
         let alone = !self.lattice.around(node, self.steps(1.0)).any(|j| other(&j));
-        partial.then_some(Point { place, normal, away: alone })
+        partial.then_some(BrokenPoint { place, normal, away: alone })
     }
 
-    fn planes(&self, field: &DamageField<'_>, own: &[u32]) -> Vec<Plane> {
+    fn planes(&self, field: &DamageField<'_>, own: &[u32]) -> Vec<BrokenPlane> {
         let Some(normals) = field.normals else {
             return Vec::new();
         };
-        let points: Vec<Point> = (0..field.positions.len())
+        let points: Vec<BrokenPoint> = (0..field.positions.len())
             .into_par_iter()
             .filter(|&p| field.damage[p] >= BROKEN)
             .filter_map(|p| self.point(field.positions[p], normals[p], own))
@@ -138,8 +138,8 @@ impl LatticeNodes {
     }
 
     /// The net between the nodes of some planes, smoothed.
-    fn open_net(&self, planes: &[Plane]) -> Sheet {
-        let mut builder = Builder::new(self);
+    fn open_net(&self, planes: &[BrokenPlane]) -> Sheet {
+        let mut builder = NetBuilder::new(self);
         let mut away = Vec::new();
         let lattice = self.lattice;
         let strides = [1, lattice.dims[0], lattice.dims[0] * lattice.dims[1]];
@@ -177,7 +177,7 @@ impl LatticeNodes {
     }
 
     /// Where on the edge between the nodes of two planes a crack crosses it: 0 at the first.
-    fn crossed(&self, a: &Plane, b: &Plane) -> Option<f64> {
+    fn crossed(&self, a: &BrokenPlane, b: &BrokenPlane) -> Option<f64> {
         let (i, j) = (a.node as usize, b.node as usize);
         let turn = a.normal.dot(&b.normal);
         let (here, there) = (a.height, b.height * turn.signum());
@@ -194,7 +194,7 @@ impl LatticeNodes {
     }
 
     /// The plane that these points are about in, if they are.
-    fn plane(&self, node: u32, points: impl Iterator<Item = Point>) -> Option<Plane> {
+    fn plane(&self, node: u32, points: impl Iterator<Item = BrokenPoint>) -> Option<BrokenPlane> {
         let place = self.lattice.place(self.lattice.node(node as usize));
         let nodes = self.unit / self.lattice.spacing;
         let (mut whole, mut share, mut away) = (0.0, 0.0, 0.0);
@@ -226,7 +226,7 @@ impl LatticeNodes {
         let height = -normal.dot(&mean);
         let share = if share > 0.0 { share / self.damage.weight[node as usize] } else { 0.0 };
         let away = away > 0.5 * whole;
-        let plane = Plane { node, height: height * self.unit, normal, share, away };
+        let plane = BrokenPlane { node, height: height * self.unit, normal, share, away };
         (agreed && flat && height.abs() <= FAR).then_some(plane)
     }
 }

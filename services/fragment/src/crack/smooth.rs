@@ -14,14 +14,14 @@ const MOVE: f64 = 0.5;
 /// about eight edges go, longer ones stay as they are.
 const SHRINK: f64 = 0.5;
 const GROW: f64 = -0.526;
-/// Rounds in which corners are moved on to the borders of drawn pieces.
+/// Rounds in which corners are moved on to the borders of sampled pieces.
 const ROUNDS: usize = 8;
 /// Pairs of steps.
 const STEPS: usize = 16;
 
-/// The corners.
+/// The corners of a surface net.
 #[derive(Debug)]
-pub(super) struct Net {
+pub(super) struct SurfaceNet {
     lattice: Lattice,
     /// The middle of the corner's cube \[m\].
     pub(super) middle: Vec<Vec3>,
@@ -29,11 +29,11 @@ pub(super) struct Net {
     pulls: Vec<f64>,
     free: Vec<bool>,
     locked: Vec<bool>,
-    /// Pairs of drawn pieces whose borders pass through the corner's cube.
+    /// Pairs of sampled pieces whose borders pass through the corner's cube.
     drawn: Vec<Vec<(u32, u32)>>,
 }
 
-impl Net {
+impl SurfaceNet {
     pub(super) fn new(lattice: Lattice) -> Self {
         let (middle, place, pulls) = (Vec::new(), Vec::new(), Vec::new());
         Self {
@@ -65,18 +65,18 @@ impl Net {
         self.free[corner] |= free;
     }
 
-    /// The border between two drawn pieces passes through the corner's cube.
+    /// The border between two sampled pieces passes through the corner's cube.
     pub(super) fn lay(&mut self, corner: u32, pair: (u32, u32)) {
         self.drawn[corner as usize].push(pair);
     }
 
-    /// Whether all faces at a corner are borders between drawn pieces.
+    /// Whether all faces at a corner are borders between sampled pieces.
     fn is_drawn(&self, v: usize) -> bool {
         let faces = self.drawn[v].len();
         !self.locked[v] && faces > 0 && faces as f64 == self.pulls[v]
     }
 
-    /// Moves corners between drawn pieces to where all their borders meet, as far as that is in
+    /// Moves corners between sampled pieces to where all their borders meet, as far as that is in
     /// their cubes; `way` leads from a place to the border of a pair.
     pub(super) fn project(&mut self, way: impl Fn((u32, u32), &Vec3) -> Vec3) {
         let drawn: Vec<usize> = (0..self.place.len()).filter(|&v| self.is_drawn(v)).collect();
@@ -135,7 +135,7 @@ impl Net {
 
 /// Smooths the faces between labels. Corners where three or more faces meet, or a face ends, move
 /// along those lines; those on walls and far from damage stay.
-pub(super) fn shape(net: &mut Net, mosaic: &Mosaic) {
+pub(super) fn shape(net: &mut SurfaceNet, mosaic: &Mosaic) {
     let threads = threads(net, mosaic);
     let from = net.place.clone();
     for _ in 0..STEPS {
@@ -145,7 +145,7 @@ pub(super) fn shape(net: &mut Net, mosaic: &Mosaic) {
 }
 
 /// For each corner that may move, the corners that it is smoothed with.
-fn threads(net: &Net, mosaic: &Mosaic) -> Vec<Vec<u32>> {
+fn threads(net: &SurfaceNet, mosaic: &Mosaic) -> Vec<Vec<u32>> {
     let mut edges: Vec<(u32, u32)> = Vec::new();
     for facet in mosaic.facets.iter().filter(|facet| facet.cells.1 < WALL) {
         let [a, b, c] = mosaic.of(facet)[0];

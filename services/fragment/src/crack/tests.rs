@@ -7,7 +7,7 @@ use cullet_geometry::boolean::Exact;
 use cullet_geometry::math::unit;
 use cullet_geometry::voronoi::WALL;
 use cullet_geometry::{Vec3, shapes};
-use cullet_model::{Detail, Tolerance};
+use cullet_model::{CrackFaceDetail, Tolerance};
 
 const H: f64 = 0.05;
 
@@ -39,7 +39,7 @@ fn mosaic(damaged: impl Fn(Vec3) -> bool) -> (LatticeNodes, Mosaic) {
     (nodes, mosaic)
 }
 
-fn terms(detail: Detail) -> ReliefTerms {
+fn terms(detail: CrackFaceDetail) -> ReliefTerms {
     ReliefTerms { detail, spacing: H, time_step: 1e-9, seed: 7 }
 }
 
@@ -142,8 +142,13 @@ fn smoothing_moves_corners_by_no_more_than_half_a_spacing() {
     assert!(most > 0.05 * H && most <= 0.5 * H, "{}", most / H);
 }
 
-const STRONG: Detail =
-    Detail { height: 0.5, ribs: 0.3, grain: 0.4, grain_size: 1.0, ..Detail::NONE };
+const STRONG: CrackFaceDetail = CrackFaceDetail {
+    height: 0.5,
+    ribs: 0.3,
+    grain: 0.4,
+    grain_size: 1.0,
+    ..CrackFaceDetail::NONE
+};
 
 #[test]
 fn relief_is_the_same_on_both_sides_and_nothing_overlaps() {

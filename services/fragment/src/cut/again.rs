@@ -34,7 +34,7 @@ const STEPS: [RetryStep; 6] = [
     RetryStep { turned: true, refinement: 0.8, relief: false },
 ];
 
-/// Cuts a body along its damage; see [`super::extract`]. Each axis is drawn out by `stretch` \[1\]
+/// Cuts a body along its damage; see [`super::extract`]. Each axis is stretched by `stretch` \[1\]
 /// before: the field's spacing is that of the cubes there, its positions are the body's own.
 ///
 /// The cut that shows the grid least, where all do: its [`Partition::bias`] tells.

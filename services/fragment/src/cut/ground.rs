@@ -20,11 +20,11 @@ pub(super) struct Ground {
 }
 
 /// When the front passed \[s\], and how fast \[m/s\].
-pub(super) type Mark = [f32; 2];
+pub(super) type FrontMark = [f32; 2];
 
 impl Ground {
     /// When and how fast the front passed a place; `time` where the lattice does not tell.
-    pub(super) fn mark(&self, place: Vec3, time: f64) -> Mark {
+    pub(super) fn mark(&self, place: Vec3, time: f64) -> FrontMark {
         let Some(front) = self.nodes.front(place, FRONT) else {
             return [time as f32, 0.0];
         };
@@ -36,7 +36,7 @@ impl Ground {
 
 /// The mark of each corner of a mosaic that lies on a face between cells: where there is no ground,
 /// or it does not tell, the mean time of the facets there. Both sides of a crack read them.
-pub(super) fn marks(mosaic: &Mosaic, ground: Option<&Ground>) -> Vec<Mark> {
+pub(super) fn marks(mosaic: &Mosaic, ground: Option<&Ground>) -> Vec<FrontMark> {
     let mut sums = vec![(0.0, 0u32); mosaic.places.len()];
     for facet in mosaic.facets.iter().filter(|facet| facet.cells.1 < WALL) {
         for &corner in mosaic.of(facet).as_flattened() {

@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// A part holds at least this many particles: one grid cell's worth at the usual density. Fewer do
 /// not resolve the crack that cut it off (F32) ...
 const FEWEST_PARTICLES: f64 = 8.0;
-/// ... or, of drawn pieces, whose shape no particle tells, somewhat fewer than the smallest has.
+/// ... or, of sampled pieces, whose shape no particle tells, somewhat fewer than the smallest has.
 const FEWEST_DRAWN: f64 = 2.0;
 
 /// How a body is cut at one attempt.

@@ -2,7 +2,7 @@
 
 use crate::grid_bias::GridBias;
 use cullet_geometry::{Sheet, Solid, Vec3};
-use cullet_model::Detail;
+use cullet_model::CrackFaceDetail;
 
 /// How fine a cut may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,7 +14,7 @@ pub struct CutSettings {
     /// The only source of randomness.
     pub seed: u64,
     /// How crack faces look closer up.
-    pub detail: Detail,
+    pub detail: CrackFaceDetail,
 }
 
 /// One part of a body that was cut.

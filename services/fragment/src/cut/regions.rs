@@ -1,7 +1,7 @@
 //! Which cells of the mosaic have which label, and which regions are still to be cut.
 
 use super::piece::CutPiece;
-use crate::region::{Mosaic, Side};
+use crate::region::{FacetSide, Mosaic};
 
 /// Regions cut in one step: large enough to feed every core, small enough to cancel between steps.
 const BATCH: usize = 64;
@@ -12,7 +12,7 @@ pub(super) struct Regions {
     /// The label of each cell.
     pub(super) labels: Vec<u32>,
     /// Facets around each label.
-    pub(super) sides: Vec<Vec<Side>>,
+    pub(super) sides: Vec<Vec<FacetSide>>,
     /// The labels to cut in this round, and how many of them are cut.
     todo: Vec<u32>,
     cut: usize,

@@ -146,7 +146,7 @@ fn slab(sheet: &Sheet, width: f64) -> Result<(TriMesh, Vec<u32>), SlitError> {
     Err(SlitError::Crossing { count: crossing(&slab.vertices, &slab.triangles).len() })
 }
 
-/// A closed slab about a sheet, of the width \[m\] told for each of its corners, and the sheet's
+/// A closed slab about a sheet, of the width \[m\] given for each of its corners, and the sheet's
 /// triangle that each of its faces belongs to.
 fn thickened(sheet: &Sheet, widths: &[f64]) -> (TriMesh, Vec<u32>) {
     let mesh = &sheet.mesh;
@@ -240,6 +240,6 @@ fn taken(fragment: &mut Fragment, slit: &Slit, terms: &SlitTerms<'_>, seed: u64)
     let (velocity, rest) = (at(centre(&slit.kerf)), at(centre(&slit.solid.mesh)));
     fragment.velocity = rest;
     let motes = terms.motes.around(&slit.kerf);
-    let part = debris::Part { mesh: &slit.kerf, velocity, spin, motes: &motes };
+    let part = debris::CrumblingPart { mesh: &slit.kerf, velocity, spin, motes: &motes };
     debris::grains(&part, terms.grain, seed).grains
 }

@@ -6,7 +6,7 @@ use crate::error::CutError;
 use crate::field::DamageField;
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
 
-/// One attempt at [`super::extract_stretched`], in the frame in which each axis is drawn out by
+/// One attempt at [`super::extract_stretched`], in the frame in which each axis is stretched by
 /// `stretch` \[1\]. Parts come back in the body's frame: planes stay planes and volumes keep their
 /// ratios.
 pub(super) fn attempt(

@@ -6,9 +6,9 @@ use crate::pieces::Pieces;
 use cullet_geometry::inside::Nearest;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
-use cullet_model::Detail;
+use cullet_model::CrackFaceDetail;
 
-const NO_DETAIL: Detail = Detail::NONE;
+const NO_DETAIL: CrackFaceDetail = CrackFaceDetail::NONE;
 const SETTINGS: CutSettings =
     CutSettings { min_volume_ratio: 1e-4, max_fragments: 100, seed: 1, detail: NO_DETAIL };
 
@@ -397,7 +397,8 @@ fn a_band_on_the_lattice_leaves_no_degenerate_faces() {
 fn parts_with_relief_fit_and_add_up() {
     // F34: every corner of a crack face lies on a face of another part, to rounding.
     let h = 0.08;
-    let detail = Detail { height: 0.4, ribs: 0.1, grain: 0.3, grain_size: 1.5, ..Detail::NONE };
+    let detail =
+        CrackFaceDetail { height: 0.4, ribs: 0.1, grain: 0.3, grain_size: 1.5, ..NO_DETAIL };
     let cloud = Cloud::in_cube(h, |p| p.iter().any(|x| (x - 0.45 - 0.1 * p.z).abs() < 0.8 * h));
     let settings = CutSettings { detail, ..SETTINGS };
     let partition = extract(&cube(), &cloud.field(), &settings).unwrap();
@@ -421,7 +422,7 @@ fn noisy_faces_of_cells_add_up() {
     let at = |i, axis| unit(8, axis, i);
     let sites: Vec<Vec3> = (0..27).map(|i| Vec3::new(at(i, 0), at(i, 1), at(i, 2))).collect();
     let labels: Vec<u32> = (0..27).collect();
-    let detail = Detail { edge: 0.6, grain: 0.5, grain_size: 2.0, ..Detail::NONE };
+    let detail = CrackFaceDetail { edge: 0.6, grain: 0.5, grain_size: 2.0, ..NO_DETAIL };
     let settings = CutSettings { min_volume_ratio: 0.0, detail, ..SETTINGS };
     let cut = by_sites(&cube(), &sites, &labels, &[0.0; 27], &settings).unwrap();
     assert_lawful(&cut, 1.0, 0);

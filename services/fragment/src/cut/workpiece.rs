@@ -1,10 +1,10 @@
 //! What pieces are cut from: the body and the mosaic of facets that divides it.
 
 use super::body::{CutBody, FACET, facet_of};
-use super::ground::{Ground, Mark, marks};
+use super::ground::{FrontMark, Ground, marks};
 use super::piece::CutPiece;
 use crate::error::CutError;
-use crate::region::{Mosaic, Side, triangle_area};
+use crate::region::{FacetSide, Mosaic, triangle_area};
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::inside::closest_on_triangle;
 use cullet_geometry::surface::{barycentric, interpolate};
@@ -23,7 +23,7 @@ pub(super) struct Workpiece {
     pub(super) mosaic: Mosaic,
     pub(super) ground: Option<Ground>,
     /// Of each corner of the mosaic.
-    marks: Vec<Mark>,
+    marks: Vec<FrontMark>,
 }
 
 impl Workpiece {
@@ -42,7 +42,11 @@ impl Workpiece {
     }
 
     /// The pieces of the region of a label that has these facets around it.
-    pub(super) fn pieces_of(&self, label: u32, sides: &[Side]) -> Result<Vec<CutPiece>, CutError> {
+    pub(super) fn pieces_of(
+        &self,
+        label: u32,
+        sides: &[FacetSide],
+    ) -> Result<Vec<CutPiece>, CutError> {
         if sides.is_empty() {
             return Ok(Vec::new());
         }
@@ -86,7 +90,7 @@ impl Workpiece {
     fn marks_in(&self, facet: u32, corners: [Vec3; 3]) -> [[f32; 3]; 2] {
         let Mosaic { facets, places, .. } = &self.mosaic;
         let own = self.mosaic.of(&facets[facet as usize]);
-        let at = |p: Vec3| -> Mark {
+        let at = |p: Vec3| -> FrontMark {
             if let Some(&v) = own.as_flattened().iter().find(|&&v| places[v as usize] == p) {
                 return self.marks[v as usize];
             }

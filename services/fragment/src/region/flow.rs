@@ -1,8 +1,8 @@
 //! Chevron lines: the way the crack ran, as flow lines of the damage time over the crack faces
 //! (thesis 3.7, Algorithm 4, corrected as in F35).
 
-use super::sheet::Sheet;
-use super::terms::{Front, ReliefTerms};
+use super::sheet::CellSheet;
+use super::terms::{FrontSample, ReliefTerms};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
 
@@ -12,7 +12,7 @@ const LOST: f64 = 1.6;
 
 /// A point of a chevron line.
 #[derive(Clone, Copy, Debug)]
-struct Mark {
+struct ChevronPoint {
     place: Vec3,
     /// β, with the sign and the size of its line, over its most \[1\].
     height: f64,
@@ -21,10 +21,10 @@ struct Mark {
 /// The lines over all faces.
 #[derive(Debug)]
 pub(super) struct Flow<'a> {
-    sheet: &'a Sheet,
+    sheet: &'a CellSheet,
     /// Where the crack ran, along the face; zero where nobody knows.
     way: Vec<Vec3>,
-    marks: Vec<Mark>,
+    marks: Vec<ChevronPoint>,
     near: Buckets,
     /// Radius of a mark's influence on heights \[m\].
     radius: f64,
@@ -32,7 +32,11 @@ pub(super) struct Flow<'a> {
 }
 
 impl<'a> Flow<'a> {
-    pub(super) fn new(sheet: &'a Sheet, fronts: &[Option<Front>], terms: &ReliefTerms) -> Self {
+    pub(super) fn new(
+        sheet: &'a CellSheet,
+        fronts: &[Option<FrontSample>],
+        terms: &ReliefTerms,
+    ) -> Self {
         let least = terms.time_step / terms.spacing;
         let way: Vec<Vec3> = fronts
             .iter()
@@ -87,14 +91,14 @@ impl<'a> Flow<'a> {
     }
 }
 
-/// A line: where it began, and its points.
-struct Line {
+/// A chevron line: where it begins, and its points.
+struct ChevronLine {
     start: u32,
     points: Vec<Vec3>,
 }
 
 struct Tracer<'a> {
-    sheet: &'a Sheet,
+    sheet: &'a CellSheet,
     way: &'a [Vec3],
     order: Vec<u32>,
     near: Buckets,
@@ -106,9 +110,9 @@ struct Tracer<'a> {
 
 impl<'a> Tracer<'a> {
     fn new(
-        sheet: &'a Sheet,
+        sheet: &'a CellSheet,
         way: &'a [Vec3],
-        fronts: &[Option<Front>],
+        fronts: &[Option<FrontSample>],
         terms: &ReliefTerms,
     ) -> Self {
         let mut order: Vec<u32> =
@@ -125,13 +129,13 @@ impl<'a> Tracer<'a> {
     }
 
     /// One line from every corner that no line has come near, the earliest first.
-    fn lines(mut self) -> Vec<Line> {
+    fn lines(mut self) -> Vec<ChevronLine> {
         let mut lines = Vec::new();
         for start in std::mem::take(&mut self.order) {
             if self.owner[start as usize] == NONE {
                 let name = lines.len() as u32;
                 let points = self.trace(start as usize, name);
-                lines.push(Line { start, points });
+                lines.push(ChevronLine { start, points });
             }
         }
         lines
@@ -188,7 +192,7 @@ impl<'a> Tracer<'a> {
 }
 
 /// β = 1 along every line; the longest ones grow by r, the share of the way behind (F35).
-fn marks(lines: &[Line], terms: &ReliefTerms) -> Vec<Mark> {
+fn marks(lines: &[ChevronLine], terms: &ReliefTerms) -> Vec<ChevronPoint> {
     let mut by_length: Vec<usize> = (0..lines.len()).collect();
     by_length.sort_by_key(|&k| (std::cmp::Reverse(lines[k].points.len()), k));
     let enhanced = (terms.detail.share * lines.len() as f64).round() as usize;
@@ -201,7 +205,7 @@ fn marks(lines: &[Line], terms: &ReliefTerms) -> Vec<Mark> {
         let last = (line.points.len() - 1).max(1) as f64;
         for (k, &place) in line.points.iter().enumerate() {
             let r = if grows { k as f64 / last } else { 0.0 };
-            marks.push(Mark { place, height: size * 0.5 * (1.0 + r) });
+            marks.push(ChevronPoint { place, height: size * 0.5 * (1.0 + r) });
         }
     }
     marks
@@ -269,16 +273,17 @@ impl Buckets {
 
 #[cfg(test)]
 mod tests {
-    use super::{Line, marks};
+    use super::{ChevronLine, marks};
     use crate::region::terms::ReliefTerms;
     use cullet_geometry::Vec3;
-    use cullet_model::Detail;
+    use cullet_model::CrackFaceDetail;
 
     #[test]
     fn chevrons_rise_away_from_where_they_began() {
         // F35: the seed's β + (1 − r) is highest at the source.
-        let line = |start, n| Line { start, points: (0..n).map(|_| Vec3::zeros()).collect() };
-        let detail = Detail { share: 0.5, ..Detail::NONE };
+        let line =
+            |start, n| ChevronLine { start, points: (0..n).map(|_| Vec3::zeros()).collect() };
+        let detail = CrackFaceDetail { share: 0.5, ..CrackFaceDetail::NONE };
         let terms = ReliefTerms { detail, spacing: 1.0, time_step: 0.0, seed: 4 };
         let marks = marks(&[line(0, 11), line(1, 5)], &terms);
         let heights: Vec<f64> = marks.iter().map(|mark| mark.height.abs()).collect();

@@ -26,7 +26,7 @@ pub(crate) fn crossing_of(
             (a.inf(&b).inf(&c), a.sup(&b).sup(&c))
         })
         .collect();
-    let Some(grid) = Grid::new(&boxes) else {
+    let Some(grid) = TriangleBuckets::new(&boxes) else {
         return Vec::new();
     };
     let entries = grid.entries(&boxes);
@@ -60,13 +60,13 @@ pub(crate) fn crossing_of(
 }
 
 /// Square buckets about the size of a triangle.
-struct Grid {
+struct TriangleBuckets {
     low: Vec3,
     width: f64,
     dims: [u64; 3],
 }
 
-impl Grid {
+impl TriangleBuckets {
     fn new(boxes: &[(Vec3, Vec3)]) -> Option<Self> {
         let &(first, _) = boxes.first()?;
         let (low, high) =

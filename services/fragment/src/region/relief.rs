@@ -3,8 +3,8 @@
 //! fit as before, and volumes still sum to the body's (F34).
 
 use super::flow::Flow;
-use super::sheet::Sheet;
-use super::terms::{Front, ReliefTerms};
+use super::sheet::CellSheet;
+use super::terms::{FrontSample, ReliefTerms};
 use super::{Mosaic, overlap};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
@@ -16,7 +16,7 @@ const NEAR_SEAM: f64 = 0.35;
 const STEEPEST: f64 = 1.2;
 /// Passes that take away what is steeper.
 const PASSES: usize = 4;
-/// Rounds in which corners whose faces cross are drawn half-way back; after them, all the way.
+/// Rounds in which corners whose faces cross are pulled half-way back; after them, all the way.
 const RETREATS: usize = 7;
 /// Most triangles that edges are divided for; beyond, they stay longer.
 const MOST: usize = 1_500_000;
@@ -26,24 +26,26 @@ impl Mosaic {
     pub(crate) fn engrave(
         &mut self,
         terms: &ReliefTerms,
-        front: impl Fn(Vec3) -> Option<Front> + Sync,
+        front: impl Fn(Vec3) -> Option<FrontSample> + Sync,
         wanted: impl Fn([Vec3; 3]) -> bool + Sync,
     ) {
         if terms.detail.is_none() {
             return;
         }
-        let mut fronts: Vec<Option<Front>> = self.places.par_iter().map(|&p| front(p)).collect();
+        let mut fronts: Vec<Option<FrontSample>> =
+            self.places.par_iter().map(|&p| front(p)).collect();
         let edge = terms.detail.edge * terms.spacing;
         for [a, b] in self.refine(edge, MOST, wanted) {
             let pair = (fronts[a as usize], fronts[b as usize]);
             fronts.push(match pair {
-                (Some(a), Some(b)) => {
-                    Some(Front { time: 0.5 * (a.time + b.time), slope: 0.5 * (a.slope + b.slope) })
-                }
+                (Some(a), Some(b)) => Some(FrontSample {
+                    time: 0.5 * (a.time + b.time),
+                    slope: 0.5 * (a.slope + b.slope),
+                }),
                 _ => None,
             });
         }
-        let sheet = Sheet::new(self);
+        let sheet = CellSheet::new(self);
         let heights = heights(&sheet, &fronts, terms);
         let warp = |v: usize| warp(sheet.places[v], terms);
         let moves: Vec<Vec3> =
@@ -88,7 +90,7 @@ impl Mosaic {
 }
 
 /// The height of each corner along its normal \[m\].
-fn heights(sheet: &Sheet, fronts: &[Option<Front>], terms: &ReliefTerms) -> Vec<f64> {
+fn heights(sheet: &CellSheet, fronts: &[Option<FrontSample>], terms: &ReliefTerms) -> Vec<f64> {
     let (detail, h) = (&terms.detail, terms.spacing);
     let mut heights = vec![0.0; fronts.len()];
     if detail.height > 0.0 || detail.ribs > 0.0 {

@@ -8,7 +8,7 @@ use std::collections::BinaryHeap;
 
 /// The faces between cells.
 #[derive(Debug)]
-pub(super) struct Sheet {
+pub(super) struct CellSheet {
     pub(super) places: Vec<Vec3>,
     /// Unit normals, from the first cell to the second; zero where faces meet.
     pub(super) normal: Vec<Vec3>,
@@ -22,7 +22,7 @@ pub(super) struct Sheet {
     neighbours: Vec<u32>,
 }
 
-impl Sheet {
+impl CellSheet {
     pub(super) fn new(mosaic: &Mosaic) -> Self {
         let n = mosaic.places.len();
         let (mut normal, mut wall) = (vec![Vec3::zeros(); n], vec![false; n]);

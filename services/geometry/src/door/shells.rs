@@ -13,7 +13,7 @@ const MAX_SHELLS: usize = 2_000;
 
 /// What becomes of a shell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Fate {
+enum ShellFate {
     Keep,
     Flip,
     Drop,
@@ -24,7 +24,7 @@ enum Fate {
 pub(super) fn check(mesh: &TriMesh) -> Result<(), DoorError> {
     let shells = shells(mesh);
     let fates = fates(&shells);
-    match fates.iter().position(|f| *f != Fate::Keep) {
+    match fates.iter().position(|f| *f != ShellFate::Keep) {
         None => Ok(()),
         Some(shell) => {
             let volume = shells[shell].signed_volume();
@@ -43,18 +43,18 @@ pub(super) fn least_volume(mesh: &TriMesh) -> f64 {
 pub(super) fn ordered(mesh: &TriMesh, report: &mut RepairReport) -> TriMesh {
     let shells = shells(mesh);
     let fates = fates(&shells);
-    if fates.iter().all(|f| *f == Fate::Keep) {
+    if fates.iter().all(|f| *f == ShellFate::Keep) {
         return mesh.clone();
     }
     let mut out = TriMesh::default();
     for (shell, fate) in shells.iter().zip(fates) {
         match fate {
-            Fate::Keep => out.append(shell),
-            Fate::Flip => {
+            ShellFate::Keep => out.append(shell),
+            ShellFate::Flip => {
                 report.flipped += shell.triangles.len();
                 out.append(&shell.flipped());
             }
-            Fate::Drop => report.dropped_shells += 1,
+            ShellFate::Drop => report.dropped_shells += 1,
         }
     }
     out
@@ -68,15 +68,15 @@ fn shells(mesh: &TriMesh) -> Vec<TriMesh> {
 /// one in material is its cavity if it faces inward, and swallowed by it if it faces outward. Only
 /// a shell that lies wholly in another counts as inside it; those that cross are left to the
 /// rebuild.
-fn fates(shells: &[TriMesh]) -> Vec<Fate> {
+fn fates(shells: &[TriMesh]) -> Vec<ShellFate> {
     let volumes: Vec<f64> = shells.iter().map(TriMesh::signed_volume).collect();
     let mut order: Vec<usize> = (0..shells.len()).collect();
     order.sort_by(|&a, &b| volumes[b].abs().total_cmp(&volumes[a].abs()).then(a.cmp(&b)));
-    let mut fates = vec![Fate::Keep; shells.len()];
+    let mut fates = vec![ShellFate::Keep; shells.len()];
     let mut placed: Vec<(Inside, i32)> = Vec::new();
     for &s in &order {
         if volumes[s].abs() <= least_volume(&shells[s]) {
-            fates[s] = Fate::Drop;
+            fates[s] = ShellFate::Drop;
             continue;
         }
         let around = placed.iter().filter(|(inside, _)| lies_in(&shells[s], inside));
@@ -84,13 +84,13 @@ fn fates(shells: &[TriMesh]) -> Vec<Fate> {
         let outward = volumes[s] > 0.0;
         let sign = match (winding > 0, outward) {
             (true, true) => {
-                fates[s] = Fate::Drop;
+                fates[s] = ShellFate::Drop;
                 continue;
             }
             (true, false) => -1,
             (false, true) => 1,
             (false, false) => {
-                fates[s] = Fate::Flip;
+                fates[s] = ShellFate::Flip;
                 1
             }
         };

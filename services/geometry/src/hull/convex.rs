@@ -11,7 +11,7 @@ pub struct Hull {
 }
 
 /// A face under construction and the plane that measures how far points are outside it.
-struct Face {
+struct HullFace {
     corners: [usize; 3],
     normal: Vec3,
     offset: f64,
@@ -29,7 +29,7 @@ impl Hull {
         let start = tetrahedron(points)?;
         let [a, b, c, d] = start;
         let corners = [[a, b, c], [a, d, b], [b, d, c], [c, d, a]];
-        let mut faces: Vec<Face> = corners.iter().map(|&c| Face::new(points, c)).collect();
+        let mut faces: Vec<HullFace> = corners.iter().map(|&c| HullFace::new(points, c)).collect();
         let mut heights: Vec<Height> = points.iter().map(|p| Height::of(p, &faces)).collect();
         let mut used = start.to_vec();
         while used.len() < max_vertices {
@@ -81,7 +81,7 @@ impl Hull {
     #[must_use]
     pub fn planes(&self) -> Vec<(Vec3, f64)> {
         let plane = |face: &[usize; 3]| {
-            let Face { normal, offset, .. } = Face::new(&self.points, *face);
+            let HullFace { normal, offset, .. } = HullFace::new(&self.points, *face);
             (normal, offset)
         };
         self.faces.iter().map(plane).collect()
@@ -114,7 +114,7 @@ pub fn hull_volume(points: &[Vec3]) -> f64 {
     Hull::of(points, usize::MAX).map_or(0.0, |h| h.volume())
 }
 
-impl Face {
+impl HullFace {
     fn new(points: &[Vec3], corners: [usize; 3]) -> Self {
         let [a, b, c] = corners.map(|i| points[i]);
         let cross = (b - a).cross(&(c - a));
@@ -169,12 +169,12 @@ struct Height {
 }
 
 impl Height {
-    fn of(p: &Vec3, faces: &[Face]) -> Self {
+    fn of(p: &Vec3, faces: &[HullFace]) -> Self {
         Self { out: f64::MIN, corners: [0; 3] }.among(p, faces)
     }
 
     /// With these faces too.
-    fn among(mut self, p: &Vec3, faces: &[Face]) -> Self {
+    fn among(mut self, p: &Vec3, faces: &[HullFace]) -> Self {
         for face in faces {
             let out = face.normal.dot(p) - face.offset;
             if out > self.out {
@@ -199,11 +199,11 @@ fn farthest_outside(heights: &[Height]) -> Option<usize> {
 /// Adds a point: the faces that see it go, and it is joined to the edge of the hole. Says whether
 /// the point was outside. A horizon edge has a face that sees the point strictly, so no new face is
 /// flat.
-fn insert(points: &[Vec3], faces: &mut Vec<Face>, p: usize, heights: &mut [Height]) -> bool {
-    let (seen, kept): (Vec<Face>, Vec<Face>) =
+fn insert(points: &[Vec3], faces: &mut Vec<HullFace>, p: usize, heights: &mut [Height]) -> bool {
+    let (seen, kept): (Vec<HullFace>, Vec<HullFace>) =
         std::mem::take(faces).into_iter().partition(|f| f.sees(points, p));
     *faces = kept;
-    let edges = |f: &Face| {
+    let edges = |f: &HullFace| {
         let [a, b, c] = f.corners;
         [(a, b), (b, c), (c, a)]
     };
@@ -211,7 +211,7 @@ fn insert(points: &[Vec3], faces: &mut Vec<Face>, p: usize, heights: &mut [Heigh
     rim.sort_unstable();
     let horizon = rim.iter().filter(|(a, b)| rim.binary_search(&(*b, *a)).is_err());
     let old = faces.len();
-    faces.extend(horizon.map(|&(a, b)| Face::new(points, [a, b, p])));
+    faces.extend(horizon.map(|&(a, b)| HullFace::new(points, [a, b, p])));
     let gone = |height: &Height| seen.iter().any(|face| face.corners == height.corners);
     for (p, height) in points.iter().zip(heights) {
         *height = match gone(height) {
@@ -222,7 +222,7 @@ fn insert(points: &[Vec3], faces: &mut Vec<Face>, p: usize, heights: &mut [Heigh
     !seen.is_empty()
 }
 
-fn corners_of(faces: &[Face]) -> Vec<usize> {
+fn corners_of(faces: &[HullFace]) -> Vec<usize> {
     let mut used: Vec<usize> = faces.iter().flat_map(|f| f.corners).collect();
     used.sort_unstable();
     used.dedup();

@@ -10,13 +10,13 @@ type Triangle = [Vec3; 3];
 /// but as an oriented chain they bound exactly the clipped solid, so volume integrals over both are
 /// right. Only the surface has corners that count for the hull.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Piece {
+pub(super) struct HullPiece {
     surface: Vec<Triangle>,
     fans: Vec<Triangle>,
     origin: Vec3,
 }
 
-impl Piece {
+impl HullPiece {
     /// The whole boundary of a solid; `None` where its arrays are wrong.
     pub(super) fn of(solid: &Solid) -> Option<Self> {
         solid.mesh.validate().ok()?;
@@ -59,7 +59,7 @@ impl Piece {
     /// The parts above and below the plane `normal · x = offset`. Corners that nearly lie in the
     /// plane do: a face in it goes to the side that it bounds, and no sliver comes off.
     pub(super) fn split(&self, normal: Vec3, offset: f64) -> (Self, Self) {
-        let plane = Plane { normal, offset, slack: IN_PLANE * self.extent(normal) };
+        let plane = DividingPlane { normal, offset, slack: IN_PLANE * self.extent(normal) };
         let empty = || Self { origin: self.origin, ..Self::default() };
         let (mut above, mut below) = (empty(), empty());
         let mut rim: Vec<(Vec3, Vec3)> = Vec::new();
@@ -99,14 +99,14 @@ impl Piece {
 const IN_PLANE: f64 = 1e-4;
 
 /// A plane that divides a piece.
-struct Plane {
+struct DividingPlane {
     normal: Vec3,
     offset: f64,
     /// Corners no farther from it lie in it \[m\].
     slack: f64,
 }
 
-impl Plane {
+impl DividingPlane {
     /// Height above the plane \[m\]; zero in it.
     fn height(&self, p: &Vec3) -> f64 {
         let height = self.normal.dot(p) - self.offset;

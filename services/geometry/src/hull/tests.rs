@@ -96,11 +96,11 @@ fn eight_parts_leave_the_hole_of_a_ring_open() {
 #[test]
 fn clipped_pieces_keep_the_volume() {
     let solid = Solid::outer(bowl(0.05));
-    let whole = Piece::of(&solid).unwrap();
+    let whole = HullPiece::of(&solid).unwrap();
     let (a, b) = whole.split(Vec3::new(1.0, 2.0, 0.5).normalize(), 0.1);
     let (c, d) = a.split(Vec3::new(-0.3, 1.0, 1.0).normalize(), -0.2);
     let (e, f) = c.split(Vec3::y(), 0.3);
-    let sum: f64 = [b, d, e, f].iter().map(Piece::volume).sum();
+    let sum: f64 = [b, d, e, f].iter().map(HullPiece::volume).sum();
     assert!((sum / solid.volume() - 1.0).abs() < 1e-12);
     let exact = crate::boolean::Exact::new(&solid).unwrap();
     let (upper, _) = exact.split(Vec3::new(1.0, 2.0, 0.5), 0.1 * 5.25_f64.sqrt()).unwrap();
@@ -123,7 +123,7 @@ fn a_face_in_the_plane_of_a_cut_goes_to_the_side_that_it_bounds() {
         // As a file would have it.
         let single = |c: f64| f64::from(c as f32);
         let vertices = mesh.vertices.iter().map(|p| p.map(single)).collect();
-        let whole = Piece::of(&Solid::outer(TriMesh { vertices, ..mesh })).unwrap();
+        let whole = HullPiece::of(&Solid::outer(TriMesh { vertices, ..mesh })).unwrap();
         // Up, and down: once the bar is above, once below.
         for up in [turn * Vec3::y(), turn * -Vec3::y()] {
             let (one, other) = whole.split(up, 0.0);

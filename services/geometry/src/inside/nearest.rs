@@ -9,7 +9,7 @@ const LEAF: usize = 4;
 /// A node: its box, and either its first child (the second follows the first's subtree) or its
 /// triangles.
 #[derive(Clone, Copy, Debug)]
-struct Node {
+struct BvhNode {
     low: Vec3,
     high: Vec3,
     /// First triangle in `order`.
@@ -25,7 +25,7 @@ struct Node {
 pub struct Nearest {
     corners: Vec<[Vec3; 3]>,
     order: Vec<u32>,
-    nodes: Vec<Node>,
+    nodes: Vec<BvhNode>,
 }
 
 impl Nearest {
@@ -124,7 +124,7 @@ impl Nearest {
                 (low.inf(&l), high.sup(&h))
             },
         );
-        self.nodes.push(Node { low, high, start: start as u32, end: end as u32, second: 0 });
+        self.nodes.push(BvhNode { low, high, start: start as u32, end: end as u32, second: 0 });
         if end - start > LEAF {
             let axis = (high - low).imax();
             let key = |&t: &u32| middles[t as usize][axis];
@@ -139,7 +139,7 @@ impl Nearest {
     }
 }
 
-impl Node {
+impl BvhNode {
     fn squared_distance(&self, p: Vec3) -> f64 {
         (p - p.sup(&self.low).inf(&self.high)).norm_squared()
     }

@@ -9,7 +9,7 @@ use crate::math::Vec3;
 
 /// `normal · x <= offset` with x measured from the site; `length` = |normal|.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Plane {
+pub(super) struct ClipPlane {
     pub(super) id: u32,
     pub(super) normal: Vec3,
     pub(super) offset: f64,
@@ -18,7 +18,7 @@ pub(super) struct Plane {
 
 /// Where three planes meet; `planes` are ordered so that their normals have a positive determinant.
 #[derive(Clone, Copy, Debug)]
-struct Corner {
+struct CellCorner {
     planes: [u16; 3],
     place: Vec3,
     /// Bound on the rounding error of `place` \[m\].
@@ -29,7 +29,7 @@ struct Corner {
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// The point that three planes share and a bound on its rounding error.
-pub(super) fn meet(planes: [&Plane; 3]) -> (Vec3, f64) {
+pub(super) fn meet(planes: [&ClipPlane; 3]) -> (Vec3, f64) {
     let [a, b, c] = planes;
     let bc = b.normal.cross(&c.normal);
     let ca = c.normal.cross(&a.normal);
@@ -49,8 +49,8 @@ struct Clipper<'a> {
     cells: &'a Cells,
     site: u32,
     origin: Vec3,
-    planes: Vec<Plane>,
-    corners: Vec<Corner>,
+    planes: Vec<ClipPlane>,
+    corners: Vec<CellCorner>,
     /// Squared distance to the farthest corner \[m²\].
     radius2: f64,
     hit: Vec<usize>,
@@ -92,7 +92,7 @@ pub(super) fn cell(cells: &Cells, site: u32) -> Result<Vec<Face>, VoronoiError> 
 impl<'a> Clipper<'a> {
     fn new(cells: &'a Cells, site: u32) -> Self {
         let origin = cells.sites[site as usize];
-        let planes: Vec<Plane> = (0..6).map(|k| cells.plane(origin, WALL + k)).collect();
+        let planes: Vec<ClipPlane> = (0..6).map(|k| cells.plane(origin, WALL + k)).collect();
         let mut clipper = Self {
             cells,
             site,
@@ -117,11 +117,11 @@ impl<'a> Clipper<'a> {
     fn add(&mut self, planes: [u16; 3]) {
         let [a, b, c] = planes.map(|p| &self.planes[p as usize]);
         let (place, slack) = meet([a, b, c]);
-        self.corners.push(Corner { planes, place, slack });
+        self.corners.push(CellCorner { planes, place, slack });
     }
 
     fn measure(&mut self) {
-        let far = |c: &Corner| {
+        let far = |c: &CellCorner| {
             let r = c.place.norm() + c.slack;
             r * r * (1.0 + 1e-12)
         };
@@ -133,7 +133,7 @@ impl<'a> Clipper<'a> {
     }
 
     /// Whether the corner is nearer to the new site.
-    fn conflicts(&self, corner: &Corner, plane: &Plane) -> Result<bool, VoronoiError> {
+    fn conflicts(&self, corner: &CellCorner, plane: &ClipPlane) -> Result<bool, VoronoiError> {
         let height = plane.normal.dot(&corner.place) - plane.offset;
         let doubt = plane.length * corner.slack
             + ROUNDING * (plane.length * corner.place.norm() + plane.offset.abs());
@@ -186,7 +186,7 @@ impl<'a> Clipper<'a> {
         Ok(())
     }
 
-    fn key(&self, corner: &Corner) -> Key {
+    fn key(&self, corner: &CellCorner) -> Key {
         let [a, b, c] = corner.planes.map(|p| self.planes[p as usize].id);
         let mut key = [self.site, a, b, c];
         key.sort_unstable();

@@ -9,7 +9,7 @@ const BUCKETS_PER_SITE: usize = 32;
 
 /// A dense grid of buckets over the box.
 #[derive(Clone, Debug)]
-pub(super) struct Grid {
+pub(super) struct SiteGrid {
     low: Vec3,
     size: f64,
     dims: [usize; 3],
@@ -19,7 +19,7 @@ pub(super) struct Grid {
     order: Vec<u32>,
 }
 
-impl Grid {
+impl SiteGrid {
     pub(super) fn new(sites: &[Vec3], low: Vec3, high: Vec3) -> Self {
         let extent = high - low;
         let longest = extent.max();

@@ -18,7 +18,7 @@ mod predicate;
 mod tests;
 
 use crate::math::Vec3;
-use grid::Grid;
+use grid::SiteGrid;
 
 /// The names of the walls of the box are the last six site numbers: low x, high x, low y, ….
 pub const WALL: u32 = u32::MAX - 5;
@@ -77,7 +77,7 @@ pub struct Cells {
     sites: Vec<Vec3>,
     low: Vec3,
     high: Vec3,
-    grid: Grid,
+    grid: SiteGrid,
 }
 
 impl Cells {
@@ -99,7 +99,7 @@ impl Cells {
         if let Some(site) = sites.iter().position(|p| !inside(p)) {
             return Err(VoronoiError::Outside { site });
         }
-        let grid = Grid::new(&sites, low, high);
+        let grid = SiteGrid::new(&sites, low, high);
         Ok(Self { sites, low, high, grid })
     }
 
@@ -137,7 +137,7 @@ impl Cells {
     #[must_use]
     pub fn position(&self, key: &Key) -> Vec3 {
         let origin = self.sites[key[0] as usize];
-        let mut planes = [clip::Plane::default(); 3];
+        let mut planes = [clip::ClipPlane::default(); 3];
         for (plane, &id) in planes.iter_mut().zip(&key[1..]) {
             *plane = self.plane(origin, id);
         }
@@ -174,15 +174,15 @@ impl Cells {
     }
 
     /// The plane between the site at `origin` and generator `id`, in coordinates from `origin`.
-    fn plane(&self, origin: Vec3, id: u32) -> clip::Plane {
+    fn plane(&self, origin: Vec3, id: u32) -> clip::ClipPlane {
         if let Some((axis, at)) = self.wall(id) {
             let sign = if (id - WALL).is_multiple_of(2) { -1.0 } else { 1.0 };
             let mut normal = Vec3::zeros();
             normal[axis] = sign;
-            return clip::Plane { id, normal, offset: sign * (at - origin[axis]), length: 1.0 };
+            return clip::ClipPlane { id, normal, offset: sign * (at - origin[axis]), length: 1.0 };
         }
         let normal = self.sites[id as usize] - origin;
         let square = normal.norm_squared();
-        clip::Plane { id, normal, offset: 0.5 * square, length: square.sqrt() }
+        clip::ClipPlane { id, normal, offset: 0.5 * square, length: square.sqrt() }
     }
 }

@@ -3,16 +3,16 @@
 /// Decades from which on only powers of ten have labels \[1\].
 const MANY: f64 = 2.4;
 
-/// From values to pixels, evenly in the logarithm.
+/// A logarithmic axis of a chart: from values to pixels.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Axis {
+pub(super) struct LogAxis {
     /// Logarithms of its ends.
     ends: (f64, f64),
     /// The pixels there.
     pixels: (i32, i32),
 }
 
-impl Axis {
+impl LogAxis {
     /// From `low` to `high`, both above 0, at those pixels.
     pub(super) fn new(low: f64, high: f64, from: i32, to: i32) -> Self {
         Self { ends: (libm::log10(low), libm::log10(high)), pixels: (from, to) }
@@ -52,18 +52,18 @@ impl Axis {
 
 #[cfg(test)]
 mod tests {
-    use super::Axis;
+    use super::LogAxis;
 
     #[test]
     fn equal_ratios_are_equal_ways() {
-        let axis = Axis::new(0.01, 100.0, 500, 100);
+        let axis = LogAxis::new(0.01, 100.0, 500, 100);
         assert_eq!([0.01, 0.1, 1.0, 100.0].map(|v| axis.at(v)), [500, 400, 300, 100]);
         assert_eq!((axis.at(0.0), axis.at(1e9)), (500, 100));
-        let labelled = |axis: &Axis| -> Vec<f64> {
+        let labelled = |axis: &LogAxis| -> Vec<f64> {
             axis.lines().into_iter().filter(|line| line.1).map(|line| line.0).collect()
         };
         assert_eq!(labelled(&axis), [0.01, 0.1, 1.0, 10.0, 100.0]);
-        let short = Axis::new(0.3, 4.0, 0, 100);
+        let short = LogAxis::new(0.3, 4.0, 0, 100);
         assert_eq!(labelled(&short), [0.5, 1.0, 2.0]);
         assert_eq!(short.lines().len(), 11, "0.3 to 0.9, 1 to 4");
     }

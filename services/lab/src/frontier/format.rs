@@ -6,7 +6,7 @@ use serde::Deserialize;
 /// A standing set: charts of error over cost, each of one specimen or scene.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Document {
+pub struct FrontierDocument {
     /// What the set is for, in a line.
     pub description: String,
     /// Files read before this one, relative to it. This file's values win.

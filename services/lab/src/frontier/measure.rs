@@ -1,11 +1,11 @@
 //! The runs of a chart, each in a process of its own, and what they cost.
 
 use super::super::crew::in_order;
-use super::super::process::{self, End, Order};
+use super::super::process::{self, ProcessEnd, SceneCommand};
 use super::super::table::precision_word;
-use super::super::{Limits, Measured, Point, run_all, status};
-use super::row::Row;
-use super::set::{Chart, FINEST, MASS, MOTT, PIECES, Planned, Work};
+use super::super::{Limits, Measured, SweepPoint, run_all, status};
+use super::row::FrontierRow;
+use super::set::{ChartWork, FINEST, FrontierChart, MASS, MOTT, PIECES, Planned};
 use super::stats::mass_distance;
 use cullet_pool::LinkError;
 use cullet_proto::recording::EventKind;
@@ -16,16 +16,16 @@ use cullet_scene::load;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Runs all of a chart; equal runs are run once. `say` is told each, as it ends: its number, how
+/// Runs all of a chart; equal runs are run once. `say` gets each, as it ends: its number, how
 /// many there are, and its row, for a scene still without its value.
 ///
 /// # Errors
 /// The pool does not start.
 pub fn measure(
-    chart: &Chart,
+    chart: &FrontierChart,
     limits: &Limits,
-    say: &mut dyn FnMut(usize, usize, &Row),
-) -> Result<Vec<Row>, LinkError> {
+    say: &mut dyn FnMut(usize, usize, &FrontierRow),
+) -> Result<Vec<FrontierRow>, LinkError> {
     let mut first: BTreeMap<&str, usize> = BTreeMap::new();
     for (k, run) in chart.runs.iter().enumerate() {
         first.entry(&run.id).or_insert(k);
@@ -34,11 +34,11 @@ pub fn measure(
     order.sort_unstable();
     let of = |run: &Planned| first.get(run.id.as_str()).copied().unwrap_or_default();
     let mut told = 0;
-    let mut tell = |row: &Row| {
+    let mut tell = |row: &FrontierRow| {
         told += 1;
         say(told, order.len(), row);
     };
-    let scene = chart.runs.iter().any(|run| matches!(run.work, Work::Scene(..)));
+    let scene = chart.runs.iter().any(|run| matches!(run.work, ChartWork::Scene(..)));
     if scene {
         Ok(scenes(chart, &order, &of, limits, &mut tell))
     } else {
@@ -47,8 +47,8 @@ pub fn measure(
 }
 
 /// What is known of a row before its run.
-fn blank(chart: &Chart, run: &Planned) -> Row {
-    Row {
+fn blank(chart: &FrontierChart, run: &Planned) -> FrontierRow {
+    FrontierRow {
         chart: chart.name.clone(),
         option: run.option.clone(),
         along: run.along.clone(),
@@ -57,28 +57,30 @@ fn blank(chart: &Chart, run: &Planned) -> Row {
         bench: chart.bench.clone(),
         metric: run.metric.clone(),
         reference: chart.reference,
-        ..Row::default()
+        ..FrontierRow::default()
     }
 }
 
-fn weighed(chart: &Chart, row: &mut Row, value: f64) {
+fn weighed(chart: &FrontierChart, row: &mut FrontierRow, value: f64) {
     row.value = Some(value).filter(|v| v.is_finite());
     row.error = row.value.map(|v| (v - chart.reference) / chart.scale);
 }
 
 fn specimens(
-    chart: &Chart,
+    chart: &FrontierChart,
     order: &[usize],
     of: &dyn Fn(&Planned) -> usize,
     limits: &Limits,
-    tell: &mut dyn FnMut(&Row),
-) -> Result<Vec<Row>, LinkError> {
+    tell: &mut dyn FnMut(&FrontierRow),
+) -> Result<Vec<FrontierRow>, LinkError> {
     let point = |k: &usize| match &chart.runs[*k].work {
-        Work::Specimen(specimen) => Some(Point { specimen: (**specimen).clone(), swept: vec![] }),
-        Work::Scene(..) => None,
+        ChartWork::Specimen(specimen) => {
+            Some(SweepPoint { specimen: (**specimen).clone(), swept: vec![] })
+        }
+        ChartWork::Scene(..) => None,
     };
-    let points: Vec<Point> = order.iter().filter_map(point).collect();
-    let mut done: BTreeMap<usize, Row> = BTreeMap::new();
+    let points: Vec<SweepPoint> = order.iter().filter_map(point).collect();
+    let mut done: BTreeMap<usize, FrontierRow> = BTreeMap::new();
     run_all(&points, limits, &mut |index, result, _| {
         let row = row_of(chart, &chart.runs[order[index]], &points[index], result);
         tell(&row);
@@ -86,12 +88,17 @@ fn specimens(
     })?;
     let with = |run: &Planned| {
         let (own, same) = (blank(chart, run), done.get(&of(run)).cloned().unwrap_or_default());
-        Row { option: own.option, along: own.along, standard: own.standard, ..same }
+        FrontierRow { option: own.option, along: own.along, standard: own.standard, ..same }
     };
     Ok(chart.runs.iter().map(with).collect())
 }
 
-fn row_of(chart: &Chart, run: &Planned, point: &Point, result: SpecimenResult) -> Row {
+fn row_of(
+    chart: &FrontierChart,
+    run: &Planned,
+    point: &SweepPoint,
+    result: SpecimenResult,
+) -> FrontierRow {
     let settings = point.specimen.settings();
     let (spacing, per_cell, threads) =
         settings.map_or((0.0, 0.0, 1), |s| (s.spacing, s.points.per_cell, s.threads));
@@ -102,7 +109,7 @@ fn row_of(chart: &Chart, run: &Planned, point: &Point, result: SpecimenResult) -
     let word = status(&out.ending).to_owned();
     let measured = Measured::new(point.clone(), result);
     let found = measured.rows.iter().find(|row| row.metric == chart.metric);
-    let mut row = Row {
+    let mut row = FrontierRow {
         solver: point.specimen.solver.to_owned(),
         spacing,
         step,
@@ -121,16 +128,16 @@ fn row_of(chart: &Chart, run: &Planned, point: &Point, result: SpecimenResult) -
     row
 }
 
-/// What a run of a scene left.
-struct Broken {
-    row: Row,
+/// The result of a scene's run, as charts measure it.
+struct MeasuredRun {
+    row: FrontierRow,
     /// What broke no further.
-    parts: Vec<Part>,
+    parts: Vec<MeasuredPart>,
     /// What of it was sampled, not solved.
     shares: Option<Shares>,
 }
 
-impl Broken {
+impl MeasuredRun {
     /// The share of what was sampled that a run of a chart asks for.
     fn share(&self, run: &Planned) -> Option<f64> {
         let shares = self.shares.as_ref();
@@ -142,8 +149,9 @@ impl Broken {
     }
 }
 
+/// A body at the end of a run, as charts measure it.
 #[derive(Clone)]
-struct Part {
+struct MeasuredPart {
     object: String,
     /// Whether it is broken off it.
     broken: bool,
@@ -154,22 +162,22 @@ struct Part {
 }
 
 fn scenes(
-    chart: &Chart,
+    chart: &FrontierChart,
     order: &[usize],
     of: &dyn Fn(&Planned) -> usize,
     limits: &Limits,
-    tell: &mut dyn FnMut(&Row),
-) -> Vec<Row> {
-    let mut done: BTreeMap<usize, Broken> = BTreeMap::new();
+    tell: &mut dyn FnMut(&FrontierRow),
+) -> Vec<FrontierRow> {
+    let mut done: BTreeMap<usize, MeasuredRun> = BTreeMap::new();
     let work = |index: usize| scene(chart, &chart.runs[order[index]], limits);
     in_order(order.len(), limits.workers, &work, &mut |index, broken| {
         tell(&broken.row);
         done.insert(order[index], broken);
     });
-    let all: Vec<(&Planned, Option<&Broken>)> =
+    let all: Vec<(&Planned, Option<&MeasuredRun>)> =
         chart.runs.iter().map(|run| (run, done.get(&of(run)))).collect();
-    let good = |broken: &Option<&Broken>| broken.is_some_and(|b| b.row.status == "ok");
-    let finest: Vec<(u64, &Broken)> = all
+    let good = |broken: &Option<&MeasuredRun>| broken.is_some_and(|b| b.row.status == "ok");
+    let finest: Vec<(u64, &MeasuredRun)> = all
         .iter()
         .filter(|(run, broken)| run.option == FINEST && good(broken))
         .filter_map(|(run, broken)| Some((run.seed, (*broken)?)))
@@ -182,13 +190,13 @@ fn scenes(
     if let Some(object) = &chart.object {
         objects = [object.as_str()].into();
     }
-    let of_objects = |broken: &Broken| -> Vec<Part> {
-        let its = |part: &&Part| objects.contains(part.object.as_str());
+    let of_objects = |broken: &MeasuredRun| -> Vec<MeasuredPart> {
+        let its = |part: &&MeasuredPart| objects.contains(part.object.as_str());
         broken.parts.iter().filter(its).cloned().collect()
     };
     let masses: Vec<Vec<f64>> = finest.iter().map(|one| plain(&of_objects(one.1))).collect();
     let reference = masses.concat();
-    let number = |parts: &[Part]| match laws {
+    let number = |parts: &[MeasuredPart]| match laws {
         true => mott(parts),
         false => mass_distance(&plain(parts), &reference),
     };
@@ -200,7 +208,7 @@ fn scenes(
     }
     let values: BTreeMap<(&str, &str), BTreeMap<u64, f64>> =
         points.into_iter().map(|(point, seeds)| (point, valued(seeds, &number))).collect();
-    let row = |(run, broken): &(&Planned, Option<&Broken>)| {
+    let row = |(run, broken): &(&Planned, Option<&MeasuredRun>)| {
         let own = blank(chart, run);
         let Some(broken) = broken else { return own };
         let mut row = named(own, &broken.row);
@@ -222,28 +230,28 @@ fn scenes(
 }
 
 /// A run's row under the names of another that asks for the same work.
-fn named(own: Row, run: &Row) -> Row {
-    let Row { option, along, standard, metric, .. } = own;
-    Row { option, along, standard, metric, ..run.clone() }
+fn named(own: FrontierRow, run: &FrontierRow) -> FrontierRow {
+    let FrontierRow { option, along, standard, metric, .. } = own;
+    FrontierRow { option, along, standard, metric, ..run.clone() }
 }
 
 /// Seeds of a point, and what each left.
-type Seeds = Vec<(u64, Vec<Part>)>;
+type Seeds = Vec<(u64, Vec<MeasuredPart>)>;
 
 /// The number of each seed of a point.
-fn valued(seeds: Seeds, number: &dyn Fn(&[Part]) -> f64) -> BTreeMap<u64, f64> {
-    let (seeds, parts): (Vec<u64>, Vec<Vec<Part>>) = seeds.into_iter().unzip();
+fn valued(seeds: Seeds, number: &dyn Fn(&[MeasuredPart]) -> f64) -> BTreeMap<u64, f64> {
+    let (seeds, parts): (Vec<u64>, Vec<Vec<MeasuredPart>>) = seeds.into_iter().unzip();
     seeds.into_iter().zip(pooled(&parts, number)).collect()
 }
 
-fn plain(parts: &[Part]) -> Vec<f64> {
+fn plain(parts: &[MeasuredPart]) -> Vec<f64> {
     parts.iter().map(|part| part.mass).collect()
 }
 
 /// Kolmogorov's distance of the pieces that a solve resolved from Mott's law fitted to them; not a
 /// number of fewer than three.
-fn mott(parts: &[Part]) -> f64 {
-    let broken: Vec<Part> = parts.iter().filter(|part| part.broken).cloned().collect();
+fn mott(parts: &[MeasuredPart]) -> f64 {
+    let broken: Vec<MeasuredPart> = parts.iter().filter(|part| part.broken).cloned().collect();
     let least = RESOLVED_CELLS * broken.iter().map(|part| part.cell).fold(0.0, f64::max);
     fit(&plain(&broken), least).map_or(f64::NAN, |fits| fits.mott.distance)
 }
@@ -285,22 +293,23 @@ fn precision(path: &Path, overrides: &[String]) -> &'static str {
 }
 
 /// Runs a scene with one worker of one thread, in a folder that goes again.
-fn scene(chart: &Chart, run: &Planned, limits: &Limits) -> Broken {
+fn scene(chart: &FrontierChart, run: &Planned, limits: &Limits) -> MeasuredRun {
     let mut row = blank(chart, run);
     row.threads = 1;
-    let (Work::Scene(path, overrides), Ok(folder)) = (&run.work, tempfile::tempdir()) else {
+    let (ChartWork::Scene(path, overrides), Ok(folder)) = (&run.work, tempfile::tempdir()) else {
         row.status = "crashed".to_owned();
-        return Broken { row, parts: Vec::new(), shares: None };
+        return MeasuredRun { row, parts: Vec::new(), shares: None };
     };
     row.precision = precision(path, overrides).to_owned();
     let out = folder.path().join("run");
     let exe = &limits.exe;
-    let ran = process::run(Order { exe, scene: path, overrides, out: &out, limit: limits.time });
+    let ran =
+        process::run(SceneCommand { exe, scene: path, overrides, out: &out, limit: limits.time });
     row.status = match ran.end {
-        End::Complete => "ok",
-        End::Refused => "refused",
-        End::Late => "timeout",
-        End::Broken => "crashed",
+        ProcessEnd::Complete => "ok",
+        ProcessEnd::Refused => "refused",
+        ProcessEnd::Late => "timeout",
+        ProcessEnd::Broken => "crashed",
     }
     .to_owned();
     (row.wall, row.cpu) = (ran.price.wall, ran.price.cpu);
@@ -320,7 +329,7 @@ fn scene(chart: &Chart, run: &Planned, limits: &Limits) -> Broken {
             Err(_) => row.status = "crashed".to_owned(),
         }
     }
-    Broken { row, parts, shares }
+    MeasuredRun { row, parts, shares }
 }
 
 /// What a run says of itself that was sampled.
@@ -330,7 +339,7 @@ fn shares_of(summary: &Path) -> Option<Shares> {
 }
 
 /// What broke no further, whole bodies with it.
-fn parts_of(recording: &Recording) -> Vec<Part> {
+fn parts_of(recording: &Recording) -> Vec<MeasuredPart> {
     let broken: BTreeSet<u64> = recording
         .events
         .iter()
@@ -341,7 +350,7 @@ fn parts_of(recording: &Recording) -> Vec<Part> {
     let left = recording.bodies.iter().filter(|body| !broken.contains(&body.id));
     left.map(|body| {
         let h = body.parent.and_then(|parent| spacing.get(&parent)).copied().unwrap_or(0.0);
-        Part {
+        MeasuredPart {
             object: body.object.clone(),
             broken: body.generation > 0,
             mass: body.mass,
@@ -353,7 +362,7 @@ fn parts_of(recording: &Recording) -> Vec<Part> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Part, halves, mott, pooled};
+    use super::{MeasuredPart, halves, mott, pooled};
     use crate::frontier::stats::mass_distance;
 
     /// Single seeds of wholes and halves are far from the mixture; together they are it.
@@ -375,16 +384,21 @@ mod tests {
     /// Masses at even quantiles of Mott's law are at it; crumbs and wholes do not count.
     #[test]
     fn resolved_pieces_are_held_against_motts_law() {
-        let part =
-            |mass: f64, broken: bool| Part { object: "ball".to_owned(), broken, mass, cell: 1e-6 };
+        let part = |mass: f64, broken: bool| MeasuredPart {
+            object: "ball".to_owned(),
+            broken,
+            mass,
+            cell: 1e-6,
+        };
         let law = |k: i32| (8e-3 - 0.02 * libm::log(1.0 - (f64::from(k) + 0.5) / 200.0)).powi(2);
-        let mut parts: Vec<Part> = (0..200).map(|k| part(law(k), true)).collect();
+        let mut parts: Vec<MeasuredPart> = (0..200).map(|k| part(law(k), true)).collect();
         let own = mott(&parts);
         assert!(own < 0.02, "{own}");
         parts.extend((0..100).map(|_| part(6.3e-5, true)));
         parts.extend((0..100).map(|_| part(1.0, false)));
         assert!((mott(&parts) - own).abs() < 1e-12);
-        let even: Vec<Part> = (0..50).map(|k| part(1e-3 + 1e-6 * f64::from(k), true)).collect();
+        let even: Vec<MeasuredPart> =
+            (0..50).map(|k| part(1e-3 + 1e-6 * f64::from(k), true)).collect();
         assert!(mott(&even) > 0.2 && mott(&even[..2]).is_nan(), "{}", mott(&even));
     }
 

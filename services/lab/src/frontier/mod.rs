@@ -18,8 +18,8 @@ mod tests;
 
 pub use measure::measure;
 pub use reading::{
-    Limit, Reading, Spot, TARGETS, doubt, measure as measured, percent, read, short, shown, text,
-    told,
+    ChartPoint, Limit, Reading, TARGETS, doubt, measure as measured, percent, read, short, shown,
+    text, told,
 };
-pub use row::{Row, csv, rows};
-pub use set::{Chart, FINEST, LEAST_SEEDS, MASSES, Planned, Set, Work, load, schema};
+pub use row::{FrontierRow, csv, rows};
+pub use set::{ChartWork, FINEST, FrontierChart, LEAST_SEEDS, MASSES, Planned, Set, load, schema};

@@ -1,13 +1,13 @@
 //! What the rows of a chart say: its points, what is worth keeping, what an error costs.
 
-use super::row::Row;
-use super::set::{Chart, FINEST};
+use super::row::FrontierRow;
+use super::set::{FINEST, FrontierChart};
 use super::stats::{
-    Ensemble, Reach, Richardson, Trend, cheapest, cost_to, ensemble, pareto, richardson,
+    Ensemble, ErrorCost, Richardson, Trend, cheapest, cost_to, ensemble, pareto, richardson,
 };
 use std::fmt::Write;
 
-/// Errors whose cost is told \[1\].
+/// Errors whose cost is reported \[1\].
 pub const TARGETS: [f64; 2] = [0.1, 0.03];
 
 /// Least cost: a tick of the clock that counts processor time \[s\].
@@ -18,7 +18,7 @@ const EVEN: f64 = 0.03;
 
 /// A point of a chart: one setting, with all its seeds.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spot {
+pub struct ChartPoint {
     /// Its curve.
     pub curve: usize,
     /// Where on it.
@@ -52,11 +52,11 @@ pub struct Reading {
     /// Names of the curves.
     pub curves: Vec<String>,
     /// Its points, a curve after the other.
-    pub spots: Vec<Spot>,
+    pub spots: Vec<ChartPoint>,
     /// Which of them nothing undercuts, in order of cost.
     pub pareto: Vec<usize>,
     /// What [`TARGETS`] cost along each curve.
-    pub costs: Vec<[Option<Reach>; 2]>,
+    pub costs: Vec<[Option<ErrorCost>; 2]>,
     /// The cheapest points within [`TARGETS`].
     pub cheapest: [Option<usize>; 2],
     /// What the three finest spacings of each curve say.
@@ -67,12 +67,13 @@ pub struct Reading {
 
 /// Reads a chart off the rows that are its own.
 #[must_use]
-pub fn read(chart: &Chart, rows: &[Row]) -> Reading {
+pub fn read(chart: &FrontierChart, rows: &[FrontierRow]) -> Reading {
     // With one seed there is nothing to hold the finest run against.
-    let alone = |row: &Row| row.option == FINEST && row.status == "ok" && row.value.is_none();
+    let alone =
+        |row: &FrontierRow| row.option == FINEST && row.status == "ok" && row.value.is_none();
     let own = || rows.iter().filter(|row| row.chart == chart.name && !alone(row));
     let mut curves: Vec<String> = Vec::new();
-    let mut groups: Vec<(usize, &str, Vec<&Row>)> = Vec::new();
+    let mut groups: Vec<(usize, &str, Vec<&FrontierRow>)> = Vec::new();
     for row in own() {
         let known = curves.iter().position(|name| *name == row.option);
         let curve = known.unwrap_or(curves.len());
@@ -84,9 +85,9 @@ pub fn read(chart: &Chart, rows: &[Row]) -> Reading {
             None => groups.push((curve, &row.along, vec![row])),
         }
     }
-    let spots: Vec<Spot> =
+    let spots: Vec<ChartPoint> =
         groups.iter().map(|(curve, _, rows)| spot(chart, *curve, rows)).collect();
-    // What a curve is held against is no way to solve anything, and what shows another number
+    // What a curve is compared with is no way to solve anything, and what shows another number
     // undercuts nothing.
     let other = |name: &str| own().any(|row| row.option == name && row.metric != chart.metric);
     let rivals: Vec<bool> = curves.iter().map(|name| name != FINEST && !other(name)).collect();
@@ -95,7 +96,7 @@ pub fn read(chart: &Chart, rows: &[Row]) -> Reading {
     let plane: Vec<(f64, f64)> =
         judged.iter().filter_map(|&k| Some((spots[k].cost, spots[k].error?.0))).collect();
     let of = |curve: usize| spots.iter().filter(move |spot| spot.curve == curve);
-    let price = |curve: usize| -> [Option<Reach>; 2] {
+    let price = |curve: usize| -> [Option<ErrorCost>; 2] {
         let points: Vec<_> = of(curve).map(|s| (s.cost, s.error.map(|error| error.0))).collect();
         TARGETS.map(|target| cost_to(&points, target))
     };
@@ -110,7 +111,7 @@ pub fn read(chart: &Chart, rows: &[Row]) -> Reading {
     }
 }
 
-fn spot(chart: &Chart, curve: usize, rows: &[&Row]) -> Spot {
+fn spot(chart: &FrontierChart, curve: usize, rows: &[&FrontierRow]) -> ChartPoint {
     let n = rows.len() as f64;
     let bad: Vec<&str> = rows
         .iter()
@@ -129,7 +130,7 @@ fn spot(chart: &Chart, curve: usize, rows: &[&Row]) -> Spot {
         (size, (size - half).max(0.0), size + half)
     });
     let (first, cost) = (rows.first(), rows.iter().map(|row| row.cpu).sum::<f64>() / n);
-    Spot {
+    ChartPoint {
         curve,
         along: first.map(|row| row.along.clone()).unwrap_or_default(),
         standard: rows.iter().any(|row| row.standard),
@@ -142,7 +143,7 @@ fn spot(chart: &Chart, curve: usize, rows: &[&Row]) -> Spot {
 }
 
 /// Richardson's estimate of the three finest points of a curve that lie at one ratio.
-fn limit(curve: &[&Spot]) -> Option<Limit> {
+fn limit(curve: &[&ChartPoint]) -> Option<Limit> {
     [0, 1].into_iter().find_map(|by| {
         let mut points: Vec<(f64, Ensemble)> =
             curve.iter().filter_map(|s| Some((s.fine[by], s.value?))).collect();
@@ -211,17 +212,17 @@ pub fn shown(along: &str) -> String {
 
 /// What an error costs along a curve, in words.
 #[must_use]
-pub fn told(reach: Option<Reach>) -> String {
+pub fn told(reach: Option<ErrorCost>) -> String {
     match reach {
         None => "not reached".to_owned(),
-        Some(Reach { cost, at_most: true }) => format!("<= {} s", short(cost)),
-        Some(Reach { cost, .. }) => format!("{} s", short(cost)),
+        Some(ErrorCost { cost, at_most: true }) => format!("<= {} s", short(cost)),
+        Some(ErrorCost { cost, .. }) => format!("{} s", short(cost)),
     }
 }
 
 /// A chart as a table, and what is read off it.
 #[must_use]
-pub fn text(chart: &Chart, reading: &Reading) -> String {
+pub fn text(chart: &FrontierChart, reading: &Reading) -> String {
     let mut text =
         format!("{}: {}\n  {}\n", chart.name, chart.title, measure(chart, reading.seeds));
     let head = ["", "option", "along", "cost", "value", "error", "band", ""].map(str::to_owned);
@@ -251,8 +252,9 @@ pub fn text(chart: &Chart, reading: &Reading) -> String {
             let doubt = doubt(spot, *target);
             format!("{name} at {}, {} s{doubt}", shown(&spot.along), short(spot.cost))
         });
-        let each =
-            |(name, costs): (&String, &[Option<Reach>; 2])| format!("{name} {}", told(costs[k]));
+        let each = |(name, costs): (&String, &[Option<ErrorCost>; 2])| {
+            format!("{name} {}", told(costs[k]))
+        };
         let curves = reading.curves.iter().zip(&reading.costs).filter(|(name, _)| *name != FINEST);
         let curves: Vec<String> = curves.map(each).collect();
         let line = format!("  to {}: {best}; along curves: ", percent(*target));
@@ -268,7 +270,7 @@ pub fn text(chart: &Chart, reading: &Reading) -> String {
 
 /// A word of doubt, where the band of a point's mean goes beyond an error that it is within.
 #[must_use]
-pub fn doubt(spot: &Spot, target: f64) -> String {
+pub fn doubt(spot: &ChartPoint, target: f64) -> String {
     let beyond = spot.error.filter(|(size, _, high)| high > size && *high > target);
     beyond.map(|(_, _, high)| format!(" (band to {})", percent(high))).unwrap_or_default()
 }
@@ -292,7 +294,7 @@ fn converges(limit: &Limit) -> String {
 
 /// What is measured, in a line.
 #[must_use]
-pub fn measure(chart: &Chart, seeds: usize) -> String {
+pub fn measure(chart: &FrontierChart, seeds: usize) -> String {
     let source = if chart.source.is_empty() { "" } else { ": " };
     let mut text = if chart.reference == 0.0 {
         chart.metric.clone()

@@ -8,7 +8,7 @@ const OWN: &str = "chart,option,along,seed,standard";
 
 /// One run: a member of a point of a chart.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Row {
+pub struct FrontierRow {
     /// The chart.
     pub chart: String,
     /// The curve.
@@ -55,7 +55,7 @@ pub struct Row {
     pub status: String,
 }
 
-impl Row {
+impl FrontierRow {
     fn line(&self) -> String {
         let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
         let text = [&self.chart, &self.option, &self.along].map(|text| quoted(text)).join(",");
@@ -124,8 +124,8 @@ fn maybe(cell: Cell<'_>, column: &str) -> Result<Option<f64>, String> {
 
 /// The rows as CSV, with a head.
 #[must_use]
-pub fn csv(rows: &[Row]) -> String {
-    let lines: String = rows.iter().map(Row::line).collect();
+pub fn csv(rows: &[FrontierRow]) -> String {
+    let lines: String = rows.iter().map(FrontierRow::line).collect();
     format!("{OWN},{COLUMNS}\n{lines}")
 }
 
@@ -133,7 +133,7 @@ pub fn csv(rows: &[Row]) -> String {
 ///
 /// # Errors
 /// The line, and what is wrong with it.
-pub fn rows(text: &str) -> Result<Vec<Row>, String> {
+pub fn rows(text: &str) -> Result<Vec<FrontierRow>, String> {
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     let head = lines.next().map(|(_, line)| cells(line)).unwrap_or_default();
     let names: BTreeMap<&str, usize> =
@@ -144,7 +144,7 @@ pub fn rows(text: &str) -> Result<Vec<Row>, String> {
             let at = names.get(column).ok_or_else(|| format!("no column `{column}`"))?;
             values.get(*at).cloned().ok_or_else(|| format!("nothing in column `{column}`"))
         };
-        Row::of(&cell).map_err(|why| format!("line {}: {why}", k + 1))
+        FrontierRow::of(&cell).map_err(|why| format!("line {}: {why}", k + 1))
     };
     lines.map(read).collect()
 }

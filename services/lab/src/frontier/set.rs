@@ -1,7 +1,7 @@
 //! From a standing set to the runs that its charts need.
 
-use super::super::sweep::Sweep;
-use super::format::{ChartForm, Document, OptionForm};
+use super::super::sweep::SweptSetting;
+use super::format::{ChartForm, FrontierDocument, OptionForm};
 use crate::specimen::{self, Specimen};
 use cullet_document::error::{SceneError, SceneErrors};
 use cullet_document::sheet::{ConfigDocument, schema_of};
@@ -16,7 +16,7 @@ pub const LEAST_SEEDS: u32 = 8;
 /// Values along a curve, and seeds, of a quick run.
 const QUICK: (usize, u32) = (2, 2);
 
-/// The name of the curve that a scene's runs are held against.
+/// The name of the curve that a scene's runs are compared with.
 pub const FINEST: &str = "finest";
 
 /// What a scene's charts measure: how far masses are from those of the run [`FINEST`].
@@ -34,9 +34,9 @@ pub(super) const MASS: &str = "share of mass sampled";
 /// What changes along a curve of a scene: its points, times this.
 const POINTS: &str = "points";
 
-/// What a run solves.
+/// What a run of a chart solves.
 #[derive(Clone, Debug)]
-pub enum Work {
+pub enum ChartWork {
     /// A specimen, with its overrides.
     Specimen(Box<Specimen>),
     /// A scene and its overrides.
@@ -57,14 +57,14 @@ pub struct Planned {
     /// What is measured.
     pub metric: String,
     /// What to solve.
-    pub work: Work,
+    pub work: ChartWork,
     /// Equal for equal work.
     pub id: String,
 }
 
 /// A chart, ready to be run or drawn.
 #[derive(Clone, Debug)]
-pub struct Chart {
+pub struct FrontierChart {
     /// Its name, and that of its files.
     pub name: String,
     /// What it shows.
@@ -91,12 +91,12 @@ pub struct Set {
     /// What it is for.
     pub description: String,
     /// Its charts, in the order of the file.
-    pub charts: Vec<Chart>,
+    pub charts: Vec<FrontierChart>,
 }
 
 fn schema_json() -> &'static Json {
     static SCHEMA: OnceLock<Json> = OnceLock::new();
-    SCHEMA.get_or_init(|| schema_of::<Document>("A Cullet standing set"))
+    SCHEMA.get_or_init(|| schema_of::<FrontierDocument>("A Cullet standing set"))
 }
 
 /// The schema that editors take: `cullet schema --frontier` prints it.
@@ -111,7 +111,7 @@ pub fn schema() -> String {
 /// # Errors
 /// Everything that is wrong with it and with the specimens and scenes that it names.
 pub fn load(path: &Path, only: &[String], quick: bool) -> Result<Set, SceneErrors> {
-    let (document, sheet) = ConfigDocument::read::<Document>(path, schema_json())?;
+    let (document, sheet) = ConfigDocument::read::<FrontierDocument>(path, schema_json())?;
     let names: Vec<&str> = document.chart.iter().map(|chart| chart.name.as_str()).collect();
     let unknown = only.iter().find(|name| !names.contains(&name.as_str()));
     let mut desk = SetBuilder {
@@ -176,7 +176,7 @@ impl SetBuilder<'_> {
         }
     }
 
-    fn chart(&mut self, form: &ChartForm, at: &str) -> Option<Chart> {
+    fn chart(&mut self, form: &ChartForm, at: &str) -> Option<FrontierChart> {
         let before = self.errors.len();
         if (2..LEAST_SEEDS).contains(&form.seeds) {
             let message = format!("must be 1, or at least {LEAST_SEEDS}; it is {}", form.seeds);
@@ -200,7 +200,7 @@ impl SetBuilder<'_> {
             for seed in 1..=self.seeds(form) {
                 let mut overrides = set.clone();
                 overrides.push(format!("world.seed={seed}"));
-                let work = Work::Scene(file.clone(), overrides);
+                let work = ChartWork::Scene(file.clone(), overrides);
                 chart.runs.push(planned((FINEST, FINEST), MASSES, (seed, standard), work));
             }
         }
@@ -216,7 +216,12 @@ impl SetBuilder<'_> {
         u64::from(if self.quick { form.seeds.min(QUICK.1) } else { form.seeds })
     }
 
-    fn specimen(&mut self, form: &ChartForm, at: &str, file: &Path) -> Option<(Chart, PathBuf)> {
+    fn specimen(
+        &mut self,
+        form: &ChartForm,
+        at: &str,
+        file: &Path,
+    ) -> Option<(FrontierChart, PathBuf)> {
         let only_scenes = [("object", form.object.is_some()), (FINEST, !form.finest.is_empty())];
         for (key, _) in only_scenes.iter().filter(|(_, given)| *given) {
             self.wrong(&format!("{at}.{key}"), format!("`{key}` is for scenes"));
@@ -246,7 +251,7 @@ impl SetBuilder<'_> {
             self.wrong(at, "the reference is 0: give a `scale` for errors");
         }
         let source = form.source.clone().or(expected.map(|e| e.source.clone()));
-        let chart = Chart {
+        let chart = FrontierChart {
             bench: specimen.name.clone(),
             metric: names[index].to_owned(),
             reference,
@@ -257,7 +262,12 @@ impl SetBuilder<'_> {
         Some((chart, file.to_owned()))
     }
 
-    fn scene(&mut self, form: &ChartForm, at: &str, file: &Path) -> Option<(Chart, PathBuf)> {
+    fn scene(
+        &mut self,
+        form: &ChartForm,
+        at: &str,
+        file: &Path,
+    ) -> Option<(FrontierChart, PathBuf)> {
         let metric = form.metric.as_deref().unwrap_or(MASSES);
         let known = [MASSES, MOTT, PIECES, MASS];
         if !known.contains(&metric) {
@@ -296,7 +306,7 @@ impl SetBuilder<'_> {
         };
         let source = form.source.clone().unwrap_or(own);
         let (metric, scale) = (metric.to_owned(), 1.0);
-        let chart = Chart { bench: scene.name, metric, source, scale, ..empty(form) };
+        let chart = FrontierChart { bench: scene.name, metric, source, scale, ..empty(form) };
         Some((chart, file.to_owned()))
     }
 
@@ -323,8 +333,8 @@ impl SetBuilder<'_> {
             if name.is_empty() || name == FINEST || !known.insert(name) {
                 self.wrong(at, format!("the option's name \"{name}\" is empty or taken"));
             }
-            match along.parse::<Sweep>() {
-                Ok(Sweep { key, mut values }) => {
+            match along.parse::<SweptSetting>() {
+                Ok(SweptSetting { key, mut values }) => {
                     values.truncate(if self.quick { QUICK.0 } else { usize::MAX });
                     curves.push(Curve { key, values, first: k == 0, ..curve });
                 }
@@ -385,8 +395,8 @@ impl SetBuilder<'_> {
                 };
                 if seed == 1 {
                     let same = match &work {
-                        Work::Specimen(specimen) => own.as_ref() == Some(&specimen.id()),
-                        Work::Scene(..) => false,
+                        ChartWork::Specimen(specimen) => own.as_ref() == Some(&specimen.id()),
+                        ChartWork::Scene(..) => false,
                     };
                     standard = curve.first && named.unwrap_or(same);
                 }
@@ -402,19 +412,19 @@ impl SetBuilder<'_> {
         file: &Path,
         overrides: Vec<String>,
         first: bool,
-    ) -> Result<Work, SceneErrors> {
+    ) -> Result<ChartWork, SceneErrors> {
         if form.specimen.is_some() {
-            return Ok(Work::Specimen(Box::new(specimen::load(file, &overrides)?)));
+            return Ok(ChartWork::Specimen(Box::new(specimen::load(file, &overrides)?)));
         }
         if first {
             cullet_scene::load(file, &overrides)?;
         }
-        Ok(Work::Scene(file.to_owned(), overrides))
+        Ok(ChartWork::Scene(file.to_owned(), overrides))
     }
 }
 
-fn empty(form: &ChartForm) -> Chart {
-    Chart {
+fn empty(form: &ChartForm) -> FrontierChart {
+    FrontierChart {
         name: form.name.clone(),
         title: if form.title.is_empty() { form.name.clone() } else { form.title.clone() },
         bench: String::new(),
@@ -445,11 +455,11 @@ fn planned(
     (option, along): (&str, &str),
     metric: &str,
     (seed, standard): (u64, bool),
-    work: Work,
+    work: ChartWork,
 ) -> Planned {
     let id = match &work {
-        Work::Specimen(specimen) => specimen.id(),
-        Work::Scene(_, overrides) => overrides.join(" "),
+        ChartWork::Specimen(specimen) => specimen.id(),
+        ChartWork::Scene(_, overrides) => overrides.join(" "),
     };
     let [option, along, metric] = [option, along, metric].map(str::to_owned);
     Planned { option, along, seed, standard, metric, work, id }

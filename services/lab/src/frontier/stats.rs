@@ -36,9 +36,9 @@ fn within(error: f64, target: f64) -> bool {
     error <= target * (1.0 + SLACK)
 }
 
-/// What an error costs.
+/// The cost at which an error is reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
+pub struct ErrorCost {
     /// In the unit of the points' cost.
     pub cost: f64,
     /// Whether it may be less: the cheapest point of the curve is as true already.
@@ -50,26 +50,26 @@ pub struct Reach {
 /// failed run has no error, and nothing is put between it and its neighbours. Nothing if the
 /// dearest point is above.
 #[must_use]
-pub fn cost_to(curve: &[(f64, Option<f64>)], target: f64) -> Option<Reach> {
+pub fn cost_to(curve: &[(f64, Option<f64>)], target: f64) -> Option<ErrorCost> {
     let mut points = curve.to_vec();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let good = |error: Option<f64>| error.is_some_and(|error| within(error, target));
     let first = points.iter().rposition(|point| !good(point.1)).map_or(0, |last| last + 1);
     let cost = points.get(first)?.0;
     let Some(before) = first.checked_sub(1) else {
-        return Some(Reach { cost, at_most: true });
+        return Some(ErrorCost { cost, at_most: true });
     };
     let (Some(high), Some(low)) = (points[before].1, points[first].1) else {
-        return Some(Reach { cost, at_most: false });
+        return Some(ErrorCost { cost, at_most: false });
     };
     // An exact point lies infinitely low: the line to it falls at once.
     if low <= 0.0 || points[before].0 <= 0.0 {
-        return Some(Reach { cost, at_most: false });
+        return Some(ErrorCost { cost, at_most: false });
     }
     let share = libm::log(high / target) / libm::log(high / low);
     let log = |k: usize| libm::log(points[k].0);
     let cost = libm::exp(log(before) + share * (log(first) - log(before)));
-    Some(Reach { cost, at_most: false })
+    Some(ErrorCost { cost, at_most: false })
 }
 
 /// The cheapest of the points (cost, error) that is as true as that; it is in the Pareto set.
@@ -223,7 +223,7 @@ mod tests {
         assert!(!reach.at_most);
         close(cost_to(&curve, 0.2).expect("at a point").cost, 4.0);
         assert_eq!(cost_to(&curve, 0.04), None);
-        assert_eq!(cost_to(&curve, 0.5), Some(Reach { cost: 1.0, at_most: true }));
+        assert_eq!(cost_to(&curve, 0.5), Some(ErrorCost { cost: 1.0, at_most: true }));
     }
 
     /// True by chance at 1, wrong at 4: only what stays true counts.
@@ -232,7 +232,7 @@ mod tests {
         let curve = [(1.0, Some(0.01)), (4.0, Some(0.4)), (16.0, Some(0.1)), (64.0, Some(0.02))];
         close(cost_to(&curve, 0.2).expect("reached").cost, 8.0);
         let failed = [(1.0, Some(0.01)), (4.0, None), (16.0, Some(0.1))];
-        assert_eq!(cost_to(&failed, 0.2), Some(Reach { cost: 16.0, at_most: false }));
+        assert_eq!(cost_to(&failed, 0.2), Some(ErrorCost { cost: 16.0, at_most: false }));
         assert_eq!(cost_to(&[(1.0, Some(0.01)), (4.0, None)], 0.2), None);
         assert_eq!(cost_to(&[], 0.2), None);
         let exact = [(1.0, Some(0.4)), (4.0, Some(0.0))];

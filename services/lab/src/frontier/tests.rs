@@ -66,8 +66,8 @@ fn wrong(text: &str) -> String {
 }
 
 /// A row of the chart of `SET`.
-fn row(option: &str, spacing: f64, seed: u64, cpu: f64, value: Option<f64>) -> Row {
-    Row {
+fn row(option: &str, spacing: f64, seed: u64, cpu: f64, value: Option<f64>) -> FrontierRow {
+    FrontierRow {
         chart: "bar".to_owned(),
         option: option.to_owned(),
         along: format!("spacing={spacing}"),
@@ -94,7 +94,7 @@ fn row(option: &str, spacing: f64, seed: u64, cpu: f64, value: Option<f64>) -> R
 }
 
 /// Double halves its error of 40 % with each four times the cost; single stops at 20 %.
-fn sample() -> Vec<Row> {
+fn sample() -> Vec<FrontierRow> {
     vec![
         row("double", 0.02, 1, 1.0, Some(2.8)),
         row("double", 0.01, 1, 4.0, Some(2.4)),
@@ -221,7 +221,7 @@ fn a_chart_is_read_off_its_rows() {
 fn an_ensemble_is_a_point_with_a_band() {
     let set = loaded(SET, false);
     let value = |k: u64| 2.4 + if k.is_multiple_of(2) { 0.1 } else { -0.1 };
-    let mut all: Vec<Row> =
+    let mut all: Vec<FrontierRow> =
         (1..=8).map(|k| row("double", 0.01, k, k as f64, Some(value(k)))).collect();
     let reading = read(&set.charts[0], &all);
     assert_eq!((reading.spots.len(), reading.seeds, reading.spots[0].cost), (1, 8, 4.5));
@@ -236,7 +236,7 @@ fn an_ensemble_is_a_point_with_a_band() {
     let points = [(0.04, 0.03), (0.02, 0.01), (0.01, 0.0)].map(|(h, more)| {
         (1..=8).map(move |k| row("double", h, k, k as f64, Some(value(k) + more)))
     });
-    let three: Vec<Row> = points.into_iter().flatten().collect();
+    let three: Vec<FrontierRow> = points.into_iter().flatten().collect();
     assert!(read(&set.charts[0], &three).limits[0].expect("a limit").lost);
     all[3].value = None;
     all[3].status = "nan".to_owned();
@@ -349,7 +349,7 @@ fn what_is_sampled_is_charted_over_multiples_of_a_scenes_points() {
 #[test]
 fn the_share_of_mass_is_no_rival_of_that_of_pieces() {
     let chart = shares(SHARES).expect("a set").charts.remove(0);
-    let row = |option: &str, metric: &str, cpu: f64, share: f64| Row {
+    let row = |option: &str, metric: &str, cpu: f64, share: f64| FrontierRow {
         chart: "ball".to_owned(),
         metric: metric.to_owned(),
         reference: 0.0,

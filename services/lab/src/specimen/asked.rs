@@ -7,8 +7,8 @@ use cullet_document::tree::{Step, join};
 use cullet_scene::context::ResolveContext;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Metrics, each with the number of its probe, and what each must come to.
-pub(super) type Asked = (Vec<(Metric, usize)>, Vec<Option<Expected>>);
+/// The metrics of a specimen, each with the number of its probe, and what is expected of each.
+pub(super) type RequestedMetrics = (Vec<(Metric, usize)>, Vec<Option<Expected>>);
 
 /// Names by which others know the items of a list: each is that of one.
 pub(super) fn named_once<'a>(
@@ -33,10 +33,10 @@ pub(super) fn read(
     metrics: &[Metric],
     expects: &BTreeMap<String, Expected>,
     probes: &[&str],
-) -> Asked {
+) -> RequestedMetrics {
     named_once(shop, "probe", probes.iter().copied());
     named_once(shop, "metric", metrics.iter().map(|metric| &*metric.name));
-    let (mut found, mut expected): Asked = (Vec::new(), Vec::new());
+    let (mut found, mut expected): RequestedMetrics = (Vec::new(), Vec::new());
     for (index, metric) in metrics.iter().enumerate() {
         let at = item("metric", index);
         numbers(shop, metric, &at);

@@ -1,6 +1,6 @@
 //! A document on its way to a job: what is known of it, and the errors so far.
 
-use super::format::{self, Document, Side};
+use super::format::{self, BoxSide, SpecimenDocument};
 use super::paths::{below, item};
 use cullet_document::error::suggest;
 use cullet_document::files::Files;
@@ -25,7 +25,7 @@ pub(super) struct SpecimenBuilder<'a> {
     pub(super) shop: ResolveContext<'a>,
     pub(super) bounds: (Vec3, Vec3),
     pub(super) spacing: f64,
-    regions: BTreeMap<String, Vec<format::Part>>,
+    regions: BTreeMap<String, Vec<format::RegionPart>>,
     /// Why the body cannot be made.
     pub(super) flaws: Vec<String>,
 }
@@ -47,20 +47,21 @@ impl SpecimenBuilder<'_> {
         self.shop.wrong(path, message);
     }
 
-    /// Notes that the body cannot be made: what is read is right, and a run can still be told of.
+    /// Notes that the body cannot be made: what is read is right, and a run can still be reported.
     pub(super) fn flaw(&mut self, path: &[Step], message: impl std::fmt::Display) {
         self.flaws.push(format!("{}: {message}", show(path)));
     }
 
-    pub(super) fn name_regions(&mut self, document: &Document) {
+    pub(super) fn name_regions(&mut self, document: &SpecimenDocument) {
         for (index, region) in document.region.iter().enumerate() {
-            let taken = region.name == "all" || Side::ALL.iter().any(|side| side.0 == region.name);
+            let taken =
+                region.name == "all" || BoxSide::ALL.iter().any(|side| side.0 == region.name);
             if taken || self.regions.contains_key(&region.name) {
                 let message = format!("\"{}\" is the name of another region", region.name);
                 self.wrong(&below(&item("region", index), "name"), message);
             }
             for (k, part) in region.parts.iter().enumerate() {
-                let format::Part::Box { min, max } = part else { continue };
+                let format::RegionPart::Box { min, max } = part else { continue };
                 let mut at = below(&item("region", index), "parts");
                 at.push(k.into());
                 for (axis, (low, high)) in ["x", "y", "z"].iter().zip(min.iter().zip(max)) {
@@ -80,13 +81,13 @@ impl SpecimenBuilder<'_> {
         if name == "all" {
             return Vec::new();
         }
-        if let Some(side) = Side::ALL.iter().find(|side| side.0 == name) {
+        if let Some(side) = BoxSide::ALL.iter().find(|side| side.0 == name) {
             let depth = if used == Use::Points { self.spacing } else { 0.0 };
             return vec![self.face(side.1, depth)];
         }
         let Some(parts) = self.regions.get(name).cloned() else {
             let known: Vec<&str> = self.regions.keys().map(String::as_str).collect();
-            let all = known.into_iter().chain(["all"]).chain(Side::ALL.map(|side| side.0));
+            let all = known.into_iter().chain(["all"]).chain(BoxSide::ALL.map(|side| side.0));
             let advice = suggest(name, &all.collect::<Vec<_>>());
             let message = format!("there is no region \"{name}\"");
             self.shop.wrong_with(&below(at, "region"), message, advice);
@@ -95,7 +96,7 @@ impl SpecimenBuilder<'_> {
         parts.iter().map(|part| self.part(part, at)).collect()
     }
 
-    fn face(&self, side: Side, depth: f64) -> Region {
+    fn face(&self, side: BoxSide, depth: f64) -> Region {
         let (axis, high) = side.axis();
         let (low, top) = self.bounds;
         let (mut point, mut normal) = (Vec3::zeros(), Vec3::zeros());
@@ -104,22 +105,22 @@ impl SpecimenBuilder<'_> {
         Region::HalfSpace { point, normal }
     }
 
-    fn part(&mut self, part: &format::Part, at: &[Step]) -> Region {
+    fn part(&mut self, part: &format::RegionPart, at: &[Step]) -> Region {
         match part {
-            &format::Part::Box { min, max } => {
+            &format::RegionPart::Box { min, max } => {
                 Region::Box { low: Vec3::from(min), high: Vec3::from(max) }
             }
-            &format::Part::Ball { centre, radius } => {
+            &format::RegionPart::Ball { centre, radius } => {
                 Region::Sphere { centre: Vec3::from(centre), radius }
             }
-            &format::Part::HalfSpace { point, normal } => {
+            &format::RegionPart::HalfSpace { point, normal } => {
                 let normal = self.unit(normal, at);
                 Region::HalfSpace { point: Vec3::from(point), normal }
             }
-            &format::Part::Cylinder { from, to, radius } => {
+            &format::RegionPart::Cylinder { from, to, radius } => {
                 Region::Cylinder { from: Vec3::from(from), to: Vec3::from(to), radius }
             }
-            format::Part::Face { side, depth } => self.face(*side, *depth),
+            format::RegionPart::Face { side, depth } => self.face(*side, *depth),
         }
     }
 

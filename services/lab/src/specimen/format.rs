@@ -3,8 +3,10 @@
 mod place;
 mod watch;
 
-pub use place::{Part, Region, Side};
-pub use watch::{Colour, Component, Expected, Metric, Probe, ProbeKind, Reduce, Reduction};
+pub use place::{BoxSide, RegionConfig, RegionPart};
+pub use watch::{
+    Colour, Component, Expected, Metric, ProbeConfig, ProbeKind, ReduceChoice, Reduction,
+};
 
 use cullet_document::unit;
 use cullet_scene::format::{Axis, Material, Precision, RepairChoice, Rotation, Shape};
@@ -15,7 +17,7 @@ use std::collections::BTreeMap;
 /// A specimen: a body under given supports and loads, what is watched, and what must come out.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Document {
+pub struct SpecimenDocument {
     /// What it shows, in a line.
     pub description: String,
     /// Files read before this one, relative to it. This file's values win.
@@ -26,33 +28,33 @@ pub struct Document {
     /// What it is made of.
     pub material: Option<Material>,
     /// How it is solved.
-    pub solver: Solver,
+    pub solver: SolverConfig,
     /// How long, and how often it is looked at.
-    pub run: Run,
+    pub run: RunConfig,
     /// Parts of it that supports, loads and probes name.
-    pub region: Vec<Region>,
+    pub region: Vec<RegionConfig>,
     /// Other bodies beside it on the same grid, which touch it and each other, and do not stick.
     #[schemars(length(max = 15))]
-    pub body: Vec<Body>,
+    pub body: Vec<BodyConfig>,
     /// Parts of other materials; of several at a place, the last.
     #[schemars(length(max = 31))]
-    pub zone: Vec<Zone>,
+    pub zone: Vec<ZoneConfig>,
     /// Parts that are stronger, weaker or damaged.
-    pub patch: Vec<Patch>,
+    pub patch: Vec<PatchConfig>,
     /// Cracks without width that are there from the start.
-    pub notch: Vec<Notch>,
+    pub notch: Vec<NotchConfig>,
     /// Parts cut out of it.
-    pub slot: Vec<Slot>,
+    pub slot: Vec<SlotConfig>,
     /// Planes that stand for another half.
     pub symmetry: Vec<Symmetry>,
     /// Velocities at the start; they add up.
-    pub start: Vec<Start>,
+    pub start: Vec<StartConfig>,
     /// Prescribed velocities; without one a support stands still.
-    pub support: Vec<Support>,
+    pub support: Vec<SupportConfig>,
     /// Loads.
-    pub load: Vec<Load>,
+    pub load: Vec<LoadConfig>,
     /// Numbers that are sampled in time.
-    pub probe: Vec<Probe>,
+    pub probe: Vec<ProbeConfig>,
     /// Numbers made of the samples.
     pub metric: Vec<Metric>,
     /// What metrics must come to, by name.
@@ -113,8 +115,9 @@ pub enum Fields {
 
 /// How it is solved.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[schemars(rename = "Solver")]
 #[serde(deny_unknown_fields, default)]
-pub struct Solver {
+pub struct SolverConfig {
     /// Name of the family that solves it: `brittle` is the material-point method. The process that
     /// solves knows which there are.
     #[schemars(length(min = 1, max = 64))]
@@ -164,7 +167,7 @@ pub struct Solver {
     pub seed: u64,
 }
 
-impl Default for Solver {
+impl Default for SolverConfig {
     fn default() -> Self {
         Self {
             family: "brittle".to_owned(),
@@ -190,8 +193,9 @@ impl Default for Solver {
 
 /// How long, and how often it is looked at.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[schemars(rename = "Run")]
 #[serde(deny_unknown_fields, default)]
-pub struct Run {
+pub struct RunConfig {
     /// Simulated time \[s\].
     #[schemars(schema_with = "unit::time", extend("exclusiveMinimum" = 0))]
     pub end: Option<f64>,
@@ -224,7 +228,7 @@ pub enum Ends {
     Geometry,
 }
 
-impl Default for Run {
+impl Default for RunConfig {
     fn default() -> Self {
         Self { end: None, samples: 200, frames: 20, colour: Colour::Damage, ends: Ends::Ok }
     }
@@ -232,8 +236,9 @@ impl Default for Run {
 
 /// Another body. It may touch the others where it starts, not overlap them.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Body")]
 #[serde(deny_unknown_fields)]
-pub struct Body {
+pub struct BodyConfig {
     /// Its shape.
     pub shape: Shape,
     /// Where the origin of the shape lies in the specimen's frame \[m\].
@@ -246,8 +251,9 @@ pub struct Body {
 
 /// A part of another material. Scatter, weak planes and layers are those of the whole.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[schemars(rename = "Zone")]
 #[serde(deny_unknown_fields)]
-pub struct Zone {
+pub struct ZoneConfig {
     /// Name of the region that it acts on.
     pub region: String,
     /// What it is made of.
@@ -256,8 +262,9 @@ pub struct Zone {
 
 /// A part that is stronger, weaker or damaged.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Patch")]
 #[serde(deny_unknown_fields)]
-pub struct Patch {
+pub struct PatchConfig {
     /// Name of the region that it acts on.
     pub region: String,
     /// Strength over the material's \[1\].
@@ -276,8 +283,9 @@ const fn one() -> f64 {
 
 /// A crack without width: the part of a plane that lies in a region.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Notch")]
 #[serde(deny_unknown_fields)]
-pub struct Notch {
+pub struct NotchConfig {
     /// A point of the plane \[m\].
     #[schemars(schema_with = "unit::length3")]
     pub point: [f64; 3],
@@ -294,8 +302,9 @@ fn all() -> String {
 
 /// A part cut out of the specimen.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Slot")]
 #[serde(deny_unknown_fields)]
-pub struct Slot {
+pub struct SlotConfig {
     /// Its shape.
     pub shape: Shape,
     /// Where the origin of the shape lies in the specimen's frame \[m\].
@@ -320,8 +329,9 @@ pub struct Symmetry {
 
 /// How a part moves at the start: `velocity + spin × (x − centre) + gradient (x − centre) + noise`.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Start")]
 #[serde(deny_unknown_fields, default)]
-pub struct Start {
+pub struct StartConfig {
     /// Name of the region that it acts on.
     pub region: String,
     /// Velocity \[m/s\].
@@ -340,7 +350,7 @@ pub struct Start {
     pub noise: f64,
 }
 
-impl Default for Start {
+impl Default for StartConfig {
     fn default() -> Self {
         Self {
             region: all(),
@@ -355,8 +365,9 @@ impl Default for Start {
 
 /// How a load or velocity goes with time: a factor.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Course")]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Course {
+pub enum AmplitudeConfig {
     /// 1 from the start.
     #[default]
     Constant,
@@ -399,8 +410,9 @@ pub enum Course {
 /// Nodes whose velocity is given. They are the nodes in the region and those outside the specimen
 /// beyond it.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Support")]
 #[serde(deny_unknown_fields)]
-pub struct Support {
+pub struct SupportConfig {
     /// What probes call it.
     pub name: String,
     /// Name of the region that it acts on.
@@ -421,7 +433,7 @@ pub struct Support {
     pub centre: [f64; 3],
     /// Its course.
     #[serde(default)]
-    pub time: Course,
+    pub time: AmplitudeConfig,
     /// When it lets go \[s\].
     #[serde(default)]
     #[schemars(schema_with = "unit::time", extend("minimum" = 0))]
@@ -434,8 +446,9 @@ fn xyz() -> String {
 
 /// A load: one of `traction`, `pressure`, `force`, `acceleration`.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Load")]
 #[serde(deny_unknown_fields)]
-pub struct Load {
+pub struct LoadConfig {
     /// What probes call it.
     pub name: String,
     /// Name of the region that it acts on.
@@ -458,5 +471,5 @@ pub struct Load {
     pub acceleration: Option<[f64; 3]>,
     /// Its course.
     #[serde(default)]
-    pub time: Course,
+    pub time: AmplitudeConfig,
 }

@@ -6,7 +6,7 @@ use super::subject::Specimen;
 use super::whole;
 use cullet_document::error::{SceneError, SceneErrors};
 use cullet_document::files::{Files, SCENE_BASE, Source};
-use cullet_document::overrides::{Known, apply_overrides};
+use cullet_document::overrides::{OverrideRules, apply_overrides};
 use cullet_document::tree::Node;
 use cullet_document::{check, document};
 use cullet_scene::is_preset;
@@ -55,7 +55,11 @@ fn build(
     let sections: Vec<String> = keys(schema).into_iter().chain(short).collect();
     let sections: Vec<&str> = sections.iter().map(String::as_str).collect();
     let full: Vec<String> = overrides.iter().map(|text| spelled_out(schema, text)).collect();
-    errors.extend(apply_overrides(&mut root, Known { sections: &sections, is_preset }, &full));
+    errors.extend(apply_overrides(
+        &mut root,
+        OverrideRules { sections: &sections, is_preset },
+        &full,
+    ));
     let findings = check::check(schema, &mut root);
     errors.extend(findings.errors.iter().cloned());
     if !errors.is_empty() {

@@ -1,12 +1,12 @@
 //! What a specimen is made of: a material, and others in zones.
 
 use super::builder::{SpecimenBuilder, Use};
-use super::format::Document;
+use super::format::SpecimenDocument;
 use super::paths::{below, item, path};
 use cullet_document::tree::Path;
 use cullet_geometry::Vec3;
-use cullet_model::strength::{EVEN, Layers};
-use cullet_model::{Material, StrengthField, WeakPlane};
+use cullet_model::strength::{EVEN, StrengthLayers};
+use cullet_model::{Material, PatternWeakPlane, StrengthField};
 use cullet_scene::format::Material as Written;
 use cullet_scene::material::SceneMaterial;
 use cullet_scene::resolve::own_material;
@@ -30,7 +30,7 @@ impl SpecimenBuilder<'_> {
         own_material(&mut self.shop, &written, at)
     }
 
-    pub(super) fn zones(&mut self, document: &Document) -> Vec<Zone> {
+    pub(super) fn zones(&mut self, document: &SpecimenDocument) -> Vec<Zone> {
         let mut zones = Vec::new();
         for (index, zone) in document.zone.iter().enumerate() {
             let at = item("zone", index);
@@ -52,7 +52,10 @@ impl SpecimenBuilder<'_> {
         zones
     }
 
-    pub(super) fn whole(&mut self, document: &Document) -> Option<(Material, StrengthField)> {
+    pub(super) fn whole(
+        &mut self,
+        document: &SpecimenDocument,
+    ) -> Option<(Material, StrengthField)> {
         let at = path(&["material"]);
         let Some(written) = &document.material else {
             self.wrong(&[], "`material` is missing");
@@ -66,8 +69,8 @@ impl SpecimenBuilder<'_> {
             weibull: if document.solver.flaws { made.weibull } else { EVEN },
             correlation: made.correlation,
             weak_plane: weak
-                .map(|(normal, ratio)| WeakPlane { normal: self.unit(normal, &at), ratio }),
-            layers: layers.map(|layers| Layers {
+                .map(|(normal, ratio)| PatternWeakPlane { normal: self.unit(normal, &at), ratio }),
+            layers: layers.map(|layers| StrengthLayers {
                 normal: self.unit(layers.normal, &at),
                 thickness: layers.thickness,
                 ratio: layers.ratio,

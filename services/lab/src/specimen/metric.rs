@@ -1,4 +1,4 @@
-//! Numbers made of samples, and held against what is expected.
+//! Numbers made of samples, and compared with what is expected.
 
 use super::format::{Expected, Metric, Reduction};
 use cullet_document::check::tell;
@@ -173,9 +173,9 @@ fn decrement(rows: &[(f64, f64)]) -> f64 {
     }
 }
 
-/// Whether a number is what it must be.
+/// Whether a metric meets what is expected of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum MetricVerdict {
     /// Nothing is expected of it.
     Free,
     /// It holds.
@@ -186,25 +186,25 @@ pub enum Verdict {
     Gap,
 }
 
-/// A number held against what is expected of it.
+/// A metric compared with what is expected of it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Weighed {
+pub struct MetricCheck {
     /// The reference, if there is one.
     pub reference: Option<f64>,
     /// Relative error; absolute where the reference is 0; nothing without one.
     pub error: Option<f64>,
     /// Whether it holds.
-    pub verdict: Verdict,
+    pub verdict: MetricVerdict,
     /// What was asked for, in words.
     pub asked: String,
 }
 
 /// Holds a number against what is expected of it.
 #[must_use]
-pub fn weigh(expected: Option<&Expected>, value: f64) -> Weighed {
+pub fn weigh(expected: Option<&Expected>, value: f64) -> MetricCheck {
     let Some(expected) = expected else {
         let asked = String::new();
-        return Weighed { reference: None, error: None, verdict: Verdict::Free, asked };
+        return MetricCheck { reference: None, error: None, verdict: MetricVerdict::Free, asked };
     };
     let error = expected
         .value
@@ -230,9 +230,9 @@ pub fn weigh(expected: Option<&Expected>, value: f64) -> Weighed {
         asked.push(format!("≤ {}", tell(most)));
     }
     let verdict = match (holds, &expected.gap) {
-        (true, _) => Verdict::Holds,
-        (false, Some(_)) => Verdict::Gap,
-        (false, None) => Verdict::Fails,
+        (true, _) => MetricVerdict::Holds,
+        (false, Some(_)) => MetricVerdict::Gap,
+        (false, None) => MetricVerdict::Fails,
     };
-    Weighed { reference: expected.value, error, verdict, asked: asked.join(", ") }
+    MetricCheck { reference: expected.value, error, verdict, asked: asked.join(", ") }
 }

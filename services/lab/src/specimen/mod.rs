@@ -20,6 +20,6 @@ pub mod whole;
 
 pub use format::{Ends, Expected, Metric, Reduction};
 pub use load::load;
-pub use metric::{Verdict, Weighed, reduce, speeds, weigh};
+pub use metric::{MetricCheck, MetricVerdict, reduce, speeds, weigh};
 pub use schema::schema;
 pub use subject::{Specimen, Subject};

@@ -1,7 +1,7 @@
 //! From the tree to a job: every name looked up, every part made ready.
 
 use super::builder::{SpecimenBuilder, Use};
-use super::format::{self, Document, Fields, Points};
+use super::format::{self, Fields, Points, SpecimenDocument};
 use super::paths::{below, item, path};
 use super::subject::{Specimen, Subject};
 use super::{asked, watch};
@@ -10,7 +10,7 @@ use cullet_document::files::{Files, key};
 use cullet_document::tree::{Node, Step};
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Mat3, Pose, Quat, Solid, TriMesh, Vec3};
-use cullet_model::{Material, Precision, StrengthField};
+use cullet_model::{Material, PointPrecision, StrengthField};
 use cullet_proto::specimen::SpecimenJob;
 use cullet_scene::format::{Axis, Precision as WrittenPrecision};
 use cullet_scene::geometry::GeometrySource;
@@ -18,9 +18,9 @@ use cullet_scene::shape;
 use cullet_specimen as core;
 use serde::Deserialize;
 
-/// Makes a specimen of a tree that was held against the schema, or says what is wrong.
+/// Makes a specimen of a tree that was checked against the schema, or says what is wrong.
 pub(super) fn resolve(root: &Node, files: &mut Files) -> Result<Specimen, Vec<SceneError>> {
-    let document = match Document::deserialize(root.to_toml()) {
+    let document = match SpecimenDocument::deserialize(root.to_toml()) {
         Ok(document) => document,
         Err(error) => return Err(vec![SceneError::at(&root.origin, "", error.message().trim())]),
     };
@@ -33,7 +33,7 @@ pub(super) fn resolve(root: &Node, files: &mut Files) -> Result<Specimen, Vec<Sc
 }
 
 impl SpecimenBuilder<'_> {
-    fn specimen(&mut self, document: &Document) -> Option<Specimen> {
+    fn specimen(&mut self, document: &SpecimenDocument) -> Option<Specimen> {
         let (solver, run) = (&document.solver, &document.run);
         if solver.spacing.is_none() {
             self.wrong(&path(&["solver"]), "`spacing` is missing");
@@ -95,7 +95,7 @@ impl SpecimenBuilder<'_> {
 
     fn matter(
         &mut self,
-        document: &Document,
+        document: &SpecimenDocument,
         zones: Vec<core::Zone>,
         (material, strength): (Material, StrengthField),
     ) -> core::Matter {
@@ -103,7 +103,7 @@ impl SpecimenBuilder<'_> {
     }
 
     /// All bodies in the specimen's frame, and the first triangle of each but the first.
-    fn bodies(&mut self, document: &Document) -> (TriMesh, Vec<u32>) {
+    fn bodies(&mut self, document: &SpecimenDocument) -> (TriMesh, Vec<u32>) {
         let mut mesh = self.mesh(document).unwrap_or_default();
         let mut starts = Vec::new();
         for (index, body) in document.body.iter().enumerate() {
@@ -122,7 +122,7 @@ impl SpecimenBuilder<'_> {
     }
 
     /// The body with its slots cut out, in the specimen's frame.
-    fn mesh(&mut self, document: &Document) -> Option<TriMesh> {
+    fn mesh(&mut self, document: &SpecimenDocument) -> Option<TriMesh> {
         let geometry = &document.geometry;
         let at = path(&["geometry"]);
         let mesh = match (&geometry.shape, &geometry.mesh) {
@@ -166,9 +166,9 @@ impl SpecimenBuilder<'_> {
         Some(mesh)
     }
 
-    fn patches(&mut self, document: &Document) -> Vec<core::Patch> {
+    fn patches(&mut self, document: &SpecimenDocument) -> Vec<core::StrengthPatch> {
         let rows = document.patch.iter().enumerate();
-        rows.map(|(index, patch)| core::Patch {
+        rows.map(|(index, patch)| core::StrengthPatch {
             part: self.region(&patch.region, &item("patch", index), Use::Points),
             strength: patch.strength,
             damage: patch.damage,
@@ -176,7 +176,7 @@ impl SpecimenBuilder<'_> {
         .collect()
     }
 
-    fn notches(&mut self, document: &Document) -> Vec<core::Notch> {
+    fn notches(&mut self, document: &SpecimenDocument) -> Vec<core::Notch> {
         let rows = document.notch.iter().enumerate();
         rows.map(|(index, notch)| core::Notch {
             point: Vec3::from(notch.point),
@@ -186,7 +186,7 @@ impl SpecimenBuilder<'_> {
         .collect()
     }
 
-    fn starts(&mut self, document: &Document) -> Vec<core::Start> {
+    fn starts(&mut self, document: &SpecimenDocument) -> Vec<core::Start> {
         let rows = document.start.iter().enumerate();
         rows.map(|(index, start)| {
             let spin = Vec3::from(start.spin).cross_matrix();
@@ -201,7 +201,7 @@ impl SpecimenBuilder<'_> {
         .collect()
     }
 
-    fn holds(&mut self, document: &Document) -> Vec<core::Hold> {
+    fn holds(&mut self, document: &SpecimenDocument) -> Vec<core::Hold> {
         let rows = document.support.iter().enumerate();
         rows.map(|(index, support)| {
             let at = item("support", index);
@@ -228,15 +228,15 @@ impl SpecimenBuilder<'_> {
         .collect()
     }
 
-    fn loads(&mut self, document: &Document) -> Vec<core::Load> {
+    fn loads(&mut self, document: &SpecimenDocument) -> Vec<core::Load> {
         let mut loads = Vec::new();
         for (index, load) in document.load.iter().enumerate() {
             let at = item("load", index);
-            let pushes: Vec<core::Push> = [
-                load.traction.map(|v| core::Push::Traction(Vec3::from(v))),
-                load.pressure.map(core::Push::Pressure),
-                load.force.map(|v| core::Push::Force(Vec3::from(v))),
-                load.acceleration.map(|v| core::Push::Acceleration(Vec3::from(v))),
+            let pushes: Vec<core::LoadKind> = [
+                load.traction.map(|v| core::LoadKind::Traction(Vec3::from(v))),
+                load.pressure.map(core::LoadKind::Pressure),
+                load.force.map(|v| core::LoadKind::Force(Vec3::from(v))),
+                load.acceleration.map(|v| core::LoadKind::Acceleration(Vec3::from(v))),
             ]
             .into_iter()
             .flatten()
@@ -247,8 +247,8 @@ impl SpecimenBuilder<'_> {
                 continue;
             };
             let used = match push {
-                core::Push::Traction(_) | core::Push::Pressure(_) => Use::Surface,
-                core::Push::Force(_) | core::Push::Acceleration(_) => Use::Points,
+                core::LoadKind::Traction(_) | core::LoadKind::Pressure(_) => Use::Surface,
+                core::LoadKind::Force(_) | core::LoadKind::Acceleration(_) => Use::Points,
             };
             let part = self.region(&load.region, &at, used);
             loads.push(core::Load { part, push, course: self.course(&load.time, &at) });
@@ -256,23 +256,25 @@ impl SpecimenBuilder<'_> {
         loads
     }
 
-    fn course(&mut self, course: &format::Course, at: &[Step]) -> core::Course {
+    fn course(&mut self, course: &format::AmplitudeConfig, at: &[Step]) -> core::Amplitude {
         let at = below(at, "time");
         match course {
-            format::Course::Constant => core::Course::Table(vec![(0.0, 1.0)]),
-            &format::Course::Ramp { rise } => core::Course::Table(vec![(0.0, 0.0), (rise, 1.0)]),
-            &format::Course::Step { from, until } => {
+            format::AmplitudeConfig::Constant => core::Amplitude::Table(vec![(0.0, 1.0)]),
+            &format::AmplitudeConfig::Ramp { rise } => {
+                core::Amplitude::Table(vec![(0.0, 0.0), (rise, 1.0)])
+            }
+            &format::AmplitudeConfig::Step { from, until } => {
                 if until <= from {
                     self.wrong(&at, format!("`until` must be after {from} s; it is {until} s"));
                 }
                 let before = if from > 0.0 { vec![(0.0, 0.0), (from, 0.0)] } else { Vec::new() };
                 let rows = before.into_iter().chain([(from, 1.0), (until, 1.0), (until, 0.0)]);
-                core::Course::Table(rows.collect())
+                core::Amplitude::Table(rows.collect())
             }
-            &format::Course::HalfSine { from, duration } => {
-                core::Course::HalfSine { start: from, duration }
+            &format::AmplitudeConfig::HalfSine { from, duration } => {
+                core::Amplitude::HalfSine { start: from, duration }
             }
-            format::Course::Table { times, factors } => {
+            format::AmplitudeConfig::Table { times, factors } => {
                 if times.len() != factors.len() {
                     let (a, b) = (times.len(), factors.len());
                     self.wrong(
@@ -284,13 +286,13 @@ impl SpecimenBuilder<'_> {
                     let message = format!("`times` must ascend; {} follows {}", pair[1], pair[0]);
                     self.wrong(&at, message);
                 }
-                core::Course::Table(times.iter().copied().zip(factors.iter().copied()).collect())
+                core::Amplitude::Table(times.iter().copied().zip(factors.iter().copied()).collect())
             }
         }
     }
 }
 
-fn cut(mesh: &TriMesh, slot: &format::Slot, turn: Quat) -> Result<TriMesh, String> {
+fn cut(mesh: &TriMesh, slot: &format::SlotConfig, turn: Quat) -> Result<TriMesh, String> {
     let pose = Pose::from_parts(Vec3::from(slot.position).into(), turn);
     let tool = shape::mesh(&slot.shape)?.transformed(&pose);
     let exact =
@@ -316,14 +318,14 @@ fn plane(symmetry: &format::Symmetry) -> core::SymmetryPlane {
     core::SymmetryPlane { axis, at: symmetry.at }
 }
 
-fn settings(document: &Document) -> core::SpecimenSettings {
+fn settings(document: &SpecimenDocument) -> core::SpecimenSettings {
     let s = &document.solver;
     core::SpecimenSettings {
         spacing: s.spacing.unwrap_or(1.0),
         step_factor: s.step_factor,
         precision: match s.precision {
-            WrittenPrecision::Single => Precision::Single,
-            WrittenPrecision::Double => Precision::Double,
+            WrittenPrecision::Single => PointPrecision::Single,
+            WrittenPrecision::Double => PointPrecision::Double,
         },
         breaks: s.breaks,
         damping: s.damping,

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 pub(super) fn schema_json() -> &'static Json {
     static SCHEMA: OnceLock<Json> = OnceLock::new();
     SCHEMA.get_or_init(|| {
-        let mut schema = schemars::schema_for!(format::Document).to_value();
+        let mut schema = schemars::schema_for!(format::SpecimenDocument).to_value();
         schema["title"] = Json::String("A Cullet specimen".to_owned());
         plain_brackets(&mut schema);
         schema

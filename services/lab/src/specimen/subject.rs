@@ -3,7 +3,7 @@
 use super::format::{Ends, Expected, Metric};
 use super::whole::Whole;
 use cullet_proto::specimen::SpecimenJob;
-use cullet_specimen::{Field, SpecimenSettings};
+use cullet_specimen::{PointField, SpecimenSettings};
 
 /// A specimen, checked and complete.
 #[derive(Clone, Debug)]
@@ -62,11 +62,11 @@ impl Specimen {
     pub fn colour(&self) -> &'static str {
         let field = self.job().map(|job| job.0.output.colour.0);
         field.map_or("", |field| match field {
-            Field::Damage => "damage [1]",
-            Field::Stress => "greatest principal stress [Pa]",
-            Field::Velocity => "speed [m/s]",
-            Field::Displacement => "displacement [m]",
-            Field::Strain => "strain [1]",
+            PointField::Damage => "damage [1]",
+            PointField::Stress => "greatest principal stress [Pa]",
+            PointField::Velocity => "speed [m/s]",
+            PointField::Displacement => "displacement [m]",
+            PointField::Strain => "strain [1]",
         })
     }
 

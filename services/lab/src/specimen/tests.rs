@@ -1,9 +1,9 @@
 use super::format::{Expected, Metric, Reduction};
-use super::metric::{Verdict, reduce, speeds, weigh};
+use super::metric::{MetricVerdict, reduce, speeds, weigh};
 use super::{Specimen, load, schema, whole};
 use cullet_geometry::Vec3;
 use cullet_model::strength::Region;
-use cullet_specimen::{Course, Probe, Push};
+use cullet_specimen::{Amplitude, LoadKind, Probe};
 
 const HEAD: &str = r#"
 [geometry]
@@ -119,7 +119,7 @@ fn errors_name_their_place_and_bound() {
     assert!(missing.contains("`spacing` is missing"), "{missing}");
 }
 
-/// What would be read as something else, or as nothing, is told where it stands.
+/// What would be read as something else, or as nothing, is reported where it stands.
 #[test]
 fn boxes_inside_out_and_names_given_twice_are_told() {
     let cases = [
@@ -169,8 +169,8 @@ fn a_side_has_the_depth_of_its_use() {
     );
     let problem = &specimen.job().expect("a body").0;
     let load = &problem.loads[0];
-    assert_eq!(load.push, Push::Traction(Vec3::x() * 1e6));
-    assert_eq!(load.course, Course::Table(vec![(0.0, 0.0), (1e-6, 1.0)]));
+    assert_eq!(load.push, LoadKind::Traction(Vec3::x() * 1e6));
+    assert_eq!(load.course, Amplitude::Table(vec![(0.0, 0.0), (1e-6, 1.0)]));
     let side = |x: f64| Region::HalfSpace { point: Vec3::x() * x, normal: -Vec3::x() };
     assert_eq!(load.part, [side(0.05)]);
     let probes = &problem.output.probes;
@@ -185,7 +185,7 @@ fn overrides_reach_tables_lists_by_name_and_the_solver_by_one_name() {
     let specimen = read(&format!("{HEAD}{tail}"), &set).unwrap_or_else(|why| panic!("{why}"));
     let problem = &specimen.job().expect("a body").0;
     assert_eq!((problem.settings.spacing, problem.matter.material.young), (0.005, 1e9));
-    assert_eq!((problem.loads[0].push, problem.output.samples), (Push::Pressure(2e6), 7));
+    assert_eq!((problem.loads[0].push, problem.output.samples), (LoadKind::Pressure(2e6), 7));
 }
 
 /// A slot takes its volume out of the body.
@@ -271,7 +271,7 @@ fn speeds_are_those_of_the_last_window() {
     }
 }
 
-/// A body that cannot be made is told with its place beside a specimen that was read; what is
+/// A body that cannot be made is reported with its place beside a specimen that was read; what is
 /// wrong with the file is still an error.
 #[test]
 fn a_body_that_cannot_be_made_is_a_flaw_and_no_error() {
@@ -298,13 +298,13 @@ fn a_body_that_cannot_be_made_is_a_flaw_and_no_error() {
 fn a_gap_is_no_failure_and_what_is_no_number_never_holds() {
     let expected = Expected { value: Some(2.0), tolerance: Some(0.1), ..Expected::default() };
     let verdict = |expected: &Expected, value| weigh(Some(expected), value).verdict;
-    assert_eq!(verdict(&expected, 2.19), Verdict::Holds);
-    assert_eq!(verdict(&expected, 2.21), Verdict::Fails);
-    assert_eq!(verdict(&expected, f64::NAN), Verdict::Fails);
+    assert_eq!(verdict(&expected, 2.19), MetricVerdict::Holds);
+    assert_eq!(verdict(&expected, 2.21), MetricVerdict::Fails);
+    assert_eq!(verdict(&expected, f64::NAN), MetricVerdict::Fails);
     let gap = Expected { gap: Some("why".into()), ..expected };
-    assert_eq!(verdict(&gap, 2.21), Verdict::Gap);
-    assert_eq!(verdict(&gap, 2.1), Verdict::Holds);
-    assert_eq!(weigh(None, 1.0).verdict, Verdict::Free);
+    assert_eq!(verdict(&gap, 2.21), MetricVerdict::Gap);
+    assert_eq!(verdict(&gap, 2.1), MetricVerdict::Holds);
+    assert_eq!(weigh(None, 1.0).verdict, MetricVerdict::Free);
 }
 
 /// Zones and further bodies arrive in the order of the file, each body where its triangles begin.

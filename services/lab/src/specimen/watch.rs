@@ -1,14 +1,16 @@
-//! Probes of a body: names looked up, keys held against their kinds.
+//! Probes of a body: names looked up, keys checked against their kinds.
 
 use super::asked;
 use super::builder::{SpecimenBuilder, Use};
-use super::format::{Colour, Component, Document, Expected, Metric, Probe, ProbeKind, Reduce};
+use super::format::{
+    Colour, Component, Expected, Metric, ProbeConfig, ProbeKind, ReduceChoice, SpecimenDocument,
+};
 use super::paths::{below, item};
 use cullet_document::error::suggest;
 use cullet_document::tree::Step;
 use cullet_geometry::Vec3;
 use cullet_specimen as core;
-use cullet_specimen::Field;
+use cullet_specimen::PointField;
 
 /// Damage above which a point counts as damaged \[1\].
 const DAMAGED: f64 = 0.05;
@@ -29,7 +31,7 @@ pub(super) struct Watched {
 }
 
 /// Reads probes, metrics and what is expected of them.
-pub(super) fn read(desk: &mut SpecimenBuilder<'_>, document: &Document) -> Watched {
+pub(super) fn read(desk: &mut SpecimenBuilder<'_>, document: &SpecimenDocument) -> Watched {
     let mut watched = Watched {
         probes: Vec::new(),
         names: Vec::new(),
@@ -55,13 +57,13 @@ pub(super) fn read(desk: &mut SpecimenBuilder<'_>, document: &Document) -> Watch
 }
 
 /// The field of points that a kind reads, if it does.
-const fn field(kind: ProbeKind) -> Option<Field> {
+const fn field(kind: ProbeKind) -> Option<PointField> {
     match kind {
-        ProbeKind::Displacement => Some(Field::Displacement),
-        ProbeKind::Velocity => Some(Field::Velocity),
-        ProbeKind::Stress => Some(Field::Stress),
-        ProbeKind::Strain => Some(Field::Strain),
-        ProbeKind::Damage => Some(Field::Damage),
+        ProbeKind::Displacement => Some(PointField::Displacement),
+        ProbeKind::Velocity => Some(PointField::Velocity),
+        ProbeKind::Stress => Some(PointField::Stress),
+        ProbeKind::Strain => Some(PointField::Strain),
+        ProbeKind::Damage => Some(PointField::Damage),
         _ => None,
     }
 }
@@ -118,7 +120,7 @@ const fn takes(kind: ProbeKind) -> &'static [&'static str] {
     }
 }
 
-fn keys(desk: &mut SpecimenBuilder<'_>, probe: &Probe, at: &[Step]) {
+fn keys(desk: &mut SpecimenBuilder<'_>, probe: &ProbeConfig, at: &[Step]) {
     let given = [
         ("component", probe.component.is_some()),
         ("at", probe.at.is_some()),
@@ -145,8 +147,8 @@ fn keys(desk: &mut SpecimenBuilder<'_>, probe: &Probe, at: &[Step]) {
 
 fn one(
     desk: &mut SpecimenBuilder<'_>,
-    document: &Document,
-    probe: &Probe,
+    document: &SpecimenDocument,
+    probe: &ProbeConfig,
     at: &[Step],
 ) -> Option<core::Probe> {
     let vector = || part(probe.component, false);
@@ -203,28 +205,28 @@ fn one(
     Some(made)
 }
 
-fn area(desk: &mut SpecimenBuilder<'_>, probe: &Probe, at: &[Step]) -> core::Where {
+fn area(desk: &mut SpecimenBuilder<'_>, probe: &ProbeConfig, at: &[Step]) -> core::Where {
     desk.region(probe.region.as_deref().unwrap_or("all"), at, Use::Points)
 }
 
 fn points(
     desk: &mut SpecimenBuilder<'_>,
-    probe: &Probe,
-    field: Field,
+    probe: &ProbeConfig,
+    field: PointField,
     at: &[Step],
 ) -> Option<core::Probe> {
     let tensor = field.is_tensor();
     let part = match field {
-        Field::Damage => core::Part::Size,
+        PointField::Damage => core::TensorPart::Size,
         _ => checked(desk, part(probe.component, tensor), at)?,
     };
     let spot = match probe.at {
         Some(place) => core::Spot::At(Vec3::from(place)),
         None => {
             let reduce = match probe.reduce.unwrap_or_default() {
-                Reduce::Mean => core::Reduce::Mean,
-                Reduce::Max => core::Reduce::Max,
-                Reduce::Min => core::Reduce::Min,
+                ReduceChoice::Mean => core::Reduce::Mean,
+                ReduceChoice::Max => core::Reduce::Max,
+                ReduceChoice::Min => core::Reduce::Min,
             };
             core::Spot::Over(area(desk, probe, at), reduce)
         }
@@ -234,38 +236,45 @@ fn points(
 
 fn checked(
     desk: &mut SpecimenBuilder<'_>,
-    part: Result<core::Part, &'static str>,
+    part: Result<core::TensorPart, &'static str>,
     at: &[Step],
-) -> Option<core::Part> {
+) -> Option<core::TensorPart> {
     part.map_err(|why| desk.wrong(&below(at, "component"), why)).ok()
 }
 
-pub(super) fn part(component: Option<Component>, tensor: bool) -> Result<core::Part, &'static str> {
+pub(super) fn part(
+    component: Option<Component>,
+    tensor: bool,
+) -> Result<core::TensorPart, &'static str> {
     let Some(component) = component else {
         // Said already: the kind needs one.
-        return Ok(core::Part::Size);
+        return Ok(core::TensorPart::Size);
     };
     let axis = |k| {
-        if tensor { Err("a tensor has xx, yy, zz, xy, yz, zx") } else { Ok(core::Part::Axis(k)) }
+        if tensor {
+            Err("a tensor has xx, yy, zz, xy, yz, zx")
+        } else {
+            Ok(core::TensorPart::Axis(k))
+        }
     };
     let vector = Err("a vector has x, y, z and size");
-    let pair = |k| if tensor { Ok(core::Part::Pair(k)) } else { vector };
+    let pair = |k| if tensor { Ok(core::TensorPart::Pair(k)) } else { vector };
     let whole = |part| if tensor { Ok(part) } else { vector };
     match component {
         Component::X => axis(0),
         Component::Y => axis(1),
         Component::Z => axis(2),
-        Component::Size => Ok(core::Part::Size),
+        Component::Size => Ok(core::TensorPart::Size),
         Component::Xx => pair(0),
         Component::Yy => pair(1),
         Component::Zz => pair(2),
         Component::Xy => pair(3),
         Component::Yz => pair(4),
         Component::Zx => pair(5),
-        Component::Greatest => whole(core::Part::Greatest),
-        Component::Least => whole(core::Part::Least),
-        Component::Mises => whole(core::Part::Mises),
-        Component::Mean => whole(core::Part::Mean),
+        Component::Greatest => whole(core::TensorPart::Greatest),
+        Component::Least => whole(core::TensorPart::Least),
+        Component::Mises => whole(core::TensorPart::Mises),
+        Component::Mean => whole(core::TensorPart::Mean),
     }
 }
 
@@ -285,11 +294,11 @@ fn named(
 }
 
 /// What colours the points of a recording.
-pub(super) const fn colour(colour: Colour) -> (Field, core::Part) {
+pub(super) const fn colour(colour: Colour) -> (PointField, core::TensorPart) {
     match colour {
-        Colour::Damage => (Field::Damage, core::Part::Size),
-        Colour::Stress => (Field::Stress, core::Part::Greatest),
-        Colour::Speed => (Field::Velocity, core::Part::Size),
-        Colour::Displacement => (Field::Displacement, core::Part::Size),
+        Colour::Damage => (PointField::Damage, core::TensorPart::Size),
+        Colour::Stress => (PointField::Stress, core::TensorPart::Greatest),
+        Colour::Speed => (PointField::Velocity, core::TensorPart::Size),
+        Colour::Displacement => (PointField::Displacement, core::TensorPart::Size),
     }
 }

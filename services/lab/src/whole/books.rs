@@ -1,7 +1,7 @@
 //! What a run's events say, each at its step: hits, breaks, what they took.
 
-use crate::specimen::whole::Watch;
-use crate::specimen::whole::format::ProbeKind;
+use crate::specimen::whole::ResolvedProbe;
+use crate::specimen::whole::format::SceneProbeKind;
 use cullet_proto::recording::{EventKind, Ledger, RunEvent, Verdict};
 use cullet_record::Recording;
 use std::collections::{BTreeMap, BTreeSet};
@@ -33,7 +33,7 @@ impl<'a> Books<'a> {
     }
 
     /// What a probe of events has to say; nothing of one that watches bodies.
-    pub(super) fn entries(&self, watch: &Watch) -> Option<(Fold, Entries)> {
+    pub(super) fn entries(&self, watch: &ResolvedProbe) -> Option<(Fold, Entries)> {
         let ledger = |number: fn(&Ledger) -> f64| {
             let of = |event: &RunEvent| number(&event.ledger.unwrap_or_default());
             self.told(EventKind::Fractured, watch, &of)
@@ -43,21 +43,21 @@ impl<'a> Books<'a> {
             self.told(EventKind::JobSettled, watch, &of)
         };
         Some(match watch.kind {
-            ProbeKind::HitLoss => (Fold::Sum, self.hit_loss(watch)),
-            ProbeKind::BreakLoss => (Fold::Sum, ledger(|l| l.energy_before - l.energy_after)),
-            ProbeKind::CrackEnergy => (Fold::Sum, ledger(|l| l.fracture_energy)),
-            ProbeKind::MassError => (Fold::Most, ledger(|l| l.mass_rel_error)),
-            ProbeKind::VolumeError => (Fold::Most, ledger(|l| l.volume_rel_error)),
-            ProbeKind::MomentumError => (Fold::Most, ledger(|l| l.momentum_rel_error)),
-            ProbeKind::AngularMomentumError => {
+            SceneProbeKind::HitLoss => (Fold::Sum, self.hit_loss(watch)),
+            SceneProbeKind::BreakLoss => (Fold::Sum, ledger(|l| l.energy_before - l.energy_after)),
+            SceneProbeKind::CrackEnergy => (Fold::Sum, ledger(|l| l.fracture_energy)),
+            SceneProbeKind::MassError => (Fold::Most, ledger(|l| l.mass_rel_error)),
+            SceneProbeKind::VolumeError => (Fold::Most, ledger(|l| l.volume_rel_error)),
+            SceneProbeKind::MomentumError => (Fold::Most, ledger(|l| l.momentum_rel_error)),
+            SceneProbeKind::AngularMomentumError => {
                 (Fold::Most, ledger(|l| l.angular_momentum_rel_error))
             }
-            ProbeKind::EnergyGain => (Fold::Most, ledger(|l| l.energy_gain_rel)),
-            ProbeKind::Breaks => (Fold::Sum, ledger(|_| 1.0)),
-            ProbeKind::Kept => (Fold::Sum, self.told(EventKind::KeptWhole, watch, &|_| 1.0)),
-            ProbeKind::Refused => (Fold::Sum, verdicts(&[Verdict::Refused])),
-            ProbeKind::Failed => (Fold::Sum, verdicts(&[Verdict::Failed, Verdict::Abandoned])),
-            ProbeKind::Hits => {
+            SceneProbeKind::EnergyGain => (Fold::Most, ledger(|l| l.energy_gain_rel)),
+            SceneProbeKind::Breaks => (Fold::Sum, ledger(|_| 1.0)),
+            SceneProbeKind::Kept => (Fold::Sum, self.told(EventKind::KeptWhole, watch, &|_| 1.0)),
+            SceneProbeKind::Refused => (Fold::Sum, verdicts(&[Verdict::Refused])),
+            SceneProbeKind::Failed => (Fold::Sum, verdicts(&[Verdict::Failed, Verdict::Abandoned])),
+            SceneProbeKind::Hits => {
                 (Fold::Sum, self.hits(watch).into_iter().map(|(_, hit)| (hit.step, 1.0)).collect())
             }
             _ => (Fold::One, self.one_hit(watch)?),
@@ -70,14 +70,19 @@ impl<'a> Books<'a> {
     }
 
     /// Numbers of all events of a kind that happened to what a probe is about.
-    fn told(&self, kind: EventKind, watch: &Watch, number: &dyn Fn(&RunEvent) -> f64) -> Entries {
+    fn told(
+        &self,
+        kind: EventKind,
+        watch: &ResolvedProbe,
+        number: &dyn Fn(&RunEvent) -> f64,
+    ) -> Entries {
         let own =
             |event: &&RunEvent| event.kind() == kind && self.is(event.body, watch.bodies.as_ref());
         self.events.iter().filter(own).map(|event| (event.step, number(event))).collect()
     }
 
-    /// The hits that a probe is about, each with how many hits were told of in earlier steps.
-    fn hits(&self, watch: &Watch) -> Vec<(u64, &RunEvent)> {
+    /// The hits that a probe is about, each with how many hits were reported in earlier steps.
+    fn hits(&self, watch: &ResolvedProbe) -> Vec<(u64, &RunEvent)> {
         let (mut earlier, mut now, mut step) = (0, 0, 0);
         let mut found = Vec::new();
         for event in self.events.iter().filter(|event| event.kind() == EventKind::Impact) {
@@ -95,20 +100,20 @@ impl<'a> Books<'a> {
     }
 
     /// A number of one hit; nothing where the kind asks for none.
-    fn one_hit(&self, watch: &Watch) -> Option<Entries> {
+    fn one_hit(&self, watch: &ResolvedProbe) -> Option<Entries> {
         let number: fn(u64, &RunEvent) -> f64 = match watch.kind {
-            ProbeKind::HitOrder => |earlier, _| earlier as f64 + 1.0,
-            ProbeKind::HitTime => |_, hit| hit.time,
-            ProbeKind::HitSpeed => |_, hit| hit.closing_speed,
-            ProbeKind::HitImpulse => |_, hit| hit.impulse,
-            ProbeKind::HitEnergy => |_, hit| hit.energy,
-            ProbeKind::HitTook => |_, hit| hit.dissipated,
-            ProbeKind::HitMass => {
+            SceneProbeKind::HitOrder => |earlier, _| earlier as f64 + 1.0,
+            SceneProbeKind::HitTime => |_, hit| hit.time,
+            SceneProbeKind::HitSpeed => |_, hit| hit.closing_speed,
+            SceneProbeKind::HitImpulse => |_, hit| hit.impulse,
+            SceneProbeKind::HitEnergy => |_, hit| hit.energy,
+            SceneProbeKind::HitTook => |_, hit| hit.dissipated,
+            SceneProbeKind::HitMass => {
                 |_, hit| 2.0 * hit.energy / (hit.closing_speed * hit.closing_speed)
             }
-            ProbeKind::HitDuration => |_, hit| hit.duration,
-            ProbeKind::HitRadius => |_, hit| hit.radius,
-            ProbeKind::HitForce => |_, hit| hit.peak_force,
+            SceneProbeKind::HitDuration => |_, hit| hit.duration,
+            SceneProbeKind::HitRadius => |_, hit| hit.radius,
+            SceneProbeKind::HitForce => |_, hit| hit.peak_force,
             _ => return None,
         };
         let hits = self.hits(watch);
@@ -118,10 +123,10 @@ impl<'a> Books<'a> {
 
     /// What hits took; at a break, what the hits that led to it took is given back: the break's
     /// own entry has it.
-    fn hit_loss(&self, watch: &Watch) -> Entries {
+    fn hit_loss(&self, watch: &ResolvedProbe) -> Entries {
         let names = watch.bodies.as_ref();
         let mut entries = Entries::new();
-        // Of each step and pair, what it took: both bodies of a pair may be told of it.
+        // Of each step and pair, what it took: both bodies of a pair may have a report of it.
         let mut taken: BTreeMap<(u64, u64, u64), f64> = BTreeMap::new();
         // The step of the hits that each body's last job is about.
         let mut asked: BTreeMap<u64, u64> = BTreeMap::new();

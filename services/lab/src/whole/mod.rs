@@ -9,7 +9,7 @@ mod tests;
 
 use super::crew::in_order;
 use super::limits::Limits;
-use super::process::{End, Order, Ran, run as run_process};
+use super::process::{ProcessEnd, Ran, SceneCommand, run as run_process};
 use crate::specimen::whole::Whole;
 use cullet_proto::specimen::{Ending, SpecimenResult};
 use cullet_record::Recording;
@@ -17,9 +17,9 @@ use std::path::Path;
 use tempfile::TempDir;
 
 /// A run and the folder of its recording.
-type Run = (SpecimenResult, Option<TempDir>);
+type RecordedRun = (SpecimenResult, Option<TempDir>);
 
-/// Runs scenes, several at once, but those that have a flaw; `done` is told each result, with its
+/// Runs scenes, several at once, but those that have a flaw; `done` gets each result, with its
 /// recording where there is one, in their order.
 pub(super) fn run_all(
     wholes: &[(&Whole, Option<&str>)],
@@ -30,7 +30,7 @@ pub(super) fn run_all(
         (_, Some(flaw)) => (SpecimenResult::ended(Ending::Geometry(flaw.into())), None),
         (whole, None) => run(whole, limits),
     };
-    in_order(wholes.len(), limits.workers, &work, &mut |index, (result, folder): Run| {
+    in_order(wholes.len(), limits.workers, &work, &mut |index, (result, folder): RecordedRun| {
         let recording = folder.as_ref().map(|folder| folder.path().join(RECORDING));
         done(index, result, recording.as_deref());
     });
@@ -41,14 +41,14 @@ const OUT: &str = "run";
 /// And its recording.
 const RECORDING: &str = "run/run.mcap";
 
-fn run(whole: &Whole, limits: &Limits) -> Run {
+fn run(whole: &Whole, limits: &Limits) -> RecordedRun {
     let folder = match tempfile::tempdir() {
         Ok(folder) => folder,
         Err(why) => {
             return (SpecimenResult::ended(Ending::Crashed(format!("no folder: {why}"))), None);
         }
     };
-    let ran = run_process(Order {
+    let ran = run_process(SceneCommand {
         exe: &limits.exe,
         scene: &whole.file,
         overrides: &whole.overrides,
@@ -78,11 +78,11 @@ fn run(whole: &Whole, limits: &Limits) -> Run {
 fn ending(ran: &Ran, limits: &Limits) -> Ending {
     let said = ran.said.clone();
     match ran.end {
-        End::Complete => Ending::Ok,
-        End::Refused => Ending::Refused(said),
-        End::Late => Ending::Timeout(limits.late()),
+        ProcessEnd::Complete => Ending::Ok,
+        ProcessEnd::Refused => Ending::Refused(said),
+        ProcessEnd::Late => Ending::Timeout(limits.late()),
         // What the world says of a motion that is lost (F76).
-        End::Broken if said.contains("is not finite") => Ending::NotFinite(said),
-        End::Broken => Ending::Crashed(said),
+        ProcessEnd::Broken if said.contains("is not finite") => Ending::NotFinite(said),
+        ProcessEnd::Broken => Ending::Crashed(said),
     }
 }

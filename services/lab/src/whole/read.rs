@@ -1,12 +1,12 @@
 //! The rows of a run of the whole: what its probes read after each step of the world.
 
 use super::books::{Books, Entries, Fold};
-use super::state::{Part, Row, State};
-use crate::specimen::whole::format::ProbeKind;
-use crate::specimen::whole::{Watch, Whole};
+use super::state::{PartMotion, RecordedPart, ReplayState};
+use crate::specimen::whole::format::SceneProbeKind;
+use crate::specimen::whole::{ResolvedProbe, Whole};
 use cullet_geometry::{Mat3, Vec3};
 use cullet_record::Recording;
-use cullet_specimen::{Part as Component, SpecimenOutcome};
+use cullet_specimen::{SpecimenOutcome, TensorPart as Component};
 
 /// Most samples of a run: of a longer one every second step is read, or every third.
 const MOST: u64 = 1_000_000;
@@ -27,7 +27,11 @@ pub(super) fn fill(result: &mut SpecimenOutcome, whole: &Whole, recording: &Reco
     result.rows = rows(&whole.watches, recording, &steps);
 }
 
-pub(super) fn rows(watches: &[Watch], recording: &Recording, steps: &[u64]) -> Vec<Vec<f64>> {
+pub(super) fn rows(
+    watches: &[ResolvedProbe],
+    recording: &Recording,
+    steps: &[u64],
+) -> Vec<Vec<f64>> {
     let books = Books::new(recording);
     let told: Vec<Option<(Fold, Entries)>> = watches.iter().map(|w| books.entries(w)).collect();
     let mut rows: Vec<Vec<f64>> = told
@@ -35,7 +39,7 @@ pub(super) fn rows(watches: &[Watch], recording: &Recording, steps: &[u64]) -> V
         .map(|told| told.as_ref().map(|(fold, entries)| course(*fold, entries, steps)))
         .map(Option::unwrap_or_default)
         .collect();
-    let mut state = State::new(recording);
+    let mut state = ReplayState::new(recording);
     for &step in steps {
         state.play(step);
         for ((watch, row), _) in
@@ -45,10 +49,10 @@ pub(super) fn rows(watches: &[Watch], recording: &Recording, steps: &[u64]) -> V
         }
     }
     for (watch, row) in watches.iter().zip(&mut rows) {
-        if watch.kind == ProbeKind::Balance {
+        if watch.kind == SceneProbeKind::Balance {
             let first = row.first().copied().unwrap_or_default();
-            let all = |kind| Watch { kind, ..watch.clone() };
-            let lost = [ProbeKind::HitLoss, ProbeKind::BreakLoss].map(|kind| {
+            let all = |kind| ResolvedProbe { kind, ..watch.clone() };
+            let lost = [SceneProbeKind::HitLoss, SceneProbeKind::BreakLoss].map(|kind| {
                 let (fold, entries) = books.entries(&all(kind)).unwrap_or((Fold::Sum, Vec::new()));
                 course(fold, &entries, steps)
             });
@@ -79,10 +83,12 @@ fn course(fold: Fold, entries: &[(u64, f64)], steps: &[u64]) -> Vec<f64> {
 }
 
 /// What a probe of bodies reads.
-fn read(state: &State<'_>, watch: &Watch) -> f64 {
+fn read(state: &ReplayState<'_>, watch: &ResolvedProbe) -> f64 {
     let parts = || state.parts(watch.bodies.as_ref());
-    let sum = |number: &dyn Fn(&Part, &Row) -> f64| parts().map(|(p, r)| number(p, r)).sum::<f64>();
-    let vector = |number: &dyn Fn(&Part, &Row) -> Vec3| {
+    let sum = |number: &dyn Fn(&RecordedPart, &PartMotion) -> f64| {
+        parts().map(|(p, r)| number(p, r)).sum::<f64>()
+    };
+    let vector = |number: &dyn Fn(&RecordedPart, &PartMotion) -> Vec3| {
         parts().map(|(part, row)| number(part, row)).fold(Vec3::zeros(), |all, one| all + one)
     };
     let mass = || sum(&|part, _| part.mass);
@@ -90,52 +96,52 @@ fn read(state: &State<'_>, watch: &Watch) -> f64 {
     let potential = || sum(&|part, row| -part.mass * state.gravity.dot(&row.at));
     let bodies = || parts().filter(|(part, _)| !part.grain);
     match watch.kind {
-        ProbeKind::Position => along(vector(&|p, r| r.at * p.mass) / mass(), watch.part),
-        ProbeKind::Velocity => along(vector(&|p, r| r.velocity * p.mass) / mass(), watch.part),
-        ProbeKind::Displacement => displacement(state, watch),
-        ProbeKind::Spin => {
+        SceneProbeKind::Position => along(vector(&|p, r| r.at * p.mass) / mass(), watch.part),
+        SceneProbeKind::Velocity => along(vector(&|p, r| r.velocity * p.mass) / mass(), watch.part),
+        SceneProbeKind::Displacement => displacement(state, watch),
+        SceneProbeKind::Spin => {
             let mut wholes = parts().filter(|(part, _)| part.whole);
             match (wholes.next(), wholes.next()) {
                 (Some((_, row)), None) => along(row.spin, watch.part),
                 _ => f64::NAN,
             }
         }
-        ProbeKind::Mass => mass(),
-        ProbeKind::Volume => sum(&|part, _| part.volume),
-        ProbeKind::Inertia => {
+        SceneProbeKind::Mass => mass(),
+        SceneProbeKind::Volume => sum(&|part, _| part.volume),
+        SceneProbeKind::Inertia => {
             let centre = vector(&|p, r| r.at * p.mass) / mass();
             let all =
                 parts().map(|(part, row)| part.inertia(row) + part.mass * lever(row.at - centre));
             moment(&all.fold(Mat3::zeros(), |all, one| all + one), watch.part)
         }
-        ProbeKind::Momentum => along(vector(&|p, r| r.velocity * p.mass), watch.part),
-        ProbeKind::AngularMomentum => {
-            let own = |part: &Part, row: &Row| {
+        SceneProbeKind::Momentum => along(vector(&|p, r| r.velocity * p.mass), watch.part),
+        SceneProbeKind::AngularMomentum => {
+            let own = |part: &RecordedPart, row: &PartMotion| {
                 part.inertia(row) * row.spin + part.mass * row.at.cross(&row.velocity)
             };
             along(vector(&own), watch.part)
         }
-        ProbeKind::Kinetic => kinetic(),
-        ProbeKind::Potential => potential(),
-        ProbeKind::Energy | ProbeKind::Balance => kinetic() + potential(),
-        ProbeKind::Bodies => bodies().count() as f64,
-        ProbeKind::Pieces => {
+        SceneProbeKind::Kinetic => kinetic(),
+        SceneProbeKind::Potential => potential(),
+        SceneProbeKind::Energy | SceneProbeKind::Balance => kinetic() + potential(),
+        SceneProbeKind::Bodies => bodies().count() as f64,
+        SceneProbeKind::Pieces => {
             let least = watch.share * mass();
             bodies().filter(|(part, _)| part.mass >= least).count() as f64
         }
-        ProbeKind::Largest => bodies().map(|(part, _)| part.mass).fold(0.0, f64::max) / mass(),
+        SceneProbeKind::Largest => bodies().map(|(part, _)| part.mass).fold(0.0, f64::max) / mass(),
         // All others are read off events.
         _ => f64::NAN,
     }
 }
 
-fn kinetic(part: &Part, row: &Row) -> f64 {
+fn kinetic(part: &RecordedPart, row: &PartMotion) -> f64 {
     let turning = row.spin.dot(&(part.inertia(row) * row.spin));
     0.5 * (part.mass * row.velocity.norm_squared() + turning)
 }
 
 /// The displacement of the body of the scene that has the greatest one in that component.
-fn displacement(state: &State<'_>, watch: &Watch) -> f64 {
+fn displacement(state: &ReplayState<'_>, watch: &ResolvedProbe) -> f64 {
     let wholes = state.parts(watch.bodies.as_ref()).filter(|(part, _)| part.whole);
     let moved = wholes.map(|(part, row)| along(row.at - part.first.unwrap_or(row.at), watch.part));
     moved.fold(f64::NAN, |most, one| if one.abs() <= most.abs() { most } else { one })

@@ -5,9 +5,9 @@ use cullet_proto::recording::{Body, BodyPoses, EventKind, Grains};
 use cullet_record::Recording;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Where something is and how it moves.
+/// Where a part is and how it moves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row {
+pub(super) struct PartMotion {
     pub(super) at: Vec3,
     pub(super) turn: Quat,
     pub(super) velocity: Vec3,
@@ -16,7 +16,7 @@ pub(super) struct Row {
 
 /// A body, a fragment or a grain.
 #[derive(Clone, Debug)]
-pub(super) struct Part {
+pub(super) struct RecordedPart {
     /// The body of the scene that it is of.
     pub(super) object: String,
     pub(super) mass: f64,
@@ -28,35 +28,35 @@ pub(super) struct Part {
     /// Whether it is a body of the scene, not a part of one.
     pub(super) whole: bool,
     there: bool,
-    row: Option<Row>,
+    row: Option<PartMotion>,
     /// Where it was first.
     pub(super) first: Option<Vec3>,
 }
 
-impl Part {
+impl RecordedPart {
     /// Where it is, if it is there.
-    pub(super) fn row(&self) -> Option<&Row> {
+    pub(super) fn row(&self) -> Option<&PartMotion> {
         self.row.as_ref().filter(|_| self.there)
     }
 
     /// Inertia about its own centre of mass in the world's frame \[kg·m²\].
-    pub(super) fn inertia(&self, row: &Row) -> Mat3 {
+    pub(super) fn inertia(&self, row: &PartMotion) -> Mat3 {
         let turn = row.turn.to_rotation_matrix();
         turn.matrix() * self.inertia * turn.matrix().transpose()
     }
 
-    fn put(&mut self, row: Row) {
+    fn put(&mut self, row: PartMotion) {
         self.row = Some(row);
         self.first.get_or_insert(row.at);
     }
 }
 
-/// All parts, after as many steps as were played.
-pub(super) struct State<'a> {
+/// All parts of a recording at the step to which it was replayed.
+pub(super) struct ReplayState<'a> {
     recording: &'a Recording,
     pub(super) gravity: Vec3,
-    bodies: BTreeMap<u64, Part>,
-    grains: BTreeMap<u64, Part>,
+    bodies: BTreeMap<u64, RecordedPart>,
+    grains: BTreeMap<u64, RecordedPart>,
     /// How many of the recording's lists are played.
     born: usize,
     posed: usize,
@@ -65,7 +65,7 @@ pub(super) struct State<'a> {
     shaped: usize,
 }
 
-impl<'a> State<'a> {
+impl<'a> ReplayState<'a> {
     /// Before the first step.
     pub(super) fn new(recording: &'a Recording) -> Self {
         let gravity = recording.meta.get("gravity").map(String::as_str).unwrap_or_default();
@@ -125,7 +125,7 @@ impl<'a> State<'a> {
         for (id, ((at, [x, y, z, w]), (velocity, spin))) in poses.ids.iter().zip(rows) {
             if let Some(part) = self.bodies.get_mut(id) {
                 let turn = nalgebra::Quaternion::new(*w, *x, *y, *z);
-                part.put(Row {
+                part.put(PartMotion {
                     at: Vec3::from(*at),
                     // As recorded: a unit quaternion bit for bit.
                     turn: Quat::new_unchecked(turn),
@@ -144,7 +144,7 @@ impl<'a> State<'a> {
             if let (Some(mass), Some(parent)) = (grains.masses.get(k), grains.parents.get(k)) {
                 let Some(parent) = self.bodies.get(parent) else { continue };
                 let volume = mass / parent.mass * parent.volume;
-                let part = Part {
+                let part = RecordedPart {
                     mass: *mass,
                     volume,
                     inertia: Mat3::zeros(),
@@ -159,7 +159,12 @@ impl<'a> State<'a> {
             }
             if let Some(part) = self.grains.get_mut(id) {
                 let (turn, spin) = (Quat::identity(), Vec3::zeros());
-                part.put(Row { at: Vec3::from(*at), turn, velocity: Vec3::from(*velocity), spin });
+                part.put(PartMotion {
+                    at: Vec3::from(*at),
+                    turn,
+                    velocity: Vec3::from(*velocity),
+                    spin,
+                });
             }
         }
     }
@@ -168,8 +173,8 @@ impl<'a> State<'a> {
     pub(super) fn parts<'s>(
         &'s self,
         bodies: Option<&'s BTreeSet<String>>,
-    ) -> impl Iterator<Item = (&'s Part, &'s Row)> {
-        let wanted = move |part: &&Part| match bodies {
+    ) -> impl Iterator<Item = (&'s RecordedPart, &'s PartMotion)> {
+        let wanted = move |part: &&RecordedPart| match bodies {
             Some(names) => names.contains(&part.object),
             None => !part.fixed,
         };
@@ -184,8 +189,8 @@ fn inertia(recording: &Recording, geometry: &[u8]) -> Mat3 {
     solid.map_or_else(Mat3::zeros, |solid| solid.mesh.mass_properties().inertia)
 }
 
-fn part(recording: &Recording, body: &Body) -> Part {
-    Part {
+fn part(recording: &Recording, body: &Body) -> RecordedPart {
+    RecordedPart {
         object: body.object.clone(),
         mass: body.mass,
         volume: body.volume,

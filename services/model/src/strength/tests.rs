@@ -62,8 +62,13 @@ fn fragments_keep_the_pattern_of_the_body_they_come_from() {
     let whole = StrengthField {
         seed: 4,
         offset: Vec3::new(0.1, 0.0, -0.2),
-        weak_plane: Some(WeakPlane { normal: Vec3::z(), ratio: 0.3 }),
-        layers: Some(Layers { normal: Vec3::z(), thickness: 0.05, ratio: 0.5, jitter: 0.5 }),
+        weak_plane: Some(PatternWeakPlane { normal: Vec3::z(), ratio: 0.3 }),
+        layers: Some(StrengthLayers {
+            normal: Vec3::z(),
+            thickness: 0.05,
+            ratio: 0.5,
+            jitter: 0.5,
+        }),
         strokes: vec![Stroke {
             region: Region::Sphere { centre: Vec3::x(), radius: 0.5 },
             factor: 0.2,
@@ -82,7 +87,7 @@ fn fragments_keep_the_pattern_of_the_body_they_come_from() {
 
 #[test]
 fn layers_alternate_and_their_boundaries_stay_in_order() {
-    let layers = |jitter| Layers { normal: Vec3::y(), thickness: 0.1, ratio: 0.4, jitter };
+    let layers = |jitter| StrengthLayers { normal: Vec3::y(), thickness: 0.1, ratio: 0.4, jitter };
     let at = |jitter, y: f64| {
         let field = StrengthField { layers: Some(layers(jitter)), ..flawless() };
         Strength::new(&field, 0.01).factor(&Vec3::new(5.0, y, -3.0))

@@ -1,9 +1,9 @@
-use super::{Experience, Kind, Next, Refinement};
-use crate::brittle::{AccuracyTarget, Bound, Plan, Regime};
-use cullet_model::{Fracture, Fragment, Report};
+use super::{Experience, HitClass, Next, Refinement};
+use crate::brittle::{AccuracyTarget, Regime, SolvePlan, SpacingBound};
+use cullet_model::{Fragment, Fragmentation, Report};
 
-fn plan(coarsest: f64) -> Plan {
-    Plan {
+fn plan(coarsest: f64) -> SolvePlan {
+    SolvePlan {
         regime: Regime::Dynamic,
         ratio: 1.0,
         duration: 1e-4,
@@ -12,8 +12,8 @@ fn plan(coarsest: f64) -> Plan {
         count: 100.0,
         spacing: 1e-3,
         coarsest,
-        bound: Bound::Error,
-        finest: (1e-3, Bound::Points),
+        bound: SpacingBound::Error,
+        finest: (1e-3, SpacingBound::Points),
         points: 1e4,
         steps: 500.0,
         cost: 1.0,
@@ -22,8 +22,8 @@ fn plan(coarsest: f64) -> Plan {
     }
 }
 
-fn brick() -> Kind {
-    Kind::new("brick", 2e-3, 4.0, 14.0)
+fn brick() -> HitClass {
+    HitClass::new("brick", 2e-3, 4.0, 14.0)
 }
 
 fn ladder(coarsest: f64, error: Option<f64>) -> Refinement {
@@ -63,7 +63,7 @@ fn a_solve_that_failed_is_followed_by_a_finer_one_and_the_last_is_final() {
 }
 
 /// A body that stays whole at that spacing.
-fn whole(spacing: f64) -> Fracture {
+fn whole(spacing: f64) -> Fragmentation {
     let corner = |p: [f64; 3]| cullet_geometry::Vec3::from(p);
     let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(corner);
     let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
@@ -73,7 +73,7 @@ fn whole(spacing: f64) -> Fracture {
     let (velocity, spin) = (still, still);
     let fragment = Fragment { solid, hulls: Vec::new(), velocity, spin, sheet };
     let report = Report { spacing, ..Default::default() };
-    Fracture { fragments: vec![fragment], report, ..Default::default() }
+    Fragmentation { fragments: vec![fragment], report, ..Default::default() }
 }
 
 /// F23: half again as many pieces on the finer grid.
@@ -95,7 +95,7 @@ fn pieces_that_come_with_the_grid_are_told() {
 fn a_hit_like_others_is_taken_at_its_word() {
     let mut seen = Experience::default();
     let climbs = |speed: f64, seen: &mut Experience| {
-        let kind = Kind::new("brick", 2e-3, speed, 14.0);
+        let kind = HitClass::new("brick", 2e-3, speed, 14.0);
         let need = AccuracyTarget { error: Some(0.1), ..AccuracyTarget::default() };
         let mut ladder = Refinement::new(&plan(5e-3), &need, kind);
         let mut told = Vec::new();
@@ -120,8 +120,8 @@ fn a_hit_like_others_is_taken_at_its_word() {
 
 /// Solves of 5 and 2.5 mm, of the plan's 1 mm for 1 s, and finer ones, of a crack whose area is off
 /// by a fifth a millimetre: the spacings \[m\], and all that is said from the plan's on.
-fn climbed(finest: (f64, Bound), budget: Option<f64>) -> (Vec<f64>, Vec<String>) {
-    let plan = Plan { finest, ..plan(5e-3) };
+fn climbed(finest: (f64, SpacingBound), budget: Option<f64>) -> (Vec<f64>, Vec<String>) {
+    let plan = SolvePlan { finest, ..plan(5e-3) };
     let mut ladder = Refinement::new(
         &plan,
         &AccuracyTarget { error: Some(0.1), budget, ..AccuracyTarget::default() },
@@ -146,7 +146,7 @@ fn climbed(finest: (f64, Bound), budget: Option<f64>) -> (Vec<f64>, Vec<String>)
 /// Halves until the error is within the one asked for, and says what it is about to spend.
 #[test]
 fn a_plan_that_proves_too_coarse_is_gone_beyond() {
-    let (spacings, said) = climbed((1e-4, Bound::Points), None);
+    let (spacings, said) = climbed((1e-4, SpacingBound::Points), None);
     assert_eq!(spacings, [5e-3, 2.5e-3, 1e-3, 5e-4, 2.5e-4]);
     assert_eq!(
         said,
@@ -158,20 +158,20 @@ fn a_plan_that_proves_too_coarse_is_gone_beyond() {
     );
 }
 
-/// What bounds the finest solve is told, and reached where that is worth its while.
+/// What bounds the finest solve is reported, and reached where that is worth its while.
 #[test]
 fn nothing_is_finer_than_points_and_generation_allow() {
-    let (spacings, said) = climbed((8e-4, Bound::Points), None);
+    let (spacings, said) = climbed((8e-4, SpacingBound::Points), None);
     assert_eq!(spacings, [5e-3, 2.5e-3, 1e-3]);
     let wanted = "this is the plan's grid; its error is about 0.21, over 0.1; \
                   none below 8.000e-4 m by the most points";
     assert_eq!(said, [wanted]);
-    let (spacings, said) = climbed((6e-4, Bound::Parent), None);
+    let (spacings, said) = climbed((6e-4, SpacingBound::Parent), None);
     assert_eq!(spacings, [5e-3, 2.5e-3, 1e-3, 6e-4]);
     let wanted = "this is finer than the plan; its error is about 0.13, over 0.1; \
                   none below 6.000e-4 m by the solve that made it";
     assert_eq!(said[1..], [wanted]);
-    let (spacings, said) = climbed((1e-3, Bound::Generation), Some(1e6));
+    let (spacings, said) = climbed((1e-3, SpacingBound::Generation), Some(1e6));
     assert_eq!(spacings.len(), 3);
     assert!(said[0].ends_with("; none below 1.000e-3 m by its generation"), "{said:?}");
 }
@@ -179,7 +179,7 @@ fn nothing_is_finer_than_points_and_generation_allow() {
 /// All solves of a hit are paid from one budget, by what they were reckoned to cost.
 #[test]
 fn a_budget_pays_for_all_solves_of_a_hit() {
-    let of = |budget: f64| climbed((1e-4, Bound::Points), Some(budget));
+    let of = |budget: f64| climbed((1e-4, SpacingBound::Points), Some(budget));
     let (spacings, said) = of(20.0);
     assert_eq!(spacings, [5e-3, 2.5e-3, 1e-3, 5e-4]);
     assert!(said[1].ends_with("; 2.97 s of the budget's 20.00 s are left"), "{said:?}");

@@ -5,11 +5,11 @@ use crate::common;
 use common::*;
 use cullet_geometry::Vec3;
 use cullet_model::Material;
-use cullet_plan::Reason;
+use cullet_plan::RigidReason;
 use cullet_plan::brittle::{
-    AccuracyTarget, Bound, Figures, Plan, Regime, SolveLimits, Statistics, cost, estimate,
-    grady_size, ladder_error, pieces_of_energy, plan, regime, softening_spacing, statistics,
-    thickness_points,
+    AccuracyTarget, Figures, Regime, SolveLimits, SolvePlan, SpacingBound, Statistics, cost,
+    estimate, grady_size, ladder_error, pieces_of_energy, plan, regime, softening_spacing,
+    statistics, thickness_points,
 };
 use cullet_world::{BodyMeasure, Hit, World};
 
@@ -111,7 +111,7 @@ fn planned(
     need: &AccuracyTarget,
     frame: &SolveLimits,
     change: impl Fn(&mut BodyMeasure),
-) -> Result<Plan, Reason> {
+) -> Result<SolvePlan, RigidReason> {
     let (hit, mut body) = struck();
     change(&mut body);
     plan(&hit, &GLASS.solid, &body, need, frame)
@@ -124,7 +124,7 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
     // A section of 10 cm across: 36 cells for 10 %, 12 for 30 %.
     let tenth = of(AccuracyTarget { error: Some(0.1), ..AccuracyTarget::default() });
     near(tenth.spacing, 0.1 / 36.0, 1e-9);
-    assert_eq!(tenth.bound, Bound::Error);
+    assert_eq!(tenth.bound, SpacingBound::Error);
     near(tenth.error, 0.1, 1e-9);
     near(
         of(AccuracyTarget { error: Some(0.3), ..AccuracyTarget::default() }).spacing,
@@ -133,7 +133,7 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
     );
     let small = of(AccuracyTarget { smallest: Some(8e-3), ..AccuracyTarget::default() });
     near(small.spacing, 2e-3, 1e-9);
-    assert_eq!(small.bound, Bound::Smallest);
+    assert_eq!(small.bound, SpacingBound::Smallest);
     // Both: the finer.
     let both =
         of(AccuracyTarget { error: Some(0.1), smallest: Some(8e-3), ..AccuracyTarget::default() });
@@ -141,11 +141,11 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
     // Four fifths of a cube lie less than 0.207 of its edge deep: three cells and a margin.
     let rough = of(AccuracyTarget { error: Some(1.0), ..AccuracyTarget::default() });
     near(rough.spacing, 2.5 * 0.207 * 0.1 / 3.3, 0.02);
-    assert_eq!(rough.bound, Bound::Thickness);
+    assert_eq!(rough.bound, SpacingBound::Thickness);
     // A budget coarsens: the cost comes out at it.
     let budget =
         of(AccuracyTarget { error: Some(0.1), budget: Some(0.5), ..AccuracyTarget::default() });
-    assert_eq!(budget.bound, Bound::Budget);
+    assert_eq!(budget.bound, SpacingBound::Budget);
     near(budget.cost, 0.5, 1e-9);
     assert!(budget.spacing > tenth.spacing && budget.error > 0.1);
     let text = budget.to_string();
@@ -153,13 +153,13 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
     // 0.75 · E G_f/σ_f² of this glass, far below: cracks run at their toughness, not the strength.
     near(budget.softening, softening_spacing(&GLASS.solid, 0.8 / 0.375), 1e-12);
     assert!(budget.spacing > budget.softening && text.contains("toughness-controlled"), "{text}");
-    let fine = Plan { spacing: 0.5 * budget.softening, ..budget };
+    let fine = SolvePlan { spacing: 0.5 * budget.softening, ..budget };
     assert!(!fine.to_string().contains("toughness"), "{fine}");
     // So do the scene's most points, and the solve that the body comes from.
     let frame = SolveLimits { most_points: 1000.0, ..FREE };
     let few =
         planned(&AccuracyTarget { error: Some(0.3), ..AccuracyTarget::default() }, &frame, same);
-    let Err(Reason::Thin { points, .. }) = few else { panic!("{few:?}") };
+    let Err(RigidReason::Thin { points, .. }) = few else { panic!("{few:?}") };
     // 3.3 cells of 0.519 of the edge: (3.3/0.519)³ cells of 8 points.
     near(points, 8.0 * (3.3_f64 / 0.519).powi(3), 0.05);
     let told = few.unwrap_err().to_string();
@@ -168,12 +168,12 @@ fn what_is_asked_decides_the_spacing_and_the_plan_says_what_did() {
     let parent =
         planned(&AccuracyTarget { error: Some(0.1), ..AccuracyTarget::default() }, &frame, same)
             .unwrap();
-    assert_eq!((parent.spacing, parent.bound), (5e-3, Bound::Parent));
+    assert_eq!((parent.spacing, parent.bound), (5e-3, SpacingBound::Parent));
     let steps = SolveLimits { most_steps: 300.0, ..FREE };
     let short =
         planned(&AccuracyTarget { error: Some(0.1), ..AccuracyTarget::default() }, &steps, same)
             .unwrap();
-    assert_eq!(short.bound, Bound::Steps);
+    assert_eq!(short.bound, SpacingBound::Steps);
     near(short.steps, 300.0, 1e-9);
 }
 
@@ -187,14 +187,14 @@ fn a_plan_knows_how_fine_a_solve_may_become() {
     let points = |most: f64| 0.1 * (8.0 / most).cbrt();
     let (spacing, by) = finest(need, FREE);
     near(spacing, points(1e9), 0.01);
-    assert_eq!(by, Bound::Points);
-    assert_eq!(finest(need, SolveLimits { finest: 1e-3, ..FREE }), (1e-3, Bound::Parent));
+    assert_eq!(by, SpacingBound::Points);
+    assert_eq!(finest(need, SolveLimits { finest: 1e-3, ..FREE }), (1e-3, SpacingBound::Parent));
     let pixel = AccuracyTarget { pixel: Some(4e-3), ..need };
-    assert_eq!(finest(pixel, SolveLimits { finest: 1e-3, ..FREE }), (2e-3, Bound::Pixel));
-    assert_eq!(finest(need, SolveLimits { most_steps: 300.0, ..FREE }).1, Bound::Steps);
+    assert_eq!(finest(pixel, SolveLimits { finest: 1e-3, ..FREE }), (2e-3, SpacingBound::Pixel));
+    assert_eq!(finest(need, SolveLimits { most_steps: 300.0, ..FREE }).1, SpacingBound::Steps);
     let later = planned(&need, &FREE, |body| body.generation = 1).unwrap();
-    assert_eq!(later.finest, (later.spacing, Bound::Generation));
-    assert_eq!(later.bound, Bound::Budget, "{later}");
+    assert_eq!(later.finest, (later.spacing, SpacingBound::Generation));
+    assert_eq!(later.bound, SpacingBound::Budget, "{later}");
 }
 
 /// What a scene says that matters decides the spacing: the cone, the strength; and what the hit
@@ -208,11 +208,11 @@ fn the_contact_the_strength_and_a_short_wave_bound_the_spacing() {
         |hit: &Hit, need: AccuracyTarget| plan(hit, &GLASS.solid, &body, &need, &most).unwrap();
     let cone = of(&hit, AccuracyTarget { cone: true, ..rough });
     near(cone.spacing, hit.impact.radius / 4.0, 1e-12);
-    assert_eq!(cone.bound, Bound::Cone);
+    assert_eq!(cone.bound, SpacingBound::Cone);
     assert!(cone.to_string().contains("by the contact's radius"), "{cone}");
     let strong = of(&hit, AccuracyTarget { strength: true, ..rough });
     near(strong.spacing, softening_spacing(&GLASS.solid, 0.8 / 0.375), 1e-12);
-    assert_eq!(strong.bound, Bound::Strength);
+    assert_eq!(strong.bound, SpacingBound::Strength);
     let text = strong.to_string();
     assert!(text.contains("by the strength") && !text.contains("toughness"), "{text}");
     // A tenth of the way there and back: spall.
@@ -220,7 +220,7 @@ fn the_contact_the_strength_and_a_short_wave_bound_the_spacing() {
     let speed = GLASS.solid.pressure_speed();
     short.impact.duration = 0.1 * 2.0 * body.length / speed;
     let wave = of(&short, rough);
-    assert_eq!((wave.regime, wave.bound), (Regime::Wave, Bound::Wave));
+    assert_eq!((wave.regime, wave.bound), (Regime::Wave, SpacingBound::Wave));
     near(wave.spacing, 0.2 * body.length / 20.0, 1e-9);
     // A push of more than six transits is quasi-static: no more of it is followed.
     let mut long = hit.clone();
@@ -259,7 +259,7 @@ fn a_fragment_is_solved_a_level_lower_and_a_crumb_not_at_all() {
     near(first.cost / later.cost, 16.0, 1e-9);
     let frame = SolveLimits { finest: 0.04, ..FREE };
     let crumb = planned(&need, &frame, |_| {});
-    assert!(matches!(crumb, Err(Reason::Cells { cells, .. }) if cells < 27.0), "{crumb:?}");
+    assert!(matches!(crumb, Err(RigidReason::Cells { cells, .. }) if cells < 27.0), "{crumb:?}");
     let text = crumb.unwrap_err().to_string();
     assert!(text.contains("15.6 cells of 4.000e-2 m, below 27"), "{text}");
 }
@@ -273,15 +273,15 @@ fn nothing_is_resolved_that_no_pixel_shows() {
         ..AccuracyTarget::default()
     };
     let sharp = planned(&need(1e-3), &FREE, |_| {}).unwrap();
-    assert_eq!(sharp.bound, Bound::Error);
+    assert_eq!(sharp.bound, SpacingBound::Error);
     // Four cells of two pixels of 8 mm.
     let coarse = planned(&need(8e-3), &FREE, |_| {}).unwrap();
     near(coarse.spacing, 4e-3, 1e-9);
-    assert_eq!(coarse.bound, Bound::Pixel);
+    assert_eq!(coarse.bound, SpacingBound::Pixel);
     assert!(coarse.to_string().contains("by the pixel"), "{coarse}");
     // Halves of a cube of 10 cm are 5 cm across.
     let unseen = planned(&need(0.026), &FREE, |_| {});
-    assert!(matches!(unseen, Err(Reason::Unseen { .. })), "{unseen:?}");
+    assert!(matches!(unseen, Err(RigidReason::Unseen { .. })), "{unseen:?}");
     let text = unseen.unwrap_err().to_string();
     assert!(text.contains("5.000e-2 m across, below two pixels, 5.200e-2 m"), "{text}");
 }

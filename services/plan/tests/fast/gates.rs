@@ -5,7 +5,7 @@ use crate::common;
 use common::*;
 use cullet_geometry::{Pose, Solid, TriMesh, Vec3};
 use cullet_model::Material;
-use cullet_plan::{Gate, GateLimits, Reason, gate, stressing_spin};
+use cullet_plan::{Gate, GateLimits, RigidReason, gate, stressing_spin};
 use cullet_world::{
     BodyMeasure, BodySpec, Elastic, Hit, World, WorldError, WorldSettings, effective_modulus, hertz,
 };
@@ -47,7 +47,9 @@ fn energy_rarely_excludes_a_marble_but_a_touch_is_no_crack() {
     assert_eq!(gate(&hit, &GLASS.solid, &body, &limits), Gate::Solve);
     let (soft, body) = marble(0.5);
     match gate(&soft, &GLASS.solid, &body, &limits) {
-        Gate::Rigid(Reason::Energy { affordable, section, .. }) => assert!(affordable < section),
+        Gate::Rigid(RigidReason::Energy { affordable, section, .. }) => {
+            assert!(affordable < section)
+        }
         other => panic!("{other:?}"),
     }
 }
@@ -90,7 +92,7 @@ fn a_strong_material_is_left_whole_and_the_reason_has_numbers() {
     let (hit, body) = marble(5.0);
     let strong = Material { failure_stress: 50e9, ..GLASS.solid };
     let verdict = gate(&hit, &strong, &body, &GateLimits::default());
-    let Gate::Rigid(reason @ Reason::Stress { stress, strength, safety }) = verdict else {
+    let Gate::Rigid(reason @ RigidReason::Stress { stress, strength, safety }) = verdict else {
         panic!("{verdict:?}");
     };
     assert!(stress < safety * strength && stress > 1e8, "{stress}");
@@ -109,11 +111,11 @@ fn late_generations_and_crumbs_get_geometric_pieces() {
     let (hit, body) = marble(5.0);
     let limits = GateLimits::default();
     let late = BodyMeasure { generation: 2, ..body };
-    let wanted = Gate::Geometric(Reason::Generation { generation: 2, limit: 1 });
+    let wanted = Gate::Geometric(RigidReason::Generation { generation: 2, limit: 1 });
     assert_eq!(gate(&hit, &GLASS.solid, &late, &limits), wanted);
     let crumb = BodyMeasure { volume_ratio: 0.01, ..body };
     let verdict = gate(&hit, &GLASS.solid, &crumb, &limits);
-    assert_eq!(verdict, Gate::Geometric(Reason::Size { ratio: 0.01, limit: 0.05 }));
+    assert_eq!(verdict, Gate::Geometric(RigidReason::Size { ratio: 0.01, limit: 0.05 }));
 }
 
 #[test]
@@ -238,15 +240,19 @@ fn only_a_fast_spin_is_told_and_opens_the_gate() {
     let mut hit = hits[0].clone();
     hit.impact.energy = 1e-9;
     let limits = GateLimits::default();
-    assert!(matches!(gate(&hit, &GLASS.solid, &soft, &limits), Gate::Rigid(Reason::Energy { .. })));
+    assert!(matches!(
+        gate(&hit, &GLASS.solid, &soft, &limits),
+        Gate::Rigid(RigidReason::Energy { .. })
+    ));
     hit.spin *= 223.0 / 45.0;
     let disc = BodyMeasure { length: 0.2, ..soft };
     assert_eq!(gate(&hit, &GLASS.solid, &disc, &limits), Gate::Solve);
-    // Of a glass that bears more it is told: (3 + ν)/8 ρω²R² and next to nothing of the hit.
+    // Of a glass that bears more it is reported: (3 + ν)/8 ρω²R² and next to nothing of the hit.
     (hit.impact.closing_speed, hit.impact.energy) = (1e-9, 1e-24);
     let strong = Material { failure_stress: 1e9, ..GLASS.solid };
     let limits = GateLimits { efficiency: 1e30, ..limits };
-    let Gate::Rigid(Reason::Stress { stress, .. }) = gate(&hit, &strong, &disc, &limits) else {
+    let Gate::Rigid(RigidReason::Stress { stress, .. }) = gate(&hit, &strong, &disc, &limits)
+    else {
         panic!("it is not told");
     };
     assert!((stress - 50e6).abs() < 0.01 * 50e6, "{stress}");

@@ -68,7 +68,7 @@ struct Other {
     since: Instant,
     /// When to ask it.
     ask: Instant,
-    /// It goes, as it has said or was told.
+    /// It goes, as it has said or was asked to.
     yields: bool,
 }
 

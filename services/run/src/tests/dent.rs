@@ -1,12 +1,12 @@
 //! A family that deforms and does not break, from the solver over the wire into the world and the
 //! recording, and back out of it.
 
-use super::super::{Jobs, Load, RunOptions, run};
+use super::super::{JobPool, PoolLoad, RunOptions, run};
 use super::settlement;
 use cullet_geometry::{Solid, Vec3};
 use cullet_model::{
-    BodyShape, BrittleProblem, Cost, Deformation, Entry, Outcome, Precision, Problem, Progress,
-    Refusal, Report, Run, Solver, entry,
+    BodyShape, BrittleProblem, Cost, Deformation, PointPrecision, Problem, Progress, Refusal,
+    Report, SolveInProgress, SolveOutcome, Solver, SolverEntry, entry,
 };
 use cullet_pool::Settlement;
 use cullet_proto::recording::EventKind;
@@ -24,7 +24,7 @@ struct Press(BrittleProblem);
 
 impl Solver for Press {
     const NAME: &'static str = "press";
-    const PRECISIONS: &'static [Precision] = &[Precision::Double];
+    const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Double];
 
     fn accepts(_: &Problem) -> Result<Cost, Refusal> {
         Ok(Cost { particles: 0.0, steps: 1.0, bytes: 0.0 })
@@ -43,7 +43,7 @@ impl Solver for Press {
         let mass = problem.material.density * problem.solid.mesh.signed_volume();
         let work = 0.1 * hit.energy;
         let report = Report { solver: Self::NAME.to_owned(), steps: 1, ..Report::default() };
-        Progress::Done(Outcome::Deformed(Box::new(Deformation {
+        Progress::Done(SolveOutcome::Deformed(Box::new(Deformation {
             body: Solid::outer(mesh).into(),
             hulls,
             velocity: hit.normal * (hit.impulse / mass),
@@ -62,9 +62,9 @@ struct Pressing {
     masses: RefCell<Vec<f64>>,
 }
 
-const PRESS: Entry = entry::<Press>();
+const PRESS: SolverEntry = entry::<Press>();
 
-impl Jobs for Pressing {
+impl JobPool for Pressing {
     fn open(&self, job: &FractureJob) -> JobId {
         let bytes = job.encode().expect("a job");
         self.waiting.borrow_mut().push_back(FractureJob::decode(&bytes).expect("the same job"));
@@ -77,14 +77,14 @@ impl Jobs for Pressing {
         let BodyShape::Solid(solid) = &job.problem.body else { panic!("another body") };
         let mass = job.problem.law.density() * solid.mesh.signed_volume();
         self.masses.borrow_mut().push(mass);
-        let mut solve: Box<dyn Run> = (PRESS.begin)(job.problem).expect("a solve");
+        let mut solve: Box<dyn SolveInProgress> = (PRESS.begin)(job.problem).expect("a solve");
         let Progress::Done(outcome) = solve.advance() else { panic!("not done") };
         let bytes = Verdict::Solved(outcome).encode().expect("a verdict");
         Some((id, settlement(Verdict::decode(&bytes).expect("the same verdict"))))
     }
 
-    fn load(&self) -> Load {
-        Load::default()
+    fn load(&self) -> PoolLoad {
+        PoolLoad::default()
     }
 
     fn cancel(&self) {}

@@ -1,12 +1,12 @@
 //! Bytes that are not as they should be get an answer that says so.
 
 use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_for};
-use cullet_pool::{CacheConfig, Ending, Pool, PoolConfig, Refusals, Share};
+use cullet_pool::{CacheConfig, JobEnding, Pool, PoolConfig, Refusals, Share};
 use cullet_proto::ids::digest;
 use cullet_proto::keys::{self, WorkerVerb};
 use cullet_proto::pool::{
-    self, Chunk, ChunkAnswer, Commit, CommitAnswer, Grant, Hello, Noted, Poll, PollAnswer, Refusal,
-    Renew, RenewAnswer,
+    self, Acknowledged, Chunk, ChunkAnswer, Commit, CommitAnswer, Grant, Hello, Poll, PollAnswer,
+    QuestionRefusal, Renew, RenewAnswer,
 };
 use cullet_proto::transport::{self, Patience};
 use cullet_proto::{SessionId, WorkerId, chunks};
@@ -38,11 +38,11 @@ impl Forger {
         let _alive = link.liveliness().declare_token(key).wait().expect("a sign of life");
         let forger = Self { link, _alive };
         let hello = Hello { session, ..Hello::default() };
-        let _: Noted = forger.ask(WorkerVerb::Hello, &hello, &[]);
+        let _: Acknowledged = forger.ask(WorkerVerb::Hello, &hello, &[]);
         forger
     }
 
-    fn raw(&self, verb: WorkerVerb, bytes: &[u8]) -> Result<Vec<u8>, Refusal> {
+    fn raw(&self, verb: WorkerVerb, bytes: &[u8]) -> Result<Vec<u8>, QuestionRefusal> {
         let name = |text| WorkerId::new(text).expect("a name");
         let key = keys::worker_rpc(&name("main"), &name("forger"), verb);
         for _ in 0..50 {
@@ -78,16 +78,16 @@ fn old_oversized_and_garbled_questions_are_refused_by_type() {
     let good = pool::ask(&poll, &[]).expect("a question");
     let mut old = good.clone();
     old[4] = 0;
-    assert_eq!(forger.raw(WorkerVerb::Poll, &old), Err(Refusal::Unsupported { ours: 1 }));
+    assert_eq!(forger.raw(WorkerVerb::Poll, &old), Err(QuestionRefusal::Unsupported { ours: 1 }));
     let large = pool::ask(&poll, &vec![0; 2 * chunks::CHUNK]).expect("a question");
     assert!(matches!(
         forger.raw(WorkerVerb::Poll, &large),
-        Err(Refusal::TooLarge { limit, .. }) if limit < 2 << 20
+        Err(QuestionRefusal::TooLarge { limit, .. }) if limit < 2 << 20
     ));
     let mut garbled = good;
     garbled[22] ^= 1;
     let refusal = forger.raw(WorkerVerb::Renew, &garbled);
-    assert!(matches!(&refusal, Err(Refusal::Malformed(text)) if text.contains("checksum")));
+    assert!(matches!(&refusal, Err(QuestionRefusal::Malformed(text)) if text.contains("checksum")));
     let counted = Refusals { unsupported: 1, too_large: 1, malformed: 1, stranger: 0 };
     wait_for("they are counted", || pool.stats().refusals == counted);
 }
@@ -183,7 +183,7 @@ fn a_worker_that_vanishes_is_charged_to_a_job_that_its_solver_has_and_to_no_othe
         }
         let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
         let settlement = next(&run, id);
-        let abandoned = matches!(settlement.ending, Ending::Abandoned(_));
+        let abandoned = matches!(settlement.ending, JobEnding::Abandoned(_));
         assert_eq!(abandoned, charged, "{settlement:?}");
         assert_eq!(settlement.attempts, if abandoned { 3 } else { 4 });
     }
@@ -196,7 +196,7 @@ fn a_late_result_of_another_build_is_fenced_and_a_stranger_is_asked_who_it_is() 
     let forger = Forger::of(&pool);
     let poll = |session| Poll { session: SessionId(session), seq: 1, slots: 1, threads: 1 };
     let stranger = pool::ask(&poll(8), &[]).expect("a question");
-    assert_eq!(forger.raw(WorkerVerb::Poll, &stranger), Err(Refusal::Stranger));
+    assert_eq!(forger.raw(WorkerVerb::Poll, &stranger), Err(QuestionRefusal::Stranger));
     let problem = job("echo", 3, 1_000);
     let id = run.open(&problem);
     let said: PollAnswer = forger.ask(WorkerVerb::Poll, &poll(9), &[]);
@@ -253,7 +253,7 @@ fn a_late_result_that_differs_from_a_kept_one_raises_the_alarm_in_the_next_life_
         }
         let late = Forger::of(&pool);
         let other = Hello { session: SessionId(10), build: [1; 32], ..Hello::default() };
-        let _: Noted = late.ask(WorkerVerb::Hello, &other, &[]);
+        let _: Acknowledged = late.ask(WorkerVerb::Hello, &other, &[]);
         // The same, another, and another by another build.
         for (session, digest, want) in
             [(session, name, (0, 0)), (session, [5; 32], (1, 0)), (other.session, [5; 32], (1, 1))]

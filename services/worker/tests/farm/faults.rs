@@ -4,9 +4,9 @@ use crate::kit::{
     HiredWorker, config, job, next, parts, solve, verdict, wait_for, with_processes,
     with_processes_of,
 };
-use cullet_pool::{Ending, Pool, PoolConfig, Share, SpawnConfig, Timing};
+use cullet_pool::{JobEnding, Pool, PoolConfig, Share, SpawnConfig, Timing};
 use cullet_proto::{FractureJob, Verdict};
-use cullet_worker::{JobCommand, Watch, WorkerConfig};
+use cullet_worker::{JobCommand, JobControl, WorkerConfig};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
@@ -50,7 +50,7 @@ fn a_job_that_kills_its_workers_is_abandoned_and_the_others_settle() {
     let (poison, good) = (run.open(&job("die", 1, 0)), run.open(&job("echo", 2, 0)));
     let settlement = next(&run, poison);
     assert_eq!(settlement.attempts, 3);
-    assert!(matches!(settlement.ending, Ending::Abandoned(_)), "{settlement:?}");
+    assert!(matches!(settlement.ending, JobEnding::Abandoned(_)), "{settlement:?}");
     verdict(next(&run, good));
 }
 
@@ -90,7 +90,7 @@ fn a_job_that_takes_its_workers_with_it_is_abandoned_and_the_others_settle() {
     let settlement = next(&run, poison);
     // Three deaths count; of a worker that dies at once, its word that it began may not get out.
     assert!((3..=6).contains(&settlement.attempts), "{settlement:?}");
-    assert!(matches!(settlement.ending, Ending::Abandoned(_)), "{settlement:?}");
+    assert!(matches!(settlement.ending, JobEnding::Abandoned(_)), "{settlement:?}");
     verdict(next(&run, good));
     assert!(pool.stats().respawned >= 2, "the workers died, not only their jobs");
 }
@@ -110,7 +110,7 @@ fn a_crash_a_hang_and_a_hoard_end_the_job_process_and_never_its_supervisor() {
     ];
     for (solver, words) in told {
         let id = run.open(&job(solver, 1, 60_000));
-        let Ending::Abandoned(text) = next(&run, id).ending else { panic!("{solver}") };
+        let JobEnding::Abandoned(text) = next(&run, id).ending else { panic!("{solver}") };
         assert!(text.contains(words), "{solver}: {text}");
     }
     let good = run.open(&job("echo", 3, 0));
@@ -127,7 +127,7 @@ fn cancellation_reaches_the_solver_within_a_slice_of_a_renewal() {
     std::thread::sleep(Duration::from_millis(500));
     run.cancel();
     let since = std::time::Instant::now();
-    assert_eq!(next(&run, long).ending, Ending::Cancelled);
+    assert_eq!(next(&run, long).ending, JobEnding::Cancelled);
     let short = run.open(&job("echo", 2, 0));
     verdict(next(&run, short));
     // A renewal every 0.3 s, slices of 5 ms: nothing had to be killed.
@@ -169,7 +169,7 @@ fn processes_that_never_ask_for_work_are_given_up() {
     let pool = Pool::start(PoolConfig { spawn: Some(spawn), ..config() }).expect("a pool");
     let run = pool.run(Share::default());
     let id = run.open(&job("echo", 1, 0));
-    let Ending::Abandoned(text) = next(&run, id).ending else { panic!("it has a verdict") };
+    let JobEnding::Abandoned(text) = next(&run, id).ending else { panic!("it has a verdict") };
     assert!(text.contains("no worker is left") && text.contains("false ended 6 times"), "{text}");
     let stats = pool.stats();
     assert_eq!((stats.children, stats.respawned), (0, 2 * 5), "it was tried no more and no less");
@@ -206,7 +206,7 @@ fn a_solver_over_the_hard_limit_is_stopped_and_in_the_end_abandoned() {
     let id = run.open(&job("echo", 1, 60_000));
     let settlement = next(&run, id);
     assert_eq!(settlement.attempts, 3);
-    assert!(matches!(settlement.ending, Ending::Abandoned(_)), "{settlement:?}");
+    assert!(matches!(settlement.ending, JobEnding::Abandoned(_)), "{settlement:?}");
 }
 
 #[test]
@@ -231,7 +231,7 @@ fn a_worker_may_come_before_its_coordinator_and_outlive_it() {
 fn a_result_that_cannot_be_sent_is_no_result() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let nonsense = |job: &FractureJob, watch: &Watch| {
+    let nonsense = |job: &FractureJob, watch: &JobControl| {
         let Some(Verdict::Solved(outcome)) = solve(job, watch) else {
             return None;
         };
@@ -242,6 +242,6 @@ fn a_result_that_cannot_be_sent_is_no_result() {
     let _hand = HiredWorker::hire(&pool, "w", Arc::new(nonsense));
     let id = run.open(&job("echo", 1, 0));
     let settlement = next(&run, id);
-    let Ending::Abandoned(text) = settlement.ending else { panic!("{settlement:?}") };
+    let JobEnding::Abandoned(text) = settlement.ending else { panic!("{settlement:?}") };
     assert!(text.contains("motion is not finite"), "{text}");
 }

@@ -1,10 +1,10 @@
 //! What the pool keeps, and what it tells while it works.
 
 use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_for};
-use cullet_pool::{CacheConfig, Ending, Pool, PoolConfig, RunHandle, Share, Timing};
+use cullet_pool::{CacheConfig, JobEnding, Pool, PoolConfig, RunHandle, Share, Timing};
 use cullet_proto::{FractureJob, Verdict, WorkerId};
-use cullet_run::Jobs;
-use cullet_worker::Watch;
+use cullet_run::JobPool;
+use cullet_worker::JobControl;
 use std::sync::Arc;
 
 #[test]
@@ -45,7 +45,7 @@ fn a_job_that_kills_its_workers_leaves_what_reproduces_it_and_stalls_its_run_alo
     for id in good {
         verdict(next(&well, id));
     }
-    assert!(matches!(next(&sick, bad).ending, Ending::Abandoned(_)));
+    assert!(matches!(next(&sick, bad).ending, JobEnding::Abandoned(_)));
     let bundle = folder.path().join(bad.to_string());
     let bytes = std::fs::read(bundle.join("job.bin")).expect("the job");
     assert_eq!(FractureJob::decode(&bytes).expect("a job"), poison);
@@ -63,7 +63,7 @@ fn a_job_that_kills_its_workers_leaves_what_reproduces_it_and_stalls_its_run_alo
     assert_eq!(told.matches("), from 0.00 s on for ").count(), 1, "{told}");
     // In quarantine it stays: who opens it again hears so at once.
     let again = well.open(&poison);
-    assert!(matches!(next(&well, again).ending, Ending::Abandoned(_)));
+    assert!(matches!(next(&well, again).ending, JobEnding::Abandoned(_)));
     assert_eq!(pool.stats().quarantined, 1);
     // Also in the next life, until it is pardoned; and then in the one after that, too.
     drop(hands);
@@ -75,7 +75,7 @@ fn a_job_that_kills_its_workers_leaves_what_reproduces_it_and_stalls_its_run_alo
     let pool = start();
     let run = pool.run(Share::default());
     let again = run.open(&poison);
-    let Ending::Abandoned(text) = next(&run, again).ending else { panic!("it has a verdict") };
+    let JobEnding::Abandoned(text) = next(&run, again).ending else { panic!("it has a verdict") };
     assert!(text.contains("0 attempts"), "{text}");
     assert_eq!(pool.stats().quarantined, 1);
     pool.pardon(bad);
@@ -107,7 +107,7 @@ fn a_drained_worker_finishes_its_job_and_gets_no_other() {
 fn how_far_a_solve_is_streams_back() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let half = |job: &FractureJob, watch: &Watch| -> Option<Verdict> {
+    let half = |job: &FractureJob, watch: &JobControl| -> Option<Verdict> {
         watch.progress(0.5);
         solve(job, watch)
     };
@@ -126,7 +126,7 @@ fn how_far_a_solve_is_streams_back() {
     wait_for("nobody is at it", || (load(&run), load(&other)) == ((1, 0), (2, 0)));
     run.cancel();
     other.cancel();
-    assert_eq!(next(&run, id).ending, Ending::Cancelled);
+    assert_eq!(next(&run, id).ending, JobEnding::Cancelled);
     wait_for("nothing is wanted", || load(&run) == (0, 0));
     let _hand = HiredWorker::hire(&pool, "v", Arc::new(half));
     let id = run.open(&job("echo", 3, 1_500));

@@ -1,10 +1,10 @@
 //! What the tests share.
 
-use cullet_model::{Fracture, Fragment, Report};
-use cullet_pool::{Ending, Pool, PoolConfig, RunHandle, Settlement, SpawnConfig, Timing};
+use cullet_model::{Fragment, Fragmentation, Report};
+use cullet_pool::{JobEnding, Pool, PoolConfig, RunHandle, Settlement, SpawnConfig, Timing};
 use cullet_proto::transport::Patience;
 use cullet_proto::{FractureJob, JobId, Verdict};
-use cullet_worker::{SolveFn, Watch, WorkerConfig, run_with};
+use cullet_worker::{JobControl, SolveFn, WorkerConfig, run_with};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -61,10 +61,10 @@ pub(crate) fn answer(job: &FractureJob) -> Verdict {
     let fragments = (0..job.problem.seed % 5).map(fragment).collect();
     let report =
         Report { solver: job.solver.clone(), steps: job.problem.seed, ..Report::default() };
-    Fracture { fragments, report, ..Fracture::default() }.into()
+    Fragmentation { fragments, report, ..Fragmentation::default() }.into()
 }
 
-pub(crate) fn solve(job: &FractureJob, watch: &Watch) -> Option<Verdict> {
+pub(crate) fn solve(job: &FractureJob, watch: &JobControl) -> Option<Verdict> {
     let until = Instant::now() + Duration::from_millis(u64::from(job.problem.settings.max_steps));
     while Instant::now() < until {
         if watch.cancelled() {
@@ -125,14 +125,14 @@ pub(crate) fn next(run: &RunHandle, id: JobId) -> Settlement {
 
 /// The verdict of a settlement that must have one.
 /// The parts that a settlement brings.
-pub(crate) fn parts(settlement: Settlement) -> Fracture {
+pub(crate) fn parts(settlement: Settlement) -> Fragmentation {
     let Verdict::Solved(outcome) = verdict(settlement) else { panic!("another verdict") };
     outcome.fracture().expect("parts")
 }
 
 pub(crate) fn verdict(settlement: Settlement) -> Verdict {
     match settlement.ending {
-        Ending::Verdict(verdict) => verdict,
+        JobEnding::Verdict(verdict) => verdict,
         other => panic!("no verdict: {other:?}"),
     }
 }

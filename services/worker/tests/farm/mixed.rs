@@ -2,8 +2,8 @@
 
 use crate::kit::{HiredWorker, answer, config, job, next, solve, verdict, wait_for};
 use cullet_geometry::{Solid, Vec3, shapes};
-use cullet_model::Precision;
-use cullet_pool::{Ending, Pool, PoolConfig, Share, Timing};
+use cullet_model::PointPrecision;
+use cullet_pool::{JobEnding, Pool, PoolConfig, Share, Timing};
 use cullet_proto::FractureJob;
 use cullet_proto::pool::Family;
 use cullet_worker::WorkerConfig;
@@ -52,7 +52,7 @@ fn a_job_waits_aloud_for_a_worker_that_has_its_family() {
     };
     let _plain = HiredWorker::hire_as(&pool, "plain", Arc::new(solve), with(false));
     let mut hard = job("echo", 1, 0);
-    hard.problem.settings.precision = Precision::Single;
+    hard.problem.settings.precision = PointPrecision::Single;
     // One that can be done shows that the worker is there, and passes the other.
     let (first, second) = (run.open(&hard), run.open(&job("echo", 2, 0)));
     wait_for("the second is done", || pool.stats().jobs.waiting == 1);
@@ -98,7 +98,7 @@ fn a_run_at_its_bound_waits_and_goes_on_in_order() {
     }
     other.cancel();
     for id in fresh {
-        assert_eq!(next(&other, id).ending, Ending::Cancelled);
+        assert_eq!(next(&other, id).ending, JobEnding::Cancelled);
     }
 }
 
@@ -112,7 +112,7 @@ fn a_run_that_wants_more_than_may_wait_is_turned_out_and_others_go_on() {
     // The eighth is one too many; what comes after that is not held either.
     let ids: Vec<_> = (0..20).map(|seed| run.open(&job("echo", seed, 0))).collect();
     for id in ids {
-        let Ending::Abandoned(text) = next(&run, id).ending else { panic!("it is not over") };
+        let JobEnding::Abandoned(text) = next(&run, id).ending else { panic!("it is not over") };
         assert!(text.contains("turned out: 4 of its jobs wait already"), "{text}");
     }
     let (now, all) = (run.stats(), other.stats());

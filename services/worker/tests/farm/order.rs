@@ -4,11 +4,11 @@ use crate::kit::{
     HiredWorker, answer, config, job, next, parts, solve, verdict, wait_for, with_processes_of,
 };
 use cullet_geometry::{Sheet, Solid, TriMesh, Vec3};
-use cullet_model::{Fracture, Fragment, Report};
-use cullet_pool::{Ending, Pool, PoolConfig, Share, Timing};
+use cullet_model::{Fragment, Fragmentation, Report};
+use cullet_pool::{JobEnding, Pool, PoolConfig, Share, Timing};
 use cullet_proto::{FractureJob, Verdict};
-use cullet_run::Jobs;
-use cullet_worker::Watch;
+use cullet_run::JobPool;
+use cullet_worker::JobControl;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -78,13 +78,13 @@ fn a_job_and_a_result_of_twenty_megabytes_go_over_in_chunks() {
     let solid = Solid::outer(TriMesh { vertices: grid, triangles });
     let mut large = job("large", 1, 0);
     large.problem.body = solid.clone().into();
-    let back = |job: &FractureJob, _: &Watch| {
+    let back = |job: &FractureJob, _: &JobControl| {
         let solid = (**job.problem.body.solid().expect("a solid")).clone();
         let (velocity, spin) = (Vec3::x(), Vec3::y());
         let (hulls, sheet) = (Vec::new(), Sheet::default());
         let fragments = vec![Fragment { solid, hulls, velocity, spin, sheet }];
         let report = Report::default();
-        Some(Fracture { fragments, report, ..Fracture::default() }.into())
+        Some(Fragmentation { fragments, report, ..Fragmentation::default() }.into())
     };
     let _hand = HiredWorker::hire(&pool, "w", Arc::new(back));
     let id = run.open(&large);
@@ -96,7 +96,7 @@ fn a_job_and_a_result_of_twenty_megabytes_go_over_in_chunks() {
 fn refusals_failures_and_panics_are_verdicts() {
     let pool = Pool::start(config()).expect("a pool on loopback");
     let run = pool.run(Share::default());
-    let say = |job: &FractureJob, _: &Watch| {
+    let say = |job: &FractureJob, _: &JobControl| {
         let (solver, text) = (job.solver.clone(), "so".to_owned());
         match job.solver.as_str() {
             "no" => Some(Verdict::Refused { solver, text }),
@@ -122,7 +122,7 @@ fn a_job_over_a_limit_is_abandoned_with_the_bound_and_holds_up_nothing() {
     bad.problem.impacts[0].energy = f64::NAN;
     let (bad, good) = (run.open(&bad), run.open(&job("echo", 2, 0)));
     let _hand = HiredWorker::hire(&pool, "w", Arc::new(solve));
-    let Ending::Abandoned(text) = next(&run, bad).ending else { panic!("not abandoned") };
+    let JobEnding::Abandoned(text) = next(&run, bad).ending else { panic!("not abandoned") };
     assert!(text.contains("impacts is not finite"), "{text}");
     verdict(next(&run, good));
 }
@@ -135,7 +135,7 @@ fn what_is_cancelled_settles_so_and_the_worker_is_free_again() {
     let long = run.open(&job("echo", 1, 60_000));
     crate::kit::wait_for("the job runs", || pool.stats().jobs.running == 1);
     run.cancel();
-    assert_eq!(next(&run, long).ending, Ending::Cancelled);
+    assert_eq!(next(&run, long).ending, JobEnding::Cancelled);
     let short = run.open(&job("echo", 2, 0));
     verdict(next(&run, short));
     assert!(run.settled(Duration::from_millis(50)).is_none());
@@ -158,7 +158,7 @@ fn a_worker_whose_job_is_cancelled_is_told_long_before_it_renews() {
             std::thread::sleep(Duration::from_millis(pause));
             let pids = pool.pids();
             run.cancel();
-            assert_eq!(next(&run, id).ending, Ending::Cancelled);
+            assert_eq!(next(&run, id).ending, JobEnding::Cancelled);
             let free = other.open(&job("echo", 2 + pause, 0));
             verdict(next(&other, free));
             assert_eq!((pool.pids(), pool.stats().jobs.resent), (pids, 0));

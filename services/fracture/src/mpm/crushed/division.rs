@@ -2,7 +2,7 @@
 
 use super::rules::{CrushRules, FULL_WEIGHT, LEAST_SIZE, MIDDLE_WEIGHT, STREAM};
 use super::sizes::balance;
-use crate::mpm::lattice::Lattice;
+use crate::mpm::lattice::KernelLattice;
 use cullet_fragment::pieces::{Ball, direction};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
@@ -17,7 +17,7 @@ const SPLINTER: [f64; 2] = [1.0, 1.7];
 /// How far the direction of a splinter is from the push: as far as this times any direction.
 const STRAY: f64 = 0.7;
 
-/// Volume of the cubes of the sizes of drawn pieces over that of their zone: balls of these
+/// Volume of the cubes of the sizes of sampled pieces over that of their zone: balls of these
 /// diameters still find room, put down one by one.
 const FILLING: f64 = 0.65;
 
@@ -26,7 +26,7 @@ const ROUND: f64 = 1.0;
 
 /// A zone that is being divided.
 pub(super) struct Division<'a> {
-    lattice: &'a Lattice,
+    lattice: &'a KernelLattice,
     seed: u64,
     /// Its nodes, in the order in which they are tried.
     order: Vec<usize>,
@@ -49,7 +49,7 @@ pub(super) struct Division<'a> {
 
 impl<'a> Division<'a> {
     pub(super) fn new(
-        lattice: &'a Lattice,
+        lattice: &'a KernelLattice,
         order: Vec<usize>,
         means: Vec<f64>,
         weights: &[f64],

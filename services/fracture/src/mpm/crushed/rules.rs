@@ -9,13 +9,13 @@ pub(super) const LEAST_WEIGHT: f64 = 2.0;
 /// ... and those of a full one.
 pub(super) const FULL_WEIGHT: f64 = 8.0;
 
-/// Points by weight that a drawn piece's middle needs around it: none is put outside the body.
+/// Points by weight that a sampled piece's middle needs around it: none is put outside the body.
 pub(super) const MIDDLE_WEIGHT: f64 = 4.0;
 
 /// Half the width of a crack's band, in cells; a broken node beyond belongs to a crushed zone.
 pub(super) const HALF_BAND: f64 = 2.1;
 
-/// Least size of a drawn piece, likewise: what the cut's lattice can still give a shape.
+/// Least size of a sampled piece, likewise: what the cut's lattice can still give a shape.
 pub(super) const LEAST_SIZE: f64 = 0.7;
 
 /// Stream of the seed's numbers.

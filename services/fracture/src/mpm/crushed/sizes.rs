@@ -1,4 +1,4 @@
-//! Of what volumes drawn pieces are, and that their cells have them.
+//! Of what volumes sampled pieces are, and that their cells have them.
 
 use super::rules::STREAM;
 use cullet_fragment::pieces::Ball;

@@ -1,7 +1,7 @@
 //! Crushed zones of bars and blocks.
 
 use super::sizes::Mott;
-use super::{CrushRules, LEAST_SIZE, Lattice, divide, pieces};
+use super::{CrushRules, KernelLattice, LEAST_SIZE, divide, pieces};
 use crate::particles::Particles;
 use cullet_fragment::pieces::{Ball, Pieces};
 use cullet_geometry::Vec3;
@@ -158,7 +158,7 @@ fn few_pieces_keep_the_whole_range() {
     assert!(ratio > 25.0 && 6 * all.len() > 7 * count, "{ratio}, {}", all.len());
 }
 
-/// Pieces drawn in a crushed zone are of many sizes, as those of real rubble are.
+/// Pieces sampled in a crushed zone are of many sizes, as those of real rubble are.
 #[test]
 fn drawn_pieces_are_large_and_small() {
     let (_, found) = bar(|_| None);
@@ -197,7 +197,7 @@ fn every_node_goes_to_the_nearest_of_all_sites() {
     for (rate, x) in particles.onset_rate.iter_mut().zip(&points) {
         *rate = if x.amax() < 5.0 { 1e-2 } else { 10.0 };
     }
-    let lattice = Lattice::new(&points, RULES.spacing);
+    let lattice = KernelLattice::new(&points, RULES.spacing);
     let (weights, zone) = (vec![8.0; lattice.len()], (0..lattice.len()).collect::<Vec<_>>());
     let mut labels = vec![None; lattice.len()];
     let sites = divide(&lattice, &mut labels, &zone, &weights, &particles, &RULES, 4000.0);

@@ -1,7 +1,7 @@
 //! The nodes of a lattice in crushed zones, and how they lie in the body.
 
 use super::rules::{FULL_WEIGHT, HALF_BAND, LEAST_WEIGHT, STREAM};
-use crate::mpm::lattice::Lattice;
+use crate::mpm::lattice::KernelLattice;
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
 
@@ -11,7 +11,7 @@ const EVEN: f64 = 60.0;
 /// Cells below the skin to which pieces are plates along it.
 const SKIN: f64 = 2.5;
 
-impl Lattice {
+impl KernelLattice {
     /// Which way is out of the body at the nodes that are near its skin; zero elsewhere.
     pub(super) fn skin(&self, weights: &[f64]) -> Vec<Vec3> {
         let out = |node: usize| {

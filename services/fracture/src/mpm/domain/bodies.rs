@@ -8,14 +8,14 @@ use cullet_geometry::{TriMesh, Vec3};
 /// Lines that run along an edge of a triangle count as through it, by this share of its size.
 const SEAM: f64 = 1e-9;
 
-/// A body among others, to be asked where its surface is.
-pub(crate) struct Surface {
+/// A body's surface, for queries of inside and distance.
+pub(crate) struct BodySurface {
     inside: Inside,
     nearest: Nearest,
     mesh: TriMesh,
 }
 
-impl Surface {
+impl BodySurface {
     pub(crate) fn new(mesh: &TriMesh) -> Self {
         let (inside, nearest) = (Inside::new(mesh), Nearest::new(mesh));
         Self { inside, nearest, mesh: mesh.clone() }
@@ -58,7 +58,7 @@ fn crossing(x: &Vec3, n: &Vec3, [a, b, c]: [Vec3; 3]) -> Option<f64> {
 impl Domain {
     /// Parts the nodes that several bodies reach, and lets these touch where their surfaces are:
     /// `of` names the body of each point by id.
-    pub(crate) fn part_bodies(&mut self, of: &[u8], surfaces: &[Surface]) {
+    pub(crate) fn part_bodies(&mut self, of: &[u8], surfaces: &[BodySurface]) {
         let key = |x: &Vec3| [x.x, x.y, x.z].map(f64::to_bits);
         let mut bodies: Vec<([u64; 3], u8)> =
             (0..of.len()).map(|id| (key(&self.place(id)), of[id])).collect();
@@ -84,7 +84,7 @@ impl Domain {
 
     /// How the bodies at each node lie that has several: across them is from where the points of
     /// one lie to where those of the other do.
-    fn faced(&self, surfaces: &[Surface]) -> Vec<Facing> {
+    fn faced(&self, surfaces: &[BodySurface]) -> Vec<Facing> {
         let nodes = &self.grid.nodes;
         let mut rows: Vec<(u32, u8, usize)> =
             (0..nodes.len()).map(|n| (nodes.origin[n], nodes.body[n], n)).collect();

@@ -1,14 +1,14 @@
 //! A block of elements: their points, sixteen elements side by side, and the nodes they share.
 
-use super::lanes::{Field, LANES, Lanes, Real, V, load, store};
+use super::lanes::{LANES, Lanes, NodeVectors, Real, V, load, store};
 use super::law::{Effective, PointLaw, WATCH, idle, second_piola, stiffness};
 use super::spline::{basis, fall, gather, rise, scatter};
 use super::tension::weakened;
 use crate::mpm::elastic::{CRUSHED, LOOSE};
-use crate::mpm::grid::{AROUND, Element, Nodes};
+use crate::mpm::grid::{AROUND, GridElement, Nodes};
 use crate::mpm::stencil::{Stencil, gather as gather_one};
 use crate::mpm::tally::DomainTally;
-use crate::particles::{Particles, View};
+use crate::particles::{Particles, ParticlesMut};
 use cullet_geometry::Vec3;
 use fearless_simd::{Select, Simd, SimdBase, SimdMask};
 use std::cmp::Reverse;
@@ -24,7 +24,7 @@ pub(super) type Four<R> = [R; 4];
 
 /// One point of each of sixteen elements.
 #[derive(Clone, Debug)]
-struct Slot<R> {
+struct PointLanes<R> {
     /// Place in the cell from the middle node, by axis, in cells.
     at: [Lanes<R>; 3],
     /// Minus the volume \[m³\]; none where there is no point.
@@ -46,7 +46,7 @@ struct Slot<R> {
 struct Tile<R> {
     /// The nodes of each, by place in the block's list.
     nodes: [[u16; AROUND]; LANES],
-    slots: Vec<Slot<R>>,
+    slots: Vec<PointLanes<R>>,
 }
 
 /// Neighbouring elements, their points, and the nodes that these see.
@@ -62,8 +62,8 @@ pub(super) struct Block<R> {
 /// What a thread needs beside a block.
 pub(super) struct Scratch<R> {
     nodes: Vec<Four<R>>,
-    field: Box<Field<R>>,
-    forces: Box<Field<R>>,
+    field: Box<NodeVectors<R>>,
+    forces: Box<NodeVectors<R>>,
 }
 
 impl<R: Real> Scratch<R> {
@@ -77,7 +77,7 @@ impl<R: Real> Block<R> {
     /// Puts elements side by side, those with most points first, so that few lanes lie idle;
     /// `places` is zero for every node, before and after.
     pub(super) fn new(
-        elements: &[Element],
+        elements: &[GridElement],
         particles: &Particles,
         spacing: &Vec3,
         places: &mut [u16],
@@ -94,15 +94,15 @@ impl<R: Real> Block<R> {
             places[node as usize] = place as u16;
         }
         let first = elements[0].first;
-        let mut order: Vec<&Element> = elements.iter().collect();
+        let mut order: Vec<&GridElement> = elements.iter().collect();
         order.sort_by_key(|element| Reverse(element.count));
-        let tile = |elements: &[&Element]| {
+        let tile = |elements: &[&GridElement]| {
             let mut tile = Tile { nodes: [[0; AROUND]; LANES], slots: Vec::new() };
             for (lane, element) in elements.iter().enumerate() {
                 tile.nodes[lane] = element.nodes.map(|node| places[node as usize]);
                 for (slot, p) in element.points().enumerate() {
                     if slot == tile.slots.len() {
-                        tile.slots.push(Slot::empty());
+                        tile.slots.push(PointLanes::empty());
                     }
                     let x = &particles.reference[p];
                     tile.slots[slot].put(lane, x, spacing, particles.volume[p]);
@@ -123,7 +123,7 @@ impl<R: Real> Block<R> {
         simd: S,
         law: &PointLaw<'_>,
         nodes: &Nodes,
-        view: &mut View<'_>,
+        view: &mut ParticlesMut<'_>,
         forces: &mut [Four<R>],
         scratch: &mut Scratch<R>,
     ) -> DomainTally {
@@ -149,7 +149,7 @@ impl<R: Real> Block<R> {
     }
 
     /// Takes limits and damage from the points.
-    fn watch(&mut self, law: &PointLaw<'_>, view: &View<'_>) {
+    fn watch(&mut self, law: &PointLaw<'_>, view: &ParticlesMut<'_>) {
         for slot in self.tiles.iter_mut().flat_map(|tile| &mut tile.slots) {
             for lane in 0..LANES {
                 if slot.point[lane] != NONE {
@@ -161,7 +161,7 @@ impl<R: Real> Block<R> {
     }
 }
 
-impl<R: Real> Slot<R> {
+impl<R: Real> PointLanes<R> {
     fn empty() -> Self {
         let zero = Lanes([R::of(0.0); LANES]);
         let limit = Lanes([R::of(WATCH); LANES]);
@@ -169,7 +169,7 @@ impl<R: Real> Slot<R> {
         Self { at: [zero; 3], weight, limit, taken, damaged: false, own: None, point }
     }
 
-    fn watch(&mut self, lane: usize, law: &PointLaw<'_>, view: &View<'_>) {
+    fn watch(&mut self, lane: usize, law: &PointLaw<'_>, view: &ParticlesMut<'_>) {
         let p = self.point[lane] as usize;
         let kind = view.kind[p] as usize;
         if kind > 0 {
@@ -215,7 +215,7 @@ fn take<R: Real>(ids: &[u32], nodes: &Nodes, local: &mut Vec<Four<R>>) {
 
 /// Puts the nodes of elements side by side, less the first of each.
 #[inline(always)]
-fn fill<R: Real>(nodes: &[[u16; AROUND]; LANES], local: &[Four<R>], field: &mut Field<R>) {
+fn fill<R: Real>(nodes: &[[u16; AROUND]; LANES], local: &[Four<R>], field: &mut NodeVectors<R>) {
     for (lane, around) in nodes.iter().enumerate() {
         let first = local[around[0] as usize];
         for (k, &node) in around.iter().enumerate() {
@@ -229,7 +229,7 @@ fn fill<R: Real>(nodes: &[[u16; AROUND]; LANES], local: &[Four<R>], field: &mut 
 
 /// Adds the forces of elements side by side to the nodes'.
 #[inline(always)]
-fn drain<R: Real>(nodes: &[[u16; AROUND]; LANES], field: &Field<R>, forces: &mut [Four<R>]) {
+fn drain<R: Real>(nodes: &[[u16; AROUND]; LANES], field: &NodeVectors<R>, forces: &mut [Four<R>]) {
     for (lane, around) in nodes.iter().enumerate() {
         for (k, &node) in around.iter().enumerate() {
             let force = &mut forces[node as usize];
@@ -246,8 +246,8 @@ fn column<S: Simd, R: Real>(
     simd: S,
     tile: &mut Tile<R>,
     lane: usize,
-    field: &Field<R>,
-    forces: &mut Field<R>,
+    field: &NodeVectors<R>,
+    forces: &mut NodeVectors<R>,
     cold: &mut Cold<'_, '_>,
 ) {
     let zero = V::<S, R>::splat(simd, R::of(0.0));
@@ -310,7 +310,7 @@ struct Cold<'a, 'b> {
     law: &'a PointLaw<'a>,
     nodes: &'a Nodes,
     ids: &'a [u32],
-    view: &'a mut View<'b>,
+    view: &'a mut ParticlesMut<'b>,
     /// By lane, since registers of other widths take the lanes in another order.
     tallies: [DomainTally; LANES],
 }
@@ -320,7 +320,7 @@ impl Cold<'_, '_> {
     #[inline(never)]
     fn weaken<S: Simd, R: Real>(
         &mut self,
-        slot: &mut Slot<R>,
+        slot: &mut PointLanes<R>,
         nodes: &[[u16; AROUND]; LANES],
         first: usize,
         idle: <V<S, R> as SimdBase<S>>::Mask,

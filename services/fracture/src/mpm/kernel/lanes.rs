@@ -55,7 +55,7 @@ pub(super) type V<S, R> = <R as SimdFloatElement>::Native<S>;
 pub(super) struct Lanes<R>(pub(super) [R; LANES]);
 
 /// Vectors at the 27 nodes of each element: node times 3 plus axis.
-pub(super) type Field<R> = [Lanes<R>; 81];
+pub(super) type NodeVectors<R> = [Lanes<R>; 81];
 
 /// The register that begins at `lane`.
 #[inline(always)]

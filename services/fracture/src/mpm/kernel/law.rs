@@ -2,11 +2,11 @@
 
 use super::lanes::{Real, V};
 use super::tension::adjugate;
-use crate::damage::{Softening, State};
-use crate::mpm::elastic::{CRUSHED, Elastic};
+use crate::damage::{DamageState, Softening};
+use crate::mpm::elastic::{CRUSHED, LameParameters};
 use crate::mpm::symmetric::Sym3;
 use crate::mpm::tally::DomainTally;
-use crate::particles::View;
+use crate::particles::ParticlesMut;
 use cullet_geometry::Vec3;
 use fearless_simd::{Select, Simd, SimdBase};
 use std::ops::{Add, Mul};
@@ -18,7 +18,7 @@ pub(super) const WATCH: f64 = 1e12;
 /// What a kind of material does.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MaterialLaw {
-    pub(crate) elastic: Elastic,
+    pub(crate) elastic: LameParameters,
     pub(crate) softening: Softening,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct PointLaw<'a> {
 }
 
 /// μ, λ/2 and μ + λ/2 in the precision of the pass.
-pub(super) fn stiffness<R: Real>(elastic: &Elastic) -> [R; 3] {
+pub(super) fn stiffness<R: Real>(elastic: &LameParameters) -> [R; 3] {
     let half = 0.5 * elastic.lame;
     [elastic.shear, half, elastic.shear + half].map(R::of)
 }
@@ -69,7 +69,7 @@ pub(super) struct Effective<V> {
     pub(super) square: V,
 }
 
-/// As [`Elastic::second_piola`].
+/// As [`LameParameters::second_piola`].
 #[inline(always)]
 pub(super) fn second_piola<S: Simd, R: Real>(
     simd: S,
@@ -120,24 +120,24 @@ pub(super) fn idle<S: Simd, R: Real>(
 }
 
 impl PointLaw<'_> {
-    fn softening(&self, view: &View<'_>, p: usize) -> &Softening {
+    fn softening(&self, view: &ParticlesMut<'_>, p: usize) -> &Softening {
         &self.kinds[view.kind[p] as usize].softening
     }
 
     /// Strength of a point now over the law's \[1\], and over what it is at cracks.
-    fn strength(&self, view: &View<'_>, p: usize, time: f64) -> (f64, f64) {
+    fn strength(&self, view: &ParticlesMut<'_>, p: usize, time: f64) -> (f64, f64) {
         let lone = 1.0 / self.softening(view, p).strength_ratio;
         let lone = if time < view.front_time[p] { lone } else { 1.0 };
         (view.strength[p] * lone, lone)
     }
 
     /// Share of a pull that damage takes \[1\].
-    pub(super) fn taken(&self, view: &View<'_>, p: usize) -> f64 {
+    pub(super) fn taken(&self, view: &ParticlesMut<'_>, p: usize) -> f64 {
         self.softening(view, p).taken(view.damage[p])
     }
 
     /// Principal stress \[Pa\] below which damage does not grow, until a crack comes near.
-    pub(super) fn limit(&self, view: &View<'_>, p: usize) -> f64 {
+    pub(super) fn limit(&self, view: &ParticlesMut<'_>, p: usize) -> f64 {
         if view.damage[p] >= 1.0 {
             return WATCH;
         }
@@ -150,7 +150,7 @@ impl PointLaw<'_> {
     }
 
     /// Energy of a point of Green's strain `strain` \[J\].
-    pub(super) fn held(&self, view: &View<'_>, p: usize, strain: &Sym3) -> f64 {
+    pub(super) fn held(&self, view: &ParticlesMut<'_>, p: usize, strain: &Sym3) -> f64 {
         self.softening(view, p).energy(strain, view.damage[p]) * view.volume[p]
     }
 
@@ -158,14 +158,14 @@ impl PointLaw<'_> {
     /// asked for the strain rate \[1/s\] where damage begins.
     pub(super) fn weaken(
         &self,
-        view: &mut View<'_>,
+        view: &mut ParticlesMut<'_>,
         p: usize,
         strain: &Sym3,
         tally: &mut DomainTally,
         rate: impl FnOnce() -> f64,
     ) -> Sym3 {
         let (strength, lone) = self.strength(view, p, self.time);
-        let state = State {
+        let state = DamageState {
             damage: view.damage[p],
             strength,
             shielded: view.shielded[p],

@@ -3,10 +3,10 @@
 use super::block::{Block, Four, Scratch};
 use super::lanes::Real;
 use super::law::PointLaw;
-use crate::mpm::grid::{Element, Grid, Rows};
+use crate::mpm::grid::{BackgroundGrid, GridElement, Rows};
 use crate::mpm::tally::DomainTally;
 use crate::particles::Particles;
-use cullet_model::Precision;
+use cullet_model::PointPrecision;
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 use wide::f64x4;
@@ -20,10 +20,10 @@ const ELEMENTS: usize = 64;
 /// The forces of an element are rounded as its heaviest node's are: on a node that hardly sees
 /// a point what is left of f32 is noise, and noise over its mass runs away, until its
 /// displacement is more than f32 can tell the strain of its neighbours from (F04).
-pub(crate) fn least_share(precision: Precision) -> f64 {
+pub(crate) fn least_share(precision: PointPrecision) -> f64 {
     match precision {
-        Precision::Single => 1e-7,
-        Precision::Double => 0.0,
+        PointPrecision::Single => 1e-7,
+        PointPrecision::Double => 0.0,
     }
 }
 
@@ -77,7 +77,7 @@ struct Pass<R> {
 }
 
 impl<R: Real> Pass<R> {
-    fn new(grid: &Grid, particles: &Particles) -> Self {
+    fn new(grid: &BackgroundGrid, particles: &Particles) -> Self {
         let starts = grid.elements.iter().step_by(ELEMENTS).map(|e| e.first);
         let starts = starts.chain([particles.len() as u32]).collect();
         let (blocks, forces, rows) = (Vec::new(), Vec::new(), Rows::default());
@@ -88,7 +88,7 @@ impl<R: Real> Pass<R> {
 
     /// Makes anew the blocks of the elements that begin at the points `changed`, ascending, or all
     /// of them. Points must have stayed in their block.
-    fn refresh(&mut self, grid: &Grid, particles: &Particles, changed: Option<&[u32]>) {
+    fn refresh(&mut self, grid: &BackgroundGrid, particles: &Particles, changed: Option<&[u32]>) {
         let mut old = std::mem::take(&mut self.blocks).into_iter();
         let (mut rest, mut work) = (grid.elements.as_slice(), Vec::new());
         for pair in self.starts.windows(2) {
@@ -100,7 +100,7 @@ impl<R: Real> Pass<R> {
             });
             work.push((own, old.next().filter(|_| !is_new)));
         }
-        let make = |places: &mut Vec<u16>, (own, old): (&[Element], Option<Block<R>>)| {
+        let make = |places: &mut Vec<u16>, (own, old): (&[GridElement], Option<Block<R>>)| {
             old.unwrap_or_else(|| Block::new(own, particles, &grid.spacing, places))
         };
         let places = || vec![0; grid.nodes.len()];
@@ -119,7 +119,7 @@ impl<R: Real> Pass<R> {
     fn strain(
         &mut self,
         law: &PointLaw<'_>,
-        grid: &Grid,
+        grid: &BackgroundGrid,
         particles: &mut Particles,
         simd_level: SimdLevel,
     ) -> DomainTally {
@@ -171,21 +171,26 @@ pub(crate) struct Kernel {
 
 impl Kernel {
     pub(crate) fn new(
-        grid: &Grid,
+        grid: &BackgroundGrid,
         particles: &Particles,
-        as_is: Precision,
+        as_is: PointPrecision,
         simd_level: SimdLevel,
     ) -> Self {
         let pass = match as_is {
-            Precision::Single => Either::Single(Pass::new(grid, particles)),
-            Precision::Double => Either::Double(Pass::new(grid, particles)),
+            PointPrecision::Single => Either::Single(Pass::new(grid, particles)),
+            PointPrecision::Double => Either::Double(Pass::new(grid, particles)),
         };
         Self { pass, simd_level }
     }
 
     /// After the elements that began at the points `changed` have; points may only have moved
     /// within their cell.
-    pub(crate) fn refresh(&mut self, grid: &Grid, particles: &Particles, changed: &[u32]) {
+    pub(crate) fn refresh(
+        &mut self,
+        grid: &BackgroundGrid,
+        particles: &Particles,
+        changed: &[u32],
+    ) {
         match &mut self.pass {
             Either::Single(pass) => pass.refresh(grid, particles, Some(changed)),
             Either::Double(pass) => pass.refresh(grid, particles, Some(changed)),
@@ -204,7 +209,7 @@ impl Kernel {
     pub(crate) fn strain(
         &mut self,
         law: &PointLaw<'_>,
-        grid: &Grid,
+        grid: &BackgroundGrid,
         particles: &mut Particles,
     ) -> DomainTally {
         match &mut self.pass {

@@ -9,7 +9,7 @@
 //!
 //! half the work of three weights and three distances. Forces go the transposed way.
 
-use super::lanes::{Field, Lanes, Real, V, load, store};
+use super::lanes::{Lanes, NodeVectors, Real, V, load, store};
 use fearless_simd::Simd;
 
 /// The functions t, q and g of a point, by axis.
@@ -40,7 +40,7 @@ fn line(stride: usize, line: usize, component: usize) -> [usize; 3] {
 
 /// Values at nodes to a₁, α, β along every axis.
 #[inline(always)]
-pub(super) fn rise<S: Simd, R: Real>(simd: S, field: &mut Field<R>, lane: usize) {
+pub(super) fn rise<S: Simd, R: Real>(simd: S, field: &mut NodeVectors<R>, lane: usize) {
     for stride in [1, 3, 9] {
         for k in 0..27 {
             let [i0, i1, i2] = line(stride, k / 3, k % 3);
@@ -55,7 +55,7 @@ pub(super) fn rise<S: Simd, R: Real>(simd: S, field: &mut Field<R>, lane: usize)
 
 /// The transpose of [`rise`]: forces on a₁, α, β to forces on nodes.
 #[inline(always)]
-pub(super) fn fall<S: Simd, R: Real>(simd: S, field: &mut Field<R>, lane: usize) {
+pub(super) fn fall<S: Simd, R: Real>(simd: S, field: &mut NodeVectors<R>, lane: usize) {
     for stride in [1, 3, 9] {
         for k in 0..27 {
             let [i0, i1, i2] = line(stride, k / 3, k % 3);
@@ -74,7 +74,7 @@ pub(super) fn fall<S: Simd, R: Real>(simd: S, field: &mut Field<R>, lane: usize)
 fn row<S: Simd, R: Real>(
     simd: S,
     b: &Basis<V<S, R>>,
-    field: &Field<R>,
+    field: &NodeVectors<R>,
     [ij, component, lane]: [usize; 3],
 ) -> [V<S, R>; 2] {
     let first = ij * 9 + component;
@@ -88,7 +88,7 @@ fn row<S: Simd, R: Real>(
 fn plane<S: Simd, R: Real>(
     simd: S,
     b: &Basis<V<S, R>>,
-    field: &Field<R>,
+    field: &NodeVectors<R>,
     [i, component, lane]: [usize; 3],
 ) -> [V<S, R>; 3] {
     let [n0, d0] = row(simd, b, field, [i * 3, component, lane]);
@@ -103,7 +103,7 @@ fn plane<S: Simd, R: Real>(
 pub(super) fn gather<S: Simd, R: Real>(
     simd: S,
     b: &Basis<V<S, R>>,
-    field: &Field<R>,
+    field: &NodeVectors<R>,
     component: usize,
     lane: usize,
 ) -> [V<S, R>; 3] {
@@ -125,7 +125,7 @@ fn give<S: Simd, R: Real>(
     simd: S,
     b: &Basis<V<S, R>>,
     [sum, along]: [V<S, R>; 2],
-    field: &mut Field<R>,
+    field: &mut NodeVectors<R>,
     [ij, component, lane]: [usize; 3],
 ) {
     let first = ij * 9 + component;
@@ -140,7 +140,7 @@ pub(super) fn scatter<S: Simd, R: Real>(
     simd: S,
     b: &Basis<V<S, R>>,
     [x, y, z]: [V<S, R>; 3],
-    field: &mut Field<R>,
+    field: &mut NodeVectors<R>,
     [c, l]: [usize; 2],
 ) {
     let (t, q, g) = (b.t, b.q, b.g);

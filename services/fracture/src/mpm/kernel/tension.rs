@@ -8,7 +8,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 const LEAST: f64 = 1e-20;
 
 /// The stress \[Pa\] of Green's strain `e` where damage takes the share `taken` of what is pulled:
-/// as [`Elastic::pulls`](crate::mpm::elastic::Elastic::pulls), of which that share is taken where
+/// as [`pulls`](crate::mpm::elastic::LameParameters::pulls), of which that share is taken where
 /// they pull.
 ///
 /// With 2μE = m I + B and p² = B:B/6 the principal value farthest from the others is m ± 2py, where
@@ -137,13 +137,13 @@ fn norm_squared<S: Simd, R: Real>(s: &[V<S, R>; 6]) -> V<S, R> {
 mod tests {
     use super::super::lanes::{Lanes, Real, load};
     use super::weakened;
-    use crate::mpm::elastic::Elastic;
+    use crate::mpm::elastic::LameParameters;
     use crate::mpm::symmetric::{Sym3, eigen};
     use cullet_geometry::math::unit;
     use fearless_simd::{Level, Simd, SimdBase, dispatch};
 
     /// The slow twin: Jacobi's method.
-    fn naive(elastic: &Elastic, e: &Sym3, taken: f64) -> Sym3 {
+    fn naive(elastic: &LameParameters, e: &Sym3, taken: f64) -> Sym3 {
         let (values, v) = eigen(e);
         let bears = elastic.pulls(values, taken);
         let bears = bears.map(|pull| if pull > 0.0 { (1.0 - taken) * pull } else { pull });
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[inline(always)]
-    fn first<S: Simd, R: Real>(simd: S, elastic: &Elastic, e: &Sym3, taken: f64) -> Sym3 {
+    fn first<S: Simd, R: Real>(simd: S, elastic: &LameParameters, e: &Sym3, taken: f64) -> Sym3 {
         let lanes = |x: f64| load(simd, &Lanes([R::of(x); 16]), 0);
         let own = [elastic.shear, 0.5 * elastic.lame, 0.0].map(lanes);
         weakened::<S, R>(simd, &e.map(lanes), &own, lanes(taken)).map(|x| x.as_slice()[0].wide())
@@ -183,7 +183,8 @@ mod tests {
             let size = s.iter().fold(1e-5_f64, |m, x| m.max(x.abs()));
             let poisson = [0.2, 0.0, 0.45, -0.3][(index / 8 % 4) as usize];
             let shear = 1e10;
-            let elastic = Elastic { shear, lame: 2.0 * shear * poisson / (1.0 - 2.0 * poisson) };
+            let elastic =
+                LameParameters { shear, lame: 2.0 * shear * poisson / (1.0 - 2.0 * poisson) };
             let taken = [1.0, 0.5, 0.9][(index / 32 % 3) as usize];
             let double = dispatch!(level, simd => first::<_, f64>(simd, &elastic, &s, taken));
             let rough = dispatch!(level, simd => first::<_, f32>(simd, &elastic, &single, taken));

@@ -1,13 +1,13 @@
 //! The slow twin of the points' pass, straight from the textbook.
 
 use super::{Kernel, MaterialLaw, PointLaw, SimdLevel};
-use crate::damage::{Softening, State};
-use crate::mpm::elastic::{Elastic, green_strain, matrix};
-use crate::mpm::grid::{Element, Grid};
+use crate::damage::{DamageState, Softening};
+use crate::mpm::elastic::{LameParameters, green_strain, matrix};
+use crate::mpm::grid::{BackgroundGrid, GridElement};
 use crate::mpm::stencil::{AROUND, Stencil, gather, packed, vector};
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3, math::unit};
-use cullet_model::{Material, Precision};
+use cullet_model::{Material, PointPrecision};
 
 const STONE: Material = Material {
     density: 2300.0,
@@ -18,7 +18,7 @@ const STONE: Material = Material {
 };
 
 /// A cloud of points, some of them damaged, on nodes moved at random.
-fn cloud() -> (Grid, Particles, Vec3, Vec<MaterialLaw>) {
+fn cloud() -> (BackgroundGrid, Particles, Vec3, Vec<MaterialLaw>) {
     let spacing = Vec3::new(0.1, 0.08, 0.13);
     let random = |stream, i| Vec3::from([0, 1, 2].map(|a| unit(stream, a, i) - 0.5));
     let points: Vec<Vec3> = (0..3000).map(|i| random(5, i)).collect();
@@ -29,7 +29,7 @@ fn cloud() -> (Grid, Particles, Vec3, Vec<MaterialLaw>) {
     // Three materials, side by side in every cell.
     particles.kind.iter_mut().enumerate().for_each(|(p, kind)| *kind = (p % 3) as u8);
     particles.density = vec![STONE.density; 3];
-    let mut grid = Grid::new(&mut particles, spacing);
+    let mut grid = BackgroundGrid::new(&mut particles, spacing);
     for (n, u) in grid.nodes.displacement.iter_mut().enumerate() {
         *u = packed(Vec3::new(3.0, -1.0, 2.0) + random(6, n as u64) * 1e-3);
     }
@@ -37,13 +37,13 @@ fn cloud() -> (Grid, Particles, Vec3, Vec<MaterialLaw>) {
         let material = Material { young: share * STONE.young, poisson, ..STONE };
         let mut softening = Softening::new(&material, 0.2);
         softening.strength = 1e10;
-        MaterialLaw { elastic: Elastic::new(&material), softening }
+        MaterialLaw { elastic: LameParameters::new(&material), softening }
     });
     (grid, particles, spacing, kinds.to_vec())
 }
 
 /// Weight and MLS gradient 4 w (x_i − x_p)/h² of node `k` of an element for a point at `x`.
-fn naive_weight(element: &Element, k: usize, x: &Vec3, spacing: &Vec3) -> (f64, Vec3) {
+fn naive_weight(element: &GridElement, k: usize, x: &Vec3, spacing: &Vec3) -> (f64, Vec3) {
     let place = [k / 9, k / 3 % 3, k % 3];
     let place = Vec3::from([0, 1, 2].map(|a| f64::from(element.cell[a] + place[a] as i32)));
     let away = place.component_mul(spacing) - x;
@@ -58,7 +58,7 @@ fn naive_weight(element: &Element, k: usize, x: &Vec3, spacing: &Vec3) -> (f64, 
 }
 
 /// Forces \[N\] on the nodes, point by point, node by node.
-fn naive_forces(grid: &Grid, particles: &Particles, law: &PointLaw<'_>) -> Vec<Vec3> {
+fn naive_forces(grid: &BackgroundGrid, particles: &Particles, law: &PointLaw<'_>) -> Vec<Vec3> {
     let mut forces = vec![Vec3::zeros(); grid.nodes.len()];
     for element in &grid.elements {
         for p in element.points() {
@@ -69,7 +69,7 @@ fn naive_forces(grid: &Grid, particles: &Particles, law: &PointLaw<'_>) -> Vec<V
                 h += u * naive_weight(element, k, x, &law.spacing).1.transpose();
             }
             let kind = &law.kinds[particles.kind[p] as usize];
-            let state = State {
+            let state = DamageState {
                 damage: particles.damage[p],
                 strength: 1e6,
                 shielded: false,
@@ -94,7 +94,8 @@ fn forces_agree_with_the_textbook() {
     let size = wanted.iter().fold(0.0_f64, |m, f| m.max(f.norm()));
     for path in SimdLevel::all() {
         // The twin takes no differences: in f64 its own rounding is what is seen.
-        for (precision, bound) in [(Precision::Single, 2e-6), (Precision::Double, 1e-11)] {
+        for (precision, bound) in [(PointPrecision::Single, 2e-6), (PointPrecision::Double, 1e-11)]
+        {
             let mut kernel = Kernel::new(&grid, &particles, precision, path);
             let mut particles = particles.clone();
             let tally = kernel.strain(&law, &grid, &mut particles);

@@ -1,13 +1,13 @@
 //! A slow twin: every node's points flooded one by one, on a body that shatters at random.
 
-use super::{AROUND, Grid, split};
+use super::{AROUND, BackgroundGrid, split};
 use crate::mpm::bonds::Bonds;
 use crate::mpm::stencil::Stencil;
 use crate::particles::Particles;
 use cullet_geometry::{Vec3, math::unit};
 
 /// The nodes that each point sees, by id.
-fn seen(grid: &Grid, particles: &Particles) -> Vec<[u32; AROUND]> {
+fn seen(grid: &BackgroundGrid, particles: &Particles) -> Vec<[u32; AROUND]> {
     let mut seen = vec![[0; AROUND]; particles.len()];
     for element in &grid.elements {
         for p in element.points() {
@@ -18,7 +18,7 @@ fn seen(grid: &Grid, particles: &Particles) -> Vec<[u32; AROUND]> {
 }
 
 /// Points of a node, by id in the order of the arrays, with the node's number at each.
-fn points(node: u32, grid: &Grid, particles: &Particles) -> Vec<(u32, usize)> {
+fn points(node: u32, grid: &BackgroundGrid, particles: &Particles) -> Vec<(u32, usize)> {
     let numbers = grid.elements.iter().filter_map(|element| {
         Some((element, element.nodes.iter().position(|&other| other == node)?))
     });
@@ -64,7 +64,7 @@ fn sets(bonds: &Bonds, points: &[(u32, usize)]) -> Vec<Option<usize>> {
 }
 
 /// How many nodes have parted: each as its sets say, and all that had a bond cut and needed to.
-fn check([old, bonds]: [&Bonds; 2], [before, after]: [(&Grid, &Particles); 2]) -> usize {
+fn check([old, bonds]: [&Bonds; 2], [before, after]: [(&BackgroundGrid, &Particles); 2]) -> usize {
     let (was, is) = (seen(before.0, before.1), seen(after.0, after.1));
     let mut parted = 0;
     for node in 0..before.0.nodes.len() as u32 {
@@ -89,7 +89,7 @@ fn check([old, bonds]: [&Bonds; 2], [before, after]: [(&Grid, &Particles); 2]) -
 }
 
 /// Whether what the nodes weigh is what their points give them.
-fn weigh(grid: &Grid, particles: &Particles) {
+fn weigh(grid: &BackgroundGrid, particles: &Particles) {
     let mut mass = vec![0.0; grid.nodes.len()];
     for element in &grid.elements {
         for p in element.points() {
@@ -109,7 +109,7 @@ fn nodes_part_as_their_points_are_connected_one_by_one() {
         (0..1500).map(|i| Vec3::from([0, 1, 2].map(|a| 5.5 * unit(4, a, i)))).collect();
     let mut particles = Particles::at_rest(&places, 166.0, 1.0);
     let spacing = Vec3::repeat(1.0);
-    let mut grid = Grid::new(&mut particles, spacing);
+    let mut grid = BackgroundGrid::new(&mut particles, spacing);
     let mut bonds = Bonds::new(&particles, &spacing);
     let (mut slots, mut parted) = (vec![0; places.len()], 0);
     for round in 0..6 {

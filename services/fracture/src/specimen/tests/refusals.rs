@@ -1,11 +1,11 @@
-//! What is told before anything is solved.
+//! What is reported before anything is solved.
 
 use super::{STONE, bar, begun, face};
 use cullet_geometry::{Mat3, Vec3};
 use cullet_model::Refusal;
 use cullet_specimen::{
-    Course, Field, Hold, Load, Notch, Part, Patch, Probe, Push, SpecimenProblem, Spot, Start,
-    SymmetryPlane, Unfit, Where, Zone,
+    Amplitude, Hold, Load, LoadKind, Notch, PointField, Probe, SpecimenProblem, Spot, Start,
+    StrengthPatch, SymmetryPlane, TensorPart, Unfit, Where, Zone,
 };
 
 #[test]
@@ -43,8 +43,8 @@ fn bodies_that_overlap_are_refused() {
 #[test]
 fn what_acts_on_nothing_is_refused_by_its_number() {
     let beside = || face(0, 5.0, true);
-    let load = |part, push| Load { part, push, course: Course::Table(vec![(0.0, 1.0)]) };
-    let pull = |size: f64| Push::Traction(Vec3::x() * size);
+    let load = |part, push| Load { part, push, course: Amplitude::Table(vec![(0.0, 1.0)]) };
+    let pull = |size: f64| LoadKind::Traction(Vec3::x() * size);
     let mut loads = vec![load(face(0, 0.1, true), pull(1.0)), load(beside(), pull(1.0))];
     let said = |loads: &[Load], holds: &[Hold]| {
         let (loads, holds) = (loads.to_vec(), holds.to_vec());
@@ -55,7 +55,9 @@ fn what_acts_on_nothing_is_refused_by_its_number() {
     // Nothing is put on nothing: a sweep from zero on.
     loads[1].push = pull(0.0);
     assert_eq!(said(&loads, &[]), None);
-    for push in [Push::Pressure(1.0), Push::Force(Vec3::x()), Push::Acceleration(Vec3::x())] {
+    for push in
+        [LoadKind::Pressure(1.0), LoadKind::Force(Vec3::x()), LoadKind::Acceleration(Vec3::x())]
+    {
         loads[1].push = push;
         assert!(said(&loads, &[]).is_some());
     }
@@ -65,7 +67,7 @@ fn what_acts_on_nothing_is_refused_by_its_number() {
         velocity: Vec3::zeros(),
         gradient: Mat3::zeros(),
         centre: Vec3::zeros(),
-        course: Course::Table(vec![(0.0, 1.0)]),
+        course: Amplitude::Table(vec![(0.0, 1.0)]),
         until: None,
     };
     assert_eq!(said(&[], &[hold(face(0, 0.0, false))]), None);
@@ -84,8 +86,8 @@ fn what_takes_nothing_is_refused_by_its_number() {
         noise: 0.0,
     };
     let notch = |part| Notch { point: Vec3::x() * 0.05, normal: Vec3::x(), part };
-    let probe = |x| Probe::Points(Field::Velocity, Part::Size, Spot::At(Vec3::x() * x));
-    let patch = |part| Patch { part, strength: 2.0, damage: 0.0 };
+    let probe = |x| Probe::Points(PointField::Velocity, TensorPart::Size, Spot::At(Vec3::x() * x));
+    let patch = |part| StrengthPatch { part, strength: 2.0, damage: 0.0 };
     let zone = |part| Zone { part, material: STONE };
     let said = |pick: &dyn Fn(&mut SpecimenProblem, Where, f64)| {
         let mut specimen = bar(0.1, 0.04, 0.01);

@@ -3,7 +3,7 @@
 
 use super::specimen::{H, Points, STONE, Specimen};
 use cullet_fracture::brittle::Brittle;
-use cullet_fracture::mpm::domain::Fields;
+use cullet_fracture::mpm::domain::VelocityFields;
 use cullet_fracture::mpm::{Domain, quadrature};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Mat3, Quat, Solid, Surface, Vec3, inside::Inside, sample, shapes};
@@ -30,7 +30,7 @@ struct Crack {
 
 fn crack(turn: Quat, points: Points) -> Crack {
     let specimen = Specimen { turn, points, half: HALF, middle: MIDDLE };
-    let mut domain = specimen.domain(Vec3::new(0.0, 0.01, 0.0), Fields::Split);
+    let mut domain = specimen.domain(Vec3::new(0.0, 0.01, 0.0), VelocityFields::Split);
     let mut spent = 0.0;
     while domain.steps < 420 {
         spent += domain.advance().dissipated;
@@ -208,7 +208,7 @@ fn faces(way: Vec3, seed: u64) -> [Vec<(Vec3, f64)>; 2] {
 }
 
 /// F22: how much more often than in other directions crack faces lie along the grid: hardly more
-/// than the points that broke, for borders of drawn pieces are laid where they are.
+/// than the points that broke, for borders of sampled pieces are laid where they are.
 #[test]
 fn crack_faces_follow_the_grid_no_more_than_they_do() {
     let hits: Vec<u64> = (0..6).collect();

@@ -3,7 +3,7 @@
 use super::specimen::{Now, STONE, Specimen};
 use super::twin::{Coupling, Twin};
 use cullet_fracture::mpm::Domain;
-use cullet_fracture::mpm::domain::{Fields, PointMotion};
+use cullet_fracture::mpm::domain::{PointMotion, VelocityFields};
 use cullet_fracture::particles::Particles;
 use cullet_geometry::Vec3;
 use rayon::prelude::*;
@@ -171,8 +171,8 @@ fn method(name: &str, seeds: &[u64], make: Make) -> Vec<Course> {
 fn two_fields_let_go_of_what_others_hold() {
     println!("| method | layers | cut | slack | spent | elastic | kinetic | welded | borne |");
     let seeds = [3, 4, 5];
-    let one = method("one field", &seeds, |s| Box::new(s.domain(WAY, Fields::Single)));
-    let ours = method("ours", &seeds, |s| Box::new(s.domain(WAY, Fields::Split)));
+    let one = method("one field", &seeds, |s| Box::new(s.domain(WAY, VelocityFields::Single)));
+    let ours = method("ours", &seeds, |s| Box::new(s.domain(WAY, VelocityFields::Split)));
     let cpic = method("CPIC", &seeds, |s| Box::new(Twin::new(s, WAY, Some(Coupling::Compatible))));
     let leaky = |s| -> Box<dyn Body> { Box::new(Twin::new(s, WAY, Some(Coupling::Leaky))) };
     method("CPIC, thesis (A.4)", &seeds[..1], leaky);

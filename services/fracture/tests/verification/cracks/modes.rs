@@ -2,7 +2,7 @@
 //! modes (thesis Fig. 3.14).
 
 use super::specimen::{Specimen, pieces};
-use cullet_fracture::mpm::domain::Fields;
+use cullet_fracture::mpm::domain::VelocityFields;
 use cullet_geometry::Vec3;
 
 /// Half the edge of the cube, in spacings.
@@ -19,7 +19,7 @@ struct Broken {
 /// Pulls the upper half along `way` and the lower half against it.
 fn pull(way: Vec3) -> Broken {
     let specimen = Specimen::straight(HALF, 3);
-    let mut domain = specimen.domain(way, Fields::Split);
+    let mut domain = specimen.domain(way, VelocityFields::Split);
     while domain.steps < 700 {
         domain.advance();
     }

@@ -4,7 +4,7 @@ use cullet_fracture::brittle::Brittle;
 use cullet_fracture::mpm::{load_patch, symmetric};
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
-    BrittleProblem, Impact, Material, Progress, Run, Settings, Solver, StrengthField,
+    BrittleProblem, Impact, Material, Progress, Settings, SolveInProgress, Solver, StrengthField,
 };
 use std::sync::Arc;
 
@@ -73,7 +73,7 @@ fn crater(radius: f64, spacing: f64) -> Crater {
     let reach = wide.filter(|(_, under)| **under).map(|(x, _)| x.xz().norm()).fold(0.0, f64::max);
     crater.loaded = (reach / impact.radius).powi(2);
     while run.domain().time < 2.0 * impact.duration {
-        let Progress::Running(_) = Run::advance(&mut run) else { break };
+        let Progress::Running(_) = SolveInProgress::advance(&mut run) else { break };
         let particles = &run.domain().particles;
         let (mut damaged, mut pressed) = (0.0, 0.0);
         for (s, damage) in run.domain().stresses().iter().zip(&particles.damage) {

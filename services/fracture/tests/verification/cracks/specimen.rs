@@ -1,7 +1,7 @@
 //! The cube with an edge crack of the thesis's Fig. 3.14 and 3.17 to 3.19, and what is measured.
 
-use cullet_fracture::damage::{Softening, State};
-use cullet_fracture::mpm::domain::{Fields, PointMotion, PrescribedVelocity};
+use cullet_fracture::damage::{DamageState, Softening};
+use cullet_fracture::mpm::domain::{PointMotion, PrescribedVelocity, VelocityFields};
 use cullet_fracture::mpm::elastic::green_strain;
 use cullet_fracture::mpm::symmetric::Sym3;
 use cullet_fracture::mpm::{Domain, quadrature};
@@ -110,7 +110,7 @@ impl Specimen {
     }
 
     /// The solver's domain, cracked and already moving as it will.
-    pub(crate) fn domain(&self, way: Vec3, fields: Fields) -> Domain {
+    pub(crate) fn domain(&self, way: Vec3, fields: VelocityFields) -> Domain {
         let mut domain = Domain::new(self.particles(), &STONE, Self::law(), Vec3::repeat(H));
         domain.sever(|a, b| {
             let (a, b) = (self.local(a), self.local(b));
@@ -186,7 +186,7 @@ pub(crate) struct Now {
 /// Second Piola–Kirchhoff stress of a point as it is weakened now \[Pa\].
 fn stress(law: &Softening, motion: &PointMotion, particles: &Particles, p: usize) -> Sym3 {
     let damage = if particles.eroded[p] { 1.0 } else { particles.damage[p] };
-    let state = State { damage, strength: 1e12, shielded: false, sudden: false };
+    let state = DamageState { damage, strength: 1e12, shielded: false, sudden: false };
     law.respond(&green_strain(&motion.displacement_gradient), state).stress
 }
 

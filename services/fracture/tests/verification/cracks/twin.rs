@@ -6,7 +6,7 @@
 //! often. No crack can be better for it.
 
 use super::specimen::{H, STONE, Specimen};
-use cullet_fracture::damage::{Softening, State};
+use cullet_fracture::damage::{DamageState, Softening};
 use cullet_fracture::mpm::domain::{PointMotion, PrescribedVelocity, stable_step};
 use cullet_fracture::mpm::elastic::{green_strain, matrix};
 use cullet_fracture::mpm::grid::AROUND;
@@ -174,7 +174,7 @@ impl Twin {
     /// First Piola–Kirchhoff stress \[Pa\] after damage, and what that took \[J/m³\].
     fn stress(&mut self, p: usize, h: &Mat3) -> (Mat3, f64) {
         let (damage, strength) = (self.particles.damage[p], self.particles.strength[p]);
-        let state = State { damage, strength, shielded: false, sudden: false };
+        let state = DamageState { damage, strength, shielded: false, sudden: false };
         let response = self.law.respond(&green_strain(h), state);
         self.particles.damage[p] = response.damage;
         ((Mat3::identity() + h) * matrix(&response.stress), response.dissipated)

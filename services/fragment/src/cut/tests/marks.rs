@@ -4,7 +4,7 @@ use super::{Cloud, NO_DETAIL, SETTINGS, by_sites, cube, extract};
 use crate::cut::{CutPart, CutSettings};
 use cullet_geometry::math::unit;
 use cullet_geometry::{Surface, Vec3};
-use cullet_model::Detail;
+use cullet_model::CrackFaceDetail;
 
 /// Place, time and speed at each corner of a part's crack faces.
 fn corners(part: &CutPart) -> Vec<(Vec3, [f32; 2])> {
@@ -19,7 +19,7 @@ fn corners(part: &CutPart) -> Vec<(Vec3, [f32; 2])> {
 }
 
 /// Two bands that cross, the front running along a third direction and slowing down.
-fn quarters(detail: Detail) -> Vec<CutPart> {
+fn quarters(detail: CrackFaceDetail) -> Vec<CutPart> {
     let h = 0.08;
     let band = |x: f64| (x - 0.5).abs() < 0.8 * h;
     let mut cloud = Cloud::in_cube(h, |p| band(p.y) || band(p.x + 0.1 * p.z));
@@ -34,7 +34,7 @@ fn quarters(detail: Detail) -> Vec<CutPart> {
 
 #[test]
 fn both_sides_of_a_crack_have_equal_values_at_equal_places() {
-    let rough = Detail { height: 0.3, grain: 0.1, ..Detail::NONE };
+    let rough = CrackFaceDetail { height: 0.3, grain: 0.1, ..CrackFaceDetail::NONE };
     for detail in [NO_DETAIL, rough] {
         let parts = quarters(detail);
         assert_eq!(parts.len(), 4);

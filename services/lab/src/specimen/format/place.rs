@@ -6,7 +6,8 @@ use serde::Deserialize;
 
 /// A side of the box around the specimen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-pub enum Side {
+#[schemars(rename = "Side")]
+pub enum BoxSide {
     /// Least x.
     #[serde(rename = "-x")]
     LowX,
@@ -27,7 +28,7 @@ pub enum Side {
     HighZ,
 }
 
-impl Side {
+impl BoxSide {
     /// Every side with its name.
     pub const ALL: [(&'static str, Self); 6] = [
         ("-x", Self::LowX),
@@ -54,8 +55,9 @@ impl Side {
 
 /// A part of space in the specimen's frame.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Part")]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Part {
+pub enum RegionPart {
     /// A box along the axes.
     Box {
         /// Lowest corner \[m\].
@@ -97,7 +99,7 @@ pub enum Part {
     /// What lies under a side of the box around the specimen.
     Face {
         /// Which side.
-        side: Side,
+        side: BoxSide,
         /// How deep \[m\].
         #[schemars(schema_with = "unit::length", extend("minimum" = 0))]
         depth: f64,
@@ -106,11 +108,12 @@ pub enum Part {
 
 /// A part of the specimen with a name.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Region")]
 #[serde(deny_unknown_fields)]
-pub struct Region {
+pub struct RegionConfig {
     /// What others call it.
     pub name: String,
     /// The points in all of these.
     #[schemars(length(min = 1, max = 16))]
-    pub parts: Vec<Part>,
+    pub parts: Vec<RegionPart>,
 }

@@ -98,8 +98,9 @@ pub enum Component {
 
 /// What becomes of the numbers of many points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[schemars(rename = "Reduce")]
 #[serde(rename_all = "kebab-case")]
-pub enum Reduce {
+pub enum ReduceChoice {
     /// Their mean by volume.
     #[default]
     Mean,
@@ -111,8 +112,9 @@ pub enum Reduce {
 
 /// A number that is sampled in time. `kind` says which of the other keys it takes.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Probe")]
 #[serde(deny_unknown_fields)]
-pub struct Probe {
+pub struct ProbeConfig {
     /// What metrics call it, and the head of its column.
     pub name: String,
     /// What it watches.
@@ -129,7 +131,7 @@ pub struct Probe {
     pub region: Option<String>,
     /// What becomes of their numbers.
     #[serde(default)]
-    pub reduce: Option<Reduce>,
+    pub reduce: Option<ReduceChoice>,
     /// Name of a support.
     #[serde(default)]
     pub support: Option<String>,

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 /// out.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Document {
+pub struct SceneBenchmarkDocument {
     /// What it shows, in a line.
     pub description: String,
     /// Files read before this one, relative to it. This file's values win.
@@ -21,9 +21,9 @@ pub struct Document {
     /// `expect` is for other commands.
     pub scene: Scene,
     /// How it must end.
-    pub run: Run,
+    pub run: SceneRunConfig,
     /// Numbers read after each step of the world.
-    pub probe: Vec<Probe>,
+    pub probe: Vec<SceneProbeConfig>,
     /// Numbers made of them.
     pub metric: Vec<Metric>,
     /// What metrics must come to, by name.
@@ -32,16 +32,18 @@ pub struct Document {
 
 /// How it must end.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[schemars(rename = "Run")]
 #[serde(deny_unknown_fields, default)]
-pub struct Run {
+pub struct SceneRunConfig {
     /// How it must end.
     pub ends: Ends,
 }
 
 /// What a probe watches. A body is all that came of it: fragments and grains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[schemars(rename = "ProbeKind")]
 #[serde(rename_all = "kebab-case")]
-pub enum ProbeKind {
+pub enum SceneProbeKind {
     /// Centre of mass \[m\]: `body`, `component`.
     Position,
     /// How far from where it was first, of several the farthest \[m\]: `body`, `component`.
@@ -127,12 +129,13 @@ pub enum ProbeKind {
 
 /// A number that is read after each step. `kind` says which of the other keys it takes.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[schemars(rename = "Probe")]
 #[serde(deny_unknown_fields)]
-pub struct Probe {
+pub struct SceneProbeConfig {
     /// What metrics call it, and the head of its column.
     pub name: String,
     /// What it watches.
-    pub kind: ProbeKind,
+    pub kind: SceneProbeKind,
     /// A body of the scene, or all bodies that a grid, stack or scatter of that name made; all that
     /// are not fixed without it.
     #[serde(default)]

@@ -11,4 +11,4 @@ mod watch;
 pub(super) use read::read;
 pub use scene::Whole;
 pub use schema::schema;
-pub use watch::Watch;
+pub use watch::ResolvedProbe;

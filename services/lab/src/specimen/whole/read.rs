@@ -2,7 +2,7 @@
 
 use super::super::asked;
 use super::super::subject::{Specimen, Subject};
-use super::format::Document;
+use super::format::SceneBenchmarkDocument;
 use super::scene::Whole;
 use super::schema::schema_json;
 use super::watch;
@@ -10,7 +10,7 @@ use cullet_document::check;
 use cullet_document::document::SCENE;
 use cullet_document::error::{SceneError, SceneErrors};
 use cullet_document::files::Files;
-use cullet_document::overrides::{Known, apply_overrides};
+use cullet_document::overrides::{OverrideRules, apply_overrides};
 use cullet_document::tree::{Node, Value};
 use cullet_proto::JobId;
 use cullet_scene::context::ResolveContext;
@@ -54,12 +54,16 @@ pub(in crate::specimen) fn read(
     let sections = schema["properties"].as_object();
     let sections: Vec<&str> =
         sections.map(|all| all.keys().map(String::as_str).collect()).unwrap_or_default();
-    errors.extend(apply_overrides(&mut root, Known { sections: &sections, is_preset }, &outer));
+    errors.extend(apply_overrides(
+        &mut root,
+        OverrideRules { sections: &sections, is_preset },
+        &outer,
+    ));
     errors.extend(check::check(schema, &mut root).errors);
     if !errors.is_empty() {
         return Err(SceneErrors::sorted(errors));
     }
-    let document = Document::deserialize(root.to_toml()).map_err(|error| {
+    let document = SceneBenchmarkDocument::deserialize(root.to_toml()).map_err(|error| {
         let error = SceneError::at(&root.origin, "", error.message().trim());
         SceneErrors { errors: vec![error] }
     })?;
@@ -76,7 +80,7 @@ fn resolve(
     name: String,
     root: &Node,
     files: &mut Files,
-    document: &Document,
+    document: &SceneBenchmarkDocument,
     (path, scene): (&Path, Result<Scene, Flaw>),
 ) -> Result<Specimen, SceneErrors> {
     let mut shop = ResolveContext::new(root, files);

@@ -1,6 +1,6 @@
 //! The scene of a specimen of the whole.
 
-use super::watch::Watch;
+use super::watch::ResolvedProbe;
 use cullet_proto::JobId;
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ pub struct Whole {
     /// `path=value` arguments of the scene.
     pub overrides: Vec<String>,
     /// What is read; nothing where the scene has a flaw.
-    pub watches: Vec<Watch>,
+    pub watches: Vec<ResolvedProbe>,
     /// Time step of the world, 0 where the scene has a flaw \[s\].
     pub step: f64,
     /// Digest of all files of the scene and of the overrides.

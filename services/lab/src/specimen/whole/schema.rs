@@ -1,6 +1,6 @@
 //! The schema of the file.
 
-use super::format::Document;
+use super::format::SceneBenchmarkDocument;
 use cullet_scene::schema::{plain_brackets, printed};
 use serde_json::Value as Json;
 use std::sync::OnceLock;
@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 pub(super) fn schema_json() -> &'static Json {
     static SCHEMA: OnceLock<Json> = OnceLock::new();
     SCHEMA.get_or_init(|| {
-        let mut schema = schemars::schema_for!(Document).to_value();
+        let mut schema = schemars::schema_for!(SceneBenchmarkDocument).to_value();
         schema["title"] = Json::String("A Cullet specimen of the whole".to_owned());
         plain_brackets(&mut schema);
         schema

@@ -81,7 +81,8 @@ fn errors_name_their_place_and_bound() {
     }
 }
 
-/// `scene.` in an override is the scene; the rest is around it, and what is wrong with either told.
+/// `scene.` in an override is the scene; the rest is around it, and what is wrong with either
+/// reported.
 #[test]
 fn overrides_reach_the_scene_and_what_is_around_it() {
     let specimen = read(HEAD, &["scene.world.step=1/60 s", "run.ends=refused"]).expect("it loads");
@@ -113,8 +114,8 @@ fn a_scene_may_include_another() {
     assert!(why.contains("sky.toml"), "{why}");
 }
 
-/// A body that cannot be made or has no room is told beside a specimen that was read; what is wrong
-/// with the file, a mesh that is not there too, is still an error.
+/// A body that cannot be made or has no room is reported beside a specimen that was read; what is
+/// wrong with the file, a mesh that is not there too, is still an error.
 #[test]
 fn a_scene_that_cannot_be_made_is_a_flaw_and_no_error() {
     let text = format!("{HEAD}[[probe]]\nname = \"p\"\nkind = \"mass\"\nbody = \"block\"\n");

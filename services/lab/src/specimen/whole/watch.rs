@@ -1,27 +1,27 @@
-//! Probes of the whole: names of bodies looked up, keys held against their kinds.
+//! Probes of the whole: names of bodies looked up, keys checked against their kinds.
 
 use super::super::asked;
 use super::super::paths::item;
 use super::super::watch::part;
-use super::format::{Probe, ProbeKind};
+use super::format::{SceneProbeConfig, SceneProbeKind};
 use cullet_document::error::suggest;
 use cullet_document::tree::{Step, join};
 use cullet_scene::context::ResolveContext;
 use cullet_scene::{Scene, SceneBody};
-use cullet_specimen::Part;
+use cullet_specimen::TensorPart;
 use std::collections::BTreeSet;
 
 /// A probe with its names looked up.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Watch {
+pub struct ResolvedProbe {
     /// What it watches.
-    pub kind: ProbeKind,
+    pub kind: SceneProbeKind,
     /// The bodies of the scene that it is about; all that are not fixed without any.
     pub bodies: Option<BTreeSet<String>>,
     /// What hits them; anything without any.
     pub others: Option<BTreeSet<String>>,
     /// Which number of a vector or tensor.
-    pub part: Part,
+    pub part: TensorPart,
     /// Which of the hits, from 0.
     pub nth: usize,
     /// Least share of the mass that counts \[1\].
@@ -29,60 +29,65 @@ pub struct Watch {
 }
 
 /// Keys that each kind takes beside `name` and `kind`; those with a star it needs.
-const fn takes(kind: ProbeKind) -> &'static [&'static str] {
+const fn takes(kind: SceneProbeKind) -> &'static [&'static str] {
     match kind {
-        ProbeKind::Position | ProbeKind::Velocity | ProbeKind::Spin | ProbeKind::Inertia => {
-            &["body*", "component*"]
-        }
-        ProbeKind::Displacement | ProbeKind::Momentum | ProbeKind::AngularMomentum => {
-            &["body", "component*"]
-        }
-        ProbeKind::Balance => &[],
-        ProbeKind::Pieces => &["body*", "share"],
-        ProbeKind::Largest => &["body*"],
-        ProbeKind::Hits => &["body", "other"],
-        ProbeKind::HitOrder
-        | ProbeKind::HitTime
-        | ProbeKind::HitSpeed
-        | ProbeKind::HitImpulse
-        | ProbeKind::HitEnergy
-        | ProbeKind::HitTook
-        | ProbeKind::HitMass
-        | ProbeKind::HitDuration
-        | ProbeKind::HitRadius
-        | ProbeKind::HitForce => &["body*", "other", "nth"],
+        SceneProbeKind::Position
+        | SceneProbeKind::Velocity
+        | SceneProbeKind::Spin
+        | SceneProbeKind::Inertia => &["body*", "component*"],
+        SceneProbeKind::Displacement
+        | SceneProbeKind::Momentum
+        | SceneProbeKind::AngularMomentum => &["body", "component*"],
+        SceneProbeKind::Balance => &[],
+        SceneProbeKind::Pieces => &["body*", "share"],
+        SceneProbeKind::Largest => &["body*"],
+        SceneProbeKind::Hits => &["body", "other"],
+        SceneProbeKind::HitOrder
+        | SceneProbeKind::HitTime
+        | SceneProbeKind::HitSpeed
+        | SceneProbeKind::HitImpulse
+        | SceneProbeKind::HitEnergy
+        | SceneProbeKind::HitTook
+        | SceneProbeKind::HitMass
+        | SceneProbeKind::HitDuration
+        | SceneProbeKind::HitRadius
+        | SceneProbeKind::HitForce => &["body*", "other", "nth"],
         _ => &["body"],
     }
 }
 
-pub(super) const fn unit(kind: ProbeKind) -> &'static str {
+pub(super) const fn unit(kind: SceneProbeKind) -> &'static str {
     match kind {
-        ProbeKind::Position | ProbeKind::Displacement | ProbeKind::HitRadius => "m",
-        ProbeKind::Velocity | ProbeKind::HitSpeed => "m/s",
-        ProbeKind::Spin => "rad/s",
-        ProbeKind::Mass | ProbeKind::HitMass => "kg",
-        ProbeKind::Volume => "m3",
-        ProbeKind::Inertia => "kg m2",
-        ProbeKind::Momentum => "kg m/s",
-        ProbeKind::AngularMomentum => "kg m2/s",
-        ProbeKind::HitTime | ProbeKind::HitDuration => "s",
-        ProbeKind::HitImpulse => "N s",
-        ProbeKind::HitForce => "N",
-        ProbeKind::Kinetic
-        | ProbeKind::Potential
-        | ProbeKind::Energy
-        | ProbeKind::HitLoss
-        | ProbeKind::BreakLoss
-        | ProbeKind::CrackEnergy
-        | ProbeKind::Balance
-        | ProbeKind::HitEnergy
-        | ProbeKind::HitTook => "J",
+        SceneProbeKind::Position | SceneProbeKind::Displacement | SceneProbeKind::HitRadius => "m",
+        SceneProbeKind::Velocity | SceneProbeKind::HitSpeed => "m/s",
+        SceneProbeKind::Spin => "rad/s",
+        SceneProbeKind::Mass | SceneProbeKind::HitMass => "kg",
+        SceneProbeKind::Volume => "m3",
+        SceneProbeKind::Inertia => "kg m2",
+        SceneProbeKind::Momentum => "kg m/s",
+        SceneProbeKind::AngularMomentum => "kg m2/s",
+        SceneProbeKind::HitTime | SceneProbeKind::HitDuration => "s",
+        SceneProbeKind::HitImpulse => "N s",
+        SceneProbeKind::HitForce => "N",
+        SceneProbeKind::Kinetic
+        | SceneProbeKind::Potential
+        | SceneProbeKind::Energy
+        | SceneProbeKind::HitLoss
+        | SceneProbeKind::BreakLoss
+        | SceneProbeKind::CrackEnergy
+        | SceneProbeKind::Balance
+        | SceneProbeKind::HitEnergy
+        | SceneProbeKind::HitTook => "J",
         _ => "1",
     }
 }
 
 /// Reads the probes of a document.
-pub(super) fn read(shop: &mut ResolveContext<'_>, probes: &[Probe], scene: &Scene) -> Vec<Watch> {
+pub(super) fn read(
+    shop: &mut ResolveContext<'_>,
+    probes: &[SceneProbeConfig],
+    scene: &Scene,
+) -> Vec<ResolvedProbe> {
     let mut watches = Vec::new();
     for (index, probe) in probes.iter().enumerate() {
         let at = item("probe", index);
@@ -94,18 +99,18 @@ pub(super) fn read(shop: &mut ResolveContext<'_>, probes: &[Probe], scene: &Scen
             ("share", probe.share.is_some()),
         ];
         asked::keys(shop, &given, takes(probe.kind), &at);
-        let tensor = probe.kind == ProbeKind::Inertia;
+        let tensor = probe.kind == SceneProbeKind::Inertia;
         let mut part = part(probe.component, tensor);
-        if part == Ok(Part::Mises) {
+        if part == Ok(TensorPart::Mises) {
             part = Err("moments of inertia have no equivalent of von Mises'");
         }
-        watches.push(Watch {
+        watches.push(ResolvedProbe {
             kind: probe.kind,
             bodies: named(shop, "body", probe.body.as_deref(), scene, &at),
             others: named(shop, "other", probe.other.as_deref(), scene, &at),
             part: part.unwrap_or_else(|why| {
                 shop.wrong(&join(&at, "component"), why);
-                Part::Size
+                TensorPart::Size
             }),
             nth: probe.nth.unwrap_or(1).saturating_sub(1) as usize,
             share: probe.share.unwrap_or(0.0),
