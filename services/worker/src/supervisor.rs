@@ -1,7 +1,7 @@
 //! The supervising half of a worker: does what its machine
 //! ([`WorkerMachine`], `services/dispatch/src/worker_machine.rs`) says.
 //!
-//! Four threads beside this one: the talker asks, the renewer says how far the job is, the heeder
+//! Four threads beside this one: the talker asks, the renewer says how far the job is, the watcher
 //! holds a question until the job is not wanted any more, the job runs. All put what they have to
 //! say into one queue.
 
@@ -56,29 +56,60 @@ pub(crate) struct Supervisor {
     machine: WorkerMachine,
     start: Instant,
     news: Receiver<TalkerResult>,
-    orders: Sender<TalkerTask>,
-    renewals: Sender<Renewal>,
-    heeds: Sender<CancellableJob>,
-    /// Set when the job at hand is over.
-    over: Arc<AtomicBool>,
-    tasks: Sender<Task>,
+    queues: TaskQueues,
     line: Arc<CoordinatorLink>,
-    /// The grant at hand, its bytes or its verdict, and words about its trouble.
-    grant: Option<Grant>,
-    /// When that was.
-    since: Instant,
-    bytes: Vec<u8>,
-    blob: Arc<Vec<u8>>,
-    text: String,
-    watch: JobControl,
-    /// A job that was asked to stop at its hard limit, on a thread of ours.
-    overdue: Option<(Epoch, Instant)>,
-    /// What a thread of ours solves; zero: nothing.
-    busy: Arc<AtomicU64>,
-    /// The thread that does jobs.
-    worker: Thread,
+    current: CurrentJob,
+    solver: SolverThread,
     /// Whether the process that started this one has gone or let it go.
     orphaned: Arc<AtomicBool>,
+}
+
+/// What the threads of a worker are asked to do; they end when it is dropped.
+struct TaskQueues {
+    /// Questions and downloads.
+    orders: Sender<TalkerTask>,
+    renewals: Sender<Renewal>,
+    cancel_watches: Sender<CancellableJob>,
+    jobs: Sender<Task>,
+}
+
+/// The job that this worker has a lease for.
+struct CurrentJob {
+    /// Set when it is over.
+    over: Arc<AtomicBool>,
+    grant: Option<Grant>,
+    /// When it was granted.
+    since: Instant,
+    /// Its bytes, once they are here.
+    bytes: Vec<u8>,
+    /// Its result, once it is solved.
+    result: Arc<Vec<u8>>,
+    /// What went wrong with it.
+    trouble: String,
+    control: JobControl,
+}
+
+/// The thread that does jobs.
+struct SolverThread {
+    thread: Thread,
+    /// The job that it solves itself, without a process; zero: none.
+    busy: Arc<AtomicU64>,
+    /// A job that was asked to stop at its hard limit, and when.
+    overdue: Option<(Epoch, Instant)>,
+}
+
+impl CurrentJob {
+    fn none() -> Self {
+        Self {
+            over: Arc::default(),
+            grant: None,
+            since: Instant::now(),
+            bytes: Vec::new(),
+            result: Arc::default(),
+            trouble: String::new(),
+            control: JobControl::default(),
+        }
+    }
 }
 
 impl Supervisor {
@@ -113,33 +144,22 @@ impl Supervisor {
         let (renewals, queue) = channel();
         let renewer = talker();
         start("cullet-renew", move || renew(&renewer, &queue))?;
-        let (heeds, queue) = channel();
-        let heeder = talker();
-        start("cullet-heed", move || heed(&heeder, &queue))?;
-        let (tasks, queue) = channel();
+        let (cancel_watches, queue) = channel();
+        let watcher = talker();
+        start("cullet-cancel", move || watch_for_cancel(&watcher, &queue))?;
+        let (jobs, queue) = channel();
         let busy = Arc::<AtomicU64>::default();
         let mark = Arc::clone(&busy);
-        let worker = start("cullet-job", move || work(place, &queue, &say, &mark))?;
+        let thread = start("cullet-job", move || work(place, &queue, &say, &mark))?;
         Ok(Some(Self {
             config,
             machine: WorkerMachine::default(),
             start: Instant::now(),
             news,
-            orders,
-            renewals,
-            heeds,
-            over: Arc::default(),
-            tasks,
+            queues: TaskQueues { orders, renewals, cancel_watches, jobs },
             line,
-            grant: None,
-            since: Instant::now(),
-            bytes: Vec::new(),
-            blob: Arc::default(),
-            text: String::new(),
-            watch: JobControl::default(),
-            overdue: None,
-            busy,
-            worker,
+            current: CurrentJob::none(),
+            solver: SolverThread { thread, busy, overdue: None },
             orphaned,
         }))
     }
@@ -162,13 +182,13 @@ impl Supervisor {
             }
             self.look_at_overdue();
         }
-        self.over.store(true, Ordering::Relaxed);
-        let Self { orders, renewals, heeds, tasks, line, worker, watch, orphaned, .. } = self;
-        drop((orders, renewals, heeds, tasks));
+        self.current.over.store(true, Ordering::Relaxed);
+        let Self { queues, line, solver, current, orphaned, .. } = self;
+        drop(queues);
         if orphaned.load(Ordering::Relaxed) {
             // The job process is waited for, so that what it cost is counted as ours.
-            watch.cancel();
-            let _panicked = worker.join();
+            current.control.cancel();
+            let _panicked = solver.thread.join();
         } else {
             line.close();
         }
@@ -183,30 +203,33 @@ impl Supervisor {
         let at = self.machine.at().map(|work| work.epoch);
         let next = news.grant;
         match news.heard {
-            WorkerInput::Fetched { epoch } if at == Some(epoch) => self.bytes = news.bytes,
+            WorkerInput::Fetched { epoch } if at == Some(epoch) => self.current.bytes = news.bytes,
             WorkerInput::Solved { epoch, .. } if at == Some(epoch) => {
-                self.blob = Arc::new(news.bytes);
+                self.current.result = Arc::new(news.bytes);
             }
-            WorkerInput::Trouble { epoch, .. } if at == Some(epoch) => self.text = news.text,
+            WorkerInput::Trouble { epoch, .. } if at == Some(epoch) => {
+                self.current.trouble = news.text
+            }
             _ => {}
         }
-        self.tell(news.heard, at);
+        self.log(news.heard, at);
         if let WorkerInput::Grant { .. } | WorkerInput::Receipt { .. } = news.heard
             && next.is_some()
         {
-            self.grant = next;
+            self.current.grant = next;
         }
         self.step(news.heard);
     }
 
     /// A line about the job at hand.
-    fn tell(&self, heard: WorkerInput, at: Option<Epoch>) {
-        let Some(grant) = self.grant.filter(|grant| at.is_some_and(|at| at.0 == grant.epoch.0))
+    fn log(&self, heard: WorkerInput, at: Option<Epoch>) {
+        let Some(grant) =
+            self.current.grant.filter(|grant| at.is_some_and(|at| at.0 == grant.epoch.0))
         else {
             return;
         };
         let (run, job, seconds) =
-            (grant.run, grant.job.short(), self.since.elapsed().as_secs_f64());
+            (grant.run, grant.job.short(), self.current.since.elapsed().as_secs_f64());
         match heard {
             WorkerInput::Fetched { .. } => tracing::debug!(run, job, seconds, "job here"),
             WorkerInput::Solved { .. } => tracing::info!(run, job, seconds, "job solved"),
@@ -215,7 +238,14 @@ impl Supervisor {
                 tracing::info!(run, job, seconds, "job not wanted any more");
             }
             WorkerInput::Trouble { trouble, .. } => {
-                tracing::warn!(run, job, seconds, ?trouble, text = self.text, "job given back");
+                tracing::warn!(
+                    run,
+                    job,
+                    seconds,
+                    ?trouble,
+                    text = self.current.trouble,
+                    "job given back"
+                );
             }
             _ => {}
         }
@@ -227,10 +257,10 @@ impl Supervisor {
         let acts = self.machine.step(now, heard);
         let at = self.machine.at();
         if at != before {
-            self.over.store(true, Ordering::Relaxed);
-            self.over = Arc::default();
-            let wanted = at.map(|work| (work.job, work.epoch, Arc::clone(&self.over)));
-            let _closed = wanted.map(|wanted| self.heeds.send(wanted));
+            self.current.over.store(true, Ordering::Relaxed);
+            self.current.over = Arc::default();
+            let wanted = at.map(|work| (work.job, work.epoch, Arc::clone(&self.current.over)));
+            let _closed = wanted.map(|wanted| self.queues.cancel_watches.send(wanted));
         }
         for act in acts {
             self.act(heard, act);
@@ -241,37 +271,45 @@ impl Supervisor {
     fn act(&mut self, heard: WorkerInput, act: WorkerOutput) {
         match act {
             WorkerOutput::Ask(Question::Renew { job, epoch, begun }) => {
-                let _closed = self.renewals.send((job, epoch, begun, self.watch.clone()));
+                let _closed =
+                    self.queues.renewals.send((job, epoch, begun, self.current.control.clone()));
             }
             WorkerOutput::Ask(question) => {
                 let text = match question {
-                    Question::Fail { .. } => std::mem::take(&mut self.text),
+                    Question::Fail { .. } => std::mem::take(&mut self.current.trouble),
                     _ => String::new(),
                 };
-                let order = TalkerTask::Ask(question, text, Arc::clone(&self.blob));
-                let _closed = self.orders.send(order);
+                let order = TalkerTask::Ask(question, text, Arc::clone(&self.current.result));
+                let _closed = self.queues.orders.send(order);
             }
             WorkerOutput::Fetch(work) => {
-                self.watch = JobControl::default();
-                self.text.clear();
-                self.since = Instant::now();
-                let grant = self.grant.filter(|grant| grant.epoch.0 == work.epoch.0);
+                self.current.control = JobControl::default();
+                self.current.trouble.clear();
+                self.current.since = Instant::now();
+                let grant = self.current.grant.filter(|grant| grant.epoch.0 == work.epoch.0);
                 if let Some(grant) = grant {
                     let (run, job) = (grant.run, grant.job.short());
                     tracing::info!(run, job, epoch = grant.epoch.0, "job taken");
-                    let _closed = self.orders.send(TalkerTask::Fetch(grant, self.watch.clone()));
+                    let _closed = self
+                        .queues
+                        .orders
+                        .send(TalkerTask::Fetch(grant, self.current.control.clone()));
                 }
             }
             WorkerOutput::Solve(work) => {
-                let task = (work.epoch, std::mem::take(&mut self.bytes), self.watch.clone());
-                let _closed = self.tasks.send(task);
+                let task = (
+                    work.epoch,
+                    std::mem::take(&mut self.current.bytes),
+                    self.current.control.clone(),
+                );
+                let _closed = self.queues.jobs.send(task);
             }
             WorkerOutput::Kill(epoch) => {
-                self.watch.cancel();
+                self.current.control.cancel();
                 // Only the clock kills at the limit.
                 if heard == WorkerInput::Tick {
-                    self.text = OVERDUE.to_owned();
-                    self.overdue = Some((epoch, Instant::now()));
+                    self.current.trouble = OVERDUE.to_owned();
+                    self.solver.overdue = Some((epoch, Instant::now()));
                 }
             }
             WorkerOutput::Leave => {}
@@ -280,12 +318,13 @@ impl Supervisor {
 
     /// A solver on a thread of ours that hangs can be ended with the process alone.
     fn look_at_overdue(&mut self) {
-        let Some((epoch, since)) = self.overdue.filter(|(_, since)| since.elapsed() >= GRACE)
+        let Some((epoch, since)) =
+            self.solver.overdue.filter(|(_, since)| since.elapsed() >= GRACE)
         else {
             return;
         };
-        self.overdue = None;
-        if self.busy.load(Ordering::Relaxed) == epoch.0 && self.config.exit_when_wedged {
+        self.solver.overdue = None;
+        if self.solver.busy.load(Ordering::Relaxed) == epoch.0 && self.config.exit_when_wedged {
             tracing::error!("the solver has hung for {} s", since.elapsed().as_secs());
             std::process::exit(EXIT_WEDGED);
         }
@@ -341,7 +380,7 @@ fn renew(talker: &Talker, queue: &Receiver<Renewal>) {
 }
 
 /// Hears as soon as a job is not wanted any more.
-fn heed(talker: &Talker, queue: &Receiver<CancellableJob>) {
+fn watch_for_cancel(talker: &Talker, queue: &Receiver<CancellableJob>) {
     for (job, epoch, over) in queue {
         let wait = |time: Duration| {
             let since = Instant::now();
@@ -351,7 +390,7 @@ fn heed(talker: &Talker, queue: &Receiver<CancellableJob>) {
         };
         wait(SOON);
         while !over.load(Ordering::Relaxed) {
-            match talker.heed((job, epoch), &over) {
+            match talker.watch_for_cancel((job, epoch), &over) {
                 Ok(Some(false)) => {}
                 Ok(Some(true)) => {
                     if talker.news.send(TalkerResult::of(WorkerInput::Stop { epoch })).is_err() {
@@ -392,7 +431,7 @@ fn work(
             text,
             ..TalkerResult::of(WorkerInput::Trouble { epoch, trouble })
         };
-        let told = match ended {
+        let result = match ended {
             AttemptResult::Solved(bytes) => {
                 let digest = Digest(digest(&bytes));
                 TalkerResult { bytes, ..TalkerResult::of(WorkerInput::Solved { epoch, digest }) }
@@ -403,7 +442,7 @@ fn work(
             AttemptResult::Died(text) => trouble(Trouble::Crashed, text),
             AttemptResult::Unable(text) => trouble(Trouble::Dropped, text),
         };
-        if news.send(told).is_err() {
+        if news.send(result).is_err() {
             return;
         }
     }

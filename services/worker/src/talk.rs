@@ -200,7 +200,7 @@ impl Talker {
 
     /// Asks to be told when a job is not wanted any more, until `over`: whether it is so. Nothing
     /// where there was no answer, and an error where asking again is of no use.
-    pub(crate) fn heed(
+    pub(crate) fn watch_for_cancel(
         &self,
         (job, epoch): (Job, Epoch),
         over: &AtomicBool,
