@@ -47,7 +47,8 @@ pub struct Material {
         extend("minimum" = 1e3, "maximum" = 2e12, "x-default" = PRESET)
     )]
     pub young: Option<f64>,
-    /// Poisson's ratio ν \[1\].
+    /// Poisson's ratio ν. `brittle` takes -0.5 to 0.49; bodies beyond that are broken by `geometric`
+    /// \[1\].
     #[serde(default)]
     #[schemars(
         schema_with = "unit::ratio",
