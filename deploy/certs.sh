@@ -1,12 +1,12 @@
 #!/bin/sh
 # Development certificates: an authority and one identity for each name, each in a folder of its
-# own with ca.pem, cert.pem and key.pem, as --tls wants it. The authority's key stays in FOLDER/ca.
-# Run again with more names, it adds them; what is there stays.
+# own with ca.pem, cert.pem and key.pem, as --tls needs it. The authority's key stays in FOLDER/ca.
+# If you run it again with more names, it adds them and keeps what exists.
 #
 #   deploy/certs.sh FOLDER NAME…        such as: deploy/certs.sh certs router coordinator a b ann
-#   CULLET_HOSTS=farm.example,10.0.0.5  more hosts that the certificates are good for
-#   CULLET_DAYS=90                      how long they are good
-#   CULLET_FROM, CULLET_UNTIL           or from when to when, as 20270131235959Z
+#   CULLET_HOSTS=farm.example,10.0.0.5  more hosts for which the certificates are valid
+#   CULLET_DAYS=90                      how many days they are valid
+#   CULLET_FROM, CULLET_UNTIL           or their first and last moment, as 20270131235959Z
 set -eu
 
 case ${1:-} in -*) set -- ;; esac

@@ -1,6 +1,6 @@
 #!/bin/sh
 # A farm on this machine in one command: a router, a coordinator and two workers, with mutual TLS
-# and access control by role. Ctrl-C ends all of it; run again, it goes on.
+# and access control by role. Ctrl-C ends all of it; started again, its runs continue.
 #
 #   deploy/local.sh [FOLDER]            default: .farm
 #   CULLET=path/to/cullet PORT=7447
@@ -41,10 +41,10 @@ In another terminal:
   $cullet submit scenes/pot
 
 END
-# Without router or coordinator there is no farm; workers may leave.
+# The farm needs its router and its coordinator; workers may exit.
 alive() { for one in $vital; do kill -0 "$one" 2>/dev/null || return 1; done; }
 while alive; do sleep 1; done
 kill $all 2>/dev/null || true
 wait
-echo "the router or the coordinator has ended, and so have the others" >&2
+echo "the router or the coordinator has ended, so the others were stopped" >&2
 exit 1

@@ -1,9 +1,9 @@
-"""Submits a scene file and follows it, by docs/protocol.md alone: submit.py ENDPOINT SCENE."""
+"""Submits a scene file and follows its run, as docs/protocol.md describes: submit.py ENDPOINT SCENE."""
 
 import json, sys, time, uuid, zenoh
 
-def ask(session, verb, question, bulk=b""):
-    payload = json.dumps(question).encode() + (b"\n" + bulk if bulk else b"")
+def request(session, verb, fields, bulk=b""):
+    payload = json.dumps(fields).encode() + (b"\n" + bulk if bulk else b"")
     for _ in range(30):
         for reply in session.get(f"cullet/v1/c/main/rpc/u/python/{verb}", payload=payload, timeout=10.0):
             if reply.ok is not None:
@@ -12,10 +12,10 @@ def ask(session, verb, question, bulk=b""):
             try:
                 error = json.loads(reply.err.payload.to_bytes())
             except ValueError:
-                continue          # Zenoh's own: ask again
+                continue          # Zenoh's own timeout: send the request again
             raise SystemExit(error["error"])
         time.sleep(0.2)
-    raise SystemExit("nobody answers")
+    raise SystemExit("no coordinator answers")
 
 config = zenoh.Config()
 config.insert_json5("mode", '"client"')
@@ -26,15 +26,15 @@ with zenoh.open(config) as session:
     key = "scene/scene.toml"
     table = {"name": "from-python", "main": key, "files": [{"key": key, "length": len(scene)}]}
     bundle = json.dumps(table).encode() + b"\n" + scene
-    said, _ = ask(session, "submit", {"ticket": uuid.uuid4().hex}, bundle)
-    run, following, news = said["run"], 0, {"end": False}
-    while not news["end"]:
-        news, _ = ask(session, "follow", {"run": run, "from": following, "wait_ms": 1000})
-        following = news["next"]
-        for line in news["lines"]:
+    response, _ = request(session, "submit", {"ticket": uuid.uuid4().hex}, bundle)
+    run, start, update = response["run"], 0, {"end": False}
+    while not update["end"]:
+        update, _ = request(session, "follow", {"run": run, "from": start, "wait_ms": 1000})
+        start = update["next"]
+        for line in update["lines"]:
             print(line)
-    for file in news["run"]["files"]:
+    for file in update["run"]["files"]:
         if file["name"] == "summary.json":
-            _, text = ask(session, "fetch", {"run": run, "file": "summary.json", "index": 0})
+            _, text = request(session, "fetch", {"run": run, "file": "summary.json", "index": 0})
             print("digest", json.loads(text)["digest"])
-    sys.exit(news["run"]["code"])
+    sys.exit(update["run"]["code"])

@@ -254,7 +254,7 @@ fn a_coordinator_told_to_stop_tells_its_clients_first() {
     assert!(!never.exists(), "a run that never began has no folder");
     signal(first.id(), "CONT");
     assert_eq!(first.wait(Duration::from_secs(30)), Some(5), "{}", first.stderr());
-    assert!(first.stderr().contains("was told to stop"), "{}", first.stderr());
+    assert!(first.stderr().contains("was stopped"), "{}", first.stderr());
     // Nobody is left to wait for: it need not see that they ask no more.
     assert_eq!(coordinator.wait(Duration::from_secs(6)), Some(0), "{}", coordinator.stderr());
     all_end(&workers);

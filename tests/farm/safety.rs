@@ -401,7 +401,7 @@ fn a_job_over_the_limit_of_memory_ends_by_that_name_and_the_default_lets_it_live
     }
     assert_eq!(tight.wait(BOUND), Some(0), "{}", tight.stderr());
     let said = tight.stderr();
-    assert!(said.contains("a job may hold 24 MiB"), "{said}");
+    assert!(said.contains("a job may use 24 MiB"), "{said}");
     assert_eq!(asks.say(&["retry", &run]).code, 0);
     assert_eq!(asks.say(&["wait", &run]).code, 0);
     assert_eq!(common::fetched(&run, &["--connect", &endpoint]), quiet_digest(&LONGER));

@@ -279,7 +279,7 @@ fn a_terminal_that_goes_away_ends_a_process_in_order_unless_it_was_told_to_stay(
     for process in [&mut worker, &mut router, &mut coordinator] {
         signal(process.id(), "HUP");
         assert_eq!(process.wait(SOON), Some(0), "{}", process.stderr());
-        assert!(process.stderr().contains("told to stop"));
+        assert!(process.stderr().contains("stopping"));
     }
     // As `nohup` starts it.
     let mut stays = after("trap '' HUP", &listens).spawn();

@@ -17,8 +17,8 @@ pub enum ServiceError {
     },
     /// A folder that is not a state folder of this generation.
     #[error(
-        "{folder}: this is no state folder that is read here (it has {text:?}); name another \
-         folder, or move what is there away"
+        "{folder}: not a state folder of this version (it has {text:?}); name another folder, or \
+         move this one away"
     )]
     Foreign {
         /// The folder concerned.
@@ -81,8 +81,8 @@ pub enum ServiceError {
     },
     /// Runs without a journal.
     #[error(
-        "{path}: there is no journal, and {runs} has {lie} runs that it told of. Nothing is \
-         changed; put a sound copy of the journal there, or move {runs} away to begin anew"
+        "{path}: the journal is missing, but {runs} has {lie} runs. Nothing is changed; restore a \
+         copy of the journal, or move {runs} away to start with none"
     )]
     NoJournal {
         /// Where it should be.

@@ -46,7 +46,9 @@ fn answer(path: &str, last: &Last) -> (StatusCode, String) {
     match path {
         "/metrics" => (StatusCode::OK, text.clone()),
         "/healthz" | "/readyz" if at.elapsed() < HEALTHY => (StatusCode::OK, "ok\n".to_owned()),
-        "/healthz" | "/readyz" => (StatusCode::SERVICE_UNAVAILABLE, "it hangs\n".to_owned()),
+        "/healthz" | "/readyz" => {
+            (StatusCode::SERVICE_UNAVAILABLE, "the coordinator hangs\n".to_owned())
+        }
         _ => (StatusCode::NOT_FOUND, "there are /metrics, /healthz and /readyz\n".to_owned()),
     }
 }
@@ -105,7 +107,7 @@ pub(super) fn text(
         head(&mut out, name, kind, help);
         let _ = writeln!(out, "cullet_{name} {value}");
     }
-    head(&mut out, "messages_refused_total", "counter", "Messages refused at the door.");
+    head(&mut out, "messages_refused_total", "counter", "Messages refused on receipt.");
     for (of, refusals) in [("worker", stats.refusals), ("client", clients)] {
         for (reason, value) in refusals.named() {
             let label = format!("{{of=\"{of}\",reason=\"{reason}\"}}");

@@ -69,13 +69,13 @@ fn open<'a>(
 ) -> Result<Service<'a>, ServiceError> {
     let (mut journal, mut board, torn) = open_journal(&store, config)?;
     if let Some(torn) = torn {
-        report(&format!("{torn}: a crash tore it, nobody was told of it, it is dropped"));
+        report(&format!("{torn}: incomplete after a crash and never announced; it is dropped"));
     }
     let out = config.out.clone().unwrap_or_else(|| store.folder().join("recordings"));
     let back = recovery::returned((&store, &out), &mut journal, &mut board, report)?;
     if let Some(folder) = store.named() {
         let (runs, folder) = (board.entries().count(), folder.display());
-        report(&format!("{folder}: {runs} runs, {back} of them go on from where they were"));
+        report(&format!("{folder}: {runs} runs, {back} of them continue"));
     }
     let given = prune::numbered(&store, &mut journal, &mut board)?;
     prune::sweep(&store, &board, config.out.is_none().then_some(out.as_path()));
@@ -270,7 +270,7 @@ impl Service<'_> {
         match (how, wish) {
             (AttemptEnd::Stopped, Some(Wish::Cancel)) => {
                 end.code = Some(codes::CANCELLED);
-                let left = "the coordinator was told to stop: the recording ends here";
+                let left = "the coordinator was stopped: the recording ends here";
                 let leaves = self.leaving && self.storage.store.named().is_none();
                 end.text = if leaves { left } else { "" }.to_owned();
                 live.log(if leaves { left } else { "cancelled: the recording ends here" });

@@ -68,7 +68,7 @@ pub(crate) enum Command {
     Pause(OfRun),
     /// Resume a paused run
     Resume(OfRun),
-    /// Queue a run again that failed, stalled or was cancelled
+    /// Queue a failed, stalled or cancelled run again
     Retry(OfRun),
     /// Delete runs that are over, with their recordings, from the coordinator's disk
     Delete(OfRuns),
@@ -76,7 +76,7 @@ pub(crate) enum Command {
     Fetch(FetchArgs),
     /// List the workers of a coordinator
     Workers(Ps),
-    /// Give a worker no more jobs: it finishes its current job and leaves
+    /// Drain a worker: it finishes its current job, gets no other, and exits
     Drain(DrainArgs),
     /// Check a coordinator and this machine: connections, versions, clocks, disk, cores
     Doctor(Doctor),

@@ -362,7 +362,8 @@ fn no_link(link: &tls::LinkConfig, error: &LinkError, place: &ConnectArgs) -> Co
             let folder =
                 place.who.tls.as_ref().map(|folder| format!(" --tls {}", folder.display()));
             let (at, tls) = (&place.connect, folder.unwrap_or_default());
-            let next = format!("is it running? cullet doctor --connect {at}{tls} looks");
+            let next =
+                format!("is the coordinator running? cullet doctor --connect {at}{tls} checks");
             let other = "--connect or CULLET_CONNECT names another place, --patience tries longer";
             let text = format!("{trouble}\n{next}; {other}");
             trouble.said(text)

@@ -144,7 +144,7 @@ fn about_it(about: &About, found: &mut Vec<Finding>) {
     let (up, cores) = (about.up_ms as f64 / 1e3, about.cores);
     let (at_once, queued, running) = (about.runs_at_once, about.queued, about.running);
     let text = format!(
-        "up {up:.0} s, {cores} cores, {running} runs go on of {at_once} at once, {queued} wait"
+        "up {up:.0} s, {cores} cores, {running} of at most {at_once} runs active, {queued} queued"
     );
     found.push(finding("runs", true, text));
     let room = about.free_bytes.map(|bytes| format!("{:.1} GB free", bytes as f64 / 1e9));

@@ -262,12 +262,12 @@ mod tests {
         }
         let text = EXIT_CODES.trim_start_matches("Exit codes:");
         assert_eq!(numbers(text.split('\u{b7}')), all, "cullet --help");
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/operations.md");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/farm-reference.md");
         let page = std::fs::read_to_string(path).expect("a page");
         let table = page.split("## Exit codes").nth(1).expect("a table");
         let table = table.split("\n## ").next().unwrap_or_default();
         let rows = table.lines().filter_map(|line| line.strip_prefix('|'));
-        assert_eq!(numbers(rows), all, "docs/operations.md");
+        assert_eq!(numbers(rows), all, "docs/farm-reference.md");
     }
 
     #[test]

@@ -76,8 +76,8 @@ fn may_be_read(args: &args::Coordinator) -> Result<(), CommandError> {
     match args.metrics {
         Some(address) if !address.ip().to_canonical().is_loopback() && !args.guard.insecure => {
             let text = format!(
-                "--metrics {address}: beyond this machine anybody who reaches it may read it, and \
-                 it has no TLS; say --insecure, or take an address of this machine alone, such as \
+                "--metrics {address}: anyone who can reach this address can read the metrics, and \
+                 there is no TLS; give --insecure, or an address of this machine alone, such as \
                  127.0.0.1:{}",
                 address.port()
             );
@@ -205,8 +205,8 @@ fn guard(
     let Some(path) = &args.roles else {
         if listens && !is_loopback(endpoint) && !args.insecure {
             return Err(usage(
-                "beyond this machine one listens with --tls and --roles; without them, on a \
-                 network where everybody may do everything, say --insecure"
+                "to listen on an address that other machines can reach, give --tls and --roles; \
+                 on a network where everyone may do everything, give --insecure instead"
                     .to_owned(),
             ));
         }
@@ -275,17 +275,14 @@ pub(crate) fn worker(args: &args::WorkerArgs) -> Result<Exit, CommandError> {
     if !args.voice.quiet && !args.parent_watch {
         let all = args.connect.join(" or ");
         let way = match args.connect.len() {
-            1 => "as soon as it is there",
-            _ => {
-                "whichever it reaches first: it works for one coordinator at a time, to which all \
-                 of them must lead"
-            }
+            1 => "",
+            _ => ", whichever answers first: all of them must lead to one coordinator",
         };
         let limit = match args.memory.bytes(1) {
-            Some(bytes) => format!("a job may hold {} MiB of memory", bytes >> 20),
-            None => "a job may hold any memory".to_owned(),
+            Some(bytes) => format!("a job may use {} MiB of memory", bytes >> 20),
+            None => "a job may use any amount of memory".to_owned(),
         };
-        logs::say(format!("{name} asks {all} for jobs, {way}; {limit}"));
+        logs::say(format!("{name}: connecting to {all}{way}; {limit}"));
     }
     let stop = stop_when_told("the job at hand is given back")?;
     let expired = leave_when_expired(&link, &stop);

@@ -28,8 +28,8 @@ pub(crate) fn stop_when_told(left: &'static str) -> Result<Arc<AtomicBool>, Comm
             loop {
                 let interrupt = signals.next().await;
                 if !flag.swap(true, Ordering::Relaxed) {
-                    let text = format!("told to stop: {left}");
-                    logs::say(text + "; interrupt once more to quit at once");
+                    let text = format!("stopping: {left}");
+                    logs::say(text + "; interrupt again to quit at once");
                 } else if interrupt {
                     std::process::exit(i32::from(Exit::Interrupted.code()));
                 }

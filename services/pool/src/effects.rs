@@ -54,7 +54,11 @@ impl Shell {
                 let on_disk = self.kept.drained.as_mut().filter(|_| cause != Cause::Before);
                 on_disk.into_iter().for_each(|file| file.keep(worker));
                 let why = why(cause);
-                tracing::warn!(worker = self.name(worker), why, "it gets no further job");
+                tracing::warn!(
+                    worker = self.name(worker),
+                    why,
+                    "worker drained: it gets no further job"
+                );
             }
             Effect::Lost { job, worker, epoch, loss, charged } => {
                 self.lost(job, (worker, epoch), (loss, charged));
@@ -240,8 +244,8 @@ fn alarm(job: Job, kept: Digest, other: Digest) {
 
 fn why(cause: Cause) -> &'static str {
     match cause {
-        Cause::Asked => "somebody asked for it",
-        Cause::Before => "so it was before the coordinator started",
+        Cause::Asked => "a user drained it",
+        Cause::Before => "it was drained before the coordinator started",
         Cause::Blamed => "jobs died under it that others finished",
         Cause::Alone => "one job after another died under it and nowhere else",
     }

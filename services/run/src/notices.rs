@@ -85,7 +85,7 @@ impl Notices {
         let (name, time) = (below.next()?.name, world.time());
         self.floor = None;
         Some(format!(
-            "warning: `{name}` is below all that is fixed since {time:.3} s, and only falls"
+            "warning: `{name}` has been below every fixed body since {time:.3} s and keeps falling"
         ))
     }
 

@@ -78,7 +78,7 @@ fn world(context: &mut ResolveContext<'_>, world: &World) {
     let gravity = Vec3::from(world.gravity);
     if gravity.amax() > MAX_GRAVITY || gravity.norm() > MAX_GRAVITY {
         let (most, size) = (tell(MAX_GRAVITY), tell(gravity.amax()));
-        let message = format!("must be at most {most} m/s2 long; a component is {size} m/s2");
+        let message = format!("its length must be at most {most} m/s2; a component is {size} m/s2");
         context.wrong(&path(&["world", "gravity"]), message);
     }
 }

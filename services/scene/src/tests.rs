@@ -295,7 +295,10 @@ fn what_does_not_fit_together_is_refused_in_words() {
     assert!(wide.contains("must lie within 100000 m of the origin; one lies at 1e6 m"), "{wide}");
     let cases: [(&[&str], &str); 7] = [
         (&["world.max_bodies=1"], "must be at least 2, the bodies of the scene; it is 1"),
-        (&["world.gravity=[0, 0, 1e300]"], "at most 10000 m/s2 long; a component is 1e300 m/s2"),
+        (
+            &["world.gravity=[0, 0, 1e300]"],
+            "its length must be at most 10000 m/s2; a component is 1e300 m/s2",
+        ),
         (&["world.step=1e-6", "world.duration=600"], "600 s would take 6e8 steps; at most 1e7"),
         (&["world.duration=0.001"], "must be at least one step"),
         (&["expect.failed={ min = 1, max = 0 }"], "they are 1 and 0"),

@@ -129,7 +129,10 @@ fn numbers(runs: &[u64]) -> String {
 /// `cullet fetch SWEEP`: what its runs recorded, with the sheet and the table.
 pub(crate) fn fetch(args: &args::FetchArgs, file: &Path) -> Result<Exit, CommandError> {
     if !file.is_file() {
-        let text = format!("{}: it is neither a run's number nor a sweep's file", file.display());
+        let text = format!(
+            "{}: it is neither the number of a run nor the file of a sweep that exists",
+            file.display()
+        );
         return Err(CommandError::new(Exit::Usage, text).at(file.display()));
     }
     let named = read(file)?;

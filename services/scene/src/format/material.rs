@@ -47,7 +47,7 @@ pub struct Material {
         extend("minimum" = 1e3, "maximum" = 2e12, "x-default" = PRESET)
     )]
     pub young: Option<f64>,
-    /// Poisson's ratio ν \[1\].
+    /// Poisson's ratio ν \[1\]. `brittle` solves values from -0.5 to 0.49 only.
     #[serde(default)]
     #[schemars(
         schema_with = "unit::ratio",
