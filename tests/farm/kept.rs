@@ -106,7 +106,7 @@ fn a_journal_that_is_damaged_or_missing_is_named_and_no_run_of_it_is_lost() {
     let before = files(&state.join("runs"));
     let said = refused(&state);
     assert_eq!(said.code, FILE, "{}", said.stderr);
-    assert!(said.stderr.contains("there is no journal, and"), "{}", said.stderr);
+    assert!(said.stderr.contains("the journal is missing, but"), "{}", said.stderr);
     assert_eq!(files(&state.join("runs")), before, "a run is gone");
     assert!(!journal.exists(), "another is begun");
     fs::write(&journal, &sound).expect("a journal");
