@@ -190,5 +190,5 @@ fn a_worker_takes_the_way_that_is_there() {
     signal(worker.id(), "TERM");
     assert_eq!(worker.wait(LONG), Some(0));
     let said = worker.stderr();
-    assert!(said.contains("it works for one coordinator at a time"), "{said}");
+    assert!(said.contains("all of them must lead to one coordinator"), "{said}");
 }
