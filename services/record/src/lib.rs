@@ -49,7 +49,7 @@ mod tests;
 mod trace;
 
 pub use digest::RunDigest;
-pub use event::{Event, Touch};
+pub use event::{Event, Touch, event_text};
 pub use inspect::{Inspection, inspect};
 pub use masses::{Fit, Fits, FragmentMass, RESOLVED_CELLS, fit, masses, table};
 pub use meta::{RunMeta, View};
