@@ -1,9 +1,11 @@
 //! The command line: commands, their arguments and their help.
 
+mod export;
 mod farm;
 mod limit;
 mod voice;
 
+pub(crate) use export::Export;
 pub(crate) use farm::DEFAULT_ENDPOINT;
 pub(crate) use farm::{Doctor, Drain, Fetch, OfRun, OfRuns, Place, Ps, Router, Submit, What, Who};
 pub(crate) use limit::{Memory, memory};
@@ -86,6 +88,8 @@ pub(crate) enum Command {
     Preview(Preview),
     /// Draw one moment of a recording as a large picture
     Still(Still),
+    /// Write a recording as GLB, USD, tables or pieces, for Blender, Houdini, Unreal and browsers
+    Export(Export),
     /// Check a scene or a sweep and list its contents, without running it
     Check(Check),
     /// List the material presets with the source of each value

@@ -44,7 +44,7 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, Trouble> {
 }
 
 /// The recording that is meant: of a folder of a run the one in it.
-fn within(named: &Path) -> Result<PathBuf, Trouble> {
+pub(crate) fn within(named: &Path) -> Result<PathBuf, Trouble> {
     if !named.is_dir() {
         return Ok(named.to_owned());
     }
@@ -139,7 +139,7 @@ pub(crate) fn schema(args: &args::Schema) -> Result<Exit, Trouble> {
     Ok(Exit::Done)
 }
 
-fn unreadable(error: &cullet_record::RecordError, recording: &Path) -> Trouble {
+pub(crate) fn unreadable(error: &cullet_record::RecordError, recording: &Path) -> Trouble {
     let exit = match error {
         cullet_record::RecordError::NotMcap { .. }
         | cullet_record::RecordError::Foreign { .. }

@@ -5,6 +5,7 @@ mod bench;
 mod client;
 mod doctor;
 mod exit;
+mod export;
 mod files;
 mod folder;
 mod frontier;
@@ -104,6 +105,7 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::Trouble> {
         Command::Recover(args) => inspect::recover(args),
         Command::Preview(args) => inspect::preview(args),
         Command::Still(args) => inspect::still(args),
+        Command::Export(args) => export::run(args),
         Command::Check(args) if sweep::is_one(&args.scene.scene) => sweep::check(&args.scene),
         Command::Check(args) => run::check(args),
         Command::Materials(args) => inspect::materials(args),
