@@ -100,7 +100,8 @@ const ADVICE: &[(&str, &str)] = &[
     ("usdz", "USD is written as text; export x.usda, then: usdzip x.usdz x.usda"),
     (
         "abc",
-        "no maintained library writes Alembic from Rust; export .usda, which the same programs read",
+        "no maintained library writes Alembic from Rust; export .usda, which the same programs \
+         read",
     ),
     ("gltf", "glTF is written as one file; export .glb"),
     ("fbx", "the format of FBX is not public; export .glb or .usda, which the same programs read"),

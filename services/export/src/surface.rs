@@ -11,8 +11,8 @@ const CREASE: f64 = 0.866_025_403_784_438_6;
 /// What the corners of a face of the skin have beside their places.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SkinAttributes {
-    /// Texture coordinates of the three corners of each triangle of the solid, in their order; those
-    /// of crack faces are not used. `None`: the skin has none.
+    /// Texture coordinates of the three corners of each triangle of the solid, in their order;
+    /// those of crack faces are not used. `None`: the skin has none.
     pub uv: Option<Vec<[[f32; 2]; 3]>>,
     /// Normals likewise. `None`: they are made from the faces.
     pub normals: Option<Vec<[Vec3; 3]>>,

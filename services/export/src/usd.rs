@@ -51,19 +51,27 @@ fn head(timeline: &Timeline, scenery: Scenery) -> String {
     text
 }
 
-fn material(text: &mut String, name: &str, rgb: Rgb, roughness: f32) {
+/// A material; what is in braces is filled in.
+const MATERIAL: &str = r#"        def Material "{name}"
+        {
+            token outputs:surface.connect = </World/Looks/{name}/preview.outputs:surface>
+
+            def Shader "preview"
+            {
+                uniform token info:id = "UsdPreviewSurface"
+                color3f inputs:diffuseColor = {colour}
+                float inputs:metallic = 0
+                float inputs:roughness = {roughness}
+                token outputs:surface
+            }
+        }
+
+"#;
+
+fn material(name: &str, rgb: Rgb, roughness: &str) -> String {
     let [r, g, b] = linear(rgb);
-    let _ = write!(
-        text,
-        "        def Material \"{name}\"\n        {{\n            \
-         token outputs:surface.connect = </World/Looks/{name}/preview.outputs:surface>\n\n            \
-         def Shader \"preview\"\n            {{\n                \
-         uniform token info:id = \"UsdPreviewSurface\"\n                \
-         color3f inputs:diffuseColor = ({r}, {g}, {b})\n                \
-         float inputs:metallic = 0\n                \
-         float inputs:roughness = {roughness}\n                \
-         token outputs:surface\n            }}\n        }}\n\n"
-    );
+    let text = MATERIAL.replace("{name}", name).replace("{roughness}", roughness);
+    text.replace("{colour}", &format!("({r}, {g}, {b})"))
 }
 
 pub(crate) fn write(timeline: &Timeline, scenery: Scenery) -> UsdContent {
@@ -83,8 +91,8 @@ pub(crate) fn write(timeline: &Timeline, scenery: Scenery) -> UsdContent {
         let of = timeline.bodies.iter().find(|track| track.body.object == object);
         if let Some(body) = of.map(|track| &track.body) {
             let (skin, crack) = colours(&body.material, object, body.fixed);
-            material(&mut looks, &format!("{name}_skin"), skin, 0.5);
-            material(&mut looks, &format!("{name}_crack"), crack, 0.9);
+            looks += &material(&format!("{name}_skin"), skin, "0.5");
+            looks += &material(&format!("{name}_crack"), crack, "0.9");
         }
         objects.insert(object, name);
     }

@@ -15,6 +15,11 @@ const BLUR: f64 = 1e-3;
 
 const INDENT: &str = "            ";
 
+/// Ends of primvars, which say of what there is a value: of the body, of each face, of each corner.
+const CONSTANT: &str = "    interpolation = \"constant\"\n            )";
+const UNIFORM: &str = "    interpolation = \"uniform\"\n            )";
+const FACE_VARYING: &str = "    interpolation = \"faceVarying\"\n            )";
+
 /// Writes prims below an object.
 pub(super) struct PrimWriter<'a> {
     pub(super) text: &'a mut String,
@@ -62,10 +67,8 @@ impl PrimWriter<'_> {
         let _ = writeln!(self.text, "{INDENT}kind = \"component\"\n        )\n        {{");
         self.facts(timeline, track);
         self.mesh(mesh, look);
-        self.line(format_args!(
-            "string primvars:piecename = \"{}\" (\n{INDENT}    interpolation = \"constant\"\n{INDENT})",
-            track.name
-        ));
+        self.line(format_args!("string primvars:piecename = \"{}\" (", track.name));
+        self.line(CONSTANT);
         match scenery {
             Scenery::Motion => self.motion(timeline, track),
             Scenery::Moment(time) => self.place(&track.at(time, &timeline.range).pose),
@@ -126,7 +129,7 @@ impl PrimWriter<'_> {
             self.corners("float[] primvars:front_speed", mesh, speed);
             let parents = list(mesh.faces.iter().map(|face| mark(face).parent));
             self.line(format_args!("int[] primvars:parent_id = {parents} ("));
-            self.line("    interpolation = \"uniform\"\n            )");
+            self.line(UNIFORM);
         }
     }
 
@@ -142,7 +145,7 @@ impl PrimWriter<'_> {
             (0..3).for_each(|k| all.push(value(face, k)));
         }
         self.line(format_args!("{name} = {} (", list(&all.values)));
-        self.line("    interpolation = \"faceVarying\"\n            )");
+        self.line(FACE_VARYING);
         let plain = name.rsplit(' ').next().unwrap_or(name);
         self.line(format_args!("int[] {plain}:indices = {}", list(&all.indices)));
     }
