@@ -14,6 +14,7 @@ on stderr.
 import argparse
 import bisect
 import json
+import math
 import os
 import pathlib
 import random
@@ -86,7 +87,7 @@ def read_recording(path):
 
 
 def at(body, time, step):
-    """Where a body is at a time; linear between steps. None: it is not there."""
+    """Where a body is at a time; it moves evenly between steps. None: it is not there."""
     rows = body["rows"]
     k = bisect.bisect_right(rows, time, key=lambda row: row[0]) - 1
     if k < 0 or time >= body["end"]:
@@ -95,12 +96,20 @@ def at(body, time, step):
         return rows[k][1:]
     leaves = max(rows[k][0], rows[k + 1][0] - step)
     share = min(max((time - leaves) / (rows[k + 1][0] - leaves), 0), 1)
-    near, far = rows[k][2], rows[k + 1][2]
-    sign = 1 if sum(a * b for a, b in zip(near, far)) >= 0 else -1
-    mix = lambda a, b: [p + share * (q - p) for p, q in zip(a, b)]
-    turn = mix(near, [sign * q for q in far])
-    norm = sum(q * q for q in turn) ** 0.5
-    return mix(rows[k][1], rows[k + 1][1]), [q / norm for q in turn]
+    place = [p + share * (q - p) for p, q in zip(rows[k][1], rows[k + 1][1])]
+    return place, slerp(rows[k][2], rows[k + 1][2], share)
+
+
+def slerp(near, far, share):
+    """The rotation at a share of the way, on the shortest way."""
+    cosine = sum(a * b for a, b in zip(near, far))
+    if cosine < 0:
+        far, cosine = [-q for q in far], -cosine
+    angle = math.acos(min(cosine, 1))
+    if angle < 1e-9:
+        return near
+    weights = math.sin((1 - share) * angle) / math.sin(angle), math.sin(share * angle) / math.sin(angle)
+    return [weights[0] * p + weights[1] * q for p, q in zip(near, far)]
 
 
 def compare_usd(file, recording):

@@ -21,7 +21,7 @@ use json::validation::Checked;
 use json::{Accessor, Animation, Index, Material, Mesh, Node, Root, Scene};
 use serde_json::{Value, json};
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Most grains that become nodes, the largest first: importers take long over thousands of nodes.
 pub(crate) const MOST_GRAINS: usize = 1_000;
@@ -226,7 +226,7 @@ impl<'a> GlbWriter<'a> {
         let faces: Vec<&ExportFace> =
             mesh.faces.iter().filter(|face| face.crack.is_some() == crack).collect();
         let textured = !faces.is_empty() && faces.iter().all(|face| face.uv.is_some());
-        let mut known: BTreeMap<(u32, [u32; 3], [u32; 2]), u32> = BTreeMap::new();
+        let mut known: HashMap<(u32, [u32; 3], [u32; 2]), u32> = HashMap::new();
         let (mut places, mut normals, mut textures) = (Vec::new(), Vec::new(), Vec::new());
         let mut indices = Vec::with_capacity(3 * faces.len());
         for face in &faces {

@@ -6,7 +6,7 @@ use crate::surface::{CrackMark, ExportFace, ExportMesh};
 use crate::timeline::{BodyTrack, Scenery, Timeline};
 use cullet_geometry::{Pose, Quat, Vec3};
 use cullet_record::PoseRow;
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::fmt::{Display, Write};
 
 /// How far a sample of a velocity \[m/s\] or a spin \[degrees/s\] that is left out may be from the
@@ -27,21 +27,27 @@ pub(super) struct PrimWriter<'a> {
 }
 
 /// Values at corners, each once, and which each corner has.
-#[derive(Default)]
-struct IndexedValues {
-    values: Vec<String>,
-    known: BTreeMap<String, usize>,
+struct IndexedValues<const N: usize> {
+    values: Vec<[f32; N]>,
+    known: HashMap<[u32; N], usize>,
     indices: Vec<usize>,
 }
 
-impl IndexedValues {
-    fn push(&mut self, value: String) {
-        let next = self.values.len();
-        let index = *self.known.entry(value).or_insert_with_key(|value| {
-            self.values.push(value.clone());
-            next
+impl<const N: usize> IndexedValues<N> {
+    fn push(&mut self, value: [f32; N]) {
+        let index = *self.known.entry(value.map(f32::to_bits)).or_insert_with(|| {
+            self.values.push(value);
+            self.values.len() - 1
         });
         self.indices.push(index);
+    }
+
+    fn text(&self) -> String {
+        let vector = |value: &[f32; N]| match &value[..] {
+            [one] => one.to_string(),
+            _ => format!("({})", value.map(|number| number.to_string()).join(", ")),
+        };
+        list(self.values.iter().map(vector))
     }
 }
 
@@ -111,21 +117,20 @@ impl PrimWriter<'_> {
         self.line("uniform token orientation = \"rightHanded\"");
         self.line("uniform token subdivisionScheme = \"none\"");
         self.line(format_args!("rel material:binding = </World/Looks/{look}_skin>"));
-        let normal = |face: &ExportFace, k: usize| single(&face.normals[k]);
+        let normal = |face: &ExportFace, k: usize| face.normals[k].map(|x| x as f32).into();
         self.corners("normal3f[] primvars:normals", mesh, normal);
         if mesh.faces.iter().any(|face| face.uv.is_some()) {
             self.corners("texCoord2f[] primvars:st", mesh, |face, k| {
-                let [u, v] = face.uv.map_or([0.0; 2], |uv| uv[k]);
-                format!("({u}, {v})")
+                face.uv.map_or([0.0; 2], |uv| uv[k])
             });
         }
         if mesh.faces.iter().any(|face| face.crack.is_some()) {
             let mark = |face: &ExportFace| {
                 face.crack.unwrap_or(CrackMark { parent: -1, ..CrackMark::default() })
             };
-            let time = |face: &ExportFace, k: usize| mark(face).damage_time[k].to_string();
+            let time = |face: &ExportFace, k: usize| [mark(face).damage_time[k]];
             self.corners("float[] primvars:damage_time", mesh, time);
-            let speed = |face: &ExportFace, k: usize| mark(face).front_speed[k].to_string();
+            let speed = |face: &ExportFace, k: usize| [mark(face).front_speed[k]];
             self.corners("float[] primvars:front_speed", mesh, speed);
             let parents = list(mesh.faces.iter().map(|face| mark(face).parent));
             self.line(format_args!("int[] primvars:parent_id = {parents} ("));
@@ -134,17 +139,18 @@ impl PrimWriter<'_> {
     }
 
     /// A primvar with a value at each corner.
-    fn corners(
+    fn corners<const N: usize>(
         &mut self,
         name: &str,
         mesh: &ExportMesh,
-        value: impl Fn(&ExportFace, usize) -> String,
+        value: impl Fn(&ExportFace, usize) -> [f32; N],
     ) {
-        let mut all = IndexedValues::default();
+        let (values, known, indices) = (Vec::new(), HashMap::new(), Vec::new());
+        let mut all = IndexedValues { values, known, indices };
         for face in &mesh.faces {
             (0..3).for_each(|k| all.push(value(face, k)));
         }
-        self.line(format_args!("{name} = {} (", list(&all.values)));
+        self.line(format_args!("{name} = {} (", all.text()));
         self.line(FACE_VARYING);
         let plain = name.rsplit(' ').next().unwrap_or(name);
         self.line(format_args!("int[] {plain}:indices = {}", list(&all.indices)));
@@ -176,7 +182,7 @@ impl PrimWriter<'_> {
     /// Where it is, without motion.
     fn place(&mut self, pose: &Pose) {
         self.line(format_args!("double3 xformOp:translate = {}", triple(&pose.translation.vector)));
-        self.line(format_args!("quatf xformOp:orient = {}", quaternion(&pose.rotation)));
+        self.line(format_args!("quatd xformOp:orient = {}", quaternion(&pose.rotation)));
         self.order("");
     }
 
@@ -203,11 +209,11 @@ impl PrimWriter<'_> {
             let all = kept.iter().map(|&k| (frames[k], triple(&places[k])));
             self.samples("double3 xformOp:translate", all);
         }
-        self.line(format_args!("quatf xformOp:orient = {}", quaternion(&rest.rotation)));
+        self.line(format_args!("quatd xformOp:orient = {}", quaternion(&rest.rotation)));
         let kept = keys::of_turns(&times, &turns);
         if kept.len() > 1 || turns[0] != rest.rotation {
             let all = kept.iter().map(|&k| (frames[k], quaternion(&turns[k])));
-            self.samples("quatf xformOp:orient", all);
+            self.samples("quatd xformOp:orient", all);
         }
         if !track.body.fixed {
             let speeds: Vec<Vec3> = rows.iter().map(|row| row.velocity).collect();

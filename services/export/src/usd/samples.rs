@@ -17,9 +17,10 @@ pub(super) fn single(v: &Vec3) -> String {
     format!("({}, {}, {})", v.x as f32, v.y as f32, v.z as f32)
 }
 
-/// A quaternion, the real part first.
+/// A quaternion, the real part first. USD takes the angle from the real part alone: as a float, a
+/// small rotation would be none.
 pub(super) fn quaternion(q: &Quat) -> String {
-    format!("({}, {}, {}, {})", q.w as f32, q.i as f32, q.j as f32, q.k as f32)
+    format!("({}, {}, {}, {})", q.w, q.i as f32, q.j as f32, q.k as f32)
 }
 
 /// An array.

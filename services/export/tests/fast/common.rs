@@ -11,12 +11,12 @@ use tempfile::TempDir;
 
 /// A cube that falls onto a slab, splits in two and loses two grains; a recording of it, and a
 /// folder for what is exported.
-pub struct Fixture {
-    pub folder: TempDir,
-    pub recording: Recording,
+pub(crate) struct Fixture {
+    pub(crate) folder: TempDir,
+    pub(crate) recording: Recording,
 }
 
-pub fn fixture() -> Fixture {
+pub(crate) fn fixture() -> Fixture {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.mcap");
     synthetic::run(&path, &synthetic::meta()).expect("a recording");
@@ -26,14 +26,14 @@ pub fn fixture() -> Fixture {
 
 impl Fixture {
     /// The run as a GLB.
-    pub fn glb(&self, options: &ExportOptions) -> GlbScene {
+    pub(crate) fn glb(&self, options: &ExportOptions) -> GlbScene {
         let path = self.folder.path().join("x.glb");
         export(&self.recording, options, &path).expect("it is exported");
         GlbScene::read(&path)
     }
 
     /// The run as a text of that ending.
-    pub fn text(&self, name: &str, options: &ExportOptions) -> String {
+    pub(crate) fn text(&self, name: &str, options: &ExportOptions) -> String {
         let path = self.folder.path().join(name);
         export(&self.recording, options, &path).expect("it is exported");
         std::fs::read_to_string(&path).expect("a text")
@@ -48,15 +48,15 @@ struct Keys {
 }
 
 /// A GLB that was read back.
-pub struct GlbScene {
-    pub document: gltf::Document,
-    pub blob: Vec<u8>,
+pub(crate) struct GlbScene {
+    pub(crate) document: gltf::Document,
+    pub(crate) blob: Vec<u8>,
     /// By node and by property.
     keys: BTreeMap<(usize, &'static str), Keys>,
 }
 
 impl GlbScene {
-    pub fn read(path: &Path) -> Self {
+    pub(crate) fn read(path: &Path) -> Self {
         let bytes = std::fs::read(path).expect("a file");
         let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&bytes).expect("a GLB");
         let blob = blob.expect("a binary part");
@@ -87,12 +87,12 @@ impl GlbScene {
     }
 
     /// The nodes of bodies, by the number of the body.
-    pub fn bodies(&self) -> BTreeMap<u64, gltf::Node<'_>> {
+    pub(crate) fn bodies(&self) -> BTreeMap<u64, gltf::Node<'_>> {
         let id = |node: &gltf::Node<'_>| self.facts(node).get("id").and_then(|id| id.as_u64());
         self.document.nodes().filter_map(|node| Some((id(&node)?, node))).collect()
     }
 
-    pub fn facts(&self, node: &gltf::Node<'_>) -> serde_json::Value {
+    pub(crate) fn facts(&self, node: &gltf::Node<'_>) -> serde_json::Value {
         let text = node.extras().as_ref().map_or("null", |raw| raw.get());
         serde_json::from_str(text).expect("JSON")
     }
@@ -109,7 +109,7 @@ impl GlbScene {
     }
 
     /// Where a body is at a time of the file \[s\], in axes whose up is z.
-    pub fn pose(&self, node: &gltf::Node<'_>, time: f64) -> Pose {
+    pub(crate) fn pose(&self, node: &gltf::Node<'_>, time: f64) -> Pose {
         let (place, turn, _) = node.transform().decomposed();
         let place = self.at(node.index(), "place", time).map_or(place.map(f64::from), |[a, b]| {
             std::array::from_fn(|k| f64::from(a[k]) + f64::from(b[3]) * f64::from(b[k] - a[k]))
@@ -127,7 +127,7 @@ impl GlbScene {
     }
 
     /// Whether a node is seen at a time of the file \[s\].
-    pub fn is_seen(&self, node: &gltf::Node<'_>, time: f64) -> bool {
+    pub(crate) fn is_seen(&self, node: &gltf::Node<'_>, time: f64) -> bool {
         let (.., scale) = node.transform().decomposed();
         let scale = self.at(node.index(), "scale", time).map_or(scale[0], |[a, _]| a[0]);
         assert!(scale == 0.0 || scale > 1e-4, "a scale of {scale}");
@@ -136,11 +136,11 @@ impl GlbScene {
 }
 
 /// A row of numbers that look random, in \[0, 1\).
-pub fn random(count: u64) -> impl Iterator<Item = f64> {
+pub(crate) fn random(count: u64) -> impl Iterator<Item = f64> {
     (0..count).map(|k| cullet_geometry::math::unit(11, 5, k))
 }
 
 /// How far two poses are apart: the greatest difference of their matrices.
-pub fn apart(a: &Pose, b: &Pose) -> f64 {
+pub(crate) fn apart(a: &Pose, b: &Pose) -> f64 {
     (a.to_homogeneous() - b.to_homogeneous()).amax()
 }
