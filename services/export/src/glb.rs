@@ -6,7 +6,7 @@ use crate::error::ExportError;
 use crate::keys;
 use crate::looks::{colours, icosahedron, linear};
 use crate::surface::{ExportFace, ExportMesh};
-use crate::timeline::{BodyTrack, FrameRange, GrainTrack, Scenery, Timeline};
+use crate::timeline::{BodyTrack, ExportTimeline, FrameRange, GrainTrack, Scenery};
 use buffer::GlbBuffer;
 use cullet_geometry::{Pose, Quat, Vec3};
 use cullet_proto::recording::Tier;
@@ -57,7 +57,7 @@ fn raw(value: &Value) -> Option<Box<RawValue>> {
 type Primitives = [Option<(BTreeMap<Checked<Semantic>, Index<Accessor>>, Index<Accessor>)>; 2];
 
 struct GlbWriter<'a> {
-    timeline: &'a Timeline,
+    timeline: &'a ExportTimeline,
     root: Root,
     buffer: GlbBuffer,
     animation: Animation,
@@ -71,7 +71,7 @@ struct GlbWriter<'a> {
 
 /// Writes a timeline. `of`: which of its bodies.
 pub(crate) fn write(
-    timeline: &Timeline,
+    timeline: &ExportTimeline,
     scenery: Scenery,
     of: impl Fn(&BodyTrack) -> bool,
 ) -> Result<GlbContent, ExportError> {

@@ -29,7 +29,7 @@ use cullet_record::Recording;
 use error::write_error;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use timeline::{BodyTrack, Scenery, Timeline, Wanted};
+use timeline::{BodyTrack, ExportTimeline, Scenery, TimelineOptions};
 
 /// Which moments are exported.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -138,19 +138,19 @@ pub fn export(
         return Err(ExportError::Fps { fps: options.fps });
     }
     let ExportOptions { fps, start, end, grains, .. } = *options;
-    let wanted = Wanted { fps, start, end, grains };
+    let wanted = TimelineOptions { fps, start, end, grains };
     match options.moments {
         Moments::Motion => {
-            let timeline = Timeline::of(recording, &wanted)?;
+            let timeline = ExportTimeline::of(recording, &wanted)?;
             write(&timeline, format, Scenery::Motion, output)
         }
         Moments::At(time) => {
-            let wanted = Wanted { start: Some(time), end: Some(time), ..wanted };
-            let timeline = Timeline::of(recording, &wanted)?;
+            let wanted = TimelineOptions { start: Some(time), end: Some(time), ..wanted };
+            let timeline = ExportTimeline::of(recording, &wanted)?;
             write(&timeline, format, Scenery::Moment(time), output)
         }
         Moments::Every(every) => {
-            let timeline = Timeline::of(recording, &wanted)?;
+            let timeline = ExportTimeline::of(recording, &wanted)?;
             let span = timeline.range.end - timeline.range.start;
             let count = (span / every).floor() + 1.0;
             if !(every > 0.0 && count <= MOST_FILES as f64) {
@@ -175,8 +175,8 @@ pub fn export(
 /// Nothing broke, a mesh is damaged, or a file cannot be written.
 pub fn export_pieces(recording: &Recording, folder: &Path) -> Result<ExportReport, ExportError> {
     let fps = ExportOptions::default().fps;
-    let wanted = Wanted { fps, start: None, end: None, grains: false };
-    let timeline = Timeline::of(recording, &wanted)?;
+    let wanted = TimelineOptions { fps, start: None, end: None, grains: false };
+    let timeline = ExportTimeline::of(recording, &wanted)?;
     let files = pieces::files(&timeline)?;
     std::fs::create_dir_all(folder).map_err(write_error(folder))?;
     let mut report = ExportReport { frames: 1, ..ExportReport::default() };
@@ -195,7 +195,7 @@ fn numbered(output: &Path, k: usize) -> PathBuf {
 }
 
 fn write(
-    timeline: &Timeline,
+    timeline: &ExportTimeline,
     format: ExportFormat,
     scenery: Scenery,
     output: &Path,

@@ -3,7 +3,7 @@
 use crate::error::ExportError;
 use crate::glb;
 use crate::table;
-use crate::timeline::{BodyTrack, Scenery, Timeline};
+use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
 use std::collections::BTreeSet;
 
 /// The files of a folder of pieces.
@@ -15,7 +15,7 @@ pub(crate) struct PieceFiles {
 }
 
 /// The fragments that broke no more: in their last shape where they had several.
-fn last_pieces(timeline: &Timeline) -> Vec<&BodyTrack> {
+fn last_pieces(timeline: &ExportTimeline) -> Vec<&BodyTrack> {
     let mut seen = BTreeSet::new();
     let fragments = timeline.bodies.iter().filter(|track| track.body.parent.is_some());
     let broke: BTreeSet<u64> =
@@ -27,7 +27,7 @@ fn last_pieces(timeline: &Timeline) -> Vec<&BodyTrack> {
     pieces
 }
 
-pub(crate) fn files(timeline: &Timeline) -> Result<PieceFiles, ExportError> {
+pub(crate) fn files(timeline: &ExportTimeline) -> Result<PieceFiles, ExportError> {
     let pieces = last_pieces(timeline);
     if pieces.is_empty() {
         return Err(ExportError::NoPieces);

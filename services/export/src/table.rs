@@ -1,6 +1,6 @@
 //! Tables (CSV): bodies, and where they are at each frame. Up is z.
 
-use crate::timeline::{BodyTrack, Scenery, Timeline};
+use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
 use std::fmt::Write;
 
 /// Both tables.
@@ -33,7 +33,7 @@ fn known<T: ToString>(value: Option<T>) -> String {
 }
 
 /// A row for each of these bodies.
-pub(crate) fn of_bodies(timeline: &Timeline, bodies: &[&BodyTrack]) -> String {
+pub(crate) fn of_bodies(timeline: &ExportTimeline, bodies: &[&BodyTrack]) -> String {
     let mut text = BODIES.to_owned();
     for track in bodies {
         let (body, range) = (&track.body, &timeline.range);
@@ -65,7 +65,7 @@ pub(crate) fn of_bodies(timeline: &Timeline, bodies: &[&BodyTrack]) -> String {
     text
 }
 
-pub(crate) fn write(timeline: &Timeline, scenery: Scenery) -> ExportTables {
+pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery) -> ExportTables {
     let range = &timeline.range;
     let times: Vec<f64> = match scenery {
         Scenery::Moment(time) => vec![time],

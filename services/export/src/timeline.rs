@@ -82,7 +82,7 @@ pub(crate) struct GrainTrack {
 
 /// A run from which every writer writes. Up is z.
 #[derive(Clone, Debug)]
-pub(crate) struct Timeline {
+pub(crate) struct ExportTimeline {
     /// Name of the scene.
     pub(crate) scene: String,
     pub(crate) range: FrameRange,
@@ -211,7 +211,7 @@ impl GrainTrack {
 
 /// What a recording is asked for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted {
+pub(crate) struct TimelineOptions {
     pub(crate) fps: f64,
     pub(crate) start: Option<f64>,
     pub(crate) end: Option<f64>,
@@ -230,7 +230,7 @@ fn upright(recording: &Recording) -> Quat {
         .unwrap_or_else(|| Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI))
 }
 
-fn range(recording: &Recording, wanted: &Wanted) -> Result<FrameRange, ExportError> {
+fn range(recording: &Recording, wanted: &TimelineOptions) -> Result<FrameRange, ExportError> {
     let whole = recording.poses.last().map_or(0.0, |poses| poses.time);
     let events = recording.events.iter().map(|event| event.time);
     let whole = events.fold(whole, f64::max);
@@ -244,8 +244,8 @@ fn range(recording: &Recording, wanted: &Wanted) -> Result<FrameRange, ExportErr
     Ok(FrameRange { start, end: end.min(whole), fps: wanted.fps, interval, step })
 }
 
-impl Timeline {
-    pub(crate) fn of(recording: &Recording, wanted: &Wanted) -> Result<Self, ExportError> {
+impl ExportTimeline {
+    pub(crate) fn of(recording: &Recording, wanted: &TimelineOptions) -> Result<Self, ExportError> {
         let range = range(recording, wanted)?;
         let up = upright(recording);
         let mut timeline = Self {

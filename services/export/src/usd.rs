@@ -6,7 +6,7 @@ mod samples;
 
 use crate::looks::{colours, linear};
 use crate::names::UniqueNames;
-use crate::timeline::{BodyTrack, Scenery, Timeline};
+use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
 use cullet_record::palette::Rgb;
 use prim::PrimWriter;
 use std::collections::BTreeMap;
@@ -36,7 +36,7 @@ fn quoted(text: &str) -> String {
     out
 }
 
-fn head(timeline: &Timeline, scenery: Scenery) -> String {
+fn head(timeline: &ExportTimeline, scenery: Scenery) -> String {
     let (range, mut text) = (&timeline.range, String::from("#usda 1.0\n(\n"));
     let version = env!("CARGO_PKG_VERSION");
     let about = format!("Exported by Cullet {version} from the scene {}", timeline.scene);
@@ -74,7 +74,7 @@ fn material(name: &str, rgb: Rgb, roughness: &str) -> String {
     text.replace("{colour}", &format!("({r}, {g}, {b})"))
 }
 
-pub(crate) fn write(timeline: &Timeline, scenery: Scenery) -> UsdContent {
+pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery) -> UsdContent {
     let mut content = UsdContent { text: head(timeline, scenery), ..UsdContent::default() };
     content.text.push_str("def Xform \"World\" (\n    kind = \"assembly\"\n)\n{\n");
     let there = |track: &&BodyTrack| match scenery {

@@ -1,7 +1,7 @@
 //! Grains of debris, as instances of a ball an object.
 
 use super::samples::{list, samples, single};
-use crate::timeline::{GrainTrack, Scenery, Timeline};
+use crate::timeline::{ExportTimeline, GrainTrack, Scenery};
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -16,7 +16,7 @@ struct GrainSample<'a> {
 }
 
 impl<'a> GrainSample<'a> {
-    fn of(timeline: &'a Timeline, time: f64) -> Self {
+    fn of(timeline: &'a ExportTimeline, time: f64) -> Self {
         let range = &timeline.range;
         let born = timeline.grains.iter().filter(|grain| grain.birth <= time);
         let at = |grain: &'a GrainTrack| {
@@ -63,7 +63,7 @@ impl<'a> GrainSample<'a> {
 }
 
 /// When grains have to be looked at: at births, and at each frame while one flies.
-fn times(timeline: &Timeline) -> Vec<f64> {
+fn times(timeline: &ExportTimeline) -> Vec<f64> {
     let range = &timeline.range;
     let own = timeline.grains.iter().flat_map(|grain| grain.samples(range));
     let mut times: Vec<f64> = own.chain([range.start]).collect();
@@ -74,7 +74,7 @@ fn times(timeline: &Timeline) -> Vec<f64> {
 
 pub(super) fn write(
     text: &mut String,
-    timeline: &Timeline,
+    timeline: &ExportTimeline,
     scenery: Scenery,
     objects: &BTreeMap<&str, String>,
 ) {

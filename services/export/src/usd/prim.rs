@@ -3,7 +3,7 @@
 use super::samples::{list, quaternion, samples, scales, single, triple, visibility};
 use crate::keys;
 use crate::surface::{CrackMark, ExportFace, ExportMesh};
-use crate::timeline::{BodyTrack, Scenery, Timeline};
+use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
 use cullet_geometry::{Pose, Quat, Vec3};
 use cullet_record::PoseRow;
 use std::collections::HashMap;
@@ -59,7 +59,7 @@ impl PrimWriter<'_> {
     /// A body; `look`: the name of its object, which its materials have too.
     pub(super) fn body(
         &mut self,
-        timeline: &Timeline,
+        timeline: &ExportTimeline,
         track: &BodyTrack,
         scenery: Scenery,
         look: &str,
@@ -84,7 +84,7 @@ impl PrimWriter<'_> {
         self.text.push_str("        }\n\n");
     }
 
-    fn facts(&mut self, timeline: &Timeline, track: &BodyTrack) {
+    fn facts(&mut self, timeline: &ExportTimeline, track: &BodyTrack) {
         let (body, range) = (&track.body, &timeline.range);
         self.line(format_args!("float physics:mass = {}", body.mass as f32));
         if !body.fixed {
@@ -193,7 +193,7 @@ impl PrimWriter<'_> {
     }
 
     /// Time samples. What has no sample at a time, as before the first, is the rest pose.
-    fn motion(&mut self, timeline: &Timeline, track: &BodyTrack) {
+    fn motion(&mut self, timeline: &ExportTimeline, track: &BodyTrack) {
         let range = &timeline.range;
         let times = track.samples(range);
         let rows: Vec<PoseRow> = times.iter().map(|&time| track.at(time, range)).collect();
