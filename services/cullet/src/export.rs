@@ -80,9 +80,12 @@ fn line(report: &ExportReport) -> String {
         (some, 0) => format!(", {some} grains"),
         (some, left) => format!(", {some} grains ({left} left out)"),
     };
-    let (bodies, frames) = (report.bodies, report.frames);
-    let size = report.bytes as f64 / 1e6;
-    format!("{place}: {bodies} bodies{grains}, {frames} frames, {size:.1} MB")
+    let frames = match report.frames {
+        0 | 1 => String::new(),
+        frames => format!(", {frames} frames"),
+    };
+    let (bodies, size) = (report.bodies, report.bytes as f64 / 1e6);
+    format!("{place}: {bodies} bodies{grains}{frames}, {size:.1} MB")
 }
 
 fn failed(error: &ExportError, recording: &Path) -> Trouble {

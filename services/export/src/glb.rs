@@ -53,15 +53,19 @@ fn raw(value: &Value) -> Option<Box<RawValue>> {
     serde_json::value::to_raw_value(value).ok()
 }
 
-/// Skin and crack faces of a mesh, as accessors: attributes and indices of each.
-type Primitives = [Option<(BTreeMap<Checked<Semantic>, Index<Accessor>>, Index<Accessor>)>; 2];
+/// Faces of one kind, as accessors.
+struct FaceAccessors {
+    attributes: BTreeMap<Checked<Semantic>, Index<Accessor>>,
+    indices: Index<Accessor>,
+}
 
 struct GlbWriter<'a> {
     timeline: &'a ExportTimeline,
     root: Root,
     buffer: GlbBuffer,
     animation: Animation,
-    primitives: BTreeMap<&'a [u8], Primitives>,
+    /// Skin and crack faces of each mesh, by its digest.
+    primitives: BTreeMap<&'a [u8], [Option<FaceAccessors>; 2]>,
     meshes: BTreeMap<(&'a [u8], [usize; 2]), Index<Mesh>>,
     materials: BTreeMap<String, [Index<Material>; 2]>,
     nodes: Vec<Index<Node>>,
@@ -196,9 +200,9 @@ impl<'a> GlbWriter<'a> {
         }
         let parts = self.primitives[hash].iter().zip(materials);
         let parts = parts.filter_map(|(part, material)| Some((part.as_ref()?, material)));
-        let primitives = parts.map(|((attributes, indices), material)| Primitive {
-            attributes: attributes.clone(),
-            indices: Some(*indices),
+        let primitives = parts.map(|(part, material)| Primitive {
+            attributes: part.attributes.clone(),
+            indices: Some(part.indices),
             material: Some(material),
             mode: Checked::Valid(Mode::Triangles),
             targets: None,
@@ -218,11 +222,7 @@ impl<'a> GlbWriter<'a> {
     }
 
     /// The faces of one kind, as vertices that differ and their indices.
-    fn primitive(
-        &mut self,
-        mesh: &ExportMesh,
-        crack: bool,
-    ) -> Option<(BTreeMap<Checked<Semantic>, Index<Accessor>>, Index<Accessor>)> {
+    fn primitive(&mut self, mesh: &ExportMesh, crack: bool) -> Option<FaceAccessors> {
         let faces: Vec<&ExportFace> =
             mesh.faces.iter().filter(|face| face.crack.is_some() == crack).collect();
         let textured = !faces.is_empty() && faces.iter().all(|face| face.uv.is_some());
@@ -256,7 +256,7 @@ impl<'a> GlbWriter<'a> {
             let texture = buffer.textures(root, &textures);
             attributes.insert(Checked::Valid(Semantic::TexCoords(0)), texture);
         }
-        Some((attributes, buffer.indices(root, &indices)))
+        Some(FaceAccessors { attributes, indices: buffer.indices(root, &indices) })
     }
 
     /// Keys of places and rotations, where it does not stay where its node puts it.

@@ -88,7 +88,8 @@ impl GlbScene {
 
     /// The nodes of bodies, by the number of the body.
     pub(crate) fn bodies(&self) -> BTreeMap<u64, gltf::Node<'_>> {
-        let id = |node: &gltf::Node<'_>| self.facts(node).get("id").and_then(|id| id.as_u64());
+        let id =
+            |node: &gltf::Node<'_>| self.facts(node).get("id").and_then(serde_json::Value::as_u64);
         self.document.nodes().filter_map(|node| Some((id(&node)?, node))).collect()
     }
 
