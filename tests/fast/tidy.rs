@@ -24,6 +24,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("services/assets", &["geometry"]),
     ("services/record", &["files", "geometry", "proto", "world"]),
     ("services/picture", &["geometry", "proto", "record"]),
+    ("services/export", &["files", "geometry", "proto", "record"]),
     ("services/scene", &["assets", "document", "geometry", "model", "plan", "proto", "world"]),
     ("services/pool", &["dispatch", "document", "files", "geometry", "model", "proto"]),
     (
@@ -47,6 +48,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &[
             "coordinator",
             "document",
+            "export",
             "files",
             "geometry",
             "model",

@@ -50,6 +50,7 @@ fn needed(command: &Command) -> Option<u64> {
         | Command::Recover(_)
         | Command::Preview(_)
         | Command::Still(_)
+        | Command::Export(_)
         | Command::Check(_)
         | Command::Materials(_)
         | Command::Schema(_)

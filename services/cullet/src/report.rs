@@ -1,10 +1,10 @@
 //! A run or a sweep as one page for a browser.
 
 use crate::args;
-use crate::exit::{Exit, Trouble};
-use crate::inspect::within;
+use crate::exit::{CommandError, Exit};
+use crate::inspect::{unreadable, within};
 use crate::logs;
-use cullet_export::{ExportOptions, glb};
+use cullet_export::{ExportOptions, glb_bytes};
 use cullet_files::output::write_file;
 use cullet_record::Recording;
 use cullet_view::{SweepPicture, SweepTable, run_page, sweep_page};
@@ -17,15 +17,13 @@ const PICTURES: [&str; 2] = ["still.png", "preview.png"];
 /// What a page without a name is called.
 const PAGE: &str = "report.html";
 
-pub(crate) fn report(args: &args::Report) -> Result<Exit, Trouble> {
+pub(crate) fn report(args: &args::ReportArgs) -> Result<Exit, CommandError> {
     let named = &args.run;
     let is_sweep = named.is_dir() && named.join(TABLE).is_file();
     let page = if is_sweep { sweep(named)? } else { run(&within(named)?)? };
     let output = args.output.clone().unwrap_or_else(|| default_output(named));
-    write_file(&output, page.as_bytes()).map_err(|error| Trouble::file(&output, error))?;
-    if !args.voice.quiet {
-        logs::say(output.display());
-    }
+    write_file(&output, page.as_bytes()).map_err(|error| CommandError::file(&output, error))?;
+    logs::say(output.display());
     Ok(Exit::Done)
 }
 
@@ -34,17 +32,17 @@ fn default_output(named: &Path) -> PathBuf {
     if named.is_dir() { named.join(PAGE) } else { named.with_file_name(PAGE) }
 }
 
-fn run(path: &Path) -> Result<String, Trouble> {
-    let unreadable = |error: &dyn std::fmt::Display| Trouble::file(path, error.to_string());
-    let recording = Recording::open(path).map_err(|error| unreadable(&error))?;
-    let model = glb(&recording, &ExportOptions::default()).map_err(|error| unreadable(&error))?;
-    run_page(&recording, &model).map_err(|error| unreadable(&error))
+fn run(path: &Path) -> Result<String, CommandError> {
+    let recording = Recording::open(path).map_err(|error| unreadable(&error, path))?;
+    let model = glb_bytes(&recording, &ExportOptions::default())
+        .map_err(|error| CommandError::file(path, error))?;
+    run_page(&recording, &model).map_err(|error| CommandError::file(path, error))
 }
 
 /// The page of a sweep: the rows of its table, and a picture of each run that is there.
-fn sweep(folder: &Path) -> Result<String, Trouble> {
+fn sweep(folder: &Path) -> Result<String, CommandError> {
     let path = folder.join(TABLE);
-    let trouble = |error: csv::Error| Trouble::file(&path, error);
+    let trouble = |error: csv::Error| CommandError::file(&path, error);
     let mut reader = csv::Reader::from_path(&path).map_err(trouble)?;
     let columns: Vec<String> =
         reader.headers().map_err(trouble)?.iter().map(str::to_owned).collect();
@@ -59,11 +57,11 @@ fn sweep(folder: &Path) -> Result<String, Trouble> {
         let run = folder.join(number);
         let found = PICTURES.iter().map(|name| run.join(name)).find(|path| path.is_file());
         let Some(file) = found else { continue };
-        let png = std::fs::read(&file).map_err(|error| Trouble::file(&file, error))?;
+        let png = std::fs::read(&file).map_err(|error| CommandError::file(&file, error))?;
         table.pictures.push(SweepPicture { row, name: caption(&table.columns, cells), png });
     }
     table.about = format!("{} runs, {} with a picture", table.rows.len(), table.pictures.len());
-    sweep_page(&table).map_err(|error| Trouble::file(&path, error))
+    sweep_page(&table).map_err(|error| CommandError::file(&path, error))
 }
 
 /// What a run of a sweep was set to: its number, then the settings, which stand before `code`.

@@ -39,6 +39,7 @@ mod pose_row;
 mod read;
 mod recorder;
 mod recover;
+mod rest;
 pub mod scale;
 mod shares;
 mod sink;

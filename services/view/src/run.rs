@@ -220,9 +220,8 @@ fn figures(summary: &Summary) -> Vec<(&'static str, String)> {
 
 /// When each body broke or left \[s\].
 fn ends(recording: &Recording) -> BTreeMap<u64, f64> {
-    let gone = |event: &&RunEvent| {
-        matches!(event.kind(), EventKind::Fractured | EventKind::Removed)
-    };
+    let gone =
+        |event: &&RunEvent| matches!(event.kind(), EventKind::Fractured | EventKind::Removed);
     let events = recording.events.iter().filter(gone);
     events.filter_map(|event| Some((event.body?, event.time))).collect()
 }
@@ -368,7 +367,8 @@ impl SeriesBuilder {
                 series.fastest = series.fastest.max(speeds[&row.id]);
             }
             speeds.retain(|id, _| ends.get(id).is_none_or(|end| *end > now));
-            let energy = |(id, speed): (&u64, &f64)| 0.5 * masses.get(id).unwrap_or(&0.0) * speed * speed;
+            let energy =
+                |(id, speed): (&u64, &f64)| 0.5 * masses.get(id).unwrap_or(&0.0) * speed * speed;
             series.times.push(now);
             series.bodies.push(speeds.len() as f64);
             series.fragments.push(speeds.keys().filter(|id| fragment.contains(id)).count() as f64);

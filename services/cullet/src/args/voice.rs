@@ -63,6 +63,7 @@ impl Command {
             | Self::Recover(_)
             | Self::Preview(_)
             | Self::Still(_)
+            | Self::Export(_)
             | Self::Check(_)
             | Self::Materials(_)
             | Self::Schema(_)
