@@ -130,6 +130,8 @@ impl GlbScene {
     /// Whether a node is seen at a time of the file \[s\].
     pub(crate) fn is_seen(&self, node: &gltf::Node<'_>, time: f64) -> bool {
         let (.., scale) = node.transform().decomposed();
+        let jumps = self.keys.get(&(node.index(), "scale")).is_none_or(|keys| keys.jumps);
+        assert!(jumps, "a scale that grows");
         let scale = self.at(node.index(), "scale", time).map_or(scale[0], |[a, _]| a[0]);
         assert!(scale == 0.0 || scale > 1e-4, "a scale of {scale}");
         scale > 0.0
