@@ -48,6 +48,7 @@ fn needed(command: &Command) -> Option<u64> {
         | Command::Doctor(_) => CLIENT,
         Command::Inspect(_)
         | Command::Recover(_)
+        | Command::Report(_)
         | Command::Preview(_)
         | Command::Still(_)
         | Command::Export(_)

@@ -226,19 +226,23 @@ impl<'a> GlbWriter<'a> {
         let faces: Vec<&ExportFace> =
             mesh.faces.iter().filter(|face| face.crack.is_some() == crack).collect();
         let textured = !faces.is_empty() && faces.iter().all(|face| face.uv.is_some());
-        let mut known: HashMap<(u32, [u32; 3], [u32; 2]), u32> = HashMap::new();
+        let mut known: HashMap<(u32, [u32; 3], [u32; 2], u32), u32> = HashMap::new();
         let (mut places, mut normals, mut textures) = (Vec::new(), Vec::new(), Vec::new());
+        let mut damage_times: Vec<[f32; 1]> = Vec::new();
         let mut indices = Vec::with_capacity(3 * faces.len());
         for face in &faces {
             for k in 0..3 {
                 let normal = unit_y_up(&face.normals[k]);
                 // glTF counts v from the top of the picture.
                 let uv = face.uv.map_or([0.0; 2], |uv| [uv[k][0], 1.0 - uv[k][1]]);
-                let key = (face.corners[k], normal.map(f32::to_bits), uv.map(f32::to_bits));
+                let damage_time = face.crack.map_or(0.0, |mark| mark.damage_time[k]);
+                let (normal_bits, uv_bits) = (normal.map(f32::to_bits), uv.map(f32::to_bits));
+                let key = (face.corners[k], normal_bits, uv_bits, damage_time.to_bits());
                 indices.push(*known.entry(key).or_insert_with(|| {
                     places.push(y_up(&mesh.vertices[face.corners[k] as usize]));
                     normals.push(normal);
                     textures.push(uv);
+                    damage_times.push([damage_time]);
                     places.len() as u32 - 1
                 }));
             }
@@ -255,6 +259,10 @@ impl<'a> GlbWriter<'a> {
         if textured {
             let texture = buffer.textures(root, &textures);
             attributes.insert(Checked::Valid(Semantic::TexCoords(0)), texture);
+        }
+        if crack {
+            let times = buffer.marks(root, &damage_times);
+            attributes.insert(Checked::Valid(Semantic::Extras("DAMAGE_TIME".to_owned())), times);
         }
         Some(FaceAccessors { attributes, indices: buffer.indices(root, &indices) })
     }

@@ -61,6 +61,7 @@ impl Command {
             Self::Frontier(args) => Some(&args.voice).filter(|voice| voice.log == Log::Json),
             Self::Inspect(_)
             | Self::Recover(_)
+            | Self::Report(_)
             | Self::Preview(_)
             | Self::Still(_)
             | Self::Export(_)

@@ -19,11 +19,13 @@ enum ViewKind {
     ShortIndices = 2,
     /// Indices of four bytes.
     LongIndices = 3,
+    /// One number a vertex.
+    Marks = 4,
     /// Keys of animations.
-    Keys = 4,
+    Keys = 5,
 }
 
-const VIEWS: usize = 5;
+const VIEWS: usize = 6;
 
 /// Packs numbers; each kind becomes a buffer view at the end.
 #[derive(Debug)]
@@ -70,6 +72,11 @@ impl GlbBuffer {
 
     pub(super) fn textures(&mut self, root: &mut Root, rows: &[[f32; 2]]) -> Index<Accessor> {
         self.put(root, ViewKind::Textures, rows)
+    }
+
+    /// One number a vertex.
+    pub(super) fn marks(&mut self, root: &mut Root, rows: &[[f32; 1]]) -> Index<Accessor> {
+        self.put(root, ViewKind::Marks, rows)
     }
 
     pub(super) fn keys<const N: usize>(
@@ -122,6 +129,7 @@ impl GlbBuffer {
                 0 => (Some(Target::ArrayBuffer), Some(Stride(12))),
                 1 => (Some(Target::ArrayBuffer), Some(Stride(8))),
                 2 | 3 => (Some(Target::ElementArrayBuffer), None),
+                4 => (Some(Target::ArrayBuffer), Some(Stride(4))),
                 _ => (None, None),
             };
             place[kind] = Some(root.push(View {
