@@ -145,9 +145,8 @@ impl SurfaceAttributes {
     /// The triangles of one object, with their vertices in order of use.
     #[must_use]
     pub fn only(&self, object: u32) -> Self {
-        let kept: Vec<usize> = (0..self.mesh.triangles.len())
-            .filter(|&t| self.object_of(t) == object)
-            .collect();
+        let kept: Vec<usize> =
+            (0..self.mesh.triangles.len()).filter(|&t| self.object_of(t) == object).collect();
         let mut mesh = TriMesh::default();
         let mut known: BTreeMap<u32, u32> = BTreeMap::new();
         for &t in &kept {

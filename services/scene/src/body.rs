@@ -305,7 +305,8 @@ fn anchors(anchor: Anchor, shapes: &[ObjectGeometry]) -> Vec<Vec3> {
         [(_, one)] if anchor != Anchor::Origin => vec![at(one.bounds)],
         _ => {
             // In the frame of the file, which they share.
-            let boxes = shapes.iter().map(|(_, it)| [it.bounds.0, it.bounds.1].map(|p| p - it.origin));
+            let boxes =
+                shapes.iter().map(|(_, it)| [it.bounds.0, it.bounds.1].map(|p| p - it.origin));
             let corners: Vec<Vec3> = boxes.flatten().collect();
             let point = at(bounds(&corners));
             shapes.iter().map(|(_, it)| it.origin + point).collect()

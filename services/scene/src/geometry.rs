@@ -166,11 +166,7 @@ impl GeometryCache {
         Ok(names.filter(|(_, used)| *used).map(|(name, _)| name.clone()).collect())
     }
 
-    fn make(
-        &mut self,
-        source: &GeometrySource,
-        files: &mut Files,
-    ) -> Result<BodyGeometry, String> {
+    fn make(&mut self, source: &GeometrySource, files: &mut Files) -> Result<BodyGeometry, String> {
         let (name, fit, scale, up, repair, object) = match source {
             GeometrySource::Shape(shape) => {
                 let mesh = shape::mesh(shape)?;

@@ -171,6 +171,11 @@ fn faces_that_a_repair_turned_over_keep_their_attributes() {
     let (mended, report) = admit(&surface.mesh, Repair::Auto).expect("a cube");
     assert!(report.flipped > 0, "{report}");
     let skin = AttributeTransfer::new(&surface).transfer(&skins(&mended, 3));
+    for SkinTriangle { corners: [a, b, c], normals, .. } in &skin {
+        let across = (b - a).cross(&(c - a)).normalize();
+        let inward = normals.iter().any(|n| Vec3::from(n.map(f64::from)).dot(&across) < -1e-6);
+        assert!(!inward, "{normals:?} on a face along {across:?}");
+    }
     assert!(farthest(&skin) < 1e-6, "{:e}", farthest(&skin));
     for (slot, found) in areas(&skin, 2).into_iter().enumerate() {
         assert!((found - 3.0).abs() < 3e-9, "material {slot}: {found} m²");

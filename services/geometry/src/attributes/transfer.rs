@@ -45,7 +45,7 @@ pub struct AttributeTransfer<'a> {
 }
 
 /// The part of a triangle that lies in one of the artist's.
-struct Piece {
+struct SourcePart {
     source: usize,
     polygon: Vec<Vec3>,
     area: f64,
@@ -79,26 +79,17 @@ impl<'a> AttributeTransfer<'a> {
         let across = normal(corners);
         let Some(source) = self.closest(middle, across) else {
             let normals = [narrow(across); 3];
-            skin.push(SkinTriangle {
-                of,
-                corners,
-                uv: [[0.0; 2]; 3],
-                normals,
-                slot: 0,
-                object: 0,
-            });
+            skin.push(SkinTriangle { of, corners, uv: [[0.0; 2]; 3], normals, slot: 0, object: 0 });
             return;
         };
         let own = self.surface.mesh.corners(source);
-        let near = |p: &Vec3| {
-            (closest_on_triangle(*p, own) - p).norm() <= self.tolerance
-        };
+        let near = |p: &Vec3| (closest_on_triangle(*p, own) - p).norm() <= self.tolerance;
         if corners.iter().all(near) {
             skin.push(self.within(of, corners, source, across));
             return;
         }
         let allowed = 10.0 * self.tolerance * perimeter(&corners);
-        let fill = |pieces: &Vec<Piece>| {
+        let fill = |pieces: &Vec<SourcePart>| {
             let covered: f64 = pieces.iter().map(|piece| piece.area).sum();
             !pieces.is_empty() && (covered - area(&corners)).abs() <= allowed
         };
@@ -146,7 +137,7 @@ impl<'a> AttributeTransfer<'a> {
 
     /// The parts of a triangle in those of the mesh that lie in its plane and face as `across`
     /// does, the largest first.
-    fn pieces(&self, corners: [Vec3; 3], across: Vec3) -> Vec<Piece> {
+    fn pieces(&self, corners: [Vec3; 3], across: Vec3) -> Vec<SourcePart> {
         let mut pieces = Vec::new();
         let [a, b, c] = corners;
         let low = a.inf(&b).inf(&c).add_scalar(-self.tolerance);
@@ -163,7 +154,7 @@ impl<'a> AttributeTransfer<'a> {
             let polygon = self.clipped(corners, own, facing);
             let area = polygon_area(&polygon);
             if area > least {
-                pieces.push(Piece { source, polygon, area });
+                pieces.push(SourcePart { source, polygon, area });
             }
         });
         pieces.sort_by(|p, q| q.area.total_cmp(&p.area).then(p.source.cmp(&q.source)));
@@ -194,7 +185,7 @@ impl<'a> AttributeTransfer<'a> {
     }
 
     /// Whether one piece's texture coordinates, material and object go on over all of them.
-    fn continue_each_other(&self, pieces: &[Piece]) -> bool {
+    fn continue_each_other(&self, pieces: &[SourcePart]) -> bool {
         let Some((main, others)) = pieces.split_first() else { return true };
         let look = |t: usize| (self.surface.slot_of(t), self.surface.object_of(t));
         others.iter().all(|piece| {
@@ -227,24 +218,12 @@ impl<'a> AttributeTransfer<'a> {
     }
 
     /// A triangle that lies in one of the mesh.
-    fn within(
-        &self,
-        of: usize,
-        corners: [Vec3; 3],
-        source: usize,
-        across: Vec3,
-    ) -> SkinTriangle {
+    fn within(&self, of: usize, corners: [Vec3; 3], source: usize, across: Vec3) -> SkinTriangle {
         self.made(of, corners, across, [source; 3])
     }
 
     /// A triangle that lies beside the surface: each corner takes the closest point of the island.
-    fn beside(
-        &self,
-        of: usize,
-        corners: [Vec3; 3],
-        source: usize,
-        across: Vec3,
-    ) -> SkinTriangle {
+    fn beside(&self, of: usize, corners: [Vec3; 3], source: usize, across: Vec3) -> SkinTriangle {
         let island = self.islands[source];
         self.by_corners(of, corners, (source, across), |t| self.islands[t] == island)
     }
