@@ -5,6 +5,7 @@ use crate::common;
 
 use common::unique;
 use cullet::geometry::attributes::{AttributeTransfer, SkinTriangle};
+use cullet::messages::JobReport;
 use cullet::record::skin_of;
 use cullet::{LocalWorkers, Quat, Recording, RunOptions, Scene, Vec3};
 use glb::{Node, Primitive, glb};
@@ -143,6 +144,8 @@ fn broken(file: &str, bytes: &[u8], family: &str) -> Recording {
     let outcome = cullet::run(&scene, &LocalWorkers::default(), &options, &mut |_| {});
     let recording = Recording::open(&outcome.expect("runs").recording).expect("opens");
     std::fs::remove_dir_all(&out).ok();
+    let solved = |report: &JobReport| report.solver == family && report.fragments > 1;
+    assert!(recording.reports.iter().any(solved), "{family} broke nothing");
     recording
 }
 

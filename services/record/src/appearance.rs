@@ -114,3 +114,85 @@ pub fn skin_of(transfer: &AttributeTransfer<'_>, solid: &Solid, place: Vec3) -> 
     }
     skin
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::synthetic::{block, half, meta};
+    use super::*;
+    use cullet_geometry::attributes::{SurfaceMaterial, SurfaceTexture};
+    use cullet_proto::recording::Body;
+
+    /// The surface of a block: a material for its lower half in z, one for its upper.
+    fn surface(solid: &Solid) -> SurfaceAttributes {
+        let picture = SurfaceTexture { offset: 3, length: 4, ..SurfaceTexture::default() };
+        let mut materials = ["low", "high"].map(SurfaceMaterial::named).to_vec();
+        materials[1].texture = Some(picture);
+        let upper = |t: usize| solid.mesh.corners(t).iter().all(|p| p.z > 0.0);
+        let slots = (0..solid.mesh.triangles.len()).map(|t| u32::from(upper(t))).collect();
+        let mesh = solid.mesh.clone();
+        SurfaceAttributes { mesh, slots, materials, ..SurfaceAttributes::default() }
+    }
+
+    /// A block with an appearance, half of which is a body later.
+    fn recorded() -> Recording {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.mcap");
+        let mut recorder = Recorder::create(&path, &meta()).expect("creates");
+        let parts = [(block(2.0 * half(), 0.0), None), (block(half(), 1.0), Some(4))];
+        for ((solid, parent), id) in parts.iter().zip([4, 9]) {
+            let geometry = recorder.geometry(solid).expect("writes").to_vec();
+            let body = Body { id, parent: *parent, geometry, ..Body::default() };
+            recorder.body(&body).expect("writes");
+        }
+        let look = surface(&parts[0].0);
+        recorder.appearance(vec![4], "note.txt", &look).expect("writes");
+        let early = recorder.appearance(vec![5], "note.txt", &look).expect_err("no such body");
+        assert_eq!(early.to_string(), "body 5 was not recorded before its appearance");
+        let place = RestPlace { root: 4, origin: Vec3::new(0.0, 0.0, half().z) };
+        recorder.rest_places((3, 0.1), &[(9, place)]).expect("writes");
+        recorder.finish(10, 0.2).expect("ends");
+        Recording::open(&path).expect("opens")
+    }
+
+    #[test]
+    fn an_appearance_is_read_back_and_found_on_a_part() {
+        let recording = recorded();
+        let surface = recording.appearance_of(4).expect("is sound").expect("is there");
+        assert_eq!(recording.appearance_of(9).expect("is sound"), None, "a root's only");
+        let place = recording.rest_place(9).expect("is known");
+        assert_eq!((place.root, place.origin.z), (4, half().z));
+        assert_eq!(recording.rest_place(4), Some(RestPlace { root: 4, origin: Vec3::zeros() }));
+        assert_eq!(recording.rest_place(77), None);
+        let body = recording.body(9).expect("the part").clone();
+        let solid = recording.mesh(&body).expect("its mesh");
+        let skin = skin_of(&AttributeTransfer::new(&surface), &solid, place.origin);
+        let cracked = |of: usize| solid.surface[of].is_crack();
+        assert!(skin.iter().all(|it| !cracked(it.of)), "crack faces are no skin");
+        // The part's top lies on that of the block.
+        let top = |it: &&SkinTriangle| it.corners.iter().all(|p| p.z > 0.9 * half().z);
+        assert!(skin.iter().filter(top).count() > 0);
+        assert!(skin.iter().filter(top).all(|it| it.slot == 1));
+        let whole = |it: &&SkinTriangle| it.corners == solid.mesh.corners(it.of);
+        assert!(skin.iter().any(|it| whole(&it)), "to the last bit where it was not divided");
+    }
+
+    #[test]
+    fn a_picture_is_a_range_of_its_mesh_file() {
+        let recording = recorded();
+        let look = &recording.appearances[0];
+        let texture = look.materials[1].texture.clone().expect("a picture");
+        assert_eq!(recording.picture(look, &texture), Some(&b"hand"[..]));
+        let beyond = AppearanceTexture { length: 99, ..texture.clone() };
+        assert_eq!(recording.picture(look, &beyond), None);
+        let elsewhere = AppearanceTexture { length: 0, ..texture };
+        assert_eq!(recording.picture(look, &elsewhere), None);
+    }
+
+    #[test]
+    fn a_damaged_appearance_is_an_error_that_names_its_body() {
+        let mut recording = recorded();
+        recording.appearances[0].slots[2] = 7;
+        let told = recording.appearance_of(4).expect_err("is damaged").to_string();
+        assert_eq!(told, "the appearance of body 4: triangle 2 names material 7 of 2");
+    }
+}
