@@ -162,8 +162,8 @@ impl Builder<'_> {
                 self.context.wrong(&path, "`name` is missing");
             }
             if let (Some(templates), Some(name), true) = (templates, body.name, taken.whole) {
-                let several = templates.len() as u64;
-                if !self.fits(several, &join(&path, "objects")) {
+                let count = templates.len() as u64;
+                if count > 1 && !self.fits(count, &join(&path, "objects")) {
                     continue;
                 }
                 for template in templates {
