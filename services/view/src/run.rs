@@ -17,7 +17,7 @@ const LEAD: f64 = 0.0;
 
 /// What the viewer is given.
 #[derive(Serialize)]
-struct Data {
+struct RunData {
     kind: &'static str,
     title: String,
     about: String,
@@ -27,7 +27,7 @@ struct Data {
     frame: f64,
     /// The moment shown first \[s\].
     first: f64,
-    view: Option<View>,
+    view: Option<ReportView>,
     /// Fastest that a body moves \[m/s\].
     fastest: f64,
     /// Least and greatest damage time \[s\].
@@ -36,12 +36,12 @@ struct Data {
     bodies: Vec<BodyRow>,
     events: Vec<EventRow>,
     fractures: Vec<FractureRow>,
-    series: Series,
+    series: ReportSeries,
 }
 
 /// Where the scene looks from \[m\], and the angle it sees \[degrees\].
 #[derive(Serialize)]
-struct View {
+struct ReportView {
     eye: [f64; 3],
     target: [f64; 3],
     fov: f64,
@@ -90,20 +90,20 @@ struct FractureRow {
 }
 
 #[derive(Serialize)]
-struct Series {
+struct ReportSeries {
     times: Vec<f64>,
-    charts: Vec<Chart>,
+    charts: Vec<ReportChart>,
 }
 
 #[derive(Serialize)]
-struct Chart {
+struct ReportChart {
     title: &'static str,
     unit: &'static str,
-    lines: Vec<Line>,
+    lines: Vec<ChartLine>,
 }
 
 #[derive(Serialize)]
-struct Line {
+struct ChartLine {
     name: &'static str,
     colour: &'static str,
     values: Vec<f64>,
@@ -112,9 +112,9 @@ struct Line {
 /// The page of a run. `model`: the GLB of the whole run from its beginning.
 ///
 /// # Errors
-/// Data that cannot be compressed or is no JSON, which does not happen in memory.
+/// RunData that cannot be compressed or is no JSON, which does not happen in memory.
 pub fn run_page(recording: &Recording, model: &[u8]) -> std::io::Result<String> {
-    let data = Data::of(recording);
+    let data = RunData::of(recording);
     let html = include_str!("../assets/run.html");
     let made = page(&data.title, html, &data, Some(&packed(model)?));
     made.map_err(std::io::Error::other)
@@ -127,14 +127,14 @@ fn vector(text: &str) -> Option<[f64; 3]> {
     Some([next()?, next()?, next()?])
 }
 
-fn view(meta: &BTreeMap<String, String>) -> Option<View> {
+fn view(meta: &BTreeMap<String, String>) -> Option<ReportView> {
     let eye = vector(meta.get("view.eye")?)?;
     let target = vector(meta.get("view.target")?)?;
     let fov = meta.get("view.fov").and_then(|text| text.parse().ok()).unwrap_or(40.0);
-    Some(View { eye, target, fov })
+    Some(ReportView { eye, target, fov })
 }
 
-impl Data {
+impl RunData {
     fn of(recording: &Recording) -> Self {
         let summary = recording.summary();
         let names: BTreeMap<u64, &str> =
@@ -379,17 +379,17 @@ impl SeriesBuilder {
     }
 
     /// The charts, thinned to what a screen shows.
-    fn finish(self) -> Series {
+    fn finish(self) -> ReportSeries {
         let stride = self.times.len().div_ceil(MOST_SAMPLES).max(1);
         let last = self.times.len().saturating_sub(1);
         let kept = |values: &[f64]| -> Vec<f64> {
             let each = values.iter().enumerate();
             each.filter(|(k, _)| k % stride == 0 || *k == last).map(|(_, v)| *v).collect()
         };
-        let line = |name, colour, values: &[f64]| Line { name, colour, values: kept(values) };
-        Series {
+        let line = |name, colour, values: &[f64]| ChartLine { name, colour, values: kept(values) };
+        ReportSeries {
             charts: vec![
-                Chart {
+                ReportChart {
                     title: "Bodies",
                     unit: "1",
                     lines: vec![
@@ -397,12 +397,12 @@ impl SeriesBuilder {
                         line("fragments", "#b45309", &self.fragments),
                     ],
                 },
-                Chart {
+                ReportChart {
                     title: "Kinetic energy, rotation left out",
                     unit: "J",
                     lines: vec![line("kinetic", "#2563eb", &self.kinetic)],
                 },
-                Chart {
+                ReportChart {
                     title: "Energy spent on cracks and dents",
                     unit: "J",
                     lines: vec![line("spent", "#15803d", &self.cracks)],
@@ -410,5 +410,77 @@ impl SeriesBuilder {
             ],
             times: kept(&self.times),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{RunData, run_page};
+    use cullet_record::{Recording, synthetic};
+
+    fn recorded() -> Recording {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.mcap");
+        synthetic::run(&path, &synthetic::meta()).expect("a recording");
+        Recording::open(&path).expect("it reads")
+    }
+
+    /// A cube that breaks into two parts and two grains at 0.4 s.
+    #[test]
+    fn the_page_has_what_the_recording_says() {
+        let recording = recorded();
+        let data = RunData::of(&recording);
+        let summary = recording.summary();
+        assert_eq!(data.bodies.len(), recording.bodies.len());
+        assert_eq!(data.events.len(), recording.events.len());
+        assert_eq!(data.fractures.len(), summary.fractures as usize);
+        let broken = &data.fractures[0];
+        assert_eq!(data.first, broken.time);
+        assert_eq!((broken.body, broken.fragments), (1, 2));
+        let ledger = recording.events.iter().find_map(|event| event.ledger).expect("a ledger");
+        assert_eq!(broken.fracture_energy, ledger.fracture_energy);
+        let cube = data.bodies.iter().find(|body| body.id == 1).expect("the cube");
+        assert_eq!(cube.end, Some(broken.time));
+        let part = data.bodies.iter().find(|body| body.parent == Some(1)).expect("a part");
+        assert!((part.birth - broken.time).abs() < 1e-9, "{} s", part.birth);
+        assert!(part.origin.is_some() && cube.origin.is_none());
+    }
+
+    #[test]
+    fn the_charts_count_bodies_and_energy() {
+        let recording = recorded();
+        let data = RunData::of(&recording);
+        let charts = &data.series.charts;
+        let times = &data.series.times;
+        assert!(
+            charts.iter().flat_map(|chart| &chart.lines).all(|of| of.values.len() == times.len())
+        );
+        let at = |time: f64| times.iter().position(|&t| t > time).expect("a sample");
+        let (before, after) = (at(0.2), at(0.5));
+        let fragments = &charts[0].lines[1].values;
+        assert_eq!((fragments[before], fragments[after]), (0.0, 2.0));
+        let all = &charts[0].lines[0].values;
+        assert_eq!(all[after] - all[before], 1.0, "one goes, two come");
+        // By hand: half the mass times the speed squared of each row of that step.
+        let poses = recording.poses.iter().find(|poses| poses.time == times[0]).expect("a step");
+        let energy: f64 = cullet_record::PoseRow::of(poses)
+            .map(|row| {
+                let body = recording.bodies.iter().find(|body| body.id == row.id).expect("known");
+                if body.fixed { 0.0 } else { 0.5 * body.mass * row.velocity.norm_squared() }
+            })
+            .sum();
+        assert!((charts[1].lines[0].values[0] - energy).abs() <= 1e-12 * energy.max(1.0));
+        let spent = &charts[2].lines[0].values;
+        assert!(spent[before] == 0.0 && spent[after] > 0.0);
+    }
+
+    #[test]
+    fn a_page_is_one_file() {
+        let page = run_page(&recorded(), b"model").expect("a page");
+        assert!(page.starts_with("<!doctype html>") && page.ends_with("</html>\n"));
+        for part in ["id=\"report\"", "id=\"model\"", "id=\"canvas\"", "three.js"] {
+            assert!(page.contains(part), "{part}");
+        }
+        assert!(!page.contains("src=\"http") && !page.contains("href=\"http"));
     }
 }

@@ -30,17 +30,17 @@ pub struct SweepPicture {
 }
 
 #[derive(Serialize)]
-struct Data<'a> {
+struct SweepData<'a> {
     kind: &'static str,
     title: &'a str,
     about: &'a str,
     columns: &'a [String],
     rows: Vec<Vec<serde_json::Value>>,
-    pictures: Vec<Picture<'a>>,
+    pictures: Vec<EncodedPicture<'a>>,
 }
 
 #[derive(Serialize)]
-struct Picture<'a> {
+struct EncodedPicture<'a> {
     row: usize,
     name: &'a str,
     png: String,
@@ -55,9 +55,9 @@ fn cell(text: &String) -> serde_json::Value {
 /// The page of a sweep.
 ///
 /// # Errors
-/// Data that is no JSON, which does not happen with text and numbers.
+/// SweepData that is no JSON, which does not happen with text and numbers.
 pub fn sweep_page(table: &SweepTable) -> serde_json::Result<String> {
-    let data = Data {
+    let data = SweepData {
         kind: "sweep",
         title: &table.title,
         about: &table.about,
@@ -66,7 +66,7 @@ pub fn sweep_page(table: &SweepTable) -> serde_json::Result<String> {
         pictures: table
             .pictures
             .iter()
-            .map(|of| Picture { row: of.row, name: &of.name, png: base64(&of.png) })
+            .map(|of| EncodedPicture { row: of.row, name: &of.name, png: base64(&of.png) })
             .collect(),
     };
     page(&table.title, include_str!("../assets/sweep.html"), &data, None)
