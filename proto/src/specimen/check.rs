@@ -122,7 +122,7 @@ fn load(load: &Load) -> Result<(), WireError> {
     place(&load.part)?;
     match &load.push {
         LoadKind::Traction(v) | LoadKind::Force(v) | LoadKind::Acceleration(v) => {
-            vector("a load", v)?
+            vector("a load", v)?;
         }
         LoadKind::Pressure(p) => codec::finite("a load", &[*p])?,
     }

@@ -112,7 +112,7 @@ fn bad_numbers_and_indices_are_told_at_the_door() {
     let none = Quat::new_unchecked(Quat::identity().into_inner() * 0.0);
     let cases: [Spoiled<'_>; 18] = [
         ("support of a probe is 2", &|s| {
-            s.output.probes = vec![Probe::Reaction(1, TensorPart::Size)]
+            s.output.probes = vec![Probe::Reaction(1, TensorPart::Size)];
         }),
         ("load of a probe is 4", &|s| s.output.probes = vec![Probe::Applied(3, TensorPart::Size)]),
         ("axis of a probe is 3", &|s| s.output.probes = vec![Probe::Momentum(TensorPart::Axis(3))]),

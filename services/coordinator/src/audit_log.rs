@@ -16,10 +16,10 @@ pub(super) fn log(event: &BoardEvent) {
         BoardEvent::Ended { run, how, end, .. } => ended(*run, &format!("{how:?}"), end),
         BoardEvent::Cancelled { run, end, .. } => ended(*run, "Cancelled", end),
         BoardEvent::Wished { run, wish: Wish::Cancel } => {
-            tracing::info!(run, "run is to be cancelled")
+            tracing::info!(run, "run is to be cancelled");
         }
         BoardEvent::Wished { run, wish: Wish::Pause } => {
-            tracing::info!(run, "run is to be paused")
+            tracing::info!(run, "run is to be paused");
         }
         BoardEvent::Paused { run } => tracing::info!(run, "run paused"),
         BoardEvent::Queued { run } => tracing::info!(run, "run queued again"),

@@ -277,7 +277,7 @@ impl Service<'_> {
             }
             (AttemptEnd::Stopped, Some(Wish::Pause)) => live.log("paused"),
             (AttemptEnd::Stopped, None) => {
-                live.log("the coordinator leaves; the run goes on later")
+                live.log("the coordinator leaves; the run goes on later");
             }
             (AttemptEnd::Done | AttemptEnd::Failed | AttemptEnd::Stalled, _) => {}
         }

@@ -208,7 +208,7 @@ impl Supervisor {
                 self.current.result = Arc::new(news.bytes);
             }
             WorkerInput::Trouble { epoch, .. } if at == Some(epoch) => {
-                self.current.trouble = news.text
+                self.current.trouble = news.text;
             }
             _ => {}
         }

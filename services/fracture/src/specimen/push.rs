@@ -67,7 +67,7 @@ pub(super) fn pushed(
                 }
             }
             LoadKind::Force(_) | LoadKind::Acceleration(_) => {
-                on_mass(load, frame, domain, &mut forces)
+                on_mass(load, frame, domain, &mut forces);
             }
         }
         let total = forces.iter().sum();

@@ -48,7 +48,7 @@ fn energy_rarely_excludes_a_marble_but_a_touch_is_no_crack() {
     let (soft, body) = marble(0.5);
     match gate(&soft, &GLASS.solid, &body, &limits) {
         Gate::Rigid(RigidReason::Energy { affordable, section, .. }) => {
-            assert!(affordable < section)
+            assert!(affordable < section);
         }
         other => panic!("{other:?}"),
     }
