@@ -8,8 +8,8 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().map_or_else(PathBuf::new, Path::to_path_buf)
 }
 
-/// Every file below `folder` whose name ends in one of `endings`, sorted; `target`, `runs` and
-/// hidden folders are left out.
+/// Every file below `folder` whose name ends in one of `endings`, sorted; `target`, `runs`,
+/// `node_modules` and hidden folders are left out.
 #[must_use]
 pub fn files(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
     let mut found = Vec::new();
@@ -22,7 +22,9 @@ pub fn files(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
             let name =
                 path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
             if path.is_dir() {
-                if !name.starts_with('.') && name != "target" && name != "runs" {
+                if !name.starts_with('.')
+                    && !["target", "runs", "node_modules"].contains(&name.as_str())
+                {
                     open.push(path);
                 }
             } else if endings.iter().any(|ending| name.ends_with(ending)) {

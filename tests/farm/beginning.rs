@@ -115,13 +115,45 @@ fn a_folder_of_a_run_stands_for_its_recording_and_another_folder_is_told() {
     assert!(fs::read(&picture).expect("a picture").starts_with(b"\x89PNG"));
     let empty = unique("no-run");
     fs::create_dir_all(&empty).expect("a folder");
-    for verb in ["inspect", "still", "preview", "recover"] {
+    for verb in ["inspect", "still", "preview", "recover", "export"] {
         let said = Cullet::new(&[verb]).path(&empty).output();
         says(&said, 74, &["it is a folder, and there is no run.mcap in it"]);
     }
     let said = Cullet::new(&["still"]).path(run).args(&["-o"]).path(&empty).output();
     says(&said, 74, &["it is a folder"]);
     assert_eq!(fs::read_dir(&empty).expect("a folder").count(), 0);
+}
+
+#[test]
+fn an_export_is_what_its_name_says_and_never_the_place_of_its_recording() {
+    let _left = common::left::NobodyLeft::watch();
+    let run = a_run();
+    let export = |file: &Path, args: &[&str]| {
+        Cullet::new(&["export"]).path(run).args(&["-o"]).path(file).args(args).output()
+    };
+    for (ending, start) in [("glb", "glTF"), ("usda", "#usda 1.0"), ("csv", "name,id,object,")] {
+        let file = named("export", ending);
+        let said = export(&file, &["--json"]);
+        assert_eq!(said.code, 0, "{}", said.stderr);
+        let path = format!("{:?}", file.to_string_lossy());
+        assert!(
+            said.stdout.contains(&path) && said.stdout.contains("\"bodies\": "),
+            "{}",
+            said.stdout
+        );
+        assert!(fs::read(&file).expect("a file").starts_with(start.as_bytes()), "{ending}");
+    }
+    let moved = named("export", "abc");
+    says(&export(&moved, &[]), 64, &["no maintained library writes Alembic", ".usda"]);
+    let late = named("export", "glb");
+    says(&export(&late, &["--at", "7"]), 64, &["no moments from 7 s to 7 s", "from 0 to 0.15 s"]);
+    assert!(!moved.exists() && !late.exists());
+    let own = named("own", "glb");
+    let bytes = fs::read(run.join("run.mcap")).expect("a recording");
+    fs::write(&own, &bytes).expect("a file");
+    let said = Cullet::new(&["export"]).path(&own).args(&["-o"]).path(&own).output();
+    says(&said, 64, &["that is what is read; name another file"]);
+    assert!(fs::read(&own).expect("a recording") == bytes, "the recording is another one");
 }
 
 #[test]

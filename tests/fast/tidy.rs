@@ -24,6 +24,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("services/assets", &["geometry"]),
     ("services/record", &["files", "geometry", "proto", "world"]),
     ("services/picture", &["geometry", "proto", "record"]),
+    ("services/view", &["proto", "record"]),
+    ("services/export", &["files", "geometry", "proto", "record"]),
     ("services/scene", &["assets", "document", "geometry", "model", "plan", "proto", "world"]),
     ("services/pool", &["dispatch", "document", "files", "geometry", "model", "proto"]),
     (
@@ -47,6 +49,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &[
             "coordinator",
             "document",
+            "export",
             "files",
             "geometry",
             "model",
@@ -57,6 +60,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "record",
             "run",
             "scene",
+            "view",
             "worker",
         ],
     ),

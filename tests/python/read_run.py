@@ -30,6 +30,8 @@ SCHEMAS = {
     "/debris": "cullet.Grains",
     "/cracks": "cullet.Cracks",
     "/sampled": "cullet.Sampled",
+    "/appearance": "cullet.Appearance",
+    "/rest": "cullet.RestPlaces",
     "/events": "cullet.RunEvent",
     "/jobs": "cullet.JobReport",
     "/pool": "cullet.PoolReport",
@@ -95,6 +97,26 @@ class Run:
         told = set(sampled.fragments)
         self.want(told <= set(self.bodies), "a fragment that was sampled and never born")
         self.want(len(told) == len(sampled.fragments), "a fragment is told as sampled twice")
+
+    def on_appearance(self, look):
+        self.want(set(look.bodies) <= set(self.bodies), "the appearance of a body never born")
+        corners = len(look.triangles)
+        self.want(corners % 3 == 0, "an appearance with a part of a triangle")
+        self.want(max(look.triangles) < len(look.vertices) // 3, "an appearance without a corner")
+        for column, width, values in [
+            (look.uv_corner, 2, look.uv),
+            (look.normal_corner, 3, look.normals),
+        ]:
+            self.want(len(column) in (0, corners), "one value a corner of an appearance")
+            self.want(max(column, default=-1) < len(values) // width, "a corner without a value")
+        for column, names in [(look.slots, look.materials), (look.objects, look.object_names)]:
+            self.want(len(column) in (0, corners // 3), "one value a triangle of an appearance")
+            self.want(max(column, default=-1) < len(names), "a triangle of a name that is not there")
+
+    def on_rest(self, rest):
+        n = len(rest.bodies)
+        self.want(set(rest.bodies) <= set(self.bodies), "the place of a body never born")
+        self.want((len(rest.roots), len(rest.origins)) == (n, 3 * n), "odd columns of places")
 
     def on_body(self, body):
         self.want(body.geometry in self.solids, f"body {body.id} comes before its geometry")

@@ -1,5 +1,6 @@
 //! The messages of a recording that are ours. Tags are never reused; fields are only added.
 
+use super::appearance;
 use super::schema::{self, enumeration, message};
 
 enumeration! {
@@ -435,7 +436,7 @@ message! {
 /// The schema that every message of ours is recorded with: a `FileDescriptorSet`.
 #[must_use]
 pub fn schema_bytes() -> Vec<u8> {
-    let messages = vec![
+    let mut messages = vec![
         Vector3::descriptor(),
         Geometry::descriptor(),
         Body::descriptor(),
@@ -452,6 +453,7 @@ pub fn schema_bytes() -> Vec<u8> {
         RunEvent::descriptor(),
         RunStats::descriptor(),
     ];
+    messages.extend(appearance::descriptors());
     let enums = vec![Tier::descriptor(), Verdict::descriptor(), EventKind::descriptor()];
     schema::file(messages, enums)
 }

@@ -1,14 +1,19 @@
 //! Binary glTF: all triangles of the default scene, each node's place applied.
 
-use super::{MAX_TRIANGLES, MeshFileError, Raw};
-use cullet_geometry::Vec3;
+use super::{Extra, MAX_TRIANGLES, MeshFileError, Raw, finite, hush, unit};
+use cullet_geometry::attributes::{SurfaceMaterial, SurfaceTexture};
+use cullet_geometry::{Mat3, Vec3};
 use gltf::mesh::Mode;
+use std::collections::BTreeMap;
 
 /// Deepest chain of nodes: deeper ones are cycles.
 const MAX_DEPTH: usize = 64;
 
 /// Most nodes walked: a node may stand under many parents only in a broken file.
 const MAX_NODES: usize = 100_000;
+
+/// Bytes of the file's header and of those of its two chunks.
+const HEADERS: u64 = 12 + 8 + 8;
 
 type Affine = nalgebra::Matrix4<f64>;
 
@@ -34,11 +39,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
         }
     }
     let blob = file.blob.as_deref().unwrap_or(&[]);
-    let mut walk = Walk {
-        blob,
-        nodes: 0,
-        raw: Raw { vertices: Vec::new(), triangles: Vec::new(), colours: Vec::new() },
-    };
+    let materials = file.materials().len();
+    let (names, raw) = (BTreeMap::new(), Raw::default());
+    let mut walk = Walk { blob, nodes: 0, materials, names, raw };
     match file.default_scene().or_else(|| file.scenes().next()) {
         Some(scene) => {
             for node in scene.nodes() {
@@ -47,16 +50,66 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
         }
         None => {
             for mesh in file.meshes() {
+                walk.object(mesh.name());
                 walk.mesh(&mesh, &Affine::identity())?;
             }
         }
     }
-    Ok(walk.raw)
+    let mut raw = walk.raw;
+    raw.materials = file.materials().map(|it| material(&it, bytes)).collect();
+    let bare = raw.extras.iter().any(|extra| extra.slot as usize == materials);
+    if bare && !raw.materials.is_empty() {
+        raw.materials.push(SurfaceMaterial::named(""));
+    }
+    Ok(raw)
+}
+
+fn material(found: &gltf::Material<'_>, bytes: &[u8]) -> SurfaceMaterial {
+    let look = found.pbr_metallic_roughness();
+    let share = |value: f32| finite(value).clamp(0.0, 1.0);
+    let texture = look.base_color_texture().map(|info| {
+        let image = info.texture().source();
+        let name = image.name().unwrap_or_default().to_owned();
+        match image.source() {
+            gltf::image::Source::View { view, mime_type } => {
+                SurfaceTexture { name, media_type: mime_type.to_owned(), ..range(&view, bytes) }
+            }
+            gltf::image::Source::Uri { uri, mime_type } => {
+                let within = uri.starts_with("data:");
+                let name = if within { name } else { uri.to_owned() };
+                let media_type = mime_type.unwrap_or_default().to_owned();
+                SurfaceTexture { name, media_type, ..SurfaceTexture::default() }
+            }
+        }
+    });
+    SurfaceMaterial {
+        name: found.name().unwrap_or_default().to_owned(),
+        base_colour: look.base_color_factor().map(share),
+        metallic: share(look.metallic_factor()),
+        roughness: share(look.roughness_factor()),
+        texture,
+    }
+}
+
+/// Where a part of the binary chunk lies in the file; nothing where it does not.
+fn range(view: &gltf::buffer::View<'_>, bytes: &[u8]) -> SurfaceTexture {
+    let text = bytes.get(12..16).and_then(|length| length.try_into().ok()).map(u32::from_le_bytes);
+    let chunk = HEADERS + u64::from(text.unwrap_or(0));
+    let start = chunk.saturating_add(view.offset() as u64);
+    let length = view.length() as u64;
+    if start.saturating_add(length) > bytes.len() as u64 {
+        return SurfaceTexture::default();
+    }
+    SurfaceTexture { offset: start, length, ..SurfaceTexture::default() }
 }
 
 struct Walk<'a> {
     blob: &'a [u8],
     nodes: usize,
+    /// How many materials the file has; what has none is of the one after them.
+    materials: usize,
+    /// Names of objects, and the next number for one that is there.
+    names: BTreeMap<String, u32>,
     raw: Raw,
 }
 
@@ -74,12 +127,26 @@ impl Walk<'_> {
         let local = node.transform().matrix();
         let place = parent * Affine::from_fn(|row, column| f64::from(local[column][row]));
         if let Some(mesh) = node.mesh() {
+            self.object(node.name().or(mesh.name()));
             self.mesh(&mesh, &place)?;
         }
         for child in node.children() {
             self.node(&child, &place, depth + 1)?;
         }
         Ok(())
+    }
+
+    /// What follows is an object of that name, or of one with a number if that is taken.
+    fn object(&mut self, name: Option<&str>) {
+        let name = name.filter(|name| !name.trim().is_empty()).unwrap_or("object");
+        let mut own = name.to_owned();
+        while self.names.contains_key(&own) {
+            let next = self.names.entry(name.to_owned()).or_insert(1);
+            *next += 1;
+            own = format!("{name}-{next}");
+        }
+        self.names.insert(own.clone(), 1);
+        self.raw.object_names.push(own);
     }
 
     fn mesh(&mut self, mesh: &gltf::Mesh<'_>, place: &Affine) -> Result<(), MeshFileError> {
@@ -114,9 +181,54 @@ impl Walk<'_> {
                 }
                 None => (0..count).collect(),
             };
+            let before = self.raw.triangles.len();
             self.faces(&indices, base, count, mirrored)?;
+            let triangles = &self.raw.triangles[before..];
+            let slot = primitive.material().index().unwrap_or(self.materials) as u32;
+            let object = (self.raw.object_names.len() as u32).saturating_sub(1);
+            let plain = Extra { slot, object, ..Extra::default() };
+            // What is wrong with an attribute does not make the shape wrong.
+            let read = || self.extras(&primitive, place, (triangles, base), plain);
+            let extras = hush::hushed(read).unwrap_or_else(|_| vec![plain; triangles.len()]);
+            self.raw.extras.extend(extras);
         }
         Ok(())
+    }
+
+    /// What a primitive has beside these triangles, whose first corner is `base`.
+    fn extras(
+        &self,
+        primitive: &gltf::Primitive<'_>,
+        place: &Affine,
+        (triangles, base): (&[[u32; 3]], u32),
+        plain: Extra,
+    ) -> Vec<Extra> {
+        let reader = primitive.reader(|_| Some(self.blob));
+        let material = primitive.material();
+        let picture = material.pbr_metallic_roughness().base_color_texture();
+        let set = picture.map_or(0, |info| info.tex_coord());
+        let uv: Vec<[f32; 2]> = reader
+            .read_tex_coords(set)
+            .map(|pairs| pairs.into_f32().map(|[u, v]| [finite(u), 1.0 - finite(v)]).collect())
+            .unwrap_or_default();
+        let linear: Mat3 = place.fixed_view::<3, 3>(0, 0).into_owned();
+        // Normals go by the inverse transpose; a place without volume has none.
+        let turn = linear.try_inverse().map(|inverse| inverse.transpose());
+        let normals: Vec<Option<[f32; 3]>> = match (turn, reader.read_normals()) {
+            (Some(turn), Some(normals)) => {
+                normals.map(|n| unit((turn * Vec3::from(n.map(f64::from))).into())).collect()
+            }
+            _ => Vec::new(),
+        };
+        let of = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|index| (index - base) as usize);
+            let pair = |i: usize| uv.get(i).copied();
+            let normal = |i: usize| normals.get(i).copied().flatten();
+            let uv = pair(a).zip(pair(b)).zip(pair(c)).map(|((a, b), c)| [a, b, c]);
+            let normals = normal(a).zip(normal(b)).zip(normal(c)).map(|((a, b), c)| [a, b, c]);
+            Extra { uv, normals, ..plain }
+        };
+        triangles.iter().map(of).collect()
     }
 
     fn faces(

@@ -2,6 +2,8 @@
 //!
 //! A mesh read here is *what the file says*: equal corners are one vertex and faces without area by
 //! index are gone, but nothing is closed, turned or moved. `geometry::door` judges it afterwards.
+//! OBJ and GLB files also have texture coordinates, normals, materials and named objects:
+//! [`read_surface`] reads them too.
 
 mod glb;
 mod hush;
@@ -12,8 +14,10 @@ mod stl;
 #[cfg(test)]
 mod tests;
 
+use cullet_geometry::attributes::{SurfaceAttributes, SurfaceMaterial};
 use cullet_geometry::{TriMesh, Vec3};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Most triangles of one mesh: a solve needs some ten thousand; ten million would take minutes to
 /// check.
@@ -91,12 +95,32 @@ pub enum MeshFileError {
 }
 
 /// What a file says, before it is tidied: corners, and three indices a triangle.
+#[derive(Default)]
 pub(crate) struct Raw {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     /// Red, green and blue of each corner in [0, 1]; empty where the file has none.
     colours: Vec<[f64; 3]>,
+    /// Of each triangle; empty in formats that have no more than a shape.
+    extras: Vec<Extra>,
+    materials: Vec<SurfaceMaterial>,
+    object_names: Vec<String>,
 }
+
+/// What a file says of a triangle beside its corners.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Extra {
+    /// v upward.
+    uv: Option<[[f32; 2]; 3]>,
+    normals: Option<[[f32; 3]; 3]>,
+    /// Place in `materials`.
+    slot: u32,
+    /// Place in `object_names`.
+    object: u32,
+}
+
+/// Gives the bytes of a file that a mesh file names, if it may be had.
+pub type Beside<'a> = dyn FnMut(&str) -> Option<Arc<Vec<u8>>> + 'a;
 
 /// The corners that a file lists, in its order, used or not.
 pub struct Corners {
@@ -111,15 +135,28 @@ pub struct Corners {
 /// # Errors
 /// Where and why the bytes are no mesh of that format.
 pub fn read(name: &str, bytes: &[u8]) -> Result<TriMesh, MeshFileError> {
-    let mesh = tidy(raw(name, bytes)?);
-    match mesh {
+    read_surface(name, bytes, &mut |_| None).map(|surface| surface.mesh)
+}
+
+/// Reads a mesh with what it has beside its shape; `beside` gives the material library of an OBJ
+/// file. What such a library says is looked at, but nothing in it makes the mesh an error: without
+/// it materials have their names.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_surface(
+    name: &str,
+    bytes: &[u8],
+    beside: &mut Beside<'_>,
+) -> Result<SurfaceAttributes, MeshFileError> {
+    match tidy(raw(name, bytes, beside)?) {
         // The reader numbered the corners anew.
         Err(MeshFileError::BadCoordinate { value, limit, .. }) if extension(name) == "obj" => {
             let corners = obj::corners(bytes).vertices;
             let vertex = corners.iter().position(|p| p.iter().any(is_bad)).unwrap_or(0);
             Err(MeshFileError::BadCoordinate { vertex, value, limit })
         }
-        mesh => mesh,
+        surface => surface,
     }
 }
 
@@ -135,7 +172,7 @@ pub fn corners(name: &str, bytes: &[u8]) -> Result<Corners, MeshFileError> {
     let Raw { vertices, colours, .. } = match extension(name).as_str() {
         // The reader of triangles takes corners in the order of their use.
         "obj" => obj::corners(bytes),
-        _ => raw(name, bytes)?,
+        _ => raw(name, bytes, &mut |_| None)?,
     };
     Ok(Corners { points: vertices, colours })
 }
@@ -160,18 +197,18 @@ pub fn known(name: &str) -> Result<(), MeshFileError> {
     Err(MeshFileError::UnknownFormat { name: base(name).to_owned() })
 }
 
-fn raw(name: &str, bytes: &[u8]) -> Result<Raw, MeshFileError> {
+fn raw(name: &str, bytes: &[u8], beside: &mut Beside<'_>) -> Result<Raw, MeshFileError> {
+    known(name)?;
     let extension = extension(name);
-    let read: fn(&[u8]) -> Result<Raw, MeshFileError> = match extension.as_str() {
-        "obj" => obj::read,
-        "stl" => stl::read,
-        "ply" => ply::read,
-        "glb" => glb::read,
-        _ => return Err(MeshFileError::UnknownFormat { name: base(name).to_owned() }),
+    let read = || match extension.as_str() {
+        "obj" => obj::read(bytes, beside),
+        "stl" => stl::read(bytes),
+        "ply" => ply::read(bytes),
+        _ => glb::read(bytes),
     };
     // The readers are others' code, and files are anybody's: a panic of theirs is an error of the
     // file.
-    hush::hushed(|| read(bytes)).unwrap_or_else(|_| {
+    hush::hushed(read).unwrap_or_else(|_| {
         let reason = "the reader gave up on these bytes".to_owned();
         Err(MeshFileError::Malformed { line: None, reason })
     })
@@ -179,13 +216,14 @@ fn raw(name: &str, bytes: &[u8]) -> Result<Raw, MeshFileError> {
 
 /// Checks coordinates and limits, makes equal corners one, and drops triangles with two equal
 /// corners.
-fn tidy(raw: Raw) -> Result<TriMesh, MeshFileError> {
+fn tidy(raw: Raw) -> Result<SurfaceAttributes, MeshFileError> {
     if raw.triangles.len() > MAX_TRIANGLES {
         let count = raw.triangles.len();
         return Err(MeshFileError::TooLarge { count, limit: MAX_TRIANGLES });
     }
     let mut known: BTreeMap<[u64; 3], u32> = BTreeMap::new();
     let mut mesh = TriMesh::default();
+    let mut extras: Vec<Extra> = Vec::with_capacity(raw.extras.len());
     for (face, corners) in raw.triangles.iter().enumerate() {
         let mut triangle = [0; 3];
         for (slot, &index) in triangle.iter_mut().zip(corners) {
@@ -207,12 +245,46 @@ fn tidy(raw: Raw) -> Result<TriMesh, MeshFileError> {
         let [a, b, c] = triangle;
         if a != b && b != c && c != a {
             mesh.triangles.push(triangle);
+            extras.extend(raw.extras.get(face).copied());
         }
     }
     if mesh.triangles.is_empty() {
         return Err(MeshFileError::Empty);
     }
-    Ok(mesh)
+    let mut surface = SurfaceAttributes { mesh, ..SurfaceAttributes::default() };
+    if extras.iter().any(|extra| extra.uv.is_some()) {
+        surface.uv = extras.iter().map(|extra| extra.uv.unwrap_or_default()).collect();
+    }
+    if extras.iter().any(|extra| extra.normals.is_some()) {
+        let flat = |t: usize| {
+            let [a, b, c] = surface.mesh.corners(t);
+            let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vec3::z);
+            [[normal.x as f32, normal.y as f32, normal.z as f32]; 3]
+        };
+        let normals = extras.iter().enumerate();
+        surface.normals = normals.map(|(t, e)| e.normals.unwrap_or_else(|| flat(t))).collect();
+    }
+    if !raw.materials.is_empty() {
+        surface.slots = extras.iter().map(|extra| extra.slot).collect();
+        surface.materials = raw.materials;
+    }
+    if !raw.object_names.is_empty() {
+        surface.objects = extras.iter().map(|extra| extra.object).collect();
+        surface.object_names = raw.object_names;
+    }
+    Ok(surface)
+}
+
+/// A number of a file, or zero for what is none: attributes decide nothing.
+fn finite(value: f32) -> f32 {
+    if value.is_finite() { value } else { 0.0 }
+}
+
+/// A unit normal; nothing for a vector that has no direction.
+fn unit(normal: [f64; 3]) -> Option<[f32; 3]> {
+    let length = Vec3::from(normal).norm();
+    let sound = length.is_finite() && length > 1e-12;
+    sound.then(|| normal.map(|x| (x / length) as f32))
 }
 
 /// The triangles of a polygon, as a fan from its first corner.

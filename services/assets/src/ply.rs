@@ -86,7 +86,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
         }
     }
     let file = parser.read_ply(&mut &bytes[..]).map_err(|error| malformed(&error))?;
-    let mut raw = Raw { vertices: Vec::new(), triangles: Vec::new(), colours: Vec::new() };
+    let mut raw = Raw::default();
     for (vertex, element) in file.payload.get("vertex").into_iter().flatten().enumerate() {
         let [Some(x), Some(y), Some(z)] = element.point else {
             let reason = format!("corner {vertex} has no x, y, z");

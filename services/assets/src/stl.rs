@@ -31,7 +31,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshFileError> {
         MeshFileError::Malformed { line: None, reason }
     };
     let reader = stl_io::create_stl_reader(&mut cursor).map_err(malformed)?;
-    let mut raw = Raw { vertices: Vec::new(), triangles: Vec::new(), colours: Vec::new() };
+    let mut raw = Raw::default();
     for triangle in reader {
         let triangle = triangle.map_err(malformed)?;
         if raw.triangles.len() >= MAX_TRIANGLES {

@@ -1,5 +1,7 @@
 //! Each format gives the same solid, and no bytes make a reader panic.
 
+mod surface;
+
 use super::{MeshFileError, corners, read};
 use cullet_geometry::TriMesh;
 

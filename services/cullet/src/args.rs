@@ -1,9 +1,11 @@
 //! The command line: commands, their arguments and their help.
 
+mod export;
 mod farm;
 mod limit;
 mod voice;
 
+pub(crate) use export::ExportArgs;
 pub(crate) use farm::DEFAULT_ENDPOINT;
 pub(crate) use farm::{
     ConnectArgs, Doctor, DrainArgs, FetchArgs, OfRun, OfRuns, Ps, RouterArgs, SubmitArgs, What, Who,
@@ -88,6 +90,10 @@ pub(crate) enum Command {
     Preview(Preview),
     /// Draw one moment of a recording as a large picture
     Still(StillArgs),
+    /// Write a recording as GLB, USD, tables or pieces, for Blender, Houdini, Unreal and browsers
+    Export(ExportArgs),
+    /// Write a run or a sweep as one page for a browser, which opens without a server
+    Report(ReportArgs),
     /// Check a scene or a sweep and list its contents, without running it
     Check(Check),
     /// List the material presets with the source of each value
@@ -385,6 +391,15 @@ pub(crate) struct Inspect {
     /// Fit only fragments of at least this many grid cells
     #[arg(long, value_name = "N", requires = "masses", default_value_t = RESOLVED_CELLS)]
     pub(crate) cells: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReportArgs {
+    /// A recording, the folder of a run, or the folder of a sweep
+    pub(crate) run: PathBuf,
+    /// The page to write [default: report.html in the folder, or beside the recording]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -48,8 +48,10 @@ fn needed(command: &Command) -> Option<u64> {
         | Command::Doctor(_) => CLIENT,
         Command::Inspect(_)
         | Command::Recover(_)
+        | Command::Report(_)
         | Command::Preview(_)
         | Command::Still(_)
+        | Command::Export(_)
         | Command::Check(_)
         | Command::Materials(_)
         | Command::Schema(_)

@@ -44,7 +44,7 @@ pub(crate) fn inspect(args: &args::Inspect) -> Result<Exit, CommandError> {
 }
 
 /// The recording that is meant: of a folder of a run the one in it.
-fn within(named: &Path) -> Result<PathBuf, CommandError> {
+pub(crate) fn within(named: &Path) -> Result<PathBuf, CommandError> {
     if !named.is_dir() {
         return Ok(named.to_owned());
     }
@@ -142,7 +142,7 @@ pub(crate) fn schema(args: &args::Schema) -> Result<Exit, CommandError> {
     Ok(Exit::Done)
 }
 
-fn unreadable(error: &cullet_record::RecordError, recording: &Path) -> CommandError {
+pub(crate) fn unreadable(error: &cullet_record::RecordError, recording: &Path) -> CommandError {
     let exit = match error {
         cullet_record::RecordError::NotMcap { .. }
         | cullet_record::RecordError::Foreign { .. }

@@ -10,6 +10,7 @@
 //! | read a scene and see what is wrong with it | [`Scene`] |
 //! | run it on this machine | [`run()`], or [`LocalPool`] for several runs |
 //! | read what a run recorded | [`Recording`] |
+//! | write it for Blender, Houdini, Unreal or a browser | [`export()`] |
 //! | have it run by a farm, and fetch the result | [`Client`] |
 //!
 //! # A short program
@@ -138,6 +139,31 @@ pub use cullet_run::{News, Outcome, Position, RunError, RunOptions};
 pub use cullet_record::Recording;
 #[doc(inline)]
 pub use cullet_record::{FragmentMass, PoseRow, RecordError, Summary};
+
+/// Writes a recording as a file of another program, whose ending says which: `.glb`, `.usda` or
+/// `.csv`.
+///
+/// # Example
+///
+/// ```
+/// use cullet::{ExportOptions, Recording, export};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("run.mcap");
+/// # cullet::record::synthetic::run(&path, &cullet::record::synthetic::meta())?;
+/// let recording = Recording::open(&path)?;
+/// let options = ExportOptions { fps: 30.0, ..ExportOptions::default() };
+/// let report = export(&recording, &options, &path.with_extension("glb"))?;
+/// assert_eq!(report.bodies, recording.bodies.len());
+/// # Ok(())
+/// # }
+/// ```
+///
+#[doc(inline)]
+pub use cullet_export::export;
+#[doc(inline)]
+pub use cullet_export::{ExportError, ExportOptions, ExportReport, Moments, export_pieces};
 
 /// A client of a farm: submits scenes, follows runs, fetches results, lists and cancels.
 ///

@@ -5,6 +5,7 @@ mod bench;
 mod client;
 mod doctor;
 mod exit;
+mod export;
 mod files;
 mod folder;
 mod frontier;
@@ -14,6 +15,7 @@ mod logs;
 mod new;
 mod pages;
 mod progress;
+mod report;
 mod run;
 mod serve;
 mod shown;
@@ -104,6 +106,8 @@ fn obey(command: &Command) -> Result<exit::Exit, exit::CommandError> {
         Command::Recover(args) => inspect::recover(args),
         Command::Preview(args) => inspect::preview(args),
         Command::Still(args) => inspect::still(args),
+        Command::Export(args) => export::run(args),
+        Command::Report(args) => report::report(args),
         Command::Check(args) if sweep::is_one(&args.scene.scene) => sweep::check(&args.scene),
         Command::Check(args) => run::check(args),
         Command::Materials(args) => inspect::materials(args),

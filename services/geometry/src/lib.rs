@@ -3,6 +3,7 @@
 //! Absent on purpose: files, clocks, threads, randomness other than a seed given as an argument,
 //! physics.
 
+pub mod attributes;
 pub mod boolean;
 pub mod charts;
 pub mod divide;

@@ -193,10 +193,16 @@ impl Event {
     }
 }
 
-/// One line for a person. `name` turns a body's id into its name.
+/// One line for a person, with its time. `name` turns a body's id into its name.
 pub(super) fn line(event: &RunEvent, name: &dyn Fn(u64) -> String) -> String {
+    format!("{:9.4} s  {}", event.time, event_text(event, name))
+}
+
+/// What happened, as a sentence for a person. `name` turns a body's id into its name.
+#[must_use]
+pub fn event_text(event: &RunEvent, name: &dyn Fn(u64) -> String) -> String {
     let body = event.body.map_or_else(String::new, name);
-    let what = match event.kind() {
+    match event.kind() {
         EventKind::Unspecified => "an event of a kind that this version does not know".to_owned(),
         EventKind::Impact => format!(
             "{} hits {body}: {:.4} N·s at {:.3} m/s, {:.4} J",
@@ -242,8 +248,7 @@ pub(super) fn line(event: &RunEvent, name: &dyn Fn(u64) -> String) -> String {
             format!("expected {}: {}", event.text, if event.held { "held" } else { "NOT HELD" })
         }
         EventKind::Finished => format!("finished after {} steps", event.step),
-    };
-    format!("{:9.4} s  {what}", event.time)
+    }
 }
 
 fn after_colon(text: &str) -> String {

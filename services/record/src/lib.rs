@@ -18,11 +18,14 @@
 //! | `/jobs` | `cullet.JobReport` | how jobs came out |
 //! | `/sampled` | `cullet.Sampled` | which fragments were sampled, and not solved |
 //! | `/pool` | `cullet.PoolReport` | who computed them, and for how long |
+//! | `/appearance` | `cullet.Appearance` | what mesh files have beside the shapes |
+//! | `/rest` | `cullet.RestPlaces` | where fragments lay in their object before anything moved |
 //!
 //! The digest of a run covers `/geometry`, `/body`, `/shape`, `/bodies`, `/debris`, `/cracks`,
 //! `/events` and `/jobs`: no wall time and no worker name is in them. Log time is simulated time;
 //! publish time is wall time since the start of the run.
 
+mod appearance;
 mod canvas;
 mod digest;
 mod display;
@@ -39,6 +42,7 @@ mod pose_row;
 mod read;
 mod recorder;
 mod recover;
+mod rest;
 pub mod scale;
 mod shares;
 mod sink;
@@ -48,8 +52,9 @@ pub mod synthetic;
 mod tests;
 mod trace;
 
+pub use appearance::{RestPlace, skin_of};
 pub use digest::RunDigest;
-pub use event::{Event, Touch};
+pub use event::{Event, Touch, event_text};
 pub use inspect::{Inspection, inspect};
 pub use masses::{Fit, Fits, FragmentMass, RESOLVED_CELLS, fit, masses, table};
 pub use meta::{RunMeta, View};
@@ -61,7 +66,7 @@ pub use shares::Shares;
 pub use summary::{Jobs, LedgerTotals, SCHEMA_VERSION, Summary, Tally};
 pub use trace::{Trace, traces};
 
-use cullet_proto::recording::GeometryError;
+use cullet_proto::recording::{AppearanceError, GeometryError};
 use std::path::{Path, PathBuf};
 
 /// Topic of [`cullet_proto::recording::Geometry`].
@@ -84,6 +89,10 @@ pub const JOBS: &str = "/jobs";
 pub const SAMPLED: &str = "/sampled";
 /// Topic of [`cullet_proto::recording::PoolReport`].
 pub const POOL: &str = "/pool";
+/// Topic of [`cullet_proto::recording::Appearance`].
+pub const APPEARANCE: &str = "/appearance";
+/// Topic of [`cullet_proto::recording::RestPlaces`].
+pub const REST: &str = "/rest";
 /// Topic of [`cullet_proto::recording::RunStats`].
 pub const STATS: &str = "/stats";
 
@@ -187,6 +196,14 @@ pub enum RecordError {
         body: u64,
         /// What is wrong with it.
         source: GeometryError,
+    },
+    /// What a body looks like is damaged.
+    #[error("the appearance of body {body}: {source}")]
+    Appearance {
+        /// The body concerned.
+        body: u64,
+        /// What is wrong with it.
+        source: AppearanceError,
     },
     /// A number that must be finite is not.
     #[error("{what} is {value}; it must be finite")]

@@ -3,11 +3,12 @@
 use super::points::SPECIMEN;
 use super::summary::decode;
 use super::{
-    BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, RecordError, SAMPLED, SHAPE, Summary,
-    Tally,
+    APPEARANCE, BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, REST, RecordError, SAMPLED,
+    SHAPE, Summary, Tally,
 };
 use cullet_proto::recording::{
-    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape, RunEvent, Sampled,
+    Appearance, Body, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape, RestPlaces,
+    RunEvent, Sampled,
 };
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -172,6 +173,10 @@ pub struct Recording {
     pub reports: Vec<JobReport>,
     /// Which fragments were sampled; of an old recording nothing.
     pub sampled: Vec<Sampled>,
+    /// What bodies look like, beside their shapes.
+    pub appearances: Vec<Appearance>,
+    /// Where bodies lay in those of the scene that they come from; of an old recording nothing.
+    pub rest_places: Vec<RestPlaces>,
     /// Bytes at the end of the file that were part of no whole record.
     pub lost_bytes: u64,
     /// True if something in it is not as it was written, or its end is missing though it has the
@@ -263,6 +268,8 @@ impl Recording {
             EVENTS => self.events.push(decode(topic, time, data)?),
             JOBS => self.reports.push(decode(topic, time, data)?),
             SAMPLED => self.sampled.push(decode(topic, time, data)?),
+            APPEARANCE => self.appearances.push(decode(topic, time, data)?),
+            REST => self.rest_places.push(decode(topic, time, data)?),
             _ => {}
         }
         Ok(())

@@ -107,7 +107,9 @@ impl Recorder {
         sink.metadata("materials", &meta.materials)?;
         sink.attach("scene.toml", "application/toml", meta.scene_text.as_bytes())?;
         for (name, data) in &meta.files {
-            sink.attach(name, "application/octet-stream", data)?;
+            let json = name.ends_with(".json");
+            let kind = if json { "application/json" } else { "application/octet-stream" };
+            sink.attach(name, kind, data)?;
         }
         sink.known("/tf", Stamp::default(), &display::frames(0, up(meta.gravity)))?;
         let rate = object::rate(meta.duration);

@@ -11,6 +11,9 @@ use std::collections::BTreeMap;
 /// Name of the attachment that holds the `path=value` arguments of the run.
 const OVERRIDES: &str = "overrides.txt";
 
+/// Name of the attachment that holds every number of every material, with its unit.
+const MATERIALS: &str = "materials.json";
+
 pub(super) fn meta(scene: &Scene) -> RunMeta {
     let described = |m: &SceneMaterial| {
         let SceneMaterial { density, young, poisson, strength, fracture_energy, .. } = m;
@@ -41,12 +44,13 @@ pub(super) fn meta(scene: &Scene) -> RunMeta {
     }
 }
 
-/// The files of the scene, and the overrides it was run with.
+/// The files of the scene, the overrides it was run with, and its materials.
 fn files(scene: &Scene) -> Vec<(String, Vec<u8>)> {
     let files = scene.files.iter().map(|file| (file.key.clone(), file.bytes.to_vec()));
     let overrides = (OVERRIDES.to_owned(), scene.overrides.join("\n").into_bytes());
     let some = !scene.overrides.is_empty();
-    files.chain(some.then_some(overrides)).collect()
+    let materials = (MATERIALS.to_owned(), scene.materials_json().into_bytes());
+    files.chain(some.then_some(overrides)).chain([materials]).collect()
 }
 
 /// What a replacement kept and cost, for the recording.

@@ -13,15 +13,17 @@ pub use cullet_proto::service::Position;
 pub use jobs::{Idle, JobPool, PoolLoad};
 
 use cullet_geometry::Vec3;
+use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_model::SolveOutcome as Solved;
 use cullet_plan::{Decision, Experience, SolveOrder, decide};
 use cullet_proto::{FractureJob, JobId};
-use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
-use cullet_scene::{Scene, rigid};
+use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, RestPlace, Summary, Touch};
+use cullet_scene::{Scene, SceneBody, rigid};
 use cullet_world::{BodyId, Hit, World, WorldError};
 use notices::Notices;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -117,6 +119,17 @@ struct ObjectOrigin {
     object: String,
     material: String,
     choice: job::Choice,
+    /// Where it lay in the body of the scene.
+    rest: RestPlace,
+}
+
+impl ObjectOrigin {
+    /// Of a part, whose own origin is at `centre` in the body's frame \[m\].
+    fn of_part(&self, centre: &Vec3) -> Self {
+        let RestPlace { root, origin } = self.rest;
+        let rest = RestPlace { root, origin: origin + centre };
+        Self { choice: self.choice.of_fragment(centre), rest, ..self.clone() }
+    }
 }
 
 /// A run of a scene in progress.
@@ -183,21 +196,44 @@ impl SceneRun<'_> {
             self.recorder.log(Level::Warning, line.clone())?;
             self.say(line);
         }
+        let mut bodies = Vec::with_capacity(scene.bodies.len());
         for body in &scene.bodies {
             let id = self.world.insert(rigid::spec(body))?;
             let origin = ObjectOrigin {
                 object: body.name.clone(),
                 material: body.material.name.clone(),
                 choice: job::Choice::of(body, &scene.fracture, job::seed_of(id, scene.world.seed)),
+                rest: RestPlace { root: number(id), origin: Vec3::zeros() },
             };
             self.origins.insert(id, origin);
             self.record_birth(id)?;
+            bodies.push((number(id), body));
             self.tell_position();
             if self.options.stop.load(Ordering::Relaxed) {
                 break;
             }
         }
+        self.record_appearances(&bodies)?;
         self.record_poses()
+    }
+
+    /// Records what mesh files have beside their shapes, once for all bodies of one mesh.
+    fn record_appearances(&mut self, bodies: &[(u64, &SceneBody)]) -> Result<(), RunError> {
+        let mut users: Vec<(&Arc<SurfaceAttributes>, &str, Vec<u64>)> = Vec::new();
+        let mut known: BTreeMap<usize, usize> = BTreeMap::new();
+        for (id, body) in bodies {
+            let Some(surface) = &body.surface else { continue };
+            let next = users.len();
+            let place = *known.entry(Arc::as_ptr(surface) as usize).or_insert(next);
+            if place == next {
+                users.push((surface, body.mesh_file.as_deref().unwrap_or_default(), Vec::new()));
+            }
+            users[place].2.push(*id);
+        }
+        for (surface, file, ids) in users {
+            self.recorder.appearance(ids, file, surface)?;
+        }
+        Ok(())
     }
 
     fn steps(&mut self) -> Result<bool, RunError> {

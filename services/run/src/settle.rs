@@ -1,6 +1,6 @@
 //! What a verdict does to the world and to the recording.
 
-use super::{News, ObjectOrigin, Outcome, Pending, RunError, SceneRun, convert, number};
+use super::{News, Outcome, Pending, RunError, SceneRun, convert, number};
 use cullet_geometry::{Sheet, Vec3};
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{
@@ -189,10 +189,11 @@ impl SceneRun<'_> {
             Err(error) => return self.kept(&job, error.to_string()),
         };
         if let Some(origin) = self.origins.get_mut(&job.body) {
-            origin.choice = origin.choice.of_fragment(&centre);
+            *origin = origin.of_part(&centre);
             origin.choice.no_finer_than(report.spacing);
         }
         self.record_shape(job.body)?;
+        self.record_rest(&[job.body])?;
         let ledger = convert::ledger(&done);
         self.event(&Event::Deformed { body: number(job.body), job: job.id.0, ledger })?;
         let object = self.origins.get(&job.body).map_or("", |origin| &origin.object);
@@ -219,11 +220,11 @@ impl SceneRun<'_> {
         let mut origin = self.origins.remove(&job.body).ok_or(RunError::Lost(job.body))?;
         origin.choice.no_finer_than(spacing);
         for (&id, (centre, sheet)) in done.fragments.iter().zip(parts) {
-            let choice = origin.choice.of_fragment(centre);
-            self.origins.insert(id, ObjectOrigin { choice, ..origin.clone() });
+            self.origins.insert(id, origin.of_part(centre));
             self.record_birth(id)?;
             self.record_cracks(id, sheet)?;
         }
+        self.record_rest(&done.fragments)?;
         self.fractures += 1;
         *self.broken.entry(origin.object.clone()).or_default() += done.fragments.len() as u64;
         self.event(&Event::Fractured {
@@ -279,6 +280,14 @@ impl SceneRun<'_> {
         let view = self.world.body(id).ok_or(RunError::Lost(id))?;
         let now = (self.world.step_count(), self.world.time());
         Ok(self.recorder.cracks(now, number(id), view.solid, sheet)?)
+    }
+
+    /// Records where bodies lay in those of the scene that they come from.
+    fn record_rest(&mut self, bodies: &[BodyId]) -> Result<(), RunError> {
+        let place = |id: &BodyId| self.origins.get(id).map(|origin| (number(*id), origin.rest));
+        let places: Vec<_> = bodies.iter().filter_map(place).collect();
+        let now = (self.world.step_count(), self.world.time());
+        Ok(self.recorder.rest_places(now, &places)?)
     }
 
     fn record_shape(&mut self, id: BodyId) -> Result<(), RunError> {

@@ -3,7 +3,7 @@ mod solids;
 
 use super::{JobPool, PoolLoad, RunOptions, run};
 use cullet_geometry::shapes::{Detail, cuboid};
-use cullet_geometry::{Sheet, Solid, Vec3};
+use cullet_geometry::{Pose, Sheet, Solid, Vec3};
 use cullet_model::{Fragment, Fragmentation, Report};
 use cullet_pool::{JobEnding, Settlement};
 use cullet_proto::recording::EventKind;
@@ -102,6 +102,13 @@ fn dropped(fails_below: f64) -> (Vec<f64>, f64, String) {
     let used = first.iter().find(|job| job.0.0[..] == broken.job[..]).expect("one of the four");
     // What its pieces are measured in is that solve's grid, whatever came after it.
     assert_eq!(recording.spacings().get(&broken.body.expect("a body")), Some(&used.1));
+    // At rest the halves lie where they were cut from the cube.
+    let (rest, cube) = (recording.rest_poses(), broken.body.expect("a body"));
+    for (part, x) in broken.fragments.iter().zip([-0.025, 0.025]) {
+        let within = rest[&cube].inv_mul(&rest[part]);
+        let off = within.to_homogeneous() - Pose::translation(x, 0.0, 0.0).to_homogeneous();
+        assert!(off.norm() < 1e-9, "{within}");
+    }
     let told: Vec<&str> = recording.events.iter().map(|event| event.text.as_str()).collect();
     (first.iter().map(|job| job.1).collect(), used.1, told.join("\n"))
 }

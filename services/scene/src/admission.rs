@@ -32,7 +32,8 @@ pub(super) fn check(context: &mut ResolveContext<'_>, scene: &Scene, paths: &[Pa
         let spec = spec(body);
         let taken: Result<(), WorldError> = if new { world.admits(&spec) } else { spec.check() };
         if let Err(error) = taken {
-            let template = body.generator.as_ref().map(|_| join(path, "body"));
+            let listed = body.generator.is_some() && body.mesh_object.is_none();
+            let template = listed.then(|| join(path, "body"));
             let path = template.unwrap_or_else(|| path.clone());
             let key = if context.root.has(&join(&path, "mesh")) { "mesh" } else { "shape" };
             context.unmade(&join(&path, key), error.to_string(), None);

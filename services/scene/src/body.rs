@@ -2,8 +2,8 @@
 
 use super::context::ResolveContext;
 use super::direction::MIN_LENGTH;
-use super::format::{Anchor, Body, Fracture, Rotation, SolverChoice};
-use super::geometry::{BodyGeometry, GeometrySource};
+use super::format::{Anchor, Body, Fracture, ObjectsChoice, Rotation, SolverChoice};
+use super::geometry::{BodyGeometry, GeometrySource, ObjectSource, bounds};
 use super::material::SceneMaterial;
 use super::strength::strength;
 use cullet_document::check::tell;
@@ -27,6 +27,8 @@ pub(super) struct TemplatePlacement {
 /// A body before it has a place.
 #[derive(Clone)]
 pub(super) struct BodyTemplate {
+    /// The object of the mesh file that it is, where each is a body of its own.
+    pub(super) object: Option<String>,
     pub(super) geometry: Arc<BodyGeometry>,
     pub(super) material: Arc<SceneMaterial>,
     pub(super) strength: Arc<StrengthField>,
@@ -41,18 +43,22 @@ pub(super) struct BodyTemplate {
     pub(super) solver: SolverChoice,
 }
 
+/// A shape of a body, and the object of the mesh file that it is made of, where each is a body.
+type ObjectGeometry = (Option<String>, Arc<BodyGeometry>);
+
 impl ResolveContext<'_> {
-    /// Makes a body ready; errors are noted, and `None` means that there were some.
-    pub(super) fn body_template(
+    /// Makes a body ready, or the bodies of a mesh file of several objects; errors are noted, and
+    /// `None` means that there were some.
+    pub(super) fn body_templates(
         &mut self,
         body: &Body,
         path: &Path,
         defaults: &Fracture,
-    ) -> Option<BodyTemplate> {
+    ) -> Option<Vec<BodyTemplate>> {
         let before = self.errors.len();
         let material = self.material(body, path);
         let rotation = self.rotation(&body.rotation, &join(path, "rotation"));
-        let geometry = self.geometry(body, path);
+        let shapes = self.shapes(body, path);
         self.motion(body, path);
         let resolution = body.resolution.unwrap_or_default();
         if body.resolution.is_some()
@@ -60,7 +66,7 @@ impl ResolveContext<'_> {
         {
             self.wrong(&join(path, "resolution"), "takes `spacing` or `particles`, one of them");
         }
-        let (Some(material), Some(geometry)) = (material, geometry) else {
+        let (Some(material), Some(shapes)) = (material, shapes) else {
             return None;
         };
         let wanted = body.breakable.unwrap_or(!body.fixed && material.breakable);
@@ -70,30 +76,28 @@ impl ResolveContext<'_> {
                 self.wrong(&join(path, "material"), message);
             }
         }
-        let strength = Arc::new(strength(self, body, path, &material, &geometry));
-        if self.errors.len() > before {
-            return None;
+        let anchors = anchors(body.anchor, &shapes);
+        let mut templates = Vec::with_capacity(shapes.len());
+        for ((object, geometry), anchor) in shapes.into_iter().zip(anchors) {
+            let strength = Arc::new(strength(self, body, path, &material, &geometry));
+            let position = Vec3::from(body.position);
+            templates.push(BodyTemplate {
+                object,
+                geometry,
+                material: Arc::clone(&material),
+                strength,
+                placement: TemplatePlacement { rotation, position, anchor },
+                velocity: Vec3::from(body.velocity),
+                spin: Vec3::from(body.spin),
+                fixed: body.fixed,
+                breakable: wanted,
+                spacing: resolution.spacing,
+                particles: resolution.particles,
+                impulse_threshold: body.impulse_threshold,
+                solver: body.solver.clone().unwrap_or_else(|| defaults.solver.clone()),
+            });
         }
-        let (low, high) = geometry.bounds;
-        let anchor = match body.anchor {
-            Anchor::Origin => geometry.origin,
-            Anchor::Centre => (low + high) / 2.0,
-            Anchor::Base => Vec3::new((low.x + high.x) / 2.0, (low.y + high.y) / 2.0, low.z),
-        };
-        Some(BodyTemplate {
-            geometry,
-            material,
-            strength,
-            placement: TemplatePlacement { rotation, position: Vec3::from(body.position), anchor },
-            velocity: Vec3::from(body.velocity),
-            spin: Vec3::from(body.spin),
-            fixed: body.fixed,
-            breakable: wanted,
-            spacing: resolution.spacing,
-            particles: resolution.particles,
-            impulse_threshold: body.impulse_threshold,
-            solver: body.solver.clone().unwrap_or_else(|| defaults.solver.clone()),
-        })
+        (self.errors.len() == before).then_some(templates)
     }
 
     fn material(&mut self, body: &Body, path: &Path) -> Option<Arc<SceneMaterial>> {
@@ -147,8 +151,8 @@ impl ResolveContext<'_> {
         }
     }
 
-    fn geometry(&mut self, body: &Body, path: &Path) -> Option<Arc<BodyGeometry>> {
-        let source = match (&body.shape, &body.mesh) {
+    fn shapes(&mut self, body: &Body, path: &Path) -> Option<Vec<ObjectGeometry>> {
+        let sources = match (&body.shape, &body.mesh) {
             (Some(_), Some(_)) => {
                 self.wrong(&join(path, "mesh"), "a body has a `shape` or a `mesh`, not both");
                 return None;
@@ -160,38 +164,88 @@ impl ResolveContext<'_> {
                 return None;
             }
             (Some(shape), None) => {
-                let sizes = [("fit", body.fit), ("scale", body.scale)];
-                for (key, _) in sizes.into_iter().filter(|(_, value)| value.is_some()) {
+                let several = body.objects != ObjectsChoice::default();
+                let keys = [
+                    ("fit", body.fit.is_some()),
+                    ("scale", body.scale.is_some()),
+                    ("object", body.object.is_some()),
+                    ("objects", several),
+                ];
+                for (key, _) in keys.into_iter().filter(|(_, written)| *written) {
                     self.wrong(&join(path, key), "is for a `mesh`; a `shape` has its measures");
                 }
-                GeometrySource::Shape(shape.clone())
+                vec![(None, GeometrySource::Shape(shape.clone()))]
             }
-            (None, Some(mesh)) => {
-                if body.fit.is_some() && body.scale.is_some() {
-                    self.wrong(&join(path, "scale"), "a mesh takes `fit` or `scale`, not both");
-                }
-                let written = join(path, "mesh");
-                let key = key(&self.root.nearest(&written).text.base, mesh);
-                if !self.has_mesh(&key, &written) {
+            (None, Some(mesh)) => self.mesh_sources(body, mesh, path)?,
+        };
+        let mut shapes = Vec::with_capacity(sources.len());
+        for (object, source) in sources {
+            match self.geometries.get(&source, self.files) {
+                Ok(geometry) => shapes.push((object, geometry)),
+                Err(why) => {
+                    let key = if body.mesh.is_some() { "mesh" } else { "shape" };
+                    let key = if body.object.is_some() { "object" } else { key };
+                    let which = object.map(|name| format!("object \"{name}\": "));
+                    let message = which.unwrap_or_default() + &why;
+                    self.unmade(&join(path, key), message, None);
                     return None;
                 }
-                GeometrySource::Mesh {
-                    key,
-                    fit: body.fit,
-                    scale: body.scale,
-                    up: body.up,
-                    repair: body.repair,
-                }
-            }
-        };
-        match self.geometries.get(&source, self.files) {
-            Ok(geometry) => Some(geometry),
-            Err(why) => {
-                let key = if body.mesh.is_some() { "mesh" } else { "shape" };
-                self.unmade(&join(path, key), why, None);
-                None
             }
         }
+        Some(shapes)
+    }
+
+    /// What the body or bodies of a mesh file are made from.
+    fn mesh_sources(
+        &mut self,
+        body: &Body,
+        mesh: &str,
+        path: &Path,
+    ) -> Option<Vec<(Option<String>, GeometrySource)>> {
+        if body.fit.is_some() && body.scale.is_some() {
+            self.wrong(&join(path, "scale"), "a mesh takes `fit` or `scale`, not both");
+        }
+        let apart = body.objects == ObjectsChoice::Bodies;
+        if apart && body.object.is_some() {
+            let message = "picks one object; `objects = \"bodies\"` makes a body of each";
+            self.wrong(&join(path, "object"), message);
+            return None;
+        }
+        let written = join(path, "mesh");
+        let key = key(&self.root.nearest(&written).text.base, mesh);
+        if !self.has_mesh(&key, &written) {
+            return None;
+        }
+        let source = |object| GeometrySource::Mesh {
+            key: key.clone(),
+            fit: body.fit,
+            scale: body.scale,
+            up: body.up,
+            repair: body.repair,
+            object,
+        };
+        if !apart {
+            let object = body.object.clone();
+            let object = object.map(|name| ObjectSource { name, in_scale: false });
+            return Some(vec![(None, source(object))]);
+        }
+        let names = match self.geometries.objects(&key, self.files) {
+            Ok(names) if names.is_empty() => {
+                let message = "only .obj and .glb files have objects; this one is one body";
+                self.wrong(&join(path, "objects"), message);
+                return None;
+            }
+            Ok(names) => names,
+            Err(why) => {
+                self.unmade(&written, why, None);
+                return None;
+            }
+        };
+        let each = names.into_iter().map(|name| {
+            let object = ObjectSource { name: name.clone(), in_scale: true };
+            (Some(name), source(Some(object)))
+        });
+        Some(each.collect())
     }
 
     /// The rotation that is written in one of the three ways; two at once are an error.
@@ -236,6 +290,26 @@ impl ResolveContext<'_> {
                 self.wrong(path, "`axis` is missing beside `degrees`");
                 Quat::identity()
             }
+        }
+    }
+}
+
+/// The anchor of each shape, in its own frame \[m\]: one point of all of them together.
+fn anchors(anchor: Anchor, shapes: &[ObjectGeometry]) -> Vec<Vec3> {
+    let at = |(low, high): (Vec3, Vec3)| match anchor {
+        Anchor::Origin => Vec3::zeros(),
+        Anchor::Centre => (low + high) / 2.0,
+        Anchor::Base => Vec3::new((low.x + high.x) / 2.0, (low.y + high.y) / 2.0, low.z),
+    };
+    match shapes {
+        [(_, one)] if anchor != Anchor::Origin => vec![at(one.bounds)],
+        _ => {
+            // In the frame of the file, which they share.
+            let boxes =
+                shapes.iter().map(|(_, it)| [it.bounds.0, it.bounds.1].map(|p| p - it.origin));
+            let corners: Vec<Vec3> = boxes.flatten().collect();
+            let point = at(bounds(&corners));
+            shapes.iter().map(|(_, it)| it.origin + point).collect()
         }
     }
 }

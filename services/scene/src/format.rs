@@ -12,7 +12,7 @@ mod material;
 mod shape;
 mod show;
 
-pub use body::{Anchor, Axis, Body, RepairChoice, Resolution, Rotation};
+pub use body::{Anchor, Axis, Body, ObjectsChoice, RepairChoice, Resolution, Rotation};
 pub use fidelity::Fidelity;
 pub use generator::{Grid, Scatter, Stack};
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};

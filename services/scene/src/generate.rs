@@ -2,7 +2,7 @@
 
 use super::body::BodyTemplate;
 use super::context::ResolveContext;
-use super::format::{Body, Grid, Scatter, Stack};
+use super::format::{Body, Grid, ObjectsChoice, Scatter, Stack};
 use cullet_document::tree::{Path, join};
 use cullet_geometry::math::{scramble, unit};
 use cullet_geometry::{Quat, Vec3};
@@ -112,6 +112,10 @@ impl ResolveContext<'_> {
     pub(super) fn template(&mut self, body: &Body, path: &Path, placed: bool) {
         if body.name.is_some() {
             self.wrong(&join(path, "name"), "a template has no name: its generator has one");
+        }
+        if body.objects != ObjectsChoice::default() {
+            let message = "a template is one body: `object` picks one object of a mesh file";
+            self.wrong(&join(path, "objects"), message);
         }
         if !placed && body.position != [0.0; 3] {
             self.wrong(&join(path, "position"), "strewn bodies have no position: the box has");

@@ -5,7 +5,9 @@
 use super::format::{Axis, RepairChoice, Shape};
 use super::shape;
 use cullet_document::check::tell;
-use cullet_document::files::Files;
+use cullet_document::error::nearest;
+use cullet_document::files::{Files, folder_of, key};
+use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_geometry::door::{self, Repair};
 use cullet_geometry::hull::{self, HullSettings};
 use cullet_geometry::{MassProperties, Solid, TriMesh, Vec3};
@@ -26,6 +28,9 @@ const CENTRED: f64 = 1e-11;
 /// hollow.
 const HULLS: HullSettings =
     HullSettings { max_parts: 32, max_vertices: 32, slack: 1.2, shrink: 0.0 };
+
+/// Names of objects that an error lists; the others are counted.
+const MOST_NAMES: usize = 20;
 
 /// Most triangles of all shapes of a scene together, bodies of equal shape counted once: what a
 /// scene may make a coordinator hold is bounded before any of it is simulated.
@@ -48,7 +53,18 @@ pub enum GeometrySource {
         up: Option<Axis>,
         /// What happens to faults.
         repair: RepairChoice,
+        /// Which of the file's objects; all without it.
+        object: Option<ObjectSource>,
     },
+}
+
+/// One of the objects of a mesh file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectSource {
+    /// Its name.
+    pub name: String,
+    /// Whether its size is set by that of all objects of the file together.
+    pub in_scale: bool,
 }
 
 /// A solid about its centroid, and what goes with it.
@@ -68,6 +84,10 @@ pub struct BodyGeometry {
     pub(super) repairs: Vec<String>,
     /// The axis of the mesh file that became z, and what the file was scaled by \[1\].
     pub(super) placement: (Axis, f64),
+    /// What the mesh file has beside the shape, in this frame; nothing where it has no more.
+    pub(super) surface: Option<Arc<SurfaceAttributes>>,
+    /// The key of the mesh file.
+    pub(super) file: Option<String>,
 }
 
 impl BodyGeometry {
@@ -87,6 +107,8 @@ impl BodyGeometry {
 #[derive(Default)]
 pub struct GeometryCache {
     made: BTreeMap<String, Result<Arc<BodyGeometry>, String>>,
+    /// Mesh files as they are, by key.
+    read: BTreeMap<String, Result<Arc<SurfaceAttributes>, String>>,
     triangles: usize,
 }
 
@@ -102,7 +124,7 @@ impl GeometryCache {
         if let Some(geometry) = self.made.get(&key) {
             return geometry.clone();
         }
-        let made = catch_unwind(AssertUnwindSafe(|| make(source, files)))
+        let made = catch_unwind(AssertUnwindSafe(|| self.make(source, files)))
             .unwrap_or_else(|_| Err("the form could not be made of these numbers".to_owned()))
             .and_then(|geometry| self.admit(geometry));
         self.made.insert(key, made.clone());
@@ -117,6 +139,91 @@ impl GeometryCache {
         self.triangles = count;
         Ok(Arc::new(geometry))
     }
+
+    /// The mesh file under a key as it is; the second call for a key costs nothing.
+    fn file(&mut self, name: &str, files: &mut Files) -> Result<Arc<SurfaceAttributes>, String> {
+        if let Some(read) = self.read.get(name) {
+            return read.clone();
+        }
+        let bytes = files.get(name).map_err(|error| error.to_string())?;
+        // A mesh file may come from anywhere: it names what lies beside it, and nothing else.
+        let mut beside = |library: &str| {
+            let plain = !library.contains(['/', '\\']) && library.ends_with(".mtl");
+            plain.then(|| files.get(&key(&folder_of(name), library)).ok()).flatten()
+        };
+        let read = cullet_assets::read_surface(name, &bytes, &mut beside);
+        let read = read.map(Arc::new).map_err(|error| error.to_string());
+        self.read.insert(name.to_owned(), read.clone());
+        read
+    }
+
+    /// Names of the objects of a mesh file that have triangles, in its order.
+    pub(super) fn objects(&mut self, name: &str, files: &mut Files) -> Result<Vec<String>, String> {
+        let surface = self.file(name, files)?;
+        let mut used = vec![false; surface.object_names.len()];
+        surface.objects.iter().for_each(|&object| used[object as usize] = true);
+        let names = surface.object_names.iter().zip(used);
+        Ok(names.filter(|(_, used)| *used).map(|(name, _)| name.clone()).collect())
+    }
+
+    fn make(&mut self, source: &GeometrySource, files: &mut Files) -> Result<BodyGeometry, String> {
+        let (name, fit, scale, up, repair, object) = match source {
+            GeometrySource::Shape(shape) => {
+                let mesh = shape::mesh(shape)?;
+                return finish(mesh, shape::convex(shape), Vec::new());
+            }
+            GeometrySource::Mesh { key, fit, scale, up, repair, object } => {
+                (key, *fit, *scale, *up, repair, object)
+            }
+        };
+        let whole = self.file(name, files)?;
+        let mut surface = match object {
+            None => (*whole).clone(),
+            Some(object) => whole.only(named(&whole, name, &object.name)?),
+        };
+        let default = if name.to_lowercase().ends_with(".glb") { Axis::Y } else { Axis::Z };
+        let up = up.unwrap_or(default);
+        surface.turn(|v| upright(v, up));
+        let in_scale = object.as_ref().is_some_and(|object| object.in_scale);
+        let factor = factor(if in_scale { &whole.mesh } else { &surface.mesh }, fit, scale)?;
+        surface.mesh.vertices.iter_mut().for_each(|v| *v *= factor);
+        let away = away(&surface.mesh);
+        surface.mesh.vertices.iter_mut().for_each(|v| *v -= away);
+        let repair = match repair {
+            RepairChoice::Auto => Repair::Auto,
+            RepairChoice::Refuse => Repair::Refuse,
+        };
+        let admitted = door::admit(&surface.mesh, repair).map_err(|error| error.to_string())?;
+        let (mesh, report) = admitted;
+        let repairs = if report.is_clean() { Vec::new() } else { vec![report.to_string()] };
+        let geometry = finish(mesh, false, repairs)?;
+        surface.mesh.vertices.iter_mut().for_each(|v| *v += geometry.origin);
+        Ok(BodyGeometry {
+            placement: (up, factor),
+            origin: geometry.origin - away,
+            surface: (!surface.is_plain()).then(|| Arc::new(surface)),
+            file: Some(name.clone()),
+            ..geometry
+        })
+    }
+}
+
+/// The place of an object among those of a mesh file.
+fn named(surface: &SurfaceAttributes, file: &str, name: &str) -> Result<u32, String> {
+    let names = &surface.object_names;
+    if let Some(place) = names.iter().position(|it| it == name) {
+        return Ok(place as u32);
+    }
+    if names.is_empty() {
+        return Err(format!("{file} has no objects with names: only .obj and .glb files do"));
+    }
+    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+    let near = nearest(name, known.iter().copied());
+    let near = near.map(|near| format!(": did you mean \"{near}\"?")).unwrap_or_default();
+    let (first, more) = known.split_at(known.len().min(MOST_NAMES));
+    let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+    let list = first.join("\", \"");
+    Err(format!("there is no object \"{name}\" in {file}, which has \"{list}\"{more}{near}"))
 }
 
 fn full(count: usize) -> String {
@@ -124,34 +231,6 @@ fn full(count: usize) -> String {
         "with it the scene's shapes would have {count} triangles; at most {MOST_TRIANGLES} are \
          taken, and equal shapes count once"
     )
-}
-
-fn make(source: &GeometrySource, files: &mut Files) -> Result<BodyGeometry, String> {
-    match source {
-        GeometrySource::Shape(shape) => {
-            let mesh = shape::mesh(shape)?;
-            finish(mesh, shape::convex(shape), Vec::new())
-        }
-        GeometrySource::Mesh { key, fit, scale, up, repair } => {
-            let bytes = files.get(key).map_err(|error| error.to_string())?;
-            let mesh = cullet_assets::read(key, &bytes).map_err(|error| error.to_string())?;
-            let default = if key.to_lowercase().ends_with(".glb") { Axis::Y } else { Axis::Z };
-            let up = up.unwrap_or(default);
-            let mut mesh = mesh;
-            mesh.vertices.iter_mut().for_each(|v| *v = upright(v, up));
-            let (mut mesh, factor) = sized(mesh, *fit, *scale)?;
-            let away = away(&mesh);
-            mesh.vertices.iter_mut().for_each(|v| *v -= away);
-            let repair = match repair {
-                RepairChoice::Auto => Repair::Auto,
-                RepairChoice::Refuse => Repair::Refuse,
-            };
-            let (mesh, report) = door::admit(&mesh, repair).map_err(|error| error.to_string())?;
-            let repairs = if report.is_clean() { Vec::new() } else { vec![report.to_string()] };
-            let geometry = finish(mesh, false, repairs)?;
-            Ok(BodyGeometry { placement: (up, factor), origin: geometry.origin - away, ..geometry })
-        }
-    }
 }
 
 /// The point turned so that `up` becomes z.
@@ -163,13 +242,9 @@ fn upright(v: &Vec3, up: Axis) -> Vec3 {
     }
 }
 
-/// The mesh at its size, and what it was scaled by.
-fn sized(
-    mut mesh: TriMesh,
-    fit: Option<f64>,
-    scale: Option<f64>,
-) -> Result<(TriMesh, f64), String> {
-    let longest = longest_side(&mesh);
+/// What a mesh is scaled by.
+fn factor(mesh: &TriMesh, fit: Option<f64>, scale: Option<f64>) -> Result<f64, String> {
+    let longest = longest_side(mesh);
     if longest <= 0.0 {
         return Err("the mesh has no extent".to_owned());
     }
@@ -187,10 +262,7 @@ fn sized(
             tell(MAX_SIZE)
         ));
     }
-    for v in &mut mesh.vertices {
-        *v *= factor;
-    }
-    Ok((mesh, factor))
+    Ok(factor)
 }
 
 /// Middle of a mesh that lies farther from its origin than four times its size \[m\], else zero:
@@ -257,6 +329,8 @@ fn finish(mut mesh: TriMesh, convex: bool, repairs: Vec<String>) -> Result<BodyG
         bounds,
         repairs,
         placement: (Axis::Z, 1.0),
+        surface: None,
+        file: None,
     })
 }
 

@@ -16,6 +16,7 @@ pub mod geometry;
 mod limits;
 mod load;
 pub mod material;
+mod materials_json;
 mod overlap;
 mod preflight;
 mod reference;

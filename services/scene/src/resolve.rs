@@ -157,18 +157,18 @@ impl Builder<'_> {
                 continue;
             };
             let body = taken.value;
-            let template = self.template(&body, &path);
+            let templates = self.templates(&body, &path);
             if body.name.is_none() && self.context.lacks(&path, &["name"]) {
                 self.context.wrong(&path, "`name` is missing");
             }
-            if let (Some(template), Some(name), true) = (template, body.name, taken.whole) {
-                let instance = Instance {
-                    name,
-                    position: template.placement.position,
-                    rotation: template.placement.rotation,
-                    by_centroid: false,
-                };
-                self.place(&template, vec![instance], None, &path);
+            if let (Some(templates), Some(name), true) = (templates, body.name, taken.whole) {
+                let count = templates.len() as u64;
+                if count > 1 && !self.fits(count, &join(&path, "objects")) {
+                    continue;
+                }
+                for template in templates {
+                    self.single(&template, &name, &path);
+                }
             }
         }
         self.grids();
@@ -176,9 +176,35 @@ impl Builder<'_> {
         self.scatters();
     }
 
-    fn template(&mut self, body: &Body, path: &Path) -> Option<BodyTemplate> {
+    /// Places a single body, or one of those of a mesh file of several objects.
+    fn single(&mut self, template: &BodyTemplate, name: &str, path: &Path) {
+        let own = |object: &String| format!("{name}-{}", object.trim().replace('/', "_"));
+        let instance = Instance {
+            name: template.object.as_ref().map_or_else(|| name.to_owned(), own),
+            position: template.placement.position,
+            rotation: template.placement.rotation,
+            by_centroid: false,
+        };
+        let length = instance.name.len();
+        if template.object.is_some() && length > MAX_NAME {
+            let message = format!(
+                "the body \"{}\" would have a name of {length} bytes; at most {MAX_NAME} are taken",
+                instance.name
+            );
+            return self.context.wrong(&join(path, "objects"), message);
+        }
+        let generator = template.object.as_ref().map(|_| name);
+        self.place(template, vec![instance], generator, path);
+    }
+
+    fn templates(&mut self, body: &Body, path: &Path) -> Option<Vec<BodyTemplate>> {
         let defaults = self.document.fracture.clone();
-        self.context.body_template(body, path, &defaults)
+        self.context.body_templates(body, path, &defaults)
+    }
+
+    /// The one template of a generator.
+    fn template(&mut self, body: &Body, path: &Path) -> Option<BodyTemplate> {
+        self.templates(body, path).and_then(|mut templates| templates.pop())
     }
 
     fn grids(&mut self) {
@@ -276,6 +302,9 @@ impl Builder<'_> {
             self.bodies.push(SceneBody {
                 name: instance.name,
                 generator: generator.map(str::to_owned),
+                mesh_object: template.object.clone(),
+                surface: template.geometry.surface.clone(),
+                mesh_file: template.geometry.file.clone(),
                 solid: Arc::clone(&template.geometry.solid),
                 hulls: Arc::clone(&template.geometry.hulls),
                 volume: template.geometry.mass.volume,
@@ -386,7 +415,8 @@ impl Builder<'_> {
 
     fn finish(mut self) -> Resolved {
         for body in &self.bodies {
-            let first = body.generator.is_none() || body.name.ends_with("-0");
+            let own = body.generator.is_none() || body.mesh_object.is_some();
+            let first = own || body.name.ends_with("-0");
             for line in body.repairs.iter().filter(|_| first) {
                 self.context.warnings.push(format!("{}: {line}", body.name));
             }

@@ -3,6 +3,7 @@
 use super::format::{self, Expect, SolverChoice, View};
 use super::material::SceneMaterial;
 use cullet_document::{Bundle, SceneFile};
+use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_geometry::{Mat3, Pose, Solid, Vec3};
 use cullet_model::StrengthField;
 use std::sync::Arc;
@@ -12,8 +13,15 @@ use std::sync::Arc;
 pub struct SceneBody {
     /// What the scene calls it.
     pub name: String,
-    /// The generator that made it.
+    /// The generator that made it, or the written body of whose mesh file it is one object.
     pub generator: Option<String>,
+    /// The object of the mesh file that it is, where each is a body of its own.
+    pub mesh_object: Option<String>,
+    /// The key of its mesh file.
+    pub mesh_file: Option<String>,
+    /// What the mesh file has beside the shape, in the body's own frame; nothing where it has no
+    /// more. Shared by bodies of equal shape.
+    pub surface: Option<Arc<SurfaceAttributes>>,
     /// Its shape; the centroid is the origin \[m\]. Shared by bodies of equal shape.
     pub solid: Arc<Solid>,
     /// Convex parts that stand in for it in collisions, in the same frame \[m\]. Shared likewise.

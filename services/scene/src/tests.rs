@@ -1,6 +1,7 @@
 //! The shipped scenes load; bad files give every error with its place; overrides and bundles hold.
 
 mod advice;
+mod objects;
 
 use super::{Scene, load, load_bundle, schema};
 use cullet_document::SceneErrors;

@@ -61,8 +61,10 @@ impl Command {
             Self::Frontier(args) => Some(&args.voice).filter(|voice| voice.log == Log::Json),
             Self::Inspect(_)
             | Self::Recover(_)
+            | Self::Report(_)
             | Self::Preview(_)
             | Self::Still(_)
+            | Self::Export(_)
             | Self::Check(_)
             | Self::Materials(_)
             | Self::Schema(_)

@@ -63,6 +63,12 @@ impl Nearest {
     /// The nearest point of the surface \[m\], its distance \[m\] and its triangle.
     #[must_use]
     pub fn closest(&self, p: Vec3) -> Option<(Vec3, f64, usize)> {
+        self.closest_of(p, |_| true)
+    }
+
+    /// As [`Nearest::closest`], among the triangles that `of` takes.
+    #[must_use]
+    pub fn closest_of(&self, p: Vec3, of: impl Fn(usize) -> bool) -> Option<(Vec3, f64, usize)> {
         let mut best: Option<(Vec3, f64, usize)> = None;
         let mut stack: Vec<(u32, f64)> = Vec::with_capacity(64);
         if let Some(root) = self.nodes.first() {
@@ -74,7 +80,8 @@ impl Nearest {
             }
             let node = self.nodes[at as usize];
             if node.second == 0 {
-                for &t in &self.order[node.start as usize..node.end as usize] {
+                let leaf = &self.order[node.start as usize..node.end as usize];
+                for &t in leaf.iter().filter(|&&t| of(t as usize)) {
                     let q = closest_on_triangle(p, self.corners[t as usize]);
                     let d = (q - p).norm_squared();
                     if best.is_none_or(|(_, b, _)| d < b) {
@@ -94,22 +101,34 @@ impl Nearest {
     pub(crate) fn overlapping_pairs(&self, mut visit: impl FnMut(usize, usize)) {
         for t in 0..self.corners.len() {
             let (low, high) = box_of(&self.corners[t]);
-            let mut stack = vec![0u32];
-            while let Some(at) = stack.pop() {
-                let node = self.nodes[at as usize];
-                if (0..3).any(|i| node.low[i] > high[i] || node.high[i] < low[i]) {
-                    continue;
+            self.in_box(low, high, |other| {
+                if other > t {
+                    visit(t, other);
                 }
-                if node.second != 0 {
-                    stack.extend([node.second, at + 1]);
-                    continue;
-                }
-                for &other in &self.order[node.start as usize..node.end as usize] {
-                    let other = other as usize;
-                    let (l, h) = box_of(&self.corners[other]);
-                    if other > t && (0..3).all(|i| l[i] <= high[i] && h[i] >= low[i]) {
-                        visit(t, other);
-                    }
+            });
+        }
+    }
+
+    /// Visits the triangles whose boxes overlap the box from `low` to `high` \[m\], in a fixed
+    /// order.
+    pub(crate) fn in_box(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(usize)) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let mut stack = vec![0u32];
+        while let Some(at) = stack.pop() {
+            let node = self.nodes[at as usize];
+            if (0..3).any(|i| node.low[i] > high[i] || node.high[i] < low[i]) {
+                continue;
+            }
+            if node.second != 0 {
+                stack.extend([node.second, at + 1]);
+                continue;
+            }
+            for &other in &self.order[node.start as usize..node.end as usize] {
+                let (l, h) = box_of(&self.corners[other as usize]);
+                if (0..3).all(|i| l[i] <= high[i] && h[i] >= low[i]) {
+                    visit(other as usize);
                 }
             }
         }

@@ -143,6 +143,7 @@ impl SpecimenBuilder<'_> {
                     scale: geometry.scale,
                     up: geometry.up,
                     repair: geometry.repair,
+                    object: None,
                 };
                 let form = self.shop.geometries.get(&recipe, self.shop.files);
                 form.map(|form| form.solid.mesh.translated(-form.origin))

@@ -18,6 +18,18 @@ pub enum RepairChoice {
     Refuse,
 }
 
+/// What becomes of a mesh file that holds several objects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ObjectsChoice {
+    /// They are shapes of one body.
+    #[default]
+    OneBody,
+    /// Each is a body of its own, called by the names of this body and of the object with a hyphen
+    /// between them. All stand in their places in the file, and other keys hold for each.
+    Bodies,
+}
+
 /// One of the axes of a coordinate system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -115,6 +127,13 @@ pub struct Body {
     pub up: Option<Axis>,
     /// What happens to a mesh that is not a closed, clean surface.
     pub repair: RepairChoice,
+    /// What becomes of a mesh file that holds several objects: the nodes with a mesh of a .glb
+    /// file, the objects and groups (`o`, `g`) of an .obj file. A template is one body.
+    pub objects: ObjectsChoice,
+    /// Name of the one object of the mesh file that is the body; the others are left out. `fit` is
+    /// then the length of this object.
+    #[schemars(extend("x-default" = "all objects of the file"))]
+    pub object: Option<String>,
     /// Which point of the body is at `position`, and stays there when the body is rotated.
     pub anchor: Anchor,
     /// Where the anchor is \[m\]: at most 100000 m from the world's origin. A template gives the

@@ -1,0 +1,96 @@
+//! Tables (CSV): bodies, and where they are at each frame. Up is z.
+
+use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
+use std::fmt::Write;
+
+/// Both tables.
+pub(crate) struct ExportTables {
+    pub(crate) bodies: String,
+    pub(crate) poses: String,
+    pub(crate) count: usize,
+    /// Rows of poses.
+    pub(crate) rows: usize,
+}
+
+const BODIES: &str = "name,id,object,parent,generation,material,fixed,sampled,mass_kg,volume_m3,\
+birth_s,end_s,rest_x_m,rest_y_m,rest_z_m,rest_qx,rest_qy,rest_qz,rest_qw,damage_time_min_s,\
+damage_time_max_s\n";
+
+const POSES: &str = "name,id,frame,time_s,x_m,y_m,z_m,qx,qy,qz,qw,vx_m_s,vy_m_s,vz_m_s,\
+wx_rad_s,wy_rad_s,wz_rad_s\n";
+
+/// A text as a cell.
+fn cell(text: &str) -> String {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}
+
+/// A value that is not always known.
+fn known<T: ToString>(value: Option<T>) -> String {
+    value.map_or_else(String::new, |value| value.to_string())
+}
+
+/// A row for each of these bodies.
+pub(crate) fn of_bodies(timeline: &ExportTimeline, bodies: &[&BodyTrack]) -> String {
+    let mut text = BODIES.to_owned();
+    for track in bodies {
+        let (body, range) = (&track.body, &timeline.range);
+        let (place, turn) = (track.rest.translation, track.rest.rotation);
+        let damage = timeline.mesh(track).damage_range();
+        let end = Some(track.death).filter(|death| death.is_finite());
+        let numbers = [place.x, place.y, place.z, turn.i, turn.j, turn.k, turn.w];
+        let rest: Vec<String> = numbers.iter().map(f64::to_string).collect();
+        let row = [
+            track.name.clone(),
+            body.id.to_string(),
+            cell(&body.object),
+            known(body.parent),
+            body.generation.to_string(),
+            cell(&body.material),
+            body.fixed.to_string(),
+            known(track.sampled),
+            body.mass.to_string(),
+            body.volume.to_string(),
+            range.since(track.birth).to_string(),
+            known(end.map(|end| range.since(end))),
+            rest.join(","),
+            known(damage.map(|range| range[0])),
+            known(damage.map(|range| range[1])),
+        ];
+        text.push_str(&row.join(","));
+        text.push('\n');
+    }
+    text
+}
+
+pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery) -> ExportTables {
+    let range = &timeline.range;
+    let times: Vec<f64> = match scenery {
+        Scenery::Moment(time) => vec![time],
+        Scenery::Motion | Scenery::Rest => {
+            (0..range.frames()).map(|frame| range.start + frame as f64 / range.fps).collect()
+        }
+    };
+    let there = |track: &&BodyTrack| match scenery {
+        Scenery::Moment(time) => track.is_there(time),
+        Scenery::Motion | Scenery::Rest => true,
+    };
+    let bodies: Vec<&BodyTrack> = timeline.bodies.iter().filter(there).collect();
+    let (mut poses, mut rows) = (POSES.to_owned(), 0);
+    for (frame, &time) in times.iter().enumerate() {
+        for track in bodies.iter().filter(|track| track.is_there(time)) {
+            let row = track.at(time, range);
+            let (p, q) = (row.pose.translation.vector, row.pose.rotation);
+            let (v, w) = (row.velocity, row.spin);
+            let _ = write!(poses, "{},{},{frame},{}", track.name, track.body.id, range.since(time));
+            for number in [p.x, p.y, p.z, q.i, q.j, q.k, q.w, v.x, v.y, v.z, w.x, w.y, w.z] {
+                let _ = write!(poses, ",{number}");
+            }
+            poses.push('\n');
+            rows += 1;
+        }
+    }
+    ExportTables { bodies: of_bodies(timeline, &bodies), poses, count: bodies.len(), rows }
+}

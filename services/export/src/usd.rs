@@ -1,0 +1,117 @@
+//! USD as text: a prim a body under its object, with time samples. Up is z.
+
+mod grains;
+mod prim;
+mod samples;
+
+use crate::looks::{colours, linear};
+use crate::names::UniqueNames;
+use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
+use cullet_record::palette::Rgb;
+use prim::PrimWriter;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// What was written.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct UsdContent {
+    pub(crate) text: String,
+    pub(crate) bodies: usize,
+    pub(crate) keys: usize,
+    pub(crate) triangles: usize,
+}
+
+/// A text between quotation marks.
+fn quoted(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            '\n' => out.push_str("\\n"),
+            c if c.is_control() => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
+}
+
+fn head(timeline: &ExportTimeline, scenery: Scenery) -> String {
+    let (range, mut text) = (&timeline.range, String::from("#usda 1.0\n(\n"));
+    let version = env!("CARGO_PKG_VERSION");
+    let about = format!("Exported by Cullet {version} from the scene {}", timeline.scene);
+    let _ = writeln!(text, "    defaultPrim = \"World\"\n    doc = {}", quoted(&about));
+    if scenery == Scenery::Motion {
+        let last = range.since(range.end) * range.fps;
+        let _ = writeln!(text, "    startTimeCode = 0\n    endTimeCode = {last}");
+        let _ =
+            writeln!(text, "    timeCodesPerSecond = {0}\n    framesPerSecond = {0}", range.fps);
+    }
+    text.push_str("    kilogramsPerUnit = 1\n    metersPerUnit = 1\n    upAxis = \"Z\"\n)\n\n");
+    text
+}
+
+/// A material; what is in braces is filled in.
+const MATERIAL: &str = r#"        def Material "{name}"
+        {
+            token outputs:surface.connect = </World/Looks/{name}/preview.outputs:surface>
+
+            def Shader "preview"
+            {
+                uniform token info:id = "UsdPreviewSurface"
+                color3f inputs:diffuseColor = {colour}
+                float inputs:metallic = 0
+                float inputs:roughness = {roughness}
+                token outputs:surface
+            }
+        }
+
+"#;
+
+fn material(name: &str, rgb: Rgb, roughness: &str) -> String {
+    let [r, g, b] = linear(rgb);
+    let text = MATERIAL.replace("{name}", name).replace("{roughness}", roughness);
+    text.replace("{colour}", &format!("({r}, {g}, {b})"))
+}
+
+pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery) -> UsdContent {
+    let mut content = UsdContent { text: head(timeline, scenery), ..UsdContent::default() };
+    content.text.push_str("def Xform \"World\" (\n    kind = \"assembly\"\n)\n{\n");
+    let there = |track: &&BodyTrack| match scenery {
+        Scenery::Moment(time) => track.is_there(time),
+        Scenery::Motion | Scenery::Rest => true,
+    };
+    let mut names = UniqueNames::default();
+    // Names of prims beside the objects.
+    let taken = ["Looks", "Grains"].map(|name| names.give(name));
+    let mut objects: BTreeMap<&str, String> = BTreeMap::new();
+    let mut looks = String::new();
+    for object in timeline.objects() {
+        let name = names.give(object);
+        let of = timeline.bodies.iter().find(|track| track.body.object == object);
+        if let Some(body) = of.map(|track| &track.body) {
+            let (skin, crack) = colours(&body.material, object, body.fixed);
+            looks += &material(&format!("{name}_skin"), skin, "0.5");
+            looks += &material(&format!("{name}_crack"), crack, "0.9");
+        }
+        objects.insert(object, name);
+    }
+    let _ = write!(content.text, "    def Scope \"{}\"\n    {{\n{looks}    }}\n\n", taken[0]);
+    for object in timeline.objects() {
+        let look = &objects[object];
+        let _ = writeln!(content.text, "    def Xform \"{look}\" (");
+        let _ = writeln!(content.text, "        kind = \"group\"\n    )\n    {{");
+        let own = timeline.bodies.iter().filter(|track| track.body.object == object);
+        for track in own.filter(there) {
+            let mut prim = PrimWriter { text: &mut content.text, keys: 0 };
+            prim.body(timeline, track, scenery, look);
+            content.keys += prim.keys;
+            content.bodies += 1;
+            content.triangles += timeline.mesh(track).faces.len();
+        }
+        content.text.push_str("    }\n\n");
+    }
+    grains::write(&mut content.text, timeline, scenery, &objects);
+    content.text.push_str("}\n");
+    content
+}

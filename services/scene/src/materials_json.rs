@@ -1,0 +1,57 @@
+//! The materials of a scene as JSON, for those who read its recording.
+
+use super::format::{Layers, WeakPlane};
+use super::material::SceneMaterial;
+use super::scene::Scene;
+use serde_json::{Map, Value, json};
+
+impl Scene {
+    /// Every material that a body of the scene is made of, by name: each number with its unit, 1
+    /// for those that have none. A preset that the scene changed has the values of the scene.
+    #[must_use]
+    pub fn materials_json(&self) -> String {
+        let materials = self.bodies.iter().map(|body| &*body.material);
+        let all: Map<String, Value> =
+            materials.map(|material| (material.name.clone(), numbers(material))).collect();
+        format!("{:#}\n", Value::Object(all))
+    }
+}
+
+fn numbers(material: &SceneMaterial) -> Value {
+    let measured = [
+        ("density", material.density, "kg/m³"),
+        ("young", material.young, "Pa"),
+        ("poisson", material.poisson, "1"),
+        ("strength", material.strength, "Pa"),
+        ("fracture_energy", material.fracture_energy, "J/m²"),
+        ("weibull", material.weibull, "1"),
+        ("restitution", material.restitution, "1"),
+        ("friction", material.friction, "1"),
+    ];
+    let mut object: Map<String, Value> = measured
+        .map(|(key, value, unit)| (key.to_owned(), quantity(value, unit)))
+        .into_iter()
+        .collect();
+    object.insert("breakable".to_owned(), json!(material.breakable));
+    if let Some(length) = material.correlation {
+        object.insert("correlation".to_owned(), quantity(length, "m"));
+    }
+    if let Some(WeakPlane { normal, ratio }) = material.weak_plane {
+        let plane = json!({"normal": quantity(normal, "1"), "ratio": quantity(ratio, "1")});
+        object.insert("weak_plane".to_owned(), plane);
+    }
+    if let Some(Layers { normal, thickness, ratio, jitter }) = material.layers {
+        let layers = json!({
+            "normal": quantity(normal, "1"),
+            "thickness": quantity(thickness, "m"),
+            "ratio": quantity(ratio, "1"),
+            "jitter": quantity(jitter, "1"),
+        });
+        object.insert("layers".to_owned(), layers);
+    }
+    Value::Object(object)
+}
+
+fn quantity(value: impl serde::Serialize, unit: &str) -> Value {
+    json!({"value": value, "unit": unit})
+}

@@ -1,0 +1,92 @@
+// Opens a page in headless Chromium and uses it: node check.mjs REPORT.html [SHOT.png [CHROMIUM]]
+// Exit code 0 if the page loads, moves when the slider does, shows what is clicked, asks for nothing beyond itself, and says
+// nothing on the console. It prints how long loading took, in ms; LOAD_MS bounds that.
+import { chromium } from "playwright-core";
+import { resolve } from "node:path";
+
+/// Loading may take so long [ms]: on a machine that does other things, too, much longer than alone.
+const LOAD = Number(process.env.LOAD_MS ?? 15_000);
+
+const [file, shot, executablePath = "/usr/bin/chromium"] = process.argv.slice(2);
+const browser = await chromium.launch({
+  executablePath,
+  args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"],
+});
+const faults = [];
+try {
+  const page = await browser.newPage({ viewport: { width: 1400, height: 860 } });
+  page.on("console", (message) => {
+    // The software renderer of a test machine says that reading pixels back is slow.
+    if (["error", "warning"].includes(message.type()) && !/GPU stall|GL Driver Message/.test(message.text())) {
+      faults.push(`console: ${message.text()}`);
+    }
+  });
+  page.on("pageerror", (error) => faults.push(`page: ${error.message}`));
+  page.on("request", (request) => {
+    if (!/^(file|data|blob):/.test(request.url())) faults.push(`asks for ${request.url()}`);
+  });
+  const start = Date.now();
+  await page.goto(`file://${resolve(file)}`);
+  await page.waitForSelector("html[data-ready=yes]", { timeout: 20_000 });
+  const took = Date.now() - start;
+  const kind = await page.evaluate(() => window.cullet.report.kind);
+  if (kind === "run") {
+    const state = () => page.evaluate(() => ({
+      time: window.cullet.stage.time,
+      there: [...window.cullet.stage.pieces.values()].filter((piece) => piece.node.visible).length,
+      places: [...window.cullet.stage.pieces.values()].map((piece) => piece.node.position.toArray()),
+    }));
+    const before = await state();
+    await page.locator("#time").evaluate((slider) => {
+      slider.value = slider.max;
+      slider.dispatchEvent(new Event("input"));
+    });
+    const after = await state();
+    if (!(after.time > before.time)) faults.push(`the slider moved nothing: ${before.time}, ${after.time} s`);
+    if (JSON.stringify(before.places) === JSON.stringify(after.places)) faults.push("no body moved");
+    // A place of the canvas where there is a piece, found by asking the page.
+    const canvas = await page.locator("#canvas").boundingBox();
+    const spot = await page.evaluate(([width, height]) => {
+      for (let y = 0.2; y < 0.9; y += 0.02) {
+        for (let x = 0.2; x < 0.8; x += 0.02) {
+          const id = window.cullet.stage.pick(x * width, y * height);
+          const body = window.cullet.byId.get(id);
+          if (body && body.parent !== null) return [x * width, y * height, body.name];
+        }
+      }
+      return null;
+    }, [canvas.width, canvas.height]);
+    if (!spot) {
+      faults.push("no piece is seen at the end");
+    } else {
+      await page.mouse.click(canvas.x + spot[0], canvas.y + spot[1]);
+      const shown = await page.locator("#facts h3").textContent();
+      if (shown !== spot[2]) faults.push(`a click on ${spot[2]} shows ${shown}`);
+    }
+    for (const mode of ["share", "damage", "speed", "object"]) {
+      await page.locator("#mode").selectOption(mode);
+      if (shot) await page.screenshot({ path: shot.replace(/\.png$/, `-${mode}.png`) });
+    }
+    for (const tab of ["events", "ledger", "run"]) {
+      await page.locator(`#tab-${tab}`).click();
+      if (shot) await page.screenshot({ path: shot.replace(/\.png$/, `-${tab}.png`) });
+    }
+    console.log(JSON.stringify({ kind, load_ms: took, bodies: before.places.length, seen_at_end: after.there }));
+  } else {
+    const rows = await page.locator("#runs tbody tr").count();
+    const pictures = await page.locator("#pictures figure").count();
+    if (rows === 0) faults.push("the table has no row");
+    if (pictures > 0) {
+      await page.locator("#pictures figure").first().click();
+      if (!(await page.locator("#large").isVisible())) faults.push("a click enlarges no picture");
+      await page.locator("#close").click();
+    }
+    console.log(JSON.stringify({ kind, load_ms: took, rows, pictures }));
+  }
+  if (shot) await page.screenshot({ path: shot });
+  if (took > LOAD) faults.push(`loading took ${took} ms, ${LOAD} are allowed`);
+} finally {
+  await browser.close();
+}
+faults.forEach((fault) => console.error(fault));
+process.exitCode = faults.length === 0 ? 0 : 1;
