@@ -5,12 +5,11 @@ mod buffer;
 use crate::error::ExportError;
 use crate::keys;
 use crate::looks::{colours, icosahedron, linear};
-use crate::surface::{ExportFace, ExportMesh};
+use crate::surface::{ExportFace, ExportMesh, FaceKind};
 use crate::timeline::{BodyTrack, ExportTimeline, FrameRange, GrainTrack, Scenery};
 use buffer::GlbBuffer;
 use cullet_geometry::{Pose, Quat, Vec3};
 use cullet_proto::recording::Tier;
-use cullet_record::palette::Rgb;
 use gltf::json;
 use json::animation::{Channel, Interpolation, Property, Sampler, Target};
 use json::extras::RawValue;
@@ -53,6 +52,20 @@ fn raw(value: &Value) -> Option<Box<RawValue>> {
     serde_json::value::to_raw_value(value).ok()
 }
 
+/// A material without pictures.
+fn plain(name: String, colour: [f32; 4], metallic: f32, roughness: f32) -> Material {
+    Material {
+        name: Some(name),
+        pbr_metallic_roughness: PbrMetallicRoughness {
+            base_color_factor: PbrBaseColorFactor(colour),
+            metallic_factor: StrengthFactor(metallic),
+            roughness_factor: StrengthFactor(roughness),
+            ..PbrMetallicRoughness::default()
+        },
+        ..Material::default()
+    }
+}
+
 /// Faces of one kind, as accessors.
 struct FaceAccessors {
     attributes: BTreeMap<Checked<Semantic>, Index<Accessor>>,
@@ -64,10 +77,10 @@ struct GlbWriter<'a> {
     root: Root,
     buffer: GlbBuffer,
     animation: Animation,
-    /// Skin and crack faces of each mesh, by its digest.
-    primitives: BTreeMap<&'a [u8], [Option<FaceAccessors>; 2]>,
-    meshes: BTreeMap<(&'a [u8], [usize; 2]), Index<Mesh>>,
-    materials: BTreeMap<String, [Index<Material>; 2]>,
+    /// Faces of each mesh, by kind.
+    primitives: BTreeMap<&'a [u8], Vec<(FaceKind, FaceAccessors)>>,
+    meshes: BTreeMap<(&'a [u8], &'a str), Index<Mesh>>,
+    materials: BTreeMap<&'a str, BTreeMap<FaceKind, Index<Material>>>,
     nodes: Vec<Index<Node>>,
     keys: usize,
     triangles: usize,
@@ -160,77 +173,78 @@ impl<'a> GlbWriter<'a> {
         facts
     }
 
-    fn materials(&mut self, track: &BodyTrack) -> [Index<Material>; 2] {
+    /// The materials of an object: of its skin and its crack faces, and those that its file names.
+    fn materials(&mut self, track: &'a BodyTrack) {
         let body = &track.body;
-        if let Some(&known) = self.materials.get(&body.object) {
-            return known;
+        let named = &self.timeline.mesh(track).materials;
+        let known = self.materials.entry(&body.object).or_default();
+        if known.is_empty() {
+            let (skin, crack) = colours(&body.material, &body.object, body.fixed);
+            for (kind, part, rgb, roughness) in
+                [(FaceKind::Skin, "skin", skin, 0.5), (FaceKind::Crack, "crack", crack, 0.9)]
+            {
+                let [r, g, b] = linear(rgb);
+                let name = format!("{} {part}", body.object);
+                known.insert(kind, self.root.push(plain(name, [r, g, b, 1.0], 0.0, roughness)));
+            }
         }
-        let (skin, crack) = colours(&body.material, &body.object, body.fixed);
-        let root = &mut self.root;
-        let mut material = |part: &str, rgb: Rgb| {
-            let [r, g, b] = linear(rgb);
-            root.push(Material {
-                name: Some(format!("{} {part}", body.object)),
-                pbr_metallic_roughness: PbrMetallicRoughness {
-                    base_color_factor: PbrBaseColorFactor([r, g, b, 1.0]),
-                    metallic_factor: StrengthFactor(0.0),
-                    roughness_factor: StrengthFactor(if part == "skin" { 0.5 } else { 0.9 }),
-                    ..PbrMetallicRoughness::default()
-                },
-                ..Material::default()
-            })
-        };
-        let made = [material("skin", skin), material("crack", crack)];
-        self.materials.insert(body.object.clone(), made);
-        made
+        for (slot, of) in (0..).zip(named.iter()) {
+            known.entry(FaceKind::Slot(slot)).or_insert_with(|| {
+                let name = format!("{} {}", body.object, of.name);
+                self.root.push(plain(name, of.base_colour, of.metallic, of.roughness))
+            });
+        }
     }
 
     fn mesh(&mut self, track: &'a BodyTrack) -> Index<Mesh> {
-        let materials = self.materials(track);
-        let hash = &track.body.geometry[..];
-        let key = (hash, materials.map(|material| material.value()));
+        self.materials(track);
+        let (mesh, object) = (&track.mesh[..], &track.body.object[..]);
         self.triangles += self.timeline.mesh(track).faces.len();
-        if let Some(&known) = self.meshes.get(&key) {
+        if let Some(&known) = self.meshes.get(&(mesh, object)) {
             return known;
         }
-        if !self.primitives.contains_key(hash) {
-            let mesh = self.timeline.mesh(track);
-            let parts = [false, true].map(|crack| self.primitive(mesh, crack));
-            self.primitives.insert(hash, parts);
+        if !self.primitives.contains_key(mesh) {
+            let parts = self.face_kinds(self.timeline.mesh(track));
+            self.primitives.insert(mesh, parts);
         }
-        let parts = self.primitives[hash].iter().zip(materials);
-        let parts = parts.filter_map(|(part, material)| Some((part.as_ref()?, material)));
-        let primitives = parts.map(|(part, material)| Primitive {
+        let materials = &self.materials[object];
+        let primitives = self.primitives[mesh].iter().map(|(kind, part)| Primitive {
             attributes: part.attributes.clone(),
             indices: Some(part.indices),
-            material: Some(material),
+            material: materials.get(kind).copied(),
             mode: Checked::Valid(Mode::Triangles),
             targets: None,
             extensions: None,
             extras: None,
         });
-        let mesh = Mesh {
+        let made = Mesh {
             name: Some(track.name.clone()),
             primitives: primitives.collect(),
             weights: None,
             extensions: None,
             extras: None,
         };
-        let index = self.root.push(mesh);
-        self.meshes.insert(key, index);
+        let index = self.root.push(made);
+        self.meshes.insert((mesh, object), index);
         index
     }
 
-    /// The faces of one kind, as vertices that differ and their indices.
-    fn primitive(&mut self, mesh: &ExportMesh, crack: bool) -> Option<FaceAccessors> {
-        let faces: Vec<&ExportFace> =
-            mesh.faces.iter().filter(|face| face.crack.is_some() == crack).collect();
-        let textured = !faces.is_empty() && faces.iter().all(|face| face.uv.is_some());
+    /// The faces of a mesh, kind by kind.
+    fn face_kinds(&mut self, mesh: &ExportMesh) -> Vec<(FaceKind, FaceAccessors)> {
+        let mut kinds: BTreeMap<FaceKind, Vec<&ExportFace>> = BTreeMap::new();
+        mesh.faces.iter().for_each(|face| kinds.entry(face.kind()).or_default().push(face));
+        kinds.iter().map(|(&kind, faces)| (kind, self.primitive(mesh, faces))).collect()
+    }
+
+    /// Faces of one kind, as vertices that differ and their indices.
+    fn primitive(&mut self, mesh: &ExportMesh, faces: &[&ExportFace]) -> FaceAccessors {
+        let textured = faces.iter().all(|face| face.uv.is_some());
+        let crack = faces.iter().all(|face| face.crack.is_some());
         let mut known: HashMap<(u32, [u32; 3], [u32; 2], u32), u32> = HashMap::new();
         let (mut places, mut normals, mut textures) = (Vec::new(), Vec::new(), Vec::new());
         let mut damage_times: Vec<[f32; 1]> = Vec::new();
         let mut indices = Vec::with_capacity(3 * faces.len());
-        for face in &faces {
+        for face in faces {
             for k in 0..3 {
                 let normal = unit_y_up(&face.normals[k]);
                 // glTF counts v from the top of the picture.
@@ -247,9 +261,6 @@ impl<'a> GlbWriter<'a> {
                 }));
             }
         }
-        if faces.is_empty() {
-            return None;
-        }
         let (root, buffer) = (&mut self.root, &mut self.buffer);
         let mut attributes = BTreeMap::new();
         let place = buffer.places(root, &places);
@@ -264,7 +275,7 @@ impl<'a> GlbWriter<'a> {
             let times = buffer.marks(root, &damage_times);
             attributes.insert(Checked::Valid(Semantic::Extras("DAMAGE_TIME".to_owned())), times);
         }
-        Some(FaceAccessors { attributes, indices: buffer.indices(root, &indices) })
+        FaceAccessors { attributes, indices: buffer.indices(root, &indices) }
     }
 
     /// Keys of places and rotations, where it does not stay where its node puts it.

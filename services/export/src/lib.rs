@@ -23,7 +23,6 @@ mod usd;
 
 pub use error::{ExportError, FPS, MOST_FILES};
 pub use keys::{PLACE_MOST, PLACE_SHARE, TURN_MOST};
-pub use surface::SkinAttributes;
 
 use cullet_record::Recording;
 use error::write_error;

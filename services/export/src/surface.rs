@@ -1,22 +1,18 @@
 //! Meshes as other programs want them: corners with normals and texture coordinates, the skin and
-//! the crack faces apart.
+//! the crack faces apart. What the artist's mesh had beside its shape is on the skin again.
 
+use cullet_geometry::attributes::{
+    AttributeTransfer, SkinTriangle, SurfaceAttributes, SurfaceMaterial,
+};
 use cullet_geometry::{Solid, Surface, Vec3};
 use cullet_proto::recording::Geometry;
+use cullet_record::{RestPlace, skin_of};
+use std::collections::HashMap;
+use std::sync::Arc;
 
 /// Faces that meet at less than this are shaded as one curved surface: cosine of 30°. A crack face
 /// is never smoothed with the skin.
 const CREASE: f64 = 0.866_025_403_784_438_6;
-
-/// What the corners of a face of the skin have beside their places.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SkinAttributes {
-    /// Texture coordinates of the three corners of each triangle of the solid, in their order;
-    /// those of crack faces are not used. `None`: the skin has none.
-    pub uv: Option<Vec<[[f32; 2]; 3]>>,
-    /// Normals likewise. `None`: they are made from the faces.
-    pub normals: Option<Vec<[Vec3; 3]>>,
-}
 
 /// What is known of a crack at the corners of its faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,6 +34,46 @@ pub(crate) struct ExportFace {
     pub(crate) uv: Option<[[f32; 2]; 3]>,
     /// Of a crack face; `None` of one of the skin.
     pub(crate) crack: Option<CrackMark>,
+    /// Of a face of the skin: the place of its material among those of the artist's mesh.
+    pub(crate) slot: Option<u32>,
+}
+
+/// What decides the material of a face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum FaceKind {
+    /// The surface that the object was made with, where its file names no materials.
+    Skin,
+    /// The same, of that material of its file.
+    Slot(u32),
+    /// A crack face.
+    Crack,
+}
+
+impl ExportFace {
+    pub(crate) fn kind(&self) -> FaceKind {
+        match (self.crack, self.slot) {
+            (Some(_), _) => FaceKind::Crack,
+            (None, Some(slot)) => FaceKind::Slot(slot),
+            (None, None) => FaceKind::Skin,
+        }
+    }
+}
+
+/// The artist's mesh of a body of the scene, made ready to be asked for what it has by place.
+#[derive(Debug)]
+pub(crate) struct ArtistSurface<'a> {
+    surface: &'a SurfaceAttributes,
+    transfer: AttributeTransfer<'a>,
+    /// Its materials; none where its file names none.
+    materials: Arc<Vec<SurfaceMaterial>>,
+}
+
+impl<'a> ArtistSurface<'a> {
+    pub(crate) fn new(surface: &'a SurfaceAttributes) -> Self {
+        let named = if surface.slots.is_empty() { &[][..] } else { &surface.materials };
+        let materials = Arc::new(named.to_vec());
+        Self { surface, transfer: AttributeTransfer::new(surface), materials }
+    }
 }
 
 /// A solid as it is written, in its body's frame \[m\].
@@ -47,34 +83,90 @@ pub(crate) struct ExportMesh {
     pub(crate) faces: Vec<ExportFace>,
     /// Diagonal of its bounding box \[m\].
     pub(crate) diagonal: f64,
+    /// Materials of the artist's mesh, by slot.
+    pub(crate) materials: Arc<Vec<SurfaceMaterial>>,
 }
 
 impl ExportMesh {
     /// `geometry` is what `solid` was recorded as: it has the texture coordinates of crack faces.
-    pub(crate) fn of(solid: &Solid, geometry: &Geometry, skin: &SkinAttributes) -> Self {
+    /// `artist`: the mesh of the object that it is a part of, and where it lay in that.
+    pub(crate) fn of(
+        solid: &Solid,
+        geometry: &Geometry,
+        artist: Option<(&ArtistSurface<'_>, &RestPlace)>,
+    ) -> Self {
         let smooth = normals(solid);
         let chart = geometry.uv.as_chunks::<2>().0;
         let mut interior = geometry.corner.as_chunks::<3>().0.iter();
         let mut faces = Vec::with_capacity(solid.mesh.triangles.len());
         for (t, &corners) in solid.mesh.triangles.iter().enumerate() {
-            let (mut normals, mut crack) = (smooth[t], None);
-            let uv = match solid.surface[t] {
+            let normals = smooth[t];
+            match solid.surface[t] {
+                Surface::Outer if artist.is_some() => {}
                 Surface::Outer => {
-                    let own = skin.normals.as_ref().and_then(|all| all.get(t));
-                    normals = own.copied().unwrap_or(normals);
-                    skin.uv.as_ref().and_then(|all| all.get(t)).copied()
+                    faces.push(ExportFace { corners, normals, uv: None, crack: None, slot: None });
                 }
                 Surface::Crack { damage_time, front_speed, parent } => {
                     let parent = i64::from(parent) - 1;
-                    crack = Some(CrackMark { damage_time, front_speed, parent });
+                    let crack = Some(CrackMark { damage_time, front_speed, parent });
                     let at = |i: &u32| chart.get(*i as usize).copied().unwrap_or_default();
-                    interior.next().map(|own| own.each_ref().map(at))
+                    let uv = interior.next().map(|own| own.each_ref().map(at));
+                    faces.push(ExportFace { corners, normals, uv, crack, slot: None });
                 }
-            };
-            faces.push(ExportFace { corners, normals, uv, crack });
+            }
         }
-        let diagonal = solid.mesh.diagonal();
-        Self { vertices: solid.mesh.vertices.clone(), faces, diagonal }
+        let mut mesh = Self {
+            vertices: solid.mesh.vertices.clone(),
+            faces,
+            diagonal: solid.mesh.diagonal(),
+            materials: Arc::default(),
+        };
+        if let Some((artist, place)) = artist {
+            mesh.materials = Arc::clone(&artist.materials);
+            mesh.add_skin(solid, &smooth, artist, place);
+        }
+        mesh
+    }
+
+    /// Adds the skin with the attributes of the artist's mesh: a face of the solid may become
+    /// several, where it spans several of the artist's that do not continue each other.
+    fn add_skin(
+        &mut self,
+        solid: &Solid,
+        smooth: &[[Vec3; 3]],
+        ArtistSurface { surface, transfer, materials }: &ArtistSurface<'_>,
+        place: &RestPlace,
+    ) {
+        let bits = |p: &Vec3| [p.x.to_bits(), p.y.to_bits(), p.z.to_bits()];
+        let mut known: HashMap<[u64; 3], u32> = HashMap::new();
+        for SkinTriangle { of, corners, uv, normals, slot, .. } in
+            skin_of(transfer, solid, place.origin)
+        {
+            let (own, places) = (solid.mesh.triangles[of], solid.mesh.corners(of));
+            let mut face = ExportFace {
+                corners: own,
+                normals: smooth[of],
+                uv: (!surface.uv.is_empty()).then_some(uv),
+                crack: None,
+                slot: (!materials.is_empty()).then_some(slot),
+            };
+            for k in 0..3 {
+                let same = places.iter().position(|place| bits(place) == bits(&corners[k]));
+                face.corners[k] = same.map_or_else(
+                    || {
+                        *known.entry(bits(&corners[k])).or_insert_with(|| {
+                            self.vertices.push(corners[k]);
+                            self.vertices.len() as u32 - 1
+                        })
+                    },
+                    |same| own[same],
+                );
+                let given = Vec3::from(normals[k].map(f64::from));
+                let made = same.map_or(given, |same| smooth[of][same]);
+                face.normals[k] = if surface.normals.is_empty() { made } else { given };
+            }
+            self.faces.push(face);
+        }
     }
 
     /// Least and greatest damage time \[s\]; `None` of a body without crack faces.

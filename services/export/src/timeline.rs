@@ -2,10 +2,11 @@
 
 use crate::error::ExportError;
 use crate::names::UniqueNames;
-use crate::surface::{ExportMesh, SkinAttributes};
+use crate::surface::{ArtistSurface, ExportMesh};
+use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_geometry::{Pose, Quat, Solid, Vec3};
 use cullet_proto::recording::{Body, EventKind};
-use cullet_record::{PoseRow, RecordError, Recording};
+use cullet_record::{PoseRow, RecordError, Recording, RestPlace};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Times closer than this are one \[s\].
@@ -57,6 +58,9 @@ pub(crate) struct BodyTrack {
     pub(crate) sampled: Option<bool>,
     /// Whether it broke.
     pub(crate) broke: bool,
+    /// Which of the meshes it has: the digest of its geometry, and, where the artist's mesh has
+    /// more than a shape, its number, for that depends on the place in the object.
+    pub(crate) mesh: Vec<u8>,
     rows: Vec<(f64, PoseRow)>,
 }
 
@@ -89,7 +93,7 @@ pub(crate) struct ExportTimeline {
     /// In order of birth.
     pub(crate) bodies: Vec<BodyTrack>,
     pub(crate) grains: Vec<GrainTrack>,
-    /// Meshes by digest.
+    /// Meshes by [`BodyTrack::mesh`].
     pub(crate) meshes: BTreeMap<Vec<u8>, ExportMesh>,
 }
 
@@ -260,26 +264,47 @@ impl ExportTimeline {
         for track in &mut timeline.bodies {
             track.name = names.give(&track.body.name);
         }
-        for track in &timeline.bodies {
-            let (hash, body) = (&track.body.geometry, track.body.id);
-            if !timeline.meshes.contains_key(hash) {
-                let unknown = RecordError::UnknownGeometry { body };
-                let geometry = recording.geometries.get(hash).ok_or(unknown)?;
-                let solid = Solid::try_from(geometry);
-                let solid = solid.map_err(|source| RecordError::Geometry { body, source })?;
-                let mesh = ExportMesh::of(&solid, geometry, &SkinAttributes::default());
-                timeline.meshes.insert(hash.clone(), mesh);
-            }
-        }
+        timeline.add_meshes(recording)?;
         if wanted.grains {
             timeline.grains = grains(recording, up, &range);
         }
         Ok(timeline)
     }
 
+    /// Makes the mesh of each body.
+    fn add_meshes(&mut self, recording: &Recording) -> Result<(), ExportError> {
+        let mut surfaces: BTreeMap<u64, SurfaceAttributes> = BTreeMap::new();
+        let places: Vec<Option<RestPlace>> =
+            self.bodies.iter().map(|track| recording.rest_place(track.body.id)).collect();
+        for root in places.iter().flatten().map(|place| place.root).collect::<BTreeSet<_>>() {
+            if let Some(surface) = recording.appearance_of(root)? {
+                surfaces.insert(root, surface);
+            }
+        }
+        let artists: BTreeMap<u64, ArtistSurface<'_>> =
+            surfaces.iter().map(|(&root, of)| (root, ArtistSurface::new(of))).collect();
+        for (track, place) in self.bodies.iter_mut().zip(&places) {
+            let (hash, body) = (&track.body.geometry, track.body.id);
+            let artist = place.as_ref().and_then(|at| Some((artists.get(&at.root)?, at)));
+            track.mesh.clone_from(hash);
+            if artist.is_some() {
+                track.mesh.extend(body.to_le_bytes());
+            }
+            if !self.meshes.contains_key(&track.mesh) {
+                let unknown = RecordError::UnknownGeometry { body };
+                let geometry = recording.geometries.get(hash).ok_or(unknown)?;
+                let solid = Solid::try_from(geometry);
+                let solid = solid.map_err(|source| RecordError::Geometry { body, source })?;
+                let mesh = ExportMesh::of(&solid, geometry, artist);
+                self.meshes.insert(track.mesh.clone(), mesh);
+            }
+        }
+        Ok(())
+    }
+
     /// The mesh of a body. Each body of a timeline has one.
     pub(crate) fn mesh(&self, track: &BodyTrack) -> &ExportMesh {
-        &self.meshes[&track.body.geometry]
+        &self.meshes[&track.mesh]
     }
 
     /// Names of the objects, in order of their first body.
@@ -305,6 +330,7 @@ fn bodies(recording: &Recording, up: Quat) -> Vec<BodyTrack> {
             rest: up * rest.get(&body.id).copied().unwrap_or_else(Pose::identity),
             sampled: known.map(|of| of.contains(&body.id)),
             broke: false,
+            mesh: Vec::new(),
             rows: Vec::new(),
             body: body.clone(),
         }

@@ -7,7 +7,6 @@ mod samples;
 use crate::looks::{colours, linear};
 use crate::names::UniqueNames;
 use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
-use cullet_record::palette::Rgb;
 use prim::PrimWriter;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -68,8 +67,9 @@ const MATERIAL: &str = r#"        def Material "{name}"
 
 "#;
 
-fn material(name: &str, rgb: Rgb, roughness: &str) -> String {
-    let [r, g, b] = linear(rgb);
+/// `colour`: linear red, green and blue.
+fn material(name: &str, colour: [f32; 3], roughness: &str) -> String {
+    let [r, g, b] = colour;
     let text = MATERIAL.replace("{name}", name).replace("{roughness}", roughness);
     text.replace("{colour}", &format!("({r}, {g}, {b})"))
 }
@@ -91,8 +91,15 @@ pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery) -> UsdContent {
         let of = timeline.bodies.iter().find(|track| track.body.object == object);
         if let Some(body) = of.map(|track| &track.body) {
             let (skin, crack) = colours(&body.material, object, body.fixed);
-            looks += &material(&format!("{name}_skin"), skin, "0.5");
-            looks += &material(&format!("{name}_crack"), crack, "0.9");
+            looks += &material(&format!("{name}_skin"), linear(skin), "0.5");
+            looks += &material(&format!("{name}_crack"), linear(crack), "0.9");
+        }
+        let own = timeline.bodies.iter().filter(|track| track.body.object == object);
+        let slots = own.map(|track| &timeline.mesh(track).materials).max_by_key(|of| of.len());
+        for (slot, of) in slots.into_iter().flat_map(|of| of.iter()).enumerate() {
+            let [r, g, b, _] = of.base_colour;
+            let rough = of.roughness.to_string();
+            looks += &material(&format!("{name}_slot_{slot}"), [r, g, b], &rough);
         }
         objects.insert(object, name);
     }

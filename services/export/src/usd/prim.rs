@@ -2,11 +2,11 @@
 
 use super::samples::{list, quaternion, samples, scales, single, triple, visibility};
 use crate::keys;
-use crate::surface::{CrackMark, ExportFace, ExportMesh};
+use crate::surface::{CrackMark, ExportFace, ExportMesh, FaceKind};
 use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
 use cullet_geometry::{Pose, Quat, Vec3};
 use cullet_record::PoseRow;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt::{Display, Write};
 
 /// How far a sample of a velocity \[m/s\] or a spin \[degrees/s\] that is left out may be from the
@@ -156,16 +156,19 @@ impl PrimWriter<'_> {
         self.line(format_args!("int[] {plain}:indices = {}", list(&all.indices)));
     }
 
-    /// Skin and crack faces, each with its material.
+    /// Skin and crack faces, each with its material; the skin by the materials of its file.
     fn subsets(&mut self, mesh: &ExportMesh, look: &str) {
         self.line("uniform token subsetFamily:materialBind:familyType = \"nonOverlapping\"");
-        for (part, crack) in [("skin", false), ("crack", true)] {
-            let faces = mesh.faces.iter().enumerate();
-            let faces = faces.filter(|(_, face)| face.crack.is_some() == crack);
-            let faces: Vec<usize> = faces.map(|(index, _)| index).collect();
-            if faces.is_empty() {
-                continue;
-            }
+        let mut kinds: BTreeMap<FaceKind, Vec<usize>> = BTreeMap::new();
+        for (index, face) in mesh.faces.iter().enumerate() {
+            kinds.entry(face.kind()).or_default().push(index);
+        }
+        for (kind, faces) in kinds {
+            let part = match kind {
+                FaceKind::Skin => "skin".to_owned(),
+                FaceKind::Slot(slot) => format!("slot_{slot}"),
+                FaceKind::Crack => "crack".to_owned(),
+            };
             let indices = list(faces);
             let _ = write!(
                 self.text,
