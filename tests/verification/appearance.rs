@@ -255,6 +255,80 @@ fn an_obj_survives_solved_fragments() {
 }
 
 /// What a recording says beside: the materials with their units, and who looks how.
+/// A number list of a GLB: the rows of an accessor.
+fn rows(json: &serde_json::Value, binary: &[u8], accessor: &serde_json::Value) -> Vec<Vec<f64>> {
+    let whole = |value: &serde_json::Value| value.as_u64().unwrap_or(0) as usize;
+    let of = &json["accessors"][whole(accessor)];
+    let view = &json["bufferViews"][whole(&of["bufferView"])];
+    let width = match of["type"].as_str() {
+        Some("SCALAR") => 1,
+        Some("VEC2") => 2,
+        _ => 3,
+    };
+    let size = if of["componentType"] == 5123 { 2 } else { 4 };
+    let start = whole(&view["byteOffset"]) + whole(&of["byteOffset"]);
+    let number = |bytes: &[u8]| match (of["componentType"].as_u64(), bytes) {
+        (Some(5126), &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
+        (Some(5125), &[a, b, c, d]) => f64::from(u32::from_le_bytes([a, b, c, d])),
+        (_, bytes) => f64::from(u16::from_le_bytes([bytes[0], bytes[1]])),
+    };
+    let row = |k: usize| {
+        let at = start + k * width * size;
+        binary[at..at + width * size].chunks(size).map(number).collect()
+    };
+    (0..whole(&of["count"])).map(row).collect()
+}
+
+/// The export has the materials of the file as primitives of their own, and on them the area and
+/// the area of the atlas that they have in the file.
+#[test]
+fn an_export_has_the_surface_of_the_artist() {
+    let recording = broken("cube.glb", &as_glb("vessel"), "geometric");
+    let out = unique("appearance-export");
+    std::fs::create_dir_all(&out).expect("a folder");
+    let moments = cullet::Moments::At(recording.summary().sim_seconds);
+    let options = cullet::ExportOptions { moments, grains: false, ..Default::default() };
+    let file = out.join("last.glb");
+    cullet::export(&recording, &options, &file).expect("exports");
+    let bytes = std::fs::read(&file).expect("reads");
+    std::fs::remove_dir_all(&out).ok();
+    let length = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("4")) as usize;
+    let text = &bytes[20..20 + length(12)];
+    let json: serde_json::Value = serde_json::from_slice(text).expect("JSON");
+    let binary = &bytes[28 + length(12)..];
+    let mut found = [[0.0; 2]; 2];
+    for node in json["nodes"].as_array().expect("nodes") {
+        let Some(mesh) = node["mesh"].as_u64().filter(|_| node["extras"]["object"] == "pot") else {
+            continue;
+        };
+        for part in json["meshes"][mesh as usize]["primitives"].as_array().expect("primitives") {
+            let material = &json["materials"][part["material"].as_u64().expect("one") as usize];
+            let name = material["name"].as_str().expect("a name");
+            let Some(slot) = MATERIALS.iter().position(|it| name == format!("pot {it}")) else {
+                assert_eq!(name, "pot crack");
+                continue;
+            };
+            let attributes = &part["attributes"];
+            let places = rows(&json, binary, &attributes["POSITION"]);
+            let atlas = rows(&json, binary, &attributes["TEXCOORD_0"]);
+            let indices = rows(&json, binary, &part["indices"]);
+            for three in indices.chunks(3) {
+                let at = [0, 1, 2].map(|k| three[k][0] as usize);
+                let corner = |k: usize| Vec3::from_column_slice(&places[at[k]]);
+                found[slot][0] += area(&[corner(0), corner(1), corner(2)]);
+                let flat = |k: usize| Vec3::new(atlas[at[k]][0], atlas[at[k]][1], 0.0);
+                found[slot][1] += area(&[flat(0), flat(1), flat(2)]);
+            }
+        }
+    }
+    // Each axis has two faces, half of each of either material.
+    let charted: f64 = (0..3).map(|axis| 1.0 / ((4.0 + f64::from(axis)) * 2.5)).sum();
+    for [area, atlas] in found {
+        assert!((area / (3.0 * SCALE * SCALE) - 1.0).abs() < 1e-4, "{area} m²");
+        assert!((atlas / charted - 1.0).abs() < 1e-4, "{atlas} of {charted}");
+    }
+}
+
 #[test]
 fn a_recording_has_its_materials_as_json() {
     let recording = broken("pot.obj", &as_obj("vessel"), "geometric");
