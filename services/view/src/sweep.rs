@@ -47,9 +47,9 @@ struct EncodedPicture<'a> {
 }
 
 /// A number where the text is one, else the text.
-fn cell(text: &String) -> serde_json::Value {
+fn cell(text: &str) -> serde_json::Value {
     let number = text.parse::<f64>().ok().and_then(serde_json::Number::from_f64);
-    number.map_or_else(|| text.clone().into(), Into::into)
+    number.map_or_else(|| text.into(), Into::into)
 }
 
 /// The page of a sweep.
@@ -62,7 +62,7 @@ pub fn sweep_page(table: &SweepTable) -> serde_json::Result<String> {
         title: &table.title,
         about: &table.about,
         columns: &table.columns,
-        rows: table.rows.iter().map(|row| row.iter().map(cell).collect()).collect(),
+        rows: table.rows.iter().map(|row| row.iter().map(|text| cell(text)).collect()).collect(),
         pictures: table
             .pictures
             .iter()
