@@ -130,6 +130,8 @@ fn what_every_command_prints_as_json_can_be_read() {
     ]);
     let recording = PathBuf::from(&out).join("run.mcap");
     own(&["inspect", "--json", &recording.to_string_lossy()]);
+    let model = recording.with_file_name("run.glb");
+    own(&["export", "--json", &recording.to_string_lossy(), "-o", &model.to_string_lossy()]);
     own(&["materials", "--json"]);
     let specimen = file_of("tests/specimens/e2-turn.toml");
     own(&["bench", "--json", "-q", &specimen.to_string_lossy()]);
@@ -185,6 +187,7 @@ fn what_every_command_says_of_trouble_can_be_read() {
     for (args, code, kind, placed) in [
         (&["run", &none][..], 64, "usage", true),
         (&["inspect", &none], 74, "file", true),
+        (&["export", &none], 74, "file", true),
         (&["bench", &none], 64, "usage", false),
         (&["doctor", "--connect", &nobody, "--tls", &none], 64, "usage", false),
         (&["materials", "--such"], 64, "usage", false),

@@ -218,7 +218,9 @@ impl<'a> GlbWriter<'a> {
             extras: None,
         });
         let made = Mesh {
-            name: Some(track.name.clone()),
+            // Not the node's: three.js calls the parts of a mesh NAME_1, NAME_2, and finds what an
+            // animation moves by its name, which must not be that of a part.
+            name: Some(format!("{}.mesh", track.name)),
             primitives: primitives.collect(),
             weights: None,
             extensions: None,

@@ -42,6 +42,13 @@ try {
       slider.dispatchEvent(new Event("input"));
     });
     const after = await state();
+    const wrong = await page.evaluate(() => {
+      const { stage, byId } = window.cullet;
+      const there = ({ birth, end }) => birth <= stage.time && (end === null || end > stage.time);
+      const differs = ([id, piece]) => there(byId.get(id)) !== piece.node.visible;
+      return [...stage.pieces].filter(differs).map(([id]) => byId.get(id).name);
+    });
+    if (wrong.length > 0) faults.push(`seen or hidden against the recording at the end: ${wrong.join(", ")}`);
     if (!(after.time > before.time)) faults.push(`the slider moved nothing: ${before.time}, ${after.time} s`);
     if (JSON.stringify(before.places) === JSON.stringify(after.places)) faults.push("no body moved");
     // A place of the canvas where there is a piece, found by asking the page.
