@@ -47,12 +47,11 @@ pub(crate) fn run(args: &args::ExportArgs) -> Result<Exit, CommandError> {
         });
         reports.push(done?);
     }
-    for report in &reports {
-        logs::say(line(report));
-    }
     if args.json {
         let text = serde_json::to_string_pretty(&reports).unwrap_or_default();
         print(text + "\n")?;
+    } else {
+        reports.iter().for_each(|report| logs::say(line(report)));
     }
     Ok(Exit::Done)
 }
