@@ -305,7 +305,8 @@ fn submitting_to_nobody_says_so() {
     assert!(asked.elapsed() < Duration::from_secs(4), "it took {:?}", asked.elapsed());
     let want = format!(
         "error: cannot connect to {endpoint}: tried for 1 s; nobody listens there\n\
-         is the coordinator running? cullet doctor --connect {endpoint} checks; --connect or CULLET_CONNECT \
+         is the coordinator running? cullet doctor --connect {endpoint} checks; --connect or \
+         CULLET_CONNECT \
          names another place, --patience tries longer\n"
     );
     assert_eq!(submit.stderr, want);

@@ -5,7 +5,7 @@ mod farm;
 mod limit;
 mod voice;
 
-pub(crate) use export::ExportArgs;
+pub(crate) use export::{ExportArgs, ReportArgs};
 pub(crate) use farm::DEFAULT_ENDPOINT;
 pub(crate) use farm::{
     ConnectArgs, Doctor, DrainArgs, FetchArgs, OfRun, OfRuns, Ps, RouterArgs, SubmitArgs, What, Who,
@@ -391,15 +391,6 @@ pub(crate) struct Inspect {
     /// Fit only fragments of at least this many grid cells
     #[arg(long, value_name = "N", requires = "masses", default_value_t = RESOLVED_CELLS)]
     pub(crate) cells: f64,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct ReportArgs {
-    /// A recording, the folder of a run, or the folder of a sweep
-    pub(crate) run: PathBuf,
-    /// The page to write [default: report.html in the folder, or beside the recording]
-    #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

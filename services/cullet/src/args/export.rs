@@ -1,4 +1,4 @@
-//! `cullet export`: what is exported, and as what.
+//! `cullet export` and `cullet report`: what is written for other programs, and as what.
 
 use super::non_negative;
 use clap::Args;
@@ -39,4 +39,13 @@ pub(crate) struct ExportArgs {
     /// Print what was written to standard output as JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReportArgs {
+    /// A recording, the folder of a run, or the folder of a sweep
+    pub(crate) run: PathBuf,
+    /// The page to write [default: report.html in the folder, or beside the recording]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
 }
