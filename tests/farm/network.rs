@@ -188,7 +188,7 @@ fn a_link_on_which_an_answer_takes_a_second_is_made() {
 
 /// The transport gives a silent link up after 5 s, and with the link the pool gives up the worker:
 /// so leases (15 s) are not what is seen here, nor where a worker is stopped. They are what is left
-/// where the link is up and the worker silent, as in `services/worker/tests/farm/door.rs`.
+/// where the link is up and the worker silent, as in the worker's own `door` tests.
 #[test]
 fn a_link_that_goes_silent_and_heals_loses_nothing() {
     let _left = common::left::NobodyLeft::watch();
@@ -201,7 +201,7 @@ fn a_link_that_goes_silent_and_heals_loses_nothing() {
 }
 
 /// Pieces have checksums, whole jobs and results have digests: here either would do, as long as
-/// something is noticed. What each finds alone is in `services/worker/tests/farm/door.rs`.
+/// something is noticed. What each finds alone is in the worker's own `door` tests.
 #[test]
 fn bits_that_turn_over_are_noticed_and_change_nothing() {
     let _left = common::left::NobodyLeft::watch();

@@ -12,8 +12,6 @@ use std::collections::{BTreeMap, BTreeSet};
 const MOST_SAMPLES: usize = 600;
 /// The arrow keys move by this much \[s\].
 const FRAME: f64 = 1.0 / 60.0;
-/// Shown before the first break when the page opens \[s\].
-const LEAD: f64 = 0.0;
 
 /// What the viewer is given.
 #[derive(Serialize)]
@@ -156,7 +154,7 @@ impl RunData {
             about,
             duration: summary.sim_seconds,
             frame: FRAME,
-            first: (first - LEAD).max(0.0),
+            first,
             view: view(&recording.meta),
             fastest: series.fastest,
             damage,
