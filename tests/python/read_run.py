@@ -31,7 +31,6 @@ SCHEMAS = {
     "/cracks": "cullet.Cracks",
     "/sampled": "cullet.Sampled",
     "/appearance": "cullet.Appearance",
-    "/rest": "cullet.RestPlaces",
     "/events": "cullet.RunEvent",
     "/jobs": "cullet.JobReport",
     "/pool": "cullet.PoolReport",
@@ -112,11 +111,6 @@ class Run:
         for column, names in [(look.slots, look.materials), (look.objects, look.object_names)]:
             self.want(len(column) in (0, corners // 3), "one value a triangle of an appearance")
             self.want(max(column, default=-1) < len(names), "a triangle of a name that is not there")
-
-    def on_rest(self, rest):
-        n = len(rest.bodies)
-        self.want(set(rest.bodies) <= set(self.bodies), "the place of a body never born")
-        self.want((len(rest.roots), len(rest.origins)) == (n, 3 * n), "odd columns of places")
 
     def on_body(self, body):
         self.want(body.geometry in self.solids, f"body {body.id} comes before its geometry")

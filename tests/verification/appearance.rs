@@ -162,8 +162,9 @@ fn skin(recording: &Recording) -> Vec<SkinTriangle> {
         .collect();
     let mut skin = Vec::new();
     let mut fragments = 0;
+    let places = recording.rest_places();
     for body in recording.bodies.iter().filter(|body| !gone.contains(&body.id)) {
-        let place = recording.rest_place(body.id).expect("has a place");
+        let place = places[&body.id];
         if place.root != pot {
             continue;
         }

@@ -71,30 +71,11 @@ message! {
     }
 }
 
-message! {
-    /// Where the frames of bodies lie in that of the body of the scene that they come from, before
-    /// anything moved: a part of its skin lies on its surface there. Axes are the same. Decides
-    /// nothing and is left out of the digest.
-    RestPlaces {
-        /// Steps taken.
-        "1" [uint64] step: u64,
-        /// Simulated time \[s\].
-        "2" [double] time: f64,
-        /// The bodies.
-        "3" [uint64, repeated] bodies: Vec<u64>,
-        /// Of each: the body of the scene that it comes from.
-        "4" [uint64, repeated] roots: Vec<u64>,
-        /// x, y, z of the origin of each in the frame of that body at its birth \[m\].
-        "5" [double, repeated] origins: Vec<f64>,
-    }
-}
-
 pub(super) fn descriptors() -> Vec<DescriptorProto> {
     vec![
         Appearance::descriptor(),
         AppearanceMaterial::descriptor(),
         AppearanceTexture::descriptor(),
-        RestPlaces::descriptor(),
     ]
 }
 

@@ -6,9 +6,7 @@ mod messages;
 mod schema;
 mod solid;
 
-pub use appearance::{
-    Appearance, AppearanceError, AppearanceMaterial, AppearanceTexture, RestPlaces,
-};
+pub use appearance::{Appearance, AppearanceError, AppearanceMaterial, AppearanceTexture};
 pub use messages::*;
 pub use schema::{PACKAGE, Recorded};
 pub use solid::{GeometryError, geometry_hash};

@@ -6,7 +6,7 @@ use cullet_geometry::attributes::{
 };
 use cullet_geometry::{Solid, Surface, Vec3};
 use cullet_proto::recording::Geometry;
-use cullet_record::{RestPlace, skin_of};
+use cullet_record::skin_of;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -93,7 +93,7 @@ impl ExportMesh {
     pub(crate) fn of(
         solid: &Solid,
         geometry: &Geometry,
-        artist: Option<(&ArtistSurface<'_>, &RestPlace)>,
+        artist: Option<(&ArtistSurface<'_>, Vec3)>,
     ) -> Self {
         let smooth = normals(solid);
         let chart = geometry.uv.as_chunks::<2>().0;
@@ -121,9 +121,9 @@ impl ExportMesh {
             diagonal: solid.mesh.diagonal(),
             materials: Arc::default(),
         };
-        if let Some((artist, place)) = artist {
+        if let Some((artist, origin)) = artist {
             mesh.materials = Arc::clone(&artist.materials);
-            mesh.add_skin(solid, &smooth, artist, place);
+            mesh.add_skin(solid, &smooth, artist, origin);
         }
         mesh
     }
@@ -135,12 +135,11 @@ impl ExportMesh {
         solid: &Solid,
         smooth: &[[Vec3; 3]],
         ArtistSurface { surface, transfer, materials }: &ArtistSurface<'_>,
-        place: &RestPlace,
+        origin: Vec3,
     ) {
         let bits = |p: &Vec3| [p.x.to_bits(), p.y.to_bits(), p.z.to_bits()];
         let mut known: HashMap<[u64; 3], u32> = HashMap::new();
-        for SkinTriangle { of, corners, uv, normals, slot, .. } in
-            skin_of(transfer, solid, place.origin)
+        for SkinTriangle { of, corners, uv, normals, slot, .. } in skin_of(transfer, solid, origin)
         {
             let (own, places) = (solid.mesh.triangles[of], solid.mesh.corners(of));
             let mut face = ExportFace {

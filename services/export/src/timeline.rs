@@ -6,7 +6,7 @@ use crate::surface::{ArtistSurface, ExportMesh};
 use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_geometry::{Pose, Quat, Solid, Vec3};
 use cullet_proto::recording::{Body, EventKind};
-use cullet_record::{PoseRow, RecordError, Recording, RestPlace};
+use cullet_record::{PoseRow, RecordError, Recording};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Times closer than this are one \[s\].
@@ -274,18 +274,17 @@ impl ExportTimeline {
     /// Makes the mesh of each body.
     fn add_meshes(&mut self, recording: &Recording) -> Result<(), ExportError> {
         let mut surfaces: BTreeMap<u64, SurfaceAttributes> = BTreeMap::new();
-        let places: Vec<Option<RestPlace>> =
-            self.bodies.iter().map(|track| recording.rest_place(track.body.id)).collect();
-        for root in places.iter().flatten().map(|place| place.root).collect::<BTreeSet<_>>() {
+        let places = recording.rest_places();
+        for root in places.values().map(|place| place.root).collect::<BTreeSet<_>>() {
             if let Some(surface) = recording.appearance_of(root)? {
                 surfaces.insert(root, surface);
             }
         }
         let artists: BTreeMap<u64, ArtistSurface<'_>> =
             surfaces.iter().map(|(&root, of)| (root, ArtistSurface::new(of))).collect();
-        for (track, place) in self.bodies.iter_mut().zip(&places) {
+        for track in &mut self.bodies {
             let (hash, body) = (&track.body.geometry, track.body.id);
-            let artist = place.as_ref().and_then(|at| Some((artists.get(&at.root)?, at)));
+            let artist = places.get(&body).and_then(|at| Some((artists.get(&at.root)?, at.origin)));
             track.mesh.clone_from(hash);
             if artist.is_some() {
                 track.mesh.extend(body.to_le_bytes());

@@ -1,19 +1,9 @@
-//! What bodies look like: the artist's surface, and where fragments lay in it. None of it decides.
+//! What bodies look like: the artist's surface. It decides nothing.
 
-use super::{APPEARANCE, REST, RecordError, Recorder, Recording};
+use super::{APPEARANCE, RecordError, Recorder, Recording};
 use cullet_geometry::attributes::{AttributeTransfer, SkinTriangle, SurfaceAttributes};
 use cullet_geometry::{Solid, Surface, Vec3};
-use cullet_proto::recording::{Appearance, AppearanceTexture, RestPlaces};
-
-/// Where the frame of a body lies in that of the body of the scene that it comes from, before
-/// anything moved. Axes are the same.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RestPlace {
-    /// The body of the scene.
-    pub root: u64,
-    /// The origin of the body in the frame of `root` at its birth \[m\].
-    pub origin: Vec3,
-}
+use cullet_proto::recording::{Appearance, AppearanceTexture};
 
 impl Recorder {
     /// Records what bodies look like, from the mesh file that is attached under `file`.
@@ -31,24 +21,6 @@ impl Recorder {
         }
         let message = Appearance::of(bodies, file, surface);
         self.sink.own(APPEARANCE, self.stamp(), &message).map(|_| ())
-    }
-
-    /// Records where bodies lay in those of the scene that they come from, before anything moved.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn rest_places(
-        &mut self,
-        (step, time): (u64, f64),
-        places: &[(u64, RestPlace)],
-    ) -> Result<(), RecordError> {
-        let mut message = RestPlaces { step, time, ..RestPlaces::default() };
-        for (body, place) in places {
-            message.bodies.push(*body);
-            message.roots.push(place.root);
-            message.origins.extend(place.origin.iter());
-        }
-        self.sink.own(REST, self.stamp(), &message).map(|_| ())
     }
 }
 
@@ -74,21 +46,6 @@ impl Recording {
         let start = usize::try_from(texture.offset).ok()?;
         let end = start.checked_add(usize::try_from(texture.length).ok()?)?;
         file.get(start..end).filter(|bytes| !bytes.is_empty())
-    }
-
-    /// Where a body lay in the body of the scene that it comes from, as last recorded; nothing for
-    /// a fragment of a recording that does not tell, as old ones do not.
-    #[must_use]
-    pub fn rest_place(&self, body: u64) -> Option<RestPlace> {
-        for places in self.rest_places.iter().rev() {
-            if let Some(k) = places.bodies.iter().position(|it| *it == body) {
-                let origin = places.origins.get(3 * k..3 * k + 3)?;
-                let origin = Vec3::new(origin[0], origin[1], origin[2]);
-                return Some(RestPlace { root: *places.roots.get(k)?, origin });
-            }
-        }
-        let born = self.body(body)?;
-        born.parent.is_none().then_some(RestPlace { root: body, origin: Vec3::zeros() })
     }
 }
 
@@ -148,8 +105,6 @@ mod tests {
         recorder.appearance(vec![4], "note.txt", &look).expect("writes");
         let early = recorder.appearance(vec![5], "note.txt", &look).expect_err("no such body");
         assert_eq!(early.to_string(), "body 5 was not recorded before its appearance");
-        let place = RestPlace { root: 4, origin: Vec3::new(0.0, 0.0, half().z) };
-        recorder.rest_places((3, 0.1), &[(9, place)]).expect("writes");
         recorder.finish(10, 0.2).expect("ends");
         Recording::open(&path).expect("opens")
     }
@@ -159,13 +114,10 @@ mod tests {
         let recording = recorded();
         let surface = recording.appearance_of(4).expect("is sound").expect("is there");
         assert_eq!(recording.appearance_of(9).expect("is sound"), None, "a root's only");
-        let place = recording.rest_place(9).expect("is known");
-        assert_eq!((place.root, place.origin.z), (4, half().z));
-        assert_eq!(recording.rest_place(4), Some(RestPlace { root: 4, origin: Vec3::zeros() }));
-        assert_eq!(recording.rest_place(77), None);
+        let place = Vec3::new(0.0, 0.0, half().z);
         let body = recording.body(9).expect("the part").clone();
         let solid = recording.mesh(&body).expect("its mesh");
-        let skin = skin_of(&AttributeTransfer::new(&surface), &solid, place.origin);
+        let skin = skin_of(&AttributeTransfer::new(&surface), &solid, place);
         let cracked = |of: usize| solid.surface[of].is_crack();
         assert!(skin.iter().all(|it| !cracked(it.of)), "crack faces are no skin");
         // The part's top lies on that of the block.

@@ -19,7 +19,6 @@
 //! | `/sampled` | `cullet.Sampled` | which fragments were sampled, and not solved |
 //! | `/pool` | `cullet.PoolReport` | who computed them, and for how long |
 //! | `/appearance` | `cullet.Appearance` | what mesh files have beside the shapes |
-//! | `/rest` | `cullet.RestPlaces` | where fragments lay in their object before anything moved |
 //!
 //! The digest of a run covers `/geometry`, `/body`, `/shape`, `/bodies`, `/debris`, `/cracks`,
 //! `/events` and `/jobs`: no wall time and no worker name is in them. Log time is simulated time;
@@ -52,7 +51,7 @@ pub mod synthetic;
 mod tests;
 mod trace;
 
-pub use appearance::{RestPlace, skin_of};
+pub use appearance::skin_of;
 pub use digest::RunDigest;
 pub use event::{Event, Touch, event_text};
 pub use inspect::{Inspection, inspect};
@@ -62,6 +61,7 @@ pub use pose_row::PoseRow;
 pub use read::Recording;
 pub use recorder::{Finished, Level, Recorder};
 pub use recover::{Recovery, recover};
+pub use rest::RestPlace;
 pub use shares::Shares;
 pub use summary::{Jobs, LedgerTotals, SCHEMA_VERSION, Summary, Tally};
 pub use trace::{Trace, traces};
@@ -91,8 +91,6 @@ pub const SAMPLED: &str = "/sampled";
 pub const POOL: &str = "/pool";
 /// Topic of [`cullet_proto::recording::Appearance`].
 pub const APPEARANCE: &str = "/appearance";
-/// Topic of [`cullet_proto::recording::RestPlaces`].
-pub const REST: &str = "/rest";
 /// Topic of [`cullet_proto::recording::RunStats`].
 pub const STATS: &str = "/stats";
 

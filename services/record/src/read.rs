@@ -3,12 +3,11 @@
 use super::points::SPECIMEN;
 use super::summary::decode;
 use super::{
-    APPEARANCE, BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, REST, RecordError, SAMPLED,
-    SHAPE, Summary, Tally,
+    APPEARANCE, BODIES, BODY, CRACKS, DEBRIS, EVENTS, GEOMETRY, JOBS, RecordError, SAMPLED, SHAPE,
+    Summary, Tally,
 };
 use cullet_proto::recording::{
-    Appearance, Body, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape, RestPlaces,
-    RunEvent, Sampled,
+    Appearance, Body, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape, RunEvent, Sampled,
 };
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -175,8 +174,6 @@ pub struct Recording {
     pub sampled: Vec<Sampled>,
     /// What bodies look like, beside their shapes.
     pub appearances: Vec<Appearance>,
-    /// Where bodies lay in those of the scene that they come from; of an old recording nothing.
-    pub rest_places: Vec<RestPlaces>,
     /// Bytes at the end of the file that were part of no whole record.
     pub lost_bytes: u64,
     /// True if something in it is not as it was written, or its end is missing though it has the
@@ -269,7 +266,6 @@ impl Recording {
             JOBS => self.reports.push(decode(topic, time, data)?),
             SAMPLED => self.sampled.push(decode(topic, time, data)?),
             APPEARANCE => self.appearances.push(decode(topic, time, data)?),
-            REST => self.rest_places.push(decode(topic, time, data)?),
             _ => {}
         }
         Ok(())

@@ -5,6 +5,16 @@ use cullet_geometry::{Pose, Vec3};
 use cullet_proto::recording::Body;
 use std::collections::BTreeMap;
 
+/// Where the frame of a body lies in that of the body of the scene that it comes from, before
+/// anything moved. Axes are the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestPlace {
+    /// The body of the scene.
+    pub root: u64,
+    /// The origin of the body in the frame of `root` at its birth \[m\].
+    pub origin: Vec3,
+}
+
 /// How far masses may be from the mass of the body that broke, to count as all of it \[1\].
 const WHOLE: f64 = 1e-6;
 
@@ -76,6 +86,23 @@ impl Recording {
         }
         rest
     }
+
+    /// Where each body lay in the body of the scene that it comes from.
+    #[must_use]
+    pub fn rest_places(&self) -> BTreeMap<u64, RestPlace> {
+        let rest = self.rest_poses();
+        let mut places: BTreeMap<u64, RestPlace> = BTreeMap::new();
+        // A parent is older than its parts.
+        for body in &self.bodies {
+            let root = body.parent.map_or(Some(body.id), |it| Some(places.get(&it)?.root));
+            let place = root.and_then(|root| {
+                let origin = rest.get(&root)?.inv_mul(rest.get(&body.id)?).translation.vector;
+                Some(RestPlace { root, origin })
+            });
+            places.extend(place.map(|place| (body.id, place)));
+        }
+        places
+    }
 }
 
 #[cfg(test)]
@@ -125,5 +152,11 @@ mod tests {
             assert!(off < 1e-12, "part {part}: {off}");
         }
         assert_eq!(rest[&1], start.pose);
+        let lay = recording.rest_places();
+        for (part, place) in [2u64, 3].into_iter().zip(places) {
+            assert_eq!(lay[&part].root, 1);
+            assert!((lay[&part].origin - place).norm() < 1e-12, "{:?}", lay[&part]);
+        }
+        assert_eq!((lay[&1].root, lay[&1].origin), (1, Vec3::zeros()));
     }
 }

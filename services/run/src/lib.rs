@@ -17,7 +17,7 @@ use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_model::SolveOutcome as Solved;
 use cullet_plan::{Decision, Experience, SolveOrder, decide};
 use cullet_proto::{FractureJob, JobId};
-use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, RestPlace, Summary, Touch};
+use cullet_record::{Event, Level, PoseRow, RecordError, Recorder, Summary, Touch};
 use cullet_scene::{Scene, SceneBody, rigid};
 use cullet_world::{BodyId, Hit, World, WorldError};
 use notices::Notices;
@@ -119,16 +119,12 @@ struct ObjectOrigin {
     object: String,
     material: String,
     choice: job::Choice,
-    /// Where it lay in the body of the scene.
-    rest: RestPlace,
 }
 
 impl ObjectOrigin {
     /// Of a part, whose own origin is at `centre` in the body's frame \[m\].
     fn of_part(&self, centre: &Vec3) -> Self {
-        let RestPlace { root, origin } = self.rest;
-        let rest = RestPlace { root, origin: origin + centre };
-        Self { choice: self.choice.of_fragment(centre), rest, ..self.clone() }
+        Self { choice: self.choice.of_fragment(centre), ..self.clone() }
     }
 }
 
@@ -203,7 +199,6 @@ impl SceneRun<'_> {
                 object: body.name.clone(),
                 material: body.material.name.clone(),
                 choice: job::Choice::of(body, &scene.fracture, job::seed_of(id, scene.world.seed)),
-                rest: RestPlace { root: number(id), origin: Vec3::zeros() },
             };
             self.origins.insert(id, origin);
             self.record_birth(id)?;

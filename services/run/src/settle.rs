@@ -193,7 +193,6 @@ impl SceneRun<'_> {
             origin.choice.no_finer_than(report.spacing);
         }
         self.record_shape(job.body)?;
-        self.record_rest(&[job.body])?;
         let ledger = convert::ledger(&done);
         self.event(&Event::Deformed { body: number(job.body), job: job.id.0, ledger })?;
         let object = self.origins.get(&job.body).map_or("", |origin| &origin.object);
@@ -224,7 +223,6 @@ impl SceneRun<'_> {
             self.record_birth(id)?;
             self.record_cracks(id, sheet)?;
         }
-        self.record_rest(&done.fragments)?;
         self.fractures += 1;
         *self.broken.entry(origin.object.clone()).or_default() += done.fragments.len() as u64;
         self.event(&Event::Fractured {
@@ -280,14 +278,6 @@ impl SceneRun<'_> {
         let view = self.world.body(id).ok_or(RunError::Lost(id))?;
         let now = (self.world.step_count(), self.world.time());
         Ok(self.recorder.cracks(now, number(id), view.solid, sheet)?)
-    }
-
-    /// Records where bodies lay in those of the scene that they come from.
-    fn record_rest(&mut self, bodies: &[BodyId]) -> Result<(), RunError> {
-        let place = |id: &BodyId| self.origins.get(id).map(|origin| (number(*id), origin.rest));
-        let places: Vec<_> = bodies.iter().filter_map(place).collect();
-        let now = (self.world.step_count(), self.world.time());
-        Ok(self.recorder.rest_places(now, &places)?)
     }
 
     fn record_shape(&mut self, id: BodyId) -> Result<(), RunError> {
