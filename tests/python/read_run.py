@@ -1,19 +1,24 @@
 #!/usr/bin/env python3
 """Reads a run with a reader that this project did not write, and checks what it finds.
 
-    pip install mcap==1.6.0 mcap-protobuf-support==0.6.0 rerun-sdk==0.41.0
+    pip install mcap==1.6.0 mcap-protobuf-support==0.6.0 rerun-sdk==0.41.0 grpcio-tools==1.85.1
     python tests/python/read_run.py runs/pot-1/run.mcap [--summary runs/pot-1/summary.json]
+        [--proto proto/recording.proto]
     rerun mcap check runs/pot-1/run.mcap
 
-Every message is decoded by the schema embedded in the file. Exit code 0: all checks hold; 1: some
-do not, each named on stderr. `rerun mcap check` exits with 0 if the structure of the file is sound.
+Every message is decoded by the schema embedded in the file; with --proto the first of each topic of
+Cullet's own also by that file, which protoc compiles. Exit code 0: all checks hold; 1: some do not, each named on
+stderr. `rerun mcap check` exits with 0 if the structure of the file is sound.
 """
 
 import argparse
 import collections
 import hashlib
+import importlib
 import json
+import os
 import sys
+import tempfile
 
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
@@ -52,6 +57,7 @@ class Run:
         self.posed = set()
         self.fractures = 0
         self.drawn = collections.Counter()
+        self.compiled = None
 
     def want(self, holds, text):
         if not holds:
@@ -63,10 +69,19 @@ class Run:
         self.want(schema.name == wanted, f"{topic} carries {schema.name}, not {wanted}")
         self.want(message.sequence == self.counts[topic], f"{topic}: sequence {message.sequence}")
         self.counts[topic] += 1
+        few = self.counts[topic] <= 20
+        if self.compiled and few and schema.name.startswith("cullet."):
+            self.by_file(schema.name, message.data, decoded)
         if topic.startswith("/scene/"):
             self.scene(topic, decoded)
         elif handler := getattr(self, f"on_{topic[1:]}", None):
             handler(decoded)
+
+    def by_file(self, name, data, decoded):
+        """A message says the same by the shipped file as by the embedded schema."""
+        kind = getattr(self.compiled, name.removeprefix("cullet."), None)
+        read = kind.FromString(data) if kind else None
+        self.want(str(read) == str(decoded), f"{name} is another message by the shipped file")
 
     def on_geometry(self, solid):
         self.want(solid.hash not in self.solids, "a geometry is recorded twice")
@@ -177,6 +192,19 @@ def read(path, run):
     return attachments, metadata
 
 
+def compiled(path):
+    """The module that protoc makes of a file of messages."""
+    from grpc_tools import protoc
+
+    with tempfile.TemporaryDirectory() as folder:
+        source, name = os.path.split(os.path.abspath(path))
+        wrong = protoc.main(["protoc", f"-I{source}", f"--python_out={folder}", name])
+        if wrong:
+            sys.exit(f"protoc does not compile {path}")
+        sys.path.insert(0, folder)
+        return importlib.import_module(name.removesuffix(".proto") + "_pb2")
+
+
 def compare(run, path):
     """The summary beside the recording says what the messages say."""
     with open(path, encoding="utf-8") as stream:
@@ -196,9 +224,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("recording")
     parser.add_argument("--summary", help="summary.json to compare with")
+    parser.add_argument("--proto", help="a file of messages to decode by as well")
     parser.add_argument("--cut", action="store_true", help="a recovered run may lack its end")
     arguments = parser.parse_args()
     run = Run()
+    run.compiled = compiled(arguments.proto) if arguments.proto else None
     attachments, metadata = read(arguments.recording, run)
     for topic in ALWAYS:
         run.want(run.counts[topic], f"nothing on {topic}")

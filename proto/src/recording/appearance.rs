@@ -1,12 +1,11 @@
 //! What bodies look like, beside the messages that decide: the artist's surface, and where
 //! fragments lay in it.
 
-use super::schema::message;
+use super::schema::{MessageDeclaration, message};
 use cullet_geometry::attributes::{
     AttributeError, SurfaceAttributes, SurfaceMaterial, SurfaceTexture,
 };
 use cullet_geometry::{TriMesh, Vec3};
-use foxglove::prost_types::DescriptorProto;
 use std::collections::BTreeMap;
 
 message! {
@@ -71,11 +70,11 @@ message! {
     }
 }
 
-pub(super) fn descriptors() -> Vec<DescriptorProto> {
+pub(super) fn declarations() -> Vec<MessageDeclaration> {
     vec![
-        Appearance::descriptor(),
-        AppearanceMaterial::descriptor(),
-        AppearanceTexture::descriptor(),
+        Appearance::declaration(),
+        AppearanceMaterial::declaration(),
+        AppearanceTexture::declaration(),
     ]
 }
 

@@ -1,7 +1,7 @@
 //! The messages of a recording that are ours. Tags are never reused; fields are only added.
 
 use super::appearance;
-use super::schema::{self, enumeration, message};
+use super::schema::{Declarations, enumeration, message};
 
 enumeration! {
     /// How much of the original body a fragment is, and what may still happen to it.
@@ -81,7 +81,7 @@ message! {
 message! {
     /// One solid, recorded once and named by the digest of its content. Nothing is rounded.
     Geometry {
-        /// BLAKE3 of the content, 32 bytes: see [`super::geometry_hash`].
+        /// BLAKE3 of the content, 32 bytes: equal solids have equal digests.
         "1" [bytes = "vec"] hash: Vec<u8>,
         /// x, y, z of each vertex in the body's frame \[m\].
         "2" [double, repeated] vertices: Vec<f64>,
@@ -433,27 +433,31 @@ message! {
     }
 }
 
+pub(super) fn declarations() -> Declarations {
+    let mut messages = vec![
+        Vector3::declaration(),
+        Geometry::declaration(),
+        Body::declaration(),
+        BodyPoses::declaration(),
+        Grains::declaration(),
+        Cracks::declaration(),
+        Hit::declaration(),
+        JobReport::declaration(),
+        ReportFigure::declaration(),
+        NewShape::declaration(),
+        Sampled::declaration(),
+        PoolReport::declaration(),
+        Ledger::declaration(),
+        RunEvent::declaration(),
+        RunStats::declaration(),
+    ];
+    messages.extend(appearance::declarations());
+    let enums = vec![Tier::declaration(), Verdict::declaration(), EventKind::declaration()];
+    Declarations { messages, enums }
+}
+
 /// The schema that every message of ours is recorded with: a `FileDescriptorSet`.
 #[must_use]
 pub fn schema_bytes() -> Vec<u8> {
-    let mut messages = vec![
-        Vector3::descriptor(),
-        Geometry::descriptor(),
-        Body::descriptor(),
-        BodyPoses::descriptor(),
-        Grains::descriptor(),
-        Cracks::descriptor(),
-        Hit::descriptor(),
-        JobReport::descriptor(),
-        ReportFigure::descriptor(),
-        NewShape::descriptor(),
-        Sampled::descriptor(),
-        PoolReport::descriptor(),
-        Ledger::descriptor(),
-        RunEvent::descriptor(),
-        RunStats::descriptor(),
-    ];
-    messages.extend(appearance::descriptors());
-    let enums = vec![Tier::descriptor(), Verdict::descriptor(), EventKind::descriptor()];
-    schema::file(messages, enums)
+    declarations().to_bytes()
 }

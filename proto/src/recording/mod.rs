@@ -5,8 +5,10 @@ mod appearance;
 mod messages;
 mod schema;
 mod solid;
+mod text;
 
 pub use appearance::{Appearance, AppearanceError, AppearanceMaterial, AppearanceTexture};
 pub use messages::*;
 pub use schema::{PACKAGE, Recorded};
 pub use solid::{GeometryError, geometry_hash};
+pub use text::schema_text;

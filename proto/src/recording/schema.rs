@@ -27,25 +27,42 @@ pub trait Recorded: Message + Default + Sized {
     }
 }
 
+/// The lines of a doc comment.
+pub(super) type Comment = &'static [&'static str];
+
+/// A message or an enumeration as it is declared: its descriptor, and what its comments say.
+pub(super) struct Declaration<D> {
+    pub(super) descriptor: D,
+    pub(super) comment: Comment,
+    /// Of each field or value, in the order of the descriptor.
+    pub(super) parts: Vec<Comment>,
+}
+
 /// Declares one message. A field reads `tag [prost kind] name: Type`; the descriptor is made of
 /// the same words, so type, encoding and schema cannot disagree.
 macro_rules! message {
-    ($(#[$meta:meta])* $name:ident {
-        $($(#[$field_meta:meta])* $tag:literal [$($kind:tt)*] $field:ident: $ty:ty,)*
+    ($(#[doc = $doc:literal])* $(#[derive($($also:ident),*)])? $name:ident {
+        $($(#[doc = $field_doc:literal])*
+        $tag:literal [$($kind:tt)*] $field:ident: $ty:ty,)*
     }) => {
-        $(#[$meta])*
+        $(#[doc = $doc])*
         #[derive(Clone, PartialEq, prost::Message)]
+        $(#[derive($($also),*)])?
         pub struct $name {
-            $($(#[$field_meta])* #[prost($($kind)*, tag = $tag)] pub $field: $ty,)*
+            $($(#[doc = $field_doc])* #[prost($($kind)*, tag = $tag)] pub $field: $ty,)*
         }
         impl $crate::recording::schema::Recorded for $name {
             const NAME: &'static str = concat!("cullet.", stringify!($name));
         }
         impl $name {
-            fn descriptor() -> foxglove::prost_types::DescriptorProto {
-                $crate::recording::schema::message_descriptor(stringify!($name), &[
-                    $(($tag, stringify!($field), stringify!($($kind)*), stringify!($ty)),)*
-                ])
+            fn declaration() -> $crate::recording::schema::MessageDeclaration {
+                $crate::recording::schema::Declaration {
+                    descriptor: $crate::recording::schema::message_descriptor(stringify!($name), &[
+                        $(($tag, stringify!($field), stringify!($($kind)*), stringify!($ty)),)*
+                    ]),
+                    comment: &[$($doc),*],
+                    parts: vec![$(&[$($field_doc),*]),*],
+                }
             }
         }
     };
@@ -54,23 +71,34 @@ pub(super) use message;
 
 /// Declares one enumeration, likewise.
 macro_rules! enumeration {
-    ($(#[$meta:meta])* $name:ident { $($(#[$vmeta:meta])* $variant:ident = $value:literal,)* }) => {
-        $(#[$meta])*
+    ($(#[doc = $doc:literal])* $name:ident {
+        $($(#[doc = $value_doc:literal])* $variant:ident = $value:literal,)*
+    }) => {
+        $(#[doc = $doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, prost::Enumeration)]
         #[repr(i32)]
         pub enum $name {
-            $($(#[$vmeta])* $variant = $value,)*
+            $($(#[doc = $value_doc])* $variant = $value,)*
         }
         impl $name {
-            fn descriptor() -> foxglove::prost_types::EnumDescriptorProto {
-                $crate::recording::schema::enum_descriptor(stringify!($name), &[
-                    $((stringify!($variant), $value),)*
-                ])
+            fn declaration() -> $crate::recording::schema::EnumDeclaration {
+                $crate::recording::schema::Declaration {
+                    descriptor: $crate::recording::schema::enum_descriptor(stringify!($name), &[
+                        $((stringify!($variant), $value),)*
+                    ]),
+                    comment: &[$($doc),*],
+                    parts: vec![$(&[$($value_doc),*]),*],
+                }
             }
         }
     };
 }
 pub(super) use enumeration;
+
+/// A message.
+pub(super) type MessageDeclaration = Declaration<DescriptorProto>;
+/// An enumeration.
+pub(super) type EnumDeclaration = Declaration<EnumDescriptorProto>;
 
 /// A field as [`message!`] writes it: tag, name, prost's words for its kind, Rust type.
 pub(super) type MessageField = (&'static str, &'static str, &'static str, &'static str);
@@ -159,15 +187,23 @@ fn screaming(variant: &str) -> String {
     out
 }
 
-/// A `FileDescriptorSet` of one file, as MCAP wants protobuf schemas.
-pub(super) fn file(messages: Vec<DescriptorProto>, enums: Vec<EnumDescriptorProto>) -> Vec<u8> {
-    let file = FileDescriptorProto {
-        name: Some("cullet/recording.proto".to_owned()),
-        package: Some(PACKAGE.to_owned()),
-        syntax: Some("proto3".to_owned()),
-        message_type: messages,
-        enum_type: enums,
-        ..Default::default()
-    };
-    FileDescriptorSet { file: vec![file] }.encode_to_vec()
+/// All that a recording may hold of ours.
+pub(super) struct Declarations {
+    pub(super) messages: Vec<MessageDeclaration>,
+    pub(super) enums: Vec<EnumDeclaration>,
+}
+
+impl Declarations {
+    /// A `FileDescriptorSet` of one file, as MCAP wants protobuf schemas.
+    pub(super) fn to_bytes(&self) -> Vec<u8> {
+        let file = FileDescriptorProto {
+            name: Some("cullet/recording.proto".to_owned()),
+            package: Some(PACKAGE.to_owned()),
+            syntax: Some("proto3".to_owned()),
+            message_type: self.messages.iter().map(|it| it.descriptor.clone()).collect(),
+            enum_type: self.enums.iter().map(|it| it.descriptor.clone()).collect(),
+            ..Default::default()
+        };
+        FileDescriptorSet { file: vec![file] }.encode_to_vec()
+    }
 }

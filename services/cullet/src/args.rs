@@ -98,8 +98,8 @@ pub(crate) enum Command {
     Check(Check),
     /// List the material presets with the source of each value
     Materials(Materials),
-    /// Print the JSON schema of scene files, specimens, scene benchmarks or benchmark suites, or
-    /// the reference of scene files
+    /// Print the JSON schema of scene files, specimens, scene benchmarks or benchmark suites, the
+    /// reference of scene files, or the messages of a recording
     Schema(Schema),
     /// Create a folder with a commented scene to start from
     New(New),
@@ -148,8 +148,11 @@ pub(crate) struct Man {
 #[derive(Debug, Args)]
 pub(crate) struct Schema {
     /// Print every key of a scene file with unit, default, bounds and meaning, as Markdown
-    #[arg(long, conflicts_with_all = ["specimen", "whole", "frontier"])]
+    #[arg(long, conflicts_with_all = ["recording", "specimen", "whole", "frontier"])]
     pub(crate) reference: bool,
+    /// Print the messages of a recording as a Protocol Buffers file
+    #[arg(long, conflicts_with_all = ["specimen", "whole", "frontier"])]
+    pub(crate) recording: bool,
     /// Print the schema of benchmark specimens
     #[arg(long, conflicts_with_all = ["frontier", "whole"])]
     pub(crate) specimen: bool,

@@ -129,8 +129,13 @@ pub(crate) fn materials(args: &args::Materials) -> Result<Exit, CommandError> {
 }
 
 pub(crate) fn schema(args: &args::Schema) -> Result<Exit, CommandError> {
-    if args.reference {
-        print(cullet_scene::reference())?;
+    let page = match (args.reference, args.recording) {
+        (true, _) => Some(cullet_scene::reference()),
+        (_, true) => Some(cullet_proto::recording::schema_text()),
+        _ => None,
+    };
+    if let Some(page) = page {
+        print(page)?;
         return Ok(Exit::Done);
     }
     print(match (args.specimen, args.whole, args.frontier) {
