@@ -246,6 +246,31 @@ mod tests {
     }
 
     #[test]
+    fn without_drawings_a_run_has_the_same_digest_and_its_pictures_and_exports() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let stop = AtomicBool::new(false);
+        let pool = LocalPool::start(&LocalWorkers::Threads { workers: 1, threads: 1 });
+        let pool = pool.expect("a pool");
+        let has_drawings = |path: &Path| {
+            let bytes = std::fs::read(path).expect("a recording");
+            bytes.windows(7).any(|part| part == b"/scene/")
+        };
+        let run = |drawings: bool| {
+            let mut scene = ball();
+            assert!(scene.recording.drawings, "unless the scene says otherwise");
+            scene.recording.drawings = drawings;
+            let out = folder.path().join(drawings.to_string());
+            let options = RunOptions { out: &out, stop: &stop };
+            let outcome = pool.run(&scene, &options, &mut |_| {}).expect("a run");
+            assert_eq!(has_drawings(&outcome.recording), drawings);
+            cullet_picture::from_recording(&outcome.recording, &out).expect("pictures");
+            let picture = std::fs::read(out.join("preview.png")).expect("a picture");
+            (outcome.summary.digest, picture)
+        };
+        assert!(run(true) == run(false));
+    }
+
+    #[test]
     fn a_run_ends_early_when_stopped_from_its_progress() {
         let folder = tempfile::tempdir().expect("a folder");
         let stop = AtomicBool::new(false);

@@ -60,6 +60,9 @@ impl Recorder {
         }
         (object.moved, object.changed) = (false, false);
         object.drawn_at = Some(time);
+        if !self.drawing.objects {
+            return Ok(());
+        }
         let parts: Vec<&Live> = object.parts.iter().filter_map(|id| self.bodies.get(id)).collect();
         let update = display::scene_update(name, stamp.log, &parts);
         let bytes = self.sink.known(&scene_topic(name), stamp, &update)?;

@@ -7,16 +7,13 @@ use serde_json::{Value, json};
 
 /// A layout for Lichtblick and Foxglove that draws every object, the log and two plots, and looks
 /// at `centre` in the upright frame from as far as bodies within `radius` \[m\] of it need.
-pub(super) fn layout<'a>(
-    objects: impl Iterator<Item = &'a str>,
-    centre: Vec3,
-    radius: f64,
-) -> String {
+pub(super) fn layout(objects: &[&str], centre: Vec3, radius: f64) -> String {
     let mut topics = serde_json::Map::new();
     for object in objects {
         topics.insert(super::object::scene_topic(object), json!({ "visible": true }));
     }
-    topics.insert("/fragments".to_owned(), json!({ "visible": false }));
+    // Where no object is drawn, the centres of the bodies are what there is to see.
+    topics.insert("/fragments".to_owned(), json!({ "visible": objects.is_empty() }));
     let scene = json!({
         "cameraState": {
             "perspective": true, "distance": 4.0 * radius, "phi": 65, "thetaOffset": 40,

@@ -41,6 +41,8 @@ pub struct RunMeta {
     pub materials: BTreeMap<String, String>,
     /// Where to look from.
     pub view: Option<View>,
+    /// Whether viewers get drawings of the objects, on `/scene/NAME`.
+    pub drawings: bool,
     /// Leave out wall times and worker names and flush by simulated time: equal runs, equal bytes.
     pub deterministic: bool,
 }

@@ -41,6 +41,8 @@ pub struct Finished {
 
 /// What viewers' drawings may still take.
 pub(super) struct DrawBudget {
+    /// Whether objects are drawn at all; numbers and centres always are.
+    pub(super) objects: bool,
     /// Bytes a simulated second \[bytes/s\].
     pub(super) rate: f64,
     /// Bytes saved up.
@@ -49,6 +51,13 @@ pub(super) struct DrawBudget {
     pub(super) at: f64,
     /// When all centres were last drawn \[s\].
     pub(super) overview_at: f64,
+}
+
+impl DrawBudget {
+    fn new(meta: &RunMeta) -> Self {
+        let (rate, overview_at) = (object::rate(meta.duration), f64::NEG_INFINITY);
+        Self { objects: meta.drawings, rate, left: 0.0, at: 0.0, overview_at }
+    }
 }
 
 /// When the recording was last brought onto the disk.
@@ -112,7 +121,6 @@ impl Recorder {
             sink.attach(name, kind, data)?;
         }
         sink.known("/tf", Stamp::default(), &display::frames(0, up(meta.gravity)))?;
-        let rate = object::rate(meta.duration);
         Ok(Self {
             sink,
             path: path.to_owned(),
@@ -127,7 +135,7 @@ impl Recorder {
             materials: (meta.materials.keys().cloned().collect(), BTreeMap::new()),
             specks: (0, 0),
             objects: BTreeMap::new(),
-            drawing: DrawBudget { rate, left: 0.0, at: 0.0, overview_at: f64::NEG_INFINITY },
+            drawing: DrawBudget::new(meta),
             laid_out: false,
             started: Instant::now(),
             flushed: Flushed::default(),
@@ -284,8 +292,9 @@ impl Recorder {
         if !self.laid_out {
             self.laid_out = true;
             let (centre, radius) = display::surroundings(self.bodies.values(), self.up);
-            let objects = self.objects.keys().map(String::as_str);
-            let layout = super::layout::layout(objects, centre, radius);
+            let drawn = self.objects.keys().filter(|_| self.drawing.objects);
+            let objects: Vec<&str> = drawn.map(String::as_str).collect();
+            let layout = super::layout::layout(&objects, centre, radius);
             self.sink.attach("layout.json", "application/json", layout.as_bytes())?;
         }
         self.draw(false)?;

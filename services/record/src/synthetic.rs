@@ -73,6 +73,7 @@ pub fn meta() -> RunMeta {
         gravity: Vec3::new(0.0, 0.0, -9.81),
         materials: BTreeMap::from([("brick".to_owned(), "E 15 GPa".to_owned())]),
         view: None,
+        drawings: true,
         deterministic: true,
     }
 }

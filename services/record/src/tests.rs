@@ -187,6 +187,28 @@ fn every_drawing_is_the_whole_state_and_none_comes_too_often() {
 }
 
 #[test]
+fn without_drawings_the_rest_of_the_recording_is_the_same() {
+    let (with, without) = (folder(), folder());
+    let drawn = recorded(with.path());
+    let meta = RunMeta { drawings: false, ..synthetic::meta() };
+    let bare = synthetic::run(&without.path().join("run.mcap"), &meta).expect("records");
+    assert_eq!(bare.summary, drawn.summary);
+    assert_eq!(inspect(&bare.path).expect("reads").summary, drawn.summary);
+    for object in ["/scene/cube", "/scene/slab"] {
+        assert!(messages(&bare.path, object).is_empty(), "{object}");
+        assert!(!messages(&drawn.path, object).is_empty(), "{object}");
+    }
+    for topic in ["/fragments", "/tf", "/log", STATS, GEOMETRY, BODY, BODIES, DEBRIS, EVENTS] {
+        assert_eq!(messages(&bare.path, topic), messages(&drawn.path, topic), "{topic}");
+    }
+    // A viewer shows the centres in their place.
+    let layout = &Recording::open(&bare.path).expect("opens").attachments["layout.json"];
+    let layout: serde_json::Value = serde_json::from_slice(layout).expect("is JSON");
+    let topics = &layout["configById"]["3D!scene"]["topics"];
+    assert_eq!(*topics, serde_json::json!({ "/fragments": { "visible": true } }));
+}
+
+#[test]
 fn drawings_keep_to_their_budget_and_the_track_stays_whole() {
     let dir = folder();
     let path = dir.path().join("run.mcap");

@@ -40,6 +40,7 @@ pub(super) fn meta(scene: &Scene) -> RunMeta {
             start: view.start,
             end: view.end,
         }),
+        drawings: scene.recording.drawings,
         deterministic: false,
     }
 }

@@ -18,7 +18,7 @@ pub use generator::{Grid, Scatter, Stack};
 pub use material::{Channel, Layers, Material, Paint, WeakPlane};
 pub(crate) use material::{DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL};
 pub use shape::Shape;
-pub use show::{Bounds, Expect, ShareBounds, View};
+pub use show::{Bounds, Expect, RecordingSettings, ShareBounds, View};
 
 use super::surface_detail::Detail;
 use cullet_document::unit;
@@ -58,6 +58,8 @@ pub struct Document {
     pub scatter: Vec<Scatter>,
     /// What a run of the scene must show.
     pub expect: Expect,
+    /// What the recording of a run holds beside what decides the run.
+    pub recording: RecordingSettings,
     /// The camera and time window of the preview pictures.
     #[schemars(extend("x-default" = "a camera that shows the bodies that break"))]
     pub view: Option<View>,

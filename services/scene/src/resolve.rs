@@ -58,6 +58,7 @@ fn read_sections(context: &mut ResolveContext<'_>) -> Document {
     read(context, "fracture", &mut document.fracture);
     read(context, "fidelity", &mut document.fidelity);
     read(context, "expect", &mut document.expect);
+    read(context, "recording", &mut document.recording);
     read(context, "view", &mut document.view);
     document
 }
@@ -434,6 +435,7 @@ impl Builder<'_> {
             fidelity: document.fidelity,
             bodies: self.bodies,
             expect: document.expect,
+            recording: document.recording,
             view: document.view,
             warnings: std::mem::take(&mut self.context.warnings),
             source_text: String::new(),

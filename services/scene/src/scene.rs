@@ -75,6 +75,8 @@ pub struct Scene {
     pub bodies: Vec<SceneBody>,
     /// What the scene must show.
     pub expect: Expect,
+    /// What its recording holds.
+    pub recording: format::RecordingSettings,
     /// Where the preview looks from.
     pub view: Option<View>,
     /// What is unusual or was repaired, a line each.

@@ -289,6 +289,15 @@ fn bad_values_are_refused_in_words() {
 }
 
 #[test]
+fn drawings_are_recorded_unless_the_scene_says_otherwise() {
+    let recording = |set: &[&str]| from_text(SMALL, set).expect("loads").recording;
+    assert!(recording(&[]).drawings);
+    assert!(!recording(&["recording.drawings=false"]).drawings);
+    let said = errors_of(SMALL, &["recording.drawing=false"]);
+    assert!(said.contains("did you mean `drawings`"), "{said}");
+}
+
+#[test]
 fn what_does_not_fit_together_is_refused_in_words() {
     let grid = "[[grid]]\nname = \"g\"\ncount = [2, 1, 1]\nspacing = [1e6, 0, 0]\n\
                 body = { shape = { kind = \"sphere\", radius = 0.1 }, material = \"ice\" }\n";

@@ -92,6 +92,22 @@ pub struct Expect {
     pub sampled_mass: Option<ShareBounds>,
 }
 
+/// What the recording of a run holds beside what decides the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RecordingSettings {
+    /// Whether the recording has each object as viewers of MCAP files draw it, on `/scene/NAME`:
+    /// most of its bytes in many scenes. Cullet itself does not read them, and the digest of the
+    /// run does not depend on them.
+    pub drawings: bool,
+}
+
+impl Default for RecordingSettings {
+    fn default() -> Self {
+        Self { drawings: true }
+    }
+}
+
 /// The camera and the time window of the preview pictures.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -3,8 +3,9 @@
 
 use super::keys::keys_of;
 use crate::format::{
-    Body, Bounds, Document, Expect, Fidelity, Fracture, Grid, Layers, Material, Paint, Resolution,
-    Rotation, Scatter, Shape, ShareBounds, Stack, Tiers, View, WeakPlane, World,
+    Body, Bounds, Document, Expect, Fidelity, Fracture, Grid, Layers, Material, Paint,
+    RecordingSettings, Resolution, Rotation, Scatter, Shape, ShareBounds, Stack, Tiers, View,
+    WeakPlane, World,
 };
 use crate::surface_detail::Detail;
 
@@ -59,6 +60,7 @@ pub(super) const TABLES: &[Table] = tables! {
     Expect, "`[expect]`", &[("", EXPECT)];
     Bounds, "Range of a count", &[("", BOUNDS)];
     ShareBounds, "Range of a share", &[("", SHARE_BOUNDS)];
+    RecordingSettings, "`[recording]`", &[("", RECORDING)];
     View, "`[view]`", &[("", VIEW)];
 };
 
@@ -308,6 +310,10 @@ failed = { max = 0 }
 
 const SHARE_BOUNDS: &str = r#"[expect]
 sampled_mass = { max = "5 %" }
+"#;
+
+const RECORDING: &str = r#"[recording]
+drawings = false
 "#;
 
 const VIEW: &str = r#"[view]
