@@ -17,6 +17,7 @@ import hashlib
 import importlib
 import json
 import os
+import struct
 import sys
 import tempfile
 
@@ -57,6 +58,8 @@ class Run:
         self.posed = set()
         self.fractures = 0
         self.drawn = collections.Counter()
+        self.grains = {}
+        self.fall, self.step = None, None
         self.compiled = None
 
     def want(self, holds, text):
@@ -149,6 +152,31 @@ class Run:
             q = poses.rotations[4 * i : 4 * i + 4]
             self.want(abs(sum(c * c for c in q) - 1) < 1e-9, f"step {poses.step}: not a rotation")
 
+    def on_debris(self, told):
+        """Follows every grain to the last bit, and holds the rounded rows to it."""
+        # Recordings of before have all rows in `ids`.
+        flying = list(getattr(told, "flying", []))
+        places, speeds = (getattr(told, f"flown_{kind}", []) for kind in ("positions", "velocities"))
+        n, widths = len(told.ids), [len(told.positions), len(told.velocities)]
+        self.want(widths == [3 * n] * 2, f"step {told.step}: odd columns of grains")
+        widths = [len(places), len(speeds)]
+        self.want(widths == [3 * len(flying)] * 2, f"step {told.step}: odd columns of grains")
+        born = [len(column) for column in (told.masses, told.sizes, told.parents)]
+        self.want(born in ([0] * 3, [n] * 3), f"step {told.step}: a grain born in part")
+        for i, grain in enumerate(flying):
+            self.want(grain in self.grains, f"grain {grain} flies and was never born")
+            at, v = self.grains.get(grain, ([0.0] * 3, [0.0] * 3))
+            v = [a + b for a, b in zip(v, self.fall)]
+            at = [a + b * self.step for a, b in zip(at, v)]
+            row = slice(3 * i, 3 * i + 3)
+            near = [*places[row], *speeds[row]]
+            self.want(list(struct.unpack("6f", struct.pack("6f", *at, *v))) == near,
+                      f"step {told.step}: grain {grain} did not fly freely")
+            self.grains[grain] = (at, v)
+        for i, grain in enumerate(told.ids):
+            row = slice(3 * i, 3 * i + 3)
+            self.grains[grain] = (list(told.positions[row]), list(told.velocities[row]))
+
     def on_events(self, event):
         if event.kind == FRACTURED:
             self.fractures += 1
@@ -175,6 +203,10 @@ class Run:
 def read(path, run):
     with open(path, "rb") as stream:
         reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        metadata = {m.name: m.metadata for m in reader.iter_metadata()}
+        run.step = float(metadata.get("run", {}).get("step", 0))
+        gravity = metadata.get("run", {}).get("gravity", "0 0 0").split()
+        run.fall = [float(g) * run.step for g in gravity]
         last = collections.defaultdict(int)
         for schema, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
             run.want(message.log_time >= last[channel.topic], f"{channel.topic}: time runs back")
@@ -183,7 +215,6 @@ def read(path, run):
         statistics = reader.get_summary().statistics
         run.want(statistics.message_count == sum(run.counts.values()), "statistics do not add up")
         attachments = {a.name: a.data for a in reader.iter_attachments()}
-        metadata = {m.name: m.metadata for m in reader.iter_metadata()}
     run.want("scene.toml" in attachments, "no scene attached")
     run.want("run" in metadata, "no metadata of the run")
     shown = json.loads(attachments["layout.json"])["configById"]["3D!scene"]["topics"]

@@ -160,17 +160,19 @@ message! {
 }
 
 message! {
-    /// Grains of debris after a step: those that are new, or those that fly. One row a grain.
+    /// Grains of debris after a step: those that are new, or those that moved. A grain has its row
+    /// in `ids` or in `flying`; one without a row lies where it was.
     Grains {
         /// Steps taken.
         "1" [uint64] step: u64,
         /// Simulated time \[s\].
         "2" [double] time: f64,
-        /// The grains of the rows; numbers of their own, never reused in a run.
+        /// Grains that are new, that came to rest, or whose motion was changed; numbers of their
+        /// own, never reused in a run. In older recordings all that do not lie for good.
         "3" [uint64, repeated] ids: Vec<u64>,
-        /// x, y, z of each \[m\].
+        /// x, y, z of each of `ids` \[m\].
         "4" [double, repeated] positions: Vec<f64>,
-        /// x, y, z of each velocity \[m/s\].
+        /// x, y, z of the velocity of each of `ids` \[m/s\].
         "5" [double, repeated] velocities: Vec<f64>,
         /// Of new ones only: the mass of each \[kg\].
         "6" [double, repeated] masses: Vec<f64>,
@@ -178,6 +180,18 @@ message! {
         "7" [double, repeated] sizes: Vec<f64>,
         /// Of new ones only: the body that each broke from.
         "8" [uint64, repeated] parents: Vec<u64>,
+        /// Grains that flew freely through this step: to the last bit of a double v grew by g Δt,
+        /// then p by v Δt. Each product is rounded, then each sum.
+        "9" [uint64, repeated] flying: Vec<u64>,
+        /// x, y, z of each of `flying`, rounded to the nearest float \[m\].
+        "10" [float, repeated] flown_positions: Vec<f32>,
+        /// x, y, z of the velocity of each of `flying`, rounded likewise \[m/s\].
+        "11" [float, repeated] flown_velocities: Vec<f32>,
+        /// The first grain that does not lie for good; the digest has a row of each from it to
+        /// `last`. Nothing where the message has such a row of each of them in `ids`.
+        "12" [uint64, optional] first: Option<u64>,
+        /// The last grain that was there a step before.
+        "13" [uint64, optional] last: Option<u64>,
     }
 }
 

@@ -29,6 +29,7 @@ mod canvas;
 mod digest;
 mod display;
 mod event;
+mod grains;
 mod inspect;
 mod layout;
 mod masses;

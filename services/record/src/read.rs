@@ -1,5 +1,6 @@
 //! Reading recordings, whole or cut off: every intact chunk counts, nothing else does.
 
+use super::grains::{GrainRows, LongForm};
 use super::points::SPECIMEN;
 use super::summary::decode;
 use super::{
@@ -7,7 +8,8 @@ use super::{
     Summary, Tally,
 };
 use cullet_proto::recording::{
-    Appearance, Body, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape, RunEvent, Sampled,
+    Appearance, Body, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape, Recorded, RunEvent,
+    Sampled,
 };
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -162,7 +164,7 @@ pub struct Recording {
     pub shapes: Vec<NewShape>,
     /// The pose track.
     pub poses: Vec<BodyPoses>,
-    /// Grains of debris.
+    /// Grains of debris, with a row of each that is new or moved, to the last bit.
     pub debris: Vec<Grains>,
     /// Cracks that end inside bodies.
     pub cracks: Vec<Cracks>,
@@ -180,6 +182,7 @@ pub struct Recording {
     /// name of a whole file.
     pub damaged: bool,
     tally: Tally,
+    rows: GrainRows,
 }
 
 impl Recording {
@@ -234,7 +237,10 @@ impl Recording {
             Found::Attachment(header, data) => {
                 self.attachments.insert(header.name, data);
             }
-            Found::Metadata(metadata) if metadata.name == "run" => self.meta = metadata.metadata,
+            Found::Metadata(metadata) if metadata.name == "run" => {
+                self.meta = metadata.metadata;
+                self.rows = GrainRows::of(&self.meta);
+            }
             Found::Metadata(metadata) if metadata.name == "end" => self.end = metadata.metadata,
             Found::Metadata(metadata) if metadata.name == SPECIMEN => {
                 return Err(RecordError::Specimen { path: self.path.clone() });
@@ -251,6 +257,9 @@ impl Recording {
     }
 
     fn message(&mut self, topic: &str, time: u64, data: &[u8]) -> Result<(), RecordError> {
+        if topic == DEBRIS {
+            return self.grains(time, data);
+        }
         self.tally.message(topic, time, data)?;
         match topic {
             GEOMETRY => {
@@ -260,13 +269,29 @@ impl Recording {
             BODY => self.bodies.push(decode(topic, time, data)?),
             SHAPE => self.shapes.push(decode(topic, time, data)?),
             BODIES => self.poses.push(decode(topic, time, data)?),
-            DEBRIS => self.debris.push(decode(topic, time, data)?),
             CRACKS => self.cracks.push(decode(topic, time, data)?),
             EVENTS => self.events.push(decode(topic, time, data)?),
             JOBS => self.reports.push(decode(topic, time, data)?),
             SAMPLED => self.sampled.push(decode(topic, time, data)?),
             APPEARANCE => self.appearances.push(decode(topic, time, data)?),
             _ => {}
+        }
+        Ok(())
+    }
+
+    /// Grains, with rows to the last bit whatever the form of the message.
+    fn grains(&mut self, time: u64, data: &[u8]) -> Result<(), RecordError> {
+        let told: Grains = decode(DEBRIS, time, data)?;
+        let Some(LongForm { all, moved }) = self.rows.long(&told) else {
+            self.tally.message(DEBRIS, time, data)?;
+            self.rows.take(&told);
+            self.debris.push(told);
+            return Ok(());
+        };
+        self.tally.message(DEBRIS, time, &all.to_bytes())?;
+        self.rows.take(&moved);
+        if !moved.ids.is_empty() {
+            self.debris.push(moved);
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! The recorder: the run loop tells it what happens, it writes the file and keeps the tally.
 
 use super::display::{self, Live};
+use super::grains::{GrainMessage, GrainRows};
 use super::meta::{RunMeta, meta_map, up};
 use super::object::{self, Object};
 use super::pose_row::PoseRow;
@@ -11,7 +12,7 @@ use super::{
 };
 use cullet_geometry::{Sheet, Solid, Vec3};
 use cullet_proto::recording::{
-    Body, BodyPoses, Cracks, Geometry, Grains, JobReport, NewShape, PoolReport, Sampled,
+    Body, BodyPoses, Cracks, Geometry, JobReport, NewShape, PoolReport, Recorded, Sampled,
     geometry_hash,
 };
 use cullet_world::DebrisParticle;
@@ -85,8 +86,8 @@ pub struct Recorder {
     names: BTreeMap<u64, String>,
     /// The number of each material: its place among their names, from 1 on; and of each body's.
     materials: (Vec<String>, BTreeMap<u64, u32>),
-    /// Grains told of, and how many from the oldest on lie for good.
-    specks: (usize, usize),
+    /// The grains told of.
+    grains: GrainRows,
     pub(super) objects: BTreeMap<String, Object>,
     pub(super) drawing: DrawBudget,
     laid_out: bool,
@@ -125,6 +126,7 @@ impl Recorder {
             sink,
             path: path.to_owned(),
             partial,
+            grains: GrainRows::of(&map),
             meta: map,
             deterministic: meta.deterministic,
             up: up(meta.gravity),
@@ -133,7 +135,6 @@ impl Recorder {
             bodies: BTreeMap::new(),
             names: BTreeMap::new(),
             materials: (meta.materials.keys().cloned().collect(), BTreeMap::new()),
-            specks: (0, 0),
             objects: BTreeMap::new(),
             drawing: DrawBudget::new(meta),
             laid_out: false,
@@ -163,11 +164,7 @@ impl Recorder {
         Ok(())
     }
 
-    fn deciding<M: cullet_proto::recording::Recorded>(
-        &mut self,
-        topic: &str,
-        message: &M,
-    ) -> Result<(), RecordError> {
+    fn deciding<M: Recorded>(&mut self, topic: &str, message: &M) -> Result<(), RecordError> {
         let stamp = self.stamp();
         let payload = self.sink.own(topic, stamp, message)?;
         self.tally.message(topic, stamp.log, &payload)
@@ -312,26 +309,15 @@ impl Recorder {
         time: f64,
         grains: &[DebrisParticle],
     ) -> Result<(), RecordError> {
-        let (known, lying) = self.specks;
-        if grains.len() == lying {
+        if self.grains.lie(grains) {
             return Ok(());
         }
         self.at(step, time)?;
-        let mut born = Grains { step, time, ..Default::default() };
-        for grain in &grains[known..] {
-            born.masses.push(grain.mass);
-            born.sizes.push(grain.size);
-            born.parents.push(u64::from(grain.parent.0));
-            put_grain(&mut born, grain);
+        for GrainMessage { all, told } in self.grains.tell(step, time, grains) {
+            let stamp = self.stamp();
+            self.sink.own(DEBRIS, stamp, &told)?;
+            self.tally.message(DEBRIS, stamp.log, &all.to_bytes())?;
         }
-        let mut moved = Grains { step, time, ..Default::default() };
-        // The last row of a grain is that of the step in which it came to rest.
-        grains[lying..known].iter().for_each(|grain| put_grain(&mut moved, grain));
-        for message in [born, moved].iter().filter(|message| !message.ids.is_empty()) {
-            self.deciding(DEBRIS, message)?;
-        }
-        let down = grains[lying..].iter().take_while(|grain| grain.resting).count();
-        self.specks = (grains.len(), lying + down);
         Ok(())
     }
 
@@ -442,12 +428,6 @@ impl Recorder {
         let summary = self.tally.summary(&self.meta, &end);
         Ok(Finished { path: self.path, summary })
     }
-}
-
-fn put_grain(message: &mut Grains, grain: &DebrisParticle) {
-    message.ids.push(grain.id);
-    message.positions.extend(grain.position.iter());
-    message.velocities.extend(grain.velocity.iter());
 }
 
 fn level_of(event: &Event) -> Level {

@@ -30,15 +30,36 @@ impl DebrisParticle {
         Part { mass, inertia: Mat3::zeros(), centre, velocity, spin: Vec3::zeros() }
     }
 
-    /// Semi-implicit Euler, as the bodies move.
     pub(crate) fn fly(&mut self, gravity: &Vec3, dt: f64, rigid: &Rigid) {
-        self.velocity += gravity * dt;
-        let way = self.velocity * dt;
-        let stop = rigid.fixed_on_the_way(&self.position, &way);
-        self.position += way * stop.unwrap_or(1.0);
-        if stop.is_some() {
-            self.velocity = Vec3::zeros();
-            self.resting = true;
+        let free = FreeFlight { faster: gravity * dt, step: dt };
+        let (position, velocity) = free.after(self.position, self.velocity);
+        let way = velocity * dt;
+        match rigid.fixed_on_the_way(&self.position, &way) {
+            None => (self.position, self.velocity) = (position, velocity),
+            Some(stop) => {
+                self.position += way * stop;
+                self.velocity = Vec3::zeros();
+                self.resting = true;
+            }
         }
+    }
+}
+
+/// How a grain moves in a step in which it meets nothing: semi-implicit Euler, as the bodies move.
+/// Recordings rely on it to the last bit.
+#[derive(Clone, Copy, Debug)]
+pub struct FreeFlight {
+    /// Gravity times the step \[m/s\].
+    pub faster: Vec3,
+    /// The step \[s\].
+    pub step: f64,
+}
+
+impl FreeFlight {
+    /// Position \[m\] and velocity \[m/s\] a step later.
+    #[must_use]
+    pub fn after(&self, position: Vec3, velocity: Vec3) -> (Vec3, Vec3) {
+        let velocity = velocity + self.faster;
+        (position + velocity * self.step, velocity)
     }
 }

@@ -38,7 +38,7 @@ mod support;
 mod world;
 
 pub use body::{BodySpec, BodyView, Tier};
-pub use debris::DebrisParticle;
+pub use debris::{DebrisParticle, FreeFlight};
 pub use error::{ReplaceError, WorldError};
 pub use exchange::Exchange;
 pub use hertz::{DURATION_OVER_APPROACH, Elastic, Hertz, effective_modulus, hertz};
