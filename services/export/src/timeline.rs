@@ -108,17 +108,25 @@ impl FrameRange {
         (time - self.start).max(0.0)
     }
 
+    /// Time of a sample \[s\]. Whole multiples, not sums: frames fall where they are meant to.
+    fn sample(&self, k: usize) -> f64 {
+        match self.interval * self.fps {
+            one if (one - 1.0).abs() < SAME => self.start + k as f64 / self.fps,
+            _ => self.start + k as f64 * self.interval,
+        }
+    }
+
+    /// The first sample that is not before a time \[s\].
+    fn sample_from(&self, time: f64) -> f64 {
+        self.sample(((time - self.start) / self.interval - SAME).ceil().max(0.0) as usize)
+    }
+
     /// A stretch of time in samples: its ends and the frames between.
     fn samples(&self, from: f64, to: f64) -> Vec<f64> {
         let (from, to) = (from.max(self.start), to.min(self.end));
         let mut times = vec![from];
         let first = ((from - self.start) / self.interval).floor().max(0.0) as usize;
-        // Whole multiples, not sums: frames fall where they are meant to.
-        let frame = |k: usize| match self.interval * self.fps {
-            one if (one - 1.0).abs() < SAME => self.start + k as f64 / self.fps,
-            _ => self.start + k as f64 * self.interval,
-        };
-        let frames = (first..).map(frame).skip_while(|&t| t <= from + SAME);
+        let frames = (first..).map(|k| self.sample(k)).skip_while(|&t| t <= from + SAME);
         times.extend(frames.take_while(|&t| t < to - SAME));
         if to > from + SAME {
             times.push(to);
@@ -206,10 +214,11 @@ impl GrainTrack {
         }
     }
 
-    /// When it has to be looked at.
+    /// When it has to be looked at: from its birth to the first sample at which it lies, so that
+    /// grains are looked at together though each comes to rest at a time of its own.
     pub(crate) fn samples(&self, range: &FrameRange) -> Vec<f64> {
         let last = self.rows.last().map_or(self.birth, |row| row.0);
-        range.samples(self.birth, last.max(self.birth))
+        range.samples(self.birth, range.sample_from(last.max(self.birth)))
     }
 }
 

@@ -96,6 +96,11 @@ fn grains_are_balls_of_half_their_size() {
     assert_eq!(last("ids"), "[0, 1]");
     assert_eq!(samples(&grains, "positions")[0].1, "[]");
     assert!(last("positions").starts_with("[(0.4"), "{}", last("positions"));
+    // They lie after 17.7 frames: a sample has all grains, so none is taken between frames.
+    let text = fixture.text("z.usda", &ExportOptions { fps: 25.0, ..ExportOptions::default() });
+    let (at, _) =
+        samples(&block(&text, "def PointInstancer \"Grains\""), "positions").pop().expect("one");
+    assert!((at - 18.0).abs() < 1e-9, "{at}");
     let without = ExportOptions { grains: false, ..ExportOptions::default() };
     assert!(!fixture.text("y.usda", &without).contains("PointInstancer"));
 }
