@@ -1,4 +1,5 @@
 mod dent;
+mod resting;
 mod solids;
 
 use super::{JobPool, PoolLoad, RunOptions, run};
