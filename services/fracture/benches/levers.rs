@@ -8,13 +8,13 @@
 
 use cullet_fracture::brittle::{Brittle, TerminationCriteria};
 use cullet_fracture::mpm::Domain;
-use cullet_fracture::mpm::kernel::SimdLevel;
 use cullet_fracture::mpm::stencil::vector;
 use cullet_geometry::{Solid, Vec3, shapes};
 use cullet_model::{
     BrittleProblem, Fragmentation, Impact, Material, PointPrecision, Progress, Settings, Solver,
     StrengthField,
 };
+use cullet_simd::SimdLevel;
 use std::sync::Arc;
 use std::time::Instant;
 

@@ -6,10 +6,10 @@
 
 use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
-use cullet_fracture::mpm::kernel::SimdLevel;
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Vec3, math::unit};
 use cullet_model::{Material, PointPrecision};
+use cullet_simd::SimdLevel;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use std::fmt;

@@ -11,7 +11,6 @@ use crate::damage::{BodyWeakPlane, Softening};
 use crate::mpm::diagnostics::{CHECK_PERIOD, Diagnostics, Given};
 use crate::mpm::domain::stable_step;
 use crate::mpm::elastic_support::ElasticSupport;
-use crate::mpm::kernel::SimdLevel;
 use crate::mpm::load::ImpactLoad;
 use crate::mpm::load_patch::LEAST_RADIUS;
 use crate::mpm::preconditions::{
@@ -30,6 +29,7 @@ use cullet_model::{
     BrittleProblem, Cost, Failure, Fragment, Fragmentation, Grain, Impact, PointPrecision, Problem,
     Progress, Refusal, Solver, Strength,
 };
+use cullet_simd::SimdLevel;
 pub use schedule::TerminationCriteria;
 use schedule::{CrackActivity, Schedule};
 pub use warnings::grid_bias_warning;

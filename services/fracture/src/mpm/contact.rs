@@ -1,9 +1,10 @@
 //! Contact between the sides of a crack, and between bodies that lie on the grid together: copies
 //! of a node may part and slide, not pass through each other (F18).
 
-use super::grid::{Nodes, Rows};
+use super::grid::Nodes;
 use super::stencil::{packed, vector};
 use cullet_geometry::Vec3;
+use cullet_simd::Incidence;
 
 /// Least distance between the centres of two sides, in cells, that tells where they lie.
 const LEAST: f64 = 1e-9;
@@ -56,7 +57,7 @@ impl NodeContacts {
     /// Finds the pairs of copies, and the normals between them: from where their points lie, or for
     /// two bodies from how they face each other. What passed in the last step stays known.
     pub(super) fn find(&mut self, nodes: &Nodes, spacing: &Vec3) {
-        let places = Rows::new(nodes.origin.iter().copied(), nodes.len());
+        let places = Incidence::new(nodes.origin.iter().copied(), nodes.len());
         let (mut pairs, mut copies) = (Vec::new(), Vec::new());
         for node in 0..nodes.len() {
             if places.of(node).len() < 2 {

@@ -9,6 +9,7 @@ pub use super::stencil::AROUND;
 use super::stencil::Stencil;
 use crate::particles::Particles;
 use cullet_geometry::Vec3;
+use cullet_simd::Incidence;
 use wide::f64x4;
 
 /// The points of one cell, which see the same 27 nodes.
@@ -93,43 +94,6 @@ impl Nodes {
     }
 }
 
-/// For each node the rows of a list that are its own, in order.
-#[derive(Clone, Debug, Default)]
-pub struct Rows {
-    /// First entry of each node, then their number.
-    pub starts: Vec<u32>,
-    /// Rows.
-    pub entries: Vec<u32>,
-}
-
-impl Rows {
-    /// For the node of each row in turn.
-    pub(super) fn new(ids: impl Iterator<Item = u32> + Clone, nodes: usize) -> Self {
-        let mut starts = vec![0u32; nodes + 1];
-        let mut rows = 0;
-        for node in ids.clone() {
-            starts[node as usize + 1] += 1;
-            rows += 1;
-        }
-        for n in 0..nodes {
-            starts[n + 1] += starts[n];
-        }
-        let mut next = starts.clone();
-        let mut entries = vec![0; rows];
-        for (row, node) in ids.enumerate() {
-            entries[next[node as usize] as usize] = row as u32;
-            next[node as usize] += 1;
-        }
-        Self { starts, entries }
-    }
-
-    /// The rows of a node.
-    #[must_use]
-    pub fn of(&self, node: usize) -> &[u32] {
-        &self.entries[self.starts[node] as usize..self.starts[node + 1] as usize]
-    }
-}
-
 /// Nodes and elements of a body.
 #[derive(Clone, Debug)]
 pub struct BackgroundGrid {
@@ -188,7 +152,7 @@ impl BackgroundGrid {
     }
 
     /// Where each of `nodes` is: element times 27 plus the node's number in it; no rows for others.
-    pub(super) fn rows_of(&self, nodes: &[u32]) -> Rows {
+    pub(super) fn rows_of(&self, nodes: &[u32]) -> Incidence {
         let mut asked = vec![false; self.nodes.len()];
         nodes.iter().for_each(|&node| asked[node as usize] = true);
         let mut found: Vec<(u32, u32)> = Vec::new();
@@ -197,7 +161,7 @@ impl BackgroundGrid {
                 found.push((node, row as u32));
             }
         }
-        let mut rows = Rows::new(found.iter().map(|&(node, _)| node), self.nodes.len());
+        let mut rows = Incidence::new(found.iter().map(|&(node, _)| node), self.nodes.len());
         rows.entries.iter_mut().for_each(|entry| *entry = found[*entry as usize].1);
         rows
     }

@@ -5,7 +5,6 @@
 //! nor, blocks being summed in order, on the number of threads.
 
 mod block;
-mod lanes;
 mod law;
 mod pass;
 mod spline;
@@ -13,5 +12,9 @@ mod tension;
 #[cfg(test)]
 mod tests;
 
-pub use pass::SimdLevel;
+use cullet_simd::Lanes;
+
 pub(crate) use {law::MaterialLaw, law::PointLaw, pass::Kernel, pass::least_share};
+
+/// Vectors at the 27 nodes of each element: node times 3 plus axis.
+type NodeVectors<R> = [Lanes<R>; 81];

@@ -3,10 +3,11 @@
 
 use super::bonds::Bonds;
 use super::clusters::{NONE, PointClusters};
-use super::grid::{AROUND, BackgroundGrid, GridElement, Nodes, Rows};
+use super::grid::{AROUND, BackgroundGrid, GridElement, Nodes};
 use super::stencil::share;
 use crate::particles::Particles;
 use cullet_geometry::Vec3;
+use cullet_simd::Incidence;
 use rayon::prelude::*;
 
 /// Nodes of a piece of work.
@@ -103,7 +104,7 @@ pub(super) fn split(
 struct SplitSearch<'a> {
     bonds: &'a Bonds,
     clusters: &'a PointClusters,
-    rows: &'a Rows,
+    rows: &'a Incidence,
     grid: &'a BackgroundGrid,
     particles: &'a Particles,
 }
@@ -266,7 +267,7 @@ fn regroup(grid: &mut BackgroundGrid, particles: &mut Particles, moves: &[Move])
     if moves.is_empty() {
         return changes;
     }
-    let rows = Rows::new(moves.iter().map(|m| m.point), particles.len());
+    let rows = Incidence::new(moves.iter().map(|m| m.point), particles.len());
     let mut elements: Vec<GridElement> = Vec::with_capacity(grid.elements.len() + moves.len() / 8);
     let mut olds: Vec<u32> = Vec::new();
     // The groups of an element's points, and that of each point.

@@ -2,7 +2,6 @@
 
 use crate::damage::{BodyWeakPlane, Softening};
 use crate::mpm::domain::{BodySurface, VelocityFields, stable_step};
-use crate::mpm::kernel::SimdLevel;
 use crate::mpm::{Domain, preconditions, quadrature};
 use crate::particles::Particles;
 use cullet_geometry::inside::Inside;
@@ -10,6 +9,7 @@ use cullet_geometry::math::unit;
 use cullet_geometry::sample::{self, SampleError};
 use cullet_geometry::{Pose, TriMesh, Vec3};
 use cullet_model::{Material, Refusal, Strength};
+use cullet_simd::SimdLevel;
 use cullet_specimen::{
     GridFrame, PointLayout, Probe, SpecimenProblem, SpecimenSettings, Spot, Start, Where, Zone,
     within,

@@ -4,7 +4,6 @@
 use cullet_fracture::brittle::{Brittle, TerminationCriteria};
 use cullet_fracture::damage::Softening;
 use cullet_fracture::mpm::Domain;
-use cullet_fracture::mpm::kernel::SimdLevel;
 use cullet_fracture::mpm::stencil::vector;
 use cullet_fracture::particles::Particles;
 use cullet_geometry::{Solid, Vec3, math::unit, shapes};
@@ -12,6 +11,7 @@ use cullet_model::{
     BrittleProblem, Fragmentation, Impact, Material, PointPrecision, Progress, Settings, Solver,
     StrengthField,
 };
+use cullet_simd::SimdLevel;
 use std::sync::Arc;
 
 const SPACING: f64 = 0.01;

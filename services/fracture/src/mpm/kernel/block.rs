@@ -1,6 +1,6 @@
 //! A block of elements: their points, sixteen elements side by side, and the nodes they share.
 
-use super::lanes::{LANES, Lanes, NodeVectors, Real, V, load, store};
+use super::NodeVectors;
 use super::law::{Effective, PointLaw, WATCH, idle, second_piola, stiffness};
 use super::spline::{basis, fall, gather, rise, scatter};
 use super::tension::weakened;
@@ -10,6 +10,7 @@ use crate::mpm::stencil::{Stencil, gather as gather_one};
 use crate::mpm::tally::DomainTally;
 use crate::particles::{Particles, ParticlesMut};
 use cullet_geometry::Vec3;
+use cullet_simd::{LANES, Lanes, Real, V, load, store};
 use fearless_simd::{Select, Simd, SimdBase, SimdMask};
 use std::cmp::Reverse;
 

@@ -1,6 +1,5 @@
 //! What strain makes of a point: stress of many at once, damage of the few that have any.
 
-use super::lanes::{Real, V};
 use super::tension::adjugate;
 use crate::damage::{DamageState, Softening};
 use crate::mpm::elastic::{CRUSHED, LameParameters};
@@ -8,6 +7,7 @@ use crate::mpm::symmetric::Sym3;
 use crate::mpm::tally::DomainTally;
 use crate::particles::ParticlesMut;
 use cullet_geometry::Vec3;
+use cullet_simd::{Real, V};
 use fearless_simd::{Select, Simd, SimdBase};
 use std::ops::{Add, Mul};
 

@@ -1,13 +1,13 @@
 //! The points' pass over all blocks, in either precision and on any path of the processor.
 
 use super::block::{Block, Four, Scratch};
-use super::lanes::Real;
 use super::law::PointLaw;
-use crate::mpm::grid::{BackgroundGrid, GridElement, Rows};
+use crate::mpm::grid::{BackgroundGrid, GridElement};
 use crate::mpm::tally::DomainTally;
 use crate::particles::Particles;
 use cullet_model::PointPrecision;
-use fearless_simd::{Level, dispatch};
+use cullet_simd::{Incidence, Real, SimdLevel};
+use fearless_simd::dispatch;
 use rayon::prelude::*;
 use wide::f64x4;
 
@@ -27,43 +27,6 @@ pub(crate) fn least_share(precision: PointPrecision) -> f64 {
     }
 }
 
-/// Instructions of the processor; all give the same bits.
-#[derive(Clone, Copy, Debug)]
-pub struct SimdLevel(Level);
-
-impl SimdLevel {
-    /// The widest that this processor has.
-    #[must_use]
-    pub fn best() -> Self {
-        Self(Level::new())
-    }
-
-    /// What every processor of this architecture has.
-    #[must_use]
-    pub fn portable() -> Self {
-        Self(Level::baseline())
-    }
-
-    /// All that this processor has, the widest first.
-    #[must_use]
-    pub fn all() -> Vec<Self> {
-        let mut all = vec![Level::new()];
-        #[cfg(target_arch = "x86_64")]
-        if let (Some(_), Some(narrower)) = (Level::new().as_avx512(), Level::new().as_avx2()) {
-            all.push(Level::Avx2(narrower));
-        }
-        all.push(Level::baseline());
-        all.into_iter().map(Self).collect()
-    }
-}
-
-impl std::fmt::Display for SimdLevel {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let name = format!("{:?}", self.0);
-        f.write_str(name.split('(').next().unwrap_or_default())
-    }
-}
-
 /// The blocks of a body in one precision.
 #[derive(Clone, Debug)]
 struct Pass<R> {
@@ -73,14 +36,14 @@ struct Pass<R> {
     /// Forces \[N\] on the nodes of each block in turn.
     forces: Vec<Four<R>>,
     /// For each node its places in `forces`.
-    rows: Rows,
+    rows: Incidence,
 }
 
 impl<R: Real> Pass<R> {
     fn new(grid: &BackgroundGrid, particles: &Particles) -> Self {
         let starts = grid.elements.iter().step_by(ELEMENTS).map(|e| e.first);
         let starts = starts.chain([particles.len() as u32]).collect();
-        let (blocks, forces, rows) = (Vec::new(), Vec::new(), Rows::default());
+        let (blocks, forces, rows) = (Vec::new(), Vec::new(), Incidence::default());
         let mut pass = Self { blocks, starts, forces, rows };
         pass.refresh(grid, particles, None);
         pass
@@ -106,7 +69,7 @@ impl<R: Real> Pass<R> {
         let places = || vec![0; grid.nodes.len()];
         self.blocks = work.into_par_iter().map_init(places, make).collect();
         let ids = self.blocks.iter().flat_map(|block| block.nodes.iter().copied());
-        self.rows = Rows::new(ids, grid.nodes.len());
+        self.rows = Incidence::new(ids, grid.nodes.len());
         self.forces.resize(self.rows.entries.len(), [R::of(0.0); 4]);
     }
 
@@ -135,7 +98,7 @@ impl<R: Real> Pass<R> {
                 (block, view, forces)
             })
             .collect();
-        let (nodes, level) = (&grid.nodes, simd_level.0);
+        let (nodes, level) = (&grid.nodes, simd_level.level());
         let tallies: Vec<DomainTally> = work
             .par_iter_mut()
             .map_init(Scratch::new, |scratch, (block, view, forces)| {

@@ -9,7 +9,8 @@
 //!
 //! half the work of three weights and three distances. Forces go the transposed way.
 
-use super::lanes::{Lanes, NodeVectors, Real, V, load, store};
+use super::NodeVectors;
+use cullet_simd::{Lanes, Real, V, load, store};
 use fearless_simd::Simd;
 
 /// The functions t, q and g of a point, by axis.

@@ -1,7 +1,7 @@
 //! What many damaged points bear at once.
 
-use super::lanes::{Real, V};
 use crate::mpm::elastic::CRUSHED;
+use cullet_simd::{Real, V};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat};
 
 /// A squared stress \[Pa²\] that is none, whose power 3/2 is a number in f32 too.
@@ -135,11 +135,11 @@ fn norm_squared<S: Simd, R: Real>(s: &[V<S, R>; 6]) -> V<S, R> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::lanes::{Lanes, Real, load};
     use super::weakened;
     use crate::mpm::elastic::LameParameters;
     use crate::mpm::symmetric::{Sym3, eigen};
     use cullet_geometry::math::unit;
+    use cullet_simd::{Lanes, Real, load};
     use fearless_simd::{Level, Simd, SimdBase, dispatch};
 
     /// The slow twin: Jacobi's method.

@@ -1,6 +1,6 @@
 //! The slow twin of the points' pass, straight from the textbook.
 
-use super::{Kernel, MaterialLaw, PointLaw, SimdLevel};
+use super::{Kernel, MaterialLaw, PointLaw};
 use crate::damage::{DamageState, Softening};
 use crate::mpm::elastic::{LameParameters, green_strain, matrix};
 use crate::mpm::grid::{BackgroundGrid, GridElement};
@@ -8,6 +8,7 @@ use crate::mpm::stencil::{AROUND, Stencil, gather, packed, vector};
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3, math::unit};
 use cullet_model::{Material, PointPrecision};
+use cullet_simd::SimdLevel;
 
 const STONE: Material = Material {
     density: 2300.0,

@@ -1,12 +1,12 @@
-//! Sixteen elements side by side: numbers of either precision, in registers of any width.
+//! Numbers of either precision, sixteen side by side.
 
 use fearless_simd::{Simd, SimdBase, SimdFloatElement};
 
 /// Elements side by side; a multiple of the lanes of every register.
-pub(super) const LANES: usize = 16;
+pub const LANES: usize = 16;
 
-/// Numbers that the points' pass can be done in.
-pub(super) trait Real: SimdFloatElement + Send + Sync {
+/// Numbers that a kernel can be worked out in.
+pub trait Real: SimdFloatElement + Send + Sync {
     /// A strain that is none: added to every component, so that products of the faint strains ahead
     /// of a wave do not become subnormal, which costs a hundred times as much.
     const FAINT: Self;
@@ -47,24 +47,21 @@ impl Real for f64 {
 }
 
 /// A register of the path `S`.
-pub(super) type V<S, R> = <R as SimdFloatElement>::Native<S>;
+pub type V<S, R> = <R as SimdFloatElement>::Native<S>;
 
 /// One number for each of the elements; aligned, since a load across cache lines costs two.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub(super) struct Lanes<R>(pub(super) [R; LANES]);
-
-/// Vectors at the 27 nodes of each element: node times 3 plus axis.
-pub(super) type NodeVectors<R> = [Lanes<R>; 81];
+pub struct Lanes<R>(pub [R; LANES]);
 
 /// The register that begins at `lane`.
 #[inline(always)]
-pub(super) fn load<S: Simd, R: Real>(simd: S, from: &Lanes<R>, lane: usize) -> V<S, R> {
+pub fn load<S: Simd, R: Real>(simd: S, from: &Lanes<R>, lane: usize) -> V<S, R> {
     V::<S, R>::from_slice(simd, &from.0[lane..lane + V::<S, R>::LEN])
 }
 
 /// Writes the register that begins at `lane`.
 #[inline(always)]
-pub(super) fn store<S: Simd, R: Real>(_: S, value: V<S, R>, to: &mut Lanes<R>, lane: usize) {
+pub fn store<S: Simd, R: Real>(_: S, value: V<S, R>, to: &mut Lanes<R>, lane: usize) {
     value.store_slice(&mut to.0[lane..lane + V::<S, R>::LEN]);
 }
