@@ -12,6 +12,7 @@ pub mod hull;
 pub mod inside;
 pub mod math;
 pub mod mesh;
+pub mod nurbs;
 pub mod sample;
 pub mod shapes;
 pub mod sheet;

@@ -1,1 +1,7 @@
-//! shell
+//! The shell family: thin walls as Kirchhoff–Love shells (rotation-free, total Lagrangian, on
+//! NURBS), after chapter 4 of Fan 2024 without its background grid.
+
+pub mod domain;
+pub mod kernel;
+pub mod midsurface;
+pub mod section;

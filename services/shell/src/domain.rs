@@ -1,0 +1,246 @@
+//! A shell in motion: control points with mass, central differences.
+
+mod arrange;
+mod sums;
+
+pub use sums::ShellSums;
+
+use crate::kernel::{Element, Kernel, PointSetup, Seat, SurfaceStrain};
+use crate::midsurface::Midsurface;
+use crate::section::{PointState, SectionLaw, SectionTally};
+use cullet_geometry::Vec3;
+use cullet_simd::{Real, SimdLevel};
+use rayon::prelude::*;
+
+/// Stable step of a flat sheet, 2×2 points, open knots: the lesser of these times l/c_p and
+/// l²/(t c_p)  [measured: S19].
+const MEMBRANE_STEP: f64 = 0.837;
+const BENDING_STEP: f64 = 0.882;
+
+/// Share of the stable step that is taken.
+pub const STEP_SHARE: f64 = 0.8;
+
+/// Control points of a chunk of the pass that moves them.
+const CHUNK: usize = 512;
+
+/// A shell whose cells have `N` functions, worked out in `R`.
+#[derive(Clone, Debug)]
+pub struct ShellDomain<R: Real, const N: usize> {
+    /// Its midsurface before anything moved.
+    pub surface: Midsurface,
+    /// Its law.
+    pub law: SectionLaw,
+    /// Mass density ρ \[kg/m³\].
+    pub density: f64,
+    /// Displacement of each control point \[m\]; the fourth number is nothing.
+    pub displacement: Vec<[f64; 4]>,
+    /// Velocity of each control point \[m/s\].
+    pub velocity: Vec<Vec3>,
+    /// Mass of each control point \[kg\].
+    pub mass: Vec<f64>,
+    /// The control point that each is, or is a copy of.
+    pub origin: Vec<u32>,
+    /// Force from outside on each control point in the next step \[N\].
+    pub external: Vec<Vec3>,
+    /// Time step \[s\].
+    pub step: f64,
+    kernel: Kernel<R, N>,
+    elements: Vec<Element<N>>,
+    /// What is at each seat.
+    setup: Vec<PointSetup>,
+    states: Vec<PointState>,
+    /// Where each point is.
+    seats: Vec<Seat>,
+    /// The point at each seat; `u32::MAX` where there is none.
+    point_at: Vec<u32>,
+}
+
+/// What a shell is made of, beside its midsurface.
+#[derive(Clone, Debug)]
+pub struct ShellMaterial {
+    /// Law of a section.
+    pub law: SectionLaw,
+    /// Mass density ρ \[kg/m³\].
+    pub density: f64,
+    /// t of each point \[m\].
+    pub thickness: Vec<f64>,
+    /// σ_f of each point \[Pa\].
+    pub strength: Vec<f64>,
+    /// l_c over the size of a point's cell \[1\].
+    pub softening_cells: f64,
+}
+
+impl<R: Real, const N: usize> ShellDomain<R, N> {
+    /// At rest. The midsurface must have `N` functions a cell.
+    #[must_use]
+    pub fn new(surface: Midsurface, material: ShellMaterial, level: SimdLevel) -> Self {
+        let arranged = arrange::arrange::<N>(&surface);
+        let each = surface.points_per_cell();
+        let points = surface.points();
+        let surfaces: Vec<_> = (0..points).map(|p| surface.surface_point(p)).collect();
+        let seats_count = arranged.elements.len() * each;
+        let mut point_at = vec![u32::MAX; seats_count];
+        let mut seats = vec![0; points];
+        for (e, &cell) in arranged.cells.iter().enumerate().filter(|(_, cell)| **cell != u32::MAX) {
+            for q in 0..each {
+                let point = cell as usize * each + q;
+                (seats[point], point_at[e * each + q]) = (e * each + q, point as u32);
+            }
+        }
+        let at = |seat: usize| if point_at[seat] == u32::MAX { 0 } else { point_at[seat] as usize };
+        let setup: Vec<PointSetup> = (0..seats_count)
+            .map(|seat| PointSetup {
+                surface: surfaces[at(seat)],
+                thickness: material.thickness[at(seat)],
+            })
+            .collect();
+        let states: Vec<PointState> = (0..seats_count)
+            .map(|seat| {
+                let (p, s) = (at(seat), &surfaces[at(seat)]);
+                let length = material.softening_cells * s.extent;
+                PointState::new(material.strength[p], length, material.thickness[p], s.area)
+            })
+            .collect();
+        let nodes = surface.nodes.len();
+        let kernel = Kernel::new(&surface.tables, &arranged.elements, &setup, nodes, level);
+        let mut domain = Self {
+            displacement: vec![[0.0; 4]; nodes],
+            velocity: vec![Vec3::zeros(); nodes],
+            mass: vec![0.0; nodes],
+            origin: (0..nodes as u32).collect(),
+            external: vec![Vec3::zeros(); nodes],
+            step: 0.0,
+            law: material.law,
+            density: material.density,
+            elements: arranged.elements,
+            surface,
+            kernel,
+            setup,
+            states,
+            seats,
+            point_at,
+        };
+        domain.weigh();
+        domain.step = STEP_SHARE * domain.stable_step();
+        domain.watch_all();
+        domain
+    }
+
+    /// Row-summed masses m_a = Σ A_q ρ t R_a.
+    fn weigh(&mut self) {
+        self.mass.fill(0.0);
+        for point in 0..self.seats.len() {
+            let setup = &self.setup[self.seats[point]];
+            let mass = setup.surface.area * setup.thickness * self.density;
+            let element = &self.elements[self.element_of(point)];
+            let (_, table) = self.surface.at(point);
+            for (k, &node) in element.nodes.iter().enumerate() {
+                self.mass[node as usize] += mass * table.value[k];
+            }
+        }
+    }
+
+    fn element_of(&self, point: usize) -> usize {
+        self.seats[point] / self.surface.points_per_cell()
+    }
+
+    /// The stable step by the sizes of the cells, min(0.837 l/c_p, 0.882 l²/(t c_p)) \[s\].
+    #[must_use]
+    pub fn stable_step(&self) -> f64 {
+        let speed = (self.law.elastic.modulus / self.density).sqrt();
+        let of = |&seat: &Seat| {
+            let (l, t) = (self.setup[seat].surface.extent, self.setup[seat].thickness);
+            (MEMBRANE_STEP * l).min(BENDING_STEP * l * l / t) / speed
+        };
+        self.seats.iter().map(of).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Quadrature points.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.seats.len()
+    }
+
+    /// What a point carries.
+    #[must_use]
+    pub fn state(&self, point: usize) -> &PointState {
+        &self.states[self.seats[point]]
+    }
+
+    /// The control points of the element that a point belongs to, with their R there.
+    #[must_use]
+    pub fn functions(&self, point: usize) -> (&[u32; N], &[f64]) {
+        let (_, table) = self.surface.at(point);
+        (&self.elements[self.element_of(point)].nodes, &table.value[..N])
+    }
+
+    /// Changes what a point carries.
+    pub fn change(&mut self, point: usize, change: impl FnOnce(&mut PointState)) {
+        let seat = self.seats[point];
+        change(&mut self.states[seat]);
+        let limit = self.states[seat].elastic_limit();
+        self.kernel.touch(seat, Some(&self.setup[seat]), limit);
+    }
+
+    fn watch_all(&mut self) {
+        for seat in 0..self.states.len() {
+            let (setup, limit) = match self.point_at[seat] {
+                u32::MAX => (None, Some(f64::INFINITY)),
+                _ => (Some(&self.setup[seat]), self.states[seat].elastic_limit()),
+            };
+            self.kernel.touch(seat, setup, limit);
+        }
+    }
+
+    /// A vector of the control points at a point \[unit of theirs\].
+    #[must_use]
+    pub fn interpolate(&self, point: usize, of: &[Vec3]) -> Vec3 {
+        let (nodes, shares) = self.functions(point);
+        nodes.iter().zip(shares).map(|(&node, share)| of[node as usize] * *share).sum()
+    }
+
+    /// Displacement of a control point \[m\].
+    #[must_use]
+    pub fn moved(&self, node: usize) -> Vec3 {
+        let [x, y, z, _] = self.displacement[node];
+        Vec3::new(x, y, z)
+    }
+
+    /// Takes the stresses and damages the points; the forces are then those of
+    /// [`ShellDomain::force`].
+    pub fn strain(&mut self) -> SectionTally {
+        self.kernel.strain(&self.law, &self.displacement, &mut self.states)
+    }
+
+    /// Force of the points on a control point \[N\].
+    #[must_use]
+    pub fn force(&self, node: usize) -> Vec3 {
+        Vec3::from(self.kernel.force(node))
+    }
+
+    /// Strains of all points, in their order.
+    #[must_use]
+    pub fn strains(&self) -> Vec<SurfaceStrain> {
+        let by_seat = self.kernel.strains(&self.law, &self.displacement, self.states.len());
+        self.seats.iter().map(|&seat| by_seat[seat]).collect()
+    }
+
+    /// Moves the control points by the forces on them; `hold` may change the velocity of one by its
+    /// number.
+    pub fn advance(&mut self, hold: impl Fn(usize, Vec3) -> Vec3 + Sync) {
+        let (dt, kernel, mass) = (self.step, &self.kernel, &self.mass);
+        let external = &self.external;
+        let chunks = self.velocity.par_chunks_mut(CHUNK);
+        chunks.zip(self.displacement.par_chunks_mut(CHUNK)).enumerate().for_each(
+            |(chunk, (velocities, displacements))| {
+                for (k, (v, u)) in velocities.iter_mut().zip(displacements).enumerate() {
+                    let node = chunk * CHUNK + k;
+                    let force = Vec3::from(kernel.force(node)) + external[node];
+                    *v = hold(node, *v + force * (dt / mass[node]));
+                    (0..3).for_each(|c| u[c] += dt * v[c]);
+                }
+            },
+        );
+        self.external.fill(Vec3::zeros());
+    }
+}

@@ -1,0 +1,363 @@
+//! A block of cells: sixteen side by side in tiles that share their functions.
+
+use super::strain::{Geometry, NodeVectors, Rows, Vectors, present, scatter};
+use super::{PointSetup, SurfaceStrain};
+use crate::section::{PointState, SectionLaw, SectionTally};
+use cullet_simd::{LANES, Lanes, Real, V, load, store};
+use fearless_simd::{Simd, SimdBase, SimdMask};
+
+/// A displacement \[m\] that is none: less would be subnormal in f32.
+const STILL: f64 = 1e-24;
+
+/// A cell, or one side of a cell that a crack runs through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Element<const N: usize> {
+    /// Its control points.
+    pub(crate) nodes: [u32; N],
+    /// Its functions; [`Element::VACANT`] where there is no element.
+    pub(crate) table: u32,
+    /// Its points that are its own, a bit each.
+    pub(crate) live: u16,
+}
+
+impl<const N: usize> Element<N> {
+    /// A place that no cell has taken.
+    pub(crate) fn vacant(table: u32) -> Self {
+        Self { nodes: [0; N], table, live: 0 }
+    }
+}
+
+/// A vector at a control point; the fourth is nothing.
+pub(super) type Four<R> = [R; 4];
+
+/// A point of each of sixteen cells.
+#[derive(Clone, Debug)]
+struct Slot<R> {
+    geometry: Geometry<R>,
+    /// Area \[m²\]; none where there is no point.
+    area: Lanes<R>,
+    /// t \[m\].
+    thickness: Lanes<R>,
+    /// Greatest principal stress of an elastic point \[Pa\].
+    limit: Lanes<R>,
+    /// Lanes that are special whatever their stress.
+    special: u16,
+}
+
+#[derive(Clone, Debug)]
+struct Tile<R, const N: usize> {
+    table: u32,
+    nodes: [[u16; N]; LANES],
+    slots: Vec<Slot<R>>,
+}
+
+/// Neighbouring cells, and the control points that they see.
+#[derive(Clone, Debug)]
+pub(super) struct Block<R, const N: usize> {
+    /// The control points, ascending.
+    pub(super) nodes: Vec<u32>,
+    tiles: Vec<Tile<R, N>>,
+}
+
+/// What a thread needs beside a block.
+pub(super) struct Scratch<R, const N: usize> {
+    nodes: Vec<Four<R>>,
+    field: Box<NodeVectors<R, N>>,
+    forces: Box<NodeVectors<R, N>>,
+}
+
+impl<R: Real, const N: usize> Scratch<R, N> {
+    pub(super) fn new() -> Self {
+        let zero = [[Lanes([R::of(0.0); LANES]); 3]; N];
+        Self { nodes: Vec::new(), field: Box::new(zero), forces: Box::new(zero) }
+    }
+}
+
+/// What all blocks share in a step.
+pub(super) struct Shared<'a, R, const N: usize> {
+    pub(super) law: &'a SectionLaw,
+    pub(super) tables: &'a [Vec<Rows<R, N>>],
+    pub(super) displacement: &'a [[f64; 4]],
+}
+
+impl<R: Real, const N: usize> Block<R, N> {
+    /// Of the elements of whole tiles, whose points have the setup `setup`.
+    pub(super) fn new(elements: &[Element<N>], setup: &[PointSetup]) -> Self {
+        let each = setup.len() / elements.len();
+        let mut block = Self { nodes: Vec::new(), tiles: Vec::new() };
+        for (t, tile) in elements.chunks(LANES).enumerate() {
+            let slots = (0..each).map(|_| Slot::empty()).collect();
+            let mut made = Tile { table: tile[0].table, nodes: [[0; N]; LANES], slots };
+            for (lane, element) in tile.iter().enumerate() {
+                let first = (t * LANES + lane) * each;
+                for (q, slot) in made.slots.iter_mut().enumerate() {
+                    slot.put(lane, &setup[first + q], element.live >> q & 1 == 1);
+                }
+            }
+            block.tiles.push(made);
+        }
+        block.connect(elements);
+        block
+    }
+
+    /// Takes the control points of its elements anew.
+    pub(super) fn connect(&mut self, elements: &[Element<N>]) {
+        let lively = || elements.iter().filter(|e| e.live != 0);
+        self.nodes = lively().flat_map(|e| e.nodes).collect();
+        self.nodes.sort_unstable();
+        self.nodes.dedup();
+        if self.nodes.is_empty() {
+            self.nodes.push(0);
+        }
+        for (tile, elements) in self.tiles.iter_mut().zip(elements.chunks(LANES)) {
+            for (lane, element) in elements.iter().enumerate() {
+                let place = |node: u32| self.nodes.binary_search(&node).unwrap_or(0) as u16;
+                tile.nodes[lane] = match element.live {
+                    0 => [0; N],
+                    _ => element.nodes.map(place),
+                };
+            }
+        }
+    }
+
+    /// Takes the state of the point at `seat` of the block anew.
+    pub(super) fn touch(&mut self, seat: usize, setup: Option<&PointSetup>, limit: Option<f64>) {
+        let each = self.tiles[0].slots.len();
+        let (element, q) = (seat / each, seat % each);
+        let lane = element % LANES;
+        let slot = &mut self.tiles[element / LANES].slots[q];
+        match setup {
+            Some(setup) => slot.put(lane, setup, true),
+            None => slot.area.0[lane] = R::of(0.0),
+        }
+        slot.watch(lane, limit);
+    }
+
+    /// Forces \[N\] of the points on the block's control points.
+    #[inline(always)]
+    pub(super) fn strain<S: Simd>(
+        &mut self,
+        simd: S,
+        shared: &Shared<'_, R, N>,
+        states: &mut [PointState],
+        forces: &mut [Four<R>],
+        scratch: &mut Scratch<R, N>,
+    ) -> SectionTally {
+        take(&self.nodes, shared.displacement, &mut scratch.nodes);
+        forces.fill([R::of(0.0); 4]);
+        let mut tallies = [SectionTally::default(); LANES];
+        let each = self.tiles[0].slots.len();
+        for (tile, states) in self.tiles.iter_mut().zip(states.chunks_mut(LANES * each)) {
+            fill(&tile.nodes, &scratch.nodes, &mut scratch.field);
+            let mut lane = 0;
+            while lane < LANES {
+                let cold = Cold { states, tallies: &mut tallies };
+                column(simd, tile, lane, shared, &scratch.field, &mut scratch.forces, cold);
+                lane += V::<S, R>::LEN;
+            }
+            drain(&tile.nodes, &scratch.forces, forces);
+        }
+        tallies.into_iter().fold(SectionTally::default(), SectionTally::add)
+    }
+
+    /// Strains of the points, in the order of their seats.
+    #[inline(always)]
+    pub(super) fn strains<S: Simd>(
+        &self,
+        simd: S,
+        shared: &Shared<'_, R, N>,
+        scratch: &mut Scratch<R, N>,
+        out: &mut [SurfaceStrain],
+    ) {
+        take(&self.nodes, shared.displacement, &mut scratch.nodes);
+        let each = self.tiles[0].slots.len();
+        for (tile, out) in self.tiles.iter().zip(out.chunks_mut(LANES * each)) {
+            fill(&tile.nodes, &scratch.nodes, &mut scratch.field);
+            let mut lane = 0;
+            while lane < LANES {
+                for (q, slot) in tile.slots.iter().enumerate() {
+                    let rows = &shared.tables[tile.table as usize][q];
+                    let now = present::<S, R, N>(simd, rows, &slot.geometry, &scratch.field, lane);
+                    for k in 0..V::<S, R>::LEN {
+                        out[(lane + k) * each + q] =
+                            strain_of::<S, R>(&now.membrane, &now.bending, k);
+                    }
+                }
+                lane += V::<S, R>::LEN;
+            }
+        }
+    }
+}
+
+fn strain_of<S: Simd, R: Real>(
+    membrane: &Vectors<S, R>,
+    bending: &Vectors<S, R>,
+    lane: usize,
+) -> SurfaceStrain {
+    SurfaceStrain {
+        membrane: [0, 1, 2].map(|c| membrane[c][lane].wide()),
+        bending: [0, 1, 2].map(|c| bending[c][lane].wide()),
+    }
+}
+
+impl<R: Real> Slot<R> {
+    fn empty() -> Self {
+        let (zero, one) = (Lanes([R::of(0.0); LANES]), Lanes([R::of(1.0); LANES]));
+        // A surface that is one, so that lanes without a cell make no infinities.
+        let mut vectors = [[zero; 3]; 6];
+        (vectors[0][0], vectors[1][1], vectors[5][2]) = (one, one, one);
+        let geometry = Geometry { vectors, stretch: one, to_local: [one, zero, one] };
+        let limit = Lanes([R::of(f64::from(f32::MAX)); LANES]);
+        Self { geometry, area: zero, thickness: one, limit, special: 0 }
+    }
+
+    fn put(&mut self, lane: usize, setup: &PointSetup, live: bool) {
+        let s = &setup.surface;
+        let [a1, a2] = s.tangents;
+        let [x11, x22, x12] = s.curvatures;
+        for (lanes, vector) in
+            self.geometry.vectors.iter_mut().zip([a1, a2, x11, x22, x12, s.normal])
+        {
+            (0..3).for_each(|c| lanes[c].0[lane] = R::of(vector[c]));
+        }
+        self.geometry.stretch.0[lane] = R::of(s.stretch);
+        for (lanes, t) in self.geometry.to_local.iter_mut().zip(s.to_local) {
+            lanes.0[lane] = R::of(t);
+        }
+        self.area.0[lane] = R::of(if live { s.area } else { 0.0 });
+        self.thickness.0[lane] = R::of(setup.thickness);
+    }
+
+    fn watch(&mut self, lane: usize, limit: Option<f64>) {
+        let most = f64::from(f32::MAX);
+        self.limit.0[lane] = R::of(limit.unwrap_or(most).min(most));
+        let bit = 1 << lane;
+        self.special = if limit.is_none() { self.special | bit } else { self.special & !bit };
+    }
+}
+
+/// Displacements of the block's control points from that of the first: rounding then goes by the
+/// strain of the block, not by how far the body has moved.
+#[inline(always)]
+fn take<R: Real>(ids: &[u32], displacement: &[[f64; 4]], local: &mut Vec<Four<R>>) {
+    let base = displacement[ids[0] as usize];
+    local.clear();
+    local.extend(ids.iter().map(|&id| {
+        let u = displacement[id as usize];
+        let mut from_base = [R::of(0.0); 4];
+        for axis in 0..3 {
+            let d = u[axis] - base[axis];
+            from_base[axis] = R::of(if d.abs() < STILL { 0.0 } else { d });
+        }
+        from_base
+    }));
+}
+
+/// Puts the control points of cells side by side, less the first of each.
+#[inline(always)]
+fn fill<R: Real, const N: usize>(
+    nodes: &[[u16; N]; LANES],
+    local: &[Four<R>],
+    field: &mut NodeVectors<R, N>,
+) {
+    for (lane, around) in nodes.iter().enumerate() {
+        let first = local[around[0] as usize];
+        for (k, &node) in around.iter().enumerate() {
+            let u = local[node as usize];
+            for axis in 0..3 {
+                field[k][axis].0[lane] = u[axis] - first[axis];
+            }
+        }
+    }
+}
+
+/// Adds the forces of cells side by side to the control points'.
+#[inline(always)]
+fn drain<R: Real, const N: usize>(
+    nodes: &[[u16; N]; LANES],
+    field: &NodeVectors<R, N>,
+    forces: &mut [Four<R>],
+) {
+    for (lane, around) in nodes.iter().enumerate() {
+        for (k, &node) in around.iter().enumerate() {
+            let force = &mut forces[node as usize];
+            for axis in 0..3 {
+                force[axis] += field[k][axis].0[lane];
+            }
+        }
+    }
+}
+
+/// What the few points need that are not simply elastic.
+struct Cold<'a> {
+    states: &'a mut [PointState],
+    /// By lane, since registers of other widths take the lanes in another order.
+    tallies: &'a mut [SectionTally; LANES],
+}
+
+/// The cells of one register of a tile.
+#[inline(always)]
+fn column<S: Simd, R: Real, const N: usize>(
+    simd: S,
+    tile: &mut Tile<R, N>,
+    lane: usize,
+    shared: &Shared<'_, R, N>,
+    field: &NodeVectors<R, N>,
+    forces: &mut NodeVectors<R, N>,
+    cold: Cold<'_>,
+) {
+    let zero = V::<S, R>::splat(simd, R::of(0.0));
+    for lanes in forces.iter_mut().flatten() {
+        store(simd, zero, lanes, lane);
+    }
+    let modulus = R::of(shared.law.elastic.modulus);
+    let (poisson, shear) =
+        (R::of(shared.law.elastic.poisson), R::of(1.0 - shared.law.elastic.poisson));
+    let stress = |e: &Vectors<S, R>| {
+        [
+            (e[0] + e[1] * poisson) * modulus,
+            (e[1] + e[0] * poisson) * modulus,
+            e[2] * shear * modulus,
+        ]
+    };
+    let each = tile.slots.len();
+    for (q, slot) in tile.slots.iter_mut().enumerate() {
+        let rows = &shared.tables[tile.table as usize][q];
+        let now = present::<S, R, N>(simd, rows, &slot.geometry, field, lane);
+        let t = load(simd, &slot.thickness, lane);
+        let (s, c) = (stress(&now.membrane), stress(&now.bending));
+        let mut n = s.map(|x| x * t);
+        let cubed = t * t * t * R::of(1.0 / 12.0);
+        let mut m = c.map(|x| x * cubed);
+        // The greatest principal stress is on one of the two faces.
+        let limit = load(simd, &slot.limit, lane);
+        let outer = t * R::of(0.5);
+        let mut calm = limit.simd_gt(zero);
+        for side in [outer, zero - outer] {
+            let [s11, s22, s12] = [0, 1, 2].map(|k| s[k] + c[k] * side);
+            let below = limit - (s11 + s22) * R::of(0.5);
+            let half = (s11 - s22) * R::of(0.5);
+            calm &= below.simd_gt(zero) & (below * below).simd_gt(half * half + s12 * s12);
+        }
+        let width = V::<S, R>::LEN;
+        let bits = (slot.special >> lane) as u32 & ((1u32 << width) - 1);
+        if bits != 0 || !calm.all_true() {
+            for k in (0..width).filter(|&k| bits >> k & 1 == 1 || !calm.test(k)) {
+                if slot.area.0[lane + k].wide() == 0.0 {
+                    (0..3).for_each(|i| (n[i][k], m[i][k]) = (R::of(0.0), R::of(0.0)));
+                    continue;
+                }
+                let strain = strain_of::<S, R>(&now.membrane, &now.bending, k);
+                let state = &mut cold.states[(lane + k) * each + q];
+                let borne = shared.law.step(state, &strain, &mut cold.tallies[lane + k]);
+                for i in 0..3 {
+                    n[i][k] = R::of(borne.force[i]);
+                    m[i][k] = R::of(borne.moment[i]);
+                }
+                slot.watch(lane + k, state.elastic_limit());
+            }
+        }
+        let area = load(simd, &slot.area, lane);
+        scatter::<S, R, N>(simd, rows, &now, [&n, &m], area, forces, lane);
+    }
+}

@@ -1,0 +1,142 @@
+//! The points' pass over all blocks, in either precision and on any path of the processor.
+
+use super::block::{Block, Element, Four, Scratch, Shared};
+use super::strain::Rows;
+use super::{PointSetup, Seat, SurfaceStrain};
+use crate::midsurface::CellTable;
+use crate::section::{PointState, SectionLaw, SectionTally};
+use cullet_simd::{Incidence, LANES, Real, SimdLevel};
+use fearless_simd::dispatch;
+use rayon::prelude::*;
+
+/// Tiles of a block.
+const TILES: usize = 8;
+
+/// The blocks of a shell with `N` functions a cell.
+#[derive(Clone, Debug)]
+pub(crate) struct Kernel<R, const N: usize> {
+    blocks: Vec<Block<R, N>>,
+    tables: Vec<Vec<Rows<R, N>>>,
+    /// Forces \[N\] on the control points of each block in turn.
+    forces: Vec<Four<R>>,
+    /// For each control point its places in `forces`.
+    rows: Incidence,
+    level: SimdLevel,
+    /// Points of a cell.
+    each: usize,
+}
+
+impl<R: Real, const N: usize> Kernel<R, N> {
+    /// Elements of a block.
+    pub(crate) const ELEMENTS: usize = TILES * LANES;
+
+    /// Of elements in whole tiles; points by their seats.
+    pub(crate) fn new(
+        tables: &[CellTable],
+        elements: &[Element<N>],
+        setup: &[PointSetup],
+        nodes: usize,
+        level: SimdLevel,
+    ) -> Self {
+        let each = tables[0].points.len();
+        let of = |table: &CellTable| {
+            let point = |p: &crate::midsurface::TablePoint| {
+                p.derivatives.map(|row| std::array::from_fn(|k| R::of(row[k])))
+            };
+            table.points.iter().map(point).collect::<Vec<Rows<R, N>>>()
+        };
+        let cut = elements.chunks(Self::ELEMENTS).zip(setup.chunks(Self::ELEMENTS * each));
+        let blocks = cut.map(|(elements, setup)| Block::new(elements, setup)).collect();
+        let tables = tables.iter().map(of).collect();
+        let (forces, rows) = (Vec::new(), Incidence::default());
+        let mut kernel = Self { blocks, tables, forces, rows, level, each };
+        kernel.index(nodes);
+        kernel
+    }
+
+    /// Takes the control points of all elements anew where `changed` says so, block by block.
+    pub(crate) fn connect(
+        &mut self,
+        elements: &[Element<N>],
+        setup: &[PointSetup],
+        changed: &[bool],
+        nodes: usize,
+    ) {
+        for (b, own) in elements.chunks(Self::ELEMENTS).enumerate() {
+            if b == self.blocks.len() {
+                let first = b * Self::ELEMENTS * self.each;
+                let setup = &setup[first..first + own.len() * self.each];
+                self.blocks.push(Block::new(own, setup));
+            } else if changed.get(b).copied().unwrap_or(true) {
+                self.blocks[b].connect(own);
+            }
+        }
+        self.index(nodes);
+    }
+
+    fn index(&mut self, nodes: usize) {
+        let ids = self.blocks.iter().flat_map(|block| block.nodes.iter().copied());
+        self.rows = Incidence::new(ids, nodes);
+        self.forces.resize(self.rows.entries.len(), [R::of(0.0); 4]);
+    }
+
+    /// Takes the state of the point at `seat` anew; no setup where it has left its seat.
+    pub(crate) fn touch(&mut self, seat: Seat, setup: Option<&PointSetup>, limit: Option<f64>) {
+        let size = Self::ELEMENTS * self.each;
+        self.blocks[seat / size].touch(seat % size, setup, limit);
+    }
+
+    /// Steps the points' states and takes the forces.
+    pub(crate) fn strain(
+        &mut self,
+        law: &SectionLaw,
+        displacement: &[[f64; 4]],
+        states: &mut [PointState],
+    ) -> SectionTally {
+        let shared = Shared { law, tables: &self.tables, displacement };
+        let mut rest = self.forces.as_mut_slice();
+        let chunks = states.chunks_mut(Self::ELEMENTS * self.each);
+        let mut work = Vec::with_capacity(self.blocks.len());
+        for (block, states) in self.blocks.iter_mut().zip(chunks) {
+            let (forces, after) = std::mem::take(&mut rest).split_at_mut(block.nodes.len());
+            rest = after;
+            work.push((block, states, forces));
+        }
+        let level = self.level.level();
+        let tallies: Vec<SectionTally> = work
+            .into_par_iter()
+            .map_init(Scratch::new, |scratch, (block, states, forces)| {
+                dispatch!(level, simd => block.strain(simd, &shared, states, forces, scratch))
+            })
+            .collect();
+        tallies.into_iter().fold(SectionTally::default(), SectionTally::add)
+    }
+
+    /// Strains of all points, by seat.
+    pub(crate) fn strains(
+        &self,
+        law: &SectionLaw,
+        displacement: &[[f64; 4]],
+        seats: usize,
+    ) -> Vec<SurfaceStrain> {
+        let shared = Shared { law, tables: &self.tables, displacement };
+        let mut strains = vec![SurfaceStrain::default(); seats];
+        let level = self.level.level();
+        let mut scratch = Scratch::new();
+        for (block, out) in self.blocks.iter().zip(strains.chunks_mut(Self::ELEMENTS * self.each)) {
+            dispatch!(level, simd => block.strains(simd, &shared, &mut scratch, out));
+        }
+        strains
+    }
+
+    /// Sum of the forces on a control point \[N\].
+    #[inline]
+    pub(crate) fn force(&self, node: usize) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for &row in self.rows.of(node) {
+            let force = &self.forces[row as usize];
+            (0..3).for_each(|c| sum[c] += force[c].wide());
+        }
+        sum
+    }
+}

@@ -1,0 +1,74 @@
+//! The law of a section: stress over the thickness, cracks of a fixed direction, their energy.
+//!
+//! One damage value a point, driven by the worst station through the thickness: damage layer by
+//! layer does not localise in bending (F79). A crack keeps the direction that it had at onset, and
+//! the stress follows from a potential (F82); with e = ε_nn + νε_tt and f = E/(1 − ν²),
+//! ψ = ½Eε_tt² + (1 − c\[e>0\]) ½fe² + (1 − c) 2με_nt².
+
+mod crack;
+mod stations;
+
+pub use crack::{CrackLine, PointState};
+pub use stations::{Stations, lobatto};
+
+use crate::kernel::PlaneStress;
+
+/// Share of damage at which a point is broken: then it bears nothing across its crack.
+pub const BROKEN: f64 = 0.999;
+
+/// Work of a section broken in pure bending over that of one torn in its plane is 1 − this [S21].
+pub const BENDING_RELIEF: f64 = 0.78;
+
+/// Most of x = sσ_f²l_c/(2EG_f) that the softening goes by: at 1 it would be sudden.
+const MOST_BRITTLE: f64 = 0.98;
+
+/// What the law of a section goes by.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SectionLaw {
+    /// Elasticity before any crack.
+    pub elastic: PlaneStress,
+    /// Young's modulus E \[Pa\].
+    pub young: f64,
+    /// Mode I fracture energy G_f \[J/m²\].
+    pub fracture_energy: f64,
+    /// Stations through the thickness.
+    pub stations: Stations,
+    /// Most that damage grows in a step \[1\].
+    pub most_growth: f64,
+}
+
+/// What a step did at some points.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SectionTally {
+    /// Energy that damage took \[J\].
+    pub dissipated: f64,
+    /// Points that broke, or broke a second time.
+    pub broken: u32,
+}
+
+impl SectionTally {
+    /// Sum of two.
+    #[must_use]
+    pub fn add(self, other: Self) -> Self {
+        Self { dissipated: self.dissipated + other.dissipated, broken: self.broken + other.broken }
+    }
+}
+
+/// s(β) = 1 − 0.78 β: what the softening length of a section is scaled by, whose crack opens in
+/// bending by the share β (F80).
+#[must_use]
+pub fn bending_scale(bending_share: f64) -> f64 {
+    1.0 - BENDING_RELIEF * bending_share
+}
+
+impl SectionLaw {
+    /// H of ċ: c = (1 + H)(1 − σ_f/σ̄) with H = x/(1 − x), for a strength σ_f \[Pa\] in force and a
+    /// softening length l_c \[m\].
+    #[must_use]
+    pub fn softening(&self, strength: f64, length: f64, bending_share: f64) -> f64 {
+        let scale = bending_scale(bending_share);
+        let x = scale * strength * strength * length / (2.0 * self.young * self.fracture_energy);
+        let x = x.min(MOST_BRITTLE);
+        x / (1.0 - x)
+    }
+}

@@ -1,0 +1,266 @@
+//! What a point of a brittle shell carries, and its step.
+
+use super::{BROKEN, SectionLaw, SectionTally};
+use crate::kernel::{PlaneStress, Resultants, SurfaceStrain};
+
+/// The crack of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CrackLine {
+    /// Unit normal n̂ of the crack in the point's frame (e₁, e₂).
+    pub normal: [f64; 2],
+    /// Share of bending in what opened it, β \[1\].
+    pub bending_share: f64,
+    /// Sign of κ_nn at onset: the side of the thickness that opened first.
+    pub side: f64,
+    /// H of its softening.
+    hardness: f64,
+    /// σ_f that it softens from \[Pa\].
+    strength: f64,
+}
+
+/// What a point carries.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointState {
+    /// c \[0, 1\].
+    pub damage: f64,
+    /// Its crack, from onset on.
+    pub crack: Option<CrackLine>,
+    /// Whether a second crack has taken all that was left.
+    pub dead: bool,
+    /// Strength in force here \[Pa\].
+    pub strength: f64,
+    /// l_c \[m\].
+    pub length: f64,
+    /// t \[m\].
+    pub thickness: f64,
+    /// Area of the midsurface \[m²\].
+    pub area: f64,
+}
+
+impl PointState {
+    /// A whole point.
+    #[must_use]
+    pub fn new(strength: f64, length: f64, thickness: f64, area: f64) -> Self {
+        let (damage, crack, dead) = (0.0, None, false);
+        Self { damage, crack, dead, strength, length, thickness, area }
+    }
+
+    /// Whether it bears nothing across its crack.
+    #[must_use]
+    pub fn is_broken(&self) -> bool {
+        self.damage >= BROKEN
+    }
+
+    /// The greatest principal stress below which it is elastic \[Pa\]; none once it is cracked.
+    #[must_use]
+    pub fn elastic_limit(&self) -> Option<f64> {
+        self.crack.is_none().then_some(self.strength)
+    }
+}
+
+/// Greatest principal value of a symmetric 2×2 (11, 22, 12) and its unit direction.
+#[must_use]
+pub(crate) fn principal(s: &[f64; 3]) -> (f64, [f64; 2]) {
+    let (mean, half) = (0.5 * (s[0] + s[1]), 0.5 * (s[0] - s[1]));
+    let radius = (half * half + s[2] * s[2]).sqrt();
+    // The longer of the two columns of s − (mean − radius) 1.
+    let (x, y) = if half >= 0.0 { (half + radius, s[2]) } else { (s[2], radius - half) };
+    let length = (x * x + y * y).sqrt();
+    let direction = if length > 0.0 { [x / length, y / length] } else { [1.0, 0.0] };
+    (mean + radius, direction)
+}
+
+/// Components nn, tt, nt of a symmetric 2×2 in the frame of n̂.
+fn turned(e: &[f64; 3], [x, y]: [f64; 2]) -> [f64; 3] {
+    let [e11, e22, e12] = *e;
+    [
+        e11 * x * x + e22 * y * y + 2.0 * e12 * x * y,
+        e11 * y * y + e22 * x * x - 2.0 * e12 * x * y,
+        (e22 - e11) * x * y + e12 * (x * x - y * y),
+    ]
+}
+
+/// The same back: components 11, 22, 12 of one in the frame of n̂.
+fn turned_back(s: &[f64; 3], [x, y]: [f64; 2]) -> [f64; 3] {
+    turned(s, [x, -y])
+}
+
+/// A stiffness of a cracked section.
+struct Cracked {
+    /// f = E/(1 − ν²).
+    across: f64,
+    young: f64,
+    poisson: f64,
+    /// 2μ.
+    shear: f64,
+}
+
+impl Cracked {
+    fn new(law: &SectionLaw) -> Self {
+        let PlaneStress { modulus, poisson } = law.elastic;
+        Self { across: modulus, young: law.young, poisson, shear: modulus * (1.0 - poisson) }
+    }
+
+    /// e = ε_nn + νε_tt.
+    fn opening(&self, e: &[f64; 3]) -> f64 {
+        e[0] + self.poisson * e[1]
+    }
+
+    /// What a damage of c takes of the stress across the crack and of the shear: all once the point
+    /// is cut, whatever the sign, for its sides meet by contact (F81).
+    fn left(&self, damage: f64, opening: f64) -> (f64, f64) {
+        match damage {
+            c if c >= BROKEN => (0.0, 0.0),
+            c if opening > 0.0 => (1.0 - c, 1.0 - c),
+            c => (1.0, 1.0 - c),
+        }
+    }
+
+    /// nn, tt, nt.
+    fn stress(&self, e: &[f64; 3], damage: f64) -> [f64; 3] {
+        let opening = self.opening(e);
+        let (pull, slide) = self.left(damage, opening);
+        let across = pull * self.across * opening;
+        [across, self.young * e[1] + self.poisson * across, slide * self.shear * e[2]]
+    }
+
+    /// ψ \[J/m³\].
+    fn energy(&self, e: &[f64; 3], damage: f64) -> f64 {
+        let opening = self.opening(e);
+        let (pull, slide) = self.left(damage, opening);
+        0.5 * (self.young * e[1] * e[1] + pull * self.across * opening * opening)
+            + slide * self.shear * e[2] * e[2]
+    }
+}
+
+impl SectionLaw {
+    /// What the section of a point bears under `strain`; its damage grows, if it does, first.
+    pub fn step(
+        &self,
+        state: &mut PointState,
+        strain: &SurfaceStrain,
+        tally: &mut SectionTally,
+    ) -> Resultants {
+        if state.dead {
+            return Resultants::default();
+        }
+        if state.crack.is_none() {
+            self.open(state, strain);
+        }
+        if let Some(crack) = state.crack
+            && !state.is_broken()
+        {
+            self.grow(state, &crack, strain, tally);
+        }
+        if state.is_broken() {
+            self.cross(state, strain, tally);
+        }
+        self.borne(state, strain)
+    }
+
+    /// Opens a crack where the worst face bears more than the strength.
+    fn open(&self, state: &mut PointState, strain: &SurfaceStrain) {
+        let face = 0.5 * state.thickness;
+        let at = |z: f64| self.elastic.stress(&strain.at(z));
+        let faces = [face, -face].map(|z| principal(&at(z)));
+        let (worst, normal) = if faces[1].0 > faces[0].0 { faces[1] } else { faces[0] };
+        if worst <= state.strength {
+            return;
+        }
+        let middle = turned(&at(0.0), normal)[0].max(0.0);
+        let bending_share = (1.0 - middle / worst).clamp(0.0, 1.0);
+        let side = turned(&strain.bending, normal)[0].signum();
+        let strength = state.strength;
+        let hardness = self.softening(strength, state.length, bending_share);
+        state.crack = Some(CrackLine { normal, bending_share, side, hardness, strength });
+    }
+
+    /// c = max(c, (1 + H)(1 − σ_f/σ̄)), σ̄ the greatest of the stations' f e.
+    fn grow(
+        &self,
+        state: &mut PointState,
+        crack: &CrackLine,
+        strain: &SurfaceStrain,
+        tally: &mut SectionTally,
+    ) {
+        let cracked = Cracked::new(self);
+        let t = state.thickness;
+        let local = |z: f64| turned(&strain.at(z * t), crack.normal);
+        let worst = self.stations.list().iter().map(|&(z, _)| cracked.opening(&local(z)));
+        let worst = cracked.across * worst.fold(0.0, f64::max);
+        let wanted = (1.0 + crack.hardness) * (1.0 - crack.strength / worst);
+        let growth = (wanted.min(1.0) - state.damage).min(self.most_growth);
+        if !(growth > 0.0) {
+            return;
+        }
+        let stored = |damage: f64| -> f64 {
+            let at = |&(z, w): &(f64, f64)| w * cracked.energy(&local(z), damage);
+            self.stations.list().iter().map(at).sum()
+        };
+        let before = stored(state.damage);
+        state.damage += growth;
+        if state.damage >= BROKEN {
+            state.damage = 1.0;
+            tally.broken += 1;
+        }
+        tally.dissipated += state.area * t * (before - stored(state.damage));
+    }
+
+    /// A second crack across the first takes what is left.
+    fn cross(&self, state: &mut PointState, strain: &SurfaceStrain, tally: &mut SectionTally) {
+        let Some(crack) = state.crack else { return };
+        let cracked = Cracked::new(self);
+        let t = state.thickness;
+        let local = |z: f64| turned(&strain.at(z * t), crack.normal);
+        let along = |&(z, _): &(f64, f64)| cracked.stress(&local(z), 1.0)[1];
+        let worst = self.stations.list().iter().map(along).fold(0.0, f64::max);
+        if worst > state.strength {
+            tally.dissipated += state.area * self.energy(state, strain);
+            tally.broken += 1;
+            state.dead = true;
+        }
+    }
+
+    /// Resultants of a state.
+    #[must_use]
+    pub fn borne(&self, state: &PointState, strain: &SurfaceStrain) -> Resultants {
+        let mut borne = Resultants::default();
+        if state.dead {
+            return borne;
+        }
+        let (t, cracked) = (state.thickness, Cracked::new(self));
+        for &(z, w) in self.stations.list() {
+            let e = strain.at(z * t);
+            let s = match &state.crack {
+                None => self.elastic.stress(&e),
+                Some(crack) => {
+                    let local = cracked.stress(&turned(&e, crack.normal), state.damage);
+                    turned_back(&local, crack.normal)
+                }
+            };
+            for k in 0..3 {
+                borne.force[k] += w * t * s[k];
+                borne.moment[k] += w * t * t * z * s[k];
+            }
+        }
+        borne
+    }
+
+    /// Elastic energy of a point over its area \[J/m²\].
+    #[must_use]
+    pub fn energy(&self, state: &PointState, strain: &SurfaceStrain) -> f64 {
+        if state.dead {
+            return 0.0;
+        }
+        let (t, cracked) = (state.thickness, Cracked::new(self));
+        let at = |&(z, w): &(f64, f64)| {
+            let e = strain.at(z * t);
+            let energy = match &state.crack {
+                None => self.elastic.energy(&e),
+                Some(crack) => cracked.energy(&turned(&e, crack.normal), state.damage),
+            };
+            w * t * energy
+        };
+        self.stations.list().iter().map(at).sum()
+    }
+}
