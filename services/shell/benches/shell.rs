@@ -49,7 +49,6 @@ fn steps<R: Real>(bencher: Bencher<'_, '_>, threads: usize) {
     bencher.counter(ItemsCount::new(nodes * 10)).bench_local(|| {
         pool.install(|| {
             for _ in 0..10 {
-                shell.strain();
                 shell.advance(|_, v| v);
             }
         });

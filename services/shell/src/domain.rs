@@ -1,9 +1,20 @@
 //! A shell in motion: control points with mass, central differences.
 
 mod arrange;
+mod front;
+mod functional;
+mod links;
+mod sides;
+mod split;
 mod sums;
 
 pub use sums::ShellSums;
+
+use front::Front;
+pub use front::TIP_FACTOR;
+use links::Links;
+use sides::Sides;
+use split::SplitState;
 
 use crate::kernel::{Element, Kernel, PointSetup, Seat, SurfaceStrain};
 use crate::midsurface::Midsurface;
@@ -53,6 +64,10 @@ pub struct ShellDomain<R: Real, const N: usize> {
     seats: Vec<Seat>,
     /// The point at each seat; `u32::MAX` where there is none.
     point_at: Vec<u32>,
+    links: Links,
+    split: SplitState,
+    front: Front,
+    sides: Sides,
 }
 
 /// What a shell is made of, beside its midsurface.
@@ -103,7 +118,12 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
             .collect();
         let nodes = surface.nodes.len();
         let kernel = Kernel::new(&surface.tables, &arranged.elements, &setup, nodes, level);
+        let links = Links::new(&surface, &surfaces);
         let mut domain = Self {
+            links,
+            front: Front::default(),
+            sides: Sides::default(),
+            split: SplitState::new::<N>(std::iter::empty(), &[], &[]),
             displacement: vec![[0.0; 4]; nodes],
             velocity: vec![Vec3::zeros(); nodes],
             mass: vec![0.0; nodes],
@@ -121,8 +141,11 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
             point_at,
         };
         domain.weigh();
+        let cells = domain.surface.cells.iter();
+        let cells = cells.map(|c| std::array::from_fn(|k| c.nodes[k]));
+        domain.split = SplitState::new::<N>(cells, &domain.elements, &domain.mass);
         domain.step = STEP_SHARE * domain.stable_step();
-        domain.watch_all();
+        (0..domain.states.len()).for_each(|seat| domain.watch(seat));
         domain
     }
 
@@ -178,18 +201,16 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
     pub fn change(&mut self, point: usize, change: impl FnOnce(&mut PointState)) {
         let seat = self.seats[point];
         change(&mut self.states[seat]);
-        let limit = self.states[seat].elastic_limit();
-        self.kernel.touch(seat, Some(&self.setup[seat]), limit);
+        self.watch(seat);
     }
 
-    fn watch_all(&mut self) {
-        for seat in 0..self.states.len() {
-            let (setup, limit) = match self.point_at[seat] {
-                u32::MAX => (None, Some(f64::INFINITY)),
-                _ => (Some(&self.setup[seat]), self.states[seat].elastic_limit()),
-            };
-            self.kernel.touch(seat, setup, limit);
-        }
+    /// Tells the kernel of what is at a seat.
+    fn watch(&mut self, seat: Seat) {
+        let (setup, limit) = match self.point_at[seat] {
+            u32::MAX => (None, Some(f64::INFINITY)),
+            _ => (Some(&self.setup[seat]), self.states[seat].elastic_limit()),
+        };
+        self.kernel.touch(seat, setup, limit);
     }
 
     /// A vector of the control points at a point \[unit of theirs\].
@@ -225,22 +246,46 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         self.seats.iter().map(|&seat| by_seat[seat]).collect()
     }
 
-    /// Moves the control points by the forces on them; `hold` may change the velocity of one by its
-    /// number.
-    pub fn advance(&mut self, hold: impl Fn(usize, Vec3) -> Vec3 + Sync) {
-        let (dt, kernel, mass) = (self.step, &self.kernel, &self.mass);
-        let external = &self.external;
-        let chunks = self.velocity.par_chunks_mut(CHUNK);
-        chunks.zip(self.displacement.par_chunks_mut(CHUNK)).enumerate().for_each(
-            |(chunk, (velocities, displacements))| {
-                for (k, (v, u)) in velocities.iter_mut().zip(displacements).enumerate() {
-                    let node = chunk * CHUNK + k;
-                    let force = Vec3::from(kernel.force(node)) + external[node];
-                    *v = hold(node, *v + force * (dt / mass[node]));
-                    (0..3).for_each(|c| u[c] += dt * v[c]);
-                }
-            },
-        );
+    /// Takes a step: cracks go on, points are strained, control points move. `hold` may change the
+    /// velocity of a control point by its number.
+    pub fn advance(&mut self, hold: impl Fn(usize, Vec3) -> Vec3 + Sync) -> ShellTally {
+        self.go_on();
+        let points = self.strain();
+        if points.broken > 0 {
+            self.note_broken();
+        }
+        let before = self.velocity.clone();
+        self.accelerate(hold);
+        let met = self.meet(&before);
+        self.drift();
+        ShellTally { points, met }
+    }
+
+    fn accelerate(&mut self, hold: impl Fn(usize, Vec3) -> Vec3 + Sync) {
+        let (dt, kernel, mass, external) = (self.step, &self.kernel, &self.mass, &self.external);
+        self.velocity.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, velocities)| {
+            for (k, v) in velocities.iter_mut().enumerate() {
+                let node = chunk * CHUNK + k;
+                let force = Vec3::from(kernel.force(node)) + external[node];
+                *v = hold(node, *v + force * (dt / mass[node]));
+            }
+        });
         self.external.fill(Vec3::zeros());
     }
+
+    fn drift(&mut self) {
+        let dt = self.step;
+        for (u, v) in self.displacement.iter_mut().zip(&self.velocity) {
+            (0..3).for_each(|c| u[c] += dt * v[c]);
+        }
+    }
+}
+
+/// What a step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ShellTally {
+    /// To points.
+    pub points: SectionTally,
+    /// Energy lost where sides of cracks met \[J\].
+    pub met: f64,
 }

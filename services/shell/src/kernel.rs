@@ -61,6 +61,16 @@ pub struct SurfaceStrain {
 }
 
 impl SurfaceStrain {
+    /// The mean of two.
+    #[must_use]
+    pub fn middle(&self, other: &Self) -> Self {
+        let mean = |a: &[f64; 3], b: &[f64; 3]| [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
+        Self {
+            membrane: mean(&self.membrane, &other.membrane),
+            bending: mean(&self.bending, &other.bending),
+        }
+    }
+
     /// E(z) = ε + z κ.
     #[must_use]
     pub fn at(&self, z: f64) -> [f64; 3] {

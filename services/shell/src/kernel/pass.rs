@@ -8,6 +8,7 @@ use crate::section::{PointState, SectionLaw, SectionTally};
 use cullet_simd::{Incidence, LANES, Real, SimdLevel};
 use fearless_simd::dispatch;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// Tiles of a block.
 const TILES: usize = 8;
@@ -54,22 +55,34 @@ impl<R: Real, const N: usize> Kernel<R, N> {
         kernel
     }
 
-    /// Takes the control points of all elements anew where `changed` says so, block by block.
+    /// First element of the block that element `element` is in.
+    pub(crate) fn block_start(element: usize) -> usize {
+        element / Self::ELEMENTS * Self::ELEMENTS
+    }
+
+    /// Takes the control points of the elements `changed` anew. Where there are more elements than
+    /// the `before` of the last time, the points of the last block and of those behind it have to
+    /// be touched.
     pub(crate) fn connect(
         &mut self,
         elements: &[Element<N>],
         setup: &[PointSetup],
-        changed: &[bool],
+        changed: &BTreeSet<usize>,
+        before: usize,
         nodes: usize,
     ) {
-        for (b, own) in elements.chunks(Self::ELEMENTS).enumerate() {
-            if b == self.blocks.len() {
-                let first = b * Self::ELEMENTS * self.each;
-                let setup = &setup[first..first + own.len() * self.each];
-                self.blocks.push(Block::new(own, setup));
-            } else if changed.get(b).copied().unwrap_or(true) {
-                self.blocks[b].connect(own);
-            }
+        if elements.len() > before {
+            let first = Self::block_start(before);
+            self.blocks.truncate(first / Self::ELEMENTS);
+            let setup = &setup[first * self.each..];
+            let grown = elements[first..].chunks(Self::ELEMENTS);
+            let grown = grown.zip(setup.chunks(Self::ELEMENTS * self.each));
+            self.blocks.extend(grown.map(|(elements, setup)| Block::new(elements, setup)));
+        }
+        let blocks: BTreeSet<usize> = changed.iter().map(|e| e / Self::ELEMENTS).collect();
+        for b in blocks {
+            let end = elements.len().min((b + 1) * Self::ELEMENTS);
+            self.blocks[b].connect(&elements[b * Self::ELEMENTS..end]);
         }
         self.index(nodes);
     }

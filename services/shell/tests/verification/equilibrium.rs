@@ -9,7 +9,7 @@ use cullet_shell::section::{SectionLaw, lobatto};
 use cullet_simd::{Real, SimdLevel};
 
 /// A shell that does not break.
-pub fn elastic<R: Real, const N: usize>(
+pub(crate) fn elastic<R: Real, const N: usize>(
     surface: Midsurface,
     [young, poisson, thickness]: [f64; 3],
     level: SimdLevel,
@@ -33,30 +33,30 @@ pub fn elastic<R: Real, const N: usize>(
 }
 
 /// What each degree of freedom of each control point is: fixed, or a number that others may share.
-pub struct Freedoms {
+pub(crate) struct Freedoms {
     of: Vec<[Option<usize>; 3]>,
     count: usize,
 }
 
 impl Freedoms {
     /// All free.
-    pub fn new(nodes: usize) -> Self {
+    pub(crate) fn new(nodes: usize) -> Self {
         let of = (0..nodes).map(|n| [0, 1, 2].map(|c| Some(3 * n + c))).collect();
         Self { of, count: 3 * nodes }
     }
 
-    pub fn fix(&mut self, node: usize, axis: usize) {
+    pub(crate) fn fix(&mut self, node: usize, axis: usize) {
         self.of[node][axis] = None;
     }
 
     /// Makes one move as another does.
-    pub fn tie(&mut self, node: usize, axis: usize, other: usize) {
+    pub(crate) fn tie(&mut self, node: usize, axis: usize, other: usize) {
         self.of[node][axis] = self.of[other][axis];
     }
 
     /// Symmetry about the plane across `axis` that the row `edge` lies in, `next` being the row
     /// beside it: no motion across, no slope.
-    pub fn mirror(&mut self, edge: &[usize], next: &[usize], axis: usize) {
+    pub(crate) fn mirror(&mut self, edge: &[usize], next: &[usize], axis: usize) {
         for (&a, &b) in edge.iter().zip(next) {
             self.fix(a, axis);
             for along in (0..3).filter(|&c| c != axis) {
@@ -77,26 +77,26 @@ impl Freedoms {
 }
 
 /// Control points of a patch by column and row.
-pub struct Grid {
-    pub columns: usize,
-    pub rows: usize,
+pub(crate) struct Grid {
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
 }
 
 impl Grid {
-    pub fn of(patch: &NurbsPatch) -> Self {
+    pub(crate) fn of(patch: &NurbsPatch) -> Self {
         let [columns, rows] = [0, 1].map(|a| patch.axes()[a].functions());
         Self { columns, rows }
     }
 
-    pub fn at(&self, column: usize, row: usize) -> usize {
+    pub(crate) fn at(&self, column: usize, row: usize) -> usize {
         row * self.columns + column
     }
 
-    pub fn column(&self, column: usize) -> Vec<usize> {
+    pub(crate) fn column(&self, column: usize) -> Vec<usize> {
         (0..self.rows).map(|row| self.at(column, row)).collect()
     }
 
-    pub fn row(&self, row: usize) -> Vec<usize> {
+    pub(crate) fn row(&self, row: usize) -> Vec<usize> {
         (0..self.columns).map(|column| self.at(column, row)).collect()
     }
 }
@@ -134,7 +134,7 @@ fn displace<R: Real, const N: usize>(
 }
 
 /// The displacements at which all forces vanish, from `start`; `nudge` is a small displacement.
-pub fn solve<R: Real, const N: usize>(
+pub(crate) fn solve<R: Real, const N: usize>(
     shell: &mut ShellDomain<R, N>,
     freedoms: &mut Freedoms,
     external: &dyn Fn(&ShellDomain<R, N>) -> Vec<Vec3>,

@@ -67,7 +67,6 @@ fn the_bits_do_not_depend_on_registers_or_threads() {
         pool.install(|| {
             let mut shell: ShellDomain<R, 9> = noisy(&cylinder(), level);
             for _ in 0..50 {
-                shell.strain();
                 shell.advance(|_, v| v);
             }
             (0..shell.mass.len()).map(|n| shell.moved(n)).collect()
@@ -114,7 +113,6 @@ fn s19_the_step_is_stable_up_to_its_bound() {
             };
             let first = mean(&mut shell);
             for _ in 0..10_000 {
-                shell.strain();
                 shell.advance(|_, v| v);
             }
             let ratio = mean(&mut shell) / first;

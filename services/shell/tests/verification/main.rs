@@ -1,5 +1,6 @@
 //! The shell family against formulas and benchmark values.
 
+mod cracks;
 mod equilibrium;
 mod kernel;
 mod statics;

@@ -1,0 +1,145 @@
+//! Cracks go on: points that have broken part their links, and points ahead of a tip have the
+//! strength that lets a crack run at G_f.
+
+use super::ShellDomain;
+use crate::section::bending_scale;
+use cullet_simd::Real;
+use std::collections::BTreeMap;
+
+/// σ_t = k √(2EG_f/1.1 l)/√s(β): starts a crack at G = 1.1–1.3 G_f for k = 0.5–0.6  [measured].
+pub const TIP_FACTOR: f64 = 0.6;
+
+/// How far ahead of a broken point its tip is felt, in cells, and the cone that is ahead: |d·n̂| over
+/// |d|. All round, cracks would widen (F100).
+const AHEAD: (f64, f64) = (1.5, 0.6);
+
+/// Rings of neighbours that reach that far.
+const RINGS: usize = 4;
+
+/// What is kept for tips.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Front {
+    /// Steps taken.
+    steps: u64,
+    /// Points that feel a tip from a step on, with their strength then \[Pa\].
+    due: BTreeMap<u64, Vec<(u32, f64)>>,
+    /// Points that have broken or died since control points were last parted.
+    pub(super) changed: Vec<u32>,
+}
+
+impl<R: Real, const N: usize> ShellDomain<R, N> {
+    /// Speed of Rayleigh waves, within 0.3 % \[m/s\].
+    fn rayleigh_speed(&self) -> f64 {
+        let nu = self.law.elastic.poisson;
+        let shear = self.law.young / (2.0 * (1.0 + nu) * self.density);
+        shear.sqrt() * (0.862 + 1.14 * nu) / (1.0 + nu)
+    }
+
+    /// Strength ahead of a tip whose crack opens in bending by the share β, in cells of size
+    /// `extent` \[m\] \[Pa\].
+    #[must_use]
+    pub fn tip_strength(&self, extent: f64, bending_share: f64) -> f64 {
+        let toughness = 2.0 * self.law.young * self.law.fracture_energy;
+        TIP_FACTOR * (toughness / (1.1 * extent) / bending_scale(bending_share)).sqrt()
+    }
+
+    /// Breaks a point across `normal` (in its frame) before anything has moved: a notch. Points
+    /// ahead feel its tip after [`ShellDomain::wake_tips`].
+    pub fn notch(&mut self, point: usize, normal: [f64; 2]) {
+        let law = self.law.clone();
+        self.change(point, |state| state.cut(&law, normal));
+        self.sever(point);
+    }
+
+    /// Before the points' pass: parts control points and lets points feel the tips near them.
+    pub(super) fn go_on(&mut self) {
+        self.front.steps += 1;
+        let later = self.front.due.split_off(&(self.front.steps + 1));
+        for (_, points) in std::mem::replace(&mut self.front.due, later) {
+            for (point, strength) in points {
+                let state = &self.states[self.seats[point as usize]];
+                if state.crack.is_none() && state.strength > strength {
+                    self.change(point as usize, |state| state.strength = strength);
+                }
+            }
+        }
+        if !self.front.changed.is_empty() {
+            let changed = std::mem::take(&mut self.front.changed);
+            self.part(&changed);
+        }
+    }
+
+    /// After the points' pass, where points have broken.
+    pub(super) fn note_broken(&mut self) {
+        for point in 0..self.seats.len() {
+            let state = &self.states[self.seats[point]];
+            let (broken, dead) = (state.is_broken(), state.dead);
+            if broken && self.links.facing(point).norm_squared() == 0.0 {
+                self.parted(point);
+            }
+            if dead && self.links.kill(&self.surface, point) {
+                self.front.changed.push(point as u32);
+            }
+        }
+    }
+
+    /// Severs the links of a point that has broken, and announces its tip.
+    fn parted(&mut self, point: usize) {
+        self.sever(point);
+        self.announce(point);
+    }
+
+    /// Severs the links of a point that has broken.
+    fn sever(&mut self, point: usize) {
+        let Some(crack) = self.states[self.seats[point]].crack else { return };
+        let parted = self.links.break_point(&self.surface, point, crack.normal);
+        self.sides.extend(point as u32, &parted, &self.links);
+        self.front.changed.push(point as u32);
+    }
+
+    /// Lets points feel all tips that there are, at once: after a change of strengths.
+    pub fn wake_tips(&mut self) {
+        let points = 0..self.seats.len();
+        let broken: Vec<usize> =
+            points.filter(|&p| self.links.facing(p).norm_squared() > 0.0).collect();
+        broken.into_iter().for_each(|point| self.announce(point));
+    }
+
+    /// Lets the points ahead of one that has broken feel its tip in due time.
+    fn announce(&mut self, point: usize) {
+        let seat = self.seats[point];
+        let Some(crack) = self.states[seat].crack else { return };
+        let extent = self.setup[seat].surface.extent;
+        let strength = self.tip_strength(extent, crack.bending_share);
+        let (facing, place) = (self.links.facing(point), self.links.place(point));
+        let pace = self.step * self.rayleigh_speed();
+        for other in self.near(point) {
+            let away = self.links.place(other as usize) - place;
+            let far = away.norm();
+            if far <= AHEAD.0 * extent && away.dot(&facing).abs() <= AHEAD.1 * far {
+                let due = self.front.steps + 1 + (far / pace) as u64;
+                self.front.due.entry(due).or_default().push((other, strength));
+            }
+        }
+    }
+
+    /// The points a few rings of neighbours around one, ascending.
+    fn near(&self, point: usize) -> Vec<u32> {
+        let mut found = vec![point as u32];
+        let mut first = 0;
+        for _ in 0..RINGS {
+            let ring = first..found.len();
+            first = ring.end;
+            for at in ring {
+                for &q in self.surface.around(found[at] as usize) {
+                    if !found.contains(&q) {
+                        found.push(q);
+                    }
+                }
+            }
+        }
+        found.remove(0);
+        found.sort_unstable();
+        found
+    }
+}

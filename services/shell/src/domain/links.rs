@@ -1,0 +1,216 @@
+//! The graph of points: which are joined, and which links cracks have severed.
+
+use crate::midsurface::{Midsurface, SurfacePoint};
+use cullet_geometry::Vec3;
+
+/// A link is severed where it runs within 60° of the crack's normal.
+const ACROSS: f64 = 0.5;
+
+/// Two broken points are of one chain where the line between them runs within this of along it:
+/// |d·n̂| over |d|.
+const ABREAST: f64 = 0.85;
+
+/// Points of a part below which it is none of its own: it goes with its neighbours (F99).
+pub(super) const LEAST_PART: usize = 4;
+
+/// Points, their links, and the side that each broken one faces.
+#[derive(Clone, Debug)]
+pub(super) struct Links {
+    /// By entry of the midsurface's list of neighbours.
+    severed: Vec<bool>,
+    /// Unit normal of the crack of each broken point, turned like those beside it; zero before.
+    facing: Vec<Vec3>,
+    /// Where each point is \[m\], and its frame.
+    places: Vec<Vec3>,
+    frames: Vec<[Vec3; 2]>,
+    /// Points that bear nothing at all.
+    dead: Vec<bool>,
+}
+
+impl Links {
+    pub(super) fn new(surface: &Midsurface, points: &[SurfacePoint]) -> Self {
+        Self {
+            severed: vec![false; surface.neighbours.len()],
+            facing: vec![Vec3::zeros(); points.len()],
+            places: points.iter().map(|p| p.place).collect(),
+            frames: points.iter().map(SurfacePoint::frame).collect(),
+            dead: vec![false; points.len()],
+        }
+    }
+
+    /// Normal of a broken point's crack, in space.
+    pub(super) fn facing(&self, point: usize) -> Vec3 {
+        self.facing[point]
+    }
+
+    pub(super) fn place(&self, point: usize) -> Vec3 {
+        self.places[point]
+    }
+
+    /// Whether the link of that entry is whole.
+    pub(super) fn is_whole(&self, entry: usize) -> bool {
+        !self.severed[entry]
+    }
+
+    /// Severs the links on one side of a point that has broken across `normal` (in its frame); the
+    /// neighbours on that side. The side is the one that the broken ones beside it have parted on,
+    /// so that a chain of them severs one row.
+    pub(super) fn break_point(
+        &mut self,
+        surface: &Midsurface,
+        point: usize,
+        normal: [f64; 2],
+    ) -> Vec<u32> {
+        let [e1, e2] = self.frames[point];
+        let mut facing = e1 * normal[0] + e2 * normal[1];
+        let beside = surface.around(point).iter().map(|&q| self.facing[q as usize]);
+        if beside.map(|other| other.dot(&facing)).sum::<f64>() < 0.0 {
+            facing = -facing;
+        }
+        self.facing[point] = facing;
+        let mut parted = Vec::new();
+        for (k, &other) in surface.around(point).iter().enumerate() {
+            let along = self.places[other as usize] - self.places[point];
+            let across = along.dot(&facing) / along.norm();
+            if across >= ACROSS && !self.is_chain(point, other as usize) {
+                self.sever(surface, surface.starts[point] as usize + k, point);
+                parted.push(other);
+            }
+        }
+        self.close_jogs(surface, point, &parted);
+        parted
+    }
+
+    /// Whether two broken points belong to one chain: they part on the same side, and neither lies
+    /// straight over the other.
+    fn is_chain(&self, point: usize, other: usize) -> bool {
+        let (own, next) = (self.facing[point], self.facing[other]);
+        let along = self.places[other] - self.places[point];
+        next.dot(&own) > 0.0 && along.dot(&own).abs() <= ABREAST * along.norm()
+    }
+
+    /// Where a chain steps from one row of points to the next, a link along the row would join its
+    /// two sides: severs those between a point of the chain and what the one beside it has parted
+    /// from.
+    fn close_jogs(&mut self, surface: &Midsurface, point: usize, parted: &[u32]) {
+        let beside = surface.around(point).iter().copied();
+        let chain: Vec<u32> = beside.filter(|&p| self.is_chain(point, p as usize)).collect();
+        for p in chain {
+            let off: Vec<u32> = self.parted_from(surface, p as usize);
+            for q in off {
+                self.sever_between(surface, point, q);
+            }
+            for &q in parted {
+                self.sever_between(surface, p as usize, q);
+            }
+        }
+    }
+
+    /// What a broken point has parted from on the side that it faces.
+    fn parted_from(&self, surface: &Midsurface, point: usize) -> Vec<u32> {
+        let facing = self.facing[point];
+        let around = surface.around(point).iter().enumerate();
+        let off = around.filter(|&(k, &q)| {
+            let along = self.places[q as usize] - self.places[point];
+            let entry = surface.starts[point] as usize + k;
+            self.severed[entry] && along.dot(&facing) >= ACROSS * along.norm()
+        });
+        off.map(|(_, &q)| q).collect()
+    }
+
+    /// Severs the link of a broken point with a whole one, if there is one.
+    fn sever_between(&mut self, surface: &Midsurface, point: usize, whole: u32) {
+        let is_broken = self.facing[whole as usize].norm_squared() > 0.0;
+        let found = surface.around(point).binary_search(&whole);
+        if let (false, Ok(k)) = (is_broken, found) {
+            self.sever(surface, surface.starts[point] as usize + k, point);
+        }
+    }
+
+    /// Severs all links of a point that bears nothing any more; whether it had not done so.
+    pub(super) fn kill(&mut self, surface: &Midsurface, point: usize) -> bool {
+        if std::mem::replace(&mut self.dead[point], true) {
+            return false;
+        }
+        let range = surface.starts[point] as usize..surface.starts[point + 1] as usize;
+        for entry in range {
+            self.sever(surface, entry, point);
+        }
+        true
+    }
+
+    /// Severs a link of `point` in both lists; whether it was whole.
+    fn sever(&mut self, surface: &Midsurface, entry: usize, point: usize) -> bool {
+        let other = surface.neighbours[entry] as usize;
+        let was_whole = !std::mem::replace(&mut self.severed[entry], true);
+        if let Ok(back) = surface.around(other).binary_search(&(point as u32)) {
+            self.severed[surface.starts[other] as usize + back] = true;
+        }
+        was_whole
+    }
+
+    /// The part that a point belongs to, up to [`LEAST_PART`] points: whether it has that many.
+    fn is_part(&self, surface: &Midsurface, point: u32) -> bool {
+        let mut found = vec![point];
+        let mut next = 0;
+        while next < found.len() && found.len() < LEAST_PART {
+            let p = found[next] as usize;
+            next += 1;
+            for (k, &q) in surface.around(p).iter().enumerate() {
+                let entry = surface.starts[p] as usize + k;
+                if self.is_whole(entry) && !found.contains(&q) {
+                    found.push(q);
+                }
+            }
+        }
+        found.len() >= LEAST_PART
+    }
+
+    /// Components of `points` (ascending) by whole links among them. Points of parts that are too
+    /// small, and dead ones, go with the first neighbour that is of a part.
+    pub(super) fn components(&self, surface: &Midsurface, points: &[u32]) -> Vec<Vec<u32>> {
+        let mut label = vec![usize::MAX; points.len()];
+        let mut count = 0;
+        let place = |q: u32| points.binary_search(&q).ok();
+        let small: Vec<bool> = points.iter().map(|&p| !self.is_part(surface, p)).collect();
+        for start in 0..points.len() {
+            if label[start] != usize::MAX || small[start] {
+                continue;
+            }
+            label[start] = count;
+            let mut stack = vec![start];
+            while let Some(at) = stack.pop() {
+                let p = points[at] as usize;
+                for (k, &q) in surface.around(p).iter().enumerate() {
+                    let entry = surface.starts[p] as usize + k;
+                    let Some(next) = place(q).filter(|_| self.is_whole(entry)) else { continue };
+                    if label[next] == usize::MAX && !small[next] {
+                        label[next] = count;
+                        stack.push(next);
+                    }
+                }
+            }
+            count += 1;
+        }
+        // Rings of points without a part take their label inward from their neighbours.
+        loop {
+            let found: Vec<(usize, usize)> = (0..points.len())
+                .filter(|&at| label[at] == usize::MAX)
+                .filter_map(|at| {
+                    let around = surface.around(points[at] as usize).iter();
+                    let labels = around.filter_map(|&q| place(q)).map(|next| label[next]);
+                    labels.filter(|&l| l != usize::MAX).min().map(|l| (at, l))
+                })
+                .collect();
+            if found.is_empty() {
+                break;
+            }
+            found.into_iter().for_each(|(at, l)| label[at] = l);
+        }
+        let mut parts = vec![Vec::new(); count.max(1)];
+        for (at, &p) in points.iter().enumerate() {
+            parts[if label[at] == usize::MAX { 0 } else { label[at] }].push(p);
+        }
+        parts
+    }
+}

@@ -1,0 +1,75 @@
+//! The sides of a crack meet: by the gap between them at both faces, so that pieces bear on one
+//! another when they are pressed or bent shut.
+
+use super::ShellDomain;
+use super::functional::Functional;
+use super::links::Links;
+use cullet_geometry::Vec3;
+use cullet_simd::Real;
+
+/// A broken point and the one that it has parted from.
+#[derive(Clone, Copy, Debug)]
+struct SidePair {
+    own: u32,
+    other: u32,
+    /// From the own to the other, as they lay.
+    apart: Vec3,
+}
+
+/// All pairs.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sides {
+    pairs: Vec<SidePair>,
+}
+
+impl Sides {
+    /// Adds a point that has broken, with the neighbour that lies most squarely across its crack.
+    pub(super) fn extend(&mut self, own: u32, parted: &[u32], links: &Links) {
+        let facing = links.facing(own as usize);
+        let apart = |other: u32| links.place(other as usize) - links.place(own as usize);
+        let square = |other: &u32| apart(*other).normalize().dot(&facing);
+        let best = parted.iter().copied().max_by(|a, b| square(a).total_cmp(&square(b)));
+        if let Some(other) = best {
+            self.pairs.push(SidePair { own, other, apart: apart(other) });
+        }
+    }
+}
+
+impl<R: Real, const N: usize> ShellDomain<R, N> {
+    /// Stops the sides of cracks that would go on into one another; the energy that this takes
+    /// \[J\]. One pair after the other: each impulse is inelastic, so that none makes energy.
+    /// `before` are the velocities before the forces of this step: an impulse works at the mean of
+    /// those before and after.
+    pub(super) fn meet(&mut self, before: &[Vec3]) -> f64 {
+        let mut given = Vec::new();
+        for k in 0..self.sides.pairs.len() {
+            let SidePair { own, other, apart } = self.sides.pairs[k];
+            let (own, other) = (own as usize, other as usize);
+            if self.element_of(own) == self.element_of(other) {
+                continue;
+            }
+            let half = 0.5 * self.setup[self.seats[own]].thickness;
+            let [a, b] = [own, other].map(|p| self.present(p));
+            let length = apart.norm();
+            let direction = apart / length;
+            let opened = b.moved - a.moved;
+            let leaned = b.turned - a.turned;
+            for z in [half, -half] {
+                if (opened + leaned * z).dot(&direction) >= 0.0 {
+                    continue;
+                }
+                let places = [other, own].map(|p| self.functional(p, z, &direction));
+                let gap = places[0].minus(&places[1]);
+                let (speed, mobility) = (gap.speed(&self.velocity), gap.mobility(&self.mass));
+                if speed < 0.0 && mobility > 0.0 {
+                    gap.push(-speed / mobility, &mut self.velocity, &self.mass);
+                    given.push((gap, speed / mobility));
+                }
+            }
+        }
+        let work = |(gap, impulse): &(Functional, f64)| {
+            0.5 * impulse * (gap.speed(before) + gap.speed(&self.velocity))
+        };
+        given.iter().map(work).sum()
+    }
+}
