@@ -17,17 +17,19 @@ use crate::mpm::preconditions::{
     check_contacts, check_hairline, check_impacts, check_material, check_spin, check_supports,
     check_thickness, choose_spacing, sample_points, stretch, within,
 };
-use crate::mpm::{Domain, DomainTally, crushed, hertz_contact, motion, quadrature};
+use crate::mpm::{Domain, DomainTally, crushed, motion, quadrature};
 use crate::particles::Particles;
 use cullet_fragment::crack::BROKEN;
-use cullet_fragment::cut::{self, CutError, CutSettings, DamageField, Partition, slit};
-use cullet_fragment::debris::{self, Mote, Motes};
+use cullet_fragment::cut::{self, CutError, CutSettings, DamageField, Partition};
+use cullet_fragment::debris::{Mote, Motes};
+use cullet_fragment::finish::{Finish, Finished, PartMotion};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 use cullet_model::brittle::POINTS_PER_CELL;
+use cullet_model::hertz_contact;
 use cullet_model::{
-    BrittleProblem, Cost, Failure, Fragment, Fragmentation, Grain, Impact, PointPrecision, Problem,
-    Progress, Refusal, Solver, Strength,
+    BrittleProblem, Cost, Failure, Fragmentation, Impact, PointPrecision, Problem, Progress,
+    Refusal, Solver, Strength,
 };
 use cullet_simd::SimdLevel;
 pub use schedule::TerminationCriteria;
@@ -377,32 +379,18 @@ impl Brittle {
         let motions =
             motion::of_parts(&self.domain, &partition.particle_part, partition.parts.len());
         let mut sampled = pieces.sampled(&partition.particle_part, partition.parts.len());
-        let (mut fragments, mut cracks) = (Vec::new(), Vec::new());
-        for (part, motion) in partition.parts.into_iter().zip(motions) {
-            fragments.push(Fragment {
-                solid: part.solid,
-                hulls: part.hulls,
-                velocity: motion.velocity,
-                spin: motion.spin,
-                sheet: slit::joined(&part.cracks),
-            });
-            cracks.push(part.cracks);
-        }
         let pushes = self.loads.iter().zip(&self.problem.impacts);
         let pushes = pushes.map(|(load, hit)| (hit.point, load.direction * load.delivered));
         let supports = self.supports.iter().map(|one| (one.point, one.normal * one.delivered));
-        let pushes: Vec<(Vec3, Vec3)> = pushes.chain(supports).collect();
-        cullet_fragment::motion::balance(&mut fragments, &pushes, self.problem.material.density);
-        let motes = self.motes();
-        let mut debris = self.crumble(&mut fragments, &motes);
-        if let Some(width) = self.problem.settings.brittle.hairline {
-            let spacing = self.domain.grid.spacing.min();
-            let (grain, seed, motes) = (self.grain(), self.problem.seed, &motes);
-            let terms = slit::SlitTerms { width, spacing, grain, seed, motes };
-            let (dust, warnings) = slit::hairlines(&mut fragments, &cracks, &terms);
-            debris.extend(dust);
-            report.warnings.extend(warnings);
-        }
+        let finish = Finish {
+            problem: &self.problem,
+            spacing: (self.domain.grid.spacing.min(), self.domain.grid.spacing.max()),
+            motes: &self.motes(),
+            pushes: &pushes.chain(supports).collect::<Vec<_>>(),
+        };
+        let motions: Vec<PartMotion> = motions.iter().map(|m| (m.velocity, m.spin)).collect();
+        let Finished { fragments, debris, warnings } = finish.fragments(partition.parts, &motions);
+        report.warnings.extend(warnings);
         let reactions = self.supports.iter().map(|one| one.delivered).collect();
         // Debris is the last of them.
         sampled.truncate(fragments.len());
@@ -418,25 +406,6 @@ impl Brittle {
         }
     }
 
-    /// Takes the smallest fragments out, as debris. The two largest stay whatever their size.
-    fn crumble(&self, fragments: &mut Vec<Fragment>, motes: &Motes) -> Vec<Grain> {
-        let settings = &self.problem.settings;
-        let least = settings.debris * self.problem.solid.mesh.signed_volume();
-        // They come by falling volume.
-        let large = fragments.partition_point(|f| f.solid.mesh.signed_volume() >= least).max(2);
-        let small = fragments.split_off(large.min(fragments.len()));
-        small
-            .iter()
-            .enumerate()
-            .flat_map(|(i, f)| {
-                let (mesh, motes) = (&f.solid.mesh, motes.around(&f.solid.mesh));
-                let (velocity, spin) = (f.velocity, f.spin);
-                let part = debris::CrumblingPart { mesh, velocity, spin, motes: &motes };
-                debris::grains(&part, self.grain(), self.problem.seed.wrapping_add(i as u64)).grains
-            })
-            .collect()
-    }
-
     /// The broken points and how they move.
     fn motes(&self) -> Motes {
         let particles = &self.domain.particles;
@@ -445,11 +414,6 @@ impl Brittle {
         let broken = broken.filter(|&p| particles.damage[p] >= BROKEN);
         let mote = |p: usize| Mote { place: particles.reference[p], velocity: motions[p].velocity };
         Motes { all: broken.map(mote).collect(), reach: self.domain.grid.spacing.max() }
-    }
-
-    /// Median size of debris \[m\].
-    fn grain(&self) -> f64 {
-        self.problem.settings.grain.unwrap_or(0.5 * self.domain.grid.spacing.max())
     }
 
     fn rules(&self) -> crushed::CrushRules {

@@ -8,6 +8,7 @@ pub mod cut;
 pub mod debris;
 pub mod error;
 pub mod field;
+pub mod finish;
 pub mod grid_bias;
 pub mod motion;
 pub mod pieces;

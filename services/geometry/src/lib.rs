@@ -13,6 +13,7 @@ pub mod inside;
 pub mod math;
 pub mod mesh;
 pub mod nurbs;
+pub mod plate;
 pub mod sample;
 pub mod shapes;
 pub mod sheet;

@@ -7,6 +7,7 @@
 pub mod body;
 pub mod brittle;
 pub mod detail;
+pub mod hertz_contact;
 pub mod law;
 pub mod material;
 pub mod outcome;

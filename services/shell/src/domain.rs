@@ -31,6 +31,9 @@ const BENDING_STEP: f64 = 0.882;
 /// Share of the stable step that is taken.
 pub const STEP_SHARE: f64 = 0.8;
 
+/// The seat of a point that is off.
+const NOWHERE: Seat = usize::MAX;
+
 /// Control points of a chunk of the pass that moves them.
 const CHUNK: usize = 512;
 
@@ -95,11 +98,13 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         let surfaces: Vec<_> = (0..points).map(|p| surface.surface_point(p)).collect();
         let seats_count = arranged.elements.len() * each;
         let mut point_at = vec![u32::MAX; seats_count];
-        let mut seats = vec![0; points];
+        let mut seats = vec![NOWHERE; points];
         for (e, &cell) in arranged.cells.iter().enumerate().filter(|(_, cell)| **cell != u32::MAX) {
             for q in 0..each {
                 let point = cell as usize * each + q;
-                (seats[point], point_at[e * each + q]) = (e * each + q, point as u32);
+                if surface.share[point] > 0.0 {
+                    (seats[point], point_at[e * each + q]) = (e * each + q, point as u32);
+                }
             }
         }
         let at = |seat: usize| if point_at[seat] == u32::MAX { 0 } else { point_at[seat] as usize };
@@ -144,15 +149,28 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         let cells = domain.surface.cells.iter();
         let cells = cells.map(|c| std::array::from_fn(|k| c.nodes[k]));
         domain.split = SplitState::new::<N>(cells, &domain.elements, &domain.mass);
+        domain.weigh_trimmed();
         domain.step = STEP_SHARE * domain.stable_step();
         (0..domain.states.len()).for_each(|seat| domain.watch(seat));
         domain
     }
 
+    /// The points that are on, ascending.
+    pub fn live(&self) -> impl Iterator<Item = usize> + use<R, N> {
+        let on: Vec<usize> = (0..self.seats.len()).filter(|&p| self.is_on(p)).collect();
+        on.into_iter()
+    }
+
+    /// Whether a point is on.
+    #[must_use]
+    pub fn is_on(&self, point: usize) -> bool {
+        self.seats[point] != NOWHERE
+    }
+
     /// Row-summed masses m_a = Σ A_q ρ t R_a.
     fn weigh(&mut self) {
         self.mass.fill(0.0);
-        for point in 0..self.seats.len() {
+        for point in self.live() {
             let setup = &self.setup[self.seats[point]];
             let mass = setup.surface.area * setup.thickness * self.density;
             let element = &self.elements[self.element_of(point)];
@@ -175,13 +193,21 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
             let (l, t) = (self.setup[seat].surface.extent, self.setup[seat].thickness);
             (MEMBRANE_STEP * l).min(BENDING_STEP * l * l / t) / speed
         };
-        self.seats.iter().map(of).fold(f64::INFINITY, f64::min)
+        let on = self.seats.iter().filter(|&&seat| seat != NOWHERE);
+        on.map(of).fold(f64::INFINITY, f64::min)
     }
 
     /// Quadrature points.
     #[must_use]
     pub fn points(&self) -> usize {
         self.seats.len()
+    }
+
+    /// Makes all masses so many times as large.
+    pub fn scale_mass(&mut self, factor: f64) {
+        self.mass.iter_mut().for_each(|mass| *mass *= factor);
+        self.density *= factor;
+        self.split.scale(factor);
     }
 
     /// What a point carries.
@@ -239,11 +265,11 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         Vec3::from(self.kernel.force(node))
     }
 
-    /// Strains of all points, in their order.
+    /// Strains of the points that are on, in their order.
     #[must_use]
     pub fn strains(&self) -> Vec<SurfaceStrain> {
         let by_seat = self.kernel.strains(&self.law, &self.displacement, self.states.len());
-        self.seats.iter().map(|&seat| by_seat[seat]).collect()
+        self.live().map(|point| by_seat[self.seats[point]]).collect()
     }
 
     /// Takes a step: cracks go on, points are strained, control points move. `hold` may change the

@@ -5,3 +5,6 @@ pub mod domain;
 pub mod kernel;
 pub mod midsurface;
 pub mod section;
+pub mod solve;
+
+pub use solve::Shell;

@@ -4,6 +4,9 @@
 //! into a [`Midsurface`].
 
 mod build;
+mod plate;
+
+pub(crate) use plate::placed;
 
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::{MOST_FUNCTIONS, PatchBasis};
@@ -23,6 +26,8 @@ pub struct Midsurface {
     pub starts: Vec<u32>,
     /// Neighbours of each point, ascending.
     pub neighbours: Vec<u32>,
+    /// Share of each point's area that is of the shell \[1\]; points with none are off.
+    pub share: Vec<f64>,
 }
 
 /// A cell.
@@ -151,7 +156,7 @@ impl Midsurface {
             curvatures: [x11, x22, x12],
             normal,
             stretch,
-            area: stretch * table.weight,
+            area: stretch * table.weight * self.share[point],
             to_local: [1.0 / first, -f12 / (first * f22), 1.0 / f22],
             extent: (first * extent[0]).min(a2.norm() * extent[1]),
         }

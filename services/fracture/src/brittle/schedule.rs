@@ -1,10 +1,10 @@
 //! How long a brittle solve goes on, and what happens when.
 
-use crate::mpm::hertz_contact;
 use crate::mpm::spin::Spin;
 use cullet_geometry::Vec3;
 use cullet_model::BrittleProblem;
 use cullet_model::brittle::{AFTER_TRANSITS, PUSH_TRANSITS};
+use cullet_model::hertz_contact;
 use std::collections::VecDeque;
 
 /// Transits without growth, after the push, that end the solve (F24).

@@ -2,12 +2,12 @@
 
 use super::schedule::Schedule;
 use crate::damage::Softening;
-use crate::mpm::hertz_contact::{self, HertzContact};
 use crate::mpm::load_patch::LEAST_RADIUS;
 use cullet_fragment::grid_bias::grid_bias;
 use cullet_geometry::{Solid, Vec3};
 use cullet_model::BrittleProblem;
 use cullet_model::brittle::PUSH_TRANSITS;
+use cullet_model::hertz_contact::{self, HertzContact};
 
 /// Strain at which a point is broken through above which the solid is not brittle on this grid.
 const DUCTILE: f64 = 0.05;

@@ -1,9 +1,9 @@
 //! The striker's push: Hertz pressure on the contact disc, through the contact's spring.
 
 use super::domain::Domain;
-use super::hertz_contact::{self, HertzContact};
 use super::load_patch::{LEAST_RADIUS, LoadPatch};
 use cullet_geometry::Vec3;
+use cullet_model::hertz_contact::{self, HertzContact};
 use cullet_model::{Impact, Material};
 
 /// Radius of the widest contact over the reach of the body from its centre: beyond, what is pressed

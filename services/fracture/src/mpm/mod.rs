@@ -14,7 +14,6 @@ pub mod elastic;
 pub mod elastic_support;
 mod front;
 pub mod grid;
-pub mod hertz_contact;
 pub mod kernel;
 mod lattice;
 pub mod load;

@@ -14,7 +14,11 @@ pub(super) struct Arranged<const N: usize> {
 const PLACES: f64 = 1023.0;
 
 pub(super) fn arrange<const N: usize>(surface: &Midsurface) -> Arranged<N> {
-    let live = ((1u32 << surface.points_per_cell()) - 1) as u16;
+    let each = surface.points_per_cell();
+    let live = |cell: usize| {
+        let is_on = |q: &usize| surface.share[cell * each + q] > 0.0;
+        (0..each).filter(is_on).fold(0u16, |bits, q| bits | 1 << q)
+    };
     let middle = |cell: usize| surface.nodes[surface.cells[cell].nodes[N / 2] as usize];
     let cells = 0..surface.cells.len();
     let (mut low, mut high) = (middle(0), middle(0));
@@ -26,14 +30,15 @@ pub(super) fn arrange<const N: usize>(surface: &Midsurface) -> Arranged<N> {
         let at = (middle(cell) - low) * (PLACES / size);
         (0..3).fold(0u64, |sum, axis| sum | spread(at[axis] as u64) << axis)
     };
+    let on = cells.filter(|&cell| live(cell) != 0);
     let mut order: Vec<(u32, u64, u32)> =
-        cells.map(|cell| (surface.cells[cell].table, code(cell), cell as u32)).collect();
+        on.map(|cell| (surface.cells[cell].table, code(cell), cell as u32)).collect();
     order.sort_unstable();
     let (mut elements, mut own) = (Vec::new(), Vec::new());
     for group in order.chunk_by(|a, b| a.0 == b.0) {
         for &(table, _, cell) in group {
             let nodes = std::array::from_fn(|k| surface.cells[cell as usize].nodes[k]);
-            elements.push(Element { nodes, table, live });
+            elements.push(Element { nodes, table, live: live(cell as usize) });
             own.push(cell);
         }
         while elements.len() % LANES != 0 {

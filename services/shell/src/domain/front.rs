@@ -3,6 +3,7 @@
 
 use super::ShellDomain;
 use crate::section::bending_scale;
+use cullet_geometry::Vec3;
 use cullet_simd::Real;
 use std::collections::BTreeMap;
 
@@ -23,6 +24,8 @@ pub(super) struct Front {
     steps: u64,
     /// Points that feel a tip from a step on, with their strength then \[Pa\].
     due: BTreeMap<u64, Vec<(u32, f64)>>,
+    /// The step in which each broken point broke.
+    times: BTreeMap<u32, u64>,
     /// Points that have broken or died since control points were last parted.
     pub(super) changed: Vec<u32>,
 }
@@ -57,6 +60,9 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         let later = self.front.due.split_off(&(self.front.steps + 1));
         for (_, points) in std::mem::replace(&mut self.front.due, later) {
             for (point, strength) in points {
+                if !self.is_on(point as usize) {
+                    continue;
+                }
                 let state = &self.states[self.seats[point as usize]];
                 if state.crack.is_none() && state.strength > strength {
                     self.change(point as usize, |state| state.strength = strength);
@@ -66,12 +72,30 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         if !self.front.changed.is_empty() {
             let changed = std::mem::take(&mut self.front.changed);
             self.part(&changed);
+            self.crumble(&changed);
+        }
+    }
+
+    /// Broken points that are of no part hold nothing together any more.
+    fn crumble(&mut self, changed: &[u32]) {
+        let beside = |&p: &u32| self.surface.around(p as usize).iter().copied().chain([p]);
+        let mut near: Vec<u32> = changed.iter().flat_map(beside).collect();
+        near.sort_unstable();
+        near.dedup();
+        for point in near {
+            let p = point as usize;
+            let is_crumb = self.is_on(p)
+                && self.state(p).is_broken()
+                && !self.links.is_part(&self.surface, point);
+            if is_crumb {
+                self.change(p, |state| state.crumbles = true);
+            }
         }
     }
 
     /// After the points' pass, where points have broken.
     pub(super) fn note_broken(&mut self) {
-        for point in 0..self.seats.len() {
+        for point in self.live() {
             let state = &self.states[self.seats[point]];
             let (broken, dead) = (state.is_broken(), state.dead);
             if broken && self.links.facing(point).norm_squared() == 0.0 {
@@ -85,6 +109,7 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
 
     /// Severs the links of a point that has broken, and announces its tip.
     fn parted(&mut self, point: usize) {
+        self.front.times.insert(point as u32, self.front.steps);
         self.sever(point);
         self.announce(point);
     }
@@ -121,6 +146,52 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
                 self.front.due.entry(due).or_default().push((other, strength));
             }
         }
+    }
+
+    /// When a point broke \[s\]; infinite where it has not.
+    #[must_use]
+    pub fn broken_at(&self, point: usize) -> f64 {
+        self.front.times.get(&(point as u32)).map_or(f64::INFINITY, |&step| step as f64 * self.step)
+    }
+
+    /// Unit normal of the crack at a broken point; zero elsewhere.
+    #[must_use]
+    pub fn crack_normal(&self, point: usize) -> Vec3 {
+        self.links.facing(point)
+    }
+
+    /// The part that each point is of, from 0 on: what whole links join. None for broken points and
+    /// for those of parts of fewer than `least` points.
+    #[must_use]
+    pub fn parts(&self, least: usize) -> Vec<Option<u32>> {
+        let is_whole =
+            |p: usize| self.is_on(p) && !self.state(p).is_broken() && !self.state(p).dead;
+        let mut part: Vec<Option<u32>> = vec![None; self.points()];
+        let mut seen = vec![false; self.points()];
+        let mut count = 0;
+        for start in (0..self.points()).filter(|&p| is_whole(p)) {
+            if std::mem::replace(&mut seen[start], true) {
+                continue;
+            }
+            let mut found = vec![start];
+            let mut next = 0;
+            while next < found.len() {
+                let p = found[next];
+                next += 1;
+                for (k, &q) in self.surface.around(p).iter().enumerate() {
+                    let (entry, q) = (self.surface.starts[p] as usize + k, q as usize);
+                    if self.links.is_whole(entry) && is_whole(q) && !seen[q] {
+                        seen[q] = true;
+                        found.push(q);
+                    }
+                }
+            }
+            if found.len() >= least {
+                found.into_iter().for_each(|p| part[p] = Some(count));
+                count += 1;
+            }
+        }
+        part
     }
 
     /// The points a few rings of neighbours around one, ascending.

@@ -29,13 +29,17 @@ pub(super) struct Links {
 
 impl Links {
     pub(super) fn new(surface: &Midsurface, points: &[SurfacePoint]) -> Self {
-        Self {
+        let mut links = Self {
             severed: vec![false; surface.neighbours.len()],
             facing: vec![Vec3::zeros(); points.len()],
             places: points.iter().map(|p| p.place).collect(),
             frames: points.iter().map(SurfacePoint::frame).collect(),
             dead: vec![false; points.len()],
+        };
+        for point in (0..points.len()).filter(|&p| surface.share[p] == 0.0) {
+            links.kill(surface, point);
         }
+        links
     }
 
     /// Normal of a broken point's crack, in space.
@@ -72,7 +76,8 @@ impl Links {
         for (k, &other) in surface.around(point).iter().enumerate() {
             let along = self.places[other as usize] - self.places[point];
             let across = along.dot(&facing) / along.norm();
-            if across >= ACROSS && !self.is_chain(point, other as usize) {
+            let is_gone = self.dead[other as usize];
+            if across >= ACROSS && !is_gone && !self.is_chain(point, other as usize) {
                 self.sever(surface, surface.starts[point] as usize + k, point);
                 parted.push(other);
             }
@@ -150,7 +155,7 @@ impl Links {
     }
 
     /// The part that a point belongs to, up to [`LEAST_PART`] points: whether it has that many.
-    fn is_part(&self, surface: &Midsurface, point: u32) -> bool {
+    pub(super) fn is_part(&self, surface: &Midsurface, point: u32) -> bool {
         let mut found = vec![point];
         let mut next = 0;
         while next < found.len() && found.len() < LEAST_PART {

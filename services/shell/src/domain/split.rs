@@ -14,10 +14,6 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Least mass of a copy over that of the control point before any split \[1\].
 const LEAST_MASS: f64 = 0.05;
 
-/// Least share of a copy's mass that either of its two parts gets, where both cannot have
-/// [`LEAST_MASS`].
-const LEAST_SHARE: f64 = 0.25;
-
 /// What is kept for splits.
 #[derive(Clone, Debug)]
 pub(super) struct SplitState {
@@ -29,6 +25,8 @@ pub(super) struct SplitState {
     vacant: BTreeMap<u32, Vec<u32>>,
     /// Splits so far.
     pub(super) count: u64,
+    /// Kinetic energy of mass that was added to copies which would have had too little \[J\].
+    pub(super) added: f64,
 }
 
 impl SplitState {
@@ -45,11 +43,35 @@ impl SplitState {
         for (e, element) in elements.iter().enumerate().filter(|(_, e)| e.live == 0) {
             vacant.entry(element.table).or_default().push(e as u32);
         }
-        Self { cells: of, mass: mass.to_vec(), vacant, count: 0 }
+        Self { cells: of, mass: mass.to_vec(), vacant, count: 0, added: 0.0 }
+    }
+
+    pub(super) fn scale(&mut self, factor: f64) {
+        self.mass.iter_mut().for_each(|mass| *mass *= factor);
     }
 }
 
 impl<R: Real, const N: usize> ShellDomain<R, N> {
+    /// Gives control points that see little of the shell, for it is trimmed, the mass of a light
+    /// copy, and those that see nothing of it some.
+    pub(super) fn weigh_trimmed(&mut self) {
+        let share = self.surface.share.clone();
+        for point in (0..self.seats.len()).filter(|&p| share[p] < 1.0) {
+            let (cell, table) = self.surface.at(point);
+            let [a1, a2] =
+                [0, 1].map(|d| self.surface.sum(cell, &table.derivatives[d], &self.surface.nodes));
+            let missing = (1.0 - self.surface.share[point]) * table.weight * a1.cross(&a2).norm();
+            let thickness = self.setup[0].thickness;
+            let mass = missing * thickness * self.density;
+            for (&node, share) in cell.nodes[..N].iter().zip(&table.value) {
+                self.split.mass[node as usize] += mass * share;
+            }
+        }
+        for (mass, whole) in self.mass.iter_mut().zip(&self.split.mass) {
+            *mass = mass.max(LEAST_MASS * whole);
+        }
+    }
+
     /// Splits made so far.
     #[must_use]
     pub fn splits(&self) -> u64 {
@@ -75,6 +97,12 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         }
     }
 
+    /// Kinetic energy of mass that was added to light copies so far \[J\].
+    #[must_use]
+    pub fn added_energy(&self) -> f64 {
+        self.split.added
+    }
+
     /// Gives the parts of one control point's points copies of their own.
     fn part_node(&mut self, origin: u32, moves: &mut BTreeMap<u32, [u32; N]>) {
         let each = self.surface.points_per_cell() as u32;
@@ -87,7 +115,7 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         let mut by_copy: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         for &cell in cells {
             let k = slot(cell);
-            for point in cell * each..(cell + 1) * each {
+            for point in (cell * each..(cell + 1) * each).filter(|&p| self.is_on(p as usize)) {
                 let nodes = moves.get(&point).copied();
                 let nodes = nodes.unwrap_or(self.elements[self.element_of(point as usize)].nodes);
                 by_copy.entry(nodes[k]).or_default().push(point);
@@ -128,16 +156,16 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         let (n, new) = (node as usize, self.mass.len() as u32);
         let floor = LEAST_MASS * self.split.mass[self.origin[n] as usize];
         let whole = self.mass[n];
-        let mut mass = own.max(floor);
-        if whole - mass < floor {
-            mass = whole * (own / whole).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
-        }
-        self.mass[n] = whole - mass;
+        let mass = own.max(floor);
+        let left = (whole - mass).max(floor);
+        // Where both need the floor there is not mass enough: what is added moves as they do.
+        self.split.added += 0.5 * (mass + left - whole) * self.velocity[n].norm_squared();
+        self.mass[n] = left;
         self.mass.push(mass);
         self.displacement.push(self.displacement[n]);
         self.velocity.push(self.velocity[n]);
-        self.external.push(self.external[n] * (mass / whole));
-        self.external[n] *= 1.0 - mass / whole;
+        self.external.push(self.external[n] * 0.5);
+        self.external[n] *= 0.5;
         self.origin.push(self.origin[n]);
         self.split.count += 1;
         new
@@ -220,6 +248,48 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         let seats: BTreeSet<usize> = seats.collect();
         for seat in seats {
             self.watch(seat);
+        }
+    }
+}
+
+impl<R: Real, const N: usize> ShellDomain<R, N> {
+    #[allow(missing_docs)]
+    pub fn debug_fastest(&self) {
+        let n = (0..self.mass.len())
+            .max_by(|&a, &b| self.velocity[a].norm().total_cmp(&self.velocity[b].norm()))
+            .unwrap();
+        println!(
+            "DEBUG fastest {n} v {:?} u {:?} m {:.3e} orig {:.3e}",
+            self.velocity[n],
+            self.moved(n),
+            self.mass[n],
+            self.split.mass[self.origin[n] as usize]
+        );
+        for p in self.live() {
+            let e = &self.elements[self.element_of(p)];
+            if e.nodes.contains(&(n as u32)) {
+                let st = self.state(p);
+                let (_, t) = self.surface.at(p);
+                let k = e.nodes.iter().position(|&x| x == n as u32).unwrap();
+                println!(
+                    "   p {p} at {:?} c {:.3} dead {} crack {:?} R {:.4} area {:.3e} share {:.2} bro {} links {:?}",
+                    self.surface.surface_point(p).place.xy(),
+                    st.damage,
+                    st.dead,
+                    st.crack.map(|c| c.normal),
+                    t.value[k],
+                    st.area,
+                    self.surface.share[p],
+                    self.broken_at(p),
+                    self.surface
+                        .around(p)
+                        .iter()
+                        .enumerate()
+                        .filter(|(k, _)| self.links.is_whole(self.surface.starts[p] as usize + k))
+                        .map(|(_, q)| *q)
+                        .collect::<Vec<_>>()
+                );
+            }
         }
     }
 }

@@ -26,7 +26,7 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
             let state = self.state(point);
             state.area * self.law.energy(state, strain)
         };
-        strains.iter().enumerate().map(of).sum()
+        self.live().zip(&strains).map(of).sum()
     }
 
     /// Sums as it is now.

@@ -66,7 +66,8 @@ impl Midsurface {
         let count = [0, 1].map(|axis| spans[axis].len() * rule.len());
         let (starts, neighbours) = lattice_links(count, rings, rule.len());
         let nodes = patch.points().to_vec();
-        Self { nodes, functions, cells, tables: tables.list, starts, neighbours }
+        let share = vec![1.0; starts.len() - 1];
+        Self { nodes, functions, cells, tables: tables.list, starts, neighbours, share }
     }
 }
 

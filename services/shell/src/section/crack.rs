@@ -3,6 +3,9 @@
 use super::{BROKEN, SectionLaw, SectionTally};
 use crate::kernel::{PlaneStress, Resultants, SurfaceStrain};
 
+/// Strain of a broken section that no brittle material bears \[1\].
+const LOST: f64 = 0.02;
+
 /// The crack of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrackLine {
@@ -27,8 +30,12 @@ pub struct PointState {
     pub crack: Option<CrackLine>,
     /// Whether a second crack has taken all that was left.
     pub dead: bool,
-    /// Strength in force here \[Pa\].
+    /// Whether it is of a crumb, too small to be a part: what it holds goes with the next step.
+    pub crumbles: bool,
+    /// Strength in force here: no more than that ahead of a tip \[Pa\].
     pub strength: f64,
+    /// Strength of the material here, which a second crack across the first needs \[Pa\].
+    pub flaw: f64,
     /// l_c \[m\].
     pub length: f64,
     /// t \[m\].
@@ -43,8 +50,9 @@ impl PointState {
     /// A whole point.
     #[must_use]
     pub fn new(strength: f64, length: f64, thickness: f64, area: f64) -> Self {
-        let (damage, crack, dead) = (0.0, None, false);
-        Self { damage, crack, dead, strength, length, thickness, area, last: None }
+        let (damage, crack, dead, crumbles) = (0.0, None, false, false);
+        let flaw = strength;
+        Self { damage, crack, dead, crumbles, strength, flaw, length, thickness, area, last: None }
     }
 
     /// Breaks it across `normal` before it has borne anything.
@@ -220,7 +228,8 @@ impl SectionLaw {
         tally.dissipated += state.area * t * (before - stored(state.damage));
     }
 
-    /// A second crack across the first takes what is left.
+    /// A second crack across the first takes what is left; so does a strain that no brittle section
+    /// has, and the end of a crumb.
     fn cross(&self, state: &mut PointState, strain: &SurfaceStrain, tally: &mut SectionTally) {
         let Some(crack) = state.crack else { return };
         let cracked = Cracked::new(self);
@@ -228,7 +237,10 @@ impl SectionLaw {
         let local = |z: f64| turned(&strain.at(z * t), crack.normal);
         let along = |&(z, _): &(f64, f64)| cracked.stress(&local(z), 1.0)[1];
         let worst = self.stations.list().iter().map(along).fold(0.0, f64::max);
-        if worst > state.strength {
+        let face = 0.5 * t;
+        let strained = [face, -face].into_iter().flat_map(|z| strain.at(z));
+        let is_lost = strained.fold(0.0_f64, |most, e| most.max(e.abs())) > LOST;
+        if worst > state.flaw || state.crumbles || is_lost {
             tally.dissipated += state.area * self.energy(state, strain);
             tally.broken += 1;
             state.dead = true;

@@ -95,7 +95,9 @@ impl Strip {
         for point in 0..self.shell.points() {
             if !self.shell.state(point).is_broken() {
                 let strength = self.strength;
-                self.shell.change(point, |state| state.strength = strength);
+                self.shell.change(point, |state| {
+                    (state.strength, state.flaw) = (strength, strength);
+                });
             }
         }
         let before = self.shell.sums();

@@ -3,4 +3,5 @@
 mod cracks;
 mod equilibrium;
 mod kernel;
+mod pane;
 mod statics;

@@ -1,7 +1,7 @@
 //! The contact between striker and body as a spring: Hertz's, that yields where the pressure
 //! reaches what either of the two bears (F13).
 
-use cullet_model::Impact;
+use crate::Impact;
 
 /// Duration of a Hertz contact over δ_max/v.
 const HERTZ_TIME: f64 = 2.943_3;
@@ -53,6 +53,19 @@ impl HertzContact {
         let flatter = self.stiffness * power(deepest, 3) / most;
         let dent = deepest * (1.0 - 1.0 / flatter);
         self.stiffness * flatter.sqrt() * power((depth - dent).max(0.0), 3)
+    }
+
+    /// Energy that comes back from an approach of `depth` \[m\], after what it has been through
+    /// \[J\]: that of the Hertz contact on the way back.
+    #[must_use]
+    pub fn stored(mut self, depth: f64) -> f64 {
+        let force = self.force(depth);
+        if force <= 0.0 {
+            return 0.0;
+        }
+        let flatter = self.stiffness * power(self.deepest, 3) / self.loading(self.deepest);
+        let dent = self.deepest * (1.0 - 1.0 / flatter);
+        0.4 * force * (depth - dent).max(0.0)
     }
 
     /// Force on the way in \[N\].
@@ -146,8 +159,8 @@ fn power(x: f64, n: i32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::{HertzContact, duration};
+    use crate::Impact;
     use cullet_geometry::Vec3;
-    use cullet_model::Impact;
 
     /// A ball of 12 mm and 57 g, at 99 m/s, on plaster.
     fn impact(crushing_pressure: f64) -> Impact {

@@ -1,0 +1,337 @@
+//! A hit on a thin plate, solved as a shell: striker and supports on the midsurface, cracks, then
+//! the exact cut of the body along them.
+
+mod contact;
+mod field;
+mod frame;
+mod preconditions;
+mod report;
+mod schedule;
+
+use crate::domain::{ShellDomain, ShellMaterial};
+use crate::kernel::PlaneStress;
+use crate::midsurface::Midsurface;
+use crate::section::{SectionLaw, lobatto};
+use contact::{LoadPatch, PlateSupport, Striker};
+use cullet_fragment::cut::{self, CutSettings, DamageField};
+use cullet_fragment::finish::{Finish, Finished};
+use cullet_geometry::Vec3;
+use cullet_geometry::inside::Inside;
+use cullet_geometry::math::unit;
+use cullet_geometry::plate::Plate;
+use cullet_model::{
+    BrittleProblem, Cost, Failure, Fragmentation, PointPrecision, Problem, Progress, Refusal,
+    Solver, Strength,
+};
+use cullet_simd::{Real, SimdLevel};
+use preconditions::Plan;
+use schedule::Schedule;
+
+/// Steps between looks at the energy.
+const CHECK: u64 = 64;
+
+/// Excess of energy over what was given, above which a solve has failed \[1\].
+const UNSTABLE: f64 = 0.1;
+
+/// Control-point-steps of a slice: some tens of milliseconds.
+const SLICE: u64 = 200_000;
+
+/// l_c over the size of a cell: what makes a crack that runs cost G_f  [measured: K6s].
+const SOFTENING_CELLS: f64 = 1.1;
+
+/// Stations through the thickness.
+const STATIONS: usize = 5;
+
+/// Most that damage grows in a step \[1\].
+const MOST_GROWTH: f64 = 0.25;
+
+/// Areas of the strength's scale over that which a contact stresses: σ_f is stronger there by this
+/// to the power of 1/m [shells §2.6].
+const SMALL_PLACE: f64 = 1000.0;
+
+/// How the rows of cells lie to the plate's sides, by the seed: from this, and up to this more \[rad\].
+/// Cracks lean to the rows where little drives them (F22).
+const TURN: (f64, f64) = (0.3, 0.3);
+
+/// Stream of the seed's numbers.
+const STREAM: u64 = 0x5e11;
+
+/// How far from a contact the strength is that of a small place, in thicknesses.
+const NEAR: f64 = 2.0;
+
+/// The shell family.
+#[derive(Debug)]
+pub struct Shell(Precise);
+
+#[derive(Debug)]
+enum Precise {
+    Single(Box<PlateSolve<f32>>),
+    Double(Box<PlateSolve<f64>>),
+}
+
+impl Solver for Shell {
+    const NAME: &'static str = "shell";
+    const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Single, PointPrecision::Double];
+
+    fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
+        Ok(Plan::new(&BrittleProblem::of(problem.clone(), Self::NAME)?)?.cost)
+    }
+
+    fn begin(problem: Problem) -> Result<Self, Refusal> {
+        let problem = BrittleProblem::of(problem, Self::NAME)?;
+        Ok(Self(match problem.settings.precision {
+            PointPrecision::Single => {
+                Precise::Single(Box::new(PlateSolve::new(problem, SimdLevel::best())?))
+            }
+            PointPrecision::Double => {
+                Precise::Double(Box::new(PlateSolve::new(problem, SimdLevel::best())?))
+            }
+        }))
+    }
+
+    fn advance(&mut self) -> Progress {
+        match &mut self.0 {
+            Precise::Single(solve) => solve.advance(),
+            Precise::Double(solve) => solve.advance(),
+        }
+    }
+}
+
+/// A plate under its hits.
+#[derive(Debug)]
+pub struct PlateSolve<R: Real> {
+    /// As it was given.
+    problem: BrittleProblem,
+    /// The same in the plate's frame.
+    local: BrittleProblem,
+    plate: Plate,
+    spacing: f64,
+    domain: ShellDomain<R, 9>,
+    strikers: Vec<Striker>,
+    supports: Vec<PlateSupport>,
+    schedule: Schedule,
+    record: SolveRecord,
+}
+
+/// What a solve has seen so far.
+#[derive(Debug, Default)]
+struct SolveRecord {
+    time: f64,
+    steps: u64,
+    dissipated: f64,
+    met: f64,
+    broken: u32,
+    last_growth: f64,
+    grown_then: u32,
+    push_over: Option<f64>,
+    worst_ledger: f64,
+    warnings: Vec<String>,
+}
+
+impl<R: Real> PlateSolve<R> {
+    /// Discretises, with certain instructions of the processor.
+    ///
+    /// # Errors
+    /// If the problem is not for this family.
+    pub fn new(problem: BrittleProblem, level: SimdLevel) -> Result<Self, Refusal> {
+        let Plan { plate, spacing, .. } = Plan::new(&problem)?;
+        let inside = Inside::new(&problem.solid.mesh);
+        let turn = TURN.0 + TURN.1 * unit(problem.seed, STREAM, 0);
+        let surface = Midsurface::of_plate(&plate, &inside, spacing, turn)
+            .map_err(|_| Refusal::Unknown { solver: "shell", what: "a body", kind: "solid" })?;
+        let local = frame::to_plate(&problem, &plate);
+        let (material, points) = (&local.material, surface.points());
+        let strength = Strength::new(&problem.strength, spacing);
+        let at = |p: usize| crate::midsurface::placed(&plate.pose, &surface.surface_point(p).place);
+        let strength = (0..points).map(|p| material.failure_stress * strength.factor(&at(p)));
+        let law = SectionLaw {
+            elastic: PlaneStress::new(material.young, material.poisson),
+            young: material.young,
+            fracture_energy: material.fracture_energy,
+            stations: lobatto(STATIONS),
+            most_growth: MOST_GROWTH,
+        };
+        let shell = ShellMaterial {
+            law,
+            density: material.density,
+            thickness: vec![plate.thickness; points],
+            strength: strength.collect(),
+            softening_cells: SOFTENING_CELLS,
+        };
+        let mut domain = ShellDomain::new(surface, shell, level);
+        // The mesh's mass, whatever the outline's cells make of it.
+        let mass: f64 = domain.live().map(|p| domain.state(p).area * plate.thickness).sum();
+        domain.scale_mass(local.solid.mesh.signed_volume() / mass);
+        let schedule = Schedule::new(&local);
+        let strikers: Vec<Striker> = local
+            .impacts
+            .iter()
+            .map(|hit| Striker::new(hit, &local, &domain, &plate, &schedule))
+            .collect();
+        for striker in &strikers {
+            shield(&mut domain, striker, &plate, local.strength.weibull);
+        }
+        let support = |support| PlateSupport::new(support, &domain, material, spacing);
+        let supports = local.supports.iter().map(support).collect();
+        let mut solve = Self {
+            record: SolveRecord { worst_ledger: 1.0, ..SolveRecord::default() },
+            problem,
+            local,
+            plate,
+            spacing,
+            domain,
+            strikers,
+            supports,
+            schedule,
+        };
+        solve.record.warnings = solve.first_warnings();
+        Ok(solve)
+    }
+
+    fn advance(&mut self) -> Progress {
+        let slice = (SLICE / self.domain.mass.len().max(1) as u64).max(1);
+        for _ in 0..slice {
+            let done = match self.step() {
+                Ok(()) if self.is_over() => self.finish().map(Some),
+                other => other.map(|()| None),
+            };
+            match done {
+                Ok(None) => {}
+                Ok(Some(fracture)) => return Progress::Done(fracture.into()),
+                Err(failure) => return Progress::Failed(failure),
+            }
+        }
+        Progress::Running((self.record.time / self.schedule.end).min(1.0))
+    }
+
+    fn step(&mut self) -> Result<(), Failure> {
+        let time = self.record.time;
+        for striker in &mut self.strikers {
+            striker.push(&mut self.domain, time);
+        }
+        for support in &mut self.supports {
+            support.push(&mut self.domain);
+        }
+        let tally = self.domain.advance(|_, v| v);
+        let record = &mut self.record;
+        record.time += self.domain.step;
+        record.steps += 1;
+        record.dissipated += tally.points.dissipated;
+        record.met += tally.met;
+        record.broken += tally.points.broken;
+        let points = self.domain.points() as f64;
+        if f64::from(record.broken - record.grown_then) > schedule::GROWTH * points {
+            (record.last_growth, record.grown_then) = (record.time, record.broken);
+        }
+        if record.steps.is_multiple_of(CHECK) {
+            self.check()?;
+        }
+        Ok(())
+    }
+
+    /// Energy that the strikers have lost and the supports hold \[J\].
+    fn given(&self) -> f64 {
+        let lost: f64 = self.strikers.iter().map(Striker::lost).sum();
+        let added = self.domain.added_energy();
+        lost + added - self.supports.iter().map(PlateSupport::stored).sum::<f64>()
+    }
+
+    fn check(&mut self) -> Result<(), Failure> {
+        let (sums, step) = (self.domain.sums(), self.record.steps);
+        let found = sums.kinetic + sums.elastic + self.record.dissipated + self.record.met;
+        let given = self.given();
+        let scale: f64 = self.local.impacts.iter().map(|hit| hit.energy).sum();
+        if !found.is_finite() {
+            return Err(Failure::NotFinite { what: "the shell's energy", step });
+        }
+        let off = (found - given) / scale;
+        if (off - 0.0).abs() > (self.record.worst_ledger - 1.0).abs() {
+            self.record.worst_ledger = 1.0 + off;
+        }
+        if off > 0.01 && self.record.warnings.len() < 10 {
+            println!("DEBUG step {step} off {off}");
+            self.domain.debug_fastest();
+            self.record.warnings.push("x".into());
+        }
+        if off > UNSTABLE {
+            return Err(Failure::Unstable { ratio: off, step });
+        }
+        Ok(())
+    }
+
+    fn is_over(&mut self) -> bool {
+        if self.strikers.iter().any(|striker| !striker.is_over()) {
+            return false;
+        }
+        let time = self.record.time;
+        let push = *self.record.push_over.get_or_insert(time);
+        let quiet = time - self.record.last_growth.max(push);
+        quiet > self.schedule.quiet || time > push + self.schedule.after
+    }
+
+    fn finish(&mut self) -> Result<Fragmentation, Failure> {
+        self.check()?;
+        let found = field::ShellField::new(self);
+        let field = DamageField {
+            spacing: self.spacing,
+            positions: &found.positions,
+            damage: &found.damage,
+            damage_time: &found.times,
+            time_step: self.domain.step,
+            top_speed: self.local.material.shear_speed(),
+            scale: Vec3::repeat(1.0),
+            normals: Some(&found.normals),
+            pieces: Some(&found.pieces),
+        };
+        let settings = CutSettings {
+            min_volume_ratio: self.local.settings.min_volume_ratio,
+            max_fragments: self.local.settings.max_fragments,
+            seed: self.local.seed,
+            detail: self.local.settings.brittle.detail,
+        };
+        let partition =
+            cut::extract_stretched(&self.local.solid, &field, &settings, &found.stretch)
+                .map_err(|error| Failure::Cut(error.to_string()))?;
+        let mut report = self.report(&found.damage);
+        report.crack_area = partition.crack_area;
+        report.fracture_energy = self.local.material.fracture_energy * partition.crack_area;
+        report.warnings.extend(partition.warnings);
+        let motions = found.motions(&partition.particle_part, partition.parts.len());
+        let pushes = self.strikers.iter().zip(&self.local.impacts);
+        let pushes = pushes.map(|(striker, hit)| (hit.point, hit.normal * striker.delivered()));
+        let supports = self.supports.iter().map(PlateSupport::given);
+        let finish = Finish {
+            problem: &self.local,
+            spacing: (self.spacing, self.spacing),
+            motes: &found.motes(self.spacing),
+            pushes: &pushes.chain(supports).collect::<Vec<_>>(),
+        };
+        let Finished { fragments, debris, warnings } = finish.fragments(partition.parts, &motions);
+        report.warnings.extend(warnings);
+        let reactions = self.supports.iter().map(|one| one.given().1.norm()).collect();
+        let sampled = vec![false; fragments.len()];
+        let fracture = Fragmentation { fragments, sampled, debris, reactions, report };
+        Ok(frame::from_plate(fracture, &self.plate))
+    }
+}
+
+/// Keeps cracks from starting under a contact, where a shell overstates the stress, and gives what
+/// is around it the strength of a small place.
+fn shield<R: Real>(domain: &mut ShellDomain<R, 9>, striker: &Striker, plate: &Plate, weibull: f64) {
+    let factor = libm::pow(SMALL_PLACE, 1.0 / weibull.max(1.0)).min(3.0);
+    let LoadPatch { place, radius, .. } = striker.patch();
+    let (place, radius) = (*place, *radius);
+    let reach = radius.max(NEAR * plate.thickness);
+    for point in domain.live() {
+        let far = (domain.surface.surface_point(point).place - place).norm();
+        if far <= reach {
+            domain.change(point, |state| {
+                (state.strength, state.flaw) = (f64::INFINITY, f64::INFINITY);
+            });
+        } else if far <= reach {
+            domain.change(point, |state| {
+                (state.strength, state.flaw) = (factor * state.strength, factor * state.flaw);
+            });
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! What presses on a shell: strikers through Hertz's contact, and what it rests on.
+
+use super::schedule::Schedule;
+use crate::domain::ShellDomain;
+use cullet_geometry::Vec3;
+use cullet_geometry::plate::Plate;
+use cullet_model::hertz_contact::{self, HertzContact};
+use cullet_model::{BrittleProblem, Impact, Material, Support};
+use cullet_simd::Real;
+
+/// Least radius of a loaded disc in cells: less is a point force on these cells.
+const LEAST_CELLS: f64 = 1.5;
+
+/// Durations of the contact after which it is over in any case, and apart after which it is.
+const LONGEST: f64 = 6.0;
+const APART: f64 = 0.5;
+
+/// Points that something presses on.
+#[derive(Clone, Debug)]
+pub(super) struct LoadPatch {
+    /// Middle, on the midsurface \[m\].
+    pub(super) place: Vec3,
+    /// Radius \[m\].
+    pub(super) radius: f64,
+    direction: Vec3,
+    /// Points and their shares, 1 together.
+    shares: Vec<(u32, f64)>,
+    /// The same of control points, as long as none is split.
+    nodes: Vec<(u32, f64)>,
+    seen: Option<u64>,
+}
+
+impl LoadPatch {
+    /// A parabola over a disc; the nearest point where the disc has none.
+    fn new<R: Real>(domain: &ShellDomain<R, 9>, place: Vec3, direction: Vec3, radius: f64) -> Self {
+        let place = Vec3::new(place.x, place.y, 0.0);
+        let far = |p: usize| (domain.surface.surface_point(p).place - place).norm_squared();
+        let mut shares: Vec<(u32, f64)> = domain
+            .live()
+            .map(|p| (p as u32, (1.0 - far(p) / (radius * radius)) * domain.state(p).area))
+            .filter(|share| share.1 > 0.0)
+            .collect();
+        if shares.is_empty() {
+            let nearest = domain.live().min_by(|&a, &b| far(a).total_cmp(&far(b)));
+            shares.extend(nearest.map(|p| (p as u32, 1.0)));
+        }
+        let all: f64 = shares.iter().map(|share| share.1).sum();
+        shares.iter_mut().for_each(|share| share.1 /= all);
+        Self { place, radius, direction, shares, nodes: Vec::new(), seen: None }
+    }
+
+    fn refresh<R: Real>(&mut self, domain: &ShellDomain<R, 9>) {
+        if self.seen == Some(domain.splits()) {
+            return;
+        }
+        self.seen = Some(domain.splits());
+        let mut all: Vec<(u32, f64)> = Vec::new();
+        for &(point, share) in &self.shares {
+            let (nodes, values) = domain.functions(point as usize);
+            all.extend(nodes.iter().zip(values).map(|(&node, value)| (node, share * value)));
+        }
+        all.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        self.nodes.clear();
+        for (node, share) in all {
+            match self.nodes.last_mut() {
+                Some(last) if last.0 == node => last.1 += share,
+                _ => self.nodes.push((node, share)),
+            }
+        }
+    }
+
+    /// Speed of what is pressed along the direction \[m/s\].
+    fn speed<R: Real>(&mut self, domain: &ShellDomain<R, 9>) -> f64 {
+        self.refresh(domain);
+        let of = |&(node, share): &(u32, f64)| {
+            share * domain.velocity[node as usize].dot(&self.direction)
+        };
+        self.nodes.iter().map(of).sum()
+    }
+
+    /// Presses with `force` \[N\] in the next step.
+    fn press<R: Real>(&mut self, domain: &mut ShellDomain<R, 9>, force: f64) {
+        self.refresh(domain);
+        for &(node, share) in &self.nodes {
+            domain.external[node as usize] += self.direction * (force * share);
+        }
+    }
+}
+
+/// A rigid mass that moves along its push and presses through a [`HertzContact`].
+#[derive(Clone, Debug)]
+pub(super) struct Striker {
+    patch: LoadPatch,
+    contact: HertzContact,
+    duration: f64,
+    closing_speed: f64,
+    speed: f64,
+    /// Speed that a unit impulse takes from it \[1/kg\].
+    mobility: f64,
+    approach: f64,
+    delivered: f64,
+    /// Most that it gives \[N·s\].
+    impulse: f64,
+    touched: f64,
+    over: bool,
+}
+
+impl Striker {
+    /// Its mass follows from ½ m* v² = E and what the whole plate moves by: 1/m* is the sum of the
+    /// two mobilities.
+    pub(super) fn new<R: Real>(
+        hit: &Impact,
+        problem: &BrittleProblem,
+        domain: &ShellDomain<R, 9>,
+        plate: &Plate,
+        schedule: &Schedule,
+    ) -> Self {
+        let contact = HertzContact::new(hit);
+        let duration = hertz_contact::duration(hit);
+        let wanted = contact.radius(contact.depth(hit.energy)).max(0.5 * plate.thickness);
+        let cell = domain.surface.surface_point(0).extent;
+        let radius = wanted.max(LEAST_CELLS * cell);
+        let reduced = 2.0 * hit.energy / (hit.closing_speed * hit.closing_speed);
+        let mobility = (1.0 / reduced - rigid_mobility(problem, hit)).max(0.0);
+        Self {
+            patch: LoadPatch::new(domain, hit.point, hit.normal, radius),
+            contact,
+            duration: duration.min(schedule.push),
+            closing_speed: hit.closing_speed,
+            speed: hit.closing_speed,
+            mobility,
+            approach: 0.0,
+            delivered: 0.0,
+            impulse: hit.impulse,
+            touched: 0.0,
+            over: false,
+        }
+    }
+
+    pub(super) fn patch(&self) -> &LoadPatch {
+        &self.patch
+    }
+
+    /// Impulse given so far \[N·s\].
+    pub(super) fn delivered(&self) -> f64 {
+        self.delivered
+    }
+
+    pub(super) fn is_over(&self) -> bool {
+        self.over
+    }
+
+    /// Speed at which it still goes on, over that at first \[1\].
+    pub(super) fn left(&self) -> f64 {
+        self.speed / self.closing_speed
+    }
+
+    /// Energy that it has lost, less what the contact's spring holds \[J\].
+    pub(super) fn lost(&self) -> f64 {
+        let given = 0.5 * self.delivered * (self.closing_speed + self.speed);
+        given - self.held()
+    }
+
+    fn held(&self) -> f64 {
+        self.contact.stored(self.approach.max(0.0))
+    }
+
+    pub(super) fn push<R: Real>(&mut self, domain: &mut ShellDomain<R, 9>, time: f64) {
+        if self.over {
+            return;
+        }
+        let surface = self.patch.speed(domain);
+        self.approach += (self.speed - surface) * domain.step;
+        let force = self.contact.force(self.approach.max(0.0));
+        let left = self.impulse - self.delivered;
+        let size = (force * domain.step).min(left);
+        if size > 0.0 {
+            self.touched = time;
+            self.delivered += size;
+            self.speed -= size * self.mobility;
+            self.patch.press(domain, size / domain.step);
+        }
+        self.over = size == left
+            || time > LONGEST * self.duration
+            || time - self.touched > APART * self.duration;
+    }
+}
+
+/// Velocity along the push that a unit impulse gives the whole plate there: 1/m + n·[I⁻¹(r×n)]×r
+/// \[1/kg\].
+fn rigid_mobility(problem: &BrittleProblem, hit: &Impact) -> f64 {
+    let whole = problem.solid.mesh.mass_properties();
+    let arm = (hit.point - whole.centroid).cross(&hit.normal);
+    let turned = whole.inertia.try_inverse().map_or(Vec3::zeros(), |inverse| inverse * arm);
+    (1.0 / whole.volume + turned.dot(&arm)) / problem.material.density
+}
+
+/// A disc that holds the plate against moving into it, and lets it leave: as stiff as a half-space
+/// of the plate's own material under a flat punch, k = 2aE/(1 − ν²).
+#[derive(Clone, Debug)]
+pub(super) struct PlateSupport {
+    patch: LoadPatch,
+    point: Vec3,
+    stiffness: f64,
+    mobility: f64,
+    depth: f64,
+    delivered: f64,
+    /// Work that it has done on the plate, less what its moving away took \[J\].
+    work: f64,
+}
+
+impl PlateSupport {
+    pub(super) fn new<R: Real>(
+        support: &Support,
+        domain: &ShellDomain<R, 9>,
+        material: &Material,
+        spacing: f64,
+    ) -> Self {
+        let radius = support.radius.max(LEAST_CELLS * spacing);
+        let modulus = material.young / (1.0 - material.poisson * material.poisson);
+        Self {
+            patch: LoadPatch::new(domain, support.point, support.normal, radius),
+            point: support.point,
+            stiffness: 2.0 * radius * modulus,
+            mobility: support.mobility,
+            depth: 0.0,
+            delivered: 0.0,
+            work: 0.0,
+        }
+    }
+
+    /// Energy that it has taken from the plate \[J\].
+    pub(super) fn stored(&self) -> f64 {
+        -self.work
+    }
+
+    /// Where it pushes, and what it has given \[N·s\].
+    pub(super) fn given(&self) -> (Vec3, Vec3) {
+        (self.point, self.patch.direction * self.delivered)
+    }
+
+    pub(super) fn push<R: Real>(&mut self, domain: &mut ShellDomain<R, 9>) {
+        let force = self.stiffness * self.depth.max(0.0);
+        let speed = self.patch.speed(domain);
+        let own = -self.mobility * self.delivered;
+        self.depth -= (speed - own) * domain.step;
+        self.work += force * speed * domain.step;
+        if force > 0.0 {
+            self.delivered += force * domain.step;
+            self.patch.press(domain, force);
+        }
+    }
+}

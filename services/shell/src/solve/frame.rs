@@ -1,0 +1,46 @@
+//! Problems into the plate's frame, and what comes of them back.
+
+use crate::midsurface::placed;
+use cullet_geometry::plate::Plate;
+use cullet_geometry::{Pose, Solid, Vec3};
+use cullet_model::{BrittleProblem, Fragmentation};
+use std::sync::Arc;
+
+fn moved(solid: &mut Solid, pose: &Pose) {
+    solid.mesh.vertices.iter_mut().for_each(|x| *x = placed(pose, x));
+}
+
+/// The problem in the plate's frame.
+pub(super) fn to_plate(problem: &BrittleProblem, plate: &Plate) -> BrittleProblem {
+    let pose = plate.pose.inverse();
+    let mut local = problem.clone();
+    let mut solid = Solid::clone(&problem.solid);
+    moved(&mut solid, &pose);
+    local.solid = Arc::new(solid);
+    for hit in &mut local.impacts {
+        (hit.point, hit.normal) = (placed(&pose, &hit.point), pose.rotation * hit.normal);
+    }
+    for support in &mut local.supports {
+        support.point = placed(&pose, &support.point);
+        support.normal = pose.rotation * support.normal;
+    }
+    local
+}
+
+/// What came of it in the body's frame.
+pub(super) fn from_plate(mut fracture: Fragmentation, plate: &Plate) -> Fragmentation {
+    let pose = &plate.pose;
+    let turn = |x: &mut Vec3| *x = pose.rotation * *x;
+    for fragment in &mut fracture.fragments {
+        moved(&mut fragment.solid, pose);
+        fragment.sheet.mesh.vertices.iter_mut().for_each(|x| *x = placed(pose, x));
+        fragment.hulls.iter_mut().flatten().for_each(|x| *x = placed(pose, x));
+        turn(&mut fragment.velocity);
+        turn(&mut fragment.spin);
+    }
+    for grain in &mut fracture.debris {
+        grain.position = placed(pose, &grain.position);
+        turn(&mut grain.velocity);
+    }
+    fracture
+}
