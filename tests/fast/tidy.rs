@@ -10,11 +10,13 @@ use std::path::Path;
 const MAY_USE: &[(&str, &[&str])] = &[
     ("proto", &["geometry", "model", "specimen"]),
     ("services/geometry", &[]),
+    ("services/simd", &[]),
     ("services/dispatch", &[]),
     ("services/model", &["geometry"]),
     ("services/fragment", &["geometry", "model"]),
     ("services/specimen", &["geometry", "model"]),
-    ("services/fracture", &["fragment", "geometry", "model", "specimen"]),
+    ("services/fracture", &["fragment", "geometry", "model", "simd", "specimen"]),
+    ("services/shell", &["fragment", "geometry", "model", "simd"]),
     ("services/geometric", &["fragment", "geometry", "model"]),
     ("services/world", &["geometry", "model"]),
     ("services/plan", &["geometry", "model", "world"]),
@@ -42,7 +44,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("services/coordinator", &["files", "picture", "pool", "proto", "run", "scene"]),
     (
         "services/worker",
-        &["dispatch", "fracture", "geometric", "geometry", "model", "proto", "specimen"],
+        &["dispatch", "fracture", "geometric", "geometry", "model", "proto", "shell", "specimen"],
     ),
     (
         "services/cullet",
@@ -68,10 +70,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
 
 const PURE: &[&str] = &[
     "services/geometry",
+    "services/simd",
     "services/model",
     "services/specimen",
     "services/fragment",
     "services/fracture",
+    "services/shell",
     "services/geometric",
     "services/world",
     "services/plan",

@@ -5,9 +5,9 @@ use crate::kit::{
 };
 use cullet_fracture::damage::{DamageState, Softening};
 use cullet_fracture::mpm::crushed::{CrushRules, pieces};
-use cullet_fracture::mpm::hertz_contact::HertzContact;
 use cullet_fracture::mpm::load::ImpactLoad;
 use cullet_geometry::Vec3;
+use cullet_model::hertz_contact::HertzContact;
 use cullet_model::{BrittleProblem, Impact, Tolerance};
 use std::f64::consts::PI;
 

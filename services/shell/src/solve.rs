@@ -100,9 +100,7 @@ impl Solver for Shell {
 /// A plate under its hits.
 #[derive(Debug)]
 pub struct PlateSolve<R: Real> {
-    /// As it was given.
-    problem: BrittleProblem,
-    /// The same in the plate's frame.
+    /// In the plate's frame.
     local: BrittleProblem,
     plate: Plate,
     spacing: f64,
@@ -175,7 +173,6 @@ impl<R: Real> PlateSolve<R> {
         let supports = local.supports.iter().map(support).collect();
         let mut solve = Self {
             record: SolveRecord { worst_ledger: 1.0, ..SolveRecord::default() },
-            problem,
             local,
             plate,
             spacing,
