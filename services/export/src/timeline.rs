@@ -2,15 +2,18 @@
 
 use crate::error::ExportError;
 use crate::names::UniqueNames;
+use crate::pictures::{ArtistMaterial, ExportPicture, PictureShelf};
+use crate::sheets::{self, CrackSheet};
 use crate::surface::{ArtistSurface, ExportMesh};
 use cullet_geometry::attributes::SurfaceAttributes;
 use cullet_geometry::{Pose, Quat, Solid, Vec3};
 use cullet_proto::recording::{Body, EventKind};
 use cullet_record::{PoseRow, RecordError, Recording};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// Times closer than this are one \[s\].
-const SAME: f64 = 1e-9;
+pub(crate) const SAME: f64 = 1e-9;
 /// A body that turns by more than this between two frames gets samples between them \[rad\]:
 /// programs turn it the short way.
 const TURN_OF_A_FRAME: f64 = std::f64::consts::FRAC_PI_2;
@@ -61,6 +64,8 @@ pub(crate) struct BodyTrack {
     /// Which of the meshes it has: the digest of its geometry, and, where the artist's mesh has
     /// more than a shape, its number, for that depends on the place in the object.
     pub(crate) mesh: Vec<u8>,
+    /// Cracks that end inside it.
+    pub(crate) sheets: Vec<CrackSheet>,
     rows: Vec<(f64, PoseRow)>,
 }
 
@@ -95,6 +100,10 @@ pub(crate) struct ExportTimeline {
     pub(crate) grains: Vec<GrainTrack>,
     /// Meshes by [`BodyTrack::mesh`].
     pub(crate) meshes: BTreeMap<Vec<u8>, ExportMesh>,
+    /// Pictures of the materials of artists' meshes.
+    pub(crate) pictures: Vec<Arc<ExportPicture>>,
+    /// Those that cannot be written, in words.
+    pub(crate) pictures_left_out: Vec<String>,
 }
 
 impl FrameRange {
@@ -258,12 +267,15 @@ impl ExportTimeline {
             bodies: bodies(recording, up),
             grains: Vec::new(),
             meshes: BTreeMap::new(),
+            pictures: Vec::new(),
+            pictures_left_out: Vec::new(),
         };
         timeline.bodies.retain(|track| !track.rows.is_empty() && track.appears(&range));
         let mut names = UniqueNames::default();
         for track in &mut timeline.bodies {
             track.name = names.give(&track.body.name);
         }
+        sheets::add(&mut timeline.bodies, recording, range.end, &mut names)?;
         timeline.add_meshes(recording)?;
         if wanted.grains {
             timeline.grains = grains(recording, up, &range);
@@ -273,15 +285,21 @@ impl ExportTimeline {
 
     /// Makes the mesh of each body.
     fn add_meshes(&mut self, recording: &Recording) -> Result<(), ExportError> {
-        let mut surfaces: BTreeMap<u64, SurfaceAttributes> = BTreeMap::new();
+        let mut surfaces: BTreeMap<u64, (SurfaceAttributes, Vec<ArtistMaterial>)> = BTreeMap::new();
+        let mut shelf = PictureShelf::default();
         let places = recording.rest_places();
         for root in places.values().map(|place| place.root).collect::<BTreeSet<_>>() {
-            if let Some(surface) = recording.appearance_of(root)? {
-                surfaces.insert(root, surface);
+            let own = recording.appearances.iter().find(|it| it.bodies.contains(&root));
+            if let Some((own, surface)) = own.zip(recording.appearance_of(root)?) {
+                let materials = shelf.materials(recording, own, &surface);
+                surfaces.insert(root, (surface, materials));
             }
         }
-        let artists: BTreeMap<u64, ArtistSurface<'_>> =
-            surfaces.iter().map(|(&root, of)| (root, ArtistSurface::new(of))).collect();
+        (self.pictures, self.pictures_left_out) = shelf.finish();
+        let artists: BTreeMap<u64, ArtistSurface<'_>> = surfaces
+            .iter()
+            .map(|(&root, (surface, own))| (root, ArtistSurface::new(surface, own.clone())))
+            .collect();
         for track in &mut self.bodies {
             let (hash, body) = (&track.body.geometry, track.body.id);
             let artist = places.get(&body).and_then(|at| Some((artists.get(&at.root)?, at.origin)));
@@ -330,6 +348,7 @@ fn bodies(recording: &Recording, up: Quat) -> Vec<BodyTrack> {
             sampled: known.map(|of| of.contains(&body.id)),
             broke: false,
             mesh: Vec::new(),
+            sheets: Vec::new(),
             rows: Vec::new(),
             body: body.clone(),
         }

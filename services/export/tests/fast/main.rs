@@ -4,5 +4,7 @@ mod common;
 
 mod glb;
 mod options;
+mod pictures;
 mod pieces;
+mod sheets;
 mod text;
