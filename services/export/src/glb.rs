@@ -261,10 +261,7 @@ impl<'a> GlbWriter<'a> {
         let mut attributes = BTreeMap::new();
         let place = buffer.places(root, &places);
         attributes.insert(Checked::Valid(Semantic::Positions), place);
-        let normal = match self.purpose {
-            GlbUse::Work => buffer.normals(root, &normals),
-            GlbUse::Page => buffer.byte_normals(root, &normals),
-        };
+        let normal = buffer.normals(root, self.purpose, &normals);
         attributes.insert(Checked::Valid(Semantic::Normals), normal);
         if textured {
             let texture = buffer.textures(root, &textures);
@@ -424,7 +421,7 @@ impl<'a> GlbWriter<'a> {
         let indices: Vec<u32> = faces.iter().flatten().copied().collect();
         let (root, buffer) = (&mut self.root, &mut self.buffer);
         let place = buffer.places(root, &places);
-        let normal = buffer.normals(root, &normals);
+        let normal = buffer.normals(root, self.purpose, &normals);
         let primitive = Primitive {
             attributes: BTreeMap::from([
                 (Checked::Valid(Semantic::Positions), place),

@@ -1,5 +1,6 @@
 //! The binary part of a GLB, and the accessors that lead into it.
 
+use super::GlbUse;
 use crate::pictures::ExportPicture;
 use gltf::json;
 use json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
@@ -72,12 +73,17 @@ impl GlbBuffer {
         index
     }
 
-    pub(super) fn normals(&mut self, root: &mut Root, rows: &[[f32; 3]]) -> Index<Accessor> {
-        self.put(root, ViewKind::Vertices, rows)
-    }
-
-    /// Normals of a byte a number, each at four bytes, as KHR_mesh_quantization allows.
-    pub(super) fn byte_normals(&mut self, root: &mut Root, rows: &[[f32; 3]]) -> Index<Accessor> {
+    /// Unit normals. For a page they are of a byte a number, each at four bytes, as
+    /// KHR_mesh_quantization allows.
+    pub(super) fn normals(
+        &mut self,
+        root: &mut Root,
+        purpose: GlbUse,
+        rows: &[[f32; 3]],
+    ) -> Index<Accessor> {
+        if purpose == GlbUse::Work {
+            return self.put(root, ViewKind::Vertices, rows);
+        }
         let kind = ViewKind::ByteNormals;
         let view = &mut self.views[kind as usize];
         let extent = Extent { offset: view.len(), count: rows.len() };

@@ -4,6 +4,7 @@ mod common;
 
 mod glb;
 mod options;
+mod page;
 mod pictures;
 mod pieces;
 mod sheets;
