@@ -10,6 +10,7 @@ use crate::looks::{colours, icosahedron, linear};
 use crate::surface::{ExportFace, ExportMesh, FaceKind};
 use crate::timeline::{BodyTrack, ExportTimeline, FrameRange, GrainTrack, Scenery};
 use buffer::GlbBuffer;
+pub(crate) use buffer::GlbUse;
 use cullet_geometry::{Pose, Quat, Vec3};
 use cullet_proto::recording::Tier;
 use gltf::json;
@@ -19,7 +20,6 @@ use json::mesh::{Mode, Primitive, Semantic};
 use json::scene::UnitQuaternion;
 use json::validation::Checked;
 use json::{Accessor, Animation, Image, Index, Material, Mesh, Node, Root, Scene};
-use materials::plain;
 use serde_json::{Value, json};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -29,15 +29,6 @@ pub(crate) const MOST_GRAINS: usize = 1_000;
 /// How far a key of a grain that is left out may be from the line between its neighbours, over the
 /// diameter of the grain \[1\].
 const GRAIN_SHARE: f64 = 0.01;
-
-/// For whom a file is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum GlbUse {
-    /// Programs that go on working with it: it has all there is.
-    Work,
-    /// A page that shows it: it has what is seen, as small as that is.
-    Page,
-}
 
 /// The extension of glTF that has normals of bytes.
 const QUANTIZATION: &str = "KHR_mesh_quantization";
@@ -414,7 +405,7 @@ impl<'a> GlbWriter<'a> {
         let (_, crack) = colours(&grain.material, &grain.object, false);
         let [r, g, b] = linear(crack);
         let name = format!("{} grains", grain.object);
-        let material = self.root.push(plain(name, [r, g, b, 1.0], 0.0, 0.9));
+        let material = self.plain(name, [r, g, b, 1.0], 0.9);
         let (corners, faces) = icosahedron();
         let places: Vec<[f32; 3]> = corners.iter().map(|corner| y_up(&(corner * 0.5))).collect();
         let normals: Vec<[f32; 3]> = corners.iter().map(unit_y_up).collect();

@@ -1,11 +1,7 @@
 //! Cracks that end inside a body, as open meshes of their own.
 
-use crate::error::ExportError;
-use crate::names::UniqueNames;
 use crate::surface::{CrackMark, ExportFace, ExportMesh};
-use crate::timeline::{BodyTrack, SAME};
 use cullet_geometry::{Sheet, Vec3};
-use cullet_record::{RecordError, Recording};
 use std::sync::Arc;
 
 /// The cracks of a body that were recorded at one time.
@@ -19,33 +15,9 @@ pub(crate) struct CrackSheet {
     pub(crate) mesh: ExportMesh,
 }
 
-/// Adds to each body its cracks, until the last moment \[s\].
-pub(crate) fn add(
-    tracks: &mut [BodyTrack],
-    recording: &Recording,
-    last: f64,
-    names: &mut UniqueNames,
-) -> Result<(), ExportError> {
-    for cracks in recording.cracks.iter().filter(|cracks| cracks.time <= last) {
-        let there = |track: &&mut BodyTrack| {
-            let BodyTrack { body, birth, death, .. } = &**track;
-            body.id == cracks.body && *birth <= cracks.time + SAME && cracks.time < *death
-        };
-        // It broke or left at once, or in a part of the run that is not exported.
-        let Some(track) = tracks.iter_mut().find(there) else { continue };
-        let body = cracks.body;
-        let sheet =
-            Sheet::try_from(cracks).map_err(|source| RecordError::Cracks { body, source })?;
-        let name = names.give(&format!("{}_open_crack", track.name));
-        let birth = cracks.time.max(track.birth);
-        track.sheets.push(CrackSheet { name, birth, mesh: mesh(&sheet, body) });
-    }
-    Ok(())
-}
-
 /// A sheet as it is written. Which of its sides is seen means nothing: normals lie on one side, and
 /// its materials show both.
-fn mesh(sheet: &Sheet, body: u64) -> ExportMesh {
+pub(crate) fn sheet_mesh(sheet: &Sheet, body: u64) -> ExportMesh {
     let mut areas = vec![Vec3::zeros(); sheet.mesh.vertices.len()];
     for (t, corners) in sheet.mesh.triangles.iter().enumerate() {
         let [a, b, c] = sheet.mesh.corners(t);

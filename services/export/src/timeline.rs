@@ -3,17 +3,17 @@
 use crate::error::ExportError;
 use crate::names::UniqueNames;
 use crate::pictures::{ArtistMaterial, ExportPicture, PictureShelf};
-use crate::sheets::{self, CrackSheet};
+use crate::sheets::{CrackSheet, sheet_mesh};
 use crate::surface::{ArtistSurface, ExportMesh};
 use cullet_geometry::attributes::SurfaceAttributes;
-use cullet_geometry::{Pose, Quat, Solid, Vec3};
+use cullet_geometry::{Pose, Quat, Sheet, Solid, Vec3};
 use cullet_proto::recording::{Body, EventKind};
 use cullet_record::{PoseRow, RecordError, Recording};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// Times closer than this are one \[s\].
-pub(crate) const SAME: f64 = 1e-9;
+const SAME: f64 = 1e-9;
 /// A body that turns by more than this between two frames gets samples between them \[rad\]:
 /// programs turn it the short way.
 const TURN_OF_A_FRAME: f64 = std::f64::consts::FRAC_PI_2;
@@ -275,12 +275,34 @@ impl ExportTimeline {
         for track in &mut timeline.bodies {
             track.name = names.give(&track.body.name);
         }
-        sheets::add(&mut timeline.bodies, recording, range.end, &mut names)?;
+        timeline.add_sheets(recording, &mut names)?;
         timeline.add_meshes(recording)?;
         if wanted.grains {
             timeline.grains = grains(recording, up, &range);
         }
         Ok(timeline)
+    }
+
+    /// Adds to each body its cracks.
+    fn add_sheets(
+        &mut self,
+        recording: &Recording,
+        names: &mut UniqueNames,
+    ) -> Result<(), ExportError> {
+        for cracks in recording.cracks.iter().filter(|cracks| cracks.time <= self.range.end) {
+            let (body, time) = (cracks.body, cracks.time);
+            let there = |track: &&mut BodyTrack| {
+                track.body.id == body && track.birth <= time + SAME && time < track.death
+            };
+            // It broke or left at once, or before what is exported.
+            let Some(track) = self.bodies.iter_mut().find(there) else { continue };
+            let sheet = Sheet::try_from(cracks);
+            let sheet = sheet.map_err(|source| RecordError::Cracks { body, source })?;
+            let name = names.give(&format!("{}_open_crack", track.name));
+            let birth = time.max(track.birth);
+            track.sheets.push(CrackSheet { name, birth, mesh: sheet_mesh(&sheet, body) });
+        }
+        Ok(())
     }
 
     /// Makes the mesh of each body.

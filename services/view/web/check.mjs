@@ -1,6 +1,6 @@
 // Opens a page in headless Chromium and uses it: node check.mjs REPORT.html [SHOT.png [CHROMIUM]]
-// Exit code 0 if the page loads, moves when the slider does, shows what is clicked, asks for nothing beyond itself, and says
-// nothing on the console. It prints how long loading took, in ms; LOAD_MS bounds that.
+// Exit code 0 if the page loads, moves when the slider does, shows what is clicked, asks for nothing beyond itself, and
+// says nothing on the console. It prints how long loading took, in ms; LOAD_MS bounds that.
 import { chromium } from "playwright-core";
 import { resolve } from "node:path";
 
@@ -99,7 +99,8 @@ try {
       const name = await figure.locator("figcaption").textContent();
       await figure.click();
       const shown = await page.locator("#large-name").textContent();
-      if (!(await page.locator("#large").isVisible()) || shown !== name) faults.push(`a click on ${name} shows ${shown}`);
+      const seen = await page.locator("#large").isVisible();
+      if (!seen || shown !== name) faults.push(`a click on ${name} shows ${shown}`);
       await page.locator("#close").click();
     }
     await page.setViewportSize({ width: 420, height: 860 });

@@ -1,6 +1,5 @@
 //! The binary part of a GLB, and the accessors that lead into it.
 
-use super::GlbUse;
 use crate::pictures::ExportPicture;
 use gltf::json;
 use json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
@@ -10,6 +9,15 @@ use json::validation::{Checked, USize64};
 use json::{Image, Index, Root};
 use serde_json::json;
 use std::collections::BTreeMap;
+
+/// For whom a file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum GlbUse {
+    /// Programs that go on working with it: it has all there is.
+    Work,
+    /// A page that shows it: it has what is seen, as small as that is.
+    Page,
+}
 
 /// Numbers of one kind lie together, in a view of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -34,6 +34,16 @@ pub(super) fn plain(name: String, colour: [f32; 4], metallic: f32, roughness: f3
 }
 
 impl<'a> GlbWriter<'a> {
+    /// A material of one colour that is no metal.
+    pub(super) fn plain(
+        &mut self,
+        name: String,
+        colour: [f32; 4],
+        roughness: f32,
+    ) -> Index<Material> {
+        self.root.push(plain(name, colour, 0.0, roughness))
+    }
+
     /// The materials of an object: of its skin and its crack faces, and those that its file names.
     pub(super) fn materials(&mut self, track: &'a BodyTrack) {
         let body = &track.body;
@@ -45,7 +55,7 @@ impl<'a> GlbWriter<'a> {
             {
                 let [r, g, b] = linear(rgb);
                 let name = format!("{} {part}", body.object);
-                let made = self.root.push(plain(name, [r, g, b, 1.0], 0.0, roughness));
+                let made = self.plain(name, [r, g, b, 1.0], roughness);
                 self.materials.entry(&body.object).or_default().insert(kind, made);
             }
         }

@@ -55,7 +55,8 @@ async function unpack(text) {
 
 /// The same beside what else the page does; where there are no workers, here.
 function unpackBeside(text) {
-  const code = `onmessage = ({ data }) => (${unpack})(data).then((made) => postMessage(made, [made]), () => postMessage(null));`;
+  const answer = "(made) => postMessage(made, [made]), () => postMessage(null)";
+  const code = `onmessage = ({ data }) => (${unpack})(data).then(${answer});`;
   return new Promise((resolve) => {
     const here = () => resolve(unpack(text));
     try {
