@@ -117,6 +117,54 @@ fn a_sweep_makes_a_table_and_a_sheet_here_and_at_a_coordinator() {
     assert!(lines[2].starts_with("  seed=6: drop, 3 bodies, "), "{}", lines[2]);
 }
 
+/// The page of a sweep has its table as it is in the file, and the picture of each of its runs.
+#[test]
+fn a_report_of_a_sweep_has_its_table_and_the_pictures_of_its_runs() {
+    let _left = common::left::NobodyLeft::watch();
+    let (folder, file) = sweep("reported", "\"world.duration\" = [0.01, 0.02, 0.03]");
+    let out = folder.join("out");
+    let run = Cullet::new(&["run", "-q", "--workers", "1", "--out"]).path(&out).path(&file);
+    let said = run.args(&["--set", "fracture.max_particles=1000"]).output();
+    assert!(said.code == 0 || said.code == 3, "{}: {}", said.code, said.stderr);
+    // One of them has no picture.
+    fs::remove_file(out.join("2/preview.png")).expect("its picture");
+    let said = Cullet::new(&["report"]).path(&out).output();
+    assert_eq!(said.code, 0, "{}", said.stderr);
+    let page = fs::read_to_string(out.join("report.html")).expect("a page");
+    let data = page.split_once("id=\"report\">").and_then(|(_, rest)| rest.split_once("</script>"));
+    let data: Value = serde_json::from_str(data.expect("its data").0).expect("JSON");
+    let rows = table(&out);
+    assert_eq!((data["kind"].as_str(), rows.len()), (Some("sweep"), 4));
+    assert_eq!(data["about"], "3 runs, 2 with a picture");
+    assert_eq!(data["columns"], serde_json::json!(rows[0]));
+    for (shown, cells) in data["rows"].as_array().expect("rows").iter().zip(&rows[1..]) {
+        // What is set, and the digest, stand there as text; figures are numbers.
+        for ((shown, cell), column) in
+            shown.as_array().expect("cells").iter().zip(cells).zip(&rows[0])
+        {
+            let number = cell.parse::<f64>().ok();
+            match &column[..] {
+                "row" | "world.duration" | "digest" => assert_eq!(shown, cell),
+                _ => assert_eq!(shown.as_f64(), number, "{column}"),
+            }
+        }
+    }
+    let pictures = data["pictures"].as_array().expect("pictures");
+    let of = |picture: &Value| (picture["row"].as_u64(), picture["name"].clone());
+    let name =
+        |row: u64, value: &str| (Some(row), format!("row {}, world.duration {value}", row + 1));
+    let named: Vec<_> = pictures.iter().map(of).collect();
+    let wanted = [name(0, "0.01"), name(2, "0.03")].map(|(row, name)| (row, name.into()));
+    assert_eq!(named, wanted);
+    for picture in pictures {
+        let file = out.join((picture["row"].as_u64().expect("a row") + 1).to_string());
+        let bytes = fs::read(file.join("preview.png")).expect("a picture");
+        let text = picture["png"].as_str().expect("text");
+        assert!(text.starts_with("iVBORw0KGgo"), "base64 of the begin of a PNG");
+        assert_eq!(text.len(), 4 * bytes.len().div_ceil(3));
+    }
+}
+
 /// Who has left can have the sheet and the table all the same: of what is over, or of all.
 #[test]
 fn a_sweep_that_was_left_to_itself_is_fetched_together_later() {

@@ -3,7 +3,7 @@
 
 use super::schema::{MessageDeclaration, message};
 use cullet_geometry::attributes::{
-    AttributeError, SurfaceAttributes, SurfaceMaterial, SurfaceTexture,
+    AttributeError, SurfaceAttributes, SurfaceMaterial, SurfaceTexture, TextureMapping, TextureWrap,
 };
 use cullet_geometry::{TriMesh, Vec3};
 use std::collections::BTreeMap;
@@ -67,6 +67,12 @@ message! {
         "3" [uint64] offset: u64,
         /// Its length \[bytes\]; 0 where it is no part of the file.
         "4" [uint64] length: u64,
+        /// How texture coordinates lead into it, as KHR_texture_transform of glTF has it: offset
+        /// of u and of v (downward), rotation \[rad\], scale of u and of v. Empty: as they are.
+        "5" [float, repeated] transform: Vec<f32>,
+        /// How it goes on beyond [0, 1] along u and v: 0 again, 1 mirrored, 2 its border. Empty:
+        /// again.
+        "6" [uint32, repeated] wrap: Vec<u32>,
     }
 }
 
@@ -193,14 +199,47 @@ fn whole(column: &'static str, length: usize, tuple: usize) -> Result<(), Appear
     if length == wanted { Ok(()) } else { Err(AppearanceError::Column { column, length, wanted }) }
 }
 
-impl From<&SurfaceMaterial> for AppearanceMaterial {
-    fn from(material: &SurfaceMaterial) -> Self {
-        let texture = material.texture.as_ref().map(|texture| AppearanceTexture {
+/// Wraps by their numbers.
+const WRAPS: [TextureWrap; 3] = [TextureWrap::Repeat, TextureWrap::Mirror, TextureWrap::Clamp];
+
+impl From<&SurfaceTexture> for AppearanceTexture {
+    fn from(texture: &SurfaceTexture) -> Self {
+        let TextureMapping { offset: [u, v], rotation, scale: [s, t], wrap } = texture.mapping;
+        let number = |wrap| WRAPS.iter().position(|it| *it == wrap).unwrap_or(0) as u32;
+        let straight = texture.mapping.is_straight();
+        Self {
             name: texture.name.clone(),
             media_type: texture.media_type.clone(),
             offset: texture.offset,
             length: texture.length,
-        });
+            transform: if straight { Vec::new() } else { vec![u, v, rotation, s, t] },
+            wrap: if wrap == TextureMapping::default().wrap {
+                Vec::new()
+            } else {
+                wrap.map(number).to_vec()
+            },
+        }
+    }
+}
+
+/// What is not understood leaves coordinates as they are: a look decides nothing.
+impl From<&AppearanceTexture> for TextureMapping {
+    fn from(texture: &AppearanceTexture) -> Self {
+        let known = |&number: &u32| WRAPS.get(number as usize).copied().unwrap_or_default();
+        let wrap = match &texture.wrap[..] {
+            [u, v] => [known(u), known(v)],
+            _ => Default::default(),
+        };
+        match texture.transform[..] {
+            [u, v, rotation, s, t] => Self { offset: [u, v], rotation, scale: [s, t], wrap },
+            _ => Self { wrap, ..Self::default() },
+        }
+    }
+}
+
+impl From<&SurfaceMaterial> for AppearanceMaterial {
+    fn from(material: &SurfaceMaterial) -> Self {
+        let texture = material.texture.as_ref().map(AppearanceTexture::from);
         Self {
             name: material.name.clone(),
             base_colour: material.base_colour.to_vec(),
@@ -219,6 +258,7 @@ impl From<&AppearanceMaterial> for SurfaceMaterial {
             media_type: texture.media_type.clone(),
             offset: texture.offset,
             length: texture.length,
+            mapping: TextureMapping::from(texture),
         });
         Self {
             name: material.name.clone(),
@@ -243,6 +283,12 @@ mod tests {
             media_type: "image/png".to_owned(),
             offset: 120,
             length: 4096,
+            mapping: TextureMapping {
+                offset: [0.25, 0.5],
+                rotation: 0.75,
+                scale: [2.0, -1.0],
+                wrap: [TextureWrap::Mirror, TextureWrap::Clamp],
+            },
         };
         let varnish = SurfaceMaterial { texture: Some(picture), ..SurfaceMaterial::named("oak") };
         SurfaceAttributes {

@@ -1,9 +1,10 @@
 //! Binary glTF: all triangles of the default scene, each node's place applied.
 
 use super::{Extra, MAX_TRIANGLES, MeshFileError, Raw, finite, hush, unit};
-use cullet_geometry::attributes::{SurfaceMaterial, SurfaceTexture};
+use cullet_geometry::attributes::{SurfaceMaterial, SurfaceTexture, TextureMapping, TextureWrap};
 use cullet_geometry::{Mat3, Vec3};
 use gltf::mesh::Mode;
+use gltf::texture::WrappingMode;
 use std::collections::BTreeMap;
 
 /// Deepest chain of nodes: deeper ones are cycles.
@@ -70,7 +71,7 @@ fn material(found: &gltf::Material<'_>, bytes: &[u8]) -> SurfaceMaterial {
     let texture = look.base_color_texture().map(|info| {
         let image = info.texture().source();
         let name = image.name().unwrap_or_default().to_owned();
-        match image.source() {
+        let found = match image.source() {
             gltf::image::Source::View { view, mime_type } => {
                 SurfaceTexture { name, media_type: mime_type.to_owned(), ..range(&view, bytes) }
             }
@@ -80,7 +81,8 @@ fn material(found: &gltf::Material<'_>, bytes: &[u8]) -> SurfaceMaterial {
                 let media_type = mime_type.unwrap_or_default().to_owned();
                 SurfaceTexture { name, media_type, ..SurfaceTexture::default() }
             }
-        }
+        };
+        SurfaceTexture { mapping: mapping(&info), ..found }
     });
     SurfaceMaterial {
         name: found.name().unwrap_or_default().to_owned(),
@@ -89,6 +91,27 @@ fn material(found: &gltf::Material<'_>, bytes: &[u8]) -> SurfaceMaterial {
         roughness: share(look.roughness_factor()),
         texture,
     }
+}
+
+/// How the texture coordinates lead into a picture.
+fn mapping(info: &gltf::texture::Info<'_>) -> TextureMapping {
+    let sampler = info.texture().sampler();
+    let wrap = [sampler.wrap_s(), sampler.wrap_t()].map(|mode| match mode {
+        WrappingMode::ClampToEdge => TextureWrap::Clamp,
+        WrappingMode::MirroredRepeat => TextureWrap::Mirror,
+        WrappingMode::Repeat => TextureWrap::Repeat,
+    });
+    let Some(moved) = info.texture_transform() else {
+        return TextureMapping { wrap, ..TextureMapping::default() };
+    };
+    let (offset, scale) = (moved.offset().map(finite), moved.scale().map(finite));
+    TextureMapping { offset, rotation: finite(moved.rotation()), scale, wrap }
+}
+
+/// The set of texture coordinates that a picture is read with.
+fn coordinates(info: &gltf::texture::Info<'_>) -> u32 {
+    let moved = info.texture_transform().and_then(|moved| moved.tex_coord());
+    moved.unwrap_or_else(|| info.tex_coord())
 }
 
 /// Where a part of the binary chunk lies in the file; nothing where it does not.
@@ -206,7 +229,7 @@ impl Walk<'_> {
         let reader = primitive.reader(|_| Some(self.blob));
         let material = primitive.material();
         let picture = material.pbr_metallic_roughness().base_color_texture();
-        let set = picture.map_or(0, |info| info.tex_coord());
+        let set = picture.map_or(0, |info| coordinates(&info));
         let uv: Vec<[f32; 2]> = reader
             .read_tex_coords(set)
             .map(|pairs| pairs.into_f32().map(|[u, v]| [finite(u), 1.0 - finite(v)]).collect())

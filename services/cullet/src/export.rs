@@ -5,8 +5,10 @@ use crate::exit::{CommandError, Exit, print};
 use crate::folder::{Folder, refuse_itself};
 use crate::inspect::{unreadable, within};
 use crate::logs;
+use crate::shown::shown;
 use cullet_export::{ExportError, ExportOptions, ExportReport, Moments, export, export_pieces};
 use cullet_record::Recording;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &args::ExportArgs) -> Result<Exit, CommandError> {
@@ -47,6 +49,10 @@ pub(crate) fn run(args: &args::ExportArgs) -> Result<Exit, CommandError> {
         });
         reports.push(done?);
     }
+    let left_out = reports.iter().flat_map(|report| &report.pictures_left_out);
+    for text in left_out.collect::<BTreeSet<_>>() {
+        logs::warn(format!("{}; what is written is without it", shown(text)));
+    }
     if args.json {
         let text = serde_json::to_string_pretty(&reports).unwrap_or_default();
         print(text + "\n")?;
@@ -66,7 +72,11 @@ fn refuse(recording: &Path, file: &Path) -> Result<(), CommandError> {
 
 /// What was written, in words.
 fn line(report: &ExportReport) -> String {
-    let files: Vec<&PathBuf> = report.files.iter().collect();
+    let picture =
+        |file: &&PathBuf| file.extension().is_some_and(|end| end == "png" || end == "jpg");
+    let files: Vec<&PathBuf> = report.files.iter().filter(|file| !picture(file)).collect();
+    let beside = report.files.iter().find(picture).and_then(|file| file.parent());
+    let beside = beside.map_or_else(String::new, |folder| format!(" in {}", folder.display()));
     let place = match files[..] {
         [one] => one.display().to_string(),
         [first, .., last] => {
@@ -83,8 +93,13 @@ fn line(report: &ExportReport) -> String {
         0 | 1 => String::new(),
         frames => format!(", {frames} frames"),
     };
+    let pictures = match report.pictures {
+        0 => String::new(),
+        1 => format!(", 1 picture{beside}"),
+        some => format!(", {some} pictures{beside}"),
+    };
     let (bodies, size) = (report.bodies, report.bytes as f64 / 1e6);
-    format!("{place}: {bodies} bodies{grains}{frames}, {size:.1} MB")
+    format!("{place}: {bodies} bodies{grains}{frames}{pictures}, {size:.1} MB")
 }
 
 fn failed(error: &ExportError, recording: &Path) -> CommandError {

@@ -4,15 +4,15 @@ use crate::args;
 use crate::exit::{CommandError, Exit};
 use crate::inspect::{unreadable, within};
 use crate::logs;
-use cullet_export::{ExportOptions, glb_bytes};
+use cullet_export::page_glb;
 use cullet_files::output::write_file;
 use cullet_record::Recording;
 use cullet_view::{SweepPicture, SweepTable, run_page, sweep_page};
 use std::path::{Path, PathBuf};
 
-/// The table of a sweep, and the pictures of one of its runs, the first that is there.
+/// The table of a sweep, and the picture of one of its runs: its contact sheet.
 const TABLE: &str = "table.csv";
-const PICTURES: [&str; 2] = ["still.png", "preview.png"];
+const PICTURE: &str = "preview.png";
 
 /// What a page without a name is called.
 const PAGE: &str = "report.html";
@@ -34,8 +34,7 @@ fn default_output(named: &Path) -> PathBuf {
 
 fn run(path: &Path) -> Result<String, CommandError> {
     let recording = Recording::open(path).map_err(|error| unreadable(&error, path))?;
-    let model = glb_bytes(&recording, &ExportOptions::default())
-        .map_err(|error| CommandError::file(path, error))?;
+    let model = page_glb(&recording).map_err(|error| CommandError::file(path, error))?;
     run_page(&recording, &model).map_err(|error| CommandError::file(path, error))
 }
 
@@ -54,9 +53,10 @@ fn sweep(folder: &Path) -> Result<String, CommandError> {
     table.title = name.map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     for (row, cells) in table.rows.iter().enumerate() {
         let Some(number) = cells.first() else { continue };
-        let run = folder.join(number);
-        let found = PICTURES.iter().map(|name| run.join(name)).find(|path| path.is_file());
-        let Some(file) = found else { continue };
+        let file = folder.join(number).join(PICTURE);
+        if !file.is_file() {
+            continue;
+        }
         let png = std::fs::read(&file).map_err(|error| CommandError::file(&file, error))?;
         table.pictures.push(SweepPicture { row, name: caption(&table.columns, cells), png });
     }

@@ -137,6 +137,21 @@ impl Files {
         Ok(bytes)
     }
 
+    /// The bytes under `key`, if they are there and no more than `limit`; what is not had counts
+    /// for nothing.
+    pub fn get_up_to(&mut self, key: &str, limit: u64) -> Option<Arc<Vec<u8>>> {
+        if let Some(known) = self.used.get(key) {
+            return Some(Arc::clone(known));
+        }
+        let total = self.total;
+        let found = self.get(key).ok().filter(|bytes| bytes.len() as u64 <= limit);
+        if found.is_none() {
+            self.used.remove(key);
+            self.total = total;
+        }
+        found
+    }
+
     /// What a person calls the file under `key`.
     #[must_use]
     pub fn label(&self, key: &str) -> String {
@@ -211,7 +226,20 @@ fn read_disk(path: &Path) -> Result<Vec<u8>, FileError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{folder_of, key};
+    use super::{Files, Source, folder_of, key};
+    use std::collections::BTreeMap;
+    use std::sync::Arc;
+
+    #[test]
+    fn what_is_too_large_is_not_taken() {
+        let bundle = BTreeMap::from([("scene/a.png".to_owned(), Arc::new(vec![7; 100]))]);
+        let mut files = Files::new(Source::Bundle(bundle));
+        assert_eq!(files.get_up_to("scene/a.png", 99), None);
+        assert_eq!(files.get_up_to("scene/b.png", 99), None);
+        assert_eq!((files.total, files.used.len()), (0, 0));
+        assert_eq!(files.get_up_to("scene/a.png", 100).map(|bytes| bytes.len()), Some(100));
+        assert_eq!((files.total, files.into_used().len()), (100, 1));
+    }
 
     #[test]
     fn keys_are_worked_out_by_name() {

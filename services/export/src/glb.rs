@@ -1,6 +1,8 @@
 //! GLB: a node a body, with its motion as an animation. Up is y there.
 
 mod buffer;
+mod materials;
+mod sheets;
 
 use crate::error::ExportError;
 use crate::keys;
@@ -8,16 +10,16 @@ use crate::looks::{colours, icosahedron, linear};
 use crate::surface::{ExportFace, ExportMesh, FaceKind};
 use crate::timeline::{BodyTrack, ExportTimeline, FrameRange, GrainTrack, Scenery};
 use buffer::GlbBuffer;
+pub(crate) use buffer::GlbUse;
 use cullet_geometry::{Pose, Quat, Vec3};
 use cullet_proto::recording::Tier;
 use gltf::json;
 use json::animation::{Channel, Interpolation, Property, Sampler, Target};
 use json::extras::RawValue;
-use json::material::{PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
 use json::mesh::{Mode, Primitive, Semantic};
 use json::scene::UnitQuaternion;
 use json::validation::Checked;
-use json::{Accessor, Animation, Index, Material, Mesh, Node, Root, Scene};
+use json::{Accessor, Animation, Image, Index, Material, Mesh, Node, Root, Scene};
 use serde_json::{Value, json};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -28,6 +30,14 @@ pub(crate) const MOST_GRAINS: usize = 1_000;
 /// diameter of the grain \[1\].
 const GRAIN_SHARE: f64 = 0.01;
 
+/// The extension of glTF that has normals of bytes.
+const QUANTIZATION: &str = "KHR_mesh_quantization";
+/// On a page: how far a key that is left out may be from the line between its neighbours, over the
+/// diagonal of its body \[1\], and by how much it may be turned \[rad\]. Neither is seen.
+const PAGE_SHARE: f64 = 1e-4;
+/// See [`PAGE_SHARE`].
+const PAGE_TURN: f64 = 1e-3;
+
 /// What was written.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GlbContent {
@@ -36,6 +46,7 @@ pub(crate) struct GlbContent {
     pub(crate) grains: usize,
     pub(crate) keys: usize,
     pub(crate) triangles: usize,
+    pub(crate) pictures: usize,
 }
 
 /// Our z is up, glTF's y: a turn about x.
@@ -52,20 +63,6 @@ fn raw(value: &Value) -> Option<Box<RawValue>> {
     serde_json::value::to_raw_value(value).ok()
 }
 
-/// A material without pictures.
-fn plain(name: String, colour: [f32; 4], metallic: f32, roughness: f32) -> Material {
-    Material {
-        name: Some(name),
-        pbr_metallic_roughness: PbrMetallicRoughness {
-            base_color_factor: PbrBaseColorFactor(colour),
-            metallic_factor: StrengthFactor(metallic),
-            roughness_factor: StrengthFactor(roughness),
-            ..PbrMetallicRoughness::default()
-        },
-        ..Material::default()
-    }
-}
-
 /// Faces of one kind, as accessors.
 struct FaceAccessors {
     attributes: BTreeMap<Checked<Semantic>, Index<Accessor>>,
@@ -74,6 +71,7 @@ struct FaceAccessors {
 
 struct GlbWriter<'a> {
     timeline: &'a ExportTimeline,
+    purpose: GlbUse,
     root: Root,
     buffer: GlbBuffer,
     animation: Animation,
@@ -81,6 +79,8 @@ struct GlbWriter<'a> {
     primitives: BTreeMap<&'a [u8], Vec<(FaceKind, FaceAccessors)>>,
     meshes: BTreeMap<(&'a [u8], &'a str), Index<Mesh>>,
     materials: BTreeMap<&'a str, BTreeMap<FaceKind, Index<Material>>>,
+    /// Pictures by name.
+    images: BTreeMap<&'a str, Index<Image>>,
     nodes: Vec<Index<Node>>,
     keys: usize,
     triangles: usize,
@@ -90,10 +90,12 @@ struct GlbWriter<'a> {
 pub(crate) fn write(
     timeline: &ExportTimeline,
     scenery: Scenery,
+    purpose: GlbUse,
     of: impl Fn(&BodyTrack) -> bool,
 ) -> Result<GlbContent, ExportError> {
     let mut writer = GlbWriter {
         timeline,
+        purpose,
         root: Root::default(),
         buffer: GlbBuffer::new(),
         animation: Animation {
@@ -106,6 +108,7 @@ pub(crate) fn write(
         primitives: BTreeMap::new(),
         meshes: BTreeMap::new(),
         materials: BTreeMap::new(),
+        images: BTreeMap::new(),
         nodes: Vec::new(),
         keys: 0,
         triangles: 0,
@@ -126,10 +129,11 @@ impl<'a> GlbWriter<'a> {
         };
         // A program that plays no animation shows what is there at first.
         let hidden = scenery == Scenery::Motion && !track.is_there(range.start);
-        let mesh = self.mesh(track);
+        let (mesh, children) = (self.mesh(track), self.sheets(track, scenery));
         let node = self.root.push(Node {
             name: Some(track.name.clone()),
             mesh: Some(mesh),
+            children,
             translation: Some(y_up(&pose.translation.vector)),
             rotation: Some(UnitQuaternion(turn_y_up(&pose.rotation))),
             scale: hidden.then_some([0.0; 3]),
@@ -171,29 +175,6 @@ impl<'a> GlbWriter<'a> {
             (facts["damage_time_min_s"], facts["damage_time_max_s"]) = (low.into(), high.into());
         }
         facts
-    }
-
-    /// The materials of an object: of its skin and its crack faces, and those that its file names.
-    fn materials(&mut self, track: &'a BodyTrack) {
-        let body = &track.body;
-        let named = &self.timeline.mesh(track).materials;
-        let known = self.materials.entry(&body.object).or_default();
-        if known.is_empty() {
-            let (skin, crack) = colours(&body.material, &body.object, body.fixed);
-            for (kind, part, rgb, roughness) in
-                [(FaceKind::Skin, "skin", skin, 0.5), (FaceKind::Crack, "crack", crack, 0.9)]
-            {
-                let [r, g, b] = linear(rgb);
-                let name = format!("{} {part}", body.object);
-                known.insert(kind, self.root.push(plain(name, [r, g, b, 1.0], 0.0, roughness)));
-            }
-        }
-        for (slot, of) in (0..).zip(named.iter()) {
-            known.entry(FaceKind::Slot(slot)).or_insert_with(|| {
-                let name = format!("{} {}", body.object, of.name);
-                self.root.push(plain(name, of.base_colour, of.metallic, of.roughness))
-            });
-        }
     }
 
     fn mesh(&mut self, track: &'a BodyTrack) -> Index<Mesh> {
@@ -240,7 +221,10 @@ impl<'a> GlbWriter<'a> {
 
     /// Faces of one kind, as vertices that differ and their indices.
     fn primitive(&mut self, mesh: &ExportMesh, faces: &[&ExportFace]) -> FaceAccessors {
-        let textured = faces.iter().all(|face| face.uv.is_some());
+        // A page lays no picture on crack faces.
+        let textured = faces.iter().all(|face| {
+            face.uv.is_some() && (self.purpose == GlbUse::Work || face.crack.is_none())
+        });
         let crack = faces.iter().all(|face| face.crack.is_some());
         let mut known: HashMap<(u32, [u32; 3], [u32; 2], u32), u32> = HashMap::new();
         let (mut places, mut normals, mut textures) = (Vec::new(), Vec::new(), Vec::new());
@@ -250,7 +234,8 @@ impl<'a> GlbWriter<'a> {
             for k in 0..3 {
                 let normal = unit_y_up(&face.normals[k]);
                 // glTF counts v from the top of the picture.
-                let uv = face.uv.map_or([0.0; 2], |uv| [uv[k][0], 1.0 - uv[k][1]]);
+                let uv =
+                    face.uv.filter(|_| textured).map_or([0.0; 2], |uv| [uv[k][0], 1.0 - uv[k][1]]);
                 let damage_time = face.crack.map_or(0.0, |mark| mark.damage_time[k]);
                 let (normal_bits, uv_bits) = (normal.map(f32::to_bits), uv.map(f32::to_bits));
                 let key = (face.corners[k], normal_bits, uv_bits, damage_time.to_bits());
@@ -267,7 +252,7 @@ impl<'a> GlbWriter<'a> {
         let mut attributes = BTreeMap::new();
         let place = buffer.places(root, &places);
         attributes.insert(Checked::Valid(Semantic::Positions), place);
-        let normal = buffer.normals(root, &normals);
+        let normal = buffer.normals(root, self.purpose, &normals);
         attributes.insert(Checked::Valid(Semantic::Normals), normal);
         if textured {
             let texture = buffer.textures(root, &textures);
@@ -288,14 +273,18 @@ impl<'a> GlbWriter<'a> {
         let places: Vec<Vec3> = poses.iter().map(|pose| pose.translation.vector).collect();
         let mut turns: Vec<Quat> = poses.iter().map(|pose| pose.rotation).collect();
         keys::continuous(&mut turns);
-        let bound = keys::PLACE_MOST.min(keys::PLACE_SHARE * self.timeline.mesh(track).diagonal);
+        let diagonal = self.timeline.mesh(track).diagonal;
+        let (bound, turn) = match self.purpose {
+            GlbUse::Work => (keys::PLACE_MOST.min(keys::PLACE_SHARE * diagonal), keys::TURN_MOST),
+            GlbUse::Page => (PAGE_SHARE * diagonal, PAGE_TURN),
+        };
         let kept = keys::of_vectors(&times, &places, bound);
         if kept.len() > 1 || places[0] != track.rest.translation.vector {
             let rows: Vec<[f32; 3]> = kept.iter().map(|&k| y_up(&places[k])).collect();
             let at = kept.iter().map(|&k| times[k]);
             self.channel(node, Property::Translation, at, &rows);
         }
-        let kept = keys::of_turns(&times, &turns);
+        let kept = keys::of_turns(&times, &turns, turn);
         if kept.len() > 1 || turns[0] != track.rest.rotation {
             let rows: Vec<[f32; 4]> = kept.iter().map(|&k| turn_y_up(&turns[k])).collect();
             let at = kept.iter().map(|&k| times[k]);
@@ -415,23 +404,15 @@ impl<'a> GlbWriter<'a> {
     fn ball(&mut self, grain: &GrainTrack) -> Index<Mesh> {
         let (_, crack) = colours(&grain.material, &grain.object, false);
         let [r, g, b] = linear(crack);
-        let material = self.root.push(Material {
-            name: Some(format!("{} grains", grain.object)),
-            pbr_metallic_roughness: PbrMetallicRoughness {
-                base_color_factor: PbrBaseColorFactor([r, g, b, 1.0]),
-                metallic_factor: StrengthFactor(0.0),
-                roughness_factor: StrengthFactor(0.9),
-                ..PbrMetallicRoughness::default()
-            },
-            ..Material::default()
-        });
+        let name = format!("{} grains", grain.object);
+        let material = self.plain(name, [r, g, b, 1.0], 0.9);
         let (corners, faces) = icosahedron();
         let places: Vec<[f32; 3]> = corners.iter().map(|corner| y_up(&(corner * 0.5))).collect();
         let normals: Vec<[f32; 3]> = corners.iter().map(unit_y_up).collect();
         let indices: Vec<u32> = faces.iter().flatten().copied().collect();
         let (root, buffer) = (&mut self.root, &mut self.buffer);
         let place = buffer.places(root, &places);
-        let normal = buffer.normals(root, &normals);
+        let normal = buffer.normals(root, self.purpose, &normals);
         let primitive = Primitive {
             attributes: BTreeMap::from([
                 (Checked::Valid(Semantic::Positions), place),
@@ -464,14 +445,18 @@ impl<'a> GlbWriter<'a> {
             extras: None,
         });
         self.root.scene = Some(scene);
+        if self.purpose == GlbUse::Page {
+            self.root.extensions_used.push(QUANTIZATION.to_owned());
+            self.root.extensions_required.push(QUANTIZATION.to_owned());
+        }
         self.root.asset.generator = Some(format!("Cullet {}", env!("CARGO_PKG_VERSION")));
         let bin = self.buffer.finish(&mut self.root);
         let text = self.root.to_vec().map_err(|error| ExportError::Encode(error.to_string()))?;
         let header = gltf::binary::Header { magic: *b"glTF", version: 2, length: 0 };
         let glb = gltf::binary::Glb { header, json: Cow::Owned(text), bin: Some(Cow::Owned(bin)) };
         let bytes = glb.to_vec().map_err(|error| ExportError::Encode(error.to_string()))?;
-        let (keys, triangles) = (self.keys, self.triangles);
-        Ok(GlbContent { bytes, bodies, grains, keys, triangles })
+        let (keys, triangles, pictures) = (self.keys, self.triangles, self.images.len());
+        Ok(GlbContent { bytes, bodies, grains, keys, triangles, pictures })
     }
 }
 

@@ -51,8 +51,8 @@ pub(crate) fn of_vectors(times: &[f64], values: &[Vec3], bound: f64) -> Vec<usiz
 
 /// The samples of a rotation that are needed; one if it never changes. Some programs interpolate on
 /// the sphere, as glTF asks, and others each number by itself, as Blender: both must do.
-pub(crate) fn of_turns(times: &[f64], values: &[Quat]) -> Vec<usize> {
-    let kept = kept(times.len(), TURN_MOST, |low, high, k| {
+pub(crate) fn of_turns(times: &[f64], values: &[Quat], bound: f64) -> Vec<usize> {
+    let kept = kept(times.len(), bound, |low, high, k| {
         let share = share(times, low, high, k);
         let on_the_sphere = values[low].slerp(&values[high], share).angle_to(&values[k]);
         on_the_sphere.max(values[low].nlerp(&values[high], share).angle_to(&values[k]))
@@ -103,13 +103,13 @@ mod tests {
         let times: Vec<f64> = (0..20).map(f64::from).collect();
         let turn = |t: f64| Quat::from_scaled_axis(Vec3::new(0.0, 1e-3 * t, 0.0));
         let mut values: Vec<Quat> = times.iter().map(|&t| turn(t)).collect();
-        assert_eq!(of_turns(&times, &values), [0, 19]);
+        assert_eq!(of_turns(&times, &values, TURN_MOST), [0, 19]);
         let fast: Vec<Quat> = times.iter().map(|&t| turn(300.0 * t)).collect();
-        assert!(of_turns(&times, &fast).len() > 13, "Blender would not turn it evenly");
+        assert!(of_turns(&times, &fast, TURN_MOST).len() > 13, "Blender would not turn it evenly");
         values[7] = Quat::new_unchecked(-values[7].into_inner());
         continuous(&mut values);
         assert!(values.windows(2).all(|pair| pair[0].coords.dot(&pair[1].coords) > 0.0));
         values[9] = turn(9.1);
-        assert!(of_turns(&times, &values).contains(&9));
+        assert!(of_turns(&times, &values, TURN_MOST).contains(&9));
     }
 }

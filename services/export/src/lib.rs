@@ -15,7 +15,9 @@ mod glb;
 mod keys;
 mod looks;
 mod names;
+mod pictures;
 mod pieces;
+mod sheets;
 mod surface;
 mod table;
 mod timeline;
@@ -26,6 +28,7 @@ pub use keys::{PLACE_MOST, PLACE_SHARE, TURN_MOST};
 
 use cullet_record::Recording;
 use error::write_error;
+use glb::GlbUse;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use timeline::{BodyTrack, ExportTimeline, Scenery, TimelineOptions};
@@ -82,6 +85,10 @@ pub struct ExportReport {
     pub keys: usize,
     /// Triangles of all bodies.
     pub triangles: usize,
+    /// Pictures of the materials of artists' meshes.
+    pub pictures: usize,
+    /// Those that are not written, each with the reason in words.
+    pub pictures_left_out: Vec<String>,
 }
 
 /// A format of files.
@@ -138,15 +145,16 @@ pub fn export(
     }
     let ExportOptions { fps, start, end, grains, .. } = *options;
     let wanted = TimelineOptions { fps, start, end, grains };
+    let pictures = &pictures_folder(output);
     match options.moments {
         Moments::Motion => {
             let timeline = ExportTimeline::of(recording, &wanted)?;
-            write(&timeline, format, Scenery::Motion, output)
+            write(&timeline, format, Scenery::Motion, (output, pictures))
         }
         Moments::At(time) => {
             let wanted = TimelineOptions { start: Some(time), end: Some(time), ..wanted };
             let timeline = ExportTimeline::of(recording, &wanted)?;
-            write(&timeline, format, Scenery::Moment(time), output)
+            write(&timeline, format, Scenery::Moment(time), (output, pictures))
         }
         Moments::Every(every) => {
             let timeline = ExportTimeline::of(recording, &wanted)?;
@@ -159,24 +167,23 @@ pub fn export(
             for k in 0..count as usize {
                 let time = timeline.range.start + k as f64 * every;
                 let scenery = Scenery::Moment(time.min(timeline.range.end));
-                report = report.and(write(&timeline, format, scenery, &numbered(output, k))?);
+                let file = numbered(output, k);
+                report = report.and(write(&timeline, format, scenery, (&file, pictures))?);
             }
             Ok(report)
         }
     }
 }
 
-/// The whole run as the bytes of a GLB, with its motion.
+/// The whole run as a GLB for a page that shows it: normals are rounded to bytes, crack faces have
+/// no texture coordinates, and motions fewer keys than in [`export`].
 ///
 /// # Errors
-/// Options out of bounds, or a mesh that is damaged.
-pub fn glb_bytes(recording: &Recording, options: &ExportOptions) -> Result<Vec<u8>, ExportError> {
-    if !FPS.contains(&options.fps) {
-        return Err(ExportError::Fps { fps: options.fps });
-    }
-    let ExportOptions { fps, start, end, grains, .. } = *options;
+/// A mesh that is damaged.
+pub fn page_glb(recording: &Recording) -> Result<Vec<u8>, ExportError> {
+    let ExportOptions { fps, start, end, grains, .. } = ExportOptions::default();
     let timeline = ExportTimeline::of(recording, &TimelineOptions { fps, start, end, grains })?;
-    Ok(glb::write(&timeline, Scenery::Motion, |_| true)?.bytes)
+    Ok(glb::write(&timeline, Scenery::Motion, GlbUse::Page, |_| true)?.bytes)
 }
 
 /// Writes the pieces of what broke into a folder: each in a file of its own, all of them in
@@ -196,7 +203,16 @@ pub fn export_pieces(recording: &Recording, folder: &Path) -> Result<ExportRepor
         report.put(&folder.join(name), content)?;
     }
     (report.bodies, report.triangles) = (files.pieces, files.triangles);
+    (report.pictures, report.pictures_left_out) = (files.pictures, timeline.pictures_left_out);
     Ok(report)
+}
+
+/// The folder of pictures beside a stage: of a sequence, one for all.
+fn pictures_folder(output: &Path) -> String {
+    let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+    // The path of an asset ends with an @, and has no escapes.
+    let fits = |c: char| if c == '@' || c.is_control() { '_' } else { c };
+    stem.chars().map(fits).chain("_pictures".chars()).collect()
 }
 
 /// The name of one file of a sequence.
@@ -210,7 +226,7 @@ fn write(
     timeline: &ExportTimeline,
     format: ExportFormat,
     scenery: Scenery,
-    output: &Path,
+    (output, pictures): (&Path, &str),
 ) -> Result<ExportReport, ExportError> {
     let frames = if scenery == Scenery::Motion { timeline.range.frames() } else { 1 };
     let mut report = ExportReport { frames, ..ExportReport::default() };
@@ -225,14 +241,17 @@ fn write(
                 Scenery::Moment(time) => track.is_there(time),
                 Scenery::Motion | Scenery::Rest => true,
             };
-            let content = glb::write(timeline, scenery, there)?;
+            let content = glb::write(timeline, scenery, GlbUse::Work, there)?;
             report.put(output, &content.bytes)?;
             (report.bodies, report.grains) = (content.bodies, content.grains);
             (report.keys, report.triangles) = (content.keys, content.triangles);
             report.grains_left_out = all - content.grains;
+            report.pictures = content.pictures;
+            report.pictures_left_out.clone_from(&timeline.pictures_left_out);
         }
         ExportFormat::Usda => {
-            let content = usd::write(timeline, scenery);
+            let content = usd::write(timeline, scenery, pictures);
+            report.put_pictures(timeline, &output.with_file_name(pictures))?;
             report.put(output, content.text.as_bytes())?;
             (report.bodies, report.grains) = (content.bodies, all);
             (report.keys, report.triangles) = (content.keys, content.triangles);
@@ -258,9 +277,28 @@ impl ExportReport {
         Ok(())
     }
 
+    /// The pictures of a stage as files of a folder; none where there are no pictures.
+    fn put_pictures(
+        &mut self,
+        timeline: &ExportTimeline,
+        folder: &Path,
+    ) -> Result<(), ExportError> {
+        if !timeline.pictures.is_empty() {
+            std::fs::create_dir_all(folder).map_err(write_error(folder))?;
+        }
+        for picture in &timeline.pictures {
+            self.put(&folder.join(picture.file()), &picture.bytes)?;
+        }
+        self.pictures = timeline.pictures.len();
+        self.pictures_left_out.clone_from(&timeline.pictures_left_out);
+        Ok(())
+    }
+
     /// This and another file of one sequence.
     fn and(mut self, other: Self) -> Self {
         self.files.extend(other.files);
+        self.files.sort_unstable();
+        self.files.dedup();
         self.bytes += other.bytes;
         self.frames += other.frames;
         self.bodies = self.bodies.max(other.bodies);
@@ -268,6 +306,8 @@ impl ExportReport {
         self.grains_left_out = self.grains_left_out.max(other.grains_left_out);
         self.keys += other.keys;
         self.triangles = self.triangles.max(other.triangles);
+        self.pictures = self.pictures.max(other.pictures);
+        self.pictures_left_out = other.pictures_left_out;
         self
     }
 }

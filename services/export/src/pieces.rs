@@ -1,7 +1,7 @@
 //! What broke, as pieces at rest: each in its place in the whole object.
 
 use crate::error::ExportError;
-use crate::glb;
+use crate::glb::{self, GlbUse};
 use crate::table;
 use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
 use std::collections::BTreeSet;
@@ -12,6 +12,7 @@ pub(crate) struct PieceFiles {
     pub(crate) contents: Vec<(String, Vec<u8>)>,
     pub(crate) pieces: usize,
     pub(crate) triangles: usize,
+    pub(crate) pictures: usize,
 }
 
 /// The fragments that broke no more: in their last shape where they had several.
@@ -35,13 +36,17 @@ pub(crate) fn files(timeline: &ExportTimeline) -> Result<PieceFiles, ExportError
     let names: BTreeSet<&str> = pieces.iter().map(|track| track.name.as_str()).collect();
     let mut contents = Vec::with_capacity(pieces.len() + 2);
     for piece in &pieces {
-        let one = glb::write(timeline, Scenery::Rest, |track| track.name == piece.name)?;
+        let one =
+            glb::write(timeline, Scenery::Rest, GlbUse::Work, |track| track.name == piece.name)?;
         // A piece whose name is that of the file of all of them.
         let name = if piece.name == "pieces" { "pieces_" } else { &piece.name };
         contents.push((format!("{name}.glb"), one.bytes));
     }
-    let all = glb::write(timeline, Scenery::Rest, |track| names.contains(track.name.as_str()))?;
+    let all = glb::write(timeline, Scenery::Rest, GlbUse::Work, |track| {
+        names.contains(track.name.as_str())
+    })?;
     contents.push(("pieces.glb".to_owned(), all.bytes));
     contents.push(("pieces.csv".to_owned(), table::of_bodies(timeline, &pieces).into_bytes()));
-    Ok(PieceFiles { contents, pieces: pieces.len(), triangles: all.triangles })
+    let (triangles, pictures) = (all.triangles, all.pictures);
+    Ok(PieceFiles { contents, pieces: pieces.len(), triangles, pictures })
 }

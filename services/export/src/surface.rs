@@ -1,9 +1,8 @@
 //! Meshes as other programs want them: corners with normals and texture coordinates, the skin and
 //! the crack faces apart. What the artist's mesh had beside its shape is on the skin again.
 
-use cullet_geometry::attributes::{
-    AttributeTransfer, SkinTriangle, SurfaceAttributes, SurfaceMaterial,
-};
+use crate::pictures::ArtistMaterial;
+use cullet_geometry::attributes::{AttributeTransfer, SkinTriangle, SurfaceAttributes};
 use cullet_geometry::{Solid, Surface, Vec3};
 use cullet_proto::recording::Geometry;
 use cullet_record::skin_of;
@@ -47,6 +46,8 @@ pub(crate) enum FaceKind {
     Slot(u32),
     /// A crack face.
     Crack,
+    /// A crack that ends inside its body.
+    OpenCrack,
 }
 
 impl ExportFace {
@@ -65,14 +66,13 @@ pub(crate) struct ArtistSurface<'a> {
     surface: &'a SurfaceAttributes,
     transfer: AttributeTransfer<'a>,
     /// Its materials; none where its file names none.
-    materials: Arc<Vec<SurfaceMaterial>>,
+    materials: Arc<Vec<ArtistMaterial>>,
 }
 
 impl<'a> ArtistSurface<'a> {
-    pub(crate) fn new(surface: &'a SurfaceAttributes) -> Self {
-        let named = if surface.slots.is_empty() { &[][..] } else { &surface.materials };
-        let materials = Arc::new(named.to_vec());
-        Self { surface, transfer: AttributeTransfer::new(surface), materials }
+    pub(crate) fn new(surface: &'a SurfaceAttributes, materials: Vec<ArtistMaterial>) -> Self {
+        let (transfer, materials) = (AttributeTransfer::new(surface), Arc::new(materials));
+        Self { surface, transfer, materials }
     }
 }
 
@@ -84,7 +84,7 @@ pub(crate) struct ExportMesh {
     /// Diagonal of its bounding box \[m\].
     pub(crate) diagonal: f64,
     /// Materials of the artist's mesh, by slot.
-    pub(crate) materials: Arc<Vec<SurfaceMaterial>>,
+    pub(crate) materials: Arc<Vec<ArtistMaterial>>,
 }
 
 impl ExportMesh {

@@ -2,12 +2,15 @@
 
 use crate::error::ExportError;
 use crate::names::UniqueNames;
+use crate::pictures::{ArtistMaterial, ExportPicture, PictureShelf};
+use crate::sheets::{CrackSheet, sheet_mesh};
 use crate::surface::{ArtistSurface, ExportMesh};
 use cullet_geometry::attributes::SurfaceAttributes;
-use cullet_geometry::{Pose, Quat, Solid, Vec3};
+use cullet_geometry::{Pose, Quat, Sheet, Solid, Vec3};
 use cullet_proto::recording::{Body, EventKind};
 use cullet_record::{PoseRow, RecordError, Recording};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// Times closer than this are one \[s\].
 const SAME: f64 = 1e-9;
@@ -61,6 +64,8 @@ pub(crate) struct BodyTrack {
     /// Which of the meshes it has: the digest of its geometry, and, where the artist's mesh has
     /// more than a shape, its number, for that depends on the place in the object.
     pub(crate) mesh: Vec<u8>,
+    /// Cracks that end inside it.
+    pub(crate) sheets: Vec<CrackSheet>,
     rows: Vec<(f64, PoseRow)>,
 }
 
@@ -95,6 +100,10 @@ pub(crate) struct ExportTimeline {
     pub(crate) grains: Vec<GrainTrack>,
     /// Meshes by [`BodyTrack::mesh`].
     pub(crate) meshes: BTreeMap<Vec<u8>, ExportMesh>,
+    /// Pictures of the materials of artists' meshes.
+    pub(crate) pictures: Vec<Arc<ExportPicture>>,
+    /// Those that cannot be written, in words.
+    pub(crate) pictures_left_out: Vec<String>,
 }
 
 impl FrameRange {
@@ -267,12 +276,15 @@ impl ExportTimeline {
             bodies: bodies(recording, up),
             grains: Vec::new(),
             meshes: BTreeMap::new(),
+            pictures: Vec::new(),
+            pictures_left_out: Vec::new(),
         };
         timeline.bodies.retain(|track| !track.rows.is_empty() && track.appears(&range));
         let mut names = UniqueNames::default();
         for track in &mut timeline.bodies {
             track.name = names.give(&track.body.name);
         }
+        timeline.add_sheets(recording, &mut names)?;
         timeline.add_meshes(recording)?;
         if wanted.grains {
             timeline.grains = grains(recording, up, &range);
@@ -280,17 +292,45 @@ impl ExportTimeline {
         Ok(timeline)
     }
 
+    /// Adds to each body its cracks.
+    fn add_sheets(
+        &mut self,
+        recording: &Recording,
+        names: &mut UniqueNames,
+    ) -> Result<(), ExportError> {
+        for cracks in recording.cracks.iter().filter(|cracks| cracks.time <= self.range.end) {
+            let (body, time) = (cracks.body, cracks.time);
+            let there = |track: &&mut BodyTrack| {
+                track.body.id == body && track.birth <= time + SAME && time < track.death
+            };
+            // It broke or left at once, or before what is exported.
+            let Some(track) = self.bodies.iter_mut().find(there) else { continue };
+            let sheet = Sheet::try_from(cracks);
+            let sheet = sheet.map_err(|source| RecordError::Cracks { body, source })?;
+            let name = names.give(&format!("{}_open_crack", track.name));
+            let birth = time.max(track.birth);
+            track.sheets.push(CrackSheet { name, birth, mesh: sheet_mesh(&sheet, body) });
+        }
+        Ok(())
+    }
+
     /// Makes the mesh of each body.
     fn add_meshes(&mut self, recording: &Recording) -> Result<(), ExportError> {
-        let mut surfaces: BTreeMap<u64, SurfaceAttributes> = BTreeMap::new();
+        let mut surfaces: BTreeMap<u64, (SurfaceAttributes, Vec<ArtistMaterial>)> = BTreeMap::new();
+        let mut shelf = PictureShelf::default();
         let places = recording.rest_places();
         for root in places.values().map(|place| place.root).collect::<BTreeSet<_>>() {
-            if let Some(surface) = recording.appearance_of(root)? {
-                surfaces.insert(root, surface);
+            let own = recording.appearances.iter().find(|it| it.bodies.contains(&root));
+            if let Some((own, surface)) = own.zip(recording.appearance_of(root)?) {
+                let materials = shelf.materials(recording, own, &surface);
+                surfaces.insert(root, (surface, materials));
             }
         }
-        let artists: BTreeMap<u64, ArtistSurface<'_>> =
-            surfaces.iter().map(|(&root, of)| (root, ArtistSurface::new(of))).collect();
+        (self.pictures, self.pictures_left_out) = shelf.finish();
+        let artists: BTreeMap<u64, ArtistSurface<'_>> = surfaces
+            .iter()
+            .map(|(&root, (surface, own))| (root, ArtistSurface::new(surface, own.clone())))
+            .collect();
         for track in &mut self.bodies {
             let (hash, body) = (&track.body.geometry, track.body.id);
             let artist = places.get(&body).and_then(|at| Some((artists.get(&at.root)?, at.origin)));
@@ -339,6 +379,7 @@ fn bodies(recording: &Recording, up: Quat) -> Vec<BodyTrack> {
             sampled: known.map(|of| of.contains(&body.id)),
             broke: false,
             mesh: Vec::new(),
+            sheets: Vec::new(),
             rows: Vec::new(),
             body: body.clone(),
         }

@@ -1,12 +1,15 @@
 //! USD as text: a prim a body under its object, with time samples. Up is z.
 
 mod grains;
+mod materials;
 mod prim;
 mod samples;
 
 use crate::looks::{colours, linear};
 use crate::names::UniqueNames;
+use crate::sheets::CrackSheet;
 use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
+use materials::{artist, plain};
 use prim::PrimWriter;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -50,31 +53,8 @@ fn head(timeline: &ExportTimeline, scenery: Scenery) -> String {
     text
 }
 
-/// A material; what is in braces is filled in.
-const MATERIAL: &str = r#"        def Material "{name}"
-        {
-            token outputs:surface.connect = </World/Looks/{name}/preview.outputs:surface>
-
-            def Shader "preview"
-            {
-                uniform token info:id = "UsdPreviewSurface"
-                color3f inputs:diffuseColor = {colour}
-                float inputs:metallic = 0
-                float inputs:roughness = {roughness}
-                token outputs:surface
-            }
-        }
-
-"#;
-
-/// `colour`: linear red, green and blue.
-fn material(name: &str, colour: [f32; 3], roughness: &str) -> String {
-    let [r, g, b] = colour;
-    let text = MATERIAL.replace("{name}", name).replace("{roughness}", roughness);
-    text.replace("{colour}", &format!("({r}, {g}, {b})"))
-}
-
-pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery) -> UsdContent {
+/// `folder`: where its pictures lie, from where the file lies.
+pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery, folder: &str) -> UsdContent {
     let mut content = UsdContent { text: head(timeline, scenery), ..UsdContent::default() };
     content.text.push_str("def Xform \"World\" (\n    kind = \"assembly\"\n)\n{\n");
     let there = |track: &&BodyTrack| match scenery {
@@ -91,15 +71,13 @@ pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery) -> UsdContent {
         let of = timeline.bodies.iter().find(|track| track.body.object == object);
         if let Some(body) = of.map(|track| &track.body) {
             let (skin, crack) = colours(&body.material, object, body.fixed);
-            looks += &material(&format!("{name}_skin"), linear(skin), "0.5");
-            looks += &material(&format!("{name}_crack"), linear(crack), "0.9");
+            looks += &plain(&format!("{name}_skin"), linear(skin), 0.0, 0.5);
+            looks += &plain(&format!("{name}_crack"), linear(crack), 0.0, 0.9);
         }
         let own = timeline.bodies.iter().filter(|track| track.body.object == object);
         let slots = own.map(|track| &timeline.mesh(track).materials).max_by_key(|of| of.len());
         for (slot, of) in slots.into_iter().flat_map(|of| of.iter()).enumerate() {
-            let [r, g, b, _] = of.base_colour;
-            let rough = of.roughness.to_string();
-            looks += &material(&format!("{name}_slot_{slot}"), [r, g, b], &rough);
+            looks += &artist(&format!("{name}_slot_{slot}"), of, folder);
         }
         objects.insert(object, name);
     }
@@ -112,6 +90,14 @@ pub(crate) fn write(timeline: &ExportTimeline, scenery: Scenery) -> UsdContent {
         for track in own.filter(there) {
             let mut prim = PrimWriter { text: &mut content.text, keys: 0 };
             prim.body(timeline, track, scenery, look);
+            let born = |sheet: &&CrackSheet| match scenery {
+                Scenery::Moment(time) => sheet.birth <= time,
+                Scenery::Motion | Scenery::Rest => true,
+            };
+            for sheet in track.sheets.iter().filter(born) {
+                prim.sheet(timeline, (track, sheet), scenery, look);
+                content.triangles += sheet.mesh.faces.len();
+            }
             content.keys += prim.keys;
             content.bodies += 1;
             content.triangles += timeline.mesh(track).faces.len();

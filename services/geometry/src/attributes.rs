@@ -15,8 +15,48 @@ use crate::math::Vec3;
 use crate::mesh::{MeshError, TriMesh};
 use std::collections::BTreeMap;
 
+/// How a picture goes on where texture coordinates leave [0, 1].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TextureWrap {
+    /// It begins again.
+    #[default]
+    Repeat,
+    /// It begins again, every other time as in a mirror.
+    Mirror,
+    /// Its last row or column goes on.
+    Clamp,
+}
+
+/// How texture coordinates lead into a picture: scaled, then turned, then moved, as
+/// KHR_texture_transform of glTF has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureMapping {
+    /// Where the coordinates' origin lies in the picture: u, and v downward.
+    pub offset: [f32; 2],
+    /// By how much the coordinates are turned, counter-clockwise as the picture is seen \[rad\].
+    pub rotation: f32,
+    /// Factors of u and v.
+    pub scale: [f32; 2],
+    /// How it goes on along u and v.
+    pub wrap: [TextureWrap; 2],
+}
+
+impl Default for TextureMapping {
+    fn default() -> Self {
+        Self { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2], wrap: Default::default() }
+    }
+}
+
+impl TextureMapping {
+    /// Whether it leaves coordinates as they are.
+    #[must_use]
+    pub fn is_straight(&self) -> bool {
+        Self { wrap: Default::default(), ..*self } == Self::default()
+    }
+}
+
 /// A picture that a material names: in a file by range, or only by name.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceTexture {
     /// What the mesh file calls it, or the path that it gives.
     pub name: String,
@@ -27,6 +67,8 @@ pub struct SurfaceTexture {
     pub offset: u64,
     /// See `offset`.
     pub length: u64,
+    /// How the texture coordinates lead into it.
+    pub mapping: TextureMapping,
 }
 
 /// How a surface is to look.

@@ -39,9 +39,15 @@ impl Recording {
         surface.map(Some).map_err(|source| RecordError::Appearance { body: root, source })
     }
 
-    /// The bytes of a picture of an appearance, if it lies in its mesh file.
+    /// The bytes of a picture of an appearance, if it lies in its mesh file, or is recorded as a
+    /// file beside that.
     #[must_use]
     pub fn picture(&self, of: &Appearance, texture: &AppearanceTexture) -> Option<&[u8]> {
+        if texture.length == 0 {
+            let folder = of.file.rfind('/').map_or("", |at| &of.file[..=at]);
+            let beside = self.attachments.get(&format!("{folder}{}", texture.name));
+            return beside.map(Vec::as_slice).filter(|bytes| !bytes.is_empty());
+        }
         let file = self.attachments.get(&of.file)?;
         let start = usize::try_from(texture.offset).ok()?;
         let end = start.checked_add(usize::try_from(texture.length).ok()?)?;
@@ -138,6 +144,11 @@ mod tests {
         assert_eq!(recording.picture(look, &beyond), None);
         let elsewhere = AppearanceTexture { length: 0, ..texture };
         assert_eq!(recording.picture(look, &elsewhere), None);
+        let beside = AppearanceTexture { name: "note.txt".to_owned(), ..elsewhere };
+        assert_eq!(
+            recording.picture(look, &beside),
+            recording.attachments.get("note.txt").map(|x| &x[..])
+        );
     }
 
     #[test]

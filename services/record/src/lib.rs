@@ -204,6 +204,14 @@ pub enum RecordError {
         /// What is wrong with it.
         source: AppearanceError,
     },
+    /// Cracks that end inside a body are damaged.
+    #[error("the cracks of body {body}: {source}")]
+    Cracks {
+        /// The body concerned.
+        body: u64,
+        /// What is wrong with them.
+        source: cullet_geometry::mesh::MeshError,
+    },
     /// A number that must be finite is not.
     #[error("{what} is {value}; it must be finite")]
     NotFinite {

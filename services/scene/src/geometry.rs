@@ -36,6 +36,12 @@ const MOST_NAMES: usize = 20;
 /// scene may make a coordinator hold is bounded before any of it is simulated.
 const MOST_TRIANGLES: usize = 16_000_000;
 
+/// Ends of the names of pictures that a mesh file may name.
+const PICTURES: [&str; 3] = ["png", "jpg", "jpeg"];
+
+/// Larger pictures are not recorded: a texture of 8192 by 8192 pixels as PNG is about this.
+const MOST_PICTURE_BYTES: u64 = 64 << 20;
+
 /// What a geometry is made from.
 #[derive(Clone, Debug)]
 pub enum GeometrySource {
@@ -152,6 +158,9 @@ impl GeometryCache {
             plain.then(|| files.get(&key(&folder_of(name), library)).ok()).flatten()
         };
         let read = cullet_assets::read_surface(name, &bytes, &mut beside);
+        if let Ok(surface) = &read {
+            take_pictures(surface, name, files);
+        }
         let read = read.map(Arc::new).map_err(|error| error.to_string());
         self.read.insert(name.to_owned(), read.clone());
         read
@@ -205,6 +214,19 @@ impl GeometryCache {
             file: Some(name.clone()),
             ..geometry
         })
+    }
+}
+
+/// Takes the pictures that lie beside a mesh file into the scene, so that the recording has them.
+/// What cannot be had is left out: pictures decide nothing.
+fn take_pictures(surface: &SurfaceAttributes, name: &str, files: &mut Files) {
+    let named = surface.materials.iter().filter_map(|of| of.texture.as_ref());
+    for texture in named.filter(|of| of.length == 0) {
+        let plain = !texture.name.contains(['/', '\\']);
+        let end = texture.name.rsplit_once('.').map_or("", |(_, end)| end).to_lowercase();
+        if plain && PICTURES.contains(&&end[..]) {
+            files.get_up_to(&key(&folder_of(name), &texture.name), MOST_PICTURE_BYTES);
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 // Opens a page in headless Chromium and uses it: node check.mjs REPORT.html [SHOT.png [CHROMIUM]]
-// Exit code 0 if the page loads, moves when the slider does, shows what is clicked, asks for nothing beyond itself, and says
-// nothing on the console. It prints how long loading took, in ms; LOAD_MS bounds that.
+// Exit code 0 if the page loads, moves when the slider does, shows what is clicked, asks for nothing beyond itself, and
+// says nothing on the console. It prints how long loading took, in ms; LOAD_MS bounds that.
 import { chromium } from "playwright-core";
 import { resolve } from "node:path";
 
@@ -82,12 +82,32 @@ try {
   } else {
     const rows = await page.locator("#runs tbody tr").count();
     const pictures = await page.locator("#pictures figure").count();
-    if (rows === 0) faults.push("the table has no row");
-    if (pictures > 0) {
-      await page.locator("#pictures figure").first().click();
-      if (!(await page.locator("#large").isVisible())) faults.push("a click enlarges no picture");
+    const wanted = await page.evaluate(() => {
+      const { rows: all, pictures: some } = window.cullet.report;
+      return [all.length, some.length];
+    });
+    if (rows === 0 || `${[rows, pictures]}` !== `${wanted}`) {
+      faults.push(`${rows} rows and ${pictures} pictures, not ${wanted}`);
+    }
+    const blank = await page.evaluate(async () => {
+      const images = [...document.querySelectorAll("#pictures img")];
+      await Promise.allSettled(images.map((image) => image.decode()));
+      return images.filter((image) => image.naturalWidth === 0).length;
+    });
+    if (blank > 0) faults.push(`${blank} pictures show nothing`);
+    for (const figure of await page.locator("#pictures figure").all()) {
+      const name = await figure.locator("figcaption").textContent();
+      await figure.click();
+      const shown = await page.locator("#large-name").textContent();
+      const seen = await page.locator("#large").isVisible();
+      if (!seen || shown !== name) faults.push(`a click on ${name} shows ${shown}`);
       await page.locator("#close").click();
     }
+    await page.setViewportSize({ width: 420, height: 860 });
+    if (shot) await page.screenshot({ path: shot.replace(/\.png$/, "-narrow.png") });
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    if (wide > 420) faults.push(`the page is ${wide} pixels wide on a screen of 420`);
+    await page.setViewportSize({ width: 1400, height: 860 });
     console.log(JSON.stringify({ kind, load_ms: took, rows, pictures }));
   }
   if (shot) await page.screenshot({ path: shot });

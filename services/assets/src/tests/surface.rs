@@ -2,7 +2,7 @@
 
 use super::super::read_surface;
 use super::{CORNERS, FACES, files};
-use cullet_geometry::attributes::SurfaceAttributes;
+use cullet_geometry::attributes::{SurfaceAttributes, TextureMapping, TextureWrap};
 use glb::{Node, Primitive, glb};
 use std::sync::Arc;
 
@@ -91,9 +91,11 @@ fn tetrahedron(material: Option<usize>, extras: bool) -> Primitive {
 
 const MATERIALS: &str = r#""materials":[
     {"name":"oak","pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,0.125,1],
-    "metallicFactor":0.25,"roughnessFactor":0.75,"baseColorTexture":{"index":0}}},
+    "metallicFactor":0.25,"roughnessFactor":0.75,"baseColorTexture":{"index":0,
+    "extensions":{"KHR_texture_transform":{"offset":[0.5,0.25],"rotation":0.5,"scale":[2,3]}}}}},
     {"name":"tin","pbrMetallicRoughness":{"baseColorTexture":{"index":1}}}],
-    "textures":[{"source":0},{"source":1}],
+    "textures":[{"source":0,"sampler":0},{"source":1}],"samplers":[{"wrapS":33071,"wrapT":33648}],
+    "extensionsUsed":["KHR_texture_transform"],"extensionsRequired":["KHR_texture_transform"],
     "images":[{"name":"grain","bufferView":0,"mimeType":"image/png"},{"uri":"tin.jpg"}]"#;
 
 #[test]
@@ -132,8 +134,12 @@ fn a_glb_has_texture_coordinates_normals_materials_and_objects() {
     assert_eq!((grain.name.as_str(), grain.media_type.as_str()), ("grain", "image/png"));
     let range = grain.offset as usize..(grain.offset + grain.length) as usize;
     assert_eq!(&bytes[range], picture);
+    let wrap = [TextureWrap::Clamp, TextureWrap::Mirror];
+    let moved = TextureMapping { offset: [0.5, 0.25], rotation: 0.5, scale: [2.0, 3.0], wrap };
+    assert_eq!(grain.mapping, moved);
     let tin = read.materials[1].texture.clone().expect("a picture");
     assert_eq!((tin.name.as_str(), tin.length), ("tin.jpg", 0));
+    assert_eq!(tin.mapping, TextureMapping::default());
 }
 
 #[test]

@@ -9,8 +9,8 @@ pub(crate) struct ExportArgs {
     /// A recording, or the folder of a run
     pub(crate) recording: PathBuf,
     /// The file to write, ending in .glb (Blender, Unreal, browsers), .usda (Houdini, Blender,
-    /// Maya, Omniverse) or .csv (tables) [default: export.glb in the recording's folder; none with
-    /// --pieces]
+    /// Maya, Omniverse; pictures go into the folder FILE_pictures beside it) or .csv (tables)
+    /// [default: export.glb in the recording's folder; none with --pieces]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Frames a second, from 1 to 1000; where the steps of the run are longer, each step is one

@@ -1,12 +1,23 @@
 //! The binary part of a GLB, and the accessors that lead into it.
 
+use crate::pictures::ExportPicture;
 use gltf::json;
 use json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
 use json::buffer::{Buffer, Stride, Target, View};
+use json::image::MimeType;
 use json::validation::{Checked, USize64};
-use json::{Index, Root};
+use json::{Image, Index, Root};
 use serde_json::json;
 use std::collections::BTreeMap;
+
+/// For whom a file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum GlbUse {
+    /// Programs that go on working with it: it has all there is.
+    Work,
+    /// A page that shows it: it has what is seen, as small as that is.
+    Page,
+}
 
 /// Numbers of one kind lie together, in a view of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,9 +34,11 @@ enum ViewKind {
     Marks = 4,
     /// Keys of animations.
     Keys = 5,
+    /// Normals of a byte a number.
+    ByteNormals = 6,
 }
 
-const VIEWS: usize = 6;
+const VIEWS: usize = 7;
 
 /// Packs numbers; each kind becomes a buffer view at the end.
 #[derive(Debug)]
@@ -33,11 +46,13 @@ pub(super) struct GlbBuffer {
     views: [Vec<u8>; VIEWS],
     /// Accessors of times that were written, by their bits: tracks of equal times share them.
     times: BTreeMap<Vec<u32>, Index<Accessor>>,
+    /// Pictures as they are; each becomes a view of its own.
+    pictures: Vec<(Index<Image>, Vec<u8>)>,
 }
 
 impl GlbBuffer {
     pub(super) fn new() -> Self {
-        Self { views: Default::default(), times: BTreeMap::new() }
+        Self { views: Default::default(), times: BTreeMap::new(), pictures: Vec::new() }
     }
 
     fn put<const N: usize>(
@@ -66,8 +81,26 @@ impl GlbBuffer {
         index
     }
 
-    pub(super) fn normals(&mut self, root: &mut Root, rows: &[[f32; 3]]) -> Index<Accessor> {
-        self.put(root, ViewKind::Vertices, rows)
+    /// Unit normals. For a page they are of a byte a number, each at four bytes, as
+    /// KHR_mesh_quantization allows.
+    pub(super) fn normals(
+        &mut self,
+        root: &mut Root,
+        purpose: GlbUse,
+        rows: &[[f32; 3]],
+    ) -> Index<Accessor> {
+        if purpose == GlbUse::Work {
+            return self.put(root, ViewKind::Vertices, rows);
+        }
+        let kind = ViewKind::ByteNormals;
+        let view = &mut self.views[kind as usize];
+        let extent = Extent { offset: view.len(), count: rows.len() };
+        for row in rows {
+            let [x, y, z] = row.map(|number| (127.0 * number).round() as i8 as u8);
+            view.extend([x, y, z, 0]);
+        }
+        let made = accessor(kind, extent, ComponentType::I8, Type::Vec3);
+        root.push(Accessor { normalized: true, ..made })
     }
 
     pub(super) fn textures(&mut self, root: &mut Root, rows: &[[f32; 2]]) -> Index<Accessor> {
@@ -119,30 +152,37 @@ impl GlbBuffer {
         root.push(accessor(kind, extent, component, Type::Scalar))
     }
 
+    /// A picture; its view is known at the end.
+    pub(super) fn picture(&mut self, root: &mut Root, picture: &ExportPicture) -> Index<Image> {
+        let index = root.push(Image {
+            buffer_view: None,
+            mime_type: Some(MimeType(picture.kind.media_type().to_owned())),
+            name: Some(picture.name.clone()),
+            uri: None,
+            extensions: None,
+            extras: None,
+        });
+        self.pictures.push((index, picture.bytes.clone()));
+        index
+    }
+
     /// The bytes, and their views in `root`.
     pub(super) fn finish(self, root: &mut Root) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(self.views.iter().map(Vec::len).sum());
         let mut place = [None; VIEWS];
         for (kind, view) in self.views.iter().enumerate().filter(|(_, view)| !view.is_empty()) {
-            bytes.resize(bytes.len().next_multiple_of(4), 0);
             let (target, stride) = match kind {
                 0 => (Some(Target::ArrayBuffer), Some(Stride(12))),
                 1 => (Some(Target::ArrayBuffer), Some(Stride(8))),
                 2 | 3 => (Some(Target::ElementArrayBuffer), None),
-                4 => (Some(Target::ArrayBuffer), Some(Stride(4))),
+                4 | 6 => (Some(Target::ArrayBuffer), Some(Stride(4))),
                 _ => (None, None),
             };
-            place[kind] = Some(root.push(View {
-                buffer: Index::new(0),
-                byte_length: USize64::from(view.len()),
-                byte_offset: Some(USize64::from(bytes.len())),
-                byte_stride: stride,
-                name: None,
-                target: target.map(Checked::Valid),
-                extensions: None,
-                extras: None,
-            }));
-            bytes.extend(view);
+            place[kind] = Some(push_view(root, &mut bytes, view, stride, target));
+        }
+        for (image, picture) in &self.pictures {
+            let view = push_view(root, &mut bytes, picture, None, None);
+            root.images[image.value()].buffer_view = Some(view);
         }
         bytes.resize(bytes.len().next_multiple_of(4), 0);
         for accessor in &mut root.accessors {
@@ -158,6 +198,29 @@ impl GlbBuffer {
         });
         bytes
     }
+}
+
+/// Adds bytes as a view.
+fn push_view(
+    root: &mut Root,
+    bytes: &mut Vec<u8>,
+    view: &[u8],
+    stride: Option<Stride>,
+    target: Option<Target>,
+) -> Index<View> {
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
+    let start = bytes.len();
+    bytes.extend(view);
+    root.push(View {
+        buffer: Index::new(0),
+        byte_length: USize64::from(view.len()),
+        byte_offset: Some(USize64::from(start)),
+        byte_stride: stride,
+        name: None,
+        target: target.map(Checked::Valid),
+        extensions: None,
+        extras: None,
+    })
 }
 
 /// Where numbers are in their view.

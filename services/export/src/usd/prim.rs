@@ -2,8 +2,9 @@
 
 use super::samples::{list, quaternion, samples, scales, single, triple, visibility};
 use crate::keys;
+use crate::sheets::CrackSheet;
 use crate::surface::{CrackMark, ExportFace, ExportMesh, FaceKind};
-use crate::timeline::{BodyTrack, ExportTimeline, Scenery};
+use crate::timeline::{BodyTrack, ExportTimeline, FrameRange, Scenery};
 use cullet_geometry::{Pose, Quat, Vec3};
 use cullet_record::PoseRow;
 use std::collections::{BTreeMap, HashMap};
@@ -72,7 +73,7 @@ impl PrimWriter<'_> {
         let _ = writeln!(self.text, "{INDENT}prepend apiSchemas = {schemas}");
         let _ = writeln!(self.text, "{INDENT}kind = \"component\"\n        )\n        {{");
         self.facts(timeline, track);
-        self.mesh(mesh, look);
+        self.mesh(mesh, &format!("{look}_skin"));
         self.line(format_args!("string primvars:piecename = \"{}\" (", track.name));
         self.line(CONSTANT);
         match scenery {
@@ -81,6 +82,35 @@ impl PrimWriter<'_> {
             Scenery::Rest => self.place(&track.rest),
         }
         self.subsets(mesh, look);
+        self.text.push_str("        }\n\n");
+    }
+
+    /// A crack that ends inside a body. It stands beside that: a mesh has no mesh below it.
+    pub(super) fn sheet(
+        &mut self,
+        timeline: &ExportTimeline,
+        (track, sheet): (&BodyTrack, &CrackSheet),
+        scenery: Scenery,
+        look: &str,
+    ) {
+        let range = &timeline.range;
+        let _ = writeln!(self.text, "        def Mesh \"{}\" (", sheet.name);
+        self.line("prepend apiSchemas = [\"MaterialBindingAPI\"]\n        )\n        {");
+        self.line(format_args!("custom int64 userProperties:open_crack_of = {}", track.body.id));
+        self.line(format_args!(
+            "custom double userProperties:birth = {}",
+            range.since(sheet.birth)
+        ));
+        self.line("uniform bool doubleSided = 1");
+        self.mesh(&sheet.mesh, &format!("{look}_crack"));
+        match scenery {
+            Scenery::Motion => {
+                self.moves(timeline, track);
+                self.appears(range, [sheet.birth, track.death]);
+            }
+            Scenery::Moment(time) => self.place(&track.at(time, range).pose),
+            Scenery::Rest => self.place(&track.rest),
+        }
         self.text.push_str("        }\n\n");
     }
 
@@ -105,6 +135,7 @@ impl PrimWriter<'_> {
         }
     }
 
+    /// `look`: the name of its material.
     fn mesh(&mut self, mesh: &ExportMesh, look: &str) {
         let corners = || mesh.faces.iter().flat_map(|face| face.corners);
         let [low, high] = mesh.bounds();
@@ -116,7 +147,7 @@ impl PrimWriter<'_> {
         self.line(format_args!("point3f[] points = {points}"));
         self.line("uniform token orientation = \"rightHanded\"");
         self.line("uniform token subdivisionScheme = \"none\"");
-        self.line(format_args!("rel material:binding = </World/Looks/{look}_skin>"));
+        self.line(format_args!("rel material:binding = </World/Looks/{look}>"));
         let normal = |face: &ExportFace, k: usize| face.normals[k].map(|x| x as f32).into();
         self.corners("normal3f[] primvars:normals", mesh, normal);
         if mesh.faces.iter().any(|face| face.uv.is_some()) {
@@ -167,7 +198,7 @@ impl PrimWriter<'_> {
             let part = match kind {
                 FaceKind::Skin => "skin".to_owned(),
                 FaceKind::Slot(slot) => format!("slot_{slot}"),
-                FaceKind::Crack => "crack".to_owned(),
+                FaceKind::Crack | FaceKind::OpenCrack => "crack".to_owned(),
             };
             let indices = list(faces);
             let _ = write!(
@@ -195,14 +226,36 @@ impl PrimWriter<'_> {
         ));
     }
 
-    /// Time samples. What has no sample at a time, as before the first, is the rest pose.
+    /// Time samples, with those that blur.
     fn motion(&mut self, timeline: &ExportTimeline, track: &BodyTrack) {
         let range = &timeline.range;
+        self.moves(timeline, track);
+        if !track.body.fixed {
+            let times = track.samples(range);
+            let rows: Vec<PoseRow> = times.iter().map(|&time| track.at(time, range)).collect();
+            let frames: Vec<f64> =
+                times.iter().map(|time| range.since(*time) * range.fps).collect();
+            let speeds: Vec<Vec3> = rows.iter().map(|row| row.velocity).collect();
+            let spins = rows.iter().map(|row| row.spin.map(f64::to_degrees));
+            let spins: Vec<Vec3> = spins.collect();
+            for (name, values) in [("velocity", speeds), ("angularVelocity", spins)] {
+                let kept = keys::of_vectors(&times, &values, BLUR);
+                let all = kept.iter().map(|&k| (frames[k], single(&values[k])));
+                self.samples(&format!("vector3f physics:{name}"), all);
+            }
+        }
+        self.appears(range, [track.birth, track.death]);
+    }
+
+    /// Samples of place and rotation. What has no sample at a time, as before the first, is the
+    /// rest pose.
+    fn moves(&mut self, timeline: &ExportTimeline, track: &BodyTrack) {
+        let range = &timeline.range;
         let times = track.samples(range);
-        let rows: Vec<PoseRow> = times.iter().map(|&time| track.at(time, range)).collect();
+        let poses: Vec<Pose> = times.iter().map(|&time| track.at(time, range).pose).collect();
         let frames: Vec<f64> = times.iter().map(|&time| range.since(time) * range.fps).collect();
-        let places: Vec<Vec3> = rows.iter().map(|row| row.pose.translation.vector).collect();
-        let mut turns: Vec<Quat> = rows.iter().map(|row| row.pose.rotation).collect();
+        let places: Vec<Vec3> = poses.iter().map(|pose| pose.translation.vector).collect();
+        let mut turns: Vec<Quat> = poses.iter().map(|pose| pose.rotation).collect();
         keys::continuous(&mut turns);
         let rest = &track.rest;
         self.line(format_args!("double3 xformOp:translate = {}", triple(&rest.translation.vector)));
@@ -213,24 +266,17 @@ impl PrimWriter<'_> {
             self.samples("double3 xformOp:translate", all);
         }
         self.line(format_args!("quatd xformOp:orient = {}", quaternion(&rest.rotation)));
-        let kept = keys::of_turns(&times, &turns);
+        let kept = keys::of_turns(&times, &turns, keys::TURN_MOST);
         if kept.len() > 1 || turns[0] != rest.rotation {
             let all = kept.iter().map(|&k| (frames[k], quaternion(&turns[k])));
             self.samples("quatd xformOp:orient", all);
         }
-        if !track.body.fixed {
-            let speeds: Vec<Vec3> = rows.iter().map(|row| row.velocity).collect();
-            let spins = rows.iter().map(|row| row.spin.map(f64::to_degrees));
-            let spins: Vec<Vec3> = spins.collect();
-            for (name, values) in [("velocity", speeds), ("angularVelocity", spins)] {
-                let kept = keys::of_vectors(&times, &values, BLUR);
-                let all = kept.iter().map(|&k| (frames[k], single(&values[k])));
-                self.samples(&format!("vector3f physics:{name}"), all);
-            }
-        }
+    }
+
+    /// When it is seen, and the order of what moves it.
+    fn appears(&mut self, range: &FrameRange, [birth, death]: [f64; 2]) {
         let frame = |time: f64| (time - range.start) * range.fps;
-        let seen =
-            visibility(frame(track.birth), frame(track.death), range.since(range.end) * range.fps);
+        let seen = visibility(frame(birth), frame(death), range.since(range.end) * range.fps);
         if seen.len() == 1 {
             return self.order("");
         }

@@ -58,7 +58,15 @@ pub(crate) struct GlbScene {
 impl GlbScene {
     pub(crate) fn read(path: &Path) -> Self {
         let bytes = std::fs::read(path).expect("a file");
-        let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&bytes).expect("a GLB");
+        Self::of(gltf::Gltf::from_slice(&bytes).expect("a GLB"))
+    }
+
+    /// That of a page, which demands an extension that this reader has but does not name.
+    pub(crate) fn of_page(bytes: &[u8]) -> Self {
+        Self::of(gltf::Gltf::from_slice_without_validation(bytes).expect("a GLB"))
+    }
+
+    fn of(gltf::Gltf { document, blob }: gltf::Gltf) -> Self {
         let blob = blob.expect("a binary part");
         let mut keys = BTreeMap::new();
         for channel in

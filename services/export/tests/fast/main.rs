@@ -4,5 +4,8 @@ mod common;
 
 mod glb;
 mod options;
+mod page;
+mod pictures;
 mod pieces;
+mod sheets;
 mod text;

@@ -30,7 +30,8 @@ fn a_sequence_is_a_file_a_moment() {
     assert!(names.iter().copied().eq(wanted.iter().map(std::ffi::OsStr::new)), "{names:?}");
     let texts = report.files.iter().map(|file| std::fs::read_to_string(file).expect("a text"));
     let bodies: Vec<usize> = texts.map(|text| text.matches("def Mesh ").count()).collect();
-    assert_eq!(bodies, [2, 2, 3, 3, 3]);
+    // Of a part that broke off there is a crack inside, too.
+    assert_eq!(bodies, [2, 2, 4, 4, 4]);
 }
 
 #[test]

@@ -33,12 +33,13 @@ fn scene(body: &str) -> Result<Scene, String> {
     let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
                property float z\nelement face 4\nproperty list uchar int vertex_indices\n\
                end_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
-    let library = "newmtl m0\nKd 0.5 0 0\n".to_owned();
+    let library = "newmtl m0\nKd 0.5 0 0\nmap_Kd wood.PNG\n".to_owned();
     let shelf = format!("mtllib shelf.mtl\nmtllib ../up.mtl\n{}", shelf());
     let files = vec![
         file("scene.toml", text),
         file("shelf.obj", shelf),
         file("shelf.mtl", library),
+        file("wood.PNG", "a picture".to_owned()),
         file("t.ply", ply.to_owned()),
     ];
     let (name, main) = ("test".to_owned(), "scene/scene.toml".to_owned());
@@ -69,6 +70,8 @@ fn by_default_they_are_shapes_of_one_body() {
     assert_eq!((surface.slots[0], surface.slots[12]), (0, 1));
     assert_eq!(surface.materials[0].base_colour, [0.5, 0.0, 0.0, 1.0]);
     assert_eq!(scene.bodies[0].mesh_file.as_deref(), Some("scene/shelf.obj"));
+    let taken = scene.files.iter().find(|file| file.key == "scene/wood.PNG");
+    assert_eq!(taken.map(|file| &file.bytes[..]), Some(&b"a picture"[..]));
     // The mesh that was read and the body that was made of it lie on each other.
     let distance = |a: &Vec3| {
         let corners = scene.bodies[0].solid.mesh.vertices.iter();

@@ -25,13 +25,14 @@ function number(value, digits = 4) {
 function table(head, rows, pick) {
   const made = element("table");
   const top = made.createTHead().insertRow();
-  head.forEach((text) => top.append(element("th", text)));
+  const isNumber = (column) => rows.some((row) => typeof row[column] === "number");
+  head.forEach((text, column) => top.append(element("th", text, isNumber(column) ? "number" : undefined)));
   const body = made.createTBody();
   rows.forEach((row, k) => {
     const line = body.insertRow();
     row.forEach((cell) => {
       const kind = typeof cell === "number" ? "number" : undefined;
-      line.append(element("td", typeof cell === "number" ? number(cell) : cell ?? "–", kind));
+      line.append(element("td", typeof cell === "number" ? number(cell) : cell || "–", kind));
     });
     if (pick) {
       line.className = "pick";
@@ -43,10 +44,35 @@ function table(head, rows, pick) {
   return made;
 }
 
+/// The bytes of a text of base64 that was compressed. It runs in a worker, too: it names nothing from outside.
 async function unpack(text) {
-  const packed = Uint8Array.from(atob(text.trim()), (c) => c.charCodeAt(0));
+  const letters = atob(text.trim());
+  const packed = new Uint8Array(letters.length);
+  for (let k = 0; k < letters.length; k += 1) packed[k] = letters.charCodeAt(k);
   const plain = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Response(plain).arrayBuffer();
+}
+
+/// The same beside what else the page does; where there are no workers, here.
+function unpackBeside(text) {
+  const answer = "(made) => postMessage(made, [made]), () => postMessage(null)";
+  const code = `onmessage = ({ data }) => (${unpack})(data).then(${answer});`;
+  return new Promise((resolve) => {
+    const here = () => resolve(unpack(text));
+    try {
+      const url = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
+      const worker = new Worker(url);
+      worker.addEventListener("message", ({ data }) => {
+        worker.terminate();
+        // What cannot be unpacked is tried here once more, so that the page says why.
+        if (data) resolve(data); else here();
+      });
+      worker.addEventListener("error", here);
+      worker.postMessage(text);
+    } catch {
+      here();
+    }
+  });
 }
 
 function tabs() {
@@ -94,12 +120,16 @@ class RunPage {
   }
 
   async start() {
+    // The model is unpacked while the graphics process starts.
+    const model = unpackBeside($("model").textContent);
     this.stage = new Stage($("canvas"), this.report);
-    await this.stage.load(await unpack($("model").textContent));
     this.fill();
+    await this.stage.load(await model);
+    $("time").max = String(this.stage.duration);
+    $("time").step = String(Math.max(this.stage.duration / 2000, 1e-4));
     this.wire();
-    this.stage.resize();
     this.seek(this.report.first ?? 0);
+    this.stage.show();
     document.documentElement.dataset.ready = "yes";
   }
 
@@ -175,23 +205,25 @@ class RunPage {
     $("title").textContent = report.title;
     $("what").textContent = report.about;
     document.title = `${report.title} – Cullet`;
-    $("time").max = String(this.stage.duration);
-    $("time").step = String(Math.max(this.stage.duration / 2000, 1e-4));
     const marks = $("marks");
     for (const event of report.events.filter((e) => e.kind === "fractured" || e.kind === "deformed")) {
       const mark = element("span");
-      mark.style.left = `${(100 * event.time) / this.stage.duration}%`;
+      mark.style.left = `${(100 * event.time) / report.duration}%`;
       mark.title = event.text;
       marks.append(mark);
     }
-    $("events").append(table(["time [s]", "event"], report.events.map((e) => [e.time, e.text]), (k) => {
+    // Tables that are not seen at first are made when they are.
+    const later = (id, make) => {
+      $(`tab-${id}`).addEventListener("click", () => $(id).append(make()), { once: true });
+    };
+    later("events", () => table(["time [s]", "event"], report.events.map((e) => [e.time, e.text]), (k) => {
       const event = report.events[k];
       this.play(false);
       this.seek(event.time);
       if (event.body !== null) this.select(event.body);
     }));
     const { fractures } = report;
-    $("ledger").append(table(
+    later("ledger", () => table(
       ["time [s]", "body", "by", "fragments", "sampled", "mass error", "momentum error", "energy before [J]",
         "after [J]", "crack [J]", "points", "spacing [m]"],
       fractures.map((f) => [f.time, f.name, f.solver, f.fragments, f.sampled, f.mass_error, f.momentum_error,
@@ -244,13 +276,13 @@ class SweepPage {
     document.title = `${report.title} – Cullet`;
     $("runs").append(table(report.columns, report.rows, (k) => this.show(k)));
     const grid = $("pictures");
-    report.pictures.forEach((picture, k) => {
+    report.pictures.forEach((picture) => {
       const figure = element("figure");
       const image = element("img");
       image.src = `data:image/png;base64,${picture.png}`;
       image.alt = picture.name;
       figure.append(image, element("figcaption", picture.name));
-      figure.addEventListener("click", () => this.show(k));
+      figure.addEventListener("click", () => this.show(picture.row));
       grid.append(figure);
     });
     $("close").addEventListener("click", () => { $("large").close(); });

@@ -1,8 +1,8 @@
 // The scene: loads the GLB, plays it, colours it, finds what is under the pointer.
 import {
   AmbientLight, AnimationMixer, Box3, Color, DirectionalLight, HemisphereLight,
-  MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3,
-  WebGLRenderer, BufferAttribute,
+  BufferAttribute, BufferGeometry, Mesh, MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, Raycaster, Scene,
+  Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
@@ -31,6 +31,20 @@ export class Stage {
     this.selected = null;
     this.pieces = new Map();
     this.cache = new Map();
+    this.duration = report.duration;
+    this.light();
+    this.warm();
+  }
+
+  /// Begins to make the programs of the model, so that they are there when it is read. Nothing waits for them here.
+  warm() {
+    const geometry = new BufferGeometry();
+    for (const name of ["position", "normal"]) geometry.setAttribute(name, new BufferAttribute(new Float32Array(9), 3));
+    const mesh = new Mesh(geometry, new MeshStandardMaterial());
+    mesh.receiveShadow = true;
+    this.scene.add(mesh);
+    this.renderer.compile(this.scene, this.camera);
+    this.scene.remove(mesh);
   }
 
   async load(bytes) {
@@ -38,13 +52,13 @@ export class Stage {
     this.root = gltf.scene;
     this.scene.add(this.root);
     this.mixer = new AnimationMixer(this.root);
-    this.duration = 0;
+    let clipEnd = 0;
     for (const clip of gltf.animations) {
       this.mixer.clipAction(clip).play();
-      this.duration = Math.max(this.duration, clip.duration);
+      clipEnd = Math.max(clipEnd, clip.duration);
     }
-    this.clipEnd = this.duration * (1 - 1e-6);
-    this.duration = Math.max(this.duration, this.report.duration);
+    this.clipEnd = clipEnd * (1 - 1e-6);
+    this.duration = Math.max(clipEnd, this.report.duration);
     this.root.traverse((node) => {
       if (node.userData.id !== undefined) {
         this.pieces.set(node.userData.id, this.pieceOf(node));
@@ -53,8 +67,14 @@ export class Stage {
       }
     });
     this.seek(0);
-    this.light();
+    this.shine();
     this.look();
+  }
+
+  /// Draws from now on.
+  show() {
+    this.shown = true;
+    this.resize();
   }
 
   /// A body: its node, its meshes with the materials that the file gave them.
@@ -70,21 +90,27 @@ export class Stage {
   }
 
   light() {
+    this.scene.add(new HemisphereLight("#ffffff", "#9aa0a8", 1.1), new AmbientLight("#ffffff", 0.35));
+    this.sun = new DirectionalLight("#fff6e8", 2.1);
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(2048, 2048);
+    this.scene.add(this.sun, this.sun.target);
+  }
+
+  /// Puts the sun where it lights all that moves.
+  shine() {
+    const { sun } = this;
     const box = this.movingBox();
     const size = Math.max(box.getSize(new Vector3()).length(), 1e-3);
     const middle = box.getCenter(new Vector3());
-    this.scene.add(new HemisphereLight("#ffffff", "#9aa0a8", 1.1), new AmbientLight("#ffffff", 0.35));
-    const sun = new DirectionalLight("#fff6e8", 2.1);
     sun.position.copy(middle).add(new Vector3(0.6, 1.4, 0.8).multiplyScalar(size));
     sun.target.position.copy(middle);
-    sun.castShadow = true;
-    sun.shadow.mapSize.set(2048, 2048);
     const { camera } = sun.shadow;
     [camera.left, camera.right, camera.bottom, camera.top] = [-size, size, -size, size];
     [camera.near, camera.far] = [0.01 * size, 5 * size];
     sun.shadow.bias = -2e-4;
     sun.shadow.normalBias = 2e-3 * size;
-    this.scene.add(sun, sun.target);
+    camera.updateProjectionMatrix();
   }
 
   /// Box around what moves, or around all where nothing does.
@@ -161,7 +187,7 @@ export class Stage {
   }
 
   draw() {
-    if (this.root) this.renderer.render(this.scene, this.camera);
+    if (this.shown) this.renderer.render(this.scene, this.camera);
   }
 
   /// Colours all pieces by `mode`: object, share, damage or speed.
