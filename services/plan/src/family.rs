@@ -18,9 +18,6 @@ pub const DEFAULT: &str = "brittle";
 /// The family for bodies that do not deserve a solve: its fragments are sampled.
 pub const SAMPLED: &str = "geometric";
 
-/// The family for thin plates that are hit on their face.
-pub const SHELL: &str = "shell";
-
 /// Every family.
 pub const FAMILIES: &[FamilyPlan] = &[
     FamilyPlan {
@@ -31,7 +28,7 @@ pub const FAMILIES: &[FamilyPlan] = &[
         planned: true,
     },
     FamilyPlan {
-        name: SHELL,
+        name: "shell",
         about: "Bending and cracks of thin plates of any outline, on their midsurface; `geometric` \
                 takes over where it declines.",
         fallback: Some(SAMPLED),

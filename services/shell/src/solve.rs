@@ -245,11 +245,6 @@ impl<R: Real> PlateSolve<R> {
         if (off - 0.0).abs() > (self.record.worst_ledger - 1.0).abs() {
             self.record.worst_ledger = 1.0 + off;
         }
-        if off > 0.01 && self.record.warnings.len() < 10 {
-            println!("DEBUG step {step} off {off}");
-            self.domain.debug_fastest();
-            self.record.warnings.push("x".into());
-        }
         if off > UNSTABLE {
             return Err(Failure::Unstable { ratio: off, step });
         }

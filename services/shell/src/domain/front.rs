@@ -1,11 +1,10 @@
 //! Cracks go on: points that have broken part their links, and points ahead of a tip have the
 //! strength that lets a crack run at G_f.
 
-use super::ShellDomain;
+use super::state::ShellDomain;
 use crate::section::bending_scale;
 use cullet_geometry::Vec3;
 use cullet_simd::Real;
-use std::collections::BTreeMap;
 
 /// σ_t = k √(2EG_f/1.1 l)/√s(β): starts a crack at G = 1.1–1.3 G_f for k = 0.5–0.6  [measured].
 pub const TIP_FACTOR: f64 = 0.6;
@@ -16,19 +15,6 @@ const AHEAD: (f64, f64) = (1.5, 0.6);
 
 /// Rings of neighbours that reach that far.
 const RINGS: usize = 4;
-
-/// What is kept for tips.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Front {
-    /// Steps taken.
-    steps: u64,
-    /// Points that feel a tip from a step on, with their strength then \[Pa\].
-    due: BTreeMap<u64, Vec<(u32, f64)>>,
-    /// The step in which each broken point broke.
-    times: BTreeMap<u32, u64>,
-    /// Points that have broken or died since control points were last parted.
-    pub(super) changed: Vec<u32>,
-}
 
 impl<R: Real, const N: usize> ShellDomain<R, N> {
     /// Speed of Rayleigh waves, within 0.3 % \[m/s\].

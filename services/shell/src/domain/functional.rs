@@ -1,7 +1,7 @@
 //! A place in a shell as a linear function of its control points: what a force there does to them,
 //! and how fast it moves.
 
-use super::ShellDomain;
+use super::state::ShellDomain;
 use cullet_geometry::Vec3;
 use cullet_simd::Real;
 

@@ -1,43 +1,15 @@
 //! The sides of a crack meet: by the gap between them at both faces, so that pieces bear on one
 //! another when they are pressed or bent shut.
 
-use super::ShellDomain;
 use super::functional::Functional;
-use super::links::Links;
+use super::side_pairs::SidePair;
+use super::state::ShellDomain;
 use cullet_geometry::Vec3;
 use cullet_simd::Real;
 
 /// Coefficient of friction between the sides of a crack \[1\]: fresh faces of glass on glass have 0.9
 /// to 1.
 const FRICTION: f64 = 0.9;
-
-/// A broken point and the one that it has parted from.
-#[derive(Clone, Copy, Debug)]
-struct SidePair {
-    own: u32,
-    other: u32,
-    /// From the own to the other, as they lay.
-    apart: Vec3,
-}
-
-/// All pairs.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Sides {
-    pairs: Vec<SidePair>,
-}
-
-impl Sides {
-    /// Adds a point that has broken, with the neighbour that lies most squarely across its crack.
-    pub(super) fn extend(&mut self, own: u32, parted: &[u32], links: &Links) {
-        let facing = links.facing(own as usize);
-        let apart = |other: u32| links.place(other as usize) - links.place(own as usize);
-        let square = |other: &u32| apart(*other).normalize().dot(&facing);
-        let best = parted.iter().copied().max_by(|a, b| square(a).total_cmp(&square(b)));
-        if let Some(other) = best {
-            self.pairs.push(SidePair { own, other, apart: apart(other) });
-        }
-    }
-}
 
 impl<R: Real, const N: usize> ShellDomain<R, N> {
     /// Stops the sides of cracks that would go on into one another; the energy that this takes

@@ -6,50 +6,13 @@
 //! a cell grows without bound (F84), so that a copy has at least a share of its original's mass,
 //! taken from the copy that it was parted from (F85).
 
-use super::ShellDomain;
+use super::state::ShellDomain;
 use crate::kernel::Element;
 use cullet_simd::{LANES, Real};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Least mass of a copy over that of the control point before any split \[1\].
 const LEAST_MASS: f64 = 0.05;
-
-/// What is kept for splits.
-#[derive(Clone, Debug)]
-pub(super) struct SplitState {
-    /// Cells of each control point before any split.
-    cells: Vec<Vec<u32>>,
-    /// Mass of each control point before any split \[kg\].
-    mass: Vec<f64>,
-    /// Places without an element, by table.
-    vacant: BTreeMap<u32, Vec<u32>>,
-    /// Splits so far.
-    pub(super) count: u64,
-    /// Kinetic energy of mass that was added to copies which would have had too little \[J\].
-    pub(super) added: f64,
-}
-
-impl SplitState {
-    pub(super) fn new<const N: usize>(
-        cells: impl Iterator<Item = [u32; N]>,
-        elements: &[Element<N>],
-        mass: &[f64],
-    ) -> Self {
-        let mut of = vec![Vec::new(); mass.len()];
-        for (cell, nodes) in cells.enumerate() {
-            nodes.iter().for_each(|&node| of[node as usize].push(cell as u32));
-        }
-        let mut vacant: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        for (e, element) in elements.iter().enumerate().filter(|(_, e)| e.live == 0) {
-            vacant.entry(element.table).or_default().push(e as u32);
-        }
-        Self { cells: of, mass: mass.to_vec(), vacant, count: 0, added: 0.0 }
-    }
-
-    pub(super) fn scale(&mut self, factor: f64) {
-        self.mass.iter_mut().for_each(|mass| *mass *= factor);
-    }
-}
 
 impl<R: Real, const N: usize> ShellDomain<R, N> {
     /// Gives control points that see little of the shell, for it is trimmed, the mass of a light
@@ -248,48 +211,6 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         let seats: BTreeSet<usize> = seats.collect();
         for seat in seats {
             self.watch(seat);
-        }
-    }
-}
-
-impl<R: Real, const N: usize> ShellDomain<R, N> {
-    #[allow(missing_docs)]
-    pub fn debug_fastest(&self) {
-        let n = (0..self.mass.len())
-            .max_by(|&a, &b| self.velocity[a].norm().total_cmp(&self.velocity[b].norm()))
-            .unwrap();
-        println!(
-            "DEBUG fastest {n} v {:?} u {:?} m {:.3e} orig {:.3e}",
-            self.velocity[n],
-            self.moved(n),
-            self.mass[n],
-            self.split.mass[self.origin[n] as usize]
-        );
-        for p in self.live() {
-            let e = &self.elements[self.element_of(p)];
-            if e.nodes.contains(&(n as u32)) {
-                let st = self.state(p);
-                let (_, t) = self.surface.at(p);
-                let k = e.nodes.iter().position(|&x| x == n as u32).unwrap();
-                println!(
-                    "   p {p} at {:?} c {:.3} dead {} crack {:?} R {:.4} area {:.3e} share {:.2} bro {} links {:?}",
-                    self.surface.surface_point(p).place.xy(),
-                    st.damage,
-                    st.dead,
-                    st.crack.map(|c| c.normal),
-                    t.value[k],
-                    st.area,
-                    self.surface.share[p],
-                    self.broken_at(p),
-                    self.surface
-                        .around(p)
-                        .iter()
-                        .enumerate()
-                        .filter(|(k, _)| self.links.is_whole(self.surface.starts[p] as usize + k))
-                        .map(|(_, q)| *q)
-                        .collect::<Vec<_>>()
-                );
-            }
         }
     }
 }

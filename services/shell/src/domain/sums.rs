@@ -1,6 +1,6 @@
 //! Sums over a shell: energies and momenta.
 
-use super::ShellDomain;
+use super::state::ShellDomain;
 use cullet_geometry::Vec3;
 use cullet_simd::Real;
 

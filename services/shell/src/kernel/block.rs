@@ -53,7 +53,7 @@ struct Tile<R, const N: usize> {
 
 /// Neighbouring cells, and the control points that they see.
 #[derive(Clone, Debug)]
-pub(super) struct Block<R, const N: usize> {
+pub(super) struct CellBlock<R, const N: usize> {
     /// The control points, ascending.
     pub(super) nodes: Vec<u32>,
     tiles: Vec<Tile<R, N>>,
@@ -80,7 +80,7 @@ pub(super) struct Shared<'a, R, const N: usize> {
     pub(super) displacement: &'a [[f64; 4]],
 }
 
-impl<R: Real, const N: usize> Block<R, N> {
+impl<R: Real, const N: usize> CellBlock<R, N> {
     /// Of the elements of whole tiles, whose points have the setup `setup`.
     pub(super) fn new(elements: &[Element<N>], setup: &[PointSetup]) -> Self {
         let each = setup.len() / elements.len();

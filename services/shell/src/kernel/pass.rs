@@ -1,6 +1,6 @@
 //! The points' pass over all blocks, in either precision and on any path of the processor.
 
-use super::block::{Block, Element, Four, Scratch, Shared};
+use super::block::{CellBlock, Element, Four, Scratch, Shared};
 use super::strain::Rows;
 use super::{PointSetup, Seat, SurfaceStrain};
 use crate::midsurface::CellTable;
@@ -16,7 +16,7 @@ const TILES: usize = 8;
 /// The blocks of a shell with `N` functions a cell.
 #[derive(Clone, Debug)]
 pub(crate) struct Kernel<R, const N: usize> {
-    blocks: Vec<Block<R, N>>,
+    blocks: Vec<CellBlock<R, N>>,
     tables: Vec<Vec<Rows<R, N>>>,
     /// Forces \[N\] on the control points of each block in turn.
     forces: Vec<Four<R>>,
@@ -47,7 +47,7 @@ impl<R: Real, const N: usize> Kernel<R, N> {
             table.points.iter().map(point).collect::<Vec<Rows<R, N>>>()
         };
         let cut = elements.chunks(Self::ELEMENTS).zip(setup.chunks(Self::ELEMENTS * each));
-        let blocks = cut.map(|(elements, setup)| Block::new(elements, setup)).collect();
+        let blocks = cut.map(|(elements, setup)| CellBlock::new(elements, setup)).collect();
         let tables = tables.iter().map(of).collect();
         let (forces, rows) = (Vec::new(), Incidence::default());
         let mut kernel = Self { blocks, tables, forces, rows, level, each };
@@ -77,7 +77,7 @@ impl<R: Real, const N: usize> Kernel<R, N> {
             let setup = &setup[first * self.each..];
             let grown = elements[first..].chunks(Self::ELEMENTS);
             let grown = grown.zip(setup.chunks(Self::ELEMENTS * self.each));
-            self.blocks.extend(grown.map(|(elements, setup)| Block::new(elements, setup)));
+            self.blocks.extend(grown.map(|(elements, setup)| CellBlock::new(elements, setup)));
         }
         let blocks: BTreeSet<usize> = changed.iter().map(|e| e / Self::ELEMENTS).collect();
         for b in blocks {

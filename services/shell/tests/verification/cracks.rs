@@ -40,7 +40,6 @@ struct Growth {
     rows: f64,
     /// Speed over c_R.
     speed: f64,
-    splits: u64,
 }
 
 impl Strip {
@@ -134,7 +133,6 @@ impl Strip {
                 / (before.kinetic + before.elastic),
             rows: points as f64 * 0.5 * self.cell / length.max(1e-9),
             speed: 0.5 * length / (quarter(0.75) - quarter(0.25)) / rayleigh,
-            splits: self.shell.splits(),
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Panes of glass under a ball: what parts, what it costs, and that all of it adds up.
 
 use cullet_geometry::shapes::{self, Detail};
-use cullet_geometry::{Solid, Vec3};
+use cullet_geometry::{Quat, Solid, Vec3};
 use cullet_model::{
-    BrittleProblem, Fragmentation, Impact, Material, Problem, Progress, Settings, SolveOutcome,
-    Solver, StrengthField, Support,
+    BrittleProblem, Fragment, Fragmentation, Impact, Material, Problem, Progress, Settings,
+    SolveOutcome, Solver, StrengthField, Support,
 };
 use cullet_shell::Shell;
 use std::sync::Arc;
@@ -75,71 +75,90 @@ fn solve(problem: BrittleProblem) -> Fragmentation {
     }
 }
 
-fn draw(name: &str, found: &Fragmentation, size: f64) {
-    let Ok(folder) = std::env::var("CULLET_DRAW") else { return };
-    let mut svg = format!(
-        "<svg xmlns='http://www.w3.org/2000/svg' width='900' height='900' viewBox='{0} {0} {1} {1}'>",
-        -0.5 * size,
-        size
-    );
-    for (k, fragment) in found.fragments.iter().enumerate() {
-        let mesh = &fragment.solid.mesh;
-        for (t, _) in mesh.triangles.iter().enumerate() {
-            let [a, b, c] = mesh.corners(t);
-            let n = (b - a).cross(&(c - a)).normalize();
-            if n.z > 0.99 {
-                let hue = (k * 137) % 360;
-                svg += &format!(
-                    "<path d='M{} {}L{} {}L{} {}Z' fill='hsl({hue},60%,70%)' stroke='none'/>",
-                    a.x, -a.y, b.x, -b.y, c.x, -c.y
-                );
-            }
-        }
-        for t in 0..mesh.triangles.len() {
-            if !matches!(fragment.solid.surface[t], cullet_geometry::Surface::Outer) {
-                let [a, b, c] = mesh.corners(t);
-                let top = [a, b, c].into_iter().filter(|x| x.z > 0.0039).collect::<Vec<_>>();
-                if top.len() == 2 {
-                    svg += &format!(
-                        "<path d='M{} {}L{} {}' stroke='black' stroke-width='{}'/>",
-                        top[0].x,
-                        -top[0].y,
-                        top[1].x,
-                        -top[1].y,
-                        size / 800.0
-                    );
-                }
-            }
-        }
-    }
-    svg += "</svg>";
-    std::fs::write(format!("{folder}/{name}.svg"), svg).unwrap();
+/// All of a pane is there afterwards, closed, and the ball's push is what the parts carry.
+fn adds_up(problem: &BrittleProblem, found: &Fragmentation) {
+    let mesh = &problem.solid.mesh;
+    let volume = |f: &Fragment| f.solid.mesh.signed_volume();
+    let sum: f64 = found.fragments.iter().map(volume).sum::<f64>()
+        + found.debris.iter().map(|grain| grain.volume).sum::<f64>();
+    assert!((sum / mesh.signed_volume() - 1.0).abs() < 1e-9, "{sum}");
+    assert!(found.fragments.iter().all(|f| f.solid.mesh.is_closed()));
+    let carried: Vec3 = found.fragments.iter().map(|f| f.velocity * volume(f)).sum::<Vec3>()
+        + found.debris.iter().map(|grain| grain.velocity * grain.volume).sum::<Vec3>();
+    let given = found.report.detail("delivered_impulse").unwrap();
+    let held: f64 = found.reactions.iter().sum();
+    let wanted = Vec3::z() * (held - given);
+    assert!((carried * GLASS.density - wanted).norm() < 1e-3 * given, "{carried} of {wanted}");
+    let balance = found.report.detail("energy_balance").unwrap();
+    assert!((balance - 1.0).abs() < 0.02, "energy off by {balance}");
 }
 
+/// A slow ball on a free pane: a few radial cracks from the hit to the rim, all of them solved.
 #[test]
 fn a_pane_breaks_into_a_star() {
-    let settings = Settings { spacing: Some(4e-3), max_particles: 60_000, ..Settings::default() };
-    for speed in [2.0, 4.0, 10.0] {
-        let started = std::time::Instant::now();
-        let problem = pane([0.3, 0.3, 0.008], 0.025, speed, settings);
-        let volume = problem.solid.mesh.signed_volume();
-        let found = solve(problem);
-        println!(
-            "{speed} m/s: {} fragments, {} grains, area {:.4} m2, dissipated {:.3} J, {:?} s",
-            found.fragments.len(),
-            found.debris.len(),
-            found.report.crack_area,
-            found.report.dissipated_energy,
-            started.elapsed()
-        );
-        println!("   {:?} {:?}", found.report.details, found.report.warnings);
-        println!("   steps {} simulated {}", found.report.steps, found.report.simulated);
-        draw(&format!("pane-{speed}"), &found, 0.3);
-        let sum: f64 = found.fragments.iter().map(|f| f.solid.mesh.signed_volume()).sum::<f64>()
-            + found.debris.iter().map(|g| g.volume).sum::<f64>();
-        assert!((sum / volume - 1.0).abs() < 1e-9, "{sum}");
-        for fragment in &found.fragments {
-            assert!(fragment.solid.mesh.is_closed());
-        }
+    let settings = Settings { spacing: Some(4e-3), ..Settings::default() };
+    let problem = pane([0.3, 0.3, 0.008], 0.025, 2.0, settings);
+    let found = solve(problem.clone());
+    let count = found.fragments.len();
+    println!("{count} fragments, crack {:.3e} m2", found.report.crack_area);
+    adds_up(&problem, &found);
+    assert!((3..=8).contains(&count), "{count} fragments");
+    // Each reaches from near the hit to the rim.
+    for fragment in &found.fragments {
+        let corners = &fragment.solid.mesh.vertices;
+        let near = corners.iter().map(|x| x.xy().norm()).fold(f64::INFINITY, f64::min);
+        let far = corners.iter().map(|x| x.x.abs().max(x.y.abs())).fold(0.0, f64::max);
+        assert!(near < 0.04 && far > 0.1499, "from {near} m to {far} m");
     }
+}
+
+/// Below the threshold nothing breaks, whatever stands in space how: the same pane, turned.
+#[test]
+fn a_gentle_touch_leaves_a_pane_whole() {
+    let settings = Settings { spacing: Some(8e-3), ..Settings::default() };
+    let mut problem = pane([0.3, 0.2, 0.008], 0.01, 0.3, settings);
+    let turn = Quat::from_scaled_axis(Vec3::new(0.4, -1.1, 0.3));
+    let mut solid = Solid::clone(&problem.solid);
+    solid.mesh.vertices.iter_mut().for_each(|x| *x = turn * *x);
+    problem.solid = Arc::new(solid);
+    for hit in &mut problem.impacts {
+        (hit.point, hit.normal) = (turn * hit.point, turn * hit.normal);
+    }
+    problem.supports.clear();
+    let found = solve(problem.clone());
+    assert_eq!((found.fragments.len(), found.debris.len()), (1, 0));
+    let given = found.report.detail("delivered_impulse").unwrap();
+    let volume = problem.solid.mesh.signed_volume();
+    let carried = found.fragments[0].velocity * volume * GLASS.density;
+    let along = carried.dot(&problem.impacts[0].normal);
+    assert!((along / given - 1.0).abs() < 1e-6 && given > 0.0, "{along} of {given}");
+}
+
+/// What is no thin plate, or asks for what a shell does not know, is refused with the bound.
+#[test]
+fn what_is_no_shell_is_refused() {
+    let refused = |problem: BrittleProblem| {
+        Shell::accepts(&Problem::from(problem)).expect_err("refused").to_string()
+    };
+    let thick = pane([0.1, 0.1, 0.03], 0.01, 5.0, Settings::default());
+    assert!(refused(thick).contains("thickness over the smaller extent of the plate is 3"));
+    let mut spun = pane([0.3, 0.3, 0.004], 0.01, 5.0, Settings::default());
+    spun.spin = Vec3::x();
+    assert!(refused(spun).contains("angular velocity of a shell"));
+    let few = Settings { max_steps: 10, ..Settings::default() };
+    let text = refused(pane([0.3, 0.3, 0.004], 0.01, 5.0, few));
+    assert!(text.contains("the number of steps would be"), "{text}");
+}
+
+/// Same bits for any registers and threads, cracks and all.
+#[test]
+fn a_broken_pane_has_the_same_bits_everywhere() {
+    let settings = Settings { spacing: Some(8e-3), ..Settings::default() };
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| solve(pane([0.24, 0.24, 0.008], 0.025, 3.0, settings)))
+    };
+    let one = run(1);
+    assert!(one.fragments.len() > 1);
+    assert_eq!(one, run(2));
 }
