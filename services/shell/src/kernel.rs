@@ -4,7 +4,8 @@
 //! share their functions. No sum runs across lanes, and blocks are summed in order: so the bits
 //! depend neither on the registers' width nor on the number of threads.
 //!
-//! Points whose material is not simply elastic are handed, one by one, to a [`SectionLaw`](crate::section::SectionLaw).
+//! Points whose material is not simply elastic are handed, one by one, to a
+//! [`SectionLaw`](crate::section::SectionLaw).
 
 mod block;
 mod pass;

@@ -49,7 +49,8 @@ const MOST_GROWTH: f64 = 0.25;
 /// to the power of 1/m [shells §2.6].
 const SMALL_PLACE: f64 = 1000.0;
 
-/// How the rows of cells lie to the plate's sides, by the seed: from this, and up to this more \[rad\].
+/// How the rows of cells lie to the plate's sides, by the seed: from this, and up to this more
+/// \[rad\].
 /// Cracks lean to the rows where little drives them (F22).
 const TURN: (f64, f64) = (0.3, 0.3);
 

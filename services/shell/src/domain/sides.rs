@@ -7,8 +7,8 @@ use super::state::ShellDomain;
 use cullet_geometry::Vec3;
 use cullet_simd::Real;
 
-/// Coefficient of friction between the sides of a crack \[1\]: fresh faces of glass on glass have 0.9
-/// to 1.
+/// Coefficient of friction between the sides of a crack \[1\]: fresh faces of glass on glass have
+/// 0.9 to 1.
 const FRICTION: f64 = 0.9;
 
 impl<R: Real, const N: usize> ShellDomain<R, N> {

@@ -2,8 +2,8 @@
 //! has functions at.
 //!
 //! At a split every field is unchanged at every point: stress, velocity, mass, momentum and energy
-//! are exact. Only bending needs a remedy: the stiffness over the mass of a copy that sees little of
-//! a cell grows without bound (F84), so that a copy has at least a share of its original's mass,
+//! are exact. Only bending needs a remedy: the stiffness over the mass of a copy that sees little
+//! of a cell grows without bound (F84), so that a copy has at least a share of its original's mass,
 //! taken from the copy that it was parted from (F85).
 
 use super::state::ShellDomain;

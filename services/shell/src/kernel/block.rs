@@ -151,8 +151,16 @@ impl<R: Real, const N: usize> CellBlock<R, N> {
             fill(&tile.nodes, &scratch.nodes, &mut scratch.field);
             let mut lane = 0;
             while lane < LANES {
-                let cold = Cold { states, tallies: &mut tallies };
-                column(simd, tile, lane, shared, &scratch.field, &mut scratch.forces, cold);
+                let special_points = SpecialPoints { states, tallies: &mut tallies };
+                column(
+                    simd,
+                    tile,
+                    lane,
+                    shared,
+                    &scratch.field,
+                    &mut scratch.forces,
+                    special_points,
+                );
                 lane += V::<S, R>::LEN;
             }
             drain(&tile.nodes, &scratch.forces, forces);
@@ -289,7 +297,7 @@ fn drain<R: Real, const N: usize>(
 }
 
 /// What the few points need that are not simply elastic.
-struct Cold<'a> {
+struct SpecialPoints<'a> {
     states: &'a mut [PointState],
     /// By lane, since registers of other widths take the lanes in another order.
     tallies: &'a mut [SectionTally; LANES],
@@ -304,7 +312,7 @@ fn column<S: Simd, R: Real, const N: usize>(
     shared: &Shared<'_, R, N>,
     field: &NodeVectors<R, N>,
     forces: &mut NodeVectors<R, N>,
-    cold: Cold<'_>,
+    special_points: SpecialPoints<'_>,
 ) {
     let zero = V::<S, R>::splat(simd, R::of(0.0));
     for lanes in forces.iter_mut().flatten() {
@@ -348,8 +356,8 @@ fn column<S: Simd, R: Real, const N: usize>(
                     continue;
                 }
                 let strain = strain_of::<S, R>(&now.membrane, &now.bending, k);
-                let state = &mut cold.states[(lane + k) * each + q];
-                let borne = shared.law.step(state, &strain, &mut cold.tallies[lane + k]);
+                let state = &mut special_points.states[(lane + k) * each + q];
+                let borne = shared.law.step(state, &strain, &mut special_points.tallies[lane + k]);
                 for i in 0..3 {
                     n[i][k] = R::of(borne.force[i]);
                     m[i][k] = R::of(borne.moment[i]);

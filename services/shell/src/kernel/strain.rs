@@ -145,7 +145,7 @@ pub(super) fn present<S: Simd, R: Real, const N: usize>(
     }
 }
 
-/// Adds to `forces` what the resultants of a point, n̂ and m̂ (11, 22, 12), do to the control points:
+/// Adds to `forces` what the resultants of a point, n̂ and m̂ (11, 22, 12), do to control points:
 /// f_a = −A_q [R,1 P¹ + R,2 P² − (m^αβ R,αβ) a₃].
 #[inline(always)]
 pub(super) fn scatter<S: Simd, R: Real, const N: usize>(

@@ -104,7 +104,7 @@ fn turned_back(s: &[f64; 3], [x, y]: [f64; 2]) -> [f64; 3] {
 }
 
 /// A stiffness of a cracked section.
-struct Cracked {
+struct CrackedSection {
     /// f = E/(1 − ν²).
     across: f64,
     young: f64,
@@ -113,7 +113,7 @@ struct Cracked {
     shear: f64,
 }
 
-impl Cracked {
+impl CrackedSection {
     fn new(law: &SectionLaw) -> Self {
         let PlaneStress { modulus, poisson } = law.elastic;
         Self { across: modulus, young: law.young, poisson, shear: modulus * (1.0 - poisson) }
@@ -202,7 +202,7 @@ impl SectionLaw {
         strain: &SurfaceStrain,
         tally: &mut SectionTally,
     ) {
-        let cracked = Cracked::new(self);
+        let cracked = CrackedSection::new(self);
         let t = state.thickness;
         let local = |z: f64| turned(&strain.at(z * t), crack.normal);
         let worst = self.stations.list().iter().map(|&(z, _)| cracked.opening(&local(z)));
@@ -232,7 +232,7 @@ impl SectionLaw {
     /// has, and the end of a crumb.
     fn cross(&self, state: &mut PointState, strain: &SurfaceStrain, tally: &mut SectionTally) {
         let Some(crack) = state.crack else { return };
-        let cracked = Cracked::new(self);
+        let cracked = CrackedSection::new(self);
         let t = state.thickness;
         let local = |z: f64| turned(&strain.at(z * t), crack.normal);
         let along = |&(z, _): &(f64, f64)| cracked.stress(&local(z), 1.0)[1];
@@ -254,7 +254,7 @@ impl SectionLaw {
         if state.dead {
             return borne;
         }
-        let (t, cracked) = (state.thickness, Cracked::new(self));
+        let (t, cracked) = (state.thickness, CrackedSection::new(self));
         for &(z, w) in self.stations.list() {
             let e = strain.at(z * t);
             let s = match &state.crack {
@@ -278,7 +278,7 @@ impl SectionLaw {
         if state.dead {
             return 0.0;
         }
-        let (t, cracked) = (state.thickness, Cracked::new(self));
+        let (t, cracked) = (state.thickness, CrackedSection::new(self));
         let at = |&(z, w): &(f64, f64)| {
             let e = strain.at(z * t);
             let energy = match &state.crack {
