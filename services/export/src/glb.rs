@@ -438,8 +438,10 @@ impl<'a> GlbWriter<'a> {
         if !self.animation.channels.is_empty() {
             self.root.push(self.animation);
         }
+        // With a hyphen, which no node's name has. three.js finds what moves by name, the scene's
+        // included: next to a scene `pane` it calls the body `pane` as its first piece, `pane_1`.
         let scene = self.root.push(Scene {
-            name: Some(self.timeline.scene.clone()),
+            name: Some(format!("{}-scene", self.timeline.scene)),
             nodes: self.nodes,
             extensions: None,
             extras: None,

@@ -1,13 +1,128 @@
-// Opens a page in headless Chromium and uses it: node check.mjs REPORT.html [SHOT.png [CHROMIUM]]
+// Opens a page in headless Chromium and uses it:
+//   node check.mjs REPORT.html [SHOT.png [CHROMIUM]] [--poses RUN_poses.csv [--model RUN.glb]]
 // Exit code 0 if the page loads, moves when the slider does, shows what is clicked, asks for nothing beyond itself, and
 // says nothing on the console. It prints how long loading took, in ms; LOAD_MS bounds that.
+// With `--poses`, a table of `cullet export` at 24 frames a second, three.js must have in the page at 20 random frames
+// the bodies of the table, each where the table says, as exactly as docs/report.md promises; with `--model` the same of
+// an exported GLB, within 1e-5.
 import { chromium } from "playwright-core";
+import { readFileSync } from "node:fs";
 import { resolve } from "node:path";
+import { parseArgs } from "node:util";
 
 /// Loading may take so long [ms]: on a machine that does other things, too, much longer than alone.
 const LOAD = Number(process.env.LOAD_MS ?? 15_000);
 
-const [file, shot, executablePath = "/usr/bin/chromium"] = process.argv.slice(2);
+/// Frames at which poses are compared.
+const FRAMES = 20;
+/// How far a body of an exported GLB may be from the table [m], and each number of its quaternion [1].
+const MODEL = { place: 1e-5, share: 0, turn: 1e-5 };
+/// The same of a page, which has fewer keys: a ten-thousandth of the body's diagonal, a thousandth of a radian (half of
+/// that in the quaternion), and what single precision rounds.
+const PAGE = { place: 1e-6, share: 1e-4, turn: 0.5e-3 + 1e-6 };
+
+const { values: options, positionals } = parseArgs({
+  allowPositionals: true,
+  options: { poses: { type: "string" }, model: { type: "string" } },
+});
+const [file, shot, executablePath = "/usr/bin/chromium"] = positionals;
+
+/// Numbers from 0 to 1, the same in each run: mulberry32.
+function* draws(seed) {
+  for (let state = seed; ; ) {
+    state = (state + 0x6d2b79f5) | 0;
+    let mixed = Math.imul(state ^ (state >>> 15), 1 | state);
+    mixed = (mixed + Math.imul(mixed ^ (mixed >>> 7), 61 | mixed)) ^ mixed;
+    yield ((mixed ^ (mixed >>> 14)) >>> 0) / 2 ** 32;
+  }
+}
+
+/// Random frames of a table of poses, in order: the time, and where each body is, with y up as in glTF.
+function readPoses(path) {
+  const [head, ...lines] = readFileSync(path, "utf8").trim().split("\n");
+  const column = Object.fromEntries(head.split(",").map((name, k) => [name, k]));
+  const frames = new Map();
+  for (const line of lines) {
+    const row = line.split(",");
+    const [x, y, z, qx, qy, qz, qw] = ["x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"].map((name) => +row[column[name]]);
+    const frame = row[column.frame];
+    if (!frames.has(frame)) frames.set(frame, { time: +row[column.time_s], bodies: {} });
+    frames.get(frame).bodies[row[column.name]] = { place: [x, z, -y], turn: [qx, qz, -qy, qw] };
+  }
+  const left = [...frames.values()];
+  const random = draws(7);
+  const drawn = Array.from({ length: Math.min(FRAMES, left.length) }, () => {
+    const [frame] = left.splice(Math.floor(random.next().value * left.length), 1);
+    return frame;
+  });
+  return drawn.sort((a, b) => a.time - b.time);
+}
+
+/// In the page: where three.js has the bodies that are seen, at each of these times [s]. A body has a name and a place
+/// in the world; it is seen where it and all above it are visible and its scale in the world is not zero.
+function scenesOf(times) {
+  const stage = window.checked ?? window.cullet.stage;
+  // It need not be drawn.
+  stage.shown = false;
+  return times.map((time) => {
+    stage.seek(time);
+    stage.scene.updateMatrixWorld(true);
+    const seen = {};
+    stage.root.traverse((node) => {
+      if (node.userData.id === undefined) return;
+      for (let above = node; above; above = above.parent) if (!above.visible) return;
+      const [place, turn, scale] = [node.position.clone(), node.quaternion.clone(), node.scale.clone()];
+      node.matrixWorld.decompose(place, turn, scale);
+      if (scale.length() < 1e-3) return;
+      const box = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+      for (const mesh of [node, ...node.children]) {
+        if (!mesh.isMesh) continue;
+        if (!mesh.geometry.boundingBox) mesh.geometry.computeBoundingBox();
+        const { min, max } = mesh.geometry.boundingBox;
+        box[0] = box[0].map((low, k) => Math.min(low, min.getComponent(k)));
+        box[1] = box[1].map((high, k) => Math.max(high, max.getComponent(k)));
+      }
+      const diagonal = Math.hypot(...box[1].map((high, k) => high - box[0][k]));
+      seen[node.name] = { place: place.toArray(), turn: turn.toArray(), scale: scale.toArray(), diagonal };
+    });
+    return seen;
+  });
+}
+
+/// What differs between a scene of three.js and the table; `what` names the scene. Prints the largest differences.
+function compare(what, frames, scenes, bound) {
+  const found = [];
+  const worst = { place: 0, share: 0, turn: 0 };
+  let poses = 0;
+  frames.forEach(({ time, bodies }, k) => {
+    const at = `${what} at ${time} s`;
+    const [seen, recorded] = [Object.keys(scenes[k]), Object.keys(bodies)];
+    const odd = [...seen.filter((name) => !bodies[name]), ...recorded.filter((name) => !scenes[k][name])];
+    if (seen.length !== recorded.length || odd.length > 0) {
+      found.push(`${at}: ${seen.length} bodies are seen, ${recorded.length} recorded: ${odd.slice(0, 5).join(", ")}`);
+    }
+    for (const name of recorded.filter((one) => scenes[k][one])) {
+      const [is, should] = [scenes[k][name], bodies[name]];
+      const place = Math.hypot(...is.place.map((x, axis) => x - should.place[axis]));
+      const sign = Math.sign(is.turn.reduce((sum, x, axis) => sum + x * should.turn[axis], 0)) || 1;
+      const turn = Math.hypot(...is.turn.map((x, axis) => x - sign * should.turn[axis]));
+      const scale = Math.max(...is.scale.map((x) => Math.abs(x - 1)));
+      poses += 1;
+      worst.place = Math.max(worst.place, place);
+      worst.share = Math.max(worst.share, place / is.diagonal);
+      worst.turn = Math.max(worst.turn, turn);
+      const most = bound.place + bound.share * is.diagonal;
+      // Not `place > most`: what is not a number is a fault, too.
+      if (!(place <= most && turn <= bound.turn && scale <= 1e-5)) {
+        found.push(`${at}: ${name} is ${place} m and ${turn} in its quaternion from the table, scale ${is.scale}`);
+      }
+    }
+  });
+  const [place, share, turn] = [worst.place, worst.share, worst.turn].map((x) => x.toExponential(1));
+  console.log(`${what}: ${poses} poses at ${frames.length} times within ${place} m (${share} of the body) and ${turn}`);
+  if (poses === 0) found.push(`${what}: no pose was compared`);
+  return found.slice(0, 20);
+}
 const browser = await chromium.launch({
   executablePath,
   args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"],
@@ -79,6 +194,28 @@ try {
       if (shot) await page.screenshot({ path: shot.replace(/\.png$/, `-${tab}.png`) });
     }
     console.log(JSON.stringify({ kind, load_ms: took, bodies: before.places.length, seen_at_end: after.there }));
+    if (options.poses) {
+      const frames = readPoses(options.poses);
+      // As keys of glTF have times: a small piece may turn by 1e-5 rad in what single precision rounds.
+      const times = frames.map(({ time }) => Math.fround(time));
+      faults.push(...compare("page", frames, await page.evaluate(scenesOf, times), PAGE));
+      if (options.model) {
+        await page.evaluate(() => {
+          const input = document.createElement("input");
+          [input.type, input.id] = ["file", "model-file"];
+          document.body.append(input);
+        });
+        await page.locator("#model-file").setInputFiles(options.model);
+        // A second scene of the page's own code.
+        await page.evaluate(async () => {
+          const { report, stage } = window.cullet;
+          const bytes = await document.getElementById("model-file").files[0].arrayBuffer();
+          window.checked = new stage.constructor(document.createElement("canvas"), report);
+          await window.checked.load(bytes);
+        });
+        faults.push(...compare("model", frames, await page.evaluate(scenesOf, times), MODEL));
+      }
+    }
   } else {
     const rows = await page.locator("#runs tbody tr").count();
     const pictures = await page.locator("#pictures figure").count();

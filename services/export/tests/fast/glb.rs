@@ -36,6 +36,18 @@ fn every_body_is_a_node_with_its_name_and_facts() {
 }
 
 #[test]
+fn the_scene_has_a_name_that_no_node_has() {
+    let mut fixture = fixture();
+    fixture.recording.meta.insert("scene".to_owned(), "cube".to_owned());
+    let scene = fixture.glb(&ExportOptions::default());
+    let own = scene.document.default_scene().expect("a scene");
+    assert_eq!(own.name(), Some("cube-scene"));
+    let names: Vec<_> = scene.document.nodes().filter_map(|node| node.name()).collect();
+    assert!(names.iter().all(|name| !name.contains('-')), "{names:?}");
+    assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "{names:?}");
+}
+
+#[test]
 fn poses_at_frames_and_who_is_seen_at_any_time_are_as_recorded() {
     let fixture = fixture();
     let scene = fixture.glb(&ExportOptions::default());

@@ -57,7 +57,8 @@ export class Stage {
       this.mixer.clipAction(clip).play();
       clipEnd = Math.max(clipEnd, clip.duration);
     }
-    this.clipEnd = clipEnd * (1 - 1e-6);
+    // The last moment before a clip begins again: earlier, a fast piece would not yet be where it ends.
+    this.clipEnd = clipEnd * (1 - Number.EPSILON);
     this.duration = Math.max(clipEnd, this.report.duration);
     this.root.traverse((node) => {
       if (node.userData.id !== undefined) {
