@@ -16,7 +16,7 @@ use crate::kernel::PlaneStress;
 /// Share of damage at which a point is broken: then it bears nothing across its crack.
 pub const BROKEN: f64 = 0.999;
 
-/// Work of a section broken in pure bending over that of one torn in its plane is 1 − this [S21].
+/// Work of a section broken in pure bending over that of one torn in its plane is 1 − this \[S21\].
 pub const BENDING_RELIEF: f64 = 0.78;
 
 /// Most of x = sσ_f²l_c/(2EG_f) that the softening goes by: at 1 it would be sudden.
@@ -49,7 +49,7 @@ pub struct SectionTally {
 impl SectionTally {
     /// Sum of two.
     #[must_use]
-    pub fn add(self, other: Self) -> Self {
+    pub fn plus(self, other: Self) -> Self {
         Self { dissipated: self.dissipated + other.dissipated, broken: self.broken + other.broken }
     }
 }

@@ -36,7 +36,7 @@ const UNSTABLE: f64 = 0.1;
 /// Control-point-steps of a slice: some tens of milliseconds.
 const SLICE: u64 = 200_000;
 
-/// l_c over the size of a cell: what makes a crack that runs cost G_f  [measured: K6s].
+/// l_c over the size of a cell: what makes a crack that runs cost G_f  \[measured: K6s\].
 const SOFTENING_CELLS: f64 = 1.1;
 
 /// Stations through the thickness.
@@ -44,10 +44,6 @@ const STATIONS: usize = 5;
 
 /// Most that damage grows in a step \[1\].
 const MOST_GROWTH: f64 = 0.25;
-
-/// Areas of the strength's scale over that which a contact stresses: σ_f is stronger there by this
-/// to the power of 1/m [shells §2.6].
-const SMALL_PLACE: f64 = 1000.0;
 
 /// How the rows of cells lie to the plate's sides, by the seed: from this, and up to this more
 /// \[rad\].
@@ -57,7 +53,7 @@ const TURN: (f64, f64) = (0.3, 0.3);
 /// Stream of the seed's numbers.
 const STREAM: u64 = 0x5e11;
 
-/// How far from a contact the strength is that of a small place, in thicknesses.
+/// How far from a contact a shell overstates the stress, in thicknesses \[shells §2.10\].
 const NEAR: f64 = 2.0;
 
 /// The shell family.
@@ -168,7 +164,7 @@ impl<R: Real> PlateSolve<R> {
             .map(|hit| Striker::new(hit, &local, &domain, &plate, &schedule))
             .collect();
         for striker in &strikers {
-            shield(&mut domain, striker, &plate, local.strength.weibull);
+            shield(&mut domain, striker, &plate);
         }
         let support = |support| PlateSupport::new(support, &domain, material, spacing);
         let supports = local.supports.iter().map(support).collect();
@@ -308,22 +304,16 @@ impl<R: Real> PlateSolve<R> {
     }
 }
 
-/// Keeps cracks from starting under a contact, where a shell overstates the stress, and gives what
-/// is around it the strength of a small place.
-fn shield<R: Real>(domain: &mut ShellDomain<R, 9>, striker: &Striker, plate: &Plate, weibull: f64) {
-    let factor = libm::pow(SMALL_PLACE, 1.0 / weibull.max(1.0)).min(3.0);
+/// Keeps cracks from starting under a contact, where a shell overstates the stress; those that start
+/// elsewhere may run in.
+fn shield<R: Real>(domain: &mut ShellDomain<R, 9>, striker: &Striker, plate: &Plate) {
     let LoadPatch { place, radius, .. } = striker.patch();
-    let (place, radius) = (*place, *radius);
-    let reach = radius.max(NEAR * plate.thickness);
+    let (place, reach) = (*place, radius.max(NEAR * plate.thickness));
     for point in domain.live() {
         let far = (domain.surface.surface_point(point).place - place).norm();
         if far <= reach {
             domain.change(point, |state| {
                 (state.strength, state.flaw) = (f64::INFINITY, f64::INFINITY);
-            });
-        } else if far <= reach {
-            domain.change(point, |state| {
-                (state.strength, state.flaw) = (factor * state.strength, factor * state.flaw);
             });
         }
     }

@@ -150,9 +150,10 @@ impl SplineAxis {
         let mut rows = [[0.0; DEGREES.1 + 1]; DEGREES.1 + 1];
         rows[0][0] = 1.0;
         for d in 1..=p {
+            let lower = rows[d - 1];
             let mut saved = 0.0;
-            for r in 0..d {
-                let share = rows[d - 1][r] / (right(r + 1) + left(d - r));
+            for (r, value) in lower.iter().enumerate().take(d) {
+                let share = value / (right(r + 1) + left(d - r));
                 rows[d][r] = saved + right(r + 1) * share;
                 saved = left(d - r) * share;
             }

@@ -6,7 +6,7 @@ use crate::section::bending_scale;
 use cullet_geometry::Vec3;
 use cullet_simd::Real;
 
-/// σ_t = k √(2EG_f/1.1 l)/√s(β): starts a crack at G = 1.1–1.3 G_f for k = 0.5–0.6  [measured].
+/// σ_t = k √(2EG_f/1.1 l)/√s(β): starts a crack at G = 1.1–1.3 G_f for k = 0.5–0.6  \[measured\].
 pub const TIP_FACTOR: f64 = 0.6;
 
 /// How far ahead of a broken point its tip is felt, in cells, and the cone that is ahead, |d·n̂|

@@ -12,7 +12,7 @@ use cullet_geometry::Vec3;
 use cullet_simd::{Real, SimdLevel};
 
 /// Stable step of a flat sheet, 2×2 points, open knots: the lesser of these times l/c_p and
-/// l²/(t c_p)  [measured: S19].
+/// l²/(t c_p)  \[measured: S19\].
 const MEMBRANE_STEP: f64 = 0.837;
 const BENDING_STEP: f64 = 0.882;
 

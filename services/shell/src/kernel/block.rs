@@ -165,7 +165,7 @@ impl<R: Real, const N: usize> CellBlock<R, N> {
             }
             drain(&tile.nodes, &scratch.forces, forces);
         }
-        tallies.into_iter().fold(SectionTally::default(), SectionTally::add)
+        tallies.into_iter().fold(SectionTally::default(), SectionTally::plus)
     }
 
     /// Strains of the points, in the order of their seats.

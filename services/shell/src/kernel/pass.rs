@@ -122,7 +122,7 @@ impl<R: Real, const N: usize> Kernel<R, N> {
                 dispatch!(level, simd => block.strain(simd, &shared, states, forces, scratch))
             })
             .collect();
-        tallies.into_iter().fold(SectionTally::default(), SectionTally::add)
+        tallies.into_iter().fold(SectionTally::default(), SectionTally::plus)
     }
 
     /// Strains of all points, by seat.

@@ -209,7 +209,7 @@ impl SectionLaw {
         let worst = cracked.across * worst.fold(0.0, f64::max);
         let wanted = (1.0 + crack.hardness) * (1.0 - crack.strength / worst);
         let growth = (wanted.min(1.0) - state.damage).min(self.most_growth);
-        if !(growth > 0.0) {
+        if growth <= 0.0 || growth.is_nan() {
             return;
         }
         // What damage takes is taken in the middle of the step: at its end it would be too much.
@@ -264,9 +264,9 @@ impl SectionLaw {
                     turned_back(&local, crack.normal)
                 }
             };
-            for k in 0..3 {
-                borne.force[k] += w * t * s[k];
-                borne.moment[k] += w * t * t * z * s[k];
+            for (k, stress) in s.into_iter().enumerate() {
+                borne.force[k] += w * t * stress;
+                borne.moment[k] += w * t * t * z * stress;
             }
         }
         borne

@@ -4,7 +4,7 @@ use crate::domain::STEP_SHARE;
 use cullet_geometry::plate::Plate;
 use cullet_model::{BrittleProblem, Cost, Refusal};
 
-/// Thickness over the smaller extent up to which a body is a shell [gate 4].
+/// Thickness over the smaller extent up to which a body is a shell \[gate 4\].
 const SLENDER: f64 = 0.125;
 
 /// Cells over the thickness: below the first a cell is no shell's, above the second bending locks.

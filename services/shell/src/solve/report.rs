@@ -1,5 +1,6 @@
 //! What a solve of a shell reports, and what it notices and lets pass.
 
+use super::contact::Striker;
 use super::{PlateSolve, Shell};
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{Report, Solver};
@@ -12,6 +13,11 @@ const THROUGH: f64 = 0.5;
 const LEDGER: f64 = 0.02;
 
 impl<R: Real> PlateSolve<R> {
+    /// Impulse that the strikers have given \[N·s\].
+    fn delivered(&self) -> f64 {
+        self.strikers.iter().map(Striker::delivered).sum()
+    }
+
     pub(super) fn first_warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         let tip = self.domain.tip_strength(self.spacing, 0.0);
@@ -41,7 +47,7 @@ impl<R: Real> PlateSolve<R> {
         }
         .with(STRENGTH_RATIO, "1", (tip / self.local.material.failure_stress).min(1.0))
         .with(DAMAGED_FRACTION, "1", damaged as f64 / damage.len().max(1) as f64)
-        .with(DELIVERED_IMPULSE, "N·s", self.strikers.iter().map(|s| s.delivered()).sum())
+        .with(DELIVERED_IMPULSE, "N·s", self.delivered())
         .with("energy_balance", "1", self.record.worst_ledger)
         .with("splits", "1", self.domain.splits() as f64)
         .with("energy_of_contact_of_sides", "J", self.record.met);

@@ -112,9 +112,9 @@ fn forces<R: Real, const N: usize>(
     let mut sum = vec![0.0; freedoms.count];
     for (node, of) in freedoms.of.iter().enumerate() {
         let force = shell.force(node) + outside[node];
-        for c in 0..3 {
-            if let Some(dof) = of[c] {
-                sum[dof] += force[c];
+        for (dof, force) in of.iter().zip(&force) {
+            if let Some(dof) = dof {
+                sum[*dof] += force;
             }
         }
     }
@@ -127,8 +127,8 @@ fn displace<R: Real, const N: usize>(
     u: &[f64],
 ) {
     for (node, of) in freedoms.of.iter().enumerate() {
-        for c in 0..3 {
-            shell.displacement[node][c] = of[c].map_or(0.0, |dof| u[dof]);
+        for (moved, dof) in shell.displacement[node].iter_mut().zip(of) {
+            *moved = dof.map_or(0.0, |dof| u[dof]);
         }
     }
 }

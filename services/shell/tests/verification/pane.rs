@@ -42,7 +42,8 @@ fn pane(size: [f64; 3], radius: f64, speed: f64, settings: Settings) -> BrittleP
     let mass = GLASS.density * mesh.signed_volume();
     let [x, y, z] = size.map(|s| 0.5 * s);
     let corner = |k: usize| Support {
-        point: Vec3::new(if k % 2 == 0 { -x } else { x }, if k < 2 { -y } else { y }, -z) * 0.97,
+        point: Vec3::new(if k.is_multiple_of(2) { -x } else { x }, if k < 2 { -y } else { y }, -z)
+            * 0.97,
         normal: Vec3::z(),
         radius: 5e-3,
         mobility: 0.0,
