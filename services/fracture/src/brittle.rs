@@ -22,7 +22,7 @@ use crate::particles::Particles;
 use cullet_fragment::crack::BROKEN;
 use cullet_fragment::cut::{self, CutError, CutSettings, DamageField, Partition};
 use cullet_fragment::debris::{Mote, Motes};
-use cullet_fragment::finish::{Finish, Finished, PartMotion};
+use cullet_fragment::finish::{Finish, FinishedParts, FragmentMotion};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 use cullet_model::brittle::POINTS_PER_CELL;
@@ -388,8 +388,9 @@ impl Brittle {
             motes: &self.motes(),
             pushes: &pushes.chain(supports).collect::<Vec<_>>(),
         };
-        let motions: Vec<PartMotion> = motions.iter().map(|m| (m.velocity, m.spin)).collect();
-        let Finished { fragments, debris, warnings } = finish.fragments(partition.parts, &motions);
+        let motions: Vec<FragmentMotion> = motions.iter().map(|m| (m.velocity, m.spin)).collect();
+        let FinishedParts { fragments, debris, warnings } =
+            finish.fragments(partition.parts, &motions);
         report.warnings.extend(warnings);
         let reactions = self.supports.iter().map(|one| one.delivered).collect();
         // Debris is the last of them.

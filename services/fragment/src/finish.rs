@@ -7,7 +7,7 @@ use cullet_geometry::Vec3;
 use cullet_model::{BrittleProblem, Fragment, Grain};
 
 /// Velocity of a part's centroid \[m/s\] and its angular velocity \[rad/s\].
-pub type PartMotion = (Vec3, Vec3);
+pub type FragmentMotion = (Vec3, Vec3);
 
 /// What the parts of a cut are finished with.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +24,7 @@ pub struct Finish<'a> {
 
 /// What becomes of the parts.
 #[derive(Clone, Debug, Default)]
-pub struct Finished {
+pub struct FinishedParts {
     /// By falling volume.
     pub fragments: Vec<Fragment>,
     /// Parts too small to be fragments, and what slits took.
@@ -36,7 +36,7 @@ pub struct Finished {
 impl Finish<'_> {
     /// The fragments: together they carry what was given to the body.
     #[must_use]
-    pub fn fragments(&self, parts: Vec<CutPart>, motions: &[PartMotion]) -> Finished {
+    pub fn fragments(&self, parts: Vec<CutPart>, motions: &[FragmentMotion]) -> FinishedParts {
         let (mut fragments, mut cracks) = (Vec::new(), Vec::new());
         for (part, &(velocity, spin)) in parts.into_iter().zip(motions) {
             let sheet = slit::joined(&part.cracks);
@@ -50,7 +50,8 @@ impl Finish<'_> {
             cracks.push(part.cracks);
         }
         motion::balance(&mut fragments, self.pushes, self.problem.material.density);
-        let mut finished = Finished { debris: self.crumble(&mut fragments), ..Finished::default() };
+        let mut finished =
+            FinishedParts { debris: self.crumble(&mut fragments), ..FinishedParts::default() };
         if let Some(width) = self.problem.settings.brittle.hairline {
             let (grain, seed, motes) = (self.grain(), self.problem.seed, self.motes);
             let terms = slit::SlitTerms { width, spacing: self.spacing.0, grain, seed, motes };

@@ -5,7 +5,7 @@ mod patch;
 #[cfg(test)]
 mod tests;
 
-pub use axis::{AxisBasis, Span, SplineAxis};
+pub use axis::{AxisBasis, KnotSpan, SplineAxis};
 pub use patch::{NurbsPatch, PatchBasis};
 
 use thiserror::Error;

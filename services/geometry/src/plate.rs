@@ -68,7 +68,7 @@ impl Plate {
         order.sort_by(|a, b| size(b).total_cmp(&size(a)).then(a.cmp(b)));
         let tried = order.iter().take(TRIED).filter(|t| size(t) > 0.0);
         let normals = tried.map(|&t| upward(areas[t].normalize()));
-        let faces = normals.filter_map(|normal| Faces::across(mesh, &areas, normal));
+        let faces = normals.filter_map(|normal| ParallelFaces::across(mesh, &areas, normal));
         let best = faces.max_by(|a, b| a.area.total_cmp(&b.area)).ok_or(NotPlate::NoFaces)?;
         let share = mesh.signed_volume() / (best.area * best.thickness);
         if (share - 1.0).abs() > VOLUME {
@@ -95,14 +95,14 @@ fn upward(normal: Vec3) -> Vec3 {
 
 /// Two parallel faces.
 #[derive(Clone, Copy, Debug)]
-struct Faces {
+struct ParallelFaces {
     normal: Vec3,
     middle: f64,
     thickness: f64,
     area: f64,
 }
 
-impl Faces {
+impl ParallelFaces {
     /// The outermost faces across a direction.
     fn across(mesh: &TriMesh, areas: &[Vec3], normal: Vec3) -> Option<Self> {
         let along = mesh.vertices.iter().map(|x| x.dot(&normal));

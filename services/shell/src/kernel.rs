@@ -11,10 +11,10 @@ mod block;
 mod pass;
 mod strain;
 
-pub(crate) use block::Element;
-pub(crate) use pass::Kernel;
+pub(crate) use block::CellSide;
+pub(crate) use pass::ShellKernel;
 
-use crate::midsurface::SurfacePoint;
+use crate::midsurface::MidsurfacePoint;
 
 /// Isotropic elasticity in plane stress.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,7 +94,7 @@ pub(crate) type Seat = usize;
 /// What the kernel knows of a point before anything moves.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PointSetup {
-    pub(crate) surface: SurfacePoint,
+    pub(crate) surface: MidsurfacePoint,
     /// t \[m\].
     pub(crate) thickness: f64,
 }

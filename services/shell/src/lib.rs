@@ -7,4 +7,4 @@ pub mod midsurface;
 pub mod section;
 pub mod solve;
 
-pub use solve::Shell;
+pub use solve::ShellSolver;

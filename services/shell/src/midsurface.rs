@@ -67,7 +67,7 @@ impl TablePoint {
 
 /// The surface at a quadrature point, before anything moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfacePoint {
+pub struct MidsurfacePoint {
     /// Where \[m\].
     pub place: Vec3,
     /// A₁ and A₂ \[m\].
@@ -86,7 +86,7 @@ pub struct SurfacePoint {
     pub extent: f64,
 }
 
-impl SurfacePoint {
+impl MidsurfacePoint {
     /// e₁ and e₂.
     #[must_use]
     pub fn frame(&self) -> [Vec3; 2] {
@@ -139,7 +139,7 @@ impl Midsurface {
 
     /// The surface at a point.
     #[must_use]
-    pub fn surface_point(&self, point: usize) -> SurfacePoint {
+    pub fn surface_point(&self, point: usize) -> MidsurfacePoint {
         let (cell, table) = self.at(point);
         let extent = self.tables[cell.table as usize].extent;
         let [a1, a2, x11, x22, x12] =
@@ -150,7 +150,7 @@ impl Midsurface {
         let first = a1.norm();
         let (e1, e2) = (a1 / first, normal.cross(&a1) / first);
         let (f12, f22) = (e1.dot(&a2), e2.dot(&a2));
-        SurfacePoint {
+        MidsurfacePoint {
             place: self.sum(cell, &table.value, &self.nodes),
             tangents: [a1, a2],
             curvatures: [x11, x22, x12],

@@ -12,9 +12,9 @@ use crate::domain::{ShellDomain, ShellMaterial};
 use crate::kernel::PlaneStress;
 use crate::midsurface::Midsurface;
 use crate::section::{SectionLaw, lobatto};
-use contact::{LoadPatch, PlateSupport, Striker};
+use contact::{PlateSupport, PressedPoints, ShellStriker};
 use cullet_fragment::cut::{self, CutSettings, DamageField};
-use cullet_fragment::finish::{Finish, Finished};
+use cullet_fragment::finish::{Finish, FinishedParts};
 use cullet_geometry::Vec3;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
@@ -24,8 +24,8 @@ use cullet_model::{
     Solver, Strength,
 };
 use cullet_simd::{Real, SimdLevel};
-use preconditions::Plan;
-use schedule::Schedule;
+use preconditions::PlatePlan;
+use schedule::ShellSchedule;
 
 /// Steps between looks at the energy.
 const CHECK: u64 = 64;
@@ -58,7 +58,7 @@ const NEAR: f64 = 2.0;
 
 /// The shell family.
 #[derive(Debug)]
-pub struct Shell(Precise);
+pub struct ShellSolver(Precise);
 
 #[derive(Debug)]
 enum Precise {
@@ -66,12 +66,12 @@ enum Precise {
     Double(Box<PlateSolve<f64>>),
 }
 
-impl Solver for Shell {
+impl Solver for ShellSolver {
     const NAME: &'static str = "shell";
     const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Single, PointPrecision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
-        Ok(Plan::new(&BrittleProblem::of(problem.clone(), Self::NAME)?)?.cost)
+        Ok(PlatePlan::new(&BrittleProblem::of(problem.clone(), Self::NAME)?)?.cost)
     }
 
     fn begin(problem: Problem) -> Result<Self, Refusal> {
@@ -102,15 +102,15 @@ pub struct PlateSolve<R: Real> {
     plate: Plate,
     spacing: f64,
     domain: ShellDomain<R, 9>,
-    strikers: Vec<Striker>,
+    strikers: Vec<ShellStriker>,
     supports: Vec<PlateSupport>,
-    schedule: Schedule,
-    record: SolveRecord,
+    schedule: ShellSchedule,
+    record: ShellRecord,
 }
 
 /// What a solve has seen so far.
 #[derive(Debug, Default)]
-struct SolveRecord {
+struct ShellRecord {
     time: f64,
     steps: u64,
     dissipated: f64,
@@ -129,7 +129,7 @@ impl<R: Real> PlateSolve<R> {
     /// # Errors
     /// If the problem is not for this family.
     pub fn new(problem: BrittleProblem, level: SimdLevel) -> Result<Self, Refusal> {
-        let Plan { plate, spacing, .. } = Plan::new(&problem)?;
+        let PlatePlan { plate, spacing, .. } = PlatePlan::new(&problem)?;
         let inside = Inside::new(&problem.solid.mesh);
         let turn = TURN.0 + TURN.1 * unit(problem.seed, STREAM, 0);
         let surface = Midsurface::of_plate(&plate, &inside, spacing, turn)
@@ -157,11 +157,11 @@ impl<R: Real> PlateSolve<R> {
         // The mesh's mass, whatever the outline's cells make of it.
         let mass: f64 = domain.live().map(|p| domain.state(p).area * plate.thickness).sum();
         domain.scale_mass(local.solid.mesh.signed_volume() / mass);
-        let schedule = Schedule::new(&local);
-        let strikers: Vec<Striker> = local
+        let schedule = ShellSchedule::new(&local);
+        let strikers: Vec<ShellStriker> = local
             .impacts
             .iter()
-            .map(|hit| Striker::new(hit, &local, &domain, &plate, &schedule))
+            .map(|hit| ShellStriker::new(hit, &local, &domain, &plate, &schedule))
             .collect();
         for striker in &strikers {
             shield(&mut domain, striker, &plate);
@@ -169,7 +169,7 @@ impl<R: Real> PlateSolve<R> {
         let support = |support| PlateSupport::new(support, &domain, material, spacing);
         let supports = local.supports.iter().map(support).collect();
         let mut solve = Self {
-            record: SolveRecord { worst_ledger: 1.0, ..SolveRecord::default() },
+            record: ShellRecord { worst_ledger: 1.0, ..ShellRecord::default() },
             local,
             plate,
             spacing,
@@ -225,7 +225,7 @@ impl<R: Real> PlateSolve<R> {
 
     /// Energy that the strikers have lost and the supports hold \[J\].
     fn given(&self) -> f64 {
-        let lost: f64 = self.strikers.iter().map(Striker::lost).sum();
+        let lost: f64 = self.strikers.iter().map(ShellStriker::lost).sum();
         let added = self.domain.added_energy();
         lost + added - self.supports.iter().map(PlateSupport::stored).sum::<f64>()
     }
@@ -295,7 +295,8 @@ impl<R: Real> PlateSolve<R> {
             motes: &found.motes(self.spacing),
             pushes: &pushes.chain(supports).collect::<Vec<_>>(),
         };
-        let Finished { fragments, debris, warnings } = finish.fragments(partition.parts, &motions);
+        let FinishedParts { fragments, debris, warnings } =
+            finish.fragments(partition.parts, &motions);
         report.warnings.extend(warnings);
         let reactions = self.supports.iter().map(|one| one.given().1.norm()).collect();
         let sampled = vec![false; fragments.len()];
@@ -304,10 +305,10 @@ impl<R: Real> PlateSolve<R> {
     }
 }
 
-/// Keeps cracks from starting under a contact, where a shell overstates the stress; those that start
-/// elsewhere may run in.
-fn shield<R: Real>(domain: &mut ShellDomain<R, 9>, striker: &Striker, plate: &Plate) {
-    let LoadPatch { place, radius, .. } = striker.patch();
+/// Keeps cracks from starting under a contact, where a shell overstates the stress; those that
+/// start elsewhere may run in.
+fn shield<R: Real>(domain: &mut ShellDomain<R, 9>, striker: &ShellStriker, plate: &Plate) {
+    let PressedPoints { place, radius, .. } = striker.patch();
     let (place, reach) = (*place, radius.max(NEAR * plate.thickness));
     for point in domain.live() {
         let far = (domain.surface.surface_point(point).place - place).norm();

@@ -3,11 +3,12 @@
 use cullet_fracture::{Brittle, specimen};
 use cullet_geometric::Geometric;
 use cullet_model::{SolverEntry, entry};
-use cullet_shell::Shell;
+use cullet_shell::ShellSolver;
 use cullet_specimen::SpecimenFamily;
 
 /// Every family.
-pub const FAMILIES: &[SolverEntry] = &[entry::<Brittle>(), entry::<Shell>(), entry::<Geometric>()];
+pub const FAMILIES: &[SolverEntry] =
+    &[entry::<Brittle>(), entry::<ShellSolver>(), entry::<Geometric>()];
 
 /// Every family that makes specimens discrete.
 pub const SPECIMEN_FAMILIES: &[SpecimenFamily] = &[specimen::FAMILY];

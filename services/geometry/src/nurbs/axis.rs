@@ -12,7 +12,7 @@ pub struct SplineAxis {
 
 /// An interval between two different knots.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Span {
+pub struct KnotSpan {
     /// The first function that is not zero on it.
     pub first: usize,
     /// Its left knot, by place in the list.
@@ -112,17 +112,17 @@ impl SplineAxis {
 
     /// The function in that place of a span's; on a ring those beyond the last begin anew.
     #[must_use]
-    pub fn function(&self, span: &Span, place: usize) -> usize {
+    pub fn function(&self, span: &KnotSpan, place: usize) -> usize {
         (span.first + place) % self.functions()
     }
 
     /// Its spans, in order.
     #[must_use]
-    pub fn spans(&self) -> Vec<Span> {
+    pub fn spans(&self) -> Vec<KnotSpan> {
         let (p, knots) = (self.degree, &self.knots);
         (p..knots.len() - p - 1)
             .filter(|&k| knots[k + 1] > knots[k])
-            .map(|k| Span {
+            .map(|k| KnotSpan {
                 first: k - p,
                 knot: k,
                 start: knots[k],
@@ -141,7 +141,7 @@ impl SplineAxis {
     /// The functions at the share `at` of a span \[0, 1\]. Spans with knots at equal distances give
     /// equal bits, wherever they lie.
     #[must_use]
-    pub fn evaluate(&self, span: &Span, at: f64) -> AxisBasis {
+    pub fn evaluate(&self, span: &KnotSpan, at: f64) -> AxisBasis {
         let (p, k) = (self.degree, span.knot);
         let t = at * span.length;
         // Differences of knots come first: they are what equal cells have in common.

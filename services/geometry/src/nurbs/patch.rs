@@ -1,6 +1,6 @@
 //! A surface over two axes, with control points and weights.
 
-use super::{MOST_FUNCTIONS, NurbsError, Span, SplineAxis};
+use super::{KnotSpan, MOST_FUNCTIONS, NurbsError, SplineAxis};
 use crate::math::Vec3;
 
 /// A NURBS surface. Control points and weights run along the first axis fastest.
@@ -150,7 +150,7 @@ impl NurbsPatch {
 
     /// The functions at the shares `at` of two spans.
     #[must_use]
-    pub fn evaluate(&self, spans: [&Span; 2], at: [f64; 2]) -> PatchBasis {
+    pub fn evaluate(&self, spans: [&KnotSpan; 2], at: [f64; 2]) -> PatchBasis {
         let basis = [0, 1].map(|a| self.axes[a].evaluate(spans[a], at[a]));
         let orders = [0, 1].map(|a| self.axes[a].degree() + 1);
         let count = orders[0] * orders[1];

@@ -1,12 +1,12 @@
 //! Cells in an order that keeps neighbours together and cells of one table in one tile.
 
-use crate::kernel::Element;
+use crate::kernel::CellSide;
 use crate::midsurface::Midsurface;
 use cullet_simd::LANES;
 
 /// Elements in whole tiles, and the cell of each; `u32::MAX` where there is none.
 pub(super) struct Arranged<const N: usize> {
-    pub(super) elements: Vec<Element<N>>,
+    pub(super) elements: Vec<CellSide<N>>,
     pub(super) cells: Vec<u32>,
 }
 
@@ -38,11 +38,11 @@ pub(super) fn arrange<const N: usize>(surface: &Midsurface) -> Arranged<N> {
     for group in order.chunk_by(|a, b| a.0 == b.0) {
         for &(table, _, cell) in group {
             let nodes = std::array::from_fn(|k| surface.cells[cell as usize].nodes[k]);
-            elements.push(Element { nodes, table, live: live(cell as usize) });
+            elements.push(CellSide { nodes, table, live: live(cell as usize) });
             own.push(cell);
         }
         while elements.len() % LANES != 0 {
-            elements.push(Element::vacant(group[0].0));
+            elements.push(CellSide::vacant(group[0].0));
             own.push(u32::MAX);
         }
     }

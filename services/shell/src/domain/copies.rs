@@ -1,6 +1,6 @@
 //! What is kept of control points for their splits.
 
-use crate::kernel::Element;
+use crate::kernel::CellSide;
 use std::collections::BTreeMap;
 
 /// What is kept for splits.
@@ -21,7 +21,7 @@ pub(super) struct SplitState {
 impl SplitState {
     pub(super) fn new<const N: usize>(
         cells: impl Iterator<Item = [u32; N]>,
-        elements: &[Element<N>],
+        elements: &[CellSide<N>],
         mass: &[f64],
     ) -> Self {
         let mut of = vec![Vec::new(); mass.len()];

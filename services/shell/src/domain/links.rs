@@ -1,6 +1,6 @@
 //! The graph of points: which are joined, and which links cracks have severed.
 
-use crate::midsurface::{Midsurface, SurfacePoint};
+use crate::midsurface::{Midsurface, MidsurfacePoint};
 use cullet_geometry::Vec3;
 
 /// A link is severed where it runs within 60° of the crack's normal.
@@ -28,12 +28,12 @@ pub(super) struct Links {
 }
 
 impl Links {
-    pub(super) fn new(surface: &Midsurface, points: &[SurfacePoint]) -> Self {
+    pub(super) fn new(surface: &Midsurface, points: &[MidsurfacePoint]) -> Self {
         let mut links = Self {
             severed: vec![false; surface.neighbours.len()],
             facing: vec![Vec3::zeros(); points.len()],
             places: points.iter().map(|p| p.place).collect(),
-            frames: points.iter().map(SurfacePoint::frame).collect(),
+            frames: points.iter().map(MidsurfacePoint::frame).collect(),
             dead: vec![false; points.len()],
         };
         for point in (0..points.len()).filter(|&p| surface.share[p] == 0.0) {

@@ -7,7 +7,7 @@
 //! taken from the copy that it was parted from (F85).
 
 use super::state::ShellDomain;
-use crate::kernel::Element;
+use crate::kernel::CellSide;
 use cullet_simd::{LANES, Real};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -176,7 +176,7 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
             return place as usize;
         }
         let (first, each) = (self.elements.len(), self.surface.points_per_cell());
-        self.elements.resize(first + LANES, Element::vacant(table));
+        self.elements.resize(first + LANES, CellSide::vacant(table));
         let like = (0..first).find(|&e| self.elements[e].table == table).unwrap_or(0);
         for _ in 0..LANES {
             for q in 0..each {
@@ -205,7 +205,7 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
     fn reconnect(&mut self, changed: &BTreeSet<usize>, before: usize) {
         let each = self.surface.points_per_cell();
         self.kernel.connect(&self.elements, &self.setup, changed, before, self.mass.len());
-        let first = crate::kernel::Kernel::<R, N>::block_start(before);
+        let first = crate::kernel::ShellKernel::<R, N>::block_start(before);
         let grown = if self.elements.len() > before { first..self.elements.len() } else { 0..0 };
         let seats = changed.iter().copied().chain(grown).flat_map(|e| e * each..(e + 1) * each);
         let seats: BTreeSet<usize> = seats.collect();

@@ -4,8 +4,8 @@ use super::arrange;
 use super::copies::SplitState;
 use super::links::Links;
 use super::side_pairs::Sides;
-use super::tips::Front;
-use crate::kernel::{Element, Kernel, PointSetup, Seat, SurfaceStrain};
+use super::tips::CrackTips;
+use crate::kernel::{CellSide, PointSetup, Seat, ShellKernel, SurfaceStrain};
 use crate::midsurface::Midsurface;
 use crate::section::{PointState, SectionLaw, SectionTally};
 use cullet_geometry::Vec3;
@@ -43,8 +43,8 @@ pub struct ShellDomain<R: Real, const N: usize> {
     pub external: Vec<Vec3>,
     /// Time step \[s\].
     pub step: f64,
-    pub(super) kernel: Kernel<R, N>,
-    pub(super) elements: Vec<Element<N>>,
+    pub(super) kernel: ShellKernel<R, N>,
+    pub(super) elements: Vec<CellSide<N>>,
     /// What is at each seat.
     pub(super) setup: Vec<PointSetup>,
     pub(super) states: Vec<PointState>,
@@ -54,7 +54,7 @@ pub struct ShellDomain<R: Real, const N: usize> {
     pub(super) point_at: Vec<u32>,
     pub(super) links: Links,
     pub(super) split: SplitState,
-    pub(super) front: Front,
+    pub(super) front: CrackTips,
     pub(super) sides: Sides,
 }
 
@@ -107,11 +107,11 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
             })
             .collect();
         let nodes = surface.nodes.len();
-        let kernel = Kernel::new(&surface.tables, &arranged.elements, &setup, nodes, level);
+        let kernel = ShellKernel::new(&surface.tables, &arranged.elements, &setup, nodes, level);
         let links = Links::new(&surface, &surfaces);
         let mut domain = Self {
             links,
-            front: Front::default(),
+            front: CrackTips::default(),
             sides: Sides::default(),
             split: SplitState::new::<N>(std::iter::empty(), &[], &[]),
             displacement: vec![[0.0; 4]; nodes],

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 /// What is kept for tips.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Front {
+pub(super) struct CrackTips {
     /// Steps taken.
     pub(super) steps: u64,
     /// Points that feel a tip from a step on, with their strength then \[Pa\].

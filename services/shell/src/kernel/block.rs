@@ -1,6 +1,6 @@
 //! A block of cells: sixteen side by side in tiles that share their functions.
 
-use super::strain::{Geometry, NodeVectors, Rows, Vectors, present, scatter};
+use super::strain::{CellVectors, Rows, SurfaceLanes, Vectors, present, scatter};
 use super::{PointSetup, SurfaceStrain};
 use crate::section::{PointState, SectionLaw, SectionTally};
 use cullet_simd::{LANES, Lanes, Real, V, load, store};
@@ -11,16 +11,16 @@ const STILL: f64 = 1e-24;
 
 /// A cell, or one side of a cell that a crack runs through.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Element<const N: usize> {
+pub(crate) struct CellSide<const N: usize> {
     /// Its control points.
     pub(crate) nodes: [u32; N],
-    /// Its functions; [`Element::VACANT`] where there is no element.
+    /// Its functions, by place in the list of tables.
     pub(crate) table: u32,
     /// Its points that are its own, a bit each.
     pub(crate) live: u16,
 }
 
-impl<const N: usize> Element<N> {
+impl<const N: usize> CellSide<N> {
     /// A place that no cell has taken.
     pub(crate) fn vacant(table: u32) -> Self {
         Self { nodes: [0; N], table, live: 0 }
@@ -28,12 +28,12 @@ impl<const N: usize> Element<N> {
 }
 
 /// A vector at a control point; the fourth is nothing.
-pub(super) type Four<R> = [R; 4];
+pub(super) type PaddedVector<R> = [R; 4];
 
 /// A point of each of sixteen cells.
 #[derive(Clone, Debug)]
-struct Slot<R> {
-    geometry: Geometry<R>,
+struct PointSlot<R> {
+    geometry: SurfaceLanes<R>,
     /// Area \[m²\]; none where there is no point.
     area: Lanes<R>,
     /// t \[m\].
@@ -45,10 +45,10 @@ struct Slot<R> {
 }
 
 #[derive(Clone, Debug)]
-struct Tile<R, const N: usize> {
+struct CellTile<R, const N: usize> {
     table: u32,
     nodes: [[u16; N]; LANES],
-    slots: Vec<Slot<R>>,
+    slots: Vec<PointSlot<R>>,
 }
 
 /// Neighbouring cells, and the control points that they see.
@@ -56,17 +56,17 @@ struct Tile<R, const N: usize> {
 pub(super) struct CellBlock<R, const N: usize> {
     /// The control points, ascending.
     pub(super) nodes: Vec<u32>,
-    tiles: Vec<Tile<R, N>>,
+    tiles: Vec<CellTile<R, N>>,
 }
 
 /// What a thread needs beside a block.
-pub(super) struct Scratch<R, const N: usize> {
-    nodes: Vec<Four<R>>,
-    field: Box<NodeVectors<R, N>>,
-    forces: Box<NodeVectors<R, N>>,
+pub(super) struct CellScratch<R, const N: usize> {
+    nodes: Vec<PaddedVector<R>>,
+    field: Box<CellVectors<R, N>>,
+    forces: Box<CellVectors<R, N>>,
 }
 
-impl<R: Real, const N: usize> Scratch<R, N> {
+impl<R: Real, const N: usize> CellScratch<R, N> {
     pub(super) fn new() -> Self {
         let zero = [[Lanes([R::of(0.0); LANES]); 3]; N];
         Self { nodes: Vec::new(), field: Box::new(zero), forces: Box::new(zero) }
@@ -74,7 +74,7 @@ impl<R: Real, const N: usize> Scratch<R, N> {
 }
 
 /// What all blocks share in a step.
-pub(super) struct Shared<'a, R, const N: usize> {
+pub(super) struct StepInputs<'a, R, const N: usize> {
     pub(super) law: &'a SectionLaw,
     pub(super) tables: &'a [Vec<Rows<R, N>>],
     pub(super) displacement: &'a [[f64; 4]],
@@ -82,12 +82,12 @@ pub(super) struct Shared<'a, R, const N: usize> {
 
 impl<R: Real, const N: usize> CellBlock<R, N> {
     /// Of the elements of whole tiles, whose points have the setup `setup`.
-    pub(super) fn new(elements: &[Element<N>], setup: &[PointSetup]) -> Self {
+    pub(super) fn new(elements: &[CellSide<N>], setup: &[PointSetup]) -> Self {
         let each = setup.len() / elements.len();
         let mut block = Self { nodes: Vec::new(), tiles: Vec::new() };
         for (t, tile) in elements.chunks(LANES).enumerate() {
-            let slots = (0..each).map(|_| Slot::empty()).collect();
-            let mut made = Tile { table: tile[0].table, nodes: [[0; N]; LANES], slots };
+            let slots = (0..each).map(|_| PointSlot::empty()).collect();
+            let mut made = CellTile { table: tile[0].table, nodes: [[0; N]; LANES], slots };
             for (lane, element) in tile.iter().enumerate() {
                 let first = (t * LANES + lane) * each;
                 for (q, slot) in made.slots.iter_mut().enumerate() {
@@ -101,7 +101,7 @@ impl<R: Real, const N: usize> CellBlock<R, N> {
     }
 
     /// Takes the control points of its elements anew.
-    pub(super) fn connect(&mut self, elements: &[Element<N>]) {
+    pub(super) fn connect(&mut self, elements: &[CellSide<N>]) {
         let lively = || elements.iter().filter(|e| e.live != 0);
         self.nodes = lively().flat_map(|e| e.nodes).collect();
         self.nodes.sort_unstable();
@@ -138,10 +138,10 @@ impl<R: Real, const N: usize> CellBlock<R, N> {
     pub(super) fn strain<S: Simd>(
         &mut self,
         simd: S,
-        shared: &Shared<'_, R, N>,
+        shared: &StepInputs<'_, R, N>,
         states: &mut [PointState],
-        forces: &mut [Four<R>],
-        scratch: &mut Scratch<R, N>,
+        forces: &mut [PaddedVector<R>],
+        scratch: &mut CellScratch<R, N>,
     ) -> SectionTally {
         take(&self.nodes, shared.displacement, &mut scratch.nodes);
         forces.fill([R::of(0.0); 4]);
@@ -173,8 +173,8 @@ impl<R: Real, const N: usize> CellBlock<R, N> {
     pub(super) fn strains<S: Simd>(
         &self,
         simd: S,
-        shared: &Shared<'_, R, N>,
-        scratch: &mut Scratch<R, N>,
+        shared: &StepInputs<'_, R, N>,
+        scratch: &mut CellScratch<R, N>,
         out: &mut [SurfaceStrain],
     ) {
         take(&self.nodes, shared.displacement, &mut scratch.nodes);
@@ -208,13 +208,13 @@ fn strain_of<S: Simd, R: Real>(
     }
 }
 
-impl<R: Real> Slot<R> {
+impl<R: Real> PointSlot<R> {
     fn empty() -> Self {
         let (zero, one) = (Lanes([R::of(0.0); LANES]), Lanes([R::of(1.0); LANES]));
         // A surface that is one, so that lanes without a cell make no infinities.
         let mut vectors = [[zero; 3]; 6];
         (vectors[0][0], vectors[1][1], vectors[5][2]) = (one, one, one);
-        let geometry = Geometry { vectors, stretch: one, to_local: [one, zero, one] };
+        let geometry = SurfaceLanes { vectors, stretch: one, to_local: [one, zero, one] };
         let limit = Lanes([R::of(f64::from(f32::MAX)); LANES]);
         Self { geometry, area: zero, thickness: one, limit, special: 0 }
     }
@@ -247,7 +247,7 @@ impl<R: Real> Slot<R> {
 /// Displacements of the block's control points from that of the first: rounding then goes by the
 /// strain of the block, not by how far the body has moved.
 #[inline(always)]
-fn take<R: Real>(ids: &[u32], displacement: &[[f64; 4]], local: &mut Vec<Four<R>>) {
+fn take<R: Real>(ids: &[u32], displacement: &[[f64; 4]], local: &mut Vec<PaddedVector<R>>) {
     let base = displacement[ids[0] as usize];
     local.clear();
     local.extend(ids.iter().map(|&id| {
@@ -265,8 +265,8 @@ fn take<R: Real>(ids: &[u32], displacement: &[[f64; 4]], local: &mut Vec<Four<R>
 #[inline(always)]
 fn fill<R: Real, const N: usize>(
     nodes: &[[u16; N]; LANES],
-    local: &[Four<R>],
-    field: &mut NodeVectors<R, N>,
+    local: &[PaddedVector<R>],
+    field: &mut CellVectors<R, N>,
 ) {
     for (lane, around) in nodes.iter().enumerate() {
         let first = local[around[0] as usize];
@@ -283,8 +283,8 @@ fn fill<R: Real, const N: usize>(
 #[inline(always)]
 fn drain<R: Real, const N: usize>(
     nodes: &[[u16; N]; LANES],
-    field: &NodeVectors<R, N>,
-    forces: &mut [Four<R>],
+    field: &CellVectors<R, N>,
+    forces: &mut [PaddedVector<R>],
 ) {
     for (lane, around) in nodes.iter().enumerate() {
         for (k, &node) in around.iter().enumerate() {
@@ -307,11 +307,11 @@ struct SpecialPoints<'a> {
 #[inline(always)]
 fn column<S: Simd, R: Real, const N: usize>(
     simd: S,
-    tile: &mut Tile<R, N>,
+    tile: &mut CellTile<R, N>,
     lane: usize,
-    shared: &Shared<'_, R, N>,
-    field: &NodeVectors<R, N>,
-    forces: &mut NodeVectors<R, N>,
+    shared: &StepInputs<'_, R, N>,
+    field: &CellVectors<R, N>,
+    forces: &mut CellVectors<R, N>,
     special_points: SpecialPoints<'_>,
 ) {
     let zero = V::<S, R>::splat(simd, R::of(0.0));

@@ -1,6 +1,6 @@
 //! The points' pass over all blocks, in either precision and on any path of the processor.
 
-use super::block::{CellBlock, Element, Four, Scratch, Shared};
+use super::block::{CellBlock, CellScratch, CellSide, PaddedVector, StepInputs};
 use super::strain::Rows;
 use super::{PointSetup, Seat, SurfaceStrain};
 use crate::midsurface::CellTable;
@@ -15,11 +15,11 @@ const TILES: usize = 8;
 
 /// The blocks of a shell with `N` functions a cell.
 #[derive(Clone, Debug)]
-pub(crate) struct Kernel<R, const N: usize> {
+pub(crate) struct ShellKernel<R, const N: usize> {
     blocks: Vec<CellBlock<R, N>>,
     tables: Vec<Vec<Rows<R, N>>>,
     /// Forces \[N\] on the control points of each block in turn.
-    forces: Vec<Four<R>>,
+    forces: Vec<PaddedVector<R>>,
     /// For each control point its places in `forces`.
     rows: Incidence,
     level: SimdLevel,
@@ -27,14 +27,14 @@ pub(crate) struct Kernel<R, const N: usize> {
     each: usize,
 }
 
-impl<R: Real, const N: usize> Kernel<R, N> {
+impl<R: Real, const N: usize> ShellKernel<R, N> {
     /// Elements of a block.
     pub(crate) const ELEMENTS: usize = TILES * LANES;
 
     /// Of elements in whole tiles; points by their seats.
     pub(crate) fn new(
         tables: &[CellTable],
-        elements: &[Element<N>],
+        elements: &[CellSide<N>],
         setup: &[PointSetup],
         nodes: usize,
         level: SimdLevel,
@@ -65,7 +65,7 @@ impl<R: Real, const N: usize> Kernel<R, N> {
     /// be touched.
     pub(crate) fn connect(
         &mut self,
-        elements: &[Element<N>],
+        elements: &[CellSide<N>],
         setup: &[PointSetup],
         changed: &BTreeSet<usize>,
         before: usize,
@@ -106,7 +106,7 @@ impl<R: Real, const N: usize> Kernel<R, N> {
         displacement: &[[f64; 4]],
         states: &mut [PointState],
     ) -> SectionTally {
-        let shared = Shared { law, tables: &self.tables, displacement };
+        let shared = StepInputs { law, tables: &self.tables, displacement };
         let mut rest = self.forces.as_mut_slice();
         let chunks = states.chunks_mut(Self::ELEMENTS * self.each);
         let mut work = Vec::with_capacity(self.blocks.len());
@@ -118,7 +118,7 @@ impl<R: Real, const N: usize> Kernel<R, N> {
         let level = self.level.level();
         let tallies: Vec<SectionTally> = work
             .into_par_iter()
-            .map_init(Scratch::new, |scratch, (block, states, forces)| {
+            .map_init(CellScratch::new, |scratch, (block, states, forces)| {
                 dispatch!(level, simd => block.strain(simd, &shared, states, forces, scratch))
             })
             .collect();
@@ -132,10 +132,10 @@ impl<R: Real, const N: usize> Kernel<R, N> {
         displacement: &[[f64; 4]],
         seats: usize,
     ) -> Vec<SurfaceStrain> {
-        let shared = Shared { law, tables: &self.tables, displacement };
+        let shared = StepInputs { law, tables: &self.tables, displacement };
         let mut strains = vec![SurfaceStrain::default(); seats];
         let level = self.level.level();
-        let mut scratch = Scratch::new();
+        let mut scratch = CellScratch::new();
         for (block, out) in self.blocks.iter().zip(strains.chunks_mut(Self::ELEMENTS * self.each)) {
             dispatch!(level, simd => block.strains(simd, &shared, &mut scratch, out));
         }

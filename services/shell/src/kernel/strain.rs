@@ -12,14 +12,14 @@ use fearless_simd::{Simd, SimdBase, SimdFloat};
 pub(super) type Rows<R, const N: usize> = [[R; N]; 5];
 
 /// Vectors at the control points of each cell: node times 3 plus axis.
-pub(super) type NodeVectors<R, const N: usize> = [[Lanes<R>; 3]; N];
+pub(super) type CellVectors<R, const N: usize> = [[Lanes<R>; 3]; N];
 
 /// A vector for each cell of a register.
 pub(super) type Vectors<S, R> = [V<S, R>; 3];
 
 /// Numbers of a point that do not change, cells side by side.
 #[derive(Clone, Debug)]
-pub(super) struct Geometry<R> {
+pub(super) struct SurfaceLanes<R> {
     /// A₁, A₂, X,11 X,22 X,12, A₃.
     pub(super) vectors: [[Lanes<R>; 3]; 6],
     /// J.
@@ -90,8 +90,8 @@ fn curvilinear<S: Simd, R: Real>(t: &Vectors<S, R>, s: &Vectors<S, R>) -> Vector
 pub(super) fn present<S: Simd, R: Real, const N: usize>(
     simd: S,
     rows: &Rows<R, N>,
-    geometry: &Geometry<R>,
-    field: &NodeVectors<R, N>,
+    geometry: &SurfaceLanes<R>,
+    field: &CellVectors<R, N>,
     lane: usize,
 ) -> Present<S, R> {
     let zero = V::<S, R>::splat(simd, R::of(0.0));
@@ -154,7 +154,7 @@ pub(super) fn scatter<S: Simd, R: Real, const N: usize>(
     present: &Present<S, R>,
     [n, m]: [&Vectors<S, R>; 2],
     area: V<S, R>,
-    forces: &mut NodeVectors<R, N>,
+    forces: &mut CellVectors<R, N>,
     lane: usize,
 ) {
     let n = curvilinear::<S, R>(&present.to_local, n).map(|x| x * area);

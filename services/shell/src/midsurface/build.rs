@@ -1,7 +1,7 @@
 //! Midsurfaces from patches.
 
 use super::{CellTable, Midsurface, SurfaceCell, TablePoint};
-use cullet_geometry::nurbs::{NurbsPatch, PatchBasis, Span};
+use cullet_geometry::nurbs::{KnotSpan, NurbsPatch, PatchBasis};
 use std::collections::BTreeMap;
 
 /// Gauss points in a direction and their weights on [0, 1]: two points a direction do not lock
@@ -73,7 +73,7 @@ impl Midsurface {
 
 fn cell_table(
     patch: &NurbsPatch,
-    [u, v]: [&Span; 2],
+    [u, v]: [&KnotSpan; 2],
     rule: &[(f64, f64)],
 ) -> (CellTable, PatchBasis) {
     let mut points = Vec::new();

@@ -1,6 +1,6 @@
 //! What presses on a shell: strikers through Hertz's contact, and what it rests on.
 
-use super::schedule::Schedule;
+use super::schedule::ShellSchedule;
 use crate::domain::ShellDomain;
 use cullet_geometry::Vec3;
 use cullet_geometry::plate::Plate;
@@ -17,7 +17,7 @@ const APART: f64 = 0.5;
 
 /// Points that something presses on.
 #[derive(Clone, Debug)]
-pub(super) struct LoadPatch {
+pub(super) struct PressedPoints {
     /// Middle, on the midsurface \[m\].
     pub(super) place: Vec3,
     /// Radius \[m\].
@@ -30,7 +30,7 @@ pub(super) struct LoadPatch {
     seen: Option<u64>,
 }
 
-impl LoadPatch {
+impl PressedPoints {
     /// A parabola over a disc; the nearest point where the disc has none.
     fn new<R: Real>(domain: &ShellDomain<R, 9>, place: Vec3, direction: Vec3, radius: f64) -> Self {
         let place = Vec3::new(place.x, place.y, 0.0);
@@ -89,8 +89,8 @@ impl LoadPatch {
 
 /// A rigid mass that moves along its push and presses through a [`HertzContact`].
 #[derive(Clone, Debug)]
-pub(super) struct Striker {
-    patch: LoadPatch,
+pub(super) struct ShellStriker {
+    patch: PressedPoints,
     contact: HertzContact,
     duration: f64,
     closing_speed: f64,
@@ -105,7 +105,7 @@ pub(super) struct Striker {
     over: bool,
 }
 
-impl Striker {
+impl ShellStriker {
     /// Its mass follows from ½ m* v² = E and what the whole plate moves by: 1/m* is the sum of the
     /// two mobilities.
     pub(super) fn new<R: Real>(
@@ -113,7 +113,7 @@ impl Striker {
         problem: &BrittleProblem,
         domain: &ShellDomain<R, 9>,
         plate: &Plate,
-        schedule: &Schedule,
+        schedule: &ShellSchedule,
     ) -> Self {
         let contact = HertzContact::new(hit);
         let duration = hertz_contact::duration(hit);
@@ -123,7 +123,7 @@ impl Striker {
         let reduced = 2.0 * hit.energy / (hit.closing_speed * hit.closing_speed);
         let mobility = (1.0 / reduced - rigid_mobility(problem, hit)).max(0.0);
         Self {
-            patch: LoadPatch::new(domain, hit.point, hit.normal, radius),
+            patch: PressedPoints::new(domain, hit.point, hit.normal, radius),
             contact,
             duration: duration.min(schedule.push),
             closing_speed: hit.closing_speed,
@@ -137,7 +137,7 @@ impl Striker {
         }
     }
 
-    pub(super) fn patch(&self) -> &LoadPatch {
+    pub(super) fn patch(&self) -> &PressedPoints {
         &self.patch
     }
 
@@ -199,7 +199,7 @@ fn rigid_mobility(problem: &BrittleProblem, hit: &Impact) -> f64 {
 /// of the plate's own material under a flat punch, k = 2aE/(1 − ν²).
 #[derive(Clone, Debug)]
 pub(super) struct PlateSupport {
-    patch: LoadPatch,
+    patch: PressedPoints,
     point: Vec3,
     stiffness: f64,
     mobility: f64,
@@ -219,7 +219,7 @@ impl PlateSupport {
         let radius = support.radius.max(LEAST_CELLS * spacing);
         let modulus = material.young / (1.0 - material.poisson * material.poisson);
         Self {
-            patch: LoadPatch::new(domain, support.point, support.normal, radius),
+            patch: PressedPoints::new(domain, support.point, support.normal, radius),
             point: support.point,
             stiffness: 2.0 * radius * modulus,
             mobility: support.mobility,

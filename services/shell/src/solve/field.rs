@@ -2,7 +2,7 @@
 
 use super::PlateSolve;
 use cullet_fragment::debris::{Mote, Motes};
-use cullet_fragment::finish::PartMotion;
+use cullet_fragment::finish::FragmentMotion;
 use cullet_fragment::pieces::Pieces;
 use cullet_geometry::{Mat3, Vec3};
 use cullet_simd::Real;
@@ -71,7 +71,7 @@ impl ShellField {
     }
 
     /// The motion of each part, from that of its points.
-    pub(super) fn motions(&self, part_of: &[u32], parts: usize) -> Vec<PartMotion> {
+    pub(super) fn motions(&self, part_of: &[u32], parts: usize) -> Vec<FragmentMotion> {
         let mut sums = vec![(0.0, Vec3::zeros(), Vec3::zeros()); parts];
         let each = || part_of.iter().enumerate().map(|(p, &part)| (p, part as usize));
         for (p, part) in each().filter(|&(_, part)| part < parts) {

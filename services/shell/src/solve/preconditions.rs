@@ -18,7 +18,7 @@ const BYTES: f64 = 4000.0;
 
 /// A plate and its spacing.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Plan {
+pub(super) struct PlatePlan {
     pub(super) plate: Plate,
     pub(super) spacing: f64,
     pub(super) cost: Cost,
@@ -32,7 +32,7 @@ fn within(what: &'static str, value: f64, [low, high]: [f64; 2]) -> Result<(), R
     }
 }
 
-impl Plan {
+impl PlatePlan {
     /// Checks the problem.
     ///
     /// # Errors
@@ -60,7 +60,7 @@ impl Plan {
         let modulus = material.young / (1.0 - material.poisson * material.poisson);
         let speed = (modulus / material.density).sqrt();
         let step = STEP_SHARE * (0.837 * spacing).min(0.882 * spacing * spacing / t) / speed;
-        let steps = super::schedule::Schedule::new(problem).end / step;
+        let steps = super::schedule::ShellSchedule::new(problem).end / step;
         let limit = f64::from(settings.max_steps);
         if steps > limit {
             return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });

@@ -1,7 +1,7 @@
 //! What a solve of a shell reports, and what it notices and lets pass.
 
-use super::contact::Striker;
-use super::{PlateSolve, Shell};
+use super::contact::ShellStriker;
+use super::{PlateSolve, ShellSolver};
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{Report, Solver};
 use cullet_simd::Real;
@@ -15,7 +15,7 @@ const LEDGER: f64 = 0.02;
 impl<R: Real> PlateSolve<R> {
     /// Impulse that the strikers have given \[N·s\].
     fn delivered(&self) -> f64 {
-        self.strikers.iter().map(Striker::delivered).sum()
+        self.strikers.iter().map(ShellStriker::delivered).sum()
     }
 
     pub(super) fn first_warnings(&self) -> Vec<String> {
@@ -36,7 +36,7 @@ impl<R: Real> PlateSolve<R> {
         let tip = self.domain.tip_strength(self.spacing, 0.0);
         let damaged = damage.iter().filter(|&&c| c > 0.5).count();
         let mut report = Report {
-            solver: Shell::NAME.to_owned(),
+            solver: ShellSolver::NAME.to_owned(),
             spacing: self.spacing,
             particles: self.domain.live().count() as u64,
             steps: self.record.steps,

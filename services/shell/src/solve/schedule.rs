@@ -13,7 +13,7 @@ pub(super) const GROWTH: f64 = 5e-4;
 
 /// When the push ends and when the solve does \[s\].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Schedule {
+pub(super) struct ShellSchedule {
     pub(super) push: f64,
     /// Without growth after the push, until the end.
     pub(super) quiet: f64,
@@ -22,7 +22,7 @@ pub(super) struct Schedule {
     pub(super) end: f64,
 }
 
-impl Schedule {
+impl ShellSchedule {
     pub(super) fn new(problem: &BrittleProblem) -> Self {
         let transit = problem.solid.mesh.diagonal() / problem.material.shear_speed();
         let longest = problem.impacts.iter().map(hertz_contact::duration).fold(0.0, f64::max);

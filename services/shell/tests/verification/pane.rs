@@ -6,7 +6,7 @@ use cullet_model::{
     BrittleProblem, Fragment, Fragmentation, Impact, Material, Problem, Progress, Settings,
     SolveOutcome, Solver, StrengthField, Support,
 };
-use cullet_shell::Shell;
+use cullet_shell::ShellSolver;
 use std::sync::Arc;
 
 const GLASS: Material = Material {
@@ -61,7 +61,7 @@ fn pane(size: [f64; 3], radius: f64, speed: f64, settings: Settings) -> BrittleP
 }
 
 fn solve(problem: BrittleProblem) -> Fragmentation {
-    let mut solve = Shell::begin(Problem::from(problem)).expect("accepted");
+    let mut solve = ShellSolver::begin(Problem::from(problem)).expect("accepted");
     loop {
         match solve.advance() {
             Progress::Running(_) => {}
@@ -139,7 +139,7 @@ fn a_gentle_touch_leaves_a_pane_whole() {
 #[test]
 fn what_is_no_shell_is_refused() {
     let refused = |problem: BrittleProblem| {
-        Shell::accepts(&Problem::from(problem)).expect_err("refused").to_string()
+        ShellSolver::accepts(&Problem::from(problem)).expect_err("refused").to_string()
     };
     let thick = pane([0.1, 0.1, 0.03], 0.01, 5.0, Settings::default());
     assert!(refused(thick).contains("thickness over the smaller extent of the plate is 3"));
