@@ -14,10 +14,10 @@ const PARALLEL: f64 = 1e-6;
 const FLAT: f64 = 1e-3;
 
 /// How far the volume may be from thickness times area \[1\] (F91).
-const VOLUME: f64 = 0.03;
+pub const VOLUME: f64 = 0.03;
 
 /// Greatest thickness over the square root of the area of a face \[1\].
-const SLENDER: f64 = 0.5;
+pub const SLENDER: f64 = 0.5;
 
 /// A flat plate: a frame in which its faces are the planes z = ± t/2.
 #[derive(Clone, Copy, Debug, PartialEq)]

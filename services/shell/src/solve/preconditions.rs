@@ -1,7 +1,7 @@
 //! What a problem must be like for the shell family, and how finely it is solved.
 
 use crate::domain::STEP_SHARE;
-use cullet_geometry::plate::Plate;
+use cullet_geometry::plate::{NotPlate, Plate, SLENDER as SQUARE, VOLUME};
 use cullet_model::{BrittleProblem, Cost, Refusal};
 
 /// Thickness over the smaller extent up to which a body is a shell \[gate 4\].
@@ -39,11 +39,7 @@ impl PlatePlan {
     /// The bound that it breaks.
     pub(super) fn new(problem: &BrittleProblem) -> Result<Self, Refusal> {
         check(problem)?;
-        let plate = Plate::of_mesh(&problem.solid.mesh).map_err(|_| Refusal::Unknown {
-            solver: "shell",
-            what: "a body",
-            kind: "solid",
-        })?;
+        let plate = Plate::of_mesh(&problem.solid.mesh).map_err(refusal)?;
         let (t, least) = (plate.thickness, plate.size[0].min(plate.size[1]));
         within("thickness over the smaller extent of the plate", t / least, [0.0, SLENDER])?;
         let settings = &problem.settings;
@@ -68,6 +64,21 @@ impl PlatePlan {
         let cost = Cost { particles: points, steps, bytes: points * BYTES };
         Ok(Self { plate, spacing, cost })
     }
+}
+
+/// What a body lacks that is no plate.
+fn refusal(why: NotPlate) -> Refusal {
+    let (what, value, low, high) = match why {
+        NotPlate::Volume { share } => {
+            let what = "volume over that between the two largest parallel faces";
+            (what, share, 1.0 - VOLUME, 1.0 + VOLUME)
+        }
+        NotPlate::Thick { ratio } => {
+            ("thickness over the square root of a face's area", ratio, 0.0, SQUARE)
+        }
+        NotPlate::NoFaces => ("the number of parallel faces", 0.0, 2.0, 2.0),
+    };
+    Refusal::OutOfRange { what, value, low, high }
 }
 
 fn check(problem: &BrittleProblem) -> Result<(), Refusal> {

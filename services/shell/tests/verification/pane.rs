@@ -143,6 +143,11 @@ fn what_is_no_shell_is_refused() {
     };
     let thick = pane([0.1, 0.1, 0.03], 0.01, 5.0, Settings::default());
     assert!(refused(thick).contains("thickness over the smaller extent of the plate is 3"));
+    let mut ball = pane([0.3, 0.3, 0.004], 0.01, 5.0, Settings::default());
+    let mesh = shapes::sphere(0.1, Detail::default()).unwrap();
+    ball.solid = Arc::new(Solid::outer(mesh));
+    let text = refused(ball);
+    assert!(text.contains("parallel faces"), "{text}");
     let mut spun = pane([0.3, 0.3, 0.004], 0.01, 5.0, Settings::default());
     spun.spin = Vec3::x();
     assert!(refused(spun).contains("angular velocity of a shell"));
