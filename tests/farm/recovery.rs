@@ -1,6 +1,6 @@
 //! The gates with the timing of real runs: how soon a job that a `kill -9` took away is with
 //! another worker, and how soon a worker is back after a blackhole. With the timing of tests they
-//! are in `services/worker/tests/farm/gates.rs`.
+//! are in the suite `gates` of the worker.
 //!
 //! `CULLET_REPEATS=8 CULLET_HOLE_S=15 cargo test --release -p cullet --test farm recovery:: --
 //! --nocapture --test-threads 1` prints the figures that `docs/pool.md` has, and holds them to

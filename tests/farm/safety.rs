@@ -124,7 +124,7 @@ fn a_certificate_that_is_not_good_is_told_in_time_and_in_words() {
     says(&ask(&elsewhere, &ours.join("ann")), 69, "not good for the host \"127.0.0.2\"");
 }
 
-/// What it does at the other end of the link: `services/coordinator/tests/farm/roles.rs`.
+/// What it does at the other end of the link is in the suite `roles` of the coordinator.
 #[test]
 fn a_worker_whose_certificate_ends_leaves_and_says_so() {
     let _left = common::left::NobodyLeft::watch();

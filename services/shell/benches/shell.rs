@@ -4,10 +4,10 @@
 
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::NurbsPatch;
+use cullet_model::Material;
 use cullet_shell::domain::{ShellDomain, ShellMaterial};
-use cullet_shell::kernel::PlaneStress;
 use cullet_shell::midsurface::Midsurface;
-use cullet_shell::section::{SectionLaw, lobatto};
+use cullet_shell::section::SectionLaw;
 use cullet_simd::{Real, SimdLevel};
 use divan::Bencher;
 use divan::counter::ItemsCount;
@@ -21,18 +21,18 @@ fn pane<R: Real>() -> ShellDomain<R, 9> {
     let patch = NurbsPatch::sheet([0.4, 0.4], [100, 100], 2).expect("a sheet");
     let surface = Midsurface::of_patch(&patch);
     let points = surface.points();
-    let law = SectionLaw {
-        elastic: PlaneStress::new(70e9, 0.22),
+    let glass = Material {
+        density: 2500.0,
         young: 70e9,
+        poisson: 0.22,
+        failure_stress: 45e6,
         fracture_energy: 8.0,
-        stations: lobatto(5),
-        most_growth: 0.25,
     };
     let material = ShellMaterial {
-        law,
-        density: 2500.0,
+        law: SectionLaw::new(&glass),
+        density: glass.density,
         thickness: vec![8e-3; points],
-        strength: vec![45e6; points],
+        strength: vec![glass.failure_stress; points],
         softening_cells: 1.1,
     };
     let mut shell = ShellDomain::new(surface, material, SimdLevel::best());

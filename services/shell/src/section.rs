@@ -12,6 +12,7 @@ pub use crack::{CrackLine, PointState};
 pub use stations::{Stations, lobatto};
 
 use crate::kernel::PlaneStress;
+use cullet_model::Material;
 
 /// Share of damage at which a point is broken: then it bears nothing across its crack.
 pub const BROKEN: f64 = 0.999;
@@ -22,15 +23,19 @@ pub const BENDING_RELIEF: f64 = 0.78;
 /// Most of x = sσ_f²l_c/(2EG_f) that the softening goes by: at 1 it would be sudden.
 const MOST_BRITTLE: f64 = 0.98;
 
+/// Stations through the thickness.
+const STATIONS: usize = 5;
+
+/// Most that damage grows in a step \[1\].
+const MOST_GROWTH: f64 = 0.25;
+
 /// What the law of a section goes by.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SectionLaw {
     /// Elasticity before any crack.
     pub elastic: PlaneStress,
-    /// Young's modulus E \[Pa\].
-    pub young: f64,
-    /// Mode I fracture energy G_f \[J/m²\].
-    pub fracture_energy: f64,
+    /// What it is made of.
+    pub material: Material,
     /// Stations through the thickness.
     pub stations: Stations,
     /// Most that damage grows in a step \[1\].
@@ -62,12 +67,24 @@ pub fn bending_scale(bending_share: f64) -> f64 {
 }
 
 impl SectionLaw {
+    /// Of a material, with five stations and damage that takes at least four steps to grow.
+    #[must_use]
+    pub fn new(material: &Material) -> Self {
+        Self {
+            elastic: PlaneStress::new(material.young, material.poisson),
+            material: *material,
+            stations: lobatto(STATIONS),
+            most_growth: MOST_GROWTH,
+        }
+    }
+
     /// H of ċ: c = (1 + H)(1 − σ_f/σ̄) with H = x/(1 − x), for a strength σ_f \[Pa\] in force and a
     /// softening length l_c \[m\].
     #[must_use]
     pub fn softening(&self, strength: f64, length: f64, bending_share: f64) -> f64 {
         let scale = bending_scale(bending_share);
-        let x = scale * strength * strength * length / (2.0 * self.young * self.fracture_energy);
+        let x = scale * strength * strength * length
+            / (2.0 * self.material.young * self.material.fracture_energy);
         let x = x.min(MOST_BRITTLE);
         x / (1.0 - x)
     }

@@ -9,9 +9,8 @@ mod report;
 mod schedule;
 
 use crate::domain::{ShellDomain, ShellMaterial};
-use crate::kernel::PlaneStress;
 use crate::midsurface::Midsurface;
-use crate::section::{SectionLaw, lobatto};
+use crate::section::SectionLaw;
 use contact::{PlateSupport, PressedPoints, ShellStriker};
 use cullet_fragment::cut::{self, CutSettings, DamageField};
 use cullet_fragment::finish::{Finish, FinishedParts};
@@ -38,12 +37,6 @@ const SLICE: u64 = 200_000;
 
 /// l_c over the size of a cell: what makes a crack that runs cost G_f  \[measured: K6s\].
 const SOFTENING_CELLS: f64 = 1.1;
-
-/// Stations through the thickness.
-const STATIONS: usize = 5;
-
-/// Most that damage grows in a step \[1\].
-const MOST_GROWTH: f64 = 0.25;
 
 /// How the rows of cells lie to the plate's sides, by the seed: from this, and up to this more
 /// \[rad\].
@@ -119,7 +112,8 @@ struct ShellRecord {
     last_growth: f64,
     grown_then: u32,
     push_over: Option<f64>,
-    worst_ledger: f64,
+    /// Energy found less energy given, over that of the hits, where it was most \[1\].
+    energy_off: f64,
     warnings: Vec<String>,
 }
 
@@ -139,15 +133,8 @@ impl<R: Real> PlateSolve<R> {
         let strength = Strength::new(&problem.strength, spacing);
         let at = |p: usize| crate::midsurface::placed(&plate.pose, &surface.surface_point(p).place);
         let strength = (0..points).map(|p| material.failure_stress * strength.factor(&at(p)));
-        let law = SectionLaw {
-            elastic: PlaneStress::new(material.young, material.poisson),
-            young: material.young,
-            fracture_energy: material.fracture_energy,
-            stations: lobatto(STATIONS),
-            most_growth: MOST_GROWTH,
-        };
         let shell = ShellMaterial {
-            law,
+            law: SectionLaw::new(material),
             density: material.density,
             thickness: vec![plate.thickness; points],
             strength: strength.collect(),
@@ -169,7 +156,7 @@ impl<R: Real> PlateSolve<R> {
         let support = |support| PlateSupport::new(support, &domain, material, spacing);
         let supports = local.supports.iter().map(support).collect();
         let mut solve = Self {
-            record: ShellRecord { worst_ledger: 1.0, ..ShellRecord::default() },
+            record: ShellRecord::default(),
             local,
             plate,
             spacing,
@@ -182,7 +169,8 @@ impl<R: Real> PlateSolve<R> {
         Ok(solve)
     }
 
-    fn advance(&mut self) -> Progress {
+    /// As [`Solver::advance`].
+    pub fn advance(&mut self) -> Progress {
         let slice = (SLICE / self.domain.mass.len().max(1) as u64).max(1);
         for _ in 0..slice {
             let done = match self.step() {
@@ -239,8 +227,8 @@ impl<R: Real> PlateSolve<R> {
             return Err(Failure::NotFinite { what: "the shell's energy", step });
         }
         let off = (found - given) / scale;
-        if (off - 0.0).abs() > (self.record.worst_ledger - 1.0).abs() {
-            self.record.worst_ledger = 1.0 + off;
+        if off.abs() > self.record.energy_off.abs() {
+            self.record.energy_off = off;
         }
         if off > UNSTABLE {
             return Err(Failure::Unstable { ratio: off, step });

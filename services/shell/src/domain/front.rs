@@ -17,18 +17,11 @@ const AHEAD: (f64, f64) = (1.5, 0.6);
 const RINGS: usize = 4;
 
 impl<R: Real, const N: usize> ShellDomain<R, N> {
-    /// Speed of Rayleigh waves, within 0.3 % \[m/s\].
-    fn rayleigh_speed(&self) -> f64 {
-        let nu = self.law.elastic.poisson;
-        let shear = self.law.young / (2.0 * (1.0 + nu) * self.density);
-        shear.sqrt() * (0.862 + 1.14 * nu) / (1.0 + nu)
-    }
-
     /// Strength ahead of a tip whose crack opens in bending by the share β, in cells of size
     /// `extent` \[m\] \[Pa\].
     #[must_use]
     pub fn tip_strength(&self, extent: f64, bending_share: f64) -> f64 {
-        let toughness = 2.0 * self.law.young * self.law.fracture_energy;
+        let toughness = 2.0 * self.law.material.young * self.law.material.fracture_energy;
         TIP_FACTOR * (toughness / (1.1 * extent) / bending_scale(bending_share)).sqrt()
     }
 
@@ -123,7 +116,7 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         let extent = self.setup[seat].surface.extent;
         let strength = self.tip_strength(extent, crack.bending_share);
         let (facing, place) = (self.links.facing(point), self.links.place(point));
-        let pace = self.step * self.rayleigh_speed();
+        let pace = self.step * self.law.material.rayleigh_speed();
         for other in self.near(point) {
             let away = self.links.place(other as usize) - place;
             let far = away.norm();

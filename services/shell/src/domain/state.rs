@@ -19,6 +19,13 @@ const BENDING_STEP: f64 = 0.882;
 /// Share of the stable step that is taken.
 pub const STEP_SHARE: f64 = 0.8;
 
+/// Stable step of cells of size l \[m\] and thickness t \[m\] at a speed c_p = √(E/ρ(1 − ν²))
+/// \[m/s\]: min(0.837 l/c_p, 0.882 l²/(t c_p)) \[s\].
+#[must_use]
+pub fn stable_step(size: f64, thickness: f64, speed: f64) -> f64 {
+    (MEMBRANE_STEP * size).min(BENDING_STEP * size * size / thickness) / speed
+}
+
 /// The seat of a point that is off.
 const NOWHERE: Seat = usize::MAX;
 
@@ -170,13 +177,13 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         self.seats[point] / self.surface.points_per_cell()
     }
 
-    /// The stable step by the sizes of the cells, min(0.837 l/c_p, 0.882 l²/(t c_p)) \[s\].
+    /// The stable step of the smallest cell ([`stable_step`]) \[s\].
     #[must_use]
     pub fn stable_step(&self) -> f64 {
         let speed = (self.law.elastic.modulus / self.density).sqrt();
         let of = |&seat: &Seat| {
-            let (l, t) = (self.setup[seat].surface.extent, self.setup[seat].thickness);
-            (MEMBRANE_STEP * l).min(BENDING_STEP * l * l / t) / speed
+            let setup = &self.setup[seat];
+            stable_step(setup.surface.extent, setup.thickness, speed)
         };
         let on = self.seats.iter().filter(|&&seat| seat != NOWHERE);
         on.map(of).fold(f64::INFINITY, f64::min)

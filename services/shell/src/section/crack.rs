@@ -116,7 +116,12 @@ struct CrackedSection {
 impl CrackedSection {
     fn new(law: &SectionLaw) -> Self {
         let PlaneStress { modulus, poisson } = law.elastic;
-        Self { across: modulus, young: law.young, poisson, shear: modulus * (1.0 - poisson) }
+        Self {
+            across: modulus,
+            young: law.material.young,
+            poisson,
+            shear: modulus * (1.0 - poisson),
+        }
     }
 
     /// e = ε_nn + νε_tt.
@@ -294,17 +299,20 @@ impl SectionLaw {
 #[cfg(test)]
 mod tests {
     use super::{PointState, principal, turned, turned_back};
-    use crate::kernel::{PlaneStress, SurfaceStrain};
+    use crate::kernel::SurfaceStrain;
     use crate::section::{SectionLaw, SectionTally, bending_scale, lobatto};
+    use cullet_model::Material;
 
     fn glass(stations: usize) -> SectionLaw {
-        SectionLaw {
-            elastic: PlaneStress::new(70e9, 0.22),
+        let material = Material {
+            density: 2500.0,
             young: 70e9,
+            poisson: 0.22,
+            failure_stress: 30e6,
             fracture_energy: 8.0,
-            stations: lobatto(stations),
-            most_growth: 1e-3,
-        }
+        };
+        let law = SectionLaw::new(&material);
+        SectionLaw { stations: lobatto(stations), most_growth: 1e-3, ..law }
     }
 
     #[test]

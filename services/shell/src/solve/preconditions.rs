@@ -1,6 +1,6 @@
 //! What a problem must be like for the shell family, and how finely it is solved.
 
-use crate::domain::STEP_SHARE;
+use crate::domain::{STEP_SHARE, stable_step};
 use cullet_geometry::plate::{NotPlate, Plate, SLENDER as SQUARE, VOLUME};
 use cullet_model::{BrittleProblem, Cost, Refusal};
 
@@ -55,7 +55,7 @@ impl PlatePlan {
         let material = &problem.material;
         let modulus = material.young / (1.0 - material.poisson * material.poisson);
         let speed = (modulus / material.density).sqrt();
-        let step = STEP_SHARE * (0.837 * spacing).min(0.882 * spacing * spacing / t) / speed;
+        let step = STEP_SHARE * stable_step(spacing, t, speed);
         let steps = super::schedule::ShellSchedule::new(problem).end / step;
         let limit = f64::from(settings.max_steps);
         if steps > limit {

@@ -48,7 +48,7 @@ impl<R: Real> PlateSolve<R> {
         .with(STRENGTH_RATIO, "1", (tip / self.local.material.failure_stress).min(1.0))
         .with(DAMAGED_FRACTION, "1", damaged as f64 / damage.len().max(1) as f64)
         .with(DELIVERED_IMPULSE, "N·s", self.delivered())
-        .with("energy_balance", "1", self.record.worst_ledger)
+        .with("energy_balance", "1", 1.0 + self.record.energy_off)
         .with("splits", "1", self.domain.splits() as f64)
         .with("energy_of_contact_of_sides", "J", self.record.met);
         self.last_warnings(&mut report);
@@ -56,7 +56,7 @@ impl<R: Real> PlateSolve<R> {
     }
 
     fn last_warnings(&self, report: &mut Report) {
-        let off = self.record.worst_ledger - 1.0;
+        let off = self.record.energy_off;
         if off.abs() > LEDGER {
             report.warnings.push(format!("energy is off by {off:+.3} of what the hits had"));
         }

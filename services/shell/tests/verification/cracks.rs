@@ -2,10 +2,10 @@
 
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::NurbsPatch;
+use cullet_model::Material;
 use cullet_shell::domain::{ShellDomain, ShellMaterial};
-use cullet_shell::kernel::PlaneStress;
 use cullet_shell::midsurface::Midsurface;
-use cullet_shell::section::{SectionLaw, lobatto};
+use cullet_shell::section::SectionLaw;
 use cullet_simd::SimdLevel;
 use rayon::prelude::*;
 
@@ -48,15 +48,15 @@ impl Strip {
         let patch = NurbsPatch::sheet(size, cells, 2).unwrap();
         let surface = Midsurface::of_patch(&patch);
         let points = surface.points();
-        let law = SectionLaw {
-            elastic: PlaneStress::new(YOUNG, POISSON),
+        let glass = Material {
+            density: 2500.0,
             young: YOUNG,
+            poisson: POISSON,
+            failure_stress: strength,
             fracture_energy: TOUGHNESS,
-            stations: lobatto(5),
-            most_growth: 0.25,
         };
         let material = ShellMaterial {
-            law,
+            law: SectionLaw::new(&glass),
             density: 2500.0,
             thickness: vec![THICKNESS; points],
             strength: vec![f64::INFINITY; points],

@@ -2,10 +2,10 @@
 
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::NurbsPatch;
+use cullet_model::Material;
 use cullet_shell::domain::{ShellDomain, ShellMaterial};
-use cullet_shell::kernel::PlaneStress;
 use cullet_shell::midsurface::Midsurface;
-use cullet_shell::section::{SectionLaw, lobatto};
+use cullet_shell::section::SectionLaw;
 use cullet_simd::{Real, SimdLevel};
 
 /// A shell that does not break.
@@ -15,16 +15,11 @@ pub(crate) fn elastic<R: Real, const N: usize>(
     level: SimdLevel,
 ) -> ShellDomain<R, N> {
     let points = surface.points();
-    let law = SectionLaw {
-        elastic: PlaneStress::new(young, poisson),
-        young,
-        fracture_energy: 1.0,
-        stations: lobatto(5),
-        most_growth: 0.25,
-    };
+    let (density, failure_stress, fracture_energy) = (1.0, f64::INFINITY, 1.0);
+    let solid = Material { density, young, poisson, failure_stress, fracture_energy };
     let material = ShellMaterial {
-        law,
-        density: 1.0,
+        law: SectionLaw::new(&solid),
+        density,
         thickness: vec![thickness; points],
         strength: vec![f64::INFINITY; points],
         softening_cells: 1.1,

@@ -3,10 +3,12 @@
 use cullet_geometry::shapes::{self, Detail};
 use cullet_geometry::{Quat, Solid, Vec3};
 use cullet_model::{
-    BrittleProblem, Fragment, Fragmentation, Impact, Material, Problem, Progress, Settings,
-    SolveOutcome, Solver, StrengthField, Support,
+    BrittleProblem, Fragment, Fragmentation, Impact, Material, Problem, Progress, Settings, Solver,
+    StrengthField, Support,
 };
 use cullet_shell::ShellSolver;
+use cullet_shell::solve::PlateSolve;
+use cullet_simd::SimdLevel;
 use std::sync::Arc;
 
 const GLASS: Material = Material {
@@ -62,15 +64,14 @@ fn pane(size: [f64; 3], radius: f64, speed: f64, settings: Settings) -> BrittleP
 
 fn solve(problem: BrittleProblem) -> Fragmentation {
     let mut solve = ShellSolver::begin(Problem::from(problem)).expect("accepted");
+    finished(|| solve.advance())
+}
+
+fn finished(mut advance: impl FnMut() -> Progress) -> Fragmentation {
     loop {
-        match solve.advance() {
+        match advance() {
             Progress::Running(_) => {}
-            Progress::Done(outcome) => {
-                return match outcome {
-                    SolveOutcome::Broken(parts) | SolveOutcome::Unchanged(parts) => *parts,
-                    SolveOutcome::Deformed(_) => panic!("deformed"),
-                };
-            }
+            Progress::Done(outcome) => return outcome.fracture().expect("not deformed"),
             Progress::Failed(failure) => panic!("{failure}"),
         }
     }
@@ -160,11 +161,17 @@ fn what_is_no_shell_is_refused() {
 #[test]
 fn a_broken_pane_has_the_same_bits_everywhere() {
     let settings = Settings { spacing: Some(8e-3), ..Settings::default() };
-    let run = |threads: usize| {
+    let run = |level: SimdLevel, threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| solve(pane([0.24, 0.24, 0.008], 0.025, 3.0, settings)))
+        let problem = pane([0.24, 0.24, 0.008], 0.025, 3.0, settings);
+        pool.install(|| {
+            let mut solve = PlateSolve::<f64>::new(problem, level).expect("accepted");
+            finished(|| solve.advance())
+        })
     };
-    let one = run(1);
+    let one = run(SimdLevel::portable(), 1);
     assert!(one.fragments.len() > 1);
-    assert_eq!(one, run(2));
+    for level in SimdLevel::all() {
+        assert_eq!(one, run(level, 2), "{level}");
+    }
 }
