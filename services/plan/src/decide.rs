@@ -5,6 +5,7 @@ use crate::family;
 use crate::gate::{Gate, GateLimits, gate, stressing_spin};
 use crate::reason::RigidReason;
 use crate::refinement::{HitClass, Refinement};
+use crate::shell;
 use cullet_geometry::Vec3;
 use cullet_world::{BodyId, HeldContact, Hit, World};
 
@@ -15,6 +16,8 @@ pub struct Policy<'a> {
     pub target: Option<AccuracyTarget>,
     /// The family that the scene names for the body; `None` leaves it open.
     pub family: Option<&'a str>,
+    /// Whether its strength depends on the direction.
+    pub weak_plane: bool,
     /// Name of the body's material, for what makes hits alike.
     pub material: &'a str,
     /// What of a solve is already fixed.
@@ -37,6 +40,8 @@ pub enum Decision {
 pub struct SolveOrder {
     /// The family that is asked.
     pub family: String,
+    /// Whether that is the scene's choice.
+    named: bool,
     /// The family that takes what that one declines.
     pub fallback: Option<&'static str>,
     /// Why this family, where it is not the default; then what the plan says.
@@ -53,7 +58,7 @@ impl SolveOrder {
     /// Why a job asks the family that it asks, where that is the scene's choice.
     #[must_use]
     pub fn choice(&self) -> Option<&'static str> {
-        (self.family != family::DEFAULT).then_some("the scene's choice")
+        self.named.then_some("the scene's choice")
     }
 }
 
@@ -80,7 +85,11 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
         });
         return Some(Decision::Keep(rigid.collect()));
     }
-    let wanted = policy.family.unwrap_or(family::DEFAULT);
+    let spin = stressing_spin(&view, hits);
+    let may_be_shell = policy.family.is_none() && !policy.weak_plane && spin == Vec3::zeros();
+    let shell = may_be_shell.then(|| shell::reason(&view, hits)).flatten();
+    let default = if shell.is_some() { family::SHELL } else { family::DEFAULT };
+    let wanted = policy.family.unwrap_or(default);
     let mut refinement = Refinement::default();
     let mut planned = None;
     let known = family::by_name(wanted).is_some_and(|family| family.planned);
@@ -99,9 +108,9 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
     let mut supports = world.supports(body, hits);
     supports.truncate(policy.most_supports);
     let held = (!supports.is_empty()).then(|| format!("held at {} places", supports.len()));
-    let spin = stressing_spin(&view, hits);
     let mut order = SolveOrder {
         family: family.to_owned(),
+        named: family != family::DEFAULT && policy.family == Some(family),
         fallback: family::by_name(family).map_or(Some(family::SAMPLED), |known| known.fallback),
         reasons: Vec::new(),
         refinement,
@@ -109,7 +118,7 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
         spin,
     };
     let why = sampled.map(|reason| reason.to_string());
-    let why = why.or_else(|| order.choice().map(str::to_owned));
+    let why = why.or_else(|| order.choice().map(str::to_owned)).or(shell);
     order.reasons = why.into_iter().chain(planned).chain(held).collect();
     Some(Decision::Solve(Box::new(order)))
 }

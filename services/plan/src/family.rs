@@ -18,6 +18,9 @@ pub const DEFAULT: &str = "brittle";
 /// The family for bodies that do not deserve a solve: its fragments are sampled.
 pub const SAMPLED: &str = "geometric";
 
+/// The family for thin plates that are hit on their face.
+pub const SHELL: &str = "shell";
+
 /// Every family.
 pub const FAMILIES: &[FamilyPlan] = &[
     FamilyPlan {
@@ -28,7 +31,7 @@ pub const FAMILIES: &[FamilyPlan] = &[
         planned: true,
     },
     FamilyPlan {
-        name: "shell",
+        name: SHELL,
         about: "Bending and cracks of thin plates of any outline, on their midsurface; `geometric` \
                 takes over where it declines.",
         fallback: Some(SAMPLED),

@@ -13,6 +13,7 @@ pub mod family;
 mod gate;
 mod reason;
 mod refinement;
+mod shell;
 
 pub use brittle::{AccuracyTarget, SolveLimits};
 pub use decide::{Decision, Policy, SolveOrder, decide};

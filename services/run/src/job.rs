@@ -80,7 +80,8 @@ impl Choice {
             finest: self.settings.spacing.unwrap_or(0.0),
         };
         let family = self.solver.as_deref();
-        Policy { target, family, material, limits, most_supports: MAX_SUPPORTS }
+        let weak_plane = self.strength.weak_plane.is_some();
+        Policy { target, family, weak_plane, material, limits, most_supports: MAX_SUPPORTS }
     }
 
     /// A fragment keeps the flaws and the paint of the body it comes from; `centre`: where its own

@@ -1,0 +1,25 @@
+//! Whether a body is a thin plate that is hit on its face: then the shell family solves it, for a
+//! tenth of a solid's price [gates 4 and 7].
+
+use cullet_geometry::plate::Plate;
+use cullet_world::{BodyView, Hit};
+
+/// Thickness over the smaller extent up to which a plate is solved as a shell [gate 4].
+const SLENDER: f64 = 0.1;
+
+/// Least share of a hit's direction across the plate: hits along it crush an edge, which a shell
+/// knows nothing of.
+const ACROSS: f64 = 0.7;
+
+/// Why the body is solved as a shell; nothing where it is not.
+pub(crate) fn reason(view: &BodyView<'_>, hits: &[Hit]) -> Option<String> {
+    let plate = Plate::of_mesh(&view.solid.mesh).ok()?;
+    let least = plate.size[0].min(plate.size[1]);
+    let normal = plate.pose.rotation * cullet_geometry::Vec3::z();
+    let across = |hit: &Hit| hit.impact.normal.dot(&normal).abs() >= ACROSS;
+    let is_thin = plate.thickness <= SLENDER * least && hits.iter().all(across);
+    is_thin.then(|| {
+        let times = least / plate.thickness;
+        format!("a plate {times:.0} times as wide as it is thick, hit on its face: a shell")
+    })
+}
