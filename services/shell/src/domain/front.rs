@@ -43,7 +43,9 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
                     continue;
                 }
                 let state = &self.states[self.seats[point as usize]];
-                if state.crack.is_none() && state.strength > strength {
+                // Where no flaw can start a crack none can run either.
+                let weaker = state.strength > strength && state.flaw.is_finite();
+                if state.crack.is_none() && weaker {
                     self.change(point as usize, |state| state.strength = strength);
                 }
             }

@@ -1,6 +1,7 @@
 //! What is cut: the shell's points in layers through the thickness, with the part that each is of.
 
 use super::PlateSolve;
+use super::crushed::CrushedZones;
 use cullet_fragment::debris::{Mote, Motes};
 use cullet_fragment::finish::FragmentMotion;
 use cullet_fragment::pieces::Pieces;
@@ -50,6 +51,11 @@ impl ShellField {
             velocities: Vec::new(),
             masses: Vec::new(),
         };
+        let (seed, spacing) = (solve.local.seed, solve.spacing);
+        let crushed = CrushedZones::new(domain, t, spacing, seed);
+        let cell = Vec3::repeat(spacing).component_div(&field.stretch);
+        let rubble = crushed.rubble(&cell, t, seed);
+        field.pieces.crushed = crushed.points.len() as f64 / domain.live().count().max(1) as f64;
         let pace = PACE * solve.local.material.rayleigh_speed();
         for layer in 0..layers {
             let z = ((layer as f64 + 0.5) / layers as f64 - 0.5) * t;
@@ -62,11 +68,21 @@ impl ShellField {
                 field.damage.push(if broken { 1.0 } else { state.damage.min(0.89) });
                 field.times.push(domain.broken_at(point) + late);
                 field.normals.push(domain.crack_normal(point));
-                field.pieces.of.push(if broken { None } else { labels[point] });
+                let drawn = crushed.points.binary_search(&(point as u32)).is_ok();
+                let near = || {
+                    let at = at.place.component_div(&cell);
+                    rubble.nearest(0..rubble.balls.len() as u32, &at).map(|ball| count + ball)
+                };
+                field.pieces.of.push(match broken {
+                    true if drawn => near(),
+                    true => None,
+                    false => labels[point],
+                });
                 field.velocities.push(domain.interpolate(point, &domain.velocity));
                 field.masses.push(state.area);
             }
         }
+        field.pieces.rubble = rubble;
         field
     }
 

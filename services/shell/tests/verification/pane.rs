@@ -95,23 +95,22 @@ fn adds_up(problem: &BrittleProblem, found: &Fragmentation) {
     assert!((balance - 1.0).abs() < 0.02, "energy off by {balance}");
 }
 
-/// A slow ball on a free pane: a few radial cracks from the hit to the rim, all of them solved.
+/// A ball just above the threshold: radial cracks from the hit to the rim, all of them solved.
 #[test]
 fn a_pane_breaks_into_a_star() {
     let settings = Settings { spacing: Some(4e-3), ..Settings::default() };
-    let problem = pane([0.3, 0.3, 0.008], 0.025, 2.0, settings);
+    let problem = pane([0.3, 0.3, 0.008], 0.025, 2.5, settings);
     let found = solve(problem.clone());
     let count = found.fragments.len();
     println!("{count} fragments, crack {:.3e} m2", found.report.crack_area);
     adds_up(&problem, &found);
-    assert!((3..=8).contains(&count), "{count} fragments");
-    // Each reaches from near the hit to the rim.
-    for fragment in &found.fragments {
-        let corners = &fragment.solid.mesh.vertices;
-        let near = corners.iter().map(|x| x.xy().norm()).fold(f64::INFINITY, f64::min);
-        let far = corners.iter().map(|x| x.x.abs().max(x.y.abs())).fold(0.0, f64::max);
-        assert!(near < 0.04 && far > 0.1499, "from {near} m to {far} m");
-    }
+    assert!((5..=20).contains(&count), "{count} fragments");
+    assert!(found.sampled.iter().all(|sampled| !sampled), "nothing is crushed");
+    // Sectors between radials reach the rim; all others lie within the ring.
+    let far =
+        |f: &Fragment| f.solid.mesh.vertices.iter().fold(0.0, |m: f64, x| m.max(x.xy().amax()));
+    let sectors = found.fragments.iter().filter(|f| far(f) > 0.1499).count();
+    assert!(sectors >= 5, "{sectors} sectors");
 }
 
 /// Below the threshold nothing breaks, whatever stands in space how: the same pane, turned.
