@@ -58,7 +58,7 @@ impl WallPairs {
     pub(super) fn of_mesh(mesh: &TriMesh) -> Result<Self, NotWall> {
         let faces = FaceGraph::new(mesh);
         let (nearest, normals) = (Nearest::new(mesh), &faces.normal[..]);
-        let search = OppositeSearch { mesh, normals, nearest };
+        let search = OppositeSearch { mesh, normals, nearest, skin: 1e-9 * mesh.diagonal() };
         let rays: Vec<_> = (0..normals.len()).map(|t| search.ray(t)).collect();
         let lengths = rays.iter().zip(&faces.area).filter_map(|(ray, a)| Some(((*ray)?.0, *a)));
         let most = FAR * quantile(lengths.collect(), 0.5).ok_or(NotWall::Unpaired { share: 0.0 })?;
@@ -175,6 +175,8 @@ struct OppositeSearch<'a> {
     mesh: &'a TriMesh,
     normals: &'a [Vec3],
     nearest: Nearest,
+    /// How far within a face its ray starts \[m\].
+    skin: f64,
 }
 
 impl OppositeSearch<'_> {
@@ -190,7 +192,7 @@ impl OppositeSearch<'_> {
     /// How far from the middle of a face a ray straight inwards meets another that faces it \[m\],
     /// and which.
     fn ray(&self, t: usize) -> Option<(f64, usize)> {
-        let start = self.middle(t) - self.normals[t] * (1e-9 * self.mesh.diagonal());
+        let start = self.middle(t) - self.normals[t] * self.skin;
         let hit = self.nearest.first_hit(start, -self.normals[t], |s| s != t);
         hit.filter(|&(_, s)| self.faces_it(t, s))
     }
