@@ -249,4 +249,4 @@ fn check_pairs(mesh: &TriMesh, pairs: &WallPairs) -> Result<(), NotWall> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -22,9 +22,12 @@ use thiserror::Error;
 /// Most triangles that a surface may be divided into: a few seconds of work.
 pub const MAX_SURFACE_TRIANGLES: usize = 1_000_000;
 
-/// Longest edge of the surface that is projected onto, over the spacing: the facets of an arc of
-/// radius R are then within spacing²/(32 R) of it.
-pub(crate) const REFERENCE_EDGE: f64 = 0.5;
+/// Longest edge of the surface that is projected onto, over the spacing; half of it where it is
+/// bent, so that its facets are within 1 % of the spacing of an arc.
+pub(crate) const REFERENCE_EDGE: f64 = 0.8;
+
+/// Boundary vertices this near to a corner, over the spacing, are not corners too.
+const CORNER_REACH: f64 = 0.5;
 
 /// Passes of splitting, collapsing, flipping and smoothing; lengths settle in five or six.
 const PASSES: usize = 10;
@@ -200,7 +203,7 @@ pub(crate) fn remeshed(surface: &ReferenceSurface, spacing: f64) -> WallSurface 
         mesh.role[v as usize] = VertexRole::Border;
         mesh.target[v as usize] = 4;
     }
-    for v in surface.corners(REFERENCE_EDGE * spacing) {
+    for v in surface.corners(CORNER_REACH * spacing) {
         mesh.role[v as usize] = VertexRole::Corner;
         let sixths = surface.angle_at(v) / std::f64::consts::FRAC_PI_3;
         mesh.target[v as usize] = (sixths.round() as usize + 1).clamp(3, 5);

@@ -11,6 +11,13 @@ const CREASE: f64 = 0.766;
 /// Passes after which division stops; each halves the longest edges.
 const MAX_PASSES: usize = 24;
 
+/// Edges of over this share of the longest of their triangle are divided with it.
+const LONG: f64 = 0.7;
+
+/// Edges are divided down to half the wanted length where the surface lies further from their
+/// middle than this times that length.
+const LIFTED: f64 = 0.01;
+
 /// A mesh with a normal at each corner of each triangle; across a crease they differ.
 #[derive(Clone, Debug)]
 pub(crate) struct CurvedMesh {
@@ -35,7 +42,8 @@ impl CurvedMesh {
         Self { mesh: mesh.clone(), normals }
     }
 
-    /// Divided until no edge is longer than `edge` \[m\] or there are `most` triangles. The middle
+    /// Divided until no edge is longer than `edge` \[m\], or half of it where the surface is bent, or
+    /// there are `most` triangles. The middle
     /// of an edge is put on the arc that the normals at its ends belong to: exact for quadratic
     /// surfaces, like the Phong patch with its factor at 1/2 \[Boubekeur & Alexa 2008\].
     pub(crate) fn refined(mut self, edge: f64, most: usize) -> Self {
@@ -49,16 +57,22 @@ impl CurvedMesh {
         self
     }
 
-    /// Adds the middle of each edge that is too long and the longest of one of its triangles.
+    /// Adds the middle of each edge that is too long and among the longest of one of its triangles.
+    /// Both long edges of a thin triangle are divided at once, or it would become ever thinner.
     fn divide_edges(&mut self, limit: f64) -> Vec<Middle> {
         let mut long: Vec<[u32; 2]> = Vec::new();
-        for &corners in &self.mesh.triangles {
-            let edges = [0, 1, 2].map(|k| key(corners[k], corners[(k + 1) % 3]));
-            let lengths = edges.map(|[a, b]| (self.at(a) - self.at(b)).norm_squared());
-            let longest =
-                (1..3).fold(0, |best, k| if lengths[k] > lengths[best] { k } else { best });
-            if lengths[longest] > limit * limit {
-                long.push(edges[longest]);
+        for (&corners, normals) in self.mesh.triangles.iter().zip(&self.normals) {
+            let ends = [0, 1, 2].map(|k| [k, (k + 1) % 3]);
+            let lengths = ends.map(|[i, j]| (self.at(corners[i]) - self.at(corners[j])).norm());
+            let longest = lengths.into_iter().fold(0.0, f64::max);
+            for (k, [i, j]) in ends.into_iter().enumerate() {
+                let points = [self.at(corners[i]), self.at(corners[j])];
+                let lift = || lift(0.5 * (points[0] + points[1]), points, [normals[i], normals[j]]);
+                let is_long = lengths[k] > limit
+                    || (lengths[k] > 0.5 * limit && lift().1.abs() > LIFTED * limit);
+                if is_long && lengths[k] > LONG * longest {
+                    long.push(key(corners[i], corners[j]));
+                }
             }
         }
         long.sort_unstable();

@@ -52,3 +52,15 @@ impl MeshQuality {
         quality
     }
 }
+
+#[test]
+fn probe() {
+    use super::curved::CurvedMesh;
+    use crate::shapes::{Detail, lathe_shell};
+    let pot = lathe_shell(&crate::midsurface::tests::bottle_profile(), 0.003, Detail { segments: 64, edge: None }).unwrap();
+    for k in 0..8 {
+        let fine = CurvedMesh::new(&pot).refined(0.0015 * f64::from(1u32 << (7 - k)), 1_000_000).mesh;
+        let longest = fine.edges().iter().map(|e| (fine.vertices[e.from as usize] - fine.vertices[e.to as usize]).norm()).fold(0.0, f64::max);
+        eprintln!("{k} {} longest {longest} area {}", fine.triangles.len(), fine.area());
+    }
+}
