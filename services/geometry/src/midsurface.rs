@@ -134,8 +134,8 @@ impl WallSurface {
         let fine = fine.mesh;
         let pairs = WallPairs::of_mesh(&fine)?;
         check_pairs(&fine, &pairs)?;
-        let middle =
-            MiddleSurface::between(&fine, &pairs).ok_or(NotWall::Unpaired { share: pairs.share })?;
+        let middle = MiddleSurface::between(&fine, &pairs)
+            .ok_or(NotWall::Unpaired { share: pairs.share })?;
         remesh::check_surface(&middle.mesh, &middle.thickness)?;
         let reference = ReferenceSurface::new(middle.mesh, middle.thickness);
         let surface = remesh::remeshed(&reference, spacing);

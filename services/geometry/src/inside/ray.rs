@@ -1,6 +1,6 @@
 //! Where a ray first meets a surface.
 
-use super::nearest::{OPEN_NODES, Nearest};
+use super::nearest::{Nearest, OPEN_NODES};
 use crate::math::Vec3;
 
 impl Nearest {

@@ -144,8 +144,7 @@ fn without_pinches(mesh: &TriMesh, mut kept: Vec<usize>) -> Vec<usize> {
         let groups = part.components();
         let largest = groups.iter().max_by(|a, b| size(a).total_cmp(&size(b)).then(b.cmp(a)));
         let largest = largest.cloned().unwrap_or_default();
-        let next: Vec<usize> =
-            largest.into_iter().filter(|&t| !drop[t]).map(|t| kept[t]).collect();
+        let next: Vec<usize> = largest.into_iter().filter(|&t| !drop[t]).map(|t| kept[t]).collect();
         if next.len() == kept.len() {
             return next;
         }

@@ -61,7 +61,8 @@ impl WallPairs {
         let search = OppositeSearch { mesh, normals, nearest, skin: 1e-9 * mesh.diagonal() };
         let rays: Vec<_> = (0..normals.len()).map(|t| search.ray(t)).collect();
         let lengths = rays.iter().zip(&faces.area).filter_map(|(ray, a)| Some(((*ray)?.0, *a)));
-        let most = FAR * quantile(lengths.collect(), 0.5).ok_or(NotWall::Unpaired { share: 0.0 })?;
+        let most =
+            FAR * quantile(lengths.collect(), 0.5).ok_or(NotWall::Unpaired { share: 0.0 })?;
         let pairs: Vec<_> = (0..rays.len()).map(|t| search.ball(t, rays[t], most)).collect();
         let thickness: Vec<f64> = pairs.iter().map(|p| p.map_or(f64::INFINITY, |p| p.0)).collect();
         let paired = (0..pairs.len()).filter(|&t| pairs[t].is_some());
@@ -207,8 +208,7 @@ impl OppositeSearch<'_> {
         let (mut radius, mut across) = near.map_or((0.5 * most, None), |(d, s)| (0.5 * d, Some(s)));
         for _ in 0..SHRINKS {
             let reach = radius * (1.0 - 1e-6);
-            let found =
-                self.nearest.closest_within(x - n * radius, reach, |s| self.faces_it(t, s));
+            let found = self.nearest.closest_within(x - n * radius, reach, |s| self.faces_it(t, s));
             let Some((q, _, s)) = found else {
                 break;
             };

@@ -7,7 +7,7 @@ use crate::remesh::curved::{area_vector, unit_or};
 use crate::remesh::{SurfaceError, check_surface};
 
 /// Greatest curvature times half the thickness \[1\] (F92).
-pub const MOST_BEND: f64 = 0.5;
+const MOST_BEND: f64 = 0.5;
 
 /// How far a corner of an offset wall may run ahead of half the thickness; sharper ones are cut.
 const MITRE_LIMIT: f64 = 2.0;
@@ -89,3 +89,6 @@ fn check_bend(mesh: &TriMesh, offsets: &[Vec3]) -> Result<(), SurfaceError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

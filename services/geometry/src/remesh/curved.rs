@@ -142,8 +142,7 @@ impl CurvedMesh {
                     known[3 + k] = (m, unit_or(here[k] + here[next], here[k]));
                 }
             }
-            let normal =
-                |v: u32| known.iter().find(|(w, _)| *w == v).map_or(here[0], |(_, n)| *n);
+            let normal = |v: u32| known.iter().find(|(w, _)| *w == v).map_or(here[0], |(_, n)| *n);
             normals.extend(triangles[first..].iter().map(|t: &[u32; 3]| t.map(normal)));
         }
         (self.mesh.triangles, self.normals) = (triangles, normals);

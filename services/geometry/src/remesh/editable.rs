@@ -204,7 +204,8 @@ impl EditableMesh {
             return None;
         };
         let (c, d) = (left.across, right.across);
-        let is_thin = |v: u32| self.around[v as usize].len() < if self.is_interior(v) { 4 } else { 2 };
+        let is_thin =
+            |v: u32| self.around[v as usize].len() < if self.is_interior(v) { 4 } else { 2 };
         if c == d || is_thin(a) || is_thin(b) || self.is_edge(c, d) {
             return None;
         }

@@ -148,7 +148,8 @@ impl Remeshing<'_> {
     /// Moves each vertex over the surface towards the centroid of the triangles around it, and
     /// each boundary vertex along the boundary to between its neighbours.
     pub(super) fn relax(&mut self) {
-        let moved: Vec<Vec3> = (0..self.mesh.points.len() as u32).map(|v| self.relaxed(v)).collect();
+        let moved: Vec<Vec3> =
+            (0..self.mesh.points.len() as u32).map(|v| self.relaxed(v)).collect();
         let old = std::mem::replace(&mut self.mesh.points, moved);
         // What folded goes back.
         for v in 0..self.mesh.points.len() {
