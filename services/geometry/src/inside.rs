@@ -1,6 +1,7 @@
 //! Is a point inside a closed mesh, and how far is it from the surface?
 
 mod nearest;
+mod ray;
 
 pub use nearest::{Nearest, closest_on_triangle};
 

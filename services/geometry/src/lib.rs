@@ -12,8 +12,10 @@ pub mod hull;
 pub mod inside;
 pub mod math;
 pub mod mesh;
+pub mod midsurface;
 pub mod nurbs;
 pub mod plate;
+pub mod remesh;
 pub mod sample;
 pub mod shapes;
 pub mod sheet;
@@ -23,4 +25,5 @@ pub mod voronoi;
 
 pub use math::{Mat3, Pose, Quat, Vec3};
 pub use mesh::{MassProperties, Solid, Surface, TriMesh};
+pub use midsurface::WallSurface;
 pub use sheet::Sheet;

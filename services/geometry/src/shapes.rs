@@ -5,11 +5,13 @@
 
 mod detail;
 mod lathe;
+mod midline;
 mod outline;
 mod refine;
 
 pub use detail::{Detail, MAX_SEGMENTS, MAX_TRIANGLES, MIN_SEGMENTS, SIZE_RANGE, ShapeError};
 pub use lathe::{lathe_shell, lathe_solid};
+pub use midline::lathe_midline;
 pub use outline::{extrude, triangulate};
 pub use refine::refine;
 

@@ -6,26 +6,29 @@ use crate::mesh::TriMesh;
 /// Triangles in a leaf.
 const LEAF: usize = 4;
 
+/// Nodes that a search keeps open at most, in a tree of any size that fits memory.
+pub(super) const OPEN_NODES: usize = 64;
+
 /// A node: its box, and either its first child (the second follows the first's subtree) or its
 /// triangles.
 #[derive(Clone, Copy, Debug)]
-struct BvhNode {
+pub(super) struct BvhNode {
     low: Vec3,
     high: Vec3,
     /// First triangle in `order`.
-    start: u32,
+    pub(super) start: u32,
     /// One past the last triangle in `order`.
-    end: u32,
+    pub(super) end: u32,
     /// Index of the second child; zero in a leaf.
-    second: u32,
+    pub(super) second: u32,
 }
 
 /// A tree of boxes around the triangles of a mesh.
 #[derive(Clone, Debug)]
 pub struct Nearest {
-    corners: Vec<[Vec3; 3]>,
-    order: Vec<u32>,
-    nodes: Vec<BvhNode>,
+    pub(super) corners: Vec<[Vec3; 3]>,
+    pub(super) order: Vec<u32>,
+    pub(super) nodes: Vec<BvhNode>,
 }
 
 impl Nearest {
@@ -69,13 +72,24 @@ impl Nearest {
     /// As [`Nearest::closest`], among the triangles that `of` takes.
     #[must_use]
     pub fn closest_of(&self, p: Vec3, of: impl Fn(usize) -> bool) -> Option<(Vec3, f64, usize)> {
-        let mut best: Option<(Vec3, f64, usize)> = None;
-        let mut stack: Vec<(u32, f64)> = Vec::with_capacity(64);
+        self.closest_within(p, f64::INFINITY, of)
+    }
+
+    /// As [`Nearest::closest_of`], among points nearer than `reach` \[m\].
+    #[must_use]
+    pub fn closest_within(
+        &self,
+        p: Vec3,
+        reach: f64,
+        of: impl Fn(usize) -> bool,
+    ) -> Option<(Vec3, f64, usize)> {
+        let (mut best, mut least): (Option<(Vec3, usize)>, f64) = (None, reach * reach);
+        let mut stack: Vec<(u32, f64)> = Vec::with_capacity(OPEN_NODES);
         if let Some(root) = self.nodes.first() {
             stack.push((0, root.squared_distance(p)));
         }
         while let Some((at, bound)) = stack.pop() {
-            if best.is_some_and(|(_, d, _)| bound >= d) {
+            if bound >= least {
                 continue;
             }
             let node = self.nodes[at as usize];
@@ -84,8 +98,8 @@ impl Nearest {
                 for &t in leaf.iter().filter(|&&t| of(t as usize)) {
                     let q = closest_on_triangle(p, self.corners[t as usize]);
                     let d = (q - p).norm_squared();
-                    if best.is_none_or(|(_, b, _)| d < b) {
-                        best = Some((q, d, t as usize));
+                    if d < least {
+                        (best, least) = (Some((q, t as usize)), d);
                     }
                 }
                 continue;
@@ -94,7 +108,7 @@ impl Nearest {
                 .map(|child| (child, self.nodes[child as usize].squared_distance(p)));
             stack.extend(if a.1 <= b.1 { [b, a] } else { [a, b] });
         }
-        best.map(|(q, d, t)| (q, d.sqrt(), t))
+        best.map(|(q, t)| (q, least.sqrt(), t))
     }
 
     /// Pairs of triangles whose boxes overlap, the smaller index first, in a fixed order.
@@ -161,6 +175,21 @@ impl Nearest {
 impl BvhNode {
     fn squared_distance(&self, p: Vec3) -> f64 {
         (p - p.sup(&self.low).inf(&self.high)).norm_squared()
+    }
+
+    /// Where a ray enters the box, given one over each part of its unit vector \[m\].
+    pub(super) fn entry(&self, origin: Vec3, inverse: Vec3) -> Option<f64> {
+        let low = (self.low - origin).component_mul(&inverse);
+        let high = (self.high - origin).component_mul(&inverse);
+        let (mut enters, mut leaves) = (0.0_f64, f64::INFINITY);
+        for i in 0..3 {
+            // 0/0: the ray runs in a face of the box.
+            if !low[i].is_nan() && !high[i].is_nan() {
+                enters = enters.max(low[i].min(high[i]));
+                leaves = leaves.min(low[i].max(high[i]));
+            }
+        }
+        (enters <= leaves * (1.0 + 1e-12)).then_some(enters)
     }
 }
 

@@ -65,3 +65,35 @@ fn distance_matches_brute_force_and_the_closed_form() {
     assert!((tree.distance(Vec3::zeros()) - 0.25).abs() < 1e-15);
     assert_eq!(Nearest::new(&TriMesh::default()).distance(Vec3::zeros()), f64::INFINITY);
 }
+
+#[test]
+fn a_ray_meets_the_nearest_wall_that_counts() {
+    let mut walls = sphere(1.0, Detail { segments: 100, edge: None }).unwrap();
+    let inner = walls.triangles.len();
+    walls.append(&sphere(2.0, Detail { segments: 100, edge: None }).unwrap());
+    let nearest = Nearest::new(&walls);
+    for p in random_points(2_000, 1.0) {
+        let way = p.normalize();
+        let (near, t) = nearest.first_hit(Vec3::zeros(), way, |_| true).unwrap();
+        assert!((near - 1.0).abs() < 2e-3 && t < inner, "{near} at {t}");
+        let (far, t) = nearest.first_hit(Vec3::zeros(), way, |t| t >= inner).unwrap();
+        assert!((far - 2.0).abs() < 4e-3 && t >= inner, "{far} at {t}");
+    }
+    // Along an axis, in faces of the boxes of the tree.
+    let cube =
+        Nearest::new(&cuboid(Vec3::repeat(2.0), Detail { segments: 8, edge: Some(0.5) }).unwrap());
+    let hit = cube.first_hit(Vec3::new(0.0, 0.25, -3.0), Vec3::z(), |_| true).unwrap();
+    assert!((hit.0 - 2.0).abs() < 1e-12);
+    assert_eq!(cube.first_hit(Vec3::new(0.0, 2.0, -3.0), Vec3::z(), |_| true), None);
+}
+
+#[test]
+fn a_reach_bounds_the_search() {
+    let ball = Nearest::new(&sphere(1.0, Detail::default()).unwrap());
+    for p in random_points(500, 1.5) {
+        let (_, distance, t) = ball.closest(p).unwrap();
+        let found = ball.closest_within(p, distance * 1.001, |_| true).unwrap();
+        assert_eq!((found.1, found.2), (distance, t));
+        assert_eq!(ball.closest_within(p, distance * 0.999, |_| true), None);
+    }
+}

@@ -66,7 +66,11 @@ pub fn lathe_shell(
 }
 
 /// Checks the section and turns it.
-fn make(points: Vec<[f64; 2]>, on_axis: bool, detail: Detail) -> Result<TriMesh, ShapeError> {
+pub(super) fn make(
+    points: Vec<[f64; 2]>,
+    on_axis: bool,
+    detail: Detail,
+) -> Result<TriMesh, ShapeError> {
     check_segments(detail)?;
     let mut section = checked_loop(&points)?;
     if on_axis {
@@ -166,7 +170,10 @@ fn divided(section: &[[f64; 2]], on_axis: bool, detail: Detail) -> Vec<Circle> {
 }
 
 /// The polyline without equal neighbours; radii not negative.
-fn checked_profile(profile: &[[f64; 2]], least: usize) -> Result<Vec<[f64; 2]>, ShapeError> {
+pub(super) fn checked_profile(
+    profile: &[[f64; 2]],
+    least: usize,
+) -> Result<Vec<[f64; 2]>, ShapeError> {
     check_coordinates(profile)?;
     for p in profile {
         detail::check_range("profile radius", p[0], 0.0, detail::SIZE_RANGE.1)?;
@@ -193,7 +200,7 @@ fn closed_to_axis(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 }
 
 /// The polyline moved to its left by `distance` \[m\], corners mitred.
-fn offset(points: &[[f64; 2]], distance: f64) -> Vec<[f64; 2]> {
+pub(super) fn offset(points: &[[f64; 2]], distance: f64) -> Vec<[f64; 2]> {
     let normal = |i: usize| {
         let (a, b) = (points[i], points[i + 1]);
         let (x, y) = (b[0] - a[0], b[1] - a[1]);
@@ -214,7 +221,7 @@ fn offset(points: &[[f64; 2]], distance: f64) -> Vec<[f64; 2]> {
 
 /// Takes the loops out of a polyline that crosses itself, as an inward offset does in tight
 /// corners.
-fn cut_loops(points: &mut Vec<[f64; 2]>) {
+pub(super) fn cut_loops(points: &mut Vec<[f64; 2]>) {
     let mut i = 0;
     while i + 3 < points.len() {
         let (a, b) = (points[i], points[i + 1]);

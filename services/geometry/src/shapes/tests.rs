@@ -93,6 +93,27 @@ fn a_vessel_is_its_wall() {
 }
 
 #[test]
+fn a_wall_stands_half_on_each_side_of_its_midline() {
+    let k = inscribed(DETAIL.segments);
+    let pipe = lathe_midline(&[[0.5, 0.0], [0.5, 1.0]], 0.1, DETAIL).unwrap();
+    assert_volume("pipe", &pipe, k * TAU * 0.5 * 0.1);
+    let pot = [[0.0, 0.0], [0.5, 0.0], [0.5, 1.0]];
+    let volume = k * PI * (0.55 * 0.55 * 1.05 - 0.45 * 0.45 * 0.95);
+    assert_volume("pot", &lathe_midline(&pot, 0.1, DETAIL).unwrap(), volume);
+    let down: Vec<_> = pot.iter().rev().copied().collect();
+    assert_volume("pot", &lathe_midline(&down, 0.1, DETAIL).unwrap(), volume);
+    // Two cones of 45°: the walls meet the axis √2 times half the thickness from the tips.
+    let tops = [[0.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
+    let cones = |r: f64| k * PI / 3.0 * 2.0 * r * r * r;
+    let off = 0.05 * 2.0_f64.sqrt();
+    let hollow = lathe_midline(&tops, 0.1, DETAIL).unwrap();
+    assert_eq!(hollow.components().len(), 2);
+    assert!((hollow.signed_volume() / (cones(1.0 + off) - cones(1.0 - off)) - 1.0).abs() < 1e-12);
+    let thick = lathe_midline(&[[0.1, 0.0], [0.1, 1.0]], 0.3, DETAIL);
+    assert_eq!(thick, Err(ShapeError::Wall { thickness: 0.3 }));
+}
+
+#[test]
 fn boxes_prisms_spheres_and_capsules() {
     let fine = Detail { segments: 40, edge: Some(0.13) };
     assert_volume("box", &cuboid(Vec3::new(1.0, 0.5, 0.1), DETAIL).unwrap(), 0.05);

@@ -1,0 +1,252 @@
+//! The midsurface of thin-walled bodies: bottles, bulbs, bowls, eggs, curved panes.
+//!
+//! Faces are paired across the wall, one wall is moved to half way between the two, led to the rim
+//! and remeshed to triangles of one size. A shell solver lays its subdivision surface on them.
+
+mod middle;
+mod pairing;
+mod thicken;
+
+pub use thicken::thicken;
+
+use crate::math::Vec3;
+use crate::mesh::TriMesh;
+use crate::remesh::curved::{CurvedMesh, area_vector, unit_or};
+use crate::remesh::reference_surface::{ReferenceSurface, boundary_loops};
+use crate::remesh::{self, MAX_SURFACE_TRIANGLES, REFERENCE_EDGE, SurfaceError};
+use middle::MiddleSurface;
+use pairing::{FaceKind, WallPairs, quantile};
+use thiserror::Error;
+
+/// Greatest cosine between the outward normals of two faces across a wall \[1\].
+const OPPOSED: f64 = -0.8;
+
+/// Least share of the area outside the rim that has a partner across the wall \[1\] (F91).
+pub const PAIRED_SHARE: f64 = 0.9;
+
+/// Greatest median thickness over the width of the body \[1\]: beyond it the body is a solid.
+pub const THICK_RATIO: f64 = 0.125;
+
+/// Greatest thickness over least thickness, 95th over 5th percentile of the area \[1\] (F91).
+pub const THICKNESS_SPREAD: f64 = 2.0;
+
+/// Least radius of curvature over thickness \[1\] (F95) …
+pub const LEAST_RADIUS: f64 = 5.0;
+
+/// … and the greatest share of the area that may bend more sharply \[1\]: the heel and the neck of
+/// a bottle.
+pub const SHARP_SHARE: f64 = 0.2;
+
+/// How far the volume of the body may be from thickness times area \[1\] (F91).
+pub const VOLUME_ERROR: f64 = 0.03;
+
+/// The surface half way between the two walls of a thin body, in triangles of about one size.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WallSurface {
+    /// Vertices \[m\].
+    pub vertices: Vec<Vec3>,
+    /// Three vertex indices each; normals point the way of the larger wall, outward on a vessel.
+    pub triangles: Vec<[u32; 3]>,
+    /// Thickness of the wall at each vertex \[m\].
+    pub thickness: Vec<f64>,
+}
+
+/// Why a body has no midsurface here.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum NotWall {
+    /// The mesh is not closed.
+    #[error("its mesh has {edges} edges without exactly two triangles; a wall is a closed mesh")]
+    Open {
+        /// Edges that are open or crowded.
+        edges: usize,
+    },
+    /// Too little of its surface faces another wall.
+    #[error(
+        "{share:.2} of its surface without the rim faces another wall; a thin wall has at least \
+         {PAIRED_SHARE}"
+    )]
+    Unpaired {
+        /// Paired area over area without rim \[1\].
+        share: f64,
+    },
+    /// It is too thick for its width.
+    #[error("it is {ratio:.3} times as thick as it is wide; a thin wall is at most {THICK_RATIO}")]
+    Thick {
+        /// Median thickness over the lesser of √area and the middle extent of its box \[1\].
+        ratio: f64,
+    },
+    /// Its thickness varies too much.
+    #[error(
+        "its thickness varies {ratio:.2} to 1 (95th to 5th percentile); a thin wall at most \
+         {THICKNESS_SPREAD} to 1"
+    )]
+    Varies {
+        /// 95th over 5th percentile of the thickness over the area \[1\].
+        ratio: f64,
+    },
+    /// It is bent too sharply for its thickness.
+    #[error(
+        "{share:.2} of it has a radius of curvature under {LEAST_RADIUS} times its thickness; at \
+         most {SHARP_SHARE} may"
+    )]
+    Sharp {
+        /// Share of the area \[1\].
+        share: f64,
+    },
+    /// Thickness times area is not its volume.
+    #[error(
+        "thickness times area of its midsurface is {share:.3} of its volume; a thin wall has \
+         {least:.2} to {most:.2}",
+        least = 1.0 - VOLUME_ERROR, most = 1.0 + VOLUME_ERROR
+    )]
+    Volume {
+        /// Σ t A over volume \[1\].
+        share: f64,
+    },
+    /// The midsurface cannot be meshed.
+    #[error("its midsurface cannot be meshed: {0}")]
+    Surface(#[from] SurfaceError),
+}
+
+impl WallSurface {
+    /// Finds the midsurface of a closed thin-walled mesh and divides it into triangles with edges
+    /// of about `spacing` \[m\].
+    ///
+    /// Facets stand for a smooth surface: they are divided along arcs that fit the normals at
+    /// their corners, except across edges of more than 40°. The thickness at a face is the diameter
+    /// of the largest ball inside that touches it and a face turned the other way (n·n' < −0.8).
+    /// Faces without such a ball, or with one of over 2.5 times the median thickness, have no
+    /// partner. A connected region of those that touches both walls and is no larger than four
+    /// times thickness times length is the rim: it counts neither for nor against the body. All
+    /// other faces without partner, and those whose partner is on their own wall (ribs, solid
+    /// handles), count against it.
+    ///
+    /// # Errors
+    /// What keeps the body from being a thin wall, with the figure and the bound (F91, F95).
+    pub fn of_mesh(mesh: &TriMesh, spacing: f64) -> Result<Self, NotWall> {
+        if !mesh.is_closed() {
+            let is_open = |e: &&crate::mesh::EdgeUse| (e.forward, e.backward) != (1, 1);
+            return Err(NotWall::Open { edges: mesh.edges().iter().filter(is_open).count() });
+        }
+        // Both walls have to be divided.
+        remesh::check_spacing(mesh.area(), spacing)?;
+        let fine = CurvedMesh::new(mesh).refined(REFERENCE_EDGE * spacing, MAX_SURFACE_TRIANGLES);
+        let fine = fine.mesh;
+        let pairs = WallPairs::of_mesh(&fine)?;
+        check_pairs(&fine, &pairs)?;
+        let middle = MiddleSurface::between(&fine, &pairs)
+            .ok_or(NotWall::Unpaired { share: pairs.share })?;
+        remesh::check_surface(&middle.mesh, &middle.thickness)?;
+        let reference = ReferenceSurface::new(middle.mesh, middle.thickness);
+        let surface = remesh::remeshed(&reference, spacing);
+        surface.check(mesh.signed_volume())?;
+        Ok(surface)
+    }
+
+    /// As a mesh without thickness.
+    #[must_use]
+    pub fn mesh(&self) -> TriMesh {
+        TriMesh { vertices: self.vertices.clone(), triangles: self.triangles.clone() }
+    }
+
+    /// Area of the midsurface \[m²\].
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        (0..self.triangles.len()).map(|t| self.triangle_area(t)).sum()
+    }
+
+    /// Thickness times area, Σ t A \[m³\]: the volume of the wall to O((t/R)²).
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        let mean = |t: usize| -> f64 {
+            self.triangles[t].iter().map(|&v| self.thickness[v as usize]).sum::<f64>() / 3.0
+        };
+        (0..self.triangles.len()).map(|t| mean(t) * self.triangle_area(t)).sum()
+    }
+
+    /// The boundaries as loops of vertices, each with the surface on its left seen from the side
+    /// that the normals point to. A closed surface has none.
+    #[must_use]
+    pub fn boundary(&self) -> Vec<Vec<u32>> {
+        boundary_loops(&self.mesh())
+    }
+
+    fn triangle_area(&self, t: usize) -> f64 {
+        let [a, b, c] = self.triangles[t].map(|v| self.vertices[v as usize]);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    }
+
+    /// Refuses a midsurface that bends too sharply or has not the volume of the body \[m³\].
+    fn check(&self, volume: f64) -> Result<(), NotWall> {
+        let share = self.sharp_share();
+        if share > SHARP_SHARE {
+            return Err(NotWall::Sharp { share });
+        }
+        let share = self.volume() / volume;
+        if (share - 1.0).abs() <= VOLUME_ERROR { Ok(()) } else { Err(NotWall::Volume { share }) }
+    }
+
+    /// The share of the area with a radius of curvature under [`LEAST_RADIUS`] times its
+    /// thickness: by the turn of the normal along the edges at each vertex.
+    fn sharp_share(&self) -> f64 {
+        let mesh = self.mesh();
+        let curvature = greatest_curvatures(&mesh);
+        let (mut sharp, mut whole) = (0.0, 0.0);
+        for (t, corners) in self.triangles.iter().enumerate() {
+            let third = self.triangle_area(t) / 3.0;
+            for v in corners.iter().map(|&v| v as usize) {
+                whole += third;
+                if curvature[v] * self.thickness[v] * LEAST_RADIUS > 1.0 {
+                    sharp += third;
+                }
+            }
+        }
+        sharp / whole
+    }
+}
+
+/// At each vertex the greatest normal curvature along its edges \[1/m\].
+fn greatest_curvatures(mesh: &TriMesh) -> Vec<f64> {
+    let normals = vertex_normals(mesh);
+    let mut greatest = vec![0.0_f64; mesh.vertices.len()];
+    for edge in mesh.edges() {
+        let (a, b) = (edge.from as usize, edge.to as usize);
+        let way = mesh.vertices[b] - mesh.vertices[a];
+        let curvature = ((normals[b] - normals[a]).dot(&way) / way.norm_squared()).abs();
+        greatest[a] = greatest[a].max(curvature);
+        greatest[b] = greatest[b].max(curvature);
+    }
+    greatest
+}
+
+/// Unit normals at the vertices, weighted by area.
+fn vertex_normals(mesh: &TriMesh) -> Vec<Vec3> {
+    let mut sums = vec![Vec3::zeros(); mesh.vertices.len()];
+    for t in 0..mesh.triangles.len() {
+        let area = area_vector(mesh, t);
+        mesh.triangles[t].iter().for_each(|&v| sums[v as usize] += area);
+    }
+    sums.into_iter().map(|n| unit_or(n, Vec3::zeros())).collect()
+}
+
+/// Refuses a body that is thick, unpaired, or of very uneven thickness.
+fn check_pairs(mesh: &TriMesh, pairs: &WallPairs) -> Result<(), NotWall> {
+    let area = |t: usize| area_vector(mesh, t).norm();
+    let side = || (0..pairs.kind.len()).filter(|&t| pairs.kind[t] == FaceKind::Side);
+    let mut extents = mesh.bounds().map_or([0.0; 3], |(low, high)| (high - low).into());
+    extents.sort_by(f64::total_cmp);
+    let width = side().map(area).sum::<f64>().sqrt().min(extents[1]);
+    let ratio = pairs.median / width;
+    if ratio > THICK_RATIO {
+        return Err(NotWall::Thick { ratio });
+    }
+    if pairs.share < PAIRED_SHARE {
+        return Err(NotWall::Unpaired { share: pairs.share });
+    }
+    let at = |share: f64| quantile(side().map(|t| (pairs.thickness[t], area(t))).collect(), share);
+    let ratio = at(0.95).unwrap_or(0.0) / at(0.05).unwrap_or(0.0);
+    if ratio > THICKNESS_SPREAD { Err(NotWall::Varies { ratio }) } else { Ok(()) }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

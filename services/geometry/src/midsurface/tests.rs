@@ -1,0 +1,163 @@
+//! Midsurfaces of bodies with known middles, and of bodies that have none.
+
+mod bodies;
+
+use super::*;
+use crate::remesh::tests::MeshQuality;
+use crate::shapes::{Detail, cuboid, lathe_midline, lathe_shell, sphere};
+use bodies::*;
+use std::f64::consts::PI;
+
+/// Asserts the bounds that a shell solver relies on.
+fn assert_even(name: &str, surface: &WallSurface, spacing: f64) {
+    let mesh = surface.mesh();
+    assert_eq!(crate::remesh::check_surface(&mesh, &surface.thickness), Ok(()), "{name}");
+    let q = MeshQuality::of(&mesh, spacing);
+    assert!(q.edges[0] > 0.6 && q.edges[1] < 1.5, "{name}: {q:?}");
+    assert!(q.angle > 25.0, "{name}: {q:?}");
+    assert!(q.inside[0] >= 5 && q.inside[1] <= 7 && q.sum <= 22, "{name}: {q:?}");
+    assert!(q.border[1] == 0 || (q.border[0] >= 3 && q.border[1] <= 5), "{name}: {q:?}");
+}
+
+/// Asserts that 95 % of the vertices are within a tenth of the thickness of the true middle, whose
+/// distance `off` gives, and of the thickness itself within 2 %.
+fn assert_middle(name: &str, surface: &WallSurface, thickness: f64, off: impl Fn(Vec3) -> f64) {
+    let far = surface.vertices.iter().filter(|&&p| off(p).abs() > 0.1 * thickness).count();
+    assert!(20 * far <= surface.vertices.len(), "{name}: {far} of {}", surface.vertices.len());
+    let wrong = surface.thickness.iter().filter(|&&t| (t / thickness - 1.0).abs() > 0.02).count();
+    assert!(20 * wrong <= surface.vertices.len(), "{name}: thickness wrong at {wrong}");
+}
+
+#[test]
+fn a_hollow_ball_has_a_closed_middle() {
+    for (segments, spacing) in [(48, 0.006), (24, 0.008)] {
+        let surface = WallSurface::of_mesh(&hollow_ball(segments), spacing).unwrap();
+        assert_even("ball", &surface, spacing);
+        assert_middle("ball", &surface, 0.003, |p| p.norm() - 0.0485);
+        assert_eq!(surface.boundary().len(), 0);
+        assert!((surface.area() / (4.0 * PI * 0.0485 * 0.0485) - 1.0).abs() < 0.02);
+        assert!(surface.mesh().signed_volume() > 0.0, "normals point outward");
+    }
+}
+
+#[test]
+fn an_egg_has_a_closed_middle() {
+    let egg = egg_midline();
+    let mesh = lathe_midline(&egg, 0.0004, Detail { segments: 48, edge: None }).unwrap();
+    let surface = WallSurface::of_mesh(&mesh, 0.002).unwrap();
+    assert_even("egg", &surface, 0.002);
+    assert_middle("egg", &surface, 0.0004, |p| distance_to_profile(p, &egg));
+    assert!((surface.volume() / mesh.signed_volume() - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn a_bowl_ends_at_its_rim_flat_or_round() {
+    for (is_round, spacing) in [(false, 0.006), (true, 0.006), (false, 0.01)] {
+        let surface = WallSurface::of_mesh(&bowl(is_round, 64), spacing).unwrap();
+        assert_even("bowl", &surface, spacing);
+        let rim = surface.boundary();
+        assert_eq!(rim.len(), 1);
+        let top = if is_round { 0.002 } else { 0.0 };
+        for &v in &rim[0] {
+            let p = surface.vertices[v as usize];
+            assert!((p.z - top).abs() < 0.25 * spacing, "the rim is at {}", p.z);
+            assert!((p.xy().norm() - 0.078).abs() < 0.0004, "{p}");
+        }
+        let off = |p: Vec3| if p.z > 0.0 { p.xy().norm() - 0.078 } else { p.norm() - 0.078 };
+        assert_middle("bowl", &surface, 0.004, off);
+        let area = 2.0 * PI * 0.078 * (0.078 + top);
+        assert!((surface.area() / area - 1.0).abs() < 0.01, "{}", surface.area() / area);
+    }
+}
+
+#[test]
+fn a_bottle_has_a_smooth_even_middle() {
+    let (mesh, spacing) = (bottle(64), 0.006);
+    let surface = WallSurface::of_mesh(&mesh, spacing).unwrap();
+    assert_even("bottle", &surface, spacing);
+    assert_eq!(surface.boundary().len(), 1);
+    assert!(surface.boundary()[0].iter().all(|&v| surface.vertices[v as usize].z > 0.1995));
+    let middle = bottle_midline();
+    assert_middle("bottle", &surface, 0.003, |p| distance_to_profile(p, &middle));
+    assert!((surface.volume() / mesh.signed_volume() - 1.0).abs() < 0.01);
+    // The same bits again.
+    assert_eq!(surface, WallSurface::of_mesh(&mesh, spacing).unwrap());
+}
+
+#[test]
+fn a_bent_pane_keeps_its_corners() {
+    let mesh = windscreen();
+    let surface = WallSurface::of_mesh(&mesh, 0.015).unwrap();
+    assert_even("pane", &surface, 0.015);
+    assert_middle("pane", &surface, 0.005, |p| p.xy().norm() - 1.5);
+    let area = 1.5 * 0.4 * 0.4;
+    assert!((surface.area() / area - 1.0).abs() < 2e-3, "{}", surface.area() / area);
+    let (low, high) = surface.mesh().bounds().unwrap();
+    for x in [low.x, high.x] {
+        for z in [-0.2, 0.2] {
+            let corner = Vec3::new(x, 1.5 * libm::cos(0.2), z);
+            let least = surface.vertices.iter().map(|p| (p - corner).norm());
+            assert!(least.fold(f64::MAX, f64::min) < 0.001, "no corner at {corner}");
+        }
+    }
+}
+
+#[test]
+fn thickening_and_finding_again_is_the_identity() {
+    let first = WallSurface::of_mesh(&bowl(false, 64), 0.008).unwrap();
+    let solid = thicken(&first.vertices, &first.triangles, &first.thickness).unwrap();
+    assert!(solid.is_closed());
+    let again = WallSurface::of_mesh(&solid, 0.008).unwrap();
+    assert!((again.area() / first.area() - 1.0).abs() < 0.02);
+    assert_middle("again", &again, 0.004, |p| p.norm() - 0.078);
+    let mean = again.volume() / again.area();
+    assert!((mean / 0.004 - 1.0).abs() < 0.02, "{mean}");
+}
+
+#[test]
+fn what_is_no_wall_is_refused_with_its_figure() {
+    let refused = |mesh: &TriMesh, spacing: f64| WallSurface::of_mesh(mesh, spacing).unwrap_err();
+    let ball = sphere(0.05, Detail::default()).unwrap();
+    assert!(matches!(refused(&ball, 0.01), NotWall::Thick { ratio } if ratio > 0.9));
+    let cube = cuboid(Vec3::repeat(0.1), Detail::default()).unwrap();
+    assert!(matches!(refused(&cube, 0.02), NotWall::Thick { ratio } if ratio > 0.9));
+    let rib = ribbed_plate();
+    assert!(matches!(refused(&rib, 0.01), NotWall::Unpaired { share } if share < 0.9));
+    assert!(refused(&rib, 0.01).to_string().contains("at least 0.9"));
+    let mug = mug();
+    assert!(mug.is_closed());
+    assert!(matches!(refused(&mug, 0.005), NotWall::Unpaired { .. } | NotWall::Volume { .. }));
+    let wedge = refused(&uneven_bowl(), 0.008);
+    assert!(matches!(wedge, NotWall::Varies { ratio } if ratio > 2.0), "{wedge}");
+    let mut open = bowl(false, 32);
+    open.triangles.pop();
+    assert_eq!(refused(&open, 0.01), NotWall::Open { edges: 3 });
+    let spacing = refused(&bowl(false, 32), 1e-6);
+    assert!(matches!(spacing, NotWall::Surface(SurfaceError::Spacing { .. })), "{spacing}");
+    let tight = lathe_shell(&[[0.008, 0.0], [0.008, 0.2]], 0.003, Detail::default()).unwrap();
+    let tight = refused(&tight, 0.002);
+    assert!(matches!(tight, NotWall::Thick { .. } | NotWall::Sharp { .. }), "{tight}");
+}
+
+#[test]
+#[ignore = "figures, not assertions: run it with --nocapture"]
+fn figures() {
+    let bodies = [
+        ("ball", hollow_ball(64), 0.003),
+        ("bowl", bowl(true, 64), 0.006),
+        ("bottle", bottle(64), 0.003),
+        ("bottle", bottle(64), 0.006),
+        ("pane", windscreen(), 0.01),
+    ];
+    for (name, mesh, spacing) in bodies {
+        let start = std::time::Instant::now();
+        let surface = WallSurface::of_mesh(&mesh, spacing).unwrap();
+        let seconds = start.elapsed().as_secs_f64();
+        let quality = MeshQuality::of(&surface.mesh(), spacing);
+        let volume = surface.volume() / mesh.signed_volume();
+        let (count, sharp) = (surface.vertices.len(), surface.sharp_share());
+        eprintln!(
+            "{name} {spacing}: {count} vertices in {seconds:.2} s, volume {volume:.4}, sharp {sharp:.3}, {quality:?}"
+        );
+    }
+}
