@@ -3,10 +3,14 @@
 //! The kernel knows nothing of patches: whatever gives functions with two derivatives can be built
 //! into a [`Midsurface`].
 
+mod box_spline;
 mod build;
 mod plate;
+mod rim;
+mod triangles;
 
 pub(crate) use plate::placed;
+pub use triangles::LoopError;
 
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::{MOST_FUNCTIONS, PatchBasis};
@@ -26,8 +30,25 @@ pub struct Midsurface {
     pub starts: Vec<u32>,
     /// Neighbours of each point, ascending.
     pub neighbours: Vec<u32>,
+    /// For each neighbour, whether its cell only shares a corner: it is beside the point, but
+    /// nothing joins the two.
+    pub corner_only: Vec<bool>,
     /// Share of each point's area that is of the shell \[1\]; points with none are off.
     pub share: Vec<f64>,
+    /// Area that each control point would see more if the surface went on \[m²\], at the rim of a
+    /// surface of triangles; empty on others.
+    pub missing: Vec<f64>,
+    /// Neighbours of the control point of each vertex, on a surface of triangles.
+    rings: Vec<Vec<u32>>,
+}
+
+/// Shape of a cell in its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CellShape {
+    /// A rectangle.
+    Rectangle,
+    /// The triangle of area ½.
+    Triangle,
 }
 
 /// A cell.
@@ -42,6 +63,8 @@ pub struct SurfaceCell {
 /// Functions of a cell at its quadrature points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellTable {
+    /// Shape of the cell.
+    pub shape: CellShape,
     /// Extent of the cell in its parameters.
     pub extent: [f64; 2],
     /// Quadrature points.
@@ -141,7 +164,7 @@ impl Midsurface {
     #[must_use]
     pub fn surface_point(&self, point: usize) -> MidsurfacePoint {
         let (cell, table) = self.at(point);
-        let extent = self.tables[cell.table as usize].extent;
+        let &CellTable { shape, extent, .. } = &self.tables[cell.table as usize];
         let [a1, a2, x11, x22, x12] =
             [0, 1, 2, 3, 4].map(|d| self.sum(cell, &table.derivatives[d], &self.nodes));
         let across = a1.cross(&a2);
@@ -158,7 +181,10 @@ impl Midsurface {
             stretch,
             area: stretch * table.weight * self.share[point],
             to_local: [1.0 / first, -f12 / (first * f22), 1.0 / f22],
-            extent: (first * extent[0]).min(a2.norm() * extent[1]),
+            extent: match shape {
+                CellShape::Rectangle => (first * extent[0]).min(a2.norm() * extent[1]),
+                CellShape::Triangle => stretch / first.max(a2.norm()).max((a2 - a1).norm()),
+            },
         }
     }
 }

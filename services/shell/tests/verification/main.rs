@@ -3,5 +3,7 @@
 mod cracks;
 mod equilibrium;
 mod kernel;
+mod loop_meshes;
+mod loop_surfaces;
 mod pane;
 mod statics;
