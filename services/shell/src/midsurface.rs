@@ -15,6 +15,9 @@ pub use triangles::LoopError;
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::{MOST_FUNCTIONS, PatchBasis};
 
+/// Edge of an equilateral triangle over its height: 2/√3.
+const EQUILATERAL: f64 = 1.154_700_538_379_251_5;
+
 /// A shell's midsurface, made discrete.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Midsurface {
@@ -105,7 +108,8 @@ pub struct MidsurfacePoint {
     pub area: f64,
     /// T₁₁, T₁₂, T₂₂ of T = F⁻¹ with F_iα = e_i·A_α, e₁ = A₁/|A₁|, e₂ = A₃ × e₁ \[1/m\].
     pub to_local: [f64; 3],
-    /// Least extent of its cell \[m\].
+    /// Least extent of its cell: of a rectangle its shorter side, of a triangle the edge of the
+    /// equilateral one that is as high \[m\].
     pub extent: f64,
 }
 
@@ -183,7 +187,7 @@ impl Midsurface {
             to_local: [1.0 / first, -f12 / (first * f22), 1.0 / f22],
             extent: match shape {
                 CellShape::Rectangle => (first * extent[0]).min(a2.norm() * extent[1]),
-                CellShape::Triangle => stretch / first.max(a2.norm()).max((a2 - a1).norm()),
+                CellShape::Triangle => EQUILATERAL * stretch / first.max(a2.norm()).max((a2 - a1).norm()),
             },
         }
     }

@@ -146,12 +146,6 @@ impl<'a> TriangleNet<'a> {
         let fan = &self.fans[vertex as usize];
         !self.has(vertex, fan[fan.len() - 1])
     }
-
-    /// Unit normal of a triangle, times twice its area.
-    pub(super) fn normal(&self, triangle: usize) -> Vec3 {
-        let [a, b, c] = self.triangles[triangle].map(|v| self.vertices[v as usize]);
-        (b - a).cross(&(c - a))
-    }
 }
 
 impl Midsurface {

@@ -48,6 +48,26 @@ impl Triangles {
         Self { vertices, triangles }
     }
 
+    /// A rectangle from the origin of squares that are cut along one diagonal: vertices of the rim
+    /// have six neighbours with those beyond it, and the rows go on there as inside.
+    pub(crate) fn squares(size: [f64; 2], [columns, rows]: [usize; 2]) -> Self {
+        let mut mesh = Self { vertices: Vec::new(), triangles: Vec::new() };
+        for j in 0..=rows {
+            for i in 0..=columns {
+                let at = [i as f64 / columns as f64, j as f64 / rows as f64];
+                mesh.vertices.push(Vec3::new(size[0] * at[0], size[1] * at[1], 0.0));
+            }
+        }
+        for j in 0..rows {
+            for i in 0..columns {
+                let a = (j * (columns + 1) + i) as u32;
+                let c = a + columns as u32 + 1;
+                mesh.triangles.extend([[a, a + 1, c + 1], [a, c + 1, c]]);
+            }
+        }
+        mesh
+    }
+
     /// A tube about z from z = 0 on, of radius 1, in staggered rings.
     pub(crate) fn tube(around: usize, rows: usize, height: f64) -> Self {
         let mut mesh = Self { vertices: Vec::new(), triangles: Vec::new() };
