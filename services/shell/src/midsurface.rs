@@ -3,13 +3,20 @@
 //! The kernel knows nothing of patches: whatever gives functions with two derivatives can be built
 //! into a [`Midsurface`].
 
+mod box_spline;
 mod build;
 mod plate;
+mod rim;
+mod triangles;
 
 pub(crate) use plate::placed;
+pub use triangles::LoopError;
 
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::{MOST_FUNCTIONS, PatchBasis};
+
+/// Edge of an equilateral triangle over its height: 2/√3.
+const EQUILATERAL: f64 = 1.154_700_538_379_251_5;
 
 /// A shell's midsurface, made discrete.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,8 +33,25 @@ pub struct Midsurface {
     pub starts: Vec<u32>,
     /// Neighbours of each point, ascending.
     pub neighbours: Vec<u32>,
+    /// For each neighbour, whether its cell only shares a corner: it is beside the point, but
+    /// nothing joins the two.
+    pub corner_only: Vec<bool>,
     /// Share of each point's area that is of the shell \[1\]; points with none are off.
     pub share: Vec<f64>,
+    /// Area that each control point would see more if the surface went on \[m²\], at the rim of a
+    /// surface of triangles; empty on others.
+    pub missing: Vec<f64>,
+    /// Neighbours of the control point of each vertex, on a surface of triangles.
+    rings: Vec<Vec<u32>>,
+}
+
+/// Shape of a cell in its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CellShape {
+    /// A rectangle.
+    Rectangle,
+    /// The triangle of area ½.
+    Triangle,
 }
 
 /// A cell.
@@ -42,6 +66,8 @@ pub struct SurfaceCell {
 /// Functions of a cell at its quadrature points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellTable {
+    /// Shape of the cell.
+    pub shape: CellShape,
     /// Extent of the cell in its parameters.
     pub extent: [f64; 2],
     /// Quadrature points.
@@ -82,7 +108,8 @@ pub struct MidsurfacePoint {
     pub area: f64,
     /// T₁₁, T₁₂, T₂₂ of T = F⁻¹ with F_iα = e_i·A_α, e₁ = A₁/|A₁|, e₂ = A₃ × e₁ \[1/m\].
     pub to_local: [f64; 3],
-    /// Least extent of its cell \[m\].
+    /// Least extent of its cell: of a rectangle its shorter side, of a triangle the edge of the
+    /// equilateral one that is as high \[m\].
     pub extent: f64,
 }
 
@@ -141,7 +168,7 @@ impl Midsurface {
     #[must_use]
     pub fn surface_point(&self, point: usize) -> MidsurfacePoint {
         let (cell, table) = self.at(point);
-        let extent = self.tables[cell.table as usize].extent;
+        let &CellTable { shape, extent, .. } = &self.tables[cell.table as usize];
         let [a1, a2, x11, x22, x12] =
             [0, 1, 2, 3, 4].map(|d| self.sum(cell, &table.derivatives[d], &self.nodes));
         let across = a1.cross(&a2);
@@ -158,7 +185,10 @@ impl Midsurface {
             stretch,
             area: stretch * table.weight * self.share[point],
             to_local: [1.0 / first, -f12 / (first * f22), 1.0 / f22],
-            extent: (first * extent[0]).min(a2.norm() * extent[1]),
+            extent: match shape {
+                CellShape::Rectangle => (first * extent[0]).min(a2.norm() * extent[1]),
+                CellShape::Triangle => EQUILATERAL * stretch / first.max(a2.norm()).max((a2 - a1).norm()),
+            },
         }
     }
 }

@@ -26,7 +26,12 @@ impl SplitState {
     ) -> Self {
         let mut of = vec![Vec::new(); mass.len()];
         for (cell, nodes) in cells.enumerate() {
-            nodes.iter().for_each(|&node| of[node as usize].push(cell as u32));
+            for &node in &nodes {
+                // Cells with fewer functions name their first control point again.
+                if of[node as usize].last() != Some(&(cell as u32)) {
+                    of[node as usize].push(cell as u32);
+                }
+            }
         }
         let mut vacant: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         for (e, element) in elements.iter().enumerate().filter(|(_, e)| e.live == 0) {

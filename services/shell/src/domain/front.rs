@@ -141,6 +141,13 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         self.links.facing(point)
     }
 
+    /// The points beside one, and whether something joins each to it.
+    pub fn joined(&self, point: usize) -> impl Iterator<Item = (usize, bool)> + '_ {
+        let first = self.surface.starts[point] as usize;
+        let around = self.surface.around(point).iter().enumerate();
+        around.map(move |(k, &q)| (q as usize, self.links.is_whole(first + k)))
+    }
+
     /// The part that each point is of, from 0 on: what whole links join. None for broken points and
     /// for those of parts of fewer than `least` points.
     #[must_use]

@@ -30,7 +30,7 @@ pub(super) struct Links {
 impl Links {
     pub(super) fn new(surface: &Midsurface, points: &[MidsurfacePoint]) -> Self {
         let mut links = Self {
-            severed: vec![false; surface.neighbours.len()],
+            severed: surface.corner_only.clone(),
             facing: vec![Vec3::zeros(); points.len()],
             places: points.iter().map(|p| p.place).collect(),
             frames: points.iter().map(MidsurfacePoint::frame).collect(),

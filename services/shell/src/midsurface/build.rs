@@ -1,6 +1,6 @@
 //! Midsurfaces from patches.
 
-use super::{CellTable, Midsurface, SurfaceCell, TablePoint};
+use super::{CellShape, CellTable, Midsurface, SurfaceCell, TablePoint};
 use cullet_geometry::nurbs::{KnotSpan, NurbsPatch, PatchBasis};
 use std::collections::BTreeMap;
 
@@ -67,7 +67,18 @@ impl Midsurface {
         let (starts, neighbours) = lattice_links(count, rings, rule.len());
         let nodes = patch.points().to_vec();
         let share = vec![1.0; starts.len() - 1];
-        Self { nodes, functions, cells, tables: tables.list, starts, neighbours, share }
+        Self {
+            nodes,
+            functions,
+            cells,
+            tables: tables.list,
+            corner_only: vec![false; neighbours.len()],
+            starts,
+            neighbours,
+            share,
+            missing: Vec::new(),
+            rings: Vec::new(),
+        }
     }
 }
 
@@ -85,7 +96,7 @@ fn cell_table(
             points.push(TablePoint::new(wx * wy * area, &any));
         }
     }
-    (CellTable { extent: [u.length, v.length], points }, any)
+    (CellTable { shape: CellShape::Rectangle, extent: [u.length, v.length], points }, any)
 }
 
 /// Links of a lattice of points to their up to eight neighbours. Points are counted cell by cell.

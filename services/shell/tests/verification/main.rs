@@ -3,5 +3,8 @@
 mod cracks;
 mod equilibrium;
 mod kernel;
+mod loop_cracks;
+mod loop_meshes;
+mod loop_surfaces;
 mod pane;
 mod statics;

@@ -1,0 +1,268 @@
+//! Cracks that run in strips of triangles: K6s in the plane, K6b in bending.
+
+use crate::loop_meshes::{LoopShell, Triangles};
+use cullet_geometry::Vec3;
+use cullet_geometry::math::unit;
+use cullet_model::Material;
+use cullet_shell::domain::{ShellDomain, ShellMaterial};
+use cullet_shell::midsurface::Midsurface;
+use cullet_shell::section::SectionLaw;
+use cullet_simd::SimdLevel;
+use rayon::prelude::*;
+
+const YOUNG: f64 = 70e9;
+const POISSON: f64 = 0.22;
+const TOUGHNESS: f64 = 8.0;
+const THICKNESS: f64 = 3e-3;
+const SIZE: [f64; 2] = [60e-3, 30e-3];
+
+/// Strength of the material, and the end of the notch.
+const STRENGTH: f64 = 60e6;
+const NOTCH: f64 = 20e-3;
+
+/// Which triangles.
+#[derive(Clone, Copy, Debug)]
+enum Mesh {
+    /// Rows of them along the crack.
+    Along,
+    /// Rows across it.
+    Across,
+    /// In no order.
+    Irregular,
+}
+
+fn triangles(mesh: Mesh, edge: f64) -> Triangles {
+    let high = edge * 0.75_f64.sqrt();
+    let cells = |size: [f64; 2]| {
+        [(size[0] / edge).round() as usize, 2 * (0.5 * size[1] / high).round() as usize]
+    };
+    let [long, wide] = SIZE;
+    match mesh {
+        Mesh::Along => Triangles::strip(SIZE, cells(SIZE)),
+        Mesh::Across => Triangles::strip([wide, long], cells([wide, long]))
+            .mapped(|v| Vec3::new(v.y, wide - v.x, 0.0)),
+        Mesh::Irregular => Triangles::squares(SIZE, cells(SIZE)).irregular(11),
+    }
+}
+
+/// How a crack ran.
+#[derive(Debug)]
+struct Run {
+    /// How far \[m\].
+    length: f64,
+    /// Energy that damage took over G_f times the area of the crack \[1\].
+    cost: f64,
+    /// Energy at the end, with what was taken, over that at the start \[1\].
+    ledger: f64,
+    /// Area of broken points over that of one row of triangles along the crack.
+    rows: f64,
+    /// Speed over c_R.
+    speed: f64,
+    /// Whether the crack has parted the strip behind its tip, and its splits.
+    opened: bool,
+    splits: u64,
+    dead: usize,
+}
+
+struct Strip {
+    shell: LoopShell,
+    edge: f64,
+}
+
+impl Strip {
+    fn new(mesh: Mesh, edge: f64, softening_cells: f64) -> Self {
+        let mesh = triangles(mesh, edge);
+        let surface = Midsurface::of_triangles(&mesh.vertices, &mesh.triangles).unwrap();
+        let points = surface.points();
+        let glass = Material {
+            density: 2500.0,
+            young: YOUNG,
+            poisson: POISSON,
+            failure_stress: STRENGTH,
+            fracture_energy: TOUGHNESS,
+        };
+        let material = ShellMaterial {
+            law: SectionLaw::new(&glass),
+            density: 2500.0,
+            thickness: vec![THICKNESS; points],
+            strength: vec![f64::INFINITY; points],
+            softening_cells,
+        };
+        let mut shell = ShellDomain::new(surface, material, SimdLevel::best());
+        // The triangles that the line of the notch runs through.
+        let line = 0.5 * SIZE[1] - 0.4 * edge;
+        for (point, triangle) in mesh.triangles.iter().enumerate() {
+            let corners = triangle.map(|v| mesh.vertices[v as usize]);
+            let above = corners.iter().filter(|v| v.y > line).count();
+            let x = corners.iter().map(|v| v.x / 3.0).sum::<f64>();
+            if (1..3).contains(&above) && x < NOTCH {
+                let frame = shell.surface.surface_point(point).frame();
+                shell.notch(point, [frame[0].y, frame[1].y]);
+            }
+        }
+        Self { shell, edge }
+    }
+
+    fn broken(&self) -> Vec<usize> {
+        (0..self.shell.points()).filter(|&p| self.shell.state(p).is_broken()).collect()
+    }
+
+    fn tip(&self) -> f64 {
+        let at = |p: &usize| self.shell.surface.surface_point(*p).place.x;
+        self.broken().iter().map(at).fold(NOTCH, f64::max)
+    }
+
+    /// Moves at rest to equilibrium under held edges, then lets cracks grow for `time` \[s\].
+    fn run(&mut self, held: &(dyn Fn(usize, Vec3) -> Vec3 + Sync), time: f64) -> Run {
+        let period = 2.0 * SIZE[1] / 3000.0 * 2.0;
+        let keep = 1.0 - 2.0 * self.shell.step / period;
+        for _ in 0..(20.0 * period / self.shell.step) as usize {
+            self.shell.advance(|n, v| held(n, v) * keep);
+        }
+        self.shell.velocity.iter_mut().for_each(|v| *v = Vec3::zeros());
+        for point in 0..self.shell.points() {
+            if !self.shell.state(point).is_broken() {
+                self.shell.change(point, |state| {
+                    (state.strength, state.flaw) = (STRENGTH, STRENGTH);
+                });
+            }
+        }
+        let before = self.shell.sums();
+        let first = self.broken();
+        let start = self.tip();
+        self.shell.wake_tips();
+        let (mut dissipated, mut met) = (0.0, 0.0);
+        let mut marks = Vec::new();
+        let steps = (time / self.shell.step) as usize;
+        for step in 0..steps {
+            let tally = self.shell.advance(held);
+            dissipated += tally.points.dissipated;
+            met += tally.met;
+            if tally.points.broken > 0 || step + 1 == steps {
+                let far = self.tip();
+                marks.push((step as f64 * self.shell.step, far));
+                if far > SIZE[0] - 4.0 * self.edge {
+                    break;
+                }
+            }
+        }
+        let after = self.shell.sums();
+        let length = self.tip() - start;
+        let broken = self.broken();
+        let area = |list: &[usize]| list.iter().map(|&p| self.shell.state(p).area).sum::<f64>();
+        let row = self.edge * 0.75_f64.sqrt() * length.max(1e-9);
+        let when = |s: f64| {
+            marks.iter().find(|m| m.1 >= start + s * length).map_or(0.0, |m| m.0)
+        };
+        Run {
+            length,
+            cost: dissipated / (TOUGHNESS * THICKNESS * length),
+            ledger: (after.kinetic + after.elastic + dissipated + met)
+                / (before.kinetic + before.elastic),
+            rows: (area(&broken) - area(&first)) / row,
+            speed: 0.5 * length / (when(0.75) - when(0.25)) / 3090.0,
+            opened: self.is_open(start),
+            splits: self.shell.splits(),
+            dead: self.shell.live().filter(|&p| self.shell.state(p).dead).count(),
+        }
+    }
+
+    /// Whether nothing joins the two sides of the crack but the ligament ahead of its tip.
+    fn is_open(&self, start: f64) -> bool {
+        let far = self.tip() - 2.0 * self.edge;
+        if far < start {
+            return true;
+        }
+        let whole = |p: usize| {
+            self.shell.is_on(p) && self.shell.surface.surface_point(p).place.x < far
+        };
+        let surface = &self.shell.surface;
+        let mut low: Vec<bool> = vec![false; self.shell.points()];
+        let first = (0..self.shell.points())
+            .filter(|&p| whole(p))
+            .min_by(|&a, &b| surface.surface_point(a).place.y.total_cmp(&surface.surface_point(b).place.y));
+        let mut stack = vec![first.unwrap()];
+        while let Some(p) = stack.pop() {
+            for (q, joined) in self.shell.joined(p) {
+                if joined && whole(q) && !low[q] {
+                    low[q] = true;
+                    stack.push(q);
+                }
+            }
+        }
+        !(0..self.shell.points())
+            .any(|p| low[p] && surface.surface_point(p).place.y > SIZE[1] - 2.0 * self.edge)
+    }
+}
+
+/// Softening length over the size of a triangle.
+const SOFTENING: f64 = 1.0;
+
+/// K6s: a strip between clamped edges, strained across the crack: G = Eε²b/2(1 − ν²).
+fn rice(mesh: Mesh, ratio: f64, edge: f64, softening: f64) -> Run {
+    let mut strip = Strip::new(mesh, edge, softening);
+    let energy = ratio * TOUGHNESS;
+    let strain = (2.0 * energy * (1.0 - POISSON * POISSON) / YOUNG / SIZE[1]).sqrt();
+    let nodes = strip.shell.surface.nodes.clone();
+    for (u, at) in strip.shell.displacement.iter_mut().zip(&nodes) {
+        u[1] = strain * (at.y - 0.5 * SIZE[1]);
+    }
+    let held = held_nodes(&nodes, edge);
+    let hold = move |node: usize, v: Vec3| {
+        if node < held.len() && held[node] { Vec3::zeros() } else { v }
+    };
+    strip.run(&hold, 200e-6)
+}
+
+/// Control points on the long edges and beyond.
+fn held_nodes(nodes: &[Vec3], edge: f64) -> Vec<bool> {
+    nodes.iter().map(|n| n.y < 0.3 * edge || n.y > SIZE[1] - 0.3 * edge).collect()
+}
+
+/// K6b: a strip bent across the crack by κ, its edges held in slope but not in their plane:
+/// G = Dκ²b/2t.
+fn bent(mesh: Mesh, ratio: f64, edge: f64, softening: f64) -> Run {
+    let mut strip = Strip::new(mesh, edge, softening);
+    let energy = ratio * TOUGHNESS;
+    let bending = YOUNG * THICKNESS.powi(3) / 12.0 / (1.0 - POISSON * POISSON);
+    let curvature = (2.0 * energy * THICKNESS / bending / SIZE[1]).sqrt();
+    let nodes = strip.shell.surface.nodes.clone();
+    for (u, at) in strip.shell.displacement.iter_mut().zip(&nodes) {
+        u[2] = 0.5 * curvature * (at.y - 0.5 * SIZE[1]).powi(2);
+    }
+    let held = held_nodes(&nodes, edge);
+    let hold = move |node: usize, v: Vec3| {
+        if node < held.len() && held[node] { Vec3::new(0.0, v.y, 0.0) } else { v }
+    };
+    strip.run(&hold, 200e-6)
+}
+
+#[test]
+fn loop_k6_measure() {
+    let env = |name: &str, or: &str| std::env::var(name).unwrap_or_else(|_| or.into());
+    let list = |text: String| -> Vec<f64> { text.split(',').map(|x| x.parse().unwrap()).collect() };
+    let edge = list(env("EDGE", "1.5e-3"))[0];
+    let kind = env("KIND", "sb");
+    let mut work = Vec::new();
+    for mesh in [Mesh::Along, Mesh::Across, Mesh::Irregular] {
+        for soft in list(env("SOFT", "1.0")) {
+            for ratio in list(env("RATIO", "1.0,1.3,1.5")) {
+                for bending in [false, true] {
+                    if kind.contains(if bending { 'b' } else { 's' }) {
+                        work.push((bending, mesh, soft, ratio));
+                    }
+                }
+            }
+        }
+    }
+    let found: Vec<Run> = work
+        .par_iter()
+        .map(|&(bending, mesh, soft, ratio)| {
+            if bending { bent(mesh, ratio, edge, soft) } else { rice(mesh, ratio, edge, soft) }
+        })
+        .collect();
+    for ((bending, mesh, soft, ratio), run) in work.iter().zip(&found) {
+        println!("{} {mesh:?} soft {soft} G {ratio}: {run:.3?}", if *bending { "K6b" } else { "K6s" });
+    }
+    let _ = (SOFTENING, unit(0, 0, 0));
+}
