@@ -26,6 +26,14 @@ pub enum Refusal {
         /// Of what kind.
         kind: &'static str,
     },
+    /// The body lacks what the family needs.
+    #[error("not for `{solver}`: {lack}")]
+    Unfit {
+        /// The family.
+        solver: &'static str,
+        /// What it lacks, with figure and bound.
+        lack: String,
+    },
     /// The problem would exceed a limit.
     #[error("too large: {what} would be {value:.3e}, the limit is {limit:.3e}")]
     TooLarge {

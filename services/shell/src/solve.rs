@@ -1,4 +1,4 @@
-//! A hit on a thin plate, solved as a shell: striker and supports on the midsurface, cracks, then
+//! A hit on a thin wall, flat or curved, solved as a shell: striker and supports on the midsurface, cracks, then
 //! the exact cut of the body along them.
 
 mod contact;
@@ -8,25 +8,24 @@ mod frame;
 mod preconditions;
 mod report;
 mod schedule;
+mod wall;
 
 use crate::domain::{ShellDomain, ShellMaterial};
 use crate::midsurface::Midsurface;
 use crate::section::SectionLaw;
-use contact::{PlateSupport, PressedPoints, ShellStriker};
+use contact::{PressedPoints, ShellStriker, ShellSupport};
 use cullet_fragment::cut::{self, CutSettings, DamageField};
 use cullet_fragment::finish::{Finish, FinishedParts};
 use cullet_geometry::Vec3;
-use cullet_geometry::inside::Inside;
-use cullet_geometry::math::unit;
-use cullet_geometry::plate::Plate;
 use cullet_model::strength::CORRELATION;
 use cullet_model::{
     BrittleProblem, Cost, Failure, Fragmentation, PointPrecision, Problem, Progress, Refusal,
     Solver, Strength, StrengthField,
 };
 use cullet_simd::{Real, SimdLevel};
-use preconditions::PlatePlan;
+use preconditions::{ShellPlan, ThinBody};
 use schedule::ShellSchedule;
+use wall::ThinWall;
 
 /// Steps between looks at the energy.
 const CHECK: u64 = 64;
@@ -37,17 +36,6 @@ const UNSTABLE: f64 = 0.1;
 /// Control-point-steps of a slice: some tens of milliseconds.
 const SLICE: u64 = 200_000;
 
-/// l_c over the size of a cell: what makes a crack that runs cost G_f  \[measured: K6s\].
-const SOFTENING_CELLS: f64 = 1.1;
-
-/// How the rows of cells lie to the plate's sides, by the seed: from this, and up to this more
-/// \[rad\].
-/// Cracks lean to the rows where little drives them (F22).
-const TURN: (f64, f64) = (0.3, 0.3);
-
-/// Stream of the seed's numbers.
-const STREAM: u64 = 0x5e11;
-
 /// Face under tension in the tests that strengths of glass come from: 0.004 m² in ASTM C158, 0.07
 /// m² in EN 1288-3  \[m²\].
 const TESTED_AREA: f64 = 0.01;
@@ -57,12 +45,17 @@ const NEAR: f64 = 2.0;
 
 /// The shell family.
 #[derive(Debug)]
-pub struct ShellSolver(Precise);
+pub struct ShellSolver(Box<dyn InSlices>);
 
-#[derive(Debug)]
-enum Precise {
-    Single(Box<PlateSolve<f32>>),
-    Double(Box<PlateSolve<f64>>),
+/// A solve that goes on slice by slice.
+trait InSlices: std::fmt::Debug + Send {
+    fn advance(&mut self) -> Progress;
+}
+
+impl<R: Real, const N: usize> InSlices for ShellSolve<R, N> {
+    fn advance(&mut self) -> Progress {
+        Self::advance(self)
+    }
 }
 
 impl Solver for ShellSolver {
@@ -70,39 +63,53 @@ impl Solver for ShellSolver {
     const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Single, PointPrecision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
-        Ok(PlatePlan::new(&BrittleProblem::of(problem.clone(), Self::NAME)?)?.cost)
+        Ok(ShellPlan::new(&BrittleProblem::of(problem.clone(), Self::NAME)?)?.cost)
     }
 
     fn begin(problem: Problem) -> Result<Self, Refusal> {
         let problem = BrittleProblem::of(problem, Self::NAME)?;
-        Ok(Self(match problem.settings.precision {
-            PointPrecision::Single => {
-                Precise::Single(Box::new(PlateSolve::new(problem, SimdLevel::best())?))
+        let ShellPlan { body, spacing, .. } = ShellPlan::new(&problem)?;
+        let (level, precision) = (SimdLevel::best(), problem.settings.precision);
+        Ok(Self(match (body, precision) {
+            (ThinBody::Plate(plate), precision) => {
+                let wall = ThinWall::of_plate(&plate, &problem, spacing)?;
+                match precision {
+                    PointPrecision::Single => {
+                        Box::new(ShellSolve::<f32, 9>::of_wall(&problem, wall, level))
+                    }
+                    PointPrecision::Double => {
+                        Box::new(ShellSolve::<f64, 9>::of_wall(&problem, wall, level))
+                    }
+                }
             }
-            PointPrecision::Double => {
-                Precise::Double(Box::new(PlateSolve::new(problem, SimdLevel::best())?))
+            (ThinBody::Wall(surface), precision) => {
+                let wall = ThinWall::of_surface(&surface, spacing)?;
+                match precision {
+                    PointPrecision::Single => {
+                        Box::new(ShellSolve::<f32, 16>::of_wall(&problem, wall, level))
+                    }
+                    PointPrecision::Double => {
+                        Box::new(ShellSolve::<f64, 16>::of_wall(&problem, wall, level))
+                    }
+                }
             }
         }))
     }
 
     fn advance(&mut self) -> Progress {
-        match &mut self.0 {
-            Precise::Single(solve) => solve.advance(),
-            Precise::Double(solve) => solve.advance(),
-        }
+        self.0.advance()
     }
 }
 
-/// A plate under its hits.
+/// A thin wall under its hits, whose cells have `N` functions, worked out in `R`.
 #[derive(Debug)]
-pub struct PlateSolve<R: Real> {
-    /// In the plate's frame.
+pub struct ShellSolve<R: Real, const N: usize> {
+    /// In the frame of the solve.
     local: BrittleProblem,
-    plate: Plate,
-    spacing: f64,
-    domain: ShellDomain<R, 9>,
+    wall: ThinWall,
+    domain: ShellDomain<R, N>,
     strikers: Vec<ShellStriker>,
-    supports: Vec<PlateSupport>,
+    supports: Vec<ShellSupport>,
     schedule: ShellSchedule,
     record: ShellRecord,
 }
@@ -123,57 +130,77 @@ struct ShellRecord {
     warnings: Vec<String>,
 }
 
-impl<R: Real> PlateSolve<R> {
-    /// Discretises, with certain instructions of the processor.
+impl<R: Real> ShellSolve<R, 9> {
+    /// Of a plate, with certain instructions of the processor.
     ///
     /// # Errors
-    /// If the problem is not for this family.
-    pub fn new(problem: BrittleProblem, level: SimdLevel) -> Result<Self, Refusal> {
-        let PlatePlan { plate, spacing, .. } = PlatePlan::new(&problem)?;
-        let inside = Inside::new(&problem.solid.mesh);
-        let turn = TURN.0 + TURN.1 * unit(problem.seed, STREAM, 0);
-        let surface = Midsurface::of_plate(&plate, &inside, spacing, turn)
-            .map_err(|_| Refusal::Unknown { solver: "shell", what: "a body", kind: "solid" })?;
-        let local = frame::to_plate(&problem, &plate);
-        let (material, points) = (&local.material, surface.points());
+    /// If the problem is not for this family, or its body is no plate.
+    pub fn of_plate(problem: BrittleProblem, level: SimdLevel) -> Result<Self, Refusal> {
+        let ShellPlan { body, spacing, .. } = ShellPlan::new(&problem)?;
+        let ThinBody::Plate(plate) = body else {
+            let lack = "it is no flat plate".to_owned();
+            return Err(Refusal::Unfit { solver: ShellSolver::NAME, lack });
+        };
+        let wall = ThinWall::of_plate(&plate, &problem, spacing)?;
+        Ok(Self::of_wall(&problem, wall, level))
+    }
+}
+
+impl<R: Real> ShellSolve<R, 16> {
+    /// Of a curved wall, with certain instructions of the processor.
+    ///
+    /// # Errors
+    /// If the problem is not for this family, or its body is no curved wall.
+    pub fn of_curved(problem: BrittleProblem, level: SimdLevel) -> Result<Self, Refusal> {
+        let ShellPlan { body, spacing, .. } = ShellPlan::new(&problem)?;
+        let ThinBody::Wall(surface) = body else {
+            let lack = "it is no curved wall".to_owned();
+            return Err(Refusal::Unfit { solver: ShellSolver::NAME, lack });
+        };
+        let wall = ThinWall::of_surface(&surface, spacing)?;
+        Ok(Self::of_wall(&problem, wall, level))
+    }
+}
+
+impl<R: Real, const N: usize> ShellSolve<R, N> {
+    fn of_wall(
+        problem: &BrittleProblem,
+        (wall, surface): (ThinWall, Midsurface),
+        level: SimdLevel,
+    ) -> Self {
+        let local = frame::to_local(problem, &wall.pose);
+        let (material, spacing) = (&local.material, wall.spacing);
         let strength = Strength::new(&problem.strength, spacing);
-        let at = |p: usize| crate::midsurface::placed(&plate.pose, &surface.surface_point(p).place);
+        let at = |p: usize| wall.in_body(&surface.surface_point(p).place);
         let stress = material.failure_stress * place_factor(&local.strength, spacing);
-        let strength = (0..points).map(|p| stress * strength.factor(&at(p)));
+        let strength = (0..surface.points()).map(|p| stress * strength.factor(&at(p)));
         let shell = ShellMaterial {
             law: SectionLaw::new(material),
             density: material.density,
-            thickness: vec![plate.thickness; points],
+            thickness: wall.thickness.clone(),
             strength: strength.collect(),
-            softening_cells: SOFTENING_CELLS,
+            softening_cells: wall.softening_cells,
         };
         let mut domain = ShellDomain::new(surface, shell, level);
-        // The mesh's mass, whatever the outline's cells make of it.
-        let mass: f64 = domain.live().map(|p| domain.state(p).area * plate.thickness).sum();
-        domain.scale_mass(local.solid.mesh.signed_volume() / mass);
+        // The mesh's mass, whatever the cells make of it.
+        let volume = |p: usize| domain.state(p).area * domain.state(p).thickness;
+        let volume: f64 = domain.live().map(volume).sum();
+        domain.scale_mass(local.solid.mesh.signed_volume() / volume);
         let schedule = ShellSchedule::new(&local);
         let strikers: Vec<ShellStriker> = local
             .impacts
             .iter()
-            .map(|hit| ShellStriker::new(hit, &local, &domain, &plate, &schedule))
+            .map(|hit| ShellStriker::new(hit, &local, &domain, wall.typical, &schedule))
             .collect();
         for striker in &strikers {
-            shield(&mut domain, striker, &plate);
+            shield(&mut domain, striker, wall.typical);
         }
-        let support = |support| PlateSupport::new(support, &domain, material, spacing);
+        let support = |support| ShellSupport::new(support, &domain, material, spacing);
         let supports = local.supports.iter().map(support).collect();
-        let mut solve = Self {
-            record: ShellRecord::default(),
-            local,
-            plate,
-            spacing,
-            domain,
-            strikers,
-            supports,
-            schedule,
-        };
+        let record = ShellRecord::default();
+        let mut solve = Self { record, local, wall, domain, strikers, supports, schedule };
         solve.record.warnings = solve.first_warnings();
-        Ok(solve)
+        solve
     }
 
     /// As [`Solver::advance`].
@@ -222,7 +249,7 @@ impl<R: Real> PlateSolve<R> {
     fn given(&self) -> f64 {
         let lost: f64 = self.strikers.iter().map(ShellStriker::lost).sum();
         let added = self.domain.added_energy();
-        lost + added - self.supports.iter().map(PlateSupport::stored).sum::<f64>()
+        lost + added - self.supports.iter().map(ShellSupport::stored).sum::<f64>()
     }
 
     fn check(&mut self) -> Result<(), Failure> {
@@ -257,7 +284,7 @@ impl<R: Real> PlateSolve<R> {
         self.check()?;
         let found = field::ShellField::new(self);
         let field = DamageField {
-            spacing: self.spacing,
+            spacing: self.wall.field_spacing(),
             positions: &found.positions,
             damage: &found.damage,
             damage_time: &found.times,
@@ -293,11 +320,11 @@ impl<R: Real> PlateSolve<R> {
         let motions = found.motions(&partition.particle_part, parts);
         let pushes = self.strikers.iter().zip(&self.local.impacts);
         let pushes = pushes.map(|(striker, hit)| (hit.point, hit.normal * striker.delivered()));
-        let supports = self.supports.iter().map(PlateSupport::given);
+        let supports = self.supports.iter().map(ShellSupport::given);
         let finish = Finish {
             problem: &self.local,
-            spacing: (self.spacing, self.spacing),
-            motes: &found.motes(self.spacing),
+            spacing: (self.wall.field_spacing(), self.wall.field_spacing()),
+            motes: &found.motes(self.wall.field_spacing()),
             pushes: &pushes.chain(supports).collect::<Vec<_>>(),
         };
         let FinishedParts { fragments, debris, warnings } =
@@ -307,7 +334,7 @@ impl<R: Real> PlateSolve<R> {
         // Debris is the last of them.
         sampled.truncate(fragments.len());
         let fracture = Fragmentation { fragments, sampled, debris, reactions, report };
-        Ok(frame::from_plate(fracture, &self.plate))
+        Ok(frame::from_local(fracture, &self.wall.pose))
     }
 }
 
@@ -320,9 +347,13 @@ fn place_factor(strength: &StrengthField, spacing: f64) -> f64 {
 
 /// Keeps the middle of a contact whole, where a shell overstates the stress: what is under a
 /// striker is pressed together, goes on carrying it, and parts from the rest at its rim.
-fn shield<R: Real>(domain: &mut ShellDomain<R, 9>, striker: &ShellStriker, plate: &Plate) {
+fn shield<R: Real, const N: usize>(
+    domain: &mut ShellDomain<R, N>,
+    striker: &ShellStriker,
+    thickness: f64,
+) {
     let PressedPoints { place, radius, .. } = striker.patch();
-    let (place, reach) = (*place, radius.max(NEAR * plate.thickness));
+    let (place, reach) = (*place, radius.max(NEAR * thickness));
     for point in domain.live() {
         let far = (domain.surface.surface_point(point).place - place).norm();
         if far <= reach {

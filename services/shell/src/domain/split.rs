@@ -30,7 +30,9 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
                 self.split.mass[node as usize] += mass * share;
             }
         }
-        for (node, &area) in self.surface.missing.iter().enumerate().filter(|(_, area)| **area > 0.0) {
+        for (node, &area) in
+            self.surface.missing.iter().enumerate().filter(|(_, area)| **area > 0.0)
+        {
             let cell = self.split.cells[node][0] as usize;
             let thickness = self.setup[self.seats[cell * self.surface.points_per_cell()]].thickness;
             self.split.mass[node] += area * thickness * self.density;

@@ -2,8 +2,8 @@
 
 use super::schedule::ShellSchedule;
 use crate::domain::ShellDomain;
+use crate::midsurface::MidsurfacePoint;
 use cullet_geometry::Vec3;
-use cullet_geometry::plate::Plate;
 use cullet_model::hertz_contact::{self, HertzContact};
 use cullet_model::{BrittleProblem, Impact, Material, Support};
 use cullet_simd::Real;
@@ -30,10 +30,24 @@ pub(super) struct PressedPoints {
     seen: Option<u64>,
 }
 
+/// A place moved along the normal of the point nearest to it, onto the plane of the midsurface
+/// there.
+fn onto_midsurface<R: Real, const N: usize>(domain: &ShellDomain<R, N>, place: Vec3) -> Vec3 {
+    let points = domain.live().map(|p| domain.surface.surface_point(p));
+    let far = |p: &MidsurfacePoint| (p.place - place).norm_squared();
+    let nearest = points.min_by(|a, b| far(a).total_cmp(&far(b)));
+    nearest.map_or(place, |p| place - p.normal * p.normal.dot(&(place - p.place)))
+}
+
 impl PressedPoints {
     /// A parabola over a disc; the nearest point where the disc has none.
-    fn new<R: Real>(domain: &ShellDomain<R, 9>, place: Vec3, direction: Vec3, radius: f64) -> Self {
-        let place = Vec3::new(place.x, place.y, 0.0);
+    fn new<R: Real, const N: usize>(
+        domain: &ShellDomain<R, N>,
+        place: Vec3,
+        direction: Vec3,
+        radius: f64,
+    ) -> Self {
+        let place = onto_midsurface(domain, place);
         let far = |p: usize| (domain.surface.surface_point(p).place - place).norm_squared();
         let mut shares: Vec<(u32, f64)> = domain
             .live()
@@ -49,7 +63,7 @@ impl PressedPoints {
         Self { place, radius, direction, shares, nodes: Vec::new(), seen: None }
     }
 
-    fn refresh<R: Real>(&mut self, domain: &ShellDomain<R, 9>) {
+    fn refresh<R: Real, const N: usize>(&mut self, domain: &ShellDomain<R, N>) {
         if self.seen == Some(domain.splits()) {
             return;
         }
@@ -70,7 +84,7 @@ impl PressedPoints {
     }
 
     /// Speed of what is pressed along the direction \[m/s\].
-    fn speed<R: Real>(&mut self, domain: &ShellDomain<R, 9>) -> f64 {
+    fn speed<R: Real, const N: usize>(&mut self, domain: &ShellDomain<R, N>) -> f64 {
         self.refresh(domain);
         let of = |&(node, share): &(u32, f64)| {
             share * domain.velocity[node as usize].dot(&self.direction)
@@ -79,7 +93,7 @@ impl PressedPoints {
     }
 
     /// Presses with `force` \[N\] in the next step.
-    fn press<R: Real>(&mut self, domain: &mut ShellDomain<R, 9>, force: f64) {
+    fn press<R: Real, const N: usize>(&mut self, domain: &mut ShellDomain<R, N>, force: f64) {
         self.refresh(domain);
         for &(node, share) in &self.nodes {
             domain.external[node as usize] += self.direction * (force * share);
@@ -106,18 +120,18 @@ pub(super) struct ShellStriker {
 }
 
 impl ShellStriker {
-    /// Its mass follows from ½ m* v² = E and what the whole plate moves by: 1/m* is the sum of the
+    /// Its mass follows from ½ m* v² = E and what the whole body moves by: 1/m* is the sum of the
     /// two mobilities.
-    pub(super) fn new<R: Real>(
+    pub(super) fn new<R: Real, const N: usize>(
         hit: &Impact,
         problem: &BrittleProblem,
-        domain: &ShellDomain<R, 9>,
-        plate: &Plate,
+        domain: &ShellDomain<R, N>,
+        thickness: f64,
         schedule: &ShellSchedule,
     ) -> Self {
         let contact = HertzContact::new(hit);
         let duration = hertz_contact::duration(hit);
-        let wanted = contact.radius(contact.depth(hit.energy)).max(0.5 * plate.thickness);
+        let wanted = contact.radius(contact.depth(hit.energy)).max(0.5 * thickness);
         let cell = domain.surface.surface_point(0).extent;
         let radius = wanted.max(LEAST_CELLS * cell);
         let reduced = 2.0 * hit.energy / (hit.closing_speed * hit.closing_speed);
@@ -165,7 +179,11 @@ impl ShellStriker {
         self.contact.stored(self.approach.max(0.0))
     }
 
-    pub(super) fn push<R: Real>(&mut self, domain: &mut ShellDomain<R, 9>, time: f64) {
+    pub(super) fn push<R: Real, const N: usize>(
+        &mut self,
+        domain: &mut ShellDomain<R, N>,
+        time: f64,
+    ) {
         if self.over {
             return;
         }
@@ -186,7 +204,7 @@ impl ShellStriker {
     }
 }
 
-/// Velocity along the push that a unit impulse gives the whole plate there: 1/m + n·[I⁻¹(r×n)]×r
+/// Velocity along the push that a unit impulse gives the whole body there: 1/m + n·[I⁻¹(r×n)]×r
 /// \[1/kg\].
 fn rigid_mobility(problem: &BrittleProblem, hit: &Impact) -> f64 {
     let whole = problem.solid.mesh.mass_properties();
@@ -195,24 +213,24 @@ fn rigid_mobility(problem: &BrittleProblem, hit: &Impact) -> f64 {
     (1.0 / whole.volume + turned.dot(&arm)) / problem.material.density
 }
 
-/// A disc that holds the plate against moving into it, and lets it leave: as stiff as a half-space
-/// of the plate's own material under a flat punch, k = 2aE/(1 − ν²).
+/// A disc that holds the shell against moving into it, and lets it leave: as stiff as a half-space
+/// of the shell's own material under a flat punch, k = 2aE/(1 − ν²).
 #[derive(Clone, Debug)]
-pub(super) struct PlateSupport {
+pub(super) struct ShellSupport {
     patch: PressedPoints,
     point: Vec3,
     stiffness: f64,
     mobility: f64,
     depth: f64,
     delivered: f64,
-    /// Work that it has done on the plate, less what its moving away took \[J\].
+    /// Work that it has done on the shell, less what its moving away took \[J\].
     work: f64,
 }
 
-impl PlateSupport {
-    pub(super) fn new<R: Real>(
+impl ShellSupport {
+    pub(super) fn new<R: Real, const N: usize>(
         support: &Support,
-        domain: &ShellDomain<R, 9>,
+        domain: &ShellDomain<R, N>,
         material: &Material,
         spacing: f64,
     ) -> Self {
@@ -229,7 +247,7 @@ impl PlateSupport {
         }
     }
 
-    /// Energy that it has taken from the plate \[J\].
+    /// Energy that it has taken from the shell \[J\].
     pub(super) fn stored(&self) -> f64 {
         -self.work
     }
@@ -239,7 +257,7 @@ impl PlateSupport {
         (self.point, self.patch.direction * self.delivered)
     }
 
-    pub(super) fn push<R: Real>(&mut self, domain: &mut ShellDomain<R, 9>) {
+    pub(super) fn push<R: Real, const N: usize>(&mut self, domain: &mut ShellDomain<R, N>) {
         let force = self.stiffness * self.depth.max(0.0);
         let speed = self.patch.speed(domain);
         let own = -self.mobility * self.delivered;

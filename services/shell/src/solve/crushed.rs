@@ -29,8 +29,8 @@ pub(super) struct CrushedZones {
 
 impl CrushedZones {
     /// Points that are dead, as all around them are: where they lie side by side.
-    pub(super) fn new<R: Real>(
-        domain: &ShellDomain<R, 9>,
+    pub(super) fn new<R: Real, const N: usize>(
+        domain: &ShellDomain<R, N>,
         thickness: f64,
         spacing: f64,
         seed: u64,
@@ -67,7 +67,7 @@ impl CrushedZones {
 }
 
 /// Those of `points` (ascending) that lie together with many.
-fn of_zones<R: Real>(domain: &ShellDomain<R, 9>, points: &[usize]) -> Vec<u32> {
+fn of_zones<R: Real, const N: usize>(domain: &ShellDomain<R, N>, points: &[usize]) -> Vec<u32> {
     let mut seen = vec![false; points.len()];
     let mut kept = Vec::new();
     for start in 0..points.len() {

@@ -1,6 +1,6 @@
 //! What is cut: the shell's points in layers through the thickness, with the part that each is of.
 
-use super::PlateSolve;
+use super::ShellSolve;
 use super::crushed::CrushedZones;
 use cullet_fragment::debris::{Mote, Motes};
 use cullet_fragment::finish::FragmentMotion;
@@ -8,7 +8,7 @@ use cullet_fragment::pieces::Pieces;
 use cullet_geometry::{Mat3, Vec3};
 use cullet_simd::Real;
 
-/// Fewest layers.
+/// Fewest layers of a plate.
 const LAYERS: usize = 3;
 
 /// Points of a part below which it is none of its own (F99).
@@ -35,10 +35,14 @@ pub(super) struct ShellField {
 }
 
 impl ShellField {
-    pub(super) fn new<R: Real>(solve: &PlateSolve<R>) -> Self {
-        let (domain, t) = (&solve.domain, solve.plate.thickness);
-        let apart = 0.5 * solve.spacing;
-        let layers = ((t / apart).ceil() as usize).max(LAYERS);
+    pub(super) fn new<R: Real, const N: usize>(solve: &ShellSolve<R, N>) -> Self {
+        let (domain, wall) = (&solve.domain, &solve.wall);
+        let (t, apart) = (wall.typical, 0.5 * wall.field_spacing());
+        let layers = match wall.is_flat {
+            true => ((t / apart).ceil() as usize).max(LAYERS),
+            false => ((t / apart).round() as usize).max(1),
+        };
+        let across = if wall.is_flat { apart * layers as f64 / t } else { 1.0 };
         let labels = domain.parts(LEAST_PART);
         let count = labels.iter().flatten().max().map_or(0, |most| most + 1);
         let mut field = Self {
@@ -47,19 +51,21 @@ impl ShellField {
             times: Vec::new(),
             normals: Vec::new(),
             pieces: Pieces { found: count, ..Pieces::default() },
-            stretch: Vec3::new(1.0, 1.0, apart * layers as f64 / t),
+            stretch: Vec3::new(1.0, 1.0, across),
             velocities: Vec::new(),
             masses: Vec::new(),
         };
-        let (seed, spacing) = (solve.local.seed, solve.spacing);
+        let (seed, spacing) = (solve.local.seed, wall.field_spacing());
         let crushed = CrushedZones::new(domain, t, spacing, seed);
         let cell = Vec3::repeat(spacing).component_div(&field.stretch);
         let rubble = crushed.rubble(&cell, t, seed);
         field.pieces.crushed = crushed.points.len() as f64 / domain.live().count().max(1) as f64;
         let pace = PACE * solve.local.material.rayleigh_speed();
         for layer in 0..layers {
-            let z = ((layer as f64 + 0.5) / layers as f64 - 0.5) * t;
+            let share = (layer as f64 + 0.5) / layers as f64 - 0.5;
             for point in domain.live() {
+                let t = domain.state(point).thickness;
+                let z = share * t;
                 let (state, at) = (domain.state(point), domain.surface.surface_point(point));
                 let broken = state.is_broken() || state.dead;
                 let side = state.crack.map_or(0.0, |crack| crack.side * crack.bending_share);
@@ -79,7 +85,7 @@ impl ShellField {
                     false => labels[point],
                 });
                 field.velocities.push(domain.interpolate(point, &domain.velocity));
-                field.masses.push(state.area);
+                field.masses.push(state.area * t);
             }
         }
         field.pieces.rubble = rubble;

@@ -1,7 +1,6 @@
-//! Problems into the plate's frame, and what comes of them back.
+//! Problems into the frame of the solve, and what comes of them back.
 
 use crate::midsurface::placed;
-use cullet_geometry::plate::Plate;
 use cullet_geometry::{Pose, Solid, Vec3};
 use cullet_model::{BrittleProblem, Fragmentation};
 use std::sync::Arc;
@@ -10,9 +9,9 @@ fn moved(solid: &mut Solid, pose: &Pose) {
     solid.mesh.vertices.iter_mut().for_each(|x| *x = placed(pose, x));
 }
 
-/// The problem in the plate's frame.
-pub(super) fn to_plate(problem: &BrittleProblem, plate: &Plate) -> BrittleProblem {
-    let pose = plate.pose.inverse();
+/// The problem in the frame that `pose` leads from, to the body's.
+pub(super) fn to_local(problem: &BrittleProblem, pose: &Pose) -> BrittleProblem {
+    let pose = pose.inverse();
     let mut local = problem.clone();
     let mut solid = Solid::clone(&problem.solid);
     moved(&mut solid, &pose);
@@ -28,8 +27,7 @@ pub(super) fn to_plate(problem: &BrittleProblem, plate: &Plate) -> BrittleProble
 }
 
 /// What came of it in the body's frame.
-pub(super) fn from_plate(mut fracture: Fragmentation, plate: &Plate) -> Fragmentation {
-    let pose = &plate.pose;
+pub(super) fn from_local(mut fracture: Fragmentation, pose: &Pose) -> Fragmentation {
     let turn = |x: &mut Vec3| *x = pose.rotation * *x;
     for fragment in &mut fracture.fragments {
         moved(&mut fragment.solid, pose);

@@ -1,7 +1,8 @@
 //! What a problem must be like for the shell family, and how finely it is solved.
 
 use crate::domain::{STEP_SHARE, stable_step};
-use cullet_geometry::plate::{NotPlate, Plate, SLENDER as SQUARE, VOLUME};
+use cullet_geometry::midsurface::WallSurface;
+use cullet_geometry::plate::{NotPlate, Plate};
 use cullet_model::{BrittleProblem, Cost, Refusal};
 
 /// Thickness over the smaller extent up to which a body is a shell \[gate 4\].
@@ -13,15 +14,46 @@ const CELLS: (f64, f64) = (0.25, 4.0);
 /// Cells of the smaller extent that are wanted at least.
 const ACROSS: f64 = 24.0;
 
+/// Spacing over √(Rt), the length over which a curved wall bends, for R half of its extent.
+const BENT: f64 = 0.33;
+
+/// Area of a control point of triangles over the square of an edge, √3/2  \[1\].
+const TRIANGLE_SHARE: f64 = 0.866;
+
+/// Stable step of triangles over that of cells as large, for the cost.
+const TRIANGLE_STEP: f64 = 0.7;
+
 /// Bytes that a control point needs with its cell and its four points.
 const BYTES: f64 = 4000.0;
 
-/// A plate and its spacing.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PlatePlan {
-    pub(super) plate: Plate,
+/// How a problem is solved.
+#[derive(Debug)]
+pub(super) struct ShellPlan {
+    pub(super) body: ThinBody,
     pub(super) spacing: f64,
     pub(super) cost: Cost,
+}
+
+/// A body that is a thin wall.
+#[derive(Debug)]
+pub(super) enum ThinBody {
+    /// A flat one, of any outline.
+    Plate(Plate),
+    /// A curved one.
+    Wall(WallSurface),
+}
+
+/// What decides about spacing and cost.
+struct WallSize {
+    thickness: f64,
+    /// Length that a quarter of the spacing must resolve at least: the smaller extent of a plate.
+    least: f64,
+    /// Greatest spacing that resolves its bending \[m\].
+    bent: f64,
+    /// Area that is discretised \[m²\].
+    area: f64,
+    /// Area of a control point over the square of the spacing \[1\].
+    share: f64,
 }
 
 /// Refuses what is not a number from `low` to `high`.
@@ -32,53 +64,92 @@ fn within(what: &'static str, value: f64, [low, high]: [f64; 2]) -> Result<(), R
     }
 }
 
-impl PlatePlan {
+impl ShellPlan {
     /// Checks the problem.
     ///
     /// # Errors
     /// The bound that it breaks.
     pub(super) fn new(problem: &BrittleProblem) -> Result<Self, Refusal> {
         check(problem)?;
-        let plate = Plate::of_mesh(&problem.solid.mesh).map_err(refusal)?;
+        match Plate::of_mesh(&problem.solid.mesh) {
+            Ok(plate) => Self::of_plate(problem, plate),
+            Err(flat) => Self::of_wall(problem, &flat),
+        }
+    }
+
+    fn of_plate(problem: &BrittleProblem, plate: Plate) -> Result<Self, Refusal> {
         let (t, least) = (plate.thickness, plate.size[0].min(plate.size[1]));
         within("thickness over the smaller extent of the plate", t / least, [0.0, SLENDER])?;
-        let settings = &problem.settings;
-        let most = f64::from(settings.max_particles.max(1));
-        let wanted = (0.5 * t).max((plate.area / most).sqrt()).min(least / ACROSS);
-        let spacing = settings.spacing.unwrap_or(wanted.clamp(CELLS.0 * t, CELLS.1 * t));
-        within("cells over the thickness", spacing / t, [CELLS.0, CELLS.1])?;
-        let points = plate.size[0] * plate.size[1] / (spacing * spacing);
-        if points > 1.1 * most {
-            let what = "the number of control points";
-            return Err(Refusal::TooLarge { what, value: points, limit: most });
+        let area = plate.size[0] * plate.size[1];
+        let size = WallSize { thickness: t, least, bent: f64::INFINITY, area, share: 1.0 };
+        let spacing = spacing(problem, &size, plate.area)?;
+        let cost = cost(problem, &size, spacing, stable_step)?;
+        Ok(Self { body: ThinBody::Plate(plate), spacing, cost })
+    }
+
+    fn of_wall(problem: &BrittleProblem, flat: &NotPlate) -> Result<Self, Refusal> {
+        let mesh = &problem.solid.mesh;
+        // Both walls and little else: V = tA/2.
+        let (area, extent) = (0.5 * mesh.area(), mesh.diagonal() / 3.0_f64.sqrt());
+        let t = mesh.signed_volume() / area;
+        let unfit = |lack: &dyn std::fmt::Display| {
+            let lack = format!("it is no flat plate ({flat}) and no curved wall ({lack})");
+            Refusal::Unfit { solver: "shell", lack }
+        };
+        let ratio = t / area.sqrt();
+        if ratio > SLENDER {
+            let lack = format!(
+                "2V/A is {ratio:.2} of the square root of half its surface A; a \
+                                thin wall has at most {SLENDER}"
+            );
+            return Err(unfit(&lack));
         }
-        let material = &problem.material;
-        let modulus = material.young / (1.0 - material.poisson * material.poisson);
-        let speed = (modulus / material.density).sqrt();
-        let step = STEP_SHARE * stable_step(spacing, t, speed);
-        let steps = super::schedule::ShellSchedule::new(problem).end / step;
-        let limit = f64::from(settings.max_steps);
-        if steps > limit {
-            return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });
-        }
-        let cost = Cost { particles: points, steps, bytes: points * BYTES };
-        Ok(Self { plate, spacing, cost })
+        let bent = BENT * (t * 0.5 * extent).sqrt();
+        let size = WallSize { thickness: t, least: extent, bent, area, share: TRIANGLE_SHARE };
+        let spacing = spacing(problem, &size, area / TRIANGLE_SHARE)?;
+        let step = |l: f64, t: f64, c: f64| TRIANGLE_STEP * stable_step(l, t, c);
+        let cost = cost(problem, &size, spacing, step)?;
+        let wall = WallSurface::of_mesh(mesh, spacing).map_err(|lack| unfit(&lack))?;
+        Ok(Self { body: ThinBody::Wall(wall), spacing, cost })
     }
 }
 
-/// What a body lacks that is no plate.
-fn refusal(why: NotPlate) -> Refusal {
-    let (what, value, low, high) = match why {
-        NotPlate::Volume { share } => {
-            let what = "volume over that between the two largest parallel faces";
-            (what, share, 1.0 - VOLUME, 1.0 + VOLUME)
-        }
-        NotPlate::Thick { ratio } => {
-            ("thickness over the square root of a face's area", ratio, 0.0, SQUARE)
-        }
-        NotPlate::NoFaces => ("the number of parallel faces", 0.0, 2.0, 2.0),
-    };
-    Refusal::OutOfRange { what, value, low, high }
+/// Size of a cell \[m\], for as many as an area of `area` \[m²\] may have.
+fn spacing(problem: &BrittleProblem, size: &WallSize, area: f64) -> Result<f64, Refusal> {
+    let t = size.thickness;
+    let settings = &problem.settings;
+    let most = f64::from(settings.max_particles.max(1));
+    let wanted = (0.5 * t).max((area / most).sqrt()).min(size.least / ACROSS).min(size.bent);
+    let wanted = wanted.max((area / most).sqrt());
+    let spacing = settings.spacing.unwrap_or(wanted.clamp(CELLS.0 * t, CELLS.1 * t));
+    within("cells over the thickness", spacing / t, [CELLS.0, CELLS.1])?;
+    let points = size.area / (size.share * spacing * spacing);
+    if points > 1.1 * most {
+        let what = "the number of control points";
+        return Err(Refusal::TooLarge { what, value: points, limit: most });
+    }
+    Ok(spacing)
+}
+
+/// What the solve takes, with a bound of the step of cells of a size and thickness \[m\] at a speed
+/// \[m/s\].
+fn cost(
+    problem: &BrittleProblem,
+    size: &WallSize,
+    spacing: f64,
+    stable: impl Fn(f64, f64, f64) -> f64,
+) -> Result<Cost, Refusal> {
+    let material = &problem.material;
+    let modulus = material.young / (1.0 - material.poisson * material.poisson);
+    let speed = (modulus / material.density).sqrt();
+    let step = STEP_SHARE * stable(spacing, size.thickness, speed);
+    let steps = super::schedule::ShellSchedule::new(problem).end / step;
+    let limit = f64::from(problem.settings.max_steps);
+    if steps > limit {
+        return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });
+    }
+    let points = size.area / (size.share * spacing * spacing);
+    Ok(Cost { particles: points, steps, bytes: points * BYTES })
 }
 
 fn check(problem: &BrittleProblem) -> Result<(), Refusal> {

@@ -1,7 +1,7 @@
 //! What a solve of a shell reports, and what it notices and lets pass.
 
 use super::contact::ShellStriker;
-use super::{PlateSolve, ShellSolver};
+use super::{ShellSolve, ShellSolver};
 use cullet_model::outcome::{DAMAGED_FRACTION, DELIVERED_IMPULSE, STRENGTH_RATIO};
 use cullet_model::{Report, Solver};
 use cullet_simd::Real;
@@ -12,7 +12,7 @@ const THROUGH: f64 = 0.5;
 /// How far the energy may be from what was given before it is worth a word \[1\].
 const LEDGER: f64 = 0.02;
 
-impl<R: Real> PlateSolve<R> {
+impl<R: Real, const N: usize> ShellSolve<R, N> {
     /// Impulse that the strikers have given \[N·s\].
     fn delivered(&self) -> f64 {
         self.strikers.iter().map(ShellStriker::delivered).sum()
@@ -20,7 +20,7 @@ impl<R: Real> PlateSolve<R> {
 
     pub(super) fn first_warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let tip = self.domain.tip_strength(self.spacing, 0.0);
+        let tip = self.domain.tip_strength(self.wall.spacing, 0.0);
         let strength = self.local.material.failure_stress;
         if tip < strength {
             warnings.push(format!(
@@ -33,11 +33,11 @@ impl<R: Real> PlateSolve<R> {
     }
 
     pub(super) fn report(&self, damage: &[f64]) -> Report {
-        let tip = self.domain.tip_strength(self.spacing, 0.0);
+        let tip = self.domain.tip_strength(self.wall.spacing, 0.0);
         let damaged = damage.iter().filter(|&&c| c > 0.5).count();
         let mut report = Report {
             solver: ShellSolver::NAME.to_owned(),
-            spacing: self.spacing,
+            spacing: self.wall.spacing,
             particles: self.domain.live().count() as u64,
             steps: self.record.steps,
             simulated: self.record.time,

@@ -151,9 +151,7 @@ impl Strip {
         let broken = self.broken();
         let area = |list: &[usize]| list.iter().map(|&p| self.shell.state(p).area).sum::<f64>();
         let row = self.edge * 0.75_f64.sqrt() * length.max(1e-9);
-        let when = |s: f64| {
-            marks.iter().find(|m| m.1 >= start + s * length).map_or(0.0, |m| m.0)
-        };
+        let when = |s: f64| marks.iter().find(|m| m.1 >= start + s * length).map_or(0.0, |m| m.0);
         Run {
             length,
             cost: dissipated / (TOUGHNESS * THICKNESS * length),
@@ -173,14 +171,13 @@ impl Strip {
         if far < start {
             return true;
         }
-        let whole = |p: usize| {
-            self.shell.is_on(p) && self.shell.surface.surface_point(p).place.x < far
-        };
+        let whole =
+            |p: usize| self.shell.is_on(p) && self.shell.surface.surface_point(p).place.x < far;
         let surface = &self.shell.surface;
         let mut low: Vec<bool> = vec![false; self.shell.points()];
-        let first = (0..self.shell.points())
-            .filter(|&p| whole(p))
-            .min_by(|&a, &b| surface.surface_point(a).place.y.total_cmp(&surface.surface_point(b).place.y));
+        let first = (0..self.shell.points()).filter(|&p| whole(p)).min_by(|&a, &b| {
+            surface.surface_point(a).place.y.total_cmp(&surface.surface_point(b).place.y)
+        });
         let mut stack = vec![first.unwrap()];
         while let Some(p) = stack.pop() {
             for (q, joined) in self.shell.joined(p) {
@@ -255,14 +252,17 @@ fn loop_k6_measure() {
             }
         }
     }
-    let found: Vec<Run> = work
-        .par_iter()
-        .map(|&(bending, mesh, soft, ratio)| {
-            if bending { bent(mesh, ratio, edge, soft) } else { rice(mesh, ratio, edge, soft) }
-        })
-        .collect();
+    let found: Vec<Run> =
+        work.par_iter()
+            .map(|&(bending, mesh, soft, ratio)| {
+                if bending { bent(mesh, ratio, edge, soft) } else { rice(mesh, ratio, edge, soft) }
+            })
+            .collect();
     for ((bending, mesh, soft, ratio), run) in work.iter().zip(&found) {
-        println!("{} {mesh:?} soft {soft} G {ratio}: {run:.3?}", if *bending { "K6b" } else { "K6s" });
+        println!(
+            "{} {mesh:?} soft {soft} G {ratio}: {run:.3?}",
+            if *bending { "K6b" } else { "K6s" }
+        );
     }
     let _ = (SOFTENING, unit(0, 0, 0));
 }

@@ -195,7 +195,11 @@ pub(crate) struct Held {
 pub(crate) type LoopShell = ShellDomain<f64, 16>;
 
 /// Vertices held along an axis.
-pub(crate) fn hold(shell: &LoopShell, vertices: impl Iterator<Item = usize>, axis: usize) -> Vec<Held> {
+pub(crate) fn hold(
+    shell: &LoopShell,
+    vertices: impl Iterator<Item = usize>,
+    axis: usize,
+) -> Vec<Held> {
     vertices.map(|v| Held { shares: shell.surface.vertex_shares(v), axis }).collect()
 }
 

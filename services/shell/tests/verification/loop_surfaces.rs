@@ -102,7 +102,8 @@ fn loop_s7_a_roof_sags() {
         let areas = areas(&shell);
         let loads: Vec<Vec3> = areas.iter().map(|a| Vec3::new(0.0, 0.0, -90.0 * a)).collect();
         let u = settled(&mut shell, &loads, &held, 1, 1e-5);
-        let edge = mesh.nearest(Vec3::new(25.0 * (0.5 * wide).sin(), 0.0, 25.0 * (0.5 * wide).cos()));
+        let edge =
+            mesh.nearest(Vec3::new(25.0 * (0.5 * wide).sin(), 0.0, 25.0 * (0.5 * wide).cos()));
         let sag = -shell.surface.at_vertices(&u)[edge].z;
         assert_near(&format!("Loop S7, {cells:?}"), sag, 0.3006, bar);
     }
@@ -131,7 +132,11 @@ fn loop_s8_a_cylinder_is_pinched() {
         held.extend(hold(&shell, rim.iter().copied(), 1));
         let at = mesh.nearest(Vec3::new(300.0, 0.0, 0.0));
         held.extend(hold(&shell, [mesh.nearest(Vec3::new(0.0, 300.0, 0.0))].into_iter(), 2));
-        let loads = pushes(&shell, &mesh, &[(300.0 * Vec3::x(), -Vec3::x()), (-300.0 * Vec3::x(), Vec3::x())]);
+        let loads = pushes(
+            &shell,
+            &mesh,
+            &[(300.0 * Vec3::x(), -Vec3::x()), (-300.0 * Vec3::x(), Vec3::x())],
+        );
         let u = settled(&mut shell, &loads, &held, 2, 1e-3);
         let moved = -shell.surface.at_vertices(&u)[at].x;
         assert_near(&format!("Loop S8, {around} x {rows}"), moved, 1.8248e-5, bar);
@@ -185,7 +190,12 @@ fn loop_s9_a_hemisphere_with_a_hole_is_pulled_and_pushed() {
 fn loop_s9_poles_of_any_valence_do_no_harm() {
     for (sectors, rows) in [(4, 28), (5, 24), (6, 20)] {
         let mesh = Triangles::dome(sectors, rows).mapped(|v| 10.0 * v);
-        assert_near(&format!("Loop S9, pole of {sectors}, {rows} rows"), pulled(&mesh), 0.0924, 0.05);
+        assert_near(
+            &format!("Loop S9, pole of {sectors}, {rows} rows"),
+            pulled(&mesh),
+            0.0924,
+            0.05,
+        );
     }
 }
 

@@ -7,7 +7,7 @@ use cullet_model::{
     StrengthField, Support,
 };
 use cullet_shell::ShellSolver;
-use cullet_shell::solve::PlateSolve;
+use cullet_shell::solve::ShellSolve;
 use cullet_simd::SimdLevel;
 use std::sync::Arc;
 
@@ -166,7 +166,7 @@ fn a_broken_pane_has_the_same_bits_everywhere() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let problem = pane([0.24, 0.24, 0.008], 0.025, 3.0, settings);
         pool.install(|| {
-            let mut solve = PlateSolve::<f64>::new(problem, level).expect("accepted");
+            let mut solve = ShellSolve::<f64, 9>::of_plate(problem, level).expect("accepted");
             finished(|| solve.advance())
         })
     };
