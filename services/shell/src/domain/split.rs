@@ -8,6 +8,7 @@
 
 use super::state::ShellDomain;
 use crate::kernel::CellSide;
+use crate::midsurface::CellShape;
 use cullet_simd::{LANES, Real};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -98,9 +99,12 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
             };
             points.iter().map(mass).sum()
         };
+        let is_triangle = self.surface.tables[0].shape == CellShape::Triangle;
+        let rings = std::env::var("RINGS").map_or(1, |x| x.parse().unwrap());
+        let rings = if is_triangle { rings } else { 0 };
         let mut made = Vec::new();
         for (copy, points) in by_copy {
-            let mut parts = self.links.components(&self.surface, &points);
+            let mut parts = self.links.components(&self.surface, &points, rings);
             if parts.len() < 2 {
                 continue;
             }

@@ -89,13 +89,14 @@ impl Strip {
             softening_cells,
         };
         let mut shell = ShellDomain::new(surface, material, SimdLevel::best());
-        // The triangles that the line of the notch runs through.
-        let line = 0.5 * SIZE[1] - 0.4 * edge;
-        for (point, triangle) in mesh.triangles.iter().enumerate() {
-            let corners = triangle.map(|v| mesh.vertices[v as usize]);
-            let above = corners.iter().filter(|v| v.y > line).count();
-            let x = corners.iter().map(|v| v.x / 3.0).sum::<f64>();
-            if (1..3).contains(&above) && x < NOTCH {
+        // The triangles under the line of the notch that are joined to one over it.
+        let line = 0.5 * SIZE[1] - 1e-3 * edge;
+        let place = |shell: &LoopShell, p: usize| shell.surface.surface_point(p).place;
+        for point in 0..points {
+            let at = place(&shell, point);
+            let is_under = at.y < line && at.x < NOTCH;
+            let over = |(q, joined): (usize, bool)| joined && place(&shell, q).y > line;
+            if is_under && shell.joined(point).any(over) {
                 let frame = shell.surface.surface_point(point).frame();
                 shell.notch(point, [frame[0].y, frame[1].y]);
             }
@@ -116,7 +117,7 @@ impl Strip {
     fn run(&mut self, held: &(dyn Fn(usize, Vec3) -> Vec3 + Sync), time: f64) -> Run {
         let period = 2.0 * SIZE[1] / 3000.0 * 2.0;
         let keep = 1.0 - 2.0 * self.shell.step / period;
-        for _ in 0..(20.0 * period / self.shell.step) as usize {
+        for _ in 0..(10.0 * period / self.shell.step) as usize {
             self.shell.advance(|n, v| held(n, v) * keep);
         }
         self.shell.velocity.iter_mut().for_each(|v| *v = Vec3::zeros());
@@ -143,6 +144,20 @@ impl Strip {
                 marks.push((step as f64 * self.shell.step, far));
                 if far > SIZE[0] - 4.0 * self.edge {
                     break;
+                }
+            }
+        }
+        if std::env::var("DUMP").is_ok() {
+            let strains = self.shell.strains();
+            for p in 0..self.shell.points() {
+                let (s, at) = (self.shell.state(p), self.shell.surface.surface_point(p).place);
+                if (at - Vec3::new(NOTCH, 0.5 * SIZE[1], 0.0)).norm() < 3.0 * self.edge {
+                    let n = self.shell.crack_normal(p);
+                    let e = strains[p].membrane;
+                    let links: Vec<_> = self.shell.joined(p).filter(|l| l.1).map(|l| l.0).collect();
+                    println!("{p} x {:.2} y {:.2} c {:.2} strength {:.1} n {:.2} {:.2} e {:.1e} {:.1e} {:?} crack {:?}",
+                        (at.x - NOTCH) / self.edge, (at.y - 0.5 * SIZE[1]) / self.edge,
+                        s.damage, s.strength / 1e6, n.x, n.y, e[0], e[1], links, s.crack.map(|c| c.normal));
                 }
             }
         }
@@ -245,6 +260,9 @@ fn loop_k6_measure() {
     let kind = env("KIND", "sb");
     let mut work = Vec::new();
     for mesh in [Mesh::Along, Mesh::Across, Mesh::Irregular] {
+        if !env("MESH", "Along,Across,Irregular").contains(&format!("{mesh:?}")) {
+            continue;
+        }
         for soft in list(env("SOFT", "1.0")) {
             for ratio in list(env("RATIO", "1.0,1.3,1.5")) {
                 for bending in [false, true] {
