@@ -187,7 +187,9 @@ impl Midsurface {
             to_local: [1.0 / first, -f12 / (first * f22), 1.0 / f22],
             extent: match shape {
                 CellShape::Rectangle => (first * extent[0]).min(a2.norm() * extent[1]),
-                CellShape::Triangle => EQUILATERAL * stretch / first.max(a2.norm()).max((a2 - a1).norm()),
+                CellShape::Triangle => {
+                    EQUILATERAL * stretch / first.max(a2.norm()).max((a2 - a1).norm())
+                }
             },
         }
     }

@@ -22,7 +22,7 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
     #[must_use]
     pub fn tip_strength(&self, extent: f64, bending_share: f64) -> f64 {
         let toughness = 2.0 * self.law.material.young * self.law.material.fracture_energy;
-        std::env::var("TIPK").map_or(TIP_FACTOR, |x| x.parse().unwrap()) * (toughness / (1.1 * extent) / bending_scale(bending_share)).sqrt()
+        TIP_FACTOR * (toughness / (1.1 * extent) / bending_scale(bending_share)).sqrt()
     }
 
     /// Breaks a point across `normal` (in its frame) before anything has moved: a notch. Points

@@ -91,7 +91,7 @@ impl Links {
     fn is_chain(&self, point: usize, other: usize) -> bool {
         let (own, next) = (self.facing[point], self.facing[other]);
         let along = self.places[other] - self.places[point];
-        next.dot(&own) > 0.0 && along.dot(&own).abs() <= std::env::var("ABR").map_or(ABREAST, |x| x.parse().unwrap()) * along.norm()
+        next.dot(&own) > 0.0 && along.dot(&own).abs() <= ABREAST * along.norm()
     }
 
     /// Where a chain steps from one row of points to the next, a link along the row would join its
@@ -171,9 +171,9 @@ impl Links {
         found.len() >= LEAST_PART
     }
 
-    /// Components of `points` (ascending) by whole links among them. Points of parts that are too
-    /// small, and dead ones, go with the first neighbour that is of a part. `weak` points join no
-    /// others: they go with what they are joined to.
+    /// Components of `points` (ascending) by whole links among them and the `rings` of neighbours
+    /// around them. Points of parts that are too small, and dead ones, go with the first neighbour
+    /// that is of a part.
     pub(super) fn components(
         &self,
         surface: &Midsurface,
@@ -197,7 +197,8 @@ impl Links {
         labels.spread(|_| true, false);
         let PointLabels { of: label, count, .. } = labels;
         let mut parts = vec![Vec::new(); count.max(1)];
-        for (at, &p) in points.iter().enumerate().filter(|(_, p)| wanted.binary_search(p).is_ok()) {
+        let is_wanted = |p: &u32| wanted.binary_search(p).is_ok();
+        for (at, &p) in points.iter().enumerate().filter(|(_, p)| is_wanted(p)) {
             parts[if label[at] == usize::MAX { 0 } else { label[at] }].push(p);
         }
         parts.retain(|part| !part.is_empty());

@@ -114,12 +114,7 @@ impl Rim {
 
 /// Vertices near `at` and their shares in what continues them to `place`: exact where they are
 /// quadratic over the plane of the triangle `across`.
-fn continued(
-    net: &TriangleNet<'_>,
-    place: Vec3,
-    at: u32,
-    across: [u32; 3],
-) -> Vec<(u32, f64)> {
+fn continued(net: &TriangleNet<'_>, place: Vec3, at: u32, across: [u32; 3]) -> Vec<(u32, f64)> {
     let mut near = across.to_vec();
     let mut first = 0;
     for _ in 0..RINGS {

@@ -32,7 +32,9 @@ pub enum LoopError {
         vertex: usize,
     },
     /// A triangle that names a vertex twice or one that there is not.
-    #[error("triangle {triangle} of the midsurface names a vertex twice or one that does not exist")]
+    #[error(
+        "triangle {triangle} of the midsurface names a vertex twice or one that does not exist"
+    )]
     Corners {
         /// Which.
         triangle: usize,
@@ -257,7 +259,8 @@ fn control_points(
 ) -> Result<Vec<Vec3>, LoopError> {
     let mut points = net.vertices.to_vec();
     rim.extend(&mut points);
-    let edges = || net.left.keys().map(|&(a, b)| net.vertices[a as usize] - net.vertices[b as usize]);
+    let edges =
+        || net.left.keys().map(|&(a, b)| net.vertices[a as usize] - net.vertices[b as usize]);
     let length = edges().map(|edge| edge.norm()).sum::<f64>() / net.left.len() as f64;
     let mut worst = (0, f64::INFINITY);
     for _ in 0..FITS {

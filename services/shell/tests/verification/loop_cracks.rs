@@ -2,7 +2,6 @@
 
 use crate::loop_meshes::{LoopShell, Triangles};
 use cullet_geometry::Vec3;
-use cullet_geometry::math::unit;
 use cullet_model::Material;
 use cullet_shell::domain::{ShellDomain, ShellMaterial};
 use cullet_shell::midsurface::Midsurface;
@@ -59,7 +58,7 @@ struct Run {
     /// Speed over c_R.
     speed: f64,
     /// Whether the crack has parted the strip behind its tip, and its splits.
-    opened: bool,
+    is_open: bool,
     splits: u64,
     dead: usize,
 }
@@ -147,28 +146,12 @@ impl Strip {
                 }
             }
         }
-        if std::env::var("DUMP").is_ok() {
-            let strains = self.shell.strains();
-            for p in 0..self.shell.points() {
-                let (s, at) = (self.shell.state(p), self.shell.surface.surface_point(p).place);
-                if (at - Vec3::new(NOTCH, 0.5 * SIZE[1], 0.0)).norm() < 3.0 * self.edge {
-                    let n = self.shell.crack_normal(p);
-                    let e = strains[p].membrane;
-                    let links: Vec<_> = self.shell.joined(p).filter(|l| l.1).map(|l| l.0).collect();
-                    println!("{p} x {:.2} y {:.2} c {:.2} strength {:.1} n {:.2} {:.2} e {:.1e} {:.1e} {:?} crack {:?}",
-                        (at.x - NOTCH) / self.edge, (at.y - 0.5 * SIZE[1]) / self.edge,
-                        s.damage, s.strength / 1e6, n.x, n.y, e[0], e[1], links, s.crack.map(|c| c.normal));
-                }
-            }
-        }
         let after = self.shell.sums();
         let length = self.tip() - start;
         let broken = self.broken();
         let area = |list: &[usize]| list.iter().map(|&p| self.shell.state(p).area).sum::<f64>();
         let row = self.edge * 0.75_f64.sqrt() * length.max(1e-9);
-        let when = |s: f64| {
-            marks.iter().find(|m| m.1 >= start + s * length).map_or(0.0, |m| m.0)
-        };
+        let when = |s: f64| marks.iter().find(|m| m.1 >= start + s * length).map_or(0.0, |m| m.0);
         Run {
             length,
             cost: dissipated / (TOUGHNESS * THICKNESS * length),
@@ -176,7 +159,7 @@ impl Strip {
                 / (before.kinetic + before.elastic),
             rows: (area(&broken) - area(&first)) / row,
             speed: 0.5 * length / (when(0.75) - when(0.25)) / 3090.0,
-            opened: self.is_open(start),
+            is_open: self.is_open(start),
             splits: self.shell.splits(),
             dead: self.shell.live().filter(|&p| self.shell.state(p).dead).count(),
         }
@@ -188,14 +171,13 @@ impl Strip {
         if far < start {
             return true;
         }
-        let whole = |p: usize| {
-            self.shell.is_on(p) && self.shell.surface.surface_point(p).place.x < far
-        };
+        let whole =
+            |p: usize| self.shell.is_on(p) && self.shell.surface.surface_point(p).place.x < far;
         let surface = &self.shell.surface;
         let mut low: Vec<bool> = vec![false; self.shell.points()];
-        let first = (0..self.shell.points())
-            .filter(|&p| whole(p))
-            .min_by(|&a, &b| surface.surface_point(a).place.y.total_cmp(&surface.surface_point(b).place.y));
+        let first = (0..self.shell.points()).filter(|&p| whole(p)).min_by(|&a, &b| {
+            surface.surface_point(a).place.y.total_cmp(&surface.surface_point(b).place.y)
+        });
         let mut stack = vec![first.unwrap()];
         while let Some(p) = stack.pop() {
             for (q, joined) in self.shell.joined(p) {
@@ -210,19 +192,20 @@ impl Strip {
     }
 }
 
-/// Softening length over the size of a triangle.
+/// Softening length over the size of a triangle, and that size [m].
 const SOFTENING: f64 = 1.0;
+const EDGE: f64 = 2e-3;
 
 /// K6s: a strip between clamped edges, strained across the crack: G = Eε²b/2(1 − ν²).
-fn rice(mesh: Mesh, ratio: f64, edge: f64, softening: f64) -> Run {
-    let mut strip = Strip::new(mesh, edge, softening);
+fn rice(mesh: Mesh, ratio: f64) -> Run {
+    let mut strip = Strip::new(mesh, EDGE, SOFTENING);
     let energy = ratio * TOUGHNESS;
     let strain = (2.0 * energy * (1.0 - POISSON * POISSON) / YOUNG / SIZE[1]).sqrt();
     let nodes = strip.shell.surface.nodes.clone();
     for (u, at) in strip.shell.displacement.iter_mut().zip(&nodes) {
         u[1] = strain * (at.y - 0.5 * SIZE[1]);
     }
-    let held = held_nodes(&nodes, edge);
+    let held = held_nodes(&nodes, EDGE);
     let hold = move |node: usize, v: Vec3| {
         if node < held.len() && held[node] { Vec3::zeros() } else { v }
     };
@@ -236,8 +219,8 @@ fn held_nodes(nodes: &[Vec3], edge: f64) -> Vec<bool> {
 
 /// K6b: a strip bent across the crack by κ, its edges held in slope but not in their plane:
 /// G = Dκ²b/2t.
-fn bent(mesh: Mesh, ratio: f64, edge: f64, softening: f64) -> Run {
-    let mut strip = Strip::new(mesh, edge, softening);
+fn bent(mesh: Mesh, ratio: f64) -> Run {
+    let mut strip = Strip::new(mesh, EDGE, SOFTENING);
     let energy = ratio * TOUGHNESS;
     let bending = YOUNG * THICKNESS.powi(3) / 12.0 / (1.0 - POISSON * POISSON);
     let curvature = (2.0 * energy * THICKNESS / bending / SIZE[1]).sqrt();
@@ -245,42 +228,44 @@ fn bent(mesh: Mesh, ratio: f64, edge: f64, softening: f64) -> Run {
     for (u, at) in strip.shell.displacement.iter_mut().zip(&nodes) {
         u[2] = 0.5 * curvature * (at.y - 0.5 * SIZE[1]).powi(2);
     }
-    let held = held_nodes(&nodes, edge);
+    let held = held_nodes(&nodes, EDGE);
     let hold = move |node: usize, v: Vec3| {
         if node < held.len() && held[node] { Vec3::new(0.0, v.y, 0.0) } else { v }
     };
     strip.run(&hold, 200e-6)
 }
 
+/// Runs strips side by side and prints what came of each.
+fn strips(what: &str, run: fn(Mesh, f64) -> Run, work: &[(Mesh, f64)]) -> Vec<Run> {
+    let found: Vec<Run> = work.par_iter().map(|&(mesh, ratio)| run(mesh, ratio)).collect();
+    for ((mesh, ratio), run) in work.iter().zip(&found) {
+        println!("{what} {mesh:?} at {ratio} G_f: {run:?}");
+        assert!((run.ledger - 1.0).abs() < 0.01, "{what} {mesh:?} at {ratio}: {run:?}");
+    }
+    found
+}
+
+/// K6s: a crack along rows of triangles costs its energy.
 #[test]
-fn loop_k6_measure() {
-    let env = |name: &str, or: &str| std::env::var(name).unwrap_or_else(|_| or.into());
-    let list = |text: String| -> Vec<f64> { text.split(',').map(|x| x.parse().unwrap()).collect() };
-    let edge = list(env("EDGE", "1.5e-3"))[0];
-    let kind = env("KIND", "sb");
-    let mut work = Vec::new();
-    for mesh in [Mesh::Along, Mesh::Across, Mesh::Irregular] {
-        if !env("MESH", "Along,Across,Irregular").contains(&format!("{mesh:?}")) {
-            continue;
-        }
-        for soft in list(env("SOFT", "1.0")) {
-            for ratio in list(env("RATIO", "1.0,1.3,1.5")) {
-                for bending in [false, true] {
-                    if kind.contains(if bending { 'b' } else { 's' }) {
-                        work.push((bending, mesh, soft, ratio));
-                    }
-                }
-            }
-        }
+fn loop_k6s_a_crack_along_rows_costs_its_energy() {
+    let work = [1.0, 1.3, 1.4, 1.5].map(|ratio| (Mesh::Along, ratio));
+    let found = strips("Loop K6s", rice, &work);
+    assert!(found[0].length < 1e-3, "a crack runs at G_f");
+    for run in &found[2..] {
+        assert!(run.length > 25e-3 && run.speed < 0.6 && run.rows < 1.3, "{run:?}");
+        assert!((run.cost - 1.0).abs() < 0.1 && run.is_open && run.dead < 5, "{run:?}");
     }
-    let found: Vec<Run> = work
-        .par_iter()
-        .map(|&(bending, mesh, soft, ratio)| {
-            if bending { bent(mesh, ratio, edge, soft) } else { rice(mesh, ratio, edge, soft) }
-        })
-        .collect();
-    for ((bending, mesh, soft, ratio), run) in work.iter().zip(&found) {
-        println!("{} {mesh:?} soft {soft} G {ratio}: {run:.3?}", if *bending { "K6b" } else { "K6s" });
+}
+
+/// What does not work yet: across rows and on irregular triangles a crack stops at once, and one in
+/// bending does not start. None of them makes energy, and none runs at G_f.
+#[test]
+fn loop_k6_cracks_elsewhere_stop() {
+    let work = [Mesh::Across, Mesh::Irregular].map(|mesh| (mesh, 1.0));
+    for run in strips("Loop K6s", rice, &work) {
+        assert!(run.length < 2e-3, "{run:?}");
     }
-    let _ = (SOFTENING, unit(0, 0, 0));
+    for run in strips("Loop K6b", bent, &[(Mesh::Along, 1.0)]) {
+        assert!(run.length < 2e-3, "{run:?}");
+    }
 }

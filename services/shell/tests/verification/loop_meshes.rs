@@ -195,7 +195,11 @@ pub(crate) struct Held {
 pub(crate) type LoopShell = ShellDomain<f64, 16>;
 
 /// Vertices held along an axis.
-pub(crate) fn hold(shell: &LoopShell, vertices: impl Iterator<Item = usize>, axis: usize) -> Vec<Held> {
+pub(crate) fn hold(
+    shell: &LoopShell,
+    vertices: impl Iterator<Item = usize>,
+    axis: usize,
+) -> Vec<Held> {
     vertices.map(|v| Held { shares: shell.surface.vertex_shares(v), axis }).collect()
 }
 
@@ -284,7 +288,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// −∂f/∂u by central differences, control points that are far apart at a time.
-pub(crate) fn stiffness(shell: &mut LoopShell, nudge: f64) -> BTreeMap<(usize, usize), f64> {
+fn stiffness(shell: &mut LoopShell, nudge: f64) -> BTreeMap<(usize, usize), f64> {
     let nodes = shell.mass.len();
     let mut near = vec![BTreeSet::new(); nodes];
     for cell in &shell.surface.cells {
