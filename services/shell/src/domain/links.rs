@@ -171,51 +171,101 @@ impl Links {
         found.len() >= LEAST_PART
     }
 
-    /// Components of `points` (ascending) by whole links among them. Points of parts that are too
-    /// small, and dead ones, go with the first neighbour that is of a part.
-    pub(super) fn components(&self, surface: &Midsurface, points: &[u32]) -> Vec<Vec<u32>> {
-        let mut label = vec![usize::MAX; points.len()];
-        let mut count = 0;
-        let place = |q: u32| points.binary_search(&q).ok();
+    /// Components of `points` (ascending) by whole links among them and the `rings` of neighbours
+    /// around them. Points of parts that are too small, and dead ones, go with the first neighbour
+    /// that is of a part.
+    pub(super) fn components(
+        &self,
+        surface: &Midsurface,
+        points: &[u32],
+        rings: usize,
+    ) -> Vec<Vec<u32>> {
+        let wanted = points;
+        let mut points = points.to_vec();
+        for _ in 0..rings {
+            let beside = |&p: &u32| surface.around(p as usize).iter().copied();
+            points.extend(points.clone().iter().flat_map(beside));
+            points.sort_unstable();
+            points.dedup();
+        }
+        let points = points.as_slice();
         let small: Vec<bool> = points.iter().map(|&p| !self.is_part(surface, p)).collect();
-        for start in 0..points.len() {
-            if label[start] != usize::MAX || small[start] {
+        let mut labels = PointLabels { links: self, surface, points, of: Vec::new(), count: 0 };
+        labels.of = vec![usize::MAX; points.len()];
+        labels.flood(|at| !small[at]);
+        // Rings of points without a part take their label inward from their neighbours.
+        labels.spread(|_| true, false);
+        let PointLabels { of: label, count, .. } = labels;
+        let mut parts = vec![Vec::new(); count.max(1)];
+        let is_wanted = |p: &u32| wanted.binary_search(p).is_ok();
+        for (at, &p) in points.iter().enumerate().filter(|(_, p)| is_wanted(p)) {
+            parts[if label[at] == usize::MAX { 0 } else { label[at] }].push(p);
+        }
+        parts.retain(|part| !part.is_empty());
+        parts
+    }
+}
+
+/// Labels of some points, ascending.
+struct PointLabels<'a> {
+    links: &'a Links,
+    surface: &'a Midsurface,
+    points: &'a [u32],
+    /// Label of each; the greatest number where it has none.
+    of: Vec<usize>,
+    count: usize,
+}
+
+impl PointLabels<'_> {
+    /// The neighbours of a point among the points, and whether they are joined.
+    fn around(&self, at: usize) -> impl Iterator<Item = (usize, bool)> + '_ {
+        let p = self.points[at] as usize;
+        let first = self.surface.starts[p] as usize;
+        let all = self.surface.around(p).iter().enumerate();
+        all.filter_map(move |(k, q)| {
+            let next = self.points.binary_search(q).ok()?;
+            Some((next, self.links.is_whole(first + k)))
+        })
+    }
+
+    /// Gives each set of `some` points that are joined and have no label one of its own.
+    fn flood(&mut self, some: impl Fn(usize) -> bool) {
+        for start in 0..self.points.len() {
+            if self.of[start] != usize::MAX || !some(start) {
                 continue;
             }
-            label[start] = count;
+            self.of[start] = self.count;
             let mut stack = vec![start];
             while let Some(at) = stack.pop() {
-                let p = points[at] as usize;
-                for (k, &q) in surface.around(p).iter().enumerate() {
-                    let entry = surface.starts[p] as usize + k;
-                    let Some(next) = place(q).filter(|_| self.is_whole(entry)) else { continue };
-                    if label[next] == usize::MAX && !small[next] {
-                        label[next] = count;
+                let joined: Vec<usize> =
+                    self.around(at).filter(|next| next.1).map(|next| next.0).collect();
+                for next in joined {
+                    if self.of[next] == usize::MAX && some(next) {
+                        self.of[next] = self.count;
                         stack.push(next);
                     }
                 }
             }
-            count += 1;
+            self.count += 1;
         }
-        // Rings of points without a part take their label inward from their neighbours.
+    }
+
+    /// Gives `some` points without a label the least of their neighbours', or of those that they
+    /// are joined to, ring by ring.
+    fn spread(&mut self, some: impl Fn(usize) -> bool, joined: bool) {
         loop {
-            let found: Vec<(usize, usize)> = (0..points.len())
-                .filter(|&at| label[at] == usize::MAX)
+            let found: Vec<(usize, usize)> = (0..self.points.len())
+                .filter(|&at| self.of[at] == usize::MAX && some(at))
                 .filter_map(|at| {
-                    let around = surface.around(points[at] as usize).iter();
-                    let labels = around.filter_map(|&q| place(q)).map(|next| label[next]);
+                    let near = self.around(at).filter(|next| next.1 || !joined);
+                    let labels = near.map(|next| self.of[next.0]);
                     labels.filter(|&l| l != usize::MAX).min().map(|l| (at, l))
                 })
                 .collect();
             if found.is_empty() {
                 break;
             }
-            found.into_iter().for_each(|(at, l)| label[at] = l);
+            found.into_iter().for_each(|(at, l)| self.of[at] = l);
         }
-        let mut parts = vec![Vec::new(); count.max(1)];
-        for (at, &p) in points.iter().enumerate() {
-            parts[if label[at] == usize::MAX { 0 } else { label[at] }].push(p);
-        }
-        parts
     }
 }

@@ -2,7 +2,6 @@
 
 use crate::loop_meshes::{LoopShell, Triangles};
 use cullet_geometry::Vec3;
-use cullet_geometry::math::unit;
 use cullet_model::Material;
 use cullet_shell::domain::{ShellDomain, ShellMaterial};
 use cullet_shell::midsurface::Midsurface;
@@ -59,7 +58,7 @@ struct Run {
     /// Speed over c_R.
     speed: f64,
     /// Whether the crack has parted the strip behind its tip, and its splits.
-    opened: bool,
+    is_open: bool,
     splits: u64,
     dead: usize,
 }
@@ -71,6 +70,10 @@ struct Strip {
 
 impl Strip {
     fn new(mesh: Mesh, edge: f64, softening_cells: f64) -> Self {
+        Self::with_level(mesh, edge, softening_cells, SimdLevel::best())
+    }
+
+    fn with_level(mesh: Mesh, edge: f64, softening_cells: f64, level: SimdLevel) -> Self {
         let mesh = triangles(mesh, edge);
         let surface = Midsurface::of_triangles(&mesh.vertices, &mesh.triangles).unwrap();
         let points = surface.points();
@@ -88,14 +91,15 @@ impl Strip {
             strength: vec![f64::INFINITY; points],
             softening_cells,
         };
-        let mut shell = ShellDomain::new(surface, material, SimdLevel::best());
-        // The triangles that the line of the notch runs through.
-        let line = 0.5 * SIZE[1] - 0.4 * edge;
-        for (point, triangle) in mesh.triangles.iter().enumerate() {
-            let corners = triangle.map(|v| mesh.vertices[v as usize]);
-            let above = corners.iter().filter(|v| v.y > line).count();
-            let x = corners.iter().map(|v| v.x / 3.0).sum::<f64>();
-            if (1..3).contains(&above) && x < NOTCH {
+        let mut shell = ShellDomain::new(surface, material, level);
+        // The triangles under the line of the notch that are joined to one over it.
+        let line = 0.5 * SIZE[1] - 1e-3 * edge;
+        let place = |shell: &LoopShell, p: usize| shell.surface.surface_point(p).place;
+        for point in 0..points {
+            let at = place(&shell, point);
+            let is_under = at.y < line && at.x < NOTCH;
+            let over = |(q, joined): (usize, bool)| joined && place(&shell, q).y > line;
+            if is_under && shell.joined(point).any(over) {
                 let frame = shell.surface.surface_point(point).frame();
                 shell.notch(point, [frame[0].y, frame[1].y]);
             }
@@ -116,7 +120,7 @@ impl Strip {
     fn run(&mut self, held: &(dyn Fn(usize, Vec3) -> Vec3 + Sync), time: f64) -> Run {
         let period = 2.0 * SIZE[1] / 3000.0 * 2.0;
         let keep = 1.0 - 2.0 * self.shell.step / period;
-        for _ in 0..(20.0 * period / self.shell.step) as usize {
+        for _ in 0..(10.0 * period / self.shell.step) as usize {
             self.shell.advance(|n, v| held(n, v) * keep);
         }
         self.shell.velocity.iter_mut().for_each(|v| *v = Vec3::zeros());
@@ -159,7 +163,7 @@ impl Strip {
                 / (before.kinetic + before.elastic),
             rows: (area(&broken) - area(&first)) / row,
             speed: 0.5 * length / (when(0.75) - when(0.25)) / 3090.0,
-            opened: self.is_open(start),
+            is_open: self.is_open(start),
             splits: self.shell.splits(),
             dead: self.shell.live().filter(|&p| self.shell.state(p).dead).count(),
         }
@@ -192,19 +196,20 @@ impl Strip {
     }
 }
 
-/// Softening length over the size of a triangle.
+/// Softening length over the size of a triangle, and that size [m].
 const SOFTENING: f64 = 1.0;
+const EDGE: f64 = 2e-3;
 
 /// K6s: a strip between clamped edges, strained across the crack: G = Eε²b/2(1 − ν²).
-fn rice(mesh: Mesh, ratio: f64, edge: f64, softening: f64) -> Run {
-    let mut strip = Strip::new(mesh, edge, softening);
+fn rice(mesh: Mesh, ratio: f64) -> Run {
+    let mut strip = Strip::new(mesh, EDGE, SOFTENING);
     let energy = ratio * TOUGHNESS;
     let strain = (2.0 * energy * (1.0 - POISSON * POISSON) / YOUNG / SIZE[1]).sqrt();
     let nodes = strip.shell.surface.nodes.clone();
     for (u, at) in strip.shell.displacement.iter_mut().zip(&nodes) {
         u[1] = strain * (at.y - 0.5 * SIZE[1]);
     }
-    let held = held_nodes(&nodes, edge);
+    let held = held_nodes(&nodes, EDGE);
     let hold = move |node: usize, v: Vec3| {
         if node < held.len() && held[node] { Vec3::zeros() } else { v }
     };
@@ -218,8 +223,8 @@ fn held_nodes(nodes: &[Vec3], edge: f64) -> Vec<bool> {
 
 /// K6b: a strip bent across the crack by κ, its edges held in slope but not in their plane:
 /// G = Dκ²b/2t.
-fn bent(mesh: Mesh, ratio: f64, edge: f64, softening: f64) -> Run {
-    let mut strip = Strip::new(mesh, edge, softening);
+fn bent(mesh: Mesh, ratio: f64) -> Run {
+    let mut strip = Strip::new(mesh, EDGE, SOFTENING);
     let energy = ratio * TOUGHNESS;
     let bending = YOUNG * THICKNESS.powi(3) / 12.0 / (1.0 - POISSON * POISSON);
     let curvature = (2.0 * energy * THICKNESS / bending / SIZE[1]).sqrt();
@@ -227,42 +232,79 @@ fn bent(mesh: Mesh, ratio: f64, edge: f64, softening: f64) -> Run {
     for (u, at) in strip.shell.displacement.iter_mut().zip(&nodes) {
         u[2] = 0.5 * curvature * (at.y - 0.5 * SIZE[1]).powi(2);
     }
-    let held = held_nodes(&nodes, edge);
+    let held = held_nodes(&nodes, EDGE);
     let hold = move |node: usize, v: Vec3| {
         if node < held.len() && held[node] { Vec3::new(0.0, v.y, 0.0) } else { v }
     };
     strip.run(&hold, 200e-6)
 }
 
+/// Runs strips side by side and prints what came of each.
+fn strips(what: &str, run: fn(Mesh, f64) -> Run, work: &[(Mesh, f64)]) -> Vec<Run> {
+    let found: Vec<Run> = work.par_iter().map(|&(mesh, ratio)| run(mesh, ratio)).collect();
+    for ((mesh, ratio), run) in work.iter().zip(&found) {
+        println!("{what} {mesh:?} at {ratio} G_f: {run:?}");
+        assert!((run.ledger - 1.0).abs() < 0.01, "{what} {mesh:?} at {ratio}: {run:?}");
+    }
+    found
+}
+
+/// K6s: a crack along rows of triangles costs its energy.
 #[test]
-fn loop_k6_measure() {
-    let env = |name: &str, or: &str| std::env::var(name).unwrap_or_else(|_| or.into());
-    let list = |text: String| -> Vec<f64> { text.split(',').map(|x| x.parse().unwrap()).collect() };
-    let edge = list(env("EDGE", "1.5e-3"))[0];
-    let kind = env("KIND", "sb");
-    let mut work = Vec::new();
-    for mesh in [Mesh::Along, Mesh::Across, Mesh::Irregular] {
-        for soft in list(env("SOFT", "1.0")) {
-            for ratio in list(env("RATIO", "1.0,1.3,1.5")) {
-                for bending in [false, true] {
-                    if kind.contains(if bending { 'b' } else { 's' }) {
-                        work.push((bending, mesh, soft, ratio));
-                    }
-                }
+fn loop_k6s_a_crack_along_rows_costs_its_energy() {
+    let work = [1.0, 1.3, 1.4, 1.5].map(|ratio| (Mesh::Along, ratio));
+    let found = strips("Loop K6s", rice, &work);
+    assert!(found[0].length < 1e-3, "a crack runs at G_f");
+    for run in &found[1..] {
+        assert!(run.length > 25e-3 && run.speed < 0.6 && run.rows < 1.3, "{run:?}");
+        assert!(run.splits > 40, "{run:?}");
+        assert!((run.cost - 1.0).abs() < 0.1 && run.is_open && run.dead < 5, "{run:?}");
+    }
+}
+
+/// What does not work yet: across rows and on irregular triangles a crack stops at once, and one in
+/// bending does not start. None of them makes energy, and none runs at G_f.
+#[test]
+fn loop_k6_cracks_elsewhere_stop() {
+    let work = [Mesh::Across, Mesh::Irregular].map(|mesh| (mesh, 1.0));
+    for run in strips("Loop K6s", rice, &work) {
+        assert!(run.length < 2e-3, "{run:?}");
+    }
+    for run in strips("Loop K6b", bent, &[(Mesh::Along, 1.0)]) {
+        assert!(run.length < 2e-3, "{run:?}");
+    }
+}
+
+/// The same bits of a crack that runs, on every path and for one or two threads.
+#[test]
+fn loop_cracks_have_the_same_bits_everywhere() {
+    let run = |level: SimdLevel, threads: usize| -> (u64, Vec<[u64; 3]>) {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut strip = Strip::with_level(Mesh::Along, 4e-3, SOFTENING, level);
+            let nodes = strip.shell.surface.nodes.clone();
+            for (u, at) in strip.shell.displacement.iter_mut().zip(&nodes) {
+                u[1] = 8e-4 * (at.y - 0.5 * SIZE[1]);
             }
+            for point in strip.shell.live() {
+                strip.shell.change(point, |state| {
+                    (state.strength, state.flaw) = (STRENGTH, STRENGTH);
+                });
+            }
+            strip.shell.wake_tips();
+            for _ in 0..100 {
+                strip.shell.advance(|_, v| v);
+            }
+            let bits = |n: usize| <[f64; 3]>::from(strip.shell.moved(n)).map(f64::to_bits);
+            (strip.shell.splits(), (0..strip.shell.mass.len()).map(bits).collect())
+        })
+    };
+    let first = run(SimdLevel::portable(), 1);
+    let notched = Strip::new(Mesh::Along, 4e-3, SOFTENING).shell.splits();
+    assert!(first.0 > notched + 10, "{} splits", first.0);
+    for level in SimdLevel::all() {
+        for threads in [1, 2] {
+            assert!(run(level, threads) == first, "{level} {threads}");
         }
     }
-    let found: Vec<Run> =
-        work.par_iter()
-            .map(|&(bending, mesh, soft, ratio)| {
-                if bending { bent(mesh, ratio, edge, soft) } else { rice(mesh, ratio, edge, soft) }
-            })
-            .collect();
-    for ((bending, mesh, soft, ratio), run) in work.iter().zip(&found) {
-        println!(
-            "{} {mesh:?} soft {soft} G {ratio}: {run:.3?}",
-            if *bending { "K6b" } else { "K6s" }
-        );
-    }
-    let _ = (SOFTENING, unit(0, 0, 0));
 }

@@ -288,7 +288,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// −∂f/∂u by central differences, control points that are far apart at a time.
-pub(crate) fn stiffness(shell: &mut LoopShell, nudge: f64) -> BTreeMap<(usize, usize), f64> {
+fn stiffness(shell: &mut LoopShell, nudge: f64) -> BTreeMap<(usize, usize), f64> {
     let nodes = shell.mass.len();
     let mut near = vec![BTreeSet::new(); nodes];
     for cell in &shell.surface.cells {

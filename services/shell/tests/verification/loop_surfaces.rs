@@ -1,13 +1,13 @@
 //! Shells on subdivision surfaces of triangles against formulas: S7, S8, S9, E9, S18, S19.
 
 use crate::equilibrium::elastic;
-use crate::loop_meshes::{Held, LoopShell, Triangles, hold, settled, stiffness};
+use crate::loop_meshes::{Held, LoopShell, Triangles, hold, settled};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
 use cullet_shell::domain::ShellDomain;
 use cullet_shell::midsurface::{LoopError, Midsurface};
 use cullet_simd::{Real, SimdLevel};
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 
 fn surface(mesh: &Triangles) -> Midsurface {
     Midsurface::of_triangles(&mesh.vertices, &mesh.triangles).unwrap()
@@ -202,7 +202,7 @@ fn loop_s9_poles_of_any_valence_do_no_harm() {
 /// E9: a simply supported square plate under pressure.
 #[test]
 fn loop_e9_a_plate_sags_under_pressure() {
-    for (cells, bar) in [([14, 16], 0.03), ([28, 32], 0.02)] {
+    for (cells, bar) in [([14, 16], 0.03), ([28, 32], 0.025)] {
         let flat = Triangles::strip([1.0, 1.0], cells);
         let kinds = [
             ("squares", Triangles::squares([1.0, 1.0], cells)),
@@ -314,63 +314,43 @@ fn loop_bits_do_not_depend_on_registers_or_threads() {
     }
 }
 
-/// The greatest stable step by the greatest eigenvalue of K against M, over those of the bounds.
-fn stable(mesh: &Triangles, thickness: f64) -> (f64, f64) {
-    let mut shell = shell(mesh, [1e6, 0.22, thickness]);
-    let entries = stiffness(&mut shell, 1e-7);
-    let size = 3 * shell.mass.len();
-    let mut v: Vec<f64> = (0..size).map(|k| unit(1, 2, k as u64) - 0.5).collect();
-    let mut value = 0.0;
-    for _ in 0..600 {
-        let mut next = vec![0.0; size];
-        entries.iter().for_each(|(&(i, j), k)| next[i] += k * v[j]);
-        next.iter_mut().enumerate().for_each(|(i, x)| *x /= shell.mass[i / 3]);
-        value = next.iter().map(|x| x * x).sum::<f64>().sqrt();
-        next.iter_mut().for_each(|x| *x /= value);
-        v = next;
-    }
-    (2.0 / value.sqrt(), shell.stable_step())
-}
-
+/// S19: at 0.95 of the stable step energy is kept for ten thousand steps, and at 1.05 it is not: in
+/// the plane on a tube, in bending on a strip whose rows end at a straight rim.
 #[test]
-fn loop_s19_measure() {
+fn loop_s19_the_step_is_stable_up_to_its_bound() {
     let h = 0.01 * 0.75_f64.sqrt();
     let strip = Triangles::strip([0.1, 12.0 * h], [10, 12]);
-    let tube = Triangles::tube(12, 12, 12.0 * h).mapped(|v| {
-        let r = 0.12 / TAU;
+    let tube = Triangles::tube(60, 12, 12.0 * h).mapped(|v| {
+        let r = 0.6 / TAU;
         Vec3::new(r * v.x, r * v.y, v.z)
     });
-    let squares = Triangles::squares([0.1, 0.1], [10, 10]);
-    let jittered = |mesh: &Triangles, seed: u64, size: f64| {
-        let mut mesh = mesh.clone();
-        for (n, v) in mesh.vertices.iter_mut().enumerate() {
-            (0..2).for_each(|k| v[k] += size * (unit(seed, k as u64, n as u64) - 0.5));
+    for (mesh, cells) in [(&strip, 0.25), (&strip, 0.5), (&tube, 2.0), (&tube, 4.0)] {
+        let thickness = 0.01 / cells;
+        for (share, holds) in [(0.95, true), (1.05, false)] {
+            let mut shell = shell(mesh, [1e6, 0.22, thickness]);
+            shell.step = share * shell.stable_step();
+            for (n, v) in shell.velocity.iter_mut().enumerate() {
+                *v = Vec3::from([0, 1, 2].map(|k| 1e-6 * (unit(3, k, n as u64) - 0.5)));
+            }
+            let mean = |shell: &mut LoopShell| {
+                let mut sum = 0.0;
+                for _ in 0..200 {
+                    shell.strain();
+                    let before = shell.velocity.clone();
+                    let elastic = shell.elastic_energy();
+                    shell.advance(|_, v| v);
+                    let pairs = before.iter().zip(&shell.velocity).zip(&shell.mass);
+                    sum += elastic + pairs.map(|((a, b), m)| 0.5 * m * a.dot(b)).sum::<f64>();
+                }
+                sum / 200.0
+            };
+            let first = mean(&mut shell);
+            for _ in 0..10_000 {
+                shell.advance(|_, v| v);
+            }
+            let ratio = mean(&mut shell) / first;
+            println!("Loop S19, l/t {cells}, {share} of the step: energy times {ratio}");
+            assert_eq!((ratio - 1.0).abs() < 1e-3, holds, "l/t {cells}, {share}: {ratio}");
         }
-        mesh
-    };
-    let meshes = [
-        ("strip", strip.clone()),
-        ("tube", tube),
-        ("squares", squares.clone()),
-        ("strip irr 1", strip.clone().irregular(1)),
-        ("strip irr 2", strip.clone().irregular(2)),
-        ("squares irr 1", squares.clone().irregular(1)),
-        ("squares irr 2", squares.clone().irregular(2)),
-        ("strip jit", jittered(&strip, 3, 4e-3)),
-        ("squares jit", jittered(&squares, 3, 4e-3)),
-        ("squares irr jit", jittered(&squares.clone().irregular(4), 3, 3e-3)),
-        ("dome4", Triangles::dome(4, 10).mapped(|v| 0.1 * v)),
-        ("dome5", Triangles::dome(5, 10).mapped(|v| 0.1 * v)),
-        ("dome6", Triangles::dome(6, 10).mapped(|v| 0.1 * v)),
-        ("dome7", Triangles::dome(7, 10).mapped(|v| 0.1 * v)),
-    ];
-    for (what, mesh) in meshes {
-        let mut line = String::new();
-        for cells in [0.1, 1.0, 10.0] {
-            let (step, bound) = stable(&mesh, h / cells);
-            line += &format!(" {:.3}", step / bound);
-        }
-        println!("{what}: {line}");
     }
-    let _ = FRAC_PI_2;
 }
