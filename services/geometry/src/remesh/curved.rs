@@ -36,7 +36,7 @@ struct EdgeView {
 }
 
 /// A divided edge and the vertex in its middle.
-type Middle = ([u32; 2], u32);
+type EdgeMiddle = ([u32; 2], u32);
 
 impl CurvedMesh {
     /// With normals from the faces around each vertex that no crease parts from one another.
@@ -45,8 +45,8 @@ impl CurvedMesh {
         Self { mesh: mesh.clone(), normals }
     }
 
-    /// Divided until no edge is longer than `edge` \[m\], or half of it where the surface is bent, or
-    /// there are `most` triangles. The middle
+    /// Divided until no edge is longer than `edge` \[m\], or half of it where the surface is
+    /// bent, or there are `most` triangles. The middle
     /// of an edge is put on the arc that the normals at its ends belong to: exact for quadratic
     /// surfaces, like the Phong patch with its factor at 1/2 \[Boubekeur & Alexa 2008\].
     pub(crate) fn refined(mut self, edge: f64, most: usize) -> Self {
@@ -62,7 +62,7 @@ impl CurvedMesh {
 
     /// Adds the middle of each edge that is too long and among the longest of one of its triangles.
     /// Both long edges of a thin triangle are divided at once, or it would become ever thinner.
-    fn divide_edges(&mut self, limit: f64) -> Vec<Middle> {
+    fn divide_edges(&mut self, limit: f64) -> Vec<EdgeMiddle> {
         let mut long: Vec<[u32; 2]> = Vec::new();
         for (&corners, normals) in self.mesh.triangles.iter().zip(&self.normals) {
             let ends = [0, 1, 2].map(|k| [k, (k + 1) % 3]);
@@ -128,7 +128,7 @@ impl CurvedMesh {
         }
     }
 
-    fn divide_triangles(&mut self, middles: &[Middle]) {
+    fn divide_triangles(&mut self, middles: &[EdgeMiddle]) {
         let of = |edge: [u32; 2]| {
             middles.binary_search_by_key(&edge, |m| m.0).ok().map(|i| middles[i].1)
         };

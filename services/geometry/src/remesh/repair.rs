@@ -9,8 +9,8 @@ const ROUNDS: usize = 12;
 const POLISHES: usize = 12;
 /// Longest edge over the spacing that the removal of a vertex may leave.
 const LONGEST: f64 = 1.6;
-/// Least angle of a triangle that a flip for the sake of a boundary vertex may make \[rad\]: 6°. The
-/// vertices spread out afterwards.
+/// Least angle of a triangle that a flip for the sake of a boundary vertex may make \[rad\]: 6°.
+/// The vertices spread out afterwards.
 const FORCED_ANGLE: f64 = 0.1;
 /// Triangles are polished to this least angle \[rad\], 32°, …
 const ANGLE: f64 = 0.5585;
