@@ -88,8 +88,8 @@ impl MiddleSurface {
         for points in boundary_loops(&self.mesh) {
             let n = points.len();
             let at = |i: usize| self.mesh.vertices[points[i % n] as usize];
-            for i in 0..n {
-                let (v, p) = (points[i] as usize, at(i));
+            for (i, &v) in points.iter().enumerate() {
+                let (v, p) = (v as usize, at(i));
                 let faces = around[v].iter().map(|&t| area_vector(&self.mesh, t as usize));
                 let normal: Vec3 = faces.sum();
                 let edge = |a: Vec3, b: Vec3| unit_or(b - a, Vec3::zeros());

@@ -72,12 +72,11 @@ impl WallPairs {
         let walls = faces.groups(|s, t| {
             is_near[s] && is_near[t] && faces.normal[s].dot(&faces.normal[t]) > SHARP_RIM
         });
-        // Pairs within one wall are folds of it: ribs, corners of a block.
-        let faces_other_wall = |t: usize| pairs[t].is_some_and(|(_, s)| walls[s] != walls[t]);
-        let is_paired: Vec<bool> = (0..pairs.len())
-            .map(|t| is_near[t] && faces_other_wall(t) && pairs[t].is_some_and(|(_, s)| is_near[s]))
-            .collect();
         let side = largest_group(&walls, &faces.area, &is_near).unwrap_or(0);
+        // Pairs within one wall, or between two others, are ribs, handles, corners of a block.
+        let is_paired: Vec<bool> = (0..pairs.len())
+            .map(|t| pairs[t].is_some_and(|(_, s)| (walls[s] == side) != (walls[t] == side)))
+            .collect();
         let kind = (0..walls.len())
             .map(|t| match (is_near[t], walls[t] == side) {
                 (false, _) => FaceKind::Unpaired,

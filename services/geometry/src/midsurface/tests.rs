@@ -157,7 +157,8 @@ fn figures() {
         let volume = surface.volume() / mesh.signed_volume();
         let (count, sharp) = (surface.vertices.len(), surface.sharp_share());
         eprintln!(
-            "{name} {spacing}: {count} vertices in {seconds:.2} s, volume {volume:.4}, sharp {sharp:.3}, {quality:?}"
+            "{name} {spacing}: {count} vertices in {seconds:.2} s, volume {volume:.4}, \
+             sharp {sharp:.3}, {quality:?}"
         );
     }
 }

@@ -8,6 +8,9 @@ use crate::mesh::TriMesh;
 /// segments a turn or more are smooth.
 const CREASE: f64 = 0.766;
 
+/// Triangles that meet at less than this are one flat face: cosine of 0.03°.
+const FLAT: f64 = 1.0 - 1e-7;
+
 /// Passes after which division stops; each halves the longest edges.
 const MAX_PASSES: usize = 24;
 
@@ -33,7 +36,7 @@ struct EdgeView {
 }
 
 /// A divided edge and the vertex in its middle.
-type Middle = ([u32; 2], u32);
+type EdgeMiddle = ([u32; 2], u32);
 
 impl CurvedMesh {
     /// With normals from the faces around each vertex that no crease parts from one another.
@@ -42,8 +45,8 @@ impl CurvedMesh {
         Self { mesh: mesh.clone(), normals }
     }
 
-    /// Divided until no edge is longer than `edge` \[m\], or half of it where the surface is bent, or
-    /// there are `most` triangles. The middle
+    /// Divided until no edge is longer than `edge` \[m\], or half of it where the surface is
+    /// bent, or there are `most` triangles. The middle
     /// of an edge is put on the arc that the normals at its ends belong to: exact for quadratic
     /// surfaces, like the Phong patch with its factor at 1/2 \[Boubekeur & Alexa 2008\].
     pub(crate) fn refined(mut self, edge: f64, most: usize) -> Self {
@@ -59,7 +62,7 @@ impl CurvedMesh {
 
     /// Adds the middle of each edge that is too long and among the longest of one of its triangles.
     /// Both long edges of a thin triangle are divided at once, or it would become ever thinner.
-    fn divide_edges(&mut self, limit: f64) -> Vec<Middle> {
+    fn divide_edges(&mut self, limit: f64) -> Vec<EdgeMiddle> {
         let mut long: Vec<[u32; 2]> = Vec::new();
         for (&corners, normals) in self.mesh.triangles.iter().zip(&self.normals) {
             let ends = [0, 1, 2].map(|k| [k, (k + 1) % 3]);
@@ -125,7 +128,7 @@ impl CurvedMesh {
         }
     }
 
-    fn divide_triangles(&mut self, middles: &[Middle]) {
+    fn divide_triangles(&mut self, middles: &[EdgeMiddle]) {
         let of = |edge: [u32; 2]| {
             middles.binary_search_by_key(&edge, |m| m.0).ok().map(|i| middles[i].1)
         };
@@ -184,15 +187,26 @@ pub(crate) fn unit_or(vector: Vec3, other: Vec3) -> Vec3 {
     vector.try_normalize(0.0).unwrap_or(other)
 }
 
-/// The weight of a face in the normal of its corner `v`: the angle there, times the longer edge.
-/// The angle makes it indifferent to diagonals; the edge lets a long flat face next to short ones
-/// of an arc keep its direction.
-fn weight(mesh: &TriMesh, t: usize, v: u32) -> f64 {
-    let corners = mesh.triangles[t];
+/// The angle of a triangle at its corner `v` \[rad\].
+fn angle(mesh: &TriMesh, t: u32, v: u32) -> f64 {
+    let corners = mesh.triangles[t as usize];
     let k = corners.iter().position(|&c| c == v).unwrap_or(0);
     let [p, q, r] = [0, 1, 2].map(|i| mesh.vertices[corners[(k + i) % 3] as usize]);
     let (e, f) = (q - p, r - p);
-    libm::atan2(e.cross(&f).norm(), e.dot(&f)) * e.norm().max(f.norm())
+    libm::atan2(e.cross(&f).norm(), e.dot(&f))
+}
+
+/// The weight of a flat face of one or more triangles in the normal of its corner `v`: the angle
+/// there times the lengths of the two edges that bound the face. So a face counts the same however
+/// it is divided into triangles, and a long one next to short ones of an arc keeps its direction.
+fn weight(mesh: &TriMesh, face: &[u32], v: u32) -> f64 {
+    let corners = face.iter().flat_map(|&t| mesh.triangles[t as usize]);
+    let mut others: Vec<u32> = corners.filter(|&w| w != v).collect();
+    others.sort_unstable();
+    let ends = others.chunk_by(|a, b| a == b).filter(|uses| uses.len() == 1);
+    let length = |w: u32| (mesh.vertices[w as usize] - mesh.vertices[v as usize]).norm();
+    let edges: f64 = ends.map(|uses| length(uses[0])).product();
+    face.iter().map(|&t| angle(mesh, t, v)).sum::<f64>() * edges
 }
 
 /// The normals of all corners: each over the fan of faces at its vertex, from crease to crease.
@@ -202,14 +216,16 @@ fn corner_normals(mesh: &TriMesh) -> Vec<[Vec3; 3]> {
     for (v, around) in (0u32..).zip(&triangles_around(mesh)) {
         let mut left = around.clone();
         while let Some(start) = left.pop() {
-            let fan = smooth_fan(mesh, &faces, start, &mut left);
-            let share = |&t: &u32| {
-                let direction = unit_or(faces[t as usize], Vec3::zeros());
-                direction * weight(mesh, t as usize, v)
-            };
-            let sum: Vec3 = fan.iter().map(share).sum();
+            let mut fan = joined(mesh, &faces, start, CREASE, &mut left);
+            let whole = fan.clone();
+            let mut sum = Vec3::zeros();
+            while let Some(first) = fan.pop() {
+                let face = joined(mesh, &faces, first, FLAT, &mut fan);
+                let direction = unit_or(faces[first as usize], Vec3::zeros());
+                sum += direction * weight(mesh, &face, v);
+            }
             let normal = unit_or(sum, unit_or(faces[start as usize], Vec3::z()));
-            for t in fan.into_iter().map(|t| t as usize) {
+            for t in whole.into_iter().map(|t| t as usize) {
                 for k in (0..3).filter(|&k| mesh.triangles[t][k] == v) {
                     normals[t][k] = normal;
                 }
@@ -219,13 +235,20 @@ fn corner_normals(mesh: &TriMesh) -> Vec<[Vec3; 3]> {
     normals
 }
 
-/// Takes out of `left` the faces that hang together with `start` without a crease between.
-fn smooth_fan(mesh: &TriMesh, faces: &[Vec3], start: u32, left: &mut Vec<u32>) -> Vec<u32> {
+/// Takes out of `left` the triangles that hang together with `start` over edges at which they turn
+/// by less than the angle of this `cosine`.
+fn joined(
+    mesh: &TriMesh,
+    faces: &[Vec3],
+    start: u32,
+    cosine: f64,
+    left: &mut Vec<u32>,
+) -> Vec<u32> {
     let beside = |s: u32, t: u32| {
         let (s, t) = (s as usize, t as usize);
         let corners = &mesh.triangles[t];
         let shared = mesh.triangles[s].iter().filter(|v| corners.contains(v)).count();
-        shared >= 2 && faces[s].dot(&faces[t]) > CREASE * faces[s].norm() * faces[t].norm()
+        shared >= 2 && faces[s].dot(&faces[t]) > cosine * faces[s].norm() * faces[t].norm()
     };
     let mut fan = vec![start];
     let mut next = 0;

@@ -13,6 +13,10 @@ const TURNED: f64 = 0.3;
 /// Least angle of a triangle that a flip may make \[rad\], unless it was worse: 20°.
 const FLIP_ANGLE: f64 = 0.349;
 
+/// What a corner or boundary vertex with a single triangle counts in the sum of squared deviations:
+/// more than all flips around it could gain.
+const LONE: i64 = 50;
+
 /// A remeshing under way.
 #[derive(Clone, Debug)]
 pub(super) struct Remeshing<'a> {
@@ -100,7 +104,7 @@ impl Remeshing<'_> {
                 continue;
             };
             let wanted = gain > 0 || (sideways && gain == 0 && self.is_beside_defect(edge));
-            if wanted && self.may_flip(edge, made) {
+            if wanted && self.may_flip(edge, made, FLIP_ANGLE) {
                 self.mesh.flip(edge);
                 flips += 1;
             }
@@ -124,16 +128,18 @@ impl Remeshing<'_> {
         let made = self.mesh.flipped(edge)?;
         let [[_, d, c], _] = made;
         let square = |v: u32, change: i64| {
-            let off = self.mesh.valence(v) as i64 - self.mesh.target[v as usize] as i64 + change;
-            off * off
+            let valence = self.mesh.valence(v) as i64 + change;
+            let off = valence - self.mesh.target[v as usize] as i64;
+            off * off + if valence < 3 { LONE } else { 0 }
         };
         let before = [edge[0], edge[1], c, d].into_iter().map(|v| square(v, 0)).sum::<i64>();
         let after = square(edge[0], -1) + square(edge[1], -1) + square(c, 1) + square(d, 1);
         Some((before - after, made))
     }
 
-    /// Whether the triangles of a flip are well shaped and face the way of those that they replace.
-    pub(super) fn may_flip(&self, [a, b]: [u32; 2], made: [[u32; 3]; 2]) -> bool {
+    /// Whether the triangles of a flip have at least this least `angle` \[rad\], or no less than
+    /// before, and face the way of those that they replace.
+    pub(super) fn may_flip(&self, [a, b]: [u32; 2], made: [[u32; 3]; 2], angle: f64) -> bool {
         let [[_, d, c], _] = made;
         let at = |v: u32| self.mesh.at(v);
         let old = [[a, b, c], [b, a, d]].map(|t| t.map(at));
@@ -142,7 +148,7 @@ impl Remeshing<'_> {
         let faces = new.iter().map(cross);
         let level = faces.clone().all(|n| n.dot(&normal) > TURNED * n.norm() * normal.norm());
         let least = |pair: &[[Vec3; 3]; 2]| pair.iter().map(least_angle).fold(f64::MAX, f64::min);
-        level && least(&new) >= FLIP_ANGLE.min(least(&old))
+        level && least(&new) >= angle.min(least(&old))
     }
 
     /// Moves each vertex over the surface towards the centroid of the triangles around it, and

@@ -9,6 +9,9 @@ const ROUNDS: usize = 12;
 const POLISHES: usize = 12;
 /// Longest edge over the spacing that the removal of a vertex may leave.
 const LONGEST: f64 = 1.6;
+/// Least angle of a triangle that a flip for the sake of a boundary vertex may make \[rad\]: 6°.
+/// The vertices spread out afterwards.
+const FORCED_ANGLE: f64 = 0.1;
 /// Triangles are polished to this least angle \[rad\], 32°, …
 const ANGLE: f64 = 0.5585;
 /// … and edges to between these, over the spacing.
@@ -76,7 +79,7 @@ impl Remeshing<'_> {
             let k = corners.iter().position(|&w| w == v).unwrap_or(0);
             let edge = [corners[(k + 1) % 3], corners[(k + 2) % 3]];
             if let Some((_, made)) = self.flip_gain(edge)
-                && self.may_flip(edge, made)
+                && self.may_flip(edge, made, FORCED_ANGLE)
             {
                 self.mesh.flip(edge);
                 return;

@@ -98,7 +98,7 @@ fn an_open_saddle_is_divided_evenly_with_its_thickness() {
         let surface = remesh(&mesh, &thickness, spacing).unwrap();
         assert_even(&surface.mesh(), spacing);
         for (p, t) in surface.vertices.iter().zip(&surface.thickness) {
-            assert!((p.z - 0.5 * (p.x * p.x - p.y * p.y)).abs() < 2e-4, "{p}");
+            assert!((p.z - 0.5 * (p.x * p.x - p.y * p.y)).abs() < 3e-4, "{p}");
             assert!((t - 0.005 - 0.004 * p.x).abs() < 2e-5, "{t} at {p}");
         }
         for (x, y) in [(-0.3, -0.2), (0.3, -0.2), (0.3, 0.2), (-0.3, 0.2)] {

@@ -6,8 +6,8 @@ use super::outline::signed_area;
 use crate::mesh::TriMesh;
 
 /// A wall of `thickness` \[m\] turned about z, half of it on each side of the `profile` (radius,
-/// height) \[m\]. The rim is square to the profile where that ends off the axis. A profile with both
-/// ends on the axis gives a hollow body: an outer shell and an inner one that faces inward.
+/// height) \[m\]. The rim is square to the profile where that ends off the axis. A profile with
+/// both ends on the axis gives a hollow body: an outer shell and an inner one that faces inward.
 ///
 /// # Errors
 /// As [`super::lathe_solid`], and [`ShapeError::Wall`] where the wall does not fit the profile.
