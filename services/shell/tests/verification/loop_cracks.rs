@@ -21,7 +21,7 @@ const NOTCH: f64 = 20e-3;
 
 /// Which triangles.
 #[derive(Clone, Copy, Debug)]
-enum Mesh {
+enum StripMesh {
     /// Rows of them along the crack.
     Along,
     /// Rows across it.
@@ -30,23 +30,23 @@ enum Mesh {
     Irregular,
 }
 
-fn triangles(mesh: Mesh, edge: f64) -> Triangles {
+fn triangles(mesh: StripMesh, edge: f64) -> Triangles {
     let high = edge * 0.75_f64.sqrt();
     let cells = |size: [f64; 2]| {
         [(size[0] / edge).round() as usize, 2 * (0.5 * size[1] / high).round() as usize]
     };
     let [long, wide] = SIZE;
     match mesh {
-        Mesh::Along => Triangles::strip(SIZE, cells(SIZE)),
-        Mesh::Across => Triangles::strip([wide, long], cells([wide, long]))
+        StripMesh::Along => Triangles::strip(SIZE, cells(SIZE)),
+        StripMesh::Across => Triangles::strip([wide, long], cells([wide, long]))
             .mapped(|v| Vec3::new(v.y, wide - v.x, 0.0)),
-        Mesh::Irregular => Triangles::squares(SIZE, cells(SIZE)).irregular(11),
+        StripMesh::Irregular => Triangles::squares(SIZE, cells(SIZE)).irregular(11),
     }
 }
 
 /// How a crack ran.
 #[derive(Debug)]
-struct Run {
+struct StripRun {
     /// How far \[m\].
     length: f64,
     /// Energy that damage took over G_f times the area of the crack \[1\].
@@ -63,17 +63,17 @@ struct Run {
     dead: usize,
 }
 
-struct Strip {
+struct TriangleStrip {
     shell: LoopShell,
     edge: f64,
 }
 
-impl Strip {
-    fn new(mesh: Mesh, edge: f64, softening_cells: f64) -> Self {
+impl TriangleStrip {
+    fn new(mesh: StripMesh, edge: f64, softening_cells: f64) -> Self {
         Self::with_level(mesh, edge, softening_cells, SimdLevel::best())
     }
 
-    fn with_level(mesh: Mesh, edge: f64, softening_cells: f64, level: SimdLevel) -> Self {
+    fn with_level(mesh: StripMesh, edge: f64, softening_cells: f64, level: SimdLevel) -> Self {
         let mesh = triangles(mesh, edge);
         let surface = Midsurface::of_triangles(&mesh.vertices, &mesh.triangles).unwrap();
         let points = surface.points();
@@ -117,7 +117,7 @@ impl Strip {
     }
 
     /// Moves at rest to equilibrium under held edges, then lets cracks grow for `time` \[s\].
-    fn run(&mut self, held: &(dyn Fn(usize, Vec3) -> Vec3 + Sync), time: f64) -> Run {
+    fn run(&mut self, held: &(dyn Fn(usize, Vec3) -> Vec3 + Sync), time: f64) -> StripRun {
         let period = 2.0 * SIZE[1] / 3000.0 * 2.0;
         let keep = 1.0 - 2.0 * self.shell.step / period;
         for _ in 0..(10.0 * period / self.shell.step) as usize {
@@ -156,7 +156,7 @@ impl Strip {
         let area = |list: &[usize]| list.iter().map(|&p| self.shell.state(p).area).sum::<f64>();
         let row = self.edge * 0.75_f64.sqrt() * length.max(1e-9);
         let when = |s: f64| marks.iter().find(|m| m.1 >= start + s * length).map_or(0.0, |m| m.0);
-        Run {
+        StripRun {
             length,
             cost: dissipated / (TOUGHNESS * THICKNESS * length),
             ledger: (after.kinetic + after.elastic + dissipated + met)
@@ -201,8 +201,8 @@ const SOFTENING: f64 = 1.0;
 const EDGE: f64 = 2e-3;
 
 /// K6s: a strip between clamped edges, strained across the crack: G = Eε²b/2(1 − ν²).
-fn rice(mesh: Mesh, ratio: f64) -> Run {
-    let mut strip = Strip::new(mesh, EDGE, SOFTENING);
+fn rice(mesh: StripMesh, ratio: f64) -> StripRun {
+    let mut strip = TriangleStrip::new(mesh, EDGE, SOFTENING);
     let energy = ratio * TOUGHNESS;
     let strain = (2.0 * energy * (1.0 - POISSON * POISSON) / YOUNG / SIZE[1]).sqrt();
     let nodes = strip.shell.surface.nodes.clone();
@@ -223,8 +223,8 @@ fn held_nodes(nodes: &[Vec3], edge: f64) -> Vec<bool> {
 
 /// K6b: a strip bent across the crack by κ, its edges held in slope but not in their plane:
 /// G = Dκ²b/2t.
-fn bent(mesh: Mesh, ratio: f64) -> Run {
-    let mut strip = Strip::new(mesh, EDGE, SOFTENING);
+fn bent(mesh: StripMesh, ratio: f64) -> StripRun {
+    let mut strip = TriangleStrip::new(mesh, EDGE, SOFTENING);
     let energy = ratio * TOUGHNESS;
     let bending = YOUNG * THICKNESS.powi(3) / 12.0 / (1.0 - POISSON * POISSON);
     let curvature = (2.0 * energy * THICKNESS / bending / SIZE[1]).sqrt();
@@ -240,8 +240,12 @@ fn bent(mesh: Mesh, ratio: f64) -> Run {
 }
 
 /// Runs strips side by side and prints what came of each.
-fn strips(what: &str, run: fn(Mesh, f64) -> Run, work: &[(Mesh, f64)]) -> Vec<Run> {
-    let found: Vec<Run> = work.par_iter().map(|&(mesh, ratio)| run(mesh, ratio)).collect();
+fn strips(
+    what: &str,
+    run: fn(StripMesh, f64) -> StripRun,
+    work: &[(StripMesh, f64)],
+) -> Vec<StripRun> {
+    let found: Vec<StripRun> = work.par_iter().map(|&(mesh, ratio)| run(mesh, ratio)).collect();
     for ((mesh, ratio), run) in work.iter().zip(&found) {
         println!("{what} {mesh:?} at {ratio} G_f: {run:?}");
         assert!((run.ledger - 1.0).abs() < 0.01, "{what} {mesh:?} at {ratio}: {run:?}");
@@ -252,7 +256,7 @@ fn strips(what: &str, run: fn(Mesh, f64) -> Run, work: &[(Mesh, f64)]) -> Vec<Ru
 /// K6s: a crack along rows of triangles costs its energy.
 #[test]
 fn loop_k6s_a_crack_along_rows_costs_its_energy() {
-    let work = [1.0, 1.3, 1.4, 1.5].map(|ratio| (Mesh::Along, ratio));
+    let work = [1.0, 1.3, 1.4, 1.5].map(|ratio| (StripMesh::Along, ratio));
     let found = strips("Loop K6s", rice, &work);
     assert!(found[0].length < 1e-3, "a crack runs at G_f");
     for run in &found[1..] {
@@ -266,11 +270,11 @@ fn loop_k6s_a_crack_along_rows_costs_its_energy() {
 /// bending does not start. None of them makes energy, and none runs at G_f.
 #[test]
 fn loop_k6_cracks_elsewhere_stop() {
-    let work = [Mesh::Across, Mesh::Irregular].map(|mesh| (mesh, 1.0));
+    let work = [StripMesh::Across, StripMesh::Irregular].map(|mesh| (mesh, 1.0));
     for run in strips("Loop K6s", rice, &work) {
         assert!(run.length < 2e-3, "{run:?}");
     }
-    for run in strips("Loop K6b", bent, &[(Mesh::Along, 1.0)]) {
+    for run in strips("Loop K6b", bent, &[(StripMesh::Along, 1.0)]) {
         assert!(run.length < 2e-3, "{run:?}");
     }
 }
@@ -281,7 +285,7 @@ fn loop_cracks_have_the_same_bits_everywhere() {
     let run = |level: SimdLevel, threads: usize| -> (u64, Vec<[u64; 3]>) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut strip = Strip::with_level(Mesh::Along, 4e-3, SOFTENING, level);
+            let mut strip = TriangleStrip::with_level(StripMesh::Along, 4e-3, SOFTENING, level);
             let nodes = strip.shell.surface.nodes.clone();
             for (u, at) in strip.shell.displacement.iter_mut().zip(&nodes) {
                 u[1] = 8e-4 * (at.y - 0.5 * SIZE[1]);
@@ -300,7 +304,7 @@ fn loop_cracks_have_the_same_bits_everywhere() {
         })
     };
     let first = run(SimdLevel::portable(), 1);
-    let notched = Strip::new(Mesh::Along, 4e-3, SOFTENING).shell.splits();
+    let notched = TriangleStrip::new(StripMesh::Along, 4e-3, SOFTENING).shell.splits();
     assert!(first.0 > notched + 10, "{} splits", first.0);
     for level in SimdLevel::all() {
         for threads in [1, 2] {

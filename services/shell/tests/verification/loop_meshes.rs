@@ -187,7 +187,7 @@ impl Triangles {
 }
 
 /// A linear combination of the displacements of control points along an axis that a support holds.
-pub(crate) struct Held {
+pub(crate) struct HeldShares {
     pub(crate) shares: Vec<(u32, f64)>,
     pub(crate) axis: usize,
 }
@@ -199,8 +199,8 @@ pub(crate) fn hold(
     shell: &LoopShell,
     vertices: impl Iterator<Item = usize>,
     axis: usize,
-) -> Vec<Held> {
-    vertices.map(|v| Held { shares: shell.surface.vertex_shares(v), axis }).collect()
+) -> Vec<HeldShares> {
+    vertices.map(|v| HeldShares { shares: shell.surface.vertex_shares(v), axis }).collect()
 }
 
 /// Small displacements of the control points under `loads` \[N\], held by springs much stiffer
@@ -208,7 +208,7 @@ pub(crate) fn hold(
 pub(crate) fn settled(
     shell: &mut LoopShell,
     loads: &[Vec3],
-    held: &[Held],
+    held: &[HeldShares],
     axis: usize,
     nudge: f64,
 ) -> Vec<Vec3> {

@@ -1,7 +1,7 @@
 //! Shells on subdivision surfaces of triangles against formulas: S7, S8, S9, E9, S18, S19.
 
 use crate::equilibrium::elastic;
-use crate::loop_meshes::{Held, LoopShell, Triangles, hold, settled};
+use crate::loop_meshes::{HeldShares, LoopShell, Triangles, hold, settled};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
 use cullet_shell::domain::ShellDomain;
@@ -165,7 +165,7 @@ fn pulled(mesh: &Triangles) -> f64 {
     held.extend(hold(&shell, [at[0], at[2]].into_iter(), 2));
     let [one, other] = [1, 3].map(|k| shell.surface.vertex_shares(at[k]));
     let apart = other.into_iter().map(|(node, share)| (node, -share));
-    held.push(Held { shares: one.into_iter().chain(apart).collect(), axis: 2 });
+    held.push(HeldShares { shares: one.into_iter().chain(apart).collect(), axis: 2 });
     let forces = [(x, Vec3::x()), (-x, -Vec3::x()), (y, -Vec3::y()), (-y, Vec3::y())];
     let loads = pushes(&shell, mesh, &forces.map(|(at, f)| (at, 2.0 * f)));
     let u = settled(&mut shell, &loads, &held, 2, 1e-5);
