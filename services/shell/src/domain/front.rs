@@ -78,11 +78,13 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
     pub(super) fn note_broken(&mut self) {
         for point in self.live() {
             let state = &self.states[self.seats[point]];
-            let (broken, dead) = (state.is_broken(), state.dead);
+            let (broken, dead, crossed) = (state.is_broken(), state.dead, state.crossed);
             if broken && self.links.facing(point).norm_squared() == 0.0 {
                 self.parted(point);
             }
-            if dead && self.links.kill(&self.surface, point) {
+            if dead && crossed {
+                self.cross(point);
+            } else if dead && self.links.kill(&self.surface, point) {
                 self.front.changed.push(point as u32);
             }
         }
@@ -95,11 +97,25 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         self.announce(point);
     }
 
+    /// Severs the links across the second crack of a point, once.
+    fn cross(&mut self, point: usize) {
+        if self.links.second(point).norm_squared() > 0.0 {
+            return;
+        }
+        let Some(crack) = self.states[self.seats[point]].crack else { return };
+        let along = [-crack.normal[1], crack.normal[0]];
+        let parted = self.links.break_point(&self.surface, point, along);
+        let facing = self.links.second(point);
+        self.sides.extend(point as u32, &parted, &facing, &self.links);
+        self.front.changed.push(point as u32);
+    }
+
     /// Severs the links of a point that has broken.
     fn sever(&mut self, point: usize) {
         let Some(crack) = self.states[self.seats[point]].crack else { return };
         let parted = self.links.break_point(&self.surface, point, crack.normal);
-        self.sides.extend(point as u32, &parted, &self.links);
+        let facing = self.links.facing(point);
+        self.sides.extend(point as u32, &parted, &facing, &self.links);
         self.front.changed.push(point as u32);
     }
 

@@ -20,6 +20,8 @@ pub(super) struct Links {
     severed: Vec<bool>,
     /// Unit normal of the crack of each broken point, turned like those beside it; zero before.
     facing: Vec<Vec3>,
+    /// The same of the second crack of each point that has one.
+    second: Vec<Vec3>,
     /// Where each point is \[m\], and its frame.
     places: Vec<Vec3>,
     frames: Vec<[Vec3; 2]>,
@@ -32,6 +34,7 @@ impl Links {
         let mut links = Self {
             severed: surface.corner_only.clone(),
             facing: vec![Vec3::zeros(); points.len()],
+            second: vec![Vec3::zeros(); points.len()],
             places: points.iter().map(|p| p.place).collect(),
             frames: points.iter().map(MidsurfacePoint::frame).collect(),
             dead: vec![false; points.len()],
@@ -47,6 +50,11 @@ impl Links {
         self.facing[point]
     }
 
+    /// The same of its second crack.
+    pub(super) fn second(&self, point: usize) -> Vec3 {
+        self.second[point]
+    }
+
     pub(super) fn place(&self, point: usize) -> Vec3 {
         self.places[point]
     }
@@ -56,9 +64,16 @@ impl Links {
         !self.severed[entry]
     }
 
-    /// Severs the links on one side of a point that has broken across `normal` (in its frame); the
-    /// neighbours on that side. The side is the one that the broken ones beside it have parted on,
-    /// so that a chain of them severs one row.
+    /// The normal of a point's cracks that is most along `direction`; zero if it has none.
+    fn alike(&self, point: usize, direction: &Vec3) -> Vec3 {
+        let [first, second] = [self.facing[point], self.second[point]];
+        let further = second.dot(direction).abs() > first.dot(direction).abs();
+        if further { second } else { first }
+    }
+
+    /// Severs the links on one side of a point that has broken across `normal` (in its frame), for
+    /// the second time if it has a crack; the neighbours on that side. The side is the one that the
+    /// broken ones beside it have parted on, so that a chain of them severs one row.
     pub(super) fn break_point(
         &mut self,
         surface: &Midsurface,
@@ -67,53 +82,54 @@ impl Links {
     ) -> Vec<u32> {
         let [e1, e2] = self.frames[point];
         let mut facing = e1 * normal[0] + e2 * normal[1];
-        let beside = surface.around(point).iter().map(|&q| self.facing[q as usize]);
+        let beside = surface.around(point).iter().map(|&q| self.alike(q as usize, &facing));
         if beside.map(|other| other.dot(&facing)).sum::<f64>() < 0.0 {
             facing = -facing;
         }
-        self.facing[point] = facing;
+        let is_first = self.facing[point].norm_squared() == 0.0;
+        *(if is_first { &mut self.facing[point] } else { &mut self.second[point] }) = facing;
         let mut parted = Vec::new();
         for (k, &other) in surface.around(point).iter().enumerate() {
             let along = self.places[other as usize] - self.places[point];
             let across = along.dot(&facing) / along.norm();
             let is_gone = self.dead[other as usize];
-            if across >= ACROSS && !is_gone && !self.is_chain(point, other as usize) {
+            if across >= ACROSS && !is_gone && !self.is_chain(point, &facing, other as usize) {
                 self.sever(surface, surface.starts[point] as usize + k, point);
                 parted.push(other);
             }
         }
-        self.close_jogs(surface, point, &parted);
+        self.close_jogs(surface, point, &facing, &parted);
         parted
     }
 
     /// Whether two broken points belong to one chain: they part on the same side, and neither lies
-    /// straight over the other.
-    fn is_chain(&self, point: usize, other: usize) -> bool {
-        let (own, next) = (self.facing[point], self.facing[other]);
+    /// straight over the other. `own` is the normal of the first one's crack.
+    fn is_chain(&self, point: usize, own: &Vec3, other: usize) -> bool {
         let along = self.places[other] - self.places[point];
-        next.dot(&own) > 0.0 && along.dot(&own).abs() <= ABREAST * along.norm()
+        let is_abreast = along.dot(own).abs() <= ABREAST * along.norm();
+        self.alike(other, own).dot(own) > 0.0 && is_abreast
     }
 
     /// Where a chain steps from one row of points to the next, a link along the row would join its
     /// two sides: severs those between a point of the chain and what the one beside it has parted
     /// from.
-    fn close_jogs(&mut self, surface: &Midsurface, point: usize, parted: &[u32]) {
+    fn close_jogs(&mut self, surface: &Midsurface, point: usize, own: &Vec3, parted: &[u32]) {
         let beside = surface.around(point).iter().copied();
-        let chain: Vec<u32> = beside.filter(|&p| self.is_chain(point, p as usize)).collect();
+        let chain: Vec<u32> = beside.filter(|&p| self.is_chain(point, own, p as usize)).collect();
         for p in chain {
-            let off: Vec<u32> = self.parted_from(surface, p as usize);
+            let off: Vec<u32> = self.parted_from(surface, p as usize, own);
             for q in off {
-                self.sever_between(surface, point, q);
+                self.sever_between(surface, point, q, own);
             }
             for &q in parted {
-                self.sever_between(surface, p as usize, q);
+                self.sever_between(surface, p as usize, q, own);
             }
         }
     }
 
-    /// What a broken point has parted from on the side that it faces.
-    fn parted_from(&self, surface: &Midsurface, point: usize) -> Vec<u32> {
-        let facing = self.facing[point];
+    /// What a broken point has parted from on the side that its crack along `own` faces.
+    fn parted_from(&self, surface: &Midsurface, point: usize, own: &Vec3) -> Vec<u32> {
+        let facing = self.alike(point, own);
         let around = surface.around(point).iter().enumerate();
         let off = around.filter(|&(k, &q)| {
             let along = self.places[q as usize] - self.places[point];
@@ -123,9 +139,9 @@ impl Links {
         off.map(|(_, &q)| q).collect()
     }
 
-    /// Severs the link of a broken point with a whole one, if there is one.
-    fn sever_between(&mut self, surface: &Midsurface, point: usize, whole: u32) {
-        let is_broken = self.facing[whole as usize].norm_squared() > 0.0;
+    /// Severs the link of a broken point with one that is whole across `own`, if there is one.
+    fn sever_between(&mut self, surface: &Midsurface, point: usize, whole: u32, own: &Vec3) {
+        let is_broken = self.alike(whole as usize, own).dot(own).abs() >= ACROSS;
         let found = surface.around(point).binary_search(&whole);
         if let (false, Ok(k)) = (is_broken, found) {
             self.sever(surface, surface.starts[point] as usize + k, point);
@@ -267,5 +283,37 @@ impl PointLabels<'_> {
             }
             found.into_iter().for_each(|(at, l)| self.of[at] = l);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Links;
+    use crate::midsurface::Midsurface;
+    use cullet_geometry::nurbs::NurbsPatch;
+
+    /// Two rows of broken points part a sheet in three; a second crack that crosses them, and steps
+    /// sideways on its way, parts each of these in two.
+    #[test]
+    fn a_second_crack_parts_what_a_first_has_left() {
+        let patch = NurbsPatch::sheet([1.0, 1.0], [8, 8], 2).unwrap();
+        let surface = Midsurface::of_patch(&patch);
+        let points: Vec<_> = (0..surface.points()).map(|p| surface.surface_point(p)).collect();
+        let all: Vec<u32> = (0..points.len() as u32).collect();
+        let mut links = Links::new(&surface, &points);
+        let parts = |links: &Links| links.components(&surface, &all, 0).len();
+        assert_eq!(parts(&links), 1);
+        // Rows and columns of points, counted from one side.
+        let number = |x: f64| ((x + 0.5) * 16.0) as usize;
+        let row = |p: usize| number(points[p].place.y);
+        let column = |p: usize| number(points[p].place.x);
+        let first: Vec<usize> = (0..points.len()).filter(|&p| [5, 10].contains(&row(p))).collect();
+        first.iter().for_each(|&p| drop(links.break_point(&surface, p, [0.0, 1.0])));
+        assert_eq!((first.len(), parts(&links)), (32, 3));
+        // One column below the row and the next above it.
+        let of = |p: usize| column(p) == if row(p) < 7 { 6 } else { 7 };
+        let second: Vec<usize> = (0..points.len()).filter(|&p| of(p)).collect();
+        second.iter().for_each(|&p| drop(links.break_point(&surface, p, [1.0, 0.0])));
+        assert_eq!((second.len(), parts(&links)), (16, 6));
     }
 }

@@ -19,11 +19,11 @@ pub(super) struct Sides {
 }
 
 impl Sides {
-    /// Adds a point that has broken, with the neighbour that lies most squarely across its crack.
-    pub(super) fn extend(&mut self, own: u32, parted: &[u32], links: &Links) {
-        let facing = links.facing(own as usize);
+    /// Adds a point that has broken, with the neighbour that lies most squarely across its crack,
+    /// whose normal is `facing`.
+    pub(super) fn extend(&mut self, own: u32, parted: &[u32], facing: &Vec3, links: &Links) {
         let apart = |other: u32| links.place(other as usize) - links.place(own as usize);
-        let square = |other: &u32| apart(*other).normalize().dot(&facing);
+        let square = |other: &u32| apart(*other).normalize().dot(facing);
         let best = parted.iter().copied().max_by(|a, b| square(a).total_cmp(&square(b)));
         if let Some(other) = best {
             self.pairs.push(SidePair { own, other, apart: apart(other) });

@@ -30,6 +30,8 @@ pub struct PointState {
     pub crack: Option<CrackLine>,
     /// Whether a second crack has taken all that was left.
     pub dead: bool,
+    /// Whether that crack runs along the normal of the first.
+    pub crossed: bool,
     /// Whether it is of a crumb, too small to be a part: what it holds goes with the next step.
     pub crumbles: bool,
     /// Strength in force here: no more than that ahead of a tip \[Pa\].
@@ -50,9 +52,22 @@ impl PointState {
     /// A whole point.
     #[must_use]
     pub fn new(strength: f64, length: f64, thickness: f64, area: f64) -> Self {
-        let (damage, crack, dead, crumbles) = (0.0, None, false, false);
+        let (damage, crack, dead, crossed, crumbles) = (0.0, None, false, false, false);
         let flaw = strength;
-        Self { damage, crack, dead, crumbles, strength, flaw, length, thickness, area, last: None }
+        let last = None;
+        Self {
+            damage,
+            crack,
+            dead,
+            crossed,
+            crumbles,
+            strength,
+            flaw,
+            length,
+            thickness,
+            area,
+            last,
+        }
     }
 
     /// Breaks it across `normal` before it has borne anything.
@@ -249,6 +264,7 @@ impl SectionLaw {
             tally.dissipated += state.area * self.energy(state, strain);
             tally.broken += 1;
             state.dead = true;
+            state.crossed = worst > state.flaw;
         }
     }
 

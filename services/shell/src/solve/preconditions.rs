@@ -14,7 +14,7 @@ const CELLS: (f64, f64) = (0.25, 4.0);
 /// Cells of the smaller extent that are wanted at least.
 const ACROSS: f64 = 24.0;
 
-/// Spacing over √(Rt), the length over which a curved wall bends, for R half of its extent.
+/// Spacing over √(Rt), the length over which a curved wall bends, for R half of its middle extent.
 const BENT: f64 = 0.33;
 
 /// Area of a control point of triangles over the square of an edge, √3/2  \[1\].
@@ -48,7 +48,7 @@ struct WallSize {
     thickness: f64,
     /// Length that a quarter of the spacing must resolve at least: the smaller extent of a plate.
     least: f64,
-    /// Greatest spacing that resolves its bending \[m\].
+    /// Spacing that resolves how a curved wall bends \[m\]; none of a flat one.
     bent: f64,
     /// Area that is discretised \[m²\].
     area: f64,
@@ -81,7 +81,7 @@ impl ShellPlan {
         let (t, least) = (plate.thickness, plate.size[0].min(plate.size[1]));
         within("thickness over the smaller extent of the plate", t / least, [0.0, SLENDER])?;
         let area = plate.size[0] * plate.size[1];
-        let size = WallSize { thickness: t, least, bent: f64::INFINITY, area, share: 1.0 };
+        let size = WallSize { thickness: t, least, bent: 0.0, area, share: 1.0 };
         let spacing = spacing(problem, &size, plate.area)?;
         let cost = cost(problem, &size, spacing, stable_step)?;
         Ok(Self { body: ThinBody::Plate(plate), spacing, cost })
@@ -90,7 +90,10 @@ impl ShellPlan {
     fn of_wall(problem: &BrittleProblem, flat: &NotPlate) -> Result<Self, Refusal> {
         let mesh = &problem.solid.mesh;
         // Both walls and little else: V = tA/2.
-        let (area, extent) = (0.5 * mesh.area(), mesh.diagonal() / 3.0_f64.sqrt());
+        let area = 0.5 * mesh.area();
+        let mut extents = mesh.bounds().map_or([0.0; 3], |(low, high)| (high - low).into());
+        extents.sort_by(f64::total_cmp);
+        let extent = extents[1];
         let t = mesh.signed_volume() / area;
         let unfit = |lack: &dyn std::fmt::Display| {
             let lack = format!("it is no flat plate ({flat}) and no curved wall ({lack})");
@@ -119,8 +122,7 @@ fn spacing(problem: &BrittleProblem, size: &WallSize, area: f64) -> Result<f64, 
     let t = size.thickness;
     let settings = &problem.settings;
     let most = f64::from(settings.max_particles.max(1));
-    let wanted = (0.5 * t).max((area / most).sqrt()).min(size.least / ACROSS).min(size.bent);
-    let wanted = wanted.max((area / most).sqrt());
+    let wanted = (0.5 * t).max(size.bent).min(size.least / ACROSS).max((area / most).sqrt());
     let spacing = settings.spacing.unwrap_or(wanted.clamp(CELLS.0 * t, CELLS.1 * t));
     within("cells over the thickness", spacing / t, [CELLS.0, CELLS.1])?;
     let points = size.area / (size.share * spacing * spacing);
