@@ -112,7 +112,7 @@ impl Links {
 
     /// Where a chain steps from one row of points to the next, a link along the row would join its
     /// two sides: severs those between a point of the chain and what the one beside it has parted
-    /// from.
+    /// from, and those that cross the line between the two.
     fn close_jogs(&mut self, surface: &Midsurface, point: usize, own: &Vec3, parted: &[u32]) {
         let beside = surface.around(point).iter().copied();
         let chain: Vec<u32> = beside.filter(|&p| self.is_chain(point, own, p as usize)).collect();
@@ -123,6 +123,27 @@ impl Links {
             }
             for &q in parted {
                 self.sever_between(surface, p as usize, q, own);
+            }
+            self.sever_crossing(surface, point, p as usize);
+        }
+    }
+
+    /// Severs the links that cross the one between two neighbours.
+    fn sever_crossing(&mut self, surface: &Midsurface, one: usize, two: usize) {
+        let line = self.places[two] - self.places[one];
+        let up = self.frames[one][0].cross(&self.frames[one][1]);
+        let across = up.cross(&line).normalize();
+        let least = 0.1 * line.norm();
+        let side = |&p: &u32| (self.places[p as usize] - self.places[one]).dot(&across);
+        let near = |p: &u32| surface.around(two).binary_search(p).is_ok();
+        let both = || surface.around(one).iter().copied().filter(near);
+        let left: Vec<u32> = both().filter(|p| side(p) > least).collect();
+        let right: Vec<u32> = both().filter(|p| side(p) < -least).collect();
+        for p in left.into_iter().map(|p| p as usize) {
+            for q in &right {
+                if let Ok(k) = surface.around(p).binary_search(q) {
+                    self.sever(surface, surface.starts[p] as usize + k, p);
+                }
             }
         }
     }
