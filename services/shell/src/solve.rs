@@ -24,6 +24,7 @@ use cullet_model::{
 };
 use cullet_simd::{Real, SimdLevel};
 use preconditions::PlatePlan;
+pub(crate) use preconditions::{SLENDER, refusal};
 use schedule::ShellSchedule;
 
 /// Steps between looks at the energy.
@@ -36,7 +37,7 @@ const UNSTABLE: f64 = 0.1;
 const SLICE: u64 = 200_000;
 
 /// l_c over the size of a cell: what makes a crack that runs cost G_f  \[measured: K6s\].
-const SOFTENING_CELLS: f64 = 1.1;
+pub(crate) const SOFTENING_CELLS: f64 = 1.1;
 
 /// How the rows of cells lie to the plate's sides, by the seed: from this, and up to this more
 /// \[rad\].

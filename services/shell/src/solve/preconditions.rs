@@ -5,7 +5,7 @@ use cullet_geometry::plate::{NotPlate, Plate, SLENDER as SQUARE, VOLUME};
 use cullet_model::{BrittleProblem, Cost, Refusal};
 
 /// Thickness over the smaller extent up to which a body is a shell \[gate 4\].
-const SLENDER: f64 = 0.125;
+pub(crate) const SLENDER: f64 = 0.125;
 
 /// Cells over the thickness: below the first a cell is no shell's, above the second bending locks.
 const CELLS: (f64, f64) = (0.25, 4.0);
@@ -67,7 +67,7 @@ impl PlatePlan {
 }
 
 /// What a body lacks that is no plate.
-fn refusal(why: NotPlate) -> Refusal {
+pub(crate) fn refusal(why: NotPlate) -> Refusal {
     let (what, value, low, high) = match why {
         NotPlate::Volume { share } => {
             let what = "volume over that between the two largest parallel faces";
