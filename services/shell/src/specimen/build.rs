@@ -65,7 +65,7 @@ impl AlignedPlate {
         let found = Plate::of_mesh(mesh).map_err(refusal)?;
         let normal = found.pose.rotation * Vec3::z();
         let across = normal.iamax();
-        let turn = 1.0 - normal[across].abs();
+        let turn = (1.0 - normal[across].abs()).max(0.0);
         range("1 − |cos| between the plate's normal and an axis", turn, [0.0, STRAIGHT])?;
         let (low, high) = mesh.bounds().unwrap_or_default();
         let axes = [(across + 1) % 3, (across + 2) % 3, across];

@@ -19,20 +19,19 @@ struct HeldNode {
     velocity: Vec3,
 }
 
-/// A slope at an edge that is held where the deflection is not: two control points whose
-/// deflections differ by what the slope makes of their distance.
-#[derive(Clone, Copy, Debug)]
-struct SlopeTie {
-    nodes: [u32; 2],
-    /// Velocity of the second less that of the first at 1 of the course \[m/s\].
-    apart: f64,
+/// Control points at edges whose slope is held where the deflection is not: their deflections
+/// differ by what the slope makes of their distances.
+#[derive(Clone, Debug, Default)]
+struct SlopeGroup {
+    /// Each with its velocity over that of the first at 1 of the course \[m/s\].
+    nodes: Vec<(u32, f64)>,
 }
 
 /// What a support holds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct HeldNodes {
     held: Vec<HeldNode>,
-    ties: Vec<SlopeTie>,
+    groups: Vec<SlopeGroup>,
 }
 
 /// Control points of the sheet by column and row.
@@ -65,7 +64,27 @@ impl SheetGrid {
 impl HeldNodes {
     /// Whether it holds nothing.
     pub(super) fn is_empty(&self) -> bool {
-        self.held.is_empty() && self.ties.is_empty()
+        self.held.is_empty() && self.groups.is_empty()
+    }
+
+    /// Ties a control point to another: v₁ = v₀ + apart. What is tied already goes along.
+    fn tie(&mut self, [first, second]: [u32; 2], apart: f64) {
+        let mut take = |node: u32| {
+            let own = |group: &SlopeGroup| group.nodes.iter().any(|row| row.0 == node);
+            let group = self.groups.iter().position(own).map(|k| self.groups.swap_remove(k));
+            group.unwrap_or(SlopeGroup { nodes: vec![(node, 0.0)] })
+        };
+        let mut group = take(first);
+        let off = |group: &SlopeGroup, node: u32| {
+            group.nodes.iter().find(|row| row.0 == node).map(|row| row.1)
+        };
+        if off(&group, second).is_none() {
+            let other = take(second);
+            let shift = off(&group, first).unwrap_or(0.0) + apart
+                - off(&other, second).unwrap_or(0.0);
+            group.nodes.extend(other.nodes.into_iter().map(|(node, own)| (node, own + shift)));
+        }
+        self.groups.push(group);
     }
 
     /// Holds copies of held control points from `first` on.
@@ -143,7 +162,7 @@ impl HoldSearch<'_> {
         let slope = -turn / self.shape.plate.thickness;
         let apart = slope * (self.nodes[inner][axis] - x[axis]);
         if !is_held_across {
-            all.ties.push(SlopeTie { nodes: [node as u32, inner as u32], apart });
+            all.tie([node as u32, inner as u32], apart);
             return;
         }
         let is_held = |held: &HeldNode| held.node == inner as u32 && held.axes[2];
@@ -186,6 +205,8 @@ pub(super) fn apply<R: Real>(
             }
         }
     }
+    let deflections: BTreeMap<u32, f64> =
+        wanted.iter().filter_map(|(&n, row)| Some((n, row[2]?))).collect();
     tally.reactions = vec![Vec3::zeros(); held.len()];
     for (support, held, factor) in active() {
         for one in &held.held {
@@ -199,13 +220,20 @@ pub(super) fn apply<R: Real>(
             give(domain, taken, n, push, tally);
             tally.reactions[support] += push / taken.step;
         }
-        for tie in &held.ties {
-            let [a, b] = tie.nodes.map(|n| n as usize);
-            let (first, second) = (domain.mass[a], domain.mass[b]);
-            let off = domain.velocity[a].z + factor * tie.apart - domain.velocity[b].z;
-            let push = Vec3::z() * (off * first * second / (first + second));
-            give(domain, taken, b, push, tally);
-            give(domain, taken, a, -push, tally);
+        for group in &held.groups {
+            let fixed = |&(n, off): &(u32, f64)| Some(deflections.get(&n)? - factor * off);
+            let own = |&(n, off): &(u32, f64)| {
+                let mass = domain.mass[n as usize];
+                (mass, mass * (domain.velocity[n as usize].z - factor * off))
+            };
+            let sum = |a: (f64, f64), b: (f64, f64)| (a.0 + b.0, a.1 + b.1);
+            let (mass, momentum) = group.nodes.iter().map(own).fold((0.0, 0.0), sum);
+            let common = group.nodes.iter().find_map(fixed).unwrap_or(momentum / mass);
+            for &(node, off) in &group.nodes {
+                let n = node as usize;
+                let change = common + factor * off - domain.velocity[n].z;
+                give(domain, taken, n, Vec3::z() * (change * domain.mass[n]), tally);
+            }
         }
     }
 }
