@@ -14,7 +14,8 @@ fn f68_sides_that_meet_gain_nothing() {
         break_points(&mut shell, |x| (x.y < 0.0 && x.y > -ROW).then(Vec3::y));
         shell.step *= 1e-3;
         shell.advance(|_, v| v);
-        let halves: Vec<f64> = shell.origin.iter().map(|&n| shell.surface.nodes[n as usize].y).collect();
+        let halves: Vec<f64> =
+            shell.origin.iter().map(|&n| shell.surface.nodes[n as usize].y).collect();
         for (v, y) in shell.velocity.iter_mut().zip(halves) {
             *v = Vec3::new(slip, -1.0, 0.3 * slip) * y.signum();
         }

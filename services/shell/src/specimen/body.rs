@@ -86,8 +86,7 @@ impl<R: Real + 'static> Discretisation for PlateSpecimen<R> {
         let taken = TakenStep { step: drive.step, factors: drive.holds, before: &before };
         hold::apply(&mut self.domain, &self.held, &taken, &mut tally);
         let way = |n: u32| before[n as usize] + self.domain.velocity[n as usize];
-        tally.pushed =
-            forces.iter().map(|(n, force)| 0.5 * drive.step * force.dot(&way(*n))).sum();
+        tally.pushed = forces.iter().map(|(n, force)| 0.5 * drive.step * force.dot(&way(*n))).sum();
         tally
     }
 

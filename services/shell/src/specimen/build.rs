@@ -142,7 +142,8 @@ pub(super) fn domain<R: Real>(
         domain.displacement[node] = [moved.x, moved.y, moved.z, 0.0];
         domain.velocity[node] = launch(specimen, shape, &x);
     }
-    let cut = specimen.initial.notches.iter().map(|notch| cut(&mut domain, shape, notch, s.spacing));
+    let cut =
+        specimen.initial.notches.iter().map(|notch| cut(&mut domain, shape, notch, s.spacing));
     idle("notch", cut.collect::<Vec<_>>().into_iter().map(|some| !some))?;
     Ok(domain)
 }

@@ -80,8 +80,8 @@ impl HeldNodes {
         };
         if off(&group, second).is_none() {
             let other = take(second);
-            let shift = off(&group, first).unwrap_or(0.0) + apart
-                - off(&other, second).unwrap_or(0.0);
+            let shift =
+                off(&group, first).unwrap_or(0.0) + apart - off(&other, second).unwrap_or(0.0);
             group.nodes.extend(other.nodes.into_iter().map(|(node, own)| (node, own + shift)));
         }
         self.groups.push(group);

@@ -59,8 +59,7 @@ impl ReadPoints {
         let volume = |k: usize, w: f64| domain.state(self.live[k]).area * thickness(k) * w;
         let volumes = each(&|k, _, w| Vec3::repeat(volume(k, w)));
         let is_strained = |f: &PointField| matches!(f, PointField::Stress | PointField::Strain);
-        let strains =
-            if fields.iter().any(is_strained) { domain.strains() } else { Vec::new() };
+        let strains = if fields.iter().any(is_strained) { domain.strains() } else { Vec::new() };
         let value = |field| self.field(domain, field, &strains);
         PointFields {
             numbers: (0..places.len() as u32).collect(),
@@ -91,9 +90,8 @@ impl ReadPoints {
                 FieldValues::Vectors(points.flat_map(of).collect())
             }
             PointField::Stress | PointField::Strain => {
-                let of = |k: usize| {
-                    self.tensors(domain, k, &strains[k], field == PointField::Stress)
-                };
+                let of =
+                    |k: usize| self.tensors(domain, k, &strains[k], field == PointField::Stress);
                 FieldValues::Tensors(points.flat_map(of).collect())
             }
         }

@@ -35,7 +35,7 @@ fn strip(along: usize, across: usize) -> SpecimenProblem {
         symmetries: Vec::new(),
         loads: Vec::new(),
         output: Output {
-            end: 12e-3,
+            end: 6e-3,
             probes: Vec::new(),
             samples: 10,
             frames: 0,
@@ -126,7 +126,7 @@ fn clamped() -> f64 {
 #[test]
 fn a_support_of_both_faces_clamps_and_of_a_line_does_not() {
     let weight = 2500.0 * 10.0 * 0.002 * 0.1 * 0.02;
-    for (along, across) in [(0, 2), (1, 2), (1, 0), (2, 0), (2, 1), (0, 1)] {
+    for (along, across) in [(0, 2), (2, 0), (0, 1)] {
         let [stiff, force] = sag(along, across, [true; 3]);
         assert!((-stiff / clamped() - 1.0).abs() < 0.01, "{along} {across}: {stiff}");
         assert!((force / weight - 0.5).abs() < 0.005, "{along} {across}: {force}");
@@ -163,7 +163,7 @@ fn a_slope_alone_can_be_held() {
     beam.loads = vec![load(Vec::new(), LoadKind::Acceleration(Vec3::new(0.0, 0.0, -10.0)))];
     beam.holds = vec![hold(end(0, false), [true; 3]), hold(end(0, true), [true, true, false])];
     beam.output.probes = vec![moved(2, Vec3::new(0.05, 0.0, 0.0))];
-    (beam.settings.damping, beam.output.end) = (7e2, 40e-3);
+    (beam.settings.damping, beam.output.end) = (2e3, 15e-3);
     let slid = last(&run(beam), 0);
     assert!((-slid / clamped() / 16.0 - 1.0).abs() < 0.01, "{slid}");
 }
@@ -184,13 +184,9 @@ fn tractions_give_their_force_and_their_couple() {
     beam.output.probes = vec![
         moved(2, Vec3::new(0.05, 0.0, 0.0)),
         Probe::Applied(0, TensorPart::Axis(0)),
-        Probe::Points(
-            PointField::Stress,
-            TensorPart::Pair(0),
-            Spot::At(Vec3::new(0.0, 0.0, 1e-3)),
-        ),
+        Probe::Points(PointField::Stress, TensorPart::Pair(0), Spot::At(Vec3::new(0.0, 0.0, 1e-3))),
     ];
-    (beam.settings.damping, beam.output.end) = (7e2, 40e-3);
+    (beam.settings.damping, beam.output.end) = (2e3, 15e-3);
     let outcome = run(beam);
     // M = 2 · τ · t/2 · t/4 a width: w = −ML²/2EI, and σ = Mt/2I on the upper face.
     let moment = 1e5 * 0.002 * 0.002 / 4.0;
