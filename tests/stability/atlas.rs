@@ -11,7 +11,7 @@ fn table() -> String {
 /// The modes that can touch what is here.
 fn modes() -> impl Iterator<Item = u32> {
     let shells =
-        (60..=61).chain(63..=65).chain(68..=72).chain(79..=89).chain([93, 96, 97, 99, 100]);
+        (60..=61).chain(63..=65).chain(68..=72).chain(79..=82).chain(84..=88).chain([93, 96, 97, 99, 100]);
     (1..=43).chain(73..=78).chain(shells)
 }
 
