@@ -43,7 +43,7 @@ fn missed(name: &str, overrides: &[&str], family: SpecimenFamily) -> Vec<String>
     let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
     let specimen = load(&file, &overrides).expect("a specimen");
     let result = solve_with(&specimen.job().expect("a body"), &[family]);
-    assert_eq!(result.ending, Ending::Ok, "{name}");
+    assert_eq!(result.outcome.ending, Ending::Ok, "{name}");
     let measured = Measured::new(SweepPoint { specimen, swept: Vec::new() }, result);
     let rows = measured.rows.iter().filter(|row| row.weighed.verdict == MetricVerdict::Fails);
     rows.map(|row| row.metric.clone()).collect()
