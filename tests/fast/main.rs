@@ -3,4 +3,5 @@
 mod chain;
 mod modules;
 mod names;
+mod plates;
 mod tidy;

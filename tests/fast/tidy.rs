@@ -16,7 +16,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("services/fragment", &["geometry", "model"]),
     ("services/specimen", &["geometry", "model"]),
     ("services/fracture", &["fragment", "geometry", "model", "simd", "specimen"]),
-    ("services/shell", &["fragment", "geometry", "model", "simd"]),
+    ("services/shell", &["fragment", "geometry", "model", "simd", "specimen"]),
     ("services/geometric", &["fragment", "geometry", "model"]),
     ("services/world", &["geometry", "model"]),
     ("services/plan", &["geometry", "model", "world"]),

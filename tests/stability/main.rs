@@ -16,5 +16,6 @@ mod law;
 mod legs;
 mod meet;
 mod push;
+mod shell;
 mod system;
 mod world;

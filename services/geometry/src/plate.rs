@@ -1,6 +1,6 @@
 //! Flat plates: bodies with two parallel faces, whatever their outline.
 
-use crate::math::{Mat3, Pose, Quat, Vec3};
+use crate::math::{Pose, Quat, Vec3};
 use crate::mesh::TriMesh;
 use thiserror::Error;
 
@@ -148,9 +148,11 @@ impl ParallelFaces {
         if size[0] < size[1] {
             (axes, middle, size) = ([y, -x], [middle[1], -middle[0]], [size[1], size[0]]);
         }
+        if axes[0][axes[0].iamax()] < 0.0 {
+            (axes, middle) = (axes.map(|axis| -axis), middle.map(|m| -m));
+        }
         let origin = axes[0] * middle[0] + axes[1] * middle[1] + self.normal * self.middle;
-        let turn = Mat3::from_columns(&[axes[0], axes[1], self.normal]);
-        let turn = Quat::from_matrix_eps(&turn, 1e-15, 100, Quat::identity());
+        let turn = Quat::from_basis_unchecked(&[axes[0], axes[1], self.normal]);
         let pose = Pose::from_parts(origin.into(), turn);
         Plate { pose, thickness: self.thickness, size, area: self.area }
     }
@@ -232,6 +234,24 @@ mod tests {
                 assert!((at.x.abs() - 0.2).abs() < 1e-9, "{at}");
                 assert!((at.y.abs() - 0.15).abs() < 1e-9, "{at}");
                 assert!((at.z.abs() - 0.004).abs() < 1e-9, "{at}");
+            }
+        }
+    }
+
+    /// Half a turn is as good as any: the frame of every plate has its faces at z = ± t/2.
+    #[test]
+    fn the_frame_is_that_of_the_faces_whatever_their_axes() {
+        let tilts = [Vec3::zeros(), Vec3::new(0.0, 0.7, 0.0), Vec3::new(0.0, 0.0, 3.0)];
+        for size in [[0.4, 0.3, 0.01], [0.3, 0.4, 0.01], [0.01, 0.3, 0.4], [0.01, 0.4, 0.3]] {
+            for tilt in tilts {
+                let pane = shapes::cuboid(Vec3::from(size), Detail::default()).unwrap();
+                let mesh = moved(pane, &Pose::new(Vec3::new(0.1, 0.2, 0.3), tilt));
+                let pose = Plate::of_mesh(&mesh).unwrap().pose;
+                for corner in &mesh.vertices {
+                    let at = pose.rotation.inverse() * (corner - pose.translation.vector);
+                    let off = at.abs() - Vec3::new(0.2, 0.15, 0.005);
+                    assert!(off.norm() < 1e-9, "{size:?} {tilt:?}: {at}");
+                }
             }
         }
     }

@@ -23,8 +23,10 @@ use cullet_model::{
     Solver, Strength, StrengthField,
 };
 use cullet_simd::{Real, SimdLevel};
+pub(crate) use preconditions::{SLENDER, refusal};
 use preconditions::{ShellPlan, ThinBody};
 use schedule::ShellSchedule;
+pub(crate) use wall::SOFTENING_CELLS;
 use wall::ThinWall;
 
 /// Steps between looks at the energy.

@@ -24,6 +24,12 @@ impl GridFrame {
         Self { turn: body.turn, shift: body.shift }
     }
 
+    /// By a turn and, after it, a shift \[m\].
+    #[must_use]
+    pub fn from_parts(turn: Quat, shift: Vec3) -> Self {
+        Self { turn, shift }
+    }
+
     /// A place of the specimen on the grid \[m\].
     #[must_use]
     pub fn onto(&self, x: &Vec3) -> Vec3 {

@@ -11,7 +11,8 @@ pub const FAMILIES: &[SolverEntry] =
     &[entry::<Brittle>(), entry::<ShellSolver>(), entry::<Geometric>()];
 
 /// Every family that makes specimens discrete.
-pub const SPECIMEN_FAMILIES: &[SpecimenFamily] = &[specimen::FAMILY];
+pub const SPECIMEN_FAMILIES: &[SpecimenFamily] =
+    &[specimen::FAMILY, cullet_shell::specimen::FAMILY];
 
 /// The family of that name.
 #[must_use]

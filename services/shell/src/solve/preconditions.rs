@@ -1,12 +1,12 @@
 //! What a problem must be like for the shell family, and how finely it is solved.
 
-use crate::domain::{STEP_SHARE, stable_step};
+use crate::domain::{STEP_SHARE, stable_step, stable_triangle_step};
 use cullet_geometry::midsurface::WallSurface;
 use cullet_geometry::plate::{NotPlate, Plate};
 use cullet_model::{BrittleProblem, Cost, Refusal};
 
 /// Thickness over the smaller extent up to which a body is a shell \[gate 4\].
-const SLENDER: f64 = 0.125;
+pub(crate) const SLENDER: f64 = 0.125;
 
 /// Cells over the thickness: below the first a cell is no shell's, above the second bending locks.
 const CELLS: (f64, f64) = (0.25, 4.0);
@@ -19,9 +19,6 @@ const BENT: f64 = 0.33;
 
 /// Area of a control point of triangles over the square of an edge, √3/2  \[1\].
 const TRIANGLE_SHARE: f64 = 0.866;
-
-/// Stable step of triangles over that of cells as large, for the cost.
-const TRIANGLE_STEP: f64 = 0.7;
 
 /// Bytes that a control point needs with its cell and its four points.
 const BYTES: f64 = 4000.0;
@@ -110,8 +107,7 @@ impl ShellPlan {
         let bent = BENT * (t * 0.5 * extent).sqrt();
         let size = WallSize { thickness: t, least: extent, bent, area, share: TRIANGLE_SHARE };
         let spacing = spacing(problem, &size, area / TRIANGLE_SHARE)?;
-        let step = |l: f64, t: f64, c: f64| TRIANGLE_STEP * stable_step(l, t, c);
-        let cost = cost(problem, &size, spacing, step)?;
+        let cost = cost(problem, &size, spacing, stable_triangle_step)?;
         let wall = WallSurface::of_mesh(mesh, spacing).map_err(|lack| unfit(&lack))?;
         Ok(Self { body: ThinBody::Wall(wall), spacing, cost })
     }
@@ -152,6 +148,11 @@ fn cost(
     }
     let points = size.area / (size.share * spacing * spacing);
     Ok(Cost { particles: points, steps, bytes: points * BYTES })
+}
+
+/// What a body lacks that is no plate.
+pub(crate) fn refusal(why: &NotPlate) -> Refusal {
+    Refusal::Unfit { solver: "shell", lack: why.to_string() }
 }
 
 fn check(problem: &BrittleProblem) -> Result<(), Refusal> {

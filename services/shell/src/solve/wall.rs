@@ -20,7 +20,7 @@ const STREAM: u64 = 0x5e11;
 const POINTS_APART: f64 = 0.658;
 
 /// l_c over the size of a cell: what makes a crack that runs cost G_f  \[measured: K6s\].
-const SOFTENING_CELLS: f64 = 1.1;
+pub(crate) const SOFTENING_CELLS: f64 = 1.1;
 
 /// The same of triangles  \[measured: K6s\].
 const TRIANGLE_SOFTENING: f64 = 1.0;
