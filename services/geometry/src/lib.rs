@@ -22,8 +22,9 @@ pub mod sheet;
 pub mod surface;
 pub mod symmetric;
 pub mod voronoi;
+mod wall_surface;
 
 pub use math::{Mat3, Pose, Quat, Vec3};
 pub use mesh::{MassProperties, Solid, Surface, TriMesh};
-pub use midsurface::WallSurface;
 pub use sheet::Sheet;
+pub use wall_surface::WallSurface;

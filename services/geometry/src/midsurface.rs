@@ -4,109 +4,23 @@
 //! and remeshed to triangles of one size. A shell solver lays its subdivision surface on them.
 
 mod middle;
+mod not_wall;
 mod pairing;
 mod thicken;
 
+pub use crate::wall_surface::WallSurface;
+pub use not_wall::{
+    LEAST_RADIUS, NotWall, PAIRED_SHARE, SHARP_SHARE, THICK_RATIO, THICKNESS_SPREAD, VOLUME_ERROR,
+};
 pub use thicken::thicken;
 
 use crate::math::Vec3;
 use crate::mesh::TriMesh;
 use crate::remesh::curved::{CurvedMesh, area_vector, unit_or};
-use crate::remesh::reference_surface::{ReferenceSurface, boundary_loops};
-use crate::remesh::{self, MAX_SURFACE_TRIANGLES, REFERENCE_EDGE, SurfaceError};
+use crate::remesh::reference_surface::ReferenceSurface;
+use crate::remesh::{self, MAX_SURFACE_TRIANGLES, REFERENCE_EDGE};
 use middle::MiddleSurface;
-use pairing::{FaceKind, WallPairs, quantile};
-use thiserror::Error;
-
-/// Greatest cosine between the outward normals of two faces across a wall \[1\].
-const OPPOSED: f64 = -0.8;
-
-/// Least share of the area outside the rim that has a partner across the wall \[1\] (F91).
-pub const PAIRED_SHARE: f64 = 0.9;
-
-/// Greatest median thickness over the width of the body \[1\]: beyond it the body is a solid.
-pub const THICK_RATIO: f64 = 0.125;
-
-/// Greatest thickness over least thickness, 95th over 5th percentile of the area \[1\] (F91).
-pub const THICKNESS_SPREAD: f64 = 2.0;
-
-/// Least radius of curvature over thickness \[1\] (F95) …
-pub const LEAST_RADIUS: f64 = 5.0;
-
-/// … and the greatest share of the area that may bend more sharply \[1\]: the heel and the neck of
-/// a bottle.
-pub const SHARP_SHARE: f64 = 0.2;
-
-/// How far the volume of the body may be from thickness times area \[1\] (F91).
-pub const VOLUME_ERROR: f64 = 0.03;
-
-/// The surface half way between the two walls of a thin body, in triangles of about one size.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct WallSurface {
-    /// Vertices \[m\].
-    pub vertices: Vec<Vec3>,
-    /// Three vertex indices each; normals point the way of the larger wall, outward on a vessel.
-    pub triangles: Vec<[u32; 3]>,
-    /// Thickness of the wall at each vertex \[m\].
-    pub thickness: Vec<f64>,
-}
-
-/// Why a body has no midsurface here.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum NotWall {
-    /// The mesh is not closed.
-    #[error("its mesh has {edges} edges without exactly two triangles; a wall is a closed mesh")]
-    Open {
-        /// Edges that are open or crowded.
-        edges: usize,
-    },
-    /// Too little of its surface faces another wall.
-    #[error(
-        "{share:.2} of its surface without the rim faces another wall; a thin wall has at least \
-         {PAIRED_SHARE}"
-    )]
-    Unpaired {
-        /// Paired area over area without rim \[1\].
-        share: f64,
-    },
-    /// It is too thick for its width.
-    #[error("it is {ratio:.3} times as thick as it is wide; a thin wall is at most {THICK_RATIO}")]
-    Thick {
-        /// Median thickness over the lesser of √area and the middle extent of its box \[1\].
-        ratio: f64,
-    },
-    /// Its thickness varies too much.
-    #[error(
-        "its thickness varies {ratio:.2} to 1 (95th to 5th percentile); a thin wall at most \
-         {THICKNESS_SPREAD} to 1"
-    )]
-    Varies {
-        /// 95th over 5th percentile of the thickness over the area \[1\].
-        ratio: f64,
-    },
-    /// It is bent too sharply for its thickness.
-    #[error(
-        "{share:.2} of it has a radius of curvature under {LEAST_RADIUS} times its thickness; at \
-         most {SHARP_SHARE} may"
-    )]
-    Sharp {
-        /// Share of the area \[1\].
-        share: f64,
-    },
-    /// Thickness times area is not its volume.
-    #[error(
-        "thickness times area of its midsurface is {share:.3} of its volume; a thin wall has \
-         {least:.2} to {most:.2}",
-        least = 1.0 - VOLUME_ERROR, most = 1.0 + VOLUME_ERROR
-    )]
-    Volume {
-        /// Σ t A over volume \[1\].
-        share: f64,
-    },
-    /// The midsurface cannot be meshed.
-    #[error("its midsurface cannot be meshed: {0}")]
-    Surface(#[from] SurfaceError),
-}
+use pairing::{WallFace, WallPairs, quantile};
 
 impl WallSurface {
     /// Finds the midsurface of a closed thin-walled mesh and divides it into triangles with edges
@@ -141,39 +55,6 @@ impl WallSurface {
         let surface = remesh::remeshed(&reference, spacing);
         surface.check(mesh.signed_volume())?;
         Ok(surface)
-    }
-
-    /// As a mesh without thickness.
-    #[must_use]
-    pub fn mesh(&self) -> TriMesh {
-        TriMesh { vertices: self.vertices.clone(), triangles: self.triangles.clone() }
-    }
-
-    /// Area of the midsurface \[m²\].
-    #[must_use]
-    pub fn area(&self) -> f64 {
-        (0..self.triangles.len()).map(|t| self.triangle_area(t)).sum()
-    }
-
-    /// Thickness times area, Σ t A \[m³\]: the volume of the wall to O((t/R)²).
-    #[must_use]
-    pub fn volume(&self) -> f64 {
-        let mean = |t: usize| -> f64 {
-            self.triangles[t].iter().map(|&v| self.thickness[v as usize]).sum::<f64>() / 3.0
-        };
-        (0..self.triangles.len()).map(|t| mean(t) * self.triangle_area(t)).sum()
-    }
-
-    /// The boundaries as loops of vertices, each with the surface on its left seen from the side
-    /// that the normals point to. A closed surface has none.
-    #[must_use]
-    pub fn boundary(&self) -> Vec<Vec<u32>> {
-        boundary_loops(&self.mesh())
-    }
-
-    fn triangle_area(&self, t: usize) -> f64 {
-        let [a, b, c] = self.triangles[t].map(|v| self.vertices[v as usize]);
-        0.5 * (b - a).cross(&(c - a)).norm()
     }
 
     /// Refuses a midsurface that bends too sharply or has not the volume of the body \[m³\].
@@ -232,7 +113,7 @@ fn vertex_normals(mesh: &TriMesh) -> Vec<Vec3> {
 /// Refuses a body that is thick, unpaired, or of very uneven thickness.
 fn check_pairs(mesh: &TriMesh, pairs: &WallPairs) -> Result<(), NotWall> {
     let area = |t: usize| area_vector(mesh, t).norm();
-    let side = || (0..pairs.kind.len()).filter(|&t| pairs.kind[t] == FaceKind::Side);
+    let side = || (0..pairs.kind.len()).filter(|&t| pairs.kind[t] == WallFace::Side);
     let mut extents = mesh.bounds().map_or([0.0; 3], |(low, high)| (high - low).into());
     extents.sort_by(f64::total_cmp);
     let width = side().map(area).sum::<f64>().sqrt().min(extents[1]);

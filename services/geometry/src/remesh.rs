@@ -12,7 +12,7 @@ mod repair;
 
 use crate::math::Vec3;
 use crate::mesh::{MeshError, TriMesh};
-use crate::midsurface::WallSurface;
+use crate::wall_surface::WallSurface;
 use curved::{CurvedMesh, triangles_around};
 use editable::{EditableMesh, VertexRole};
 use passes::Remeshing;

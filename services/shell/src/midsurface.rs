@@ -7,10 +7,11 @@ mod box_spline;
 mod build;
 mod plate;
 mod rim;
+mod triangle_net;
 mod triangles;
 
 pub(crate) use plate::placed;
-pub use triangles::LoopError;
+pub use triangle_net::LoopError;
 
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::{MOST_FUNCTIONS, PatchBasis};

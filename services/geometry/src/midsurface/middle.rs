@@ -1,6 +1,6 @@
 //! The surface half way between two walls.
 
-use super::pairing::{FaceKind, WallPairs};
+use super::pairing::{WallFace, WallPairs};
 use crate::inside::Nearest;
 use crate::math::Vec3;
 use crate::mesh::TriMesh;
@@ -31,11 +31,11 @@ impl MiddleSurface {
     /// Moves the side of a body to half way between its walls and leads it to the rim. `None` if
     /// there is no wall across.
     pub(super) fn between(mesh: &TriMesh, pairs: &WallPairs) -> Option<Self> {
-        let of = |kind: FaceKind| -> Vec<usize> {
+        let of = |kind: WallFace| -> Vec<usize> {
             (0..pairs.kind.len()).filter(|&t| pairs.kind[t] == kind).collect()
         };
-        let kept = without_pinches(mesh, of(FaceKind::Side));
-        let (side, other) = (mesh.submesh(&kept), mesh.submesh(&of(FaceKind::Opposite)));
+        let kept = without_pinches(mesh, of(WallFace::Side));
+        let (side, other) = (mesh.submesh(&kept), mesh.submesh(&of(WallFace::Opposite)));
         if side.triangles.is_empty() || other.triangles.is_empty() {
             return None;
         }

@@ -1,6 +1,6 @@
 //! Which faces of a thin-walled body face each other across the wall.
 
-use super::{NotWall, OPPOSED};
+use super::not_wall::{NotWall, OPPOSED};
 use crate::inside::Nearest;
 use crate::math::Vec3;
 use crate::mesh::{TriMesh, find, join};
@@ -22,7 +22,7 @@ const SHRINKS: usize = 24;
 
 /// What a face is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum FaceKind {
+pub(super) enum WallFace {
     /// On the wall that the midsurface is made from.
     Side,
     /// On a wall across.
@@ -36,7 +36,7 @@ pub(super) enum FaceKind {
 /// The faces of a body sorted into walls.
 #[derive(Clone, Debug)]
 pub(super) struct WallPairs {
-    pub(super) kind: Vec<FaceKind>,
+    pub(super) kind: Vec<WallFace>,
     /// Distance from the middle of each face to the wall across \[m\]; infinite if there is none.
     pub(super) thickness: Vec<f64>,
     /// Median of the thickness over the area of the paired faces \[m\].
@@ -79,9 +79,9 @@ impl WallPairs {
             .collect();
         let kind = (0..walls.len())
             .map(|t| match (is_near[t], walls[t] == side) {
-                (false, _) => FaceKind::Unpaired,
-                (true, true) => FaceKind::Side,
-                (true, false) => FaceKind::Opposite,
+                (false, _) => WallFace::Unpaired,
+                (true, true) => WallFace::Side,
+                (true, false) => WallFace::Opposite,
             })
             .collect();
         let mut sorted = Self { kind, thickness, median, share: 0.0 };
@@ -89,7 +89,7 @@ impl WallPairs {
         let area = |of: &dyn Fn(usize) -> bool| -> f64 {
             (0..walls.len()).filter(|&t| of(t)).map(|t| faces.area[t]).sum()
         };
-        let outside = area(&|t| sorted.kind[t] != FaceKind::Rim);
+        let outside = area(&|t| sorted.kind[t] != WallFace::Rim);
         sorted.share = area(&|t| is_paired[t]) / outside;
         Ok(sorted)
     }
@@ -98,7 +98,7 @@ impl WallPairs {
     /// are rims; what lies within the side is part of it, with the thickness around it.
     fn sort_unpaired(&mut self, faces: &FaceGraph) {
         let regions = faces.groups(|s, t| {
-            self.kind[s] == FaceKind::Unpaired && self.kind[t] == FaceKind::Unpaired
+            self.kind[s] == WallFace::Unpaired && self.kind[t] == WallFace::Unpaired
         });
         // For each region: its area, and how long its borders with the side and the other are.
         let mut sums = vec![[0.0; 3]; regions.len()];
@@ -109,20 +109,20 @@ impl WallPairs {
             for (s, t) in [(s as usize, t as usize), (t as usize, s as usize)] {
                 let border = &mut sums[regions[s] as usize];
                 match (self.kind[s], self.kind[t]) {
-                    (FaceKind::Unpaired, FaceKind::Side) => border[1] += length,
-                    (FaceKind::Unpaired, FaceKind::Opposite) => border[2] += length,
+                    (WallFace::Unpaired, WallFace::Side) => border[1] += length,
+                    (WallFace::Unpaired, WallFace::Opposite) => border[2] += length,
                     _ => {}
                 }
             }
         }
         for t in 0..regions.len() {
             let [area, side, other] = sums[regions[t] as usize];
-            if self.kind[t] == FaceKind::Unpaired && side > 0.0 {
+            if self.kind[t] == WallFace::Unpaired && side > 0.0 {
                 let is_rim = other > 0.0 && area <= RIM * self.median * 0.5 * (side + other);
                 if is_rim {
-                    self.kind[t] = FaceKind::Rim;
+                    self.kind[t] = WallFace::Rim;
                 } else if other == 0.0 {
-                    (self.kind[t], self.thickness[t]) = (FaceKind::Side, self.median);
+                    (self.kind[t], self.thickness[t]) = (WallFace::Side, self.median);
                 }
             }
         }

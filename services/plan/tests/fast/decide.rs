@@ -9,9 +9,14 @@ use cullet_world::{BodyId, BodySpec, Hit, World};
 
 /// A cube of glass of 10 cm on the floor, hit from above by a ball of steel at that speed.
 fn struck(speed: f64) -> (World, BodyId, Vec<Hit>) {
+    struck_body(Vec3::repeat(0.1), speed)
+}
+
+/// The same of a box of that size.
+fn struck_body(size: Vec3, speed: f64) -> (World, BodyId, Vec<Hit>) {
     let mut world = World::new(weightless()).unwrap();
     put(&mut world, floor());
-    let cube = body("cube", cuboid(Vec3::repeat(0.1)), GLASS, Vec3::new(0.0, 0.0, 0.05));
+    let cube = body("cube", cuboid(size), GLASS, Vec3::z() * (0.5 * size.z));
     let cube = put(&mut world, cube);
     let ball = body("ball", sphere(0.02, 8), STEEL, Vec3::new(0.01, 0.0, 0.2));
     put(&mut world, BodySpec { velocity: -Vec3::z() * speed, breakable: false, ..ball });
@@ -78,4 +83,25 @@ fn the_scene_may_name_a_family_known_here_or_not() {
     let order = self::order(30.0, &policy(Some(target), Some("mine")));
     assert_eq!((order.family.as_str(), order.fallback), ("mine", Some(family::SAMPLED)));
     assert_eq!(order.reasons[0], "the scene's choice");
+}
+
+#[test]
+fn a_plate_that_is_hit_on_its_face_is_a_shell() {
+    let of = |size: Vec3, family: Option<&str>, weak_plane: bool| {
+        let (world, plate, hits) = struck_body(size, 30.0);
+        let policy = Policy { weak_plane, ..policy(None, family) };
+        match decide(&world, plate, &hits, &policy) {
+            Some(Decision::Solve(order)) => *order,
+            other => panic!("{other:?}"),
+        }
+    };
+    let pane = Vec3::new(0.1, 0.1, 0.006);
+    let order = of(pane, None, false);
+    assert_eq!((order.family.as_str(), order.fallback), (family::SHELL, Some(family::SAMPLED)));
+    assert!(order.reasons[0].contains("17 times as wide as it is thick"), "{:?}", order.reasons);
+    assert_eq!(order.choice(), None);
+    assert_eq!(of(pane, Some(family::DEFAULT), false).family, family::DEFAULT);
+    assert_eq!(of(pane, None, true).family, family::DEFAULT, "its strength has a direction");
+    assert_eq!(of(Vec3::new(0.1, 0.1, 0.02), None, false).family, family::DEFAULT, "thick");
+    assert_eq!(of(Vec3::new(0.1, 0.008, 0.1), None, false).family, family::DEFAULT, "on its edge");
 }

@@ -32,8 +32,8 @@ pub fn stable_step(size: f64, thickness: f64, speed: f64) -> f64 {
     (MEMBRANE_STEP * size).min(BENDING_STEP * size * size / thickness) / speed
 }
 
-/// Stable step of triangles of size l \[m\], the least height times 2/√3, and thickness t \[m\] at a
-/// speed c_p = √(E/ρ(1 − ν²)) \[m/s\]: min(1.40 l/c_p, 1.58 l²/(t c_p)) \[s\].
+/// Stable step of triangles of size l \[m\], the least height times 2/√3, and thickness t \[m\] at
+/// a speed c_p = √(E/ρ(1 − ν²)) \[m/s\]: min(1.40 l/c_p, 1.58 l²/(t c_p)) \[s\].
 #[must_use]
 pub fn stable_triangle_step(size: f64, thickness: f64, speed: f64) -> f64 {
     let bending = TRIANGLE_BENDING_STEP * size * size / thickness;

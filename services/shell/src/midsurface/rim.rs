@@ -1,7 +1,7 @@
 //! Control points beyond the rim of a mesh of triangles: one across each edge of the rim, and more
 //! at corners of it, so that a vertex of the rim has six neighbours where it can.
 
-use super::triangles::TriangleNet;
+use super::triangle_net::TriangleNet;
 use cullet_geometry::Vec3;
 use std::collections::BTreeMap;
 
