@@ -6,5 +6,6 @@ pub mod kernel;
 pub mod midsurface;
 pub mod section;
 pub mod solve;
+pub mod treatment;
 
 pub use solve::ShellSolver;

@@ -5,9 +5,13 @@ mod contact;
 mod crushed;
 mod field;
 mod frame;
+mod laminated;
 mod preconditions;
 mod report;
+mod scatter;
 mod schedule;
+mod toughened;
+mod treated;
 
 use crate::domain::{ShellDomain, ShellMaterial};
 use crate::midsurface::Midsurface;
@@ -22,7 +26,7 @@ use cullet_geometry::plate::Plate;
 use cullet_model::strength::CORRELATION;
 use cullet_model::{
     BrittleProblem, Cost, Failure, Fragmentation, PointPrecision, Problem, Progress, Refusal,
-    Solver, Strength, StrengthField,
+    Solver, Strength, StrengthField, Treatment,
 };
 use cullet_simd::{Real, SimdLevel};
 use preconditions::PlatePlan;
@@ -70,17 +74,21 @@ impl Solver for ShellSolver {
     const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Single, PointPrecision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
-        Ok(PlatePlan::new(&BrittleProblem::of(problem.clone(), Self::NAME)?)?.cost)
+        let (problem, treatment) = BrittleProblem::treated(problem.clone(), Self::NAME)?;
+        treated::check(treatment.as_ref())?;
+        Ok(PlatePlan::new(&problem)?.cost)
     }
 
     fn begin(problem: Problem) -> Result<Self, Refusal> {
-        let problem = BrittleProblem::of(problem, Self::NAME)?;
+        let (problem, treatment) = BrittleProblem::treated(problem, Self::NAME)?;
+        treated::check(treatment.as_ref())?;
+        let level = SimdLevel::best();
         Ok(Self(match problem.settings.precision {
             PointPrecision::Single => {
-                Precise::Single(Box::new(PlateSolve::new(problem, SimdLevel::best())?))
+                Precise::Single(Box::new(PlateSolve::treated(problem, treatment, level)?))
             }
             PointPrecision::Double => {
-                Precise::Double(Box::new(PlateSolve::new(problem, SimdLevel::best())?))
+                Precise::Double(Box::new(PlateSolve::treated(problem, treatment, level)?))
             }
         }))
     }
@@ -100,6 +108,8 @@ pub struct PlateSolve<R: Real> {
     local: BrittleProblem,
     plate: Plate,
     spacing: f64,
+    /// What was done to its glass.
+    treatment: Option<Treatment>,
     domain: ShellDomain<R, 9>,
     strikers: Vec<ShellStriker>,
     supports: Vec<PlateSupport>,
@@ -129,6 +139,18 @@ impl<R: Real> PlateSolve<R> {
     /// # Errors
     /// If the problem is not for this family.
     pub fn new(problem: BrittleProblem, level: SimdLevel) -> Result<Self, Refusal> {
+        Self::treated(problem, None, level)
+    }
+
+    /// The same of a plate whose glass was treated.
+    ///
+    /// # Errors
+    /// As [`PlateSolve::new`].
+    pub fn treated(
+        problem: BrittleProblem,
+        treatment: Option<Treatment>,
+        level: SimdLevel,
+    ) -> Result<Self, Refusal> {
         let PlatePlan { plate, spacing, .. } = PlatePlan::new(&problem)?;
         let inside = Inside::new(&problem.solid.mesh);
         let turn = TURN.0 + TURN.1 * unit(problem.seed, STREAM, 0);
@@ -139,7 +161,8 @@ impl<R: Real> PlateSolve<R> {
         let strength = Strength::new(&problem.strength, spacing);
         let at = |p: usize| crate::midsurface::placed(&plate.pose, &surface.surface_point(p).place);
         let stress = material.failure_stress * place_factor(&local.strength, spacing);
-        let strength = (0..points).map(|p| stress * strength.factor(&at(p)));
+        let frozen = treatment.map_or(0.0, |treatment| treatment.surface_stress());
+        let strength = (0..points).map(|p| frozen + stress * strength.factor(&at(p)));
         let shell = ShellMaterial {
             law: SectionLaw::new(material),
             density: material.density,
@@ -167,6 +190,7 @@ impl<R: Real> PlateSolve<R> {
             local,
             plate,
             spacing,
+            treatment,
             domain,
             strikers,
             supports,
@@ -181,7 +205,7 @@ impl<R: Real> PlateSolve<R> {
         let slice = (SLICE / self.domain.mass.len().max(1) as u64).max(1);
         for _ in 0..slice {
             let done = match self.step() {
-                Ok(()) if self.is_over() => self.finish().map(Some),
+                Ok(()) if self.is_over() => self.finish_treated().map(Some),
                 other => other.map(|()| None),
             };
             match done {
@@ -244,6 +268,9 @@ impl<R: Real> PlateSolve<R> {
     }
 
     fn is_over(&mut self) -> bool {
+        if self.is_dicing() {
+            return true;
+        }
         if self.strikers.iter().any(|striker| !striker.is_over()) {
             return false;
         }

@@ -5,3 +5,4 @@ mod equilibrium;
 mod kernel;
 mod pane;
 mod statics;
+mod treated;
