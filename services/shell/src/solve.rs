@@ -282,7 +282,11 @@ impl<R: Real> PlateSolve<R> {
 
     fn finish(&mut self) -> Result<Fragmentation, Failure> {
         self.check()?;
-        let found = field::ShellField::new(self);
+        self.finish_field(field::ShellField::new(self))
+    }
+
+    /// The exact cut along what is known of the points.
+    fn finish_field(&self, found: field::ShellField) -> Result<Fragmentation, Failure> {
         let field = DamageField {
             spacing: self.spacing,
             positions: &found.positions,

@@ -27,6 +27,13 @@ pub(super) fn to_plate(problem: &BrittleProblem, plate: &Plate) -> BrittleProble
     local
 }
 
+/// The plate's solid in the body's frame.
+pub(super) fn of_body(solid: &Solid, plate: &Plate) -> Solid {
+    let mut solid = solid.clone();
+    moved(&mut solid, &plate.pose);
+    solid
+}
+
 /// What came of it in the body's frame.
 pub(super) fn from_plate(mut fracture: Fragmentation, plate: &Plate) -> Fragmentation {
     let pose = &plate.pose;

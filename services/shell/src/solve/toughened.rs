@@ -31,6 +31,9 @@ const SINGLE: f64 = 0.25;
 /// are all exactly upright meet in lines that no cut likes.
 const UNEVEN: f64 = 0.02;
 
+/// Median size of debris over that of a piece: most crumbling pieces are then one grain each.
+const GRAIN: f64 = 2.0;
+
 /// Stream of the seed's numbers.
 const STREAM: u64 = 0xd1ce;
 
@@ -90,7 +93,7 @@ pub(super) fn finish<R: Real>(
     let supports = solve.supports.iter().map(super::PlateSupport::given);
     let mut problem = solve.local.clone();
     let piece = cells.width * cells.width * solve.plate.thickness;
-    problem.settings.grain = problem.settings.grain.or(Some(libm::cbrt(6.0 * piece / PI)));
+    problem.settings.grain = problem.settings.grain.or(Some(libm::cbrt(6.0 * piece / PI) * GRAIN));
     // Cracks do not end inside pieces.
     problem.settings.brittle.hairline = None;
     let finish = Finish {
