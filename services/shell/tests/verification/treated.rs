@@ -174,7 +174,9 @@ fn cells_are_the_seeds_and_the_same_bits_everywhere() {
     for level in SimdLevel::all() {
         assert_eq!(one, run(1, level, 2), "{level}");
     }
-    assert_ne!(one.fragments, run(2, SimdLevel::best(), 2).fragments);
+    let volume = |found: &Fragmentation| found.fragments[0].solid.mesh.signed_volume();
+    let (one, two) = (volume(&one), volume(&run(2, SimdLevel::best(), 2)));
+    assert!((one / two - 1.0).abs() > 1e-6, "{one} m3 with either seed");
 }
 
 /// Numbers out of their bounds are refused, and so is treated glass as another family's law.
