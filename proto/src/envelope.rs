@@ -38,6 +38,8 @@ pub enum MessageKind {
     Outline = 9,
     /// A specimen with its mesh; 7 was its kind in version 0.1.
     Specimen = 10,
+    /// A problem of treated glass with its slabs.
+    TreatedJob = 11,
 }
 
 /// A message: header and bulk in an envelope.

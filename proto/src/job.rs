@@ -11,7 +11,7 @@ use crate::mesh::{self, Slabs};
 use crate::strength;
 use cullet_model::{
     BodyShape, BrittleSettings, CrackFaceDetail, Impact, Law, Material, PointPrecision, Problem,
-    Settings, StrengthField, Support,
+    Settings, StrengthField, Support, Treatment,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -64,6 +64,13 @@ struct JobHeader {
     seed: u64,
     vertices: u32,
     triangles: u32,
+}
+
+/// The header of a job whose glass was treated.
+#[derive(Serialize, Deserialize)]
+struct TreatedHeader {
+    job: JobHeader,
+    treatment: Treatment,
 }
 
 impl SettingsRow {
@@ -124,8 +131,10 @@ impl FractureJob {
         let BodyShape::Solid(solid) = body else {
             return Err(WireError::Unknown { what: "a job's body", kind: body.kind() });
         };
-        let Law::Brittle { material, strength } = law else {
-            return Err(WireError::Unknown { what: "a job's law", kind: law.kind() });
+        let (material, strength, treatment) = match law {
+            Law::Brittle { material, strength } => (material, strength, None),
+            Law::Treated { material, strength, treatment } => (material, strength, Some(treatment)),
+            _ => return Err(WireError::Unknown { what: "a job's law", kind: law.kind() }),
         };
         let (vertices, triangles) = mesh::counts(solid)?;
         let header = JobHeader {
@@ -147,7 +156,14 @@ impl FractureJob {
         mesh::put_solid(&mut slabs, solid);
         let middle = slabs.len();
         strength::put(strength, &mut slabs);
-        let bytes = envelope::seal(MessageKind::Job, &header, &slabs)?;
+        let bytes = match treatment {
+            None => envelope::seal(MessageKind::Job, &header, &slabs)?,
+            Some(treatment) => {
+                check_treatment(treatment)?;
+                let header = TreatedHeader { job: header, treatment: *treatment };
+                envelope::seal(MessageKind::TreatedJob, &header, &slabs)?
+            }
+        };
         let first = bytes.len() - slabs.len();
         let (middle, last) = (first + middle, bytes.len());
         Ok((bytes, [first..middle, middle..last]))
@@ -158,7 +174,7 @@ impl FractureJob {
     /// # Errors
     /// The first thing wrong with them, with the bound.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
-        let (mut header, slabs) = envelope::open::<JobHeader>(MessageKind::Job, bytes)?;
+        let (mut header, treatment, slabs) = opened(bytes)?;
         header.check()?;
         let mut slabs = Slabs::new(slabs);
         let solid = slabs.solid(header.vertices, header.triangles)?;
@@ -166,7 +182,7 @@ impl FractureJob {
         slabs.end("a job")?;
         let problem = Problem {
             body: solid.into(),
-            law: Law::Brittle { material: header.material, strength: header.strength },
+            law: law_of(header.material, header.strength, treatment),
             impacts: header.impacts,
             supports: header.supports,
             spin: header.spin.into(),
@@ -183,6 +199,29 @@ impl FractureJob {
     pub fn id(&self) -> Result<JobId, WireError> {
         Ok(JobId::of(&self.encode()?))
     }
+}
+
+/// The header, what was done to the glass, and the slabs.
+fn opened(bytes: &[u8]) -> Result<(JobHeader, Option<Treatment>, &[u8]), WireError> {
+    if envelope::is(MessageKind::TreatedJob, bytes) {
+        let (header, slabs) = envelope::open::<TreatedHeader>(MessageKind::TreatedJob, bytes)?;
+        check_treatment(&header.treatment)?;
+        return Ok((header.job, Some(header.treatment), slabs));
+    }
+    let (header, slabs) = envelope::open::<JobHeader>(MessageKind::Job, bytes)?;
+    Ok((header, None, slabs))
+}
+
+fn law_of(material: Material, strength: StrengthField, treatment: Option<Treatment>) -> Law {
+    match treatment {
+        None => Law::Brittle { material, strength },
+        Some(treatment) => Law::Treated { material, strength, treatment },
+    }
+}
+
+fn check_treatment(treatment: &Treatment) -> Result<(), WireError> {
+    let numbers: Vec<f64> = treatment.bounds().into_iter().map(|(_, value, ..)| value).collect();
+    codec::finite("a job's treatment", &numbers)
 }
 
 impl JobHeader {
@@ -219,8 +258,8 @@ impl JobHeader {
 pub(crate) mod tests {
     use super::*;
     use cullet_geometry::{Solid, Surface, TriMesh, Vec3};
-    use cullet_model::PatternWeakPlane;
     use cullet_model::strength::{Region, StrengthLayers, Stroke, VertexPaint};
+    use cullet_model::{Interlayer, PatternWeakPlane};
     use std::sync::Arc;
 
     pub(crate) fn tetrahedron() -> Solid {
@@ -337,6 +376,36 @@ pub(crate) mod tests {
         assert_eq!(FractureJob::decode(&bytes)?, job);
         assert_eq!(job.id()?, JobId::of(&bytes));
         assert_eq!(job.id()?.short(), "a52793ca");
+        Ok(())
+    }
+
+    #[test]
+    fn a_job_of_treated_glass_comes_back_and_its_id_is_its_own() -> Result<(), WireError> {
+        let interlayer = Interlayer { thickness: 0.76e-3, strength: 20e6, stretch: 2.0 };
+        let all = [
+            Treatment::HeatStrengthened { surface_stress: 40e6 },
+            Treatment::Toughened { surface_stress: 40e6 },
+            Treatment::Toughened { surface_stress: 90e6 },
+            Treatment::Laminated { interlayer },
+        ];
+        let mut ids = vec![sample().id()?];
+        for treatment in all {
+            let mut job = sample();
+            let (material, strength) = law(&mut job);
+            let (material, strength) = (*material, strength.clone());
+            job.problem.law = Law::Treated { material, strength, treatment };
+            let bytes = job.encode()?;
+            assert_eq!(FractureJob::decode(&bytes)?, job);
+            assert!(!ids.contains(&job.id()?), "{treatment:?}");
+            ids.push(job.id()?);
+        }
+        assert_eq!(ids[2].short(), "c685c360");
+        let mut job = sample();
+        let (material, strength) = law(&mut job);
+        let (material, strength) = (*material, strength.clone());
+        let treatment = Treatment::Toughened { surface_stress: f64::NAN };
+        job.problem.law = Law::Treated { material, strength, treatment };
+        assert_eq!(job.encode(), Err(WireError::NotFinite { what: "a job's treatment" }));
         Ok(())
     }
 

@@ -84,6 +84,18 @@ fn the_pane() -> &'static (String, Recording) {
 }
 
 #[test]
+fn shower() {
+    let told = holds("shower");
+    assert!(told.contains("diced: the start is solved"), "{told}");
+}
+
+#[test]
+fn windscreen() {
+    let told = holds("windscreen");
+    assert!(told.contains("laminated: the interlayer holds"), "{told}");
+}
+
+#[test]
 fn pane() {
     let (told, _) = the_pane();
     let opened = told.lines().find(|line| line.contains("opened for pane"));

@@ -1,6 +1,6 @@
 //! How a body's material behaves.
 
-use crate::{Material, StrengthField};
+use crate::{Material, StrengthField, Treatment};
 
 /// A constitutive law with its numbers. Further laws will follow: a family refuses those that it
 /// does not know.
@@ -14,6 +14,15 @@ pub enum Law {
         /// How σ_f varies from place to place.
         strength: StrengthField,
     },
+    /// The same of a plate of glass that was treated.
+    Treated {
+        /// Elasticity, σ_f and G_f of the glass itself.
+        material: Material,
+        /// How σ_f varies from place to place.
+        strength: StrengthField,
+        /// What was done to it.
+        treatment: Treatment,
+    },
 }
 
 impl Law {
@@ -22,6 +31,7 @@ impl Law {
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Brittle { .. } => "brittle",
+            Self::Treated { treatment, .. } => treatment.kind(),
         }
     }
 
@@ -29,7 +39,7 @@ impl Law {
     #[must_use]
     pub fn density(&self) -> f64 {
         match self {
-            Self::Brittle { material, .. } => material.density,
+            Self::Brittle { material, .. } | Self::Treated { material, .. } => material.density,
         }
     }
 }

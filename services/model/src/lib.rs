@@ -17,6 +17,7 @@ pub mod refusal;
 pub mod solver;
 pub mod strength;
 pub mod tolerance;
+pub mod treatment;
 
 pub use body::BodyShape;
 pub use detail::CrackFaceDetail;
@@ -31,3 +32,4 @@ pub use refusal::{Failure, Refusal};
 pub use solver::{Cost, Progress, SolveInProgress, Solver, SolverEntry, entry};
 pub use strength::{PatternWeakPlane, Strength, StrengthField};
 pub use tolerance::Tolerance;
+pub use treatment::{Interlayer, Treatment};

@@ -2,6 +2,7 @@
 
 use crate::{
     BodyShape, CrackFaceDetail, Law, Material, PointPrecision, Refusal, StrengthField, Tolerance,
+    Treatment,
 };
 use cullet_geometry::{Solid, Vec3};
 use std::sync::Arc;
@@ -153,15 +154,31 @@ impl BrittleProblem {
     /// # Errors
     /// [`Refusal::Unknown`] where the body is no solid or its law is not the brittle one.
     pub fn of(problem: Problem, solver: &'static str) -> Result<Self, Refusal> {
+        let kind = problem.law.kind();
+        match Self::treated(problem, solver)? {
+            (problem, None) => Ok(problem),
+            (_, Some(_)) => Err(Refusal::Unknown { solver, what: "a law", kind }),
+        }
+    }
+
+    /// The problem, for the family of that name, with what was done to its glass.
+    ///
+    /// # Errors
+    /// [`Refusal::Unknown`] where the body is no solid or its law is not known.
+    pub fn treated(
+        problem: Problem,
+        solver: &'static str,
+    ) -> Result<(Self, Option<Treatment>), Refusal> {
         let Problem { body, law, impacts, supports, spin, settings, seed } = problem;
         let unknown = |what, kind| Refusal::Unknown { solver, what, kind };
         let kind = body.kind();
         let solid = Arc::clone(body.solid().ok_or(unknown("a body", kind))?);
-        match law {
-            Law::Brittle { material, strength } => {
-                Ok(Self { solid, material, strength, impacts, supports, spin, settings, seed })
-            }
-        }
+        let (material, strength, treatment) = match law {
+            Law::Brittle { material, strength } => (material, strength, None),
+            Law::Treated { material, strength, treatment } => (material, strength, Some(treatment)),
+        };
+        let problem = Self { solid, material, strength, impacts, supports, spin, settings, seed };
+        Ok((problem, treatment))
     }
 }
 

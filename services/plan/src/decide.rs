@@ -18,6 +18,8 @@ pub struct Policy<'a> {
     pub family: Option<&'a str>,
     /// Whether its strength depends on the direction.
     pub weak_plane: bool,
+    /// Whether it is glass that was treated.
+    pub treated: bool,
     /// Name of the body's material, for what makes hits alike.
     pub material: &'a str,
     /// What of a solve is already fixed.
@@ -87,7 +89,13 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
     }
     let spin = stressing_spin(&view, hits);
     let may_be_shell = policy.family.is_none() && !policy.weak_plane && spin == Vec3::zeros();
+    let treated = policy.treated.then(|| shell::treated(&view)).flatten();
+    if treated.is_some() {
+        // No other family knows what was done to it.
+        sampled = None;
+    }
     let shell = may_be_shell.then(|| shell::reason(&view, hits)).flatten();
+    let shell = treated.clone().or(shell);
     let default = if shell.is_some() { family::SHELL } else { family::DEFAULT };
     let wanted = policy.family.unwrap_or(default);
     let mut refinement = Refinement::default();
@@ -111,7 +119,10 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
     let mut order = SolveOrder {
         family: family.to_owned(),
         named: family != family::DEFAULT && policy.family == Some(family),
-        fallback: family::by_name(family).map_or(Some(family::SAMPLED), |known| known.fallback),
+        fallback: match treated {
+            Some(_) => None,
+            None => family::by_name(family).map_or(Some(family::SAMPLED), |known| known.fallback),
+        },
         reasons: Vec::new(),
         refinement,
         supports,

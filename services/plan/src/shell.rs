@@ -1,6 +1,7 @@
 //! Whether a body is a thin plate that is hit on its face: then the shell family solves it, for a
 //! tenth of a solid's price [gates 4 and 7].
 
+use cullet_geometry::TriMesh;
 use cullet_geometry::plate::Plate;
 use cullet_world::{BodyView, Hit};
 
@@ -10,6 +11,25 @@ const SLENDER: f64 = 0.1;
 /// Least share of a hit's direction across the plate: hits along it crush an edge, which a shell
 /// knows nothing of.
 const ACROSS: f64 = 0.7;
+
+/// The thin plate that a mesh is.
+///
+/// # Errors
+/// What it lacks, to follow on "and".
+pub fn thin_plate(mesh: &TriMesh) -> Result<Plate, String> {
+    let plate = Plate::of_mesh(mesh).map_err(|why| format!("this is none: {why}"))?;
+    let ratio = plate.thickness / plate.size[0].min(plate.size[1]);
+    match ratio <= SLENDER {
+        true => Ok(plate),
+        false => Err(format!("this is {ratio:.3} times as thick as it is wide, not {SLENDER}")),
+    }
+}
+
+/// Why a body of treated glass is solved as a shell, however it is hit; nothing where it is no thin
+/// plate, as most fragments are not: these are taken as annealed glass.
+pub(crate) fn treated(view: &BodyView<'_>) -> Option<String> {
+    thin_plate(&view.solid.mesh).is_ok().then(|| "a plate of treated glass: a shell".to_owned())
+}
 
 /// Why the body is solved as a shell; nothing where it is not.
 pub(crate) fn reason(view: &BodyView<'_>, hits: &[Hit]) -> Option<String> {

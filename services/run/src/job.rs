@@ -4,8 +4,9 @@ use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
 use cullet_model::{
     BodyShape, BrittleSettings, Law, Material, PointPrecision, Problem, Settings, StrengthField,
+    Treatment,
 };
-use cullet_plan::{AccuracyTarget, Policy, SolveLimits, SolveOrder};
+use cullet_plan::{AccuracyTarget, Policy, SolveLimits, SolveOrder, family};
 use cullet_proto::job::{MAX_IMPACTS, MAX_SUPPORTS};
 use cullet_scene::SceneBody;
 use cullet_scene::format::{self, Fracture};
@@ -20,6 +21,8 @@ pub(super) struct Choice {
     /// Whether the precision is the scene's.
     precise: bool,
     strength: StrengthField,
+    /// What was done to its glass.
+    treatment: Option<Treatment>,
 }
 
 impl Choice {
@@ -45,7 +48,8 @@ impl Choice {
         };
         let strength = StrengthField { seed, ..(*body.strength).clone() };
         let precise = defaults.precision.is_some();
-        Self { solver: body.solver.name().map(str::to_owned), settings, precise, strength }
+        let (solver, treatment) = (body.solver.name().map(str::to_owned), body.material.treatment);
+        Self { solver, settings, precise, strength, treatment }
     }
 
     /// Fragments keep the grid spacing \[m\] of the solve that made them: what they were made of
@@ -81,14 +85,17 @@ impl Choice {
         };
         let family = self.solver.as_deref();
         let weak_plane = self.strength.weak_plane.is_some();
-        Policy { target, family, weak_plane, material, limits, most_supports: MAX_SUPPORTS }
+        let (treated, most_supports) = (self.treatment.is_some(), MAX_SUPPORTS);
+        Policy { target, family, weak_plane, treated, material, limits, most_supports }
     }
 
-    /// A fragment keeps the flaws and the paint of the body it comes from; `centre`: where its own
-    /// origin was in that body's frame \[m\].
+    /// A fragment keeps the flaws and the paint of the body it comes from, and what was done to its
+    /// glass unless dicing has set that free; `centre`: where its own origin was in that body's
+    /// frame \[m\].
     pub(super) fn of_fragment(&self, centre: &Vec3) -> Self {
         let mut choice = self.clone();
         choice.strength.offset += centre;
+        choice.treatment = choice.treatment.filter(|it| !matches!(it, Treatment::Toughened { .. }));
         choice
     }
 }
@@ -102,9 +109,15 @@ pub(super) fn problem(
     seed: u64,
 ) -> Problem {
     let material = Material { density: body.density, ..body.material.solid };
+    let strength = choice.strength.clone();
+    // The plan asks the shell of thin plates only; what is none is taken as annealed.
+    let law = match choice.treatment.filter(|_| order.family == family::SHELL) {
+        None => Law::Brittle { material, strength },
+        Some(treatment) => Law::Treated { material, strength, treatment },
+    };
     Problem {
         body: BodyShape::Solid(Arc::clone(body.solid)),
-        law: Law::Brittle { material, strength: choice.strength.clone() },
+        law,
         impacts: strongest(hits).into_iter().map(|hit| hit.impact).collect(),
         supports: order.supports.iter().map(|support| support.held).collect(),
         spin: order.spin,
@@ -131,13 +144,14 @@ fn strongest(hits: &[Hit]) -> Vec<&Hit> {
 mod tests {
     use super::Choice;
     use cullet_geometry::Vec3;
-    use cullet_model::{PointPrecision, Settings, StrengthField};
+    use cullet_model::{PointPrecision, Settings, StrengthField, Treatment};
 
     #[test]
     fn a_solve_without_a_grid_leaves_the_spacing_as_it_was() {
         let settings = Settings { max_particles: 1000, max_steps: 100, ..Settings::default() };
         let strength = StrengthField::even();
-        let mut choice = Choice { solver: None, settings, precise: false, strength };
+        let treatment = Some(Treatment::Toughened { surface_stress: 90e6 });
+        let mut choice = Choice { solver: None, settings, precise: false, strength, treatment };
         choice.no_finer_than(0.0);
         assert_eq!(choice.settings.spacing, None);
         choice.no_finer_than(0.01);
@@ -146,6 +160,7 @@ mod tests {
         let part = choice.of_fragment(&Vec3::x()).of_fragment(&Vec3::new(1.0, 0.0, -0.5));
         assert_eq!(part.strength.offset, Vec3::new(2.0, 0.0, -0.5));
         assert_eq!(part.settings.spacing, Some(0.01));
+        assert_eq!((choice.treatment, part.treatment), (treatment, None));
         // An error that is good enough is reported, and f32 is good enough for it.
         let asked = |choice: &Choice, error| {
             let settings = choice.on_grid(0.02, error).settings;

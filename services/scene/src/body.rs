@@ -6,6 +6,7 @@ use super::format::{Anchor, Body, Fracture, ObjectsChoice, Rotation, SolverChoic
 use super::geometry::{BodyGeometry, GeometrySource, ObjectSource, bounds};
 use super::material::SceneMaterial;
 use super::strength::strength;
+use super::treatment;
 use cullet_document::check::tell;
 use cullet_document::error::suggest;
 use cullet_document::files::key;
@@ -76,6 +77,13 @@ impl ResolveContext<'_> {
                 self.wrong(&join(path, "material"), message);
             }
         }
+        let solver = body.solver.clone().unwrap_or_else(|| defaults.solver.clone());
+        for (_, geometry) in shapes.iter().filter(|_| wanted) {
+            let unfit = treatment::unfit(&material, &geometry.solid.mesh, &solver);
+            if let Some((key, why)) = unfit {
+                self.wrong(&join(path, key), why);
+            }
+        }
         let anchors = anchors(body.anchor, &shapes);
         let mut templates = Vec::with_capacity(shapes.len());
         for ((object, geometry), anchor) in shapes.into_iter().zip(anchors) {
@@ -94,7 +102,7 @@ impl ResolveContext<'_> {
                 spacing: resolution.spacing,
                 particles: resolution.particles,
                 impulse_threshold: body.impulse_threshold,
-                solver: body.solver.clone().unwrap_or_else(|| defaults.solver.clone()),
+                solver: solver.clone(),
             });
         }
         (self.errors.len() == before).then_some(templates)

@@ -11,6 +11,7 @@ mod generator;
 mod material;
 mod shape;
 mod show;
+mod treatment;
 
 pub use body::{Anchor, Axis, Body, ObjectsChoice, RepairChoice, Resolution, Rotation};
 pub use fidelity::Fidelity;
@@ -19,6 +20,7 @@ pub use material::{Channel, Layers, Material, Paint, WeakPlane};
 pub(crate) use material::{DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL};
 pub use shape::Shape;
 pub use show::{Bounds, Expect, RecordingSettings, ShareBounds, View};
+pub use treatment::{GlassTreatment, InterlayerFilm};
 
 use super::surface_detail::Detail;
 use cullet_document::unit;

@@ -30,6 +30,7 @@ pub mod surface_detail;
 mod taken;
 #[cfg(test)]
 mod tests;
+mod treatment;
 
 pub use expect::Observed;
 pub use format::{Expect, SolverChoice, View};
@@ -40,3 +41,4 @@ pub use material::{
 pub use reference::reference;
 pub use scene::{Scene, SceneBody};
 pub use schema::schema;
+pub use treatment::PresetTreatment;

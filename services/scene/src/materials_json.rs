@@ -3,6 +3,7 @@
 use super::format::{Layers, WeakPlane};
 use super::material::SceneMaterial;
 use super::scene::Scene;
+use cullet_model::{Interlayer, Treatment};
 use serde_json::{Map, Value, json};
 
 impl Scene {
@@ -48,6 +49,23 @@ fn numbers(material: &SceneMaterial) -> Value {
             "jitter": quantity(jitter, "1"),
         });
         object.insert("layers".to_owned(), layers);
+    }
+    if let Some(treatment) = &material.treatment {
+        let mut numbers = Map::new();
+        numbers.insert("kind".to_owned(), json!(treatment.kind()));
+        match treatment {
+            Treatment::Laminated { interlayer } => {
+                let Interlayer { thickness, strength, stretch } = *interlayer;
+                numbers.insert("thickness".to_owned(), quantity(thickness, "m"));
+                numbers.insert("strength".to_owned(), quantity(strength, "Pa"));
+                numbers.insert("stretch".to_owned(), quantity(stretch, "1"));
+            }
+            other => {
+                let stress = quantity(other.surface_stress(), "Pa");
+                numbers.insert("surface_stress".to_owned(), stress);
+            }
+        }
+        object.insert("treatment".to_owned(), Value::Object(numbers));
     }
     Value::Object(object)
 }

@@ -7,7 +7,7 @@ use super::generate::{self, Instance};
 use super::material::{self, SceneMaterial};
 use super::scene::{Scene, SceneBody};
 use super::taken::Taken;
-use super::{admission, limits, overlap, preflight, strength};
+use super::{admission, limits, overlap, preflight, strength, treatment};
 use cullet_document::check::{Findings, tell};
 use cullet_document::error::{SceneError, nearest, suggest};
 use cullet_document::files::Files;
@@ -129,6 +129,9 @@ pub fn own_material(
     };
     for (key, fault) in made.directions() {
         context.wrong(&join(&join(path, key), "normal"), fault);
+    }
+    for (key, fault) in treatment::misplaced(written, made.treatment.as_ref()) {
+        context.wrong(&join(path, key), fault);
     }
     for (key, doubt) in made.doubts() {
         context.warnings.push(format!("{}: {}", show(&join(path, key)), doubt));

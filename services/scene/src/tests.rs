@@ -2,6 +2,7 @@
 
 mod advice;
 mod objects;
+mod treatment;
 
 use super::{Scene, load, load_bundle, schema};
 use cullet_document::SceneErrors;
@@ -9,8 +10,18 @@ use cullet_document::files::{Bundle, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 8] =
-    ["pot", "four-shapes", "bullet", "pair", "threshold", "column", "wall", "pane"];
+const SHIPPED: [&str; 10] = [
+    "pot",
+    "four-shapes",
+    "bullet",
+    "pair",
+    "threshold",
+    "column",
+    "wall",
+    "pane",
+    "shower",
+    "windscreen",
+];
 
 fn scenes() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")

@@ -7,5 +7,6 @@ pub mod midsurface;
 pub mod section;
 pub mod solve;
 pub mod specimen;
+pub mod treatment;
 
 pub use solve::ShellSolver;

@@ -5,9 +5,13 @@ mod contact;
 mod crushed;
 mod field;
 mod frame;
+mod laminated;
 mod preconditions;
 mod report;
+mod scatter;
 mod schedule;
+mod toughened;
+mod treated;
 mod wall;
 
 use crate::domain::{ShellDomain, ShellMaterial};
@@ -20,7 +24,7 @@ use cullet_geometry::Vec3;
 use cullet_model::strength::CORRELATION;
 use cullet_model::{
     BrittleProblem, Cost, Failure, Fragmentation, PointPrecision, Problem, Progress, Refusal,
-    Solver, Strength, StrengthField,
+    Solver, Strength, StrengthField, Treatment,
 };
 use cullet_simd::{Real, SimdLevel};
 pub(crate) use preconditions::{SLENDER, refusal};
@@ -65,22 +69,26 @@ impl Solver for ShellSolver {
     const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Single, PointPrecision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
-        Ok(ShellPlan::new(&BrittleProblem::of(problem.clone(), Self::NAME)?)?.cost)
+        let (problem, treatment) = BrittleProblem::treated(problem.clone(), Self::NAME)?;
+        let plan = ShellPlan::new(&problem)?;
+        treated::check(treatment.as_ref(), &plan.body)?;
+        Ok(plan.cost)
     }
 
     fn begin(problem: Problem) -> Result<Self, Refusal> {
-        let problem = BrittleProblem::of(problem, Self::NAME)?;
+        let (problem, treatment) = BrittleProblem::treated(problem, Self::NAME)?;
         let ShellPlan { body, spacing, .. } = ShellPlan::new(&problem)?;
+        treated::check(treatment.as_ref(), &body)?;
         let (level, precision) = (SimdLevel::best(), problem.settings.precision);
         Ok(Self(match (body, precision) {
             (ThinBody::Plate(plate), precision) => {
                 let wall = ThinWall::of_plate(&plate, &problem, spacing)?;
                 match precision {
                     PointPrecision::Single => {
-                        Box::new(ShellSolve::<f32, 9>::of_wall(&problem, wall, level))
+                        Box::new(ShellSolve::<f32, 9>::of_wall(&problem, treatment, wall, level))
                     }
                     PointPrecision::Double => {
-                        Box::new(ShellSolve::<f64, 9>::of_wall(&problem, wall, level))
+                        Box::new(ShellSolve::<f64, 9>::of_wall(&problem, treatment, wall, level))
                     }
                 }
             }
@@ -88,10 +96,10 @@ impl Solver for ShellSolver {
                 let wall = ThinWall::of_surface(&surface, spacing)?;
                 match precision {
                     PointPrecision::Single => {
-                        Box::new(ShellSolve::<f32, 16>::of_wall(&problem, wall, level))
+                        Box::new(ShellSolve::<f32, 16>::of_wall(&problem, treatment, wall, level))
                     }
                     PointPrecision::Double => {
-                        Box::new(ShellSolve::<f64, 16>::of_wall(&problem, wall, level))
+                        Box::new(ShellSolve::<f64, 16>::of_wall(&problem, treatment, wall, level))
                     }
                 }
             }
@@ -109,6 +117,8 @@ pub struct ShellSolve<R: Real, const N: usize> {
     /// In the frame of the solve.
     local: BrittleProblem,
     wall: ThinWall,
+    /// What was done to its glass.
+    treatment: Option<Treatment>,
     domain: ShellDomain<R, N>,
     strikers: Vec<ShellStriker>,
     supports: Vec<ShellSupport>,
@@ -137,14 +147,18 @@ impl<R: Real> ShellSolve<R, 9> {
     ///
     /// # Errors
     /// If the problem is not for this family, or its body is no plate.
-    pub fn of_plate(problem: BrittleProblem, level: SimdLevel) -> Result<Self, Refusal> {
-        let ShellPlan { body, spacing, .. } = ShellPlan::new(&problem)?;
+    pub fn of_plate(
+        problem: &BrittleProblem,
+        treatment: Option<Treatment>,
+        level: SimdLevel,
+    ) -> Result<Self, Refusal> {
+        let ShellPlan { body, spacing, .. } = ShellPlan::new(problem)?;
         let ThinBody::Plate(plate) = body else {
             let lack = "it is no flat plate".to_owned();
             return Err(Refusal::Unfit { solver: ShellSolver::NAME, lack });
         };
-        let wall = ThinWall::of_plate(&plate, &problem, spacing)?;
-        Ok(Self::of_wall(&problem, wall, level))
+        let wall = ThinWall::of_plate(&plate, problem, spacing)?;
+        Ok(Self::of_wall(problem, treatment, wall, level))
     }
 }
 
@@ -153,20 +167,21 @@ impl<R: Real> ShellSolve<R, 16> {
     ///
     /// # Errors
     /// If the problem is not for this family, or its body is no curved wall.
-    pub fn of_curved(problem: BrittleProblem, level: SimdLevel) -> Result<Self, Refusal> {
-        let ShellPlan { body, spacing, .. } = ShellPlan::new(&problem)?;
+    pub fn of_curved(problem: &BrittleProblem, level: SimdLevel) -> Result<Self, Refusal> {
+        let ShellPlan { body, spacing, .. } = ShellPlan::new(problem)?;
         let ThinBody::Wall(surface) = body else {
             let lack = "it is no curved wall".to_owned();
             return Err(Refusal::Unfit { solver: ShellSolver::NAME, lack });
         };
         let wall = ThinWall::of_surface(&surface, spacing)?;
-        Ok(Self::of_wall(&problem, wall, level))
+        Ok(Self::of_wall(problem, None, wall, level))
     }
 }
 
 impl<R: Real, const N: usize> ShellSolve<R, N> {
     fn of_wall(
         problem: &BrittleProblem,
+        treatment: Option<Treatment>,
         (wall, surface): (ThinWall, Midsurface),
         level: SimdLevel,
     ) -> Self {
@@ -175,7 +190,8 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let strength = Strength::new(&problem.strength, spacing);
         let at = |p: usize| wall.in_body(&surface.surface_point(p).place);
         let stress = material.failure_stress * place_factor(&local.strength, spacing);
-        let strength = (0..surface.points()).map(|p| stress * strength.factor(&at(p)));
+        let frozen = treatment.map_or(0.0, |treatment| treatment.surface_stress());
+        let strength = (0..surface.points()).map(|p| frozen + stress * strength.factor(&at(p)));
         let shell = ShellMaterial {
             law: SectionLaw::new(material),
             density: material.density,
@@ -200,7 +216,8 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let support = |support| ShellSupport::new(support, &domain, material, spacing);
         let supports = local.supports.iter().map(support).collect();
         let record = ShellRecord::default();
-        let mut solve = Self { record, local, wall, domain, strikers, supports, schedule };
+        let mut solve =
+            Self { record, local, wall, treatment, domain, strikers, supports, schedule };
         solve.record.warnings = solve.first_warnings();
         solve
     }
@@ -210,7 +227,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let slice = (SLICE / self.domain.mass.len().max(1) as u64).max(1);
         for _ in 0..slice {
             let done = match self.step() {
-                Ok(()) if self.is_over() => self.finish().map(Some),
+                Ok(()) if self.is_over() => self.finish_treated().map(Some),
                 other => other.map(|()| None),
             };
             match done {
@@ -273,6 +290,9 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
     }
 
     fn is_over(&mut self) -> bool {
+        if self.is_dicing() {
+            return true;
+        }
         if self.strikers.iter().any(|striker| !striker.is_over()) {
             return false;
         }
@@ -284,7 +304,11 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
 
     fn finish(&mut self) -> Result<Fragmentation, Failure> {
         self.check()?;
-        let found = field::ShellField::new(self);
+        self.finish_field(field::ShellField::new(self))
+    }
+
+    /// The exact cut along what is known of the points.
+    fn finish_field(&self, found: field::ShellField) -> Result<Fragmentation, Failure> {
         let field = DamageField {
             spacing: self.wall.field_spacing(),
             positions: &found.positions,

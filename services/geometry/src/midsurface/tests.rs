@@ -3,6 +3,7 @@
 mod bodies;
 
 use super::*;
+use crate::remesh::SurfaceError;
 use crate::remesh::tests::MeshQuality;
 use crate::shapes::{Detail, cuboid, lathe_midline, lathe_shell, sphere};
 use bodies::*;

@@ -27,7 +27,8 @@ fn struck_body(size: Vec3, speed: f64) -> (World, BodyId, Vec<Hit>) {
 fn policy(target: Option<AccuracyTarget>, family: Option<&str>) -> Policy<'_> {
     let limits = SolveLimits { most_points: 1e9, most_steps: 1e9, finest: 0.0 };
     let weak_plane = false;
-    Policy { target, family, weak_plane, material: "glass", limits, most_supports: 8 }
+    let (treated, material, most_supports) = (false, "glass", 8);
+    Policy { target, family, weak_plane, treated, material, limits, most_supports }
 }
 
 fn order(speed: f64, policy: &Policy<'_>) -> SolveOrder {

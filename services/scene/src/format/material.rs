@@ -1,5 +1,6 @@
 //! Materials, and how strength varies within a body, as they are written.
 
+use super::{GlassTreatment, InterlayerFilm};
 use cullet_document::check::tell;
 use cullet_document::unit;
 use schemars::JsonSchema;
@@ -91,6 +92,25 @@ pub struct Material {
     #[serde(default)]
     #[schemars(extend("x-default" = "none"))]
     pub layers: Option<Layers>,
+    /// What was done to glass after it was drawn.
+    #[serde(default)]
+    #[schemars(extend("x-default" = "the preset's, or `annealed` without `preset`"))]
+    pub treatment: Option<GlassTreatment>,
+    /// Pressure at the faces of `heat-strengthened` or `toughened` glass \[Pa\].
+    #[serde(default)]
+    #[schemars(
+        schema_with = "unit::pressure",
+        extend(
+            "minimum" = 1e6,
+            "maximum" = 5e8,
+            "x-default" = "the preset's, or 40 MPa if `heat-strengthened`, 90 MPa if `toughened`"
+        )
+    )]
+    pub surface_stress: Option<f64>,
+    /// The film of `laminated` glass.
+    #[serde(default)]
+    #[schemars(extend("x-default" = "the preset's, or one of polyvinyl butyral"))]
+    pub interlayer: Option<InterlayerFilm>,
     /// Coefficient of restitution \[1\]: speed after a bounce over the speed before it.
     #[serde(default)]
     #[schemars(

@@ -3,9 +3,9 @@
 
 use super::keys::keys_of;
 use crate::format::{
-    Body, Bounds, Document, Expect, Fidelity, Fracture, Grid, Layers, Material, Paint,
-    RecordingSettings, Resolution, Rotation, Scatter, Shape, ShareBounds, Stack, Tiers, View,
-    WeakPlane, World,
+    Body, Bounds, Document, Expect, Fidelity, Fracture, Grid, InterlayerFilm, Layers, Material,
+    Paint, RecordingSettings, Resolution, Rotation, Scatter, Shape, ShareBounds, Stack, Tiers,
+    View, WeakPlane, World,
 };
 use crate::surface_detail::Detail;
 
@@ -49,6 +49,7 @@ pub(super) const TABLES: &[Table] = tables! {
     Material, "`[[material]]`", &[("", MATERIAL)];
     WeakPlane, "`weak_plane` of a material", &[("", WEAK_PLANE)];
     Layers, "`layers` of a material", &[("", LAYERS)];
+    InterlayerFilm, "`interlayer` of a material", &[("", INTERLAYER)];
     Body, "`[[body]]`", &[("", BODY)];
     Shape, "`shape` of a body", SHAPES;
     Rotation, "`rotation` of a body", &[("", ROTATION)];
@@ -121,6 +122,18 @@ const WEAK_PLANE: &str = r#"[[material]]
 name = "slate"
 preset = "limestone"
 weak_plane = { normal = [0, 0, 1], ratio = 0.2 }
+"#;
+
+const INTERLAYER: &str = r#"[[material]]
+name = "windscreen"
+preset = "laminated-glass"
+interlayer = { thickness = "1.52 mm", strength = "20 MPa", stretch = 2 }
+
+[[material]]
+name = "door"
+preset = "soda-lime-glass"
+treatment = "toughened"
+surface_stress = "110 MPa"
 "#;
 
 const LAYERS: &str = r#"[[material]]

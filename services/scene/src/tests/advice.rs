@@ -49,7 +49,7 @@ fn what_is_wrong_in_one_stage_hides_nothing_of_another() {
         "body.many.colour: unknown key `colour`",
         "body.many.mesh: scene/no-such.obj is not in the bundle",
         "body.many.material: there is no material \"glass\"",
-        "did you mean `soda-lime-glass`?",
+        "or `soda-lime-glass`?",
         "body.many.velocity: must be at most",
         "body.many.rotation.axis: must have a length above 1e-6",
         "body.odd.shape.size: must have 3 items; it has 2",

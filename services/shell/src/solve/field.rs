@@ -122,6 +122,13 @@ impl ShellField {
         turns.iter().zip(&means).map(motion).collect()
     }
 
+    /// How the point nearest to a place moves \[m/s\].
+    pub(super) fn velocity_at(&self, place: &Vec3) -> Vec3 {
+        let far = |p: &usize| (self.positions[*p] - place).norm_squared();
+        let nearest = (0..self.positions.len()).min_by(|a, b| far(a).total_cmp(&far(b)));
+        nearest.map_or_else(Vec3::zeros, |p| self.velocities[p])
+    }
+
     /// The broken points and how they move.
     pub(super) fn motes(&self, reach: f64) -> Motes {
         let broken = (0..self.positions.len()).filter(|&p| self.damage[p] >= 1.0);

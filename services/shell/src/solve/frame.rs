@@ -26,6 +26,13 @@ pub(super) fn to_local(problem: &BrittleProblem, pose: &Pose) -> BrittleProblem 
     local
 }
 
+/// The plate's solid in the body's frame.
+pub(super) fn of_body(solid: &Solid, pose: &Pose) -> Solid {
+    let mut solid = solid.clone();
+    moved(&mut solid, pose);
+    solid
+}
+
 /// What came of it in the body's frame.
 pub(super) fn from_local(mut fracture: Fragmentation, pose: &Pose) -> Fragmentation {
     let turn = |x: &mut Vec3| *x = pose.rotation * *x;

@@ -60,6 +60,10 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         if off.abs() > LEDGER {
             report.warnings.push(format!("energy is off by {off:+.3} of what the hits had"));
         }
+        if self.is_dicing() {
+            // It ends where it starts to dice, whatever moves then.
+            return;
+        }
         for striker in self.strikers.iter().filter(|striker| striker.left() > THROUGH) {
             report.warnings.push(format!(
                 "punched: the striker goes on at {:.2} of its speed (F98)",

@@ -8,3 +8,4 @@ mod loop_meshes;
 mod loop_surfaces;
 mod pane;
 mod statics;
+mod treated;

@@ -11,7 +11,7 @@ use cullet_shell::solve::ShellSolve;
 use cullet_simd::SimdLevel;
 use std::sync::Arc;
 
-const GLASS: Material = Material {
+pub(super) const GLASS: Material = Material {
     density: 2440.0,
     young: 72e9,
     poisson: 0.22,
@@ -39,7 +39,7 @@ fn ball(radius: f64, speed: f64, pane: f64, point: Vec3) -> Impact {
 }
 
 /// A pane under a ball, on supports at its corners.
-fn pane(size: [f64; 3], radius: f64, speed: f64, settings: Settings) -> BrittleProblem {
+pub(super) fn pane(size: [f64; 3], radius: f64, speed: f64, settings: Settings) -> BrittleProblem {
     let mesh = shapes::cuboid(Vec3::from(size), Detail::default()).unwrap();
     let mass = GLASS.density * mesh.signed_volume();
     let [x, y, z] = size.map(|s| 0.5 * s);
@@ -62,12 +62,12 @@ fn pane(size: [f64; 3], radius: f64, speed: f64, settings: Settings) -> BrittleP
     }
 }
 
-fn solve(problem: BrittleProblem) -> Fragmentation {
+pub(super) fn solve(problem: BrittleProblem) -> Fragmentation {
     let mut solve = ShellSolver::begin(Problem::from(problem)).expect("accepted");
     finished(|| solve.advance())
 }
 
-fn finished(mut advance: impl FnMut() -> Progress) -> Fragmentation {
+pub(super) fn finished(mut advance: impl FnMut() -> Progress) -> Fragmentation {
     loop {
         match advance() {
             Progress::Running(_) => {}
@@ -78,7 +78,7 @@ fn finished(mut advance: impl FnMut() -> Progress) -> Fragmentation {
 }
 
 /// All of a pane is there afterwards, closed, and the ball's push is what the parts carry.
-fn adds_up(problem: &BrittleProblem, found: &Fragmentation) {
+pub(super) fn adds_up(problem: &BrittleProblem, found: &Fragmentation) {
     let mesh = &problem.solid.mesh;
     let volume = |f: &Fragment| f.solid.mesh.signed_volume();
     let sum: f64 = found.fragments.iter().map(volume).sum::<f64>()
@@ -166,7 +166,8 @@ fn a_broken_pane_has_the_same_bits_everywhere() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let problem = pane([0.24, 0.24, 0.008], 0.025, 3.0, settings);
         pool.install(|| {
-            let mut solve = ShellSolve::<f64, 9>::of_plate(problem, level).expect("accepted");
+            let mut solve =
+                ShellSolve::<f64, 9>::of_plate(&problem, None, level).expect("accepted");
             finished(|| solve.advance())
         })
     };
