@@ -12,7 +12,7 @@ const TRIES: u64 = 40;
 
 /// Places, and a lattice of boxes to find them by.
 #[derive(Clone, Debug)]
-pub(super) struct Scatter {
+pub(super) struct PieceScatter {
     pub(super) places: Vec<Vec3>,
     low: [f64; 2],
     width: f64,
@@ -20,7 +20,7 @@ pub(super) struct Scatter {
     boxes: Vec<Vec<u32>>,
 }
 
-impl Scatter {
+impl PieceScatter {
     /// `number` places in a box of the plane, of cells that are `width` \[m\] wide on average, where
     /// `is_in`. Fewer where there is no more room.
     pub(super) fn new(
@@ -87,14 +87,14 @@ impl Scatter {
 
 #[cfg(test)]
 mod tests {
-    use super::{CORE, Scatter};
+    use super::{CORE, PieceScatter};
     use cullet_geometry::Vec3;
     use cullet_geometry::math::unit;
 
     #[test]
     fn places_keep_their_distance_and_the_nearest_is_found() {
         let ends = (Vec3::new(-0.1, -0.05, 0.0), Vec3::new(0.1, 0.05, 0.0));
-        let scatter = Scatter::new(ends, 5e-3, 800, 3, |place| place.norm() > 0.01);
+        let scatter = PieceScatter::new(ends, 5e-3, 800, 3, |place| place.norm() > 0.01);
         let all = &scatter.places;
         assert!((770..=800).contains(&all.len()), "{}", all.len());
         let apart = |(k, a): (usize, &Vec3)| {

@@ -6,7 +6,7 @@
 
 use super::ShellSolve;
 use super::field::ShellField;
-use super::scatter::Scatter;
+use super::scatter::PieceScatter;
 use crate::domain::ShellDomain;
 use crate::treatment::{FRONT_SPEED, WALL_SHARE, piece_width, stored_energy};
 use cullet_fragment::cut::{self, CutPart, CutSettings};
@@ -39,7 +39,7 @@ const STREAM: u64 = 0xd1ce;
 
 /// The cells of a plate that has diced.
 struct DicedCells {
-    scatter: Scatter,
+    scatter: PieceScatter,
     /// The body that each is of.
     labels: Vec<u32>,
     /// When the front reached each \[s\].
@@ -123,7 +123,7 @@ impl DicedCells {
         let apart = (area / number).sqrt();
         let seed = scramble(local.seed ^ STREAM);
         let held = |place| inside.contains(place);
-        let scatter = Scatter::new((low, high), apart, number as usize, seed, held);
+        let scatter = PieceScatter::new((low, high), apart, number as usize, seed, held);
         let most = local.settings.max_fragments.max(1) as usize;
         let starts = starts(&solve.domain);
         let labels = match scatter.places.len() {
@@ -133,7 +133,7 @@ impl DicedCells {
                 let clumps = most - singles;
                 let apart = (area / clumps as f64).sqrt();
                 let seed = scramble(seed);
-                let clumps = Scatter::new((low, high), apart, clumps, seed, held);
+                let clumps = PieceScatter::new((low, high), apart, clumps, seed, held);
                 clumped(&scatter, &clumps, singles, &solve.strikers[0].patch().place)
             }
         };
@@ -164,7 +164,7 @@ impl DicedCells {
 
 /// The body that each cell is of: the `singles` nearest to a place are bodies of their own, the
 /// others go with the nearest of `clumps`. All numbers up to the greatest are in use.
-fn clumped(cells: &Scatter, clumps: &Scatter, singles: usize, place: &Vec3) -> Vec<u32> {
+fn clumped(cells: &PieceScatter, clumps: &PieceScatter, singles: usize, place: &Vec3) -> Vec<u32> {
     let far = |k: usize| (cells.places[k] - place).norm_squared();
     let mut order: Vec<usize> = (0..cells.places.len()).collect();
     order.sort_by(|&a, &b| far(a).total_cmp(&far(b)).then(a.cmp(&b)));
