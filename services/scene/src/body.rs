@@ -79,7 +79,7 @@ impl ResolveContext<'_> {
         }
         let solver = body.solver.clone().unwrap_or_else(|| defaults.solver.clone());
         for (_, geometry) in shapes.iter().filter(|_| wanted) {
-            let unfit = treatment::unfit(&material, &geometry.solid.mesh, &solver);
+            let unfit = treatment::unfit(material.treatment, &geometry.solid.mesh, &solver);
             if let Some((key, why)) = unfit {
                 self.wrong(&join(path, key), why);
             }

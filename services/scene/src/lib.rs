@@ -25,6 +25,7 @@ pub mod rigid;
 mod scene;
 pub mod schema;
 pub mod shape;
+mod sourced;
 pub mod strength;
 pub mod surface_detail;
 mod taken;

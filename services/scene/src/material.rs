@@ -6,31 +6,13 @@ use super::direction::direction;
 use super::format::{
     self, DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL, Layers, WeakPlane,
 };
+use super::sourced::Fault;
 use super::treatment::{self, PresetTreatment};
 use cullet_document::check::tell;
 use cullet_model::Treatment;
 use presets::PRESETS;
 
-/// How a value was come by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    /// Measured, and read in the source that is named.
-    Measured,
-    /// The usual size of it; no measurement was read.
-    Typical,
-}
-
-/// A value, how it was come by, and where it stands.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Sourced {
-    /// In SI.
-    pub value: f64,
-    /// Measured or typical.
-    pub kind: Kind,
-    /// Where it stands, or what it was computed from.
-    pub source: &'static str,
-}
+pub use super::sourced::{Kind, Sourced};
 
 /// A material that scenes can name without describing it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -84,9 +66,10 @@ pub fn is_preset(name: &str) -> bool {
 #[must_use]
 pub fn presets_text() -> String {
     let mut text = String::from(
-        "name                    density    E      ν     strength   G_f    weibull restitution friction  \
-         breaks\n\
-         \x20                       [kg/m³]   [GPa]  [1]     [MPa]   [J/m²]    [1]       [1]       [1]\n",
+        "name                    density    E      ν     strength   G_f    weibull restitution \
+         friction  breaks\n\
+         \x20                       [kg/m³]   [GPa]  [1]     [MPa]   [J/m²]    [1]       [1]       \
+         [1]\n",
     );
     let mark = |value: &Sourced| {
         if value.kind == Kind::Measured { ' ' } else { '~' }
@@ -188,9 +171,6 @@ pub(super) const TOUGHNESS: (f64, f64) = (0.05e6, 200e6);
 
 /// Fastest usual pressure wave \[m/s\] (F77).
 pub(super) const WAVE_SPEED: f64 = 12_000.0;
-
-/// A key and what is wrong with it.
-pub(super) type Fault = (&'static str, String);
 
 impl SceneMaterial {
     /// A written material on its preset; the keys that neither gives are the error.

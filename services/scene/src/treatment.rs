@@ -2,7 +2,7 @@
 //! of them.
 
 use super::format::{self, GlassTreatment, SolverChoice};
-use super::material::{Fault, Kind, SceneMaterial, Sourced};
+use super::sourced::{Fault, Kind, Sourced};
 use cullet_geometry::TriMesh;
 use cullet_model::{Interlayer, Treatment};
 use cullet_plan::family;
@@ -126,11 +126,11 @@ pub(super) fn misplaced(written: &format::Material, treatment: Option<&Treatment
 
 /// Why a body of a material cannot break, by the key at fault.
 pub(super) fn unfit(
-    material: &SceneMaterial,
+    treatment: Option<Treatment>,
     mesh: &TriMesh,
     solver: &SolverChoice,
 ) -> Option<Fault> {
-    let kind = material.treatment?.kind();
+    let kind = treatment?.kind();
     if let Some(name) = solver.name().filter(|name| *name != family::SHELL) {
         return Some(("solver", format!("`{name}` takes no {kind}: `{}` does", family::SHELL)));
     }

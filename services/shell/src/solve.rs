@@ -1,5 +1,5 @@
-//! A hit on a thin wall, flat or curved, solved as a shell: striker and supports on the midsurface, cracks, then
-//! the exact cut of the body along them.
+//! A hit on a thin wall, flat or curved, solved as a shell: striker and supports on the midsurface,
+//! cracks, then the exact cut of the body along them.
 
 mod contact;
 mod crushed;

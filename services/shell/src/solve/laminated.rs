@@ -18,8 +18,8 @@ use std::f64::consts::PI;
 /// Radius of the hole beyond the contact's, in thicknesses.
 const BEYOND: f64 = 2.0;
 
-/// A direction that hardly any wall lies along: of the two faces of a crack the one that looks along
-/// it is kept.
+/// A direction that hardly any wall lies along: of the two faces of a crack the one that looks
+/// along it is kept.
 const ALONG: [f64; 3] = [0.613_7, 0.783_5, 0.097_3];
 
 /// Where a striker may go through.
@@ -59,8 +59,8 @@ pub(super) fn finish<R: Real, const N: usize>(
     let left: f64 = places.iter().map(|one| one.left).sum();
     let holds: f64 = places.iter().map(|one| one.holds).sum();
     let said = format!(
-        "laminated: the interlayer holds what would be {pieces} pieces; {left:.2} J of the strikers \
-         are left, and it takes {holds:.2} J to tear it"
+        "laminated: the interlayer holds what would be {pieces} pieces; {left:.2} J of the \
+         strikers are left, and it takes {holds:.2} J to tear it"
     );
     let crack_area = plain.report.crack_area;
     if places.iter().any(StruckPlace::is_torn) {

@@ -21,8 +21,8 @@ pub(super) struct PieceScatter {
 }
 
 impl PieceScatter {
-    /// `number` places in a box of the plane, of cells that are `width` \[m\] wide on average, where
-    /// `is_in`. Fewer where there is no more room.
+    /// `number` places in a box of the plane, of cells that are `width` \[m\] wide on average,
+    /// where `is_in`. Fewer where there is no more room.
     pub(super) fn new(
         (low, high): (Vec3, Vec3),
         width: f64,
