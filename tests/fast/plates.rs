@@ -42,7 +42,7 @@ fn missed(name: &str, overrides: &[&str], family: SpecimenFamily) -> Vec<String>
     let file = root().join("tests/specimens").join(format!("{name}.toml"));
     let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
     let specimen = load(&file, &overrides).expect("a specimen");
-    let result = solve_with(&specimen.job().expect("a body"), &[family]);
+    let result = solve_with(specimen.job().expect("a body"), &[family]);
     assert_eq!(result.outcome.ending, Ending::Ok, "{name}");
     let measured = Measured::new(SweepPoint { specimen, swept: Vec::new() }, result);
     let rows = measured.rows.iter().filter(|row| row.weighed.verdict == MetricVerdict::Fails);

@@ -221,7 +221,7 @@ fn f71_the_step_of_a_bending_sheet_is_its_bound() {
         energy(&shell) / first
     };
     // Bending decides: membranes alone would allow three times as much.
-    assert!(CELL < THICKNESS);
+    const { assert!(CELL < THICKNESS) };
     assert!((grown(0.95) - 1.0).abs() < 0.5, "{}", grown(0.95));
     assert!(grown(1.1) > 1e3, "{}", grown(1.1));
 }
@@ -244,7 +244,7 @@ fn f88_few_numbers_are_denormal_ahead_of_a_front() {
         let share = all.filter(|x| denormal(x)).count() as f64 / (3 * shell.mass.len()) as f64;
         worst = worst.max(share);
     }
-    println!("F88: {:.4} of the numbers at most", worst);
+    println!("F88: {worst:.4} of the numbers at most");
     assert!(worst < 0.05, "{worst}");
     assert!(denormal(&1e-310) && !denormal(&0.0) && !denormal(&1e-300));
 }

@@ -7,42 +7,13 @@ use super::format::{
     self, DEFAULT_FRICTION, DEFAULT_RESTITUTION, DEFAULT_WEIBULL, Layers, WeakPlane,
 };
 use super::sourced::Fault;
-use super::treatment::{self, PresetTreatment};
+use super::treatment;
 use cullet_document::check::tell;
 use cullet_model::Treatment;
 use presets::PRESETS;
+pub use presets::Preset;
 
 pub use super::sourced::{Kind, Sourced};
-
-/// A material that scenes can name without describing it.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Preset {
-    /// What scenes call it.
-    pub name: &'static str,
-    /// What exactly it is.
-    pub title: &'static str,
-    /// Mass density ρ \[kg/m³\].
-    pub density: Sourced,
-    /// Young's modulus E \[Pa\].
-    pub young: Sourced,
-    /// Poisson's ratio ν \[1\].
-    pub poisson: Sourced,
-    /// Tensile strength σ_f \[Pa\].
-    pub strength: Sourced,
-    /// Mode I fracture energy G_f \[J/m²\].
-    pub fracture_energy: Sourced,
-    /// Weibull modulus m of the flaws \[1\].
-    pub weibull: Sourced,
-    /// Speed after over speed before a bounce \[1\].
-    pub restitution: Sourced,
-    /// Coulomb friction \[1\].
-    pub friction: Sourced,
-    /// Whether bodies of it break unless they say otherwise: strikers do not.
-    pub breakable: bool,
-    /// What was done to it, if it is glass.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub treatment: Option<PresetTreatment>,
-}
 
 /// The presets, by name.
 #[must_use]

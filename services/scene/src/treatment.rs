@@ -115,11 +115,11 @@ pub(super) fn misplaced(written: &format::Material, treatment: Option<&Treatment
     if written.interlayer.is_some() && !laminated {
         faults.push(("interlayer", "is of `laminated` glass: say so by `treatment`".to_owned()));
     }
-    if let Some(treatment) = treatment {
-        if written.weak_plane.is_some() {
-            let message = format!("{} has none: it is solved as a shell", treatment.kind());
-            faults.push(("weak_plane", message));
-        }
+    if let Some(treatment) = treatment
+        && written.weak_plane.is_some()
+    {
+        let message = format!("{} has none: it is solved as a shell", treatment.kind());
+        faults.push(("weak_plane", message));
     }
     faults
 }

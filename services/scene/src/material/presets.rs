@@ -1,7 +1,37 @@
 //! The materials that scenes can name, with a source for every value.
 
-use super::{Kind, Preset, Sourced};
-use crate::treatment::{HEAT_STRENGTHENED, LAMINATED, TOUGHENED};
+use crate::sourced::{Kind, Sourced};
+use crate::treatment::{HEAT_STRENGTHENED, LAMINATED, PresetTreatment, TOUGHENED};
+
+/// A material that scenes can name without describing it.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Preset {
+    /// What scenes call it.
+    pub name: &'static str,
+    /// What exactly it is.
+    pub title: &'static str,
+    /// Mass density ρ \[kg/m³\].
+    pub density: Sourced,
+    /// Young's modulus E \[Pa\].
+    pub young: Sourced,
+    /// Poisson's ratio ν \[1\].
+    pub poisson: Sourced,
+    /// Tensile strength σ_f \[Pa\].
+    pub strength: Sourced,
+    /// Mode I fracture energy G_f \[J/m²\].
+    pub fracture_energy: Sourced,
+    /// Weibull modulus m of the flaws \[1\].
+    pub weibull: Sourced,
+    /// Speed after over speed before a bounce \[1\].
+    pub restitution: Sourced,
+    /// Coulomb friction \[1\].
+    pub friction: Sourced,
+    /// Whether bodies of it break unless they say otherwise: strikers do not.
+    pub breakable: bool,
+    /// What was done to it, if it is glass.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub treatment: Option<PresetTreatment>,
+}
 
 const DOWLING: &str = "Dowling, Mechanical Behavior of Materials, Table 3.10";
 const DOWLING_K: &str = "G = K²(1-ν²)/E with K_Ic of Dowling, Table 8.2, and a typical ν";
