@@ -286,7 +286,7 @@ fn f72_a_shell_without_thickness_or_toughness_is_refused() {
     let brittle = pane(size, Material { fracture_energy: 0.0, ..PLASTER }, Settings::default());
     assert!(refused(&brittle).expect("refused").contains("fracture energy"));
     let thick = refused(&pane([0.12, 0.12, 0.12], PLASTER, Settings::default()));
-    assert!(thick.expect("refused").contains("thickness"));
+    assert!(thick.expect("refused").contains("times as thick"));
     assert_eq!(refused(&pane(size, PLASTER, Settings::default())), None);
 }
 
