@@ -139,27 +139,3 @@ fn what_is_no_wall_is_refused_with_its_figure() {
     let tight = refused(&tight, 0.002);
     assert!(matches!(tight, NotWall::Thick { .. } | NotWall::Sharp { .. }), "{tight}");
 }
-
-#[test]
-#[ignore = "figures, not assertions: run it with --nocapture"]
-fn figures() {
-    let bodies = [
-        ("ball", hollow_ball(64), 0.003),
-        ("bowl", bowl(true, 64), 0.006),
-        ("bottle", bottle(64), 0.003),
-        ("bottle", bottle(64), 0.006),
-        ("pane", windscreen(), 0.01),
-    ];
-    for (name, mesh, spacing) in bodies {
-        let start = std::time::Instant::now();
-        let surface = WallSurface::of_mesh(&mesh, spacing).unwrap();
-        let seconds = start.elapsed().as_secs_f64();
-        let quality = MeshQuality::of(&surface.mesh(), spacing);
-        let volume = surface.volume() / mesh.signed_volume();
-        let (count, sharp) = (surface.vertices.len(), surface.sharp_share());
-        eprintln!(
-            "{name} {spacing}: {count} vertices in {seconds:.2} s, volume {volume:.4}, \
-             sharp {sharp:.3}, {quality:?}"
-        );
-    }
-}
