@@ -33,13 +33,11 @@ pub(crate) fn treated(view: &BodyView<'_>) -> Option<String> {
 
 /// Why the body is solved as a shell; nothing where it is not.
 pub(crate) fn reason(view: &BodyView<'_>, hits: &[Hit]) -> Option<String> {
-    let plate = Plate::of_mesh(&view.solid.mesh).ok()?;
-    let least = plate.size[0].min(plate.size[1]);
+    let plate = thin_plate(&view.solid.mesh).ok()?;
     let normal = plate.pose.rotation * cullet_geometry::Vec3::z();
     let across = |hit: &Hit| hit.impact.normal.dot(&normal).abs() >= ACROSS;
-    let is_thin = plate.thickness <= SLENDER * least && hits.iter().all(across);
-    is_thin.then(|| {
-        let times = least / plate.thickness;
+    hits.iter().all(across).then(|| {
+        let times = plate.size[0].min(plate.size[1]) / plate.thickness;
         format!("a plate {times:.0} times as wide as it is thick, hit on its face: a shell")
     })
 }
