@@ -1,6 +1,7 @@
 //! Which samples of a motion are needed: the others lie between their neighbours.
 
 use cullet_geometry::{Quat, Vec3};
+use nalgebra::Quaternion;
 
 /// How far a key that is left out may be from the line between its neighbours, over the diagonal
 /// of its body \[1\]; and at most so far \[m\].
@@ -9,6 +10,10 @@ pub const PLACE_SHARE: f64 = 1e-6;
 pub const PLACE_MOST: f64 = 1e-6;
 /// How far a rotation that is left out may be from that between its neighbours \[rad\].
 pub const TURN_MOST: f64 = 1e-6;
+
+/// One less the product of two unit quaternions above which USD interpolates on the sphere
+/// (`GfSlerp`) \[1\].
+const USD_SLERPS: f64 = 1e-5;
 
 /// The samples that are kept, in order: the first, the last, and those without which another would
 /// be further than `bound` from what is interpolated. `error(low, high, k)`: how far sample k is
@@ -49,13 +54,26 @@ pub(crate) fn of_vectors(times: &[f64], values: &[Vec3], bound: f64) -> Vec<usiz
     }
 }
 
+/// A rotation between two as USD reads it: where they are near one another, each number by itself;
+/// the angle is then that of the first number, although the four are no unit any more.
+fn as_usd_reads(low: &Quat, high: &Quat, share: f64) -> Quat {
+    if 1.0 - low.coords.dot(&high.coords) > USD_SLERPS {
+        return low.slerp(high, share);
+    }
+    let line = low.lerp(high, share);
+    let first = line.w.clamp(-1.0, 1.0);
+    let rest = line.imag().try_normalize(0.0).unwrap_or_default() * (1.0 - first * first).sqrt();
+    Quat::new_unchecked(Quaternion::from_parts(first, rest))
+}
+
 /// The samples of a rotation that are needed; one if it never changes. Some programs interpolate on
-/// the sphere, as glTF asks, and others each number by itself, as Blender: both must do.
+/// the sphere, as glTF asks, others each number by itself, as Blender, or as USD does: all must do.
 pub(crate) fn of_turns(times: &[f64], values: &[Quat], bound: f64) -> Vec<usize> {
     let kept = kept(times.len(), bound, |low, high, k| {
         let share = share(times, low, high, k);
-        let on_the_sphere = values[low].slerp(&values[high], share).angle_to(&values[k]);
-        on_the_sphere.max(values[low].nlerp(&values[high], share).angle_to(&values[k]))
+        let (low, high) = (&values[low], &values[high]);
+        let read = [low.slerp(high, share), low.nlerp(high, share), as_usd_reads(low, high, share)];
+        read.iter().map(|turn| turn.angle_to(&values[k])).fold(0.0, f64::max)
     });
     match kept[..] {
         [first, last] if values[first] == values[last] => vec![first],
@@ -111,5 +129,15 @@ mod tests {
         assert!(values.windows(2).all(|pair| pair[0].coords.dot(&pair[1].coords) > 0.0));
         values[9] = turn(9.1);
         assert!(of_turns(&times, &values, TURN_MOST).contains(&9));
+    }
+    /// What hardly turns: linear between far keys on the sphere, and yet not as USD reads it.
+    #[test]
+    fn small_turns_keep_what_usd_reads_wrong() {
+        let times: Vec<f64> = (0..6).map(f64::from).collect();
+        let turn = |t: f64| Quat::from_scaled_axis(Vec3::z() * (4e-4 + 8e-4 * t));
+        let values: Vec<Quat> = times.iter().map(|&t| turn(t)).collect();
+        let read = as_usd_reads(&values[0], &values[5], 0.2);
+        assert!(read.angle_to(&values[1]) > 1e-4, "{}", read.angle_to(&values[1]));
+        assert!(of_turns(&times, &values, TURN_MOST).len() > 2);
     }
 }
