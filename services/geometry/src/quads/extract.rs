@@ -1,0 +1,161 @@
+//! From the field of lattices to quads: triangles whose corners share a lattice point vanish, the
+//! diagonals of the lattice's squares too, and each face left is divided into quads.
+
+use super::net::QuadNet;
+use crate::divide::key;
+use crate::math::Vec3;
+use crate::remesh::editable::{EditableMesh, VertexRole};
+
+/// Vertices nearer to each other than this, over the side of the lattice, share a lattice point.
+const SHARED: f64 = 0.62;
+/// Passes in which such vertices are merged; one nearly does.
+const PASSES: usize = 8;
+/// Two triangles are no quad where the sine of one of its angles is below this.
+const FLAT_SINE: f64 = 0.1;
+
+/// Merges vertices until each lattice point of this `side` \[m\] has one.
+pub(super) fn merge_lattice_points(mesh: &mut EditableMesh, side: f64) {
+    let mut weights = vec![1.0; mesh.points.len()];
+    for _ in 0..PASSES {
+        let mut merged = 0;
+        for (_, edge) in edges_by_length(mesh, SHARED * side) {
+            // Earlier merges may have moved it.
+            let is_there = mesh.is_edge(edge[0], edge[1]);
+            if is_there && mesh.length(edge) < SHARED * side {
+                merged += usize::from(merge(mesh, edge, &mut weights));
+            }
+        }
+        merged += remove_thin(mesh, &mut weights);
+        if merged == 0 {
+            break;
+        }
+    }
+}
+
+/// Merges the ends of an edge in their weighted mean, or in the one that may not move.
+fn merge(mesh: &mut EditableMesh, [a, b]: [u32; 2], weights: &mut [f64]) -> bool {
+    for (gone, keep) in [(a, b), (b, a)] {
+        if !mesh.can_collapse(gone, keep) {
+            continue;
+        }
+        let (w, x) = (weights[gone as usize], weights[keep as usize]);
+        let is_same = mesh.role[gone as usize] == mesh.role[keep as usize]
+            && mesh.role[keep as usize] != VertexRole::Corner;
+        let p = if is_same {
+            (mesh.at(gone) * w + mesh.at(keep) * x) / (w + x)
+        } else {
+            mesh.at(keep)
+        };
+        mesh.collapse(gone, keep, p);
+        weights[keep as usize] += w;
+        return true;
+    }
+    false
+}
+
+/// Removes interior vertices of three triangles, which stand in the middle of a larger one.
+fn remove_thin(mesh: &mut EditableMesh, weights: &mut [f64]) -> usize {
+    let mut removed = 0;
+    for v in 0..mesh.points.len() as u32 {
+        if mesh.is_interior(v) && mesh.valence(v) == 3 {
+            let keep = mesh.neighbours(v).into_iter().find(|&w| mesh.can_collapse(v, w));
+            if let Some(keep) = keep {
+                let p = mesh.at(keep);
+                mesh.collapse(v, keep, p);
+                weights[keep as usize] += weights[v as usize];
+                removed += 1;
+            }
+        }
+    }
+    removed
+}
+
+/// Edges shorter than `limit` \[m\], shortest first.
+fn edges_by_length(mesh: &EditableMesh, limit: f64) -> Vec<(f64, [u32; 2])> {
+    let all = mesh.edges().into_iter().map(|edge| (mesh.length(edge), edge));
+    let mut edges: Vec<(f64, [u32; 2])> = all.filter(|(length, _)| *length < limit).collect();
+    edges.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    edges
+}
+
+/// The faces that are left when diagonals between two triangles are taken out, the best first.
+pub(super) fn faces(mesh: &EditableMesh) -> Vec<Vec<u32>> {
+    let mut scored: Vec<(f64, [u32; 2])> = Vec::new();
+    for edge in mesh.edges() {
+        if let [Some(left), Some(right)] = mesh.sides(edge) {
+            let corners = [edge[0], right.across, edge[1], left.across];
+            let sine = least_sine(corners.map(|v| mesh.at(v)));
+            if sine > FLAT_SINE {
+                scored.push((sine, edge));
+            }
+        }
+    }
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut is_free: Vec<bool> =
+        (0..mesh.triangles.len()).map(|t| mesh.is_alive(t as u32)).collect();
+    let mut valence: Vec<usize> = (0..mesh.points.len() as u32).map(|v| mesh.valence(v)).collect();
+    let least = |v: u32| if mesh.role[v as usize] == VertexRole::Corner { 2 } else { 3 };
+    let mut faces: Vec<Vec<u32>> = Vec::new();
+    for (_, edge) in scored {
+        let [Some(left), Some(right)] = mesh.sides(edge) else {
+            continue;
+        };
+        let sides = [left.triangle as usize, right.triangle as usize];
+        let may = sides.iter().all(|&t| is_free[t])
+            && edge.iter().all(|&v| valence[v as usize] > least(v));
+        if may {
+            sides.iter().for_each(|&t| is_free[t] = false);
+            edge.iter().for_each(|&v| valence[v as usize] -= 1);
+            faces.push(vec![edge[0], right.across, edge[1], left.across]);
+        }
+    }
+    let rest = (0..mesh.triangles.len()).filter(|&t| is_free[t]);
+    faces.extend(rest.map(|t| mesh.triangles[t].to_vec()));
+    faces
+}
+
+/// The least sine of the angles of a quad; negative where one is more than straight.
+pub(super) fn least_sine(corners: [Vec3; 4]) -> f64 {
+    let normal = (corners[2] - corners[0]).cross(&(corners[3] - corners[1]));
+    let mut least = 1.0_f64;
+    for k in 0..4 {
+        let (e, f) = (corners[(k + 1) % 4] - corners[k], corners[(k + 3) % 4] - corners[k]);
+        let scale = e.norm() * f.norm() * normal.norm();
+        least = least.min(if scale > 0.0 { e.cross(&f).dot(&normal) / scale } else { -1.0 });
+    }
+    least
+}
+
+/// Divides each face into one quad a corner, through its centre and the middles of its edges.
+pub(super) fn divided(mesh: &EditableMesh, faces: &[Vec<u32>]) -> QuadNet {
+    let mut net = QuadNet::default();
+    let mut index = vec![u32::MAX; mesh.points.len()];
+    for &v in faces.iter().flatten() {
+        if index[v as usize] == u32::MAX {
+            index[v as usize] = net.add(mesh.at(v), mesh.role[v as usize]);
+        }
+    }
+    let ends = |face: &Vec<u32>, k: usize| key(face[k], face[(k + 1) % face.len()]);
+    let mut edges: Vec<[u32; 2]> =
+        faces.iter().flat_map(|face| (0..face.len()).map(|k| ends(face, k))).collect();
+    edges.sort_unstable();
+    let mut middles: Vec<([u32; 2], u32)> = Vec::new();
+    for uses in edges.chunk_by(|a, b| a == b) {
+        let role = if uses.len() == 1 { VertexRole::Border } else { VertexRole::Interior };
+        let [a, b] = uses[0].map(|v| mesh.at(v));
+        middles.push((uses[0], net.add(0.5 * (a + b), role)));
+    }
+    let middle = |edge: [u32; 2]| {
+        middles.binary_search_by_key(&edge, |m| m.0).map_or(u32::MAX, |i| middles[i].1)
+    };
+    for face in faces {
+        let n = face.len();
+        let sum: Vec3 = face.iter().map(|&v| mesh.at(v)).sum();
+        let centre = net.add(sum / n as f64, VertexRole::Interior);
+        for k in 0..n {
+            let [after, before] = [k, (k + n - 1) % n].map(|k| middle(ends(face, k)));
+            net.quads.push([index[face[k] as usize], after, centre, before]);
+        }
+    }
+    net
+}
