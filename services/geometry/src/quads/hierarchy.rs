@@ -1,5 +1,6 @@
 //! The graph of a surface's vertices, and coarser and coarser copies of it.
 
+use super::orientation::{nearest_arms, tangent};
 use crate::math::Vec3;
 use crate::mesh::TriMesh;
 use crate::midsurface::vertex_normals;
@@ -55,6 +56,15 @@ impl FieldLevel {
         &self.links[self.starts[v]..self.starts[v + 1]]
     }
 
+    /// Mean distance of neighbours \[m\].
+    pub(super) fn mean_length(&self) -> f64 {
+        let length = |v: usize, w: u32| (self.points[w as usize] - self.points[v]).norm();
+        let all = (0..self.points.len()).map(|v| -> f64 {
+            self.neighbours(v).iter().map(|&(w, _)| length(v, w)).sum()
+        });
+        all.sum::<f64>() / self.links.len().max(1) as f64
+    }
+
     /// Sets the links from undirected edges with weights; those of equal ends are added up.
     fn link(&mut self, edges: Vec<(u32, u32, f64)>) {
         let both = edges.into_iter().flat_map(|(a, b, w)| [(a, b, w), (b, a, w)]);
@@ -87,7 +97,7 @@ impl FieldLevel {
             level.points[p] += self.areas[v] * self.points[v];
             level.normals[p] += self.areas[v] * self.normals[v];
             level.areas[p] += self.areas[v];
-            level.holds[p] = merged(level.holds[p], self.holds[v]);
+            level.holds[p] = merged(level.holds[p], self.holds[v], self.normals[v]);
         }
         for p in 0..count {
             level.points[p] /= level.areas[p];
@@ -139,12 +149,12 @@ impl FieldLevel {
 }
 
 /// One hold for two: a corner rather than a rim, and between two places of a rim.
-fn merged(a: Option<RimHold>, b: Option<RimHold>) -> Option<RimHold> {
+fn merged(a: Option<RimHold>, b: Option<RimHold>, normal: Vec3) -> Option<RimHold> {
     match (a, b) {
         (Some(a), Some(b)) if !a.is_corner && !b.is_corner => {
-            let sign = if a.along.dot(&b.along) < 0.0 { -1.0 } else { 1.0 };
-            let along = unit_or(a.along + sign * b.along, a.along);
-            Some(RimHold { at: 0.5 * (a.at + b.at), along, is_corner: false })
+            let [first, second] = [a.along, b.along].map(|way| tangent(way, normal));
+            let (p, q) = nearest_arms(first, normal, second, normal);
+            Some(RimHold { at: 0.5 * (a.at + b.at), along: tangent(p + q, normal), is_corner: false })
         }
         (Some(a), Some(b)) => Some(if a.is_corner { a } else { b }),
         _ => a.or(b),

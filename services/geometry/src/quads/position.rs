@@ -1,6 +1,6 @@
 //! Where the corners of the quads lie: a field of square lattices along the crosses.
 
-use super::hierarchy::FieldLevel;
+use super::hierarchy::{FieldLevel, RimHold};
 use crate::math::{Vec3, unit};
 
 /// Gauss–Seidel sweeps on each level, and on the finest.
@@ -40,6 +40,22 @@ impl LocalLattice {
         let low = self.point(p, f64::floor);
         let [x, y] = self.axes.map(|axis| axis * self.side);
         [low, low + x, low + y, low + x + y]
+    }
+
+    /// Moves the lattice so that one of this `side` \[m\] with the same origin has a row on the
+    /// rim, or a point on its corner.
+    fn hold(&mut self, hold: &RimHold, side: f64) {
+        let off = hold.at - self.origin;
+        let rest = |axis: Vec3| {
+            let part = off.dot(&axis);
+            axis * (part - side * (part / side).round())
+        };
+        let across = self.normal.cross(&hold.along);
+        self.origin += rest(across);
+        self.origin += self.normal * off.dot(&self.normal);
+        if hold.is_corner {
+            self.origin += rest(hold.along);
+        }
     }
 
     /// The nearest pair of points of two lattices, near the middle between their vertices.
@@ -93,15 +109,16 @@ pub(super) fn positions(
             p - n * (p - at).dot(&n)
         };
         field = (0..level.points.len()).map(start).collect();
+        let coarse = level_side(level, side);
         for _ in 0..SWEEPS[usize::from(l == 0)] {
-            sweep(level, arms, side, &mut field);
+            sweep(level, arms, [side, coarse], &mut field);
         }
     }
     field
 }
 
 /// Replaces each lattice by the mean of those around it.
-fn sweep(level: &FieldLevel, arms: &[Vec3], side: f64, field: &mut [Vec3]) {
+fn sweep(level: &FieldLevel, arms: &[Vec3], [fine, side]: [f64; 2], field: &mut [Vec3]) {
     for v in 0..field.len() {
         let mut own = LocalLattice::new(level, v, arms[v], field[v], side);
         let mut whole = 0.0;
@@ -114,9 +131,21 @@ fn sweep(level: &FieldLevel, arms: &[Vec3], side: f64, field: &mut [Vec3]) {
             whole += weight;
         }
         if let Some(hold) = level.holds[v] {
-            let along = if hold.is_corner { 0.0 } else { hold.along.dot(&(own.origin - hold.at)) };
-            own.origin = hold.at + hold.along * along;
+            own.hold(&hold, fine);
         }
         field[v] = own.point(own.at, f64::round);
     }
+}
+
+/// The side of the lattice on a level \[m\]: doubled until neighbours are near next to it, so that
+/// they can agree.
+fn level_side(level: &FieldLevel, side: f64) -> f64 {
+    let length = level.mean_length();
+    let mut coarse = side;
+    let c: f64 = std::env::var("QC").map_or(2.5, |v| v.parse().unwrap());
+    let k: i32 = std::env::var("QK").map_or(2, |v| v.parse().unwrap());
+    while c * length > coarse && coarse < side * 2f64.powi(k) {
+        coarse *= 2.0;
+    }
+    coarse
 }
