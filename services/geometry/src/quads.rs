@@ -10,6 +10,7 @@ mod extract;
 mod hierarchy;
 mod net;
 mod orientation;
+mod phase;
 mod position;
 mod smooth;
 

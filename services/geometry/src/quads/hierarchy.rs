@@ -56,15 +56,6 @@ impl FieldLevel {
         &self.links[self.starts[v]..self.starts[v + 1]]
     }
 
-    /// Mean distance of neighbours \[m\].
-    pub(super) fn mean_length(&self) -> f64 {
-        let length = |v: usize, w: u32| (self.points[w as usize] - self.points[v]).norm();
-        let all = (0..self.points.len()).map(|v| -> f64 {
-            self.neighbours(v).iter().map(|&(w, _)| length(v, w)).sum()
-        });
-        all.sum::<f64>() / self.links.len().max(1) as f64
-    }
-
     /// Sets the links from undirected edges with weights; those of equal ends are added up.
     fn link(&mut self, edges: Vec<(u32, u32, f64)>) {
         let both = edges.into_iter().flat_map(|(a, b, w)| [(a, b, w), (b, a, w)]);

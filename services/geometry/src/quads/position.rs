@@ -1,12 +1,11 @@
 //! Where the corners of the quads lie: a field of square lattices along the crosses.
 
-use super::hierarchy::{FieldLevel, RimHold};
-use crate::math::{Vec3, unit};
+use super::hierarchy::FieldLevel;
+use super::phase;
+use crate::math::Vec3;
 
-/// Gauss–Seidel sweeps on each level, and on the finest.
-const SWEEPS: [usize; 2] = [12, 24];
-/// The stream of the seed's numbers that the first guess takes.
-const STREAM: u64 = 0x0517;
+/// Gauss–Seidel sweeps of the lattices.
+const SWEEPS: usize = 16;
 
 /// A square lattice in the tangent plane of a vertex.
 #[derive(Clone, Copy, Debug)]
@@ -40,22 +39,6 @@ impl LocalLattice {
         let low = self.point(p, f64::floor);
         let [x, y] = self.axes.map(|axis| axis * self.side);
         [low, low + x, low + y, low + x + y]
-    }
-
-    /// Moves the lattice so that one of this `side` \[m\] with the same origin has a row on the
-    /// rim, or a point on its corner.
-    fn hold(&mut self, hold: &RimHold, side: f64) {
-        let off = hold.at - self.origin;
-        let rest = |axis: Vec3| {
-            let part = off.dot(&axis);
-            axis * (part - side * (part / side).round())
-        };
-        let across = self.normal.cross(&hold.along);
-        self.origin += rest(across);
-        self.origin += self.normal * off.dot(&self.normal);
-        if hold.is_corner {
-            self.origin += rest(hold.along);
-        }
     }
 
     /// The nearest pair of points of two lattices, near the middle between their vertices.
@@ -94,31 +77,15 @@ pub(super) fn positions(
     side: f64,
     seed: u64,
 ) -> Vec<Vec3> {
-    let mut field: Vec<Vec3> = Vec::new();
-    for (l, level) in levels.iter().enumerate().rev() {
-        let arms = &directions[l];
-        let start = |v: usize| {
-            let (at, n) = (level.points[v], level.normals[v]);
-            let p = match level.parents.get(v) {
-                Some(&parent) => field[parent as usize],
-                None => {
-                    let part = |k: u64| (unit(seed, STREAM, 2 * v as u64 + k) - 0.5) * side;
-                    at + arms[v] * part(0) + n.cross(&arms[v]) * part(1)
-                }
-            };
-            p - n * (p - at).dot(&n)
-        };
-        field = (0..level.points.len()).map(start).collect();
-        let coarse = level_side(level, side);
-        for _ in 0..SWEEPS[usize::from(l == 0)] {
-            sweep(level, arms, [side, coarse], &mut field);
-        }
+    let mut field = phase::lattice_points(levels, directions, side, seed);
+    for _ in 0..SWEEPS {
+        sweep(&levels[0], &directions[0], side, &mut field);
     }
     field
 }
 
 /// Replaces each lattice by the mean of those around it.
-fn sweep(level: &FieldLevel, arms: &[Vec3], [fine, side]: [f64; 2], field: &mut [Vec3]) {
+fn sweep(level: &FieldLevel, arms: &[Vec3], side: f64, field: &mut [Vec3]) {
     for v in 0..field.len() {
         let mut own = LocalLattice::new(level, v, arms[v], field[v], side);
         let mut whole = 0.0;
@@ -131,21 +98,9 @@ fn sweep(level: &FieldLevel, arms: &[Vec3], [fine, side]: [f64; 2], field: &mut 
             whole += weight;
         }
         if let Some(hold) = level.holds[v] {
-            own.hold(&hold, fine);
+            let along = if hold.is_corner { 0.0 } else { hold.along.dot(&(own.origin - hold.at)) };
+            own.origin = hold.at + hold.along * along;
         }
         field[v] = own.point(own.at, f64::round);
     }
-}
-
-/// The side of the lattice on a level \[m\]: doubled until neighbours are near next to it, so that
-/// they can agree.
-fn level_side(level: &FieldLevel, side: f64) -> f64 {
-    let length = level.mean_length();
-    let mut coarse = side;
-    let c: f64 = std::env::var("QC").map_or(2.5, |v| v.parse().unwrap());
-    let k: i32 = std::env::var("QK").map_or(2, |v| v.parse().unwrap());
-    while c * length > coarse && coarse < side * 2f64.powi(k) {
-        coarse *= 2.0;
-    }
-    coarse
 }
