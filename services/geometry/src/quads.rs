@@ -98,6 +98,7 @@ impl QuadSurface {
             let mut net = quads_of(lattice, edge);
             if net.topology() == Some(wanted) {
                 smooth::smooth(&mut net, &surface, edge);
+                smooth::polish(&mut net, &surface, edge);
                 let thickness = net.points.iter().map(|&p| surface.thickness(p)).collect();
                 return Ok(Self { vertices: net.points, quads: net.quads, thickness });
             }

@@ -7,11 +7,9 @@ use crate::math::Vec3;
 use crate::remesh::editable::{EditableMesh, VertexRole};
 
 /// Vertices nearer to each other than this, over the side of the lattice, share a lattice point.
-const SHARED: f64 = 0.62;
+const SHARED: f64 = 0.7;
 /// Passes in which such vertices are merged; one nearly does.
 const PASSES: usize = 8;
-/// Two triangles are no quad where the sine of one of its angles is below this.
-const FLAT_SINE: f64 = 0.1;
 
 /// Merges vertices until each lattice point of this `side` \[m\] has one.
 pub(super) fn merge_lattice_points(mesh: &mut EditableMesh, side: f64) {
@@ -84,10 +82,7 @@ pub(super) fn faces(mesh: &EditableMesh) -> Vec<Vec<u32>> {
     for edge in mesh.edges() {
         if let [Some(left), Some(right)] = mesh.sides(edge) {
             let corners = [edge[0], right.across, edge[1], left.across];
-            let sine = least_sine(corners.map(|v| mesh.at(v)));
-            if sine > FLAT_SINE {
-                scored.push((sine, edge));
-            }
+            scored.push((least_sine(corners.map(|v| mesh.at(v))), edge));
         }
     }
     scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));

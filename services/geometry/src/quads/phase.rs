@@ -130,12 +130,12 @@ fn relax(level: &FieldLevel, frames: &[WaveFrame], side: f64, waves: &mut [Waves
     }
 }
 
-/// A faded wave grows again, but slowly, so that rows can end or begin where they have to only.
+/// A faded wave grows again, but slowly: by the fourth root. So rows begin and end only where they
+/// have to.
 fn lifted(z: Complex<f64>) -> Complex<f64> {
     let length = z.norm_sqr().sqrt();
-    if length > 1e-30 { z / libm::pow(length, *LIFT) } else { z }
+    if length > 1e-30 { z / length.sqrt().sqrt() } else { z }
 }
-static LIFT: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| std::env::var("QL").map_or(0.5, |v| v.parse().unwrap()));
 
 /// Puts a crest on the rim at a rim vertex, and both on its corner.
 fn hold(level: &FieldLevel, v: usize, frame: &WaveFrame, side: f64, waves: &mut Waves) {

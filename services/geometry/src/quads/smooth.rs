@@ -17,8 +17,10 @@ pub(super) fn smooth(net: &mut QuadNet, surface: &ReferenceSurface, side: f64) {
     let around = net.around();
     for _ in 0..PASSES {
         let mut sums = vec![Vec3::zeros(); net.points.len()];
+        let normals = normals(net);
         for q in 0..net.quads.len() {
-            let wanted = square(net.corners(q), side);
+            let up = net.quads[q].iter().map(|&v| normals[v as usize]).sum();
+            let wanted = square(net.corners(q), up, side);
             for (v, p) in net.quads[q].into_iter().zip(wanted) {
                 sums[v as usize] += p;
             }
@@ -39,16 +41,102 @@ pub(super) fn placed(role: VertexRole, surface: &ReferenceSurface, here: Vec3, p
     }
 }
 
-/// The square that fits a quad best, with a side between its size and `side` \[m\].
-fn square(corners: [Vec3; 4], side: f64) -> [Vec3; 4] {
+/// The normals at the vertices, weighted by area.
+fn normals(net: &QuadNet) -> Vec<Vec3> {
+    let mut sums = vec![Vec3::zeros(); net.points.len()];
+    for q in 0..net.quads.len() {
+        let [a, b, c, d] = net.corners(q);
+        let area = (c - a).cross(&(d - b));
+        net.quads[q].iter().for_each(|&v| sums[v as usize] += area);
+    }
+    sums
+}
+
+/// The square that fits a quad best, with a side between its size and `side` \[m\], in its plane;
+/// in that across `up` if it lies the wrong way round.
+fn square(corners: [Vec3; 4], up: Vec3, side: f64) -> [Vec3; 4] {
     let [a, b, c, d] = corners;
     let centre = 0.25 * (a + b + c + d);
     let (first, second) = (a - c, b - d);
-    let normal = unit_or(first.cross(&second), Vec3::zeros());
+    let own = first.cross(&second);
+    let normal = unit_or(if own.dot(&up) > 0.0 { own } else { up }, Vec3::zeros());
     let arm = 0.25 * (first + second.cross(&normal));
     let wanted = side * std::f64::consts::FRAC_1_SQRT_2;
     let radius = (1.0 - SIZE_SHARE) * arm.norm() + SIZE_SHARE * wanted;
-    let x = unit_or(arm, Vec3::zeros()) * radius;
+    let x = unit_or(arm - normal * arm.dot(&normal), Vec3::zeros()) * radius;
     let y = normal.cross(&x);
     [centre + x, centre + y, centre - x, centre - y]
+}
+
+/// Rounds in which bad quads are improved.
+const POLISHES: usize = 12;
+/// A quad is good if the sine of each of its angles is at least this, 50° to 130°, …
+const SINE: f64 = 0.766;
+/// … and each of its edges between these, over the wanted.
+const EDGES: [f64; 2] = [0.65, 1.5];
+
+/// Moves the vertices of bad quads to better places nearby.
+pub(super) fn polish(net: &mut QuadNet, surface: &ReferenceSurface, side: f64) {
+    let around = net.around();
+    for round in 0..POLISHES {
+        let step = side * [0.2, 0.1, 0.05][round % 3];
+        let normals = normals(net);
+        let mut moves = 0;
+        for v in 0..net.points.len() {
+            if net.role[v] != VertexRole::Corner {
+                let normal = unit_or(normals[v], Vec3::zeros());
+                moves += usize::from(improve(net, surface, &around[v], v, normal, step, side));
+            }
+        }
+        if moves == 0 && round >= 2 {
+            break;
+        }
+    }
+}
+
+/// Moves a vertex to the best of eight places around it, if that is better than where it is.
+fn improve(
+    net: &mut QuadNet,
+    surface: &ReferenceSurface,
+    around: &[u32],
+    v: usize,
+    normal: Vec3,
+    step: f64,
+    side: f64,
+) -> bool {
+    let here = net.points[v];
+    let score = score(net, around, normal, side);
+    if score >= 1.0 {
+        return false;
+    }
+    let x = unit_or(normal.cross(&Vec3::ith(normal.iamin(), 1.0)), Vec3::zeros()) * step;
+    let y = normal.cross(&x);
+    let slant = std::f64::consts::FRAC_1_SQRT_2;
+    let mut best = (score + 1e-9, here);
+    for way in [x, y, (x + y) * slant, (x - y) * slant].into_iter().flat_map(|w| [w, -w]) {
+        net.points[v] = placed(net.role[v], surface, here, here + way);
+        let score = self::score(net, around, normal, side);
+        if score > best.0 {
+            best = (score, net.points[v]);
+        }
+    }
+    net.points[v] = best.1;
+    best.1 != here
+}
+
+/// How good the worst of some quads is: at least 1 if all are good, negative if one is not convex.
+fn score(net: &QuadNet, quads: &[u32], normal: Vec3, side: f64) -> f64 {
+    let of = |&q: &u32| {
+        let p = net.corners(q as usize);
+        let mut least = f64::INFINITY;
+        for k in 0..4 {
+            let (e, f) = (p[(k + 1) % 4] - p[k], p[(k + 3) % 4] - p[k]);
+            let (length, other) = (e.norm(), f.norm());
+            let sine = e.cross(&f).dot(&normal) / (length * other).max(f64::MIN_POSITIVE);
+            let lengths = (length / (EDGES[0] * side)).min(EDGES[1] * side / length);
+            least = least.min(sine / SINE).min(lengths);
+        }
+        least
+    };
+    quads.iter().map(of).fold(f64::INFINITY, f64::min)
 }
