@@ -51,21 +51,31 @@ fn merge(mesh: &mut EditableMesh, [a, b]: [u32; 2], weights: &mut [f64]) -> bool
     false
 }
 
-/// Removes interior vertices of three triangles, which stand in the middle of a larger one.
+/// Removes interior vertices of three triangles, which stand in the middle of a larger one, and
+/// gives rim vertices of a single triangle an edge across.
 fn remove_thin(mesh: &mut EditableMesh, weights: &mut [f64]) -> usize {
-    let mut removed = 0;
+    let mut changes = 0;
     for v in 0..mesh.points.len() as u32 {
-        if mesh.is_interior(v) && mesh.valence(v) == 3 {
-            let keep = mesh.neighbours(v).into_iter().find(|&w| mesh.can_collapse(v, w));
-            if let Some(keep) = keep {
-                let p = mesh.at(keep);
-                mesh.collapse(v, keep, p);
-                weights[keep as usize] += weights[v as usize];
-                removed += 1;
+        match (mesh.role[v as usize], mesh.valence(v)) {
+            (VertexRole::Interior, 3) => {
+                let keep = mesh.neighbours(v).into_iter().find(|&w| mesh.can_collapse(v, w));
+                if let Some(keep) = keep {
+                    let p = mesh.at(keep);
+                    mesh.collapse(v, keep, p);
+                    weights[keep as usize] += weights[v as usize];
+                    changes += 1;
+                }
             }
+            (VertexRole::Border, 2) => {
+                if let [a, b] = mesh.neighbours(v)[..] {
+                    mesh.flip([a, b]);
+                    changes += usize::from(mesh.valence(v) > 2);
+                }
+            }
+            _ => {}
         }
     }
-    removed
+    changes
 }
 
 /// Edges shorter than `limit` \[m\], shortest first.
