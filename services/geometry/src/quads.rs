@@ -35,6 +35,10 @@ const CORNER_REACH: f64 = 1.0;
 /// Seeds that are tried before a surface is given up.
 const ATTEMPTS: u64 = 4;
 
+/// Nets of which the one with the fewest irregular vertices is taken: two halve the odds of an
+/// uneven one, each takes a third of a second for 5000 quads.
+const CANDIDATES: usize = 2;
+
 /// Why a surface cannot be divided into quads.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum QuadError {
@@ -90,20 +94,26 @@ impl QuadSurface {
         let fine = shapes::refine(&wall.mesh(), FIELD_EDGE * edge)?;
         let start = with_rims(&fine, &surface, edge);
         let levels = hierarchy::levels(&fine, holds(&fine, &start));
+        let mut found: Vec<QuadNet> = Vec::new();
         for attempt in 0..ATTEMPTS {
             let seed = seed.wrapping_add(attempt);
             let directions = orientation::directions(&levels, seed);
             let mut lattice = start.clone();
             lattice.points = position::positions(&levels, &directions, COARSE * edge, seed);
-            let mut net = quads_of(lattice, edge);
+            let net = quads_of(lattice, edge);
             if net.topology() == Some(wanted) {
-                smooth::smooth(&mut net, &surface, edge);
-                smooth::polish(&mut net, &surface, edge);
-                let thickness = net.points.iter().map(|&p| surface.thickness(p)).collect();
-                return Ok(Self { vertices: net.points, quads: net.quads, thickness });
+                found.push(net);
+            }
+            if found.len() == CANDIDATES {
+                break;
             }
         }
-        Err(QuadError::Torn { attempts: ATTEMPTS })
+        let best = found.into_iter().min_by_key(QuadNet::irregular);
+        let mut net = best.ok_or(QuadError::Torn { attempts: ATTEMPTS })?;
+        smooth::smooth(&mut net, &surface, edge);
+        smooth::polish(&mut net, &surface, edge);
+        let thickness = net.points.iter().map(|&p| surface.thickness(p)).collect();
+        Ok(Self { vertices: net.points, quads: net.quads, thickness })
     }
 }
 
@@ -135,7 +145,8 @@ fn holds(mesh: &TriMesh, marked: &EditableMesh) -> Vec<Option<RimHold>> {
         for i in 0..n {
             let v = points[i];
             let normal = marked.normal(v);
-            let [into, out] = [at(i) - at(i + n - 1), at(i + 1) - at(i)].map(|w| tangent(w, normal));
+            let [into, out] =
+                [at(i) - at(i + n - 1), at(i + 1) - at(i)].map(|w| tangent(w, normal));
             let (a, b) = nearest_arms(into, normal, out, normal);
             let is_corner = marked.role[v as usize] == VertexRole::Corner;
             let along = tangent(a + b, normal);
@@ -144,3 +155,6 @@ fn holds(mesh: &TriMesh, marked: &EditableMesh) -> Vec<Option<RimHold>> {
     }
     holds
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,7 +4,7 @@
 use super::net::QuadNet;
 use crate::divide::key;
 use crate::math::Vec3;
-use crate::remesh::editable::{EditableMesh, VertexRole};
+use crate::remesh::editable::{EdgeSide, EditableMesh, VertexRole};
 
 /// Vertices nearer to each other than this, over the side of the lattice, share a lattice point.
 const SHARED: f64 = 0.7;
@@ -39,11 +39,8 @@ fn merge(mesh: &mut EditableMesh, [a, b]: [u32; 2], weights: &mut [f64]) -> bool
         let (w, x) = (weights[gone as usize], weights[keep as usize]);
         let is_same = mesh.role[gone as usize] == mesh.role[keep as usize]
             && mesh.role[keep as usize] != VertexRole::Corner;
-        let p = if is_same {
-            (mesh.at(gone) * w + mesh.at(keep) * x) / (w + x)
-        } else {
-            mesh.at(keep)
-        };
+        let p =
+            if is_same { (mesh.at(gone) * w + mesh.at(keep) * x) / (w + x) } else { mesh.at(keep) };
         mesh.collapse(gone, keep, p);
         weights[keep as usize] += w;
         return true;
@@ -87,31 +84,20 @@ fn edges_by_length(mesh: &EditableMesh, limit: f64) -> Vec<(f64, [u32; 2])> {
 }
 
 /// The faces that are left when diagonals between two triangles are taken out, the best first.
+/// An interior vertex keeps three edges, one of a rim a third beside those of the rim.
 pub(super) fn faces(mesh: &EditableMesh) -> Vec<Vec<u32>> {
-    let mut scored: Vec<(f64, [u32; 2])> = Vec::new();
-    for edge in mesh.edges() {
-        if let [Some(left), Some(right)] = mesh.sides(edge) {
-            let corners = [edge[0], right.across, edge[1], left.across];
-            scored.push((least_sine(corners.map(|v| mesh.at(v))), edge));
-        }
-    }
-    scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut is_free: Vec<bool> =
-        (0..mesh.triangles.len()).map(|t| mesh.is_alive(t as u32)).collect();
+    let count = mesh.triangles.len() as u32;
+    let mut is_free: Vec<bool> = (0..count).map(|t| mesh.is_alive(t)).collect();
     let mut valence: Vec<usize> = (0..mesh.points.len() as u32).map(|v| mesh.valence(v)).collect();
     let least = |v: u32| if mesh.role[v as usize] == VertexRole::Corner { 2 } else { 3 };
     let mut faces: Vec<Vec<u32>> = Vec::new();
-    for (_, edge) in scored {
-        let [Some(left), Some(right)] = mesh.sides(edge) else {
-            continue;
-        };
+    for (_, [a, b], [left, right]) in diagonals(mesh) {
         let sides = [left.triangle as usize, right.triangle as usize];
-        let may = sides.iter().all(|&t| is_free[t])
-            && edge.iter().all(|&v| valence[v as usize] > least(v));
-        if may {
+        let spare = [a, b].iter().all(|&v| valence[v as usize] > least(v));
+        if spare && sides.iter().all(|&t| is_free[t]) {
             sides.iter().for_each(|&t| is_free[t] = false);
-            edge.iter().for_each(|&v| valence[v as usize] -= 1);
-            faces.push(vec![edge[0], right.across, edge[1], left.across]);
+            [a, b].iter().for_each(|&v| valence[v as usize] -= 1);
+            faces.push(vec![a, right.across, b, left.across]);
         }
     }
     let rest = (0..mesh.triangles.len()).filter(|&t| is_free[t]);
@@ -119,8 +105,23 @@ pub(super) fn faces(mesh: &EditableMesh) -> Vec<Vec<u32>> {
     faces
 }
 
+/// Edges between two triangles with the least sine of an angle of the quad around them, those of
+/// the best quad first.
+fn diagonals(mesh: &EditableMesh) -> Vec<(f64, [u32; 2], [EdgeSide; 2])> {
+    let of = |edge: [u32; 2]| match mesh.sides(edge) {
+        [Some(left), Some(right)] => {
+            let corners = [edge[0], right.across, edge[1], left.across];
+            Some((least_sine(corners.map(|v| mesh.at(v))), edge, [left, right]))
+        }
+        _ => None,
+    };
+    let mut scored: Vec<_> = mesh.edges().into_iter().filter_map(of).collect();
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    scored
+}
+
 /// The least sine of the angles of a quad; negative where one is more than straight.
-pub(super) fn least_sine(corners: [Vec3; 4]) -> f64 {
+fn least_sine(corners: [Vec3; 4]) -> f64 {
     let normal = (corners[2] - corners[0]).cross(&(corners[3] - corners[1]));
     let mut least = 1.0_f64;
     for k in 0..4 {

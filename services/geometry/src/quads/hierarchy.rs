@@ -145,7 +145,11 @@ fn merged(a: Option<RimHold>, b: Option<RimHold>, normal: Vec3) -> Option<RimHol
         (Some(a), Some(b)) if !a.is_corner && !b.is_corner => {
             let [first, second] = [a.along, b.along].map(|way| tangent(way, normal));
             let (p, q) = nearest_arms(first, normal, second, normal);
-            Some(RimHold { at: 0.5 * (a.at + b.at), along: tangent(p + q, normal), is_corner: false })
+            Some(RimHold {
+                at: 0.5 * (a.at + b.at),
+                along: tangent(p + q, normal),
+                is_corner: false,
+            })
         }
         (Some(a), Some(b)) => Some(if a.is_corner { a } else { b }),
         _ => a.or(b),

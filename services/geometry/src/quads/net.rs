@@ -58,6 +58,14 @@ impl QuadNet {
         edges
     }
 
+    /// The number of interior vertices without four quads.
+    pub(super) fn irregular(&self) -> usize {
+        let around = self.around();
+        let is_odd =
+            |(v, fan): (usize, &Vec<u32>)| self.role[v] == VertexRole::Interior && fan.len() != 4;
+        around.iter().enumerate().filter(|&pair| is_odd(pair)).count()
+    }
+
     /// The topology, if this is one manifold: no vertex twice in a quad, each edge at most once
     /// each way, one fan of quads at each vertex.
     pub(super) fn topology(&self) -> Option<SurfaceTopology> {

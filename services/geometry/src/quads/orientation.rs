@@ -60,12 +60,12 @@ fn relax(level: &FieldLevel, field: &mut [Vec3]) {
         let [x, y] = frames[v].map(|axis| axis.dot(&way));
         fourth(Complex::new(x, y))
     };
-    let held = |v: usize| level.holds[v].map(|hold| coded(v, tangent(hold.along, level.normals[v])));
+    let held =
+        |v: usize| level.holds[v].map(|hold| coded(v, tangent(hold.along, level.normals[v])));
     let mut codes: Vec<Complex<f64>> =
         (0..field.len()).map(|v| held(v).unwrap_or_else(|| coded(v, field[v]))).collect();
-    let turn = |v: usize, w: usize| {
-        coded(v, carried(frames[w][0], level.normals[w], level.normals[v]))
-    };
+    let turn =
+        |v: usize, w: usize| coded(v, carried(frames[w][0], level.normals[w], level.normals[v]));
     let turns: Vec<Vec<Complex<f64>>> = (0..field.len())
         .map(|v| level.neighbours(v).iter().map(|&(w, _)| turn(v, w as usize)).collect())
         .collect();
@@ -164,6 +164,7 @@ fn restricted(fine: &FieldLevel, coarse: &FieldLevel, field: &[Vec3]) -> Vec<Vec
         });
     }
     let held = |p: usize| coarse.holds[p].map(|hold| tangent(hold.along, coarse.normals[p]));
-    let own = |p: usize| held(p).or(sums[p]).unwrap_or_else(|| tangent(Vec3::x(), coarse.normals[p]));
+    let own =
+        |p: usize| held(p).or(sums[p]).unwrap_or_else(|| tangent(Vec3::x(), coarse.normals[p]));
     (0..sums.len()).map(own).collect()
 }

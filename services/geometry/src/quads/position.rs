@@ -5,7 +5,7 @@ use super::phase;
 use crate::math::Vec3;
 
 /// Gauss–Seidel sweeps of the lattices.
-const SWEEPS: usize = 16;
+const SWEEPS: usize = 6;
 
 /// A square lattice in the tangent plane of a vertex.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,7 @@
 //! Moves the vertices of a net of quads so that each quad is nearly a square.
 
 use super::net::QuadNet;
+use super::orientation::tangent;
 use crate::math::Vec3;
 use crate::remesh::curved::unit_or;
 use crate::remesh::editable::VertexRole;
@@ -10,6 +11,14 @@ use crate::remesh::reference_surface::ReferenceSurface;
 const PASSES: usize = 40;
 /// How much of the wanted side goes into a square's, beside its own size.
 const SIZE_SHARE: f64 = 0.5;
+/// Rounds in which bad quads are improved.
+const POLISHES: usize = 12;
+/// How far a vertex is moved in the rounds in turn, over the wanted edge.
+const STEPS: [f64; 3] = [0.2, 0.1, 0.05];
+/// A quad is good if the sine of each of its angles is at least this, 50° to 130°, …
+const SINE: f64 = 0.766;
+/// … and each of its edges between these, over the wanted.
+const EDGES: [f64; 2] = [0.65, 1.5];
 
 /// Moves each vertex to the mean of what its quads would have as squares of about this `side`
 /// \[m\], on the surface; those of a rim stay on it \[Bouaziz et al. 2012, *Shape-Up*\].
@@ -68,60 +77,44 @@ fn square(corners: [Vec3; 4], up: Vec3, side: f64) -> [Vec3; 4] {
     [centre + x, centre + y, centre - x, centre - y]
 }
 
-/// Rounds in which bad quads are improved.
-const POLISHES: usize = 12;
-/// A quad is good if the sine of each of its angles is at least this, 50° to 130°, …
-const SINE: f64 = 0.766;
-/// … and each of its edges between these, over the wanted.
-const EDGES: [f64; 2] = [0.65, 1.5];
-
 /// Moves the vertices of bad quads to better places nearby.
 pub(super) fn polish(net: &mut QuadNet, surface: &ReferenceSurface, side: f64) {
     let around = net.around();
     for round in 0..POLISHES {
-        let step = side * [0.2, 0.1, 0.05][round % 3];
+        let step = side * STEPS[round % STEPS.len()];
         let normals = normals(net);
         let mut moves = 0;
-        for v in 0..net.points.len() {
-            if net.role[v] != VertexRole::Corner {
-                let normal = unit_or(normals[v], Vec3::zeros());
-                moves += usize::from(improve(net, surface, &around[v], v, normal, step, side));
+        for v in (0..net.points.len()).filter(|&v| net.role[v] != VertexRole::Corner) {
+            let normal = unit_or(normals[v], Vec3::zeros());
+            let first = score(net, &around[v], normal, side);
+            if first >= 1.0 {
+                continue;
             }
+            let here = net.points[v];
+            let mut best = (first * (1.0 + 1e-9), here);
+            for way in ways(normal) {
+                net.points[v] = placed(net.role[v], surface, here, here + way * step);
+                let score = score(net, &around[v], normal, side);
+                if score > best.0 {
+                    best = (score, net.points[v]);
+                }
+            }
+            net.points[v] = best.1;
+            moves += usize::from(best.1 != here);
         }
-        if moves == 0 && round >= 2 {
+        if moves == 0 && round + 1 >= STEPS.len() {
             break;
         }
     }
 }
 
-/// Moves a vertex to the best of eight places around it, if that is better than where it is.
-fn improve(
-    net: &mut QuadNet,
-    surface: &ReferenceSurface,
-    around: &[u32],
-    v: usize,
-    normal: Vec3,
-    step: f64,
-    side: f64,
-) -> bool {
-    let here = net.points[v];
-    let score = score(net, around, normal, side);
-    if score >= 1.0 {
-        return false;
-    }
-    let x = unit_or(normal.cross(&Vec3::ith(normal.iamin(), 1.0)), Vec3::zeros()) * step;
+/// Eight directions across a normal.
+fn ways(normal: Vec3) -> [Vec3; 8] {
+    let x = tangent(Vec3::ith(normal.iamin(), 1.0), normal);
     let y = normal.cross(&x);
     let slant = std::f64::consts::FRAC_1_SQRT_2;
-    let mut best = (score + 1e-9, here);
-    for way in [x, y, (x + y) * slant, (x - y) * slant].into_iter().flat_map(|w| [w, -w]) {
-        net.points[v] = placed(net.role[v], surface, here, here + way);
-        let score = self::score(net, around, normal, side);
-        if score > best.0 {
-            best = (score, net.points[v]);
-        }
-    }
-    net.points[v] = best.1;
-    best.1 != here
+    let [p, q] = [(x + y) * slant, (x - y) * slant];
+    [x, -x, y, -y, p, -p, q, -q]
 }
 
 /// How good the worst of some quads is: at least 1 if all are good, negative if one is not convex.
