@@ -142,8 +142,7 @@ fn holds(mesh: &TriMesh, marked: &EditableMesh) -> Vec<Option<RimHold>> {
     for points in boundary_loops(mesh) {
         let n = points.len();
         let at = |i: usize| mesh.vertices[points[i % n] as usize];
-        for i in 0..n {
-            let v = points[i];
+        for (i, &v) in points.iter().enumerate() {
             let normal = marked.normal(v);
             let [into, out] =
                 [at(i) - at(i + n - 1), at(i + 1) - at(i)].map(|w| tangent(w, normal));
