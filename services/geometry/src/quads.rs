@@ -14,7 +14,7 @@ mod phase;
 mod position;
 mod smooth;
 
-use crate::math::Vec3;
+use crate::math::{Vec3, scramble};
 use crate::mesh::TriMesh;
 use crate::remesh::editable::{EditableMesh, VertexRole};
 use crate::remesh::reference_surface::{ReferenceSurface, boundary_loops};
@@ -23,7 +23,7 @@ use crate::shapes::{self, ShapeError};
 use crate::wall_surface::WallSurface;
 use hierarchy::RimHold;
 use net::{QuadNet, SurfaceTopology};
-use orientation::{nearest_arms, tangent};
+use orientation::{nearest_arm, tangent};
 use thiserror::Error;
 
 /// Side of the lattice over the wanted edge: each of its squares is divided into four quads.
@@ -36,7 +36,7 @@ const CORNER_REACH: f64 = 1.0;
 const ATTEMPTS: u64 = 4;
 
 /// Nets of which the one with the fewest irregular vertices is taken: two halve the odds of an
-/// uneven one, each takes a third of a second for 5000 quads.
+/// uneven one, and each takes half a second for 5000 quads.
 const CANDIDATES: usize = 2;
 
 /// Why a surface cannot be divided into quads.
@@ -96,7 +96,7 @@ impl QuadSurface {
         let levels = hierarchy::levels(&fine, holds(&fine, &start));
         let mut found: Vec<QuadNet> = Vec::new();
         for attempt in 0..ATTEMPTS {
-            let seed = seed.wrapping_add(attempt);
+            let seed = scramble(seed).wrapping_add(attempt);
             let directions = orientation::directions(&levels, seed);
             let mut lattice = start.clone();
             lattice.points = position::positions(&levels, &directions, COARSE * edge, seed);
@@ -146,9 +146,8 @@ fn holds(mesh: &TriMesh, marked: &EditableMesh) -> Vec<Option<RimHold>> {
             let normal = marked.normal(v);
             let [into, out] =
                 [at(i) - at(i + n - 1), at(i + 1) - at(i)].map(|w| tangent(w, normal));
-            let (a, b) = nearest_arms(into, normal, out, normal);
             let is_corner = marked.role[v as usize] == VertexRole::Corner;
-            let along = tangent(a + b, normal);
+            let along = tangent(into + nearest_arm(into, out, normal), normal);
             holds[v as usize] = Some(RimHold { at: at(i), along, is_corner });
         }
     }

@@ -1,6 +1,6 @@
 //! The graph of a surface's vertices, and coarser and coarser copies of it.
 
-use super::orientation::{nearest_arms, tangent};
+use super::orientation::{nearest_arm, tangent};
 use crate::math::Vec3;
 use crate::mesh::TriMesh;
 use crate::midsurface::vertex_normals;
@@ -144,12 +144,8 @@ fn merged(a: Option<RimHold>, b: Option<RimHold>, normal: Vec3) -> Option<RimHol
     match (a, b) {
         (Some(a), Some(b)) if !a.is_corner && !b.is_corner => {
             let [first, second] = [a.along, b.along].map(|way| tangent(way, normal));
-            let (p, q) = nearest_arms(first, normal, second, normal);
-            Some(RimHold {
-                at: 0.5 * (a.at + b.at),
-                along: tangent(p + q, normal),
-                is_corner: false,
-            })
+            let along = tangent(first + nearest_arm(first, second, normal), normal);
+            Some(RimHold { at: 0.5 * (a.at + b.at), along, is_corner: false })
         }
         (Some(a), Some(b)) => Some(if a.is_corner { a } else { b }),
         _ => a.or(b),

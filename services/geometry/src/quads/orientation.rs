@@ -135,7 +135,7 @@ fn sweep(level: &FieldLevel, field: &mut [Vec3]) {
 }
 
 /// The two arms, one of each cross, that are nearest to each other.
-pub(super) fn nearest_arms(p: Vec3, m: Vec3, q: Vec3, n: Vec3) -> (Vec3, Vec3) {
+fn nearest_arms(p: Vec3, m: Vec3, q: Vec3, n: Vec3) -> (Vec3, Vec3) {
     let (ours, theirs) = ([p, m.cross(&p)], [q, n.cross(&q)]);
     let mut best = (-1.0, p, q);
     for a in ours {
@@ -149,6 +149,14 @@ pub(super) fn nearest_arms(p: Vec3, m: Vec3, q: Vec3, n: Vec3) -> (Vec3, Vec3) {
     (best.1, best.2)
 }
 
+/// The arm of a cross in the same plane as `way` that is nearest to it.
+pub(super) fn nearest_arm(way: Vec3, arm: Vec3, normal: Vec3) -> Vec3 {
+    let side = normal.cross(&arm);
+    let (along, across) = (way.dot(&arm), way.dot(&side));
+    let (cosine, arm) = if along.abs() >= across.abs() { (along, arm) } else { (across, side) };
+    if cosine < 0.0 { -arm } else { arm }
+}
+
 /// The field on a coarser level: the mean of each vertex's crosses.
 fn restricted(fine: &FieldLevel, coarse: &FieldLevel, field: &[Vec3]) -> Vec<Vec3> {
     let mut sums: Vec<Option<Vec3>> = vec![None; coarse.points.len()];
@@ -157,10 +165,7 @@ fn restricted(fine: &FieldLevel, coarse: &FieldLevel, field: &[Vec3]) -> Vec<Vec
         let own = tangent(field[v], coarse.normals[p]);
         sums[p] = Some(match sums[p] {
             None => own,
-            Some(sum) => {
-                let (a, b) = nearest_arms(sum, coarse.normals[p], own, coarse.normals[p]);
-                tangent(a + b, coarse.normals[p])
-            }
+            Some(sum) => tangent(sum + nearest_arm(sum, own, coarse.normals[p]), coarse.normals[p]),
         });
     }
     let held = |p: usize| coarse.holds[p].map(|hold| tangent(hold.along, coarse.normals[p]));
