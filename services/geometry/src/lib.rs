@@ -15,6 +15,7 @@ pub mod mesh;
 pub mod midsurface;
 pub mod nurbs;
 pub mod plate;
+pub mod quads;
 pub mod remesh;
 pub mod sample;
 pub mod shapes;

@@ -101,7 +101,7 @@ fn greatest_curvatures(mesh: &TriMesh) -> Vec<f64> {
 }
 
 /// Unit normals at the vertices, weighted by area.
-fn vertex_normals(mesh: &TriMesh) -> Vec<Vec3> {
+pub(crate) fn vertex_normals(mesh: &TriMesh) -> Vec<Vec3> {
     let mut sums = vec![Vec3::zeros(); mesh.vertices.len()];
     for t in 0..mesh.triangles.len() {
         let area = area_vector(mesh, t);

@@ -5,7 +5,7 @@
 //! approach to multiresolution modeling*\].
 
 pub(crate) mod curved;
-mod editable;
+pub(crate) mod editable;
 mod passes;
 pub(crate) mod reference_surface;
 mod repair;

@@ -10,7 +10,7 @@ const GONE: u32 = u32::MAX;
 
 /// Where a vertex may move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum VertexRole {
+pub(crate) enum VertexRole {
     /// Over the surface.
     Interior,
     /// Along a boundary.
@@ -21,25 +21,25 @@ pub(super) enum VertexRole {
 
 /// The triangle on one side of an edge and its corner across.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EdgeSide {
-    pub(super) triangle: u32,
-    pub(super) across: u32,
+pub(crate) struct EdgeSide {
+    pub(crate) triangle: u32,
+    pub(crate) across: u32,
 }
 
 /// Triangles with the lists of those around each vertex.
 #[derive(Clone, Debug)]
-pub(super) struct EditableMesh {
-    pub(super) points: Vec<Vec3>,
-    pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) around: Vec<Vec<u32>>,
-    pub(super) role: Vec<VertexRole>,
+pub(crate) struct EditableMesh {
+    pub(crate) points: Vec<Vec3>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+    pub(crate) around: Vec<Vec<u32>>,
+    pub(crate) role: Vec<VertexRole>,
     /// The valence that each vertex should have.
-    pub(super) target: Vec<usize>,
+    pub(crate) target: Vec<usize>,
 }
 
 impl EditableMesh {
     /// All vertices interior, until [`EditableMesh::role`] says otherwise.
-    pub(super) fn new(mesh: &TriMesh) -> Self {
+    pub(crate) fn new(mesh: &TriMesh) -> Self {
         let count = mesh.vertices.len();
         Self {
             points: mesh.vertices.clone(),
@@ -51,49 +51,53 @@ impl EditableMesh {
     }
 
     /// The mesh and, for each of its vertices, the index here.
-    pub(super) fn compacted(&self) -> TriMesh {
+    pub(crate) fn compacted(&self) -> TriMesh {
         let alive: Vec<usize> =
             (0..self.triangles.len()).filter(|&t| self.triangles[t][0] != GONE).collect();
         let mesh = TriMesh { vertices: self.points.clone(), triangles: self.triangles.clone() };
         mesh.submesh(&alive)
     }
 
-    pub(super) fn at(&self, v: u32) -> Vec3 {
+    pub(crate) fn at(&self, v: u32) -> Vec3 {
         self.points[v as usize]
     }
 
-    pub(super) fn corners(&self, t: u32) -> [Vec3; 3] {
+    pub(crate) fn corners(&self, t: u32) -> [Vec3; 3] {
         self.triangles[t as usize].map(|v| self.at(v))
     }
 
-    pub(super) fn length(&self, [a, b]: [u32; 2]) -> f64 {
+    pub(crate) fn length(&self, [a, b]: [u32; 2]) -> f64 {
         (self.at(b) - self.at(a)).norm()
     }
 
-    pub(super) fn is_interior(&self, v: u32) -> bool {
+    pub(crate) fn is_alive(&self, t: u32) -> bool {
+        self.triangles[t as usize][0] != GONE
+    }
+
+    pub(crate) fn is_interior(&self, v: u32) -> bool {
         self.role[v as usize] == VertexRole::Interior
     }
 
     /// Half the cross product of two edges \[m²\].
-    pub(super) fn area_vector(&self, t: u32) -> Vec3 {
+    pub(crate) fn area_vector(&self, t: u32) -> Vec3 {
         let [a, b, c] = self.corners(t);
         0.5 * (b - a).cross(&(c - a))
     }
 
     /// The unit normal at a vertex, weighted by area.
-    pub(super) fn normal(&self, v: u32) -> Vec3 {
+    pub(crate) fn normal(&self, v: u32) -> Vec3 {
         let sum: Vec3 = self.around[v as usize].iter().map(|&t| self.area_vector(t)).sum();
         unit_or(sum, Vec3::zeros())
     }
 
     /// Edges at a vertex; zero for a vertex that is no more.
-    pub(super) fn valence(&self, v: u32) -> usize {
+    pub(crate) fn valence(&self, v: u32) -> usize {
         let triangles = self.around[v as usize].len();
         triangles + usize::from(triangles > 0 && !self.is_interior(v))
     }
 
     /// The vertices that share an edge with `v`, in order of index.
-    pub(super) fn neighbours(&self, v: u32) -> Vec<u32> {
+    pub(crate) fn neighbours(&self, v: u32) -> Vec<u32> {
         let corners = self.around[v as usize].iter().flat_map(|&t| self.triangles[t as usize]);
         let mut found: Vec<u32> = corners.filter(|&w| w != v).collect();
         found.sort_unstable();
@@ -102,7 +106,7 @@ impl EditableMesh {
     }
 
     /// All edges, the smaller index first, in order.
-    pub(super) fn edges(&self) -> Vec<[u32; 2]> {
+    pub(crate) fn edges(&self) -> Vec<[u32; 2]> {
         let alive = self.triangles.iter().filter(|t| t[0] != GONE);
         let mut edges: Vec<[u32; 2]> =
             alive.flat_map(|&[a, b, c]| [key(a, b), key(b, c), key(c, a)]).collect();
@@ -113,7 +117,7 @@ impl EditableMesh {
 
     /// The triangles beside an edge: first that through which it runs from `a` to `b`, then the
     /// other.
-    pub(super) fn sides(&self, [a, b]: [u32; 2]) -> [Option<EdgeSide>; 2] {
+    pub(crate) fn sides(&self, [a, b]: [u32; 2]) -> [Option<EdgeSide>; 2] {
         let mut sides = [None; 2];
         for &triangle in &self.around[a as usize] {
             let corners = self.triangles[triangle as usize];
@@ -128,12 +132,12 @@ impl EditableMesh {
         sides
     }
 
-    pub(super) fn is_edge(&self, a: u32, b: u32) -> bool {
+    pub(crate) fn is_edge(&self, a: u32, b: u32) -> bool {
         self.around[a as usize].iter().any(|&t| self.triangles[t as usize].contains(&b))
     }
 
     /// Puts a vertex at `p` \[m\] on an edge.
-    pub(super) fn split(&mut self, [a, b]: [u32; 2], p: Vec3) -> u32 {
+    pub(crate) fn split(&mut self, [a, b]: [u32; 2], p: Vec3) -> u32 {
         let sides = self.sides([a, b]);
         let is_border = sides.iter().any(Option::is_none);
         let m = self.points.len() as u32;
@@ -157,7 +161,7 @@ impl EditableMesh {
 
     /// Whether `gone` can be merged into `keep` without a change of topology or of the boundary's
     /// shape: the link condition \[Dey et al. 1999\].
-    pub(super) fn can_collapse(&self, gone: u32, keep: u32) -> bool {
+    pub(crate) fn can_collapse(&self, gone: u32, keep: u32) -> bool {
         let sides = self.sides([gone, keep]);
         let count = sides.iter().flatten().count();
         let along_border = count == 1;
@@ -182,7 +186,7 @@ impl EditableMesh {
     }
 
     /// Merges `gone` into `keep`, which moves to `p` \[m\].
-    pub(super) fn collapse(&mut self, gone: u32, keep: u32, p: Vec3) {
+    pub(crate) fn collapse(&mut self, gone: u32, keep: u32, p: Vec3) {
         for t in std::mem::take(&mut self.around[gone as usize]) {
             let corners = self.triangles[t as usize];
             if corners.contains(&keep) {
@@ -199,7 +203,7 @@ impl EditableMesh {
     }
 
     /// The two triangles that a flip of an edge would make; `None` where it cannot be flipped.
-    pub(super) fn flipped(&self, [a, b]: [u32; 2]) -> Option<[[u32; 3]; 2]> {
+    pub(crate) fn flipped(&self, [a, b]: [u32; 2]) -> Option<[[u32; 3]; 2]> {
         let [Some(left), Some(right)] = self.sides([a, b]) else {
             return None;
         };
@@ -213,7 +217,7 @@ impl EditableMesh {
     }
 
     /// Turns an edge within its two triangles into that between their other corners.
-    pub(super) fn flip(&mut self, [a, b]: [u32; 2]) {
+    pub(crate) fn flip(&mut self, [a, b]: [u32; 2]) {
         let (sides, made) = (self.sides([a, b]), self.flipped([a, b]));
         if let ([Some(left), Some(right)], Some(made)) = (sides, made) {
             self.triangles[left.triangle as usize] = made[0];

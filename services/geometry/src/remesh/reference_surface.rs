@@ -12,12 +12,12 @@ const CORNER: f64 = 0.766;
 /// A mesh with thickness and boundary, prepared for projections.
 #[derive(Clone, Debug)]
 pub(crate) struct ReferenceSurface {
-    pub(super) mesh: TriMesh,
+    pub(crate) mesh: TriMesh,
     thickness: Vec<f64>,
     nearest: Nearest,
     border: Nearest,
     /// The boundaries, each in the direction of its triangles.
-    pub(super) loops: Vec<Vec<u32>>,
+    pub(crate) loops: Vec<Vec<u32>>,
 }
 
 impl ReferenceSurface {
@@ -34,17 +34,17 @@ impl ReferenceSurface {
     }
 
     /// The nearest point of the surface \[m\].
-    pub(super) fn project(&self, p: Vec3) -> Vec3 {
+    pub(crate) fn project(&self, p: Vec3) -> Vec3 {
         self.nearest.closest(p).map_or(p, |(q, _, _)| q)
     }
 
     /// The nearest point of the boundary \[m\].
-    pub(super) fn project_on_border(&self, p: Vec3) -> Vec3 {
+    pub(crate) fn project_on_border(&self, p: Vec3) -> Vec3 {
         self.border.closest(p).map_or(p, |(q, _, _)| q)
     }
 
     /// Thickness at the point of the surface nearest to `p` \[m\].
-    pub(super) fn thickness(&self, p: Vec3) -> f64 {
+    pub(crate) fn thickness(&self, p: Vec3) -> f64 {
         self.nearest.closest(p).map_or(0.0, |(q, _, t)| {
             let weights = barycentric(q, self.mesh.corners(t));
             let corners = self.mesh.triangles[t];
@@ -54,7 +54,7 @@ impl ReferenceSurface {
 
     /// Vertices in which a boundary turns sharply, none closer than `reach` \[m\] to a sharper
     /// one. The turn is also seen over `reach` to both sides, so that a ragged boundary has none.
-    pub(super) fn corners(&self, reach: f64) -> Vec<u32> {
+    pub(crate) fn corners(&self, reach: f64) -> Vec<u32> {
         let mut found: Vec<(f64, u32)> = Vec::new();
         for points in &self.loops {
             let turns = (0..points.len()).map(|i| (self.turn(points, i, reach), points[i]));
@@ -88,7 +88,7 @@ impl ReferenceSurface {
     }
 
     /// The angle that the surface takes at one of its vertices \[rad\].
-    pub(super) fn angle_at(&self, v: u32) -> f64 {
+    pub(crate) fn angle_at(&self, v: u32) -> f64 {
         let of = |corners: &[u32; 3]| {
             let k = corners.iter().position(|&c| c == v)?;
             let [p, q, r] = [0, 1, 2].map(|i| self.mesh.vertices[corners[(k + i) % 3] as usize]);
