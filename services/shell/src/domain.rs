@@ -16,5 +16,5 @@ mod tips;
 
 pub use advance::ShellTally;
 pub use front::TIP_FACTOR;
-pub use state::{STEP_SHARE, ShellDomain, ShellMaterial, stable_step, stable_triangle_step};
+pub use state::{STEP_SHARE, ShellDomain, ShellMaterial};
 pub use sums::ShellSums;

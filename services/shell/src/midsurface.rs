@@ -3,21 +3,41 @@
 //! The kernel knows nothing of patches: whatever gives functions with two derivatives can be built
 //! into a [`Midsurface`].
 
-mod box_spline;
 mod build;
+mod doo_sabin;
+mod net;
 mod plate;
-mod rim;
-mod triangle_net;
-mod triangles;
+mod quads;
 
+pub use net::MidsurfaceError;
 pub(crate) use plate::placed;
-pub use triangle_net::LoopError;
 
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::{MOST_FUNCTIONS, PatchBasis};
 
-/// Edge of an equilateral triangle over its height: 2/√3.
-const EQUILATERAL: f64 = 1.154_700_538_379_251_5;
+/// Stable step of cells of two Gauss points a direction: the lesser of these times l/c_p and
+/// l²/(t c_p), for cells of size l and thickness t and c_p = √(E/ρ(1 − ν²))  \[1\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepBounds {
+    /// In the plane.
+    pub membrane: f64,
+    /// In bending.
+    pub bending: f64,
+}
+
+impl StepBounds {
+    /// Of patches whose control points gather at the rim (open knots)  \[measured: S19\].
+    pub const PATCH: Self = Self { membrane: 0.837, bending: 0.882 };
+
+    /// Of control points that are as far apart at the rim as inside  \[measured: S19\].
+    pub const EVEN: Self = Self { membrane: 1.25, bending: 1.32 };
+
+    /// Stable step of cells of a size and thickness \[m\] at a speed c_p \[m/s\] \[s\].
+    #[must_use]
+    pub fn step(self, size: f64, thickness: f64, speed: f64) -> f64 {
+        (self.membrane * size).min(self.bending * size * size / thickness) / speed
+    }
+}
 
 /// A shell's midsurface, made discrete.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,25 +54,15 @@ pub struct Midsurface {
     pub starts: Vec<u32>,
     /// Neighbours of each point, ascending.
     pub neighbours: Vec<u32>,
-    /// For each neighbour, whether its cell only shares a corner: it is beside the point, but
-    /// nothing joins the two.
-    pub corner_only: Vec<bool>,
     /// Share of each point's area that is of the shell \[1\]; points with none are off.
     pub share: Vec<f64>,
     /// Area that each control point would see more if the surface went on \[m²\], at the rim of a
-    /// surface of triangles; empty on others.
+    /// surface of quadrilaterals; empty on others.
     pub missing: Vec<f64>,
-    /// Neighbours of the control point of each vertex, on a surface of triangles.
-    rings: Vec<Vec<u32>>,
-}
-
-/// Shape of a cell in its parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum CellShape {
-    /// A rectangle.
-    Rectangle,
-    /// The triangle of area ½.
-    Triangle,
+    /// Its stable step.
+    pub steps: StepBounds,
+    /// Control points around each vertex, on a surface of quadrilaterals.
+    faces: Vec<Vec<u32>>,
 }
 
 /// A cell.
@@ -67,8 +77,6 @@ pub struct SurfaceCell {
 /// Functions of a cell at its quadrature points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellTable {
-    /// Shape of the cell.
-    pub shape: CellShape,
     /// Extent of the cell in its parameters.
     pub extent: [f64; 2],
     /// Quadrature points.
@@ -109,9 +117,11 @@ pub struct MidsurfacePoint {
     pub area: f64,
     /// T₁₁, T₁₂, T₂₂ of T = F⁻¹ with F_iα = e_i·A_α, e₁ = A₁/|A₁|, e₂ = A₃ × e₁ \[1/m\].
     pub to_local: [f64; 3],
-    /// Least extent of its cell: of a rectangle its shorter side, of a triangle the edge of the
-    /// equilateral one that is as high \[m\].
+    /// Least extent of its cell: its shorter side \[m\].
     pub extent: f64,
+    /// S₁₁, S₂₂, S₁₂ of S = Σ s sᵀ over the two sides s of its cell, in the frame of e₁ and e₂
+    /// \[m²\].
+    pub spread: [f64; 3],
 }
 
 impl MidsurfacePoint {
@@ -120,6 +130,13 @@ impl MidsurfacePoint {
     pub fn frame(&self) -> [Vec3; 2] {
         let first = self.tangents[0].normalize();
         [first, self.normal.cross(&first)]
+    }
+
+    /// Extent of its cell along a unit vector of its frame, √(n·S n) \[m\].
+    #[must_use]
+    pub fn extent_along(&self, [x, y]: [f64; 2]) -> f64 {
+        let [s11, s22, s12] = self.spread;
+        (s11 * x * x + s22 * y * y + 2.0 * s12 * x * y).sqrt()
     }
 
     /// |A₁ × A₂| over |A₁||A₂|: small where the parameters collapse (F62).
@@ -169,7 +186,7 @@ impl Midsurface {
     #[must_use]
     pub fn surface_point(&self, point: usize) -> MidsurfacePoint {
         let (cell, table) = self.at(point);
-        let &CellTable { shape, extent, .. } = &self.tables[cell.table as usize];
+        let extent = self.tables[cell.table as usize].extent;
         let [a1, a2, x11, x22, x12] =
             [0, 1, 2, 3, 4].map(|d| self.sum(cell, &table.derivatives[d], &self.nodes));
         let across = a1.cross(&a2);
@@ -186,12 +203,12 @@ impl Midsurface {
             stretch,
             area: stretch * table.weight * self.share[point],
             to_local: [1.0 / first, -f12 / (first * f22), 1.0 / f22],
-            extent: match shape {
-                CellShape::Rectangle => (first * extent[0]).min(a2.norm() * extent[1]),
-                CellShape::Triangle => {
-                    EQUILATERAL * stretch / first.max(a2.norm()).max((a2 - a1).norm())
-                }
-            },
+            extent: (first * extent[0]).min(a2.norm() * extent[1]),
+            spread: [
+                (first * extent[0]).powi(2) + (f12 * extent[1]).powi(2),
+                (f22 * extent[1]).powi(2),
+                f12 * f22 * extent[1] * extent[1],
+            ],
         }
     }
 }

@@ -20,7 +20,7 @@ pub const BROKEN: f64 = 0.999;
 /// Work of a section broken in pure bending over that of one torn in its plane is 1 − this \[S21\].
 pub const BENDING_RELIEF: f64 = 0.78;
 
-/// Most of x = sσ_f²l_c/(2EG_f) that the softening goes by: at 1 it would be sudden.
+/// Most of x = sσ_f²l_c/(2fG_f) that the softening goes by: at 1 it would be sudden.
 const MOST_BRITTLE: f64 = 0.98;
 
 /// Stations through the thickness.
@@ -79,12 +79,12 @@ impl SectionLaw {
     }
 
     /// H of ċ: c = (1 + H)(1 − σ_f/σ̄) with H = x/(1 − x), for a strength σ_f \[Pa\] in force and a
-    /// softening length l_c \[m\].
+    /// softening length l_c \[m\]; x = sσ_f²l_c/(2fG_f).
     #[must_use]
     pub fn softening(&self, strength: f64, length: f64, bending_share: f64) -> f64 {
         let scale = bending_scale(bending_share);
         let x = scale * strength * strength * length
-            / (2.0 * self.material.young * self.material.fracture_energy);
+            / (2.0 * self.elastic.modulus * self.material.fracture_energy);
         let x = x.min(MOST_BRITTLE);
         x / (1.0 - x)
     }

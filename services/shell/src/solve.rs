@@ -94,20 +94,36 @@ impl Solver for ShellSolver {
             }
             (ThinBody::Wall(surface), precision) => {
                 let wall = ThinWall::of_surface(&surface, spacing)?;
-                match precision {
-                    PointPrecision::Single => {
-                        Box::new(ShellSolve::<f32, 16>::of_wall(&problem, treatment, wall, level))
-                    }
-                    PointPrecision::Double => {
-                        Box::new(ShellSolve::<f64, 16>::of_wall(&problem, treatment, wall, level))
-                    }
-                }
+                curved(&problem, treatment, wall, precision, level)
             }
         }))
     }
 
     fn advance(&mut self) -> Progress {
         self.0.advance()
+    }
+}
+
+/// A curved wall, with as many functions a cell as it needs.
+fn curved(
+    problem: &BrittleProblem,
+    treatment: Option<Treatment>,
+    wall: (ThinWall, Midsurface),
+    precision: PointPrecision,
+    level: SimdLevel,
+) -> Box<dyn InSlices> {
+    use PointPrecision::{Double, Single};
+    match (wall.1.functions, precision) {
+        (..=9, Single) => Box::new(ShellSolve::<f32, 9>::of_wall(problem, treatment, wall, level)),
+        (..=9, Double) => Box::new(ShellSolve::<f64, 9>::of_wall(problem, treatment, wall, level)),
+        (..=12, Single) => {
+            Box::new(ShellSolve::<f32, 12>::of_wall(problem, treatment, wall, level))
+        }
+        (..=12, Double) => {
+            Box::new(ShellSolve::<f64, 12>::of_wall(problem, treatment, wall, level))
+        }
+        (_, Single) => Box::new(ShellSolve::<f32, 16>::of_wall(problem, treatment, wall, level)),
+        (_, Double) => Box::new(ShellSolve::<f64, 16>::of_wall(problem, treatment, wall, level)),
     }
 }
 
@@ -162,22 +178,6 @@ impl<R: Real> ShellSolve<R, 9> {
     }
 }
 
-impl<R: Real> ShellSolve<R, 16> {
-    /// Of a curved wall, with certain instructions of the processor.
-    ///
-    /// # Errors
-    /// If the problem is not for this family, or its body is no curved wall.
-    pub fn of_curved(problem: &BrittleProblem, level: SimdLevel) -> Result<Self, Refusal> {
-        let ShellPlan { body, spacing, .. } = ShellPlan::new(problem)?;
-        let ThinBody::Wall(surface) = body else {
-            let lack = "it is no curved wall".to_owned();
-            return Err(Refusal::Unfit { solver: ShellSolver::NAME, lack });
-        };
-        let wall = ThinWall::of_surface(&surface, spacing)?;
-        Ok(Self::of_wall(problem, None, wall, level))
-    }
-}
-
 impl<R: Real, const N: usize> ShellSolve<R, N> {
     fn of_wall(
         problem: &BrittleProblem,
@@ -197,7 +197,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
             density: material.density,
             thickness: wall.thickness.clone(),
             strength: strength.collect(),
-            softening_cells: wall.softening_cells,
+            softening_cells: SOFTENING_CELLS,
         };
         let mut domain = ShellDomain::new(surface, shell, level);
         // The mesh's mass, whatever the cells make of it.
@@ -310,7 +310,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
     /// The exact cut along what is known of the points.
     fn finish_field(&self, found: field::ShellField) -> Result<Fragmentation, Failure> {
         let field = DamageField {
-            spacing: self.wall.field_spacing(),
+            spacing: self.wall.spacing,
             positions: &found.positions,
             damage: &found.damage,
             damage_time: &found.times,
@@ -349,8 +349,8 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let supports = self.supports.iter().map(ShellSupport::given);
         let finish = Finish {
             problem: &self.local,
-            spacing: (self.wall.field_spacing(), self.wall.field_spacing()),
-            motes: &found.motes(self.wall.field_spacing()),
+            spacing: (self.wall.spacing, self.wall.spacing),
+            motes: &found.motes(self.wall.spacing),
             pushes: &pushes.chain(supports).collect::<Vec<_>>(),
         };
         let FinishedParts { fragments, debris, warnings } =
@@ -383,9 +383,7 @@ fn shield<R: Real, const N: usize>(
     for point in domain.live() {
         let far = (domain.surface.surface_point(point).place - place).norm();
         if far <= reach {
-            domain.change(point, |state| {
-                (state.strength, state.flaw) = (f64::INFINITY, f64::INFINITY);
-            });
+            domain.change(point, |state| state.flaw = f64::INFINITY);
         }
     }
 }

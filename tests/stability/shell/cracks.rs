@@ -91,7 +91,7 @@ fn strip(ratio: f64) -> Shell {
     for point in shell.live() {
         if !shell.state(point).is_broken() {
             shell.change(point, |state| {
-                (state.strength, state.flaw) = (60e6, 60e6);
+                state.flaw = 60e6;
             });
         }
     }
@@ -155,7 +155,7 @@ fn f100_a_crack_stays_two_points_wide() {
     for _ in 0..100 {
         shell.advance(|_, _| Vec3::zeros());
     }
-    let weak = |p: &usize| !shell.state(*p).is_broken() && shell.state(*p).strength < 60e6;
+    let weak = |p: &usize| !shell.state(*p).is_broken() && shell.state(*p).tip < 60e6;
     let weak: Vec<Vec3> = shell.live().filter(weak).map(|p| place(&shell, p)).collect();
     let abreast = weak.iter().filter(|x| x.y.abs() > 1.6 * CELL).count();
     assert!(!weak.is_empty() && abreast == 0, "{abreast} of {}", weak.len());

@@ -2,11 +2,10 @@
 //! strength that lets a crack run at G_f.
 
 use super::state::ShellDomain;
-use crate::section::bending_scale;
 use cullet_geometry::Vec3;
 use cullet_simd::Real;
 
-/// σ_t = k √(2EG_f/1.1 l)/√s(β): starts a crack at G = 1.1–1.3 G_f for k = 0.5–0.6  \[measured\].
+/// σ_t = k √(2EG_f/1.1 l): starts a crack at G = 1.1–1.3 G_f for k = 0.5–0.6  \[measured\].
 pub const TIP_FACTOR: f64 = 0.6;
 
 /// How far ahead of a broken point its tip is felt, in cells, and the cone that is ahead, |d·n̂|
@@ -17,12 +16,12 @@ const AHEAD: (f64, f64) = (1.5, 0.6);
 const RINGS: usize = 4;
 
 impl<R: Real, const N: usize> ShellDomain<R, N> {
-    /// Strength ahead of a tip whose crack opens in bending by the share β, in cells of size
-    /// `extent` \[m\] \[Pa\].
+    /// Strength ahead of a tip whose crack opens in its plane, in cells of an extent of `extent`
+    /// \[m\] across it \[Pa\]. In bending by the share β it is 1/√s(β) times that.
     #[must_use]
-    pub fn tip_strength(&self, extent: f64, bending_share: f64) -> f64 {
+    pub fn tip_strength(&self, extent: f64) -> f64 {
         let toughness = 2.0 * self.law.material.young * self.law.material.fracture_energy;
-        TIP_FACTOR * (toughness / (1.1 * extent) / bending_scale(bending_share)).sqrt()
+        TIP_FACTOR * (toughness / (1.1 * extent)).sqrt()
     }
 
     /// Breaks a point across `normal` (in its frame) before anything has moved: a notch. Points
@@ -44,9 +43,9 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
                 }
                 let state = &self.states[self.seats[point as usize]];
                 // Where no flaw can start a crack none can run either.
-                let weaker = state.strength > strength && state.flaw.is_finite();
+                let weaker = state.tip > strength && state.flaw.is_finite();
                 if state.crack.is_none() && weaker {
-                    self.change(point as usize, |state| state.strength = strength);
+                    self.change(point as usize, |state| state.tip = strength);
                 }
             }
         }
@@ -131,13 +130,15 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
     fn announce(&mut self, point: usize) {
         let seat = self.seats[point];
         let Some(crack) = self.states[seat].crack else { return };
-        let extent = self.setup[seat].surface.extent;
-        let strength = self.tip_strength(extent, crack.bending_share);
+        let at = self.setup[seat].surface;
+        let strength = self.tip_strength(at.extent_along(crack.normal));
+        let [e1, e2] = at.frame();
         let (facing, place) = (self.links.facing(point), self.links.place(point));
         let pace = self.step * self.law.material.rayleigh_speed();
         for other in self.near(point) {
             let away = self.links.place(other as usize) - place;
             let far = away.norm();
+            let extent = at.extent_along([away.dot(&e1) / far, away.dot(&e2) / far]);
             if far <= AHEAD.0 * extent && away.dot(&facing).abs() <= AHEAD.1 * far {
                 let due = self.front.steps + 1 + (far / pace) as u64;
                 self.front.due.entry(due).or_default().push((other, strength));

@@ -32,7 +32,7 @@ pub(super) struct Links {
 impl Links {
     pub(super) fn new(surface: &Midsurface, points: &[MidsurfacePoint]) -> Self {
         let mut links = Self {
-            severed: surface.corner_only.clone(),
+            severed: vec![false; surface.neighbours.len()],
             facing: vec![Vec3::zeros(); points.len()],
             second: vec![Vec3::zeros(); points.len()],
             places: points.iter().map(|p| p.place).collect(),
@@ -208,24 +208,9 @@ impl Links {
         found.len() >= LEAST_PART
     }
 
-    /// Components of `points` (ascending) by whole links among them and the `rings` of neighbours
-    /// around them. Points of parts that are too small, and dead ones, go with the first neighbour
+    /// Components of `points` (ascending) by whole links among them. Points of parts that are too small, and dead ones, go with the first neighbour
     /// that is of a part.
-    pub(super) fn components(
-        &self,
-        surface: &Midsurface,
-        points: &[u32],
-        rings: usize,
-    ) -> Vec<Vec<u32>> {
-        let wanted = points;
-        let mut points = points.to_vec();
-        for _ in 0..rings {
-            let beside = |&p: &u32| surface.around(p as usize).iter().copied();
-            points.extend(points.clone().iter().flat_map(beside));
-            points.sort_unstable();
-            points.dedup();
-        }
-        let points = points.as_slice();
+    pub(super) fn components(&self, surface: &Midsurface, points: &[u32]) -> Vec<Vec<u32>> {
         let small: Vec<bool> = points.iter().map(|&p| !self.is_part(surface, p)).collect();
         let mut labels = PointLabels { links: self, surface, points, of: Vec::new(), count: 0 };
         labels.of = vec![usize::MAX; points.len()];
@@ -234,8 +219,7 @@ impl Links {
         labels.spread(|_| true, false);
         let PointLabels { of: label, count, .. } = labels;
         let mut parts = vec![Vec::new(); count.max(1)];
-        let is_wanted = |p: &u32| wanted.binary_search(p).is_ok();
-        for (at, &p) in points.iter().enumerate().filter(|(_, p)| is_wanted(p)) {
+        for (at, &p) in points.iter().enumerate() {
             parts[if label[at] == usize::MAX { 0 } else { label[at] }].push(p);
         }
         parts.retain(|part| !part.is_empty());
@@ -322,7 +306,7 @@ mod tests {
         let points: Vec<_> = (0..surface.points()).map(|p| surface.surface_point(p)).collect();
         let all: Vec<u32> = (0..points.len() as u32).collect();
         let mut links = Links::new(&surface, &points);
-        let parts = |links: &Links| links.components(&surface, &all, 0).len();
+        let parts = |links: &Links| links.components(&surface, &all).len();
         assert_eq!(parts(&links), 1);
         // Rows and columns of points, counted from one side.
         let number = |x: f64| ((x + 0.5) * 16.0) as usize;

@@ -8,18 +8,11 @@
 
 use super::state::ShellDomain;
 use crate::kernel::CellSide;
-use crate::midsurface::CellShape;
 use cullet_simd::{LANES, Real};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Least mass of a copy over that of the control point before any split \[1\].
 const LEAST_MASS: f64 = 0.05;
-
-/// Rings of triangles around those of a control point by which they may be joined: a triangle has
-/// three links only, so that a crack would part the fringe too early. A crack along rows of 2 mm
-/// costs 0.87, 0.89, 0.92 G_f at 1.3, 1.4, 1.5 G_f without a ring, 0.94, 0.97, 0.95 with one
-/// \[measured: K6s\].
-const TRIANGLE_RINGS: usize = 1;
 
 impl<R: Real, const N: usize> ShellDomain<R, N> {
     /// Gives control points that see little of the shell, for it is trimmed, the mass of a light
@@ -107,11 +100,9 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
             };
             points.iter().map(mass).sum()
         };
-        let is_triangle = self.surface.tables[0].shape == CellShape::Triangle;
-        let rings = if is_triangle { TRIANGLE_RINGS } else { 0 };
         let mut made = Vec::new();
         for (copy, points) in by_copy {
-            let mut parts = self.links.components(&self.surface, &points, rings);
+            let mut parts = self.links.components(&self.surface, &points);
             if parts.len() < 2 {
                 continue;
             }

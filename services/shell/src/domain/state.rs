@@ -6,39 +6,13 @@ use super::links::Links;
 use super::side_pairs::Sides;
 use super::tips::CrackTips;
 use crate::kernel::{CellSide, PointSetup, Seat, ShellKernel, SurfaceStrain};
-use crate::midsurface::{CellShape, Midsurface};
+use crate::midsurface::Midsurface;
 use crate::section::{PointState, SectionLaw, SectionTally};
 use cullet_geometry::Vec3;
 use cullet_simd::{Real, SimdLevel};
 
-/// Stable step of a flat sheet, 2×2 points, open knots: the lesser of these times l/c_p and
-/// l²/(t c_p)  \[measured: S19\].
-const MEMBRANE_STEP: f64 = 0.837;
-const BENDING_STEP: f64 = 0.882;
-
-/// The same of triangles with one point each, l being the edge of an equilateral one of the height
-/// of theirs. The first is that of a uniform mesh, the second that of one whose rows end at a
-/// straight rim, in half triangles; inside it is 2.08  \[measured: S19\].
-const TRIANGLE_MEMBRANE_STEP: f64 = 1.4;
-const TRIANGLE_BENDING_STEP: f64 = 1.58;
-
 /// Share of the stable step that is taken.
 pub const STEP_SHARE: f64 = 0.8;
-
-/// Stable step of cells of size l \[m\] and thickness t \[m\] at a speed c_p = √(E/ρ(1 − ν²))
-/// \[m/s\]: min(0.837 l/c_p, 0.882 l²/(t c_p)) \[s\].
-#[must_use]
-pub fn stable_step(size: f64, thickness: f64, speed: f64) -> f64 {
-    (MEMBRANE_STEP * size).min(BENDING_STEP * size * size / thickness) / speed
-}
-
-/// Stable step of triangles of size l \[m\], the least height times 2/√3, and thickness t \[m\] at
-/// a speed c_p = √(E/ρ(1 − ν²)) \[m/s\]: min(1.40 l/c_p, 1.58 l²/(t c_p)) \[s\].
-#[must_use]
-pub fn stable_triangle_step(size: f64, thickness: f64, speed: f64) -> f64 {
-    let bending = TRIANGLE_BENDING_STEP * size * size / thickness;
-    (TRIANGLE_MEMBRANE_STEP * size).min(bending) / speed
-}
 
 /// The seat of a point that is off.
 const NOWHERE: Seat = usize::MAX;
@@ -90,7 +64,7 @@ pub struct ShellMaterial {
     pub thickness: Vec<f64>,
     /// σ_f of each point \[Pa\].
     pub strength: Vec<f64>,
-    /// l_c over the size of a point's cell \[1\].
+    /// l_c over the extent of a point's cell across the crack \[1\].
     pub softening_cells: f64,
 }
 
@@ -123,8 +97,8 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         let states: Vec<PointState> = (0..seats_count)
             .map(|seat| {
                 let (p, s) = (at(seat), &surfaces[at(seat)]);
-                let length = material.softening_cells * s.extent;
-                PointState::new(material.strength[p], length, material.thickness[p], s.area)
+                let spread = s.spread.map(|x| material.softening_cells.powi(2) * x);
+                PointState::new(material.strength[p], spread, material.thickness[p], s.area)
             })
             .collect();
         let nodes = surface.nodes.len();
@@ -191,17 +165,13 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         self.seats[point] / self.surface.points_per_cell()
     }
 
-    /// The stable step of the smallest cell ([`stable_step`], [`stable_triangle_step`]) \[s\].
+    /// The stable step of the smallest cell ([`Midsurface::steps`]) \[s\].
     #[must_use]
     pub fn stable_step(&self) -> f64 {
         let speed = (self.law.elastic.modulus / self.density).sqrt();
-        let bound = match self.surface.tables[0].shape {
-            CellShape::Rectangle => stable_step,
-            CellShape::Triangle => stable_triangle_step,
-        };
         let of = |&seat: &Seat| {
             let setup = &self.setup[seat];
-            bound(setup.surface.extent, setup.thickness, speed)
+            self.surface.steps.step(setup.surface.extent, setup.thickness, speed)
         };
         let on = self.seats.iter().filter(|&&seat| seat != NOWHERE);
         on.map(of).fold(f64::INFINITY, f64::min)

@@ -1,12 +1,12 @@
 //! Midsurfaces from patches.
 
-use super::{CellShape, CellTable, Midsurface, SurfaceCell, TablePoint};
+use super::{CellTable, Midsurface, StepBounds, SurfaceCell, TablePoint};
 use cullet_geometry::nurbs::{KnotSpan, NurbsPatch, PatchBasis};
 use std::collections::BTreeMap;
 
 /// Gauss points in a direction and their weights on [0, 1]: two points a direction do not lock
 /// (F86), three are the full rule that the tests compare with.
-fn gauss(rule: usize) -> Vec<(f64, f64)> {
+pub(super) fn gauss(rule: usize) -> Vec<(f64, f64)> {
     match rule {
         3 => {
             let a = 0.5 * 0.6_f64.sqrt();
@@ -72,12 +72,12 @@ impl Midsurface {
             functions,
             cells,
             tables: tables.list,
-            corner_only: vec![false; neighbours.len()],
             starts,
             neighbours,
             share,
             missing: Vec::new(),
-            rings: Vec::new(),
+            steps: StepBounds::PATCH,
+            faces: Vec::new(),
         }
     }
 }
@@ -96,7 +96,7 @@ fn cell_table(
             points.push(TablePoint::new(wx * wy * area, &any));
         }
     }
-    (CellTable { shape: CellShape::Rectangle, extent: [u.length, v.length], points }, any)
+    (CellTable { extent: [u.length, v.length], points }, any)
 }
 
 /// Links of a lattice of points to their up to eight neighbours. Points are counted cell by cell.

@@ -1,6 +1,6 @@
 //! What a point of a brittle shell carries, and its step.
 
-use super::{BROKEN, SectionLaw, SectionTally};
+use super::{BROKEN, SectionLaw, SectionTally, bending_scale};
 use crate::kernel::{PlaneStress, Resultants, SurfaceStrain};
 
 /// Strain of a broken section that no brittle material bears \[1\].
@@ -34,12 +34,12 @@ pub struct PointState {
     pub crossed: bool,
     /// Whether it is of a crumb, too small to be a part: what it holds goes with the next step.
     pub crumbles: bool,
-    /// Strength in force here: no more than that ahead of a tip \[Pa\].
-    pub strength: f64,
-    /// Strength of the material here, which a second crack across the first needs \[Pa\].
+    /// Strength of the material here \[Pa\].
     pub flaw: f64,
-    /// l_c \[m\].
-    pub length: f64,
+    /// Strength ahead of a tip, in the plane; infinite where there is none \[Pa\].
+    pub tip: f64,
+    /// Components 11, 22, 12 of what l_c² = n̂·S n̂ across a crack comes from \[m²\].
+    pub spread: [f64; 3],
     /// t \[m\].
     pub thickness: f64,
     /// Area of the midsurface \[m²\].
@@ -51,31 +51,31 @@ pub struct PointState {
 impl PointState {
     /// A whole point.
     #[must_use]
-    pub fn new(strength: f64, length: f64, thickness: f64, area: f64) -> Self {
+    pub fn new(flaw: f64, spread: [f64; 3], thickness: f64, area: f64) -> Self {
         let (damage, crack, dead, crossed, crumbles) = (0.0, None, false, false, false);
-        let flaw = strength;
-        let last = None;
-        Self {
-            damage,
-            crack,
-            dead,
-            crossed,
-            crumbles,
-            strength,
-            flaw,
-            length,
-            thickness,
-            area,
-            last,
-        }
+        let (tip, last) = (f64::INFINITY, None);
+        Self { damage, crack, dead, crossed, crumbles, flaw, tip, spread, thickness, area, last }
     }
 
     /// Breaks it across `normal` before it has borne anything.
     pub fn cut(&mut self, law: &SectionLaw, normal: [f64; 2]) {
-        let hardness = law.softening(self.strength, self.length, 0.0);
-        let (strength, bending_share, side) = (self.strength, 0.0, 1.0);
+        let (strength, bending_share, side) = (self.in_force(0.0), 0.0, 1.0);
+        let hardness = law.softening(strength, self.length(normal), bending_share);
         self.crack = Some(CrackLine { normal, bending_share, side, hardness, strength });
         self.damage = 1.0;
+    }
+
+    /// l_c of a crack with that unit normal in the point's frame \[m\].
+    #[must_use]
+    pub fn length(&self, normal: [f64; 2]) -> f64 {
+        turned(&self.spread, normal)[0].sqrt()
+    }
+
+    /// Strength against a crack that opens in bending by the share β: that of the material, or
+    /// ahead of a tip σ_t/√s(β) where that is less \[Pa\].
+    #[must_use]
+    pub fn in_force(&self, bending_share: f64) -> f64 {
+        self.flaw.min(self.tip / bending_scale(bending_share).sqrt())
     }
 
     /// Whether it bears nothing across its crack.
@@ -87,7 +87,7 @@ impl PointState {
     /// The greatest principal stress below which it is elastic \[Pa\]; none once it is cracked.
     #[must_use]
     pub fn elastic_limit(&self) -> Option<f64> {
-        self.crack.is_none().then_some(self.strength)
+        self.crack.is_none().then_some(self.in_force(0.0))
     }
 }
 
@@ -203,14 +203,17 @@ impl SectionLaw {
         let at = |z: f64| self.elastic.stress(&strain.at(z));
         let faces = [face, -face].map(|z| principal(&at(z)));
         let (worst, normal) = if faces[1].0 > faces[0].0 { faces[1] } else { faces[0] };
-        if worst <= state.strength {
+        if worst <= state.in_force(0.0) {
             return;
         }
         let middle = turned(&at(0.0), normal)[0].max(0.0);
         let bending_share = (1.0 - middle / worst).clamp(0.0, 1.0);
+        let strength = state.in_force(bending_share);
+        if worst <= strength {
+            return;
+        }
         let side = turned(&strain.bending, normal)[0].signum();
-        let strength = state.strength;
-        let hardness = self.softening(strength, state.length, bending_share);
+        let hardness = self.softening(strength, state.length(normal), bending_share);
         state.crack = Some(CrackLine { normal, bending_share, side, hardness, strength });
     }
 
@@ -348,7 +351,7 @@ mod tests {
         let law = glass(stations);
         let (t, strength) = (3e-3, 30e6);
         let length = share * 2.0 * 70e9 * 8.0 / (strength * strength) / bending_scale(1.0);
-        let mut state = PointState::new(strength, length, t, 1.0);
+        let mut state = PointState::new(strength, [length * length, length * length, 0.0], t, 1.0);
         let mut tally = SectionTally::default();
         let mut strain = SurfaceStrain::default();
         let mut face = 0.0;
@@ -384,7 +387,7 @@ mod tests {
     #[test]
     fn a_crack_without_damage_changes_nothing() {
         let law = glass(5);
-        let mut state = PointState::new(30e6, 1e-3, 3e-3, 1.0);
+        let mut state = PointState::new(30e6, [1e-6, 1e-6, 0.0], 3e-3, 1.0);
         let strain = SurfaceStrain { membrane: [3e-5, -4e-5, 1e-5], bending: [0.1, 0.2, -0.3] };
         let whole = law.borne(&state, &strain);
         state.cut(&law, [0.6, 0.8]);

@@ -37,7 +37,7 @@ pub(super) struct ShellField {
 impl ShellField {
     pub(super) fn new<R: Real, const N: usize>(solve: &ShellSolve<R, N>) -> Self {
         let (domain, wall) = (&solve.domain, &solve.wall);
-        let (t, apart) = (wall.typical, 0.5 * wall.field_spacing());
+        let (t, apart) = (wall.typical, 0.5 * wall.spacing);
         let layers = match wall.is_flat {
             true => ((t / apart).ceil() as usize).max(LAYERS),
             false => ((t / apart).round() as usize).max(1),
@@ -55,7 +55,7 @@ impl ShellField {
             velocities: Vec::new(),
             masses: Vec::new(),
         };
-        let (seed, spacing) = (solve.local.seed, wall.field_spacing());
+        let (seed, spacing) = (solve.local.seed, wall.spacing);
         let crushed = CrushedZones::new(domain, t, spacing, seed);
         let cell = Vec3::repeat(spacing).component_div(&field.stretch);
         let rubble = crushed.rubble(&cell, t, seed);

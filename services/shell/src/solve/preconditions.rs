@@ -1,8 +1,10 @@
 //! What a problem must be like for the shell family, and how finely it is solved.
 
-use crate::domain::{STEP_SHARE, stable_step, stable_triangle_step};
+use crate::domain::STEP_SHARE;
+use crate::midsurface::StepBounds;
 use cullet_geometry::midsurface::WallSurface;
 use cullet_geometry::plate::{NotPlate, Plate};
+use cullet_geometry::quads::QuadSurface;
 use cullet_model::{BrittleProblem, Cost, Refusal};
 
 /// Thickness over the smaller extent up to which a body is a shell \[gate 4\].
@@ -16,9 +18,6 @@ const ACROSS: f64 = 24.0;
 
 /// Spacing over √(Rt), the length over which a curved wall bends, for R half of its middle extent.
 const BENT: f64 = 0.33;
-
-/// Area of a control point of triangles over the square of an edge, √3/2  \[1\].
-const TRIANGLE_SHARE: f64 = 0.866;
 
 /// Bytes that a control point needs with its cell and its four points.
 const BYTES: f64 = 4000.0;
@@ -37,7 +36,7 @@ pub(super) enum ThinBody {
     /// A flat one, of any outline.
     Plate(Plate),
     /// A curved one.
-    Wall(WallSurface),
+    Wall(QuadSurface),
 }
 
 /// What decides about spacing and cost.
@@ -49,8 +48,6 @@ struct WallSize {
     bent: f64,
     /// Area that is discretised \[m²\].
     area: f64,
-    /// Area of a control point over the square of the spacing \[1\].
-    share: f64,
 }
 
 /// Refuses what is not a number from `low` to `high`.
@@ -78,9 +75,9 @@ impl ShellPlan {
         let (t, least) = (plate.thickness, plate.size[0].min(plate.size[1]));
         within("thickness over the smaller extent of the plate", t / least, [0.0, SLENDER])?;
         let area = plate.size[0] * plate.size[1];
-        let size = WallSize { thickness: t, least, bent: 0.0, area, share: 1.0 };
+        let size = WallSize { thickness: t, least, bent: 0.0, area };
         let spacing = spacing(problem, &size, plate.area)?;
-        let cost = cost(problem, &size, spacing, stable_step)?;
+        let cost = cost(problem, &size, spacing, StepBounds::PATCH)?;
         Ok(Self { body: ThinBody::Plate(plate), spacing, cost })
     }
 
@@ -105,10 +102,12 @@ impl ShellPlan {
             return Err(unfit(&lack));
         }
         let bent = BENT * (t * 0.5 * extent).sqrt();
-        let size = WallSize { thickness: t, least: extent, bent, area, share: TRIANGLE_SHARE };
-        let spacing = spacing(problem, &size, area / TRIANGLE_SHARE)?;
-        let cost = cost(problem, &size, spacing, stable_triangle_step)?;
+        let size = WallSize { thickness: t, least: extent, bent, area };
+        let spacing = spacing(problem, &size, area)?;
+        let cost = cost(problem, &size, spacing, StepBounds::EVEN)?;
         let wall = WallSurface::of_mesh(mesh, spacing).map_err(|lack| unfit(&lack))?;
+        let wall =
+            QuadSurface::of_wall(&wall, spacing, problem.seed).map_err(|lack| unfit(&lack))?;
         Ok(Self { body: ThinBody::Wall(wall), spacing, cost })
     }
 }
@@ -121,7 +120,7 @@ fn spacing(problem: &BrittleProblem, size: &WallSize, area: f64) -> Result<f64, 
     let wanted = (0.5 * t).max(size.bent).min(size.least / ACROSS).max((area / most).sqrt());
     let spacing = settings.spacing.unwrap_or(wanted.clamp(CELLS.0 * t, CELLS.1 * t));
     within("cells over the thickness", spacing / t, [CELLS.0, CELLS.1])?;
-    let points = size.area / (size.share * spacing * spacing);
+    let points = size.area / (spacing * spacing);
     if points > 1.1 * most {
         let what = "the number of control points";
         return Err(Refusal::TooLarge { what, value: points, limit: most });
@@ -129,24 +128,23 @@ fn spacing(problem: &BrittleProblem, size: &WallSize, area: f64) -> Result<f64, 
     Ok(spacing)
 }
 
-/// What the solve takes, with a bound of the step of cells of a size and thickness \[m\] at a speed
-/// \[m/s\].
+/// What the solve takes.
 fn cost(
     problem: &BrittleProblem,
     size: &WallSize,
     spacing: f64,
-    stable: impl Fn(f64, f64, f64) -> f64,
+    bounds: StepBounds,
 ) -> Result<Cost, Refusal> {
     let material = &problem.material;
     let modulus = material.young / (1.0 - material.poisson * material.poisson);
     let speed = (modulus / material.density).sqrt();
-    let step = STEP_SHARE * stable(spacing, size.thickness, speed);
+    let step = STEP_SHARE * bounds.step(spacing, size.thickness, speed);
     let steps = super::schedule::ShellSchedule::new(problem).end / step;
     let limit = f64::from(problem.settings.max_steps);
     if steps > limit {
         return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });
     }
-    let points = size.area / (size.share * spacing * spacing);
+    let points = size.area / (spacing * spacing);
     Ok(Cost { particles: points, steps, bytes: points * BYTES })
 }
 

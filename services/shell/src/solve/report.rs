@@ -20,7 +20,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
 
     pub(super) fn first_warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let tip = self.domain.tip_strength(self.wall.spacing, 0.0);
+        let tip = self.domain.tip_strength(self.wall.spacing);
         let strength = self.local.material.failure_stress;
         if tip < strength {
             warnings.push(format!(
@@ -33,7 +33,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
     }
 
     pub(super) fn report(&self, damage: &[f64]) -> Report {
-        let tip = self.domain.tip_strength(self.wall.spacing, 0.0);
+        let tip = self.domain.tip_strength(self.wall.spacing);
         let damaged = damage.iter().filter(|&&c| c > 0.5).count();
         let mut report = Report {
             solver: ShellSolver::NAME.to_owned(),

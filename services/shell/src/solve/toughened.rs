@@ -98,8 +98,8 @@ pub(super) fn finish<R: Real, const N: usize>(
     problem.settings.brittle.hairline = None;
     let finish = Finish {
         problem: &problem,
-        spacing: (solve.wall.field_spacing(), solve.wall.field_spacing()),
-        motes: &found.motes(solve.wall.field_spacing()),
+        spacing: (solve.wall.spacing, solve.wall.spacing),
+        motes: &found.motes(solve.wall.spacing),
         pushes: &pushes.chain(supports).collect::<Vec<_>>(),
     };
     let FinishedParts { fragments, debris, warnings } = finish.fragments(partition.parts, &motions);

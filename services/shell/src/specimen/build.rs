@@ -242,6 +242,6 @@ pub(super) fn strength_ratio<R: Real>(domain: &PlateDomain<R>, specimen: &Specim
         return 1.0;
     }
     let extents = domain.live().map(|p| domain.surface.surface_point(p).extent);
-    let tip = domain.tip_strength(extents.fold(0.0, f64::max), 0.0);
+    let tip = domain.tip_strength(extents.fold(0.0, f64::max));
     (tip / specimen.matter.material.failure_stress).min(1.0)
 }

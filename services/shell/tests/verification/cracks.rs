@@ -94,9 +94,7 @@ impl Strip {
         for point in 0..self.shell.points() {
             if !self.shell.state(point).is_broken() {
                 let strength = self.strength;
-                self.shell.change(point, |state| {
-                    (state.strength, state.flaw) = (strength, strength);
-                });
+                self.shell.change(point, |state| state.flaw = strength);
             }
         }
         let before = self.shell.sums();
@@ -215,9 +213,10 @@ fn k6s_a_crack_in_a_strip_costs_its_energy() {
 /// The open number of the family: what a bending crack costs that runs.
 #[test]
 fn k6b_a_crack_in_a_bent_strip_costs_its_energy() {
-    let found = strips("K6b", bent, &[1.0, 2.0]);
+    let found = strips("K6b", bent, &[1.0, 1.5, 2.0]);
     assert_eq!(found[0].length, 0.0, "a crack runs at G_f");
-    let growth = &found[1];
-    assert!(growth.length > 30e-3 && growth.speed < 0.6 && growth.rows < 2.6, "{growth:?}");
-    assert!((cost(growth) - 1.0).abs() < 0.15, "{growth:?}");
+    for growth in &found[1..] {
+        assert!(growth.length > 30e-3 && growth.speed < 0.6 && growth.rows < 2.6, "{growth:?}");
+        assert!((cost(growth) - 1.0).abs() < 0.15, "{growth:?}");
+    }
 }

@@ -3,9 +3,9 @@
 mod cracks;
 mod equilibrium;
 mod kernel;
-mod loop_cracks;
-mod loop_meshes;
-mod loop_surfaces;
 mod pane;
+mod quad_cracks;
+mod quad_meshes;
+mod quad_surfaces;
 mod statics;
 mod treated;

@@ -1,4 +1,4 @@
-//! Meshes of triangles for the tests, and a linear solver for shells on them.
+//! Meshes of quadrilaterals for the tests, and a linear solver for shells on them.
 
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
@@ -6,161 +6,158 @@ use cullet_shell::domain::ShellDomain;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 
-/// Vertices and triangles.
+/// Vertices and quadrilaterals.
 #[derive(Clone)]
-pub(crate) struct Triangles {
+pub(crate) struct Quads {
     pub(crate) vertices: Vec<Vec3>,
-    pub(crate) triangles: Vec<[u32; 3]>,
+    pub(crate) quads: Vec<[u32; 4]>,
 }
 
-impl Triangles {
-    /// A rectangle from the origin, in rows along x whose vertices are staggered; its sides are
-    /// straight.
-    pub(crate) fn strip(size: [f64; 2], [columns, rows]: [usize; 2]) -> Self {
-        let (dx, dy) = (size[0] / columns as f64, size[1] / rows as f64);
-        let row = |j: usize| -> Vec<f64> {
-            let middle = (0..columns).map(|i| (i as f64 + 0.5) * dx);
-            match j % 2 {
-                0 => (0..=columns).map(|i| i as f64 * dx).collect(),
-                _ => std::iter::once(0.0).chain(middle).chain([size[0]]).collect(),
-            }
-        };
-        let (mut vertices, mut starts) = (Vec::new(), Vec::new());
-        for j in 0..=rows {
-            starts.push(vertices.len() as u32);
-            vertices.extend(row(j).into_iter().map(|x| Vec3::new(x, j as f64 * dy, 0.0)));
-        }
-        let mut triangles = Vec::new();
-        for j in 0..rows {
-            let (low, high) = (starts[j], starts[j + 1]);
-            // The even row has columns + 1 vertices, the odd one columns + 2.
-            let (even, odd) = if j % 2 == 0 { (low, high) } else { (high, low) };
-            let mut add = |[a, b, c]: [u32; 3]| {
-                triangles.push(if j % 2 == 0 { [a, b, c] } else { [a, c, b] });
-            };
-            for i in 0..=columns as u32 {
-                add([even + i, odd + i + 1, odd + i]);
-                if i < columns as u32 {
-                    add([even + i, even + i + 1, odd + i + 1]);
-                }
-            }
-        }
-        Self { vertices, triangles }
-    }
-
-    /// A rectangle from the origin of squares that are cut along one diagonal: vertices of the rim
-    /// have six neighbours with those beyond it, and the rows go on there as inside.
-    pub(crate) fn squares(size: [f64; 2], [columns, rows]: [usize; 2]) -> Self {
-        let mut mesh = Self { vertices: Vec::new(), triangles: Vec::new() };
+impl Quads {
+    /// A rectangle from the origin.
+    pub(crate) fn sheet(size: [f64; 2], [columns, rows]: [usize; 2]) -> Self {
+        let mut mesh = Self { vertices: Vec::new(), quads: Vec::new() };
         for j in 0..=rows {
             for i in 0..=columns {
                 let at = [i as f64 / columns as f64, j as f64 / rows as f64];
                 mesh.vertices.push(Vec3::new(size[0] * at[0], size[1] * at[1], 0.0));
             }
         }
+        let at = |i: usize, j: usize| (j * (columns + 1) + i) as u32;
         for j in 0..rows {
             for i in 0..columns {
-                let a = (j * (columns + 1) + i) as u32;
-                let c = a + columns as u32 + 1;
-                mesh.triangles.extend([[a, a + 1, c + 1], [a, c + 1, c]]);
+                mesh.quads.push([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
             }
         }
         mesh
     }
 
-    /// A tube about z from z = 0 on, of radius 1, in staggered rings.
+    /// A tube of radius 1 about z, from z = 0 to `height`, seen from outside.
     pub(crate) fn tube(around: usize, rows: usize, height: f64) -> Self {
-        let mut mesh = Self { vertices: Vec::new(), triangles: Vec::new() };
+        let mut mesh = Self { vertices: Vec::new(), quads: Vec::new() };
         for j in 0..=rows {
             for i in 0..around {
-                let angle = TAU * (i as f64 + 0.5 * (j % 2) as f64) / around as f64;
-                let z = height * j as f64 / rows as f64;
-                mesh.vertices.push(Vec3::new(angle.cos(), angle.sin(), z));
+                let (sin, cos) = (TAU * i as f64 / around as f64).sin_cos();
+                mesh.vertices.push(Vec3::new(cos, sin, height * j as f64 / rows as f64));
             }
         }
         let at = |i: usize, j: usize| (j * around + i % around) as u32;
         for j in 0..rows {
             for i in 0..around {
-                let (a, b) = (at(i, j), at(i + 1, j));
-                let (c, d) = (at(i, j + 1), at(i + 1, j + 1));
-                mesh.triangles.extend(match j % 2 {
-                    0 => [[a, b, c], [b, d, c]],
-                    _ => [[a, b, d], [a, d, c]],
-                });
+                mesh.quads.push([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
             }
         }
         mesh
     }
 
-    /// A hemisphere of radius 1 over z = 0: so many sectors meet at its pole, in `rows` rings.
-    pub(crate) fn dome(sectors: usize, rows: usize) -> Self {
-        let mut mesh = Self { vertices: Vec::new(), triangles: Vec::new() };
-        let mut starts = Vec::new();
-        for j in 0..=rows {
-            starts.push(mesh.vertices.len() as u32);
-            let count = (sectors * j).max(1);
-            let polar = 0.25 * TAU * j as f64 / rows as f64;
-            for i in 0..count {
-                let angle = TAU * i as f64 / count as f64;
-                let r = polar.sin();
-                mesh.vertices.push(Vec3::new(r * angle.cos(), r * angle.sin(), polar.cos()));
-            }
-        }
-        let at = |j: usize, k: usize| starts[j] + (k % (sectors * j).max(1)) as u32;
-        for j in 0..rows {
-            for s in 0..sectors {
-                for k in 0..=j {
-                    let (inner, outer) = (s * j + k, s * (j + 1) + k);
-                    mesh.triangles.push([at(j, inner), at(j + 1, outer), at(j + 1, outer + 1)]);
-                    if k < j {
-                        let next = at(j, inner + 1);
-                        mesh.triangles.push([at(j, inner), at(j + 1, outer + 1), next]);
+    /// A disc of radius 1: `sectors` squares of `core` rows around its middle and `rings` around
+    /// them. The middle has `sectors` quadrilaterals, an outer corner of each square three.
+    pub(crate) fn disc(sectors: usize, core: usize, rings: usize) -> Self {
+        let mut mesh = Self { vertices: vec![Vec3::zeros()], quads: Vec::new() };
+        let around = 2 * sectors * core;
+        // The place of a corner (i, j) of a sector; i = 0 is the j of the one before.
+        let mut number: BTreeMap<(usize, usize, usize), u32> = BTreeMap::new();
+        let key = |s: usize, i: usize, j: usize| match (i, j) {
+            (0, 0) => (0, 0, 0),
+            (i, 0) => ((s + sectors - 1) % sectors, 0, i),
+            (i, j) => (s, i, j),
+        };
+        number.insert((0, 0, 0), 0);
+        let angle = |s: usize, i: usize, j: usize| {
+            let along = if i == 0 && j == 0 { 0.5 } else { j as f64 / (i + j) as f64 };
+            TAU * (s as f64 + along) / sectors as f64
+        };
+        let inner = core as f64 / (core + rings) as f64;
+        for s in 0..sectors {
+            for j in 0..=core {
+                for i in 0..=core {
+                    let next = mesh.vertices.len() as u32;
+                    if *number.entry(key(s, i, j)).or_insert(next) == next {
+                        let (sin, cos) = angle(s, i, j).sin_cos();
+                        let r = inner * i.max(j) as f64 / core as f64;
+                        mesh.vertices.push(Vec3::new(r * cos, r * sin, 0.0));
                     }
                 }
             }
         }
-        mesh
+        let at = |s: usize, i: usize, j: usize| number[&key(s, i, j)];
+        for s in 0..sectors {
+            for j in 0..core {
+                for i in 0..core {
+                    mesh.quads.push([
+                        at(s, i, j),
+                        at(s, i + 1, j),
+                        at(s, i + 1, j + 1),
+                        at(s, i, j + 1),
+                    ]);
+                }
+            }
+        }
+        // The outer line of the core, counter-clockwise.
+        let mut line: Vec<u32> = Vec::new();
+        for s in 0..sectors {
+            line.extend((0..core).map(|j| at(s, core, j)));
+            line.extend((0..core).map(|i| at(s, core - i, core)));
+        }
+        for ring in 1..=rings {
+            let r = inner + (1.0 - inner) * ring as f64 / rings as f64;
+            let next: Vec<u32> = (0..around)
+                .map(|k| {
+                    let (sin, cos) = (TAU * k as f64 / around as f64).sin_cos();
+                    mesh.vertices.push(Vec3::new(r * cos, r * sin, 0.0));
+                    mesh.vertices.len() as u32 - 1
+                })
+                .collect();
+            for k in 0..around {
+                let after = (k + 1) % around;
+                mesh.quads.push([line[k], next[k], next[after], line[after]]);
+            }
+            line = next;
+        }
+        mesh.relaxed(60)
     }
 
-    /// Vertices put elsewhere.
-    pub(crate) fn mapped(mut self, map: impl Fn(Vec3) -> Vec3) -> Self {
-        self.vertices.iter_mut().for_each(|v| *v = map(*v));
+    /// Half of a unit sphere, z ≥ 0, of such a disc.
+    pub(crate) fn dome(sectors: usize, core: usize, rings: usize) -> Self {
+        Self::disc(sectors, core, rings).mapped(|v| {
+            let (r, turn) = (v.norm(), 0.25 * TAU * v.norm());
+            let flat = if r > 0.0 { v / r } else { v };
+            flat * turn.sin() + Vec3::z() * turn.cos()
+        })
+    }
+
+    pub(crate) fn mapped(mut self, place: impl Fn(Vec3) -> Vec3) -> Self {
+        self.vertices.iter_mut().for_each(|v| *v = place(*v));
         self
     }
 
-    /// The same area with vertices of five to seven neighbours in no order: edges flipped at
-    /// random, then vertices moved to the middle of their neighbours.
+    /// The vertices inside moved by up to a third of the distance to their neighbours, and smoothed
+    /// twice.
     pub(crate) fn irregular(mut self, seed: u64) -> Self {
         let rim = self.rim();
-        let mut valence: BTreeMap<u32, usize> = BTreeMap::new();
-        self.triangles.iter().flatten().for_each(|&v| *valence.entry(v).or_default() += 1);
-        for draw in 0..2 * self.triangles.len() as u64 {
-            let t = (unit(seed, 0, draw) * self.triangles.len() as f64) as usize;
-            let k = (unit(seed, 1, draw) * 3.0) as usize;
-            let [a, b, c] = [0, 1, 2].map(|i| self.triangles[t][(i + k) % 3]);
-            let beside = |tri: &[u32; 3]| (0..3).find(|&i| tri[i] == b && tri[(i + 1) % 3] == a);
-            let found = self.triangles.iter().position(|tri| beside(tri).is_some());
-            let Some(other) = found else { continue };
-            let d = self.triangles[other][(beside(&self.triangles[other]).unwrap() + 2) % 3];
-            if [a, b, c, d].iter().any(|v| rim.contains(v))
-                || valence[&a] < 6
-                || valence[&b] < 6
-                || valence[&c] > 6
-                || valence[&d] > 6
-            {
-                continue;
+        let near = self.quads[0].map(|v| self.vertices[v as usize]);
+        let length = (near[1] - near[0]).norm();
+        for (v, x) in self.vertices.iter_mut().enumerate() {
+            if !rim.contains(&(v as u32)) {
+                let draw = |k: u64| 0.7 * length * (unit(seed, k, v as u64) - 0.5);
+                *x += Vec3::new(draw(0), draw(1), 0.0);
             }
-            self.triangles[t] = [a, d, c];
-            self.triangles[other] = [d, b, c];
-            [a, b].iter().for_each(|v| *valence.get_mut(v).unwrap() -= 1);
-            [c, d].iter().for_each(|v| *valence.get_mut(v).unwrap() += 1);
         }
-        for _ in 0..20 {
+        self.relaxed(2)
+    }
+
+    /// Each vertex inside at the mean of those that it shares an edge with, so many times.
+    fn relaxed(mut self, times: usize) -> Self {
+        let rim = self.rim();
+        for _ in 0..times {
             let mut sums = vec![(Vec3::zeros(), 0.0); self.vertices.len()];
-            for &[a, b, c] in &self.triangles {
-                for (v, other) in [(a, b), (b, c), (c, a), (b, a), (c, b), (a, c)] {
-                    sums[v as usize].0 += self.vertices[other as usize];
-                    sums[v as usize].1 += 1.0;
+            for quad in &self.quads {
+                for k in 0..4 {
+                    let (a, b) = (quad[k] as usize, quad[(k + 1) % 4] as usize);
+                    sums[a].0 += self.vertices[b];
+                    sums[b].0 += self.vertices[a];
+                    sums[a].1 += 1.0;
+                    sums[b].1 += 1.0;
                 }
             }
             for (v, (sum, count)) in sums.into_iter().enumerate() {
@@ -174,8 +171,8 @@ impl Triangles {
 
     /// Vertices of the rim.
     pub(crate) fn rim(&self) -> BTreeSet<u32> {
-        let edges = |t: &[u32; 3]| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])];
-        let all: BTreeSet<(u32, u32)> = self.triangles.iter().flat_map(edges).collect();
+        let edges = |q: &[u32; 4]| [0, 1, 2, 3].map(|k| (q[k], q[(k + 1) % 4]));
+        let all: BTreeSet<(u32, u32)> = self.quads.iter().flat_map(edges).collect();
         all.iter().filter(|&&(a, b)| !all.contains(&(b, a))).flat_map(|&(a, b)| [a, b]).collect()
     }
 
@@ -192,11 +189,11 @@ pub(crate) struct HeldShares {
     pub(crate) axis: usize,
 }
 
-pub(crate) type LoopShell = ShellDomain<f64, 16>;
+pub(crate) type QuadShell = ShellDomain<f64, 12>;
 
 /// Vertices held along an axis.
 pub(crate) fn hold(
-    shell: &LoopShell,
+    shell: &QuadShell,
     vertices: impl Iterator<Item = usize>,
     axis: usize,
 ) -> Vec<HeldShares> {
@@ -206,7 +203,7 @@ pub(crate) fn hold(
 /// Small displacements of the control points under `loads` \[N\], held by springs much stiffer
 /// than the shell. Control points are eliminated along `axis`.
 pub(crate) fn settled(
-    shell: &mut LoopShell,
+    shell: &mut QuadShell,
     loads: &[Vec3],
     held: &[HeldShares],
     axis: usize,
@@ -288,12 +285,12 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// −∂f/∂u by central differences, control points that are far apart at a time.
-fn stiffness(shell: &mut LoopShell, nudge: f64) -> BTreeMap<(usize, usize), f64> {
+fn stiffness(shell: &mut QuadShell, nudge: f64) -> BTreeMap<(usize, usize), f64> {
     let nodes = shell.mass.len();
     let mut near = vec![BTreeSet::new(); nodes];
     for cell in &shell.surface.cells {
-        for &a in &cell.nodes {
-            near[a as usize].extend(cell.nodes.iter().map(|&b| b as usize));
+        for &a in &cell.nodes[..12] {
+            near[a as usize].extend(cell.nodes[..12].iter().map(|&b| b as usize));
         }
     }
     let mut colours: Vec<Vec<usize>> = Vec::new();

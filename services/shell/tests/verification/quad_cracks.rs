@@ -1,6 +1,6 @@
-//! Cracks that run in strips of triangles: K6s in the plane, K6b in bending.
+//! Cracks that run in strips of quadrilaterals: K6s in the plane, K6b in bending.
 
-use crate::loop_meshes::{LoopShell, Triangles};
+use crate::quad_meshes::{QuadShell, Quads};
 use cullet_geometry::Vec3;
 use cullet_model::Material;
 use cullet_shell::domain::{ShellDomain, ShellMaterial};
@@ -19,28 +19,26 @@ const SIZE: [f64; 2] = [60e-3, 30e-3];
 const STRENGTH: f64 = 60e6;
 const NOTCH: f64 = 20e-3;
 
-/// Which triangles.
+/// Which quadrilaterals.
 #[derive(Clone, Copy, Debug)]
 enum StripMesh {
-    /// Rows of them along the crack.
+    /// Rows of squares along the crack.
     Along,
-    /// Rows across it.
-    Across,
-    /// In no order.
+    /// Squares with their corners moved at random.
     Irregular,
+    /// Rows that cross the line of the crack at up to 35°, there and back.
+    Slanted,
 }
 
-fn triangles(mesh: StripMesh, edge: f64) -> Triangles {
-    let high = edge * 0.75_f64.sqrt();
-    let cells = |size: [f64; 2]| {
-        [(size[0] / edge).round() as usize, 2 * (0.5 * size[1] / high).round() as usize]
-    };
-    let [long, wide] = SIZE;
+fn quads(mesh: StripMesh, edge: f64) -> Quads {
+    let sheet = Quads::sheet(SIZE, SIZE.map(|s| (s / edge).round() as usize));
     match mesh {
-        StripMesh::Along => Triangles::strip(SIZE, cells(SIZE)),
-        StripMesh::Across => Triangles::strip([wide, long], cells([wide, long]))
-            .mapped(|v| Vec3::new(v.y, wide - v.x, 0.0)),
-        StripMesh::Irregular => Triangles::squares(SIZE, cells(SIZE)).irregular(11),
+        StripMesh::Along => sheet,
+        StripMesh::Irregular => sheet.irregular(11),
+        StripMesh::Slanted => sheet.mapped(|v| {
+            let [x, y] = [v.x / SIZE[0], v.y / SIZE[1]].map(|s| s * std::f64::consts::PI);
+            Vec3::new(v.x, v.y + 2.2e-3 * (6.0 * x).sin() * y.sin().powi(2), 0.0)
+        }),
     }
 }
 
@@ -53,29 +51,27 @@ struct StripRun {
     cost: f64,
     /// Energy at the end, with what was taken, over that at the start \[1\].
     ledger: f64,
-    /// Area of broken points over that of one row of triangles along the crack.
+    /// Area of broken points over that of one row of points along the crack.
     rows: f64,
     /// Speed over c_R.
     speed: f64,
-    /// Whether the crack has parted the strip behind its tip, and its splits.
+    /// Whether the crack has parted the strip behind its tip.
     is_open: bool,
-    splits: u64,
-    dead: usize,
 }
 
-struct TriangleStrip {
-    shell: LoopShell,
+struct QuadStrip {
+    shell: QuadShell,
     edge: f64,
 }
 
-impl TriangleStrip {
+impl QuadStrip {
     fn new(mesh: StripMesh, edge: f64, softening_cells: f64) -> Self {
         Self::with_level(mesh, edge, softening_cells, SimdLevel::best())
     }
 
     fn with_level(mesh: StripMesh, edge: f64, softening_cells: f64, level: SimdLevel) -> Self {
-        let mesh = triangles(mesh, edge);
-        let surface = Midsurface::of_triangles(&mesh.vertices, &mesh.triangles).unwrap();
+        let mesh = quads(mesh, edge);
+        let surface = Midsurface::of_quads(&mesh.vertices, &mesh.quads).unwrap();
         let points = surface.points();
         let glass = Material {
             density: 2500.0,
@@ -92,9 +88,9 @@ impl TriangleStrip {
             softening_cells,
         };
         let mut shell = ShellDomain::new(surface, material, level);
-        // The triangles under the line of the notch that are joined to one over it.
+        // The points under the line of the notch that are joined to one over it.
         let line = 0.5 * SIZE[1] - 1e-3 * edge;
-        let place = |shell: &LoopShell, p: usize| shell.surface.surface_point(p).place;
+        let place = |shell: &QuadShell, p: usize| shell.surface.surface_point(p).place;
         for point in 0..points {
             let at = place(&shell, point);
             let is_under = at.y < line && at.x < NOTCH;
@@ -126,9 +122,7 @@ impl TriangleStrip {
         self.shell.velocity.iter_mut().for_each(|v| *v = Vec3::zeros());
         for point in 0..self.shell.points() {
             if !self.shell.state(point).is_broken() {
-                self.shell.change(point, |state| {
-                    (state.strength, state.flaw) = (STRENGTH, STRENGTH);
-                });
+                self.shell.change(point, |state| state.flaw = STRENGTH);
             }
         }
         let before = self.shell.sums();
@@ -154,7 +148,7 @@ impl TriangleStrip {
         let length = self.tip() - start;
         let broken = self.broken();
         let area = |list: &[usize]| list.iter().map(|&p| self.shell.state(p).area).sum::<f64>();
-        let row = self.edge * 0.75_f64.sqrt() * length.max(1e-9);
+        let row = 0.5 * self.edge * length.max(1e-9);
         let when = |s: f64| marks.iter().find(|m| m.1 >= start + s * length).map_or(0.0, |m| m.0);
         StripRun {
             length,
@@ -164,8 +158,6 @@ impl TriangleStrip {
             rows: (area(&broken) - area(&first)) / row,
             speed: 0.5 * length / (when(0.75) - when(0.25)) / 3090.0,
             is_open: self.is_open(start),
-            splits: self.shell.splits(),
-            dead: self.shell.live().filter(|&p| self.shell.state(p).dead).count(),
         }
     }
 
@@ -196,13 +188,13 @@ impl TriangleStrip {
     }
 }
 
-/// Softening length over the size of a triangle, and that size [m].
-const SOFTENING: f64 = 1.0;
-const EDGE: f64 = 2e-3;
+/// Softening length over the size of a quadrilateral, and that size [m].
+const SOFTENING: f64 = 1.1;
+const EDGE: f64 = 1e-3;
 
 /// K6s: a strip between clamped edges, strained across the crack: G = Eε²b/2(1 − ν²).
 fn rice(mesh: StripMesh, ratio: f64) -> StripRun {
-    let mut strip = TriangleStrip::new(mesh, EDGE, SOFTENING);
+    let mut strip = QuadStrip::new(mesh, EDGE, SOFTENING);
     let energy = ratio * TOUGHNESS;
     let strain = (2.0 * energy * (1.0 - POISSON * POISSON) / YOUNG / SIZE[1]).sqrt();
     let nodes = strip.shell.surface.nodes.clone();
@@ -216,15 +208,15 @@ fn rice(mesh: StripMesh, ratio: f64) -> StripRun {
     strip.run(&hold, 200e-6)
 }
 
-/// Control points on the long edges and beyond.
+/// Two rows of control points at the long edges, the outer one beyond them.
 fn held_nodes(nodes: &[Vec3], edge: f64) -> Vec<bool> {
-    nodes.iter().map(|n| n.y < 0.3 * edge || n.y > SIZE[1] - 0.3 * edge).collect()
+    nodes.iter().map(|n| n.y < 0.8 * edge || n.y > SIZE[1] - 0.8 * edge).collect()
 }
 
 /// K6b: a strip bent across the crack by κ, its edges held in slope but not in their plane:
 /// G = Dκ²b/2t.
 fn bent(mesh: StripMesh, ratio: f64) -> StripRun {
-    let mut strip = TriangleStrip::new(mesh, EDGE, SOFTENING);
+    let mut strip = QuadStrip::new(mesh, EDGE, SOFTENING);
     let energy = ratio * TOUGHNESS;
     let bending = YOUNG * THICKNESS.powi(3) / 12.0 / (1.0 - POISSON * POISSON);
     let curvature = (2.0 * energy * THICKNESS / bending / SIZE[1]).sqrt();
@@ -248,52 +240,59 @@ fn strips(
     let found: Vec<StripRun> = work.par_iter().map(|&(mesh, ratio)| run(mesh, ratio)).collect();
     for ((mesh, ratio), run) in work.iter().zip(&found) {
         println!("{what} {mesh:?} at {ratio} G_f: {run:?}");
-        assert!((run.ledger - 1.0).abs() < 0.01, "{what} {mesh:?} at {ratio}: {run:?}");
+        assert!((run.ledger - 1.0).abs() < 0.02, "{what} {mesh:?} at {ratio}: {run:?}");
     }
     found
 }
 
-/// K6s: a crack along rows of triangles costs its energy.
+/// K6s: a crack costs its energy, whatever the rows do.
 #[test]
-fn loop_k6s_a_crack_along_rows_costs_its_energy() {
-    let work = [1.0, 1.3, 1.4, 1.5].map(|ratio| (StripMesh::Along, ratio));
-    let found = strips("Loop K6s", rice, &work);
-    assert!(found[0].length < 1e-3, "a crack runs at G_f");
-    for run in &found[1..] {
-        assert!(run.length > 25e-3 && run.speed < 0.6 && run.rows < 1.3, "{run:?}");
-        assert!(run.splits > 40, "{run:?}");
-        assert!((run.cost - 1.0).abs() < 0.1 && run.is_open && run.dead < 5, "{run:?}");
+fn quad_k6s_a_crack_costs_its_energy() {
+    use StripMesh::{Along, Irregular, Slanted};
+    let work = [Along, Irregular, Slanted]
+        .into_iter()
+        .flat_map(|mesh| [1.0, 1.3, 1.5].map(|ratio| (mesh, ratio)))
+        .collect::<Vec<_>>();
+    let found = strips("Quads, K6s", rice, &work);
+    for found in found.chunks(3) {
+        assert!(found[0].length < 1e-3, "a crack runs at G_f");
+        for run in &found[1..] {
+            assert!(run.length > 25e-3 && run.speed < 0.6 && run.rows < 3.0, "{run:?}");
+            assert!((run.cost - 1.0).abs() < 0.15 && run.is_open, "{run:?}");
+        }
     }
 }
 
-/// What does not work yet: across rows and on irregular triangles a crack stops at once, and one in
-/// bending does not start. None of them makes energy, and none runs at G_f.
+/// K6b: so does one in bending. At 2 G_f those that cross rows damage more than their own line.
 #[test]
-fn loop_k6_cracks_elsewhere_stop() {
-    let work = [StripMesh::Across, StripMesh::Irregular].map(|mesh| (mesh, 1.0));
-    for run in strips("Loop K6s", rice, &work) {
-        assert!(run.length < 2e-3, "{run:?}");
-    }
-    for run in strips("Loop K6b", bent, &[(StripMesh::Along, 1.0)]) {
-        assert!(run.length < 2e-3, "{run:?}");
+fn quad_k6b_a_crack_in_bending_costs_its_energy() {
+    use StripMesh::{Along, Irregular, Slanted};
+    let work = [Along, Irregular, Slanted]
+        .into_iter()
+        .flat_map(|mesh| [1.0, 1.5, 2.0].map(|ratio| (mesh, ratio)))
+        .collect::<Vec<_>>();
+    for found in strips("Quads, K6b", bent, &work).chunks(3) {
+        assert!(found[0].length < 1e-3, "a crack runs at G_f");
+        for (run, bar) in found[1..].iter().zip([0.15, 0.25]) {
+            assert!(run.length > 25e-3 && run.speed < 0.6 && run.rows < 3.0, "{run:?}");
+            assert!((run.cost - 1.0).abs() < bar && run.is_open, "{run:?}");
+        }
     }
 }
 
 /// The same bits of a crack that runs, on every path and for one or two threads.
 #[test]
-fn loop_cracks_have_the_same_bits_everywhere() {
+fn quad_cracks_have_the_same_bits_everywhere() {
     let run = |level: SimdLevel, threads: usize| -> (u64, Vec<[u64; 3]>) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut strip = TriangleStrip::with_level(StripMesh::Along, 4e-3, SOFTENING, level);
+            let mut strip = QuadStrip::with_level(StripMesh::Along, 4e-3, SOFTENING, level);
             let nodes = strip.shell.surface.nodes.clone();
             for (u, at) in strip.shell.displacement.iter_mut().zip(&nodes) {
                 u[1] = 8e-4 * (at.y - 0.5 * SIZE[1]);
             }
             for point in strip.shell.live() {
-                strip.shell.change(point, |state| {
-                    (state.strength, state.flaw) = (STRENGTH, STRENGTH);
-                });
+                strip.shell.change(point, |state| state.flaw = STRENGTH);
             }
             strip.shell.wake_tips();
             for _ in 0..100 {
@@ -304,7 +303,7 @@ fn loop_cracks_have_the_same_bits_everywhere() {
         })
     };
     let first = run(SimdLevel::portable(), 1);
-    let notched = TriangleStrip::new(StripMesh::Along, 4e-3, SOFTENING).shell.splits();
+    let notched = QuadStrip::new(StripMesh::Along, 4e-3, SOFTENING).shell.splits();
     assert!(first.0 > notched + 10, "{} splits", first.0);
     for level in SimdLevel::all() {
         for threads in [1, 2] {

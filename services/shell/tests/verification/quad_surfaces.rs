@@ -1,19 +1,19 @@
-//! Shells on subdivision surfaces of triangles against formulas: S7, S8, S9, E9, S18, S19.
+//! Shells on subdivision surfaces of quadrilaterals against formulas: S7, S8, S9, E9, S18, S19.
 
 use crate::equilibrium::elastic;
-use crate::loop_meshes::{HeldShares, LoopShell, Triangles, hold, settled};
+use crate::quad_meshes::{HeldShares, QuadShell, Quads, hold, settled};
 use cullet_geometry::Vec3;
 use cullet_geometry::math::unit;
 use cullet_shell::domain::ShellDomain;
-use cullet_shell::midsurface::{LoopError, Midsurface};
+use cullet_shell::midsurface::{Midsurface, MidsurfaceError};
 use cullet_simd::{Real, SimdLevel};
 use std::f64::consts::TAU;
 
-fn surface(mesh: &Triangles) -> Midsurface {
-    Midsurface::of_triangles(&mesh.vertices, &mesh.triangles).unwrap()
+fn surface(mesh: &Quads) -> Midsurface {
+    Midsurface::of_quads(&mesh.vertices, &mesh.quads).unwrap()
 }
 
-fn shell(mesh: &Triangles, material: [f64; 3]) -> LoopShell {
+fn shell(mesh: &Quads, material: [f64; 3]) -> QuadShell {
     elastic(surface(mesh), material, SimdLevel::best())
 }
 
@@ -22,21 +22,15 @@ fn assert_near(what: &str, found: f64, wanted: f64, share: f64) {
     assert!((found / wanted - 1.0).abs() <= share, "{what}: {found}, not {wanted}");
 }
 
-fn sphere_of_valences() -> Vec<Triangles> {
-    [4, 5, 6].map(|sectors| Triangles::dome(sectors, 8)).to_vec()
-}
-
-/// The functions add up to one, and reproduce a plane with its tangents, whatever the valences.
+/// The functions add up to one, and reproduce a plane with its tangents, whatever the corners.
 #[test]
-fn loop_functions_reproduce_planes() {
+fn quad_functions_reproduce_planes() {
     let flat = |v: Vec3| Vec3::new(v.x, v.y, 0.3 * v.x - 0.2 * v.y);
-    let meshes = [
-        Triangles::strip([1.0, 0.8], [8, 6]).irregular(3).mapped(flat),
-        Triangles::dome(5, 6).mapped(|v| flat(v * (2.0 - v.z))),
-    ];
-    for mesh in meshes {
-        let surface = surface(&mesh);
-        let mut kinds = std::collections::BTreeSet::new();
+    let sheet = Quads::sheet([1.0, 0.8], [8, 6]).irregular(3);
+    let discs = [3, 5, 6].map(|sectors| Quads::disc(sectors, 3, 3));
+    let mut kinds = std::collections::BTreeSet::new();
+    for mesh in discs.into_iter().chain([sheet]) {
+        let surface = surface(&mesh.mapped(flat));
         for point in 0..surface.points() {
             let (_, table) = surface.at(point);
             kinds.insert(table.value.iter().filter(|v| **v != 0.0).count());
@@ -46,51 +40,55 @@ fn loop_functions_reproduce_planes() {
                 assert!(row.iter().sum::<f64>().abs() < 1e-13);
             }
             let at = surface.surface_point(point);
-            assert!((at.place.z - flat(at.place).z).abs() < 1e-12, "{}", at.place);
-            assert!(at.curvatures.iter().all(|c| c.dot(&at.normal).abs() < 1e-10));
+            assert!((at.place.z - flat(at.place).z).abs() < 1e-9, "{}", at.place);
+            assert!(at.curvatures.iter().all(|c| c.dot(&at.normal).abs() < 1e-7));
         }
-        println!("functions of cells: {kinds:?}");
-        assert!(kinds.len() > 1);
     }
+    println!("functions of cells: {kinds:?}");
+    assert!(kinds.len() > 3);
 }
 
-/// Areas and curvatures of a sphere; vertices lie on the surface.
+/// Areas and radii of half spheres; the middles of quadrilaterals lie on the surface.
 #[test]
-fn loop_surfaces_are_round() {
-    for mesh in sphere_of_valences() {
+fn quad_surfaces_are_round() {
+    for sectors in [3, 4, 5, 6] {
+        let mesh = Quads::dome(sectors, 4, 6);
         let surface = surface(&mesh);
-        let on = surface.at_vertices(&surface.nodes);
-        let off = on.iter().zip(&mesh.vertices).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-        assert!(off < 1e-10, "{off}");
         let points: Vec<_> = (0..surface.points()).map(|p| surface.surface_point(p)).collect();
         let area: f64 = points.iter().map(|p| p.area).sum();
         let far = points.iter().map(|p| (p.place.norm() - 1.0).abs()).fold(0.0, f64::max);
-        println!("sphere: area off by {:.2e}, radius by {far:.2e}", area / TAU - 1.0);
-        assert!((area / TAU - 1.0).abs() < 5e-3 && far < 5e-3);
+        println!("dome of {sectors}: area off by {:.2e}, radius by {far:.2e}", area / TAU - 1.0);
+        assert!((area / TAU - 1.0).abs() < 1e-2 && far < 1e-2);
     }
 }
 
 #[test]
 fn what_is_no_surface_is_refused() {
-    let flat = Triangles::strip([1.0, 1.0], [4, 4]);
+    let flat = Quads::sheet([1.0, 1.0], [4, 4]);
+    let of = |m: &Quads| Midsurface::of_quads(&m.vertices, &m.quads).map(|_| ());
     let mut turned = flat.clone();
-    turned.triangles[3].swap(0, 1);
-    let of = |m: &Triangles| Midsurface::of_triangles(&m.vertices, &m.triangles).map(|_| ());
-    assert!(matches!(of(&turned), Err(LoopError::Edge { .. })));
+    turned.quads[5].reverse();
+    assert!(matches!(of(&turned), Err(MidsurfaceError::Edge { .. })));
     let mut loose = flat.clone();
     loose.vertices.push(Vec3::zeros());
-    assert!(matches!(of(&loose), Err(LoopError::Fan { .. })));
-    let many = Triangles::dome(12, 3);
-    assert!(matches!(of(&many), Err(LoopError::Functions { found: 18, .. })));
-    assert!(matches!(Midsurface::of_triangles(&[], &[]), Err(LoopError::Empty)));
+    assert!(matches!(of(&loose), Err(MidsurfaceError::Fan { vertex: 25 })));
+    let mut twice = flat.clone();
+    twice.quads[7][2] = twice.quads[7][0];
+    assert!(matches!(of(&twice), Err(MidsurfaceError::Corners { quad: 7 })));
+    let mut lost = flat;
+    lost.vertices[3].x = f64::NAN;
+    assert!(matches!(of(&lost), Err(MidsurfaceError::NotFinite { vertex: 3 })));
+    let many = Quads::dome(12, 3, 3);
+    assert!(matches!(of(&many), Err(MidsurfaceError::Functions { found: 17, most: 16, .. })));
+    assert!(matches!(Midsurface::of_quads(&[], &[]), Err(MidsurfaceError::Empty)));
 }
 
 /// S7: the whole Scordelis–Lo roof under its own weight.
 #[test]
-fn loop_s7_a_roof_sags() {
+fn quad_s7_a_roof_sags() {
     for (cells, bar) in [([16, 20], 0.03), ([32, 36], 0.01)] {
         let wide = 80.0_f64.to_radians();
-        let mesh = Triangles::strip([50.0, 25.0 * wide], cells).mapped(|v| {
+        let mesh = Quads::sheet([50.0, 25.0 * wide], cells).mapped(|v| {
             let angle = v.y / 25.0 - 0.5 * wide;
             Vec3::new(25.0 * angle.sin(), v.x - 25.0, 25.0 * angle.cos())
         });
@@ -105,12 +103,12 @@ fn loop_s7_a_roof_sags() {
         let edge =
             mesh.nearest(Vec3::new(25.0 * (0.5 * wide).sin(), 0.0, 25.0 * (0.5 * wide).cos()));
         let sag = -shell.surface.at_vertices(&u)[edge].z;
-        assert_near(&format!("Loop S7, {cells:?}"), sag, 0.3006, bar);
+        assert_near(&format!("Quads, S7, {cells:?}"), sag, 0.3006, bar);
     }
 }
 
 /// Area that each control point has of the surface.
-fn areas(shell: &LoopShell) -> Vec<f64> {
+fn areas(shell: &QuadShell) -> Vec<f64> {
     let mut areas = vec![0.0; shell.mass.len()];
     for point in 0..shell.points() {
         let (nodes, shares) = shell.functions(point);
@@ -122,9 +120,9 @@ fn areas(shell: &LoopShell) -> Vec<f64> {
 
 /// S8: a cylinder between rigid diaphragms, pinched by two forces of 1; the whole of it.
 #[test]
-fn loop_s8_a_cylinder_is_pinched() {
+fn quad_s8_a_cylinder_is_pinched() {
     for (around, rows, bar) in [(64, 40, 0.2), (112, 64, 0.08)] {
-        let mesh = Triangles::tube(around, rows, 600.0)
+        let mesh = Quads::tube(around, rows, 600.0)
             .mapped(|v| Vec3::new(300.0 * v.x, 300.0 * v.y, v.z - 300.0));
         let mut shell = shell(&mesh, [3e6, 0.3, 3.0]);
         let rim: Vec<usize> = mesh.rim().into_iter().map(|v| v as usize).collect();
@@ -139,12 +137,12 @@ fn loop_s8_a_cylinder_is_pinched() {
         );
         let u = settled(&mut shell, &loads, &held, 2, 1e-3);
         let moved = -shell.surface.at_vertices(&u)[at].x;
-        assert_near(&format!("Loop S8, {around} x {rows}"), moved, 1.8248e-5, bar);
+        assert_near(&format!("Quads, S8, {around} x {rows}"), moved, 1.8248e-5, bar);
     }
 }
 
 /// Forces at the vertices nearest to places, on control points.
-fn pushes(shell: &LoopShell, mesh: &Triangles, forces: &[(Vec3, Vec3)]) -> Vec<Vec3> {
+fn pushes(shell: &QuadShell, mesh: &Quads, forces: &[(Vec3, Vec3)]) -> Vec<Vec3> {
     let mut loads = vec![Vec3::zeros(); shell.mass.len()];
     for &(place, force) in forces {
         for (node, share) in shell.surface.vertex_shares(mesh.nearest(place)) {
@@ -155,7 +153,7 @@ fn pushes(shell: &LoopShell, mesh: &Triangles, forces: &[(Vec3, Vec3)]) -> Vec<V
 }
 
 /// S9: a hemisphere pulled and pushed by forces of 2 at its free edge, along the first.
-fn pulled(mesh: &Triangles) -> f64 {
+fn pulled(mesh: &Quads) -> f64 {
     let mut shell = shell(mesh, [6.825e7, 0.3, 0.04]);
     let (x, y) = (10.0 * Vec3::x(), 10.0 * Vec3::y());
     let at = [x, y, -x, -y].map(|place| mesh.nearest(place));
@@ -174,24 +172,24 @@ fn pulled(mesh: &Triangles) -> f64 {
 }
 
 #[test]
-fn loop_s9_a_hemisphere_with_a_hole_is_pulled_and_pushed() {
+fn quad_s9_a_hemisphere_with_a_hole_is_pulled_and_pushed() {
     let top = 72.0_f64.to_radians();
     for (around, rows, bar) in [(48, 16, 0.1), (80, 26, 0.03)] {
-        let mesh = Triangles::tube(around, rows, top).mapped(|v| {
+        let mesh = Quads::tube(around, rows, top).mapped(|v| {
             let r = 10.0 * v.z.cos();
             Vec3::new(r * v.x, r * v.y, 10.0 * v.z.sin())
         });
-        assert_near(&format!("Loop S9, {around} x {rows}"), pulled(&mesh), 0.0934, bar);
+        assert_near(&format!("Quads, S9, {around} x {rows}"), pulled(&mesh), 0.0934, bar);
     }
 }
 
 /// The same without a hole, 0.0924: poles of four, five and six neighbours do no harm.
 #[test]
-fn loop_s9_poles_of_any_valence_do_no_harm() {
-    for (sectors, rows) in [(4, 28), (5, 24), (6, 20)] {
-        let mesh = Triangles::dome(sectors, rows).mapped(|v| 10.0 * v);
+fn quad_s9_poles_of_any_valence_do_no_harm() {
+    for (sectors, core, rings) in [(3, 14, 12), (4, 12, 14), (5, 10, 14), (6, 8, 14)] {
+        let mesh = Quads::dome(sectors, core, rings).mapped(|v| 10.0 * v);
         assert_near(
-            &format!("Loop S9, pole of {sectors}, {rows} rows"),
+            &format!("Quads, S9, pole of {sectors}, {core} and {rings} rows"),
             pulled(&mesh),
             0.0924,
             0.05,
@@ -201,15 +199,10 @@ fn loop_s9_poles_of_any_valence_do_no_harm() {
 
 /// E9: a simply supported square plate under pressure.
 #[test]
-fn loop_e9_a_plate_sags_under_pressure() {
+fn quad_e9_a_plate_sags_under_pressure() {
     for (cells, bar) in [([14, 16], 0.03), ([28, 32], 0.025)] {
-        let flat = Triangles::strip([1.0, 1.0], cells);
-        let kinds = [
-            ("squares", Triangles::squares([1.0, 1.0], cells)),
-            ("irregular squares", Triangles::squares([1.0, 1.0], cells).irregular(2)),
-            ("regular", flat.clone()),
-            ("irregular", flat.irregular(2)),
-        ];
+        let flat = Quads::sheet([1.0, 1.0], cells);
+        let kinds = [("regular", flat.clone()), ("irregular", flat.irregular(2))];
         for (what, mesh) in kinds {
             let mut shell = shell(&mesh, [1e9, 0.3, 0.01]);
             let rim: Vec<usize> = mesh.rim().into_iter().map(|v| v as usize).collect();
@@ -224,22 +217,22 @@ fn loop_e9_a_plate_sags_under_pressure() {
             let stiffness = 1e9 * 1e-6 / 12.0 / (1.0 - 0.09);
             let wanted = 0.00406235 / stiffness * (1.0 - 4.9 * away.norm_squared());
             let sag = shell.surface.at_vertices(&u)[middle].z;
-            assert_near(&format!("Loop E9, {what} {cells:?}"), sag, wanted, bar);
+            assert_near(&format!("Quads, E9, {what} {cells:?}"), sag, wanted, bar);
         }
     }
 }
 
-fn meshes() -> [Triangles; 3] {
+fn meshes() -> [Quads; 3] {
     let bent = |v: Vec3| Vec3::new(0.1 * (v.x / 0.1).sin(), v.y, 0.1 * (v.x / 0.1).cos());
     [
-        Triangles::strip([0.2, 0.1], [14, 8]).irregular(7).mapped(bent),
-        Triangles::dome(5, 7).mapped(|v| 0.1 * v),
-        Triangles::strip([0.2, 0.1], [14, 8]),
+        Quads::sheet([0.2, 0.1], [14, 8]).irregular(7).mapped(bent),
+        Quads::dome(5, 3, 4).mapped(|v| 0.1 * v),
+        Quads::sheet([0.2, 0.1], [14, 8]),
     ]
 }
 
-fn noisy<R: Real>(mesh: &Triangles, level: SimdLevel) -> ShellDomain<R, 16> {
-    let mut shell: ShellDomain<R, 16> = elastic(surface(mesh), [70e9, 0.22, 2e-3], level);
+fn noisy<R: Real>(mesh: &Quads, level: SimdLevel) -> ShellDomain<R, 12> {
+    let mut shell: ShellDomain<R, 12> = elastic(surface(mesh), [70e9, 0.22, 2e-3], level);
     for (n, u) in shell.displacement.iter_mut().enumerate() {
         for (axis, u) in u.iter_mut().enumerate().take(3) {
             *u = 2e-4 * (unit(5, axis as u64, n as u64) - 0.5);
@@ -250,9 +243,9 @@ fn noisy<R: Real>(mesh: &Triangles, level: SimdLevel) -> ShellDomain<R, 16> {
 
 /// S18: f = −∂W/∂x, and neither force nor torque on the whole; none at all when it is only moved.
 #[test]
-fn loop_s18_forces_are_the_slope_of_the_energy() {
+fn quad_s18_forces_are_the_slope_of_the_energy() {
     for mesh in meshes() {
-        let mut shell: LoopShell = noisy(&mesh, SimdLevel::best());
+        let mut shell: QuadShell = noisy(&mesh, SimdLevel::best());
         shell.strain();
         let (mut net, mut torque, mut size) = (Vec3::zeros(), Vec3::zeros(), 0.0);
         for n in 0..shell.mass.len() {
@@ -292,11 +285,11 @@ fn loop_s18_forces_are_the_slope_of_the_energy() {
 
 /// The same bits on every path and for one or two threads, in both precisions.
 #[test]
-fn loop_bits_do_not_depend_on_registers_or_threads() {
-    fn run<R: Real>(mesh: &Triangles, level: SimdLevel, threads: usize) -> Vec<Vec3> {
+fn quad_bits_do_not_depend_on_registers_or_threads() {
+    fn run<R: Real>(mesh: &Quads, level: SimdLevel, threads: usize) -> Vec<Vec3> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut shell: ShellDomain<R, 16> = noisy(mesh, level);
+            let mut shell: ShellDomain<R, 12> = noisy(mesh, level);
             for _ in 0..50 {
                 shell.advance(|_, v| v);
             }
@@ -314,25 +307,28 @@ fn loop_bits_do_not_depend_on_registers_or_threads() {
     }
 }
 
-/// S19: at 0.95 of the stable step energy is kept for ten thousand steps, and at 1.05 it is not: in
-/// the plane on a tube, in bending on a strip whose rows end at a straight rim.
+/// S19: at 0.95 of the stable step energy is kept for ten thousand steps, and in the plane of squares
+/// it is not at 1.1. In bending, and around a pole, the bound is lower than it need be.
 #[test]
-fn loop_s19_the_step_is_stable_up_to_its_bound() {
-    let h = 0.01 * 0.75_f64.sqrt();
-    let strip = Triangles::strip([0.1, 12.0 * h], [10, 12]);
-    let tube = Triangles::tube(60, 12, 12.0 * h).mapped(|v| {
+fn quad_s19_the_step_is_stable_up_to_its_bound() {
+    let strip = Quads::sheet([0.1, 0.12], [10, 12]);
+    let disc = Quads::disc(5, 4, 4).mapped(|v| 0.08 * v);
+    let tube = Quads::tube(60, 12, 0.12).mapped(|v| {
         let r = 0.6 / TAU;
         Vec3::new(r * v.x, r * v.y, v.z)
     });
-    for (mesh, cells) in [(&strip, 0.25), (&strip, 0.5), (&tube, 2.0), (&tube, 4.0)] {
+    let work = [(&strip, 0.5, true), (&strip, 2.0, false), (&tube, 0.5, true), (&tube, 4.0, false)];
+    for (mesh, cells, is_bound_low) in
+        work.into_iter().chain([(&disc, 0.5, true), (&disc, 2.0, true)])
+    {
         let thickness = 0.01 / cells;
-        for (share, holds) in [(0.95, true), (1.05, false)] {
+        for (share, holds) in [(0.95, true), (1.1, is_bound_low)] {
             let mut shell = shell(mesh, [1e6, 0.22, thickness]);
             shell.step = share * shell.stable_step();
             for (n, v) in shell.velocity.iter_mut().enumerate() {
                 *v = Vec3::from([0, 1, 2].map(|k| 1e-6 * (unit(3, k, n as u64) - 0.5)));
             }
-            let mean = |shell: &mut LoopShell| {
+            let mean = |shell: &mut QuadShell| {
                 let mut sum = 0.0;
                 for _ in 0..200 {
                     shell.strain();
@@ -349,7 +345,7 @@ fn loop_s19_the_step_is_stable_up_to_its_bound() {
                 shell.advance(|_, v| v);
             }
             let ratio = mean(&mut shell) / first;
-            println!("Loop S19, l/t {cells}, {share} of the step: energy times {ratio}");
+            println!("Quads, S19, l/t {cells}, {share} of the step: energy times {ratio}");
             assert_eq!((ratio - 1.0).abs() < 1e-3, holds, "l/t {cells}, {share}: {ratio}");
         }
     }
