@@ -84,6 +84,18 @@ fn the_pane() -> &'static (String, Recording) {
 }
 
 #[test]
+fn bottle() {
+    let told = holds("bottle");
+    assert!(told.contains("for bottle broken: shell"), "{told}");
+}
+
+#[test]
+fn bowl() {
+    let told = holds("bowl");
+    assert!(told.contains("for bowl broken: shell"), "{told}");
+}
+
+#[test]
 fn shower() {
     let told = holds("shower");
     assert!(told.contains("diced: the start is solved"), "{told}");

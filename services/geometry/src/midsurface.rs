@@ -14,6 +14,7 @@ pub use not_wall::{
 };
 pub use thicken::thicken;
 
+use crate::inside::Nearest;
 use crate::math::Vec3;
 use crate::mesh::TriMesh;
 use crate::remesh::curved::{CurvedMesh, area_vector, unit_or};
@@ -21,6 +22,50 @@ use crate::remesh::reference_surface::ReferenceSurface;
 use crate::remesh::{self, MAX_SURFACE_TRIANGLES, REFERENCE_EDGE};
 use middle::MiddleSurface;
 use pairing::{WallFace, WallPairs, quantile};
+
+/// What a thin wall is like, before its midsurface is made.
+#[derive(Clone, Debug)]
+pub struct WallOutline {
+    /// Median thickness \[m\].
+    pub thickness: f64,
+    /// Lesser of the square root of a wall's area and the middle extent of its box \[m\].
+    pub width: f64,
+    kind: Vec<WallFace>,
+}
+
+impl WallOutline {
+    /// Of a closed mesh, from its triangles as they are: much less work than
+    /// [`WallSurface::of_mesh`], which may still refuse what this takes.
+    ///
+    /// # Errors
+    /// As [`WallSurface::of_mesh`], but for what only the midsurface shows.
+    pub fn of_mesh(mesh: &TriMesh) -> Result<Self, NotWall> {
+        check_closed(mesh)?;
+        let pairs = WallPairs::of_mesh(mesh)?;
+        let width = check_pairs(mesh, &pairs)?;
+        Ok(Self { thickness: pairs.median, width, kind: pairs.kind })
+    }
+
+    /// How straight a direction goes through the wall of `mesh`, which this is the outline of, at
+    /// a place on it \[m\]: |cos| of the angle to its normal, 0 at a rim.
+    #[must_use]
+    pub fn across(&self, mesh: &TriMesh, place: Vec3, direction: &Vec3) -> f64 {
+        match Nearest::new(mesh).closest(place) {
+            Some((_, _, t)) if self.kind[t] != WallFace::Rim => {
+                unit_or(area_vector(mesh, t), Vec3::zeros()).dot(direction).abs()
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+fn check_closed(mesh: &TriMesh) -> Result<(), NotWall> {
+    if mesh.is_closed() {
+        return Ok(());
+    }
+    let is_open = |e: &&crate::mesh::EdgeUse| (e.forward, e.backward) != (1, 1);
+    Err(NotWall::Open { edges: mesh.edges().iter().filter(is_open).count() })
+}
 
 impl WallSurface {
     /// Finds the midsurface of a closed thin-walled mesh and divides it into triangles with edges
@@ -38,10 +83,7 @@ impl WallSurface {
     /// # Errors
     /// What keeps the body from being a thin wall, with the figure and the bound (F91, F95).
     pub fn of_mesh(mesh: &TriMesh, spacing: f64) -> Result<Self, NotWall> {
-        if !mesh.is_closed() {
-            let is_open = |e: &&crate::mesh::EdgeUse| (e.forward, e.backward) != (1, 1);
-            return Err(NotWall::Open { edges: mesh.edges().iter().filter(is_open).count() });
-        }
+        check_closed(mesh)?;
         // Both walls have to be divided.
         remesh::check_spacing(mesh.area(), spacing)?;
         let fine = CurvedMesh::new(mesh).refined(REFERENCE_EDGE * spacing, MAX_SURFACE_TRIANGLES);
@@ -110,8 +152,8 @@ pub(crate) fn vertex_normals(mesh: &TriMesh) -> Vec<Vec3> {
     sums.into_iter().map(|n| unit_or(n, Vec3::zeros())).collect()
 }
 
-/// Refuses a body that is thick, unpaired, or of very uneven thickness.
-fn check_pairs(mesh: &TriMesh, pairs: &WallPairs) -> Result<(), NotWall> {
+/// Refuses a body that is thick, unpaired, or of very uneven thickness; its width \[m\].
+fn check_pairs(mesh: &TriMesh, pairs: &WallPairs) -> Result<f64, NotWall> {
     let area = |t: usize| area_vector(mesh, t).norm();
     let side = || (0..pairs.kind.len()).filter(|&t| pairs.kind[t] == WallFace::Side);
     let mut extents = mesh.bounds().map_or([0.0; 3], |(low, high)| (high - low).into());
@@ -126,7 +168,7 @@ fn check_pairs(mesh: &TriMesh, pairs: &WallPairs) -> Result<(), NotWall> {
     }
     let at = |share: f64| quantile(side().map(|t| (pairs.thickness[t], area(t))).collect(), share);
     let ratio = at(0.95).unwrap_or(0.0) / at(0.05).unwrap_or(0.0);
-    if ratio > THICKNESS_SPREAD { Err(NotWall::Varies { ratio }) } else { Ok(()) }
+    if ratio > THICKNESS_SPREAD { Err(NotWall::Varies { ratio }) } else { Ok(width) }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //! there, the quads are cut out of the triangles by merges of vertices that keep the topology, so
 //! that holes and pinched vertices cannot arise.
 
+mod crosses;
 mod extract;
 mod hierarchy;
 mod net;
@@ -21,9 +22,9 @@ use crate::remesh::reference_surface::{ReferenceSurface, boundary_loops};
 use crate::remesh::{SurfaceError, check_surface};
 use crate::shapes::{self, ShapeError};
 use crate::wall_surface::WallSurface;
+use crosses::{nearest_arm, tangent};
 use hierarchy::RimHold;
 use net::{QuadNet, SurfaceTopology};
-use orientation::{nearest_arm, tangent};
 use thiserror::Error;
 
 /// Side of the lattice over the wanted edge: each of its squares is divided into four quads.

@@ -32,8 +32,8 @@ pub const FAMILIES: &[FamilyPlan] = &[
     },
     FamilyPlan {
         name: SHELL,
-        about: "Bending and cracks of thin plates of any outline, on their midsurface; `geometric` \
-                takes over where it declines.",
+        about: "Bending and cracks of thin plates and curved walls, on their midsurface; \
+                `geometric` takes over where it declines.",
         fallback: Some(SAMPLED),
         planned: false,
     },

@@ -1,12 +1,17 @@
-//! Whether a body is a thin plate that is hit on its face: then the shell family solves it, for a
-//! tenth of a solid's price [gates 4 and 7].
+//! Whether a body is a thin plate or a thin curved wall that is hit on its face: then the shell
+//! family solves it, for a tenth of a solid's price [gates 4 and 7].
 
 use cullet_geometry::TriMesh;
+use cullet_geometry::midsurface::WallOutline;
 use cullet_geometry::plate::Plate;
 use cullet_world::{BodyView, Hit};
 
 /// Thickness over the smaller extent up to which a plate is solved as a shell [gate 4].
 const SLENDER: f64 = 0.1;
+
+/// Closing speed up to which a shell is asked \[m/s\]: faster, a striker only punches through one,
+/// and what happens in the thickness decides \[measured: R7\].
+const FASTEST: f64 = 50.0;
 
 /// Least share of a hit's direction across the plate: hits along it crush an edge, which a shell
 /// knows nothing of.
@@ -33,11 +38,36 @@ pub(crate) fn treated(view: &BodyView<'_>) -> Option<String> {
 
 /// Why the body is solved as a shell; nothing where it is not.
 pub(crate) fn reason(view: &BodyView<'_>, hits: &[Hit]) -> Option<String> {
-    let plate = thin_plate(&view.solid.mesh).ok()?;
-    let normal = plate.pose.rotation * cullet_geometry::Vec3::z();
-    let across = |hit: &Hit| hit.impact.normal.dot(&normal).abs() >= ACROSS;
-    hits.iter().all(across).then(|| {
-        let times = plate.size[0].min(plate.size[1]) / plate.thickness;
-        format!("a plate {times:.0} times as wide as it is thick, hit on its face: a shell")
+    if hits.iter().any(|hit| hit.impact.closing_speed > FASTEST) {
+        return None;
+    }
+    let mesh = &view.solid.mesh;
+    match thin_plate(mesh) {
+        Ok(plate) => {
+            let normal = plate.pose.rotation * cullet_geometry::Vec3::z();
+            let across = |hit: &Hit| hit.impact.normal.dot(&normal).abs() >= ACROSS;
+            hits.iter().all(across).then(|| {
+                let times = plate.size[0].min(plate.size[1]) / plate.thickness;
+                format!("a plate {times:.0} times as wide as it is thick, hit on its face: a shell")
+            })
+        }
+        // The walls of a shard are seldom told from its cracks.
+        Err(_) if view.generation == 0 => curved(mesh, hits),
+        Err(_) => None,
+    }
+}
+
+/// The same of a body that is no plate.
+fn curved(mesh: &TriMesh, hits: &[Hit]) -> Option<String> {
+    // Most bodies are solid: 2V/A of a wall is its thickness.
+    let area = 0.5 * mesh.area();
+    if mesh.signed_volume() / area > SLENDER * area.sqrt() {
+        return None;
+    }
+    let wall = WallOutline::of_mesh(mesh).ok()?;
+    let times = wall.width / wall.thickness;
+    let across = |hit: &Hit| wall.across(mesh, hit.impact.point, &hit.impact.normal) >= ACROSS;
+    (times * SLENDER >= 1.0 && hits.iter().all(across)).then(|| {
+        format!("a curved wall {times:.0} times as wide as it is thick, hit on its face: a shell")
     })
 }

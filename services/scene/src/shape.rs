@@ -31,6 +31,12 @@ pub fn mesh(shape: &Shape) -> Result<TriMesh, String> {
         Shape::Lathe { profile, wall: Some(wall), segments } => {
             shapes::lathe_shell(profile, *wall, detail(*segments))
         }
+        Shape::Sheet { outline, thickness } => {
+            shapes::extrude(outline, *thickness, Detail::default())
+        }
+        Shape::Shell { profile, thickness, segments } => {
+            shapes::lathe_midline(profile, *thickness, detail(*segments))
+        }
     };
     made.map_err(|error| error.to_string())
 }

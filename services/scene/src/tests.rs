@@ -10,7 +10,7 @@ use cullet_document::files::{Bundle, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 10] = [
+const SHIPPED: [&str; 12] = [
     "pot",
     "four-shapes",
     "bullet",
@@ -19,6 +19,8 @@ const SHIPPED: [&str; 10] = [
     "column",
     "wall",
     "pane",
+    "bottle",
+    "bowl",
     "shower",
     "windscreen",
 ];
@@ -225,7 +227,7 @@ scene.toml:12:11: material.void.density: must be at least 0.01 kg/m3; it is -3 k
   12 | density = -3
      |           ^^
 scene.toml:16:18: body.a.shape.kind: \"bx\" is not one of box, sphere, \
-         cylinder, cone, torus, capsule, extrusion, lathe
+         cylinder, cone, torus, capsule, extrusion, lathe, sheet, shell
   16 | shape = { kind = \"bx\", size = [1, 1, 1] }
      |                  ^^^^
   help: did you mean `box`?

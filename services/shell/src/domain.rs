@@ -11,6 +11,7 @@ mod side_pairs;
 mod sides;
 pub mod split;
 pub mod state;
+mod steady;
 pub mod sums;
 mod tips;
 

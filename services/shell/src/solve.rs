@@ -204,6 +204,10 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let volume = |p: usize| domain.state(p).area * domain.state(p).thickness;
         let volume: f64 = domain.live().map(volume).sum();
         domain.scale_mass(local.solid.mesh.signed_volume() / volume);
+        let heavier = match wall.is_flat {
+            true => 0.0,
+            false => domain.steady(wall.step(&domain.surface.steps, material)),
+        };
         let schedule = ShellSchedule::new(&local);
         let strikers: Vec<ShellStriker> = local
             .impacts
@@ -218,7 +222,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let record = ShellRecord::default();
         let mut solve =
             Self { record, local, wall, treatment, domain, strikers, supports, schedule };
-        solve.record.warnings = solve.first_warnings();
+        solve.record.warnings = solve.first_warnings(heavier);
         solve
     }
 

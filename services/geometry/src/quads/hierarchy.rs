@@ -1,6 +1,6 @@
 //! The graph of a surface's vertices, and coarser and coarser copies of it.
 
-use super::orientation::{nearest_arm, tangent};
+use super::crosses::{nearest_arm, tangent};
 use crate::math::Vec3;
 use crate::mesh::TriMesh;
 use crate::midsurface::vertex_normals;

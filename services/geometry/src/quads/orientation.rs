@@ -1,8 +1,8 @@
 //! Which way the quads lie: a field of crosses, smooth over the surface and straight along rims.
 
+use super::crosses::{nearest_arm, nearest_arms, tangent};
 use super::hierarchy::FieldLevel;
 use crate::math::{Vec3, unit};
-use crate::remesh::curved::unit_or;
 use nalgebra::Complex;
 
 /// Gauss–Seidel sweeps of the crosses as seen in space.
@@ -109,13 +109,6 @@ fn carried(way: Vec3, normal: Vec3, other: Vec3) -> Vec3 {
     if sum > 1e-6 { way - (normal + other) * (way.dot(&other) / sum) } else { tangent(way, other) }
 }
 
-/// The unit vector of the tangent plane nearest to `way`.
-pub(super) fn tangent(way: Vec3, normal: Vec3) -> Vec3 {
-    let flat = way - normal * way.dot(&normal);
-    let other = Vec3::ith(normal.iamin(), 1.0);
-    unit_or(flat, unit_or(other - normal * other.dot(&normal), other))
-}
-
 /// Replaces each cross by the mean of those around it.
 fn sweep(level: &FieldLevel, field: &mut [Vec3]) {
     for v in 0..field.len() {
@@ -132,29 +125,6 @@ fn sweep(level: &FieldLevel, field: &mut [Vec3]) {
         }
         field[v] = mean;
     }
-}
-
-/// The two arms, one of each cross, that are nearest to each other.
-fn nearest_arms(p: Vec3, m: Vec3, q: Vec3, n: Vec3) -> (Vec3, Vec3) {
-    let (ours, theirs) = ([p, m.cross(&p)], [q, n.cross(&q)]);
-    let mut best = (-1.0, p, q);
-    for a in ours {
-        for b in theirs {
-            let cosine = a.dot(&b);
-            if cosine.abs() > best.0 {
-                best = (cosine.abs(), a, if cosine < 0.0 { -b } else { b });
-            }
-        }
-    }
-    (best.1, best.2)
-}
-
-/// The arm of a cross in the same plane as `way` that is nearest to it.
-pub(super) fn nearest_arm(way: Vec3, arm: Vec3, normal: Vec3) -> Vec3 {
-    let side = normal.cross(&arm);
-    let (along, across) = (way.dot(&arm), way.dot(&side));
-    let (cosine, arm) = if along.abs() >= across.abs() { (along, arm) } else { (across, side) };
-    if cosine < 0.0 { -arm } else { arm }
 }
 
 /// The field on a coarser level: the mean of each vertex's crosses.

@@ -1,7 +1,7 @@
 //! Moves the vertices of a net of quads so that each quad is nearly a square.
 
+use super::crosses::tangent;
 use super::net::QuadNet;
-use super::orientation::tangent;
 use crate::math::Vec3;
 use crate::remesh::curved::unit_or;
 use crate::remesh::editable::VertexRole;

@@ -3,7 +3,8 @@
 use crate::common;
 
 use common::*;
-use cullet_geometry::Vec3;
+use cullet_geometry::shapes::{Detail, lathe_midline};
+use cullet_geometry::{Solid, Vec3};
 use cullet_plan::{AccuracyTarget, Decision, Policy, SolveLimits, SolveOrder, decide, family};
 use cullet_world::{BodyId, BodySpec, Hit, World};
 
@@ -105,4 +106,41 @@ fn a_plate_that_is_hit_on_its_face_is_a_shell() {
     assert_eq!(of(pane, None, true).family, family::DEFAULT, "its strength has a direction");
     assert_eq!(of(Vec3::new(0.1, 0.1, 0.02), None, false).family, family::DEFAULT, "thick");
     assert_eq!(of(Vec3::new(0.1, 0.008, 0.1), None, false).family, family::DEFAULT, "on its edge");
+}
+
+#[test]
+fn a_curved_wall_that_is_hit_on_its_face_is_a_shell() {
+    let arc = |k: i32| {
+        let angle = f64::from(k) * 0.1;
+        [0.08 * libm::sin(angle), 0.08 - 0.08 * libm::cos(angle)]
+    };
+    let profile: Vec<[f64; 2]> = (0..=15).map(arc).collect();
+    let of = |thickness: f64, place: Vec3, speed: f64| {
+        let mut world = World::new(weightless()).unwrap();
+        put(&mut world, floor());
+        let detail = Detail { segments: 48, edge: None };
+        let mut bowl = lathe_midline(&profile, thickness, detail).unwrap();
+        let middle = bowl.mass_properties().centroid;
+        bowl.vertices.iter_mut().for_each(|x| *x -= middle);
+        let hull = bowl.vertices.clone();
+        // Its hollow opens downward.
+        let turn = nalgebra::UnitQuaternion::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
+        let mut spec = body("bowl", (Solid::outer(bowl), vec![hull]), GLASS, Vec3::z() * 0.12);
+        spec.pose.rotation = turn;
+        let bowl = put(&mut world, spec);
+        let ball = body("ball", sphere(0.02, 8), STEEL, place);
+        put(&mut world, BodySpec { velocity: -Vec3::z() * speed, breakable: false, ..ball });
+        let all = until_hit(&mut world, 240);
+        let hits: Vec<Hit> = all.into_iter().filter(|hit| hit.body == bowl).collect();
+        match decide(&world, bowl, &hits, &policy(None, None)) {
+            Some(Decision::Solve(order)) => (order.family, order.reasons),
+            other => panic!("{other:?}"),
+        }
+    };
+    let top = Vec3::new(0.004, 0.0, 0.3);
+    let (family, reasons) = of(0.004, top, 30.0);
+    assert_eq!(family, family::SHELL);
+    assert!(reasons[0].contains("times as wide as it is thick"), "{reasons:?}");
+    assert_eq!(of(0.03, top, 30.0).0, family::DEFAULT, "thick");
+    assert_eq!(of(0.004, top, 60.0).0, family::DEFAULT, "a shell only punches");
 }

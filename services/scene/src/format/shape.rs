@@ -110,6 +110,32 @@ pub enum Shape {
         #[schemars(range(min = 3, max = 256))]
         segments: u32,
     },
+    /// A flat sheet in x and y. Its origin is the outline's own, at half its thickness.
+    Sheet {
+        /// Corners of its outline as (x, y), in order, either way round \[m\]: at least three that
+        /// differ. Edges must not cross or touch.
+        #[schemars(schema_with = "unit::points2")]
+        outline: Vec<[f64; 2]>,
+        /// Thickness along z \[m\].
+        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
+        thickness: f64,
+    },
+    /// A thin wall about a line that is turned about z: a bottle, a bowl, a bulb. A line with both
+    /// ends on the axis makes a closed one with a cavity. Its origin is the line's own.
+    Shell {
+        /// The middle of the wall from bottom to top as (radius, height) \[m\]. Radii are not
+        /// negative; only the first and the last point may lie on the axis. The line must not cross
+        /// itself, and must leave room for half the thickness on either side.
+        #[schemars(schema_with = "unit::points2")]
+        profile: Vec<[f64; 2]>,
+        /// Thickness of the wall \[m\].
+        #[schemars(schema_with = "unit::length", extend("exclusiveMinimum" = 0))]
+        thickness: f64,
+        /// Number of corners around it \[1\].
+        #[serde(default = "default_segments")]
+        #[schemars(range(min = 3, max = 256))]
+        segments: u32,
+    },
 }
 
 const fn default_segments() -> u32 {

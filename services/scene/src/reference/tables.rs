@@ -205,6 +205,20 @@ const SHAPES: &[(&str, &str)] = &[
 ] }
 "#,
     ),
+    (
+        "sheet",
+        r#"shape = { kind = "sheet", thickness = "4 mm", outline = [
+    [0, 0], ["30 cm", 0], ["25 cm", "20 cm"], ["5 cm", "20 cm"],
+] }
+"#,
+    ),
+    (
+        "shell",
+        r#"shape = { kind = "shell", thickness = "4 mm", profile = [
+    [0, 0], [0.03, 0], [0.055, 0.02], [0.07, 0.05], [0.075, 0.08],
+] }
+"#,
+    ),
 ];
 
 const ROTATION: &str = r#"[[body]]

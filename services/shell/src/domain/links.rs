@@ -208,8 +208,8 @@ impl Links {
         found.len() >= LEAST_PART
     }
 
-    /// Components of `points` (ascending) by whole links among them. Points of parts that are too small, and dead ones, go with the first neighbour
-    /// that is of a part.
+    /// Components of `points` (ascending) by whole links among them. Points of parts that are too
+    /// small, and dead ones, go with the first neighbour that is of a part.
     pub(super) fn components(&self, surface: &Midsurface, points: &[u32]) -> Vec<Vec<u32>> {
         let small: Vec<bool> = points.iter().map(|&p| !self.is_part(surface, p)).collect();
         let mut labels = PointLabels { links: self, surface, points, of: Vec::new(), count: 0 };

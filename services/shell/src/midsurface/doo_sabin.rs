@@ -14,21 +14,21 @@ const REGULAR: usize = 4;
 /// Divisions after which a place counts as one in a regular cell: only a corner needs more.
 const DEEPEST: usize = 30;
 
-/// Shares of control points.
-type Shares = [f64; MOST_FUNCTIONS];
+/// ControlShares of control points.
+type ControlShares = [f64; MOST_FUNCTIONS];
 
 /// Values of functions and R,1 R,2 R,11 R,22 R,12.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CellFunctions {
-    pub(super) value: Shares,
-    pub(super) derivatives: [Shares; 5],
+    pub(super) value: ControlShares,
+    pub(super) derivatives: [ControlShares; 5],
 }
 
 /// The faces around a cell's control point, counter-clockwise, from the one between the ways of
 /// rising first and second parameter on. Each is a loop of points, as shares of the cell's control
 /// points, counter-clockwise from the cell's own on.
 #[derive(Clone, Debug)]
-pub(super) struct CellFaces([Vec<Shares>; 4]);
+pub(super) struct CellFaces([Vec<ControlShares>; 4]);
 
 impl CellFaces {
     /// Of a cell whose control points are in order its own, the four that it shares an edge with,
@@ -74,7 +74,7 @@ impl CellFaces {
     }
 
     /// The new point of a corner of a face.
-    fn point(&self, face: usize, corner: usize) -> Shares {
+    fn point(&self, face: usize, corner: usize) -> ControlShares {
         let points = &self.0[face];
         let n = points.len();
         let mut sum = [0.0; MOST_FUNCTIONS];
@@ -111,7 +111,7 @@ impl CellFaces {
             ]
         };
         let (a, b) = (basis(s), basis(t));
-        let row = |i: usize, j: usize| -> Shares {
+        let row = |i: usize, j: usize| -> ControlShares {
             let mut sum = [0.0; MOST_FUNCTIONS];
             for (k, point) in grid.iter().enumerate() {
                 let share = a[i][k % 3] * b[j][k / 3];

@@ -19,6 +19,9 @@ const ACROSS: f64 = 24.0;
 /// Spacing over √(Rt), the length over which a curved wall bends, for R half of its middle extent.
 const BENT: f64 = 0.33;
 
+/// Fewest cells of a curved wall that are wanted.
+const FEWEST: f64 = 2500.0;
+
 /// Bytes that a control point needs with its cell and its four points.
 const BYTES: f64 = 4000.0;
 
@@ -101,7 +104,7 @@ impl ShellPlan {
             );
             return Err(unfit(&lack));
         }
-        let bent = BENT * (t * 0.5 * extent).sqrt();
+        let bent = (BENT * (t * 0.5 * extent).sqrt()).min((area / FEWEST).sqrt());
         let size = WallSize { thickness: t, least: extent, bent, area };
         let spacing = spacing(problem, &size, area)?;
         let cost = cost(problem, &size, spacing, StepBounds::EVEN)?;

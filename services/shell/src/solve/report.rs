@@ -12,13 +12,16 @@ const THROUGH: f64 = 0.5;
 /// How far the energy may be from what was given before it is worth a word \[1\].
 const LEDGER: f64 = 0.02;
 
+/// Mass added to small cells, over that of the body, above which it is worth a word \[1\].
+const HEAVIER: f64 = 0.01;
+
 impl<R: Real, const N: usize> ShellSolve<R, N> {
     /// Impulse that the strikers have given \[N·s\].
     fn delivered(&self) -> f64 {
         self.strikers.iter().map(ShellStriker::delivered).sum()
     }
 
-    pub(super) fn first_warnings(&self) -> Vec<String> {
+    pub(super) fn first_warnings(&self, heavier: f64) -> Vec<String> {
         let mut warnings = Vec::new();
         let tip = self.domain.tip_strength(self.wall.spacing);
         let strength = self.local.material.failure_stress;
@@ -27,6 +30,12 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
                 "toughness-controlled: cracks grow at {:.3} of the material's strength at this \
                  spacing (F01)",
                 tip / strength
+            ));
+        }
+        if heavier > HEAVIER {
+            warnings.push(format!(
+                "small cells: {heavier:.3} of the mass was added to them so that they need no \
+                 smaller step"
             ));
         }
         warnings

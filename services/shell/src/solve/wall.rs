@@ -1,12 +1,13 @@
 //! The wall that is solved: the midsurface of a body and how thick it is.
 
-use crate::midsurface::{Midsurface, placed};
+use crate::domain::STEP_SHARE;
+use crate::midsurface::{Midsurface, StepBounds, placed};
 use cullet_geometry::Pose;
 use cullet_geometry::inside::Inside;
 use cullet_geometry::math::unit;
 use cullet_geometry::plate::Plate;
 use cullet_geometry::quads::QuadSurface;
-use cullet_model::{BrittleProblem, Refusal};
+use cullet_model::{BrittleProblem, Material, Refusal};
 
 /// How the rows of a plate's cells lie to its sides, by the seed: from this, and up to this more
 /// \[rad\].
@@ -18,6 +19,9 @@ const STREAM: u64 = 0x5e11;
 
 /// l_c over the size of a cell: what makes a crack that runs cost G_f  \[measured: K6s\].
 pub(crate) const SOFTENING_CELLS: f64 = 1.1;
+
+/// Size of the cells that set the step of a curved wall over that of most  \[1\].
+const SMALL: f64 = 0.85;
 
 /// A wall, made discrete.
 #[derive(Debug)]
@@ -70,6 +74,13 @@ impl ThinWall {
         let typical = thickness.iter().sum::<f64>() / thickness.len() as f64;
         let wall = Self { thickness, typical, spacing, pose: Pose::identity(), is_flat: false };
         Ok((wall, surface))
+    }
+
+    /// Step of a curved wall: that of cells somewhat smaller than most \[s\].
+    pub(super) fn step(&self, bounds: &StepBounds, material: &Material) -> f64 {
+        let modulus = material.young / (1.0 - material.poisson * material.poisson);
+        let speed = (modulus / material.density).sqrt();
+        STEP_SHARE * bounds.step(SMALL * self.spacing, self.typical, speed)
     }
 
     /// Where a place in the frame of the solve is in the body's.

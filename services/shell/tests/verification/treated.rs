@@ -115,7 +115,7 @@ fn heat_strengthened_glass_needs_a_faster_ball() {
     };
     let strengthened = Treatment::HeatStrengthened { surface_stress: 40e6 };
     let treated = |speed| solve(problem(speed), strengthened).fragments.len();
-    let speeds = [0.8, 1.3, 2.0, 3.0, 4.5];
+    let speeds = [0.8, 1.3, 1.5, 1.7, 2.0, 3.0, 4.5];
     let [plain, strong]: [Vec<usize>; 2] =
         [speeds.map(annealed).to_vec(), speeds.map(treated).to_vec()];
     println!("at {speeds:?} m/s: annealed {plain:?}, heat-strengthened {strong:?}");
