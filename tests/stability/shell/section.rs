@@ -5,16 +5,12 @@ use super::{GLASS, THICKNESS};
 use cullet_shell::kernel::SurfaceStrain;
 use cullet_shell::section::{PointState, SectionLaw, SectionTally, bending_scale};
 
-/// What a section costs that is torn in its plane, over G_f: 1 − ν², for the law measures stress by
-/// E/(1 − ν²) and energy by E.
-const TORN: f64 = 1.0 - 0.3 * 0.3;
-
-/// Softening length \[m\], at which σ_f²l/2EG_f is 0.8.
 /// The same softening length across a crack of any direction.
 fn square(length: f64) -> [f64; 3] {
     [length * length, length * length, 0.0]
 }
 
+/// Softening length \[m\], at which σ_f²l/2EG_f is 0.8.
 fn length() -> f64 {
     0.8 * 2.0 * GLASS.young * GLASS.fracture_energy / GLASS.failure_stress.powi(2)
 }
@@ -96,8 +92,9 @@ fn f80_a_bending_crack_costs_what_a_torn_one_does() {
     let torn = work(length(), strength, false);
     let bend = work(length(), strength, true);
     println!("F80: torn {torn:.3}, bent {bend:.3} G_f");
-    assert!((torn - TORN).abs() < 0.02, "{torn}");
-    assert!((bend - 1.0).abs() < 0.1, "{bend}");
+    assert!((torn - 1.0).abs() < 0.02, "{torn}");
+    // The scale of 0.22 is rounded down, and ν is 0.3 here: 1.10.
+    assert!((bend - 1.0).abs() < 0.12, "{bend}");
     // A length over the scale takes it out again: such a law has the length of a torn one.
     let long = length() / bending_scale(1.0);
     let cheap = work(long, strength, true) * length() / long;
@@ -127,7 +124,8 @@ fn f81_a_cut_section_bears_no_pressure() {
 fn f82_equal_tension_opens_one_crack() {
     let (law, mut tally) = (law(), SectionTally::default());
     let mut state = PointState::new(GLASS.failure_stress, square(length()), THICKNESS, 1.0);
-    state.flaw = f64::INFINITY;
+    // A second crack would need more than there is.
+    (state.tip, state.flaw) = (GLASS.failure_stress, f64::INFINITY);
     let even = |e: f64| SurfaceStrain { membrane: [e, e, 0.0], bending: [0.0; 3] };
     let mut e = 0.0;
     while !state.is_broken() {
@@ -150,14 +148,14 @@ fn f82_equal_tension_opens_one_crack() {
 fn f97_softening_follows_the_strength_in_force() {
     for share in [1.0, 0.6, 0.3] {
         let cost = work(length(), share * GLASS.failure_stress, false);
-        assert!((cost - TORN).abs() < 0.02, "{share}: {cost}");
+        assert!((cost - 1.0).abs() < 0.02, "{share}: {cost}");
     }
     // H of the flaw with the strength of a tip: x/(1 − x) is that of another G_f.
     let law = law();
     let [own, tip] = [1.0, 0.3].map(|s| law.softening(s * GLASS.failure_stress, length(), 0.0));
     let energy = |hardness: f64, strength: f64| {
         let x = hardness / (1.0 + hardness);
-        strength * strength * length() / (2.0 * GLASS.young * x)
+        strength * strength * length() / (2.0 * law.elastic.modulus * x)
     };
     let strength = 0.3 * GLASS.failure_stress;
     assert!((energy(tip, strength) / GLASS.fracture_energy - 1.0).abs() < 1e-9);
