@@ -223,8 +223,6 @@ pub(super) struct ShellSupport {
     mobility: f64,
     depth: f64,
     delivered: f64,
-    /// Work that it has done on the shell, less what its moving away took \[J\].
-    work: f64,
 }
 
 impl ShellSupport {
@@ -243,13 +241,13 @@ impl ShellSupport {
             mobility: support.mobility,
             depth: 0.0,
             delivered: 0.0,
-            work: 0.0,
         }
     }
 
-    /// Energy that it has taken from the shell \[J\].
+    /// Energy that it has taken from the shell, in its spring and in its motion \[J\].
     pub(super) fn stored(&self) -> f64 {
-        -self.work
+        let depth = self.depth.max(0.0);
+        0.5 * (self.stiffness * depth * depth + self.mobility * self.delivered * self.delivered)
     }
 
     /// Where it pushes, and what it has given \[N·s\].
@@ -258,11 +256,11 @@ impl ShellSupport {
     }
 
     pub(super) fn push<R: Real, const N: usize>(&mut self, domain: &mut ShellDomain<R, N>) {
-        let force = self.stiffness * self.depth.max(0.0);
         let speed = self.patch.speed(domain);
         let own = -self.mobility * self.delivered;
         self.depth -= (speed - own) * domain.step;
-        self.work += force * speed * domain.step;
+        // Of where the shell is now: a force that lags would feed it energy.
+        let force = self.stiffness * self.depth.max(0.0);
         if force > 0.0 {
             self.delivered += force * domain.step;
             self.patch.press(domain, force);
