@@ -38,7 +38,8 @@ pub enum MidsurfaceError {
     /// A vertex that has no quadrilateral, one whose quadrilaterals are no single fan, or one
     /// inside the surface with fewer than three.
     #[error(
-        "the quadrilaterals around vertex {vertex} of the midsurface are not one fan of three or more"
+        "the quadrilaterals around vertex {vertex} of the midsurface are not one fan of three or \
+         more"
     )]
     Fan {
         /// Which.

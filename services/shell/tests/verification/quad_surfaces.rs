@@ -307,8 +307,8 @@ fn quad_bits_do_not_depend_on_registers_or_threads() {
     }
 }
 
-/// S19: at 0.95 of the stable step energy is kept for ten thousand steps, and in the plane of squares
-/// it is not at 1.1. In bending, and around a pole, the bound is lower than it need be.
+/// S19: at 0.95 of the stable step energy is kept for ten thousand steps, and in the plane of
+/// squares it is not at 1.1. In bending, and around a pole, the bound is lower than it need be.
 #[test]
 fn quad_s19_the_step_is_stable_up_to_its_bound() {
     let strip = Quads::sheet([0.1, 0.12], [10, 12]);
