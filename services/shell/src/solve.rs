@@ -28,7 +28,7 @@ use cullet_model::{
 };
 use cullet_simd::{Real, SimdLevel};
 pub(crate) use preconditions::{SLENDER, refusal};
-use preconditions::{ShellPlan, ThinBody};
+use preconditions::{ShellPlan, ThinBody, wall_surface};
 use schedule::ShellSchedule;
 pub(crate) use wall::SOFTENING_CELLS;
 use wall::ThinWall;
@@ -79,24 +79,13 @@ impl Solver for ShellSolver {
         let (problem, treatment) = BrittleProblem::treated(problem, Self::NAME)?;
         let ShellPlan { body, spacing, .. } = ShellPlan::new(&problem)?;
         treated::check(treatment.as_ref(), &body)?;
-        let (level, precision) = (SimdLevel::best(), problem.settings.precision);
-        Ok(Self(match (body, precision) {
-            (ThinBody::Plate(plate), precision) => {
-                let wall = ThinWall::of_plate(&plate, &problem, spacing)?;
-                match precision {
-                    PointPrecision::Single => {
-                        Box::new(ShellSolve::<f32, 9>::of_wall(&problem, treatment, wall, level))
-                    }
-                    PointPrecision::Double => {
-                        Box::new(ShellSolve::<f64, 9>::of_wall(&problem, treatment, wall, level))
-                    }
-                }
+        let wall = match body {
+            ThinBody::Plate(plate) => ThinWall::of_plate(&plate, &problem, spacing)?,
+            ThinBody::Wall(flat) => {
+                ThinWall::of_surface(&wall_surface(&problem, &flat, spacing)?, spacing)?
             }
-            (ThinBody::Wall(surface), precision) => {
-                let wall = ThinWall::of_surface(&surface, spacing)?;
-                curved(&problem, treatment, wall, precision, level)
-            }
-        }))
+        };
+        Ok(Self(of_functions(&problem, treatment, wall)))
     }
 
     fn advance(&mut self) -> Progress {
@@ -104,16 +93,15 @@ impl Solver for ShellSolver {
     }
 }
 
-/// A curved wall, with as many functions a cell as it needs.
-fn curved(
+/// The solve of a wall, with as many functions a cell as it needs.
+fn of_functions(
     problem: &BrittleProblem,
     treatment: Option<Treatment>,
     wall: (ThinWall, Midsurface),
-    precision: PointPrecision,
-    level: SimdLevel,
 ) -> Box<dyn InSlices> {
     use PointPrecision::{Double, Single};
-    match (wall.1.functions, precision) {
+    let level = SimdLevel::best();
+    match (wall.1.functions, problem.settings.precision) {
         (..=9, Single) => Box::new(ShellSolve::<f32, 9>::of_wall(problem, treatment, wall, level)),
         (..=9, Double) => Box::new(ShellSolve::<f64, 9>::of_wall(problem, treatment, wall, level)),
         (..=12, Single) => {

@@ -139,3 +139,26 @@ fn what_is_no_wall_is_refused_with_its_figure() {
     let tight = refused(&tight, 0.002);
     assert!(matches!(tight, NotWall::Thick { .. } | NotWall::Sharp { .. }), "{tight}");
 }
+
+/// What a plan asks before there is a midsurface: how thick, and whether a hit goes through the
+/// wall or lands on its rim.
+#[test]
+fn an_outline_tells_walls_from_rims() {
+    let profile: Vec<[f64; 2]> = (0..=12)
+        .map(|k| {
+            let (sin, cos) = libm::sincos(f64::from(k) * 0.1);
+            [if k == 0 { 0.0 } else { 0.08 * sin }, 0.08 - 0.08 * cos]
+        })
+        .collect();
+    let mesh = lathe_midline(&profile, 0.004, Detail { segments: 48, edge: None }).unwrap();
+    let wall = WallOutline::of_mesh(&mesh).unwrap();
+    assert!((wall.thickness / 0.004 - 1.0).abs() < 0.05, "{}", wall.thickness);
+    assert!((wall.width / wall.thickness) > 20.0);
+    let across = |place: Vec3, way: Vec3| wall.across(&mesh, place, &way);
+    let foot = Vec3::new(0.003, 0.001, -0.002);
+    assert!(across(foot, Vec3::z()) > 0.95 && across(foot, Vec3::x()) < 0.3);
+    let [r, z] = profile[12];
+    let (sin, cos) = libm::sincos(1.2);
+    assert_eq!(across(Vec3::new(r, 0.0, z), Vec3::new(cos, 0.0, sin)), 0.0, "the rim");
+    assert!(WallOutline::of_mesh(&sphere(0.05, Detail::default()).unwrap()).is_err());
+}

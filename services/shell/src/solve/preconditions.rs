@@ -38,8 +38,8 @@ pub(super) struct ShellPlan {
 pub(super) enum ThinBody {
     /// A flat one, of any outline.
     Plate(Plate),
-    /// A curved one.
-    Wall(QuadSurface),
+    /// A curved one, if its walls pair: why it is no flat one.
+    Wall(NotPlate),
 }
 
 /// What decides about spacing and cost.
@@ -70,7 +70,7 @@ impl ShellPlan {
         check(problem)?;
         match Plate::of_mesh(&problem.solid.mesh) {
             Ok(plate) => Self::of_plate(problem, plate),
-            Err(flat) => Self::of_wall(problem, &flat),
+            Err(flat) => Self::of_wall(problem, flat),
         }
     }
 
@@ -84,7 +84,7 @@ impl ShellPlan {
         Ok(Self { body: ThinBody::Plate(plate), spacing, cost })
     }
 
-    fn of_wall(problem: &BrittleProblem, flat: &NotPlate) -> Result<Self, Refusal> {
+    fn of_wall(problem: &BrittleProblem, flat: NotPlate) -> Result<Self, Refusal> {
         let mesh = &problem.solid.mesh;
         // Both walls and little else: V = tA/2.
         let area = 0.5 * mesh.area();
@@ -92,27 +92,37 @@ impl ShellPlan {
         extents.sort_by(f64::total_cmp);
         let extent = extents[1];
         let t = mesh.signed_volume() / area;
-        let unfit = |lack: &dyn std::fmt::Display| {
-            let lack = format!("it is no flat plate ({flat}) and no curved wall ({lack})");
-            Refusal::Unfit { solver: "shell", lack }
-        };
         let ratio = t / area.sqrt();
         if ratio > SLENDER {
             let lack = format!(
                 "2V/A is {ratio:.2} of the square root of half its surface A; a \
                                 thin wall has at most {SLENDER}"
             );
-            return Err(unfit(&lack));
+            return Err(neither(&flat, &lack));
         }
         let bent = (BENT * (t * 0.5 * extent).sqrt()).min((area / FEWEST).sqrt());
         let size = WallSize { thickness: t, least: extent, bent, area };
         let spacing = spacing(problem, &size, area)?;
         let cost = cost(problem, &size, spacing, StepBounds::EVEN)?;
-        let wall = WallSurface::of_mesh(mesh, spacing).map_err(|lack| unfit(&lack))?;
-        let wall =
-            QuadSurface::of_wall(&wall, spacing, problem.seed).map_err(|lack| unfit(&lack))?;
-        Ok(Self { body: ThinBody::Wall(wall), spacing, cost })
+        Ok(Self { body: ThinBody::Wall(flat), spacing, cost })
     }
+}
+
+/// The midsurface of a body that may be a curved wall, in cells of about `spacing` \[m\]. `flat` is
+/// why it is no plate.
+pub(super) fn wall_surface(
+    problem: &BrittleProblem,
+    flat: &NotPlate,
+    spacing: f64,
+) -> Result<QuadSurface, Refusal> {
+    let wall = WallSurface::of_mesh(&problem.solid.mesh, spacing);
+    let wall = wall.map_err(|lack| neither(flat, &lack))?;
+    QuadSurface::of_wall(&wall, spacing, problem.seed).map_err(|lack| neither(flat, &lack))
+}
+
+fn neither(flat: &NotPlate, lack: &dyn std::fmt::Display) -> Refusal {
+    let lack = format!("it is no flat plate ({flat}) and no curved wall ({lack})");
+    Refusal::Unfit { solver: "shell", lack }
 }
 
 /// Size of a cell \[m\], for as many as an area of `area` \[m²\] may have.
