@@ -12,7 +12,7 @@ use cullet_files::output::UNFINISHED;
 use cullet_pool::bundle;
 use cullet_proto::service::{FileInfo, Position, codes, hex_of};
 use cullet_run::{News, Outcome, RunError, RunOptions, run};
-use cullet_scene::load_bundle;
+use cullet_scene::{Scene, load_bundle};
 use std::fs::{self, File};
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
@@ -67,6 +67,13 @@ impl Ended {
     }
 }
 
+/// Where a run stands before its world is built. That can take seconds and most of its memory, and
+/// who looks for the largest run has to find it by then.
+fn start_of(scene: &Scene) -> Position {
+    let (end, bodies) = (scene.world.duration, scene.bodies.len() as u64);
+    Position { time: 0.0, end, bodies, fractures: 0, jobs: 0, permille: 0 }
+}
+
 impl RunAttempt {
     /// Runs the scene to its end, to trouble, or until it is asked to stop.
     pub(super) fn run(mut self, pool: &dyn ReportingPool) -> Ended {
@@ -85,6 +92,7 @@ impl RunAttempt {
         let (mut told, mut last) = (Instant::now(), String::new());
         let mut reach = self.reach.take();
         let options = RunOptions { out: &self.folder, stop: &self.stop };
+        self.live.at(Some(start_of(&scene)));
         let outcome = run(&scene, &replaying, &options, &mut |news| match news {
             News::Line(line) => self.live.log(line),
             News::At(p) => {
@@ -120,7 +128,7 @@ impl RunAttempt {
         self.ended(ended)
     }
 
-    fn scene(&self) -> Result<cullet_scene::Scene, String> {
+    fn scene(&self) -> Result<Scene, String> {
         let overrides = &self.entry.order.overrides;
         let bundle = bundle::decode(&self.bundle, overrides).map_err(|e| e.to_string())?;
         load_bundle(&bundle).map_err(|e| e.to_string())

@@ -6,7 +6,7 @@
 //! What grows too fast to be seen here ends the process; what then becomes of its runs is in
 //! [`super::recovery`].
 
-use super::service::Service;
+use super::service::{Going, Service};
 use cullet_files::process_memory::of_process;
 use cullet_proto::service::codes;
 use std::sync::atomic::Ordering;
@@ -15,6 +15,13 @@ use std::sync::atomic::Ordering;
 const GROWTH: f64 = 0.05;
 
 impl Service<'_> {
+    /// A run is gone: if it was stopped, what is held now is what it left.
+    pub(super) fn left_by(&mut self, going: &Going) {
+        if going.over.is_some() && self.config.memory.is_some() {
+            self.runs.heaviest = self.runs.heaviest.max(resident().unwrap_or(0));
+        }
+    }
+
     /// Stops the largest run if more is held than may be.
     pub(super) fn stop_largest(&mut self) {
         let (Some(most), Some(held)) = (self.config.memory, resident()) else { return };
@@ -22,8 +29,12 @@ impl Service<'_> {
             self.runs.heaviest = 0;
             return;
         }
-        let grown = held as f64 > self.runs.heaviest as f64 * (1.0 + GROWTH);
-        if !grown || self.runs.going.values().any(|going| going.over.is_some()) {
+        // What one that was stopped takes until it is gone is no other's doing.
+        if self.runs.going.values().any(|going| going.over.is_some()) {
+            self.runs.heaviest = self.runs.heaviest.max(held);
+            return;
+        }
+        if held as f64 <= self.runs.heaviest as f64 * (1.0 + GROWTH) {
             return;
         }
         let bodies = |run: &u64| {

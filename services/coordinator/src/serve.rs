@@ -230,6 +230,7 @@ impl Service<'_> {
             self.runs.going.iter().filter(|(_, going)| over(going)).map(|(run, _)| *run).collect();
         for run in ended {
             let Some(going) = self.runs.going.remove(&run) else { continue };
+            self.left_by(&going);
             let mut ended = going.thread.join().unwrap_or_else(|_| {
                 Ended::failed(codes::FAILED, "its thread panicked: a defect here".to_owned())
             });
