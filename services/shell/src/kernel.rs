@@ -88,6 +88,16 @@ pub struct Resultants {
     pub moment: [f64; 3],
 }
 
+impl Resultants {
+    /// Adds the share `w` of a thickness of `t` \[m\], at the height `z` over `t`.
+    pub(crate) fn add(&mut self, t: f64, (z, w): (f64, f64), stress: &[f64; 3]) {
+        for (k, stress) in stress.iter().enumerate() {
+            self.force[k] += w * t * stress;
+            self.moment[k] += w * t * t * z * stress;
+        }
+    }
+}
+
 /// Where a point is in the lists of the kernel: element times points a cell plus place in the cell.
 pub(crate) type Seat = usize;
 

@@ -6,10 +6,12 @@
 //! ψ = ½Eε_tt² + (1 − c\[e>0\]) ½fe² + (1 − c) 2με_nt².
 
 mod crack;
+mod plastic;
 mod stations;
 
 pub use crack::{CrackLine, PointState};
-pub use stations::{Stations, lobatto};
+pub use plastic::{Hardening, StationFlow};
+pub use stations::{Stations, gauss, lobatto};
 
 use crate::kernel::PlaneStress;
 use cullet_model::Material;
@@ -26,6 +28,9 @@ const MOST_BRITTLE: f64 = 0.98;
 /// Stations through the thickness.
 const STATIONS: usize = 5;
 
+/// Stations through the thickness of what yields: the plastic moment within 3 %.
+const YIELDING_STATIONS: usize = 7;
+
 /// Most that damage grows in a step \[1\].
 const MOST_GROWTH: f64 = 0.25;
 
@@ -40,6 +45,8 @@ pub struct SectionLaw {
     pub stations: Stations,
     /// Most that damage grows in a step \[1\].
     pub most_growth: f64,
+    /// How it yields, where it does. What yields does not crack.
+    pub hardening: Option<Hardening>,
 }
 
 /// What a step did at some points.
@@ -75,7 +82,21 @@ impl SectionLaw {
             material: *material,
             stations: lobatto(STATIONS),
             most_growth: MOST_GROWTH,
+            hardening: None,
         }
+    }
+
+    /// The same of a metal, which yields and does not crack.
+    #[must_use]
+    pub fn yielding(self, hardening: Hardening) -> Self {
+        Self { stations: gauss(YIELDING_STATIONS), hardening: Some(hardening), ..self }
+    }
+
+    /// The greatest principal stress below which a point is elastic \[Pa\]; none where that alone
+    /// does not tell.
+    #[must_use]
+    pub fn elastic_limit(&self, state: &PointState) -> Option<f64> {
+        (self.hardening.is_none() && state.crack.is_none()).then(|| state.in_force(0.0))
     }
 
     /// H of ċ: c = (1 + H)(1 − σ_f/σ̄) with H = x/(1 − x), for a strength σ_f \[Pa\] in force and a

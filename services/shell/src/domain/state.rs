@@ -214,7 +214,7 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
     pub(super) fn watch(&mut self, seat: Seat) {
         let (setup, limit) = match self.point_at[seat] {
             u32::MAX => (None, Some(f64::INFINITY)),
-            _ => (Some(&self.setup[seat]), self.states[seat].elastic_limit()),
+            _ => (Some(&self.setup[seat]), self.law.elastic_limit(&self.states[seat])),
         };
         self.kernel.touch(seat, setup, limit);
     }

@@ -362,7 +362,7 @@ fn column<S: Simd, R: Real, const N: usize>(
                     n[i][k] = R::of(borne.force[i]);
                     m[i][k] = R::of(borne.moment[i]);
                 }
-                slot.watch(lane + k, state.elastic_limit());
+                slot.watch(lane + k, shared.law.elastic_limit(state));
             }
         }
         let area = load(simd, &slot.area, lane);

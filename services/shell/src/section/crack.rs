@@ -1,6 +1,6 @@
 //! What a point of a brittle shell carries, and its step.
 
-use super::{BROKEN, SectionLaw, SectionTally, bending_scale};
+use super::{BROKEN, SectionLaw, SectionTally, StationFlow, bending_scale};
 use crate::kernel::{PlaneStress, Resultants, SurfaceStrain};
 
 /// Strain of a broken section that no brittle material bears \[1\].
@@ -44,8 +44,10 @@ pub struct PointState {
     pub thickness: f64,
     /// Area of the midsurface \[m²\].
     pub area: f64,
+    /// What has flowed at each station; empty where nothing has.
+    pub flow: Vec<StationFlow>,
     /// Strain of the last step in which it was not simply elastic.
-    last: Option<SurfaceStrain>,
+    pub(super) last: Option<SurfaceStrain>,
 }
 
 impl PointState {
@@ -53,8 +55,21 @@ impl PointState {
     #[must_use]
     pub fn new(flaw: f64, spread: [f64; 3], thickness: f64, area: f64) -> Self {
         let (damage, crack, dead, crossed, crumbles) = (0.0, None, false, false, false);
-        let (tip, last) = (f64::INFINITY, None);
-        Self { damage, crack, dead, crossed, crumbles, flaw, tip, spread, thickness, area, last }
+        let (tip, flow, last) = (f64::INFINITY, Vec::new(), None);
+        Self {
+            damage,
+            crack,
+            dead,
+            crossed,
+            crumbles,
+            flaw,
+            tip,
+            spread,
+            thickness,
+            area,
+            flow,
+            last,
+        }
     }
 
     /// Breaks it across `normal` before it has borne anything.
@@ -82,12 +97,6 @@ impl PointState {
     #[must_use]
     pub fn is_broken(&self) -> bool {
         self.damage >= BROKEN
-    }
-
-    /// The greatest principal stress below which it is elastic \[Pa\]; none once it is cracked.
-    #[must_use]
-    pub fn elastic_limit(&self) -> Option<f64> {
-        self.crack.is_none().then_some(self.in_force(0.0))
     }
 }
 
@@ -179,6 +188,9 @@ impl SectionLaw {
         strain: &SurfaceStrain,
         tally: &mut SectionTally,
     ) -> Resultants {
+        if let Some(hardening) = &self.hardening {
+            return self.flow(hardening, state, strain, tally);
+        }
         if state.dead {
             return Resultants::default();
         }
@@ -288,10 +300,7 @@ impl SectionLaw {
                     turned_back(&local, crack.normal)
                 }
             };
-            for (k, stress) in s.into_iter().enumerate() {
-                borne.force[k] += w * t * stress;
-                borne.moment[k] += w * t * t * z * stress;
-            }
+            borne.add(t, (z, w), &s);
         }
         borne
     }
@@ -299,6 +308,9 @@ impl SectionLaw {
     /// Elastic energy of a point over its area \[J/m²\].
     #[must_use]
     pub fn energy(&self, state: &PointState, strain: &SurfaceStrain) -> f64 {
+        if !state.flow.is_empty() {
+            return self.energy_of_flowed(state, strain);
+        }
         if state.dead {
             return 0.0;
         }

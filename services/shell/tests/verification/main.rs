@@ -9,3 +9,4 @@ mod quad_meshes;
 mod quad_surfaces;
 mod statics;
 mod treated;
+mod yielding;
