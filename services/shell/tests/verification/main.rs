@@ -7,6 +7,8 @@ mod pane;
 mod quad_cracks;
 mod quad_meshes;
 mod quad_surfaces;
+mod radials;
+mod splits;
 mod statics;
 mod treated;
 mod yielding;
