@@ -138,12 +138,6 @@ impl MidsurfacePoint {
         let [s11, s22, s12] = self.spread;
         (s11 * x * x + s22 * y * y + 2.0 * s12 * x * y).sqrt()
     }
-
-    /// |A₁ × A₂| over |A₁||A₂|: small where the parameters collapse (F62).
-    #[must_use]
-    pub fn openness(&self) -> f64 {
-        self.stretch / (self.tangents[0].norm() * self.tangents[1].norm())
-    }
 }
 
 impl Midsurface {

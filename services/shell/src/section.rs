@@ -8,10 +8,11 @@
 mod crack;
 mod plastic;
 mod stations;
+mod yielding;
 
 pub use crack::{CrackLine, PointState};
-pub use plastic::{Hardening, StationFlow};
 pub use stations::{Stations, gauss, lobatto};
+pub use yielding::{Hardening, StationFlow};
 
 use crate::kernel::PlaneStress;
 use cullet_model::Material;

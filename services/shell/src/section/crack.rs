@@ -1,6 +1,7 @@
 //! What a point of a brittle shell carries, and its step.
 
-use super::{BROKEN, SectionLaw, SectionTally, StationFlow, bending_scale};
+use super::yielding::StationFlow;
+use super::{BROKEN, SectionLaw, SectionTally, bending_scale};
 use crate::kernel::{PlaneStress, Resultants, SurfaceStrain};
 
 /// Strain of a broken section that no brittle material bears \[1\].

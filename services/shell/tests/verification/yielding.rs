@@ -1,6 +1,7 @@
 //! Sheets that yield: limit loads, the ledger of a dent, the same bits everywhere.
 
 use crate::equilibrium::Grid;
+use crate::kernel::same_everywhere;
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::NurbsPatch;
 use cullet_model::Material;
@@ -137,22 +138,12 @@ fn the_ledger_of_a_dent_closes() {
 /// The same bits on every path and for one or two threads; f32 is near f64.
 #[test]
 fn yielding_sheets_have_the_same_bits_everywhere() {
-    fn run<R: Real>(level: SimdLevel, threads: usize) -> Vec<Vec3> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| {
-            let (shell, _, dissipated) = struck::<R>(30.0, 300, level);
-            assert!(dissipated > 0.0);
-            (0..shell.mass.len()).map(|n| shell.moved(n)).collect()
-        })
+    fn run<R: Real>(level: SimdLevel) -> Vec<Vec3> {
+        let (shell, _, dissipated) = struck::<R>(30.0, 300, level);
+        assert!(dissipated > 0.0);
+        (0..shell.mass.len()).map(|n| shell.moved(n)).collect()
     }
-    let double = run::<f64>(SimdLevel::portable(), 1);
-    let single = run::<f32>(SimdLevel::portable(), 1);
-    for level in SimdLevel::all() {
-        for threads in [1, 2] {
-            assert_eq!(run::<f64>(level, threads), double, "{level} {threads}");
-            assert_eq!(run::<f32>(level, threads), single, "{level} {threads}");
-        }
-    }
+    let (double, single) = (same_everywhere(run::<f64>), same_everywhere(run::<f32>));
     let size = double.iter().map(Vec3::norm).fold(0.0, f64::max);
     let off = double.iter().zip(&single).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     assert!(off < 1e-3 * size, "{off} of {size}");
