@@ -79,7 +79,7 @@ impl ShellPlan {
         within("thickness over the smaller extent of the plate", t / least, [0.0, SLENDER])?;
         let area = plate.size[0] * plate.size[1];
         let size = WallSize { thickness: t, least, bent: 0.0, area };
-        let spacing = spacing(problem, &size, plate.area)?;
+        let spacing = spacing(problem, &size)?;
         let cost = cost(problem, &size, spacing, StepBounds::PATCH)?;
         Ok(Self { body: ThinBody::Plate(plate), spacing, cost })
     }
@@ -102,7 +102,7 @@ impl ShellPlan {
         }
         let bent = (BENT * (t * 0.5 * extent).sqrt()).min((area / FEWEST).sqrt());
         let size = WallSize { thickness: t, least: extent, bent, area };
-        let spacing = spacing(problem, &size, area)?;
+        let spacing = spacing(problem, &size)?;
         let cost = cost(problem, &size, spacing, StepBounds::EVEN)?;
         Ok(Self { body: ThinBody::Wall(flat), spacing, cost })
     }
@@ -125,12 +125,12 @@ fn neither(flat: &NotPlate, lack: &dyn std::fmt::Display) -> Refusal {
     Refusal::Unfit { solver: "shell", lack }
 }
 
-/// Size of a cell \[m\], for as many as an area of `area` \[m²\] may have.
-fn spacing(problem: &BrittleProblem, size: &WallSize, area: f64) -> Result<f64, Refusal> {
+/// Size of a cell \[m\].
+fn spacing(problem: &BrittleProblem, size: &WallSize) -> Result<f64, Refusal> {
     let t = size.thickness;
     let settings = &problem.settings;
     let most = f64::from(settings.max_particles.max(1));
-    let wanted = (0.5 * t).max(size.bent).min(size.least / ACROSS).max((area / most).sqrt());
+    let wanted = (0.5 * t).max(size.bent).min(size.least / ACROSS).max((size.area / most).sqrt());
     let spacing = settings.spacing.unwrap_or(wanted.clamp(CELLS.0 * t, CELLS.1 * t));
     within("cells over the thickness", spacing / t, [CELLS.0, CELLS.1])?;
     let points = size.area / (spacing * spacing);

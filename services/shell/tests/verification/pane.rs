@@ -137,6 +137,25 @@ fn a_gentle_touch_leaves_a_pane_whole() {
     assert!((along / given - 1.0).abs() < 1e-6 && given > 0.0, "{along} of {given}");
 }
 
+/// A round pane takes as many points as it may have, as a square one does, and no more.
+#[test]
+fn a_round_pane_keeps_to_its_points() {
+    let most = 1000;
+    let settings = Settings { max_particles: most, ..Settings::default() };
+    let square = pane([0.3, 0.3, 0.008], 0.01, 3.0, settings);
+    let mut round = square.clone();
+    let outline: Vec<[f64; 2]> = (0..48)
+        .map(|k| f64::from(k) / 48.0 * std::f64::consts::TAU)
+        .map(|a| [0.15 * a.cos(), 0.15 * a.sin()])
+        .collect();
+    let mesh = shapes::extrude(&outline, 0.008, Detail::default()).unwrap();
+    round.solid = Arc::new(Solid::outer(mesh));
+    for problem in [square, round] {
+        let cost = ShellSolver::accepts(&Problem::from(problem)).expect("accepted");
+        assert!((0.5..=1.1).contains(&(cost.particles / f64::from(most))), "{cost:?}");
+    }
+}
+
 /// What is no thin plate, or asks for what a shell does not know, is refused with the bound.
 #[test]
 fn what_is_no_shell_is_refused() {
