@@ -1,6 +1,6 @@
 //! What a point of a brittle shell carries, and its step.
 
-use super::yielding::StationFlow;
+use super::yielding::{StationFlow, less};
 use super::{BROKEN, SectionLaw, SectionTally, bending_scale};
 use crate::kernel::{PlaneStress, Resultants, SurfaceStrain};
 
@@ -92,6 +92,11 @@ impl PointState {
     #[must_use]
     pub fn in_force(&self, bending_share: f64) -> f64 {
         self.flaw.min(self.tip / bending_scale(bending_share).sqrt())
+    }
+
+    /// What of a strain at a station has not flowed.
+    fn elastic_part(&self, station: usize, strain: &[f64; 3]) -> [f64; 3] {
+        self.flow.get(station).map_or(*strain, |flow| less(strain, &flow.strain))
     }
 
     /// Whether it bears nothing across its crack.
@@ -292,10 +297,10 @@ impl SectionLaw {
             return borne;
         }
         let (t, cracked) = (state.thickness, CrackedSection::new(self));
-        for &(z, w) in self.stations.list() {
+        for (station, &(z, w)) in self.stations.list().iter().enumerate() {
             let e = strain.at(z * t);
             let s = match &state.crack {
-                None => self.elastic.stress(&e),
+                None => self.elastic.stress(&state.elastic_part(station, &e)),
                 Some(crack) => {
                     let local = cracked.stress(&turned(&e, crack.normal), state.damage);
                     turned_back(&local, crack.normal)
@@ -309,22 +314,19 @@ impl SectionLaw {
     /// Elastic energy of a point over its area \[J/m²\].
     #[must_use]
     pub fn energy(&self, state: &PointState, strain: &SurfaceStrain) -> f64 {
-        if !state.flow.is_empty() {
-            return self.energy_of_flowed(state, strain);
-        }
         if state.dead {
             return 0.0;
         }
         let (t, cracked) = (state.thickness, CrackedSection::new(self));
-        let at = |&(z, w): &(f64, f64)| {
+        let at = |(station, &(z, w)): (usize, &(f64, f64))| {
             let e = strain.at(z * t);
             let energy = match &state.crack {
-                None => self.elastic.energy(&e),
+                None => self.elastic.energy(&state.elastic_part(station, &e)),
                 Some(crack) => cracked.energy(&turned(&e, crack.normal), state.damage),
             };
             w * t * energy
         };
-        self.stations.list().iter().map(at).sum()
+        self.stations.list().iter().enumerate().map(at).sum()
     }
 }
 

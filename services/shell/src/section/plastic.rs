@@ -32,15 +32,6 @@ impl SectionLaw {
         state.last = Some(*strain);
         borne
     }
-
-    /// Elastic energy of a point that has flowed, over its area \[J/m²\].
-    pub(super) fn energy_of_flowed(&self, state: &PointState, strain: &SurfaceStrain) -> f64 {
-        let t = state.thickness;
-        let at = |(&(z, w), flow): (&(f64, f64), &StationFlow)| {
-            w * t * self.elastic.energy(&less(&strain.at(z * t), &flow.strain))
-        };
-        self.stations.list().iter().zip(&state.flow).map(at).sum()
-    }
 }
 
 #[cfg(test)]
@@ -112,6 +103,9 @@ mod tests {
                 bending: [12.0 * (1.3 * phase).sin(), 4.0 * phase.sin(), -3.0 * phase.sin()],
             };
             let borne = law.step(&mut state, &strain, &mut tally);
+            let again = law.borne(&state, &strain);
+            (0..3).for_each(|k| assert!((again.force[k] - borne.force[k]).abs() < 1e-3));
+            (0..3).for_each(|k| assert!((again.moment[k] - borne.moment[k]).abs() < 1e-6));
             let change = |now: &[f64; 3], then: &[f64; 3]| [0, 1, 2].map(|k| now[k] - then[k]);
             let mean = |a: &[f64; 3], b: &[f64; 3]| [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
             work += times(
