@@ -40,6 +40,8 @@ pub enum MessageKind {
     Specimen = 10,
     /// A problem of treated glass with its slabs.
     TreatedJob = 11,
+    /// A problem of metal with its slabs.
+    YieldingJob = 12,
 }
 
 /// A message: header and bulk in an envelope.

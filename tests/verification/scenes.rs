@@ -3,6 +3,7 @@
 use crate::common;
 
 use common::{Cullet, corpus, summary, unique};
+use cullet_geometry::Solid;
 use cullet_record::Recording;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -105,6 +106,25 @@ fn shower() {
 fn windscreen() {
     let told = holds("windscreen");
     assert!(told.contains("laminated: the interlayer holds"), "{told}");
+}
+
+/// Its dent is deeper than ten times its thickness, and stays.
+#[test]
+fn lid() {
+    let out = unique("lid");
+    let told = holds_in(&out, "lid");
+    assert!(told.contains("for lid deformed: shell"), "{told}");
+    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    let lid = recording.bodies.iter().find(|body| body.object == "lid").expect("a lid");
+    let height = |geometry: &[u8]| {
+        let solid = Solid::try_from(&recording.geometries[geometry]).expect("a solid");
+        let (low, high) = solid.mesh.bounds().expect("a mesh");
+        high.z - low.z
+    };
+    let last = recording.poses.last().expect("a step").step;
+    let (first, last) = (height(&lid.geometry), recording.geometry_of(lid.id, last));
+    let last = height(last.expect("a geometry"));
+    assert!(last > 11.0 * first && last < 60.0 * first, "{first} m, {last} m");
 }
 
 #[test]

@@ -13,7 +13,7 @@ pub use detail::{Detail, MAX_SEGMENTS, MAX_TRIANGLES, MIN_SEGMENTS, SIZE_RANGE, 
 pub use lathe::{lathe_shell, lathe_solid};
 pub use midline::lathe_midline;
 pub use outline::{extrude, triangulate};
-pub use refine::refine;
+pub use refine::{refine, refine_solid};
 
 use crate::math::Vec3;
 use crate::mesh::TriMesh;

@@ -68,6 +68,16 @@ impl HertzContact {
         0.4 * force * (depth - dent).max(0.0)
     }
 
+    /// Energy that crushing has taken so far: what the way in to the deepest took, less what comes
+    /// back from there \[J\].
+    #[must_use]
+    pub fn crushed(&self) -> f64 {
+        let beyond = (self.deepest - self.yields).max(0.0);
+        let first = 0.4 * self.stiffness * power(self.deepest.min(self.yields), 5);
+        let mean = 0.5 * (self.loading(self.yields) + self.loading(self.deepest));
+        (first + mean * beyond - self.stored(self.deepest)).max(0.0)
+    }
+
     /// Force on the way in \[N\].
     fn loading(&self, depth: f64) -> f64 {
         let elastic = depth.min(self.yields);
@@ -249,6 +259,11 @@ mod tests {
             }
         }
         assert!(work[0] > 2.0 * work[1], "{work:?}");
+        let crushed = spring.crushed();
+        assert!((crushed / (work[0] - work[1]) - 1.0).abs() < 1e-3, "{work:?}, {crushed} J");
+        let mut whole = HertzContact::new(&impact(1e12));
+        whole.force(0.9 * whole.depth(hit.energy));
+        assert!(whole.crushed() < 1e-12 * hit.energy, "{} J", whole.crushed());
         assert!((work[2] / work[1] - 1.0).abs() < 1e-3 && (work[3] / work[1] - 1.0).abs() < 1e-9);
     }
 }

@@ -1,6 +1,6 @@
 //! How a body's material behaves.
 
-use crate::{Material, StrengthField, Treatment};
+use crate::{Hardening, Material, StrengthField, Treatment};
 
 /// A constitutive law with its numbers. Further laws will follow: a family refuses those that it
 /// does not know.
@@ -23,6 +23,13 @@ pub enum Law {
         /// What was done to it.
         treatment: Treatment,
     },
+    /// Linear elastic until it yields: J2 plasticity with isotropic hardening. Nothing cracks.
+    Yielding {
+        /// Elasticity; σ_f and G_f are not used.
+        material: Material,
+        /// How it yields.
+        hardening: Hardening,
+    },
 }
 
 impl Law {
@@ -32,6 +39,7 @@ impl Law {
         match self {
             Self::Brittle { .. } => "brittle",
             Self::Treated { treatment, .. } => treatment.kind(),
+            Self::Yielding { .. } => "yielding",
         }
     }
 
@@ -39,7 +47,9 @@ impl Law {
     #[must_use]
     pub fn density(&self) -> f64 {
         match self {
-            Self::Brittle { material, .. } | Self::Treated { material, .. } => material.density,
+            Self::Brittle { material, .. }
+            | Self::Treated { material, .. }
+            | Self::Yielding { material, .. } => material.density,
         }
     }
 }

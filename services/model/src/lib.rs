@@ -7,6 +7,7 @@
 pub mod body;
 pub mod brittle;
 pub mod detail;
+pub mod hardening;
 pub mod hertz_contact;
 pub mod law;
 pub mod material;
@@ -21,6 +22,7 @@ pub mod treatment;
 
 pub use body::BodyShape;
 pub use detail::CrackFaceDetail;
+pub use hardening::Hardening;
 pub use law::Law;
 pub use material::Material;
 pub use outcome::{

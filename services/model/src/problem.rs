@@ -176,6 +176,7 @@ impl BrittleProblem {
         let (material, strength, treatment) = match law {
             Law::Brittle { material, strength } => (material, strength, None),
             Law::Treated { material, strength, treatment } => (material, strength, Some(treatment)),
+            Law::Yielding { .. } => return Err(unknown("a law", law.kind())),
         };
         let problem = Self { solid, material, strength, impacts, supports, spin, settings, seed };
         Ok((problem, treatment))

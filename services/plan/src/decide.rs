@@ -7,7 +7,7 @@ use crate::reason::RigidReason;
 use crate::refinement::{HitClass, Refinement};
 use crate::shell;
 use cullet_geometry::Vec3;
-use cullet_world::{BodyId, HeldContact, Hit, World};
+use cullet_world::{BodyId, BodyView, HeldContact, Hit, World};
 
 /// What the scene asks of the solves of a body.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +20,8 @@ pub struct Policy<'a> {
     pub weak_plane: bool,
     /// Whether it is glass that was treated.
     pub treated: bool,
+    /// The stress at which it yields \[Pa\]; none of what does not.
+    pub yield_stress: Option<f64>,
     /// Name of the body's material, for what makes hits alike.
     pub material: &'a str,
     /// What of a solve is already fixed.
@@ -87,6 +89,9 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
         });
         return Some(Decision::Keep(rigid.collect()));
     }
+    if let Some(yield_stress) = policy.yield_stress {
+        return Some(metal(world, &view, hits, (policy, yield_stress)));
+    }
     let spin = stressing_spin(&view, hits);
     let may_be_shell = policy.family.is_none() && !policy.weak_plane && spin == Vec3::zeros();
     let treated = policy.treated.then(|| shell::treated(&view)).flatten();
@@ -134,9 +139,45 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
     Some(Decision::Solve(Box::new(order)))
 }
 
+/// What to do about hits on a metal that yields: a shell, or nothing.
+fn metal(
+    world: &World,
+    view: &BodyView<'_>,
+    hits: &[Hit],
+    (policy, yield_stress): (&Policy<'_>, f64),
+) -> Decision {
+    let stresses =
+        hits.iter().map(|hit| shell::blow_stress(&view.material.solid, hit.impact.closing_speed));
+    let safety = shell::YIELD_SAFETY;
+    if stresses.clone().all(|stress| stress < safety * yield_stress) {
+        let slow = |stress| RigidReason::Yield { stress, yield_stress, safety };
+        return Decision::Keep(stresses.map(slow).collect());
+    }
+    let Some(reason) = shell::reason(view, hits) else {
+        return Decision::Keep(vec![RigidReason::Metal; hits.len()]);
+    };
+    let mut supports = world.supports(view.id, hits);
+    supports.truncate(policy.most_supports);
+    let held = (!supports.is_empty()).then(|| format!("held at {} places", supports.len()));
+    Decision::Solve(Box::new(SolveOrder {
+        family: family::SHELL.to_owned(),
+        named: policy.family == Some(family::SHELL),
+        fallback: None,
+        reasons: [Some(reason), held].into_iter().flatten().collect(),
+        refinement: Refinement::default(),
+        supports,
+        // What a spin stresses does not yield by it.
+        spin: Vec3::zeros(),
+    }))
+}
+
 /// Where the gates stand for a hit: by its share of the energy of all of them where the scene asks
 /// for an accuracy.
 fn limits(hits: &[Hit], hit: &Hit, policy: &Policy<'_>) -> GateLimits {
+    if policy.yield_stress.is_some() {
+        // It opens no crack.
+        return GateLimits { efficiency: f64::INFINITY, ..GateLimits::default() };
+    }
     if policy.target.is_none() {
         return GateLimits::default();
     }

@@ -62,6 +62,17 @@ pub enum RigidReason {
         /// Two pixels \[m\].
         limit: f64,
     },
+    /// The body is of a metal that yields, and no estimate of the stress comes near that.
+    Yield {
+        /// Greatest estimate \[Pa\].
+        stress: f64,
+        /// That at which it yields \[Pa\].
+        yield_stress: f64,
+        /// Share of it below which nothing flows \[1\].
+        safety: f64,
+    },
+    /// The body is of a metal that yields, and no thin wall that is hit on its face.
+    Metal,
 }
 
 impl std::fmt::Display for RigidReason {
@@ -95,6 +106,15 @@ impl std::fmt::Display for RigidReason {
                 f,
                 "{cells:.2} cells of {spacing:.3e} m lie across the thickness, below {limit}; \
                  that takes {points:.0} points"
+            ),
+            Self::Yield { stress, yield_stress, safety } => write!(
+                f,
+                "the stress reaches {stress:.3e} Pa, \
+                 below {safety} of that at which the metal yields, {yield_stress:.3e} Pa"
+            ),
+            Self::Metal => write!(
+                f,
+                "metal is solved as a thin wall that is hit on its face, which this is not"
             ),
             Self::Unseen { size, limit } => {
                 write!(f, "its halves are {size:.3e} m across, below two pixels, {limit:.3e} m")

@@ -3,8 +3,8 @@
 use cullet_geometry::Vec3;
 use cullet_geometry::math::scramble;
 use cullet_model::{
-    BodyShape, BrittleSettings, Law, Material, PointPrecision, Problem, Settings, StrengthField,
-    Treatment,
+    BodyShape, BrittleSettings, Hardening, Law, Material, PointPrecision, Problem, Settings,
+    StrengthField, Treatment,
 };
 use cullet_plan::{AccuracyTarget, Policy, SolveLimits, SolveOrder, family};
 use cullet_proto::job::{MAX_IMPACTS, MAX_SUPPORTS};
@@ -23,6 +23,8 @@ pub(super) struct Choice {
     strength: StrengthField,
     /// What was done to its glass.
     treatment: Option<Treatment>,
+    /// How its metal yields.
+    plasticity: Option<Hardening>,
 }
 
 impl Choice {
@@ -49,7 +51,8 @@ impl Choice {
         let strength = StrengthField { seed, ..(*body.strength).clone() };
         let precise = defaults.precision.is_some();
         let (solver, treatment) = (body.solver.name().map(str::to_owned), body.material.treatment);
-        Self { solver, settings, precise, strength, treatment }
+        let plasticity = body.material.plasticity;
+        Self { solver, settings, precise, strength, treatment, plasticity }
     }
 
     /// Fragments keep the grid spacing \[m\] of the solve that made them: what they were made of
@@ -85,8 +88,24 @@ impl Choice {
         };
         let family = self.solver.as_deref();
         let weak_plane = self.strength.weak_plane.is_some();
-        let (treated, most_supports) = (self.treatment.is_some(), MAX_SUPPORTS);
-        Policy { target, family, weak_plane, treated, material, limits, most_supports }
+        let treated = self.treatment.is_some();
+        let yield_stress = self.plasticity.map(|hardening| hardening.yield_stress);
+        let most_supports = MAX_SUPPORTS;
+        Policy {
+            target,
+            family,
+            weak_plane,
+            treated,
+            yield_stress,
+            material,
+            limits,
+            most_supports,
+        }
+    }
+
+    /// Whether it is of a metal that yields.
+    pub(super) fn yields(&self) -> bool {
+        self.plasticity.is_some()
     }
 
     /// A fragment keeps the flaws and the paint of the body it comes from, and what was done to its
@@ -111,9 +130,11 @@ pub(super) fn problem(
     let material = Material { density: body.density, ..body.material.solid };
     let strength = choice.strength.clone();
     // The plan asks the shell of thin plates only; what is none is taken as annealed.
-    let law = match choice.treatment.filter(|_| order.family == family::SHELL) {
-        None => Law::Brittle { material, strength },
-        Some(treatment) => Law::Treated { material, strength, treatment },
+    let treatment = choice.treatment.filter(|_| order.family == family::SHELL);
+    let law = match (choice.plasticity, treatment) {
+        (Some(hardening), _) => Law::Yielding { material, hardening },
+        (None, None) => Law::Brittle { material, strength },
+        (None, Some(treatment)) => Law::Treated { material, strength, treatment },
     };
     Problem {
         body: BodyShape::Solid(Arc::clone(body.solid)),
@@ -151,7 +172,8 @@ mod tests {
         let settings = Settings { max_particles: 1000, max_steps: 100, ..Settings::default() };
         let strength = StrengthField::even();
         let treatment = Some(Treatment::Toughened { surface_stress: 90e6 });
-        let mut choice = Choice { solver: None, settings, precise: false, strength, treatment };
+        let (solver, precise, plasticity) = (None, false, None);
+        let mut choice = Choice { solver, settings, precise, strength, treatment, plasticity };
         choice.no_finer_than(0.0);
         assert_eq!(choice.settings.spacing, None);
         choice.no_finer_than(0.01);

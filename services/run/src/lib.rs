@@ -113,6 +113,13 @@ struct Pending {
     due: u64,
 }
 
+impl Pending {
+    /// Of its hits \[J\].
+    fn energy(&self) -> f64 {
+        self.hits.iter().map(|hit| hit.impact.energy).sum()
+    }
+}
+
 /// What the scene says of an object, kept for all its fragments.
 #[derive(Clone)]
 struct ObjectOrigin {

@@ -18,6 +18,8 @@ pub(super) struct Notices {
     told: bool,
     /// The direction against gravity, and how far along it the lowest fixed body reaches \[m\].
     floor: Option<(Vec3, f64)>,
+    /// Jobs that left a body in another shape.
+    deformed: u64,
     /// Hits that broke nothing.
     hits: u64,
     /// The hardest of them: whose, its energy \[J\], and why.
@@ -36,7 +38,12 @@ impl Notices {
             corners.fold(f64::INFINITY, f64::min)
         };
         let floor = up.map(|up| (up, lowest(&up))).filter(|(_, lowest)| lowest.is_finite());
-        Self { idle: None, told: false, floor, hits: 0, hardest: None }
+        Self { idle: None, told: false, floor, deformed: 0, hits: 0, hardest: None }
+    }
+
+    /// A body has another shape.
+    pub(super) fn deformed(&mut self) {
+        self.deformed += 1;
     }
 
     /// A hit of that energy \[J\] has left a body whole.
@@ -91,6 +98,10 @@ impl Notices {
 
     /// Why nothing broke.
     pub(super) fn unbroken(&mut self, world: &World) -> String {
+        if self.deformed > 0 {
+            let times = if self.deformed == 1 { "time" } else { "times" };
+            return format!("nothing broke; something was deformed {} {times}", self.deformed);
+        }
         let Some((body, energy, reason)) = self.hardest.take() else {
             return "nothing broke: no hit reached the impulse threshold of a body that can break"
                 .to_owned();

@@ -51,28 +51,36 @@ impl SceneRun<'_> {
         }
         let held = job.held.take();
         let instead = if held.is_some() { "; the solve before it is used" } else { "" };
-        self.declined(&job, verdict, instead)?;
-        match held {
-            Some((id, solved)) => self.put(Pending { id, ..job }, solved),
-            None => Ok(()),
+        let told = self.declined(&job, verdict, instead)?;
+        if let Some((id, solved)) = held {
+            return self.put(Pending { id, ..job }, solved);
         }
+        self.notices.kept(job.body, job.energy(), told);
+        Ok(())
     }
 
-    /// Records a verdict without fragments; `more` is said after why.
-    fn declined(&mut self, job: &Pending, verdict: Verdict, more: &str) -> Result<(), RunError> {
+    /// Records a verdict without fragments; `more` is said after why. Returns what is said.
+    fn declined(
+        &mut self,
+        job: &Pending,
+        verdict: Verdict,
+        more: &str,
+    ) -> Result<String, RunError> {
         let (verdict, solver, text) = match verdict {
             Verdict::Refused { solver, text } => (recording::Verdict::Refused, solver, text),
             Verdict::Failed { solver, text } => (recording::Verdict::Failed, solver, text),
             Verdict::Solved(_) | Verdict::Measured(_) => {
                 let name = self.world.body(job.body).map_or("", |view| view.name).to_owned();
-                return self.abandoned(job, name, "a specimen's result came for it".to_owned());
+                let why = "a specimen's result came for it".to_owned();
+                return self.abandoned(job, name, why).map(|()| String::new());
             }
         };
         let told = format!("{solver}: {text}{more}");
         let verdict_number = verdict as i32;
         let report = JobReport { refusal: text, verdict: verdict_number, ..about(job, &solver) };
         self.recorder.report(&report)?;
-        self.settled(job, verdict, told)
+        self.settled(job, verdict, told.clone())?;
+        Ok(told)
     }
 
     /// Records a solve whose fragments are not used unless the finer one that follows comes to
@@ -131,7 +139,9 @@ impl SceneRun<'_> {
             if let Some(fragment) = whole.fragments.first() {
                 self.record_cracks(job.body, &fragment.sheet)?;
             }
-            return self.kept(&job, "no crack separated it".to_owned());
+            let yields = self.origins.get(&job.body).is_some_and(|o| o.choice.yields());
+            let reason = if yields { "no dent was left in it" } else { "no crack separated it" };
+            return self.kept(&job, reason.to_owned());
         }
         let early = job.due.saturating_sub(self.world.step_count());
         if early > 0 {
@@ -196,13 +206,13 @@ impl SceneRun<'_> {
         let ledger = convert::ledger(&done);
         self.event(&Event::Deformed { body: number(job.body), job: job.id.0, ledger })?;
         let object = self.origins.get(&job.body).map_or("", |origin| &origin.object);
+        self.notices.deformed();
         self.say(format!("{object} is deformed, which takes {work:.3e} J"));
         Ok(())
     }
 
     fn kept(&mut self, job: &Pending, reason: String) -> Result<(), RunError> {
-        let energy = job.hits.iter().map(|hit| hit.impact.energy).sum();
-        self.notices.kept(job.body, energy, reason.clone());
+        self.notices.kept(job.body, job.energy(), reason.clone());
         self.event(&Event::KeptWhole { body: number(job.body), job: job.id.0, reason })
     }
 

@@ -5,6 +5,7 @@ use super::direction::MIN_LENGTH;
 use super::format::{Anchor, Body, Fracture, ObjectsChoice, Rotation, SolverChoice};
 use super::geometry::{BodyGeometry, GeometrySource, ObjectSource, bounds};
 use super::material::SceneMaterial;
+use super::sourced::Fault;
 use super::strength::strength;
 use super::treatment;
 use cullet_document::check::tell;
@@ -13,6 +14,7 @@ use cullet_document::files::key;
 use cullet_document::tree::{Path, join};
 use cullet_geometry::{Quat, Vec3};
 use cullet_model::StrengthField;
+use cullet_plan::family;
 use std::sync::Arc;
 
 /// Where a body is to be.
@@ -79,7 +81,8 @@ impl ResolveContext<'_> {
         }
         let solver = body.solver.clone().unwrap_or_else(|| defaults.solver.clone());
         for (_, geometry) in shapes.iter().filter(|_| wanted) {
-            let unfit = treatment::unfit(material.treatment, &geometry.solid.mesh, &solver);
+            let unfit = treatment::unfit(material.treatment, &geometry.solid.mesh, &solver)
+                .or_else(|| yields(&material, &solver));
             if let Some((key, why)) = unfit {
                 self.wrong(&join(path, key), why);
             }
@@ -330,3 +333,10 @@ pub(super) const MAX_SPEED: f64 = 1e4;
 
 /// Fastest spin \[rad/s\]: a turn must span some steps.
 pub(super) const MAX_SPIN: f64 = 1e4;
+
+/// Why a body of a metal that yields cannot be solved as the scene wishes, by the key at fault.
+fn yields(material: &SceneMaterial, solver: &SolverChoice) -> Option<Fault> {
+    let name = solver.name().filter(|name| *name != family::SHELL)?;
+    material.plasticity?;
+    Some(("solver", format!("`{name}` takes no metal that yields: `{}` does", family::SHELL)))
+}

@@ -9,9 +9,9 @@ use super::format::{
 use super::sourced::Fault;
 use super::treatment;
 use cullet_document::check::tell;
-use cullet_model::Treatment;
+use cullet_model::{Hardening, Treatment};
 use presets::PRESETS;
-pub use presets::Preset;
+pub use presets::{Preset, PresetPlasticity};
 
 pub use super::sourced::{Kind, Sourced};
 
@@ -111,6 +111,25 @@ pub struct SceneMaterial {
     pub breakable: bool,
     /// What was done to it, if it is glass.
     pub treatment: Option<Treatment>,
+    /// How it yields, if it is a metal that dents.
+    pub plasticity: Option<Hardening>,
+}
+
+impl From<PresetPlasticity> for Hardening {
+    fn from(preset: PresetPlasticity) -> Self {
+        let PresetPlasticity { yield_stress, hardening, exponent } = preset;
+        let [yield_stress, hardening, exponent] =
+            [yield_stress, hardening, exponent].map(|number| number.value);
+        Self { yield_stress, hardening, exponent }
+    }
+}
+
+impl From<format::Plasticity> for Hardening {
+    fn from(written: format::Plasticity) -> Self {
+        let format::Plasticity { yield_stress, hardening, exponent } = written;
+        let (hardening, exponent) = (hardening.unwrap_or(0.0), exponent.unwrap_or(1.0));
+        Self { yield_stress, hardening, exponent }
+    }
 }
 
 impl From<&Preset> for SceneMaterial {
@@ -130,6 +149,7 @@ impl From<&Preset> for SceneMaterial {
             friction: preset.friction.value,
             breakable: preset.breakable,
             treatment: preset.treatment.map(Treatment::from),
+            plasticity: preset.plasticity.map(Hardening::from),
         }
     }
 }
@@ -181,6 +201,10 @@ impl SceneMaterial {
             friction: written.friction.or(of(|m| m.friction)).unwrap_or(DEFAULT_FRICTION),
             breakable: written.breakable.or(base.as_ref().map(|m| m.breakable)).unwrap_or(true),
             treatment: treatment::of_written(written, base.as_ref().and_then(|m| m.treatment)),
+            plasticity: written
+                .plasticity
+                .map(Hardening::from)
+                .or(base.as_ref().and_then(|m| m.plasticity)),
         };
         if missing.is_empty() { Ok(material) } else { Err(missing) }
     }

@@ -3,7 +3,7 @@
 use super::format::{Layers, WeakPlane};
 use super::material::SceneMaterial;
 use super::scene::Scene;
-use cullet_model::{Interlayer, Treatment};
+use cullet_model::{Hardening, Interlayer, Treatment};
 use serde_json::{Map, Value, json};
 
 impl Scene {
@@ -66,6 +66,14 @@ fn numbers(material: &SceneMaterial) -> Value {
             }
         }
         object.insert("treatment".to_owned(), Value::Object(numbers));
+    }
+    if let Some(Hardening { yield_stress, hardening, exponent }) = material.plasticity {
+        let numbers = json!({
+            "yield_stress": quantity(yield_stress, "Pa"),
+            "hardening": quantity(hardening, "Pa"),
+            "exponent": quantity(exponent, "1"),
+        });
+        object.insert("plasticity".to_owned(), numbers);
     }
     Value::Object(object)
 }

@@ -130,7 +130,9 @@ pub fn own_material(
     for (key, fault) in made.directions() {
         context.wrong(&join(&join(path, key), "normal"), fault);
     }
-    for (key, fault) in treatment::misplaced(written, made.treatment.as_ref()) {
+    for (key, fault) in
+        treatment::misplaced(written, made.treatment.as_ref(), made.plasticity.is_some())
+    {
         context.wrong(&join(path, key), fault);
     }
     for (key, doubt) in made.doubts() {

@@ -68,7 +68,8 @@ fn material(material: &SceneMaterial) -> ContactMaterial {
             density: material.density,
             young: material.young,
             poisson: material.poisson,
-            failure_stress: material.strength,
+            // What decides whether a hit is worth a solve.
+            failure_stress: material.plasticity.map_or(material.strength, |it| it.yield_stress),
             fracture_energy: material.fracture_energy,
         },
         restitution: material.restitution,

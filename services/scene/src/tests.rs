@@ -2,6 +2,7 @@
 
 mod advice;
 mod objects;
+mod plasticity;
 mod treatment;
 
 use super::{Scene, load, load_bundle, schema};

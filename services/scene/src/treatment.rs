@@ -104,8 +104,12 @@ pub(super) fn of_written(
     Some(treatment)
 }
 
-/// Keys that say nothing of a material of that treatment.
-pub(super) fn misplaced(written: &format::Material, treatment: Option<&Treatment>) -> Vec<Fault> {
+/// Keys that say nothing of a material of that treatment, or of one that `yields`.
+pub(super) fn misplaced(
+    written: &format::Material,
+    treatment: Option<&Treatment>,
+    yields: bool,
+) -> Vec<Fault> {
     let laminated = matches!(treatment, Some(Treatment::Laminated { .. }));
     let mut faults = Vec::new();
     if written.surface_stress.is_some() && (treatment.is_none() || laminated) {
@@ -114,6 +118,14 @@ pub(super) fn misplaced(written: &format::Material, treatment: Option<&Treatment
     }
     if written.interlayer.is_some() && !laminated {
         faults.push(("interlayer", "is of `laminated` glass: say so by `treatment`".to_owned()));
+    }
+    if let Some(treatment) = treatment.filter(|_| yields) {
+        faults.push(("plasticity", format!("{} does not yield", treatment.kind())));
+    }
+    let written_keys =
+        [("weak_plane", written.weak_plane.is_some()), ("layers", written.layers.is_some())];
+    for (key, _) in written_keys.into_iter().filter(|(_, is_written)| yields && *is_written) {
+        faults.push((key, "a metal that yields has none: it does not crack".to_owned()));
     }
     if let Some(treatment) = treatment
         && written.weak_plane.is_some()

@@ -9,6 +9,7 @@
 
 mod block;
 mod pass;
+mod slot;
 mod strain;
 
 pub(crate) use block::CellSide;

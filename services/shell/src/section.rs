@@ -12,10 +12,10 @@ mod yielding;
 
 pub use crack::{CrackLine, PointState};
 pub use stations::{Stations, gauss, lobatto};
-pub use yielding::{Hardening, StationFlow};
+pub use yielding::StationFlow;
 
 use crate::kernel::PlaneStress;
-use cullet_model::Material;
+use cullet_model::{Hardening, Material};
 
 /// Share of damage at which a point is broken: then it bears nothing across its crack.
 pub const BROKEN: f64 = 0.999;
@@ -31,6 +31,9 @@ const STATIONS: usize = 5;
 
 /// Stations through the thickness of what yields: the plastic moment within 3 %.
 const YIELDING_STATIONS: usize = 7;
+
+/// Slack over the yield stress below which a section is followed step by step.
+const NEAR_YIELD: f64 = 0.1;
 
 /// Most that damage grows in a step \[1\].
 const MOST_GROWTH: f64 = 0.25;
@@ -93,11 +96,15 @@ impl SectionLaw {
         Self { stations: gauss(YIELDING_STATIONS), hardening: Some(hardening), ..self }
     }
 
-    /// The greatest principal stress below which a point is elastic \[Pa\]; none where that alone
-    /// does not tell.
+    /// The greatest principal stress below which a point is elastic \[Pa\]; of what yields, by how
+    /// much von Mises' stress may change until it may flow. None where that alone does not tell.
     #[must_use]
     pub fn elastic_limit(&self, state: &PointState) -> Option<f64> {
-        (self.hardening.is_none() && state.crack.is_none()).then(|| state.in_force(0.0))
+        match self.hardening {
+            Some(hardening) if state.flow.is_empty() => Some(hardening.yield_stress),
+            Some(_) => state.last.is_none().then_some(state.slack),
+            None => state.crack.is_none().then(|| state.in_force(0.0)),
+        }
     }
 
     /// H of ċ: c = (1 + H)(1 − σ_f/σ̄) with H = x/(1 − x), for a strength σ_f \[Pa\] in force and a

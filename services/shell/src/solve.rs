@@ -1,11 +1,15 @@
 //! A hit on a thin wall, flat or curved, solved as a shell: striker and supports on the midsurface,
 //! cracks, then the exact cut of the body along them.
 
+mod carriers;
 mod contact;
 mod crushed;
+mod deformed;
 mod field;
 mod frame;
+mod kinetic_damping;
 mod laminated;
+mod nature;
 mod preconditions;
 mod report;
 mod scatter;
@@ -24,9 +28,12 @@ use cullet_geometry::Vec3;
 use cullet_model::strength::CORRELATION;
 use cullet_model::{
     BrittleProblem, Cost, Failure, Fragmentation, PointPrecision, Problem, Progress, Refusal,
-    Solver, Strength, StrengthField, Treatment,
+    SolveOutcome, Solver, Strength, StrengthField, Treatment,
 };
 use cullet_simd::{Real, SimdLevel};
+
+use kinetic_damping::KineticDamping;
+use nature::WallNature;
 pub(crate) use preconditions::{SLENDER, refusal};
 use preconditions::{ShellPlan, ThinBody, wall_surface};
 use schedule::ShellSchedule;
@@ -69,23 +76,23 @@ impl Solver for ShellSolver {
     const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Single, PointPrecision::Double];
 
     fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
-        let (problem, treatment) = BrittleProblem::treated(problem.clone(), Self::NAME)?;
-        let plan = ShellPlan::new(&problem)?;
-        treated::check(treatment.as_ref(), &plan.body)?;
+        let (problem, nature) = WallNature::of(problem.clone(), Self::NAME)?;
+        let plan = ShellPlan::new(&problem, nature.hardening.is_some())?;
+        treated::check(nature.treatment.as_ref(), &plan.body)?;
         Ok(plan.cost)
     }
 
     fn begin(problem: Problem) -> Result<Self, Refusal> {
-        let (problem, treatment) = BrittleProblem::treated(problem, Self::NAME)?;
-        let ShellPlan { body, spacing, .. } = ShellPlan::new(&problem)?;
-        treated::check(treatment.as_ref(), &body)?;
+        let (problem, nature) = WallNature::of(problem, Self::NAME)?;
+        let ShellPlan { body, spacing, .. } = ShellPlan::new(&problem, nature.hardening.is_some())?;
+        treated::check(nature.treatment.as_ref(), &body)?;
         let wall = match body {
             ThinBody::Plate(plate) => ThinWall::of_plate(&plate, &problem, spacing)?,
             ThinBody::Wall(flat) => {
                 ThinWall::of_surface(&wall_surface(&problem, &flat, spacing)?, spacing)?
             }
         };
-        Ok(Self(of_functions(&problem, treatment, wall)))
+        Ok(Self(of_functions(&problem, nature, wall)))
     }
 
     fn advance(&mut self) -> Progress {
@@ -96,22 +103,18 @@ impl Solver for ShellSolver {
 /// The solve of a wall, with as many functions a cell as it needs.
 fn of_functions(
     problem: &BrittleProblem,
-    treatment: Option<Treatment>,
+    nature: WallNature,
     wall: (ThinWall, Midsurface),
 ) -> Box<dyn InSlices> {
     use PointPrecision::{Double, Single};
     let level = SimdLevel::best();
     match (wall.1.functions, problem.settings.precision) {
-        (..=9, Single) => Box::new(ShellSolve::<f32, 9>::of_wall(problem, treatment, wall, level)),
-        (..=9, Double) => Box::new(ShellSolve::<f64, 9>::of_wall(problem, treatment, wall, level)),
-        (..=12, Single) => {
-            Box::new(ShellSolve::<f32, 12>::of_wall(problem, treatment, wall, level))
-        }
-        (..=12, Double) => {
-            Box::new(ShellSolve::<f64, 12>::of_wall(problem, treatment, wall, level))
-        }
-        (_, Single) => Box::new(ShellSolve::<f32, 16>::of_wall(problem, treatment, wall, level)),
-        (_, Double) => Box::new(ShellSolve::<f64, 16>::of_wall(problem, treatment, wall, level)),
+        (..=9, Single) => Box::new(ShellSolve::<f32, 9>::of_wall(problem, nature, wall, level)),
+        (..=9, Double) => Box::new(ShellSolve::<f64, 9>::of_wall(problem, nature, wall, level)),
+        (..=12, Single) => Box::new(ShellSolve::<f32, 12>::of_wall(problem, nature, wall, level)),
+        (..=12, Double) => Box::new(ShellSolve::<f64, 12>::of_wall(problem, nature, wall, level)),
+        (_, Single) => Box::new(ShellSolve::<f32, 16>::of_wall(problem, nature, wall, level)),
+        (_, Double) => Box::new(ShellSolve::<f64, 16>::of_wall(problem, nature, wall, level)),
     }
 }
 
@@ -121,12 +124,12 @@ pub struct ShellSolve<R: Real, const N: usize> {
     /// In the frame of the solve.
     local: BrittleProblem,
     wall: ThinWall,
-    /// What was done to its glass.
-    treatment: Option<Treatment>,
+    nature: WallNature,
     domain: ShellDomain<R, N>,
     strikers: Vec<ShellStriker>,
     supports: Vec<ShellSupport>,
     schedule: ShellSchedule,
+    settling: KineticDamping,
     record: ShellRecord,
 }
 
@@ -156,20 +159,21 @@ impl<R: Real> ShellSolve<R, 9> {
         treatment: Option<Treatment>,
         level: SimdLevel,
     ) -> Result<Self, Refusal> {
-        let ShellPlan { body, spacing, .. } = ShellPlan::new(problem)?;
+        let ShellPlan { body, spacing, .. } = ShellPlan::new(problem, false)?;
         let ThinBody::Plate(plate) = body else {
             let lack = "it is no flat plate".to_owned();
             return Err(Refusal::Unfit { solver: ShellSolver::NAME, lack });
         };
         let wall = ThinWall::of_plate(&plate, problem, spacing)?;
-        Ok(Self::of_wall(problem, treatment, wall, level))
+        let nature = WallNature { treatment, hardening: None };
+        Ok(Self::of_wall(problem, nature, wall, level))
     }
 }
 
 impl<R: Real, const N: usize> ShellSolve<R, N> {
     fn of_wall(
         problem: &BrittleProblem,
-        treatment: Option<Treatment>,
+        nature: WallNature,
         (wall, surface): (ThinWall, Midsurface),
         level: SimdLevel,
     ) -> Self {
@@ -178,13 +182,16 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let strength = Strength::new(&problem.strength, spacing);
         let at = |p: usize| wall.in_body(&surface.surface_point(p).place);
         let stress = material.failure_stress * place_factor(&local.strength, spacing);
-        let frozen = treatment.map_or(0.0, |treatment| treatment.surface_stress());
-        let strength = (0..surface.points()).map(|p| frozen + stress * strength.factor(&at(p)));
+        let frozen = nature.treatment.map_or(0.0, |treatment| treatment.surface_stress());
+        let cracks = |p: usize| frozen + stress * strength.factor(&at(p));
+        let metal = nature.hardening.is_some();
+        let strength = |p: usize| if metal { f64::INFINITY } else { cracks(p) };
+        let law = SectionLaw::new(material);
         let shell = ShellMaterial {
-            law: SectionLaw::new(material),
+            law: nature.hardening.map_or(law.clone(), |hardening| law.yielding(hardening)),
             density: material.density,
             thickness: wall.thickness.clone(),
-            strength: strength.collect(),
+            strength: (0..surface.points()).map(strength).collect(),
             softening_cells: SOFTENING_CELLS,
         };
         let mut domain = ShellDomain::new(surface, shell, level);
@@ -196,7 +203,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
             true => 0.0,
             false => domain.steady(wall.step(&domain.surface.steps, material)),
         };
-        let schedule = ShellSchedule::new(&local);
+        let schedule = ShellSchedule::new(&local, metal);
         let strikers: Vec<ShellStriker> = local
             .impacts
             .iter()
@@ -207,9 +214,9 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         }
         let support = |support| ShellSupport::new(support, &domain, material, spacing);
         let supports = local.supports.iter().map(support).collect();
-        let record = ShellRecord::default();
+        let (record, settling) = (ShellRecord::default(), KineticDamping::default());
         let mut solve =
-            Self { record, local, wall, treatment, domain, strikers, supports, schedule };
+            Self { record, settling, local, wall, nature, domain, strikers, supports, schedule };
         solve.record.warnings = solve.first_warnings(heavier);
         solve
     }
@@ -219,16 +226,27 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let slice = (SLICE / self.domain.mass.len().max(1) as u64).max(1);
         for _ in 0..slice {
             let done = match self.step() {
-                Ok(()) if self.is_over() => self.finish_treated().map(Some),
+                Ok(()) if self.is_over() => self.close(),
                 other => other.map(|()| None),
             };
             match done {
                 Ok(None) => {}
-                Ok(Some(fracture)) => return Progress::Done(fracture.into()),
+                Ok(Some(outcome)) => return Progress::Done(outcome),
                 Err(failure) => return Progress::Failed(failure),
             }
         }
         Progress::Running((self.record.time / self.schedule.end).min(1.0))
+    }
+
+    /// After the hits: what comes of them, or nothing while metal still swings.
+    fn close(&mut self) -> Result<Option<SolveOutcome>, Failure> {
+        if self.nature.hardening.is_none() {
+            return self.finish_treated().map(|fracture| Some(fracture.into()));
+        }
+        match !self.is_dented() || self.settling.look(&mut self.domain) {
+            true => self.finish_metal().map(Some),
+            false => Ok(None),
+        }
     }
 
     fn step(&mut self) -> Result<(), Failure> {
@@ -265,7 +283,8 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
 
     fn check(&mut self) -> Result<(), Failure> {
         let (sums, step) = (self.domain.sums(), self.record.steps);
-        let found = sums.kinetic + sums.elastic + self.record.dissipated + self.record.met;
+        let lost = self.record.dissipated + self.record.met + self.settling.taken;
+        let found = sums.kinetic + sums.elastic + lost;
         let given = self.given();
         let scale: f64 = self.local.impacts.iter().map(|hit| hit.energy).sum();
         if !found.is_finite() {
@@ -297,6 +316,18 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
     fn finish(&mut self) -> Result<Fragmentation, Failure> {
         self.check()?;
         self.finish_field(field::ShellField::new(self))
+    }
+
+    /// Where something pushed \[m\], and what it gave \[N·s\].
+    fn pushes(&self) -> Vec<(Vec3, Vec3)> {
+        let hits = self.strikers.iter().zip(&self.local.impacts);
+        let hits = hits.map(|(striker, hit)| (hit.point, hit.normal * striker.delivered()));
+        hits.chain(self.supports.iter().map(ShellSupport::given)).collect()
+    }
+
+    /// What each support gave \[N·s\].
+    fn reactions(&self) -> Vec<f64> {
+        self.supports.iter().map(|one| one.given().1.norm()).collect()
     }
 
     /// The exact cut along what is known of the points.
@@ -336,19 +367,16 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let parts = partition.parts.len();
         let mut sampled = found.pieces.sampled(&partition.particle_part, parts);
         let motions = found.motions(&partition.particle_part, parts);
-        let pushes = self.strikers.iter().zip(&self.local.impacts);
-        let pushes = pushes.map(|(striker, hit)| (hit.point, hit.normal * striker.delivered()));
-        let supports = self.supports.iter().map(ShellSupport::given);
         let finish = Finish {
             problem: &self.local,
             spacing: (self.wall.spacing, self.wall.spacing),
             motes: &found.motes(self.wall.spacing),
-            pushes: &pushes.chain(supports).collect::<Vec<_>>(),
+            pushes: &self.pushes(),
         };
         let FinishedParts { fragments, debris, warnings } =
             finish.fragments(partition.parts, &motions);
         report.warnings.extend(warnings);
-        let reactions = self.supports.iter().map(|one| one.given().1.norm()).collect();
+        let reactions = self.reactions();
         // Debris is the last of them.
         sampled.truncate(fragments.len());
         let fracture = Fragmentation { fragments, sampled, debris, reactions, report };

@@ -2,7 +2,7 @@
 
 use super::detail::{Detail, ShapeError, check_count, check_edge};
 use crate::divide::{divide_triangle, key};
-use crate::mesh::TriMesh;
+use crate::mesh::{Solid, TriMesh};
 use std::collections::BTreeMap;
 
 /// Passes after which division stops; each halves the longest edges, so this spans a factor of 2⁴⁰.
@@ -14,21 +14,31 @@ const MAX_PASSES: usize = 40;
 /// # Errors
 /// [`ShapeError::TooFine`].
 pub fn refine(mesh: &TriMesh, edge: f64) -> Result<TriMesh, ShapeError> {
-    let mut mesh = mesh.clone();
+    Ok(refine_solid(&Solid::outer(mesh.clone()), edge)?.mesh)
+}
+
+/// The same of a solid: a triangle leaves its mark to those that it is divided into.
+///
+/// # Errors
+/// As [`refine`].
+pub fn refine_solid(solid: &Solid, edge: f64) -> Result<Solid, ShapeError> {
+    let Solid { mut mesh, mut surface } = solid.clone();
     for _ in 0..MAX_PASSES {
         let middles = divide_edges(&mut mesh, edge);
         if middles.is_empty() {
             break;
         }
         let mut triangles = Vec::with_capacity(2 * mesh.triangles.len());
-        for &corners in &mesh.triangles {
+        let mut marks = Vec::with_capacity(2 * mesh.triangles.len());
+        for (&corners, mark) in mesh.triangles.iter().zip(surface) {
             let middle = |edge: [u32; 2]| middles.get(&edge).copied();
             divide_triangle(&mesh.vertices, corners, middle, &mut triangles);
+            marks.resize(triangles.len(), mark);
         }
-        mesh.triangles = triangles;
+        (mesh.triangles, surface) = (triangles, marks);
         check_count(mesh.triangles.len())?;
     }
-    Ok(mesh)
+    Ok(Solid { mesh, surface })
 }
 
 /// Adds the middle of each edge that is too long and the longest of one of its triangles.

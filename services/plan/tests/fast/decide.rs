@@ -29,7 +29,8 @@ fn policy(target: Option<AccuracyTarget>, family: Option<&str>) -> Policy<'_> {
     let limits = SolveLimits { most_points: 1e9, most_steps: 1e9, finest: 0.0 };
     let weak_plane = false;
     let (treated, material, most_supports) = (false, "glass", 8);
-    Policy { target, family, weak_plane, treated, material, limits, most_supports }
+    let yield_stress = None;
+    Policy { target, family, weak_plane, treated, yield_stress, material, limits, most_supports }
 }
 
 fn order(speed: f64, policy: &Policy<'_>) -> SolveOrder {
@@ -38,6 +39,29 @@ fn order(speed: f64, policy: &Policy<'_>) -> SolveOrder {
         Some(Decision::Solve(order)) => *order,
         other => panic!("{other:?}"),
     }
+}
+
+/// A metal that yields is solved as a shell where a sheet of it is hit on its face, fast enough;
+/// else it is kept, with the reason of each hit.
+#[test]
+fn sheets_of_metal_are_solved_and_what_else_is_of_it_is_kept() {
+    let metal = Policy { yield_stress: Some(70e6), ..policy(None, None) };
+    let asked = |size: Vec3, speed: f64| {
+        let (world, body, hits) = struck_body(size, speed);
+        decide(&world, body, &hits, &metal).expect("a body")
+    };
+    let sheet = Vec3::new(0.3, 0.2, 0.002);
+    let Decision::Solve(order) = asked(sheet, 10.0) else { panic!("kept") };
+    assert_eq!((order.family.as_str(), order.fallback), (family::SHELL, None));
+    assert!(!order.supports.is_empty());
+    let words = |decision: Decision| {
+        let Decision::Keep(reasons) = decision else { panic!("{decision:?}") };
+        reasons.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+    };
+    let slow = words(asked(sheet, 0.2));
+    assert!(slow.contains("below 0.5 of that at which the metal yields, 7.000e7 Pa"), "{slow}");
+    let block = words(asked(Vec3::repeat(0.1), 10.0));
+    assert!(block.contains("metal is solved as a thin wall"), "{block}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Materials, and how strength varies within a body, as they are written.
 
-use super::{GlassTreatment, InterlayerFilm};
+use super::{GlassTreatment, InterlayerFilm, Plasticity};
 use cullet_document::check::tell;
 use cullet_document::unit;
 use schemars::JsonSchema;
@@ -92,6 +92,10 @@ pub struct Material {
     #[serde(default)]
     #[schemars(extend("x-default" = "none"))]
     pub layers: Option<Layers>,
+    /// How it yields, if it is a metal that dents.
+    #[serde(default)]
+    #[schemars(extend("x-default" = "the preset's, or none: it is brittle"))]
+    pub plasticity: Option<Plasticity>,
     /// What was done to glass after it was drawn.
     #[serde(default)]
     #[schemars(extend("x-default" = "the preset's, or `annealed` without `preset`"))]

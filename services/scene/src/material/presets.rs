@@ -31,6 +31,20 @@ pub struct Preset {
     /// What was done to it, if it is glass.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub treatment: Option<PresetTreatment>,
+    /// How it yields, if it is a metal that dents.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plasticity: Option<PresetPlasticity>,
+}
+
+/// σ_y = A + Bαⁿ of a preset.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct PresetPlasticity {
+    /// A \[Pa\].
+    pub yield_stress: Sourced,
+    /// B \[Pa\].
+    pub hardening: Sourced,
+    /// n \[1\].
+    pub exponent: Sourced,
 }
 
 const DOWLING: &str = "Dowling, Mechanical Behavior of Materials, Table 3.10";
@@ -40,6 +54,7 @@ const PETROVIC: &str = "Petrovic 2003, J. Mater. Sci. 38: middle of 0.7 to 3.1 M
 const PETROVIC_K: &str = "G = K²(1-ν²)/E with K_Ic 0.1 MPa√m of Petrovic 2003 (0.05 to 0.15)";
 const TEXTBOOK: &str = "usual textbook value";
 const STRIKER: &str = "usual textbook value; a striker, not meant to break";
+const SHEET: &str = "drawing sheet yields at 140 to 240 MPa; no measurement was read";
 const SCENES: &str = "chosen for scenes; depends on shape, finish and speed";
 
 const CERAMIC: &str = "ceramics scatter with 5 to 20; no measurement of this one was read";
@@ -70,6 +85,7 @@ const SODA_LIME: Preset = Preset {
     friction: typical(0.3, SCENES),
     breakable: true,
     treatment: None,
+    plasticity: None,
 };
 
 pub(super) const PRESETS: &[Preset] = &[
@@ -86,6 +102,7 @@ pub(super) const PRESETS: &[Preset] = &[
         friction: typical(0.4, SCENES),
         breakable: true,
         treatment: None,
+        plasticity: None,
     },
     Preset {
         name: "brick",
@@ -100,6 +117,7 @@ pub(super) const PRESETS: &[Preset] = &[
         friction: typical(0.65, SCENES),
         breakable: true,
         treatment: None,
+        plasticity: None,
     },
     Preset {
         name: "concrete",
@@ -114,6 +132,7 @@ pub(super) const PRESETS: &[Preset] = &[
         friction: typical(0.65, SCENES),
         breakable: true,
         treatment: None,
+        plasticity: None,
     },
     Preset {
         name: "granite",
@@ -128,6 +147,7 @@ pub(super) const PRESETS: &[Preset] = &[
         friction: typical(0.6, SCENES),
         breakable: true,
         treatment: None,
+        plasticity: None,
     },
     Preset {
         name: "heat-strengthened-glass",
@@ -148,6 +168,7 @@ pub(super) const PRESETS: &[Preset] = &[
         friction: typical(0.05, SCENES),
         breakable: true,
         treatment: None,
+        plasticity: None,
     },
     Preset {
         name: "laminated-glass",
@@ -168,6 +189,7 @@ pub(super) const PRESETS: &[Preset] = &[
         friction: typical(0.6, SCENES),
         breakable: true,
         treatment: None,
+        plasticity: None,
     },
     Preset {
         name: "plaster",
@@ -191,6 +213,26 @@ pub(super) const PRESETS: &[Preset] = &[
         friction: typical(0.6, SCENES),
         breakable: true,
         treatment: None,
+        plasticity: None,
+    },
+    Preset {
+        name: "mild-steel",
+        title: "low-carbon sheet steel, annealed",
+        density: typical(7850.0, TEXTBOOK),
+        young: typical(205e9, TEXTBOOK),
+        poisson: typical(0.29, TEXTBOOK),
+        strength: typical(350e6, TEXTBOOK),
+        fracture_energy: typical(1.5e5, TEXTBOOK),
+        weibull: typical(40.0, TOUGH),
+        restitution: typical(0.4, SCENES),
+        friction: typical(0.4, SCENES),
+        breakable: true,
+        treatment: None,
+        plasticity: Some(PresetPlasticity {
+            yield_stress: typical(200e6, SHEET),
+            hardening: typical(400e6, SHEET),
+            exponent: typical(0.45, SHEET),
+        }),
     },
     Preset {
         name: "pmma",
@@ -205,6 +247,7 @@ pub(super) const PRESETS: &[Preset] = &[
         friction: typical(0.4, SCENES),
         breakable: true,
         treatment: None,
+        plasticity: None,
     },
     Preset {
         name: "porcelain",
@@ -219,6 +262,7 @@ pub(super) const PRESETS: &[Preset] = &[
         friction: typical(0.4, SCENES),
         breakable: true,
         treatment: None,
+        plasticity: None,
     },
     Preset {
         name: "rubber",
@@ -233,6 +277,7 @@ pub(super) const PRESETS: &[Preset] = &[
         friction: typical(0.9, SCENES),
         breakable: false,
         treatment: None,
+        plasticity: None,
     },
     SODA_LIME,
     Preset {
@@ -248,6 +293,7 @@ pub(super) const PRESETS: &[Preset] = &[
         friction: typical(0.4, SCENES),
         breakable: false,
         treatment: None,
+        plasticity: None,
     },
     Preset {
         name: "stoneware",
@@ -262,6 +308,7 @@ pub(super) const PRESETS: &[Preset] = &[
         friction: typical(0.5, SCENES),
         breakable: true,
         treatment: None,
+        plasticity: None,
     },
     Preset {
         name: "toughened-glass",

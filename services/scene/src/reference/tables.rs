@@ -4,8 +4,8 @@
 use super::keys::keys_of;
 use crate::format::{
     Body, Bounds, Document, Expect, Fidelity, Fracture, Grid, InterlayerFilm, Layers, Material,
-    Paint, RecordingSettings, Resolution, Rotation, Scatter, Shape, ShareBounds, Stack, Tiers,
-    View, WeakPlane, World,
+    Paint, Plasticity, RecordingSettings, Resolution, Rotation, Scatter, Shape, ShareBounds, Stack,
+    Tiers, View, WeakPlane, World,
 };
 use crate::surface_detail::Detail;
 
@@ -50,6 +50,7 @@ pub(super) const TABLES: &[Table] = tables! {
     WeakPlane, "`weak_plane` of a material", &[("", WEAK_PLANE)];
     Layers, "`layers` of a material", &[("", LAYERS)];
     InterlayerFilm, "`interlayer` of a material", &[("", INTERLAYER)];
+    Plasticity, "`plasticity` of a material", &[("", PLASTICITY)];
     Body, "`[[body]]`", &[("", BODY)];
     Shape, "`shape` of a body", SHAPES;
     Rotation, "`rotation` of a body", &[("", ROTATION)];
@@ -134,6 +135,13 @@ name = "door"
 preset = "soda-lime-glass"
 treatment = "toughened"
 surface_stress = "110 MPa"
+"#;
+
+const PLASTICITY: &str = r#"[[material]]
+name = "car body"
+preset = "steel"
+plasticity = { yield_stress = "180 MPa", hardening = "400 MPa", exponent = 0.45 }
+breakable = true
 "#;
 
 const LAYERS: &str = r#"[[material]]

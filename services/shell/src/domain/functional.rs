@@ -2,7 +2,7 @@
 //! and how fast it moves.
 
 use super::state::ShellDomain;
-use cullet_geometry::Vec3;
+use cullet_geometry::{Mat3, Vec3};
 use cullet_simd::Real;
 
 /// Shares of control points in the speed of a place along a direction.
@@ -68,6 +68,20 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         let normal = across / stretch;
         let turned = normal - surface.normal;
         PresentPoint { moved: sum(&table.value), tangents, normal, stretch, turned }
+    }
+
+    /// Where a place beside a point, as it lay at first, is now: what the midsurface carries, and
+    /// its height over that, where the wall is thinner as the midsurface is wider \[m\].
+    #[must_use]
+    pub fn carried(&self, point: usize, place: &Vec3) -> [Vec3; 2] {
+        let (surface, now) = (&self.setup[self.seats[point]].surface, self.present(point));
+        let [a1, a2] = surface.tangents;
+        let first = Mat3::from_columns(&[a1, a2, surface.normal]);
+        let off = place - surface.place;
+        let off = first.try_inverse().map_or(Vec3::zeros(), |first| first * off);
+        let [b1, b2] = now.tangents;
+        let thinner = surface.stretch / now.stretch;
+        [surface.place + now.moved + b1 * off.x + b2 * off.y, now.normal * (thinner * off.z)]
     }
 
     /// The speed along `direction` of the place at the height `z` \[m\] over the midsurface at a

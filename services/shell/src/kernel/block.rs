@@ -1,10 +1,11 @@
 //! A block of cells: sixteen side by side in tiles that share their functions.
 
-use super::strain::{CellVectors, Rows, SurfaceLanes, Vectors, present, scatter};
+use super::slot::{ElasticLanes, PointSlot, Section, strain_of};
+use super::strain::{CellVectors, Rows, present, scatter, three};
 use super::{PointSetup, SurfaceStrain};
 use crate::section::{PointState, SectionLaw, SectionTally};
 use cullet_simd::{LANES, Lanes, Real, V, load, store};
-use fearless_simd::{Simd, SimdBase, SimdMask};
+use fearless_simd::{Simd, SimdBase};
 
 /// A displacement \[m\] that is none: less would be subnormal in f32.
 const STILL: f64 = 1e-24;
@@ -29,20 +30,6 @@ impl<const N: usize> CellSide<N> {
 
 /// A vector at a control point; the fourth is nothing.
 pub(super) type PaddedVector<R> = [R; 4];
-
-/// A point of each of sixteen cells.
-#[derive(Clone, Debug)]
-struct PointSlot<R> {
-    geometry: SurfaceLanes<R>,
-    /// Area \[m²\]; none where there is no point.
-    area: Lanes<R>,
-    /// t \[m\].
-    thickness: Lanes<R>,
-    /// Greatest principal stress of an elastic point \[Pa\].
-    limit: Lanes<R>,
-    /// Lanes that are special whatever their stress.
-    special: u16,
-}
 
 #[derive(Clone, Debug)]
 struct CellTile<R, const N: usize> {
@@ -143,7 +130,7 @@ impl<R: Real, const N: usize> CellBlock<R, N> {
         forces: &mut [PaddedVector<R>],
         scratch: &mut CellScratch<R, N>,
     ) -> SectionTally {
-        take(&self.nodes, shared.displacement, &mut scratch.nodes);
+        gather(&self.nodes, shared.displacement, &mut scratch.nodes);
         forces.fill([R::of(0.0); 4]);
         let mut tallies = [SectionTally::default(); LANES];
         let each = self.tiles[0].slots.len();
@@ -177,7 +164,7 @@ impl<R: Real, const N: usize> CellBlock<R, N> {
         scratch: &mut CellScratch<R, N>,
         out: &mut [SurfaceStrain],
     ) {
-        take(&self.nodes, shared.displacement, &mut scratch.nodes);
+        gather(&self.nodes, shared.displacement, &mut scratch.nodes);
         let each = self.tiles[0].slots.len();
         for (tile, out) in self.tiles.iter().zip(out.chunks_mut(LANES * each)) {
             fill(&tile.nodes, &scratch.nodes, &mut scratch.field);
@@ -197,57 +184,10 @@ impl<R: Real, const N: usize> CellBlock<R, N> {
     }
 }
 
-fn strain_of<S: Simd, R: Real>(
-    membrane: &Vectors<S, R>,
-    bending: &Vectors<S, R>,
-    lane: usize,
-) -> SurfaceStrain {
-    SurfaceStrain {
-        membrane: [0, 1, 2].map(|c| membrane[c][lane].wide()),
-        bending: [0, 1, 2].map(|c| bending[c][lane].wide()),
-    }
-}
-
-impl<R: Real> PointSlot<R> {
-    fn empty() -> Self {
-        let (zero, one) = (Lanes([R::of(0.0); LANES]), Lanes([R::of(1.0); LANES]));
-        // A surface that is one, so that lanes without a cell make no infinities.
-        let mut vectors = [[zero; 3]; 6];
-        (vectors[0][0], vectors[1][1], vectors[5][2]) = (one, one, one);
-        let geometry = SurfaceLanes { vectors, stretch: one, to_local: [one, zero, one] };
-        let limit = Lanes([R::of(f64::from(f32::MAX)); LANES]);
-        Self { geometry, area: zero, thickness: one, limit, special: 0 }
-    }
-
-    fn put(&mut self, lane: usize, setup: &PointSetup, live: bool) {
-        let s = &setup.surface;
-        let [a1, a2] = s.tangents;
-        let [x11, x22, x12] = s.curvatures;
-        for (lanes, vector) in
-            self.geometry.vectors.iter_mut().zip([a1, a2, x11, x22, x12, s.normal])
-        {
-            (0..3).for_each(|c| lanes[c].0[lane] = R::of(vector[c]));
-        }
-        self.geometry.stretch.0[lane] = R::of(s.stretch);
-        for (lanes, t) in self.geometry.to_local.iter_mut().zip(s.to_local) {
-            lanes.0[lane] = R::of(t);
-        }
-        self.area.0[lane] = R::of(if live { s.area } else { 0.0 });
-        self.thickness.0[lane] = R::of(setup.thickness);
-    }
-
-    fn watch(&mut self, lane: usize, limit: Option<f64>) {
-        let most = f64::from(f32::MAX);
-        self.limit.0[lane] = R::of(limit.unwrap_or(most).min(most));
-        let bit = 1 << lane;
-        self.special = if limit.is_none() { self.special | bit } else { self.special & !bit };
-    }
-}
-
 /// Displacements of the block's control points from that of the first: rounding then goes by the
 /// strain of the block, not by how far the body has moved.
 #[inline(always)]
-fn take<R: Real>(ids: &[u32], displacement: &[[f64; 4]], local: &mut Vec<PaddedVector<R>>) {
+fn gather<R: Real>(ids: &[u32], displacement: &[[f64; 4]], local: &mut Vec<PaddedVector<R>>) {
     let base = displacement[ids[0] as usize];
     local.clear();
     local.extend(ids.iter().map(|&id| {
@@ -318,51 +258,29 @@ fn column<S: Simd, R: Real, const N: usize>(
     for lanes in forces.iter_mut().flatten() {
         store(simd, zero, lanes, lane);
     }
-    let modulus = R::of(shared.law.elastic.modulus);
-    let (poisson, shear) =
-        (R::of(shared.law.elastic.poisson), R::of(1.0 - shared.law.elastic.poisson));
-    let stress = |e: &Vectors<S, R>| {
-        [
-            (e[0] + e[1] * poisson) * modulus,
-            (e[1] + e[0] * poisson) * modulus,
-            e[2] * shear * modulus,
-        ]
-    };
-    let each = tile.slots.len();
+    let (elastic, each) = (ElasticLanes::of(shared.law), tile.slots.len());
     for (q, slot) in tile.slots.iter_mut().enumerate() {
         let rows = &shared.tables[tile.table as usize][q];
         let now = present::<S, R, N>(simd, rows, &slot.geometry, field, lane);
-        let t = load(simd, &slot.thickness, lane);
-        let (s, c) = (stress(&now.membrane), stress(&now.bending));
-        let mut n = s.map(|x| x * t);
-        let cubed = t * t * t * R::of(1.0 / 12.0);
-        let mut m = c.map(|x| x * cubed);
-        // The greatest principal stress is on one of the two faces.
-        let limit = load(simd, &slot.limit, lane);
-        let outer = t * R::of(0.5);
-        let mut calm = limit.simd_gt(zero);
-        for side in [outer, zero - outer] {
-            let [s11, s22, s12] = [0, 1, 2].map(|k| s[k] + c[k] * side);
-            let below = limit - (s11 + s22) * R::of(0.5);
-            let half = (s11 - s22) * R::of(0.5);
-            calm &= below.simd_gt(zero) & (below * below).simd_gt(half * half + s12 * s12);
-        }
-        let width = V::<S, R>::LEN;
-        let bits = (slot.special >> lane) as u32 & ((1u32 << width) - 1);
-        if bits != 0 || !calm.all_true() {
-            for k in (0..width).filter(|&k| bits >> k & 1 == 1 || !calm.test(k)) {
-                if slot.area.0[lane + k].wide() == 0.0 {
-                    (0..3).for_each(|i| (n[i][k], m[i][k]) = (R::of(0.0), R::of(0.0)));
-                    continue;
-                }
-                let strain = strain_of::<S, R>(&now.membrane, &now.bending, k);
-                let state = &mut special_points.states[(lane + k) * each + q];
-                let borne = shared.law.step(state, &strain, &mut special_points.tallies[lane + k]);
-                for i in 0..3 {
-                    n[i][k] = R::of(borne.force[i]);
-                    m[i][k] = R::of(borne.moment[i]);
-                }
-                slot.watch(lane + k, shared.law.elastic_limit(state));
+        let Section { whole, borne: [mut n, mut m], stirred } =
+            slot.section(simd, &elastic, [&now.membrane, &now.bending], lane);
+        for k in (0..V::<S, R>::LEN).filter(|&k| stirred >> k & 1 == 1) {
+            if slot.area.0[lane + k].wide() == 0.0 {
+                (0..3).for_each(|i| (n[i][k], m[i][k]) = (R::of(0.0), R::of(0.0)));
+                continue;
+            }
+            let strain = strain_of::<S, R>(&now.membrane, &now.bending, k);
+            let state = &mut special_points.states[(lane + k) * each + q];
+            let borne = shared.law.step(state, &strain, &mut special_points.tallies[lane + k]);
+            for i in 0..3 {
+                n[i][k] = R::of(borne.force[i]);
+                m[i][k] = R::of(borne.moment[i]);
+            }
+            slot.watch(lane + k, shared.law.elastic_limit(state));
+            if elastic.yields {
+                let [all_n, all_m] = &whole;
+                let less = [three(|i| all_n[i][k] - n[i][k]), three(|i| all_m[i][k] - m[i][k])];
+                slot.note_flow(lane + k, &less, &strain);
             }
         }
         let area = load(simd, &slot.area, lane);

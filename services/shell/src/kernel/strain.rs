@@ -56,13 +56,20 @@ fn cross<S: Simd, R: Real>(a: &Vectors<S, R>, b: &Vectors<S, R>) -> Vectors<S, R
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// An array of three, in line: closures given to `array::map` are not, and lose the path of the
+/// processor.
+#[inline(always)]
+pub(super) fn three<T>(mut of: impl FnMut(usize) -> T) -> [T; 3] {
+    [of(0), of(1), of(2)]
+}
+
 #[inline(always)]
 fn add<S: Simd, R: Real>(a: &Vectors<S, R>, b: &Vectors<S, R>) -> Vectors<S, R> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 #[inline(always)]
-fn take<S: Simd, R: Real>(simd: S, from: &[Lanes<R>; 3], lane: usize) -> Vectors<S, R> {
+pub(super) fn take<S: Simd, R: Real>(simd: S, from: &[Lanes<R>; 3], lane: usize) -> Vectors<S, R> {
     [load(simd, &from[0], lane), load(simd, &from[1], lane), load(simd, &from[2], lane)]
 }
 
@@ -105,10 +112,9 @@ pub(super) fn present<S: Simd, R: Real, const N: usize>(
         }
     }
     let [u1, u2, u11, u22, u12] = u;
-    let [a1, a2, x11, x22, x12, a3] = [0, 1, 2, 3, 4, 5].map(|k| {
-        let vectors = &geometry.vectors[k];
-        take(simd, vectors, lane)
-    });
+    let vector = |k: usize| take(simd, &geometry.vectors[k], lane);
+    let (a1, a2, a3) = (vector(0), vector(1), vector(5));
+    let (x11, x22, x12) = (vector(2), vector(3), vector(4));
     let j = load(simd, &geometry.stretch, lane);
     let to_local = take(simd, &geometry.to_local, lane);
     let half = R::of(0.5);
@@ -128,8 +134,8 @@ pub(super) fn present<S: Simd, R: Real, const N: usize>(
     let length = dot::<S, R>(&now, &now).sqrt();
     let shrink = V::<S, R>::splat(simd, R::of(1.0)) / length;
     let longer = dot::<S, R>(&tilt, &add::<S, R>(&before, &now)) / (j + length);
-    let normal = now.map(|x| x * shrink);
-    let turned = [0, 1, 2].map(|c| (tilt[c] - a3[c] * longer) * shrink);
+    let normal = three(|c| now[c] * shrink);
+    let turned = three(|c| (tilt[c] - a3[c] * longer) * shrink);
     let change = |u: &Vectors<S, R>, x: &Vectors<S, R>| {
         zero - (dot::<S, R>(u, &normal) + dot::<S, R>(x, &turned))
     };
@@ -157,17 +163,18 @@ pub(super) fn scatter<S: Simd, R: Real, const N: usize>(
     forces: &mut CellVectors<R, N>,
     lane: usize,
 ) {
-    let n = curvilinear::<S, R>(&present.to_local, n).map(|x| x * area);
-    let m = curvilinear::<S, R>(&present.to_local, m).map(|x| x * area);
+    let (n, m) =
+        (curvilinear::<S, R>(&present.to_local, n), curvilinear::<S, R>(&present.to_local, m));
+    let (n, m) = (three(|c| n[c] * area), three(|c| m[c] * area));
     let twice = m[2] + m[2];
     let [x11, x22, x12] = &present.curvatures;
-    let pull = [0, 1, 2].map(|c| m[0] * x11[c] + m[1] * x22[c] + twice * x12[c]);
+    let pull = three(|c| m[0] * x11[c] + m[1] * x22[c] + twice * x12[c]);
     let along = dot::<S, R>(&present.normal, &pull);
-    let v = [0, 1, 2].map(|c| (pull[c] - present.normal[c] * along) * present.shrink);
+    let v = three(|c| (pull[c] - present.normal[c] * along) * present.shrink);
     let [a1, a2] = &present.tangents;
     let (first, second) = (cross::<S, R>(a2, &v), cross::<S, R>(&v, a1));
-    let p1 = [0, 1, 2].map(|c| first[c] - (n[0] * a1[c] + n[2] * a2[c]));
-    let p2 = [0, 1, 2].map(|c| second[c] - (n[1] * a2[c] + n[2] * a1[c]));
+    let p1 = three(|c| first[c] - (n[0] * a1[c] + n[2] * a2[c]));
+    let p2 = three(|c| second[c] - (n[1] * a2[c] + n[2] * a1[c]));
     for (k, node) in forces.iter_mut().enumerate() {
         let bend = m[0] * rows[2][k] + m[1] * rows[3][k] + twice * rows[4][k];
         for c in 0..3 {

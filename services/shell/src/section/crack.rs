@@ -47,7 +47,9 @@ pub struct PointState {
     pub area: f64,
     /// What has flowed at each station; empty where nothing has.
     pub flow: Vec<StationFlow>,
-    /// Strain of the last step in which it was not simply elastic.
+    /// How far its stations were from yielding when they were last looked at \[Pa\].
+    pub(super) slack: f64,
+    /// Strain of the last step in which it was not simply elastic, nor far from yielding.
     pub(super) last: Option<SurfaceStrain>,
 }
 
@@ -56,7 +58,7 @@ impl PointState {
     #[must_use]
     pub fn new(flaw: f64, spread: [f64; 3], thickness: f64, area: f64) -> Self {
         let (damage, crack, dead, crossed, crumbles) = (0.0, None, false, false, false);
-        let (tip, flow, last) = (f64::INFINITY, Vec::new(), None);
+        let (tip, flow, slack, last) = (f64::INFINITY, Vec::new(), 0.0, None);
         Self {
             damage,
             crack,
@@ -69,6 +71,7 @@ impl PointState {
             thickness,
             area,
             flow,
+            slack,
             last,
         }
     }

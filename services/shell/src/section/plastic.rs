@@ -1,8 +1,9 @@
 //! Sections that yield: what flows at the stations through the thickness, and what it takes.
 
-use super::yielding::{Hardening, StationFlow, less, times};
-use super::{PointState, SectionLaw, SectionTally};
+use super::yielding::{StationFlow, less, times};
+use super::{NEAR_YIELD, PointState, SectionLaw, SectionTally};
 use crate::kernel::{Resultants, SurfaceStrain};
+use cullet_model::Hardening;
 
 impl SectionLaw {
     /// What the section of a point bears under `strain`, after what of it flows. What that takes is
@@ -16,20 +17,25 @@ impl SectionLaw {
     ) -> Resultants {
         let (t, stations) = (state.thickness, self.stations.list());
         state.flow.resize(stations.len(), StationFlow::default());
-        let before = state.last.unwrap_or_default();
-        let mut borne = Resultants::default();
+        let (mut borne, mut slack) = (Resultants::default(), f64::INFINITY);
         for (&(z, w), flow) in stations.iter().zip(&mut state.flow) {
             let then = *flow;
             let stress = flow.flow(&self.elastic, hardening, &strain.at(z * t));
             if *flow != then {
-                let first = self.elastic.stress(&less(&before.at(z * t), &then.strain));
+                let first = |before: SurfaceStrain| {
+                    self.elastic.stress(&less(&before.at(z * t), &then.strain))
+                };
+                let first = state.last.map_or(stress, first);
                 let mean = [0, 1, 2].map(|k| 0.5 * (first[k] + stress[k]));
                 let work = times(&mean, &less(&flow.strain, &then.strain));
                 tally.dissipated += state.area * t * w * work;
             }
+            slack = slack.min(flow.slack(hardening, &stress));
             borne.add(t, (z, w), &stress);
         }
-        state.last = Some(*strain);
+        state.slack = slack;
+        let is_near = slack <= NEAR_YIELD * hardening.yield_stress;
+        state.last = is_near.then_some(*strain);
         borne
     }
 }
@@ -38,8 +44,8 @@ impl SectionLaw {
 mod tests {
     use crate::kernel::{Resultants, SurfaceStrain};
     use crate::section::yielding::times;
-    use crate::section::{Hardening, PointState, SectionLaw, SectionTally, gauss};
-    use cullet_model::Material;
+    use crate::section::{PointState, SectionLaw, SectionTally, gauss};
+    use cullet_model::{Hardening, Material};
 
     fn steel(hardening: Hardening) -> SectionLaw {
         let material = Material {

@@ -6,41 +6,11 @@
 //! φ²(γ) = (p²/6)/(1 + γE/3(1 − ν))² + q²/(1 + 2μγ)² = ⅔σ_y²(α + √⅔ γφ).
 
 use crate::kernel::PlaneStress;
+use cullet_model::Hardening;
 
 /// Steps of Newton's method, and share of the yield stress at which it has ended.
 const ROUNDS: usize = 40;
 const ENOUGH: f64 = 1e-12;
-
-/// Plastic strain below which a power of it is taken to rise in a straight line \[1\].
-const LEAST_STRAIN: f64 = 1e-6;
-
-/// The stress at which a metal yields, σ_y = A + Bαⁿ: Johnson & Cook's \[1983\], slow and cold.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hardening {
-    /// A: that at which it yields first \[Pa\].
-    pub yield_stress: f64,
-    /// B \[Pa\].
-    pub hardening: f64,
-    /// n, in (0, 1\] \[1\].
-    pub exponent: f64,
-}
-
-impl Hardening {
-    /// σ_y at a plastic strain of `alpha` \[Pa\], and its slope \[Pa\].
-    #[must_use]
-    pub fn stress(&self, alpha: f64) -> (f64, f64) {
-        let Self { yield_stress, hardening, exponent } = *self;
-        if hardening <= 0.0 {
-            return (yield_stress, 0.0);
-        }
-        if alpha < LEAST_STRAIN {
-            let slope = hardening * libm::pow(LEAST_STRAIN, exponent - 1.0);
-            return (yield_stress + slope * alpha, slope);
-        }
-        let more = hardening * libm::pow(alpha, exponent);
-        (yield_stress + more, more * exponent / alpha)
-    }
-}
 
 /// What has flowed at a station.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -49,6 +19,8 @@ pub struct StationFlow {
     pub strain: [f64; 3],
     /// Equivalent plastic strain α \[1\].
     pub amount: f64,
+    /// σ_y(α) as far as it has risen over σ_y(0) \[Pa\].
+    pub hardened: f64,
 }
 
 /// S : E of a symmetric pair, 11, 22, 12.
@@ -67,6 +39,11 @@ fn deviator(s: &[f64; 3]) -> f64 {
 }
 
 impl StationFlow {
+    /// How far von Mises' stress is below that at which it yields \[Pa\].
+    pub(super) fn slack(&self, hardening: &Hardening, stress: &[f64; 3]) -> f64 {
+        hardening.yield_stress + self.hardened - 1.5_f64.sqrt() * deviator(stress)
+    }
+
     /// Stress under a strain, after what of it flows.
     pub fn flow(
         &mut self,
@@ -76,7 +53,7 @@ impl StationFlow {
     ) -> [f64; 3] {
         let trial = elastic.stress(&less(strain, &self.strain));
         let root = (2.0_f64 / 3.0).sqrt();
-        if deviator(&trial) <= root * hardening.stress(self.amount).0 {
+        if deviator(&trial) <= root * (hardening.yield_stress + self.hardened) {
             return trial;
         }
         let PlaneStress { modulus, poisson } = *elastic;
@@ -96,8 +73,9 @@ impl StationFlow {
         };
         let (mut low, mut high) = (0.0, f64::INFINITY);
         let mut gamma = 0.0;
+        let mut found = left(gamma);
         for _ in 0..ROUNDS {
-            let (over, slope, _, yields) = left(gamma);
+            let (over, slope, _, yields) = found;
             if over.abs() <= ENOUGH * yields {
                 break;
             }
@@ -106,22 +84,26 @@ impl StationFlow {
             let middle =
                 if high.is_finite() { 0.5 * (low + high) } else { 2.0 * gamma + 1.0 / shear };
             gamma = if next > low && next < high { next } else { middle };
+            found = left(gamma);
         }
-        let (a, b, phi) = (1.0 + bulk * gamma, 1.0 + shear * gamma, left(gamma).2);
+        let (_, _, phi, yields) = found;
+        let (a, b) = (1.0 + bulk * gamma, 1.0 + shear * gamma);
         let (p, d, s12) = (p / a, d / b, trial[2] / b);
         let stress = [0.5 * p + d, 0.5 * p - d, s12];
         let direction =
             [(2.0 * stress[0] - stress[1]) / 3.0, (2.0 * stress[1] - stress[0]) / 3.0, s12];
         (0..3).for_each(|k| self.strain[k] += gamma * direction[k]);
         self.amount += root * gamma * phi;
+        self.hardened = yields - hardening.yield_stress;
         stress
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Hardening, StationFlow, deviator};
+    use super::{StationFlow, deviator};
     use crate::kernel::PlaneStress;
+    use cullet_model::Hardening;
 
     const STEEL: PlaneStress = PlaneStress { modulus: 210e9 / (1.0 - 0.09), poisson: 0.3 };
 

@@ -15,6 +15,9 @@ const LEAST_CELLS: f64 = 1.5;
 const LONGEST: f64 = 6.0;
 const APART: f64 = 0.5;
 
+/// The same of what yields, over the longest push \[1\].
+const METAL_APART: f64 = 0.04;
+
 /// Points that something presses on.
 #[derive(Clone, Debug)]
 pub(super) struct PressedPoints {
@@ -92,6 +95,13 @@ impl PressedPoints {
         self.nodes.iter().map(of).sum()
     }
 
+    /// Speed of the whole body along the direction \[m/s\].
+    fn speed_of_whole<R: Real, const N: usize>(&self, domain: &ShellDomain<R, N>) -> f64 {
+        let pairs = domain.velocity.iter().zip(&domain.mass);
+        let momentum: f64 = pairs.map(|(v, m)| v.dot(&self.direction) * m).sum();
+        momentum / domain.mass.iter().sum::<f64>()
+    }
+
     /// Presses with `force` \[N\] in the next step.
     fn press<R: Real, const N: usize>(&mut self, domain: &mut ShellDomain<R, N>, force: f64) {
         self.refresh(domain);
@@ -106,7 +116,10 @@ impl PressedPoints {
 pub(super) struct ShellStriker {
     patch: PressedPoints,
     contact: HertzContact,
-    duration: f64,
+    /// Times after which it is over in any case, and apart after which it is \[s\].
+    longest: [f64; 2],
+    /// Whether it is not over while it comes on.
+    follows: bool,
     closing_speed: f64,
     speed: f64,
     /// Speed that a unit impulse takes from it \[1/kg\].
@@ -131,6 +144,12 @@ impl ShellStriker {
     ) -> Self {
         let contact = HertzContact::new(hit);
         let duration = hertz_contact::duration(hit);
+        // What yields may part from it for a while, as it bends far.
+        let follows = domain.law.hardening.is_some();
+        let longest = match follows {
+            true => [schedule.push, METAL_APART * schedule.push],
+            false => [LONGEST, APART].map(|times| times * duration.min(schedule.push)),
+        };
         let wanted = contact.radius(contact.depth(hit.energy)).max(0.5 * thickness);
         let cell = domain.surface.surface_point(0).extent;
         let radius = wanted.max(LEAST_CELLS * cell);
@@ -139,7 +158,8 @@ impl ShellStriker {
         Self {
             patch: PressedPoints::new(domain, hit.point, hit.normal, radius),
             contact,
-            duration: duration.min(schedule.push),
+            longest,
+            follows,
             closing_speed: hit.closing_speed,
             speed: hit.closing_speed,
             mobility,
@@ -169,14 +189,15 @@ impl ShellStriker {
         self.speed / self.closing_speed
     }
 
-    /// Energy that it has lost, less what the contact's spring holds \[J\].
+    /// Energy that it has lost, less what its spring holds and what crushing took \[J\].
     pub(super) fn lost(&self) -> f64 {
-        let given = 0.5 * self.delivered * (self.closing_speed + self.speed);
-        given - self.held()
+        let lost = 0.5 * self.delivered * (self.closing_speed + self.speed);
+        lost - self.contact.stored(self.approach.max(0.0)) - self.crushed()
     }
 
-    fn held(&self) -> f64 {
-        self.contact.stored(self.approach.max(0.0))
+    /// Energy that crushing the contact took \[J\].
+    pub(super) fn crushed(&self) -> f64 {
+        self.contact.crushed()
     }
 
     pub(super) fn push<R: Real, const N: usize>(
@@ -198,9 +219,10 @@ impl ShellStriker {
             self.speed -= size * self.mobility;
             self.patch.press(domain, size / domain.step);
         }
+        let apart = time - self.touched > self.longest[1];
         self.over = size == left
-            || time > LONGEST * self.duration
-            || time - self.touched > APART * self.duration;
+            || time > self.longest[0]
+            || apart && !(self.follows && self.speed > self.patch.speed_of_whole(domain));
     }
 }
 

@@ -16,6 +16,17 @@ const CELLS: (f64, f64) = (0.25, 4.0);
 /// Cells of the smaller extent that are wanted at least.
 const ACROSS: f64 = 24.0;
 
+/// Size of a cell of what yields over the thickness: what is wanted, and at most. No crack is to be
+/// resolved.
+const DENTED_CELLS: (f64, f64) = (1.5, 16.0);
+
+/// How far above its bound a size of cells may be that comes from the solve before: the wall is not
+/// quite as thick by now.
+const ROUGHLY: f64 = 1.1;
+
+/// Cells of the smaller extent of what yields: at least, and what is wanted.
+const DENTED: (f64, f64) = (16.0, 40.0);
+
 /// Spacing over √(Rt), the length over which a curved wall bends, for R half of its middle extent.
 const BENT: f64 = 0.33;
 
@@ -66,25 +77,25 @@ impl ShellPlan {
     ///
     /// # Errors
     /// The bound that it breaks.
-    pub(super) fn new(problem: &BrittleProblem) -> Result<Self, Refusal> {
+    pub(super) fn new(problem: &BrittleProblem, is_metal: bool) -> Result<Self, Refusal> {
         check(problem)?;
         match Plate::of_mesh(&problem.solid.mesh) {
-            Ok(plate) => Self::of_plate(problem, plate),
-            Err(flat) => Self::of_wall(problem, flat),
+            Ok(plate) => Self::of_plate(problem, plate, is_metal),
+            Err(flat) => Self::of_wall(problem, flat, is_metal),
         }
     }
 
-    fn of_plate(problem: &BrittleProblem, plate: Plate) -> Result<Self, Refusal> {
+    fn of_plate(problem: &BrittleProblem, plate: Plate, is_metal: bool) -> Result<Self, Refusal> {
         let (t, least) = (plate.thickness, plate.size[0].min(plate.size[1]));
         within("thickness over the smaller extent of the plate", t / least, [0.0, SLENDER])?;
         let area = plate.size[0] * plate.size[1];
         let size = WallSize { thickness: t, least, bent: 0.0, area };
-        let spacing = spacing(problem, &size)?;
-        let cost = cost(problem, &size, spacing, StepBounds::PATCH)?;
+        let spacing = spacing(problem, &size, is_metal)?;
+        let cost = cost(problem, &size, spacing, (StepBounds::PATCH, is_metal))?;
         Ok(Self { body: ThinBody::Plate(plate), spacing, cost })
     }
 
-    fn of_wall(problem: &BrittleProblem, flat: NotPlate) -> Result<Self, Refusal> {
+    fn of_wall(problem: &BrittleProblem, flat: NotPlate, is_metal: bool) -> Result<Self, Refusal> {
         let mesh = &problem.solid.mesh;
         // Both walls and little else: V = tA/2.
         let area = 0.5 * mesh.area();
@@ -102,8 +113,8 @@ impl ShellPlan {
         }
         let bent = (BENT * (t * 0.5 * extent).sqrt()).min((area / FEWEST).sqrt());
         let size = WallSize { thickness: t, least: extent, bent, area };
-        let spacing = spacing(problem, &size)?;
-        let cost = cost(problem, &size, spacing, StepBounds::EVEN)?;
+        let spacing = spacing(problem, &size, is_metal)?;
+        let cost = cost(problem, &size, spacing, (StepBounds::EVEN, is_metal))?;
         Ok(Self { body: ThinBody::Wall(flat), spacing, cost })
     }
 }
@@ -126,13 +137,18 @@ fn neither(flat: &NotPlate, lack: &dyn std::fmt::Display) -> Refusal {
 }
 
 /// Size of a cell \[m\].
-fn spacing(problem: &BrittleProblem, size: &WallSize) -> Result<f64, Refusal> {
+fn spacing(problem: &BrittleProblem, size: &WallSize, is_metal: bool) -> Result<f64, Refusal> {
     let t = size.thickness;
     let settings = &problem.settings;
     let most = f64::from(settings.max_particles.max(1));
-    let wanted = (0.5 * t).max(size.bent).min(size.least / ACROSS).max((size.area / most).sqrt());
-    let spacing = settings.spacing.unwrap_or(wanted.clamp(CELLS.0 * t, CELLS.1 * t));
-    within("cells over the thickness", spacing / t, [CELLS.0, CELLS.1])?;
+    // Cracks are resolved by the thickness, dents by the extent.
+    let (fine, across, coarse) = match is_metal {
+        true => ((size.least / DENTED.1).max(DENTED_CELLS.0 * t), DENTED.0, DENTED_CELLS.1),
+        false => (0.5 * t, ACROSS, CELLS.1),
+    };
+    let wanted = fine.max(size.bent).min(size.least / across).max((size.area / most).sqrt());
+    let spacing = settings.spacing.unwrap_or(wanted.clamp(CELLS.0 * t, coarse * t));
+    within("cells over the thickness", spacing / t, [CELLS.0, ROUGHLY * coarse])?;
     let points = size.area / (spacing * spacing);
     if points > 1.1 * most {
         let what = "the number of control points";
@@ -146,13 +162,13 @@ fn cost(
     problem: &BrittleProblem,
     size: &WallSize,
     spacing: f64,
-    bounds: StepBounds,
+    (bounds, is_metal): (StepBounds, bool),
 ) -> Result<Cost, Refusal> {
     let material = &problem.material;
     let modulus = material.young / (1.0 - material.poisson * material.poisson);
     let speed = (modulus / material.density).sqrt();
     let step = STEP_SHARE * bounds.step(spacing, size.thickness, speed);
-    let steps = super::schedule::ShellSchedule::new(problem).end / step;
+    let steps = super::schedule::ShellSchedule::new(problem, is_metal).end / step;
     let limit = f64::from(problem.settings.max_steps);
     if steps > limit {
         return Err(Refusal::TooLarge { what: "the number of steps", value: steps, limit });

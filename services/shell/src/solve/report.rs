@@ -25,7 +25,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let mut warnings = Vec::new();
         let tip = self.domain.tip_strength(self.wall.spacing);
         let strength = self.local.material.failure_stress;
-        if tip < strength {
+        if tip < strength && self.nature.hardening.is_none() {
             warnings.push(format!(
                 "toughness-controlled: cracks grow at {:.3} of the material's strength at this \
                  spacing (F01)",
@@ -44,6 +44,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
     pub(super) fn report(&self, damage: &[f64]) -> Report {
         let tip = self.domain.tip_strength(self.wall.spacing);
         let damaged = damage.iter().filter(|&&c| c > 0.5).count();
+        let crushed = self.strikers.iter().map(ShellStriker::crushed).sum();
         let mut report = Report {
             solver: ShellSolver::NAME.to_owned(),
             spacing: self.wall.spacing,
@@ -59,7 +60,8 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         .with(DELIVERED_IMPULSE, "N·s", self.delivered())
         .with("energy_balance", "1", 1.0 + self.record.energy_off)
         .with("splits", "1", self.domain.splits() as f64)
-        .with("energy_of_contact_of_sides", "J", self.record.met);
+        .with("energy_of_contact_of_sides", "J", self.record.met)
+        .with("energy_of_crushed_contact", "J", crushed);
         self.last_warnings(&mut report);
         report
     }
@@ -71,6 +73,9 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         }
         if self.is_dicing() {
             // It ends where it starts to dice, whatever moves then.
+            return;
+        }
+        if self.nature.hardening.is_some() {
             return;
         }
         for striker in self.strikers.iter().filter(|striker| striker.left() > THROUGH) {

@@ -8,6 +8,9 @@ use cullet_model::hertz_contact;
 /// than shear waves by two or three times.
 const QUIET_TRANSITS: f64 = 4.0;
 
+/// Transits that the push on metal may take, which bends far before it comes to rest.
+const METAL_TRANSITS: f64 = 100.0;
+
 /// Share of the points that must break to count as growth.
 pub(super) const GROWTH: f64 = 5e-4;
 
@@ -23,10 +26,13 @@ pub(super) struct ShellSchedule {
 }
 
 impl ShellSchedule {
-    pub(super) fn new(problem: &BrittleProblem) -> Self {
+    pub(super) fn new(problem: &BrittleProblem, is_metal: bool) -> Self {
         let transit = problem.solid.mesh.diagonal() / problem.material.shear_speed();
         let longest = problem.impacts.iter().map(hertz_contact::duration).fold(0.0, f64::max);
-        let push = longest.min(PUSH_TRANSITS * transit);
+        let push = match is_metal {
+            true => METAL_TRANSITS * transit,
+            false => longest.min(PUSH_TRANSITS * transit),
+        };
         let (quiet, after) = (QUIET_TRANSITS * transit, 2.0 * AFTER_TRANSITS * transit);
         Self { push, quiet, after, end: push + after }
     }

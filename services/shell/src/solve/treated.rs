@@ -10,12 +10,12 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
     /// Whether the plate dices: it is cut through somewhere, and holds what pays for it.
     pub(super) fn is_dicing(&self) -> bool {
         let (material, t) = (&self.local.material, self.wall.typical);
-        self.record.broken > 0 && treatment::dices(material, self.treatment.as_ref(), t)
+        self.record.broken > 0 && treatment::dices(material, self.nature.treatment.as_ref(), t)
     }
 
     /// What comes of it, by what was done to the glass.
     pub(super) fn finish_treated(&mut self) -> Result<Fragmentation, Failure> {
-        match self.treatment {
+        match self.nature.treatment {
             Some(Treatment::Toughened { surface_stress }) if self.is_dicing() => {
                 toughened::finish(self, surface_stress)
             }

@@ -2,12 +2,16 @@
 
 use crate::equilibrium::Grid;
 use crate::kernel::same_everywhere;
+use crate::pane::pane;
 use cullet_geometry::Vec3;
 use cullet_geometry::nurbs::NurbsPatch;
-use cullet_model::Material;
+use cullet_model::{
+    BodyShape, Hardening, Law, Material, Problem, Progress, Settings, SolveOutcome, Solver,
+};
+use cullet_shell::ShellSolver;
 use cullet_shell::domain::{ShellDomain, ShellMaterial};
 use cullet_shell::midsurface::Midsurface;
-use cullet_shell::section::{Hardening, SectionLaw};
+use cullet_shell::section::SectionLaw;
 use cullet_simd::{Real, SimdLevel};
 
 const YIELD: f64 = 250e6;
@@ -147,4 +151,41 @@ fn yielding_sheets_have_the_same_bits_everywhere() {
     let size = double.iter().map(Vec3::norm).fold(0.0, f64::max);
     let off = double.iter().zip(&single).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     assert!(off < 1e-3 * size, "{off} of {size}");
+}
+
+/// A square of sheet steel on its four corners under a ball, by the solver.
+fn dented(speed: f64) -> SolveOutcome {
+    let settings = Settings { spacing: Some(4e-3), ..Settings::default() };
+    let problem = pane([0.16, 0.16, T], 0.015, speed, settings);
+    let material = Material { density: 7850.0, young: 210e9, poisson: 0.3, ..problem.material };
+    let hardening = Hardening { yield_stress: YIELD, hardening: 300e6, exponent: 0.5 };
+    let law = Law::Yielding { material, hardening };
+    let mut solve = ShellSolver::begin(Problem { law, ..problem.into() }).expect("accepted");
+    loop {
+        match solve.advance() {
+            Progress::Running(_) => {}
+            Progress::Done(outcome) => return outcome,
+            Progress::Failed(failure) => panic!("{failure}"),
+        }
+    }
+}
+
+/// A ball leaves a dent in a sheet: a closed body of the same volume, whose middle lies lower, and
+/// whose work is less than what the ball had. At a tenth of the speed nothing stays.
+#[test]
+fn a_ball_leaves_a_dent() {
+    let SolveOutcome::Deformed(found) = dented(6.0) else { panic!("not deformed") };
+    let BodyShape::Solid(solid) = &found.body else { panic!("another body") };
+    assert!(solid.mesh.is_closed());
+    let volume = solid.mesh.signed_volume() / (0.16 * 0.16 * T);
+    let low = solid.mesh.vertices.iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
+    let (work, dent) = (found.work, found.report.detail("dent").unwrap());
+    println!("dent {dent:.2e} m, lowest {low:.2e} m, work {work:.3} J, volume {volume:.5}");
+    println!("{:?}", found.report.warnings);
+    assert!((volume - 1.0).abs() < 1e-9, "{volume}");
+    assert!(dent > T && low < -T, "{dent}, {low}");
+    let balance = found.report.detail("energy_balance").unwrap();
+    assert!((balance - 1.0).abs() < 0.02, "{balance}");
+    assert!(!found.hulls.is_empty() && work > 0.0);
+    assert!(matches!(dented(0.1), SolveOutcome::Unchanged(_)));
 }
