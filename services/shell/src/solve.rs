@@ -56,6 +56,9 @@ const TESTED_AREA: f64 = 0.01;
 /// How far from a contact a shell overstates the stress, in thicknesses \[shells §2.10\].
 const NEAR: f64 = 2.0;
 
+/// Most mass that small cells may get, over that of the shell \[1\].
+const MOST_ADDED: f64 = 0.1;
+
 /// The shell family.
 #[derive(Debug)]
 pub struct ShellSolver(Box<dyn InSlices>);
@@ -92,7 +95,7 @@ impl Solver for ShellSolver {
                 ThinWall::of_surface(&wall_surface(&problem, &flat, spacing)?, spacing)?
             }
         };
-        Ok(Self(of_functions(&problem, nature, wall)))
+        of_functions(&problem, nature, wall).map(Self)
     }
 
     fn advance(&mut self) -> Progress {
@@ -105,17 +108,21 @@ fn of_functions(
     problem: &BrittleProblem,
     nature: WallNature,
     wall: (ThinWall, Midsurface),
-) -> Box<dyn InSlices> {
+) -> Result<Box<dyn InSlices>, Refusal> {
     use PointPrecision::{Double, Single};
     let level = SimdLevel::best();
     match (wall.1.functions, problem.settings.precision) {
-        (..=9, Single) => Box::new(ShellSolve::<f32, 9>::of_wall(problem, nature, wall, level)),
-        (..=9, Double) => Box::new(ShellSolve::<f64, 9>::of_wall(problem, nature, wall, level)),
-        (..=12, Single) => Box::new(ShellSolve::<f32, 12>::of_wall(problem, nature, wall, level)),
-        (..=12, Double) => Box::new(ShellSolve::<f64, 12>::of_wall(problem, nature, wall, level)),
-        (_, Single) => Box::new(ShellSolve::<f32, 16>::of_wall(problem, nature, wall, level)),
-        (_, Double) => Box::new(ShellSolve::<f64, 16>::of_wall(problem, nature, wall, level)),
+        (..=9, Single) => boxed(ShellSolve::<f32, 9>::of_wall(problem, nature, wall, level)),
+        (..=9, Double) => boxed(ShellSolve::<f64, 9>::of_wall(problem, nature, wall, level)),
+        (..=12, Single) => boxed(ShellSolve::<f32, 12>::of_wall(problem, nature, wall, level)),
+        (..=12, Double) => boxed(ShellSolve::<f64, 12>::of_wall(problem, nature, wall, level)),
+        (_, Single) => boxed(ShellSolve::<f32, 16>::of_wall(problem, nature, wall, level)),
+        (_, Double) => boxed(ShellSolve::<f64, 16>::of_wall(problem, nature, wall, level)),
     }
+}
+
+fn boxed<S: InSlices + 'static>(solve: Result<S, Refusal>) -> Result<Box<dyn InSlices>, Refusal> {
+    solve.map(|solve| Box::new(solve) as Box<dyn InSlices>)
 }
 
 /// A thin wall under its hits, whose cells have `N` functions, worked out in `R`.
@@ -166,7 +173,7 @@ impl<R: Real> ShellSolve<R, 9> {
         };
         let wall = ThinWall::of_plate(&plate, problem, spacing)?;
         let nature = WallNature { treatment, hardening: None };
-        Ok(Self::of_wall(problem, nature, wall, level))
+        Self::of_wall(problem, nature, wall, level)
     }
 }
 
@@ -176,7 +183,7 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         nature: WallNature,
         (wall, surface): (ThinWall, Midsurface),
         level: SimdLevel,
-    ) -> Self {
+    ) -> Result<Self, Refusal> {
         let local = frame::to_local(problem, &wall.pose);
         let (material, spacing) = (&local.material, wall.spacing);
         let strength = Strength::new(&problem.strength, spacing);
@@ -201,7 +208,10 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         domain.scale_mass(local.solid.mesh.signed_volume() / volume);
         let heavier = match wall.is_flat {
             true => 0.0,
-            false => domain.steady(wall.step(&domain.surface.steps, material)),
+            false => {
+                let step = wall.step(&domain.surface.steps, material);
+                steady(&mut domain, step)?
+            }
         };
         let schedule = ShellSchedule::new(&local, metal);
         let strikers: Vec<ShellStriker> = local
@@ -213,12 +223,13 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
             shield(&mut domain, striker, wall.typical);
         }
         let support = |support| ShellSupport::new(support, &domain, material, spacing);
-        let supports = local.supports.iter().map(support).collect();
+        let mut supports: Vec<_> = local.supports.iter().map(support).collect();
+        contact::soften(&mut supports, &domain);
         let (record, settling) = (ShellRecord::default(), KineticDamping::default());
         let mut solve =
             Self { record, settling, local, wall, nature, domain, strikers, supports, schedule };
         solve.record.warnings = solve.first_warnings(heavier);
-        solve
+        Ok(solve)
     }
 
     /// As [`Solver::advance`].
@@ -382,6 +393,19 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         let fracture = Fragmentation { fragments, sampled, debris, reactions, report };
         Ok(frame::from_local(fracture, &self.wall.pose))
     }
+}
+
+/// Makes small cells heavier, so that steps of `step` \[s\] hold; the mass that this adds, over that
+/// of the shell \[1\].
+fn steady<R: Real, const N: usize>(
+    domain: &mut ShellDomain<R, N>,
+    step: f64,
+) -> Result<f64, Refusal> {
+    domain.steady(step, MOST_ADDED).ok_or_else(|| {
+        let lack =
+            format!("its cells are so uneven that over {MOST_ADDED} of its mass would be added");
+        Refusal::Unfit { solver: ShellSolver::NAME, lack }
+    })
 }
 
 /// Strength of a place as large as its flaws are correlated over that of a bending test's face, by

@@ -51,7 +51,8 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
                     let (speed, mobility) = (slip.speed(&self.velocity), slip.mobility(&self.mass));
                     if mobility > 0.0 {
                         let most = FRICTION * impulse;
-                        let held = (-speed / mobility).clamp(-most, most);
+                        // Not `clamp`: what is no number is found by the energy.
+                        let held = (-speed / mobility).max(-most).min(most);
                         slip.push(held, &mut self.velocity, &self.mass);
                         given.push((slip, -held));
                     }

@@ -24,12 +24,13 @@ const STREAM: u64 = 0x57ea;
 
 impl<R: Real, const N: usize> ShellDomain<R, N> {
     /// Takes steps of `step` \[s\] from here on; the mass that control points have got for it over
-    /// the mass of the shell \[1\]. The shell must be at rest, as it was made.
+    /// the mass of the shell \[1\], nothing if they want more than `most` of that. The shell must be
+    /// at rest, as it was made.
     ///
     /// Power iteration on M⁻¹K finds the highest frequency and where it swings; the control point
     /// that swings most there gets the mass that lowers it \[local mass scaling: Belytschko, Liu &
     /// Moran 2000, §6.2.8\].
-    pub(crate) fn steady(&mut self, step: f64) -> f64 {
+    pub(crate) fn steady(&mut self, step: f64, most: f64) -> Option<f64> {
         self.step = step;
         let limit = (2.0 * HIGHEST / step).powi(2);
         let whole: f64 = self.mass.iter().sum();
@@ -49,8 +50,8 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
                 a.iter().zip(b).zip(&self.mass).map(|((a, b), m)| m * a.dot(b)).sum()
             };
             let square = weighted(&pull, &swing) / weighted(&swing, &swing);
-            let most = pull.iter().map(Vec3::norm).fold(0.0, f64::max);
-            swing = pull.into_iter().map(|x| x / most).collect();
+            let greatest = pull.iter().map(Vec3::norm).fold(0.0, f64::max);
+            swing = pull.into_iter().map(|x| x / greatest).collect();
             calm += 1;
             if square > limit {
                 let energy = |n: &usize| self.mass[*n] * swing[*n].norm_squared();
@@ -62,13 +63,13 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
                 self.split.mass[node] *= factor;
                 calm = 0;
             }
-            if calm == ROUNDS.0 {
+            if calm == ROUNDS.0 || added > most * whole {
                 break;
             }
         }
         self.displacement.fill([0.0; 4]);
         self.strain();
-        added / whole
+        (calm == ROUNDS.0 && added <= most * whole).then_some(added / whole)
     }
 }
 
@@ -136,10 +137,11 @@ mod tests {
         shell.step = step;
         assert!(grows(&mut shell), "no smaller step is needed");
         let mut shell = sheet();
-        let added = shell.steady(step);
+        let added = shell.steady(step, 1.0).expect("it comes to an end");
         println!("{added:.4} of the mass added");
         assert!(added > 0.0 && added < 1.0, "{added}");
         assert!(!grows(&mut shell));
-        assert_eq!(sheet().steady(0.3 * step), 0.0, "all are heavy enough");
+        assert_eq!(sheet().steady(0.3 * step, 1.0), Some(0.0), "all are heavy enough");
+        assert_eq!(sheet().steady(step, 0.1 * added), None, "they want more");
     }
 }

@@ -18,6 +18,10 @@ const APART: f64 = 0.5;
 /// The same of what yields, over the longest push \[1\].
 const METAL_APART: f64 = 0.04;
 
+/// Greatest ω²Δt² that supports may add, of 4 at which central differences fail and 2.6 that the
+/// shell takes \[1\].
+const SUPPORTED: f64 = 0.03;
+
 /// Points that something presses on.
 #[derive(Clone, Debug)]
 pub(super) struct PressedPoints {
@@ -245,6 +249,29 @@ pub(super) struct ShellSupport {
     mobility: f64,
     depth: f64,
     delivered: f64,
+}
+
+/// Softens supports that lie on one another, so that what they hold can be stepped: the greatest
+/// ω² that they add is no more than the greatest Σ k w/m of a control point, by Gershgorin's
+/// theorem, and k/m of what supports.
+pub(super) fn soften<R: Real, const N: usize>(
+    supports: &mut [ShellSupport],
+    domain: &ShellDomain<R, N>,
+) {
+    let mut stiff = vec![0.0; domain.mass.len()];
+    for support in supports.iter_mut() {
+        support.patch.refresh(domain);
+        for &(node, share) in &support.patch.nodes {
+            stiff[node as usize] += support.stiffness * share;
+        }
+    }
+    let most = SUPPORTED / (domain.step * domain.step);
+    for support in supports {
+        let at = |&(node, _): &(u32, f64)| stiff[node as usize] / domain.mass[node as usize];
+        let shell = support.patch.nodes.iter().map(at).fold(0.0, f64::max);
+        let all = shell + support.stiffness * support.mobility;
+        support.stiffness *= (most / all).min(1.0);
+    }
 }
 
 impl ShellSupport {
