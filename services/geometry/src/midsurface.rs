@@ -16,12 +16,16 @@ pub use thicken::thicken;
 
 use crate::inside::Nearest;
 use crate::math::Vec3;
-use crate::mesh::TriMesh;
+use crate::mesh::{Solid, TriMesh};
 use crate::remesh::curved::{CurvedMesh, area_vector, unit_or};
 use crate::remesh::reference_surface::ReferenceSurface;
 use crate::remesh::{self, MAX_SURFACE_TRIANGLES, REFERENCE_EDGE};
+use crate::surface::Surface;
 use middle::MiddleSurface;
 use pairing::{WallFace, WallPairs, quantile};
+
+/// How far from a wall a place on its rim may be, over the thickness.
+const BESIDE: f64 = 2.0;
 
 /// What a thin wall is like, before its midsurface is made.
 #[derive(Clone, Debug)]
@@ -40,23 +44,38 @@ impl WallOutline {
     /// # Errors
     /// As [`WallSurface::of_mesh`], but for what only the midsurface shows.
     pub fn of_mesh(mesh: &TriMesh) -> Result<Self, NotWall> {
+        Self::with_rims(mesh, &vec![false; mesh.triangles.len()])
+    }
+
+    /// Of a solid, whose crack faces are rims.
+    ///
+    /// # Errors
+    /// As [`WallOutline::of_mesh`].
+    pub fn of_solid(solid: &Solid) -> Result<Self, NotWall> {
+        Self::with_rims(&solid.mesh, &crack_faces(solid))
+    }
+
+    fn with_rims(mesh: &TriMesh, rims: &[bool]) -> Result<Self, NotWall> {
         check_closed(mesh)?;
-        let pairs = WallPairs::of_mesh(mesh)?;
+        let pairs = WallPairs::of_mesh(mesh, rims)?;
         let width = check_pairs(mesh, &pairs)?;
         Ok(Self { thickness: pairs.median, width, kind: pairs.kind })
     }
 
     /// How straight a direction goes through the wall of `mesh`, which this is the outline of, at
-    /// a place on it \[m\]: |cos| of the angle to its normal, 0 at a rim.
+    /// a place on it \[m\]: |cos| of the angle to its normal; beside a rim, to that of the wall
+    /// there.
     #[must_use]
     pub fn across(&self, mesh: &TriMesh, place: Vec3, direction: &Vec3) -> f64 {
-        match Nearest::new(mesh).closest(place) {
-            Some((_, _, t)) if self.kind[t] != WallFace::Rim => {
-                unit_or(area_vector(mesh, t), Vec3::zeros()).dot(direction).abs()
-            }
-            _ => 0.0,
-        }
+        let is_wall = |t: usize| self.kind[t] != WallFace::Rim;
+        let found = Nearest::new(mesh).closest_within(place, BESIDE * self.thickness, is_wall);
+        let normal = |t: usize| unit_or(area_vector(mesh, t), Vec3::zeros());
+        found.map_or(0.0, |(_, _, t)| normal(t).dot(direction).abs())
     }
+}
+
+fn crack_faces(solid: &Solid) -> Vec<bool> {
+    solid.surface.iter().map(|surface| *surface != Surface::Outer).collect()
 }
 
 fn check_closed(mesh: &TriMesh) -> Result<(), NotWall> {
@@ -83,12 +102,25 @@ impl WallSurface {
     /// # Errors
     /// What keeps the body from being a thin wall, with the figure and the bound (F91, F95).
     pub fn of_mesh(mesh: &TriMesh, spacing: f64) -> Result<Self, NotWall> {
+        Self::with_rims(mesh, &vec![false; mesh.triangles.len()], spacing)
+    }
+
+    /// The same of a solid, whose crack faces are rims.
+    ///
+    /// # Errors
+    /// As [`WallSurface::of_mesh`].
+    pub fn of_solid(solid: &Solid, spacing: f64) -> Result<Self, NotWall> {
+        Self::with_rims(&solid.mesh, &crack_faces(solid), spacing)
+    }
+
+    fn with_rims(mesh: &TriMesh, rims: &[bool], spacing: f64) -> Result<Self, NotWall> {
         check_closed(mesh)?;
         // Both walls have to be divided.
         remesh::check_spacing(mesh.area(), spacing)?;
         let fine = CurvedMesh::new(mesh).refined(REFERENCE_EDGE * spacing, MAX_SURFACE_TRIANGLES);
+        let rims: Vec<bool> = fine.origin.iter().map(|&t| rims[t as usize]).collect();
         let fine = fine.mesh;
-        let pairs = WallPairs::of_mesh(&fine)?;
+        let pairs = WallPairs::of_mesh(&fine, &rims)?;
         check_pairs(&fine, &pairs)?;
         let middle = MiddleSurface::between(&fine, &pairs)
             .ok_or(NotWall::Unpaired { share: pairs.share })?;

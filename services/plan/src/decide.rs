@@ -7,7 +7,7 @@ use crate::reason::RigidReason;
 use crate::refinement::{HitClass, Refinement};
 use crate::shell;
 use cullet_geometry::Vec3;
-use cullet_world::{BodyId, BodyView, HeldContact, Hit, World};
+use cullet_world::{BodyId, BodyMeasure, BodyView, HeldContact, Hit, World};
 
 /// What the scene asks of the solves of a body.
 #[derive(Clone, Copy, Debug)]
@@ -72,26 +72,16 @@ impl SolveOrder {
 pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) -> Option<Decision> {
     let view = world.body(body)?;
     let measure = world.measure(body)?;
-    let answers: Vec<Gate> = hits
-        .iter()
-        .map(|hit| gate(hit, &view.material.solid, measure, &limits(hits, hit, policy)))
-        .collect();
-    let mut sampled = answers.iter().find_map(|gate| match gate {
-        Gate::Geometric(reason) => Some(*reason),
-        _ => None,
-    });
-    if answers.contains(&Gate::Solve) {
-        sampled = None;
-    } else if sampled.is_none() {
-        let rigid = answers.into_iter().filter_map(|gate| match gate {
-            Gate::Rigid(reason) => Some(reason),
-            _ => None,
-        });
-        return Some(Decision::Keep(rigid.collect()));
-    }
+    let measure = &BodyMeasure { generation: world.blows_before(body, hits)?, ..*measure };
+    let mut sampled = match asked(&view, measure, hits, policy) {
+        Ok(sampled) => sampled,
+        Err(reasons) => return Some(Decision::Keep(reasons)),
+    };
     if let Some(yield_stress) = policy.yield_stress {
-        return Some(metal(world, &view, hits, (policy, yield_stress)));
+        return Some(metal(world, (&view, measure), hits, (policy, yield_stress)));
     }
+    let mut supports = world.supports(body, hits);
+    supports.truncate(policy.most_supports);
     let spin = stressing_spin(&view, hits);
     let may_be_shell = policy.family.is_none() && !policy.weak_plane && spin == Vec3::zeros();
     let treated = policy.treated.then(|| shell::treated(&view)).flatten();
@@ -101,6 +91,14 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
     }
     let shell = may_be_shell.then(|| shell::reason(&view, hits)).flatten();
     let shell = treated.clone().or(shell);
+    if shell.is_some() && spin == Vec3::zeros() {
+        let strength = measure.weakest * view.material.solid.failure_stress;
+        let too_soft = |stress, safety| RigidReason::Stress { stress, strength, safety };
+        let held = !supports.is_empty();
+        if let Some(reasons) = too_slow((&view, measure), hits, held, strength, too_soft) {
+            return Some(Decision::Keep(reasons));
+        }
+    }
     let default = if shell.is_some() { family::SHELL } else { family::DEFAULT };
     let wanted = policy.family.unwrap_or(default);
     let mut refinement = Refinement::default();
@@ -118,15 +116,18 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
         }
     }
     let family = if sampled.is_some() { family::SAMPLED } else { wanted };
-    let mut supports = world.supports(body, hits);
-    supports.truncate(policy.most_supports);
+    // What a striker meets on its way on is not worth sampled pieces.
+    let goes_on = measure.generation < view.generation;
+    if let Some(reason) = sampled.filter(|_| goes_on) {
+        return Some(Decision::Keep(vec![reason; hits.len()]));
+    }
     let held = (!supports.is_empty()).then(|| format!("held at {} places", supports.len()));
     let mut order = SolveOrder {
         family: family.to_owned(),
         named: family != family::DEFAULT && policy.family == Some(family),
-        fallback: match treated {
-            Some(_) => None,
-            None => family::by_name(family).map_or(Some(family::SAMPLED), |known| known.fallback),
+        fallback: match treated.is_some() || goes_on {
+            true => None,
+            false => family::by_name(family).map_or(Some(family::SAMPLED), |known| known.fallback),
         },
         reasons: Vec::new(),
         refinement,
@@ -139,26 +140,50 @@ pub fn decide(world: &World, body: BodyId, hits: &[Hit], policy: &Policy<'_>) ->
     Some(Decision::Solve(Box::new(order)))
 }
 
+/// Whether a solver is to be asked, or why the pieces are sampled.
+///
+/// # Errors
+/// Why each of the hits leaves the body as it is.
+fn asked(
+    view: &BodyView<'_>,
+    measure: &BodyMeasure,
+    hits: &[Hit],
+    policy: &Policy<'_>,
+) -> Result<Option<RigidReason>, Vec<RigidReason>> {
+    let answer = |hit| gate(hit, &view.material.solid, measure, &limits(hits, hit, policy));
+    let answers: Vec<Gate> = hits.iter().map(answer).collect();
+    if answers.contains(&Gate::Solve) {
+        return Ok(None);
+    }
+    let sampled = answers.iter().find_map(|gate| match gate {
+        Gate::Geometric(reason) => Some(*reason),
+        _ => None,
+    });
+    let rigid = answers.into_iter().filter_map(|gate| match gate {
+        Gate::Rigid(reason) => Some(reason),
+        _ => None,
+    });
+    sampled.map_or_else(|| Err(rigid.collect()), |reason| Ok(Some(reason)))
+}
+
 /// What to do about hits on a metal that yields: a shell, or nothing.
 fn metal(
     world: &World,
-    view: &BodyView<'_>,
+    (view, measure): (&BodyView<'_>, &BodyMeasure),
     hits: &[Hit],
     (policy, yield_stress): (&Policy<'_>, f64),
 ) -> Decision {
-    let stresses =
-        hits.iter().map(|hit| shell::blow_stress(&view.material.solid, hit.impact.closing_speed));
-    let safety = shell::YIELD_SAFETY;
-    if stresses.clone().all(|stress| stress < safety * yield_stress) {
-        let slow = |stress| RigidReason::Yield { stress, yield_stress, safety };
-        return Decision::Keep(stresses.map(slow).collect());
+    let mut supports = world.supports(view.id, hits);
+    supports.truncate(policy.most_supports);
+    let below = |stress, safety| RigidReason::Yield { stress, yield_stress, safety };
+    let held = !supports.is_empty();
+    if let Some(reasons) = too_slow((view, measure), hits, held, yield_stress, below) {
+        return Decision::Keep(reasons);
     }
     let Some(reason) = shell::reason(view, hits) else {
         return Decision::Keep(vec![RigidReason::Metal; hits.len()]);
     };
-    let mut supports = world.supports(view.id, hits);
-    supports.truncate(policy.most_supports);
-    let held = (!supports.is_empty()).then(|| format!("held at {} places", supports.len()));
+    let held = held.then(|| format!("held at {} places", supports.len()));
     Decision::Solve(Box::new(SolveOrder {
         family: family::SHELL.to_owned(),
         named: policy.family == Some(family::SHELL),
@@ -169,6 +194,22 @@ fn metal(
         // What a spin stresses does not yield by it.
         spin: Vec3::zeros(),
     }))
+}
+
+/// Why each of the hits on a sheet leaves it as it is, if all do: `limit` is the stress that it
+/// bears \[Pa\], `reason` says it of the stress and the share of the limit.
+fn too_slow(
+    (view, measure): (&BodyView<'_>, &BodyMeasure),
+    hits: &[Hit],
+    held: bool,
+    limit: f64,
+    reason: impl Fn(f64, f64) -> RigidReason,
+) -> Option<Vec<RigidReason>> {
+    let stress = |hit| shell::blow_stress(&view.material.solid, measure, hit, held);
+    let stresses: Vec<f64> = hits.iter().map(stress).collect();
+    let safety = shell::BLOW_SAFETY;
+    let soft = stresses.iter().all(|&stress| stress < safety * limit);
+    soft.then(|| stresses.into_iter().map(|stress| reason(stress, safety)).collect())
 }
 
 /// Where the gates stand for a hit: by its share of the energy of all of them where the scene asks

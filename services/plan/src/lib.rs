@@ -20,4 +20,4 @@ pub use decide::{Decision, Policy, SolveOrder, decide};
 pub use gate::{Gate, GateLimits, gate, stressing_spin};
 pub use reason::RigidReason;
 pub use refinement::{Experience, HitClass, Next, Refinement};
-pub use shell::thin_plate;
+pub use shell::{thin_plate, thin_wall};

@@ -7,7 +7,7 @@ use cullet_model::{
     BodyShape, Deformation, Figure, Fragment, Fragmentation, Report, SolveOutcome as Solved,
     SolvedShares,
 };
-use cullet_plan::Next;
+use cullet_plan::{Next, family};
 use cullet_pool::{JobEnding, Settlement};
 use cullet_proto::Verdict;
 use cullet_proto::recording::{self, JobReport, PoolReport, Vector3};
@@ -172,6 +172,7 @@ impl SceneRun<'_> {
             grains: debris,
             reactions: reacted(&job.order.supports, &reactions),
             fracture_energy: report.fracture_energy,
+            meets_again: report.solver == family::SHELL,
         };
         match self.world.break_up(job.body, &job.hits, breakage) {
             Ok(done) => {

@@ -121,6 +121,19 @@ pub struct BodyView<'a> {
     pub generation: u32,
 }
 
+/// How long a striker that goes on through a body may take to pass it \[s\]; what it meets on its
+/// way is hit by the same blow.
+const PASSAGE: f64 = 0.05;
+
+/// The blow that a fragment broke off in.
+#[derive(Clone, Debug)]
+pub(crate) struct Blow {
+    /// How many blows broke what it comes from, this one counted; 0 for bodies of the scene.
+    pub(crate) count: u32,
+    /// Who goes on through the body that it was part of: these may hit it at any age (F43).
+    pub(crate) strikers: Vec<u32>,
+}
+
 /// What the world keeps of a body beside its motion, which the engine holds.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
@@ -147,6 +160,8 @@ pub(crate) struct Body {
     pub(crate) tier: Tier,
     /// When it came into the world \[s\]; bodies of the scene are as old as time.
     pub(crate) birth: f64,
+    /// The blow that it broke off in.
+    pub(crate) blow: Blow,
     /// Its sizes, once they were asked for.
     pub(crate) measure: OnceLock<BodyMeasure>,
 }
@@ -211,6 +226,7 @@ impl Body {
             generation: spec.generation,
             tier,
             birth,
+            blow: Blow { count: spec.generation, strikers: Vec::new() },
             measure: OnceLock::new(),
         })
     }
@@ -222,6 +238,15 @@ impl Body {
             let measure = BodyMeasure::of(&self.solid, self.volume, ratio, self.generation);
             BodyMeasure { weakest: self.weakest, ..measure }
         })
+    }
+
+    /// How many blows broke what it comes from, before hits by others, each by whom and when \[s\].
+    pub(crate) fn blows_before(&self, hits: impl IntoIterator<Item = (u32, f64)>) -> u32 {
+        let mut hits = hits.into_iter().peekable();
+        let goes_on = |(other, time): (u32, f64)| {
+            self.blow.strikers.contains(&other) && time <= self.birth + PASSAGE
+        };
+        self.blow.count - u32::from(hits.peek().is_some() && hits.all(goes_on))
     }
 
     /// Inertia about the centre of mass in the world frame \[kg·m²\].

@@ -20,7 +20,7 @@ pub struct BodyMeasure {
     pub section: f64,
     /// Volume over the original body's \[1\].
     pub volume_ratio: f64,
-    /// How many fractures it has behind it.
+    /// How many fractures it has behind it; a plan counts those of one blow once.
     pub generation: u32,
     /// Least strength anywhere in it over its material's \[1\].
     pub weakest: f64,

@@ -1,6 +1,6 @@
 //! A body goes, its fragments come: same mass, same momentum, no energy from nowhere (F41, R1–R3).
 
-use crate::body::{Body, BodySpec, Tier};
+use crate::body::{Blow, Body, BodySpec, Tier};
 use crate::cluster::{Part, Sum, sum};
 use crate::error::ReplaceError;
 use crate::exchange::{Exchange, PendingExchange};
@@ -32,6 +32,9 @@ pub struct Breakage {
     pub reactions: Vec<Reaction>,
     /// G_f times the crack area \[J\].
     pub fracture_energy: f64,
+    /// The solver follows a striker only as far as the body breaks: what of it is in the way then
+    /// is hit anew, at any age (F43).
+    pub meets_again: bool,
 }
 
 /// What a replacement came to. Errors are measured on the state that the engine holds afterwards.
@@ -120,11 +123,14 @@ pub(crate) fn break_up(
     let parent = world.bodies.get(&body.0).cloned().ok_or_else(|| unknown.clone())?;
     let motion = world.rigid.motion(body.0).ok_or(unknown)?;
     check(world, &parent, &breakage)?;
-    let Breakage { pieces, grains, reactions, fracture_energy } = breakage;
+    let Breakage { pieces, grains, reactions, fracture_energy, meets_again } = breakage;
     let own = pieces.iter().map(|p| (p.velocity, p.spin));
     let own = own.chain(grains.iter().map(|g| (g.velocity, Vec3::zeros())));
     let given = own.map(|(v, w)| (motion.to_world(&v), motion.to_world(&w))).collect();
-    let draft = make_bodies(world, body, &parent, &motion, pieces)?;
+    let strikers = if meets_again { hits.iter().map(|h| h.other.0).collect() } else { Vec::new() };
+    let before = parent.blows_before(hits.iter().map(|hit| (hit.other.0, hit.time)));
+    let blow = Blow { count: before + 1, strikers };
+    let draft = make_bodies(world, (body, &parent, &motion), pieces, &blow)?;
     let specks = grains.iter().map(|grain| grain_part(grain, &parent, &motion));
     let placed = draft.bodies.iter().zip(&draft.poses).map(still);
     let parts = ExchangeInput {
@@ -189,7 +195,7 @@ pub(crate) fn solve_exchange(
 }
 
 fn check(world: &WorldState, parent: &Body, breakage: &Breakage) -> Result<(), ReplaceError> {
-    let Breakage { pieces, grains, reactions, fracture_energy: cost } = breakage;
+    let Breakage { pieces, grains, reactions, fracture_energy: cost, .. } = breakage;
     if pieces.len() + grains.len() < 2 {
         return Err(ReplaceError::TooFew(pieces.len() + grains.len()));
     }
@@ -247,10 +253,9 @@ fn check(world: &WorldState, parent: &Body, breakage: &Breakage) -> Result<(), R
 /// Makes bodies of the pieces: each re-centred on its own centre of mass.
 fn make_bodies(
     world: &WorldState,
-    id: BodyId,
-    parent: &Body,
-    motion: &Motion,
+    (id, parent, motion): (BodyId, &Body, &Motion),
     pieces: Vec<Fragment>,
+    blow: &Blow,
 ) -> Result<Draft, ReplaceError> {
     let settings = &world.settings;
     let birth = world.time();
@@ -279,7 +284,8 @@ fn make_bodies(
             generation: parent.generation + 1,
             original_volume: Some(parent.original_volume),
         };
-        let body = Body::new(&spec, &settings.tiers, settings.max_generation, birth)?;
+        let mut body = Body::new(&spec, &settings.tiers, settings.max_generation, birth)?;
+        body.blow.clone_from(blow);
         let fit = if body.tier == Tier::Tiny { Fit::Tiny } else { Fit::Fragment };
         let shape = Shape::new(&body, &spec.hulls, fit).map_err(|BadPart { index, why }| {
             WorldError::Hull { name: spec.name.clone(), index, count: spec.hulls.len(), why }

@@ -123,6 +123,7 @@ fn make_body(
     let mut body = Body::new(&spec, &settings.tiers, settings.max_generation, old.birth)?;
     // It is as much of the original as it was, whatever its volume.
     (body.mass, body.tier, body.breakable) = (old.mass, old.tier, old.breakable);
+    body.blow.clone_from(&old.blow);
     let fit = if body.tier == Tier::Tiny { Fit::Tiny } else { Fit::Fragment };
     let shape = Shape::new(&body, &spec.hulls, fit).map_err(|BadPart { index, why }| {
         WorldError::Hull { name: spec.name.clone(), index, count: spec.hulls.len(), why }

@@ -68,7 +68,8 @@ fn follow(world: &mut WorldState, contacts: &[Contact], start: f64) {
         world.settling.touch(pair.0, &before_a);
         world.settling.touch(pair.1, &before_b);
         if fresh {
-            let young = a.birth.max(b.birth) + world.settings.birth_grace > start;
+            let young = a.birth.max(b.birth) + world.settings.birth_grace > start
+                && !(a.blow.strikers.contains(&pair.1) || b.blow.strikers.contains(&pair.0));
             let pause = world.settings.episode;
             let least = world.settings.resting_speed;
             if speed <= world.settling.least(pair, [a.fixed, b.fixed], least) {

@@ -216,6 +216,14 @@ impl World {
         step(&mut self.state)
     }
 
+    /// How many blows broke what a body comes from, before these hits. A striker that goes on
+    /// through what it broke hits the pieces in the same blow.
+    #[must_use]
+    pub fn blows_before(&self, body: BodyId, hits: &[Hit]) -> Option<u32> {
+        let body = self.state.bodies.get(&body.0)?;
+        Some(body.blows_before(hits.iter().map(|hit| (hit.other.0, hit.time))))
+    }
+
     /// What a body rested on when these hits, of the step just taken, struck it: bodies that it
     /// touched more slowly than a hit, each as discs that cover where they touch.
     #[must_use]

@@ -54,11 +54,11 @@ struct FaceGraph {
 }
 
 impl WallPairs {
-    /// Pairs the faces of a finely divided closed mesh.
-    pub(super) fn of_mesh(mesh: &TriMesh) -> Result<Self, NotWall> {
+    /// Pairs the faces of a finely divided closed mesh; those of `rims` are rims for sure.
+    pub(super) fn of_mesh(mesh: &TriMesh, rims: &[bool]) -> Result<Self, NotWall> {
         let faces = FaceGraph::new(mesh);
         let (nearest, normals) = (Nearest::new(mesh), &faces.normal[..]);
-        let search = OppositeSearch { mesh, normals, nearest, skin: 1e-9 * mesh.diagonal() };
+        let search = OppositeSearch { mesh, normals, rims, nearest, skin: 1e-9 * mesh.diagonal() };
         let rays: Vec<_> = (0..normals.len()).map(|t| search.ray(t)).collect();
         let lengths = rays.iter().zip(&faces.area).filter_map(|(ray, a)| Some(((*ray)?.0, *a)));
         let most =
@@ -79,6 +79,7 @@ impl WallPairs {
             .collect();
         let kind = (0..walls.len())
             .map(|t| match (is_near[t], walls[t] == side) {
+                _ if rims[t] => WallFace::Rim,
                 (false, _) => WallFace::Unpaired,
                 (true, true) => WallFace::Side,
                 (true, false) => WallFace::Opposite,
@@ -174,6 +175,7 @@ fn largest_group(group: &[u32], area: &[f64], wanted: &[bool]) -> Option<u32> {
 struct OppositeSearch<'a> {
     mesh: &'a TriMesh,
     normals: &'a [Vec3],
+    rims: &'a [bool],
     nearest: Nearest,
     /// How far within a face its ray starts \[m\].
     skin: f64,
@@ -181,7 +183,7 @@ struct OppositeSearch<'a> {
 
 impl OppositeSearch<'_> {
     fn faces_it(&self, t: usize, s: usize) -> bool {
-        self.normals[s].dot(&self.normals[t]) < OPPOSED
+        !self.rims[s] && !self.rims[t] && self.normals[s].dot(&self.normals[t]) < OPPOSED
     }
 
     fn middle(&self, t: usize) -> Vec3 {

@@ -3,6 +3,7 @@
 mod bodies;
 
 use super::*;
+use crate::boolean::Exact;
 use crate::remesh::SurfaceError;
 use crate::remesh::tests::MeshQuality;
 use crate::shapes::{Detail, cuboid, lathe_midline, lathe_shell, sphere};
@@ -159,6 +160,27 @@ fn an_outline_tells_walls_from_rims() {
     assert!(across(foot, Vec3::z()) > 0.95 && across(foot, Vec3::x()) < 0.3);
     let [r, z] = profile[12];
     let (sin, cos) = libm::sincos(1.2);
-    assert_eq!(across(Vec3::new(r, 0.0, z), Vec3::new(cos, 0.0, sin)), 0.0, "the rim");
+    let rim = Vec3::new(r, 0.0, z);
+    assert!(across(rim, Vec3::new(cos, 0.0, sin)) < 0.1, "along the wall beside the rim");
+    assert!(across(rim, Vec3::new(sin, 0.0, -cos)) > 0.95, "across it");
     assert!(WallOutline::of_mesh(&sphere(0.05, Detail::default()).unwrap()).is_err());
+}
+
+/// The crack faces of a shard are its rim, however narrow it is: its wall is what is left of the
+/// body's.
+#[test]
+fn a_shard_of_a_bowl_is_a_wall_and_its_cracks_are_the_rim() {
+    let bowl = Exact::new(&Solid::outer(bowl(false, 64))).unwrap();
+    let cut = cuboid(Vec3::new(0.1, 0.02, 0.1), Detail::default()).unwrap();
+    let cut = cut.translated(Vec3::new(0.05, 0.0, -0.05));
+    let crack = Surface::Crack { damage_time: [0.0; 3], front_speed: [0.0; 3], parent: 0 };
+    let surface = vec![crack; cut.triangles.len()];
+    let cut = Exact::new(&Solid { surface, ..Solid::outer(cut) }).unwrap();
+    let shard = bowl.intersect(&cut).unwrap().to_solid().unwrap();
+    let wall = WallSurface::of_solid(&shard, 0.004).unwrap();
+    let mean = wall.volume() / wall.area();
+    assert!((mean / 0.004 - 1.0).abs() < 0.05, "{mean}");
+    let whole = wall.volume() / shard.mesh.signed_volume();
+    assert!((whole - 1.0).abs() < 0.1, "{whole}");
+    assert!(WallOutline::of_solid(&shard).is_ok());
 }

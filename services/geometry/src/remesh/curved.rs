@@ -26,6 +26,8 @@ const LIFTED: f64 = 0.01;
 pub(crate) struct CurvedMesh {
     pub(crate) mesh: TriMesh,
     normals: Vec<[Vec3; 3]>,
+    /// The triangle that each was divided from.
+    pub(crate) origin: Vec<u32>,
 }
 
 /// One triangle's view of an edge: its ends' normals, the smaller vertex index first.
@@ -42,7 +44,8 @@ impl CurvedMesh {
     /// With normals from the faces around each vertex that no crease parts from one another.
     pub(crate) fn new(mesh: &TriMesh) -> Self {
         let normals = corner_normals(mesh);
-        Self { mesh: mesh.clone(), normals }
+        let origin = (0..mesh.triangles.len() as u32).collect();
+        Self { mesh: mesh.clone(), normals, origin }
     }
 
     /// Divided until no edge is longer than `edge` \[m\], or half of it where the surface is
@@ -134,7 +137,9 @@ impl CurvedMesh {
         };
         let mut triangles = Vec::with_capacity(2 * self.mesh.triangles.len());
         let mut normals = Vec::with_capacity(2 * self.mesh.triangles.len());
-        for (&corners, here) in self.mesh.triangles.iter().zip(&self.normals) {
+        let mut origins = Vec::with_capacity(2 * self.mesh.triangles.len());
+        let all = self.mesh.triangles.iter().zip(&self.normals).zip(&self.origin);
+        for ((&corners, here), &origin) in all {
             let first = triangles.len();
             divide_triangle(&self.mesh.vertices, corners, of, &mut triangles);
             let mut known: [(u32, Vec3); 6] = [(u32::MAX, Vec3::zeros()); 6];
@@ -147,8 +152,9 @@ impl CurvedMesh {
             }
             let normal = |v: u32| known.iter().find(|(w, _)| *w == v).map_or(here[0], |(_, n)| *n);
             normals.extend(triangles[first..].iter().map(|t: &[u32; 3]| t.map(normal)));
+            origins.resize(triangles.len(), origin);
         }
-        (self.mesh.triangles, self.normals) = (triangles, normals);
+        (self.mesh.triangles, self.normals, self.origin) = (triangles, normals, origins);
     }
 }
 

@@ -132,6 +132,32 @@ fn a_plate_that_is_hit_on_its_face_is_a_shell() {
     assert_eq!(of(Vec3::new(0.1, 0.008, 0.1), None, false).family, family::DEFAULT, "on its edge");
 }
 
+/// A blow too slow to stress a sheet as far as it bears is no job: one on a sheet that is held may
+/// press on until all of its energy has bent that.
+#[test]
+fn a_sheet_is_left_whole_by_what_is_too_slow() {
+    let asked = |speed: f64, held: bool| {
+        let mut world = World::new(weightless()).unwrap();
+        if held {
+            put(&mut world, floor());
+        }
+        let pane = Vec3::new(0.3, 0.3, 0.006);
+        let up = if held { 0.5 * pane.z } else { 1.0 };
+        let pane = put(&mut world, body("pane", cuboid(pane), GLASS, Vec3::z() * up));
+        let ball = body("ball", sphere(0.05, 8), STEEL, Vec3::new(0.01, 0.0, up + 0.06));
+        put(&mut world, BodySpec { velocity: -Vec3::z() * speed, breakable: false, ..ball });
+        let hits = until_hit(&mut world, 480).into_iter().filter(|hit| hit.body == pane);
+        let hits: Vec<Hit> = hits.collect();
+        decide(&world, pane, &hits, &policy(None, None)).expect("a body")
+    };
+    let Decision::Keep(reasons) = asked(0.18, false) else { panic!("solved") };
+    let said = reasons[0].to_string();
+    assert!(said.contains("below 0.5 of the strength"), "{said}");
+    let Decision::Solve(order) = asked(0.18, true) else { panic!("kept") };
+    assert_eq!(order.family, family::SHELL);
+    assert!(matches!(asked(2.0, false), Decision::Solve(_)));
+}
+
 #[test]
 fn a_curved_wall_that_is_hit_on_its_face_is_a_shell() {
     let arc = |k: i32| {

@@ -126,7 +126,7 @@ pub(super) fn wall_surface(
     flat: &NotPlate,
     spacing: f64,
 ) -> Result<QuadSurface, Refusal> {
-    let wall = WallSurface::of_mesh(&problem.solid.mesh, spacing);
+    let wall = WallSurface::of_solid(&problem.solid, spacing);
     let wall = wall.map_err(|lack| neither(flat, &lack))?;
     QuadSurface::of_wall(&wall, spacing, problem.seed).map_err(|lack| neither(flat, &lack))
 }

@@ -5,7 +5,7 @@ use crate::common;
 use common::*;
 use cullet_geometry::math::unit;
 use cullet_geometry::{Quat, Vec3};
-use cullet_world::{BodySpec, ReplaceError, Tier, World, WorldSettings};
+use cullet_world::{BodySpec, Breakage, Hit, ReplaceError, Tier, World, WorldSettings};
 
 #[test]
 fn pieces_that_get_nothing_keep_everything() {
@@ -318,4 +318,44 @@ fn momentum_does_not_turn_with_a_body_that_was_spun_up() {
         r.fragments.iter().map(|&id| world.body(id).unwrap()).map(|v| v.velocity * v.mass).sum();
     let left = momentum / mass - velocity;
     assert!((left + Vec3::x() * 50.0).norm() < 1e-6, "{left}");
+}
+
+/// A striker that goes on through what it broke meets the pieces at any age, and in the same blow;
+/// any other hit is a new one.
+#[test]
+fn a_striker_that_goes_on_meets_the_pieces_at_once() {
+    let struck = |meets_again| {
+        let mut world = World::new(weightless()).unwrap();
+        let cube = put(&mut world, body("cube", cuboid(CUBE), GLASS, Vec3::zeros()));
+        let ball = body("ball", sphere(0.03, 6), STEEL, Vec3::new(-0.2, 0.02, 0.0));
+        let ball = put(&mut world, BodySpec { velocity: Vec3::x() * 10.0, ..ball });
+        let hits: Vec<Hit> =
+            until_hit(&mut world, 12).into_iter().filter(|hit| hit.body == cube).collect();
+        let pieces = cells(CUBE, 2, 0.0);
+        let breakage = Breakage { pieces, meets_again, ..Breakage::default() };
+        let pieces = world.break_up(cube, &hits, breakage).unwrap().fragments;
+        // Those that begin within the 10 ms that other pieces are left alone.
+        let young = world.time() + world.settings().birth_grace;
+        let mut again = steps(&mut world, 12);
+        again.retain(|hit| hit.time < young);
+        (world, again, ball, pieces)
+    };
+    let (world, again, ball, pieces) = struck(true);
+    let second = again.iter().find(|hit| hit.other == ball).expect("it is hit again");
+    assert!(pieces.contains(&second.body), "{second:?}");
+    let second = second.clone();
+    let before = |hits: &[Hit]| world.blows_before(second.body, hits);
+    assert_eq!(before(std::slice::from_ref(&second)), Some(0), "the same blow");
+    let late = Hit { time: 0.2, ..second.clone() };
+    assert_eq!(before(std::slice::from_ref(&late)), Some(1), "long after");
+    let other = Hit { other: second.body, ..second.clone() };
+    assert_eq!(before(&[second.clone(), other]), Some(1), "another beside it");
+    assert_eq!(before(&[]), Some(1));
+    // What comes of the same blow counts as that.
+    let mut world = world;
+    let breakage = Breakage { pieces: cells(CUBE / 2.0, 2, 0.0), ..Breakage::default() };
+    let third = world.break_up(second.body, &[second], breakage).unwrap().fragments;
+    assert_eq!(world.blows_before(third[0], &[]), Some(1));
+    assert_eq!(world.body(third[0]).unwrap().generation, 2);
+    assert!(struck(false).1.iter().all(|hit| hit.other != ball));
 }
