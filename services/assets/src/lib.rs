@@ -1,4 +1,5 @@
-//! Mesh files to triangles: OBJ, STL, PLY, GLB. Bytes in, a mesh or a typed error out.
+//! Mesh files to triangles: OBJ, STL, PLY, GLB, and NURBS patches as JSON. Bytes in, a mesh or a
+//! typed error out.
 //!
 //! A mesh read here is *what the file says*: equal corners are one vertex and faces without area by
 //! index are gone, but nothing is closed, turned or moved. `geometry::door` judges it afterwards.
@@ -7,6 +8,7 @@
 
 mod glb;
 mod hush;
+mod nurbs;
 mod obj;
 mod ply;
 mod stl;
@@ -28,13 +30,16 @@ pub const MAX_TRIANGLES: usize = 4_000_000;
 pub const MAX_COORDINATE: f64 = 1e7;
 
 /// The formats, by the end of the file's name.
-pub const FORMATS: [&str; 4] = ["obj", "stl", "ply", "glb"];
+pub const FORMATS: [&str; 5] = ["obj", "stl", "ply", "glb", "json"];
 
 /// Why bytes are not a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshFileError {
     /// The name's end is no format that is read here.
-    #[error("\"{name}\" is no mesh that is read here: those end in .obj, .stl, .ply, .glb")]
+    #[error(
+        "\"{name}\" is no mesh that is read here: those end in .obj, .stl, .ply, .glb, \
+         .json"
+    )]
     UnknownFormat {
         /// The file's name.
         name: String,
@@ -204,6 +209,7 @@ fn raw(name: &str, bytes: &[u8], beside: &mut Beside<'_>) -> Result<Raw, MeshFil
         "obj" => obj::read(bytes, beside),
         "stl" => stl::read(bytes),
         "ply" => ply::read(bytes),
+        "json" => nurbs::read(bytes),
         _ => glb::read(bytes),
     };
     // The readers are others' code, and files are anybody's: a panic of theirs is an error of the

@@ -2,9 +2,12 @@
 
 mod crossing;
 mod holes;
+mod open;
 mod remesh;
 mod shells;
 mod topology;
+
+pub use open::{admit_open, near_miss};
 
 use crate::boolean::{BooleanError, Exact, rebuild};
 use crate::inside::Nearest;
@@ -198,30 +201,13 @@ pub fn admit(mesh: &TriMesh, repair: Repair) -> Result<(TriMesh, RepairReport), 
 
 /// Looks for every defect in turn.
 fn checked(mesh: TriMesh) -> Result<TriMesh, DoorError> {
-    let listed = |found: &[usize]| found.first().map(|&first| (found.len(), first));
-    if let Some((count, first)) = listed(&topology::flat(&mesh)) {
-        return Err(DoorError::Degenerate { count, first });
+    check_faces(&mesh)?;
+    let open = mesh.edges();
+    let mut open = open.iter().filter(|e| e.forward + e.backward == 1);
+    if let Some(first) = open.next() {
+        return Err(DoorError::OpenEdges { count: 1 + open.count(), first: middle(&mesh, first) });
     }
-    if let Some((count, first)) = listed(&topology::repeated(&mesh)) {
-        return Err(DoorError::Duplicate { count, first });
-    }
-    let edges = mesh.edges();
-    let middle = |e: &crate::mesh::EdgeUse| {
-        0.5 * (mesh.vertices[e.from as usize] + mesh.vertices[e.to as usize])
-    };
-    let bad = |test: &dyn Fn(u32, u32) -> bool| {
-        let mut found = edges.iter().filter(|e| test(e.forward, e.backward));
-        found.next().map(|first| (1 + found.count(), middle(first)))
-    };
-    if let Some((count, first)) = bad(&|f, b| f + b == 1) {
-        return Err(DoorError::OpenEdges { count, first });
-    }
-    if let Some((count, first)) = bad(&|f, b| f + b > 2) {
-        return Err(DoorError::NonManifold { count, first });
-    }
-    if let Some((count, first)) = bad(&|f, b| f != b) {
-        return Err(DoorError::NotOriented { count, first });
-    }
+    check_edges(&mesh)?;
     shells::check(&mesh)?;
     let exact = import(&mesh)?;
     if exact.crosses_itself().map_err(DoorError::Unrepairable)? {
@@ -229,6 +215,38 @@ fn checked(mesh: TriMesh) -> Result<TriMesh, DoorError> {
         return Err(DoorError::SelfIntersecting { count, first });
     }
     Ok(mesh)
+}
+
+/// Refuses triangles without area, and such as are there twice.
+fn check_faces(mesh: &TriMesh) -> Result<(), DoorError> {
+    let listed = |found: &[usize]| found.first().map(|&first| (found.len(), first));
+    if let Some((count, first)) = listed(&topology::flat(mesh)) {
+        return Err(DoorError::Degenerate { count, first });
+    }
+    if let Some((count, first)) = listed(&topology::repeated(mesh)) {
+        return Err(DoorError::Duplicate { count, first });
+    }
+    Ok(())
+}
+
+/// Refuses edges with more than two triangles, or with two that face opposite ways.
+fn check_edges(mesh: &TriMesh) -> Result<(), DoorError> {
+    let edges = mesh.edges();
+    let bad = |test: &dyn Fn(u32, u32) -> bool| {
+        let mut found = edges.iter().filter(|e| test(e.forward, e.backward));
+        found.next().map(|first| (1 + found.count(), middle(mesh, first)))
+    };
+    if let Some((count, first)) = bad(&|f, b| f + b > 2) {
+        return Err(DoorError::NonManifold { count, first });
+    }
+    if let Some((count, first)) = bad(&|f, b| f + b == 2 && f != b) {
+        return Err(DoorError::NotOriented { count, first });
+    }
+    Ok(())
+}
+
+fn middle(mesh: &TriMesh, edge: &crate::mesh::EdgeUse) -> Vec3 {
+    0.5 * (mesh.vertices[edge.from as usize] + mesh.vertices[edge.to as usize])
 }
 
 /// Repairs step by step, each step only where the one before left a defect.

@@ -2,11 +2,13 @@
 
 mod axis;
 mod patch;
+mod tessellate;
 #[cfg(test)]
 mod tests;
 
 pub use axis::{AxisBasis, KnotSpan, SplineAxis};
 pub use patch::{NurbsPatch, PatchBasis};
+pub use tessellate::tessellate;
 
 use thiserror::Error;
 

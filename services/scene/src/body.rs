@@ -81,7 +81,7 @@ impl ResolveContext<'_> {
         }
         let solver = body.solver.clone().unwrap_or_else(|| defaults.solver.clone());
         for (_, geometry) in shapes.iter().filter(|_| wanted) {
-            let unfit = treatment::unfit(material.treatment, &geometry.solid.mesh, &solver)
+            let unfit = treatment::unfit(material.treatment, &geometry.solid, &solver)
                 .or_else(|| yields(&material, &solver));
             if let Some((key, why)) = unfit {
                 self.wrong(&join(path, key), why);
@@ -179,6 +179,7 @@ impl ResolveContext<'_> {
                 let keys = [
                     ("fit", body.fit.is_some()),
                     ("scale", body.scale.is_some()),
+                    ("thickness", body.thickness.is_some()),
                     ("object", body.object.is_some()),
                     ("objects", several),
                 ];
@@ -231,6 +232,7 @@ impl ResolveContext<'_> {
             key: key.clone(),
             fit: body.fit,
             scale: body.scale,
+            thickness: body.thickness,
             up: body.up,
             repair: body.repair,
             object,

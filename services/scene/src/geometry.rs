@@ -8,8 +8,9 @@ use cullet_document::check::tell;
 use cullet_document::error::nearest;
 use cullet_document::files::{Files, folder_of, key};
 use cullet_geometry::attributes::SurfaceAttributes;
-use cullet_geometry::door::{self, Repair};
+use cullet_geometry::door::{self, Repair, RepairReport};
 use cullet_geometry::hull::{self, HullSettings};
+use cullet_geometry::midsurface::thicken;
 use cullet_geometry::{MassProperties, Solid, TriMesh, Vec3};
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -55,6 +56,9 @@ pub enum GeometrySource {
         fit: Option<f64>,
         /// Factor \[1\].
         scale: Option<f64>,
+        /// Thickness of the wall that the surface is the middle of; without it, it bounds a solid
+        /// \[m\].
+        thickness: Option<f64>,
         /// The file's axis that points up.
         up: Option<Axis>,
         /// What happens to faults.
@@ -176,13 +180,13 @@ impl GeometryCache {
     }
 
     fn make(&mut self, source: &GeometrySource, files: &mut Files) -> Result<BodyGeometry, String> {
-        let (name, fit, scale, up, repair, object) = match source {
+        let (name, [fit, scale, thickness], up, repair, object) = match source {
             GeometrySource::Shape(shape) => {
                 let mesh = shape::mesh(shape)?;
                 return finish(mesh, shape::convex(shape), Vec::new());
             }
-            GeometrySource::Mesh { key, fit, scale, up, repair, object } => {
-                (key, *fit, *scale, *up, repair, object)
+            GeometrySource::Mesh { key, fit, scale, thickness, up, repair, object } => {
+                (key, [*fit, *scale, *thickness], *up, repair, object)
             }
         };
         let whole = self.file(name, files)?;
@@ -202,6 +206,12 @@ impl GeometryCache {
             RepairChoice::Auto => Repair::Auto,
             RepairChoice::Refuse => Repair::Refuse,
         };
+        if let Some(thickness) = thickness {
+            let (mesh, repairs) = walled(&surface.mesh, thickness, repair)?;
+            let geometry = finish(mesh, false, repairs)?;
+            let (placement, origin) = ((up, factor), geometry.origin - away);
+            return Ok(BodyGeometry { placement, origin, file: Some(name.clone()), ..geometry });
+        }
         let admitted = door::admit(&surface.mesh, repair).map_err(|error| error.to_string())?;
         let (mesh, report) = admitted;
         let repairs = if report.is_clean() { Vec::new() } else { vec![report.to_string()] };
@@ -215,6 +225,33 @@ impl GeometryCache {
             ..geometry
         })
     }
+}
+
+/// The wall around a surface, and what was repaired of that.
+fn walled(
+    surface: &TriMesh,
+    thickness: f64,
+    repair: Repair,
+) -> Result<(TriMesh, Vec<String>), String> {
+    let admitted = door::admit_open(surface, repair).map_err(|error| error.to_string())?;
+    let (surface, report) = admitted;
+    if let Some((place, apart)) = door::near_miss(&surface, thickness) {
+        let [x, y, z] = [place.x, place.y, place.z].map(tell);
+        return Err(format!(
+            "two edges of the surface come within {} m of each other at ({x}, {y}, {z}), less than \
+             the thickness: they must be one edge, with the same corners, or lie farther apart",
+            tell(apart)
+        ));
+    }
+    let each = vec![thickness; surface.vertices.len()];
+    let wall = thicken(&surface.vertices, &surface.triangles, &each);
+    let wall = wall.map_err(|error| error.to_string())?;
+    let (mesh, _) = door::admit(&wall, Repair::Refuse).map_err(|error| {
+        format!("no wall of {} m goes around the surface: {error}", tell(thickness))
+    })?;
+    let repaired = RepairReport { volume: 0.0, ..report };
+    let repairs = if repaired.is_clean() { Vec::new() } else { vec![report.to_string()] };
+    Ok((mesh, repairs))
 }
 
 /// Takes the pictures that lie beside a mesh file into the scene, so that the recording has them.

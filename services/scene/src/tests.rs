@@ -4,6 +4,7 @@ mod advice;
 mod objects;
 mod plasticity;
 mod treatment;
+mod walls;
 
 use super::{Scene, load, load_bundle, schema};
 use cullet_document::SceneErrors;
@@ -11,7 +12,7 @@ use cullet_document::files::{Bundle, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 12] = [
+const SHIPPED: [&str; 15] = [
     "pot",
     "four-shapes",
     "bullet",
@@ -24,6 +25,9 @@ const SHIPPED: [&str; 12] = [
     "bowl",
     "shower",
     "windscreen",
+    "lid",
+    "window",
+    "egg",
 ];
 
 fn scenes() -> PathBuf {

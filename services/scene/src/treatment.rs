@@ -3,7 +3,7 @@
 
 use super::format::{self, GlassTreatment, SolverChoice};
 use super::sourced::{Fault, Kind, Sourced};
-use cullet_geometry::TriMesh;
+use cullet_geometry::Solid;
 use cullet_model::{Interlayer, Treatment};
 use cullet_plan::family;
 
@@ -139,14 +139,18 @@ pub(super) fn misplaced(
 /// Why a body of a material cannot break, by the key at fault.
 pub(super) fn unfit(
     treatment: Option<Treatment>,
-    mesh: &TriMesh,
+    solid: &Solid,
     solver: &SolverChoice,
 ) -> Option<Fault> {
-    let kind = treatment?.kind();
+    let kind = treatment.as_ref()?.kind();
     if let Some(name) = solver.name().filter(|name| *name != family::SHELL) {
         return Some(("solver", format!("`{name}` takes no {kind}: `{}` does", family::SHELL)));
     }
-    let why = cullet_plan::thin_plate(mesh).err()?;
+    let flat = cullet_plan::thin_plate(&solid.mesh).err()?;
+    let (form, why) = match treatment {
+        Some(Treatment::Toughened { .. }) => ("flat thin plate", flat),
+        _ => ("thin plate or wall", cullet_plan::thin_wall(solid).err()?),
+    };
     let cure = "make it one, or give it annealed glass or `breakable = false`";
-    Some(("material", format!("{kind} breaks only as a flat thin plate, and {why}: {cure}")))
+    Some(("material", format!("{kind} breaks only as a {form}, and {why}: {cure}")))
 }

@@ -141,6 +141,7 @@ impl SpecimenBuilder<'_> {
                     key,
                     fit: geometry.fit,
                     scale: geometry.scale,
+                    thickness: None,
                     up: geometry.up,
                     repair: geometry.repair,
                     object: None,

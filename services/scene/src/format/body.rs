@@ -105,8 +105,9 @@ pub struct Body {
     /// Shape given by its dimensions.
     #[schemars(extend("x-default" = "required without `mesh`"))]
     pub shape: Option<Shape>,
-    /// Mesh file (.obj, .stl, .ply or .glb); the path is relative to the scene file. Its origin is
-    /// the file's own.
+    /// Mesh file (.obj, .stl, .ply or .glb), or NURBS patches (.json, as NURBS-Python and rw3dm
+    /// write them: degrees 2 and 3, without trims); the path is relative to the scene file. Its
+    /// origin is the file's own.
     #[schemars(extend("x-default" = "required without `shape`"))]
     pub mesh: Option<String>,
     /// The mesh is scaled so that its longest side has this length \[m\]. Not beside `scale`, and
@@ -122,6 +123,14 @@ pub struct Body {
         extend("exclusiveMinimum" = 0, "x-default" = "1")
     )]
     pub scale: Option<f64>,
+    /// Thickness \[m\] of a wall whose middle is the surface in the mesh file, open or closed. It
+    /// is not scaled. The wall has no texture coordinates and no materials of the file. Only with a
+    /// `mesh`.
+    #[schemars(
+        schema_with = "unit::length",
+        extend("exclusiveMinimum" = 0, "x-default" = "the mesh bounds a solid")
+    )]
+    pub thickness: Option<f64>,
     /// Axis of the mesh file that points up.
     #[schemars(extend("x-default" = "`z`, but `y` in .glb files"))]
     pub up: Option<Axis>,

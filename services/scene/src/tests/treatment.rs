@@ -13,6 +13,10 @@ fn scene(material: &str, pane: &str) -> String {
     )
 }
 
+/// A bowl with a thin wall.
+const BOWL: &str = "shape = { kind = \"shell\", thickness = \"3 mm\", profile = [[0, 0], \
+                    [0.03, 0.004], [0.06, 0.02], [0.08, 0.045], [0.09, 0.08]] }";
+
 const PANE: &str = "shape = { kind = \"box\", size = [\"40 cm\", \"30 cm\", \"6 mm\"] }";
 
 fn treatment(material: &str) -> Option<Treatment> {
@@ -84,6 +88,16 @@ fn what_is_no_treatment_is_told_with_its_place_and_bound() {
         ),
         (glass("treatment = \"toughened\""), thick, "this is 0.150 times as thick as it is wide"),
         (
+            glass("treatment = \"toughened\""),
+            BOWL,
+            "toughened glass breaks only as a flat thin plate, and this is none",
+        ),
+        (
+            glass("treatment = \"laminated\""),
+            cube,
+            "laminated glass breaks only as a thin plate or wall, and this is",
+        ),
+        (
             glass("treatment = \"laminated\""),
             named.as_str(),
             "body.pane.solver: `brittle` takes no laminated glass: `shell` does",
@@ -91,6 +105,10 @@ fn what_is_no_treatment_is_told_with_its_place_and_bound() {
     ] {
         let said = errors(&material, pane);
         assert!(said.contains(words), "{words:?} is not in:\n{said}");
+    }
+    for kind in ["laminated", "heat-strengthened"] {
+        let bowl = from_text(&scene(&glass(&format!("treatment = \"{kind}\"")), BOWL), &[]);
+        assert!(bowl.is_ok(), "a curved wall of {kind} glass");
     }
     let whole = format!("{cube}\nbreakable = false");
     assert!(from_text(&scene(&glass("treatment = \"toughened\""), &whole), &[]).is_ok());

@@ -1,4 +1,4 @@
-//! A laminated plate: its plies crack as a plain plate of its thickness does, and the interlayer
+//! A laminated wall: its plies crack as a plain one of its thickness does, and the interlayer
 //! holds the pieces. One body comes of it, with its cracks open in it; where the striker has more
 //! energy left than tears the interlayer under it, what lies in the hole parts from the rest.
 //!
@@ -37,7 +37,7 @@ struct StruckPlace {
 
 impl StruckPlace {
     fn has(&self, place: &Vec3) -> bool {
-        (place - self.place).xy().norm() <= self.radius
+        (place - self.place).norm() <= self.radius
     }
 
     fn is_torn(&self) -> bool {
@@ -45,7 +45,7 @@ impl StruckPlace {
     }
 }
 
-/// What becomes of the plate.
+/// What becomes of it.
 pub(super) fn finish<R: Real, const N: usize>(
     solve: &mut ShellSolve<R, N>,
     interlayer: &Interlayer,

@@ -1,4 +1,4 @@
-//! How the solve of a treated plate ends.
+//! How the solve of treated glass ends.
 
 use super::preconditions::ThinBody;
 use super::{ShellSolve, laminated, toughened};
@@ -27,8 +27,8 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
 
 /// Refuses a treatment that is none, or that the family does not know.
 pub(super) fn check(treatment: Option<&Treatment>, body: &ThinBody) -> Result<(), Refusal> {
-    if let (Some(treatment), ThinBody::Wall(_)) = (treatment, body) {
-        let lack = format!("{} glass is solved as flat plates only", treatment.kind());
+    if let (Some(Treatment::Toughened { .. }), ThinBody::Wall(_)) = (treatment, body) {
+        let lack = "toughened glass dices as flat plates only".to_owned();
         return Err(Refusal::Unfit { solver: "shell", lack });
     }
     for (what, value, low, high) in treatment.iter().flat_map(|treatment| treatment.bounds()) {
