@@ -108,6 +108,27 @@ fn windscreen() {
     assert!(told.contains("laminated: the interlayer holds"), "{told}");
 }
 
+/// The brick goes through it, and most of what it leaves is solved.
+#[test]
+fn window() {
+    let out = unique("window");
+    let told = holds_in(&out, "window");
+    assert!(told.contains("for pane broken: shell"), "{told}");
+    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    std::fs::remove_dir_all(&out).ok();
+    let along = parts_along(&recording, "brick", 1);
+    let (first, last) = (along[0][0].1, along.last().expect("a step")[0].1);
+    assert!(first < -0.1 && last > 0.5, "the brick went from {first} m to {last} m");
+}
+
+/// A shard that the worktop meets again is solved on its midsurface.
+#[test]
+fn egg() {
+    let told = holds("egg");
+    assert!(told.contains("for egg broken: shell"), "{told}");
+    assert!(told.contains("for egg.0 broken: shell"), "{told}");
+}
+
 /// Its dent is deeper than ten times its thickness, and stays.
 #[test]
 fn lid() {

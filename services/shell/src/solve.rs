@@ -395,8 +395,8 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
     }
 }
 
-/// Makes small cells heavier, so that steps of `step` \[s\] hold; the mass that this adds, over that
-/// of the shell \[1\].
+/// Makes small cells heavier, so that steps of `step` \[s\] hold; the mass that this adds, over
+/// that of the shell \[1\].
 fn steady<R: Real, const N: usize>(
     domain: &mut ShellDomain<R, N>,
     step: f64,

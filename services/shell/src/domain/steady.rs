@@ -24,8 +24,8 @@ const STREAM: u64 = 0x57ea;
 
 impl<R: Real, const N: usize> ShellDomain<R, N> {
     /// Takes steps of `step` \[s\] from here on; the mass that control points have got for it over
-    /// the mass of the shell \[1\], nothing if they want more than `most` of that. The shell must be
-    /// at rest, as it was made.
+    /// the mass of the shell \[1\], nothing if they want more than `most` of that. The shell must
+    /// be at rest, as it was made.
     ///
     /// Power iteration on M⁻¹K finds the highest frequency and where it swings; the control point
     /// that swings most there gets the mass that lowers it \[local mass scaling: Belytschko, Liu &
