@@ -196,28 +196,3 @@ fn a_broken_pane_has_the_same_bits_everywhere() {
         assert_eq!(one, run(level, 2), "{level}");
     }
 }
-
-/// Supports that lie on one another, on both faces, neither make nor take energy: a pane in a frame
-/// that rattles.
-#[test]
-fn a_crowd_of_supports_keeps_the_energy() {
-    let settings = Settings { spacing: Some(6.28e-3), ..Settings::default() };
-    let mut problem = pane([0.2, 0.4, 0.004], 0.025, 0.54, settings);
-    let disc = |k: usize| {
-        let (side, up) = (if k.is_multiple_of(2) { 1.0 } else { -1.0 }, (k / 2 % 2) as f64);
-        let along = -0.18 + 0.02 * (k / 4) as f64;
-        Support {
-            point: Vec3::new(0.09 * side, along, 0.004 * (up - 0.5)),
-            normal: Vec3::z() * (1.0 - 2.0 * up),
-            radius: 0.02,
-            mobility: if k.is_multiple_of(3) { 20.0 } else { 0.0 },
-        }
-    };
-    problem.supports = (0..76).map(disc).collect();
-    let hit = &mut problem.impacts[0];
-    (hit.point, hit.energy, hit.impulse) = (Vec3::new(0.06, 0.17, 0.002), 0.02, 0.3);
-    (hit.duration, hit.radius) = (8e-5, 4.5e-3);
-    let found = solve(problem);
-    let balance = found.report.detail("energy_balance").unwrap();
-    assert!((balance - 1.0).abs() < 0.02, "energy off by {balance}");
-}
