@@ -175,14 +175,7 @@ pub enum DoorError {
 /// With [`Repair::Refuse`], the first defect found; with [`Repair::Auto`], only what cannot be
 /// repaired: wrong arrays, an impossible size, no volume.
 pub fn admit(mesh: &TriMesh, repair: Repair) -> Result<(TriMesh, RepairReport), DoorError> {
-    mesh.validate()?;
-    let triangles = mesh.triangles.len();
-    if triangles == 0 {
-        return Err(MeshError::Empty { vertices: mesh.vertices.len() }.into());
-    }
-    if triangles > MAX_TRIANGLES {
-        return Err(DoorError::TooMany { triangles });
-    }
+    check_count(mesh)?;
     let mut report = RepairReport::default();
     let (welded, merged) = if mesh.is_closed() { (mesh.clone(), 0) } else { topology::weld(mesh) };
     let diagonal = welded.diagonal();
@@ -197,6 +190,19 @@ pub fn admit(mesh: &TriMesh, repair: Repair) -> Result<(TriMesh, RepairReport), 
     report.triangles = admitted.triangles.len();
     report.volume = admitted.signed_volume();
     Ok((admitted, report))
+}
+
+/// Refuses wrong arrays, no triangles and too many.
+fn check_count(mesh: &TriMesh) -> Result<(), DoorError> {
+    mesh.validate()?;
+    let triangles = mesh.triangles.len();
+    if triangles == 0 {
+        return Err(MeshError::Empty { vertices: mesh.vertices.len() }.into());
+    }
+    if triangles > MAX_TRIANGLES {
+        return Err(DoorError::TooMany { triangles });
+    }
+    Ok(())
 }
 
 /// Looks for every defect in turn.

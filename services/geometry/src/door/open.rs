@@ -1,8 +1,8 @@
 //! Admission of a surface that is the middle of a thin wall: it may be open.
 
-use super::{DIAGONALS, DoorError, MAX_TRIANGLES, Repair, RepairReport, SEWING, topology};
+use super::{DIAGONALS, DoorError, Repair, RepairReport, SEWING, topology};
 use crate::math::Vec3;
-use crate::mesh::{MeshError, TriMesh};
+use crate::mesh::TriMesh;
 
 /// Checks a surface, open or closed, and gives back one whose triangles meet edge on edge and face
 /// the same way, with a report of what was done to it. Holes stay.
@@ -11,14 +11,7 @@ use crate::mesh::{MeshError, TriMesh};
 /// With [`Repair::Refuse`], the first defect found; with [`Repair::Auto`], only what cannot be
 /// repaired: wrong arrays, an impossible size, edges with more than two triangles or with a twist.
 pub fn admit_open(mesh: &TriMesh, repair: Repair) -> Result<(TriMesh, RepairReport), DoorError> {
-    mesh.validate()?;
-    let triangles = mesh.triangles.len();
-    if triangles == 0 {
-        return Err(MeshError::Empty { vertices: mesh.vertices.len() }.into());
-    }
-    if triangles > MAX_TRIANGLES {
-        return Err(DoorError::TooMany { triangles });
-    }
+    super::check_count(mesh)?;
     let mut report = RepairReport::default();
     let (mut mesh, merged) = topology::weld(mesh);
     report.merged_vertices = merged;
