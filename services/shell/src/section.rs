@@ -35,6 +35,9 @@ const YIELDING_STATIONS: usize = 7;
 /// Slack over the yield stress below which a section is followed step by step.
 const NEAR_YIELD: f64 = 0.1;
 
+/// Strain of a broken section that no brittle material bears \[1\].
+const MOST_STRAIN: f64 = 0.02;
+
 /// Most that damage grows in a step \[1\].
 const MOST_GROWTH: f64 = 0.25;
 
@@ -49,6 +52,8 @@ pub struct SectionLaw {
     pub stations: Stations,
     /// Most that damage grows in a step \[1\].
     pub most_growth: f64,
+    /// Strain at a face above which a broken section bears nothing any more \[1\].
+    pub most_strain: f64,
     /// How it yields, where it does. What yields does not crack.
     pub hardening: Option<Hardening>,
 }
@@ -86,6 +91,7 @@ impl SectionLaw {
             material: *material,
             stations: lobatto(STATIONS),
             most_growth: MOST_GROWTH,
+            most_strain: MOST_STRAIN,
             hardening: None,
         }
     }

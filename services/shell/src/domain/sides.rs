@@ -30,6 +30,9 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
             let direction = apart / length;
             let opened = b.moved - a.moved;
             let leaned = b.turned - a.turned;
+            if opened.norm() > length + 2.0 * half {
+                continue;
+            }
             for z in [half, -half] {
                 if (opened + leaned * z).dot(&direction) >= 0.0 {
                     continue;

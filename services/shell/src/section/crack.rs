@@ -4,9 +4,6 @@ use super::yielding::{StationFlow, less};
 use super::{BROKEN, SectionLaw, SectionTally, bending_scale};
 use crate::kernel::{PlaneStress, Resultants, SurfaceStrain};
 
-/// Strain of a broken section that no brittle material bears \[1\].
-const LOST: f64 = 0.02;
-
 /// The crack of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrackLine {
@@ -283,7 +280,7 @@ impl SectionLaw {
         let worst = self.stations.list().iter().map(along).fold(0.0, f64::max);
         let face = 0.5 * t;
         let strained = [face, -face].into_iter().flat_map(|z| strain.at(z));
-        let is_lost = strained.fold(0.0_f64, |most, e| most.max(e.abs())) > LOST;
+        let is_lost = strained.fold(0.0_f64, |most, e| most.max(e.abs())) > self.most_strain;
         if worst > state.flaw || state.crumbles || is_lost {
             tally.dissipated += state.area * self.energy(state, strain);
             tally.broken += 1;

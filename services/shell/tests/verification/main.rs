@@ -10,5 +10,6 @@ mod quad_surfaces;
 mod radials;
 mod splits;
 mod statics;
+mod tear;
 mod treated;
 mod yielding;
