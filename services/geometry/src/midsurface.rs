@@ -6,6 +6,7 @@
 mod middle;
 mod not_wall;
 mod pairing;
+mod rim;
 mod thicken;
 
 pub use crate::wall_surface::WallSurface;
@@ -126,7 +127,10 @@ impl WallSurface {
             .ok_or(NotWall::Unpaired { share: pairs.share })?;
         remesh::check_surface(&middle.mesh, &middle.thickness)?;
         let reference = ReferenceSurface::new(middle.mesh, middle.thickness);
-        let surface = remesh::remeshed(&reference, spacing);
+        let mut surface = remesh::remeshed(&reference, spacing);
+        if rims.contains(&true) {
+            surface = surface.with_smooth_rims();
+        }
         surface.check(mesh.signed_volume())?;
         Ok(surface)
     }

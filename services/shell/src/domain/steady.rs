@@ -24,8 +24,8 @@ const STREAM: u64 = 0x57ea;
 
 impl<R: Real, const N: usize> ShellDomain<R, N> {
     /// Takes steps of `step` \[s\] from here on; the mass that control points have got for it over
-    /// the mass of the shell \[1\], nothing if they want more than `most` of that. The shell must
-    /// be at rest, as it was made.
+    /// the mass of the shell \[1\], nothing if they want more than `most` of that: the masses are
+    /// then what they were. The shell must be at rest, as it was made.
     ///
     /// Power iteration on M⁻¹K finds the highest frequency and where it swings; the control point
     /// that swings most there gets the mass that lowers it \[local mass scaling: Belytschko, Liu &
@@ -33,7 +33,8 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
     pub(crate) fn steady(&mut self, step: f64, most: f64) -> Option<f64> {
         self.step = step;
         let limit = (2.0 * HIGHEST / step).powi(2);
-        let whole: f64 = self.mass.iter().sum();
+        let before = (self.mass.clone(), self.split.mass.clone());
+        let whole: f64 = before.0.iter().sum();
         let size = self.setup[0].surface.extent;
         let (mut added, mut calm) = (0.0, 0);
         let noise = |n: usize| Vec3::from([0, 1, 2].map(|axis| unit(STREAM, axis, n as u64) - 0.5));
@@ -69,7 +70,11 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         }
         self.displacement.fill([0.0; 4]);
         self.strain();
-        (calm == ROUNDS.0 && added <= most * whole).then_some(added / whole)
+        let holds = calm == ROUNDS.0 && added <= most * whole;
+        if !holds {
+            (self.mass, self.split.mass) = before;
+        }
+        holds.then_some(added / whole)
     }
 }
 

@@ -21,7 +21,7 @@ const STREAM: u64 = 0x5e11;
 pub(crate) const SOFTENING_CELLS: f64 = 1.1;
 
 /// Size of the cells that set the step of a curved wall over that of most  \[1\].
-const SMALL: f64 = 0.85;
+const SMALL: f64 = 0.78;
 
 /// A wall, made discrete.
 #[derive(Debug)]
