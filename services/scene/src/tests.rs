@@ -12,7 +12,7 @@ use cullet_document::files::{Bundle, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 15] = [
+const SHIPPED: [&str; 16] = [
     "pot",
     "four-shapes",
     "bullet",
@@ -28,6 +28,7 @@ const SHIPPED: [&str; 15] = [
     "lid",
     "window",
     "egg",
+    "bulb",
 ];
 
 fn scenes() -> PathBuf {
