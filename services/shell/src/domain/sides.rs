@@ -30,6 +30,7 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
             let direction = apart / length;
             let opened = b.moved - a.moved;
             let leaned = b.turned - a.turned;
+            // One has left the other: it has gone through the wall, or along the crack.
             if opened.norm() > length + 2.0 * half {
                 continue;
             }
