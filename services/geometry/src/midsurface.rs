@@ -11,7 +11,8 @@ mod thicken;
 
 pub use crate::wall_surface::WallSurface;
 pub use not_wall::{
-    LEAST_RADIUS, NotWall, PAIRED_SHARE, SHARP_SHARE, THICK_RATIO, THICKNESS_SPREAD, VOLUME_ERROR,
+    LEAST_RADIUS, NotWall, PAIRED_SHARE, RAGGED, SHARP_SHARE, THICK_RATIO, THICKNESS_SPREAD,
+    VOLUME_ERROR,
 };
 pub use thicken::thicken;
 
@@ -24,6 +25,7 @@ use crate::remesh::{self, MAX_SURFACE_TRIANGLES, REFERENCE_EDGE};
 use crate::surface::Surface;
 use middle::MiddleSurface;
 use pairing::{WallFace, WallPairs, quantile};
+use rim::CrackedRims;
 
 /// How far from a wall a place on its rim may be, over the thickness.
 const BESIDE: f64 = 2.0;
@@ -127,12 +129,21 @@ impl WallSurface {
             .ok_or(NotWall::Unpaired { share: pairs.share })?;
         remesh::check_surface(&middle.mesh, &middle.thickness)?;
         let reference = ReferenceSurface::new(middle.mesh, middle.thickness);
-        let mut surface = remesh::remeshed(&reference, spacing);
-        if rims.contains(&true) {
-            surface = surface.with_smooth_rims();
-        }
+        let surface = remesh::remeshed(&reference, spacing);
         surface.check(mesh.signed_volume())?;
-        Ok(surface)
+        if !rims.contains(&true) {
+            return Ok(surface);
+        }
+        let faces = Nearest::new(&fine);
+        let is_rim = |t: usize| pairs.kind[t] == WallFace::Rim;
+        let is_crack = |x: Vec3| {
+            let found = faces.closest_within(x, BESIDE * pairs.median, is_rim);
+            found.is_some_and(|(_, _, t)| rims[t])
+        };
+        let smooth = CrackedRims::new(surface, spacing, is_crack).smooth();
+        let share = smooth.volume() / mesh.signed_volume();
+        let holds = (share - 1.0).abs() <= RAGGED;
+        if holds { Ok(smooth) } else { Err(NotWall::Ragged { share }) }
     }
 
     /// Refuses a midsurface that bends too sharply or has not the volume of the body \[m³\].

@@ -16,6 +16,8 @@ const EQUAL: f64 = 1e-4;
 const UNFOLDS: usize = 20;
 /// A face has folded if less than this share of its area is left in its old direction \[1\].
 const FOLDED: f64 = 0.25;
+/// Halvings of the way to the rim of what folds on it.
+const STRETCHES: usize = 12;
 /// How far a rim may lie beyond the last pairs, over the thickness: half of it for a round rim.
 const REACH: f64 = 1.5;
 
@@ -100,12 +102,30 @@ impl MiddleSurface {
                 let hit = skin.first_hit(p - out * back, out, |_| true);
                 let reach = hit.map_or(0.0, |(distance, _)| distance - back);
                 if reach > 0.0 && reach <= REACH * self.thickness[v] {
-                    moved.push((v, p + out * reach));
+                    moved.push((v, out * reach));
                 }
             }
         }
-        for (v, p) in moved {
-            self.mesh.vertices[v] = p;
+        self.stretch(moved);
+    }
+
+    /// Moves vertices by vectors \[m\], less far where faces would fold.
+    fn stretch(&mut self, mut moves: Vec<(usize, Vec3)>) {
+        let before = self.mesh.clone();
+        for _ in 0..STRETCHES {
+            for &(v, way) in &moves {
+                self.mesh.vertices[v] = before.vertices[v] + way;
+            }
+            let mut is_folded = vec![false; before.vertices.len()];
+            for (t, corners) in before.triangles.iter().enumerate() {
+                let (old, new) = (area_vector(&before, t), area_vector(&self.mesh, t));
+                let folds = new.dot(&old) < FOLDED * old.norm_squared();
+                corners.iter().filter(|_| folds).for_each(|&v| is_folded[v as usize] = true);
+            }
+            let folds = moves.iter_mut().filter(|(v, way)| is_folded[*v] && *way != Vec3::zeros());
+            if folds.map(|(_, way)| *way *= 0.5).count() == 0 {
+                return;
+            }
         }
     }
 }
@@ -149,5 +169,38 @@ fn without_pinches(mesh: &TriMesh, mut kept: Vec<usize>) -> Vec<usize> {
             return next;
         }
         kept = next;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::MiddleSurface;
+    use crate::math::Vec3;
+    use crate::mesh::TriMesh;
+    use crate::remesh::curved::area_vector;
+
+    /// Beside a notch two vertices of a rim are led across each other: they stop before that, and
+    /// a third goes all the way.
+    #[test]
+    fn a_rim_that_is_led_out_does_not_fold() {
+        let at = |x: f64, y: f64| Vec3::new(x, y, 0.0);
+        let vertices = vec![
+            at(0.0, 0.0),
+            at(1.0, 0.0),
+            at(2.0, 0.0),
+            at(0.0, 1.0),
+            at(1.0, 1.0),
+            at(2.0, 1.0),
+        ];
+        let triangles = vec![[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]];
+        let mesh = TriMesh { vertices, triangles };
+        let mut surface = MiddleSurface { mesh: mesh.clone(), thickness: vec![0.1; 6] };
+        surface.stretch(vec![(3, at(1.5, 0.0)), (4, at(-0.5, 0.0)), (5, at(0.0, 0.5))]);
+        for t in 0..4 {
+            let up = area_vector(&surface.mesh, t).z;
+            assert!(up > 0.25 * area_vector(&mesh, t).z, "triangle {t}: {up}");
+        }
+        assert!(surface.mesh.vertices[3].x > 0.1, "it has not moved");
+        assert_eq!(surface.mesh.vertices[5], at(2.0, 1.5));
     }
 }

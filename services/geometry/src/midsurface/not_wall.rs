@@ -24,6 +24,8 @@ pub const SHARP_SHARE: f64 = 0.2;
 
 /// How far the volume of the body may be from thickness times area \[1\] (F91).
 pub const VOLUME_ERROR: f64 = 0.03;
+/// The same once rims that cracks left are smooth.
+pub const RAGGED: f64 = 0.1;
 
 /// Why a body has no midsurface here.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -74,6 +76,16 @@ pub enum NotWall {
         least = 1.0 - VOLUME_ERROR, most = 1.0 + VOLUME_ERROR
     )]
     Volume {
+        /// Σ t A over volume \[1\].
+        share: f64,
+    },
+    /// Its rims are jagged over much of it.
+    #[error(
+        "with smooth rims its midsurface times its thickness is {share:.3} of its volume, not \
+         {least:.2} to {most:.2}",
+        least = 1.0 - RAGGED, most = 1.0 + RAGGED
+    )]
+    Ragged {
         /// Σ t A over volume \[1\].
         share: f64,
     },

@@ -3,9 +3,13 @@
 use super::WallSurface;
 use crate::inside::Nearest;
 use crate::math::Vec3;
+use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Edges about a hole that is closed: some four cells wide.
-const HOLE: usize = 12;
+/// Edges about the largest hole that is closed: some four cells wide.
+const MOST_HOLE_EDGES: usize = 12;
+
+/// Triangles of the least surface whose holes are closed: the outline of a smaller one is as short.
+const LEAST_HOLED: usize = 100;
 
 /// Rounds in which triangles that hang on by one edge only are taken off a rim: a tooth has up to
 /// two.
@@ -22,87 +26,172 @@ const SHARES: [f64; 2] = [0.5, -0.53];
 /// Rings of vertices beside a rim that follow it.
 const RINGS: usize = 3;
 
-impl WallSurface {
-    /// The same without holes of at most [`HOLE`] edges, and with rims that are smooth over some
-    /// four. What is beside them follows, on the surface.
-    pub(super) fn with_smooth_rims(mut self) -> Self {
+/// A midsurface, and which vertices of its rims a crack has left.
+pub(super) struct CrackedRims {
+    surface: WallSurface,
+    /// Length of most edges \[m\].
+    spacing: f64,
+    /// By vertex.
+    is_crack: Vec<bool>,
+}
+
+impl CrackedRims {
+    /// Of a midsurface with edges of about `spacing` \[m\], `is_crack` saying whether a crack left
+    /// the rim at a place \[m\].
+    pub(super) fn new(surface: WallSurface, spacing: f64, is_crack: impl Fn(Vec3) -> bool) -> Self {
+        let mut found = vec![false; surface.vertices.len()];
+        for v in surface.boundary().into_iter().flatten() {
+            found[v as usize] = is_crack(surface.vertices[v as usize]);
+        }
+        Self { surface, spacing, is_crack: found }
+    }
+
+    /// The surface with rims of cracks smooth over some four edges, and without their holes and
+    /// narrow bays of at most [`MOST_HOLE_EDGES`]. What is beside them follows, on the surface.
+    pub(super) fn smooth(mut self) -> WallSurface {
         self.close_holes();
+        self.close_bays();
         (0..EARS).for_each(|_| self.clip_ears());
-        let nearest = Nearest::new(&self.mesh());
-        let (loops, around) = (self.boundary(), self.around());
+        let Self { mut surface, is_crack, .. } = self;
+        let nearest = Nearest::new(&surface.mesh());
+        let mut loops = surface.boundary();
+        let around = around(&surface);
         let followers = beside(&loops, &around);
+        loops.retain(|points| points.len() > MOST_HOLE_EDGES);
         for pass in 0..PASSES {
             for points in &loops {
                 let n = points.len();
-                let at = |i: usize| self.vertices[points[i % n] as usize];
+                let at = |i: usize| surface.vertices[points[i % n] as usize];
                 let middle = |i: usize| 0.5 * (at(i + n - 1) + at(i + 1));
                 let moved = |i: usize| at(i).lerp(&middle(i), SHARES[pass % 2]);
                 let moved: Vec<Vec3> = (0..n).map(moved).collect();
-                points.iter().zip(moved).for_each(|(&v, x)| self.vertices[v as usize] = x);
+                let movable = points.iter().zip(moved).filter(|(v, _)| is_crack[**v as usize]);
+                movable.for_each(|(&v, x)| surface.vertices[v as usize] = x);
             }
             for &v in &followers {
                 let list = &around[v as usize];
-                let sum: Vec3 = list.iter().map(|&w| self.vertices[w as usize]).sum();
-                let x = self.vertices[v as usize].lerp(&(sum / list.len() as f64), SHARES[0]);
-                self.vertices[v as usize] = nearest.closest(x).map_or(x, |(q, _, _)| q);
+                let sum: Vec3 = list.iter().map(|&w| surface.vertices[w as usize]).sum();
+                let x = surface.vertices[v as usize].lerp(&(sum / list.len() as f64), SHARES[0]);
+                surface.vertices[v as usize] = nearest.closest(x).map_or(x, |(q, _, _)| q);
             }
         }
-        self
+        surface
     }
 
-    /// Closes holes of few edges by a fan about their middle; the longest rim is the outer one.
+    /// Closes holes of few edges that cracks have left.
     fn close_holes(&mut self) {
-        let mut loops = self.boundary();
-        loops.sort_by_key(|points| std::cmp::Reverse(points.len()));
-        for points in loops.iter().skip(1).filter(|points| points.len() <= HOLE) {
-            let n = points.len();
-            let middle = self.vertices.len() as u32;
-            let at = |v: &u32| self.vertices[*v as usize];
-            self.vertices.push(points.iter().map(at).sum::<Vec3>() / n as f64);
-            let thick = |v: &u32| self.thickness[*v as usize];
-            self.thickness.push(points.iter().map(thick).sum::<f64>() / n as f64);
-            let fan = (0..n).map(|i| [points[(i + 1) % n], points[i], middle]);
-            self.triangles.extend(fan);
+        if self.surface.triangles.len() < LEAST_HOLED {
+            return;
+        }
+        for points in self.surface.boundary() {
+            if points.len() <= MOST_HOLE_EDGES && points.iter().all(|&v| self.is_crack[v as usize])
+            {
+                points.iter().for_each(|&v| self.is_crack[v as usize] = false);
+                self.fill(&points);
+            }
         }
     }
 
-    /// Takes off the triangles with two edges on a rim, which smoothing would turn over.
-    fn clip_ears(&mut self) {
-        let mut open = self.mesh().open_edges();
-        open.sort_unstable();
-        let is_open = |a: u32, b: u32| open.binary_search(&[a, b]).is_ok();
-        let edges = |t: &[u32; 3]| (0..3).filter(|&k| is_open(t[k], t[(k + 1) % 3])).count();
-        self.triangles.retain(|t| edges(t) < 2);
-        let mut number = vec![u32::MAX; self.vertices.len()];
-        self.triangles.iter().flatten().for_each(|&v| number[v as usize] = 0);
-        let mut next = 0;
-        for n in number.iter_mut().filter(|n| **n == 0) {
-            (*n, next) = (next, next + 1);
+    /// Closes bays of few edges that cracks have left and whose mouth is no wider than an edge:
+    /// cells could not follow both sides of it.
+    fn close_bays(&mut self) {
+        while let Some(points) = self.bay() {
+            let inner = &points[1..points.len() - 1];
+            inner.iter().for_each(|&v| self.is_crack[v as usize] = false);
+            self.fill(&points);
         }
-        let is_kept = |v: usize| number[v] != u32::MAX;
-        let kept: Vec<usize> = (0..number.len()).filter(|&v| is_kept(v)).collect();
-        self.vertices = kept.iter().map(|&v| self.vertices[v]).collect();
-        self.thickness = kept.iter().map(|&v| self.thickness[v]).collect();
-        for v in self.triangles.iter_mut().flatten() {
+    }
+
+    /// A bay, from one side of its mouth to the other.
+    fn bay(&self) -> Option<Vec<u32>> {
+        let surface = &self.surface;
+        let around = around(surface);
+        let turn = turns(surface);
+        let of_loop = |points: &Vec<u32>| {
+            let n = points.len();
+            let at = |k: usize| points[k % n];
+            let place = |k: usize| surface.vertices[at(k) as usize];
+            let gap = |a: usize, b: usize| (place(a) - place(b)).norm();
+            let is_bay = |&(edges, i): &(usize, usize)| {
+                let (a, b) = (i, i + edges);
+                gap(a, b) < self.spacing
+                    && gap(a + n - 1, b + 1) >= self.spacing
+                    && (a..=b).all(|k| self.is_crack[at(k) as usize])
+                    && (a + 1..b).map(|k| turn[at(k) as usize]).sum::<f64>() < -FRAC_PI_2
+                    && around[at(a) as usize].binary_search(&at(b)).is_err()
+            };
+            let all = (2..=MOST_HOLE_EDGES.min(n / 2)).rev();
+            let found = all.flat_map(|edges| (0..n).map(move |i| (edges, i))).find(is_bay);
+            found.map(|(edges, i)| (i..=i + edges).map(at).collect())
+        };
+        surface.boundary().iter().find_map(of_loop)
+    }
+
+    /// A fan about the middle of `points` of a rim, one after the other, and from last to first.
+    fn fill(&mut self, points: &[u32]) {
+        let Self { surface, is_crack, .. } = self;
+        let n = points.len();
+        let middle = surface.vertices.len() as u32;
+        let at = |v: &u32| surface.vertices[*v as usize];
+        let place = points.iter().map(at).sum::<Vec3>() / n as f64;
+        let thick = |v: &u32| surface.thickness[*v as usize];
+        let thickness = points.iter().map(thick).sum::<f64>() / n as f64;
+        surface.vertices.push(place);
+        surface.thickness.push(thickness);
+        surface.triangles.extend((0..n).map(|i| [points[(i + 1) % n], points[i], middle]));
+        is_crack.push(false);
+    }
+
+    /// Takes off the triangles with two edges on a rim of a crack, which smoothing would turn over.
+    fn clip_ears(&mut self) {
+        let Self { surface, is_crack, .. } = self;
+        let mut open = surface.mesh().open_edges();
+        open.sort_unstable();
+        let is_open =
+            |t: &[u32; 3], k: usize| open.binary_search(&[t[k % 3], t[(k + 1) % 3]]).is_ok();
+        let peak = |t: &[u32; 3]| (0..3).find(|&k| is_open(t, k + 2) && is_open(t, k));
+        surface.triangles.retain(|t| peak(t).is_none_or(|k| !is_crack[t[k] as usize]));
+        let mut number = vec![u32::MAX; surface.vertices.len()];
+        surface.triangles.iter().flatten().for_each(|&v| number[v as usize] = 0);
+        let kept: Vec<usize> = (0..number.len()).filter(|&v| number[v] == 0).collect();
+        kept.iter().enumerate().for_each(|(n, &v)| number[v] = n as u32);
+        surface.vertices = kept.iter().map(|&v| surface.vertices[v]).collect();
+        surface.thickness = kept.iter().map(|&v| surface.thickness[v]).collect();
+        *is_crack = kept.iter().map(|&v| is_crack[v]).collect();
+        for v in surface.triangles.iter_mut().flatten() {
             *v = number[*v as usize];
         }
     }
+}
 
-    /// The vertices beside each, ascending.
-    fn around(&self) -> Vec<Vec<u32>> {
-        let mut around = vec![Vec::new(); self.vertices.len()];
-        for corners in &self.triangles {
-            for k in 0..3 {
-                let others = [corners[(k + 1) % 3], corners[(k + 2) % 3]];
-                around[corners[k] as usize].extend(others);
-            }
+/// How far a rim turns to the left at each of its vertices \[rad\]; within a surface, where the
+/// triangles about a vertex make up a full turn, −π.
+fn turns(surface: &WallSurface) -> Vec<f64> {
+    let mut turn = vec![PI; surface.vertices.len()];
+    for corners in &surface.triangles {
+        for k in 0..3 {
+            let [a, b, c] = [0, 1, 2].map(|i| surface.vertices[corners[(k + i) % 3] as usize]);
+            let (e, f) = (b - a, c - a);
+            turn[corners[k] as usize] -= libm::atan2(e.cross(&f).norm(), e.dot(&f));
         }
-        for list in &mut around {
-            list.sort_unstable();
-            list.dedup();
-        }
-        around
     }
+    turn
+}
+
+/// The vertices beside each, ascending.
+fn around(surface: &WallSurface) -> Vec<Vec<u32>> {
+    let mut around = vec![Vec::new(); surface.vertices.len()];
+    for corners in &surface.triangles {
+        for k in 0..3 {
+            let others = [corners[(k + 1) % 3], corners[(k + 2) % 3]];
+            around[corners[k] as usize].extend(others);
+        }
+    }
+    for list in &mut around {
+        list.sort_unstable();
+        list.dedup();
+    }
+    around
 }
 
 /// The vertices of the first [`RINGS`] rings beside `loops`, ascending.
@@ -125,13 +214,19 @@ fn beside(loops: &[Vec<u32>], around: &[Vec<u32>]) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::super::WallSurface;
+    use super::CrackedRims;
     use crate::math::Vec3;
+    use std::f64::consts::TAU;
 
-    /// A flat sheet of 24 × 24 squares in triangles, without the squares that `is_off`.
+    /// A sheet of 24 × 24 squares in triangles, bent to a quarter of a tube, without the squares
+    /// that `is_off`.
     fn sheet(is_off: impl Fn(u32, u32) -> bool) -> WallSurface {
-        let n = 24;
+        let (n, radius) = (24, 96.0 / TAU);
         let corners = (0..=n).flat_map(|j| (0..=n).map(move |i| (i, j)));
-        let place = |(i, j): (u32, u32)| Vec3::new(f64::from(i), f64::from(j), 0.0);
+        let place = |(i, j): (u32, u32)| {
+            let angle = f64::from(i) / radius;
+            Vec3::new(radius * angle.sin(), f64::from(j), radius * angle.cos())
+        };
         let vertices: Vec<Vec3> = corners.map(place).collect();
         let at = |i: u32, j: u32| j * (n + 1) + i;
         let squares = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
@@ -144,41 +239,96 @@ mod tests {
         WallSurface { vertices, triangles, thickness }
     }
 
-    /// The sharpest turn of a rim: cosine, over one edge to each side.
-    fn sharpest(surface: &WallSurface, points: &[u32]) -> f64 {
+    /// The sharpest turn of a rim above y = `low`: cosine, over one edge to each side.
+    fn sharpest(surface: &WallSurface, points: &[u32], low: f64) -> f64 {
         let n = points.len();
         let at = |i: usize| surface.vertices[points[i % n] as usize];
         let turn = |i: usize| {
             let (a, b) = (at(i) - at(i + n - 1), at(i + 1) - at(i));
             a.dot(&b) / (a.norm() * b.norm())
         };
-        (0..n).map(turn).fold(1.0, f64::min)
+        (0..n).filter(|&i| at(i).y > low).map(turn).fold(1.0, f64::min)
     }
 
-    /// Teeth of a rim go, and the sheet keeps its area; a hole of a few cells is closed, and a
-    /// large one is not.
-    #[test]
-    fn jagged_rims_become_smooth_and_small_holes_closed() {
-        let toothed = sheet(|i, j| j == 23 && i % 2 == 0);
-        let teeth = toothed.boundary();
-        assert!(sharpest(&toothed, &teeth[0]) < 0.1);
-        let smooth = toothed.clone().with_smooth_rims();
-        let worst = sharpest(&smooth, &smooth.boundary()[0]);
-        assert!(worst > 0.5, "{worst}");
-        let share = smooth.area() / toothed.area();
-        assert!((share - 1.0).abs() < 0.04, "{share}");
-        let mesh = smooth.mesh();
-        let up = |t: usize| {
+    /// Every triangle faces outward, and the area is within a share of `area`.
+    fn assert_sound(surface: &WallSurface, area: f64, off: f64) {
+        let mesh = surface.mesh();
+        for t in 0..mesh.triangles.len() {
             let [a, b, c] = mesh.corners(t);
-            (b - a).cross(&(c - a)).z
-        };
-        assert!((0..mesh.triangles.len()).all(|t| up(t) > 0.0), "a triangle lies face down");
+            let out = Vec3::new(a.x, 0.0, a.z);
+            assert!((b - a).cross(&(c - a)).dot(&out) > 0.0, "triangle {t} is turned over");
+        }
+        let share = surface.area() / area;
+        assert!((share - 1.0).abs() < off, "{share} of the area");
+        assert_eq!(surface.vertices.len(), surface.thickness.len());
+    }
 
-        let holed =
-            sheet(|i, j| (i, j) == (5, 5) || ((12..18).contains(&i) && (12..18).contains(&j)));
+    /// Teeth of a rim go that are wider than ears, and the sheet keeps its area; a rim that no
+    /// crack left keeps all of them.
+    #[test]
+    fn jagged_rims_of_cracks_become_smooth() {
+        let toothed = sheet(|i, j| j >= 22 && (i / 2) % 2 == 0);
+        let area = toothed.area();
+        assert!(sharpest(&toothed, &toothed.boundary()[0], 18.0) < 0.1);
+        let smooth = CrackedRims::new(toothed.clone(), 1.0, |x| x.y > 18.0).smooth();
+        let worst = sharpest(&smooth, &smooth.boundary()[0], 18.0);
+        assert!(worst > 0.4, "{worst}");
+        assert_sound(&smooth, area, 0.04);
+        let low = |s: &WallSurface| {
+            s.boundary()[0].iter().filter(|&&v| s.vertices[v as usize].y == 0.0).count()
+        };
+        assert_eq!(low(&smooth), low(&toothed), "a rim that no crack left has changed");
+        let narrow = sheet(|i, j| j == 23 && i % 2 == 0);
+        let area = narrow.area();
+        assert_sound(&CrackedRims::new(narrow, 1.0, |x| x.y > 18.0).smooth(), area, 0.04);
+        let kept = CrackedRims::new(toothed.clone(), 1.0, |_| false).smooth();
+        let rims = [&toothed, &kept]
+            .map(|s| s.boundary()[0].iter().map(|&v| s.vertices[v as usize]).collect::<Vec<_>>());
+        assert_eq!(rims[0], rims[1]);
+    }
+
+    /// Holes of a few cells that cracks left are closed; others are not.
+    #[test]
+    fn small_holes_of_cracks_are_closed() {
+        let within = |k: u32| (12..18).contains(&k);
+        let holed = sheet(|i, j| (i, j) == (5, 5) || (within(i) && within(j)));
+        let area = holed.area();
         assert_eq!(holed.boundary().len(), 3);
-        let closed = holed.with_smooth_rims();
+        let closed = CrackedRims::new(holed.clone(), 1.0, |_| true).smooth();
         assert_eq!(closed.boundary().len(), 2);
-        assert_eq!(closed.vertices.len(), closed.thickness.len());
+        assert_sound(&closed, area, 0.03);
+        assert!(closed.mesh().non_manifold_edges().is_empty());
+        let drilled = CrackedRims::new(holed, 1.0, |x| x.y > 8.0).smooth();
+        assert_eq!(drilled.boundary().len(), 3);
+    }
+
+    /// A slit of a crack is closed if it is narrow and short; a wide one, a long one, a tongue and
+    /// a rim that no crack left stay.
+    #[test]
+    fn narrow_bays_of_cracks_are_closed() {
+        let edges = |s: &WallSurface| s.boundary()[0].len();
+        let slit = |deep: u32, wide: u32| {
+            sheet(move |i, j| j >= 24 - deep && (10..10 + wide).contains(&i))
+        };
+        let closed = |surface: &WallSurface, width: f64, is_crack: bool| {
+            let mut rims = CrackedRims::new(surface.clone(), width, |_| is_crack);
+            rims.close_bays();
+            rims.surface
+        };
+        let short = slit(4, 1);
+        let shut = closed(&short, 1.1, true);
+        assert_eq!((edges(&short), edges(&shut)), (104, 96));
+        assert_sound(&shut, short.area() + 4.0, 0.01);
+        assert!(shut.mesh().non_manifold_edges().is_empty());
+        let tongue = sheet(|i, j| j >= 20 && i != 10);
+        for (kept, width, is_crack) in [
+            (&short, 1.1, false),
+            (&short, 0.9, true),
+            (&slit(4, 2), 1.1, true),
+            (&slit(8, 1), 1.1, true),
+            (&tongue, 1.1, true),
+        ] {
+            assert_eq!(edges(&closed(kept, width, is_crack)), edges(kept), "{width} {is_crack}");
+        }
     }
 }
