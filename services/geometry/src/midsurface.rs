@@ -108,10 +108,11 @@ impl WallSurface {
         Self::with_rims(mesh, &vec![false; mesh.triangles.len()], spacing)
     }
 
-    /// The same of a solid, whose crack faces are rims.
+    /// The same of a solid, whose crack faces are rims: smoothed over some four edges, without the
+    /// holes and narrow bays that are smaller than that.
     ///
     /// # Errors
-    /// As [`WallSurface::of_mesh`].
+    /// As [`WallSurface::of_mesh`]; too much filled or taken off.
     pub fn of_solid(solid: &Solid, spacing: f64) -> Result<Self, NotWall> {
         Self::with_rims(&solid.mesh, &crack_faces(solid), spacing)
     }
@@ -141,6 +142,10 @@ impl WallSurface {
             found.is_some_and(|(_, _, t)| rims[t])
         };
         let smooth = CrackedRims::new(surface, spacing, is_crack).smooth();
+        let share = smooth.sharp_share();
+        if share > SHARP_SHARE {
+            return Err(NotWall::Sharp { share });
+        }
         let share = smooth.volume() / mesh.signed_volume();
         let holds = (share - 1.0).abs() <= RAGGED;
         if holds { Ok(smooth) } else { Err(NotWall::Ragged { share }) }

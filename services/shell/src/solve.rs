@@ -56,8 +56,8 @@ const TESTED_AREA: f64 = 0.01;
 /// How far from a contact a shell overstates the stress, in thicknesses \[shells §2.10\].
 const NEAR: f64 = 2.0;
 
-/// Most mass that small cells may get, over that of the shell \[1\]: what breaks off there is as
-/// much too heavy.
+/// Most mass that small cells may get, over that of the shell \[1\]: a piece that breaks off there
+/// may be heavier by far more.
 const MOST_ADDED: f64 = 0.02;
 
 /// The same of metal, where none break.

@@ -16,7 +16,7 @@ const EQUAL: f64 = 1e-4;
 const UNFOLDS: usize = 20;
 /// A face has folded if less than this share of its area is left in its old direction \[1\].
 const FOLDED: f64 = 0.25;
-/// Halvings of the way to the rim of what folds on it.
+/// Halvings of the way to the rim of what folds on it, before it stays.
 const STRETCHES: usize = 12;
 /// How far a rim may lie beyond the last pairs, over the thickness: half of it for a round rim.
 const REACH: f64 = 1.5;
@@ -109,10 +109,10 @@ impl MiddleSurface {
         self.stretch(moved);
     }
 
-    /// Moves vertices by vectors \[m\], less far where faces would fold.
+    /// Moves vertices by vectors \[m\], less far or not at all where faces would fold.
     fn stretch(&mut self, mut moves: Vec<(usize, Vec3)>) {
         let before = self.mesh.clone();
-        for _ in 0..STRETCHES {
+        for round in 0.. {
             for &(v, way) in &moves {
                 self.mesh.vertices[v] = before.vertices[v] + way;
             }
@@ -122,8 +122,10 @@ impl MiddleSurface {
                 let folds = new.dot(&old) < FOLDED * old.norm_squared();
                 corners.iter().filter(|_| folds).for_each(|&v| is_folded[v as usize] = true);
             }
+            // Each round after those shortens one at least to nothing.
+            let share = if round < STRETCHES { 0.5 } else { 0.0 };
             let folds = moves.iter_mut().filter(|(v, way)| is_folded[*v] && *way != Vec3::zeros());
-            if folds.map(|(_, way)| *way *= 0.5).count() == 0 {
+            if folds.map(|(_, way)| *way *= share).count() == 0 {
                 return;
             }
         }
@@ -202,5 +204,11 @@ mod tests {
         }
         assert!(surface.mesh.vertices[3].x > 0.1, "it has not moved");
         assert_eq!(surface.mesh.vertices[5], at(2.0, 1.5));
+        // A needle, in which nothing may move.
+        let vertices = vec![at(0.0, 0.0), at(1.0, 0.0), at(0.5, 1e-9)];
+        let mesh = TriMesh { vertices, triangles: vec![[0, 1, 2]] };
+        let mut surface = MiddleSurface { mesh: mesh.clone(), thickness: vec![0.1; 3] };
+        surface.stretch(vec![(2, at(0.0, -1.0))]);
+        assert_eq!(surface.mesh, mesh);
     }
 }

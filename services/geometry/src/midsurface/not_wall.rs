@@ -79,10 +79,10 @@ pub enum NotWall {
         /// Σ t A over volume \[1\].
         share: f64,
     },
-    /// Its rims are jagged over much of it.
+    /// Rims that cracks left are jagged over much of it, or it has many holes of them.
     #[error(
-        "with smooth rims its midsurface times its thickness is {share:.3} of its volume, not \
-         {least:.2} to {most:.2}",
+        "with smooth rims and small holes closed its midsurface times its thickness is {share:.3} \
+         of its volume, not {least:.2} to {most:.2}",
         least = 1.0 - RAGGED, most = 1.0 + RAGGED
     )]
     Ragged {

@@ -26,7 +26,7 @@ const SHARES: [f64; 2] = [0.5, -0.53];
 /// Rings of vertices beside a rim that follow it.
 const RINGS: usize = 3;
 
-/// A midsurface, and which vertices of its rims a crack has left.
+/// A midsurface, and which vertices of its rims a crack has left: then or before they were filled.
 pub(super) struct CrackedRims {
     surface: WallSurface,
     /// Length of most edges \[m\].
@@ -47,16 +47,18 @@ impl CrackedRims {
     }
 
     /// The surface with rims of cracks smooth over some four edges, and without their holes and
-    /// narrow bays of at most [`MOST_HOLE_EDGES`]. What is beside them follows, on the surface.
+    /// narrow bays of at most [`MOST_HOLE_EDGES`]; shorter rims stay. What is beside them follows,
+    /// on the surface.
     pub(super) fn smooth(mut self) -> WallSurface {
         self.close_holes();
         self.close_bays();
+        self.close_holes();
         (0..EARS).for_each(|_| self.clip_ears());
         let Self { mut surface, is_crack, .. } = self;
         let nearest = Nearest::new(&surface.mesh());
         let mut loops = surface.boundary();
         let around = around(&surface);
-        let followers = beside(&loops, &around);
+        let followers = beside(&loops, &is_crack, &around);
         loops.retain(|points| points.len() > MOST_HOLE_EDGES);
         for pass in 0..PASSES {
             for points in &loops {
@@ -86,7 +88,6 @@ impl CrackedRims {
         for points in self.surface.boundary() {
             if points.len() <= MOST_HOLE_EDGES && points.iter().all(|&v| self.is_crack[v as usize])
             {
-                points.iter().for_each(|&v| self.is_crack[v as usize] = false);
                 self.fill(&points);
             }
         }
@@ -96,8 +97,6 @@ impl CrackedRims {
     /// cells could not follow both sides of it.
     fn close_bays(&mut self) {
         while let Some(points) = self.bay() {
-            let inner = &points[1..points.len() - 1];
-            inner.iter().for_each(|&v| self.is_crack[v as usize] = false);
             self.fill(&points);
         }
     }
@@ -116,7 +115,7 @@ impl CrackedRims {
                 let (a, b) = (i, i + edges);
                 gap(a, b) < self.spacing
                     && gap(a + n - 1, b + 1) >= self.spacing
-                    && (a..=b).all(|k| self.is_crack[at(k) as usize])
+                    && (a + 1..b).all(|k| self.is_crack[at(k) as usize])
                     && (a + 1..b).map(|k| turn[at(k) as usize]).sum::<f64>() < -FRAC_PI_2
                     && around[at(a) as usize].binary_search(&at(b)).is_err()
             };
@@ -139,7 +138,7 @@ impl CrackedRims {
         surface.vertices.push(place);
         surface.thickness.push(thickness);
         surface.triangles.extend((0..n).map(|i| [points[(i + 1) % n], points[i], middle]));
-        is_crack.push(false);
+        is_crack.push(true);
     }
 
     /// Takes off the triangles with two edges on a rim of a crack, which smoothing would turn over.
@@ -194,12 +193,14 @@ fn around(surface: &WallSurface) -> Vec<Vec<u32>> {
     around
 }
 
-/// The vertices of the first [`RINGS`] rings beside `loops`, ascending.
-fn beside(loops: &[Vec<u32>], around: &[Vec<u32>]) -> Vec<u32> {
+/// What was filled, and the vertices of the first [`RINGS`] rings beside that and what is a crack
+/// of the rims `loops`, ascending.
+fn beside(loops: &[Vec<u32>], is_crack: &[bool], around: &[Vec<u32>]) -> Vec<u32> {
     let mut seen = vec![false; around.len()];
-    let mut front: Vec<u32> = loops.iter().flatten().copied().collect();
-    front.iter().for_each(|&v| seen[v as usize] = true);
-    let mut found = Vec::new();
+    loops.iter().flatten().for_each(|&v| seen[v as usize] = true);
+    let mut front: Vec<u32> = (0..around.len() as u32).filter(|&v| is_crack[v as usize]).collect();
+    let mut found: Vec<u32> = front.iter().copied().filter(|&v| !seen[v as usize]).collect();
+    found.iter().for_each(|&v| seen[v as usize] = true);
     for _ in 0..RINGS {
         let near = front.iter().flat_map(|&v| &around[v as usize]).copied();
         let next: Vec<u32> =
@@ -282,9 +283,10 @@ mod tests {
         let area = narrow.area();
         assert_sound(&CrackedRims::new(narrow, 1.0, |x| x.y > 18.0).smooth(), area, 0.04);
         let kept = CrackedRims::new(toothed.clone(), 1.0, |_| false).smooth();
-        let rims = [&toothed, &kept]
-            .map(|s| s.boundary()[0].iter().map(|&v| s.vertices[v as usize]).collect::<Vec<_>>());
-        assert_eq!(rims[0], rims[1]);
+        let places = |s: &WallSurface| -> Vec<Vec3> {
+            s.triangles.iter().flatten().map(|&v| s.vertices[v as usize]).collect()
+        };
+        assert_eq!(places(&kept), places(&toothed));
     }
 
     /// Holes of a few cells that cracks left are closed; others are not.
@@ -310,8 +312,9 @@ mod tests {
         let slit = |deep: u32, wide: u32| {
             sheet(move |i, j| j >= 24 - deep && (10..10 + wide).contains(&i))
         };
+        // Below the rim of the sheet that it enters from.
         let closed = |surface: &WallSurface, width: f64, is_crack: bool| {
-            let mut rims = CrackedRims::new(surface.clone(), width, |_| is_crack);
+            let mut rims = CrackedRims::new(surface.clone(), width, |x| is_crack && x.y < 23.5);
             rims.close_bays();
             rims.surface
         };
@@ -320,13 +323,13 @@ mod tests {
         assert_eq!((edges(&short), edges(&shut)), (104, 96));
         assert_sound(&shut, short.area() + 4.0, 0.01);
         assert!(shut.mesh().non_manifold_edges().is_empty());
-        let tongue = sheet(|i, j| j >= 20 && i != 10);
+        let tongue = sheet(|i, j| j >= 20 && !(10..12).contains(&i));
         for (kept, width, is_crack) in [
             (&short, 1.1, false),
             (&short, 0.9, true),
             (&slit(4, 2), 1.1, true),
             (&slit(8, 1), 1.1, true),
-            (&tongue, 1.1, true),
+            (&tongue, 2.1, true),
         ] {
             assert_eq!(edges(&closed(kept, width, is_crack)), edges(kept), "{width} {is_crack}");
         }
