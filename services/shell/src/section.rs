@@ -6,6 +6,7 @@
 //! ψ = ½Eε_tt² + (1 − c\[e>0\]) ½fe² + (1 − c) 2με_nt².
 
 mod crack;
+mod plane;
 mod plastic;
 mod stations;
 mod yielding;
@@ -113,13 +114,12 @@ impl SectionLaw {
         }
     }
 
-    /// H of ċ: c = (1 + H)(1 − σ_f/σ̄) with H = x/(1 − x), for a strength σ_f \[Pa\] in force and a
-    /// softening length l_c \[m\]; x = sσ_f²l_c/(2fG_f).
+    /// H of c = (1 + H)(1 − σ_f/σ̄) is x/(1 − x), for a strength σ_f in force \[Pa\], a softening
+    /// length l_c \[m\] and a share of bending β \[1\]; x = s(β)σ_f²l_c/(2fG_f).
     #[must_use]
     pub fn softening(&self, strength: f64, length: f64, bending_share: f64) -> f64 {
-        let scale = bending_scale(bending_share);
-        let x = scale * strength * strength * length
-            / (2.0 * self.elastic.modulus * self.material.fracture_energy);
+        let toughness = 2.0 * self.elastic.modulus * self.material.fracture_energy;
+        let x = bending_scale(bending_share) * strength * strength * length / toughness;
         let x = x.min(MOST_BRITTLE);
         x / (1.0 - x)
     }
