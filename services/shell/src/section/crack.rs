@@ -258,9 +258,9 @@ impl SectionLaw {
         state.crack = Some(CrackLine { normal, bending_share, side, worst, mean });
     }
 
-    /// c = max(c, (1 + H)(1 − σ_f/σ̄)), of the stress of the worst station and of the mean: alone, the
-    /// first makes a crack that started in bending and is then torn in the plane cost up to 4.5 G_f,
-    /// and one that slides too. Closed it does not grow.
+    /// c = max(c, (1 + H)(1 − σ_f/σ̄)), of the stress of the worst station and of the mean: alone,
+    /// the first makes a crack that started in bending and is then torn in the plane cost up to 4.5
+    /// G_f, and one that slides too. Closed it does not grow.
     fn grow(
         &self,
         state: &mut PointState,
@@ -426,8 +426,8 @@ mod tests {
         tally.dissipated * length / (8.0 * t)
     }
 
-    /// A section costs G_f whatever mix of opening and sliding breaks it, and where it has started to
-    /// break in bending and is pulled apart in its plane then.
+    /// A section costs G_f whatever mix of opening and sliding breaks it, and where it has started
+    /// to break in bending and is pulled apart in its plane then.
     #[test]
     fn a_section_costs_its_energy_whatever_breaks_it() {
         let glass = 30e6 / 70e9;

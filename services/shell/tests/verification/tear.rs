@@ -141,10 +141,10 @@ impl Trouser {
     }
 }
 
-/// Legs that do not stretch pull with F = G_f t/2. The closer cells are to the opening w_c = 2G_f/σ_f
-/// at which a crack lets go, the more they pull, and what they pull more goes into waves; a film's
-/// tear itself costs what the toughness says. A stiff sheet's costs more: cells beside the tear are
-/// torn with it before their control points part.
+/// Legs that do not stretch pull with F = G_f t/2. The closer cells are to the opening w_c =
+/// 2G_f/σ_f at which a crack lets go, the more they pull, and what they pull more goes into waves;
+/// a film's tear itself costs what the toughness says. A stiff sheet's costs more: cells beside the
+/// tear are torn with it before their control points part.
 #[test]
 fn s16_a_trouser_tear_costs_its_energy() {
     let film = Trouser {

@@ -1,0 +1,123 @@
+//! Weights of a point's bonds, fitted to fourth moments.
+
+use cullet_geometry::Vec3;
+use nalgebra::{SMatrix, SVector};
+
+/// Components of a symmetric tensor of fourth order.
+const MOMENTS: usize = 15;
+
+/// A weight is no less than this share of what it was before the fit.
+const LEAST_SHARE: f64 = 0.2;
+
+/// Share of the mean of the diagonal that is added to it, at first, by which it grows where weights
+/// would be too small, and up to which the fit counts as one.
+const FIRST: f64 = 1e-12;
+const GROWTH: f64 = 10.0;
+const TIGHT: f64 = 1e-6;
+const LAST: f64 = 1e6;
+
+/// Indices a ≤ b ≤ c ≤ d of the components.
+fn indices() -> impl Iterator<Item = [usize; 4]> {
+    (0..81)
+        .map(|k| [k / 27, k / 9 % 3, k / 3 % 3, k % 3])
+        .filter(|[a, b, c, d]| a <= b && b <= c && c <= d)
+}
+
+/// n_a n_b n_c n_d.
+fn components(n: &Vec3) -> SVector<f64, MOMENTS> {
+    SVector::from_iterator(indices().map(|[a, b, c, d]| n[a] * n[b] * n[c] * n[d]))
+}
+
+/// (δ_ab δ_cd + δ_ac δ_bd + δ_ad δ_bc)/15.
+fn isotropic() -> SVector<f64, MOMENTS> {
+    let delta = |a: usize, b: usize| f64::from(u8::from(a == b));
+    SVector::from_iterator(indices().map(|[a, b, c, d]| {
+        (delta(a, b) * delta(c, d) + delta(a, c) * delta(b, d) + delta(a, d) * delta(b, c)) / 15.0
+    }))
+}
+
+/// Weights of bonds ξ to points of the volumes V, Σw = 1: l₀V times a quartic form in n = ξ/l₀ that
+/// makes Σw n⊗n⊗n⊗n isotropic. Where some would be too small the form is held back; whether it was
+/// not.
+pub(super) fn fitted(bonds: &[(Vec3, f64)]) -> (Vec<f64>, bool) {
+    let plain: Vec<f64> = bonds.iter().map(|(xi, volume)| xi.norm() * volume).collect();
+    let sum: f64 = plain.iter().sum();
+    let plain: Vec<f64> = plain.into_iter().map(|w| w / sum).collect();
+    let forms: Vec<_> = bonds.iter().map(|(xi, _)| components(&(xi / xi.norm()))).collect();
+    let mut matrix = SMatrix::<f64, MOMENTS, MOMENTS>::zeros();
+    let mut missing = isotropic();
+    for (w, form) in plain.iter().zip(&forms) {
+        for row in 0..MOMENTS {
+            for column in 0..MOMENTS {
+                matrix[(row, column)] += w * form[row] * form[column];
+            }
+        }
+        missing -= form * *w;
+    }
+    let mean = matrix.trace() / MOMENTS as f64;
+    let mut held = FIRST;
+    while held < LAST {
+        let solved = (matrix + SMatrix::identity() * (held * mean)).cholesky();
+        if let Some(form) = solved.map(|solved| solved.solve(&missing)) {
+            let share: Vec<f64> = forms.iter().map(|other| 1.0 + form.dot(other)).collect();
+            if share.iter().all(|&s| s >= LEAST_SHARE) {
+                let weights: Vec<f64> = plain.iter().zip(&share).map(|(w, s)| w * s).collect();
+                let sum: f64 = weights.iter().sum();
+                return (weights.into_iter().map(|w| w / sum).collect(), held <= TIGHT);
+            }
+        }
+        held *= GROWTH;
+    }
+    (plain, false)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{components, fitted, isotropic};
+    use cullet_geometry::Vec3;
+
+    /// Bonds of a point of a lattice within `horizon`, in front of a plane.
+    fn bonds(horizon: f64, front: impl Fn(&Vec3) -> bool) -> Vec<(Vec3, f64)> {
+        let at = |k: i32| Vec3::new(f64::from(k % 9 - 4), f64::from(k / 9 % 9 - 4), 0.0);
+        let all = (0..729).map(|k| at(k) + Vec3::z() * f64::from(k / 81 - 4));
+        let near = all.filter(|x| x.norm() > 0.5 && x.norm() <= horizon && front(x));
+        near.map(|x| (x, 1.0)).collect()
+    }
+
+    /// Greatest miss of a fourth moment.
+    fn miss(bonds: &[(Vec3, f64)], weights: &[f64]) -> f64 {
+        let mut sum = -isotropic();
+        for ((xi, _), w) in bonds.iter().zip(weights) {
+            sum += components(&(xi / xi.norm())) * *w;
+        }
+        sum.amax()
+    }
+
+    #[test]
+    fn moments_are_isotropic_inside_and_at_faces() {
+        for horizon in [2.04, 3.015, 4.0] {
+            for (what, some) in
+                [("inside", bonds(horizon, |_| true)), ("face", { bonds(horizon, |x| x.z >= 0.0) })]
+            {
+                let (weights, fits) = fitted(&some);
+                assert!(fits && weights.iter().all(|&w| w > 0.0), "{what}, {horizon}");
+                assert!(miss(&some, &weights) < 1e-8, "{what}, {horizon}");
+                let even = vec![1.0 / some.len() as f64; some.len()];
+                assert!(miss(&some, &even) > 1e-4, "{what}, {horizon}: nothing to fit");
+            }
+        }
+    }
+
+    /// F80: at a corner no positive weights do; those found are, and are the fitted ones' nearest.
+    #[test]
+    fn f80_corners_keep_positive_weights() {
+        let some = bonds(3.015, |x| x.iter().all(|&c| c >= 0.0));
+        let (weights, fits) = fitted(&some);
+        assert!(!fits && weights.iter().all(|&w| w > 0.0));
+        assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        let sum: f64 = some.iter().map(|(xi, _)| xi.norm()).sum();
+        let plain: Vec<f64> = some.iter().map(|(xi, _)| xi.norm() / sum).collect();
+        let (after, before) = (miss(&some, &weights), miss(&some, &plain));
+        assert!(after < before, "{after}, {before} without a fit");
+    }
+}

@@ -1,0 +1,112 @@
+//! What a point bears: Hooke's law and von Mises' yield on its bonds together.
+
+use cullet_model::Hardening;
+
+/// Steps of Newton's method, and share of the yield stress at which it has ended.
+const ROUNDS: usize = 40;
+const ENOUGH: f64 = 1e-12;
+
+/// An elastoplastic solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PeridynamicLaw {
+    /// ρ \[kg/m³\].
+    pub density: f64,
+    /// K \[Pa\].
+    pub bulk: f64,
+    /// μ \[Pa\].
+    pub shear: f64,
+    /// How it yields, where it does.
+    pub hardening: Option<Hardening>,
+}
+
+/// What a step of yielding did to a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Yielded {
+    /// What is left of its deviatoric extensions, r \[1\].
+    pub left: f64,
+    /// Equivalent plastic strain that was added \[1\].
+    pub strain: f64,
+    /// Energy that it took \[J/m³\].
+    pub work: f64,
+}
+
+impl PeridynamicLaw {
+    /// Of Young's modulus \[Pa\] and Poisson's ratio.
+    #[must_use]
+    pub fn elastic(density: f64, young: f64, poisson: f64) -> Self {
+        let bulk = young / (3.0 * (1.0 - 2.0 * poisson));
+        Self { density, bulk, shear: young / (2.0 * (1.0 + poisson)), hardening: None }
+    }
+
+    /// σ_eq = μ√(45 Σwz²) \[Pa\].
+    #[must_use]
+    pub fn equivalent_stress(&self, deviation: f64) -> f64 {
+        self.shear * (45.0 * deviation).sqrt()
+    }
+
+    /// ½Kθ² + 15/2 μ Σwz² for a mean extension q̄ and a deviation Σwz² \[J/m³\].
+    #[must_use]
+    pub fn energy(&self, mean: f64, deviation: f64) -> f64 {
+        4.5 * self.bulk * mean * mean + 7.5 * self.shear * deviation
+    }
+
+    /// ∂W/∂q of a bond over its weight: 3Kθ + 15μz \[Pa\].
+    #[must_use]
+    pub fn pull(&self, mean: f64, deviatoric: f64) -> f64 {
+        9.0 * self.bulk * mean + 15.0 * self.shear * deviatoric
+    }
+
+    /// Returns a point that bears more than σ_y(ε_p) to it: σ_eq − 3μΔε = σ_y(ε_p + Δε) (Mitchell
+    /// 2011, in this normalisation). All its extensions shrink by one factor, and z has no mean, so
+    /// that nothing flows under pressure.
+    #[must_use]
+    pub fn yields(&self, deviation: f64, plastic: f64) -> Option<Yielded> {
+        let hardening = self.hardening?;
+        let trial = self.equivalent_stress(deviation);
+        if trial <= hardening.stress(plastic).0 {
+            return None;
+        }
+        let most = trial / (3.0 * self.shear);
+        let (mut low, mut high, mut strain) = (0.0, most, 0.0);
+        for _ in 0..ROUNDS {
+            let (stress, slope) = hardening.stress(plastic + strain);
+            let over = trial - 3.0 * self.shear * strain - stress;
+            if over.abs() <= ENOUGH * stress {
+                break;
+            }
+            *(if over > 0.0 { &mut low } else { &mut high }) = strain;
+            let next = strain + over / (3.0 * self.shear + slope);
+            strain = if next > low && next < high { next } else { 0.5 * (low + high) };
+        }
+        let borne = trial - 3.0 * self.shear * strain;
+        let work = 0.5 * (trial + borne) * strain;
+        Some(Yielded { left: borne / trial, strain, work })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::PeridynamicLaw;
+    use cullet_model::Hardening;
+
+    /// What is returned lies on the yield surface, and the work is the energy that went.
+    #[test]
+    fn what_yields_ends_on_the_surface_and_loses_its_work() {
+        for exponent in [0.3, 1.0] {
+            let hardening = Hardening { yield_stress: 200e6, hardening: 500e6, exponent };
+            let elastic = PeridynamicLaw::elastic(7800.0, 200e9, 0.3);
+            let law = PeridynamicLaw { hardening: Some(hardening), ..elastic };
+            for (size, plastic) in [(1e-3, 0.0), (1e-2, 0.0), (2e-3, 0.02), (0.1, 1e-3)] {
+                let deviation: f64 = size * size;
+                let found = law.yields(deviation, plastic).unwrap();
+                let after = found.left * found.left * deviation;
+                let borne = law.equivalent_stress(after);
+                let wanted = hardening.stress(plastic + found.strain).0;
+                assert!((borne / wanted - 1.0).abs() < 1e-9, "{size}, {plastic}: {borne}");
+                let lost = law.energy(0.0, deviation) - law.energy(0.0, after);
+                assert!((found.work / lost - 1.0).abs() < 1e-9, "{size}, {plastic}: {found:?}");
+            }
+            assert_eq!(law.yields(1e-10, 0.0), None);
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! E2, E11: bodies that turn, ring and yield keep what they must.
+
+use crate::block;
+use cullet_geometry::{Quat, Vec3};
+use cullet_model::Hardening;
+use cullet_peridynamics::{PeridynamicDomain, PeridynamicLaw};
+
+fn elastic() -> PeridynamicLaw {
+    PeridynamicLaw::elastic(2000.0, 1e9, 0.3)
+}
+
+/// E2: a body that is turned by any angle bears nothing.
+#[test]
+fn e2_a_turned_body_bears_nothing() {
+    let mut body = block([8, 8, 8], 0.01, 0.2, 3.015, elastic());
+    for angle in [0.3, 1.7, 3.0] {
+        let turn = Quat::from_scaled_axis(Vec3::new(0.48, -0.6, 0.64) * angle);
+        let mut turned = body.clone();
+        turned.places.iter_mut().for_each(|x| *x = turn * *x + Vec3::new(1.0, 2.0, 3.0));
+        turned.strain();
+        let most = turned.forces.iter().map(Vec3::norm).fold(0.0, f64::max);
+        assert!(most < 1e-9 * 1e9 * 1e-4, "{angle}: {most} N");
+    }
+    body.strain();
+    assert!(body.forces.iter().all(|force| force.norm() < 1e-7));
+}
+
+/// A block that is thrown, spun, sheared and let go.
+fn thrown(law: PeridynamicLaw, strain: f64) -> PeridynamicDomain {
+    let mut body = block([10, 7, 5], 0.01, 0.15, 3.015, law);
+    for p in 0..body.places.len() {
+        let x = body.places[p];
+        body.velocities[p] = Vec3::new(3.0, -1.0, 2.0) + Vec3::new(5.0, 20.0, -8.0).cross(&x);
+        body.places[p] += Vec3::new(x.y, 0.5 * x.z, -0.7 * x.x) * strain;
+    }
+    body.strain();
+    body
+}
+
+/// E11: momenta to 1e-12 of what moves, energy within 0.2 %, elastic and yielding, and what flows
+/// takes what is missing.
+#[test]
+fn e11_momenta_and_energy_are_kept() {
+    let hardening = Some(Hardening { yield_stress: 1e6, hardening: 5e7, exponent: 1.0 });
+    for (what, law) in
+        [("elastic", elastic()), ("yielding", PeridynamicLaw { hardening, ..elastic() })]
+    {
+        let mut body = thrown(elastic(), 2e-3);
+        body.law = law;
+        let (dt, start) = (body.stable_step(), body.sums());
+        let mut plastic = 0.0;
+        for _ in 0..2000 {
+            plastic += body.advance(dt, |_, v| v).plastic;
+        }
+        let mut end = body.sums();
+        // Velocities are half a step behind.
+        let ahead = body.velocities.iter().zip(&body.forces).map(|(v, f)| v.dot(f));
+        end.kinetic += 0.5 * dt * ahead.sum::<f64>();
+        let scale = end.kinetic.sqrt() * (1.0_f64 * 0.7).sqrt();
+        assert!((end.momentum - start.momentum).norm() < 1e-11 * scale, "{what}: {end:?}");
+        assert!((end.angular - start.angular).norm() < 1e-11 * scale, "{what}: {end:?}");
+        let before = start.kinetic + start.elastic;
+        let after = end.kinetic + end.elastic + plastic;
+        println!(
+            "E11, {what}: {:.1e}, of it plastic {:.3}",
+            after / before - 1.0,
+            plastic / before
+        );
+        assert!((after / before - 1.0).abs() < 2e-3, "{what}: {before} J, {after} J");
+        assert_eq!(plastic > 0.02 * start.elastic, law.hardening.is_some(), "{what}: {plastic} J");
+    }
+}
+
+/// The same bits, however many threads there are.
+#[test]
+fn the_bits_do_not_depend_on_threads() {
+    let hardening = Some(Hardening { yield_stress: 1e6, hardening: 5e7, exponent: 0.5 });
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let mut body = thrown(PeridynamicLaw { hardening, ..elastic() }, 4e-3);
+            let dt = body.stable_step();
+            for _ in 0..100 {
+                body.advance(dt, |_, v| v);
+            }
+            body.places.iter().flat_map(|x| [x.x, x.y, x.z].map(f64::to_bits)).collect::<Vec<_>>()
+        })
+    };
+    let one = run(1);
+    assert!([2, 3, 8].into_iter().all(|threads| run(threads) == one));
+}
+
+/// The step is stable up to its bound, and not much smaller than it must be.
+#[test]
+fn the_step_is_near_its_bound() {
+    for horizon in crate::HORIZONS {
+        let run = |factor: f64| {
+            let mut body = block([8, 8, 8], 0.01, 0.1, horizon, elastic());
+            let dt = factor * body.stable_step();
+            for (p, v) in body.velocities.iter_mut().enumerate() {
+                let sign = if p % 2 == 0 { 1.0 } else { -1.0 };
+                *v = Vec3::new(sign, 0.3, -sign) * 1e-3;
+            }
+            let start = body.sums().kinetic;
+            for _ in 0..1000 {
+                body.advance(dt, |_, v| v);
+            }
+            let end = body.sums();
+            (end.kinetic + end.elastic) / start
+        };
+        let (steady, wild) = (run(1.0), run(4.0));
+        println!("step, m {horizon}: {steady:.3}, four times {wild:.1e}");
+        assert!((0.8..1.2).contains(&steady), "m {horizon}: {steady}");
+        assert!(wild.is_nan() || wild > 10.0, "m {horizon}: {wild}");
+    }
+}

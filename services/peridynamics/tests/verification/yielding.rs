@@ -1,0 +1,98 @@
+//! C6: a point that is pulled in one direction yields, hardens and unloads as a metal does.
+
+use crate::block;
+use cullet_geometry::Vec3;
+use cullet_model::Hardening;
+use cullet_peridynamics::{PeridynamicDomain, PeridynamicLaw};
+
+const YOUNG: f64 = 200e9;
+const POISSON: f64 = 0.3;
+
+fn steel(yield_stress: f64, hardening: f64) -> PeridynamicLaw {
+    let hardening = Some(Hardening { yield_stress, hardening, exponent: 1.0 });
+    PeridynamicLaw { hardening, ..PeridynamicLaw::elastic(7800.0, YOUNG, POISSON) }
+}
+
+/// A block whose points are moved as a strain along one axis and one across it say.
+struct Sample {
+    body: PeridynamicDomain,
+    start: Vec<Vec3>,
+    middle: usize,
+}
+
+impl Sample {
+    fn new(law: PeridynamicLaw) -> Self {
+        let body = block([9, 9, 9], 1e-3, 0.1, 3.015, law);
+        let start = body.places.clone();
+        let middle = (0..start.len()).min_by(|&a, &b| start[a].norm().total_cmp(&start[b].norm()));
+        Self { body, start, middle: middle.expect("a point") }
+    }
+
+    fn place(body: &mut PeridynamicDomain, start: &[Vec3], along: f64, across: f64) {
+        for (x, s) in body.places.iter_mut().zip(start) {
+            *x = s + Vec3::new(across * s.x, across * s.y, along * s.z);
+        }
+        body.strain();
+    }
+
+    /// Strains it along one axis with nothing across; the stress along it \[Pa\].
+    fn pull(&mut self, along: f64) -> f64 {
+        let (mut low, mut high) = (-along.abs() - 1e-3, along.abs() + 1e-3);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            let mut tried = self.body.clone();
+            Self::place(&mut tried, &self.start, along, middle);
+            let stress = tried.stress(self.middle);
+            let pulls = stress[(0, 0)] + stress[(1, 1)] > 0.0;
+            *(if pulls { &mut high } else { &mut low }) = middle;
+        }
+        Self::place(&mut self.body, &self.start, along, 0.5 * (low + high));
+        self.body.stress(self.middle)[(2, 2)]
+    }
+}
+
+/// Yield stress within 1 %, slope of hardening within 3 %, unloading within 1 % of E, what is left
+/// when the load has gone within 3 %.
+#[test]
+fn c6_a_point_yields_hardens_and_unloads() {
+    let (yields, hardens) = (200e6, 20e9);
+    let mut sample = Sample::new(steel(yields, hardens));
+    let elastic = yields / YOUNG;
+    let first = sample.pull(0.5 * elastic);
+    assert!((first / (0.5 * yields) - 1.0).abs() < 0.01, "elastic: {first}");
+    let mut stresses = Vec::new();
+    for step in 1..=20 {
+        stresses.push(sample.pull(elastic * (1.0 + 0.2 * f64::from(step))));
+    }
+    // σ = σ_y + EH/(E + H) (ε − σ_y/E).
+    let slope = YOUNG * hardens / (YOUNG + hardens);
+    let found = (stresses[19] - stresses[9]) / (2.0 * elastic);
+    println!(
+        "C6: slope {:.4}, last {:.4}",
+        found / slope,
+        stresses[19] / (yields + slope * 4.0 * elastic)
+    );
+    assert!((found / slope - 1.0).abs() < 0.03, "hardening by {found}");
+    assert!((stresses[19] / (yields + slope * 4.0 * elastic) - 1.0).abs() < 0.01, "{stresses:?}");
+    let back = sample.pull(4.5 * elastic);
+    let modulus = (stresses[19] - back) / (0.5 * elastic);
+    println!("C6: unloads with {:.4} E", modulus / YOUNG);
+    assert!((modulus / YOUNG - 1.0).abs() < 0.01, "unloads with {modulus}");
+    let left = 4.5 * elastic - back / YOUNG;
+    let wanted = 4.0 * elastic - slope * 4.0 * elastic / YOUNG;
+    assert!((left / wanted - 1.0).abs() < 0.03, "{left} is left of {wanted}");
+    let plastic = sample.body.states[sample.middle].plastic;
+    assert!((plastic / wanted - 1.0).abs() < 0.03, "{plastic}");
+}
+
+/// Ten times the yield stress all round: nothing flows, at any point.
+#[test]
+fn c6_nothing_flows_under_pressure() {
+    let law = steel(200e6, 0.0);
+    let mut sample = Sample::new(law);
+    let strain = -10.0 * 200e6 / (3.0 * law.bulk);
+    Sample::place(&mut sample.body, &sample.start, strain, strain);
+    let pressure = -sample.body.stress(sample.middle).trace() / 3.0;
+    assert!((pressure / 2e9 - 1.0).abs() < 0.01, "{pressure}");
+    assert!(sample.body.states.iter().all(|state| state.plastic == 0.0));
+}
