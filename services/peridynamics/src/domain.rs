@@ -1,7 +1,7 @@
 //! A body of points and bonds, and its steps in time.
 
 use crate::bonds::{BondError, BondGraph};
-use crate::law::PeridynamicLaw;
+use crate::law::{BondBreaking, PeridynamicLaw};
 use cullet_geometry::{Mat3, Vec3};
 use rayon::prelude::*;
 
@@ -28,6 +28,10 @@ pub struct PeridynamicDomain {
     pub forces: Vec<Vec3>,
     /// State of each.
     pub states: Vec<MaterialPoint>,
+    /// s_c of a bond between points whose bonds are whole; infinite where nothing breaks \[1\].
+    pub critical: f64,
+    /// What is left of each bond, k \[1\].
+    pub left: Vec<f64>,
     /// e_p of each bond \[1\].
     flowed: Vec<f64>,
     /// V ∂W/∂q of each bond \[J\].
@@ -37,12 +41,14 @@ pub struct PeridynamicDomain {
 /// What a point carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MaterialPoint {
-    /// q̄ \[1\].
+    /// q̄, over the bonds that are left \[1\].
     pub mean: f64,
-    /// Σwz² \[1\].
+    /// Σwkz² \[1\].
     pub deviation: f64,
     /// ε_p \[1\].
     pub plastic: f64,
+    /// Share of its bonds that is gone, φ = 1 − Σwk \[1\].
+    pub damage: f64,
 }
 
 /// What the bonds of a step did.
@@ -50,6 +56,8 @@ pub struct MaterialPoint {
 pub struct BondTally {
     /// Energy that flow took \[J\].
     pub plastic: f64,
+    /// Energy that breaking took \[J\].
+    pub broken: f64,
     /// Points that flowed.
     pub yielding: usize,
 }
@@ -72,6 +80,7 @@ struct Block<'a> {
     /// The first point.
     first: usize,
     states: &'a mut [MaterialPoint],
+    left: &'a [f64],
     flowed: &'a mut [f64],
     pulls: &'a mut [f64],
 }
@@ -90,6 +99,11 @@ impl PeridynamicDomain {
     ) -> Result<Self, BondError> {
         let bonds = BondGraph::new(&places, &volumes, horizon)?;
         let (points, number) = (places.len(), bonds.ends.len());
+        let reach = bonds.weights.iter().zip(&bonds.rest).map(|(w, l)| w * l).sum::<f64>();
+        let reach = reach / points as f64;
+        let critical = law
+            .breaking
+            .map_or(f64::INFINITY, |how| how.critical_stretch(law.bulk, law.shear, reach));
         Ok(Self {
             law,
             bonds,
@@ -98,9 +112,23 @@ impl PeridynamicDomain {
             velocities: vec![Vec3::zeros(); points],
             forces: vec![Vec3::zeros(); points],
             states: vec![MaterialPoint::default(); points],
+            critical,
+            left: vec![1.0; number],
             flowed: vec![0.0; number],
             pulls: vec![0.0; number],
         })
+    }
+
+    /// Cuts the bonds between places \[m\] that `cuts` says: a notch. Both ends must say the same.
+    pub fn sever(&mut self, cuts: impl Fn(&Vec3, &Vec3) -> bool) {
+        for p in 0..self.places.len() {
+            for b in self.bonds.of(p) {
+                let other = &self.places[self.bonds.ends[b] as usize];
+                if cuts(&self.places[p], other) {
+                    self.left[b] = 0.0;
+                }
+            }
+        }
     }
 
     /// Mass of a point \[kg\].
@@ -110,56 +138,71 @@ impl PeridynamicDomain {
     }
 
     /// A step that central differences bear \[s\]: the greatest ω² is no more than the greatest sum
-    /// of a row of the stiffness over its mass (Gershgorin). W is ½(9K − 15μ)q̄² + 15/2 μ Σwq² at
-    /// rest; the first part, if it is positive, hardly moves a point that has bonds all round.
+    /// of a row of the stiffness over its mass (Gershgorin). By Cauchy and Schwarz W is at most
+    /// ½ max(9K, 15μ) Σwkq², whatever has broken.
     #[must_use]
     pub fn stable_step(&self) -> f64 {
         let bonds = &self.bonds;
-        let bulk = (9.0 * self.law.bulk - 15.0 * self.law.shear).max(0.0);
-        // Of a point: |Σ wn/l₀| and Σ w/l₀ + |Σ wn/l₀|, its own row and those of its other ends.
-        let sums: Vec<[f64; 2]> = (0..self.places.len())
-            .map(|p| {
-                let (mut all, mut net) = (0.0, Vec3::zeros());
-                for b in bonds.of(p) {
-                    let along = self.places[bonds.ends[b] as usize] - self.places[p];
-                    let share = bonds.weights[b] / bonds.rest[b];
-                    all += share;
-                    net += along * (share / along.norm());
-                }
-                [net.norm(), all + net.norm()]
-            })
-            .collect();
+        let stiffness = (9.0 * self.law.bulk).max(15.0 * self.law.shear);
         let stretch = |b: usize| bonds.weights[b] / (bonds.rest[b] * bonds.rest[b]);
         let fastest = (0..self.places.len()).map(|p| {
-            let [net, all] = sums[p];
-            let bonded: f64 = bonds.of(p).map(stretch).sum();
-            let own = self.volumes[p] * (bulk * net * all + 30.0 * self.law.shear * bonded);
-            let others = bonds.of(p).map(|b| {
+            let both = |b: usize| {
                 let (q, back) = (bonds.ends[b] as usize, bonds.back[b] as usize);
-                let share = bulk * bonds.weights[back] / bonds.rest[back] * sums[q][1];
-                self.volumes[q] * (share + 30.0 * self.law.shear * stretch(back))
-            });
-            (own + others.sum::<f64>()) / self.mass(p)
+                self.volumes[p] * stretch(b) + self.volumes[q] * stretch(back)
+            };
+            2.0 * stiffness * bonds.of(p).map(both).sum::<f64>() / self.mass(p)
         });
         SAFETY * 2.0 / fastest.fold(0.0, f64::max).sqrt()
     }
 
-    /// Strains the bonds, lets points flow, and finds the forces.
+    /// Softens bonds by their elastic stretch, the mean of both ends'; what was left of each before
+    /// is kept in `pulls` until they are strained.
+    fn soften(&mut self, breaking: &BondBreaking) {
+        let bonds = &self.bonds;
+        let (places, states, flowed) = (&self.places, &self.states, &self.flowed);
+        self.pulls.copy_from_slice(&self.left);
+        let critical = self.critical;
+        let change = |p: usize| {
+            bonds.of(p).map(move |b| {
+                let (q, back) = (bonds.ends[b] as usize, bonds.back[b] as usize);
+                let stretch = (places[q] - places[p]).norm() / bonds.rest[b] - 1.0;
+                let elastic = stretch - 0.5 * (flowed[b] + flowed[back]);
+                let damage = 0.5 * (states[p].damage + states[q].damage);
+                breaking.left(elastic, critical * (1.0 + breaking.dust * damage))
+            })
+        };
+        let found: Vec<f64> = (0..places.len()).into_par_iter().flat_map_iter(change).collect();
+        self.left.iter_mut().zip(found).for_each(|(left, now)| *left = left.min(now));
+    }
+
+    /// Softens and strains the bonds, lets points flow, and finds the forces.
     pub fn strain(&mut self) -> BondTally {
+        self.strain_after(0.0)
+    }
+
+    /// The same after a step of `dt` \[s\] with the velocities as they are.
+    fn strain_after(&mut self, dt: f64) -> BondTally {
+        match self.law.breaking {
+            Some(breaking) => self.soften(&breaking),
+            None => self.pulls.copy_from_slice(&self.left),
+        }
         let tallies: Vec<BondTally> = {
             let (law, bonds) = (self.law, &self.bonds);
             let (places, volumes) = (&self.places, &self.volumes);
             let mut blocks = Vec::new();
             let (mut flowed, mut pulls) = (&mut self.flowed[..], &mut self.pulls[..]);
+            let mut left = &self.left[..];
             for (k, states) in self.states.chunks_mut(BLOCK).enumerate() {
                 let first = k * BLOCK;
                 let number = bonds.of(first + states.len() - 1).end - bonds.of(first).start;
                 let (some, rest) = flowed.split_at_mut(number);
                 let (pull, others) = pulls.split_at_mut(number);
-                (flowed, pulls) = (rest, others);
-                blocks.push(Block { first, states, flowed: some, pulls: pull });
+                let (own, after) = left.split_at(number);
+                (flowed, pulls, left) = (rest, others, after);
+                blocks.push(Block { first, states, left: own, flowed: some, pulls: pull });
             }
-            let step = |block: Block<'_>| block.strain(&law, bonds, places, volumes);
+            let moved = Moved { places, velocities: &self.velocities, dt };
+            let step = |block: Block<'_>| block.strain(&law, bonds, &moved, volumes);
             blocks.into_par_iter().map(step).collect()
         };
         let bonds = &self.bonds;
@@ -173,6 +216,7 @@ impl PeridynamicDomain {
         self.forces = (0..self.places.len()).into_par_iter().map(force).collect();
         tallies.into_iter().fold(BondTally::default(), |sum, more| BondTally {
             plastic: sum.plastic + more.plastic,
+            broken: sum.broken + more.broken,
             yielding: sum.yielding + more.yielding,
         })
     }
@@ -187,7 +231,7 @@ impl PeridynamicDomain {
         };
         let both = self.places.par_iter_mut().zip(self.velocities.par_iter_mut());
         both.enumerate().for_each(move_on);
-        self.strain()
+        self.strain_after(dt)
     }
 
     /// Cauchy's stress at a point for small strains, Σw (∂W/∂q/w) n⊗n \[Pa\].
@@ -207,7 +251,8 @@ impl PeridynamicDomain {
         for (p, state) in self.states.iter().enumerate() {
             let (mass, v) = (self.mass(p), self.velocities[p]);
             sum.kinetic += 0.5 * mass * v.norm_squared();
-            sum.elastic += self.volumes[p] * self.law.energy(state.mean, state.deviation);
+            sum.elastic +=
+                self.volumes[p] * self.law.energy(1.0 - state.damage, state.mean, state.deviation);
             sum.momentum += v * mass;
             sum.angular += self.places[p].cross(&v) * mass;
         }
@@ -220,44 +265,82 @@ impl Block<'_> {
         self,
         law: &PeridynamicLaw,
         bonds: &BondGraph,
-        places: &[Vec3],
+        moved: &Moved<'_>,
         volumes: &[f64],
     ) -> BondTally {
-        let Self { first, states, flowed, pulls } = self;
+        let Self { first, states, left, flowed, pulls } = self;
         let origin = bonds.of(first).start;
         let mut tally = BondTally::default();
+        let (mut extensions, mut earlier) = (Vec::new(), Vec::new());
         for (k, state) in states.iter_mut().enumerate() {
             let (point, range) = (first + k, bonds.of(first + k));
             let weights = &bonds.weights[range.clone()];
-            let (ends, rest) = (&bonds.ends[range.clone()], &bonds.rest[range.clone()]);
             let own = range.start - origin..range.end - origin;
-            let (flowed, pulls) = (&mut flowed[own.clone()], &mut pulls[own]);
-            let mut mean = 0.0;
-            for (b, q) in pulls.iter_mut().enumerate() {
-                let length = (places[ends[b] as usize] - places[point]).norm();
-                *q = length / rest[b] - 1.0;
-                mean += weights[b] * *q;
+            let (flowed, pulls) = (&mut flowed[own.clone()], &mut pulls[own.clone()]);
+            extensions.clear();
+            let elastic = |(b, flowed): (usize, &f64)| {
+                let (one, two) = moved.lengths(point, bonds.ends[b] as usize);
+                [one, two].map(|length| length / bonds.rest[b] - 1.0 - flowed)
+            };
+            extensions.extend(range.clone().zip(&*flowed).map(|bond| elastic(bond)[1]));
+            let left = &left[own];
+            let (whole, mean, mut deviation) = sums(weights, left, &extensions, &extensions);
+            if pulls[..] != left[..] {
+                earlier.clear();
+                earlier.extend(range.zip(&*flowed).map(|bond| elastic(bond)[0]));
+                let energy = |left: &[f64]| {
+                    let (whole, mean, product) = sums(weights, left, &earlier, &extensions);
+                    let other = sums(weights, left, &extensions, &extensions).1;
+                    law.energy(whole, 1.0, 0.0) * mean * other + law.energy(0.0, 0.0, product)
+                };
+                // Central differences take the energy of what was and what is, not of either.
+                tally.broken += volumes[point] * (energy(pulls) - energy(left));
             }
-            let mut deviation = 0.0;
-            for (b, q) in pulls.iter_mut().enumerate() {
-                *q -= mean + flowed[b];
-                deviation += weights[b] * *q * *q;
-            }
-            if let Some(yielded) = law.yields(deviation, state.plastic) {
-                for (z, flowed) in pulls.iter_mut().zip(flowed.iter_mut()) {
-                    *flowed += (1.0 - yielded.left) * *z;
-                    *z *= yielded.left;
-                }
-                deviation *= yielded.left * yielded.left;
+            let mut shrink = 1.0;
+            let effective = if whole > 0.0 { deviation / whole } else { 0.0 };
+            if let Some(yielded) = law.yields(effective, state.plastic) {
+                shrink = yielded.left;
+                deviation *= shrink * shrink;
                 state.plastic += yielded.strain;
-                tally.plastic += volumes[point] * yielded.work;
+                tally.plastic += volumes[point] * whole * yielded.work;
                 tally.yielding += 1;
             }
-            for (z, w) in pulls.iter_mut().zip(weights) {
-                *z = volumes[point] * w * law.pull(mean, *z);
+            for (b, pull) in pulls.iter_mut().enumerate() {
+                let z = extensions[b] - mean;
+                flowed[b] += (1.0 - shrink) * z;
+                *pull = volumes[point] * weights[b] * left[b] * law.pull(mean, shrink * z);
             }
-            (state.mean, state.deviation) = (mean, deviation);
+            (state.mean, state.deviation, state.damage) = (mean, deviation, 1.0 - whole);
         }
         tally
     }
+}
+
+/// Where points are, and how they came there.
+struct Moved<'a> {
+    places: &'a [Vec3],
+    velocities: &'a [Vec3],
+    dt: f64,
+}
+
+impl Moved<'_> {
+    /// How far two points were from each other before the last step, and are.
+    fn lengths(&self, one: usize, two: usize) -> (f64, f64) {
+        let apart = self.places[two] - self.places[one];
+        let before = apart - (self.velocities[two] - self.velocities[one]) * self.dt;
+        (before.norm(), apart.norm())
+    }
+}
+
+/// Of a point's bonds with the extensions x and y: Σwk, x̄ = Σwkx/Σwk, and Σwk(x − x̄)(y − ȳ).
+fn sums(weights: &[f64], left: &[f64], x: &[f64], y: &[f64]) -> (f64, f64, f64) {
+    let share = || weights.iter().zip(left).map(|(w, k)| w * k);
+    let whole: f64 = share().sum();
+    if whole <= 0.0 {
+        return (0.0, 0.0, 0.0);
+    }
+    let mean = |x: &[f64]| share().zip(x).map(|(s, x)| s * x).sum::<f64>() / whole;
+    let (one, two) = (mean(x), mean(y));
+    let product = share().zip(x.iter().zip(y)).map(|(s, (x, y))| s * (x - one) * (y - two));
+    (whole, one, product.sum())
 }

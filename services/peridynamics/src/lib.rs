@@ -11,6 +11,9 @@
 //! von Mises' at small strains, at faces too ([`bonds`]). In place of the paper's law of each bond,
 //! which yields 14 % too late and flows under pressure (F48), a point yields as a whole ([`law`]).
 //!
+//! Bonds soften and break by their elastic stretch, so that a plane costs G_f. What is left of a
+//! bond, k, weighs it in all sums, and the mean is over Σwk.
+//!
 //! It holds for plastic strains up to about 0.3; beyond, bonds do not feel all shear (F79).
 
 pub mod bonds;
