@@ -34,6 +34,20 @@ pub enum BondError {
         /// δ \[m\].
         horizon: f64,
     },
+    /// Not every point has a volume, or there is none.
+    #[error("{points} points and {volumes} volumes: there must be as many, and at least one")]
+    Unequal {
+        /// Points.
+        points: usize,
+        /// Volumes.
+        volumes: usize,
+    },
+    /// Two points are in one place.
+    #[error("point {point} lies where another does, or nowhere")]
+    Coincident {
+        /// The first such, from 0.
+        point: usize,
+    },
     /// A number does not hold.
     #[error("{what} is {value:.3e}: it must be positive and finite")]
     NoNumber {
@@ -57,7 +71,7 @@ pub struct BondGraph {
     pub rest: Vec<f64>,
     /// w \[1\].
     pub weights: Vec<f64>,
-    /// Points whose bonds no positive weights make isotropic (F80): theirs go as far as they can.
+    /// Points whose bonds no positive weights make isotropic: at edges, corners and in thin places.
     pub loose: usize,
 }
 
@@ -66,19 +80,29 @@ impl BondGraph {
     ///
     /// # Errors
     ///
-    /// If a point has too few bonds, there are too many, or the horizon or a volume \[m³\] is none.
+    /// If a point has too few bonds, there are too many, two points coincide, or the horizon or a
+    /// volume \[m³\] is none.
     pub fn new(places: &[Vec3], volumes: &[f64], horizon: f64) -> Result<Self, BondError> {
         let number = |what, value: f64| match value.is_finite() && value > 0.0 {
             true => Ok(()),
             false => Err(BondError::NoNumber { what, value }),
         };
         number("the horizon [m]", horizon)?;
+        if places.is_empty() || places.len() != volumes.len() {
+            return Err(BondError::Unequal { points: places.len(), volumes: volumes.len() });
+        }
+        if let Some(point) = places.iter().position(|x| !x.iter().all(|c| c.is_finite())) {
+            return Err(BondError::Coincident { point });
+        }
         volumes.iter().try_for_each(|&v| number("a volume [m^3]", v))?;
         let near = neighbours(places, horizon)?;
         let mut starts = vec![0u32];
         for (point, near) in near.iter().enumerate() {
             if near.len() < LEAST_BONDS {
                 return Err(BondError::TooFew { point, bonds: near.len(), horizon });
+            }
+            if near.iter().any(|&q| places[q as usize] == places[point]) {
+                return Err(BondError::Coincident { point });
             }
             starts.push(starts[point] + near.len() as u32);
         }
@@ -178,6 +202,13 @@ mod tests {
         let few = BondError::TooFew { point: 0, bonds: 3, horizon: 1.1 };
         assert_eq!(bonds(&volumes, 1.1), Some(few));
         assert!(matches!(bonds(&volumes, f64::NAN), Some(BondError::NoNumber { .. })));
-        assert!(matches!(bonds(&[0.0], 2.1), Some(BondError::NoNumber { .. })));
+        assert!(matches!(bonds(&[0.0; 27], 2.1), Some(BondError::NoNumber { .. })));
+        assert_eq!(bonds(&[1.0], 2.1), Some(BondError::Unequal { points: 27, volumes: 1 }));
+        for wrong in [places[3], Vec3::repeat(f64::NAN)] {
+            let mut doubled = places.clone();
+            doubled[5] = wrong;
+            let refused = BondGraph::new(&doubled, &volumes, 2.1).err();
+            assert!(matches!(refused, Some(BondError::Coincident { point: 3 | 5 })), "{refused:?}");
+        }
     }
 }

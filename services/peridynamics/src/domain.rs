@@ -76,7 +76,7 @@ pub struct BodySum {
 }
 
 /// Some points and their bonds.
-struct Block<'a> {
+struct BondBlock<'a> {
     /// The first point.
     first: usize,
     states: &'a mut [MaterialPoint],
@@ -199,10 +199,10 @@ impl PeridynamicDomain {
                 let (pull, others) = pulls.split_at_mut(number);
                 let (own, after) = left.split_at(number);
                 (flowed, pulls, left) = (rest, others, after);
-                blocks.push(Block { first, states, left: own, flowed: some, pulls: pull });
+                blocks.push(BondBlock { first, states, left: own, flowed: some, pulls: pull });
             }
             let moved = Moved { places, velocities: &self.velocities, dt };
-            let step = |block: Block<'_>| block.strain(&law, bonds, &moved, volumes);
+            let step = |block: BondBlock<'_>| block.strain(&law, bonds, &moved, volumes);
             blocks.into_par_iter().map(step).collect()
         };
         let bonds = &self.bonds;
@@ -260,7 +260,7 @@ impl PeridynamicDomain {
     }
 }
 
-impl Block<'_> {
+impl BondBlock<'_> {
     fn strain(
         self,
         law: &PeridynamicLaw,

@@ -39,7 +39,7 @@ pub struct BondBreaking {
 impl BondBreaking {
     /// s_c of bonds whose points have Σw l₀ = `reach` \[m\] on the mean. A plane of any direction
     /// is crossed by ½Σw l₀ of bonds over its area, each of which takes 15/4 μ s_c² where ν = ¼;
-    /// elsewhere the mean extension has a part in it that [`MEAN_SHARE`] stands for.
+    /// elsewhere the mean extension has a part in it that `MEAN_SHARE` stands for.
     #[must_use]
     pub fn critical_stretch(&self, bulk: f64, shear: f64, reach: f64) -> f64 {
         let more = 1.0 + MEAN_SHARE * (9.0 * bulk / shear - 15.0);

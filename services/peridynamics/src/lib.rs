@@ -8,13 +8,15 @@
 //! - the energy density ½Kθ² + 15/2 μ Σwz² and the equivalent stress σ_eq = μ√(45 Σwz²).
 //!
 //! The weights are fitted so that Σw n⊗n⊗n⊗n is the isotropic tensor: then this is Hooke's law and
-//! von Mises' at small strains, at faces too ([`bonds`]). In place of the paper's law of each bond,
-//! which yields 14 % too late and flows under pressure (F48), a point yields as a whole ([`law`]).
+//! von Mises' at small strains, at faces too, but not at edges and corners ([`bonds`]). In place of
+//! the paper's law of each bond, which yields too late and flows under pressure, a point yields as
+//! a whole ([`law`]).
 //!
 //! Bonds soften and break by their elastic stretch, so that a plane costs G_f. What is left of a
 //! bond, k, weighs it in all sums, and the mean is over Σwk.
 //!
-//! It holds for plastic strains up to about 0.3; beyond, bonds do not feel all shear (F79).
+//! It holds for small strains, elastic and plastic: extensions are linear, so that what flows loses
+//! volume, 1 % at a plastic strain of 0.1.
 
 pub mod bonds;
 pub mod domain;

@@ -1,7 +1,7 @@
 //! The law of a section: stress over the thickness, cracks of a fixed direction, their energy.
 //!
-//! One damage value a point, driven by the worst station through the thickness: damage layer by
-//! layer does not localise in bending (F79). A crack keeps the direction that it had at onset, and
+//! One damage value a point for the whole thickness: damage layer by layer does not localise in
+//! bending (F79). A crack keeps the direction that it had at onset, and
 //! the stress follows from a potential (F82); with e = ε_nn + νε_tt and f = E/(1 − ν²),
 //! ψ = ½Eε_tt² + (1 − c\[e>0\]) ½fe² + (1 − c) 2με_nt².
 

@@ -59,7 +59,8 @@ fn c2_a_bar_has_its_moduli() {
     }
 }
 
-/// C5: a uniform strain gives every point the stress of Hooke's law, at faces and edges within 5 %.
+/// C5: a uniform strain gives every point the stress of Hooke's law, at faces too (the bar is 5 %).
+/// At edges and corners no positive weights are isotropic.
 #[test]
 fn c5_a_uniform_strain_has_its_stress_at_faces() {
     let law = PeridynamicLaw::elastic(1000.0, YOUNG, 0.25);
@@ -92,7 +93,7 @@ fn c5_a_uniform_strain_has_its_stress_at_faces() {
             ];
             off.iter().fold(0.0_f64, |most, x| most.max(x.abs())) / wanted(zz)
         };
-        for (faces, bar) in [(0, 1e-4), (1, 0.05)] {
+        for (faces, bar) in [(0, 1e-4), (1, 1e-4), (2, 0.4), (3, 0.7)] {
             let points = (0..body.places.len()).filter(|&p| far(p) == faces);
             let worst = points.map(|p| miss(&body, p)).fold(0.0, f64::max);
             println!(

@@ -37,7 +37,7 @@ fn thrown(law: PeridynamicLaw, strain: f64) -> PeridynamicDomain {
     body
 }
 
-/// E11: momenta to 1e-12 of what moves, energy within 0.2 %, elastic and yielding, and what flows
+/// E11: momenta to 1e-11 of what moves, energy within 0.2 %, elastic and yielding, and what flows
 /// takes what is missing.
 #[test]
 fn e11_momenta_and_energy_are_kept() {

@@ -96,3 +96,21 @@ fn c6_nothing_flows_under_pressure() {
     assert!((pressure / 2e9 - 1.0).abs() < 0.01, "{pressure}");
     assert!(sample.body.states.iter().all(|state| state.plastic == 0.0));
 }
+
+/// Extensions are linear: what flows far loses volume, and with it bears too much.
+#[test]
+fn what_flows_far_loses_volume() {
+    let yields = 200e6;
+    let mut sample = Sample::new(steel(yields, 0.0));
+    for (along, [low, high]) in [(0.01, [0.999, 1.001]), (0.1, [0.98, 0.995])] {
+        sample.pull(along);
+        let widths = |axis: usize| {
+            let points = sample.body.places.iter().zip(&sample.start);
+            points.map(|(x, s)| x[axis] * s[axis]).sum::<f64>()
+                / sample.start.iter().map(|s| s[axis] * s[axis]).sum::<f64>()
+        };
+        let volume = widths(0) * widths(1) * widths(2);
+        println!("C6: strained by {along}, {volume:.4} of the volume is left");
+        assert!((low..high).contains(&volume), "{along}: {volume}");
+    }
+}

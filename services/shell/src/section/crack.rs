@@ -16,7 +16,7 @@ pub struct CrackLine {
     pub side: f64,
     /// How it softens under the stress of the worst station.
     worst: CrackSoftening,
-    /// How it softens under the mean stress, which makes it cost G_f whatever has opened it.
+    /// How it softens under the mean stress, so that what opens it costs no more than G_f.
     mean: CrackSoftening,
 }
 
@@ -426,8 +426,8 @@ mod tests {
         tally.dissipated * length / (8.0 * t)
     }
 
-    /// A section costs G_f whatever mix of opening and sliding breaks it, and where it has started
-    /// to break in bending and is pulled apart in its plane then.
+    /// A section costs G_f whatever mix of opening and sliding breaks it, if it is open throughout,
+    /// and where it has started to break in bending and is pulled apart in its plane then.
     #[test]
     fn a_section_costs_its_energy_whatever_breaks_it() {
         let glass = 30e6 / 70e9;
