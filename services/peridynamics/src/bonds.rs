@@ -42,7 +42,7 @@ pub enum BondError {
         /// Volumes.
         volumes: usize,
     },
-    /// Two points are in one place.
+    /// Two points are in one place, or one's place is no number.
     #[error("point {point} lies where another does, or nowhere")]
     Coincident {
         /// The first such, from 0.
@@ -138,7 +138,8 @@ impl BondGraph {
 /// The points within `horizon` of each, ascending.
 fn neighbours(places: &[Vec3], horizon: f64) -> Result<Vec<Vec<u32>>, BondError> {
     let low = places.iter().fold(Vec3::repeat(f64::INFINITY), |low, x| low.inf(x));
-    let cell = |x: &Vec3| (x - low).map(|d| (d / horizon) as i64);
+    // What is farther than any cell is counted in the last: distances decide.
+    let cell = |x: &Vec3| (x - low).map(|d| (d / horizon).min(1e15) as i64);
     let key = |c: &nalgebra::Vector3<i64>| [c.x, c.y, c.z];
     let mut order: Vec<([i64; 3], u32)> =
         places.iter().enumerate().map(|(p, x)| (key(&cell(x)), p as u32)).collect();

@@ -56,7 +56,8 @@ pub struct MaterialPoint {
 pub struct BondTally {
     /// Energy that flow took \[J\].
     pub plastic: f64,
-    /// Energy that breaking took \[J\].
+    /// Energy that breaking took \[J\]; less than it should be, even negative, where bonds are
+    /// drawn from pressed to broken in one step.
     pub broken: f64,
     /// Points that flowed.
     pub yielding: usize,

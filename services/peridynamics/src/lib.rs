@@ -13,7 +13,7 @@
 //! a whole ([`law`]).
 //!
 //! Bonds soften and break by their elastic stretch, so that a plane costs G_f. What is left of a
-//! bond, k, weighs it in all sums, and the mean is over Σwk.
+//! bond, k, weighs it in all sums, and the mean is that of q − e_p over Σwk.
 //!
 //! It holds for small strains, elastic and plastic: extensions are linear, so that what flows loses
 //! volume, 1 % at a plastic strain of 0.1.

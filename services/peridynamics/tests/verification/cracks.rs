@@ -8,15 +8,15 @@ use cullet_peridynamics::law::BondBreaking;
 const SPACING: f64 = 1e-3;
 const TOUGHNESS: f64 = 10.0;
 
-fn glass(poisson: f64) -> PeridynamicLaw {
-    let breaking = Some(BondBreaking { fracture_energy: TOUGHNESS, dust: 0.0 });
+fn glass(poisson: f64, dust: f64) -> PeridynamicLaw {
+    let breaking = Some(BondBreaking { fracture_energy: TOUGHNESS, dust });
     PeridynamicLaw { breaking, ..PeridynamicLaw::elastic(2500.0, 70e9, poisson) }
 }
 
 /// Energy over G_f and the area that it takes to move two halves of a block apart across a plane
 /// through its middle.
-fn opened(horizon: f64, poisson: f64, normal: Vec3) -> f64 {
-    let mut body = block([15, 15, 15], SPACING, 0.1, horizon, glass(poisson));
+fn opened(horizon: f64, law: PeridynamicLaw, normal: Vec3) -> f64 {
+    let mut body = block([15, 15, 15], SPACING, 0.1, horizon, law);
     let (n, start) = (normal.normalize(), body.places.clone());
     let mut spent = 0.0;
     for step in 1..=400 {
@@ -38,11 +38,20 @@ fn a_plane_that_is_opened_costs_its_energy() {
     let some = [(2.04, 0.25), (3.015, 0.1), (3.015, 0.25), (3.015, 0.4), (4.0, 0.25)];
     for (horizon, poisson) in some {
         for normal in [Vec3::x(), Vec3::new(1.0, 1.0, 0.0), Vec3::new(1.0, 1.0, 1.0)] {
-            let cost = opened(horizon, poisson, normal);
+            let cost = opened(horizon, glass(poisson, 0.0), normal);
             println!("A plane, m {horizon}, ν {poisson}, {:?}: {cost:.3} G_f", normal.as_slice());
             assert!((cost - 1.0).abs() < 0.08, "m {horizon}, ν {poisson}, {normal}: {cost}");
         }
     }
+}
+
+/// Bonds of points that have lost some break later: a plane costs more, the more so the more α is.
+#[test]
+fn dust_control_makes_bonds_break_later() {
+    let [none, some, more] =
+        [0.0, 0.5, 1.0].map(|dust| opened(3.015, glass(0.25, dust), Vec3::x()));
+    println!("A plane with α of 0, 0.5 and 1: {none:.3}, {some:.3}, {more:.3} G_f");
+    assert!(some > 1.05 * none && more > 1.05 * some, "{none}, {some}, {more}");
 }
 
 /// What came of a strip.
@@ -59,7 +68,7 @@ struct Torn {
 /// A strip between clamps that have moved apart until G is `ratio` G_f, with a slit at one end.
 fn strip(ratio: f64) -> Torn {
     let counts = [60, 30, 4];
-    let mut body = block(counts, SPACING, 0.1, 3.015, glass(0.25));
+    let mut body = block(counts, SPACING, 0.1, 3.015, glass(0.25, 0.0));
     let start = body.places.clone();
     let [length, height, width] = counts.map(|n| n as f64 * SPACING);
     let tip = -0.25 * length;

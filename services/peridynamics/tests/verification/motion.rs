@@ -3,6 +3,7 @@
 use crate::block;
 use cullet_geometry::{Quat, Vec3};
 use cullet_model::Hardening;
+use cullet_peridynamics::law::BondBreaking;
 use cullet_peridynamics::{PeridynamicDomain, PeridynamicLaw};
 
 fn elastic() -> PeridynamicLaw {
@@ -71,18 +72,22 @@ fn e11_momenta_and_energy_are_kept() {
     }
 }
 
-/// The same bits, however many threads there are.
+/// The same bits of a body that yields and breaks, however many threads there are.
 #[test]
 fn the_bits_do_not_depend_on_threads() {
     let hardening = Some(Hardening { yield_stress: 1e6, hardening: 5e7, exponent: 0.5 });
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
-            let mut body = thrown(PeridynamicLaw { hardening, ..elastic() }, 4e-3);
-            let dt = body.stable_step();
+            let breaking = Some(BondBreaking { fracture_energy: 60.0, dust: 1.0 });
+            let law = PeridynamicLaw { hardening, breaking, ..elastic() };
+            let mut body = thrown(law, 4e-3);
+            let (dt, mut tally) = (body.stable_step(), [0.0; 2]);
             for _ in 0..100 {
-                body.advance(dt, |_, v| v);
+                let step = body.advance(dt, |_, v| v);
+                tally = [tally[0] + step.plastic, tally[1] + step.broken];
             }
+            assert!(tally.iter().all(|&energy| energy > 0.0), "{tally:?}");
             body.places.iter().flat_map(|x| [x.x, x.y, x.z].map(f64::to_bits)).collect::<Vec<_>>()
         })
     };

@@ -97,7 +97,7 @@ fn c6_nothing_flows_under_pressure() {
     assert!(sample.body.states.iter().all(|state| state.plastic == 0.0));
 }
 
-/// Extensions are linear: what flows far loses volume, and with it bears too much.
+/// Extensions are linear: what flows far loses volume.
 #[test]
 fn what_flows_far_loses_volume() {
     let yields = 200e6;
