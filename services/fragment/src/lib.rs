@@ -1,8 +1,10 @@
 //! From a damage field to closed fragments: the crack between labels of lattice nodes, regions, the
-//! cut of the body, sampled pieces of crushed zones, debris.
+//! cut of the body, sampled pieces of crushed zones, debris. Also what a body that was bent has of
+//! the motion of the whole, and how its surface goes along.
 //!
 //! Absent on purpose: how the damage came about.
 
+pub mod carriers;
 pub mod crack;
 pub mod cut;
 pub mod debris;
@@ -10,6 +12,8 @@ pub mod error;
 pub mod field;
 pub mod finish;
 pub mod grid_bias;
+pub mod kinetic_damping;
 pub mod motion;
 pub mod pieces;
 pub mod region;
+pub mod straightened;

@@ -1,13 +1,11 @@
 //! A hit on a thin wall, flat or curved, solved as a shell: striker and supports on the midsurface,
 //! cracks, then the exact cut of the body along them.
 
-mod carriers;
 mod contact;
 mod crushed;
 mod deformed;
 mod field;
 mod frame;
-mod kinetic_damping;
 mod laminated;
 mod nature;
 mod preconditions;
@@ -24,6 +22,7 @@ use crate::section::SectionLaw;
 use contact::{PressedPoints, ShellStriker, ShellSupport};
 use cullet_fragment::cut::{self, CutSettings, DamageField};
 use cullet_fragment::finish::{Finish, FinishedParts};
+use cullet_fragment::kinetic_damping::KineticDamping;
 use cullet_geometry::Vec3;
 use cullet_model::strength::CORRELATION;
 use cullet_model::{
@@ -32,7 +31,6 @@ use cullet_model::{
 };
 use cullet_simd::{Real, SimdLevel};
 
-use kinetic_damping::KineticDamping;
 use nature::WallNature;
 pub(crate) use preconditions::{SLENDER, refusal};
 use preconditions::{ShellPlan, ThinBody, wall_surface};
@@ -258,12 +256,18 @@ impl<R: Real, const N: usize> ShellSolve<R, N> {
         Progress::Running((self.record.time / self.schedule.end).min(1.0))
     }
 
+    /// Lets go of what swings: whether the wall is at rest.
+    fn settle(&mut self) -> bool {
+        let (_, places) = self.domain.node_places();
+        self.settling.look(&self.domain.mass, &places, &mut self.domain.velocity)
+    }
+
     /// After the hits: what comes of them, or nothing while metal still swings.
     fn close(&mut self) -> Result<Option<SolveOutcome>, Failure> {
         if self.nature.hardening.is_none() {
             return self.finish_treated().map(|fracture| Some(fracture.into()));
         }
-        match !self.is_dented() || self.settling.look(&mut self.domain) {
+        match !self.is_dented() || self.settle() {
             true => self.finish_metal().map(Some),
             false => Ok(None),
         }

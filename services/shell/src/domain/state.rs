@@ -233,6 +233,14 @@ impl<R: Real, const N: usize> ShellDomain<R, N> {
         Vec3::new(x, y, z)
     }
 
+    /// Where control points were first, and where they are now \[m\].
+    #[must_use]
+    pub fn node_places(&self) -> (Vec<Vec3>, Vec<Vec3>) {
+        let first = |n: usize| self.surface.nodes[self.origin[n] as usize];
+        let all = 0..self.mass.len();
+        (all.clone().map(first).collect(), all.map(|n| first(n) + self.moved(n)).collect())
+    }
+
     /// Takes the stresses and damages the points; the forces are then those of
     /// [`ShellDomain::force`].
     pub fn strain(&mut self) -> SectionTally {

@@ -1,7 +1,6 @@
 //! What a wall is made of, beside its elasticity and its strength.
 
-use cullet_model::{BrittleProblem, Hardening, Law, Problem, Refusal};
-use cullet_model::{StrengthField, Treatment};
+use cullet_model::{BrittleProblem, Hardening, Law, Problem, Refusal, Treatment};
 
 /// What was done to its glass, or how its metal yields.
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,18 +18,11 @@ impl WallNature {
         problem: Problem,
         solver: &'static str,
     ) -> Result<(BrittleProblem, Self), Refusal> {
-        let Law::Yielding { material, hardening } = problem.law else {
+        if !matches!(problem.law, Law::Yielding { .. }) {
             let (problem, treatment) = BrittleProblem::treated(problem, solver)?;
             return Ok((problem, Self { treatment, hardening: None }));
-        };
-        for (what, value, low, high) in hardening.bounds() {
-            if !(low..=high).contains(&value) {
-                return Err(Refusal::OutOfRange { what, value, low, high });
-            }
         }
-        // It does not crack.
-        let law = Law::Brittle { material, strength: StrengthField::even() };
-        let problem = BrittleProblem::of(Problem { law, ..problem }, solver)?;
+        let (problem, hardening) = BrittleProblem::yielding(problem, solver)?;
         Ok((problem, Self { treatment: None, hardening: Some(hardening) }))
     }
 }

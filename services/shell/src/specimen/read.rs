@@ -77,6 +77,10 @@ impl ReadPoints {
     ) -> FieldValues {
         let points = 0..self.live.len();
         match field {
+            // No specimen of a shell yields.
+            PointField::PlasticStrain | PointField::VolumeRatio => {
+                FieldValues::Numbers(vec![f64::NAN; self.live.len() * self.stations.len()])
+            }
             PointField::Damage => {
                 let of = |k: usize| {
                     let state = domain.state(self.live[k]);

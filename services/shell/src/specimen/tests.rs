@@ -29,7 +29,13 @@ fn strip(along: usize, across: usize) -> SpecimenProblem {
     SpecimenProblem {
         family: "shell".to_owned(),
         body: SpecimenBody { mesh, parts: Vec::new(), turn, shift },
-        matter: Matter { material: GLASS, zones: Vec::new(), strength, patches: Vec::new() },
+        matter: Matter {
+            material: GLASS,
+            flow: None,
+            zones: Vec::new(),
+            strength,
+            patches: Vec::new(),
+        },
         initial: InitialState::default(),
         holds: Vec::new(),
         symmetries: Vec::new(),

@@ -1,8 +1,6 @@
-//! How a wall comes to rest after its hits.
+//! How a body comes to rest after its hits.
 
-use crate::domain::ShellDomain;
 use cullet_geometry::{Mat3, Vec3};
-use cullet_simd::Real;
 
 /// Peaks of the motion that are let go by, until it is at rest.
 const PEAKS: u32 = 12;
@@ -11,28 +9,27 @@ const PEAKS: u32 = 12;
 const REST: f64 = 1e-3;
 
 /// Motion of the whole.
-pub(super) struct WholeMotion {
+struct WholeMotion {
     centre: Vec3,
     velocity: Vec3,
     spin: Vec3,
 }
 
-/// How a wall comes to rest: each time that its motion beside that of the whole is at a peak, it is
+/// How a body comes to rest: each time that its motion beside that of the whole is at a peak, it is
 /// stopped \[kinetic damping: Barnes 1999\].
 #[derive(Clone, Debug, Default)]
-pub(super) struct KineticDamping {
+pub struct KineticDamping {
     last: f64,
     first: f64,
     peaks: u32,
     /// Energy that was taken \[J\].
-    pub(super) taken: f64,
+    pub taken: f64,
 }
 
 impl WholeMotion {
-    pub(super) fn of<R: Real, const N: usize>(domain: &ShellDomain<R, N>) -> Self {
-        let place = |n: usize| domain.surface.nodes[domain.origin[n] as usize] + domain.moved(n);
-        let all = || (0..domain.mass.len()).map(|n| (domain.mass[n], place(n), domain.velocity[n]));
-        let mass: f64 = domain.mass.iter().sum();
+    fn of(masses: &[f64], places: &[Vec3], velocities: &[Vec3]) -> Self {
+        let all = || masses.iter().zip(places).zip(velocities).map(|((m, x), v)| (*m, x, v));
+        let mass: f64 = masses.iter().sum();
         let centre = all().map(|(m, x, _)| x * m).sum::<Vec3>() / mass;
         let velocity = all().map(|(m, _, v)| v * m).sum::<Vec3>() / mass;
         let (mut momentum, mut inertia) = (Vec3::zeros(), Mat3::zeros());
@@ -51,21 +48,18 @@ impl WholeMotion {
 }
 
 impl KineticDamping {
-    /// After a step: whether it is at rest.
-    pub(super) fn look<R: Real, const N: usize>(&mut self, domain: &mut ShellDomain<R, N>) -> bool {
-        let motion = WholeMotion::of(domain);
-        let own: Vec<Vec3> = (0..domain.mass.len())
-            .map(|n| {
-                motion.at(&(domain.surface.nodes[domain.origin[n] as usize] + domain.moved(n)))
-            })
-            .collect();
-        let beside = domain.velocity.iter().zip(&own).zip(&domain.mass);
-        let energy: f64 = beside.map(|((v, own), m)| 0.5 * m * (v - own).norm_squared()).sum();
+    /// After a step, with the masses \[kg\], places \[m\] and velocities \[m/s\] of all nodes, which
+    /// it changes: whether the body is at rest.
+    pub fn look(&mut self, masses: &[f64], places: &[Vec3], velocities: &mut [Vec3]) -> bool {
+        let motion = WholeMotion::of(masses, places, velocities);
+        let beside = velocities.iter().zip(places).zip(masses);
+        let energy: f64 =
+            beside.map(|((v, x), m)| 0.5 * m * (v - motion.at(x)).norm_squared()).sum();
         if energy < self.last {
             self.first = self.first.max(self.last);
             self.peaks += 1;
             self.taken += energy;
-            domain.velocity = own;
+            velocities.iter_mut().zip(places).for_each(|(v, x)| *v = motion.at(x));
             let was = std::mem::take(&mut self.last);
             return was <= REST * self.first || self.peaks >= PEAKS;
         }
