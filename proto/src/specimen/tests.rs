@@ -55,6 +55,7 @@ fn job() -> SpecimenJob {
         },
         matter: Matter {
             material,
+            flow: None,
             zones: vec![Zone { part: part.clone(), material }],
             strength: StrengthField {
                 weak_plane: Some(cullet_model::PatternWeakPlane { normal: Vec3::x(), ratio: 0.5 }),

@@ -1,5 +1,6 @@
 //! Material points as a structure of arrays.
 
+use crate::mpm::flow::FlowState;
 use cullet_geometry::Vec3;
 
 /// The points of a body. Arrays are parallel; the grid puts them in the order of its
@@ -32,6 +33,8 @@ pub struct Particles {
     pub shielded: Vec<bool>,
     /// Broken and torn apart: bears nothing any more, whatever its nodes do.
     pub eroded: Vec<bool>,
+    /// What flow has left; empty where nothing flows.
+    pub flow: Vec<FlowState>,
 }
 
 /// Some of the points, borrowed so that they are changed apart from the others.
@@ -47,6 +50,7 @@ pub(crate) struct ParticlesMut<'a> {
     pub(crate) front_time: &'a [f64],
     pub(crate) shielded: &'a [bool],
     pub(crate) eroded: &'a mut [bool],
+    pub(crate) flow: &'a mut [FlowState],
 }
 
 impl Particles {
@@ -69,6 +73,7 @@ impl Particles {
             front_time: vec![0.0; n],
             shielded: vec![false; n],
             eroded: vec![false; n],
+            flow: Vec::new(),
         }
     }
 
@@ -98,6 +103,9 @@ impl Particles {
         pick(&mut self.front_time, order);
         pick(&mut self.shielded, order);
         pick(&mut self.eroded, order);
+        if !self.flow.is_empty() {
+            pick(&mut self.flow, order);
+        }
     }
 
     /// Takes the points at `olds` to `news`, which are the same places in another order.
@@ -114,6 +122,9 @@ impl Particles {
         carry(&mut self.front_time, olds, news);
         carry(&mut self.shielded, olds, news);
         carry(&mut self.eroded, olds, news);
+        if !self.flow.is_empty() {
+            carry(&mut self.flow, olds, news);
+        }
     }
 
     /// Cuts the arrays at `starts` (first point of each piece, then the number of points).
@@ -123,6 +134,7 @@ impl Particles {
         let mut onset_rate = self.onset_rate.as_mut_slice();
         let mut normal = self.normal.as_mut_slice();
         let mut eroded = self.eroded.as_mut_slice();
+        let mut flow = self.flow.as_mut_slice();
         starts
             .windows(2)
             .map(|pair| {
@@ -134,6 +146,7 @@ impl Particles {
                     onset_rate: take(&mut onset_rate, n),
                     normal: take(&mut normal, n),
                     eroded: take(&mut eroded, n),
+                    flow: if flow.is_empty() { &mut [] } else { take(&mut flow, n) },
                     kind: &self.kind[range.clone()],
                     reference: &self.reference[range.clone()],
                     volume: &self.volume[range.clone()],

@@ -35,7 +35,7 @@ impl Hardening {
     #[must_use]
     pub fn bounds(&self) -> [(&'static str, f64, f64, f64); 3] {
         [
-            ("yield stress [Pa]", self.yield_stress, 1e5, 1e10),
+            ("yield stress [Pa]", self.yield_stress, 1e3, 1e10),
             ("hardening [Pa]", self.hardening, 0.0, 1e11),
             ("exponent of hardening [1]", self.exponent, 0.05, 1.0),
         ]

@@ -42,6 +42,12 @@ impl HertzContact {
         }
     }
 
+    /// R of the contact: 1/R is the sum of both curvatures \[m\].
+    #[must_use]
+    pub fn relative_radius(&self) -> f64 {
+        self.radius
+    }
+
     /// Force at an approach of `depth` \[m\], after what it has been through \[N\].
     pub fn force(&mut self, depth: f64) -> f64 {
         self.deepest = self.deepest.max(depth);

@@ -9,6 +9,7 @@ pub mod brittle;
 pub mod detail;
 pub mod hardening;
 pub mod hertz_contact;
+pub mod johnson_cook;
 pub mod law;
 pub mod material;
 pub mod outcome;
@@ -23,6 +24,7 @@ pub mod treatment;
 pub use body::BodyShape;
 pub use detail::CrackFaceDetail;
 pub use hardening::Hardening;
+pub use johnson_cook::{DuctileFailure, FlowHistory, JohnsonCook, ThermalSoftening};
 pub use law::Law;
 pub use material::Material;
 pub use outcome::{

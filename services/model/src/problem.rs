@@ -1,8 +1,8 @@
 //! What a solver is given: the body, its law, its hits and supports, and how it may be solved.
 
 use crate::{
-    BodyShape, CrackFaceDetail, Law, Material, PointPrecision, Refusal, StrengthField, Tolerance,
-    Treatment,
+    BodyShape, CrackFaceDetail, Hardening, Law, Material, PointPrecision, Refusal, StrengthField,
+    Tolerance, Treatment,
 };
 use cullet_geometry::{Solid, Vec3};
 use std::sync::Arc;
@@ -159,6 +159,25 @@ impl BrittleProblem {
             (problem, None) => Ok(problem),
             (_, Some(_)) => Err(Refusal::Unknown { solver, what: "a law", kind }),
         }
+    }
+
+    /// The problem of a metal that yields, for the family of that name, as one that does not crack,
+    /// and how it yields.
+    ///
+    /// # Errors
+    /// [`Refusal::Unknown`] where the body is no solid or its law is another;
+    /// [`Refusal::OutOfRange`] where a number of its hardening does not hold.
+    pub fn yielding(problem: Problem, solver: &'static str) -> Result<(Self, Hardening), Refusal> {
+        let Law::Yielding { material, hardening } = problem.law else {
+            return Err(Refusal::Unknown { solver, what: "a law", kind: problem.law.kind() });
+        };
+        for (what, value, low, high) in hardening.bounds() {
+            if !(low..=high).contains(&value) {
+                return Err(Refusal::OutOfRange { what, value, low, high });
+            }
+        }
+        let law = Law::Brittle { material, strength: StrengthField::even() };
+        Ok((Self::of(Problem { law, ..problem }, solver)?, hardening))
     }
 
     /// The problem, for the family of that name, with what was done to its glass.

@@ -37,6 +37,8 @@ pub enum Feature {
     Notch,
     /// A material that breaks.
     Breaking,
+    /// A material that yields.
+    Flow,
     /// Parts of other materials.
     Zone,
     /// Parts that are stronger, weaker or damaged.
@@ -64,6 +66,7 @@ impl fmt::Display for Feature {
             Self::Start => "velocity at the start",
             Self::Notch => "notch",
             Self::Breaking => "material that breaks",
+            Self::Flow => "material that yields",
             Self::Zone => "zone of another material",
             Self::Patch => "patch",
             Self::Bodies => "second body",
@@ -84,6 +87,7 @@ impl SpecimenProblem {
         ask(!self.matter.zones.is_empty(), Feature::Zone);
         ask(!self.matter.patches.is_empty(), Feature::Patch);
         ask(s.breaks, Feature::Breaking);
+        ask(self.matter.flow.is_some(), Feature::Flow);
         ask(s.damping > 0.0, Feature::Damping);
         ask(self.initial.stretch.norm_squared() > 0.0, Feature::Stretch);
         ask(!self.initial.starts.is_empty(), Feature::Start);

@@ -17,6 +17,10 @@ pub enum PointField {
     Strain,
     /// Damage \[1\].
     Damage,
+    /// Equivalent plastic strain \[1\].
+    PlasticStrain,
+    /// Volume over that at rest, J \[1\].
+    VolumeRatio,
 }
 
 impl PointField {
@@ -29,6 +33,8 @@ impl PointField {
             Self::Stress => "stress",
             Self::Strain => "strain",
             Self::Damage => "damage",
+            Self::PlasticStrain => "plastic strain",
+            Self::VolumeRatio => "volume ratio",
         }
     }
 
@@ -39,8 +45,14 @@ impl PointField {
             Self::Displacement => "m",
             Self::Velocity => "m/s",
             Self::Stress => "Pa",
-            Self::Strain | Self::Damage => "1",
+            Self::Strain | Self::Damage | Self::PlasticStrain | Self::VolumeRatio => "1",
         }
+    }
+
+    /// Whether it is one number.
+    #[must_use]
+    pub const fn is_number(self) -> bool {
+        matches!(self, Self::Damage | Self::PlasticStrain | Self::VolumeRatio)
     }
 
     /// Whether it is a symmetric tensor.

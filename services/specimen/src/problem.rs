@@ -5,7 +5,7 @@ use crate::place::Where;
 use crate::probe::{PointField, Probe, TensorPart};
 use crate::settings::SpecimenSettings;
 use cullet_geometry::{Mat3, Quat, TriMesh, Vec3};
-use cullet_model::{Material, StrengthField};
+use cullet_model::{JohnsonCook, Material, StrengthField};
 
 /// The shape of a specimen, and how it lies on the grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +51,8 @@ pub struct StrengthPatch {
 pub struct Matter {
     /// Its material.
     pub material: Material,
+    /// How all of it flows, where it does.
+    pub flow: Option<JohnsonCook>,
     /// Parts of other materials; of several at a place, the last.
     pub zones: Vec<Zone>,
     /// How strength varies; nothing painted on the surface.

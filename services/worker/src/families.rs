@@ -1,6 +1,6 @@
 //! The families of solvers that a worker hosts: a line each.
 
-use cullet_fracture::{Brittle, specimen};
+use cullet_fracture::{Brittle, Ductile, specimen};
 use cullet_geometric::Geometric;
 use cullet_model::{SolverEntry, entry};
 use cullet_shell::ShellSolver;
@@ -8,11 +8,11 @@ use cullet_specimen::SpecimenFamily;
 
 /// Every family.
 pub const FAMILIES: &[SolverEntry] =
-    &[entry::<Brittle>(), entry::<ShellSolver>(), entry::<Geometric>()];
+    &[entry::<Brittle>(), entry::<Ductile>(), entry::<ShellSolver>(), entry::<Geometric>()];
 
 /// Every family that makes specimens discrete.
 pub const SPECIMEN_FAMILIES: &[SpecimenFamily] =
-    &[specimen::FAMILY, cullet_shell::specimen::FAMILY];
+    &[specimen::FAMILY, specimen::DUCTILE, cullet_shell::specimen::FAMILY];
 
 /// The family of that name.
 #[must_use]

@@ -279,7 +279,7 @@ impl Discretisation for Chain {
             PointField::Displacement => Some(vectors(&self.displacement)),
             PointField::Velocity => Some(vectors(&self.velocity)),
             PointField::Stress => Some(FieldValues::Tensors((0..=last).map(stress).collect())),
-            PointField::Strain | PointField::Damage => None,
+            _ => None,
         };
         PointFields {
             places: self.places.clone(),

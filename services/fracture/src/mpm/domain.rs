@@ -8,18 +8,19 @@ pub(crate) use bodies::BodySurface;
 use super::bonds::Bonds;
 use super::contact::{NodeContacts, Shove};
 use super::elastic::{LameParameters, green_strain};
+use super::flow::{FlowLaw, FlowState};
 use super::front::Front;
 use super::grid::{BackgroundGrid, GridElement};
 use super::kernel::{Kernel, MaterialLaw, PointLaw, least_share};
 use super::node_split::{SplitChanges, split};
 use super::spin::Spin;
-use super::stencil::{Stencil, gather, packed};
+use super::stencil::{AROUND, Stencil, gather, packed, vector};
 use super::tally::DomainTally;
 use crate::damage::{DamageState, Softening};
 use crate::particles::Particles;
 use cullet_geometry::{Mat3, Vec3};
 use cullet_model::tolerance::{REFRESH, SAFETY};
-use cullet_model::{Material, PointPrecision};
+use cullet_model::{JohnsonCook, Material, PointPrecision};
 use cullet_simd::SimdLevel;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -112,6 +113,15 @@ pub struct PointMotion {
     pub velocity_gradient: Mat3,
 }
 
+impl PointMotion {
+    /// From the displacements and velocities of the nodes around a point.
+    fn gather(u: &[f64x4; AROUND], v: &[f64x4; AROUND], stencil: &Stencil, gain: &Vec3) -> Self {
+        let (displacement, displacement_gradient) = gather(u, stencil, gain);
+        let (velocity, velocity_gradient) = gather(v, stencil, gain);
+        Self { displacement, displacement_gradient, velocity, velocity_gradient }
+    }
+}
+
 /// Greatest stable step on a grid whose finest spacing is `spacing` \[m\], in \[s\]:
 /// Δt ≤ 2/ω with ω² ≤ (4/h²)(3λ + 2μ)/ρ.
 ///
@@ -174,6 +184,21 @@ impl Domain {
         self.response.kernel = Kernel::new(&self.grid, &self.particles, precision, simd_level);
         let heaviest = self.grid.nodes.mass.iter().fold(0.0_f64, |most, &mass| most.max(mass));
         self.response.least_mass = least_share(precision) * heaviest;
+    }
+
+    /// Lets all points flow by `rule`, and tear with 2G_f/σ_yh as the plastic strain over which
+    /// they do. All are of one material.
+    pub fn let_flow(&mut self, material: &Material, rule: &JohnsonCook) {
+        let spacing = self.grid.spacing.max();
+        let stress = rule.hardening.yield_stress;
+        let flow = FlowLaw {
+            elastic: LameParameters::new(material),
+            rule: *rule,
+            density: material.density,
+            tearing_strain: 2.0 * material.fracture_energy / (stress * spacing),
+        };
+        self.particles.flow = vec![FlowState::default(); self.particles.len()];
+        self.response.laws.iter_mut().for_each(|law| law.flow = Some(flow));
     }
 
     /// Where the cap on strength is for cracks that grow, keeps track of where those are.
@@ -367,6 +392,7 @@ impl Domain {
             kinds: &self.response.laws,
             spacing: self.grid.spacing,
             time: self.time + self.step,
+            step: self.step,
         };
         self.response.kernel.strain(&law, &self.grid, &mut self.particles)
     }
@@ -419,17 +445,58 @@ impl Domain {
             let v = element.nodes.map(|n| nodes.velocity[n as usize]);
             for p in element.points() {
                 let stencil = Stencil::new(&self.particles.reference[p], &self.grid.spacing);
-                let (displacement, displacement_gradient) = gather(&u, &stencil, &gain);
-                let (velocity, velocity_gradient) = gather(&v, &stencil, &gain);
-                motions.push(PointMotion {
-                    displacement,
-                    displacement_gradient,
-                    velocity,
-                    velocity_gradient,
-                });
+                motions.push(PointMotion::gather(&u, &v, &stencil, &gain));
             }
         }
         motions
+    }
+
+    /// Where the point that was given as number `id` was before the hit \[m\], and its motion.
+    #[must_use]
+    pub(crate) fn point(&self, id: u32) -> (Vec3, PointMotion) {
+        let p = self.slot(id);
+        let (nodes, gain) = (&self.grid.nodes, self.grid.spacing.map(|h| 4.0 / h));
+        let place = self.particles.reference[p];
+        let stencil = Stencil::new(&place, &self.grid.spacing);
+        let around = &self.element(p).nodes;
+        let u = around.map(|n| nodes.displacement[n as usize]);
+        let v = around.map(|n| nodes.velocity[n as usize]);
+        (place, PointMotion::gather(&u, &v, &stencil, &gain))
+    }
+
+    /// Displacement of each node \[m\].
+    #[must_use]
+    pub fn node_displacements(&self) -> Vec<Vec3> {
+        self.grid.nodes.displacement.iter().map(|u| vector(*u)).collect()
+    }
+
+    /// Velocity of each node \[m/s\].
+    #[must_use]
+    pub fn node_velocities(&self) -> Vec<Vec3> {
+        self.grid.nodes.velocity.iter().map(|v| vector(*v)).collect()
+    }
+
+    /// Gives each node another velocity \[m/s\].
+    pub fn set_node_velocities(&mut self, velocities: &[Vec3]) {
+        let pairs = self.grid.nodes.velocity.iter_mut().zip(velocities);
+        pairs.for_each(|(v, new)| *v = packed(*new));
+    }
+
+    /// Gives the place beside the point of that number that goes with its motion and its gradient,
+    /// `offset` \[m\] away before the hit, an impulse \[N·s\].
+    pub(crate) fn kick(&mut self, id: u32, offset: &Vec3, impulse: &Vec3) {
+        let p = self.slot(id);
+        let around = self.element(p).nodes;
+        let stencil = Stencil::new(&self.particles.reference[p], &self.grid.spacing);
+        let least = self.response.least_mass;
+        let slope = offset.component_mul(&self.grid.spacing.map(|h| 4.0 / (h * h)));
+        let spacing = self.grid.spacing;
+        let nodes = &mut self.grid.nodes;
+        stencil.visit(|k, weight, away| {
+            let n = around[k] as usize;
+            let share = weight * (1.0 + slope.dot(&away.component_mul(&spacing)));
+            nodes.velocity[n] += packed(impulse * (share / nodes.mass[n].max(least)));
+        });
     }
 
     /// The second Piola–Kirchhoff stress of each point as it is weakened now \[Pa\].
@@ -445,6 +512,10 @@ impl Domain {
             return [0.0; 6];
         }
         let law = &self.response.laws[self.particles.kind[p] as usize];
+        if let Some(flow) = &law.flow {
+            // A step without end flows at the slowest rate.
+            return flow.respond(&green_strain(h), self.particles.flow[p], f64::INFINITY).stress;
+        }
         let state = DamageState {
             damage: self.particles.damage[p],
             strength: UNBREAKABLE,
@@ -464,7 +535,7 @@ impl Domain {
 }
 
 fn law_of((material, softening): &(Material, Softening)) -> MaterialLaw {
-    MaterialLaw { elastic: LameParameters::new(material), softening: *softening }
+    MaterialLaw { elastic: LameParameters::new(material), softening: *softening, flow: None }
 }
 
 fn least_step(materials: &[(Material, Softening)], spacing: f64) -> f64 {

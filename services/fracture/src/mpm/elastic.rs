@@ -156,7 +156,7 @@ pub fn green_strain(h: &Mat3) -> Sym3 {
 /// The adjugate of a symmetric tensor.
 #[must_use]
 #[inline]
-fn adjugate(e: &Sym3) -> Sym3 {
+pub(super) fn adjugate(e: &Sym3) -> Sym3 {
     [
         e[1] * e[2] - e[4] * e[4],
         e[2] * e[0] - e[5] * e[5],

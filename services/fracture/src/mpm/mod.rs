@@ -12,6 +12,7 @@ pub mod diagnostics;
 pub mod domain;
 pub mod elastic;
 pub mod elastic_support;
+pub mod flow;
 mod front;
 pub mod grid;
 pub mod kernel;

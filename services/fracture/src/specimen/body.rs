@@ -75,7 +75,8 @@ impl Discretisation for GridSpecimen {
             (0..self.domain.grid.nodes.len() as u32).map(|n| velocity(&self.domain, n)).collect();
         let mut forces = self.push(drive);
         let nodes = self.domain.grid.nodes.len();
-        let dissipated = self.domain.advance().dissipated;
+        let tally = self.domain.advance();
+        let dissipated = tally.dissipated + tally.plastic;
         if self.domain.grid.nodes.len() != nodes {
             let origins = &self.domain.grid.nodes.origin[nodes..];
             let more: Vec<Vec3> = origins.iter().map(|&n| self.before[n as usize]).collect();

@@ -170,6 +170,9 @@ pub(super) fn domain(specimen: &SpecimenProblem) -> Result<Domain, Refusal> {
     };
     let laws: Vec<_> = specimen.matter.materials().map(law).collect();
     let mut domain = Domain::mixed(particles, &laws, Vec3::repeat(s.spacing));
+    if let Some(rule) = &specimen.matter.flow {
+        domain.let_flow(&specimen.matter.material, rule);
+    }
     domain.select(s.precision, SimdLevel::best());
     domain.fields = if s.points.welded { VelocityFields::Single } else { VelocityFields::Split };
     domain.check_cracks_every(s.points.look.into());

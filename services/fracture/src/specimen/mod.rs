@@ -1,4 +1,4 @@
-//! Specimens by the brittle family: material points on a grid as a
+//! Specimens by the brittle and the ductile family: material points on a grid as a
 //! [`Discretisation`](cullet_specimen::Discretisation).
 
 mod body;
@@ -15,6 +15,35 @@ use cullet_specimen::{Feature, PointField, SpecimenFamily};
 /// The row of the brittle family.
 pub const FAMILY: SpecimenFamily =
     SpecimenFamily { name: "brittle", features: FEATURES, build: body::discrete };
+
+/// The row of the ductile family.
+pub const DUCTILE: SpecimenFamily =
+    SpecimenFamily { name: "ductile", features: DUCTILE_FEATURES, build: body::discrete };
+
+const DUCTILE_FEATURES: &[Feature] = &[
+    Feature::Field(PointField::Displacement),
+    Feature::Field(PointField::Velocity),
+    Feature::Field(PointField::Stress),
+    Feature::Field(PointField::Strain),
+    Feature::Field(PointField::Damage),
+    Feature::Field(PointField::PlasticStrain),
+    Feature::Field(PointField::VolumeRatio),
+    Feature::Precision(PointPrecision::Single),
+    Feature::Precision(PointPrecision::Double),
+    Feature::Traction,
+    Feature::Pressure,
+    Feature::Force,
+    Feature::Acceleration,
+    Feature::Support,
+    Feature::Symmetry,
+    Feature::Damping,
+    Feature::Stretch,
+    Feature::Start,
+    Feature::Notch,
+    Feature::Flow,
+    Feature::Bodies,
+    Feature::Turn,
+];
 
 const FEATURES: &[Feature] = &[
     Feature::Field(PointField::Displacement),

@@ -3,13 +3,17 @@
 use crate::mpm::Domain;
 use crate::mpm::domain::PointMotion;
 use crate::mpm::elastic::green_strain;
+use cullet_geometry::Mat3;
 use cullet_specimen::{FieldValues, LocalVector, PointField, PointFields};
 use std::collections::BTreeMap;
 
 /// What the points carry, in the order of the arrays.
 pub(super) fn points(domain: &Domain, fields: &[PointField]) -> PointFields {
     let particles = &domain.particles;
-    let moves = |field: &PointField| !matches!(field, PointField::Damage | PointField::Stress);
+    let moves = |field: &PointField| {
+        use PointField::{Damage, PlasticStrain, Stress};
+        !matches!(field, Damage | Stress | PlasticStrain)
+    };
     let motions = if fields.iter().any(moves) { domain.motions() } else { Vec::new() };
     let vectors = |one: fn(&PointMotion) -> LocalVector| {
         FieldValues::Vectors(motions.iter().map(one).collect())
@@ -29,6 +33,16 @@ pub(super) fn points(domain: &Domain, fields: &[PointField]) -> PointFields {
             FieldValues::Tensors(motions.iter().map(strain).collect())
         }
         PointField::Damage => FieldValues::Numbers(particles.damage.clone()),
+        PointField::PlasticStrain => {
+            let strain = |p: usize| particles.flow.get(p).map_or(0.0, |it| it.history.strain);
+            FieldValues::Numbers((0..particles.len()).map(strain).collect())
+        }
+        PointField::VolumeRatio => {
+            let ratio = |motion: &PointMotion| {
+                (Mat3::identity() + motion.displacement_gradient).determinant()
+            };
+            FieldValues::Numbers(motions.iter().map(ratio).collect())
+        }
     };
     PointFields {
         places: particles.reference.clone(),

@@ -3,6 +3,7 @@
 mod bar;
 mod brittle;
 mod cracks;
+mod dent;
 mod elastic;
 mod kernel;
 mod partial;

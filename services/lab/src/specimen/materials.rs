@@ -6,7 +6,7 @@ use super::paths::{below, item, path};
 use cullet_document::tree::Path;
 use cullet_geometry::Vec3;
 use cullet_model::strength::{EVEN, StrengthLayers};
-use cullet_model::{Material, PatternWeakPlane, StrengthField};
+use cullet_model::{Hardening, Material, PatternWeakPlane, StrengthField};
 use cullet_scene::format::Material as Written;
 use cullet_scene::material::SceneMaterial;
 use cullet_scene::resolve::own_material;
@@ -41,6 +41,7 @@ impl SpecimenBuilder<'_> {
                 ("correlation", zone.material.correlation.is_some()),
                 ("weak_plane", zone.material.weak_plane.is_some()),
                 ("layers", zone.material.layers.is_some()),
+                ("plasticity", zone.material.plasticity.is_some()),
             ] {
                 if given {
                     self.wrong(&below(&own, key), format!("a zone takes no `{key}`"));
@@ -52,10 +53,11 @@ impl SpecimenBuilder<'_> {
         zones
     }
 
+    /// Its material, how it yields, and how its strength varies.
     pub(super) fn whole(
         &mut self,
         document: &SpecimenDocument,
-    ) -> Option<(Material, StrengthField)> {
+    ) -> Option<(Material, Option<Hardening>, StrengthField)> {
         let at = path(&["material"]);
         let Some(written) = &document.material else {
             self.wrong(&[], "`material` is missing");
@@ -80,7 +82,7 @@ impl SpecimenBuilder<'_> {
             strokes: Vec::new(),
             vertices: None,
         };
-        Some((plain(&made), strength))
+        Some((plain(&made), made.plasticity, strength))
     }
 }
 

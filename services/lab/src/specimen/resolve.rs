@@ -10,7 +10,7 @@ use cullet_document::files::{Files, key};
 use cullet_document::tree::{Node, Step};
 use cullet_geometry::boolean::Exact;
 use cullet_geometry::{Mat3, Pose, Quat, Solid, TriMesh, Vec3};
-use cullet_model::{Material, PointPrecision, StrengthField};
+use cullet_model::{Hardening, JohnsonCook, Material, PointPrecision, StrengthField};
 use cullet_proto::specimen::SpecimenJob;
 use cullet_scene::format::{Axis, Precision as WrittenPrecision};
 use cullet_scene::geometry::GeometrySource;
@@ -97,9 +97,10 @@ impl SpecimenBuilder<'_> {
         &mut self,
         document: &SpecimenDocument,
         zones: Vec<core::Zone>,
-        (material, strength): (Material, StrengthField),
+        (material, yields, strength): (Material, Option<Hardening>, StrengthField),
     ) -> core::Matter {
-        core::Matter { material, zones, strength, patches: self.patches(document) }
+        let (flow, patches) = (yields.map(JohnsonCook::from), self.patches(document));
+        core::Matter { material, flow, zones, strength, patches }
     }
 
     /// All bodies in the specimen's frame, and the first triangle of each but the first.

@@ -67,6 +67,8 @@ impl Specimen {
             PointField::Velocity => "speed [m/s]",
             PointField::Displacement => "displacement [m]",
             PointField::Strain => "strain [1]",
+            PointField::PlasticStrain => "plastic strain [1]",
+            PointField::VolumeRatio => "volume ratio [1]",
         })
     }
 

@@ -64,6 +64,8 @@ const fn field(kind: ProbeKind) -> Option<PointField> {
         ProbeKind::Stress => Some(PointField::Stress),
         ProbeKind::Strain => Some(PointField::Strain),
         ProbeKind::Damage => Some(PointField::Damage),
+        ProbeKind::PlasticStrain => Some(PointField::PlasticStrain),
+        ProbeKind::VolumeRatio => Some(PointField::VolumeRatio),
         _ => None,
     }
 }
@@ -98,7 +100,9 @@ const fn takes(kind: ProbeKind) -> &'static [&'static str] {
         ProbeKind::Displacement | ProbeKind::Velocity | ProbeKind::Stress | ProbeKind::Strain => {
             &["component*", "at", "region", "reduce"]
         }
-        ProbeKind::Damage => &["at", "region", "reduce"],
+        ProbeKind::Damage | ProbeKind::PlasticStrain | ProbeKind::VolumeRatio => {
+            &["at", "region", "reduce"]
+        }
         ProbeKind::Reaction => &["support*", "component*"],
         ProbeKind::Applied => &["load*", "component*"],
         ProbeKind::Momentum | ProbeKind::AngularMomentum => &["component*"],
@@ -200,7 +204,9 @@ fn one(
         | ProbeKind::Velocity
         | ProbeKind::Stress
         | ProbeKind::Strain
-        | ProbeKind::Damage => return None,
+        | ProbeKind::Damage
+        | ProbeKind::PlasticStrain
+        | ProbeKind::VolumeRatio => return None,
     };
     Some(made)
 }
@@ -216,9 +222,9 @@ fn points(
     at: &[Step],
 ) -> Option<core::Probe> {
     let tensor = field.is_tensor();
-    let part = match field {
-        PointField::Damage => core::TensorPart::Size,
-        _ => checked(desk, part(probe.component, tensor), at)?,
+    let part = match field.is_number() {
+        true => core::TensorPart::Size,
+        false => checked(desk, part(probe.component, tensor), at)?,
     };
     let spot = match probe.at {
         Some(place) => core::Spot::At(Vec3::from(place)),
@@ -300,5 +306,6 @@ pub(super) const fn colour(colour: Colour) -> (PointField, core::TensorPart) {
         Colour::Stress => (PointField::Stress, core::TensorPart::Greatest),
         Colour::Speed => (PointField::Velocity, core::TensorPart::Size),
         Colour::Displacement => (PointField::Displacement, core::TensorPart::Size),
+        Colour::PlasticStrain => (PointField::PlasticStrain, core::TensorPart::Size),
     }
 }

@@ -14,8 +14,12 @@ impl Domain {
         points
             .map(|(p, motion)| {
                 let strain = green_strain(&motion.displacement_gradient);
-                let law = &self.response.laws[particles.kind[p] as usize].softening;
-                particles.volume[p] * law.energy(&strain, particles.damage[p])
+                let law = &self.response.laws[particles.kind[p] as usize];
+                let energy = match &law.flow {
+                    Some(flow) => flow.energy(&strain, &particles.flow[p]),
+                    None => law.softening.energy(&strain, particles.damage[p]),
+                };
+                particles.volume[p] * energy
             })
             .sum()
     }

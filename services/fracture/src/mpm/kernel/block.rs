@@ -1,7 +1,7 @@
 //! A block of elements: their points, sixteen elements side by side, and the nodes they share.
 
 use super::NodeVectors;
-use super::law::{Effective, PointLaw, WATCH, idle, second_piola, stiffness};
+use super::law::{Effective, PointLaw, WATCH, flowing, idle, rests, second_piola, stiffness};
 use super::spline::{basis, fall, gather, rise, scatter};
 use super::tension::weakened;
 use crate::mpm::elastic::{CRUSHED, LOOSE};
@@ -38,6 +38,8 @@ struct PointLanes<R> {
     damaged: bool,
     /// μ, λ/2 and μ + λ/2 \[Pa\] where not all are those of the first material.
     own: Option<Box<[Lanes<R>; 3]>>,
+    /// C_p⁻¹ − I where a point has flowed \[1\].
+    flowed: Option<Box<[Lanes<R>; 6]>>,
     /// The point, counted from the block's first, or [`NONE`].
     point: [u32; LANES],
 }
@@ -167,7 +169,7 @@ impl<R: Real> PointLanes<R> {
         let zero = Lanes([R::of(0.0); LANES]);
         let limit = Lanes([R::of(WATCH); LANES]);
         let (weight, taken, point) = (zero, zero, [NONE; LANES]);
-        Self { at: [zero; 3], weight, limit, taken, damaged: false, own: None, point }
+        Self { at: [zero; 3], weight, limit, taken, damaged: false, own: None, flowed: None, point }
     }
 
     fn watch(&mut self, lane: usize, law: &PointLaw<'_>, view: &ParticlesMut<'_>) {
@@ -181,11 +183,34 @@ impl<R: Real> PointLanes<R> {
             }
         }
         self.limit.0[lane] = R::of(law.limit(view, p));
+        if view.flow.get(p).is_some_and(|state| state.history.strain > 0.0) {
+            let none = || Box::new([Lanes([R::of(0.0); LANES]); 6]);
+            let lanes = self.flowed.get_or_insert_with(none);
+            for (lanes, &x) in lanes.iter_mut().zip(&view.flow[p].flowed) {
+                lanes.0[lane] = R::of(x);
+            }
+        }
         self.taken.0[lane] = R::of(law.taken(view, p));
         self.damaged |= view.damage[p] > 0.0;
         if view.eroded[p] {
             self.weight.0[lane] = R::of(0.0);
         }
+    }
+
+    /// What has flowed in the stress, and which points flow no further.
+    #[inline(always)]
+    fn rests<S: Simd>(
+        &self,
+        simd: S,
+        lane: usize,
+        effective: &mut Effective<V<S, R>>,
+        shear: V<S, R>,
+        limit: V<S, R>,
+    ) -> <V<S, R> as SimdBase<S>>::Mask {
+        let flowed = self.flowed.as_deref();
+        let flowed = flowed.map(|m| [0, 1, 2, 3, 4, 5].map(|k| load(simd, &m[k], lane)));
+        let equivalent = flowing::<S, R>(effective, flowed.as_ref(), shear);
+        rests::<S, R>(simd, effective, equivalent, limit)
     }
 
     fn put(&mut self, lane: usize, x: &Vec3, spacing: &Vec3, volume: f64) {
@@ -257,6 +282,7 @@ fn column<S: Simd, R: Real>(
     }
     let first = stiffness(&cold.law.kinds[0].elastic).map(|x: R| V::<S, R>::splat(simd, x));
     let [hx, hy, hz] = [0, 1, 2].map(|axis| R::of(1.0 / cold.law.spacing[axis]));
+    let flows = cold.law.flows();
     for slot in &mut tile.slots {
         let [x, y, z] = &slot.at;
         let at = [load(simd, x, lane), load(simd, y, lane), load(simd, z, lane)];
@@ -270,10 +296,14 @@ fn column<S: Simd, R: Real>(
             None => first,
             Some(own) => [0, 1, 2].map(|k| load(simd, &own[k], lane)),
         };
-        let effective = second_piola::<S, R>(simd, &h, &own);
-        let mut idle = idle::<S, R>(simd, &effective, load(simd, &slot.limit, lane));
+        let mut effective = second_piola::<S, R>(simd, &h, &own);
+        let limit = load(simd, &slot.limit, lane);
+        let mut idle = match flows {
+            true => slot.rests(simd, lane, &mut effective, own[0], limit),
+            false => idle::<S, R>(simd, &effective, limit),
+        };
         let mut s = effective.stress;
-        if slot.damaged {
+        if slot.damaged && !flows {
             let taken = load(simd, &slot.taken, lane);
             let whole = V::<S, R>::splat(simd, R::of(1.0));
             let loose = V::<S, R>::splat(simd, R::of(LOOSE));
@@ -351,6 +381,8 @@ impl Cold<'_, '_> {
                 self.view.eroded[p] = true;
                 tally.dissipated += self.law.held(self.view, p, &strain);
                 [0.0; 6]
+            } else if let Some(flowing) = self.law.flow(self.view, p, &strain, tally) {
+                flowing
             } else {
                 self.law.weaken(self.view, p, &strain, tally, rate)
             };

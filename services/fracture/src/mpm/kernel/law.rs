@@ -3,6 +3,7 @@
 use super::tension::adjugate;
 use crate::damage::{DamageState, Softening};
 use crate::mpm::elastic::{CRUSHED, LameParameters};
+use crate::mpm::flow::FlowLaw;
 use crate::mpm::symmetric::Sym3;
 use crate::mpm::tally::DomainTally;
 use crate::particles::ParticlesMut;
@@ -20,6 +21,8 @@ pub(super) const WATCH: f64 = 1e12;
 pub(crate) struct MaterialLaw {
     pub(crate) elastic: LameParameters,
     pub(crate) softening: Softening,
+    /// Where it flows, in place of the softening.
+    pub(crate) flow: Option<FlowLaw>,
 }
 
 /// What a point needs to know.
@@ -31,6 +34,8 @@ pub(crate) struct PointLaw<'a> {
     pub(crate) spacing: Vec3,
     /// At the end of the step \[s\].
     pub(crate) time: f64,
+    /// The step \[s\].
+    pub(crate) step: f64,
 }
 
 /// μ, λ/2 and μ + λ/2 in the precision of the pass.
@@ -119,7 +124,54 @@ pub(super) fn idle<S: Simd, R: Real>(
     a.simd_gt(zero) & minor.simd_gt(zero) & det.simd_gt(zero) & effective.square.simd_gt(floor)
 }
 
+/// Adds μ(C_p⁻¹ − I) to the stress; σ_eq² of Kirchhoff's stress \[Pa²\].
+#[inline(always)]
+pub(super) fn flowing<S: Simd, R: Real>(
+    effective: &mut Effective<V<S, R>>,
+    flowed: Option<&[V<S, R>; 6]>,
+    shear: V<S, R>,
+) -> V<S, R> {
+    const AT: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+    let two = R::of(2.0);
+    let e = &effective.strain;
+    // C C_p⁻¹ − I = 2E + M + 2EM with M = C_p⁻¹ − I
+    let mut d = AT.map(|row| row.map(|k| e[k] * two));
+    if let Some(m) = flowed {
+        for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+            let product =
+                e[AT[i][0]] * m[AT[0][j]] + (e[AT[i][1]] * m[AT[1][j]] + e[AT[i][2]] * m[AT[2][j]]);
+            d[i][j] = d[i][j] + m[AT[i][j]] + product * two;
+        }
+        for (stress, &m) in effective.stress.iter_mut().zip(m) {
+            *stress += m * shear;
+        }
+    }
+    let (third, half) = (R::of(1.0 / 3.0), R::of(1.5));
+    let mean = (d[0][0] + d[1][1] + d[2][2]) * third;
+    let [x, y, z] = [d[0][0] - mean, d[1][1] - mean, d[2][2] - mean];
+    let off = d[0][1] * d[1][0] + (d[1][2] * d[2][1] + d[2][0] * d[0][2]);
+    let square = x * x + (y * y + z * z) + off * two;
+    square * (shear * shear) * half
+}
+
+/// Which points flow no further: σ_eq² is below that of `limit`, and the point is not crushed.
+#[inline(always)]
+pub(super) fn rests<S: Simd, R: Real>(
+    simd: S,
+    effective: &Effective<V<S, R>>,
+    equivalent: V<S, R>,
+    limit: V<S, R>,
+) -> <V<S, R> as SimdBase<S>>::Mask {
+    let floor = V::<S, R>::splat(simd, R::of(CRUSHED * CRUSHED));
+    equivalent.simd_lt(limit * limit) & effective.square.simd_gt(floor)
+}
+
 impl PointLaw<'_> {
+    /// Whether points flow: all kinds do, or none.
+    pub(super) fn flows(&self) -> bool {
+        self.kinds[0].flow.is_some()
+    }
+
     fn softening(&self, view: &ParticlesMut<'_>, p: usize) -> &Softening {
         &self.kinds[view.kind[p] as usize].softening
     }
@@ -138,6 +190,11 @@ impl PointLaw<'_> {
 
     /// Principal stress \[Pa\] below which damage does not grow, until a crack comes near.
     pub(super) fn limit(&self, view: &ParticlesMut<'_>, p: usize) -> f64 {
+        if let Some(flow) = &self.kinds[view.kind[p] as usize].flow {
+            // What tears is looked at in every step.
+            let whole = view.damage[p] <= 0.0;
+            return if whole { flow.rule.slow_stress(&view.flow[p].history) } else { 0.0 };
+        }
         if view.damage[p] >= 1.0 {
             return WATCH;
         }
@@ -149,8 +206,40 @@ impl PointLaw<'_> {
         (softening.strength * self.strength(view, p, time).0 * reached).min(WATCH)
     }
 
+    /// Lets a point of Green's strain `strain` \[1\] flow and tear, and returns what it bears
+    /// \[Pa\].
+    pub(super) fn flow(
+        &self,
+        view: &mut ParticlesMut<'_>,
+        p: usize,
+        strain: &Sym3,
+        tally: &mut DomainTally,
+    ) -> Option<Sym3> {
+        let law = self.kinds[view.kind[p] as usize].flow.as_ref()?;
+        let before = view.flow[p];
+        let found = law.respond(strain, before, self.step);
+        view.flow[p] = found.state;
+        tally.thinnest = tally.thinnest.max(found.thinnest);
+        tally.yielding += u32::from(found.state.history.strain > before.history.strain);
+        tally.plastic += found.work * view.volume[p];
+        tally.dissipated += found.torn * view.volume[p];
+        if found.damage > view.damage[p] {
+            tally.grown += 1;
+            view.damage[p] = found.damage;
+            view.normal[p] = Vec3::from(found.normal);
+            if found.damage >= 1.0 {
+                view.damage_time[p] = self.time;
+                tally.broken += 1;
+            }
+        }
+        Some(found.stress)
+    }
+
     /// Energy of a point of Green's strain `strain` \[J\].
     pub(super) fn held(&self, view: &ParticlesMut<'_>, p: usize, strain: &Sym3) -> f64 {
+        if let Some(flow) = &self.kinds[view.kind[p] as usize].flow {
+            return flow.energy(strain, &view.flow[p]) * view.volume[p];
+        }
         self.softening(view, p).energy(strain, view.damage[p]) * view.volume[p]
     }
 

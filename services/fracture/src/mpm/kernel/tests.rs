@@ -38,7 +38,7 @@ fn cloud() -> (BackgroundGrid, Particles, Vec3, Vec<MaterialLaw>) {
         let material = Material { young: share * STONE.young, poisson, ..STONE };
         let mut softening = Softening::new(&material, 0.2);
         softening.strength = 1e10;
-        MaterialLaw { elastic: LameParameters::new(&material), softening }
+        MaterialLaw { elastic: LameParameters::new(&material), softening, flow: None }
     });
     (grid, particles, spacing, kinds.to_vec())
 }
@@ -90,7 +90,7 @@ fn naive_forces(grid: &BackgroundGrid, particles: &Particles, law: &PointLaw<'_>
 #[test]
 fn forces_agree_with_the_textbook() {
     let (grid, particles, spacing, kinds) = cloud();
-    let law = PointLaw { kinds: &kinds, spacing, time: 1.0 };
+    let law = PointLaw { kinds: &kinds, spacing, time: 1.0, step: 1.0 };
     let wanted = naive_forces(&grid, &particles, &law);
     let size = wanted.iter().fold(0.0_f64, |m, f| m.max(f.norm()));
     for path in SimdLevel::all() {

@@ -18,6 +18,10 @@ pub enum ProbeKind {
     Strain,
     /// Damage of points \[1\]: likewise, without `component`.
     Damage,
+    /// Equivalent plastic strain of points \[1\]: likewise, without `component`.
+    PlasticStrain,
+    /// Volume of points over that at rest \[1\]: likewise, without `component`.
+    VolumeRatio,
     /// Force of `support` on the specimen, mean between samples \[N\]: `component`.
     Reaction,
     /// Force of `load` \[N\]: `component`.
@@ -291,4 +295,6 @@ pub enum Colour {
     Speed,
     /// Length of the displacement \[m\].
     Displacement,
+    /// Equivalent plastic strain \[1\].
+    PlasticStrain,
 }

@@ -1,0 +1,401 @@
+//! Ductile solids: the material point method of the brittle family with J2 flow in place of cracks.
+//! Strikers and supports are rigid and press on the surface; what comes of a hit is a dent.
+
+mod press;
+mod shape;
+mod surface;
+#[cfg(test)]
+mod tests;
+
+use crate::damage::Softening;
+use crate::mpm::domain::stable_step;
+use crate::mpm::load_patch::LEAST_RADIUS;
+use crate::mpm::preconditions::{
+    check_impacts, check_supports, check_thickness, choose_spacing, sample_points, within,
+};
+use crate::mpm::{Domain, motion, quadrature};
+use crate::particles::Particles;
+use cullet_fragment::kinetic_damping::KineticDamping;
+use cullet_geometry::inside::Inside;
+use cullet_geometry::{TriMesh, Vec3};
+use cullet_model::brittle::POINTS_PER_CELL;
+use cullet_model::hertz_contact::HertzContact;
+use cullet_model::{
+    BrittleProblem, Cost, Failure, Hardening, Impact, JohnsonCook, Material, PointPrecision,
+    Problem, Progress, Refusal, SolveOutcome, Solver,
+};
+use cullet_simd::SimdLevel;
+use press::{PressShape, RigidPress};
+use surface::{SurfaceParticles, curvature};
+
+/// Fewest and most points, and bytes that one needs with its share of arenas and nodes.
+const LEAST_PARTICLES: f64 = 200.0;
+const MOST_PARTICLES: f64 = 8e6;
+const BYTES: f64 = 1000.0;
+
+/// Particle-steps of a slice: some tens of milliseconds.
+const SLICE: u64 = 100_000;
+
+/// Steps between looks at the energy.
+const CHECK: u64 = 64;
+
+/// Excess of energy over what was given, above which a solve has failed \[1\].
+const UNSTABLE: f64 = 0.1;
+
+/// Share of points that may be crushed before the numbers mean nothing (F07).
+const CRUSHED_SHARE: f64 = 0.02;
+
+/// How often an unstable solve is begun again with half the step (F76).
+const HALVINGS: u32 = 2;
+
+/// Transits L/c_s: that a push may take; that a striker has parted, or that nothing flows, after
+/// which it is over; and until the body is at rest.
+const PUSH_TRANSITS: f64 = 100.0;
+const APART_TRANSITS: f64 = 1.0;
+const QUIET_TRANSITS: f64 = 4.0;
+const REST_TRANSITS: f64 = 20.0;
+
+/// Greatest eigenvalue of C⁻¹ that the step follows: a point is then a twentieth as thick as it was,
+/// and its weights, which are those of the body at rest, say little \[1\].
+const THINNEST: f64 = 400.0;
+
+/// Share of the energy of the hits below which flow counts as none \[1\].
+const NO_FLOW: f64 = 1e-3;
+
+/// Transits that a typical push takes, for the estimate of the cost.
+const TYPICAL_TRANSITS: f64 = 20.0;
+
+/// A striker is a ball where it is curved by more than this share of the body, or of one over the
+/// body's length: both curvatures are estimates \[1\].
+const LEAST_CURVATURE: f64 = 0.3;
+
+/// Yield stress over Young's modulus that the elastic law holds for \[1\].
+const MOST_ELASTIC: f64 = 0.1;
+
+/// The ductile family.
+#[derive(Debug)]
+pub struct Ductile {
+    problem: BrittleProblem,
+    hardening: Hardening,
+    domain: Domain,
+    points: SurfaceParticles,
+    strikers: Vec<RigidPress>,
+    supports: Vec<RigidPress>,
+    /// L/c_s \[s\].
+    transit: f64,
+    setup: FlowSetup,
+    settling: KineticDamping,
+    record: FlowRecord,
+}
+
+/// How a solve is done.
+#[derive(Clone, Copy, Debug)]
+struct FlowSetup {
+    /// Step of the undeformed body \[s\].
+    step: f64,
+    simd_level: SimdLevel,
+    /// How often it was begun again with half the step.
+    halvings: u32,
+}
+
+/// What a solve has seen so far.
+#[derive(Debug)]
+struct FlowRecord {
+    /// Plastic work \[J\].
+    plastic: f64,
+    /// When so much more had flowed as counts, and the plastic work then \[s\], \[J\].
+    flowed: (f64, f64),
+    /// Greatest eigenvalue of C⁻¹ so far \[1\].
+    thinnest: f64,
+    /// Greatest |v|² of a node \[m²/s²\].
+    fastest: f64,
+    crushed: u32,
+    push_over: Option<f64>,
+    /// Energy found less energy given, over that of the hits, where it was most \[1\].
+    energy_off: f64,
+    warnings: Vec<String>,
+}
+
+impl Solver for Ductile {
+    const NAME: &'static str = "ductile";
+    const PRECISIONS: &'static [PointPrecision] = &[PointPrecision::Single, PointPrecision::Double];
+
+    fn accepts(problem: &Problem) -> Result<Cost, Refusal> {
+        let (problem, hardening) = BrittleProblem::yielding(problem.clone(), Self::NAME)?;
+        estimate_cost(&problem, &hardening)
+    }
+
+    fn begin(problem: Problem) -> Result<Self, Refusal> {
+        let (problem, hardening) = BrittleProblem::yielding(problem, Self::NAME)?;
+        Self::with(problem, hardening, SimdLevel::best())
+    }
+
+    fn advance(&mut self) -> Progress {
+        let slice = (SLICE / self.domain.particles.len().max(1) as u64).max(1);
+        for _ in 0..slice {
+            let done = match self.step() {
+                Ok(()) if self.is_over() => self.close(),
+                other => other.map(|()| None),
+            };
+            match done {
+                Ok(None) => {}
+                Ok(Some(outcome)) => return Progress::Done(outcome),
+                Err(failure) => match self.again(&failure) {
+                    Some(again) => *self = again,
+                    None => return Progress::Failed(failure),
+                },
+            }
+        }
+        Progress::Running((self.domain.time / (PUSH_TRANSITS * self.transit)).min(0.99))
+    }
+}
+
+/// What a problem would cost, or the bound that it breaks.
+fn estimate_cost(problem: &BrittleProblem, hardening: &Hardening) -> Result<Cost, Refusal> {
+    let Material { density, young, poisson, .. } = problem.material;
+    within("density [kg/m^3]", density, 1e-3, 1e6)?;
+    within("Young's modulus [Pa]", young, 1.0, 1e14)?;
+    within("Poisson's ratio", poisson, 0.0, 0.49)?;
+    let ratio = hardening.yield_stress / young;
+    within("yield stress over Young's modulus", ratio, 1e-6, MOST_ELASTIC)?;
+    check_impacts(&problem.impacts)?;
+    check_supports(&problem.supports)?;
+    let spacing = choose_spacing(problem)?;
+    let volume = problem.solid.mesh.signed_volume();
+    let particles = POINTS_PER_CELL * volume / spacing.product();
+    within("the number of particles", particles, LEAST_PARTICLES, f64::INFINITY)?;
+    let most = f64::from(problem.settings.max_particles).min(MOST_PARTICLES);
+    let too_large = |what, value, limit| Err(Refusal::TooLarge { what, value, limit });
+    if particles > 1.05 * most {
+        return too_large("the number of particles", particles, most);
+    }
+    let steps = TYPICAL_TRANSITS * transit(problem) / time_step(problem, &spacing);
+    let limit = f64::from(problem.settings.max_steps);
+    if steps > limit {
+        return too_large("the number of steps", steps, limit);
+    }
+    Ok(Cost { particles, steps, bytes: particles * BYTES })
+}
+
+fn transit(problem: &BrittleProblem) -> f64 {
+    problem.solid.mesh.diagonal() / problem.material.shear_speed()
+}
+
+fn time_step(problem: &BrittleProblem, spacing: &Vec3) -> f64 {
+    problem.settings.tolerance().step() * stable_step(&problem.material, spacing.min())
+}
+
+/// The striker of a hit: its mass follows from ½ m* v² = E, its shape from Hertz's radius of the
+/// contact and the curvature of the body there.
+fn striker(hit: &Impact, problem: &BrittleProblem, mesh: &TriMesh, spacing: f64) -> RigidPress {
+    let reduced = 2.0 * hit.energy / (hit.closing_speed * hit.closing_speed);
+    let own = motion::mobility(problem, &hit.point, &hit.normal);
+    let mobility = (1.0 / reduced - own).max(0.0);
+    let reach = LEAST_RADIUS * spacing;
+    let body = curvature(mesh, &hit.point, &hit.normal, reach).max(0.0);
+    let striker = 1.0 / HertzContact::new(hit).relative_radius() - body;
+    let shape = match striker > LEAST_CURVATURE * body.max(1.0 / mesh.diagonal()) {
+        true => PressShape::Ball(1.0 / striker),
+        false => PressShape::Plane,
+    };
+    let place = (hit.point, hit.normal);
+    RigidPress::new(place, shape, (mobility, hit.closing_speed), hit.crushing_pressure)
+}
+
+impl Ductile {
+    /// Like `begin`, with other instructions of the processor.
+    ///
+    /// # Errors
+    /// If the problem is not for this solver.
+    pub fn with(
+        problem: BrittleProblem,
+        hardening: Hardening,
+        simd_level: SimdLevel,
+    ) -> Result<Self, Refusal> {
+        estimate_cost(&problem, &hardening)?;
+        let spacing = choose_spacing(&problem)?;
+        let mesh = &problem.solid.mesh;
+        let points = sample_points(&problem, &spacing)?;
+        within("the number of particles", points.len() as f64, LEAST_PARTICLES, 1e9)?;
+        check_thickness(&problem, &points, &spacing)?;
+        let material = &problem.material;
+        let mut particles = Particles::at_rest(&points, mesh.signed_volume(), material.density);
+        let inside = Inside::new(mesh);
+        particles.volume = quadrature::volumes(&points, &inside, spacing, mesh.signed_volume());
+        let softening = Softening::on_grid(material, spacing.max());
+        let mut domain = Domain::new(particles, material, softening, spacing);
+        domain.let_flow(material, &JohnsonCook::from(hardening));
+        domain.select(problem.settings.precision, simd_level);
+        let step = time_step(&problem, &spacing);
+        domain.step = step;
+        let surface = SurfaceParticles::new(&domain, mesh);
+        let h = surface.spacing;
+        let mut strikers: Vec<RigidPress> =
+            problem.impacts.iter().map(|hit| striker(hit, &problem, mesh, h)).collect();
+        let mut supports: Vec<RigidPress> = problem
+            .supports
+            .iter()
+            .map(|support| {
+                let shape = PressShape::Disc(support.radius.max(LEAST_RADIUS * h));
+                let place = (support.point, support.normal);
+                RigidPress::new(place, shape, (support.mobility, 0.0), f64::INFINITY)
+            })
+            .collect();
+        let all = strikers.iter_mut().chain(&mut supports);
+        all.for_each(|press| press.put(material.young, &surface, &domain, step));
+        press::share_out(&mut supports, &surface, &domain);
+        let mut made = Self {
+            transit: transit(&problem),
+            problem,
+            hardening,
+            domain,
+            points: surface,
+            strikers,
+            supports,
+            setup: FlowSetup { step, simd_level, halvings: 0 },
+            settling: KineticDamping::default(),
+            record: FlowRecord {
+                plastic: 0.0,
+                flowed: (0.0, 0.0),
+                thinnest: 1.0,
+                fastest: 0.0,
+                crushed: 0,
+                push_over: None,
+                energy_off: 0.0,
+                warnings: Vec::new(),
+            },
+        };
+        made.record.warnings = made.first_warnings();
+        Ok(made)
+    }
+
+    /// The solve from its beginning with half the step, where numbers went wrong (F76).
+    fn again(&self, failure: &Failure) -> Option<Self> {
+        let numbers = matches!(failure, Failure::NotFinite { .. } | Failure::Unstable { .. });
+        if !numbers || self.setup.halvings == HALVINGS {
+            return None;
+        }
+        let mut problem = self.problem.clone();
+        problem.settings.precision = PointPrecision::Double;
+        let mut fresh = Self::with(problem, self.hardening, self.setup.simd_level).ok()?;
+        fresh.setup.halvings = self.setup.halvings + 1;
+        fresh.setup.step /= f64::from(1_u32 << fresh.setup.halvings);
+        let step = fresh.setup.step;
+        fresh.domain.step = step;
+        let warning = format!("{failure}: solved again with steps of {step:.3e} s (F76)");
+        fresh.record.warnings = self.record.warnings.iter().cloned().chain([warning]).collect();
+        Some(fresh)
+    }
+
+    fn step(&mut self) -> Result<(), Failure> {
+        if self.domain.steps >= u64::from(self.problem.settings.max_steps) {
+            return Err(Failure::OutOfSteps { steps: self.domain.steps });
+        }
+        self.domain.step = self.setup.step / self.record.thinnest.min(THINNEST).sqrt();
+        let fastest = self.record.fastest.sqrt();
+        if self.record.push_over.is_none() {
+            for press in self.strikers.iter_mut().chain(&mut self.supports) {
+                press.push(&mut self.domain, &self.points, fastest);
+            }
+        }
+        let tally = self.domain.advance();
+        let record = &mut self.record;
+        record.plastic += tally.plastic;
+        let energy: f64 = self.problem.impacts.iter().map(|hit| hit.energy).sum();
+        if record.plastic > record.flowed.1 + NO_FLOW * energy {
+            record.flowed = (self.domain.time, record.plastic);
+        }
+        record.thinnest = record.thinnest.max(tally.thinnest);
+        record.fastest = record.fastest.max(tally.fastest);
+        record.crushed = record.crushed.max(tally.crushed);
+        let share = f64::from(tally.crushed) / self.domain.particles.len() as f64;
+        if share > CRUSHED_SHARE {
+            return Err(Failure::Unstable { ratio: share, step: self.domain.steps });
+        }
+        if self.domain.steps.is_multiple_of(CHECK) {
+            self.check()?;
+        }
+        Ok(())
+    }
+
+    fn presses(&self) -> impl Iterator<Item = &RigidPress> {
+        self.strikers.iter().chain(&self.supports)
+    }
+
+    fn check(&mut self) -> Result<(), Failure> {
+        let step = self.domain.steps;
+        let held = self.domain.kinetic_energy() + self.domain.elastic_energy();
+        let found = held + self.record.plastic + self.settling.taken;
+        if !found.is_finite() {
+            return Err(Failure::NotFinite { what: "the body's energy", step });
+        }
+        let given: f64 = self.presses().map(|it| it.lost - it.stored - it.crushed).sum();
+        let scale: f64 = self.problem.impacts.iter().map(|hit| hit.energy).sum();
+        let off = (found - given) / scale;
+        if off.abs() > self.record.energy_off.abs() {
+            self.record.energy_off = off;
+        }
+        if off > UNSTABLE {
+            return Err(Failure::Unstable { ratio: off, step });
+        }
+        Ok(())
+    }
+
+    /// Whether nothing is to come from outside any more: each striker has parted for a while and does
+    /// not come on, or presses and nothing flows; or the push took longer than any should.
+    fn is_over(&mut self) -> bool {
+        if self.record.push_over.is_some() {
+            return true;
+        }
+        let time = self.domain.time;
+        let mass: f64 = self.domain.grid.nodes.mass.iter().sum();
+        let whole = self.domain.momentum() / mass;
+        // What is pressed and flows no further goes along with its striker.
+        let (last, work) = self.record.flowed;
+        let quiet = work > 0.0 && time - last > QUIET_TRANSITS * self.transit;
+        let parted = |it: &RigidPress| {
+            let apart = time - it.touched.unwrap_or(0.0) > APART_TRANSITS * self.transit;
+            if apart { it.speed <= whole.dot(&it.normal) } else { quiet }
+        };
+        let over = self.strikers.iter().all(parted);
+        if over || time > PUSH_TRANSITS * self.transit {
+            if !over {
+                let transits = PUSH_TRANSITS;
+                self.record.warnings.push(format!(
+                    "still pushed after {transits} of a wave's ways through the body: ended there"
+                ));
+            }
+            self.record.push_over = Some(time);
+            // Springs that are let go of take what they hold with them.
+            return true;
+        }
+        false
+    }
+
+    /// After the push: what comes of it, or nothing while the body still swings.
+    fn close(&mut self) -> Result<Option<SolveOutcome>, Failure> {
+        let since = self.domain.time - self.record.push_over.unwrap_or(0.0);
+        if !self.is_dented() || since > REST_TRANSITS * self.transit || self.settle() {
+            return self.finish().map(Some);
+        }
+        Ok(None)
+    }
+
+    /// Lets go of what swings: whether the body is at rest.
+    fn settle(&mut self) -> bool {
+        let (_, places) = self.node_places();
+        let mut velocities = self.domain.node_velocities();
+        let rests = self.settling.look(&self.domain.grid.nodes.mass, &places, &mut velocities);
+        self.domain.set_node_velocities(&velocities);
+        rests
+    }
+
+    /// Where nodes were before the hit and where they are now \[m\].
+    fn node_places(&self) -> (Vec<Vec3>, Vec<Vec3>) {
+        let first: Vec<Vec3> =
+            (0..self.domain.grid.nodes.len()).map(|n| self.domain.grid.place(n)).collect();
+        let moved = self.domain.node_displacements();
+        let now = first.iter().zip(moved).map(|(x, u)| x + u).collect();
+        (first, now)
+    }
+}

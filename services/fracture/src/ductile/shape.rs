@@ -1,0 +1,178 @@
+//! What becomes of a body that has flowed: the shape that is left, and what is reported of it.
+
+use super::{Ductile, THINNEST};
+use cullet_fragment::carriers::Carriers;
+use cullet_fragment::motion;
+use cullet_fragment::straightened::Straightened;
+use cullet_geometry::hull::{HullSettings, convex_parts};
+use cullet_geometry::shapes::refine_solid;
+use cullet_geometry::{Mat3, Sheet, Solid, Vec3};
+use cullet_model::outcome::DELIVERED_IMPULSE;
+use cullet_model::{Deformation, Failure, Fragment, Fragmentation, Report, SolveOutcome, Solver};
+use rayon::prelude::*;
+
+/// Share of a cell that a place must have moved for good to be worth a new shape, and of the energy
+/// of the hits that must have gone into that \[1\].
+const LEAST_DENT: (f64, f64) = (0.02, 1e-2);
+
+/// Longest edge of the new surface in cells \[1\].
+const FINE: f64 = 0.75;
+
+/// Change of volume above which it is worth a word \[1\]: J2 keeps it to 0.1 %.
+const SWOLLEN: f64 = 0.01;
+
+/// How far the energy may be from what was given before it is worth a word \[1\].
+const LEDGER: f64 = 0.05;
+
+/// Fewest cells across the radius of a dent that is resolved.
+const RESOLVED: f64 = 1.5;
+
+/// Mean pressure under a ball over the yield stress, where all around it flows \[Tabor 1951\].
+const HARDNESS: f64 = 3.0;
+
+impl Ductile {
+    /// Whether enough has flowed for a dent.
+    pub(super) fn is_dented(&self) -> bool {
+        let energy: f64 = self.problem.impacts.iter().map(|hit| hit.energy).sum();
+        self.record.plastic > LEAST_DENT.1 * energy
+    }
+
+    /// The body in its new shape; as it was, where that is the old one.
+    pub(super) fn finish(&mut self) -> Result<SolveOutcome, Failure> {
+        self.check()?;
+        let (first, now) = self.node_places();
+        let straight = Straightened::of(&self.domain.grid.nodes.mass, &first, &now);
+        let motions = self.domain.motions();
+        let places = &self.domain.particles.reference;
+        let moved = |p: usize| straight.place(&(places[p] + motions[p].displacement)) - places[p];
+        let deepest = (0..places.len()).map(|p| moved(p).norm()).fold(0.0, f64::max);
+        let strain = self.domain.particles.flow.iter().map(|it| it.history.strain);
+        let strain = strain.fold(0.0, f64::max);
+        let mut report =
+            self.report().with("dent", "m", deepest).with("greatest_plastic_strain", "1", strain);
+        let spacing = self.domain.grid.spacing.max();
+        let dented = self.is_dented() && deepest > LEAST_DENT.0 * spacing;
+        let mut solid = (*self.problem.solid).clone();
+        if dented {
+            let (bent, swollen) = self.bent(&straight)?;
+            solid = bent;
+            report = report.with("volume_change", "1", swollen);
+            if swollen.abs() > SWOLLEN {
+                report.warnings.push(format!(
+                    "the volume changed by {swollen:+.3}: flow keeps it, so the grid is too coarse \
+                     for this shape (F102)"
+                ));
+            }
+        }
+        let fragment = Fragment {
+            hulls: convex_parts(&solid, HullSettings::default()),
+            solid,
+            velocity: Vec3::zeros(),
+            spin: Vec3::zeros(),
+            sheet: Sheet::default(),
+        };
+        let mut fragments = vec![fragment];
+        let pushes: Vec<(Vec3, Vec3)> = self.presses().map(|it| (it.point, it.given)).collect();
+        motion::balance(&mut fragments, &pushes, self.problem.material.density);
+        let reactions = self.supports.iter().map(|it| it.given.norm()).collect();
+        let work = self.record.plastic;
+        if dented && let Some(Fragment { solid, hulls, velocity, spin, .. }) = fragments.pop() {
+            let body = solid.into();
+            let made = Deformation { body, hulls, velocity, spin, work, reactions, report };
+            return Ok(SolveOutcome::Deformed(Box::new(made)));
+        }
+        let sampled = vec![false];
+        let whole =
+            Fragmentation { fragments, sampled, reactions, report, ..Fragmentation::default() };
+        Ok(SolveOutcome::Unchanged(Box::new(whole)))
+    }
+
+    /// The solid where its points are now, as large as it was, and by which share it was larger.
+    fn bent(&self, straight: &Straightened) -> Result<(Solid, f64), Failure> {
+        let spacing = self.domain.grid.spacing.max();
+        let mut solid = refine_solid(&self.problem.solid, FINE * spacing)
+            .map_err(|error| Failure::Cut(error.to_string()))?;
+        let places = &self.domain.particles.reference;
+        let carriers = Carriers::new(places.clone(), spacing);
+        let motions = self.domain.motions();
+        let carry = |vertex: &Vec3| {
+            let mut sum = Vec3::zeros();
+            for (p, share) in carriers.shares(vertex) {
+                let gradient = Mat3::identity() + motions[p].displacement_gradient;
+                let now = places[p] + motions[p].displacement + gradient * (vertex - places[p]);
+                sum += now * share;
+            }
+            straight.place(&sum)
+        };
+        solid.mesh.vertices = solid.mesh.vertices.par_iter().map(carry).collect();
+        let first = self.problem.solid.mesh.signed_volume();
+        let whole = solid.mesh.mass_properties();
+        if whole.volume <= 0.0 {
+            return Err(Failure::Cut("the new shape is turned inside out".to_owned()));
+        }
+        let scale = libm::cbrt(first / whole.volume);
+        let centre = whole.centroid;
+        solid.mesh.vertices.iter_mut().for_each(|x| *x = centre + (*x - centre) * scale);
+        Ok((solid, whole.volume / first - 1.0))
+    }
+
+    /// What is known before the first step.
+    pub(super) fn first_warnings(&self) -> Vec<String> {
+        let spacing = self.points.spacing;
+        let hits = self.problem.impacts.iter().zip(&self.strikers);
+        let narrow = hits.filter_map(|(hit, striker)| {
+            let super::PressShape::Ball(radius) = striker.shape else { return None };
+            // E = ∫ 3σ_y πa² dδ with a² = 2Rδ
+            let pi = std::f64::consts::PI;
+            let hardness = HARDNESS * self.hardening.yield_stress;
+            let dent = (4.0 * radius * hit.energy / (pi * hardness)).sqrt().sqrt();
+            (dent < RESOLVED * spacing).then(|| {
+                format!(
+                    "the dent is about {dent:.2e} m in radius, less than {RESOLVED} cells of \
+                     {spacing:.2e} m: it comes out too shallow and too wide (F101)"
+                )
+            })
+        });
+        narrow.collect()
+    }
+
+    fn report(&self) -> Report {
+        let delivered = self.strikers.iter().zip(&self.problem.impacts);
+        let delivered: f64 = delivered.map(|(it, hit)| it.given.dot(&hit.normal)).sum();
+        let crushed = self.presses().map(|it| it.crushed).sum();
+        let mut report = Report {
+            solver: Self::NAME.to_owned(),
+            spacing: self.domain.grid.spacing.max(),
+            particles: self.domain.particles.len() as u64,
+            steps: self.domain.steps,
+            simulated: self.domain.time,
+            dissipated_energy: self.record.plastic,
+            warnings: self.record.warnings.clone(),
+            ..Report::default()
+        }
+        .with(DELIVERED_IMPULSE, "N·s", delivered)
+        .with("plastic_work", "J", self.record.plastic)
+        .with("vibration", "J", self.settling.taken)
+        .with("energy_balance", "1", 1.0 + self.record.energy_off)
+        .with("energy_of_crushed_contact", "J", crushed);
+        let off = self.record.energy_off;
+        if off.abs() > LEDGER {
+            report.warnings.push(format!("energy is off by {off:+.3} of what the hits had"));
+        }
+        if self.record.thinnest > THINNEST {
+            report.warnings.push(format!(
+                "a point was pressed to {:.3} of its thickness: beyond {:.2} the weights of the body \
+                 at rest do not hold (F103)",
+                1.0 / self.record.thinnest.sqrt(),
+                1.0 / THINNEST.sqrt()
+            ));
+        }
+        if self.record.crushed > 0 {
+            report.warnings.push(format!(
+                "crushed: {} points were at J = 0.2 at one time (F07)",
+                self.record.crushed
+            ));
+        }
+        report
+    }
+}
