@@ -156,6 +156,49 @@ fn lid() {
     assert!(last > 11.0 * first && last < 60.0 * first, "{first} m, {last} m");
 }
 
+/// Both dents are in the upper face, as deep as what made them was fast.
+#[test]
+fn dent() {
+    let out = unique("dent");
+    let told = holds_in(&out, "dent");
+    assert!(told.contains("for block deformed: ductile"), "{told}");
+    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    let last = recording.poses.last().expect("a step").step;
+    let block = recording.bodies.iter().find(|body| body.object == "block").expect("a block");
+    let geometry = recording.geometry_of(block.id, last).expect("a geometry");
+    let mesh = Solid::try_from(&recording.geometries[geometry]).expect("a solid").mesh;
+    let (_, high) = mesh.bounds().expect("a mesh");
+    for (x, least) in [(-0.03, 5e-4), (0.035, 2e-4)] {
+        let near = mesh.vertices.iter().filter(|v| v.z > 0.0 && (v.x - x).hypot(v.y) < 4e-3);
+        let depth = high.z - near.map(|v| v.z).fold(f64::INFINITY, f64::min);
+        assert!(depth > least && depth < 6e-3, "{depth} m deep at x = {x} m");
+    }
+}
+
+#[test]
+fn lead_soldier() {
+    let told = holds("lead-soldier");
+    assert!(told.contains("for soldier deformed: ductile"), "{told}");
+}
+
+/// The faster one is flatter.
+#[test]
+fn clay() {
+    let out = unique("clay");
+    holds_in(&out, "clay");
+    let recording = Recording::open(&out.join("run.mcap")).expect("a recording");
+    let last = recording.poses.last().expect("a step").step;
+    let least = |name: &str| {
+        let ball = recording.bodies.iter().find(|body| body.object == name).expect("a ball");
+        let geometry = recording.geometry_of(ball.id, last).expect("a geometry");
+        let mesh = Solid::try_from(&recording.geometries[geometry]).expect("a solid").mesh;
+        let (low, high) = mesh.bounds().expect("a mesh");
+        high.z - low.z
+    };
+    let (slow, fast) = (least("slow"), least("fast"));
+    assert!(slow < 0.07 && fast < 0.75 * slow, "{slow} m, {fast} m");
+}
+
 #[test]
 fn pane() {
     let (told, _) = the_pane();

@@ -73,6 +73,11 @@ fn cracks_go_where_and_as_far_as_they_must() {
     hold(&["k6-strip", "k6-bent-strip"]);
 }
 
+#[test]
+fn metal_flows_as_it_must() {
+    hold(&["c6-bar", "t1-taylor"]);
+}
+
 /// The metrics of each run, by name.
 fn metrics(name: &str, more: &[&str]) -> Vec<BTreeMap<String, serde_json::Value>> {
     let said = bench(name, &[&["--json", "--workers", "2"], more].concat());

@@ -1,6 +1,7 @@
 //! The decision about all hits that reach one body in one step.
 
 use crate::brittle::{self, AccuracyTarget, SolveLimits};
+use crate::ductile;
 use crate::family;
 use crate::gate::{Gate, GateLimits, gate, stressing_spin};
 use crate::reason::RigidReason;
@@ -166,7 +167,7 @@ fn asked(
     sampled.map_or_else(|| Err(rigid.collect()), |reason| Ok(Some(reason)))
 }
 
-/// What to do about hits on a metal that yields: a shell, or nothing.
+/// What to do about hits on a metal that yields: a shell, a solid, or nothing.
 fn metal(
     world: &World,
     (view, measure): (&BodyView<'_>, &BodyMeasure),
@@ -175,18 +176,26 @@ fn metal(
 ) -> Decision {
     let mut supports = world.supports(view.id, hits);
     supports.truncate(policy.most_supports);
-    let below = |stress, safety| RigidReason::Yield { stress, yield_stress, safety };
     let held = !supports.is_empty();
-    if let Some(reasons) = too_slow((view, measure), hits, held, yield_stress, below) {
-        return Decision::Keep(reasons);
-    }
-    let Some(reason) = shell::reason(view, hits) else {
-        return Decision::Keep(vec![RigidReason::Metal; hits.len()]);
+    let may_be_shell = policy.family != Some(family::DUCTILE);
+    let shell = may_be_shell.then(|| shell::reason(view, hits)).flatten();
+    let (family, reason) = match shell {
+        Some(reason) => {
+            let below = |stress, safety| RigidReason::Yield { stress, yield_stress, safety };
+            if let Some(reasons) = too_slow((view, measure), hits, held, yield_stress, below) {
+                return Decision::Keep(reasons);
+            }
+            (family::SHELL, reason)
+        }
+        None => match ductile::reason(view, measure, hits, yield_stress) {
+            Ok(reason) => (family::DUCTILE, reason),
+            Err(reasons) => return Decision::Keep(reasons),
+        },
     };
     let held = held.then(|| format!("held at {} places", supports.len()));
     Decision::Solve(Box::new(SolveOrder {
-        family: family::SHELL.to_owned(),
-        named: policy.family == Some(family::SHELL),
+        family: family.to_owned(),
+        named: policy.family == Some(family),
         fallback: None,
         reasons: [Some(reason), held].into_iter().flatten().collect(),
         refinement: Refinement::default(),

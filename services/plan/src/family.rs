@@ -21,6 +21,9 @@ pub const SAMPLED: &str = "geometric";
 /// The family for thin plates that are hit on their face.
 pub const SHELL: &str = "shell";
 
+/// The family for metal that yields and is no thin wall.
+pub const DUCTILE: &str = "ductile";
+
 /// Every family.
 pub const FAMILIES: &[FamilyPlan] = &[
     FamilyPlan {
@@ -29,6 +32,13 @@ pub const FAMILIES: &[FamilyPlan] = &[
                 where it declines.",
         fallback: Some(SAMPLED),
         planned: true,
+    },
+    FamilyPlan {
+        name: DUCTILE,
+        about: "Plastic flow on material points, for solid metal that yields: what comes of a hit \
+                is a dent, and the body stays one.",
+        fallback: None,
+        planned: false,
     },
     FamilyPlan {
         name: SHELL,

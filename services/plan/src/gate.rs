@@ -64,12 +64,31 @@ struct Stress {
     spin: f64,
 }
 
+/// Hertz's greatest force of a hit \[N\] and approach \[m\]: δ = v t_c / 2.943; ½ m* v² = (2/5) F δ.
+pub(crate) fn hertz(hit: &Hit) -> (f64, f64) {
+    let approach = hit.impact.closing_speed * hit.impact.duration / DURATION_OVER_APPROACH;
+    (2.5 * hit.impact.energy / approach, approach)
+}
+
+/// Greatest stress \[Pa\] of a body that `force` \[N\] bends over a contact of `radius` \[m\].
+pub(crate) fn bending(force: f64, radius: f64, poisson: f64, body: &BodyMeasure) -> f64 {
+    let t = body.thickness;
+    // Small loads act over r₀' = √(1.6 r² + t²) − 0.675 t on a plate  [Roark]
+    let spread =
+        if radius < 0.5 * t { (1.6 * radius * radius + t * t).sqrt() - 0.675 * t } else { radius };
+    let reach = libm::log((body.length / spread).max(1.0));
+    // σ = (3F / 2πt²) [(1 + ν) ln(2b/πr₀') + β], with L for 2b and 1 for β
+    let pi = std::f64::consts::PI;
+    let plate = 1.5 * force / (pi * t * t) * ((1.0 + poisson) * reach + 1.0);
+    // σ = F L c / 4 I → 6 F L / 4 b t² for a beam of section b t
+    let beam = 1.5 * force * body.length / (body.section.max(t * t) * t);
+    plate.max(beam)
+}
+
 fn stress(hit: &Hit, material: &Material, body: &BodyMeasure) -> Stress {
     let (radius, speed) = (hit.impact.radius, hit.impact.closing_speed);
     let poisson = material.poisson;
-    // δ = v t_c / 2.943; ½ m* v² = (2/5) F δ
-    let approach = speed * hit.impact.duration / DURATION_OVER_APPROACH;
-    let force = 2.5 * hit.impact.energy / approach;
+    let (force, _) = hertz(hit);
     let pi = std::f64::consts::PI;
     // σ_r = (1 − 2ν) p₀ / 3, p₀ = 3F / 2πa²  [accuracy H1]
     let rim = (1.0 - 2.0 * poisson) * force / (2.0 * pi * radius * radius);
@@ -79,18 +98,9 @@ fn stress(hit: &Hit, material: &Material, body: &BodyMeasure) -> Stress {
     let process = material.young * material.fracture_energy
         / (material.failure_stress * material.failure_stress);
     let contact = rim * (depth / process.max(depth)).sqrt();
-    let t = body.thickness;
-    // Small loads act over r₀' = √(1.6 r² + t²) − 0.675 t on a plate  [Roark]
-    let spread =
-        if radius < 0.5 * t { (1.6 * radius * radius + t * t).sqrt() - 0.675 * t } else { radius };
-    let reach = libm::log((body.length / spread).max(1.0));
-    // σ = (3F / 2πt²) [(1 + ν) ln(2b/πr₀') + β], with L for 2b and 1 for β
-    let plate = 1.5 * force / (pi * t * t) * ((1.0 + poisson) * reach + 1.0);
-    // σ = F L c / 4 I → 6 F L / 4 b t² for a beam of section b t
-    let beam = 1.5 * force * body.length / (body.section.max(t * t) * t);
     Stress {
         contact,
-        bending: plate.max(beam),
+        bending: bending(force, radius, poisson, body),
         // σ = ρ c v with a rigid striker, the upper bound of ρ c v / (1 + Z₁/Z₂)
         wave: (material.young * material.density).sqrt() * speed,
         // σ = (3 + ν)/8 ρω²R² in the middle of a disc

@@ -9,6 +9,7 @@
 
 pub mod brittle;
 mod decide;
+mod ductile;
 pub mod family;
 mod gate;
 mod reason;

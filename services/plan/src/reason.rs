@@ -71,8 +71,13 @@ pub enum RigidReason {
         /// Share of it below which nothing flows \[1\].
         safety: f64,
     },
-    /// The body is of a metal that yields, and no thin wall that is hit on its face.
-    Metal,
+    /// The body is of a metal that yields: the dent is too shallow to be seen, and nothing bends.
+    Dent {
+        /// Its depth \[m\].
+        depth: f64,
+        /// Least depth that is solved \[m\].
+        limit: f64,
+    },
 }
 
 impl std::fmt::Display for RigidReason {
@@ -112,9 +117,9 @@ impl std::fmt::Display for RigidReason {
                 "the stress reaches {stress:.3e} Pa, \
                  below {safety} of that at which the metal yields, {yield_stress:.3e} Pa"
             ),
-            Self::Metal => write!(
+            Self::Dent { depth, limit } => write!(
                 f,
-                "metal is solved as a thin wall that is hit on its face, which this is not"
+                "it makes a dent of about {depth:.3e} m, below {limit:.3e} m, and bends nothing"
             ),
             Self::Unseen { size, limit } => {
                 write!(f, "its halves are {size:.3e} m across, below two pixels, {limit:.3e} m")

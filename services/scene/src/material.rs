@@ -1,5 +1,7 @@
 //! Materials: what a preset is, and what a scene makes of it.
 
+mod ductile;
+mod preset;
 mod presets;
 
 use super::direction::direction;
@@ -10,8 +12,8 @@ use super::sourced::Fault;
 use super::treatment;
 use cullet_document::check::tell;
 use cullet_model::{Hardening, Treatment};
+pub use preset::{Preset, PresetPlasticity};
 use presets::PRESETS;
-pub use presets::{Preset, PresetPlasticity};
 
 pub use super::sourced::{Kind, Sourced};
 

@@ -12,7 +12,7 @@ use cullet_document::files::{Bundle, SceneFile};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const SHIPPED: [&str; 16] = [
+const SHIPPED: [&str; 19] = [
     "pot",
     "four-shapes",
     "bullet",
@@ -26,6 +26,9 @@ const SHIPPED: [&str; 16] = [
     "shower",
     "windscreen",
     "lid",
+    "dent",
+    "lead-soldier",
+    "clay",
     "window",
     "egg",
     "bulb",

@@ -41,10 +41,10 @@ fn order(speed: f64, policy: &Policy<'_>) -> SolveOrder {
     }
 }
 
-/// A metal that yields is solved as a shell where a sheet of it is hit on its face, fast enough;
-/// else it is kept, with the reason of each hit.
+/// A metal that yields is solved as a shell where a sheet of it is hit on its face, as a solid
+/// where a dent would be seen or it bends; else it is kept, with the reason of each hit.
 #[test]
-fn sheets_of_metal_are_solved_and_what_else_is_of_it_is_kept() {
+fn metal_is_solved_as_a_sheet_or_as_a_solid_or_kept() {
     let metal = Policy { yield_stress: Some(70e6), ..policy(None, None) };
     let asked = |size: Vec3, speed: f64| {
         let (world, body, hits) = struck_body(size, speed);
@@ -60,8 +60,21 @@ fn sheets_of_metal_are_solved_and_what_else_is_of_it_is_kept() {
     };
     let slow = words(asked(sheet, 0.2));
     assert!(slow.contains("below 0.5 of that at which the metal yields, 7.000e7 Pa"), "{slow}");
-    let block = words(asked(Vec3::repeat(0.1), 10.0));
-    assert!(block.contains("metal is solved as a thin wall"), "{block}");
+    let Decision::Solve(order) = asked(Vec3::repeat(0.1), 10.0) else { panic!("kept") };
+    assert_eq!((order.family.as_str(), order.fallback), (family::DUCTILE, None));
+    assert!(order.reasons[0].contains("a dent of about"), "{:?}", order.reasons);
+    let Decision::Solve(order) = asked(Vec3::new(0.5, 0.05, 0.05), 2.0) else { panic!("kept") };
+    assert!(order.reasons[0].contains("it bends: "), "{:?}", order.reasons);
+    let block = words(asked(Vec3::repeat(0.1), 0.3));
+    assert!(block.contains("a dent of about") && block.contains("bends nothing"), "{block}");
+    // A scene may ask for the solid of a sheet.
+    let solid = Policy { family: Some(family::DUCTILE), ..metal };
+    let (world, body, hits) = struck_body(sheet, 10.0);
+    let Some(Decision::Solve(order)) = decide(&world, body, &hits, &solid) else { panic!("kept") };
+    assert_eq!(
+        (order.family.as_str(), order.choice()),
+        (family::DUCTILE, Some("the scene's choice"))
+    );
 }
 
 #[test]

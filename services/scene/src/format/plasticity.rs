@@ -4,14 +4,13 @@ use cullet_document::unit;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A metal that yields at `yield_stress` + `hardening` αⁿ, α being its plastic strain and n
-/// `exponent`. Its thin sheets and curved walls dent where they are hit on their face; what else is
-/// of it stays rigid. It does not break.
+/// What yields, most of it metal: at `yield_stress` + `hardening` αⁿ, α being its plastic strain
+/// and n `exponent`. It dents and bends where it is hit, and does not break.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plasticity {
     /// Stress at which it yields first \[Pa\].
-    #[schemars(schema_with = "unit::pressure", extend("minimum" = 1e5, "maximum" = 1e10))]
+    #[schemars(schema_with = "unit::pressure", extend("minimum" = 1e3, "maximum" = 1e10))]
     pub yield_stress: f64,
     /// How much more it bears at a plastic strain of 1 \[Pa\].
     #[serde(default)]

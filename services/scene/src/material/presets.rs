@@ -1,75 +1,11 @@
 //! The materials that scenes can name, with a source for every value.
 
-use crate::sourced::{Kind, Sourced};
-use crate::treatment::{HEAT_STRENGTHENED, LAMINATED, PresetTreatment, TOUGHENED};
-
-/// A material that scenes can name without describing it.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Preset {
-    /// What scenes call it.
-    pub name: &'static str,
-    /// What exactly it is.
-    pub title: &'static str,
-    /// Mass density ρ \[kg/m³\].
-    pub density: Sourced,
-    /// Young's modulus E \[Pa\].
-    pub young: Sourced,
-    /// Poisson's ratio ν \[1\].
-    pub poisson: Sourced,
-    /// Tensile strength σ_f \[Pa\].
-    pub strength: Sourced,
-    /// Mode I fracture energy G_f \[J/m²\].
-    pub fracture_energy: Sourced,
-    /// Weibull modulus m of the flaws \[1\].
-    pub weibull: Sourced,
-    /// Speed after over speed before a bounce \[1\].
-    pub restitution: Sourced,
-    /// Coulomb friction \[1\].
-    pub friction: Sourced,
-    /// Whether bodies of it break unless they say otherwise: strikers do not.
-    pub breakable: bool,
-    /// What was done to it, if it is glass.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub treatment: Option<PresetTreatment>,
-    /// How it yields, if it is a metal that dents.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub plasticity: Option<PresetPlasticity>,
-}
-
-/// σ_y = A + Bαⁿ of a preset.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct PresetPlasticity {
-    /// A \[Pa\].
-    pub yield_stress: Sourced,
-    /// B \[Pa\].
-    pub hardening: Sourced,
-    /// n \[1\].
-    pub exponent: Sourced,
-}
-
-const DOWLING: &str = "Dowling, Mechanical Behavior of Materials, Table 3.10";
-const DOWLING_K: &str = "G = K²(1-ν²)/E with K_Ic of Dowling, Table 8.2, and a typical ν";
-const MODEL_CODE: &str = "CEB-FIP Model Code 1990 for C30, 16 mm aggregate";
-const PETROVIC: &str = "Petrovic 2003, J. Mater. Sci. 38: middle of 0.7 to 3.1 MPa at -10 °C";
-const PETROVIC_K: &str = "G = K²(1-ν²)/E with K_Ic 0.1 MPa√m of Petrovic 2003 (0.05 to 0.15)";
-const TEXTBOOK: &str = "usual textbook value";
-const STRIKER: &str = "usual textbook value; a striker, not meant to break";
-const SHEET: &str = "drawing sheet yields at 140 to 240 MPa; no measurement was read";
-const SCENES: &str = "chosen for scenes; depends on shape, finish and speed";
-
-const CERAMIC: &str = "ceramics scatter with 5 to 20; no measurement of this one was read";
-const GLASS: &str = "annealed glass scatters with 5 to 10, by its surface; no measurement was read";
-const ROCK: &str = "rocks scatter with 10 to 20; no measurement of this one was read";
-const TOUGH: &str = "tough solids scatter little, above 20; no measurement of this one was read";
-const WIDE: &str = "scatters widely with grain and bubbles; no measurement was read";
-
-const fn measured(value: f64, source: &'static str) -> Sourced {
-    Sourced { value, kind: Kind::Measured, source }
-}
-
-const fn typical(value: f64, source: &'static str) -> Sourced {
-    Sourced { value, kind: Kind::Typical, source }
-}
+use super::ductile;
+use super::preset::{
+    CERAMIC, DOWLING, DOWLING_K, GLASS, MODEL_CODE, PETROVIC, PETROVIC_K, Preset, PresetPlasticity,
+    ROCK, SCENES, SHEET, STRIKER, TEXTBOOK, TOUGH, WIDE, measured, typical,
+};
+use crate::treatment::{HEAT_STRENGTHENED, LAMINATED, TOUGHENED};
 
 /// The glass of windows, bottles and treated plates.
 const SODA_LIME: Preset = Preset {
@@ -89,6 +25,7 @@ const SODA_LIME: Preset = Preset {
 };
 
 pub(super) const PRESETS: &[Preset] = &[
+    ductile::ABS,
     Preset {
         name: "alumina",
         title: "alumina, 99.5 %",
@@ -104,6 +41,8 @@ pub(super) const PRESETS: &[Preset] = &[
         treatment: None,
         plasticity: None,
     },
+    ductile::ALUMINIUM_6061,
+    ductile::ARMOUR_STEEL,
     Preset {
         name: "brick",
         title: "fired clay brick",
@@ -119,6 +58,7 @@ pub(super) const PRESETS: &[Preset] = &[
         treatment: None,
         plasticity: None,
     },
+    ductile::CLAY,
     Preset {
         name: "concrete",
         title: "concrete, C30",
@@ -134,6 +74,7 @@ pub(super) const PRESETS: &[Preset] = &[
         treatment: None,
         plasticity: None,
     },
+    ductile::COPPER,
     Preset {
         name: "granite",
         title: "granite, Westerly",
@@ -176,6 +117,7 @@ pub(super) const PRESETS: &[Preset] = &[
         treatment: Some(LAMINATED),
         ..SODA_LIME
     },
+    ductile::LEAD,
     Preset {
         name: "limestone",
         title: "limestone, dolomitic",

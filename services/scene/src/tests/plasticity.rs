@@ -46,9 +46,9 @@ fn what_cannot_yield_is_told_with_its_place_and_bound() {
     let steel = |keys: &str| format!("preset = \"mild-steel\"\n{keys}");
     for (material, more, words) in [
         (
-            steel("plasticity = { yield_stress = 9e3 }"),
+            steel("plasticity = { yield_stress = 9e2 }"),
             "",
-            "plasticity.yield_stress: must be at least 100000 Pa",
+            "plasticity.yield_stress: must be at least 1000 Pa",
         ),
         (steel("plasticity = { yield_stress = \"9 mm\" }"), "", "plasticity.yield_stress: "),
         (
